@@ -16,7 +16,8 @@ std::vector<std::string> with_accuracy(const std::string& accuracy, const std::v
                        })->value;
     for (const auto family : families) {
       const auto keys = setting_for(family, level).keys();
-      // The first chooses scheme or integrator: where an option chooses itself, the accuracy of another is none of its.
+      // The first key selects the scheme or integrator. If the user selects another, the accuracy
+      // class does not apply.
       const auto choice = keys.front().substr(0, keys.front().find('=') + 1);
       const auto chooses = [&](const std::string& option) { return option.starts_with(choice); };
       if (std::ranges::none_of(overrides, chooses)) list.insert(list.end(), keys.begin(), keys.end());

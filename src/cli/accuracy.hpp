@@ -1,4 +1,4 @@
-// The option --accuracy as overrides of a scene.
+// The option --accuracy, translated to overrides of a scene.
 #pragma once
 
 #include <string>
@@ -8,7 +8,8 @@
 
 namespace freeplay::cli {
 
-/// The overrides, those of `accuracy` (fast, balanced, reference; empty: none) first, so that --set still wins.
+/// The overrides preceded by those of `accuracy` (fast, balanced, reference; empty: none), so that
+/// --set has precedence.
 std::vector<std::string> with_accuracy(const std::string& accuracy, const std::vector<Family>& families,
                                        const std::vector<std::string>& overrides);
 

@@ -1,4 +1,4 @@
-// freeplay advise: the cheapest settings that keep an error, measured on a scene.
+// freeplay advise: the least expensive settings that keep an error, measured on a scene.
 #include <fmt/format.h>
 
 #include <cmath>
@@ -21,7 +21,7 @@ namespace {
 struct AdviseRequest : Request {
   std::string scene;
   std::vector<std::string> overrides;
-  double error = 1;  ///< %
+  double error = 1;  ///< %, requested error
 };
 
 void judged_by(const Advice& advice, const char* formulation, double duration) {
@@ -54,7 +54,7 @@ void table(const Advice& advice) {
   }
 }
 
-/// What the chosen setting can be trusted with, and what not.
+/// Prints what the chosen setting guarantees, and its limits.
 void promise(const Advice& advice, double error) {
   std::string keys, text;
   for (const auto& k : advice.tried[advice.chosen].setting.keys()) keys += "\n  --set " + k;
@@ -86,7 +86,7 @@ void promise(const Advice& advice, double error) {
 int advise(const AdviseRequest& request) {
   const auto scene = open_scene(request.scene, request.overrides);
   auto with = request.conduct();
-  with.matched = false;  // as `run` takes it
+  with.matched = false;  // as `run` uses it
   int status = 1;
   for (const auto& [family, name] : families) {
     const char* const formulation = name;

@@ -1,4 +1,4 @@
-// freeplay animate: the motion of a run or a comparison as a film.
+// freeplay animate: a film of the motion of a run or a comparison.
 #include <fmt/format.h>
 #include <unistd.h>
 
@@ -27,7 +27,8 @@ int animate(const AnimateRequest& request) {
   if (!std::filesystem::is_directory(folder)) throw SceneError(request.folder + ": is no folder");
   const auto place = request.output.empty() ? folder / "animation" : real_folder(request.output);
   if (place == folder) throw SceneError("-o: the film needs a folder of its own");
-  // Results of somebody else may be read where nothing can be written: nobody writes there meanwhile either.
+  // A folder of another user may be read-only. No process of this user writes there, so no lock is
+  // needed.
   std::optional<FolderLock> lock;
   if (access(folder.c_str(), W_OK) == 0) {
     lock.emplace(folder, "animate");

@@ -30,8 +30,8 @@ Rank rank_of(const Mechanism& mechanism, const State& start) {
   return {rows, rows - static_cast<int>(redundant.size())};
 }
 
-/// Bodies that move while all drives stand still: those of the coordinates whose own direction, projected onto the rows'
-/// null space, keeps some of its length.
+/// Bodies that can move with all drives fixed: those with a coordinate direction whose projection
+/// onto the null space of the constraint rows is not zero.
 std::vector<std::string> free_bodies(const Mechanism& mechanism, const State& start) {
   auto ideal = idealised(mechanism);
   ideal.loads.clear();
@@ -57,7 +57,7 @@ std::vector<std::string> free_bodies(const Mechanism& mechanism, const State& st
   return names;
 }
 
-/// What neither joints nor drives prescribe, in words.
+/// Describes the motions that neither joints nor drives prescribe.
 void left_free(const Mechanism& mechanism, const State& start, int motions, Lines& lines) {
   std::string list;
   if (mechanism.bodies.size() <= most_bodies)

@@ -1,4 +1,4 @@
-// What putting a mechanism together came to, for `freeplay check`.
+// The result of an assembly as text, for `freeplay check`.
 #pragma once
 
 #include <string>
@@ -13,8 +13,8 @@ struct Mechanism;
 
 namespace freeplay::cli {
 
-/// Lines of a table: what it is, and what it says. Mobility (3n − rank G, with and without drives), four-bar loops with
-/// Grashof's condition and branch, the angles that [assembly] names, and the pose.
+/// Rows of a table, name and text: mobility (3n − rank G, with and without drives), four-bar loops
+/// with Grashof's condition and branch, the angles that [assembly] names, and the pose.
 std::vector<std::pair<std::string, std::string>> assembly_report(const Mechanism& mechanism,
                                                                  const State& start);
 

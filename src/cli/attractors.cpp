@@ -1,4 +1,5 @@
-// freeplay bifurcation and freeplay basin: where motions settle, over one parameter and from each start of a grid.
+// freeplay bifurcation and freeplay basin: attractors as a function of one parameter, and for a
+// grid of starts.
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
@@ -23,16 +24,16 @@ namespace freeplay::cli {
 namespace {
 
 struct AttractorsRequest : Request {
-  std::string study;  ///< its file
+  std::string study;  ///< study file
   Reach reach = Reach::beside;
   std::string output;  ///< result folder
-  int threads = 0;     ///< 0 for all cores
+  int threads = 0;     ///< 0: all cores
   ShardOptions shards;
 };
 
-/// A verb's part: which chains are run, and what is made of them.
+/// The parts in which the two verbs differ.
 struct Verb {
-  const char* name;  ///< also of its table in the study, and of its files
+  const char* name;  ///< also the name of its table in the study, and of its files
   const AttractorPlan* (*plan)(const Study&);
   std::vector<Chain> (*chains)(const Study&);
   Told (*told)(const SettledRuns&);
@@ -41,7 +42,7 @@ struct Verb {
   std::string (*text)(const Study&, const SettledRuns&, const Told&);
 };
 
-/// A chain's name: all that tells it from the others of a study.
+/// Key of a chain, from everything that distinguishes it from others of the study.
 std::string key_of(const Chain& chain) {
   auto text = chain.branch + "\n";
   for (const auto& link : chain.links)
@@ -50,7 +51,7 @@ std::string key_of(const Chain& chain) {
   return digest(text);
 }
 
-/// Units are chains: of one, each run begins where the one before it ended.
+/// Division of the study. Units are chains, because the runs of a chain depend on each other.
 Division divided(const Study& study, const AttractorPlan& plan, const Verb& verb,
                  const AttractorsRequest& request) {
   return {.verb = verb.name,
@@ -95,7 +96,7 @@ int attractors(const AttractorsRequest& request, const Verb& verb) {
   if (request.shards.asked())
     return in_shards(divided(study, *plan, verb, request), request.shards, folder, request.threads,
                      request.stop);
-  nlohmann::json document;  // before anything is run: it reads the scene as the study names it
+  nlohmann::json document;  // before the runs, since it reads the scene as the study names it
   document["provenance"] = provenance(study);
   document["provenance"]["scene_file"] = study.scene.lexically_normal().string();
   ResultSet set(folder, verb.name);

@@ -1,4 +1,5 @@
-// freeplay calibrate: unknowns fitted to measured statistics, and each statistic predicted from the others.
+// freeplay calibrate: fits unknowns to measured statistics, and predicts each statistic from the
+// others.
 #include "study/calibration/calibrate.hpp"
 
 #include <fmt/format.h>
@@ -30,7 +31,7 @@ std::string show(const Estimate& e) {
   return fmt::format("{:.4g} ({:.4g}..{:.4g})", e.value, e.low, e.high);
 }
 
-/// An unknown's value and interval; what is open at a limit of the range is said.
+/// Text of an unknown's value and interval; states whether it is open at a limit of the range.
 std::string show_unknown(const Estimate& e) {
   if (!std::isfinite(e.low)) return fmt::format("{:.4g}, no interval: the fit does not hold", e.value);
   if (e.open_low && e.open_high)
@@ -108,14 +109,15 @@ nlohmann::json to_json(const Study& study, const CalibrationResult& r, const nlo
 namespace {
 
 struct CalibrateRequest : Request {
-  std::string scene;  ///< the study's file
+  std::string scene;  ///< study file
   Reach reach = Reach::beside;
   std::string output;  ///< result folder
-  int threads = 0;     ///< 0 for all cores
+  int threads = 0;     ///< 0: all cores
   ShardOptions shards;
 };
 
-/// calibration.csv: what every point gave, over each unknown; and where 95 % of what is measured lies.
+/// calibration.csv: outcomes of all points over each unknown, and the 95 % range of each measured
+/// value.
 std::string points_table(const Calibration& c, const CalibrationResult& r) {
   std::string out = "target,unknown,at,outcome,measured,low,high\n";
   for (const auto& o : r.outcomes) {
@@ -129,7 +131,7 @@ std::string points_table(const Calibration& c, const CalibrationResult& r) {
   return out;
 }
 
-/// misfit.csv: f − min f over each two unknowns, the others at their best.
+/// misfit.csv: f − min f for each pair of unknowns, minimised over the others.
 std::string misfit_table(const Calibration& c, const CalibrationResult& r) {
   std::string out = "x_name,y_name,x,y,excess\n";
   for (const auto& map : r.maps)
@@ -139,7 +141,7 @@ std::string misfit_table(const Calibration& c, const CalibrationResult& r) {
   return out;
 }
 
-/// What the targets can say of each unknown, before the fit.
+/// Prints how well the targets determine each unknown, before the fit.
 void print_identifiability(const Calibration& c, const CalibrationResult& r) {
   fmt::print("Identifiability (sensitivity: over the whole range, in standard uncertainties)\n");
   for (std::size_t j = 0; j < c.unknowns.size(); ++j) {
@@ -163,11 +165,11 @@ int calibrate(const CalibrateRequest& request) {
   const auto study = read_study(request.scene, request.reach);
   require_signal(study, "calibrate");
   const auto folder = result_folder(request.output, default_folder(study.file, ""));
-  const auto origin = provenance(study);  // reads every file that it names
+  const auto origin = provenance(study);  // reads all named files
   auto plan = plan_calibration(study, request.conduct());
   if (request.stop()) return interrupted(Kept::nothing);
-  if (request.shards
-          .asked())  // the points; fits are made of what is merged, by the verb without these options
+  // The points; fits follow after the merge, by the verb without these options.
+  if (request.shards.asked())
     return in_shards(divided_sweep(plan.study, request.conduct(), "calibrate",
                                    study_arguments(request.scene, request.reach), subject_of(study)),
                      request.shards, folder, request.threads, request.stop);

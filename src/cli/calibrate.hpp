@@ -1,4 +1,4 @@
-// A calibration as calibration.json keeps it.
+// The result of a calibration as calibration.json.
 #pragma once
 
 #include <nlohmann/json_fwd.hpp>

@@ -24,12 +24,12 @@ namespace freeplay::cli {
 
 namespace {
 
-/// A line of the table; a long list goes on below its first item.
+/// Prints a line of the table; long lists continue below their first item.
 void line(const char* name, const std::string& value) {
   fmt::print("{}", wrapped(fmt::format("  {:<28}{}\n", name, value), 30));
 }
 
-/// What each element makes the solver carry.
+/// Prints the equations and unknowns of each element.
 void burdens(const System& system) {
   fmt::print("  what each carries\n");
   for (const auto& c : system.carried()) {
@@ -47,20 +47,20 @@ void burdens(const System& system) {
   }
 }
 
-/// Every key of a scene as docs/reference/scene.md lists it.
+/// Prints all keys of a scene in the form of docs/scene.md.
 int list_keys() {
   for (const auto& k : schema())
     fmt::print("| `{}` | {} | {} | {} | {} |\n", k.path, k.type, k.unit, k.fallback, k.meaning);
   return 0;
 }
 
-/// What numbers of each unit may amount to, likewise.
+/// Prints the plausible range of each unit in that form.
 int list_bounds() {
   for (const auto& m : magnitudes) fmt::print("{}", row_of(m));
   return 0;
 }
 
-/// What the solves do not carry, and with `why` the reason of each.
+/// Prints which parts of the equations are eliminated, and with `why` the reasons.
 void economies(const Scene& scene, const System& system, const SaddlePoint& saddle,
                const std::vector<int>& redundant, bool why) {
   const auto say = [why](const std::string& what, const char* reason) {
@@ -114,14 +114,14 @@ struct CheckRequest : Request {
   std::string scene;
   std::vector<std::string> overrides;
   Reach reach = Reach::beside;
-  bool why = false;     ///< reasons of what is left out
-  bool keys = false;    ///< list the keys of all scenes instead
-  bool bounds = false;  ///< list the bounds of their numbers instead
-  bool units = false;   ///< list the units that they may be given with instead
+  bool why = false;     ///< print the reasons of eliminations
+  bool keys = false;    ///< list the keys of scenes instead
+  bool bounds = false;  ///< list the plausible ranges of numbers instead
+  bool units = false;   ///< list the units of numbers instead
   std::string output;   ///< folder for the figure of the pose
 };
 
-/// Every unit that a number may be given with, likewise.
+/// Prints all units in the form of docs/scene.md.
 int list_units() {
   for (const auto& u : named_units()) fmt::print("{}", row_of(u));
   return 0;
@@ -152,7 +152,7 @@ int check(const CheckRequest& request) {
 
   fmt::print("{}\n\n", scene.mechanism.title.empty() ? scene.file.string() : scene.mechanism.title);
   if (!scene.format) line("format", fmt::format("{}, for the scene states none", newest_format));
-  // The angle of a point body, and the row that holds it, are none of the mechanism's.
+  // Do not count the angle of a point body, and the constraint row that fixes it.
   const int points = system.points();
   line("bodies", fmt::format("{}{}", system.bodies(),
                              points > 0 ? fmt::format(", {} of them without rotation", points) : ""));

@@ -1,4 +1,4 @@
-// The command line, by CLI11: what a verb declares becomes its options and its help (help.hpp).
+// Command line by CLI11: makes options and help (help.hpp) from the declarations of the verbs.
 #include <CLI/CLI.hpp>
 
 #include <fmt/format.h>
@@ -20,7 +20,7 @@
 namespace freeplay::cli {
 namespace {
 
-/// Empty for a number of which `holds`, else what is wrong.
+/// Validator of a number; returns an empty text if `holds`, else the error.
 CLI::Validator number_that(bool (*holds)(double), const char* must, bool percent) {
   return CLI::Validator(
       [=](std::string& text) {
@@ -44,7 +44,7 @@ std::vector<std::string> names_of_verbs(const CLI::App& program) {
   return names;
 }
 
-/// "needs --data", of each.
+/// Text "needs --data" with all options.
 std::string others(const char* what, const std::set<CLI::Option*>& options) {
   std::vector<std::string> names;
   for (const auto* option : options) names.push_back(option->get_name());
@@ -79,14 +79,14 @@ ProgramHelp overview(const CLI::App& program) {
   return help;
 }
 
-/// The words of the command line that nothing took, or the first of them that looks like an option.
+/// The first unknown option of the command line, else its first unknown word; "" if there is none.
 std::string not_expected(const CLI::App& program) {
   const auto words = program.remaining(true);
   const auto option = std::ranges::find_if(words, [](const auto& word) { return word.starts_with('-'); });
   return option != words.end() ? *option : words.empty() ? "" : words.front();
 }
 
-/// Why a word is refused, and what may have been meant.
+/// Error about an unknown word, with a suggestion.
 std::string stray(const CLI::App& program, const std::string& word) {
   const auto* verb = chosen_verb(program);
   if (!word.starts_with('-')) {
@@ -105,7 +105,7 @@ std::string stray(const CLI::App& program, const std::string& word) {
                      meant(name, known, "there are"));
 }
 
-/// What is wrong with a command line, and where to read on.
+/// Error about an invalid command line, with a reference to the help.
 std::string refusal(const CLI::App& program, const CLI::ParseError& error) {
   const auto* verb = chosen_verb(program);
   const auto word = not_expected(program);
@@ -235,7 +235,7 @@ Program::Program(StopToken stop)
   app_->set_version_flag("--version", fmt::format("freeplay {} ({})", version, commit));
   app_->add_flag("--verbose", "with --version: how the program was built");
   app_->set_help_flag("-h,--help", "print this");
-  app_->require_subcommand(0, 1);  // so that a word that is no command is named
+  app_->require_subcommand(0, 1);  // so that an unknown command is reported
 #define VERB(name) name##_verb(*this);
 #include "cli/verbs.def"
 #undef VERB

@@ -1,4 +1,4 @@
-// freeplay compare: a scene solved in both formulations, side by side.
+// freeplay compare: solves a scene in both formulations and compares them.
 #include "study/comparison/compare.hpp"
 
 #include <fmt/format.h>
@@ -19,11 +19,11 @@ namespace freeplay::cli {
 namespace {
 
 struct CompareRequest : Request {
-  Reach reach = Reach::beside;  ///< of files that the scene names
+  Reach reach = Reach::beside;  ///< permitted files of the scene
   std::string scene;
   std::vector<std::string> overrides;
-  bool as_given = false;  ///< the impact law at the restitution asked for
-  bool forces = false;    ///< forces.csv too
+  bool as_given = false;  ///< the impact law takes the surfaces' restitution unchanged
+  bool forces = false;    ///< write forces.csv too
   std::string accuracy;   ///< fast, balanced or reference; empty: the scene's own settings
   std::string output;     ///< result folder
   double most_output = default_output_limit / 1e9;  ///< GB

@@ -1,4 +1,4 @@
-// Where results go by default.
+// Default folders of results.
 #pragma once
 
 #include <filesystem>
@@ -8,7 +8,8 @@
 
 namespace freeplay::cli {
 
-/// out/NAME, where NAME is the file's, or its folder's for a file called scene.toml or study.toml.
+/// out/NAME, with the name of the file, or of its folder for a file called scene.toml or
+/// study.toml.
 inline std::filesystem::path default_folder(const std::filesystem::path& file, const std::string& suffix) {
   auto name = file.stem().string();
   if (name == "scene" || name == "study")
@@ -16,8 +17,8 @@ inline std::filesystem::path default_folder(const std::filesystem::path& file, c
   return std::filesystem::path("out") / (name + suffix);
 }
 
-/// The folder that -o names, or the default. Links on the way to it are the user's own and are followed here; what is
-/// written below it follows none.
+/// The folder given by -o, or the default. Symbolic links in the path are the user's and are
+/// resolved here; output below the folder follows no link.
 inline std::filesystem::path result_folder(const std::string& asked, const std::filesystem::path& otherwise) {
   return real_folder(asked.empty() ? otherwise : std::filesystem::path(asked));
 }

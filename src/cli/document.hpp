@@ -1,4 +1,4 @@
-// A command's --document: pages of docs/ with their figures beside them.
+// The option --document of a verb: writes a page of docs/ with its figures.
 #pragma once
 
 #include <filesystem>
@@ -12,7 +12,8 @@
 
 namespace freeplay::cli {
 
-/// Makes the folder of a document and takes the right to write into it, unless it is the command's `own`, which has it.
+/// Creates and locks the folder of a document. Returns null if it is the verb's `own` folder, which
+/// is already locked.
 inline std::unique_ptr<FolderLock> lock_document(const std::filesystem::path& place,
                                                  const std::filesystem::path& own, std::string_view verb) {
   make_folder(place);
@@ -20,7 +21,7 @@ inline std::unique_ptr<FolderLock> lock_document(const std::filesystem::path& pl
   return std::make_unique<FolderLock>(place, verb);
 }
 
-/// Copies the PNG of each figure into place/figures; their names.
+/// Copies the PNG of each figure to place/figures; returns their names.
 inline std::vector<std::string> copy_figures(const std::vector<std::filesystem::path>& figures,
                                              const std::filesystem::path& place) {
   make_folder(place / "figures");

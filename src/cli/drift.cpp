@@ -1,4 +1,4 @@
-// freeplay drift: what each stabilisation does to constraint errors and to the energy balance.
+// freeplay drift: effect of each stabilisation on constraint errors and energy balance.
 #include "study/comparison/drift.hpp"
 
 #include <fmt/format.h>

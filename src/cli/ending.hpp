@@ -1,20 +1,21 @@
-// What is said of a run when it is over.
+// Messages about the end of a run.
 #pragma once
 
 #include "values/result.hpp"
 
 namespace freeplay::cli {
 
-/// Which reactions mechanics leaves open.
+/// Prints the reactions that mechanics does not determine.
 void say_undetermined(const Result& result);
 
-/// 0 for a finished run; else says on stderr why it ended.
+/// Exit status of a run: 0 if it finished; otherwise prints the reason to stderr.
 int report(const Result& result);
 
-/// What a verb leaves that was stopped: the runs that it has stored, or nothing.
+/// What remains of an interrupted verb: the stored runs, or nothing.
 enum class Kept { runs, nothing };
 
-/// Says on stderr that the user stopped it, and what the same command does then. The status, 1.
+/// Prints to stderr that the user interrupted the verb, and what the same command does next.
+/// Returns the exit status, 1.
 int interrupted(Kept kept);
 
 }  // namespace freeplay::cli

@@ -1,4 +1,4 @@
-// freeplay ensemble: perturbed starts of one mechanism, with statistics and bands.
+// freeplay ensemble: runs from perturbed starts of one mechanism, with statistics and bands.
 #include "study/ensemble/ensemble_store.hpp"
 
 #include <fmt/format.h>
@@ -32,7 +32,7 @@ struct EnsembleVerb : Request {
   ShardOptions shards;
 };
 
-/// The command line again, for those who make a shard: by whole paths.
+/// The command line with absolute paths, for the processes that compute shards.
 std::vector<std::string> arguments_of(const EnsembleVerb& r) {
   auto list = study_arguments(r.scene, Reach::beside);
   for (const auto& word : r.overrides) list.insert(list.end(), {"--set", word});
@@ -87,7 +87,7 @@ std::string bands_table(const Ensemble& all) {
   return csv;
 }
 
-/// What a terminal has room for: the contacts' statistics and the energy, or whatever there is.
+/// Prints a selection for a terminal: statistics of contacts and energy, or whatever exists.
 void show(const Ensemble& all) {
   fmt::print("{:<44}{:>12}{:>11}{:>12}\n", "", "mean", "± (95 %)", "median");
   int lines = 0;
@@ -116,7 +116,7 @@ int ensemble(const EnsembleVerb& request) {
     return in_shards(divided_ensemble(*scene, plan, arguments_of(request)), request.shards, folder,
                      request.threads, request.stop);
   ResultSet set(folder, "ensemble");
-  // Of shards that were merged here nothing is made again.
+  // Do not repeat starts that were merged from shards into this folder.
   std::optional<EnsembleStore> store;
   if (const auto file = folder / "ensemble.db"; std::filesystem::exists(file))
     store.emplace(file, Database::Access::read, request.stop);

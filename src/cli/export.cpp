@@ -1,4 +1,4 @@
-// freeplay export: result folders in the formats of other programs.
+// freeplay export: writes result folders in formats of other programs.
 #include <fmt/format.h>
 #include <unistd.h>
 
@@ -21,7 +21,7 @@ struct ExportRequest : Request {
   int every = 1;
 };
 
-/// The file that was named, or the one in the folder.
+/// The named file, or the default file in the folder.
 std::filesystem::path file_of(const std::string& named, const std::filesystem::path& folder) {
   if (named.empty()) return folder / "results.h5";
   const std::filesystem::path path = named;
@@ -42,7 +42,8 @@ int export_results(const ExportRequest& request) {
   if (!std::filesystem::is_directory(folder)) throw SceneError(request.folder + ": is no folder");
   const auto file = request.hdf5 ? file_of(*request.hdf5, folder) : std::filesystem::path();
   if (request.hdf5) require_hdf5();
-  // Results of somebody else may be read where nothing can be written: nobody writes there meanwhile either.
+  // A folder of another user may be read-only. No process of this user writes there, so no lock is
+  // needed.
   std::optional<FolderLock> lock;
   if (access(folder.c_str(), W_OK) == 0) {
     lock.emplace(folder, "export");

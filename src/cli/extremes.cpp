@@ -1,4 +1,5 @@
-// freeplay extremes: the map of what holds at the edges, each cell in a process of its own.
+// freeplay extremes: tests both formulations at extreme parameters and writes a map of the results.
+// Each cell runs in a process of its own.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -37,7 +38,7 @@ int extremes(const ExtremesRequest& request) {
     asked.document = request.document;
     return random_scenes(asked, request.output);
   }
-  test::source_folder();  // throws before anything is judged or written
+  test::source_folder();  // throws before any test or output
   auto cells = rig_cells();
   for (auto more : {baumgarte_cells(), special_cells()})
     for (auto& c : more) cells.push_back(std::move(c));
@@ -64,7 +65,8 @@ int extremes(const ExtremesRequest& request) {
     auto& c = cells[i];
     if (request.stop()) return interrupted(Kept::nothing);
     progress.show(c.axis, static_cast<double>(i) / static_cast<double>(cells.size()));
-    c.verdict = judge_apart(c, 1200);  // half a minute for the longest; sanitizers take ten times that
+    // s; the longest cell takes 30 s, with sanitizers ten times that.
+    c.verdict = judge_apart(c, 1200);
     progress.clear();
     if (c.axis != axis) fmt::print("\n{}\n", axis = c.axis);
     fmt::print("  {:<32}{:<14}{}\n", c.label, c.formulation, name_of(c.verdict.outcome, Suite::map));

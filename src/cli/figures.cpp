@@ -1,4 +1,4 @@
-// freeplay figures: draws again what the result files of a folder allow.
+// freeplay figures: draws the figures of a result folder again.
 #include <fmt/format.h>
 
 #include <filesystem>

@@ -18,9 +18,10 @@ constexpr Page pages[] = {
 #include "help.inc"
 };
 
-constexpr std::size_t column = 26;  ///< where descriptions begin
+constexpr std::size_t column = 26;  ///< column of the descriptions
 
-/// "  NAME   what", continued below its beginning; a name that is too long has a line of its own.
+/// "  NAME   what" with indented continuation lines; a name that is too long is on a line of its
+/// own.
 std::string row(const std::string& name, const std::string& what, std::size_t at = column) {
   const auto head = "  " + name;
   const auto gap = head.size() + 2 <= at ? std::string(at - head.size(), ' ') : "\n" + std::string(at, ' ');
@@ -32,7 +33,7 @@ std::string upper(std::string text) {
   return text;
 }
 
-/// What stands for a value: types of no name of their own are numbers, or texts.
+/// Placeholder of an option's value; CLI11's type names are replaced.
 std::string value_of(const OptionHelp& option) {
   if (option.takes == "INT") return "N";
   if (option.takes == "FLOAT") return "X";
@@ -54,7 +55,7 @@ std::string row_of(const OptionHelp& option) {
   return row(names + (value.empty() ? "" : " ") + value, option.what);
 }
 
-/// What is told of a verb beyond its options; "" where nothing is.
+/// Description of a verb besides its options; "" if there is none.
 std::string_view text_of(std::string_view verb) {
   const auto* page = std::ranges::find(pages, verb, &Page::verb);
   return page == std::end(pages) ? "" : page->text;

@@ -1,6 +1,6 @@
-// Help, for a terminal of 80 columns: what the program and each verb says of itself. The options come from where they are
-// declared (src/cli/NAME.cpp), what a verb does and leaves behind, with examples, from src/cli/help/NAME.txt. docs/reference/verbs.md
-// is made of the same pages (scripts/pages).
+// Help pages of the program and its verbs, for a terminal of 80 columns. The options come from
+// their declarations (src/cli/NAME.cpp); the description, the output and the examples of a verb
+// come from src/cli/help/NAME.txt. docs/verbs.md contains the same pages (scripts/pages).
 #pragma once
 
 #include <string>
@@ -10,24 +10,27 @@ namespace freeplay::cli {
 
 /// An option as its verb declares it.
 struct OptionHelp {
-  std::string names;  ///< "-o,--output", or a positional's
+  std::string names;  ///< "-o,--output", or the name of a positional argument
   std::string takes;  ///< FOLDER, or "a|b"; "" for a flag
   std::string what;
   bool positional = false;
   bool required = false;
-  bool many = false;  ///< more than one value
+  bool many = false;  ///< takes several values
 };
 
+/// A verb and its options.
 struct VerbHelp {
   std::string name, what;
   std::vector<OptionHelp> options;
 };
 
+/// The program and its verbs.
 struct ProgramHelp {
   std::string what;
   std::vector<VerbHelp> verbs;
 };
 
+/// The text of `freeplay help`, and of `freeplay help VERB`.
 std::string overview_page(const ProgramHelp& program);
 std::string verb_page(const VerbHelp& verb);
 

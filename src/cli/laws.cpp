@@ -1,4 +1,4 @@
-// `freeplay laws`: the laws as a list, what each delivers, and their curves in files.
+// freeplay laws: lists the contact laws, or evaluates them for a scene and writes their curves.
 #include <fmt/format.h>
 
 #include <nlohmann/json.hpp>
@@ -19,7 +19,7 @@
 namespace freeplay::cli {
 namespace {
 
-/// Columns that a UTF-8 text takes on a terminal (no wide characters here).
+/// Width of UTF-8 text on a terminal, columns (without wide characters).
 int width(std::string_view text) {
   int n = 0;
   for (char c : text) n += (c & 0xC0) != 0x80;
@@ -33,8 +33,8 @@ struct LawsRequest : Request {
   std::string scene;
   std::optional<double> restitution;
   std::vector<std::string> overrides;
-  double mass = 1;     ///< kg, of the impact that is drawn
-  double speed = 0.1;  ///< m/s
+  double mass = 1;     ///< kg, effective mass of the impact that is drawn
+  double speed = 0.1;  ///< m/s, its approach speed
   std::string output;  ///< result folder
 };
 
@@ -45,8 +45,8 @@ std::string csv(const char* header, const std::vector<LawCurve>& curves) {
   return text;
 }
 
-/// impact_loops.csv (law,delta,force), delivered.csv (law,requested,delivered), friction.csv (law,speed,coefficient) and
-/// laws.json (setting and provenance).
+/// Writes impact_loops.csv (law,delta,force), delivered.csv (law,requested,delivered), friction.csv
+/// (law,speed,coefficient) and laws.json (settings and provenance).
 void write_curves(const Scene& scene, const ImpactSetting& setting, const std::filesystem::path& folder) {
   const auto curves = law_curves(scene, setting);
   write_file(folder / "impact_loops.csv", csv("law,delta,force\n", curves.impacts));

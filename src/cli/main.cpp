@@ -1,4 +1,4 @@
-// The program: signals, the command line, and how a failure is told.
+// The program: signals, command line, and messages about failures.
 #include <fcntl.h>
 #include <fmt/format.h>
 #include <unistd.h>
@@ -20,15 +20,15 @@ using namespace freeplay;
 
 namespace {
 
-/// Says on stderr why it ended; the exit status.
+/// Prints the reason of the failure to stderr; returns the exit status.
 int told(const char* what, int status, const char* who = "") {
   std::fputs(fmt::format("{}{}\n", who, what).c_str(),
-             stderr);  // a closed stderr is no reason to fail otherwise
+             stderr);  // an error of stderr itself does not change the status
   return status;
 }
 
-/// What was printed may still lie in a buffer, and a full disk or a closed pipe shows when it leaves. `refused`: why
-/// some of it could not be printed before.
+/// Flushes stdout, because a full disk or a closed pipe may show only then. `refused`: error number
+/// of an earlier failed output.
 int with_whole_output(int status, int refused) {
   errno = refused;
   if (std::fflush(stdout) == 0 && !std::ferror(stdout)) return status;
@@ -37,8 +37,8 @@ int with_whole_output(int status, int refused) {
   return told(why.c_str(), status == 0 ? 1 : status);
 }
 
-/// Files that are opened later must not have the numbers of standard streams that are closed, or what is printed would go
-/// into them. Printing still fails.
+/// Opens closed standard streams to /dev/null (read-only). Otherwise a file that is opened later
+/// could get their number and receive printed text. Printing still fails.
 void hold_standard_streams() {
   int number = 0;
   while (number >= 0 && number <= 2) number = open("/dev/null", O_RDONLY);

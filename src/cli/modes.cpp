@@ -1,4 +1,4 @@
-// freeplay modes: where a mechanism rests, whether it stays there, and how it swings about it.
+// freeplay modes: equilibrium of a mechanism, its stability, and its natural frequencies.
 #include "dynamics/assembly/modes.hpp"
 
 #include <fmt/format.h>
@@ -27,15 +27,15 @@ namespace {
 struct ModesRequest : Request {
   std::string scene, formulation = "nonsmooth", about = "equilibrium";
   std::vector<std::string> overrides;
-  Reach reach = Reach::beside;  ///< of files that the scene names
+  Reach reach = Reach::beside;  ///< permitted files of the scene
   std::string output;           ///< result folder; empty: no files
 };
 
-/// All that the verb finds.
+/// Results of the verb.
 struct Found {
   Equilibrium at;
   Modes modes;
-  double left = 0;  ///< N, about the start: what nothing answers
+  double left = 0;  ///< N, unbalanced force when linearised about the start
 };
 
 Found find(const Scene& scene, const System& system, Family family, bool at_start, const StopToken& stop) {
@@ -67,7 +67,7 @@ const char* word(Mode::Kind kind) {
   }
 }
 
-/// The coordinates that move most, an angle counted by the mechanism's arm.
+/// The coordinates that move most in a mode; angles are multiplied by a length.
 std::string shape(const Scene& scene, const Mode& m, double length) {
   const auto size = [&](int i) { return std::abs(m.shape[i]) * (i % planar::coordinates == 2 ? length : 1); };
   std::vector<int> order(m.shape.size());
@@ -103,7 +103,7 @@ void print_mode(const Scene& scene, std::size_t number, const Mode& m, double le
   fmt::print("{:>4} {}\n{}", number, what, wrapped("       " + shape(scene, m, length) + "\n", 9));
 }
 
-/// What the linearised motion leaves out of this scene.
+/// Properties of this scene that the linearisation neglects.
 std::vector<std::string> left_out(const Scene& scene, const System& system, const Equilibrium& at) {
   std::vector<std::string> list;
   for (int k = 0; k < system.phases(); ++k) {
@@ -152,7 +152,7 @@ void print(const Scene& scene, const System& system, const ModesRequest& request
   for (const auto& what : out) fmt::print("{}", wrapped("  " + what + "\n", 4));
 }
 
-/// modes.csv, equilibrium.csv and modes.json.
+/// Writes modes.csv, equilibrium.csv and modes.json.
 void write(const Scene& scene, const System& system, const ModesRequest& request, const Found& found,
            const std::filesystem::path& folder) {
   std::string text = "mode,kind,s_re,s_im,natural_hz,swing_hz,damping_ratio";

@@ -1,4 +1,4 @@
-// `freeplay new KIND`: a commented scene to begin with, from src/cli/templates/KIND.toml.
+// freeplay new KIND: writes a commented scene to start from, src/cli/templates/KIND.toml.
 #include <fmt/format.h>
 
 #include <algorithm>

@@ -1,4 +1,4 @@
-// freeplay plot: any columns of result folders over one another.
+// freeplay plot: plots any columns of result folders together.
 #include <fmt/format.h>
 
 #include <filesystem>
@@ -23,7 +23,7 @@ struct PlotRequest : Request {
   std::optional<double> from, to;
 };
 
-/// Words between commas.
+/// Words separated by commas.
 std::vector<std::string> words(const std::string& text) {
   std::vector<std::string> list;
   for (std::size_t at = 0; at <= text.size();) {

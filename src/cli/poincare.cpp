@@ -1,4 +1,4 @@
-// freeplay poincare: the state of a scene at the instants of a section.
+// freeplay poincare: the state of a scene at the points of a Poincaré section.
 #include <fmt/format.h>
 
 #include <array>
@@ -28,7 +28,7 @@ struct PoincareRequest : Request {
   std::string output;  ///< result folder
 };
 
-/// The columns that a figure shows: of `asked` those given, else what the section suggests.
+/// The two columns of the figure: the requested ones, or the defaults of the section.
 std::array<std::size_t, 2> shown(const SectionRun& run, const PoincareRequest& request) {
   std::array<std::size_t, 2> at{};
   for (std::size_t i = 0; i < 2; ++i) {
@@ -63,7 +63,7 @@ int poincare(const PoincareRequest& request) {
   if (request.discard && !request.periods)
     throw SceneError(
         "--discard counts periods that go before those of --periods: give both, or run.discard in s");
-  // Columns are told before anything is run.
+  // Check the columns before the run.
   SectionSimulation simulation(scene, asked, request.stop);
   for (const auto* column : {&request.x, &request.y})
     if (!column->empty()) {

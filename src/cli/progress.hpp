@@ -1,4 +1,4 @@
-// One line of progress on a terminal; nothing in a pipe.
+// Progress line on a terminal. Prints nothing if stderr is not a terminal.
 #pragma once
 
 #include <fmt/format.h>
@@ -11,6 +11,7 @@
 
 namespace freeplay::cli {
 
+/// Shows a label and a percentage, and redraws the line when they change.
 class Progress {
  public:
   void show(const std::string& what, double done) {

@@ -1,4 +1,5 @@
-// What a scene's numbers make one ask, on stderr: a run goes on, and its exit status stays as it is.
+// Questions and notes about implausible values of a scene, on stderr. They do not stop a run or
+// change its exit status.
 #pragma once
 
 #include <fmt/format.h>
@@ -15,8 +16,9 @@
 
 namespace freeplay::cli {
 
-/// A fixed step of more than 10 degrees of the main drive's turn: midpoint steps are (ωh)²/24 = 1e-3 off there, and a journal
-/// crosses its play many times. Empty for any shorter one.
+/// Question about a fixed step of more than 10 degrees of the main drive's turn. The error of
+/// midpoint steps is then (ωh)²/24 = 1e-3, and a journal crosses its clearance many times within a
+/// step. Empty for shorter steps.
 inline std::string long_step(const Scene& scene) {
   const auto* drive = main_drive(scene.mechanism);
   const auto& o = scene.nonsmooth;
@@ -28,7 +30,7 @@ inline std::string long_step(const Scene& scene) {
       *o.step, turned, drive->name);
 }
 
-/// What keeps the main drive from turning on.
+/// Reason why the main drive cannot rotate fully.
 inline std::string describe(const Scene& scene, const DeadPoint& dead) {
   return fmt::format(
       "drives.{} cannot turn fully: {:.4g} deg on, at {:.4g} s, the loop with {} does not close further without play; is a "
@@ -37,6 +39,7 @@ inline std::string describe(const Scene& scene, const DeadPoint& dead) {
       key_of(scene.mechanism, dead.open));
 }
 
+/// Prints all questions and notes about a scene.
 inline void ask(const Scene& scene) {
   auto all = questions(scene.mechanism);
   if (const auto dead = dead_point(scene.mechanism, scene.run.duration))

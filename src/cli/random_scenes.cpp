@@ -17,7 +17,7 @@ namespace {
 
 using namespace verification::random_scenes;
 
-/// One scene alone: its files, and a line for each way.
+/// Tests one scene: writes its files, and prints a line for each way.
 std::vector<Row> judge_only(const RandomScene& scene, const std::string& way,
                             const std::filesystem::path& folder) {
   const bool known = scene.suite == Suite::rows;

@@ -1,4 +1,5 @@
-// freeplay extremes --strangers N: random scenes in place of the map; with --kinds those that are known at every row.
+// `freeplay extremes --strangers N`: tests random scenes instead of the map of extreme parameters.
+// With --kinds, random scenes with a reference for each row.
 #pragma once
 
 #include <filesystem>
@@ -6,14 +7,16 @@
 
 namespace freeplay::cli {
 
+/// Options of the random-scene tests.
 struct RandomScenesRequest {
   int count = 0, seed = 1;
-  int only = -1;                     ///< judge this one alone and write its scene; −1: all
-  std::string document = {};         ///< folder for random-scenes.md
-  std::string kinds = {}, way = {};  ///< of scenes that are known at every row; empty: the others, all ways
-  int first = 0;                     ///< of those that are known at every row
+  int only = -1;              ///< test this scene only and write it to a file; −1: all
+  std::string document = {};  ///< folder for strangers.md
+  /// Of scenes with a reference for each row; empty: the others, all ways.
+  std::string kinds = {}, way = {};
+  int first = 0;  ///< number of the first scene with a reference for each row
 };
-/// Exit status 1 where there is a defect. `output`: result folder, empty: the usual one.
+/// Exit status 1 if there is a defect. `output`: result folder; empty: the default.
 int random_scenes(const RandomScenesRequest& request, const std::string& output);
 
 }  // namespace freeplay::cli

@@ -1,4 +1,4 @@
-// freeplay report: a result folder as one page for a browser.
+// freeplay report: writes an interactive HTML report of a result folder, with animation.
 #include "plots/report/report.hpp"
 
 #include <fmt/format.h>

@@ -1,4 +1,4 @@
-// freeplay run: a scene solved in one formulation, or an interrupted run gone on with.
+// freeplay run: solves a scene in one formulation, or continues an interrupted run.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -28,22 +28,22 @@ namespace freeplay::cli {
 namespace {
 
 struct RunRequest : Request {
-  Reach reach = Reach::beside;  ///< of files that the scene names
+  Reach reach = Reach::beside;  ///< permitted files of the scene
   std::string scene;
   std::vector<std::string> overrides;
   std::string formulation;
   std::string accuracy;    ///< fast, balanced or reference; empty: the scene's own settings
   std::string output;      ///< result folder
-  bool forces = false;     ///< forces.csv too
+  bool forces = false;     ///< write forces.csv too
   std::string resume;      ///< folder of an interrupted run
   std::string from;        ///< run.json of a run to repeat
-  std::string law;         ///< plugin of a normal force
+  std::string law;         ///< plugin of contact laws and load forces
   double checkpoint = 30;  ///< s of wall time between checkpoints
   double most_output = default_output_limit / 1e9;  ///< GB
   RunFigures figures;
 };
 
-/// Which of the three ways to give a run; throws SceneError for none, or two.
+/// Requires exactly one of the three ways to specify a run; throws SceneError otherwise.
 void require_one_run(const RunRequest& request) {
   const int given = !request.scene.empty() + !request.resume.empty() + !request.from.empty();
   if (given == 0) throw SceneError("run needs a scene, --resume FOLDER, or --from RUN.json");
@@ -59,7 +59,7 @@ void require_one_run(const RunRequest& request) {
     throw SceneError("--from repeats the run as it was: it takes no other option but -o and --checkpoint");
 }
 
-/// The run of a run.json, and where to put it.
+/// Reads the run of a run.json, and sets its output folder.
 RecordedRun recorded(const RunRequest& request, RunPlan& plan) {
   std::filesystem::path file = request.from;
   if (std::filesystem::is_directory(file)) file /= "run.json";
@@ -69,7 +69,7 @@ RecordedRun recorded(const RunRequest& request, RunPlan& plan) {
   plan.formulation = run.setup.formulation;
   plan.matched = run.setup.matched;
   plan.start = run.setup.start;
-  // The same files: a run that ended without a companion is repeated without one.
+  // To reproduce the same files: no error estimate of first contacts if the recorded run has none.
   const auto text = read_file(file, most_of_a_result);
   plan.companion = text.find("\"first_touches_may_be_off_by\"") != text.npos ||
                    text.find("\"status\": \"finished\"") == text.npos;
@@ -111,7 +111,7 @@ int run(const RunRequest& request) {
   }
   Progress progress;
   Result summary;
-  std::vector<std::string> films;  // joints that a film carries where they do not touch
+  std::vector<std::string> films;  // joints whose lubricant film carries them without contact
   if (!request.resume.empty()) {
     plan.folder = real_folder(request.resume);
     plan.on_progress = [&](double done) { progress.show("resumed", done); };
@@ -145,7 +145,7 @@ int run(const RunRequest& request) {
   const auto on_film = [&](const std::string& joint) { return std::ranges::count(films, joint) > 0; };
   for (const auto& c : summary.contacts) {
     fmt::print("{}: ", c.name);
-    if (!std::isnan(c.flight_fraction))  // of one pair
+    if (!std::isnan(c.flight_fraction))  // of a single pair
       fmt::print("{} {:.2f} %, impacts {:.2f} %, lasting contact {:.2f} %; ",
                  on_film(c.name) ? "on its film" : "flight", 100 * c.flight_fraction, 100 * c.impact_fraction,
                  100 * c.lasting_fraction);

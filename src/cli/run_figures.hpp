@@ -1,4 +1,4 @@
-// The figures that `freeplay run` draws of its result files, when these are in their places.
+// Figures of a run, drawn by `freeplay run` from the completed result files.
 #pragma once
 
 #include <filesystem>
@@ -13,17 +13,20 @@ struct Scene;
 
 namespace freeplay::cli {
 
+/// Options of the figures.
 struct RunFigures {
   bool none = false;              ///< --no-figures
-  std::vector<std::string> plot;  ///< COLUMN[,COLUMN...] over time, a figure each
+  std::vector<std::string> plot;  ///< COLUMN[,COLUMN...] over time, one figure each
 };
 
-/// Throws SceneError for a style that is wrong and for columns that the run will not have, before it is made.
+/// Checks the style and the columns before the run. Throws SceneError for an invalid style, and for
+/// columns that the run will not have.
 void require_figures(const RunFigures& figures, const Scene& scene, const std::string& formulation,
                      const std::filesystem::path& folder);
 
-/// Removes the figures of an earlier run in the folder and draws those of this one; says what it drew. That none can be
-/// drawn is said too, and is no failure of the run unless columns were asked for.
+/// Removes the figures of an earlier run from the folder, draws those of this run, and prints their
+/// names. If no figure can be drawn, prints the reason; this is an error only if columns were
+/// requested.
 void draw_run(const RunFigures& figures, const std::filesystem::path& folder, const StopToken& stop);
 
 }  // namespace freeplay::cli

@@ -1,4 +1,5 @@
-// freeplay scaling: what a step costs against the size of a mechanism, as a table and a figure.
+// freeplay scaling: measures how the cost of a step grows with the size of a mechanism; writes a
+// table and a figure.
 #include "verification/timing/scaling.hpp"
 
 #include <fmt/format.h>
@@ -59,7 +60,7 @@ std::string conclusion(const Growth& g, const std::vector<Cost>& costs) {
   return text;
 }
 
-/// What is predicted beyond the size that the exponent is taken from; nothing before it.
+/// Predicted cost for sizes from fit_from on; empty for smaller ones.
 std::string predicted(const Growth& g, const std::vector<Cost>& costs, const Cost& c) {
   for (const auto& first : costs)
     if (first.count >= g.fit_from && c.count >= first.count)

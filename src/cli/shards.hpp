@@ -1,4 +1,5 @@
-// The options by which verbs' studies are divided, alike in each: --plan N, --shard k/N, --merge DIR (study/partition/division.hpp).
+// Options of the verbs whose studies can be divided: --plan N, --shard k/N, --merge DIR
+// (study/partition/division.hpp).
 #pragma once
 
 #include <optional>
@@ -9,31 +10,34 @@
 
 namespace freeplay::cli {
 
+/// Values of these options.
 struct ShardOptions {
-  int plan = 0;         ///< shards to cut the study into; 0: none
+  int plan = 0;         ///< number of shards to plan; 0: none
   std::string shard;    ///< "k/N"
   std::string merge;    ///< folder
-  std::string scratch;  ///< of the node; empty: what the machine names
+  std::string scratch;  ///< folder on the local disk; empty: the default of the machine
   bool asked() const { return plan > 0 || !shard.empty() || !merge.empty(); }
 };
 
-/// Declares them.
+/// Declares the options.
 void declare_shards(Options& options, ShardOptions& into);
 
-/// Exit status of a process that was stopped and goes on when it is asked again.
+/// Exit status of a process that was stopped and can be continued by the same command.
 inline constexpr int stopped_status = 75;
 
-/// Does what they ask; the exit status. `folder`: of the results, where --merge names none.
+/// Executes the options; returns the exit status. `folder`: of the results, unless --merge names
+/// one.
 int in_shards(const Division& study, const ShardOptions& asked, const std::filesystem::path& folder,
               int threads, StopToken stop);
 
-/// The node's own disk: --scratch, else $FREEPLAY_SCRATCH, $SLURM_TMPDIR, $TMPDIR, /tmp.
+/// Folder on the local disk: --scratch, else $FREEPLAY_SCRATCH, $SLURM_TMPDIR, $TMPDIR, /tmp.
 std::filesystem::path scratch_folder(const std::string& asked);
 
-/// The study as a plan remembers it, by its whole path: jobs may run elsewhere.
+/// The study's arguments in a plan, with an absolute path, because jobs may have another working
+/// folder.
 std::vector<std::string> study_arguments(const std::string& file, Reach reach);
 
-/// Threads where nobody says how many: those that Slurm gave the task, else 0, all cores.
+/// Default number of threads: those that Slurm assigned to the task, else 0, all cores.
 int threads_of(int asked);
 
 }  // namespace freeplay::cli

@@ -1,4 +1,4 @@
-// An error as tables show it.
+// Text of an error in tables.
 #pragma once
 
 #include <fmt/format.h>
@@ -8,7 +8,7 @@
 
 namespace freeplay::cli {
 
-/// Two digits; a dash for what is not finite.
+/// Two significant digits; a dash if x is not finite.
 inline std::string shown(double x) { return std::isfinite(x) ? fmt::format("{:.1e}", x) : std::string("-"); }
 
 }  // namespace freeplay::cli

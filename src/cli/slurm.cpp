@@ -12,7 +12,8 @@
 namespace freeplay::cli {
 namespace {
 
-/// s that a command of Slurm may take: a controller under load answers within its MessageTimeout, of 10 s as a rule.
+/// Time limit of a Slurm command, s. A busy controller answers within its MessageTimeout, usually
+/// 10 s.
 double seconds_a_command() {
   constexpr double usual = 60;
   const char* const given = std::getenv("FREEPLAY_SLURM_SECONDS");
@@ -42,9 +43,10 @@ void requeue_this_job() {
   const char *const array = std::getenv("SLURM_ARRAY_JOB_ID"),
                     *const task = std::getenv("SLURM_ARRAY_TASK_ID"), *const id = std::getenv("SLURM_JOB_ID");
   if (!id) return;
-  // The last task of an array has the array's own number as its SLURM_JOB_ID, and that would requeue all tasks.
+  // The last task of an array has the array's number as its SLURM_JOB_ID; requeueing that would
+  // requeue all tasks.
   const auto job = array && task ? std::string(array) + "_" + task : std::string(id);
-  // A job that is cancelled or requeued by others is not running any more.
+  // A job that was cancelled or requeued by others is not running any more.
   const auto state = ask({"squeue", "-h", "-j", job, "-o", "%T"});
   if (state && state->well && state->text.starts_with("RUNNING")) ask({"scontrol", "requeue", job});
 }

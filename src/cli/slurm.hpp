@@ -1,4 +1,4 @@
-// What of Slurm's commands the program uses: its words are in one file.
+// Calls of Slurm's commands. All knowledge of their options and output is in slurm.cpp.
 #pragma once
 
 #include <optional>
@@ -9,18 +9,20 @@
 
 namespace freeplay::cli {
 
-/// What a command prints, and whether it ended with status 0; none where there is no such command. A command that does not end
-/// within 60 s, or $FREEPLAY_SLURM_SECONDS, is ended, and its errors begin with "no answer". Throws Interrupted.
+/// Output of a command, and whether its exit status was 0. nullopt if the command does not exist. A
+/// command that takes more than 60 s, or $FREEPLAY_SLURM_SECONDS, is killed, and its errors begin
+/// with "no answer". Throws Interrupted.
 struct Said {
   std::string text, errors;
   bool well = false;
 };
+/// Runs a command of Slurm and returns its output, as above.
 std::optional<Said> ask(const std::vector<std::string>& command, StopToken stop = {});
 
-/// What all jobs of a plan are called.
+/// Name of all jobs of a plan.
 std::string job_name(const Manifest& manifest);
 
-/// Has the job that this process is the task of run again, where it was told to stop and not cancelled.
+/// Requeues the job of this process if it was stopped and not cancelled.
 void requeue_this_job();
 
 }  // namespace freeplay::cli

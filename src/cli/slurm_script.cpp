@@ -24,7 +24,8 @@ bool is_of(const std::string& text, std::string_view others) {
   });
 }
 
-/// What jobs call: the program, or what started it with libraries of its own (scripts/bundle).
+/// The program that jobs call, or the script that starts it with bundled libraries
+/// (scripts/bundle).
 std::string program_file() {
   if (const char* named = std::getenv("FREEPLAY_PROGRAM"); named && *named) return named;
   return std::filesystem::read_symlink("/proc/self/exe").string();

@@ -1,5 +1,6 @@
-// The two batch scripts of a divided study. What stands in them comes from options, from folders' names and from files that others may
-// have made: each word is quoted for the shell, and what goes to Slurm's own lines is of characters that mean nothing there.
+// The two batch scripts of a divided study. Their contents come from options, folder names and
+// files of possibly unknown origin. Each word is therefore quoted for the shell, and words in lines
+// of #SBATCH are restricted to harmless characters.
 #pragma once
 
 #include <filesystem>
@@ -10,29 +11,32 @@
 
 namespace freeplay::cli {
 
+/// Parameters of the jobs.
 struct JobRequest {
   std::string study;               ///< file
-  bool outside = false;            ///< it may name files that do not lie beside it
-  std::string partition, scratch;  ///< empty: none is named
-  std::string time;                ///< limit as Slurm takes it
-  std::string exclude;             ///< nodes that get no task, with commas between them
+  bool outside = false;            ///< it may name files outside its folder
+  std::string partition, scratch;  ///< empty: not given
+  std::string time;                ///< limit, in Slurm's notation
+  std::string exclude;             ///< excluded nodes, separated by commas
   int cpus = 1, round = 1;
-  int lead = 60;  ///< s before the limit that a task is told to stop
+  int lead = 60;  ///< s, between the stop signal to a task and the time limit
 };
 
-/// Throws SceneError where partition, nodes, time or the folder's name hold what a line of #SBATCH cannot.
+/// Throws SceneError if partition, nodes, time or the folder's name contain characters that are not
+/// permitted in #SBATCH lines.
 void require_plain(const JobRequest& request, const std::filesystem::path& folder);
 
-/// Adds nodes that are to be left out: those whose scratch refused a shard that is `lacking`; where none is lacking and a merge has
-/// ended without its file, the node that this is asked on. Names that no machine has are passed over: files may be anyone's.
+/// Excludes more nodes: those whose scratch folder failed for a shard that is `lacking`; or, if no
+/// shard is lacking and a merge ended without its file, the present node. Invalid node names are
+/// ignored, since the files may be of unknown origin.
 void leave_out(JobRequest& request, const std::filesystem::path& folder,
                const std::vector<std::size_t>& lacking);
 
-/// Makes the shards that are `lacking`, as an array.
+/// Script of a job array that computes the `lacking` shards.
 std::string array_script(const JobRequest& request, const Manifest& manifest,
                          const std::filesystem::path& folder, const std::vector<std::size_t>& lacking);
 
-/// Merges; where shards are missing, submits them again.
+/// Script of the merge job. If shards are missing, it submits them again.
 std::string merge_script(const JobRequest& request, const Manifest& manifest,
                          const std::filesystem::path& folder);
 

@@ -1,4 +1,5 @@
-// freeplay status: how far a divided study is, from the files of its shards; and from squeue, where there is one.
+// freeplay status: progress of a divided study, from the files of its shards, and from squeue if
+// available.
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 

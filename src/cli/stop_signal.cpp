@@ -10,7 +10,8 @@
 namespace freeplay::cli {
 namespace {
 
-// The program's own; the library has none. All that follows is called by signals: nothing but atomics and system calls.
+// Flags of the program; the library has none. Signals call the following functions, which may use
+// atomics and system calls only.
 std::atomic<bool> requested{false}, heard{false};
 static_assert(std::atomic<bool>::is_always_lock_free);
 

@@ -1,5 +1,6 @@
-// freeplay submit: a divided study as a job array of Slurm, and the job that merges it. Every task makes one shard; the merge job
-// runs when all tasks have ended, however they did (afterany), and has what is missing made by another round.
+// freeplay submit: submits a divided study to Slurm as a job array with one task for each shard,
+// and a job that merges the shards. The merge job starts when all tasks have ended, with or without
+// success (afterany), and submits another round for missing shards.
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
@@ -27,8 +28,9 @@ namespace freeplay::cli {
 namespace {
 
 constexpr int most_rounds = 5;
-constexpr double pilot_seconds = 10, start_seconds = 2;  // of a task: Slurm, the program, files
-constexpr std::size_t pilot_units = 63;                  // 1 + 2 + … + 32
+// s, start of a task: Slurm, the program, files.
+constexpr double pilot_seconds = 10, start_seconds = 2;
+constexpr std::size_t pilot_units = 63;  // 1 + 2 + … + 32
 
 struct SubmitRequest : Request {
   std::string output;
@@ -38,7 +40,7 @@ struct SubmitRequest : Request {
   JobRequest job;
 };
 
-/// Seconds of a core that a unit takes: a few are made, in a folder that goes.
+/// Computing time of a unit, measured by running some units in a temporary folder.
 struct Pilot {
   double unit = 0, greatest = 0;
   std::size_t made = 0;
@@ -47,7 +49,8 @@ Pilot pilot(const Division& study, const std::vector<Unit>& units, const SubmitR
   const Scratch own(scratch_folder(request.job.scratch), "pilot0000000");
   Pilot p;
   double spent = 0;
-  // Spread over the study: neighbours cost alike. Batches grow, for the last to tell what a unit costs beside opening files.
+  // Choose units from the whole study, because neighbours have similar costs. Batches grow, so that
+  // the last one gives the cost of a unit without that of opening files.
   const auto most = std::min(pilot_units, units.size());
   double last = 0;
   std::size_t size = 1, of_last = 1;
@@ -66,7 +69,9 @@ Pilot pilot(const Division& study, const std::vector<Unit>& units, const SubmitR
   return p;
 }
 
-/// Shards such that a task's start is two per cent of its work, or as many as keep all cores at work to the end.
+/// Number of shards, a multiple of the cores: four for each core, so that all cores are busy to the
+/// end, but fewer (at least one for each core) if the start of a task would take more than two per
+/// cent of its work.
 std::size_t shards_for(const Pilot& p, std::size_t units, std::size_t cores) {
   const double work = p.unit * static_cast<double>(units);
   const double most = std::max(1.0, work / (50 * start_seconds)), even = static_cast<double>(4 * cores);
@@ -86,7 +91,7 @@ std::size_t cores_of(const std::string& partition, StopToken stop) {
              : static_cast<std::size_t>(std::max(std::atoi(said->text.c_str() + last + 1), 1));
 }
 
-/// Before anything is measured or written.
+/// Throws if Slurm is not available; called before any measurement or output.
 void require_slurm(StopToken stop) {
   const auto said = ask({"sbatch", "--version"}, stop);
   if (said && !said->well) throw std::runtime_error("sbatch --version: " + visible(said->errors));
@@ -95,7 +100,7 @@ void require_slurm(StopToken stop) {
         "--slurm: there is no Slurm on this machine (no sbatch); docs/how-to/cluster.md shows how shards run without it");
 }
 
-/// Numbers of the study's jobs that are queued or run, but this one.
+/// Numbers of the study's queued and running jobs, except this one.
 std::set<std::string> jobs_of(const Manifest& m, StopToken stop) {
   const auto said = ask({"squeue", "-h", "-n", job_name(m), "-o", "%A"}, stop);
   if (!said || !said->well)
@@ -127,7 +132,8 @@ std::string minutes(double seconds) {
   return fmt::format("{}", std::max(2, static_cast<int>(std::ceil(seconds / 60))));
 }
 
-/// A folder that is planned may be anyone's: what its plan says is run only where it is this study's.
+/// Checks that a plan in the folder is that of this study. The folder may be of unknown origin, so
+/// the plan's commands are not run otherwise.
 void require_planned(const Manifest& m, const SubmitRequest& request, const std::filesystem::path& folder) {
   constexpr std::array<std::string_view, 4> verbs{"sweep", "bifurcation", "basin", "calibrate"};
   if (std::ranges::find(verbs, m.verb) == verbs.end() ||
@@ -150,14 +156,15 @@ int submit(const SubmitRequest& asked) {
   if (!planned) {
     auto division = divided_sweep(study, request.conduct(), "sweep",
                                   study_arguments(request.job.study, request.reach), subject_of(study));
-    const auto all = division.units();  // half a millisecond each: once
+    const auto all = division.units();  // computed once, half a millisecond each
     division.units = [&all] { return all; };
     const auto p = pilot(division, all, request);
     if (request.stop()) throw Interrupted();
     const auto units = all.size();
     const auto n = request.array > 0 ? static_cast<std::size_t>(request.array)
                                      : shards_for(p, units, cores_of(request.job.partition, request.stop));
-    // Thrice what is expected, for nodes that are busy, and the unit under way; what takes longer is requeued.
+    // Time limit: three times the expected time, for busy nodes, plus the current unit. A task that
+    // takes longer is requeued.
     const double expected =
         p.unit * std::ceil(static_cast<double>(units) / static_cast<double>(n)) / request.job.cpus;
     if (time.empty()) time = minutes(3 * expected + p.greatest + request.job.lead + 60);

@@ -1,4 +1,4 @@
-// freeplay sweep: a study's missing runs, on all cores, into one SQLite file.
+// freeplay sweep: executes the missing runs of a study on all cores, into one SQLite file.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -30,17 +30,17 @@ std::string left(double seconds) {
 }
 
 struct SweepRequest : Request {
-  std::string scene;  ///< the study's file
+  std::string scene;  ///< study file
   Reach reach = Reach::beside;
   std::string output;           ///< result folder
-  int threads = 0;              ///< 0 for all cores
-  std::string table;            ///< CSV file in the result folder, for all named runs; empty: none
-  std::string spectra, traces;  ///< likewise, of harmonics and samples
+  int threads = 0;              ///< 0: all cores
+  std::string table;            ///< CSV file in the result folder for all named runs; empty: none
+  std::string spectra, traces;  ///< likewise for spectra and traces
   ShardOptions shards;
-  bool prune = false;  ///< remove what the study does not name, and run nothing
+  bool prune = false;  ///< delete the runs that the study does not name, and execute none
 };
 
-/// Says which runs the study does not name, and removes them.
+/// Prints which runs the study does not name, and deletes them.
 int prune(const Study& study, const std::vector<PlannedRun>& planned, const std::filesystem::path& folder,
           const SweepRequest& request) {
   const FolderLock lock(folder, "sweep --prune");
@@ -60,7 +60,7 @@ int prune(const Study& study, const std::vector<PlannedRun>& planned, const std:
   return 0;
 }
 
-/// Results go below the result folder, whatever the option says.
+/// Requires a plain file name: outputs are in the result folder.
 void require_plain(const char* option, const std::string& file) {
   if (file.empty()) return;
   const std::filesystem::path path(file);

@@ -10,7 +10,7 @@
 namespace freeplay::cli {
 namespace {
 
-/// What a stream of the C library writes through.
+/// Replacement of a standard stream that escapes its text.
 struct Guard {
   int descriptor;
   VisibleStream visible{"\n\t"};
@@ -25,13 +25,13 @@ bool write_all(int descriptor, const std::string& text) {
   return true;
 }
 
-/// All of it or, by the rule of such functions, 0.
+/// Returns `size`, or 0 on an error, as fopencookie() requires.
 ssize_t write_guarded(void* guard, const char* text, std::size_t size) {
   auto& g = *static_cast<Guard*>(guard);
   return write_all(g.descriptor, g.visible.pass({text, size})) ? static_cast<ssize_t>(size) : 0;
 }
 
-/// Null where there is no memory for one.
+/// The guarded stream, or null without memory.
 std::FILE* guarded(Guard& guard, int buffering) {
   std::FILE* stream = fopencookie(&guard, "w", {nullptr, write_guarded, nullptr, nullptr});
   if (stream) std::setvbuf(stream, nullptr, buffering, BUFSIZ);
@@ -41,7 +41,7 @@ std::FILE* guarded(Guard& guard, int buffering) {
 }  // namespace
 
 void guard_terminal() {
-  // Never destroyed: streams are flushed behind all destructors.
+  // Never destroyed: the streams are flushed after all destructors.
   static auto& out = *new Guard{1};
   static auto& err = *new Guard{2};
   std::fflush(stdout);

@@ -1,15 +1,16 @@
-// Where text leaves the program. Names and titles come from files of strangers: whatever is printed, by whomever, has its
-// control characters and direction marks spelt out here, but for line ends and tabs.
+// Standard output and error of the program. Printed names and titles may be of unknown origin, so
+// all output passes through a guard that escapes control characters and direction marks, except
+// line ends and tabs.
 #pragma once
 
 #include <string>
 
 namespace freeplay::cli {
 
-/// From now on stdout and stderr show what they are given. Errors of writing are those of the streams, as ever.
+/// Installs the guard on stdout and stderr. Errors of writing are reported by the streams as usual.
 void guard_terminal();
 
-/// Writes to stderr past the guard: control characters of the program's own, such as those that redraw a line of progress.
+/// Writes to stderr without the guard, for the program's own control characters (progress line).
 void redraw(const std::string& text);
 
 }  // namespace freeplay::cli

@@ -1,4 +1,4 @@
-// freeplay tradeoff: what accuracy costs, every setting on the scenes of a study.
+// freeplay tradeoff: cost and accuracy of all settings on the scenes of a study.
 #include "study/comparison/tradeoff.hpp"
 
 #include <fmt/format.h>
@@ -24,13 +24,13 @@
 namespace freeplay::cli {
 namespace {
 
-/// A scene's settings, for a terminal; or as Markdown.
+/// Table of a scene's settings, for a terminal or as Markdown.
 std::string table(const TradeoffScene& t, bool markdown) {
   std::string out;
   const auto line = [&](auto... x) {
     if (markdown)
       out += fmt::format("| {} | {} | {} | {} | {} | {} | {} | {} | {} |\n", x...);
-    else  // without steps and pivots, in 80 columns
+    else  // without steps and pivots, to fit in 80 columns
       out += fmt::format("{0:<29}{1:>8}{2:>8}{3:>8}{4:>8}{6:>9}{8:>9}\n", x...);
   };
   line("setting", "events", "state", "energy", "stat.", "steps", "rhs", "pivots", "CPU ms");
@@ -71,7 +71,7 @@ std::string orders(const TradeoffScene& t) {
 }
 
 struct TradeoffRequest : Request {
-  std::string scene;  ///< the study's file
+  std::string scene;  ///< study file
   Reach reach = Reach::beside;
   int repeats = 3;       ///< runs of each setting
   std::string output;    ///< result folder
@@ -81,7 +81,7 @@ struct TradeoffRequest : Request {
 int tradeoff(const TradeoffRequest& request) {
   const auto study = read_study(request.scene, request.reach);
   const auto folder = result_folder(request.output, default_folder(study.file, ""));
-  std::vector<std::shared_ptr<const Scene>> scenes;  // all are read before anything is run
+  std::vector<std::shared_ptr<const Scene>> scenes;  // read all before any run
   for (const auto& v : study.variants) scenes.push_back(open_scene(v.scene, v.overrides));
   nlohmann::json document;
   document["provenance"] = provenance(study);

@@ -1,4 +1,4 @@
-// freeplay validate SCENE --data FILE: both formulations against a user's measurement.
+// freeplay validate SCENE --data FILE: compares both formulations with a measurement.
 #include "study/calibration/validate.hpp"
 
 #include <fmt/format.h>
@@ -51,7 +51,7 @@ std::string table(const Validation& v) {
   return out;
 }
 
-/// What each model is found to be, a finding a line.
+/// Findings for each formulation, one a line.
 std::string verdicts(const Validation& v) {
   std::string out;
   for (const auto& a : v.models) {

@@ -1,20 +1,23 @@
-// What `freeplay validate` is asked with, of a scene or of a study.
+// Options of `freeplay validate`, for a scene or a study.
 #pragma once
 
 #include "cli/verb.hpp"
 
 namespace freeplay::cli {
 
+/// Options of the verb.
 struct ValidateRequest : Request {
-  std::string scene;                   ///< scene's or study's file
-  Reach reach = Reach::beside;         ///< of a study
-  std::string data;                    ///< measured file; none: a study against published findings
+  std::string scene;            ///< file of the scene or study
+  Reach reach = Reach::beside;  ///< permitted files of a study
+  /// Measured file; empty: compare a study with published findings.
+  std::string data;
   std::vector<std::string> overrides;  ///< of a scene
   std::string output;                  ///< result folder
-  bool as_given = false;               ///< the impact law at the restitution asked for
-  std::string document;                ///< folder for a study's experiment.md and its figures
+  bool as_given = false;               ///< the impact law takes the surfaces' restitution unchanged
+  std::string document;                ///< folder for experiment.md of a study and its figures
 };
 
+/// Validates a study; returns the exit status.
 int validate_study(const ValidateRequest& request);
 
 }  // namespace freeplay::cli

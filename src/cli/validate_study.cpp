@@ -1,4 +1,5 @@
-// freeplay validate STUDY: calibrates, runs what is missing, and judges published findings.
+// freeplay validate STUDY: calibrates, executes missing runs, and compares the results with
+// published findings.
 #include <fmt/format.h>
 
 #include <nlohmann/json.hpp>
@@ -25,13 +26,13 @@ namespace {
 
 constexpr int all_cores = 0;
 
-/// The fitted study's scene at its optimum.
+/// The scene of the fitted study at its optimum.
 Variant calibrated_variant(const Study& study, const Study& fitted, const Fit& fit) {
   Variant v{"calibrated",     "Calibrated: " + fitted.title, fitted.scene, {}, family_names(), study.starts,
             study.revolutions};
   for (std::size_t i = 0; i < fitted.calibration->unknowns.size(); ++i)
     v.overrides.push_back(fmt::format("{}={}", fitted.calibration->unknowns[i].key, fit.unknowns[i].value));
-  // The penalty formulation shall deliver the fitted restitution.
+  // The contact law must deliver the fitted restitution.
   v.overrides.push_back("penalty.contact=exact");
   return v;
 }
@@ -51,7 +52,7 @@ int validate_study(const ValidateRequest& request) {
         "{}: axes: claims = \"flores2011\" are judged over two, of clearance and of speed", request.scene));
   if (!request.overrides.empty()) throw SceneError("validate: --set belongs to a scene with --data");
   const auto folder = result_folder(request.output, default_folder(study.file, ""));
-  // All that both studies ask for is known to be possible before anything is run or replaced.
+  // Check that both studies can be run, before any run or change of results.
   auto planned = plan(study, request.conduct());
   nlohmann::json document;
   document["provenance"] = provenance(study);

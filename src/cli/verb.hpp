@@ -1,8 +1,9 @@
-// A verb of the program: its options, its help and what it does stand in a file of its own, src/cli/NAME.cpp,
-// and its name on one line of verbs.def. The file defines `void NAME_verb(Program&)`, which declares the options
-// and where they go; main runs the function of the verb that the command line names.
+// Framework of the program's verbs. src/cli/NAME.cpp contains the options, the help and the
+// implementation of the verb NAME, and verbs.def lists it. The file defines `void
+// NAME_verb(Program&)`, which declares the options and the variables that receive them. main()
+// executes the verb of the command line.
 //
-// Only command_line.cpp includes CLI11: it takes seconds to compile.
+// Only command_line.cpp includes CLI11, because it takes seconds to compile.
 #pragma once
 
 #include <functional>
@@ -22,36 +23,36 @@ class Option;
 
 namespace freeplay::cli {
 
-/// What every verb is asked with; its own options follow in a struct of its own.
+/// Base of the options of each verb.
 struct Request {
-  StopToken stop;  ///< asked by a signal
+  StopToken stop;  ///< requested by a signal
   Conduct conduct() const { return {true, stop}; }
 };
 
-/// An option that has been declared, to be restricted.
+/// A declared option, for further restrictions.
 class Option {
  public:
   explicit Option(CLI::Option* option) : option_(option) {}
   Option& required();
-  /// What the help shows in the place of its value: FOLDER, FILE, SECONDS.
+  /// Placeholder of the value in the help: FOLDER, FILE, SECONDS.
   Option& takes(const char* what);
   Option& needs(const Option& other);
   Option& excludes(const Option& other);
   Option& one_of(const std::vector<std::string>& values);
   Option& between(int low, int high);
-  /// A number for which `holds`; else the error says what it `must` be.
+  /// Restricts a number to those for which `holds` is true. `must` completes the error message.
   Option& number(bool (*holds)(double), const char* must);
-  /// The same of a percentage, with or without its sign.
+  /// Likewise for a percentage, with or without "%".
   Option& percentage(bool (*holds)(double), const char* must);
   Option& shows_default();
-  /// One value each time it is given; what follows may be something else.
+  /// The option takes one value each time, and does not consume the following words.
   Option& one_each();
 
  private:
   CLI::Option* option_;
 };
 
-/// Declares a verb's options: their names, where they go, what they mean.
+/// Declares the options of a verb: names, variables and meanings.
 class Options {
  public:
   explicit Options(CLI::App* app) : app_(app) {}
@@ -61,7 +62,7 @@ class Options {
   Option add(const char* names, std::optional<double>& value, const char* what);
   Option add(const char* names, std::vector<std::string>& value, const char* what);
   Option flag(const char* names, bool& value, const char* what);
-  /// An option whose value may be left out, as in --hdf5 and --hdf5 FILE: empty then.
+  /// An option with an optional value, as in --hdf5 and --hdf5 FILE; without one it is empty.
   Option maybe(const char* names, std::optional<std::string>& value, const char* what);
 
   /// Options that several verbs have.
@@ -70,24 +71,25 @@ class Options {
              const char* what = "override a key, KEY=VALUE; may be repeated");
   Option output(std::string& folder, const char* what);
   Option accuracy(std::string& level);
-  /// Of verbs that read a study.
+  /// For verbs that read a study.
   Option allow_outside(Reach& reach);
   Option threads(int& count);
-  /// What may be written.
+  /// Limit of the output.
   Option limit_output(double& gigabytes);
 
  private:
   CLI::App* app_;
 };
 
-/// The program's command line.
+/// The command line of the program. Owns the requests of all verbs.
 class Program {
  public:
   explicit Program(StopToken stop);
   ~Program();
 
-  /// Adds the verb `name`, which does `what` by `act`, and returns where its options are declared with the request
-  /// that they fill. Exit status of `act`: 0 done, 1 a solve gave up; bad input is thrown as SceneError.
+  /// Adds the verb `name` with the description `what`. Returns the object to declare its options,
+  /// and the request that they fill. `act` executes the verb; its exit status is 0 when done and 1
+  /// if a solve failed. Invalid input is thrown as SceneError.
   template <class Asked>
   std::pair<Options, Asked&> verb(const char* name, const char* what, int (*act)(const Asked&)) {
     auto request = std::make_shared<Asked>();
@@ -95,7 +97,7 @@ class Program {
     return {add(name, what, [request, act] { return act(*request); }), *request};
   }
 
-  /// Does what the command line asks; the exit status.
+  /// Executes the command line; returns the exit status.
   int run(int argc, char** argv);
 
  private:

@@ -1,5 +1,5 @@
-// freeplay verify: every claim judged, on the terminal and in verification.json; with --document also as
-// Markdown with its figures, and as a table of what the claims ask.
+// freeplay verify: evaluates all claims of the verification suite, on the terminal and in
+// verification.json; with --document also as Markdown with figures, and as a table of the claims.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -25,7 +25,7 @@ namespace {
 
 using namespace verification;
 
-/// One figure for each name among the curves, on logarithmic axes.
+/// Draws one figure for each name of a curve, with logarithmic axes.
 void draw_curves(const std::vector<Verdict>& verdicts, const std::filesystem::path& folder) {
   std::vector<Curve> curves;
   for (const auto& v : verdicts)
@@ -55,7 +55,7 @@ void draw_curves(const std::vector<Verdict>& verdicts, const std::filesystem::pa
 }
 
 struct VerifyRequest : Request {
-  std::vector<std::string> names;  ///< sets of claims; none: all
+  std::vector<std::string> names;  ///< sets of claims; empty: all
   std::string output;              ///< result folder
   std::string document;            ///< folder for verification.md and its figures
 };
@@ -73,7 +73,7 @@ int verify(const VerifyRequest& request) {
           fmt::format("verify: there is no set of claims \"{}\"{}", name, meant(name, known, "there is:")));
     }
 
-  test::source_folder();  // throws before anything is judged or written
+  test::source_folder();  // throws before any evaluation or output
 
   Progress progress;
   std::vector<Verdict> verdicts;

@@ -1,4 +1,4 @@
-// Text for a terminal of 80 columns.
+// Wraps text for a terminal of 80 columns.
 #pragma once
 
 #include <string>
@@ -6,11 +6,12 @@
 
 namespace freeplay::cli {
 
-/// `text` with lines beyond 80 columns (of UTF-8, no wide characters) broken at spaces and continued after
-/// `indent` columns.
+/// `text` with lines longer than 80 columns (UTF-8 without wide characters) broken at spaces.
+/// Continuation lines are indented by `indent` columns.
 inline std::string wrapped(std::string_view text, std::size_t indent = 2) {
   std::string out;
-  std::size_t column = 0, space = std::string::npos, word = 0;  // `word`: columns since the last space
+  // `word`: columns since the last space.
+  std::size_t column = 0, space = std::string::npos, word = 0;
   for (const char c : text) {
     out += c;
     if ((c & 0xC0) == 0x80) continue;

@@ -13,13 +13,14 @@
 namespace freeplay {
 namespace {
 
-/// Keeps touches, and asks the run to end when it has enough of them or has gone on for too long.
+/// Records contact onsets. Requests the end of the run when it has enough of them or a time is
+/// reached.
 class FirstTouches final : public Observer {
  public:
   FirstTouches(std::size_t enough, double until, const StopToken& asked)
       : enough_(enough), until_(until), asked_(asked) {}
   std::vector<ContactEvent> list;
-  double t = 0;  ///< s, reached
+  double t = 0;  ///< s, time reached
   StopToken token() const { return StopToken(done_); }
 
   void event(const Event& e) override {
@@ -37,7 +38,7 @@ class FirstTouches final : public Observer {
   std::atomic<bool> done_ = false;
 };
 
-/// Of each contact the first touches of `list`, as many as `own` has.
+/// The first onsets of `list`, for each contact as many as `own` has.
 std::vector<ContactEvent> as_many(const std::vector<ContactEvent>& own,
                                   const std::vector<ContactEvent>& list) {
   std::vector<ContactEvent> kept;
@@ -48,7 +49,7 @@ std::vector<ContactEvent> as_many(const std::vector<ContactEvent>& own,
   return kept;
 }
 
-/// A run that fails has the touches that it came to.
+/// Observes one run. A run that fails still provides the onsets before the failure.
 void watch(const Scene& scene, const SimulationOptions& options, FirstTouches& touches) {
   Simulation(scene, "nonsmooth", options)
       .run({.observers = {&touches}, .keep_events = false, .stop = touches.token()});
@@ -67,12 +68,13 @@ std::optional<TouchDoubt> doubt_first_touches(const Scene& scene, const Simulati
   watch(bare, options, own);
   if (own.list.empty() || stop()) return {};
 
-  // What is left of the run's own number of steps, as a finer step over the same time.
+  // Choose the ratio r so that the refined run, over the same time, takes no more steps than the
+  // run has left.
   const double ratio = std::clamp(std::floor(0.6 * duration / own.t), 2.0, 8.0);
   bare.nonsmooth.step = *scene.nonsmooth.step / ratio;
-  // A step beyond: a touch that comes late is late, not missing.
+  // Continue the refined run for a while longer: an onset that comes late is not missing.
   const double until = own.t + 0.25 * (own.t - (own.list.size() > 1 ? own.list.front().t : 0));
-  // Contacts that strike at once may come in another order: a few touches more find them all.
+  // Simultaneous contacts may begin in another order: a few more onsets include them all.
   FirstTouches finer(own.list.size() + 3, std::min(until, duration), stop);
   watch(bare, options, finer);
   if (stop()) return {};

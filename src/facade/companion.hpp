@@ -1,11 +1,16 @@
-// How far the first touches of a time-stepped run may be off, measured: the same run once more at a shorter step.
+// Error estimate for the first contacts of a time-stepped run, by step refinement.
 //
-// A touch acts somewhere within its step, so its time, and with it all that follows, has an error C h, where C depends
-// on where in the step (docs/development/decisions/006). Of two runs at h and h/r
+// Time stepping applies the impulse of a contact within the step of its onset, so the onset, and
+// everything after it, has an error C h. C depends on the position of the onset in the step
+// (docs/decisions/006). For two runs with the steps h and h/r
 //
-//     |C h| ≤ |difference| + |C' h/r|,   |C'| ≈ |C|   ⇒   error(h) ≈ r/(r − 1) difference at most,
+//     |C h| ≤ |difference| + |C' h/r|,   |C'| ≈ |C|   ⇒   error(h) ≲ r/(r − 1) |difference|.
 //
-// and twice that is said: C and C' are alike on average only.
+// C and C' agree on average only, so the estimate is twice this bound.
+//
+// doubt_first_touches() repeats the beginning of the run at the step h and at h/r, r = 2 … 8, and
+// compares the first contact onsets. add_companion() calls it after a finished run and writes the
+// estimate and a note into the Result. The functions keep no state.
 #pragma once
 
 #include <optional>
@@ -16,21 +21,23 @@ namespace freeplay {
 
 struct Scene;
 
-/// Touches that a companion looks at.
+/// Number of first contact onsets that are compared.
 inline constexpr int companion_touches = 3;
-/// Beyond this share a run's first touches are doubtful.
+/// Estimated relative error above which the note of the first contacts begins with DOUBTFUL.
 inline constexpr double doubtful_touches = 0.05;
 
-/// Nothing for a scheme that locates its events or chooses its steps, without touches, or when asked to stop. Costs as
-/// many steps as the run takes to its first touches and at least twice as many more, as a rule some per cent of a run; the
-/// run itself is not touched.
+/// Estimates the error of the first contact onsets. Returns nullopt for a scheme that locates its
+/// events or chooses its steps, for a run without contact onsets, and after a stop request. Costs
+/// as many steps as the run takes to its first onsets and at least twice as many again, usually a
+/// few per cent of a run. It does not change the run.
 std::optional<TouchDoubt> doubt_first_touches(const Scene& scene, const SimulationOptions& options,
                                               const StopToken& stop);
 
-/// Adds it to a result, with its note.
+/// Adds the estimate and its note to a result.
 void add(const TouchDoubt& doubt, Result& result);
 
-/// Both, of a time-stepped run that has finished; of any other nothing.
+/// Estimates and adds, for a finished run of the nonsmooth formulation; does nothing for other
+/// runs.
 void add_companion(const Simulation& simulation, const SimulationOptions& options, const StopToken& stop,
                    Result& result);
 

@@ -1,4 +1,5 @@
-// The identity of a run that is not made yet, or of one that stands there.
+// Identity of a run (values/identity.hpp): everything that determines its digits, as text. These
+// functions compute it from a scene, before or without a run. They keep no state.
 #pragma once
 
 #include <optional>
@@ -13,16 +14,19 @@ namespace freeplay {
 struct Scene;
 class System;
 
-/// "penalty" or "nonsmooth"; throws ModelError.
+/// Family of a formulation's name, "penalty" or "nonsmooth". Throws ModelError for any other name.
 Family family_of(std::string_view formulation);
 
-/// What the contacts of an impact law take from the penalty law; nullopt where they take their surfaces' values.
+/// Coefficients of restitution that the penalty law of the scene delivers, one for each contact.
+/// nullopt if `asked` is false or the family has no impact law: contacts then take the values of
+/// their surfaces.
 std::optional<std::vector<double>> matched_restitution(Family family, bool asked, const Scene& scene,
                                                        const System& system);
 
-/// Nothing given beside the scene.
+/// Identity of a run of this scene without a start given by the caller.
 Identity identify(const Scene& scene, Family family, const std::optional<std::vector<double>>& restitution);
-/// The same of a scene that may still be refused. Throws ModelError for a restitution that cannot be matched.
+/// As above, for a scene that has not been validated. Throws ModelError for an unknown formulation,
+/// an invalid mechanism, or a restitution that cannot be matched.
 Identity identify(const Scene& scene, std::string_view formulation, bool matched);
 
 }  // namespace freeplay

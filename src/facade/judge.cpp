@@ -9,7 +9,7 @@
 namespace freeplay {
 namespace {
 
-/// "gudgeon lay up to 385 clearances inside its wall"
+/// Example: "gudgeon lay up to 385 clearances inside its wall".
 std::string depth(const ContactSummary& c) {
   return c.has_clearance()
              ? fmt::format("{} lay up to {:.3g} clearances inside its wall", c.name, c.penetration_ratio)
@@ -18,7 +18,8 @@ std::string depth(const ContactSummary& c) {
                            c.measure == "radius" ? "its radius of curvature" : "the longest arm");
 }
 
-/// Surfaces of an impact law stay apart but for rounding: of the contact's measure.
+/// Bounds of the penetration under an impact law, relative to the contact's measure. Above the
+/// first the result is doubtful, above the second it fails. The exact solution has no penetration.
 constexpr double doubtful_depth = 1e-3, greatest_depth = 1;
 
 }  // namespace
@@ -26,13 +27,14 @@ constexpr double doubtful_depth = 1e-3, greatest_depth = 1;
 void warn(Result& result, Family family, std::string_view finer) {
   const bool impact_law = family == Family::nonsmooth;
   const double scale = std::max(result.ledger.scale(), result.ledger.passed);
-  // The greatest kinetic energy before an impact may itself be rounding, in what has always rested.
+  // In a mechanism that never moved, the greatest kinetic energy before an impact may be rounding.
   if (!(result.extremes.greatest_gain > 1e-12 * scale))
     result.extremes.gains = 0, result.extremes.greatest_gain = 0;
-  // Contacts only take energy in nature: where they give much of what there is, they drive the motion.
+  // Physical contacts only dissipate. If they add a large share of the energy, they drive the
+  // motion.
   const double given = -(result.ledger.contact + result.ledger.friction);
-  // Friction may take again what impacts gained, and terms that cancel hide a gain: it is also judged by the energy that
-  // impacts found.
+  // Friction may dissipate what impacts added, and cancelling terms may hide the gain, so the gain
+  // is also compared with the kinetic energy before the impact.
   const double gain = result.extremes.greatest_gain, found = result.extremes.greatest_kinetic;
   const bool grows = found > 0 && gain > 0.1 * found;
   const bool drives = impact_law && (std::max(given, gain) > 0.1 * scale || grows);
@@ -46,9 +48,10 @@ void warn(Result& result, Family family, std::string_view finer) {
     result.notes.push_back(
         fmt::format("DOUBTFUL: contacts with their friction gave {:.3g} J of {:.3g} J; take a smaller {}",
                     given, scale, finer));
-  // An impact law keeps surfaces apart but for rounding. Under a contact law a journal may go a tenth of its play
-  // deeper before the play itself is another; and discs a tenth of their radius: there the half-width of Hertz's
-  // contact, √(δR), is 0.3 R, and no longer small as his half-space asks (Johnson, Contact Mechanics, 1985, §4.1).
+  // An impact law prevents penetration except for rounding. Under a contact law the bound is a
+  // tenth of the clearance, beyond which the clearance itself changes, or a tenth of the radius of
+  // a disc: there the half-width of Hertz's contact, √(δR), is 0.3 R and no longer small, as the
+  // half-space assumption requires (Johnson, Contact Mechanics, 1985, §4.1).
   for (const auto& c : result.contacts)
     if (c.penetration_ratio > (impact_law ? doubtful_depth : 0.1))
       result.notes.push_back(fmt::format(

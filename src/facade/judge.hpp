@@ -1,4 +1,6 @@
-// What a finished run is told about itself.
+// Checks of a finished run: energy balance, penetration, energy gained in impacts, finite values.
+// Each check adds a note to the Result or replaces its ending by a failure. The bounds are in
+// judge.cpp.
 #pragma once
 
 #include <string_view>
@@ -8,17 +10,19 @@
 
 namespace freeplay {
 
-/// Adds notes on what makes a result doubtful: a journal deep in its wall, an energy balance that does not close. `finer`: the key
-/// whose smaller value makes the run's steps finer (fineness_key()). Energies are compared with the greatest that passed
-/// within the run, which may be gone at its end.
+/// Adds notes about doubtful results: penetration beyond the bound of the formulation, contacts
+/// that add energy, an energy balance that does not close. `finer` is the key whose smaller value
+/// refines the steps of the run (fineness_key()). Energies are compared with the greatest energy
+/// that occurred during the run, because a motion may have dissipated most of it at the end.
 void warn(Result& result, Family family, std::string_view finer);
 
-/// Fails a finished run of an impact law whose surfaces lay deeper in each other than their contact's measure, a clearance or
-/// a radius: past it the journal is outside its bearing, and what followed is of another mechanism. Contact laws yield, and
-/// are doubted by warn().
+/// Fails a finished run of an impact law in which a penetration exceeded the contact's measure, a
+/// clearance or a radius. Beyond this bound the journal is outside its bearing and the computed
+/// motion belongs to another mechanism. Penalty contacts are compliant; warn() reports their
+/// penetration.
 void refuse_too_deep(Result& result, Family family, std::string_view finer);
 
-/// Fails an ending whose state or energies are not finite: such a result is refused, whatever made it.
+/// Fails a run whose final state or energies are not finite, whatever the cause.
 void refuse_not_finite(Result& result);
 
 }  // namespace freeplay

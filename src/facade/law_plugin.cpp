@@ -22,7 +22,7 @@ using Loads = const char* const* (*)();
 using LoadForce = void (*)(const char*, double, const double*, const double*, double*);
 constexpr int abi = 1;
 
-/// Kept loaded as long as a law refers to it.
+/// An open shared object. Each law or force that uses it shares its ownership.
 struct Plugin {
   explicit Plugin(void* opened) : handle(opened) {}
   Plugin(const Plugin&) = delete;
@@ -45,9 +45,10 @@ Vec2 load_force(const void* context, const char* load, double t, const Vec2& pla
   return {f[0], f[1]};
 }
 
-/// Whether all that the loader maps lies within the file. What lies behind its end it maps too, and the process ends by SIGBUS when
-/// that is read. (System V ABI, "Program Header": a segment has p_filesz bytes from p_offset on; the table of sections, which the
-/// loader does not need, stands last in what linkers write.)
+/// Whether all segments that the loader maps lie within the file. The loader also maps pages beyond
+/// the end of a truncated file, and reading them ends the process by SIGBUS. (System V ABI,
+/// "Program Header": a segment has p_filesz bytes from p_offset on. The section table, which the
+/// loader does not need, is last in the output of linkers.)
 bool is_whole(std::string_view bytes) {
   const auto at = [&]<class T>(T& into, std::uint64_t place) {
     if (place > bytes.size() || bytes.size() - place < sizeof into) return false;
@@ -74,7 +75,7 @@ Outside load_plugin(const std::filesystem::path& file) {
   };
   const auto bytes = read_file(file, most_of_a_result);
   if (bytes.starts_with(ELFMAG) && !is_whole(bytes)) throw refuse("it is cut short; build or copy it again");
-  // With a slash in it the name is a file's, and is looked for nowhere else.
+  // A name with a slash is a path: the loader does not search other folders for it.
   void* handle = dlopen(std::filesystem::absolute(file).c_str(), RTLD_NOW | RTLD_LOCAL);
   if (!handle) throw refuse(visible_brief(dlerror()));
   auto plugin = std::make_shared<Plugin>(handle);

@@ -1,16 +1,19 @@
-// Code of a user's from a shared object. It exports, with C linkage,
+// Plugin: contact laws and load forces of the user in a shared object. It exports, with C linkage,
 //
-//     int freeplay_law_abi(void);             1
+//     int freeplay_law_abi(void);                  returns 1
 //
-// and one of these or both:
+// and at least one of the following:
 //
-//     double freeplay_normal_force(const char* contact, double penetration, double rate, double touch_speed);
+//     double freeplay_normal_force(const char* contact, double penetration, double rate,
+//                                  double touch_speed);
 //
-//     const char* const* freeplay_loads(void);     the loads that it stands in for, NULL after the last
-//     void freeplay_load_force(const char* load, double t, const double place[2], const double velocity[2], double force[2]);
+//     const char* const* freeplay_loads(void);     names of the loads it replaces, then NULL
+//     void freeplay_load_force(const char* load, double t, const double place[2],
+//                              const double velocity[2], double force[2]);
 //
-// as mechanism/own_law.hpp and mechanism/own_force.hpp say of `force`. It is code of its author's that runs in this program: nothing but its
-// user's word loads it.
+// mechanism/own_law.hpp and mechanism/own_force.hpp specify arguments, units and conditions of the
+// functions. A plugin runs with the rights of this process, so it is loaded only if the user
+// requests it (`--law-plugin`).
 #pragma once
 
 #include <filesystem>
@@ -19,7 +22,9 @@
 
 namespace freeplay {
 
-/// Its name is the file's, its digest that of the file's bytes. Throws SceneError for what is no such plugin.
+/// Loads a plugin. Its name is the file's name, its digest that of the file's bytes. The returned
+/// laws and forces keep the shared object loaded. Throws SceneError if the file is not a valid
+/// plugin.
 Outside load_plugin(const std::filesystem::path& file);
 
 }  // namespace freeplay

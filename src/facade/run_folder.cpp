@@ -25,6 +25,7 @@ namespace freeplay {
 namespace {
 
 constexpr int checkpoint_version = 4;
+/// Calls the progress function about 200 times a run.
 class Progress final : public Observer {
  public:
   Progress(std::function<void(double)> show, double duration) : show_(std::move(show)), duration_(duration) {}
@@ -39,7 +40,7 @@ class Progress final : public Observer {
   double duration_, next_ = 0;
 };
 
-/// A run's files and statistics, and where they stand.
+/// The result files and the statistics of a run. Owns them; a checkpoint saves their positions.
 struct Recorders {
   Recorders(const Simulation& simulation, const std::filesystem::path& folder, bool resumed)
       : statistics(simulation.scene().run.discard),
@@ -83,7 +84,7 @@ struct Recorders {
   std::optional<ForcesCsv> forces;
 };
 
-/// What a run that goes on later must know: its identity says what to run.
+/// Contents of a checkpoint. The identity determines the run to continue.
 struct Checkpoint {
   Identity identity;
   Origin origin;
@@ -109,7 +110,8 @@ void write_checkpoint(const Simulation& simulation, const RunPlan& plan, Recorde
   for (auto* file : recorders.files()) file->keep();
 }
 
-/// The last observer of a run: when it sees a step, the others have.
+/// Writes checkpoints. Must be the last observer of a run: the recorders have then received the
+/// step.
 class Checkpoints final : public Observer {
  public:
   Checkpoints(const Simulation& simulation, const RunPlan& plan, Recorders& recorders)
@@ -123,8 +125,8 @@ class Checkpoints final : public Observer {
     last_ = Clock::now();
   }
 
-  /// The run was asked to stop while others recorded its last step: they missed some of it, and only the
-  /// checkpoint before can be gone on from.
+  /// A stop request arrived while the recorders processed the last step. They have part of it only,
+  /// so the run can be continued from the previous checkpoint only.
   bool cut() const { return cut_; }
 
  private:
@@ -156,7 +158,7 @@ Result drive(Simulation& simulation, const RunPlan& plan, Recorders& recorders) 
   if (later && !checkpoints.cut()) write_checkpoint(simulation, plan, recorders);
   if (result.ending.status == Ending::Status::interrupted && holds_finished_run(folder)) {
     result.notes.emplace_back("interrupted: the finished run that stands in the folder stays there");
-    return result;  // what is to be gone on with stays beside it
+    return result;  // the partial files and the checkpoint remain beside it
   }
   for (auto* file : recorders.files()) file->settle();
   if (plan.companion)
@@ -165,7 +167,8 @@ Result drive(Simulation& simulation, const RunPlan& plan, Recorders& recorders) 
   document["provenance"] = provenance(simulation.scene(), simulation.identity());
   RunSet set(folder, recorders.names());
   set.summarise(document.dump(2, ' ', false, nlohmann::json::error_handler_t::replace) + "\n");
-  for (auto* file : recorders.files()) file->keep();  // from here on the new run is what the folder holds
+  // from here on the folder contains the new run
+  for (auto* file : recorders.files()) file->keep();
   set.remove_older();
   for (auto* file : recorders.files()) file->commit();
   set.commit(later);
@@ -196,7 +199,7 @@ Result run_scene(const Scene& scene, const RunPlan& plan) {
     make_folder(*plan.folder);
     const FolderLock lock(*plan.folder, "run");
     settle_run(*plan.folder);
-    std::filesystem::remove(*plan.folder / checkpoint_name);  // of a run that this one replaces
+    std::filesystem::remove(*plan.folder / checkpoint_name);  // of the run that is replaced
     Recorders recorders(simulation, *plan.folder, false);
     if (plan.checkpoint > 0) {
       for (auto* file : recorders.files()) file->begin(simulation.layout(), simulation.state());
@@ -237,7 +240,7 @@ Result resume_run(const std::filesystem::path& folder, const RunPlan& asked) {
     MemoryReader m(bytes);
     m(c);
     const auto snapshot = c.snapshot();
-    snapshot.require_program();  // before its scene is read, which may be of another time
+    snapshot.require_program();  // before the scene is read, whose format may be of another version
     auto setup = setup_of(c.identity, c.origin);
     setup.give(plan.outside);
     plan.formulation = setup.formulation;
@@ -249,8 +252,9 @@ Result resume_run(const std::filesystem::path& folder, const RunPlan& asked) {
     Recorders recorders(simulation, folder, true);
     MemoryReader of_recorders(c.recorders);
     of_recorders(recorders);
-    // Nothing is touched before all of it is known to fit. Without a half beside it a file in its place would be gone on
-    // with: that is right where this run was interrupted, and would spoil another that has ended.
+    // Change no file before all of them are known to fit. If the partial file is missing, go_on()
+    // would continue the finished file in its place. This is correct for this interrupted run, but
+    // would damage another run that has ended.
     if (holds_finished_run(folder)) require_halves(folder, recorders.names());
     for (auto* file : recorders.files()) file->go_on();
     return drive(simulation, plan, recorders);

@@ -1,5 +1,10 @@
-// A run with its result folder: files streamed while it steps, a checkpoint beside them, the rest of an interrupted
-// run made later.
+// Runs that write a result folder. The files grow while the run steps, a checkpoint beside them
+// makes an interrupted run resumable, and the complete files replace those of an earlier run as a
+// whole (io/files/run_set.hpp).
+//
+// run_scene() runs a scene from start to end; resume_run() continues an interrupted run from its
+// checkpoint. Both hold the lock of the folder while they write (io/files/folder_lock.hpp) and keep
+// no state afterwards.
 #pragma once
 
 #include <filesystem>
@@ -17,38 +22,47 @@ namespace freeplay {
 
 struct Scene;
 
+/// Parameters of run_scene(); resume_run() uses some of them.
 struct RunPlan {
   std::string formulation = {};  ///< "penalty" or "nonsmooth"
-  bool matched = false;  ///< an impact law takes the restitution that the scene's penalty law delivers
+  /// whether contacts of an impact law take the restitution that the scene's penalty law delivers
+  bool matched = false;
   std::optional<State> start = {};  ///< as SimulationOptions::start
-  Outside outside = {};             ///< of a run that is gone on with: what it was begun with
-  /// Where run.json, trajectory.csv, events.csv, signals.csv and forces.csv go; without one nothing is written.
+  /// Code of the caller; a resumed run needs the code it began with.
+  Outside outside = {};
+  /// Folder of run.json, trajectory.csv, events.csv, signals.csv and forces.csv. If absent, nothing
+  /// is written.
   std::optional<std::filesystem::path> folder = {};
-  std::function<void(double)> on_progress = {};  ///< now and then, with the fraction done
+  /// called about 200 times a run with the completed fraction
+  std::function<void(double)> on_progress = {};
   StopToken stop = {};
-  /// s of wall time between checkpoints; 0: none. One is written at the start and when the run is
-  /// interrupted, and removed when it ends. A run that is resumed and interrupted again can be resumed again
-  /// either way.
+  /// Wall time between checkpoints, s; 0 disables them. A checkpoint is also written at the start
+  /// and at an interruption, and removed when the run ends. A resumed run that is interrupted again
+  /// can be resumed in either case.
   double checkpoint = 0;
-  /// After a time-stepped run, a companion at a shorter step says how far the first touches may be off
-  /// (facade/companion.hpp). Not of interrupted runs.
+  /// Whether a time-stepped run is followed by an error estimate of its first contacts
+  /// (facade/companion.hpp). Interrupted runs have none.
   bool companion = false;
-  std::size_t most_events = 4096;  ///< kept in Result::events
-  /// bytes: a run whose files are estimated to be greater is not begun (io/files/output_estimate.hpp).
+  std::size_t most_events = 4096;  ///< maximum number of events in Result::events
+  /// Limit of the estimated output, bytes: a run whose estimate exceeds it does not begin
+  /// (io/files/output_estimate.hpp).
   double most_output = default_output_limit;
-  int runs_alike = 1;  ///< to be written there, this one counted
+  /// number of runs of this size that share the file system, including this one
+  int runs_alike = 1;
 };
 
-/// One run from start to end. A finished run that stands in the folder is replaced as a whole when this one has ended, and
-/// stays when this one is interrupted or killed. Throws SceneError or OutputError; a numerical failure is in the result's ending.
+/// Runs a scene from start to end. A finished run in the folder is replaced as a whole when this
+/// one has ended; it remains if this one is interrupted or killed. Throws SceneError or
+/// OutputError; a numerical failure is reported in Result::ending.
 Result run_scene(const Scene& scene, const RunPlan& plan);
 
-/// Whether a folder holds the checkpoint of a run that has not ended.
+/// Whether a folder contains the checkpoint of an unfinished run.
 bool has_checkpoint(const std::filesystem::path& folder);
 
-/// Goes on with the run that was interrupted or killed in this folder: the same files as if it had not been, but for
-/// times and memory in run.json. Of `asked` progress, stop, checkpoint and companion are taken. Throws SnapshotError when there
-/// is nothing to go on with, or this program cannot.
+/// Continues the interrupted or killed run of this folder. The files equal those of an
+/// uninterrupted run, except for times and memory in run.json. Only progress, stop, checkpoint,
+/// companion and outside code are read from `asked`. Throws SnapshotError if there is no checkpoint
+/// or this program cannot continue it.
 Result resume_run(const std::filesystem::path& folder, const RunPlan& asked);
 
 }  // namespace freeplay

@@ -49,8 +49,8 @@ Layout layout_of(const Scene& scene, const System& system, const State& start) {
   return l;
 }
 
-/// What no scene file may hold is refused from code too, in the words of the reader; indices that name nothing would
-/// otherwise be followed. How long a run is to last is left to RunRequest::until.
+/// Applies the checks of the scene reader to a scene built in code; invalid indices would otherwise
+/// be dereferenced. The duration is not checked: RunRequest::until may replace it.
 Scene checked(Scene scene) {
   auto facts = scene;
   facts.run = {};
@@ -58,7 +58,8 @@ Scene checked(Scene scene) {
   try {
     parse_scene(to_toml(facts), "");
   } catch (const SceneError& e) {
-    throw ModelError(e.key, e.message);  // without its place in a text that nobody wrote
+    // without a position in a text that the caller did not write
+    throw ModelError(e.key, e.message);
   }
   return scene;
 }
@@ -66,7 +67,8 @@ Scene checked(Scene scene) {
 State start_of(const Scene& scene, Family family, const System& system, const SimulationOptions& options,
                std::string& assumed) {
   if (!options.start) {
-    // Only at rest does it matter how contacts yield: elsewhere they begin without load.
+    // The compliance of contacts matters for an equilibrium only: other starts have no contact
+    // load.
     const bool rests = scene.run.start == RunOptions::Start::equilibrium;
     return assemble(scene.mechanism, scene.run.start, &assumed, options.stop,
                     rests ? compliances(family, scene, system) : Compliances{});
@@ -90,7 +92,7 @@ long peak_memory_kib() {
 
 }  // namespace
 
-/// Pinned in memory: formulation and sensors refer to scene, system and layout.
+/// Never moved: formulation and sensors refer to scene, system and layout.
 struct Simulation::Implementation {
   Implementation(Scene given, std::string_view formulation, const SimulationOptions& options)
       : scene(checked(std::move(given))),
@@ -103,7 +105,8 @@ struct Simulation::Implementation {
         form(begun(start)),
         sensors(scene.instruments, layout, start.q.size(), noise_of_run()) {}
 
-  /// A formulation begun there: what it makes of the constraint rows depends on where.
+  /// A formulation that starts at this state. Its treatment of the constraint rows depends on the
+  /// state.
   std::unique_ptr<Formulation> begun(const State& at) const {
     return make(family, scene, system, at, restitution.value_or(std::vector<double>{}));
   }
@@ -119,13 +122,14 @@ struct Simulation::Implementation {
     found.given = start_identity(given_start);
     return found;
   }
-  /// What tells this run's noise from that of any other: all that it is, but not the program that makes it.
+  /// Seed of the run's noise, from its identity without the program: equal runs of different
+  /// program versions have equal noise.
   std::uint64_t noise_of_run() const {
     auto all = identity();
     all.program.clear();
     return checksum(all.digest());
   }
-  /// Found once, when forces are first watched.
+  /// Finds the undetermined reactions once, when an observer first requests forces.
   void find_undetermined() {
     if (searched) return;
     searched = true;
@@ -140,9 +144,9 @@ struct Simulation::Implementation {
   Family family;
   std::optional<State> given_start;
   System system;
-  std::string assumed;  // of the start; before it, which says so
+  std::string assumed;  // written by the initialisation of `start`, so declared before it
   State start;
-  std::optional<std::vector<double>> restitution;  // matched
+  std::optional<std::vector<double>> restitution;  // from the penalty law, if matched
   Layout layout;
   std::unique_ptr<Formulation> form;
   Sensors sensors;
@@ -151,7 +155,8 @@ struct Simulation::Implementation {
   std::vector<std::string> undetermined;
 };
 
-/// Into a formulation and sensors of their own, which take the place of the present ones once all is read.
+/// Restores into a new formulation and new sensors, which replace the current ones after everything
+/// was read.
 void Simulation::Implementation::load(const std::vector<std::byte>& memory) {
   MemoryReader m(memory);
   State begin = start;
@@ -202,7 +207,7 @@ Result Simulation::Implementation::summary(const Ending& ending) const {
     const auto& facts = system.contact_facts(k);
     c.measure = facts.has_clearance ? "clearance" : facts.radius > 0 ? "radius" : "arm";
     c.penetration_ratio = facts.measure() > 0 ? c.penetration / facts.measure() : 0;
-    if (k >= system.contacts())  // of many pairs there is no share of the time
+    if (k >= system.contacts())  // a family of pairs has no share of the time
       c.flight_fraction = c.impact_fraction = c.lasting_fraction = NAN;
     r.contacts.push_back(c);
   }
@@ -216,7 +221,7 @@ Result Simulation::Implementation::summary(const Ending& ending) const {
 
 namespace {
 
-/// A run does not begin, and nothing is restored, within another run of the same simulation.
+/// Refuses run() and restore() while a run of the same simulation is in progress.
 class Running {
  public:
   explicit Running(bool& flag) : flag_(flag) {

@@ -1,4 +1,14 @@
-// A scene that moves, for those who need not know what a scene is made of.
+// Simulation: integration of one scene in one formulation, and its parameters. This is the central
+// class of the public interface (freeplay.hpp).
+//
+// A Simulation assembles the start, then advances the state by the solver of its formulation: the
+// integrators of the penalty formulation (docs/penalty.md), or event-driven integration and time
+// stepping of the nonsmooth formulation (docs/nonsmooth.md). Symbols are those of docs/notation.md.
+//
+// It owns a copy of the scene, the equations of motion, the formulation with its state, and the
+// models of the instruments. It does not own observers or stop flags: these must outlive the run
+// that uses them. The header exposes no internal type, so user code depends on the value types
+// only.
 #pragma once
 
 #include <cstddef>
@@ -19,48 +29,81 @@ namespace freeplay {
 
 struct Scene;
 
+/// Options of a Simulation that the scene does not contain.
 struct SimulationOptions {
-  /// An impact law takes the restitution that the scene's penalty law delivers (nonsmooth only).
+  /// Whether contacts of the nonsmooth formulation take the coefficient of restitution that the
+  /// scene's penalty law delivers in a free impact, instead of the surfaces' values. The penalty
+  /// formulation ignores this option. Not available with a caller's own contact law, whose
+  /// restitution is unknown (ModelError).
   bool matched = false;
-  /// Where to start from in place of what the scene's run.start asks for; must satisfy the constraints.
-  /// Without z, first-order states begin at 0.
+  /// Start of the run; if absent, it is assembled as the scene's `run.start` requires. It must
+  /// satisfy the constraints. `q` and `v` have 3 entries for each body; an empty `z` sets all
+  /// first-order states to 0.
   std::optional<State> start = {};
-  /// Asked to while the start is assembled: the constructor throws Interrupted. A run has its own (RunRequest::stop).
+  /// Stop request during the assembly of the start: the constructor then throws Interrupted. Runs
+  /// have a token of their own, RunRequest::stop.
   StopToken stop = {};
 };
 
+/// Parameters of one call of Simulation::run().
 struct RunRequest {
-  /// s; default the scene's duration. A run goes on from where the last one ended.
+  /// End of the run, s; must not precede the current time. Default: the scene's duration. The last
+  /// step is cut to end exactly here.
   std::optional<double> until = {};
-  /// Who watches; in this order, each step after the instruments' samples that lie in it.
+  /// Observers, not owned. Each accepted step is passed to them in this order, after the instrument
+  /// samples that lie in it.
   std::vector<Observer*> observers = {};
-  bool keep_events = true;              ///< in Result::events
-  std::size_t most_events = 1'000'000;  ///< of them; Result::events_cut() tells when there were more
+  bool keep_events = true;  ///< whether Result::events is filled
+  /// Maximum number of events in Result::events; Result::events_cut() reports whether there were
+  /// more.
+  std::size_t most_events = 1'000'000;
+  /// Stop request: the run ends after the current step, and run() can continue it later.
   StopToken stop = {};
 };
 
-/// A scene that moves. Owns all that it needs; several live side by side, each in one thread at a time.
+/// One scene in one formulation, with its current state. Simulations are independent; each is used
+/// by one thread at a time. Movable, not copyable: copy a state with snapshot() and restore().
 class Simulation {
  public:
-  /// `formulation`: "penalty" or "nonsmooth". Throws ModelError for what cannot be assembled or made.
+  /// Copies the scene and assembles the start.
+  ///
+  /// `formulation` is "penalty" or "nonsmooth". Throws ModelError if the scene is invalid, if its
+  /// start cannot be assembled, or if the formulation or the options are not applicable. Throws
+  /// Interrupted if `options.stop` requests it.
   Simulation(Scene scene, std::string_view formulation, SimulationOptions options = {});
   ~Simulation();
   Simulation(Simulation&&) noexcept;
   Simulation& operator=(Simulation&&) noexcept;
 
+  /// Integrates from the current time t() to `request.until`, calls the observers, and returns a
+  /// summary. The next call continues from there.
+  ///
+  /// Throws ModelError if `until` is not finite or precedes t(), and std::logic_error if an
+  /// observer of this simulation calls it. A numerical failure or a stop request does not throw:
+  /// see Result::ending. An exception from an observer leaves run(); then restore a snapshot before
+  /// running again.
   Result run(const RunRequest& request = {});
 
+  /// The scene as given to the constructor.
   const Scene& scene() const;
-  /// All that the digits of a run from the start depend on.
+  /// Everything that determines the digits of a run from the start (values/identity.hpp). Runs of
+  /// equal identity give equal digits.
   Identity identity() const;
+  /// Names and sizes of the simulation's parts: bodies, contacts, instruments, force elements.
   const Layout& layout() const;
-  double t() const;  ///< s
+  double t() const;  ///< current time, s
+  /// Current state: t (s), q (m, rad), v (m/s, rad/s), z.
   State state() const;
+  /// Energies and accumulated work since the start, J.
   EnergyLedger ledger() const;
-  /// Complete: restore(snapshot()) goes on as if nothing had been, bit for bit. Also from within an
-  /// observer's begin, step and end; event and sample are called while their step is still being shown.
+  /// The complete state of the simulation: after restore(snapshot()) a run continues bit for bit as
+  /// if uninterrupted. An observer may call it within begin(), step() and end(). Within event() and
+  /// sample() the current step is still being passed to the observers, so a snapshot would repeat
+  /// that step or miss its samples.
   Snapshot snapshot() const;
-  /// Throws SnapshotError when it is of another scene, formulation or program, and leaves the simulation as it was.
+  /// Replaces the state by that of a snapshot. Throws SnapshotError if the snapshot is damaged or
+  /// belongs to another scene, formulation or program, and std::logic_error if an observer of this
+  /// simulation calls it. The simulation is unchanged if it throws.
   void restore(const Snapshot& snapshot);
 
  private:

@@ -12,7 +12,7 @@ using Complex = std::complex<double>;
 
 using Weights = std::vector<double>;  // of harmonics, from 0 on
 
-/// C and its first two derivatives, of any turn against X.
+/// C and its first two derivatives, of one turn against X.
 struct Correlation {
   double value = 0, first = 0, second = 0;
 };
@@ -29,7 +29,8 @@ Correlation correlation(const Weights& w, const Harmonics& m, const Harmonics& x
   return c;
 }
 
-/// Where C is greatest and least: from a grid that its highest harmonic cannot slip through, then by Newton's method.
+/// Phases of the maximum and minimum of C: from a grid finer than its highest harmonic, then by
+/// Newton's method.
 std::pair<double, double> extremes(const Weights& w, const Harmonics& m, const Harmonics& x) {
   const auto size = std::bit_ceil(4 * w.size());
   std::vector<Complex> terms(size), grid;
@@ -57,7 +58,7 @@ double power(const Weights& w, const Harmonics& x) {
   return sum;
 }
 
-/// Adds the variance of each harmonic of the mean of some turns; NaN of a single one.
+/// Adds the variance of each harmonic of the mean of some turns; NaN for a single turn.
 void add_variances(const std::vector<Harmonics>& turns, const Harmonics& mean, std::vector<double>& sum) {
   const auto n = static_cast<double>(turns.size());
   for (const auto& turn : turns)
@@ -74,7 +75,8 @@ double variance_of_mean(const std::vector<double>& x) {
   return n > 1 ? sum / (n * (n - 1)) : NAN;
 }
 
-/// Variances of what turns give as gain and phase against x moved by α, and of their mean as a curve.
+/// Variances of the gain and the phase that single turns have against x shifted by α, and of their
+/// mean as a curve.
 struct Scatter {
   double gain, phase, curve;
 };
@@ -123,7 +125,7 @@ Alignment align(const std::vector<Harmonics>& measured, const std::vector<Harmon
   if (scattered)
     for (std::size_t k = 1; k < count; ++k) {
       const auto from = k > 2 ? k - 2 : 1, to = std::min(count, k + 3);
-      double sum = 1e-9 * whole;  // where nothing scatters, all are alike
+      double sum = 1e-9 * whole;  // where nothing scatters, all weights are equal
       for (auto i = from; i < to; ++i) sum += variances[i] / static_cast<double>(to - from);
       w[k] = 1 / sum;
     }

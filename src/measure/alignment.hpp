@@ -1,17 +1,24 @@
-// How a measured mean turn lies to a model's, from the harmonics of their turns. With M and X the means over turns
-// and x(φ − α) the model's curve moved by α, the weighted correlation
+// Alignment of a measured mean turn with a computed one: sign, gain and phase, from the harmonics
+// of their turns. (A turn is one revolution of the crank.) With M and X the harmonics of the two
+// means, x(φ − α) the computed curve shifted by α, and weights w, the correlation
 //
-//     C(α) = Re Σ_{k≥1} w_k M_k X̄_k e^{ikα},      phase α: where ±C is greatest,      gain g = ±C(α)/Σ w_k |X_k|²,
+//     C(α) = Re Σ_{k≥1} w_k M_k X̄_k e^{ikα}
 //
-// is of least squares: g x(φ − α) with its sign is the nearest to the measured curve, and leaves χ² = Σ w|M|² − C²/Σ w|X|².
-// Weights are 1/σ_k², the variance of M_k and X_k by the scatter of turns (of five neighbouring harmonics, one alone is
-// known from a few turns only): what repeats from turn to turn decides, and not the ringing of impacts that does not.
-// Without turns to scatter they are equal. The mean of the curve is left out: accelerometers differ in what they make
-// of it.
+// gives the weighted least-squares fit: the phase α maximises ±C, the gain is g = ±C(α)/Σ w_k
+// |X_k|², and the residual of g x(φ − α) is χ² = Σ w|M|² − C²/Σ w|X|².
 //
-// A measurement is taken for reversed only beyond doubt: the sign is decided when the other one raises χ² by more than
-// 15 of its mean share (a likelihood ratio of 1,800), or without scatter when it leaves four times as much. Standard
-// errors are of the scatter of turns, of both, to first order in it.
+// The weights are 1/σ_k², where σ_k² is the variance of M_k and X_k from the scatter of the turns,
+// averaged over five neighbouring harmonics because a single one is known from a few turns only.
+// Repeatable harmonics thus dominate over the ringing of impacts. Without scatter (one turn) all
+// weights are equal. The mean of the signal, k = 0, is excluded: accelerometers differ in their
+// response to it.
+//
+// The sign is decided if the opposite one raises χ² by more than 15 times its mean share (a
+// likelihood ratio of 1,800), or, without scatter, if it leaves four times the residual. Standard
+// errors follow from the scatter of the turns of both signals, to first order.
+//
+// Use: compute the harmonics of each turn (measure/harmonics.hpp), then call align(). The functions
+// keep no state.
 #pragma once
 
 #include <vector>
@@ -20,26 +27,32 @@
 
 namespace freeplay {
 
+/// Result of align().
 struct Alignment {
   int sign = 1;          ///< −1: the measured curve is reversed
-  bool decided = false;  ///< beyond doubt
-  double gain = 0;       ///< measured over model, greater than 0
-  double phase = 0;      ///< rad, in [−π, π): the model is moved forward by it to lie on the measurement
-  double gain_error = NAN;  ///< standard errors; NaN with fewer than two turns of either
+  bool decided = false;  ///< the sign is beyond doubt, as above
+  double gain = 0;       ///< measured over computed, > 0
+  /// Rad, in [−π, π): forward shift of the computed curve onto the measured one.
+  double phase = 0;
+  double gain_error = NAN;  ///< standard error; NaN with fewer than two turns of either signal
+  /// Standard error of the phase, rad; NaN as above.
   double phase_error = NAN;
-  /// Standard error of the difference of the two mean turns, root mean square over the turn, in their unit; NaN as
-  /// above.
+  /// Standard error of the difference of the two mean turns, as root mean square over the turn, in
+  /// the unit of the signal; NaN as above.
   double difference_error = NAN;
-  /// ‖dM/dφ‖ over ‖M‖, root mean squares: what an error of the signal, relative, is divided by for one of phase.
+  /// ‖dM/dφ‖/‖M‖, 1/rad, of root mean squares: a relative error of the signal divided by it is an
+  /// error of the phase.
   double slope = 0;
 };
 
+/// Aligns the turns of a measurement with those of a run.
 Alignment align(const std::vector<Harmonics>& measured, const std::vector<Harmonics>& model);
 
-/// Mean of turns; they may differ in length, what is missing is 0.
+/// Mean of the harmonics of several turns. Turns may have different numbers of harmonics; missing
+/// ones count as 0.
 Harmonics mean_of(const std::vector<Harmonics>& turns);
 
-/// x(φ − α).
+/// The harmonics of x(φ − α).
 Harmonics moved(Harmonics x, double alpha);
 
 }  // namespace freeplay

@@ -9,7 +9,7 @@ namespace {
 
 using Complex = std::complex<double>;
 
-/// The least number from n on without factors but 2, 3 and 5, which a fast transform likes.
+/// The least number from n on with prime factors 2, 3 and 5 only, for which the FFT is fast.
 std::size_t smooth(std::size_t n) {
   for (;; ++n) {
     auto rest = n;
@@ -36,7 +36,7 @@ const TurnTransform::Chirp& TurnTransform::chirp_of(double step, std::size_t n, 
   for (const auto& known : chirps_)
     if (known.n == n && known.m == m) return known;
   Chirp c{.n = n, .m = m, .size = smooth(n + m), .phase = {}, .transform = {}};
-  for (std::size_t k = 0; k < std::max(n, m); ++k) {  // reduced before it loses digits
+  for (std::size_t k = 0; k < std::max(n, m); ++k) {  // reduced modulo 2π before it loses digits
     const auto square = static_cast<double>(k) * static_cast<double>(k);
     c.phase.push_back(std::polar(1.0, std::fmod(0.5 * step * square, 2 * std::numbers::pi)));
   }
@@ -108,8 +108,8 @@ Harmonics TurnTransform::even(double start, double step, std::span<const double>
 
 TurnTransform::List TurnTransform::sums(std::span<const double> angles, std::span<const double> values,
                                         int most) {
-  // Each sample leaves a hump e^{β(√(1 − z²) − 1)}, |z| ≤ 1, on `width` points of a grid of twice as many as the sums need; what the hump
-  // does to the transform is divided out.
+  // Spread each sample by the kernel e^{β(√(1 − z²) − 1)}, |z| ≤ 1, on `width` points of a grid
+  // with twice as many points as sums, then divide the transform by that of the kernel.
   constexpr int width = 16, nodes = 32;
   constexpr double beta = 2.3 * width;
   const auto n = smooth(std::max<std::size_t>(4 * static_cast<std::size_t>(most) + 2, 2 * width));
@@ -128,7 +128,8 @@ TurnTransform::List TurnTransform::sums(std::span<const double> angles, std::spa
   forward(transform, grid);
   transform.resize(static_cast<std::size_t>(most) + 1);
   for (std::size_t k = 0; k < transform.size(); ++k) {
-    // The hump's transform with z = sin θ: periodic to rounding, so equal steps are exact.
+    // Transform of the kernel with z = sin θ: the integrand is periodic to rounding, so equal steps
+    // are exact.
     double hump = 0;
     for (int i = 0; i < nodes; ++i) {
       const double theta = std::numbers::pi / 2 * (i + 0.5) / nodes;
@@ -149,7 +150,8 @@ std::vector<double> bin_means(const Harmonics& c, int bins) {
   const auto n = static_cast<std::size_t>(bins);
   std::vector<Complex> folded(n), values;
   for (std::size_t k = 0; k < c.size(); ++k) {
-    // The mean over a bin of e^{ikφ} is its value at the middle times sin(x)/x, x half the bin's phase.
+    // The mean of e^{ikφ} over a bin is its value at the centre times sin(x)/x, with x half the
+    // bin's phase.
     const double x = static_cast<double>(k) * std::numbers::pi / bins;
     folded[k % n] +=
         c[k] * (k == 0 ? 0.5 : std::sin(x) / x) * std::polar(1.0, std::fmod(x, 2 * std::numbers::pi));

@@ -30,14 +30,14 @@ std::vector<std::string> fields(const std::string& line) {
   return list;
 }
 
-/// The size of the last digit of a number as it is written.
+/// Unit of the last digit of a written number.
 double last_digit(const std::string& text) {
   const auto e = text.find_first_of("eE"), point = text.find('.');
   const double decimals = point == text.npos ? 0 : static_cast<double>(std::min(e, text.size()) - point - 1);
   return std::pow(10.0, (e == text.npos ? 0 : std::atof(text.c_str() + e + 1)) - decimals);
 }
 
-/// Even times where rounding to a last digit is all that they differ by from them.
+/// Makes times uniform if they differ from uniform times only by rounding to the last digit.
 void make_even(std::vector<double>& times, double digit) {
   const double step = times.back() / static_cast<double>(times.size() - 1);
   for (std::size_t i = 0; i < times.size(); ++i)
@@ -71,7 +71,7 @@ Measurement read_measurement(const std::filesystem::path& file, double speed, do
   std::vector<double> times;
   std::vector<long> lines;
   double squares = 0, wraps = 0, last = 0, digit = INFINITY;
-  int sense = 0;  // of angles: whether they grow or fall from line to line
+  int sense = 0;  // +1 if the angles increase from line to line, −1 if they decrease
   while (in.next(line)) {
     const long number = in.number();
     if (trimmed(line).empty() || line[0] == '#') continue;
@@ -113,10 +113,10 @@ Measurement read_measurement(const std::filesystem::path& file, double speed, do
   if (angle >= 0) {
     m.datum = true;
     m.start_angle = sense < 0 ? -first : first;
-    const double scale = std::numbers::pi / 180 / std::abs(speed);  // s for a degree
+    const double scale = std::numbers::pi / 180 / std::abs(speed);  // s per degree
     for (double& x : times) x = (x - first) * scale;
     digit *= scale;
-    if (sense * speed < 0) {  // the lines run against time
+    if (sense * speed < 0) {  // the lines run backwards in time
       m.start_angle += sense * 360 * times.back() / turn;
       const double end = times.back();
       std::ranges::reverse(times);

@@ -1,9 +1,10 @@
-// A measured acceleration as a user brings it: a CSV file with a header, one column `t` (s) or `crank_angle`
-// (degrees, running on or wrapping at 360), one `acceleration` (m/s²), perhaps one `uncertainty` (m/s²).
+// Reader of a measured acceleration in a CSV file with a header: one column `t` (s) or
+// `crank_angle` (degrees, continuous or wrapped at 360), one column `acceleration` (m/s²), and
+// optionally `uncertainty` (m/s²).
 //
-// Samples stay what they are: nothing is interpolated. A crank angle is the scene's, whichever way the lines go: where
-// it runs against the crank's speed, the last line is the earliest. Times that are even to the digits that the file
-// gives are taken to be even.
+// The samples are kept as measured, without interpolation. The crank angle is that of the scene in
+// either order of the lines: where it runs against the crank's speed, the last line is the
+// earliest. Times that are uniform to the number of digits in the file are made exactly uniform.
 #pragma once
 
 #include <filesystem>
@@ -11,17 +12,21 @@
 
 namespace freeplay {
 
+/// A measurement in the order of time.
 struct Measurement {
-  double sampling = 0;       ///< Hz, mean
-  bool datum = false;        ///< the file gives angles
-  double start_angle = 0;    ///< degrees of the crank at the first sample; 0 when only times are given
-  std::vector<double> time;  ///< s, from the first sample
+  double sampling = 0;  ///< Hz, mean rate
+  bool datum = false;   ///< whether the file has angles
+  /// degrees of the crank at the first sample; 0 if the file has times only
+  double start_angle = 0;
+  std::vector<double> time;          ///< s, from the first sample on
   std::vector<double> acceleration;  ///< m/s²
-  double uncertainty = 0;            ///< m/s², root mean square; 0 when not given
+  double uncertainty = 0;            ///< m/s², root mean square; 0 if not given
 };
 
-/// `speed`: rad/s of the crank, as in the scene. `ideal_maximum` (m/s²) guards against wrong units. Throws
-/// SceneError FILE:LINE for what is no such file: columns, numbers, order, gaps, less than a turn, units.
+/// Reads a measurement. `speed` is the crank's, as in the scene (rad/s). `ideal_maximum` (m/s²),
+/// the greatest acceleration of the ideal mechanism, serves to detect wrong units. Throws
+/// SceneError with FILE:LINE for missing columns, bad numbers, wrong order, gaps, less than one
+/// turn, or implausible units.
 Measurement read_measurement(const std::filesystem::path& file, double speed, double ideal_maximum);
 
 }  // namespace freeplay

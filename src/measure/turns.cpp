@@ -74,7 +74,7 @@ double TurnMeter::degrees(double t) const {
 
 double TurnMeter::turn() const { return 2 * std::numbers::pi / std::abs(rules_.speed); }
 
-/// The contact is closed from t to `until`; NaN: to its next loss.
+/// The contact is closed from t to `until`; NaN: until its next separation.
 void TurnMeter::touch(Touching& one, int contact, double t, double until) {
   if (!std::isnan(one.left_at)) {
     flown_ += std::max(0.0, t - std::max(one.left_at, rules_.discard));
@@ -112,7 +112,7 @@ void TurnMeter::position(double t, double value) {
   position_.push_back(value);
 }
 
-/// First sample of a whole turn; of the turn behind the last whole one, the sample behind it.
+/// First sample of a whole turn. After the last whole turn: the sample that follows it.
 std::size_t TurnMeter::first_of(int whole_turn) const {
   const double spacing = (times_.back() - times_.front()) / static_cast<double>(times_.size() - 1);
   const double begin = times_.front() + whole_turn * turn() - 1e-6 * spacing;
@@ -189,8 +189,9 @@ void TurnMeter::contacts(TurnMetrics& m, double end) const {
 
 namespace {
 
-/// The thread's own, with the chirps and plans of the turns before: those of a study's runs are mostly alike. What is kept
-/// depends on their number and spacing alone, so that the digits are those of a new one.
+/// A transform for each thread, which keeps chirps and plans of the turns before, because the runs
+/// of a study are alike. These depend on the number and spacing of the samples only, so the digits
+/// equal those of a new transform.
 TurnTransform& transform_with(int highest) {
   thread_local std::optional<TurnTransform> kept;
   thread_local int of = -1;
@@ -249,12 +250,13 @@ void TurnMeter::harmonics(TurnMetrics& m, int turns) const {
       ++v[TurnMetrics::lines];
       v[TurnMetrics::lines_total] += line;
     }
-    // The ideal motion's own lines are the first two.
+    // The first two lines are those of the ideal motion.
     if (h >= 2) v[TurnMetrics::line_greatest] = std::max(v[TurnMetrics::line_greatest], line);
   }
 }
 
-/// The last whole turn that begins at crank angle 0; without one (a single turn), the last samples.
+/// The last whole turn that begins at crank angle 0; if there is none (a single turn), the last
+/// samples.
 void TurnMeter::last_turn(TurnMetrics& m) const {
   const std::size_t count = first_of(1);
   const auto turned = [&](std::size_t i) {
@@ -273,11 +275,11 @@ void TurnMeter::last_turn(TurnMetrics& m) const {
 
 int whole_turns(std::size_t n, double span, double turn) {
   const auto samples = static_cast<double>(n);
-  // A turn without a sample of its own is none that anything could be said of.
+  // There cannot be more turns than samples.
   return static_cast<int>(std::clamp((samples + 1 - 1e-6) * span / (samples - 1) / turn, 0.0, samples));
 }
 
-/// All samples that count, where there are no turns.
+/// Metrics of all included samples, for motions without turns.
 void TurnMeter::whole_window(TurnMetrics& m) const {
   double squares = 0, peak = 0;
   for (const double a : acceleration_) {

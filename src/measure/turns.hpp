@@ -1,19 +1,29 @@
-// What a run amounts to revolution by revolution, from the samples of its instruments and its events: the
-// numbers that an experiment prints. Angles are in degrees of the crank, 0 ≤ angle < 360.
+// Metrics of a run per turn (revolution) of its crank, from the samples of its instruments and its
+// contact events. They are the quantities that experiments publish. Angles are in degrees of the
+// crank, 0 ≤ angle < 360.
 //
-// Rules. The first `discard` seconds do not count. What samples give is of the whole turns among them: a turn
-// begins with the first sample that counts and lasts 2π/|ω|. What events give is of all the time that counts, and
-// per turn means per 2π/|ω| of it, whole or not. The peak of a turn is the greatest |a| of its samples. A flight
-// counts where it ends, when the crank has turned by at least `flight_angle` during it, an impact when it
-// approaches at `impact_speed` or faster; the share of flights is of the time, whether they count or not. The
-// spectrum's line k is the root mean square over turns of the amplitude of the k-th harmonic of the turn, from
-// its own samples (harmonics.hpp), below 0.4 of the sampling; it is dominant when it reaches `line_share` of the
-// ideal mechanism's greatest acceleration. The mean turn is that of the same harmonics, each averaged with its phase over the
-// turns: c_h = (1/N) Σ_k c_hk, its root mean square √(|c_0|² + 2 Σ |c_h|²), its peak the greatest |a| of mean_bins parts.
+// Definitions:
+// - Start: the first `discard` seconds are excluded.
+// - Turns: metrics of samples are taken over whole turns. A turn begins with the first included
+//   sample and lasts 2π/|ω|. Metrics of events are taken over the whole included time; "per turn"
+//   then means per 2π/|ω| of it.
+// - Peak of a turn: the greatest |a| of its samples.
+// - Flight: counted at its end, if the crank turned by at least `flight_angle` during it. The share
+//   of flights is a share of the time and includes all flights.
+// - Impact: counted if its approach speed is at least `impact_speed`.
+// - Spectrum: line k is the root mean square over turns of the amplitude of harmonic k, each from
+//   the samples of its turn (harmonics.hpp), up to 0.4 of the sampling rate. A line is dominant if
+//   it reaches `line_share` times the greatest acceleration of the ideal mechanism.
+// - Mean turn: the complex mean of the same harmonics, c_h = (1/N) Σ_k c_hk. Its root mean square
+//   is √(|c_0|² + 2 Σ |c_h|²), its peak the greatest |a| of mean_bins parts.
 //
-// Of several contacts flights and impacts are counted together, and the share of flights is the mean of theirs. A turn need not
-// be a crank's: with the speed 2π/T it is a period, and angles are phases of it. Without one (speed 0) there are no angles,
-// every flight counts, and of what samples give only the greatest and the root mean square are left, of all that count.
+// With several contacts, flights and impacts are counted together, and the share of flights is the
+// mean of the contacts' shares. With the speed 2π/T, a turn is a period T of any motion, and angles
+// are its phase. With speed 0 there are no turns: all flights count, and samples give only the
+// greatest value and the root mean square.
+//
+// Use: pass events and samples to a TurnMeter in the order of time, then call finish(). The meter
+// owns all samples of the run.
 #pragma once
 
 #include <array>
@@ -25,38 +35,46 @@
 
 namespace freeplay {
 
+/// Parameters of the definitions above.
 struct TurnRules {
-  double discard = 0;  ///< s
-  double speed = 0;    ///< rad/s of the crank; negative: it turns backwards through its angles; 0: no turns
+  double discard = 0;          ///< s
+  double speed = 0;            ///< rad/s of the crank; negative: its angle decreases; 0: no turns
   double crank_start = 0;      ///< rad at t = 0
   double flight_angle = 2;     ///< degrees
   double impact_speed = 0.01;  ///< m/s
   double line_share = 0.05;
-  double sampling = 0;       ///< Hz, of the position sensor; the accelerometer's samples say when they are
-  double ideal_maximum = 0;  ///< m/s², through the same instrument
-  int joint = 0;  ///< contact that flights and impacts are taken from; −1: none is known, they are NaN
-  std::vector<int> others = {};  ///< contacts that they are taken from beside it
+  double sampling = 0;       ///< Hz, of the position sensor; accelerations come with their times
+  double ideal_maximum = 0;  ///< m/s², of the ideal mechanism through the same instrument
+  int joint = 0;  ///< contact whose flights and impacts are counted; −1: none, the metrics are NaN
+  std::vector<int> others = {};  ///< further contacts whose flights and impacts are counted
 };
 
+/// A flight between two contacts.
 struct Flight {
-  double loss = 0, angle = 0;  ///< degrees: where contact is lost, how far the crank turns until it returns
-  double duration = 0;         ///< s
-  double deceleration = 0;     ///< m/s², mean −d|v|/dt of the position's signal; NaN where too short
-  int contact = 0;             ///< whose it is
+  /// degrees: angle at the loss of contact; angle of the crank until contact returns
+  double loss = 0, angle = 0;
+  double duration = 0;  ///< s
+  /// m/s², mean −d|v|/dt of the position signal; NaN if the flight is too short
+  double deceleration = 0;
+  int contact = 0;  ///< index of the contact
 };
-/// An impact that counts, as TurnRules have it.
+/// An impact that is counted, as defined above.
 struct CountedImpact {
   double angle = 0;     ///< degrees
   double approach = 0;  ///< m/s
   double impulse = 0;   ///< N s
-  int contact = 0;      ///< whose it is
+  int contact = 0;      ///< index of the contact
 };
+/// One sample of the last turn.
 struct TracePoint {
   double angle = 0, acceleration = 0, position = 0;  ///< degrees, m/s², m
 };
 
-/// Scalars of one run, in the order of names(). Those per turn are means over turns.
+/// Metrics of one run. The scalars are in the order of names(); those per turn are means over
+/// turns.
 struct TurnMetrics {
+  /// The scalars of a run: peaks and spectra in m/s², ratios to the ideal maximum, angles in
+  /// degrees, energy in J. docs/study.md defines each.
   enum Name {
     peak_5,
     peak_median,
@@ -82,7 +100,7 @@ struct TurnMetrics {
     count
   };
   static const std::array<std::string_view, count>& names();
-  /// What values a statistic can take: its means and intervals are made accordingly.
+  /// Range of a metric; means and intervals are computed accordingly.
   enum class Kind { real, positive, share, direction };
   static Kind kind(Name name);
   std::array<double, count> value{};
@@ -91,23 +109,27 @@ struct TurnMetrics {
   std::vector<CountedImpact> impacts;
   std::vector<double> spectrum;  ///< m/s², amplitude of harmonic k+1
   std::vector<TracePoint> last_turn;
-  std::vector<Harmonics> turns;   ///< m/s², of each turn against the crank's angle
+  std::vector<Harmonics> turns;   ///< m/s², harmonics of each turn over the crank angle
   std::vector<double> mean_turn;  ///< m/s², mean signal in each of mean_bins parts of the turn
 };
+/// Number of parts of the mean turn.
 inline constexpr int mean_bins = 720;
 
-/// Whole turns (of `turn` s) among n ≥ 2 even samples that span `span` s. Turns of P samples each have N·P of them, rounded
-/// down where they begin with a sample.
+/// Number of whole turns (of `turn` s) among n ≥ 2 uniform samples that span `span` s. The first
+/// sample is at the beginning of a turn, so N turns of P samples each need ⌊N P⌋ samples.
 int whole_turns(std::size_t n, double span, double turn);
 
+/// Accumulates events and samples of a run, and computes its metrics.
 class TurnMeter {
  public:
   explicit TurnMeter(const TurnRules& rules) : rules_(rules), touching_(1 + rules.others.size()) {}
-  /// In the order of time. Before its first event a contact is taken to be open, unless that is its loss.
+  /// Records an event, in the order of time. Before its first event a contact counts as open,
+  /// unless that event is its separation.
   void event(const ContactEvent& e);
   void acceleration(double t, double value);
   void position(double t, double value);
-  /// After the run, which ended at `end` (s). `energy_lost`: J, since the discarded time.
+  /// Computes the metrics after the run, which ended at `end` (s). `energy_lost`: J, dissipated
+  /// after the discarded time.
   TurnMetrics finish(double end, double energy_lost) const;
 
  private:
@@ -115,8 +137,8 @@ class TurnMeter {
   double turn() const;                         // s
   std::size_t first_of(int whole_turn) const;  // sample
   struct Touching {
-    double left_at = 0;  // s, of the present flight; NaN in contact
-    bool lost = false;   // the present flight's beginning was seen
+    double left_at = 0;  // s, start of the present flight; NaN in contact
+    bool lost = false;   // whether the start of the present flight was observed
   };
   struct Flown {
     double from = 0, to = 0;  // s
@@ -136,16 +158,16 @@ class TurnMeter {
   long first_x_ = -1;
   std::vector<Flown> flights_;
   std::vector<CountedImpact> impacts_;
-  double flown_ = 0;                // s, of the time that counts, of all contacts
+  double flown_ = 0;                // s, included flight time of all contacts
   std::vector<Touching> touching_;  // of `joint` and `others`
 };
 
-/// The p-quantile of a sorted list, linear between its members.
+/// p-quantile of a sorted list, by linear interpolation between its members.
 double quantile(const std::vector<double>& sorted, double p);
 
 /// Mean direction of angles in degrees, in [0, 360).
 double mean_angle(const std::vector<double>& degrees);
-/// An angle in degrees, in [0, 360), and in [−180, 180).
+/// The angle in degrees, reduced to [0, 360) by the first and to [−180, 180) by the second.
 double whole_circle(double degrees);
 double half_circle(double degrees);
 

@@ -19,10 +19,10 @@
 namespace freeplay {
 namespace {
 
-constexpr int pause = 50;  // ms, between two looks at the stop token
+constexpr int pause = 50;  // ms, between two checks of the stop token
 constexpr std::size_t most_errors = 1 << 16, most_output = 1 << 24;
 
-/// A pipe, closed with the object; neither end is inherited but by dup2.
+/// A pipe, closed on destruction. The child inherits its ends by dup2 only.
 struct Pipe {
   Pipe() {
     if (pipe2(ends.data(), O_CLOEXEC) != 0)
@@ -41,13 +41,14 @@ struct Pipe {
   std::array<int, 2> ends{-1, -1};
 };
 
-/// Between fork and exec nothing but system calls: other threads of this process may hold any lock.
+/// Runs in the child between fork and exec. Only system calls are allowed there, because another
+/// thread of the parent may have held any lock at the fork.
 [[noreturn]] void become(char* const* command, const char* folder, pid_t parent, const Pipe& in,
                          const Pipe* output, const Pipe& errors) {
   prctl(PR_SET_PDEATHSIG, SIGKILL);
   if (getppid() != parent) _exit(127);
   for (const int signal : {SIGPIPE, SIGXFSZ})
-    std::signal(signal, SIG_DFL);  // ignored ones stay so through exec
+    std::signal(signal, SIG_DFL);  // ignored signals stay ignored after exec
   const int to = output ? output->ends[1] : open("/dev/null", O_WRONLY);
   if (to < 0 || dup2(in.ends[0], 0) < 0 || dup2(to, 1) < 0 || dup2(errors.ends[1], 2) < 0) _exit(127);
   if (*folder && chdir(folder) != 0) _exit(127);
@@ -55,7 +56,7 @@ struct Pipe {
   _exit(127);
 }
 
-/// Takes what has come through a pipe, and closes it at its end; false where nothing came.
+/// Reads what is available from a pipe, and closes it at its end. False if nothing was read.
 bool take(Pipe& pipe, std::string& text, std::size_t most) {
   std::array<char, 4096> piece{};
   const auto come = read(pipe.ends[0], piece.data(), piece.size());
@@ -89,7 +90,7 @@ ChildEnd run_child(const Child& child) {
   auto rest = child.input;
   bool interrupted = false;
   for (int status = 0;;) {
-    // A descriptor below 0 is passed over.
+    // poll() ignores negative descriptors.
     std::array<pollfd, 3> waits{
         {{in.ends[1], POLLOUT, 0}, {errors.ends[0], POLLIN, 0}, {output.ends[0], POLLIN, 0}}};
     poll(waits.data(), waits.size(), pause);
@@ -103,12 +104,12 @@ ChildEnd run_child(const Child& child) {
     interrupted = interrupted || child.stop();
     end.late = end.late || Clock::now() > until;
     if (interrupted || end.late) kill(id, SIGKILL);
-    // Who waits for its errors to end would wait for its own children, too.
+    // Do not wait for the end of its standard error: the child's own children may keep that open.
     if (waitpid(id, &status, WNOHANG) != id) continue;
     end.status = WIFEXITED(status) ? WEXITSTATUS(status) : 128 + WTERMSIG(status);
     break;
   }
-  // What it said last.
+  // Read the remaining output.
   while (errors.ends[0] >= 0 && take(errors, end.errors, most_errors)) {
   }
   while (output.ends[0] >= 0 && take(output, end.output, most_output)) {

@@ -1,4 +1,6 @@
-// Another program run as a child of this one, within a time, and never longer than this one lives.
+// Child processes: runs another program (gnuplot, ffmpeg, a command of Slurm) within a time limit.
+// The child ends at the latest when this process ends. run_child() blocks, owns the pipes to the
+// child, and keeps no state afterwards.
 #pragma once
 
 #include <filesystem>
@@ -10,25 +12,27 @@
 
 namespace freeplay {
 
+/// A command and its limits.
 struct Child {
   std::vector<std::string>
-      command;  ///< the program, looked for in PATH, and its arguments; no shell reads them
-  std::filesystem::path folder = {};  ///< where it runs; empty: where this one does
-  std::string_view input = {};        ///< for its standard input, which then ends
-  double seconds = 60;                ///< after which it is ended
-  bool listen = false;                ///< whether its standard output is kept
-  StopToken stop = {};                ///< ends it, too
+      command;  ///< program, searched in PATH, and its arguments; executed without a shell
+  std::filesystem::path folder = {};  ///< working folder; empty: that of this process
+  std::string_view input = {};        ///< text for its standard input, which then ends
+  double seconds = 60;                ///< s, after which it is killed
+  bool listen = false;                ///< whether its standard output is returned
+  StopToken stop = {};                ///< stop request, which also kills it
 };
 
+/// How a child ended.
 struct ChildEnd {
-  int status = 0;     ///< exit status; 128 + signal for one that a signal ended; 127: it could not be started
-  bool late = false;  ///< ended, for its time was over
-  std::string output;  ///< what it wrote to standard output where that is kept, the first 16 MB
-  std::string errors;  ///< what it wrote to standard error, the first 64 kB
+  int status = 0;      ///< exit status; 128 + N after signal N; 127 if it could not be started
+  bool late = false;   ///< whether it was killed at the time limit
+  std::string output;  ///< its standard output if `listen`, the first 16 MB
+  std::string errors;  ///< its standard error, the first 64 kB
 };
 
-/// Runs it to its end. Throws Interrupted when asked to stop, OutputError when no
-/// process can be made.
+/// Runs the command to its end. Throws Interrupted on a stop request, and OutputError if no process
+/// can be created.
 ChildEnd run_child(const Child& child);
 
 }  // namespace freeplay

@@ -1,5 +1,7 @@
-// Observers that stream what they see into the files of a result folder. Memory does not grow with the length of
-// the run.
+// Observers that write the CSV files of a result folder while a run steps: trajectory.csv,
+// events.csv, signals.csv and forces.csv. docs/results.md lists their columns. The memory use is
+// independent of the length of the run. Each observer owns its file; run_folder.cpp attaches the
+// observers and commits the files.
 #pragma once
 
 #include <filesystem>
@@ -12,25 +14,25 @@
 
 namespace freeplay {
 
-/// An observer with a file of its own.
+/// Base class of observers that write one file.
 class FileObserver : public Observer {
  public:
-  /// `resumed`: load() follows.
+  /// Opens a new file. `resumed`: load() follows, which restores the position in an existing file.
   explicit FileObserver(const std::filesystem::path& path, bool resumed = false) : file_(path, resumed) {}
-  /// After load(): goes on with the file, which load() has only looked at.
+  /// Continues the file after load(), which only checks it.
   void go_on() { file_.go_on_at(from_); }
-  /// A checkpoint knows how to go on with it.
+  /// Keeps the partial file if the run is interrupted, because a checkpoint refers to it.
   void keep() { file_.keep(); }
   std::string name() const { return file_.path().filename().string(); }
-  /// Hands all of it to the operating system.
+  /// Flushes all output to the operating system.
   void settle() { file_.settle(); }
-  /// Puts the file in its place.
+  /// Moves the complete file to its final name.
   void commit() { file_.commit(); }
   void save(MemoryWriter& m) override;
   void load(MemoryReader& m) override;
 
  protected:
-  /// Whether the header is still to be written.
+  /// Whether the header has not been written yet.
   bool fresh() const { return fresh_; }
   void header(std::string_view text) {
     file_.write(text);
@@ -48,7 +50,7 @@ class FileObserver : public Observer {
   std::uint64_t from_ = 0;
 };
 
-/// trajectory.csv: state and contacts at multiples of the output step.
+/// trajectory.csv: state and contact positions at multiples of the output step.
 class TrajectoryCsv final : public FileObserver, RowSink {
  public:
   using FileObserver::FileObserver;
@@ -62,7 +64,7 @@ class TrajectoryCsv final : public FileObserver, RowSink {
   TrajectoryRows rows_;
 };
 
-/// events.csv
+/// events.csv: contact events, one a line.
 class EventsCsv final : public FileObserver {
  public:
   using FileObserver::FileObserver;
@@ -71,7 +73,7 @@ class EventsCsv final : public FileObserver {
   void event(const Event& event) override;
 };
 
-/// signals.csv: the instruments' samples.
+/// signals.csv: samples of the instruments.
 class SignalsCsv final : public FileObserver {
  public:
   using FileObserver::FileObserver;
@@ -84,7 +86,8 @@ class SignalsCsv final : public FileObserver {
   double crank_start_ = 0, crank_speed_ = 0;
 };
 
-/// forces.csv: forces and accelerations at the rows of trajectory.csv, and their means since the row before.
+/// forces.csv: forces and accelerations at the times of trajectory.csv, and their means since the
+/// previous row.
 class ForcesCsv final : public FileObserver, RowSink {
  public:
   using FileObserver::FileObserver;

@@ -41,7 +41,7 @@ Descriptor open_folder(const std::filesystem::path& folder, bool make) {
     if (part.empty() || part == "/" || part == ".") continue;
     Descriptor next(openat(at.number(), part.c_str(), flags));
     if (!next && errno == ENOENT && make) {
-      // Another process may make it at the same time.
+      // Another process may create it at the same time.
       if (mkdirat(at.number(), part.c_str(), 0777) != 0 && errno != EEXIST) fail();
       next = Descriptor(openat(at.number(), part.c_str(), flags));
     }

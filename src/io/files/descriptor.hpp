@@ -1,5 +1,4 @@
-// A descriptor of the operating system that is closed with the object, and folders opened so that no symbolic link is
-// followed.
+// Ownership of a file descriptor, and opening of folders without following symbolic links.
 #pragma once
 
 #include <filesystem>
@@ -7,6 +6,7 @@
 
 namespace freeplay {
 
+/// Owns a file descriptor and closes it on destruction. Movable.
 class Descriptor {
  public:
   Descriptor() = default;
@@ -25,8 +25,9 @@ class Descriptor {
   int number_ = -1;
 };
 
-/// Opens a folder from its first component to its last, none of which may be a symbolic link; `make`: those that are
-/// missing are made. Throws OutputError. The descriptor is good for *at() calls only.
+/// Opens a folder component by component, from the root. No component may be a symbolic link.
+/// `make`: creates missing components. Throws OutputError. The descriptor serves as the base of
+/// *at() calls only.
 Descriptor open_folder(const std::filesystem::path& folder, bool make = false);
 
 }  // namespace freeplay

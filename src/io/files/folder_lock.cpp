@@ -20,7 +20,8 @@ namespace {
 constexpr int most_seats = 1024;
 constexpr int record_size = 128;
 
-/// Locks of the open file, not of the process: two of one process hold each other off as well.
+/// Locks belong to the open file, not to the process, so two locks of one process exclude each
+/// other too.
 struct flock range(int type, int byte) {
   struct flock lock {};
   lock.l_type = static_cast<short>(type);
@@ -54,7 +55,8 @@ std::string record(std::string_view verb) {
   return text + '\n';
 }
 
-/// The record of a seat. It is read from a file, so only what can be printed is let through.
+/// The description in a slot. It comes from a file, so characters that are not printable are
+/// dropped.
 std::string read_record(int descriptor, int seat) {
   std::array<char, record_size> bytes{};
   const auto n = pread(descriptor, bytes.data(), bytes.size(), static_cast<off_t>(seat) * record_size);
@@ -79,7 +81,8 @@ std::string holders(int descriptor, int but) {
 
 FolderLock::FolderLock(const std::filesystem::path& folder, std::string_view verb, Use use)
     : folder_(folder), file_(folder / ".freeplay.lock"), use_(use) {
-  // One who leaves is alone with the file for a moment, to remove it: that is no reason to refuse another.
+  // A process that ends locks the file exclusively for a moment, to remove it. Retry before
+  // refusing.
   for (int tries = 0; !acquire(); ++tries) {
     const bool last = tries >= 20;
     auto who = last ? holders(descriptor_, 0) : std::string();
@@ -94,7 +97,8 @@ FolderLock::FolderLock(const std::filesystem::path& folder, std::string_view ver
   while (!try_lock(descriptor_, F_WRLCK, ++seat_))
     if (seat_ == most_seats)
       refuse(fmt::format("{} processes write into this folder, and no more can", most_seats));
-  const auto text = record(verb);  // on a full disk it is missing, and others are told less
+  // if the disk is full it is missing, and messages of others name less.
+  const auto text = record(verb);
   (void)!pwrite(descriptor_, text.data(), text.size(), static_cast<off_t>(seat_) * record_size);
 }
 
@@ -112,7 +116,8 @@ bool FolderLock::acquire() {
         refuse(fmt::format("cannot be locked: {}", std::strerror(errno)));
       return false;
     }
-    // One who left may have removed the file between the two: its lock is worth nothing then.
+    // A process that ended may have removed the file between open and lock; such a lock has no
+    // effect.
     if (fstat(descriptor_, &found) == 0 && found.st_nlink == 1) return true;
     close(descriptor_);
   }
@@ -124,7 +129,7 @@ void FolderLock::refuse(const std::string& why) const {
 }
 
 FolderLock::~FolderLock() {
-  // The last one takes the file along.
+  // The last process removes the file.
   if (try_lock(descriptor_, F_WRLCK, 0)) unlink(file_.c_str());
   close(descriptor_);
 }

@@ -1,9 +1,12 @@
-// The right to write into a folder. It is a lock of the operating system on the folder's file .freeplay.lock, and ends
-// with the process that has it, however that ends: what a killed process leaves of the file is in nobody's way. Who has
-// the right stands in the file, for messages. A process that ends in order removes it.
+// Exclusive or shared right to write into a folder. It is an operating-system lock on the file
+// .freeplay.lock in the folder, so it ends with the process, even if that is killed; a file that
+// remains does not block others. The file contains a description of each holder, for messages. The
+// last process that ends normally removes it.
 //
-//     byte 0    locked for writing by one who writes alone, for reading by those who write together
-//     byte k    locked by the process with seat k, whose description is the file's k-th record
+//     byte 0    write lock: one exclusive process; read lock: processes that share the folder
+//     byte k    locked by the process in slot k, whose description is record k of the file
+//
+// A FolderLock owns the descriptor of the file and releases the lock on destruction.
 #pragma once
 
 #include <filesystem>
@@ -12,27 +15,30 @@
 
 namespace freeplay {
 
+/// Holds the right to write into one folder during its lifetime.
 class FolderLock {
  public:
+  /// `alone`: no other process may write into the folder; `together`: others may, if all share it.
   enum class Use { alone, together };
 
-  /// The folder must be there. Throws OutputError when others write into it and either of them or this one wants to be
-  /// alone; it names them. `verb`: what this process does, for the others' messages.
+  /// Acquires the lock of an existing folder. Throws OutputError, which names the holders, if
+  /// another process holds the folder and either process requires it alone. `verb`: activity of
+  /// this process, for messages of other processes.
   FolderLock(const std::filesystem::path& folder, std::string_view verb, Use use = Use::alone);
   ~FolderLock();
   FolderLock(const FolderLock&) = delete;
   FolderLock& operator=(const FolderLock&) = delete;
 
   const std::filesystem::path& folder() const { return folder_; }
-  /// From 1; no two that live have the same at a time.
+  /// Slot of this process, from 1; unique among living processes.
   int seat() const { return seat_; }
-  /// Whether a living process has this seat, this one included.
+  /// Whether a living process, possibly this one, has this slot.
   bool taken(int seat) const;
-  /// Those who write into the folder beside this one, in one line; "" when there is none.
+  /// The other processes that write into the folder, as one line; "" if there are none.
   std::string others() const;
 
  private:
-  /// Opens and locks once; false where others have the right.
+  /// Tries to open and lock the file once; false if others hold it.
   bool acquire();
   [[noreturn]] void refuse(const std::string& why) const;
 

@@ -23,7 +23,8 @@ std::string line(std::string_view key, const std::string& value) {
 std::string force_of(const std::string& load) { return fmt::format("the force of {}", load); }
 std::string text(std::string_view key, std::string_view value) { return line(key, toml_quoted(value)); }
 
-/// What the compiler was allowed to emit: a fused multiply-add rounds once where two operations round twice.
+/// Instruction set of the compiled program. It affects digits: a fused multiply-add rounds once,
+/// two separate operations round twice.
 std::string instruction_set() {
   std::string list;
   const auto add = [&](const char* name) { list += (list.empty() ? "" : " ") + std::string(name); };
@@ -56,7 +57,8 @@ std::string instruction_set() {
   return list;
 }
 
-/// The mathematical library takes other code for sin, exp and pow where the processor has it.
+/// Features of the processor for which the mathematical library selects other code of sin, exp and
+/// pow.
 std::string processor() {
 #if defined(__x86_64__)
   return __builtin_cpu_supports("fma") && __builtin_cpu_supports("avx2") ? "fma" : "no fma";
@@ -65,7 +67,7 @@ std::string processor() {
 #endif
 }
 
-/// One part, read back; its keys belong to no scene.
+/// Reader of one part of an identity.
 class Part {
  public:
   explicit Part(const std::string& text) : table_(parse_toml(text, "identity")) {}
@@ -100,7 +102,8 @@ class Part {
 std::string Identity::digest() const {
   std::string all;
   for (const auto* part : {&scene, &formulation, &given, &program})
-    all += fmt::format("{}\n{}", part->size(), *part);  // so that no line can change parts
+    // With their sizes, so that lines cannot move from one part to the next.
+    all += fmt::format("{}\n{}", part->size(), *part);
   return freeplay::digest(all);
 }
 
@@ -155,7 +158,8 @@ Origin origin_of(const Scene& scene) {
 
 namespace {
 
-/// A canonical text of this program or an older one, which also wrote keys that the scene's choices do not read.
+/// Parses a canonical text of this program or of an older version, which also wrote keys that the
+/// scene's choices do not read.
 Scene parse_recorded(std::string text) {
   for (;;) try {
       return parse_scene(text, "identity");

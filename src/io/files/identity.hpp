@@ -1,4 +1,4 @@
-// The parts of an identity as text, and back.
+// Text of an identity (values/identity.hpp): writes its parts. recorded_run.hpp reads them.
 #pragma once
 
 #include <optional>
@@ -17,20 +17,21 @@ struct Scene;
 /// Identity::program of this program on this machine.
 std::string program_identity();
 
-/// One line for people: version and the beginning of the hash over a program's identity.
+/// Short form for messages: the version and the first digits of the program identity's hash.
 std::string program_name(const std::string& identity);
 
-/// `restitution`: of each contact, where the penalty law's were taken; else empty and not `matched`.
+/// Identity::formulation. `restitution`: coefficients taken from the penalty law, one for each
+/// contact, if `matched`; else empty.
 std::string formulation_identity(std::string_view formulation, bool matched,
                                  const std::vector<double>& restitution);
 
-/// Further lines of a formulation's with code from outside; empty without.
+/// Additional lines of Identity::formulation for outside code; empty without such code.
 std::string outside_identity(const Outside& outside);
 
-/// Identity::given of a run that starts where its caller says.
+/// Identity::given of a run whose start the caller sets.
 std::string start_identity(const std::optional<State>& start);
 
-/// Where a scene came from: for people, and for the places in messages. No part of an identity.
+/// Origin of a scene, for users and for positions in messages. It is not part of the identity.
 struct Origin {
   std::string file, text;
   std::vector<std::string> overrides;
@@ -41,6 +42,7 @@ struct Origin {
     m(file, text, overrides, states_format);
   }
 };
+/// The origin of a scene, from the file it was read from.
 Origin origin_of(const Scene& scene);
 
 }  // namespace freeplay

@@ -28,7 +28,7 @@ const char* kind_of(mode_t mode) {
   throw SceneError(fmt::format("{}: {}", file, why));
 }
 
-/// Reads up to `size` bytes; how many there were, 0 at the end.
+/// Reads up to `size` bytes; returns their number, 0 at the end.
 std::size_t read_some(int descriptor, const std::string& name, char* to, std::size_t size) {
   for (;;) {
     const auto count = read(descriptor, to, size);
@@ -37,7 +37,8 @@ std::size_t read_some(int descriptor, const std::string& name, char* to, std::si
   }
 }
 
-/// Whether brackets stand no deeper than a result file's: a parser's memory is a multiple of them.
+/// Whether the nesting of brackets is at most that of result files: the memory of the parser grows
+/// with it.
 bool is_shallow(std::string_view json) {
   int depth = 0;
   bool quoted = false;
@@ -56,7 +57,7 @@ bool is_shallow(std::string_view json) {
 
 RegularFile open_regular(const std::filesystem::path& file, std::uint64_t most, Links links) {
   const auto name = file.string();
-  // Without waiting: a FIFO would, for a writer.
+  // Do not block: opening a FIFO would wait for a writer.
   const int flags = O_RDONLY | O_NONBLOCK | O_NOCTTY | O_CLOEXEC | (links == Links::refused ? O_NOFOLLOW : 0);
   Descriptor descriptor(open(file.c_str(), flags));
   if (!descriptor) {
@@ -79,7 +80,7 @@ std::string read_file(const std::filesystem::path& file, std::uint64_t most) {
   const auto from = open_regular(file, most);
   std::string text;
   std::vector<char> buffer(1 << 16);
-  // Until its end, whatever its size was: files of /proc have none, others grow.
+  // Read to the end regardless of the size: files of /proc report 0, and others may grow.
   while (const auto count = read_some(from.descriptor.number(), name, buffer.data(), buffer.size())) {
     text.append(buffer.data(), count);
     if (text.size() > most)

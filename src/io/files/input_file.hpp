@@ -1,5 +1,6 @@
-// The one way in which a file is read: a regular file, of a size that its kind can have. A FIFO, a device, a socket or a
-// folder is refused at once: nothing waits for a writer, nothing reads without end.
+// Reading of files. Every input file is read through these functions. They accept regular files up
+// to a size that depends on the kind of file, and refuse a FIFO, device, socket or folder at once.
+// Hence no read blocks or is unbounded.
 #pragma once
 
 #include <cstdint>
@@ -14,13 +15,13 @@
 
 namespace freeplay {
 
-/// Greatest sizes (bytes). Tables are read line by line and have none but that of a line.
-inline constexpr std::uint64_t most_of_a_text = 16u << 20;  ///< a scene or a study
-inline constexpr std::uint64_t most_of_a_result = 256u
-                                                  << 20;  ///< run.json and its like, a snapshot, a checkpoint
-inline constexpr std::uint64_t most_of_a_database = 64ull << 30;  ///< and of each of SQLite's files beside it
-inline constexpr std::size_t most_of_a_line = 1u << 20;           ///< of a table
-inline constexpr int deepest_json = 64;                           ///< brackets within brackets
+/// Size limits, bytes. Tables are read line by line; only their lines are limited.
+inline constexpr std::uint64_t most_of_a_text = 16u << 20;     ///< a scene or a study
+inline constexpr std::uint64_t most_of_a_result = 256u << 20;  ///< JSON results, checkpoints
+/// A database, and each file that SQLite keeps beside it.
+inline constexpr std::uint64_t most_of_a_database = 64ull << 30;
+inline constexpr std::size_t most_of_a_line = 1u << 20;  ///< of a table
+inline constexpr int deepest_json = 64;                  ///< greatest nesting of brackets
 
 /// A regular file, open for reading.
 struct RegularFile {
@@ -28,27 +29,29 @@ struct RegularFile {
   std::uint64_t bytes = 0;  ///< its size when it was opened
 };
 
-/// Whether the name of a file may be a symbolic link.
+/// Whether the path of a file may be a symbolic link.
 enum class Links { followed, refused };
 
-/// Opens a regular file of at most `most` bytes. Throws SceneError for anything else, without waiting for a writer.
+/// Opens a regular file of at most `most` bytes. Throws SceneError for anything else, without
+/// blocking on a FIFO.
 RegularFile open_regular(const std::filesystem::path& file, std::uint64_t most,
                          Links links = Links::followed);
 
-/// The whole of a file of at most `most` bytes. Throws SceneError.
+/// Reads a whole file of at most `most` bytes. Throws SceneError.
 std::string read_file(const std::filesystem::path& file, std::uint64_t most);
 
-/// The lines of a table, one at a time, without their ends.
+/// Reads a table line by line. Lines are returned without their ends. Owns the open file.
 class LineReader {
  public:
-  /// Throws SceneError when there is no such file or it is none to read.
+  /// Throws SceneError if the file does not exist or is not a regular file.
   explicit LineReader(const std::filesystem::path& file);
   ~LineReader();
   LineReader(const LineReader&) = delete;
   LineReader& operator=(const LineReader&) = delete;
-  /// False at the end. Throws SceneError when it cannot be read or a line is too long.
+  /// Reads the next line; false at the end. Throws SceneError for a read error or a line that is
+  /// too long.
   bool next(std::string& line);
-  /// Of the line that next() gave last, from 1.
+  /// Number of the last line that next() returned, from 1.
   long number() const { return number_; }
 
  private:
@@ -61,23 +64,24 @@ class LineReader {
   long number_ = 0;
 };
 
-/// A result file in JSON, with typed access: a key that is missing or of another kind is an error that names it.
+/// A JSON result file with typed access. A missing key or a value of another type throws SceneError
+/// with the path of the key. Owns the parsed document.
 class JsonFile {
  public:
-  /// Throws SceneError for what cannot be read or is no JSON.
+  /// Throws SceneError if the file cannot be read or is not JSON.
   explicit JsonFile(const std::filesystem::path& file);
   ~JsonFile();
   JsonFile(JsonFile&&) noexcept;
-  /// The value at `path`: keys, or places in a list from 0, with dots between. Throws SceneError.
+  /// The value at `path`: keys, or indices of a list from 0, separated by dots. Throws SceneError.
   double number(std::string_view path) const;
   std::string text(std::string_view path) const;
   std::vector<std::string> texts(std::string_view path) const;
-  /// "" where there is no text at `path`.
+  /// The text at `path`, or "" if there is no text.
   std::string text_or_empty(std::string_view path) const;
-  /// Null where there is none.
+  /// The value at `path`, or null if there is none.
   const nlohmann::json* find(std::string_view path) const;
   const nlohmann::json& document() const { return *document_; }
-  /// What is wrong with the file, to be thrown.
+  /// Throws SceneError about `path`; `must` states what was expected.
   [[noreturn]] void fail(std::string_view path, const char* must) const;
 
  private:

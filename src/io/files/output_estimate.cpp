@@ -20,12 +20,12 @@
 namespace freeplay {
 namespace {
 
-/// Bytes of a number with its comma: of a coordinate or a rate, and of a force, which is seldom as small. What is zero
-/// throughout is one digit. Measured on the scenes of docs/reference/security.md.
+/// Mean bytes of a number with its comma: of a coordinate or rate, of a force, and of a number that
+/// is always 0. Measured on the scenes of docs/security.md.
 constexpr double state_width = 20.6, force_width = 19.4, zero_width = 2;
 constexpr double event_width = 175, row_of_run_json = 12e3;
 
-/// Mean width of i·step for 0 ≤ i < rows, from some of them.
+/// Mean width of i·step for 0 ≤ i < rows, from a sample of rows.
 double time_width(double rows, double step) {
   constexpr int probes = 199;
   double sum = 0;
@@ -41,7 +41,7 @@ std::string size_text(double bytes) {
   return fmt::format("{:.3g} {}", bytes, units[i]);
 }
 
-/// Which coordinates a row alone holds where they are: pins on the ground, guides.
+/// Coordinates that a single constraint row keeps constant, such as pins on the ground and guides.
 std::vector<bool> held(const Scene& scene, const System& system, const State& start) {
   std::vector<bool> found(static_cast<std::size_t>(system.n()));
   const SaddlePoint saddle(system.mass(), system.pattern(), SolvePath::automatic,
@@ -50,8 +50,8 @@ std::vector<bool> held(const Scene& scene, const System& system, const State& st
   return found;
 }
 
-/// A contact within a joint is closed most of the time; another one is taken as the start has it. A family of contacts has no
-/// gap of its own: some of it is taken to be closed.
+/// Whether a contact counts as closed. A contact of a joint is closed most of the time; any other
+/// is taken as in the start. A family of contacts has no gap of its own and counts as closed.
 bool touches(const System& system, int contact, const State& start) {
   if (contact >= system.contacts()) return true;
   const auto& facts = system.contact_facts(contact);
@@ -123,7 +123,7 @@ OutputEstimate estimate_output(const Scene& scene, const State& start) {
   if (scene.run.forces)
     estimate.files.push_back({"forces.csv", rows * (t + 1 + forces_row(scene, system, start, constant))});
   if (!scene.instruments.empty()) estimate.files.push_back({"signals.csv", signals(scene)});
-  // Batches of each contact's impacts, and the scene's own text.
+  // Batches of the impacts of each contact, and the text of the scene.
   estimate.files.push_back(
       {"run.json and run.checkpoint",
        row_of_run_json + 2.0 * static_cast<double>(scene.text.size()) + 40e3 * system.contacts()});
@@ -143,10 +143,10 @@ void require_room(const Scene& scene, const OutputEstimate& estimate, int copies
   auto place = std::filesystem::absolute(folder);
   struct statvfs room {};
   while (statvfs(place.c_str(), &room) != 0) {
-    if (!place.has_relative_path()) return;  // writing will say what is wrong
+    if (!place.has_relative_path()) return;  // the output itself will report the error
     place = place.parent_path();
   }
-  if (room.f_blocks == 0) return;  // no file system of files
+  if (room.f_blocks == 0) return;  // a file system without files
   const double free = static_cast<double>(room.f_bavail) * static_cast<double>(room.f_frsize);
   if (bytes > free)
     throw OutputError(fmt::format("{}: {}, and {} is free there", folder.string(), what, size_text(free)));

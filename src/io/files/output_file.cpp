@@ -15,7 +15,8 @@
 namespace freeplay {
 namespace {
 
-/// Size of a regular file that no other name has: what another name has may be anybody's. −1: there is none.
+/// Size of a regular file with a single link; a file with more links may belong to another folder.
+/// −1 if there is none.
 std::int64_t own_size(int folder, const std::string& name) {
   struct stat about {};
   if (fstatat(folder, name.c_str(), &about, AT_SYMLINK_NOFOLLOW) != 0) return -1;
@@ -69,7 +70,7 @@ OutputFile::OutputFile(const std::filesystem::path& path, bool resumed)
       partial_(name_ + ".partial"),
       buffer_(1 << 16) {
   if (resumed) return;
-  // A leftover is removed, whatever it is, and the new file is no other's.
+  // Remove a leftover of any type; the new file must not be an existing one.
   if (unlinkat(folder_.number(), partial_.c_str(), 0) != 0 && errno != ENOENT) fail("cannot be written");
   open_partial(O_CREAT | O_EXCL);
 }
@@ -80,7 +81,7 @@ void OutputFile::open_partial(int flags) {
   file_ = file ? fdopen(file.number(), flags & O_APPEND ? "ab" : "wb") : nullptr;
   if (!file_) fail(flags & O_APPEND ? "cannot be gone on with" : "cannot be written");
   file.release();
-  std::setvbuf(file_, nullptr, _IONBF, 0);  // the buffer is ours
+  std::setvbuf(file_, nullptr, _IONBF, 0);  // this class has its own buffer
 }
 
 OutputFile::~OutputFile() {
@@ -93,7 +94,7 @@ void OutputFile::fail(const char* what) const {
   throw OutputError(fmt::format("{}: {}: {}", path_.string(), what, std::strerror(errno)));
 }
 
-/// What went wrong is the program's, so that it says where it was.
+/// A number that is not finite is an error of the program, so the message gives its position.
 void OutputFile::refuse(double x) {
   std::string_view row(buffer_.data(), used_);
   row.remove_prefix(row.rfind('\n') + 1);  // npos + 1 = 0
@@ -125,7 +126,8 @@ void OutputFile::require(std::uint64_t size) const {
 void OutputFile::go_on_at(std::uint64_t size) {
   require(size);
   keep();
-  // An interrupted run has put its files in their places; a killed one has left them beside.
+  // An interrupted run has renamed its files to their final names; a killed run has left partial
+  // files.
   const int at = folder_.number();
   if (own_size(at, partial_) < 0 && renameat(at, name_.c_str(), at, partial_.c_str()) != 0)
     fail("cannot be gone on with");
@@ -141,7 +143,7 @@ void OutputFile::write(std::string_view text) {
     written_ += text.size();
     return;
   }
-  // Copied by range: an empty text may have no place, which memcpy does not allow.
+  // std::ranges::copy, because memcpy does not allow the null pointer of an empty text.
   std::ranges::copy(text, buffer_.begin() + static_cast<std::ptrdiff_t>(used_));
   used_ += text.size();
 }

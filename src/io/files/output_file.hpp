@@ -1,9 +1,13 @@
-// A file that is written whole or not at all: it grows beside its place as NAME.partial and is renamed when
-// it is complete. A file that is never committed leaves nothing behind.
+// Output files that appear complete or not at all. A file is written as NAME.partial in its folder
+// and renamed when it is complete. A file that is not committed is removed, unless a checkpoint
+// refers to it (keep()).
 //
-// Nothing is written through a symbolic link, whoever planted it: the folder of a file is opened from its first
-// component on and none of them may be a link; a link in the place of the file itself is replaced, not followed. The
-// folder that the user names may be reached by links: real_folder() follows them, once, before anything is written.
+// No file is written through a symbolic link: the folder is opened component by component, none of
+// which may be a link, and a link at the place of the file is replaced, not followed. The folder
+// that the user names may contain links: real_folder() resolves them once before any output.
+//
+// Use: construct, write(), number(), then commit(). An OutputFile owns the open file and its
+// buffer.
 #pragma once
 
 #include <cstdint>
@@ -18,50 +22,53 @@
 
 namespace freeplay {
 
-/// The disk refused: what() names the file and the reason.
+/// A failed output; what() names the file and the reason.
 struct OutputError : std::runtime_error {
   using std::runtime_error::runtime_error;
 };
 
-/// Where a folder that the user names really is, links on the way to it followed; it need not exist. Below the working
-/// folder it is told from there.
+/// Resolves the symbolic links in the path of a folder, which need not exist. A folder below the
+/// working folder is returned relative to it.
 std::filesystem::path real_folder(const std::filesystem::path& named);
 
-/// Makes a folder and its parents, none of which may be a symbolic link, or throws OutputError.
+/// Creates a folder and its parents. Throws OutputError if that fails or a component is a symbolic
+/// link.
 void make_folder(const std::filesystem::path& folder);
 
-/// Removes a file (a link, not what it points at), where there is one.
+/// Removes a file if it exists; of a symbolic link, the link itself.
 void remove_file(const std::filesystem::path& path);
 
-/// Throws OutputError unless there is nothing of that name, or a regular file that has no other name: what a library that
-/// opens files by itself may write.
+/// Throws OutputError unless the name is free or belongs to a regular file with a single link.
+/// Required before a library that opens files by itself writes there.
 void require_own(const std::filesystem::path& path);
 
-/// Moves a finished file into another folder, in the place of one of that name.
+/// Moves a complete file into another folder, where it replaces a file of that name.
 void move_file(const std::filesystem::path& from, const std::filesystem::path& to, const std::string& name);
 
+/// A file that is being written.
 class OutputFile {
  public:
-  /// A new file; `resumed`: go_on_at() follows, and what stands there is left alone until then.
+  /// Creates the partial file. `resumed`: go_on_at() follows, and an existing file is kept until
+  /// then.
   explicit OutputFile(const std::filesystem::path& path, bool resumed = false);
   ~OutputFile();
   OutputFile(const OutputFile&) = delete;
   OutputFile& operator=(const OutputFile&) = delete;
 
   void write(std::string_view text);
-  /// Appends one number in the shortest form that reads back the same. No allocation. What is not finite is no number:
-  /// OutputError, and the file is not completed.
+  /// Appends one number in the shortest form that reads back the same. Does not allocate. Throws
+  /// OutputError for a number that is not finite; the file is then never completed.
   void number(double x);
-  /// Hands all that was written to the operating system; returns how much that is.
+  /// Flushes all output to the operating system; returns the size of the file, bytes.
   std::uint64_t settle();
-  /// Whether go_on_at() can be: throws OutputError when there is no file of an interrupted run, finished or
-  /// not, of at least `size` bytes. Touches nothing.
+  /// Throws OutputError unless go_on_at(size) is possible: the file of an interrupted run exists,
+  /// complete or partial, with at least `size` bytes. Changes nothing.
   void require(std::uint64_t size) const;
-  /// Goes on with such a file at its first `size` bytes.
+  /// Continues such a file after its first `size` bytes.
   void go_on_at(std::uint64_t size);
-  /// From now on, what is not committed stays beside its place: somebody knows how to go on with it.
+  /// Keeps the partial file if it is not committed, because a checkpoint refers to it.
   void keep() { keep_ = true; }
-  /// Completes the file and puts it in its place.
+  /// Completes the file and renames it to its final name.
   void commit();
   const std::filesystem::path& path() const { return path_; }
 
@@ -73,15 +80,15 @@ class OutputFile {
 
   std::filesystem::path path_;
   Descriptor folder_;
-  std::string name_, partial_;  // in the folder
+  std::string name_, partial_;  // names in the folder
   std::FILE* file_ = nullptr;
   std::vector<char> buffer_;
   std::size_t used_ = 0;
-  std::uint64_t written_ = 0;  // to the file
+  std::uint64_t written_ = 0;  // bytes written to the file
   bool keep_ = false;
 };
 
-/// Writes a small file in one go.
+/// Writes a small file at once.
 void write_file(const std::filesystem::path& path, std::string_view text);
 
 }  // namespace freeplay

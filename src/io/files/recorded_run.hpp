@@ -1,4 +1,5 @@
-// A run read back: from its identity, or from its run.json.
+// Reading of a recorded run, from its identity or its run.json: everything needed to repeat or
+// continue it (`freeplay run --from`, `--resume`).
 #pragma once
 
 #include <filesystem>
@@ -13,33 +14,35 @@
 
 namespace freeplay {
 
-/// What an identity says to do.
+/// A scene and the parameters of its run, as an identity states them.
 struct Setup {
   Scene scene;
   std::string formulation;
   bool matched = false;
   std::optional<State> start;
-  /// What the run had from outside, by what it was for ("normal forces").
+  /// Outside code that the run used, by its purpose ("normal forces").
   struct FromOutside {
     std::string name, digest;
   };
   std::map<std::string, FromOutside> outside;
 
-  /// Puts it into the scene. Throws SceneError where it is not the run's, or the run had some and none is given.
+  /// Adds outside code to the scene. Throws SceneError if it differs from that of the run, or is
+  /// missing.
   void give(const Outside& given);
 };
 
-/// The facts and how to run them from the identity alone, the rest of the scene from `origin`. Throws SceneError
-/// when it is not the identity of a single run.
+/// Reads the setup of a run. Facts and parameters come from the identity alone; file name, text and
+/// overrides come from `origin`. Throws SceneError if the identity is not that of a single run.
 Setup setup_of(const Identity& identity, const Origin& origin);
 
-/// A run as its run.json tells it.
+/// A run as recorded in its run.json.
 struct RecordedRun {
   Identity identity;
-  Setup setup;  ///< its scene has file, text and overrides of the run, for its provenance
+  Setup setup;  ///< its scene has the run's file, text and overrides, for the provenance
 };
 
-/// Throws SceneError for what is no run.json, is damaged, or was made before runs had an identity.
+/// Reads a run.json. Throws SceneError if the file is damaged, not a run.json, or of a version
+/// without identities.
 RecordedRun read_run(const std::filesystem::path& file);
 
 }  // namespace freeplay

@@ -20,7 +20,7 @@ struct Members {
   std::vector<const char*> patterns;
 };
 
-/// First the file that says that the others are results.
+/// The first file of each list marks the others as results.
 const std::vector<Members>& all_members() {
   static const std::vector<Members> list = {
       {"compare",
@@ -70,7 +70,7 @@ void move(const Path& from, const Path& to) {
   if (error) fail(to, "cannot be put in its place", error);
 }
 
-/// A folder of its own, or nothing; not one that a link leads to.
+/// Whether the path is a folder and not a symbolic link; throws for a link.
 bool is_own_folder(const Path& path) {
   std::error_code error;
   const auto status = std::filesystem::symlink_status(path, error);
@@ -84,14 +84,14 @@ bool is_folder(const std::filesystem::directory_entry& entry) {
   return std::filesystem::is_directory(entry.symlink_status(error));
 }
 
-/// Nothing, or a folder of its own.
+/// Throws unless the path is free or a folder that is not a link.
 void require_folder(const Path& path) {
   std::error_code error;
   if (!is_own_folder(path) && std::filesystem::exists(std::filesystem::symlink_status(path, error)))
     throw OutputError(fmt::format("{}: is a file where a folder goes", path.string()));
 }
 
-/// Calls f with the folder of each pattern, where there is one, and every entry in it that the pattern names.
+/// Calls f for each existing entry that matches a pattern.
 void each_member(const Path& folder, const Members& members, auto f) {
   for (const Path pattern : members.patterns) {
     const auto place = (folder / pattern).parent_path();
@@ -102,14 +102,14 @@ void each_member(const Path& folder, const Members& members, auto f) {
   }
 }
 
-/// Throws OutputError where the results could not be put, before any older one is gone: where a folder stands in the place of a
-/// file, a file or a link in that of a folder.
+/// Throws OutputError, before any older result is removed, if the results could not be moved in: a
+/// folder has the name of a file, or a file or link has the name of a folder.
 void require_places(const Path& folder, const Members& members) {
   for (const Path pattern : members.patterns)
     if (pattern.has_parent_path()) require_folder(folder / pattern.parent_path());
   for (const auto* name : {"complete", "moving"}) require_folder(stage(folder, members.verb, name));
   each_member(folder, members, [](const Path& pattern, const auto& entry) {
-    // A drawing that was killed leaves figures/NAME.partial, a folder, which is none of the results.
+    // A killed drawing leaves the folder figures/NAME.partial, which is not a result.
     if (is_folder(entry) && pattern.native().find('*') == std::string::npos)
       throw OutputError(fmt::format("{}: is a folder where a result goes", entry.path().string()));
   });
@@ -124,10 +124,10 @@ void remove_older(const Path& folder, const Members& members) {
   std::error_code ignored;
   for (const Path pattern : members.patterns)
     if (pattern.has_parent_path())
-      std::filesystem::remove(folder / pattern.parent_path(), ignored);  // where nothing else is in it
+      std::filesystem::remove(folder / pattern.parent_path(), ignored);  // if nothing else is in it
 }
 
-/// Only what the verb makes, and no link: the folder may be somebody's who left more in it.
+/// Moves the files of this verb only, and no links: the folder may contain files of the user.
 void move_in(const Path& from, const Path& folder, const Members& members) {
   std::vector<Path> files;
   each_member(from, members, [&](const Path& pattern, const auto& entry) {
@@ -135,7 +135,7 @@ void move_in(const Path& from, const Path& folder, const Members& members) {
     if (std::filesystem::is_regular_file(entry.symlink_status(error)))
       files.push_back(pattern.parent_path() / entry.path().filename());
   });
-  // Those in folders first: the file that says that they are results stands beside these.
+  // Files in subfolders first: the file that marks them as results is moved last.
   std::ranges::sort(files, {}, [](const Path& file) { return std::pair(!file.has_parent_path(), file); });
   for (const auto& file : files) {
     const auto place = (folder / file).parent_path();

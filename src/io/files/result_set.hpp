@@ -1,12 +1,16 @@
-// The result files of a verb, which replace those that stand in its folder as a whole. They are made in a folder beside
-// these, and until all of them are there the older ones stay as they are. Then
+// Atomic replacement of the result files of a verb. New files are made in a subfolder; the older
+// results remain until all new ones exist. Then
 //
 //     .VERB.new  → .VERB.complete     from here on the new files are the results
 //     the older files are removed
-//     .VERB.complete → .VERB.moving   from here on no older file is there
-//     the new files are moved to their places, and the folder that they were in is removed
+//     .VERB.complete → .VERB.moving   from here on no older file exists
+//     the new files are moved to their places, and the subfolder is removed
 //
-// each step one that a kill cannot halve. Whoever opens the folder next goes on where it was left.
+// Each renaming is atomic. If the process is killed in between, the next process that opens the
+// folder completes the replacement.
+//
+// Use: construct, write files into place(), then commit(). A ResultSet owns the lock of the folder
+// and the subfolder; without commit() it removes the subfolder.
 #pragma once
 
 #include <filesystem>
@@ -16,24 +20,25 @@
 
 namespace freeplay {
 
+/// The new result files of one verb in one folder.
 class ResultSet {
  public:
-  /// Makes the folder where there is none and takes the right to write into it alone. `verb` is one of those that
-  /// result_set.cpp lists with its files. Throws OutputError.
+  /// Creates the folder if it does not exist, and locks it exclusively. `verb` is one of those that
+  /// result_set.cpp lists with their files. Throws OutputError.
   ResultSet(const std::filesystem::path& folder, const std::string& verb);
-  /// What is not committed has changed nothing.
+  /// Discards the new files if they were not committed.
   ~ResultSet();
   ResultSet(const ResultSet&) = delete;
   ResultSet& operator=(const ResultSet&) = delete;
 
-  /// Where the files are to be made, by the names that they are to have in the folder.
+  /// Folder for the new files; their names are those of the results.
   const std::filesystem::path& place() const { return place_; }
   const FolderLock& lock() const { return lock_; }
-  /// The files made replace those that stand in the folder, and the figures drawn from those.
+  /// Replaces the older results, and the figures drawn from them, by the new files.
   void commit();
 
  private:
-  /// A folder that was not there and has got nothing goes again.
+  /// Removes the folder again if this object created it and it is empty.
   struct Folder {
     explicit Folder(const std::filesystem::path& where);
     ~Folder();
@@ -46,8 +51,8 @@ class ResultSet {
   std::filesystem::path place_;
 };
 
-/// Goes on where a verb was killed while it replaced its results, and removes what it had not made to the end. The
-/// caller has the right to write.
+/// Completes replacements that a killed process began, and removes incomplete results. The caller
+/// must hold the lock of the folder.
 void settle_result_sets(const std::filesystem::path& folder);
 
 }  // namespace freeplay

@@ -28,7 +28,7 @@ const char* name_of(Ending::Status status) {
   throw std::logic_error("no such ending");
 }
 
-/// A text as its lines, so that two files can be compared line by line.
+/// A text as a list of its lines, so that two files can be compared line by line.
 nlohmann::json lines(const std::string& text) {
   auto list = nlohmann::json::array();
   std::istringstream in(text);
@@ -36,14 +36,14 @@ nlohmann::json lines(const std::string& text) {
   return list;
 }
 
-/// And back.
+/// Inverse of lines().
 std::string joined(const std::vector<std::string>& lines) {
   std::string all;
   for (const auto& line : lines) all += line + '\n';
   return all;
 }
 
-/// The lines of [run], [penalty] and [nonsmooth]: TOML spells their values as JSON does.
+/// The options of [run], [penalty] and [nonsmooth]. TOML and JSON spell their values alike.
 nlohmann::json options(const std::string& scene) {
   nlohmann::json found;
   for (const auto& line : canonical_lines(scene))
@@ -51,7 +51,7 @@ nlohmann::json options(const std::string& scene) {
       if (line.key.starts_with(std::string(table) + "."))
         found[table][line.key.substr(line.key.find('.') + 1)] =
             nlohmann::json::parse(line.value, nullptr, false);
-  // What is not named is in force all the same.
+  // Add the defaults of options that the text does not name.
   auto& nonsmooth = found["nonsmooth"];
   nonsmooth.emplace("step", "automatic");
   nonsmooth.emplace("scheme", nonsmooth["step"].is_number() ? "moreau-jean" : "automatic");

@@ -1,4 +1,4 @@
-// run.json: what a run amounts to, and where it came from.
+// run.json: result and provenance of a run. docs/results.md describes its sections.
 #pragma once
 
 #include <filesystem>
@@ -12,21 +12,21 @@ namespace freeplay {
 
 struct Scene;
 
-/// Sections of run.json.
+/// The result sections of run.json.
 nlohmann::json to_json(const Result& s);
 
-/// Where a run came from: its identity, part by part and line by line, with the options of it once more as JSON;
-/// and for people version, commit, the scene's text and overrides.
+/// The provenance of a run: its identity, part by part and line by line, its options again as JSON,
+/// and for users the version, the commit, the scene's text and its overrides.
 nlohmann::json provenance(const Scene& scene, const Identity& identity);
-/// The same of what is made from a scene but is no single run.
+/// Provenance of a result that was made from a scene but is not a single run.
 nlohmann::json provenance(const Scene& scene);
-/// The same of what is made from many scenes.
+/// Provenance of a result that was made from several scenes.
 nlohmann::json provenance();
 
-/// What a scene that states no format is told; "" of one that does.
+/// Note for a scene that does not state its format; "" for one that does.
 std::string format_note(const Scene& scene);
 
-/// Writes a document as a file; in texts, bytes that are no UTF-8 are replaced.
+/// Writes a document as a file. Bytes in texts that are not UTF-8 are replaced.
 void write_json(const std::filesystem::path& path, const nlohmann::json& document);
 
 }  // namespace freeplay

@@ -16,7 +16,7 @@ namespace {
 using Path = std::filesystem::path;
 
 constexpr const char* summary_name = "run.json";
-/// What a run may write beside run.json, in the order in which it is put in its place.
+/// Files that a run may write beside run.json, in the order of their renaming.
 constexpr std::array file_names{"trajectory.csv", "events.csv", "signals.csv", "forces.csv"};
 
 Path half(const Path& folder, const std::string& name) { return folder / (name + ".partial"); }
@@ -26,7 +26,7 @@ bool is_file(const Path& path) {
   return std::filesystem::is_regular_file(std::filesystem::symlink_status(path, ignored));
 }
 
-/// "finished", "failed" or "interrupted"; none where the file is missing or not whole.
+/// "finished", "failed" or "interrupted"; nullopt if the file is missing or incomplete.
 std::optional<std::string> status_in(const Path& file) {
   if (!is_file(file)) return std::nullopt;
   try {
@@ -79,7 +79,7 @@ void remove_checkpoint(const Path& folder) {
 
 RunSet::RunSet(const Path& folder, std::vector<std::string> names)
     : folder_(folder), summary_(folder / summary_name) {
-  // Halves that another run left would be taken for this one's.
+  // Remove partial files of another run, which would be mistaken for files of this one.
   for (const auto* name : file_names)
     if (std::ranges::find(names, name) == names.end()) clear(half(folder, name));
 }
@@ -93,7 +93,8 @@ void RunSet::summarise(std::string_view text) {
 void RunSet::remove_older() { remove_run(folder_); }
 
 void RunSet::commit(bool later) {
-  if (!later) remove_checkpoint(folder_);  // before run.json: what has ended leaves none
+  // Before run.json: a run that has ended has no checkpoint.
+  if (!later) remove_checkpoint(folder_);
   summary_.commit();
 }
 

@@ -1,11 +1,12 @@
-// The files of a run, which replace those of an earlier one in their folder as a whole. They grow as NAME.partial beside
-// the older ones; run.json.partial is written last, when all others are complete. So
+// Atomic replacement of the files of a run. The new files grow as NAME.partial beside the files of
+// an earlier run, and run.json.partial is written last, when all others are complete. Hence
 //
-//     run.json.partial is whole  ⇔  the new run has ended, and is what the folder holds
+//     run.json.partial is complete  ⇔  the new run has ended, and its files are the results
 //
-// (a JSON object that is cut off anywhere is none). From then on the older files are removed, run.json first and all before
-// the first new one is put in its place, trajectory.csv, which every run has; run.json is the last. Whoever opens the
-// folder of a run that was killed meanwhile can tell where it was and goes on there.
+// (a truncated JSON object is not valid JSON). Then all older files are removed, run.json first,
+// and the new files are renamed, trajectory.csv, which every run has, first and run.json last. If
+// the process is killed in between, settle_run() determines from the present files which of these
+// steps were done, and completes the rest.
 #pragma once
 
 #include <filesystem>
@@ -17,18 +18,19 @@
 
 namespace freeplay {
 
+/// File name of the checkpoint in a result folder.
 inline constexpr const char* checkpoint_name = "run.checkpoint";
 
-/// The end of a run. What it does in this order: summarise, remove_older, the files' own commits in the order of their
-/// names here, commit.
+/// The replacement at the end of a run. Order of calls: summarise(), remove_older(), commit() of
+/// the other files in the order of their names here, commit().
 class RunSet {
  public:
-  /// `names`: the files that the run writes beside run.json, trajectory.csv first.
+  /// `names`: the files of the run beside run.json, trajectory.csv first.
   RunSet(const std::filesystem::path& folder, std::vector<std::string> names);
-  /// Writes run.json beside its place; the others have been handed over whole.
+  /// Writes run.json.partial. All other files must have been flushed.
   void summarise(std::string_view text);
   void remove_older();
-  /// Removes the checkpoint unless the run goes on `later`, and puts run.json in its place.
+  /// Renames run.json to its final name. Removes the checkpoint unless the run continues `later`.
   void commit(bool later);
 
  private:
@@ -36,14 +38,14 @@ class RunSet {
   OutputFile summary_;
 };
 
-/// Goes on where a run was killed after its end. Of one that was killed before, nothing is touched: it may be resumed. The
-/// caller has the right to write.
+/// Completes the replacement of a run that was killed after its end. Does nothing for a run that
+/// was killed before, which can be resumed. The caller must hold the lock of the folder.
 void settle_run(const std::filesystem::path& folder);
 
-/// Whether a run that has ended stands in the folder, one that was not interrupted.
+/// Whether the folder contains a run that has ended without interruption.
 bool holds_finished_run(const std::filesystem::path& folder);
 
-/// Throws SnapshotError unless each of these files has its half beside its place.
+/// Throws SnapshotError unless the partial file of each name exists.
 void require_halves(const std::filesystem::path& folder, const std::vector<std::string>& names);
 
 }  // namespace freeplay

@@ -1,4 +1,5 @@
-// Bytes in a file with a name, a version and a checksum: what is read is what was written, or refused.
+// Binary files with a kind, a version and a checksum, for snapshots and checkpoints. A file that
+// differs from what was written is refused.
 #pragma once
 
 #include <cstddef>
@@ -8,11 +9,11 @@
 
 namespace freeplay {
 
-/// Writes the file whole or not at all; `kind` and `version` stand in its first line.
+/// Writes a file atomically. Its first line contains `kind` and `version`.
 void write_sealed(const std::filesystem::path& file, const std::string& kind, int version,
                   const std::vector<std::byte>& bytes);
 
-/// Throws SnapshotError for another kind, another version, or damage.
+/// Reads a file. Throws SnapshotError for another kind or version, or damage.
 std::vector<std::byte> read_sealed(const std::filesystem::path& file, const std::string& kind, int version);
 
 }  // namespace freeplay

@@ -1,4 +1,4 @@
-// Words as a shell reads them back: for commands that are shown to be run, and for scripts.
+// Quoting of words for a POSIX shell, for displayed commands and for scripts.
 #pragma once
 
 #include <string>
@@ -6,7 +6,8 @@
 
 namespace freeplay {
 
-/// POSIX: words of letters, digits and %+,-./:=@_ as they are, others between single quotes; a blank between words.
+/// Joins words with blanks. Words of letters, digits and %+,-./:=@_ stay as they are; others are
+/// single-quoted.
 std::string shell_words(const std::vector<std::string>& words);
 
 }  // namespace freeplay

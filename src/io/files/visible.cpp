@@ -9,7 +9,7 @@
 namespace freeplay {
 namespace {
 
-/// Bytes of the character that begins with `lead`; 0 for what begins none (RFC 3629).
+/// Bytes of the character that begins with `lead`; 0 if `lead` begins no character (RFC 3629).
 std::size_t length_of(unsigned char lead) {
   if (lead < 0x80) return 1;
   if (lead >= 0xC2 && lead <= 0xDF) return 2;
@@ -18,8 +18,8 @@ std::size_t length_of(unsigned char lead) {
   return 0;
 }
 
-/// How many bytes at the beginning of `text` are of one character, and how many that character has; {0, 1} where none
-/// begins. Of a character cut off at the end, fewer than it has.
+/// Number of bytes at the beginning of `text` that belong to one character, and the length of that
+/// character; {0, 1} if no character begins there. For a truncated character the first is smaller.
 struct Extent {
   std::size_t there, whole;
 };
@@ -30,7 +30,7 @@ Extent extent_of(std::string_view text) {
   std::size_t there = 1;
   for (; there < std::min(whole, text.size()); ++there) {
     unsigned char low = 0x80, high = 0xBF;
-    if (there == 1) {  // no longer spelling than needed, no surrogate, nothing beyond U+10FFFF
+    if (there == 1) {  // excludes overlong encodings, surrogates and codes above U+10FFFF
       if (byte(0) == 0xE0) low = 0xA0;
       if (byte(0) == 0xED) high = 0x9F;
       if (byte(0) == 0xF0) low = 0x90;
@@ -49,8 +49,9 @@ std::uint32_t code_of(std::string_view character) {
   return code;
 }
 
-/// Controls (C0, DEL, C1), direction marks (Unicode's Bidi_Control), separators of lines and paragraphs, and what has no
-/// width of its own: zero-width characters, the byte-order mark, annotations, tags.
+/// Whether a character is a control (C0, DEL, C1), a direction mark (Unicode's Bidi_Control), a
+/// separator of lines or paragraphs, or has no width: zero-width characters, byte-order mark,
+/// annotations, tags.
 bool is_hidden(std::uint32_t code) {
   constexpr std::pair<std::uint32_t, std::uint32_t> ranges[] = {
       {0x00, 0x1F},     {0x7F, 0x9F},     {0xAD, 0xAD},      {0x61C, 0x61C},
@@ -70,7 +71,8 @@ void spell(std::uint32_t code, std::string& out) {
     out += code < 0x80 ? fmt::format("\\x{:02x}", code) : fmt::format("\\u{{{:x}}}", code);
 }
 
-/// Appends what may be shown of `text`; returns how much of it is left over, the beginning of a last character.
+/// Appends the displayable part of `text`; returns the number of bytes of an incomplete last
+/// character.
 std::size_t show(std::string_view text, std::string_view kept, std::string& out) {
   while (!text.empty()) {
     const auto [there, whole] = extent_of(text);
@@ -107,7 +109,7 @@ std::string VisibleStream::pass(std::string_view piece) {
 }
 
 std::string visible_brief(std::string_view text, std::size_t most) {
-  // Characters are at most four bytes: what is far too long need not be looked at.
+  // A character has at most four bytes, so the rest of a very long text is not read.
   auto all = visible(text.substr(0, 4 * most + 4));
   std::size_t characters = 0;
   for (std::size_t i = 0; i < all.size(); ++i)

@@ -1,5 +1,6 @@
-// Text of unknown origin, made safe to show: what would move a cursor, recolour a terminal, reorder a line or hide in
-// it is spelt out. A terminal, a figure and a message all take their texts through here.
+// Escaping of text of unknown origin for display: replaces control characters, direction marks and
+// invisible characters, which could move a cursor, recolour a terminal, reorder a line or hide in
+// it. Terminal output, figures and messages use these functions.
 #pragma once
 
 #include <string>
@@ -7,15 +8,16 @@
 
 namespace freeplay {
 
-/// UTF-8 with every control character, direction mark and invisible character spelt as \n, \t, \r, \x1b or \u{202e}, and
-/// every byte that is no UTF-8 as \xff. Those among `kept` pass as they are.
+/// Escapes control characters, direction marks and invisible characters as \n, \t, \r, \x1b or
+/// \u{202e}, and bytes that are not UTF-8 as \xff. Characters in `kept` are not escaped.
 std::string visible(std::string_view text, std::string_view kept = "");
 
-/// The same of a text that arrives in pieces: the beginning of a character waits for its end.
+/// visible() for a text that arrives in pieces. Keeps the beginning of an incomplete character
+/// until its end arrives.
 class VisibleStream {
  public:
   explicit VisibleStream(std::string_view kept) : kept_(kept) {}
-  /// What may be shown now.
+  /// The text that can be shown so far.
   std::string pass(std::string_view piece);
 
  private:
@@ -23,7 +25,7 @@ class VisibleStream {
   std::string waiting_;  // at most three bytes
 };
 
-/// visible(), shortened to about `most` characters where it is longer.
+/// visible(), shortened to about `most` characters.
 std::string visible_brief(std::string_view text, std::size_t most = 120);
 
 }  // namespace freeplay

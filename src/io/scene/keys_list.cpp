@@ -15,7 +15,7 @@ void append(std::string& list, const std::string& item, const char* between) {
 
 std::string KeysList::shown(double x) {
   auto digits = fmt::format("{}", x);
-  // As people write it: 1e-4 for 0.0001 and 1e-04.
+  // Short spelling: 1e-4, neither 0.0001 nor 1e-04.
   if (x != 0 && (std::abs(x) < 1e-2 || std::abs(x) >= 1e5)) digits = fmt::format("{:e}", x);
   if (const auto e = digits.find('e'); e != digits.npos) {
     auto mantissa = digits.substr(0, e);
@@ -36,7 +36,7 @@ void KeysList::add(const Key& key, std::string type, std::string fallback, std::
   if (meaning.empty()) meaning = key.meaning;
   meaning += std::exchange(only_, {});
   auto kind = kind_;
-  // What a group of keys switches on is left out with it.
+  // Keys of a group are optional, because the group is.
   if (!group_.empty()) {
     if (fallback == "required") fallback = "–";
     if (key.name != group_) kind = fmt::format("{}{}with {}", kind, kind.empty() ? "" : " ", group_);

@@ -1,4 +1,7 @@
-// Lists keys (see mechanism/keys.hpp): a row for each of a scene's, in which kinds that share a key are put together.
+// KeysList: the visitor that lists the keys of a scene (mechanism/keys.hpp). It makes one row for
+// each key, with type, unit, default and meaning; rows of kinds that share a key are merged.
+// io/scene/schema.cpp runs it over all kinds of elements and options to make the schema. It owns
+// the rows until take().
 #pragma once
 
 #include <fmt/format.h>
@@ -19,13 +22,15 @@
 
 namespace freeplay {
 
+/// Visitor of the `keys()` functions that records each key; never reads or writes a value.
 class KeysList {
  public:
+  /// One row of the list: dotted path, type, unit, default and meaning of a key.
   struct Row {
     std::string path, type, unit, fallback, meaning;
   };
 
-  /// A table whose keys are listed from here on: bodies.*; `kinds`: words of all that share it.
+  /// Begins a table, such as "bodies.*". `kinds`: the values of `type` that share the table.
   void open(std::string table, std::vector<std::string> kinds = {}) {
     table_ = std::move(table);
     kinds_ = std::move(kinds);
@@ -33,16 +38,16 @@ class KeysList {
     begin_ = entries_.size();
   }
   void kind(std::string_view word) { kind_ = word; }
-  /// The row of the key that chooses a kind, first of its table.
+  /// Adds the key that selects a kind, as the first row of its table.
   template <class E>
   void kind_row(const char* fallback, const E& all) {
     plain({"type", "", ""}, "text", fallback, words_of(all));
   }
-  /// A row of its own.
+  /// Adds a row that is not merged with others.
   void plain(const Key& key, std::string type, std::string fallback, std::string meaning);
-  /// Behind the last key of a kind.
+  /// Ends the keys that a group switches on; called after the last key of a kind.
   void leave_group() { group_.clear(); }
-  /// Puts together what kinds of the open table share.
+  /// Merges the rows that kinds of the open table share.
   void close();
   std::vector<Row> take() { return std::move(rows_); }
 
@@ -87,7 +92,7 @@ class KeysList {
   }
   bool when(bool) const { return true; }
   bool when(bool, std::initializer_list<std::string_view>, const char*) const { return true; }
-  /// The choices that read a key stand behind its meaning.
+  /// Appends the choices that read the key to its meaning.
   template <class O>
   bool own(std::string_view name, const O& o) {
     const auto& row = own_key(o, name);

@@ -18,7 +18,7 @@ int index_of(const Range& range, const std::string& name, Name name_of_item) {
 }
 const auto own_name = [](const auto& item) { return item.name; };
 
-/// "there is no WHAT "name"", and which there are.
+/// Message "there is no WHAT "NAME"" with the list of known names.
 template <class Range, class Name>
 std::string unknown(const std::string& what, const std::string& name, const Range& range, Name name_of_item,
                     std::vector<std::string> names = {}) {
@@ -106,7 +106,8 @@ void KeysReader::groups(const Key& key, std::vector<int>& list) {
 }
 
 void KeysReader::bounded(std::string_view key, std::size_t points) const {
-  constexpr std::size_t most = 100'000;  // what a canonical text can hold with room
+  // Keeps a canonical text well below the size limit of a scene.
+  constexpr std::size_t most = 100'000;
   if (points > most) s_.fail(key, fmt::format("must have at most {} points, has {}", most, points));
 }
 
@@ -170,7 +171,8 @@ void KeysReader::settle() const {
   }
 }
 
-/// A text is a curve's name, or a number with its unit, which no name is: there is a blank in it, or no curve is called so.
+/// A text without a blank that is the name of a curve, or does not begin like a number, names a
+/// curve; any other text is a number with its unit.
 void KeysReader::number_or_curve(const Key& key, CurveOr& x, const Range& range) {
   const auto names_one = [&](const std::string& text) {
     return text.find(' ') == std::string::npos &&
@@ -180,7 +182,7 @@ void KeysReader::number_or_curve(const Key& key, CurveOr& x, const Range& range)
   x.constant = s_.number(key, range);
 }
 
-/// In turns, where the length is; with a unit of its own always a time.
+/// In revolutions if the length of the run is; a number with its own unit is always a time.
 void KeysReader::part_of_length(const Key& key, double& x) {
   x = s_.is_text(key.name) ? s_.number(Key{key.name, "s", key.meaning}, non_negative)
                            : s_.number(key, non_negative, 0) * unit_;
@@ -275,7 +277,7 @@ void KeysReader::angles(const Key& key, std::vector<JointAngle>& list) {
   const auto its_name = [](const Joint& j) { return name_of(j); };
   const auto joint = [&](const std::string& name) { return index_of(mechanism_.joints, name, its_name); };
   for (const auto& text : s_.names(key.name)) {
-    // Names may hold a - themselves: every way to cut the text into three is tried.
+    // Names may contain "-", so try all divisions of the text into three names.
     std::vector<JointAngle> found;
     for (auto a = text.find('-'); a != text.npos; a = text.find('-', a + 1))
       for (auto b = text.find('-', a + 1); b != text.npos; b = text.find('-', b + 1)) {
@@ -301,7 +303,8 @@ void KeysReader::angles(const Key& key, std::vector<JointAngle>& list) {
 void KeysReader::axis(std::string_view, Vec2& axis) {
   axis = s_.point("axis", {1, 0});
   if (!(axis.norm() > 0)) s_.fail("axis", "must not be zero");
-  // Dividing a unit vector by its length once more may move it by a rounding: what to_toml writes stands.
+  // Normalising a unit vector again may change it by a rounding. Keep the vector that to_toml()
+  // writes.
   if (std::abs(axis.squared_norm() - 1) > 1e-15) axis = axis.direction();
 }
 
@@ -368,7 +371,7 @@ void KeysReader::moving_joint(const Key& key, int& joint) {
 
 void KeysReader::joint_place(const Key& key, double& place, int joint) {
   const auto* slider = std::get_if<TranslationalJoint>(&mechanism_.joints[static_cast<std::size_t>(joint)]);
-  // Its unit is that of the joint.
+  // For other joints the unit is rad.
   if (!slider) return joint_angle(Key{key.name, "rad", key.meaning, key.fallback}, place, joint);
   const auto turned = [](const Vec2& s, double angle) {
     const double c = std::cos(angle), n = std::sin(angle);

@@ -1,4 +1,9 @@
-// Fills facts and options from a section of a scene file, key by key (see mechanism/keys.hpp).
+// KeysReader: the visitor that fills the facts and options of a scene from one section of its file
+// (mechanism/keys.hpp). It checks each value and resolves names to indices. Errors are SceneErrors
+// with the position of the key.
+//
+// Use: read_keys(section, mechanism, x). A reader refers to the section and to the elements read so
+// far; it owns neither.
 #pragma once
 
 #include <fmt/format.h>
@@ -25,9 +30,10 @@ std::vector<std::string> words() {
   return list;
 }
 
+/// Visitor of the `keys()` functions that reads one section.
 class KeysReader {
  public:
-  /// `fixed`: whose points elements may name.
+  /// `fixed`: the ground, whose named points elements may use.
   KeysReader(Section& section, const Mechanism& mechanism, const Ground& fixed)
       : s_(section), mechanism_(mechanism), fixed_(fixed) {}
 
@@ -61,11 +67,12 @@ class KeysReader {
   void choose(const Key& key, std::optional<E>& x) {
     if (s_.has(key.name)) choose(key, x.emplace());
   }
-  /// A number, or a word for none.
+  /// Reads a number, or a word that means none.
   void number_or(std::string_view word, const Key& key, std::optional<double>& x, const Range& range) {
     x = s_.number_or(word, key, range);
   }
-  /// Written only where it is not the first word: older scenes keep their canonical text.
+  /// Reads a word. The writer omits the first word of such a key, so that older scenes keep their
+  /// canonical text.
   template <class E>
   void choose_other(const Key& key, E& x) {
     choose(key, x);
@@ -74,7 +81,7 @@ class KeysReader {
   void choose_listed(const Key& key, E& x) {
     choose(key, x);
   }
-  /// A word of those whose value `fits`.
+  /// Reads one of the words whose value satisfies `fits`.
   template <class E, class Fits>
   void choose_some(const Key& key, std::optional<E>& x, Fits fits) {
     if (!s_.has(key.name)) return;
@@ -94,14 +101,15 @@ class KeysReader {
     return &x.emplace();
   }
   bool when(bool holds) const { return holds; }
-  /// Keys that hold only under a condition; given without it they are refused with `why`.
+  /// Keys that are valid under a condition only. If it is false, a given key is refused with `why`.
   bool when(bool holds, std::initializer_list<std::string_view> keys, const char* why) const {
     if (!holds)
       for (const auto key : keys)
         if (s_.has(key)) s_.fail(key, why);
     return holds;
   }
-  /// A key that only some choices read. Choices may stand behind it: settle() judges it, and here its value is checked.
+  /// A key that only some choices read. Those choices may be read later, so the value is checked
+  /// here and the key's validity in settle().
   template <class O>
   bool own(std::string_view name, const O& o) {
     own_.push_back([this, &o, &row = own_key(o, name)] { settle(o, row); });
@@ -113,7 +121,7 @@ class KeysReader {
     if (!holds) s_.fail(name, (piece(pieces) + ...));
   }
 
-  /// One of two spellings: `other` is converted, `own` is the value itself.
+  /// One of two keys for a quantity: `own` gives the value itself, `other` is converted to it.
   template <class Number>
   void either(const Key& other, const Range& range, double (*convert)(double), const Key& own,
               const Range& own_range, Number& x) {
@@ -121,23 +129,24 @@ class KeysReader {
     x = s_.has(own.name) ? s_.number(own, own_range) : convert(s_.number(other, range));
   }
   void table(const Key& constant, const Key& points, TorqueDrive::Table& table);
-  /// Points of a curve: there, or in a file that the scene names.
+  /// Points of a curve, listed in the scene or in a file that it names.
   void samples(const Key& points, const Key& file, const Key& columns, Curve::Points& list);
-  /// The curve of that name, if it can be used so.
+  /// Index of the named curve, if the curve permits this use.
   void curve(const Key& key, int& curve, Curve::Use use = Curve::Use::value);
   void maybe_curve(const Key& key, int& index, Curve::Use use = Curve::Use::value) {
     if (s_.has(key.name)) curve(key, index, use);
   }
   /// A number, or the name of a curve.
   void number_or_curve(const Key& key, CurveOr& x, const Range& range = any_number);
-  /// A list of points whose first column increases, or none: there, or in a file whose name stands in its place.
+  /// A list of points whose first column increases, listed in the scene or in a file that it names.
+  /// May be absent.
   void pairs(const Key& key, TorqueDrive::Table& table);
-  /// Centres of many discs: there, in a file, or on a grid.
+  /// Centres of many discs: listed, in a file, or on a grid.
   void places(const Key& list, const Key& grid, const Key& origin, const Key& spacing, const Key& stagger,
               std::vector<Vec2>& places);
-  /// Points of a way, each apart from the one before.
+  /// Points of a path; consecutive points must differ.
   void way(const Key& key, std::vector<Vec2>& points);
-  /// Groups that stand above.
+  /// Names of groups that were read before.
   void groups(const Key& key, std::vector<int>& list);
   void maybe_surface(const Key& key, std::optional<int>& index) {
     if (s_.has(key.name)) surface(key, index.emplace(-1));
@@ -147,11 +156,12 @@ class KeysReader {
 
   void between(std::string_view meaning, std::array<int, 2>& pair);
   void ends(std::string_view meaning, std::array<Vec2, 2>& at);
-  /// Points of a body by name, in a frame of the user's choice in which `centre` names the centre of mass: here from it.
+  /// Named points of a body, in any frame. The point named `centre` is the centre of mass in that
+  /// frame; the result is relative to it.
   void points(const Key& key, std::string_view centre, std::vector<NamedPoint>& list);
   /// A point of a body, by name or by coordinates.
   void point_of(const Key& key, int body, Vec2& at);
-  /// Angles by the names of three joints, "A-B-C".
+  /// Angles, each by the names of three joints, "A-B-C".
   void angles(const Key& key, std::vector<JointAngle>& list);
   void axis(std::string_view meaning, Vec2& axis);
   void radii(const Key& key, std::array<double, 2>& radii);
@@ -161,15 +171,16 @@ class KeysReader {
                  const std::optional<double>& bearing_length);
   void drive(const Key& key, std::string& drive);
   void any_joint(const Key& key, int& joint, std::array<int, 2>& pair);
-  /// One that moves in one way: revolute or translational.
+  /// A joint with one degree of freedom: revolute or translational.
   void moving_joint(const Key& key, int& joint);
-  /// A revolute joint, if one is named.
+  /// A revolute joint; may be absent.
   void maybe_joint(const Key& key, int& index) {
     if (!s_.has(key.name)) return;
     joint<RevoluteJoint>(key, index);
     follows_ = true;
   }
-  /// The angle or the place along its axis that the bodies give a joint, unless it stands there.
+  /// Angle of a joint, or position along its axis. If the key is absent, it follows from the
+  /// positions of the bodies.
   void joint_place(const Key& key, double& place, int joint);
   /// A joint of kind J.
   template <class J>
@@ -193,7 +204,8 @@ class KeysReader {
     }
     return found;
   }
-  /// What `of` makes of two bodies at the start, unless it stands there; `without`: what is wrong where that is nothing.
+  /// A value that, if its key is absent, `of` computes from the initial positions of two bodies.
+  /// `without` states the error if that is impossible.
   template <class Of>
   void from_bodies(const Key& key, double& x, const std::array<int, 2>& pair, const char* without, Of of) {
     const auto body = [&](int b) {
@@ -204,18 +216,18 @@ class KeysReader {
     if (!found) s_.lacks("", fmt::format("{} {}", key.name, without));
     x = *found;
   }
-  /// The angle that the bodies' own angles give a joint, unless it stands there.
+  /// Angle of a joint. If the key is absent, it follows from the angles of the bodies.
   void joint_angle(const Key& key, double& angle, int joint);
 
-  /// Now that all is read: holds the curves that were named to the units that their own numbers have, and refuses keys
-  /// that the choices in force do not read.
+  /// Called after all keys were read. Checks the units of curves against those of their use, and
+  /// refuses keys that the choices in force do not read.
   void settle() const;
 
  private:
   static std::string piece(double x) { return fmt::format("{:.6g}", x); }
   static std::string piece(const char* text) { return text; }
-  /// Refuses a key that is given and not read. A key of the file gives way to a choice that an option made in place of the
-  /// file's, and is noted.
+  /// Refuses a key that is given but not read. A key of the file is noted as unused, not refused,
+  /// if an option of the command line replaced the choice that read it.
   template <class O>
   void settle(const O& o, const OwnKey<O>& row) const {
     if (!s_.has(row.name) || row.read(o, row.name)) return;
@@ -234,20 +246,22 @@ class KeysReader {
   Section& s_;
   const Mechanism& mechanism_;
   const Ground& fixed_;
-  double unit_ = 1;                          // s, of what is counted in turns
-  std::array<int, 2> pair_{ground, ground};  // of the element's ends
+  double unit_ = 1;                          // s, unit of times given in turns
+  std::array<int, 2> pair_{ground, ground};  // bodies of the element's ends
   struct Named {
     std::string key;
     int curve;
-    std::string_view unit;  // of y
+    std::string_view unit;  // unit of y
   };
   std::vector<Named> named_;
-  std::vector<std::function<void()>> own_;  // keys that only some choices read
+  std::vector<std::function<void()>> own_;  // checks of keys that only some choices read
   Argument against_ = Argument::time;
-  bool follows_ = false, slides_ = false;  // the angle of another joint; a joint whose motion is prescribed
+  // The angle of another joint is used; a joint has a prescribed motion.
+  bool follows_ = false, slides_ = false;
 };
 
-/// Reads all keys of x and refuses any other. `complete` sets what is left open before it is judged.
+/// Reads all keys of x and refuses all others. `complete` sets members without a key before the
+/// final checks.
 template <class X, class Complete = void (*)(X&)>
 void read_keys(
     Section& section, const Mechanism& mechanism, X& x, const Ground& fixed = {},

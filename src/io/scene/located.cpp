@@ -22,7 +22,7 @@ SceneError located(const Scene& scene, const ModelError& error) {
       source.order.push_back(given.substr(0, given.find('=')));
       source.overridden[source.order.back()] = given;
     }
-    // The key itself, or the innermost table around it that the file has.
+    // The key itself, or the innermost table around it that the file contains.
     const toml::node* node = nullptr;
     const toml::table* table = &document;
     for (std::size_t from = 0; table && from < error.key.size();) {

@@ -1,4 +1,4 @@
-// From an error in terms of the model to the place in the file that the scene came from.
+// Adds the position in the scene file to an error that names only a key.
 #pragma once
 
 #include "mechanism/error.hpp"
@@ -7,10 +7,10 @@ namespace freeplay {
 
 struct Scene;
 
-/// FILE:LINE:COL: key: what is wrong.
+/// The error as "FILE:LINE:COL: key: message".
 SceneError located(const Scene& scene, const ModelError& error);
 
-/// What f() returns; what it finds wrong with the scene, at its place in the file.
+/// Returns f(); a ModelError from f becomes a SceneError with its position.
 template <class F>
 auto located_in(const Scene& scene, F f) {
   try {

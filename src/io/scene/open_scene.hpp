@@ -1,4 +1,4 @@
-// Scenes for those who only pass them on, and need not know what a scene is made of.
+// Reads a scene for callers that only pass it on, without including the definition of Scene.
 #pragma once
 
 #include <filesystem>
@@ -10,7 +10,7 @@ namespace freeplay {
 
 struct Scene;
 
-/// What read_scene() reads. Throws SceneError.
+/// As read_scene(). Throws SceneError.
 std::shared_ptr<const Scene> open_scene(const std::filesystem::path& file,
                                         const std::vector<std::string>& overrides = {}, bool outside = false);
 

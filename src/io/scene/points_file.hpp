@@ -1,5 +1,5 @@
-// Points of a curve from a table of comma separated values with a header: two of its columns, by their names or the
-// first two. Lines that are empty or begin with # are passed over.
+// Reads the points of a curve from CSV text with a header: two of its columns, selected by name, or
+// the first two. Empty lines and lines that begin with # are ignored.
 #pragma once
 
 #include <functional>
@@ -9,7 +9,8 @@
 
 namespace freeplay {
 
-/// `columns`: two names, or none; `fail`: throws what is wrong, with its line.
+/// Reads the points. `columns`: two names, or empty for the first two columns. `fail` throws an
+/// error with the given message, which includes the line.
 std::vector<std::pair<double, double>> read_points(const std::string& text,
                                                    const std::vector<std::string>& columns,
                                                    const std::function<void(const std::string&)>& fail);

@@ -38,7 +38,7 @@ class PoseShapes {
   }
 
  private:
-  /// At p, which moves with `body`; what `more` says, with `other`.
+  /// Adds a shape at p, which moves with `body`; `more` moves with `other`.
   void row(const char* shape, const std::string& name, int body, const Vec2& p, const Vec2& more = {0, 0},
            int other = ground) {
     out_.push_back({shape, name, body, p, other, more});
@@ -49,8 +49,8 @@ class PoseShapes {
     const auto near = [&](const Vec2& other) { return (other - at).norm() < 1e-12 + 1e-9 * at.norm(); };
     if (std::ranges::none_of(list, near)) list.push_back(at);
   }
-  /// An element's points are corners of its bodies. A slider's point in the body that it slides on is none, nor is a disc's
-  /// centre; a bushing has an axis and does not slide.
+  /// The points of an element are corners of its bodies. Exceptions: the point of a slider on the
+  /// body it slides on, and the centre of a disc. A bushing has an axis but does not slide.
   template <class X>
   void ends(const X& x, bool joint) {
     if constexpr (requires { x.between[0], x.at[0].x(); }) {
@@ -61,7 +61,8 @@ class PoseShapes {
       if (joint || !slides) corner(x.between[1], x.at[1]);
     }
   }
-  /// Through the points, round their middle; a body with one point reaches to its centre of mass.
+  /// Draws a body as a polygon through its corners, ordered around their mean. A body with one
+  /// corner extends to its centre of mass.
   void link(int body) {
     auto list = corners_[static_cast<std::size_t>(body)];
     const auto& name = m_.bodies[static_cast<std::size_t>(body)].name;
@@ -76,7 +77,7 @@ class PoseShapes {
     }
     if (list.size() > 1)
       for (const auto& p : list) row("link", name, body, place_of(q_, body, p));
-    if (!m_.bodies[static_cast<std::size_t>(body)].of_group)  // its disc shows it
+    if (!m_.bodies[static_cast<std::size_t>(body)].of_group)  // otherwise its disc shows it
       row("mass", name, body, place_of(q_, body, {0, 0}));
   }
   void draw_joint(const GearJoint& j) {
@@ -88,7 +89,8 @@ class PoseShapes {
     line(j.name, j.between[1], place_of(q_, j.between[1], j.at[1]), direction(j.between[1], j.axis),
          2 * j.pitch_radius);
   }
-  /// The slot as a line through its pin, as long as the pin is likely to go; a guide has a box, and both may stand at one place.
+  /// Draws a slot as a line through its pin, as long as the expected travel of the pin. A guide is
+  /// drawn as a box; both may be at the same position.
   void draw_joint(const SlotJoint& j) {
     const auto pin = place_of(q_, j.between[1], j.at[1]), along = direction(j.between[0], j.axis);
     const auto middle = place_of(q_, j.between[0], j.at[0]);
@@ -101,7 +103,7 @@ class PoseShapes {
     row("line", j.name, j.between[0], place_of(q_, j.between[0], j.at[0]),
         place_of(q_, j.between[1], j.at[1]), j.between[1]);
   }
-  /// Its discs, and its walls from point to point.
+  /// Draws the discs of a group, and its walls as lines.
   void draw_group(const Group& group) {
     for (int n = 0; n < group.size(); ++n)
       row("disc", group.name, group.first + n, place_of(q_, group.first + n, {0, 0}), {group.radius, 0});
@@ -111,7 +113,7 @@ class PoseShapes {
       line(group.name, ground, 0.5 * (from + to), (to - from).direction(), 0.5 * (to - from).norm());
     }
   }
-  /// The cam's outline, its follower's face or roller.
+  /// Draws the outline of a cam, and the face or the roller of its follower.
   void draw_contact(const CamContact& c) {
     const auto profile = c.profile();
     const auto roller = c.follower == CamContact::Follower::roller ? c.roller_radius : 0;
@@ -120,7 +122,7 @@ class PoseShapes {
       const auto lift = profile.at(phi);
       const double h = c.base_radius + roller + lift.h, slope = lift.d1;
       const Vec2 n{std::cos(phi), std::sin(phi)}, t = perp(n);
-      // Under a face h is the distance of its tangent, else of the roller's centre.
+      // h is the distance of the tangent for a flat face, and of the roller's centre for a roller.
       const Vec2 across = (h * n - slope * t) / std::hypot(h, slope);
       row("outline", c.name, c.between[0],
           place_of(q_, c.between[0], c.at[0] + (roller > 0 ? h * n - roller * across : h * n + slope * t)));
@@ -138,8 +140,8 @@ class PoseShapes {
   void draw_joint(const J& j) {
     const Joint joint = j;
     const auto p = joint_place(joint, q_);
-    const int holder =
-        j.between[1] == ground ? j.between[0] : j.between[1];  // the body that joint_place is of
+    // The body to which joint_place refers.
+    const int holder = j.between[1] == ground ? j.between[0] : j.between[1];
     if constexpr (requires { j.axis.x(); }) {
       row("slider", j.name, holder, p, direction(j.between[0], j.axis), j.between[0]);
     } else if constexpr (requires { j.clearance->bearing_radius; }) {

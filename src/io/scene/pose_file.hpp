@@ -1,10 +1,11 @@
-// The pose of a mechanism as a table of shapes, from which plots/drawing/pose.cpp draws it:
+// Geometry of a mechanism at one state as a table of shapes. plots/drawing/pose.cpp draws it.
 //
 //     shape,name,x,y,a,b          m
 //
-//     link      a corner of a body: a link through its points; those of three points and more are closed
+//     link      a corner of a body; three or more corners form a closed polygon
 //     mass      the body's centre of mass
-//     pin       a revolute joint; loose: one with play, a the bearing's radius
+//     pin       a revolute joint without clearance
+//     loose     a revolute joint with clearance, a the bearing's radius
 //     weld      a rigid joint
 //     slider    a joint with an axis, (a, b) its unit vector
 //     support   a point that the ground holds
@@ -28,23 +29,23 @@ namespace freeplay {
 
 struct Scene;
 
-/// A row of it, and what it moves with: −1 the ground.
+/// A row of the table, with the bodies it moves with; −1 is the ground.
 struct PoseShape {
   std::string_view kind;
   std::string name;
-  int body;   ///< of the point (x, y)
-  Vec2 at;    ///< m, in the world
-  int other;  ///< of (a, b), where that is a point or a direction
+  int body;   ///< body of the point (x, y)
+  Vec2 at;    ///< m, world frame
+  int other;  ///< body of (a, b), if that is a point or a direction
   Vec2 more;
 };
 
-/// The shapes of a mechanism whose bodies are at q.
+/// The shapes of a mechanism whose bodies are at q (x, y in m and θ in rad of each body).
 std::vector<PoseShape> pose_shapes(const Scene& scene, const std::vector<double>& q);
 
-/// The table, with its header.
+/// The table as CSV text with its header.
 std::string pose_table(const Scene& scene, const State& state);
 
-/// pose.csv, and pose.json with its provenance.
+/// Writes pose.csv, and pose.json with the provenance.
 void write_pose(const Scene& scene, const State& state, const std::filesystem::path& folder);
 
 }  // namespace freeplay

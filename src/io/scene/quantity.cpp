@@ -20,7 +20,7 @@ constexpr double pi = std::numbers::pi;
 
 constexpr NamedUnit units[] = {
     {"m", "", 0, 1, 1, true},
-    {"g", "", -3, 1, 1, true},  // of the base unit kg
+    {"g", "", -3, 1, 1, true},  // the base unit is kg
     {"s", "", 0, 1, 1, true},
     {"rad", "", 0, 1, 1, true},
     {"A", "", 0, 1, 1, true},
@@ -58,7 +58,7 @@ constexpr NamedUnit units[] = {
     {"kgf", "N", -5, 980665},
 };
 
-/// What quantities are called in a message, by the unit of each.
+/// Names of dimensions in messages, by unit.
 constexpr std::pair<std::string_view, std::string_view> quantities[] = {
     {"", "a pure number"},
     {"m", "a length"},
@@ -98,7 +98,7 @@ constexpr std::pair<std::string_view, int> prefixes[] = {{"p", -12}, {"n", -9}, 
                                                          {"u", -6},  {"m", -3}, {"c", -2}, {"d", -1},
                                                          {"k", 3},   {"M", 6},  {"G", 9},  {"T", 12}};
 
-/// kg^p0 m^p1 s^p2 rad^p3 A^p4 · 10^decimal · a/b
+/// A unit: kg^p0 m^p1 s^p2 rad^p3 A^p4 · 10^decimal · a/b.
 struct Unit {
   std::array<int, 5> powers{};
   int decimal = 0;
@@ -116,7 +116,7 @@ struct Unit {
 
 std::optional<Unit> parse(std::string_view text, std::string& unknown);
 
-/// Which power a base unit counts in.
+/// Index of a base unit in Unit::powers.
 std::size_t base_of(std::string_view symbol) {
   constexpr std::string_view symbols[] = {"g", "m", "s", "rad", "A"};
   return static_cast<std::size_t>(std::ranges::find(symbols, symbol) - std::begin(symbols));
@@ -147,14 +147,14 @@ std::optional<Unit> factor(std::string_view symbol) {
 
 constexpr std::string_view letters = "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ%";
 
-/// Whether text begins with `piece`, which is then taken off.
+/// Removes `piece` from the beginning of the text; false if the text does not begin with it.
 bool take(std::string_view& text, std::string_view piece) {
   if (!text.starts_with(piece)) return false;
   text.remove_prefix(piece.size());
   return true;
 }
 
-/// The power behind a symbol: 2, ^2, ², -1, ⁻¹; 1 where none stands. 0: not a power.
+/// Reads the power after a symbol: 2, ^2, ², -1, ⁻¹. 1 if there is none, 0 if it is invalid.
 int power(std::string_view& text) {
   constexpr std::pair<std::string_view, int> digits[] = {{"1", 1}, {"2", 2}, {"3", 3}, {"4", 4},
                                                          {"¹", 1}, {"²", 2}, {"³", 3}, {"⁴", 4}};
@@ -206,7 +206,7 @@ std::optional<Unit> parse(std::string_view text, std::string& unknown) {
   return unit;
 }
 
-/// Length of the number that a text begins with: sign, digits with a point, exponent.
+/// Length of the number at the beginning of a text: sign, digits with a point, exponent.
 std::size_t number_length(std::string_view text) {
   std::size_t i = 0, digits = 0;
   const auto run = [&] {
@@ -227,7 +227,8 @@ std::size_t number_length(std::string_view text) {
   return i;
 }
 
-/// The number times 10^shift, rounded once. Exponents beyond any double's are cut before they overflow an int.
+/// The number times 10^shift, rounded once. Exponents beyond the range of a double are limited, so
+/// that an int does not overflow.
 double shifted(std::string_view number, int shift) {
   const auto e = number.find_first_of("eE");
   const std::string mantissa(number.substr(0, e));
@@ -236,7 +237,7 @@ double shifted(std::string_view number, int shift) {
   return std::strtod(fmt::format("{}e{}", mantissa, exponent).c_str(), nullptr);
 }
 
-/// In base units, "kg m^2".
+/// Text of a unit in base units, "kg m^2".
 std::string spelt_of(const Unit& unit) {
   std::string spelt;
   constexpr std::string_view base[] = {"kg", "m", "s", "rad", "A"};

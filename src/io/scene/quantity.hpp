@@ -1,11 +1,12 @@
-// Numbers with a unit as text, "0.1 mm" or "5 kg cm2", read in the unit of a key:
+// Numbers with a unit in text, such as "0.1 mm" or "5 kg cm2", converted to the unit of a key:
 //
-//     x [U] = x · 10^d · (a/b) [K],     d, a, b from U over K,
+//     x [U] = x · 10^d · (a/b) [K],     d, a, b from U over K.
 //
-// with the power of ten put into the digits before they are read, so that "0.1 mm" is the double 1e-4 and not a product
-// that rounds to its neighbour. A unit is made of factors with powers, N m, kg·cm², m/s2, rad s^-1; a / governs the one
-// factor behind it. SI prefixes p to T stand before those units that take them. A radian counts as a dimension of its own:
-// a torsional stiffness in N m is refused, and so is a speed of turning in Hz.
+// The power of ten is merged into the digits before they are read, so that "0.1 mm" is the double
+// nearest to 1e-4; a product could round to its neighbour. A unit is a product of symbols with
+// powers: N m, kg·cm², m/s2, rad s^-1; a "/" applies to the next symbol only. Symbols that permit
+// it take the SI prefixes p to T. The radian is a dimension of its own, so a torsional stiffness in
+// N m is refused, and so is an angular velocity in Hz. The functions keep no state.
 #pragma once
 
 #include <span>
@@ -14,37 +15,39 @@
 
 namespace freeplay {
 
-/// A unit that a text may use.
+/// A unit symbol that a text may use.
 struct NamedUnit {
   std::string_view symbol;
-  std::string_view means;  ///< in units that stand before it, or "" for a base unit
-  int decimal = 0;         ///< it is a/b · 10^decimal of `means`
+  std::string_view means;  ///< value in units that precede it in the list; "" for a base unit
+  int decimal = 0;         ///< the unit is a/b · 10^decimal of `means`
   double a = 1, b = 1;
-  bool prefixes = false;  ///< whether k, m, µ … may stand before it
+  bool prefixes = false;  ///< whether a prefix (k, m, µ …) is permitted
 };
+/// All unit symbols.
 std::span<const NamedUnit> named_units();
-/// As docs/reference/scene.md shows it.
+/// The row of a unit in docs/scene.md.
 std::string row_of(const NamedUnit& unit);
 
+/// Result of reading a number with a unit.
 struct Quantity {
   double value = 0;
-  /// Why there is no value: `"0.1 kg" is a mass, a length is wanted (m)`. Empty when there is one.
+  /// Reason if there is no value, such as `"0.1 kg" is a mass, a length is wanted (m)`; else empty.
   std::string wrong = {};
-  /// Of read_any_quantity: what the value is in, of base units, "kg m s^-2".
+  /// Set by read_any_quantity: SI unit of the value in base units, such as "kg m s^-2".
   std::string unit = {};
 };
-/// What `text` amounts to in `unit`, as keys spell it.
+/// Reads `text` and converts it to `unit`, a unit in the spelling of keys.
 Quantity read_quantity(std::string_view text, std::string_view unit);
 
-/// What it amounts to in SI, whatever it is.
+/// Reads `text` and converts it to SI, whatever its dimension.
 Quantity read_any_quantity(std::string_view text);
-/// Whether two units are of the same dimension.
+/// Whether two units have the same dimension.
 bool same_quantity(std::string_view a, std::string_view b);
 
-/// Whether a text begins as a number does.
+/// Whether a text begins like a number.
 bool begins_with_number(std::string_view text);
 
-/// "a length" for "m"; empty for what is no unit.
+/// Name of a unit's dimension for messages, "a length" for "m"; empty for an invalid unit.
 std::string quantity_name(std::string_view unit);
 
 }  // namespace freeplay

@@ -1,4 +1,5 @@
-// Reads the mechanism of a scene: each table's kind from the list of its kinds, and the kind's own keys.
+// Reads the elements of a mechanism: `type` or a key selects the kind, then the kind's keys are
+// read.
 #include "io/scene/read_mechanism.hpp"
 
 #include <fmt/format.h>
@@ -8,13 +9,13 @@
 namespace freeplay {
 namespace {
 
-/// What elements may name.
+/// Elements that later elements may name.
 struct Scope {
   const Mechanism& mechanism;
   const Ground& fixed;
 };
 
-/// One of the kinds in V by its word in `type`.
+/// Reads an element of one of the kinds in V, selected by `type`.
 template <class V, std::size_t... I>
 V read_kind(const std::string& name, const Scope& scope, Section& s, std::index_sequence<I...>) {
   const int kind = s.choice("type", {std::string(std::variant_alternative_t<I, V>::type)...});
@@ -28,7 +29,7 @@ V read_kind(const std::string& name, const Scope& scope, Section& s, std::index_
   return element;
 }
 
-/// One of the kinds in V by which of its keys stands there.
+/// Reads an element of one of the kinds in V, selected by which of their keys is given.
 template <class V, std::size_t... I>
 V read_chosen(const std::string& name, const Scope& scope, Section& s, std::index_sequence<I...>) {
   int given = 0;
@@ -58,7 +59,7 @@ V read_element(const std::string& name, const Scope& scope, Section& s) {
     return read_kind<V>(name, scope, s, kinds);
 }
 
-/// Groups, and their discs behind the other bodies.
+/// Reads the groups; their discs follow the other bodies.
 void read_groups(Section& root, Mechanism& m) {
   const auto own = m.bodies.size();
   for (auto& [name, s] : root.children("groups")) {

@@ -1,3 +1,4 @@
+// Reads the mechanism of a scene from its sections.
 #pragma once
 
 #include "io/scene/section.hpp"
@@ -6,7 +7,7 @@ namespace freeplay {
 
 struct Mechanism;
 
-/// Reads the keys of a scene that describe the mechanism and checks each fact. Throws SceneError.
+/// Reads the keys of a scene that describe the mechanism, and checks each value. Throws SceneError.
 Mechanism read_mechanism(Section& root);
 
 }  // namespace freeplay

@@ -16,7 +16,7 @@
 namespace freeplay {
 namespace {
 
-/// Names in a table that the file itself has.
+/// Names that the file itself defines in a table.
 std::vector<std::string> file_names(const toml::table& table, const std::string& path,
                                     const SceneSource& source) {
   std::vector<std::string> names;
@@ -25,7 +25,7 @@ std::vector<std::string> file_names(const toml::table& table, const std::string&
   return names;
 }
 
-/// Whether a text that stands anywhere in a table is `word`.
+/// Whether any text in a table or its subtables equals `word`.
 bool names_it(const toml::table& table, const std::string& word) {
   return std::ranges::any_of(table, [&](const auto& item) {
     const auto& node = item.second;
@@ -34,7 +34,8 @@ bool names_it(const toml::table& table, const std::string& word) {
   });
 }
 
-/// Surfaces and lubricants that options made need nothing: unnamed they would be without effect.
+/// Refuses surfaces and lubricants that exist in options only and that nothing names: they would
+/// have no effect.
 void refuse_made_in_vain(const toml::table& document, const SceneSource& source) {
   for (const auto& [path, beside] : source.made)
     if ((path.starts_with("surfaces.") || path.starts_with("lubricants.")) &&
@@ -42,7 +43,7 @@ void refuse_made_in_vain(const toml::table& document, const SceneSource& source)
       source.refuse_made(path);
 }
 
-/// Sets one dotted key of the document; what does not parse as a TOML value is taken as a text.
+/// Sets one dotted key of the document. A value that is not valid TOML is taken as a text.
 void apply_override(toml::table& root, SceneSource& source, const std::string& given) {
   const auto equals = given.find('=');
   const auto bad = [&](const std::string& why) {
@@ -56,7 +57,7 @@ void apply_override(toml::table& root, SceneSource& source, const std::string& g
   toml::table parsed;
   try {
     parsed = parse_toml("value = " + value, "");
-  } catch (const SceneError&) {  // a bare text
+  } catch (const SceneError&) {  // an unquoted text
     parsed.insert("value", value);
   }
   if (parsed.size() != 1) bad("must set one value");
@@ -89,14 +90,15 @@ std::optional<int> read_format(Section& root) {
   return static_cast<int>(*format);
 }
 
-/// What a scene of an older format means where it is silent.
+/// Applies the defaults of an older format to absent keys.
 void take_old_defaults(int format, bool step_given, NonsmoothOptions& o) {
   if (format >= 2) return;
   if (!o.scheme) o.scheme = Scheme::moreau_jean;
   if (!step_given) o.step = 1e-5;
 }
 
-/// Samples that a channel may take in a run: 60 GB of signals.csv, and still far from where rounding makes two of them one.
+/// Limit of the samples of one channel in a run: 60 GB of signals.csv, far below the number at
+/// which consecutive times would round to the same double.
 constexpr double most_samples = 1e9;
 
 Instrument read_instrument(const Mechanism& mechanism, double duration, const std::string& name, Section& s) {
@@ -105,7 +107,7 @@ Instrument read_instrument(const Mechanism& mechanism, double duration, const st
   i.kind = static_cast<Instrument::Kind>(
       s.choice("type", words<Instrument::Kind>(), static_cast<int>(Instrument::Kind::accelerometer)));
   with_kind(i.kind, [&](auto kind) {
-    const Ground nameless;  // what looks at the ground looks at none of its places
+    const Ground nameless;  // instruments cannot name points of the ground
     KeysReader reader(s, mechanism, nameless);
     kind.keys(reader, i);
     reader.check(i.sampling * duration <= most_samples, "sampling", "must be at most ",

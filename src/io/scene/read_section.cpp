@@ -38,7 +38,7 @@ std::string joined(const std::vector<std::string>& words, std::size_t from, std:
   return text;
 }
 
-/// "0.1 s", "30 deg", or a number in SI units.
+/// Reads "0.1 s", "30 deg", or a number in SI units.
 double quantity(const std::string& text, const char* unit, const std::string& key) {
   const auto read = read_quantity(text, unit);
   if (!read.wrong.empty()) {
@@ -94,7 +94,7 @@ const NamedColumn* find(const std::vector<NamedColumn>& list, std::string_view n
   return it == list.end() ? nullptr : &*it;
 }
 
-/// What is like the word, as messages name it.
+/// Suggestions for an unknown column, for messages.
 std::string like(std::string_view word, const std::vector<NamedColumn>& list) {
   std::vector<std::string> names;
   for (const auto& c : list) names.push_back(c.name);
@@ -193,7 +193,8 @@ SectionRule read_section(std::string_view text, const Scene& scene, const Layout
     refuse(key, fmt::format("\"{}\" is no section; {} are", visible(text), forms));
   };
   auto made = rule();
-  if (made.kind != SectionRule::Kind::period && period) made.period = *period;  // that phases count by
+  // The period from which phases are computed.
+  if (made.kind != SectionRule::Kind::period && period) made.period = *period;
   return made;
 }
 
@@ -203,8 +204,8 @@ std::vector<NamedColumn> all_columns(const Scene& scene, const Layout& layout, c
   for (std::size_t k = 0; k < layout.contacts.size(); ++k) {
     auto name = layout.contacts[k];
     const auto same = std::ranges::count(layout.contacts, name);
-    if (same > 1)
-      name += fmt::format(".{}", std::ranges::count(told, layout.contacts[k]) + 1);  // of a loose guide
+    // Contacts of one translational joint with clearance have the same name.
+    if (same > 1) name += fmt::format(".{}", std::ranges::count(told, layout.contacts[k]) + 1);
     told.push_back(layout.contacts[k]);
     const int at = static_cast<int>(k);
     list.push_back({name + ".ex", "m", {Kind::ex, at}});

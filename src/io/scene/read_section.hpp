@@ -1,12 +1,15 @@
-// Sections and columns of the state as people write them (simulation/section.hpp):
+// Parses Poincaré sections and state columns (simulation/section.hpp) from their text in a study or
+// an option:
 //
 //     every period | every 0.1 s  [from 0.02 s]         the period is that of the scene's drive
 //     NAME.angle crosses 30 deg [upwards|downwards|either]
-//     each touch [of NAME]
+//     each touch [of NAME]                              at each contact onset
 //
-//     BODY.x .y .theta .vx .vy .omega      JOINT.angle .rate      CONTACT.ex .ey .gap .ex_c .ey_c      phase approach
+//     BODY.x .y .theta .vx .vy .omega   JOINT.angle .rate   CONTACT.ex .ey .gap .ex_c .ey_c
+//     phase approach
 //
-// What crosses is a coordinate: BODY.x, .y, .theta or JOINT.angle; a velocity jumps at an impact, and passes no value there.
+// A crossing is defined for coordinates only: BODY.x, .y, .theta or JOINT.angle. A velocity is
+// discontinuous at an impact, so it may pass a value without taking it.
 #pragma once
 
 #include <optional>
@@ -20,29 +23,33 @@ namespace freeplay {
 
 struct Scene;
 
-/// A column with the name and the unit that a table shows it by.
+/// A column with its name and unit in a table.
 struct NamedColumn {
   std::string name, unit;
   StateColumn column;
 };
 
-/// s, after which what drives the scene repeats: a turn of the drive of prescribed speed, else the one period of its curves
-/// against time that repeat; none where there is none, or several that differ.
+/// Period of the excitation, s: one turn of the drive with prescribed speed; else the period of the
+/// periodic curves over time, if they all have the same. nullopt if there is none, or if periods
+/// differ.
 std::optional<double> drive_period(const Scene& scene);
 
-/// Throws ModelError about `key` for what is no section of the scene. `period`: s, given in place of the drive's.
+/// Parses a section. Throws ModelError about `key` if the text is not a section of this scene.
+/// `period`: s, used instead of the drive's.
 SectionRule read_section(std::string_view text, const Scene& scene, const Layout& layout,
                          const std::string& key, std::optional<double> period = {});
 
-/// Throws ModelError about `key` for what is no column, or none that points of the section have.
+/// Parses a column. Throws ModelError about `key` if it is unknown, or not available at points of
+/// this section.
 NamedColumn read_column(std::string_view text, const Scene& scene, const Layout& layout,
                         const SectionRule& rule, const std::string& key);
 
-/// All columns that points of a section have.
+/// All columns that are available at points of the section.
 std::vector<NamedColumn> all_columns(const Scene& scene, const Layout& layout, const SectionRule& rule);
 
-/// What a section's figure shows where nobody says: where a journal stands in its bearing; else phase and speed of touches; else
-/// angle and rate of the last joint that no drive prescribes; else y and vy of the last body.
+/// Default columns of a section's figure: the position of a journal in its bearing; else phase and
+/// approach speed of contact onsets; else angle and rate of the last joint without a drive; else y
+/// and vy of the last body.
 std::vector<std::string> shown_columns(const Scene& scene, const Layout& layout, const SectionRule& rule);
 
 }  // namespace freeplay

@@ -17,7 +17,7 @@
 namespace freeplay {
 namespace {
 
-/// Keys of a study, which src/study reads.
+/// Keys of a study, read by src/study.
 constexpr SchemaKey study_keys[] = {
     {"study.title", "text", "", "\"\"", "what the study asks"},
     {"study.scene", "text", "", "required", "scene file, relative to the study's"},
@@ -129,7 +129,7 @@ constexpr SchemaKey study_keys[] = {
     {"study.basin.most_period", "number", "", "16", "the longest period that is looked for"},
 };
 
-/// Keys of figures' style, which plots/drawing/style.cpp reads.
+/// Keys of a figure style, read by plots/drawing/style.cpp.
 constexpr SchemaKey style_keys[] = {
     {"style.font", "text", "", "\"DejaVu Sans\"", "family of the texts, one that is installed"},
     {"style.font_size", "number", "", "7", "size of the texts on paper, in points of 1/72 in, 4 to 40"},
@@ -149,7 +149,7 @@ constexpr SchemaKey style_keys[] = {
      "for papers: \"pdf\", \"svg\", \"eps\", \"cairolatex\"; \"png\" for no other. A PNG is drawn in any case"},
 };
 
-/// The rows of all kinds in V: of one table that `type` or a key of its own chooses from.
+/// Lists the keys of all kinds in V, which share one table; `type` or a key selects the kind.
 template <class V, std::size_t... I>
 void list_kinds(KeysList& list, const char* table, std::index_sequence<I...>) {
   const std::vector<std::string> kinds{std::string(word_of<std::variant_alternative_t<I, V>>())...};
@@ -214,7 +214,7 @@ std::vector<KeysList::Row> scene_rows() {
   return list.take();
 }
 
-/// All rows, made once; texts live as long as the program.
+/// All keys, made once. Their texts live as long as the program.
 const std::vector<SchemaKey>& keys() {
   static const auto rows = scene_rows();
   static const auto list = [] {
@@ -227,7 +227,7 @@ const std::vector<SchemaKey>& keys() {
   return list;
 }
 
-/// What the tables of the schema describe.
+/// Descriptions of tables.
 constexpr std::pair<std::string_view, std::string_view> tables[] = {
     {"", "a scene"},
     {"ground", "[ground]"},
@@ -277,7 +277,7 @@ std::string_view unit_of(const std::string& key) {
 
 const std::vector<std::string>& keys_of(std::string_view table) {
   using Names = std::map<std::string, std::vector<std::string>, std::less<>>;
-  static const auto all = [] {  // sought once: every scene of a sweep asks for them
+  static const auto all = [] {  // found once, since every scene of a sweep asks for them
     Names found;
     const auto add = [&](std::string_view in, std::string_view name) {
       auto& names = found[std::string(in)];

@@ -1,5 +1,7 @@
-// Every key that a scene, a study or a style of figures may hold. The reader refuses what is not listed here and asserts
-// that what it reads is; docs/reference/scene.md, docs/reference/study.md and docs/reference/figures.md show the same rows, and a test compares them.
+// Schema: all keys of scenes, studies and styles of figures. The reader refuses keys that are not
+// listed, and asserts that each key it reads is listed. docs/scene.md, docs/study.md and
+// docs/figures.md contain the same rows; a test compares them. The rows of a scene come from the
+// `keys()` visitors (io/scene/keys_list.hpp). They are made once and live as long as the program.
 #pragma once
 
 #include <span>
@@ -11,30 +13,34 @@
 
 namespace freeplay {
 
+/// One key of a file.
 struct SchemaKey {
-  std::string_view path;      ///< dotted; * stands for a name that the author chooses
-  std::string_view type;      ///< number, text, point, …
-  std::string_view unit;      ///< "" for none
-  std::string_view fallback;  ///< default as a user would write it; "required", or "–" for left out
+  std::string_view path;  ///< dotted path; * stands for a name chosen by the author
+  std::string_view type;  ///< number, text, point, …
+  std::string_view unit;  ///< "" if dimensionless
+  /// Default as written in a file; "required", or "–" for an optional key without default.
+  std::string_view fallback;
   std::string_view meaning;
 };
 
+/// All keys.
 std::span<const SchemaKey> schema();
 
-/// Whether it is a scene's; else a study's or a style's, whose paths begin with that word.
+/// Whether the key belongs to a scene. Paths of other keys begin with "study" or "style".
 bool of_scene(const SchemaKey& key);
 
-/// The row of a path such as joints.*.clearance, or nullptr.
+/// The key of a path such as joints.*.clearance, or nullptr.
 const SchemaKey* find_key(std::string_view path);
 
-/// The unit of a scene's key as it is set, joints.gudgeon.clearance; "" for what is no key.
+/// Unit of a scene's key, given with its names as in joints.gudgeon.clearance; "" for an unknown
+/// key.
 std::string_view unit_of(const std::string& key);
 
-/// Names of keys and tables that may stand in a table ("joints.*", "" for the root), in the order of the schema; "*"
-/// among them where the author chooses names.
+/// Names of keys and subtables that a table may contain ("joints.*", or "" for the root), in the
+/// order of the schema, with "*" if the author chooses names.
 const std::vector<std::string>& keys_of(std::string_view table);
 
-/// What such a table describes, with its article: "a joint", "[run]".
+/// Description of such a table with its article: "a joint", "[run]".
 std::string_view what_is(std::string_view table);
 
 }  // namespace freeplay

@@ -45,7 +45,7 @@ std::string_view kind_of(const toml::node& node) {
   return "nothing";
 }
 
-/// What is wrong with a number beyond what its unit may amount to; empty within.
+/// Message about a number outside the plausible range of its unit; empty if it is inside.
 std::string beyond_bounds(const Magnitude& bounds, double x, bool greater_than_zero) {
   const bool small = greater_than_zero && x < bounds.least;
   if (!small && std::abs(x) <= bounds.greatest) return {};
@@ -54,14 +54,14 @@ std::string beyond_bounds(const Magnitude& bounds, double x, bool greater_than_z
                      bounds.why);
 }
 
-/// Names stand in file headers and dotted keys.
+/// Names are used in headers of result files and in dotted keys.
 bool is_plain_name(std::string_view name) {
   return !name.empty() && std::ranges::all_of(name, [](char c) {
     return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') || c == '_' || c == '-';
   });
 }
 
-/// Why a name cannot be taken; empty where it can.
+/// Reason why a name is invalid; empty if it is valid.
 std::string wrong_name(std::string_view name) {
   if (!is_plain_name(name)) return "a name must be made of letters, digits, _ and -";
   if (name.size() > longest_name)
@@ -83,7 +83,7 @@ void SceneSource::fail(const toml::node* node, const std::string& path, const st
     const auto dot = key.rfind('.');
     return dot == key.npos ? "" : key.substr(0, dot);
   };
-  std::string options;  // that set a key beside this one, or of this table
+  std::string options;  // options that set other keys of the same table, or the table itself
   for (const auto& key : order)
     if (const auto table = table_of(key); !table.empty() && (table == path || table == table_of(path)))
       options += fmt::format("{}--set {}", options.empty() ? " (with " : ", ", visible(overridden.at(key)));
@@ -171,7 +171,7 @@ double Section::to_number(const toml::node& node, const Asked& key, Range range,
   return *value;
 }
 
-/// Refuses a number beyond what its unit may amount to.
+/// Refuses a number outside the plausible range of its unit.
 void Section::require_sense(const toml::node& node, const Asked& key, double x,
                             bool greater_than_zero) const {
   const auto* row =
@@ -412,7 +412,8 @@ Section Section::child(std::string_view key) {
 
 std::vector<std::pair<std::string, Section>> Section::children(std::string_view key) {
   Section parent = child(key);
-  // What an option made has no place in the file, or, given whole, one in the option's own text.
+  // A table made by an option has no position in the file. If the option gave it as a whole, its
+  // position is in the option's text.
   const auto option = [&](const std::string& name, const toml::node& node) -> std::size_t {
     const auto path = parent.full(name);
     const auto& given = source_->order;

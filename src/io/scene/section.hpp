@@ -1,5 +1,10 @@
-// One table of a scene file with typed access. It remembers which keys were read, so that what nobody reads
-// is refused, and it knows where each stands, so that a message can say FILE:LINE:COL.
+// Section: one table of a scene or study file with typed access. It records which keys were read,
+// so that done() can refuse the others, and gives every error its position FILE:LINE:COL. Numbers
+// with a unit are converted to the unit of their key (io/scene/quantity.hpp).
+//
+// Use: parse_toml(), refuse_unknown_keys(), construct the root section, read its keys and
+// children(), then done(). A section refers to the parsed document and its SceneSource, which must
+// outlive it.
 #pragma once
 
 #include <filesystem>
@@ -22,37 +27,44 @@
 
 namespace freeplay {
 
-/// Throws SceneError FILE:LINE:COL for what is not TOML in UTF-8; `name` stands for the file. A byte-order mark is passed over.
+/// Parses TOML. Throws SceneError with FILE:LINE:COL if the text is not valid TOML in UTF-8. `name`
+/// is the file name in messages. A byte-order mark is ignored.
 toml::table parse_toml(const std::string& text, const std::string& name);
-/// The whole of a file, or SceneError.
+/// Reads a whole file. Throws SceneError.
 std::string read_text(const std::filesystem::path& file);
 
-/// The parsed document: its name in messages and the values that came from the command line.
+/// Origin of a parsed document: its name in messages, and the values set by options of the command
+/// line.
 struct SceneSource {
   std::string name;
   std::map<std::string, std::string> overridden = {};  ///< dotted key → KEY=VALUE as given
-  std::vector<std::string> order = {};                 ///< of these keys on the command line
-  mutable std::vector<std::string> idle = {};          ///< keys that options laid aside, and why
-  /// Units of numbers whose key leaves that open, by table and key's unit: curves.NAME, "of x" or "of y".
+  /// These keys in the order of the command line.
+  std::vector<std::string> order = {};
+  /// Keys that an option's choice disabled, with the reason.
+  mutable std::vector<std::string> idle = {};
+  /// Units found with numbers whose key has no fixed unit, by table and axis: curves.NAME, "of x"
+  /// or "of y".
   mutable std::map<std::pair<std::string, std::string>, std::string> given = {};
-  /// What only options made, by its path (joints.NAME), and the names that the file has beside it.
+  /// Elements that exist in options only, by path (joints.NAME), with the names that the file
+  /// defines in the same table.
   std::map<std::string, std::vector<std::string>> made = {};
-  Reach reach = Reach::beside;               ///< of files that it names
-  mutable std::vector<ReadFile> files = {};  ///< that were read
+  Reach reach = Reach::beside;               ///< permitted location of named files
+  mutable std::vector<ReadFile> files = {};  ///< named files that were read
 
-  /// Throws SceneError about `path`, placed at `node` or at the option that set it. Options that set other keys of the
-  /// same table are named with it: they may be the cause.
+  /// Throws SceneError about `path`, with the position of `node` or the option that set it. The
+  /// message also names options that set other keys of the same table, which may be the cause.
   [[noreturn]] void fail(const toml::node* node, const std::string& path, const std::string& message) const;
-  /// Throws where `path` is of something that only options made: they have misspelt the name of what they meant.
+  /// Throws SceneError if `path` belongs to an element that exists in options only: the option
+  /// probably misspells the name.
   void refuse_made(const std::string& path) const;
 };
 
-/// Refuses the first key that no scene ("") or study ("study") has, before any is read: a misspelt key is told before
-/// what follows from it.
+/// Refuses the first key that a scene (pattern "") or a study ("study") cannot have. Called before
+/// any key is read, so that a misspelt key is reported before its consequences.
 void refuse_unknown_keys(const toml::table& document, std::string_view pattern, const SceneSource& source);
 
-/// A key that is read, with the unit that a number beside a unit is converted to: the key's own, or else that of the
-/// schema's row.
+/// Name of a key to be read, and the unit to which its number is converted: the given one, or else
+/// that of the schema.
 struct Asked {
   std::string_view name;
   std::optional<std::string_view> unit = {};
@@ -62,9 +74,11 @@ struct Asked {
   Asked(const Key& key) : name(key.name), unit(key.unit) {}  // NOLINT(google-explicit-constructor)
 };
 
+/// One table of the document.
 class Section {
  public:
-  /// `path` is the dotted key of the table ("" for the root), `pattern` the same with * for chosen names.
+  /// `path`: dotted key of the table, "" for the root. `pattern`: the same with * for names chosen
+  /// by the author.
   Section(const toml::table& table, std::string path, std::string pattern, const SceneSource& source);
 
   bool has(std::string_view key) const { return table_.contains(key); }
@@ -72,7 +86,7 @@ class Section {
   bool is_list_of_lists(std::string_view key) const;
   double number(const Asked& key, Range range);
   double number(const Asked& key, Range range, double fallback);
-  /// A number, or nothing for `word`.
+  /// A number, or nullopt for the text `word`.
   std::optional<double> number_or(std::string_view word, const Asked& key, Range range);
   std::optional<double> maybe_number(const Asked& key, Range range);
   std::string text(std::string_view key);
@@ -82,54 +96,57 @@ class Section {
   Vec2 point(const Asked& key);
   /// A list of [x, y] pairs.
   std::vector<Vec2> points(const Asked& key);
-  /// The same of pairs or names: a text is what `named` makes of it, its place in the list given.
+  /// A list of pairs or names; `named` converts a name, with its index in the list.
   std::vector<Vec2> points(const Asked& key,
                            const std::function<Vec2(std::size_t, const std::string&)>& named);
   std::vector<std::string> names(std::string_view key);
   std::vector<double> numbers(const Asked& key);
-  /// A list of lists of numbers, each of as many as there are units, which they are in.
+  /// A list of rows of numbers, each with one number for each of `units`.
   std::vector<std::vector<double>> rows(std::string_view key, const std::vector<std::string_view>& units);
-  /// A name, or a list of them.
+  /// A name, or a list of names.
   std::vector<std::string> name_or_names(std::string_view key);
   /// A table of texts by name, in the order of the file.
   std::vector<std::pair<std::string, std::string>> texts(std::string_view key);
   /// A table of points by name.
   std::vector<std::pair<std::string, Vec2>> named_points(const Asked& key);
-  /// The value of `key` as an index into `choices`; a message lists them.
+  /// The value of `key` as an index into `choices`. Messages list the choices.
   int choice(std::string_view key, const std::vector<std::string>& choices, int fallback);
   int choice(std::string_view key, const std::vector<std::string>& choices);
-  /// The sub-tables of `key` in the order they stand in the file, then those that the command line made, in the order of
-  /// its options; `key` itself may be missing.
+  /// The subtables of `key` in the order of the file, then those of options in the order of the
+  /// command line. Empty if `key` is absent.
   std::vector<std::pair<std::string, Section>> children(std::string_view key);
   /// The table `key`, or an empty one.
   Section child(std::string_view key);
 
-  /// Throws about a key that nobody read: it belongs to another kind. `kind` says whose keys they are ("a revolute joint").
+  /// Throws SceneError about a key that was not read. `kind` describes the element in the message
+  /// ("a revolute joint").
   void done(const std::string& kind) const;
   [[noreturn]] void fail(std::string_view key, const std::string& message) const;
-  /// Throws about a key that is not there; "" for one of several.
+  /// Throws SceneError about a missing key; "" for one of several.
   [[noreturn]] void lacks(std::string_view key, const std::string& message) const;
-  /// Refuses what a key amounts to, x > 0, where that is beyond what its unit may be.
+  /// Refuses a derived value x > 0 that is implausible for its unit.
   void require_sense(std::string_view key, std::string_view unit, double x) const;
-  /// Whether an option gave the key, not the file.
+  /// Whether an option of the command line gave the key.
   bool by_option(std::string_view key) const { return source_->overridden.contains(full(key)); }
-  /// Notes a key that an option's choice lays aside.
+  /// Records a key that an option's choice disabled.
   void idle(std::string_view key, const std::string& why) const {
     source_->idle.push_back(full(key) + " " + why);
   }
   const std::string& path() const { return path_; }
-  /// What those numbers "of x" or "of y" in the table `path` that had a unit are in (io/scene/quantity.hpp), or nullptr.
+  /// The unit that the numbers "of x" or "of y" of the table `path` were given in
+  /// (io/scene/quantity.hpp), or nullptr.
   const std::string* given(const std::string& path, const std::string& of) const {
     const auto found = source_->given.find({path, of});
     return found == source_->given.end() ? nullptr : &found->second;
   }
-  /// The text of the file that a key names, from the scene's folder. A file elsewhere is refused, unless all are allowed.
+  /// Text of the file that a key names, relative to the scene's folder. Files outside that folder
+  /// are refused unless SceneSource::reach permits them.
   std::string named_text(std::string_view key);
 
  private:
   const toml::node* take(std::string_view key);
   const toml::node& require(std::string_view key);
-  /// `column`: which of a point's units, "s, N m".
+  /// `column`: index of the unit in that of a point, such as "s, N m".
   double to_number(const toml::node& node, const Asked& key, Range range, int column = 0) const;
   void require_sense(const toml::node& node, const Asked& key, double x, bool greater_than_zero) const;
   Vec2 to_point(const toml::node& node, const Asked& key) const;

@@ -14,8 +14,8 @@
 namespace freeplay {
 namespace {
 
-/// Other spellings of what the canonical text says in SI units, in one table each: the first gives way when
-/// the second is set.
+/// Alternative spellings of facts, each pair in one table. The first key is removed from a
+/// canonical text when the second is set.
 constexpr std::pair<std::string_view, std::string_view> spellings[] = {
     {"drives.*.speed", "drives.*.speed_rpm"},
     {"drives.*.torque_table", "drives.*.torque"},
@@ -32,7 +32,7 @@ std::string pattern_of(const std::string& key) {
   return first == last ? key : key.substr(0, first) + ".*" + key.substr(last);
 }
 
-/// A canonical text without the lines whose key gives way to `set` or is `dropped`.
+/// A canonical text without the lines that setting `set` replaces, and without the key `dropped`.
 std::string make_way(const std::string& text, const std::string& set, std::string_view dropped) {
   std::string out;
   for (const auto& line : canonical_lines(text)) {
@@ -45,8 +45,8 @@ std::string make_way(const std::string& text, const std::string& set, std::strin
   return out;
 }
 
-/// Whether the scene is what its text and overrides say. A canonical text counts as code: it spells in its
-/// own way what the scene was first told.
+/// Whether the scene equals what its text and overrides say. A canonical text counts as a scene
+/// built in code, since it does not keep the original spelling.
 bool stands_as_read(const Scene& scene, const std::string& facts) {
   if (scene.text.empty() || scene.text == facts) return false;
   try {
@@ -56,8 +56,8 @@ bool stands_as_read(const Scene& scene, const std::string& facts) {
   }
 }
 
-/// The scene as read, with one option more. Earlier options that its choice does not read give way to it, as keys of the
-/// file do.
+/// Parses the scene with one more option. Earlier options that become unread by its choice are
+/// dropped, as are keys of the file.
 Scene parse_with(const Scene& scene, const std::string& given, const std::string& key) {
   auto options = scene.overrides;
   options.push_back(given);
@@ -79,7 +79,7 @@ void Scene::set(const std::string& key, const std::string& value) try {
   if (stands_as_read(*this, facts)) {
     changed = parse_with(*this, given, key);
   } else {
-    // Beside `revolutions`, `discard` would count revolutions; here it stays the seconds it is.
+    // With `revolutions`, `discard` would count revolutions; keep its value in seconds.
     const bool in_revolutions = key == "run.revolutions";
     changed =
         parse_scene(make_way(facts, key, in_revolutions ? "run.discard" : ""), "scene in code", {given});

@@ -10,7 +10,8 @@
 namespace freeplay {
 
 int edit_distance(std::string_view a, std::string_view b) {
-  std::vector<int> above(b.size() + 1), row(b.size() + 1), last;  // rows i-1, i and i-2 of d(a₁…aᵢ, b₁…bⱼ)
+  // Rows i-1, i and i-2 of d(a₁…aᵢ, b₁…bⱼ).
+  std::vector<int> above(b.size() + 1), row(b.size() + 1), last;
   std::iota(row.begin(), row.end(), 0);
   for (std::size_t i = 1; i <= a.size(); ++i) {
     last = std::exchange(above, row);

@@ -1,9 +1,10 @@
-// What somebody meant who wrote a word that is not known: of verbs, options, keys and names alike, the known word
-// nearest by the number of letters that differ,
+// Suggestions for unknown words (verbs, options, keys, names): the known word with the smallest
+// edit distance
 //
-//     d(a, b) = least number of letters put in, left out, changed, or exchanged with the next one
+//     d(a, b) = least number of letters inserted, deleted, replaced, or exchanged with the next one
 //
-// (optimal string alignment; Damerau, Comm. ACM 7, 1964, 171). Near is what differs in at most half of the longer word.
+// (optimal string alignment; Damerau, Comm. ACM 7, 1964, 171). A word is suggested if at most half
+// of the letters of the longer word differ.
 #pragma once
 
 #include <string>
@@ -15,16 +16,16 @@ namespace freeplay {
 /// The distance d of two words.
 int edit_distance(std::string_view a, std::string_view b);
 
-/// The word nearest in spelling, the first of several; "" when none is near.
+/// The nearest word, the first of several; "" if none is near enough.
 std::string nearest_word(std::string_view word, const std::vector<std::string>& words);
 
-/// "; there is: a, b", on a line of its own where it is long.
+/// List for messages, "; there is: a, b". A long list is on a line of its own.
 std::string listed(std::string_view opening, const std::vector<std::string>& words);
 
-/// What stands beside a word that is near.
+/// Whether a suggestion is followed by the list of all words.
 enum class Beside { nothing, list };
 
-/// "; did you mean b?", or, where none is near, the list of them.
+/// Text for messages: "; did you mean b?", or the list if no word is near.
 std::string meant(std::string_view word, const std::vector<std::string>& words, std::string_view opening,
                   Beside beside = Beside::nothing);
 

@@ -1,16 +1,19 @@
-// toml++ 3.3 with its assumptions kept. Whoever reads TOML includes this, never toml++ itself.
+// Includes toml++ 3.3 with its assertions enabled. All code that reads TOML includes this header,
+// never toml++ itself.
 //
-// The parser states what it takes for granted as assertions, which become undefined behaviour in a release build, and some
-// malformed text breaks them: here they throw in every build, and parse_toml() reports it. Its test for Unicode spaces, which
-// may not throw, runs into an unreachable default for most characters beyond ASCII behind a value (1.0"é") or behind a line
-// that a backslash continues: there it answers what is right, that they are no spaces.
+// The parser states its assumptions as assertions, which are undefined behaviour in a release
+// build, and some malformed text violates them. Here a violated assertion throws in every build,
+// and parse_toml() reports it. The parser's test for Unicode spaces must not throw, but reaches an
+// unreachable default for most non-ASCII characters after a value (1.0"é") or after a line that a
+// backslash continues. TOML_UNREACHABLE therefore returns false there, which is correct: these
+// characters are not spaces.
 #pragma once
 
 #include <stdexcept>
 
 #define TOML_ENABLE_FORMATTERS 0
 namespace freeplay {
-/// What the parser took for granted does not hold.
+/// An assumption of the parser is violated.
 struct BrokenAssumption : std::logic_error {
   using std::logic_error::logic_error;
 };

@@ -1,4 +1,5 @@
-// From a file to a TOML document: what the parser cannot take is refused before it.
+// Parses TOML text. Text that the parser toml++ does not handle well is refused beforehand, with
+// its position.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -11,7 +12,7 @@
 namespace freeplay {
 namespace {
 
-/// A place in a text: columns count characters, not bytes.
+/// A position in a text. Columns count characters, not bytes.
 struct Place {
   int line = 1, column = 0;
   void pass(char c) {
@@ -22,7 +23,7 @@ struct Place {
   }
 };
 
-/// Of the character that begins at `byte`.
+/// Position of the character that begins at `byte`.
 Place place_of(std::string_view text, std::size_t byte) {
   Place place;
   for (const char c : text.substr(0, byte)) place.pass(c);
@@ -34,8 +35,8 @@ Place place_of(std::string_view text, std::size_t byte) {
   throw SceneError(fmt::format("{}:{}:{}: not TOML: {}", name, line, column, why));
 }
 
-/// The length of the UTF-8 character that begins the text (RFC 3629: no overlong form, no surrogate, nothing beyond
-/// U+10FFFF), or 0.
+/// Length of the UTF-8 character at the beginning of the text, or 0 if it is invalid (RFC 3629: no
+/// overlong form, no surrogate, no code above U+10FFFF).
 std::size_t character_length(std::string_view text) {
   const auto byte = [&](std::size_t i) { return i < text.size() ? static_cast<unsigned char>(text[i]) : 0U; };
   const auto follows = [&](std::size_t i) { return (byte(i) & 0xC0) == 0x80; };
@@ -48,7 +49,7 @@ std::size_t character_length(std::string_view text) {
   return !follows(3) || (first == 0xF0 && second < 0x90) || (first == 0xF4 && second >= 0x90) ? 0 : 4;
 }
 
-/// TOML is UTF-8 without NUL.
+/// Refuses text that is not UTF-8 or contains NUL, as TOML requires.
 void refuse_what_is_no_text(std::string_view text, const std::string& name) {
   for (std::size_t i = 0; i < text.size();) {
     const auto length = character_length(text.substr(i));
@@ -63,14 +64,14 @@ void refuse_what_is_no_text(std::string_view text, const std::string& name) {
   }
 }
 
-/// Outside quotes and comments TOML has ASCII alone, and the header of a table begins with a name (not [#a]): refused
-/// here in words that say so.
+/// Refuses non-ASCII characters outside strings and comments, and headers of tables that do not
+/// begin with a name (such as [#a]), with messages that name the problem.
 void refuse_stray_characters(std::string_view text, const std::string& name) {
   Place place;
-  std::string quote;                     // that the present string ends with
-  int depth = 0;                         // of brackets
-  bool comment = false, header = false;  // within a comment; past the [ of a table's header
-  bool blank = true;                     // nothing yet on this line
+  std::string quote;                     // end of the present string
+  int depth = 0;                         // nesting of brackets
+  bool comment = false, header = false;  // within a comment; after the [ of a table's header
+  bool blank = true;                     // no character yet on this line
   for (std::size_t i = 0; i < text.size(); ++i) {
     const char c = text[i];
     const auto pass = [&](std::size_t more) {
@@ -88,7 +89,7 @@ void refuse_stray_characters(std::string_view text, const std::string& name) {
     if (new_line) {
       comment = false;
       blank = true;
-      if (quote.size() == 1) quote.clear();  // an open string: the parser's affair
+      if (quote.size() == 1) quote.clear();  // an unterminated string: the parser reports it
     } else if (!quote.empty()) {
       if (c == '\\' && quote[0] == '"')
         pass(1);
@@ -117,7 +118,8 @@ void refuse_stray_characters(std::string_view text, const std::string& name) {
   }
 }
 
-/// Where the parser's assumptions break: the last byte of the shortest beginning of the text that breaks them.
+/// Position at which an assertion of the parser fails: the last byte of the shortest prefix of the
+/// text that violates it.
 Place breaking_place(std::string_view text, const std::string& name) {
   const auto breaks = [&](std::size_t size) {
     try {
@@ -136,7 +138,7 @@ Place breaking_place(std::string_view text, const std::string& name) {
   return place_of(text, broken - 1);
 }
 
-/// What the parser found, as the end of one line: "Error while parsing X: Y" is "X: Y".
+/// Message of the parser as the end of one line: "Error while parsing X: Y" becomes "X: Y".
 std::string finding(std::string_view description) {
   constexpr std::string_view opening = "Error while parsing ";
   if (description.starts_with(opening)) description.remove_prefix(opening.size());

@@ -24,7 +24,8 @@ std::string toml_quoted(std::string_view text) {
 
 std::string toml_number(double x) {
   auto digits = fmt::format("{}", x);
-  if (digits.find_first_of(".en") == digits.npos) digits += ".0";  // n: inf and nan, for the reader to refuse
+  // n: inf and nan, which the reader refuses.
+  if (digits.find_first_of(".en") == digits.npos) digits += ".0";
   return digits;
 }
 

@@ -1,4 +1,4 @@
-// Values as TOML spells them: one spelling for each, which reads back as the same bits.
+// Spelling of values in TOML: one spelling for each value, which reads back bit for bit.
 #pragma once
 
 #include <string>
@@ -7,9 +7,10 @@
 
 namespace freeplay {
 
-/// A text in double quotes. Bytes beyond ASCII stand as they are: TOML is UTF-8.
+/// A text in double quotes. Non-ASCII characters stay as they are, since TOML is UTF-8.
 std::string toml_quoted(std::string_view text);
-/// The fewest digits that read back as the same number; never an integer of TOML, which has no −0.
+/// The shortest decimal number that reads back the same. Always a TOML float, since TOML integers
+/// have no −0.
 std::string toml_number(double x);
 /// [a, b, ...]
 std::string toml_numbers(const std::vector<double>& list);

@@ -1,4 +1,4 @@
-// A document against the schema, before any of it is read.
+// Comparison of a document with the schema before it is read.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -12,16 +12,16 @@
 namespace freeplay {
 namespace {
 
-/// A key that the schema does not have.
+/// A key that is not in the schema.
 struct Unknown {
   const toml::node* node;
   std::string path, table, name;
 };
 
-/// Options come before the file: they are what the user has just typed.
+/// Keys of options are reported before those of the file, since the user has just typed them.
 bool before(const Unknown& a, const Unknown& b) { return a.node->source().begin < b.node->source().begin; }
 
-/// The unknown key that stands first in `table` and below; `path` is the table's dotted key.
+/// The first unknown key of `table` and its subtables. `path` is the table's dotted key.
 std::optional<Unknown> first_unknown(const toml::table& table, const std::string& path,
                                      std::string_view pattern) {
   const auto& known = keys_of(pattern);
@@ -41,15 +41,16 @@ std::optional<Unknown> first_unknown(const toml::table& table, const std::string
   return first;
 }
 
-/// What was meant: a name of this table that is near, else the table whose key it is, else what there is.
+/// Suggestion for an unknown key: a similar key of the table, else the table to which the key
+/// belongs, else the list of known keys.
 std::string remedy(const Unknown& unknown) {
   const auto& known = keys_of(unknown.table);
   if (unknown.table == "study" && unknown.name == "study")
     return "; a study's keys stand at its root: [axes.NAME], without study";
   if (const auto near = nearest_word(unknown.name, known); !near.empty())
     return fmt::format("; did you mean {}?", near);
-  const auto document =
-      unknown.table.substr(0, unknown.table.find('.'));  // "study" or "style", of a scene none
+  // "study" or "style"; in a scene, the first name of the path.
+  const auto document = unknown.table.substr(0, unknown.table.find('.'));
   const auto same = [&](const SchemaKey& key) {
     return document == "study" || document == "style" ? key.path.starts_with(document + ".") : of_scene(key);
   };
@@ -59,7 +60,8 @@ std::string remedy(const Unknown& unknown) {
   return listed("there are", known);
 }
 
-/// A scene in the place of a study, or the other way round: its first key would be told as a misspelt one.
+/// Refuses a scene in place of a study and vice versa, before its first key is reported as
+/// misspelt.
 void refuse_mistaken(const toml::table& document, std::string_view pattern, const SceneSource& source) {
   const bool scene = document.contains("bodies") || document.contains("joints"),
              study = document.contains("scene");

@@ -19,7 +19,7 @@
 namespace freeplay {
 namespace {
 
-/// A name as a key: bare where TOML lets it.
+/// A name as a TOML key, without quotes if TOML permits.
 std::string as_key(const std::string& name) {
   const bool bare = !name.empty() && std::ranges::all_of(name, [](char c) {
     return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') || c == '_' || c == '-';
@@ -29,7 +29,8 @@ std::string as_key(const std::string& name) {
 
 std::string shown(Vec2 p) { return toml_numbers({p.x(), p.y()}); }
 
-/// Writes facts and options key by key (see mechanism/keys.hpp). What is not in force is no fact and is left out.
+/// KeysWriter: the visitor that writes the canonical text of facts and options
+/// (mechanism/keys.hpp). Keys without effect are omitted.
 class KeysWriter {
  public:
   explicit KeysWriter(const Mechanism& mechanism) : mechanism_(mechanism) {}
@@ -66,7 +67,7 @@ class KeysWriter {
   void number_or(std::string_view word, const Key& key, const std::optional<double>& x, const Range&) {
     x ? put(key.name, *x) : text(key.name, word);
   }
-  /// Written only where it is set: older scenes keep their canonical text.
+  /// Written only if true, so that older scenes keep their canonical text.
   void flag(const Key& key, bool x) {
     if (x) put(key.name, x);
   }
@@ -88,7 +89,7 @@ class KeysWriter {
   }
   bool when(bool holds) const { return holds; }
   bool when(bool holds, std::initializer_list<std::string_view>, const char*) const { return holds; }
-  /// What no choice in force reads is no fact of the scene.
+  /// A key that no choice in force reads is omitted.
   template <class O>
   bool own(std::string_view name, const O& o) const {
     return own_key(o, name).read(o, name);
@@ -155,7 +156,7 @@ class KeysWriter {
     raw("at", fmt::format("[{}, {}]", shown(points[0]), shown(points[1])));
   }
   void points(const Key&, std::string_view, const std::vector<NamedPoint>&) const {
-  }  // stand where they are used
+  }  // written where they are used
   void point_of(const Key& key, int, const Vec2& at) { put(key.name, at); }
   void angles(const Key& key, const std::vector<JointAngle>& list) {
     std::string names;
@@ -193,7 +194,7 @@ class KeysWriter {
   void from_bodies(const Key& key, double x, const std::array<int, 2>&, const char*, Of) {
     put(key.name, x);
   }
-  /// By its index, or by its bodies where code gave only those.
+  /// The joint by its index, or by its bodies if code gave only those.
   void any_joint(const Key& key, int index, const std::array<int, 2>& pair) {
     const auto& joints = mechanism_.joints;
     if (index < 0) {
@@ -269,9 +270,11 @@ std::string to_toml(const Scene& scene) {
   if (m.assembly.asks()) options("assembly", m.assembly);
   options("run", scene.run);
   options("penalty", scene.penalty);
-  auto nonsmooth = scene.nonsmooth;  // a scheme that would be chosen anyway is not named: one run, one text
+  // Omit a scheme that is the default choice: equal runs have equal texts.
+  auto nonsmooth = scene.nonsmooth;
   nonsmooth.scheme = {};
-  if (scene.nonsmooth.scheme_in_force() != Scheme::moreau_jean) nonsmooth.step = {};  // not read
+  // Only the Moreau–Jean scheme reads the step.
+  if (scene.nonsmooth.scheme_in_force() != Scheme::moreau_jean) nonsmooth.step = {};
   if (nonsmooth.scheme_in_force() != scene.nonsmooth.scheme_in_force())
     nonsmooth.scheme = scene.nonsmooth.scheme;
   options("nonsmooth", nonsmooth);

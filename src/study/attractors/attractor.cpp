@@ -10,7 +10,7 @@ namespace {
 
 double less(double a, double b, double circle) { return circle > 0 ? std::remainder(a - b, circle) : a - b; }
 
-/// Where a, b, c go on to if their steps shrink by one factor (Aitken's Δ²); c where they do not.
+/// Limit of a geometric sequence that contains a, b, c (Aitken's Δ²); c if it does not converge.
 double limit(double a, double b, double c, double circle) {
   const double first = less(b, a, circle), second = less(c, b, circle);
   if (!(std::abs(second) < std::abs(first)) || first * second <= 0) return c;
@@ -18,7 +18,7 @@ double limit(double a, double b, double c, double circle) {
   return std::abs(on) <= 10 * std::abs(first + second) ? c + on : c;
 }
 
-/// The greatest share of its scale by which a column of two points differs.
+/// Greatest difference of two points in a column, relative to its scale.
 double distance(const double* a, const double* b, const std::vector<double>& scale,
                 const Likeness& likeness) {
   double worst = 0;
@@ -67,12 +67,14 @@ Attractor attractor_of(std::span<const double> rows, const Likeness& likeness) {
   const auto n = static_cast<std::size_t>(std::max(a.period, 1)), last = count - n;
   a.points.assign(rows.begin() + static_cast<std::ptrdiff_t>(last * width), rows.end());
   if (a.period == Attractor::aperiodic) return a;
-  const std::size_t step = (count / n - 1) / 2 * n;  // from the first cycle over the middle to the last
+  // From the first cycle to the middle one, and from there to the last.
+  const std::size_t step = (count / n - 1) / 2 * n;
   for (std::size_t i = 0; i < n * width; ++i) {
     const auto at = [&](std::size_t back) { return rows[(last - back) * width + i]; };
     a.points[i] = limit(at(2 * step), at(step), at(0), likeness.circles[i % width]);
   }
-  // What alternates about its limit by ever less has a part of the period that it was seen with.
+  // Points that alternate about their limit with decreasing amplitude have a period that divides
+  // the observed one.
   for (std::size_t part = 1; part < n; ++part) {
     if (n % part != 0) continue;
     bool repeats_sooner = true;

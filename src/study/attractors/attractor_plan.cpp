@@ -49,7 +49,7 @@ void read_common(Section& s, AttractorPlan& p) {
   p.most_period = static_cast<int>(s.number("most_period", some_periods, p.most_period));
 }
 
-/// What an axis of the diagram sets is not set besides.
+/// Refuses a key that both the axis and `set` give.
 void refuse_twice_set(Section& s, const AttractorPlan& p, const Axis& axis) {
   for (const auto& set : p.overrides) {
     const auto key = set.substr(0, set.find_first_of(" ="));

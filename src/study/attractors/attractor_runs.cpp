@@ -17,10 +17,11 @@
 namespace freeplay {
 namespace {
 
-/// Where a run ended, for the next of its chain.
+/// End of a run, as start of the next one in its chain.
 struct Handed {
   State state;
-  std::vector<double> drive_angles;  ///< rad, of the scene's drives; NaN for those that prescribe no speed
+  /// Rad, of the scene's drives; NaN for drives that prescribe no speed.
+  std::vector<double> drive_angles;
 };
 
 std::vector<double> drive_angles(const Scene& scene, double t) {
@@ -32,7 +33,7 @@ std::vector<double> drive_angles(const Scene& scene, double t) {
   return angles;
 }
 
-/// Lets a scene begin where another value's run ended.
+/// Starts a scene from the end of the run of another value.
 State take_over(Scene& scene, const Handed& from, const StopToken& stop) {
   for (std::size_t i = 0; i < scene.mechanism.drives.size() && i < from.drive_angles.size(); ++i)
     if (auto* speed = std::get_if<SpeedDrive>(&scene.mechanism.drives[i]);
@@ -89,7 +90,7 @@ class Settling {
     return r;
   }
 
-  /// What the study asks wrongly, at its place there.
+  /// Resolves a request; errors of the study get their position there.
   SectionPlan plan_of(const Scene& scene, const SectionRequest& asked, const std::string& table) const try {
     return SectionSimulation(scene, asked, stop_).plan();
   } catch (const ModelError& e) {
@@ -97,7 +98,7 @@ class Settling {
     throw error_at(study_, {table, e.key.substr(table.size() + 1)}, e.message);
   }
 
-  /// Every scene is read; the first of each chain is made ready, and says which columns there are.
+  /// Reads all scenes; assembles the first one of each chain, which determines the columns.
   void check(const char* table) {
     auto asked = request(table);
     for (const auto& chain : chains_)
@@ -151,13 +152,13 @@ class Settling {
       const std::lock_guard lock(mutex_);
       if (on_progress_) on_progress_({++done_, total_});
     }
-  } catch (const Interrupted&) {  // while a start was made
+  } catch (const Interrupted&) {  // during an assembly
   } catch (...) {
     failed_ = true;
     throw;
   }
 
-  /// A run of a chain; false when it was interrupted.
+  /// Executes one run of a chain; false if interrupted.
   bool one(const Chain& chain, const ChainLink& link, std::optional<Handed>& handed, SettledRun& made) {
     auto scene = scene_of(link);
     auto asked = asked_;
@@ -189,7 +190,7 @@ class Settling {
       const std::lock_guard lock(mutex_);
       ++(there ? r_.found : r_.made);
     }
-    // A run that gave up leads nowhere: the next value begins where the last good one ended.
+    // After a failed run, the next value starts from the end of the last finished one.
     if (made.finished()) handed = Handed{made.end, drive_angles(scene, plan.until)};
     return true;
   }

@@ -1,8 +1,11 @@
-// Runs whose section points tell where a motion settles. What is stored already (study/attractors/attractor_store.hpp) is not run again.
+// Execution of runs that determine attractors. Runs that are stored
+// (study/attractors/attractor_store.hpp) are not repeated.
 //
-// A chain is a row of runs of which each may begin where the one before it ended: the places and rates of the bodies, made
-// consistent with the next value's constraints by the least movement (dynamics/assembly/assembly.hpp), and first-order states. Contacts
-// begin anew. The drives go on from the angles that they had; what is prescribed by a curve is where it was after whole periods.
+// A chain is a sequence of runs, each of which may start where the one before ended. The positions
+// and velocities of the bodies are projected onto the constraints of the next value
+// (dynamics/assembly/assembly.hpp); first-order states are kept. Contacts start anew. Drives
+// continue from their angles; quantities prescribed by a curve continue because a run ends after
+// whole periods.
 #pragma once
 
 #include <functional>
@@ -14,24 +17,27 @@
 
 namespace freeplay {
 
-/// One run: which scene, and of which row of the results it is.
+/// One run: its scene, and its row in the results.
 struct ChainLink {
   std::vector<std::string> overrides;
   std::vector<double> values;  ///< of the axes, one or two
-  int start = -1;              ///< drawn start, −1: the scene's own
+  int start = -1;              ///< number of the drawn start; −1: the scene's own start
 };
 
+/// A sequence of runs.
 struct Chain {
-  std::string branch;  ///< "up", "down", "start 3"; of a basin "grid"
+  std::string branch;  ///< "up", "down", "start 3"; "grid" for a basin
   std::vector<ChainLink> links;
 };
 
+/// Progress of all chains, in runs.
 struct ChainProgress {
   std::size_t done = 0, total = 0;
 };
 
+/// Results of all chains.
 struct SettledRuns {
-  std::vector<std::vector<SettledRun>> chains;  ///< as asked for
+  std::vector<std::vector<SettledRun>> chains;  ///< in the order of the request
   std::vector<NamedColumn> columns;
   Likeness likeness;
   std::size_t found = 0, made = 0;
@@ -39,13 +45,13 @@ struct SettledRuns {
   bool interrupted = false;
 };
 
-/// Checks every scene of the chains before anything is run; then makes what is missing, chains side by side on `threads`
-/// (0: all cores). Throws SceneError.
+/// Checks every scene of the chains, then executes missing runs, with chains in parallel on
+/// `threads` threads (0: all cores). Throws SceneError.
 SettledRuns settle(const Study& study, const AttractorPlan& plan, const char* table,
                    const std::vector<Chain>& chains, AttractorStore& store, int threads, StopToken stop,
                    const std::function<void(const ChainProgress&)>& on_progress);
 
-/// KEY=VALUE of every key of an axis, at a place in its list.
+/// KEY=VALUE of every key of an axis, for an index in its list of values.
 std::vector<std::string> settings_at(const Axis& axis, std::size_t place);
 
 }  // namespace freeplay

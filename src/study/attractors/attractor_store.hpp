@@ -1,5 +1,5 @@
-// The results of bifurcations and basins (study/store/run_store.hpp). What is there is not run again, so that a study that was
-// interrupted goes on, and its file then holds what it would have held.
+// Database of bifurcation diagrams and basins (study/store/run_store.hpp). Stored runs are not
+// repeated, so an interrupted study continues, and its file finally has the same contents.
 #pragma once
 
 #include <filesystem>
@@ -12,22 +12,22 @@
 
 namespace freeplay {
 
-/// What a run came to.
+/// Result of one run.
 struct SettledRun {
   std::string branch;
   std::vector<double> values;
-  std::string failure, doubt;   ///< why it stopped early; why its points are not to be trusted
-  std::vector<double> t, rows;  ///< s; columns of each point
+  std::string failure, doubt;   ///< reason of an early end; reason for doubtful points
+  std::vector<double> t, rows;  ///< times (s); rows of columns, one row for each point
   State end;
-  Attractor attractor;  ///< by `rows`
+  Attractor attractor;  ///< determined from `rows`
   bool finished() const { return failure.empty(); }
 };
 
-/// The results file.
+/// The database.
 class AttractorStore : public RunStore {
  public:
   explicit AttractorStore(const std::filesystem::path& file, StopToken stop);
-  /// False where there is none of that key.
+  /// Reads a run; false if there is none with this key.
   bool find(const std::string& key, SettledRun& run) const;
   void store(const std::string& key, const SettledRun& run, const std::vector<NamedColumn>& columns);
 };

@@ -12,7 +12,7 @@
 namespace freeplay {
 namespace {
 
-/// Calls f(run, attractor's number) for every run that was made, chain by chain.
+/// Calls f(run, number of its attractor) for each completed run, chain by chain.
 void each_run(const SettledRuns& runs, const Told& told, auto f) {
   for (std::size_t c = 0; c < runs.chains.size(); ++c)
     for (std::size_t i = 0; i < runs.chains[c].size(); ++i)
@@ -52,13 +52,14 @@ nlohmann::json common_json(const SettledRuns& runs, const AttractorPlan& plan) {
 
 std::string shown(double x) { return fmt::format("{:.6g}", x); }
 
-/// What the branches come to at one value.
+/// Attractors of all branches at one value.
 struct Kinds {
-  std::set<int> settled;  ///< attractors but the aperiodic one
+  std::set<int> settled;  ///< attractors other than the aperiodic one
   bool aperiodic = false;
 };
 
-/// "WHAT: 0.3 to 0.5, 0.7 UNIT", the stretches of values that hold it; nothing where none does.
+/// Text "WHAT: 0.3 to 0.5, 0.7 UNIT": intervals of values with this property; empty if there are
+/// none.
 std::string listed(const char* what, const std::string& unit, const std::map<double, Kinds>& kinds,
                    bool (*holds)(const Kinds&)) {
   std::string text;
@@ -76,7 +77,7 @@ std::string listed(const char* what, const std::string& unit, const std::map<dou
   return text.empty() ? "" : fmt::format("{}: {}{}{}\n", what, text, unit.empty() ? "" : " ", unit);
 }
 
-/// "BODY.y = 0.1, 0.2 m; ..." of one cycle, at most four points.
+/// Text "BODY.y = 0.1, 0.2 m; ..." of one cycle, with at most four points.
 std::string cycle(const Attractor& a, const std::vector<NamedColumn>& columns) {
   if (a.period <= 0) return "";
   std::string text;
@@ -164,7 +165,7 @@ std::string bifurcation_csv(const Study& study, const SettledRuns& runs, const T
   each_run(runs, told, [&](const SettledRun& run, int attractor) {
     const auto head =
         fmt::format("{},{},{},{}", run.branch, run.values[0] * axis.scale, attractor, run.attractor.period);
-    if (run.t.empty()) {  // so that the table says that it was run
+    if (run.t.empty()) {  // a row without points shows that it was run
       csv += head + ",nan";
       for (std::size_t j = 0; j < runs.columns.size(); ++j) csv += ",nan";
       csv += "\n";

@@ -1,4 +1,5 @@
-// What a bifurcation or a basin amounts to: tables for people and for figures.
+// Results of bifurcation diagrams and basins: makes the chains of runs from the study, numbers the
+// distinct attractors, and writes tables for users and figures. The functions keep no state.
 #pragma once
 
 #include <filesystem>
@@ -12,25 +13,28 @@ namespace freeplay {
 
 /// Chains of [bifurcation]: up, down, and each drawn start of each value by itself.
 std::vector<Chain> bifurcation_chains(const Study& study);
-/// Of [basin]: each cell by itself, x in the inner loop.
+/// Chains of [basin]: each cell by itself; x is the inner loop.
 std::vector<Chain> basin_chains(const Study& study);
 
-/// The attractors of all runs, each once, in the order in which they are met first; and which one each run is on, −1 for a run
-/// that gave up. Of a bifurcation runs are compared at one value alone, and numbers count anew at each.
+/// Distinct attractors of all runs, numbered in the order of first occurrence, and the number of
+/// each run's attractor, −1 for a failed run. In a bifurcation diagram, runs are compared at equal
+/// values only, and the numbers restart at each value.
 struct Told {
   std::vector<Attractor> list;
-  std::vector<std::vector<int>> of;  ///< as SettledRuns::chains
+  std::vector<std::vector<int>> of;  ///< in the shape of SettledRuns::chains
 };
 Told told_at_each_value(const SettledRuns& runs);
 Told told_at_all(const SettledRuns& runs);
 
-/// bifurcation.csv, basin.csv, and what of the results stands in bifurcation.json and basin.json beside the provenance.
+/// Contents of bifurcation.csv and basin.csv, and of bifurcation.json and basin.json without their
+/// provenance.
 std::string bifurcation_csv(const Study& study, const SettledRuns& runs, const Told& told);
 nlohmann::json bifurcation_json(const Study& study, const SettledRuns& runs, const Told& told);
 std::string basin_csv(const Study& study, const SettledRuns& runs, const Told& told);
 nlohmann::json basin_json(const Study& study, const SettledRuns& runs, const Told& told);
 
-/// For a terminal of 80 columns: stretches of the axis on which a branch is of one kind; attractors with their share.
+/// Text for a terminal of 80 columns: intervals of the axis with one kind of attractor in a branch;
+/// attractors with their shares.
 std::string bifurcation_text(const Study& study, const SettledRuns& runs, const Told& told);
 std::string basin_text(const Study& study, const SettledRuns& runs, const Told& told);
 

@@ -19,7 +19,7 @@
 namespace freeplay {
 namespace {
 
-/// A statistic of a run: of its turns, or a measure of the study.
+/// A statistic of a run: one of TurnMetrics, or a measure of the study.
 struct Statistic {
   TurnMetrics::Name metric = TurnMetrics::count;  ///< count: none
   std::size_t measure = 0;
@@ -40,7 +40,7 @@ Statistic statistic_of(const Study& study, const Target& target) {
   return {static_cast<TurnMetrics::Name>(std::ranges::find(names, target.statistic) - names.begin())};
 }
 
-/// Targets that share a scene, and how it is measured, share its runs.
+/// Name of the runs of a target. Targets with the same scene and sampling share their runs.
 std::string name_of_run(const std::string& what, const Target& target) {
   std::string name = fmt::format("{} {}", what, fmt::join(target.overrides, " "));
   if (target.sampling > 0) name += fmt::format(" {} Hz {} turns", target.sampling, target.turns);
@@ -48,8 +48,8 @@ std::string name_of_run(const std::string& what, const Target& target) {
   return name;
 }
 
-/// The study's scene at ξ for one target. A run counts as many turns as each stretch of a measured file: a greatest value of
-/// many turns is greater than one of few.
+/// The study's scene at ξ for one target. A run has as many turns as each segment of a measured
+/// file, because the greatest value of many turns exceeds that of few.
 Variant variant_at(const Study& study, const std::string& what, const Eigen::VectorXd& xi,
                    const Target& target, int starts, double revolutions) {
   const auto& c = *study.calibration;
@@ -69,7 +69,7 @@ Variant variant_at(const Study& study, const std::string& what, const Eigen::Vec
   return v;
 }
 
-/// The runs' own values of a statistic.
+/// Values of a statistic, one for each run.
 std::vector<double> outcomes_of(const std::vector<RunRow>& rows, const std::string& variant,
                                 const Statistic& statistic) {
   std::vector<double> list;
@@ -87,15 +87,15 @@ Estimate possible(const Interval& s, TurnMetrics::Kind kind) {
   return {in.mean, in.low, in.high};
 }
 
-/// A share is no more than all.
+/// Limits a share to 1.
 Estimate possible(Estimate e, TurnMetrics::Kind kind) {
   if (kind == TurnMetrics::Kind::share)
     for (double* x : {&e.value, &e.low, &e.high}) *x = std::min(*x, 1.0);
   return e;
 }
 
-/// The statistic of a measured file, by the same rules as a run's, which take its sampling; and what to ask about its
-/// units.
+/// Statistic of a measured file, computed like that of a run, with the sampling rate of the file;
+/// and questions about its units.
 double measured_statistic(const Study& study, Target& target, const Conduct& conduct,
                           std::vector<std::string>& questions) {
   Case one{"", study.calibration->formulation, {}, 0, 1, study.scene, target.overrides};
@@ -119,13 +119,14 @@ double measured_statistic(const Study& study, Target& target, const Conduct& con
   const auto measured = between(-INFINITY, INFINITY);
   if (const auto question = unit_question(measured, ideal); !question.empty())
     questions.push_back(fmt::format("{}: {}", target.data.string(), question));
-  // Stretches as long as a run: their mean has the runs' expectation, whatever the statistic makes of more turns.
+  // Evaluate segments as long as a run: their mean has the expectation of the runs, even for a
+  // statistic that depends on the number of turns.
   const auto whole = static_cast<int>(measured.peaks.size());
   target.turns = std::clamp(static_cast<int>(study.calibration->revolutions), 1, std::max(whole, 1));
   target.stretches.count = std::max(1, whole / target.turns);
   const double stretch = target.turns * 2 * std::numbers::pi / std::abs(speed);
-  const double half =
-      0.5 / data.sampling;  // a sample at a stretch's end is the next one's, whatever the last digit says
+  // With rounded times, a sample at the end of a segment belongs to the next one.
+  const double half = 0.5 / data.sampling;
   double value = 0, squares = 0;
   std::vector<double> of;
   for (int k = 0; k < target.stretches.count; ++k) {
@@ -143,14 +144,15 @@ double measured_statistic(const Study& study, Target& target, const Conduct& con
   return value;
 }
 
-/// Targets that share their runs, and what these gave at each ξ: a row for each start, a column for each target.
+/// Runs that several targets share, and their outcomes at each ξ: a row for each start, a column
+/// for each target.
 struct Runs {
   std::vector<std::size_t> targets;
   std::vector<Eigen::VectorXd> xi;
   std::vector<Eigen::MatrixXd> outcomes;
 };
 
-/// All that is known of outcomes, and the misfit that it makes.
+/// All outcomes so far, and the misfit that follows from them.
 class Evidence {
  public:
   Evidence(const Study& study, const Calibration& c, const std::vector<double>& measured)
@@ -197,7 +199,7 @@ class Evidence {
     return all;
   }
 
-  /// Throws SceneError where a statistic is not positive somewhere.
+  /// Throws SceneError if a statistic is not positive at some point.
   Misfit misfit(CalibrationResult& result) const {
     std::vector<std::optional<Observed>> observed(c_.targets.size());
     std::vector<Scatter> scatter;
@@ -267,7 +269,7 @@ class Evidence {
       if (scatter.known()) noise[p] = scatter.at(xi).covariance(k, k);
       noise[p] /= static_cast<double>(outcomes.rows());
     }
-    // Relative: where nothing scatters, all are alike.
+    // Relative; equal where nothing scatters.
     const double mean = noise.mean();
     noise = mean > 0 ? Eigen::VectorXd((noise / mean).cwiseMax(1e-3)) : Eigen::VectorXd::Ones(count);
     return {at, y, noise, scatter.known() ? mean : 0};
@@ -281,8 +283,8 @@ class Evidence {
   int tried_ = 0;
 };
 
-/// Within twice a fit's uncertainty: the optimum, and each time the sampled point that is farthest from
-/// those chosen before, in units of the sample's own spread.
+/// Points for a refinement, from a sample of twice the fit's uncertainty: the optimum, then each
+/// time the point that is farthest from those chosen, in units of the sample's spread.
 Eigen::MatrixXd where_to_refine(const Misfit& misfit, const Fit& fit, int count) {
   const auto points = sample(misfit, fit, 200, 2);
   const Eigen::VectorXd scale =
@@ -301,7 +303,8 @@ Eigen::MatrixXd where_to_refine(const Misfit& misfit, const Fit& fit, int count)
   return chosen;
 }
 
-/// Whether every surface's error, where the likelihood is, is at most half of what the measurement is known to.
+/// Whether the error of each surface near the optimum is at most half of the measurement's
+/// uncertainty.
 bool fine_enough(const Misfit& misfit, const Fit& fit) {
   const auto points = sample(misfit, fit, 20);
   for (std::size_t i = 0; i < misfit.targets().size(); ++i) {
@@ -342,7 +345,8 @@ bool contradicts(const std::vector<double>& outcomes, double measured, double to
   const double one = n > 1 ? boost::math::quantile(boost::math::students_t(n - 1), 0.995) *
                                  std::sqrt((stretches.share(squares / (n - 1)) + 1 / n) * squares / (n - 1))
                            : normal * surface_error;
-  const double surface = n > 1 ? normal * surface_error : 0;  // of a single start it stands for `one`
+  // For a single start, `one` contains it.
+  const double surface = n > 1 ? normal * surface_error : 0;
   return std::abs(std::log(measured) - mean) > std::hypot(normal * tolerance, one, surface);
 }
 
@@ -363,7 +367,7 @@ CalibrationPlan plan_calibration(const Study& study, const Conduct& conduct) {
                       study.file.string(), target.name));
     p.measured.push_back(value);
   }
-  // The space-filling set, run like any study.
+  // The space-filling design is run like any study.
   p.study.axes.clear();
   p.study.variants.clear();
   for (int k = 0; k < c.points; ++k)
@@ -388,7 +392,7 @@ CalibrationResult calibrate(CalibrationPlan planned, const Conduct& conduct, con
   result.sweep = sweep(study, planned.runs, conduct, results, lock, threads, on_progress);
   if (result.sweep.interrupted) return result;
 
-  // More runs of the same study; false when interrupted.
+  // Executes more runs of the same study; false if interrupted.
   std::vector<RunRow> rows;
   const auto run = [&] {
     const auto more = sweep(study, plan(study, conduct), conduct, results, lock, threads, on_progress,
@@ -438,7 +442,8 @@ CalibrationResult calibrate(CalibrationPlan planned, const Conduct& conduct, con
       result.left_out.push_back(fit(misfit, used, c.unknowns));
     }
 
-  // Every optimum again, by as many and as long runs as the study's own, and every draw by one run.
+  // Repeat each optimum with as many and as long runs as the study's own, and each draw with one
+  // run.
   std::vector<std::pair<Fit*, std::string>> fits = {{&result.all, "all"}};
   for (std::size_t i = 0; i < result.left_out.size(); ++i)
     fits.emplace_back(&result.left_out[i], "without " + c.targets[i].name);
@@ -469,7 +474,7 @@ CalibrationResult calibrate(CalibrationPlan planned, const Conduct& conduct, con
           outcomes.push_back(x);
       f->predictive.push_back(possible(one_more(outcomes), statistic.kind()));
     }
-    // What does not hold has no uncertainty.
+    // An inconsistent fit has no intervals.
     if (!f->holds())
       for (auto& u : f->unknowns) u = {u.value, std::nan(""), std::nan("")};
   }

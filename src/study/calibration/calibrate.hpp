@@ -1,23 +1,34 @@
-// Calibration: unknowns of a scene such that statistics of its runs meet measured ones. Outcomes are noisy, so each logarithm of
-// a statistic is replaced by a response surface (study/calibration/surface.hpp), and the misfit f(ξ) of study/calibration/misfit.hpp is minimised over
-// ξ ∈ [−1, 1]ⁿ, the unknowns scaled to their ranges.
+// Calibration: identification of parameters (unknowns) of a scene such that statistics of its runs
+// match measured ones. Outcomes are noisy, so the logarithm of each statistic is approximated by a
+// response surface (study/calibration/surface.hpp), and the misfit f(ξ) of
+// study/calibration/misfit.hpp is minimised over ξ ∈ [−1, 1]ⁿ, the unknowns scaled to their ranges.
 //
-// In order: the space-filling set is run; what the targets can say of the unknowns is judged (Identifiability); then, as long as a
-// surface's own error at the optimum exceeds half of what the measurement is known to, and at most `refinements` times, 2n + 2
-// points are run, the optimum and others of exp(−½f/2²), and the surfaces are made anew of all points: twice as wide as the
-// likelihood exp(−½f), so that a surface that is wrong beyond the interval's ends, and excludes the truth there, is found out.
+// Algorithm:
+// 1. Run the points of a space-filling design.
+// 2. Evaluate what the targets can determine (Identifiability).
+// 3. Fit. While the error of a surface at the optimum exceeds half of the measurement's
+//    uncertainty, at most `refinements` times: run 2n + 2 more points, namely the optimum and
+//    points sampled from exp(−½f/2²), and make the surfaces anew from all points. The sample is
+//    twice as wide as the likelihood exp(−½f), so that a wrong surface that excludes the true value
+//    just beyond the interval is detected.
+// 4. Verify the prediction of the fit by runs at its optimum and at `draws` points of its
+//    likelihood.
 //
-// Intervals are of the profile likelihood: ξ_j belongs to the interval of 95 % where
+// Confidence intervals are those of the profile likelihood. The 95 % interval of ξ_j consists of
+// the values with
 //
 //     min over the other unknowns of f  ≤  min f + t²,       t = t_ν(0.975),
 //
-// ν being the degrees of freedom that V is known from. Where that holds at a limit of the range, the targets do not exclude what
-// lies beyond: the interval is open there. What a fit predicts is run: at its optimum, and at `draws` points of its likelihood.
+// with ν the degrees of freedom from which V is known. If this holds at a limit of the range, the
+// targets do not exclude values beyond it, and the interval is open there.
 //
-// A point whose runs give no positive statistic is an observation without a logarithm: left out, it would bend the
-// surface towards what was met. Such a fit is refused. Points whose runs failed are no observations; they are left out
-// and counted. And a fit has no intervals that does not hold: one whose own targets runs at its optimum contradict
-// (Fit::contradicted), or whose rᵀV⁻¹r is beyond 99 % of χ² (Fit::rejected).
+// A point whose runs give a statistic that is not positive is an observation without a logarithm.
+// Leaving it out would bias the surface, so such a fit is refused. Points whose runs failed are no
+// observations; they are left out and counted. A fit has no intervals if it is inconsistent: runs
+// at its optimum contradict its own targets (Fit::contradicted), or rᵀV⁻¹r exceeds the 99 %
+// quantile of χ² (Fit::rejected).
+//
+// Use: plan_calibration(), then calibrate().
 #pragma once
 
 #include <algorithm>
@@ -31,33 +42,42 @@
 
 namespace freeplay {
 
+/// Number of runs at points of the likelihood.
 inline constexpr int draws = 12;
 
+/// An estimated value with its 95 % interval.
 struct Estimate {
-  double value = 0, low = 0, high = 0;       ///< 95 %; NaN: none
-  bool open_low = false, open_high = false;  ///< of an unknown: the limit of its range is not excluded
+  double value = 0, low = 0, high = 0;  ///< NaN: no interval
+  /// Of an unknown: the interval does not exclude this limit of its range.
+  bool open_low = false, open_high = false;
 };
 
-/// A fit to some of the targets.
+/// Result of a fit to some of the targets.
 struct Fit {
-  std::vector<bool> used;  ///< of the targets
+  std::vector<bool> used;  ///< which targets
   Eigen::VectorXd xi;
   std::vector<Estimate> unknowns;
-  std::vector<Estimate> on_surface;  ///< every target's statistic, by the surface at the optimum
-  std::vector<Estimate> run_again;   ///< by runs at the optimum: mean and 95 % interval over starts
-  /// Where one more run from the fit's own uncertainty lies: median and 95 % interval, by runs at the draws.
+  std::vector<Estimate> on_surface;  ///< statistic of each target on the surface at the optimum
+  std::vector<Estimate> run_again;   ///< runs at the optimum: mean and 95 % interval over starts
+  /// Prediction of one more run within the uncertainty of the fit: median and 95 % interval, from
+  /// runs at the draws.
   std::vector<Estimate> predictive;
-  /// Of the targets fitted to: whether the measured value lies outside 99 % of what runs at the optimum, the surface's error there
-  /// and its own tolerance allow together, |ln m − mean ln r| > hypot(2.58 tolerance, t √(p + 1/n) s, 2.58 s_i) over the n
-  /// starts, p being Stretches::share (1 where the value is given); with a single start the error of
-  /// leaving out one point stands for both. A run without the statistic contradicts.
+  /// For each used target: whether the measured value m lies outside the 99 % range that results
+  /// from the outcomes r of n runs at the optimum, the surface's error there and the measurement's
+  /// tolerance,
+  ///
+  ///     |ln m − mean ln r| > hypot(2.58 tolerance, t √(p + 1/n) s, 2.58 s_i),
+  ///
+  /// with s the standard deviation of ln r, t = t_{n−1}(0.995), and p from Stretches::share, 1 if
+  /// the value is given. With a single start, the leave-one-out error of the surface replaces the
+  /// last two terms. A run without the statistic contradicts.
   std::vector<bool> contradicted;
-  Eigen::MatrixXd draws;        ///< ξ of the likelihood, a row each
+  Eigen::MatrixXd draws;        ///< points ξ of the likelihood, one a row
   Eigen::MatrixXd correlation;  ///< of the unknowns, at the optimum
   double objective = 0;         ///< rᵀV⁻¹r + w|ξ|²
   double squares = 0;           ///< rᵀV⁻¹r
-  int degrees = 1;              ///< of χ²: targets less unknowns, at least 1
-  bool rejected = false;        ///< squares are beyond 99 % of χ²
+  int degrees = 1;              ///< of χ²: number of targets less unknowns, at least 1
+  bool rejected = false;        ///< whether `squares` exceeds the 99 % quantile of χ²
   double least = 0;             ///< f at the optimum
   bool holds() const { return !rejected && std::ranges::none_of(contradicted, std::identity{}); }
   bool at_bound(std::size_t unknown) const {
@@ -65,76 +85,84 @@ struct Fit {
   }
 };
 
-/// f − min f at two unknowns, the others at their best.
+/// f − min f at two unknowns, minimised over the others.
 struct MisfitPoint {
-  double x = 0, y = 0, excess = 0;  ///< ξ of the two
+  double x = 0, y = 0, excess = 0;  ///< ξ of the two unknowns
 };
 
+/// Result of a calibration.
 struct CalibrationResult {
-  /// What runs at a point gave: the mean over its starts.
+  /// Outcome of the runs at a point: the mean over its starts.
   struct Outcome {
     std::size_t target = 0;
     Eigen::VectorXd xi;
     double value = 0;
   };
+  /// f − min f over two unknowns.
   struct Map {
     std::size_t x = 0, y = 0;         ///< unknowns
-    std::vector<MisfitPoint> points;  ///< x grows last
+    std::vector<MisfitPoint> points;  ///< x is the outer loop
   };
-  std::vector<double> measured;       ///< of the targets
-  std::vector<double> surface_error;  ///< of ln statistic, and the spread that it explains
-  std::vector<double> surface_spread;
-  std::vector<int> points;  ///< that each surface is fitted to: those whose runs did not all fail
-  int tried = 0;            ///< points, of the set and of refinements
-  int rounds = 0;           ///< of refinement
-  Identifiability before;   ///< of the space-filling set
+  std::vector<double> measured;  ///< of the targets
+  /// Leave-one-out error of each surface of ln statistic, root mean square.
+  std::vector<double> surface_error;
+  std::vector<double> surface_spread;  ///< standard deviation of the outcomes of each surface
+  /// For each surface: number of its points, those with a finished run.
+  std::vector<int> points;
+  int tried = 0;           ///< number of points of the design and of refinements
+  int rounds = 0;          ///< number of refinements
+  Identifiability before;  ///< for the space-filling design
   std::vector<Misfit::Parts>
-      at_optimum;        ///< of each target: what its uncertainty is made of, where the fit to all is
-  bool refined = false;  ///< every surface's error there is at most half of what the measurement is known to
-  std::vector<Outcome> outcomes;  ///< of every point
-  std::vector<Map> maps;          ///< of each two unknowns, by the fit to all
-  Fit all;                        ///< fitted to every target
-  std::vector<Fit> left_out;      ///< the i-th without target i; empty with one target
+      at_optimum;  ///< parts of each target's variance, at the optimum of the fit to all
+  /// Whether each surface's error there is at most half of the measurement's uncertainty.
+  bool refined = false;
+  std::vector<Outcome> outcomes;  ///< of all points
+  std::vector<Map> maps;          ///< for each pair of unknowns, of the fit to all
+  Fit all;                        ///< fit to all targets
+  std::vector<Fit> left_out;      ///< fit i excludes target i; empty for a single target
   SweepSummary sweep;
   std::vector<std::string> questions;  ///< about the units of measured files
 };
 
-/// A calibration that has been checked: nothing has been run or written for it.
+/// A checked calibration, before any run or output.
 struct CalibrationPlan {
-  Study study;                   ///< its axes and variants are those of the space-filling set
-  std::vector<Target> targets;   ///< with the sampling of their files
+  Study study;                   ///< its axes and variants are those of the space-filling design
+  std::vector<Target> targets;   ///< with the sampling rates of their files
   std::vector<double> measured;  ///< of the targets
   std::vector<std::string> questions;
-  Eigen::MatrixXd points;  ///< ξ of the set, a row each
+  Eigen::MatrixXd points;  ///< points ξ of the design, one a row
   std::vector<PlannedRun> runs;
 };
 
-/// Throws SceneError for a study that cannot be calibrated, from its file or from any scene that it makes.
+/// Plans a calibration. Throws SceneError if the study cannot be calibrated, from its file or from
+/// any scene that it defines.
 CalibrationPlan plan_calibration(const Study& study, const Conduct& conduct);
 
-/// Runs what is missing into calibrate.db of the locked folder and fits. Throws SceneError where a statistic is not positive
-/// within the ranges.
+/// Executes missing runs into calibrate.db of the locked folder, and fits. Throws SceneError if a
+/// statistic is not positive within the ranges.
 CalibrationResult calibrate(CalibrationPlan plan, const Conduct& conduct, const FolderLock& lock, int threads,
                             const std::function<void(const SweepProgress&)>& on_progress);
 
-/// Minimises f over the used targets. Throws std::runtime_error where it finds no minimum.
+/// Minimises f over the used targets. Throws std::runtime_error if no minimum is found.
 Fit fit(const Misfit& misfit, const std::vector<bool>& used, const std::vector<Unknown>& unknowns);
 
-/// On a grid over the ranges, row by row of x.
+/// f − min f on a grid over the ranges of two unknowns; x is the outer loop.
 std::vector<MisfitPoint> misfit_map(const Misfit& misfit, const Fit& fit, Eigen::Index x, Eigen::Index y);
 
-/// `count` points of exp(−½f/width²), a row each: of a Markov chain (Metropolis) from the optimum, equal on every machine.
+/// `count` points of exp(−½f/width²), one a row, from a Markov chain (Metropolis) that starts at
+/// the optimum. Equal on all machines.
 Eigen::MatrixXd sample(const Misfit& misfit, const Fit& fit, int count, double width = 1);
 
-/// Whether runs at an optimum contradict what it was fitted to (Fit::contradicted).
+/// Whether runs at an optimum contradict the target (Fit::contradicted).
 bool contradicts(const std::vector<double>& outcomes, double measured, double tolerance, double surface_error,
                  const Stretches& stretches = {});
 
-/// Where one more outcome lies: of positive ones Student's prediction interval of their logarithms; where some are 0 the
-/// interval of the positive ones from 0 on, about the median of all.
+/// Prediction interval of one more outcome: Student's, of the logarithms of positive outcomes. If
+/// some are 0, the interval of the positive ones is extended to 0, and the value is the median of
+/// all.
 Estimate one_more(std::vector<double> outcomes);
 
-/// The value of an unknown at ξ ∈ [−1, 1].
+/// Value of an unknown at ξ ∈ [−1, 1].
 double unscaled(const Unknown& unknown, double xi);
 
 }  // namespace freeplay

@@ -1,5 +1,5 @@
-// Whether a measured acceleration is in the unit that it should be in, asked of the motion that play hardly changes: the
-// lowest harmonics of the turn follow the crank.
+// Check of the unit of a measured acceleration. The lowest harmonics of a turn follow the crank and
+// depend little on the clearance, so they are compared with those of the ideal mechanism.
 #pragma once
 
 #include <string>
@@ -8,8 +8,8 @@
 
 namespace freeplay {
 
-/// The question to ask when the first three harmonics of a measurement (m/s²) are those of the ideal mechanism in
-/// another unit, g, cm/s² or mm/s², to a third; else empty.
+/// Question to the user if the first three harmonics of a measurement (m/s²) agree within a third
+/// with those of the ideal mechanism in another unit, g, cm/s² or mm/s²; else empty.
 std::string unit_question(const TurnMetrics& measured, const TurnMetrics& ideal);
 
 }  // namespace freeplay

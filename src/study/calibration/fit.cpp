@@ -1,4 +1,5 @@
-// The optimum of calibration's misfit, its profiles and its sample: bounded problems of few unknowns.
+// Minimum of the calibration misfit, its profile likelihood and a sample of the likelihood: bounded
+// problems of few unknowns.
 #include <algorithm>
 #include <array>
 #include <boost/math/distributions/chi_squared.hpp>
@@ -21,13 +22,13 @@ struct Minimum {
   double value = INFINITY;
 };
 
-/// The minima of f in [−1, 1]ⁿ with some of the unknowns held, by Newton's method with Levenberg's damping; unknowns that
-/// f drives against their limit rest there. f is smooth and cheap: gradient and Hessian are central differences.
+/// Minimises f in [−1, 1]ⁿ, with some unknowns fixed, by Newton's method with Levenberg damping and
+/// active bounds. f is smooth and inexpensive, so gradient and Hessian are central differences.
 class Minimiser {
  public:
   explicit Minimiser(std::function<double(const Vector&)> f) : f_(std::move(f)) {}
   double operator()(const Vector& xi) const { return f_(xi); }
-  /// Not above f at the start.
+  /// A minimum from this start; its value does not exceed that at the start.
   Minimum from(const Vector& start, std::initializer_list<Eigen::Index> held = {}) const {
     Minimum here{start, f_(start)};
     double damping = 1e-3;
@@ -87,7 +88,7 @@ class Minimiser {
   std::function<double(const Vector&)> f_;
 };
 
-/// Points all over the ranges, by their f: f may have several minima.
+/// Points in the whole range, sorted by f, because f may have several minima.
 std::vector<Minimum> overview(const Minimiser& f, Eigen::Index n) {
   const auto points = space_filling(static_cast<int>(n), 128 * static_cast<int>(n));
   std::vector<Minimum> list;
@@ -118,7 +119,8 @@ Minimum global(const Minimiser& f, const std::vector<Minimum>& points) {
 
 constexpr int grid = 32;  // steps of a profile over the range
 
-/// The profile of one unknown: where it is within `most`. Ends of the range that are within are open.
+/// The profile of one unknown: its interval where f is within `most` of the minimum. An end of the
+/// range inside this interval is open.
 class Profile {
  public:
   Profile(const Minimiser& f, const std::vector<Minimum>& points, const Minimum& best, Eigen::Index unknown,
@@ -130,7 +132,7 @@ class Profile {
   double high() const { return ends_[1]; }
   bool open_low() const { return open_[0]; }
   bool open_high() const { return open_[1]; }
-  /// The least that was met on the way.
+  /// The least value found on the profile.
   const Minimum& lowest() const { return lowest_; }
 
  private:
@@ -138,7 +140,7 @@ class Profile {
     Vector start = near;
     start[j_] = x;
     auto least = f_.from(start, {j_});
-    // The best of all points in this slice, for another minimum than the one that is followed.
+    // Also start from the best known point of this slice, which may lead to another minimum.
     const auto other =
         std::ranges::find_if(points_, [&](const Minimum& m) { return std::abs(m.xi[j_] - x) < 2.0 / grid; });
     if (other != points_.end()) {
@@ -170,7 +172,7 @@ class Profile {
     open_[end] = !crossed;
     ends_[end] = crossed ? between(inside, outside) : static_cast<double>(way);
   }
-  /// Where the profile crosses: the Illinois form of the false position.
+  /// Intersection of the profile with the level, by regula falsi (Illinois variant).
   double between(Minimum inside, const Minimum& outside) {
     const double level = best_.value + most_;
     double a = inside.xi[j_], b = outside.xi[j_], fa = inside.value - level, fb = outside.value - level;
@@ -212,7 +214,7 @@ double student(double freedom) {
                        : boost::math::quantile(boost::math::normal(), 0.975);
 }
 
-/// (JᵀV⁻¹J + w)⁻¹.
+/// Covariance by Laplace's approximation, (JᵀV⁻¹J + w)⁻¹.
 Eigen::MatrixXd laplace(const Misfit& misfit, const Vector& xi, const std::vector<bool>& used) {
   Eigen::MatrixXd information = Misfit::pull * Eigen::MatrixXd::Identity(xi.size(), xi.size());
   if (std::ranges::any_of(used, std::identity{})) {
@@ -236,7 +238,7 @@ Fit fit(const Misfit& misfit, const std::vector<bool>& used, const std::vector<U
   auto best = global(f, points);
   Fit found;
   found.used = used;
-  // A profile that finds less than the optimum has found a better one.
+  // If a profile finds a lower value than the optimum, continue from there.
   for (int again = 0; again < 3; ++again) {
     const double t = student(misfit.freedom(best.xi, used));
     found.unknowns.clear();
@@ -275,7 +277,7 @@ std::vector<MisfitPoint> misfit_map(const Misfit& misfit, const Fit& fit, Eigen:
   constexpr int steps = 30;
   const Minimiser f([&](const Vector& xi) { return misfit.at(xi, fit.used).value; });
   std::vector<MisfitPoint> map;
-  Vector row = fit.xi;  // where the row before began
+  Vector row = fit.xi;  // start of the previous row
   for (int i = 0; i <= steps; ++i) {
     Vector here = row;
     here[x] = -1 + 2.0 * i / steps;
@@ -291,14 +293,15 @@ std::vector<MisfitPoint> misfit_map(const Misfit& misfit, const Fit& fit, Eigen:
 }
 
 Eigen::MatrixXd sample(const Misfit& misfit, const Fit& fit, int count, double width) {
-  constexpr int between = 25;  // steps from one to the next
+  constexpr int between = 25;  // steps between two points of the sample
   const auto n = fit.xi.size();
   std::mt19937_64 generator(1);
   const auto uniform = [&] { return (static_cast<double>(generator() >> 11) + 0.5) * 0x1p-53; };
-  const auto normal = [&] {  // not std::normal_distribution, which is another one in every library
+  const auto normal = [&] {  // std::normal_distribution differs between libraries
     return boost::math::quantile(boost::math::normal(), uniform());
   };
-  // The step that suits a normal distribution (Roberts, Gelman and Gilks, Ann. Appl. Probab. 7 (1997) 110), within the ranges.
+  // Optimal step for a normal distribution (Roberts, Gelman and Gilks, Ann. Appl. Probab. 7 (1997)
+  // 110), limited to the ranges.
   Eigen::MatrixXd covariance = width * width * laplace(misfit, fit.xi, fit.used);
   const Vector limit = covariance.diagonal().cwiseSqrt().cwiseMax(0.6).cwiseInverse() * 0.6;
   covariance = limit.asDiagonal() * covariance * limit.asDiagonal();

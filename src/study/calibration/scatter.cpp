@@ -42,7 +42,7 @@ double Scatter::prediction(const Eigen::VectorXd& widths) const {
       known += k * q.freedom;
     }
     for (Eigen::Index i = 0; i < mean.size(); ++i) {
-      if (mean[i] == 0) continue;  // does not scatter
+      if (mean[i] == 0) continue;  // no scatter
       const double here = std::max(known > 0 ? w[i] / known : 0.0, 1e-9 * mean[i]);
       sum -= 0.5 * (p.freedom * std::log(here) + p.squares(i, i) / here);
     }

@@ -9,7 +9,7 @@
 namespace freeplay {
 namespace {
 
-/// 1, ξ_i, ξ_i ξ_j (i ≤ j).
+/// The basis 1, ξ_i, ξ_i ξ_j (i ≤ j).
 Eigen::VectorXd basis(const Eigen::VectorXd& xi) {
   const auto n = xi.size();
   Eigen::VectorXd b(ResponseSurface::coefficients(static_cast<int>(n)));
@@ -21,7 +21,7 @@ Eigen::VectorXd basis(const Eigen::VectorXd& xi) {
   return b;
 }
 
-/// ∂b/∂ξ, a column each.
+/// ∂b/∂ξ, one column for each unknown.
 Eigen::MatrixXd basis_gradient(const Eigen::VectorXd& xi) {
   const auto n = xi.size();
   Eigen::MatrixXd g = Eigen::MatrixXd::Zero(ResponseSurface::coefficients(static_cast<int>(n)), n);
@@ -35,7 +35,7 @@ Eigen::MatrixXd basis_gradient(const Eigen::VectorXd& xi) {
   return g;
 }
 
-/// exp(−½ Σ_j (ξ_j − η_j)²/ℓ_j²) of each pair of rows.
+/// Matrix of exp(−½ Σ_j (ξ_j − η_j)²/ℓ_j²) for all pairs of rows.
 Eigen::MatrixXd correlation(const Eigen::MatrixXd& points, const Eigen::VectorXd& lengths) {
   const Eigen::MatrixXd scaled = points * lengths.cwiseInverse().asDiagonal();
   const auto m = points.rows();
@@ -79,7 +79,7 @@ constexpr std::array lengths_tried{0.25, 0.35, 0.5, 0.7, 1.0, 1.4, 2.0, 2.8};
 
 }  // namespace
 
-/// All that follows from points, noise, ρ and ℓ.
+/// Factors and coefficients for given points, noise, ρ and ℓ.
 struct ResponseSurface::Kriging {
   Eigen::LLT<Eigen::MatrixXd> K, trend;
   Eigen::MatrixXd solved;                   // K⁻¹B
@@ -118,7 +118,7 @@ ResponseSurface::ResponseSurface(const Eigen::MatrixXd& points, const Eigen::Vec
   Eigen::MatrixXd B = rows_of_basis(points);
   freedom_ = static_cast<double>(m - p);
   spread_ = std::sqrt((outcomes.array() - outcomes.mean()).square().sum() / static_cast<double>(m - 1));
-  // Rounding of the outcomes: below it no likelihood tells anything.
+  // Rounding of the outcomes, below which the likelihood has no meaning.
   const double least = std::pow(1e-12 * (outcomes.cwiseAbs().maxCoeff() + 1e-300), 2);
 
   lengths_ = Eigen::VectorXd::Ones(n);
@@ -141,7 +141,7 @@ ResponseSurface::ResponseSurface(const Eigen::MatrixXd& points, const Eigen::Vec
       if (const double w = worth(R, B, lengths_, warps_, r); w > best) best = w, ratio_ = r;
   };
   try_ratios();
-  // A quadratic without residuals leaves nothing to a process.
+  // If the quadratic trend is exact, there is no process.
   const bool exact = Kriging(R, 0, c, B, outcomes, least).squares <= freedom_ * least;
   if (exact) ratio_ = 0;
   for (int cycle = 0; cycle < 2 && !exact; ++cycle) {
@@ -185,8 +185,8 @@ ResponseSurface::ResponseSurface(const Eigen::MatrixXd& points, const Eigen::Vec
   solved_ = k.solved;
   inverse_ = k.K.solve(Eigen::MatrixXd::Identity(m, m));
   trend_covariance_ = k.trend.solve(Eigen::MatrixXd::Identity(p, p));
-  // Qy = K⁻¹(y − Bβ), and the diagonal of Q. Few degrees of freedom may make the likelihood's σ² small by chance: that of leaving
-  // each point out, Σ (Qy)_p²/Q_pp/m, must not exceed it.
+  // Qy = K⁻¹(y − Bβ), and the diagonal of Q. With few degrees of freedom the likelihood's σ² may be
+  // too small by chance; it must not be less than the leave-one-out estimate Σ (Qy)_p²/Q_pp/m.
   double press = 0, left_out = 0;
   surprise_.resize(m);
   for (Eigen::Index i = 0; i < m; ++i) {

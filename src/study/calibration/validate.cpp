@@ -18,7 +18,7 @@
 namespace freeplay {
 namespace {
 
-/// What `validate` asks of a scene, in the words of a study.
+/// The scene as a study, for evaluating its metrics.
 Study study_of(const Scene& scene) {
   Study study;
   study.file = study.scene = scene.file;
@@ -46,7 +46,7 @@ Study study_of(const Scene& scene) {
 Quiet quiet_stretch(const std::vector<double>& mean_turn, double ideal_maximum) {
   const int n = static_cast<int>(mean_turn.size());
   int best = 0, from = 0, run = 0;
-  for (int i = 0; i < 2 * n; ++i) {  // twice around: a stretch may wrap
+  for (int i = 0; i < 2 * n; ++i) {  // two revolutions, since an interval may wrap
     run = std::abs(mean_turn[i % n]) <= 0.05 * ideal_maximum ? run + 1 : 0;
     if (run > best && run <= n) {
       best = run;
@@ -75,7 +75,7 @@ void judge(const TurnMetrics& measured, double uncertainty, bool datum, Agreemen
   double power = 0;
   for (std::size_t k = 1; k < M.size(); ++k) power += 2 * std::norm(M[k]);
   const double relative = uncertainty / std::sqrt(power);
-  // One turn does not scatter, and without an uncertainty nothing is known.
+  // A single turn has no scatter; without an uncertainty of the file nothing is known.
   const auto combined = [](double scatter, double given) {
     return given > 0 ? std::hypot(std::isnan(scatter) ? 0 : scatter, given) : scatter;
   };

@@ -1,5 +1,7 @@
-// A scene against a user's measured acceleration: both formulations through the scene's accelerometer, at the
-// file's sampling, compared as peaks, mean turns and spectra, with a verdict.
+// Validation: comparison of a scene with a measured acceleration. Both formulations are evaluated
+// through the scene's accelerometer at the sampling rate of the file, and compared in peaks, mean
+// turns and spectra. The result is a verdict for each formulation. A turn is one revolution of the
+// crank.
 #pragma once
 
 #include <nlohmann/json_fwd.hpp>
@@ -10,63 +12,73 @@
 
 namespace freeplay {
 
-/// Where a mean turn is quiet: its longest stretch with |a| at most 5 % of the ideal greatest. A slider
-/// without contact and without friction shows it, in a measurement as in a run. Degrees; NaN when there is
-/// none.
+/// Quiet interval of a mean turn: the longest interval with |a| at most 5 % of the greatest ideal
+/// acceleration. A slider without contact and friction produces it, in measurements and in runs.
+/// Degrees; NaN if there is none.
 struct Quiet {
   double from = 0, to = 0;
 };
+/// The quiet interval of a mean turn, given in equal parts from crank angle 0.
 Quiet quiet_stretch(const std::vector<double>& mean_turn, double ideal_maximum);
 
-/// One model against the measurement. What is beyond doubt is said, and not taken out: a reversed curve stays reversed,
-/// and one that is too large stays so. Only where the file gives times, and so no datum of the crank's angle, is the
-/// model moved by the phase that fits best; the file's angles are taken as they are.
+/// Comparison of one formulation with the measurement. Differences that are beyond doubt are
+/// reported, not corrected: a reversed or scaled curve is not changed. Only if the file gives
+/// times, and thus no datum of the crank angle, is the computed curve shifted by the best-fitting
+/// phase. Angles of a file are used unchanged.
 struct Agreement {
   std::string formulation;
-  int sign = 1;               ///< −1: the measured curve is the model's reversed
-  bool sign_decided = false;  ///< beyond doubt (alignment.hpp)
-  Interval
-      gain;  ///< measured over model, of the mean turns; 95 % where turns scatter or the file has an uncertainty
-  Interval phase;    ///< degrees that the model's crank angle is behind the measurement's, in [−180, 180)
-  double moved = 0;  ///< degrees that the model was moved by: the phase without a datum, else 0
-  double peak_ratio = 0;      ///< model's median peak of a turn over the measured
-  double greatest_ratio = 0;  ///< the same of the greatest
-  double rms_difference = 0;  ///< m/s², of the mean turns
-  /// m/s², standard: what the file's uncertainty and the scatter of both's turns make of that difference; NaN with a
-  /// single turn and no uncertainty
+  int sign = 1;               ///< −1: the measured curve is reversed relative to the computed one
+  bool sign_decided = false;  ///< beyond doubt (measure/alignment.hpp)
+  /// Measured over computed mean turn; 95 % if turns scatter or the file has an uncertainty.
+  Interval gain;
+  /// Degrees of the computed crank angle behind the measured one, in [−180, 180).
+  Interval phase;
+  double moved = 0;           ///< degrees, applied shift: the phase without a datum, else 0
+  double peak_ratio = 0;      ///< median peak of a turn, computed over measured
+  double greatest_ratio = 0;  ///< greatest peak, computed over measured
+  double rms_difference = 0;  ///< m/s², of the difference of the mean turns
+  /// m/s², standard deviation of that difference expected from the file's uncertainty and the
+  /// scatter of the turns; NaN with a single turn and no uncertainty.
   double rms_expected = NAN;
-  double spectral_distance = 0;  ///< ‖A − B‖/‖B‖ over harmonics of the crank below 0.4 of the file's sampling
-  double loss_angle = 0, return_angle = 0;  ///< degrees, the model's contact, in the measurement's datum
-  Quiet quiet;                              ///< of the model, in the measurement's datum
-  std::vector<double> mean_turn;            ///< in the measurement's datum
-  std::vector<std::string> findings;        ///< what differs beyond doubt, in words
+  /// ‖A − B‖/‖B‖ over harmonics of the crank below 0.4 of the file's sampling rate.
+  double spectral_distance = 0;
+  /// Degrees, of the computed contact, in the measurement's datum.
+  double loss_angle = 0, return_angle = 0;
+  Quiet quiet;                        ///< of the computed curve, in the measurement's datum
+  std::vector<double> mean_turn;      ///< computed, in the measurement's datum
+  std::vector<std::string> findings;  ///< differences beyond doubt, as text
   TurnMetrics metrics;
   Ending ending;
-  /// Nothing differs beyond doubt; undecided where nothing says how much doubt there is.
+  /// `agrees`: no difference beyond doubt. `undecided`: the uncertainty is unknown.
   enum class Verdict { agrees, differs, undecided } verdict = Verdict::undecided;
 };
-/// What a finding must reach to be told, beyond its interval: of a gain 2 %, of a phase 1°; of a difference of mean
-/// turns, twice its standard error.
+/// Least size of a reported difference, in addition to its interval: gain 2 %, phase 1°, and for
+/// mean turns twice the standard error.
 inline constexpr double told_gain = 0.02, told_phase = 1, told_difference = 2;
 
-/// Judges a model's turns against a measurement's; sets all of `a` that comes from the signals. `datum`: the file
-/// gives angles; `uncertainty`: m/s², standard, not taken to average out.
+/// Compares the turns of a run with those of a measurement; sets the members of `a` that depend on
+/// the signals. `datum`: the file gives angles. `uncertainty`: m/s², standard deviation, assumed
+/// not to average out.
 void judge(const TurnMetrics& measured, double uncertainty, bool datum, Agreement& a);
+/// Name of a verdict: "agrees", "differs" or "undecided".
 const char* text_of(Agreement::Verdict verdict);
 
+/// Result of a validation.
 struct Validation {
   double ideal_maximum = 0;
   double sampling = 0, uncertainty = 0;  ///< of the file
   TurnMetrics measured;
   Quiet quiet;  ///< of the measurement
   std::vector<Agreement> models;
-  std::string question;  ///< about the file's units; empty: none
+  std::string question;  ///< about the units of the file; empty: none
 };
 
-/// Throws SceneError for a scene without accelerometer, drive or clearance, and for a bad file.
+/// Validates a scene. Throws SceneError for a scene without accelerometer, drive or clearance, and
+/// for an invalid file.
 Validation validate(const std::filesystem::path& file, const std::vector<std::string>& overrides,
                     const std::filesystem::path& data, const Conduct& conduct);
 
+/// The result as JSON, without provenance.
 nlohmann::json to_json(const Validation& v);
 
 }  // namespace freeplay

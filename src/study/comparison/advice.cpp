@@ -16,14 +16,14 @@
 namespace freeplay {
 namespace {
 
-/// A touch that is judged, and the time since the one before it (s), of any contact.
+/// A compared contact onset, and the time since the previous onset of any contact, s.
 struct Judged {
   ContactEvent event;
   double interval = 0;
 };
 
-/// Touches that count: those of at least a hundredth of their contact's fastest before. An accumulation has infinitely
-/// many slower ones, and rounding decides the last.
+/// Onsets with at least a hundredth of the greatest speed of their contact so far. An accumulation
+/// contains infinitely many slower ones, of which rounding determines the last.
 std::vector<Judged> that_count(const Result& run) {
   std::vector<Judged> list;
   std::vector<double> fastest(run.contacts.size());
@@ -33,7 +33,7 @@ std::vector<Judged> that_count(const Result& run) {
     auto& f = fastest[e.contact];
     if (-e.v_n_minus < 0.01 * f) continue;
     f = std::max(f, -e.v_n_minus);
-    // Contacts that strike at once share the interval before them.
+    // Simultaneous onsets share the interval before them.
     if (e.t - before > 1e-6 * e.t) interval = e.t - before;
     before = e.t;
     list.push_back({e, interval});
@@ -41,8 +41,9 @@ std::vector<Judged> that_count(const Result& run) {
   return list;
 }
 
-/// Judges touches as they come, and ends the run when there is nothing left to learn from it. Each is looked for within
-/// what the bound allows of its time; what comes before is not asked about, and shows in what follows.
+/// Observer that compares contact onsets during a run, and stops the run when its result is known.
+/// Each reference onset is compared with the first onset of its contact within the tolerance of its
+/// time; earlier onsets are ignored, since their effect appears in later ones.
 class Judge final : public Observer {
  public:
   Judge(const std::vector<Judged>& reference, double bound, long most_steps, StopToken asked)
@@ -53,13 +54,14 @@ class Judge final : public Observer {
         off_(reference.size(), -1) {}
   StopToken token() const { return StopToken(done_); }
   bool dearer() const { return steps_ > most_steps_; }
-  /// The first that was not met, or their number.
+  /// Number of onsets before the first one outside the bound.
   std::size_t kept() const {
     std::size_t i = 0;
     while (i < off_.size() && off_[i] >= 0 && off_[i] <= bound_) ++i;
     return i;
   }
-  /// Greatest over those kept and the first that was not; infinite where that was missing.
+  /// Greatest error up to and including the first onset outside the bound; infinite if that is
+  /// missing.
   double worst() const {
     const auto n = kept();
     double worst = 0;
@@ -92,7 +94,7 @@ class Judge final : public Observer {
   double bound_;
   long most_steps_, steps_ = 0;
   StopToken asked_;
-  std::vector<double> off_;  // of each; −1: not seen
+  std::vector<double> off_;  // error of each onset; −1: not found
   std::vector<std::size_t> next_;
   std::size_t met_ = 0;
   std::atomic<bool> done_ = false;
@@ -107,8 +109,8 @@ Scene bare(const Scene& given, const Setting& setting) {
   return scene;
 }
 
-/// Standard errors beyond which a statistic is another: Student's t of 14 degrees of freedom, a hundredth for the three
-/// statistics of one setting together.
+/// Number of standard errors for a significant difference: Student's t with 14 degrees of freedom
+/// at 1 % for the three statistics of one setting together.
 constexpr double surely = 3.6;
 
 long cost(const Work& w) { return w.rhs + 10 * w.jacobians; }
@@ -120,7 +122,7 @@ Result whole_run(const Scene& scene, const Setting& setting, const Conduct& cond
       .run({.most_events = static_cast<std::size_t>(rules.most_events), .stop = conduct.stop});
 }
 
-/// Touches to the horizon, and whether that is the end.
+/// Contact onsets up to the horizon, and whether that is the end of the run.
 std::vector<Judged> find_horizon(Advice& advice, const Result& fine, const Result& other, double parting) {
   auto& r = advice.reference;
   auto all = that_count(fine);
@@ -139,14 +141,15 @@ std::vector<Judged> find_horizon(Advice& advice, const Result& fine, const Resul
   return all;
 }
 
-/// A setting over all touches to the horizon, or without any to the state.
+/// Runs a setting and compares its onsets up to the horizon, or, without onsets, its state.
 Measured tried(const Scene& scene, const Setting& setting, const Advice& advice,
                const std::vector<Judged>& judged, double bound, long most_steps, const Conduct& conduct) {
   const auto& r = advice.reference;
   Measured m;
   m.setting = setting;
   Judge judge(judged, bound, most_steps, conduct.stop);
-  // Beyond the last touch, so that a late one is a late one and not a missing one, and a lasting one known to last.
+  // Run beyond the last onset, so that a late onset is not reported as missing, and a lasting
+  // contact can be recognised.
   const double until =
       advice.by_events ? std::min(scene.run.duration, 1.25 * r.touches.back().t + 0.1 * scene.run.duration)
                        : r.state_time;
@@ -260,7 +263,7 @@ Advice advise(const Scene& scene, Family family, double error, const Conduct& co
     if (keeps(advice.tried.back())) cheapest = std::min(cheapest, cost(advice.tried.back().work));
     show(0.4 + 0.3 * static_cast<double>(i + 1) / static_cast<double>(settings.size()));
   }
-  // By right-hand sides and pivots, which do not depend on the machine's mood.
+  // Cost in right-hand sides, which do not depend on the load of the machine.
   std::ranges::stable_sort(advice.tried, {}, [](const Measured& m) { return cost(m.work); });
   std::vector<Scene> starts;
   std::vector<LongRun> fine_runs;
@@ -268,7 +271,7 @@ Advice advise(const Scene& scene, Family family, double error, const Conduct& co
     const auto affordable = rules.most_rhs / std::max(1L, fine.work.rhs);
     const int number = static_cast<int>(std::clamp(affordable, 4L, static_cast<long>(rules.starts)));
     starts = moved_starts(scene, 0, number, rules, conduct);
-    // Of other starts: a setting is not held against its own runs.
+    // The reference uses other starts, so that no setting is compared with its own runs.
     if (!starts.empty())
       fine_runs = long_runs(moved_starts(scene, number, number, rules, conduct), {statistics_setting(family)},
                             conduct, {});

@@ -1,15 +1,19 @@
-// Advice: the cheapest setting that keeps an error over all that a user runs.
+// Advice: the least expensive numerical setting that keeps a requested error for a scene (`freeplay
+// advise`).
 //
-// Two fine runs say how far single touches mean something: to the horizon, where they part by more than a hundredth of
-// the error. Up to there each touch of a setting is judged,
+// Two fine runs determine the horizon up to which single contact onsets are reproducible. It ends
+// where they differ by more than a hundredth of the requested error. Up to the horizon each contact
+// onset of a setting is compared,
 //
-//     error: the greatest of |Δt|/interval since the touch before, |Δv|/|v| and |ΔP|/|P| over all of them,
+//     error: the greatest of |Δt|/interval since the onset before, |Δv|/|v| and |ΔP|/|P| over all,
 //
-// and half the error asked for is kept in hand. Touches slower than a hundredth of their contact's fastest before are
-// not judged: an accumulation has infinitely many of them. Beyond, a setting is judged by statistics over the whole run from
-// slightly moved starts: flight share, impacts per turn and power lost must not differ from those of a fine setting by
-// more than the error and 3.6 standard errors of their difference. What can be promised of them is their
-// difference with twice its standard error, however small the error asked for is.
+// and must be at most half of the requested error. Onsets slower than a hundredth of their
+// contact's fastest so far are excluded, because an accumulation of impacts contains infinitely
+// many. Beyond the horizon a setting is assessed by statistics over the whole run from slightly
+// perturbed starts: the flight share, the impacts per turn and the dissipated power must not differ
+// from those of a fine setting by more than the requested error plus 3.6 standard errors of the
+// difference. The error that can be guaranteed for statistics is their difference plus twice its
+// standard error, even if the requested error is smaller.
 #pragma once
 
 #include <string>
@@ -19,7 +23,7 @@
 
 namespace freeplay {
 
-/// One statistic over the moved starts: means and their standard errors, relative to the reference's mean.
+/// One statistic over the perturbed starts; values relative to the mean of the reference.
 struct Statistic {
   std::string name;
   double reference = 0;   ///< mean of the fine setting
@@ -29,36 +33,42 @@ struct Statistic {
   double promised() const { return std::abs(difference) + 2 * error; }
 };
 
+/// Result of advise().
 struct Advice {
   std::vector<Measured> tried;  ///< in the order of their cost
-  int chosen = -1;              ///< into tried; −1: none meets the error
+  int chosen = -1;              ///< index into `tried`; −1: none keeps the error
   Reference reference;
-  bool by_events = false;   ///< judged by touches; else by the state at Reference::state_time
-  bool to_the_end = false;  ///< the horizon is the end of the run: nothing is left to statistics
-  std::vector<Statistic>
-      statistics;  ///< of the chosen setting, beyond the horizon; empty where none can be taken
+  /// Compared by contact onsets; else by the state at Reference::state_time.
+  bool by_events = false;
+  /// The horizon is the end of the run, so no statistics are needed.
+  bool to_the_end = false;
+  std::vector<Statistic> statistics;  ///< of the chosen setting beyond the horizon; may be empty
   struct Refused {
     Setting setting;
     Statistic statistic;
   };
-  std::vector<Refused> refused;  ///< settings that keep every touch, but not this statistic beyond
-  /// Greatest relative error of statistics that can be promised; infinite without any.
+  /// Settings with correct contact onsets, but with this statistic outside its bound.
+  std::vector<Refused> refused;
+  /// Greatest relative error of statistics that can be guaranteed; infinite without statistics.
   double promised() const;
-  double seconds = 0;  ///< wall time
+  double seconds = 0;  ///< s, wall time
 };
 
+/// Parameters of advise().
 struct AdviceRules {
-  int starts = 8;             ///< of statistics
-  double play = 0.01;         ///< share of the play that starts are moved by
-  int most_refused = 3;       ///< settings whose statistics may be refused before none is left
-  long most_events = 100000;  ///< of a run: beyond them touches are not judged
-  /// Right-hand sides of the fine runs at all starts together: longer runs have fewer starts, but four at least.
+  int starts = 8;             ///< number of starts for statistics
+  double play = 0.01;         ///< perturbation of the starts, share of the clearance
+  int most_refused = 3;       ///< limit of settings refused by their statistics
+  long most_events = 100000;  ///< of a run; with more events contact onsets are not compared
+  /// Limit of the right-hand sides of the fine runs over all starts. Longer runs use fewer starts,
+  /// but at least four.
   long most_rhs = 20'000'000;
 };
 
-/// Tries settings of one formulation on the scene. Cheap by design: a setting is stopped at its first touch that is off
-/// or missing, and when it has taken more steps than one that keeps the error has cost. Throws AlikeStarts where the horizon
-/// comes before the end and starts cannot differ: eight equal runs have no sampling error, and say nothing.
+/// Tries the settings of one formulation on a scene. A setting is stopped at its first wrong or
+/// missing contact onset, and when it has taken more steps than the cost of another setting that
+/// keeps the error. Throws AlikeStarts if statistics are needed but starts cannot differ: equal
+/// runs have no sampling error.
 Advice advise(const Scene& scene, Family family, double error, const Conduct& conduct,
               const std::function<void(double)>& on_progress, const AdviceRules& rules = {});
 

@@ -16,14 +16,14 @@
 namespace freeplay {
 namespace {
 
-/// A touch with the flight before it and how long it lasted.
+/// A contact onset with the flight before it and its duration.
 struct Touch {
   ContactEvent event;
-  double flight = 0;  ///< s, since the contact's loss before, or since the start
-  double lasted = 0;  ///< s; infinite where no separation follows
+  double flight = 0;  ///< s, since the last separation of the contact, or since the start
+  double lasted = 0;  ///< s; infinite without a separation
 };
 
-/// Touches of each contact. One that rests at the start is none.
+/// Contact onsets of each contact. A contact that is closed at the start has none there.
 std::vector<std::vector<Touch>> touches(const std::vector<ContactEvent>& events, int joints) {
   std::vector<std::vector<Touch>> of(joints);
   std::vector<double> left(joints);
@@ -41,9 +41,9 @@ std::vector<std::vector<Touch>> touches(const std::vector<ContactEvent>& events,
   return of;
 }
 
-/// What the pairs so far say of how far the two motions are apart.
+/// Differences of the two motions up to the present pair.
 struct Spread {
-  double time = 0;     ///< s, greatest difference of times, with the contacts' own durations
+  double time = 0;     ///< s, greatest difference of times, including durations of the contacts
   double rate = 1e-3;  ///< greatest relative difference of speeds before and after
 
   void add(const Touch& a, const Touch& b) {
@@ -60,7 +60,7 @@ struct Spread {
   }
 };
 
-/// Why two touches do not belong together; empty when they do.
+/// Reason why two onsets do not correspond; empty if they do.
 std::string parted(const Touch& a, const Touch& b, const Spread& spread, double turn) {
   const double flight = std::min(a.flight, b.flight), apart = std::abs(a.event.t - b.event.t);
   if (!(apart <= 0.25 * flight)) return "its times differ by more than a quarter of the flight before it";
@@ -97,7 +97,7 @@ Pairing pair_impacts(const std::vector<ContactEvent>& penalty, const std::vector
   double end = until;
   p.ended_by =
       until < INFINITY ? "the list of a run's events that was kept ends there" : "all touches are paired";
-  for (;;) {  // in the order of time; each turn takes a touch from the lists
+  for (;;) {  // in the order of time; each pass removes onsets from the lists
     int first = -1;
     double t = until;
     for (int k = 0; k < joints; ++k)
@@ -131,7 +131,8 @@ Pairing pair_impacts(const std::vector<ContactEvent>& penalty, const std::vector
 
 namespace {
 
-/// Of each contact what penalty's law and the impact law do not have in common though both were to be the same.
+/// For each contact the properties in which the penalty law and the impact law differ although they
+/// should agree.
 void find_not_matched(const Scene& scene, Comparison& c) {
   const System system(scene.mechanism);
   for (int k = 0; k < system.contacts(); ++k) {
@@ -180,7 +181,7 @@ Comparison compare(const Scene& scene, const CompareSetup& setup, const std::fil
     try {
       c.ideal = run(ideal, "penalty", "ideal");
     } catch (const ModelError&) {
-      // A mechanism that closes only thanks to its play has no ideal motion to show.
+      // A mechanism that closes only because of its clearances has no ideal motion.
       c.nonsmooth.notes.push_back("with ideal joints the mechanism does not assemble; no ideal run");
     }
   }

@@ -12,7 +12,7 @@
 namespace freeplay {
 namespace {
 
-/// Rows of text cells, laid out for a terminal or as Markdown.
+/// A table of text cells, for a terminal or as Markdown.
 class Table {
  public:
   Table(bool markdown, std::vector<int> widths) : markdown_(markdown), widths_(std::move(widths)) {}
@@ -38,7 +38,7 @@ class Table {
   std::string text;
 
  private:
-  /// A name that leaves no room for the others stands on a line of its own.
+  /// A name that is too wide is printed on a line of its own.
   std::string first(const std::string& name) const {
     const auto width = static_cast<std::size_t>(widths_.front());
     return name.size() < width ? fmt::format("{:<{}}", name, width)
@@ -50,22 +50,22 @@ class Table {
 
 std::string number(double x) { return fmt::format("{:.4g}", x); }
 
-/// Two digits, without a power of ten where a whole number says it: 100, 1200.
+/// Two significant digits, without an exponent for integers: 100, 1200.
 std::string two_digits(double x) {
   if (!(std::abs(x) >= 99.5 && std::abs(x) < 1e5)) return fmt::format("{:.2g}", x);
   const double unit = std::pow(10, std::floor(std::log10(std::abs(x))) - 1);
   return fmt::format("{:.0f}", std::round(x / unit) * unit);
 }
 
-/// A value with its standard error, both to the error's first digit (its second where the first is 1). Without an
-/// error two digits, which is what one window may show.
+/// A value with its standard error, both rounded to the first digit of the error (to the second if
+/// the first is 1). Without an error: two digits, the precision of a single window.
 std::string with_error(double value, double error, const char* unit = "") {
   if (!std::isfinite(error) || !std::isfinite(value)) return two_digits(value) + unit;
   if (error <= 1e-12 * std::abs(value)) return fmt::format("{:.4g} ± 0{}", value, unit);
   int place = static_cast<int>(std::floor(std::log10(error)));
   if (error / std::pow(10, place) < 1.95) --place;
   const double size = std::max(std::abs(value), error);
-  // Small and large numbers by a power of ten.
+  // Small and large numbers with a power of ten.
   const int power =
       size < 1e-3 || size >= 1e5 || place > 0 ? static_cast<int>(std::floor(std::log10(size))) : 0;
   const double scale = std::pow(10, power);
@@ -75,13 +75,13 @@ std::string with_error(double value, double error, const char* unit = "") {
 }
 std::string percent(double value, double error) { return with_error(100 * value, 100 * error, " %"); }
 
-/// What the two laws of a contact have in common.
+/// Whether the two laws of a contact match, and their differences.
 std::string matching(const Comparison& c, std::size_t k) {
   if (c.not_matched.at(k).empty()) return "matched";
   return fmt::format("NOT matched: {}", fmt::join(c.not_matched[k], "; "));
 }
 
-/// What is said of restitutions, and the contacts of which it holds.
+/// Statements about restitutions, each with the contacts to which it applies.
 std::vector<std::pair<std::string, std::vector<std::string>>> restitutions(const Comparison& c) {
   std::vector<std::pair<std::string, std::vector<std::string>>> list;
   for (std::size_t k = 0; k < c.joints.size(); ++k) {
@@ -97,7 +97,7 @@ std::vector<std::pair<std::string, std::vector<std::string>>> restitutions(const
   return list;
 }
 
-/// What statistics are over, and where their errors come from.
+/// The time over which statistics are taken, and the source of their errors.
 std::string about_window(const Result& r) {
   std::string text = r.revolutions > 0 ? fmt::format("{:.4g} revolutions", r.revolutions)
                                        : fmt::format("{:.4g} s", r.observed);

@@ -10,7 +10,7 @@
 namespace freeplay {
 namespace {
 
-/// Long runs of every setting against those of a fine one, from other starts.
+/// Compares long runs of each setting with those of a fine one from other starts.
 void add_statistics(TradeoffScene& t, const Scene& scene, const Sampling& sampling, const Conduct& conduct,
                     const std::function<void(double)>& on_progress) {
   const auto others = perturbed_starts(scene, sampling, sampling.starts, conduct);

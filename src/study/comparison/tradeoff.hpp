@@ -1,5 +1,6 @@
-// Speed against accuracy: every setting on a scene, its errors against a reference of known accuracy and its
-// cost. Advice for a user's own scene is study/comparison/advice.hpp.
+// Speed against accuracy: cost and errors of all settings on a scene, relative to a reference of
+// known accuracy (`freeplay tradeoff`). study/comparison/advice.hpp selects a setting for a user's
+// scene.
 #pragma once
 
 #include <cmath>
@@ -9,28 +10,33 @@
 
 namespace freeplay {
 
+/// Measurements on one scene.
 struct TradeoffScene {
   std::string name, title;
   Reference penalty, nonsmooth;
-  /// Of penalty's model: its reference's first two touches against the impact law's at the delivered
-  /// restitution. Finite K, not numerics. NaN without touches.
+  /// Modelling error of the penalty formulation: the first two contact onsets of its reference
+  /// against those of the impact law with the delivered restitution. It is caused by the finite
+  /// stiffness K, not by the numerics. NaN without contact onsets.
   double model_error = 0;
-  double sampling_error = NAN;  ///< relative standard deviation of the energy lost over perturbed starts
+  /// Relative standard deviation of the dissipated energy over perturbed starts.
+  double sampling_error = NAN;
   std::vector<Measured> measured;
 
   const Reference& reference(Family family) const { return family == Family::penalty ? penalty : nonsmooth; }
 };
 
-/// Each setting `repeats` times, interleaved; then long runs.
+/// Runs each setting `repeats` times, interleaved, then the long runs for statistics.
 TradeoffScene trade_off(const Scene& scene, const Conduct& conduct, int repeats, const Sampling& sampling,
                         const std::function<void(double)>& on_progress);
 
-/// A method of the scene and its order in work: the slope of −log error over log right-hand sides, least squares over its
-/// settings whose error lies between twice what the reference is known to and 0.5. The error is that of events, or of the
-/// state where there are no touches to judge by. Left out are methods with fewer than three such settings, and those whose errors
-/// do not fall along a line (correlation of the logarithms below 0.9).
+/// Methods of the scene and their orders in work: the slope of −log error over log right-hand
+/// sides, by least squares over the settings whose error lies between twice the accuracy of the
+/// reference and 0.5. The error is that of contact events, or of the state if there are none.
+/// Excludes methods with fewer than three such settings, and those whose errors do not follow a
+/// line (correlation of the logarithms below 0.9).
 std::vector<std::pair<std::string, double>> orders_in_work(const TradeoffScene& t);
 
+/// The results of one scene as JSON.
 nlohmann::json to_json(const TradeoffScene& t);
 
 }  // namespace freeplay

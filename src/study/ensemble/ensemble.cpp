@@ -31,7 +31,7 @@ namespace {
 
 constexpr double most_bytes = 2e9;
 
-/// A run's chosen columns at given times.
+/// Observer that records chosen columns at given times.
 class Sampled final : public Observer {
  public:
   Sampled(const std::vector<Column>& columns, const std::vector<double>& times, double* rows)
@@ -44,7 +44,7 @@ class Sampled final : public Observer {
     for (const auto& c : columns_) places_ |= c.of == Column::Of::contact;
   }
   void step(const Step& step) override {
-    // The last time may be beyond the last step's end by rounding.
+    // The last time may exceed the end of the last step by rounding.
     const double slack = 1e-12 * times_.back();
     for (; next_ < times_.size() && times_[next_] <= step.t1 + slack; ++next_) {
       const double t = std::clamp(times_[next_], step.t0, step.t1);
@@ -97,7 +97,7 @@ std::vector<Column> chosen(const Layout& layout, const std::vector<std::string>&
   return found;
 }
 
-/// What the machine did, and not the mechanism.
+/// Whether a number describes the computation, not the mechanism.
 bool of_the_machine(const std::string& name) {
   return name.starts_with("work.") || name.find("seconds") != name.npos || name.find("memory") != name.npos;
 }

@@ -1,5 +1,5 @@
-// The starts of an ensemble that are made (study/store/run_store.hpp): tables runs (run, start, failure, steps, rows: a blob of doubles) and
-// numbers (run, name, value).
+// Database of an ensemble's starts (study/store/run_store.hpp): tables runs (run, start, failure,
+// steps, rows: a blob of doubles) and numbers (run, name, value).
 #pragma once
 
 #include "study/ensemble/ensemble.hpp"
@@ -7,21 +7,23 @@
 
 namespace freeplay {
 
+/// The database.
 class EnsembleStore : public RunStore {
  public:
   explicit EnsembleStore(const std::filesystem::path& file, Database::Access access = Database::Access::write,
                          StopToken stop = {});
-  /// False where there is none of that key.
+  /// Reads the result of a start; false if there is none with this key.
   bool find(const std::string& key, StartOutcome& outcome) const;
   void store(const std::string& key, int start, const StartOutcome& outcome) const;
 };
 
-/// What tells one start from any other: neither how many there are nor on how many threads.
+/// Keys of starts. They depend on everything that affects a start, but not on the number of starts
+/// and threads.
 class StartKeys {
  public:
   StartKeys(const Scene& scene, const EnsemblePlan& plan);
   std::string operator()(int start) const;
-  /// Of all that starts have in common, and how many they are.
+  /// Digest of the common part of all starts, and their number.
   std::string subject() const;
 
  private:

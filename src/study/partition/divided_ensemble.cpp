@@ -13,7 +13,7 @@ Division divided_ensemble(const Scene& scene, const EnsemblePlan& plan, std::vec
           .subject = keys.subject(),
           .units =
               [&scene, plan, keys] {
-                const Starts all(scene, plan);  // refuses what cannot be
+                const Starts all(scene, plan);  // throws for an invalid plan
                 std::vector<Unit> units;
                 for (int k = 0; k < plan.starts; ++k) units.push_back({keys(k), static_cast<std::size_t>(k)});
                 return units;

@@ -1,4 +1,5 @@
-// Ensembles as many machines make them: a unit is a start (study/partition/division.hpp), kept in ensemble.db.
+// Division of an ensemble among machines. A unit is a start (study/partition/division.hpp); the
+// results are in ensemble.db.
 #pragma once
 
 #include "study/ensemble/ensemble.hpp"
@@ -6,7 +7,7 @@
 
 namespace freeplay {
 
-/// Of a scene that stays as it is. `arguments`: of the command line, scene and options.
+/// Refers to the scene, which must not change. `arguments`: scene and options of the command line.
 Division divided_ensemble(const Scene& scene, const EnsemblePlan& plan, std::vector<std::string> arguments);
 
 }  // namespace freeplay

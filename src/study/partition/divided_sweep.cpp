@@ -13,11 +13,11 @@
 namespace freeplay {
 namespace {
 
-/// These runs, each with the name that the plan gave it.
+/// The runs of these units, with their keys from the plan.
 std::vector<PlannedRun> runs_of(const Study& study, const Conduct& conduct, const std::vector<Unit>& units) {
   auto all = cases(study);
   std::vector<PlannedRun> runs;
-  std::unordered_map<std::size_t, Identity> known;  // of first starts
+  std::unordered_map<std::size_t, Identity> known;  // identities of first starts
   for (const auto& unit : units) {
     if (conduct.stop()) throw Interrupted();
     auto changed = [&] {
@@ -39,7 +39,7 @@ std::vector<PlannedRun> runs_of(const Study& study, const Conduct& conduct, cons
 
 std::string subject_of(const Study& study) {
   auto origin = provenance(study);
-  // What people read of it may change.
+  // Exclude parts that are only for users.
   return digest(origin.contains("identity") ? origin["identity"].dump() : origin.dump());
 }
 
@@ -54,7 +54,7 @@ Division divided_sweep(const Study& study, const Conduct& conduct, const char* v
                 std::vector<Unit> units;
                 const auto planned = plan(study, conduct);
                 if (conduct.stop()) throw Interrupted();
-                // A case stands in the list of all before those that are the same run.
+                // In the list of all cases, a case precedes its duplicates.
                 const auto all = cases(study);
                 std::size_t at = 0;
                 for (const auto& run : planned) {

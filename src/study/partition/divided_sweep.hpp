@@ -1,5 +1,6 @@
-// Sweeps as many machines make them: a unit is a run, found again by its place among the study's cases, so that a shard reads no
-// scene but its own (study/partition/division.hpp).
+// Division of a sweep among machines. A unit is a run (study/partition/division.hpp). It is
+// identified by its index in the cases of the study, so a shard reads the scenes of its own runs
+// only.
 #pragma once
 
 #include "study/partition/division.hpp"
@@ -7,11 +8,11 @@
 
 namespace freeplay {
 
-/// `verb`: whose database it is..
+/// `verb`: the verb of the database.
 Division divided_sweep(const Study& study, const Conduct& conduct, const char* verb,
                        std::vector<std::string> arguments, std::string subject);
 
-/// A digest of what a study states and of all files that it names.
+/// Digest of a study's statements and of all files it names.
 std::string subject_of(const Study& study);
 
 }  // namespace freeplay

@@ -22,7 +22,7 @@ namespace {
 
 constexpr std::size_t key_letters = 32, number_letters = 12, line = key_letters + number_letters + 2;
 
-/// The last step of SplitMix64 (Steele, Lea, Flood 2014): every bit of a checksum decides the place.
+/// Last step of SplitMix64 (Steele, Lea, Flood 2014): all bits of a checksum affect the result.
 std::uint64_t mixed(std::uint64_t x) {
   x = (x ^ (x >> 30)) * 0xbf58476d1ce4e5b9u;
   x = (x ^ (x >> 27)) * 0x94d049bb133111ebu;
@@ -45,7 +45,7 @@ std::filesystem::path units_file(const std::filesystem::path& folder) {
   return shards_folder(folder) / "units.txt";
 }
 
-/// Whether any is there, whole or begun.
+/// Whether the folder contains any shard, complete or not.
 bool has_shards(const std::filesystem::path& place) {
   std::error_code none;
   return std::ranges::any_of(std::filesystem::directory_iterator(place, none), [](const auto& entry) {
@@ -54,7 +54,7 @@ bool has_shards(const std::filesystem::path& place) {
   });
 }
 
-/// The first line in which two programs' identities differ, for people.
+/// First line in which two program identities differ, for messages.
 std::string difference(const std::string& planned, const std::string& here) {
   std::size_t at = 0;
   while (at < planned.size() && at < here.size() && planned[at] == here[at]) ++at;
@@ -111,7 +111,7 @@ Manifest make_plan(const Division& study, const std::filesystem::path& folder, s
 
 namespace {
 
-/// A study and --allow-outside, or an ensemble's scene and options.
+/// Whether the words are a study and --allow-outside, or a scene and options of an ensemble.
 bool are_arguments(const std::string& verb, const std::vector<std::string>& words) {
   constexpr std::array<std::string_view, 8> of_ensembles{"--set",  "--formulation", "--starts", "--seed",
                                                          "--turn", "--play",        "--rows",   "--column"};
@@ -125,7 +125,7 @@ bool are_arguments(const std::string& verb, const std::vector<std::string>& word
   return words.size() % 2 == 1;
 }
 
-/// The file may be anyone's, and what it says is printed as commands.
+/// Checks a manifest. It may be of unknown origin, and its contents are printed as commands.
 void require_said(const Manifest& m) {
   constexpr std::size_t most_units = 1'000'000'000;
   const auto is_letter = [](char c) { return c >= 'a' && c <= 'z'; };
@@ -215,7 +215,7 @@ std::optional<Seal> read_seal(const std::filesystem::path& folder, std::size_t s
   try {
     return record_of<Seal>(JsonFile(file).document());
   } catch (const std::exception&) {
-    return Seal{};  // a seal that is none: fault_of says so
+    return Seal{};  // an invalid seal, which fault_of() reports
   }
 }
 

@@ -1,17 +1,18 @@
-// A study divided for many machines. It consists of units, each made by itself and named by a digest of all that it depends on: a
-// run of a sweep, a chain of a bifurcation, a start of an ensemble. The order of units is by content,
+// Division of a study among machines. A study consists of units that are computed independently:
+// runs of a sweep, chains of a bifurcation diagram, starts of an ensemble. Each is identified by a
+// digest of everything it depends on. The order of units is pseudorandom,
 //
-//     place(u) = mix(checksum(u)),      shard k of N holds the ranks  (k − 1)·n/N ≤ rank < k·n/N,
+//     place(u) = mix(checksum(u)),      shard k of N has the ranks  (k − 1)·n/N ≤ rank < k·n/N,
 //
-// so that shards are of one size, whatever order a study states its runs in, and the runs made are the same for any N. Below the
-// result folder DIR:
+// so shards have equal size for any order of the runs in the study, and the runs are the same for
+// any N. Files in the result folder DIR:
 //
-//     shards/manifest.json     what was planned: verb, its arguments, N, digests of the study, the program and all units
-//     shards/units.txt         the units in their order: digest and number, a line of one length each
-//     shards/K.json            the seal of shard K: name, size and checksum of its file, and how its making went
-//     shards/K-CHECKSUM.db     the file of shard K, a database as one process would have made it of these units
-//     shards/K.part.db         a copy of a shard that is being made, from which it goes on elsewhere
-//     shards/K.state.json      how far it is, or why it gave up
+//     shards/manifest.json     the plan: verb, arguments, N, digests of study, program and units
+//     shards/units.txt         the units in their order: digest and number, lines of equal length
+//     shards/K.json            seal of shard K: name, size and checksum of its file, statistics
+//     shards/K-CHECKSUM.db     database of shard K, as one process would make it of these units
+//     shards/K.part.db         copy of an unfinished shard, from which another machine can continue
+//     shards/K.state.json      progress of the shard, or reason of its failure
 #pragma once
 
 #include <filesystem>
@@ -25,45 +26,47 @@
 
 namespace freeplay {
 
-/// One unit: its digest, and the number by which its verb finds it in the study.
+/// One unit: its digest, and its number in the study.
 struct Unit {
   std::string key;
   std::size_t number = 0;
 };
 
-/// How units are made: with how many threads (0: all cores), until when, and who is told of progress (units done).
+/// Options for the computation of units. `threads` 0: all cores. `on_progress` receives the number
+/// of completed units.
 struct MakeUnits {
   int threads = 0;
   StopToken stop = {};
   std::function<void(std::size_t)> on_progress = {};
 };
 
-/// How the making of units went.
+/// Outcome of the computation of units.
 struct MadeUnits {
-  std::size_t failed = 0;            ///< runs that gave up; they are stored, with their reasons
-  std::vector<std::string> reasons;  ///< the first few
+  std::size_t failed = 0;            ///< failed runs; they are stored with their reasons
+  std::vector<std::string> reasons;  ///< the first five
   bool interrupted = false;
   void add_failure(std::string why) {
     if (++failed <= 5) reasons.push_back(std::move(why));
   }
 };
 
-/// What a verb has to say so that its study can be divided.
+/// A divisible study: everything that the functions below require of its verb.
 struct Division {
-  std::string verb;                    ///< its database is VERB.db
-  std::vector<std::string> arguments;  ///< of the command line, without the verb, -o and what divides
-  std::string subject;                 ///< digest of the study and of every file that it names
+  std::string verb;  ///< the database is VERB.db
+  /// Arguments of the command line, without the verb, -o and the options of the division.
+  std::vector<std::string> arguments;
+  std::string subject;  ///< digest of the study and of all files it names
   std::function<std::vector<Unit>()> units;
-  /// Makes of these what is missing in VERB.db of the locked folder.
+  /// Computes those of these units that are missing in VERB.db of the locked folder.
   std::function<MadeUnits(const FolderLock&, const std::vector<Unit>&, const MakeUnits&)> make;
-  /// What is computed of the merged database in this folder; may be none.
+  /// Post-processing of the merged database in this folder; may be empty.
   std::function<void(const std::filesystem::path&)> finish = {};
 };
 
-/// What was planned.
+/// The plan of a division.
 struct Manifest {
   static constexpr std::size_t current = 1;
-  std::string plan;  ///< digest of what follows
+  std::string plan;  ///< digest of the following members
   std::string verb;
   std::vector<std::string> arguments;
   std::string subject, program, units_digest;
@@ -71,40 +74,44 @@ struct Manifest {
   std::size_t format = current;
 };
 
-/// The seal of a shard that is whole.
+/// The seal of a complete shard.
 struct Seal {
   std::string plan, file, checksum;
   std::uintmax_t bytes = 0;
   std::size_t units = 0, failed = 0;
   std::vector<std::string> reasons;
-  double seconds = 0;  ///< of its making, all attempts
+  double seconds = 0;  ///< s, computing time, all attempts
   std::string host;
 };
 
+/// The folder DIR/shards of a result folder DIR.
 std::filesystem::path shards_folder(const std::filesystem::path& folder);
 
-/// Cuts a study into shards and writes the manifest; the same plan again changes nothing. Throws SceneError where the folder
-/// holds shards of another plan, or more shards than units are asked for.
+/// Divides a study into shards and writes the manifest. Repeating the same plan changes nothing.
+/// Throws SceneError if the folder contains shards of another plan, or if there are fewer units
+/// than shards.
 Manifest make_plan(const Division& study, const std::filesystem::path& folder, std::size_t shards);
 
-/// What a plan is called: of all that it says but the number of its units, which their digest tells.
+/// Name of a plan: digest of all members except the number of units, which units_digest determines.
 std::string plan_digest(const Manifest& manifest);
 
-/// The manifest of a folder. Throws SceneError where there is none, or it is no manifest.
+/// Reads the manifest of a folder. Throws SceneError if there is none, or if it is invalid.
 Manifest read_manifest(const std::filesystem::path& folder);
 
-/// Throws SceneError unless the manifest is of this study and of this program, saying which is another.
+/// Throws SceneError, which names the difference, unless the manifest is of this study and this
+/// program.
 void require_same(const Manifest& manifest, const Division& study, const std::filesystem::path& folder);
 
 /// The units of shard k, 1 … N.
 std::vector<Unit> units_of(const Manifest& manifest, const std::filesystem::path& folder, std::size_t shard);
 
-/// The plan's verb with its arguments and more, for messages: "freeplay sweep study.toml --shard 3/24 -o out".
+/// The command of the plan with further options, for messages: "freeplay sweep study.toml --shard
+/// 3/24 -o out".
 std::string command_for(const Manifest& manifest, const std::vector<std::string>& more);
 
-/// The seal of a shard, whole or not; none where there is no seal.
+/// The seal of a shard, valid or not; nullopt if there is none.
 std::optional<Seal> read_seal(const std::filesystem::path& folder, std::size_t shard);
-/// Why a sealed shard cannot be used: "" when it can. `deep`: its bytes are read.
+/// Reason why a sealed shard cannot be used, or "". `deep`: verify the checksum of its file.
 std::string fault_of(const Seal& seal, const Manifest& manifest, const std::filesystem::path& folder,
                      bool deep);
 

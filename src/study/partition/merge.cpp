@@ -18,9 +18,10 @@
 namespace freeplay {
 namespace {
 
-/// What a merge knows of the tables of studies: `runs` comes first and is named by `run`; others name it by that, or by `id`, the
-/// whole number of its row in `runs`. A shard's rows are read from it, and written by statements of this program's own: nothing
-/// that a shard holds is executed, and no database is attached to another.
+/// Copies the tables of shards. The first table is `runs`, with the key `run`; other tables refer
+/// to it by that key, or by `id`, the integer of its row in `runs`. Rows are read from a shard and
+/// written by this program's own statements: nothing in a shard is executed, and no database is
+/// attached to another.
 class Merging {
  public:
   explicit Merging(const std::filesystem::path& into) : db_(into, Database::Access::build) {}
@@ -35,7 +36,8 @@ class Merging {
                       file.string(), first_.string()));
     if (first_.empty()) first_ = file;
     Database::Transaction whole(db_);
-    if (numbered_) {  // a shard's runs in the order of their digests, behind those that are there
+    // Runs of a shard in the order of their digests, after the runs already present.
+    if (numbered_) {
       Statement greatest(db_, "SELECT coalesce(max(\"run id\"), 0) FROM runs");
       greatest.step();
       shard.execute("CREATE TEMP TABLE map (old INTEGER PRIMARY KEY, new INTEGER)");
@@ -67,8 +69,8 @@ class Merging {
   using Statement = Database::Statement;
 
   struct Table {
-    std::string called, columns;  // but what numbers a run
-    int count = 0;                // of columns
+    std::string called, columns;  // without the integer of the run
+    int count = 0;                // number of columns
     bool by_number = false;
   };
 
@@ -82,13 +84,13 @@ class Merging {
     kind_ = shard.kind();
     db_.execute(fmt::format("PRAGMA user_version = {}", kind_));
     for (const auto& object : schema_) {
-      const auto own = own_definition(object).value();  // else the shard had been refused
+      const auto own = own_definition(object).value();  // the shard was checked before
       if (object.type != "table") {
         later_.push_back(own.text);
         continue;
       }
       db_.execute(own.text);
-      // Of processes at work there is none, and what is derived is computed of the whole.
+      // A merged database has no active processes, and derived columns are computed from all runs.
       if (object.name == "sweeps" || object.name == "derived") continue;
       Table t{object.name, {}, 0, false};
       for (const auto& column : own.columns) {
@@ -112,15 +114,16 @@ class Merging {
   }
 
   Database db_;
-  std::filesystem::path first_;  // shard
+  std::filesystem::path first_;  // first shard
   std::vector<SchemaObject> schema_;
   long kind_ = 0;
   std::vector<Table> tables_;
-  std::vector<std::string> later_;  // indexes and views: indexes are made faster of what is there
+  std::vector<std::string> later_;  // indexes and views; indexes are created faster after the rows
   bool numbered_ = false;
 };
 
-/// Files that no seal names: of processes that were killed, or of two that made one shard.
+/// Removes files that no seal names: of killed processes, or of two processes that computed the
+/// same shard.
 void remove_orphans(const std::filesystem::path& place, const std::vector<std::filesystem::path>& sealed) {
   const std::set<std::filesystem::path> named(sealed.begin(), sealed.end());
   std::error_code none;

@@ -1,4 +1,5 @@
-// Manifest, seal and state of a shard as JSON on the shared folder, read strictly: they may be anyone's.
+// JSON records of a division (manifest, seal, state of a shard). They are on a shared folder and
+// may be of unknown origin, so values are checked strictly.
 #pragma once
 
 #include <nlohmann/json.hpp>
@@ -15,8 +16,9 @@ NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(Seal, plan, file, checksum, bytes, units, fai
 NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE_WITH_DEFAULT(ShardState, state, reason, host, job, done, total, seconds,
                                                 when)
 
-/// Throws nlohmann::json::exception where a value is missing or of another kind, std::runtime_error where a count is none as freeplay
-/// writes it: what a fraction or a negative number would be converted to is not defined.
+/// Reads a record. Throws nlohmann::json::exception for a missing value or a value of another type,
+/// and std::runtime_error for a count that is negative or fractional: its conversion would be
+/// undefined.
 template <class T>
 T record_of(const nlohmann::json& document) {
   for (const auto& [key, value] : document.items())
@@ -26,7 +28,7 @@ T record_of(const nlohmann::json& document) {
   return document.get<T>();
 }
 
-/// As a line of JSON; bytes that are no text are replaced.
+/// A record as JSON text. Bytes that are not UTF-8 are replaced.
 template <class T>
 std::string record_text(const T& record) {
   return nlohmann::json(record).dump(1, ' ', false, nlohmann::json::error_handler_t::replace) + "\n";

@@ -21,9 +21,9 @@
 namespace freeplay {
 namespace {
 
-constexpr double say_seconds = 5;    // between two states
-constexpr double copy_seconds = 60;  // between two copies at least,
-constexpr double copy_share = 0.02;  // and of the time at most
+constexpr double say_seconds = 5;    // s, between two reports of the progress
+constexpr double copy_seconds = 60;  // s, least time between two copies
+constexpr double copy_share = 0.02;  // greatest share of the time for copies
 
 double now() {
   return std::chrono::duration<double>(std::chrono::system_clock::now().time_since_epoch()).count();
@@ -99,7 +99,7 @@ class Making {
     try {
       const Database sound(part(), Database::Access::sealed);
     } catch (const DamagedDatabase&) {
-      return;  // what it held is made again
+      return;  // its runs are computed again
     }
     copy_whole(part(), file_);
   }
@@ -117,7 +117,7 @@ class Making {
     std::filesystem::remove(copy);
   }
 
-  /// Beside the making: says how far it is, and brings copies.
+  /// Background thread: reports the progress and makes copies.
   void keep_copies(const std::stop_token& end) {
     std::mutex mutex;
     std::condition_variable_any wake;
@@ -134,7 +134,8 @@ class Making {
         }
         say("running");
       } catch (const std::exception&) {
-        // A shared folder that is away for a while: the next time will do; the seal is what counts.
+        // If the shared folder is temporarily unavailable, try again later. Only the seal is
+        // essential.
       }
     }
   }
@@ -158,7 +159,7 @@ class Making {
     return s;
   }
 
-  /// Of this shard: copies and states of its making, and files that no seal names any more.
+  /// Removes copies and progress reports of this shard, and files that no seal names any more.
   void remove_what_is_left(const std::string& sealed) const {
     std::error_code none;
     std::filesystem::remove(part(), none);
@@ -189,7 +190,7 @@ void note_failure(const std::filesystem::path& folder, const ShardAsked& asked, 
   try {
     write_state(folder, asked.shard, s);
   } catch (const OutputError&) {
-    // The shared folder itself refuses; the caller tells why.
+    // The shared folder itself fails; the caller reports the reason.
   }
 }
 
@@ -219,7 +220,7 @@ ShardState state_of(const std::filesystem::path& folder, std::size_t shard) {
   try {
     return record_of<ShardState>(JsonFile(file).document());
   } catch (const std::exception&) {
-    return {};  // it may be written at this instant, elsewhere
+    return {};  // another node may be writing it
   }
 }
 

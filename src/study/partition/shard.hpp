@@ -1,44 +1,50 @@
-// One shard of a divided study, made by one process. It works in a folder of its own on the node's disk, where SQLite may be what it
-// is, and brings whole files to the shared folder (study/partition/shard_file.hpp):
+// Computation of one shard of a divided study, by one process. It works in a temporary folder on
+// the node's local disk, because SQLite needs reliable locks, and copies complete files to the
+// shared folder (study/partition/shard_file.hpp):
 //
-//     while it is made    a copy every so often, from which another node goes on, and how far it is
-//     when it is stopped  the same at once
-//     when it is whole    its file, then its seal; what was there of it before goes
+//     while it runs        its progress, and at intervals a copy from which another node continues
+//     when it is stopped   the same at once
+//     when it is complete  its file, then its seal; older files of the shard are removed
 //
-// Two processes that make one shard do not meet: they make the same, and the last seal counts.
+// Two processes that compute the same shard do not conflict: their results are equal, and the last
+// seal is valid.
 #pragma once
 
 #include "study/partition/division.hpp"
 
 namespace freeplay {
 
+/// Specification of the computation.
 struct ShardAsked {
   std::size_t shard = 1;          ///< 1 … N
-  std::filesystem::path scratch;  ///< folder on the node's own disk
+  std::filesystem::path scratch;  ///< folder on the node's local disk
   int threads = 0;
   StopToken stop = {};
   std::function<void(std::size_t done, std::size_t total)> on_progress = {};
-  std::function<void()> on_stop = {};  ///< told before what is made so far is brought to the shared folder
+  std::function<void()> on_stop = {};  ///< called on a stop, before the copy to the shared folder
 };
 
+/// Outcome of the computation.
 struct ShardMade {
   Seal seal;
-  bool found = false;        ///< it was whole already
-  bool interrupted = false;  ///< what is made so far is kept, and the same command goes on
+  bool found = false;        ///< whether it was complete before
+  bool interrupted = false;  ///< the part computed so far is kept, and the same command continues
 };
 
-/// Makes a shard of what is planned in the folder. Throws SceneError where study or program are not those of the plan, OutputError
-/// where a disk refuses; why stands in the shard's state, too.
+/// Computes a shard of the plan in the folder. Throws SceneError if the study or the program
+/// differs from the plan, and OutputError if an output fails; the reason is also written to the
+/// shard's state.
 ShardMade make_shard(const Division& study, const std::filesystem::path& folder, const ShardAsked& asked);
 
-/// How far a shard is that has no seal, as its process said last.
+/// Last reported progress of a shard without a seal.
 struct ShardState {
-  std::string state = {};  ///< "running", "stopped" (goes on), "failed"; "" when nobody has begun it
+  std::string state = {};  ///< "running", "stopped" (can continue) or "failed"; "" if not begun
   std::string reason = {}, host = {}, job = {};
   std::size_t done = 0, total = 0;
-  double seconds = 0;  ///< of its making
-  double when = 0;     ///< s since 1970, when it said so
+  double seconds = 0;  ///< s, computing time
+  double when = 0;     ///< s since 1970, time of the report
 };
+/// Reads the progress of a shard; an empty state if there is none or it cannot be read.
 ShardState state_of(const std::filesystem::path& folder, std::size_t shard);
 
 }  // namespace freeplay

@@ -23,7 +23,7 @@ constexpr std::size_t block = 1 << 20;
   throw OutputError(fmt::format("{}: cannot be {}: {}", file.string(), what, std::strerror(errno)));
 }
 
-/// A file that grows beside its place under a name of this process' own.
+/// A file that is written under a temporary name in its folder.
 class Growing {
  public:
   explicit Growing(const std::filesystem::path& place) : place_(place) {
@@ -48,12 +48,12 @@ class Growing {
   }
   void commit() {
     if (fsync(descriptor_) != 0) fail(place_, "brought to the disk");
-    const int closed = close(descriptor_);  // NFS tells here what it could not write
+    const int closed = close(descriptor_);  // NFS reports failed writes here
     descriptor_ = -1;
     if (closed != 0) fail(place_, "written");
     if (rename(name_.c_str(), place_.c_str()) != 0) fail(place_, "put in its place");
     done_ = true;
-    // Of the folder, where that can be asked for: the name survives a loss of power.
+    // Flush the folder too, where supported, so that the name survives a power failure.
     if (const int folder = open(place_.parent_path().c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
         folder >= 0) {
       fsync(folder);
@@ -68,7 +68,8 @@ class Growing {
   bool done_ = false;
 };
 
-/// Of a regular file that is no link, whole or torn: a FIFO or a device of that name would never end.
+/// Reads a regular file block by block. Links, FIFOs and devices were refused, since reading could
+/// block.
 template <class F>
 void each_block(const RegularFile& from, const std::filesystem::path& file, F&& use) {
   std::vector<char> buffer(block);

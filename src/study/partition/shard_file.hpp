@@ -1,5 +1,6 @@
-// Whole files on shared folders: written beside their place, brought to the disk, renamed. No locks: those of network file systems
-// cannot be counted on, and a name that is there is whole.
+// Atomic files on shared folders: written under a temporary name, flushed to the disk, then
+// renamed. Locks are not used, because network file systems do not provide them reliably; an
+// existing file is complete.
 #pragma once
 
 #include <filesystem>
@@ -8,17 +9,18 @@
 
 namespace freeplay {
 
-/// A checksum of 64 bits over blocks of a megabyte, as 16 hexadecimal digits. Throws SceneError of anything but a regular file of at
-/// most most_of_a_database (io/files/input_file.hpp).
+/// 64-bit checksum over blocks of one megabyte, as 16 hexadecimal digits. Throws SceneError unless
+/// the file is a regular file of at most most_of_a_database (io/files/input_file.hpp).
 std::string file_checksum(const std::filesystem::path& file);
 
-/// Writes a file whole: written, on the disk, renamed. Throws OutputError.
+/// Writes a file atomically. Throws OutputError.
 void write_whole(const std::filesystem::path& file, std::string_view text);
-/// Copies a regular file of at most most_of_a_database likewise, to a place on another file system. Throws SceneError for anything
-/// else, OutputError where the place has no room for it.
+/// Copies a regular file of at most most_of_a_database atomically, possibly to another file system.
+/// Throws SceneError for any other file, and OutputError if there is not enough space.
 void copy_whole(const std::filesystem::path& from, const std::filesystem::path& to);
 
-/// A copy of a database that somebody may be writing, in one file and as of one instant. Throws OutputError.
+/// Copies a database that another process may be writing, as of one instant, into one file. Throws
+/// OutputError.
 void copy_database(const std::filesystem::path& from, const std::filesystem::path& to);
 
 }  // namespace freeplay

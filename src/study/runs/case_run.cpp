@@ -24,7 +24,7 @@
 namespace freeplay {
 namespace {
 
-/// The study's contacts among the scene's, or all of them: the first and the others, −1: none.
+/// Sets the study's contacts, or all contacts of the scene: the first and the others, −1: none.
 void set_contacts(const Study& study, const Scene& scene, const std::vector<std::string>& names,
                   TurnRules& rules) {
   std::vector<int> found;
@@ -42,7 +42,8 @@ void set_contacts(const Study& study, const Scene& scene, const std::vector<std:
   if (!found.empty()) rules.others.assign(found.begin() + 1, found.end());
 }
 
-/// A turn that the study counts by: of the period that it gives, or of what drives the scene; without one its speed is 0.
+/// Sets the turn of the study: the period that it states, or that of the scene's excitation.
+/// Without one the speed is 0.
 void set_turn(const Study& study, const Scene& scene, TurnRules& rules) {
   const auto* drive = main_drive(scene.mechanism);
   rules.speed = rules.crank_start = 0;
@@ -84,7 +85,7 @@ std::vector<Case> cases(const Study& study) {
 
 namespace {
 
-/// The scene of a case, as long as the study asks, at the start that the scene gives.
+/// The scene of a case, with the duration of the study and the scene's own start.
 Scene unmoved(const Study& study, const Case& one) try {
   auto scene = read_scene(one.scene, one.overrides, study.reach == Reach::anywhere);
   TurnRules rules;
@@ -111,7 +112,7 @@ Scene unmoved(const Study& study, const Case& one) try {
 
 Identity identity(const Study& study, const Case& one, const Conduct& conduct) {
   auto scene = unmoved(study, one);
-  scene.mechanism.title.clear();  // says nothing that a run depends on
+  scene.mechanism.title.clear();  // a run does not depend on it
   try {
     auto found = identify(scene, one.formulation, study.matched && conduct.matched);
     found.given = settings_text(study) + fmt::format("variant = {}\nvalues = {}\n", toml_quoted(one.variant),
@@ -135,7 +136,7 @@ void require_runnable(const Study& study, const Case& one, const Conduct& conduc
                           {.matched = study.matched && conduct.matched, .stop = conduct.stop});
     set_contacts(study, scene, simulation.layout().contacts, rules);
     if (differ(scene, study.perturbation) && scene.run.start == RunOptions::Start::equilibrium)
-      (void)scene_of(study, one, conduct);  // refuses it
+      (void)scene_of(study, one, conduct);  // throws if it is not possible
     require_columns(study, scene, simulation, counted_time(study, scene));
   } catch (const SceneError&) {
     throw;
@@ -173,7 +174,7 @@ std::string run_key(Identity all_starts, int start) {
 
 namespace {
 
-/// The scene from the case's own start.
+/// The scene with the case's perturbed start.
 Scene moved(const Study& study, const Case& one, const Scene& scene, const Conduct& conduct) {
   if (!differ(scene, study.perturbation)) return scene;
   if (scene.run.start == RunOptions::Start::equilibrium)
@@ -200,7 +201,8 @@ CaseResult run_case(const Study& study, const Case& one, const Conduct& conduct)
   TurnRules rules;
   const auto [channel, lvdt] = channels(study, given, rules);
   int every = 1;
-  if (one.sampling > 0 && channel >= 0) {  // no coarser than the instrument's own, which its filter may need
+  // No coarser than the instrument's own rate, which its filter may need.
+  if (one.sampling > 0 && channel >= 0) {
     auto& own = given.instruments[channel].sampling;
     every = static_cast<int>(std::ceil(own / one.sampling * (1 - 1e-9)));
     own = every * one.sampling;
@@ -216,7 +218,8 @@ CaseResult run_case(const Study& study, const Case& one, const Conduct& conduct)
   Simulation simulation(scene, one.formulation,
                         {.matched = study.matched && conduct.matched, .stop = conduct.stop});
   set_contacts(study, scene, simulation.layout().contacts, rules);
-  // What compares with the ideal mechanism needs a motion that repeats whatever the play.
+  // The comparison with the ideal mechanism requires a motion whose period does not depend on the
+  // clearance.
   rules.ideal_maximum = channel >= 0 && turns_at_a_speed(scene)
                             ? (*conduct.ideals)(study, given, one.formulation, conduct)
                             : std::nan("");

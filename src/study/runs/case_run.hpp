@@ -1,4 +1,7 @@
-// One run of a study, in memory.
+// One run of a study (a case): its scene, its key in the database, and its execution in memory.
+// cases() lists the runs of a study; run_case() assembles the perturbed start, runs the scene, and
+// evaluates the metrics of its turns and the measures of the study. Results depend on the case
+// only, not on other runs or threads.
 #pragma once
 
 #include <filesystem>
@@ -19,7 +22,7 @@ struct Scene;
 class IdealMaxima;
 class NearPoses;
 
-/// One run of a study.
+/// Specification of one run.
 struct Case {
   std::string variant, formulation;
   std::vector<double> values;  ///< of the study's axes
@@ -27,59 +30,65 @@ struct Case {
   double revolutions = 0;
   std::filesystem::path scene;
   std::vector<std::string> overrides;  ///< of the variant and the axes
-  double sampling = 0;                 ///< Hz, that the accelerometer's signal is judged at; 0: its own
-  double noise = 0;                    ///< m/s², standard, white, that it bears besides
+  /// Hz, sampling rate at which the acceleration is evaluated; 0: the instrument's own.
+  double sampling = 0;
+  double noise = 0;  ///< m/s², standard deviation of additional white noise
 };
 
+/// Result of one run.
 struct CaseResult {
   Ending ending;
   TurnMetrics metrics;
-  std::vector<std::string> contacts;   ///< names, of flights and impacts
-  std::vector<MeasureValue> measured;  ///< of the study's measures
+  std::vector<std::string> contacts;   ///< names of the contacts of flights and impacts
+  std::vector<MeasureValue> measured;  ///< values of the study's measures
   Work work;
   double cpu_seconds = 0;
   std::vector<std::string> notes;
 };
 
-/// How a study's runs are conducted.
+/// Options for the runs of a study, and results on ideal mechanisms that they share.
 struct Conduct {
-  bool matched = true;  ///< where a study asks for it, impact laws take the delivered restitution
+  /// Whether impact laws take the delivered restitution if the study requests it.
+  bool matched = true;
   StopToken stop;
-  /// What is known of ideal mechanisms; all runs of one conduct share it.
+  /// Cache of ideal mechanisms, shared by all copies of this object.
   std::shared_ptr<IdealMaxima> ideals = known_of_none();
 
+  /// Cache of start poses, shared likewise.
   std::shared_ptr<NearPoses> poses = near_none();
 
   static std::shared_ptr<IdealMaxima> known_of_none();
   static std::shared_ptr<NearPoses> near_none();
 };
 
-/// Every case of a study: variants × cells × formulations × starts. Where a scene has nothing that starts could differ in and
-/// the study does not ask for several, plan() takes the first alone.
+/// All cases of a study: variants × cells × formulations × starts. If a scene has no property in
+/// which starts could differ, and the study does not request several starts, plan() takes the first
+/// only.
 std::vector<Case> cases(const Study& study);
 
-/// The scene of a case, read and ready to run from its perturbed start.
+/// The scene of a case with its perturbed start.
 Scene scene_of(const Study& study, const Case& one, const Conduct& conduct);
 
-/// What is counted of a case's run of this scene, which is as long as the study asks.
+/// The time that is evaluated in a case's run of this scene, as the study states it.
 CountedTime counted_time(const Study& study, const Scene& scene);
-/// Whether starts of the case differ.
+/// Whether the starts of the case differ.
 bool has_starts(const Study& study, const Case& one);
 
-/// Throws SceneError where a study cannot be judged by a measured signal: it names no accelerometer or no single joint, or
-/// its scene has no drive of prescribed speed. `by`: what judges it.
+/// Throws SceneError if a study cannot be compared with a measured signal: it names no
+/// accelerometer or not exactly one joint, or its scene has no drive with prescribed speed. `by`:
+/// the comparison, for the message.
 void require_signal(const Study& study, const char* by);
 
-/// Throws SceneError when a case cannot be run: its scene is refused, cannot be assembled by its formulation, or has not
-/// what the study names.
+/// Throws SceneError if a case cannot be run: its scene is invalid, cannot be assembled by its
+/// formulation, or lacks something that the study names.
 void require_runnable(const Study& study, const Case& one, const Conduct& conduct);
-/// Runs it. Throws SceneError; a numerical failure is in the ending.
+/// Runs a case. Throws SceneError; a numerical failure is in CaseResult::ending.
 CaseResult run_case(const Study& study, const Case& one, const Conduct& conduct);
 
-/// What all starts of a case have in common: the scene as it will run, but for where it starts; the study's settings;
-/// and which row of the results it is. Throws SceneError.
+/// Identity that all starts of a case share: the scene without its start, the settings of the
+/// study, and the case's row of results. Throws SceneError.
 Identity identity(const Study& study, const Case& one, const Conduct& conduct);
-/// The name that one of them is stored by; equal names, equal bits.
+/// Key of a case with this start in the database. Equal keys imply equal bits.
 std::string run_key(Identity all_starts, int start);
 
 }  // namespace freeplay

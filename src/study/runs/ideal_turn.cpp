@@ -12,14 +12,15 @@
 namespace freeplay {
 namespace {
 
-/// s, until what an accelerometer began with has decayed to a millionth: its slowest pole has the real part
-/// −ω_c sin(π/(2n)).
+/// Time until the initial transient of an accelerometer has decayed to 10⁻⁶, s: its slowest pole
+/// has the real part −ω_c sin(π/(2n)).
 double settling(const Instrument& i) {
   const double pi = std::numbers::pi;
   return i.bandwidth > 0 ? std::log(1e6) / (2 * pi * i.bandwidth * std::sin(pi / (2 * i.order))) : 0;
 }
 
-/// The scene with ideal joints, for a turn after its instruments have settled; the turn's rules go with it.
+/// The scene with ideal joints, for one turn after its instruments have settled. Sets `rules`
+/// accordingly.
 Scene ideal_scene(const Study& study, const Scene& scene, TurnRules& rules) {
   const auto* drive = main_drive(scene.mechanism);
   const auto [channel, lvdt] = channels(study, scene, rules);
@@ -47,7 +48,7 @@ TurnMetrics turn_of(const Study& study, const Scene& ideal, const TurnRules& rul
   Feed feed(meter, channel, lvdt);
   const auto run = simulation.run({.observers = {&feed}, .keep_events = false, .stop = conduct.stop});
   if (run.ending.status == Ending::Status::interrupted) throw Interrupted();
-  return meter.finish(simulation.t(), std::nan(""));  // of a run that stopped early: NaN
+  return meter.finish(simulation.t(), std::nan(""));  // NaN for a run that did not finish
 }
 
 }  // namespace

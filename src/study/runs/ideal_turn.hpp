@@ -1,4 +1,5 @@
-// The ideal mechanism's turn, which a study's runs are judged by.
+// Reference motion of the ideal mechanism: one turn of the crank with all clearances closed, as
+// seen by the study's instruments. Metrics of runs are related to its greatest acceleration.
 #pragma once
 
 #include <future>
@@ -10,15 +11,16 @@
 
 namespace freeplay {
 
-/// The greatest |a| (m/s²) of the ideal turn of each distinct ideal mechanism: what its scene says without play, by one
-/// formulation, through one accelerometer. Each is made once, whoever asks; others that ask meanwhile wait for it. NaN where
-/// the ideal mechanism cannot be run to the end.
+/// Cache of the greatest |a| (m/s²) of the ideal mechanism's turn, for each combination of ideal
+/// mechanism, formulation and accelerometer. Each is computed once; other threads wait for the
+/// result. NaN if the run of the ideal mechanism does not finish. Safe for concurrent use.
 class IdealMaxima {
  public:
-  /// Throws what making it throws, to all that ask: SceneError, ModelError, Interrupted.
+  /// The value for this scene. Throws the error of the computation: SceneError, ModelError,
+  /// Interrupted.
   double operator()(const Study& study, const Scene& scene, const std::string& formulation,
                     const Conduct& conduct);
-  /// How many there are.
+  /// Number of stored values.
   std::size_t made() const;
 
  private:
@@ -26,8 +28,8 @@ class IdealMaxima {
   std::map<std::string, std::shared_future<double>> found_;  // by the digest of the identity
 };
 
-/// The scene's ideal mechanism through the study's instruments, in the first turn after its first by which the
-/// accelerometer has settled, by one formulation.
+/// Metrics of the ideal mechanism in one turn, which begins after the first turn when the transient
+/// of the accelerometer has decayed.
 TurnMetrics ideal_turn(const Study& study, const Scene& scene, const std::string& formulation,
                        const Conduct& conduct);
 

@@ -50,7 +50,7 @@ std::vector<Scene> perturbed_starts(const Scene& scene, const Sampling& sampling
       starts.push_back(std::move(moved));
     }
   } catch (const ModelError&) {
-    starts.clear();  // a scene that closes only thanks to its play
+    starts.clear();  // a scene that can be assembled only because of its clearances
   }
   return starts;
 }

@@ -1,5 +1,6 @@
-// What chaotic motion amounts to: statistics over perturbed starts, and whether two of them differ by more
-// than their own sampling error.
+// Statistics of chaotic motion over runs from perturbed starts, and a test whether two settings
+// differ by more than the sampling error (Welch's t statistic). `freeplay tradeoff` and `advise`
+// use them.
 #pragma once
 
 #include <functional>
@@ -10,38 +11,42 @@
 
 namespace freeplay {
 
-/// How long-run statistics are taken. Without a drive of prescribed speed each run is as long as the scene.
+/// Number and length of the runs. Without a drive of prescribed speed, each run is as long as the
+/// scene's.
 struct Sampling {
-  int starts = 0;  ///< none below 2
+  int starts = 0;  ///< fewer than 2: no statistics
   double revolutions = 1;
   std::uint64_t seed = 1;
   Perturbation how;
 };
 
-/// One value per start.
+/// Statistics of one setting, with one value for each start.
 struct LongRun {
-  std::vector<double> lost;     ///< W, energy lost in contacts over the time
-  std::vector<double> flight;   ///< share of the time without contact, mean over the contacts
-  std::vector<double> impacts;  ///< per revolution (per second where nothing turns), mean over the contacts
-  std::string stopped;          ///< reason of the first run that did not finish
+  std::vector<double> lost;    ///< W, mean power dissipated in contacts
+  std::vector<double> flight;  ///< share of the time without contact, mean over contacts
+  /// Per revolution (per second without a drive of prescribed speed), mean over contacts.
+  std::vector<double> impacts;
+  std::string stopped;  ///< reason of the first run that did not finish; else empty
 };
 
-/// The scene at `sampling.starts` starts from number `first`. Empty where they are all alike, and where the ideal mechanism
-/// has none.
+/// The scene at `sampling.starts` starts from number `first`. Empty if the starts cannot differ, or
+/// if the ideal mechanism has no start.
 std::vector<Scene> perturbed_starts(const Scene& scene, const Sampling& sampling, int first,
                                     const Conduct& conduct);
 
-/// Runs every start with every setting, on all cores.
+/// Runs all starts with all settings in parallel.
 std::vector<LongRun> long_runs(const std::vector<Scene>& starts, const std::vector<Setting>& settings,
                                const Conduct& conduct, const std::function<void(double)>& on_progress);
 
-/// The greater of |difference of the means|/√(s₁²/n₁ + s₂²/n₂) of both statistics (Welch, Biometrika 34
-/// (1947) 28); NaN without samples.
+/// Welch's statistic |difference of the means|/√(s₁²/n₁ + s₂²/n₂), the greater of those of the
+/// dissipated power and the flight share (Welch, Biometrika 34 (1947) 28). NaN without samples.
 double deviation(const LongRun& a, const LongRun& b);
 
+/// Sample mean and sample variance.
 struct Moments {
-  double mean = 0, variance = 0;  ///< of a sample
+  double mean = 0, variance = 0;  ///< of the sample
 };
+/// Mean of n values, and their variance with the divisor n − 1.
 Moments moments(const std::vector<double>& x);
 
 /// Sample standard deviation over the mean.

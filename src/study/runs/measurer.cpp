@@ -23,8 +23,8 @@ SceneError wrong(const Study& study, const Measure& m, const char* key, const st
   return error_at(study, {"measure", m.name, key}, message);
 }
 
-/// The column of this name: several joints' contacts may have one, of which none is it. Those of a guide are told apart by a
-/// number, guide.2.gap.
+/// The column with this name. Contacts of several joints may share a name; then none is returned,
+/// and `same` is their number. Contacts of one translational joint are numbered, as in guide.2.gap.
 std::optional<Column> find(const std::vector<Column>& columns, const std::string& name, std::size_t& same) {
   std::optional<Column> found;
   same = 0;
@@ -41,7 +41,7 @@ std::optional<Column> find(const std::vector<Column>& columns, const std::string
 
 }  // namespace
 
-/// What a measure is made of.
+/// Evaluation of one measure.
 class Measurer::Track {
  public:
   enum class Of { row, channel, point, statistic };
@@ -51,7 +51,7 @@ class Measurer::Track {
     if (!sums.empty()) parts.push_back({begin, sums.value()});
     sums = Reducer(measure);
   }
-  /// In all of the window, or the mean of its parts.
+  /// The value over the whole window, or the mean over its periods.
   MeasureValue measured() const {
     MeasureValue out{sums.value(), parts};
     if (!measure.each_period) return out;
@@ -73,7 +73,7 @@ class Measurer::Track {
   std::vector<MeasureValue::Part> parts;
 };
 
-/// Shows rows and samples to the tracks of them.
+/// Observer that passes rows and samples to the measures.
 class Measurer::Rows final : public Observer {
  public:
   explicit Rows(CountedTime time) : time_(time) {}
@@ -113,7 +113,8 @@ class Measurer::Rows final : public Observer {
     while (grid_.next() < time_.from) grid_.advance();
     if (step.t1 < time_.from) return;
     if (begins_ && step.t0 >= time_.from && boundary_ > time_.from) extremes(step, step.t0, true);
-    double summed = std::max(step.t0, time_.from);  // up to here the means of this step are in sum_
+    // sum_ contains the means of this step up to here.
+    double summed = std::max(step.t0, time_.from);
     if (means_wanted_) begin_sums(step);
     while (!step.stopped()) {
       const double t = due();
@@ -141,7 +142,7 @@ class Measurer::Rows final : public Observer {
       track->sums.point(t, value);
     }
   }
-  /// The last period of samples, where it is whole.
+  /// Ends the last period of samples if it is complete.
   void finish() {
     for (auto* track : samples_)
       if (track->measure.each_period) {
@@ -151,10 +152,10 @@ class Measurer::Rows final : public Observer {
   }
 
  private:
-  /// Times that differ by rounding are one row.
+  /// Times that differ by rounding only are one row.
   bool same(double a, double b) const { return std::abs(a - b) <= 1e-12 * time_.to; }
   double due() const { return same(grid_.next(), boundary_) ? boundary_ : std::min(grid_.next(), boundary_); }
-  /// Behind the one at t: the end of the next period, at last that of the window.
+  /// Sets the boundary after t: the end of the next period, finally that of the window.
   void next_boundary(double t) {
     if (t > time_.from && time_.period > 0)
       for (auto* track : rows_)
@@ -170,7 +171,7 @@ class Measurer::Rows final : public Observer {
     boundary_ = t >= time_.to ? INFINITY : next > time_.to || same(next, time_.to) ? time_.to : next;
   }
   double period_end() const { return time_.from + static_cast<double>(period_ + 1) * time_.period; }
-  /// A period's last row is the next one's first.
+  /// The last row of a period is the first row of the next one.
   void reopen(Track& track, double t) {
     if (track.column.of == Column::Of::mean)
       track.sums.since(t);
@@ -250,7 +251,7 @@ class Measurer::Rows final : public Observer {
   std::map<const Track*, long> sample_period_;
 };
 
-/// The points of one measure's section.
+/// Observer of the section points of one measure.
 class Measurer::Points {
  public:
   Points(const Study& study, const Scene& scene, const Layout& layout, CountedTime time, Track& track)
@@ -282,7 +283,7 @@ class Measurer::Points {
   std::optional<SectionPoints> points_;
 };
 
-/// What run.json would say.
+/// Observers for the numbers in run.json.
 class Measurer::Statistics {
  public:
   explicit Statistics(CountedTime time) : contacts_(time.from), window_(time.from, time.to) {}

@@ -1,4 +1,8 @@
-// Makes a study's measures (study/settings/measure.hpp) of one run, as an observer: nothing is kept but sums, and what a quantile needs.
+// Measurer: evaluates the measures of a study (study/settings/measure.hpp) during one run, by
+// observers. It stores sums, and all values only for quantiles.
+//
+// Use: construct with the scene and layout, attach observers() to the run, then call finish(). Owns
+// its observers; refers to the study.
 #pragma once
 
 #include <map>
@@ -15,34 +19,37 @@ struct Result;
 struct Scene;
 class Simulation;
 
-/// What is counted of a run.
+/// The evaluated part of a run.
 struct CountedTime {
   double from = 0, to = 0;  ///< s
-  double period = 0;        ///< s, 0: none is known
+  double period = 0;        ///< s; 0 if unknown
 };
 
-/// What became of one measure.
+/// Value of one measure.
 struct MeasureValue {
-  double value = 0;  ///< NaN: absent
+  double value = 0;  ///< NaN if absent
+  /// The value of one period or section point.
   struct Part {
-    double t = 0, value = 0;  ///< s: a period's beginning, or the instant of a point
+    double t = 0, value = 0;  ///< s, beginning of a period, or time of a section point
   };
-  std::vector<Part> parts;  ///< of periods or points
+  std::vector<Part> parts;  ///< values of the periods or section points
 };
 
+/// Evaluates all measures of a study in one run.
 class Measurer {
  public:
-  /// Throws SceneError, at the study's key, for a measure that the scene cannot give.
+  /// Throws SceneError, with the position in the study, for a measure that the scene cannot
+  /// provide.
   Measurer(const Study& study, const Scene& scene, const Layout& layout, CountedTime time);
   ~Measurer();
   Measurer(const Measurer&) = delete;
   Measurer& operator=(const Measurer&) = delete;
 
-  /// To watch every run up to the end of the window.
+  /// Observers for all runs of the simulation up to the end of the window.
   std::vector<Observer*> observers() const;
-  /// Those whose column is none of a table: a number of run.json, if anything.
+  /// Measures whose column is in no table, and may be a number of run.json.
   std::vector<Measure> numbers_of_runs() const;
-  /// After that, of the last run's result: in the order of the study.
+  /// The values after the last run, in the order of the study. `result`: of that run.
   std::vector<MeasureValue> finish(Result result) const;
 
  private:
@@ -50,17 +57,17 @@ class Measurer {
   class Track;
   class Rows;
   class Points;
-  std::vector<std::unique_ptr<Track>> tracks_;  // of each measure
+  std::vector<std::unique_ptr<Track>> tracks_;  // one for each measure
   std::unique_ptr<Rows> rows_;
   std::vector<std::unique_ptr<Points>> points_;
   std::unique_ptr<Statistics> statistics_;
 };
 
-/// Every number that run.json says of a run, by its path; those of a contact begin with its name.
+/// All numbers in run.json, by path. Paths of numbers of a contact begin with the contact's name.
 std::map<std::string, double> numbers_of(const Result& result);
 
-/// Throws SceneError where a measure's column is none: "NAME is no column", what is like it, and on three lines what there is.
-/// `simulation` stands at its start, and is run for no time.
+/// Throws SceneError if the column of a measure does not exist, with suggestions and a list of the
+/// columns. `simulation` must be at its start; it is run for zero time.
 void require_columns(const Study& study, const Scene& scene, Simulation& simulation, CountedTime time);
 
 }  // namespace freeplay

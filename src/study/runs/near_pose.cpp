@@ -19,7 +19,9 @@ std::vector<double> near_pose(const Scene& scene, const StopToken& stop) {
     if (independent < q.size()) return {};
     return q;
   } catch (const ModelError&) {
-    return {};  // a scene that closes only where its joints are moved: whoever moves them says what is wrong
+    // A scene that closes only with displaced joints: the caller that displaces them reports
+    // errors.
+    return {};
   }
 }
 

@@ -1,10 +1,12 @@
-// Where a search for perturbed starts begins. Of an ideal mechanism that closes in isolated poses (as many independent constraint
-// rows, drives included, as coordinates) the pose of its joints as given is near that of joints moved within their play, so that Newton's
-// method goes from the one to the other and no nonlinear program need be solved:
+// Initial guess of the positions for perturbed starts. If the ideal mechanism closes in isolated
+// poses (as many independent constraint rows, including drives, as coordinates), its pose for the
+// given joints is close to the pose for joints displaced within their clearance. Newton's method
+// then leads from one to the other without a nonlinear program:
 //
-//     q ← q − M⁻¹Gᵀ (G M⁻¹ Gᵀ)⁻¹ Φ(q),   G square,   begun at the near pose.
+//     q ← q − M⁻¹Gᵀ (G M⁻¹ Gᵀ)⁻¹ Φ(q),   G square,   starting from the initial guess.
 //
-// Where the mechanism has freedom left, the pose nearest to the positions given is sought from these, as by src/dynamics/assembly/assembly.hpp.
+// If the mechanism has degrees of freedom left, the pose nearest to the given positions is computed
+// instead (src/dynamics/assembly/assembly.hpp).
 #pragma once
 
 #include <map>
@@ -18,10 +20,11 @@ namespace freeplay {
 
 struct Scene;
 
-/// q of the ideal mechanism; none where it has freedom, does not close, or the scene's own places hold. Throws Interrupted.
+/// q (m, rad) of the ideal mechanism. Empty if it has degrees of freedom, cannot be closed, or if
+/// the scene prescribes the positions. Throws Interrupted.
 std::vector<double> near_pose(const Scene& scene, const StopToken& stop);
 
-/// Of each distinct ideal mechanism once, whoever asks.
+/// Cache of near_pose() for each distinct ideal mechanism. Safe for concurrent use.
 class NearPoses {
  public:
   std::vector<double> operator()(const Scene& scene, const StopToken& stop);

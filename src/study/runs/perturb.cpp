@@ -17,10 +17,12 @@
 namespace freeplay {
 namespace {
 
-/// Uniform in [0, 1), the same on every machine (the standard leaves its own distributions open).
+/// Uniform in [0, 1), with equal results on all machines (the standard does not specify the
+/// algorithm of its distributions).
 double uniform(std::mt19937_64& engine) { return static_cast<double>(engine() >> 11) * 0x1p-53; }
 
-/// Where in its play a joint's first point may stand: every kind of joint says so.
+/// Random offset of a joint's first point within its clearance, one overload for each kind of
+/// joint.
 Vec2 play(const RevoluteJoint& joint, std::mt19937_64& engine, double share) {
   if (!joint.clearance) return {};
   const double r = share * joint.clearance->radial * std::sqrt(uniform(engine));
@@ -37,13 +39,13 @@ Vec2 play(const SlotJoint& joint, std::mt19937_64& engine, double share) {
   const double across = share * joint.clearance->half_play * (2 * uniform(engine) - 1);
   return across * perp(joint.axis);
 }
-/// Teeth start amid their gaps: their play is not between the centres.
+/// Teeth start in the middle of their backlash, which is no distance between the centres.
 Vec2 play(const GearJoint&, std::mt19937_64&, double) { return {}; }
 Vec2 play(const RackJoint&, std::mt19937_64&, double) { return {}; }
 Vec2 play(const RigidJoint&, std::mt19937_64&, double) { return {}; }
 Vec2 play(const RodJoint&, std::mt19937_64&, double) { return {}; }
 
-/// Moves the points of the ideal mechanism's joints where the given one has play.
+/// Displaces the points of the ideal mechanism's joints where the given joint has clearance.
 void offset(Mechanism& ideal, const Mechanism& given, std::mt19937_64& engine, double share) {
   for (std::size_t i = 0; i < given.joints.size(); ++i)
     std::visit(
@@ -58,7 +60,7 @@ void offset(Mechanism& ideal, const Mechanism& given, std::mt19937_64& engine, d
 bool differ(const Scene& scene, const Perturbation& how) {
   const auto* drive = main_drive(scene.mechanism);
   if (how.turn > 0 && drive && drive->speed != 0) return true;
-  // Placed at random, a loose part is elsewhere than its joint's middle.
+  // A random offset differs from zero if the joint has clearance.
   std::mt19937_64 engine;
   Mechanism moved = scene.mechanism;
   offset(moved, scene.mechanism, engine, how.play);
@@ -100,7 +102,8 @@ Scene perturbed(const Scene& scene, const std::vector<double>& near, const StopT
     ideal.mechanism.bodies[b].angle = planar::angle(near.data(), b);
   }
 
-  // Places that are given hold with the joints' own play, not with what it is drawn to.
+  // Given positions satisfy the joints with their actual clearance, not with the random offsets.
+  // Assemble instead.
   const auto from =
       scene.run.start == RunOptions::Start::given ? RunOptions::Start::assembled : scene.run.start;
   State state = located_in(scene, [&] { return assemble(ideal.mechanism, from, nullptr, stop); });
@@ -124,7 +127,8 @@ Scene perturbed(const Scene& scene, const std::vector<double>& near, const StopT
   }
   Scene moved = scene;
   start_from(moved.mechanism, state);
-  // A four-bar that turns is open and crossed by turns: what is asked of the pose was asked at the scene's own angle.
+  // A rotating four-bar may alternate between its open and crossed configurations, so conditions on
+  // the pose apply at the scene's own angle only.
   if (time > 0) moved.mechanism.assembly = {};
   for (auto& drive : moved.mechanism.drives)
     if (auto* speed = std::get_if<SpeedDrive>(&drive)) speed->initial_angle += speed->speed * time;

@@ -1,5 +1,6 @@
-// Sums of one column, from which a measure (study/settings/measure.hpp) is made. The first value is taken off before sums are made, so that
-// small deviations from a large mean keep their digits:
+// Reducer: accumulates the values of one column and computes a measure from them
+// (study/settings/measure.hpp). The first value x₀ is subtracted before summation, so that small
+// deviations from a large mean keep their digits:
 //
 //     d = x − x₀,   mean = x₀ + ∫d/T,   var = ∫d²/T − (∫d/T)²,   rms² = mean² + var.
 #pragma once
@@ -13,11 +14,12 @@
 
 namespace freeplay {
 
+/// Accumulates one column for one measure. Refers to the measure.
 class Reducer {
  public:
   explicit Reducer(const Measure& measure) : measure_(&measure) {}
 
-  /// A row at t, after the one before; between rows x is straight.
+  /// Adds a row at t (s). x is linear between rows.
   void row(double t, double x) {
     if (count_ == 0) begin(t, x);
     const double d = x - zero_, h = t - t_;
@@ -26,7 +28,7 @@ class Reducer {
     squares_ += 0.5 * h * (d_ * d_ + d * d);
     take(t, x);
   }
-  /// A mean over the time since the row before.
+  /// Adds a mean over the time since the previous row.
   void mean_row(double t, double x) {
     if (count_ == 0) begin(t_, x);
     const double d = x - zero_, h = t - t_;
@@ -35,9 +37,9 @@ class Reducer {
     squares_ += h * d * d;
     take(t, x);
   }
-  /// Where the first mean begins.
+  /// Sets the beginning of the first mean.
   void since(double t) { t_ = t; }
-  /// One of many that count alike.
+  /// Adds a value without time; all have equal weight.
   void point(double t, double x) {
     if (count_ == 0) begin(t, x);
     const double d = x - zero_;
@@ -46,14 +48,14 @@ class Reducer {
     squares_ += d * d;
     take(t, x);
   }
-  /// Of the extremes alone.
+  /// Adds a value that counts for the extremes only.
   void extreme(double x) {
     low_ = std::min(low_, x);
     high_ = std::max(high_, x);
   }
   bool empty() const { return count_ == 0; }
 
-  /// NaN where there was nothing.
+  /// The measure; NaN without values.
   double value() const {
     if (measure_->reduce == Reduce::count) return static_cast<double>(count_);
     if (count_ == 0) return NAN;

@@ -38,7 +38,7 @@ SectionPlan plan_of(const Scene& scene, const Layout& layout, const SectionReque
   return p;
 }
 
-/// The scene without what a section does not look at.
+/// The scene without parts that a section does not need.
 Scene bare(const Scene& scene) {
   Scene s = scene;
   s.instruments.clear();

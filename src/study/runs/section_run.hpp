@@ -1,4 +1,8 @@
-// One run and its section points, in memory.
+// One run of a scene that records the points of a Poincaré section in memory
+// (simulation/section.hpp).
+//
+// Use: construct a SectionSimulation, which resolves the request and assembles the start; inspect
+// plan(); then call run() once. It owns the simulation.
 #pragma once
 
 #include <optional>
@@ -10,31 +14,35 @@
 
 namespace freeplay {
 
+/// Specification of a section run.
 struct SectionRequest {
   std::string formulation = "nonsmooth";
-  std::string section;                    ///< as people write it (io/scene/read_section.hpp)
-  std::vector<std::string> columns = {};  ///< likewise; none: all
-  std::optional<double> period = {};      ///< s, in place of the drive's
-  /// Periods before the points that are kept, and with them; without a period the scene's run.discard and run.duration.
+  std::string section;                    ///< text of the section (io/scene/read_section.hpp)
+  std::vector<std::string> columns = {};  ///< names of columns; empty: all
+  std::optional<double> period = {};      ///< s, instead of the drive's period
+  /// Periods that are discarded, and periods that are evaluated after them. Without a period, the
+  /// scene's run.discard and run.duration apply.
   std::optional<double> discard = {}, keep = {};
-  std::optional<State> start = {};  ///< in place of what run.start asks for
-  /// Whom to blame for a section, a column and a number of periods: keys or options.
+  std::optional<State> start = {};  ///< instead of that of run.start
+  /// Keys or options to name in errors about the section, a column and the number of periods.
   std::string section_key = "section", column_key = "column", periods_key = "keep";
 };
 
+/// A request resolved for a scene.
 struct SectionPlan {
   SectionRule rule;
   std::vector<NamedColumn> columns;
-  std::vector<std::string> shown;  ///< columns that a figure takes where nobody says
-  double period = 0;               ///< s, 0: none
+  std::vector<std::string> shown;  ///< default columns of a figure
+  double period = 0;               ///< s; 0: none
   double discard = 0, until = 0;   ///< s
 };
 
+/// The section points of a run.
 struct SectionRun {
   SectionPlan plan;
   Ending ending;
-  std::vector<double> t, rows;  ///< s; a row of the columns for each point
-  State end;                    ///< where the run ended
+  std::vector<double> t, rows;  ///< times (s); rows of columns, one row for each point
+  State end;                    ///< state at the end of the run
   Work work;
   double cpu_seconds = 0;
   std::vector<std::string> notes;
@@ -45,15 +53,15 @@ struct SectionRun {
   }
 };
 
-/// Ready to run. Throws SceneError for a scene that cannot be run, or that the request does not suit; Interrupted while the
-/// start is made.
+/// A section run that is ready to start. Throws SceneError if the scene cannot be run or does not
+/// suit the request, and Interrupted on a stop request during assembly.
 class SectionSimulation {
  public:
   SectionSimulation(const Scene& scene, const SectionRequest& request, StopToken stop);
   const SectionPlan& plan() const { return plan_; }
-  /// Of the run; what is looked at in it stands beside that.
+  /// Identity of the run. It does not include the section.
   Identity identity() const { return simulation_.identity(); }
-  /// The state at the points, and nothing else kept; once.
+  /// Runs the simulation and returns the section points. Call once.
   SectionRun run();
 
  private:

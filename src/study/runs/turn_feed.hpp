@@ -1,4 +1,7 @@
-// What a turn's statistics are fed with: the study's instruments among the scene's, and an observer.
+// Connection between a run and a TurnMeter (measure/turns.hpp): selects the study's instruments,
+// and passes their samples and the contact events to the meter.
+//
+// Use: channels(), attach a Feed to the run, then Feed::finish() and TurnMeter::finish().
 #pragma once
 
 #include <cmath>
@@ -17,11 +20,13 @@ namespace freeplay {
 
 struct Scene;
 
-/// The study's accelerometer and LVDT (−1: none) among the scene's instruments; sets the rules' sampling. Throws SceneError
-/// where the scene has no such instrument.
+/// Indices of the study's accelerometer and position sensor in the scene's instruments, −1 if the
+/// study names none. Sets the sampling rate in `rules`. Throws SceneError if the scene has no such
+/// instrument.
 std::pair<int, int> channels(const Study& study, const Scene& scene, TurnRules& rules);
 
-/// White noise of a measurement's samples, by Box and Muller: equal seeds and starts, equal bits.
+/// White noise of a measurement's samples, by the Box–Muller transform. Equal seeds and starts give
+/// equal bits.
 class SampleNoise {
  public:
   SampleNoise(double size, std::uint64_t seed, int start)
@@ -40,7 +45,8 @@ class SampleNoise {
   std::mt19937_64 engine_;
 };
 
-/// Gives a meter the samples of two channels, of the accelerometer each `every`-th with noise, and events.
+/// Observer that passes events and the samples of two channels to a meter: of the acceleration
+/// every `every`-th sample, with noise. Refers to the meter.
 class Feed final : public Observer {
  public:
   Feed(TurnMeter& meter, int acceleration, int position, int every = 1, const SampleNoise& noise = {0, 0, 0})
@@ -56,7 +62,7 @@ class Feed final : public Observer {
     held_back_.assign(end.held_back.begin(), end.held_back.end());
     for (std::size_t k = 0; k < end.undecided_since.size(); ++k)
       if (!std::isnan(end.undecided_since[k])) {
-        ContactEvent open;  // touched, and not known to be an impact or a lasting contact
+        ContactEvent open;  // contact onset not yet classified as impact or lasting contact
         open.t = end.undecided_since[k];
         open.contact = static_cast<int>(k);
         open.kind = EventKind::contact;
@@ -64,7 +70,7 @@ class Feed final : public Observer {
       }
     std::ranges::sort(held_back_, {}, &ContactEvent::t);
   }
-  /// After the run: events that a touch before them still held back.
+  /// Passes the remaining events after the run, which an unclassified contact had held back.
   void finish() {
     for (const auto& e : held_back_) meter_.event(e);
   }

@@ -14,10 +14,11 @@
 namespace freeplay {
 namespace {
 
-/// Uniform in [0, 1), the same on every machine (the standard leaves its own distributions open).
+/// Uniform in [0, 1), with equal results on all machines (the standard does not specify the
+/// algorithm of its distributions).
 double uniform(std::mt19937_64& engine) { return static_cast<double>(engine() >> 11) * 0x1p-53; }
 
-/// Of a place that rounds up to the cube's end.
+/// Keeps a position that rounds up to 1 inside the half-open cube.
 double within(double share) { return std::min(share, 1 - 0x1p-53); }
 
 double at(const Axis::Drawn& d, double u) {
@@ -25,7 +26,7 @@ double at(const Axis::Drawn& d, double u) {
   return std::clamp(d.low + u * (d.high - d.low), d.low, d.high);
 }
 
-/// One value of an axis; `place`: which of its list, none where it is drawn.
+/// Adds one value of an axis. `place`: its index in the list of values; none if the value is drawn.
 void add(Cell& cell, const Axis& axis, double value, std::optional<std::size_t> place) {
   cell.values.push_back(value);
   cell.overrides.push_back(fmt::format("{}={}", axis.key, value));
@@ -79,7 +80,7 @@ std::size_t unfiltered(const Study& study) {
 std::vector<Cell> cells(const Study& study) {
   const auto drawn = static_cast<std::size_t>(
       std::ranges::count_if(study.axes, [](const Axis& a) { return a.drawn.has_value(); }));
-  // One point without coordinates where nothing is drawn.
+  // If no axis is drawn, there is one point without coordinates.
   const auto points =
       unit_points(study.sampling.value_or(Draw::random), drawn, drawn > 0 ? study.samples : 1, study.seed);
   std::optional<Expression> where;

@@ -1,12 +1,14 @@
-// Points in the unit cube, chosen by one of
+// Design of experiments: points in the unit cube and the parameter combinations (cells) of a study.
+// The points are chosen by one of
 //
-//     random            each coordinate uniform, independently
-//     latin-hypercube   of n points each n-th of every coordinate holds one, at a random place in it; which belongs with which is
-//                       a random permutation (McKay, Beckman and Conover, Technometrics 21 (1979) 239)
-//     sobol             the first n points behind the origin of Sobol's sequence in Gray's order, with the direction numbers of
-//                       Joe and Kuo (SIAM J. Sci. Comput. 30 (2008) 2635); nothing is drawn
+// - random: all coordinates uniform and independent
+// - latin-hypercube: for n points, each of n equal intervals of every coordinate contains one point
+//   at a random position; the intervals are combined by random permutations (McKay, Beckman and
+//   Conover, Technometrics 21 (1979) 239)
+// - sobol: the first n points after the origin of Sobol's sequence in Gray-code order, with the
+//   direction numbers of Joe and Kuo (SIAM J. Sci. Comput. 30 (2008) 2635); deterministic
 //
-// Equal arguments give equal bits on every machine.
+// Equal arguments give equal bits on every machine. The functions keep no state.
 #pragma once
 
 #include <cstdint>
@@ -16,20 +18,20 @@
 
 namespace freeplay {
 
-/// `count` points of `dimensions` coordinates in [0, 1). `seed` does not concern Sobol's.
+/// `count` points of `dimensions` coordinates in [0, 1). Sobol's sequence ignores `seed`.
 std::vector<std::vector<double>> unit_points(Draw how, std::size_t dimensions, int count, std::uint64_t seed);
 
-/// A combination of the axes' values that the study asks for.
+/// One combination of the axes' values.
 struct Cell {
-  std::vector<double> values;          ///< of each axis, its first key's
+  std::vector<double> values;          ///< one for each axis: the value of its first key
   std::vector<std::string> overrides;  ///< KEY=VALUE of every key
 };
 
-/// How many there are before study.where leaves some out.
+/// Number of cells before study.where excludes some.
 std::size_t unfiltered(const Study& study);
 
-/// Every cell: the points that are drawn, each with every combination of the other axes, the first of them fastest; those that
-/// study.where leaves. Throws SceneError where it leaves none.
+/// All cells: each drawn point with every combination of the other axes, the first axis varying
+/// fastest, without those that study.where excludes. Throws SceneError if it excludes all.
 std::vector<Cell> cells(const Study& study);
 
 }  // namespace freeplay

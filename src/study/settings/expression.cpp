@@ -24,7 +24,7 @@ constexpr std::array logic{"and", "or", "not"};
 
 }  // namespace
 
-/// Reads one text, by a function for each line of the grammar.
+/// Recursive-descent parser; one function for each rule of the grammar.
 class ExpressionReader {
  public:
   using Op = Expression::Op;
@@ -46,7 +46,7 @@ class ExpressionReader {
   struct Function {
     const char* name;
     Op op;
-    bool several;  ///< two arguments or more, else one
+    bool several;  ///< at least two arguments, else one
   };
   static constexpr std::array functions{
       Function{"sqrt", Op::root, false},     Function{"abs", Op::magnitude, false},
@@ -63,11 +63,11 @@ class ExpressionReader {
   void blanks() {
     while (at_ < text_.size() && (text_[at_] == ' ' || text_[at_] == '\t')) ++at_;
   }
-  /// What stands next, for a message.
+  /// The next token, for a message.
   std::string next() const {
     std::size_t end = at_;
     while (end < text_.size() && (is_letter(text_[end]) || is_digit(text_[end]))) ++end;
-    // Not half a character of UTF-8.
+    // Include whole UTF-8 characters only.
     if (end == at_) do
         ++end;
       while (end < text_.size() && (text_[end] & 0xC0) == 0x80);
@@ -353,7 +353,7 @@ double Expression::operator()(std::span<const double> values) const {
       const double b = one ? 0 : stack.back();
       if (!one) stack.pop_back();
       double& a = stack.back();
-      // Comparisons, min and pow(NaN, 0) would make a value of what is absent.
+      // Comparisons, min and pow(NaN, 0) would return a number for an absent operand.
       a = std::isnan(a) || std::isnan(b) ? std::nan("") : apply(step.op, a, b);
     }
     if (!std::isfinite(stack.back())) stack.back() = std::nan("");

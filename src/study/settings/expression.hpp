@@ -1,13 +1,19 @@
-// Small expressions of named numbers: what a study filters its cells by and derives from its results.
+// Arithmetic and logical expressions of named numbers. Studies use them to filter cells and to
+// derive columns of results. The grammar is
 //
-//     or := and {"or" and}      and := not {"and" not}      not := "not" not | sum [("<" | "<=" | ">" | ">=" | "==" | "!=") sum]
-//     sum := term {("+" | "-") term}      term := sign {("*" | "/") sign}      sign := ("-" | "+") sign | atom ["^" sign]
+//     or := and {"or" and}      and := not {"and" not}
+//     not := "not" not | sum [("<" | "<=" | ">" | ">=" | "==" | "!=") sum]
+//     sum := term {("+" | "-") term}      term := sign {("*" | "/") sign}
+//     sign := ("-" | "+") sign | atom ["^" sign]
 //     atom := number | name | function "(" or {"," or} ")" | "(" or ")"
 //
-// so that −2^2 = −4 and 2^3^2 = 2^9. A truth is no number: `1 < x < 2` and `a and 3` are refused. What has no value (a division by
-// zero, the root or logarithm of what has none, an operand that is absent) is absent, which is NaN here and NULL in results;
-// nothing else than a finite number comes out. A text is read once into a list of operations on a stack; it names nothing but
-// what it is given and does nothing but arithmetic (docs/development/decisions/022-expressions.md).
+// so that −2^2 = −4 and 2^3^2 = 2^9. Numbers and truth values are different types: `1 < x < 2` and
+// `a and 3` are refused. An undefined result (division by zero, root or logarithm outside its
+// domain, absent operand) is absent: NaN here and NULL in results. Every other result is finite.
+//
+// Use: construct from a text and the permitted names, then call with their values. The constructor
+// compiles the text to a list of stack operations, which the object owns. An expression only
+// computes; it has no other effect (docs/decisions/022-expressions.md).
 #pragma once
 
 #include <cstddef>
@@ -19,33 +25,37 @@
 
 namespace freeplay {
 
-/// `column`: from 1, where in the text.
+/// A syntax or type error. `column`: position in the text, from 1.
 struct ExpressionError : std::runtime_error {
   ExpressionError(std::size_t at, const std::string& what)
       : std::runtime_error("column " + std::to_string(at) + ": " + what), column(at) {}
   std::size_t column;
 };
 
+/// A compiled expression.
 class Expression {
  public:
   enum class Type { number, truth };
-  static constexpr std::size_t longest = 1000;  ///< bytes
-  static constexpr int deepest = 32;            ///< parentheses, signs and powers within each other
+  static constexpr std::size_t longest = 1000;  ///< limit of the text's length, bytes
+  /// Limit of the nesting of parentheses, signs and powers.
+  static constexpr int deepest = 32;
 
-  /// Throws ExpressionError; `names`: what it may speak of.
+  /// Compiles a text. `names`: the permitted names. Throws ExpressionError.
   Expression(std::string_view text, std::span<const std::string> names);
 
   Type type() const { return type_; }
-  /// `values`: of the names, in their order. A truth is 1 or 0; NaN: absent.
+  /// Evaluates. `values`: of the names, in their order; NaN if absent. A truth value is returned as
+  /// 1 or 0, an absent result as NaN.
   double operator()(std::span<const double> values) const;
-  /// Of a truth: false also where it is absent.
+  /// Whether a truth value is true; false if it is absent.
   bool holds(std::span<const double> values) const { return (*this)(values) == 1; }
-  /// Whether it speaks of the name with this index.
+  /// Whether the expression contains the name with this index.
   bool uses(std::size_t name) const;
 
-  /// Whether it can speak of such a name: a letter or _, then letters, digits and _, and none of its own words.
+  /// Whether a text can be a name: a letter or _, then letters, digits and _, and not a reserved
+  /// word.
   static bool is_name(std::string_view name);
-  /// Its own words: functions, pi, and, or, not.
+  /// Reserved words: functions, pi, and, or, not.
   static std::vector<std::string> words();
 
  private:

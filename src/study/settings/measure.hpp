@@ -1,13 +1,16 @@
-// A measure: one column of a run's tables, reduced to a number over the window that counts (from the discarded time to the end),
+// Measure: one column of a run's result tables, reduced to a number over the window from the
+// discarded time to the end, by
 //
-//     mean, rms, std   over time, by the trapezoidal rule between rows: (1/T)∫x dt, √((1/T)∫x² dt), √((1/T)∫(x − mean)² dt)
+//     mean, rms, std   over time, by the trapezoidal rule between rows:
+//                      (1/T)∫x dt, √((1/T)∫x² dt), √((1/T)∫(x − mean)² dt)
 //     min, max, peak   of the rows and the ends of all steps; peak is the greatest |x|
-//     quantile         of the rows, linear between them in the order of size
+//     quantile         of the rows, linear between sorted values
 //     first, last, count   of the rows
 //
-// over the whole window, or over each whole period of it (then the number is the mean of the periods' numbers), or over the
-// points of a section alone (simulation/section.hpp; then every point counts alike). Rows are those of trajectory.csv within the window,
-// with one more at its beginning and at each period's; of signals every sample, each counting alike.
+// The reduction is taken over the whole window; or over each whole period in it, then averaged over
+// the periods; or over the points of a Poincaré section (simulation/section.hpp), all with equal
+// weight. Rows are those of trajectory.csv in the window, with an additional row at its beginning
+// and at the beginning of each period. For signals, rows are the samples, with equal weight.
 #pragma once
 
 #include <optional>
@@ -17,6 +20,7 @@
 
 namespace freeplay {
 
+/// Reductions of a column to a number, as defined above.
 enum class Reduce { mean, rms, min, max, peak, first, last, std, quantile, count };
 inline constexpr auto reduce_names = complete<Reduce>({{Reduce::mean, "mean"},
                                                        {Reduce::rms, "rms"},
@@ -29,21 +33,22 @@ inline constexpr auto reduce_names = complete<Reduce>({{Reduce::mean, "mean"},
                                                        {Reduce::quantile, "quantile"},
                                                        {Reduce::count, "count"}});
 
+/// A measure as the study states it. It is evaluated by study/runs/measurer.hpp.
 struct Measure {
   std::string name;
-  std::string
-      column;  ///< as the header of trajectory.csv or forces.csv has it, an instrument, or a path in run.json
+  /// A column of trajectory.csv or forces.csv, an instrument, or a path in run.json.
+  std::string column;
   Reduce reduce = Reduce::mean;
-  double q = 0.5;  ///< of the quantile
+  double q = 0.5;  ///< probability of the quantile
   bool each_period = false;
-  std::string at;  ///< section; empty: none
+  std::string at;  ///< text of the section; empty: none
 };
 
 class Section;
 
 /// Reads [measure.NAME].
 Measure read_measure(const std::string& name, Section& section);
-/// A line that says all of it, for identities.
+/// One line that states all of the measure, for identities.
 std::string said(const Measure& measure);
 
 }  // namespace freeplay

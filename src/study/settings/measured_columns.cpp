@@ -1,4 +1,4 @@
-// What a study's measures can be taken from, and what is said where they name something else.
+// Columns and numbers that measures of a study can use, and messages about unknown ones.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -20,20 +20,23 @@
 namespace freeplay {
 namespace {
 
-/// Every number that run.json says of a run, by its path; those of a contact begin with its name.
+/// All numbers in run.json, by their paths. Paths of numbers of a contact begin with the contact's
+/// name.
 void numbers_of(const nlohmann::json& node, const std::string& path, std::map<std::string, double>& all) {
   if (node.is_number()) all[path] = node.get<double>();
   if (!node.is_object()) return;
   for (const auto& [key, inner] : node.items()) {
-    if (path.empty() && (key == "cost" || key == "ending")) continue;  // not of the motion
+    // These do not describe the motion.
+    if (path.empty() && (key == "cost" || key == "ending")) continue;
     const bool contacts = path.empty() && key == "contacts";
     numbers_of(inner, contacts ? "" : path.empty() ? key : path + "." + key, all);
   }
 }
 
-/// "crank, rod .x .y; gudgeon .ex .ey": names with what stands behind them, together where that is the same; cut at a length.
+/// Short list of columns for messages, "crank, rod .x .y; gudgeon .ex .ey": names with equal parts
+/// are grouped. Limited in length.
 std::string shown(const std::vector<std::string>& names) {
-  std::vector<std::pair<std::string, std::string>> owners;  // and parts
+  std::vector<std::pair<std::string, std::string>> owners;  // owners and their parts
   for (const auto& name : names) {
     const auto dot = name.find('.');
     const auto owner = name.substr(0, dot), part = dot == name.npos ? "" : " " + name.substr(dot);
@@ -43,7 +46,7 @@ std::string shown(const std::vector<std::string>& names) {
     else if (known->second.find(part) == std::string::npos)
       known->second += part;
   }
-  std::vector<std::pair<std::string, std::string>> parts;  // and owners
+  std::vector<std::pair<std::string, std::string>> parts;  // parts and their owners
   for (const auto& [owner, part] : owners) {
     const auto known = std::ranges::find(parts, part, &std::pair<std::string, std::string>::first);
     if (known == parts.end())

@@ -1,4 +1,5 @@
-// A study checked whole before anything of its results is touched.
+// Planning of a study: all its runs are made and checked before any result is changed. The list is
+// the input of study/sweep/sweep.hpp.
 #pragma once
 
 #include <string>
@@ -8,14 +9,15 @@
 
 namespace freeplay {
 
-/// A run and the name that it is stored by.
+/// A run and its key in the database.
 struct PlannedRun {
   std::string key;
   Case what;
 };
 
-/// All runs of a study, each once. Every scene that it makes is read, compiled and assembled, and has the joint and the
-/// instruments that the study names. Throws SceneError. A stop that is asked for ends it early: the list is not whole then.
+/// All runs of a study, without duplicates. Reads, compiles and assembles each scene, and checks
+/// that it has the joints and instruments that the study names. Throws SceneError. A stop request
+/// ends the planning early; the list is then incomplete.
 std::vector<PlannedRun> plan(const Study& study, const Conduct& conduct);
 
 }  // namespace freeplay

@@ -27,7 +27,8 @@ std::string value_text(const toml::node& node) {
   return toml_number(node.value<double>().value_or(0));
 }
 
-/// A line for each key that a document states, in the order of the keys: no comment, no spelling.
+/// Appends a line for each key of a document, in the order of the keys, without comments and
+/// independent of spelling.
 void state(const toml::table& table, const std::string& path, std::string& text) {
   for (const auto& [key, node] : table) {
     const auto name = (path.empty() ? "" : path + ".") + std::string(key.str());
@@ -38,7 +39,8 @@ void state(const toml::table& table, const std::string& path, std::string& text)
   }
 }
 
-/// What a study states, and the digests of the files that it names, by their names from the study's folder.
+/// The statements of a study, and the digests of the files it names, with paths relative to the
+/// study's folder.
 std::string study_text(const Study& study) {
   std::string text = settings_text(study);
   state(parse_toml(study.text, study.file.string()), "", text);

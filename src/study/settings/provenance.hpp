@@ -1,4 +1,4 @@
-// Where what was made of a whole study came from.
+// Provenance of results that were made from a whole study.
 #pragma once
 
 #include <nlohmann/json_fwd.hpp>
@@ -7,9 +7,10 @@
 
 namespace freeplay {
 
-/// The provenance of the study's scene, with the study's text for people. Its identity holds besides the scene what
-/// the study states and a digest of each file that it names: of scenes by their canonical text, of studies by what
-/// they state, of measured files by their bytes. Throws SceneError.
+/// The provenance of the study's scene, and the study's text for users. The identity contains the
+/// scene, the statements of the study, and a digest of each file that the study names: of scenes by
+/// their canonical text, of studies by their statements, of measured files by their bytes. Throws
+/// SceneError.
 nlohmann::json provenance(const Study& study);
 
 }  // namespace freeplay

@@ -30,8 +30,9 @@ Result run(Scene scene, const Setting& setting, const Conduct& conduct, double d
 
 double dissipated(const EnergyLedger& l) { return l.contact + l.friction + l.damping + l.film; }
 
-/// Midway in the flight before the last judged touch, so that impacts count; before the first touch when
-/// fewer than two are judged, contacts that strike at once being one.
+/// Time at which states are compared: the middle of the flight before the last compared contact
+/// onset, so that the state includes effects of impacts; before the first onset if fewer than two
+/// are compared. Simultaneous onsets count as one.
 double state_time(const Scene& scene, const std::vector<ContactEvent>& judged,
                   const std::vector<ContactEvent>& all) {
   if (all.empty()) return scene.run.duration;
@@ -113,9 +114,9 @@ std::vector<Setting> all_settings(Family family) {
                                 Integrator::adams_bashforth_moulton, Integrator::rosenbrock4})
     for (const double tolerance : {1e-3, 1e-5, 1e-7, 1e-8, 1e-9, 1e-10, 1e-11}) {
       if (integrator == Integrator::rosenbrock4 && tolerance < 5e-8)
-        continue;  // order 4: thousands of steps a contact
+        continue;  // order 4 would need thousands of steps for each contact
       if (integrator != Integrator::adams_bashforth_moulton && (tolerance == 1e-8 || tolerance == 1e-10))
-        continue;  // those of setting_for
+        continue;  // used by setting_for() only
       list.push_back({family, integrator, {}, tolerance});
     }
   for (const double tolerance : {1e-5, 1e-9})

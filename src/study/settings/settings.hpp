@@ -1,4 +1,6 @@
-// Numerical settings as a user trades them: method and fineness, and what each costs and misses on a scene.
+// Numerical settings: integration method and fineness. This header defines the settings that
+// `freeplay tradeoff` and `advise` compare, and measures the cost and the error of a setting on a
+// scene against a reference run (docs/tradeoff.md).
 #pragma once
 
 #include <array>
@@ -11,91 +13,103 @@
 
 namespace freeplay {
 
-/// One way to run a scene. `fineness` is penalty.tolerance, penalty.step (rk4), nonsmooth.step (Moreau–Jean),
-/// nonsmooth.step_tolerance (Moreau–Jean with chosen steps) or nonsmooth.tolerance (event-driven, automatic).
+/// One method with its fineness. `fineness` is the value of penalty.tolerance, penalty.step (rk4),
+/// nonsmooth.step (Moreau–Jean), nonsmooth.step_tolerance (Moreau–Jean with adaptive steps) or
+/// nonsmooth.tolerance (event-driven and automatic).
 struct Setting {
   Family family = Family::penalty;
   Integrator integrator = Integrator::adams_bashforth_moulton;
   Scheme scheme = Scheme::moreau_jean;
   double fineness = 0;
   Stabilisation stabilisation = Stabilisation::baumgarte;
-  bool chosen_steps = false;  ///< of Moreau–Jean
+  bool chosen_steps = false;  ///< adaptive time stepping (Moreau–Jean)
 
-  std::string method() const;  ///< "adams_bashforth_moulton", "moreau-jean", …
+  std::string method() const;  ///< name, such as "adams_bashforth_moulton" or "moreau-jean"
   std::string label() const;   ///< method and fineness
-  /// The keys that ask for it, as --set takes them.
+  /// The keys of this setting, as `--set` takes them.
   std::vector<std::string> keys() const;
   void apply(Scene& scene) const;
-  /// Whether its fineness is a tolerance; else it is a step (s).
+  /// Whether the fineness is a tolerance; otherwise it is a step (s).
   bool adaptive() const;
 };
 
-/// Methods × finenesses, from coarse to fine within each method; those of setting_for are among them.
+/// All methods and finenesses, from coarse to fine for each method. Includes those of
+/// setting_for().
 std::vector<Setting> all_settings(Family family);
 
+/// Accuracy classes of the option `--accuracy`.
 enum class Accuracy { fast, balanced, reference };
+/// An accuracy class and its name.
 struct AccuracyName {
   Accuracy value;
-  const char* text;  ///< as --accuracy takes it
+  const char* text;  ///< value of `--accuracy`
 };
 inline constexpr std::array accuracies{AccuracyName{Accuracy::fast, "fast"},
                                        AccuracyName{Accuracy::balanced, "balanced"},
                                        AccuracyName{Accuracy::reference, "reference"}};
-/// What --accuracy stands for, each among all_settings; the rule stands in docs/verification/tradeoff.md.
+/// The setting of an accuracy class, one of all_settings(). docs/tradeoff.md states the rule.
 Setting setting_for(Family family, Accuracy accuracy);
 
-/// Touches and state that settings are judged by.
+/// Contact onsets and state of a reference run.
 struct Reference {
-  std::vector<ContactEvent> touches;  ///< up to the horizon
-  double horizon = 0;                 ///< s, of the last of them; without touches the scene's duration
-  double accuracy =
-      0;  ///< relative difference of two methods, or tolerances a hundredfold apart, up to there
-  /// s: midway in the flight before the last judged touch; with fewer than two before the first, or at the
-  /// end
+  std::vector<ContactEvent> touches;  ///< contact onsets up to the horizon
+  /// s, time of the last of them; without onsets the scene's duration.
+  double horizon = 0;
+  /// Relative difference up to there between two methods, or between tolerances 100 times apart.
+  double accuracy = 0;
+  /// Time of the compared state, s: the middle of the flight before the last compared onset; with
+  /// fewer than two onsets, before the first one or at the end.
   double state_time = 0;
-  State state;            ///< there
-  double dissipated = 0;  ///< J over the scene's duration
+  State state;            ///< at state_time
+  double dissipated = 0;  ///< J, over the scene's duration
   Ending ending;
 };
 
-/// By the finest setting, held against another. The horizon ends where the two part by more than 1e-6, and
-/// after `most` touches.
+/// Runs the finest setting and compares it with another. The horizon ends where the two differ by
+/// more than 1e-6, or after `most` contact onsets.
 Reference make_reference(const Scene& scene, Family family, const Conduct& conduct, std::size_t most = 6);
 
-/// The finest setting of a formulation and the one that it is held against: another method, or a tolerance a
-/// hundredfold coarser.
+/// The finest setting of a formulation, and the setting it is compared with: another method, or a
+/// tolerance 100 times coarser.
 std::pair<Setting, Setting> reference_settings(Family family);
-/// The setting that statistics are held against.
+/// The reference setting for statistics.
 Setting statistics_setting(Family family);
 
 /// ‖a.v − b.v‖∞/‖b.v‖∞.
 double velocity_error(const State& a, const State& b);
 
+/// Errors of a run relative to the reference.
 struct Errors {
-  double events = 0;  ///< greatest of |Δt| over the time since the touch before, |Δv|/|v| and |ΔP|/P over the
-                      ///< reference's touches
+  /// Over the contact onsets: the greatest of |Δt| over the time since the onset before, |Δv|/|v|
+  /// and |ΔP|/P.
+  double events = 0;
   double state = 0;       ///< ‖v − v_ref‖∞/‖v_ref‖∞ at Reference::state_time
-  double energy = 0;      ///< |closure of the balance| over its scale, whole run
-  double dissipated = 0;  ///< relative difference to the reference's, whole run: chaotic, judge by its spread
+  double energy = 0;      ///< |closure of the energy balance| over its scale, whole run
+  double dissipated = 0;  ///< relative difference, whole run; chaotic, so its spread matters
 };
 
+/// Cost and errors of one setting on one scene.
 struct Measured {
   Setting setting;
   Ending ending;
   Errors errors;
   Work work;
-  /// Deviation of long runs' statistics in standard errors (long_run.hpp); infinite where one stopped.
+  /// Deviation of long runs' statistics in standard errors (study/runs/long_run.hpp); infinite if
+  /// one failed.
   double statistics = NAN;
-  /// s, of the last touch to which advice found all within its bound
+  /// s, time of the last contact onset up to which the error was within the bound of `advise`.
   double kept_to = NAN;
-  bool dearer = false;  ///< advice stopped it: it had cost more than another that keeps the error
-  double cpu = 0, cpu_low = 0, cpu_high = 0;  ///< s: median, least and greatest of the repeats
+  /// Stopped by `advise`, because it cost more than another setting within the error bound.
+  bool dearer = false;
+  /// s: median, least and greatest CPU time of the repetitions.
+  double cpu = 0, cpu_low = 0, cpu_high = 0;
 };
 
-/// Deviation of touches: see Errors::events; each contact's in their order. Infinite when one is missing.
+/// Deviation of contact onsets, as Errors::events. The onsets of each contact are compared in their
+/// order. Infinite if one is missing.
 double touch_error(const std::vector<ContactEvent>& found, const std::vector<ContactEvent>& reference);
 
-/// Runs a scene with a setting, once.
+/// Runs a scene once with a setting.
 Measured measure(const Scene& scene, const Setting& setting, const Reference& reference,
                  const Conduct& conduct);
 

@@ -18,7 +18,7 @@ namespace {
 constexpr Range below_one{[](double x) { return x >= 0 && x < 1; }, "at least 0 and below 1"};
 constexpr auto count = study_count;
 
-/// Of one study: what is kept in one database, and planned at once.
+/// Limit of the runs of one study, which are planned at once and stored in one database.
 constexpr double most_runs = 1e6;
 
 std::vector<std::string> formulations(Section& s, std::vector<std::string> fallback) {
@@ -35,7 +35,7 @@ std::vector<std::string> formulations(Section& s, std::vector<std::string> fallb
 /// The key of KEY=VALUE.
 std::string key_of(const std::string& override) { return override.substr(0, override.find_first_of(" =")); }
 
-/// The file that a key names from the study's folder.
+/// The path of the file that a key names, relative to the study's folder.
 std::filesystem::path named_file(Section& s, const char* key, const Study& study) {
   const auto folder = study.file.parent_path();
   const auto name = s.text(key);
@@ -105,8 +105,8 @@ Calibration read_calibration(Section s, const Study& study) {
   return c;
 }
 
-/// Every setting of a study that decides the digits of a single run, once: to read it and to say it in an identity.
-/// How many runs there are, and what is made of them, stands elsewhere.
+/// Visits each setting of a study that affects the digits of single runs, to read it or to write it
+/// into an identity. The number of runs and their evaluation are not included.
 template <class Visit>
 void each_setting(Study& study, Visit&& visit) {
   visit("joint", study.joints);
@@ -122,7 +122,7 @@ void each_setting(Study& study, Visit&& visit) {
   visit("line_share", study.line_share, positive);
 }
 
-/// Reads each; what stands there before is the default.
+/// Reads a setting; the present value is the default.
 struct ReadSetting {
   Section& root;
   void operator()(const char* key, std::string& value) { value = root.text(key, value); }
@@ -180,9 +180,10 @@ SceneError in_study(const Study& study, const SceneError& error) {
   const std::string what = error.what();
   constexpr std::string_view option = "--set ";
   if (!what.starts_with(option)) return error;
-  std::vector<std::string> tables;  // to the one that sets it
+  std::vector<std::string> tables;  // path of the table that sets the option
   std::string message;
-  // `opening`: of the options that an element sets; behind it the value may stand, then what is wrong.
+  // `opening`: beginning of the options that an element sets. The rest of the option may contain
+  // the value, then the message.
   const auto look = [&](const std::vector<std::string>& family, const std::string& name,
                         const std::string& opening) {
     const auto end = what.find(": ", option.size() + opening.size() - 1);

@@ -1,4 +1,6 @@
-// A study: one scene, what is varied in it, and how often. Keys are listed in docs/reference/study.md.
+// Study: a scene, the parameters that are varied, the number of runs, and the evaluation of their
+// results, as read from a study file. docs/study.md lists the keys. A Study is a plain value, which
+// the other folders of src/study evaluate.
 #pragma once
 
 #include <algorithm>
@@ -17,16 +19,16 @@
 
 namespace freeplay {
 
-/// A scene key, or several that vary together, and the values it takes.
+/// A parameter of the study: one key of the scene, or several that vary together, and their values.
 struct Axis {
   std::string name, key;
-  std::vector<double> values;  ///< none where they are drawn
-  double scale = 1;            ///< shown value = value · scale
-  std::string unit;            ///< of the shown value
-  /// Keys that vary with it, and each one's values at the same places.
+  std::vector<double> values;  ///< empty if the values are drawn
+  double scale = 1;            ///< displayed value = value · scale
+  std::string unit;            ///< of the displayed value
+  /// Keys that vary with it, and their values at the same positions.
   std::vector<std::string> others = {};
   std::vector<std::vector<double>> other_values = {};
-  /// Values are drawn from here (Study::sampling).
+  /// Range of drawn values (Study::sampling).
   struct Drawn {
     double low = 0, high = 0;
     bool logarithmic = false;
@@ -34,17 +36,18 @@ struct Axis {
   std::optional<Drawn> drawn = {};
 };
 
-/// How the points of the axes that are drawn are chosen (study/settings/design.hpp).
+/// Choice of the points of drawn axes (study/settings/design.hpp).
 enum class Draw { random, latin_hypercube, sobol };
 inline constexpr auto draw_names = complete<Draw>(
     {{Draw::random, "random"}, {Draw::latin_hypercube, "latin-hypercube"}, {Draw::sobol, "sobol"}});
 
-/// A column of results that is computed from the others of a run and those derived before it.
+/// A derived column: an expression of the other columns of a run and of columns derived before it.
 struct Derived {
   std::string name, expression;
 };
 
-/// The scene with some keys set; it may be another scene file, and may run less than the whole study.
+/// The scene with some keys set. It may be another scene file, and may have fewer runs than the
+/// study.
 struct Variant {
   std::string name, title;
   std::filesystem::path scene;
@@ -52,25 +55,28 @@ struct Variant {
   std::vector<std::string> formulations;
   int starts = 1;
   double revolutions = 0;
-  double sampling = 0;  ///< Hz, of the measurement that its runs are held against; 0: the instruments' own
-  double noise = 0;     ///< m/s², standard, of each of that measurement's samples
+  /// Hz, sampling rate of the measurement its runs are compared with; 0: the instruments' own.
+  double sampling = 0;
+  double noise = 0;  ///< m/s², standard deviation of the noise of that measurement's samples
 };
 
-/// What calibration may change.
+/// A parameter that calibration identifies.
 struct Unknown {
   std::string name, key, unit;
   double low = 0, high = 0;
   bool logarithmic = false;
 };
 
-/// The stretches of a measured file, each as long as a run, whose mean statistic is fitted to. A motion may keep to one of several
-/// states for the whole file: its stretches then agree better with each other than runs from other starts do, and their mean is
-/// as uncertain as the choice of state. With W the scatter of one run and w the variance between stretches, the mean has
+/// Segments of a measured file, each as long as a run; calibration fits to the mean of their
+/// statistics. A motion may stay in one of several states for the whole file. Then its segments
+/// agree better with each other than runs from different starts do, and their mean is as uncertain
+/// as the choice of the state. With W the variance of one run and w the variance between segments,
+/// the mean has the variance
 ///
 ///     W share(W) = max(W − w, 0) + min(w, W)/count        (between states, and within one).
 struct Stretches {
   int count = 1;
-  double spread = 0;  ///< w, of the logarithms; 0 of a single one
+  double spread = 0;  ///< w, of the logarithms; 0 for a single segment
   double share(double scatter) const {
     if (count < 2 || !(scatter > 0)) return 1.0 / count;
     const double within = std::min(1.0, spread / scatter);
@@ -78,21 +84,22 @@ struct Stretches {
   }
 };
 
-/// What calibration shall meet: a statistic of the scene with some keys set, as measured.
+/// A statistic that calibration fits: of the scene with some keys set, as measured.
 struct Target {
   std::string name;
   std::vector<std::string> overrides;
-  std::string statistic;       ///< of TurnMetrics, or a measure of the study
-  double value = 0;            ///< measured; from `data` when that is given
+  std::string statistic;       ///< one of TurnMetrics, or a measure of the study
+  double value = 0;            ///< measured value; computed from `data` if that is given
   double tolerance = 0;        ///< relative standard uncertainty
-  std::filesystem::path data;  ///< a signals file that the statistic is computed from
-  /// Of that file, once it is read.
+  std::filesystem::path data;  ///< signals file from which the statistic is computed
+  /// Properties of that file, set when it is read.
   double sampling = 0;  ///< Hz
-  double noise = 0;     ///< m/s², standard, of each sample
-  int turns = 0;        ///< that a run counts, and each stretch of the file
-  Stretches stretches;  ///< whose mean statistic `value` is
+  double noise = 0;     ///< m/s², standard deviation of the noise of each sample
+  int turns = 0;        ///< number of turns of a run and of each segment of the file
+  Stretches stretches;  ///< segments whose mean statistic is `value`
 };
 
+/// Parameters of a calibration (study/calibration/calibrate.hpp).
 struct Calibration {
   std::string formulation = "nonsmooth";
   int points = 64, starts = 2, refinements = 3;
@@ -101,21 +108,26 @@ struct Calibration {
   std::vector<Target> targets;
 };
 
+/// Contents of a study file.
 struct Study {
   std::filesystem::path file;
-  Reach reach = Reach::anywhere;  ///< what it may name
+  Reach reach = Reach::anywhere;  ///< permitted location of named files
   std::string text, title;
   std::filesystem::path scene;
-  std::filesystem::path fit;        ///< study whose calibration adds the variant "calibrated"; may be empty
-  std::string claims;               ///< name of a list of published findings to judge
-  std::vector<std::string> joints;  ///< whose contacts flights and impacts are taken from; none: all
+  /// Study whose calibration defines the variant "calibrated"; may be empty.
+  std::filesystem::path fit;
+  /// Name of a list of published findings to verify; may be empty.
+  std::string claims;
+  /// Contacts whose flights and impacts are counted; empty: all.
+  std::vector<std::string> joints;
   std::string accelerometer, position;  ///< instruments; may be empty
-  bool matched = true;  ///< the impact law takes the restitution that the penalty law delivers
+  /// Whether the impact law takes the restitution that the penalty law delivers.
+  bool matched = true;
   double revolutions = 0, discard = 0;  ///< periods
-  bool in_periods = false;              ///< the study states one of these two
-  std::optional<double> period;         ///< s, given in place of the drive's
-  std::optional<double> duration;       ///< s, counted in each run, in place of `revolutions`
-  std::optional<double> discard_time;   ///< s, in place of `discard`
+  bool in_periods = false;              ///< whether the study states one of these two
+  std::optional<double> period;         ///< s, used instead of the drive's period
+  std::optional<double> duration;       ///< s, evaluated time of each run, instead of `revolutions`
+  std::optional<double> discard_time;   ///< s, instead of `discard`
   int starts = 1;
   bool starts_given = false;
   std::uint64_t seed = 1;
@@ -124,7 +136,7 @@ struct Study {
   std::vector<Axis> axes;
   std::optional<Draw> sampling;
   int samples = 0;
-  std::string where;  ///< what a cell of the axes must satisfy; empty: nothing
+  std::string where;  ///< condition for the cells of the axes; empty: none
   std::vector<Measure> measures;
   std::vector<Derived> derived;
   std::vector<Variant> variants;
@@ -133,19 +145,21 @@ struct Study {
   std::optional<BasinPlan> basin;
 };
 
-/// The settings that every run of the study depends on, with the value in force, a line KEY = VALUE each.
+/// The settings that affect every run, with the values in force, one line KEY = VALUE each.
 std::string settings_text(Study study);
 
-/// What expressions of a study may speak of, in the order of a run's values: axes, and with `results` statistics and measures.
+/// Names that expressions of a study may contain, in the order of a run's values: axes, and with
+/// `results` also statistics and measures.
 std::vector<std::string> names_of(const Study& study, bool results);
 
-/// An error at a key of the study, `path` from its root: FILE:LINE:COL: path: message.
+/// An error at a key of the study, `path` from its root, as "FILE:LINE:COL: path: message".
 SceneError error_at(const Study& study, const std::vector<std::string>& path, const std::string& message);
 
-/// An error of a key of the scene that the study itself sets, at the place in the study that sets it; others as they are.
+/// Moves an error about a scene key to the position in the study that sets this key; returns other
+/// errors unchanged.
 SceneError in_study(const Study& study, const SceneError& error);
 
-/// Throws SceneError, also for a file that it names beyond its `reach`.
+/// Reads a study. Throws SceneError, also for a named file outside `reach`.
 Study read_study(const std::filesystem::path& file, Reach reach = Reach::anywhere);
 
 }  // namespace freeplay

@@ -14,19 +14,20 @@
 namespace freeplay {
 namespace {
 
-/// Sobol's table has thousands of coordinates, a database some thousands of columns, and nobody that many keys.
+/// Limit of drawn coordinates. Sobol's table has thousands of coordinates and a database a few
+/// thousand columns.
 constexpr long most_drawn = 100;
 
 /// Columns of `runs` that are neither axes nor measures (study/store/results.cpp).
 constexpr const char* fixed_columns[] = {"run", "variant", "formulation", "start", "status", "reason"};
 
-/// Databases take columns for one another that differ in capitals alone.
+/// SQLite does not distinguish columns that differ only in case.
 std::string lower(std::string text) {
   for (auto& c : text) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
   return text;
 }
 
-/// Refuses the name of an axis, a measure or what is derived that a column of the results has already.
+/// Refuses the name of an axis, measure or derived column that is already a column of the results.
 void require_free(const Study& study, const std::string& name, Section& s, const char* what) {
   const auto own = lower(name);
   const auto taken = [&](std::string_view column) { return lower(std::string(column)) == own; };
@@ -43,7 +44,7 @@ void require_free(const Study& study, const std::string& name, Section& s, const
   other(study.measures, "measure");
 }
 
-/// A name that expressions can speak of.
+/// Requires a name that expressions can contain.
 void require_word(const std::string& name, Section& s, const char* what) {
   if (!Expression::is_name(name))
     s.fail(
@@ -54,7 +55,7 @@ void require_word(const std::string& name, Section& s, const char* what) {
             name, what, fmt::join(Expression::words(), ", ")));
 }
 
-/// low, …, high.
+/// The values of [low, high, n].
 std::vector<double> spread(const std::vector<double>& range, bool logarithmic, const char* key, Section& s) {
   if (range.size() != 3) s.fail(key, fmt::format("must be [low, high, n], has {} numbers", range.size()));
   const double low = range[0], high = range[1], n = range[2];
@@ -64,7 +65,7 @@ std::vector<double> spread(const std::vector<double>& range, bool logarithmic, c
   if (!study_count.holds(n) || n < 2) s.fail(key, fmt::format("n must be a whole number from 2, is {}", n));
   std::vector<double> values;
   for (int i = 0; i < static_cast<int>(n); ++i) {
-    // Of both ends, so that 0.1, …, 0.9 are those numbers and not their neighbours.
+    // Interpolate from both ends, so that 0.1, …, 0.9 are exactly the doubles of these decimals.
     values.push_back(logarithmic ? low * std::pow(high / low, i / (n - 1))
                                  : ((n - 1 - i) * low + i * high) / (n - 1));
   }
@@ -90,7 +91,7 @@ void read_list(Axis& a, Section& s, const std::vector<std::string_view>& units) 
   a.values = s.numbers(key);
 }
 
-/// Keys that take one value must mean the same by it.
+/// Keys that share their values must have the same unit.
 void require_one_unit(const Axis& a, Section& s, const std::vector<std::string_view>& units) {
   for (std::size_t k = 0; k < a.others.size(); ++k)
     if (units[k + 1] != units[0])

@@ -1,4 +1,5 @@
-// Parts of a study's file that study.cpp reads the whole of: windows, axes, measures and what is derived from them.
+// Readers of parts of a study file, called by study.cpp: windows, axes, measures and derived
+// columns.
 #pragma once
 
 #include "mechanism/keys.hpp"
@@ -12,12 +13,13 @@ inline constexpr Range study_count{
     [](double x) { return x >= 1 && x <= 1e6 && x == static_cast<double>(static_cast<int>(x)); },
     "a whole number from 1"};
 
+/// Reads the evaluated part of a run: periods or times, discarded and counted.
 void read_windows(Section& root, Study& study);
-/// And how they are drawn and filtered.
+/// Reads the axes, the sampling of drawn axes, and the filter of cells.
 void read_axes(Section& root, Study& study);
-/// And what is derived.
+/// Reads the measures and the derived columns.
 void read_measures(Section& root, Study& study);
-/// Throws SceneError where an expression of the study is none.
+/// Checks all expressions of the study. Throws SceneError for an invalid one.
 void require_expressions(const Study& study);
 
 }  // namespace freeplay

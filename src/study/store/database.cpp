@@ -25,27 +25,30 @@ namespace freeplay {
 static_assert(std::endian::native == std::endian::little, "blobs have the lowest byte first");
 namespace {
 
-// A transaction takes milliseconds; eight processes queue for less than a second.
+// A transaction takes milliseconds; eight processes wait for each other less than a second.
 constexpr std::chrono::milliseconds between_tries(10), patience(60000);
 
-// The slowest statement of a sweep of 10^6 runs, the index of its impacts, takes 5 s for 746 MB on a local disk.
+// The slowest statement of a sweep of 10^6 runs creates the index of its impacts, and takes 5 s for
+// 746 MB on a local disk.
 constexpr double least_seconds = 120, bytes_a_second = 1e6;
+// Instructions of the virtual machine between two checks of the time.
 constexpr int steps_between_looks = 100'000;  // of SQLite's machine, 5 ms
 
 double seconds_now() {
   timespec now{};
-  clock_gettime(CLOCK_MONOTONIC_COARSE, &now);  // read twice for each row: the coarse clock takes 5 ns
+  // Read twice for each row; the coarse clock takes 5 ns.
+  clock_gettime(CLOCK_MONOTONIC_COARSE, &now);
   return static_cast<double>(now.tv_sec) + 1e-9 * static_cast<double>(now.tv_nsec);
 }
 
-/// s that a statement may take on a file as large as it is now.
+/// s, time limit of a statement for the present size of the file.
 double allowed_seconds(const std::filesystem::path& file) {
   std::error_code none;
   const auto bytes = std::filesystem::file_size(file, none);
   return least_seconds + (none ? 0 : static_cast<double>(bytes) / bytes_a_second);
 }
 
-/// Why the database does not do what it is asked, and what would help.
+/// Reason of a failure, and its remedy.
 std::string reason(int code) {
   switch (code & 0xff) {
     case SQLITE_NOTADB:
@@ -74,14 +77,15 @@ std::string reason(int code) {
   }
 }
 
-/// Whether it is the file that is wrong, and not the disk or another program.
+/// Whether the file is damaged, as opposed to an error of the disk or of another program.
 bool is_damage(int code) {
   constexpr std::array codes{SQLITE_NOTADB,   SQLITE_CORRUPT, SQLITE_ERROR,
                              SQLITE_MISMATCH, SQLITE_SCHEMA,  SQLITE_CONSTRAINT};
   return std::ranges::find(codes, code & 0xff) != codes.end();
 }
 
-/// A path that has no links in it but perhaps its last name: SQLite is asked to follow none.
+/// The path without links, except perhaps its last component: SQLite is opened with the option not
+/// to follow links.
 std::filesystem::path without_links(const std::filesystem::path& file) {
   std::error_code none;
   const auto folder = std::filesystem::canonical(
@@ -89,7 +93,8 @@ std::filesystem::path without_links(const std::filesystem::path& file) {
   return none ? std::filesystem::absolute(file) : folder / file.filename();
 }
 
-/// The name of a file that nobody writes and that is read without locks, which a shared folder may not have.
+/// URI of a file that no process writes. It is read without locks, which a shared file system may
+/// not support.
 std::string immutable(const std::filesystem::path& file) {
   std::string uri = "file:";
   for (const char c : file.string())
@@ -98,8 +103,8 @@ std::string immutable(const std::filesystem::path& file) {
   return uri + "?immutable=1&mode=ro";
 }
 
-/// Bytes of a regular file, none where there is nothing of that name. Nothing is opened: when a process closes any descriptor
-/// of a file it loses all its locks on it, SQLite's too.
+/// Size of a regular file, bytes; nullopt if there is none. Opens nothing: closing any descriptor
+/// of a file would release all locks of this process on it, including SQLite's.
 std::optional<std::uint64_t> size_of(const std::filesystem::path& file, bool written) {
   if (written) require_own(file);
   struct stat about {};
@@ -114,8 +119,9 @@ std::optional<std::uint64_t> size_of(const std::filesystem::path& file, bool wri
   return bytes;
 }
 
-/// A rollback journal that ends in this mark names another file, which SQLite removes when it has rolled back
-/// (sqlite.org/fileformat2.html, section 3). This program changes one file at a time and leaves no such journal.
+/// Refuses a rollback journal that ends with this mark. It names another file, which SQLite would
+/// delete after the rollback (sqlite.org/fileformat2.html, section 3). This program changes one
+/// file at a time and creates no such journal.
 void require_no_other_name(const std::filesystem::path& journal) {
   constexpr std::string_view mark("\xd9\xd5\x05\xf9\x20\xa1\x63\xd7");
   const auto from = open_regular(journal, most_of_a_database, Links::refused);
@@ -193,7 +199,7 @@ int Database::allowed(void* self, int what, const char* first, const char* secon
     case SQLITE_DROP_TABLE:
     case SQLITE_DROP_INDEX:
     case SQLITE_DROP_VIEW:
-    case SQLITE_REINDEX: {  // CREATE INDEX asks for it
+    case SQLITE_REINDEX: {  // used by CREATE INDEX
       const auto access = static_cast<const Database*>(self)->access_;
       return access == Access::write || access == Access::build ? SQLITE_OK : SQLITE_DENY;
     }
@@ -228,7 +234,7 @@ Database::Database(const std::filesystem::path& file, Access access, StopToken s
       open(place.string(), SQLITE_OPEN_READONLY);
     configure();
     if (own.value_or(0) + beside > 0) {
-      // What is refused stays as it is: nothing of the log beside it is brought into it.
+      // A refused file stays unchanged: no checkpoint of its write-ahead log.
       sqlite3_db_config(db_, SQLITE_DBCONFIG_NO_CKPT_ON_CLOSE, beside > 0 ? 1 : 0, nullptr);
       require_own();
       sqlite3_db_config(db_, SQLITE_DBCONFIG_NO_CKPT_ON_CLOSE, 0, nullptr);
@@ -246,15 +252,15 @@ Database::Database(const std::filesystem::path& file, Access access, StopToken s
 }
 
 void Database::open(const std::string& name, int flags) {
-  // A merge's connections are one thread's, and it asks for each value: without a lock for each.
+  // The connections of a merge belong to one thread, so no mutex is needed for each value.
   if (access_ == Access::sealed || access_ == Access::build) flags |= SQLITE_OPEN_NOMUTEX;
   if (sqlite3_open_v2(name.c_str(), &db_, flags | SQLITE_OPEN_NOFOLLOW, nullptr) != SQLITE_OK) fail();
 }
 
 void Database::configure() {
   sqlite3_busy_handler(db_, wait, this);
-  if (access_ ==
-      Access::build)  // the file is nobody's until it is renamed: a power failure leaves nothing that counts
+  // Valid only after renaming, so a power failure cannot leave a valid incomplete file.
+  if (access_ == Access::build)
     for (const char* pragma : {"journal_mode = OFF", "synchronous = OFF", "cache_size = -262144",
                                "temp_store = FILE", "locking_mode = EXCLUSIVE"})
       execute(fmt::format("PRAGMA {}", pragma));
@@ -274,7 +280,7 @@ std::vector<SchemaObject> Database::schema() const {
   std::vector<SchemaObject> objects;
   Statement s(*this, "SELECT type, name, tbl_name, sql FROM sqlite_master ORDER BY rowid");
   while (s.step()) {
-    // An index that SQLite makes of UNIQUE or PRIMARY KEY has no definition.
+    // Indexes that SQLite makes for UNIQUE or PRIMARY KEY have no definition.
     if (s.absent(3) && s.text(0) == "index" && s.text(1).starts_with("sqlite_autoindex_")) continue;
     objects.push_back({s.text(0), s.text(1), s.text(2), s.text(3)});
   }
@@ -305,12 +311,14 @@ void Database::require_own() {
 }
 
 void Database::prepare_for_writing() {
-  // A user's query, however long, does not hold up the runs; a stop at any moment loses unstored runs only. SQLite does
-  // not wait by itself for another process that is just doing the same.
+  // In WAL mode, long queries of a user do not block the runs, and a stop at any time loses
+  // unstored runs only. SQLite does not wait by itself if another process switches to WAL at the
+  // same time.
   for (int tries = 0; sqlite3_exec(db_, "PRAGMA journal_mode = WAL", nullptr, nullptr, nullptr) != SQLITE_OK;)
     if (sqlite3_errcode(db_) != SQLITE_BUSY || !wait(this, tries++)) fail();
   execute("PRAGMA foreign_keys = ON");
-  // Of a commit the kernel is told, the disk at checkpoints: a killed program loses none, a power failure the last.
+  // A commit is passed to the kernel at once and to the disk at checkpoints: a killed program loses
+  // no commit, a power failure the last ones.
   execute("PRAGMA synchronous = NORMAL");
 }
 
@@ -324,7 +332,7 @@ void Database::copy_to(const std::filesystem::path& file) const {
     if (!wait(const_cast<Database*>(this), tries++)) break;
   sqlite3_backup_finish(work);
   if (code != SQLITE_DONE) copy.fail(code);
-  // The copy says of itself that a log lies beside it, as the original does.
+  // The copied header requests WAL mode, as in the original; reset it.
   sqlite3_set_authorizer(copy.db_, nullptr, nullptr);
   copy.execute("PRAGMA journal_mode = DELETE");
 }
@@ -335,7 +343,7 @@ Database::Statement::Statement(const Database& owner, const std::string& sql) : 
   const char* rest = nullptr;
   owner.began_ = seconds_now();
   if (sqlite3_prepare_v2(owner.db_, sql.c_str(), -1, &statement_, &rest) != SQLITE_OK) owner.fail();
-  assert(!*rest);  // one statement
+  assert(!*rest);  // exactly one statement
 }
 Database::Statement::~Statement() { sqlite3_finalize(statement_); }
 

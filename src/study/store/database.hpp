@@ -1,16 +1,23 @@
-// One SQLite file: statements, transactions, and failures in the program's own words. Every database of the program is opened
-// here, and none is trusted, for a result folder or a shard may come from anybody:
+// Access to one SQLite file: statements, transactions, and error messages. Every database of the
+// program is opened by this class. A result folder or a shard may be of unknown origin, so no
+// database is trusted:
 //
-//     before SQLite    a regular file, no link, of at most most_of_a_database; so SQLite's files beside it; no rollback journal
-//                      that names a file elsewhere (SQLite would remove that)
-//     by SQLite        defensive, schema not trusted, no triggers, nothing attached, and an authorizer that allows what
-//                      freeplay's own statements need; a file that is only read is opened for reading
-//     then             UTF-8; each definition one of this program's own (study/store/schema.hpp); pages that hold together
-//                      (quick_check, first fault: 3 s for a gigabyte that is in memory)
-//     while in use     a statement ends after a time that grows with the file: 120 s, and a second for each megabyte
+//     before opening   a regular file, no link, of at most most_of_a_database; so SQLite's files
+//                      beside it; no rollback journal that names another file (SQLite would
+//                      delete that)
+//     in SQLite        defensive mode, untrusted schema, no triggers, nothing attached, and an
+//                      authorizer that permits the actions of freeplay's own statements only; a
+//                      file that is only read is opened read-only
+//     after opening    UTF-8; each definition is one of this program (study/store/schema.hpp);
+//                      consistent pages (quick_check to the first fault: 3 s for a cached gigabyte)
+//     in use           a statement ends after a time that grows with the file: 120 s, and a second
+//                      for each megabyte
 //
-// Nothing is changed before all of this is known, but that SQLite takes back an unfinished transaction whose rollback journal
-// lies beside the file.
+// The file is not changed before these checks have passed, except that SQLite rolls back an
+// unfinished transaction whose journal is beside the file.
+//
+// A Database owns its connection. One thread uses it at a time; several processes may write the
+// same file.
 #pragma once
 
 #include <cstddef>
@@ -28,58 +35,61 @@ struct sqlite3_stmt;
 
 namespace freeplay {
 
-/// A database that is only read, and is damaged.
+/// A damaged database that was opened for reading.
 struct DamagedDatabase : SceneError {
   using SceneError::SceneError;
 };
 
+/// One open SQLite file.
 class Database {
  public:
+  /// Purpose for which a file is opened.
   enum class Access {
-    read,    ///< nothing is changed
-    sealed,  ///< likewise, of a file that is whole by itself: files beside it are not SQLite's
-    write,   ///< opened, or made; several processes may, at a time
-    build    ///< a new file of this process' own, which counts when it is whole: without a journal
+    read,    ///< read-only
+    sealed,  ///< read-only, and complete without SQLite's files beside it
+    write,   ///< opened or created; several processes may write at the same time
+    build    ///< a new file of this process, valid only when complete; without a journal
   };
 
-  /// Where another program holds the file it is waited for, a minute at most, or until `stop`. A file that is not used throws
-  /// SceneError where it is only read, OutputError where it would be written.
+  /// Opens the file. Waits while another program locks it, for at most a minute or until `stop`.
+  /// For an unusable file, throws SceneError if it is only read, and OutputError otherwise.
   Database(const std::filesystem::path& file, Access access, StopToken stop = {});
   ~Database();
   Database(const Database&) = delete;
   Database& operator=(const Database&) = delete;
 
   const std::filesystem::path& file() const { return file_; }
-  /// One statement.
+  /// Executes one statement.
   void execute(const std::string& sql) const;
-  long last_id() const;  ///< of the row that was inserted last
-  /// What it is made of, in the order of its making; each has an own_definition().
+  long last_id() const;  ///< of the last inserted row
+  /// Its tables, indexes and views, in the order of their creation. Each has an own_definition().
   std::vector<SchemaObject> schema() const;
-  /// Its user_version.
+  /// SQLite's user_version, which states the kind of database.
   long kind() const;
-  /// A copy of it as of one instant, in one file; pages are copied, nothing is executed. Throws OutputError.
+  /// Copies the database, as of one instant, into one file. Copies pages and executes nothing.
+  /// Throws OutputError.
   void copy_to(const std::filesystem::path& file) const;
 
-  /// A prepared statement: bind in order, step through rows.
+  /// A prepared statement: bind values in order, then step through the rows.
   class Statement {
    public:
     Statement(const Database& owner, const std::string& sql);
     ~Statement();
     Statement(const Statement&) = delete;
     Statement& operator=(const Statement&) = delete;
-    /// NaN becomes NULL: a statistic that a run does not have.
+    /// NaN is stored as NULL, for a statistic that a run does not have.
     Statement& bind(double x);
     Statement& bind(long x);
     Statement& bind(const std::string& x);
-    /// As a blob: numbers of single precision, the lowest byte first; none is NULL.
+    /// Binds a blob of single-precision numbers, little-endian. An empty list is stored as NULL.
     Statement& bind(std::span<const float> x);
-    /// The same of double precision, bit for bit.
+    /// Likewise with double precision, bit for bit.
     Statement& bind(std::span<const double> x);
-    /// A value of another statement's row, as it stands there.
+    /// Binds a value of another statement's current row unchanged.
     Statement& bind(const Statement& row, int column);
     bool step();
     void again();
-    /// Binds all of a row, and again().
+    /// Binds all values of a row, executes, and resets.
     template <class... X>
     void put(const X&... x) {
       (bind(x), ...);
@@ -90,9 +100,9 @@ class Database {
     long whole(int column) const;
     int columns() const;
     std::string name(int column) const;
-    bool absent(int column) const;  ///< NULL
+    bool absent(int column) const;  ///< whether it is NULL
     bool is_text(int column) const;
-    std::vector<float> floats(int column) const;  ///< of a blob; none of NULL
+    std::vector<float> floats(int column) const;  ///< numbers of a blob; empty for NULL
     std::vector<double> doubles(int column) const;
 
    private:
@@ -103,11 +113,11 @@ class Database {
     const Database& owner_;
     sqlite3_stmt* statement_ = nullptr;
     int bound_ = 0;
-    double spent_ = 0;  // s in step()
+    double spent_ = 0;  // s, spent in step()
   };
 
-  /// All of it or nothing; what is not committed is undone. It has the right to write from its beginning: what it reads
-  /// stays so until it has written.
+  /// A transaction: without commit() everything is undone. It holds the write lock from its
+  /// beginning, so what it reads cannot change before it writes.
   class Transaction {
    public:
     explicit Transaction(const Database& owner);
@@ -130,11 +140,11 @@ class Database {
   void require_own();
   void prepare_for_writing();
 
-  /// SQLite asks it whether to try again, after `tries` of them.
+  /// SQLite's busy handler: whether to try again after this many `tries`.
   static int wait(void* self, int tries);
-  /// SQLite asks it now and then whether to end the statement.
+  /// SQLite's progress handler: whether to interrupt the present statement.
   static int is_late(void* self);
-  /// Whether a statement may do what it asks for (sqlite3_set_authorizer).
+  /// SQLite's authorizer: whether a statement may perform an action (sqlite3_set_authorizer).
   static int allowed(void* self, int what, const char* first, const char* second, const char* schema,
                      const char*);
 
@@ -142,7 +152,7 @@ class Database {
   Access access_;
   StopToken stop_;
   sqlite3* db_ = nullptr;
-  mutable double began_ = 0;  // s, of the statement at work
+  mutable double began_ = 0;  // s, start of the present statement
 };
 
 }  // namespace freeplay

@@ -12,7 +12,8 @@ namespace {
 
 using Statement = Database::Statement;
 
-/// A run that the study does not name any more stays, and is left out of what is made of the others. `derived`: further columns.
+/// Creates the view `named` of the runs that the study names. Other runs remain in the database.
+/// `derived`: further columns.
 void make_view(const Database& database, const std::string& columns, const std::string& derived) {
   database.execute(
       fmt::format("CREATE VIEW IF NOT EXISTS named AS SELECT {}{} FROM runs{} WHERE runs.run NOT IN "
@@ -28,7 +29,7 @@ std::string insert(const char* into, std::size_t columns) {
 
 double finite(double x) { return std::isfinite(x) ? x : std::nan(""); }
 
-/// The statements that store a run, prepared once a batch.
+/// Prepared statements that store a run, for one batch.
 struct Inserts {
   Inserts(const Database& owner, std::size_t columns_of_runs)
       : database(owner),
@@ -46,7 +47,7 @@ struct Inserts {
   Statement run, turn, flight, impact, measure, cost, spectrum, trace, done;
 };
 
-/// `measures`: their names.
+/// Stores one run. `measures`: their names.
 void put(Inserts& into, const MadeRun& made, const std::vector<std::string>& measures) {
   const auto& [key, what, r] = made;
   const auto& m = r.metrics;
@@ -60,7 +61,8 @@ void put(Inserts& into, const MadeRun& made, const std::vector<std::string>& mea
   auto reason = r.ending.reason;
   for (const auto& note : r.notes)
     if (finished && note.starts_with("DOUBTFUL")) reason += (reason.empty() ? "" : "; ") + note;
-  s.put(std::string(finished ? "finished" : "failed"), reason, std::nan(""));  // SQLite gives its number
+  // NaN: SQLite assigns the row number.
+  s.put(std::string(finished ? "finished" : "failed"), reason, std::nan(""));
   const long id = into.database.last_id();
 
   const auto contact = [&](int k) {
@@ -99,7 +101,7 @@ Results::Results(const std::filesystem::path& file, const Study& study, StopToke
 void Results::store(std::span<const MadeRun> batch) {
   Database::Transaction whole(database_);
   {
-    // run, variant, formulation, start; status, reason; its number
+    // run, variant, formulation, start; status, reason; row number
     Inserts into(database_, 4 + axes_ + TurnMetrics::count + measures_.size() + 2 + 1);
     for (const auto& made : batch) put(into, made, measures_);
   }

@@ -1,4 +1,6 @@
-// The results of a sweep: its tables are in study/store/results_tables.hpp, the list of its work in study/store/work_list.hpp.
+// Results: the database of a sweep. results_tables.hpp defines its tables, work_list.hpp the list
+// of its runs. study/sweep/sweep.hpp stores runs; figures, tables and claims read them by runs()
+// and the functions for lists of one run. A Results object owns the open database.
 #pragma once
 
 #include <set>
@@ -10,23 +12,24 @@
 
 namespace freeplay {
 
-/// One row of `runs` as figures and claims use it.
+/// One row of the table `runs`, as figures and claims use it.
 struct RunRow {
   std::string key, variant, formulation;
   int start = 0;
   std::vector<double> values;  ///< of the axes
   std::array<double, TurnMetrics::count> metric{};
-  std::vector<double> measures;  ///< of the study
-  std::string doubt;             ///< what the run says of itself that makes it DOUBTFUL; or ""
+  std::vector<double> measures;  ///< of the study's measures
+  std::string doubt;             ///< the run's note that begins with DOUBTFUL, or ""
 };
 
-/// Runs that are there though the study does not name them.
+/// Runs in the database that the study does not name.
 struct KeptRuns {
   std::string variant, formulation;
   std::size_t count = 0;
 };
 
-/// What a study derives from a run: each from axes, statistics, measures and what is derived before it; NaN: absent.
+/// Evaluates the derived columns of a study for one run: from axes, statistics, measures and
+/// columns derived before. NaN: absent.
 class Deriver {
  public:
   explicit Deriver(const Study& study);
@@ -36,44 +39,46 @@ class Deriver {
   std::vector<Expression> expressions_;
 };
 
-/// A run that was made, to be stored.
+/// A completed run to be stored.
 struct MadeRun {
   std::string key;
   const Case* what;
   CaseResult result;
 };
 
+/// The database of one study's runs.
 class Results : public RunStore {
  public:
-  /// Opens or makes the file; `axes` are the names of its columns. Throws OutputError, also when the file
-  /// holds another study's axes, or keys of another kind than run_key().
+  /// Opens or creates the file. `axes` are the names of its columns. Throws OutputError, also if
+  /// the file has the axes of another study, or keys of another kind than run_key().
   Results(const std::filesystem::path& file, const Study& study, StopToken stop = {});
 
-  /// Keys of the runs that are there.
+  /// Keys of all stored runs.
   std::set<std::string> keys() const;
-  /// All of them or none.
+  /// Stores all runs of the batch in one transaction.
   void store(std::span<const MadeRun> batch);
-  /// Finished runs by variant, formulation, axes and start; of these keys, or with none given all that the study names.
+  /// Finished runs, ordered by variant, formulation, axes and start: those with the given keys, or
+  /// all that the study names.
   std::vector<RunRow> runs(const std::set<std::string>& keys = {}) const;
-  /// Runs that failed, of those that the study names: variant, formulation, reason.
+  /// Failed runs that the study names: variant, formulation, reason.
   std::vector<std::array<std::string, 3>> failures() const;
-  /// Runs of an earlier form of the study, or of another program (study/store/work_list.hpp).
+  /// Runs of an earlier version of the study or of another program (study/store/work_list.hpp).
   std::vector<KeptRuns> kept() const;
-  /// Removes these, and no other.
+  /// Deletes exactly these runs.
   void prune();
   std::vector<Flight> flights(const std::string& key) const;
   std::vector<CountedImpact> impacts(const std::string& key) const;
   std::vector<double> spectrum(const std::string& key) const;
   std::vector<TracePoint> trace(const std::string& key) const;
   double cpu_seconds() const;
-  /// Computes what the study derives, of every finished run, and shows it in the view `named`. A change of an expression runs
-  /// nothing again.
+  /// Computes the derived columns of every finished run, and shows them in the view `named`. A
+  /// changed expression needs no new runs.
   void derive(const Study& study);
 
  private:
   std::size_t axes_ = 0;
-  std::vector<std::string> measures_;  // names
-  std::string shown_;                  // columns of runs
+  std::vector<std::string> measures_;  // their names
+  std::string shown_;                  // columns of `runs`
 };
 
 }  // namespace freeplay

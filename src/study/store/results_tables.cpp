@@ -10,7 +10,7 @@
 namespace freeplay {
 namespace {
 
-/// What a run has many of: the table, the view that shows it, its columns.
+/// A list of a run: its table, the view that shows it, its columns.
 struct Many {
   const char *table, *view, *columns;
 };
@@ -34,7 +34,7 @@ std::string table_of_runs(const Study& study) {
       columns);
 }
 
-/// The names in a list of columns, each after a comma.
+/// The names in a list of columns, each preceded by a comma.
 std::string names_in(const std::string& columns) {
   std::string names;
   for (std::size_t at = 0; at < columns.size();
@@ -91,7 +91,7 @@ PackedTrace packed(const std::vector<TracePoint>& trace) {
 std::vector<TracePoint> unpacked(const PackedTrace& trace) {
   const auto n = trace.acceleration.size();
   const bool even = trace.angle.size() != n;
-  // A file may have been written by anyone: what does not fit together is no trace.
+  // The file may be of unknown origin: inconsistent blobs count as no trace.
   if ((even && (trace.angle.size() != 2 || n < 2)) || (!trace.position.empty() && trace.position.size() != n))
     return {};
   std::vector<TracePoint> out(n);

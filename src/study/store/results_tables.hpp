@@ -1,11 +1,13 @@
-// The tables of a study's results. A run has a row in `runs`, by the digest of its identity; what it has many of has rows, or
-// one row of blobs, by the whole number of its row there. Views give them the digest again:
+// Tables of a sweep's database. A run has one row in `runs`, with the digest of its identity as
+// key. Its lists have several rows, or one row of blobs, in other tables, which refer to the run by
+// the integer of its row. Views show them with the digest:
 //
-//     turns, flights, impacts, measures, costs   a row for each, as ever
-//     spectra (run, amplitude)                   blob: of harmonics 1, 2, …
-//     traces  (run, angle, acceleration, position)   blobs: angle is its first and its last, even between, or all of them
+//     turns, flights, impacts, measures, costs       one row for each item
+//     spectra (run, amplitude)                       blob: of harmonics 1, 2, …
+//     traces  (run, angle, acceleration, position)   blobs: angle contains the first and last angle
+//                                                    of uniform samples, or all angles
 //
-// A blob holds numbers of single precision (IEEE 754 binary32), the lowest byte first, with nothing between.
+// A blob contains single-precision numbers (IEEE 754 binary32), little-endian, without padding.
 #pragma once
 
 #include <span>
@@ -18,16 +20,19 @@
 
 namespace freeplay {
 
-/// Of a study's axes and measures; but for the view `named` and the table `derived`, which follow what the study derives.
+/// Definitions for a study's axes and measures, without the view `named` and the table `derived`,
+/// which depend on the derived columns.
 StoreForm results_form(const Study& study);
 
-/// The columns of `runs` as queries show them, from the table `runs`.
+/// The columns of `runs` as queries show them.
 std::string shown_columns(const Study& study);
 
-/// A trace as its blobs have it.
+/// A trace in the form of its blobs.
 struct PackedTrace {
-  std::vector<float> angle, acceleration, position;  ///< position: none where there is no sensor of it
+  std::vector<float> angle, acceleration, position;  ///< position: empty without a position sensor
 };
+/// Conversion between a trace and its blobs. unpacked() returns an empty trace for inconsistent
+/// blobs.
 PackedTrace packed(const std::vector<TracePoint>& trace);
 std::vector<TracePoint> unpacked(const PackedTrace& trace);
 

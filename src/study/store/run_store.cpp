@@ -12,7 +12,7 @@ namespace freeplay {
 RunStore::RunStore(const std::filesystem::path& file, Database::Access access, const StoreForm& form,
                    StopToken stop)
     : database_(file, access, stop) {
-  std::optional<Database::Transaction> whole;  // two processes may open a new file at a time
+  std::optional<Database::Transaction> whole;  // two processes may open a new file at the same time
   if (access == Database::Access::write) whole.emplace(database_);
   const auto there = database_.schema();
   if (there.empty() && whole) {

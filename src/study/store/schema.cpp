@@ -12,7 +12,7 @@ namespace {
 
 using namespace std::string_view_literals;
 
-// Those of sweeps (and of sweeps before blobs), of attractors and of ensembles.
+// Tables of sweeps (also without blobs), attractors and ensembles.
 constexpr std::array tables{
     "runs"sv,    "turn_rows"sv,      "flight_rows"sv, "impact_rows"sv, "measure_rows"sv, "cost_rows"sv,
     "work"sv,    "spectrum_blobs"sv, "trace_blobs"sv, "sweeps"sv,      "derived"sv,      "turns"sv,
@@ -23,7 +23,7 @@ constexpr std::array views{"named"sv,    "turns"sv,   "flights"sv, "impacts"sv,
 constexpr std::array rows_of_runs{"turn_rows"sv, "flight_rows"sv,    "impact_rows"sv, "measure_rows"sv,
                                   "cost_rows"sv, "spectrum_blobs"sv, "trace_blobs"sv};
 constexpr std::array types{"TEXT"sv, "REAL"sv, "INTEGER"sv, "BLOB"sv};
-// Longer ones before those that they begin with.
+// Longer ones precede those that are their beginnings.
 constexpr std::array constraints{" PRIMARY KEY REFERENCES runs(run) ON DELETE CASCADE"sv,
                                  " PRIMARY KEY REFERENCES runs(\"run id\") ON DELETE CASCADE"sv,
                                  " REFERENCES runs(run) ON DELETE CASCADE"sv,
@@ -37,7 +37,8 @@ bool is_word(std::string_view text) {
          std::ranges::all_of(text, [&](char c) { return letter(c) || (c >= '0' && c <= '9'); });
 }
 
-/// Takes a definition from its beginning, piece by piece; what it has taken is composed anew.
+/// Parses a definition from its beginning, and composes the accepted pieces into the definition's
+/// text.
 class Parser {
  public:
   explicit Parser(std::string_view text) : rest_(text) {}
@@ -51,7 +52,7 @@ class Parser {
   bool take_one_of(const Words& words) {
     return std::ranges::any_of(words, [this](std::string_view word) { return take(word); });
   }
-  /// A name, or a name in quotation marks; "" where none stands.
+  /// Parses a name, or a quoted name; "" if there is none.
   std::string take_name() {
     std::size_t size = 0;
     if (rest_.starts_with('"')) {

@@ -1,13 +1,15 @@
-// What the databases of this program are made of. A database may come from anybody, and its schema is text that SQLite runs: a
-// trigger, a view, an expression of an index or a default. So each definition found in a file is parsed by the few forms that this
-// program writes and composed anew from its own words and the names in it,
+// Permitted definitions in a database of this program. A database may be of unknown origin, and its
+// schema is SQL that SQLite executes: triggers, views, expressions of indexes and defaults. Each
+// definition found in a file is therefore parsed as one of the few forms that this program writes,
+// and composed again from the program's own text and the names in it:
 //
 //     CREATE TABLE t (c TYPE [constraint], …) [WITHOUT ROWID]      TYPE: TEXT, REAL, INTEGER, BLOB
 //     CREATE INDEX t_c ON t(c)
 //     CREATE VIEW v AS SELECT … FROM runs [JOIN …] [WHERE runs.run NOT IN (…)]
 //
-// for tables, indexes and views of known names. A definition that is not letter by letter what is composed is no definition of this
-// program's: the file is refused (study/store/database.hpp). What is executed is the composed text, never the file's.
+// for tables, indexes and views of known names. If a definition differs from the composed text in
+// any character, the file is refused (study/store/database.hpp). Only composed text is executed,
+// never that of the file.
 #pragma once
 
 #include <optional>
@@ -22,13 +24,13 @@ struct SchemaObject {
   auto operator<=>(const SchemaObject&) const = default;
 };
 
-/// A definition in this program's words.
+/// A definition in this program's text.
 struct Definition {
   std::string text;                  ///< one SQL statement
-  std::vector<std::string> columns;  ///< of a table, as SQL has them: a name, or "a name"
+  std::vector<std::string> columns;  ///< of a table, in SQL: a name, or "a name"
 };
 
-/// None where this program makes no such object, in this version or an earlier one.
+/// The definition of an object; nullopt if no version of this program creates it.
 std::optional<Definition> own_definition(const SchemaObject& object);
 
 }  // namespace freeplay

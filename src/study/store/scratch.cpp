@@ -16,7 +16,7 @@ void remove_if_left(const std::filesystem::path& folder) {
     { const FolderLock free(folder, "shard"); }
     std::filesystem::remove_all(folder);
   } catch (const std::exception&) {
-    // Another shard is at work in it.
+    // Another shard uses the folder.
   }
 }
 

@@ -1,5 +1,6 @@
-// A folder of one process' own on the node's own disk, gone with it. What killed processes left there of the same plan goes when
-// the next of them begins; that they are gone their lock tells (io/files/folder_lock.hpp).
+// Temporary folder of one process on the node's local disk. It is removed with the object. Folders
+// of killed processes with the same plan are removed when the next process starts; their unlocked
+// lock files identify them (io/files/folder_lock.hpp).
 #pragma once
 
 #include <filesystem>
@@ -10,9 +11,11 @@
 
 namespace freeplay {
 
+/// Owns a temporary folder and its lock.
 class Scratch {
  public:
-  /// Below `where`. Throws OutputError where that cannot be written or has less than 16 MB of room.
+  /// Creates a folder below `where`. Throws OutputError if that is not writable or has less than 16
+  /// MB of free space.
   Scratch(const std::filesystem::path& where, const std::string& plan);
   ~Scratch();
   Scratch(const Scratch&) = delete;

@@ -42,7 +42,7 @@ WorkList::WorkList(const Database& database, const FolderLock& lock, const std::
 }
 
 void WorkList::forget_the_dead() {
-  std::vector<long> dead{lock_.seat()};  // what an earlier process with this seat left
+  std::vector<long> dead{lock_.seat()};  // left by an earlier process with this slot
   {
     Statement s(database_, "SELECT seat FROM sweeps UNION SELECT seat FROM work WHERE state = 'claimed'");
     while (s.step())
@@ -78,7 +78,7 @@ void WorkList::make_list(const std::vector<std::string>& runs, Earlier earlier) 
   if (earlier == Earlier::kept) database_.execute("UPDATE work SET state = 'kept' WHERE " + others);
   database_.execute(
       fmt::format("INSERT OR IGNORE INTO work SELECT run, '{}', NULL FROM runs WHERE {}", state, others));
-  Statement s(database_,  // in the study's order
+  Statement s(database_,  // in the order of the study
               "INSERT INTO work VALUES (?1, CASE WHEN EXISTS (SELECT 1 FROM runs WHERE run = ?1) THEN 'done' "
               "ELSE 'open' END, NULL) ON CONFLICT DO UPDATE SET state = excluded.state, seat = NULL");
   for (const auto& run : runs) s.put(run);
@@ -126,7 +126,7 @@ std::vector<std::string> WorkList::claim(int most) {
 
 std::size_t WorkList::marked_done() const { return count(database_, "work WHERE state = 'done'"); }
 
-// By the index of states: a list of all that are asked for would be gone through.
+// Uses the index of states; a condition on the list of runs would scan it.
 std::size_t WorkList::done_now() const { return found_ + marked_done() - marked_; }
 
 bool WorkList::ended() const {

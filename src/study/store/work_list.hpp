@@ -1,11 +1,13 @@
-// The one list of the runs that a study names, in the table `work` beside them, by which processes share them: a run is
+// List of the runs of a study, in the table `work` of its database, by which processes divide the
+// runs. A run is
 //
-//     open       nobody makes it
-//     claimed    the process with this seat makes it (io/files/folder_lock.hpp); when that process is gone it is open
-//     done       it is among `runs`
-//     kept       it is among `runs`, of an earlier form of the study or of another program
+//     open       not begun
+//     claimed    computed by the process with this slot (io/files/folder_lock.hpp); open again if
+//                that process has ended
+//     done       stored in `runs`
+//     kept       stored in `runs`, from an earlier version of the study or another program
 //
-// Each change is one transaction that has the right to write from its beginning, so that no run is claimed twice.
+// Each change is one transaction with a write lock from its beginning, so no run is claimed twice.
 #pragma once
 
 #include <array>
@@ -17,32 +19,35 @@
 
 namespace freeplay {
 
+/// The work list of one database. Refers to the database and the folder lock.
 class WorkList {
  public:
-  /// What becomes of the runs that are there and not asked for.
+  /// State of stored runs that are not in the new list: kept, or done.
   enum class Earlier { kept, named };
 
-  /// Makes these runs the list. Throws OutputError where other processes work on another.
+  /// Writes the list. Throws OutputError if other processes work on another list.
   WorkList(const Database& database, const FolderLock& lock, const std::vector<std::string>& runs,
            Earlier earlier);
-  /// Gives back what it claimed and has not made.
+  /// Returns claimed runs that were not stored.
   ~WorkList();
   WorkList(const WorkList&) = delete;
   WorkList& operator=(const WorkList&) = delete;
 
-  /// How many were done, and how many are kept, as the list was made.
+  /// Numbers of runs that were done and kept when the list was written.
   std::size_t found() const { return found_; }
   std::size_t kept() const { return kept_; }
-  /// How many runs were claimed by processes that ended without storing them or giving them back.
+  /// Number of runs claimed by processes that ended without storing or returning them.
   std::size_t lost() const { return lost_; }
-  /// At most as many runs to be made by this process; none when all are done or made by others that live.
+  /// Claims at most `most` runs for this process. Empty if all are done or claimed by living
+  /// processes.
   std::vector<std::string> claim(int most);
-  /// How many of them are done by now, by whomever.
+  /// Number of runs of the list that are done now, by any process.
   std::size_t done_now() const;
-  /// Whether all are done.
+  /// Whether all runs are done.
   bool ended() const;
 
-  /// SQL of its tables, and for a run that is stored, in the transaction that stores it.
+  /// SQL of its tables, and of the statement that marks a run as done in the transaction that
+  /// stores it.
   static constexpr std::array definitions{
       "CREATE TABLE work (run TEXT PRIMARY KEY, state TEXT, seat INTEGER)",
       "CREATE INDEX work_state ON work(state)", "CREATE TABLE sweeps (seat INTEGER PRIMARY KEY)"};

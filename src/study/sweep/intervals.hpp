@@ -1,4 +1,7 @@
-// Statistics of a study's cells over their perturbed starts.
+// Statistics of the cells of a study over their perturbed starts. For n values with mean x̄ and
+// standard deviation s, the 95 % confidence interval of the mean is x̄ ± t_{n−1}(0.975) s/√n
+// (Student). Directions are averaged on the circle; positive values and shares use a transformed
+// scale if the interval would leave their range.
 #pragma once
 
 #include <functional>
@@ -9,36 +12,39 @@
 
 namespace freeplay {
 
-/// Mean over starts with Student's 95 % interval of the mean, and the range.
+/// Mean over starts with Student's 95 % confidence interval of the mean, and the range of the
+/// values.
 struct Interval {
   int count = 0;
-  double mean = 0, low = 0, high = 0;  ///< low and high are NaN for fewer than two
+  double mean = 0, low = 0, high = 0;  ///< limits of the interval; NaN for fewer than two values
   double least = 0, greatest = 0;
   bool overlaps(const Interval& other) const { return low <= other.high && other.low <= high; }
 };
-/// Of the finite values.
+/// The interval of the finite values.
 Interval interval(const std::vector<double>& values);
-/// Of directions in degrees: their mean direction, in [0, 360), and the rest by their deviations from it on the circle,
-/// unwrapped about it: low may be below 0 and high beyond 360. An interval of half the circle or more says nothing:
-/// NaN.
+/// The interval of directions in degrees: the mean direction, in [0, 360), with limits and range
+/// from the deviations on the circle, unwrapped about it, so that low may be negative and high may
+/// exceed 360. NaN for an interval of half the circle or more.
 Interval interval_of_directions(const std::vector<double>& degrees);
-/// The same interval of a mean on the scale where its values may lie: x > 0 by its logarithm, a share by its logit, so
-/// that with h Student's half-width it is x e^(±h/x), or that of the odds; of a mean at an end of its range that end.
+/// Transforms an interval to the scale of its values: logarithm for x > 0, logit for a share. With
+/// Student's half-width h it becomes x e^(±h/x), or likewise for the odds. A mean at an end of its
+/// range has that end as its interval.
 Interval within_range(Interval s, TurnMetrics::Kind kind);
 
-/// The runs of one cell, on the circle where the statistic is a direction; where Student's interval would leave the range of its
-/// values, on their scale.
+/// The interval of one cell and metric: on the circle for directions; on the transformed scale
+/// where Student's interval would exceed the range of the values.
 Interval cell(const std::vector<RunRow>& runs, const std::string& variant, const std::string& formulation,
               const std::vector<double>& values, TurnMetrics::Name metric);
 
-/// The runs of every cell, sought once: a study may have many thousand of both. The runs must outlive it.
+/// Index of the runs by cell, for studies with many thousands of runs. Refers to the runs, which
+/// must outlive it.
 class Cells {
  public:
   explicit Cells(const std::vector<RunRow>& runs);
-  /// In the order of the runs; empty where there are none.
+  /// Runs of a cell in their original order; empty if there are none.
   const std::vector<const RunRow*>& at(const std::string& variant, const std::string& formulation,
                                        const std::vector<double>& values) const;
-  /// Of that cell, as cell() has it.
+  /// The interval of a cell, as cell().
   Interval of(const std::string& variant, const std::string& formulation, const std::vector<double>& values,
               TurnMetrics::Name metric) const;
 

@@ -1,9 +1,11 @@
-// Threads take runs from what the process has claimed, and put what they made beside it; claims and results go to the database
-// in batches, a transaction each, as long as a batch takes to make:
+// Threads take runs from those that the process has claimed, and collect the results. Claims and
+// results are written to the database in batches, each in one transaction; a batch takes about as
+// long as `batch_seconds` to compute:
 //
-//     open → claimed (batch) → made by a thread → stored (batch)
+//     open → claimed (batch) → computed by a thread → stored (batch)
 //
-// Long runs are batches of one. A killed process loses the runs that it had claimed and not stored.
+// Long runs form batches of one. A killed process loses the runs that it had claimed but not
+// stored.
 #include "study/sweep/sweep.hpp"
 
 #include <oneapi/tbb/parallel_for.h>
@@ -21,11 +23,11 @@
 namespace freeplay {
 namespace {
 
-constexpr double batch_seconds = 0.25;  // of claims, and until what is made is stored
+constexpr double batch_seconds = 0.25;  // s, time of a batch
 constexpr std::size_t most_in_batch = 256;
-constexpr double count_seconds = 2;  // between counts of what others have made
+constexpr double count_seconds = 2;  // s, between counts of the runs of other processes
 
-/// One process' part in a study.
+/// The part of one process in a study.
 class Sweep {
  public:
   Sweep(const Study& study, const std::vector<PlannedRun>& runs, const Conduct& conduct, Results& results,
@@ -57,7 +59,7 @@ class Sweep {
         });
         store_made();
         if (work_->ended()) break;
-        // Others make what is left, or are gone before they have.
+        // Other processes compute the remaining runs, or have ended before.
         std::this_thread::sleep_for(std::chrono::milliseconds(50));
       }
     } catch (...) {
@@ -78,7 +80,7 @@ class Sweep {
   bool stopped() const { return conduct_.stop() || failed_; }
   double seconds() const { return std::chrono::duration<double>(Clock::now() - began_).count(); }
 
-  /// One thread's part: a run after the other while there are any.
+  /// Loop of one thread: computes runs while there are any.
   void work() {
     try {
       while (!stopped()) {
@@ -87,18 +89,18 @@ class Sweep {
         const auto& one = *cases_.at(*key);
         auto result = run_case(study_, one, conduct_);
         if (result.ending.status == Ending::Status::interrupted) return;
-        result.metrics.turns = {};  // are not stored
+        result.metrics.turns = {};  // not stored
         result.metrics.mean_turn = {};
         keep({*key, &one, std::move(result)});
       }
-    } catch (const Interrupted&) {  // while a start was made: its run is none
+    } catch (const Interrupted&) {  // stopped during an assembly: no run
     } catch (...) {
-      failed_ = true;  // the others end the runs that they are at
+      failed_ = true;  // the other threads end their current runs
       throw;
     }
   }
 
-  /// As many as all threads make in a batch's time, by what they have made so far.
+  /// Number of runs that all threads compute in the time of a batch, from the progress so far.
   int batch() const {
     const double made = static_cast<double>(summary_.ran);
     const double most = made > 0 ? batch_seconds * made / std::max(seconds(), 1e-3) : 1;
@@ -126,7 +128,7 @@ class Sweep {
       ++done_;
       summary_.failed += made.result.ending.status == Ending::Status::failed;
       made_.push_back(std::move(made));
-      // The first at once: whoever looks sees that it goes on.
+      // Store the first run at once, to show that the sweep progresses.
       if (summary_.ran == 1 || made_.size() >= most_in_batch || seconds() - stored_at_ >= batch_seconds) {
         due.swap(made_);
         stored_at_ = seconds();
@@ -168,12 +170,12 @@ class Sweep {
   std::optional<WorkList> work_;
   SweepSummary summary_;
   int workers_ = 1;
-  std::mutex mutex_;  // of what follows, and of the summary
+  std::mutex mutex_;  // guards the following members and the summary
   std::deque<std::string> claimed_;
-  std::vector<MadeRun> made_;              // and not stored
+  std::vector<MadeRun> made_;              // computed and not stored
   std::size_t done_ = 0;                   // by all processes, as far as known
   double stored_at_ = 0, counted_at_ = 0;  // s
-  std::mutex database_;                    // taken after mutex_, if both
+  std::mutex database_;                    // locked after mutex_, if both are
   std::atomic<bool> failed_{false};
   Clock::time_point began_ = Clock::now();
 };

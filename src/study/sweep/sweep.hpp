@@ -1,5 +1,6 @@
-// Runs what is missing of a study on all cores and stores it. Results do not depend on the number of threads, nor on that
-// of the processes that share the work: every run is a function of its case alone.
+// Executes the missing runs of a study on all cores and stores them. Each run is a function of its
+// case only, so the results do not depend on the number of threads or of processes that share the
+// work.
 #pragma once
 
 #include <functional>
@@ -11,24 +12,29 @@
 
 namespace freeplay {
 
+/// Progress of a sweep, for a callback.
 struct SweepProgress {
-  std::size_t done = 0, total = 0;  ///< runs, those found and those of others included
-  double seconds_left = 0;          ///< by the mean of this session
+  std::size_t done = 0, total = 0;  ///< runs; includes those found and those of other processes
+  double seconds_left = 0;          ///< s, estimated from the mean of this session
 };
 
+/// Outcome of a sweep.
 struct SweepSummary {
-  std::size_t total = 0, found = 0, ran = 0, failed = 0;  ///< `ran` and `failed` by this process
-  std::size_t elsewhere = 0;  ///< made meanwhile by other processes that share the study
-  std::size_t kept = 0;       ///< of an earlier form of the study, or made by another program
-  std::size_t lost = 0;  ///< that processes had claimed which ended without storing them; they are made again
+  /// Number of runs; `ran` and `failed` by this process.
+  std::size_t total = 0, found = 0, ran = 0, failed = 0;
+  std::size_t elsewhere = 0;  ///< run by other processes during this sweep
+  std::size_t kept = 0;       ///< stored by an earlier version of the study or by another program
+  /// Claimed by processes that ended without storing them; they are run again.
+  std::size_t lost = 0;
   bool interrupted = false;
   double wall_seconds = 0;
-  std::set<std::string> keys;  ///< of all its runs
+  std::set<std::string> keys;  ///< of all runs of the study
 };
 
-/// Makes what is missing of `runs`, which is plan(study, conduct), and ends when all are there: those that other processes
-/// are making are waited for. `lock` holds the folder of `results`. `threads` 0: all cores. Runs that the study does not
-/// name stay, marked as kept, or named as before. Throws what a case throws, after the runs that are made are stored.
+/// Executes the missing runs of `runs`, which is plan(study, conduct). Returns when all are stored,
+/// also those that other processes execute. `lock` is that of the folder of `results`. `threads` 0:
+/// all cores. Stored runs that the study does not name are treated as `earlier` states. Throws the
+/// error of a case after storing the completed runs.
 SweepSummary sweep(const Study& study, const std::vector<PlannedRun>& runs, const Conduct& conduct,
                    Results& results, const FolderLock& lock, int threads,
                    const std::function<void(const SweepProgress&)>& on_progress,

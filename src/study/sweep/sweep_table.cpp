@@ -25,14 +25,14 @@ std::vector<Place> places(const Variant& variant, const std::vector<RunRow>& run
   for (const auto& r : runs)
     if (r.variant == variant.name) seen.emplace_back(r.values, r.formulation);
   std::ranges::stable_sort(seen, {}, [](const auto& x) { return x.first; });
-  std::vector<Place> each;  // in the order in which formulations stand
+  std::vector<Place> each;  // in the order of the formulations
   for (const auto& place : seen)
     if (std::find_if(each.rbegin(), each.rend(), [&](const auto& x) { return x == place; }) == each.rend())
       each.push_back(place);
   return each;
 }
 
-/// Leaves the first lines that a terminal has room for; returns how many were more.
+/// Keeps as many lines as fit on a terminal; returns the number of the others.
 std::size_t shorten(std::vector<Place>& lines) {
   const auto left_out = lines.size() - std::min(lines.size(), most_lines);
   lines.resize(lines.size() - left_out);
@@ -68,13 +68,13 @@ std::string accelerations(const Study& study, const Variant& variant, const std:
   return out + more(left_out);
 }
 
-/// A column of a table, and what a run has there.
+/// A column of a table, and its value for a run.
 struct Shown {
   std::string name;
   std::function<double(const RunRow&)> of;
 };
 
-/// Statistics that say most where a study measures nothing of its own.
+/// Contact metrics that are shown if the study has no measures.
 constexpr TurnMetrics::Name telling[] = {TurnMetrics::impacts_per_turn,
                                          TurnMetrics::flights_per_turn,
                                          TurnMetrics::flight_share,
@@ -98,7 +98,7 @@ std::vector<Shown> columns_of(const Study& study, const std::vector<RunRow>& run
   return all;
 }
 
-/// Columns of UTF-8 on a terminal.
+/// Width of UTF-8 text on a terminal, columns.
 std::size_t width(const std::string& text) {
   return static_cast<std::size_t>(std::ranges::count_if(text, [](char c) { return (c & 0xC0) != 0x80; }));
 }
@@ -106,7 +106,7 @@ std::string right(const std::string& text, std::size_t to) {
   return std::string(to > width(text) ? to - width(text) : 0, ' ') + text;
 }
 
-/// Columns of texts, the first of each its head.
+/// Columns of a table; the first text of each is its heading.
 using Texts = std::vector<std::vector<std::string>>;
 
 std::size_t width(const std::vector<std::string>& column) {
@@ -115,7 +115,8 @@ std::size_t width(const std::vector<std::string>& column) {
   return most + 2;
 }
 
-/// `fixed` columns, and as many of the others as there is room for; then the rest below.
+/// Lays out the table: the `fixed` columns with as many of the others as fit, then further tables
+/// with the rest.
 std::string laid_out(const Texts& fixed, const Texts& others) {
   std::string out;
   std::size_t begin = 0, room = 0;

@@ -1,4 +1,4 @@
-// What a sweep found: as tables for a terminal of 80 columns, and as one CSV file.
+// Results of a sweep as tables for a terminal of 80 columns, and as CSV files.
 #pragma once
 
 #include <filesystem>
@@ -9,14 +9,17 @@
 
 namespace freeplay {
 
-/// Each variant and cell on a line, means over starts. Of a study with an accelerometer the accelerations; of its measures and
-/// what it derives, or else of the contacts, as many tables as their columns need.
+/// Tables with one line for each variant and cell, and means over starts. With an accelerometer:
+/// the accelerations. Otherwise the measures and derived columns, or, without these, the contact
+/// metrics, in as many tables as their columns need.
 std::string sweep_table(const Study& study, const std::vector<RunRow>& runs);
 
-/// The view `named`, a run on a line, by name: absent is empty. `file` lies in the study's result folder.
+/// The view `named` as CSV, one run a line with named columns; absent values are empty. `file` is
+/// in the study's result folder.
 void write_export(const Study& study, const Results& results, const std::filesystem::path& file);
 
-/// Spectra, a harmonic on a line, and traces, a sample on a line, of the runs that the study names.
+/// Spectra with one harmonic a line, and traces with one sample a line, of the runs that the study
+/// names.
 void write_spectra(const Results& results, const std::filesystem::path& file);
 void write_traces(const Results& results, const std::filesystem::path& file);
 
