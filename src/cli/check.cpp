@@ -47,7 +47,7 @@ void burdens(const System& system) {
   }
 }
 
-/// Prints all keys of a scene in the form of docs/scene.md.
+/// Prints all keys of a scene in the form of docs/reference/scene.md.
 int list_keys() {
   for (const auto& k : schema())
     fmt::print("| `{}` | {} | {} | {} | {} |\n", k.path, k.type, k.unit, k.fallback, k.meaning);
@@ -121,7 +121,7 @@ struct CheckRequest : Request {
   std::string output;   ///< folder for the figure of the pose
 };
 
-/// Prints all units in the form of docs/scene.md.
+/// Prints all units in the form of docs/reference/scene.md.
 int list_units() {
   for (const auto& u : named_units()) fmt::print("{}", row_of(u));
   return 0;

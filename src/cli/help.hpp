@@ -1,6 +1,6 @@
 // Help pages of the program and its verbs, for a terminal of 80 columns. The options come from
 // their declarations (src/cli/NAME.cpp); the description, the output and the examples of a verb
-// come from src/cli/help/NAME.txt. docs/verbs.md contains the same pages (scripts/pages).
+// come from src/cli/help/NAME.txt. docs/reference/verbs.md contains the same pages (scripts/pages).
 #pragma once
 
 #include <string>

@@ -2,7 +2,7 @@
 //
 // Time stepping applies the impulse of a contact within the step of its onset, so the onset, and
 // everything after it, has an error C h. C depends on the position of the onset in the step
-// (docs/decisions/006). For two runs with the steps h and h/r
+// (docs/development/decisions/006). For two runs with the steps h and h/r
 //
 //     |C h| ≤ |difference| + |C' h/r|,   |C'| ≈ |C|   ⇒   error(h) ≲ r/(r − 1) |difference|.
 //

@@ -74,7 +74,7 @@ struct TracePoint {
 /// turns.
 struct TurnMetrics {
   /// The scalars of a run: peaks and spectra in m/s², ratios to the ideal maximum, angles in
-  /// degrees, energy in J. docs/study.md defines each.
+  /// degrees, energy in J. docs/reference/study.md defines each.
   enum Name {
     peak_5,
     peak_median,

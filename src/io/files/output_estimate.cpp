@@ -21,7 +21,7 @@ namespace freeplay {
 namespace {
 
 /// Mean bytes of a number with its comma: of a coordinate or rate, of a force, and of a number that
-/// is always 0. Measured on the scenes of docs/security.md.
+/// is always 0. Measured on the scenes of docs/reference/security.md.
 constexpr double state_width = 20.6, force_width = 19.4, zero_width = 2;
 constexpr double event_width = 175, row_of_run_json = 12e3;
 

@@ -1,4 +1,4 @@
-// run.json: result and provenance of a run. docs/results.md describes its sections.
+// run.json: result and provenance of a run. docs/reference/results.md describes its sections.
 #pragma once
 
 #include <filesystem>

@@ -25,7 +25,7 @@ struct NamedUnit {
 };
 /// All unit symbols.
 std::span<const NamedUnit> named_units();
-/// The row of a unit in docs/scene.md.
+/// The row of a unit in docs/reference/scene.md.
 std::string row_of(const NamedUnit& unit);
 
 /// Result of reading a number with a unit.

@@ -1,4 +1,4 @@
-// The tables [bifurcation] and [basin] of a study. docs/study.md lists their keys.
+// The tables [bifurcation] and [basin] of a study. docs/reference/study.md lists their keys.
 #pragma once
 
 #include <optional>

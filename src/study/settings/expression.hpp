@@ -13,7 +13,7 @@
 //
 // Use: construct from a text and the permitted names, then call with their values. The constructor
 // compiles the text to a list of stack operations, which the object owns. An expression only
-// computes; it has no other effect (docs/decisions/022-expressions.md).
+// computes; it has no other effect (docs/development/decisions/022-expressions.md).
 #pragma once
 
 #include <cstddef>

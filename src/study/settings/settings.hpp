@@ -1,6 +1,6 @@
 // Numerical settings: integration method and fineness. This header defines the settings that
 // `freeplay tradeoff` and `advise` compare, and measures the cost and the error of a setting on a
-// scene against a reference run (docs/tradeoff.md).
+// scene against a reference run (docs/verification/tradeoff.md).
 #pragma once
 
 #include <array>
@@ -47,7 +47,7 @@ struct AccuracyName {
 inline constexpr std::array accuracies{AccuracyName{Accuracy::fast, "fast"},
                                        AccuracyName{Accuracy::balanced, "balanced"},
                                        AccuracyName{Accuracy::reference, "reference"}};
-/// The setting of an accuracy class, one of all_settings(). docs/tradeoff.md states the rule.
+/// The setting of an accuracy class, one of all_settings(). docs/verification/tradeoff.md states the rule.
 Setting setting_for(Family family, Accuracy accuracy);
 
 /// Contact onsets and state of a reference run.

@@ -1,5 +1,5 @@
 // Study: a scene, the parameters that are varied, the number of runs, and the evaluation of their
-// results, as read from a study file. docs/study.md lists the keys. A Study is a plain value, which
+// results, as read from a study file. docs/reference/study.md lists the keys. A Study is a plain value, which
 // the other folders of src/study evaluate.
 #pragma once
 
