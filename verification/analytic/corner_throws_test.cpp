@@ -68,7 +68,8 @@ Result run(const Throws& s) {
 
 }  // namespace
 
-TEST_CASE("throws into a box whose corners wedge end at rest on its floor, event-driven", "[throws]") {
+TEST_CASE("bodies thrown into a box, whose corners wedge together, come to rest on its floor (event-driven)",
+          "[throws]") {
   const Throws s{
       {{0.027802866127816558, 0.010106322419567892, -0.06297671078300994, -0.19617029537249631,
         -0.20509282277772073, 0.17108067245526096},

@@ -20,7 +20,9 @@ using namespace freeplay::reference;
 using namespace freeplay::reference::derived;
 using freeplay::reference::derived::within;
 
-TEST_CASE("rotor: momentum, angular momentum and power of its centre's path", "[references][forces]") {
+TEST_CASE(
+    "rotor: bearing load equals the rate of momentum of the centre of mass, its angular momentum and its power",
+    "[references][forces]") {
   Draw draw(4);
   for (int trial = 0; trial < 60; ++trial) {
     const Rotor<Long> rotor{draw.between(0.1L, 3), draw.between(-0.5L, 0.5L), draw.between(0, 0.3L)};
@@ -50,7 +52,7 @@ TEST_CASE("rotor: momentum, angular momentum and power of its centre's path", "[
   }
 }
 
-TEST_CASE("rotor: by hand", "[references][forces]") {
+TEST_CASE("rotor: bearing load against a derivation by hand", "[references][forces]") {
   const Long m = 1.7L, a = 0.08L, w = 31, g = 9.81L;
   const char* const why = "roundings in long double of 150 N";
   for (Long angle = -3; angle < 7; angle += 0.4L) {
@@ -73,7 +75,8 @@ TEST_CASE("rotor: by hand", "[references][forces]") {
   within(rod.torque, 0, 1e-18L, why);
 }
 
-TEST_CASE("weld: momentum, angular momentum and power of the body carried round", "[references][forces]") {
+TEST_CASE("weld: load equals the rates of momentum and angular momentum of the welded body, and its power",
+          "[references][forces]") {
   Draw draw(5);
   for (int trial = 0; trial < 60; ++trial) {
     const WeldedBody<Long> body{draw.between(0.1L, 3), draw.between(0.01L, 0.3L), draw.vector(0.3L),
@@ -121,7 +124,8 @@ TEST_CASE("weld: momentum, angular momentum and power of the body carried round"
   within(spun.moment, 0, 1e-18L, "in line");
 }
 
-TEST_CASE("guide: momentum and angular momentum of a body that slides", "[references][forces]") {
+TEST_CASE("guide: load equals the rates of momentum and angular momentum of the sliding body",
+          "[references][forces]") {
   Draw draw(6);
   for (int trial = 0; trial < 60; ++trial) {
     const GuidedBody<Long> body{draw.between(0.1L, 3), draw.between(-3, 3), draw.vector(0.5L),
@@ -148,7 +152,7 @@ TEST_CASE("guide: momentum and angular momentum of a body that slides", "[refere
   }
 }
 
-TEST_CASE("guide: by hand", "[references][forces]") {
+TEST_CASE("guide: load against a derivation by hand", "[references][forces]") {
   const Long m = 2, g = 9.81L, slope_angle = 0.4L;
   const char* const why = "roundings in long double of 20 N";
   // A block on a slope without friction: N = m g cos β, and no moment about the foot of its centre.
@@ -174,7 +178,8 @@ TEST_CASE("guide: by hand", "[references][forces]") {
 
 // ---------------------------------------------------------------------------------------------- impulses
 
-TEST_CASE("dropped ball: momentum from rest to rest", "[references][impulses]") {
+TEST_CASE("dropped ball: the impulse equals the change of momentum between two instants of rest",
+          "[references][impulses]") {
   for (const double e : {0.0, 0.46, 0.9, 1.0}) {
     const double m = 0.3, h = 1.7, g = 9.81;
     const BouncingBall ball{h, g, e};
@@ -191,7 +196,8 @@ TEST_CASE("dropped ball: momentum from rest to rest", "[references][impulses]") 
   }
 }
 
-TEST_CASE("dropped ball: a contact that lasts carries the weight as well", "[references][impulses]") {
+TEST_CASE("dropped ball: in a lasting contact the impulse includes that of the weight",
+          "[references][impulses]") {
   // Linear spring: δ = (g/w²)(1 − cos w t) + (v/w) sin w t, free again at w T = 2 (π − atan(v w/g)).
   const Long m = 0.3L, k = 2e3L, g = 9.81L, h = 0.2L, w = std::sqrt(k / m), v = std::sqrt(2 * g * h);
   const Long duration = 2 * (std::acos(-1.0L) - std::atan(v * w / g)) / w;
@@ -204,7 +210,7 @@ TEST_CASE("dropped ball: a contact that lasts carries the weight as well", "[ref
          "Gauss of order 60 on half a wave is exact to rounding; a few dozen roundings");
 }
 
-TEST_CASE("low-pass: gain of a Butterworth filter, and the impulse kept", "[references][impulses]") {
+TEST_CASE("low-pass filter: Butterworth gain, and conservation of the impulse", "[references][impulses]") {
   const Long f = 3e3L, impulse = 0.7L, w = 2 * std::acos(-1.0L) * f;
   const char* const why =
       "Gauss of order 60 on panels of 2/ω_c is exact to rounding, e^{−220 sin(π/16)} = 2e-19 left out; modes "
@@ -232,7 +238,8 @@ TEST_CASE("low-pass: gain of a Butterworth filter, and the impulse kept", "[refe
   CHECK_THROWS(low_pass_modes(0, f));
 }
 
-TEST_CASE("low-pass of order 2: its equation, start, peak and the modes", "[references][impulses]") {
+TEST_CASE("low-pass filter of order 2: differential equation, start, peak and modes of the impulse response",
+          "[references][impulses]") {
   const Long f = 3e3L, impulse = 0.7L, pi_long = std::acos(-1.0L), w = 2 * pi_long * f, h = 0.2L / w;
   const auto y = [&](Long t) { return low_pass2_response(f, impulse, t); };
   const auto rate = [&](Long t) { return richardson(y, t, h); };

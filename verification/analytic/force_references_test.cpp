@@ -142,7 +142,8 @@ Vec widened(const Planar<double>& v) { return {v.x, v.y}; }
 
 // ---------------------------------------------------------------------------------------------- slider-crank
 
-TEST_CASE("slider-crank forces: energy and momentum of the positions", "[references][forces]") {
+TEST_CASE("slider-crank forces: balances of energy and momentum from numerically differentiated positions",
+          "[references][forces]") {
   Draw draw(1);
   for (int trial = 0; trial < 40; ++trial) {
     LoadedSliderCrank<Long> s = drawn(draw);
@@ -173,7 +174,7 @@ TEST_CASE("slider-crank forces: energy and momentum of the positions", "[referen
   }
 }
 
-TEST_CASE("slider-crank forces: in double as in long double", "[references][forces]") {
+TEST_CASE("slider-crank forces: double and long double agree", "[references][forces]") {
   Draw draw(2);
   const char* why = "dozens of roundings in double of terms up to the scale over cos θ ≥ 0.8";
   for (int trial = 0; trial < 200; ++trial) {
@@ -198,7 +199,8 @@ TEST_CASE("slider-crank forces: in double as in long double", "[references][forc
   }
 }
 
-TEST_CASE("slider-crank forces: dead centres, statics and the crank alone by hand", "[references][forces]") {
+TEST_CASE("slider-crank forces: dead centres, statics and the crank alone against a derivation by hand",
+          "[references][forces]") {
   const Long r = 0.05L, l = 0.3L, a = 0.02L, b = 0.12L, mc = 0.4L, m = 1.13L, J = 0.0153L, M = 1.013L,
              g = 9.81L;
   const char* const why = "roundings in long double of forces up to 100 N";
@@ -249,7 +251,7 @@ TEST_CASE("slider-crank forces: dead centres, statics and the crank alone by han
   CHECK_THROWS(slider_crank_forces(LoadedSliderCrank<Long>{0.3L, 0.3L}, 0.0L));
 }
 
-TEST_CASE("slider-crank forces: means over a turn", "[references][forces]") {
+TEST_CASE("slider-crank forces: means over a revolution", "[references][forces]") {
   Draw draw(3);
   const Long pi_long = std::acos(-1.0L);
   for (int trial = 0; trial < 10; ++trial) {

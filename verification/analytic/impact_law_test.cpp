@@ -14,7 +14,7 @@
 
 using namespace freeplay;
 
-TEST_CASE("Newton's cradle: what each law makes of a simultaneous impact", "[impact]") {
+TEST_CASE("Newton's cradle: velocities after a simultaneous impact by each impact law", "[impact]") {
   // Unit masses, D = [2, −1; −1, 2]. The first ball at 1 m/s, the others touching at rest (first block of
   // rows): all laws send the last two off together, none reproduces the cradle. With the third ball at
   // −0.5 m/s and unlike restitutions the laws part. Worked in fractions.
@@ -55,7 +55,7 @@ TEST_CASE("Newton's cradle: what each law makes of a simultaneous impact", "[imp
   }
 }
 
-TEST_CASE("Kane and Levinson's pendulum: a run by Newton's law reports the gain of energy",
+TEST_CASE("Kane and Levinson's pendulum: a run by Newton's impact law reports the gain of energy",
           "[impact][event-driven]") {
   // By how much each law changes the energy is a claim of "impact-laws".
   auto scene = read_scene(test::scene_file("kane_levinson"));
@@ -80,7 +80,7 @@ TEST_CASE("Kane and Levinson's pendulum: a run by Newton's law reports the gain 
   CHECK(run.extremes.greatest_gain == Approx(run.ledger.kinetic - run.ledger.initial).epsilon(1e-6));
 }
 
-TEST_CASE("single impacts by three laws against an independent program", "[impact]") {
+TEST_CASE("single impacts by three impact laws agree with an independent program", "[impact]") {
   REQUIRE(reference::single_impacts.size() > 8);
   for (const auto& row : reference::single_impacts) {
     const std::pair<ImpactLaw, const double*> laws[] = {{ImpactLaw::newton, row.newton},
@@ -105,7 +105,7 @@ TEST_CASE("single impacts by three laws against an independent program", "[impac
   }
 }
 
-TEST_CASE("a single impact integrated along its normal impulse", "[impact]") {
+TEST_CASE("a single impact agrees with its integration over the normal impulse", "[impact]") {
   // D = [1, d; d, t]: slip to the end (μ small), stick once slip has stopped, reversal where |d| > μ t.
   const double e = 0.6, u_n = -1;
   struct Row {
@@ -140,7 +140,7 @@ TEST_CASE("a single impact integrated along its normal impulse", "[impact]") {
     }
 }
 
-TEST_CASE("the energetic law gives each of several contacts its work wherever there are ratios that do",
+TEST_CASE("the energetic law gives each of several contacts its work whenever restitution ratios exist",
           "[impact]") {
   // Without friction there always are: z_i (D z)_i = e_i² P_i |u_i|, P = −D⁻¹u the compression, has one solution z > 0
   // (the least of ½ zᵀD z − Σ e_i² P_i |u_i| ln z_i), and P + z is the impulse. D couples negatively here, where contacts

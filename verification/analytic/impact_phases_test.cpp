@@ -87,7 +87,7 @@ Stepped stepped(const Struck& s, int steps) {
 
 }  // namespace
 
-TEST_CASE("friction of several contacts struck at once never drives", "[impact]") {
+TEST_CASE("friction never adds energy in an impact of several contacts", "[impact]") {
   std::mt19937 engine(18);
   for (const auto law : {ImpactLaw::poisson, ImpactLaw::energetic}) {
     int solved = 0, gained = 0, without_ratios = 0;
@@ -112,7 +112,7 @@ TEST_CASE("friction of several contacts struck at once never drives", "[impact]"
   }
 }
 
-TEST_CASE("impacts of two contacts with friction go the way of many small steps", "[impact]") {
+TEST_CASE("impacts of two contacts with friction agree with an integration by many small steps", "[impact]") {
   // First order in the steps: a step in which sliding stops takes all of it as stuck. 4,000 steps, rates of order one.
   std::mt19937 engine(21);
   int turned = 0;

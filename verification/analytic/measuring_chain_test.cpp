@@ -55,7 +55,7 @@ ContactEvent event(EventKind kind, double t, double approach = 0, double duratio
 
 }  // namespace
 
-TEST_CASE("a spectrum has the amplitudes of its signal at any sampling", "[chain]") {
+TEST_CASE("a spectrum has the amplitudes of its signal at any sampling rate", "[chain]") {
   // Straight lines between samples gave (sin(πf)/(πf))² of it: 0.968 at a tenth of the sampling, 0.57 at 0.4 of it.
   // Least squares on the samples are exact for what lies below 0.4 of the sampling, to the residual asked of them.
   for (const double points : {36.0, 100.37, 1001.5, 3000.0})
@@ -80,7 +80,7 @@ TEST_CASE("a spectrum has the amplitudes of its signal at any sampling", "[chain
     }
 }
 
-TEST_CASE("a mean turn keeps what all turns have in common", "[chain]") {
+TEST_CASE("a mean revolution keeps the part that is common to all revolutions", "[chain]") {
   // Harmonic 1 alone is the same in all turns; a third of a turn later each, 3 cos(2πt/3) of period three turns averages out.
   const auto common = [](double t) { return 2 + 4 * std::cos(2 * pi * t); };
   const auto m = metrics(
@@ -93,7 +93,7 @@ TEST_CASE("a mean turn keeps what all turns have in common", "[chain]") {
   CHECK(m.value[TurnMetrics::rms] > 4);
 }
 
-TEST_CASE("uneven samples give the same spectrum", "[chain]") {
+TEST_CASE("unevenly spaced samples give the same spectrum", "[chain]") {
   TurnRules rules;
   rules.speed = 2 * pi;
   rules.joint = -1;
@@ -109,7 +109,7 @@ TEST_CASE("uneven samples give the same spectrum", "[chain]") {
   for (const auto& l : lines) CHECK(std::abs(m.spectrum[l.harmonic - 1] - l.amplitude) < 1e-9);
 }
 
-TEST_CASE("an impact just before a sample does not put it off", "[chain]") {
+TEST_CASE("an impact just before a sample does not delay the sample", "[chain]") {
   // Steps end where impacts are located; the sample that is due behind one, however near, is taken at its instant.
   Instrument settings;
   settings.sampling = 1e4;
@@ -132,7 +132,7 @@ TEST_CASE("an impact just before a sample does not put it off", "[chain]") {
   }
 }
 
-TEST_CASE("harmonics of many uneven samples, against sums in long double", "[chain]") {
+TEST_CASE("harmonics of many unevenly spaced samples agree with sums in long double", "[chain]") {
   // 2,000 samples moved by up to a quarter of their distance, harmonics up to 533 = 0.4·2,000/1.5, many turns away from zero: the signal is
   // that of its lines to the rounding of angles (1e-16 of 600 rad, times 533).
   const int n = 2000, highest = 533;
@@ -157,7 +157,7 @@ TEST_CASE("harmonics of many uneven samples, against sums in long double", "[cha
   CHECK(worst < 1e-9);
 }
 
-TEST_CASE("a mean turn is the mean of its bins, with fewer samples than bins too", "[chain]") {
+TEST_CASE("a mean revolution is the mean of its bins, also with fewer samples than bins", "[chain]") {
   // The mean over a bin from a to b of cos(kφ + ε): (sin(kb + ε) − sin(ka + ε))/(k(b − a)).
   const std::vector<Line> lines{{1, 26, 0.4}, {2, 4, -1}, {14, 1, 2}};
   for (const double points : {36.0, 36.4, 720.0, 2000.3}) {
@@ -179,7 +179,7 @@ TEST_CASE("a mean turn is the mean of its bins, with fewer samples than bins too
   }
 }
 
-TEST_CASE("known impulses through filter, sampling and spectrum", "[chain]") {
+TEST_CASE("known impulses pass through filter, sampling and spectrum with the exact amplitudes", "[chain]") {
   // Impulses dv once a turn T: a(t) = dv Σ δ(t − nT) has lines 2 dv/T, and through a Butterworth of order n
   //     2 dv/T / √(1 + (kf/f_c)^(2n));
   // what aliases into the lines is beyond 0.6 of the sampling, at 24 f_c: 24⁻⁶ of them.
@@ -223,7 +223,7 @@ TEST_CASE("known impulses through filter, sampling and spectrum", "[chain]") {
   CHECK(m.value[Name::rms] == Approx(std::sqrt(power)).epsilon(1e-3));
 }
 
-TEST_CASE("numbers per turn are of the time that was counted", "[chain]") {
+TEST_CASE("counts per revolution refer to the time that was counted", "[chain]") {
   TurnRules rules;
   rules.speed = 2 * pi;
   rules.discard = 1;
@@ -247,11 +247,11 @@ TEST_CASE("numbers per turn are of the time that was counted", "[chain]") {
   CHECK(metrics(36, 71, wave).peaks.size() == 1);
 }
 
-TEST_CASE("flights and contacts across the window's ends count for what they have in it", "[chain]") {
+TEST_CASE("flights and contacts across the ends of the window count with their part inside it", "[chain]") {
   TurnRules rules;
   rules.speed = 2 * pi;
   rules.discard = 1;
-  SECTION("a flight under way at both") {
+  SECTION("a flight across both ends of the window") {
     TurnMeter meter(rules);
     meter.event(event(EventKind::separation, 0.9));
     meter.event(event(EventKind::impact, 1.2, 1, 0.1));
@@ -262,12 +262,12 @@ TEST_CASE("flights and contacts across the window's ends count for what they hav
     CHECK(m.value[Name::loss_angle] == Approx(324));
     CHECK(m.value[Name::return_angle] == Approx(72));
   }
-  SECTION("a contact that is open all the time") {
+  SECTION("a contact that is open during the whole window") {
     TurnMeter meter(rules);
     meter.event(event(EventKind::contact, 0));
     CHECK(meter.finish(2, 0).value[Name::flight_share] == 0);
   }
-  SECTION("a start in flight") {
+  SECTION("a run that starts in flight") {
     rules.discard = 0;
     TurnMeter meter(rules);
     meter.event(event(EventKind::contact, 0.5, 1));
@@ -277,7 +277,7 @@ TEST_CASE("flights and contacts across the window's ends count for what they hav
   }
 }
 
-TEST_CASE("a crank that turns backwards loses and finds contact at its own angles", "[chain]") {
+TEST_CASE("a crank that turns backwards has its own angles of separation and contact", "[chain]") {
   for (const double sign : {1.0, -1.0}) {
     TurnRules rules;
     rules.speed = sign * 2 * pi;

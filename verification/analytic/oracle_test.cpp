@@ -14,7 +14,7 @@
 
 using namespace freeplay::reference;
 
-TEST_CASE("Cooper and Verner: row sums and measured order", "[references]") {
+TEST_CASE("Cooper and Verner's method: row sums and measured order", "[references]") {
   const CooperVerner<Long> method;
   for (std::size_t i = 0; i < method.stages; ++i) {
     Long sum = 0;
@@ -121,7 +121,7 @@ TEST_CASE("oracle: contact rows are the derivatives of gap and surface motion", 
          "pin less rod; truncation h⁴ r ω⁵/30 = 7e-13");
 }
 
-TEST_CASE("oracle: the rod's equation is Lagrange's", "[references]") {
+TEST_CASE("oracle: the rod's equation of motion is Lagrange's", "[references]") {
   const Mechanism m;
   const auto energy = [&](Long t, Long theta, Long rate) {  // from the centre of mass' velocity
     const Long phi = m.speed * t, w = m.crank_length * m.speed, s = m.rod_centre;
@@ -142,7 +142,7 @@ TEST_CASE("oracle: the rod's equation is Lagrange's", "[references]") {
   CHECK(std::abs(force) > 0.01L);  // not a test of 0 = 0
 }
 
-TEST_CASE("oracle: flight and first touch by elliptic functions", "[references]") {
+TEST_CASE("oracle: flight and first contact agree with elliptic functions", "[references]") {
   const Mechanism m;
   const char* why = "a dozen roundings of numbers of order one in long double; the modulus costs 1/k′²";
   const OracleRun<Long> before = SliderCrankOracle<Long>(m).nonsmooth(0.46L, 4.4e-3L);
@@ -193,7 +193,7 @@ TEST_CASE("oracle: the first impulse balances the momenta of rod and slider", "[
   }
 }
 
-TEST_CASE("oracle: impact laws hold at every impact, down to the accumulation", "[references]") {
+TEST_CASE("oracle: the impact law holds at every impact up to the accumulation point", "[references]") {
   for (const Long friction : {0.0L, 0.01L, 0.5L}) {
     const OracleRun<Long> run = nonsmooth_run(friction, 0.46L);
     CHECK(run.end == OracleEnd::lasting_contact);
@@ -215,7 +215,7 @@ TEST_CASE("oracle: impact laws hold at every impact, down to the accumulation", 
   }
 }
 
-TEST_CASE("oracle: neither the step nor the rounding shows", "[references]") {
+TEST_CASE("oracle: results do not depend on the step size or the precision", "[references]") {
   const OracleRun<Long> fine = nonsmooth_run(0.01L, 0.46L);
   OracleOptions<Long> coarse_options;
   coarse_options.flight_step = 2e-4L;
@@ -247,7 +247,7 @@ TEST_CASE("oracle: neither the step nor the rounding shows", "[references]") {
   CHECK(penalty.end == OracleEnd::lasting_contact);
 }
 
-TEST_CASE("oracle: a stiff contact is the free impact of the closed forms", "[references]") {
+TEST_CASE("oracle: a stiff contact gives the free impact of the closed forms", "[references]") {
   const Mechanism m;
   const Long t1 = nonsmooth_run(0, 0.46L).impacts.at(0).t;
   const Long mass = 1 / gudgeon_contact(m, t1, closed_flight(m, t1)).delassus.nn;
@@ -293,7 +293,7 @@ TEST_CASE("oracle: the stiff limit of the penalty law is the nonsmooth law", "[r
   }
 }
 
-TEST_CASE("oracle: what is not an impact", "[references]") {
+TEST_CASE("oracle: plastic, fully elastic and very soft contacts", "[references]") {
   const OracleRun<Long> plastic = nonsmooth_run(0, 0);
   CHECK(plastic.end == OracleEnd::lasting_contact);
   REQUIRE(plastic.impacts.size() == 1);

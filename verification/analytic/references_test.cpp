@@ -44,7 +44,7 @@ TEST_CASE("slider-crank: the rates are the derivatives of the closed loop", "[re
   }
 }
 
-TEST_CASE("slider-crank: the rig's greatest accelerations and the angle of their sign change",
+TEST_CASE("slider-crank: greatest accelerations of the test rig and the angle at which they change sign",
           "[references]") {
   const double r = 0.05, l = 0.3;
   const double table[][2] = {{100, 6.40}, {150, 14.39}, {200, 25.59}, {250, 39.98}};
@@ -71,7 +71,7 @@ TEST_CASE("slider-crank: the rig's greatest accelerations and the angle of their
 // ---------------------------------------------------------------------------------------------- Hertz's
 // impact
 
-TEST_CASE("elastic impact: constant of the duration by quadrature, depth by energy", "[references]") {
+TEST_CASE("elastic impact: duration constant by quadrature, depth by energy", "[references]") {
   boost::math::quadrature::tanh_sinh<double> quadrature;
   for (const double n : {1.0, 1.3, 1.5, 2.0}) {
     // z = 1 − y² takes away the singularity at z = 1.
@@ -99,7 +99,7 @@ TEST_CASE("elastic impact: constant of the duration by quadrature, depth by ener
 // ---------------------------------------------------------------------------------------------- delivered
 // restitution
 
-TEST_CASE("delivered restitution: the published laws' table", "[references]") {
+TEST_CASE("delivered restitution: table of the published laws", "[references]") {
   for (const DampingLaw& law : delivered_table) {
     for (std::size_t i = 0; i < delivered_table_e.size(); ++i) {
       INFO(law.name << ", e = " << delivered_table_e[i]);
@@ -112,7 +112,7 @@ TEST_CASE("delivered restitution: the published laws' table", "[references]") {
   }
 }
 
-TEST_CASE("delivered restitution: the impact's own energy integral", "[references]") {
+TEST_CASE("delivered restitution: energy integral of the impact", "[references]") {
   boost::math::quadrature::tanh_sinh<double> quadrature;
   for (const double chi : {0.01, 0.3, 1.0, 1.66351, 4.0, 9.0}) {
     const double e = static_cast<double>(delivered_restitution(chi));
@@ -201,7 +201,7 @@ TEST_CASE("pendulum: equation of motion, energy, symmetry", "[references]") {
 // ---------------------------------------------------------------------------------------------- bouncing
 // ball
 
-TEST_CASE("bouncing ball: against the recursion from bounce to bounce", "[references]") {
+TEST_CASE("bouncing ball: closed form against the recursion from bounce to bounce", "[references]") {
   for (const double e : {0.0, 0.3, 0.8, 0.999, 1.0}) {
     const BouncingBall ball{1.7, 9.81, e};
     double t = std::sqrt(2 * 1.7 / 9.81), v = std::sqrt(2 * 9.81 * 1.7);
@@ -219,7 +219,7 @@ TEST_CASE("bouncing ball: against the recursion from bounce to bounce", "[refere
   }
 }
 
-TEST_CASE("bouncing ball: accumulation and limits", "[references]") {
+TEST_CASE("bouncing ball: accumulation point and limits", "[references]") {
   const BouncingBall ball{1, 10, 0.5};
   within(ball_accumulation_time(ball), 3 * std::sqrt(0.2), 1e-15, "t₁ (1 + e)/(1 − e)");
   const std::vector<BallImpact> all = ball_impacts(ball, 100, 50);
@@ -240,7 +240,7 @@ TEST_CASE("bouncing ball: accumulation and limits", "[references]") {
 // ---------------------------------------------------------------------------------------------- block on a
 // slope
 
-TEST_CASE("slider loose in its guide: the flight keeps its energy and agrees with another program",
+TEST_CASE("slider with clearance in its guide: the flight conserves energy and agrees with another program",
           "[references]") {
   const LooseGuide m;
   const auto y = guide_flight(m, 0.002L), fine = guide_flight(m, 0.002L, 400);
@@ -255,7 +255,7 @@ TEST_CASE("slider loose in its guide: the flight keeps its energy and agrees wit
   within(guide_height(m, y), 0.4943955541187525L, 1e-9L, "as above, over 1 mm");
 }
 
-TEST_CASE("block on a slope: motion, energy, the edge of sticking", "[references]") {
+TEST_CASE("block on a slope: motion, energy, limit of sticking", "[references]") {
   const double g = 9.81;
   for (const double mu : {0.0, 0.2, 0.8}) {
     for (const double alpha : {0.0, 0.3, 0.6}) {
@@ -282,7 +282,7 @@ TEST_CASE("block on a slope: motion, energy, the edge of sticking", "[references
   CHECK_FALSE(BlockOnSlope{0.3, std::tan(0.3) - 1e-12, g, 0}.sticks());
 }
 
-TEST_CASE("block on a slope: stopping by hand", "[references]") {
+TEST_CASE("block on a slope: stopping, derived by hand", "[references]") {
   const double g = 10, alpha = std::asin(0.6);  // sin 0.6, cos 0.8
   const BlockOnSlope up{alpha, 0.5, g, 2};      // deceleration 6 + 4
   within(block_stopping_time(up).value(), 0.2, 1e-15, "2/10");
@@ -329,7 +329,7 @@ TEST_CASE("oblique impact: a disc on the ground", "[references]") {
   CHECK(oblique_impact(d, 0.1, 1.0, e, 0.3).kind == ImpactCase::none);
 }
 
-TEST_CASE("oblique impact: a rod, reversed slip", "[references]") {
+TEST_CASE("oblique impact: a rod, slip reversal", "[references]") {
   // A rod of length 2a at 45°, its lower end touching: D = [1 + 3/2, ∓3/2; …, 1 + 3/2]/m for J = m a²/3.
   const double m = 1.2, a = 0.3, inertia = m * a * a / 3, x = a / std::sqrt(2), y = -x;
   const Delassus<double> d = body_on_ground(m, inertia, x, y);
@@ -352,7 +352,7 @@ TEST_CASE("oblique impact: a rod, reversed slip", "[references]") {
   CHECK_THROWS(oblique_impact(Delassus<double>{1, 3, 20}, -1.0, 0.0, 0.5, 0.5));
 }
 
-TEST_CASE("oblique impact: the law itself on random contacts, and its limits", "[references]") {
+TEST_CASE("oblique impact: the law on random contacts, and its limits", "[references]") {
   std::mt19937 random(7);
   std::uniform_real_distribution<double> unit(-1, 1);
   int seen[4] = {};
@@ -452,7 +452,7 @@ TEST_CASE("ring and journal: momentum and energy over many impacts", "[reference
 
 // ---------------------------------------------------------------------------------------------- seven bodies
 
-TEST_CASE("seven bodies: the printed positions close the loops", "[references]") {
+TEST_CASE("seven-body mechanism: the published positions close the loops", "[references]") {
   for (const auto& angles : {seven_body_start, seven_body_end}) {
     const auto p = seven_body_points(angles);
     for (int chain = 1; chain < 4; ++chain)
@@ -460,7 +460,7 @@ TEST_CASE("seven bodies: the printed positions close the loops", "[references]")
   }
 }
 
-TEST_CASE("seven bodies: rates are the derivatives of closed loops", "[references]") {
+TEST_CASE("seven-body mechanism: the rates are the derivatives of the closed loops", "[references]") {
   // The other angles follow from β by the loops: a step along the rates stays closed to second order.
   const auto rates = seven_body_rates(seven_body_end, 1.0);
   double errors[2];
@@ -474,7 +474,7 @@ TEST_CASE("seven bodies: rates are the derivatives of closed loops", "[reference
   within(errors[0] / errors[1], 4, 0.01, "second order in the step; the third adds h times a few");
 }
 
-TEST_CASE("seven bodies: kinetic energy is that of points along the bodies", "[references]") {
+TEST_CASE("seven-body mechanism: kinetic energy equals that of points along the bodies", "[references]") {
   // König's theorem by differences of the centres of mass along the rates.
   const auto rates = seven_body_rates(seven_body_end, 1.0);
   const double h = 1e-6;

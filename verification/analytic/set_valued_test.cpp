@@ -27,7 +27,7 @@ double rest_time(const Result& run) {
 
 }  // namespace
 
-TEST_CASE("the end of an accumulation is told within the run that ends before it",
+TEST_CASE("the end of an accumulation of impacts is reported in a run that ends shortly before it",
           "[analytic][event-driven]") {
   // Hops lower than 1e-9 of the radius, which last some microseconds, end at the time at which they come to rest.
   auto scene = scene_of("bouncing_ball", Scheme::event_driven);
@@ -41,7 +41,7 @@ TEST_CASE("the end of an accumulation is told within the run that ends before it
   }
 }
 
-TEST_CASE("a bouncing ball by time stepping: the time of rest is of first order but for a logarithm",
+TEST_CASE("a bouncing ball by time stepping: the error of the time of rest is of order h ln(1/h)",
           "[order]") {
   const reference::BouncingBall ball{0.5, 9.81, 0.5};
   auto scene = scene_of("bouncing_ball", Scheme::moreau_jean);
@@ -64,7 +64,7 @@ TEST_CASE("a bouncing ball by time stepping: the time of rest is of first order 
   CHECK(p < 1.1);
 }
 
-TEST_CASE("a block on two feet stops on a slope and stays, or slides back", "[analytic]") {
+TEST_CASE("a block on two feet stops on a slope and then sticks or slides back", "[analytic]") {
   for (const double mu : {0.5, 0.2}) {
     const reference::BlockOnSlope block{20 * M_PI / 180, mu, 9.81, 1.5};
     REQUIRE(block.sticks() == (mu == 0.5));
@@ -89,7 +89,7 @@ TEST_CASE("a block on two feet stops on a slope and stays, or slides back", "[an
   }
 }
 
-TEST_CASE("Painlevé's rod: event-driven stops and says why, time stepping jams and says so",
+TEST_CASE("Painlevé's rod: event-driven integration stops with the reason, time stepping reports the jamming",
           "[event-driven][painleve]") {
   const auto refused = test::simulate(scene_of("painleve_rod", Scheme::event_driven), Family::nonsmooth);
   CHECK(refused.ending.status == Ending::Status::failed);
@@ -107,7 +107,8 @@ TEST_CASE("Painlevé's rod: event-driven stops and says why, time stepping jams 
   CHECK(run.ending.status == Ending::Status::finished);
 }
 
-TEST_CASE("a block on two feet sticks, and its feet give way together", "[analytic][event-driven]") {
+TEST_CASE("a block on two feet sticks, then both feet start to slip at the same event",
+          "[analytic][event-driven]") {
   // Spring force k v t against μ m g: slip from t₀ = μ m g/(k v); then x = v τ − (v/ω) sin ωτ, ω² = k/m.
   const double k = 20, v = 0.5, mu = 0.3, t0 = mu * 9.81 / (k * v), omega = std::sqrt(k), tau = 1 - t0;
   const double exact = v * tau - v / omega * std::sin(omega * tau);
@@ -120,7 +121,7 @@ TEST_CASE("a block on two feet sticks, and its feet give way together", "[analyt
   }
 }
 
-TEST_CASE("corners of a fast spinning rod are not missed", "[analytic][event-driven]") {
+TEST_CASE("contacts of the corners of a fast spinning rod are not missed", "[analytic][event-driven]") {
   // The lower tip is at 0.55 − 0.2 t − 0.5 |sin 100 t|: its first root, bracketed by steps of a microsecond.
   const auto tip = [](double t) { return 0.55 - 0.2 * t - 0.5 * std::abs(std::sin(100 * t)); };
   double t = 0.2;
@@ -132,7 +133,7 @@ TEST_CASE("corners of a fast spinning rod are not missed", "[analytic][event-dri
   CHECK(touches[0].t == Approx(t).margin(1e-6).epsilon(0));
 }
 
-TEST_CASE("a hard pressed ball still bounces", "[analytic][event-driven]") {
+TEST_CASE("a ball under a large load still bounces", "[analytic][event-driven]") {
   // Without gravity a load of 1000 N throws the ball at the floor: what ends its bounces is their height, not
   // the time scale of the scene. First rebound e v, v² = 2 F h/m; rest after (1 + e)/(1 − e) times the fall's
   // time.

@@ -59,7 +59,7 @@ Agreement judged(double uncertainty, bool datum, const Signal& signal, double sc
 
 }  // namespace
 
-TEST_CASE("a measurement of the model itself agrees, at another sampling", "[chain][validate]") {
+TEST_CASE("a measurement made from the model agrees with it at another sampling rate", "[chain][validate]") {
   const auto a = judged(0, true, curve);
   CHECK(a.sign == 1);
   CHECK(a.sign_decided);
@@ -73,7 +73,7 @@ TEST_CASE("a measurement of the model itself agrees, at another sampling", "[cha
   CHECK(a.verdict == Agreement::Verdict::agrees);
 }
 
-TEST_CASE("sign, gain and phase are told, not taken out", "[chain][validate]") {
+TEST_CASE("sign, gain and phase are reported and not removed", "[chain][validate]") {
   const double rms = std::sqrt((400 + 400.0 / 36 + 4) / 2);
   const auto reversed = judged(0, false, [](double phi) { return -curve(phi); });
   CHECK(reversed.sign == -1);
@@ -101,7 +101,8 @@ TEST_CASE("sign, gain and phase are told, not taken out", "[chain][validate]") {
   CHECK(without.verdict == Agreement::Verdict::agrees);
 }
 
-TEST_CASE("a file's uncertainty decides what is a difference", "[chain][validate]") {
+TEST_CASE("the uncertainty of a measured file decides whether a difference is significant",
+          "[chain][validate]") {
   const auto offset = [](double phi) { return curve(phi) + 0.5; };
   const auto sure = judged(0.1, true, offset, 0), unsure = judged(1, true, offset, 0);
   CHECK(sure.rms_difference == Approx(0.5).epsilon(1e-9));
@@ -115,7 +116,7 @@ TEST_CASE("a file's uncertainty decides what is a difference", "[chain][validate
   CHECK(judged(0.05 * rms, true, larger, 0).verdict == Agreement::Verdict::agrees);
 }
 
-TEST_CASE("peaks are compared at one sampling", "[chain][validate][slow]") {
+TEST_CASE("peaks of model and measurement are compared at one sampling rate", "[chain][validate][slow]") {
   // A run of the rig, every fifth sample of it as the measurement: with the same samples of the model the ratio is 1 to
   // the last digit of the file; with the instrument's own it is what lies between them.
   test::TemporaryFolder folder;
@@ -146,7 +147,8 @@ TEST_CASE("peaks are compared at one sampling", "[chain][validate][slow]") {
   CHECK(std::abs(coarse.metrics.spectrum[0] - fine.metrics.spectrum[0]) < 1.01 * folded);
 }
 
-TEST_CASE("a file's samples are where it says, to its digits and in the crank's sense", "[chain]") {
+TEST_CASE("samples of a file have the given times, within their digits and for both directions of the crank",
+          "[chain]") {
   test::TemporaryFolder folder;
   const auto read = [&](const std::string& text, double speed) {
     write_file(folder.path() / "data.csv", text);
@@ -200,7 +202,7 @@ TEST_CASE("directions are averaged on the circle", "[chain]") {
   CHECK(cell(rows, "v", "penalty", {}, TurnMetrics::loss_angle).mean == Approx(5));
 }
 
-TEST_CASE("an interval stays where its values may lie", "[chain]") {
+TEST_CASE("a confidence interval stays within the range of its quantity", "[chain]") {
   const auto s = interval({1, 2, 600, 3});
   REQUIRE(s.low < 0);
   const auto positive = within_range(s, TurnMetrics::Kind::positive);
@@ -221,7 +223,7 @@ TEST_CASE("an interval stays where its values may lie", "[chain]") {
   CHECK(e.high > 5);
 }
 
-TEST_CASE("runs contradict a fit where 99 % of them and of the target's tolerance do not reach it",
+TEST_CASE("runs contradict a fit beyond 99 % prediction limits that include the tolerance of the target",
           "[chain]") {
   // ln r of ±0.1 about 0: s = 0.1√(8/7), one more of 8: t₇(0.995) s √(9/8) = 3.4995·0.1069·1.0607.
   std::vector<double> runs;
@@ -244,7 +246,7 @@ TEST_CASE("runs contradict a fit where 99 % of them and of the target's toleranc
   CHECK_FALSE(contradicts(runs, std::exp(mean * 1.001), 0, 0, {4, 0}));
 }
 
-TEST_CASE("the mean of a measurement that keeps to one state is as uncertain as the state", "[chain]") {
+TEST_CASE("the mean of a measurement in one persistent state has the uncertainty of the state", "[chain]") {
   // x = b + e with a state b, the same for all of five stretches, and e in each: Var x = B + E, of the mean B + E/5.
   std::mt19937_64 engine(5);
   std::normal_distribution<double> normal;
@@ -269,7 +271,7 @@ TEST_CASE("the mean of a measurement that keeps to one state is as uncertain as 
   CHECK(Stretches{}.share(0.04) == 1);
 }
 
-TEST_CASE("calibration's intervals hold what they should, over forty repetitions", "[chain]") {
+TEST_CASE("confidence intervals of a calibration cover the truth in forty repetitions", "[chain]") {
   // Outcomes are a quadratic and noise of 0.1; the measurement is one more outcome, read with a tolerance of 0.05. Of 80
   // intervals of 95 % more than 68 hold the truth with a probability of 99.9 % (binomial).
   const std::vector<Unknown> unknowns{{"a", "a", "", -1, 1}, {"b", "b", "", -1, 1}};
@@ -333,7 +335,8 @@ TEST_CASE("impacts are counted by their value", "[chain]") {
   CHECK(joined.at_least(0.1 * joined.greatest()) == 701);
 }
 
-TEST_CASE("a file of less than a whole turn is refused, of a whole one taken", "[chain][validate]") {
+TEST_CASE("a file shorter than one revolution is refused, one of a whole revolution is accepted",
+          "[chain][validate]") {
   // 5,000 samples a turn: a whole turn ends before the first of the next.
   test::TemporaryFolder folder;
   const auto file = folder.path() / "data.csv";
@@ -357,7 +360,7 @@ TEST_CASE("a file of less than a whole turn is refused, of a whole one taken", "
   }
 }
 
-TEST_CASE("what repeats from turn to turn decides the sign, and nothing is claimed without it",
+TEST_CASE("the part that repeats in each revolution decides the sign; without it the sign stays undecided",
           "[chain][validate]") {
   // The crank's motion in harmonics 1 and 2, and in each turn impacts of its own: 117 harmonics with twenty times the
   // power of the second. What tells the sign from a shift by half a turn is the second alone.
@@ -390,7 +393,7 @@ TEST_CASE("what repeats from turn to turn decides the sign, and nothing is claim
   CHECK(std::abs(a.phase) == Approx(pi));
 }
 
-TEST_CASE("the ideal's greatest acceleration is that of a filter that has settled", "[chain]") {
+TEST_CASE("the greatest acceleration of the ideal mechanism is that of a settled filter", "[chain]") {
   // Through 1 Hz at 3.33 turns a second the start has decayed to e^(−2π·1·0.707·0.3) = 0.26 after a turn. Settled, harmonic
   // k of the closed form has passed H(ikω) = 1/(1 + √2 s/ω_c + (s/ω_c)²).
   const auto file = test::source_folder() / "cases/flores2011-experiment/guide.toml";

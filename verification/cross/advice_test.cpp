@@ -63,7 +63,8 @@ void keeps_its_word(const Advice& advice, double asked, const Error& error_of, d
 
 }  // namespace
 
-TEST_CASE("advice keeps its word on scenes that no setting was chosen from", "[advice]") {
+TEST_CASE("recommended settings reach their accuracy on scenes outside the set they were derived from",
+          "[advice]") {
   struct Rig {
     const char* scene;
     long double clearance, rpm, friction;
@@ -104,7 +105,7 @@ TEST_CASE("advice keeps its word on scenes that no setting was chosen from", "[a
   }
 }
 
-TEST_CASE("advice keeps its word without touches, by the closed form", "[advice]") {
+TEST_CASE("recommended settings reach their accuracy without contacts, against the closed form", "[advice]") {
   auto scene = read_scene(test::source_folder() / "cases/tradeoff/ideal.toml");
   scene.run.duration = 0.07;
   const double r = 0.05, l = 0.3, s = 0.15, omega = reference::from_rpm(200.0);
@@ -140,7 +141,8 @@ TEST_CASE("advice keeps its word without touches, by the closed form", "[advice]
     }
 }
 
-TEST_CASE("advice keeps its word on a loose guide, by another program's table", "[advice][guide]") {
+TEST_CASE("recommended settings reach their accuracy for a guide with clearance, against another program",
+          "[advice][guide]") {
   const auto& table = reference::guide_tables.front();
   auto scene = read_scene(test::source_folder() / "cases/flores2010-translational/scene.toml");
   scene.run.duration = 0.0065;  // between the fourth touch and the fifth
@@ -167,7 +169,7 @@ TEST_CASE("advice keeps its word on a loose guide, by another program's table", 
   }
 }
 
-TEST_CASE("what advice promises holds over the whole run, not over its first touches", "[advice]") {
+TEST_CASE("the predicted accuracy holds over the whole run, not only over the first contacts", "[advice]") {
   auto scene = read_scene(test::flores());
   scene.instruments.clear();
   scene.run.duration = 0.8;
@@ -203,7 +205,7 @@ TEST_CASE("what advice promises holds over the whole run, not over its first tou
   }
 }
 
-TEST_CASE("what advice promises of statistics has their sampling error", "[advice]") {
+TEST_CASE("the predicted accuracy of statistics includes their sampling error", "[advice]") {
   Statistic s;
   s.difference = -0.01;
   s.error = 0.02;
@@ -218,7 +220,7 @@ TEST_CASE("what advice promises of statistics has their sampling error", "[advic
   CHECK(m.variance == Approx(5.0 / 3));
 }
 
-TEST_CASE("advice refuses statistics of starts that cannot differ", "[advice]") {
+TEST_CASE("advise refuses statistics of starts that cannot differ", "[advice]") {
   // A ball on a shaken table has no play to begin elsewhere in: eight starts were eight times the same run, whose statistics
   // had no sampling error and promised what nobody knows. Beyond A = 1.2 mm (e = 0.8) the bouncing is chaotic.
   const auto file = test::source_folder() / "cases/ball-on-table/scene.toml";
@@ -239,7 +241,7 @@ TEST_CASE("advice refuses statistics of starts that cannot differ", "[advice]") 
   CHECK(advise(brief, Family::nonsmooth, 0.01, Conduct{}, {}).to_the_end);
 }
 
-TEST_CASE("what --accuracy takes is among the settings that the tables show", "[advice]") {
+TEST_CASE("the settings of --accuracy are among those of the tables", "[advice]") {
   for (const auto& [family, formulation] : families)
     for (const auto accuracy : {Accuracy::fast, Accuracy::balanced, Accuracy::reference}) {
       const auto keys = setting_for(family, accuracy).keys();
@@ -248,7 +250,7 @@ TEST_CASE("what --accuracy takes is among the settings that the tables show", "[
     }
 }
 
-TEST_CASE("the state is judged in the flight before the last judged touch", "[advice]") {
+TEST_CASE("the state is compared in the flight before the last compared contact", "[advice]") {
   auto scene = read_scene(test::scene_file("gudgeon_1mm_250rpm"));
   scene.penalty.contact = ContactLaw::exact;
   scene.run.duration = 0.02;
@@ -264,7 +266,8 @@ TEST_CASE("the state is judged in the flight before the last judged touch", "[ad
   }
 }
 
-TEST_CASE("--accuracy chooses settings, --set still wins, advise prints what to set", "[advice][program]") {
+TEST_CASE("--accuracy chooses settings, --set overrides them, advise prints the keys to set",
+          "[advice][program]") {
   test::TemporaryFolder folder;
   const auto scene = test::flores().string() + " --set run.revolutions=0.05 --set run.discard=0 -o " +
                      folder.path().string();

@@ -39,7 +39,8 @@ Scene with(Scene scene, std::optional<Scheme> scheme) {
 
 }  // namespace
 
-TEST_CASE("automatic: without a hand-over it is event-driven, bit for bit", "[automatic]") {
+TEST_CASE("automatic scheme: without a hand-over a run is bit-identical to event-driven integration",
+          "[automatic]") {
   for (const auto* name : {"gudgeon", "big_end", "four_bar", "ring", "bouncing_ball", "block_on_slope"}) {
     CAPTURE(name);
     auto scene = read_scene(test::scene_file(name));
@@ -54,8 +55,9 @@ TEST_CASE("automatic: without a hand-over it is event-driven, bit for bit", "[au
   }
 }
 
-TEST_CASE("automatic: a run that event-driven integration does not finish says what took over and why",
-          "[automatic]") {
+TEST_CASE(
+    "automatic scheme: a run that event-driven integration cannot finish reports the hand-over and its reason",
+    "[automatic]") {
   // That nothing is lost at its hand-overs is a claim of "chosen".
   const auto scene = parse_scene(loop, "loop");
   CHECK(test::simulate(with(scene, Scheme::event_driven), Family::nonsmooth).ending.status ==
@@ -71,8 +73,9 @@ TEST_CASE("automatic: a run that event-driven integration does not finish says w
   CHECK(told->size() > told->find("at most): ") + 20);  // and why
 }
 
-TEST_CASE("automatic: goes back where time stepping costs more, and on from the middle bit for bit",
-          "[automatic]") {
+TEST_CASE(
+    "automatic scheme: returns where time stepping costs more, and continues from a snapshot bit for bit",
+    "[automatic]") {
   // Impacts do not cease, so that a return would wait for ever: time stepping took 1.55e6 factorisations for 0.096 of 0.1 s.
   const auto scene = read_scene(test::scene_file("six_bar_tight"));
   Simulation whole(scene, "nonsmooth");
@@ -103,7 +106,8 @@ TEST_CASE("automatic: goes back where time stepping costs more, and on from the 
   CHECK(again.notes == run.notes);
 }
 
-TEST_CASE("automatic: laws that time stepping does not have stay with event-driven", "[automatic]") {
+TEST_CASE("automatic scheme: impact laws without time stepping stay with event-driven integration",
+          "[automatic]") {
   auto scene = read_scene(test::scene_file("gudgeon"));
   scene.run.duration = 0.05;
   scene.run.discard = 0;
@@ -121,7 +125,7 @@ TEST_CASE("automatic: laws that time stepping does not have stay with event-driv
   CHECK(run.work.handovers == 0);
 }
 
-TEST_CASE("automatic: which scheme the keys mean", "[automatic][scene]") {
+TEST_CASE("automatic scheme: the scheme that each combination of keys selects", "[automatic][scene]") {
   const std::string scene = wedge;
   const auto options = [&](const std::string& more) {
     return parse_scene(scene + "[nonsmooth]\n" + more, "keys").nonsmooth;

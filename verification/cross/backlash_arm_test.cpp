@@ -10,7 +10,8 @@
 
 using namespace freeplay;
 
-TEST_CASE("flanks of gears on a moving arm stay outside each other", "[gears][event-driven][automatic]") {
+TEST_CASE("flanks of gears with backlash on a moving arm do not penetrate each other",
+          "[gears][event-driven][automatic]") {
   auto scene = read_scene(test::scene_file("backlash_arm"));
   scene.run.duration = 1.0;
   for (const auto scheme : {std::optional<Scheme>{}, std::optional(Scheme::event_driven)}) {

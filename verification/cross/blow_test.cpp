@@ -76,7 +76,8 @@ Rebound rebound(const Scene& scene, double from, double to) {
 
 }  // namespace
 
-TEST_CASE("a contact that lasts and is struck anew gives the blow its restitution", "[penalty][blow]") {
+TEST_CASE("an impact on a lasting contact has the coefficient of restitution of the surface",
+          "[penalty][blow]") {
   const std::string integrator =
       GENERATE("dopri5", "adams_bashforth_moulton", "rosenbrock4", "bulirsch_stoer");
   const std::string floor = GENERATE("", "penalty.v0_floor=1e-3", "penalty.v0_floor=0.05");
@@ -93,7 +94,8 @@ TEST_CASE("a contact that lasts and is struck anew gives the blow its restitutio
   CHECK(r.off / r.onto == Approx(delivered_restitution(chi)).margin(0.01));
 }
 
-TEST_CASE("each of several blows has the restitution of its own speed", "[penalty][blow]") {
+TEST_CASE("each of several impacts on a lasting contact has the restitution of its own speed",
+          "[penalty][blow]") {
   // While the lever rests between them: the hard one first, so that what it leaves is too fast for those that follow. After
   // 40 ms at 0.9 a lever thrown off at 5 m/s² lies still again only for the weaker ones.
   for (const auto& areas : {std::vector{0.02, 0.002}, std::vector{0.002, 0.02}}) {
@@ -115,7 +117,9 @@ TEST_CASE("each of several blows has the restitution of its own speed", "[penalt
   }
 }
 
-TEST_CASE("a free impact is that of the law alone, blow or not", "[penalty][blow]") {
+TEST_CASE(
+    "a free impact follows the contact law alone, whatever the treatment of impacts on lasting contacts",
+    "[penalty][blow]") {
   // Nothing presses: w = v₀ is the greatest, so that delivered restitution is the closed form's to the tolerance.
   auto scene = lever({}, {"drives.hammer.torque_table=[[0.0, 0.0], [1.0, 0.0]]",
                           "bodies.lever.angular_velocity=-1.0", "run.start=given", "run.duration=1e-3"});
@@ -140,7 +144,8 @@ TEST_CASE("the greatest penetration is the extremum, not the deepest end of a st
   CHECK(run.contacts[0].penetration == Approx(depth).epsilon(1e-5));
 }
 
-TEST_CASE("a body may start where its soft contact bears it", "[penalty][start]") {
+TEST_CASE("a body may start at the penetration at which its soft contact carries its weight",
+          "[penalty][start]") {
   // δ = (m g/K)^(2/3): 1.2 mm of a radius of 100 mm for 1 MPa, and 57 µm for 100 MPa.
   const auto young = GENERATE(1e6, 1e8, 2e11);
   const double K = 4.0 / 3 * young / (2 * (1 - 0.09)) * std::sqrt(0.1), depth = std::pow(9.81 / K, 2.0 / 3);
@@ -157,7 +162,7 @@ TEST_CASE("a body may start where its soft contact bears it", "[penalty][start]"
                     Contains("contacts.floor overlaps by 0.011 m"));
 }
 
-TEST_CASE("a contact that rests does not part in a short last step", "[nonsmooth]") {
+TEST_CASE("a resting contact does not separate in a short last step", "[nonsmooth]") {
   // A journal that is pressed on its bearing stands off by its path's curvature, h³, between two steps: less than a whole
   // step's push, more than that of a last step of a hundredth.
   for (const double duration : {0.05, 0.0500001, 0.05000000001, 0.050009999}) {
@@ -171,7 +176,7 @@ TEST_CASE("a contact that rests does not part in a short last step", "[nonsmooth
   }
 }
 
-TEST_CASE("what a contact force cannot have is named", "[penalty]") {
+TEST_CASE("a note names the surface property that a contact force law cannot model", "[penalty]") {
   const auto scene =
       lever({}, {"surfaces.steel.tangential_restitution=0.4", "drives.hammer.torque_table=[[0, 0], [1, 0]]"});
   const auto run = test::simulate(scene, Family::penalty);
@@ -180,7 +185,7 @@ TEST_CASE("what a contact force cannot have is named", "[penalty]") {
   }));
 }
 
-TEST_CASE("what a contact has stored is lost where damping holds its force at zero until it opens",
+TEST_CASE("stored contact energy is lost while damping holds the force at zero until separation",
           "[penalty][blow]") {
   // A soft ball at rest, δ deep, that its weight pulls away. Faster than v₀/χ from the first micrometre on, it flies off under
   // no force, and all of U = (2/5) K δ^(5/2) is dissipated, but for (m/2)(v₀/χ)² < 1e-14 J.
@@ -197,7 +202,8 @@ TEST_CASE("what a contact has stored is lost where damping holds its force at ze
   CHECK(run.ledger.contact == Approx(0.4 * K * std::pow(1e-4, 2.5)).epsilon(1e-8));
 }
 
-TEST_CASE("a torque on one body makes no contact of another slower than the floor of v0", "[penalty][blow]") {
+TEST_CASE("a torque on one body does not lower the floor of v0 for a contact of another body",
+          "[penalty][blow]") {
   // Nothing sets a pace here but the torque: 1000 N m on a wheel. The ball beside it, of 1e-9 kg m², has nothing of that.
   const auto scene = read_scene(
       test::scene_file("ball_on_plane"),

@@ -39,7 +39,8 @@ struct Rig {
 
 }  // namespace
 
-TEST_CASE("chosen steps: the order is three where rows turn with the motion", "[chosen][order]") {
+TEST_CASE("adaptive time stepping: third order where the constraint rows rotate with the motion",
+          "[chosen][order]") {
   // A step is a drift of h/2, a kick of h, a drift of h/2. Where rows turn with the motion the middle's rates, continued by
   // (h/2)γ, miss those at the end by O(h³), onto which they are moved: that is not symmetric, and leaves h⁴ in the combination
   // of one step and two halves: third order, and errors go with tolerance.
@@ -60,7 +61,7 @@ TEST_CASE("chosen steps: the order is three where rows turn with the motion", "[
   CHECK(test::observed_order(accepted, errors) == Approx(1).margin(0.1).epsilon(0));
 }
 
-TEST_CASE("chosen steps: a block slides up a slope and down again", "[chosen]") {
+TEST_CASE("adaptive time stepping: a block slides up a slope and down again", "[chosen]") {
   // A step over the instant of turning has one friction all along. Its error, the speed that it has wrong, is accepted up to
   // tolerance × (V + |v|); before and after the motion is polynomial, which a step meets to rounding. Both the step itself and
   // one that ends at rest there may be wrong: twice that, and its time's worth of the way.
@@ -82,7 +83,7 @@ TEST_CASE("chosen steps: a block slides up a slope and down again", "[chosen]") 
     }
 }
 
-TEST_CASE("chosen steps: at their loosest, and without restitution", "[chosen]") {
+TEST_CASE("adaptive time stepping: loosest tolerance, and vanishing restitution", "[chosen]") {
   const Rig rig;
   {
     // A thousandth of the clearance off at each landing, some per cent of it by the sixth touch: each rattle multiplies an

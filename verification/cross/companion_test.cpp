@@ -34,7 +34,8 @@ std::vector<ContactEvent> judged(const Scene& scene) {
 
 }  // namespace
 
-TEST_CASE("the difference of touches is measured by interval, speed and impulse", "[companion]") {
+TEST_CASE("the difference of two lists of contacts is measured by interval, speed and impulse",
+          "[companion]") {
   const std::vector<ContactEvent> exact{touch(1, 2, 4), touch(1.5, 1, 2, 1), touch(1.5 + 1e-9, 1, 2, 0)};
   const std::vector<ContactEvent> found{touch(1.01, 2, 4), touch(1.5, 1, 2.2, 0), touch(1.5, 1.05, 2, 1)};
   const auto d = touch_difference(found, exact);
@@ -47,7 +48,7 @@ TEST_CASE("the difference of touches is measured by interval, speed and impulse"
   CHECK_FALSE(is_touch(touch(0, 0, 0)));
 }
 
-TEST_CASE("what a run says of its first touches covers their error", "[companion]") {
+TEST_CASE("the error estimate of the first contacts covers their error", "[companion]") {
   int cases = 0;
   for (const auto* name :
        {"gudgeon", "gudgeon_1mm_250rpm", "gudgeon_mu03", "four_bar", "four_bar_two", "big_end"})
@@ -78,7 +79,7 @@ TEST_CASE("what a run says of its first touches covers their error", "[companion
   CHECK(cases == 12);
 }
 
-TEST_CASE("what is said covers the error of a bouncing ball, by its closed form", "[companion]") {
+TEST_CASE("the error estimate covers the error of a bouncing ball, against the closed form", "[companion]") {
   auto scene = read_scene(test::scene_file("bouncing_ball"));
   scene.nonsmooth.scheme = Scheme::moreau_jean;
   scene.run.duration = 3;
@@ -101,7 +102,7 @@ TEST_CASE("what is said covers the error of a bouncing ball, by its closed form"
   }
 }
 
-TEST_CASE("a companion moves no digit, and knows when it has nothing to say", "[companion]") {
+TEST_CASE("a companion run changes no digit and gives no estimate where it has none", "[companion]") {
   auto scene = read_scene(test::scene_file("gudgeon"));
   scene.run.duration = 0.05;
   scene.run.discard = 0;
@@ -124,7 +125,7 @@ TEST_CASE("a companion moves no digit, and knows when it has nothing to say", "[
   CHECK_FALSE(doubt_first_touches(scene, {}, {}));
 }
 
-TEST_CASE("a step too long for the first touches is called doubtful", "[companion][program]") {
+TEST_CASE("a step too long for the first contacts is reported as doubtful", "[companion][program]") {
   test::TemporaryFolder folder;
   const auto run = [&](const char* step) {
     return test::freeplay(

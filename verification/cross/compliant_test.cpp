@@ -90,7 +90,7 @@ Result run(const std::string& scene, const std::vector<std::string>& set, Family
 
 }  // namespace
 
-TEST_CASE("snapshots: kinks of springs and cams go on bit for bit", "[snapshot][compliant]") {
+TEST_CASE("snapshots: runs with kinks of springs and cams continue bit for bit", "[snapshot][compliant]") {
   for (const char* integrator : {"dopri5", "rosenbrock4", "adams_bashforth_moulton"})
     check({hung,
            "penalty",
@@ -103,7 +103,7 @@ TEST_CASE("snapshots: kinks of springs and cams go on bit for bit", "[snapshot][
   check({cam, "nonsmooth", {"nonsmooth.step=2e-5"}, {flight}});
 }
 
-TEST_CASE("the ledger closes over kinks, dampers and cams in every scheme", "[compliant]") {
+TEST_CASE("the energy ledger closes over kinks, dampers and cams in every scheme", "[compliant]") {
   // Of kinetic and stored energy: tolerance times some thousand steps; of fixed steps, first order in what changes at kinks.
   const struct {
     Family family;
@@ -126,7 +126,7 @@ TEST_CASE("the ledger closes over kinks, dampers and cams in every scheme", "[co
     }
 }
 
-TEST_CASE("a lever on an eccentric cam stands where the tangent of its circle does", "[compliant]") {
+TEST_CASE("a lever on an eccentric cam has the angle of the tangent to its circle", "[compliant]") {
   // The face goes through the lever's pivot P; the disc's centre lies e off the cam's axis, its radius is ρ = base + e. The
   // face is a tangent: its angle to the line from P to the centre is asin(ρ/D).
   auto text = cam;
@@ -154,7 +154,7 @@ TEST_CASE("a lever on an eccentric cam stands where the tangent of its circle do
   }
 }
 
-TEST_CASE("a follower that rests on its dwell stays there, on cams of any size", "[compliant]") {
+TEST_CASE("a follower at rest on a dwell stays at rest, on cams of any size", "[compliant]") {
   for (const double size : {1e-4, 1.0, 1e3}) {
     const auto scene = fmt::format(R"(
 gravity = [0.0, -{0}]

@@ -70,7 +70,7 @@ TEST_CASE("a contact that begins at rest settles, in both formulations", "[conta
   }
 }
 
-TEST_CASE("a state that starts inside the wall is a contact from the first instant", "[contact]") {
+TEST_CASE("a start inside the wall is a contact from the first instant", "[contact]") {
   // 2 µm inside: Hertz's energy 0.4 K δ^2.5 throws the journal up; it must not exceed that energy.
   auto scene = hanging(-2e-6);
   const auto run = test::finished(scene, Family::penalty);

@@ -92,7 +92,8 @@ double smooth_rise(double s) { return s * s * s * (10 + s * (-15 + 6 * s)); }
 
 }  // namespace
 
-TEST_CASE("curves: rows of a prescribed motion are on its curve between the ends of steps", "[curves]") {
+TEST_CASE("curves: recorded rows of a prescribed motion lie on its curve between the ends of steps",
+          "[curves]") {
   constexpr double A = 0.03, w = 2 * pi * 10;
   const auto text = slider(0, R"(position = "shake"
 [curves.shake]
@@ -200,7 +201,8 @@ position = "shake"
   CHECK_FALSE(doubtful(rows.run));
 }
 
-TEST_CASE("curves: fixed steps that jump over the pieces of a force are doubted", "[curves]") {
+TEST_CASE("curves: fixed steps longer than the pieces of a force curve are reported as doubtful",
+          "[curves]") {
   // A step of more than a fifth of a piece does not resolve it (20 steps a period of such a row of kinks); one of 0.04 m takes the
   // mean of all its pieces, none, and the slider passes.
   for (const double step : {0.013, 0.04, 0.1}) {
@@ -215,7 +217,7 @@ TEST_CASE("curves: fixed steps that jump over the pieces of a force are doubted"
   CHECK(run.final_state.v[0] == Approx(-1).margin(1e-3).epsilon(0));
 }
 
-TEST_CASE("curves: a place that follows a joint's angle, on its curve in every row", "[curves]") {
+TEST_CASE("curves: a position prescribed over a joint's angle is on its curve in every row", "[curves]") {
   constexpr double lift = 0.03, speed = 10, start = 0.5, rise = 1.0, dwell = 0.5;
   const auto y = [&](double x) {
     if (x < start) return 0.0;
@@ -241,7 +243,8 @@ repeat = true)"),
   }
 }
 
-TEST_CASE("curves: a place that follows a joint's angle by a spline, on its curve in every row", "[curves]") {
+TEST_CASE("curves: a position prescribed over a joint's angle by a spline is on its curve in every row",
+          "[curves]") {
   // Flat ends and symmetry: y = lift s² (3 − 2s) on either side of the middle. The step that passes the first knot ends 1e-4 of the
   // rise behind it, at a rate of 6e-4 lift/rise. Hermite's cubic over a step of a fifth of a radian before it makes 4/27 · 0.2 · 6e-4
   // = 1.8e-5 of the lift in place. (By 1e-3 of the rise it was 6.9e-5.) The bound was set before the cause of the error was known.
@@ -260,7 +263,7 @@ points = [[0.5, 0.0], [1.5, 0.03], [2.5, 0.0]])"),
   }
 }
 
-TEST_CASE("curves: a follower's spring turns a rotor back where its energy ends", "[curves]") {
+TEST_CASE("curves: a follower's spring turns a rotor back at the angle given by its energy", "[curves]") {
   // ½ J Ω² = 0.1 J against ½ k lift² = 0.45 J: the follower rises to √(2 · 0.1/1000) m = 0.0141421 m, and the rotor to the angle
   // where the lift is that. Nothing is lost: it comes back to its start with −Ω.
   double low = 0, high = 1;
@@ -290,7 +293,7 @@ repeat = true)"),
   }
 }
 
-TEST_CASE("curves: a slider does not pass a barrier that is higher than its energy",
+TEST_CASE("curves: a slider does not pass a potential barrier higher than its energy",
           "[curves][integrators]") {
   // 1 J against a hill of 2 J, whose sides do no net work. Linear between its points the force grows as 20,000 N/m from 0.48 m on, so
   // that 1 J is spent at 0.49 m, where it is 200 N; and it turns back there. With ω = 100/s, x − 0.48 = 0.01 sin ωt on the way up: a
@@ -308,7 +311,8 @@ TEST_CASE("curves: a slider does not pass a barrier that is higher than its ener
     }
 }
 
-TEST_CASE("curves: a force far faster than the run, its speed in every row", "[curves][integrators]") {
+TEST_CASE("curves: the speed under a force much faster than the run is exact in every row",
+          "[curves][integrators]") {
   // F sin ωt on m at rest: v = F/(m ω) (1 − cos ωt), x = F/(m ω) (t − sin ωt/ω). Time stepping's speed between a step and its
   // half has (2π/64)²/8 = 1.2e-3 of the amplitude; a sixteenth of a period leaves a cubic between the ends of an integrator's step
   // (2π/16)⁴/384 = 6e-5 of the sine off.
@@ -342,8 +346,7 @@ frequency = {:.17g})",
   }
 }
 
-TEST_CASE("curves: a slow drive beside a fast oscillator on a stop is no reason for a hand-over",
-          "[curves]") {
+TEST_CASE("curves: a slow drive beside a fast oscillator on a stop causes no hand-over", "[curves]") {
   // x = A sin φ up to the stop at 0.2 mm, e = 1: there φ jumps from θ to π − θ, and a round takes (π + 2θ)/ω.
   constexpr double m = 0.1, k = 1.0106e5, v = 0.45, stop = 2e-4;
   const double w = std::sqrt(k / m), A = v / w, theta = std::asin(stop / A), round = (pi + 2 * theta) / w;
@@ -394,7 +397,7 @@ start = "assembled"
   }) < 1e-4 * A);
 }
 
-TEST_CASE("curves: a kink that only rounding leaves ahead of a step is behind it", "[curves]") {
+TEST_CASE("curves: a kink that lies ahead of a step only by rounding counts as passed", "[curves]") {
   // A torque along a spline that repeats: J ω̇ = M(t), so J (ω − ω₀) is the spline's integral. The second kink lies 7e-18 s ahead
   // of where a step ends that reached it, and the next step would be as short.
   const double J = 0.0206786652956, start = 0.0680438091325, until = 3.78303273198;

@@ -39,7 +39,7 @@ const auto slider = "format = 2\n" + test::body("b", 2, 0.01) + test::guide("gui
 
 }  // namespace
 
-TEST_CASE("two drives that agree over ideal gears turn, loaded or not, and the rest is told",
+TEST_CASE("two consistent drives over ideal gears run, loaded or not, and the redundancy is reported",
           "[twice][drives]") {
   const auto way = every_way();
   const bool loaded = GENERATE(false, true);
@@ -55,14 +55,13 @@ TEST_CASE("two drives that agree over ideal gears turn, loaded or not, and the r
   CHECK_FALSE(doubtful(run));
 }
 
-TEST_CASE("two drives that contradict each other over gears are refused where they are read",
-          "[twice][errors]") {
+TEST_CASE("two contradicting drives over gears are refused when the scene is read", "[twice][errors]") {
   const auto way = every_way();
   CHECK_THROWS_WITH(test::simulate(test::scene_by(way, two_motors(-6)), way.family),
                     Contains("no velocities satisfy all constraints"));
 }
 
-TEST_CASE("chosen steps book what a drive does as its work", "[chosen][drives]") {
+TEST_CASE("adaptive time stepping records the work of a drive", "[chosen][drives]") {
   const auto lifted = [](const test::Way& way, Vec2 axis, double duration) {
     return finished(
         way,
@@ -73,20 +72,20 @@ TEST_CASE("chosen steps book what a drive does as its work", "[chosen][drives]")
             "repeat = true\n" +
             test::run_for(duration));
   };
-  SECTION("a body lifted along a curve: work is the change of energy, whatever the step") {
+  SECTION("a body lifted along a curve: the work is the change of energy at any step size") {
     // m g s with s = 0.05 m amid the dwell of the third period; its speed is 0 there. To rounding: steps are exact.
     const auto run = lifted(test::chosen_steps, {0, 1}, 2.45);
     CHECK(run.ledger.drive == Approx(2 * 9.81 * 0.05).epsilon(1e-9));
     CHECK(std::abs(run.ledger.stabilisation) <= 1e-9);
     CHECK_FALSE(doubtful(run));
   }
-  SECTION("a body that comes back to rest where it began: nothing is left to be doubtful of") {
+  SECTION("a body that returns to rest at its start: no doubtful result") {
     for (const auto& way : {test::penalty, test::event_driven, test::chosen_steps}) {
       CAPTURE(way.name);
       CHECK_FALSE(doubtful(lifted(way, {1, 0}, 3)));
     }
   }
-  SECTION("a slider-crank at a constant speed: work is the change of kinetic energy") {
+  SECTION("a slider-crank at constant speed: the work is the change of kinetic energy") {
     const auto text = test::body("crank", 1, 0.01) + test::body("rod", 1, 0.03) +
                       test::body("slider", 2, 0.01) + test::pin("a", "ground", "crank") +
                       test::pin("b", "crank", "rod", {0.1, 0}, {-0.2, 0}) +
@@ -108,7 +107,7 @@ TEST_CASE("chosen steps book what a drive does as its work", "[chosen][drives]")
   }
 }
 
-TEST_CASE("a spring that a free slider takes through zero length turns round there", "[twice][springs]") {
+TEST_CASE("a slider that passes the zero length of a spring turns back on the far side", "[twice][springs]") {
   // m ẍ = −k (|x| − L) sgn x, from rest at L + A: harmonic about ±L either side, with ω = √(k/m). From L + A to 0 it
   // takes t₁ = (π/2 + asin(L/A))/ω, and by symmetry 2 t₁ to rest at −(L + A), 4 t₁ back to the start.
   const auto way = every_way();
@@ -133,7 +132,8 @@ TEST_CASE("a spring that a free slider takes through zero length turns round the
   CHECK(back.v[0] == Approx(0).margin(3 * w * bound + 1e-5));
 }
 
-TEST_CASE("a kink of a damper's table against the speed costs no way its order", "[twice][springs]") {
+TEST_CASE("a kink in a damper's table over speed does not reduce the order of any method",
+          "[twice][springs]") {
   // m v̇ = −D(v), D = 1 v up to 1 m/s, then 1 + 9 (v − 1): from 3 m/s exponential to v = 1, v + (…) of rate 9/m about
   // v₀ = 8/9, at T = (m/9) ln((3 − 8/9)/(1/9)), then exp(−(t − T)/m).
   const auto way = every_way();

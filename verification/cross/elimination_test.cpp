@@ -25,7 +25,7 @@ double greatest_difference(const std::vector<double>& a, const std::vector<doubl
 
 // The two solve the same equations in another order: 1e-16 apart at first, some ten times more after each of
 // the few impacts, and where steps are adaptive by as much as a step's own error bound of 1e-9 moves.
-TEST_CASE("with and without elimination the motion is the same", "[elimination]") {
+TEST_CASE("the motion with and without elimination of coordinates is the same", "[elimination]") {
   struct Way {
     const char* name;
     Family family;
@@ -56,7 +56,8 @@ TEST_CASE("with and without elimination the motion is the same", "[elimination]"
     }
 }
 
-TEST_CASE("check tells what is eliminated and left out, and why", "[elimination][program]") {
+TEST_CASE("check reports the eliminated coordinates and omitted elements, with reasons",
+          "[elimination][program]") {
   using Catch::Matchers::Contains;
   const auto o = test::freeplay("check " + test::flores().string() + " --why");
   CHECK(o.status == 0);
@@ -103,7 +104,7 @@ std::vector<Rung> ladder() {
 
 }  // namespace
 
-TEST_CASE("each rung of the ladder carries its own additions and no more", "[elimination]") {
+TEST_CASE("each mechanism of the cost ladder adds its own elements and no others", "[elimination]") {
   for (const auto& rung : ladder()) {
     CAPTURE(rung.name);
     const System system(rung.scene.mechanism);

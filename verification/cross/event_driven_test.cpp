@@ -45,7 +45,7 @@ void compare_corners(const Scene& scene, const std::vector<reference::CornerImpa
 
 }  // namespace
 
-TEST_CASE("a loose slider's corners, struck together and one by one, with friction",
+TEST_CASE("corners of a slider with clearance in simultaneous and single impacts with friction",
           "[cross][event-driven][guide]") {
   for (const auto& table : reference::guide_tables) {
     auto scene = event_driven(test::source_folder() / "cases/flores2010-translational/scene.toml",
@@ -58,7 +58,7 @@ TEST_CASE("a loose slider's corners, struck together and one by one, with fricti
   }
 }
 
-TEST_CASE("a slider that lands flat strikes with both corners, whatever the tolerance",
+TEST_CASE("a slider that lands flat has an impact of both corners at any tolerance",
           "[cross][event-driven][guide]") {
   // Errors of integration tilt the slider a little: they must not make a cascade of single impacts of one
   // with both corners, nor keep feet closed that leave together (near 0.015 s).
@@ -79,13 +79,14 @@ TEST_CASE("a slider that lands flat strikes with both corners, whatever the tole
   }
 }
 
-TEST_CASE("a slider alone that sticks in its impacts: tangential restitution",
+TEST_CASE("a free slider that sticks in its impacts: tangential restitution",
           "[cross][event-driven][guide]") {
   compare_corners(event_driven(test::scene_file("free_slider"), 0.08), reference::free_slider_impacts);
 }
 
-TEST_CASE("what the projection takes back below its bound holds on, and is not decided with all that touches",
-          "[event-driven][modes]") {
+TEST_CASE(
+    "a contact that the projection returns below its friction limit keeps sticking, without a decision on all contacts",
+    "[event-driven][modes]") {
   // Twenty turns of the rig at 40 clearances: its one contact sticks and slides a thousand times each. At the error of a step, 1e-5, the
   // instant at which it gives way is past or before the bound by as much, and 7 of 40 runs were decided together from there on.
   for (int i = 0; i < 40; ++i) {

@@ -37,7 +37,7 @@ Result finished(const Scene& scene, const Way& way) {
 
 }  // namespace
 
-TEST_CASE("films of any thickness and kind: every scheme finishes and finds the same", "[films]") {
+TEST_CASE("films of any thickness and kind: every scheme finishes with the same result", "[films]") {
   struct Corner {
     const char* what;
     std::vector<std::string> keys;
@@ -67,7 +67,7 @@ TEST_CASE("films of any thickness and kind: every scheme finishes and finds the 
   }
 }
 
-TEST_CASE("where the film is too thin to carry, dry contact takes over at gap 0", "[films]") {
+TEST_CASE("where the film is too thin to carry the load, dry contact takes over at zero gap", "[films]") {
   for (const auto& way : ways) {
     auto scene = pin({"lubricants.oil.viscosity=1e-4", "run.revolutions=0.25"}, way);
     const auto run = finished(scene, way);
@@ -81,7 +81,7 @@ TEST_CASE("where the film is too thin to carry, dry contact takes over at gap 0"
   }
 }
 
-TEST_CASE("a fixed step that jumps over a film's thickness says so", "[films]") {
+TEST_CASE("a fixed step longer than the passage of a film's thickness is reported", "[films]") {
   const auto coarse = test::fixed_steps(2e-3);
   const auto run = finished(pin({"lubricants.oil.viscosity=0.002", "run.revolutions=0.3"}, coarse), coarse);
   CHECK(
@@ -91,7 +91,7 @@ TEST_CASE("a fixed step that jumps over a film's thickness says so", "[films]") 
                              [](const std::string& note) { return note.find("film") != note.npos; }));
 }
 
-TEST_CASE("snapshots: on a film of the nonsmooth schemes", "[films][snapshot]") {
+TEST_CASE("snapshots: a film in the nonsmooth schemes", "[films][snapshot]") {
   using namespace freeplay::snapshots;
   auto scene = rig();
   const std::string surface = "surface = \"steel\"\n";

@@ -88,7 +88,7 @@ State end_of(const std::string& text, Family family, Scheme scheme, long* touche
 
 }  // namespace
 
-TEST_CASE("discs of a group move as with every contact declared, bit for bit", "[groups]") {
+TEST_CASE("discs of a group move bit for bit as with every contact declared", "[groups]") {
   const auto way = GENERATE(std::pair{Family::nonsmooth, Scheme::moreau_jean},
                             std::pair{Family::nonsmooth, Scheme::event_driven},
                             std::pair{Family::penalty, Scheme::moreau_jean});
@@ -108,7 +108,7 @@ TEST_CASE("discs of a group move as with every contact declared, bit for bit", "
   CHECK(near.v == apart.v);
 }
 
-TEST_CASE("what a group's discs touch and tell is the same, however pairs are kept", "[groups]") {
+TEST_CASE("contacts and reports of a group's discs do not depend on the storage of pairs", "[groups]") {
   auto each = test::simulate(parse_scene(grouped("each"), "g.toml"), Family::nonsmooth),
        near = test::simulate(parse_scene(grouped("near"), "g.toml"), Family::nonsmooth);
   for (auto* run : {&each, &near})  // at one time they may stand in either order
@@ -139,11 +139,12 @@ TEST_CASE("what a group's discs touch and tell is the same, however pairs are ke
   CHECK(deep == deepest);
 }
 
-TEST_CASE("a run of pairs that come and go continues from a snapshot bit for bit", "[groups][snapshot]") {
+TEST_CASE("a run with pairs that form and dissolve continues from a snapshot bit for bit",
+          "[groups][snapshot]") {
   snapshots::check({grouped("near", 0.2), "nonsmooth"});
 }
 
-TEST_CASE("the list of neighbours has every pair within reach, and none is missed while it holds",
+TEST_CASE("the neighbour list holds every pair within reach, and none is missed while it is valid",
           "[groups]") {
   std::mt19937 random(7);
   std::uniform_real_distribution<double> place(-1, 1);
@@ -184,7 +185,7 @@ TEST_CASE("the list of neighbours has every pair within reach, and none is misse
   }
 }
 
-TEST_CASE("rows of discs that just fit between two walls stay where they are", "[groups]") {
+TEST_CASE("rows of discs that just fit between two walls stay at rest", "[groups]") {
   // Their gaps are those of rounding, above and below zero: no room is left to bring the one back without the other.
   for (const auto& [columns, rows] : {std::pair{5, 10}, {10, 10}, {12, 3}})
     for (const double h : {1e-3, 1e-4}) {
@@ -209,8 +210,9 @@ TEST_CASE("rows of discs that just fit between two walls stay where they are", "
     }
 }
 
-TEST_CASE("a box of discs comes to rest: its floor bears their weight, its walls the same, energy only falls",
-          "[groups]") {
+TEST_CASE(
+    "a box of discs comes to rest: floor forces balance the weight, wall forces balance, energy only decreases",
+    "[groups]") {
   const double h = 1e-3, weight = 40 * 0.02 * 9.81;
   const auto scene = parse_scene(
       "gravity = [0, -9.81]\n[groups.g]\nmass = 0.02\nradius = 0.01\ngrid = [8, 5]\norigin = [0.012, 0.011]\n"
@@ -263,7 +265,7 @@ TEST_CASE("a box of discs comes to rest: its floor bears their weight, its walls
   CHECK(deepest < 0.1 * 0.5 * h);
 }
 
-TEST_CASE("a group that cannot be is refused where it stands", "[groups][scene]") {
+TEST_CASE("an invalid group is refused at its key", "[groups][scene]") {
   const auto refused = [](const std::string& from, const std::string& to, const std::string& says) {
     CAPTURE(says);
     const auto text = test::replaced(grouped("near"), from, to);

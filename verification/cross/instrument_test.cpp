@@ -45,7 +45,7 @@ constexpr double until = 0.0105;  // s: three impacts, before they accumulate
 
 }  // namespace
 
-TEST_CASE("a time-stepping run's signal converges with the step", "[instruments]") {
+TEST_CASE("the recorded signal of a time-stepping run converges with the step size", "[instruments]") {
   auto scene = rig();
   scene.nonsmooth.scheme = Scheme::event_driven;
   const auto exact = signal(scene, Family::nonsmooth, until);
@@ -63,7 +63,7 @@ TEST_CASE("a time-stepping run's signal converges with the step", "[instruments]
   CHECK(order < 1.3);
 }
 
-TEST_CASE("both formulations give the same signal as contacts stiffen", "[instruments]") {
+TEST_CASE("the recorded signals of both formulations agree as contacts stiffen", "[instruments]") {
   auto scene = rig();
   scene.nonsmooth.scheme = Scheme::event_driven;
   const auto exact = signal(scene, Family::nonsmooth, until);
@@ -84,7 +84,7 @@ TEST_CASE("both formulations give the same signal as contacts stiffen", "[instru
   CHECK(errors.back() < 0.01 * greatest);
 }
 
-TEST_CASE("Butterworth low-passes of every order: gain, cut-off, impulse", "[instruments]") {
+TEST_CASE("Butterworth low-pass filters of every order: gain, cut-off, impulse", "[instruments]") {
   const double cut = 100;
   for (int order = 1; order <= 8; ++order) {
     CAPTURE(order);
@@ -118,7 +118,7 @@ TEST_CASE("Butterworth low-passes of every order: gain, cut-off, impulse", "[ins
   }
 }
 
-TEST_CASE("an encoder counts, an LVDT follows, noise has its size", "[instruments]") {
+TEST_CASE("an encoder counts, an LVDT follows, and noise has its standard deviation", "[instruments]") {
   auto scene =
       parse_scene(test::body("wheel", 1.0, 1.0,
                              "position = [0.1, 0.0]\nvelocity = [0.0, 0.2]\nangular_velocity = 2.0\n") +

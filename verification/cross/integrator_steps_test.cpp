@@ -45,7 +45,7 @@ axis = [1, 0]
 
 }  // namespace
 
-TEST_CASE("a step with a component that is not finite is refused", "[integrators]") {
+TEST_CASE("a step with a non-finite component is refused", "[integrators]") {
   ErrorNorm norm;
   norm.absolute = {1, 1};
   norm.relative = {0, 0};
@@ -66,7 +66,7 @@ TEST_CASE("a step with a component that is not finite is refused", "[integrators
   CHECK(adjuster.adjust_stepsize(1, 1.0, e, x, x) < 1e-3);
 }
 
-TEST_CASE("a smooth push against the place does its work by every integrator", "[integrators]") {
+TEST_CASE("a smooth force over position does its work in every integrator", "[integrators]") {
   // From rest in force at x = 0.5 m to 10 N at 0.8 m: a trial step that reaches far beyond leaves the range of numbers.
   // ½ m v² = ½ m v₀² + ∫ F dx, and the 3-4-5 polynomial has the mean ½ over its rise.
   for (const auto& profile : {"polynomial", "cycloidal"})
@@ -89,7 +89,7 @@ TEST_CASE("a smooth push against the place does its work by every integrator", "
         }
 }
 
-TEST_CASE("a bump stop's damper takes what its closed form takes", "[integrators][compliant]") {
+TEST_CASE("the damper of a bump stop dissipates the energy of its closed form", "[integrators][compliant]") {
   // m ÿ + c ẏ + k y = 0 from y = 0, ẏ = v: y = v/ω_d e^(−at) sin ω_d t. The stop lets go where k y + c ẏ = 0,
   // tan ω_d t = 2 a ω_d/(a² − ω_d² + ... ): found by bisection of the closed form; then the slider flies off.
   const double m = 2, v = 1, at = 0.1;
@@ -128,7 +128,7 @@ TEST_CASE("a bump stop's damper takes what its closed form takes", "[integrators
     }
 }
 
-TEST_CASE("a motion that ends near rest is judged by the energy that passed", "[judge]") {
+TEST_CASE("a motion that ends near rest is assessed by the energy that it exchanged", "[judge]") {
   // F = A sin ωt on a mass at rest: v = A/(m ω) (1 − cos ωt), at rest again after each period.
   const double A = 10, m = 2, f = 20, w = 2 * pi * f;
   const auto driven = [&](const std::vector<std::string>& sets) {
@@ -155,7 +155,7 @@ TEST_CASE("a motion that ends near rest is judged by the energy that passed", "[
   judge(test::simulate(driven({"nonsmooth.scheme=moreau-jean", "nonsmooth.step=1e-4"}), Family::nonsmooth));
 }
 
-TEST_CASE("a force that turns round 3000 times a second is followed for a second", "[integrators][curves]") {
+TEST_CASE("a force that alternates at 3000 Hz is followed for a second", "[integrators][curves]") {
   // x = A/(m ω) t at whole periods, at rest: the speed that a step may have wrong is of the force's own impulse, 2A/ω, not of
   // what the greatest force would give within the arm.
   const double A = 10, m = 2, w = 2 * pi * 3000, size = A / (m * w);
@@ -175,7 +175,7 @@ TEST_CASE("a force that turns round 3000 times a second is followed for a second
   }
 }
 
-TEST_CASE("a fixed step settles where great forces balance near rest", "[curves]") {
+TEST_CASE("a fixed step settles where large forces balance near rest", "[curves]") {
   // 125 N against a spring of 64 N/m with a damper of 2 N s/m: what is left near rest is rounding, 500 times below the
   // step of mass/damping that the stop used to name.
   const auto run = test::simulate(parse_scene("gravity = [0, -9.81]\n" + test::body("slider", 0.1059, 1.0) +
@@ -200,7 +200,7 @@ step = 1e-4
   CHECK(std::abs(run.final_state.v[0]) < 1e-6);
 }
 
-TEST_CASE("fehlberg78 is refused with what to use instead", "[errors]") {
+TEST_CASE("fehlberg78 is refused with the name of its replacement", "[errors]") {
   CHECK_THROWS_WITH(slider("[run]\nduration = 1\n[penalty]\nintegrator = \"fehlberg78\"\n", 1, {}),
                     Contains("slider.toml:14:14: penalty.integrator: \"fehlberg78\" has been removed") &&
                         Contains("use \"bulirsch_stoer\""));

@@ -6,7 +6,8 @@
 
 using namespace freeplay;
 
-TEST_CASE("three loose joints, two of them by micrometres, finish without a doubt", "[automatic]") {
+TEST_CASE("three joints with clearance, two of a few micrometres, finish without a doubtful result",
+          "[automatic]") {
   Study study;
   study.scene = test::source_folder() / "cases/flores2011-experiment/scene.toml";
   study.joints = {"gudgeon"};

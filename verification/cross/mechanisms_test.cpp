@@ -48,7 +48,7 @@ const Way ways[] = {
 
 }  // namespace
 
-TEST_CASE("each way meets the event-driven tables of nine mechanisms", "[cross][event-driven]") {
+TEST_CASE("each method reproduces the event-driven tables of nine mechanisms", "[cross][event-driven]") {
   for (const auto& way : ways)
     for (const auto& table : reference::impact_tables) {
       auto scene = read_scene(test::scene_file(table.scene), way.keys);

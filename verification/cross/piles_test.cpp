@@ -30,7 +30,7 @@ Result run(const std::string& text, Scheme scheme) {
 
 }  // namespace
 
-TEST_CASE("small piles come to rest where statics says", "[cross][piles]") {
+TEST_CASE("small piles come to rest in the positions of statics", "[cross][piles]") {
   for (const auto scheme : {Scheme::event_driven, Scheme::moreau_jean}) {
     CAPTURE(static_cast<int>(scheme));
     // Moreau–Jean corrects penetrations of up to g h² a step; both keep gaps within a ten-millionth of a disc.
@@ -59,7 +59,7 @@ TEST_CASE("small piles come to rest where statics says", "[cross][piles]") {
   }
 }
 
-TEST_CASE("Painlevé is told where there is more than one motion, and only there",
+TEST_CASE("Painlevé's configuration is reported exactly where the motion is not unique",
           "[contact-problem][painleve]") {
   // One contact with 0 < D_NN ≤ μ|D_NT|, D positive definite. By hand: open needs b_N ≥ 0; stick P = −D⁻¹b within
   // the cone; slip with u_T of sign s has P_N = −b_N/(D_NN − sμ D_NT) ≥ 0 and s u_T ≥ 0.

@@ -92,7 +92,7 @@ const std::filesystem::path& comparison() {
 
 }  // namespace
 
-TEST_CASE("a run with point bodies goes on from any step, bit for bit", "[points][snapshot]") {
+TEST_CASE("a run with point bodies continues from any step bit for bit", "[points][snapshot]") {
   using namespace snapshots;
   check({loose_pin(), "penalty", {}, {flight, contact}});
   for (const auto* scheme : {"automatic", "event-driven"})
@@ -109,7 +109,7 @@ TEST_CASE("a run with point bodies goes on from any step, bit for bit", "[points
 
 // A start is a place of the bob in its bearing: the rod is as long as it was, and the points have no angle. Each start, run by
 // itself, is the ensemble's to the bit.
-TEST_CASE("an ensemble places a point body in its bearing, and turns none", "[points][ensemble]") {
+TEST_CASE("an ensemble places a point body in its bearing and turns none", "[points][ensemble]") {
   const auto scene = parse_scene(loose_pin(), "loose.toml", {"run.revolutions=0.1"});
   const EnsemblePlan plan{
       .starts = 4,
@@ -139,7 +139,7 @@ TEST_CASE("an ensemble places a point body in its bearing, and turns none", "[po
 
 // A pendulum of 1 s in all three stabilisations at a tolerance of 1e-7 of 0.8 m and some dozens of steps: the rod's length is
 // within 1e-5 m without, rounding (some hundreds of it) with projection. A point's angle is zero, not nearly so.
-TEST_CASE("the drift of a point's constraints is its rod's alone", "[points][drift]") {
+TEST_CASE("the constraint drift of a point body is that of its rod alone", "[points][drift]") {
   const test::TemporaryFolder folder;
   const auto scene = parse_scene(
       "gravity = [0, -9.81]\n[bodies.bob]\nmass = 0.7\npoint = true\nposition = [0.8, 0]\n[joints.string]\ntype = "
@@ -159,7 +159,7 @@ TEST_CASE("the drift of a point's constraints is its rod's alone", "[points][dri
 
 // The scene is steered by its own geometry: in every frame the tail is drawn at the end of a line of the rod's length from the
 // bob, and both stand where trajectory.csv has them.
-TEST_CASE("a film draws point bodies at their places, and rods between them", "[points][animate]") {
+TEST_CASE("an animation draws point bodies at their positions and rods between them", "[points][animate]") {
   for (const auto* formulation : {"penalty", "nonsmooth"}) {
     CAPTURE(formulation);
     const auto folder = comparison() / formulation;
@@ -199,7 +199,7 @@ TEST_CASE("a film draws point bodies at their places, and rods between them", "[
   }
 }
 
-TEST_CASE("a page and figures of a run with point bodies show their motion and their rod's force",
+TEST_CASE("report page and figures of a run with point bodies show their motion and the force of their rod",
           "[points][report][figures]") {
   const auto& folder = comparison();
   const auto told = test::freeplay("report " + folder.string());

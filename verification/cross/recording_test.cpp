@@ -89,7 +89,7 @@ const std::vector<std::vector<std::string>> schemes = {
 
 }  // namespace
 
-TEST_CASE("an impact before, in the first step or later is an impulse in the filter, by every scheme",
+TEST_CASE("an impact before, in or after the first step is an impulse in the filter, in every scheme",
           "[instruments][recording]") {
   const auto scheme = GENERATE(from_range(schemes));
   // At the start, within any first step, and in mid-flight; the wall's own filter is as fast as the longest step.
@@ -115,7 +115,7 @@ TEST_CASE("an impact before, in the first step or later is an impulse in the fil
   CHECK(seen > 0.4 * peak);  // the first sample behind the touch is 20 µs away at most: 0.51 of the top there
 }
 
-TEST_CASE("an event-driven or stepped run under a table of time records finite rows on its grid",
+TEST_CASE("event-driven and fixed-step runs under a table over time record finite rows on the output grid",
           "[recording][files]") {
   const auto scheme = GENERATE(from_range(schemes));
   CAPTURE(scheme);
@@ -156,7 +156,7 @@ sampling = 1000.0
   }
 }
 
-TEST_CASE("no recorded file holds what is no number", "[recording][files]") {
+TEST_CASE("no recorded file holds a non-finite number", "[recording][files]") {
   test::TemporaryFolder folder;
   for (const double bad : {std::nan(""), double(INFINITY), -double(INFINITY)}) {
     const auto path = folder.path() / "rows.csv";
@@ -225,7 +225,7 @@ TEST_CASE("noise: each channel, seed and run has its own stream", "[instruments]
   }
 }
 
-TEST_CASE("noise: two starts, two formulations, two settings of one scene differ; a repetition does not",
+TEST_CASE("noise: different starts, formulations or settings differ; a repeated run does not",
           "[instruments][recording]") {
   const auto scene = [](std::vector<std::string> more) {
     more.insert(more.end(), {"instruments.felt.noise=1.0", "instruments.force.noise=1.0"});
@@ -254,7 +254,7 @@ TEST_CASE("noise: two starts, two formulations, two settings of one scene differ
     }
 }
 
-TEST_CASE("a converter's codes are whole multiples of its resolution within its range",
+TEST_CASE("codes of a converter are integer multiples of its resolution within its range",
           "[instruments][recording]") {
   Instrument settings;
   settings.kind = Instrument::Kind::lvdt;
@@ -287,7 +287,7 @@ TEST_CASE("a converter's codes are whole multiples of its resolution within its 
   CHECK(*codes.rbegin() == 3);
 }
 
-TEST_CASE("tables that options make come behind the file's, in the order of the options",
+TEST_CASE("tables made by options follow those of the file, in the order of the options",
           "[scene][recording]") {
   const std::string text = test::body("wheel", 1.0, 0.1) + test::body("arm", 1.0, 0.1) +
                            test::pin("axle", "ground", "wheel") + test::pin("pin", "ground", "arm") +

@@ -9,7 +9,7 @@
 using namespace freeplay;
 using namespace freeplay::snapshots;
 
-TEST_CASE("snapshots: every penalty integrator goes on bit for bit", "[snapshot]") {
+TEST_CASE("snapshots: every penalty integrator continues bit for bit", "[snapshot]") {
   const auto set = [](const std::string& integrator, std::vector<std::string> more) {
     more.insert(more.end(), {"penalty.integrator=\"" + integrator + "\"", "run.duration=0.02",
                              "run.discard=0.003", "run.output_step=1e-4", "penalty.tolerance=1e-7"});
@@ -26,7 +26,7 @@ TEST_CASE("snapshots: every penalty integrator goes on bit for bit", "[snapshot]
     check({rig(), "penalty", set(integrator, more), {flight, contact, slide}});
 }
 
-TEST_CASE("snapshots: friction's zones and bristles", "[snapshot]") {
+TEST_CASE("snapshots: friction zones and bristles", "[snapshot]") {
   for (const auto& [law, own] : {std::pair{"ambrosio", "penalty.friction_v1=0.3"},
                                  {"threlfall", "run.discard=0"},
                                  {"bengisu-akay", "penalty.friction_static=1.2"},
@@ -50,7 +50,7 @@ TEST_CASE("snapshots: friction's zones and bristles", "[snapshot]") {
            {contact, slide, stick}});
 }
 
-TEST_CASE("snapshots: on a film, and where it hands over", "[snapshot]") {
+TEST_CASE("snapshots: a film, and its hand-over to dry contact", "[snapshot]") {
   const auto oiled = [](std::string scene) {
     const std::string surface = "surface = \"steel\"\n";
     scene.insert(scene.find(surface), "bearing_length = 0.02\nlubricant = \"oil\"\n");
@@ -154,7 +154,8 @@ TEST_CASE("snapshots: both nonsmooth schemes, in flight, in contact and at impac
          {flight, impact}});
 }
 
-TEST_CASE("snapshots: chosen steps, and the default before, within and behind its hand-overs", "[snapshot]") {
+TEST_CASE("snapshots: adaptive time stepping, and the default scheme before, within and after its hand-overs",
+          "[snapshot]") {
   const std::vector<std::string> chosen{"nonsmooth.scheme=\"moreau-jean\"", "nonsmooth.step=\"automatic\""},
       automatic{"nonsmooth.scheme=\"automatic\"", "nonsmooth.step=\"automatic\""};
   const std::vector knots{0.02, 0.05, 0.07};
@@ -184,7 +185,7 @@ TEST_CASE("snapshots: chosen steps, and the default before, within and behind it
   check({test::random_pile(1), "nonsmooth", {"run.duration=0.443"}, {contact, impact}});
 }
 
-TEST_CASE("snapshots: a loose guide's four corners, and every solver of contact problems", "[snapshot]") {
+TEST_CASE("snapshots: the four corners of a guide with clearance, and every contact solver", "[snapshot]") {
   check({text("free_slider"), "nonsmooth", {"run.output_step=1e-3"}, {flight, impact}});
   check({text("free_slider"),
          "penalty",

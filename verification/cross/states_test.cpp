@@ -85,7 +85,7 @@ TEST_CASE("a lagging torque: both nonsmooth schemes carry its state", "[states]"
   }
 }
 
-TEST_CASE("a step that the lag is too short for is refused with its reason", "[states]") {
+TEST_CASE("a step too long for the lag is refused with its reason", "[states]") {
   auto scene = rotor();
   scene.instruments.clear();
   scene.set("drives.motor.lag", "1e-4");
@@ -113,7 +113,7 @@ TEST_CASE("a torque sensor shows the lagging torque", "[states]") {
   }
 }
 
-TEST_CASE("a snapshot carries the states of elements", "[states][snapshot]") {
+TEST_CASE("a snapshot carries the internal states of elements", "[states][snapshot]") {
   auto scene = rotor();
   scene.instruments.clear();
   for (const char* formulation : {"penalty", "nonsmooth"}) {

@@ -133,7 +133,7 @@ TEST_CASE("a column of touching beads bounces as one body from any height",
     }
 }
 
-TEST_CASE("a column of touching beads turned, in other units and in another order",
+TEST_CASE("a column of touching beads: rotation, other units and another order of bodies",
           "[cross][event-driven][unloaded]") {
   for (const double scale : {1e-3, 1.0, 2000.0})
     for (const double angle : {0.0, 0.5 * M_PI, M_PI, 0.3})
@@ -150,7 +150,7 @@ TEST_CASE("a column of touching beads turned, in other units and in another orde
       }
 }
 
-TEST_CASE("a column of touching beads by the other impact laws, and by time stepping", "[cross][unloaded]") {
+TEST_CASE("a column of touching beads: the other impact laws, and time stepping", "[cross][unloaded]") {
   for (const auto law : {ImpactLaw::poisson, ImpactLaw::energetic}) {
     CAPTURE(static_cast<int>(law));
     const Beads beads;
@@ -170,7 +170,7 @@ TEST_CASE("a grid of touching beads bounces as one body", "[cross][event-driven]
   check_column(beads, run(beads, Scheme::event_driven), near, 10 * near);
 }
 
-TEST_CASE("a bead meets a row of touching beads: all of the row take part",
+TEST_CASE("an impact of a bead on a row of touching beads involves the whole row",
           "[cross][event-driven][unloaded]") {
   for (const double angle : {0.0, 0.7, -0.5 * M_PI})
     for (const double e : {1.0, 0.5}) {
@@ -191,7 +191,7 @@ TEST_CASE("a bead meets a row of touching beads: all of the row take part",
     }
 }
 
-TEST_CASE("an impact that rounding of gaps would decide says so, and no other",
+TEST_CASE("only an impact decided by rounding of gaps is reported as such",
           "[cross][event-driven][unloaded]") {
   Beads beads;
   beads.duration = 0.3;
@@ -261,7 +261,7 @@ constexpr Integrator all_integrators[] = {Integrator::rk4, Integrator::dopri5, I
 
 }  // namespace
 
-TEST_CASE("a column of touching elastic beads falls on a floor: Hertz's chain",
+TEST_CASE("a column of touching elastic beads falls on a floor: Hertzian chain",
           "[cross][penalty][unloaded]") {
   Beads beads;
   beads.rows = 5;
@@ -276,7 +276,7 @@ TEST_CASE("a column of touching elastic beads falls on a floor: Hertz's chain",
   check_chain(beads, Integrator::dopri5);
 }
 
-TEST_CASE("touching elastic beads turned, in other units and side by side: Hertz's chain",
+TEST_CASE("touching elastic beads rotated, in other units and side by side: Hertzian chain",
           "[cross][penalty][unloaded]") {
   Beads beads;
   beads.rows = 3;
@@ -295,7 +295,7 @@ TEST_CASE("touching elastic beads turned, in other units and side by side: Hertz
   check_chain(beads, Integrator::dopri5);
 }
 
-TEST_CASE("a row of touching elastic beads without weight: Hertz's chain", "[cross][penalty][unloaded]") {
+TEST_CASE("a row of touching elastic beads without weight: Hertzian chain", "[cross][penalty][unloaded]") {
   Beads beads;
   beads.rows = 6;
   beads.floor = beads.weight = false;
@@ -310,7 +310,7 @@ TEST_CASE("a row of touching elastic beads without weight: Hertz's chain", "[cro
     }
 }
 
-TEST_CASE("a grid of touching elastic discs in flight opens and closes no contact by rounding",
+TEST_CASE("in a grid of touching elastic discs in flight, rounding opens and closes no contact",
           "[cross][penalty][unloaded]") {
   // Scene 382 of the random scenes of seed 20261124: a disc strikes nine that touch. Where it has parted from them, nothing acts but
   // forces at indentations of 1e-17 m, which opened and closed two contacts in turn without time passing.

@@ -127,7 +127,7 @@ std::vector<double> left(const Scene& scene, double angle, bool mirror, double t
 
 }  // namespace
 
-TEST_CASE("impacts of built rods and discs leave the same motion turned, mirrored and slowed down",
+TEST_CASE("impacts of compound rods and discs leave the same motion when rotated, mirrored and slowed down",
           "[impact][twins]") {
   // 1e-10 of the greatest speed, as asked: rounding of positions (1e-16 m of 1 m) turns the rows by as much, and D's
   // condition of up to 1e3 makes 1e-13 of that.

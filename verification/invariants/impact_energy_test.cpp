@@ -67,7 +67,7 @@ Tried try_impacts(ImpactLaw law, int most_contacts, bool friction, bool common, 
 
 }  // namespace
 
-TEST_CASE("frictionless impacts with one restitution never raise the energy, by any law",
+TEST_CASE("frictionless impacts with one coefficient of restitution never raise the energy, in any law",
           "[invariant][impact]") {
   // Newton: T⁺ − T⁻ = Pᵀ(u⁺ + u⁻)/2 with u⁺ + e u⁻ = s ≥ 0, s ⊥ P: it is −(1 − e)/(1 + e) ½ PᵀDP ≤ 0 (Glocker
   // 2001).
@@ -79,7 +79,7 @@ TEST_CASE("frictionless impacts with one restitution never raise the energy, by 
   }
 }
 
-TEST_CASE("the energetic law of a single contact with friction never raises the energy; Newton's can",
+TEST_CASE("with friction, a single contact gains energy by Newton's law but never by the energetic law",
           "[invariant][impact]") {
   const auto energetic = try_impacts(ImpactLaw::energetic, 1, true, true, 20000);
   CHECK(energetic.solved == 20000);
@@ -89,7 +89,7 @@ TEST_CASE("the energetic law of a single contact with friction never raises the 
   CHECK(newton.gained > 0);  // that is why the other is there
 }
 
-TEST_CASE("no step of time stepping raises the energy beyond the scheme's bound", "[invariant]") {
+TEST_CASE("no time step raises the energy beyond the bound of the scheme", "[invariant]") {
   // Rings and journals without drive, load or friction, one restitution; free flight is exact. Contacts work
   // Pᵀ(u⁻ + u⁺)/2 in a step, with u⁺ + e u⁻ ⊥ P and, since the normals turn, u⁺ = u⁻ − hγ + DP. Eliminated:
   // (1 − e)/(2(1 + e)) (hγᵀP − PᵀDP), which is at most (1 − e)/(8(1 + e)) h² γᵀD⁻¹γ whatever P is.

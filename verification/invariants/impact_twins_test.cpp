@@ -46,7 +46,7 @@ Impact random_impact(std::mt19937& engine, int trial) {
 
 }  // namespace
 
-TEST_CASE("a lever on a stop: every law by every solver and in the mirror", "[impact][twins]") {
+TEST_CASE("a lever on a stop: every impact law with every solver, and its mirror image", "[impact][twins]") {
   // 1 kg and 0.1 kg m² pinned 0.3 m beside and 0.2 m above the contact sees one freedom: D = w wᵀ/I, w = (a, ±b),
   // I = 0.23 kg m². Sliding goes on through compression, μ|ab| helps; in expansion it resists (Routh):
   //   P_C = −u⁻ I/(a² + μab), u⁺ = e P_C (a² − μab)/I by Poisson; by Stronge ½ r P_E² = e² ½ |u⁻| P_C, r = (a² − μab)/I;
@@ -87,7 +87,8 @@ TEST_CASE("a lever on a stop: every law by every solver and in the mirror", "[im
       }
 }
 
-TEST_CASE("a lever stopped without restitution: impulses and friction of both images", "[impact][twins]") {
+TEST_CASE("a lever stopped without restitution: impulses and friction of both mirror images",
+          "[impact][twins]") {
   // e = 0: P_N = |u⁻| I/(a² + μab), the friction that helps; friction loses μ P_N |u_T⁻|/2.
   const double a = 0.3, b = 0.2, I = 0.23, mu = 0.3, u = -0.6, P = -u * I / (a * a + mu * a * b);
   for (const double side : {1.0, -1.0})
@@ -105,7 +106,7 @@ TEST_CASE("a lever stopped without restitution: impulses and friction of both im
     }
 }
 
-TEST_CASE("impacts, their mirror images and other units of time agree, by every solver and law",
+TEST_CASE("impacts, their mirror images and other time units agree, for every solver and law",
           "[impact][twins]") {
   // The bound is the issue's: 1e-10 of the greatest approach, 1e4 times what rounding leaves of D.
   constexpr unsigned seed = 20261122;
@@ -145,7 +146,8 @@ TEST_CASE("impacts, their mirror images and other units of time agree, by every 
   CHECK(many > 20);
 }
 
-TEST_CASE("a rotor struck where the normal turns fast keeps its restitution at any step", "[impact][twins]") {
+TEST_CASE("an impact of a rotor keeps its restitution at any step where the normal turns fast",
+          "[impact][twins]") {
   // One freedom and no friction: ω⁺ = −e ω⁻ exactly. What is left is rounding of the constraints' solve, 1e-9 of ω.
   for (const double step : {2e-5, 1e-5, 1e-6})
     for (const double e : {0.0, 0.5, 1.0}) {

@@ -6,7 +6,8 @@
 
 using namespace freeplay;
 
-TEST_CASE("penetration stays below a thousandth of the clearance over the paper's settings", "[invariant]") {
+TEST_CASE("penetration stays below a thousandth of the clearance over the settings of the paper",
+          "[invariant]") {
   // At h = 1e-5 s, lasting contact included (it takes over 90 % of the time). Here two revolutions each; over
   // fifty the greatest ratio was 3.7e-7 (docs/nonsmooth.md).
   for (const double clearance : {0.1e-3, 0.25e-3, 0.5e-3, 1e-3})

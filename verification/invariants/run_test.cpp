@@ -43,7 +43,7 @@ long allocated(Simulation& simulation, bool with_forces, Work& work) {
 
 }  // namespace
 
-TEST_CASE("the stepping loop allocates nothing", "[allocation]") {
+TEST_CASE("the stepping loop allocates no memory", "[allocation]") {
   auto scene = read_scene(test::flores());
   const auto family = GENERATE(Family::penalty, Family::nonsmooth);
   // Boost's bulirsch_stoer_dense_out allocates in its own steps; docs/penalty.md says so.
@@ -58,7 +58,7 @@ TEST_CASE("the stepping loop allocates nothing", "[allocation]") {
   REQUIRE(work.events > 10);  // flights, impacts, lasting contact
 }
 
-TEST_CASE("the loop of chosen steps allocates nothing", "[allocation]") {
+TEST_CASE("the loop of adaptive time stepping allocates no memory", "[allocation]") {
   // What a refused step gives back is copied every step, the contacts' log among it: into the room that it took first.
   auto scene = read_scene(test::flores());
   scene.nonsmooth.step.reset();
@@ -69,7 +69,7 @@ TEST_CASE("the loop of chosen steps allocates nothing", "[allocation]") {
   REQUIRE(work.rejected > 10);
 }
 
-TEST_CASE("no element takes memory within steps, by any scheme", "[allocation]") {
+TEST_CASE("no element allocates memory within a step, in any scheme", "[allocation]") {
   // Springs, cams, motors, gears, films and joints with friction. What the event-driven scheme takes at events (lists of what
   // touches there, new sizes of what holds) is no part of it: of its steps most have none.
   struct Case {
@@ -115,7 +115,7 @@ TEST_CASE("no element takes memory within steps, by any scheme", "[allocation]")
   CHECK(static_cast<double>(taking) <= most);
 }
 
-TEST_CASE("no solver of contact problems takes memory within steps", "[allocation]") {
+TEST_CASE("no contact solver allocates memory within a step", "[allocation]") {
   const auto* name = GENERATE("gudgeon_mu03", "four_bar_two");
   const auto solver = GENERATE(LcpSolver::automatic, LcpSolver::lemke, LcpSolver::gauss_seidel,
                                LcpSolver::newton, LcpSolver::enumeration);
@@ -145,7 +145,8 @@ TEST_CASE("no solver of contact problems takes memory within steps", "[allocatio
   CHECK(taking == 0);
 }
 
-TEST_CASE("a heap of pairs that come and go takes no memory once it lies", "[allocation][groups]") {
+TEST_CASE("a pile with pairs that form and dissolve allocates no memory once at rest",
+          "[allocation][groups]") {
   // Three columns of discs, each on the one below, pressed for as long as the run lasts: lists, seats, islands and sweeps have their
   // room from the first steps.
   Simulation simulation(
@@ -174,7 +175,7 @@ TEST_CASE("a heap of pairs that come and go takes no memory once it lies", "[all
 }
 #endif
 
-TEST_CASE("energy balances, constraints and walls hold in every mechanism", "[invariants]") {
+TEST_CASE("energy balance, constraints and walls hold in every mechanism", "[invariants]") {
   for (const auto* name : {"gudgeon", "gudgeon_mu03", "gudgeon_1mm_250rpm", "big_end", "four_bar",
                            "four_bar_two", "pendulum", "double_pendulum", "ring"})
     for (const auto family : {Family::penalty, Family::nonsmooth}) {
@@ -209,7 +210,7 @@ TEST_CASE("energy balances, constraints and walls hold in every mechanism", "[in
     }
 }
 
-TEST_CASE("drives: the work of a prescribed speed equals what its torque would do", "[invariants]") {
+TEST_CASE("drives: the work of a prescribed speed equals that of the equivalent torque", "[invariants]") {
   // A flywheel on a torque drive: after t, ω = τ t/J and the drive's work is ½Jω².
   auto scene = parse_scene(R"(
 [bodies.wheel]
@@ -233,7 +234,8 @@ duration = 2
   }
 }
 
-TEST_CASE("set-valued friction stops a preloaded slide for good; the regularised one creeps", "[friction]") {
+TEST_CASE("set-valued friction stops a preloaded slide permanently; regularised friction creeps",
+          "[friction]") {
   // Mass 2 kg at 0.3 m/s against 15 N: stops after 0.04 s and 6 mm. Then 10 N pull on it, below the bound: it
   // stays.
   auto scene = parse_scene(R"(
@@ -311,7 +313,7 @@ step = 1e-4
   }
 }
 
-TEST_CASE("a redundant constraint is found, and changes nothing", "[redundant]") {
+TEST_CASE("a redundant constraint is detected and does not change the motion", "[redundant]") {
   // A slider in two parallel guides: every row of the second depends on the first.
   const char* one = R"(
 [bodies.slider]
@@ -344,7 +346,7 @@ duration = 0.5
   }
 }
 
-TEST_CASE("friction in the guide does not make lasting contact chatter", "[friction]") {
+TEST_CASE("friction in the guide does not make a lasting contact chatter", "[friction]") {
   // The guide's impulse of a step can be what closes the gudgeon's gap. A step that looks at the free motion
   // alone leaves the contact out and lets it bounce every second step: 3500 impacts a revolution instead of
   // some tens.

@@ -25,7 +25,7 @@ const Verb& verb_called(const std::vector<Verb>& list, const std::string& name) 
 
 }  // namespace
 
-TEST_CASE("killed at random instants, every verb goes on and has lost nothing", "[killed][program]") {
+TEST_CASE("after a kill at a random instant every command resumes without loss", "[killed][program]") {
   test::TemporaryFolder place;
   for (const auto& verb : verbs(place.path())) {
     INFO(verb.name);
@@ -36,7 +36,7 @@ TEST_CASE("killed at random instants, every verb goes on and has lost nothing", 
   }
 }
 
-TEST_CASE("killed while results are replaced, the older or the new ones are there whole",
+TEST_CASE("after a kill during replacement, either the old or the new results are complete",
           "[killed][program]") {
   test::TemporaryFolder place;
   const auto list = verbs(place.path());
@@ -51,7 +51,7 @@ TEST_CASE("killed while results are replaced, the older or the new ones are ther
 }
 
 // scripts/kill-test: as many as it is asked for.
-TEST_CASE("the campaign of kills", "[.campaign]") {
+TEST_CASE("crash-recovery campaign", "[.campaign]") {
   const char* asked = std::getenv("FREEPLAY_KILLS");
   if (!asked) return;  // tests that are left out by name take hidden ones in
   const char* seed = std::getenv("FREEPLAY_SEED");

@@ -54,7 +54,8 @@ TEST_CASE("rk4 keeps its fourth order across events of a linear contact", "[orde
   CHECK(p < 4.2);
 }
 
-TEST_CASE("rk4 across Hertz contacts is limited to order 5/2 by the force's start", "[order][events]") {
+TEST_CASE("rk4 across Hertzian contacts is limited to order 5/2 by the onset of the force",
+          "[order][events]") {
   // F ~ δ^(3/2) has an unbounded second derivative at touch: the first step in contact costs h^(5/2) whatever
   // the method.
   auto scene = ring();
@@ -71,7 +72,7 @@ TEST_CASE("rk4 across Hertz contacts is limited to order 5/2 by the force's star
   CHECK(p < 2.8);
 }
 
-TEST_CASE("adaptive integrators: errors across impacts fall in proportion to the tolerance",
+TEST_CASE("adaptive integrators: errors across impacts decrease in proportion to the tolerance",
           "[order][events]") {
   const auto integrator = GENERATE(Integrator::dopri5, Integrator::bulirsch_stoer,
                                    Integrator::adams_bashforth_moulton, Integrator::rosenbrock4);

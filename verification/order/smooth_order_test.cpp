@@ -59,7 +59,7 @@ TEST_CASE("rk4 is of fourth order on smooth motion", "[order]") {
   REQUIRE(p < 4.15);
 }
 
-TEST_CASE("the error of dopri5 falls in proportion to its tolerance", "[order]") {
+TEST_CASE("the error of dopri5 decreases in proportion to its tolerance", "[order]") {
   const double p = order(pendulum(), Family::penalty, nullptr, {1e-4, 1e-6, 1e-8, 1e-10},
                          [](Scene& s) -> double& { return s.penalty.tolerance; });
   // Error per step against tolerance gives 1 for global error per unit step and 4/5 to 1 for local
@@ -68,7 +68,7 @@ TEST_CASE("the error of dopri5 falls in proportion to its tolerance", "[order]")
   REQUIRE(p < 1.15);
 }
 
-TEST_CASE("rosenbrock4 is of fourth order, with a right-hand side that depends on time", "[order]") {
+TEST_CASE("rosenbrock4 is of fourth order with a time-dependent right-hand side", "[order]") {
   // dx/dt = −2 t x², x(0) = 1: x = 1/(1 + t²).
   const Rosenbrock4::Problem problem{
       nullptr, [](void*, const double* x, double* dxdt, double t) { dxdt[0] = -2 * t * x[0] * x[0]; },
@@ -90,7 +90,7 @@ TEST_CASE("rosenbrock4 is of fourth order, with a right-hand side that depends o
   CHECK(p < 4.2);
 }
 
-TEST_CASE("rosenbrock4 takes a stiff damper in its stride", "[order][stiff]") {
+TEST_CASE("rosenbrock4 integrates a stiff damper with large steps", "[order][stiff]") {
   // A damper of 50 N m s/rad on an inertia of 0.06 kg m² has a rate of 830 1/s beside the fall's 0.2 1/s. The
   // bar creeps as c θ̇ = m g l cos θ once the start has died away: with θ from the vertical, tan(θ/2) decays
   // with the rate m g l/c, up to (m g l J/c²) of itself, 5e-5.
@@ -114,7 +114,8 @@ TEST_CASE("rosenbrock4 takes a stiff damper in its stride", "[order][stiff]") {
   CHECK(explicit_pair.work.steps < 3000);
 }
 
-TEST_CASE("every integrator carries the seven-body mechanism to its printed end", "[order][seven-body]") {
+TEST_CASE("every integrator carries the seven-body mechanism to its published end state",
+          "[order][seven-body]") {
   // Its first trial steps tear the loops apart: a step that cannot be factorised has to be refused, not kept.
   struct Row {
     Integrator integrator;

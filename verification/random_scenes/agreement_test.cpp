@@ -15,7 +15,7 @@
 using namespace freeplay;
 using namespace freeplay::verification::random_scenes;
 
-TEST_CASE("two hundred random scenes are right, doubted or refused by every way",
+TEST_CASE("two hundred random scenes are correct, doubtful or refused in every method",
           "[strangers][program][long]") {
   test::TemporaryFolder folder;
   const auto place = folder.path().string();
@@ -36,7 +36,7 @@ TEST_CASE("two hundred random scenes are right, doubted or refused by every way"
   CHECK(std::filesystem::exists(folder.path() / "doc/strangers.md"));
 }
 
-TEST_CASE("random scenes that once were silently wrong, or refused for the program's own reasons, are right",
+TEST_CASE("random scenes with former silent errors or unjustified refusals are correct",
           "[strangers][once]") {
   // What was off: a sweep over rates that friction drove on; a couple of friction that lasts, and a film's own order, of which
   // the judge knew nothing; impacts without collision whose rates no motion has; hops that a neighbour holds down.
@@ -60,7 +60,7 @@ TEST_CASE("random scenes that once were silently wrong, or refused for the progr
   CHECK(verdict.outcome == Outcome::right);
 }
 
-TEST_CASE("impulses recorded through hand-overs are those that change the momentum", "[strangers][once]") {
+TEST_CASE("impulses recorded through hand-overs equal the change of momentum", "[strangers][once]") {
   // Modes that are given up at an impact have struck already; what they struck is taken back before others strike. The bound is
   // the quadrature's over steps of the event-driven scheme; what was told twice was 9e-7.
   const auto all = ways(Suite::agreement);
@@ -74,7 +74,7 @@ TEST_CASE("impulses recorded through hand-overs are those that change the moment
   }
 }
 
-TEST_CASE("impacts that drive a motion without end stop it with their reason", "[strangers][once]") {
+TEST_CASE("impacts that add energy without end stop the run with their reason", "[strangers][once]") {
   // A guide with e = 1 and a friction of 0.93: a slow touch of a corner once took the slider through both walls.
   const auto drawn = draw(91, 307);
   for (const auto& way : ways(Suite::agreement))
@@ -86,7 +86,7 @@ TEST_CASE("impacts that drive a motion without end stop it with their reason", "
     }
 }
 
-TEST_CASE("seed and index alone decide a random scene, and every kind of scene and element occurs",
+TEST_CASE("seed and index alone determine a random scene, and every kind of scene and element occurs",
           "[strangers]") {
   CHECK(draw(5, 3).text == draw(5, 3).text);
   CHECK(draw(5, 3).text != draw(5, 4).text);
@@ -135,7 +135,7 @@ TEST_CASE("seed and index alone decide a random scene, and every kind of scene a
   }
 }
 
-TEST_CASE("each transformation of a scene undoes itself or its inverse", "[strangers]") {
+TEST_CASE("each transformation of a scene is undone by itself or its inverse", "[strangers]") {
   const auto mirrors = [](const Scene& s) { return mirrored(mirrored(s)); };
   const auto orders = [](const Scene& s) { return reordered(reordered(s)); };
   const auto units = [](const Scene& s) { return rescaled(rescaled(s, {8, 2, 0.25}), {0.125, 0.5, 4}); };
@@ -170,7 +170,7 @@ std::pair<RandomScene, const Way*> right_one(const std::string& kind, const std:
 
 }  // namespace
 
-TEST_CASE("a result that was falsified comes out silent", "[strangers]") {
+TEST_CASE("a falsified result is classified as a silent error", "[strangers]") {
   const auto way = GENERATE("penalty", "event-driven", "moreau-jean");
   const auto found = right_one("thrown", way);
   const auto& drawn = found.first;
@@ -195,7 +195,7 @@ TEST_CASE("a result that was falsified comes out silent", "[strangers]") {
   CHECK(outcome([](Sight& s) { s.result.ending = {Ending::Status::failed, "planted"}; }) == Outcome::refused);
 }
 
-TEST_CASE("time steps at the beginning of a pulse are held to what steps can know of it", "[strangers]") {
+TEST_CASE("time steps at the start of a pulse are compared within their resolution", "[strangers]") {
   // Torques that rise from 0 since t₀: with steps of h the crank is off by (h/(t − t₀))²/2 of its way, 4 % in the first (seen
   // with h to h/16: 4.1 % to 0.016 %, each the quarter of the one before). The second is looked at 1.4 steps after t₀.
   const auto* steps = &*std::ranges::find_if(ways(Suite::agreement), [](const Way& w) { return w.stepped; });
@@ -208,7 +208,7 @@ TEST_CASE("time steps at the beginning of a pulse are held to what steps can kno
   CHECK(falsified.outcome == Outcome::silent);
 }
 
-TEST_CASE("kinds of refusal forget numbers and names", "[strangers]") {
+TEST_CASE("kinds of refusals do not depend on numbers and names", "[strangers]") {
   CHECK(kind_of_refusal("t = 0.125 s: b2 and \"c1\" gave 1.5e-3 m") == "t = # s: * and * gave # m");
   CHECK(kind_of_refusal("t = 1 s: j0.rear_lower") == kind_of_refusal("t = 2 s: j3.front_upper"));
 }

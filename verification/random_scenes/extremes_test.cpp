@@ -52,7 +52,7 @@ bool may_not_be_right(const std::string& axis, const std::string& label, const s
 
 }  // namespace
 
-TEST_CASE("no extreme is silently wrong, hangs or crashes", "[extremes][program][long]") {
+TEST_CASE("no extreme case is silently wrong, hangs or crashes", "[extremes][program][long]") {
   test::TemporaryFolder folder;
   const auto place = folder.path().string();
   const auto o = test::freeplay("extremes -o " + place + "/out --document " + place + "/doc");
@@ -73,7 +73,7 @@ TEST_CASE("no extreme is silently wrong, hangs or crashes", "[extremes][program]
   CHECK(std::filesystem::exists(folder.path() / "doc/figures/extremes.png"));
 }
 
-TEST_CASE("Baumgarte's terms hold or lose Φ where rk4's region says", "[extremes]") {
+TEST_CASE("Baumgarte stabilisation keeps or loses Φ as the stability region of rk4 predicts", "[extremes]") {
   // The region itself: its ends on the negative real and the imaginary axis; R(−4) = 5 by hand.
   CHECK(rk4_growth(2.785293563405282, 2.785293563405282) == Approx(1).epsilon(1e-9));
   CHECK(rk4_growth(0, 2 * std::sqrt(2.0)) == Approx(1).epsilon(1e-12));
@@ -96,7 +96,7 @@ TEST_CASE("Baumgarte's terms hold or lose Φ where rk4's region says", "[extreme
   CHECK(unstable >= 10);
 }
 
-TEST_CASE("a cell that crashes, hangs or lies is told apart", "[extremes]") {
+TEST_CASE("a cell that crashes, hangs or is wrong is classified as such", "[extremes]") {
   const auto outcome = [](auto judge, double seconds) {
     return judge_apart({"", "", 0, "", judge}, seconds).outcome;
   };

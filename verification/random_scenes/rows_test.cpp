@@ -55,7 +55,7 @@ surface = "s"
 
 }  // namespace
 
-TEST_CASE("the small integrator bounces a ball as its parabolas do", "[random-scenes]") {
+TEST_CASE("reference integrator: a bouncing ball follows its parabolas", "[random-scenes]") {
   reference::OneCoordinate one;
   const double g = 9.81, drop = 0.1, e = 0.8, fall = std::sqrt(2 * drop / g);
   one.acceleration = [g](double, double, double) { return -g; };
@@ -71,8 +71,7 @@ TEST_CASE("the small integrator bounces a ball as its parabolas do", "[random-sc
   CHECK(rows.impacts == 1);
 }
 
-TEST_CASE("the small integrator's compliant wall delivers the restitution that it is given",
-          "[random-scenes]") {
+TEST_CASE("reference integrator: a compliant wall delivers the given restitution", "[random-scenes]") {
   for (const double e : {1.0, 0.7, 0.3}) {
     reference::OneCoordinate one;
     one.acceleration = [](double, double, double) { return 0.0; };
@@ -87,7 +86,7 @@ TEST_CASE("the small integrator's compliant wall delivers the restitution that i
 
 // A cos t against a wall at −1 with A = 1 + 1e-8, e = 1: it arrives at 1.4e-4, is inside for 2.8e-4 of a step of 1e-3 where it is
 // not stopped, and each impact takes 2 arccos(1/A) of a phase away.
-TEST_CASE("the small integrator misses no impact that is next to none", "[random-scenes]") {
+TEST_CASE("reference integrator: grazing impacts are not missed", "[random-scenes]") {
   reference::OneCoordinate one;
   const double A = 1 + 1e-8;
   one.acceleration = [](double, double x, double) { return -x; };
@@ -102,7 +101,7 @@ TEST_CASE("the small integrator misses no impact that is next to none", "[random
 }
 
 // a = −1 for x > 0, else 0: from x = −1 at speed 1 it turns at 1/2 and is back at 0 after 3 s.
-TEST_CASE("the small integrator keeps its order where a force jumps", "[random-scenes]") {
+TEST_CASE("reference integrator: a force jump does not reduce the order", "[random-scenes]") {
   reference::OneCoordinate one;
   one.acceleration = [](double, double x, double) { return x > 0 ? -1.0 : 0.0; };
   one.kinks = {0};
@@ -117,7 +116,7 @@ TEST_CASE("the small integrator keeps its order where a force jumps", "[random-s
 }
 
 // Bounces of e = 0.69 on a place of 24 mm whose last are lower than the rounding of it: they end, and the ball stays.
-TEST_CASE("the small integrator's ball comes to rest far from zero", "[random-scenes]") {
+TEST_CASE("reference integrator: a ball comes to rest far from zero", "[random-scenes]") {
   reference::OneCoordinate one;
   const double R = 0.0244179048971;
   one.acceleration = [](double, double, double) { return -9.81; };
@@ -129,7 +128,7 @@ TEST_CASE("the small integrator's ball comes to rest far from zero", "[random-sc
   CHECK(rows.v[0] == 0);
 }
 
-TEST_CASE("a column of touching bodies of one restitution bounces as one", "[random-scenes]") {
+TEST_CASE("a column of touching bodies with one restitution bounces as one body", "[random-scenes]") {
   reference::TouchingRow row;
   row.floor = true;
   row.gravity = 9.81, row.restitution = 0.7;
@@ -144,14 +143,14 @@ TEST_CASE("a column of touching bodies of one restitution bounces as one", "[ran
     CHECK(std::abs(rows.x[0][i] - 0.005 - 0.01 * static_cast<double>(i) - 0.49 * 0.05) < 1e-12);
 }
 
-TEST_CASE("a random scene is decided by its seed, its index and the kinds", "[random-scenes]") {
+TEST_CASE("seed, index and kinds determine a random scene", "[random-scenes]") {
   for (int i = 0; i < 20; ++i) CHECK(draw(5, i, "new").text == draw(5, i, "new").text);
   CHECK(draw(5, 1, "barrier").kind == "barrier");
   CHECK_THROWS_WITH(draw(5, 1, "heap"), Catch::Contains("there is no kind of random scene \"heap\""));
 }
 
 // Speeds that a spring gives from rest are no impacts that raise the energy: adaptive time steps ended here so at 0.14 mm/s.
-TEST_CASE("a frictionless stop that a spring accelerates a block to from rest is passed", "[random-scenes]") {
+TEST_CASE("a block accelerated from rest by a spring rebounds from a frictionless stop", "[random-scenes]") {
   const auto scene = parse_scene(R"(format = 2
 [bodies.block]
 mass = 0.01875
@@ -196,7 +195,7 @@ scheme = "moreau-jean"
 // A place that stands still up to an angle of 2.4 rad and follows a spline from there, whose second derivative begins with a jump
 // there and ends with one at 9.5 rad. Rows between the ends of long steps were off by 4e-3 of the lift, for the acceleration at
 // a step's end was that behind the knot, and at the last knot the run stopped.
-TEST_CASE("a place that follows an angle is right on both sides of a knot", "[random-scenes]") {
+TEST_CASE("a position prescribed over an angle is correct on both sides of a knot", "[random-scenes]") {
   reference::CurveShape y;
   y.kind = reference::CurveShape::Kind::spline;
   y.ends = reference::CurveShape::Ends::flat;
@@ -262,7 +261,7 @@ output_step = 5e-5
 
 // A table that a spline moves, whose knots leave steps of 1e-17 s to bulirsch_stoer: an implicit step takes its place there, and
 // rows within it were shown from the interpolant of a step before, 5e19 of a motion of 5e-7 m off.
-TEST_CASE("rows within an implicit step are that step's own", "[random-scenes]") {
+TEST_CASE("rows within an implicit step belong to that step", "[random-scenes]") {
   reference::CurveShape y;
   y.kind = reference::CurveShape::Kind::spline;
   y.repeats = true;
@@ -298,7 +297,7 @@ integrator = "bulirsch_stoer"
 
 // A rotor on a one-way spring with a damper, on which a torque rests: fixed steps stopped once its speed was the rounding of the two
 // torques that balance, "the forces of dampers do not converge".
-TEST_CASE("fixed steps follow a damped one-way spring down to rest", "[random-scenes]") {
+TEST_CASE("fixed steps follow a damped one-sided spring to rest", "[random-scenes]") {
   const double k = 4008, torque = 3.84, free = -3.65e-4;
   const auto scene = parse_scene(fmt::format(R"(format = 2
 [bodies.rotor]
@@ -338,7 +337,7 @@ step = 3e-4
 
 // Three discs on each other fall on a floor: what compresses the upper contacts comes after their touch, at whose speed, next to
 // none, their damping would begin. A step of bulirsch_stoer is as long as that.
-TEST_CASE("integrators of every order see the impacts that touching discs take", "[random-scenes]") {
+TEST_CASE("integrators of every order detect the impacts between touching discs", "[random-scenes]") {
   std::string text =
       "format = 2\ngravity = [0, -22]\n[surfaces.s]\nyoung = 5.8e11\npoisson = 0.3\nrestitution = 0.88\n";
   for (int i = 0; i < 3; ++i) {
@@ -363,7 +362,8 @@ TEST_CASE("integrators of every order see the impacts that touching discs take",
 
 // The ball of a random scene at whose end a chosen step had left 1.7e-18 s: halves of that have no length, and the state was not
 // finite.
-TEST_CASE("a run with chosen steps whose end only rounding leaves ahead ends there", "[random-scenes]") {
+TEST_CASE("a run of adaptive steps ends at its end time when only rounding separates them",
+          "[random-scenes]") {
   const auto scene = parse_scene(ball_on_table({.curve = R"(shape = "ramp"
 to = 1.08337206028
 start = 2.36232593591

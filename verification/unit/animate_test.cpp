@@ -52,7 +52,7 @@ std::size_t files_in(const std::filesystem::path& folder) {
 
 }  // namespace
 
-TEST_CASE("a film's frames lie at equal steps of time from one end to the other", "[animate]") {
+TEST_CASE("frames of an animation are equally spaced in time, both ends included", "[animate]") {
   const test::TemporaryFolder out;
   // 0.25 turns at 200 rpm: 0.075 s.
   FilmOptions options{.svg = true, .fps = 20, .speed = 0.01};
@@ -64,14 +64,14 @@ TEST_CASE("a film's frames lie at equal steps of time from one end to the other"
              Contains("t = 0.0200 s") && Contains("crank 24°"));
   CHECK_THAT(test::file_text(out.path() / "frame_000151.svg"),
              Contains("t = 0.0750 s") && Contains("crank 90°"));
-  SECTION("a part of it, and an older film goes") {
+  SECTION("a part of the run, replacing an older animation") {
     options.from = 0.01, options.until = 0.0149, options.speed = 0.02;
     film = film_of(comparison(), out.path(), options);
     CHECK(film.frames == 5);  // 10, 11, 12, 13, 14 ms
     CHECK(files_in(out.path()) == 5);
     CHECK_THAT(test::file_text(out.path() / "frame_000005.svg"), Contains("t = 0.0140 s"));
   }
-  SECTION("left to itself a film takes from 8 to 20 s") {
+  SECTION("the default duration is 8 to 20 s") {
     options.speed.reset();
     film = film_of(comparison(), out.path(), options);
     const double length = static_cast<double>(film.frames - 1) / options.fps;
@@ -80,7 +80,7 @@ TEST_CASE("a film's frames lie at equal steps of time from one end to the other"
   }
 }
 
-TEST_CASE("a journal's dot stands in its circle as in the trajectory, and between rows on the line between",
+TEST_CASE("a journal's marker in its clearance circle follows the trajectory, linear between rows",
           "[animate]") {
   std::vector<FilmRun> runs;
   for (const auto& run : plots::runs_in(comparison()))
@@ -117,7 +117,7 @@ TEST_CASE("a journal's dot stands in its circle as in the trajectory, and betwee
   }
 }
 
-TEST_CASE("bodies stand where the run has them: the rod from the crank's end to the slider", "[animate]") {
+TEST_CASE("bodies are drawn at their recorded poses: the rod from the crank pin to the slider", "[animate]") {
   std::vector<FilmRun> runs{film_run(plots::runs_in(comparison() / "nonsmooth").front(), 100'000)};
   const FilmDrawing drawing(runs, {.title = "t"});
   const double t = 0.03, phi = t * 200 * 2 * M_PI / 60;
@@ -137,7 +137,7 @@ TEST_CASE("bodies stand where the run has them: the rod from the crank's end to 
   CHECK(near({pin.x(), pin.y() - 34}, std::stod(found[3]), std::stod(found[4])));
 }
 
-TEST_CASE("texts of a run are data in a frame", "[animate][security]") {
+TEST_CASE("texts of a run are escaped in a frame", "[animate][security]") {
   FilmRun run;
   run.title = "a<b>&\"'\x1b[31m";
   run.t = {0, 1};
@@ -157,7 +157,7 @@ TEST_CASE("texts of a run are data in a frame", "[animate][security]") {
   CHECK(count("<svg") == count("</svg>"));
 }
 
-TEST_CASE("what no film can be made of is refused, and an older film stays", "[animate]") {
+TEST_CASE("a run that cannot be animated is refused, and an older animation is kept", "[animate]") {
   const test::TemporaryFolder out;
   const FilmOptions options{.svg = true, .speed = 0.1};
   REQUIRE(film_of(comparison(), out.path(), options).frames > 0);

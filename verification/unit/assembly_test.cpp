@@ -26,7 +26,7 @@ double largest_residual(const System& system, const State& s) {
 }
 }  // namespace
 
-TEST_CASE("the reference scene assembles from no positions at all", "[assembly]") {
+TEST_CASE("the reference scene is assembled without any given position", "[assembly]") {
   const auto scene = read_scene(test::flores());
   const State s = assemble(scene.mechanism, RunOptions::Start::ideal);
   const System ideal(idealised(scene.mechanism));
@@ -39,7 +39,7 @@ TEST_CASE("the reference scene assembles from no positions at all", "[assembly]"
   REQUIRE(s.v[6] == Approx(0).margin(1e-14));
 }
 
-TEST_CASE("a rough start moves as little as the masses say", "[assembly]") {
+TEST_CASE("assembly from a rough start displaces bodies in inverse proportion to their mass", "[assembly]") {
   // Two free bodies whose points must meet: the lighter one moves farther, in the ratio of the masses.
   const auto scene =
       parse_scene(test::body("heavy", 3, 1) + test::body("light", 1, 1, "position = [0.4, 0]\n") +
@@ -65,7 +65,7 @@ TEST_CASE("a journal outside its bearing is moved just inside", "[assembly]") {
 
 // The first wheel is driven to 0.1013 rad; the second stands between the flanks there, off their middle by half of what is free:
 // nothing asks it to move. The weights of the masses are 1 to 1e-3.
-TEST_CASE("a body that fits where it stands is not moved by the assembly of another", "[assembly]") {
+TEST_CASE("a body that fits its position is not moved by the assembly of another", "[assembly]") {
   const double r1 = 0.0373, r2 = 0.0973, play = 3.36e-4, phase = 1.06, driven = 0.1013;
   const double free = 0.5 * play / (r2 * std::cos(20 * 3.141592653589793 / 180));
   const double angle = phase - driven * r1 / r2 + 0.5 * free;
@@ -113,7 +113,7 @@ start = "assembled"
   CHECK(std::abs(s.q[5] - angle) < 1e-14);
 }
 
-TEST_CASE("four-bars from rough positions, and undriven at a position of their own", "[assembly]") {
+TEST_CASE("four-bars assemble from rough positions, and without a drive at a given position", "[assembly]") {
   for (const auto* name : {"four_bar", "four_bar_two", "double_pendulum", "big_end"}) {
     const auto scene = read_scene(test::scene_file(name));
     const State s = assemble(scene.mechanism, scene.run.start);
@@ -122,7 +122,7 @@ TEST_CASE("four-bars from rough positions, and undriven at a position of their o
   }
 }
 
-TEST_CASE("what cannot be assembled is refused with the joint and the distance", "[assembly]") {
+TEST_CASE("a mechanism that cannot be assembled is refused with the joint and the distance", "[assembly]") {
   // A rod of 0.3 m between a pivot and a point 1 m away: 0.7 m are missing.
   const auto scene =
       parse_scene(test::body("rod", 1, 0.01) + test::pin("left", "ground", "rod", {0, 0}, {-0.15, 0}) +
@@ -150,14 +150,15 @@ speed_rpm = 20
   REQUIRE_THROWS_WITH(assemble(scene.mechanism, RunOptions::Start::assembled), Contains("contradict"));
 }
 
-TEST_CASE("a given start is taken as it stands, or refused", "[assembly]") {
+TEST_CASE("a given start is accepted as it is, or refused", "[assembly]") {
   auto scene = read_scene(test::scene_file("double_pendulum"));
   REQUIRE_NOTHROW(assemble(scene.mechanism, RunOptions::Start::given));
   scene.mechanism.bodies[0].position.x() += 1e-3;
   REQUIRE_THROWS_WITH(assemble(scene.mechanism, RunOptions::Start::given), Contains("stays open by 0.001 m"));
 }
 
-TEST_CASE("a loose mechanism that gives no velocities starts as the ideal one moves", "[assembly]") {
+TEST_CASE("a mechanism with clearance and no given velocities starts with those of the ideal mechanism",
+          "[assembly]") {
   auto scene = read_scene(test::scene_file("four_bar"));  // loose pin between coupler and rocker
   std::string assumed;
   const State s = assemble(scene.mechanism, RunOptions::Start::assembled, &assumed);
@@ -192,7 +193,9 @@ TEST_CASE("a loose mechanism that gives no velocities starts as the ideal one mo
   for (const double v : still.v) CHECK(v == 0);
 }
 
-TEST_CASE("a loose mechanism whose ideal one cannot move starts with what the drive turns", "[assembly]") {
+TEST_CASE(
+    "if its ideal mechanism cannot move, a mechanism with clearance starts with the velocities of the drive",
+    "[assembly]") {
   // Two cranks on one axle line, driven, and a link that is too short for both pins at once but for its play.
   const auto scene =
       parse_scene(test::body("crank", 1, 0.01, "position = [0.05, 0]\n") +

@@ -77,7 +77,7 @@ std::vector<std::string> contents(const std::filesystem::path& file) {
 
 }  // namespace
 
-TEST_CASE("periods of the logistic map are told", "[attractors]") {
+TEST_CASE("periods of the logistic map are identified", "[attractors]") {
   const Likeness likeness{.circles = {0}, .tolerance = 1e-4, .most = 16};
   // Known (May, Nature 261 (1976) 459): 1 below 3, 2 up to 1 + √6, 4 at 3.5, 3 from 1 + √8 on, chaos at 3.9.
   const std::map<double, int> known = {{2.9, 1},  {3.2, 2},  {3.5, 4},
@@ -97,7 +97,7 @@ TEST_CASE("periods of the logistic map are told", "[attractors]") {
   CHECK(attractor_of(logistic(3.2, 6), likeness).period == 2);
 }
 
-TEST_CASE("what is approached slowly is told from what is reached", "[attractors]") {
+TEST_CASE("slow convergence to an attractor is distinguished from its attainment", "[attractors]") {
   const Likeness likeness{.circles = {0, 1}, .tolerance = 1e-3, .most = 16};
   const auto towards = [](double about, double begin, double factor, double split) {
     std::vector<double> rows;
@@ -125,7 +125,7 @@ TEST_CASE("what is approached slowly is told from what is reached", "[attractors
   }
 }
 
-TEST_CASE("angles and phases are told apart on their circle", "[attractors]") {
+TEST_CASE("angles and phases are compared on their circle", "[attractors]") {
   const Likeness likeness{.circles = {1}, .tolerance = 1e-3, .most = 4};
   const std::vector<double> around{0.0001, 0.9999, 0.0001, 0.9999, 0.0001, 0.9999};
   CHECK(attractor_of(around, likeness).period == 1);
@@ -133,7 +133,7 @@ TEST_CASE("angles and phases are told apart on their circle", "[attractors]") {
   CHECK(attractor_of(around, line).period == 2);
 }
 
-TEST_CASE("a bouncing ball's period doubles at the strength of its closed form", "[attractors]") {
+TEST_CASE("the period of a bouncing ball doubles at the strength of its closed form", "[attractors]") {
   // Bracketed to half a hundredth on either side: there the eigenvalue is off −1 by some 0.05, of which 300 periods leave 1e-7.
   for (const double e : {0.7, 0.8, 0.9}) {
     CAPTURE(e);
@@ -156,7 +156,7 @@ TEST_CASE("a bouncing ball's period doubles at the strength of its closed form",
   }
 }
 
-TEST_CASE("a ball at rest and one that bounces are both found where both are", "[attractors]") {
+TEST_CASE("coexisting attractors, a resting and a bouncing ball, are both found", "[attractors]") {
   // Rest while Γ < 1; the orbit of one impact in a period from π (1 − e)/(1 + e) on. Upwards from below that the ball rests;
   // downwards from Γ = 0.96 it bounces until the orbit is no more.
   const reference::ShakenBall ball{0.8, 9.81, std::sqrt(9810.0)};
@@ -181,7 +181,7 @@ TEST_CASE("a ball at rest and one that bounces are both found where both are", "
   CHECK_THAT(text, Catch::Contains("several attractors at one value: 0.36 to 0.96"));
 }
 
-TEST_CASE("a bifurcation that is stopped and begun again holds the same", "[attractors]") {
+TEST_CASE("a bifurcation study that is stopped and resumed gives the same points", "[attractors]") {
   const reference::ShakenBall ball{0.8, 9.81, std::sqrt(9810.0)};
   const test::TemporaryFolder folder;
   const auto study = study_of(folder, ball_study(at_top(ball, 0.9), {0.5, 0.6, 0.7, 0.8, 0.9},
@@ -204,7 +204,7 @@ TEST_CASE("a bifurcation that is stopped and begun again holds the same", "[attr
         bifurcation_csv(study, whole, told_at_each_value(whole)));
 }
 
-TEST_CASE("basins of a rotor between two stops have the separatrix of its energy", "[attractors]") {
+TEST_CASE("basins of a rotor between two stops are bounded by the separatrix of its energy", "[attractors]") {
   // ½ J ω² = m g l (1 − cos θ) leads to the top and stays there; below it the rotor falls back to its side, above it over the
   // top. A stop leaves too little to come back: e² (E − m g l cos 1) < m g l (1 − cos 1) for all starts here.
   const double mgl = 1, j = 0.01;
@@ -237,7 +237,7 @@ TEST_CASE("basins of a rotor between two stops have the separatrix of its energy
   }
 }
 
-TEST_CASE("what a study asks wrongly of its attractors is refused at its place", "[attractors]") {
+TEST_CASE("an invalid request for attractors in a study is refused at its place", "[attractors]") {
   const test::TemporaryFolder folder;
   const auto scene = (test::source_folder() / "cases/ball-on-table/scene.toml").string();
   const std::string axes = "[axes.a]\nkey = \"curves.shake.amplitude\"\nvalues = [1e-4, 2e-4]\n";
@@ -264,7 +264,7 @@ TEST_CASE("what a study asks wrongly of its attractors is refused at its place",
   CHECK_THAT(why("[basin]\n"), Contains("study.toml:5") && Contains("y"));
 }
 
-TEST_CASE("what an axis of a diagram varies is not set besides, and a bad value is told where it stands",
+TEST_CASE("a diagram's axis key cannot be set as well, and an invalid value is reported at its place",
           "[attractors][errors]") {
   const test::TemporaryFolder folder;
   std::filesystem::copy_file(test::source_folder() / "cases/ball-on-table/scene.toml",

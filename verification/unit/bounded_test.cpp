@@ -61,7 +61,7 @@ pid_t start(std::vector<std::string> words) {
 
 }  // namespace
 
-TEST_CASE("what a run writes is estimated before it starts", "[bounded][files]") {
+TEST_CASE("the size of the output of a run is estimated before it starts", "[bounded][files]") {
   // Ten mechanisms, each in the formulation that it is at home in. Beyond 20 % nobody could plan with it.
   struct Row {
     const char* scene;
@@ -103,7 +103,7 @@ TEST_CASE("what a run writes is estimated before it starts", "[bounded][files]")
   }
 }
 
-TEST_CASE("forces of discs that touch anew all the time are estimated, and written",
+TEST_CASE("the output of forces of discs with changing contacts is estimated as an upper bound",
           "[bounded][files][groups]") {
   // The contacts of a group are one family without a gap of its own: its columns are taken to be full, so the bound is one-sided.
   auto scene = read_scene(test::source_folder() / "cases/discs-in-a-box/scene.toml", {"run.forces=true"});
@@ -118,7 +118,7 @@ TEST_CASE("forces of discs that touch anew all the time are estimated, and writt
   CHECK(told->bytes < 3 * written);  // in the time of a first contact most are apart
 }
 
-TEST_CASE("what is estimated to be too much is not begun", "[bounded][files][program]") {
+TEST_CASE("a run whose estimated output is too large does not start", "[bounded][files][program]") {
   test::TemporaryFolder folder;
   const auto out = (folder.path() / "out").string();
   const auto run = "run " + test::flores().string() + " --formulation nonsmooth -o " + out;
@@ -144,7 +144,8 @@ TEST_CASE("what is estimated to be too much is not begun", "[bounded][files][pro
   CHECK_NOTHROW(require_room(scene, {{{"a", 1e3}}}, 1, folder.path() / "none/yet", 1e9));
 }
 
-TEST_CASE("what cannot be printed or written ends with status 1 and one line", "[bounded][program]") {
+TEST_CASE("output that cannot be printed or written ends the program with status 1 and one line",
+          "[bounded][program]") {
   test::TemporaryFolder folder;
   const auto at = folder.path().string(), scene = test::flores().string();
   const auto refused = [](const std::string& line, const char* why) {
@@ -170,7 +171,7 @@ TEST_CASE("what cannot be printed or written ends with status 1 and one line", "
   CHECK_FALSE(std::filesystem::exists(at + "/large/run.json"));
 }
 
-TEST_CASE("Ctrl-C is heard in every phase, and what is whole stays whole", "[bounded][program]") {
+TEST_CASE("Ctrl-C is obeyed in every phase, and complete files stay complete", "[bounded][program]") {
   test::TemporaryFolder folder;
   const auto out = (folder.path() / "out").string();
   const std::string scene = test::flores().string();
@@ -203,7 +204,7 @@ TEST_CASE("Ctrl-C is heard in every phase, and what is whole stays whole", "[bou
     }
 }
 
-TEST_CASE("an assembly is asked to stop", "[bounded]") {
+TEST_CASE("an assembly obeys a request to stop", "[bounded]") {
   const std::atomic<bool> requested{true};
   std::atomic<bool> heard{false};
   const auto scene = read_scene(test::scene_file("four_bar"));
@@ -214,7 +215,7 @@ TEST_CASE("an assembly is asked to stop", "[bounded]") {
   CHECK_THROWS_AS(Simulation(scene, "nonsmooth", {.stop = StopToken(requested)}), Interrupted);
 }
 
-TEST_CASE("a child process ends in its time", "[bounded]") {
+TEST_CASE("a child process ends within its time limit", "[bounded]") {
   const auto quiet = run_child({.command = {"cat"}, .input = std::string(1 << 20, 'x')});
   CHECK(quiet.status == 0);
   CHECK_FALSE(quiet.late);
@@ -241,7 +242,7 @@ TEST_CASE("a child process ends in its time", "[bounded]") {
   impatient.join();
 }
 
-TEST_CASE("a run's memory does not grow with its length", "[bounded][program]") {
+TEST_CASE("the memory of a run does not grow with its length", "[bounded][program]") {
   for (const char* formulation : {"penalty", "nonsmooth"}) {
     long kib[2] = {0, 0};
     for (const int i : {0, 1}) {

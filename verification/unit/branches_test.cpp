@@ -49,7 +49,8 @@ std::string message(const std::string& text) {
 
 }  // namespace
 
-TEST_CASE("Grashof's types are what triangles say, for all links of whole lengths", "[assembly][grashof]") {
+TEST_CASE("Grashof types agree with the triangle inequality for all integer link lengths",
+          "[assembly][grashof]") {
   int types[6] = {};
   for (int d = 1; d <= 7; ++d)
     for (int a = 1; a <= 7; ++a)
@@ -71,7 +72,7 @@ TEST_CASE("Grashof's types are what triangles say, for all links of whole length
   for (const int count : types) CHECK(count > 0);
 }
 
-TEST_CASE("the inversions of one chain are the types that textbooks name", "[assembly][grashof]") {
+TEST_CASE("the inversions of one chain have the types given in textbooks", "[assembly][grashof]") {
   // Links 20, 50, 60, 70 mm: 20 + 70 < 50 + 60.
   const auto type = [](double d, double a, double b, double c) { return type_of({{}, {}, {d, a, b, c}}); };
   CHECK(type(70, 20, 60, 50) == Grashof::crank_rocker);
@@ -84,7 +85,8 @@ TEST_CASE("the inversions of one chain are the types that textbooks name", "[ass
   CHECK(type(0.1, 0.2, 0.3, 0.2 + 1e-12) == Grashof::change_point);
 }
 
-TEST_CASE("loops are found with the ground fixed and the driven link as input", "[assembly][grashof]") {
+TEST_CASE("four-bar loops are found, with the ground as fixed link and the driven link as input",
+          "[assembly][grashof]") {
   const auto loop = [](const std::string& more) {
     const auto scene = parse_scene(four_bar(7, 2, 6, 5, more), "s.toml");
     const auto all = four_bars(scene.mechanism);
@@ -101,7 +103,7 @@ TEST_CASE("loops are found with the ground fixed and the driven link as input", 
   CHECK(four_bars(read_scene(test::scene_file("seven_body")).mechanism).size() == 3);
 }
 
-TEST_CASE("both branches of a four-bar are those of the closed form, from no positions",
+TEST_CASE("both branches of a four-bar agree with the closed form, without given positions",
           "[assembly][branch]") {
   struct Links {
     double d, a, b, c;
@@ -125,7 +127,7 @@ TEST_CASE("both branches of a four-bar are those of the closed form, from no pos
       }
 }
 
-TEST_CASE("mirrored, a four-bar is as open as before", "[assembly][branch]") {
+TEST_CASE("a mirrored four-bar stays open or crossed", "[assembly][branch]") {
   for (const bool open : {true, false}) {
     const auto scene = parse_scene(
         four_bar(0.4, 0.1, 0.35, 0.3,
@@ -136,7 +138,7 @@ TEST_CASE("mirrored, a four-bar is as open as before", "[assembly][branch]") {
   }
 }
 
-TEST_CASE("the sign of a named angle chooses a pose, of any mechanism", "[assembly][branch]") {
+TEST_CASE("the sign of a named angle selects a pose in any mechanism", "[assembly][branch]") {
   for (const bool positive : {true, false}) {
     const auto ask = fmt::format("[assembly]\n{} = [\"B-C-D\"]\n", positive ? "positive" : "negative");
     const auto scene = parse_scene(four_bar(0.4, 0.1, 0.35, 0.3, drive(1) + ask), "s.toml");
@@ -157,7 +159,7 @@ TEST_CASE("the sign of a named angle chooses a pose, of any mechanism", "[assemb
   CHECK_THAT(to_toml(parse_scene(four_bar(0.4, 0.1, 0.35, 0.3), "s.toml")), !Contains("[assembly]"));
 }
 
-TEST_CASE("a pose that is asked for and is none is refused by its key", "[assembly][errors]") {
+TEST_CASE("a requested pose that does not exist is refused by its key", "[assembly][errors]") {
   const auto with = [](const std::string& ask, double d = 0.4) {
     return message(four_bar(d, 0.1, 0.35, 0.3, drive(1) + "[assembly]\n" + ask));
   };
@@ -190,7 +192,7 @@ TEST_CASE("a pose that is asked for and is none is refused by its key", "[assemb
       Contains("cannot be closed") && Contains("link ground of 0.9 m is 0.15 m longer than the other three"));
 }
 
-TEST_CASE("a start that leads nowhere is left for another, which is named, and the same each time",
+TEST_CASE("a start that fails to assemble is replaced by another, reported and reproducible one",
           "[assembly]") {
   // The pose given closes, but is not the one that is asked for.
   std::string said, again;
@@ -216,7 +218,7 @@ TEST_CASE("a start that leads nowhere is left for another, which is named, and t
                     Contains("assembly.branch: \"open\" is asked for; the pose found is crossed"));
 }
 
-TEST_CASE("mechanisms of several loops go together with all bodies at the origin", "[assembly]") {
+TEST_CASE("mechanisms of several loops assemble with all bodies at the origin", "[assembly]") {
   for (const auto* file : {"seven_body", "four_bar_two"}) {
     CAPTURE(file);
     auto scene = read_scene(test::scene_file(file));
@@ -231,7 +233,7 @@ TEST_CASE("mechanisms of several loops go together with all bodies at the origin
   }
 }
 
-TEST_CASE("angles without positions are kept: each body hangs on the one before it", "[assembly]") {
+TEST_CASE("given angles without positions are kept: each body is placed on the one before it", "[assembly]") {
   // Two bars, at -30 and -110 degrees; nothing but the angles is stated.
   const auto text = [](double first, double second) {
     return fmt::format(R"([bodies.upper]

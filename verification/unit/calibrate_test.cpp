@@ -41,7 +41,7 @@ std::string guide() { return (test::source_folder() / "cases/flores2011-experime
 
 }  // namespace
 
-TEST_CASE("scatter of starts: the pooled relative covariance, near points first", "[calibrate]") {
+TEST_CASE("scatter of starts: the pooled relative covariance, weighted by distance", "[calibrate]") {
   // Two starts at 1 ± a and 1 ± b of one sign: r = ±a, ±b, so W = 2aa, 2ab, 2bb of one degree of freedom; ρ = 1 is not shrunk.
   Scatter scatter;
   CHECK_FALSE(scatter.known());
@@ -62,7 +62,8 @@ TEST_CASE("scatter of starts: the pooled relative covariance, near points first"
   CHECK(scatter.at(here).freedom == Approx((1 + far) * (1 + far) / (1 + far * far)));
 }
 
-TEST_CASE("a surface follows what no quadratic does, and knows its error", "[calibrate]") {
+TEST_CASE("a response surface follows a function that is not quadratic and estimates its error",
+          "[calibrate]") {
   // A step of width 0.2 with noise of 0.03. A quadratic misses it by 0.3; the surface must come within four of its own standard
   // errors everywhere, and these within a third of that.
   const auto y = [](double x) { return std::tanh(5 * x); };
@@ -84,7 +85,7 @@ TEST_CASE("a surface follows what no quadratic does, and knows its error", "[cal
   }
 }
 
-TEST_CASE("scatter that differs over the ranges is not smoothed over them", "[calibrate]") {
+TEST_CASE("scatter that varies over the ranges is not averaged over them", "[calibrate]") {
   // Deviations of 0.2 for ξ₁ < −0.6 and 0.001 elsewhere, 40 points of two starts. Smoothed over ½√2, W had
   // 0.065 to 0.069 in the middle. A width of a fifth leaves exp(−½(0.6/0.14)²) = 1e-4 of the chaotic part there,
   // whose variance is 40,000 times as great: at most 0.01 in the middle; and in the chaotic part a factor of 2,
@@ -109,7 +110,7 @@ TEST_CASE("scatter that differs over the ranges is not smoothed over them", "[ca
   }
 }
 
-TEST_CASE("a surface that is steep in a corner of the ranges knows its error there", "[calibrate]") {
+TEST_CASE("a response surface with a steep corner estimates its error in the gentle part", "[calibrate]") {
   // y = 0.1ξ₁ + 2.5 exp(−(ξ₂ + 1)/0.15)(1 − 0.3ξ₁), noise of 0.005: as a rig's peaks grow towards the least
   // friction. Without a warp the gentle half ξ₂ > 0 was off by 0.016 to 0.098, and 36 of 3,200 places by more
   // than four of the surface's own standard errors. The gentle half is to be known to six times the noise, and
@@ -142,7 +143,7 @@ TEST_CASE("a surface that is steep in a corner of the ranges knows its error the
   CHECK(beyond <= 3);
 }
 
-TEST_CASE("targets that scatter together say no more than their difference allows", "[calibrate]") {
+TEST_CASE("correlated targets carry no more information than their correlation allows", "[calibrate]") {
   // Two statistics y = bξ of the same runs whose scatter has the same variance w and correlation ρ: the information is
   // 2b²/(w (1 + ρ)), and the interval half t/√(that + pull). Taken for independent it is narrower by √(1 + ρ).
   const double b = 0.7;
@@ -177,7 +178,7 @@ TEST_CASE("targets that scatter together say no more than their difference allow
         Approx(t / std::sqrt(4 * (information - Misfit::pull) + Misfit::pull)).epsilon(1e-3));
 }
 
-TEST_CASE("an interval that reaches a limit of its range is open there; two minima are in one",
+TEST_CASE("a confidence interval at a limit of its range is open there, and spans two minima",
           "[calibrate]") {
   // y = ξ measured as 0.9 ± 0.2: of the profile 1.96·0.2 below 0.9, and above it the range's end.
   const auto line = exact(1, [](const Eigen::VectorXd& xi) { return xi[0]; });
@@ -196,7 +197,7 @@ TEST_CASE("an interval that reaches a limit of its range is open there; two mini
   CHECK_FALSE(both.unknowns[0].open_low);
 }
 
-TEST_CASE("identifiability: what no target sees, and what targets see together", "[calibrate]") {
+TEST_CASE("identifiability: parameters without influence, and joint influence of targets", "[calibrate]") {
   const auto points = space_filling(2, 30);
   const std::vector<Scatter> none(2);
   // Both targets see ξ₁ alone.
@@ -224,7 +225,7 @@ TEST_CASE("identifiability: what no target sees, and what targets see together",
   CHECK(seen.correlation(0, 1) == Approx(0).margin(1e-6));
 }
 
-TEST_CASE("targets that contradict each other are rejected", "[calibrate]") {
+TEST_CASE("contradicting targets are rejected", "[calibrate]") {
   // y = ξ twice, measured as ±0.5 to 0.1: the middle is off by five of each, χ² = 50 of one degree.
   const auto line = exact(1, [](const Eigen::VectorXd& xi) { return xi[0]; });
   const std::vector<Scatter> none(2);
@@ -239,7 +240,7 @@ TEST_CASE("targets that contradict each other are rejected", "[calibrate]") {
   CHECK_FALSE(on.rejected);
 }
 
-TEST_CASE("a long measured file is cut into stretches as long as a run", "[calibrate][study]") {
+TEST_CASE("a long measured file is divided into segments of the length of a run", "[calibrate][study]") {
   // Turn k peaks at 100 + k: of 12 turns in stretches of 5 the greatest are 104 and 109, of which runs of 5 have the
   // expectation; the greatest of all, 111, no run of 5 would have.
   test::TemporaryFolder folder;
@@ -274,7 +275,7 @@ TEST_CASE("a long measured file is cut into stretches as long as a run", "[calib
   CHECK(all.study.variants[0].revolutions == 12);
 }
 
-TEST_CASE("a run that a noisy measurement judges bears its noise", "[calibrate][study]") {
+TEST_CASE("a run compared with a noisy measurement contains its noise", "[calibrate][study]") {
   Study study;
   study.file = study.scene = guide();
   study.accelerometer = "accelerometer";
@@ -295,7 +296,7 @@ TEST_CASE("a run that a noisy measurement judges bears its noise", "[calibrate][
   CHECK(identity(study, one, {}).digest() != other);
 }
 
-TEST_CASE("a fit that does not hold has no intervals; a measure of the study is a target",
+TEST_CASE("a fit that is rejected has no intervals; a measure of the study can be a target",
           "[calibrate][program]") {
   test::TemporaryFolder folder;
   const auto place = folder.path().string();

@@ -78,7 +78,7 @@ std::vector<double> along(std::vector<double> q, const std::vector<double>& v, d
 
 }  // namespace
 
-TEST_CASE("a flat face on an eccentric cam stands off by a circle's tangent", "[cam]") {
+TEST_CASE("the gap of a flat face on an eccentric cam is that of a circle's tangent", "[cam]") {
   const System system(pair_of(flat + eccentric).mechanism);
   auto e = system.make_evaluation();
   Random random;
@@ -94,7 +94,7 @@ TEST_CASE("a flat face on an eccentric cam stands off by a circle's tangent", "[
   }
 }
 
-TEST_CASE("a roller stands off by the least distance to its pitch curve", "[cam]") {
+TEST_CASE("the gap of a roller is the least distance to its pitch curve", "[cam]") {
   const auto scene = pair_of(roller + law);
   const System system(scene.mechanism);
   const auto profile = std::get<CamContact>(scene.mechanism.contacts[0]).profile();
@@ -119,7 +119,7 @@ TEST_CASE("a roller stands off by the least distance to its pitch curve", "[cam]
   }
 }
 
-TEST_CASE("rows of cams match finite differences, and their bound holds", "[cam]") {
+TEST_CASE("contact rows of cams agree with finite differences, and their gap bound holds", "[cam]") {
   for (const auto& keys : {flat + law, roller + law, flat + eccentric}) {
     for (const char* bodies : {"\"cam\", \"follower\"", "\"ground\", \"follower\"", "\"cam\", \"ground\""}) {
       CAPTURE(keys, bodies);
@@ -179,7 +179,7 @@ TEST_CASE("rows of cams match finite differences, and their bound holds", "[cam]
   }
 }
 
-TEST_CASE("laws of lift have their heights, slopes and greatest accelerations", "[cam]") {
+TEST_CASE("lift laws have the published heights, velocities and peak accelerations", "[cam]") {
   // Norton, Cam Design and Manufacturing Handbook: peak accelerations of 4.93, 6.28 and 5.77 L/β².
   const struct {
     CamLaw law;
@@ -213,7 +213,7 @@ TEST_CASE("laws of lift have their heights, slopes and greatest accelerations", 
   }
 }
 
-TEST_CASE("a table's spline goes through its points, once round and smoothly", "[cam]") {
+TEST_CASE("the spline of a lift table passes through its points and is smooth and periodic", "[cam]") {
   const std::vector<std::pair<double, double>> points{
       {-0.3, 0.01}, {0.4, 0.03}, {1.9, 0.02}, {4.0, 0.0}, {5.0, 0.004}};
   const auto p = CamProfile::through(points);
@@ -226,7 +226,7 @@ TEST_CASE("a table's spline goes through its points, once round and smoothly", "
   }
 }
 
-TEST_CASE("outlines that cannot be made are refused with the reason", "[cam][scene]") {
+TEST_CASE("cam profiles that cannot be made are refused with the reason", "[cam][scene]") {
   const auto refused = [](const std::string& keys, const std::string& why) {
     CAPTURE(keys);
     CHECK_THAT(test::refusal_of<SceneError>([&] { pair_of(keys); }), Catch::Contains(why));

@@ -97,7 +97,7 @@ const SetTests set_tests;
 
 }  // namespace
 
-TEST_CASE("the page of claims names its columns and the sets of the program alone", "[claims]") {
+TEST_CASE("the claims page lists its columns and only the claim sets of the program", "[claims]") {
   std::istringstream page(asked_page());
   CHECK(asked_page().starts_with(asked_columns));
   std::string line;
@@ -108,7 +108,7 @@ TEST_CASE("the page of claims names its columns and the sets of the program alon
   }
 }
 
-TEST_CASE("a claim fails outside its bound, on either side, and for a NaN", "[claims]") {
+TEST_CASE("a claim fails outside its bound on either side, and for a NaN", "[claims]") {
   Claim c;
   c.expected = 2;
   c.bound = 0.5;

@@ -24,7 +24,7 @@ std::string case_file(const char* name) {
 
 }  // namespace
 
-TEST_CASE("validate holds a run against itself and sees another clearance", "[program][study]") {
+TEST_CASE("validate accepts a run against itself and detects a different clearance", "[program][study]") {
   test::TemporaryFolder folder;
   const auto scene = case_file("guide.toml"), place = folder.path().string();
   const std::string turns = " --set run.revolutions=6 --set run.discard=1";
@@ -59,7 +59,7 @@ TEST_CASE("validate holds a run against itself and sees another clearance", "[pr
   CHECK(std::filesystem::file_size(folder.path() / "same/figures/overlay.png") > 10000);
 }
 
-TEST_CASE("figures show the crank's own angles and carry the values themselves", "[program]") {
+TEST_CASE("figures use the crank's angle and contain the plotted values", "[program]") {
   for (const char* speed : {"200", "-200"}) {
     CAPTURE(speed);
     test::TemporaryFolder folder;
@@ -93,7 +93,7 @@ TEST_CASE("figures show the crank's own angles and carry the values themselves",
   }
 }
 
-TEST_CASE("tradeoff: finer settings cost more and miss less, statistics have their own scale",
+TEST_CASE("tradeoff: finer settings cost more and have less error; statistics have their own scale",
           "[program][study]") {
   test::TemporaryFolder folder;
   const auto place = folder.path().string();
@@ -138,7 +138,7 @@ TEST_CASE("tradeoff: finer settings cost more and miss less, statistics have the
   CHECK(std::filesystem::exists(folder.path() / "doc/figures/tradeoff_loose.png"));
 }
 
-TEST_CASE("validate a study: calibration, matrix, verdicts, figures, and again without a run",
+TEST_CASE("validate with a study: calibration, matrix, verdicts, figures, and repetition without a run",
           "[program][study][long]") {
   test::TemporaryFolder folder;
   const auto place = folder.path().string();
@@ -200,7 +200,7 @@ TEST_CASE("validate a study: calibration, matrix, verdicts, figures, and again w
   for (const auto& unknown : all["unknowns"]) CHECK(unknown["low"].is_null() == !holds);
 }
 
-TEST_CASE("an option or a word that has no place is named", "[program]") {
+TEST_CASE("an unexpected option or word is named", "[program]") {
   const auto err = [](const std::string& arguments) {
     const auto o = test::freeplay(arguments);
     CAPTURE(arguments, o.out);
@@ -214,7 +214,7 @@ TEST_CASE("an option or a word that has no place is named", "[program]") {
   CHECK_THAT(err("advise --error -1% " + case_file("guide.toml")), Contains("greater than 0 per cent"));
 }
 
-TEST_CASE("terminal output keeps to 80 columns", "[program]") {
+TEST_CASE("terminal output stays within 80 columns", "[program]") {
   test::TemporaryFolder folder;
   const auto scene = (test::source_folder() / "cases/flores2011/scene.toml").string(),
              place = " -o " + folder.path().string();

@@ -37,7 +37,7 @@ ContactEvent separation(double t, double duration) {
 
 }  // namespace
 
-TEST_CASE("touches far apart are no pair, however long the time before them", "[compare]") {
+TEST_CASE("contacts far apart in time are not paired, however long the time before them", "[compare]") {
   // 487 ms of 2 s is less than a quarter of the time since the start, and nothing before it parts the motions.
   const auto first = pair_impacts({impact(2, 1)}, {impact(2.487, 1)}, 1);
   CHECK(first.pairs.empty());
@@ -47,7 +47,7 @@ TEST_CASE("touches far apart are no pair, however long the time before them", "[
   CHECK(pair_impacts({impact(2, 1)}, {impact(2.021, 1)}, 1).pairs.empty());
 }
 
-TEST_CASE("the flight before a touch is what its time is measured by", "[compare]") {
+TEST_CASE("the time difference of a pair of contacts is compared with the preceding flight", "[compare]") {
   // A contact that lasts from 1 s to 3 s, then a flight of 10 ms: 4 ms are much of it, though little of the 2 s since
   // the touch before; 2 ms are within a quarter, and within what the pair before makes probable.
   const std::vector<ContactEvent> a{lasting(1, 1), separation(3, 2), impact(3.010, 1)};
@@ -59,7 +59,7 @@ TEST_CASE("the flight before a touch is what its time is measured by", "[compare
   CHECK(pair_impacts(a, near, 1).pairs.size() == 2);
 }
 
-TEST_CASE("a pair is no farther apart than ten degrees of a turn", "[compare]") {
+TEST_CASE("a pair of contacts is at most ten degrees of a revolution apart", "[compare]") {
   // Speeds that differ by a third make 30 ms of a flight of 0.2 s probable; a turn of 0.36 s leaves 10 ms.
   const std::vector<ContactEvent> a{impact(0.1, 1), impact(0.3, 1)};
   const std::vector<ContactEvent> b{impact(0.1005, 1.33), impact(0.33, 1)};
@@ -69,7 +69,7 @@ TEST_CASE("a pair is no farther apart than ten degrees of a turn", "[compare]") 
   CHECK_THAT(p.ended_by, Contains("ten degrees"));
 }
 
-TEST_CASE("a contact that rests at the start is no touch", "[compare]") {
+TEST_CASE("a contact that rests at the start does not count as a first contact", "[compare]") {
   const std::vector<ContactEvent> resting{lasting(0, 0), separation(0.5, 0.5), impact(1, 1)};
   const std::vector<ContactEvent> not_resting{separation(0.5, 0.5), impact(1.001, 1)};
   const auto p = pair_impacts(resting, not_resting, 1);
@@ -77,7 +77,7 @@ TEST_CASE("a contact that rests at the start is no touch", "[compare]") {
   CHECK(p.pairs[0].penalty.t == 1);
 }
 
-TEST_CASE("an impact pairs with a short lasting contact, not with a long one", "[compare]") {
+TEST_CASE("an impact is paired with a short lasting contact but not with a long one", "[compare]") {
   const std::vector<ContactEvent> a{impact(1, 1)};
   CHECK(pair_impacts(a, {lasting(1.001, 1), separation(1.101, 0.1)}, 1).pairs.size() == 1);
   const auto p = pair_impacts(a, {lasting(1.001, 1), separation(1.501, 0.5)}, 1);
@@ -87,7 +87,7 @@ TEST_CASE("an impact pairs with a short lasting contact, not with a long one", "
   CHECK(pair_impacts(a, {lasting(1.001, 1)}, 1).pairs.empty());
 }
 
-TEST_CASE("the first contact that parts ends the horizon of all", "[compare]") {
+TEST_CASE("the horizon of the comparison ends for all contacts where the first one diverges", "[compare]") {
   const std::vector<ContactEvent> a{impact(1, 1, 0), impact(1.5, 1, 1), impact(2, 1, 0)};
   const std::vector<ContactEvent> b{impact(1.001, 1, 0), impact(1.7, 1, 1), impact(2.001, 1, 0)};
   const auto p = pair_impacts(a, b, 2);
@@ -97,7 +97,7 @@ TEST_CASE("the first contact that parts ends the horizon of all", "[compare]") {
              Contains("touch 1 of guide"));
 }
 
-TEST_CASE("matched is printed only where all that matters is", "[compare]") {
+TEST_CASE("compare reports restitution as matched only if all relevant properties match", "[compare]") {
   struct Case {
     double tangential, friction;
     bool as_given, matched;

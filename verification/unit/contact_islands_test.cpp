@@ -65,7 +65,8 @@ struct Row {
 
 }  // namespace
 
-TEST_CASE("contact problems in islands have the rates of the whole problem", "[contact-problem][islands]") {
+TEST_CASE("contact problems split into islands have the velocities of the whole problem",
+          "[contact-problem][islands]") {
   test::Random u;
   for (int trial = 0; trial < 60; ++trial) {
     const int groups = 1 + trial % 4, bodies = 2 + trial % 29;
@@ -115,7 +116,7 @@ TEST_CASE("contact problems in islands have the rates of the whole problem", "[c
   }
 }
 
-TEST_CASE("an island that no new contact joins keeps its impulses", "[contact-problem][islands]") {
+TEST_CASE("an island without a new contact keeps its impulses", "[contact-problem][islands]") {
   test::Random u;
   Row p(u, 3, 5, false, true);
   SaddlePoint saddle(p.mass, p.G);
@@ -146,7 +147,7 @@ TEST_CASE("an island that no new contact joins keeps its impulses", "[contact-pr
     CHECK(more.unknowns[i].impulse_n == Approx(first.unknowns[i].impulse_n).margin(1e-9));
 }
 
-TEST_CASE("band factors against a dense factorisation", "[contact-problem][islands]") {
+TEST_CASE("banded factorisation against a dense factorisation", "[contact-problem][islands]") {
   test::Random u;
   for (const int n : {1, 2, 7, 40})
     for (const int w : {0, 1, 3, 6}) {

@@ -90,7 +90,7 @@ Eigen::VectorXd by_ipopt(const ContactProblem& p) {
 
 }  // namespace
 
-TEST_CASE("all solvers of the contact problem find the same impulses, without help", "[contact-problem]") {
+TEST_CASE("all contact solvers find the same impulses without a fallback", "[contact-problem]") {
   Random u;
   for (int trial = 0; trial < 3000; ++trial) {
     const int contacts = 1 + trial % 4;
@@ -115,7 +115,7 @@ TEST_CASE("all solvers of the contact problem find the same impulses, without he
   }
 }
 
-TEST_CASE("Newton's method finds nearly every solution by itself", "[contact-problem]") {
+TEST_CASE("Newton's method alone solves nearly every problem", "[contact-problem]") {
   Random u;
   int alone = 0;
   for (int trial = 0; trial < 1000; ++trial) {
@@ -125,7 +125,7 @@ TEST_CASE("Newton's method finds nearly every solution by itself", "[contact-pro
   CHECK(alone > 950);
 }
 
-TEST_CASE("frictionless problems against Ipopt's quadratic program", "[contact-problem]") {
+TEST_CASE("frictionless problems against a quadratic program solved by Ipopt", "[contact-problem]") {
   Random u;
   for (int trial = 0; trial < 60; ++trial) {
     auto p = random_problem(u, 1 + trial % 8, false);
@@ -136,7 +136,7 @@ TEST_CASE("frictionless problems against Ipopt's quadratic program", "[contact-p
   }
 }
 
-TEST_CASE("frictionless problems of real steps against Ipopt", "[contact-problem]") {
+TEST_CASE("frictionless problems from simulation steps against Ipopt", "[contact-problem]") {
   // Rates and Delassus matrices of a row of eight four-bars as it moves, of all contacts within three tenths
   // of the clearance of touching.
   auto scene = test::row_of_four_bars(8, 1e-3);
@@ -183,7 +183,7 @@ TEST_CASE("frictionless problems of real steps against Ipopt", "[contact-problem
   CHECK(pressed > 50);
 }
 
-TEST_CASE("a solver that gives up is replaced by the next, and that is counted", "[contact-problem]") {
+TEST_CASE("a solver that fails is replaced by the next, and the retry is counted", "[contact-problem]") {
   // A chain of 100 contacts, D the second difference: Gauss–Seidel converges like (1 − π²/n²) a sweep and
   // would need some 20,000 of them; it has 2,000.
   ContactProblem p(LcpSolver::gauss_seidel);
@@ -205,7 +205,7 @@ TEST_CASE("a solver that gives up is replaced by the next, and that is counted",
   for (int i = 0; i < n; ++i) CHECK(p.unknowns[i].impulse_n == Approx(0.5 * (i + 1) * (n - i)));
 }
 
-TEST_CASE("Painlevé's configuration is told, and contacts on one line are solved", "[contact-problem]") {
+TEST_CASE("Painlevé's configuration is reported, and collinear contacts are solved", "[contact-problem]") {
   // Painlevé: D_NN = 1, D_NT = 2, μ = 1, sliding to the right with approach. Separation, stick and slip are
   // all tried in vain by the closed form; P_N = −b/(D_NN − μ D_NT) < 0.
   ContactProblem p;

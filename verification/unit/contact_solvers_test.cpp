@@ -33,7 +33,7 @@ SparseIsland island_of(const ContactEquations& p) {
 
 }  // namespace
 
-TEST_CASE("every solver leaves the one solution of a contact problem", "[contact]") {
+TEST_CASE("every solver returns the unique solution of a contact problem", "[contact]") {
   for (int seed = 0; seed < 40; ++seed) {
     test::Random u{std::mt19937(static_cast<unsigned>(seed))};
     const ContactEquations problem = test::random_problem(u, 1 + seed % 5, true);
@@ -58,7 +58,8 @@ TEST_CASE("every solver leaves the one solution of a contact problem", "[contact
   }
 }
 
-TEST_CASE("a solver that fails says so, and Newton's steps from the last impulses leave them", "[contact]") {
+TEST_CASE("a solver reports its failure, and Newton steps from the last impulses leave them unchanged",
+          "[contact]") {
   test::Random u{std::mt19937(7)};
   ContactEquations p = test::random_problem(u, 5, true);
   SolverRoom room;
@@ -78,8 +79,7 @@ TEST_CASE("a solver that fails says so, and Newton's steps from the last impulse
   CHECK(solve_one(lever, -1, 1, 1, 0.1, 1));
 }
 
-TEST_CASE("an island by rows has the residual of the dense problem, and its solvers the solution",
-          "[contact]") {
+TEST_CASE("an island stored by rows has the residual and the solution of the dense problem", "[contact]") {
   for (int seed = 0; seed < 20; ++seed) {
     test::Random u{std::mt19937(static_cast<unsigned>(100 + seed))};
     ContactEquations p = test::random_problem(u, 3 + seed % 6, true);

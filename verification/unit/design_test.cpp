@@ -66,7 +66,7 @@ std::vector<std::vector<double>> joe_kuo(int count) {
 
 }  // namespace
 
-TEST_CASE("Sobol's first points are those of Joe and Kuo", "[design]") {
+TEST_CASE("the first Sobol points are those of Joe and Kuo", "[design]") {
   const auto points = unit_points(Draw::sobol, 6, 500, 1);
   // As printed beside their generator, behind the origin: the first coordinates of the first points.
   const std::vector<std::vector<double>> printed{
@@ -78,7 +78,7 @@ TEST_CASE("Sobol's first points are those of Joe and Kuo", "[design]") {
   CHECK(points == unit_points(Draw::sobol, 6, 500, 2));  // nothing is drawn
 }
 
-TEST_CASE("a Latin hypercube hits each stratum of each coordinate once", "[design]") {
+TEST_CASE("a Latin hypercube has one point in each stratum of each coordinate", "[design]") {
   for (const int n : {1, 2, 7, 100}) {
     const auto points = unit_points(Draw::latin_hypercube, 3, n, 5);
     for (std::size_t d = 0; d < 3; ++d) {
@@ -115,7 +115,7 @@ TEST_CASE("random points are uniform and independent", "[design]") {
   CHECK(points != unit_points(Draw::random, 2, 10000, 4));
 }
 
-TEST_CASE("axes: lists, ranges, units, keys together", "[design][study]") {
+TEST_CASE("axes of a study: lists, ranges, units, several keys", "[design][study]") {
   const Desk desk;
   const auto values = [&](const std::string& axis) {
     return desk.study("[axes.a]\n" + axis).axes.at(0).values;
@@ -171,7 +171,7 @@ TEST_CASE("axes: lists, ranges, units, keys together", "[design][study]") {
   says(clearance + "values = [1]\nspacing = \"log\"", "does not apply to an axis that is not drawn");
 }
 
-TEST_CASE("axes that are drawn, with others, and filtered", "[design][study]") {
+TEST_CASE("axes of a study: random samples, combinations and filters", "[design][study]") {
   const Desk desk;
   const std::string axes = R"([axes.clearance]
 key = "joints.gudgeon.clearance"

@@ -48,7 +48,7 @@ Modes ring(double length, int side, Family family) {
 
 }  // namespace
 
-TEST_CASE("where there is no place of rest it is said why", "[equilibrium]") {
+TEST_CASE("a scene without an equilibrium is refused with the reason", "[equilibrium]") {
   const std::string weight = "gravity = [0, -9.81]\n";
   CHECK_THROWS_WITH(begin(weight + body), Contains("no equilibrium") && Contains("bodies.a moves for ever"));
   CHECK_THROWS_WITH(begin(body + pivot + "[drives.m]\njoint = \"pivot\"\ntorque = 1\n"),
@@ -56,14 +56,16 @@ TEST_CASE("where there is no place of rest it is said why", "[equilibrium]") {
   CHECK_THROWS_WITH(begin(body + "velocity = [1, 0]\n" + pivot), Contains("begins at rest"));
 }
 
-TEST_CASE("what nothing holds rests where it stands and is called marginal", "[equilibrium]") {
+TEST_CASE("an unconstrained body rests at its position and its equilibrium is called marginal",
+          "[equilibrium]") {
   std::string assumed;
   const auto s = begin(body + "position = [3, 4]\nangle = 0.5\n", &assumed);
   CHECK(s.q == std::vector<double>{3, 4, 0.5});
   CHECK_THAT(assumed, Contains("marginal: 3 of 3 motions without stiffness"));
 }
 
-TEST_CASE("a drive holds its joint at the initial angle and turns from there", "[equilibrium]") {
+TEST_CASE("a drive holds its joint at the initial angle in equilibrium and moves from there",
+          "[equilibrium]") {
   std::string assumed;
   const auto s = begin("gravity = [0, -9.81]\n" + body + "angle = 0.7\n" + pivot +
                            "[drives.m]\njoint = \"pivot\"\nspeed = 5\n",
@@ -73,7 +75,7 @@ TEST_CASE("a drive holds its joint at the initial angle and turns from there", "
   CHECK_THAT(assumed, Contains("drives held"));
 }
 
-TEST_CASE("a spring without free length holds at length zero too", "[equilibrium]") {
+TEST_CASE("a spring without free length is in equilibrium at zero length", "[equilibrium]") {
   const auto scene = parse_scene(body + "position = [0.4, 0]\n[loads.s]\ntype = \"spring-damper\"\n" +
                                      "between = [\"ground\", \"a\"]\nstiffness = 8\n" + run,
                                  "test");
@@ -88,7 +90,7 @@ TEST_CASE("a spring without free length holds at length zero too", "[equilibrium
   CHECK(std::abs(modes[2].s) == Approx(2));
 }
 
-TEST_CASE("small motions are those of the mirrored scene, and of one of a millionth's size",
+TEST_CASE("small vibrations are the same in the mirrored scene and at a millionth of its size",
           "[equilibrium]") {
   const auto plain = ring(1, 1, Family::nonsmooth).modes;
   REQUIRE(plain.size() == 2);
@@ -102,7 +104,7 @@ TEST_CASE("small motions are those of the mirrored scene, and of one of a millio
   CHECK(std::abs(yields[0].s) == Approx(std::abs(plain[0].s)).epsilon(1e-4));
 }
 
-TEST_CASE("the verb prints within 80 columns and writes what it found", "[equilibrium]") {
+TEST_CASE("the command equilibrium prints within 80 columns and writes its results", "[equilibrium]") {
   const test::TemporaryFolder folder;
   const auto file = folder.path() / "scene.toml";
   std::ofstream(file) << "gravity = [0, -9.81]\n"
@@ -118,7 +120,7 @@ TEST_CASE("the verb prints within 80 columns and writes what it found", "[equili
   CHECK(test::freeplay("modes " + file.string() + " --set gravity=[0,0] --about start").status == 0);
 }
 
-TEST_CASE("random scenes rest in balance or are refused in words", "[equilibrium]") {
+TEST_CASE("equilibria of random scenes balance or are refused with a reason", "[equilibrium]") {
   int rest = 0;
   for (int index = 0; index < 60; ++index) {
     const auto drawn = verification::random_scenes::draw(11, index);
@@ -187,7 +189,8 @@ TEST_CASE("random scenes rest in balance or are refused in words", "[equilibrium
   CHECK(rest > 10);
 }
 
-TEST_CASE("perturbed starts of a scene that begins at rest hang where it rests", "[equilibrium][study]") {
+TEST_CASE("perturbed starts of a scene that begins in equilibrium are in equilibrium",
+          "[equilibrium][study]") {
   // A pendulum stated level; its pivot lies within the play, so that it hangs below that point.
   const auto scene =
       parse_scene("gravity = [0, -9.81]\n[bodies.a]\nmass = 2\ninertia = 0.5\nposition = [0.3, 0]\n" + pivot +
@@ -205,7 +208,7 @@ TEST_CASE("perturbed starts of a scene that begins at rest hang where it rests",
   }
 }
 
-TEST_CASE("a place of rest does not depend on the order in a scene", "[equilibrium]") {
+TEST_CASE("an equilibrium does not depend on the order of the elements in a scene", "[equilibrium]") {
   // The desk lamp of cases/spring-balance: forces of stages of contacts that yield fall under their rounding in one
   // direction before they do in another, which of them depends on the order.
   const auto text = [](bool reversed) {

@@ -55,7 +55,7 @@ std::string not_assembled(const std::string& text) {
 
 }  // namespace
 
-TEST_CASE("a text that is no TOML in UTF-8 is refused in its place, and one with a mark is read",
+TEST_CASE("text that is not TOML in UTF-8 is refused at its place; a byte order mark is accepted",
           "[scene][errors]") {
   CHECK_THAT(refusal("mass = 1.0\"é\"\n"), StartsWith("s.toml:1:11: not TOML: "));
   CHECK(refusal("\xEF\xBB\xBF" + flores()) == "accepted");
@@ -77,7 +77,7 @@ TEST_CASE("a text that is no TOML in UTF-8 is refused in its place, and one with
   CHECK_THAT(refusal("a = 1\n[b]\nc = [1,,\n"), StartsWith("s.toml:3:"));
 }
 
-TEST_CASE("any character may stand in a text, and none outside does harm", "[scene][errors]") {
+TEST_CASE("any character is accepted inside a string, and none outside causes harm", "[scene][errors]") {
   // Every range that the parser's own test for spaces distinguishes, at its ends and within.
   int refused = 0;
   for (unsigned code = 0x80; code < 0x110000; code += code < 0x4000 ? 1 : 97) {
@@ -96,7 +96,7 @@ TEST_CASE("any character may stand in a text, and none outside does harm", "[sce
   CHECK(refused > 8 * 16000);
 }
 
-TEST_CASE("a misspelt key is told before what follows from it", "[scene][errors]") {
+TEST_CASE("a misspelt key is reported before its consequences", "[scene][errors]") {
   // Without its clearance the gudgeon's bearing_radius would not apply.
   CHECK_THAT(refusal(replaced(flores(), "clearance =", "clearence =")),
              Contains("joints.gudgeon.clearence: is not a key of a joint; did you mean clearance?"));
@@ -113,7 +113,7 @@ TEST_CASE("a misspelt key is told before what follows from it", "[scene][errors]
                  Contains("is not a key of [run]; there are"));
 }
 
-TEST_CASE("an option is named as it was typed", "[scene][errors]") {
+TEST_CASE("an option is quoted as it was typed", "[scene][errors]") {
   const auto scene = flores();
   CHECK_THAT(
       refusal(scene, {"joints.gudgen.clearance=1e-3"}),
@@ -141,7 +141,7 @@ TEST_CASE("an option is named as it was typed", "[scene][errors]") {
   CHECK_THAT(refusal(scene, {"title=1\nmass = 2"}), StartsWith("--set title=1\\nmass = 2: "));
 }
 
-TEST_CASE("what a study sets wrongly is told at its place in the study", "[study][errors]") {
+TEST_CASE("an invalid setting in a study is reported at its place in the study", "[study][errors]") {
   test::TemporaryFolder folder;
   const auto refused = [&](const std::string& rest) {
     write_file(
@@ -172,7 +172,7 @@ TEST_CASE("what a study sets wrongly is told at its place in the study", "[study
   CHECK_THAT(refused(many), Contains("asks for 1.6e+09 runs"));
 }
 
-TEST_CASE("what cannot be closed is told by the joint and the distance of the best pose",
+TEST_CASE("a loop that cannot be closed is reported by the joint and the distance in the best pose",
           "[assembly][errors]") {
   // A rod of 0.3 m between pins 1 m apart: least squares share the missing 0.7 m.
   CHECK_THAT(
@@ -208,8 +208,9 @@ TEST_CASE("what cannot be closed is told by the joint and the distance of the be
   CHECK(open_joints(system, {0.15, 0.1, 0}, 0.15).size() == 2);
 }
 
-TEST_CASE("a snapshot changed in any of its bytes is taken or refused, and refused leaves what was",
-          "[snapshot][errors]") {
+TEST_CASE(
+    "a snapshot with any changed byte is accepted or refused; a refusal leaves the simulation unchanged",
+    "[snapshot][errors]") {
   const auto scene = parse_scene(replaced(flores(), "revolutions = 12", "revolutions = 0.01"), "s.toml",
                                  {"run.discard=0", "nonsmooth.scheme=event-driven"});
   for (const auto* formulation : {"penalty", "nonsmooth"}) {
@@ -253,7 +254,7 @@ std::string fault(const std::string& message) {
 
 }  // namespace
 
-TEST_CASE("a hundred errors are told in a line of the program's own words", "[program][errors]") {
+TEST_CASE("a hundred errors are each reported in one line in the program's own words", "[program][errors]") {
   test::TemporaryFolder folder;
   const auto place = folder.path().string() + "/";
   const auto file = [&](const std::string& name, const std::string& text) {

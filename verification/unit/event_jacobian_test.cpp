@@ -54,7 +54,8 @@ duration = 1
 
 }  // namespace
 
-TEST_CASE("the exact Jacobian of a mode equals differences of its right-hand side", "[films][jacobian]") {
+TEST_CASE("the exact Jacobian of a contact mode equals differences of its right-hand side",
+          "[films][jacobian]") {
   const std::string film =
       GENERATE(as<std::string>{}, "", "film = \"short\"\n", "film = \"long\"\n",
                "film = \"short\"\ncavitation = \"none\"\n", "film = \"long\"\ncavitation = \"none\"\n");

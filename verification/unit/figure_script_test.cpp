@@ -47,7 +47,7 @@ std::string as_xml(const std::string& text) {
 
 }  // namespace
 
-TEST_CASE("gnuplot takes every text for that text and executes none", "[security][figures]") {
+TEST_CASE("gnuplot reads every text literally and executes none", "[security][figures]") {
   test::TemporaryFolder folder;
   const test::Bait bait(folder.path());
   const auto texts = random_texts(bait, 6000);
@@ -74,7 +74,7 @@ TEST_CASE("gnuplot takes every text for that text and executes none", "[security
   CHECK(bait.untouched());
 }
 
-TEST_CASE("no text is markup or a format where a figure shows it", "[security][figures]") {
+TEST_CASE("no text acts as markup or format in a figure", "[security][figures]") {
   test::TemporaryFolder folder;
   const test::Bait bait(folder.path());
   auto texts = random_texts(bait, 120);
@@ -103,7 +103,7 @@ TEST_CASE("no text is markup or a format where a figure shows it", "[security][f
   CHECK(bait.untouched());
 }
 
-TEST_CASE("the names of figures' files are safe and tell texts apart", "[security][figures]") {
+TEST_CASE("file names of figures are safe and distinct for distinct texts", "[security][figures]") {
   test::TemporaryFolder folder;
   const test::Bait bait(folder.path());
   std::set<std::string> names, texts;
@@ -120,8 +120,7 @@ TEST_CASE("the names of figures' files are safe and tell texts apart", "[securit
   CHECK(plots::file_name("reaction", "gudgeon") == "reaction_gudgeon");
 }
 
-TEST_CASE("a figure with hostile texts throughout is drawn, and drawn anew by its own script",
-          "[security][figures]") {
+TEST_CASE("a figure with hostile texts is drawn, and redrawn by its own script", "[security][figures]") {
   test::TemporaryFolder folder;
   const test::Bait bait(folder.path());
   for (const auto& text : test::hostile_texts(bait)) {
@@ -143,7 +142,7 @@ TEST_CASE("a figure with hostile texts throughout is drawn, and drawn anew by it
   CHECK_FALSE(std::filesystem::exists(bait.folder / "CANARY"));
 }
 
-TEST_CASE("what would move a cursor or reorder a line is spelt out", "[security]") {
+TEST_CASE("control and reordering characters are shown as escapes", "[security]") {
   CHECK(visible("plain, Ω µ é 中 🙂") == "plain, Ω µ é 中 🙂");
   CHECK(visible("a\nb\tc\rd\x1b[2J\x07\x7f") == "a\\nb\\tc\\rd\\x1b[2J\\x07\\x7f");
   CHECK(visible("a\nb\tc", "\n\t") == "a\nb\tc");

@@ -60,7 +60,7 @@ TEST_CASE("film forces equal the quadrature of their pressure at small and large
         }
 }
 
-TEST_CASE("the long bearing's pressure solves Reynolds' equation", "[film]") {
+TEST_CASE("the pressure of a long bearing solves Reynolds' equation", "[film]") {
   // d/dθ(h³ dp/dθ) = 12 μ R² q with q = −n·w: by central differences of step 1e-3, error 1e-6 times
   // derivatives ~ 10.
   const auto f = film(Film::Kind::long_bearing, false);

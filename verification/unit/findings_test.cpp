@@ -65,7 +65,8 @@ int holding(const std::vector<Finding>& list, const std::string& id) {
 
 }  // namespace
 
-TEST_CASE("what the paper measured would hold, and each departure fails its own finding", "[study]") {
+TEST_CASE("the published measurements satisfy the findings, and each deviation fails its own finding",
+          "[study]") {
   const auto all = Made().judged();
   for (const auto& [id, count] : {std::pair{"X1", 1},
                                   {"X3", 2},
@@ -97,7 +98,7 @@ TEST_CASE("what the paper measured would hold, and each departure fails its own 
   CHECK(holding(brief.judged(), "X4") == 0);
 }
 
-TEST_CASE("what was fitted has no verdict", "[study]") {
+TEST_CASE("fitted quantities have no verdict", "[study]") {
   for (const auto& f : Made().judged({"X6", "X8"})) {
     const bool fitted = f.id == "X6" || f.id == "X8";
     CHECK(f.fitted == fitted);

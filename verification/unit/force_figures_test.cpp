@@ -79,7 +79,7 @@ constexpr double turn_s = 0.3;  // of the crank at 200 rpm
 
 }  // namespace
 
-TEST_CASE("figures of forces: reactions, bearing loads and torque over the last turn", "[figures]") {
+TEST_CASE("force figures: reactions, bearing loads and torque over the last revolution", "[figures]") {
   test::TemporaryFolder folder;
   const auto& out = folder.path();
   write_comparison(out, test::flores());
@@ -141,7 +141,7 @@ TEST_CASE("figures of forces: reactions, bearing loads and torque over the last 
   CHECK_THAT(test::file_text(out / "figures/drive_torque.gp"), Contains("motor") && !Contains("twist"));
 }
 
-TEST_CASE("figures of forces: one run, no drive, four corners, empty columns", "[figures]") {
+TEST_CASE("force figures: one run, no drive, four corners, empty columns", "[figures]") {
   test::TemporaryFolder folder;
   const auto& out = folder.path();
   const auto scene = test::source_folder() / "cases/flores2010-translational/scene.toml";
@@ -186,7 +186,7 @@ TEST_CASE("figures of forces: one run, no drive, four corners, empty columns", "
   check_drawn(out, {"reaction_main", "reaction_guide"});
 }
 
-TEST_CASE("figures of forces: broken files are refused, empty ones draw nothing", "[figures]") {
+TEST_CASE("force figures: broken files are refused, empty ones draw nothing", "[figures]") {
   test::TemporaryFolder folder;
   const auto& out = folder.path();
   write_run(out, test::flores(), "penalty", force_columns("main", false), 0.1, 1,
@@ -202,7 +202,7 @@ TEST_CASE("figures of forces: broken files are refused, empty ones draw nothing"
   CHECK_THAT(o.err, Contains("forces.csv:3: has 2 fields, the header 4"));
 }
 
-TEST_CASE("figures of forces: constant reactions that mechanics does not determine", "[figures]") {
+TEST_CASE("force figures: constant reactions that are statically indeterminate", "[figures]") {
   test::TemporaryFolder folder;
   const auto out = folder.path() / "out";
   const auto run =

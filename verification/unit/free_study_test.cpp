@@ -65,7 +65,7 @@ amplitude = "angle + pi/2"
   }
 }
 
-TEST_CASE("every column of trajectory.csv, forces.csv and signals.csv is measured as it is written",
+TEST_CASE("measures of all columns of trajectory.csv, forces.csv and signals.csv equal the written values",
           "[studies][program]") {
   const StudyDesk desk("motor-startup");
   const auto out = desk.folder.path() / "run";
@@ -152,7 +152,7 @@ TEST_CASE("every column of trajectory.csv, forces.csv and signals.csv is measure
   CHECK(value_of(run, "impacts") >= 1);
 }
 
-TEST_CASE("a measure of each period, and at each", "[studies][program]") {
+TEST_CASE("measures over each period and at each period", "[studies][program]") {
   // Swings of 60° about the bottom, of the period T: the angle's greatest in each period is the start's, and so it is at every
   // period's end; the mean of a whole period is the bottom.
   const Pendulum desk("\"-30 deg\"");
@@ -197,9 +197,8 @@ at = "every period"
         "5");  // from discard to end
 }
 
-TEST_CASE(
-    "a rotor driven by a torque that repeats: the period is found, and means are those of whole periods",
-    "[studies][program]") {
+TEST_CASE("a rotor under a periodic torque: the period is found, and means cover whole periods",
+          "[studies][program]") {
   // J ω' = M sin(2πt/T) from rest: ω = (M/(Jw))(1 − cos wt), w = 2π/T. Over a period the mean is M/(Jw), the standard deviation
   // 1/√2 of it, the greatest twice it, and the torque's mean power nothing.
   const StudyDesk desk("pendulum");
@@ -262,7 +261,7 @@ reduce = "mean"
   }
 }
 
-TEST_CASE("an accelerometer on what nothing drives: what it shows of the whole window, and nothing of turns",
+TEST_CASE("an accelerometer without a drive: values over the whole window, and none per revolution",
           "[studies][program]") {
   const StudyDesk desk("bouncing-ball");
   write_file(desk.folder.path() / "scene.toml", test::file_text(desk.folder.path() / "scene.toml") + R"(
@@ -286,7 +285,7 @@ sampling = 10000.0
   }
 }
 
-TEST_CASE("a measure at each touch", "[studies][program]") {
+TEST_CASE("measures at each contact", "[studies][program]") {
   // A ball that falls h = 0.5 m touches after t₁ = √(2h/g) with √(2gh), then after flights of 2e t₁, 2e² t₁ with e and e² of it:
   // to t₁(1 + 2e + 2e²) = 0.798 s three times, and the fourth is beyond 0.85 s with e = 1/2 (0.878 s).
   const StudyDesk desk("bouncing-ball");
@@ -317,7 +316,8 @@ bounced = "second/9.81^0.5"              # √(2gh) = √g of half a metre
   CHECK(desk.ask("select count(*) from measures where measure = 'second'")[0][0] == "3");
 }
 
-TEST_CASE("what is derived changes without a run, and what has no value is NULL", "[studies][program]") {
+TEST_CASE("derived quantities change without a new run, and undefined values are NULL",
+          "[studies][program]") {
   const StudyDesk desk("bouncing-ball");
   const std::string study = R"(scene = "scene.toml"
 formulations = ["nonsmooth"]
@@ -344,7 +344,7 @@ reduce = "min"
   CHECK_THAT(other.err, Contains("holds another study"));
 }
 
-TEST_CASE("a bad measure or window is refused before anything is touched", "[studies][program]") {
+TEST_CASE("an invalid measure or window is refused before any file changes", "[studies][program]") {
   const StudyDesk desk("motor-startup");
   const auto says = [&](const std::string& text, const std::string& what) {
     const auto o = desk.sweep("scene = \"scene.toml\"\nformulations = [\"nonsmooth\"]\n" + text);

@@ -67,7 +67,7 @@ GapMotion motion_of(const Path& p, GapMotion::Shape shape, double rest) {
 
 }  // namespace
 
-TEST_CASE("a gap's bounds hold over random motions of a body with an arm", "[unseen]") {
+TEST_CASE("gap bounds hold over random motions of a body with an arm", "[unseen]") {
   std::mt19937_64 engine(3);
   std::uniform_real_distribution<double> u(0, 1);
   using Shape = GapMotion::Shape;
@@ -102,7 +102,7 @@ TEST_CASE("a gap's bounds hold over random motions of a body with an arm", "[uns
   CHECK(tight > all / 4);
 }
 
-TEST_CASE("the first loss of a gap is found between ends that show none", "[unseen]") {
+TEST_CASE("the first closing of a gap is found between ends at which it is open", "[unseen]") {
   double unseen = 0;
   const auto parabola = [](double depth, double width, double centre) {
     return [=](double t) {

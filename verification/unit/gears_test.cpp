@@ -134,7 +134,7 @@ bool jumps(double before, double after) { return std::abs(after - before) > 1e-3
 
 }  // namespace
 
-TEST_CASE("contacts of teeth, slots and stops have the derivatives of their gaps", "[gears]") {
+TEST_CASE("contact rows of teeth, slots and stops are the derivatives of their gaps", "[gears]") {
   const auto scene = scene_of(scene_text(loose));
   const System system(scene.mechanism);
   REQUIRE(system.contacts() == 14);
@@ -185,7 +185,7 @@ TEST_CASE("contacts of teeth, slots and stops have the derivatives of their gaps
   }
 }
 
-TEST_CASE("rows of ideal teeth have the derivatives of what they hold", "[gears]") {
+TEST_CASE("constraint rows of ideal gears are the derivatives of their constraints", "[gears]") {
   const auto scene = scene_of(scene_text(""));
   const System system(scene.mechanism);
   REQUIRE(system.rows() == 3);
@@ -217,7 +217,7 @@ TEST_CASE("rows of ideal teeth have the derivatives of what they hold", "[gears]
   }
 }
 
-TEST_CASE("bounds of gaps of teeth and stops hold over a step", "[gears][unseen]") {
+TEST_CASE("gap bounds of teeth and stops hold over a step", "[gears][unseen]") {
   const auto scene = scene_of(scene_text(loose));
   const System system(scene.mechanism);
   auto e = system.make_evaluation();
@@ -254,7 +254,7 @@ TEST_CASE("bounds of gaps of teeth and stops hold over a step", "[gears][unseen]
   CHECK(tight > bounded / 4);
 }
 
-TEST_CASE("teeth that are seen again after many turns have the same gap", "[gears]") {
+TEST_CASE("the gap of a tooth is periodic over many revolutions", "[gears]") {
   const auto scene = scene_of(scene_text(loose));
   const System system(scene.mechanism);
   auto e = system.make_evaluation();
@@ -283,7 +283,7 @@ TEST_CASE("teeth that are seen again after many turns have the same gap", "[gear
   CHECK(gap(forward, 0, 0) + gap(backward, 0, 0) == Approx(play).margin(1e-13));
 }
 
-TEST_CASE("what gears, slots and stops cannot be is refused", "[gears][scene]") {
+TEST_CASE("invalid gears, slots and stops are refused", "[gears][scene]") {
   const test::Edit edits[] = {
       {"module = 0.01\n", "", "joints.outer.teeth: teeth and module go together"},
       {"teeth = [20, 31]\n", "teeth = [20, 30.5]\n", "joints.outer.teeth: must be two whole numbers from 1"},
@@ -321,7 +321,7 @@ TEST_CASE("what gears, slots and stops cannot be is refused", "[gears][scene]") 
   }
 }
 
-TEST_CASE("the phase of teeth that a scene leaves out is that of its bodies, and stays written",
+TEST_CASE("an absent tooth phase is taken from the initial poses and stays in the canonical text",
           "[gears][scene]") {
   auto text = scene_text(loose);
   for (const char* phase : {"phase = 0.3\n", "phase = 1.1\n", "phase = -0.2\n"})
@@ -352,7 +352,7 @@ TEST_CASE("the phase of teeth that a scene leaves out is that of its bodies, and
   }
 }
 
-TEST_CASE("no tooth is passed in a long step", "[gears][unseen]") {
+TEST_CASE("no tooth is skipped in a long step", "[gears][unseen]") {
   // Constant forces, so that nothing but the teeth bounds a step; between touches the gear gains more than a tooth.
   const auto text = "format = 2\n" + test::body("pinion", 1.0, 0.001) +
                     test::body("bar", 2.0, 0.004, "position = [0.0, -0.05]\n") +

@@ -5,7 +5,7 @@
 
 using namespace freeplay;
 
-TEST_CASE("time stepping gives back after a calm, and waits twice as long after a return that did not last",
+TEST_CASE("time stepping ends after a calm interval, twice as long after an unsuccessful return",
           "[automatic]") {
   HandoverTimes times(1);
   CHECK_FALSE(times.calm(0.09, 0));
@@ -26,7 +26,7 @@ TEST_CASE("time stepping gives back after a calm, and waits twice as long after 
   CHECK(times.longest(7) == 7);
 }
 
-TEST_CASE("a wait never exceeds a thousand time scales", "[automatic]") {
+TEST_CASE("a waiting interval never exceeds a thousand time scales", "[automatic]") {
   HandoverTimes times(1);
   double t = 0;
   for (int i = 0; i < 40; ++i) {
@@ -37,7 +37,7 @@ TEST_CASE("a wait never exceeds a thousand time scales", "[automatic]") {
   CHECK_FALSE(times.calm(t + 999, 0));
 }
 
-TEST_CASE("shrunk steps are told from short ones by contacts, events and what steps passed at best",
+TEST_CASE("shrunk steps are distinguished from short ones by contacts, events and the longest steps",
           "[automatic]") {
   const auto thousand = [](StepShrinkage& s, double t, long events, bool crowded) {
     int asked = 0;
@@ -54,7 +54,8 @@ TEST_CASE("shrunk steps are told from short ones by contacts, events and what st
   CHECK_FALSE(thousand(s, 0.6, 100, true));
 }
 
-TEST_CASE("a trial that pays halves the work until the next, one that does not doubles it", "[automatic]") {
+TEST_CASE("a trial that saves time halves the work until the next, one that does not doubles it",
+          "[automatic]") {
   constexpr long N = SchemeCosts::first_patience;
   SchemeCosts costs;
   costs.begin({0, 0});
@@ -80,7 +81,7 @@ TEST_CASE("a trial that pays halves the work until the next, one that does not d
   CHECK(costs.won() == 1);
 }
 
-TEST_CASE("time stepping that is the faster keeps the state", "[automatic]") {
+TEST_CASE("if time stepping is faster, it keeps the state", "[automatic]") {
   SchemeCosts costs;
   costs.end_events({1, 1'000'000});
   costs.begin({1, 0});

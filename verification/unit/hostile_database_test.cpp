@@ -278,7 +278,7 @@ TEST_CASE("a hostile shard is refused: sweep --merge", "[security][shards][hosti
   CHECK(place.run("sweep study.toml --merge divided").status == 0);
 }
 
-TEST_CASE("a hostile copy of a shard that is being made is refused: sweep --shard",
+TEST_CASE("a hostile copy of an unfinished shard is refused: sweep --shard",
           "[security][shards][hostile-databases]") {
   const Place place;
   const auto part = place.bait.folder / "divided/shards/1.part.db";
@@ -307,7 +307,7 @@ TEST_CASE("a hostile copy of a shard that is being made is refused: sweep --shar
   }
 }
 
-TEST_CASE("a hostile database is refused by every other verb that keeps one",
+TEST_CASE("a hostile database is refused by every other command that uses one",
           "[security][study][hostile-databases]") {
   const Place place;
   const auto& folder = place.bait.folder;
@@ -350,7 +350,8 @@ TEST_CASE("a hostile database is refused by every other verb that keeps one",
     }
 }
 
-TEST_CASE("a definition is one of this program's own, letter by letter", "[security][hostile-databases]") {
+TEST_CASE("only exact definitions of this program are accepted in a database",
+          "[security][hostile-databases]") {
   const auto own = [](const char* type, const char* name, const char* table, const std::string& sql) {
     const auto d = own_definition({type, name, table, sql});
     if (d) CHECK(d->text == sql);

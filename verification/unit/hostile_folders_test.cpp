@@ -51,7 +51,7 @@ std::size_t count(const std::string& text, const std::string& part) {
 
 }  // namespace
 
-TEST_CASE("a stranger's texts in the folders of every verb", "[security][hostile][long]") {
+TEST_CASE("hostile texts in the folders of every command", "[security][hostile][long]") {
   const test::TemporaryFolder folder;
   const test::Bait bait(folder.path());
   const auto run = [&](const std::vector<std::string>& arguments) {

@@ -65,7 +65,7 @@ nlohmann::json origin(const std::string& text) {
 
 }  // namespace
 
-TEST_CASE("hostile scenes over every verb that reads one", "[security][hostile]") {
+TEST_CASE("hostile scenes in every command that reads one", "[security][hostile]") {
   Corpus corpus;
   const auto& texts = corpus.texts();
   for (std::size_t i = 0; i < texts.size(); ++i) {
@@ -106,7 +106,7 @@ TEST_CASE("hostile scenes over every verb that reads one", "[security][hostile]"
   CHECK(corpus.files() > 180);
 }
 
-TEST_CASE("hostile studies and measurements over every verb that reads one", "[security][hostile]") {
+TEST_CASE("hostile studies and measurements in every command that reads one", "[security][hostile]") {
   Corpus corpus;
   const auto& texts = corpus.texts();
   corpus.add("scene.toml", test::rig("\"rig\""));
@@ -143,7 +143,7 @@ TEST_CASE("hostile studies and measurements over every verb that reads one", "[s
   CHECK(corpus.files() > 75);
 }
 
-TEST_CASE("hostile result folders over the verbs that read one", "[security][hostile]") {
+TEST_CASE("hostile result folders in the commands that read one", "[security][hostile]") {
   Corpus corpus;
   const auto& texts = corpus.texts();
   for (std::size_t i = 0; i < texts.size(); ++i) {

@@ -70,7 +70,7 @@ struct Setting {
 
 }  // namespace
 
-TEST_CASE("the exact Jacobian equals differences of the right-hand side for every law",
+TEST_CASE("the exact Jacobian equals differences of the right-hand side for every contact and friction law",
           "[penalty][jacobian]") {
   std::vector<Setting> settings;
   for (const auto& law : contact_laws())

@@ -61,7 +61,7 @@ Ending end_of(const std::string& text, Family family, const std::vector<std::str
 
 }  // namespace
 
-TEST_CASE("keys of friction in joints that are refused", "[joint-friction]") {
+TEST_CASE("invalid keys of joint friction are refused", "[joint-friction]") {
   struct Bad {
     std::string text, expected;
   };
@@ -91,7 +91,7 @@ TEST_CASE("keys of friction in joints that are refused", "[joint-friction]") {
   }
 }
 
-TEST_CASE("friction from a reaction that mechanics does not determine is refused", "[joint-friction]") {
+TEST_CASE("friction bounded by a statically indeterminate reaction is refused", "[joint-friction]") {
   const std::string twice = "[joints.second]\ntype = \"translational\"\nbetween = [\"ground\", \"b\"]\n";
   for (const char* formulation : {"penalty", "nonsmooth"})
     CHECK_THAT(
@@ -101,7 +101,7 @@ TEST_CASE("friction from a reaction that mechanics does not determine is refused
   CHECK(refusal(block("force = 1\n", twice), "nonsmooth") == "accepted");
 }
 
-TEST_CASE("impact laws of phases are refused with it", "[joint-friction]") {
+TEST_CASE("phase-based impact laws are refused with joint friction", "[joint-friction]") {
   const auto text = block(
       "friction = 0.1\n",
       "[surfaces.s]\nrestitution = 0.5\n[contacts.wall]\ntype = \"plane\"\nbetween = [\"ground\", \"b\"]\n"
@@ -109,7 +109,8 @@ TEST_CASE("impact laws of phases are refused with it", "[joint-friction]") {
   CHECK_THAT(refusal(text, "nonsmooth"), Contains("nonsmooth.impact_law: must be \"newton\""));
 }
 
-TEST_CASE("a rotor whose friction outgrows itself has no motion that slides", "[joint-friction]") {
+TEST_CASE("self-locking: a rotor whose friction exceeds its cause has no sliding motion",
+          "[joint-friction]") {
   // k = μ r m ε/J = 0.5·0.4·0.1/0.015 = 1.33: no ω̇ is its own cause.
   const auto text = rotor("friction = 0.5\npin_radius = 0.4\n");
   const auto penalty = end_of(text, Family::penalty, {});
@@ -159,7 +160,8 @@ TEST_CASE("coupled friction: one pin in closed form", "[joint-friction]") {
   CHECK(c.solve() == CoupledFriction::Outcome::none);
 }
 
-TEST_CASE("bounds that follow from themselves are found, and none where there are none", "[joint-friction]") {
+TEST_CASE("the iteration of coupled friction bounds converges, or reports that no solution exists",
+          "[joint-friction]") {
   Eigen::VectorXd B(3), image(3);
   for (const double k : {0.1, 0.9, 1.5}) {
     BoundIteration i;
@@ -215,7 +217,8 @@ integrator = "rosenbrock4"
   snapshots::check({text, "nonsmooth", {"nonsmooth.scheme=\"moreau-jean\""}});
 }
 
-TEST_CASE("the exact Jacobian with friction that its reaction bounds", "[joint-friction][jacobian]") {
+TEST_CASE("the exact Jacobian is correct with friction bounded by its reaction",
+          "[joint-friction][jacobian]") {
   const auto scene = parse_scene(test::two_bodies() + R"([loads.rub_pin]
 type = "joint-friction"
 joint = "pin"

@@ -49,7 +49,8 @@ contact = "exact"
 
 }  // namespace
 
-TEST_CASE("a ball's penetration is told over its radius, its impacts over their flights", "[judge]") {
+TEST_CASE("a ball's penetration is reported relative to its radius, its impacts relative to its flights",
+          "[judge]") {
   // Hertz: sphere on a plane of like material, K = 4/3 E/(2(1 − ν²)) √R, v = √(2 g h).
   const double young = 207e9, poisson = 0.3, v = std::sqrt(2 * g * height);
   const double K = 4.0 / 3 * young / (2 * (1 - poisson * poisson)) * std::sqrt(radius);
@@ -68,7 +69,7 @@ TEST_CASE("a ball's penetration is told over its radius, its impacts over their 
   CHECK(j.contains("impact_over_flight"));
 }
 
-TEST_CASE("a contact that is too soft is doubted by its radius, or by its flights", "[judge]") {
+TEST_CASE("a contact that is too soft is reported as doubtful, by its radius or its flights", "[judge]") {
   // δ/R by Hertz, (5 m v²/(4K))^(2/5)/R, is 1.4 for a jelly of 20 kPa.
   const auto jelly = test::simulate(ball(2e4, 0.45, 0.8), Family::penalty);
   CHECK(jelly.contacts[0].penetration_ratio > 0.1);
@@ -87,7 +88,7 @@ TEST_CASE("a contact that is too soft is doubted by its radius, or by its flight
   CHECK_THAT(notes_of(quivers), Contains("of the flights before them"));
 }
 
-TEST_CASE("what rests gains no energy by rounding", "[judge]") {
+TEST_CASE("rounding adds no energy to a resting body", "[judge]") {
   // A block on its two corners, almost level: gains of 1e-25 J and 1e-10 J of 0.1 J were told.
   const auto scene = read_scene(test::scene_file("block_on_corners"));
   for (const auto scheme : {Scheme::moreau_jean, Scheme::event_driven})
@@ -112,7 +113,7 @@ TEST_CASE("what rests gains no energy by rounding", "[judge]") {
   CHECK(e.greatest_gain == 1e-9);
 }
 
-TEST_CASE("contacts that give energy are told, and doubted where they drive the motion", "[judge]") {
+TEST_CASE("contacts that add energy are reported, and doubtful where they drive the motion", "[judge]") {
   const auto told = [](double gain, double friction, double contact) {
     Result run;
     run.ledger.kinetic = 1;
@@ -146,7 +147,7 @@ TEST_CASE("contacts that give energy are told, and doubted where they drive the 
              Contains("DOUBTFUL: 400 impacts raised the energy, by up to 0.5 J where there is 2 J"));
 }
 
-TEST_CASE("surfaces that lie in each other overlap, joints stay open", "[judge][assembly]") {
+TEST_CASE("penetrating surfaces are reported as overlapping, joints as open", "[judge][assembly]") {
   auto scene = ball(5e6, 0.45, 0.8);
   scene.mechanism.bodies[0].position.y() = radius - 3e-3;
   const System system(scene.mechanism);

@@ -78,7 +78,7 @@ TEST_CASE("check of 4096 bodies takes memory and time in proportion", "[check][l
   }
 }
 
-TEST_CASE("independent rows of a chain, and of one whose ends are tied twice", "[check][large]") {
+TEST_CASE("independent rows of a chain, and of one with two redundant end constraints", "[check][large]") {
   for (const int links : {3, 40, 4000}) {
     auto x = chain(links);
     CHECK(independent_rows(x.pattern, x.values, x.mass).size() == static_cast<std::size_t>(2 * links));
@@ -97,7 +97,7 @@ TEST_CASE("independent rows of a chain, and of one whose ends are tied twice", "
   }
 }
 
-TEST_CASE("the triangular factor finds the rank that a dense factorisation finds", "[check][large]") {
+TEST_CASE("the triangular factor finds the rank of a dense factorisation", "[check][large]") {
   std::mt19937 engine(7);
   for (int trial = 0; trial < 200; ++trial) {
     Rows x;

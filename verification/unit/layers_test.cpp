@@ -92,7 +92,7 @@ TEST_CASE("each file includes only its own layer and those below", "[layers]") {
   for (const auto& one : wrong(list)) FAIL_CHECK(one);
 }
 
-TEST_CASE("a wrong include is found", "[layers]") {
+TEST_CASE("an include that violates the layers is found", "[layers]") {
   for (const auto& [from, to] : {std::pair{"src/values/state.hpp", "src/numerics/lcp.hpp"},
                                  {"src/mechanism/curve.hpp", "src/dynamics/phase.hpp"},
                                  {"src/dynamics/system.hpp", "src/simulation/observer.hpp"},

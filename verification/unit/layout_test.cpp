@@ -23,7 +23,7 @@ std::size_t width(const std::string& text) {
 
 }  // namespace
 
-TEST_CASE("lines are broken at the last space before column 80, and nothing is lost", "[layout]") {
+TEST_CASE("lines are broken at the last space before column 80 without loss", "[layout]") {
   std::mt19937 random(5);
   std::uniform_int_distribution<int> length(1, 14), letter('a', 'z');
   for (int trial = 0; trial < 200; ++trial) {
@@ -57,7 +57,7 @@ TEST_CASE("lines are broken at the last space before column 80, and nothing is l
   CHECK(cli::wrapped("word " + exact.substr(4)) == "word\n  " + exact.substr(4));
 }
 
-TEST_CASE("the table of a comparison fills 80 columns at most, each number under its head", "[layout]") {
+TEST_CASE("the comparison table fits 80 columns, each number under its heading", "[layout]") {
   auto scene = read_scene(test::flores());
   scene.run.duration = 0.3;
   scene.run.discard = 0;

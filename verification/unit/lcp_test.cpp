@@ -56,7 +56,7 @@ TEST_CASE("Lemke solves random P-matrix problems of size 1 to 12 exactly", "[lcp
   }
 }
 
-TEST_CASE("Lemke solves degenerate problems or says that it cannot", "[lcp]") {
+TEST_CASE("Lemke solves degenerate problems or reports failure", "[lcp]") {
   std::mt19937 engine(5);
   std::uniform_int_distribution<int> small(-2, 2);
   int solved = 0;
@@ -116,7 +116,7 @@ TEST_CASE("the closed form of a single frictional contact equals Lemke's solutio
   for (int count : by_mode) REQUIRE(count > 100);  // separation, stick, slip both ways all occurred
 }
 
-TEST_CASE("frictionless elements beside frictional ones are no obstacle to Lemke", "[lcp]") {
+TEST_CASE("Lemke solves problems with frictionless and frictional contacts", "[lcp]") {
   // With μ = 0 the rows 2μP_N − P_R ≥ 0 start as ties at zero, and z₀ may end basic at zero.
   std::mt19937 engine(77);
   std::uniform_real_distribution<double> u(-1, 1);

@@ -101,7 +101,7 @@ std::string even(const std::string& text) {
 
 }  // namespace
 
-TEST_CASE("a program outside the tree prints the events of the command", "[library]") {
+TEST_CASE("an external program prints the events of the command line program", "[library]") {
   const auto& installed = Installed::get();
   const auto place = installed.folder() / "ten-lines";
   fs::create_directories(place);
@@ -126,7 +126,7 @@ TEST_CASE("a program outside the tree prints the events of the command", "[libra
   for (std::size_t i = 0; i < rows.size(); ++i) CHECK(whole[i] == rows[i]);
 }
 
-TEST_CASE("all digits of all columns, in both formulations", "[library]") {
+TEST_CASE("an external program prints all digits of all columns, in both formulations", "[library]") {
   const auto& installed = Installed::get();
   const auto place = installed.folder() / "digits";
   fs::create_directories(place);
@@ -146,7 +146,7 @@ TEST_CASE("all digits of all columns, in both formulations", "[library]") {
   }
 }
 
-TEST_CASE("a mechanism in code, observers, threads, snapshots and errors, outside the tree", "[library]") {
+TEST_CASE("an external program: mechanism in code, observers, threads, snapshots and errors", "[library]") {
   const auto& installed = Installed::get();
   const auto done = shell(installed.folder() / "examples", installed.example("pendulum"));
   INFO(done.said);
@@ -154,7 +154,7 @@ TEST_CASE("a mechanism in code, observers, threads, snapshots and errors, outsid
   CHECK_THAT(done.said, !Contains("FAILED"));
 }
 
-TEST_CASE("the public headers need the standard library alone, each by itself", "[library][long]") {
+TEST_CASE("each public header compiles alone with only the standard library", "[library][long]") {
   const auto& installed = Installed::get();
   const auto headers = installed.prefix() / "include/freeplay", place = installed.folder() / "headers";
   fs::create_directories(place);
@@ -178,7 +178,7 @@ TEST_CASE("the public headers need the standard library alone, each by itself", 
                    FREEPLAY_CXX, headers.string()));
 }
 
-TEST_CASE("what is installed is for users", "[library]") {
+TEST_CASE("the installation contains only files for users", "[library]") {
   const auto prefix = Installed::get().prefix();
   std::vector<std::string> found;
   for (const auto& entry : fs::recursive_directory_iterator(prefix))
@@ -203,7 +203,7 @@ TEST_CASE("what is installed is for users", "[library]") {
     }
 }
 
-TEST_CASE("the installed program works on the installed scenes", "[library]") {
+TEST_CASE("the installed program runs the installed scenes", "[library]") {
   const auto& installed = Installed::get();
   const auto place = installed.folder() / "elsewhere";
   fs::create_directories(place);
@@ -218,7 +218,7 @@ TEST_CASE("the installed program works on the installed scenes", "[library]") {
   CHECK_THAT(quiet(place, installed.program() + " laws --restitution 0.46"), Contains("lankarani-nikravesh"));
 }
 
-TEST_CASE("four scenes in four threads are the same bits as one after the other", "[library]") {
+TEST_CASE("four scenes in four threads give the same bits as in sequence", "[library]") {
   struct Case {
     fs::path file;
     const char* formulation;
@@ -280,7 +280,7 @@ TEST_CASE("four scenes in four threads are the same bits as one after the other"
   }
 }
 
-TEST_CASE("watching changes no digit, and a snapshot taken while watching goes on as the run does",
+TEST_CASE("observation changes no digit, and a snapshot taken during observation continues the run",
           "[library]") {
   struct Case {
     const char *formulation, *key, *value;
@@ -324,7 +324,7 @@ TEST_CASE("watching changes no digit, and a snapshot taken while watching goes o
   }
 }
 
-TEST_CASE("forces that nobody asked for are an error, not garbage", "[library]") {
+TEST_CASE("access to forces that were not requested is an error", "[library]") {
   Simulation simulation(read_scene(test::flores()), "penalty");
   test::Listener listener;
   Forces f;
@@ -346,7 +346,7 @@ TEST_CASE("forces that nobody asked for are an error, not garbage", "[library]")
   simulation.run({.until = 2e-3, .observers = {&listener}});
 }
 
-TEST_CASE("a scene in code is refused where a file would be", "[library]") {
+TEST_CASE("a scene in code is refused under the same rules as a file", "[library]") {
   Scene scene = read_scene(test::flores());
   const auto refused = [&](const char* formulation = "penalty") {
     try {
@@ -386,7 +386,7 @@ TEST_CASE("a scene in code is refused where a file would be", "[library]") {
     std::get<SpeedDrive>(m.drives[0]).joint = 9;
     CHECK(refused() == "drives.motor.joint");
   }
-  SECTION("two of a name") {
+  SECTION("duplicate name") {
     m.bodies[2].name = "rod";
     CHECK(refused() != "nothing");
   }
@@ -394,7 +394,7 @@ TEST_CASE("a scene in code is refused where a file would be", "[library]") {
     m.bodies[2].name = "";
     CHECK(refused() != "nothing");
   }
-  SECTION("the length of the run is the caller's") {
+  SECTION("the caller sets the length of the run") {
     scene.run.duration = 0;
     CHECK(refused() == "nothing");
   }
@@ -407,7 +407,7 @@ TEST_CASE("a scene in code is refused where a file would be", "[library]") {
   }
 }
 
-TEST_CASE("what docs/library.md shows is compiled", "[library]") {
+TEST_CASE("the code of docs/library.md is compiled", "[library]") {
   std::string examples;
   for (const auto& entry : fs::directory_iterator(test::source_folder() / "verification/library"))
     examples += even(test::file_text(entry.path())) + " ";

@@ -202,7 +202,7 @@ Solution solve(SaddlePoint& solver, const Chain& chain, bool respond) {
 
 }  // namespace
 
-TEST_CASE("an integrator read from its memory goes on bit for bit", "[memory]") {
+TEST_CASE("an integrator restored from its serialized state continues bit for bit", "[memory]") {
   SECTION("dopri5") {
     check_method<Dopri5>([] { return Dopri5(norm(1e-8), 1e-3); });
   }
@@ -220,7 +220,7 @@ TEST_CASE("an integrator read from its memory goes on bit for bit", "[memory]") 
   }
 }
 
-TEST_CASE("the memory of one integrator is not another's", "[memory]") {
+TEST_CASE("serialized state of one integrator is refused by another", "[memory]") {
   const Side side;
   Dopri5 dopri(norm(1e-8), 1e-3);
   dopri.start(side, 0, Vector{1.0, 0.5, 0.0, -0.3});
@@ -230,7 +230,7 @@ TEST_CASE("the memory of one integrator is not another's", "[memory]") {
   CHECK_THROWS_AS(reader(rosenbrock), MemoryError);
 }
 
-TEST_CASE("a factorisation read from its memory goes on bit for bit", "[memory][saddle]") {
+TEST_CASE("a factorisation restored from its serialized state continues bit for bit", "[memory][saddle]") {
   struct Kind {
     int rows, copies;
     SolvePath path;
@@ -306,7 +306,7 @@ TEST_CASE("a factorisation read from its memory goes on bit for bit", "[memory][
   }
 }
 
-TEST_CASE("containers and parts pass through memory", "[memory]") {
+TEST_CASE("containers and parts are serialized and restored", "[memory]") {
   std::vector<std::byte> bytes;
   MemoryWriter writer(bytes);
   std::vector<std::vector<double>> table{{1, -0.0}, {}, {NAN}};

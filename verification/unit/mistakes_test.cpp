@@ -68,7 +68,7 @@ void expect(const Told& said, const std::string& place, const std::vector<std::s
 
 }  // namespace
 
-TEST_CASE("six natural mistakes are told by their line and their cause", "[mistakes][errors]") {
+TEST_CASE("six common mistakes are reported with their line and cause", "[mistakes][errors]") {
   CHECK(told("mass = 1.0", "mass = 1.0").status == 0);
   // 1. A misspelt key.
   expect(told("clearance =", "clearence ="),
@@ -92,7 +92,7 @@ TEST_CASE("six natural mistakes are told by their line and their cause", "[mista
          {"run.start: \"given\": joints.", "stays open by 0.", "correct the positions or use \"assembled\""});
 }
 
-TEST_CASE("a scene in a study's place is told so, and a study in a scene's", "[mistakes][errors]") {
+TEST_CASE("a scene in place of a study is reported, and a study in place of a scene", "[mistakes][errors]") {
   const test::TemporaryFolder folder;
   const auto scene_file = (folder.path() / "s.toml").string(),
              study = (folder.path() / "study.toml").string();

@@ -69,7 +69,7 @@ std::filesystem::path written(const test::TemporaryFolder& folder, const std::st
 
 }  // namespace
 
-TEST_CASE("the longest names pass through every verb that reads result files", "[names]") {
+TEST_CASE("the longest names pass through every command that reads result files", "[names]") {
   const test::TemporaryFolder folder;
   const auto file = written(folder, scene(longest_name), "scene.toml").string();
   const auto at = folder.path().string() + "/", run = at + "run", both = at + "both";
@@ -93,7 +93,7 @@ TEST_CASE("the longest names pass through every verb that reads result files", "
   }
 }
 
-TEST_CASE("a name beyond the limit is refused at its place", "[names]") {
+TEST_CASE("a name longer than the limit is refused at its place", "[names]") {
   const test::TemporaryFolder folder;
   const auto file = written(folder, scene(longest_name + 1), "scene.toml").string();
   for (const auto* verb : {"check", "run --formulation nonsmooth"}) {

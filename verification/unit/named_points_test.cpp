@@ -40,7 +40,7 @@ const std::string named = "points = { A = [0, 0], B = [\"300 mm\", 0.05], mass_c
 
 }  // namespace
 
-TEST_CASE("named points are the same scene as their coordinates, bit for bit", "[points][scene]") {
+TEST_CASE("named points give the same scene as their coordinates, bit for bit", "[points][scene]") {
   // 0.3 − 0.12 and the like are rounded as the reader rounds them.
   const double x = 0.3 - 0.12, y = 0.05 - 0.01;
   const auto by_name = parse_scene(scene(named, "[\"B\", \"hole\"]", "\"A\""), "s.toml");
@@ -66,7 +66,7 @@ TEST_CASE("named points are the same scene as their coordinates, bit for bit", "
   CHECK(std::get<RevoluteJoint>(table.mechanism.joints[0]).at[0] == Vec2{0.18, 0.04});
 }
 
-TEST_CASE("a point that is not there is refused with those that are", "[points][errors]") {
+TEST_CASE("an unknown point is refused with a list of the known ones", "[points][errors]") {
   CHECK_THAT(test::refusal(scene(named, "[\"C\", \"hole\"]")),
              Contains("s.toml:12:6: joints.pin.at: there is no point of bodies.rod \"C\"; there is: "
                       "mass_centre, A, B"));
@@ -92,7 +92,7 @@ TEST_CASE("a point that is not there is refused with those that are", "[points][
              Contains("the ground has no named points"));
 }
 
-TEST_CASE("places of the ground have names as those of bodies", "[points]") {
+TEST_CASE("points of the ground have names like those of bodies", "[points]") {
   // "hole" is the mate's, "wall" the ground's; both orders of the pair, a load's end too, and one moved on the command line.
   const auto text = [](const std::string& fixed, const std::string& at) {
     return fixed +

@@ -11,7 +11,8 @@
 
 using namespace freeplay;
 
-TEST_CASE("perturbed starts are the same from a near pose as from the positions given", "[study][near]") {
+TEST_CASE("perturbed starts are the same from an initial guess as from the given positions",
+          "[study][near]") {
   for (const char* scene_of : {"flores2011", "four-bar", "six-bar", "seven-body"}) {
     CAPTURE(scene_of);
     const auto scene = open_scene(test::source_folder() / "cases" / scene_of / "scene.toml");
@@ -30,7 +31,7 @@ TEST_CASE("perturbed starts are the same from a near pose as from the positions 
   }
 }
 
-TEST_CASE("a near pose is of what closes in isolated poses", "[study][near]") {
+TEST_CASE("an initial guess exists only for mechanisms that close in isolated poses", "[study][near]") {
   CHECK(near_pose(*open_scene(test::flores()), {}).size() == 9);
   CHECK(near_pose(*open_scene(test::source_folder() / "cases/double-pendulum/scene.toml"), {}).empty());
   CHECK(near_pose(*open_scene(test::flores(), {"run.start=equilibrium"}), {}).empty());

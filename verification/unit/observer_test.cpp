@@ -13,7 +13,7 @@
 
 using namespace freeplay;
 
-TEST_CASE("a watched run takes the steps of one that nobody watches", "[observers]") {
+TEST_CASE("an observed run takes the same steps as an unobserved one", "[observers]") {
   for (const char* formulation : {"penalty", "nonsmooth", "event-driven"}) {
     CAPTURE(formulation);
     auto scene = read_scene(test::flores());
@@ -57,7 +57,7 @@ TEST_CASE("a watched run takes the steps of one that nobody watches", "[observer
   }
 }
 
-TEST_CASE("the list of events says when it is cut", "[observers]") {
+TEST_CASE("a truncated list of events is marked as such", "[observers]") {
   auto scene = read_scene(test::flores());
   scene.run.duration = 0.1;
   scene.run.discard = 0;
@@ -72,7 +72,7 @@ TEST_CASE("the list of events says when it is cut", "[observers]") {
   CHECK(cut.events.back().joint == "gudgeon");
 }
 
-TEST_CASE("a run in parts shows its observers one run", "[observers]") {
+TEST_CASE("observers see a run in parts as one run", "[observers]") {
   // Two runs in a row are not one: the step is cut between them. Rows and events go on all the same.
   auto scene = read_scene(test::flores());
   scene.run.duration = 0.04;
@@ -88,7 +88,7 @@ TEST_CASE("a run in parts shows its observers one run", "[observers]") {
   CHECK(simulation.t() == 0.04);
 }
 
-TEST_CASE("a run that is asked to stop, stops", "[observers]") {
+TEST_CASE("a run obeys a request to stop", "[observers]") {
   const auto scene = read_scene(test::flores());
   std::atomic<bool> stop{false};
   test::Listener listener;
@@ -104,7 +104,7 @@ TEST_CASE("a run that is asked to stop, stops", "[observers]") {
   CHECK(Simulation(other, "nonsmooth").run().ending.status == Ending::Status::finished);
 }
 
-TEST_CASE("what a run cannot be asked for is refused", "[observers]") {
+TEST_CASE("invalid arguments of a run are refused", "[observers]") {
   auto scene = read_scene(test::flores());
   scene.run.duration = 0.01;
   scene.run.discard = 0;
@@ -119,7 +119,7 @@ TEST_CASE("what a run cannot be asked for is refused", "[observers]") {
   CHECK_THROWS_AS(simulation.run({.observers = {&listener}}), std::logic_error);
 }
 
-TEST_CASE("columns of forces.csv have names of their own", "[observers]") {
+TEST_CASE("columns of forces.csv have unique names", "[observers]") {
   test::TemporaryFolder folder;
   auto scene = parse_scene(test::body("wheel", 1, 1) + test::pin("axle", "ground", "wheel") + R"([drives.spin]
 joint = "axle"
@@ -138,7 +138,7 @@ torque = 2
         Ending::Status::finished);
 }
 
-TEST_CASE("one process writes into a folder", "[observers]") {
+TEST_CASE("only one process writes into a folder", "[observers]") {
   test::TemporaryFolder folder;
   auto scene = read_scene(test::flores());
   scene.run.duration = 0.01;

@@ -42,7 +42,7 @@ class SmallFiles {
 
 }  // namespace
 
-TEST_CASE("a file appears whole or not at all", "[files]") {
+TEST_CASE("a file appears complete or not at all", "[files]") {
   test::TemporaryFolder folder;
   const auto path = folder.path() / "a.csv";
   {
@@ -61,7 +61,7 @@ TEST_CASE("a file appears whole or not at all", "[files]") {
   REQUIRE_THROWS_AS(OutputFile(folder.path() / "none" / "c.csv"), OutputError);
 }
 
-TEST_CASE("contact log: impacts, lasting contact, order, tallies", "[events]") {
+TEST_CASE("contact log: impacts, lasting contact, order, counts", "[events]") {
   ContactLog log(2);
   ContactStatistics statistics(0);
   Layout layout;
@@ -96,7 +96,7 @@ TEST_CASE("contact log: impacts, lasting contact, order, tallies", "[events]") {
   REQUIRE(tallies[0].time == Approx(4));
 }
 
-TEST_CASE("pairing ends where the motions part", "[compare]") {
+TEST_CASE("pairing of contacts ends where the motions diverge", "[compare]") {
   const auto touch = [](double t, double v) {
     ContactEvent e;
     e.t = t;
@@ -121,7 +121,7 @@ TEST_CASE("pairing ends where the motions part", "[compare]") {
   REQUIRE(pair_impacts(a, {a[0]}, 1).pairs.size() == 1);
 }
 
-TEST_CASE("the program: bad input is one line and status 2, nothing written", "[program]") {
+TEST_CASE("the program: invalid input gives one line and status 2, and nothing is written", "[program]") {
   test::TemporaryFolder folder;
   const auto out = (folder.path() / "r").string();
   const auto scene = test::flores().string();
@@ -167,7 +167,7 @@ TEST_CASE("the program: a folder that cannot be made and a full disk end with st
   CHECK_FALSE(std::filesystem::exists(full / "trajectory.csv"));
 }
 
-TEST_CASE("the program: run and compare leave the promised files", "[program]") {
+TEST_CASE("the program: run and compare write the documented files", "[program]") {
   test::TemporaryFolder folder;
   const auto out = folder.path() / "c";
   const auto o = test::freeplay(

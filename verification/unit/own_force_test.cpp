@@ -53,7 +53,7 @@ struct Way {
 
 }  // namespace
 
-TEST_CASE("a spring with a damper given from outside moves a body as the closed form says", "[own-force]") {
+TEST_CASE("a body under a user-supplied spring and damper moves as in the closed form", "[own-force]") {
   // Bounds: tolerances of 1e-9 and 1e-10 times the steps; a fixed step of 1 ms is of second order, 1e-3² times x'''/12.
   const auto way = GENERATE(Way{"penalty", "penalty.integrator", "dopri5", 1e-7},
                             Way{"penalty", "penalty.integrator", "adams_bashforth_moulton", 1e-7},
@@ -70,7 +70,7 @@ TEST_CASE("a spring with a damper given from outside moves a body as the closed 
   CHECK(std::abs(result.ledger.closure()) < 1e-4 * result.ledger.scale());
 }
 
-TEST_CASE("fixed steps follow a force from outside by the second order", "[own-force]") {
+TEST_CASE("fixed steps with a user-supplied force are of second order", "[own-force]") {
   std::vector<double> errors;
   for (const char* step : {"8e-3", "4e-3", "2e-3"}) {
     auto scene = free_body("", {fmt::format("nonsmooth.step={}", step)});
@@ -85,7 +85,7 @@ TEST_CASE("fixed steps follow a force from outside by the second order", "[own-f
   }
 }
 
-TEST_CASE("in a body's directions a force from outside turns with it", "[own-force]") {
+TEST_CASE("a user-supplied force in body axes turns with the body", "[own-force]") {
   // m ẍ = F t cos 2t, m ÿ = F t sin 2t from rest: integrated twice by hand.
   const auto formulation = GENERATE("penalty", "nonsmooth");
   auto scene = free_body("axes = \"body\"\n");
@@ -98,7 +98,7 @@ TEST_CASE("in a body's directions a force from outside turns with it", "[own-for
   CHECK(q[1] == Approx(y).margin(1e-6));
 }
 
-TEST_CASE("a constant force from outside moves the rig as the scene's own", "[own-force]") {
+TEST_CASE("a constant user-supplied force moves the rig like a force of the scene", "[own-force]") {
   const std::string formulation = GENERATE("penalty", "nonsmooth");
   const auto with = [](const char* force) {
     std::ifstream in(test::flores());
@@ -118,7 +118,7 @@ TEST_CASE("a constant force from outside moves the rig as the scene's own", "[ow
   CHECK(found.ledger.load == Approx(expected.ledger.load).epsilon(1e-5));
 }
 
-TEST_CASE("a force from outside is told of and is part of a run's identity", "[own-force]") {
+TEST_CASE("a user-supplied force is reported and is part of the identity of a run", "[own-force]") {
   auto scene = free_body();
   const auto before = Simulation(scene, "nonsmooth").identity();
   put(scene, in_hand(ramp, "ramp"));
@@ -141,7 +141,7 @@ TEST_CASE("a force from outside is told of and is part of a run's identity", "[o
   CHECK(outside_of(scene).empty());
 }
 
-TEST_CASE("a force from outside that is no number stops the run; what it throws comes out", "[own-force]") {
+TEST_CASE("a non-finite user-supplied force stops the run; its exceptions reach the caller", "[own-force]") {
   const auto formulation = GENERATE("penalty", "nonsmooth");
   auto scene = free_body();
   put(scene, in_hand([](const void*, const char*, double t, const Vec2&, const Vec2&) {
@@ -156,7 +156,7 @@ TEST_CASE("a force from outside that is no number stops the run; what it throws 
   CHECK_THROWS_WITH(Simulation(scene, formulation).run(), "no such place");
 }
 
-TEST_CASE("a plugin of loads alone runs in both formulations and is asked for again",
+TEST_CASE("a plugin with loads only runs in both formulations and is required on repetition",
           "[own-force][program]") {
   const test::TemporaryFolder folder;
   const auto place = [&](const char* name) { return (folder.path() / name).string(); };

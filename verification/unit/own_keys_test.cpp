@@ -94,7 +94,7 @@ Seen seen(const Scene& scene, Family family) {
 
 }  // namespace
 
-TEST_CASE("keys of [nonsmooth] are read by a scheme, with an effect, or refused", "[scene][own-keys]") {
+TEST_CASE("keys of [nonsmooth] have an effect in a scheme or are refused", "[scene][own-keys]") {
   // A pile of discs: impacts, lasting contacts with friction, coupled, that the automatic scheme hands over.
   const auto pile = test::random_pile(1) + "\n";
   int read = 0, refused = 0;
@@ -129,7 +129,7 @@ TEST_CASE("keys of [nonsmooth] are read by a scheme, with an effect, or refused"
   CHECK(refused == 4 * 5 - read);
 }
 
-TEST_CASE("keys of [penalty] are read by an integrator, with an effect, or refused", "[scene][own-keys]") {
+TEST_CASE("keys of [penalty] have an effect in an integrator or are refused", "[scene][own-keys]") {
   int read = 0;
   for (const auto& way : integrators)
     for (const auto& [key, value] : values) {
@@ -158,7 +158,7 @@ TEST_CASE("keys of [penalty] are read by an integrator, with an effect, or refus
   CHECK(read == 6 * static_cast<int>(integrators.size()) + 1);  // step by rk4 alone
 }
 
-TEST_CASE("keys of laws and of stabilisation are refused beside another choice", "[scene][own-keys]") {
+TEST_CASE("keys of laws and of stabilisation are refused with another choice", "[scene][own-keys]") {
   for (const auto& law : friction_laws())
     for (const auto& row : own_keys(PenaltyOptions{})) {
       if (row.by != "friction") continue;
@@ -182,7 +182,7 @@ TEST_CASE("keys of laws and of stabilisation are refused beside another choice",
     }
 }
 
-TEST_CASE("every key of [run], [penalty] and [nonsmooth] is one of these tests'", "[scene][own-keys]") {
+TEST_CASE("every key of [run], [penalty] and [nonsmooth] is covered by these tests", "[scene][own-keys]") {
   std::set<std::string> tested = {"nonsmooth.scheme",      "nonsmooth.impact_law",
                                   "penalty.contact",       "penalty.friction",
                                   "penalty.stabilisation", "penalty.integrator"};  // choose
@@ -205,7 +205,7 @@ TEST_CASE("every key of [run], [penalty] and [nonsmooth] is one of these tests'"
   }
 }
 
-TEST_CASE("keys of a file give way to a choice that an option makes, and are noted", "[scene][own-keys]") {
+TEST_CASE("an option that changes a choice makes keys of the file idle, with a note", "[scene][own-keys]") {
   const auto text =
       bare + "[nonsmooth]\nstep = 1e-4\n[penalty]\nintegrator = \"rk4\"\nstep = 1e-5\nalpha = 2\n";
   const auto scene = parse_scene(
@@ -242,7 +242,7 @@ TEST_CASE("keys of a file give way to a choice that an option makes, and are not
   CHECK_THROWS_AS(in_code.set("nonsmooth.step", 1e-4), SceneError);
 }
 
-TEST_CASE("what a program of before recorded is read without keys that it did not read",
+TEST_CASE("scenes recorded by former versions are read without the keys that had no effect",
           "[scene][own-keys]") {
   // Its canonical text named every key of [nonsmooth] for every scheme.
   Identity recorded;
@@ -254,7 +254,7 @@ TEST_CASE("what a program of before recorded is read without keys that it did no
   CHECK(setup.scene.nonsmooth.step == 1e-4);
 }
 
-TEST_CASE("advice names a key that the run reads", "[own-keys]") {
+TEST_CASE("recommendations name a key that the run reads", "[own-keys]") {
   NonsmoothOptions o;
   CHECK(fineness_key(o) == "nonsmooth.tolerance");
   CHECK(fineness_key(o, true) == "nonsmooth.step_tolerance");

@@ -45,7 +45,7 @@ Hertz built_in(const Scene& scene) {
 
 }  // namespace
 
-TEST_CASE("a built-in law given from outside moves the rig the same way", "[own-law]") {
+TEST_CASE("a user-supplied copy of a built-in law moves the rig in the same way", "[own-law]") {
   const std::string integrator = GENERATE("adams_bashforth_moulton", "dopri5", "rosenbrock4");
   auto scene = read_scene(test::flores(),
                           {"run.revolutions=0.1", "run.discard=0", "penalty.integrator=" + integrator});
@@ -69,7 +69,7 @@ TEST_CASE("a built-in law given from outside moves the rig the same way", "[own-
   CHECK(found.ledger.elastic == Approx(expected.ledger.elastic).margin(1e-9));
 }
 
-TEST_CASE("a law from outside is told of, and an impact law cannot be matched with it", "[own-law]") {
+TEST_CASE("a user-supplied law is reported, and an impact law cannot be matched with it", "[own-law]") {
   auto scene = read_scene(test::flores(), {"run.revolutions=0.05", "run.discard=0"});
   const auto before = Simulation(scene, "penalty").identity();
   const auto h = built_in(scene);
@@ -93,12 +93,12 @@ TEST_CASE("a law from outside is told of, and an impact law cannot be matched wi
   CHECK_THROWS_AS(Simulation(other, "penalty").restore(snapshot), SnapshotError);
 }
 
-TEST_CASE("a law that gives no number stops the run with its reason", "[own-law]") {
+TEST_CASE("a law that returns no finite number stops the run with its reason", "[own-law]") {
   auto scene = read_scene(test::flores(), {"run.revolutions=0.1", "run.discard=0"});
   OwnLaw law{
       [](const void*, const char*, double, double, double) { return std::nan(""); }, {}, "nothing", "0"};
   SECTION("NaN") {}
-  SECTION("what it throws comes out") {
+  SECTION("its exceptions reach the caller") {
     law.force = [](const void*, const char*, double, double, double) -> double {
       throw std::domain_error("no such depth");
     };
@@ -114,7 +114,8 @@ TEST_CASE("a law that gives no number stops the run with its reason", "[own-law]
   CHECK(!result.ending.reason.empty());
 }
 
-TEST_CASE("a plugin is loaded by its file, and its run is repeated with it alone", "[own-law][program]") {
+TEST_CASE("a plugin is loaded from its file, and its run can be repeated only with it",
+          "[own-law][program]") {
   const test::TemporaryFolder folder;
   const auto scene = read_scene(test::flores());
   const auto h = built_in(scene);

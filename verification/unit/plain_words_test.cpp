@@ -73,7 +73,7 @@ std::optional<DeadPoint> dead(const std::string& text) {
 
 }  // namespace
 
-TEST_CASE("a turn that the ideal mechanism cannot close ends at its dead point", "[whole-turn]") {
+TEST_CASE("a rotation that the ideal mechanism cannot complete ends at its dead point", "[whole-turn]") {
   // A place is known to 1e-3 of 5 degrees; gaps below 1e-6 of the longest arm count as closed: together 1e-4 rad.
   const double accuracy = 1e-4;
   // A slider-crank on the crank's own line: r sin θ = l at the last place. With play c: r sin θ = l + c.
@@ -97,7 +97,7 @@ TEST_CASE("a turn that the ideal mechanism cannot close ends at its dead point",
   CHECK_FALSE(dead_point(early.mechanism, 0.9 * std::asin(l / r) / (200 * 2 * std::numbers::pi / 60)));
 }
 
-TEST_CASE("the cases close over their turn, and no body of them is left out of its guide", "[whole-turn]") {
+TEST_CASE("all cases close over a revolution, and every sliding body is guided", "[whole-turn]") {
   int cases = 0;
   for (const auto& entry : std::filesystem::directory_iterator(test::source_folder() / "cases")) {
     const auto file = entry.path() / "scene.toml";
@@ -111,8 +111,7 @@ TEST_CASE("the cases close over their turn, and no body of them is left out of i
   CHECK(cases > 15);
 }
 
-TEST_CASE("check and run say that a guide was forgotten and that a rod is too short",
-          "[program][whole-turn]") {
+TEST_CASE("check and run report a missing guide and a rod that is too short", "[program][whole-turn]") {
   test::TemporaryFolder folder;
   const auto unguided = folder.path() / "unguided.toml", jams = folder.path() / "short.toml";
   std::ofstream(unguided) << flores(0.3, true, false);
@@ -142,7 +141,7 @@ TEST_CASE("check and run say that a guide was forgotten and that a rod is too sh
   CHECK_THAT(flat(test::freeplay("check " + test::flores().string()).out), !Contains("left free"));
 }
 
-TEST_CASE("an impact law's run that lay deeper than its clearance has failed", "[judge]") {
+TEST_CASE("a run with an impact law fails if penetration exceeds the clearance", "[judge]") {
   const auto run = [](double ratio, Family family) {
     Result r;
     r.contacts.resize(1);
@@ -170,7 +169,7 @@ TEST_CASE("an impact law's run that lay deeper than its clearance has failed", "
   CHECK_THAT(o.err, Contains("question: nonsmooth.step = 0.05 s is 60 deg of the turn of drives.motor"));
 }
 
-TEST_CASE("a run that crawls stops; bursts, and long runs of ordinary steps, do not", "[progress]") {
+TEST_CASE("a run without progress stops; bursts and long runs of ordinary steps do not", "[progress]") {
   const auto steps_to_stop = [](double h, double duration, long most) {
     Progress progress(0, duration);
     for (long i = 1; i <= most; ++i)

@@ -77,8 +77,7 @@ TEST_CASE("planted links in a result folder are replaced or refused, never follo
   }
 }
 
-TEST_CASE("figures are drawn in place of planted links, and what was left is cleared",
-          "[security][figures]") {
+TEST_CASE("figures replace planted links, and leftover files are removed", "[security][figures]") {
   const Place place;
   REQUIRE(test::run_program(place.bait, {"laws", "scene.toml", "-o", "laws"}).status == 0);
   const auto figures = place.bait.folder / "laws/figures";
@@ -100,7 +99,7 @@ TEST_CASE("figures are drawn in place of planted links, and what was left is cle
   }
 }
 
-TEST_CASE("a folder that the user names may be reached by links", "[security]") {
+TEST_CASE("a folder given by the user may be reached through links", "[security]") {
   const Place place;
   place.link("way", place.elsewhere());
   CHECK(test::run_program(place.bait, {"run", "scene.toml", "--formulation", "nonsmooth", "-o", "way/out"})
@@ -111,7 +110,7 @@ TEST_CASE("a folder that the user names may be reached by links", "[security]") 
   CHECK(std::filesystem::exists(place.elsewhere() / "run.json"));
 }
 
-TEST_CASE("another name of a file is not written: hard links", "[security]") {
+TEST_CASE("a file with a second hard link is not written", "[security]") {
   const Place place;
   const auto out = place.bait.folder / "out";
   make_folder(out);
@@ -143,7 +142,7 @@ TEST_CASE("a planted database is refused", "[security][study]") {
   }
 }
 
-TEST_CASE("what is no file is refused at once, wherever one is read", "[security]") {
+TEST_CASE("special files are refused at once wherever a file is read", "[security]") {
   const Place place;
   const auto at = [&](const char* name) { return (place.bait.folder / name).string(); };
   REQUIRE(mkfifo(at("fifo").c_str(), 0600) == 0);
@@ -194,7 +193,7 @@ TEST_CASE("what is no file is refused at once, wherever one is read", "[security
   CHECK_THAT(test::run_program(place.bait, {"check", "big.toml"}).err, Contains("is larger than 16 MiB"));
 }
 
-TEST_CASE("a study names what lies beside it or below, unless it is trusted", "[security][study]") {
+TEST_CASE("a study refers only to files beside or below it, unless it is trusted", "[security][study]") {
   const Place place;
   const auto outside = place.folder.path() / "outside.toml";
   write_file(outside, test::rig("\"outside\""));

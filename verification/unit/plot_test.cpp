@@ -91,7 +91,7 @@ void write_known(const std::filesystem::path& folder) {
 
 }  // namespace
 
-TEST_CASE("columns are chosen by name, joined by their time, and cut", "[figures][plot]") {
+TEST_CASE("columns are selected by name, joined by time, and cut", "[figures][plot]") {
   test::TemporaryFolder folder;
   const auto& place = folder.path();
   write_known(place);
@@ -134,7 +134,7 @@ TEST_CASE("columns are chosen by name, joined by their time, and cut", "[figures
   CHECK_THROWS_WITH(read("t", "b.y", 0, 1, plots::crossing_of("b.z=1")), Contains("there is no column b.z"));
 }
 
-TEST_CASE("freeplay plot draws what is asked for and lists what there is", "[figures][plot]") {
+TEST_CASE("freeplay plot draws the requested columns and lists the available ones", "[figures][plot]") {
   test::TemporaryFolder folder;
   const auto one = folder.path() / "one", two = folder.path() / "two";
   write_known(one);
@@ -191,7 +191,7 @@ TEST_CASE("freeplay plot draws what is asked for and lists what there is", "[fig
   refused("--y b.x", "trajectory.csv: is empty");
 }
 
-TEST_CASE("every column that a run writes has a unit", "[figures][plot]") {
+TEST_CASE("every column of a run has a unit", "[figures][plot]") {
   const auto units = [](const std::string& name) {
     CAPTURE(name);
     CHECK_FALSE(plots::unit_of_column(name).empty());
@@ -252,7 +252,8 @@ TEST_CASE("the spectrum of a sine has its amplitude at its frequency", "[figures
   CHECK(plots::spectrum_of(s, 2000).amplitude.empty());
 }
 
-TEST_CASE("loose joints stand within their play, so many to a page", "[figures][orbits]") {
+TEST_CASE("figures of joint clearances show each journal within its circle, several to a page",
+          "[figures][orbits]") {
   test::TemporaryFolder folder;
   const auto& place = folder.path();
   // A guide along (3, 4)/5 and eleven journals; the scene says what they are.
@@ -319,7 +320,7 @@ TEST_CASE("loose joints stand within their play, so many to a page", "[figures][
   CHECK(data[4][0][1] == 0);
 }
 
-TEST_CASE("a run draws its figures, and drawing changes nothing", "[figures][plot]") {
+TEST_CASE("a run draws its figures without changing its results", "[figures][plot]") {
   test::TemporaryFolder folder;
   const auto out = (folder.path() / "out").string();
   const auto line = "run " + test::flores().string() +

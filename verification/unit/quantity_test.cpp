@@ -57,8 +57,7 @@ discard = "0.1 s"
 
 }  // namespace
 
-TEST_CASE("every unit stands for itself, with every prefix and power, and turns back into itself",
-          "[units]") {
+TEST_CASE("every unit converts to itself, with every prefix and power", "[units]") {
   int read_back = 0;
   for (const auto& u : named_units()) {
     const std::string symbol(u.symbol);
@@ -86,7 +85,7 @@ TEST_CASE("every unit stands for itself, with every prefix and power, and turns 
   CHECK(read_back > 50);
 }
 
-TEST_CASE("what units amount to is what standards say", "[units]") {
+TEST_CASE("values of units agree with the standards", "[units]") {
   const double pi = std::numbers::pi;
   CHECK(read("0.1 mm", "m") == 0.1e-3);  // to the last bit: the digits are shifted before they are read
   CHECK(read("0.3 mm", "m") == 0.3e-3);
@@ -124,7 +123,7 @@ TEST_CASE("what units amount to is what standards say", "[units]") {
   CHECK(read("12 V/rpm", "V s/rad") == Approx(12 * 60 / (2 * pi)).epsilon(4e-16));
 }
 
-TEST_CASE("a wrong dimension, an unknown unit and none are refused by name", "[units]") {
+TEST_CASE("wrong dimensions, unknown units and missing units are refused by name", "[units]") {
   CHECK_THAT(wrong("0.1 kg", "m"), Contains("\"0.1 kg\" is a mass, a length is wanted"));
   CHECK_THAT(wrong("50 Hz", "rad/s"), Contains("is a frequency, an angular velocity is wanted"));
   CHECK_THAT(wrong("3 N m", "N m/rad"),
@@ -144,7 +143,7 @@ TEST_CASE("a wrong dimension, an unknown unit and none are refused by name", "[u
   CHECK(read("1e-99999999999999999999 m", "m") == 0);
 }
 
-TEST_CASE("a scene's numbers may have units, and its facts are the same bits in SI", "[units][scene]") {
+TEST_CASE("numbers of a scene may have units, with bit-identical values in SI", "[units][scene]") {
   auto scene = parse_scene(scene_text("\"0.1 mm\""), "s.toml");
   const auto& m = scene.mechanism;
   CHECK(m.bodies[0].mass == m.bodies[1].mass);
@@ -176,13 +175,13 @@ TEST_CASE("a scene's numbers may have units, and its facts are the same bits in 
   CHECK_THAT(test::refusal(scene_text("\"small\"")), Contains("must be a number, is a text"));
 }
 
-TEST_CASE("a part of the run in turns may be given as a time", "[units][scene]") {
+TEST_CASE("the discarded part of a run in revolutions may be given as a time", "[units][scene]") {
   const auto scene = read_scene(test::flores(), {"run.discard=100 ms"});
   CHECK(scene.run.discard == 0.1);
   CHECK(read_scene(test::flores()).run.discard == Approx(0.6));
 }
 
-TEST_CASE("a curve's numbers may have units, and who reads it must want them", "[units][driving][scene]") {
+TEST_CASE("numbers of a curve may have units that match their use", "[units][driving][scene]") {
   const std::string start = R"([bodies.rotor]
 mass = 2.0
 inertia = 0.05

@@ -33,7 +33,7 @@ starts = 1
 
 }  // namespace
 
-TEST_CASE("a key that no reader knows is refused in every table of every kind", "[scene][refused]") {
+TEST_CASE("unknown keys are refused in every table of every kind", "[scene][refused]") {
   // One scene has each kind of everything; a drive by torque is one of them, and at a prescribed speed another.
   const auto lines = test::lines_of(test::file_text(test::scene_file("every_key")));
   int tables = 0, keys = 0;
@@ -59,7 +59,7 @@ TEST_CASE("a key that no reader knows is refused in every table of every kind", 
   CHECK(keys > 120);
 }
 
-TEST_CASE("studies that no calibration can be made of are refused, and why", "[study][refused]") {
+TEST_CASE("studies that cannot be calibrated are refused with the reason", "[study][refused]") {
   test::TemporaryFolder folder;
   const auto says = [&](const std::string& unknowns, const std::string& targets,
                         const std::string& options = "") {
@@ -101,7 +101,7 @@ TEST_CASE("studies that no calibration can be made of are refused, and why", "[s
                     Contains("has no [calibrate]"));
 }
 
-TEST_CASE("a fit on surfaces without noise is the one that f(ξ) has", "[study]") {
+TEST_CASE("a fit on noise-free surfaces equals the fit of f(ξ)", "[study]") {
   // y = c + b ξ exactly, so with w = 0.1 and s the tolerance f = (c + bξ − m)²/s² + wξ² is least at
   // ξ = b(m − c)/(b² + w s²), and half its second derivative is b²/s² + w.
   const double c = 0.3, b = 0.8, s = 0.25, w = 0.1;

@@ -82,7 +82,7 @@ std::string sets(const Words& list) {
 
 }  // namespace
 
-TEST_CASE("run --from repeats a run of each kind, bit for bit", "[repeat][program]") {
+TEST_CASE("run --from repeats a run of each kind bit for bit", "[repeat][program]") {
   struct Kind {
     const char* name;
     const char* formulation;
@@ -112,7 +112,7 @@ TEST_CASE("run --from repeats a run of each kind, bit for bit", "[repeat][progra
   }
 }
 
-TEST_CASE("run --from repeats the runs of a comparison, the matched and the ideal one among them",
+TEST_CASE("run --from repeats the runs of a comparison, including the matched and the ideal one",
           "[repeat][program]") {
   test::TemporaryFolder place;
   const auto scene = copied(place.path());
@@ -138,8 +138,7 @@ TEST_CASE("run --from repeats the runs of a comparison, the matched and the idea
   CHECK_FALSE(std::filesystem::exists(folder / "ideal-again" / "events.csv"));
 }
 
-TEST_CASE("run --from repeats a scene that was changed in code, and a start that was given",
-          "[repeat][program]") {
+TEST_CASE("run --from repeats a scene changed in code, and a given start", "[repeat][program]") {
   test::TemporaryFolder place;
   auto scene = read_scene(rig(), short_run);
   scene.mechanism.title = "Changed \"in code\"\n";
@@ -165,7 +164,7 @@ TEST_CASE("run --from repeats a scene that was changed in code, and a start that
         json_of(place.path() / "penalty-true")["provenance"]["identity"]["digest"]);
 }
 
-TEST_CASE("run --from: another program is told, damage is refused, and nothing else may be asked",
+TEST_CASE("run --from: another program is reported, damage and further options are refused",
           "[repeat][program]") {
   test::TemporaryFolder place;
   const auto folder = place.path() / "run", file = folder / "run.json", again = place.path() / "again";
@@ -256,7 +255,7 @@ TEST_CASE("run --from: another program is told, damage is refused, and nothing e
   check_same(again, folder);  // and its provenance is of the program that repeated it
 }
 
-TEST_CASE("an identity is of the facts, not of their spelling", "[repeat][scene]") {
+TEST_CASE("an identity depends on values, not on their spelling", "[repeat][scene]") {
   const auto text = test::file_text(rig());
   const auto of = [](const Scene& scene, const char* formulation = "penalty", bool matched = false) {
     return Simulation(scene, formulation, {.matched = matched}).identity();
@@ -299,7 +298,7 @@ TEST_CASE("the digest is FNV-1a of 128 bits", "[repeat]") {
   CHECK(digest("foobar") == "343e1662793c64bf6f0d3597ba446f18");
 }
 
-TEST_CASE("a scene may state its format, and is told which it was read as", "[repeat][scene]") {
+TEST_CASE("a scene may state its format; errors state the format it was read in", "[repeat][scene]") {
   const auto text = test::file_text(rig());
   const auto message = [&](const std::string& line) { return test::refusal(line + "\n" + text); };
   CHECK(message("format = 1") == "accepted");

@@ -33,7 +33,7 @@ void check_equal(const std::vector<TracePoint>& a, const std::vector<TracePoint>
 
 }  // namespace
 
-TEST_CASE("a trace is packed with its even angles' ends alone", "[study][blobs]") {
+TEST_CASE("a trace at equally spaced angles is stored with its first and last angle only", "[study][blobs]") {
   for (const bool placed : {false, true}) {
     const auto trace = even_turn(3000, placed);
     const auto blobs = packed(trace);
@@ -48,13 +48,13 @@ TEST_CASE("a trace is packed with its even angles' ends alone", "[study][blobs]"
   for (const int few : {0, 1, 2}) check_equal(unpacked(packed(even_turn(few, false))), even_turn(few, false));
 }
 
-TEST_CASE("blobs that do not fit together are no trace", "[study][blobs]") {
+TEST_CASE("inconsistent blobs give an empty trace", "[study][blobs]") {
   CHECK(unpacked({{0, 1, 2}, {1, 2}, {}}).empty());
   CHECK(unpacked({{0, 1}, {1, 2, 3}, {1}}).empty());
   CHECK(unpacked({{}, {1, 2, 3}, {}}).empty());
 }
 
-TEST_CASE("a batch of runs is stored as its runs one by one", "[study][blobs]") {
+TEST_CASE("runs stored as a batch equal runs stored one by one", "[study][blobs]") {
   test::TemporaryFolder folder;
   Study study;
   study.variants = {{"v", "v", "", {}, {"penalty"}, 2, 2}};

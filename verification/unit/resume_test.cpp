@@ -197,7 +197,7 @@ void begin(const Path& folder, const Setup& setup, double after, int signal,
 
 }  // namespace
 
-TEST_CASE("resume: a killed run ends with the files of one that was not", "[resume][program]") {
+TEST_CASE("resume: a killed run ends with the same files as an undisturbed one", "[resume][program]") {
   test::TemporaryFolder place;
   std::mt19937 engine(3);
   const auto share = [&] { return static_cast<double>(engine() % 1000) / 1000; };
@@ -233,7 +233,7 @@ TEST_CASE("resume: a killed run ends with the files of one that was not", "[resu
   }
 }
 
-TEST_CASE("resume: an interrupted run leaves whole files, and goes on", "[resume][program]") {
+TEST_CASE("resume: an interrupted run leaves complete files and continues", "[resume][program]") {
   test::TemporaryFolder place;
   std::mt19937 engine(5);
   for (const auto& setup : setups()) {
@@ -282,7 +282,7 @@ TEST_CASE("resume: an interrupted run leaves whole files, and goes on", "[resume
   }
 }
 
-TEST_CASE("resume: a request to stop while a step is recorded loses no row", "[resume]") {
+TEST_CASE("resume: a stop request during the recording of a step loses no row", "[resume]") {
   // Rows by the thousand in each step: most requests fall between them. A step with very many is cut short,
   // and gone on with from before.
   struct Kind {
@@ -326,7 +326,7 @@ TEST_CASE("resume: a request to stop while a step is recorded loses no row", "[r
   }
 }
 
-TEST_CASE("resume: what cannot be gone on with is refused, and nothing is damaged", "[resume][program]") {
+TEST_CASE("resume: a folder that cannot be resumed is refused and stays unchanged", "[resume][program]") {
   test::TemporaryFolder place;
   const auto setup = setups().front();
   const auto refused = [&](const Path& folder, int status, const std::string& why) {
@@ -402,7 +402,7 @@ TEST_CASE("resume: what cannot be gone on with is refused, and nothing is damage
   check_same(interrupted, done);
 }
 
-TEST_CASE("resume: a run that cannot be put in its place is not lost", "[resume]") {
+TEST_CASE("resume: a run that cannot be moved to its place is not lost", "[resume]") {
   test::TemporaryFolder place;
   const auto scene = open_scene(rig(), {"run.revolutions=0.1", "run.discard=0", "penalty.tolerance=1e-6"});
   const auto whole = place.path() / "whole", folder = place.path() / "full";
@@ -425,7 +425,7 @@ TEST_CASE("resume: a run that cannot be put in its place is not lost", "[resume]
   check_same(folder, whole);
 }
 
-TEST_CASE("resume: a folder's new run clears what an old one left", "[resume][program]") {
+TEST_CASE("resume: a new run in a folder removes leftovers of an old one", "[resume][program]") {
   test::TemporaryFolder place;
   const auto folder = place.path() / "run", whole = place.path() / "whole";
   const auto list = setups();
@@ -437,7 +437,7 @@ TEST_CASE("resume: a folder's new run clears what an old one left", "[resume][pr
   check_same(folder, whole);
 }
 
-TEST_CASE("resume: takes no option but its own", "[resume][program]") {
+TEST_CASE("resume: only its own options are accepted", "[resume][program]") {
   test::TemporaryFolder place;
   const std::string resume = "run --resume " + place.path().string();
   for (const char* option :
@@ -452,7 +452,7 @@ TEST_CASE("resume: takes no option but its own", "[resume][program]") {
   CHECK(test::freeplay(resume + " --checkpoint -1").status == 2);
 }
 
-TEST_CASE("what is interrupted says so in the same words, by every verb", "[resume][program]") {
+TEST_CASE("an interruption is reported in the same words by every command", "[resume][program]") {
   test::TemporaryFolder place;
   const auto source = test::source_folder() / "cases";
   const auto flores = (source / "flores2011/scene.toml").string();

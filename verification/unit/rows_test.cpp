@@ -57,7 +57,7 @@ TEST_CASE("no duration loses its last row", "[rows]") {
   }
 }
 
-TEST_CASE("runs that go on have a last row each", "[rows]") {
+TEST_CASE("each part of a continued run has a last row", "[rows]") {
   auto scene = rod(0.06);
   scene.run.output_step = 0.01;  // 3 × 0.01 is less than 0.03, 6 × 0.01 than 0.06, by no less than rounding
   for (const auto* family : {"penalty", "nonsmooth"}) {
@@ -86,7 +86,7 @@ TEST_CASE("runs that go on have a last row each", "[rows]") {
   }
 }
 
-TEST_CASE("each run has its own end", "[rows]") {
+TEST_CASE("each continued run ends at its own end time", "[rows]") {
   // 3 × 0.1 is greater than 0.3, and 6 × 0.1 than 0.6, by an ulp.
   REQUIRE(3 * 0.1 > 0.3);
   REQUIRE(6 * 0.1 > 0.6);
@@ -109,7 +109,7 @@ TEST_CASE("each run has its own end", "[rows]") {
   }
 }
 
-TEST_CASE("an end that is no multiple has a row of its own", "[rows]") {
+TEST_CASE("an end time that is not a multiple of the output step has its own row", "[rows]") {
   auto scene = rod(0.105);
   scene.run.output_step = 0.01;
   Trajectory path, whole;
@@ -128,7 +128,7 @@ TEST_CASE("an end that is no multiple has a row of its own", "[rows]") {
   CHECK(whole.t(12) == Approx(0.11));
 }
 
-TEST_CASE("files and samples reach the end", "[rows]") {
+TEST_CASE("files and samples reach the end time", "[rows]") {
   const std::string lvdt = "[instruments.x]\ntype = \"lvdt\"\nbody = \"rod\"\nsampling = 1000\n";
   for (const double duration : {0.03, 0.06, 0.12, 0.24, 0.75}) {
     CAPTURE(duration);

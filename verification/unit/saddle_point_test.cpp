@@ -77,7 +77,7 @@ TEST_CASE("dense and sparse saddle-point solves agree with a dense factorisation
 //
 // S has the eigenvalues 1 and 1e10: Cholesky alone leaves 1e10 roundings, 1e-6, along the arm. Bound: 1e-12, some hundreds of
 // roundings, and what one of refinement may leave, the square of that.
-TEST_CASE("a body of next to no inertia keeps the digits of its solve", "[saddle]") {
+TEST_CASE("a body of negligible inertia is solved to full precision", "[saddle]") {
   const double root = std::sqrt(0.5), J = 1e-10, F = 3;
   CsrPattern G;
   G.columns = 3;
@@ -109,7 +109,8 @@ TEST_CASE("a body of next to no inertia keeps the digits of its solve", "[saddle
 // them. It forms no Schur complement, and a row of M whose J is below a thousandth of the arms beside it is no pivot, so that
 // J is not divided by: what is left of G a = r and M a + Gᵀλ = f is rounding, some 100 operations of it, times the growth of the
 // factors on old pivots, at most 1/0.001 for the tolerance that KLU chooses them by. Bounds: 1e-13 and 1e-11.
-TEST_CASE("a chain with bodies of next to no inertia keeps the digits of its sparse solve", "[saddle]") {
+TEST_CASE("a chain with bodies of negligible inertia is solved to full precision by the sparse path",
+          "[saddle]") {
   std::mt19937 engine(3);
   std::uniform_real_distribution<double> angle(-3, 3), u(-1, 1);
   for (const double J : {1e-6, 1e-8, 1e-10, 1e-12}) {
@@ -187,7 +188,7 @@ TEST_CASE("dependent rows give least-norm multipliers on both paths", "[saddle]"
   }
 }
 
-TEST_CASE("rows that become dependent on the way are met, and left behind again", "[saddle]") {
+TEST_CASE("rows that become dependent during a motion are detected and released again", "[saddle]") {
   // A mechanism at a change point: two rows that differ before it, are the same at it, and differ behind it.
   std::mt19937 engine(5);
   for (auto path : {SolvePath::dense, SolvePath::sparse}) {
@@ -234,7 +235,7 @@ TEST_CASE("rows that become dependent on the way are met, and left behind again"
   }
 }
 
-TEST_CASE("values that are not finite are refused", "[saddle]") {
+TEST_CASE("non-finite values are refused", "[saddle]") {
   std::mt19937 engine(3);
   auto p = random_problem(engine, 12, 5, 0);
   p.values[3] = std::nan("");
@@ -244,7 +245,7 @@ TEST_CASE("values that are not finite are refused", "[saddle]") {
   }
 }
 
-TEST_CASE("rows that fix a coordinate are eliminated without a trace", "[saddle]") {
+TEST_CASE("elimination of rows that fix a coordinate does not change the solution", "[saddle]") {
   std::mt19937 engine(11);
   std::uniform_real_distribution<double> u(-1, 1);
   for (int trial = 0; trial < 50; ++trial) {
@@ -284,7 +285,7 @@ TEST_CASE("rows that fix a coordinate are eliminated without a trace", "[saddle]
 
 // Not eliminated, each coordinate that a row fixes is a part of its own: a contact of two bodies touches six, and twelve with the
 // row beside it.
-TEST_CASE("a row is answered as its whole vector is, however many parts it touches", "[saddle]") {
+TEST_CASE("the response of a sparse row equals that of its full vector", "[saddle]") {
   std::mt19937 engine(3);
   std::uniform_real_distribution<double> u(-1, 1);
   for (const bool eliminate : {false, true}) {

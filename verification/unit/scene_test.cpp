@@ -67,7 +67,7 @@ sampling = 1000
 
 }  // namespace
 
-TEST_CASE("the reference scene reads as it stands", "[scene]") {
+TEST_CASE("the reference scene is read with its values", "[scene]") {
   const auto s = read_scene(test::flores());
   REQUIRE(s.mechanism.bodies.size() == 3);
   REQUIRE(s.mechanism.bodies[0].name == "crank");  // in the order of the file
@@ -95,7 +95,7 @@ TEST_CASE("overrides set any key", "[scene]") {
   REQUIRE(s.mechanism.loads.size() == 1);
 }
 
-TEST_CASE("bad scenes are refused with place, key and remedy", "[scene]") {
+TEST_CASE("invalid scenes are refused with place, key and remedy", "[scene]") {
   REQUIRE(refusal(scene()) == "accepted");
   const test::Edit list[] = {
       {"mass = 1.0", "mass = -1.0", "s.toml:2:8: bodies.a.mass: must be greater than 0, is -1"},
@@ -254,7 +254,7 @@ TEST_CASE(
   REQUIRE(listed == schema().size());
 }
 
-TEST_CASE("every unit of a key has bounds, docs/scene.md lists them, and what lies beyond is refused",
+TEST_CASE("every unit of a key has bounds, docs/scene.md lists them, and values beyond are refused",
           "[scene][docs][bounded]") {
   const auto page = test::file_text(test::source_folder() / "docs/scene.md");
   for (const auto& m : magnitudes) CHECK_THAT(page, Contains(row_of(m)));

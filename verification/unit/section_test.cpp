@@ -61,7 +61,7 @@ SectionRun section_of(const Scene& scene, const char* formulation, const std::st
 
 }  // namespace
 
-TEST_CASE("a driven oscillator comes to one point of its section", "[section]") {
+TEST_CASE("the section of a driven oscillator converges to one point", "[section]") {
   // m x'' + c x' + k x = F sin ωt: x = X sin(ωt − φ), X = F/√((k − mω²)² + (cω)²), tan φ = cω/(k − mω²). The rest of the
   // start dies as e^{−t}: 1e-13 of it is left after the 30 s that are discarded.
   const double omega = pi, m = 2, c = 4, k = 50, f = 3;
@@ -83,7 +83,7 @@ TEST_CASE("a driven oscillator comes to one point of its section", "[section]") 
   }
 }
 
-TEST_CASE("a prescribed crank crosses an angle once in every turn, where it must", "[section]") {
+TEST_CASE("a prescribed crank crosses an angle once in every revolution, at the exact time", "[section]") {
   // 200 rpm from 0: 30° at (30/360 + k) · 0.3 s, to the rounding of a root of a line.
   for (const auto& way : ways) {
     CAPTURE(way.formulation, way.set);
@@ -129,7 +129,7 @@ TEST_CASE("a pendulum's section lies on its energy curve", "[section]") {
   }
 }
 
-TEST_CASE("what turns round within a step crosses twice or not at all", "[section]") {
+TEST_CASE("a motion that reverses within a step gives two crossings or none", "[section]") {
   // An undamped oscillator reaches X = 0.3 m at whole periods: it is above X(1 − 1e-6) for 2√(2e-6)/ω = 5.7e-4 s around them, far
   // within a step of the integrator. Its error over 10 s, of some thousand steps of 1e-10 each, moves that by a twentieth.
   const std::vector<std::string> set = {"loads.spring.damping=0",  "loads.push.force=[0,0]",
@@ -156,7 +156,7 @@ TEST_CASE("what turns round within a step crosses twice or not at all", "[sectio
   }
 }
 
-TEST_CASE("a ball on a shaking table is struck at the phase of its closed form", "[section]") {
+TEST_CASE("impacts of a ball on a shaking table have the phase of the closed form", "[section]") {
   const double gravity = 9.81, omega = std::sqrt(9810.0);
   for (const double e : {0.5, 0.8}) {
     const reference::ShakenBall ball{e, gravity, omega};
@@ -196,7 +196,7 @@ TEST_CASE("a ball on a shaking table is struck at the phase of its closed form",
   }
 }
 
-TEST_CASE("a touch's state is that at first touch, also where contact takes time", "[section]") {
+TEST_CASE("the state at a contact is that of its onset, also where contact lasts", "[section]") {
   // The gap is zero there: what is told later, when the impact is over, is looked up.
   auto scene = read_scene(test::flores(), {"run.revolutions=1", "run.discard=0"});
   const auto run = section_of(scene, "penalty", "each touch of gudgeon", {"gudgeon.gap", "approach"});
@@ -211,7 +211,7 @@ TEST_CASE("a touch's state is that at first touch, also where contact takes time
   }
 }
 
-TEST_CASE("a run that a section watches is the same to the last digit", "[section]") {
+TEST_CASE("a run observed by a section is bit-identical", "[section]") {
   for (const auto& way : ways)
     for (const char* section : {"every period", "every 7.3 ms", "main.angle crosses 1 rad", "each touch"}) {
       CAPTURE(way.formulation, way.set, section);
@@ -225,7 +225,7 @@ TEST_CASE("a run that a section watches is the same to the last digit", "[sectio
     }
 }
 
-TEST_CASE("what is no section is refused with what would be one", "[section]") {
+TEST_CASE("an invalid section is refused with valid examples", "[section]") {
   const auto scene = read_scene(test::flores());
   const auto pendulum = parse_scene(swing, "swing");
   const auto why = [](const Scene& s, const std::string& section, const std::string& column = "phase") {
@@ -245,7 +245,7 @@ TEST_CASE("what is no section is refused with what would be one", "[section]") {
   CHECK_THAT(why(pendulum, "each touch"), Contains("no contacts"));
 }
 
-TEST_CASE("a section of more points than are kept is refused before it is run", "[section][errors]") {
+TEST_CASE("a section with more points than can be stored is refused before the run", "[section][errors]") {
   const auto scene = (test::source_folder() / "cases/ball-on-table/scene.toml").string();
   const test::TemporaryFolder folder;
   const auto run = test::freeplay("poincare " + scene + " --section 'every 1e-9 s' -o " +
@@ -272,7 +272,7 @@ TEST_CASE("poincare writes its points, its provenance and a figure, or nothing",
     CHECK(std::filesystem::exists(out / file));
 }
 
-TEST_CASE("figures without a point of their section say so", "[section][figures]") {
+TEST_CASE("figures of an empty section state that it is empty", "[section][figures]") {
   const test::TemporaryFolder folder;
   const auto source = test::source_folder() / "cases/ball-on-table/scene.toml";
   const auto script = [&](const std::string& line, const char* file) {

@@ -24,7 +24,7 @@ bool is_study(const std::filesystem::path& file) {
 
 }  // namespace
 
-TEST_CASE("scenes in order are not asked about", "[sense]") {
+TEST_CASE("unit plausibility: shipped scenes raise no question", "[sense]") {
   int count = 0;
   for (const auto* place : {"cases", "verification/scenes"})
     for (const auto& entry : std::filesystem::recursive_directory_iterator(test::source_folder() / place)) {
@@ -39,7 +39,7 @@ TEST_CASE("scenes in order are not asked about", "[sense]") {
   CHECK(questions(test::row_of_four_bars(8, 1e-3).mechanism).empty());
 }
 
-TEST_CASE("each unit out of sense is asked about once, with the likely meaning", "[sense]") {
+TEST_CASE("unit plausibility: each implausible unit raises one question with the likely meaning", "[sense]") {
   const auto asked = [](std::vector<std::string> overrides) {
     return questions(read_scene(test::scene_file("four_bar"), overrides).mechanism);
   };
@@ -75,7 +75,7 @@ TEST_CASE("each unit out of sense is asked about once, with the likely meaning",
   }
 }
 
-TEST_CASE("what is only unusual is not asked about", "[sense]") {
+TEST_CASE("unit plausibility: unusual but possible values raise no question", "[sense]") {
   const auto asked = [](std::vector<std::string> overrides) {
     return questions(read_scene(test::scene_file("four_bar"), overrides).mechanism);
   };
@@ -91,7 +91,7 @@ TEST_CASE("what is only unusual is not asked about", "[sense]") {
   }
 }
 
-TEST_CASE("the program asks on stderr, once, and goes on", "[sense][program]") {
+TEST_CASE("unit plausibility: the program asks once on stderr and continues", "[sense][program]") {
   const auto scene = test::scene_file("pendulum").string();
   const auto plain = test::freeplay("check " + scene);
   CHECK(plain.err.empty());
@@ -108,7 +108,7 @@ TEST_CASE("the program asks on stderr, once, and goes on", "[sense][program]") {
   for (std::string line; std::getline(lines, line);) CHECK(line.size() <= 82);  // two characters of two bytes
 }
 
-TEST_CASE("a measurement in g is told by its lowest harmonics", "[sense]") {
+TEST_CASE("unit plausibility: a measurement in g is recognised by its lowest harmonics", "[sense]") {
   TurnMetrics ideal, measured;
   ideal.spectrum = {40, 12, 0.5, 0.2};
   const auto scaled = [&](double factor, double apart) {

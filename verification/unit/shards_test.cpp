@@ -63,7 +63,7 @@ std::vector<std::string> made_by_one(const Place& place) {
 
 }  // namespace
 
-TEST_CASE("shards of any number, in any order, merge to what one process makes", "[shards]") {
+TEST_CASE("shards of any number, in any order, merge to the result of one process", "[shards]") {
   const Place place;
   const auto expected = made_by_one(place);
   REQUIRE(expected.size() > 22);
@@ -78,7 +78,7 @@ TEST_CASE("shards of any number, in any order, merge to what one process makes",
   CHECK(std::filesystem::is_empty(place.at("scratch")));
 }
 
-TEST_CASE("a shard that is stopped goes on where it was, from its copy on the shared folder", "[shards]") {
+TEST_CASE("a stopped shard resumes from its copy on the shared folder", "[shards]") {
   const Place place;
   const auto expected = made_by_one(place);
   make_plan(place.division(), place.at("out"), 2);
@@ -108,7 +108,7 @@ TEST_CASE("a shard that is stopped goes on where it was, from its copy on the sh
   CHECK(dump(place.at("out") / "sweep.db") == expected);
 }
 
-TEST_CASE("missing and torn shards are refused with the command that makes them", "[shards][errors]") {
+TEST_CASE("missing and damaged shards are refused with the command that makes them", "[shards][errors]") {
   const Place place;
   make_plan(place.division(), place.at("out"), 4);
   for (std::size_t k : {1, 2, 4}) place.make("out", k);
@@ -138,7 +138,7 @@ TEST_CASE("missing and torn shards are refused with the command that makes them"
   CHECK(refusal() == "merged");
 }
 
-TEST_CASE("a study that was changed since it was planned is refused", "[shards][errors]") {
+TEST_CASE("a study that changed after planning is refused", "[shards][errors]") {
   Place place;
   make_plan(place.division(), place.at("out"), 2);
   place.make("out", 1);
@@ -159,7 +159,7 @@ TEST_CASE("shards of another program are refused", "[shards][errors]") {
 }
 
 // Counts that are no whole numbers would be converted to what the language does not define.
-TEST_CASE("what lies beside shards and has values of another kind is refused, in no library's words",
+TEST_CASE("files beside shards with values of a wrong type are refused in the program's own words",
           "[shards][errors][security]") {
   const Place place;
   make_plan(place.division(), place.at("out"), 2);
@@ -200,7 +200,7 @@ TEST_CASE("what lies beside shards and has values of another kind is refused, in
   CHECK(state.total == 0);
 }
 
-TEST_CASE("the five commands of docs/cluster.md do what they say", "[shards][docs]") {
+TEST_CASE("the five commands of docs/cluster.md work as described", "[shards][docs]") {
   const Place place;
   std::ifstream page(test::source_folder() / "docs/cluster.md");
   std::string line;
@@ -225,7 +225,7 @@ TEST_CASE("the five commands of docs/cluster.md do what they say", "[shards][doc
 }
 
 TEST_CASE(
-    "chains of a basin and starts of an ensemble are divided like runs, and none is made again after the merge",
+    "chains of a basin and starts of an ensemble are divided like runs, and none is repeated after the merge",
     "[shards]") {
   const test::TemporaryFolder folder;
   std::filesystem::copy(test::source_folder() / "cases/bistable-rotor", folder.path(),

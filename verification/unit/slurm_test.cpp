@@ -49,7 +49,7 @@ struct Cluster {
 
 }  // namespace
 
-TEST_CASE("a command of Slurm that does not answer is ended, and the verb says which", "[shards][errors]") {
+TEST_CASE("a Slurm command that does not answer is ended and named", "[shards][errors]") {
   const Cluster cluster;
   const std::string submit = "submit study.toml --slurm --array 1 -o out";
   CHECK(cluster.run(submit).status == 0);
@@ -73,7 +73,7 @@ TEST_CASE("a command of Slurm that does not answer is ended, and the verb says w
   CHECK(told.seconds < 20);
 }
 
-TEST_CASE("the licences of all that is shipped with the program are shipped", "[docs]") {
+TEST_CASE("licences of all shipped parts are shipped", "[docs]") {
   const test::TemporaryFolder folder;
   const auto out = (folder.path() / "licences").string();
   const auto of = [&](const std::string& files) {

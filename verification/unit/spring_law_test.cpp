@@ -40,7 +40,7 @@ const std::string linear = "type = \"spring-damper\"\n" + ends,
 
 }  // namespace
 
-TEST_CASE("springs and bushings are the gradient of what they store", "[springs]") {
+TEST_CASE("forces of springs and bushings are the gradient of their stored energy", "[springs]") {
   for (const auto& load :
        {linear + "stiffness = 3\ncubic = 2\npreload = -0.7\nfree_length = 0.9",
         linear + "stiffness = 3\ncubic = 2\npreload = -0.7\nfree_length = 0.9\none_way = \"pull\"",
@@ -85,7 +85,7 @@ TEST_CASE("springs and bushings are the gradient of what they store", "[springs]
   }
 }
 
-TEST_CASE("dampers take energy, by what the ledger is told", "[springs]") {
+TEST_CASE("dampers dissipate energy, in agreement with the ledger", "[springs]") {
   for (const auto& load :
        {linear + "stiffness = 3\ndamping = 2\nfree_length = 1\none_way = \"pull\"",
         linear + "stiffness = 3\ndamping = 9\nfree_length = 1\none_way = \"push\"",
@@ -146,7 +146,7 @@ TEST_CASE("kinks are where a force changes its slope or begins to act", "[spring
   CHECK(5 + 2 * root[0] + 3 * std::pow(root[0], 3) == Approx(0).margin(1e-13));
 }
 
-TEST_CASE("what is no spring is refused", "[springs][scene]") {
+TEST_CASE("invalid springs are refused", "[springs][scene]") {
   const auto refused = [](const std::string& load, const std::string& why) {
     CAPTURE(load);
     CHECK_THAT(test::refusal_of<SceneError>([&] { two_on(load); }), Catch::Contains(why));

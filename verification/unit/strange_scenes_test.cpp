@@ -43,7 +43,7 @@ long rows(const std::string& text, const std::string& begin) {
 
 }  // namespace
 
-TEST_CASE("a penalty contact without stiffness names the key that would give one", "[errors][strange]") {
+TEST_CASE("a penalty contact without stiffness names the key that provides it", "[errors][strange]") {
   CHECK_THAT(
       refused(block + guide + "clearance = 1e-3\nslider_length = 0.1\nslider_height = 0.05\n" + steel + run),
       Contains("s.toml:5:1: joints.g.corner_radius: is missing"));
@@ -54,7 +54,7 @@ TEST_CASE("a penalty contact without stiffness names the key that would give one
              Contains("s.toml:5:1: contacts.p.stiffness: is missing"));
 }
 
-TEST_CASE("a force against a place is taken over a step that hardly moves", "[driving][strange]") {
+TEST_CASE("a force over position is averaged correctly over a step that hardly moves", "[driving][strange]") {
   // From rest in a step of 1e-4 s the block goes 2.5e-8 m: the mean over that is exact, and nothing is doubted.
   const auto text =
       block + guide +
@@ -72,7 +72,8 @@ TEST_CASE("a force against a place is taken over a step that hardly moves", "[dr
   }
 }
 
-TEST_CASE("the figure of a pose has a bushing's end and one box a guide", "[figures][strange]") {
+TEST_CASE("the figure of a pose shows the end of a bushing and one box for each guide",
+          "[figures][strange]") {
   const std::string bushing =
       "[loads.u]\ntype = \"bushing\"\nbetween = [\"ground\", \"b\"]\nat = [[0, 0], [-0.1, 0]]\nstiffness = [1, 1]\n";
   CHECK(rows(block + bushing, "link,b,") == 2);  // from the bushing to the centre of mass
@@ -85,7 +86,7 @@ TEST_CASE("the figure of a pose has a bushing's end and one box a guide", "[figu
   CHECK(rows(block + guide + yoke, "pin,s,") == 1);
 }
 
-TEST_CASE("a study that may reach anywhere lets its scenes do so", "[study][strange]") {
+TEST_CASE("permission of a study to read files anywhere extends to its scenes", "[study][strange]") {
   const test::TemporaryFolder folder;
   std::filesystem::create_directory(folder.path() / "inner");
   const auto write = [&](const char* name, const std::string& text) {

@@ -51,7 +51,7 @@ starts = 2
 
 }  // namespace
 
-TEST_CASE("a sweep runs again what decides a digit, and nothing else", "[study][repeat]") {
+TEST_CASE("a sweep repeats a run if and only if a change affects a digit", "[study][repeat]") {
   Desk desk;
   const auto run = [&] {
     const auto study = read_study(desk.study);
@@ -96,7 +96,7 @@ TEST_CASE("a sweep runs again what decides a digit, and nothing else", "[study][
   CHECK(summary.kept == 4);
 }
 
-TEST_CASE("every setting of a study that decides a run is in its key", "[study][repeat]") {
+TEST_CASE("every setting of a study that affects a run is in its key", "[study][repeat]") {
   Desk desk;
   const auto own = desk.keys();
   REQUIRE(own.size() == 4);
@@ -131,7 +131,7 @@ TEST_CASE("every setting of a study that decides a run is in its key", "[study][
   CHECK_THROWS_AS(desk.keys(), SceneError);  // twice the same key: a bad scene shows before anything runs
 }
 
-TEST_CASE("what a study makes says what it was made from, with every file that it names", "[study][repeat]") {
+TEST_CASE("results of a study record their sources, with every file that it refers to", "[study][repeat]") {
   Desk desk;
   const auto data = desk.folder.path() / "measured.csv", fit = desk.folder.path() / "fit.toml";
   write_file(data, "t,acceleration\n0,1\n");

@@ -26,7 +26,7 @@ std::string example() {
 
 }  // namespace
 
-TEST_CASE("the study that docs/study.md shows: a ball rebounds to e²h", "[studies][program]") {
+TEST_CASE("the study of docs/study.md: a ball rebounds to e²h", "[studies][program]") {
   // v₋ = √(2gh) at the first touch, e v₋ behind it, and (e v₋)²/(2g) = e²h up: rows and ends of steps are at most
   // Δt = duration/20000 apart, so the highest is missed by g Δt²/8 = 3e-10 m at most; locating the touch errs by less.
   const StudyDesk desk("bouncing-ball");

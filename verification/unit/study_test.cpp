@@ -58,7 +58,7 @@ values = [100.0, 250.0]
 
 }  // namespace
 
-TEST_CASE("a sweep's results do not depend on threads, and it carries on", "[study]") {
+TEST_CASE("results of a sweep do not depend on threads, and it resumes", "[study]") {
   test::TemporaryFolder folder;
   const auto study = read_study(write(folder, "study.toml", two_by_two));
   REQUIRE(cases(study).size() == 16);
@@ -104,7 +104,7 @@ TEST_CASE("a sweep's results do not depend on threads, and it carries on", "[stu
   CHECK(results.runs().size() == 16);
 }
 
-TEST_CASE("a sweep that is killed leaves whole runs", "[study][program]") {
+TEST_CASE("a killed sweep leaves complete runs", "[study][program]") {
   test::TemporaryFolder folder;
   const auto file = write(folder, "study.toml", two_by_two + "\n");
   const auto program = std::string(FREEPLAY_BINARY_DIR) + "/freeplay sweep " + file.string() +
@@ -139,7 +139,7 @@ TEST_CASE("a sweep that is killed leaves whole runs", "[study][program]") {
   CHECK(results.runs().size() == 16);
 }
 
-TEST_CASE("bad studies", "[study]") {
+TEST_CASE("invalid studies are refused", "[study]") {
   test::TemporaryFolder folder;
   const auto says = [&](const std::string& text) { return refusal(write(folder, "study.toml", text)); };
   CHECK_THAT(says("scene = 3\n"), Contains("study.toml:1:9: scene: must be a text"));
@@ -163,7 +163,7 @@ TEST_CASE("bad studies", "[study]") {
   CHECK_THAT(o.err, Contains("did you mean clearance"));
 }
 
-TEST_CASE("turn metrics of a signal written down by hand", "[study]") {
+TEST_CASE("metrics per revolution of a signal derived by hand", "[study]") {
   // ω = 2π rad/s, so a turn is 1 s; 1000 Hz; a = 3 cos φ + 1 cos 5φ; the third turn has one spike of 20.
   TurnRules rules;
   rules.speed = 2 * std::numbers::pi;
@@ -210,7 +210,7 @@ TEST_CASE("turn metrics of a signal written down by hand", "[study]") {
   CHECK(m.value[TurnMetrics::energy_per_turn] == Approx(2));
 }
 
-TEST_CASE("measured files: what is read, and what is refused", "[study]") {
+TEST_CASE("measured files: accepted and refused forms", "[study]") {
   test::TemporaryFolder folder;
   const double speed = 2 * std::numbers::pi;  // one turn a second
   const auto file = [&](const std::string& head, auto line) {
@@ -261,7 +261,7 @@ TEST_CASE("measured files: what is read, and what is refused", "[study]") {
       Contains("less than a turn of the crank"));
 }
 
-TEST_CASE("response surfaces: exact for quadratics, honest about noise", "[study]") {
+TEST_CASE("response surfaces: exact for quadratics, with a correct estimate of noise", "[study]") {
   const auto points = space_filling(3, 60);
   CHECK(points.minCoeff() >= -1);
   CHECK(points.maxCoeff() <= 1);
@@ -284,7 +284,7 @@ TEST_CASE("response surfaces: exact for quadratics, honest about noise", "[study
   CHECK(noisy.error() < 0.2 * 1.45);
 }
 
-TEST_CASE("known parameters are recovered from a synthetic measurement, through the whole chain",
+TEST_CASE("known parameters are recovered from a synthetic measurement through the whole chain",
           "[study][long]") {
   // Peaks keep to a state for a hundred turns and more: taken for six independent stretches, they left the truth out (13.0 to
   // 15.1 N for 12).
@@ -354,7 +354,7 @@ TEST_CASE("known parameters are recovered from a synthetic measurement, through 
   }
 }
 
-TEST_CASE("a statistic that is nothing within the ranges is no target", "[study]") {
+TEST_CASE("a statistic that is zero within the ranges is refused as a target", "[study]") {
   test::TemporaryFolder folder;
   const auto text = [](const char* statistic) {
     return study_head +
@@ -373,7 +373,7 @@ TEST_CASE("a statistic that is nothing within the ranges is no target", "[study]
              Contains("statistic: \"loss_angle\" is a direction on the circle"));
 }
 
-TEST_CASE("dampers' losses are not a study's energy per turn", "[study]") {
+TEST_CASE("a study's energy per revolution excludes the losses of dampers", "[study]") {
   // What docs/study.md says: lost in contacts, films and friction. The coupling's damper takes hundreds of times as much.
   const auto file = test::source_folder() / "cases/flores2011-experiment/flywheel.toml";
   Study study;
@@ -395,7 +395,7 @@ TEST_CASE("dampers' losses are not a study's energy per turn", "[study]") {
         Approx((after.contact + after.friction - before.contact - before.friction) / 1.9));
 }
 
-TEST_CASE("a four-bar that asks for a branch starts at any angle of its crank", "[study]") {
+TEST_CASE("a four-bar with a required branch starts at any crank angle", "[study]") {
   // The pose is open with the crank above the line of the fixed pins and crossed with it below: one assembly, all the way round.
   const auto scene = read_scene(test::source_folder() / "src/cli/templates/four-bar.toml");
   REQUIRE(scene.mechanism.assembly.branch);

@@ -47,7 +47,7 @@ std::pair<int, int> pixels(const std::filesystem::path& png) {
 
 }  // namespace
 
-TEST_CASE("a style is read by type; what is wrong in it is told by its line", "[figures][style]") {
+TEST_CASE("a style is read by type, and an error in it is reported with its line", "[figures][style]") {
   test::TemporaryFolder folder;
   const auto& place = folder.path();
   CHECK(plots::style_of(place).font_size == 7);
@@ -104,7 +104,7 @@ format = ["svg", "cairolatex", "svg"]
   }
 }
 
-TEST_CASE("a style gives sizes on paper, in every format, and survives", "[figures][style]") {
+TEST_CASE("a style sets sizes on paper in every format, and is kept", "[figures][style]") {
   test::TemporaryFolder folder;
   const auto& place = folder.path();
   write_drift(place);
@@ -143,7 +143,7 @@ TEST_CASE("a style gives sizes on paper, in every format, and survives", "[figur
   }
 }
 
-TEST_CASE("hostile styles are refused or drawn, and executed never", "[security][hostile][style]") {
+TEST_CASE("hostile styles are refused or drawn, and never executed", "[security][hostile][style]") {
   test::TemporaryFolder folder;
   const test::Bait bait(folder.path());
   const auto& place = bait.folder;
@@ -176,7 +176,7 @@ TEST_CASE("hostile styles are refused or drawn, and executed never", "[security]
   CHECK(bait.untouched());
 }
 
-TEST_CASE("no text means anything to TeX", "[security][figures]") {
+TEST_CASE("no text acts as a TeX command", "[security][figures]") {
   CHECK(plots::in_tex("a_b 5 % $x$ #1 & {c} ~ ^^5c \\input{f} \"q\" <|>") ==
         "a\\_b 5 \\% \\$x\\$ \\#1 \\& \\{c\\} \\textasciitilde{} \\textasciicircum{}\\textasciicircum{}5c "
         "\\textbackslash{}input\\{f\\} \\char34{}q\\char34{} \\textless{}\\textbar{}\\textgreater{}");

@@ -40,7 +40,7 @@ struct Planned : test::BallStudy {
 
 }  // namespace
 
-TEST_CASE("words for a shell are read back by it as they were", "[security][shards]") {
+TEST_CASE("quoted words are read back unchanged by a shell", "[security][shards]") {
   const std::vector<std::string> words{
       "plain/a-b_c.toml", "", "two words", hostile, "'", "\\", "$HOME", "*", "~"};
   test::TemporaryFolder folder;
@@ -56,7 +56,7 @@ TEST_CASE("words for a shell are read back by it as they were", "[security][shar
   CHECK(shell_words({"plain/a-b_c.toml", "-o"}) == "plain/a-b_c.toml -o");
 }
 
-TEST_CASE("options that Slurm's lines cannot hold are refused", "[security][shards]") {
+TEST_CASE("options that do not fit into a line of a Slurm script are refused", "[security][shards]") {
   const Planned place;
   for (const auto* option : {"--partition", "--time"})
     for (const auto& text : {hostile, std::string("a b"), std::string("a\nb"), std::string("\"")}) {
@@ -83,7 +83,7 @@ TEST_CASE("options that Slurm's lines cannot hold are refused", "[security][shar
   CHECK_THAT(spaced.out, Contains("two words/shards/log/%A_%a.log\"\n"));
 }
 
-TEST_CASE("a node's name that no machine has does not reach the script", "[security][shards]") {
+TEST_CASE("an invalid node name does not reach the script", "[security][shards]") {
   const Planned place;
   const auto fail_on = [&](int k, const std::string& host) {
     write_whole(place.out / fmt::format("shards/{}.state.json", k),
@@ -99,7 +99,7 @@ TEST_CASE("a node's name that no machine has does not reach the script", "[secur
   CHECK(place.submit().status == 0);
 }
 
-TEST_CASE("a plan that is another study's, or says what no plan does, is refused", "[security][shards]") {
+TEST_CASE("a plan of another study or with invalid content is refused", "[security][shards]") {
   const Planned place;
   const auto file = place.out / "shards/manifest.json";
   const auto study = place.study.string();
@@ -148,7 +148,7 @@ TEST_CASE("a plan that is another study's, or says what no plan does, is refused
   CHECK(place.submit().status == 2);
 }
 
-TEST_CASE("a merge that ends on a node is not sent there again", "[shards]") {
+TEST_CASE("a merge that fails on a node is not sent there again", "[shards]") {
   const Planned place;
   for (const char* shard : {"1/2", "2/2"})
     REQUIRE(place.run({"sweep", place.study.string(), "--shard", shard, "-o", place.out.string()}).status ==

@@ -146,7 +146,7 @@ TEST_CASE("every element of the constraint Jacobian equals its central differenc
   }
 }
 
-TEST_CASE("gamma is what is left of the second derivative of the constraints", "[system]") {
+TEST_CASE("gamma is the negative second derivative of the constraints at zero acceleration", "[system]") {
   // Along q + t v the acceleration is zero, so d(Gv + Φ_t)/dt = −γ.
   const System system(everything().mechanism);
   Random random;
@@ -166,7 +166,7 @@ TEST_CASE("gamma is what is left of the second derivative of the constraints", "
   }
 }
 
-TEST_CASE("rows of gaps and sliding match finite differences, rotation of the surfaces included",
+TEST_CASE("contact rows of gap and sliding agree with finite differences, including rotation of the surfaces",
           "[system]") {
   const System system(everything().mechanism);
   Random random;
@@ -202,7 +202,7 @@ TEST_CASE("rows of gaps and sliding match finite differences, rotation of the su
   }
 }
 
-TEST_CASE("sliding at walls and discs: none in common motion, by the second body's turning its radius",
+TEST_CASE("sliding at walls and discs: zero in common motion, radius times spin of the second body",
           "[system]") {
   // Turning both bodies about one point moves neither surface along the other where they touch; across a gap
   // of discs it moves one surface past the other by gap × ω.
@@ -260,7 +260,7 @@ TEST_CASE("the sliding row of a preloaded joint and its second derivative", "[sy
   }
 }
 
-TEST_CASE("a journal in the middle of its bearing has no normal and no contact", "[system]") {
+TEST_CASE("a journal at the centre of its bearing has no normal and no contact", "[system]") {
   const auto scene = parse_scene(test::body("a", 1, 1) + R"([surfaces.s]
 restitution = 0.5
 [joints.j]
@@ -322,7 +322,7 @@ Scene two_walls(bool long_arm_first) {
 
 }  // namespace
 
-TEST_CASE("what a wall's penetrations are measured by does not depend on the order of the contacts",
+TEST_CASE("the reference length of a wall's penetration does not depend on the order of the contacts",
           "[system]") {
   // By hand: a thousandth of the longest arm, 3 m; the disc's own radius would give 1e-5.
   for (const bool first : {true, false}) {
@@ -335,7 +335,7 @@ TEST_CASE("what a wall's penetrations are measured by does not depend on the ord
   }
 }
 
-TEST_CASE("each element says what it makes the solver carry, and together they carry what the system has",
+TEST_CASE("each element states the rows that it adds to the solver, and their sum is the size of the system",
           "[system]") {
   const auto scene = read_scene(test::source_folder() / "cases/flores2011/scene.toml");
   const System system(scene.mechanism);
@@ -355,7 +355,7 @@ TEST_CASE("each element says what it makes the solver carry, and together they c
   CHECK((last.force && last.rows == 0));
 }
 
-TEST_CASE("the crank of a mechanism that a torque drives is the joint of the first torque", "[system]") {
+TEST_CASE("the crank of a torque-driven mechanism is the joint of the first torque", "[system]") {
   const std::string text =
       test::body("crank", 1.0, 0.1) + test::body("arm", 1.0, 0.1) + test::pin("main", "ground", "crank") +
       test::pin("elbow", "crank", "arm", {1.0, 0.0}) + test::run_for(1.0) + R"([drives.first]

@@ -18,7 +18,7 @@
 
 using namespace freeplay;
 
-TEST_CASE("a step meets its equations for a mechanism of three arrays", "[moreau][step]") {
+TEST_CASE("a time step of a mechanism given as three arrays satisfies its equations", "[moreau][step]") {
   const std::vector<double> mass{2, 2, 0.5}, force{3, -7, 1};
   const double phi_t = -0.4, gamma = 6, h = 0.01;
   CsrPattern G{.columns = 3, .column = {0, 1}};
@@ -59,7 +59,7 @@ MeanVelocity::Verdict iterate(MeanVelocity::Kind kind, std::vector<double>& v, O
 
 }  // namespace
 
-TEST_CASE("the mean velocity of a damped step is found, or said not to be", "[moreau][step]") {
+TEST_CASE("the mean velocity of a damped step is found, or the failure is reported", "[moreau][step]") {
   using Verdict = MeanVelocity::Verdict;
   // v⁺ = v − z v_mean with z = hc/m: (2 − z)/(2 + z) v, found while z < 2.
   for (const double z : {0.1, 1.0}) {
@@ -87,7 +87,7 @@ TEST_CASE("the mean velocity of a damped step is found, or said not to be", "[mo
   CHECK(flip({.sweeps = true}) == Verdict::unswept);
 }
 
-TEST_CASE("the floor of adaptive steps rises among crowded impacts and comes down again", "[moreau][step]") {
+TEST_CASE("the floor of adaptive steps rises among crowded impacts and falls again", "[moreau][step]") {
   Scales scales;
   scales.length = 1e-3;
   scales.speed = 1;
@@ -173,7 +173,7 @@ struct Ball {
 
 }  // namespace
 
-TEST_CASE("a contact takes part once its gap closes, and is in impact once", "[moreau][step]") {
+TEST_CASE("a contact becomes active when its gap closes, and is in impact once", "[moreau][step]") {
   {
     Ball far(1e-2, -1, 1e-3);
     far.begin(1e-3);
@@ -204,7 +204,7 @@ TEST_CASE("a contact takes part once its gap closes, and is in impact once", "[m
   CHECK(ball.contact().steps == 0);
 }
 
-TEST_CASE("a smooth step knows closed contacts alone, within their slack", "[moreau][step]") {
+TEST_CASE("a smooth step includes only closed contacts, within their slack", "[moreau][step]") {
   Ball open(-1e-6, -1, 0);
   open.begin(1e-3, StepReach::closed);
   open.solve();
@@ -223,7 +223,7 @@ TEST_CASE("a smooth step knows closed contacts alone, within their slack", "[mor
   CHECK(closed.data.v[1] == Approx(0).margin(1e-15));  // no restitution
 }
 
-TEST_CASE("an overlap is brought back to a gap of zero without a rate", "[moreau][step]") {
+TEST_CASE("an overlap is corrected to a gap of zero without changing velocities", "[moreau][step]") {
   Ball ball(-3e-5, -0.25, 1e-3);
   ball.begin(1e-3);
   ball.solve();

@@ -8,7 +8,7 @@
 
 using namespace freeplay;
 
-TEST_CASE("turn metrics hear of the events of their joint alone", "[study]") {
+TEST_CASE("metrics per revolution count only events of their joint", "[study]") {
   // A turn a second; in each, joint 1 is lost at 90° and found at 180° by an impact of 2 N s at 0.5 m/s. Joint 0, and 2,
   // bounce in the midst of it.
   TurnRules rules;

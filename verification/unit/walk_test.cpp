@@ -23,7 +23,7 @@ int walk(const std::filesystem::path& page, const std::filesystem::path& said) {
 
 }  // namespace
 
-TEST_CASE("the tutorial and README do what they show", "[pages][tutorial]") {
+TEST_CASE("the commands of the tutorial and README work as shown", "[pages][tutorial]") {
   const test::TemporaryFolder folder;
   const auto said = folder.path() / "said";
   for (const auto* page : {"docs/tutorial.md", "README.md"}) {
@@ -33,7 +33,7 @@ TEST_CASE("the tutorial and README do what they show", "[pages][tutorial]") {
   }
 }
 
-TEST_CASE("a page that shows what is not printed, or tells of what fails, is refused", "[pages]") {
+TEST_CASE("a page with wrong output or a failing command is refused", "[pages]") {
   const test::TemporaryFolder folder;
   const auto page = folder.path() / "page.md", said = folder.path() / "said";
   const auto tells = [&](const std::string& block) {

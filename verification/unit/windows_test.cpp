@@ -108,7 +108,7 @@ TEST_CASE("batch means: fewer than four batches give no error", "[windows]") {
   CHECK(r.window->energy[Window::drives] == Approx(6));
 }
 
-TEST_CASE("batch means: more turns than are kept are joined two by two", "[windows]") {
+TEST_CASE("batch means: revolutions beyond the stored number are merged in pairs", "[windows]") {
   // 1 and 3 in turn: each two make 4, without scatter. 40 turns: twice joined, ten batches of four.
   const auto r = watched(40, 0, [](int i) { return i % 2 ? 3 : 1; });
   CHECK(r.window->batches == 10);
@@ -119,7 +119,7 @@ TEST_CASE("batch means: more turns than are kept are joined two by two", "[windo
   CHECK(r.window->error[Window::drives] == Approx(0).margin(1e-9));
 }
 
-TEST_CASE("batch means: a lasting contact is shared out among the batches it crosses", "[windows]") {
+TEST_CASE("batch means: a lasting contact is divided among the batches it spans", "[windows]") {
   // From 0.5 to 2.5 of four turns: flies 0.5, 0, 0.5 and 1 of them; mean 0.5, √((0.25 + 0.25)/12).
   Layout layout;
   layout.contacts = {"a"};
@@ -144,7 +144,7 @@ TEST_CASE("batch means: a lasting contact is shared out among the batches it cro
   CHECK(r.contacts[0].lasting_error == Approx(std::sqrt(0.5 / 12)));
 }
 
-TEST_CASE("batch means: a run that is resumed has the same", "[windows]") {
+TEST_CASE("batch means: a resumed run gives the same error", "[windows]") {
   const auto count = [](int i) { return 1 + i * i % 5; };
   const auto whole = watched(23, 1, count), resumed = watched(23, 1, count, 9);
   CHECK(whole.window->error == resumed.window->error);
@@ -152,7 +152,7 @@ TEST_CASE("batch means: a run that is resumed has the same", "[windows]") {
   CHECK(whole.contacts[0].impacts_error == resumed.contacts[0].impacts_error);
 }
 
-TEST_CASE("an impact under way when the window opens counts for what it has in it", "[windows]") {
+TEST_CASE("an impact under way at the start of the window counts with its part inside it", "[windows]") {
   Layout layout;
   layout.contacts = {"a"};
   ContactStatistics plain(1);
@@ -171,7 +171,7 @@ TEST_CASE("an impact under way when the window opens counts for what it has in i
   CHECK(r.contacts[0].impacts == 0);  // it struck before
 }
 
-TEST_CASE("energies are of the window, whose ends lie within steps", "[windows]") {
+TEST_CASE("energies of a window whose ends lie within steps", "[windows]") {
   // 2 W in steps of 0.7 s: from 1 s to 4.2 s.
   Layout layout;
   WindowStatistics windows(1, 4.2);

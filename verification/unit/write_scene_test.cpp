@@ -62,7 +62,7 @@ std::string refusal(Scene& scene, const std::string& key, const std::string& val
 
 }  // namespace
 
-TEST_CASE("every scene reads back from its canonical text", "[scene]") {
+TEST_CASE("every scene is read back from its canonical text", "[scene]") {
   int scenes = 0;
   for (const auto& file : all_scenes()) {
     CAPTURE(file.string());
@@ -131,7 +131,7 @@ TEST_CASE("a canonical text names every key of the schema", "[scene]") {
   }
 }
 
-TEST_CASE("every number of a canonical text stands for itself alone", "[scene]") {
+TEST_CASE("changing one number of a canonical text changes exactly that value", "[scene]") {
   const auto text = to_toml(read_scene(test::scene_file("every_key")));
   const std::regex number("-?[0-9][0-9.e+-]*");
   int numbers = 0;
@@ -161,7 +161,7 @@ TEST_CASE("every number of a canonical text stands for itself alone", "[scene]")
   REQUIRE(numbers > 120);
 }
 
-TEST_CASE("scenes with overrides read back from their canonical text", "[scene]") {
+TEST_CASE("scenes with overrides are read back from their canonical text", "[scene]") {
   const std::vector<std::vector<std::string>> sets = {
       {"drives.motor.speed_rpm=-77.7", "run.revolutions=1.1", "run.discard=0.3"},
       {"drives.motor.speed_rpm=0.1", "drives.motor.initial_angle=1e-300"},
@@ -195,7 +195,7 @@ TEST_CASE("scenes with overrides read back from their canonical text", "[scene]"
   REQUIRE(std::signbit(written_and_read(read_scene(test::flores(), sets[10])).mechanism.gravity.x()));
 }
 
-TEST_CASE("scenes built in code read back from their canonical text", "[scene]") {
+TEST_CASE("scenes built in code are read back from their canonical text", "[scene]") {
   for (const double clearance : {0.0, 1e-3}) {
     auto scene = test::row_of_four_bars(3, clearance);
     require_round_trip(scene);
@@ -232,7 +232,7 @@ TEST_CASE("scenes built in code read back from their canonical text", "[scene]")
   }
 }
 
-TEST_CASE("what no scene may hold is refused on the way back", "[scene]") {
+TEST_CASE("values that a scene cannot hold are refused on reading back", "[scene]") {
   const auto good = test::row_of_four_bars(1, 1e-3);
   const auto message = [](const Scene& scene) {
     return test::refusal_of<SceneError>([&] { written_and_read(scene); });
@@ -297,7 +297,7 @@ TEST_CASE("the first difference of two scenes", "[scene]") {
           "surfaces.steel stands before surfaces.brass here and after it there");
 }
 
-TEST_CASE("set is --set", "[scene]") {
+TEST_CASE("Scene::set is equivalent to --set", "[scene]") {
   const std::vector<std::pair<std::string, std::string>> keys = {
       {"drives.motor.speed_rpm", "250"},
       {"run.revolutions", "3"},
@@ -341,7 +341,7 @@ TEST_CASE("set is --set", "[scene]") {
   REQUIRE(same_facts(scene, original));
 }
 
-TEST_CASE("what set refuses leaves the scene as it was", "[scene]") {
+TEST_CASE("a refused call of Scene::set leaves the scene unchanged", "[scene]") {
   const auto read = read_scene(test::flores(), {"joints.gudgeon.clearance=1e-3"});
   auto changed = read;
   changed.mechanism.bodies[0].mass = 3;
@@ -381,7 +381,7 @@ TEST_CASE("what set refuses leaves the scene as it was", "[scene]") {
   REQUIRE(same_facts(scene, read));
 }
 
-TEST_CASE("set keeps what was changed in code", "[scene]") {
+TEST_CASE("Scene::set keeps changes made in code", "[scene]") {
   const auto read = read_scene(test::flores(), {"joints.gudgeon.clearance=1e-3"});
   auto scene = read;
   scene.mechanism.bodies[0].mass = 3;
@@ -428,7 +428,7 @@ TEST_CASE("set keeps what was changed in code", "[scene]") {
   REQUIRE_THAT(refusal(keyed, "drives.motor.torque", "1"), Contains("needs exactly one of"));
 }
 
-TEST_CASE("set on a scene built in code", "[scene]") {
+TEST_CASE("Scene::set on a scene built in code", "[scene]") {
   auto scene = test::row_of_four_bars(2, 1e-3);
   const auto original = scene;
   scene.set("joints.back2.clearance", 2e-3);
@@ -442,7 +442,7 @@ TEST_CASE("set on a scene built in code", "[scene]") {
   REQUIRE_THAT(refusal(scene, "run.revolutions", "1"), Contains("needs a drive that turns"));
 }
 
-TEST_CASE("a scheme that is taken anyway is no other scene", "[write_scene]") {
+TEST_CASE("naming the default scheme explicitly gives the same canonical text", "[write_scene]") {
   const auto text = [](std::vector<std::string> set) {
     return to_toml(parse_scene("[bodies.b]\nmass = 1\ninertia = 1\n[run]\nduration = 1\n", "s.toml", set));
   };

@@ -115,8 +115,7 @@ TEST_CASE("trajectory.csv of a throw is its parabola, row by row", "[written]") 
     }
 }
 
-TEST_CASE("run.json says which formulation ran, how it ended and what it left of the contact laws",
-          "[written]") {
+TEST_CASE("run.json states the formulation, the ending and the residual of the contact laws", "[written]") {
   test::TemporaryFolder place;
   for (const std::string formulation : {"penalty", "nonsmooth"}) {
     const auto j = test::read_json(ran(place, thrown("duration = 0.01"), formulation) / "run.json");
@@ -145,7 +144,7 @@ TEST_CASE("run.json says which formulation ran, how it ended and what it left of
   CHECK(fine <= 1e-12);
 }
 
-TEST_CASE("run.json names the scheme that ran", "[written]") {
+TEST_CASE("run.json names the scheme of the run", "[written]") {
   test::TemporaryFolder place;
   const auto scheme = [&](const std::string& set) {
     return test::read_json(ran(place, thrown("duration = 0.01"), "nonsmooth" + set) /
@@ -158,7 +157,8 @@ TEST_CASE("run.json names the scheme that ran", "[written]") {
   CHECK(scheme(" --set nonsmooth.scheme=event-driven") == "event-driven");
 }
 
-TEST_CASE("the residual of a solve is what its impulses leave of the laws", "[written][contact-problem]") {
+TEST_CASE("the residual of a solve is the violation of the contact laws by its impulses",
+          "[written][contact-problem]") {
   // A chain of six contacts, D the second difference, solved roughly: what is left is summed here anew.
   ContactProblem p(LcpSolver::gauss_seidel, 1e-3);
   const int n = 6;
@@ -198,7 +198,7 @@ TEST_CASE("the residual of a solve is what its impulses leave of the laws", "[wr
   CHECK(work.lcp_retries == 2);
 }
 
-TEST_CASE("a sound run has no notes", "[written]") {
+TEST_CASE("a correct run has no notes", "[written]") {
   // A ball that bounces, a block that rests, a pendulum on a loose pivot: nothing there is singular, jammed, doubtful or
   // left to another solver, whatever the scheme and whether forces are watched.
   const auto ball = test::scene_file("bouncing_ball"), pendulum = test::scene_file("pendulum");
@@ -223,7 +223,7 @@ TEST_CASE("a sound run has no notes", "[written]") {
   CHECK(run.notes.empty());
 }
 
-TEST_CASE("what rests is solved from the impulses of the step before", "[written][contact-problem]") {
+TEST_CASE("a resting contact is solved from the impulses of the step before", "[written][contact-problem]") {
   // At rest the impulses of a step are those of the last but for rounding. A solver that is given them confirms them: one
   // sweep or one case, a second where rounding moves them. From nothing a sweep takes out the part of the error that the
   // coupling of the two corners leaves; to 1e-10 that is tens of sweeps, and the case "both stick" is the sixth. The
