@@ -1,6 +1,7 @@
-// The references of forces of single bodies and of impulses held against second derivations that share no equation with them:
-// energy and momentum of positions written down from the geometry and differentiated numerically, quadrature,
-// statics by hand. Units are SI throughout.
+// The references for forces on single bodies and for impulses, compared with second derivations
+// that share no equation with them: energy and momentum from positions that are written from the
+// geometry and differentiated numerically, quadrature, and statics by hand. Units are SI
+// throughout.
 #include <algorithm>
 #include <boost/math/quadrature/gauss.hpp>
 #include <catch2/catch.hpp>

@@ -1,4 +1,5 @@
-// What second derivations of forces share: numerical derivatives in long double and their bounds.
+// Helpers for second derivations of forces: numerical derivatives in long double, and their error
+// bounds.
 #pragma once
 
 #include <cmath>

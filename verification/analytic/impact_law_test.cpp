@@ -1,5 +1,5 @@
-// Impact laws against results worked out by hand or by an independent program: three balls in a row, Kane and
-// Levinson's pendulum, and the single impact with slip, stick and reversal.
+// Impact laws against results derived by hand or by an independent program: three balls in a row,
+// Kane and Levinson's pendulum, and the single impact with slip, stick and slip reversal.
 #include <Eigen/Eigenvalues>
 #include <catch2/catch.hpp>
 

@@ -1,5 +1,6 @@
-// Impacts of several contacts with friction by Poisson's and the energetic law: what slides is opposed at every instant, so friction
-// takes energy at every contact; the path is that of many small steps.
+// Impacts of several contacts with friction by Poisson's and the energetic law. Friction opposes
+// sliding at every instant, so it dissipates energy at every contact, and the solution agrees with
+// an integration by many small steps.
 #include <Eigen/Cholesky>
 #include <catch2/catch.hpp>
 #include <random>

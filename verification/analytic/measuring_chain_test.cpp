@@ -1,5 +1,5 @@
-// The chain from impacts to statistics, on signals whose every number is known: filter, sampling, spectrum, mean turn,
-// counts. Expected values are closed forms.
+// The measuring chain from impacts to statistics, on signals with known values: filter, sampling,
+// spectrum, mean revolution, counts. Expected values are closed forms.
 #include <catch2/catch.hpp>
 #include <random>
 

@@ -1,4 +1,5 @@
-// Point bodies and rods against closed forms, in both formulations and every scheme; and what a point body cannot bear.
+// Point bodies and rods against closed forms, in both formulations and every scheme; and elements
+// that are refused on a point body.
 #include <fmt/format.h>
 #include <array>
 #include <boost/math/tools/toms748_solve.hpp>

@@ -1,6 +1,6 @@
-// The references held against facts that none of them is computed from: derivatives by differences,
-// quadrature, limits, balances, published values. Everything else in the verification leans on them. Units
-// are SI throughout.
+// The references, compared with facts that none of them is computed from: derivatives by
+// differences, quadrature, limits, balances, published values. All other verification depends on
+// the references. Units are SI throughout.
 #include <algorithm>
 #include <boost/math/quadrature/tanh_sinh.hpp>
 #include <boost/math/special_functions/jacobi_elliptic.hpp>

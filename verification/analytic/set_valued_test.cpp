@@ -1,5 +1,6 @@
-// The set-valued laws against closed forms: how a bouncing ball comes to rest, a block that stops on a slope, Painlevé's rod.
-// The ball's impacts and time of rest are claims of "closed-forms", energy over elastic impacts of "invariants".
+// The set-valued contact laws against closed forms: the rest of a bouncing ball, a block that stops
+// on a slope, Painlevé's rod. The ball's impacts and time of rest are claims of "closed-forms",
+// energy over elastic impacts of "invariants".
 #include <catch2/catch.hpp>
 
 #include "mechanism/scene.hpp"

@@ -1,5 +1,5 @@
-// From statistics to verdicts, on synthetic measurements whose verdict is known: validate's judgement, files as they are
-// read, means of directions, calibration's intervals and refusals.
+// From statistics to verdicts, on synthetic measurements with known verdicts: the verdict of
+// validate, reading of files, means of directions, and the intervals and refusals of calibration.
 #include <fmt/format.h>
 #include <boost/math/distributions/students_t.hpp>
 #include <catch2/catch.hpp>

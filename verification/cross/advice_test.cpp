@@ -1,5 +1,5 @@
-// Advice held to its word on scenes that it was not made from, by the oracle, a closed form and a table of
-// another program; and --accuracy.
+// Recommended settings (freeplay advise) on scenes that they were not derived from, against the
+// oracle, a closed form and a table of another program; and the option --accuracy.
 #include <catch2/catch.hpp>
 
 #include <algorithm>

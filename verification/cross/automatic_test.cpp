@@ -1,5 +1,6 @@
-// The default scheme: event-driven, with a hand-over to time stepping and back where impacts accumulate. It costs nothing where
-// it is not needed, finishes where event-driven integration does not, and returns where time stepping costs more.
+// The default scheme: event-driven integration with a hand-over to time stepping and back where
+// impacts accumulate. It has no cost where no hand-over is needed, finishes runs that event-driven
+// integration cannot finish, and returns where time stepping costs more.
 #include <fmt/format.h>
 #include <catch2/catch.hpp>
 

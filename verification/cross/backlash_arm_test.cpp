@@ -1,5 +1,6 @@
-// Gears with backlash on a moving arm. Both centres of the second pair move, so that trial steps may bring them within the
-// base circles, where nothing bounds the gap of the flanks: such a step is made again, shorter.
+// Gears with backlash on a moving arm. Both centres of the second pair move, so a trial step may
+// bring them within the base circles, where the gap of the flanks has no bound. Such a step is
+// repeated with a shorter length.
 #include <catch2/catch.hpp>
 
 #include <optional>

@@ -1,4 +1,5 @@
-// Contact forces of the penalty formulation while a contact lasts: blows, greatest depth, a start under load.
+// Contact forces of the penalty formulation during lasting contact: impacts on a lasting contact,
+// greatest penetration, a start under load.
 #include <fmt/format.h>
 #include <catch2/catch.hpp>
 

@@ -1,5 +1,6 @@
-// Moreau–Jean with steps that an estimate of their error chooses: its order where rows turn, sliding that turns round on a
-// slope, loose tolerances and impacts without restitution. The claims of "chosen" have the rest.
+// Moreau–Jean with adaptive steps (step = "automatic", chosen by an error estimate): the order
+// where constraint rows rotate, reversal of sliding on a slope, loose tolerances, and impacts
+// without restitution. The claims of "chosen" contain further cases.
 #include <catch2/catch.hpp>
 
 #include "mechanism/scene.hpp"

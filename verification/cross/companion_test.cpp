@@ -1,4 +1,5 @@
-// What a time-stepped run says of its first touches, against closed forms and the event-driven scheme.
+// The error estimate of the first contacts of a time-stepping run, against closed forms and the
+// event-driven scheme.
 #include <catch2/catch.hpp>
 
 #include <atomic>

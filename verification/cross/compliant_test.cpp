@@ -1,4 +1,5 @@
-// Springs with kinks, bushings and cams in whole runs: snapshots, the ledger, implicit and fixed steps, small and fast scenes.
+// Springs with kinks, bushings and cams in complete runs: snapshots, the energy ledger, implicit
+// and fixed steps, small and fast scenes.
 #include <catch2/catch.hpp>
 
 #include <cmath>

@@ -1,5 +1,5 @@
-// Penalty contacts on a mechanism: a free impact's prediction with the real effective mass, contacts that
-// begin at rest, grazing, and a state that starts inside the wall.
+// Penalty contacts in a mechanism: prediction of a free impact with the effective mass, contacts
+// that begin at rest, grazing contacts, and a start inside the wall.
 #include <catch2/catch.hpp>
 
 #include <cmath>

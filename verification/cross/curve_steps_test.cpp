@@ -1,5 +1,6 @@
-// Steps against the curves that they read: time, an angle, a position, a speed. Every row of a run is compared with the closed
-// form, for a step's ends may meet a curve that the step jumps over.
+// Steps over curves of time, angle, position and speed. Every recorded row of a run is compared
+// with the closed form, since a step may jump over part of a curve and still agree with it at both
+// ends.
 #include <fmt/format.h>
 #include <catch2/catch.hpp>
 

@@ -1,5 +1,6 @@
-// Constraints that say the same twice run where the motion is determined; the works of drives at chosen steps; a spring
-// whose length passes through zero; kinks against a speed. Each by every way, against closed forms.
+// Redundant constraints on a determinate motion; the work of drives in adaptive time stepping; a
+// spring whose length passes through zero; kinks of tables over speed. Each case runs by every
+// method, against closed forms.
 #include <fmt/format.h>
 #include <catch2/catch.hpp>
 #include <cmath>

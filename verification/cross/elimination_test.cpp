@@ -1,4 +1,4 @@
-// What a scene leaves out costs nothing, and what is eliminated changes nothing.
+// Absent elements cost nothing, and elimination of coordinates does not change the motion.
 #include <catch2/catch.hpp>
 
 #include <algorithm>

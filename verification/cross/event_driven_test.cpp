@@ -1,5 +1,6 @@
-// The event-driven scheme on a slider loose in its guide against an independent event-driven program. The claims of
-// "mechanisms" have its free flight, those of "orders" the order of time stepping across impacts.
+// The event-driven scheme on a slider with clearance in its guide, against an independent
+// event-driven program. The claims of "mechanisms" contain its free flight, those of "orders" the
+// order of time stepping across impacts.
 #include <fmt/format.h>
 #include <catch2/catch.hpp>
 

@@ -1,5 +1,5 @@
-// Films in the nonsmooth schemes: what stiff corners, hand-overs to dry contact and several joints may break. Closed forms
-// stand in verification/claims/films.cpp.
+// Lubricant films in the nonsmooth schemes: extreme parameters, hand-overs to dry contact, several
+// joints. Closed forms are in verification/claims/films.cpp.
 #include <catch2/catch.hpp>
 
 #include <fmt/format.h>

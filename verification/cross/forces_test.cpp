@@ -1,5 +1,5 @@
-// Forces that come out, beside the claims of the set "forces": what an instrument takes for a joint's force,
-// and that looking at forces depends on nothing but the motion.
+// Recorded forces, in addition to the claims of the set "forces": the force that an instrument
+// measures at a joint, and the independence of forces from their observation.
 #include <catch2/catch.hpp>
 
 #include <cmath>

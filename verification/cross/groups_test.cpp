@@ -1,5 +1,5 @@
-// Discs declared once, as a group: the same motion as with every contact declared, however their pairs are kept; no touch
-// missed; what they are at rest by statics.
+// Discs declared as one group. Their motion equals that with every contact declared, for either
+// storage of pairs; no contact is missed; forces at rest are those of statics.
 #include <fmt/format.h>
 
 #include <algorithm>

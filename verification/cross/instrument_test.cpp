@@ -1,4 +1,5 @@
-// Instruments see the same motion in both formulations, at any step; and their own filters, by closed forms.
+// Instruments record the same motion in both formulations and at any step size; their filters agree
+// with closed forms.
 #include <catch2/catch.hpp>
 
 #include <algorithm>

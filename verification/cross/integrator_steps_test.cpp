@@ -1,5 +1,5 @@
-// Steps of integrators against closed forms: what a force or a place reads from a curve is neither passed over nor left
-// out of the balance, whichever integrator steps over it.
+// Steps of the integrators against closed forms. A force or a prescribed position read from a curve
+// is neither stepped over nor missing in the energy balance, in any integrator.
 #include <fmt/format.h>
 #include <catch2/catch.hpp>
 

@@ -1,4 +1,5 @@
-// Tables against time: the work of a pulse is that of its area, however short, by every integrator and scheme.
+// Tables over time: the effect of a pulse is its area, however short the pulse, in every integrator
+// and scheme.
 #include <fmt/format.h>
 #include <catch2/catch.hpp>
 

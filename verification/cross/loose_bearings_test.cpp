@@ -1,4 +1,5 @@
-// All joints of the rig loose, two of them by micrometres: a hop there takes a hundredth of a step.
+// The test rig with clearance in all joints, two of a few micrometres, where a bounce lasts a
+// hundredth of a step.
 #include <catch2/catch.hpp>
 
 #include "study/runs/case_run.hpp"

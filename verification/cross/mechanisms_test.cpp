@@ -1,5 +1,6 @@
-// Both formulations and the event-driven scheme on nine mechanisms (four slider-cranks, a loose big end, four-bars with one and
-// two loose pins, pendulums, a free ring and journal) against the solutions of verification/references/impact_tables.hpp.
+// Both formulations and the event-driven scheme on nine mechanisms (four slider-cranks, a big end
+// with clearance, four-bars with clearance in one and two pins, pendulums, a free ring and
+// journal), against the solutions of verification/references/impact_tables.hpp.
 #include <array>
 #include <catch2/catch.hpp>
 #include <cmath>

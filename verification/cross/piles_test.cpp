@@ -1,5 +1,6 @@
-// Many contacts outside joints: where piles of discs rest by both nonsmooth schemes, and which motions friction admits. The
-// claims of "complementarity" have the forces in piles and random piles.
+// Many contacts outside joints: the rest positions of piles of discs in both nonsmooth schemes, and
+// the motions that friction admits. The claims of "complementarity" contain the forces in piles and
+// random piles.
 #include <fmt/format.h>
 
 #include <Eigen/LU>

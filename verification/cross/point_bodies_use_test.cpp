@@ -1,4 +1,5 @@
-// Point bodies in everything that uses a run: snapshots and restarts, ensembles, drift of the constraints, films, pages and figures.
+// Point bodies in every use of a run: snapshots and restarts, ensembles, constraint drift,
+// animations, report pages and figures.
 #include <fmt/format.h>
 #include <catch2/catch.hpp>
 

@@ -1,4 +1,5 @@
-// What is recorded between an impact and a file: start-up, impulses in fast filters, noise, converters, the order of tables.
+// Recording between an impact and a file: the start of a run, impulses in fast filters, noise,
+// converters, and the order of tables.
 #include <fmt/format.h>
 #include <catch2/catch.hpp>
 

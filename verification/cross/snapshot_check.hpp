@@ -1,4 +1,5 @@
-// What tests of snapshots share: all that anybody could see of a run, as bits; a check at random steps; and scenes.
+// Helpers for tests of snapshots: the observable content of a run as bits, a check at random steps,
+// and scenes.
 #pragma once
 
 #include <fmt/format.h>

@@ -1,7 +1,8 @@
-// Snapshots of whole simulations. At random accepted steps of a run, in every integrator and scheme and
-// wherever the motion may stand (in flight, within an impact, sliding, sticking, on a film, before and behind
-// a knot of a table), the simulation is written down from within an observer, read into a new one and run on.
-// All that anybody could see of the rest must be that of the uninterrupted run, bit for bit.
+// Snapshots of complete simulations. At random accepted steps of a run, in every integrator and
+// scheme and in every state of the motion (in flight, within an impact, sliding, sticking, on a
+// film, before and after a knot of a table), an observer takes a snapshot, which is restored in a
+// new simulation and continued. All observable results of the rest must equal those of the
+// uninterrupted run bit for bit.
 #include <catch2/catch.hpp>
 
 #include "verification/cross/snapshot_check.hpp"

@@ -1,4 +1,5 @@
-// Snapshots as they are used: again from the start, watched or started otherwise, through files, and refused.
+// Snapshots in use: return to the start, observation from the snapshot on, a changed start, files,
+// and refusals.
 #include <catch2/catch.hpp>
 
 #include "verification/cross/snapshot_check.hpp"

@@ -1,5 +1,5 @@
-// Speed scales that tolerances are measured by, where neither a drive nor gravity sets a pace: slow and small motions, and starts
-// of next to no speed.
+// The speed scales of tolerances where neither a drive nor gravity sets the pace: slow and small
+// motions, and starts with negligible velocity.
 #include <fmt/format.h>
 #include <atomic>
 #include <catch2/catch.hpp>

@@ -1,6 +1,6 @@
-// Bodies that touch without load: columns, rows and grids of beads in flight, whose gaps and gap rates are zero to rounding.
-// Which side of zero rounding leaves them on must not decide the motion: the same scene from another height, turned, in
-// other units and in another order moves alike.
+// Bodies that touch without load: columns, rows and grids of beads in flight, whose gaps and gap
+// rates are zero to rounding. The sign of the rounding error must not decide the motion: the same
+// scene from another height, rotated, in other units and in another order moves alike.
 #include <fmt/format.h>
 
 #include <algorithm>

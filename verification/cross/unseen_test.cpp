@@ -1,4 +1,5 @@
-// What lies between the places where an integrator looks; the set of claims "unseen" has more of it.
+// Events between the instants at which an integrator evaluates the motion. The set of claims
+// "unseen" contains further cases.
 #include <catch2/catch.hpp>
 
 #include <cmath>

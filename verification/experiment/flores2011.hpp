@@ -1,7 +1,8 @@
-// What Flores, Koshy, Lankarani, Ambrósio and Claro (Nonlinear Dynamics 65 (2011) 383–398) measured, as their
-// text states it (X1 to X13, docs/experiment.md), judged on the runs of a study whose axes are clearance (m)
-// and speed (rpm). Bounds were fixed before the matrix was run; what "maximum" means, the datum of X3 to X5
-// and the quantities of X5 and X13 were settled after first runs had been seen.
+// The measurements of Flores, Koshy, Lankarani, Ambrósio and Claro (Nonlinear Dynamics 65 (2011)
+// 383–398) as their text states them (findings X1 to X13, docs/experiment.md), and their verdicts
+// on the runs of a study whose axes are clearance (m) and speed (rpm). The bounds were fixed before
+// the matrix was run. The meaning of "maximum", the datum of X3 to X5 and the quantities of X5 and
+// X13 were settled after the first runs had been seen.
 #pragma once
 
 #include <set>

@@ -1,4 +1,5 @@
-// What every target asks of what a reader throws: that it is a message, of no library's.
+// Requirements of every target on exceptions of a reader: each has a message in this program's
+// words, not a library's.
 #pragma once
 
 #include <unistd.h>

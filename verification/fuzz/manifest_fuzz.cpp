@@ -1,5 +1,6 @@
-// A fuzz target for what lies beside shards: bytes as a manifest, whose plan is made to fit as its writer could, with the units that it
-// names; as a seal; as the state of a shard. Each is read or refused with one SceneError.
+// A fuzz target for the files beside shards. Bytes are read as a manifest (whose plan is made to
+// match it, as its writer could, with the units that it names), as a seal, and as the state of a
+// shard. Each is read or refused with one SceneError.
 #include "mechanism/error.hpp"
 #include "study/partition/record.hpp"
 #include "verification/fuzz/judged.hpp"

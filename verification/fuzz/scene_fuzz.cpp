@@ -1,5 +1,6 @@
-// A fuzz target for scenes (libFuzzer, clang): any bytes are either read or refused with one SceneError; a scene that is
-// read has a canonical text, which reads back as the same, and is assembled or refused likewise. Nothing else may happen.
+// A fuzz target for scenes (libFuzzer, clang): any bytes are read or refused with one SceneError. A
+// scene that is read has a canonical text that is read back as the same scene, and is assembled or
+// refused likewise. Nothing else may happen.
 #include <cmath>
 
 #include "dynamics/assembly/assembly.hpp"

@@ -1,4 +1,5 @@
-// A fuzz target for style.toml: any bytes are read as a style of figures or refused with one SceneError.
+// A fuzz target for style.toml: any bytes are read as a style of figures, or refused with one
+// SceneError.
 #include "mechanism/error.hpp"
 #include "plots/drawing/style.hpp"
 #include "verification/fuzz/judged.hpp"

@@ -1,4 +1,5 @@
-// Impacts of built mechanisms, turned, mirrored and in other units of time: what they leave must be the same motion.
+// Impacts of compound mechanisms, rotated, mirrored and in other units of time. All of them must
+// leave the same motion.
 #include <catch2/catch.hpp>
 
 #include <cmath>

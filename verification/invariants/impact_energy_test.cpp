@@ -1,4 +1,5 @@
-// Energy at impacts and in steps, over random mechanisms and states (the seed is printed on failure).
+// Energy at impacts and in time steps, over random mechanisms and states (a failure prints the
+// seed).
 #include <Eigen/Cholesky>
 #include <Eigen/QR>
 #include <catch2/catch.hpp>

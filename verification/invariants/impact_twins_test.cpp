@@ -1,5 +1,5 @@
-// Impulses that are not unique: a lever on a stop in closed form, and random impacts against their mirror images and
-// other units of time, by every solver and law.
+// Impacts with non-unique impulses: a lever on a stop in closed form, and random impacts against
+// their mirror images and in other units of time, with every solver and law.
 #include <Eigen/Core>
 #include <catch2/catch.hpp>
 

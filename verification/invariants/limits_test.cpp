@@ -1,4 +1,4 @@
-// Where a run must say that it cannot go on, or that it is not to be trusted.
+// Runs that must stop with a reason or be reported as doubtful.
 #include <catch2/catch.hpp>
 
 #include "io/scene/open_scene.hpp"

@@ -1,4 +1,4 @@
-// Contacts do not creep through their walls, whatever the clearance and the speed.
+// Penetration of contacts stays small for every clearance and speed.
 #include <catch2/catch.hpp>
 
 #include "io/scene/open_scene.hpp"

@@ -1,5 +1,5 @@
-// What must hold in every run: the energy balance, constraints, walls, no allocation while stepping, memory
-// that does not grow with the length of the run.
+// Properties of every run: the energy balance, constraints, walls, no allocation in the stepping
+// loop, and memory that does not grow with the length of the run.
 #include <fmt/format.h>
 #include <catch2/catch.hpp>
 

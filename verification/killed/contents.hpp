@@ -1,4 +1,5 @@
-// What a result folder holds, without what depends on the machine: to tell results apart, and to see that none is lost.
+// The content of a result folder without machine-dependent parts: for comparing results and
+// detecting losses.
 #pragma once
 
 #include <filesystem>

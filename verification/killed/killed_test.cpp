@@ -1,4 +1,4 @@
-// Verbs that are killed: nothing finished is lost, whenever it happens.
+// Crash-recovery tests of commands: a kill at any instant loses no finished result.
 #include <fmt/format.h>
 #include <catch2/catch.hpp>
 

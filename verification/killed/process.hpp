@@ -1,4 +1,5 @@
-// The program as a process that is killed: after a time, or before the n-th change that it makes to a disk.
+// The program as a process that is killed after a time, or before the n-th change that it makes to
+// the disk.
 #pragma once
 
 #include <sys/types.h>

@@ -1,6 +1,6 @@
-// Orders across contact events, bracketed: a free ring and journal, frictionless, three impacts. The
-// reference is the same formulation by dopri5 at a tolerance of 1e-13, where bulirsch_stoer and adams agree
-// with it to 1e-12 s.
+// Two-sided tests of the order across contact events: a free ring and journal without friction,
+// three impacts. The reference is the same formulation with dopri5 at a tolerance of 1e-13, which
+// bulirsch_stoer and adams confirm to 1e-12 s.
 #include <catch2/catch.hpp>
 
 #include "mechanism/scene.hpp"

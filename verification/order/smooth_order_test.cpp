@@ -1,5 +1,5 @@
-// Orders of the integrators on smooth motion, bracketed: a compound pendulum released at rest from 60°,
-// against the closed form with elliptic functions.
+// Two-sided tests of the order of the integrators on smooth motion: a compound pendulum released at
+// rest from 60°, against the closed form with elliptic functions.
 #include <catch2/catch.hpp>
 
 #include "facade/simulation.hpp"

@@ -1,4 +1,4 @@
-// RandomScenes' scenes: the generator, the judge, and two hundred of them.
+// Random scenes without a reference: the generator, the checks, and two hundred scenes.
 #include <algorithm>
 #include <catch2/catch.hpp>
 #include <fstream>

@@ -1,4 +1,5 @@
-// Curves that are drawn: as TOML, as the same shape for references, and what a drive makes of them.
+// Random curves: as TOML, as the same shape for references, and the motion that a drive derives
+// from them.
 #pragma once
 
 #include <fmt/format.h>

@@ -1,5 +1,5 @@
-// What random scenes are made with: numbers from a seed, and a scene as TOML that grows element by element together with
-// what is known of its motion.
+// Building blocks of random scenes: numbers from a seed, and a scene as TOML that is extended
+// element by element together with the reference of its motion.
 #pragma once
 
 #include <fmt/format.h>

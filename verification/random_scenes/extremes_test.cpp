@@ -1,4 +1,4 @@
-// The map of the extremes has no defect: `freeplay extremes` in the suite.
+// The map of extreme parameters has no defect: `freeplay extremes` as a test.
 #include <unistd.h>
 #include <algorithm>
 #include <catch2/catch.hpp>

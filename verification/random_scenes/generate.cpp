@@ -1,4 +1,4 @@
-// Which kind an index is, and the ways that scenes are run by.
+// The kind of scene of each index, and the methods that scenes are run by.
 #include <algorithm>
 #include <sstream>
 #include <stdexcept>

@@ -1,4 +1,4 @@
-// One scene by one way: run, held to every check, and named.
+// Runs one scene by one method, applies every check, and classifies the outcome.
 #include <algorithm>
 #include <cmath>
 

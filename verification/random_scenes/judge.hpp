@@ -1,4 +1,4 @@
-// Judges random scenes in this process (runner.hpp: many, each in a process of its own).
+// Assesses random scenes in this process (runner.hpp: many scenes, each in its own process).
 #pragma once
 
 #include <functional>

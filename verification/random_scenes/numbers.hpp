@@ -1,4 +1,4 @@
-// Numbers of random scenes: drawn from a seed, and as the 12 digits of a scene's text have them.
+// Numbers of random scenes: drawn from a seed, and rounded to the 12 digits of a scene's text.
 #pragma once
 
 #include <fmt/format.h>

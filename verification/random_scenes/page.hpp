@@ -1,4 +1,4 @@
-// What is said of many random scenes: tables by way, refusals by kind, the page of docs/.
+// Summaries of many random scenes: tables by method, refusals by kind, and the page of docs/.
 #pragma once
 
 #include <string>

@@ -1,4 +1,5 @@
-// Random scenes: their references against closed forms, and runs that were judged wrongly before.
+// Random scenes: their references against closed forms, and runs that earlier versions assessed
+// wrongly.
 #include <fmt/format.h>
 #include <catch2/catch.hpp>
 #include <cmath>

@@ -1,4 +1,5 @@
-// Judges many random scenes on all cores, each in a process of its own: what crashes or hangs there is a verdict, too.
+// Assesses many random scenes on all cores, each in its own process, so that a crash or a hang is
+// an outcome too.
 #pragma once
 
 #include <filesystem>

@@ -1,10 +1,13 @@
-// A random scene: drawn from a seed by one of the kinds, with what is known of its motion, and the ways that it is run by.
-// Scenes of the first set have no reference of their own: a run is held to other runs that must say the same (a finer
-// tolerance, another method, the scene mirrored, in other units, in another order, backwards in time), to conservation,
-// and to what its own notes say. Scenes of the second set are known at every row of the trajectory without a solver of the
-// program: prescribed coordinates by the curve itself, one coordinate between moving walls by a small integrator of its own
-// (references/one_coordinate.hpp), rows of touching bodies by hand (references/touching_row.hpp), energy where nothing takes
-// or gives any. Coordinates of which none of these is known are compared with event-driven integration at a tight tolerance.
+// A random scene: drawn from a seed by one of the kinds, with the reference of its motion, and the
+// methods that it is run by. Scenes of the first set have no separate reference: a run is compared
+// with other runs that must agree with it (a finer tolerance, another method, the scene mirrored,
+// in other units, in another order, backwards in time), with conservation laws, and with its own
+// notes. Scenes of the second set have a reference for every row of the trajectory that does not
+// use a solver of the program: prescribed coordinates follow the curve itself, one coordinate
+// between moving walls a small independent integrator (references/one_coordinate.hpp), rows of
+// touching bodies a closed form (references/touching_row.hpp), and energy applies where no element
+// adds or dissipates it. Coordinates without any of these references are compared with event-driven
+// integration at a tight tolerance.
 #pragma once
 
 #include <cstdint>

@@ -1,4 +1,5 @@
-// The same scene said otherwise: mirrored, in other units, in another order; and nearly the same scene.
+// Transformations of a scene: mirrored, in other units, in another order; and a nearly identical
+// scene.
 #pragma once
 
 #include "mechanism/scene.hpp"

@@ -1,5 +1,5 @@
-// What a run amounts to, in all three suites: the map of the extremes, random scenes without a reference, and random scenes
-// that are known at every row.
+// The outcome of a run in all three suites: the map of extreme parameters, random scenes without a
+// reference, and random scenes with a reference for every row.
 #pragma once
 
 #include <string>

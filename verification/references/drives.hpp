@@ -1,4 +1,5 @@
-// Closed forms of what drives do to a rotor of inertia J or a slider of mass m. Nothing here steps.
+// Closed forms of the effect of drives on a rotor of inertia J or a slider of mass m. Nothing is
+// integrated numerically here.
 #pragma once
 
 #include <cmath>

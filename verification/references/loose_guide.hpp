@@ -1,7 +1,7 @@
-// First impacts of a slider loose in its guide (Flores, Leine, Glocker 2010, with variants) by an
-// event-driven program of its own, in minimal coordinates, which shares no code, language or integrator with
-// Freeplay; runs at two tolerances agree to the digits printed. Corners as Freeplay names them; impulse and
-// rates as in events.csv.
+// First impacts of a slider with clearance in its guide (Flores, Leine, Glocker 2010, with
+// variants) by an independent event-driven program in minimal coordinates, which shares no code,
+// language or integrator with Freeplay. Runs at two tolerances agree to the printed digits. Corners
+// are named as in Freeplay; impulses and rates are as in events.csv.
 #pragma once
 
 #include <vector>

@@ -1,5 +1,5 @@
-// A disc that flies straight at a fixed disc: when they touch, and how fast, in closed form; the root is taken without
-// cancellation. Includes no solver.
+// A disc that flies straight towards a fixed disc: time and speed of first contact, in closed form.
+// The root is evaluated without cancellation. No solver is included here.
 #pragma once
 
 #include <cmath>

@@ -1,4 +1,4 @@
-// Work in a process of its own, so that what crashes, hangs or grows there ends there.
+// Runs work in its own process, so that a crash, a hang or growing memory ends with that process.
 #pragma once
 
 #include <functional>

@@ -1,4 +1,5 @@
-// A study of bouncing balls, of milliseconds a run, in a folder of its own: what tests of shards, clusters and hostile databases divide.
+// A study of bouncing balls in its own folder, with runs of milliseconds, for tests of shards,
+// clusters and hostile databases.
 #pragma once
 
 #include <sqlite3.h>

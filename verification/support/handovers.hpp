@@ -1,5 +1,5 @@
-// Scenes that the event-driven scheme does not finish, and the books of a run that hands over between schemes: what the tests
-// and the claims of that share.
+// Scenes that the event-driven scheme cannot finish, and the balances of a run with hand-overs
+// between schemes, shared by tests and claims.
 #pragma once
 
 #include <algorithm>

@@ -1,4 +1,5 @@
-// Random linkages that the default scheme is measured on: crank-rockers with one to three loose joints at 30 to 600 rpm.
+// Random linkages for measurements of the default scheme: crank-rockers with clearance in one to
+// three joints, at 30 to 600 rpm.
 #pragma once
 
 #include <fmt/format.h>

@@ -1,4 +1,4 @@
-// Rows of a motion at even distances, by the dense output that trajectory.csv is written from.
+// Rows of a motion at equal intervals, by the dense output that writes trajectory.csv.
 #pragma once
 
 #include <algorithm>

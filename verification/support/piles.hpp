@@ -1,4 +1,4 @@
-// Piles of discs between walls, as scenes in TOML: what their tests and claims share.
+// Piles of discs between walls, as scenes in TOML, shared by tests and claims.
 #pragma once
 
 #include <fmt/format.h>

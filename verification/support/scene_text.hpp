@@ -1,4 +1,5 @@
-// Elements of scenes as TOML, by name with their parameters, and mechanisms that several tests share.
+// Elements of scenes as TOML, by name with their parameters, and mechanisms shared by several
+// tests.
 #pragma once
 
 #include <string>

@@ -1,4 +1,5 @@
-// A study of a case in a folder of its own, run by the program: its exported table, and queries of its database.
+// A study of a case in its own folder, run by the program: its exported table, and queries of its
+// database.
 #pragma once
 
 #include <fmt/format.h>

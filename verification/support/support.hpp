@@ -1,4 +1,4 @@
-// What tests share: where the scenes are, and short ways to run one.
+// Helpers of tests: paths of the scenes, and short ways to run a scene.
 #pragma once
 
 #include <filesystem>

@@ -1,4 +1,5 @@
-// Texts in tests: their lines and fields, edits of them, and the words with which a text is refused.
+// Texts in tests: their lines and fields, edits of them, and the message with which a text is
+// refused.
 #pragma once
 
 #include <filesystem>

@@ -1,4 +1,4 @@
-// Ways to run a scene, and runs that have to finish.
+// Methods to run a scene, and runs that have to finish.
 #pragma once
 
 #include <optional>

@@ -1,6 +1,7 @@
-// The ladder from a pendulum to the paper's rig with everything on: what each rung adds. With two arguments,
-// RUNG and FORMULATION, runs just that (for counting instructions, scripts/benchmark ladder); with "loose" and COUNT a row of so many
-// loose four-bars by penalty; without, prints the table in time.
+// The cost ladder from a pendulum to the test rig of the paper with all elements: the cost that
+// each rung adds. With two arguments, RUNG and FORMULATION, it runs only that rung (for counting
+// instructions, scripts/benchmark ladder); with "loose" and COUNT it runs a row of COUNT four-bars
+// with clearance by penalty; without arguments it prints the table of times.
 #include <fmt/format.h>
 
 #include <chrono>

@@ -1,4 +1,5 @@
-// What a step costs against the size of a mechanism: scenes that grow, each size measured in a process of its own.
+// Measures how the cost of a step grows with the size of a mechanism: scenes of growing size, each
+// measured in its own process.
 #pragma once
 
 #include <functional>

@@ -1,4 +1,5 @@
-// Films of runs: which instants they show, where things stand in a frame, texts as data, and what is refused.
+// Animations of runs: the instants of the frames, positions in a frame, texts as data, and
+// refusals.
 #include <fmt/format.h>
 #include <catch2/catch.hpp>
 

@@ -1,4 +1,5 @@
-// Where motions settle: told apart by their section points, over a parameter and over starts, and after a stop.
+// Attractors of motions: identified by their section points, over a parameter and over starts, and
+// after an interruption.
 #include <catch2/catch.hpp>
 
 #include <fmt/format.h>

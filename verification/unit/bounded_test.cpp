@@ -1,5 +1,5 @@
-// What a run costs is bounded and known: bytes before they are written, the time until Ctrl-C is heard, memory, and
-// what is said when nothing more can be written.
+// Bounds on the cost of a run: bytes before they are written, the time until Ctrl-C takes effect,
+// memory, and messages when nothing more can be written.
 #include <fmt/format.h>
 #include <sys/wait.h>
 #include <unistd.h>

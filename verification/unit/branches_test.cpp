@@ -1,4 +1,5 @@
-// How a mechanism goes together: four-bar loops and Grashof's types, the branch that is asked for, starts that are no pose.
+// Assembly of a mechanism: four-bar loops and Grashof's types, the required branch, and starts that
+// are not a pose.
 #include <fmt/format.h>
 #include <catch2/catch.hpp>
 

@@ -1,5 +1,6 @@
-// Calibration by parts, each against a closed form: scatter, surfaces of what is no quadratic, correlated targets, intervals
-// that are open, identifiability; and by the command: a fit that does not hold has no interval.
+// Parts of the calibration, each against a closed form: scatter, surfaces of functions that are not
+// quadratic, correlated targets, open intervals, identifiability. By the command: a rejected fit
+// has no interval.
 #include <fmt/format.h>
 
 #include <boost/math/distributions/students_t.hpp>

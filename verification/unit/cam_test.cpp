@@ -1,5 +1,5 @@
-// Cams against geometry and finite differences: gaps of outlines that are known otherwise, rows and their rates, the bound
-// that proves a step apart, the laws of lift, and outlines that are refused.
+// Cams against geometry and finite differences: gaps of profiles with known gaps, contact rows and
+// their rates, the bound that excludes a contact within a step, lift laws, and refused profiles.
 #include <catch2/catch.hpp>
 
 #include <cmath>

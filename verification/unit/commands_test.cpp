@@ -1,4 +1,4 @@
-// The commands on studies and measurements as a user runs them, on studies small enough for a test.
+// The commands on studies and measurements as a user runs them, on small studies.
 #include <fmt/format.h>
 #include <catch2/catch.hpp>
 

@@ -1,4 +1,5 @@
-// What compare pairs, calls matched and gives an error bar: by lists of events made by hand.
+// Pairing of contacts, the condition "matched" and error bars of compare, on lists of events made
+// by hand.
 #include <catch2/catch.hpp>
 
 #include <cmath>

@@ -1,5 +1,6 @@
-// Contact problems in islands against the dense problem of the same rows: D entry by entry, and the rates, which are unique
-// where D is positive definite and friction small (the impulses with them).
+// Contact problems in islands against the dense problem of the same rows: D entry by entry, and the
+// velocities, which are unique where D is positive definite and friction small (as are the
+// impulses).
 #include "formulations/contact/contact_islands.hpp"
 
 #include <catch2/catch.hpp>

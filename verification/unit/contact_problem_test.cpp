@@ -1,6 +1,6 @@
-// Every solver of the contact problem against every other, on random problems whose solution is unique: D of
-// random mechanisms is a Gram matrix WᵀAW; friction so small that D_NN > μ Σ|D_·T| keeps the frictional map a
-// P-map. And frictionless problems against a convex quadratic program solved by Ipopt.
+// Every contact solver against every other, on random problems with a unique solution: D of random
+// mechanisms is a Gram matrix WᵀAW, and friction so small that D_NN > μ Σ|D_·T| keeps the
+// frictional map a P-map. Frictionless problems against a convex quadratic program solved by Ipopt.
 #include <IpIpoptApplication.hpp>
 #include <IpTNLP.hpp>
 #include <catch2/catch.hpp>

@@ -1,5 +1,6 @@
-// Each solver of contact problems alone, by the interface that all share: on random problems with one solution all that solve one
-// leave its impulses, and none says that it did where it did not. And one residual: dense, and with D by rows.
+// Each contact solver alone, by the interface that all share. On random problems with one solution,
+// every solver that reports success returns the same impulses. The residual is the same for dense
+// problems and for D stored by rows.
 #include <catch2/catch.hpp>
 
 #include "formulations/contact/band_newton.hpp"

@@ -1,4 +1,4 @@
-// Decompositions of numerics/dense against matrices whose answers are known by hand.
+// Decompositions of numerics/dense against matrices with results known by hand.
 #include "numerics/dense.hpp"
 
 #include <catch2/catch.hpp>

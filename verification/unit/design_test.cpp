@@ -1,5 +1,5 @@
-// How a study's points are chosen: strata, Sobol's first points against their direction numbers, ranges, keys that vary together, and
-// filters.
+// Choice of a study's points: strata, the first Sobol points against their direction numbers,
+// ranges, keys that vary together, and filters.
 #include <fmt/format.h>
 #include <catch2/catch.hpp>
 

@@ -1,5 +1,5 @@
-// What drives a mechanism along curves: files of points, what the reader refuses, the exact Jacobian of curves, motors and
-// governors, rows within long steps.
+// Drives along curves: files of points, refusals of the reader, the exact Jacobian of curves,
+// motors and governors, and rows within long steps.
 #include <catch2/catch.hpp>
 
 #include <algorithm>

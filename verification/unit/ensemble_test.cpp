@@ -1,4 +1,4 @@
-// Ensembles: each start is the run that it is alone, bands are the quantiles of what runs show.
+// Ensembles: each start equals its single run, and bands are the quantiles of the runs.
 #include <catch2/catch.hpp>
 #include <nlohmann/json.hpp>
 

@@ -1,4 +1,5 @@
-// Places of rest at the edges: what is refused and with which words, mirrored and tiny scenes, held drives, the verb.
+// Special cases of equilibria: refusals and their messages, mirrored and tiny scenes, held drives,
+// and the command.
 #include <catch2/catch.hpp>
 
 #include <fmt/format.h>

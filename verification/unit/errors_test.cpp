@@ -1,4 +1,4 @@
-// What a user reads when something is wrong: in the program's own words, in its place, in few lines.
+// Error messages: in the program's own words, with their place, in few lines.
 #include <fmt/format.h>
 #include <catch2/catch.hpp>
 

@@ -1,5 +1,6 @@
-// The exact Jacobian of the event-driven scheme's modes against central differences of their right-hand side: open, sticking and
-// sliding either way, with every film and without one, on a mechanism with drives, springs, dampers and a preloaded joint.
+// The exact Jacobian of the contact modes of the event-driven scheme against central differences of
+// their right-hand side: open, sticking and sliding in either direction, with every film and
+// without one, on a mechanism with drives, springs, dampers and a preloaded joint.
 #include <catch2/catch.hpp>
 
 #include <random>

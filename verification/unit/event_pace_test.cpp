@@ -1,4 +1,5 @@
-// Event-driven integration gives up where events follow each other faster than it resolves: each of its three counts.
+// Event-driven integration stops where events follow each other faster than it resolves: each of
+// its three counts.
 #include <catch2/catch.hpp>
 
 #include "formulations/event_driven/event_pace.hpp"

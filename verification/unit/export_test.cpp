@@ -1,4 +1,5 @@
-// freeplay export as a user meets it. verification/python/test_export.py reads the files back by other programs.
+// freeplay export as a user runs it. verification/python/test_export.py reads the files back by
+// other programs.
 #include <sys/resource.h>
 #include <catch2/catch.hpp>
 #include <csignal>

@@ -1,4 +1,4 @@
-// Expressions of a study: what they come to, what has no value, and what is refused with its place.
+// Expressions of a study: their values, undefined values, and refusals with their place.
 #include <fmt/format.h>
 #include <catch2/catch.hpp>
 

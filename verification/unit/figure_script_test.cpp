@@ -1,4 +1,4 @@
-// Texts on their way to gnuplot and to a terminal: what gnuplot itself makes of them.
+// Texts passed to gnuplot and to a terminal: their interpretation by gnuplot itself.
 #include <fmt/format.h>
 #include <catch2/catch.hpp>
 

@@ -1,4 +1,4 @@
-// The judge of published findings, on made-up runs whose verdicts are known.
+// The verdicts on published findings, on synthetic runs with known verdicts.
 #include <fmt/format.h>
 #include <catch2/catch.hpp>
 

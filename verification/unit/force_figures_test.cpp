@@ -1,4 +1,5 @@
-// Figures of forces, from folders whose forces are known: what is drawn, over what, and in which range.
+// Force figures from folders with known forces: the plotted quantities, their abscissa and their
+// range.
 #include <fmt/format.h>
 #include <catch2/catch.hpp>
 

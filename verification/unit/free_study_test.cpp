@@ -1,5 +1,5 @@
-// Studies of anything: without a drive of prescribed speed, without an accelerometer, of every column of the result files, with what is
-// derived from it, in the database and out of it.
+// Studies without a drive of prescribed speed and without an accelerometer: measures of every
+// column of the result files, and derived quantities, in the database and in exports.
 #include <fmt/format.h>
 #include <boost/math/special_functions/ellint_1.hpp>
 #include <catch2/catch.hpp>

@@ -1,4 +1,5 @@
-// Gears, racks, slots and end stops: rows against differences of gaps, bounds against what gaps do, and what a reader refuses.
+// Gears, racks, slots and end stops: rows against differences of gaps, bounds against sampled gaps,
+// and refusals of the reader.
 #include <catch2/catch.hpp>
 
 #include <cmath>

@@ -1,4 +1,4 @@
-// Transitions of the automatic scheme's rules, on numbers alone: no scheme is stepped.
+// The rules of the automatic scheme for hand-overs, on numbers alone: no scheme runs.
 #include "formulations/automatic/policy.hpp"
 
 #include <catch2/catch.hpp>

@@ -1,5 +1,5 @@
-// What the program says of itself: every verb's help within 80 columns, the page made of it, and what it asks back when a
-// word is misspelt.
+// Help of the program: every command's help within 80 columns, the page made from it, and the
+// suggestions for a misspelt word.
 #include <fmt/format.h>
 #include <catch2/catch.hpp>
 

@@ -1,5 +1,5 @@
-// What strangers' files are made of: texts that some program on their way would obey, and the program run on them with
-// its arguments as they are, no shell between.
+// Contents of hostile files: texts that some program might execute or interpret. Runs the program
+// on them with its arguments unchanged, without a shell.
 #pragma once
 
 #include <filesystem>

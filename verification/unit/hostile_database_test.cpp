@@ -1,5 +1,6 @@
-// Databases that were made to do harm, over every verb that opens one: each is refused with one clear error, executes nothing, and
-// leaves what lies inside and outside its folder as it was. Made by SQLite itself, with writable_schema, and by hand.
+// Hostile databases in every command that opens one: each is refused with one clear error, executes
+// nothing, and leaves the contents inside and outside its folder unchanged. They are made by SQLite
+// itself, with writable_schema, and by hand.
 #include <fmt/format.h>
 #include <sys/stat.h>
 #include <catch2/catch.hpp>

@@ -1,5 +1,5 @@
-// Result folders as the program leaves them, with a stranger's text put in place of each name, number and column in turn,
-// over the verbs that read them.
+// Result folders of the program, with a hostile text in place of each name, number and column in
+// turn, in the commands that read them.
 #include <fmt/format.h>
 #include <catch2/catch.hpp>
 

@@ -1,5 +1,5 @@
-// Files of strangers, by the hundred, over every verb that reads one: nothing in them is executed, nothing outside is
-// written, and what is said of them moves no cursor.
+// Hundreds of hostile files in every command that reads one: nothing in them is executed, nothing
+// outside is written, and no message about them moves a cursor.
 #include <fmt/format.h>
 #include <catch2/catch.hpp>
 

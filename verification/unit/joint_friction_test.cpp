@@ -1,5 +1,5 @@
-// Friction in ideal joints from their reactions: what the reader refuses, the coupled equations against closed forms, what
-// no motion is taken for one, snapshots, the exact Jacobian.
+// Friction in ideal joints from their reactions: refusals of the reader, the coupled equations
+// against closed forms, detection of cases without a motion, snapshots, and the exact Jacobian.
 #include <catch2/catch.hpp>
 
 #include <cmath>

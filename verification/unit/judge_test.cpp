@@ -1,4 +1,5 @@
-// What a run is told about itself: doubt where there is reason, by a measure that the model has, and else nothing.
+// Notes of a run about its own quality: doubtful results are reported with reason, by a measure
+// that the model has, and no others.
 #include <fmt/format.h>
 #include <catch2/catch.hpp>
 

@@ -1,4 +1,4 @@
-// `freeplay check` of thousands of bodies: memory and time in proportion to them.
+// `freeplay check` of thousands of bodies: memory and time grow in proportion to them.
 #include <fmt/format.h>
 #include <sys/wait.h>
 #include <catch2/catch.hpp>

@@ -1,5 +1,5 @@
-// Every contact and friction law: delivered restitution against the reference's bisection, line contacts
-// against each other and their own definitions, friction laws at the ends of their zones.
+// Every contact and friction law: delivered restitution against the bisection of the reference,
+// line contacts against each other and their definitions, friction laws at the ends of their zones.
 #include <catch2/catch.hpp>
 
 #include <algorithm>

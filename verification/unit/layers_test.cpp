@@ -1,5 +1,5 @@
-// The layers of the source tree: each file includes only what stands in its own layer or below. A planted wrong include
-// shows that the check can fail.
+// The layers of the source tree: each file includes only its own layer and those below. A planted
+// wrong include shows that the check can fail.
 #include <fmt/format.h>
 
 #include <array>

@@ -1,4 +1,4 @@
-// Text for a terminal: lines broken where they must be and nowhere else, numbers under their heads.
+// Text for a terminal: lines are broken only where necessary, and numbers are under their headings.
 #include <fmt/format.h>
 #include <catch2/catch.hpp>
 

@@ -1,5 +1,5 @@
-// The library as a user has it: installed, found from a project outside the tree, its headers without ours,
-// several simulations in threads; and the program that is installed beside it.
+// The library as a user has it: installed, found from a project outside the source tree, with its
+// public headers alone, several simulations in threads; and the program that is installed with it.
 #include <fmt/format.h>
 #include <sys/wait.h>
 #include <catch2/catch.hpp>

@@ -1,6 +1,7 @@
-// Snapshots of what goes on from step to step, bit for bit: at random steps of a run the memory of an
-// integrator, or of a factorisation, is written and read into a new one, and both go on with the same calls,
-// as the steppers make them. Every time and every component must be equal, not near.
+// Serialization of data that persists from step to step, bit for bit. At random steps of a run the
+// state of an integrator, or of a factorisation, is serialized and restored in a new one, and both
+// continue with the same calls, as the steppers make them. Every time and every component must be
+// equal, not only close.
 #include "values/memory.hpp"
 
 #include <catch2/catch.hpp>

@@ -1,4 +1,4 @@
-// Six mistakes that anybody makes: each is told by the line it stands in and by its cause.
+// Six common mistakes: each is reported with its line and its cause.
 #include <catch2/catch.hpp>
 
 #include <fstream>

@@ -1,4 +1,5 @@
-// Names as long as a scene may have pass through every verb that reads result files; longer ones are refused at their place.
+// Names of the greatest permitted length pass through every command that reads result files; longer
+// ones are refused at their place.
 #include <fmt/format.h>
 #include <catch2/catch.hpp>
 

@@ -1,4 +1,4 @@
-// Points of a body by name, in a frame of the author's choice.
+// Points of a body by name, in a frame chosen by the author.
 #include <catch2/catch.hpp>
 
 #include "io/scene/write_scene.hpp"

@@ -1,4 +1,5 @@
-// Starts found from near by are those found from afar, to rounding.
+// Perturbed starts found from an initial guess nearby equal those found from the given positions,
+// to rounding.
 #include <catch2/catch.hpp>
 
 #include <cmath>

@@ -1,4 +1,4 @@
-// Observers: what they are shown, and that a run does not care.
+// Observers: the data that they receive, and the independence of a run from them.
 #include <catch2/catch.hpp>
 
 #include <cmath>

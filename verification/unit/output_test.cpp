@@ -1,4 +1,4 @@
-// Files, events, pairing, and the program as a user meets it.
+// Files, events, pairing, and the program as a user runs it.
 #include <sys/resource.h>
 #include <catch2/catch.hpp>
 #include <csignal>

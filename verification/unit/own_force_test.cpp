@@ -1,4 +1,5 @@
-// Applied forces from outside: closed forms in both formulations, in the world's directions and in a body's; what is told of them.
+// User-supplied applied forces: closed forms in both formulations, in world and in body axes; their
+// report.
 #include <fmt/format.h>
 #include <catch2/catch.hpp>
 

@@ -1,5 +1,6 @@
-// Keys that only some laws, integrators and schemes read: refused under the others, in a file and as an option; and what is
-// read has an effect. The rows of own_keys() (mechanism/options.hpp) say which; here it is derived again from runs.
+// Keys that only some laws, integrators and schemes read: refused with the others, in a file and as
+// an option; and each key that is read has an effect. The rows of own_keys()
+// (mechanism/options.hpp) list them; here they are derived again from runs.
 #include <fmt/format.h>
 #include <catch2/catch.hpp>
 

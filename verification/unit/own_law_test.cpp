@@ -1,5 +1,6 @@
-// Normal forces from outside: a law that is also built in gives its motion, under explicit and implicit methods; the provenance tells;
-// runs are repeated and gone on with by the same law alone.
+// User-supplied normal forces: a copy of a built-in law gives the motion of the built-in one, in
+// explicit and implicit methods; the provenance reports it; a run is repeated and continued with
+// the same law only.
 #include <fmt/format.h>
 #include <catch2/catch.hpp>
 

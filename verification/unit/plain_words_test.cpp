@@ -1,4 +1,5 @@
-// What cannot go well is said in plain words: by `check` and before a run, or by a run that stops with its reason.
+// Scenes that cannot run correctly are reported: by `check` and before a run, or by a run that
+// stops with its reason.
 #include <fmt/format.h>
 #include <catch2/catch.hpp>
 

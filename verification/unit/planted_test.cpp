@@ -1,5 +1,5 @@
-// Links, special files and other names that a received or shared folder may hold: nothing is written through them, and
-// nothing waits for them.
+// Links, special files and other names in a received or shared folder: nothing is written through
+// them, and nothing waits for them.
 #include <fmt/format.h>
 #include <catch2/catch.hpp>
 

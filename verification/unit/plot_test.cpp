@@ -1,4 +1,5 @@
-// Columns of result folders as figures: which rows, which names, which units; and the figures of loose joints.
+// Columns of result folders as figures: rows, names, units; and the figures of joints with
+// clearance.
 #include <fmt/format.h>
 #include <catch2/catch.hpp>
 

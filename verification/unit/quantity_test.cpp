@@ -1,4 +1,5 @@
-// Numbers with a unit as text: every unit there and back, digits, dimensions, and where a scene takes them.
+// Numbers with a unit as text: conversion of every unit in both directions, digits, dimensions, and
+// their places in a scene.
 #include "io/scene/quantity.hpp"
 
 #include <fmt/format.h>

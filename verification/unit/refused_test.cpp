@@ -1,4 +1,5 @@
-// What is refused, as a class: a misspelt key wherever one can stand, and studies that no calibration can be made of.
+// Classes of refusals: a misspelt key in every possible place, and studies that cannot be
+// calibrated.
 #include <fmt/format.h>
 #include <catch2/catch.hpp>
 

@@ -1,5 +1,5 @@
-// freeplay run --from: what run.json says is enough to make the run again, byte for byte, whatever it was; and what
-// it says is what decides the digits.
+// freeplay run --from: run.json is sufficient to repeat any run byte for byte, and contains all
+// that affects its digits.
 #include <fmt/format.h>
 #include <catch2/catch.hpp>
 

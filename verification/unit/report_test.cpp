@@ -1,5 +1,5 @@
-// The page of a result folder: nothing lost by thinning, texts as data, sizes, and folders that have none. What the page does in
-// a browser is judged by scripts/report-test.
+// The report page of a result folder: thinning loses no extreme, texts are data, sizes, and folders
+// without results. scripts/report-test checks the page in a browser.
 #include "plots/report/report.hpp"
 
 #include <fmt/format.h>

@@ -1,4 +1,4 @@
-// Blobs of a study's results: what is read is what was stored, to single precision.
+// Blobs of a study's results are read back as they were stored, to single precision.
 #include <catch2/catch.hpp>
 
 #include <cmath>

@@ -1,5 +1,5 @@
-// freeplay run --resume: a run that is killed or interrupted, however often and wherever, leaves in the end
-// the files of one that was not, byte for byte.
+// freeplay run --resume: a run that is killed or interrupted, any number of times and anywhere,
+// finally leaves the files of an undisturbed run, byte for byte.
 #include <fcntl.h>
 #include <fmt/format.h>
 #include <signal.h>

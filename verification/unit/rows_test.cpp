@@ -1,4 +1,5 @@
-// Rows of time stand at multiples of the output step by their index, and the last at the end exactly.
+// Times of rows are multiples of the output step by their index, and the last row is exactly at the
+// end time.
 #include <catch2/catch.hpp>
 
 #include <cmath>

@@ -1,5 +1,5 @@
-// Reading scenes: the reference scene, overrides, every kind of bad input with the message it must get, and
-// docs/scene.md in step with the schema.
+// Reading of scenes: the reference scene, overrides, every kind of invalid input with its message,
+// and agreement of docs/scene.md with the schema.
 #include "mechanism/scene.hpp"
 
 #include <catch2/catch.hpp>

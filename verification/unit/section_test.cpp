@@ -1,4 +1,5 @@
-// Poincaré sections: where their points are, that they lie within steps, and that a run does not care.
+// Poincaré sections: the exact place of their points within steps, and the independence of a run
+// from its section.
 #include <catch2/catch.hpp>
 
 #include <fmt/format.h>

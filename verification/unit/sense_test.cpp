@@ -1,4 +1,4 @@
-// Units out of sense are asked about, and nothing else is.
+// Unit plausibility check: implausible units raise a question, and nothing else does.
 #include <catch2/catch.hpp>
 #include <fstream>
 

@@ -1,4 +1,5 @@
-// Studies divided: any number of shards, in any order, with interruptions, give what one process gives; and what is refused.
+// Divided studies: any number of shards, in any order, with interruptions, gives the result of one
+// process; and refusals.
 #include <fmt/format.h>
 #include <catch2/catch.hpp>
 

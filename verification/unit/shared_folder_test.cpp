@@ -1,4 +1,5 @@
-// Result folders that several processes want: one writes, sweeps share; a study that is wrong touches nothing.
+// Result folders used by several processes: one writes, sweeps share; an invalid study changes
+// nothing.
 #include <fmt/format.h>
 #include <signal.h>
 #include <unistd.h>

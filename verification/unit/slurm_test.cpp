@@ -1,4 +1,5 @@
-// Commands of Slurm that do not answer: submit and status end in time and say so; and licences of what scripts/bundle ships.
+// Slurm commands that do not answer: submit and status end in time with a message. Licences of the
+// files that scripts/bundle ships.
 #include <fmt/format.h>
 #include <catch2/catch.hpp>
 

@@ -1,5 +1,5 @@
-// Springs beyond a constant rate and bushings: their forces are the gradient of what they store, dampers take energy, kinks
-// are where the force has them, and what is no spring is refused.
+// Springs of variable rate and bushings: forces are the gradient of their stored energy, dampers
+// dissipate energy, kinks are listed where the force has them, and invalid springs are refused.
 #include <catch2/catch.hpp>
 
 #include <cmath>

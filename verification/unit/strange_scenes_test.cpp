@@ -1,5 +1,5 @@
-// Scenes that a stranger tries: an error says where and what would be right, a figure shows what is there, a smooth force
-// is not doubted.
+// Unusual scenes: an error states the place and a remedy, a figure shows the actual pose, and a
+// smooth force is not reported as doubtful.
 #include <catch2/catch.hpp>
 
 #include <algorithm>

@@ -1,5 +1,5 @@
-// A study's keys: what is said otherwise runs no run again, what decides a digit does, and keys of another kind
-// are neither used nor lost.
+// Keys of a study's runs: a change of spelling repeats no run, a change that affects a digit does,
+// and a database with keys of another kind is neither used nor lost.
 #include <fmt/format.h>
 #include <catch2/catch.hpp>
 

@@ -1,5 +1,5 @@
-// The page of studies and the studies of cases: the example runs as its page says, every table and column is listed there, and
-// every study of a case can be planned.
+// The documentation of studies and the studies of cases: the example runs as documented,
+// docs/study.md lists every table and column, and every study of a case can be planned.
 #include <fmt/format.h>
 #include <catch2/catch.hpp>
 

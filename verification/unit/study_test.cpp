@@ -1,5 +1,5 @@
-// Studies: reading, bit-identity, carrying on, metrics by hand, surfaces, measured files, and calibration end
-// to end.
+// Studies: reading, bit-identity, resumption, metrics by hand, response surfaces, measured files,
+// and a complete calibration.
 #include <fmt/format.h>
 #include <sqlite3.h>
 #include <catch2/catch.hpp>

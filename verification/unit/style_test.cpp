@@ -1,4 +1,4 @@
-// style.toml: what is read of it, what is refused, that nothing in it is executed, and that it survives.
+// style.toml: reading, refusals, that nothing in it is executed, and that it is kept.
 #include <fmt/format.h>
 #include <catch2/catch.hpp>
 

@@ -1,4 +1,4 @@
-// freeplay submit: what files and names hold does not reach the batch scripts but as words.
+// freeplay submit: contents of files and names enter the batch scripts only as quoted words.
 #include <fmt/format.h>
 #include <catch2/catch.hpp>
 

@@ -1,5 +1,6 @@
-// The parts of time stepping, each alone: the equations of a step with arrays for a mechanism, the control of steps' pace with times
-// for steps, contacts, position correction and records with one ball above a plane.
+// The parts of time stepping, each alone: the equations of a step on a mechanism given as arrays,
+// control of the step size on given times, and contacts, position correction and records with one
+// ball above a plane.
 #include <catch2/catch.hpp>
 #include <cmath>
 #include <vector>

@@ -1,4 +1,4 @@
-// Flights and impacts of a turn are those of one joint, whatever the others do.
+// Flights and impacts per revolution are those of one joint, independent of the others.
 #include <catch2/catch.hpp>
 
 #include <cmath>

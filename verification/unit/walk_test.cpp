@@ -1,4 +1,5 @@
-// Pages that tell their reader what to do are done, in an empty folder, and print what they show: scripts/walk.
+// scripts/walk: the commands of documentation pages are executed in an empty folder and print the
+// output shown.
 #include <fmt/format.h>
 #include <catch2/catch.hpp>
 

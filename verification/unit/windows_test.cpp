@@ -1,4 +1,4 @@
-// Batch means by hand: counts, shares and energies whose scatter is a closed form.
+// Batch means by hand: counts, shares and energies whose scatter has a closed form.
 #include <catch2/catch.hpp>
 
 #include <cmath>

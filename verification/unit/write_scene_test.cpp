@@ -1,5 +1,5 @@
-// Writing scenes: what to_toml says of every scene there is reads back bit for bit, first_difference finds
-// what differs, and Scene::set does what --set does.
+// Writing of scenes: the text of to_toml is read back bit for bit for every scene, first_difference
+// finds the differing key, and Scene::set is equivalent to --set.
 #include "io/scene/write_scene.hpp"
 
 #include <fmt/format.h>

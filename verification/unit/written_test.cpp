@@ -1,5 +1,5 @@
-// What stands in the files of a run, read as a user reads them: rows of trajectory.csv against the parabola of a throw,
-// names and residuals in run.json, notes where there is reason and nowhere else.
+// Contents of the files of a run, read as a user reads them: rows of trajectory.csv against the
+// parabola of a throw, names and residuals in run.json, and notes only with reason.
 #include <fmt/format.h>
 #include <catch2/catch.hpp>
 

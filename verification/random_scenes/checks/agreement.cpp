@@ -1,4 +1,5 @@
-// What a run must have in common with other runs: a finer tolerance, another method, the same scene said otherwise.
+// Agreement of a run with other runs: a finer tolerance, another method, the same scene
+// transformed.
 #include <algorithm>
 #include <cmath>
 

@@ -1,4 +1,4 @@
-// A run under judgement, and the checks that it is put to.
+// A run under assessment, and the checks applied to it.
 #pragma once
 
 #include <optional>

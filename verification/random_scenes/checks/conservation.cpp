@@ -1,4 +1,4 @@
-// What a run must keep by itself: energy, momentum, walls, Newton's and Euler's equations.
+// Checks on a single run: energy, momentum, walls, Newton's and Euler's equations.
 #include <fmt/format.h>
 
 #include <algorithm>

@@ -1,5 +1,5 @@
-// Every row of a trajectory compared with what is known of it: by a small integration of its own, by hand, by a curve, by
-// energy, or by runs at a tight tolerance.
+// Compares every row of a trajectory with its reference: a small independent integration, a closed
+// form, a curve, the energy, or runs at a tight tolerance.
 #include <fmt/format.h>
 
 #include <algorithm>

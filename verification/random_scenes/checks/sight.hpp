@@ -1,4 +1,4 @@
-// What is seen of a run, and of the runs that it is held to.
+// The observed results of a run and of the runs that it is compared with.
 #pragma once
 
 #include <optional>

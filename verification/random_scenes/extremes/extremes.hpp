@@ -1,5 +1,6 @@
-// The extremes: every cell of the map is a scene at the edge of what can be asked, judged against a
-// reference. A cell runs in a process of its own with a limit of time, so a crash or a hang is a verdict too.
+// The map of extreme parameters. Every cell is a scene at the limit of the permitted parameters,
+// compared with a reference. A cell runs in its own process with a time limit, so a crash or a hang
+// is an outcome too.
 #pragma once
 
 #include <functional>

@@ -1,4 +1,5 @@
-// Loose joints where the rig's first two touches say too little: two in one chain, and a thousand turns.
+// Joints with clearance where the first two contacts of the test rig are not sufficient: two joints
+// in one chain, and a thousand revolutions.
 #include <fmt/format.h>
 
 #include <array>

@@ -1,5 +1,5 @@
-// The paper's rig along one axis at a time, judged by its first two touches against the oracle (two
-// coordinates, no code shared with the solvers).
+// The test rig of the paper along one parameter at a time: its first two contacts against the
+// oracle (two coordinates, no code shared with the solvers).
 #include <fmt/format.h>
 
 #include <cmath>

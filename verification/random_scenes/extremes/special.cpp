@@ -1,4 +1,4 @@
-// Scenes that are extreme by what they are: singular positions, redundancy, no motion, long runs, Painlevé.
+// Scenes of a special kind: singular positions, redundancy, no motion, long runs, Painlevé.
 #include <fmt/format.h>
 
 #include <cmath>

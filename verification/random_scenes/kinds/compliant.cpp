@@ -1,4 +1,4 @@
-// Random scenes on springs beyond a constant rate, on bushings, and on cams.
+// Random scenes with springs of variable rate, bushings and cams.
 #include <algorithm>
 #include <numbers>
 

@@ -1,4 +1,4 @@
-// Bodies that curves move, with balls, stops, arms, teeth and journals on them.
+// Bodies on prescribed curves, with balls, stops, arms, teeth and journals on them.
 #include <algorithm>
 
 #include "verification/random_scenes/kinds/kinds.hpp"

@@ -1,4 +1,4 @@
-// Sliders and rotors under forces that curves, one-way springs and bump stops exert.
+// Sliders and rotors under forces of curves, one-sided springs and bump stops.
 #include <algorithm>
 
 #include "verification/random_scenes/kinds/kinds.hpp"

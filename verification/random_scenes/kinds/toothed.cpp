@@ -1,4 +1,4 @@
-// Random scenes with teeth and with end stops.
+// Random scenes with gear teeth and end stops.
 #include <algorithm>
 
 #include "verification/random_scenes/kinds/kinds.hpp"
