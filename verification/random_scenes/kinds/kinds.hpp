@@ -24,19 +24,20 @@ void springs(Draw& draw, Draft& out);
 ///@{
 /// A spinning rotor's bump against pegs, levers, free discs.
 void bump(Draw& draw, Draft& out);
-/// One to six links, pinned or floating, joints loose.
+/// One to six links, pinned or floating, joints with clearance.
 void chain(Draw& draw, Draft& out);
-/// Closed chains, driven, one to three joints loose.
+/// Closed chains, driven, clearance in one to three joints.
 void loop(Draw& draw, Draft& out);
-/// Sliders loose in guides.
+/// Sliders with clearance in guides.
 void guide(Draw& draw, Draft& out);
-/// Rotors under pulses and tables, a loose link hung on.
+/// Rotors under pulses and tables, with a link attached by a joint with clearance.
 void pulse(Draw& draw, Draft& out);
-/// Rotors by motors, governors and prescribed starts, a loose link hung on.
+/// Rotors with motors, governors and prescribed starts, with a link attached by a joint with
+/// clearance.
 void motored(Draw& draw, Draft& out);
 /// Lubricated journals.
 void film(Draw& draw, Draft& out);
-/// Sliders with friction of fixed bound that run against stops.
+/// Sliders with friction of fixed bound that reach stops.
 void preloaded(Draw& draw, Draft& out);
 ///@}
 /// @name For the same: teeth and end stops (toothed.cpp)
@@ -57,15 +58,15 @@ void cams(Draw& draw, Draft& out);
 ///@{
 /// Balls on a table that a curve moves.
 void moved_table(Draw& draw, Draft& out);
-/// A slider on a spring between stops of a moved slide.
+/// A slider on a spring between stops of a slide on a curve.
 void moved_stop(Draw& draw, Draft& out);
-/// An arm between angle stops of a moved rotor.
+/// An arm between angle stops of a rotor on a curve.
 void moved_lever(Draw& draw, Draft& out);
-/// A wheel between the flanks of one that a curve moves.
+/// A wheel between the flanks of one on a curve.
 void teeth(Draw& draw, Draft& out);
-/// A journal in a bearing that a curve moves.
+/// A journal in a bearing on a curve.
 void moved_journal(Draw& draw, Draft& out);
-/// A place that follows a rotor's angle, which turns as it may or as driven.
+/// A position prescribed over the angle of a rotor, free or driven.
 void follower(Draw& draw, Draft& out);
 /// A slow drive beside a fast oscillator on a stop.
 void two_scales(Draw& draw, Draft& out);
@@ -74,18 +75,18 @@ void two_scales(Draw& draw, Draft& out);
 ///@{
 /// Sliders and rotors under forces against time, position, angle and speed.
 void pushed(Draw& draw, Draft& out);
-/// Forces against place without net work.
+/// Forces over position without net work.
 void barrier(Draw& draw, Draft& out);
-/// One-way springs and bump stops.
+/// One-sided springs and bump stops.
 void one_way(Draw& draw, Draft& out);
 ///@}
 /// @name For the same: touching bodies (touching.cpp)
 ///@{
 /// Discs on each other, falling on a floor.
 void touching_column(Draw& draw, Draft& out);
-/// Discs or blocks in a row, met by one.
+/// Discs or blocks in a row, hit by one.
 void touching_row(Draw& draw, Draft& out);
-/// Discs in a grid, met by one.
+/// Discs in a grid, hit by one.
 void touching_grid(Draw& draw, Draft& out);
 ///@}
 
