@@ -42,7 +42,7 @@ TEST_CASE(
       return dot(p, p) / (2 * rotor.mass) + spin(t) * spin(t) / (2 * rotor.inertia) -
              rotor.mass * dot(g, place(t));
     };
-    // Angles count like lengths here, l = 1 m above the eccentricity.
+    // Angles are scaled like lengths here, l = 1 m above the eccentricity.
     const Long scale = (rotor.mass + rotor.inertia) * (pace * pace + size(g));
     within(load.reaction, richardson_vector(momentum, 0, h) - rotor.mass * g, twice * scale, why_twice);
     const auto angular = [&](Long t) { return cross(place(t), momentum(t)) + spin(t); };
@@ -65,11 +65,13 @@ TEST_CASE("rotor: bearing load against a derivation by hand", "[references][forc
     within(balanced.reaction, {0, m * g}, 0, "a balanced rotor only weighs");
     within(balanced.torque, 0, 0, "and needs no torque");
   }
-  // A mass on a thread let go level: ω² = 2 g/a at the bottom, tension three times the weight.
+  // A mass on a thread released at the horizontal: ω² = 2 g/a at the bottom, tension three times
+  // the weight.
   const Long down = -std::acos(0.0L);
   const RotorLoad<Long> bottom = rotor_load<Long>({m, a, 0}, {down, std::sqrt(2 * g / a), 0}, {0, -g});
   within(bottom.reaction, {0, 3 * m * g}, 1e-16L, why);
-  // A rod let go level falls with 3g/(2 l) and leaves a quarter of its weight to the hinge.
+  // A rod released at the horizontal falls with 3g/(2 l), and a quarter of its weight acts on the
+  // hinge.
   const Long l = 2 * a;
   const RotorLoad<Long> rod = rotor_load<Long>({m, a, m * l * l / 12}, {0, 0, -3 * g / (2 * l)}, {0, -g});
   within(rod.reaction, {0, m * g / 4}, 1e-17L, why);
@@ -89,7 +91,7 @@ TEST_CASE("weld: load equals the rates of momentum and angular momentum of the w
 
     const Long pace = std::abs(at.speed) + std::sqrt(std::abs(at.acceleration)), h = 0.2L / pace;
     const auto angle = [&](Long t) { return at.angle + t * (at.speed + t * at.acceleration / 2); };
-    // By distance and bearing from the axis.
+    // By distance and direction from the axis.
     const auto carried = [&](const Vec& v, Long t) {
       return size(v) * direction(std::atan2(v.y, v.x) + angle(t));
     };
@@ -116,7 +118,8 @@ TEST_CASE("weld: load equals the rates of momentum and angular momentum of the w
     within(dot(load.force, richardson_vector(joint, 0, h)) + load.moment * at.speed, richardson(energy, 0, h),
            4 * twice * scale * pace, why);
   }
-  // A cantilever at rest, and a bar spun about one end and cut in the middle: half of it at 3l/4.
+  // A cantilever at rest, and a bar that rotates about one end and is cut in the middle: half of it
+  // at 3l/4.
   const JointLoad<Long> still = weld_load<Long>({2, 0.1L, {0.3L, 0}, {0.5L, 0}}, {}, {0, -10});
   within(still.force, {0, 20}, 1e-18L, "the weight");
   within(still.moment, 10, 1e-18L, "the weight times its arm, holding it up counter-clockwise");
@@ -163,15 +166,15 @@ TEST_CASE("guide: load against a derivation by hand", "[references][forces]") {
   const GuideLoad<Long> sliding = guide_load(block, guided_acceleration(block, {0, -g}), {0, -g});
   within(sliding.joint.force, m * g * std::cos(slope_angle) * n, 1e-17L, why);
   within(sliding.joint.moment, 0, 1e-17L, why);
-  // Held at rest: D = m g sin β, and the moment that keeps it from tilting over its foot.
+  // Held at rest: D = m g sin β, and the moment that prevents it from tilting.
   const GuideLoad<Long> held = guide_load(block, 0.0L, {0, -g});
   within(held.drive, m * g * std::sin(slope_angle), 1e-17L, why);
   within(held.joint.moment, -0.3L * m * g * std::sin(slope_angle), 1e-17L, why);
-  // Level guide, arm out to the right, 5 N down at its end: held up counter-clockwise.
+  // Level guide, arm to the right, 5 N downwards at its end: the moment on it is counter-clockwise.
   const GuideLoad<Long> arm = guide_load<Long>({m, 0, {0.1L, 0}, {0, -5}, {0.7L, 0.2L}}, 0, {0, -g});
   within(arm.joint.force, {0, m * g + 5}, 1e-17L, why);
   within(arm.joint.moment, 0.1L * m * g + 0.7L * 5, 1e-17L, why);
-  // A mast accelerated to the right has to be pushed over forwards, clockwise.
+  // A mast accelerated to the right needs a clockwise moment.
   const GuideLoad<Long> mast = guide_load<Long>({m, 0, {0, 0.5L}, {}, {}}, 3, {});
   within(mast.joint.moment, -0.5L * m * 3, 1e-18L, why);
   within(mast.drive, m * 3, 1e-18L, why);
@@ -255,7 +258,7 @@ TEST_CASE("low-pass filter of order 2: differential equation, start, peak and mo
     within(low_pass2_integral(f, impulse, t), low_pass_integral(2, f, impulse, t), 1e-17L,
            "roundings in long double");
   }
-  // The input's δ leaves ẏ = ω_c² P and y = 0 behind.
+  // The δ impulse of the input gives the initial values ẏ = ω_c² P and y = 0.
   const Long early = 1e-6L / w;
   within(y(early) / early, w * w * impulse, 1e-6L * w * w * impulse, "next term −ω_c t/√2 of it, 0.71e-6");
   const Long top = pi_long / 4 * std::sqrt(2.0L) / w;

@@ -15,9 +15,10 @@
 using namespace freeplay;
 
 TEST_CASE("Newton's cradle: velocities after a simultaneous impact by each impact law", "[impact]") {
-  // Unit masses, D = [2, −1; −1, 2]. The first ball at 1 m/s, the others touching at rest (first block of
-  // rows): all laws send the last two off together, none reproduces the cradle. With the third ball at
-  // −0.5 m/s and unlike restitutions the laws part. Worked in fractions.
+  // Unit masses, D = [2, −1; −1, 2]. The first ball at 1 m/s, the others in contact at rest (first
+  // block of rows): by all laws the last two move off together, and none reproduces the cradle.
+  // With the third ball at −0.5 m/s and different restitutions the laws differ. Worked in
+  // fractions.
   struct Row {
     ImpactLaw law;
     double e12, e23, u3, after[3];
@@ -57,7 +58,7 @@ TEST_CASE("Newton's cradle: velocities after a simultaneous impact by each impac
 
 TEST_CASE("Kane and Levinson's pendulum: a run by Newton's impact law reports the gain of energy",
           "[impact][event-driven]") {
-  // By how much each law changes the energy is a claim of "impact-laws".
+  // The change of energy by each law is a claim of "impact-laws".
   auto scene = read_scene(test::scene_file("kane_levinson"));
   scene.nonsmooth.scheme = Scheme::event_driven;
   scene.run.duration = 1e-6;
@@ -72,7 +73,7 @@ TEST_CASE("Kane and Levinson's pendulum: a run by Newton's impact law reports th
           run.notes, [](const std::string& n) { return n.find("raised the energy") != std::string::npos; });
       CHECK(told == (law == ImpactLaw::newton));
     }
-  // Time stepping has Newton's law, and tells as well.
+  // Time stepping uses Newton's law, and reports the gain as well.
   scene = read_scene(test::scene_file("kane_levinson"));
   scene.nonsmooth.scheme = Scheme::moreau_jean;
   const auto run = test::simulate(scene, Family::nonsmooth);
@@ -115,7 +116,7 @@ TEST_CASE("a single impact agrees with its integration over the normal impulse",
     for (const auto& row : {Row{0.2, 1.5, 1.0, 0.1}, Row{0.2, 1.5, 0.05, 0.4}, Row{-0.9, 2.0, 0.3, 0.2},
                             Row{0.9, 2.0, -0.3, 0.2}, Row{0.5, 1.0, 0.0, 0.8}, Row{0.9, 1.0, 2.0, 0.9}}) {
       const auto impact = routh_impact(law, 1, row.d, row.t, u_n, row.u_t, row.mu, e);
-      // The same by small steps of the normal impulse, with the friction of each step decided afresh.
+      // The same by small steps of the normal impulse, with the friction determined in each step.
       double n = u_n, s = row.u_t, p = 0, q = 0, work = 0, rubbed = 0, compressed = 0, pressed = 0;
       const double dP = 1e-6;
       while (n < 0 || (law == ImpactLaw::poisson ? p < pressed * (1 + e) : work < compressed * (1 - e * e))) {
@@ -142,9 +143,10 @@ TEST_CASE("a single impact agrees with its integration over the normal impulse",
 
 TEST_CASE("the energetic law gives each of several contacts its work whenever restitution ratios exist",
           "[impact]") {
-  // Without friction there always are: z_i (D z)_i = e_i² P_i |u_i|, P = −D⁻¹u the compression, has one solution z > 0
-  // (the least of ½ zᵀD z − Σ e_i² P_i |u_i| ln z_i), and P + z is the impulse. D couples negatively here, where contacts
-  // push each other apart, and compression presses all.
+  // Without friction they always exist: z_i (D z)_i = e_i² P_i |u_i|, P = −D⁻¹u the compression
+  // impulse, has one solution z > 0 (the minimum of ½ zᵀD z − Σ e_i² P_i |u_i| ln z_i), and P + z
+  // is the impulse. The coupling in D is negative here: contacts push each other apart, and
+  // compression loads all.
   std::mt19937_64 engine(7);
   const auto uniform = [&](double low, double high) {
     return std::uniform_real_distribution(low, high)(engine);

@@ -60,7 +60,7 @@ Long distance(const Mechanism& m, Long t, Long theta, Long x) {
 const Long some_t = 0.0123L;
 const State some_state{-0.11L, -1.7L, 0.3455L, -0.6L, 0, 0};
 
-/// Free flight from the ideal start at φ₀ = 0, where ψ = φ − θ is a pendulum that turns over:
+/// Free flight from the ideal start at φ₀ = 0, where ψ = φ − θ is a rotating pendulum:
 ///
 ///     sin(ψ/2) = sn(ψ̇₀ t/2, k).
 State closed_flight(const Mechanism& m, Long t) {
@@ -252,8 +252,8 @@ TEST_CASE("oracle: a stiff contact gives the free impact of the closed forms", "
   const Mechanism m;
   const Long t1 = nonsmooth_run(0, 0.46L).impacts.at(0).t;
   const Long mass = 1 / gudgeon_contact(m, t1, closed_flight(m, t1)).delassus.nn;
-  // The gap closes with about 26 m/s² of its own (second flight: 2 · 0.052 m/s in 4.1 ms), which over a
-  // contact of duration T changes speeds by 26 T.
+  // The gap closes with about 26 m/s² by itself (second flight: 2 · 0.052 m/s in 4.1 ms), which
+  // changes speeds by 26 T over a contact of duration T.
   for (const Long stiffness : {1e12L, 1e14L}) {
     for (const Long e : {1.0L, 0.46L}) {
       const OracleImpact<Long> i = penalty_run(0, exact_chi(e), stiffness, 1).impacts.at(0);
@@ -280,8 +280,8 @@ TEST_CASE("oracle: the stiff limit of the penalty law is the nonsmooth law", "[r
       for (const std::size_t i : {1u, 2u}) {
         const Long t = run.impacts.at(i).t - limit.impacts.at(i).t;
         const Long v = run.impacts.at(i).v_n_minus - limit.impacts.at(i).v_n_minus;
-        // Contact time ∝ K^{−2/5}. The next order is smaller by contact over flight time, 5 % at K = 1e11,
-        // and shrinks at the same rate.
+        // Contact time ∝ K^{−2/5}. The next order is smaller by the ratio of contact to flight
+        // time, 5 % at K = 1e11, and decreases at the same rate.
         INFO("impact " << i + 1 << ", K = " << stiffness << ", μ = " << friction);
         if (stiffness > 1e11L) {
           const Long rate = std::pow(10.0L, 0.4L), allowed = 0.2L * std::pow(1e12L / stiffness, 0.4L) + 1e-3L;
@@ -303,7 +303,8 @@ TEST_CASE("oracle: plastic, fully elastic and very soft contacts", "[references]
   CHECK(elastic.end == OracleEnd::end_time);
   CHECK(elastic.t == 0.05L);
   for (const OracleImpact<Long>& i : elastic.impacts) CHECK(i.v_n_plus == -i.v_n_minus);
-  // Too soft to part within a turn: no impact, but the touch of the flight that every law begins with.
+  // Too soft to separate within a revolution: no impact, only the contact onset of the flight that
+  // begins the motion for every law.
   LooseSliderCrank<Long> m;
   PenaltyContact<Long> soft;
   soft.stiffness = 1e5L;

@@ -25,7 +25,8 @@ using Catch::Matchers::StartsWith;
 
 namespace {
 
-/// A way to run a scene, and the error (m, m/s) that it is held to in a second of motion of about a metre.
+/// A method to run a scene, and its permitted error (m, m/s) in a second of motion of about a
+/// metre.
 struct Way {
   const char* family;
   const char* scheme;
@@ -33,8 +34,9 @@ struct Way {
   double bound;
 };
 
-/// Tolerances of 1e-10 leave some hundred steps' errors: 1e-7. Moreau–Jean of second order in smooth motion with
-/// steps of 1e-4 s and accelerations of 10 m/s²: 1e-8 a step in the speed's error, 1e-4 in 1 s at most.
+/// Tolerances of 1e-10 accumulate over some hundred steps: 1e-7. Moreau–Jean is of second order in
+/// smooth motion with steps of 1e-4 s and accelerations of 10 m/s²: a speed error of 1e-8 a step,
+/// at most 1e-4 in 1 s.
 std::vector<Way> ways() {
   return {{"penalty", "", {"penalty.tolerance=1e-10"}, 1e-6},
           {"nonsmooth", "event-driven", {"nonsmooth.tolerance=1e-10"}, 1e-6},
@@ -136,7 +138,8 @@ TEST_CASE("a point mass on a spring to the ground moves on an ellipse", "[points
   }
 }
 
-// Newton's and Coulomb's laws at each impact: e = 0.8, and the first takes μ(1 + e) v of the sliding speed.
+// Newton's and Coulomb's laws at each impact: e = 0.8, and the first impact takes μ(1 + e) v from
+// the sliding speed.
 TEST_CASE("a thrown point mass bounces on a floor with friction", "[points]") {
   const double h = 0.5, e = 0.8, mu = 0.1, vx = 3;
   const auto text =
@@ -155,7 +158,7 @@ TEST_CASE("a thrown point mass bounces on a floor with friction", "[points]") {
     REQUIRE(run.events.size() >= 2);
     const bool steps = std::string_view(way.scheme) == "moreau-jean";
     const double late = steps ? 2e-4 : 1e-9,
-                 off = steps ? 5e-3 : 1e-8;  // two steps; what gravity adds in them
+                 off = steps ? 5e-3 : 1e-8;  // two steps; the effect of gravity in them
     CHECK(std::abs(run.events[0].t - first) <= late);
     CHECK(std::abs(run.events[1].t - second) <= 2 * late);
     CHECK(std::abs(run.events[0].v_n_plus - e * v) <= off);
@@ -163,7 +166,8 @@ TEST_CASE("a thrown point mass bounces on a floor with friction", "[points]") {
   }
 }
 
-// The first ball falls through its quarter period, hands all it has to the second, which swings on as one pendulum would.
+// The first ball swings down in a quarter of its period and transfers its whole momentum to the
+// second, which continues as a single pendulum would.
 TEST_CASE("a cradle of two point masses transfers its momentum", "[points]") {
   const double L = 0.8, R = 0.01, amplitude = 0.4;
   const reference::Pendulum pendulum{0.7, 0, L, g, -amplitude};
@@ -177,7 +181,8 @@ TEST_CASE("a cradle of two point masses transfers its momentum", "[points]") {
                         2 * R, R) +
                     any;
   for (const auto& way : ways()) {
-    // Steps and elastic contacts lag behind by what they last; the impact is an instant in event-driven runs alone.
+    // Steps and elastic contacts cause a delay by their duration; the impact is instantaneous only
+    // in event-driven runs.
     if (std::string_view(way.scheme) != "event-driven" && std::string_view(way.scheme) != "automatic")
       continue;
     INFO(way.scheme);
@@ -189,7 +194,8 @@ TEST_CASE("a cradle of two point masses transfers its momentum", "[points]") {
   }
 }
 
-// With K = 2e5 N/m and no damping the contact lasts half a period, π √(m/K), and is v √(m/K) deep; F = K δ.
+// With K = 2e5 N/m and no damping the contact lasts half a period, π √(m/K), with a depth of v
+// √(m/K); F = K δ.
 TEST_CASE("a corner contact with a given stiffness has the duration and depth of its spring (penalty)",
           "[points][penalty]") {
   const double m = 0.7, v = 1.2, K = 2e5;
@@ -315,7 +321,7 @@ TEST_CASE("the canonical text of a point body is read back unchanged", "[points]
   CHECK(scene.mechanism.bodies[0].point);
   auto changed = scene;
   changed.mechanism.bodies[0].mass = 2;
-  changed.set("run.duration", 2.0);  // read again from its own canonical text
+  changed.set("run.duration", 2.0);  // read back from its canonical text
   CHECK(changed.mechanism.bodies[0].point);
   CHECK(changed.mechanism.bodies[0].mass == 2);
 }

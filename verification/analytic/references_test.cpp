@@ -74,7 +74,7 @@ TEST_CASE("slider-crank: greatest accelerations of the test rig and the angle at
 TEST_CASE("elastic impact: duration constant by quadrature, depth by energy", "[references]") {
   boost::math::quadrature::tanh_sinh<double> quadrature;
   for (const double n : {1.0, 1.3, 1.5, 2.0}) {
-    // z = 1 − y² takes away the singularity at z = 1.
+    // z = 1 − y² removes the singularity at z = 1.
     const auto f = [n](double y) {
       return y < 1e-9 ? 2 / std::sqrt(n + 1) : 2 * y / std::sqrt(-std::expm1((n + 1) * std::log1p(-y * y)));
     };
@@ -231,7 +231,7 @@ TEST_CASE("bouncing ball: accumulation point and limits", "[references]") {
   CHECK(ball_impacts({1, 10, 0}, 100).size() == 1);
   CHECK(ball_accumulation_time({1, 10, 0}) == ball_impact({1, 10, 0}, 1).t);
   CHECK(std::isinf(ball_accumulation_time({1, 10, 1})));
-  // Work lost over all bounces is the whole drop.
+  // The energy lost over all bounces is that of the whole drop.
   double lost = 0;
   for (const BallImpact& i : all) lost += 0.5 * (i.approach * i.approach - i.rebound * i.rebound);
   within(lost, 10 * 1, 1e-13, "½ Σ (v² − e² v²) = g H, but for 4⁻⁵⁰ of it");
@@ -265,8 +265,8 @@ TEST_CASE("block on a slope: motion, energy, limit of sticking", "[references]")
         for (int i = 0; i <= 2000; ++i) {
           const double t = i * 1e-3;
           const BlockState s = block_state(b, t);
-          // Friction is constant between stops, so its work over a piece is exact except where a piece holds
-          // one.
+          // Friction is constant between stops, so its work over a piece is exact unless the piece
+          // contains a stop.
           if (i > 0) work += block_state(b, t - 0.5e-3).friction * (s.position - last);
           last = s.position;
           within(0.5 * s.velocity * s.velocity + g * std::sin(alpha) * s.position - work, 0.5 * v0 * v0, 2e-4,
@@ -308,7 +308,7 @@ TEST_CASE("oblique impact: a disc on the ground", "[references]") {
   within(d.tt, 3 / m, 1e-14, "solid disc: 1/m + R²/J");
   CHECK(d.nt == 0);
   for (const double mu : {0.0, 0.05, 0.3}) {
-    const double edge = 3 * mu * (1 + e) * 3;  // friction undoes at most D_TT μ (1 + e) |u_N| m
+    const double edge = 3 * mu * (1 + e) * 3;  // friction changes u_T by at most D_TT μ (1 + e) |u_N| m
     for (const double u_t : {-20.0, -0.999 * edge, 0.0, 0.999 * edge, 1.001 * edge, 20.0}) {
       const auto p = oblique_impact(d, u_n, u_t, e, mu);
       within(p.impulse_n, m * (1 + e) * 3, 1e-13, "uncoupled normal");
@@ -330,12 +330,14 @@ TEST_CASE("oblique impact: a disc on the ground", "[references]") {
 }
 
 TEST_CASE("oblique impact: a rod, slip reversal", "[references]") {
-  // A rod of length 2a at 45°, its lower end touching: D = [1 + 3/2, ∓3/2; …, 1 + 3/2]/m for J = m a²/3.
+  // A rod of length 2a at 45°, with its lower end in contact: D = [1 + 3/2, ∓3/2; …, 1 + 3/2]/m for
+  // J = m a²/3.
   const double m = 1.2, a = 0.3, inertia = m * a * a / 3, x = a / std::sqrt(2), y = -x;
   const Delassus<double> d = body_on_ground(m, inertia, x, y);
   within(d.nn * m, 2.5, 1e-14, "1 + m x²/J");
   within(d.nt * m, 1.5, 1e-14, "−m x y/J");
-  // Without friction the impact throws the end by D_NT P_N = 0.6 (1 + e) |u_N|, here 0.9 m/s along +x.
+  // Without friction the impact gives the end a velocity of D_NT P_N = 0.6 (1 + e) |u_N|, here 0.9
+  // m/s along +x.
   const auto free = oblique_impact(d, -1.0, -0.5, 0.5, 0.0);
   within(free.u_t, -0.5 + 0.9, 1e-14, "frictionless");
   const auto p = oblique_impact(d, -1.0, -0.5, 0.5, 0.1);
@@ -376,11 +378,11 @@ TEST_CASE("oblique impact: the law on random contacts, and its limits", "[refere
             bound);                     // full friction where it slides
     REQUIRE(p.impulse_t * p.u_t <= 0);  // against it
     REQUIRE((p.kind == ImpactCase::reversed_slip) == (p.u_t * u_t < 0));
-    // Uniqueness gives a second road: the sticking impulse cut off at the cone's edges.
+    // Uniqueness permits a second method: the sticking impulse limited to the cone.
     const double a = -(1 + e) * u_n, stick = (-nn * u_t - nt * a) / (nn * tt - nt * nt);
     const double cut = std::clamp(stick, -mu * a / (nn - mu * nt), mu * a / (nn + mu * nt));
     REQUIRE(std::abs(p.impulse_t - cut) <
-            1e-9);  // at an edge both roads divide by numbers as small as 0.05 nn
+            1e-9);  // at an edge both methods divide by numbers as small as 0.05 nn
   }
   CHECK(std::min({seen[1], seen[2], seen[3]}) > 100);
   const Delassus<double> d{1.5, 0.4, 3};
@@ -444,7 +446,7 @@ TEST_CASE("ring and journal: momentum and energy over many impacts", "[reference
     within(end.energy + lost, start.energy, 1e-15, "kinetic + lost");
     if (restitution == 1) within(end.energy, start.energy, 1e-15, "nothing lost at ε = 1");
   }
-  // The ring held fast: the journal alone bounces.
+  // With the ring fixed, the journal alone bounces.
   const PairImpact wall = pair_impact({1e12, 0.7, 1e-3, 0.5}, {0, {0, 0}, {1e-3, 0}, {0, 0}, {0.2, 0.3}});
   within(wall.after.journal_velocity[0], -0.1, 1e-11, "m₁ → ∞");
   within(wall.after.journal_velocity[1], 0.3, 1e-15, "no friction");
@@ -461,7 +463,8 @@ TEST_CASE("seven-body mechanism: the published positions close the loops", "[ref
 }
 
 TEST_CASE("seven-body mechanism: the rates are the derivatives of the closed loops", "[references]") {
-  // The other angles follow from β by the loops: a step along the rates stays closed to second order.
+  // The other angles follow from β by the loops: a step along the rates keeps them closed to second
+  // order.
   const auto rates = seven_body_rates(seven_body_end, 1.0);
   double errors[2];
   for (int i = 0; i < 2; ++i) {

@@ -1,7 +1,8 @@
 // Beads in a column or a row that touch without load, by two models.
 //
-// Rigid beads of mass m, all contacts in one impact by Newton's law with one restitution e. Contact 0 has the floor (or a bead
-// of mass m that arrives), contact k lies between beads k and k + 1 of n. Rates before: u₀ = −v, u_k = 0. The conditions
+// Rigid beads of mass m, all contacts in one impact by Newton's law with one restitution e. Contact
+// 0 has the floor (or an arriving bead of mass m), contact k lies between beads k and k + 1 of n.
+// Rates before: u₀ = −v, u_k = 0. The conditions
 //
 //     u_N⁺ ≥ −e u_N⁻ ⊥ P_N ≥ 0,   m (v_k⁺ − v_k⁻) = P_{k−1} − P_k
 //
@@ -11,7 +12,8 @@
 //     arrival:  speed (1 + e) v/(n + 1),    P_k = (1 + e) m v (n − k)/(n + 1)               > 0,
 //               the bead that arrives goes on with v (1 − n e)/(n + 1).
 //
-// D is positive definite, so that no other impulses meet them. Between impacts all beads fall alike: with e = 1 the column
+// D is positive definite, so that no other impulses meet them. Between impacts all beads have the
+// same acceleration: with e = 1 the column
 // bounces as a single ball.
 //
 // Elastic beads with Hertz's force F = K δ^{3/2} at each contact: the equations of motion by the classical Runge–Kutta method
@@ -30,8 +32,8 @@
 
 namespace freeplay::reference {
 
-/// Where a column stands above the floor, and how fast it rises, at the time t (s) after its release from rest at height h (m),
-/// with e = 1.
+/// Height of the column above the floor and its velocity upwards, at the time t (s) after its
+/// release from rest at height h (m), with e = 1.
 struct ColumnMotion {
   double height, speed;
 };
@@ -42,7 +44,7 @@ inline ColumnMotion elastic_column(double h, double g, double t) {
   return {g * fall * since - 0.5 * g * since * since, g * fall - g * since};
 }
 
-/// Speeds (m/s) after a bead at the speed v meets a row of n beads of its own mass at rest.
+/// Speeds (m/s) after a bead with the speed v hits a row of n beads of the same mass at rest.
 struct RowImpact {
   double arriving, row;
 };
@@ -84,7 +86,7 @@ struct HertzChain {
       }
     }
   }
-  /// J, kinetic, of weight and of the contacts.
+  /// J, kinetic energy, potential energy of the weight and elastic energy of the contacts.
   double energy() const {
     double sum = 0;
     for (std::size_t i = 0; i < x.size(); ++i)

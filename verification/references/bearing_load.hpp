@@ -1,4 +1,5 @@
-// What a joint with the ground, or with a body carried round, has to exert on one body whose motion is given.
+// The load that a joint with the ground, or with a rotating carrier, exerts on one body whose
+// motion is given.
 //
 // Rotor: revolute joint with the ground at O, centre of mass at the distance a in the direction e_r of θ:
 //
@@ -91,10 +92,10 @@ struct GuidedBody {
 template <class Real>
 struct GuideLoad {
   JointLoad<Real> joint;  ///< N n and M_Q, on the slider, about its joint's point
-  Real drive = 0;         ///< D, N, force along t at the joint's point that s̈ asks for
+  Real drive = 0;         ///< D, N, force along t at the joint's point required for s̈
 };
 
-/// s̈ (m/s²) of the slider left to itself.
+/// s̈ (m/s²) of the freely sliding slider.
 template <class Real>
 Real guided_acceleration(const GuidedBody<Real>& body, const Planar<Real>& gravity) {
   const Planar<Real> t = direction(body.axis_angle);

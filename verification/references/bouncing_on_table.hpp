@@ -17,10 +17,12 @@
 //
 //     Γ² = (n π (1 − e)/(1 + e))² + (2(1 + e²)/(1 + e)²)²
 //
-// No step of this takes the table's travel for small: it is exact. A ball that rests stays on the table while Γ < 1, where the
+// No step assumes that the table's travel is small: the result is exact. A ball that rests stays on
+// the table while Γ < 1, where the
 // table never falls faster than g.
 // Sign convention: heights and velocities upwards; w > 0 approaches. Units: m, s.
-// Sources: derived here; the same in Holmes, J. Sound Vib. 84 (1982) 173 (with the travel neglected); Tufillaro, Abbott and
+// Sources: derived here; the same in Holmes, J. Sound Vib. 84 (1982) 173 (with the travel
+// neglected); Tufillaro, Abbott and
 // Reilly, An Experimental Approach to Nonlinear Dynamics and Chaos (1992), ch. 1.
 #pragma once
 
@@ -35,14 +37,14 @@ struct ShakenBall {
 
   double period() const { return 2 * std::numbers::pi / omega; }
   double least() const { return turns * std::numbers::pi * (1 - restitution) / (1 + restitution); }
-  /// Γ from which the orbit is.
+  /// Γ above which the orbit exists.
   double birth() const { return least(); }
-  /// Γ at which it doubles its period.
+  /// Γ at which its period doubles.
   double doubling() const {
     const double e = restitution;
     return std::hypot(least(), 2 * (1 + e * e) / ((1 + e) * (1 + e)));
   }
-  /// rad, of the stable orbit at Γ.
+  /// rad, phase of the stable orbit at Γ.
   double phase(double strength) const { return std::acos(least() / strength); }
   /// m/s, at every impact.
   double approach() const { return gravity * turns * period() / (1 + restitution); }

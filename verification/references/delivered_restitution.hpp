@@ -13,7 +13,7 @@
 //
 // whose terms are of order one and whose difference falls monotonically in ê and in χ: bisection is safe.
 // Sign convention: δ > 0 penetration, v₀ > 0 approach speed, ê ≥ 0 the ratio of separation to approach speed.
-// Units: m, kg, s, K in N/mⁿ; χ and ê have none.
+// Units: m, kg, s, K in N/mⁿ; χ and ê are dimensionless.
 // Source: the separation of variables of Hunt and Crossley, J. Appl. Mech. 42 (1975) 440, and Gonthier,
 // McPhee, Lange, Piedbœuf, Multibody Syst. Dyn. 11 (2004) 209.
 #pragma once
@@ -53,7 +53,8 @@ inline long double delivered_restitution(long double chi) {
   return bisect_falling(f, 0, chi > 1 ? 1 / chi : 1);
 }
 
-/// The χ that delivers ê, 0 < ê ≤ 1: the exact law. Its absolute error is a few roundings of long double.
+/// The χ that delivers ê, 0 < ê ≤ 1: the exact law. Its absolute error is a few roundings of long
+/// double.
 inline long double exact_chi(long double e) {
   if (!(e > 0 && e <= 1)) throw std::invalid_argument("exact_chi: need 0 < ê ≤ 1");
   if (e == 1) return 0;
@@ -70,7 +71,7 @@ inline long double damped_impact_depth(long double stiffness, long double mass, 
   return std::pow((n + 1) * area / stiffness, 1 / (n + 1));
 }
 
-/// One published law: its χ(e) and the ê that it delivers for the restitutions asked for of
+/// One published law: its χ(e) and the ê that it delivers for the required restitutions of
 /// delivered_table_e.
 struct DampingLaw {
   const char* name;
@@ -80,10 +81,12 @@ struct DampingLaw {
 };
 inline constexpr std::array<double, 6> delivered_table_e{0.1, 0.3, 0.46, 0.5, 0.7, 0.9};
 
-/// Rows computed by an independent program, rounded to the digits shown; Zhiying and Qishao's first stood
-/// there as .218, the last digit of 0.21747 rounded wrongly. Sources of χ(e): Hunt and Crossley
+/// Rows computed by an independent program, rounded to the digits shown; the first value of Zhiying
+/// and Qishao was printed there as .218, a wrong rounding of 0.21747. Sources of χ(e): Hunt and
+/// Crossley
 /// 1975; Herbert and McWhannell 1977; Lee and Wang 1983; Lankarani and Nikravesh 1990; Gonthier et al. 2004
-/// (closed form); Zhiying and Qishao 2006; Flores et al. 2011; Hu and Guo 2015; Carvalho and Martins 2019; Gharib and Hurmuzlu 2012.
+/// (closed form); Zhiying and Qishao 2006; Flores et al. 2011; Hu and Guo 2015; Carvalho and
+/// Martins 2019; Gharib and Hurmuzlu 2012.
 inline const std::array<DampingLaw, 10> delivered_table{{
     {"hunt-crossley",
      [](double e) { return 3 * (1 - e) / 2; },

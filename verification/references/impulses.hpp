@@ -1,12 +1,12 @@
-// Impulses that a force record has to add up to.
+// Impulses that recorded forces must add up to.
 //
-// A ball of the mass m dropped from rest at the height h on a wall, restitution e: it arrives with √(2 g h)
-// and leaves with e √(2 g h), so the wall's impulse is
+// A ball of the mass m dropped from rest at the height h on a wall, restitution e: its speed is √(2
+// g h) before and e √(2 g h) after the impact, so the wall's impulse is
 //
 //     P = m (1 + e) √(2 g h)
 //
-// for an impact without duration. A contact of the duration T carries the weight as well, P + m g T, with h
-// measured to the first touch and e the ratio of the speeds at its ends.
+// for an impact without duration. The impulse of a contact of the duration T includes that of the
+// weight, P + m g T, with h measured to first contact and e the ratio of the speeds at its ends.
 //
 // Butterworth low-pass of order n with unit gain at zero frequency, −3 dB at f, on the impulse P δ(t):
 //

@@ -31,7 +31,7 @@ struct JournalBearing {
   struct Load {
     double radial, tangential;
   };
-  /// What the film carries at an eccentricity and speed (rad/s).
+  /// Load capacity of the film at an eccentricity and speed (rad/s).
   Load load(double e, double omega) const {
     const double pi = 3.14159265358979323846, s2 = 1 - e * e, share = cavitated ? 0.5 : 1;
     const double c2 = clearance * clearance;
@@ -43,7 +43,7 @@ struct JournalBearing {
     return {cavitated ? unit * e * e / ((2 + e * e) * s2) : 0,
             share * unit * pi * e / ((2 + e * e) * std::sqrt(s2))};
   }
-  /// ε that carries W, by bisection: the load rises with ε.
+  /// ε that carries W, by bisection: the load increases with ε.
   double eccentricity(double W, double omega) const {
     double low = 0, high = 1 - 1e-12;
     for (int i = 0; i < 200; ++i) {
@@ -64,9 +64,9 @@ struct JournalBearing {
                     : 12 * pi * viscosity * length * std::pow(radius, 3) / c2;
   }
   double f(double e) const { return is_short ? e / std::pow(1 - e * e, 1.5) : e / std::sqrt(1 - e * e); }
-  /// N s/m, of the full film at the centre.
+  /// N s/m, resistance of the full film at the centre.
   double centre() const { return K() / clearance; }
-  /// N m s
+  /// N m s, Petroff's friction torque over ω.
   double petroff() const {
     return 2 * 3.14159265358979323846 * viscosity * std::pow(radius, 3) * length / clearance;
   }

@@ -123,8 +123,9 @@ inline const std::vector<CornerImpact> free_slider_impacts = {
      0.002626696173, 0.002101356938}};
 
 /// One impact by three laws. Newton by enumeration of all cases, the energetic law by exact
-/// integration along the normal impulse and again by small steps; the same independent program. Poisson by
-/// poisson_impacts.py, where friction turns round; elsewhere as by enumeration of all cases in each phase. Only cases
+/// integration along the normal impulse and again by small steps; the same independent program.
+/// Poisson by poisson_impacts.py, where friction changes its sign; elsewhere by enumeration of all
+/// cases in each phase. Only cases
 /// with one solution.
 struct SingleImpact {
   double mu, e, v_t_minus, v_n_minus, D_nn, D_nt, D_tt;

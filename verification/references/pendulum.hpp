@@ -25,7 +25,7 @@ struct Pendulum {
   double gravity;    ///< m/s²
   double amplitude;  ///< rad, angle of release, in (−π, π)
 
-  /// ω₀ (rad/s) of small swings.
+  /// ω₀ (rad/s) of small oscillations.
   double small_rate() const { return std::sqrt(mass * gravity * arm / (inertia + mass * arm * arm)); }
 };
 

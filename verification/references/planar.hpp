@@ -34,7 +34,7 @@ Planar<Real> direction(Real angle) {
   return {cos(angle), sin(angle)};
 }
 
-/// What a joint exerts on a body: a force and the moment about the point the joint is named by.
+/// Load of a joint on a body: a force and the moment about the reference point of the joint.
 template <class Real>
 struct JointLoad {
   Planar<Real> force;  ///< N

@@ -1,4 +1,4 @@
-// The seven-body mechanism (Andrews' squeezer; IVP test set) at one instant, without stepping anything. The
+// The seven-body mechanism (Andrews' squeezer; IVP test set) at one instant, without time integration. The
 // mechanism has one degree of freedom, so its positions give its velocities: the loops give every rate as a
 // multiple of the crank's, and the crank's follows from energy, with a constant torque and one spring,
 //
@@ -37,7 +37,7 @@ inline constexpr double rr = .007, ra = .00092, d = .028, da = .0115, e = .02, e
                         torque = .033;
 inline constexpr Point s{.01043, -.01874};  // centre of mass of body 3 over e^{iγ}: sb − i sa up to its side
 inline Point turn(double angle) { return std::polar(1.0, angle); }
-/// sin a − i cos a, the direction of links that hang at a = 0.
+/// sin a − i cos a, the direction of links that point downwards at a = 0.
 inline Point hang(double angle) { return Point(0, -1) * turn(angle); }
 inline const double t_arm = std::hypot(.02308, .00916), u_arm = std::hypot(.01228, .00449);
 }  // namespace seven
@@ -49,7 +49,7 @@ inline std::array<Point, 4> seven_body_points(const SevenAngles& x) {
           A + zt * turn(x[4]) + e * hang(x[3] + x[4]), A + u * hang(x[6]) + zf * turn(x[5] + x[6])};
 }
 
-/// Centres of mass of bodies 1 to 7; those that turn about a fixed point at any angle from their own.
+/// Centres of mass of bodies 1 to 7; those of bodies with a fixed pivot are at an arbitrary angle about it.
 inline std::array<Point, 7> seven_body_centres(const SevenAngles& x) {
   using namespace seven;
   return {ra * turn(x[0]),        rr * turn(x[0]) - da * turn(x[0] + x[1]),
@@ -58,7 +58,7 @@ inline std::array<Point, 7> seven_body_centres(const SevenAngles& x) {
           A + u_arm * turn(x[6])};
 }
 
-/// All rates when the crank turns at `crank` (rad/s): P moves alike along every chain.
+/// All rates for a crank rate of `crank` (rad/s): P has the same velocity along every chain.
 inline SevenAngles seven_body_rates(const SevenAngles& x, double crank) {
   using namespace seven;
   const Point i(0, 1);

@@ -21,7 +21,8 @@
 // (x = r + l). F_A is the force of the crank on the rod at the crank pin, F_B = (B_x, B_y) that of the rod on
 // the slider at the gudgeon pin, N that of the guide on the slider (along y) and M_N its moment about the
 // gudgeon pin, F_O the force of the ground on the crank at the shaft, τ the torque of the drive on the crank.
-// The bodies on the other side feel the opposites. g is the acceleration of gravity, (0, −9.81) where it
+// The opposite forces act on the bodies on the other side. g is the acceleration of gravity, (0,
+// −9.81) where it
 // points down; the load P acts on the slider at its centre of mass. No friction. Units: m, kg, s, rad, N.
 // Source: Newton–Euler as above; e.g. Norton, Design of Machinery, on the dynamics of engines.
 #pragma once

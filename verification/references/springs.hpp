@@ -21,7 +21,8 @@ inline double duffing(double mass, double k, double c, double A, double t) {
   return A * boost::math::jacobi_cn(modulus, rate * t);
 }
 
-/// Where a mass is (m) that flies to and fro between two ends a cable's length from its anchor, from the anchor with speed v.
+/// Position (m) of a mass that flies between two ends a cable's length from its anchor, starting
+/// from the anchor with speed v.
 inline double on_a_cable(double mass, double k, double length, double v, double t) {
   const double rate = std::sqrt(k / mass), taut = M_PI / rate, flight = 2 * length / v;
   double at = t - 0.5 * flight, side = 1;
@@ -31,7 +32,7 @@ inline double on_a_cable(double mass, double k, double length, double v, double 
   return side * (length - v * (at - taut));
 }
 
-/// How long (s) a cable with rate ω that weight g works against stays taut.
+/// Time (s) for which a cable with rate ω stays taut against a weight g.
 inline double taut_in_throw(double u, double omega, double g) { return 2 / omega * std::atan(u * omega / g); }
 
 /// x (m) at t (s).
