@@ -34,7 +34,7 @@ std::vector<ContactEvent> events(const reference::OracleRun<long double>& run) {
   return list;
 }
 
-/// Touches of the scene with a setting against known ones; infinite when the run fails.
+/// Error of the contacts of the scene with a setting against known ones; infinite if the run fails.
 double touches_off(Scene scene, const Setting& setting, const std::vector<ContactEvent>& exact) {
   setting.apply(scene);
   const auto run = test::simulate(scene, setting.family);
@@ -44,9 +44,10 @@ double touches_off(Scene scene, const Setting& setting, const std::vector<Contac
   return touch_error(found, exact);
 }
 
-/// `error_of` judges a setting by what advice has not seen. The chosen one meets the error asked for; every
-/// cheaper one misses the half of it that advice asks for, up to what its own reference is known to; but for those that
-/// were refused for a touch after `known_to` (s), the beginnings of lasting contact that the judge has no list of.
+/// `error_of` assesses a setting by a reference that the recommendation did not use. The chosen
+/// setting reaches the required error; every cheaper one misses half of it, as the recommendation
+/// requires, up to the accuracy of its reference. Settings refused for a contact after `known_to`
+/// (s) are excepted: the assessment has no list of the lasting contacts that begin there.
 template <class Error>
 void keeps_its_word(const Advice& advice, double asked, const Error& error_of, double known_to = INFINITY) {
   REQUIRE(advice.chosen >= 0);
@@ -117,7 +118,7 @@ TEST_CASE("recommended settings reach their accuracy without contacts, against t
       REQUIRE(!advice.by_events);
       const double t = advice.reference.state_time, phi = omega * t;
       const auto m = reference::slider_crank(r, l, phi, omega);
-      // The rod's centre: crank pin, and s on along the rod.
+      // The rod's centre: from the crank pin a distance s along the rod.
       const std::vector<double> exact = {0,
                                          0,
                                          omega,
@@ -145,7 +146,7 @@ TEST_CASE("recommended settings reach their accuracy for a guide with clearance,
           "[advice][guide]") {
   const auto& table = reference::guide_tables.front();
   auto scene = read_scene(test::source_folder() / "cases/flores2010-translational/scene.toml");
-  scene.run.duration = 0.0065;  // between the fourth touch and the fifth
+  scene.run.duration = 0.0065;  // between the fourth contact and the fifth
   scene.run.discard = 0;
   const auto contacts = Simulation(scene, "nonsmooth").layout().contacts;
   for (const double asked : {0.05, 0.001}) {
@@ -180,10 +181,10 @@ TEST_CASE("the predicted accuracy holds over the whole run, not only over the fi
   const auto& judged = advice.reference.touches;
   REQUIRE(judged.size() > 6);
   const auto& chosen = advice.tried[static_cast<std::size_t>(advice.chosen)];
-  // Four touches would have passed a cheaper one, which is wrong later.
+  // Four contacts would have accepted a cheaper setting, which is wrong later.
   CHECK(std::any_of(advice.tried.begin(), advice.tried.begin() + advice.chosen,
                     [&](const Measured& m) { return m.kept_to >= judged[3].t; }));
-  // The whole run of the chosen one against a tolerance that advice did not use.
+  // The whole run of the chosen setting against a tolerance that the recommendation did not use.
   const auto whole = [&](const Setting& setting) {
     auto one = scene;
     setting.apply(one);
@@ -221,8 +222,9 @@ TEST_CASE("the predicted accuracy of statistics includes their sampling error", 
 }
 
 TEST_CASE("advise refuses statistics of starts that cannot differ", "[advice]") {
-  // A ball on a shaken table has no play to begin elsewhere in: eight starts were eight times the same run, whose statistics
-  // had no sampling error and promised what nobody knows. Beyond A = 1.2 mm (e = 0.8) the bouncing is chaotic.
+  // A ball on a shaken table has no clearance in which to vary its start: eight starts were the
+  // same run eight times, whose statistics had no sampling error and whose predicted accuracy was
+  // meaningless. Beyond A = 1.2 mm (e = 0.8) the bouncing is chaotic.
   const auto file = test::source_folder() / "cases/ball-on-table/scene.toml";
   const auto chaotic =
       read_scene(file, {"curves.shake.amplitude=1.5e-3", "run.duration=4", "nonsmooth.scheme=event-driven"});
@@ -231,11 +233,11 @@ TEST_CASE("advise refuses statistics of starts that cannot differ", "[advice]") 
                     Catch::Matchers::Contains("its starts are all alike") &&
                         Catch::Matchers::Contains("take a run.duration up to there"));
   CHECK(perturbed_starts(chaotic, {.starts = 8, .how = {.turn = 0, .play = 0.01}}, 0, Conduct{}).empty());
-  // A crank that keeps its angle is no difference.
+  // A crank that keeps its angle makes no difference.
   const auto driven = read_scene(test::flores());
   CHECK(differ(driven, {.turn = 1, .play = 0}));
   CHECK_FALSE(differ(driven, {.turn = 0, .play = 0}));
-  // Up to the horizon nothing is asked of starts.
+  // Up to the horizon starts need not differ.
   auto brief = chaotic;
   brief.run.duration = 0.2;
   CHECK(advise(brief, Family::nonsmooth, 0.01, Conduct{}, {}).to_the_end);

@@ -59,7 +59,7 @@ TEST_CASE("automatic scheme: without a hand-over a run is bit-identical to event
 TEST_CASE(
     "automatic scheme: a run that event-driven integration cannot finish reports the hand-over and its reason",
     "[automatic]") {
-  // That nothing is lost at its hand-overs is a claim of "chosen".
+  // That hand-overs lose nothing is a claim of "chosen".
   const auto scene = parse_scene(loop, "loop");
   CHECK(test::simulate(with(scene, Scheme::event_driven), Family::nonsmooth).ending.status ==
         Ending::Status::failed);
@@ -77,7 +77,8 @@ TEST_CASE(
 TEST_CASE(
     "automatic scheme: returns where time stepping costs more, and continues from a snapshot bit for bit",
     "[automatic]") {
-  // Impacts do not cease, so that a return would wait for ever: time stepping took 1.55e6 factorisations for 0.096 of 0.1 s.
+  // Impacts do not cease, so a return condition based on calm would never be met: time stepping
+  // took 1.55e6 factorisations for 0.096 of 0.1 s.
   const auto scene = read_scene(test::scene_file("six_bar_tight"));
   Simulation whole(scene, "nonsmooth");
   std::optional<Snapshot> middle;
@@ -87,7 +88,7 @@ TEST_CASE(
   };
   const auto run = test::finished(whole, {&look});
   CAPTURE(run.notes, run.work.handovers, run.work.stepped, run.work.factorisations);
-  // Trials cost a tenth of the work; a gain of a fifth is more than their scatter from scene to scene.
+  // Trials cost a tenth of the work; a gain of a fifth exceeds their scatter from scene to scene.
   CHECK(run.work.factorisations < 1'240'000);
   CHECK(run.work.stepped < 0.5 * scene.run.duration);
   CHECK(run.work.handovers > 5);
@@ -95,7 +96,7 @@ TEST_CASE(
   CHECK(std::abs(run.ledger.closure()) < 1e-6 * run.ledger.scale());
   CHECK(std::ranges::any_of(run.notes, [](const auto& n) { return n.find("came to cost more") != n.npos; }));
 
-  // What is weighed goes on from a snapshot.
+  // The cost comparison continues from a snapshot.
   REQUIRE(middle);
   Simulation rest(scene, "nonsmooth");
   rest.restore(*middle);
@@ -119,7 +120,7 @@ TEST_CASE("automatic scheme: impact laws without time stepping stay with event-d
     CHECK(automatic.events.size() > 5);
     CHECK((bits(automatic.events) == bits(events.events)));
   }
-  // Where it stops nobody takes over.
+  // If it stops for another reason, there is no hand-over.
   auto stuck = with(parse_scene(wedge, "wedge"), Scheme::automatic);
   stuck.nonsmooth.impact_law = ImpactLaw::energetic;
   const auto run = test::simulate(stuck, Family::nonsmooth);
@@ -149,7 +150,7 @@ TEST_CASE("automatic scheme: the scheme that each combination of keys selects", 
   CHECK_THROWS_AS(options("scheme = \"moreau-jean\"\nimpact_law = \"poisson\""), SceneError);
   CHECK_NOTHROW(options("impact_law = \"poisson\""));
 
-  // A number and no scheme is the fixed step, digit for digit.
+  // A step without a scheme means fixed steps, digit for digit.
   const auto fixed = test::simulate(parse_scene(scene + "[nonsmooth]\nstep = 1e-3", "a"), Family::nonsmooth),
              named = test::simulate(
                  parse_scene(scene + "[nonsmooth]\nscheme = \"moreau-jean\"\nstep = 1e-3", "b"),
@@ -158,7 +159,8 @@ TEST_CASE("automatic scheme: the scheme that each combination of keys selects", 
   CHECK((bits(fixed.events) == bits(named.events)));
   CHECK(fixed.final_state.q == named.final_state.q);
 
-  // Canonical texts read back, and runs are the same exactly where they are.
+  // Canonical texts are read back, and runs have the same identity if and only if the texts are
+  // equal.
   std::map<std::string, std::string> digests;
   for (const char* more :
        {"", "step = \"automatic\"", "scheme = \"automatic\"", "step = 1e-4", "scheme = \"moreau-jean\"",
@@ -173,7 +175,7 @@ TEST_CASE("automatic scheme: the scheme that each combination of keys selects", 
     CHECK(Simulation(again, "nonsmooth").identity().digest() == digest);
     digests[more] = digest;
   }
-  // Identity is by what a scene says: of two schemes never the same.
+  // The identity depends on the text of a scene: it differs for two schemes.
   CHECK(digests[""] == digests["step = \"automatic\""]);
   for (const char* a :
        {"", "step = 1e-4", "scheme = \"moreau-jean\"", "scheme = \"event-driven\"", "step_tolerance = 1e-5"})

@@ -23,7 +23,8 @@ TEST_CASE("flanks of gears with backlash on a moving arm do not penetrate each o
     CHECK(run.contacts.size() == 4);
     // Events are located to the rounding of the gap, about 1e-16 m of 5e-5 m, over some hundred events.
     for (const auto& c : run.contacts) CHECK(c.penetration_ratio < 1e-6);
-    // A step that leaves open whether flanks met is made again: no doubt is left of a run that is right.
+    // A step that does not decide whether the flanks are in contact is repeated, so a correct run
+    // is not reported as doubtful.
     for (const auto& note : run.notes) CHECK(note.find("DOUBTFUL") == note.npos);
     CHECK(run.work.events > 20);
   }

@@ -45,7 +45,7 @@ TEST_CASE("the difference of two lists of contacts is measured by interval, spee
   CHECK(d.impulse == Approx(0.1));
   CHECK(d.touches == 3);
   CHECK(std::isinf(touch_difference({found[0]}, exact).greatest()));
-  // What rests at the start has touched before.
+  // A contact that rests at the start had its onset before.
   CHECK_FALSE(is_touch(touch(0, 0, 0)));
 }
 
@@ -72,7 +72,8 @@ TEST_CASE("the error estimate of the first contacts covers their error", "[compa
       exact.resize(found.size());
       const double off = touch_difference(found, exact).greatest();
       CAPTURE(off);
-      // Twice what a first-order error leaves: it is covered, and not by more than tenfold.
+      // Twice the remaining first-order error: it covers the error, and by less than a factor of
+      // ten.
       CHECK(doubt->greatest() >= off);
       CHECK(doubt->greatest() <= 10 * off);
       ++cases;
@@ -116,13 +117,13 @@ TEST_CASE("a companion run changes no digit and gives no estimate where it has n
   REQUIRE(with.first_touches);
   CHECK(with.notes.size() == alone.notes.size() + 1);
   CHECK_FALSE(run_scene(scene, {.formulation = "penalty", .companion = true}).first_touches);
-  // Asked to stop it says nothing, at once.
+  // After a stop request it returns nothing, at once.
   const std::atomic<bool> stop = true;
   CHECK_FALSE(doubt_first_touches(scene, {}, StopToken(stop)));
   scene.nonsmooth.scheme = Scheme::event_driven;
   CHECK_FALSE(doubt_first_touches(scene, {}, {}));
   scene.nonsmooth.scheme = Scheme::moreau_jean;
-  scene.run.duration = 2e-3;  // before the first touch
+  scene.run.duration = 2e-3;  // before the first contact
   CHECK_FALSE(doubt_first_touches(scene, {}, {}));
 }
 

@@ -47,7 +47,8 @@ TEST_CASE("two consistent drives over ideal gears run, loaded or not, and the re
   CAPTURE(way.name, loaded);
   const auto run = finished(
       way, two_motors(-5, loaded ? "[loads.brake]\ntype = \"torque\"\nbody = \"b\"\ntorque = 3\n" : ""));
-  // θ = ω t to a thousand roundings of 10 rad; nothing accelerates, so both drives together do what the brake takes.
+  // θ = ω t to a thousand roundings of 10 rad; nothing accelerates, so both drives together balance
+  // the brake.
   CHECK(run.final_state.q[2] == Approx(10).epsilon(1e-12));
   CHECK(run.final_state.q[5] == Approx(-5).epsilon(1e-12));
   CHECK(run.ledger.drive == Approx(loaded ? 15 : 0).margin(1e-9));
@@ -74,7 +75,8 @@ TEST_CASE("adaptive time stepping records the work of a drive", "[chosen][drives
             test::run_for(duration));
   };
   SECTION("a body lifted along a curve: the work is the change of energy at any step size") {
-    // m g s with s = 0.05 m amid the dwell of the third period; its speed is 0 there. To rounding: steps are exact.
+    // m g s with s = 0.05 m in the middle of the dwell of the third period, where the speed is 0.
+    // To rounding: steps are exact.
     const auto run = lifted(test::chosen_steps, {0, 1}, 2.45);
     CHECK(run.ledger.drive == Approx(2 * 9.81 * 0.05).epsilon(1e-9));
     CHECK(std::abs(run.ledger.stabilisation) <= 1e-9);
@@ -101,7 +103,8 @@ TEST_CASE("adaptive time stepping records the work of a drive", "[chosen][drives
       return 0.5 * (0.01 * w * w + x * x + y * y + 0.03 * turning * turning + 2 * slide * slide);
     };
     const auto run = finished(test::chosen_steps, text);
-    // Two hundred steps of 1e-6 of the speed each: 4e-4 of the energies. A thousandth is what a run tells of itself.
+    // Two hundred steps of 1e-6 of the speed each: 4e-4 of the energies. A run reports an error
+    // from a thousandth on.
     CHECK(run.ledger.drive == Approx(energy(50) - energy(0)).margin(4e-4 * energy(0)));
     CHECK(std::abs(run.ledger.stabilisation) <= 4e-4 * energy(0));
     CHECK_FALSE(doubtful(run));
@@ -120,9 +123,10 @@ TEST_CASE("a slider that passes the zero length of a spring turns back on the fa
                     {fmt::format("bodies.b.position=[{}, 0]", L + A)})
         .final_state;
   };
-  // Half way between 0 and the far end, and a full period later. Tolerances of 1e-9 (chosen 1e-6) times some hundred steps; a
-  // fixed step's middle lies up to h/2 beside the place, where the force jumps by 2 k L: v is off by up to k L h/m a pass,
-  // and x by that over 1/ω more.
+  // Half way between 0 and the far end, and a full period later. Tolerances of 1e-9 (adaptive time
+  // stepping 1e-6) times some hundred steps; the middle of a fixed step is up to h/2 beside the
+  // position, where the force jumps by 2 k L: the error of v is up to k L h/m at each pass, and
+  // that of x up to that over 1/ω more.
   const double h = 1e-4, far = 2 * k * L * h / m / w;
   const double bound = way.fixed() ? 3 * far + 0.25 * w * w * h * h * 10 : way.chosen() ? 1e-4 * A : 1e-6 * A;
   const double late = 1.5 * t1;
@@ -150,11 +154,12 @@ TEST_CASE("a kink in a damper's table over speed does not reduce the order of an
   const auto off = [&](const test::Way& by) {
     return std::abs(finished(by, text, {"bodies.b.velocity=[3, 0]"}).final_state.v[0] - v);
   };
-  if (!way.fixed()) {  // a thousand steps of tolerance 1e-9 (chosen 1e-6)
+  if (!way.fixed()) {  // a thousand steps of tolerance 1e-9 (adaptive time stepping 1e-6)
     CHECK(off(way) <= (way.chosen() ? 1e-3 : 1e-6));
     return;
   }
-  // Of second order on average: the place of the kink within its step is by chance, so over a factor of 16 together, within one.
+  // Second order on average: the position of the kink within its step is random, so over a factor
+  // of 16 together, within one order.
   const double coarse = off(test::fixed_steps(1.6e-2)), fine = off(test::fixed_steps(1e-3));
   const double order = std::log(coarse / fine) / std::log(16.0);
   CHECK(order > 1.5);

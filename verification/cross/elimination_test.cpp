@@ -23,8 +23,8 @@ double greatest_difference(const std::vector<double>& a, const std::vector<doubl
 
 }  // namespace
 
-// The two solve the same equations in another order: 1e-16 apart at first, some ten times more after each of
-// the few impacts, and where steps are adaptive by as much as a step's own error bound of 1e-9 moves.
+// Both solve the same equations in another order: 1e-16 apart at first, some ten times more after
+// each of the few impacts, and with adaptive steps by the step's error bound of 1e-9.
 TEST_CASE("the motion with and without elimination of coordinates is the same", "[elimination]") {
   struct Way {
     const char* name;
@@ -35,7 +35,7 @@ TEST_CASE("the motion with and without elimination of coordinates is the same", 
     for (const auto& way : {Way{"penalty", Family::penalty}, Way{"moreau-jean", Family::nonsmooth},
                             Way{"event-driven", Family::nonsmooth, Scheme::event_driven}}) {
       auto scene = read_scene(test::scene_file(name));
-      // Up to the first few impacts: later, rounding parts any two runs.
+      // Up to the first few impacts: later, rounding separates any two runs.
       scene.run.duration = std::min(scene.run.duration, 0.012);
       scene.run.discard = 0;
       scene.nonsmooth.scheme = way.scheme;
@@ -96,7 +96,7 @@ std::vector<Rung> ladder() {
   auto watched = rig;
   watched.instruments = instruments;
   rungs.push_back({"with accelerometer", watched, 7, 1, 1, 5, 2, 0, 1});
-  // The guide's friction is a row of its own, no constraint; the LVDT reads only.
+  // The guide's friction is a separate row, no constraint; the LVDT only measures.
   const auto guided = read_scene(test::source_folder() / "cases/flores2011-experiment/guide.toml");
   rungs.push_back({"with guide friction and LVDT", guided, 7, 1, 1, 5, 2, 1, 2});
   return rungs;

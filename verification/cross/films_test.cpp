@@ -41,9 +41,9 @@ TEST_CASE("films of any thickness and kind: every scheme finishes with the same 
   struct Corner {
     const char* what;
     std::vector<std::string> keys;
-    double bound;  // of the pin's place over the clearance, against penalty
+    double bound;  // of the pin's position over the clearance, against penalty
   };
-  // Bounds: h² of the film's rates for fixed steps of 1e-5 s, 1e-6 a step for chosen ones.
+  // Bounds: h² of the film's rates for fixed steps of 1e-5 s, 1e-6 a step for adaptive ones.
   const Corner corner = GENERATE(values<Corner>(
       {{"thin oil", {"lubricants.oil.viscosity=0.01"}, 1e-3},
        {"grease", {"lubricants.oil.viscosity=100.0"}, 1e-3},
@@ -72,7 +72,8 @@ TEST_CASE("where the film is too thin to carry the load, dry contact takes over 
     auto scene = pin({"lubricants.oil.viscosity=1e-4", "run.revolutions=0.25"}, way);
     const auto run = finished(scene, way);
     CAPTURE(way.name);
-    // The impact law makes hops of a touch that the load's own depth holds to the wall in penalty.
+    // With the impact law a contact bounces that stays closed in penalty under the depth of the
+    // load.
     CHECK((run.contacts[0].impacts > 0 || way.family == Family::penalty));
     CHECK(run.contacts[0].lasting_fraction > 0);
     CHECK(run.ledger.film > 0);
@@ -103,7 +104,7 @@ TEST_CASE("snapshots: a film in the nonsmooth schemes", "[films][snapshot]") {
            {fmt::format("nonsmooth.scheme=\"{}\"", scheme), "run.duration=0.02", "run.discard=0.01",
             "run.output_step=1e-4"},
            {snapshots::film}});
-  // Stiff: the implicit method is at work.
+  // Stiff: the implicit method is active.
   auto stiff = scene;
   stiff.replace(stiff.find("viscosity = 0.004"), 17, "viscosity = 40.0 ");
   check({stiff,

@@ -32,7 +32,7 @@ TEST_CASE("three joints with clearance, two of a few micrometres, finish without
     CHECK(r.ending.status == Ending::Status::finished);
     for (const auto& note : r.notes) {
       CAPTURE(note);
-      CHECK_FALSE(note.starts_with("DOUBTFUL"));  // a hop that is overlooked ends deep in the wall
+      CHECK_FALSE(note.starts_with("DOUBTFUL"));  // a missed bounce ends with deep penetration
     }
   }
 }

@@ -43,8 +43,9 @@ TEST_CASE("small piles come to rest in the positions of statics", "[cross][piles
     CHECK(r.final_state.q[0] == Approx(0).margin(near));
     CHECK(r.final_state.q[1] == Approx(std::sqrt(2) * R).margin(near).epsilon(0));
 
-    // One disc on two that touch: the force on a lower disc from above and that from the floor pass through both
-    // its contacts, so each makes 15 degrees with its normal: the pile stands for μ > tan 15° = 0.268.
+    // One disc on two touching ones: the force on a lower disc from above and that from the floor
+    // pass through both its contacts, so each makes 15 degrees with its normal: the pile is stable
+    // for μ > tan 15° = 0.268.
     const std::vector<Disc> pyramid{{0.5, R, R}, {0.5 + 2 * R, R, R}, {0.5 + R, R + std::sqrt(3) * R, R}};
     for (const double mu : {0.25, 0.29}) {
       CAPTURE(mu);

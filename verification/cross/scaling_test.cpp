@@ -18,8 +18,8 @@ TEST_CASE("a problem of many contacts takes no more pivots than one of few", "[i
       CAPTURE(name, count);
       CHECK(cost.ending.empty());
       CHECK(cost.units >= 500);
-      CHECK(cost.solves <= 1.1);  // a step
-      CHECK(cost.pivots <= 4);    // one to see that nothing has changed, another where something has
+      CHECK(cost.solves <= 1.1);  // per step
+      CHECK(cost.pivots <= 4);    // one to confirm an unchanged solution, another after a change
     }
   }
 }

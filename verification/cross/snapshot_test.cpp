@@ -40,7 +40,7 @@ TEST_CASE("snapshots: friction zones and bristles", "[snapshot]") {
            {fmt::format("penalty.friction=\"{}\"", law), fmt::format("penalty.integrator=\"{}\"", integrator),
             "penalty.tolerance=1e-6", "penalty.friction_v0=0.02", own, "run.duration=0.03"},
            {flight, contact, stick}});
-  // A block that slides up a slope and stays there, on its bristles.
+  // A block that slides up a slope and stays there, held by its bristles.
   for (const char* integrator : {"rosenbrock4", "dopri5", "bulirsch_stoer", "adams_bashforth_moulton"})
     check({text("block_on_slope"),
            "penalty",
@@ -182,7 +182,7 @@ TEST_CASE("snapshots: adaptive time stepping, and the default scheme before, wit
            {flight}});
     check({test::random_pile(8), "nonsmooth", set({"run.duration=0.1"}), {contact, impact}, false, false});
   }
-  // Hands over three times; most of its steps are those of time stepping.
+  // Three hand-overs; most of its steps are those of time stepping.
   check({test::random_pile(1), "nonsmooth", {"run.duration=0.443"}, {contact, impact}});
 }
 

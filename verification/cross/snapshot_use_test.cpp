@@ -47,7 +47,7 @@ TEST_CASE("snapshots: return to a state before the first step, in a simulation t
 }
 
 TEST_CASE("snapshots: observation that begins after the snapshot", "[snapshot]") {
-  // Sparse factors: those of the forces' own are made when somebody first wants forces.
+  // Sparse factors: the separate factors of forces are made at the first request for forces.
   for (const char* formulation : {"penalty", "nonsmooth"}) {
     const auto scene = parse_scene(chain(), "snapshot.toml",
                                    {"penalty.tolerance=1e-7", "nonsmooth.step=5e-4", "run.duration=0.1"});

@@ -50,7 +50,8 @@ TEST_CASE("a lagging torque: all integrators carry its state", "[states]") {
     const auto run = test::finished(simulation);
     const auto state = simulation.state();
     REQUIRE(state.z.size() == 1);
-    // rk4: (h/T)⁴/120 of a step, 2e-9, over a few time constants; the others their tolerance of 1e-9 a step.
+    // rk4: (h/T)⁴/120 a step, 2e-9, over a few time constants; the others their tolerance of 1e-9 a
+    // step.
     CHECK(state.z[0] == Approx(torque(until)).margin(3e-8 * u).epsilon(0));
     CHECK(state.v[2] == Approx(speed(until)).epsilon(1e-7));
     CHECK(std::abs(run.ledger.closure()) < 1e-6 * run.ledger.scale());

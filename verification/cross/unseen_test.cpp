@@ -51,7 +51,7 @@ TEST_CASE("time stepping reports exactly when bodies may have passed through eac
   const auto fine = test::simulate(scene, Family::nonsmooth);
   CHECK_FALSE(says(fine, "passed"));
   CHECK(fine.events_seen == 1);
-  // A journal in its bearing stays outside the wall once it is there.
+  // A journal in its bearing does not penetrate the wall after contact.
   CHECK_FALSE(says(test::simulate(read_scene(test::scene_file("gudgeon")), Family::nonsmooth), "passed"));
 }
 
@@ -65,7 +65,7 @@ torque_table = [[-1, 0], [0, 1], [1, 2], [2, 0]]
                   "table");
   const System system(scene.mechanism);
   REQUIRE(system.phases() == 1);
-  // The slope changes at −1 (from the way back), 1 and 2; at 0 it does not.
+  // The slope changes at −1 (from the return), 1 and 2, but not at 0.
   const double turn = 2 * M_PI;
   const auto is = [&](double angle, bool above, double low, double high) {
     const auto p = system.phase(0).piece(angle, above);
@@ -82,8 +82,8 @@ torque_table = [[-1, 0], [0, 1], [1, 2], [2, 0]]
 }
 
 TEST_CASE("a contact of a spinning body with a peg is found at any spin", "[unseen]") {
-  // A disc of 5 mm on an arm of 1 m touches a fixed one of 5 mm at the circle's top when the arm is acos-near to it:
-  // |d| = 2 sin(φ/2) = 0.01, φ short of a right angle.
+  // A disc of 5 mm on an arm of 1 m touches a fixed one of 5 mm at the top of the circle when the
+  // arm is close to vertical: |d| = 2 sin(φ/2) = 0.01, φ short of a right angle.
   for (const double spin : {1.0, 1e3, 1e5}) {
     auto scene = parse_scene(test::body("arm", 1, 0.5) + test::pin("pin", "ground", "arm") + R"([surfaces.s]
 young = 2e11

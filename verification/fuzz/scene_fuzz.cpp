@@ -15,7 +15,7 @@ using namespace freeplay;
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   try {
-    // Behind a line of dashes stand options, one a line.
+    // Options follow a line of dashes, one a line.
     std::string text(reinterpret_cast<const char*>(data), size);
     std::vector<std::string> options;
     if (const auto cut = text.find("\n---\n"); cut != text.npos) {
@@ -29,7 +29,8 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
     const auto scene = parse_scene(text, "fuzz", options);
     const auto canonical = to_toml(scene);
     if (to_toml(parse_scene(canonical, "canonical")) != canonical) std::abort();
-    // Ipopt takes a hundred times as long as reading does: one in eight of the small ones is assembled.
+    // Ipopt takes a hundred times as long as reading: one in eight of the small scenes is
+    // assembled.
     if (scene.mechanism.bodies.size() > 4 || checksum(canonical) % 8 != 0) return 0;
     try {
       const System system(scene.mechanism);

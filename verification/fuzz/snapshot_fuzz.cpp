@@ -88,7 +88,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
         if (simulation.snapshot().memory != start.memory) std::abort();
         throw;
       }
-      // As one who presses Ctrl-C would: what runs on is heard to stop.
+      // Like Ctrl-C: a long run obeys the stop request.
       static std::atomic<bool> stop{false};
       stop = false;
       std::size_t steps = 0;

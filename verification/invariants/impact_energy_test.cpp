@@ -29,7 +29,7 @@ Eigen::MatrixXd random_delassus(std::mt19937& engine, int rows, int freedoms) {
 
 struct Tried {
   int solved = 0, gained = 0;
-  double greatest_gain = 0;  // over what the impact could cost at most
+  double greatest_gain = 0;  // over the greatest possible loss of the impact
 };
 
 Tried try_impacts(ImpactLaw law, int most_contacts, bool friction, bool common, int trials) {
@@ -42,7 +42,7 @@ Tried try_impacts(ImpactLaw law, int most_contacts, bool friction, bool common, 
     const auto D = random_delassus(engine, rows, rows + 2);
     Eigen::VectorXd u(rows);
     for (int i = 0; i < rows; ++i) u[i] = normal(engine);
-    for (int i = 0; i < rows; i += friction ? 2 : 1)  // what touches approaches, or rests
+    for (int i = 0; i < rows; i += friction ? 2 : 1)  // closed contacts approach or rest
       u[i] = uniform(engine) < 0.3 ? 0 : -std::abs(u[i]);
     std::vector<ImpactContact> contacts(n);
     const double e = uniform(engine), mu = uniform(engine);
@@ -55,7 +55,7 @@ Tried try_impacts(ImpactLaw law, int most_contacts, bool friction, bool common, 
     ImpactProblem impact(law, LcpSolver::automatic, 1e-11);
     if (!impact.solve(D, u, rows, contacts).empty()) continue;
     ++tried.solved;
-    // What the full stop of these rates would release: ½ uᵀD⁻¹u.
+    // The energy released by a full stop from these velocities: ½ uᵀD⁻¹u.
     const double scale = 0.5 * u.dot(D.ldlt().solve(u));
     const double gain = (impact.normal_work() + impact.tangential_work()) / scale;
     if (gain > 1e-9) {
@@ -87,7 +87,7 @@ TEST_CASE("with friction, a single contact gains energy by Newton's law but neve
   CHECK(energetic.gained == 0);
   const auto newton = try_impacts(ImpactLaw::newton, 1, true, true, 20000);
   CAPTURE(newton.gained, newton.greatest_gain);
-  CHECK(newton.gained > 0);  // that is why the other is there
+  CHECK(newton.gained > 0);  // the reason for the energetic law
 }
 
 TEST_CASE("no time step raises the energy beyond the bound of the scheme", "[invariant]") {
@@ -114,7 +114,7 @@ TEST_CASE("no time step raises the energy beyond the bound of the scheme", "[inv
       body.angular_velocity = 20 * uniform(engine);
       m.bodies.push_back(body);
     }
-    for (int b = 0; b < bodies; ++b) {  // a ring of loose joints, each journal off centre but free
+    for (int b = 0; b < bodies; ++b) {  // a ring of joints with clearance, each journal off centre but free
       RevoluteJoint j;
       j.name = "j" + std::to_string(b);
       j.between = {b == 0 ? ground : b - 1, b};
@@ -135,7 +135,7 @@ TEST_CASE("no time step raises the energy beyond the bound of the scheme", "[inv
     std::vector<double> middle(system.n());
     const double r = *surface.restitution;
     for (int i = 1; i <= 300; ++i) {
-      // The scheme's own configuration, half a step on.
+      // The configuration of the scheme, half a step later.
       for (int c = 0; c < system.n(); ++c) middle[c] = state.q[c] + 0.5 * h * state.v[c];
       system.place(state.t, middle.data(), e);
       Eigen::MatrixXd W = Eigen::MatrixXd::Zero(system.n(), system.contacts());

@@ -23,7 +23,7 @@ struct Impact {
   std::vector<ImpactContact> contacts;
 };
 
-/// One to four contacts on one to six freedoms, so that D is singular in most.
+/// One to four contacts on one to six degrees of freedom, so that D is singular in most cases.
 Impact random_impact(std::mt19937& engine, int trial) {
   std::uniform_real_distribution<double> uniform(-1, 1);
   const int n = 1 + trial % 4, freedoms = 1 + trial / 4 % 6;
@@ -108,7 +108,7 @@ TEST_CASE("a lever stopped without restitution: impulses and friction of both mi
 
 TEST_CASE("impacts, their mirror images and other time units agree, for every solver and law",
           "[impact][twins]") {
-  // The bound is the issue's: 1e-10 of the greatest approach, 1e4 times what rounding leaves of D.
+  // The bound is 1e-10 of the greatest approach speed, 1e4 times the rounding error of D.
   constexpr unsigned seed = 20261122;
   std::mt19937 engine(seed);
   int singular = 0, many = 0;
@@ -148,7 +148,8 @@ TEST_CASE("impacts, their mirror images and other time units agree, for every so
 
 TEST_CASE("an impact of a rotor keeps its restitution at any step where the normal turns fast",
           "[impact][twins]") {
-  // One freedom and no friction: ω⁺ = −e ω⁻ exactly. What is left is rounding of the constraints' solve, 1e-9 of ω.
+  // One degree of freedom and no friction: ω⁺ = −e ω⁻ exactly. The remaining error is rounding of
+  // the constraints' solve, 1e-9 of ω.
   for (const double step : {2e-5, 1e-5, 1e-6})
     for (const double e : {0.0, 0.5, 1.0}) {
       auto scene = read_scene(test::scene_file("rotor_on_stop"));

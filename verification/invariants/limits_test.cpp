@@ -9,8 +9,9 @@ using Catch::Matchers::Contains;
 
 TEST_CASE("an explicit integrator does not advance forever at tiny steps in a stiff lasting contact",
           "[penalty]") {
-  // It rests: v0 is the floor, and χ/v0 of a picometre a second makes the contact so stiff that stability
-  // takes steps of nanoseconds. The implicit method takes some hundred; it takes over after 2000 of an explicit one.
+  // The contact rests: v0 is the floor, and χ/v0 with a picometre a second makes the contact so
+  // stiff that stability requires steps of nanoseconds. The implicit method takes some hundred
+  // steps; it takes over after 2000 of an explicit one.
   for (const char* integrator : {"adams_bashforth_moulton", "dopri5", "bulirsch_stoer", "rosenbrock4"}) {
     const auto run = test::simulate(
         *open_scene(test::scene_file("resting_journal"),

@@ -40,7 +40,7 @@ TEST_CASE("after a kill during replacement, either the old or the new results ar
           "[killed][program]") {
   test::TemporaryFolder place;
   const auto list = verbs(place.path());
-  // The last changes of names are those by which the new results take the place of the older.
+  // The last changes of names replace the older results by the new ones.
   for (const auto& [name, every] : {std::pair("run", 2), std::pair("compare", 29)}) {
     INFO(name);
     Campaign campaign(verb_called(list, name), place.path() / name);
@@ -50,10 +50,10 @@ TEST_CASE("after a kill during replacement, either the old or the new results ar
   }
 }
 
-// scripts/kill-test: as many as it is asked for.
+// scripts/kill-test sets the number of kills.
 TEST_CASE("crash-recovery campaign", "[.campaign]") {
   const char* asked = std::getenv("FREEPLAY_KILLS");
-  if (!asked) return;  // tests that are left out by name take hidden ones in
+  if (!asked) return;  // tests excluded by name include hidden ones
   const char* seed = std::getenv("FREEPLAY_SEED");
   const int kills = std::atoi(asked);
   test::TemporaryFolder place;

@@ -7,7 +7,7 @@
 
 namespace {
 
-/// Writes each event when it is settled; nothing is kept.
+/// Writes each event once it is final; nothing is stored.
 class Printer final : public freeplay::Observer {
  public:
   void event(const freeplay::Event& e) override {

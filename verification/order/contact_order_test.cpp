@@ -38,8 +38,9 @@ Scene with_linear_contact(Scene scene) {
 }  // namespace
 
 TEST_CASE("rk4 keeps its fourth order across events of a linear contact", "[order][events]") {
-  // Within a mode a linear spring is smooth; only badly located events could cost the order. The duration of
-  // a contact (0.6 ms) is a phase, which rk4 gets to fourth order; its amplitude would be one order better.
+  // Within a contact mode a linear spring is smooth; only badly located events could reduce the
+  // order. The duration of a contact (0.6 ms) is a phase, which rk4 integrates to fourth order; its
+  // amplitude would be one order better.
   auto scene = with_linear_contact(ring());
   const double exact = reference(first_duration, scene);
   scene.penalty.integrator = Integrator::rk4;
@@ -56,8 +57,8 @@ TEST_CASE("rk4 keeps its fourth order across events of a linear contact", "[orde
 
 TEST_CASE("rk4 across Hertzian contacts is limited to order 5/2 by the onset of the force",
           "[order][events]") {
-  // F ~ δ^(3/2) has an unbounded second derivative at touch: the first step in contact costs h^(5/2) whatever
-  // the method.
+  // F ~ δ^(3/2) has an unbounded second derivative at the onset of contact: the error of the first
+  // step in contact is h^(5/2) for any method.
   auto scene = ring();
   const double exact = reference(third_impact, scene);
   scene.penalty.integrator = Integrator::rk4;
@@ -85,8 +86,8 @@ TEST_CASE("adaptive integrators: errors across impacts decrease in proportion to
     errors.push_back(std::abs(third_impact(scene) - exact));
   }
   CAPTURE(static_cast<int>(integrator), errors);
-  // Control of the error per step makes the global error tolerance^(p/(p+1)) to tolerance^1; changes of order
-  // scatter.
+  // Error control per step gives a global error of tolerance^(p/(p+1)) to tolerance^1; changes of
+  // order cause scatter.
   const double p = test::observed_order(tolerances, errors);
   CHECK(p > 0.6);
   CHECK(p < 1.4);

@@ -17,7 +17,7 @@ constexpr double mass = 0.8, inertia = 0.01, arm = 0.25, gravity = 9.81, amplitu
                  t_end = 0.9;
 
 Scene pendulum() {
-  // θ is the angle of the body; it hangs along −y, so its angle from the vertical is θ + 90°.
+  // θ is the angle of the body, which hangs along −y, so its angle from the vertical is θ + 90°.
   return read_scene(test::scene_file("swinging_bar"));
 }
 
@@ -91,8 +91,9 @@ TEST_CASE("rosenbrock4 is of fourth order with a time-dependent right-hand side"
 }
 
 TEST_CASE("rosenbrock4 integrates a stiff damper with large steps", "[order][stiff]") {
-  // A damper of 50 N m s/rad on an inertia of 0.06 kg m² has a rate of 830 1/s beside the fall's 0.2 1/s. The
-  // bar creeps as c θ̇ = m g l cos θ once the start has died away: with θ from the vertical, tan(θ/2) decays
+  // A damper of 50 N m s/rad on an inertia of 0.06 kg m² has a rate of 830 1/s, compared with 0.2
+  // 1/s of the fall. The bar creeps as c θ̇ = m g l cos θ after the initial transient: with θ from
+  // the vertical, tan(θ/2) decays
   // with the rate m g l/c, up to (m g l J/c²) of itself, 5e-5.
   auto scene = pendulum();
   scene.mechanism.loads.push_back(TorsionalSpringDamper{"damper", {ground, 0}, 0, 50, 0});
@@ -107,16 +108,18 @@ TEST_CASE("rosenbrock4 integrates a stiff damper with large steps", "[order][sti
   const double exact =
       2 * std::atan(std::tan(amplitude / 2) * std::exp(-mass * gravity * arm / 50 * scene.run.duration));
   CHECK(implicit.final_state.q[2] + 1.5707963267948966 == Approx(exact).epsilon(2e-4));
-  // An explicit method alone is held to steps of about 3.3/830 s: 5,000 steps; the implicit one needs a few dozen.
+  // An explicit method alone is limited to steps of about 3.3/830 s: 5,000 steps; the implicit one
+  // needs a few dozen.
   CAPTURE(implicit.work.rhs, explicit_pair.work.rhs);
-  // It is relieved after 2000 of them.
+  // It is replaced after 2000 of them.
   CHECK(implicit.work.steps < 100);
   CHECK(explicit_pair.work.steps < 3000);
 }
 
 TEST_CASE("every integrator carries the seven-body mechanism to its published end state",
           "[order][seven-body]") {
-  // Its first trial steps tear the loops apart: a step that cannot be factorised has to be refused, not kept.
+  // Its first trial steps violate the loops: a step that cannot be factorised has to be refused,
+  // not kept.
   struct Row {
     Integrator integrator;
     double fineness;
@@ -130,7 +133,8 @@ TEST_CASE("every integrator carries the seven-body mechanism to its published en
     const auto run = test::simulate(scene, Family::penalty);
     CAPTURE(static_cast<int>(row.integrator), run.ending.reason);
     REQUIRE(run.ending.status == Ending::Status::finished);
-    // Some thousand steps at the tolerance, over 15.9 rad: 1e-6 rad leaves room of a hundred.
+    // Some thousand steps at the tolerance, over 15.9 rad: a bound of 1e-6 rad is a hundred times
+    // larger.
     CHECK(run.final_state.q[2] == Approx(reference::seven_body_end[0]).margin(1e-6).epsilon(0));
   }
 }

@@ -2,8 +2,8 @@
 //
 // Two external gears with base radii r₁, r₂ and inertias J₁, J₂ touch along their line of action;
 // their effective mass there is m, 1/m = r₁²/J₁ + r₂²/J₂. With backlash b, in the middle of the
-// backlash at t = 0, restitution e and closing speed
-// u = r₁ ω₁ + r₂ ω₂ > 0 they rattle, without other forces, alternately on either flank (side s = +1, −1, …):
+// backlash at t = 0, restitution e and closing speed u = r₁ ω₁ + r₂ ω₂ > 0 they rattle, without
+// other forces, alternately on either flank (side s = +1, −1, …):
 //
 //     t₁ = b/(2u),   t_{k+1} = t_k + b/(e^k u),   P_k = (1 + e) m e^{k−1} u,   Δω₁ = −s r₁ P/J₁,   Δω₂ = −s r₂ P/J₂
 //
@@ -43,9 +43,9 @@ inline long double involute(long double sum, long double a) {
   return sum * (std::tan(alpha) - alpha);
 }
 
-/// First time from 0 at which a point in uniform motion reaches the wall: the root in (0, until) of
-/// y(t) = r cos(φ + ω t) − r cos φ + r ω sin φ t + c or − c, whichever is first, for a pin that
-/// separated tangentially on a crank.
+/// First time from 0 at which a slotted body touches the pin of a crank again, after it separated
+/// from the pin tangentially and moves uniformly: the root in (0, until), whichever is first, of
+/// y(t) = r cos(φ + ω t) − r cos φ + r ω sin φ t + c or − c.
 inline double pin_flight(double r, double omega, double phi, double c, double until) {
   const auto y = [&](double t) {
     return std::abs(r * (std::cos(phi + omega * t) - std::cos(phi) + omega * std::sin(phi) * t)) - c;

@@ -60,7 +60,7 @@ std::vector<Rung> ladder() {
 Result go(Scene scene, Family family, double duration) {
   scene.run.duration = duration;
   scene.run.discard = 0;
-  // Instruments rest while nobody wants their samples.
+  // Instruments are inactive while no observer requests their samples.
   ContactStatistics statistics(0);
   test::Listener samples;
   std::vector<Observer*> observers{&statistics};
@@ -105,7 +105,7 @@ double right_hand_side(const Scene& scene, double& sum) {
          });
 }
 
-/// The same of the oracle: two coordinates by hand, in double.
+/// The same for the oracle: two coordinates derived by hand, in double.
 double oracle_side(double& sum) {
   reference::LooseSliderCrank<double> m;
   auto y = reference::ideal_start(m);
