@@ -21,7 +21,7 @@ using Catch::Matchers::Contains;
 
 namespace {
 
-/// A comparison of the rig over a quarter of a turn, by the command.
+/// A comparison of the rig over a quarter of a revolution, made by the command.
 const std::filesystem::path& comparison() {
   static const test::TemporaryFolder folder;
   static const auto told =
@@ -55,7 +55,7 @@ std::size_t files_in(const std::filesystem::path& folder) {
 
 TEST_CASE("frames of an animation are equally spaced in time, both ends included", "[animate]") {
   const test::TemporaryFolder out;
-  // 0.25 turns at 200 rpm: 0.075 s.
+  // 0.25 revolutions at 200 rpm: 0.075 s.
   FilmOptions options{.svg = true, .fps = 20, .speed = 0.01};
   auto film = film_of(comparison(), out.path(), options);
   CHECK(film.frames == 151);  // 7.5 s of film, both ends
@@ -102,14 +102,15 @@ TEST_CASE("a journal's marker in its clearance circle follows the trajectory, li
         for (const bool half : {false, true}) {
           const double at = half ? 0.5 * (t_before + now) : now;
           const auto svg = drawing.frame(at, 0);
-          // In a panel of 190 px, of which the circle takes 148: its middle is told by the circle's own.
+          // In a panel of 190 px, of which the circle takes 148: the circle's centre is read from
+          // the circle itself.
           const auto ring = circles(svg, "74.00", "none");
           const auto dots = circles(svg, "5.00", colours[r]);
           REQUIRE(ring.size() == 1);
           REQUIRE(dots.size() == 2);  // and the one in the legend
           const double wx = half ? 0.5 * (x_before + x) : x, wy = half ? 0.5 * (y_before + y) : y;
           CHECK(dots[0].x() - ring[0].x() ==
-                Approx(74 * wx).margin(0.02));  // 0.005 each by two decimals, and 7 digits
+                Approx(74 * wx).margin(0.02));  // 0.005 each from two decimals, and 7 digits
           CHECK(ring[0].y() - dots[0].y() == Approx(74 * wy).margin(0.02));
         }
       }

@@ -19,7 +19,7 @@ using Catch::Matchers::Contains;
 
 namespace {
 
-/// Links of these lengths, each body's middle its centre of mass; no positions.
+/// Links of these lengths, the middle of each body its centre of mass; no positions.
 std::string four_bar(double d, double a, double b, double c, const std::string& more = "") {
   const auto body = [](const char* name, double length) {
     return fmt::format("[bodies.{0}]\nmass = 1\ninertia = {1}\npoints = {{ P = [{2}, 0], Q = [{3}, 0] }}\n",
@@ -98,7 +98,7 @@ TEST_CASE("four-bar loops are found, with the ground as fixed link and the drive
   CHECK(loop("").joints == std::array{0, 1, 2, 3});
   CHECK(loop("[drives.m]\njoint = \"D\"\nspeed = 1\n").lengths == std::array<double, 4>{7, 5, 6, 2});
   CHECK(loop("[drives.m]\njoint = \"D\"\nspeed = 1\n").bodies == std::array{ground, 2, 1, 0});
-  // Two loops that share a rocker; a slider-crank has none.
+  // Two loops with a common rocker; a slider-crank has none.
   CHECK(four_bars(test::row_of_four_bars(2, 0).mechanism).size() == 2);
   CHECK(four_bars(read_scene(test::flores()).mechanism).empty());
   CHECK(four_bars(read_scene(test::scene_file("seven_body")).mechanism).size() == 3);
@@ -120,7 +120,8 @@ TEST_CASE("both branches of a four-bar agree with the closed form, without given
             "s.toml");
         const auto s = assemble(scene.mechanism, scene.run.start);
         const auto exact = reference::four_bar_pose(d, a, b, c, angle, open);
-        // Positions are closed to rounding; angles follow by at most 1/sin of the transmission angle, here below 20.
+        // Positions are closed to rounding; the error of angles is greater by at most 1/sin of the
+        // transmission angle, here below 20.
         CHECK(from(s.q[2], angle) < 1e-12);
         CHECK(from(s.q[5], exact.coupler) < 1e-9);
         CHECK(from(s.q[8], exact.rocker) < 1e-9);
@@ -145,7 +146,7 @@ TEST_CASE("the sign of a named angle selects a pose in any mechanism", "[assembl
     const auto scene = parse_scene(four_bar(0.4, 0.1, 0.35, 0.3, drive(1) + ask), "s.toml");
     const auto s = assemble(scene.mechanism, scene.run.start);
     CHECK((sine_of(scene.mechanism, {{1, 2, 3}}, s.q) > 0) == positive);
-    // It stands in the canonical text; nothing does where nothing is asked for.
+    // The request is in the canonical text; without a request nothing is.
     CHECK_THAT(to_toml(scene), Contains(ask));
     CHECK(same_facts(parse_scene(to_toml(scene), "again"), scene));
     // A slider-crank: the slider to the right of the pin, or to the left.
@@ -171,7 +172,7 @@ TEST_CASE("a requested pose that does not exist is refused by its key", "[assemb
   CHECK_THAT(with("positive = [\"B-B-C\"]\n"), Contains("is no angle"));
   CHECK_THAT(with("branch = \"wide\"\n"), Contains("assembly.branch: \"wide\" is not known here"));
   CHECK_THAT(with("braanch = \"open\"\n"), Contains("is not a key of [assembly]; did you mean branch?"));
-  // No loop of four, and two of them.
+  // No four-bar loop, and two of them.
   const auto flores = [](const std::string& set) {
     const auto scene = read_scene(test::flores(), {set});
     return assemble(scene.mechanism, scene.run.start);
@@ -181,13 +182,13 @@ TEST_CASE("a requested pose that does not exist is refused by its key", "[assemb
   auto row = test::row_of_four_bars(2, 0);
   row.mechanism.assembly.branch = Configuration::Branch::open;
   CHECK_THROWS_WITH(assemble(row.mechanism, RunOptions::Start::assembled), Contains("there are 2"));
-  // Names with a - in them are read where there is one way to.
+  // Names that contain a - are accepted if there is only one way to split them.
   auto text = four_bar(0.4, 0.1, 0.35, 0.3, drive(1) + "[assembly]\npositive = [\"B-C-C-D\"]\n");
   CHECK_THAT(message(text), Contains("is no angle"));
   for (auto at = text.find("[joints.C]"); at != text.npos; at = text.find("[joints.C]"))
     text.replace(at, 10, "[joints.C-C]");
   CHECK(message(text) == "accepted");
-  // Too long by how much.
+  // The message states by how much the links are too long.
   CHECK_THAT(
       message(four_bar(0.9, 0.1, 0.35, 0.3)),
       Contains("cannot be closed") && Contains("link ground of 0.9 m is 0.15 m longer than the other three"));
@@ -195,7 +196,7 @@ TEST_CASE("a requested pose that does not exist is refused by its key", "[assemb
 
 TEST_CASE("a start that fails to assemble is replaced by another, reported and reproducible one",
           "[assembly]") {
-  // The pose given closes, but is not the one that is asked for.
+  // The given pose closes, but is not the requested one.
   std::string said, again;
   auto scene =
       parse_scene(four_bar(0.4, 0.1, 0.35, 0.3, drive(1) + "[assembly]\nbranch = \"open\"\n"), "s.toml");
@@ -206,12 +207,12 @@ TEST_CASE("a start that fails to assemble is replaced by another, reported and r
                        Contains("assembled from start 1 of") && Contains("coupler and rocker turned over"));
   CHECK(assemble(scene.mechanism, scene.run.start, &again).q == s.q);
   CHECK(again == said);
-  // Without a wish nothing is said, and the pose near the given one is kept.
+  // Without a request there is no message, and the pose near the given one is kept.
   auto plain = scene;
   plain.mechanism.assembly = {};
   assemble(plain.mechanism, plain.run.start, &said);
   CHECK(said.empty());
-  // "given" is taken as it stands or refused.
+  // "given" is accepted as it is, or refused.
   auto given = scene;
   start_from(given.mechanism, s);
   given.mechanism.assembly.branch = Configuration::Branch::open;
@@ -235,7 +236,7 @@ TEST_CASE("mechanisms of several loops assemble with all bodies at the origin", 
 }
 
 TEST_CASE("given angles without positions are kept: each body is placed on the one before it", "[assembly]") {
-  // Two bars, at -30 and -110 degrees; nothing but the angles is stated.
+  // Two bars, at -30 and -110 degrees; only the angles are given.
   const auto text = [](double first, double second) {
     return fmt::format(R"([bodies.upper]
 mass = 1
@@ -265,10 +266,10 @@ duration = 1
   CHECK(s.q[5] == b);
   CHECK(s.q[0] == Approx(1 + 0.15 * std::cos(a)).epsilon(1e-15));
   CHECK(s.q[3] == Approx(1 + 0.3 * std::cos(a) + 0.125 * std::cos(b) + 0.01 * std::sin(b)).epsilon(1e-14));
-  // Turns that are stated are kept too: a torsional spring would feel them.
+  // Given whole revolutions are kept too: they would act on a torsional spring.
   const auto wound = parse_scene(text(a + 4 * M_PI, b), "s.toml");
   CHECK(assemble(wound.mechanism, wound.run.start).q[2] == Approx(a + 4 * M_PI).epsilon(1e-14));
-  // Where a position is stated, the least movement decides as ever.
+  // Where a position is given, the least displacement decides as usual.
   const auto placed = parse_scene(text(a, b), "s.toml", {"bodies.upper.position=[1.1, 2]"});
   CHECK(std::abs(assemble(placed.mechanism, placed.run.start).q[5] - b) > 1e-3);
 }

@@ -18,7 +18,7 @@ namespace {
 
 constexpr double s = 1e-5;
 
-/// Two bodies that a cam contact joins; `keys` are the contact's.
+/// Two bodies joined by a cam contact; `keys` are those of the contact.
 Scene pair_of(const std::string& keys, const std::string& bodies = "\"cam\", \"follower\"") {
   return parse_scene(R"(
 [bodies.cam]
@@ -58,7 +58,7 @@ struct Random {
     for (auto& y : x) y = (*this)(size);
     return x;
   }
-  /// Both bodies so that their points are about `apart` from each other.
+  /// Poses of both bodies with their points about `apart` from each other.
   std::vector<double> pose(double apart) {
     auto q = vector(6, 3);
     const double to = (*this)(M_PI);
@@ -85,7 +85,8 @@ TEST_CASE("the gap of a flat face on an eccentric cam is that of a circle's tang
   for (int trial = 0; trial < 200; ++trial) {
     const auto q = random.pose(1.5);
     system.place(0, q.data(), e);
-    // h = 1/4 (1 − cos(ψ − start)): a disc of radius 1.25 about a centre 0.25 behind the cam's point.
+    // h = 1/4 (1 − cos(ψ − start)): a disc of radius 1.25 about a centre 0.25 behind the cam's
+    // point.
     const Placement placed{q.data()};
     const Vec2 centre = placed.point(0, Vec2{0.1, -0.2} - 0.25 * Vec2{std::cos(0.4), std::sin(0.4)});
     const Vec2 axis = placed.point(1, {-0.8, 0.6}) - placed.point(1, {0, 0});
@@ -114,7 +115,7 @@ TEST_CASE("the gap of a roller is the least distance to its pitch curve", "[cam]
       least = std::min(least, (centre - Vec2{r * std::cos(phi), r * std::sin(phi)}).norm());
     }
     const double inside = centre.norm() < 1.4 + profile.at(std::atan2(centre.y(), centre.x())).h ? -1 : 1;
-    // Samples 5e-5 apart err by half that squared over the distance.
+    // The error of samples 5e-5 apart is half that squared over the distance.
     REQUIRE(system.gap(0, q.data(), e) == Approx(inside * least).margin(3e-5));
   }
 }
@@ -156,7 +157,7 @@ TEST_CASE("contact rows of cams agree with finite differences, and their gap bou
         REQUIRE(
             row.gamma_t ==
             Approx(-(row_hi.tangent.dot(v.data()) - row_lo.tangent.dot(v.data())) / (2 * s)).margin(1e-5));
-        // g̈ with accelerations within the bounds, at an instant.
+        // g̈ at an instant, with accelerations within the bounds.
         MotionBounds bounds;
         for (std::size_t i = 0; i < 6; ++i) {
           bounds.speed.push_back(std::abs(v[i]));
@@ -165,7 +166,7 @@ TEST_CASE("contact rows of cams agree with finite differences, and their gap bou
         const auto motion = system.gap_motion(0, bounds, q.data(), e);
         REQUIRE(std::abs(row.normal.dot(a.data()) - row.gamma_n) <= motion.bend);
         if (!both) continue;
-        // Turning both bodies about one point moves neither surface along the other, nor away.
+        // Rotating both bodies about one point moves neither surface along the other, nor away.
         std::vector<double> common(6);
         for (int b : {0, 1}) {
           common[3 * b] = 0.3 - 0.7 * q[3 * b + 1];

@@ -41,7 +41,7 @@ std::vector<Asked> rows_of(const std::string& table, const std::string& set) {
   return rows;
 }
 
-/// The set as the page has it asks the same within a hundredth.
+/// The claims of the set agree with the page within a hundredth.
 void check_page(const std::string& page, const Verdict& verdict) {
   INFO("docs/verification.md is older than what it shows; make it anew: scripts/pages --make verification");
   CAPTURE(verdict.set->name);
@@ -81,7 +81,8 @@ class SetTest final : public Catch::ITestInvoker {
   const ClaimSet& set_;
 };
 
-/// Registers a test for each set, in a file of its own name, so that sets run in parts of their own (scripts/check).
+/// Registers a test for each set, in a file of its name, so that sets run in separate parts
+/// (scripts/check).
 struct SetTests {
   SetTests() {
     for (const auto& set : claim_sets()) {

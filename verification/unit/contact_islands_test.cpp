@@ -14,8 +14,8 @@ using namespace freeplay;
 
 namespace {
 
-/// `bodies` in a row, some of them joined to the next by two constraint rows, and a contact of each body with the next; in
-/// `rows` groups side by side of which nothing joins one with another.
+/// `bodies` in a row, some of them joined to the next by two constraint rows, and a contact of each
+/// body with the next; in `rows` groups side by side that no row connects.
 struct Row {
   std::vector<double> mass, G_values;
   CsrPattern G;
@@ -111,7 +111,7 @@ TEST_CASE("contact problems split into islands have the velocities of the whole 
       }
       CHECK(islands.rate(r) == Approx(dense.rate(r)).margin(1e-7 * scale));
     }
-    // The laws, with the dense matrix.
+    // The contact laws, with the dense matrix.
     dense.unknowns = p.whole.unknowns;
     CHECK(dense.residual() <= 1e-9 * scale);
   }
@@ -134,7 +134,8 @@ TEST_CASE("an island without a new contact keeps its impulses", "[contact-proble
     CHECK(again.unknowns[i].impulse_n == first.unknowns[i].impulse_n);
     CHECK(again.unknowns[i].impulse_t == first.unknowns[i].impulse_t);
   }
-  // The last contact of each group is new: all three are solved anew, and as if at once.
+  // The last contact of each group is new: all three are solved again, with the result of a single
+  // solve.
   auto less = p.whole;
   std::vector<int> id, place;
   std::erase_if(less.unknowns, [&](const ContactUnknown& c) { return (&c - less.unknowns.data()) % 5 == 4; });

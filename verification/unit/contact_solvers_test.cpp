@@ -64,7 +64,7 @@ TEST_CASE("a solver reports its failure, and Newton steps from the last impulses
   test::Random u{std::mt19937(7)};
   ContactEquations p = test::random_problem(u, 5, true);
   SolverRoom room;
-  // No impulses: nothing to start from.
+  // No impulses: no starting point.
   CHECK_FALSE(newton_from_last(p, 1e-11, room).solved);
   for (auto& c : p.unknowns) c.impulse_n = c.normal >= 0 ? 1e9 : 0;
   const auto given = p.unknowns;
@@ -73,7 +73,8 @@ TEST_CASE("a solver reports its failure, and Newton steps from the last impulses
   CHECK(found.iterations > 0);
   for (std::size_t i = 0; i < given.size(); ++i) CHECK(p.unknowns[i].impulse_n == given[i].impulse_n);
   CHECK_FALSE(sweeps(p, 0, room, 3).solved);
-  // A lever on a stop whose friction holds what slides towards it: its two rows see one freedom, and D_NN < μ D_NT.
+  // A lever on a stop whose friction prevents sliding towards it: its two rows have one degree of
+  // freedom, and D_NN < μ D_NT.
   ContactUnknown lever{.normal = 0, .tangent = 1, .friction = 2};
   CHECK_FALSE(solve_one(lever, -1, 1, 1, 1, 1));
   CHECK(solve_one(lever, -1, -1, 1, 1, 1));

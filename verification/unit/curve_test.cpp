@@ -38,7 +38,7 @@ TEST_CASE("splines of each kind satisfy their definition", "[driving]") {
       for (const double knot : y.knots()) {
         const auto jump = y.jump(knot);
         CHECK(jump.value < 1e-12);
-        if (!repeats && (knot == 0 || knot == 2)) continue;  // goes on without slope
+        if (!repeats && (knot == 0 || knot == 2)) continue;  // continues with zero slope
         CHECK(jump.slope < 1e-11);
         CHECK(jump.bend < 1e-9);
       }
@@ -99,7 +99,8 @@ TEST_CASE("a pulse between the samples of a step is included in the mean", "[dri
 }
 
 TEST_CASE("a mean over a short interval keeps full precision", "[driving]") {
-  // f and its mean over x ± d differ by f″d²/6 < 1e-15 here; a difference of two integrals had 1e-16/d of it.
+  // f and its mean over x ± d differ by f″d²/6 < 1e-15 here; the error of a difference of two
+  // integrals was 1e-16/d.
   Curve sine;
   sine.shape = Curve::Shape::harmonic;
   sine.amplitude = 2, sine.period = 0.7, sine.phase = 0.4, sine.mean = 0.3;
@@ -112,9 +113,9 @@ TEST_CASE("a mean over a short interval keeps full precision", "[driving]") {
       CHECK(y.mean(x - d, x + d) == Approx(y.value(x)).epsilon(1e-14));
       CHECK(y.mean(x + d, x - d) == y.mean(x - d, x + d));
     }
-  // Over longer ones it is the mean of two halves, across knots and periods too.
+  // Over longer intervals it is the mean of two halves, across knots and periods too.
   for (const auto& y : {sine.lay(), hump.lay()})
     CHECK(y.mean(0.1, 5.1) == Approx(0.5 * (y.mean(0.1, 2.6) + y.mean(2.6, 5.1))).epsilon(1e-13));
-  // 3-4-5: ∫ over the whole rise is half of it.
+  // 3-4-5: the integral over the whole rise is half of its length.
   CHECK(hump.lay().mean(0, 0.5) == Approx(1.5).epsilon(1e-14));
 }

@@ -68,14 +68,15 @@ std::vector<std::vector<double>> joe_kuo(int count) {
 
 TEST_CASE("the first Sobol points are those of Joe and Kuo", "[design]") {
   const auto points = unit_points(Draw::sobol, 6, 500, 1);
-  // As printed beside their generator, behind the origin: the first coordinates of the first points.
+  // As printed beside their generator, without the origin: the first coordinates of the first
+  // points.
   const std::vector<std::vector<double>> printed{
       {0.5, 0.5, 0.5},       {0.75, 0.25, 0.25},    {0.25, 0.75, 0.75},   {0.375, 0.375, 0.625},
       {0.875, 0.875, 0.125}, {0.625, 0.125, 0.875}, {0.125, 0.625, 0.375}};
   for (std::size_t i = 0; i < printed.size(); ++i)
     CHECK(std::vector(points[i].begin(), points[i].begin() + 3) == printed[i]);
   CHECK(points == joe_kuo(500));
-  CHECK(points == unit_points(Draw::sobol, 6, 500, 2));  // nothing is drawn
+  CHECK(points == unit_points(Draw::sobol, 6, 500, 2));  // no random numbers are used
 }
 
 TEST_CASE("a Latin hypercube has one point in each stratum of each coordinate", "[design]") {
@@ -92,8 +93,8 @@ TEST_CASE("a Latin hypercube has one point in each stratum of each coordinate", 
   const auto points = unit_points(Draw::latin_hypercube, 2, 100, 5);
   CHECK(points == unit_points(Draw::latin_hypercube, 2, 100, 5));
   CHECK(points != unit_points(Draw::latin_hypercube, 2, 100, 6));
-  // Not along a diagonal: the strata of two coordinates are permuted against each other. Of two independent permutations of 100
-  // the correlation has the standard deviation 1/√99.
+  // Not along a diagonal: the strata of two coordinates are permuted relative to each other. For
+  // two independent permutations of 100 the correlation has the standard deviation 1/√99.
   double sum = 0;
   for (const auto& p : points) sum += (p[0] - 0.5) * (p[1] - 0.5) * 12 / 100;
   CHECK(std::abs(sum) < 5 / std::sqrt(99.0));

@@ -329,7 +329,8 @@ TEST_CASE("a joint driven beyond its reach is reported with its drive", "[drivin
 }
 
 TEST_CASE("rows between the ends of long steps are as accurate as the ends", "[driving][output]") {
-  // Prescribed all along: a 3-4-5 rise of 0.5 rad in 0.4 s, of polynomials that a method of high order takes in a few steps.
+  // A prescribed motion: a 3-4-5 rise of 0.5 rad in 0.4 s, polynomials that a method of high order
+  // integrates in a few steps.
   const auto scene = parse_scene(
       rotor + R"([drives.d]
 joint = "main"
@@ -366,13 +367,15 @@ integrator = ")" +
   RunRequest request;
   request.observers = {&rows};
   REQUIRE(Simulation(scene, "penalty").run(request).ending.status == Ending::Status::finished);
-  // The tolerance, 1e-9, on 0.5 rad and 4.7 rad/s; some tens of steps. Cubics between them were off by 2e-4 and 3e-3.
+  // The tolerance, 1e-9, on 0.5 rad and 4.7 rad/s; some tens of steps. Cubic interpolation between
+  // them had errors of 2e-4 and 3e-3.
   CHECK(rows.angle < 1e-7);
   CHECK(rows.rate < 1e-6);
 }
 
 TEST_CASE("a force and a torque may depend on the angle of another joint", "[driving]") {
-  // A crank turns at 10 rad/s from 0.3 rad; what is read is 4 sin φ, so that a rate is (4/10 Ω)(cos 0.3 − cos φ) over its inertia.
+  // A crank turns at 10 rad/s from 0.3 rad; the curve is 4 sin φ, so that a velocity is (4/10
+  // Ω)(cos 0.3 − cos φ) over its inertia.
   const std::string start = "format = 2\n" + test::body("crank", 1, 0.1, "angle = 0.3\n") +
                             test::body("block", 2, 0.5) + test::body("rotor", 2, 0.5) +
                             test::pin("shaft", "ground", "crank") + test::guide("guide", "ground", "block") +

@@ -57,7 +57,7 @@ TEST_CASE("each start of an ensemble equals its single run, for any number of th
              (std::isnan(all.runs[k][i]) && std::isnan(alone.runs[k][i]))));
   CHECK(all.t.front() == scene->run.discard);
   CHECK(all.t.back() == Approx(scene->run.duration));
-  // Where the slider is at the end, by runs of the same starts without any of this: the bits of the extremes.
+  // The final position of the slider, from single runs of the same starts: bit-identical extremes.
   double least = INFINITY, greatest = -INFINITY;
   for (int k = 0; k < 5; ++k) {
     Simulation simulation(perturbed(*scene, {}, plan.seed, k, plan.how), plan.formulation, {.matched = true});

@@ -31,7 +31,8 @@ State begin(const std::string& text, std::string* assumed = nullptr) {
   return assemble(scene.mechanism, scene.run.start, assumed);
 }
 
-/// Disc in a ring on a spring, all lengths by `length`, mirrored at the vertical by `side`.
+/// A disc in a ring on a spring, all lengths multiplied by `length`, mirrored at the vertical by
+/// `side`.
 Modes ring(double length, int side, Family family) {
   const auto scene = parse_scene(
       fmt::format(
@@ -167,10 +168,11 @@ TEST_CASE("equilibria of random scenes balance or are refused with a reason", "[
           size[3 * b + 1] += std::abs(f.fy);
         }
       for (const double x : size) all = std::max(all, x);
-      // Couples are forces at the longest arm.
+      // Couples are divided by the longest lever arm.
       for (const auto& f : forces.elements)
         if (system.longest_arm() > 0) all = std::max(all, std::abs(f.m) / system.longest_arm());
-      // Where all springs are slack and all torques nought: what the rounding of a place is to the stiffest.
+      // If all springs are slack and all torques zero: the rounding of a position times the
+      // greatest stiffness.
       double far = 0, stiffest = 0;
       for (const double x : at.state.q) far = std::max(far, std::abs(x));
       for (const auto& load : scene.mechanism.loads)
@@ -192,7 +194,8 @@ TEST_CASE("equilibria of random scenes balance or are refused with a reason", "[
 
 TEST_CASE("perturbed starts of a scene that begins in equilibrium are in equilibrium",
           "[equilibrium][study]") {
-  // A pendulum stated level; its pivot lies within the play, so that it hangs below that point.
+  // A pendulum with a horizontal start; its pivot is within the clearance, so that it hangs below
+  // that point.
   const auto scene =
       parse_scene("gravity = [0, -9.81]\n[bodies.a]\nmass = 2\ninertia = 0.5\nposition = [0.3, 0]\n" + pivot +
                       "at = [[0, 0], [-0.3, 0]]\nclearance = 1e-3\nbearing_radius = 0.01\nsurface = \"s\"\n"
@@ -210,8 +213,8 @@ TEST_CASE("perturbed starts of a scene that begins in equilibrium are in equilib
 }
 
 TEST_CASE("an equilibrium does not depend on the order of the elements in a scene", "[equilibrium]") {
-  // The desk lamp of cases/spring-balance: forces of stages of contacts that yield fall under their rounding in one
-  // direction before they do in another, which of them depends on the order.
+  // The desk lamp of cases/spring-balance: with increasing contact stiffness, residual forces fall
+  // below rounding in one direction before another; the order of the elements decides which.
   const auto text = [](bool reversed) {
     std::vector<std::string> blocks{
         "[bodies.lower_arm]\nmass = 0.3\ninertia = 0.004\nposition = [0.2, 0]\n",
@@ -231,7 +234,8 @@ TEST_CASE("an equilibrium does not depend on the order of the elements in a scen
            "[-0.08, 0]]\nstiffness = 300\nfree_length = 0.0426\n";
   };
   const auto given = begin(text(false)), turned = begin(text(true));
-  // A softest motion of 3 N/m bears what is left of the forces, 1e-11 N, at 1e-11 m; and room of a hundred.
+  // The softest motion, 3 N/m, moves by 1e-11 m under the residual force, 1e-11 N; the bound is a
+  // hundred times that.
   for (int b = 0; b < 3; ++b)
     for (int c = 0; c < 3; ++c) CHECK(turned.q[3 * (2 - b) + c] == Approx(given.q[3 * b + c]).margin(1e-9));
 }

@@ -41,7 +41,7 @@ std::string utf8(unsigned code) {
           byte(0x80 | (code & 0x3F))};
 }
 
-/// A rod between two pins of the ground that are `apart` from each other.
+/// A rod between two pins of the ground at a distance of `apart`.
 std::string rod(double length, double apart) {
   return test::body("rod", 1, 0.01, "position = [0.1, 0.02]\n") +
          test::pin("left", "ground", "rod", {}, {-length / 2, 0}) +
@@ -66,14 +66,14 @@ TEST_CASE("text that is not TOML in UTF-8 is refused at its place; a byte order 
              StartsWith("s.toml:2:7: not TOML: a NUL character"));
   // Columns count characters.
   CHECK_THAT(refusal("title = \"äöü\" x\n"), StartsWith("s.toml:1:15: "));
-  // Cut short, overlong, a surrogate, beyond the last.
+  // Truncated, overlong, a surrogate, beyond the last code point.
   for (const char* bytes : {"\xC3", "\x80", "\xC0\xAF", "\xE0\x80\xAF", "\xED\xA0\x80", "\xF4\x90\x80\x80",
                             "\xF5", "\xE2\x82", "\xF0\x9F\x92"}) {
     const auto message = refusal("# ok\ntitle = \"a" + std::string(bytes) + "\"\n");
     CAPTURE(message);
     CHECK_THAT(message, StartsWith("s.toml:2:11: not TOML: byte 0x") && Contains("is no UTF-8"));
   }
-  // What breaks the parser's own assumptions has a place too.
+  // Text that violates the parser's own assumptions is reported with its place too.
   CHECK_THAT(refusal("a = 1\n[b]\nc = [1,,\n"), StartsWith("s.toml:3:"));
 }
 
@@ -103,7 +103,7 @@ TEST_CASE("a misspelt key is reported before its consequences", "[scene][errors]
   CHECK_THAT(refusal(replaced(flores(), "speed_rpm", "sped_rpm")), Contains("did you mean speed_rpm?"));
   CHECK_THAT(refusal(replaced(flores(), "[joints.main]", "[joint.main]")),
              Contains("joint: is not a key of a scene; did you mean joints?"));
-  // The first in the file, and what is a key elsewhere.
+  // The first key in the file, and one that is a key elsewhere.
   const auto two = replaced(replaced(flores(), "mass =", "mas ="), "poisson =", "poison =");
   CHECK_THAT(refusal(two), Contains(".mas: is not a key of a body; did you mean mass?"));
   CHECK_THAT(refusal(replaced(flores(), "surface =", "friction = 0.1\nsurface =")),
@@ -122,7 +122,7 @@ TEST_CASE("an option is quoted as it was typed", "[scene][errors]") {
   CHECK_THAT(refusal(scene, {"drives.q.crank=true"}),
              StartsWith("--set drives.q.crank=true: drives.q: there is no such drive; there is "));
   CHECK_THAT(refusal(scene, {"bodies.crnk.mass=2"}), Contains("there is no such body; did you mean crank?"));
-  // A surface needs nothing: one that nothing names would be without effect.
+  // A surface has no required keys: one that no element names would be without effect.
   CHECK_THAT(refusal(scene, {"surfaces.stel.friction=0.1"}),
              Contains("there is no such surface; did you mean steel?"));
   CHECK(refusal(scene, {"surfaces.brass.friction=0.1", "joints.gudgeon.surface=brass"}) == "accepted");
@@ -132,7 +132,7 @@ TEST_CASE("an option is quoted as it was typed", "[scene][errors]") {
       refusal(scene, {"joints.gudgeon.clearence=1"}),
       StartsWith(
           "--set joints.gudgeon.clearence=1: joints.gudgeon.clearence: is not a key of a joint; did you"));
-  // The file's key is where it is seen, the option what made it wrong.
+  // The message names the key of the file and the option that made it invalid.
   CHECK_THAT(refusal(scene, {"joints.gudgeon.clearance=1"}),
              StartsWith("s.toml:") && Contains("bearing_radius: must be greater than the clearance") &&
                  Contains("(with --set joints.gudgeon.clearance=1)"));
@@ -164,7 +164,7 @@ TEST_CASE("an invalid setting in a study is reported at its place in the study",
       StartsWith("study.toml:4:1: variants.v: joints.gudgeon.clearence: is not a key of a joint; did you"));
   CHECK_THAT(refused("[axis.c]\nkey = \"x\"\n"),
              StartsWith("study.toml:4:1: axis: is not a key of a study; did you mean axes?"));
-  // A hundred million runs are a slip, not a study.
+  // A hundred million runs are a mistake, not a study.
   std::string many, values = "1";
   for (int i = 2; i <= 100; ++i) values += fmt::format(", {}", i);
   for (const char* name : {"a", "b", "c", "d"})
@@ -181,7 +181,8 @@ TEST_CASE("a loop that cannot be closed is reported by the joint and the distanc
           "joints.left: cannot be closed: in the best pose found it stays open by 0.35 m, \"right\" by 0.35 m") ||
           Contains(
               "joints.right: cannot be closed: in the best pose found it stays open by 0.35 m, \"left\" by 0.35 m"));
-  // A crank that its drive holds where the rod does not reach: the joints are named, and what the drive would have to do.
+  // A crank held by its drive where the rod cannot reach: the message names the joints and the
+  // required change of the drive.
   const auto driven = [](double angle) {
     return test::body("crank", 1, 0.01) + test::body("rod", 1, 0.01, "position = [0.5, 0.1]\n") +
            test::pin("axle", "ground", "crank", {}, {-0.5, 0}) +
@@ -199,7 +200,7 @@ TEST_CASE("a loop that cannot be closed is reported by the joint and the distanc
              StartsWith("joints.") && Contains("it stays open by 0.2676 m, ") && !Contains("\"motor\""));
   for (const char* name : {"axle", "pin", "anchor"}) CHECK_THAT(message, Contains(name));
   CHECK_THAT(message, Contains("it closes with drives.motor.initial_angle = 0.7227"));
-  // What can be closed is, from anywhere near.
+  // A loop that can be closed is closed from any start nearby.
   const auto scene = parse_scene(rod(0.3, 0.3), "s.toml");
   const System system(scene.mechanism);
   std::vector<double> q{0.3, -0.2, 1};
@@ -236,7 +237,7 @@ TEST_CASE(
 
 namespace {
 
-/// What is wrong with a message, or nothing: one line, or three where it lists; no library's words.
+/// The fault of a message, or nothing: one line, or three for lists; no words of libraries.
 std::string fault(const std::string& message) {
   const auto lines = std::ranges::count(message, '\n');
   if (message.empty() || message.back() != '\n') return "does not end with its line";
@@ -272,7 +273,7 @@ TEST_CASE("a hundred errors are each reported in one line in the program's own w
     all.push_back({"check " + file(name, replaced(scene, from, to)),
                    expected.starts_with(":") ? name + expected : expected});
   };
-  // The file: what is no TOML, unknown keys, wrong kinds, values out of range, names of nothing.
+  // The file: text that is not TOML, unknown keys, wrong kinds, values out of range, unknown names.
   for (const char* text : {"mass = = 1\n",
                            "mass = 1.0\"é\"\n",
                            "[bodies\n",
@@ -412,7 +413,7 @@ TEST_CASE("a hundred errors are each reported in one line in the program's own w
   make_folder(folder.path() / "none");
   file("none/run.checkpoint", "nothing of the kind");
   all.push_back({"run --resume " + place + "none", "is no checkpoint"});
-  // A database of results that is none, or is cut short.
+  // A file that is no database of results, or a truncated one.
   make_folder(folder.path() / "db");
   file("db/sweep.db", std::string(2000, 'x'));
   all.push_back({"sweep --allow-outside " + file("good.toml", head) + " -o " + place + "db",
@@ -426,7 +427,7 @@ TEST_CASE("a hundred errors are each reported in one line in the program's own w
     CHECK(fault(o.err).empty());
     CHECK_THAT(o.err, Contains(one.expected));
   }
-  // Nothing of a refused run is left.
+  // A refused run leaves no files.
   CHECK_FALSE(std::filesystem::exists(folder.path() / "r/run.json"));
   CHECK_FALSE(std::filesystem::exists(folder.path() / "again/run.json"));
 }

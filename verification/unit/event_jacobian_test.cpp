@@ -75,7 +75,7 @@ TEST_CASE("the exact Jacobian of a contact mode equals differences of its right-
     f.preloaded[0].slip = mode.rub;
     EventDynamics::Vector x(static_cast<std::size_t>(f.size()));
     for (auto& y : x) y = uniform(engine);
-    // The journal of b at (0, 0.1) + e, in the film or within its hand-over.
+    // The journal of b is at (0, 0.1) + e, in the film or within its hand-over.
     const double angle = 3 * uniform(engine), theta = x[5], length = mode.rub == 0 ? 0.27 : 0.2;
     x[3] = length * std::cos(angle) - (0.2 * std::cos(theta) - 0.1 * std::sin(theta));
     x[4] = 0.1 + length * std::sin(angle) - (0.2 * std::sin(theta) + 0.1 * std::cos(theta));

@@ -8,7 +8,7 @@ using namespace freeplay;
 
 namespace {
 
-/// How many of `next(k)`, k = 1, 2, …, pass until there are too many; at most `most`.
+/// Number of the calls next(k), k = 1, 2, …, that pass before the limit; at most `most`.
 template <class F>
 int passed(F next, int most) {
   for (int k = 1; k <= most; ++k)
@@ -38,7 +38,7 @@ TEST_CASE("event pace: 10,000 events within a fifth of the time scale, three tim
 TEST_CASE("event pace: sixteen changes of mode at one instant are too many", "[event-driven]") {
   EventPace pace(1);
   CHECK(passed([&](int) { return pace.mode_change(0.5); }, 50) == 16);
-  // Those of another instant begin anew.
+  // The count starts again at another instant.
   EventPace two(1);
   for (int k = 0; k < 15; ++k) CHECK(two.mode_change(0.5).empty());
   CHECK(passed([&](int) { return two.mode_change(0.5 + 2e-6); }, 50) == 16);

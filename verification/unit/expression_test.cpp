@@ -48,7 +48,7 @@ TEST_CASE("expressions have the values of arithmetic", "[expression]") {
   CHECK(value("not x > 0 or 1 == 2") == 1);
   CHECK(value("not (x < 0 and speed >= 100)") == 0);
   CHECK(value("1 <= 1 and 1 != 2 and 1 >= 1") == 1);
-  CHECK(value("2 < 1 or 1 < 2 and 2 < 1") == 0);  // and binds closer
+  CHECK(value("2 < 1 or 1 < 2 and 2 < 1") == 0);  // and takes precedence
   CHECK(Expression("x < 1", names).type() == Expression::Type::truth);
   CHECK(Expression("x + 1", names).type() == Expression::Type::number);
   CHECK(Expression("x + speed", names).uses(3));
@@ -110,7 +110,7 @@ TEST_CASE("an invalid expression is refused at its column", "[expression]") {
       "not not not not not not not not not not not not not not not not not not not not x > 1 or not not not not not "
       "not not not not not not not not not not not not not not not not not not not not not not not not not not x > 1",
       "deep; that is the most");
-  // As long as it may be, and as flat, it is read.
+  // An expression of the greatest permitted length and depth is accepted.
   std::string sum = "1";
   while (sum.size() + 2 <= Expression::longest) sum += "+1";
   const auto ones = sum.size() / 2 + 1;

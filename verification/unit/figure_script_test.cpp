@@ -20,7 +20,8 @@ using namespace freeplay;
 
 namespace {
 
-/// Texts put together of what means something to gnuplot, to a shell or to a terminal, and of the hostile ones.
+/// Texts composed of fragments with a meaning for gnuplot, a shell or a terminal, and of the
+/// hostile ones.
 std::vector<std::string> random_texts(const test::Bait& bait, int count) {
   auto pieces = test::hostile_texts(bait);
   std::erase_if(pieces, [](const std::string& s) { return s.size() > 1000; });
@@ -51,7 +52,7 @@ TEST_CASE("gnuplot reads every text literally and executes none", "[security][fi
   test::TemporaryFolder folder;
   const test::Bait bait(folder.path());
   const auto texts = random_texts(bait, 6000);
-  // Two to a line: a literal that did not end where it should would swallow the next.
+  // Two to a line: a literal without its proper end would include the next.
   plots::Script script;
   script.add("set encoding utf8\nset print 'printed'\n");
   for (std::size_t i = 0; i < texts.size(); ++i)
@@ -153,7 +154,7 @@ TEST_CASE("control and reordering characters are shown as escapes", "[security]"
         "\\xff \\xc0\\xaf \\xed\\xa0\\x80 \\xf5 \\xe2\\x80");
   CHECK(visible(std::string("a\0b", 3)) == "a\\x00b");
   CHECK(visible_brief(std::string(500, 'x'), 5) == "xxxxx…");
-  // However a text is cut into pieces, the same is shown.
+  // The display does not depend on the division of a text into pieces.
   const std::string text = "Ω\x1b é\xff 中🙂\n\xe2\x80\xae.";
   for (std::size_t size = 1; size <= text.size(); ++size) {
     VisibleStream stream("\n");

@@ -64,7 +64,7 @@ std::vector<std::string> force_columns(const std::string& name, bool contact) {
   return list;
 }
 
-/// Drawn, and more than an empty page.
+/// Drawn, and not an empty page.
 void check_drawn(const std::filesystem::path& folder, const std::vector<std::string>& names) {
   for (const auto& name : names)
     for (const auto& [suffix, least] :
@@ -84,7 +84,8 @@ TEST_CASE("force figures: reactions, bearing loads and torque over the last revo
   test::TemporaryFolder folder;
   const auto& out = folder.path();
   write_comparison(out, test::flores());
-  // 2.5 turns of 200 rows. At one instant of the second turn the nonsmooth run has an impact.
+  // 2.5 revolutions of 200 rows. At one instant of the second revolution the nonsmooth run has an
+  // impact.
   const auto value = [](double scale, bool impact) {
     return [=](const std::string& column, double t) {
       const double angle = 2 * std::numbers::pi * t / turn_s;
@@ -117,7 +118,7 @@ TEST_CASE("force figures: reactions, bearing loads and torque over the last revo
   for (const char* name : {"bearing_load_guide", "reaction_push", "reaction_twist"})
     CHECK_FALSE(std::filesystem::exists(out / "figures" / (std::string(name) + ".gp")));
 
-  // The last turn that begins at a multiple of 360°, each mean in the middle of its interval.
+  // The last revolution that begins at a multiple of 360°, each mean in the middle of its interval.
   std::istringstream data(test::file_text(out / "figures/reaction_gudgeon.dat"));
   std::string line;
   std::getline(data, line);
@@ -178,7 +179,8 @@ TEST_CASE("force figures: one run, no drive, four corners, empty columns", "[fig
   CHECK(t == Approx(60e-6));
   CHECK(fy == Approx(5.024).epsilon(1e-5));
 
-  // Unreadable scenes cost the crank angle and what is known of joints, not the figures.
+  // Without a readable scene the figures lack the crank angle and facts about joints, but are
+  // drawn.
   auto document = nlohmann::json::parse(test::file_text(out / "run.json"));
   document["provenance"]["scene"] = "no scene [";
   write_file(out / "run.json", document.dump());

@@ -21,7 +21,7 @@ using Catch::Matchers::Contains;
 
 namespace {
 
-/// Two bodies that move as they like, with every kind of this file between them; `play`: of the teeth.
+/// Two free bodies, with every kind of this file between them; `play`: the backlash of the teeth.
 std::string scene_text(const std::string& play) {
   return "format = 2\n" + test::body("a", 1.5, 0.02) +
          test::body("b", 0.7, 0.01, "position = [0.32, 0.05]\n") + R"([surfaces.hard]
@@ -94,7 +94,7 @@ const char* const loose = "backlash = 1e-3\nsurface = \"hard\"\n";
 
 Scene scene_of(const std::string& text) { return parse_scene(text, "gears"); }
 
-/// A state near the one of the scene, of any angles and velocities.
+/// A state near that of the scene, with any angles and velocities.
 struct Motion6 {
   std::vector<double> q, v, a;
   explicit Motion6(std::mt19937& engine) : q(6), v(6), a(6) {
@@ -130,7 +130,7 @@ double slope(F f, double h) {
   return (4 * fine - coarse) / 3;
 }
 
-/// Whether a gap is smooth there: teeth follow each other.
+/// Whether a gap jumps there: one tooth follows another.
 bool jumps(double before, double after) { return std::abs(after - before) > 1e-3; }
 
 }  // namespace
@@ -251,7 +251,7 @@ TEST_CASE("gap bounds of teeth and stops hold over a step", "[gears][unseen]") {
       tight += most > 0.05 * motion.bend;
     }
   }
-  CHECK(bounded > 2000);  // few only come too near to have a bound
+  CHECK(bounded > 2000);  // few are too close to have a bound
   CHECK(tight > bounded / 4);
 }
 
@@ -269,13 +269,15 @@ TEST_CASE("the gap of a tooth is periodic over many revolutions", "[gears]") {
     system.place(0, q.data(), e);
     return system.gap(k, q.data(), e);
   };
-  // Of the gears with teeth, whole turns of either change nothing; rounding of 1e3 rad over 0.3 m.
+  // For the gears with teeth, whole revolutions of either change nothing; rounding of 1e3 rad over
+  // 0.3 m.
   const int forward = find(system, "outer.forward"), backward = find(system, "outer.backward");
   for (const int k : {forward, backward}) {
     CHECK(gap(k, 0, 0) == Approx(gap(k, 41, 0)).margin(1e-12));
     CHECK(gap(k, 0, 0) == Approx(gap(k, -3, 170)).margin(1e-12));
   }
-  // Both flanks together are the play: b + 2 S (inv α − inv α₀), wherever the wheels stand.
+  // The sum of both flanks' gaps is the backlash: b + 2 S (inv α − inv α₀), for any angles of the
+  // wheels.
   system.place(0, m.q.data(), e);
   const long double S = 0.255L * std::cos(20 * M_PIl / 180);
   const double play =
@@ -327,7 +329,7 @@ TEST_CASE("an absent tooth phase is taken from the initial poses and stays in th
   auto text = scene_text(loose);
   for (const char* phase : {"phase = 0.3\n", "phase = 1.1\n", "phase = -0.2\n"})
     text.erase(text.find(phase), std::string(phase).size());
-  // Where the outer pair meshes, 5 mm beyond its standard distance.
+  // In the meshing position of the outer pair, 5 mm beyond its standard distance.
   text.replace(text.find("[0.32, 0.05]"), 12, "[0.30, 0.00]");
   text.replace(text.find("axis = [0.6, 0.8]"), 17, "axis = [0.0, 1.0]");
   for (const auto& play : {std::string(loose), std::string()}) {
@@ -354,7 +356,8 @@ TEST_CASE("an absent tooth phase is taken from the initial poses and stays in th
 }
 
 TEST_CASE("no tooth is skipped in a long step", "[gears][unseen]") {
-  // Constant forces, so that nothing but the teeth bounds a step; between touches the gear gains more than a tooth.
+  // Constant forces, so that only the teeth limit a step; between contacts the gear gains more than
+  // a tooth.
   const auto text = "format = 2\n" + test::body("pinion", 1.0, 0.001) +
                     test::body("bar", 2.0, 0.004, "position = [0.0, -0.05]\n") +
                     test::pin("front", "ground", "pinion") +
@@ -379,7 +382,8 @@ torque = 1.0
     CAPTURE(scheme);
     const auto run = test::finished(simulation);
     CHECK(run.extremes.penetration[0] < 1e-6 * 5e-5);
-    // Pressed together at last: a = (M/r)/(m + J/r²), from the first touch on within the play.
+    // Finally in lasting contact: a = (M/r)/(m + J/r²), from the first contact on within the
+    // backlash.
     CHECK(run.final_state.q[3] == Approx(0.5 * 20 / 2.4 * 0.01).margin(1e-4));
   }
 }

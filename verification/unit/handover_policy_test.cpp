@@ -12,13 +12,13 @@ TEST_CASE("time stepping ends after a calm interval, twice as long after an unsu
   CHECK(times.calm(0.11, 0));
   CHECK_FALSE(times.calm(0.11, 0.05));  // an impact since
   times.take_over(1, "t = 1 s: too fast", 1);
-  CHECK(times.calm(1.11, 0));  // the first takes the usual wait
+  CHECK(times.calm(1.11, 0));  // the first return needs the usual calm interval
   times.give_back(1.2);
-  times.take_over(1.25, "t = 1.25 s: too fast", 1);  // sooner than the wait of 0.1 s
+  times.take_over(1.25, "t = 1.25 s: too fast", 1);  // sooner than the interval of 0.1 s
   CHECK_FALSE(times.calm(1.4, 0));
   CHECK(times.calm(1.46, 0));
   times.give_back(1.5);
-  times.take_over(3, "another", 1);  // the return lasted: the usual wait again
+  times.take_over(3, "another", 1);  // the return lasted: the usual interval again
   CHECK(times.calm(3.11, 0));
   CHECK(times.count() == 3);
   CHECK(times.reasons() == "too fast; another");  // each once, without its time
@@ -47,8 +47,8 @@ TEST_CASE("shrunk steps are distinguished from short ones by contacts, events an
   };
   StepShrinkage s;
   s.begin(0, 0);
-  CHECK_FALSE(thousand(s, 0.5, 0, true));    // as usual
-  CHECK_FALSE(thousand(s, 0.501, 0, false));  // short, but nothing touches
+  CHECK_FALSE(thousand(s, 0.5, 0, true));     // as usual
+  CHECK_FALSE(thousand(s, 0.501, 0, false));  // short, but no contact is near
   CHECK(thousand(s, 0.502, 0, true));
   CHECK(thousand(s, 0.503, 100, false));  // a hundred events
   CHECK_FALSE(thousand(s, 0.6, 100, true));
@@ -61,7 +61,7 @@ TEST_CASE("a trial that saves time halves the work until the next, one that does
   costs.begin({0, 0});
   costs.end_events({1, 100});  // 0.01 s a factorisation
   costs.begin({1, 100});
-  CHECK_FALSE(costs.stepping_costs_more({2, 100 + N - 1}));  // not yet judged
+  CHECK_FALSE(costs.stepping_costs_more({2, 100 + N - 1}));  // not yet compared
   CHECK(costs.stepping_costs_more({2, 100 + N}));            // 2e-5 s a factorisation
   costs.begin({2, 100 + N});
   costs.begin_trial();
@@ -74,7 +74,7 @@ TEST_CASE("a trial that saves time halves the work until the next, one that does
   CHECK(costs.stepping_costs_more({3, 2 * N}));
   costs.begin({3, 0});
   costs.begin_trial();
-  CHECK_FALSE(costs.trial_failed({10, 2 * N / 10}));  // it pays, and ends
+  CHECK_FALSE(costs.trial_failed({10, 2 * N / 10}));  // it saves time, and ends
   CHECK_FALSE(costs.on_trial());
   CHECK(costs.patience() == N);
   CHECK(costs.trials() == 2);

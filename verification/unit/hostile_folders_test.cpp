@@ -109,7 +109,7 @@ TEST_CASE("hostile texts in the folders of every command", "[security][hostile][
       }
       run({"figures", place});
       if (run({"report", place}) == 0) {
-        // The page's own two scripts and no element more, whatever the files say.
+        // The page contains only its own two scripts, whatever the files contain.
         const auto page = test::file_text(bait.folder / place / "report.html");
         CHECK(count(page, "<script") == 2);
         CHECK(count(page, "</script") == 2);

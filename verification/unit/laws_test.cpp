@@ -56,7 +56,7 @@ TEST_CASE("the exact law delivers the required restitution, also near 0 and 1", 
                    1 - 1e-15}) {
     CAPTURE(e);
     const double chi = exact_damping_factor(e);
-    // Where χ → 0 the equation's root is conditioned like 1/χ: allow rounding over χ.
+    // For χ → 0 the equation's root has a condition number of 1/χ: the bound is rounding over χ.
     REQUIRE(delivered_restitution(chi) == Approx(e).epsilon(1e-12 + 1e-15 / chi));
   }
   REQUIRE(exact_damping_factor(1) == 0);
@@ -66,7 +66,8 @@ TEST_CASE("the exact law delivers the required restitution, also near 0 and 1", 
 }
 
 TEST_CASE("the stiffness is that of equation (4) of the paper", "[laws]") {
-  // Flores et al. 2011, equation (4) with E = 207 GPa, ν = 0.3, R_i = 11.125 mm: five printed digits.
+  // Flores et al. 2011, equation (4) with E = 207 GPa, ν = 0.3, R_i = 11.125 mm: five printed
+  // digits.
   const double c[] = {0.10e-3, 0.25e-3, 0.50e-3, 1.00e-3};
   const double K[] = {1.6795e11, 1.0550e11, 7.373e10, 5.090e10};
   for (int i = 0; i < 4; ++i)
@@ -92,7 +93,8 @@ TEST_CASE("laws are indexed by their enumerators, and scene names are those of t
 }
 
 TEST_CASE("every point contact law delivers the first integral of its damping factor", "[laws]") {
-  // A free impact on the ring, χ of the law read back from the run: integration at 1e-12 a step of a ratio of speeds.
+  // A free impact on the ring, with χ of the law derived from the run: integration at 1e-12 a step
+  // of a ratio of speeds.
   auto scene = read_scene(test::scene_file("ring"));
   scene.mechanism.surfaces[0].friction.reset();
   scene.mechanism.surfaces[0].restitution = 0.46;
@@ -184,7 +186,7 @@ TEST_CASE("Pereira's exponent is continuous at its transition, and its limits ar
 }
 
 TEST_CASE("Kelvin-Voigt: closed form of its restitution against direct integration", "[laws]") {
-  // RK4 with 1e5 steps over a half period: (1e-5 π)⁴ ≪ the linear search of the exit, 1e-9.
+  // RK4 with 1e5 steps over a half period: (1e-5 π)⁴ ≪ the linear interpolation of the exit, 1e-9.
   for (double D : {10.0, 200.0, 900.0, 4000.0}) {
     const double K = 1e6, m = 0.2, h = 3.2 * std::sqrt(m / K) / 1e5;
     double d = 0, v = 1, F = D, F_old = F, v_old = v;
@@ -236,9 +238,9 @@ TEST_CASE("friction laws are odd, and continuous at the ends of their zones", "[
 }
 
 TEST_CASE("friction laws agree in the mechanism at fast sliding", "[laws][friction]") {
-  // First impact of the reference scene: sliding at 0.03 to 0.04 m/s throughout, far above every regularising
-  // speed, so that each law gives μ F_N. LuGre's bristles need a distance of g = μ/σ₀ = 1e-7 m of the 8e-6 m
-  // slid to build up.
+  // First impact of the reference scene: sliding at 0.03 to 0.04 m/s throughout, far above every
+  // regularising speed, so that each law gives μ F_N. LuGre's bristles need a distance of g = μ/σ₀
+  // = 1e-7 m, of a sliding distance of 8e-6 m, to build up.
   auto scene = read_scene(test::flores());
   scene.run.duration = 0.006;
   scene.run.discard = 0;

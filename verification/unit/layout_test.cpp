@@ -43,7 +43,7 @@ TEST_CASE("lines are broken at the last space before column 80 without loss", "[
       const auto words = i == 0 ? lines[i] : lines[i].substr(indent);
       if (i > 0) {
         CHECK(lines[i].substr(0, indent) == std::string(indent, ' '));
-        // The first word of a line had no room on the one before.
+        // The first word of a line did not fit on the one before.
         CHECK(width(lines[i - 1]) + 1 + width(words.substr(0, words.find(' '))) > 80);
         whole += ' ';
       }
@@ -64,7 +64,8 @@ TEST_CASE("the comparison table fits 80 columns, each number under its heading",
   test::TemporaryFolder folder;
   const auto c = compare(scene, {}, folder.path());
   const auto lines = lines_of(comparison_table(scene, c, false));
-  // A head, then its rule: groups of dashes with a space between; every row below ends its cells where the groups do.
+  // A heading, then its rule: groups of dashes with a space between; the cells of every row below
+  // end where the groups do.
   int tables = 0;
   for (std::size_t i = 1; i < lines.size(); ++i) {
     if (!lines[i].starts_with("---")) continue;
@@ -73,21 +74,21 @@ TEST_CASE("the comparison table fits 80 columns, each number under its heading",
     for (std::size_t at = 0; at < lines[i].size(); ++at)
       if (lines[i][at] == '-' && (at + 1 == lines[i].size() || lines[i][at + 1] == ' ')) ends.push_back(at);
     const bool pairs = tables == 2;
-    // What is told of one run and of the other; what is told of two touches. 44 + 17 + 16 and
-    // 12 + 3·11 + 3·9 + 7, with a space between.
+    // Columns of each run; columns of pairs of contacts. 44 + 17 + 16 and 12 + 3·11 + 3·9 + 7, with
+    // a space between.
     CHECK(ends.size() == (pairs ? 8 : 3));
     CHECK(ends.back() + 1 == (pairs ? 79 : 77));
     std::size_t columns = 0;
     for (std::size_t row = i - 1; row < lines.size() && !lines[row].empty(); row += row == i - 1 ? 2 : 1) {
       const auto& line = lines[row];
       if (line.starts_with("...") || line.starts_with("v: ") || line.starts_with("* ")) break;
-      // Cells by their ends: a character there, and a space or nothing behind it. ± is two bytes.
+      // Cells by their ends: a character there, and a space or the end after it. ± has two bytes.
       std::string plain;
       for (const char ch : line)
         if ((ch & 0xC0) != 0x80) plain += ch;
       CAPTURE(line);
       if (plain.size() > ends[0] &&
-          plain.size() < ends[1]) {  // a name without room beside it: its cells follow
+          plain.size() < ends[1]) {  // a name that fills the width: its cells follow on the next line
         REQUIRE(lines.at(row + 1).starts_with(std::string(ends[0], ' ')));
         continue;
       }

@@ -47,7 +47,8 @@ std::string quiet(const fs::path& folder, const std::string& command) {
   return done.said;
 }
 
-/// The build, installed into a folder, and the examples built against it as a user builds them; once.
+/// The build, installed into a folder, and the examples built against it as a user builds them;
+/// once.
 class Installed {
  public:
   static const Installed& get() {
@@ -88,7 +89,7 @@ std::vector<double> numbers(const std::string& row) {
   return all;
 }
 
-/// Text with every run of blanks as one, so that indentation does not count.
+/// Text with every sequence of blanks as one, so that indentation does not matter.
 std::string even(const std::string& text) {
   std::string out;
   for (const char c : text)
@@ -109,7 +110,7 @@ TEST_CASE("an external program prints the events of the command line program", "
   const auto printed = test::lines_of(quiet(place, installed.example("main")));
   REQUIRE(printed.size() > 20);
 
-  // The same second: 10/3 turns at 200 rpm.
+  // The same second: 10/3 revolutions at 200 rpm.
   const std::string command = fmt::format(
       "{} run scene.toml --formulation nonsmooth --set joints.gudgeon.clearance=1e-3", installed.program());
   quiet(place, command + " --set run.revolutions=3.3333333333333335 -o second");
@@ -118,7 +119,7 @@ TEST_CASE("an external program prints the events of the command line program", "
   REQUIRE(rows.size() == printed.size());
   for (std::size_t i = 0; i < rows.size(); ++i) CHECK(printed[i] == as_printed(rows[i]));
 
-  // And the whole scene, whose run goes on: what the first second had settled is the beginning of it.
+  // The whole scene, whose run continues: the final results of the first second are its beginning.
   quiet(place, command + " -o whole");
   auto whole = test::lines_of(test::file_text(place / "whole/events.csv"));
   whole.erase(whole.begin());
@@ -194,7 +195,7 @@ TEST_CASE("the installation contains only files for users", "[library]") {
   for (const char* file :
        {"freeplay-tests", "libfreeplay_claims.a", "libfreeplay_study.a", "system.hpp", "main.cpp"})
     CHECK(!has(file));
-  // Where the project was built stands in no file that CMake reads.
+  // No file that CMake reads contains the path of the build.
   for (const auto& file : found)
     if (file.ends_with(".cmake")) {
       const auto text = test::file_text(prefix / file);
@@ -224,7 +225,8 @@ TEST_CASE("four scenes in four threads give the same bits as in sequence", "[lib
     const char* formulation;
     double until;  // s
   };
-  // Dense and sparse, an assembly by Ipopt in two at once, contacts of every kind, instruments.
+  // Dense and sparse solves, two simultaneous assemblies by Ipopt, contacts of every kind,
+  // instruments.
   const std::vector<Case> cases{
       {test::flores(), "penalty", 0.1},
       {test::scene_file("four_bar_two"), "nonsmooth", 0.2},
@@ -236,7 +238,7 @@ TEST_CASE("four scenes in four threads give the same bits as in sequence", "[lib
   };
   const auto all = [](const Case& c) {
     auto scene = read_scene(c.file);
-    for (auto& body : scene.mechanism.bodies) body.angle += 1e-3;  // so that there is something to assemble
+    for (auto& body : scene.mechanism.bodies) body.angle += 1e-3;  // so that an assembly is necessary
     scene.run.start = RunOptions::Start::assembled;
     Simulation simulation(scene, c.formulation);
     Seen seen;
@@ -401,7 +403,7 @@ TEST_CASE("a scene in code is refused under the same rules as a file", "[library
   SECTION("a start of another mechanism") {
     CHECK_THROWS_AS(Simulation(scene, "penalty", {.start = State{0, {0, 0, 0}, {0, 0, 0}, {}}}), ModelError);
     auto start = assemble(m, RunOptions::Start::assembled);
-    start.z = {1};  // no drive of this mechanism lags
+    start.z = {1};  // no drive of this mechanism has a lag
     CHECK_THROWS_AS(Simulation(scene, "penalty", {.start = start}), ModelError);
     CHECK_THROWS_AS(Simulation(scene, "nonsmooth", {.start = start}), ModelError);
   }

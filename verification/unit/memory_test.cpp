@@ -19,8 +19,8 @@ using namespace freeplay;
 
 namespace {
 
-/// Two Duffing oscillators, coupled, damped and driven: x = (q1, q2, v1, v2). A mode, as of a contact, makes
-/// the first one stiffer.
+/// Two Duffing oscillators, coupled, damped and driven: x = (q1, q2, v1, v2). A mode, as of a
+/// contact, stiffens the first one.
 struct Side {
   bool pressed = false;
   double stiffness() const { return pressed ? 40 : 1; }
@@ -48,7 +48,7 @@ struct Side {
   }
 };
 
-/// Calls a method as the steppers do; what happens at a step depends on `engine` only.
+/// Calls a method as the steppers do; the actions at a step depend on `engine` only.
 template <class Method>
 struct Run {
   Method method;
@@ -63,7 +63,7 @@ struct Run {
     const double knot = 0.7 * std::floor(method.t / 0.7 + 1.001);
     if (!method.step(side, knot)) return false;
     const double t = method.t_old + share * (method.t - method.t_old);
-    if (choice == 0) {  // a contact closes: landed on in two attempts, with a shorter step behind it
+    if (choice == 0) {  // a contact closes: located in two attempts, with a shorter step after it
       method.land(side, t);
       method.land(side, method.t_old + 0.999 * (t - method.t_old));
       side.pressed = !side.pressed;
@@ -73,11 +73,11 @@ struct Run {
       method.land(side, t);
       side.pressed = !side.pressed;
       restart = true;
-    } else if (choice == 2) {  // an impact: begun anew
+    } else if (choice == 2) {  // an impact: restarted
       method.land(side, t);
       method.x[2] *= -0.8;
       method.start(side, method.t, Vector(method.x));
-    } else if (choice == 3) {  // the step was of no length
+    } else if (choice == 3) {  // the step had zero length
       method.start(side, method.t_old, method.x_old);
     } else if (choice == 4) {  // a projection
       method.x[1] += 1e-9 * share;
@@ -122,8 +122,8 @@ void check_method(const std::function<Method()>& make) {
       auto bytes = memory_of(run);
       Run<Method> first{make()}, second{make()};
       recall(first, bytes);
-      recall(second, memory_of(first));  // what was read can be written again
-      // `run` itself goes on beside them, each driven by its own copy of the engine.
+      recall(second, memory_of(first));  // restored state can be serialized again
+      // `run` itself continues beside them, each driven by a separate copy of the engine.
       std::mt19937 engines[] = {engine, engine, engine};
       Run<Method>* runs[] = {&run, &first, &second};
       for (int i = 0; i < 50; ++i) {
@@ -250,8 +250,8 @@ TEST_CASE("a factorisation restored from its serialized state continues bit for 
       SaddlePoint other = make();
       recall(other, memory_of(never));  // before the first factorisation
     }
-    // Copies of rows stay copies. KLU takes other pivots only for entries a thousand times as great, so
-    // entries wander over many magnitudes, and change their sign.
+    // Copies of rows remain copies. KLU changes pivots only for entries a thousand times as great,
+    // so entries vary over many magnitudes, and change their sign.
     const auto drift = [&] {
       const std::size_t originals = 6 * static_cast<std::size_t>(kind.rows);
       for (std::size_t e = 0; e < originals; ++e)
@@ -266,7 +266,7 @@ TEST_CASE("a factorisation restored from its serialized state continues bit for 
         drift();
         REQUIRE(solver.factor(chain.values.data()));
       }
-      if (moment % 4 == 3) {  // values that are refused in between
+      if (moment % 4 == 3) {  // refused values in between
         auto bad = chain.values;
         bad[bad.size() / 2] = NAN;
         REQUIRE_FALSE(solver.factor(bad.data()));
@@ -287,8 +287,8 @@ TEST_CASE("a factorisation restored from its serialized state continues bit for 
         REQUIRE(solve(restored, chain, i % 3 == 0) == solve(solver, chain, i % 3 == 0));
       }
     }
-    // The test is of something: where pivots are kept, a new factorisation gives other digits. Rows that are
-    // found to depend on each other have theirs chosen anew every time.
+    // The test is effective: where pivots are kept, a new factorisation gives other digits. For
+    // dependent rows pivots are chosen anew every time.
     const bool kept = !solver.dense() && (kind.copies == 0 || kind.facts.redundant);
     CHECK((pivots_matter > 10) == kept);
 

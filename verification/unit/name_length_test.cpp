@@ -13,7 +13,8 @@ using Catch::Matchers::StartsWith;
 
 namespace {
 
-/// A loose pendulum, and discs in a group that touch each other, a wall and a second group.
+/// A pendulum with clearance, and discs in a group that touch each other, a wall and a second
+/// group.
 std::string scene(std::size_t length) {
   const auto name = [&](char letter) { return std::string(length, letter); };
   return fmt::format(R"(gravity = [0, -9.81]

@@ -24,7 +24,8 @@ TEST_CASE("perturbed starts are the same from an initial guess as from the given
                  b = perturbed(*scene, std::vector<double>(), {}, 5, start, {});
       for (std::size_t i = 0; i < a.mechanism.bodies.size(); ++i) {
         const auto &x = a.mechanism.bodies[i], &y = b.mechanism.bodies[i];
-        // Closed to rounding by both; then the penalty formulation turns the ideal mechanism by up to a turn.
+        // Both close to rounding; then the penalty formulation moves the ideal mechanism by up to a
+        // revolution.
         CHECK((x.position - y.position).norm() <= 1e-9);
         CHECK(std::abs(x.angle - y.angle) <= 1e-8);
       }

@@ -73,7 +73,8 @@ TEST_CASE("a truncated list of events is marked as such", "[observers]") {
 }
 
 TEST_CASE("observers see a run in parts as one run", "[observers]") {
-  // Two runs in a row are not one: the step is cut between them. Rows and events go on all the same.
+  // Two successive runs differ from one: the step is cut between them. Rows and events continue
+  // nevertheless.
   auto scene = read_scene(test::flores());
   scene.run.duration = 0.04;
   scene.run.discard = 0;
@@ -97,7 +98,7 @@ TEST_CASE("a run obeys a request to stop", "[observers]") {
   const auto run = simulation.run({.observers = {&listener}, .stop = StopToken(stop)});
   CHECK(run.ending.status == Ending::Status::interrupted);
   CHECK(run.t_end == Approx(0.01).margin(2e-5));
-  // Another one, without a token, is not asked.
+  // Another run, without a token, is not affected.
   auto other = scene;
   other.run.duration = 0.02;
   other.run.discard = 0;
@@ -143,7 +144,7 @@ TEST_CASE("only one process writes into a folder", "[observers]") {
   auto scene = read_scene(test::flores());
   scene.run.duration = 0.01;
   scene.run.discard = 0;
-  // Within the first run's progress a second one wants the same folder.
+  // During the first run's progress a second one requests the same folder.
   int refused = 0;
   const RunPlan second{.formulation = "nonsmooth", .folder = folder.path()};
   run_scene(scene, {.formulation = "nonsmooth", .folder = folder.path(), .on_progress = [&](double) {

@@ -20,7 +20,8 @@ using Catch::Matchers::Contains;
 
 namespace {
 
-/// While it lasts, no file of this process and its children grows beyond `most` bytes, as on a disk that is full.
+/// During its lifetime no file of this process and its children grows beyond `most` bytes, as on a
+/// full disk.
 class SmallFiles {
  public:
   explicit SmallFiles(rlim_t most) : handler_(std::signal(SIGXFSZ, SIG_IGN)) {
@@ -78,7 +79,7 @@ TEST_CASE("contact log: impacts, lasting contact, order, counts", "[events]") {
   log.touch(1, 1.02, 0, -0.2, 0, 0, 0.1);
   log.leave(1, 1.05, 0, 0.1, 0, 2.0, 0, 0.03);
   drain();
-  REQUIRE(out.empty());  // the touch at 1.0 is still undecided
+  REQUIRE(out.empty());  // the contact at 1.0 is still undecided
   log.advance(1.2);
   drain();
   REQUIRE(out.size() == 2);
@@ -108,11 +109,11 @@ TEST_CASE("pairing of contacts ends where the motions diverge", "[compare]") {
   const auto p = pair_impacts(a, b, 1);
   REQUIRE(p.pairs.size() == 2);
   REQUIRE(p.horizon == 2.09);
-  // A list that is cut is known to its last event: what is missing beyond it is no difference.
+  // A truncated list is known up to its last event: missing events after it are no difference.
   const std::vector<ContactEvent> cut{touch(1, 1), touch(2, .5)};
   const std::vector<ContactEvent> whole{touch(1.009, 1), touch(2.01, .5), touch(3.01, .3)};
   const auto known = pair_impacts(cut, whole, 1, 2);
-  REQUIRE(known.pairs.size() == 1);  // the second ends where the list does
+  REQUIRE(known.pairs.size() == 1);  // the second ends at the end of the list
   REQUIRE_THAT(known.ended_by, Contains("kept ends there"));
   REQUIRE_THAT(pair_impacts(cut, whole, 1).ended_by,
                Contains("touch 3") && Contains("only the nonsmooth run"));
@@ -216,7 +217,7 @@ TEST_CASE("the program: memory does not grow with the length of a run", "[progra
     return test::read_json(out / "run.json")["cost"]["peak_memory_KiB"].get<long>();
   };
   for (const auto* formulation : {"nonsmooth", "penalty"})
-    // Twelve times the run may cost pages of noise, not twelve times the rows (4 MB of trajectory each
-    // revolution).
+    // A twelvefold run may need more pages by noise, but not twelve times the rows (4 MB of
+    // trajectory each revolution).
     CHECK(peak(formulation, "6") < peak(formulation, "0.5") + 1500);
 }

@@ -31,10 +31,10 @@ double step_response(double t) {
   const double decay = damping / (2 * mass), w = std::sqrt(k / mass - decay * decay);
   return shove / k * (1 - std::exp(-decay * t) * (std::cos(w * t) + decay / w * std::sin(w * t)));
 }
-/// Grows with time.
+/// A force proportional to time.
 Vec2 ramp(const void*, const char*, double t, const Vec2&, const Vec2&) { return {shove * t, 0}; }
 
-/// A free body with a load that has no force of its own, turning at 2 rad/s.
+/// A free body with a load without a force of its own, rotating at 2 rad/s.
 Scene free_body(const std::string& more = {}, const std::vector<std::string>& overrides = {}) {
   return parse_scene(
       "[bodies.block]\nmass = 2\ninertia = 0.1\nangular_velocity = 2\n"
@@ -132,7 +132,7 @@ TEST_CASE("a user-supplied force is reported and is part of the identity of a ru
     CHECK_THAT(result.notes.back(), Contains("the force of hand is that of ramp (digest 0123)"));
   }
   CHECK(Simulation(scene, "nonsmooth").identity().digest() != before.digest());
-  scene.set("bodies.block.mass", "3");  // keeps it
+  scene.set("bodies.block.mass", "3");  // the force is kept
   CHECK(outside_of(scene).forces.contains("hand"));
   auto foot = outside_of(scene);
   foot.forces["foot"] = foot.forces["hand"];

@@ -23,7 +23,7 @@ using Catch::Matchers::Contains;
 
 namespace {
 
-/// What the rig's contact has built in: the same formula by other code.
+/// The built-in law of the rig's contact: the same formula in separate code.
 struct Hertz {
   double K, chi;
 };
@@ -57,7 +57,8 @@ TEST_CASE("a user-supplied copy of a built-in law moves the rig in the same way"
   const auto found = test::finished(outside);
   REQUIRE(found.events.size() == expected.events.size());
   REQUIRE(found.events.size() >= 2);
-  // Explicit methods take the same steps but for the last bits of the formula; an implicit one has its matrix by differences.
+  // Explicit methods take the same steps up to the last bits of the formula; an implicit one has
+  // its matrix by differences.
   const double bound = integrator == "rosenbrock4" ? 1e-6 : 1e-9;
   for (std::size_t i = 0; i < found.events.size(); ++i) {
     CAPTURE(integrator, i);
@@ -65,7 +66,7 @@ TEST_CASE("a user-supplied copy of a built-in law moves the rig in the same way"
     CHECK(found.events[i].impulse_n ==
           Approx(expected.events[i].impulse_n).epsilon(100 * bound).margin(1e-9));
   }
-  // The elastic part by quadrature: the balance closes as it does built in.
+  // The elastic energy by quadrature: the balance closes as for the built-in law.
   CHECK(std::abs(found.ledger.closure()) < 1e-6 * found.ledger.scale());
   CHECK(found.ledger.elastic == Approx(expected.ledger.elastic).margin(1e-9));
 }
@@ -85,9 +86,9 @@ TEST_CASE("a user-supplied law is reported, and an impact law cannot be matched 
   CHECK(std::isnan(result.contacts[0].model.restitution_delivered));
   CHECK_THROWS_WITH(Simulation(scene, "nonsmooth", {.matched = true}),
                     Contains("what restitution hertz delivers is not known"));
-  // Of an impact law it is no part.
+  // It is not part of the identity of an impact law.
   CHECK(Simulation(scene, "nonsmooth").identity().formulation.find("law") == std::string::npos);
-  // A snapshot is of the law that it was taken under.
+  // A snapshot requires the law that it was taken with.
   const auto snapshot = outside.snapshot();
   auto other = scene;
   other.penalty.own.reset();
@@ -165,7 +166,7 @@ TEST_CASE("a plugin is loaded from its file, and its run can be repeated only wi
   refused("freeplay_law_abi() is 2");
   REQUIRE(compiled(version));
   refused("exports no freeplay_normal_force");
-  // Cut short anywhere: what is mapped behind a file's end cannot be read.
+  // Truncated anywhere: memory mapped beyond a file's end cannot be read.
   REQUIRE(compiled(
       version + "double freeplay_normal_force(const char* c, double d, double r, double v) { return d; }\n"));
   const auto whole = test::file_text(plugin.string());

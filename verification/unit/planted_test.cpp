@@ -30,7 +30,7 @@ struct Place {
     std::filesystem::create_symlink(target, bait.folder / name);
   }
   std::filesystem::path elsewhere() const { return folder.path() / "elsewhere"; }
-  /// That no file came to, or left, the folder that links lead to.
+  /// Whether no file was added to, or removed from, the folder that links lead to.
   bool elsewhere_untouched() const {
     int count = 0;
     for (const auto& entry : std::filesystem::directory_iterator(elsewhere()))
@@ -120,7 +120,7 @@ TEST_CASE("a file with a second hard link is not written", "[security]") {
       test::run_program(place.bait, {"run", "scene.toml", "--formulation", "penalty", "-o", "out"}).status ==
       0);
   CHECK(place.bait.untouched());
-  // A file to be gone on with must be this run's own.
+  // A file to be resumed must belong to this run.
   std::filesystem::create_hard_link(place.bait.victim, out / "more.csv.partial");
   OutputFile more(out / "more.csv", true);
   CHECK_THROWS_AS(more.go_on_at(2), OutputError);
@@ -151,7 +151,7 @@ TEST_CASE("special files are refused at once wherever a file is read", "[securit
   sockaddr_un address{};
   address.sun_family = AF_UNIX;
   const auto here = std::filesystem::current_path();
-  REQUIRE(chdir(place.bait.folder.c_str()) == 0);  // a socket's path is short
+  REQUIRE(chdir(place.bait.folder.c_str()) == 0);  // the path of a socket is short
   std::string("socket").copy(address.sun_path, sizeof address.sun_path - 1);
   const bool bound = bind(socket_descriptor, reinterpret_cast<sockaddr*>(&address), sizeof address) == 0;
   REQUIRE(chdir(here.c_str()) == 0);
@@ -169,7 +169,8 @@ TEST_CASE("special files are refused at once wherever a file is read", "[securit
         {"validate", "scene.toml", "--data", name, "--set", "run.revolutions=1.1", "-o", "out"},
         {"run", "--from", name, "-o", "out"}};
     for (const auto& command : commands) {
-      if (command[1] == "--from" && std::string(name) == "dir") continue;  // a run's folder may be given
+      if (command[1] == "--from" && std::string(name) == "dir")
+        continue;  // the folder of a run is a valid argument
       const auto told = test::run_program(place.bait, command);
       CAPTURE(command, told.err);
       CHECK(told.status == 2);
@@ -178,7 +179,7 @@ TEST_CASE("special files are refused at once wherever a file is read", "[securit
     }
   }
   close(socket_descriptor);
-  // As the parts of a result folder, and of a run to go on with.
+  // As parts of a result folder, and of a run to resume.
   for (const auto* name : {"drift.json", "drift.csv"}) {
     make_folder(place.bait.folder / "results");
     REQUIRE(mkfifo((place.bait.folder / "results" / name).c_str(), 0600) == 0);
@@ -187,7 +188,7 @@ TEST_CASE("special files are refused at once wherever a file is read", "[securit
   make_folder(place.bait.folder / "resumed");
   REQUIRE(mkfifo((place.bait.folder / "resumed/run.checkpoint").c_str(), 0600) == 0);
   CHECK(test::run_program(place.bait, {"run", "--resume", "resumed"}).status == 2);
-  // And one that is far too big: refused by its size, not read.
+  // And an oversized file: refused by its size, not read.
   write_file(place.bait.folder / "big.toml", "");
   std::filesystem::resize_file(place.bait.folder / "big.toml", std::uintmax_t{1} << 40);
   CHECK_THAT(test::run_program(place.bait, {"check", "big.toml"}).err, Contains("is larger than 16 MiB"));
@@ -201,7 +202,7 @@ TEST_CASE("a study refers only to files beside or below it, unless it is trusted
   write_file(place.bait.folder / "studies/below/scene.toml", test::rig("\"below\""));
   place.link("studies/link.toml", outside);
   place.link("studies/inner.toml", "below/scene.toml");
-  // No accelerometer of that name: what is named is read, and no run is made.
+  // No accelerometer of that name: the named files are read, and no run is made.
   const auto told = [&](const std::string& scene, std::vector<std::string> more = {}) {
     write_file(place.bait.folder / "studies/study.toml",
                fmt::format("scene = \"{}\"\njoint = \"gudgeon\"\naccelerometer = \"none\"\n", scene));

@@ -63,7 +63,7 @@ TEST_CASE("every unit converts to itself, with every prefix and power", "[units]
   for (const auto& u : named_units()) {
     const std::string symbol(u.symbol);
     CAPTURE(symbol);
-    // In itself a unit counts 1; squared and over, likewise.
+    // A unit in itself has the value 1; squared and inverse, likewise.
     CHECK(read("1 " + symbol, symbol) == 1);
     CHECK(read("-2.5e3 " + symbol + "2", symbol + "^2") == -2500);
     CHECK(read("3/" + symbol, "1/" + symbol) == 3);
@@ -72,7 +72,7 @@ TEST_CASE("every unit converts to itself, with every prefix and power", "[units]
       for (const auto& [prefix, factor] :
            {std::pair{"k", 7e3}, {"m", 7e-3}, {"µ", 7e-6}, {"M", 7e6}, {"n", 7e-9}}) {
         CHECK(read(fmt::format("7 {}{}", prefix, symbol), symbol) == factor);
-        // There and back: 7 of the small ones, and as many as make 7 of the large ones.
+        // In both directions: 7 of the small ones, and the number that makes 7 of the large ones.
         const double there = read(fmt::format("7 {}", symbol), prefix + symbol);
         CHECK(read(fmt::format("{} {}{}", there, prefix, symbol), symbol) == Approx(7).epsilon(1e-15));
         ++read_back;
@@ -105,7 +105,7 @@ TEST_CASE("values of units agree with the standards", "[units]") {
   CHECK(read("2 deg", "degrees") == 2);
   CHECK(read("30 cP", "Pa s") == 0.03);
   CHECK(read("1 kN m/rad", "N m/rad") == 1000);
-  // NIST Special Publication 811, appendix B: exact but for psi.
+  // NIST Special Publication 811, appendix B: exact except for psi.
   CHECK(read("1 in", "m") == 0.0254);
   CHECK(read("1 ft", "m") == 0.3048);
   CHECK(read("1 lb", "kg") == 0.45359237);
@@ -163,7 +163,7 @@ TEST_CASE("numbers of a scene may have units, with bit-identical values in SI", 
   const auto text = to_toml(scene);
   CHECK_THAT(text, Contains("clearance = 0.0001\n") && Contains("at = [[0.05, 0.0], [0.0, -0.05]]"));
   CHECK(same_facts(parse_scene(text, "again"), scene));
-  // On the command line, bare or as a point.
+  // On the command line, alone or in a point.
   scene.set("joints.loose.clearance", "0.2 mm");
   scene.set("joints.loose.at", "[[\"5 cm\", 0], [0, \"-50 mm\"]]");
   CHECK(std::get<RevoluteJoint>(scene.mechanism.joints[1]).clearance->radial == 2e-4);
@@ -231,7 +231,7 @@ duration = 0.5
              Contains("the x of the curve \"c\" is an angular velocity, an angle is wanted"));
   CHECK_THAT(said(drag, "joint = \"guide\"\nforce = \"c\"\nagainst = \"speed\"\n"),
              Contains("the y of the curve \"c\" is a torque or an energy, a force is wanted"));
-  // A number with its unit needs no blank, unless a curve is called so.
+  // A number with its unit needs no blank, unless a curve has that name.
   CHECK(said("value = \"12 V\"\n",
              "joint = \"main\"\nvoltage = \"12V\"\nresistance = \"0.8 ohm\"\n"
              "torque_constant = \"50 N mm/A\"\ninductance = \"20 mH\"\n") == "accepted");

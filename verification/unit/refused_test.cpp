@@ -35,7 +35,8 @@ starts = 1
 }  // namespace
 
 TEST_CASE("unknown keys are refused in every table of every kind", "[scene][refused]") {
-  // One scene has each kind of everything; a drive by torque is one of them, and at a prescribed speed another.
+  // One scene contains every kind of element; a drive by torque is in it, and one at a prescribed
+  // speed in another.
   const auto lines = test::lines_of(test::file_text(test::scene_file("every_key")));
   int tables = 0, keys = 0;
   for (std::size_t i = 0; i < lines.size(); ++i) {
@@ -48,7 +49,8 @@ TEST_CASE("unknown keys are refused in every table of every kind", "[scene][refu
       CHECK_THAT(said, Contains(fmt::format("s.toml:{}:", i + 2)) && Contains("qqq: is not a key of"));
       ++tables;
     } else if (!lines[i].starts_with("#") && equals != std::string::npos) {
-      // A letter too many: it is named, or what is missing or has no place without it.
+      // One letter too many: the message names it, or the key missing or misplaced as a
+      // consequence.
       changed[i].insert(equals, "q");
       const auto said = test::refusal(joined(changed));
       CAPTURE(lines[i], said);
@@ -83,7 +85,7 @@ TEST_CASE("studies that cannot be calibrated are refused with the reason", "[stu
              Contains("low: must be greater than 0 on a log scale"));
   CHECK_THAT(says("[calibrate.unknowns.a]\nkey = \"x\"\nlow = 1\nhigh = 2\nscale = \"lag\"\n", good),
              Contains("\"lag\" is not known here"));
-  // A quadratic in one unknown has three coefficients, in two six; two points more are needed to know its error.
+  // A quadratic in one unknown has three coefficients, in two six; its error needs two points more.
   CHECK_THAT(says(unknown, good, "points = 4"), Contains("points must be at least 5 for 1 unknowns, is 4"));
   CHECK_THAT(says(unknown + "[calibrate.unknowns.b]\nkey = \"x\"\nlow = 1\nhigh = 2\n", good, "points = 7"),
              Contains("points must be at least 8 for 2 unknowns, is 7"));
@@ -126,13 +128,14 @@ TEST_CASE("a fit on noise-free surfaces equals the fit of f(ξ)", "[study]") {
     CHECK(f.on_surface[0].high == Approx(std::exp(c + b * xi + 1.96 * b * sigma)).epsilon(1e-4));
     CHECK_FALSE(f.at_bound(0));
   }
-  // On a logarithmic scale equal steps of ξ are equal ratios; what pulls beyond the range ends at its bound.
+  // On a logarithmic scale equal steps of ξ are equal ratios; values beyond the range end at its
+  // bound.
   CHECK(unscaled(logarithmic, 0) == Approx(100));
   CHECK(unscaled(linear, -0.5) == Approx(15));
   const auto beyond = fit(misfit(c + 3 * b), {true}, {logarithmic});
   CHECK(beyond.at_bound(0));
   CHECK(beyond.unknowns[0].value == Approx(1000).epsilon(1e-3));
-  // Without a target there is the pull alone: ξ is 0 ± √10, of which the range is left, open at both ends.
+  // Without a target only the pull acts: ξ is 0 ± √10, beyond the range and so open at both ends.
   const auto open = fit(misfit(c + 3 * b), {false}, {linear});
   CHECK(open.unknowns[0].value == Approx(20).margin(1e-6));
   CHECK(open.unknowns[0].low == 10);

@@ -26,7 +26,7 @@ using nlohmann::json;
 
 namespace {
 
-/// A comparison of the rig over part of a turn, made once.
+/// A comparison of the rig over part of a revolution, made once.
 const std::filesystem::path& comparison() {
   static const test::TemporaryFolder folder;
   static const bool made = [] {
@@ -40,7 +40,7 @@ const std::filesystem::path& comparison() {
   return place;
 }
 
-/// The data of a page as a browser reads it.
+/// The data of a page as read by a browser.
 json data_of(const std::string& page) {
   const std::string mark = "id=\"data\">";
   const auto from = page.find(mark) + mark.size();
@@ -68,7 +68,7 @@ TEST_CASE("a thinned table keeps the extremes of every segment, a short table al
   CHECK(static_cast<long>(kept.size()) > most / 3);
   REQUIRE(t.size() == kept.size());
   CHECK(std::ranges::is_sorted(t));
-  // Each bucket by hand: its extremes stand there, the one that came first first, within its time.
+  // Each bucket by hand: it contains its extremes, in their order, within its time.
   const auto each = static_cast<std::size_t>((rows + most / 2 - 1) / (most / 2));
   for (std::size_t b = 0; 2 * b < kept.size(); ++b) {
     const auto from = b * each, to = std::min(all.size(), from + each);
@@ -111,7 +111,7 @@ TEST_CASE("texts of a report page close no element and stay unchanged", "[report
     const auto inside = report::embedded(document);
     CHECK(inside.find_first_of("<>&") == inside.npos);
     CHECK(inside.find("\xe2\x80\xa8") == inside.npos);
-    // The same but for bytes that are no UTF-8.
+    // The same except for bytes that are not UTF-8.
     const auto replaced = document.dump(-1, ' ', false, json::error_handler_t::replace);
     CHECK(json::parse(inside) == json::parse(replaced));
     const auto page = report::page(text, document);
@@ -158,7 +158,8 @@ TEST_CASE("report page of a comparison: both runs, rows at each event, tables", 
 TEST_CASE("shapes of bodies in body axes reproduce the pose", "[report]") {
   const auto data = report::document_of(comparison());
   const auto& motion = data["runs"][0]["motion"];
-  // The rod's two joints are 0.3 m apart in its frame, at any time; the pin of the crank stands 0.05 m from its centre.
+  // The rod's two joints are 0.3 m apart in its frame at any time; the crank pin is 0.05 m from the
+  // crank's centre.
   std::vector<double> x;
   for (const auto& shape : motion["shapes"])
     if (shape[0] == "link" && shape[1] == "rod") x.push_back(shape[3]);

@@ -18,7 +18,7 @@ std::vector<TracePoint> even_turn(int n, bool placed) {
   return trace;
 }
 
-/// Single precision: half of 2⁻²³ of a number, here of the greatest angle twice.
+/// Single precision: half of 2⁻²³ of a number, here twice for the greatest angle.
 constexpr double rounding = 360 * 1.2e-7;
 
 void check_equal(const std::vector<TracePoint>& a, const std::vector<TracePoint>& b) {
@@ -70,7 +70,7 @@ TEST_CASE("runs stored as a batch equal runs stored one by one", "[study][blobs]
   Results batch(folder.path() / "batch.db", study), single(folder.path() / "single.db", study);
   batch.store(std::vector<MadeRun>{{"a", &first, r}, {"b", &second, r}});
   single.store(std::vector<MadeRun>{{"a", &first, r}});
-  for (int times = 0; times < 2; ++times)  // the later takes the place of the one before
+  for (int times = 0; times < 2; ++times)  // the later one replaces the one before
     single.store(std::vector<MadeRun>{{"b", &second, r}});
   for (const auto* results : {&batch, &single}) {
     CHECK(results->runs().size() == 2);

@@ -32,7 +32,7 @@ namespace {
 using Words = std::vector<std::string>;
 using Clock = std::chrono::steady_clock;
 
-/// All files of a folder by their names, but for the lock that a killed process leaves.
+/// All files of a folder by their names, except the lock that a killed process leaves.
 std::map<std::string, std::string> files_of(const Path& folder) {
   std::map<std::string, std::string> files;
   for (const auto& entry : std::filesystem::directory_iterator(folder))
@@ -41,7 +41,7 @@ std::map<std::string, std::string> files_of(const Path& folder) {
   return files;
 }
 
-/// The same without what a run cost.
+/// The same without the cost of the run.
 std::map<std::string, std::string> results_of(const Path& folder) {
   auto files = files_of(folder);
   auto document = nlohmann::json::parse(files.at("run.json"));
@@ -67,11 +67,11 @@ void check_same(const Path& folder, const Path& reference) {
   }
   for (const auto& [name, bytes] : files) {
     INFO(name);
-    CHECK(expected.contains(name));  // no checkpoint, no half of a file
+    CHECK(expected.contains(name));  // no checkpoint, no incomplete file
   }
 }
 
-/// The program, started and left to itself.
+/// The program, started as a separate process.
 class Process {
  public:
   explicit Process(const Words& words) {
@@ -83,7 +83,7 @@ class Process {
     id_ = fork();
     REQUIRE(id_ >= 0);
     if (id_ == 0) {
-      // Quiet: what it says is not looked at here.
+      // Quiet: its output is not checked here.
       const int nowhere = open("/dev/null", O_WRONLY);
       dup2(nowhere, 1);
       dup2(nowhere, 2);
@@ -94,7 +94,7 @@ class Process {
   ~Process() {
     if (id_ > 0) end(SIGKILL);
   }
-  /// Sends the signal and waits; returns whether the program had not ended by itself before.
+  /// Sends the signal and waits; returns whether the process was still running.
   bool end(int signal) {
     ::kill(id_, signal);
     return wait() == signal;
@@ -117,7 +117,7 @@ class Process {
 
 void sleep(double seconds) { std::this_thread::sleep_for(std::chrono::duration<double>(seconds)); }
 
-/// Until the folder holds a checkpoint; false: not within ten seconds.
+/// Waits until the folder contains a checkpoint; false: not within ten seconds.
 bool wait_for_checkpoint(const Path& folder) {
   const auto start = Clock::now();
   while (!has_checkpoint(folder)) {
@@ -127,7 +127,8 @@ bool wait_for_checkpoint(const Path& folder) {
   return true;
 }
 
-/// A scene and how to run it, for half a second or so of stepping, and without figures, which take longer.
+/// A scene and a method to run it, with about half a second of stepping, and without figures, which
+/// take longer.
 struct Setup {
   const char* what;
   Words words;  // of `run`, without the folder
@@ -180,11 +181,12 @@ double run_whole(const Words& words) {
   return std::chrono::duration<double>(Clock::now() - start).count();
 }
 
-/// Makes the run of a setup in a folder and ends it at some time with a signal, until it has been in time.
+/// Starts the run of a setup in a folder and ends it at some time with a signal, repeated until the
+/// signal was in time.
 void begin(const Path& folder, const Setup& setup, double after, int signal,
            const char* checkpoint = "0.002") {
   for (int i = 0; i < 10; ++i, after *= 0.7) {
-    std::filesystem::remove_all(folder);  // one that ended in time would stand there
+    std::filesystem::remove_all(folder);  // a completed run would have left files
     Process process(run_in(folder, setup, checkpoint));
     REQUIRE(wait_for_checkpoint(folder));
     sleep(after);
@@ -226,7 +228,8 @@ TEST_CASE("resume: a killed run ends with the same files as an undisturbed one",
     if (has_checkpoint(folder)) {
       run_whole(resume_in(folder));
     } else if (!std::filesystem::exists(folder / "run.json")) {
-      // Killed after the checkpoint went and before run.json came: whoever comes next puts that in its place.
+      // Killed after the removal of the checkpoint and before run.json exists: the next call puts
+      // run.json in its place.
       Process(resume_in(folder)).wait();
     }
     check_same(folder, whole);
@@ -257,7 +260,7 @@ TEST_CASE("resume: an interrupted run leaves complete files and continues", "[re
       }
     };
     check_interrupted();
-    for (int i = 0; i < 3; ++i) {  // again, while it resumes; also without checkpoints of its own
+    for (int i = 0; i < 3; ++i) {  // again, while it resumes; also without new checkpoints
       const auto done = test::file_text(folder / "trajectory.csv").size();
       Process process(resume_in(folder, i == 1 ? "0" : "30"));
       sleep(share());
@@ -267,7 +270,7 @@ TEST_CASE("resume: an interrupted run leaves complete files and continues", "[re
       check_interrupted();
       CHECK(test::file_text(folder / "trajectory.csv").size() >= done);
     }
-    {  // killed while it resumes what was interrupted: its files are in their places, and move
+    {  // killed while it resumes an interrupted run: its files are in their places, and are moved
       Process process(resume_in(folder));
       sleep(0.1 * share());
       process.end(SIGKILL);
@@ -283,8 +286,8 @@ TEST_CASE("resume: an interrupted run leaves complete files and continues", "[re
 }
 
 TEST_CASE("resume: a stop request during the recording of a step loses no row", "[resume]") {
-  // Rows by the thousand in each step: most requests fall between them. A step with very many is cut short,
-  // and gone on with from before.
+  // Thousands of rows in each step: most requests fall between them. A step with very many is
+  // aborted, and repeated on resumption.
   struct Kind {
     std::shared_ptr<const Scene> scene;
     const char* formulation;
@@ -380,7 +383,7 @@ TEST_CASE("resume: a folder that cannot be resumed is refused and stays unchange
   auto flipped = whole;
   flipped[whole.size() / 2] ^= 4;
   refused(rewritten(flipped), 2, "is damaged");
-  // Of another program, sealed anew: its length and FNV-1a stand in the first line.
+  // Of another program, with a new seal: its length and FNV-1a are in the first line.
   const auto sealed = [](const std::string& body) {
     std::uint64_t hash = 0xcbf29ce484222325u;
     for (const unsigned char c : body) hash = (hash ^ c) * 0x100000001b3u;
@@ -395,7 +398,7 @@ TEST_CASE("resume: a folder that cannot be resumed is refused and stays unchange
   digit = digit == '9' ? '8' : '9';
   refused(rewritten(sealed(body)), 2, "was taken by freeplay");
 
-  // And what was not spoilt goes on.
+  // An undamaged run is resumed.
   run_whole(resume_in(cut));
   run_whole(resume_in(interrupted));
   check_same(cut, done);
@@ -414,13 +417,13 @@ TEST_CASE("resume: a run that cannot be moved to its place is not lost", "[resum
                                    .stop = StopToken(requested),
                                    .checkpoint = 30});
   REQUIRE(result.ending.status == Ending::Status::interrupted);
-  // run.json cannot be put in its place: a folder is there.
+  // run.json cannot be put in its place, which a folder occupies.
   std::filesystem::remove(folder / "run.json");
   std::filesystem::create_directories(folder / "run.json" / "x");
   CHECK_THROWS_AS(resume_run(folder, {.checkpoint = 30}), OutputError);
   REQUIRE(has_checkpoint(folder));
   std::filesystem::remove_all(folder / "run.json");
-  // The run had ended: its files are put in their places, and nothing is left to go on with.
+  // The run had ended: its files are put in their places, and nothing remains to resume.
   CHECK_THROWS_WITH(resume_run(folder, {.checkpoint = 30}), Contains("its run has ended"));
   check_same(folder, whole);
 }
@@ -462,7 +465,7 @@ TEST_CASE("an interruption is reported in the same words by every command", "[re
         std::system(fmt::format("timeout --foreground -s INT 0.7 {}/freeplay {} -o {}/out >/dev/null 2>{}",
                                 FREEPLAY_BINARY_DIR, line, place.path().string(), err.string())
                         .c_str());
-    CHECK(WEXITSTATUS(status) == 124);  // it had not ended by itself
+    CHECK(WEXITSTATUS(status) == 124);  // it was still running
     return test::file_text(err);
   };
   const auto anew = Catch::Contains("interrupted; the same command begins anew, nothing is written"),
@@ -470,7 +473,7 @@ TEST_CASE("an interruption is reported in the same words by every command", "[re
   CHECK_THAT(said("poincare " + flores + " --periods 5000 --discard 10"), anew);
   CHECK_THAT(said("drift " + flores + " --set run.revolutions=5000"), anew);
   CHECK_THAT(said("bifurcation " + (source / "flores2011-attractors/friction.toml").string()), on);
-  // It may still be reading its scenes, and then has nothing to carry on with.
+  // It may still be reading its scenes, and then has nothing to resume.
   CHECK_THAT(said("sweep " + (source / "flores2011-experiment/study.toml").string()),
              Catch::StartsWith("interrupted"));
   CHECK_THAT(said("run " + flores + " --formulation penalty --set run.revolutions=5000"),

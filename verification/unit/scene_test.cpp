@@ -19,7 +19,7 @@ using test::refusal;
 
 namespace {
 
-/// A small good scene; `change` replaces its first text by its second.
+/// A small valid scene; its first text is replaced by the second.
 std::string scene(const std::string& from = "", const std::string& to = "") {
   std::string text = R"([bodies.a]
 mass = 1.0
@@ -229,7 +229,7 @@ TEST_CASE(
     "docs/scene.md, docs/study.md and docs/figures.md list exactly the keys of the reader, with their units and defaults",
     "[scene][docs]") {
   std::size_t listed = 0;
-  // Keys of a study or a style stand at the root of its file, and so they do in its page.
+  // Keys of a study or a style are at the root of its file, and of its page.
   for (const auto& [file, root] : {std::pair("docs/scene.md", ""), std::pair("docs/study.md", "study."),
                                    std::pair("docs/figures.md", "style.")}) {
     std::ifstream in(test::source_folder() / file);
@@ -281,8 +281,8 @@ TEST_CASE("every unit of a key has bounds, docs/scene.md lists them, and values 
 }
 
 TEST_CASE("every key of the schema is read by some scene", "[scene][docs]") {
-  // verification/scenes/every_key.toml names each key once (torque drives and loads included); what the
-  // reader does not read it refuses, so reading these variants proves schema and reader in step.
+  // verification/scenes/every_key.toml names each key once (torque drives and loads included); the
+  // reader refuses unknown keys, so reading these variants shows that schema and reader agree.
   const auto file = test::scene_file("every_key");
   REQUIRE_NOTHROW(read_scene(file));
   const auto lines = test::lines_of(test::file_text(file));

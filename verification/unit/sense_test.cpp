@@ -34,7 +34,7 @@ TEST_CASE("unit plausibility: shipped scenes raise no question", "[sense]") {
       ++count;
     }
   CHECK(count >= 30);
-  // The growing row of four-bars.
+  // The row of four-bars of growing size.
   CHECK(questions(test::row_of_four_bars(8, 0).mechanism).empty());
   CHECK(questions(test::row_of_four_bars(8, 1e-3).mechanism).empty());
 }
@@ -79,8 +79,8 @@ TEST_CASE("unit plausibility: unusual but possible values raise no question", "[
   const auto asked = [](std::vector<std::string> overrides) {
     return questions(read_scene(test::scene_file("four_bar"), overrides).mechanism);
   };
-  // A start taken from a run after some turns; 3π, rounded; a rubber; a bob without inertia; a flywheel on a short
-  // crank; a worn bearing; Jupiter; a fast spindle.
+  // A start taken from a run after some revolutions; 3π, rounded; a rubber; a bob without inertia;
+  // a flywheel on a short crank; a worn bearing; Jupiter; a fast spindle.
   for (const auto* set :
        {"bodies.crank.angle=62.17418350728591", "bodies.crank.angle=9.42", "bodies.crank.angle=6.28",
         "surfaces.steel.young=1e6", "surfaces.steel.young=1.2e12", "bodies.coupler.inertia=1e-9",
@@ -114,8 +114,8 @@ TEST_CASE("unit plausibility: a measurement in g is recognised by its lowest har
   const auto scaled = [&](double factor, double apart) {
     measured.spectrum = ideal.spectrum;
     for (auto& x : measured.spectrum) x *= factor;
-    measured.spectrum[1] *= 1 + apart;       // play moves harmonics a little,
-    measured.spectrum.back() = 30 * factor;  // impacts fill the high ones
+    measured.spectrum[1] *= 1 + apart;       // clearance changes harmonics a little,
+    measured.spectrum.back() = 30 * factor;  // impacts change the high ones
     return unit_question(measured, ideal);
   };
   CHECK(scaled(1, 0.1).empty());

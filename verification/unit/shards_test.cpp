@@ -34,7 +34,7 @@ struct Place : test::BallStudy {
   }
 };
 
-/// All rows of what does not depend on the machine, in the order of their text.
+/// All machine-independent rows, sorted by their text.
 std::vector<std::string> dump(const std::filesystem::path& file) {
   const Database database(file, Database::Access::read);
   std::vector<std::string> rows;
@@ -102,7 +102,7 @@ TEST_CASE("a stopped shard resumes from its copy on the shared folder", "[shards
               .threads = 1,
               .stop = {},
               .on_progress = [&](std::size_t done, std::size_t) { first = first == 0 ? done : first; }});
-  CHECK(first > 3);  // what was there is counted, and not made again
+  CHECK(first > 3);  // existing runs are counted, and not repeated
   CHECK_FALSE(std::filesystem::exists(place.at("out") / "shards/1.part.db"));
   place.make("out", 2);
   merge_shards(division, place.at("out"), place.at("scratch"));
@@ -128,7 +128,7 @@ TEST_CASE("missing and damaged shards are refused with the command that makes th
   std::filesystem::resize_file(file, std::filesystem::file_size(file) / 2);
   CHECK_THAT(refusal(), Contains("--shard 2/4") && Contains("torn"));
   CHECK_FALSE(place.make("out", 2).found);
-  {  // a byte turned over
+  {  // one byte changed
     std::fstream damaged(place.at("out") / "shards" / read_seal(place.at("out"), 4)->file,
                          std::ios::in | std::ios::out);
     damaged.seekp(5000);
@@ -159,7 +159,7 @@ TEST_CASE("shards of another program are refused", "[shards][errors]") {
   CHECK_THROWS_WITH(require_same(m, place.division(), place.at("out")), Contains("another program"));
 }
 
-// Counts that are no whole numbers would be converted to what the language does not define.
+// Converting counts that are not integers is undefined in the language.
 TEST_CASE("files beside shards with values of a wrong type are refused in the program's own words",
           "[shards][errors][security]") {
   const Place place;
@@ -258,7 +258,7 @@ TEST_CASE(
     REQUIRE(run({"--merge", out}).status == 0);
     if (words == basin) CHECK_THAT(run({"-o", out}).out, Contains("were there, 0 made"));
   }
-  // The time that starts take is of those that are made.
+  // The time of starts is that of the made ones.
   auto again = ensemble;
   again.insert(again.end(), {"-o", (folder.path() / "ensemble").string()});
   REQUIRE(test::BallStudy::run(again).status == 0);

@@ -67,7 +67,7 @@ values = [200.0]
   }
 };
 
-/// As many sweeps at a time make the study's runs once.
+/// This number of simultaneous sweeps makes the study's runs once.
 void shared_by(int processes, const Desk& desk, const killed::Contents& expected) {
   CAPTURE(processes);
   const auto place = desk.folder.path() / fmt::format("shared{}", processes);
@@ -121,7 +121,8 @@ TEST_CASE("an invalid study changes none of the existing runs", "[study][program
   refused("[0.5e-3]", "\"wide\"", "values");
   refused("[200.0]", "[200.0, 0.0]", "drive");
   refused("starts = 2", "starts = 0", "starts");
-  // The last of many scenes: a variant whose guide is across the crank's circle cannot be assembled.
+  // The last of many scenes: a variant whose guide is perpendicular to the crank's circle cannot be
+  // assembled.
   refused("[axes.clearance]",
           "[variants.far]\nset = [\"joints.gudgeon.at=[[5.0, 0.0], [0.0, 0.0]]\", \"run.start=assembled\", "
           "\"joints.guide.at=[[0.0, 9.0], [0.0, 0.0]]\"]\n[axes.clearance]",
@@ -130,7 +131,7 @@ TEST_CASE("an invalid study changes none of the existing runs", "[study][program
   write_file(desk.scene, replaced(desk.scene_text, "[joints.gudgeon]", "[joints.gudgen]"));
   CHECK(test::freeplay(desk.command()).status == 2);
   CHECK(runs_in(desk.out / "sweep.db") == there);
-  // What says nothing new runs nothing, and drops nothing.
+  // A change without effect repeats no run, and removes none.
   write_file(desk.scene, "title = \"The same by another name\"\n# A remark.\n" +
                              replaced(desk.scene_text, "title", "# title"));
   CHECK_THAT(test::freeplay(desk.command()).out, Contains("4 were there, 0 made") && !Contains("kept"));
@@ -165,7 +166,7 @@ TEST_CASE("sweeps that share a study make each run once, with the results of a s
   const auto expected = runs_in(desk.out / "sweep.db");
   REQUIRE(expected.size() == 8);
   for (const int processes : {2, 4}) shared_by(processes, desk, expected);
-  // One of two is killed: the other makes what it had claimed.
+  // One of two is killed: the other makes its claimed runs.
   const auto place = desk.folder.path() / "killed";
   const killed::Words words{"sweep", desk.study.string(), "-o", place.string(), "--threads", "1"};
   std::thread one([&] { killed::kill_after(words, 0.3); });
@@ -209,7 +210,7 @@ TEST_CASE("one version of a study is in use at a time, and only living processes
     CHECK(same.claim(1) == std::vector<std::string>{"b"});
     CHECK(same.claim(1).empty());
     CHECK(list.claim(1).empty());
-  }  // gives b back
+  }  // releases b
   CHECK(list.claim(1) == std::vector<std::string>{"b"});
   CHECK_FALSE(list.ended());
 }
@@ -264,7 +265,8 @@ TEST_CASE("an interrupted run keeps the finished one in its folder and can be re
   REQUIRE(interrupted.ending.status == Ending::Status::interrupted);
   CHECK_THAT(interrupted.notes.back(), Contains("the finished run that stands in the folder stays"));
   CHECK(killed::results_in(out) == older);
-  // Without its half there is nothing to go on with, and the older file is none.
+  // Without its incomplete file there is nothing to resume, and the older file is not a
+  // replacement.
   const auto half = out / "trajectory.csv.partial", aside = folder.path() / "aside";
   std::filesystem::rename(half, aside);
   CHECK_THROWS_AS(resume_run(out, {.checkpoint = 30}), std::runtime_error);
@@ -331,7 +333,7 @@ TEST_CASE("results are replaced as a whole, and links are not followed", "[folde
   CHECK(test::file_text(out / "penalty/run.json") == "two");
   CHECK_FALSE(std::filesystem::exists(out / "penalty/forces.csv"));  // of the older
   CHECK(test::file_text(out / "penalty/notes.txt") == "the user's");
-  // A folder that leads elsewhere.
+  // A folder that is a link.
   make_folder(folder.path() / "elsewhere");
   write_file(folder.path() / "elsewhere/run.json", "kept");
   std::filesystem::remove_all(out / "penalty");

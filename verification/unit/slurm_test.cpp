@@ -58,13 +58,13 @@ TEST_CASE("a Slurm command that does not answer is ended and named", "[shards][e
        {std::pair<std::string, int>{"squeue", 1}, {"sbatch", 1}, {"sinfo", 0}}) {
     CAPTURE(hangs);
     const Cluster one;
-    // A child of the child that holds the pipe does not hold up the end either.
+    // A grandchild process that keeps the pipe open does not delay the end either.
     one.command(hangs, "[ \"$1\" = --version ] && exit; sleep 100 & wait");
     const auto told = one.run(hangs == "sinfo" ? "submit study.toml --slurm -o out" : submit);
     CAPTURE(told.said);
     CHECK(told.status == status);
     if (status == 1) CHECK_THAT(told.said, Contains(hangs) && Contains("no answer within 1 s"));
-    CHECK(told.seconds < 20);  // one second of patience a command; the rest for a busy machine
+    CHECK(told.seconds < 20);  // a time limit of one second for a command; the rest for a busy machine
   }
   cluster.command("squeue", "sleep 100");
   const auto told = cluster.run("status study.toml -o out");
@@ -100,7 +100,7 @@ TEST_CASE("licences of all shipped parts are shipped", "[docs]") {
   }
   CHECK(std::filesystem::exists(out + "/common/LGPL-2.1"));
   CHECK(std::filesystem::exists(out + "/common/Apache-2.0"));
-  // What belongs to no package has a licence that nobody has looked at.
+  // A file that belongs to no package has an unreviewed licence.
   write_file(folder.path() / "lib.so", "");
   CHECK(of(fmt::format("echo '{}'", (folder.path() / "lib.so").string())) != 0);
 }

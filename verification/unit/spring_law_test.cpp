@@ -69,7 +69,7 @@ TEST_CASE("forces of springs and bushings are the gradient of their stored energ
       const auto force = e.force;
       double sums[3] = {0, 0, 0};
       for (std::size_t i = 0; i < 6; ++i) {
-        // Central differences: a kink within 1e-6 errs by 1e-6 times the change of slope.
+        // Central differences: the error at a kink within 1e-6 is 1e-6 times the change of slope.
         const double s = 1e-6;
         auto lo = q, hi = q;
         lo[i] -= s, hi[i] += s;
@@ -108,7 +108,7 @@ TEST_CASE("dampers dissipate energy, in agreement with the ledger", "[springs]")
       system.place(0, q.data(), e);
       system.forces(0, q.data(), v.data(), z.data(), e);
       CHECK(e.power.damping <= 1e-15);
-      // What the forces do is what the potential loses and the damper takes.
+      // The power of the forces is the loss of potential energy plus the dissipation of the damper.
       double power = 0;
       const double s = 1e-6;
       auto lo = q, hi = q;
@@ -124,7 +124,8 @@ TEST_CASE("kinks are where a force changes its slope or begins to act", "[spring
     const System system(two_on(load).mechanism);
     return system.phases() == 0 ? std::vector<double>{} : system.phase(0).kinks;
   };
-  // One that exerts something at length 0 turns round there: a billionth of its free length, or of its table's last.
+  // A spring with a force at length 0 reverses there: a billionth of its free length, or of its
+  // table's last.
   const auto turning = [&](const std::string& load, double length) {
     const auto list = kinks(load);
     REQUIRE_FALSE(list.empty());

@@ -25,14 +25,14 @@ const std::string guide = "[joints.g]\ntype = \"translational\"\nbetween = [\"gr
 const std::string steel = "surface = \"s\"\n[surfaces.s]\nyoung = 2e11\npoisson = 0.3\nrestitution = 0.5\n";
 const std::string run = "[run]\nduration = 0.5\n";
 
-/// What a run by the penalty formulation is refused with.
+/// The message with which a run by the penalty formulation is refused.
 std::string refused(const std::string& text) {
   const auto scene = parse_scene(text, "s.toml");
   return test::refusal_of<SceneError>(
       [&] { located_in(scene, [&] { return Simulation(scene, "penalty").state(); }); });
 }
 
-/// Rows of a pose figure's table that begin so.
+/// Rows of a pose figure's table with this beginning.
 long rows(const std::string& text, const std::string& begin) {
   const auto scene = parse_scene(text + run, "s.toml");
   const auto table = "\n" + pose_table(scene, assemble(scene.mechanism, RunOptions::Start::assembled));
@@ -55,7 +55,8 @@ TEST_CASE("a penalty contact without stiffness names the key that provides it", 
 }
 
 TEST_CASE("a force over position is averaged correctly over a step that hardly moves", "[driving][strange]") {
-  // From rest in a step of 1e-4 s the block goes 2.5e-8 m: the mean over that is exact, and nothing is doubted.
+  // From rest the block moves by 2.5e-8 m in a step of 1e-4 s: the mean over that is exact, and the
+  // result is not doubtful.
   const auto text =
       block + guide +
       "[curves.c]\nshape = \"table\"\npoints = [[-1, 50], [1, -50]]\n[drives.d]\njoint = \"g\"\n"
@@ -67,7 +68,7 @@ TEST_CASE("a force over position is averaged correctly over a step that hardly m
     turned.replace(turned.find(given), given.size(), way);
     const auto result = test::simulate(parse_scene(turned, "s.toml"), Family::nonsmooth);
     CHECK(result.notes.empty());
-    // The midpoint rule's phase errs by (ωh)²/24 a step: 1e-7 over ωT = 3.5.
+    // The phase error of the midpoint rule is (ωh)²/24 a step: 1e-7 over ωT = 3.5.
     CHECK(result.final_state.q[0] == Approx(0.1 * std::cos(std::sqrt(50.0) * 0.5)).margin(1e-7));
   }
 }

@@ -23,7 +23,7 @@ using test::replaced;
 
 namespace {
 
-/// A study of two starts in both formulations with a scene of its own, in a folder.
+/// A study of two starts in both formulations with its own scene, in a folder.
 struct Desk {
   test::TemporaryFolder folder;
   std::filesystem::path scene = folder.path() / "scene.toml", study = folder.path() / "study.toml";
@@ -89,7 +89,7 @@ TEST_CASE("a sweep repeats a run if and only if a change affects a digit", "[stu
   summary = run();
   CHECK(summary.ran == 0);
   CHECK(summary.kept == 6);
-  write_file(desk.study, desk.study_text);  // as it was: its runs are there
+  write_file(desk.study, desk.study_text);  // restored: its runs exist
   summary = run();
   CHECK(summary.found == 4);
   CHECK(summary.ran == 0);
@@ -117,18 +117,19 @@ TEST_CASE("every setting of a study that affects a run is in its key", "[study][
   CHECK(other(replaced(desk.study_text, "revolutions = 1", "revolutions = 2")));
   CHECK(other(replaced(desk.study_text, "discard = 0.5", "discard = 0.25")));
   CHECK(other(replaced(desk.study_text, "position = \"lvdt\"\n", "")));
-  // What only says how much is made, or shown, is not.
+  // Settings of the amount of work or of display have no effect on keys.
   for (const char* line :
        {"title = \"Another\"", "claims = \"flores2011\"", "formulations = [\"penalty\", \"nonsmooth\"]",
         "[variants.given]\ntitle = \"The same\""}) {
     CAPTURE(line);
     CHECK_FALSE(other(desk.study_text + line + "\n"));
   }
-  // Matching concerns the impact law's runs alone.
+  // Matching affects the impact law's runs alone.
   const auto unmatched = desk.keys({.matched = false, .stop = {}});
   CHECK(std::ranges::count_if(unmatched, [&](const auto& key) { return own.contains(key); }) == 2);
   write_file(desk.scene, replaced(desk.scene_text, "restitution", "poisson = 0.31 # restitution"));
-  CHECK_THROWS_AS(desk.keys(), SceneError);  // twice the same key: a bad scene shows before anything runs
+  CHECK_THROWS_AS(desk.keys(),
+                  SceneError);  // the same key twice: an invalid scene is reported before any run
 }
 
 TEST_CASE("results of a study record their sources, with every file that it refers to", "[study][repeat]") {
@@ -163,7 +164,7 @@ data = "measured.csv"
   CHECK(moved(data, "t,acceleration\n0,2\n"));
   CHECK(moved(fit, test::file_text(fit) + "seed = 3\n"));
   CHECK(desk.identity_of_study() == own);
-  // Elsewhere it is the same.
+  // In another folder keys are the same.
   Desk other;
   write_file(other.folder.path() / "measured.csv", test::file_text(data));
   write_file(other.folder.path() / "fit.toml", test::file_text(fit));

@@ -123,7 +123,7 @@ TEST_CASE("a style sets sizes on paper in every format, and is kept", "[figures]
   CHECK_THAT(test::file_text(figure(".svg")), Contains("font-size=\"12.00\""));  // 9 pt are 9 · 96/72 units
   CHECK_THAT(test::file_text(figure("_latex.tex")), Contains("\\includegraphics") && Contains("drift_latex"));
   CHECK(test::file_text(figure(".pdf")).starts_with("%PDF"));
-  // Each terminal is set once, by the one script that draws them all.
+  // Each terminal is set once, by the one script that draws all formats.
   const auto script = test::file_text(figure(".gp"));
   for (const char* terminal : {"pdfcairo", "pngcairo", "epscairo", "set terminal svg"}) {
     CAPTURE(terminal);
@@ -131,12 +131,12 @@ TEST_CASE("a style sets sizes on paper in every format, and is kept", "[figures]
     CHECK(first != script.npos);
     CHECK(script.find(terminal, first + 1) == script.npos);
   }
-  // Without it the figure has its own size again.
+  // Without it the figure has its default size again.
   remove_file(place / "figures/style.toml");
   REQUIRE(test::freeplay("figures " + place.string()).status == 0);
   CHECK(pixels(figure(".png")) == std::pair{1600, 1300});
   CHECK_THAT(test::file_text(figure(".gp")), Contains("SIZE = 7 "));
-  // Nothing is left that shows the older style.
+  // No file of the older style remains.
   for (const char* suffix : {".svg", ".eps", "_latex.tex", "_latex.pdf", "_latex.gp"}) {
     CAPTURE(suffix);
     CHECK_FALSE(std::filesystem::exists(figure(suffix)));
@@ -162,13 +162,13 @@ TEST_CASE("hostile styles are refused or drawn, and never executed", "[security]
       CAPTURE(parts[k].substr(0, 200), told.err.substr(0, 500));
       CHECK(told.decent());
       CHECK(bait.untouched());
-      // A comment, an empty line and what is none of TOML's business are no key of a style.
+      // A comment, an empty line and invalid TOML are no keys of a style.
       CHECK((told.status == 2 || (told.status == 0 && k == 8)));
       refused += told.status == 2;
     }
   }
   CHECK(refused > 100);
-  // A style that a link leads to is read where it is, and stays.
+  // A style that is a link is read at its target, and remains.
   write_file(bait.victim, "mine\n");
   remove_file(place / "d/figures/style.toml");
   std::filesystem::create_symlink(bait.victim, place / "d/figures/style.toml");
@@ -218,7 +218,7 @@ TEST_CASE("poses, sections, diagrams and maps follow the style", "[figures][styl
       REQUIRE(end.status == 0);
       std::ifstream in(out / "figures" / script);
       const std::string text{std::istreambuf_iterator<char>(in), {}};
-      // Colours are the style's, by their names; only greys stand beside them.
+      // Colours are those of the style, by name; only greys are added.
       const std::regex colour("rgb '?(#|0x)([0-9a-f]{6})");
       for (auto it = std::sregex_iterator(text.begin(), text.end(), colour); it != std::sregex_iterator();
            ++it) {

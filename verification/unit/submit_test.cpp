@@ -20,7 +20,7 @@ namespace {
 const std::string hostile =
     "a'b\"c $(touch canary) `touch canary` \\ %j\n#SBATCH --wrap=touch\n; touch canary #";
 
-/// A study that is planned, and how to ask for its scripts.
+/// A planned study, and calls for its scripts.
 struct Planned : test::BallStudy {
   Planned() : BallStudy("range = [0.2, 0.8, 3]") {
     const auto o = run({"sweep", study.string(), "--plan", "2", "-o", out.string()});
@@ -115,7 +115,8 @@ TEST_CASE("a plan of another study or with invalid content is refused", "[securi
       CHECK(std::ranges::count(o.err, '\n') <= 2);
     }
   };
-  // The plan's digest is of what it says: these are forged with it, as anyone can.
+  // The plan's digest is that of its content: these are forged with a matching digest, as is
+  // possible for anyone.
   const auto forged = [&](const char* key, const nlohmann::json& value) {
     auto m = first;
     m[key] = value;
@@ -138,7 +139,7 @@ TEST_CASE("a plan of another study or with invalid content is refused", "[securi
   refused(forged("shards", std::uint64_t{1} << 62));
   refused(forged("units", std::uint64_t{1} << 62));
   std::filesystem::remove(file);
-  REQUIRE(mkfifo(file.c_str(), 0600) == 0);  // nothing waits for a writer
+  REQUIRE(mkfifo(file.c_str(), 0600) == 0);  // reading does not wait for a writer
   CHECK(place.submit().status == 2);
   std::filesystem::remove(file);
   write_whole(file, first.dump());
@@ -158,7 +159,7 @@ TEST_CASE("a merge that fails on a node is not sent there again", "[shards]") {
              refused = place.submit({"--exclude", "node5\n#SBATCH --wrap=touch"});
   unsetenv("SLURMD_NODENAME");
   CHECK_THAT(first.out, !Contains("--exclude"));
-  // Its own rounds pass both on.
+  // Later rounds receive both.
   CHECK_THAT(later.out,
              Contains("#SBATCH --exclude=node3,node5\n") && Contains("--round 3 --exclude node3,node5"));
   CHECK(refused.status == 2);

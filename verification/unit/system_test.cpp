@@ -17,7 +17,8 @@ namespace {
 
 constexpr double s = 1e-5, bound = 1e-7;
 
-/// A mechanism with an element of every kind, joints between moving bodies and to the ground on either side.
+/// A mechanism with an element of every kind, joints between moving bodies and to the ground in
+/// either order.
 Scene everything() {
   return parse_scene(
       "gravity = [0.3, -9.81]\n" + test::body("a", 1.5, 0.02) + test::body("b", 0.7, 0.01) +
@@ -190,7 +191,7 @@ TEST_CASE("contact rows of gap and sliding agree with finite differences, includ
       REQUIRE(row.gamma_t ==
               Approx(-(row_hi.tangent.dot(v.data()) - row_lo.tangent.dot(v.data())) / (2 * s)).margin(1e-6));
       if (!facts.ring) continue;
-      // Sliding: t·ė by differences of the eccentricity, plus what the surfaces add by turning.
+      // Sliding: t·ė by differences of the eccentricity, plus the rotation of the surfaces.
       const Vec2 t = perp(system.eccentricity(k, q.data(), e).direction());
       const Vec2 rate =
           (system.eccentricity(k, qb.data(), hi) - system.eccentricity(k, qa.data(), lo)) / (2 * s);
@@ -204,8 +205,8 @@ TEST_CASE("contact rows of gap and sliding agree with finite differences, includ
 
 TEST_CASE("sliding at walls and discs: zero in common motion, radius times spin of the second body",
           "[system]") {
-  // Turning both bodies about one point moves neither surface along the other where they touch; across a gap
-  // of discs it moves one surface past the other by gap × ω.
+  // Rotating both bodies about one point moves neither surface along the other in contact; across a
+  // gap of discs it moves one surface past the other by gap × ω.
   const System system(everything().mechanism);
   Random random;
   auto e = system.make_evaluation();
@@ -231,7 +232,8 @@ TEST_CASE("sliding at walls and discs: zero in common motion, radius times spin 
       std::vector<double> turn(system.n());
       turn[3 * facts.bodies[1] + 2] = 1;
       if (radius.contains(facts.name)) {
-        // The same centre driven round by the body's own turning is taken out by moving the body back.
+        // The motion of the centre by the body's own rotation is compensated by moving the body
+        // back.
         const Vec2 at{-0.1, 0.4};
         const double c = std::cos(q[3 * facts.bodies[1] + 2]), sn = std::sin(q[3 * facts.bodies[1] + 2]);
         turn[3 * facts.bodies[1]] = sn * at.x() + c * at.y();
@@ -294,7 +296,8 @@ TEST_CASE("forces are the gradient of the potential", "[system]") {
       auto qa = q, qb = q;
       qa[c] -= s;
       qb[c] += s;
-      // The spring's length can come near zero, where third derivatives are large: 1e-5 instead of 1e-7.
+      // The spring's length can be near zero, where third derivatives are large: 1e-5 instead of
+      // 1e-7.
       REQUIRE(e.force[c] ==
               Approx(-(system.potential(qb.data()) - system.potential(qa.data())) / (2 * s)).margin(1e-5));
     }
@@ -303,8 +306,8 @@ TEST_CASE("forces are the gradient of the potential", "[system]") {
 
 namespace {
 
-/// A small disc over a wall and another that swings a long arm over a second wall; `long_arm_first` says whose
-/// contact stands first.
+/// A small disc above a wall and another on a long arm above a second wall; `long_arm_first`
+/// selects which contact is first.
 Scene two_walls(bool long_arm_first) {
   const std::string short_one =
       "[contacts.short]\ntype = \"plane\"\nbetween = [\"ground\", \"a\"]\nradius = 0.01\nsurface = \"s\"\n";
@@ -324,7 +327,7 @@ Scene two_walls(bool long_arm_first) {
 
 TEST_CASE("the reference length of a wall's penetration does not depend on the order of the contacts",
           "[system]") {
-  // By hand: a thousandth of the longest arm, 3 m; the disc's own radius would give 1e-5.
+  // By hand: a thousandth of the longest lever arm, 3 m; the disc's radius would give 1e-5.
   for (const bool first : {true, false}) {
     const auto scene = two_walls(first);
     const System system(scene.mechanism);

@@ -41,7 +41,7 @@ TEST_CASE("a time step of a mechanism given as three arrays satisfies its equati
 
 namespace {
 
-/// Iterates v⁺ = of(v_mean) from v; the verdict that ended it.
+/// Iterates v⁺ = of(v_mean) from v; returns the verdict that ended the iteration.
 template <class Of>
 MeanVelocity::Verdict iterate(MeanVelocity::Kind kind, std::vector<double>& v, Of of) {
   const std::vector<double> mass{1, 1, 1}, none{0, 0, 0}, old = v;
@@ -62,7 +62,7 @@ MeanVelocity::Verdict iterate(MeanVelocity::Kind kind, std::vector<double>& v, O
 
 TEST_CASE("the mean velocity of a damped step is found, or the failure is reported", "[moreau][step]") {
   using Verdict = MeanVelocity::Verdict;
-  // v⁺ = v − z v_mean with z = hc/m: (2 − z)/(2 + z) v, found while z < 2.
+  // v⁺ = v − z v_mean with z = hc/m: (2 − z)/(2 + z) v, found for z < 2.
   for (const double z : {0.1, 1.0}) {
     std::vector<double> v{3, -4, 1};
     const auto start = v;
@@ -75,7 +75,8 @@ TEST_CASE("the mean velocity of a damped step is found, or the failure is report
   CHECK(iterate({}, v, [](const std::vector<double>& mean) {
           return std::vector{3 - 5 * mean[0], 0.0, 0.0};
         }) == Verdict::diverged);
-  // To and fro without an end: a failure, a film's fixed step that goes on, a pulse that turns the motion round.
+  // Endless oscillation: a failure, a film's fixed step that continues, a pulse that reverses the
+  // motion.
   const auto flip = [](MeanVelocity::Kind kind) {
     std::vector<double> start{1, 0, 0};
     return iterate(kind, start, [n = 0](const std::vector<double>&) mutable {
@@ -107,22 +108,22 @@ TEST_CASE("the floor of adaptive steps rises among crowded impacts and falls aga
   CHECK(pace.floor == Approx(least));
   steps(1e-9, true);
   CHECK(pace.floor == Approx(4 * least));
-  pace.note_speed(4);  // the floor of a faster motion is as much too long
+  pace.note_speed(4);  // the floor for a faster motion is too long by that factor
   CHECK(pace.floor == Approx(2 * least));
   CHECK(pace.raised() == Approx(4));
   steps(1e-2, false);
   CHECK(pace.raised() == Approx(1));
   for (int i = 0; i < 40; ++i) steps(1e-9, true);
-  CHECK(pace.floor == Approx(0.2 * pace.pace));  // not without an end
+  CHECK(pace.floor == Approx(0.2 * pace.pace));  // but not without limit
   CHECK_FALSE(pace.runs_away(0));
   pace.note_speed(1e4 * pace.calm_speed);
-  CHECK_FALSE(pace.runs_away(0));  // no impact gave it
+  CHECK_FALSE(pace.runs_away(0));  // not caused by an impact
   CHECK(pace.runs_away(1));
 }
 
 namespace {
 
-/// A ball of 1 kg above a plane, and what a step of it needs.
+/// A ball of 1 kg above a plane, and the data of a step.
 struct Ball {
   explicit Ball(double gap, double speed, double step)
       : scene(read_scene(test::scene_file("ball_on_plane"))),
@@ -192,10 +193,11 @@ TEST_CASE("a contact becomes active when its gap closes, and is in impact once",
   CHECK(ball.problem.unknown_of(ball.contact())->impulse_n == Approx(1.8));
   ball.record.record(ball.data, ball.contacts, ball.problem, ball.responses);
   CHECK(ball.record.struck());
-  CHECK(ball.contact().t_touch == Approx(4e-4));  // where the gap closes
+  CHECK(ball.contact().t_touch == Approx(4e-4));  // instant at which the gap closes
   CHECK(ball.record.impacts(0).v.size() == 3);
   CHECK(ball.log.is_open(0));
-  // It has an episode now: what presses on is not in impact again, and without an impulse it leaves.
+  // It has a contact episode now: a loaded contact is not in impact again, and without an impulse
+  // it separates.
   ball.begin(1e-3);
   ball.contact().active = true;
   CHECK_FALSE(ball.contacts.find_struck(ball.data));
@@ -214,7 +216,7 @@ TEST_CASE("a smooth step includes only closed contacts, within their slack", "[m
   closed.contact().closed = true;
   closed.begin(1e-3, StepReach::closed);
   closed.solve();
-  CHECK_FALSE(closed.contact().active);  // it stands off
+  CHECK_FALSE(closed.contact().active);  // it has a gap
   closed.contacts.slack = 2e-6;
   closed.data.v_old[1] = -1;
   closed.begin(1e-3, StepReach::closed);

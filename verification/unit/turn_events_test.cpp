@@ -9,8 +9,8 @@
 using namespace freeplay;
 
 TEST_CASE("metrics per revolution count only events of their joint", "[study]") {
-  // A turn a second; in each, joint 1 is lost at 90° and found at 180° by an impact of 2 N s at 0.5 m/s. Joint 0, and 2,
-  // bounce in the midst of it.
+  // One revolution a second; in each, joint 1 separates at 90° and returns to contact at 180° by an
+  // impact of 2 N s at 0.5 m/s. Joints 0 and 2 bounce in between.
   TurnRules rules;
   rules.speed = 2 * std::numbers::pi;
   rules.sampling = 1000;

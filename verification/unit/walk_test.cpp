@@ -13,7 +13,7 @@ using namespace freeplay;
 
 namespace {
 
-/// Status of a walk through a page; what it complains of goes to `said`.
+/// Status of scripts/walk for a page; its errors are written to `said`.
 int walk(const std::filesystem::path& page, const std::filesystem::path& said) {
   const auto script = test::source_folder() / "scripts/walk";
   const auto program = std::filesystem::path(FREEPLAY_BINARY_DIR) / "freeplay";

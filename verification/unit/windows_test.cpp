@@ -11,7 +11,7 @@ using namespace freeplay;
 
 namespace {
 
-/// A step of which only the ledger is looked at.
+/// A step of which only the ledger is used.
 class LedgerStep final : public Step {
  public:
   LedgerStep(double from, double to, const EnergyLedger& ledger) : ledger_(ledger) { t0 = from, t1 = to; }
@@ -32,7 +32,8 @@ class LedgerStep final : public Step {
   Forces none_;
 };
 
-/// A turn lasts 1 s. In turn i (from 0) count(i) impacts of 1 m/s, and count(i) J of drive's work, done at its end.
+/// A revolution lasts 1 s. Revolution i (from 0) has count(i) impacts of 1 m/s, and count(i) J of
+/// the drive's work, at its end.
 template <class Count>
 Result watched(int turns, double discard, const Count& count, int resume_after = -1) {
   Layout layout;
@@ -85,7 +86,7 @@ Result watched(int turns, double discard, const Count& count, int resume_after =
 }  // namespace
 
 TEST_CASE("batch means: the standard error of a known scatter", "[windows]") {
-  // 1, 3, 1, 3: mean 2, every deviation 1, so √(4/(4·3)). Two turns are left out before.
+  // 1, 3, 1, 3: mean 2, every deviation 1, so √(4/(4·3)). Two revolutions are discarded before.
   const auto r = watched(6, 2, [](int i) { return i < 2 ? 7 : i % 2 ? 3 : 1; });
   const double error = std::sqrt(4.0 / 12);
   REQUIRE(r.window);
@@ -109,7 +110,8 @@ TEST_CASE("batch means: fewer than four batches give no error", "[windows]") {
 }
 
 TEST_CASE("batch means: revolutions beyond the stored number are merged in pairs", "[windows]") {
-  // 1 and 3 in turn: each two make 4, without scatter. 40 turns: twice joined, ten batches of four.
+  // 1 and 3 alternately: each pair is 4, without scatter. 40 revolutions: merged twice, ten batches
+  // of four.
   const auto r = watched(40, 0, [](int i) { return i % 2 ? 3 : 1; });
   CHECK(r.window->batches == 10);
   CHECK(r.window->batch == Approx(4));
@@ -120,7 +122,8 @@ TEST_CASE("batch means: revolutions beyond the stored number are merged in pairs
 }
 
 TEST_CASE("batch means: a lasting contact is divided among the batches it spans", "[windows]") {
-  // From 0.5 to 2.5 of four turns: flies 0.5, 0, 0.5 and 1 of them; mean 0.5, √((0.25 + 0.25)/12).
+  // From 0.5 to 2.5 of four revolutions: flights of 0.5, 0, 0.5 and 1 of them; mean 0.5, √((0.25 +
+  // 0.25)/12).
   Layout layout;
   layout.contacts = {"a"};
   layout.crank_speed = 2 * std::numbers::pi;
@@ -168,7 +171,7 @@ TEST_CASE("an impact under way at the start of the window counts with its part i
   r.contacts.resize(1);
   plain.into(r);
   CHECK(r.contacts[0].impact_fraction == Approx(0.2 / 2));
-  CHECK(r.contacts[0].impacts == 0);  // it struck before
+  CHECK(r.contacts[0].impacts == 0);  // the impact was before
 }
 
 TEST_CASE("energies of a window whose ends lie within steps", "[windows]") {

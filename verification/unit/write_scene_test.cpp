@@ -43,7 +43,7 @@ bool same_bits(double a, double b) {
   return std::bit_cast<std::uint64_t>(a) == std::bit_cast<std::uint64_t>(b);
 }
 
-/// Studies lie beside the scenes; they have no bodies.
+/// Studies are in the same folders as the scenes; they have no bodies.
 std::vector<std::filesystem::path> all_scenes() {
   std::vector<std::filesystem::path> list;
   for (const auto* folder : {"cases", "verification/scenes"})
@@ -96,7 +96,7 @@ TEST_CASE("a canonical text names every key of the schema", "[scene]") {
   };
   auto scene = read_scene(test::scene_file("every_key"));
   write(scene);
-  // What belongs to other laws, integrators and schemes than the file's.
+  // Keys of laws, integrators and schemes other than the file's.
   for (const auto& law : friction_laws()) {
     scene.penalty.friction = law.law;
     write(scene);
@@ -105,7 +105,7 @@ TEST_CASE("a canonical text names every key of the schema", "[scene]") {
   scene.penalty.kelvin_stiffness = scene.penalty.kelvin_damping = 1;
   scene.penalty.integrator = Integrator::rk4;
   scene.mechanism.assembly = {Configuration::Branch::open, {{{0, 1, 2}}}, {{{2, 1, 0}}}};
-  scene.nonsmooth.scheme = Scheme::event_driven;  // the file's is the one that its step would choose anyway
+  scene.nonsmooth.scheme = Scheme::event_driven;  // the file's scheme is the default for its step
   write(scene);
   scene.nonsmooth.scheme = Scheme::moreau_jean;
   scene.nonsmooth.step.reset();
@@ -139,9 +139,9 @@ TEST_CASE("changing one number of a canonical text changes exactly that value", 
     if (value.empty() || value[0] == '"' || value.find('.') == value.npos || key.ends_with("axis")) continue;
     for (std::sregex_iterator it(value.begin(), value.end(), number), end; it != end; ++it) {
       const double x = std::stod(it->str());
-      // The [0, 0] that these go through.
+      // The [0, 0] that these pass through.
       if (x == 0 && (key.ends_with("damping_table") || key.ends_with("radial_table"))) continue;
-      if (x == 0 && key == "joints.string.at") continue;  // a point body has no place but its centre
+      if (x == 0 && key == "joints.string.at") continue;  // a point body has no point except its centre
       auto moved = value;
       moved.replace(static_cast<std::size_t>(it->position()), static_cast<std::size_t>(it->length()),
                     fmt::format("{}{}",
@@ -154,7 +154,7 @@ TEST_CASE("changing one number of a canonical text changes exactly that value", 
       REQUIRE(first_difference(text, again) == fmt::format("{} is {} here and {} there", key, value, moved));
       const auto at = text.find(line, text.find("[" + key.substr(0, key.rfind('.')) + "]\n"));
       const auto tail = text.substr(key.find('.') == key.npos ? text.find(line) : at).substr(line.size());
-      REQUIRE(again.ends_with(tail));  // and nothing after it moved
+      REQUIRE(again.ends_with(tail));  // and no later line changed
       ++numbers;
     }
   }
@@ -202,7 +202,8 @@ TEST_CASE("scenes built in code are read back from their canonical text", "[scen
     REQUIRE(written_and_read(scene).mechanism.joints.size() == scene.mechanism.joints.size());
   }
 
-  // Random bits in every kind of number that a scene may hold, unit vectors included: none may lose its last digit.
+  // Random bits in every kind of number of a scene, including unit vectors: none may lose its last
+  // digit.
   std::mt19937_64 random(7);
   const auto any = [&] {
     for (;;)
@@ -327,13 +328,13 @@ TEST_CASE("Scene::set is equivalent to --set", "[scene]") {
     REQUIRE(scene.file == original.file);
     REQUIRE(scene.overrides == expected.overrides);
 
-    overrides.push_back(key + "=" + value);  // and one upon another
+    overrides.push_back(key + "=" + value);  // and cumulative overrides
     all.set(key, value);
     REQUIRE(first_difference(to_toml(all), to_toml(read_scene(test::flores(), overrides))).empty());
     REQUIRE(all.overrides == overrides);
   }
 
-  auto scene = original;  // so many revolutions take less time at a greater speed
+  auto scene = original;  // the same number of revolutions takes less time at a greater speed
   scene.set("drives.motor.speed_rpm", 400);
   REQUIRE(scene.run.duration == Approx(original.run.duration / 2));
   REQUIRE(scene.run.discard == Approx(original.run.discard / 2));
@@ -373,7 +374,8 @@ TEST_CASE("a refused call of Scene::set leaves the scene unchanged", "[scene]") 
       REQUIRE(scene.overrides == original.overrides);
     }
   }
-  // A fact elsewhere that the key no longer goes with: the message has the override, and the place.
+  // A value elsewhere that conflicts with the key: the message contains the override, and the
+  // place.
   auto scene = read;
   REQUIRE_THAT(refusal(scene, "joints.gudgeon.clearance", "1"),
                StartsWith("--set joints.gudgeon.clearance=1: ") && Contains("scene.toml:") &&
@@ -392,10 +394,10 @@ TEST_CASE("Scene::set keeps changes made in code", "[scene]") {
   REQUIRE(*scene.mechanism.surfaces[0].friction == 0.2);
   REQUIRE(std::get<RevoluteJoint>(scene.mechanism.joints[2]).clearance->radial == 1e-3);
   REQUIRE(scene.file == read.file);
-  REQUIRE(scene.text == to_toml(scene));  // the text read before no longer says what the scene is
+  REQUIRE(scene.text == to_toml(scene));  // the text read before no longer describes the scene
   REQUIRE(scene.overrides.empty());
 
-  // Any spelling, in any order; the duration is a fact of its own now.
+  // Any spelling, in any order; the duration is now a separate value.
   const double duration = scene.run.duration, discard = scene.run.discard;
   scene.set("drives.motor.speed_rpm", 120);
   REQUIRE(same_bits(first_drive(scene).speed, 120.0 * 2 * std::numbers::pi / 60));
