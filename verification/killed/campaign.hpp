@@ -2,10 +2,11 @@
 // disk, and called again as a user would. After every kill and at the end these conditions are
 // checked:
 //
-//     nothing finished is lost   what a verb replaces is there whole, the older or the new; stored runs stay as they are
-//     it goes on                 the next call ends in order
-//     it is the same             its results are those of a call that nobody disturbed
-//     nothing is left over       no half of a file, no lock, no checkpoint of what has ended
+//     no finished result is lost   results under replacement are complete, either the older or the new
+//                                  ones; stored runs are unchanged
+//     the command resumes          the next call ends normally
+//     the results are the same     they equal those of an undisturbed call
+//     nothing is left over         no incomplete file, no lock, no checkpoint of a finished run
 #pragma once
 
 #include <functional>

@@ -113,9 +113,9 @@ class Draft {
   void surface(double e);
   ///@}
 
-  /// @name What is known of the motion
+  /// @name Reference of the motion
   ///@{
-  /// A motion of a joint by a place or a rate. Adds drive and curve.
+  /// Prescribes the motion of a joint by a position or a rate. Adds drive and curve.
   std::shared_ptr<DrivenMotion> driven(const std::string& joint, const DrawnCurve& curve, bool rate,
                                        double initial, double until);
   /// A coordinate at rest at `at`.

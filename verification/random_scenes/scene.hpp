@@ -61,7 +61,7 @@ struct RandomScene {
   std::string kind = {};
   std::string text = {};  ///< in TOML, without the tables that a method adds
 
-  /// @name Of scenes that are known at every row
+  /// @name Scenes with a reference for every row
   ///@{
   double duration = 1;      ///< s
   double step = 1e-3;       ///< s, of time stepping with fixed steps: 1/200 of the shortest of its times

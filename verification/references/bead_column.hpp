@@ -10,7 +10,7 @@
 //
 //     floor:    speed e v,                  P_k = (1 + e) m v (n − k)                       > 0,  k = 0 … n − 1
 //     arrival:  speed (1 + e) v/(n + 1),    P_k = (1 + e) m v (n − k)/(n + 1)               > 0,
-//               the bead that arrives goes on with v (1 − n e)/(n + 1).
+//               the arriving bead has the speed v (1 − n e)/(n + 1).
 //
 // D is positive definite, so that no other impulses meet them. Between impacts all beads have the
 // same acceleration: with e = 1 the column

@@ -1,7 +1,7 @@
 // A cam that turns at ω under a follower that is guided straight towards the cam's axis, m its mass (kg), pressed down by a
 // spring (k, and F₀ at no lift) and weight. With the angle φ = ωt since no lift, in steady contact,
 //
-//     y = h(φ),    P = m ω² h'' + k h + F₀ + m g           what presses along the guide
+//     y = h(φ),    P = m ω² h'' + k h + F₀ + m g           contact force along the guide
 //
 // Eccentric disc, h = e (1 − cos φ), under a flat face: N = P, and
 //

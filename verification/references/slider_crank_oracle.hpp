@@ -4,7 +4,7 @@
 //     flight        θ̈ = (m s r ω²/J_A) sin(φ − θ),   ẍ = 0,   up to the root of |e| = c
 //     nonsmooth     u_N⁺ = −e u_N⁻,   −P_T ∈ μ P_N Sgn(u_T⁺),   at once (oblique_impact.hpp)
 //     penalty       F_N = max(0, K δ^{3/2} (1 + χ δ̇/v₀)),   F_T = −μ c_d F_N sgn(v_T),   while δ ≥ 0;
-//                   v₀ is δ̇ at the root of first touch; c_d(|v_T|) rises from 0 at v_a to 1 at v_b (Ambrósio)
+//                   v₀ is δ̇ at first contact; c_d(|v_T|) rises from 0 at v_a to 1 at v_b (Ambrósio)
 //
 // This is the one reference with time integration, since a damped contact under load has no closed
 // form. It shares nothing
