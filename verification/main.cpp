@@ -1,4 +1,5 @@
-// The test program: Catch2's main, the kinds of tests, and the closing line that scripts/check promises.
+// The test program: Catch2's main, the kinds of tests, and the closing line that scripts/check
+// promises.
 //
 // Each test has one of four kinds, given by a tag: [unit], [property] (a property for many inputs,
 // compared with another method or another step), [process] (starts programs) or [long]

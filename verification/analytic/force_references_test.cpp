@@ -229,9 +229,9 @@ TEST_CASE("slider-crank forces: dead centres, statics and the crank alone agains
   within(f.guide.force, {0, 80 * slope_of_rod}, 1e-16L, why);
   within(f.torque, -80 * r, 1e-17L, why);
 
-  // Rotating, without gravity: at the dead centres the slider has the acceleration −r ω² (±1 +
-  // r/l), the rod's centre the value interpolated between the pins, and transversal forces only
-  // rotate the rod, θ̈ = 0.
+  // Rotating, without gravity: at the dead centres the slider has the acceleration −r ω²
+  // (±1 + r/l), the rod's centre the value interpolated between the pins, and transversal forces
+  // only rotate the rod, θ̈ = 0.
   const Long w = 20;
   s = {r, l, mc, a, 0.001L, m, b, J, M, {}, {}, {}, w};
   for (const Long side : {1.0L, -1.0L}) {

@@ -107,7 +107,8 @@ TEST_CASE("single impacts by three impact laws agree with an independent program
 }
 
 TEST_CASE("a single impact agrees with its integration over the normal impulse", "[impact]") {
-  // D = [1, d; d, t]: slip to the end (μ small), stick once slip has stopped, reversal where |d| > μ t.
+  // D = [1, d; d, t]: slip to the end (μ small), stick once slip has stopped, reversal where
+  // |d| > μ t.
   const double e = 0.6, u_n = -1;
   struct Row {
     double d, t, u_t, mu;

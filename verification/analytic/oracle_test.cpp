@@ -108,7 +108,8 @@ TEST_CASE("oracle: contact rows are the derivatives of gap and surface motion", 
                0, 1e-6L),
          1e-11L, why);
 
-  // Sliding: the pin's point P + R_j n and the rod's point B + R_i n, each carried along with its body.
+  // Sliding: the pin's point P + R_j n and the rod's point B + R_i n, each carried along with its
+  // body.
   const Point b = bearing_centre(m, t, theta);
   const Point n{(x - b[0]) / length, -b[1] / length};
   const auto rod_point = [&](Long a) {

@@ -426,8 +426,8 @@ TEST_CASE("ring and journal: momentum and energy over many impacts", "[reference
     double lost = 0, w = 0, u = 0;
     for (int k = 0; k < 12; ++k) {
       const double flight = time_to_contact(s.eccentricity(), s.rate(), pair.clearance).value();
-      // Coordinates near 0.02 m round by 1e-17 m in a few sums; divided by the chord's length along the
-      // normal.
+      // Coordinates near 0.02 m round by 1e-17 m in a few sums; divided by the chord's length along
+      // the normal.
       const double bound = 1e-12 + 1e-17 * (w * w + u * u) / (2 * pair.clearance * w * w);
       if (k > 0) within(flight / chord(pair.clearance, w, u).duration, 1, bound, "chords in closed form");
       const PairImpact impact = pair_impact(pair, after_flight(s, flight));

@@ -111,7 +111,8 @@ TEST_CASE("Painlevé's rod: event-driven integration stops with the reason, time
 
 TEST_CASE("a block on two feet sticks, then both feet start to slip at the same event",
           "[analytic][event-driven]") {
-  // Spring force k v t against μ m g: slip from t₀ = μ m g/(k v); then x = v τ − (v/ω) sin ωτ, ω² = k/m.
+  // Spring force k v t against μ m g: slip from t₀ = μ m g/(k v); then x = v τ − (v/ω) sin ωτ,
+  // ω² = k/m.
   const double k = 20, v = 0.5, mu = 0.3, t0 = mu * 9.81 / (k * v), omega = std::sqrt(k), tau = 1 - t0;
   const double exact = v * tau - v / omega * std::sin(omega * tau);
   for (const auto scheme : {Scheme::event_driven, Scheme::moreau_jean}) {
@@ -124,7 +125,8 @@ TEST_CASE("a block on two feet sticks, then both feet start to slip at the same 
 }
 
 TEST_CASE("contacts of the corners of a fast spinning rod are not missed", "[analytic][event-driven]") {
-  // The lower tip is at 0.55 − 0.2 t − 0.5 |sin 100 t|: its first root, bracketed by steps of a microsecond.
+  // The lower tip is at 0.55 − 0.2 t − 0.5 |sin 100 t|: its first root, bracketed by steps of a
+  // microsecond.
   const auto tip = [](double t) { return 0.55 - 0.2 * t - 0.5 * std::abs(std::sin(100 * t)); };
   double t = 0.2;
   while (tip(t) > 0) t += 1e-6;

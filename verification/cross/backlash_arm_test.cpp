@@ -21,7 +21,8 @@ TEST_CASE("flanks of gears with backlash on a moving arm do not penetrate each o
     CAPTURE(scheme.has_value(), run.ending.reason);
     CHECK(run.ending.status == Ending::Status::finished);
     CHECK(run.contacts.size() == 4);
-    // Events are located to the rounding of the gap, about 1e-16 m of 5e-5 m, over some hundred events.
+    // Events are located to the rounding of the gap, about 1e-16 m of 5e-5 m, over some hundred
+    // events.
     for (const auto& c : run.contacts) CHECK(c.penetration_ratio < 1e-6);
     // A step that does not decide whether the flanks are in contact is repeated, so a correct run
     // is not reported as doubtful.

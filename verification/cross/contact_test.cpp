@@ -48,7 +48,8 @@ Scene hanging(double lift) {
   auto scene = read_scene(test::scene_file("pendulum"));
   auto& body = scene.mechanism.bodies[0];
   body.angle = -1.5707963267948966;
-  // The pin is 0.15 m above the centre of mass; the bearing's centre is the origin, its clearance 0.5 mm.
+  // The pin is 0.15 m above the centre of mass; the bearing's centre is the origin, its clearance
+  // 0.5 mm.
   body.position = Vec2(0, -0.15 - 0.5e-3 + lift);
   scene.run.start = RunOptions::Start::given;
   scene.run.duration = 0.05;

@@ -232,9 +232,9 @@ TEST_CASE("curves: a position prescribed over a joint's angle is on its curve in
     if (x < start + rise + dwell) return lift;
     return x < start + 2 * rise + dwell ? lift * smooth_rise((start + 2 * rise + dwell - x) / rise) : 0.0;
   };
-  // y⁗ ≤ 360 lift: over half a 32nd of the rise the error of Hermite's cubic is 360 (1/64)⁴/384 =
-  // 5.6e-8 of the lift. Projection leaves a velocity error of second order, part of which enters
-  // the cubic: a hundred times that.
+  // y⁗ ≤ 360 lift: over half a 32nd of the rise the error of Hermite's cubic is 360
+  // (1/64)⁴/384 = 5.6e-8 of the lift. Projection leaves a velocity error of second order, part of
+  // which enters the cubic: a hundred times that.
   for (const auto& way : all_ways) {
     CAPTURE(way.name);
     const auto rows = rows_of(way, follower(0.01, 0.5, motor, R"(shape = "rise-dwell-return"
@@ -362,8 +362,8 @@ frequency = {:.17g})",
 }
 
 TEST_CASE("curves: a slow drive beside a fast oscillator on a stop causes no hand-over", "[curves]") {
-  // x = A sin φ up to the stop at 0.2 mm, e = 1: there φ jumps from θ to π − θ, and a period is (π
-  // + 2θ)/ω.
+  // x = A sin φ up to the stop at 0.2 mm, e = 1: there φ jumps from θ to π − θ, and a period is
+  // (π + 2θ)/ω.
   constexpr double m = 0.1, k = 1.0106e5, v = 0.45, stop = 2e-4;
   const double w = std::sqrt(k / m), A = v / w, theta = std::asin(stop / A), round = (pi + 2 * theta) / w;
   const auto rows = rows_of(test::automatic,
@@ -456,7 +456,8 @@ scheme = "moreau-jean"
                                              J, start, points, until),
                                  "kinks");
   const auto run = test::finished(scene, Family::nonsmooth);
-  // The midpoint rule on 1/32 of a piece, extrapolated: far below 1e-5 of the greatest torque over a piece.
+  // The midpoint rule on 1/32 of a piece, extrapolated: far below 1e-5 of the greatest torque over
+  // a piece.
   CHECK(run.final_state.v[2] ==
         Approx(start + push.integral(0, until, 1e-3) / J).margin(1e-5 * 0.036 * 0.015 / J).epsilon(0));
 }

@@ -112,8 +112,9 @@ TEST_CASE("adaptive time stepping records the work of a drive", "[chosen][drives
 }
 
 TEST_CASE("a slider that passes the zero length of a spring turns back on the far side", "[twice][springs]") {
-  // m ẍ = −k (|x| − L) sgn x, from rest at L + A: harmonic about ±L either side, with ω = √(k/m). From L + A to 0 it
-  // takes t₁ = (π/2 + asin(L/A))/ω, and by symmetry 2 t₁ to rest at −(L + A), 4 t₁ back to the start.
+  // m ẍ = −k (|x| − L) sgn x, from rest at L + A: harmonic about ±L either side, with ω = √(k/m).
+  // From L + A to 0 it takes t₁ = (π/2 + asin(L/A))/ω, and by symmetry 2 t₁ to rest at −(L + A), 4
+  // t₁ back to the start.
   const auto way = every_way();
   const double L = GENERATE(0.0, 0.1), A = 0.25, k = 50, m = 2, w = std::sqrt(k / m);
   const double t1 = (std::acos(-1) / 2 + std::asin(L / A)) / w;
@@ -139,8 +140,8 @@ TEST_CASE("a slider that passes the zero length of a spring turns back on the fa
 
 TEST_CASE("a kink in a damper's table over speed does not reduce the order of any method",
           "[twice][springs]") {
-  // m v̇ = −D(v), D = 1 v up to 1 m/s, then 1 + 9 (v − 1): from 3 m/s exponential to v = 1, v + (…) of rate 9/m about
-  // v₀ = 8/9, at T = (m/9) ln((3 − 8/9)/(1/9)), then exp(−(t − T)/m).
+  // m v̇ = −D(v), D = 1 v up to 1 m/s, then 1 + 9 (v − 1): from 3 m/s exponential to v = 1, v + (…)
+  // of rate 9/m about v₀ = 8/9, at T = (m/9) ln((3 − 8/9)/(1/9)), then exp(−(t − T)/m).
   const auto way = every_way();
   CAPTURE(way.name);
   const double m = 2, T = m / 9 * std::log((3 - 8.0 / 9) * 9);

@@ -87,7 +87,8 @@ std::vector<Rung> ladder() {
   rig.instruments.clear();
   auto ideal = rig;
   ideal.mechanism = idealised(rig.mechanism);
-  // 3 pins of 2 rows, a guide of 2, a drive: 9. The crank's three and the slider's two coordinates are fixed.
+  // 3 pins of 2 rows, a guide of 2, a drive: 9. The crank's three and the slider's two coordinates
+  // are fixed.
   rungs.push_back({"ideal rig", ideal, 9, 0, 0, 5, 4});
   auto smooth = rig;
   smooth.mechanism.surfaces[0].friction.reset();

@@ -91,8 +91,8 @@ TEST_CASE("Butterworth low-pass filters of every order: gain, cut-off, impulse",
   const double cut = 100;
   for (int order = 1; order <= 8; ++order) {
     CAPTURE(order);
-    // The gain is 1/√2 for a sine at the cut-off, 1/√(1 + 4ⁿ) at twice it: |H|² = 1/(1 +
-    // (f/f_c)²ⁿ).
+    // The gain is 1/√2 for a sine at the cut-off, 1/√(1 + 4ⁿ) at twice it:
+    // |H|² = 1/(1 + (f/f_c)²ⁿ).
     for (const double ratio : {0.5, 1.0, 2.0}) {
       LowPass filter(cut, order);
       filter.reset(0);

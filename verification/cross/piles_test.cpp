@@ -34,7 +34,8 @@ Result run(const std::string& text, Scheme scheme) {
 TEST_CASE("small piles come to rest in the positions of statics", "[cross][piles]") {
   for (const auto scheme : {Scheme::event_driven, Scheme::moreau_jean}) {
     CAPTURE(static_cast<int>(scheme));
-    // Moreau–Jean corrects penetrations of up to g h² a step; both keep gaps within a ten-millionth of a disc.
+    // Moreau–Jean corrects penetrations of up to g h² a step; both keep gaps within a ten-millionth
+    // of a disc.
     const double near = 1e-7;
     const double R = 0.05;
     // A disc in a groove of two walls at 45 degrees: its centre is √2 R above the bottom.
@@ -63,8 +64,9 @@ TEST_CASE("small piles come to rest in the positions of statics", "[cross][piles
 
 TEST_CASE("Painlevé's configuration is reported exactly where the motion is not unique",
           "[contact-problem][painleve]") {
-  // One contact with 0 < D_NN ≤ μ|D_NT|, D positive definite. By hand: open needs b_N ≥ 0; stick P = −D⁻¹b within
-  // the cone; slip with u_T of sign s has P_N = −b_N/(D_NN − sμ D_NT) ≥ 0 and s u_T ≥ 0.
+  // One contact with 0 < D_NN ≤ μ|D_NT|, D positive definite. By hand: open needs b_N ≥ 0; stick
+  // P = −D⁻¹b within the cone; slip with u_T of sign s has P_N = −b_N/(D_NN − sμ D_NT) ≥ 0 and s
+  // u_T ≥ 0.
   test::Random u;
   int unique = 0, more = 0;
   for (int i = 0; i < 400; ++i) {

@@ -181,7 +181,8 @@ TEST_CASE("an animation draws point bodies at their positions and rods between t
       ++seen;
       const auto svg = drawing.frame(value("t"), 0);
       CHECK_THAT(svg, !Contains("nan") && !Contains("inf\""));
-      // The panel's corner is (0, 34). The tail has the third colour, the rod its first body's, the second.
+      // The panel's corner is (0, 34). The tail has the third colour, the rod its first body's, the
+      // second.
       const std::regex dot("<circle cx=\"([-0-9.]+)\" cy=\"([-0-9.]+)\" r=\"2.50\" fill=\"#008a68\""),
           line(
               "<polyline points=\"([-0-9.]+),([-0-9.]+) ([-0-9.]+),([-0-9.]+)\" fill=\"none\" "
@@ -245,7 +246,8 @@ TEST_CASE("report page and figures of a run with point bodies show their motion 
       ++compared;
       const double dx = value("bob.x") - value("tail.x"), dy = value("bob.y") - value("tail.y");
       const double size = std::hypot(force("string.fx"), force("string.fy"));
-      // Rounding of coordinates of half a metre against the rod: 1e-15; the bound leaves three digits.
+      // Rounding of coordinates of half a metre against the rod: 1e-15; the bound leaves three
+      // digits.
       CHECK(std::abs(force("string.fx") * dy - force("string.fy") * dx) <= 1e-12 * std::max(size, 1.0));
       // Newton's law of the tail: m a = f + m g.
       CHECK(std::abs(0.2 * force("tail.ax") - force("string.fx")) <= 1e-9 * std::max(size, 1.0));

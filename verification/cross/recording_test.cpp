@@ -75,7 +75,8 @@ sampling = 50000.0
                      "thrown.toml", sets);
 }
 
-/// A Butterworth low-pass of second order on an impulse Δ at t = 0: y = Δ √2 ω_c e^(−σt) sin σt, σ = ω_c/√2.
+/// A Butterworth low-pass of second order on an impulse Δ at t = 0: y = Δ √2 ω_c e^(−σt) sin σt,
+/// σ = ω_c/√2.
 double rung(double impulse, double bandwidth, double t) {
   const double wc = 2 * std::numbers::pi * bandwidth, sigma = wc / std::numbers::sqrt2;
   return t < 0 ? 0 : impulse * std::numbers::sqrt2 * wc * std::exp(-sigma * t) * std::sin(sigma * t);
@@ -94,7 +95,8 @@ const std::vector<std::vector<std::string>> schemes = {
 TEST_CASE("an impact before, in or after the first step is an impulse in the filter, in every scheme",
           "[instruments][recording]") {
   const auto scheme = GENERATE(from_range(schemes));
-  // At the start, within any first step, and in mid-flight; the wall's own filter is as fast as the longest step.
+  // At the start, within any first step, and in mid-flight; the wall's own filter is as fast as the
+  // longest step.
   const double flight = GENERATE(0.0, 4e-7, 1.23456789e-3);
   const double bandwidth = GENERATE(1000.0, 20000.0);
   CAPTURE(scheme, flight, bandwidth);

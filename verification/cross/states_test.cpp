@@ -98,7 +98,8 @@ TEST_CASE("a step too long for the lag is refused with its reason", "[states]") 
 }
 
 TEST_CASE("a torque sensor shows the lagging torque", "[states]") {
-  // Its filter lags by about √2/ω_c = 2.3e-6 s of 0.05 s: 5e-5 of u at most, where the torque rises fastest.
+  // Its filter lags by about √2/ω_c = 2.3e-6 s of 0.05 s: 5e-5 of u at most, where the torque rises
+  // fastest.
   for (const char* formulation : {"penalty", "nonsmooth"}) {
     CAPTURE(formulation);
     double worst = 0, last = 0;

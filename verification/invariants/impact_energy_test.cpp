@@ -19,8 +19,8 @@ namespace {
 
 constexpr unsigned seed = 20261121;
 
-/// D = WᵀM⁻¹W of a random impact: rows of `contacts` contacts on a random mechanism of fewer or more degrees
-/// of freedom.
+/// D = WᵀM⁻¹W of a random impact: rows of `contacts` contacts on a random mechanism of fewer or
+/// more degrees of freedom.
 Eigen::MatrixXd random_delassus(std::mt19937& engine, int rows, int freedoms) {
   std::normal_distribution<double> normal;
   const Eigen::MatrixXd W = Eigen::MatrixXd::NullaryExpr(rows, freedoms, [&] { return normal(engine); });
@@ -70,8 +70,8 @@ Tried try_impacts(ImpactLaw law, int most_contacts, bool friction, bool common, 
 
 TEST_CASE("frictionless impacts with one coefficient of restitution never raise the energy, in any law",
           "[invariant][impact]") {
-  // Newton: T⁺ − T⁻ = Pᵀ(u⁺ + u⁻)/2 with u⁺ + e u⁻ = s ≥ 0, s ⊥ P: it is −(1 − e)/(1 + e) ½ PᵀDP ≤ 0 (Glocker
-  // 2001).
+  // Newton: T⁺ − T⁻ = Pᵀ(u⁺ + u⁻)/2 with u⁺ + e u⁻ = s ≥ 0, s ⊥ P: it is −(1 − e)/(1 + e) ½
+  // PᵀDP ≤ 0 (Glocker 2001).
   for (const auto law : {ImpactLaw::newton, ImpactLaw::poisson, ImpactLaw::energetic}) {
     const auto tried = try_impacts(law, 4, false, true, 5000);
     CAPTURE(seed, static_cast<int>(law), tried.solved);
@@ -91,9 +91,10 @@ TEST_CASE("with friction, a single contact gains energy by Newton's law but neve
 }
 
 TEST_CASE("no time step raises the energy beyond the bound of the scheme", "[invariant]") {
-  // Rings and journals without drive, load or friction, one restitution; free flight is exact. Contacts work
-  // Pᵀ(u⁻ + u⁺)/2 in a step, with u⁺ + e u⁻ ⊥ P and, since the normals turn, u⁺ = u⁻ − hγ + DP. Eliminated:
-  // (1 − e)/(2(1 + e)) (hγᵀP − PᵀDP), which is at most (1 − e)/(8(1 + e)) h² γᵀD⁻¹γ whatever P is.
+  // Rings and journals without drive, load or friction, one restitution; free flight is exact.
+  // Contacts work Pᵀ(u⁻ + u⁺)/2 in a step, with u⁺ + e u⁻ ⊥ P and, since the normals turn,
+  // u⁺ = u⁻ − hγ + DP. Eliminated: (1 − e)/(2(1 + e)) (hγᵀP − PᵀDP), which is at most
+  // (1 − e)/(8(1 + e)) h² γᵀD⁻¹γ whatever P is.
   std::mt19937 engine(seed);
   std::uniform_real_distribution<double> uniform(-1, 1);
   int steps = 0, impacts = 0;

@@ -263,8 +263,8 @@ duration = 0.2
     REQUIRE(f.run({.until = 0.2}).ending.status == Ending::Status::finished);
     return std::pair{f.state().q[0], f.state().v[0]};
   };
-  // Time stepping stops within a step of 1e-5 s: ½·0.3·1e-5 m. Regularised: the last 1e-3 m/s decays over
-  // m v/F.
+  // Time stepping stops within a step of 1e-5 s: ½·0.3·1e-5 m. Regularised: the last 1e-3 m/s
+  // decays over m v/F.
   const auto [x, v] = final_x(Family::nonsmooth);
   CHECK(x == Approx(6e-3).margin(1.5e-6).epsilon(0));
   CHECK(v == 0);
@@ -342,8 +342,8 @@ duration = 0.5
     const auto ra = test::simulate(a, family), rb = test::simulate(b, family);
     REQUIRE(ra.notes.empty());
     REQUIRE(rb.notes.size() == 1);
-    // x = t + t², v = 1 + 2t: kinetic energy 2·½·(1 + 2·0.5)² = 4 J. The proximal term loses nine digits of
-    // sixteen.
+    // x = t + t², v = 1 + 2t: kinetic energy 2·½·(1 + 2·0.5)² = 4 J. The proximal term loses nine
+    // digits of sixteen.
     CHECK(ra.ledger.kinetic == Approx(4).epsilon(1e-9));
     CHECK(rb.ledger.kinetic == Approx(4).epsilon(1e-7));
   }

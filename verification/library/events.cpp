@@ -1,5 +1,5 @@
-// events SCENE FORMULATION UNTIL [KEY=VALUE]...: the events of a run as they come, all columns of events.csv
-// and all digits.
+// events SCENE FORMULATION UNTIL [KEY=VALUE]...: the events of a run as they come, all columns of
+// events.csv and all digits.
 #include <freeplay.hpp>
 
 #include <cstdio>

@@ -199,9 +199,9 @@ TEST_CASE("a falsified result is classified as a silent error", "[strangers]") {
 }
 
 TEST_CASE("time steps at the start of a pulse are compared within their resolution", "[strangers]") {
-  // Torques that rise from 0 at t₀: with steps of h the crank's displacement is off by (h/(t −
-  // t₀))²/2 of itself, 4 % in the first scene (measured with h to h/16: 4.1 % to 0.016 %, each a
-  // quarter of the one before). The second scene is evaluated 1.4 steps after t₀.
+  // Torques that rise from 0 at t₀: with steps of h the crank's displacement is off by
+  // (h/(t − t₀))²/2 of itself, 4 % in the first scene (measured with h to h/16: 4.1 % to 0.016 %,
+  // each a quarter of the one before). The second scene is evaluated 1.4 steps after t₀.
   const auto* steps = &*std::ranges::find_if(ways(Suite::agreement), [](const Way& w) { return w.stepped; });
   CHECK(judge(draw(7, 132), *steps).outcome == Outcome::right);
   CHECK(judge(draw(21, 135), *steps).outcome == Outcome::right);

@@ -103,8 +103,8 @@ class Draft {
   void drive(const std::string& joint, const std::string& lines) {
     add("drives.d", drives_, fmt::format("joint = \"{}\"\n{}", joint, lines));
   }
-  /// The one surface of a scene, with a modulus such that a mass m (kg) at a speed v (m/s) goes `depth` (m) deep into
-  /// a contact of radius R (m), and a drawn restitution and friction.
+  /// The one surface of a scene, with a modulus such that a mass m (kg) at a speed v (m/s) goes
+  /// `depth` (m) deep into a contact of radius R (m), and a drawn restitution and friction.
   void surface(Draw& draw, double m, double v, double R, double depth, bool smooth = false);
   /// The same with restitution e, and a contact duration of `time` (s). Returns K of Hertz,
   /// N/m^(3/2).

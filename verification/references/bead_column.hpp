@@ -16,12 +16,13 @@
 // same acceleration: with e = 1 the column
 // bounces as a single ball.
 //
-// Elastic beads with Hertz's force F = K δ^{3/2} at each contact: the equations of motion by the classical Runge–Kutta method
-// with a fixed step (of fourth order; where a contact begins or ends of order 5/2, as δ^{3/2} is not smooth there).
+// Elastic beads with Hertz's force F = K δ^{3/2} at each contact: the equations of motion by the
+// classical Runge–Kutta method with a fixed step (of fourth order; where a contact begins or ends
+// of order 5/2, as δ^{3/2} is not smooth there).
 //
 // Signs: heights and speeds upwards; along a row, to the right. Units: m, kg, s, K in N/m^{3/2}.
-// Source: Glocker, Set-Valued Force Laws (2001), for the conditions; Nesterenko, J. Appl. Mech. Tech. Phys. 24 (1983) 733,
-// for the chain.
+// Source: Glocker, Set-Valued Force Laws (2001), for the conditions; Nesterenko, J. Appl. Mech.
+// Tech. Phys. 24 (1983) 733, for the chain.
 #pragma once
 
 #include <array>
@@ -53,12 +54,14 @@ inline RowImpact row_impact(int n, double v, double e) {
   return {v * (1 - n * e) / (n + 1), (1 + e) * v / (n + 1)};
 }
 
-/// Hertz's stiffness of two spheres of one material, or of one on a plane with R its radius: K = 4/3 E/(2(1 − ν²)) √R.
+/// Hertz's stiffness of two spheres of one material, or of one on a plane with R its radius:
+/// K = 4/3 E/(2(1 − ν²)) √R.
 inline double bead_stiffness(double young, double poisson, double R) {
   return 4.0 / 3 * young / (2 * (1 - poisson * poisson)) * std::sqrt(R);
 }
 
-/// A chain of equal beads: contact 0 between a floor at 0 and bead 0, or none; contact k between beads k − 1 and k.
+/// A chain of equal beads: contact 0 between a floor at 0 and bead 0, or none; contact k between
+/// beads k − 1 and k.
 struct HertzChain {
   double mass, radius, gravity;  ///< kg, m, m/s² (towards the floor)
   double floor, between;         ///< N/m^{3/2}; floor 0: none

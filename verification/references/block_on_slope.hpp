@@ -35,7 +35,8 @@ struct BlockState {
   double friction;      ///< m/s², friction force over mass
 };
 
-/// First instant of rest (s); none if the block never comes to rest. A block that starts at rest stops at 0.
+/// First instant of rest (s); none if the block never comes to rest. A block that starts at rest
+/// stops at 0.
 inline std::optional<double> block_stopping_time(const BlockOnSlope& b) {
   if (b.velocity == 0) return 0.0;
   const double a = b.acceleration(b.velocity > 0 ? 1 : -1);

@@ -1,9 +1,11 @@
-// A ball that bounces on a table moving as s(t) = A sin ωt, restitution e < 1 at every impact, the table undisturbed. With
-// Γ = A ω²/g, T = 2π/ω, and v the ball's velocity right after an impact at t:
+// A ball that bounces on a table moving as s(t) = A sin ωt, restitution e < 1 at every impact, the
+// table undisturbed. With Γ = A ω²/g, T = 2π/ω, and v the ball's velocity right after an impact at
+// t:
 //
 //     s(t) + v τ − g τ²/2 = s(t'),  t' = t + τ,      v' = (1 + e) ṡ(t') − e (v − g τ)
 //
-// One impact in every n periods needs τ = nT and the same height, so v* = g nT/2 and v* = (1 + e)V + e v* with V = ṡ:
+// One impact in every n periods needs τ = nT and the same height, so v* = g nT/2 and
+// v* = (1 + e)V + e v* with V = ṡ:
 //
 //     V = v* (1 − e)/(1 + e)   ⇔   cos φ = n π (1 − e)/((1 + e) Γ),       φ = ω t,   0 < φ < π/2 (else it is unstable);
 //     it exists from Γ = n π (1 − e)/(1 + e) on; the approach is w = V + v* = 2 v*/(1 + e) = g nT/(1 + e).

@@ -1,5 +1,6 @@
-// A cam that turns at ω under a follower that is guided straight towards the cam's axis, m its mass (kg), pressed down by a
-// spring (k, and F₀ at no lift) and weight. With the angle φ = ωt since no lift, in steady contact,
+// A cam that turns at ω under a follower that is guided straight towards the cam's axis, m its mass
+// (kg), pressed down by a spring (k, and F₀ at no lift) and weight. With the angle φ = ωt since no
+// lift, in steady contact,
 //
 //     y = h(φ),    P = m ω² h'' + k h + F₀ + m g           contact force along the guide
 //
@@ -8,11 +9,11 @@
 //     P = (m ω² − k) e cos φ + k e + F₀ + m g
 //
 // reaches zero first at φ = π when m e ω² = 2 k e + F₀ + m g (the jump speed), beyond that where
-// cos φ = −(k e + F₀ +
-// m g)/((m ω² − k) e). The cam's torque against its turning is M = N h' and, with friction of the
-// face sliding on the cam's profile, μ N (R + h) in addition.
-// Roller on the pitch curve r = r₀ + h: pressure angle tan α = h'/r, N = P/cos α without friction, M = P h'.
-// Source: Norton, Cam Design and Manufacturing Handbook, on follower dynamics; here from Newton's law.
+// cos φ = −(k e + F₀ + m g)/((m ω² − k) e). The cam's torque against its turning is M = N h' and,
+// with friction of the face sliding on the cam's profile, μ N (R + h) in addition. Roller on the
+// pitch curve r = r₀ + h: pressure angle tan α = h'/r, N = P/cos α without friction, M = P h'.
+// Source: Norton, Cam Design and Manufacturing Handbook, on follower dynamics; here from Newton's
+// law.
 #pragma once
 
 #include <cmath>
@@ -40,8 +41,8 @@ struct EccentricCam {
     return std::acos(-(stiffness * eccentricity + preload) /
                      ((mass * speed * speed - stiffness) * eccentricity));
   }
-  /// Time after the loss of contact (s) and rate (m/s) of the landing: y = y_e + (y₀ − y_e) cos νt
-  /// + ẏ₀/ν sin νt, ν² = k/m, y_e = −preload/k, against h; the first root by steps of 1e-6 of a
+  /// Time after the loss of contact (s) and rate (m/s) of the landing: y = y_e + (y₀ − y_e) cos
+  /// νt + ẏ₀/ν sin νt, ν² = k/m, y_e = −preload/k, against h; the first root by steps of 1e-6 of a
   /// revolution and bisection.
   struct Landing {
     double after, rate;

@@ -145,7 +145,8 @@ struct CurveShape {
     return list;
   }
 
-  /// ∫ y from a to b: Gauss–Legendre with five points on parts between kinks, each at most `part` long.
+  /// ∫ y from a to b: Gauss–Legendre with five points on parts between kinks, each at most `part`
+  /// long.
   double integral(double a, double b, double part) const {
     static constexpr double at[] = {0, 0.538469310105683091, 0.906179845938663993};
     static constexpr double weight[] = {128.0 / 225, 0.478628670499366468, 0.236926885056189088};

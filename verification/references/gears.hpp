@@ -7,8 +7,9 @@
 //
 //     t₁ = b/(2u),   t_{k+1} = t_k + b/(e^k u),   P_k = (1 + e) m e^{k−1} u,   Δω₁ = −s r₁ P/J₁,   Δω₂ = −s r₂ P/J₂
 //
-// Involute teeth at the distance a: inv α = tan α − α, cos α = (r₁ + r₂)/a. A point that moves at the speed v between
-// two stops bounces likewise. Units: m, s, rad, kg. Sources: Newton's impact law; ISO 21771-1:2007 for the involute.
+// Involute teeth at the distance a: inv α = tan α − α, cos α = (r₁ + r₂)/a. A point that moves at
+// the speed v between two stops bounces likewise. Units: m, s, rad, kg. Sources: Newton's impact
+// law; ISO 21771-1:2007 for the involute.
 #pragma once
 
 #include <cmath>

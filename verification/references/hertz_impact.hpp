@@ -7,8 +7,8 @@
 //     C_n = 2/(n+1) B(1/(n+1), ½) = 2 √π Γ(1 + 1/(n+1)) / Γ(½ + 1/(n+1))
 //
 // C_1 = π (a linear spring) and C_{3/2} = 2 √π Γ(1.4)/Γ(0.9) = 2.943275…
-// Sign convention: δ > 0 is penetration, v > 0 the approach speed. Units: m, kg, s, K in N/mⁿ. For two bodies
-// m is the effective mass, the inverse of the contact's Delassus element.
+// Sign convention: δ > 0 is penetration, v > 0 the approach speed. Units: m, kg, s, K in N/mⁿ. For
+// two bodies m is the effective mass, the inverse of the contact's Delassus element.
 // Source: Goldsmith, Impact (1960); Johnson, Contact Mechanics (1985), §11.4, prints 2.94; 2.9432
 // is the truncated value.
 #pragma once

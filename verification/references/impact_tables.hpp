@@ -99,8 +99,8 @@ inline constexpr ImpactTable impact_tables[] = {
 
 /// Kane and Levinson's double pendulum (Dynamics: Theory and Applications, 1985) at its impact,
 /// verification/scenes/kane_levinson.toml: kinetic energy after over before by three laws. Newton
-/// by enumeration of all cases, Poisson by poisson_impacts.py, the energetic law by exact integration along the normal impulse and
-/// again by small steps; an independent program.
+/// by enumeration of all cases, Poisson by poisson_impacts.py, the energetic law by exact
+/// integration along the normal impulse and again by small steps; an independent program.
 struct KaneLevinsonRow {
   double e;
   double newton, poisson, energetic;

@@ -1,5 +1,6 @@
-// Friction in ideal joints, in closed form. A pin of radius r carries the force F and resists with a couple of at most
-// μ r |F| (the friction circle: F passes the pin's centre at μ r); a guide resists with at most μ S.
+// Friction in ideal joints, in closed form. A pin of radius r carries the force F and resists with
+// a couple of at most μ r |F| (the friction circle: F passes the pin's centre at μ r); a guide
+// resists with at most μ S.
 #pragma once
 
 #include <cmath>

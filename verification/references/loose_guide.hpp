@@ -103,7 +103,8 @@ inline const std::vector<GuideTable> guide_tables = {
        0.006912385765, 0.006912385765}}},
 };
 
-/// verification/scenes/free_slider.toml: μ = 0.8, e_T = 0.3; most of these impacts stick, v_T⁺ = −e_T v_T⁻.
+/// verification/scenes/free_slider.toml: μ = 0.8, e_T = 0.3; most of these impacts stick,
+/// v_T⁺ = −e_T v_T⁻.
 inline const std::vector<CornerImpact> free_slider_impacts = {
     {0.001026061254834, "front_upper", -0.9697766109, 0.5818659666, 0.4663281943, 0.409230467, 0.04910239045,
      -0.03928191236},

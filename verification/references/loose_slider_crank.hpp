@@ -10,18 +10,20 @@
 //     sliding             R_j ω_j = 0,              v_T = t·ė − R_i θ̇   = w_Tθ θ̇ + w_Tx ẋ − t·Ȧ
 //     rows                w_N = (l n·u′, −n_x),     w_T = (−l t·u′ − R_i, t_x)
 //
-// Rod: moments about the accelerated point A eliminate the crank's force. With the centre of mass at s u from A
-// and J_A = J + m s², J_A θ̈ + m s (u × Ä) = Q_θ and u × Ä = −r ω² sin(φ − θ). So
+// Rod: moments about the accelerated point A eliminate the crank's force. With the centre of mass
+// at s u from A and J_A = J + m s², J_A θ̈ + m s (u × Ä) = Q_θ and u × Ä = −r ω² sin(φ − θ). So
 //
 //     J_A θ̈ = m s r ω² sin(φ − θ) + Q_θ,      M ẍ = Q_x,      (Q_θ, Q_x) = w_N F_N + w_T F_T
 //
 // (virtual power of the contact). In free flight ẋ is constant and ψ = φ − θ is a pendulum,
 // ψ̈ = −(m s r ω²/J_A) sin ψ. The contact's Delassus matrix is D_ab = w_aθ w_bθ/J_A + w_ax w_bx/M.
 //
-// Sign convention: angles counter-clockwise, φ = 0 at top dead centre; e from bearing (rod) to journal
-// (slider); F_N ≥ 0 pushes the journal along −n, F_T acts on the journal along t. Units: m, kg, s, rad, N.
+// Sign convention: angles counter-clockwise, φ = 0 at top dead centre; e from bearing (rod) to
+// journal (slider); F_N ≥ 0 pushes the journal along −n, F_T acts on the journal along t. Units: m,
+// kg, s, rad, N.
 // No gravity, no friction in the guide.
-// Source: Newton–Euler as above; the rig is that of Flores et al., Nonlinear Dyn. 65 (2011) 383, table 1.
+// Source: Newton–Euler as above; the rig is that of Flores et al., Nonlinear Dyn. 65 (2011) 383,
+// table 1.
 #pragma once
 
 #include <array>

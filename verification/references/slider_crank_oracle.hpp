@@ -7,18 +7,17 @@
 //                   v₀ is δ̇ at first contact; c_d(|v_T|) rises from 0 at v_a to 1 at v_b (Ambrósio)
 //
 // This is the one reference with time integration, since a damped contact under load has no closed
-// form. It shares nothing
-// with the project's solvers: two coordinates instead of nine and rows of constraints, and steps of order 8
-// whose error is below rounding. A root is bisected on the length of the step itself until it no
-// longer changes, so an impact is located to the rounding of Real (long double, or a multiprecision
-// type). δ^{3/2} is
-// not smooth at the ends of a contact: no step there exceeds 1/16 of the time to the end, which keeps the
-// order.
+// form. It shares nothing with the project's solvers: two coordinates instead of nine and rows of
+// constraints, and steps of order 8 whose error is below rounding. A root is bisected on the length
+// of the step itself until it no longer changes, so an impact is located to the rounding of Real
+// (long double, or a multiprecision type). δ^{3/2} is not smooth at the ends of a contact: no step
+// there exceeds 1/16 of the time to the end, which keeps the order.
 //
-// Sign convention: v_n the gap's rate ġ, negative when closing; v_t = t·ė − R_i θ̇; impulses on the journal
-// along −n and t. Units: s, m/s, N s, N/m^{3/2}. Not included: Painlevé's cases, friction in the
-// guide, motion in lasting contact (a run ends there and reports it).
-// Source: loose_slider_crank.hpp; laws of Flores et al., Nonlinear Dyn. 65 (2011) 383, and of Moreau (1988).
+// Sign convention: v_n the gap's rate ġ, negative when closing; v_t = t·ė − R_i θ̇; impulses on the
+// journal along −n and t. Units: s, m/s, N s, N/m^{3/2}. Not included: Painlevé's cases, friction
+// in the guide, motion in lasting contact (a run ends there and reports it).
+// Source: loose_slider_crank.hpp; laws of Flores et al., Nonlinear Dyn. 65 (2011) 383, and of
+// Moreau (1988).
 #pragma once
 
 #include <algorithm>
@@ -37,8 +36,8 @@ struct OracleOptions {
   Real flight_step = Real(2e-5L);  ///< s
   int contact_steps = 256;         ///< per undamped Hertz duration of the contact
   Real longest_contact = 20;       ///< in undamped Hertz durations; a longer contact counts as lasting
-  /// m/s: a rebound slower than this into a closing gap counts as lasting. The bounce height u²/(2 g̈) must
-  /// stay above the rounding of the coordinates, hence √ε.
+  /// m/s: a rebound slower than this into a closing gap counts as lasting. The bounce height u²/(2
+  /// g̈) must stay above the rounding of the coordinates, hence √ε.
   Real least_speed = [] {
     using std::sqrt;
     return Real(32 * sqrt(std::numeric_limits<Real>::epsilon()));

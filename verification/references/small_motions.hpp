@@ -6,7 +6,8 @@
 //                                 U = ½k(θ − φ₀)² − Σ m g·c(θ),  I = Σ m|c′|² + J₁ + J₂φ′²
 //     journal on Hertz's ground   δ = (mg/K)^⅔,  ω² = 1.5 K √δ/m
 //
-// θ of the crank from the slider's line, counter-clockwise; derivatives by Taylor's rules of second order, in long double.
+// θ of the crank from the slider's line, counter-clockwise; derivatives by Taylor's rules of second
+// order, in long double.
 // Units: m, kg, s, rad, N. Source: Goldstein, Classical Mechanics, ch. 6; derived here.
 #pragma once
 

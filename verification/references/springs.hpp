@@ -6,7 +6,8 @@
 //     two rates   ω₁ where x < 0, ω₂ where x > 0: a period of π/ω₁ + π/ω₂
 //     damped      m ẍ + d ẋ + k x = 0 from rest at A:  x = A e^(−δt) (cos νt + (δ/ν) sin νt),  δ = d/2m,  ν² = ω² − δ²
 //
-// Source: Nayfeh and Mook, Nonlinear Oscillations (1979), sec. 2.1 (Duffing); the others are elementary.
+// Source: Nayfeh and Mook, Nonlinear Oscillations (1979), sec. 2.1 (Duffing); the others are
+// elementary.
 #pragma once
 
 #include <boost/math/special_functions/jacobi_elliptic.hpp>

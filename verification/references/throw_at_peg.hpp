@@ -29,8 +29,8 @@ inline std::optional<PegTouch> touch_of(const Throw& s) {
   return PegTouch{far / (along + half) / speed, speed * half / s.reach};
 }
 
-/// A rotor driven by one torque pulse per revolution: its speed after n of them, ½ J ω² = ½ J ω₀² +
-/// n W.
+/// A rotor driven by one torque pulse per revolution: its speed after n of them, ½ J ω² = ½ J
+/// ω₀² + n W.
 inline double speed_after_pulses(double omega, double inertia, double work, int n) {
   return std::sqrt(omega * omega + 2 * n * work / inertia);
 }

@@ -9,8 +9,9 @@
 //
 //     u⁺ = u⁻ + D λ,      0 ≤ u⁺ + e u⁻  ⊥  λ ≥ 0
 //
-// which has one solution, since D is positive definite; it is found by trying all sets of contacts. Source: Moreau 1988 for
-// the law. `compliant` has Hertz's forces K_i δ^(3/2) instead, without loss, by RK4 in tiny steps. Units: m, s, kg.
+// which has one solution, since D is positive definite; it is found by trying all sets of contacts.
+// Source: Moreau 1988 for the law. `compliant` has Hertz's forces K_i δ^(3/2) instead, without
+// loss, by RK4 in tiny steps. Units: m, s, kg.
 #pragma once
 
 #include <algorithm>

@@ -50,7 +50,8 @@ Scene loose_chain(int links);
 /// Measures one size, `repetitions` times.
 Cost measure(const Growth& growth, int count, int repetitions);
 
-/// Slope of log cost over log count from growth.fit_from on, least squares; NaN with fewer than two sizes.
+/// Slope of log cost over log count from growth.fit_from on, least squares; NaN with fewer than two
+/// sizes.
 double exponent(const Growth& growth, const std::vector<Cost>& costs);
 
 }  // namespace freeplay::verification

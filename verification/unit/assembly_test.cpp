@@ -31,7 +31,8 @@ TEST_CASE("the reference scene is assembled without any given position", "[assem
   const State s = assemble(scene.mechanism, RunOptions::Start::ideal);
   const System ideal(idealised(scene.mechanism));
   REQUIRE(largest_residual(ideal, s) < 1e-13);
-  // Ideal slider-crank at top dead centre: rod's centre at r + l/2, slider at r + l, rod turning at −ω r/l.
+  // Ideal slider-crank at top dead centre: rod's centre at r + l/2, slider at r + l, rod turning at
+  // −ω r/l.
   const double omega = main_drive(scene.mechanism)->speed;
   REQUIRE(s.q[3] == Approx(0.2));
   REQUIRE(s.q[6] == Approx(0.35));

@@ -36,7 +36,8 @@ Study study_of(const test::TemporaryFolder& folder, const std::string& text) {
   return read_study(folder.path() / "study.toml");
 }
 
-/// The orbit of one impact in a period at the strength Γ, half a period before an impact: the ball at its top.
+/// The orbit of one impact in a period at the strength Γ, half a period before an impact: the ball
+/// at its top.
 std::string at_top(const reference::ShakenBall& ball, double strength) {
   const double phase = ball.phase(strength);
   return fmt::format(
@@ -80,7 +81,8 @@ std::vector<std::string> contents(const std::filesystem::path& file) {
 
 TEST_CASE("periods of the logistic map are identified", "[attractors]") {
   const Likeness likeness{.circles = {0}, .tolerance = 1e-4, .most = 16};
-  // Known (May, Nature 261 (1976) 459): 1 below 3, 2 up to 1 + √6, 4 at 3.5, 3 from 1 + √8 on, chaos at 3.9.
+  // Known (May, Nature 261 (1976) 459): 1 below 3, 2 up to 1 + √6, 4 at 3.5, 3 from 1 + √8 on,
+  // chaos at 3.9.
   const std::map<double, int> known = {{2.9, 1},  {3.2, 2},  {3.5, 4},
                                        {3.55, 8}, {3.83, 3}, {3.9, Attractor::aperiodic}};
   for (const auto& [r, period] : known) {

@@ -90,9 +90,10 @@ TEST_CASE("a response surface follows a function that is not quadratic and estim
 
 TEST_CASE("scatter that varies over the ranges is not averaged over them", "[calibrate]") {
   // Deviations of 0.2 for ξ₁ < −0.6 and 0.001 elsewhere, 40 points of two starts. With smoothing
-  // over ½√2, W was 0.065 to 0.069 in the middle. With a width of a fifth, exp(−½(0.6/0.14)²) =
-  // 1e-4 of the chaotic part remains there, whose variance is 40,000 times as great: at most 0.01
-  // in the middle; and in the chaotic part a factor of 2, the accuracy of its eight points.
+  // over ½√2, W was 0.065 to 0.069 in the middle. With a width of a fifth,
+  // exp(−½(0.6/0.14)²) = 1e-4 of the chaotic part remains there, whose variance is 40,000 times as
+  // great: at most 0.01 in the middle; and in the chaotic part a factor of 2, the accuracy of its
+  // eight points.
   std::mt19937_64 engine(11);
   std::normal_distribution<double> normal;
   Scatter scatter;

@@ -19,7 +19,8 @@ using test::solve_by;
 
 namespace {
 
-/// min ½ PᵀDP + (b − target)ᵀP, P ≥ 0: its optimality conditions are the frictionless contact problem.
+/// min ½ PᵀDP + (b − target)ᵀP, P ≥ 0: its optimality conditions are the frictionless contact
+/// problem.
 class QuadraticProgram : public Ipopt::TNLP {
  public:
   using Index = Ipopt::Index;
@@ -220,9 +221,9 @@ TEST_CASE("Painlevé's configuration is reported, and collinear contacts are sol
   c.friction = 0.9;
   p.unknowns.push_back(c);
   const auto result = p.solve();
-  // Jamming: stick needs |P_T| ≤ μ P_N. u = 0: P = −D⁻¹b = (25, −12), within the cone. Open has u_N
-  // = −1, slip to the right P_N = 1/(1 − 1.8) < 0, slip to the left P_N = 1/2.8 and u_T > 0: stick
-  // is the only motion, and no other is reported.
+  // Jamming: stick needs |P_T| ≤ μ P_N. u = 0: P = −D⁻¹b = (25, −12), within the cone. Open has
+  // u_N = −1, slip to the right P_N = 1/(1 − 1.8) < 0, slip to the left P_N = 1/2.8 and u_T > 0:
+  // stick is the only motion, and no other is reported.
   CHECK(result.solved);
   CHECK_FALSE(result.ambiguous);
   REQUIRE(p.modes(9).decided);

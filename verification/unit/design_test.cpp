@@ -29,8 +29,9 @@ struct Desk {
   }
 };
 
-/// Sobol's points in Gray's order from the direction numbers of Joe and Kuo (new-joe-kuo-6.21201, the first lines: s, a, m_i),
-/// by their recurrence m_k = 2a₁m_{k−1} ⊕ … ⊕ 2^s m_{k−s} ⊕ m_{k−s}, with v_k = m_k/2^k.
+/// Sobol's points in Gray's order from the direction numbers of Joe and Kuo (new-joe-kuo-6.21201,
+/// the first lines: s, a, m_i), by their recurrence m_k = 2a₁m_{k−1} ⊕ … ⊕ 2^s m_{k−s} ⊕ m_{k−s},
+/// with v_k = m_k/2^k.
 std::vector<std::vector<double>> joe_kuo(int count) {
   struct Line {
     unsigned s, a;

@@ -1,6 +1,6 @@
-// The film's closed forms against quadrature of the pressure, and its limits. Quadrature: composite Simpson
-// with 20,000 intervals; the integrand's fourth derivative grows like (1 − ε)^(−7), so at ε = 0.95 the error
-// is still below 1e-8.
+// The film's closed forms against quadrature of the pressure, and its limits. Quadrature: composite
+// Simpson with 20,000 intervals; the integrand's fourth derivative grows like (1 − ε)^(−7), so at
+// ε = 0.95 the error is still below 1e-8.
 #include "formulations/contact/film.hpp"
 
 #include <catch2/catch.hpp>

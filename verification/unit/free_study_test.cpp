@@ -54,7 +54,8 @@ amplitude = "angle + pi/2"
 )");
   REQUIRE(runs.size() == 8);
   for (const auto& run : runs) {
-    // k = sin(α/2) of the amplitude α from the vertical; ω₀² = m g a/(J + m a²) = 9.81·0.3/(0.03 + 0.09).
+    // k = sin(α/2) of the amplitude α from the vertical; ω₀² = m g a/(J + m
+    // a²) = 9.81·0.3/(0.03 + 0.09).
     const double amplitude = value_of(run, "angle") + std::numbers::pi / 2;
     const double period = 4 * boost::math::ellint_1(std::sin(amplitude / 2)) / std::sqrt(24.525);
     CAPTURE(amplitude, run.at("formulation"));

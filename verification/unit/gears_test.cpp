@@ -162,7 +162,8 @@ TEST_CASE("contact rows of teeth, slots and stops are the derivatives of their g
       const double rate = look(k, 0), bend = sum(row.normal, m.a) - row.gamma_n;
       CHECK(row.gap == gap(k, 0));
       CHECK(row.normal.size == 6);
-      // Differences of fourth order in h = 1e-4 of functions that change in times of 0.1: 1e-9, and rounding 1e-15/h.
+      // Differences of fourth order in h = 1e-4 of functions that change in times of 0.1: 1e-9, and
+      // rounding 1e-15/h.
       CHECK(rate == Approx(slope([&](double t) { return gap(k, t); }, h)).margin(1e-8));
       CHECK(bend == Approx(slope([&](double t) { return look(k, t); }, h)).margin(1e-6));
       // With derivatives carried along: those of the gap are the row itself.

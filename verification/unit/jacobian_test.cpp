@@ -1,5 +1,6 @@
-// The exact Jacobian of the penalty formulation against central differences of its right-hand side, for every contact law, friction
-// law and film, on a mechanism with loops, drives, springs and dampers.
+// The exact Jacobian of the penalty formulation against central differences of its right-hand side,
+// for every contact law, friction law and film, on a mechanism with loops, drives, springs and
+// dampers.
 #include <catch2/catch.hpp>
 
 #include <random>

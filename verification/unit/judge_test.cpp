@@ -77,9 +77,9 @@ TEST_CASE("a contact that is too soft is reported as doubtful, by its radius or 
   CHECK_THAT(notes_of(jelly),
              Contains("DOUBTFUL: floor overlapped by up to") && Contains("of its radius of curvature"));
   CHECK_THAT(notes_of(jelly), !Contains("clearance"));
-  // A nylon ball dropped from 4 µm: v = 8.9 mm/s, flights of 2 v/g = 1.8 ms and Hertz's 2.94 δ/v =
-  // 1.3 ms of contact, 0.7 of them before its weight makes contacts longer, though its penetration
-  // is a thousandth of its radius.
+  // A nylon ball dropped from 4 µm: v = 8.9 mm/s, flights of 2 v/g = 1.8 ms and Hertz's 2.94
+  // δ/v = 1.3 ms of contact, 0.7 of them before its weight makes contacts longer, though its
+  // penetration is a thousandth of its radius.
   auto low = ball(1e9, 0.45, 0.99);
   low.mechanism.bodies[0].position.y() = radius + 4e-6;
   low.run.duration = 0.03;

@@ -137,7 +137,8 @@ TEST_CASE("the laws of Johnson and ESDU differ by the sign of the one", "[laws]"
   const double line = 3.14159265358979323846 * modulus * length;
   for (double F : {1.0, 1e2, 1e4, 5e5}) {  // Johnson ends at 9.7e5 N here
     const double f = F / line, logarithm = std::log(4 * c / f);
-    // δ from the definition, then F back through the law: rounding times the condition of the logarithm.
+    // δ from the definition, then F back through the law: rounding times the condition of the
+    // logarithm.
     CHECK(johnson.force(f * (logarithm - 1)) == Approx(F).epsilon(1e-12));
     CHECK(esdu.force(f * (logarithm + 1)) == Approx(F).epsilon(1e-12));
   }
@@ -239,8 +240,8 @@ TEST_CASE("friction laws are odd, and continuous at the ends of their zones", "[
 
 TEST_CASE("friction laws agree in the mechanism at fast sliding", "[laws][friction]") {
   // First impact of the reference scene: sliding at 0.03 to 0.04 m/s throughout, far above every
-  // regularising speed, so that each law gives μ F_N. LuGre's bristles need a distance of g = μ/σ₀
-  // = 1e-7 m, of a sliding distance of 8e-6 m, to build up.
+  // regularising speed, so that each law gives μ F_N. LuGre's bristles need a distance of
+  // g = μ/σ₀ = 1e-7 m, of a sliding distance of 8e-6 m, to build up.
   auto scene = read_scene(test::flores());
   scene.run.duration = 0.006;
   scene.run.discard = 0;

@@ -1,5 +1,5 @@
-// Lemke against enumeration: for a P-matrix the solution is unique, and one of the 2ⁿ complementary bases has
-// it.
+// Lemke against enumeration: for a P-matrix the solution is unique, and one of the 2ⁿ complementary
+// bases has it.
 #include "numerics/lcp.hpp"
 
 #include <catch2/catch.hpp>

@@ -55,7 +55,8 @@ struct Way {
 }  // namespace
 
 TEST_CASE("a body under a user-supplied spring and damper moves as in the closed form", "[own-force]") {
-  // Bounds: tolerances of 1e-9 and 1e-10 times the steps; a fixed step of 1 ms is of second order, 1e-3² times x'''/12.
+  // Bounds: tolerances of 1e-9 and 1e-10 times the steps; a fixed step of 1 ms is of second order,
+  // 1e-3² times x'''/12.
   const auto way = GENERATE(Way{"penalty", "penalty.integrator", "dopri5", 1e-7},
                             Way{"penalty", "penalty.integrator", "adams_bashforth_moulton", 1e-7},
                             Way{"penalty", "penalty.integrator", "rosenbrock4", 1e-6},

@@ -1,6 +1,6 @@
-// The two paths of the saddle-point solve against each other and against a dense factorisation of the whole
-// matrix; for dependent rows against the complete orthogonal decomposition, which gives least-norm
-// multipliers directly.
+// The two paths of the saddle-point solve against each other and against a dense factorisation of
+// the whole matrix; for dependent rows against the complete orthogonal decomposition, which gives
+// least-norm multipliers directly.
 #include "numerics/saddle_point.hpp"
 
 #include <catch2/catch.hpp>

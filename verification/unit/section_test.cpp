@@ -63,8 +63,9 @@ SectionRun section_of(const Scene& scene, const char* formulation, const std::st
 }  // namespace
 
 TEST_CASE("the section of a driven oscillator converges to one point", "[section]") {
-  // m x'' + c x' + k x = F sin ωt: x = X sin(ωt − φ), X = F/√((k − mω²)² + (cω)²), tan φ = cω/(k −
-  // mω²). The transient decays as e^{−t}: 1e-13 of it is left after the 30 s that are discarded.
+  // m x'' + c x' + k x = F sin ωt: x = X sin(ωt − φ), X = F/√((k − mω²)² + (cω)²), tan
+  // φ = cω/(k − mω²). The transient decays as e^{−t}: 1e-13 of it is left after the 30 s that are
+  // discarded.
   const double omega = pi, m = 2, c = 4, k = 50, f = 3;
   const double x = f / std::hypot(k - m * omega * omega, c * omega);
   const double phi = std::atan2(c * omega, k - m * omega * omega);
@@ -104,9 +105,9 @@ TEST_CASE("a prescribed crank crosses an angle once in every revolution, at the 
 }
 
 TEST_CASE("a pendulum's section lies on its energy curve", "[section]") {
-  // Released at the horizontal: at the angle φ below it, ½ J θ'² = m g l sin φ; at the bottom, θ' =
-  // ±√(2 m g l/J). From one crossing upwards to the next is the period 4 K(sin(90°/2)) √(J/(m g
-  // l)).
+  // Released at the horizontal: at the angle φ below it, ½ J θ'² = m g l sin φ; at the bottom,
+  // θ' = ±√(2 m g l/J). From one crossing upwards to the next is the period 4 K(sin(90°/2)) √(J/(m
+  // g l)).
   const double mgl = 9.81 * 0.3, j = 0.03 + 0.09;
   const double period = 4 * boost::math::ellint_1(std::sin(pi / 4)) * std::sqrt(j / mgl);
   for (const auto& way : ways) {

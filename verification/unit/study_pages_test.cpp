@@ -28,8 +28,8 @@ std::string example() {
 
 TEST_CASE("the study of docs/study.md: a ball rebounds to e²h", "[studies][program]") {
   // v₋ = √(2gh) at the first contact, e v₋ after it, and (e v₋)²/(2g) = e²h up: rows and ends of
-  // steps are at most Δt = duration/20000 apart, so the highest point is missed by at most g Δt²/8
-  // = 3e-10 m; the error of locating the contact is smaller.
+  // steps are at most Δt = duration/20000 apart, so the highest point is missed by at most g
+  // Δt²/8 = 3e-10 m; the error of locating the contact is smaller.
   const StudyDesk desk("bouncing-ball");
   const auto runs = desk.table(example());
   REQUIRE(runs.size() >= 5);

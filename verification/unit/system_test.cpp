@@ -1,6 +1,7 @@
 // The System against finite differences: every element of the Jacobian, γ, gap rows, their second
-// derivatives, and forces against the potential. Central differences of step s have errors of s² times third
-// derivatives (here of order 1 to 100 in SI units) plus rounding ε/s; with s = 1e-5 both stay below 1e-7.
+// derivatives, and forces against the potential. Central differences of step s have errors of s²
+// times third derivatives (here of order 1 to 100 in SI units) plus rounding ε/s; with s = 1e-5
+// both stay below 1e-7.
 #include <catch2/catch.hpp>
 
 #include <map>

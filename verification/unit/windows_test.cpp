@@ -94,7 +94,8 @@ TEST_CASE("batch means: the standard error of a known scatter", "[windows]") {
   CHECK(r.window->batch == Approx(1));
   CHECK(r.contacts[0].impacts_per_revolution == Approx(2));
   CHECK(r.contacts[0].impacts_error == Approx(error));
-  // Energies are those of the window alone: 8 J of the 22 J; the sum's error is the window's length times the mean's.
+  // Energies are those of the window alone: 8 J of the 22 J; the sum's error is the window's length
+  // times the mean's.
   CHECK(r.window->energy[Window::drives] == Approx(8));
   CHECK(r.window->error[Window::drives] == Approx(4 * error));
   CHECK(r.window->energy[Window::stored] == Approx(8));
@@ -122,8 +123,8 @@ TEST_CASE("batch means: revolutions beyond the stored number are merged in pairs
 }
 
 TEST_CASE("batch means: a lasting contact is divided among the batches it spans", "[windows]") {
-  // From 0.5 to 2.5 of four revolutions: flights of 0.5, 0, 0.5 and 1 of them; mean 0.5, √((0.25 +
-  // 0.25)/12).
+  // From 0.5 to 2.5 of four revolutions: flights of 0.5, 0, 0.5 and 1 of them; mean 0.5,
+  // √((0.25 + 0.25)/12).
   Layout layout;
   layout.contacts = {"a"};
   layout.crank_speed = 2 * std::numbers::pi;

@@ -43,7 +43,8 @@ std::vector<Touch> touches(const reference::OracleRun<Real>& run) {
     list.push_back({static_cast<double>(x.t), static_cast<double>(x.v_n_minus),
                     static_cast<double>(x.t + 2 * x.duration)});
   }
-  // A contact that outlasts four durations of Hertz is reported as lasting; one that ends is an impact.
+  // A contact that outlasts four durations of Hertz is reported as lasting; one that ends is an
+  // impact.
   if (run.open && list.size() < 2)
     list.push_back({static_cast<double>(run.open->t), static_cast<double>(run.open->v_n_minus),
                     static_cast<double>(run.open->t + 5 * run.open->duration)});
@@ -75,7 +76,8 @@ Verdict compare(const Result& run, const std::vector<Touch>& expected, const Bou
     const double grown = std::pow(10, static_cast<double>(i));  // an impact multiplies errors by about ten
     const double late = std::abs(found[i].t - expected[i].t),
                  off = std::abs(found[i].v_n_minus / expected[i].v_n_minus - 1);
-    // Speeds change over a step by h over the flight, at either end of it (as in cross/mechanisms_test.cpp).
+    // Speeds change over a step by h over the flight, at either end of it (as in
+    // cross/mechanisms_test.cpp).
     const double steps =
         i > 0 ? 2 * b.slack * static_cast<double>(i) / (expected[i].t - expected[i - 1].t) : 0;
     if (late <= grown * (b.time * expected[i].t + b.slack) && off <= std::max(grown * b.speed, steps))

@@ -2,9 +2,9 @@
 //
 //     R(z) = 1 + z + z²/2 + z³/6 + z⁴/24,   z = hλ,      and the mode stays bounded while |R| ≤ 1.
 //
-// Baumgarte's terms make Φ̈ + 2αΦ̇ + β²Φ = 0: λ = −α ± √(α² − β²). A contact at its deepest has the tangent
-// stiffness 3/2 K √δ_max, δ_max = (5 m v²/(4K))^(2/5) (Hertz): λ = ± i ω. R leaves the unit disc on the
-// imaginary axis at 2√2, on the negative real one at 2.785.
+// Baumgarte's terms make Φ̈ + 2αΦ̇ + β²Φ = 0: λ = −α ± √(α² − β²). A contact at its deepest has the
+// tangent stiffness 3/2 K √δ_max, δ_max = (5 m v²/(4K))^(2/5) (Hertz): λ = ± i ω. R leaves the unit
+// disc on the imaginary axis at 2√2, on the negative real one at 2.785.
 // Source: Hairer, Nørsett, Wanner, Solving ODEs II, IV.2; Baumgarte, CMAME 1 (1972) 1.
 #include <fmt/format.h>
 

@@ -1,4 +1,5 @@
-// Random scenes with joints: bumps on rotors, chains, loops, guides, pulses, films, preloaded sliders.
+// Random scenes with joints: bumps on rotors, chains, loops, guides, pulses, films, preloaded
+// sliders.
 #include <algorithm>
 #include <vector>
 
