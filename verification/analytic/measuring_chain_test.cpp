@@ -185,8 +185,8 @@ TEST_CASE("a mean revolution is the mean of its bins, also with fewer samples th
 }
 
 TEST_CASE("known impulses pass through filter, sampling and spectrum with the exact amplitudes", "[chain]") {
-  // Impulses dv once a turn T: a(t) = dv Σ δ(t − nT) has lines 2 dv/T, and through a Butterworth of
-  // order n
+  // Impulses dv once a revolution T: a(t) = dv Σ δ(t − nT) has lines 2 dv/T, and through a
+  // Butterworth of order n
   //     2 dv/T / √(1 + (kf/f_c)^(2n));
   // aliases in the lines come from beyond 0.6 of the sampling rate, at 24 f_c: 24⁻⁶ of the
   // amplitudes.
