@@ -1,8 +1,10 @@
-// The test program: Catch2's main, the kinds of tests, and the closing line that scripts/check promises.
+// The test program: Catch2's main, the kinds of tests, and the closing line that scripts/check
+// promises.
 //
-// Each test has one of four kinds, which is a tag of it: [unit], [property] (what holds for many inputs, by another way or at
-// another step), [process] (starts programs) or [long] (scripts/nightly runs it). A test that takes long says so itself; the
-// others have their kind from the table below.
+// Each test has one of four kinds, given by a tag: [unit], [property] (a property for many inputs,
+// compared with another method or another step), [process] (starts programs) or [long]
+// (scripts/nightly runs it). A long test has its tag in its file; the kinds of the others are in
+// the table below.
 #define CATCH_CONFIG_RUNNER
 #include <sys/resource.h>
 #include <catch2/catch.hpp>
@@ -17,8 +19,8 @@
 
 namespace {
 
-/// A kind, and the tags, folders of verification/ and files that have it; the first that fits decides. A test that starts
-/// programs in none of these files has the tag [program].
+/// A kind, and the tags, folders of verification/ and files that have it; the first match decides.
+/// A test that starts programs and is in none of these files has the tag [program].
 struct Kind {
   std::string_view name, of;
 };
@@ -63,7 +65,7 @@ void tag_with_kinds(const Catch::IConfig& config) {
   }
 }
 
-/// Pages that programs which were started and have ended have touched.
+/// Memory pages touched by child programs that have ended.
 long pages_of_children() {
   rusage used{};
   getrusage(RUSAGE_CHILDREN, &used);
@@ -80,7 +82,8 @@ struct ClosingLine : Catch::TestEventListenerBase {
     if (stats.totals.testCases.allPassed()) ++wrong_kinds;
   }
   void testRunEnded(const Catch::TestRunStats& stats) override {
-    // A test that may fail ([!mayfail], its reason beside it) and did is named as a known failure, and not counted as failed.
+    // A failed test with [!mayfail] (the reason is beside it) is reported as a known failure, and
+    // not counted as failed.
     known = static_cast<long>(stats.totals.testCases.failedButOk);
     passed = static_cast<long>(stats.totals.testCases.passed) + known;
     failed = static_cast<long>(stats.totals.testCases.failed);

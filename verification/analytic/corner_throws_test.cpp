@@ -1,9 +1,11 @@
-// Balls thrown into a closed box with pegs, friction near 1 and restitution below it, come to rest against each other and the
-// walls. Event-driven each hop, jam and wedge of theirs is passed: whatever the way there, what is left is
+// Balls are thrown into a closed box with pegs, with friction near 1 and restitution below 1, and
+// come to rest against each other and the walls. Event-driven integration passes every bounce, jam
+// and wedge of them. Whatever the motion, the final state of a ball on the floor is
 //
 //     y = y_floor + R,   v_y = 0,   v_x + ω R = 0
 //
-// of a ball on the floor (a level floor leaves rolling; the pegs hang above it), and the energy that is gone was lost in contacts.
+// (on a level floor only rolling remains; the pegs hang above it), and the lost energy was
+// dissipated in contacts.
 #include <fmt/format.h>
 
 #include <array>
@@ -68,7 +70,8 @@ Result run(const Throws& s) {
 
 }  // namespace
 
-TEST_CASE("throws into a box whose corners wedge end at rest on its floor, event-driven", "[throws]") {
+TEST_CASE("bodies thrown into a box, whose corners wedge together, come to rest on its floor (event-driven)",
+          "[throws]") {
   const Throws s{
       {{0.027802866127816558, 0.010106322419567892, -0.06297671078300994, -0.19617029537249631,
         -0.20509282277772073, 0.17108067245526096},
@@ -87,10 +90,11 @@ TEST_CASE("throws into a box whose corners wedge end at rest on its floor, event
   const auto& end = result.final_state;
   for (int i = 0; i < 2; ++i) {
     const double *q = end.q.data() + 3 * i, *v = end.v.data() + 3 * i;
-    // A closed gap is held to the integration's error: 1e-10 of metres moved in some hundred steps.
+    // The gap of a closed contact is accurate to the error of integration: 1e-10 of metres of
+    // motion in some hundred steps.
     CHECK(std::abs(q[1] + s.height - R) < 1e-8);
     CHECK(std::abs(v[1]) < 1e-8);
-    CHECK(std::abs(v[0] + R * v[2]) < 1e-6);  // rolling, to what counts as sliding
+    CHECK(std::abs(v[0] + R * v[2]) < 1e-6);  // rolling, within the threshold of sliding
   }
   const auto& l = result.ledger;
   CHECK(l.contact + l.friction > 0);

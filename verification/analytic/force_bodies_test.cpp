@@ -1,6 +1,7 @@
-// The references of forces of single bodies and of impulses held against second derivations that share no equation with them:
-// energy and momentum of positions written down from the geometry and differentiated numerically, quadrature,
-// statics by hand. Units are SI throughout.
+// The references for forces on single bodies and for impulses, compared with second derivations
+// that share no equation with them: energy and momentum from positions that are written from the
+// geometry and differentiated numerically, quadrature, and statics by hand. Units are SI
+// throughout.
 #include <algorithm>
 #include <boost/math/quadrature/gauss.hpp>
 #include <catch2/catch.hpp>
@@ -20,7 +21,9 @@ using namespace freeplay::reference;
 using namespace freeplay::reference::derived;
 using freeplay::reference::derived::within;
 
-TEST_CASE("rotor: momentum, angular momentum and power of its centre's path", "[references][forces]") {
+TEST_CASE(
+    "rotor: bearing load equals the rate of momentum of the centre of mass, its angular momentum and its power",
+    "[references][forces]") {
   Draw draw(4);
   for (int trial = 0; trial < 60; ++trial) {
     const Rotor<Long> rotor{draw.between(0.1L, 3), draw.between(-0.5L, 0.5L), draw.between(0, 0.3L)};
@@ -39,7 +42,7 @@ TEST_CASE("rotor: momentum, angular momentum and power of its centre's path", "[
       return dot(p, p) / (2 * rotor.mass) + spin(t) * spin(t) / (2 * rotor.inertia) -
              rotor.mass * dot(g, place(t));
     };
-    // Angles count like lengths here, l = 1 m above the eccentricity.
+    // Angles are scaled like lengths here, l = 1 m above the eccentricity.
     const Long scale = (rotor.mass + rotor.inertia) * (pace * pace + size(g));
     within(load.reaction, richardson_vector(momentum, 0, h) - rotor.mass * g, twice * scale, why_twice);
     const auto angular = [&](Long t) { return cross(place(t), momentum(t)) + spin(t); };
@@ -50,7 +53,7 @@ TEST_CASE("rotor: momentum, angular momentum and power of its centre's path", "[
   }
 }
 
-TEST_CASE("rotor: by hand", "[references][forces]") {
+TEST_CASE("rotor: bearing load against a derivation by hand", "[references][forces]") {
   const Long m = 1.7L, a = 0.08L, w = 31, g = 9.81L;
   const char* const why = "roundings in long double of 150 N";
   for (Long angle = -3; angle < 7; angle += 0.4L) {
@@ -62,18 +65,21 @@ TEST_CASE("rotor: by hand", "[references][forces]") {
     within(balanced.reaction, {0, m * g}, 0, "a balanced rotor only weighs");
     within(balanced.torque, 0, 0, "and needs no torque");
   }
-  // A mass on a thread let go level: ω² = 2 g/a at the bottom, tension three times the weight.
+  // A mass on a thread released at the horizontal: ω² = 2 g/a at the bottom, tension three times
+  // the weight.
   const Long down = -std::acos(0.0L);
   const RotorLoad<Long> bottom = rotor_load<Long>({m, a, 0}, {down, std::sqrt(2 * g / a), 0}, {0, -g});
   within(bottom.reaction, {0, 3 * m * g}, 1e-16L, why);
-  // A rod let go level falls with 3g/(2 l) and leaves a quarter of its weight to the hinge.
+  // A rod released at the horizontal falls with 3g/(2 l), and a quarter of its weight acts on the
+  // hinge.
   const Long l = 2 * a;
   const RotorLoad<Long> rod = rotor_load<Long>({m, a, m * l * l / 12}, {0, 0, -3 * g / (2 * l)}, {0, -g});
   within(rod.reaction, {0, m * g / 4}, 1e-17L, why);
   within(rod.torque, 0, 1e-18L, why);
 }
 
-TEST_CASE("weld: momentum, angular momentum and power of the body carried round", "[references][forces]") {
+TEST_CASE("weld: load equals the rates of momentum and angular momentum of the welded body, and its power",
+          "[references][forces]") {
   Draw draw(5);
   for (int trial = 0; trial < 60; ++trial) {
     const WeldedBody<Long> body{draw.between(0.1L, 3), draw.between(0.01L, 0.3L), draw.vector(0.3L),
@@ -85,7 +91,7 @@ TEST_CASE("weld: momentum, angular momentum and power of the body carried round"
 
     const Long pace = std::abs(at.speed) + std::sqrt(std::abs(at.acceleration)), h = 0.2L / pace;
     const auto angle = [&](Long t) { return at.angle + t * (at.speed + t * at.acceleration / 2); };
-    // By distance and bearing from the axis.
+    // By distance and direction from the axis.
     const auto carried = [&](const Vec& v, Long t) {
       return size(v) * direction(std::atan2(v.y, v.x) + angle(t));
     };
@@ -112,7 +118,8 @@ TEST_CASE("weld: momentum, angular momentum and power of the body carried round"
     within(dot(load.force, richardson_vector(joint, 0, h)) + load.moment * at.speed, richardson(energy, 0, h),
            4 * twice * scale * pace, why);
   }
-  // A cantilever at rest, and a bar spun about one end and cut in the middle: half of it at 3l/4.
+  // A cantilever at rest, and a bar that rotates about one end and is cut in the middle: half of it
+  // at 3l/4.
   const JointLoad<Long> still = weld_load<Long>({2, 0.1L, {0.3L, 0}, {0.5L, 0}}, {}, {0, -10});
   within(still.force, {0, 20}, 1e-18L, "the weight");
   within(still.moment, 10, 1e-18L, "the weight times its arm, holding it up counter-clockwise");
@@ -121,7 +128,8 @@ TEST_CASE("weld: momentum, angular momentum and power of the body carried round"
   within(spun.moment, 0, 1e-18L, "in line");
 }
 
-TEST_CASE("guide: momentum and angular momentum of a body that slides", "[references][forces]") {
+TEST_CASE("guide: load equals the rates of momentum and angular momentum of the sliding body",
+          "[references][forces]") {
   Draw draw(6);
   for (int trial = 0; trial < 60; ++trial) {
     const GuidedBody<Long> body{draw.between(0.1L, 3), draw.between(-3, 3), draw.vector(0.5L),
@@ -148,7 +156,7 @@ TEST_CASE("guide: momentum and angular momentum of a body that slides", "[refere
   }
 }
 
-TEST_CASE("guide: by hand", "[references][forces]") {
+TEST_CASE("guide: load against a derivation by hand", "[references][forces]") {
   const Long m = 2, g = 9.81L, slope_angle = 0.4L;
   const char* const why = "roundings in long double of 20 N";
   // A block on a slope without friction: N = m g cos β, and no moment about the foot of its centre.
@@ -158,15 +166,15 @@ TEST_CASE("guide: by hand", "[references][forces]") {
   const GuideLoad<Long> sliding = guide_load(block, guided_acceleration(block, {0, -g}), {0, -g});
   within(sliding.joint.force, m * g * std::cos(slope_angle) * n, 1e-17L, why);
   within(sliding.joint.moment, 0, 1e-17L, why);
-  // Held at rest: D = m g sin β, and the moment that keeps it from tilting over its foot.
+  // Held at rest: D = m g sin β, and the moment that prevents it from tilting.
   const GuideLoad<Long> held = guide_load(block, 0.0L, {0, -g});
   within(held.drive, m * g * std::sin(slope_angle), 1e-17L, why);
   within(held.joint.moment, -0.3L * m * g * std::sin(slope_angle), 1e-17L, why);
-  // Level guide, arm out to the right, 5 N down at its end: held up counter-clockwise.
+  // Level guide, arm to the right, 5 N downwards at its end: the moment on it is counter-clockwise.
   const GuideLoad<Long> arm = guide_load<Long>({m, 0, {0.1L, 0}, {0, -5}, {0.7L, 0.2L}}, 0, {0, -g});
   within(arm.joint.force, {0, m * g + 5}, 1e-17L, why);
   within(arm.joint.moment, 0.1L * m * g + 0.7L * 5, 1e-17L, why);
-  // A mast accelerated to the right has to be pushed over forwards, clockwise.
+  // A mast accelerated to the right needs a clockwise moment.
   const GuideLoad<Long> mast = guide_load<Long>({m, 0, {0, 0.5L}, {}, {}}, 3, {});
   within(mast.joint.moment, -0.5L * m * 3, 1e-18L, why);
   within(mast.drive, m * 3, 1e-18L, why);
@@ -174,7 +182,8 @@ TEST_CASE("guide: by hand", "[references][forces]") {
 
 // ---------------------------------------------------------------------------------------------- impulses
 
-TEST_CASE("dropped ball: momentum from rest to rest", "[references][impulses]") {
+TEST_CASE("dropped ball: the impulse equals the change of momentum between two instants of rest",
+          "[references][impulses]") {
   for (const double e : {0.0, 0.46, 0.9, 1.0}) {
     const double m = 0.3, h = 1.7, g = 9.81;
     const BouncingBall ball{h, g, e};
@@ -191,7 +200,8 @@ TEST_CASE("dropped ball: momentum from rest to rest", "[references][impulses]") 
   }
 }
 
-TEST_CASE("dropped ball: a contact that lasts carries the weight as well", "[references][impulses]") {
+TEST_CASE("dropped ball: in a lasting contact the impulse includes that of the weight",
+          "[references][impulses]") {
   // Linear spring: δ = (g/w²)(1 − cos w t) + (v/w) sin w t, free again at w T = 2 (π − atan(v w/g)).
   const Long m = 0.3L, k = 2e3L, g = 9.81L, h = 0.2L, w = std::sqrt(k / m), v = std::sqrt(2 * g * h);
   const Long duration = 2 * (std::acos(-1.0L) - std::atan(v * w / g)) / w;
@@ -204,7 +214,7 @@ TEST_CASE("dropped ball: a contact that lasts carries the weight as well", "[ref
          "Gauss of order 60 on half a wave is exact to rounding; a few dozen roundings");
 }
 
-TEST_CASE("low-pass: gain of a Butterworth filter, and the impulse kept", "[references][impulses]") {
+TEST_CASE("low-pass filter: Butterworth gain, and conservation of the impulse", "[references][impulses]") {
   const Long f = 3e3L, impulse = 0.7L, w = 2 * std::acos(-1.0L) * f;
   const char* const why =
       "Gauss of order 60 on panels of 2/ω_c is exact to rounding, e^{−220 sin(π/16)} = 2e-19 left out; modes "
@@ -232,7 +242,8 @@ TEST_CASE("low-pass: gain of a Butterworth filter, and the impulse kept", "[refe
   CHECK_THROWS(low_pass_modes(0, f));
 }
 
-TEST_CASE("low-pass of order 2: its equation, start, peak and the modes", "[references][impulses]") {
+TEST_CASE("low-pass filter of order 2: differential equation, start, peak and modes of the impulse response",
+          "[references][impulses]") {
   const Long f = 3e3L, impulse = 0.7L, pi_long = std::acos(-1.0L), w = 2 * pi_long * f, h = 0.2L / w;
   const auto y = [&](Long t) { return low_pass2_response(f, impulse, t); };
   const auto rate = [&](Long t) { return richardson(y, t, h); };
@@ -247,7 +258,7 @@ TEST_CASE("low-pass of order 2: its equation, start, peak and the modes", "[refe
     within(low_pass2_integral(f, impulse, t), low_pass_integral(2, f, impulse, t), 1e-17L,
            "roundings in long double");
   }
-  // The input's δ leaves ẏ = ω_c² P and y = 0 behind.
+  // The δ impulse of the input gives the initial values ẏ = ω_c² P and y = 0.
   const Long early = 1e-6L / w;
   within(y(early) / early, w * w * impulse, 1e-6L * w * w * impulse, "next term −ω_c t/√2 of it, 0.71e-6");
   const Long top = pi_long / 4 * std::sqrt(2.0L) / w;

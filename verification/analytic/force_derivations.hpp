@@ -1,4 +1,5 @@
-// What second derivations of forces share: numerical derivatives in long double and their bounds.
+// Helpers for second derivations of forces: numerical derivatives in long double, and their error
+// bounds.
 #pragma once
 
 #include <cmath>
@@ -14,11 +15,11 @@ using Vec = Planar<Long>;
 
 /// Central differences of the steps h, h/2, … h/32, extrapolated to zero (Richardson).
 ///
-/// Truncation: with R the distance of the nearest singularity in the complex plane, (h/R)¹² 2⁻³⁰ of f/R. The
-/// tests keep h/R ≤ 0.2/1.1, which leaves 1.2e-18. Rounding: a value wrong by η leaves 2 η/(h/32), the 2 from
-/// the weights of the extrapolation, so 315 η at h = 0.2. Positions of the size l are known to 3e-19 l
-/// (arguments up to π and a handful of operations, ε/2 = 5e-20), first derivatives therefore to 1e-16 l,
-/// second to 3e-14 l.
+/// Truncation: with R the distance of the nearest singularity in the complex plane, (h/R)¹² 2⁻³⁰ of
+/// f/R. The tests keep h/R ≤ 0.2/1.1, which leaves 1.2e-18. Rounding: an error η of a value causes
+/// 2 η/(h/32), the 2 from the weights of the extrapolation, so 315 η at h = 0.2. Positions of the
+/// size l are known to 3e-19 l (arguments up to π and a handful of operations, ε/2 = 5e-20), first
+/// derivatives therefore to 1e-16 l, second to 3e-14 l.
 template <class Function>
 Long richardson(const Function& f, Long t, Long h = 0.2L) {
   constexpr int levels = 6;

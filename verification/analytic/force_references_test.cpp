@@ -1,6 +1,6 @@
-// The references of forces and impulses held against second derivations that share no equation with them:
-// energy and momentum of positions written down from the geometry and differentiated numerically, quadrature,
-// statics by hand. Units are SI throughout.
+// The references for forces and impulses, compared with second derivations that share no equation
+// with them: energy and momentum from positions that are written from the geometry and
+// differentiated numerically, quadrature, and statics by hand. Units are SI throughout.
 #include <algorithm>
 #include <boost/math/quadrature/gauss.hpp>
 #include <catch2/catch.hpp>
@@ -22,7 +22,8 @@ using freeplay::reference::derived::within;
 
 namespace {
 
-/// Positions of the slider-crank's centres as functions of the crank angle, and what follows from them alone.
+/// Positions of the slider-crank's centres as functions of the crank angle, and quantities derived
+/// from them alone.
 struct Positions {
   const LoadedSliderCrank<Long>& s;
 
@@ -32,7 +33,7 @@ struct Positions {
     return {s.crank_length * std::cos(phi) + std::sqrt(s.rod_length * s.rod_length - y * y), 0};
   }
   Vec crank(Long phi) const { return s.crank_centre * direction(phi); }
-  /// On the straight line from pin to pin.
+  /// On the straight line between the pins.
   Vec rod(Long phi) const {
     const Vec from = s.crank_length * direction(phi);
     return from + (s.rod_centre / s.rod_length) * (gudgeon(phi) - from);
@@ -121,7 +122,7 @@ LoadedSliderCrank<Long> drawn(Draw& draw) {
   return s;
 }
 
-/// Mass × acceleration that the forces of a slider-crank are made of.
+/// Scale of mass × acceleration of the forces in a slider-crank.
 Long force_scale(const LoadedSliderCrank<Long>& s) {
   return (s.crank_mass + s.rod_mass + s.slider_mass) * (s.rod_length * s.speed * s.speed + size(s.gravity)) +
          size(s.load);
@@ -142,7 +143,8 @@ Vec widened(const Planar<double>& v) { return {v.x, v.y}; }
 
 // ---------------------------------------------------------------------------------------------- slider-crank
 
-TEST_CASE("slider-crank forces: energy and momentum of the positions", "[references][forces]") {
+TEST_CASE("slider-crank forces: balances of energy and momentum from numerically differentiated positions",
+          "[references][forces]") {
   Draw draw(1);
   for (int trial = 0; trial < 40; ++trial) {
     LoadedSliderCrank<Long> s = drawn(draw);
@@ -173,11 +175,11 @@ TEST_CASE("slider-crank forces: energy and momentum of the positions", "[referen
   }
 }
 
-TEST_CASE("slider-crank forces: in double as in long double", "[references][forces]") {
+TEST_CASE("slider-crank forces: double and long double agree", "[references][forces]") {
   Draw draw(2);
   const char* why = "dozens of roundings in double of terms up to the scale over cos θ ≥ 0.8";
   for (int trial = 0; trial < 200; ++trial) {
-    // Both from the same numbers of double.
+    // Both from the same double values.
     const LoadedSliderCrank<double> s = rounded<double>(drawn(draw));
     LoadedSliderCrank<Long> fine;
     fine.crank_length = s.crank_length, fine.rod_length = s.rod_length;
@@ -198,13 +200,15 @@ TEST_CASE("slider-crank forces: in double as in long double", "[references][forc
   }
 }
 
-TEST_CASE("slider-crank forces: dead centres, statics and the crank alone by hand", "[references][forces]") {
+TEST_CASE("slider-crank forces: dead centres, statics and the crank alone against a derivation by hand",
+          "[references][forces]") {
   const Long r = 0.05L, l = 0.3L, a = 0.02L, b = 0.12L, mc = 0.4L, m = 1.13L, J = 0.0153L, M = 1.013L,
              g = 9.81L;
   const char* const why = "roundings in long double of forces up to 100 N";
   LoadedSliderCrank<Long> s{r, l, mc, a, 0.001L, m, b, J, M, {}, {0, -g}, {}, 0};
 
-  // At rest in top dead centre the rod is a beam on two supports, the shaft carries crank and near end.
+  // At rest in top dead centre the rod is a beam on two supports, and the shaft carries the crank
+  // and the near end.
   SliderCrankForces<Long> f = slider_crank_forces(s, 0.0L);
   within(f.crank_on_rod, {0, m * g * (l - b) / l}, 1e-17L, why);
   within(f.rod_on_slider, {0, -m * g * b / l}, 1e-17L, why);
@@ -212,9 +216,10 @@ TEST_CASE("slider-crank forces: dead centres, statics and the crank alone by han
   within(f.ground_on_crank, {0, mc * g + m * g * (l - b) / l}, 1e-17L, why);
   within(f.torque, r * m * g * (l - b) / l + a * mc * g, 1e-17L, why);
 
-  // A push on the slider towards the shaft (gas) is felt by the rod, the crank and the ground; the drive has
-  // to hold it back: with massless parts τ = −P_x dx/dφ, here at φ = π/2 where dx/dφ = −r, so τ = r P_x < 0,
-  // and the rod's slope presses the slider against the guide's side y < 0, which pushes up.
+  // A force on the slider towards the shaft (gas) acts on the rod, the crank and the ground; the
+  // drive has to hold it: with massless parts τ = −P_x dx/dφ, here at φ = π/2 where dx/dφ = −r, so
+  // τ = r P_x < 0, and the inclined rod presses the slider against the guide's side y < 0, which
+  // pushes upwards.
   s = {r, l, 0, 0, 0, 0, 0, 0, 0, {}, {}, {-80, 0}, 0};
   const Long quarter = std::acos(0.0L), slope_of_rod = r / std::sqrt(l * l - r * r);
   f = slider_crank_forces(s, quarter);
@@ -224,8 +229,9 @@ TEST_CASE("slider-crank forces: dead centres, statics and the crank alone by han
   within(f.guide.force, {0, 80 * slope_of_rod}, 1e-16L, why);
   within(f.torque, -80 * r, 1e-17L, why);
 
-  // Turning, without gravity: at the dead centres the slider has −r ω² (±1 + r/l), the rod's centre the share
-  // of its place between the pins, and nothing acts across but what turns the rod, θ̈ = 0.
+  // Rotating, without gravity: at the dead centres the slider has the acceleration −r ω²
+  // (±1 + r/l), the rod's centre the value interpolated between the pins, and transversal forces
+  // only rotate the rod, θ̈ = 0.
   const Long w = 20;
   s = {r, l, mc, a, 0.001L, m, b, J, M, {}, {}, {}, w};
   for (const Long side : {1.0L, -1.0L}) {
@@ -249,7 +255,7 @@ TEST_CASE("slider-crank forces: dead centres, statics and the crank alone by han
   CHECK_THROWS(slider_crank_forces(LoadedSliderCrank<Long>{0.3L, 0.3L}, 0.0L));
 }
 
-TEST_CASE("slider-crank forces: means over a turn", "[references][forces]") {
+TEST_CASE("slider-crank forces: means over a revolution", "[references][forces]") {
   Draw draw(3);
   const Long pi_long = std::acos(-1.0L);
   for (int trial = 0; trial < 10; ++trial) {

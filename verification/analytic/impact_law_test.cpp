@@ -1,5 +1,5 @@
-// Impact laws against results worked out by hand or by an independent program: three balls in a row, Kane and
-// Levinson's pendulum, and the single impact with slip, stick and reversal.
+// Impact laws against results derived by hand or by an independent program: three balls in a row,
+// Kane and Levinson's pendulum, and the single impact with slip, stick and slip reversal.
 #include <Eigen/Eigenvalues>
 #include <catch2/catch.hpp>
 
@@ -14,10 +14,11 @@
 
 using namespace freeplay;
 
-TEST_CASE("Newton's cradle: what each law makes of a simultaneous impact", "[impact]") {
-  // Unit masses, D = [2, −1; −1, 2]. The first ball at 1 m/s, the others touching at rest (first block of
-  // rows): all laws send the last two off together, none reproduces the cradle. With the third ball at
-  // −0.5 m/s and unlike restitutions the laws part. Worked in fractions.
+TEST_CASE("Newton's cradle: velocities after a simultaneous impact by each impact law", "[impact]") {
+  // Unit masses, D = [2, −1; −1, 2]. The first ball at 1 m/s, the others in contact at rest (first
+  // block of rows): by all laws the last two move off together, and none reproduces the cradle.
+  // With the third ball at −0.5 m/s and different restitutions the laws differ. Worked in
+  // fractions.
   struct Row {
     ImpactLaw law;
     double e12, e23, u3, after[3];
@@ -55,9 +56,9 @@ TEST_CASE("Newton's cradle: what each law makes of a simultaneous impact", "[imp
   }
 }
 
-TEST_CASE("Kane and Levinson's pendulum: a run by Newton's law reports the gain of energy",
+TEST_CASE("Kane and Levinson's pendulum: a run by Newton's impact law reports the gain of energy",
           "[impact][event-driven]") {
-  // By how much each law changes the energy is a claim of "impact-laws".
+  // The change of energy by each law is a claim of "impact-laws".
   auto scene = read_scene(test::scene_file("kane_levinson"));
   scene.nonsmooth.scheme = Scheme::event_driven;
   scene.run.duration = 1e-6;
@@ -72,7 +73,7 @@ TEST_CASE("Kane and Levinson's pendulum: a run by Newton's law reports the gain 
           run.notes, [](const std::string& n) { return n.find("raised the energy") != std::string::npos; });
       CHECK(told == (law == ImpactLaw::newton));
     }
-  // Time stepping has Newton's law, and tells as well.
+  // Time stepping uses Newton's law, and reports the gain as well.
   scene = read_scene(test::scene_file("kane_levinson"));
   scene.nonsmooth.scheme = Scheme::moreau_jean;
   const auto run = test::simulate(scene, Family::nonsmooth);
@@ -80,7 +81,7 @@ TEST_CASE("Kane and Levinson's pendulum: a run by Newton's law reports the gain 
   CHECK(run.extremes.greatest_gain == Approx(run.ledger.kinetic - run.ledger.initial).epsilon(1e-6));
 }
 
-TEST_CASE("single impacts by three laws against an independent program", "[impact]") {
+TEST_CASE("single impacts by three impact laws agree with an independent program", "[impact]") {
   REQUIRE(reference::single_impacts.size() > 8);
   for (const auto& row : reference::single_impacts) {
     const std::pair<ImpactLaw, const double*> laws[] = {{ImpactLaw::newton, row.newton},
@@ -105,8 +106,9 @@ TEST_CASE("single impacts by three laws against an independent program", "[impac
   }
 }
 
-TEST_CASE("a single impact integrated along its normal impulse", "[impact]") {
-  // D = [1, d; d, t]: slip to the end (μ small), stick once slip has stopped, reversal where |d| > μ t.
+TEST_CASE("a single impact agrees with its integration over the normal impulse", "[impact]") {
+  // D = [1, d; d, t]: slip to the end (μ small), stick once slip has stopped, reversal where
+  // |d| > μ t.
   const double e = 0.6, u_n = -1;
   struct Row {
     double d, t, u_t, mu;
@@ -115,7 +117,7 @@ TEST_CASE("a single impact integrated along its normal impulse", "[impact]") {
     for (const auto& row : {Row{0.2, 1.5, 1.0, 0.1}, Row{0.2, 1.5, 0.05, 0.4}, Row{-0.9, 2.0, 0.3, 0.2},
                             Row{0.9, 2.0, -0.3, 0.2}, Row{0.5, 1.0, 0.0, 0.8}, Row{0.9, 1.0, 2.0, 0.9}}) {
       const auto impact = routh_impact(law, 1, row.d, row.t, u_n, row.u_t, row.mu, e);
-      // The same by small steps of the normal impulse, with the friction of each step decided afresh.
+      // The same by small steps of the normal impulse, with the friction determined in each step.
       double n = u_n, s = row.u_t, p = 0, q = 0, work = 0, rubbed = 0, compressed = 0, pressed = 0;
       const double dP = 1e-6;
       while (n < 0 || (law == ImpactLaw::poisson ? p < pressed * (1 + e) : work < compressed * (1 - e * e))) {
@@ -140,11 +142,12 @@ TEST_CASE("a single impact integrated along its normal impulse", "[impact]") {
     }
 }
 
-TEST_CASE("the energetic law gives each of several contacts its work wherever there are ratios that do",
+TEST_CASE("the energetic law gives each of several contacts its work whenever restitution ratios exist",
           "[impact]") {
-  // Without friction there always are: z_i (D z)_i = e_i² P_i |u_i|, P = −D⁻¹u the compression, has one solution z > 0
-  // (the least of ½ zᵀD z − Σ e_i² P_i |u_i| ln z_i), and P + z is the impulse. D couples negatively here, where contacts
-  // push each other apart, and compression presses all.
+  // Without friction they always exist: z_i (D z)_i = e_i² P_i |u_i|, P = −D⁻¹u the compression
+  // impulse, has one solution z > 0 (the minimum of ½ zᵀD z − Σ e_i² P_i |u_i| ln z_i), and P + z
+  // is the impulse. The coupling in D is negative here: contacts push each other apart, and
+  // compression loads all.
   std::mt19937_64 engine(7);
   const auto uniform = [&](double low, double high) {
     return std::uniform_real_distribution(low, high)(engine);

@@ -1,5 +1,6 @@
-// Impacts of several contacts with friction by Poisson's and the energetic law: what slides is opposed at every instant, so friction
-// takes energy at every contact; the path is that of many small steps.
+// Impacts of several contacts with friction by Poisson's and the energetic law. Friction opposes
+// sliding at every instant, so it dissipates energy at every contact, and the solution agrees with
+// an integration by many small steps.
 #include <Eigen/Cholesky>
 #include <catch2/catch.hpp>
 #include <random>
@@ -16,7 +17,8 @@ struct Struck {
   std::vector<ImpactContact> contacts;
 };
 
-/// Contacts that approach and slide, coupled at random by D = WᵀW of as many freedoms as rows and two more.
+/// Approaching and sliding contacts, coupled at random by D = WᵀW of as many degrees of freedom as
+/// rows, and two more.
 Struck struck(std::mt19937& engine, int contacts) {
   std::uniform_real_distribution<double> uniform(0, 1);
   std::normal_distribution<double> normal;
@@ -38,7 +40,8 @@ Struck struck(std::mt19937& engine, int contacts) {
   return s;
 }
 
-/// The same by Poisson's law in `steps` equal parts of each phase, of which each opposes the sliding at its end.
+/// The same by Poisson's law in `steps` equal parts of each phase, in each of which friction
+/// opposes the sliding at its end.
 struct Stepped {
   Eigen::VectorXd rates;
   double friction_work = 0;
@@ -87,7 +90,7 @@ Stepped stepped(const Struck& s, int steps) {
 
 }  // namespace
 
-TEST_CASE("friction of several contacts struck at once never drives", "[impact]") {
+TEST_CASE("friction never adds energy in an impact of several contacts", "[impact]") {
   std::mt19937 engine(18);
   for (const auto law : {ImpactLaw::poisson, ImpactLaw::energetic}) {
     int solved = 0, gained = 0, without_ratios = 0;
@@ -97,11 +100,11 @@ TEST_CASE("friction of several contacts struck at once never drives", "[impact]"
       if (!impact.solve(s.D, s.u, static_cast<int>(s.u.size()), s.contacts).empty() || impact.inelastic())
         continue;
       ++solved;
-      const double scale = 0.5 * s.u.dot(s.D.ldlt().solve(s.u));  // what a full stop would release
+      const double scale = 0.5 * s.u.dot(s.D.ldlt().solve(s.u));  // energy released by a full stop
       CAPTURE(static_cast<int>(law), trial);
       CHECK(impact.tangential_work() <= 1e-12 * scale);
       without_ratios += impact.wedged();
-      // By the energetic law each normal gives back e² of what it took.
+      // By the energetic law each normal direction returns e² of the energy that it absorbed.
       if (law == ImpactLaw::energetic && !impact.wedged()) CHECK(impact.normal_work() <= 1e-9 * scale);
       gained += impact.normal_work() + impact.tangential_work() > 1e-9 * scale;
     }
@@ -112,8 +115,9 @@ TEST_CASE("friction of several contacts struck at once never drives", "[impact]"
   }
 }
 
-TEST_CASE("impacts of two contacts with friction go the way of many small steps", "[impact]") {
-  // First order in the steps: a step in which sliding stops takes all of it as stuck. 4,000 steps, rates of order one.
+TEST_CASE("impacts of two contacts with friction agree with an integration by many small steps", "[impact]") {
+  // First order in the steps: a step in which sliding stops is treated as sticking throughout.
+  // 4,000 steps, rates of order one.
   std::mt19937 engine(21);
   int turned = 0;
   for (int trial = 0; trial < 60; ++trial) {
@@ -131,5 +135,5 @@ TEST_CASE("impacts of two contacts with friction go the way of many small steps"
     CHECK(impact.tangential_work() == Approx(fine.friction_work).margin(2e-3 * scale));
     for (const auto& c : s.contacts) turned += s.u[c.tangent] * after[c.tangent] < 0;
   }
-  CHECK(turned > 10);  // what is tried is there
+  CHECK(turned > 10);  // the case under test occurs
 }

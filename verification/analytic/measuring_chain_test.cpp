@@ -1,5 +1,5 @@
-// The chain from impacts to statistics, on signals whose every number is known: filter, sampling, spectrum, mean turn,
-// counts. Expected values are closed forms.
+// The measuring chain from impacts to statistics, on signals with known values: filter, sampling,
+// spectrum, mean revolution, counts. Expected values are closed forms.
 #include <catch2/catch.hpp>
 #include <random>
 
@@ -30,7 +30,7 @@ double sum(const std::vector<Line>& lines, double phi) {
   return a;
 }
 
-/// One turn a second; P samples a turn, from 0 on.
+/// One revolution a second; P samples a revolution, from 0 on.
 template <class Signal>
 TurnMetrics metrics(double points, int samples, const Signal& signal, double speed = 2 * pi,
                     double crank_start = 0) {
@@ -55,9 +55,10 @@ ContactEvent event(EventKind kind, double t, double approach = 0, double duratio
 
 }  // namespace
 
-TEST_CASE("a spectrum has the amplitudes of its signal at any sampling", "[chain]") {
-  // Straight lines between samples gave (sin(πf)/(πf))² of it: 0.968 at a tenth of the sampling, 0.57 at 0.4 of it.
-  // Least squares on the samples are exact for what lies below 0.4 of the sampling, to the residual asked of them.
+TEST_CASE("a spectrum has the amplitudes of its signal at any sampling rate", "[chain]") {
+  // Linear interpolation between samples gives (sin(πf)/(πf))² of an amplitude: 0.968 at a tenth of
+  // the sampling rate, 0.57 at 0.4 of it. Least squares on the samples are exact for frequencies
+  // below 0.4 of the sampling rate, to the required residual.
   for (const double points : {36.0, 100.37, 1001.5, 3000.0})
     for (const double speed : {2 * pi, -2 * pi}) {
       CAPTURE(points, speed);
@@ -75,32 +76,34 @@ TEST_CASE("a spectrum has the amplitudes of its signal at any sampling", "[chain
         CAPTURE(h);
         CHECK(std::abs(m.spectrum[h - 1] - amplitude) < 1e-9);
       }
-      // And in the crank's own angle, whichever way it turns.
+      // Also in the crank's own angle, for either sense of rotation.
       CHECK(std::abs(2.0 * m.turns[1][2] - std::polar(0.7, -1.0)) < 1e-9);
     }
 }
 
-TEST_CASE("a mean turn keeps what all turns have in common", "[chain]") {
-  // Harmonic 1 alone is the same in all turns; a third of a turn later each, 3 cos(2πt/3) of period three turns averages out.
+TEST_CASE("a mean revolution keeps the part that is common to all revolutions", "[chain]") {
+  // Harmonic 1 alone is the same in all revolutions; 3 cos(2πt/3) has a period of three
+  // revolutions, is shifted by a third in each, and averages out.
   const auto common = [](double t) { return 2 + 4 * std::cos(2 * pi * t); };
   const auto m = metrics(
       100, 301, [&](double t) { return common(t) + 3 * std::cos(2 * pi * t * (5 + 1.0 / 3)); }, 2 * pi, 0);
   REQUIRE(m.turns.size() == 3);
-  // Per turn the second part is e^{2πik/3} times the same signal, whose mean over three turns is none. Bins of a 720th turn take
-  // (2π/720)²/24 of the first part.
+  // In each revolution the second part is e^{2πik/3} times the same signal, whose mean over three
+  // revolutions is zero. Bins of a 720th revolution reduce the first part by (2π/720)²/24.
   CHECK(m.value[TurnMetrics::mean_turn_rms] == Approx(std::sqrt(4 + 8.0)).epsilon(1e-9));
   CHECK(m.value[TurnMetrics::mean_turn_peak] == Approx(6).epsilon(1e-5));
   CHECK(m.value[TurnMetrics::rms] > 4);
 }
 
-TEST_CASE("uneven samples give the same spectrum", "[chain]") {
+TEST_CASE("unevenly spaced samples give the same spectrum", "[chain]") {
   TurnRules rules;
   rules.speed = 2 * pi;
   rules.joint = -1;
   rules.ideal_maximum = 10;
   TurnMeter meter(rules);
   const std::vector<Line> lines{{1, 3, 0.4}, {5, 0.7, -1}, {25, 1, 1.1}};
-  // Moved by up to a quarter of their distance, so at most 1.5 of it apart: harmonics below 0.4·100/1.5 are found.
+  // Samples shifted by up to a quarter of their distance, so at most 1.5 of it apart: harmonics
+  // below 0.4·100/1.5 are found.
   for (int i = 0; i < 201; ++i) {
     const double t = (i + 0.25 * std::sin(7.0 * i)) / 100;
     meter.acceleration(t, sum(lines, 2 * pi * t));
@@ -109,8 +112,9 @@ TEST_CASE("uneven samples give the same spectrum", "[chain]") {
   for (const auto& l : lines) CHECK(std::abs(m.spectrum[l.harmonic - 1] - l.amplitude) < 1e-9);
 }
 
-TEST_CASE("an impact just before a sample does not put it off", "[chain]") {
-  // Steps end where impacts are located; the sample that is due behind one, however near, is taken at its instant.
+TEST_CASE("an impact just before a sample does not delay the sample", "[chain]") {
+  // Steps end where impacts are located; a sample that is due after one, however soon, is taken at
+  // its instant.
   Instrument settings;
   settings.sampling = 1e4;
   for (const double before : {0.0, 1e-15, 1e-12, 9e-12, 1e-10, 1e-7, -9e-12}) {
@@ -132,8 +136,9 @@ TEST_CASE("an impact just before a sample does not put it off", "[chain]") {
   }
 }
 
-TEST_CASE("harmonics of many uneven samples, against sums in long double", "[chain]") {
-  // 2,000 samples moved by up to a quarter of their distance, harmonics up to 533 = 0.4·2,000/1.5, many turns away from zero: the signal is
+TEST_CASE("harmonics of many unevenly spaced samples agree with sums in long double", "[chain]") {
+  // 2,000 samples moved by up to a quarter of their distance, harmonics up to 533 = 0.4·2,000/1.5,
+  // many revolutions away from zero: the signal is
   // that of its lines to the rounding of angles (1e-16 of 600 rad, times 533).
   const int n = 2000, highest = 533;
   std::vector<double> angles, values;
@@ -157,7 +162,7 @@ TEST_CASE("harmonics of many uneven samples, against sums in long double", "[cha
   CHECK(worst < 1e-9);
 }
 
-TEST_CASE("a mean turn is the mean of its bins, with fewer samples than bins too", "[chain]") {
+TEST_CASE("a mean revolution is the mean of its bins, also with fewer samples than bins", "[chain]") {
   // The mean over a bin from a to b of cos(kφ + ε): (sin(kb + ε) − sin(ka + ε))/(k(b − a)).
   const std::vector<Line> lines{{1, 26, 0.4}, {2, 4, -1}, {14, 1, 2}};
   for (const double points : {36.0, 36.4, 720.0, 2000.3}) {
@@ -179,10 +184,12 @@ TEST_CASE("a mean turn is the mean of its bins, with fewer samples than bins too
   }
 }
 
-TEST_CASE("known impulses through filter, sampling and spectrum", "[chain]") {
-  // Impulses dv once a turn T: a(t) = dv Σ δ(t − nT) has lines 2 dv/T, and through a Butterworth of order n
+TEST_CASE("known impulses pass through filter, sampling and spectrum with the exact amplitudes", "[chain]") {
+  // Impulses dv once a revolution T: a(t) = dv Σ δ(t − nT) has lines 2 dv/T, and through a
+  // Butterworth of order n
   //     2 dv/T / √(1 + (kf/f_c)^(2n));
-  // what aliases into the lines is beyond 0.6 of the sampling, at 24 f_c: 24⁻⁶ of them.
+  // aliases in the lines come from beyond 0.6 of the sampling rate, at 24 f_c: 24⁻⁶ of the
+  // amplitudes.
   constexpr double dv = 0.03, T = 0.3, sampling = 10001.5, cut = sampling / 40;
   constexpr int order = 6, turns = 4;
   LowPass filter(cut, order);
@@ -214,21 +221,23 @@ TEST_CASE("known impulses through filter, sampling and spectrum", "[chain]") {
         worst, std::abs(m.spectrum[h - 1] / (2 * dv / T) - 1 / std::sqrt(1 + std::pow(f / cut, 2 * order))));
   }
   CHECK(worst < 1e-7);
-  // The signal's mean over a turn is dv/T, its power Parseval's sum of the lines.
+  // The signal's mean over a revolution is dv/T, its power Parseval's sum of the lines.
   CHECK(m.turns[0][0].real() == Approx(dv / T).epsilon(1e-7));
   double power = std::pow(dv / T, 2);
   for (int k = 1; k < 3000; ++k)
     power += 0.5 * std::pow(2 * dv / T, 2) / (1 + std::pow(k / T / cut, 2 * order));
-  // Samples of a turn are 3000.45: 3000 or 3001 of them, so their mean power is the turn's to a share of 1/3000.
+  // There are 3000.45 samples per revolution: 3000 or 3001 of them, so their mean power is that of
+  // the revolution within a relative error of 1/3000.
   CHECK(m.value[Name::rms] == Approx(std::sqrt(power)).epsilon(1e-3));
 }
 
-TEST_CASE("numbers per turn are of the time that was counted", "[chain]") {
+TEST_CASE("counts per revolution refer to the time that was counted", "[chain]") {
   TurnRules rules;
   rules.speed = 2 * pi;
   rules.discard = 1;
   TurnMeter meter(rules);
-  // Flights of 0.15 s from n/5 on, each ended by an impact: under way at 1 s there is none, of 1.9 s 9.5 fifths.
+  // Flights of 0.15 s from n/5 on, each ended by an impact: none is under way at 1 s, and 1.9 s
+  // contain 9.5 fifths.
   for (int n = 0; 0.2 * n < 2.9; ++n) {
     meter.event(event(EventKind::separation, 0.2 * n + 0.02));
     if (0.2 * n + 0.17 < 2.9) meter.event(event(EventKind::contact, 0.2 * n + 0.17, 1));
@@ -237,9 +246,9 @@ TEST_CASE("numbers per turn are of the time that was counted", "[chain]") {
   CHECK(m.value[Name::impacts_per_turn] == Approx(9 / 1.9));
   CHECK(m.value[Name::flights_per_turn] == Approx(9 / 1.9));
   CHECK(m.value[Name::flight_share] ==
-        Approx((9 * 0.15 + 0.08) / 1.9));  // from 2.82 s on the last is under way
+        Approx((9 * 0.15 + 0.08) / 1.9));  // from 2.82 s on the last one is under way
   CHECK(m.value[Name::energy_per_turn] == Approx(0.2));
-  // Two turns of 1001.5 samples have 2003, or 2002 where they begin between samples.
+  // Two revolutions of 1001.5 samples have 2003, or 2002 where they begin between samples.
   const auto wave = [](double t) { return std::cos(2 * pi * t); };
   CHECK(metrics(1001.5, 2003, wave).peaks.size() == 2);
   CHECK(metrics(1001.5, 1001, wave).peaks.size() == 1);
@@ -247,11 +256,11 @@ TEST_CASE("numbers per turn are of the time that was counted", "[chain]") {
   CHECK(metrics(36, 71, wave).peaks.size() == 1);
 }
 
-TEST_CASE("flights and contacts across the window's ends count for what they have in it", "[chain]") {
+TEST_CASE("flights and contacts across the ends of the window count with their part inside it", "[chain]") {
   TurnRules rules;
   rules.speed = 2 * pi;
   rules.discard = 1;
-  SECTION("a flight under way at both") {
+  SECTION("a flight across both ends of the window") {
     TurnMeter meter(rules);
     meter.event(event(EventKind::separation, 0.9));
     meter.event(event(EventKind::impact, 1.2, 1, 0.1));
@@ -262,22 +271,22 @@ TEST_CASE("flights and contacts across the window's ends count for what they hav
     CHECK(m.value[Name::loss_angle] == Approx(324));
     CHECK(m.value[Name::return_angle] == Approx(72));
   }
-  SECTION("a contact that is open all the time") {
+  SECTION("a contact that is open during the whole window") {
     TurnMeter meter(rules);
     meter.event(event(EventKind::contact, 0));
     CHECK(meter.finish(2, 0).value[Name::flight_share] == 0);
   }
-  SECTION("a start in flight") {
+  SECTION("a run that starts in flight") {
     rules.discard = 0;
     TurnMeter meter(rules);
     meter.event(event(EventKind::contact, 0.5, 1));
     const auto m = meter.finish(2, 0);
     CHECK(m.value[Name::flight_share] == Approx(0.25));
-    CHECK(m.flights.empty());  // where it lost contact is not known
+    CHECK(m.flights.empty());  // the angle of separation is unknown
   }
 }
 
-TEST_CASE("a crank that turns backwards loses and finds contact at its own angles", "[chain]") {
+TEST_CASE("a crank that turns backwards has its own angles of separation and contact", "[chain]") {
   for (const double sign : {1.0, -1.0}) {
     TurnRules rules;
     rules.speed = sign * 2 * pi;

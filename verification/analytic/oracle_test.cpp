@@ -1,5 +1,6 @@
-// The oracle (verification/references/slider_crank_oracle.hpp) held against facts that it is not computed
-// from: differences, Lagrange's equation, elliptic functions, balances of momentum, limits.
+// The oracle (verification/references/slider_crank_oracle.hpp), compared with facts that it is not
+// computed from: differences, Lagrange's equation, elliptic functions, balances of momentum,
+// limits.
 #include <algorithm>
 #include <boost/math/special_functions/jacobi_elliptic.hpp>
 #include <boost/math/tools/toms748_solve.hpp>
@@ -14,7 +15,7 @@
 
 using namespace freeplay::reference;
 
-TEST_CASE("Cooper and Verner: row sums and measured order", "[references]") {
+TEST_CASE("Cooper and Verner's method: row sums and measured order", "[references]") {
   const CooperVerner<Long> method;
   for (std::size_t i = 0; i < method.stages; ++i) {
     Long sum = 0;
@@ -59,7 +60,7 @@ Long distance(const Mechanism& m, Long t, Long theta, Long x) {
 const Long some_t = 0.0123L;
 const State some_state{-0.11L, -1.7L, 0.3455L, -0.6L, 0, 0};
 
-/// Free flight from the ideal start at φ₀ = 0, where ψ = φ − θ is a pendulum that turns over:
+/// Free flight from the ideal start at φ₀ = 0, where ψ = φ − θ is a rotating pendulum:
 ///
 ///     sin(ψ/2) = sn(ψ̇₀ t/2, k).
 State closed_flight(const Mechanism& m, Long t) {
@@ -107,7 +108,8 @@ TEST_CASE("oracle: contact rows are the derivatives of gap and surface motion", 
                0, 1e-6L),
          1e-11L, why);
 
-  // Sliding: the pin's point P + R_j n and the rod's point B + R_i n, each carried along with its body.
+  // Sliding: the pin's point P + R_j n and the rod's point B + R_i n, each carried along with its
+  // body.
   const Point b = bearing_centre(m, t, theta);
   const Point n{(x - b[0]) / length, -b[1] / length};
   const auto rod_point = [&](Long a) {
@@ -121,7 +123,7 @@ TEST_CASE("oracle: contact rows are the derivatives of gap and surface motion", 
          "pin less rod; truncation h⁴ r ω⁵/30 = 7e-13");
 }
 
-TEST_CASE("oracle: the rod's equation is Lagrange's", "[references]") {
+TEST_CASE("oracle: the rod's equation of motion is Lagrange's", "[references]") {
   const Mechanism m;
   const auto energy = [&](Long t, Long theta, Long rate) {  // from the centre of mass' velocity
     const Long phi = m.speed * t, w = m.crank_length * m.speed, s = m.rod_centre;
@@ -142,7 +144,7 @@ TEST_CASE("oracle: the rod's equation is Lagrange's", "[references]") {
   CHECK(std::abs(force) > 0.01L);  // not a test of 0 = 0
 }
 
-TEST_CASE("oracle: flight and first touch by elliptic functions", "[references]") {
+TEST_CASE("oracle: flight and first contact agree with elliptic functions", "[references]") {
   const Mechanism m;
   const char* why = "a dozen roundings of numbers of order one in long double; the modulus costs 1/k′²";
   const OracleRun<Long> before = SliderCrankOracle<Long>(m).nonsmooth(0.46L, 4.4e-3L);
@@ -193,7 +195,7 @@ TEST_CASE("oracle: the first impulse balances the momenta of rod and slider", "[
   }
 }
 
-TEST_CASE("oracle: impact laws hold at every impact, down to the accumulation", "[references]") {
+TEST_CASE("oracle: the impact law holds at every impact up to the accumulation point", "[references]") {
   for (const Long friction : {0.0L, 0.01L, 0.5L}) {
     const OracleRun<Long> run = nonsmooth_run(friction, 0.46L);
     CHECK(run.end == OracleEnd::lasting_contact);
@@ -215,7 +217,7 @@ TEST_CASE("oracle: impact laws hold at every impact, down to the accumulation", 
   }
 }
 
-TEST_CASE("oracle: neither the step nor the rounding shows", "[references]") {
+TEST_CASE("oracle: results do not depend on the step size or the precision", "[references]") {
   const OracleRun<Long> fine = nonsmooth_run(0.01L, 0.46L);
   OracleOptions<Long> coarse_options;
   coarse_options.flight_step = 2e-4L;
@@ -247,12 +249,12 @@ TEST_CASE("oracle: neither the step nor the rounding shows", "[references]") {
   CHECK(penalty.end == OracleEnd::lasting_contact);
 }
 
-TEST_CASE("oracle: a stiff contact is the free impact of the closed forms", "[references]") {
+TEST_CASE("oracle: a stiff contact gives the free impact of the closed forms", "[references]") {
   const Mechanism m;
   const Long t1 = nonsmooth_run(0, 0.46L).impacts.at(0).t;
   const Long mass = 1 / gudgeon_contact(m, t1, closed_flight(m, t1)).delassus.nn;
-  // The gap closes with about 26 m/s² of its own (second flight: 2 · 0.052 m/s in 4.1 ms), which over a
-  // contact of duration T changes speeds by 26 T.
+  // The gap closes with about 26 m/s² by itself (second flight: 2 · 0.052 m/s in 4.1 ms), which
+  // changes speeds by 26 T over a contact of duration T.
   for (const Long stiffness : {1e12L, 1e14L}) {
     for (const Long e : {1.0L, 0.46L}) {
       const OracleImpact<Long> i = penalty_run(0, exact_chi(e), stiffness, 1).impacts.at(0);
@@ -279,8 +281,8 @@ TEST_CASE("oracle: the stiff limit of the penalty law is the nonsmooth law", "[r
       for (const std::size_t i : {1u, 2u}) {
         const Long t = run.impacts.at(i).t - limit.impacts.at(i).t;
         const Long v = run.impacts.at(i).v_n_minus - limit.impacts.at(i).v_n_minus;
-        // Contact time ∝ K^{−2/5}. The next order is smaller by contact over flight time, 5 % at K = 1e11,
-        // and shrinks at the same rate.
+        // Contact time ∝ K^{−2/5}. The next order is smaller by the ratio of contact to flight
+        // time, 5 % at K = 1e11, and decreases at the same rate.
         INFO("impact " << i + 1 << ", K = " << stiffness << ", μ = " << friction);
         if (stiffness > 1e11L) {
           const Long rate = std::pow(10.0L, 0.4L), allowed = 0.2L * std::pow(1e12L / stiffness, 0.4L) + 1e-3L;
@@ -293,7 +295,7 @@ TEST_CASE("oracle: the stiff limit of the penalty law is the nonsmooth law", "[r
   }
 }
 
-TEST_CASE("oracle: what is not an impact", "[references]") {
+TEST_CASE("oracle: plastic, fully elastic and very soft contacts", "[references]") {
   const OracleRun<Long> plastic = nonsmooth_run(0, 0);
   CHECK(plastic.end == OracleEnd::lasting_contact);
   REQUIRE(plastic.impacts.size() == 1);
@@ -302,7 +304,8 @@ TEST_CASE("oracle: what is not an impact", "[references]") {
   CHECK(elastic.end == OracleEnd::end_time);
   CHECK(elastic.t == 0.05L);
   for (const OracleImpact<Long>& i : elastic.impacts) CHECK(i.v_n_plus == -i.v_n_minus);
-  // Too soft to part within a turn: no impact, but the touch of the flight that every law begins with.
+  // Too soft to separate within a revolution: no impact, only the contact onset of the flight that
+  // begins the motion for every law.
   LooseSliderCrank<Long> m;
   PenaltyContact<Long> soft;
   soft.stiffness = 1e5L;

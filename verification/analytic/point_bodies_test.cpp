@@ -1,4 +1,5 @@
-// Point bodies and rods against closed forms, in both formulations and every scheme; and what a point body cannot bear.
+// Point bodies and rods against closed forms, in both formulations and every scheme; and elements
+// that are refused on a point body.
 #include <fmt/format.h>
 #include <array>
 #include <boost/math/tools/toms748_solve.hpp>
@@ -24,7 +25,8 @@ using Catch::Matchers::StartsWith;
 
 namespace {
 
-/// A way to run a scene, and the error (m, m/s) that it is held to in a second of motion of about a metre.
+/// A method to run a scene, and its permitted error (m, m/s) in a second of motion of about a
+/// metre.
 struct Way {
   const char* family;
   const char* scheme;
@@ -32,8 +34,9 @@ struct Way {
   double bound;
 };
 
-/// Tolerances of 1e-10 leave some hundred steps' errors: 1e-7. Moreau–Jean of second order in smooth motion with
-/// steps of 1e-4 s and accelerations of 10 m/s²: 1e-8 a step in the speed's error, 1e-4 in 1 s at most.
+/// Tolerances of 1e-10 accumulate over some hundred steps: 1e-7. Moreau–Jean is of second order in
+/// smooth motion with steps of 1e-4 s and accelerations of 10 m/s²: a speed error of 1e-8 a step,
+/// at most 1e-4 in 1 s.
 std::vector<Way> ways() {
   return {{"penalty", "", {"penalty.tolerance=1e-10"}, 1e-6},
           {"nonsmooth", "event-driven", {"nonsmooth.tolerance=1e-10"}, 1e-6},
@@ -84,7 +87,7 @@ TEST_CASE("a point mass on a rod swings as the pendulum of elliptic functions", 
   }
 }
 
-TEST_CASE("a double pendulum of point masses follows Lagrange's equations of its two angles", "[points]") {
+TEST_CASE("a double pendulum of point masses follows Lagrange's equations in its two angles", "[points]") {
   using Real = long double;
   constexpr Real m1 = 0.7L, m2 = 0.4L, l1 = 0.8L, l2 = 0.5L, G = 9.81L;
   const auto rate = [&](Real, const std::array<Real, 4>& y) {
@@ -119,7 +122,7 @@ TEST_CASE("a double pendulum of point masses follows Lagrange's equations of its
   }
 }
 
-TEST_CASE("a point on a spring to the ground runs round an ellipse", "[points]") {
+TEST_CASE("a point mass on a spring to the ground moves on an ellipse", "[points]") {
   const double k = 35, m = 0.7, A = 0.4, B = 0.15, rate = std::sqrt(k / m);
   const auto text =
       fmt::format(
@@ -135,8 +138,9 @@ TEST_CASE("a point on a spring to the ground runs round an ellipse", "[points]")
   }
 }
 
-// Newton's and Coulomb's laws at each impact: e = 0.8, and the first takes μ(1 + e) v of the sliding speed.
-TEST_CASE("a thrown point bounces on a floor with friction", "[points]") {
+// Newton's and Coulomb's laws at each impact: e = 0.8, and the first impact takes μ(1 + e) v from
+// the sliding speed.
+TEST_CASE("a thrown point mass bounces on a floor with friction", "[points]") {
   const double h = 0.5, e = 0.8, mu = 0.1, vx = 3;
   const auto text =
       heavy +
@@ -154,7 +158,7 @@ TEST_CASE("a thrown point bounces on a floor with friction", "[points]") {
     REQUIRE(run.events.size() >= 2);
     const bool steps = std::string_view(way.scheme) == "moreau-jean";
     const double late = steps ? 2e-4 : 1e-9,
-                 off = steps ? 5e-3 : 1e-8;  // two steps; what gravity adds in them
+                 off = steps ? 5e-3 : 1e-8;  // two steps; the effect of gravity in them
     CHECK(std::abs(run.events[0].t - first) <= late);
     CHECK(std::abs(run.events[1].t - second) <= 2 * late);
     CHECK(std::abs(run.events[0].v_n_plus - e * v) <= off);
@@ -162,8 +166,9 @@ TEST_CASE("a thrown point bounces on a floor with friction", "[points]") {
   }
 }
 
-// The first ball falls through its quarter period, hands all it has to the second, which swings on as one pendulum would.
-TEST_CASE("a cradle of two point masses hands its motion on", "[points]") {
+// The first ball swings down in a quarter of its period and transfers its whole momentum to the
+// second, which continues as a single pendulum would.
+TEST_CASE("a cradle of two point masses transfers its momentum", "[points]") {
   const double L = 0.8, R = 0.01, amplitude = 0.4;
   const reference::Pendulum pendulum{0.7, 0, L, g, -amplitude};
   const double quarter = pendulum_period(pendulum) / 4, t = 1.7 * quarter;
@@ -176,7 +181,8 @@ TEST_CASE("a cradle of two point masses hands its motion on", "[points]") {
                         2 * R, R) +
                     any;
   for (const auto& way : ways()) {
-    // Steps and elastic contacts lag behind by what they last; the impact is an instant in event-driven runs alone.
+    // Steps and elastic contacts cause a delay by their duration; the impact is instantaneous only
+    // in event-driven runs.
     if (std::string_view(way.scheme) != "event-driven" && std::string_view(way.scheme) != "automatic")
       continue;
     INFO(way.scheme);
@@ -188,8 +194,9 @@ TEST_CASE("a cradle of two point masses hands its motion on", "[points]") {
   }
 }
 
-// With K = 2e5 N/m and no damping the contact lasts half a period, π √(m/K), and is v √(m/K) deep; F = K δ.
-TEST_CASE("a corner with a stiffness runs in penalty, as long and as deep as its spring says",
+// With K = 2e5 N/m and no damping the contact lasts half a period, π √(m/K), with a depth of v
+// √(m/K); F = K δ.
+TEST_CASE("a corner contact with a given stiffness has the duration and depth of its spring (penalty)",
           "[points][penalty]") {
   const double m = 0.7, v = 1.2, K = 2e5;
   const auto text = fmt::format(
@@ -214,7 +221,8 @@ TEST_CASE("a corner with a stiffness runs in penalty, as long and as deep as its
   }
 }
 
-TEST_CASE("a corner without a stiffness is told where penalty would take one from", "[points][penalty]") {
+TEST_CASE("a corner contact without a stiffness is reported where the penalty formulation needs one",
+          "[points][penalty]") {
   const auto text =
       std::string(
           "[bodies.b]\nmass = 1\ninertia = 1\nposition = [0, 1]\n[contacts.wall]\ntype = \"plane\"\n"
@@ -227,7 +235,7 @@ TEST_CASE("a corner without a stiffness is told where penalty would take one fro
                "stiffness"));
 }
 
-TEST_CASE("check counts two coordinates of a point body", "[points]") {
+TEST_CASE("check counts two coordinates for a point body", "[points]") {
   const test::TemporaryFolder folder;
   const auto file = folder.path() / "double.toml";
   std::ofstream(file) << heavy + point("upper", 0.8, 0) + point("lower", 1.3, 0) +
@@ -242,7 +250,8 @@ TEST_CASE("check counts two coordinates of a point body", "[points]") {
                         Contains("mobility                    2 = 3n - p"));
 }
 
-TEST_CASE("small swings of point bodies have the closed form's frequencies, and no turning", "[points]") {
+TEST_CASE("small vibrations of point bodies have the frequencies of the closed form and no rotation",
+          "[points]") {
   const double L = 0.8;
   const auto one =
       parse_scene(heavy + point("bob", 0, -L) + rod("string", "ground", "bob", L) + any, "one.toml");
@@ -253,7 +262,7 @@ TEST_CASE("small swings of point bodies have the closed form's frequencies, and 
   CHECK(modes[0].natural() == Approx(std::sqrt(g / L) / (2 * std::numbers::pi)).epsilon(1e-9));
 }
 
-TEST_CASE("what would turn a point body, or acts off its centre, is refused at its key", "[points]") {
+TEST_CASE("an element that turns a point body or acts off its centre is refused at its key", "[points]") {
   const std::string bodies = point("p", 0.5, 0) +
                              "[bodies.r]\nmass = 1\ninertia = 0.1\n[surfaces.rough]\nyoung = 2e11\n"
                              "poisson = 0.3\nrestitution = 0.5\nfriction = 0.2\n" +
@@ -306,13 +315,13 @@ TEST_CASE("what would turn a point body, or acts off its centre, is refused at i
   }
 }
 
-TEST_CASE("the canonical text of a point body is read back as it was", "[points]") {
+TEST_CASE("the canonical text of a point body is read back unchanged", "[points]") {
   const auto text = heavy + point("bob", 0.8, 0) + rod("string", "ground", "bob", 0.8) + any;
   const auto scene = parse_scene(text, "s.toml");
   CHECK(scene.mechanism.bodies[0].point);
   auto changed = scene;
   changed.mechanism.bodies[0].mass = 2;
-  changed.set("run.duration", 2.0);  // read again from its own canonical text
+  changed.set("run.duration", 2.0);  // read back from its canonical text
   CHECK(changed.mechanism.bodies[0].point);
   CHECK(changed.mechanism.bodies[0].mass == 2);
 }

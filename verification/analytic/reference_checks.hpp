@@ -1,4 +1,4 @@
-// What the tests of the references share.
+// Checks shared by the tests of the references.
 #pragma once
 
 #include <catch2/catch.hpp>

@@ -1,6 +1,6 @@
-// The references held against facts that none of them is computed from: derivatives by differences,
-// quadrature, limits, balances, published values. Everything else in the verification leans on them. Units
-// are SI throughout.
+// The references, compared with facts that none of them is computed from: derivatives by
+// differences, quadrature, limits, balances, published values. All other verification depends on
+// the references. Units are SI throughout.
 #include <algorithm>
 #include <boost/math/quadrature/tanh_sinh.hpp>
 #include <boost/math/special_functions/jacobi_elliptic.hpp>
@@ -44,7 +44,7 @@ TEST_CASE("slider-crank: the rates are the derivatives of the closed loop", "[re
   }
 }
 
-TEST_CASE("slider-crank: the rig's greatest accelerations and the angle of their sign change",
+TEST_CASE("slider-crank: greatest accelerations of the test rig and the angle at which they change sign",
           "[references]") {
   const double r = 0.05, l = 0.3;
   const double table[][2] = {{100, 6.40}, {150, 14.39}, {200, 25.59}, {250, 39.98}};
@@ -71,10 +71,10 @@ TEST_CASE("slider-crank: the rig's greatest accelerations and the angle of their
 // ---------------------------------------------------------------------------------------------- Hertz's
 // impact
 
-TEST_CASE("elastic impact: constant of the duration by quadrature, depth by energy", "[references]") {
+TEST_CASE("elastic impact: duration constant by quadrature, depth by energy", "[references]") {
   boost::math::quadrature::tanh_sinh<double> quadrature;
   for (const double n : {1.0, 1.3, 1.5, 2.0}) {
-    // z = 1 − y² takes away the singularity at z = 1.
+    // z = 1 − y² removes the singularity at z = 1.
     const auto f = [n](double y) {
       return y < 1e-9 ? 2 / std::sqrt(n + 1) : 2 * y / std::sqrt(-std::expm1((n + 1) * std::log1p(-y * y)));
     };
@@ -99,7 +99,7 @@ TEST_CASE("elastic impact: constant of the duration by quadrature, depth by ener
 // ---------------------------------------------------------------------------------------------- delivered
 // restitution
 
-TEST_CASE("delivered restitution: the published laws' table", "[references]") {
+TEST_CASE("delivered restitution: table of the published laws", "[references]") {
   for (const DampingLaw& law : delivered_table) {
     for (std::size_t i = 0; i < delivered_table_e.size(); ++i) {
       INFO(law.name << ", e = " << delivered_table_e[i]);
@@ -112,7 +112,7 @@ TEST_CASE("delivered restitution: the published laws' table", "[references]") {
   }
 }
 
-TEST_CASE("delivered restitution: the impact's own energy integral", "[references]") {
+TEST_CASE("delivered restitution: energy integral of the impact", "[references]") {
   boost::math::quadrature::tanh_sinh<double> quadrature;
   for (const double chi : {0.01, 0.3, 1.0, 1.66351, 4.0, 9.0}) {
     const double e = static_cast<double>(delivered_restitution(chi));
@@ -201,7 +201,7 @@ TEST_CASE("pendulum: equation of motion, energy, symmetry", "[references]") {
 // ---------------------------------------------------------------------------------------------- bouncing
 // ball
 
-TEST_CASE("bouncing ball: against the recursion from bounce to bounce", "[references]") {
+TEST_CASE("bouncing ball: closed form against the recursion from bounce to bounce", "[references]") {
   for (const double e : {0.0, 0.3, 0.8, 0.999, 1.0}) {
     const BouncingBall ball{1.7, 9.81, e};
     double t = std::sqrt(2 * 1.7 / 9.81), v = std::sqrt(2 * 9.81 * 1.7);
@@ -219,7 +219,7 @@ TEST_CASE("bouncing ball: against the recursion from bounce to bounce", "[refere
   }
 }
 
-TEST_CASE("bouncing ball: accumulation and limits", "[references]") {
+TEST_CASE("bouncing ball: accumulation point and limits", "[references]") {
   const BouncingBall ball{1, 10, 0.5};
   within(ball_accumulation_time(ball), 3 * std::sqrt(0.2), 1e-15, "t₁ (1 + e)/(1 − e)");
   const std::vector<BallImpact> all = ball_impacts(ball, 100, 50);
@@ -231,7 +231,7 @@ TEST_CASE("bouncing ball: accumulation and limits", "[references]") {
   CHECK(ball_impacts({1, 10, 0}, 100).size() == 1);
   CHECK(ball_accumulation_time({1, 10, 0}) == ball_impact({1, 10, 0}, 1).t);
   CHECK(std::isinf(ball_accumulation_time({1, 10, 1})));
-  // Work lost over all bounces is the whole drop.
+  // The energy lost over all bounces is that of the whole drop.
   double lost = 0;
   for (const BallImpact& i : all) lost += 0.5 * (i.approach * i.approach - i.rebound * i.rebound);
   within(lost, 10 * 1, 1e-13, "½ Σ (v² − e² v²) = g H, but for 4⁻⁵⁰ of it");
@@ -240,7 +240,7 @@ TEST_CASE("bouncing ball: accumulation and limits", "[references]") {
 // ---------------------------------------------------------------------------------------------- block on a
 // slope
 
-TEST_CASE("slider loose in its guide: the flight keeps its energy and agrees with another program",
+TEST_CASE("slider with clearance in its guide: the flight conserves energy and agrees with another program",
           "[references]") {
   const LooseGuide m;
   const auto y = guide_flight(m, 0.002L), fine = guide_flight(m, 0.002L, 400);
@@ -255,7 +255,7 @@ TEST_CASE("slider loose in its guide: the flight keeps its energy and agrees wit
   within(guide_height(m, y), 0.4943955541187525L, 1e-9L, "as above, over 1 mm");
 }
 
-TEST_CASE("block on a slope: motion, energy, the edge of sticking", "[references]") {
+TEST_CASE("block on a slope: motion, energy, limit of sticking", "[references]") {
   const double g = 9.81;
   for (const double mu : {0.0, 0.2, 0.8}) {
     for (const double alpha : {0.0, 0.3, 0.6}) {
@@ -265,8 +265,8 @@ TEST_CASE("block on a slope: motion, energy, the edge of sticking", "[references
         for (int i = 0; i <= 2000; ++i) {
           const double t = i * 1e-3;
           const BlockState s = block_state(b, t);
-          // Friction is constant between stops, so its work over a piece is exact except where a piece holds
-          // one.
+          // Friction is constant between stops, so its work over a piece is exact unless the piece
+          // contains a stop.
           if (i > 0) work += block_state(b, t - 0.5e-3).friction * (s.position - last);
           last = s.position;
           within(0.5 * s.velocity * s.velocity + g * std::sin(alpha) * s.position - work, 0.5 * v0 * v0, 2e-4,
@@ -282,7 +282,7 @@ TEST_CASE("block on a slope: motion, energy, the edge of sticking", "[references
   CHECK_FALSE(BlockOnSlope{0.3, std::tan(0.3) - 1e-12, g, 0}.sticks());
 }
 
-TEST_CASE("block on a slope: stopping by hand", "[references]") {
+TEST_CASE("block on a slope: stopping, derived by hand", "[references]") {
   const double g = 10, alpha = std::asin(0.6);  // sin 0.6, cos 0.8
   const BlockOnSlope up{alpha, 0.5, g, 2};      // deceleration 6 + 4
   within(block_stopping_time(up).value(), 0.2, 1e-15, "2/10");
@@ -308,7 +308,7 @@ TEST_CASE("oblique impact: a disc on the ground", "[references]") {
   within(d.tt, 3 / m, 1e-14, "solid disc: 1/m + R²/J");
   CHECK(d.nt == 0);
   for (const double mu : {0.0, 0.05, 0.3}) {
-    const double edge = 3 * mu * (1 + e) * 3;  // friction undoes at most D_TT μ (1 + e) |u_N| m
+    const double edge = 3 * mu * (1 + e) * 3;  // friction changes u_T by at most D_TT μ (1 + e) |u_N| m
     for (const double u_t : {-20.0, -0.999 * edge, 0.0, 0.999 * edge, 1.001 * edge, 20.0}) {
       const auto p = oblique_impact(d, u_n, u_t, e, mu);
       within(p.impulse_n, m * (1 + e) * 3, 1e-13, "uncoupled normal");
@@ -329,13 +329,15 @@ TEST_CASE("oblique impact: a disc on the ground", "[references]") {
   CHECK(oblique_impact(d, 0.1, 1.0, e, 0.3).kind == ImpactCase::none);
 }
 
-TEST_CASE("oblique impact: a rod, reversed slip", "[references]") {
-  // A rod of length 2a at 45°, its lower end touching: D = [1 + 3/2, ∓3/2; …, 1 + 3/2]/m for J = m a²/3.
+TEST_CASE("oblique impact: a rod, slip reversal", "[references]") {
+  // A rod of length 2a at 45°, with its lower end in contact: D = [1 + 3/2, ∓3/2; …, 1 + 3/2]/m for
+  // J = m a²/3.
   const double m = 1.2, a = 0.3, inertia = m * a * a / 3, x = a / std::sqrt(2), y = -x;
   const Delassus<double> d = body_on_ground(m, inertia, x, y);
   within(d.nn * m, 2.5, 1e-14, "1 + m x²/J");
   within(d.nt * m, 1.5, 1e-14, "−m x y/J");
-  // Without friction the impact throws the end by D_NT P_N = 0.6 (1 + e) |u_N|, here 0.9 m/s along +x.
+  // Without friction the impact gives the end a velocity of D_NT P_N = 0.6 (1 + e) |u_N|, here 0.9
+  // m/s along +x.
   const auto free = oblique_impact(d, -1.0, -0.5, 0.5, 0.0);
   within(free.u_t, -0.5 + 0.9, 1e-14, "frictionless");
   const auto p = oblique_impact(d, -1.0, -0.5, 0.5, 0.1);
@@ -352,7 +354,7 @@ TEST_CASE("oblique impact: a rod, reversed slip", "[references]") {
   CHECK_THROWS(oblique_impact(Delassus<double>{1, 3, 20}, -1.0, 0.0, 0.5, 0.5));
 }
 
-TEST_CASE("oblique impact: the law itself on random contacts, and its limits", "[references]") {
+TEST_CASE("oblique impact: the law on random contacts, and its limits", "[references]") {
   std::mt19937 random(7);
   std::uniform_real_distribution<double> unit(-1, 1);
   int seen[4] = {};
@@ -376,11 +378,11 @@ TEST_CASE("oblique impact: the law itself on random contacts, and its limits", "
             bound);                     // full friction where it slides
     REQUIRE(p.impulse_t * p.u_t <= 0);  // against it
     REQUIRE((p.kind == ImpactCase::reversed_slip) == (p.u_t * u_t < 0));
-    // Uniqueness gives a second road: the sticking impulse cut off at the cone's edges.
+    // Uniqueness permits a second method: the sticking impulse limited to the cone.
     const double a = -(1 + e) * u_n, stick = (-nn * u_t - nt * a) / (nn * tt - nt * nt);
     const double cut = std::clamp(stick, -mu * a / (nn - mu * nt), mu * a / (nn + mu * nt));
     REQUIRE(std::abs(p.impulse_t - cut) <
-            1e-9);  // at an edge both roads divide by numbers as small as 0.05 nn
+            1e-9);  // at an edge both methods divide by numbers as small as 0.05 nn
   }
   CHECK(std::min({seen[1], seen[2], seen[3]}) > 100);
   const Delassus<double> d{1.5, 0.4, 3};
@@ -424,8 +426,8 @@ TEST_CASE("ring and journal: momentum and energy over many impacts", "[reference
     double lost = 0, w = 0, u = 0;
     for (int k = 0; k < 12; ++k) {
       const double flight = time_to_contact(s.eccentricity(), s.rate(), pair.clearance).value();
-      // Coordinates near 0.02 m round by 1e-17 m in a few sums; divided by the chord's length along the
-      // normal.
+      // Coordinates near 0.02 m round by 1e-17 m in a few sums; divided by the chord's length along
+      // the normal.
       const double bound = 1e-12 + 1e-17 * (w * w + u * u) / (2 * pair.clearance * w * w);
       if (k > 0) within(flight / chord(pair.clearance, w, u).duration, 1, bound, "chords in closed form");
       const PairImpact impact = pair_impact(pair, after_flight(s, flight));
@@ -444,7 +446,7 @@ TEST_CASE("ring and journal: momentum and energy over many impacts", "[reference
     within(end.energy + lost, start.energy, 1e-15, "kinetic + lost");
     if (restitution == 1) within(end.energy, start.energy, 1e-15, "nothing lost at ε = 1");
   }
-  // The ring held fast: the journal alone bounces.
+  // With the ring fixed, the journal alone bounces.
   const PairImpact wall = pair_impact({1e12, 0.7, 1e-3, 0.5}, {0, {0, 0}, {1e-3, 0}, {0, 0}, {0.2, 0.3}});
   within(wall.after.journal_velocity[0], -0.1, 1e-11, "m₁ → ∞");
   within(wall.after.journal_velocity[1], 0.3, 1e-15, "no friction");
@@ -452,7 +454,7 @@ TEST_CASE("ring and journal: momentum and energy over many impacts", "[reference
 
 // ---------------------------------------------------------------------------------------------- seven bodies
 
-TEST_CASE("seven bodies: the printed positions close the loops", "[references]") {
+TEST_CASE("seven-body mechanism: the published positions close the loops", "[references]") {
   for (const auto& angles : {seven_body_start, seven_body_end}) {
     const auto p = seven_body_points(angles);
     for (int chain = 1; chain < 4; ++chain)
@@ -460,8 +462,9 @@ TEST_CASE("seven bodies: the printed positions close the loops", "[references]")
   }
 }
 
-TEST_CASE("seven bodies: rates are the derivatives of closed loops", "[references]") {
-  // The other angles follow from β by the loops: a step along the rates stays closed to second order.
+TEST_CASE("seven-body mechanism: the rates are the derivatives of the closed loops", "[references]") {
+  // The other angles follow from β by the loops: a step along the rates keeps them closed to second
+  // order.
   const auto rates = seven_body_rates(seven_body_end, 1.0);
   double errors[2];
   for (int i = 0; i < 2; ++i) {
@@ -474,7 +477,7 @@ TEST_CASE("seven bodies: rates are the derivatives of closed loops", "[reference
   within(errors[0] / errors[1], 4, 0.01, "second order in the step; the third adds h times a few");
 }
 
-TEST_CASE("seven bodies: kinetic energy is that of points along the bodies", "[references]") {
+TEST_CASE("seven-body mechanism: kinetic energy equals that of points along the bodies", "[references]") {
   // König's theorem by differences of the centres of mass along the rates.
   const auto rates = seven_body_rates(seven_body_end, 1.0);
   const double h = 1e-6;

@@ -1,5 +1,5 @@
-// From statistics to verdicts, on synthetic measurements whose verdict is known: validate's judgement, files as they are
-// read, means of directions, calibration's intervals and refusals.
+// From statistics to verdicts, on synthetic measurements with known verdicts: the verdict of
+// validate, reading of files, means of directions, and the intervals and refusals of calibration.
 #include <fmt/format.h>
 #include <boost/math/distributions/students_t.hpp>
 #include <catch2/catch.hpp>
@@ -34,7 +34,8 @@ double curve(double phi) {
   return 20 * std::cos(phi) + 20.0 / 6 * std::cos(2 * phi) + 2 * std::cos(9 * phi - 0.3);
 }
 
-/// Four turns, `points` samples each, of one turn a second, that scatter as a whole by ±`scatter` of their size.
+/// Four revolutions at one a second, with `points` samples each, that vary as a whole by ±`scatter`
+/// of their size.
 template <class Signal>
 TurnMetrics turns(double points, double scatter, const Signal& signal) {
   TurnRules rules;
@@ -59,7 +60,7 @@ Agreement judged(double uncertainty, bool datum, const Signal& signal, double sc
 
 }  // namespace
 
-TEST_CASE("a measurement of the model itself agrees, at another sampling", "[chain][validate]") {
+TEST_CASE("a measurement made from the model agrees with it at another sampling rate", "[chain][validate]") {
   const auto a = judged(0, true, curve);
   CHECK(a.sign == 1);
   CHECK(a.sign_decided);
@@ -73,12 +74,12 @@ TEST_CASE("a measurement of the model itself agrees, at another sampling", "[cha
   CHECK(a.verdict == Agreement::Verdict::agrees);
 }
 
-TEST_CASE("sign, gain and phase are told, not taken out", "[chain][validate]") {
+TEST_CASE("sign, gain and phase are reported and not removed", "[chain][validate]") {
   const double rms = std::sqrt((400 + 400.0 / 36 + 4) / 2);
   const auto reversed = judged(0, false, [](double phi) { return -curve(phi); });
   CHECK(reversed.sign == -1);
   CHECK(reversed.sign_decided);
-  CHECK(std::abs(reversed.phase.mean) < 1e-7);  // not the 180° that would nearly do
+  CHECK(std::abs(reversed.phase.mean) < 1e-7);  // not the 180° that gives nearly the same fit
   CHECK(reversed.rms_difference ==
         Approx(2 * rms).epsilon(1e-3));  // bins are means: 1 − (9π/720)²/6 of the ninth
   CHECK(reversed.verdict == Agreement::Verdict::differs);
@@ -95,13 +96,14 @@ TEST_CASE("sign, gain and phase are told, not taken out", "[chain][validate]") {
   CHECK(with_datum.verdict == Agreement::Verdict::differs);
   CHECK_THAT(with_datum.findings.at(0), Contains("20° ("));
   CHECK(with_datum.rms_difference > 1);
-  // A file of times says nothing of the phase: the model is moved, and says so.
+  // A file of times contains no phase: the model is shifted, and reports it.
   CHECK(without.moved == Approx(20).epsilon(1e-9));
   CHECK(without.rms_difference < 1e-9);
   CHECK(without.verdict == Agreement::Verdict::agrees);
 }
 
-TEST_CASE("a file's uncertainty decides what is a difference", "[chain][validate]") {
+TEST_CASE("the uncertainty of a measured file decides whether a difference is significant",
+          "[chain][validate]") {
   const auto offset = [](double phi) { return curve(phi) + 0.5; };
   const auto sure = judged(0.1, true, offset, 0), unsure = judged(1, true, offset, 0);
   CHECK(sure.rms_difference == Approx(0.5).epsilon(1e-9));
@@ -115,9 +117,10 @@ TEST_CASE("a file's uncertainty decides what is a difference", "[chain][validate
   CHECK(judged(0.05 * rms, true, larger, 0).verdict == Agreement::Verdict::agrees);
 }
 
-TEST_CASE("peaks are compared at one sampling", "[chain][validate][slow]") {
-  // A run of the rig, every fifth sample of it as the measurement: with the same samples of the model the ratio is 1 to
-  // the last digit of the file; with the instrument's own it is what lies between them.
+TEST_CASE("peaks of model and measurement are compared at one sampling rate", "[chain][validate][slow]") {
+  // A run of the rig, with every fifth sample as the measurement: with the same samples of the
+  // model the ratio is 1 to the last digit of the file; with the instrument's sampling rate it
+  // includes the peaks between them.
   test::TemporaryFolder folder;
   const auto file = test::source_folder() / "cases/flores2011-experiment/guide.toml";
   const std::vector<std::string> short_run{"run.revolutions=4", "run.discard=1",
@@ -137,7 +140,7 @@ TEST_CASE("peaks are compared at one sampling", "[chain][validate][slow]") {
     CHECK(coarse.metrics.peaks[k] <= fine.metrics.peaks[k]);
   CHECK(coarse.metrics.value[TurnMetrics::rms] == Approx(fine.metrics.value[TurnMetrics::rms]).epsilon(0.02));
   CHECK(coarse.metrics.spectrum.size() == fine.metrics.spectrum.size() / 5);
-  // Of N samples a turn the first harmonic has those beside N, 2N, … as well.
+  // With N samples a revolution the first harmonic contains those beside N, 2N, … as aliases.
   const std::size_t samples = 600;  // 2 kHz at 200 rpm
   double folded = 0;
   for (std::size_t beside = samples; beside < fine.metrics.spectrum.size(); beside += samples)
@@ -146,7 +149,8 @@ TEST_CASE("peaks are compared at one sampling", "[chain][validate][slow]") {
   CHECK(std::abs(coarse.metrics.spectrum[0] - fine.metrics.spectrum[0]) < 1.01 * folded);
 }
 
-TEST_CASE("a file's samples are where it says, to its digits and in the crank's sense", "[chain]") {
+TEST_CASE("samples of a file have the given times, within their digits and for both directions of the crank",
+          "[chain]") {
   test::TemporaryFolder folder;
   const auto read = [&](const std::string& text, double speed) {
     write_file(folder.path() / "data.csv", text);
@@ -160,7 +164,7 @@ TEST_CASE("a file's samples are where it says, to its digits and in the crank's 
   for (std::size_t i = 0; i < even.time.size(); ++i)
     CHECK(even.time[i] == Approx(static_cast<double>(i) * even.time[1]).epsilon(1e-12));
   CHECK_FALSE(even.datum);
-  // The value at an angle is the value at that angle, whichever way crank and lines go.
+  // The value at an angle is the value at that angle, for either sense of the crank and the lines.
   for (const double speed : {2 * pi, -2 * pi})
     for (const int way : {1, -1}) {
       CAPTURE(speed, way);
@@ -200,7 +204,7 @@ TEST_CASE("directions are averaged on the circle", "[chain]") {
   CHECK(cell(rows, "v", "penalty", {}, TurnMetrics::loss_angle).mean == Approx(5));
 }
 
-TEST_CASE("an interval stays where its values may lie", "[chain]") {
+TEST_CASE("a confidence interval stays within the range of its quantity", "[chain]") {
   const auto s = interval({1, 2, 600, 3});
   REQUIRE(s.low < 0);
   const auto positive = within_range(s, TurnMetrics::Kind::positive);
@@ -210,18 +214,18 @@ TEST_CASE("an interval stays where its values may lie", "[chain]") {
   const auto share = within_range(interval({0.9, 0.99, 0.6, 0.98}), TurnMetrics::Kind::share);
   CHECK(share.high < 1);
   CHECK(share.low > 0);
-  // A narrow interval is Student's: to second order in its width.
+  // A narrow interval is that of Student's t, to second order in its width.
   const auto narrow = interval({0.5, 0.5001, 0.4999});
   for (const auto kind : {TurnMetrics::Kind::positive, TurnMetrics::Kind::share})
     CHECK(within_range(narrow, kind).low == Approx(narrow.low).epsilon(1e-6));
-  // Of outcomes of which some are nothing, nothing is possible.
+  // If some outcomes are zero, zero is within the interval.
   const auto e = one_more({0, 0, 3, 4, 5});
   CHECK(e.low == 0);
   CHECK(e.value == 3);
   CHECK(e.high > 5);
 }
 
-TEST_CASE("runs contradict a fit where 99 % of them and of the target's tolerance do not reach it",
+TEST_CASE("runs contradict a fit beyond 99 % prediction limits that include the tolerance of the target",
           "[chain]") {
   // ln r of ±0.1 about 0: s = 0.1√(8/7), one more of 8: t₇(0.995) s √(9/8) = 3.4995·0.1069·1.0607.
   std::vector<double> runs;
@@ -232,20 +236,21 @@ TEST_CASE("runs contradict a fit where 99 % of them and of the target's toleranc
   CHECK(contradicts(runs, std::exp(edge * 1.001), 0.1, 0));
   CHECK(contradicts({1, 0}, 1, 0.1, 0.1));
   CHECK(contradicts({1}, std::exp(2.575829 * 0.3 * 1.001), 0, 0.3));
-  // The optimum is one of the points that a surface's own error allows: 2.58 of that besides.
+  // The optimum is one of the points within the surface's own error: 2.58 of that in addition.
   const double wide = std::hypot(edge, 2.575829 * 0.2);
   CHECK_FALSE(contradicts(runs, std::exp(wide * 0.999), 0.1, 0.2));
   CHECK(contradicts(runs, std::exp(wide * 1.001), 0.1, 0.2));
-  // The mean of four stretches that scatter as runs do: t s √(1/4 + 1/8).
+  // The mean of four segments that scatter like runs: t s √(1/4 + 1/8).
   const double variance = 0.01 * 8 / 7, mean = 3.499483 * std::sqrt(variance) * std::sqrt(1.0 / 4 + 1.0 / 8);
   CHECK_FALSE(contradicts(runs, std::exp(mean * 0.999), 0, 0, {4, variance}));
   CHECK(contradicts(runs, std::exp(mean * 1.001), 0, 0, {4, variance}));
-  // Stretches that all agree are one outcome, however many they are.
+  // Segments that all agree count as one outcome, whatever their number.
   CHECK_FALSE(contradicts(runs, std::exp(mean * 1.001), 0, 0, {4, 0}));
 }
 
-TEST_CASE("the mean of a measurement that keeps to one state is as uncertain as the state", "[chain]") {
-  // x = b + e with a state b, the same for all of five stretches, and e in each: Var x = B + E, of the mean B + E/5.
+TEST_CASE("the mean of a measurement in one persistent state has the uncertainty of the state", "[chain]") {
+  // x = b + e with a state b common to all of five segments, and e in each: Var x = B + E, of the
+  // mean B + E/5.
   std::mt19937_64 engine(5);
   std::normal_distribution<double> normal;
   constexpr double B = 0.03, E = 0.01;
@@ -262,16 +267,17 @@ TEST_CASE("the mean of a measurement that keeps to one state is as uncertain as 
     squares += sum * sum / count / count / repetitions;
     shares += Stretches{count, spread}.share(B + E) / repetitions;
   }
-  // Of 40,000 repetitions a variance is known to √(2/40000) = 0.7 %, three of these. A spread above B + E counts as
-  // that: one of 300, with four degrees of freedom.
+  // From 40,000 repetitions a variance is known to √(2/40000) = 0.7 %; the bound is three of these.
+  // A spread above B + E counts as B + E: one of 300, with four degrees of freedom.
   CHECK(shares * (B + E) == Approx(squares).epsilon(0.021));
   CHECK(Stretches{count, 0.04}.share(0.04) == Approx(1.0 / count));
   CHECK(Stretches{}.share(0.04) == 1);
 }
 
-TEST_CASE("calibration's intervals hold what they should, over forty repetitions", "[chain]") {
-  // Outcomes are a quadratic and noise of 0.1; the measurement is one more outcome, read with a tolerance of 0.05. Of 80
-  // intervals of 95 % more than 68 hold the truth with a probability of 99.9 % (binomial).
+TEST_CASE("confidence intervals of a calibration cover the truth in forty repetitions", "[chain]") {
+  // Outcomes are a quadratic with noise of 0.1; the measurement is one more outcome, read with a
+  // tolerance of 0.05. Of 80 intervals of 95 % more than 68 contain the truth with a probability of
+  // 99.9 % (binomial).
   const std::vector<Unknown> unknowns{{"a", "a", "", -1, 1}, {"b", "b", "", -1, 1}};
   const auto y = [](int i, const Eigen::VectorXd& x) {
     switch (i) {
@@ -311,20 +317,20 @@ TEST_CASE("calibration's intervals hold what they should, over forty repetitions
   }
   CAPTURE(held, widest);
   CHECK(held > 68);
-  CHECK(widest < 0.8);  // and say something: of a range of 2
+  CHECK(widest < 0.8);  // and are informative: of a range of 2
 }
 
 TEST_CASE("impacts are counted by their value", "[chain]") {
   FastOnes fast;
   for (double v : {0.05, 0.2, 0.0999, 0.1, 1.0, 0.09999, 0.1, 0.100001, 0.5}) fast.add(v);
   CHECK(fast.at_least(0.1 * fast.greatest()) == 6);  // 0.2, 0.1, 1, 0.1, 0.100001, 0.5
-  // However many: 1,000 of each of 0.099 and 0.101 before and after one of 1.
+  // For any number: 1,000 of each of 0.099 and 0.101 before and after one of 1.
   FastOnes many;
   for (int i = 0; i < 1000; ++i) many.add(0.099), many.add(0.101);
   many.add(1);
   for (int i = 0; i < 1000; ++i) many.add(0.099), many.add(0.101);
   CHECK(many.at_least(0.1) == 2001);
-  // Joined windows have the greatest of both, thinned or not: 700 from 0.2 to 1.
+  // Merged windows have the greatest of both, thinned or not: 700 from 0.2 to 1.
   FastOnes thinned, joined;
   for (int i = 0; i < 700; ++i) thinned.add(0.2 + 0.8 * i / 699);
   joined.add(0.15);
@@ -333,8 +339,9 @@ TEST_CASE("impacts are counted by their value", "[chain]") {
   CHECK(joined.at_least(0.1 * joined.greatest()) == 701);
 }
 
-TEST_CASE("a file of less than a whole turn is refused, of a whole one taken", "[chain][validate]") {
-  // 5,000 samples a turn: a whole turn ends before the first of the next.
+TEST_CASE("a file shorter than one revolution is refused, one of a whole revolution is accepted",
+          "[chain][validate]") {
+  // 5,000 samples a revolution: a whole revolution ends before the first sample of the next.
   test::TemporaryFolder folder;
   const auto file = folder.path() / "data.csv";
   for (const int samples : {4990, 4996, 4998, 4999, 5000, 5001}) {
@@ -357,10 +364,11 @@ TEST_CASE("a file of less than a whole turn is refused, of a whole one taken", "
   }
 }
 
-TEST_CASE("what repeats from turn to turn decides the sign, and nothing is claimed without it",
+TEST_CASE("the part that repeats in each revolution decides the sign; without it the sign stays undecided",
           "[chain][validate]") {
-  // The crank's motion in harmonics 1 and 2, and in each turn impacts of its own: 117 harmonics with twenty times the
-  // power of the second. What tells the sign from a shift by half a turn is the second alone.
+  // The crank's motion in harmonics 1 and 2, and independent impacts in each revolution: 117
+  // harmonics with twenty times the power of the second. Only the second harmonic distinguishes the
+  // sign from a shift by half a revolution.
   std::mt19937_64 engine(4);
   std::normal_distribution<double> normal;
   const auto turn = [&](double sign) {
@@ -382,7 +390,7 @@ TEST_CASE("what repeats from turn to turn decides the sign, and nothing is claim
     CHECK(std::abs(a.gain - 1) < 4 * a.gain_error);
     CHECK(a.gain_error < 0.05);
   }
-  // A single harmonic cannot tell a reversed curve from one that is half a turn late.
+  // A single harmonic cannot distinguish a reversed curve from one shifted by half a revolution.
   const Harmonics cosine{0, 1.0}, opposite{0, -1.0};
   const auto a = align({opposite, opposite}, {cosine, cosine});
   CHECK_FALSE(a.decided);
@@ -390,9 +398,10 @@ TEST_CASE("what repeats from turn to turn decides the sign, and nothing is claim
   CHECK(std::abs(a.phase) == Approx(pi));
 }
 
-TEST_CASE("the ideal's greatest acceleration is that of a filter that has settled", "[chain]") {
-  // Through 1 Hz at 3.33 turns a second the start has decayed to e^(−2π·1·0.707·0.3) = 0.26 after a turn. Settled, harmonic
-  // k of the closed form has passed H(ikω) = 1/(1 + √2 s/ω_c + (s/ω_c)²).
+TEST_CASE("the greatest acceleration of the ideal mechanism is that of a settled filter", "[chain]") {
+  // Through 1 Hz at 3.33 revolutions a second the initial transient has decayed to
+  // e^(−2π·1·0.707·0.3) = 0.26 after one revolution. In the settled state, harmonic k of the closed
+  // form is multiplied by H(ikω) = 1/(1 + √2 s/ω_c + (s/ω_c)²).
   const auto file = test::source_folder() / "cases/flores2011-experiment/guide.toml";
   const auto scene = read_scene(file, {"instruments.accelerometer.bandwidth=1"});
   Study study;
@@ -401,7 +410,7 @@ TEST_CASE("the ideal's greatest acceleration is that of a filter that has settle
   study.joints = {"gudgeon"};
   const auto ideal = ideal_turn(study, scene, "penalty", {});
   const double omega = 200 * 2 * pi / 60;
-  constexpr int points = 3000;  // as many samples as the turn has, at 10 kHz
+  constexpr int points = 3000;  // as many samples as the revolution has, at 10 kHz
   std::vector<std::complex<double>> lines(20), filtered(points);
   for (std::size_t k = 1; k < lines.size(); ++k) {
     for (int i = 0; i < points; ++i)

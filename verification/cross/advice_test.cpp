@@ -1,5 +1,5 @@
-// Advice held to its word on scenes that it was not made from, by the oracle, a closed form and a table of
-// another program; and --accuracy.
+// Recommended settings (freeplay advise) on scenes that they were not derived from, against the
+// oracle, a closed form and a table of another program; and the option --accuracy.
 #include <catch2/catch.hpp>
 
 #include <algorithm>
@@ -34,7 +34,7 @@ std::vector<ContactEvent> events(const reference::OracleRun<long double>& run) {
   return list;
 }
 
-/// Touches of the scene with a setting against known ones; infinite when the run fails.
+/// Error of the contacts of the scene with a setting against known ones; infinite if the run fails.
 double touches_off(Scene scene, const Setting& setting, const std::vector<ContactEvent>& exact) {
   setting.apply(scene);
   const auto run = test::simulate(scene, setting.family);
@@ -44,9 +44,10 @@ double touches_off(Scene scene, const Setting& setting, const std::vector<Contac
   return touch_error(found, exact);
 }
 
-/// `error_of` judges a setting by what advice has not seen. The chosen one meets the error asked for; every
-/// cheaper one misses the half of it that advice asks for, up to what its own reference is known to; but for those that
-/// were refused for a touch after `known_to` (s), the beginnings of lasting contact that the judge has no list of.
+/// `error_of` assesses a setting by a reference that the recommendation did not use. The chosen
+/// setting reaches the required error; every cheaper one misses half of it, as the recommendation
+/// requires, up to the accuracy of its reference. Settings refused for a contact after `known_to`
+/// (s) are excepted: the assessment has no list of the lasting contacts that begin there.
 template <class Error>
 void keeps_its_word(const Advice& advice, double asked, const Error& error_of, double known_to = INFINITY) {
   REQUIRE(advice.chosen >= 0);
@@ -63,7 +64,8 @@ void keeps_its_word(const Advice& advice, double asked, const Error& error_of, d
 
 }  // namespace
 
-TEST_CASE("advice keeps its word on scenes that no setting was chosen from", "[advice]") {
+TEST_CASE("recommended settings reach their accuracy on scenes outside the set they were derived from",
+          "[advice]") {
   struct Rig {
     const char* scene;
     long double clearance, rpm, friction;
@@ -104,7 +106,7 @@ TEST_CASE("advice keeps its word on scenes that no setting was chosen from", "[a
   }
 }
 
-TEST_CASE("advice keeps its word without touches, by the closed form", "[advice]") {
+TEST_CASE("recommended settings reach their accuracy without contacts, against the closed form", "[advice]") {
   auto scene = read_scene(test::source_folder() / "cases/tradeoff/ideal.toml");
   scene.run.duration = 0.07;
   const double r = 0.05, l = 0.3, s = 0.15, omega = reference::from_rpm(200.0);
@@ -116,7 +118,7 @@ TEST_CASE("advice keeps its word without touches, by the closed form", "[advice]
       REQUIRE(!advice.by_events);
       const double t = advice.reference.state_time, phi = omega * t;
       const auto m = reference::slider_crank(r, l, phi, omega);
-      // The rod's centre: crank pin, and s on along the rod.
+      // The rod's centre: from the crank pin a distance s along the rod.
       const std::vector<double> exact = {0,
                                          0,
                                          omega,
@@ -140,10 +142,11 @@ TEST_CASE("advice keeps its word without touches, by the closed form", "[advice]
     }
 }
 
-TEST_CASE("advice keeps its word on a loose guide, by another program's table", "[advice][guide]") {
+TEST_CASE("recommended settings reach their accuracy for a guide with clearance, against another program",
+          "[advice][guide]") {
   const auto& table = reference::guide_tables.front();
   auto scene = read_scene(test::source_folder() / "cases/flores2010-translational/scene.toml");
-  scene.run.duration = 0.0065;  // between the fourth touch and the fifth
+  scene.run.duration = 0.0065;  // between the fourth contact and the fifth
   scene.run.discard = 0;
   const auto contacts = Simulation(scene, "nonsmooth").layout().contacts;
   for (const double asked : {0.05, 0.001}) {
@@ -167,7 +170,7 @@ TEST_CASE("advice keeps its word on a loose guide, by another program's table", 
   }
 }
 
-TEST_CASE("what advice promises holds over the whole run, not over its first touches", "[advice]") {
+TEST_CASE("the predicted accuracy holds over the whole run, not only over the first contacts", "[advice]") {
   auto scene = read_scene(test::flores());
   scene.instruments.clear();
   scene.run.duration = 0.8;
@@ -178,10 +181,10 @@ TEST_CASE("what advice promises holds over the whole run, not over its first tou
   const auto& judged = advice.reference.touches;
   REQUIRE(judged.size() > 6);
   const auto& chosen = advice.tried[static_cast<std::size_t>(advice.chosen)];
-  // Four touches would have passed a cheaper one, which is wrong later.
+  // Four contacts would have accepted a cheaper setting, which is wrong later.
   CHECK(std::any_of(advice.tried.begin(), advice.tried.begin() + advice.chosen,
                     [&](const Measured& m) { return m.kept_to >= judged[3].t; }));
-  // The whole run of the chosen one against a tolerance that advice did not use.
+  // The whole run of the chosen setting against a tolerance that the recommendation did not use.
   const auto whole = [&](const Setting& setting) {
     auto one = scene;
     setting.apply(one);
@@ -203,7 +206,7 @@ TEST_CASE("what advice promises holds over the whole run, not over its first tou
   }
 }
 
-TEST_CASE("what advice promises of statistics has their sampling error", "[advice]") {
+TEST_CASE("the predicted accuracy of statistics includes their sampling error", "[advice]") {
   Statistic s;
   s.difference = -0.01;
   s.error = 0.02;
@@ -218,9 +221,10 @@ TEST_CASE("what advice promises of statistics has their sampling error", "[advic
   CHECK(m.variance == Approx(5.0 / 3));
 }
 
-TEST_CASE("advice refuses statistics of starts that cannot differ", "[advice]") {
-  // A ball on a shaken table has no play to begin elsewhere in: eight starts were eight times the same run, whose statistics
-  // had no sampling error and promised what nobody knows. Beyond A = 1.2 mm (e = 0.8) the bouncing is chaotic.
+TEST_CASE("advise refuses statistics of starts that cannot differ", "[advice]") {
+  // A ball on a shaken table has no clearance in which to vary its start: eight starts were the
+  // same run eight times, whose statistics had no sampling error and whose predicted accuracy was
+  // meaningless. Beyond A = 1.2 mm (e = 0.8) the bouncing is chaotic.
   const auto file = test::source_folder() / "cases/ball-on-table/scene.toml";
   const auto chaotic =
       read_scene(file, {"curves.shake.amplitude=1.5e-3", "run.duration=4", "nonsmooth.scheme=event-driven"});
@@ -229,17 +233,17 @@ TEST_CASE("advice refuses statistics of starts that cannot differ", "[advice]") 
                     Catch::Matchers::Contains("its starts are all alike") &&
                         Catch::Matchers::Contains("take a run.duration up to there"));
   CHECK(perturbed_starts(chaotic, {.starts = 8, .how = {.turn = 0, .play = 0.01}}, 0, Conduct{}).empty());
-  // A crank that keeps its angle is no difference.
+  // A crank that keeps its angle makes no difference.
   const auto driven = read_scene(test::flores());
   CHECK(differ(driven, {.turn = 1, .play = 0}));
   CHECK_FALSE(differ(driven, {.turn = 0, .play = 0}));
-  // Up to the horizon nothing is asked of starts.
+  // Up to the horizon starts need not differ.
   auto brief = chaotic;
   brief.run.duration = 0.2;
   CHECK(advise(brief, Family::nonsmooth, 0.01, Conduct{}, {}).to_the_end);
 }
 
-TEST_CASE("what --accuracy takes is among the settings that the tables show", "[advice]") {
+TEST_CASE("the settings of --accuracy are among those of the tables", "[advice]") {
   for (const auto& [family, formulation] : families)
     for (const auto accuracy : {Accuracy::fast, Accuracy::balanced, Accuracy::reference}) {
       const auto keys = setting_for(family, accuracy).keys();
@@ -248,7 +252,7 @@ TEST_CASE("what --accuracy takes is among the settings that the tables show", "[
     }
 }
 
-TEST_CASE("the state is judged in the flight before the last judged touch", "[advice]") {
+TEST_CASE("the state is compared in the flight before the last compared contact", "[advice]") {
   auto scene = read_scene(test::scene_file("gudgeon_1mm_250rpm"));
   scene.penalty.contact = ContactLaw::exact;
   scene.run.duration = 0.02;
@@ -264,7 +268,8 @@ TEST_CASE("the state is judged in the flight before the last judged touch", "[ad
   }
 }
 
-TEST_CASE("--accuracy chooses settings, --set still wins, advise prints what to set", "[advice][program]") {
+TEST_CASE("--accuracy chooses settings, --set overrides them, advise prints the keys to set",
+          "[advice][program]") {
   test::TemporaryFolder folder;
   const auto scene = test::flores().string() + " --set run.revolutions=0.05 --set run.discard=0 -o " +
                      folder.path().string();

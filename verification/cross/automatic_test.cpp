@@ -1,5 +1,6 @@
-// The default scheme: event-driven, with a hand-over to time stepping and back where impacts accumulate. It costs nothing where
-// it is not needed, finishes where event-driven integration does not, and returns where time stepping costs more.
+// The default scheme: event-driven integration with a hand-over to time stepping and back where
+// impacts accumulate. It has no cost where no hand-over is needed, finishes runs that event-driven
+// integration cannot finish, and returns where time stepping costs more.
 #include <fmt/format.h>
 #include <catch2/catch.hpp>
 
@@ -39,7 +40,8 @@ Scene with(Scene scene, std::optional<Scheme> scheme) {
 
 }  // namespace
 
-TEST_CASE("automatic: without a hand-over it is event-driven, bit for bit", "[automatic]") {
+TEST_CASE("automatic scheme: without a hand-over a run is bit-identical to event-driven integration",
+          "[automatic]") {
   for (const auto* name : {"gudgeon", "big_end", "four_bar", "ring", "bouncing_ball", "block_on_slope"}) {
     CAPTURE(name);
     auto scene = read_scene(test::scene_file(name));
@@ -54,9 +56,10 @@ TEST_CASE("automatic: without a hand-over it is event-driven, bit for bit", "[au
   }
 }
 
-TEST_CASE("automatic: a run that event-driven integration does not finish says what took over and why",
-          "[automatic]") {
-  // That nothing is lost at its hand-overs is a claim of "chosen".
+TEST_CASE(
+    "automatic scheme: a run that event-driven integration cannot finish reports the hand-over and its reason",
+    "[automatic]") {
+  // That hand-overs lose nothing is a claim of "chosen".
   const auto scene = parse_scene(loop, "loop");
   CHECK(test::simulate(with(scene, Scheme::event_driven), Family::nonsmooth).ending.status ==
         Ending::Status::failed);
@@ -71,9 +74,11 @@ TEST_CASE("automatic: a run that event-driven integration does not finish says w
   CHECK(told->size() > told->find("at most): ") + 20);  // and why
 }
 
-TEST_CASE("automatic: goes back where time stepping costs more, and on from the middle bit for bit",
-          "[automatic]") {
-  // Impacts do not cease, so that a return would wait for ever: time stepping took 1.55e6 factorisations for 0.096 of 0.1 s.
+TEST_CASE(
+    "automatic scheme: returns where time stepping costs more, and continues from a snapshot bit for bit",
+    "[automatic]") {
+  // Impacts do not cease, so a return condition based on calm would never be met: time stepping
+  // took 1.55e6 factorisations for 0.096 of 0.1 s.
   const auto scene = read_scene(test::scene_file("six_bar_tight"));
   Simulation whole(scene, "nonsmooth");
   std::optional<Snapshot> middle;
@@ -83,7 +88,7 @@ TEST_CASE("automatic: goes back where time stepping costs more, and on from the 
   };
   const auto run = test::finished(whole, {&look});
   CAPTURE(run.notes, run.work.handovers, run.work.stepped, run.work.factorisations);
-  // Trials cost a tenth of the work; a gain of a fifth is more than their scatter from scene to scene.
+  // Trials cost a tenth of the work; a gain of a fifth exceeds their scatter from scene to scene.
   CHECK(run.work.factorisations < 1'240'000);
   CHECK(run.work.stepped < 0.5 * scene.run.duration);
   CHECK(run.work.handovers > 5);
@@ -91,7 +96,7 @@ TEST_CASE("automatic: goes back where time stepping costs more, and on from the 
   CHECK(std::abs(run.ledger.closure()) < 1e-6 * run.ledger.scale());
   CHECK(std::ranges::any_of(run.notes, [](const auto& n) { return n.find("came to cost more") != n.npos; }));
 
-  // What is weighed goes on from a snapshot.
+  // The cost comparison continues from a snapshot.
   REQUIRE(middle);
   Simulation rest(scene, "nonsmooth");
   rest.restore(*middle);
@@ -103,7 +108,8 @@ TEST_CASE("automatic: goes back where time stepping costs more, and on from the 
   CHECK(again.notes == run.notes);
 }
 
-TEST_CASE("automatic: laws that time stepping does not have stay with event-driven", "[automatic]") {
+TEST_CASE("automatic scheme: impact laws without time stepping stay with event-driven integration",
+          "[automatic]") {
   auto scene = read_scene(test::scene_file("gudgeon"));
   scene.run.duration = 0.05;
   scene.run.discard = 0;
@@ -114,14 +120,14 @@ TEST_CASE("automatic: laws that time stepping does not have stay with event-driv
     CHECK(automatic.events.size() > 5);
     CHECK((bits(automatic.events) == bits(events.events)));
   }
-  // Where it stops nobody takes over.
+  // If it stops for another reason, there is no hand-over.
   auto stuck = with(parse_scene(wedge, "wedge"), Scheme::automatic);
   stuck.nonsmooth.impact_law = ImpactLaw::energetic;
   const auto run = test::simulate(stuck, Family::nonsmooth);
   CHECK(run.work.handovers == 0);
 }
 
-TEST_CASE("automatic: which scheme the keys mean", "[automatic][scene]") {
+TEST_CASE("automatic scheme: the scheme that each combination of keys selects", "[automatic][scene]") {
   const std::string scene = wedge;
   const auto options = [&](const std::string& more) {
     return parse_scene(scene + "[nonsmooth]\n" + more, "keys").nonsmooth;
@@ -144,7 +150,7 @@ TEST_CASE("automatic: which scheme the keys mean", "[automatic][scene]") {
   CHECK_THROWS_AS(options("scheme = \"moreau-jean\"\nimpact_law = \"poisson\""), SceneError);
   CHECK_NOTHROW(options("impact_law = \"poisson\""));
 
-  // A number and no scheme is the fixed step, digit for digit.
+  // A step without a scheme means fixed steps, digit for digit.
   const auto fixed = test::simulate(parse_scene(scene + "[nonsmooth]\nstep = 1e-3", "a"), Family::nonsmooth),
              named = test::simulate(
                  parse_scene(scene + "[nonsmooth]\nscheme = \"moreau-jean\"\nstep = 1e-3", "b"),
@@ -153,7 +159,8 @@ TEST_CASE("automatic: which scheme the keys mean", "[automatic][scene]") {
   CHECK((bits(fixed.events) == bits(named.events)));
   CHECK(fixed.final_state.q == named.final_state.q);
 
-  // Canonical texts read back, and runs are the same exactly where they are.
+  // Canonical texts are read back, and runs have the same identity if and only if the texts are
+  // equal.
   std::map<std::string, std::string> digests;
   for (const char* more :
        {"", "step = \"automatic\"", "scheme = \"automatic\"", "step = 1e-4", "scheme = \"moreau-jean\"",
@@ -168,7 +175,7 @@ TEST_CASE("automatic: which scheme the keys mean", "[automatic][scene]") {
     CHECK(Simulation(again, "nonsmooth").identity().digest() == digest);
     digests[more] = digest;
   }
-  // Identity is by what a scene says: of two schemes never the same.
+  // The identity depends on the text of a scene: it differs for two schemes.
   CHECK(digests[""] == digests["step = \"automatic\""]);
   for (const char* a :
        {"", "step = 1e-4", "scheme = \"moreau-jean\"", "scheme = \"event-driven\"", "step_tolerance = 1e-5"})

@@ -1,5 +1,6 @@
-// Gears with backlash on a moving arm. Both centres of the second pair move, so that trial steps may bring them within the
-// base circles, where nothing bounds the gap of the flanks: such a step is made again, shorter.
+// Gears with backlash on a moving arm. Both centres of the second pair move, so a trial step may
+// bring them within the base circles, where the gap of the flanks has no bound. Such a step is
+// repeated with a shorter length.
 #include <catch2/catch.hpp>
 
 #include <optional>
@@ -10,7 +11,8 @@
 
 using namespace freeplay;
 
-TEST_CASE("flanks of gears on a moving arm stay outside each other", "[gears][event-driven][automatic]") {
+TEST_CASE("flanks of gears with backlash on a moving arm do not penetrate each other",
+          "[gears][event-driven][automatic]") {
   auto scene = read_scene(test::scene_file("backlash_arm"));
   scene.run.duration = 1.0;
   for (const auto scheme : {std::optional<Scheme>{}, std::optional(Scheme::event_driven)}) {
@@ -19,9 +21,11 @@ TEST_CASE("flanks of gears on a moving arm stay outside each other", "[gears][ev
     CAPTURE(scheme.has_value(), run.ending.reason);
     CHECK(run.ending.status == Ending::Status::finished);
     CHECK(run.contacts.size() == 4);
-    // Events are located to the rounding of the gap, about 1e-16 m of 5e-5 m, over some hundred events.
+    // Events are located to the rounding of the gap, about 1e-16 m of 5e-5 m, over some hundred
+    // events.
     for (const auto& c : run.contacts) CHECK(c.penetration_ratio < 1e-6);
-    // A step that leaves open whether flanks met is made again: no doubt is left of a run that is right.
+    // A step that does not decide whether the flanks are in contact is repeated, so a correct run
+    // is not reported as doubtful.
     for (const auto& note : run.notes) CHECK(note.find("DOUBTFUL") == note.npos);
     CHECK(run.work.events > 20);
   }

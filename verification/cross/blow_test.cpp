@@ -1,4 +1,5 @@
-// Contact forces of the penalty formulation while a contact lasts: blows, greatest depth, a start under load.
+// Contact forces of the penalty formulation during lasting contact: impacts on a lasting contact,
+// greatest penetration, a start under load.
 #include <fmt/format.h>
 #include <catch2/catch.hpp>
 
@@ -16,8 +17,9 @@ using Catch::Matchers::Contains;
 
 namespace {
 
-/// A lever (0.1 kg m² about its pin) that a torque of 1 N m presses on a stop of steel at 0.5 m: a mass of 0.4 kg under 2 N
-/// there. From 10 ms on pulses of `areas` (N m s) hit it, each 1 µs long, 40 ms apart.
+/// A lever (0.1 kg m² about its pin) that a torque of 1 N m presses on a stop of steel at 0.5 m: a
+/// mass of 0.4 kg under 2 N there. From 10 ms on pulses of `areas` (N m s) act on it, each 1 µs
+/// long, 40 ms apart.
 Scene lever(const std::vector<double>& areas, const std::vector<std::string>& sets) {
   std::string table = "[0.0, -1.0]";
   double t = 0.01;
@@ -57,7 +59,8 @@ tolerance = 1e-10
                      "lever.toml", sets);
 }
 
-/// Greatest speed off the stop over the greatest onto it (m/s), within `from` to `to`.
+/// Greatest separation speed over the greatest approach speed at the stop (m/s), from `from` to
+/// `to`.
 struct Rebound {
   double onto = 0, off = 0;
 };
@@ -76,7 +79,8 @@ Rebound rebound(const Scene& scene, double from, double to) {
 
 }  // namespace
 
-TEST_CASE("a contact that lasts and is struck anew gives the blow its restitution", "[penalty][blow]") {
+TEST_CASE("an impact on a lasting contact has the coefficient of restitution of the surface",
+          "[penalty][blow]") {
   const std::string integrator =
       GENERATE("dopri5", "adams_bashforth_moulton", "rosenbrock4", "bulirsch_stoer");
   const std::string floor = GENERATE("", "penalty.v0_floor=1e-3", "penalty.v0_floor=0.05");
@@ -87,15 +91,17 @@ TEST_CASE("a contact that lasts and is struck anew gives the blow its restitutio
   const auto scene = lever({0.1}, sets);
   const auto r = rebound(scene, 0.01, 0.012);
   CHECK(r.onto == Approx(0.5).epsilon(0.02));  // 0.1 N m s on 0.1 kg m², at 0.5 m
-  // χ(1 + ê) = ln[(1 + χ)/(1 − χê)] holds of a free impact. Here 2 N press for the 1.9e-4 s of the contact (2e-3 of the
-  // blow's momentum, given back on the way out) and the blow itself takes 6e-3 of that time.
+  // χ(1 + ê) = ln[(1 + χ)/(1 − χê)] holds for a free impact. Here 2 N act during the 1.9e-4 s of
+  // the contact (2e-3 of the impact's momentum, returned in expansion) and the pulse itself takes
+  // 6e-3 of that time.
   const double chi = damping_factor(scene.penalty.contact, 0.9);
   CHECK(r.off / r.onto == Approx(delivered_restitution(chi)).margin(0.01));
 }
 
-TEST_CASE("each of several blows has the restitution of its own speed", "[penalty][blow]") {
-  // While the lever rests between them: the hard one first, so that what it leaves is too fast for those that follow. After
-  // 40 ms at 0.9 a lever thrown off at 5 m/s² lies still again only for the weaker ones.
+TEST_CASE("each of several impacts on a lasting contact has the restitution of its own speed",
+          "[penalty][blow]") {
+  // Only a pulse that finds the lever at rest is compared. 40 ms after the larger pulse (e = 0.9, the
+  // torque returns the lever at 5 m/s²) the lever still bounces; after the weaker one it rests again.
   for (const auto& areas : {std::vector{0.02, 0.002}, std::vector{0.002, 0.02}}) {
     const auto scene = lever(areas, {"penalty.integrator=dopri5"});
     for (std::size_t i = 0; i < areas.size(); ++i) {
@@ -108,15 +114,18 @@ TEST_CASE("each of several blows has the restitution of its own speed", "[penalt
         if (step.t1 <= from) before = 0.5 * step.v1[2];
       };
       REQUIRE(simulation.run({.observers = {&listener}}).ending.status == Ending::Status::finished);
-      if (std::abs(before) > 1e-3) continue;  // it still hops
+      if (std::abs(before) > 1e-3) continue;  // it still bounces
       const auto r = rebound(scene, from, from + 1e-3);
       CHECK(r.off / r.onto == Approx(0.9).margin(0.03));
     }
   }
 }
 
-TEST_CASE("a free impact is that of the law alone, blow or not", "[penalty][blow]") {
-  // Nothing presses: w = v₀ is the greatest, so that delivered restitution is the closed form's to the tolerance.
+TEST_CASE(
+    "a free impact follows the contact law alone, whatever the treatment of impacts on lasting contacts",
+    "[penalty][blow]") {
+  // Without a load w = v₀ is the greatest, so the delivered restitution is that of the closed form
+  // to the tolerance.
   auto scene = lever({}, {"drives.hammer.torque_table=[[0.0, 0.0], [1.0, 0.0]]",
                           "bodies.lever.angular_velocity=-1.0", "run.start=given", "run.duration=1e-3"});
   const auto r = rebound(scene, 0, 1);
@@ -136,12 +145,14 @@ TEST_CASE("the greatest penetration is the extremum, not the deepest end of a st
   // Hertz without loss: m v²/2 = (2/5) K δ^(5/2), K = (4/3) E* √R, E* = E/(2(1 − ν²)).
   const double K = 4.0 / 3 * 2.07e11 / (2 * (1 - 0.09)) * std::sqrt(0.1);
   const double depth = std::pow(5 * 0.49 / (4 * K), 0.4);
-  // Half a sine in steps of a fifth: the quintic through the ends departs by (0.2π)⁶/46080 = 1.3e-6 of the depth.
+  // Half a sine in steps of a fifth: the error of the quintic through the ends is
+  // (0.2π)⁶/46080 = 1.3e-6 of the depth.
   CHECK(run.contacts[0].penetration == Approx(depth).epsilon(1e-5));
 }
 
-TEST_CASE("a body may start where its soft contact bears it", "[penalty][start]") {
-  // δ = (m g/K)^(2/3): 1.2 mm of a radius of 100 mm for 1 MPa, and 57 µm for 100 MPa.
+TEST_CASE("a body may start at the penetration at which its soft contact carries its weight",
+          "[penalty][start]") {
+  // δ = (m g/K)^(2/3): 1.2 mm for a radius of 100 mm and 1 MPa, and 57 µm for 100 MPa.
   const auto young = GENERATE(1e6, 1e8, 2e11);
   const double K = 4.0 / 3 * young / (2 * (1 - 0.09)) * std::sqrt(0.1), depth = std::pow(9.81 / K, 2.0 / 3);
   const auto scene = [&](double deep) {
@@ -157,9 +168,9 @@ TEST_CASE("a body may start where its soft contact bears it", "[penalty][start]"
                     Contains("contacts.floor overlaps by 0.011 m"));
 }
 
-TEST_CASE("a contact that rests does not part in a short last step", "[nonsmooth]") {
-  // A journal that is pressed on its bearing stands off by its path's curvature, h³, between two steps: less than a whole
-  // step's push, more than that of a last step of a hundredth.
+TEST_CASE("a resting contact does not separate in a short last step", "[nonsmooth]") {
+  // A loaded journal on its bearing has a gap of its path's curvature, h³, between two steps: less
+  // than the displacement in a whole step, more than that in a last step of a hundredth.
   for (const double duration : {0.05, 0.0500001, 0.05000000001, 0.050009999}) {
     CAPTURE(duration);
     const auto scene =
@@ -171,7 +182,7 @@ TEST_CASE("a contact that rests does not part in a short last step", "[nonsmooth
   }
 }
 
-TEST_CASE("what a contact force cannot have is named", "[penalty]") {
+TEST_CASE("a note names the surface property that a contact force law cannot model", "[penalty]") {
   const auto scene =
       lever({}, {"surfaces.steel.tangential_restitution=0.4", "drives.hammer.torque_table=[[0, 0], [1, 0]]"});
   const auto run = test::simulate(scene, Family::penalty);
@@ -180,10 +191,11 @@ TEST_CASE("what a contact force cannot have is named", "[penalty]") {
   }));
 }
 
-TEST_CASE("what a contact has stored is lost where damping holds its force at zero until it opens",
+TEST_CASE("stored contact energy is lost while damping holds the force at zero until separation",
           "[penalty][blow]") {
-  // A soft ball at rest, δ deep, that its weight pulls away. Faster than v₀/χ from the first micrometre on, it flies off under
-  // no force, and all of U = (2/5) K δ^(5/2) is dissipated, but for (m/2)(v₀/χ)² < 1e-14 J.
+  // A soft ball at rest, with penetration δ, is pulled away by its weight. Faster than v₀/χ from
+  // the first micrometre on, it separates without a force, and all of U = (2/5) K δ^(5/2) is
+  // dissipated, except (m/2)(v₀/χ)² < 1e-14 J.
   const std::string integrator =
       GENERATE("dopri5", "adams_bashforth_moulton", "rosenbrock4", "bulirsch_stoer");
   CAPTURE(integrator);
@@ -197,8 +209,10 @@ TEST_CASE("what a contact has stored is lost where damping holds its force at ze
   CHECK(run.ledger.contact == Approx(0.4 * K * std::pow(1e-4, 2.5)).epsilon(1e-8));
 }
 
-TEST_CASE("a torque on one body makes no contact of another slower than the floor of v0", "[penalty][blow]") {
-  // Nothing sets a pace here but the torque: 1000 N m on a wheel. The ball beside it, of 1e-9 kg m², has nothing of that.
+TEST_CASE("a torque on one body does not lower the floor of v0 for a contact of another body",
+          "[penalty][blow]") {
+  // Only the torque sets a speed scale here: 1000 N m on a wheel. It does not act on the ball
+  // beside it, of 1e-9 kg m².
   const auto scene = read_scene(
       test::scene_file("ball_on_plane"),
       {"bodies.wheel.mass=1", "bodies.wheel.inertia=1", "bodies.ball.mass=1e-3", "bodies.ball.inertia=1e-9",
@@ -209,5 +223,5 @@ TEST_CASE("a torque on one body makes no contact of another slower than the floo
   REQUIRE_FALSE(run.events.empty());
   CHECK(run.events.front().v_n_minus == Approx(-1).epsilon(1e-9));
   CHECK(run.events.front().v_n_plus ==
-        Approx(0.5).epsilon(1e-4));  // the exact law, of which χ is found to 1e-12
+        Approx(0.5).epsilon(1e-4));  // the exact law, whose χ is computed to 1e-12
 }

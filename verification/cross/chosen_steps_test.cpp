@@ -1,5 +1,6 @@
-// Moreau–Jean with steps that an estimate of their error chooses: its order where rows turn, sliding that turns round on a
-// slope, loose tolerances and impacts without restitution. The claims of "chosen" have the rest.
+// Moreau–Jean with adaptive steps (step = "automatic", chosen by an error estimate): the order
+// where constraint rows rotate, reversal of sliding on a slope, loose tolerances, and impacts
+// without restitution. The claims of "chosen" contain further cases.
 #include <catch2/catch.hpp>
 
 #include "mechanism/scene.hpp"
@@ -23,7 +24,8 @@ Scene chosen(Scene scene, double tolerance) {
 
 Result finished(const Scene& scene) { return test::finished(scene, Family::nonsmooth); }
 
-/// The paper's rig up to just after its sixth touch, and its touches by the event-driven scheme at 1e-13.
+/// The paper's rig up to just after its sixth contact, and its contacts by the event-driven scheme
+/// at 1e-13.
 struct Rig {
   Scene scene = read_scene(test::flores(), {"run.revolutions=0.2", "run.discard=0"});
   std::vector<ContactEvent> exact;
@@ -39,10 +41,12 @@ struct Rig {
 
 }  // namespace
 
-TEST_CASE("chosen steps: the order is three where rows turn with the motion", "[chosen][order]") {
-  // A step is a drift of h/2, a kick of h, a drift of h/2. Where rows turn with the motion the middle's rates, continued by
-  // (h/2)γ, miss those at the end by O(h³), onto which they are moved: that is not symmetric, and leaves h⁴ in the combination
-  // of one step and two halves: third order, and errors go with tolerance.
+TEST_CASE("adaptive time stepping: third order where the constraint rows rotate with the motion",
+          "[chosen][order]") {
+  // A step is a drift of h/2, an impulse of h, a drift of h/2. Where constraint rows rotate with
+  // the motion, the velocities of the middle, continued by (h/2)γ, differ by O(h³) from those at
+  // the end, onto which they are projected. That is not symmetric, and leaves h⁴ in the combination
+  // of one step and two halves: third order, and errors in proportion to the tolerance.
   const auto scene = read_scene(test::scene_file("swinging_bar"));
   const auto exact =
       reference::pendulum_state(reference::Pendulum{0.8, 0.01, 0.25, 9.81, 1.0471975511965976}, 0.9);
@@ -60,21 +64,22 @@ TEST_CASE("chosen steps: the order is three where rows turn with the motion", "[
   CHECK(test::observed_order(accepted, errors) == Approx(1).margin(0.1).epsilon(0));
 }
 
-TEST_CASE("chosen steps: a block slides up a slope and down again", "[chosen]") {
-  // A step over the instant of turning has one friction all along. Its error, the speed that it has wrong, is accepted up to
-  // tolerance × (V + |v|); before and after the motion is polynomial, which a step meets to rounding. Both the step itself and
-  // one that ends at rest there may be wrong: twice that, and its time's worth of the way.
+TEST_CASE("adaptive time stepping: a block slides up a slope and down again", "[chosen]") {
+  // A step over the reversal has one direction of friction throughout. Its error, a speed, is
+  // accepted up to tolerance × (V + |v|); before and after the reversal the motion is polynomial,
+  // which a step integrates to rounding. Both the step itself and one that ends at rest there may
+  // have that error: twice that speed, and the displacement by it over the time.
   for (const double tolerance : {1e-4, 1e-5, 1e-6, 1e-7})
     for (const double v0 : {0.25, 0.27, 0.3, 0.31, 0.32}) {
       CAPTURE(tolerance, v0);
-      // 20 degrees, friction below their tangent.
+      // 20 degrees, friction coefficient below their tangent.
       auto scene = read_scene(test::scene_file("block_on_slope"));
       scene.mechanism.surfaces[0].friction = 0.2;
       scene.mechanism.bodies[0].velocity = {v0, 0};
       const auto run = finished(chosen(scene, tolerance));
       const auto exact = reference::block_state({20 * M_PI / 180, 0.2, 9.81, v0}, 0.5);
       const double wrong =
-          2 * tolerance * (std::sqrt(9.81 * 0.12) + v0);  // no scale of length is above an arm
+          2 * tolerance * (std::sqrt(9.81 * 0.12) + v0);  // the length scale is at most a lever arm
       CHECK(exact.velocity < -0.1);
       CHECK(run.final_state.v[0] == Approx(exact.velocity).margin(wrong).epsilon(0));
       CHECK(run.final_state.q[0] == Approx(exact.position).margin(wrong * 0.5).epsilon(0));
@@ -82,18 +87,19 @@ TEST_CASE("chosen steps: a block slides up a slope and down again", "[chosen]") 
     }
 }
 
-TEST_CASE("chosen steps: at their loosest, and without restitution", "[chosen]") {
+TEST_CASE("adaptive time stepping: loosest tolerance, and vanishing restitution", "[chosen]") {
   const Rig rig;
   {
-    // A thousandth of the clearance off at each landing, some per cent of it by the sixth touch: each rattle multiplies an
-    // error by two or three.
+    // An error of a thousandth of the clearance at each contact, some per cent of it by the sixth:
+    // each bounce multiplies an error by two or three.
     const auto found = test::touches(finished(chosen(rig.scene, 1e-3)));
     REQUIRE(found.size() >= 3);
     for (std::size_t i = 0; i < 3; ++i)
       CHECK(found[i].t == Approx(rig.exact[i].t).margin(0.01 * rig.exact[0].t).epsilon(0));
   }
-  // As e goes to 0 the first impact becomes a beginning of lasting contact, the same from some e on: a hop of
-  // 2 e v/g is over when it is e²v²/(2g) < 1e-6 × 5e-5 m high, and ends in the next touch.
+  // As e tends to 0 the first impact becomes a beginning of lasting contact, the same below some e:
+  // a bounce of duration 2 e v/g is ended when its height e²v²/(2g) is below 1e-6 × 5e-5 m, and
+  // joins the next contact.
   auto ball = chosen(read_scene(test::scene_file("bouncing_ball")), 1e-6);
   for (const double e : {0.0, 1e-8, 1e-4, 1e-2}) {
     CAPTURE(e);
@@ -109,7 +115,7 @@ TEST_CASE("chosen steps: at their loosest, and without restitution", "[chosen]")
     CHECK(run.final_state.q[1] == Approx(0.05).margin(1e-6 * 0.05).epsilon(0));
     CHECK(std::abs(run.ledger.closure()) < 1e-12 * run.ledger.scale());
   }
-  // The rig: what rests after its first touch goes on as with the event-driven scheme.
+  // The rig: the lasting contact after its first onset continues as with the event-driven scheme.
   auto flat = rig.scene;
   flat.mechanism.surfaces[0].restitution = 0;
   flat.run.duration = 0.06;

@@ -1,4 +1,5 @@
-// What a time-stepped run says of its first touches, against closed forms and the event-driven scheme.
+// The error estimate of the first contacts of a time-stepping run, against closed forms and the
+// event-driven scheme.
 #include <catch2/catch.hpp>
 
 #include <atomic>
@@ -34,7 +35,8 @@ std::vector<ContactEvent> judged(const Scene& scene) {
 
 }  // namespace
 
-TEST_CASE("the difference of touches is measured by interval, speed and impulse", "[companion]") {
+TEST_CASE("the difference of two lists of contacts is measured by interval, speed and impulse",
+          "[companion]") {
   const std::vector<ContactEvent> exact{touch(1, 2, 4), touch(1.5, 1, 2, 1), touch(1.5 + 1e-9, 1, 2, 0)};
   const std::vector<ContactEvent> found{touch(1.01, 2, 4), touch(1.5, 1, 2.2, 0), touch(1.5, 1.05, 2, 1)};
   const auto d = touch_difference(found, exact);
@@ -43,11 +45,11 @@ TEST_CASE("the difference of touches is measured by interval, speed and impulse"
   CHECK(d.impulse == Approx(0.1));
   CHECK(d.touches == 3);
   CHECK(std::isinf(touch_difference({found[0]}, exact).greatest()));
-  // What rests at the start has touched before.
+  // A contact that rests at the start had its onset before.
   CHECK_FALSE(is_touch(touch(0, 0, 0)));
 }
 
-TEST_CASE("what a run says of its first touches covers their error", "[companion]") {
+TEST_CASE("the error estimate of the first contacts covers their error", "[companion]") {
   int cases = 0;
   for (const auto* name :
        {"gudgeon", "gudgeon_1mm_250rpm", "gudgeon_mu03", "four_bar", "four_bar_two", "big_end"})
@@ -70,7 +72,8 @@ TEST_CASE("what a run says of its first touches covers their error", "[companion
       exact.resize(found.size());
       const double off = touch_difference(found, exact).greatest();
       CAPTURE(off);
-      // Twice what a first-order error leaves: it is covered, and not by more than tenfold.
+      // Twice the remaining first-order error: it covers the error, and by less than a factor of
+      // ten.
       CHECK(doubt->greatest() >= off);
       CHECK(doubt->greatest() <= 10 * off);
       ++cases;
@@ -78,7 +81,7 @@ TEST_CASE("what a run says of its first touches covers their error", "[companion
   CHECK(cases == 12);
 }
 
-TEST_CASE("what is said covers the error of a bouncing ball, by its closed form", "[companion]") {
+TEST_CASE("the error estimate covers the error of a bouncing ball, against the closed form", "[companion]") {
   auto scene = read_scene(test::scene_file("bouncing_ball"));
   scene.nonsmooth.scheme = Scheme::moreau_jean;
   scene.run.duration = 3;
@@ -101,7 +104,7 @@ TEST_CASE("what is said covers the error of a bouncing ball, by its closed form"
   }
 }
 
-TEST_CASE("a companion moves no digit, and knows when it has nothing to say", "[companion]") {
+TEST_CASE("a companion run changes no digit and gives no estimate where it has none", "[companion]") {
   auto scene = read_scene(test::scene_file("gudgeon"));
   scene.run.duration = 0.05;
   scene.run.discard = 0;
@@ -114,17 +117,17 @@ TEST_CASE("a companion moves no digit, and knows when it has nothing to say", "[
   REQUIRE(with.first_touches);
   CHECK(with.notes.size() == alone.notes.size() + 1);
   CHECK_FALSE(run_scene(scene, {.formulation = "penalty", .companion = true}).first_touches);
-  // Asked to stop it says nothing, at once.
+  // After a stop request it returns nothing, at once.
   const std::atomic<bool> stop = true;
   CHECK_FALSE(doubt_first_touches(scene, {}, StopToken(stop)));
   scene.nonsmooth.scheme = Scheme::event_driven;
   CHECK_FALSE(doubt_first_touches(scene, {}, {}));
   scene.nonsmooth.scheme = Scheme::moreau_jean;
-  scene.run.duration = 2e-3;  // before the first touch
+  scene.run.duration = 2e-3;  // before the first contact
   CHECK_FALSE(doubt_first_touches(scene, {}, {}));
 }
 
-TEST_CASE("a step too long for the first touches is called doubtful", "[companion][program]") {
+TEST_CASE("a step too long for the first contacts is reported as doubtful", "[companion][program]") {
   test::TemporaryFolder folder;
   const auto run = [&](const char* step) {
     return test::freeplay(

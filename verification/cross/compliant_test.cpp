@@ -1,4 +1,5 @@
-// Springs with kinks, bushings and cams in whole runs: snapshots, the ledger, implicit and fixed steps, small and fast scenes.
+// Springs with kinks, bushings and cams in complete runs: snapshots, the energy ledger, implicit
+// and fixed steps, small and fast scenes.
 #include <catch2/catch.hpp>
 
 #include <cmath>
@@ -14,7 +15,7 @@ using namespace freeplay::snapshots;
 
 namespace {
 
-/// A mass between a cable and a buffer under weight, a bushing's load beside it.
+/// A mass between a cable and a buffer under its weight, with a load on a bushing beside it.
 const std::string hung =
     "gravity = [0.0, -9.81]\n" +
     test::body("mass", 1.0, 0.1, "position = [0.3, -0.2]\nvelocity = [0.5, 2.0]\nangular_velocity = 4.0\n") +
@@ -90,7 +91,7 @@ Result run(const std::string& scene, const std::vector<std::string>& set, Family
 
 }  // namespace
 
-TEST_CASE("snapshots: kinks of springs and cams go on bit for bit", "[snapshot][compliant]") {
+TEST_CASE("snapshots: runs with kinks of springs and cams continue bit for bit", "[snapshot][compliant]") {
   for (const char* integrator : {"dopri5", "rosenbrock4", "adams_bashforth_moulton"})
     check({hung,
            "penalty",
@@ -103,8 +104,9 @@ TEST_CASE("snapshots: kinks of springs and cams go on bit for bit", "[snapshot][
   check({cam, "nonsmooth", {"nonsmooth.step=2e-5"}, {flight}});
 }
 
-TEST_CASE("the ledger closes over kinks, dampers and cams in every scheme", "[compliant]") {
-  // Of kinetic and stored energy: tolerance times some thousand steps; of fixed steps, first order in what changes at kinks.
+TEST_CASE("the energy ledger closes over kinks, dampers and cams in every scheme", "[compliant]") {
+  // Relative to kinetic and stored energy: tolerance times some thousand steps; for fixed steps,
+  // first order in the changes at kinks.
   const struct {
     Family family;
     std::vector<std::string> set;
@@ -122,13 +124,14 @@ TEST_CASE("the ledger closes over kinks, dampers and cams in every scheme", "[co
       const auto result = run(scene, way.set, way.family);
       const auto& l = result.ledger;
       CHECK(std::abs(l.closure()) <= way.bound * l.scale());
-      CHECK(l.damping >= -1e-12);  // what dampers have taken
+      CHECK(l.damping >= -1e-12);  // energy dissipated by dampers
     }
 }
 
-TEST_CASE("a lever on an eccentric cam stands where the tangent of its circle does", "[compliant]") {
-  // The face goes through the lever's pivot P; the disc's centre lies e off the cam's axis, its radius is ρ = base + e. The
-  // face is a tangent: its angle to the line from P to the centre is asin(ρ/D).
+TEST_CASE("a lever on an eccentric cam has the angle of the tangent to its circle", "[compliant]") {
+  // The face passes through the lever's pivot P; the disc's centre is at e from the cam's axis, its
+  // radius is ρ = base + e. The face is a tangent: its angle to the line from P to the centre is
+  // asin(ρ/D).
   auto text = cam;
   const auto replace = [&](const std::string& from, const std::string& to) {
     text = test::replaced(text, from, to);
@@ -148,13 +151,13 @@ TEST_CASE("a lever on an eccentric cam stands where the tangent of its circle do
     const double e = 0.003, rho = 0.033, turn = end.q[2] + M_PI / 2;
     const Vec2 pivot{0.1, 0.0300001}, centre{-e * std::cos(turn), -e * std::sin(turn)};
     const Vec2 away = centre - pivot;
-    // No lift at the start: the centre hangs below the axis by e, and comes up with the cam.
+    // No lift at the start: the centre is e below the axis, and rises with the cam.
     const double expected = std::asin(rho / away.norm()) - std::atan2(-away.y(), -away.x());
     CHECK(-end.q[5] == Approx(expected).margin(2e-7));
   }
 }
 
-TEST_CASE("a follower that rests on its dwell stays there, on cams of any size", "[compliant]") {
+TEST_CASE("a follower at rest on a dwell stays at rest, on cams of any size", "[compliant]") {
   for (const double size : {1e-4, 1.0, 1e3}) {
     const auto scene = fmt::format(R"(
 gravity = [0.0, -{0}]

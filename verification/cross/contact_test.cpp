@@ -1,5 +1,5 @@
-// Penalty contacts on a mechanism: a free impact's prediction with the real effective mass, contacts that
-// begin at rest, grazing, and a state that starts inside the wall.
+// Penalty contacts in a mechanism: prediction of a free impact with the effective mass, contacts
+// that begin at rest, grazing contacts, and a start inside the wall.
 #include <catch2/catch.hpp>
 
 #include <cmath>
@@ -27,8 +27,8 @@ TEST_CASE("an impact in the mechanism is a free impact of the effective mass, to
     scene.run.discard = 0;
     const auto run = test::simulate(scene, Family::penalty);
     const auto e = test::touch(run, i);
-    // Loads press the joint shut with some 26 m/s² while the contact lasts: that changes the speed by 26 T of
-    // v.
+    // Loads close the joint with about 26 m/s² during the contact, which changes the speed by 26 T
+    // relative to v.
     const double order = 26 * e.duration / -e.v_n_minus;
     CAPTURE(i, order);
     CHECK(order < 0.2);
@@ -42,13 +42,14 @@ TEST_CASE("an impact in the mechanism is a free impact of the effective mass, to
 }
 
 namespace {
-/// A pendulum that hangs at rest from a loose pivot, its pin on the bearing's lowest point, displaced by
-/// `lift` upwards.
+/// A pendulum at rest on a pivot with clearance, its pin at the lowest point of the bearing,
+/// displaced by `lift` upwards.
 Scene hanging(double lift) {
   auto scene = read_scene(test::scene_file("pendulum"));
   auto& body = scene.mechanism.bodies[0];
   body.angle = -1.5707963267948966;
-  // The pin is 0.15 m above the centre of mass; the bearing's centre is the origin, its clearance 0.5 mm.
+  // The pin is 0.15 m above the centre of mass; the bearing's centre is the origin, its clearance
+  // 0.5 mm.
   body.position = Vec2(0, -0.15 - 0.5e-3 + lift);
   scene.run.start = RunOptions::Start::given;
   scene.run.duration = 0.05;
@@ -62,16 +63,17 @@ TEST_CASE("a contact that begins at rest settles, in both formulations", "[conta
   for (const auto family : {Family::penalty, Family::nonsmooth}) {
     CAPTURE(family == Family::penalty);
     const auto run = test::finished(scene, family);
-    // The weight compresses the contact by (mg/K)^(2/3) = 1e-7 m; nothing moves farther than a few times
-    // that.
+    // The weight compresses the contact by (mg/K)^(2/3) = 1e-7 m; no displacement exceeds a few
+    // times that.
     CHECK(run.contacts[0].penetration < 1e-6);
     CHECK(run.ledger.kinetic < 1e-6);
     CHECK(run.contacts[0].lasting_fraction > 0.95);
   }
 }
 
-TEST_CASE("a state that starts inside the wall is a contact from the first instant", "[contact]") {
-  // 2 µm inside: Hertz's energy 0.4 K δ^2.5 throws the journal up; it must not exceed that energy.
+TEST_CASE("a start inside the wall is a contact from the first instant", "[contact]") {
+  // 2 µm inside: Hertz's energy 0.4 K δ^2.5 accelerates the journal upwards; its energy must not
+  // exceed that.
   auto scene = hanging(-2e-6);
   const auto run = test::finished(scene, Family::penalty);
   const double K = hertz_stiffness(207e9, 0.3, 10e-3 * 9.5e-3 / 0.5e-3),
@@ -82,8 +84,8 @@ TEST_CASE("a state that starts inside the wall is a contact from the first insta
 }
 
 TEST_CASE("a journal that only grazes the wall is handled", "[contact]") {
-  // Tossed up from the bottom so that it just reaches the top: v² = 2 g (2c), a little less, just that, and a
-  // little more.
+  // Started upwards from the bottom so that it just reaches the top: v² = 2 g (2c), a little less,
+  // exactly that, and a little more.
   for (double factor : {1 - 1e-9, 1.0, 1 + 1e-12, 1 + 1e-9, 1 + 1e-6}) {
     auto scene = hanging(1e-9);
     scene.mechanism.bodies[0].velocity = Vec2(0, std::sqrt(2 * 9.81 * (1e-3 - 1e-9) * factor));

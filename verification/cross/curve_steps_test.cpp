@@ -1,5 +1,6 @@
-// Steps against the curves that they read: time, an angle, a position, a speed. Every row of a run is compared with the closed
-// form, for a step's ends may meet a curve that the step jumps over.
+// Steps over curves of time, angle, position and speed. Every recorded row of a run is compared
+// with the closed form, since a step may jump over part of a curve and still agree with it at both
+// ends.
 #include <fmt/format.h>
 #include <catch2/catch.hpp>
 
@@ -25,7 +26,7 @@ constexpr double pi = std::numbers::pi;
 using test::Way, test::scene_by;
 
 const std::vector<Way> schemes{test::automatic, test::event_driven, test::chosen_steps};
-/// The schemes, and the penalty formulation by each integrator that controls its error.
+/// The schemes, and the penalty formulation with each adaptive integrator.
 const std::vector<Way> all_ways = [] {
   auto list = schemes;
   for (const char* integrator : {"dopri5", "bulirsch_stoer", "adams_bashforth_moulton", "rosenbrock4"})
@@ -61,7 +62,8 @@ start = "assembled"
                      speed, drive);
 }
 
-/// A rotor (J, kg m²) at 10 rad/s at the start, and a follower (m, kg) at a curve of its angle; `more`: other tables.
+/// A rotor (J, kg m²) at 10 rad/s at the start, and a follower (m, kg) prescribed over its angle;
+/// `more`: other tables.
 std::string follower(double J, double m, const std::string& more, const std::string& curve) {
   return test::body("rotor", 1, J, "angular_velocity = 10.0\n") + test::body("follower", m, 1e-4) +
          test::pin("shaft", "ground", "rotor") + test::guide("guide", "ground", "follower", {0, 1}) +
@@ -77,7 +79,8 @@ duration = 0.6
 start = "assembled"
 )";
 
-/// A barrier of 2 J about x = 0.5 m: 200 N at 0.49 m against what comes, and as much behind it the other way.
+/// A barrier of 2 J about x = 0.5 m: an opposing force of 200 N at 0.49 m, and the opposite one
+/// behind it.
 std::string hill(const char* between) {
   return slider(1, fmt::format(R"(force = "hill"
 against = "position"
@@ -92,15 +95,17 @@ double smooth_rise(double s) { return s * s * s * (10 + s * (-15 + 6 * s)); }
 
 }  // namespace
 
-TEST_CASE("curves: rows of a prescribed motion are on its curve between the ends of steps", "[curves]") {
+TEST_CASE("curves: recorded rows of a prescribed motion lie on its curve between the ends of steps",
+          "[curves]") {
   constexpr double A = 0.03, w = 2 * pi * 10;
   const auto text = slider(0, R"(position = "shake"
 [curves.shake]
 shape = "harmonic"
 amplitude = 0.03
 frequency = 10)");
-  // Steps of time stepping are a 32nd of the period, with Hermite's cubic through their halves: (2π/64)⁴/384 = 2.4e-7 of the
-  // amplitude in place, and (2π/64)³/(36√12) = 8e-6 of it in speed. Dormand and Prince's have less. A factor of ten above.
+  // Steps of time stepping are a 32nd of the period, with Hermite's cubic through their halves: an
+  // error of (2π/64)⁴/384 = 2.4e-7 of the amplitude in position, and (2π/64)³/(36√12) = 8e-6 of it
+  // in speed. Those of Dormand and Prince have less. The bound is a factor of ten above.
   for (const auto& way : schemes) {
     CAPTURE(way.name);
     const auto rows = rows_of(way, text, 1e-4);
@@ -111,7 +116,8 @@ frequency = 10)");
 
 TEST_CASE("curves: a ball on a table shaken at 60 to 500 Hz, in every scheme and without a hand-over",
           "[curves]") {
-  // Amplitudes of 3 g: the ball leaves the table. Time stepping's bound as above; event-driven far below it.
+  // Amplitudes of 3 g: the ball separates from the table. Time stepping's bound as above;
+  // event-driven far below it.
   for (const double f : {60.0, 200.0, 500.0})
     for (const auto& way : schemes) {
       CAPTURE(f, way.name);
@@ -152,15 +158,17 @@ start = "assembled"
       const auto rows = rows_of(way, text, 1e-5);
       CHECK(rows.run.work.handovers == 0);
       CHECK(rows.worst([&](const auto& r) { return r.q[1] - A * std::sin(w * r.t); }) < 1e-5 * A);
-      // The ball never lies in the table, seen at every row: the contact is that of the table where it is.
+      // The ball does not penetrate the table in any row: the contact is with the table at its
+      // present position.
       CHECK(rows.worst([&](const auto& r) { return std::min(0.0, r.q[4] - 0.01 - A * std::sin(w * r.t)); }) <
             1e-4 * A);
     }
 }
 
 TEST_CASE("curves: a table with four discs keeps its sine through hand-overs to time stepping", "[curves]") {
-  // Two discs side by side between walls, two above them, on a table at 40 Hz and 0.9 g: impacts accumulate. Steps of time
-  // stepping as in the test of rows: 2.4e-7 of the amplitude; those of the event-driven scheme less. Bound: 1e-6.
+  // Two discs side by side between walls, two above them, on a table at 40 Hz and 0.9 g: impacts
+  // accumulate. Steps of time stepping as in the test of rows: 2.4e-7 of the amplitude; those of
+  // the event-driven scheme less. Bound: 1e-6.
   constexpr double w = 2 * pi * 40, A = 0.9 * 9.81 / (w * w), R = 0.02;
   constexpr double places[][2] = {{-0.0205, 0.0202}, {0.0205, 0.0202}, {0.001, 0.057}, {0.0, 0.098}};
   std::string text = "gravity = [0, -9.81]\n" + test::body("table", 10.0, 1.0) +
@@ -200,9 +208,10 @@ position = "shake"
   CHECK_FALSE(doubtful(rows.run));
 }
 
-TEST_CASE("curves: fixed steps that jump over the pieces of a force are doubted", "[curves]") {
-  // A step of more than a fifth of a piece does not resolve it (20 steps a period of such a row of kinks); one of 0.04 m takes the
-  // mean of all its pieces, none, and the slider passes.
+TEST_CASE("curves: fixed steps longer than the pieces of a force curve are reported as doubtful",
+          "[curves]") {
+  // A step of more than a fifth of a piece does not resolve it (20 steps a period of such a row of
+  // kinks); one of 0.04 m uses the mean of all its pieces, zero, and the slider passes.
   for (const double step : {0.013, 0.04, 0.1}) {
     CAPTURE(step);
     CHECK_THAT(test::notes_of(test::finished(test::fixed_steps(step), hill("linear"))),
@@ -210,12 +219,12 @@ TEST_CASE("curves: fixed steps that jump over the pieces of a force are doubted"
   }
   const auto run = test::finished(test::fixed_steps(1e-4), hill("linear"));  // a hundred steps a piece
   CHECK_FALSE(doubtful(run));
-  // Second order: the time of the turn to (100/s · 1e-4 s)² of its π/100 s.
+  // Second order: the error of the time of reversal is (100/s · 1e-4 s)² of its π/100 s.
   CHECK(run.final_state.q[0] == Approx(0.48 - (1 - 0.48 - pi / 100)).margin(1e-4).epsilon(0));
   CHECK(run.final_state.v[0] == Approx(-1).margin(1e-3).epsilon(0));
 }
 
-TEST_CASE("curves: a place that follows a joint's angle, on its curve in every row", "[curves]") {
+TEST_CASE("curves: a position prescribed over a joint's angle is on its curve in every row", "[curves]") {
   constexpr double lift = 0.03, speed = 10, start = 0.5, rise = 1.0, dwell = 0.5;
   const auto y = [&](double x) {
     if (x < start) return 0.0;
@@ -223,8 +232,9 @@ TEST_CASE("curves: a place that follows a joint's angle, on its curve in every r
     if (x < start + rise + dwell) return lift;
     return x < start + 2 * rise + dwell ? lift * smooth_rise((start + 2 * rise + dwell - x) / rise) : 0.0;
   };
-  // y⁗ ≤ 360 lift: over half a 32nd of the rise Hermite's cubic is off by 360 (1/64)⁴/384 = 5.6e-8 of the lift. Projection
-  // leaves a rate of second order, which the cubic takes part of: a hundred times that.
+  // y⁗ ≤ 360 lift: over half a 32nd of the rise the error of Hermite's cubic is 360
+  // (1/64)⁴/384 = 5.6e-8 of the lift. Projection leaves a velocity error of second order, part of
+  // which enters the cubic: a hundred times that.
   for (const auto& way : all_ways) {
     CAPTURE(way.name);
     const auto rows = rows_of(way, follower(0.01, 0.5, motor, R"(shape = "rise-dwell-return"
@@ -241,10 +251,13 @@ repeat = true)"),
   }
 }
 
-TEST_CASE("curves: a place that follows a joint's angle by a spline, on its curve in every row", "[curves]") {
-  // Flat ends and symmetry: y = lift s² (3 − 2s) on either side of the middle. The step that passes the first knot ends 1e-4 of the
-  // rise behind it, at a rate of 6e-4 lift/rise. Hermite's cubic over a step of a fifth of a radian before it makes 4/27 · 0.2 · 6e-4
-  // = 1.8e-5 of the lift in place. (By 1e-3 of the rise it was 6.9e-5.) The bound was set before the cause of the error was known.
+TEST_CASE("curves: a position prescribed over a joint's angle by a spline is on its curve in every row",
+          "[curves]") {
+  // Flat ends and symmetry: y = lift s² (3 − 2s) on either side of the middle. The step that passes
+  // the first knot ends 1e-4 of the rise after it, at a rate of 6e-4 lift/rise. Hermite's cubic
+  // over a step of a fifth of a radian before it has an error of 4/27 · 0.2 · 6e-4 = 1.8e-5 of the
+  // lift in position. (With 1e-3 of the rise it was 6.9e-5.) The bound was set before the cause of
+  // the error was known.
   constexpr double lift = 0.03, start = 0.5, rise = 1.0;
   const auto y = [&](double x) {
     const double s = std::max(0.0, 1 - std::abs(x - start - rise) / rise);
@@ -260,9 +273,10 @@ points = [[0.5, 0.0], [1.5, 0.03], [2.5, 0.0]])"),
   }
 }
 
-TEST_CASE("curves: a follower's spring turns a rotor back where its energy ends", "[curves]") {
-  // ½ J Ω² = 0.1 J against ½ k lift² = 0.45 J: the follower rises to √(2 · 0.1/1000) m = 0.0141421 m, and the rotor to the angle
-  // where the lift is that. Nothing is lost: it comes back to its start with −Ω.
+TEST_CASE("curves: a follower's spring turns a rotor back at the angle given by its energy", "[curves]") {
+  // ½ J Ω² = 0.1 J against ½ k lift² = 0.45 J: the follower rises to √(2 · 0.1/1000) m = 0.0141421
+  // m, and the rotor turns to the angle of that lift. Without dissipation it returns to its start
+  // with −Ω.
   double low = 0, high = 1;
   for (int i = 0; i < 60; ++i)
     (0.03 * smooth_rise(0.5 * (low + high)) < std::sqrt(2 * 0.1 / 1000) ? low : high) = 0.5 * (low + high);
@@ -283,35 +297,40 @@ return = 0.5
 rest = 5.083185307179586
 repeat = true)"),
                 1e-4);
-    // Rows miss the turning point by up to half their distance: ½ α (5e-5 s)², with α = k y y′/J < 400 rad/s² · 60.
+    // Rows miss the reversal by up to half their distance: ½ α (5e-5 s)², with α = k y y′/J < 400
+    // rad/s² · 60.
     const double farthest = -rows.worst([&](const auto& r) { return std::min(0.0, -r.q[2]); });
     CHECK(-farthest == Approx(turn).margin(3e-5).epsilon(0));
     CHECK(rows.rows.back().v[2] == Approx(-10).epsilon(1e-4));
   }
 }
 
-TEST_CASE("curves: a slider does not pass a barrier that is higher than its energy",
+TEST_CASE("curves: a slider does not pass a potential barrier higher than its energy",
           "[curves][integrators]") {
-  // 1 J against a hill of 2 J, whose sides do no net work. Linear between its points the force grows as 20,000 N/m from 0.48 m on, so
-  // that 1 J is spent at 0.49 m, where it is 200 N; and it turns back there. With ω = 100/s, x − 0.48 = 0.01 sin ωt on the way up: a
-  // quarter of a period there and one back, so that it is at 0.48 − (1 − 0.48 − π/100) m at 1 s. A spline's hill turns it elsewhere.
+  // 1 J against a barrier of 2 J, whose sides do no net work. Linear between its points the force
+  // increases by 20,000 N/m from 0.48 m on, so that 1 J is spent at 0.49 m, where it is 200 N; the
+  // motion reverses there. With ω = 100/s, x − 0.48 = 0.01 sin ωt on the way up: a quarter of a
+  // period there and one back, so that it is at 0.48 − (1 − 0.48 − π/100) m at 1 s. A spline
+  // barrier reverses it elsewhere.
   for (const auto& way : all_ways)
     for (const char* between : {"linear", "spline"}) {
       CAPTURE(way.name, between);
       const auto run = test::finished(way, hill(between));
       CHECK_FALSE(doubtful(run));
-      // A hundred steps at a tolerance of 1e-9, of chosen time steps 1e-6. Where it turns the force falls again just beyond: 1e-6 of the
-      // energy more brings it 1e-6·√… further.
+      // A hundred steps at a tolerance of 1e-9, of adaptive time steps 1e-6. The force decreases
+      // just beyond the reversal: 1e-6 more energy moves it 1e-6·√… further.
       CHECK(run.final_state.v[0] == Approx(-1).margin(way.penalty() ? 1e-6 : 1e-4).epsilon(0));
       if (between[0] == 'l')
         CHECK(run.final_state.q[0] == Approx(0.48 - (1 - 0.48 - pi / 100)).margin(1e-4).epsilon(0));
     }
 }
 
-TEST_CASE("curves: a force far faster than the run, its speed in every row", "[curves][integrators]") {
-  // F sin ωt on m at rest: v = F/(m ω) (1 − cos ωt), x = F/(m ω) (t − sin ωt/ω). Time stepping's speed between a step and its
-  // half has (2π/64)²/8 = 1.2e-3 of the amplitude; a sixteenth of a period leaves a cubic between the ends of an integrator's step
-  // (2π/16)⁴/384 = 6e-5 of the sine off.
+TEST_CASE("curves: the speed under a force much faster than the run is exact in every row",
+          "[curves][integrators]") {
+  // F sin ωt on m at rest: v = F/(m ω) (1 − cos ωt), x = F/(m ω) (t − sin ωt/ω). Time stepping's
+  // speed between a step and its half has an error of (2π/64)²/8 = 1.2e-3 of the amplitude; with
+  // steps of a sixteenth of a period, a cubic between the ends of an integrator's step has an error
+  // of (2π/16)⁴/384 = 6e-5 of the sine.
   for (const double f : {200.0, 3000.0}) {
     const auto text = slider(0, fmt::format(R"(force = "push"
 [curves.push]
@@ -321,7 +340,7 @@ frequency = {:.17g})",
                                             f));
     const double w = 2 * pi * f, A = 5 / w;
     for (const auto& way : all_ways) {
-      if (way.scheme == Scheme::event_driven) continue;  // as automatic
+      if (way.scheme == Scheme::event_driven) continue;  // same as automatic
       CAPTURE(f, way.name);
       auto scene = scene_by(way, text);
       scene.run.duration = 20 / f;
@@ -342,9 +361,9 @@ frequency = {:.17g})",
   }
 }
 
-TEST_CASE("curves: a slow drive beside a fast oscillator on a stop is no reason for a hand-over",
-          "[curves]") {
-  // x = A sin φ up to the stop at 0.2 mm, e = 1: there φ jumps from θ to π − θ, and a round takes (π + 2θ)/ω.
+TEST_CASE("curves: a slow drive beside a fast oscillator on a stop causes no hand-over", "[curves]") {
+  // x = A sin φ up to the stop at 0.2 mm, e = 1: there φ jumps from θ to π − θ, and a period is
+  // (π + 2θ)/ω.
   constexpr double m = 0.1, k = 1.0106e5, v = 0.45, stop = 2e-4;
   const double w = std::sqrt(k / m), A = v / w, theta = std::asin(stop / A), round = (pi + 2 * theta) / w;
   const auto rows = rows_of(test::automatic,
@@ -387,16 +406,16 @@ start = "assembled"
                                         m, v, k, stop),
                             1e-4);
   CHECK(rows.run.work.handovers == 0);
-  // 1e-10 of a scale of 1 m in each of 28,000 steps at most.
+  // 1e-10 at a scale of 1 m in each of at most 28,000 steps.
   CHECK(rows.worst([&](const auto& r) {
     const double phi = w * std::fmod(r.t + (pi + theta) / w, round) - (pi + theta);
     return r.q[3] - A * std::sin(phi);
   }) < 1e-4 * A);
 }
 
-TEST_CASE("curves: a kink that only rounding leaves ahead of a step is behind it", "[curves]") {
-  // A torque along a spline that repeats: J ω̇ = M(t), so J (ω − ω₀) is the spline's integral. The second kink lies 7e-18 s ahead
-  // of where a step ends that reached it, and the next step would be as short.
+TEST_CASE("curves: a kink that lies ahead of a step only by rounding counts as passed", "[curves]") {
+  // A torque along a periodic spline: J ω̇ = M(t), so J (ω − ω₀) is the spline's integral. A step
+  // that reached the second kink ends 7e-18 s before it, and the next step would have that length.
   const double J = 0.0206786652956, start = 0.0680438091325, until = 3.78303273198;
   reference::CurveShape push;
   push.kind = reference::CurveShape::Kind::spline;
@@ -437,7 +456,8 @@ scheme = "moreau-jean"
                                              J, start, points, until),
                                  "kinks");
   const auto run = test::finished(scene, Family::nonsmooth);
-  // The midpoint rule on 1/32 of a piece, extrapolated: far below 1e-5 of the greatest torque over a piece.
+  // The midpoint rule on 1/32 of a piece, extrapolated: far below 1e-5 of the greatest torque over
+  // a piece.
   CHECK(run.final_state.v[2] ==
         Approx(start + push.integral(0, until, 1e-3) / J).margin(1e-5 * 0.036 * 0.015 / J).epsilon(0));
 }

@@ -1,5 +1,6 @@
-// Constraints that say the same twice run where the motion is determined; the works of drives at chosen steps; a spring
-// whose length passes through zero; kinks against a speed. Each by every way, against closed forms.
+// Redundant constraints on a determinate motion; the work of drives in adaptive time stepping; a
+// spring whose length passes through zero; kinks of tables over speed. Each case runs by every
+// method, against closed forms.
 #include <fmt/format.h>
 #include <catch2/catch.hpp>
 #include <cmath>
@@ -39,14 +40,15 @@ const auto slider = "format = 2\n" + test::body("b", 2, 0.01) + test::guide("gui
 
 }  // namespace
 
-TEST_CASE("two drives that agree over ideal gears turn, loaded or not, and the rest is told",
+TEST_CASE("two consistent drives over ideal gears run, loaded or not, and the redundancy is reported",
           "[twice][drives]") {
   const auto way = every_way();
   const bool loaded = GENERATE(false, true);
   CAPTURE(way.name, loaded);
   const auto run = finished(
       way, two_motors(-5, loaded ? "[loads.brake]\ntype = \"torque\"\nbody = \"b\"\ntorque = 3\n" : ""));
-  // θ = ω t to a thousand roundings of 10 rad; nothing accelerates, so both drives together do what the brake takes.
+  // θ = ω t to a thousand roundings of 10 rad; nothing accelerates, so both drives together balance
+  // the brake.
   CHECK(run.final_state.q[2] == Approx(10).epsilon(1e-12));
   CHECK(run.final_state.q[5] == Approx(-5).epsilon(1e-12));
   CHECK(run.ledger.drive == Approx(loaded ? 15 : 0).margin(1e-9));
@@ -55,14 +57,13 @@ TEST_CASE("two drives that agree over ideal gears turn, loaded or not, and the r
   CHECK_FALSE(doubtful(run));
 }
 
-TEST_CASE("two drives that contradict each other over gears are refused where they are read",
-          "[twice][errors]") {
+TEST_CASE("two contradicting drives over gears are refused when the scene is read", "[twice][errors]") {
   const auto way = every_way();
   CHECK_THROWS_WITH(test::simulate(test::scene_by(way, two_motors(-6)), way.family),
                     Contains("no velocities satisfy all constraints"));
 }
 
-TEST_CASE("chosen steps book what a drive does as its work", "[chosen][drives]") {
+TEST_CASE("adaptive time stepping records the work of a drive", "[chosen][drives]") {
   const auto lifted = [](const test::Way& way, Vec2 axis, double duration) {
     return finished(
         way,
@@ -73,20 +74,21 @@ TEST_CASE("chosen steps book what a drive does as its work", "[chosen][drives]")
             "repeat = true\n" +
             test::run_for(duration));
   };
-  SECTION("a body lifted along a curve: work is the change of energy, whatever the step") {
-    // m g s with s = 0.05 m amid the dwell of the third period; its speed is 0 there. To rounding: steps are exact.
+  SECTION("a body lifted along a curve: the work is the change of energy at any step size") {
+    // m g s with s = 0.05 m in the middle of the dwell of the third period, where the speed is 0.
+    // To rounding: steps are exact.
     const auto run = lifted(test::chosen_steps, {0, 1}, 2.45);
     CHECK(run.ledger.drive == Approx(2 * 9.81 * 0.05).epsilon(1e-9));
     CHECK(std::abs(run.ledger.stabilisation) <= 1e-9);
     CHECK_FALSE(doubtful(run));
   }
-  SECTION("a body that comes back to rest where it began: nothing is left to be doubtful of") {
+  SECTION("a body that returns to rest at its start: no doubtful result") {
     for (const auto& way : {test::penalty, test::event_driven, test::chosen_steps}) {
       CAPTURE(way.name);
       CHECK_FALSE(doubtful(lifted(way, {1, 0}, 3)));
     }
   }
-  SECTION("a slider-crank at a constant speed: work is the change of kinetic energy") {
+  SECTION("a slider-crank at constant speed: the work is the change of kinetic energy") {
     const auto text = test::body("crank", 1, 0.01) + test::body("rod", 1, 0.03) +
                       test::body("slider", 2, 0.01) + test::pin("a", "ground", "crank") +
                       test::pin("b", "crank", "rod", {0.1, 0}, {-0.2, 0}) +
@@ -101,16 +103,18 @@ TEST_CASE("chosen steps book what a drive does as its work", "[chosen][drives]")
       return 0.5 * (0.01 * w * w + x * x + y * y + 0.03 * turning * turning + 2 * slide * slide);
     };
     const auto run = finished(test::chosen_steps, text);
-    // Two hundred steps of 1e-6 of the speed each: 4e-4 of the energies. A thousandth is what a run tells of itself.
+    // Two hundred steps of 1e-6 of the speed each: 4e-4 of the energies. A run reports an error
+    // from a thousandth on.
     CHECK(run.ledger.drive == Approx(energy(50) - energy(0)).margin(4e-4 * energy(0)));
     CHECK(std::abs(run.ledger.stabilisation) <= 4e-4 * energy(0));
     CHECK_FALSE(doubtful(run));
   }
 }
 
-TEST_CASE("a spring that a free slider takes through zero length turns round there", "[twice][springs]") {
-  // m ẍ = −k (|x| − L) sgn x, from rest at L + A: harmonic about ±L either side, with ω = √(k/m). From L + A to 0 it
-  // takes t₁ = (π/2 + asin(L/A))/ω, and by symmetry 2 t₁ to rest at −(L + A), 4 t₁ back to the start.
+TEST_CASE("a slider that passes the zero length of a spring turns back on the far side", "[twice][springs]") {
+  // m ẍ = −k (|x| − L) sgn x, from rest at L + A: harmonic about ±L either side, with ω = √(k/m).
+  // From L + A to 0 it takes t₁ = (π/2 + asin(L/A))/ω, and by symmetry 2 t₁ to rest at −(L + A), 4
+  // t₁ back to the start.
   const auto way = every_way();
   const double L = GENERATE(0.0, 0.1), A = 0.25, k = 50, m = 2, w = std::sqrt(k / m);
   const double t1 = (std::acos(-1) / 2 + std::asin(L / A)) / w;
@@ -120,9 +124,10 @@ TEST_CASE("a spring that a free slider takes through zero length turns round the
                     {fmt::format("bodies.b.position=[{}, 0]", L + A)})
         .final_state;
   };
-  // Half way between 0 and the far end, and a full period later. Tolerances of 1e-9 (chosen 1e-6) times some hundred steps; a
-  // fixed step's middle lies up to h/2 beside the place, where the force jumps by 2 k L: v is off by up to k L h/m a pass,
-  // and x by that over 1/ω more.
+  // Half way between 0 and the far end, and a full period later. Tolerances of 1e-9 (adaptive time
+  // stepping 1e-6) times some hundred steps; the middle of a fixed step is up to h/2 beside the
+  // position, where the force jumps by 2 k L: the error of v is up to k L h/m at each pass, and
+  // that of x up to that over 1/ω more.
   const double h = 1e-4, far = 2 * k * L * h / m / w;
   const double bound = way.fixed() ? 3 * far + 0.25 * w * w * h * h * 10 : way.chosen() ? 1e-4 * A : 1e-6 * A;
   const double late = 1.5 * t1;
@@ -133,9 +138,10 @@ TEST_CASE("a spring that a free slider takes through zero length turns round the
   CHECK(back.v[0] == Approx(0).margin(3 * w * bound + 1e-5));
 }
 
-TEST_CASE("a kink of a damper's table against the speed costs no way its order", "[twice][springs]") {
-  // m v̇ = −D(v), D = 1 v up to 1 m/s, then 1 + 9 (v − 1): from 3 m/s exponential to v = 1, v + (…) of rate 9/m about
-  // v₀ = 8/9, at T = (m/9) ln((3 − 8/9)/(1/9)), then exp(−(t − T)/m).
+TEST_CASE("a kink in a damper's table over speed does not reduce the order of any method",
+          "[twice][springs]") {
+  // m v̇ = −D(v), D = 1 v up to 1 m/s, then 1 + 9 (v − 1): from 3 m/s exponential to v = 1, v + (…)
+  // of rate 9/m about v₀ = 8/9, at T = (m/9) ln((3 − 8/9)/(1/9)), then exp(−(t − T)/m).
   const auto way = every_way();
   CAPTURE(way.name);
   const double m = 2, T = m / 9 * std::log((3 - 8.0 / 9) * 9);
@@ -149,11 +155,12 @@ TEST_CASE("a kink of a damper's table against the speed costs no way its order",
   const auto off = [&](const test::Way& by) {
     return std::abs(finished(by, text, {"bodies.b.velocity=[3, 0]"}).final_state.v[0] - v);
   };
-  if (!way.fixed()) {  // a thousand steps of tolerance 1e-9 (chosen 1e-6)
+  if (!way.fixed()) {  // a thousand steps of tolerance 1e-9 (adaptive time stepping 1e-6)
     CHECK(off(way) <= (way.chosen() ? 1e-3 : 1e-6));
     return;
   }
-  // Of second order on average: the place of the kink within its step is by chance, so over a factor of 16 together, within one.
+  // Second order on average: the position of the kink within its step is random, so over a factor
+  // of 16 together, within one order.
   const double coarse = off(test::fixed_steps(1.6e-2)), fine = off(test::fixed_steps(1e-3));
   const double order = std::log(coarse / fine) / std::log(16.0);
   CHECK(order > 1.5);

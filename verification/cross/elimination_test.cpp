@@ -1,4 +1,4 @@
-// What a scene leaves out costs nothing, and what is eliminated changes nothing.
+// Absent elements cost nothing, and elimination of coordinates does not change the motion.
 #include <catch2/catch.hpp>
 
 #include <algorithm>
@@ -23,9 +23,9 @@ double greatest_difference(const std::vector<double>& a, const std::vector<doubl
 
 }  // namespace
 
-// The two solve the same equations in another order: 1e-16 apart at first, some ten times more after each of
-// the few impacts, and where steps are adaptive by as much as a step's own error bound of 1e-9 moves.
-TEST_CASE("with and without elimination the motion is the same", "[elimination]") {
+// Both solve the same equations in another order: 1e-16 apart at first, some ten times more after
+// each of the few impacts, and with adaptive steps by the step's error bound of 1e-9.
+TEST_CASE("the motion with and without elimination of coordinates is the same", "[elimination]") {
   struct Way {
     const char* name;
     Family family;
@@ -35,7 +35,7 @@ TEST_CASE("with and without elimination the motion is the same", "[elimination]"
     for (const auto& way : {Way{"penalty", Family::penalty}, Way{"moreau-jean", Family::nonsmooth},
                             Way{"event-driven", Family::nonsmooth, Scheme::event_driven}}) {
       auto scene = read_scene(test::scene_file(name));
-      // Up to the first few impacts: later, rounding parts any two runs.
+      // Up to the first few impacts: later, rounding separates any two runs.
       scene.run.duration = std::min(scene.run.duration, 0.012);
       scene.run.discard = 0;
       scene.nonsmooth.scheme = way.scheme;
@@ -56,7 +56,8 @@ TEST_CASE("with and without elimination the motion is the same", "[elimination]"
     }
 }
 
-TEST_CASE("check tells what is eliminated and left out, and why", "[elimination][program]") {
+TEST_CASE("check reports the eliminated coordinates and omitted elements, with reasons",
+          "[elimination][program]") {
   using Catch::Matchers::Contains;
   const auto o = test::freeplay("check " + test::flores().string() + " --why");
   CHECK(o.status == 0);
@@ -86,7 +87,8 @@ std::vector<Rung> ladder() {
   rig.instruments.clear();
   auto ideal = rig;
   ideal.mechanism = idealised(rig.mechanism);
-  // 3 pins of 2 rows, a guide of 2, a drive: 9. The crank's three and the slider's two coordinates are fixed.
+  // 3 pins of 2 rows, a guide of 2, a drive: 9. The crank's three and the slider's two coordinates
+  // are fixed.
   rungs.push_back({"ideal rig", ideal, 9, 0, 0, 5, 4});
   auto smooth = rig;
   smooth.mechanism.surfaces[0].friction.reset();
@@ -95,7 +97,7 @@ std::vector<Rung> ladder() {
   auto watched = rig;
   watched.instruments = instruments;
   rungs.push_back({"with accelerometer", watched, 7, 1, 1, 5, 2, 0, 1});
-  // The guide's friction is a row of its own, no constraint; the LVDT reads only.
+  // The guide's friction is a separate row, no constraint; the LVDT only measures.
   const auto guided = read_scene(test::source_folder() / "cases/flores2011-experiment/guide.toml");
   rungs.push_back({"with guide friction and LVDT", guided, 7, 1, 1, 5, 2, 1, 2});
   return rungs;
@@ -103,7 +105,7 @@ std::vector<Rung> ladder() {
 
 }  // namespace
 
-TEST_CASE("each rung of the ladder carries its own additions and no more", "[elimination]") {
+TEST_CASE("each mechanism of the cost ladder adds its own elements and no others", "[elimination]") {
   for (const auto& rung : ladder()) {
     CAPTURE(rung.name);
     const System system(rung.scene.mechanism);

@@ -1,5 +1,6 @@
-// The event-driven scheme on a slider loose in its guide against an independent event-driven program. The claims of
-// "mechanisms" have its free flight, those of "orders" the order of time stepping across impacts.
+// The event-driven scheme on a slider with clearance in its guide, against an independent
+// event-driven program. The claims of "mechanisms" contain its free flight, those of "orders" the
+// order of time stepping across impacts.
 #include <fmt/format.h>
 #include <catch2/catch.hpp>
 
@@ -32,8 +33,8 @@ void compare_corners(const Scene& scene, const std::vector<reference::CornerImpa
     REQUIRE(run.contacts.at(static_cast<std::size_t>(e.contact)).name ==
             std::string("guide.") + expected.corner);
     const double speed = -expected.v_n_minus, slide = speed + std::abs(expected.v_t_plus);
-    // Tolerance 1e-10 a step; each rattle of the short slider multiplies an error by a few. Times are known
-    // to 1e-13 of themselves and to 1e-10 s where the table's two runs differ by that.
+    // Tolerance 1e-10 a step; each bounce of the short slider multiplies an error by a few. Times
+    // have a relative accuracy of 1e-13, and of 1e-10 s where the table's two runs differ by that.
     CHECK(e.t == Approx(expected.t).margin(2e-11 + 2e-10 * (expected.t > 0.01)).epsilon(0));
     CHECK(e.v_n_minus == Approx(expected.v_n_minus).margin(1e-7 * speed).epsilon(0));
     CHECK(e.v_n_plus == Approx(expected.v_n_plus).margin(1e-7 * speed).epsilon(0));
@@ -45,7 +46,7 @@ void compare_corners(const Scene& scene, const std::vector<reference::CornerImpa
 
 }  // namespace
 
-TEST_CASE("a loose slider's corners, struck together and one by one, with friction",
+TEST_CASE("corners of a slider with clearance in simultaneous and single impacts with friction",
           "[cross][event-driven][guide]") {
   for (const auto& table : reference::guide_tables) {
     auto scene = event_driven(test::source_folder() / "cases/flores2010-translational/scene.toml",
@@ -58,10 +59,11 @@ TEST_CASE("a loose slider's corners, struck together and one by one, with fricti
   }
 }
 
-TEST_CASE("a slider that lands flat strikes with both corners, whatever the tolerance",
+TEST_CASE("a slider that lands flat has an impact of both corners at any tolerance",
           "[cross][event-driven][guide]") {
-  // Errors of integration tilt the slider a little: they must not make a cascade of single impacts of one
-  // with both corners, nor keep feet closed that leave together (near 0.015 s).
+  // Errors of integration tilt the slider a little: they must not turn one impact of both corners
+  // into a cascade of single impacts, nor keep contacts closed that separate together (near 0.015
+  // s).
   const auto& table = reference::guide_tables.front();
   auto scene = event_driven(test::source_folder() / "cases/flores2010-translational/scene.toml", 0.2);
   for (const double tolerance : {1e-3, 1e-4, 1e-5, 1e-6, 1e-7, 1e-8, 1e-9, 1e-10, 1e-11, 1e-12}) {
@@ -72,22 +74,25 @@ TEST_CASE("a slider that lands flat strikes with both corners, whatever the tole
     REQUIRE(found.size() >= table.impacts.size());
     for (std::size_t i = 0; i < 6; ++i) {
       CAPTURE(i);
-      // Up to a hundred steps, each wrong by the tolerance; the table has 10 digits of rates.
+      // Up to a hundred steps, each with an error of the tolerance; the table has 10 digits of
+      // rates.
       CHECK(found[i].t == Approx(table.impacts[i].t).epsilon(100 * tolerance + 1e-11));
       CHECK(found[i].impulse_n == Approx(table.impacts[i].impulse_n).epsilon(100 * tolerance + 1e-9));
     }
   }
 }
 
-TEST_CASE("a slider alone that sticks in its impacts: tangential restitution",
+TEST_CASE("a free slider that sticks in its impacts: tangential restitution",
           "[cross][event-driven][guide]") {
   compare_corners(event_driven(test::scene_file("free_slider"), 0.08), reference::free_slider_impacts);
 }
 
-TEST_CASE("what the projection takes back below its bound holds on, and is not decided with all that touches",
-          "[event-driven][modes]") {
-  // Twenty turns of the rig at 40 clearances: its one contact sticks and slides a thousand times each. At the error of a step, 1e-5, the
-  // instant at which it gives way is past or before the bound by as much, and 7 of 40 runs were decided together from there on.
+TEST_CASE(
+    "a contact that the projection returns below its friction limit keeps sticking, without a decision on all contacts",
+    "[event-driven][modes]") {
+  // Twenty revolutions of the rig at 40 clearances: its one contact sticks and slides a thousand
+  // times each. With the error of a step, 1e-5, the instant of slip lies after or before the
+  // friction limit by as much; in 7 of 40 runs all contacts were decided together from there on.
   for (int i = 0; i < 40; ++i) {
     const auto scene =
         read_scene(test::source_folder() / "cases/flores2011-attractors/scene.toml",
@@ -96,6 +101,6 @@ TEST_CASE("what the projection takes back below its bound holds on, and is not d
     const auto run = test::finished(scene, Family::nonsmooth);
     CAPTURE(i, run.notes);
     CHECK(run.notes.empty());
-    CHECK(run.work.events < 20 * 300);  // 10 to 80 a turn
+    CHECK(run.work.events < 20 * 300);  // 10 to 80 a revolution
   }
 }

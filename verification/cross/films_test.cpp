@@ -1,5 +1,5 @@
-// Films in the nonsmooth schemes: what stiff corners, hand-overs to dry contact and several joints may break. Closed forms
-// stand in verification/claims/films.cpp.
+// Lubricant films in the nonsmooth schemes: extreme parameters, hand-overs to dry contact, several
+// joints. Closed forms are in verification/claims/films.cpp.
 #include <catch2/catch.hpp>
 
 #include <fmt/format.h>
@@ -37,13 +37,13 @@ Result finished(const Scene& scene, const Way& way) {
 
 }  // namespace
 
-TEST_CASE("films of any thickness and kind: every scheme finishes and finds the same", "[films]") {
+TEST_CASE("films of any thickness and kind: every scheme finishes with the same result", "[films]") {
   struct Corner {
     const char* what;
     std::vector<std::string> keys;
-    double bound;  // of the pin's place over the clearance, against penalty
+    double bound;  // of the pin's position over the clearance, against penalty
   };
-  // Bounds: h² of the film's rates for fixed steps of 1e-5 s, 1e-6 a step for chosen ones.
+  // Bounds: h² of the film's rates for fixed steps of 1e-5 s, 1e-6 a step for adaptive ones.
   const Corner corner = GENERATE(values<Corner>(
       {{"thin oil", {"lubricants.oil.viscosity=0.01"}, 1e-3},
        {"grease", {"lubricants.oil.viscosity=100.0"}, 1e-3},
@@ -67,12 +67,13 @@ TEST_CASE("films of any thickness and kind: every scheme finishes and finds the 
   }
 }
 
-TEST_CASE("where the film is too thin to carry, dry contact takes over at gap 0", "[films]") {
+TEST_CASE("where the film is too thin to carry the load, dry contact takes over at zero gap", "[films]") {
   for (const auto& way : ways) {
     auto scene = pin({"lubricants.oil.viscosity=1e-4", "run.revolutions=0.25"}, way);
     const auto run = finished(scene, way);
     CAPTURE(way.name);
-    // The impact law makes hops of a touch that the load's own depth holds to the wall in penalty.
+    // With the impact law a contact bounces that stays closed in penalty under the depth of the
+    // load.
     CHECK((run.contacts[0].impacts > 0 || way.family == Family::penalty));
     CHECK(run.contacts[0].lasting_fraction > 0);
     CHECK(run.ledger.film > 0);
@@ -81,7 +82,7 @@ TEST_CASE("where the film is too thin to carry, dry contact takes over at gap 0"
   }
 }
 
-TEST_CASE("a fixed step that jumps over a film's thickness says so", "[films]") {
+TEST_CASE("a fixed step longer than the passage of a film's thickness is reported", "[films]") {
   const auto coarse = test::fixed_steps(2e-3);
   const auto run = finished(pin({"lubricants.oil.viscosity=0.002", "run.revolutions=0.3"}, coarse), coarse);
   CHECK(
@@ -91,7 +92,7 @@ TEST_CASE("a fixed step that jumps over a film's thickness says so", "[films]") 
                              [](const std::string& note) { return note.find("film") != note.npos; }));
 }
 
-TEST_CASE("snapshots: on a film of the nonsmooth schemes", "[films][snapshot]") {
+TEST_CASE("snapshots: a film in the nonsmooth schemes", "[films][snapshot]") {
   using namespace freeplay::snapshots;
   auto scene = rig();
   const std::string surface = "surface = \"steel\"\n";
@@ -103,7 +104,7 @@ TEST_CASE("snapshots: on a film of the nonsmooth schemes", "[films][snapshot]") 
            {fmt::format("nonsmooth.scheme=\"{}\"", scheme), "run.duration=0.02", "run.discard=0.01",
             "run.output_step=1e-4"},
            {snapshots::film}});
-  // Stiff: the implicit method is at work.
+  // Stiff: the implicit method is active.
   auto stiff = scene;
   stiff.replace(stiff.find("viscosity = 0.004"), 17, "viscosity = 40.0 ");
   check({stiff,

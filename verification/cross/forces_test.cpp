@@ -1,5 +1,5 @@
-// Forces that come out, beside the claims of the set "forces": what an instrument takes for a joint's force,
-// and that looking at forces depends on nothing but the motion.
+// Recorded forces, in addition to the claims of the set "forces": the force that an instrument
+// measures at a joint, and the independence of forces from their observation.
 #include <catch2/catch.hpp>
 
 #include <cmath>
@@ -49,7 +49,7 @@ struct Record final : Observer {
 
 }  // namespace
 
-TEST_CASE("forces are the same whenever one begins to look at them", "[forces]") {
+TEST_CASE("forces do not depend on when their observation begins", "[forces]") {
   for (const auto family : {Family::penalty, Family::nonsmooth})
     for (const auto scheme : {Scheme::event_driven, Scheme::moreau_jean}) {
       if (family == Family::penalty && scheme == Scheme::moreau_jean) continue;
@@ -73,7 +73,7 @@ TEST_CASE("forces are the same whenever one begins to look at them", "[forces]")
     }
 }
 
-TEST_CASE("the step before a knot of a torque's table has a length, and rows within it are numbers",
+TEST_CASE("the step before a knot of a torque table has nonzero length, and its rows hold finite numbers",
           "[forces]") {
   auto scene = everything();  // a knot at 4 ms
   scene.run.output_step = 1e-5;
@@ -92,7 +92,7 @@ TEST_CASE("the step before a knot of a torque's table has a length, and rows wit
     for (const double v : path.v(i)) REQUIRE(std::isfinite(v));
 }
 
-TEST_CASE("a load cell in a guide takes its friction with it", "[forces]") {
+TEST_CASE("a load cell in a guide includes the friction of the guide", "[forces]") {
   // A block of 2 kg that a spring pulls: 3 N are not enough against 5 N of friction, 8 N are.
   for (const double pull : {3.0, 8.0})
     for (const auto family : {Family::penalty, Family::nonsmooth}) {
@@ -127,7 +127,7 @@ TEST_CASE("a load cell in a guide takes its friction with it", "[forces]") {
     }
 }
 
-TEST_CASE("a time step's forces leave its impacts out, and what lasts in", "[forces]") {
+TEST_CASE("forces of a time step exclude its impacts and include its lasting contacts", "[forces]") {
   auto scene = read_scene(test::scene_file("bouncing_ball"));
   scene.nonsmooth.scheme = Scheme::moreau_jean;
   scene.nonsmooth.step = 1e-4;

@@ -1,5 +1,5 @@
-// Discs declared once, as a group: the same motion as with every contact declared, however their pairs are kept; no touch
-// missed; what they are at rest by statics.
+// Discs declared as one group. Their motion equals that with every contact declared, for either
+// storage of pairs; no contact is missed; forces at rest are those of statics.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -28,7 +28,7 @@ restitution = 0.4
 friction = 0.3
 )";
 
-/// 12 discs of 0.05 m that are thrown together in a box, three to a row.
+/// 12 discs of 0.05 m with initial velocities in a box, three to a row.
 std::vector<Vec2> places() {
   std::vector<Vec2> list;
   for (int row = 0; row < 4; ++row)
@@ -54,7 +54,7 @@ std::string grouped(const std::string& pairs, double duration = 0.3) {
          surface + run_keys(duration, 1e-3);
 }
 
-/// The same, contact by contact.
+/// The same scene with every contact declared.
 std::string declared(double duration = 0.3) {
   std::string text = "gravity = [0.7, -9.81]\n", contacts;
   const auto list = places();
@@ -88,11 +88,11 @@ State end_of(const std::string& text, Family family, Scheme scheme, long* touche
 
 }  // namespace
 
-TEST_CASE("discs of a group move as with every contact declared, bit for bit", "[groups]") {
+TEST_CASE("discs of a group move bit for bit as with every contact declared", "[groups]") {
   const auto way = GENERATE(std::pair{Family::nonsmooth, Scheme::moreau_jean},
                             std::pair{Family::nonsmooth, Scheme::event_driven},
                             std::pair{Family::penalty, Scheme::moreau_jean});
-  // The event-driven scheme and penalty take longer for the same time.
+  // The event-driven scheme and penalty take more CPU for the same time.
   const bool steps = way.first == Family::nonsmooth && way.second == Scheme::moreau_jean;
   const double duration = steps ? 0.6 : 0.05;
   CAPTURE(static_cast<int>(way.first), static_cast<int>(way.second));
@@ -108,10 +108,10 @@ TEST_CASE("discs of a group move as with every contact declared, bit for bit", "
   CHECK(near.v == apart.v);
 }
 
-TEST_CASE("what a group's discs touch and tell is the same, however pairs are kept", "[groups]") {
+TEST_CASE("contacts and reports of a group's discs do not depend on the storage of pairs", "[groups]") {
   auto each = test::simulate(parse_scene(grouped("each"), "g.toml"), Family::nonsmooth),
        near = test::simulate(parse_scene(grouped("near"), "g.toml"), Family::nonsmooth);
-  for (auto* run : {&each, &near})  // at one time they may stand in either order
+  for (auto* run : {&each, &near})  // simultaneous events may be in either order
     std::ranges::sort(run->events, {}, [](const Event& e) { return std::pair(e.t, e.joint); });
   REQUIRE(each.events.size() > 30);
   REQUIRE(near.events.size() == each.events.size());
@@ -139,11 +139,12 @@ TEST_CASE("what a group's discs touch and tell is the same, however pairs are ke
   CHECK(deep == deepest);
 }
 
-TEST_CASE("a run of pairs that come and go continues from a snapshot bit for bit", "[groups][snapshot]") {
+TEST_CASE("a run with pairs that form and dissolve continues from a snapshot bit for bit",
+          "[groups][snapshot]") {
   snapshots::check({grouped("near", 0.2), "nonsmooth"});
 }
 
-TEST_CASE("the list of neighbours has every pair within reach, and none is missed while it holds",
+TEST_CASE("the neighbour list holds every pair within reach, and none is missed while it is valid",
           "[groups]") {
   std::mt19937 random(7);
   std::uniform_real_distribution<double> place(-1, 1);
@@ -174,7 +175,7 @@ TEST_CASE("the list of neighbours has every pair within reach, and none is misse
     };
     const auto all = within(reach);
     REQUIRE(list.found() == std::vector<Neighbours::Pair>(all.begin(), all.end()));
-    // Any motion that it allows for, of as much as it allows for.
+    // Any motion within the permitted speed, up to the permitted displacement.
     for (auto& x : v) x = place(random);
     const double h = 0.999 * reach / list.moved(q.data(), 1, v.data(), v.data());
     REQUIRE(list.moved(q.data(), h, v.data(), v.data()) < reach);
@@ -184,8 +185,9 @@ TEST_CASE("the list of neighbours has every pair within reach, and none is misse
   }
 }
 
-TEST_CASE("rows of discs that just fit between two walls stay where they are", "[groups]") {
-  // Their gaps are those of rounding, above and below zero: no room is left to bring the one back without the other.
+TEST_CASE("rows of discs that just fit between two walls stay at rest", "[groups]") {
+  // Their gaps are rounding errors of either sign: one cannot be corrected without changing
+  // another.
   for (const auto& [columns, rows] : {std::pair{5, 10}, {10, 10}, {12, 3}})
     for (const double h : {1e-3, 1e-4}) {
       CAPTURE(columns, rows, h);
@@ -204,13 +206,15 @@ TEST_CASE("rows of discs that just fit between two walls stay where they are", "
       double moved = 0;
       for (std::size_t i = 0; i < end.size(); ++i)
         if (i % 3 != 2) moved = std::max(moved, std::abs(end[i] - begin[i]));
-      // Solved to 1e-10 of g h: columns are not stable, and may begin to lean by what that leaves in 100 steps.
+      // Solved to 1e-10 of g h: columns are unstable, and may tilt by the remaining error in 100
+      // steps.
       CHECK(moved < 100 * 1e-10 * 9.81 * h * 100 * h + 1e-13);
     }
 }
 
-TEST_CASE("a box of discs comes to rest: its floor bears their weight, its walls the same, energy only falls",
-          "[groups]") {
+TEST_CASE(
+    "a box of discs comes to rest: floor forces balance the weight, wall forces balance, energy only decreases",
+    "[groups]") {
   const double h = 1e-3, weight = 40 * 0.02 * 9.81;
   const auto scene = parse_scene(
       "gravity = [0, -9.81]\n[groups.g]\nmass = 0.02\nradius = 0.01\ngrid = [8, 5]\norigin = [0.012, 0.011]\n"
@@ -219,7 +223,7 @@ TEST_CASE("a box of discs comes to rest: its floor bears their weight, its walls
           std::string(surface) + run_keys(1.5, h) + "lcp_tolerance = 1e-10\n",
       "box.toml");
   Simulation simulation(scene, "nonsmooth");
-  REQUIRE(simulation.layout().contacts.empty());  // pairs come and go
+  REQUIRE(simulation.layout().contacts.empty());  // pairs form and dissolve
   std::map<std::string, ElementForce> last;
   double energy = INFINITY, rise = 0, deepest = 0, momentum = 0, pushed = 0, moving = 0;
   std::vector<double> q(3 * 40), v(q.size());
@@ -251,19 +255,20 @@ TEST_CASE("a box of discs comes to rest: its floor bears their weight, its walls
     }
   };
   REQUIRE(simulation.run({.observers = {&listener}}).ending.status == Ending::Status::finished);
-  // What rolls at millimetres a second gains less than a ten-thousandth of g.
-  CHECK(moving < 1e-2);  // some roll on: nothing resists that
+  // A disc that rolls at millimetres a second has an acceleration below a ten-thousandth of g.
+  CHECK(moving < 1e-2);  // some roll on without resistance
   CHECK(last["g-wall2"].fn + last["g-wall1"].fy + last["g-wall3"].fy == Approx(weight).epsilon(1e-4));
   CHECK(last["g-wall1"].fx + last["g-wall2"].fx + last["g-wall3"].fx == Approx(0).margin(1e-4 * weight));
-  // Momentum is what gravity and the box have given, to the rounding of 1,500 steps.
+  // The momentum is the impulse of gravity and the box, to the rounding of 1,500 steps.
   CHECK(momentum == Approx(pushed - weight * 1.5).margin(1e-10 * weight));
-  // Each step may be raised by what brings positions back, g h² deep, for every disc.
+  // The position correction, g h² deep, may raise the energy of every disc in each step.
   CHECK(rise < weight * 9.81 * h * h);
-  // Sampled from positions: discs that strike several at once are off by less than a hundredth of their speed in a step, 0.5 m/s.
+  // Sampled from positions: for discs with several simultaneous impacts the error is below a
+  // hundredth of their displacement in a step, at 0.5 m/s.
   CHECK(deepest < 0.1 * 0.5 * h);
 }
 
-TEST_CASE("a group that cannot be is refused where it stands", "[groups][scene]") {
+TEST_CASE("an invalid group is refused at its key", "[groups][scene]") {
   const auto refused = [](const std::string& from, const std::string& to, const std::string& says) {
     CAPTURE(says);
     const auto text = test::replaced(grouped("near"), from, to);

@@ -1,4 +1,5 @@
-// Instruments see the same motion in both formulations, at any step; and their own filters, by closed forms.
+// Instruments record the same motion in both formulations and at any step size; their filters agree
+// with closed forms.
 #include <catch2/catch.hpp>
 
 #include <algorithm>
@@ -45,7 +46,7 @@ constexpr double until = 0.0105;  // s: three impacts, before they accumulate
 
 }  // namespace
 
-TEST_CASE("a time-stepping run's signal converges with the step", "[instruments]") {
+TEST_CASE("the recorded signal of a time-stepping run converges with the step size", "[instruments]") {
   auto scene = rig();
   scene.nonsmooth.scheme = Scheme::event_driven;
   const auto exact = signal(scene, Family::nonsmooth, until);
@@ -56,20 +57,21 @@ TEST_CASE("a time-stepping run's signal converges with the step", "[instruments]
     steps.push_back(h);
     errors.push_back(apart(signal(scene, Family::nonsmooth, until), exact));
   }
-  // Impacts act somewhere in their step: first order. Its error scatters with where; five steps average it.
+  // Impacts act at some instant in their step: first order. The error scatters with that instant;
+  // five steps average it.
   const double order = test::observed_order(steps, errors);
   CAPTURE(errors);
   CHECK(order > 0.7);
   CHECK(order < 1.3);
 }
 
-TEST_CASE("both formulations give the same signal as contacts stiffen", "[instruments]") {
+TEST_CASE("the recorded signals of both formulations agree as contacts stiffen", "[instruments]") {
   auto scene = rig();
   scene.nonsmooth.scheme = Scheme::event_driven;
   const auto exact = signal(scene, Family::nonsmooth, until);
   double greatest = 0;
   for (double x : exact) greatest = std::max(greatest, std::abs(x));
-  REQUIRE(greatest > 100);  // the impacts show
+  REQUIRE(greatest > 100);  // the impacts are visible
   std::vector<double> stiffness, errors;
   for (const double factor : {1.0, 1e2, 1e4}) {
     scene.mechanism.surfaces[0].young = 207e9 * factor;
@@ -77,18 +79,20 @@ TEST_CASE("both formulations give the same signal as contacts stiffen", "[instru
     errors.push_back(apart(signal(scene, Family::penalty, until), exact));
   }
   CAPTURE(errors, greatest);
-  // The contact time's exponent, as for times and impulses; samples fall anywhere in a pulse, hence the room.
+  // The exponent of the contact time, as for times and impulses; samples fall anywhere in a pulse,
+  // hence the wide bound.
   const double exponent = test::observed_order(stiffness, errors);
   CHECK(exponent > -0.5);
   CHECK(exponent < -0.3);
   CHECK(errors.back() < 0.01 * greatest);
 }
 
-TEST_CASE("Butterworth low-passes of every order: gain, cut-off, impulse", "[instruments]") {
+TEST_CASE("Butterworth low-pass filters of every order: gain, cut-off, impulse", "[instruments]") {
   const double cut = 100;
   for (int order = 1; order <= 8; ++order) {
     CAPTURE(order);
-    // A sine at the cut-off comes out at 1/√2, at twice it at 1/√(1 + 4ⁿ): |H|² = 1/(1 + (f/f_c)²ⁿ).
+    // The gain is 1/√2 for a sine at the cut-off, 1/√(1 + 4ⁿ) at twice it:
+    // |H|² = 1/(1 + (f/f_c)²ⁿ).
     for (const double ratio : {0.5, 1.0, 2.0}) {
       LowPass filter(cut, order);
       filter.reset(0);
@@ -105,7 +109,7 @@ TEST_CASE("Butterworth low-passes of every order: gain, cut-off, impulse", "[ins
     constant.reset(3);
     constant.advance(0.01, 3);
     CHECK(constant.output() == Approx(3).epsilon(1e-12));
-    // The integral of the response to a unit impulse is the gain at rest, 1.
+    // The integral of the response to a unit impulse is the static gain, 1.
     impulse.reset(0);
     impulse.kick(1);
     double sum = 0, last = impulse.output();
@@ -118,7 +122,7 @@ TEST_CASE("Butterworth low-passes of every order: gain, cut-off, impulse", "[ins
   }
 }
 
-TEST_CASE("an encoder counts, an LVDT follows, noise has its size", "[instruments]") {
+TEST_CASE("an encoder counts, an LVDT follows, and noise has its standard deviation", "[instruments]") {
   auto scene =
       parse_scene(test::body("wheel", 1.0, 1.0,
                              "position = [0.1, 0.0]\nvelocity = [0.0, 0.2]\nangular_velocity = 2.0\n") +

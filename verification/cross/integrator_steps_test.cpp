@@ -1,5 +1,5 @@
-// Steps of integrators against closed forms: what a force or a place reads from a curve is neither passed over nor left
-// out of the balance, whichever integrator steps over it.
+// Steps of the integrators against closed forms. A force or a prescribed position read from a curve
+// is neither stepped over nor missing in the energy balance, in any integrator.
 #include <fmt/format.h>
 #include <catch2/catch.hpp>
 
@@ -26,7 +26,7 @@ namespace {
 
 const std::vector<std::string> adaptive{"dopri5", "bulirsch_stoer", "adams_bashforth_moulton", "rosenbrock4"};
 
-/// A slider of 2 kg on a guide along x, and what acts on it.
+/// A slider of 2 kg on a guide along x, and the elements acting on it.
 Scene slider(const std::string& more, double speed, const std::vector<std::string>& sets) {
   return parse_scene(fmt::format(R"(
 [bodies.slider]
@@ -45,7 +45,7 @@ axis = [1, 0]
 
 }  // namespace
 
-TEST_CASE("a step with a component that is not finite is refused", "[integrators]") {
+TEST_CASE("a step with a non-finite component is refused", "[integrators]") {
   ErrorNorm norm;
   norm.absolute = {1, 1};
   norm.relative = {0, 0};
@@ -53,7 +53,7 @@ TEST_CASE("a step with a component that is not finite is refused", "[integrators
   int algebra = 0;
   const Vector x{0, 0, 0};
   const auto error = [&](Vector e) { return norm.error(algebra, x, x, e, 0.1); };
-  CHECK(error({1e-9, 2e-9, 5}) == Approx(0.2));  // the third is carried along
+  CHECK(error({1e-9, 2e-9, 5}) == Approx(0.2));  // the third component is not part of the norm
   for (const double bad : {double(NAN), double(INFINITY)})
     for (std::size_t i = 0; i < 3; ++i) {
       Vector e{0, 0, 0};
@@ -66,9 +66,10 @@ TEST_CASE("a step with a component that is not finite is refused", "[integrators
   CHECK(adjuster.adjust_stepsize(1, 1.0, e, x, x) < 1e-3);
 }
 
-TEST_CASE("a smooth push against the place does its work by every integrator", "[integrators]") {
-  // From rest in force at x = 0.5 m to 10 N at 0.8 m: a trial step that reaches far beyond leaves the range of numbers.
-  // ½ m v² = ½ m v₀² + ∫ F dx, and the 3-4-5 polynomial has the mean ½ over its rise.
+TEST_CASE("a smooth force over position does its work in every integrator", "[integrators]") {
+  // From zero force at x = 0.5 m to 10 N at 0.8 m: a trial step that reaches far beyond exceeds the
+  // range of numbers. ½ m v² = ½ m v₀² + ∫ F dx, and the 3-4-5 polynomial has the mean ½ over its
+  // rise.
   for (const auto& profile : {"polynomial", "cycloidal"})
     for (const double from : {0.0, 0.2, 2.0})
       for (const auto& integrator : adaptive)
@@ -83,15 +84,16 @@ TEST_CASE("a smooth push against the place does its work by every integrator", "
           const auto run = test::finished(scene, Family::penalty);
           const double x = run.final_state.q[0];
           const double work = from * 0.5 + 0.5 * (from + 10) * 0.3 + 10 * (x - 0.8);
-          // Some hundred steps at the tolerance, of speeds of up to 10 m/s.
+          // Some hundred steps at the tolerance, at speeds of up to 10 m/s.
           CHECK(run.final_state.v[0] == Approx(std::sqrt(1 + work)).epsilon(0).margin(1e3 * tolerance));
           CHECK_THAT(notes_of(run), !Contains("DOUBTFUL"));
         }
 }
 
-TEST_CASE("a bump stop's damper takes what its closed form takes", "[integrators][compliant]") {
-  // m ÿ + c ẏ + k y = 0 from y = 0, ẏ = v: y = v/ω_d e^(−at) sin ω_d t. The stop lets go where k y + c ẏ = 0,
-  // tan ω_d t = 2 a ω_d/(a² − ω_d² + ... ): found by bisection of the closed form; then the slider flies off.
+TEST_CASE("the damper of a bump stop dissipates the energy of its closed form", "[integrators][compliant]") {
+  // m ÿ + c ẏ + k y = 0 from y = 0, ẏ = v: y = v/ω_d e^(−at) sin ω_d t. The stop separates where k
+  // y + c ẏ = 0, tan ω_d t = 2 a ω_d/(a² − ω_d² + ... ): found by bisection of the closed form;
+  // then the slider moves freely.
   const double m = 2, v = 1, at = 0.1;
   for (const double k : {2000.0, 2e5})
     for (const double share : {0.05, 0.3, 0.8}) {  // of critical damping
@@ -100,7 +102,7 @@ TEST_CASE("a bump stop's damper takes what its closed form takes", "[integrators
       const auto rate = [&](double t) {
         return v * std::exp(-a * t) * (std::cos(d * t) - a / d * std::sin(d * t));
       };
-      double low = 0, high = pi / d;  // pressed at first, pulled at last
+      double low = 0, high = pi / d;  // compressive at first, tensile at last
       for (int i = 0; i < 200; ++i) {
         const double t = 0.5 * (low + high);
         (k * y(t) + c * rate(t) > 0 ? low : high) = t;
@@ -118,7 +120,8 @@ TEST_CASE("a bump stop's damper takes what its closed form takes", "[integrators
                   v, {"penalty.integrator=" + integrator, fmt::format("penalty.tolerance={}", tolerance)}),
               Family::penalty);
           CAPTURE(k, share, integrator, tolerance, notes_of(run), run.ledger.closure());
-          // A hundred steps at the tolerance, of 1 m/s and 1 J; the force has a kink where the stop lets go.
+          // A hundred steps at the tolerance, of 1 m/s and 1 J; the force has a kink where the stop
+          // separates.
           const double bound = 300 * tolerance;
           CHECK(run.final_state.v[0] == Approx(off).margin(bound).epsilon(0));
           CHECK(run.final_state.q[0] == Approx(x).margin(bound).epsilon(0));
@@ -128,7 +131,7 @@ TEST_CASE("a bump stop's damper takes what its closed form takes", "[integrators
     }
 }
 
-TEST_CASE("a motion that ends near rest is judged by the energy that passed", "[judge]") {
+TEST_CASE("a motion that ends near rest is assessed by the energy that it exchanged", "[judge]") {
   // F = A sin ωt on a mass at rest: v = A/(m ω) (1 − cos ωt), at rest again after each period.
   const double A = 10, m = 2, f = 20, w = 2 * pi * f;
   const auto driven = [&](const std::vector<std::string>& sets) {
@@ -142,7 +145,7 @@ TEST_CASE("a motion that ends near rest is judged by the energy that passed", "[
     REQUIRE(run.ending.status == Ending::Status::finished);
     const double most = 2 * A / (m * w), energy = 0.5 * m * most * most;  // m/s, J
     CAPTURE(notes_of(run), run.final_state.v[0], run.ledger.closure(), run.ledger.passed);
-    CHECK(run.ledger.scale() < 1e-3 * energy);  // nothing is left
+    CHECK(run.ledger.scale() < 1e-3 * energy);  // zero remains
     CHECK(run.ledger.passed == Approx(energy).epsilon(0.05));
     CHECK(std::abs(run.final_state.v[0]) < 1e-4 * most);
     CHECK_THAT(notes_of(run), !Contains("DOUBTFUL"));
@@ -155,9 +158,9 @@ TEST_CASE("a motion that ends near rest is judged by the energy that passed", "[
   judge(test::simulate(driven({"nonsmooth.scheme=moreau-jean", "nonsmooth.step=1e-4"}), Family::nonsmooth));
 }
 
-TEST_CASE("a force that turns round 3000 times a second is followed for a second", "[integrators][curves]") {
-  // x = A/(m ω) t at whole periods, at rest: the speed that a step may have wrong is of the force's own impulse, 2A/ω, not of
-  // what the greatest force would give within the arm.
+TEST_CASE("a force that alternates at 3000 Hz is followed for a second", "[integrators][curves]") {
+  // x = A/(m ω) t at whole periods, at rest: the permitted speed error of a step refers to the
+  // impulse of the force, 2A/ω, not to the effect of the greatest force over the lever arm.
   const double A = 10, m = 2, w = 2 * pi * 3000, size = A / (m * w);
   for (const auto* integrator : {"adams_bashforth_moulton", "rosenbrock4"}) {
     const auto run = test::finished(
@@ -168,16 +171,17 @@ TEST_CASE("a force that turns round 3000 times a second is followed for a second
                0, {fmt::format("penalty.integrator={}", integrator)}),
         Family::penalty);
     CAPTURE(integrator, notes_of(run), run.final_state.q[0] / size - 1, run.final_state.v[0] / size);
-    // 1e-8 a step of the scale of 1e-3 m/s (tolerance.hpp), in 6e4 steps whose errors follow the sine's sign: a hundred of them.
+    // 1e-8 a step at the scale of 1e-3 m/s (tolerance.hpp), in 6e4 steps whose errors follow the
+    // sine's sign: a hundred of them.
     CHECK(run.final_state.q[0] == Approx(size).epsilon(4e-6));
     CHECK(std::abs(run.final_state.v[0]) < 4e-6 * size);
     CHECK_THAT(notes_of(run), !Contains("DOUBTFUL"));
   }
 }
 
-TEST_CASE("a fixed step settles where great forces balance near rest", "[curves]") {
-  // 125 N against a spring of 64 N/m with a damper of 2 N s/m: what is left near rest is rounding, 500 times below the
-  // step of mass/damping that the stop used to name.
+TEST_CASE("a fixed step settles where large forces balance near rest", "[curves]") {
+  // 125 N against a spring of 64 N/m with a damper of 2 N s/m: near rest only rounding remains, 500
+  // times below the step of mass/damping that the message used to name.
   const auto run = test::simulate(parse_scene("gravity = [0, -9.81]\n" + test::body("slider", 0.1059, 1.0) +
                                                   test::guide("guide", "ground", "slider") + R"([curves.push]
 shape = "ramp"
@@ -200,7 +204,7 @@ step = 1e-4
   CHECK(std::abs(run.final_state.v[0]) < 1e-6);
 }
 
-TEST_CASE("fehlberg78 is refused with what to use instead", "[errors]") {
+TEST_CASE("fehlberg78 is refused with the name of its replacement", "[errors]") {
   CHECK_THROWS_WITH(slider("[run]\nduration = 1\n[penalty]\nintegrator = \"fehlberg78\"\n", 1, {}),
                     Contains("slider.toml:14:14: penalty.integrator: \"fehlberg78\" has been removed") &&
                         Contains("use \"bulirsch_stoer\""));

@@ -1,4 +1,5 @@
-// Tables against time: the work of a pulse is that of its area, however short, by every integrator and scheme.
+// Tables over time: the effect of a pulse is its area, however short the pulse, in every integrator
+// and scheme.
 #include <fmt/format.h>
 #include <catch2/catch.hpp>
 
@@ -16,7 +17,7 @@ namespace {
 
 using Table = std::vector<std::pair<double, double>>;
 
-/// A wheel of 0.1 kg m² on its axle, turned by a table against time alone.
+/// A wheel of 0.1 kg m² on its axle, driven by a table over time alone.
 Scene wheel(const Table& table, const std::vector<std::string>& sets) {
   std::string text;
   for (const auto& [t, torque] : table)
@@ -82,7 +83,7 @@ TEST_CASE("pulses shorter than any step turn a wheel by their area", "[knots]") 
   std::mt19937 engine(18);
   std::uniform_real_distribution<double> uniform(0, 1);
   for (int trial = 0; trial < 12; ++trial) {
-    // Up to four pulses of 1e-9 to 1e-2 s and of 1 N m s at most, on a torque that drifts.
+    // Up to four pulses of 1e-9 to 1e-2 s and of at most 1 N m s, on a slowly varying torque.
     Table table{{0, 0.5}};
     double t = 0, least = 1;
     for (int pulse = 0; pulse < 1 + trial % 4; ++pulse) {
@@ -97,10 +98,12 @@ TEST_CASE("pulses shorter than any step turn a wheel by their area", "[knots]") 
     const auto scene = wheel(table, sets);
     const auto run = test::finished(scene, family == "penalty" ? Family::penalty : Family::nonsmooth);
     const auto [speed, angle] = moments(table);
-    // Torques are linear between knots: quadratures of second order and more are exact there. What is left is rounding of the
-    // knots themselves (1e-16 of 1 s, in a width of 1e-9: 1e-7 of the pulse) and each method's tolerance.
+    // Torques are linear between knots: quadratures of second order and above are exact there. The
+    // remaining error is rounding of the knots themselves (1e-16 of 1 s, in a width of 1e-9: 1e-7
+    // of the pulse) and each method's tolerance.
     CHECK(run.final_state.v[2] == Approx(double(speed / 0.1L)).margin(1e-5));
-    // A fixed step gives a pulse its mean over the step: an angle that is off by what the pulse does in half of that.
+    // A fixed step applies the mean of a pulse over the step: the error of the angle is the effect
+    // of the pulse over half a step.
     CHECK(run.final_state.q[2] == Approx(double(angle / 0.1L)).margin(stepped ? 4 * 10 * 1.5e-3 : 1e-5));
     CHECK(run.work.rejected < 400);
     CHECK(run.work.steps < 5000);

@@ -1,4 +1,5 @@
-// All joints of the rig loose, two of them by micrometres: a hop there takes a hundredth of a step.
+// The test rig with clearance in all joints, two of a few micrometres, where a bounce lasts a
+// hundredth of a step.
 #include <catch2/catch.hpp>
 
 #include "study/runs/case_run.hpp"
@@ -6,7 +7,8 @@
 
 using namespace freeplay;
 
-TEST_CASE("three loose joints, two of them by micrometres, finish without a doubt", "[automatic]") {
+TEST_CASE("three joints with clearance, two of a few micrometres, finish without a doubtful result",
+          "[automatic]") {
   Study study;
   study.scene = test::source_folder() / "cases/flores2011-experiment/scene.toml";
   study.joints = {"gudgeon"};
@@ -30,7 +32,7 @@ TEST_CASE("three loose joints, two of them by micrometres, finish without a doub
     CHECK(r.ending.status == Ending::Status::finished);
     for (const auto& note : r.notes) {
       CAPTURE(note);
-      CHECK_FALSE(note.starts_with("DOUBTFUL"));  // a hop that is overlooked ends deep in the wall
+      CHECK_FALSE(note.starts_with("DOUBTFUL"));  // a missed bounce ends with deep penetration
     }
   }
 }

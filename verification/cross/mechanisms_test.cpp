@@ -1,5 +1,6 @@
-// Both formulations and the event-driven scheme on nine mechanisms (four slider-cranks, a loose big end, four-bars with one and
-// two loose pins, pendulums, a free ring and journal) against the solutions of verification/references/impact_tables.hpp.
+// Both formulations and the event-driven scheme on nine mechanisms (four slider-cranks, a big end
+// with clearance, four-bars with clearance in one and two pins, pendulums, a free ring and
+// journal), against the solutions of verification/references/impact_tables.hpp.
 #include <array>
 #include <catch2/catch.hpp>
 #include <cmath>
@@ -13,8 +14,8 @@ using namespace freeplay;
 
 namespace {
 
-/// What a run by one way can be held to: the error of the time of impact i, and of its rates and impulses relative to its
-/// approach speed and normal impulse, after a flight of this length.
+/// Required accuracy of a method: the error of the time of impact i, and of its velocities and
+/// impulses relative to its approach speed and normal impulse, after a flight of this length.
 struct Way {
   const char* name;
   Family family;
@@ -29,8 +30,9 @@ const Way ways[] = {
      {"nonsmooth.scheme=\"event-driven\""},
      [](int) { return 1e-11; },
      [](int, double) { return 1e-8; }},
-    // Tolerance 1e-9 of the clearance and speed per step, some hundred steps a flight, and an amplification of up to ten per
-    // impact: 1e-7, 1e-6, 1e-5 of a speed. A time is a position error over a speed: 1e-9 s after one impact.
+    // Tolerance 1e-9 of the clearance and speed per step, some hundred steps a flight, and an
+    // amplification of up to ten per impact: 1e-7, 1e-6, 1e-5 of a speed. A time is a position
+    // error over a speed: 1e-9 s after one impact.
     {"penalty",
      Family::penalty,
      {},
@@ -38,8 +40,9 @@ const Way ways[] = {
        return std::array{1e-9, 3e-9, 1e-8}[static_cast<std::size_t>(i)];
      },
      [](int i, double) { return 2e-7 * std::pow(10, i); }},
-    // An impact is misplaced by up to a step, and each later one inherits that: 2h per impact. Rates change over a step by
-    // about their size times h over the flight, at either end of it: 4h/flight per impact so far.
+    // An impact is displaced by up to a step, and each later one inherits that: 2h per impact.
+    // Velocities change over a step by about their size times h over the flight, at either end of
+    // it: 4h/flight per impact so far.
     {"Moreau–Jean",
      Family::nonsmooth,
      {"nonsmooth.step=1e-6"},
@@ -48,7 +51,7 @@ const Way ways[] = {
 
 }  // namespace
 
-TEST_CASE("each way meets the event-driven tables of nine mechanisms", "[cross][event-driven]") {
+TEST_CASE("each method reproduces the event-driven tables of nine mechanisms", "[cross][event-driven]") {
   for (const auto& way : ways)
     for (const auto& table : reference::impact_tables) {
       auto scene = read_scene(test::scene_file(table.scene), way.keys);

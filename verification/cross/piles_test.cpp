@@ -1,5 +1,6 @@
-// Many contacts outside joints: where piles of discs rest by both nonsmooth schemes, and which motions friction admits. The
-// claims of "complementarity" have the forces in piles and random piles.
+// Many contacts outside joints: the rest positions of piles of discs in both nonsmooth schemes, and
+// the motions that friction admits. The claims of "complementarity" contain the forces in piles and
+// random piles.
 #include <fmt/format.h>
 
 #include <Eigen/LU>
@@ -30,10 +31,11 @@ Result run(const std::string& text, Scheme scheme) {
 
 }  // namespace
 
-TEST_CASE("small piles come to rest where statics says", "[cross][piles]") {
+TEST_CASE("small piles come to rest in the positions of statics", "[cross][piles]") {
   for (const auto scheme : {Scheme::event_driven, Scheme::moreau_jean}) {
     CAPTURE(static_cast<int>(scheme));
-    // Moreau–Jean corrects penetrations of up to g h² a step; both keep gaps within a ten-millionth of a disc.
+    // Moreau–Jean corrects penetrations of up to g h² a step; both keep gaps within a ten-millionth
+    // of a disc.
     const double near = 1e-7;
     const double R = 0.05;
     // A disc in a groove of two walls at 45 degrees: its centre is √2 R above the bottom.
@@ -42,8 +44,9 @@ TEST_CASE("small piles come to rest where statics says", "[cross][piles]") {
     CHECK(r.final_state.q[0] == Approx(0).margin(near));
     CHECK(r.final_state.q[1] == Approx(std::sqrt(2) * R).margin(near).epsilon(0));
 
-    // One disc on two that touch: the force on a lower disc from above and that from the floor pass through both
-    // its contacts, so each makes 15 degrees with its normal: the pile stands for μ > tan 15° = 0.268.
+    // One disc on two touching ones: the force on a lower disc from above and that from the floor
+    // pass through both its contacts, so each makes 15 degrees with its normal: the pile is stable
+    // for μ > tan 15° = 0.268.
     const std::vector<Disc> pyramid{{0.5, R, R}, {0.5 + 2 * R, R, R}, {0.5 + R, R + std::sqrt(3) * R, R}};
     for (const double mu : {0.25, 0.29}) {
       CAPTURE(mu);
@@ -59,10 +62,11 @@ TEST_CASE("small piles come to rest where statics says", "[cross][piles]") {
   }
 }
 
-TEST_CASE("Painlevé is told where there is more than one motion, and only there",
+TEST_CASE("Painlevé's configuration is reported exactly where the motion is not unique",
           "[contact-problem][painleve]") {
-  // One contact with 0 < D_NN ≤ μ|D_NT|, D positive definite. By hand: open needs b_N ≥ 0; stick P = −D⁻¹b within
-  // the cone; slip with u_T of sign s has P_N = −b_N/(D_NN − sμ D_NT) ≥ 0 and s u_T ≥ 0.
+  // One contact with 0 < D_NN ≤ μ|D_NT|, D positive definite. By hand: open needs b_N ≥ 0; stick
+  // P = −D⁻¹b within the cone; slip with u_T of sign s has P_N = −b_N/(D_NN − sμ D_NT) ≥ 0 and s
+  // u_T ≥ 0.
   test::Random u;
   int unique = 0, more = 0;
   for (int i = 0; i < 400; ++i) {

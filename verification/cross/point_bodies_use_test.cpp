@@ -1,4 +1,5 @@
-// Point bodies in everything that uses a run: snapshots and restarts, ensembles, drift of the constraints, films, pages and figures.
+// Point bodies in every use of a run: snapshots and restarts, ensembles, constraint drift,
+// animations, report pages and figures.
 #include <fmt/format.h>
 #include <catch2/catch.hpp>
 
@@ -26,10 +27,11 @@ namespace {
 
 constexpr double rod = 0.3, clearance = 0.5e-3;  // m, of the scene
 
-/// A crank at 120 rpm, a point mass in a loose bearing at its end, and another on a rod below that.
+/// A crank at 120 rpm, a point mass in a bearing with clearance at its end, and another on a rod
+/// below that.
 std::string loose_pin() { return snapshots::text("point_on_loose_pin"); }
 
-/// Two point masses on rods beside each other, which meet at their radii twice in 1.5 s.
+/// Two point masses on rods side by side, which touch at their radii twice in 1.5 s.
 const std::string cradle = R"(
 gravity = [0, -9.81]
 [bodies.left]
@@ -62,7 +64,8 @@ restitution = 0.8
 duration = 1.5
 )";
 
-/// A chain of so many point masses, its links of 0.1 m at 30° up and down. 40 rows of rods: the sparse solve.
+/// A chain of this number of point masses, its links of 0.1 m at 30° up and down. 40 rows of rods:
+/// the sparse solve.
 std::string chain(int points) {
   std::string text = "gravity = [0, -9.81]\n";
   std::string before = "ground";
@@ -78,7 +81,7 @@ std::string chain(int points) {
   return text + "[run]\nduration = 0.2\n";
 }
 
-/// A comparison of the loose pin over its 0.5 turns with forces, by the command.
+/// A comparison of the pin with clearance over its 0.5 revolutions with forces, by the command.
 const std::filesystem::path& comparison() {
   static const test::TemporaryFolder folder;
   static const auto told =
@@ -92,7 +95,7 @@ const std::filesystem::path& comparison() {
 
 }  // namespace
 
-TEST_CASE("a run with point bodies goes on from any step, bit for bit", "[points][snapshot]") {
+TEST_CASE("a run with point bodies continues from any step bit for bit", "[points][snapshot]") {
   using namespace snapshots;
   check({loose_pin(), "penalty", {}, {flight, contact}});
   for (const auto* scheme : {"automatic", "event-driven"})
@@ -107,9 +110,9 @@ TEST_CASE("a run with point bodies goes on from any step, bit for bit", "[points
   check({chain(40), "nonsmooth"});
 }
 
-// A start is a place of the bob in its bearing: the rod is as long as it was, and the points have no angle. Each start, run by
-// itself, is the ensemble's to the bit.
-TEST_CASE("an ensemble places a point body in its bearing, and turns none", "[points][ensemble]") {
+// A start varies the position of the bob in its bearing: the rod keeps its length, and the points
+// have no angle. Each start, run by itself, equals that of the ensemble to the bit.
+TEST_CASE("an ensemble places a point body in its bearing and turns none", "[points][ensemble]") {
   const auto scene = parse_scene(loose_pin(), "loose.toml", {"run.revolutions=0.1"});
   const EnsemblePlan plan{
       .starts = 4,
@@ -137,9 +140,10 @@ TEST_CASE("an ensemble places a point body in its bearing, and turns none", "[po
   CHECK(*std::ranges::max_element(last) == all.band(4, 5).of.greatest);
 }
 
-// A pendulum of 1 s in all three stabilisations at a tolerance of 1e-7 of 0.8 m and some dozens of steps: the rod's length is
-// within 1e-5 m without, rounding (some hundreds of it) with projection. A point's angle is zero, not nearly so.
-TEST_CASE("the drift of a point's constraints is its rod's alone", "[points][drift]") {
+// A pendulum of 1 s in all three stabilisations at a tolerance of 1e-7 of 0.8 m and some dozens of
+// steps: the rod's length is accurate to 1e-5 m without stabilisation, to rounding (some hundreds
+// of it) with projection. A point's angle is exactly zero.
+TEST_CASE("the constraint drift of a point body is that of its rod alone", "[points][drift]") {
   const test::TemporaryFolder folder;
   const auto scene = parse_scene(
       "gravity = [0, -9.81]\n[bodies.bob]\nmass = 0.7\npoint = true\nposition = [0.8, 0]\n[joints.string]\ntype = "
@@ -157,9 +161,9 @@ TEST_CASE("the drift of a point's constraints is its rod's alone", "[points][dri
   CHECK(runs.front().greatest_length > 0);
 }
 
-// The scene is steered by its own geometry: in every frame the tail is drawn at the end of a line of the rod's length from the
-// bob, and both stand where trajectory.csv has them.
-TEST_CASE("a film draws point bodies at their places, and rods between them", "[points][animate]") {
+// The check uses the geometry of the scene: in every frame the tail is drawn at the end of a line
+// of the rod's length from the bob, and both are at their positions in trajectory.csv.
+TEST_CASE("an animation draws point bodies at their positions and rods between them", "[points][animate]") {
   for (const auto* formulation : {"penalty", "nonsmooth"}) {
     CAPTURE(formulation);
     const auto folder = comparison() / formulation;
@@ -177,7 +181,8 @@ TEST_CASE("a film draws point bodies at their places, and rods between them", "[
       ++seen;
       const auto svg = drawing.frame(value("t"), 0);
       CHECK_THAT(svg, !Contains("nan") && !Contains("inf\""));
-      // The panel's corner is (0, 34). The tail has the third colour, the rod its first body's, the second.
+      // The panel's corner is (0, 34). The tail has the third colour, the rod its first body's, the
+      // second.
       const std::regex dot("<circle cx=\"([-0-9.]+)\" cy=\"([-0-9.]+)\" r=\"2.50\" fill=\"#008a68\""),
           line(
               "<polyline points=\"([-0-9.]+),([-0-9.]+) ([-0-9.]+),([-0-9.]+)\" fill=\"none\" "
@@ -199,7 +204,7 @@ TEST_CASE("a film draws point bodies at their places, and rods between them", "[
   }
 }
 
-TEST_CASE("a page and figures of a run with point bodies show their motion and their rod's force",
+TEST_CASE("report page and figures of a run with point bodies show their motion and the force of their rod",
           "[points][report][figures]") {
   const auto& folder = comparison();
   const auto told = test::freeplay("report " + folder.string());
@@ -217,14 +222,15 @@ TEST_CASE("a page and figures of a run with point bodies show their motion and t
     for (std::size_t i = 0; i < motion["t"].size(); ++i) {
       CHECK(x[5][i] == 0);  // θ of bob and tail
       CHECK(x[8][i] == 0);
-      // The page holds single precision, some 1e-7 of half a metre.
+      // The page has single precision, some 1e-7 of half a metre.
       CHECK(std::hypot(x[3][i].get<double>() - x[6][i].get<double>(),
                        x[4][i].get<double>() - x[7][i].get<double>()) == Approx(rod).margin(1e-6));
     }
   }
   for (const char* figure : {"acceleration.pdf", "journal_orbit.pdf", "reaction_string.pdf"})
     CHECK(std::filesystem::exists(folder / "figures" / figure));
-  // A rod pulls or pushes along itself: its force on the tail and the direction to the bob have no moment, and it has no couple.
+  // A rod transmits force along itself only: its force on the tail and the direction to the bob are
+  // parallel, and its couple is zero.
   for (const auto* formulation : {"penalty", "nonsmooth"}) {
     CAPTURE(formulation);
     plots::Rows forces(folder / formulation / "forces.csv"), path(folder / formulation / "trajectory.csv");
@@ -240,7 +246,8 @@ TEST_CASE("a page and figures of a run with point bodies show their motion and t
       ++compared;
       const double dx = value("bob.x") - value("tail.x"), dy = value("bob.y") - value("tail.y");
       const double size = std::hypot(force("string.fx"), force("string.fy"));
-      // Rounding of coordinates of half a metre against the rod: 1e-15; the bound leaves three digits.
+      // Rounding of coordinates of half a metre against the rod: 1e-15; the bound leaves three
+      // digits.
       CHECK(std::abs(force("string.fx") * dy - force("string.fy") * dx) <= 1e-12 * std::max(size, 1.0));
       // Newton's law of the tail: m a = f + m g.
       CHECK(std::abs(0.2 * force("tail.ax") - force("string.fx")) <= 1e-9 * std::max(size, 1.0));

@@ -1,4 +1,5 @@
-// What is recorded between an impact and a file: start-up, impulses in fast filters, noise, converters, the order of tables.
+// Recording between an impact and a file: the start of a run, impulses in fast filters, noise,
+// converters, and the order of tables.
 #include <fmt/format.h>
 #include <catch2/catch.hpp>
 
@@ -39,7 +40,8 @@ std::vector<Sample> samples(const Scene& scene, std::string_view formulation, st
   return list;
 }
 
-/// A block of 2 kg with a plate of 0.5 kg fixed to it flies at 0.5 m/s against a wall `gap` away, without other forces.
+/// A block of 2 kg with an attached plate of 0.5 kg flies at 0.5 m/s against a wall `gap` away,
+/// without other forces.
 Scene thrown(double gap, double bandwidth, std::vector<std::string> sets) {
   sets.push_back(fmt::format("bodies.block.position=[0.0, {}]", 0.1 + gap));
   sets.push_back(fmt::format("bodies.plate.position=[0.0, {}]", 0.2 + gap));
@@ -73,7 +75,8 @@ sampling = 50000.0
                      "thrown.toml", sets);
 }
 
-/// A Butterworth low-pass of second order on an impulse Δ at t = 0: y = Δ √2 ω_c e^(−σt) sin σt, σ = ω_c/√2.
+/// A Butterworth low-pass of second order on an impulse Δ at t = 0: y = Δ √2 ω_c e^(−σt) sin σt,
+/// σ = ω_c/√2.
 double rung(double impulse, double bandwidth, double t) {
   const double wc = 2 * std::numbers::pi * bandwidth, sigma = wc / std::numbers::sqrt2;
   return t < 0 ? 0 : impulse * std::numbers::sqrt2 * wc * std::exp(-sigma * t) * std::sin(sigma * t);
@@ -89,10 +92,11 @@ const std::vector<std::vector<std::string>> schemes = {
 
 }  // namespace
 
-TEST_CASE("an impact before, in the first step or later is an impulse in the filter, by every scheme",
+TEST_CASE("an impact before, in or after the first step is an impulse in the filter, in every scheme",
           "[instruments][recording]") {
   const auto scheme = GENERATE(from_range(schemes));
-  // At the start, within any first step, and in mid-flight; the wall's own filter is as fast as the longest step.
+  // At the start, within any first step, and in mid-flight; the wall's own filter is as fast as the
+  // longest step.
   const double flight = GENERATE(0.0, 4e-7, 1.23456789e-3);
   const double bandwidth = GENERATE(1000.0, 20000.0);
   CAPTURE(scheme, flight, bandwidth);
@@ -107,21 +111,24 @@ TEST_CASE("an impact before, in the first step or later is an impulse in the fil
   for (const auto& s : samples(scene, "nonsmooth", 1))
     if (std::abs(s.t - flight) > 1e-9)
       worst_force = std::max(worst_force, std::abs(s.value - rung(0.5 * dv, bandwidth, s.t - flight)));
-  // Free flight is exact in every scheme, so the touch is known but for rounding and, where steps are chosen, for their
-  // tolerance of 1e-6: a shift of the instant by 1e-6 of the flight, in a signal that changes by ω_c a second.
+  // Free flight is exact in every scheme, so the contact is known up to rounding and, with adaptive
+  // time stepping, up to the tolerance of 1e-6: a shift of the instant by 1e-6 of the flight, in a
+  // signal that changes by ω_c a second.
   const double shift = 1e-6 * flight * 2 * std::numbers::pi * bandwidth;
   CHECK(worst < (1e-8 + 3 * shift) * peak);
   CHECK(worst_force < (1e-8 + 3 * shift) * 0.5 * peak);
-  CHECK(seen > 0.4 * peak);  // the first sample behind the touch is 20 µs away at most: 0.51 of the top there
+  CHECK(seen >
+        0.4 * peak);  // the first sample after the contact is 20 µs away at most: 0.51 of the peak there
 }
 
-TEST_CASE("an event-driven or stepped run under a table of time records finite rows on its grid",
+TEST_CASE("event-driven and fixed-step runs under a table over time record finite rows on the output grid",
           "[recording][files]") {
   const auto scheme = GENERATE(from_range(schemes));
   CAPTURE(scheme);
   auto sets = scheme;
   if (sets.size() > 1) sets[1] = "nonsmooth.step=1e-3";
-  // Knots on rows, between rows, closer than a row, and one that ends where the pendulum is pushed hardest.
+  // Knots on rows, between rows, closer than a row, and one that ends where the pendulum's torque
+  // is greatest.
   const auto scene =
       parse_scene("gravity = [0.0, -9.81]\n" + test::body("rod", 1.0, 0.1, "position = [0.0, -0.5]\n") +
                       test::pin("pin", "ground", "rod", {0, 0}, {0, 0.5}) + R"([drives.motor]
@@ -145,7 +152,8 @@ sampling = 1000.0
     const double spacing = rows > 10000 ? 5e-5 : 1e-3;
     int off = 0, unsound = 0;
     for (std::size_t n = 0; n < file.rows(); ++n) {
-      // Row n stands at n·spacing (signals begin at 1) but for the rounding of that product; their first column is a name.
+      // Row n is at n·spacing (signals begin at 1) up to the rounding of that product; the first
+      // column of signals is a name.
       const auto& row = file.row(n);
       unsound += !std::all_of(row.begin() + column, row.end(), [](double x) { return std::isfinite(x); });
       off += std::abs(row[column] - static_cast<double>(n + column) * spacing) > 1e-12;
@@ -156,7 +164,7 @@ sampling = 1000.0
   }
 }
 
-TEST_CASE("no recorded file holds what is no number", "[recording][files]") {
+TEST_CASE("no recorded file holds a non-finite number", "[recording][files]") {
   test::TemporaryFolder folder;
   for (const double bad : {std::nan(""), double(INFINITY), -double(INFINITY)}) {
     const auto path = folder.path() / "rows.csv";
@@ -174,7 +182,7 @@ TEST_CASE("no recorded file holds what is no number", "[recording][files]") {
 
 namespace {
 
-/// The standard normal numbers that a channel adds to nothing.
+/// The standard normal numbers of a channel without a signal.
 std::vector<double> noise(Instrument settings, std::uint64_t run, int n) {
   settings.kind = Instrument::Kind::lvdt;
   settings.noise = 1.0;
@@ -197,7 +205,7 @@ TEST_CASE("noise: each channel, seed and run has its own stream", "[instruments]
   Instrument one;
   one.name = "one";
   std::vector<std::vector<double>> streams{noise(one, 7, n)};
-  CHECK(streams[0] == noise(one, 7, n));  // and always the same
+  CHECK(streams[0] == noise(one, 7, n));  // and reproducible
   auto other = one;
   other.name = "eno";
   streams.push_back(noise(other, 7, n));
@@ -207,8 +215,9 @@ TEST_CASE("noise: each channel, seed and run has its own stream", "[instruments]
     other.seed = seed;
     streams.push_back(noise(other, 7, n));
   }
-  // Streams that share numbers a few samples apart would show at that lag. Independent ones scatter by 1/√n: of the
-  // hundred or so pairs and lags none beyond five of that but once in 20 000 suites.
+  // Streams that share numbers a few samples apart would show a correlation at that lag.
+  // Independent ones scatter by 1/√n: of the hundred or so pairs and lags one exceeds five of that
+  // once in 20 000 test runs.
   for (std::size_t i = 0; i < streams.size(); ++i)
     for (std::size_t j = 0; j < i; ++j)
       for (const int lag : {0, 1, 2}) {
@@ -225,7 +234,7 @@ TEST_CASE("noise: each channel, seed and run has its own stream", "[instruments]
   }
 }
 
-TEST_CASE("noise: two starts, two formulations, two settings of one scene differ; a repetition does not",
+TEST_CASE("noise: different starts, formulations or settings differ; a repeated run does not",
           "[instruments][recording]") {
   const auto scene = [](std::vector<std::string> more) {
     more.insert(more.end(), {"instruments.felt.noise=1.0", "instruments.force.noise=1.0"});
@@ -254,7 +263,7 @@ TEST_CASE("noise: two starts, two formulations, two settings of one scene differ
     }
 }
 
-TEST_CASE("a converter's codes are whole multiples of its resolution within its range",
+TEST_CASE("codes of a converter are integer multiples of its resolution within its range",
           "[instruments][recording]") {
   Instrument settings;
   settings.kind = Instrument::Kind::lvdt;
@@ -267,13 +276,14 @@ TEST_CASE("a converter's codes are whole multiples of its resolution within its 
   settings.resolution = 0.1;  // 1.0 is its tenth code
   CHECK(shown(7) == Approx(1.0).epsilon(1e-15));
   CHECK(shown(-7) == Approx(-1.0).epsilon(1e-15));
-  settings.range = 0.3;  // 0.3/0.1 is 3 but for rounding
+  settings.range = 0.3;  // 0.3/0.1 is 3 up to rounding
   CHECK(shown(7) == Approx(0.3).epsilon(1e-15));
   settings.resolution.reset();
   CHECK(shown(7) == 0.3);
   CHECK(shown(-7) == -0.3);
   CHECK(shown(0.1234) == 0.1234);
-  // Noise is the sensor's: it is converted with the signal, and what saturates stays within.
+  // Noise belongs to the sensor: it is converted with the signal, and saturated values stay within
+  // the range.
   settings.resolution = 0.1;
   settings.noise = 10.0;
   Channel noisy(settings);
@@ -287,7 +297,7 @@ TEST_CASE("a converter's codes are whole multiples of its resolution within its 
   CHECK(*codes.rbegin() == 3);
 }
 
-TEST_CASE("tables that options make come behind the file's, in the order of the options",
+TEST_CASE("tables made by options follow those of the file, in the order of the options",
           "[scene][recording]") {
   const std::string text = test::body("wheel", 1.0, 0.1) + test::body("arm", 1.0, 0.1) +
                            test::pin("axle", "ground", "wheel") + test::pin("pin", "ground", "arm") +
@@ -311,13 +321,13 @@ counts = 100
   REQUIRE(scene.mechanism.drives.size() == 2);
   CHECK(name_of(scene.mechanism.drives[0]) == "motor");
   CHECK(main_drive(scene.mechanism)->name == "motor");
-  CHECK(scene.run.duration == Approx(2 * 2 * std::numbers::pi / 4));  // two turns of the file's drive
+  CHECK(scene.run.duration == Approx(2 * 2 * std::numbers::pi / 4));  // two revolutions of the file's drive
   REQUIRE(scene.instruments.size() == 3);
   CHECK(scene.instruments[0].name == "zero");
   CHECK(scene.instruments[1].name == "b");
   CHECK(scene.instruments[2].name == "a");
 
-  // Unless the other is named.
+  // Unless the other drive is named.
   auto named = second;
   named.emplace_back("drives.a.crank=true");
   const auto chosen = parse_scene(text, "order.toml", named);

@@ -1,4 +1,5 @@
-// What tests of snapshots share: all that anybody could see of a run, as bits; a check at random steps; and scenes.
+// Helpers for tests of snapshots: the observable content of a run as bits, a check at random steps,
+// and scenes.
 #pragma once
 
 #include <fmt/format.h>
@@ -32,7 +33,7 @@ inline Bytes bits(T&... values) {
   return bytes;
 }
 
-/// Where the motion stands at the end of a step.
+/// State of the motion at the end of a step.
 enum Place { flight, contact, slide, stick, film, impact, before_knot, behind_knot, places };
 inline const char* name_of(Place p) {
   return std::array{
@@ -40,7 +41,7 @@ inline const char* name_of(Place p) {
 }
 using Places = std::bitset<places>;
 
-/// All that an observer is shown, as bits.
+/// All data that an observer receives, as bits.
 class Record final : public Observer {
  public:
   struct Moment {
@@ -103,7 +104,7 @@ class Record final : public Observer {
 
   std::vector<Bytes> steps, events, samples;
   std::vector<Places> where;     // at the end of each step
-  std::set<std::size_t> wanted;  // a snapshot after so many steps
+  std::set<std::size_t> wanted;  // take a snapshot after these numbers of steps
   std::vector<Moment> moments;
   std::vector<double> knots;
 
@@ -142,7 +143,7 @@ class Record final : public Observer {
   ContactStatistics statistics;
 };
 
-/// All of a result but what it cost; its events are those of the record.
+/// All of a result except its cost; its events are those of the record.
 inline Bytes bits_of(Result r) {
   auto& s = r.final_state;
   auto all = bits(r.formulation, r.ending.status, r.ending.reason, r.t_end, r.observed, s.t, s.q, s.v, s.z,
@@ -173,7 +174,7 @@ struct Case {
   std::string scene;  // text
   std::string formulation;
   std::vector<std::string> set = {};
-  std::vector<Place> in = {};  // places where some snapshots must fall
+  std::vector<Place> in = {};  // states in which some snapshots must fall
   bool matched = false;
   bool forces = true;
   std::vector<double> knots = {};
@@ -193,7 +194,7 @@ inline void check(const Case& c) {
   std::mt19937 engine(20240611);
   std::set<std::size_t> chosen;
   std::vector<Places> where;
-  {  // Which steps there are.
+  {  // Determine the steps.
     auto s = simulation();
     Record record(s, true);
     record.knots = c.knots;
@@ -220,7 +221,7 @@ inline void check(const Case& c) {
   const auto result = run_on(whole, all, path);
   const auto result_bits = bits_of(result);
   REQUIRE(all.moments.size() == chosen.size());
-  REQUIRE(all.steps.size() == where.size());  // watched in another way, the run is the same
+  REQUIRE(all.steps.size() == where.size());  // observed in another way, the run is the same
 
   const auto go_on = [&](Simulation& s, const Record::Moment& m) {
     INFO("after " << m.steps << " of " << all.steps.size() << " steps, t = " << m.t << ": "
@@ -240,7 +241,7 @@ inline void check(const Case& c) {
     REQUIRE(end.events.size() == rest.events.size());
     std::size_t row = 0;
     while (row < path.size() && path.t(row) <= m.t) ++row;
-    REQUIRE(rest_path.size() == path.size() - row + 1);  // its first row is where it began
+    REQUIRE(rest_path.size() == path.size() - row + 1);  // its first row is at its beginning
     bool equal = true;
     for (std::size_t i = 1; i < rest_path.size(); ++i, ++row)
       equal = equal && rest_path.t(i) == path.t(row) && std::ranges::equal(rest_path.q(i), path.q(row)) &&
@@ -251,7 +252,7 @@ inline void check(const Case& c) {
     auto fresh = simulation();
     go_on(fresh, m);
   }
-  // Into one that has a past of its own.
+  // Restore in a simulation that has already run.
   go_on(whole, all.moments[engine() % all.moments.size()]);
 }
 
@@ -290,7 +291,7 @@ sampling = 10000.0
 )" + more;
 }
 
-/// A cell on a pin of the long chain, whose forces come from sparse factors.
+/// A load cell on a pin of the long chain, whose forces come from sparse factors.
 inline std::string chain() {
   return text("long_chain") + R"(
 [instruments.cell]
@@ -302,8 +303,8 @@ sampling = 2000.0
 )";
 }
 
-/// A block on a rail whose guide is preloaded, on a spring and a damper, knocking a stop; a flywheel on a
-/// torsional spring, driven by a table of torques.
+/// A block on a rail whose guide is preloaded, on a spring and a damper, with impacts on a stop; a
+/// flywheel on a torsional spring, driven by a table of torques.
 inline std::string loads() {
   return "gravity = [0.0, -9.81]\n" +
          test::body("block", 1.0, 0.01, "position = [0.0, 0.0]\nvelocity = [0.5, 0.0]\n") +

@@ -1,7 +1,8 @@
-// Snapshots of whole simulations. At random accepted steps of a run, in every integrator and scheme and
-// wherever the motion may stand (in flight, within an impact, sliding, sticking, on a film, before and behind
-// a knot of a table), the simulation is written down from within an observer, read into a new one and run on.
-// All that anybody could see of the rest must be that of the uninterrupted run, bit for bit.
+// Snapshots of complete simulations. At random accepted steps of a run, in every integrator and
+// scheme and in every state of the motion (in flight, within an impact, sliding, sticking, on a
+// film, before and after a knot of a table), an observer takes a snapshot, which is restored in a
+// new simulation and continued. All observable results of the rest must equal those of the
+// uninterrupted run bit for bit.
 #include <catch2/catch.hpp>
 
 #include "verification/cross/snapshot_check.hpp"
@@ -9,7 +10,7 @@
 using namespace freeplay;
 using namespace freeplay::snapshots;
 
-TEST_CASE("snapshots: every penalty integrator goes on bit for bit", "[snapshot]") {
+TEST_CASE("snapshots: every penalty integrator continues bit for bit", "[snapshot]") {
   const auto set = [](const std::string& integrator, std::vector<std::string> more) {
     more.insert(more.end(), {"penalty.integrator=\"" + integrator + "\"", "run.duration=0.02",
                              "run.discard=0.003", "run.output_step=1e-4", "penalty.tolerance=1e-7"});
@@ -26,7 +27,7 @@ TEST_CASE("snapshots: every penalty integrator goes on bit for bit", "[snapshot]
     check({rig(), "penalty", set(integrator, more), {flight, contact, slide}});
 }
 
-TEST_CASE("snapshots: friction's zones and bristles", "[snapshot]") {
+TEST_CASE("snapshots: friction zones and bristles", "[snapshot]") {
   for (const auto& [law, own] : {std::pair{"ambrosio", "penalty.friction_v1=0.3"},
                                  {"threlfall", "run.discard=0"},
                                  {"bengisu-akay", "penalty.friction_static=1.2"},
@@ -39,7 +40,7 @@ TEST_CASE("snapshots: friction's zones and bristles", "[snapshot]") {
            {fmt::format("penalty.friction=\"{}\"", law), fmt::format("penalty.integrator=\"{}\"", integrator),
             "penalty.tolerance=1e-6", "penalty.friction_v0=0.02", own, "run.duration=0.03"},
            {flight, contact, stick}});
-  // A block that slides up a slope and stays there, on its bristles.
+  // A block that slides up a slope and stays there, held by its bristles.
   for (const char* integrator : {"rosenbrock4", "dopri5", "bulirsch_stoer", "adams_bashforth_moulton"})
     check({text("block_on_slope"),
            "penalty",
@@ -50,7 +51,7 @@ TEST_CASE("snapshots: friction's zones and bristles", "[snapshot]") {
            {contact, slide, stick}});
 }
 
-TEST_CASE("snapshots: on a film, and where it hands over", "[snapshot]") {
+TEST_CASE("snapshots: a film, and its hand-over to dry contact", "[snapshot]") {
   const auto oiled = [](std::string scene) {
     const std::string surface = "surface = \"steel\"\n";
     scene.insert(scene.find(surface), "bearing_length = 0.02\nlubricant = \"oil\"\n");
@@ -154,7 +155,8 @@ TEST_CASE("snapshots: both nonsmooth schemes, in flight, in contact and at impac
          {flight, impact}});
 }
 
-TEST_CASE("snapshots: chosen steps, and the default before, within and behind its hand-overs", "[snapshot]") {
+TEST_CASE("snapshots: adaptive time stepping, and the default scheme before, within and after its hand-overs",
+          "[snapshot]") {
   const std::vector<std::string> chosen{"nonsmooth.scheme=\"moreau-jean\"", "nonsmooth.step=\"automatic\""},
       automatic{"nonsmooth.scheme=\"automatic\"", "nonsmooth.step=\"automatic\""};
   const std::vector knots{0.02, 0.05, 0.07};
@@ -180,11 +182,11 @@ TEST_CASE("snapshots: chosen steps, and the default before, within and behind it
            {flight}});
     check({test::random_pile(8), "nonsmooth", set({"run.duration=0.1"}), {contact, impact}, false, false});
   }
-  // Hands over three times; most of its steps are those of time stepping.
+  // Three hand-overs; most of its steps are those of time stepping.
   check({test::random_pile(1), "nonsmooth", {"run.duration=0.443"}, {contact, impact}});
 }
 
-TEST_CASE("snapshots: a loose guide's four corners, and every solver of contact problems", "[snapshot]") {
+TEST_CASE("snapshots: the four corners of a guide with clearance, and every contact solver", "[snapshot]") {
   check({text("free_slider"), "nonsmooth", {"run.output_step=1e-3"}, {flight, impact}});
   check({text("free_slider"),
          "penalty",

@@ -1,4 +1,5 @@
-// Snapshots as they are used: again from the start, watched or started otherwise, through files, and refused.
+// Snapshots in use: return to the start, observation from the snapshot on, a changed start, files,
+// and refusals.
 #include <catch2/catch.hpp>
 
 #include "verification/cross/snapshot_check.hpp"
@@ -8,7 +9,7 @@ using namespace freeplay;
 using namespace freeplay::snapshots;
 using Catch::Matchers::Contains;
 
-TEST_CASE("snapshots: back to before the first step, in a simulation that has a past", "[snapshot]") {
+TEST_CASE("snapshots: return to a state before the first step, in a simulation that has run", "[snapshot]") {
   const auto check_again = [](const Scene& scene, const std::string& formulation) {
     CAPTURE(formulation, scene.overrides);
     Simulation simulation(scene, formulation);
@@ -45,8 +46,8 @@ TEST_CASE("snapshots: back to before the first step, in a simulation that has a 
               "penalty");
 }
 
-TEST_CASE("snapshots: one that begins to be watched behind it", "[snapshot]") {
-  // Sparse factors: those of the forces' own are made when somebody first wants forces.
+TEST_CASE("snapshots: observation that begins after the snapshot", "[snapshot]") {
+  // Sparse factors: the separate factors of forces are made at the first request for forces.
   for (const char* formulation : {"penalty", "nonsmooth"}) {
     const auto scene = parse_scene(chain(), "snapshot.toml",
                                    {"penalty.tolerance=1e-7", "nonsmooth.step=5e-4", "run.duration=0.1"});
@@ -62,7 +63,7 @@ TEST_CASE("snapshots: one that begins to be watched behind it", "[snapshot]") {
   }
 }
 
-TEST_CASE("snapshots: another start goes along", "[snapshot]") {
+TEST_CASE("snapshots: a changed start is included", "[snapshot]") {
   const auto scene = read_scene(test::scene_file("pendulum"), {"run.duration=0.1", "penalty.tolerance=1e-6"});
   for (const char* formulation : {"penalty", "nonsmooth"}) {
     Simulation first(scene, formulation);
@@ -75,7 +76,7 @@ TEST_CASE("snapshots: another start goes along", "[snapshot]") {
   }
 }
 
-TEST_CASE("snapshots: instruments that rested go on at the present", "[snapshot][instruments]") {
+TEST_CASE("snapshots: paused instruments resume at the present time", "[snapshot][instruments]") {
   const auto scene = parse_scene(rig(), "snapshot.toml", {"run.duration=0.03", "penalty.tolerance=1e-7"});
   Simulation rested(scene, "penalty");
   rested.run({.until = 0.0151});
@@ -95,7 +96,7 @@ TEST_CASE("snapshots: instruments that rested go on at the present", "[snapshot]
   }
 }
 
-TEST_CASE("snapshots: through a file and back", "[snapshot][files]") {
+TEST_CASE("snapshots: written to a file and read back", "[snapshot][files]") {
   test::TemporaryFolder folder;
   const auto file = folder.path() / "a.snapshot";
   const auto scene = parse_scene(rig(), "snapshot.toml", {"run.duration=0.01", "penalty.tolerance=1e-7"});
@@ -116,7 +117,8 @@ TEST_CASE("snapshots: through a file and back", "[snapshot][files]") {
   CHECK_THROWS_AS(s.write(folder.path() / "none" / "a.snapshot"), SnapshotError);
 }
 
-TEST_CASE("snapshots: what does not belong is refused, and nothing is touched", "[snapshot][files]") {
+TEST_CASE("snapshots: one that does not fit is refused, and the simulation stays unchanged",
+          "[snapshot][files]") {
   test::TemporaryFolder folder;
   const std::vector<std::string> set{"run.duration=0.01", "penalty.tolerance=1e-7"};
   const auto scene = parse_scene(rig(), "snapshot.toml", set);

@@ -1,5 +1,5 @@
-// Speed scales that tolerances are measured by, where neither a drive nor gravity sets a pace: slow and small motions, and starts
-// of next to no speed.
+// The speed scales of tolerances where neither a drive nor gravity sets the pace: slow and small
+// motions, and starts with negligible velocity.
 #include <fmt/format.h>
 #include <atomic>
 #include <catch2/catch.hpp>
@@ -17,9 +17,10 @@
 using namespace freeplay;
 using std::numbers::pi;
 
-TEST_CASE("a start of next to no speed changes nothing of a pulse", "[penalty][event-driven]") {
-  // A triangle of 20 us and 1000 N about 0.30001 s on 1 kg: v = 0.01 m/s, x = 0.01 (1 - 0.30001) m. A scale of 1e-12 m/s made the
-  // tolerance finer than rounding, and one step passed over the pulse. The tolerance is 1e-8 of 1 m and of 1e-3 m/s.
+TEST_CASE("a negligible start velocity does not change the response to a pulse", "[penalty][event-driven]") {
+  // A triangle of 20 us and 1000 N about 0.30001 s on 1 kg: v = 0.01 m/s, x = 0.01 (1 - 0.30001) m.
+  // A speed scale of 1e-12 m/s once made the tolerance finer than rounding, and one step passed
+  // over the pulse. The tolerance is 1e-8 of 1 m and of 1e-3 m/s.
   for (const char* speed : {"0", "1e-300", "1e-12"})
     for (const Family family : {Family::penalty, Family::nonsmooth}) {
       CAPTURE(speed, name_of(family));
@@ -48,10 +49,11 @@ start = "given"
     }
 }
 
-TEST_CASE("drive work far above the energy of its clearance does not shorten the steps",
+TEST_CASE("work of a drive far above the energy within the clearance does not shorten the steps",
           "[penalty][curves]") {
-  // A block flies freely between stops of 45 µm on a slide that a curve moves (scene 758 of the random scenes of seed 555). The
-  // work of the drive was controlled by the kinetic energy at 5e-8 m/s, below its own rounding: 3.4 million steps.
+  // A block flies freely between stops of 45 µm on a slide on a curve (scene 758 of the random
+  // scenes of seed 555). The work of the drive was once controlled relative to the kinetic energy
+  // at 5e-8 m/s, below its own rounding: 3.4 million steps.
   auto scene =
       parse_scene(test::body("slide", 1, 1) + test::guide("guide", "ground", "slide") + R"([curves.y0]
 shape = "table"
@@ -98,11 +100,13 @@ beta = 19.5294032488
   }
 }
 
-TEST_CASE("a motion far slower and smaller than its arms keeps its energy",
+TEST_CASE("a motion much slower and smaller than its lever arms conserves its energy",
           "[integrators][curves][event-driven]") {
-  // Scene 1376 of the random scenes of seed 8675309: M = A sin(2πθ/p) on a rotor at 2.5e-7 rad/s, 25 hills of 1.5e-4 rad in four hours;
-  // E = ½ J ω² + A p/(2π) cos(2πθ/p). Some 50 steps a hill leave 1e-8 of ω each, by random signs √1250 · 2e-8 = 7e-7 of E. Bound, set
-  // after seeing: seven times that. By a scale of 1e-3 rad/s it was off by 4.8e-5 (bulirsch_stoer) to 5e-4 (dopri5).
+  // Scene 1376 of the random scenes of seed 8675309: M = A sin(2πθ/p) on a rotor at 2.5e-7 rad/s,
+  // 25 hills of 1.5e-4 rad in four hours;
+  // E = ½ J ω² + A p/(2π) cos(2πθ/p). Some 50 steps a hill have an error of 1e-8 of ω each, with
+  // random signs √1250 · 2e-8 = 7e-7 of E. The bound, set after the first runs, is seven times
+  // that. With a scale of 1e-3 rad/s the error was 4.8e-5 (bulirsch_stoer) to 5e-4 (dopri5).
   constexpr double J = 0.0130480311483, A = -6.99899223804e-11, p = 0.000147342645013;
   auto scene = parse_scene(test::body("rotor", 1, 0.0130480311483,
                                       "angle = -0.00249239488328\nangular_velocity = 2.45967683912e-07\n") +
@@ -133,8 +137,9 @@ against = "angle"
   }
 }
 
-TEST_CASE("a long run is no stiffer than a short one", "[penalty]") {
-  // 3e8 s at 3,700 steps a turn: the pace of the motion says what progress is, not the end of the run.
+TEST_CASE("the stiffness of a system does not depend on the length of the run", "[penalty]") {
+  // 3e8 s at 3,700 steps a revolution: progress is measured by the time scale of the motion, not by
+  // the end of the run.
   auto scene = read_scene(test::flores());
   scene.instruments.clear();
   scene.run.duration = 3e8;

@@ -1,4 +1,5 @@
-// First-order states of elements in every integrator: a rotor that a lagging torque turns, by its closed form.
+// First-order states of elements in every integrator: a rotor driven by a lagging torque, in closed
+// form:
 //     T ż = u − z,   J ω̇ = z,   z(0) = 0:   z = u (1 − e^(−t/T)),   ω = (u/J) [t − T (1 − e^(−t/T))]
 #include <catch2/catch.hpp>
 
@@ -49,7 +50,8 @@ TEST_CASE("a lagging torque: all integrators carry its state", "[states]") {
     const auto run = test::finished(simulation);
     const auto state = simulation.state();
     REQUIRE(state.z.size() == 1);
-    // rk4: (h/T)⁴/120 of a step, 2e-9, over a few time constants; the others their tolerance of 1e-9 a step.
+    // rk4: (h/T)⁴/120 a step, 2e-9, over a few time constants; the others their tolerance of 1e-9 a
+    // step.
     CHECK(state.z[0] == Approx(torque(until)).margin(3e-8 * u).epsilon(0));
     CHECK(state.v[2] == Approx(speed(until)).epsilon(1e-7));
     CHECK(std::abs(run.ledger.closure()) < 1e-6 * run.ledger.scale());
@@ -85,7 +87,7 @@ TEST_CASE("a lagging torque: both nonsmooth schemes carry its state", "[states]"
   }
 }
 
-TEST_CASE("a step that the lag is too short for is refused with its reason", "[states]") {
+TEST_CASE("a step too long for the lag is refused with its reason", "[states]") {
   auto scene = rotor();
   scene.instruments.clear();
   scene.set("drives.motor.lag", "1e-4");
@@ -96,7 +98,8 @@ TEST_CASE("a step that the lag is too short for is refused with its reason", "[s
 }
 
 TEST_CASE("a torque sensor shows the lagging torque", "[states]") {
-  // Its filter lags by about √2/ω_c = 2.3e-6 s of 0.05 s: 5e-5 of u at most, where the torque rises fastest.
+  // Its filter lags by about √2/ω_c = 2.3e-6 s of 0.05 s: 5e-5 of u at most, where the torque rises
+  // fastest.
   for (const char* formulation : {"penalty", "nonsmooth"}) {
     CAPTURE(formulation);
     double worst = 0, last = 0;
@@ -113,7 +116,7 @@ TEST_CASE("a torque sensor shows the lagging torque", "[states]") {
   }
 }
 
-TEST_CASE("a snapshot carries the states of elements", "[states][snapshot]") {
+TEST_CASE("a snapshot carries the internal states of elements", "[states][snapshot]") {
   auto scene = rotor();
   scene.instruments.clear();
   for (const char* formulation : {"penalty", "nonsmooth"}) {

@@ -1,6 +1,6 @@
-// Bodies that touch without load: columns, rows and grids of beads in flight, whose gaps and gap rates are zero to rounding.
-// Which side of zero rounding leaves them on must not decide the motion: the same scene from another height, turned, in
-// other units and in another order moves alike.
+// Bodies that touch without load: columns, rows and grids of beads in flight, whose gaps and gap
+// rates are zero to rounding. The sign of the rounding error must not decide the motion: the same
+// scene from another height, rotated, in other units and in another order moves alike.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -26,9 +26,9 @@ namespace {
 
 constexpr double g = 9.81, mass = 0.1, young = 207e9, poisson = 0.3;
 
-/// Columns of beads of radius 5 mm times `scale`, side by side, each touching its neighbours; their lowest points stand `drop`
-/// above a floor, up is at `angle` from the y axis. Lengths and times scale so that gravity stays; so does Young's modulus,
-/// so that indentations scale as well.
+/// Columns of beads of radius 5 mm times `scale`, side by side, each touching its neighbours; their
+/// lowest points are `drop` above a floor, up is at `angle` from the y axis. Lengths and times
+/// scale so that gravity is unchanged; so does Young's modulus, so that indentations scale as well.
 struct Beads {
   int rows = 10, columns = 1;
   double drop = 0.051, restitution = 1, angle = 0, scale = 1, duration = 1;  // m, rad, s: at scale 1
@@ -82,7 +82,7 @@ struct Beads {
                restitution, young * scale, poisson, duration * time());
   }
   Scene scene() const { return parse_scene(text(), "beads.toml"); }
-  /// Of bead k, in the units of scale 1: how far it is above its place, and how fast it rises.
+  /// Displacement and velocity upwards of bead k, in the units of scale 1.
   double height(const State& state, int k) const {
     const auto i = 3 * static_cast<std::size_t>(reversed ? rows * columns - 1 - k : k);
     const Vec2 at = place(k / columns, k % columns);
@@ -103,7 +103,7 @@ Result run(const Beads& beads, Scheme scheme, ImpactLaw law = ImpactLaw::newton)
   return result;
 }
 
-/// All beads where a single ball would be.
+/// All beads move as a single ball.
 void check_column(const Beads& beads, const Result& run, double height, double speed) {
   const auto expected = reference::elastic_column(beads.drop, g, beads.duration);
   for (int k = 0; k < beads.rows * beads.columns; ++k) {
@@ -113,8 +113,9 @@ void check_column(const Beads& beads, const Result& run, double height, double s
   }
 }
 
-// Flight is a parabola, which the integrator has exactly; an impact is located to rounding of its gap, some 1e-16 m, and of
-// its time. Five impacts, each missed by 1e-15 s at 1 m/s, leave 1e-14 m; a thousand times that is allowed for.
+// A flight is a parabola, which the integrator reproduces exactly; an impact is located to rounding
+// of its gap, some 1e-16 m, and of its time. Five impacts, each displaced by 1e-15 s at 1 m/s,
+// cause 1e-14 m; the bound is a thousand times that.
 constexpr double near = 1e-11;
 
 }  // namespace
@@ -133,7 +134,7 @@ TEST_CASE("a column of touching beads bounces as one body from any height",
     }
 }
 
-TEST_CASE("a column of touching beads turned, in other units and in another order",
+TEST_CASE("a column of touching beads: rotation, other units and another order of bodies",
           "[cross][event-driven][unloaded]") {
   for (const double scale : {1e-3, 1.0, 2000.0})
     for (const double angle : {0.0, 0.5 * M_PI, M_PI, 0.3})
@@ -142,15 +143,16 @@ TEST_CASE("a column of touching beads turned, in other units and in another orde
         beads.scale = scale;
         beads.angle = angle;
         beads.reversed = reversed;
-        // Oblique, rounding puts the centres out of line by 1e-16, and a column is not stable: an impact and the flight after it
-        // multiply that by some hundreds. Two impacts leave it harmless.
+        // In an oblique column, rounding puts the centres out of line by 1e-16, and a column is not
+        // stable: an impact and the flight after it multiply that by some hundreds. Two impacts
+        // keep it negligible.
         if (angle == 0.3) beads.duration = 0.5;
         CAPTURE(scale, angle, reversed);
         check_column(beads, run(beads, Scheme::event_driven), near, 10 * near);
       }
 }
 
-TEST_CASE("a column of touching beads by the other impact laws, and by time stepping", "[cross][unloaded]") {
+TEST_CASE("a column of touching beads: the other impact laws, and time stepping", "[cross][unloaded]") {
   for (const auto law : {ImpactLaw::poisson, ImpactLaw::energetic}) {
     CAPTURE(static_cast<int>(law));
     const Beads beads;
@@ -158,7 +160,7 @@ TEST_CASE("a column of touching beads by the other impact laws, and by time step
     check_column(beads, result, near, 10 * near);
     CHECK_THAT(notes_of(result), !Contains("Poisson's ratios"));
   }
-  // A fixed step moves each of five impacts by up to a step, and with it the height by 2 v h.
+  // A fixed step displaces each of five impacts by up to a step, and with it the height by 2 v h.
   const Beads beads;
   check_column(beads, run(beads, Scheme::moreau_jean), 5 * 2 * 1.0 * 1e-5, 5 * 2 * g * 1e-5);
 }
@@ -170,7 +172,7 @@ TEST_CASE("a grid of touching beads bounces as one body", "[cross][event-driven]
   check_column(beads, run(beads, Scheme::event_driven), near, 10 * near);
 }
 
-TEST_CASE("a bead meets a row of touching beads: all of the row take part",
+TEST_CASE("an impact of a bead on a row of touching beads involves the whole row",
           "[cross][event-driven][unloaded]") {
   for (const double angle : {0.0, 0.7, -0.5 * M_PI})
     for (const double e : {1.0, 0.5}) {
@@ -191,7 +193,7 @@ TEST_CASE("a bead meets a row of touching beads: all of the row take part",
     }
 }
 
-TEST_CASE("an impact that rounding of gaps would decide says so, and no other",
+TEST_CASE("only an impact decided by rounding of gaps is reported as such",
           "[cross][event-driven][unloaded]") {
   Beads beads;
   beads.duration = 0.3;
@@ -217,12 +219,12 @@ TEST_CASE("a column of touching beads continues from a snapshot bit for bit", "[
 
 namespace {
 
-/// Beads of Hertz's law against the chain of one of their columns by the reference.
+/// Beads with Hertz's law against the chain of one of their columns by the reference.
 void check_chain(const Beads& beads, Integrator integrator) {
   auto scene = beads.scene();
   scene.penalty.contact = ContactLaw::hertz;
   scene.penalty.integrator = integrator;
-  // Of fixed steps a contact of 1e-4 s has 200.
+  // With fixed steps a contact of 1e-4 s has 200.
   if (integrator == Integrator::rk4) scene.penalty.step = 5e-7 * beads.time();
   const auto result = test::finished(scene, Family::penalty);
   const double E = young, R = 0.005;  // at scale 1
@@ -238,7 +240,7 @@ void check_chain(const Beads& beads, Integrator integrator) {
     chain.v.push_back(row == 0 ? beads.speed : 0);
   }
   const auto start = chain;
-  // A contact of 1e-4 s in 500 steps: (1/500)^{5/2} of its depth are missed where it begins, 2e-7.
+  // A contact of 1e-4 s in 500 steps: an error of (1/500)^{5/2} of its depth at its onset, 2e-7.
   chain.advance(beads.duration, 2e-7);
   REQUIRE(chain.energy() == Approx(start.energy()).epsilon(2e-6));
   double greatest = 0;
@@ -246,7 +248,8 @@ void check_chain(const Beads& beads, Integrator integrator) {
   for (int k = 0; k < beads.rows * beads.columns; ++k) {
     const auto row = static_cast<std::size_t>(k / beads.columns);
     CAPTURE(k);
-    // Tolerance 1e-9 a step, some thousand steps; impacts of a chain that follow each other multiply an error by ten or so.
+    // Tolerance 1e-9 a step, some thousand steps; successive impacts of a chain multiply an error
+    // by about ten.
     CHECK(beads.rise(result.final_state, k) == Approx(chain.v[row]).margin(1e-4 * greatest).epsilon(0));
     CHECK(beads.height(result.final_state, k) ==
           Approx(chain.x[row] - start.x[row]).margin(1e-4 * greatest * beads.duration).epsilon(0));
@@ -261,7 +264,7 @@ constexpr Integrator all_integrators[] = {Integrator::rk4, Integrator::dopri5, I
 
 }  // namespace
 
-TEST_CASE("a column of touching elastic beads falls on a floor: Hertz's chain",
+TEST_CASE("a column of touching elastic beads falls on a floor: Hertzian chain",
           "[cross][penalty][unloaded]") {
   Beads beads;
   beads.rows = 5;
@@ -276,7 +279,7 @@ TEST_CASE("a column of touching elastic beads falls on a floor: Hertz's chain",
   check_chain(beads, Integrator::dopri5);
 }
 
-TEST_CASE("touching elastic beads turned, in other units and side by side: Hertz's chain",
+TEST_CASE("touching elastic beads rotated, in other units and side by side: Hertzian chain",
           "[cross][penalty][unloaded]") {
   Beads beads;
   beads.rows = 3;
@@ -295,7 +298,7 @@ TEST_CASE("touching elastic beads turned, in other units and side by side: Hertz
   check_chain(beads, Integrator::dopri5);
 }
 
-TEST_CASE("a row of touching elastic beads without weight: Hertz's chain", "[cross][penalty][unloaded]") {
+TEST_CASE("a row of touching elastic beads without weight: Hertzian chain", "[cross][penalty][unloaded]") {
   Beads beads;
   beads.rows = 6;
   beads.floor = beads.weight = false;
@@ -310,10 +313,11 @@ TEST_CASE("a row of touching elastic beads without weight: Hertz's chain", "[cro
     }
 }
 
-TEST_CASE("a grid of touching elastic discs in flight opens and closes no contact by rounding",
+TEST_CASE("in a grid of touching elastic discs in flight, rounding opens and closes no contact",
           "[cross][penalty][unloaded]") {
-  // Scene 382 of the random scenes of seed 20261124: a disc strikes nine that touch. Where it has parted from them, nothing acts but
-  // forces at indentations of 1e-17 m, which opened and closed two contacts in turn without time passing.
+  // Scene 382 of the random scenes of seed 20261124: a disc hits nine touching ones. After it has
+  // separated from them, the only forces are at indentations of 1e-17 m, which once opened and
+  // closed two contacts in turn without time passing.
   constexpr double radius = 0.0209;
   std::string text;
   const auto disc = [&](int k, double x, double y, double speed) {
@@ -340,7 +344,7 @@ TEST_CASE("a grid of touching elastic discs in flight opens and closes no contac
       "[penalty]\nv0_floor = 0.000121007986726\nfriction_v0 = 0.000121007986726\nfriction_v1 = 0.00121007986726\n"
       "alpha = 1.21395565204\nbeta = 1.21395565204\n";
   for (const auto integrator :
-       std::span(all_integrators).subspan(1)) {  // rk4 comes first: its steps are the user's
+       std::span(all_integrators).subspan(1)) {  // rk4 is first: its steps are the user's
     CAPTURE(static_cast<int>(integrator));
     auto scene = parse_scene(text, "382");
     scene.penalty.integrator = integrator;

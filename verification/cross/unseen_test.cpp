@@ -1,4 +1,5 @@
-// What lies between the places where an integrator looks; the set of claims "unseen" has more of it.
+// Events between the instants at which an integrator evaluates the motion. The set of claims
+// "unseen" contains further cases.
 #include <catch2/catch.hpp>
 
 #include <cmath>
@@ -40,7 +41,7 @@ bool says(const Result& run, const char* what) {
 
 }  // namespace
 
-TEST_CASE("time stepping says when it may have passed through, and only then", "[unseen]") {
+TEST_CASE("time stepping reports exactly when bodies may have passed through each other", "[unseen]") {
   auto scene = thrown(0.01, 100);
   scene.nonsmooth.scheme = Scheme::moreau_jean;
   // 100 m/s in 1e-3 s is the width of 0.1 m itself; in 1e-5 s a hundredth of it.
@@ -50,11 +51,11 @@ TEST_CASE("time stepping says when it may have passed through, and only then", "
   const auto fine = test::simulate(scene, Family::nonsmooth);
   CHECK_FALSE(says(fine, "passed"));
   CHECK(fine.events_seen == 1);
-  // A journal in its bearing stays outside the wall once it is there.
+  // A journal in its bearing does not penetrate the wall after contact.
   CHECK_FALSE(says(test::simulate(read_scene(test::scene_file("gudgeon")), Family::nonsmooth), "passed"));
 }
 
-TEST_CASE("a table against an angle has its kinks, and a piece between each two", "[unseen]") {
+TEST_CASE("a table over an angle has a kink at each knot and a piece between two knots", "[unseen]") {
   const auto scene =
       parse_scene(test::body("rotor", 1, 0.5) + test::pin("pin", "ground", "rotor") + R"([drives.motor]
 joint = "pin"
@@ -64,7 +65,7 @@ torque_table = [[-1, 0], [0, 1], [1, 2], [2, 0]]
                   "table");
   const System system(scene.mechanism);
   REQUIRE(system.phases() == 1);
-  // The slope changes at −1 (from the way back), 1 and 2; at 0 it does not.
+  // The slope changes at −1 (from the return), 1 and 2, but not at 0.
   const double turn = 2 * M_PI;
   const auto is = [&](double angle, bool above, double low, double high) {
     const auto p = system.phase(0).piece(angle, above);
@@ -80,9 +81,9 @@ torque_table = [[-1, 0], [0, 1], [1, 2], [2, 0]]
   is(100 * turn + 1.5, true, 100 * turn + 1, 100 * turn + 2);
 }
 
-TEST_CASE("a bump on a body that spins finds a peg at any spin", "[unseen]") {
-  // A disc of 5 mm on an arm of 1 m touches a fixed one of 5 mm at the circle's top when the arm is acos-near to it:
-  // |d| = 2 sin(φ/2) = 0.01, φ short of a right angle.
+TEST_CASE("a contact of a spinning body with a peg is found at any spin", "[unseen]") {
+  // A disc of 5 mm on an arm of 1 m touches a fixed one of 5 mm at the top of the circle when the
+  // arm is close to vertical: |d| = 2 sin(φ/2) = 0.01, φ short of a right angle.
   for (const double spin : {1.0, 1e3, 1e5}) {
     auto scene = parse_scene(test::body("arm", 1, 0.5) + test::pin("pin", "ground", "arm") + R"([surfaces.s]
 young = 2e11

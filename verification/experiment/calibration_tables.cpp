@@ -1,4 +1,4 @@
-// What was fitted and what was predicted, in tables of their own.
+// Tables of the fitted and of the predicted quantities.
 #include <fmt/format.h>
 
 #include <algorithm>

@@ -1,4 +1,4 @@
-// docs/verification/experiment.md: what a referee needs, from the results alone.
+// Writes docs/verification/experiment.md, all that a referee needs, from the results alone.
 #include <fmt/format.h>
 
 #include "verification/experiment/tables.hpp"

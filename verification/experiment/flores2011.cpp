@@ -46,7 +46,7 @@ struct Judge {
     return it == study.variants.end() ? study.revolutions : it->revolutions;
   }
 
-  /// Greatest distance of the slider from the ideal mechanism's, in the traces of start 0 (m).
+  /// Greatest deviation of the slider from the ideal mechanism, in the traces of start 0 (m).
   double displacement(double clearance, double speed) const {
     double worst = std::nan("");
     each(clearance, speed, [&](const RunRow& run) {
@@ -81,9 +81,9 @@ struct Judge {
         rms.count > 0);
   }
 
-  /// X3 to X5, at 0.25 mm and 200 rpm: flights of 5° or more, and what follows them. The paper's datum of the
-  /// crank angle is unknown: contact is lost at its 43° wherever the model loses it, on the mean over the
-  /// flights of that half turn that holds the longest of them together.
+  /// X3 to X5, at 0.25 mm and 200 rpm: flights of 5° or more, and the contacts after them. The
+  /// paper's datum of the crank angle is unknown: its 43° are set to the model's angle of
+  /// separation, the mean over the flights of that half revolution with the greatest total flight.
   void flights() {
     double turns = 0;
     std::vector<Flight> all;
@@ -154,13 +154,13 @@ struct Judge {
         s.mean <= expected * factor && s.mean >= expected / factor, s.count > 0);
   }
 
-  /// How many of the steps along both axes grow.
+  /// Number of the steps along both axes with an increase.
   void grows(const char* id, const char* what, TurnMetrics::Name m, bool absolute) {
     int steps[2] = {0, 0}, growing[2] = {0, 0};
     const auto &c = study.axes[0].values, &n = study.axes[1].values;
     const auto value = [&](double clearance, double speed) {
       const double scale =
-          absolute ? std::pow(speed, 2) : 1;  // of a ratio to the ideal: m/s² but for a constant
+          absolute ? std::pow(speed, 2) : 1;  // of a ratio to the ideal: m/s² up to a constant
       return at(clearance, speed, m).mean * scale;
     };
     for (std::size_t i = 0; i < c.size(); ++i)
@@ -174,7 +174,8 @@ struct Judge {
           at(c[0], n[0], m).count > 0);
   }
 
-  /// The same band holds fewer harmonics of a faster crank: what the dominant ones span, not their number.
+  /// The same band contains fewer harmonics of a faster crank: the span of the dominant ones is
+  /// compared, not their number.
   void lines_in_hertz() {
     const auto& n = study.axes[1].values;
     int steps = 0, growing = 0;

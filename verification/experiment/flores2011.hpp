@@ -1,7 +1,8 @@
-// What Flores, Koshy, Lankarani, Ambrósio and Claro (Nonlinear Dynamics 65 (2011) 383–398) measured, as their
-// text states it (X1 to X13, docs/verification/experiment.md), judged on the runs of a study whose axes are clearance (m)
-// and speed (rpm). Bounds were fixed before the matrix was run; what "maximum" means, the datum of X3 to X5
-// and the quantities of X5 and X13 were settled after first runs had been seen.
+// The measurements of Flores, Koshy, Lankarani, Ambrósio and Claro (Nonlinear Dynamics 65 (2011)
+// 383–398) as their text states them (findings X1 to X13, docs/verification/experiment.md), and their verdicts
+// on the runs of a study whose axes are clearance (m) and speed (rpm). The bounds were fixed before
+// the matrix was run. The meaning of "maximum", the datum of X3 to X5 and the quantities of X5 and
+// X13 were settled after the first runs had been seen.
 #pragma once
 
 #include <set>
@@ -12,22 +13,22 @@
 namespace freeplay::verification {
 
 struct Finding {
-  std::string id, claim;        ///< X6, what must hold
-  std::string measured, bound;  ///< what the model gives, what would hold
+  std::string id, claim;        ///< X6, the expected finding
+  std::string measured, bound;  ///< the model's value, the expected range
   bool holds = false;
-  bool judged = true;   ///< false: the runs cannot say
+  bool judged = true;   ///< false: the runs cannot decide
   bool fitted = false;  ///< the model was fitted to this: no verdict
 };
 
-/// The verdicts on one variant in one formulation. `statistic` is what "maximum" is taken to mean; `fitted`
-/// names the findings that this variant was fitted to.
+/// The verdicts on one variant in one formulation. `statistic` is the meaning of "maximum";
+/// `fitted` names the findings that this variant was fitted to.
 std::vector<Finding> flores2011(const Study& study, const Results& results, const std::vector<RunRow>& runs,
                                 const std::string& variant, const std::string& formulation,
                                 TurnMetrics::Name statistic, const std::set<std::string>& fitted);
-/// What a variant was fitted to: the targets of the calibration, if it is the calibrated one.
+/// The targets that a variant was fitted to: those of the calibration, if it is the calibrated one.
 std::set<std::string> fitted_findings(const std::string& variant, const Study* calibration);
 
-/// In which of the matrix's cells the formulations' median peaks agree.
+/// The cells of the matrix in which the formulations' median peaks agree.
 struct Cells {
   int all = 0, overlapping = 0;    ///< 95 % intervals of the mean over starts
   int within = 0;                  ///< each mean lies inside the other's interval
@@ -35,7 +36,8 @@ struct Cells {
 };
 Cells formulations_agree(const Study& study, const std::vector<RunRow>& runs, const std::string& variant);
 
-/// docs/verification/experiment.md. `calibration` may be null; `version` is of the program that made the results.
+/// docs/verification/experiment.md. `calibration` may be null; `version` is that of the program that made the
+/// results.
 std::string experiment_document(const Study& study, const Results& results, const Study* calibration_study,
                                 const CalibrationResult* calibration, const std::string& version);
 

@@ -7,7 +7,7 @@
 
 namespace freeplay::verification {
 
-/// What the tables are made from.
+/// The sources of the tables.
 struct Evidence {
   const Study& study;
   const Results& results;
@@ -18,11 +18,13 @@ struct Evidence {
 std::string number(double x);
 std::string show(double value, double low, double high);
 
-/// The claims on a variant, a verdict for each formulation; then, without verdicts, what it was fitted to.
+/// The claims on a variant, a verdict for each formulation; then, without verdicts, the quantities
+/// that it was fitted to.
 std::string claims_table(const Evidence& e, const Variant& v);
-/// X6 to X9 by each reading of "maximum".
+/// X6 to X9 for each meaning of "maximum".
 std::string readings_table(const Evidence& e);
-/// How every variant moves the claims, against the study's first one, and a sentence for each.
+/// Change of the claims by every variant, relative to the study's first one, and a sentence for
+/// each.
 std::string influences_table(const Evidence& e);
 std::string matrix_table(const Evidence& e, const Variant& v);
 std::string calibration_tables(const Study& study, const CalibrationResult& r);

@@ -1,4 +1,5 @@
-// A fuzz target for measured files: any bytes are read as finite samples, evenly enough, or refused with one SceneError.
+// A fuzz target for measured files: any bytes are read as finite samples with sufficiently even
+// spacing, or refused with one SceneError.
 #include <cmath>
 
 #include "measure/measurement.hpp"

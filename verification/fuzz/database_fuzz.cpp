@@ -1,5 +1,6 @@
-// A fuzz target for databases of results and shards: any bytes are opened, read whole, merged and opened for writing, or refused with
-// one SceneError or OutputError. What is opened has no definition but this program's own.
+// A fuzz target for databases of results and shards: any bytes are opened, read completely, merged
+// and opened for writing, or refused with one SceneError or OutputError. An accepted database
+// contains only definitions of this program.
 #include <sqlite3.h>
 
 #include "io/files/output_file.hpp"

@@ -1,4 +1,5 @@
-// What every target asks of what a reader throws: that it is a message, of no library's.
+// Requirements of every target on exceptions of a reader: each has a message in this program's
+// words, not a library's.
 #pragma once
 
 #include <unistd.h>
@@ -16,8 +17,8 @@
 
 namespace freeplay::fuzz {
 
-/// Ends the target on a message that is not fit to be read. What the input itself says may be quoted. Control characters
-/// are shown, not sent, where messages are printed.
+/// Ends the target on an unsuitable message. It may quote the input. Control characters are escaped
+/// where messages are printed.
 inline void judge(const std::exception& e, std::string_view input) {
   const std::string what = e.what();
   bool foreign = what.empty();
@@ -33,7 +34,7 @@ inline std::string_view text_of(const std::uint8_t* data, std::size_t size) {
   return {reinterpret_cast<const char*>(data), size};
 }
 
-/// A file of these bytes, for readers that take a path; in memory where there is such a place.
+/// A file of these bytes, for readers that take a path; in memory if possible.
 inline std::filesystem::path file_of(const std::uint8_t* data, std::size_t size, const char* name) {
   static const auto folder = [] {
     const std::filesystem::path memory = "/dev/shm";

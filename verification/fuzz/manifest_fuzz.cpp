@@ -1,5 +1,6 @@
-// A fuzz target for what lies beside shards: bytes as a manifest, whose plan is made to fit as its writer could, with the units that it
-// names; as a seal; as the state of a shard. Each is read or refused with one SceneError.
+// A fuzz target for the files beside shards. Bytes are read as a manifest (whose plan is made to
+// match it, as its writer could, with the units that it names), as a seal, and as the state of a
+// shard. Each is read or refused with one SceneError.
 #include "mechanism/error.hpp"
 #include "study/partition/record.hpp"
 #include "verification/fuzz/judged.hpp"
@@ -8,7 +9,7 @@ using namespace freeplay;
 
 namespace {
 
-/// With the digest of what it says, where it says enough.
+/// With the digest of its content, if it has sufficient content.
 std::string fitting(std::string text) {
   auto j = nlohmann::json::parse(text, nullptr, false);
   try {
@@ -23,7 +24,7 @@ std::string fitting(std::string text) {
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   const auto input = fuzz::text_of(data, size);
-  // Behind a line of dashes stands the file of units.
+  // The file of units follows a line of dashes.
   const auto cut = std::min(input.find("\n---\n"), input.size());
   const auto text = fitting(std::string(input.substr(0, cut)));
   const auto put = [](std::string_view bytes, const char* name) {
@@ -39,7 +40,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
     const auto manifest = read_manifest(folder);
     if (seal) fault_of(*seal, manifest, folder, true);
     command_for(manifest, {"--shard", "1/1"});
-    // What a study of this many units would take is not asked of a file of a few kilobytes.
+    // A study with more units than this is not tested with a file of a few kilobytes.
     if (manifest.units < 1000) units_of(manifest, folder, 1);
   } catch (const SceneError& e) {
     fuzz::judge(e, input);

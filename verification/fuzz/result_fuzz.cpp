@@ -1,4 +1,5 @@
-// A fuzz target for result files: run.json says how to repeat its run or is refused; tables of numbers are read or refused.
+// A fuzz target for result files: run.json states how to repeat its run, or is refused; tables of
+// numbers are read or refused.
 #include "io/files/output_file.hpp"
 #include "io/files/recorded_run.hpp"
 #include "mechanism/error.hpp"

@@ -1,5 +1,6 @@
-// A fuzz target for scenes (libFuzzer, clang): any bytes are either read or refused with one SceneError; a scene that is
-// read has a canonical text, which reads back as the same, and is assembled or refused likewise. Nothing else may happen.
+// A fuzz target for scenes (libFuzzer, clang): any bytes are read or refused with one SceneError. A
+// scene that is read has a canonical text that is read back as the same scene, and is assembled or
+// refused likewise. Nothing else may happen.
 #include <cmath>
 
 #include "dynamics/assembly/assembly.hpp"
@@ -14,7 +15,7 @@ using namespace freeplay;
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   try {
-    // Behind a line of dashes stand options, one a line.
+    // Options follow a line of dashes, one a line.
     std::string text(reinterpret_cast<const char*>(data), size);
     std::vector<std::string> options;
     if (const auto cut = text.find("\n---\n"); cut != text.npos) {
@@ -28,7 +29,8 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
     const auto scene = parse_scene(text, "fuzz", options);
     const auto canonical = to_toml(scene);
     if (to_toml(parse_scene(canonical, "canonical")) != canonical) std::abort();
-    // Ipopt takes a hundred times as long as reading does: one in eight of the small ones is assembled.
+    // Ipopt takes a hundred times as long as reading: one in eight of the small scenes is
+    // assembled.
     if (scene.mechanism.bodies.size() > 4 || checksum(canonical) % 8 != 0) return 0;
     try {
       const System system(scene.mechanism);

@@ -1,6 +1,7 @@
-// A fuzz target for snapshots: bytes as a file, bytes under a right checksum, and bytes as what a simulation remembers.
-// Each is taken or refused with one SnapshotError; what is taken runs on for a while or stops with a reason. A refused
-// snapshot leaves the simulation as it was.
+// A fuzz target for snapshots: bytes as a file, bytes under a correct checksum, and bytes as the
+// serialized state of a simulation. Each is accepted or refused with one SnapshotError. An accepted
+// snapshot runs on for a while or stops with a reason; a refused one leaves the simulation
+// unchanged.
 #include <atomic>
 
 #include "facade/simulation.hpp"
@@ -87,7 +88,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
         if (simulation.snapshot().memory != start.memory) std::abort();
         throw;
       }
-      // As one who presses Ctrl-C would: what runs on is heard to stop.
+      // Like Ctrl-C: a long run obeys the stop request.
       static std::atomic<bool> stop{false};
       stop = false;
       std::size_t steps = 0;

@@ -10,7 +10,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
     const auto study = read_study(fuzz::file_of(data, size, "study.toml"));
     settings_text(study);
     if (study.axes.size() < 4) cases(study);
-    // Whatever option fails, the study finds its place for it or leaves it as it is.
+    // Whatever option fails, the study reports its place or remains unchanged.
     for (const auto& v : study.variants)
       for (const auto& set : v.overrides)
         fuzz::judge(in_study(study, SceneError("--set " + set, "key", "is wrong")),

@@ -1,4 +1,5 @@
-// A fuzz target for style.toml: any bytes are read as a style of figures or refused with one SceneError.
+// A fuzz target for style.toml: any bytes are read as a style of figures, or refused with one
+// SceneError.
 #include "mechanism/error.hpp"
 #include "plots/drawing/style.hpp"
 #include "verification/fuzz/judged.hpp"
@@ -7,7 +8,8 @@ using namespace freeplay;
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   try {
-    // A font is looked for by another program, a hundred times as slow as reading: one in eight is.
+    // Another program searches for a font, a hundred times slower than reading: it does so for one
+    // in eight.
     const auto text = fuzz::text_of(data, size);
     if (text.find("font") != text.npos && size % 8 != 0) return 0;
     const auto file = fuzz::file_of(data, size, "figures/style.toml");

@@ -1,4 +1,5 @@
-// Counts of memory taken: operator new and malloc of the test program are this file's own, except under AddressSanitizer.
+// Counts allocations of memory: this file defines operator new and malloc of the test program,
+// except under AddressSanitizer.
 #pragma once
 
 namespace freeplay::test {

@@ -1,4 +1,5 @@
-// Impacts of built mechanisms, turned, mirrored and in other units of time: what they leave must be the same motion.
+// Impacts of compound mechanisms, rotated, mirrored and in other units of time. All of them must
+// leave the same motion.
 #include <catch2/catch.hpp>
 
 #include <cmath>
@@ -16,7 +17,8 @@ using verification::random_scenes::turned;
 
 namespace {
 
-// s: the impact is at the start. Steps of a quarter: what rounding leaves of a gap, 1e-17 m, is 1e-12 m/s over one.
+// s: the impact is at the start. Steps of a quarter: the rounding error of a gap, 1e-17 m, is 1e-12
+// m/s over one.
 constexpr double end = 4e-5;
 
 Body body(const char* name, std::mt19937& engine) {
@@ -27,7 +29,8 @@ Body body(const char* name, std::mt19937& engine) {
   b.inertia = 0.02 * uniform(engine);
   return b;
 }
-/// A corner or disc of a body that touches a wall at the point `on`, which turned by `angle` is `at` in the body.
+/// A corner or disc of a body in contact with a wall at the point `on`, which rotated by `angle` is
+/// `at` in the body.
 PlaneContact wall(const char* name, int of, Vec2 on, Vec2 at, double axis, double radius) {
   PlaneContact c;
   c.name = name;
@@ -42,8 +45,8 @@ Vec2 turn(Vec2 p, double a) {
   return {p.x() * std::cos(a) - p.y() * std::sin(a), p.x() * std::sin(a) + p.y() * std::cos(a)};
 }
 
-/// A pinned rod on a stop (its contact sees one freedom), a disc in a corner, a rod that lands on both ends, a row of two
-/// discs against a wall: each touches and approaches at the start.
+/// A pinned rod on a stop (one degree of freedom), a disc in a corner, a rod that lands on both
+/// ends, a row of two discs against a wall: each is in contact and approaches at the start.
 Scene built(std::mt19937& engine, int trial) {
   std::uniform_real_distribution<double> uniform(-1, 1);
   Scene scene;
@@ -63,7 +66,7 @@ Scene built(std::mt19937& engine, int trial) {
       j.between = {ground, 0};
       j.at = {pin, pin};
       m.joints.push_back(j);
-      // About the pin, so that the tip moves down: the tip lies to its left.
+      // About the pin, so that the tip moves down: the tip is to its left.
       const double left = tip.x() - pin.x();
       b.angular_velocity = left < 0 ? speed : -speed;
       b.velocity = b.angular_velocity * Vec2{pin.y(), -pin.x()};
@@ -110,7 +113,7 @@ Scene built(std::mt19937& engine, int trial) {
   return scene;
 }
 
-/// Velocities after the impact, turned back, from the mirror and in the scene's own seconds.
+/// Velocities after the impact, rotated back, mirrored back and in the scene's own time unit.
 std::vector<double> left(const Scene& scene, double angle, bool mirror, double time) {
   const auto run = test::simulate(scene, Family::nonsmooth);
   REQUIRE(run.ending.status == Ending::Status::finished);
@@ -127,10 +130,10 @@ std::vector<double> left(const Scene& scene, double angle, bool mirror, double t
 
 }  // namespace
 
-TEST_CASE("impacts of built rods and discs leave the same motion turned, mirrored and slowed down",
+TEST_CASE("impacts of compound rods and discs leave the same motion when rotated, mirrored and slowed down",
           "[impact][twins]") {
-  // 1e-10 of the greatest speed, as asked: rounding of positions (1e-16 m of 1 m) turns the rows by as much, and D's
-  // condition of up to 1e3 makes 1e-13 of that.
+  // The required bound of 1e-10 of the greatest speed: rounding of positions (1e-16 m of 1 m)
+  // rotates the rows by as much, and with D's condition of up to 1e3 that is 1e-13.
   constexpr unsigned seed = 50;
   std::mt19937 engine(seed);
   struct Way {

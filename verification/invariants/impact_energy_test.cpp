@@ -1,4 +1,5 @@
-// Energy at impacts and in steps, over random mechanisms and states (the seed is printed on failure).
+// Energy at impacts and in time steps, over random mechanisms and states (a failure prints the
+// seed).
 #include <Eigen/Cholesky>
 #include <Eigen/QR>
 #include <catch2/catch.hpp>
@@ -18,8 +19,8 @@ namespace {
 
 constexpr unsigned seed = 20261121;
 
-/// D = WᵀM⁻¹W of a random impact: rows of `contacts` contacts on a random mechanism of fewer or more degrees
-/// of freedom.
+/// D = WᵀM⁻¹W of a random impact: rows of `contacts` contacts on a random mechanism of fewer or
+/// more degrees of freedom.
 Eigen::MatrixXd random_delassus(std::mt19937& engine, int rows, int freedoms) {
   std::normal_distribution<double> normal;
   const Eigen::MatrixXd W = Eigen::MatrixXd::NullaryExpr(rows, freedoms, [&] { return normal(engine); });
@@ -28,7 +29,7 @@ Eigen::MatrixXd random_delassus(std::mt19937& engine, int rows, int freedoms) {
 
 struct Tried {
   int solved = 0, gained = 0;
-  double greatest_gain = 0;  // over what the impact could cost at most
+  double greatest_gain = 0;  // over the greatest possible loss of the impact
 };
 
 Tried try_impacts(ImpactLaw law, int most_contacts, bool friction, bool common, int trials) {
@@ -41,7 +42,7 @@ Tried try_impacts(ImpactLaw law, int most_contacts, bool friction, bool common, 
     const auto D = random_delassus(engine, rows, rows + 2);
     Eigen::VectorXd u(rows);
     for (int i = 0; i < rows; ++i) u[i] = normal(engine);
-    for (int i = 0; i < rows; i += friction ? 2 : 1)  // what touches approaches, or rests
+    for (int i = 0; i < rows; i += friction ? 2 : 1)  // closed contacts approach or rest
       u[i] = uniform(engine) < 0.3 ? 0 : -std::abs(u[i]);
     std::vector<ImpactContact> contacts(n);
     const double e = uniform(engine), mu = uniform(engine);
@@ -54,7 +55,7 @@ Tried try_impacts(ImpactLaw law, int most_contacts, bool friction, bool common, 
     ImpactProblem impact(law, LcpSolver::automatic, 1e-11);
     if (!impact.solve(D, u, rows, contacts).empty()) continue;
     ++tried.solved;
-    // What the full stop of these rates would release: ½ uᵀD⁻¹u.
+    // The energy released by a full stop from these velocities: ½ uᵀD⁻¹u.
     const double scale = 0.5 * u.dot(D.ldlt().solve(u));
     const double gain = (impact.normal_work() + impact.tangential_work()) / scale;
     if (gain > 1e-9) {
@@ -67,10 +68,10 @@ Tried try_impacts(ImpactLaw law, int most_contacts, bool friction, bool common, 
 
 }  // namespace
 
-TEST_CASE("frictionless impacts with one restitution never raise the energy, by any law",
+TEST_CASE("frictionless impacts with one coefficient of restitution never raise the energy, in any law",
           "[invariant][impact]") {
-  // Newton: T⁺ − T⁻ = Pᵀ(u⁺ + u⁻)/2 with u⁺ + e u⁻ = s ≥ 0, s ⊥ P: it is −(1 − e)/(1 + e) ½ PᵀDP ≤ 0 (Glocker
-  // 2001).
+  // Newton: T⁺ − T⁻ = Pᵀ(u⁺ + u⁻)/2 with u⁺ + e u⁻ = s ≥ 0, s ⊥ P: it is −(1 − e)/(1 + e) ½
+  // PᵀDP ≤ 0 (Glocker 2001).
   for (const auto law : {ImpactLaw::newton, ImpactLaw::poisson, ImpactLaw::energetic}) {
     const auto tried = try_impacts(law, 4, false, true, 5000);
     CAPTURE(seed, static_cast<int>(law), tried.solved);
@@ -79,20 +80,21 @@ TEST_CASE("frictionless impacts with one restitution never raise the energy, by 
   }
 }
 
-TEST_CASE("the energetic law of a single contact with friction never raises the energy; Newton's can",
+TEST_CASE("with friction, a single contact gains energy by Newton's law but never by the energetic law",
           "[invariant][impact]") {
   const auto energetic = try_impacts(ImpactLaw::energetic, 1, true, true, 20000);
   CHECK(energetic.solved == 20000);
   CHECK(energetic.gained == 0);
   const auto newton = try_impacts(ImpactLaw::newton, 1, true, true, 20000);
   CAPTURE(newton.gained, newton.greatest_gain);
-  CHECK(newton.gained > 0);  // that is why the other is there
+  CHECK(newton.gained > 0);  // the reason for the energetic law
 }
 
-TEST_CASE("no step of time stepping raises the energy beyond the scheme's bound", "[invariant]") {
-  // Rings and journals without drive, load or friction, one restitution; free flight is exact. Contacts work
-  // Pᵀ(u⁻ + u⁺)/2 in a step, with u⁺ + e u⁻ ⊥ P and, since the normals turn, u⁺ = u⁻ − hγ + DP. Eliminated:
-  // (1 − e)/(2(1 + e)) (hγᵀP − PᵀDP), which is at most (1 − e)/(8(1 + e)) h² γᵀD⁻¹γ whatever P is.
+TEST_CASE("no time step raises the energy beyond the bound of the scheme", "[invariant]") {
+  // Rings and journals without drive, load or friction, one restitution; free flight is exact.
+  // Contacts work Pᵀ(u⁻ + u⁺)/2 in a step, with u⁺ + e u⁻ ⊥ P and, since the normals turn,
+  // u⁺ = u⁻ − hγ + DP. Eliminated: (1 − e)/(2(1 + e)) (hγᵀP − PᵀDP), which is at most
+  // (1 − e)/(8(1 + e)) h² γᵀD⁻¹γ whatever P is.
   std::mt19937 engine(seed);
   std::uniform_real_distribution<double> uniform(-1, 1);
   int steps = 0, impacts = 0;
@@ -113,7 +115,7 @@ TEST_CASE("no step of time stepping raises the energy beyond the scheme's bound"
       body.angular_velocity = 20 * uniform(engine);
       m.bodies.push_back(body);
     }
-    for (int b = 0; b < bodies; ++b) {  // a ring of loose joints, each journal off centre but free
+    for (int b = 0; b < bodies; ++b) {  // a ring of joints with clearance, each journal off centre but free
       RevoluteJoint j;
       j.name = "j" + std::to_string(b);
       j.between = {b == 0 ? ground : b - 1, b};
@@ -134,7 +136,7 @@ TEST_CASE("no step of time stepping raises the energy beyond the scheme's bound"
     std::vector<double> middle(system.n());
     const double r = *surface.restitution;
     for (int i = 1; i <= 300; ++i) {
-      // The scheme's own configuration, half a step on.
+      // The configuration of the scheme, half a step later.
       for (int c = 0; c < system.n(); ++c) middle[c] = state.q[c] + 0.5 * h * state.v[c];
       system.place(state.t, middle.data(), e);
       Eigen::MatrixXd W = Eigen::MatrixXd::Zero(system.n(), system.contacts());

@@ -1,5 +1,5 @@
-// Impulses that are not unique: a lever on a stop in closed form, and random impacts against their mirror images and
-// other units of time, by every solver and law.
+// Impacts with non-unique impulses: a lever on a stop in closed form, and random impacts against
+// their mirror images and in other units of time, with every solver and law.
 #include <Eigen/Core>
 #include <catch2/catch.hpp>
 
@@ -23,7 +23,7 @@ struct Impact {
   std::vector<ImpactContact> contacts;
 };
 
-/// One to four contacts on one to six freedoms, so that D is singular in most.
+/// One to four contacts on one to six degrees of freedom, so that D is singular in most cases.
 Impact random_impact(std::mt19937& engine, int trial) {
   std::uniform_real_distribution<double> uniform(-1, 1);
   const int n = 1 + trial % 4, freedoms = 1 + trial / 4 % 6;
@@ -46,9 +46,10 @@ Impact random_impact(std::mt19937& engine, int trial) {
 
 }  // namespace
 
-TEST_CASE("a lever on a stop: every law by every solver and in the mirror", "[impact][twins]") {
-  // 1 kg and 0.1 kg m² pinned 0.3 m beside and 0.2 m above the contact sees one freedom: D = w wᵀ/I, w = (a, ±b),
-  // I = 0.23 kg m². Sliding goes on through compression, μ|ab| helps; in expansion it resists (Routh):
+TEST_CASE("a lever on a stop: every impact law with every solver, and its mirror image", "[impact][twins]") {
+  // A lever of 1 kg and 0.1 kg m², pinned 0.3 m beside and 0.2 m above the contact, has one degree of
+  // freedom: D = w wᵀ/I, w = (a, ±b), I = 0.23 kg m². Sliding continues through compression, where
+  // μ|ab| aids; in expansion it opposes (Routh):
   //   P_C = −u⁻ I/(a² + μab), u⁺ = e P_C (a² − μab)/I by Poisson; by Stronge ½ r P_E² = e² ½ |u⁻| P_C, r = (a² − μab)/I;
   //   Newton's u⁺ = −e u⁻ needs P = (1 + e)|u⁻|/r.
   const double a = 0.3, b = 0.2, I = 0.23, e = 0.5, mu = 0.8, u = -0.6;
@@ -87,8 +88,9 @@ TEST_CASE("a lever on a stop: every law by every solver and in the mirror", "[im
       }
 }
 
-TEST_CASE("a lever stopped without restitution: impulses and friction of both images", "[impact][twins]") {
-  // e = 0: P_N = |u⁻| I/(a² + μab), the friction that helps; friction loses μ P_N |u_T⁻|/2.
+TEST_CASE("a lever stopped without restitution: impulses and friction of both mirror images",
+          "[impact][twins]") {
+  // e = 0: P_N = |u⁻| I/(a² + μab), with aiding friction; friction dissipates μ P_N |u_T⁻|/2.
   const double a = 0.3, b = 0.2, I = 0.23, mu = 0.3, u = -0.6, P = -u * I / (a * a + mu * a * b);
   for (const double side : {1.0, -1.0})
     for (const auto solver : solvers) {
@@ -105,9 +107,9 @@ TEST_CASE("a lever stopped without restitution: impulses and friction of both im
     }
 }
 
-TEST_CASE("impacts, their mirror images and other units of time agree, by every solver and law",
+TEST_CASE("impacts, their mirror images and other time units agree, for every solver and law",
           "[impact][twins]") {
-  // The bound is the issue's: 1e-10 of the greatest approach, 1e4 times what rounding leaves of D.
+  // The bound is 1e-10 of the greatest approach speed, 1e4 times the rounding error of D.
   constexpr unsigned seed = 20261122;
   std::mt19937 engine(seed);
   int singular = 0, many = 0;
@@ -145,8 +147,10 @@ TEST_CASE("impacts, their mirror images and other units of time agree, by every 
   CHECK(many > 20);
 }
 
-TEST_CASE("a rotor struck where the normal turns fast keeps its restitution at any step", "[impact][twins]") {
-  // One freedom and no friction: ω⁺ = −e ω⁻ exactly. What is left is rounding of the constraints' solve, 1e-9 of ω.
+TEST_CASE("an impact of a rotor keeps its restitution at any step where the normal turns fast",
+          "[impact][twins]") {
+  // One degree of freedom and no friction: ω⁺ = −e ω⁻ exactly. The remaining error is rounding of
+  // the constraints' solve, 1e-9 of ω.
   for (const double step : {2e-5, 1e-5, 1e-6})
     for (const double e : {0.0, 0.5, 1.0}) {
       auto scene = read_scene(test::scene_file("rotor_on_stop"));

@@ -1,4 +1,4 @@
-// Where a run must say that it cannot go on, or that it is not to be trusted.
+// Runs that must stop with a reason or be reported as doubtful.
 #include <catch2/catch.hpp>
 
 #include "io/scene/open_scene.hpp"
@@ -7,9 +7,11 @@
 using namespace freeplay;
 using Catch::Matchers::Contains;
 
-TEST_CASE("an explicit integrator does not creep along a stiff lasting contact for ever", "[penalty]") {
-  // It rests: v0 is the floor, and χ/v0 of a picometre a second makes the contact so stiff that stability
-  // takes steps of nanoseconds. The implicit method takes some hundred; it takes over after 2000 of an explicit one.
+TEST_CASE("an explicit integrator does not advance forever at tiny steps in a stiff lasting contact",
+          "[penalty]") {
+  // The contact rests: v0 is the floor, and χ/v0 with a picometre a second makes the contact so
+  // stiff that stability requires steps of nanoseconds. The implicit method takes some hundred
+  // steps; it takes over after 2000 of an explicit one.
   for (const char* integrator : {"adams_bashforth_moulton", "dopri5", "bulirsch_stoer", "rosenbrock4"}) {
     const auto run = test::simulate(
         *open_scene(test::scene_file("resting_journal"),
@@ -21,12 +23,12 @@ TEST_CASE("an explicit integrator does not creep along a stiff lasting contact f
   }
 }
 
-TEST_CASE("a run beyond the range of numbers is refused", "[run]") {
+TEST_CASE("a run beyond the permitted range of numbers is refused", "[run]") {
   CHECK_THROWS_WITH(open_scene(test::scene_file("ring"), {"bodies.journal.angular_velocity=1e200"}),
                     Contains("must be at most 1e+12 rad/s"));
 }
 
-TEST_CASE("time steps that are too long for the flights are named", "[nonsmooth]") {
+TEST_CASE("time steps too long for the flights are reported", "[nonsmooth]") {
   // At 0.11 m/s the journal crosses 0.1 mm in 0.9 ms: 90 steps of 1e-5 s, one of 1e-3 s.
   const auto notes = [](const char* step) {
     const auto scene = open_scene((test::source_folder() / "cases/flores2011/scene.toml").string(),

@@ -1,5 +1,5 @@
-// What must hold in every run: the energy balance, constraints, walls, no allocation while stepping, memory
-// that does not grow with the length of the run.
+// Properties of every run: the energy balance, constraints, walls, no allocation in the stepping
+// loop, and memory that does not grow with the length of the run.
 #include <fmt/format.h>
 #include <catch2/catch.hpp>
 
@@ -18,8 +18,8 @@ using namespace freeplay;
 #if !defined(__SANITIZE_ADDRESS__)
 namespace {
 
-/// Allocations between two steps of a run of 0.6 s with every observer, forces or none: a run allocates before its first
-/// and after its last.
+/// Allocations between two steps of a run of 0.6 s with every observer, with or without forces: a
+/// run allocates before its first step and after its last.
 long allocated(Simulation& simulation, bool with_forces, Work& work) {
   test::TemporaryFolder folder;
   TrajectoryCsv trajectory(folder.path() / "trajectory.csv");
@@ -43,10 +43,10 @@ long allocated(Simulation& simulation, bool with_forces, Work& work) {
 
 }  // namespace
 
-TEST_CASE("the stepping loop allocates nothing", "[allocation]") {
+TEST_CASE("the stepping loop allocates no memory", "[allocation]") {
   auto scene = read_scene(test::flores());
   const auto family = GENERATE(Family::penalty, Family::nonsmooth);
-  // Boost's bulirsch_stoer_dense_out allocates in its own steps; docs/theory/penalty.md says so.
+  // Boost's bulirsch_stoer_dense_out allocates in its steps, as docs/penalty.md states.
   scene.penalty.integrator = family == Family::penalty
                                  ? GENERATE(Integrator::rk4, Integrator::dopri5,
                                             Integrator::adams_bashforth_moulton, Integrator::rosenbrock4)
@@ -58,20 +58,22 @@ TEST_CASE("the stepping loop allocates nothing", "[allocation]") {
   REQUIRE(work.events > 10);  // flights, impacts, lasting contact
 }
 
-TEST_CASE("the loop of chosen steps allocates nothing", "[allocation]") {
-  // What a refused step gives back is copied every step, the contacts' log among it: into the room that it took first.
+TEST_CASE("the loop of adaptive time stepping allocates no memory", "[allocation]") {
+  // The state that a refused step restores is copied at every step, including the contacts' log,
+  // into memory allocated at the start.
   auto scene = read_scene(test::flores());
   scene.nonsmooth.step.reset();
   Simulation simulation(scene, "nonsmooth");
   Work work;
   REQUIRE(allocated(simulation, GENERATE(false, true), work) == 0);
-  REQUIRE(work.events > 10);  // flights, impacts, hops, lasting contact
+  REQUIRE(work.events > 10);  // flights, impacts, bounces, lasting contact
   REQUIRE(work.rejected > 10);
 }
 
-TEST_CASE("no element takes memory within steps, by any scheme", "[allocation]") {
-  // Springs, cams, motors, gears, films and joints with friction. What the event-driven scheme takes at events (lists of what
-  // touches there, new sizes of what holds) is no part of it: of its steps most have none.
+TEST_CASE("no element allocates memory within a step, in any scheme", "[allocation]") {
+  // Springs, cams, motors, gears, films and joints with friction. Allocations of the event-driven
+  // scheme at events (lists of touching contacts, new sizes of the closed set) are not included:
+  // most of its steps have no event.
   struct Case {
     const char* name;
     double until;
@@ -92,7 +94,7 @@ TEST_CASE("no element takes memory within steps, by any scheme", "[allocation]")
                           {fmt::format("nonsmooth.scheme=\"{}\"", way.scheme)});
   scene.nonsmooth.step = way.step;
   scene.instruments.clear();
-  // Boost's Rosenbrock method takes a vector a step.
+  // Boost's Rosenbrock method allocates a vector at each step.
   const bool penalty = way.formulation == std::string("penalty");
   if (penalty && scene.penalty.integrator == Integrator::rosenbrock4) return;
   Simulation simulation(scene, way.formulation);
@@ -110,12 +112,12 @@ TEST_CASE("no element takes memory within steps, by any scheme", "[allocation]")
   REQUIRE(run.ending.status == Ending::Status::finished);
   REQUIRE(steps > 20);
   const bool events = way.scheme != std::string("moreau-jean") && !penalty;
-  // Where the penalty formulation tries an implicit method, and goes back to it, that takes its room.
+  // A switch of the penalty formulation to an implicit method and back allocates its memory.
   const double most = events ? 0.25 * static_cast<double>(steps) : penalty ? 2 : 0;
   CHECK(static_cast<double>(taking) <= most);
 }
 
-TEST_CASE("no solver of contact problems takes memory within steps", "[allocation]") {
+TEST_CASE("no contact solver allocates memory within a step", "[allocation]") {
   const auto* name = GENERATE("gudgeon_mu03", "four_bar_two");
   const auto solver = GENERATE(LcpSolver::automatic, LcpSolver::lemke, LcpSolver::gauss_seidel,
                                LcpSolver::newton, LcpSolver::enumeration);
@@ -132,7 +134,7 @@ TEST_CASE("no solver of contact problems takes memory within steps", "[allocatio
   test::Listener counter;
   counter.on_step = [&](const Step& step) {
     const long now = test::malloc_calls();
-    if (step.t1 > 0.04) {  // behind the first problems of each size
+    if (step.t1 > 0.04) {  // after the first problems of each size
       ++steps;
       taking += now > last;
     }
@@ -145,9 +147,10 @@ TEST_CASE("no solver of contact problems takes memory within steps", "[allocatio
   CHECK(taking == 0);
 }
 
-TEST_CASE("a heap of pairs that come and go takes no memory once it lies", "[allocation][groups]") {
-  // Three columns of discs, each on the one below, pressed for as long as the run lasts: lists, seats, islands and sweeps have their
-  // room from the first steps.
+TEST_CASE("a pile with pairs that form and dissolve allocates no memory once at rest",
+          "[allocation][groups]") {
+  // Three columns of discs, each on the one below, under load for the whole run: lists, slots,
+  // islands and sweeps have their memory from the first steps.
   Simulation simulation(
       parse_scene(
           "gravity = [0, -9.81]\n[groups.g]\nmass = 0.3\nradius = 0.1\ngrid = [3, 10]\n"
@@ -174,7 +177,7 @@ TEST_CASE("a heap of pairs that come and go takes no memory once it lies", "[all
 }
 #endif
 
-TEST_CASE("energy balances, constraints and walls hold in every mechanism", "[invariants]") {
+TEST_CASE("energy balance, constraints and walls hold in every mechanism", "[invariants]") {
   for (const auto* name : {"gudgeon", "gudgeon_mu03", "gudgeon_1mm_250rpm", "big_end", "four_bar",
                            "four_bar_two", "pendulum", "double_pendulum", "ring"})
     for (const auto family : {Family::penalty, Family::nonsmooth}) {
@@ -183,8 +186,9 @@ TEST_CASE("energy balances, constraints and walls hold in every mechanism", "[in
       scene.run.duration = 0.3;
       const auto run = test::simulate(scene, family);
       REQUIRE(run.ending.status == Ending::Status::finished);
-      // Penalty: 1e-9 per step and thousands of steps. Time stepping: what the impulses do is accounted
-      // exactly; what is left is the midpoint rule's error of the potential, h² relative.
+      // Penalty: 1e-9 per step and thousands of steps. Time stepping: the work of impulses is
+      // recorded exactly; the remaining error is that of the midpoint rule for the potential, h²
+      // relative.
       CHECK(std::abs(run.ledger.closure()) <= (family == Family::penalty ? 1e-5 : 1e-7) * run.ledger.scale());
       CHECK(run.ledger.contact >= 0);
       CHECK(run.ledger.friction >= 0);
@@ -195,9 +199,9 @@ TEST_CASE("energy balances, constraints and walls hold in every mechanism", "[in
       if (family == Family::nonsmooth) {
         CHECK(run.extremes.constraint_length < 1e-9);
         CHECK(run.extremes.lcp_residual < 1e-10);
-        // An impact leaves the journal up to h|u|/2 inside the wall; moving it back lifts no more than the
-        // weight W by that (leverage up to 2). Without weight only second-order terms are left: 1e-4 of what
-        // contacts dissipate.
+        // After an impact the journal is up to h|u|/2 inside the wall; the position correction
+        // raises the weight W by no more than that (leverage up to 2). Without weight only
+        // second-order terms remain: 1e-4 of the energy that contacts dissipate.
         double weight = 0, speeds = 0;
         for (const auto& b : scene.mechanism.bodies) weight += b.mass * scene.mechanism.gravity.norm();
         for (const auto& e : run.events) speeds += std::abs(e.v_n_minus);
@@ -209,7 +213,7 @@ TEST_CASE("energy balances, constraints and walls hold in every mechanism", "[in
     }
 }
 
-TEST_CASE("drives: the work of a prescribed speed equals what its torque would do", "[invariants]") {
+TEST_CASE("drives: the work of a prescribed speed equals that of the equivalent torque", "[invariants]") {
   // A flywheel on a torque drive: after t, ω = τ t/J and the drive's work is ½Jω².
   auto scene = parse_scene(R"(
 [bodies.wheel]
@@ -233,9 +237,10 @@ duration = 2
   }
 }
 
-TEST_CASE("set-valued friction stops a preloaded slide for good; the regularised one creeps", "[friction]") {
-  // Mass 2 kg at 0.3 m/s against 15 N: stops after 0.04 s and 6 mm. Then 10 N pull on it, below the bound: it
-  // stays.
+TEST_CASE("set-valued friction stops a preloaded slide permanently; regularised friction creeps",
+          "[friction]") {
+  // Mass 2 kg at 0.3 m/s against 15 N: stops after 0.04 s and 6 mm. Then a force of 10 N acts,
+  // below the friction limit: it sticks.
   auto scene = parse_scene(R"(
 [bodies.block]
 mass = 2
@@ -258,8 +263,8 @@ duration = 0.2
     REQUIRE(f.run({.until = 0.2}).ending.status == Ending::Status::finished);
     return std::pair{f.state().q[0], f.state().v[0]};
   };
-  // Time stepping stops within a step of 1e-5 s: ½·0.3·1e-5 m. Regularised: the last 1e-3 m/s decays over
-  // m v/F.
+  // Time stepping stops within a step of 1e-5 s: ½·0.3·1e-5 m. Regularised: the last 1e-3 m/s
+  // decays over m v/F.
   const auto [x, v] = final_x(Family::nonsmooth);
   CHECK(x == Approx(6e-3).margin(1.5e-6).epsilon(0));
   CHECK(v == 0);
@@ -273,7 +278,7 @@ duration = 0.2
   CHECK(xs == Approx(0.018).margin(1.5e-6).epsilon(0));
   CHECK(vs == 0);
   const auto [xc, vc] = final_x(Family::penalty);
-  CHECK(vc == Approx(1e-3 * 10 / 15).epsilon(1e-6));  // creep: v/v_r = pull/bound
+  CHECK(vc == Approx(1e-3 * 10 / 15).epsilon(1e-6));  // creep: v/v_r = force/limit
 }
 
 TEST_CASE("dampers and springs: a damped oscillator against its closed form", "[loads]") {
@@ -311,7 +316,7 @@ step = 1e-4
   }
 }
 
-TEST_CASE("a redundant constraint is found, and changes nothing", "[redundant]") {
+TEST_CASE("a redundant constraint is detected and does not change the motion", "[redundant]") {
   // A slider in two parallel guides: every row of the second depends on the first.
   const char* one = R"(
 [bodies.slider]
@@ -337,17 +342,17 @@ duration = 0.5
     const auto ra = test::simulate(a, family), rb = test::simulate(b, family);
     REQUIRE(ra.notes.empty());
     REQUIRE(rb.notes.size() == 1);
-    // x = t + t², v = 1 + 2t: kinetic energy 2·½·(1 + 2·0.5)² = 4 J. The proximal term loses nine digits of
-    // sixteen.
+    // x = t + t², v = 1 + 2t: kinetic energy 2·½·(1 + 2·0.5)² = 4 J. The proximal term loses nine
+    // digits of sixteen.
     CHECK(ra.ledger.kinetic == Approx(4).epsilon(1e-9));
     CHECK(rb.ledger.kinetic == Approx(4).epsilon(1e-7));
   }
 }
 
-TEST_CASE("friction in the guide does not make lasting contact chatter", "[friction]") {
-  // The guide's impulse of a step can be what closes the gudgeon's gap. A step that looks at the free motion
-  // alone leaves the contact out and lets it bounce every second step: 3500 impacts a revolution instead of
-  // some tens.
+TEST_CASE("friction in the guide does not make a lasting contact chatter", "[friction]") {
+  // The guide's impulse of a step can close the gudgeon's gap. A step that considers only the free
+  // motion omits the contact and lets it bounce every second step: 3500 impacts a revolution
+  // instead of some tens.
   auto scene = read_scene(test::flores());
   scene = parse_scene(scene.text +
                           "\n[loads.rub]\ntype = \"joint-friction\"\njoint = \"guide\"\nforce = 15.0\n"
@@ -357,15 +362,15 @@ TEST_CASE("friction in the guide does not make lasting contact chatter", "[frict
   const auto nonsmooth = test::simulate(scene, Family::nonsmooth),
              penalty = test::simulate(scene, Family::penalty);
   CHECK(nonsmooth.contacts[0].impacts < 10000);
-  // Shares of flight over a hundred revolutions (over ten, rounding alone moves them by 0.03): within half a flight of the
-  // measured kind (20° of crank) per revolution.
+  // Shares of flight over a hundred revolutions (over ten, rounding alone changes them by 0.03):
+  // within half a flight of the measured kind (20° of crank angle) per revolution.
   CHECK(nonsmooth.contacts[0].flight_fraction ==
         Approx(penalty.contacts[0].flight_fraction).margin(0.5 * 20 / 360));
 }
 
 TEST_CASE("a short pulse of a torque table is not stepped over", "[loads]") {
-  // 10 N m for 10 ms on 0.1 kg m²: ω = 1 rad/s. Without the pulse nothing happens, so steps are as long as
-  // they may be.
+  // 10 N m for 10 ms on 0.1 kg m²: ω = 1 rad/s. Without the pulse there is no motion, so steps have
+  // their maximum length.
   auto scene = parse_scene(R"(
 [bodies.wheel]
 mass = 1
@@ -381,6 +386,6 @@ duration = 1
 )",
                            "pulse");
   const auto run = test::simulate(scene, Family::penalty);
-  // The ramps add a microsecond's worth: 1e-4 of ω.
+  // The ramps add the effect of a microsecond: 1e-4 of ω.
   CHECK(run.ledger.kinetic == Approx(0.5 * 0.1 * 1.0001 * 1.0001).epsilon(1e-6));
 }

@@ -21,7 +21,7 @@ Words with_folder(Words words, const Verb& verb, const Path& folder) {
   return words;
 }
 
-/// What differs first, for a finding.
+/// The first difference, for a finding.
 std::string difference(const Contents& found, const Contents& expected) {
   for (const auto& [name, text] : expected) {
     if (!found.contains(name)) return name + " is missing";
@@ -32,7 +32,8 @@ std::string difference(const Contents& found, const Contents& expected) {
   return "";
 }
 
-/// Whether a killed call has left its new results complete, to be put in their places by the next.
+/// Whether a killed call has completed its new results, so that the next one can move them to their
+/// place.
 bool complete_beside(const Path& folder, const std::string& verb) {
   if (std::filesystem::exists(folder / fmt::format(".{}.complete", verb)) ||
       std::filesystem::exists(folder / fmt::format(".{}.moving", verb)))
@@ -94,7 +95,7 @@ void Campaign::judge(const std::string& when) {
 }
 
 void Campaign::finish() {
-  // A run that had ended is put in its place by --resume, which then has nothing to go on with.
+  // --resume moves the results of a finished run to their place, and has then nothing to resume.
   const bool ended = verb_.resumes && complete_beside(shot_, verb_.name);
   const auto end = let_end(words());
   ++tally_.calls;
@@ -120,7 +121,7 @@ void Campaign::at_random(int kills, unsigned seed) {
     const double share = static_cast<double>(engine() % 10000) / 10000;
     const auto end = kill_after(words(), share * seconds_);
     ++tally_.calls;
-    if (!end.killed) {  // too late: it is judged as any other call that ends
+    if (!end.killed) {  // too late: it is checked like any other completed call
       ++missed;
       finish();
       in_a_row = 0;
@@ -129,7 +130,9 @@ void Campaign::at_random(int kills, unsigned seed) {
     ++tally_.kills;
     --kills;
     judge(fmt::format("killed after {:.3f} s", share * seconds_));
-    if (++in_a_row == 6 || kills == 0) {  // what never gets further in its time is let end now and then
+    if (++in_a_row == 6 ||
+        kills == 0) {  // a command that makes no progress between kills is sometimes allowed
+                       // to finish
       finish();
       in_a_row = 0;
     }

@@ -1,10 +1,12 @@
-// Verbs under fire: each is killed at random instants, or before each change of a disk, and called again as a user would.
-// After every kill and in the end it is judged:
+// Crash-recovery tests of commands: each is killed at random instants, or before each change on the
+// disk, and called again as a user would. After every kill and at the end these conditions are
+// checked:
 //
-//     nothing finished is lost   what a verb replaces is there whole, the older or the new; stored runs stay as they are
-//     it goes on                 the next call ends in order
-//     it is the same             its results are those of a call that nobody disturbed
-//     nothing is left over       no half of a file, no lock, no checkpoint of what has ended
+//     no finished result is lost   results under replacement are complete, either the older or the new
+//                                  ones; stored runs are unchanged
+//     the command resumes          the next call ends normally
+//     the results are the same     they equal those of an undisturbed call
+//     nothing is left over         no incomplete file, no lock, no checkpoint of a finished run
 #pragma once
 
 #include <functional>
@@ -17,29 +19,29 @@
 
 namespace freeplay::killed {
 
-/// A verb as it is called here.
+/// A command as it is called here.
 struct Verb {
   std::string name;
-  Words words;             ///< all but the folder
-  Words older;             ///< another call, whose finished results stand there when it begins; may be empty
+  Words words;             ///< all except the folder
+  Words older;             ///< another call, whose finished results exist at the beginning; may be empty
   std::string database;    ///< in the folder, whose runs it adds to
-  bool resumes = false;    ///< goes on with `run --resume` where there is a checkpoint
-  bool in_folder = false;  ///< takes the folder as its last word, not by -o
+  bool resumes = false;    ///< resumes with `run --resume` if there is a checkpoint
+  bool in_folder = false;  ///< takes the folder as its last argument, not by -o
 };
 
-/// What was seen of a verb.
+/// Results of the campaign for a command.
 struct Tally {
   int kills = 0, calls = 0, lost = 0, stuck = 0, other = 0, left_over = 0;
-  std::vector<std::string> findings;  ///< what was wrong, a line each
+  std::vector<std::string> findings;  ///< violations, a line each
 };
 
 class Campaign {
  public:
-  /// Results of the undisturbed verb and of the older call are made in this folder first.
+  /// Makes the results of the undisturbed command and of the older call in this folder first.
   Campaign(const Verb& verb, const Path& folder);
-  /// At random instants of its time, until so many kills have met it.
+  /// Kills at random instants of its duration, until this number of kills has taken effect.
   void at_random(int kills, unsigned seed);
-  /// Before each `every`-th change of names in a folder, from the first on, until it ends.
+  /// Kills before each `every`-th change of names in a folder, from the first on, until it ends.
   void at_changes(int first, int every);
   const Tally& tally() const { return tally_; }
 
@@ -47,7 +49,7 @@ class Campaign {
   Words words() const;
   void prepare();
   void finish();
-  /// Of the folder as a kill has left it.
+  /// Checks the folder after a kill.
   void judge(const std::string& when);
   void wrong(int& count, const std::string& what);
 
@@ -58,7 +60,7 @@ class Campaign {
   Tally tally_;
 };
 
-/// The verbs of the campaign, small ones. `folder`: for their studies.
+/// The commands of the campaign, small ones. `folder`: for their studies.
 std::vector<Verb> verbs(const Path& folder);
 
 }  // namespace freeplay::killed

@@ -17,7 +17,7 @@ std::string bytes_of(const Path& file) {
   return {std::istreambuf_iterator<char>(in), {}};
 }
 
-/// Keys of what a run cost.
+/// Removes keys of the cost of a run.
 void remove_costs(nlohmann::json& j) {
   if (j.is_object())
     for (const char* key : {"cost", "cpu_s", "cpu_least_s", "cpu_greatest_s"}) j.erase(key);
@@ -25,7 +25,7 @@ void remove_costs(nlohmann::json& j) {
     for (auto& child : j) remove_costs(child);
 }
 
-/// Lines without those that name costs; of tradeoff.csv without its last three columns.
+/// Lines without those on costs; of tradeoff.csv without its last three columns.
 std::string lines_of(const Path& file) {
   std::istringstream in(bytes_of(file));
   std::string text;
@@ -79,7 +79,8 @@ Contents runs_in(const Path& database) {
     return 0;
   };
   const auto ask = [&](const std::string& what) { sqlite3_exec(db, what.c_str(), row, &contents, nullptr); };
-  // A program that was killed as it made the file may not have got to its tables; files of studies and of attractors have others.
+  // A program killed while it made the file may not have created its tables; databases of studies
+  // and of attractors have different ones.
   ask("BEGIN");
   ask("SELECT * FROM runs");
   for (const char* table : {"turns", "flights", "impacts", "measures", "points", "ends"})

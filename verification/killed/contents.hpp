@@ -1,4 +1,5 @@
-// What a result folder holds, without what depends on the machine: to tell results apart, and to see that none is lost.
+// The content of a result folder without machine-dependent parts: for comparing results and
+// detecting losses.
 #pragma once
 
 #include <filesystem>
@@ -11,15 +12,15 @@ using Path = std::filesystem::path;
 /// By the names of files below a folder, or of runs in a database.
 using Contents = std::map<std::string, std::string>;
 
-/// The result files of a folder and of those below it, but for its figures, for databases, for what is hidden and for
-/// halves (.partial, run.checkpoint).
+/// The result files of a folder and of those below it, except figures, databases, hidden files and
+/// incomplete files (.partial, run.checkpoint).
 Contents results_in(const Path& folder);
 
-/// Every run of a study's database by its key: all that is stored of it but its seconds, in the order in which a run is
-/// stored. Equal texts, equal runs, whichever process made them and whenever.
+/// Every run of a study's database by its key: all its stored values except times, in the order in
+/// which a run is stored. Equal texts mean equal runs, whichever process made them and whenever.
 Contents runs_in(const Path& database);
 
-/// Names below a folder that no call which ends in order leaves.
+/// Names below a folder that a completed call does not leave.
 std::string leftovers_in(const Path& folder);
 
 }  // namespace freeplay::killed

@@ -1,4 +1,4 @@
-// Verbs that are killed: nothing finished is lost, whenever it happens.
+// Crash-recovery tests of commands: a kill at any instant loses no finished result.
 #include <fmt/format.h>
 #include <catch2/catch.hpp>
 
@@ -25,7 +25,7 @@ const Verb& verb_called(const std::vector<Verb>& list, const std::string& name) 
 
 }  // namespace
 
-TEST_CASE("killed at random instants, every verb goes on and has lost nothing", "[killed][program]") {
+TEST_CASE("after a kill at a random instant every command resumes without loss", "[killed][program]") {
   test::TemporaryFolder place;
   for (const auto& verb : verbs(place.path())) {
     INFO(verb.name);
@@ -36,11 +36,11 @@ TEST_CASE("killed at random instants, every verb goes on and has lost nothing", 
   }
 }
 
-TEST_CASE("killed while results are replaced, the older or the new ones are there whole",
+TEST_CASE("after a kill during replacement, either the old or the new results are complete",
           "[killed][program]") {
   test::TemporaryFolder place;
   const auto list = verbs(place.path());
-  // The last changes of names are those by which the new results take the place of the older.
+  // The last changes of names replace the older results by the new ones.
   for (const auto& [name, every] : {std::pair("run", 2), std::pair("compare", 29)}) {
     INFO(name);
     Campaign campaign(verb_called(list, name), place.path() / name);
@@ -50,10 +50,10 @@ TEST_CASE("killed while results are replaced, the older or the new ones are ther
   }
 }
 
-// scripts/kill-test: as many as it is asked for.
-TEST_CASE("the campaign of kills", "[.campaign]") {
+// scripts/kill-test sets the number of kills.
+TEST_CASE("crash-recovery campaign", "[.campaign]") {
   const char* asked = std::getenv("FREEPLAY_KILLS");
-  if (!asked) return;  // tests that are left out by name take hidden ones in
+  if (!asked) return;  // tests excluded by name include hidden ones
   const char* seed = std::getenv("FREEPLAY_SEED");
   const int kills = std::atoi(asked);
   test::TemporaryFolder place;

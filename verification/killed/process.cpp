@@ -91,7 +91,7 @@ End kill_before(const Words& words, int n) {
   const pid_t id = start(words, true);
   End end;
   int status = 0;
-  // It stops once as it becomes the program.
+  // It stops once when it executes the program.
   if (waitpid(id, &status, 0) != id || !WIFSTOPPED(status)) throw std::runtime_error("cannot be traced");
   if (ptrace(PTRACE_SETOPTIONS, id, nullptr,
              PTRACE_O_TRACESYSGOOD | PTRACE_O_TRACECLONE | PTRACE_O_EXITKILL) != 0)

@@ -1,5 +1,5 @@
-// events SCENE FORMULATION UNTIL [KEY=VALUE]...: the events of a run as they come, all columns of events.csv
-// and all digits.
+// events SCENE FORMULATION UNTIL [KEY=VALUE]...: the events of a run as they come, all columns of
+// events.csv and all digits.
 #include <freeplay.hpp>
 
 #include <cstdio>
@@ -7,7 +7,7 @@
 
 namespace {
 
-/// Writes each event when it is settled; nothing is kept.
+/// Writes each event once it is final; nothing is stored.
 class Printer final : public freeplay::Observer {
  public:
   void event(const freeplay::Event& e) override {

@@ -1,5 +1,5 @@
-// A mechanism built in code: a pendulum whose pivot is loose. Each part checks what it shows; the exit status
-// is the number of things that are not as they should be.
+// A mechanism built in code: a pendulum with clearance in its pivot. Each part checks its results;
+// the exit status is the number of failed checks.
 #include <freeplay.hpp>
 
 #include <atomic>
@@ -35,7 +35,7 @@ freeplay::Scene pendulum(double clearance) {
   return scene;
 }
 
-/// The pivot's load: greatest force, impulse of the whole run, impacts, lowest place of the arm.
+/// The pivot's load: greatest force, impulse of the whole run, impacts, lowest position of the arm.
 class PivotLoad final : public freeplay::Observer {
  public:
   double greatest = 0, lowest = 0;      // N, m
@@ -72,7 +72,7 @@ class PivotLoad final : public freeplay::Observer {
   std::vector<double> q_, v_;
 };
 
-/// Asks the run to stop at the third impact.
+/// Requests a stop of the run at the third impact.
 class Third final : public freeplay::Observer {
  public:
   std::atomic<bool> reached = false;
@@ -99,7 +99,7 @@ void forces(const char* formulation) {
               load.greatest, load.lowest);
   expect(result.ending.status == freeplay::Ending::Status::finished, "the run finished");
   expect(load.impacts > 0 && load.lowest < -0.2, "it fell and struck");
-  // Momentum: the pivot's impulse and gravity's are all that acts.
+  // Momentum: only the pivot's impulse and gravity's act.
   const double m = scene.mechanism.bodies[0].mass, g = -9.81;
   const double error = std::hypot(load.impulse_x - m * (after.v[0] - before.v[0]),
                                   load.impulse_y + m * g * after.t - m * (after.v[1] - before.v[1]));
@@ -114,7 +114,7 @@ void stopping() {
   expect(result.ending.status == freeplay::Ending::Status::interrupted, "the flag stopped the run");
   expect(simulation.t() < 0.5, "before its end");
 
-  const auto rest = simulation.run();  // without the flag it goes on
+  const auto rest = simulation.run();  // without the stop request it continues
   expect(rest.ending.status == freeplay::Ending::Status::finished && simulation.t() == 0.5, "and it went on");
 }
 

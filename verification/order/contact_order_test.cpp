@@ -1,6 +1,6 @@
-// Orders across contact events, bracketed: a free ring and journal, frictionless, three impacts. The
-// reference is the same formulation by dopri5 at a tolerance of 1e-13, where bulirsch_stoer and adams agree
-// with it to 1e-12 s.
+// Two-sided tests of the order across contact events: a free ring and journal without friction,
+// three impacts. The reference is the same formulation with dopri5 at a tolerance of 1e-13, which
+// bulirsch_stoer and adams confirm to 1e-12 s.
 #include <catch2/catch.hpp>
 
 #include "mechanism/scene.hpp"
@@ -38,8 +38,9 @@ Scene with_linear_contact(Scene scene) {
 }  // namespace
 
 TEST_CASE("rk4 keeps its fourth order across events of a linear contact", "[order][events]") {
-  // Within a mode a linear spring is smooth; only badly located events could cost the order. The duration of
-  // a contact (0.6 ms) is a phase, which rk4 gets to fourth order; its amplitude would be one order better.
+  // Within a contact mode a linear spring is smooth; only badly located events could reduce the
+  // order. The duration of a contact (0.6 ms) is a phase, which rk4 integrates to fourth order; its
+  // amplitude would be one order better.
   auto scene = with_linear_contact(ring());
   const double exact = reference(first_duration, scene);
   scene.penalty.integrator = Integrator::rk4;
@@ -54,9 +55,10 @@ TEST_CASE("rk4 keeps its fourth order across events of a linear contact", "[orde
   CHECK(p < 4.2);
 }
 
-TEST_CASE("rk4 across Hertz contacts is limited to order 5/2 by the force's start", "[order][events]") {
-  // F ~ δ^(3/2) has an unbounded second derivative at touch: the first step in contact costs h^(5/2) whatever
-  // the method.
+TEST_CASE("rk4 across Hertzian contacts is limited to order 5/2 by the onset of the force",
+          "[order][events]") {
+  // F ~ δ^(3/2) has an unbounded second derivative at the onset of contact: the error of the first
+  // step in contact is h^(5/2) for any method.
   auto scene = ring();
   const double exact = reference(third_impact, scene);
   scene.penalty.integrator = Integrator::rk4;
@@ -71,7 +73,7 @@ TEST_CASE("rk4 across Hertz contacts is limited to order 5/2 by the force's star
   CHECK(p < 2.8);
 }
 
-TEST_CASE("adaptive integrators: errors across impacts fall in proportion to the tolerance",
+TEST_CASE("adaptive integrators: errors across impacts decrease in proportion to the tolerance",
           "[order][events]") {
   const auto integrator = GENERATE(Integrator::dopri5, Integrator::bulirsch_stoer,
                                    Integrator::adams_bashforth_moulton, Integrator::rosenbrock4);
@@ -84,8 +86,8 @@ TEST_CASE("adaptive integrators: errors across impacts fall in proportion to the
     errors.push_back(std::abs(third_impact(scene) - exact));
   }
   CAPTURE(static_cast<int>(integrator), errors);
-  // Control of the error per step makes the global error tolerance^(p/(p+1)) to tolerance^1; changes of order
-  // scatter.
+  // Error control per step gives a global error of tolerance^(p/(p+1)) to tolerance^1; changes of
+  // order cause scatter.
   const double p = test::observed_order(tolerances, errors);
   CHECK(p > 0.6);
   CHECK(p < 1.4);

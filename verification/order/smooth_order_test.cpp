@@ -1,5 +1,5 @@
-// Orders of the integrators on smooth motion, bracketed: a compound pendulum released at rest from 60°,
-// against the closed form with elliptic functions.
+// Two-sided tests of the order of the integrators on smooth motion: a compound pendulum released at
+// rest from 60°, against the closed form with elliptic functions.
 #include <catch2/catch.hpp>
 
 #include "facade/simulation.hpp"
@@ -17,7 +17,7 @@ constexpr double mass = 0.8, inertia = 0.01, arm = 0.25, gravity = 9.81, amplitu
                  t_end = 0.9;
 
 Scene pendulum() {
-  // θ is the angle of the body; it hangs along −y, so its angle from the vertical is θ + 90°.
+  // θ is the angle of the body, which hangs along −y, so its angle from the vertical is θ + 90°.
   return read_scene(test::scene_file("swinging_bar"));
 }
 
@@ -59,7 +59,7 @@ TEST_CASE("rk4 is of fourth order on smooth motion", "[order]") {
   REQUIRE(p < 4.15);
 }
 
-TEST_CASE("the error of dopri5 falls in proportion to its tolerance", "[order]") {
+TEST_CASE("the error of dopri5 decreases in proportion to its tolerance", "[order]") {
   const double p = order(pendulum(), Family::penalty, nullptr, {1e-4, 1e-6, 1e-8, 1e-10},
                          [](Scene& s) -> double& { return s.penalty.tolerance; });
   // Error per step against tolerance gives 1 for global error per unit step and 4/5 to 1 for local
@@ -68,7 +68,7 @@ TEST_CASE("the error of dopri5 falls in proportion to its tolerance", "[order]")
   REQUIRE(p < 1.15);
 }
 
-TEST_CASE("rosenbrock4 is of fourth order, with a right-hand side that depends on time", "[order]") {
+TEST_CASE("rosenbrock4 is of fourth order with a time-dependent right-hand side", "[order]") {
   // dx/dt = −2 t x², x(0) = 1: x = 1/(1 + t²).
   const Rosenbrock4::Problem problem{
       nullptr, [](void*, const double* x, double* dxdt, double t) { dxdt[0] = -2 * t * x[0] * x[0]; },
@@ -90,9 +90,10 @@ TEST_CASE("rosenbrock4 is of fourth order, with a right-hand side that depends o
   CHECK(p < 4.2);
 }
 
-TEST_CASE("rosenbrock4 takes a stiff damper in its stride", "[order][stiff]") {
-  // A damper of 50 N m s/rad on an inertia of 0.06 kg m² has a rate of 830 1/s beside the fall's 0.2 1/s. The
-  // bar creeps as c θ̇ = m g l cos θ once the start has died away: with θ from the vertical, tan(θ/2) decays
+TEST_CASE("rosenbrock4 integrates a stiff damper with large steps", "[order][stiff]") {
+  // A damper of 50 N m s/rad on an inertia of 0.06 kg m² has a rate of 830 1/s, compared with 0.2
+  // 1/s of the fall. The bar creeps as c θ̇ = m g l cos θ after the initial transient: with θ from
+  // the vertical, tan(θ/2) decays
   // with the rate m g l/c, up to (m g l J/c²) of itself, 5e-5.
   auto scene = pendulum();
   scene.mechanism.loads.push_back(TorsionalSpringDamper{"damper", {ground, 0}, 0, 50, 0});
@@ -107,15 +108,18 @@ TEST_CASE("rosenbrock4 takes a stiff damper in its stride", "[order][stiff]") {
   const double exact =
       2 * std::atan(std::tan(amplitude / 2) * std::exp(-mass * gravity * arm / 50 * scene.run.duration));
   CHECK(implicit.final_state.q[2] + 1.5707963267948966 == Approx(exact).epsilon(2e-4));
-  // An explicit method alone is held to steps of about 3.3/830 s: 5,000 steps; the implicit one needs a few dozen.
+  // An explicit method alone is limited to steps of about 3.3/830 s: 5,000 steps; the implicit one
+  // needs a few dozen.
   CAPTURE(implicit.work.rhs, explicit_pair.work.rhs);
-  // It is relieved after 2000 of them.
+  // It is replaced after 2000 of them.
   CHECK(implicit.work.steps < 100);
   CHECK(explicit_pair.work.steps < 3000);
 }
 
-TEST_CASE("every integrator carries the seven-body mechanism to its printed end", "[order][seven-body]") {
-  // Its first trial steps tear the loops apart: a step that cannot be factorised has to be refused, not kept.
+TEST_CASE("every integrator carries the seven-body mechanism to its published end state",
+          "[order][seven-body]") {
+  // Its first trial steps violate the loops: a step that cannot be factorised has to be refused,
+  // not kept.
   struct Row {
     Integrator integrator;
     double fineness;
@@ -129,7 +133,8 @@ TEST_CASE("every integrator carries the seven-body mechanism to its printed end"
     const auto run = test::simulate(scene, Family::penalty);
     CAPTURE(static_cast<int>(row.integrator), run.ending.reason);
     REQUIRE(run.ending.status == Ending::Status::finished);
-    // Some thousand steps at the tolerance, over 15.9 rad: 1e-6 rad leaves room of a hundred.
+    // Some thousand steps at the tolerance, over 15.9 rad: a bound of 1e-6 rad is a hundred times
+    // larger.
     CHECK(run.final_state.q[2] == Approx(reference::seven_body_end[0]).margin(1e-6).epsilon(0));
   }
 }

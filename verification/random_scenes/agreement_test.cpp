@@ -1,4 +1,4 @@
-// RandomScenes' scenes: the generator, the judge, and two hundred of them.
+// Random scenes without a reference: the generator, the checks, and two hundred scenes.
 #include <algorithm>
 #include <catch2/catch.hpp>
 #include <fstream>
@@ -15,7 +15,7 @@
 using namespace freeplay;
 using namespace freeplay::verification::random_scenes;
 
-TEST_CASE("two hundred random scenes are right, doubted or refused by every way",
+TEST_CASE("two hundred random scenes are correct, doubtful or refused in every method",
           "[strangers][program][long]") {
   test::TemporaryFolder folder;
   const auto place = folder.path().string();
@@ -36,10 +36,11 @@ TEST_CASE("two hundred random scenes are right, doubted or refused by every way"
   CHECK(std::filesystem::exists(folder.path() / "doc/random-scenes.md"));
 }
 
-TEST_CASE("random scenes that once were silently wrong, or refused for the program's own reasons, are right",
+TEST_CASE("random scenes with former silent errors or unjustified refusals are correct",
           "[strangers][once]") {
-  // What was off: a sweep over rates that friction drove on; a couple of friction that lasts, and a film's own order, of which
-  // the judge knew nothing; impacts without collision whose rates no motion has; hops that a neighbour holds down.
+  // Former errors of these scenes: a sweep over velocities that friction drove on; a couple of
+  // friction that lasts, and the order of a film, both of which the checks ignored; impacts without
+  // closing velocity whose velocities no motion has; bounces that a neighbouring body holds down.
   const auto [seed, index, way] = GENERATE(table<std::uint64_t, int, std::string>({
       {1, 213, "chosen steps"},
       {1, 213, "automatic"},
@@ -60,9 +61,10 @@ TEST_CASE("random scenes that once were silently wrong, or refused for the progr
   CHECK(verdict.outcome == Outcome::right);
 }
 
-TEST_CASE("impulses recorded through hand-overs are those that change the momentum", "[strangers][once]") {
-  // Modes that are given up at an impact have struck already; what they struck is taken back before others strike. The bound is
-  // the quadrature's over steps of the event-driven scheme; what was told twice was 9e-7.
+TEST_CASE("impulses recorded through hand-overs equal the change of momentum", "[strangers][once]") {
+  // Contact modes that are given up at an impact have already had that impact; it is taken back
+  // before the impact of other contacts. The bound is that of the quadrature over steps of the
+  // event-driven scheme; impulses reported twice differed by 9e-7.
   const auto all = ways(Suite::agreement);
   const auto by = std::ranges::find(all, std::string_view("automatic"), &Way::name);
   for (const int index : {111, 213, 300, 487}) {
@@ -74,8 +76,9 @@ TEST_CASE("impulses recorded through hand-overs are those that change the moment
   }
 }
 
-TEST_CASE("impacts that drive a motion without end stop it with their reason", "[strangers][once]") {
-  // A guide with e = 1 and a friction of 0.93: a slow touch of a corner once took the slider through both walls.
+TEST_CASE("impacts that add energy without end stop the run with their reason", "[strangers][once]") {
+  // A guide with e = 1 and a friction of 0.93: a slow contact of a corner once moved the slider
+  // through both walls.
   const auto drawn = draw(91, 307);
   for (const auto& way : ways(Suite::agreement))
     if (way.name == std::string_view("chosen steps") || way.name == std::string_view("automatic")) {
@@ -86,7 +89,7 @@ TEST_CASE("impacts that drive a motion without end stop it with their reason", "
     }
 }
 
-TEST_CASE("seed and index alone decide a random scene, and every kind of scene and element occurs",
+TEST_CASE("seed and index alone determine a random scene, and every kind of scene and element occurs",
           "[strangers]") {
   CHECK(draw(5, 3).text == draw(5, 3).text);
   CHECK(draw(5, 3).text != draw(5, 4).text);
@@ -98,7 +101,7 @@ TEST_CASE("seed and index alone decide a random scene, and every kind of scene a
     const auto s = draw(1, i);
     seen.insert(s.kind);
     all += s.text;
-    const auto scene = parse_scene(s.text, "random scene");  // every one can be read
+    const auto scene = parse_scene(s.text, "random scene");  // every scene is readable
     const auto& bodies = scene.mechanism.bodies;
     const auto [least, most] = std::ranges::minmax(bodies, {}, &Body::mass);
     heaviest = std::max(heaviest, most.mass / least.mass);
@@ -135,7 +138,7 @@ TEST_CASE("seed and index alone decide a random scene, and every kind of scene a
   }
 }
 
-TEST_CASE("each transformation of a scene undoes itself or its inverse", "[strangers]") {
+TEST_CASE("each transformation of a scene is undone by itself or its inverse", "[strangers]") {
   const auto mirrors = [](const Scene& s) { return mirrored(mirrored(s)); };
   const auto orders = [](const Scene& s) { return reordered(reordered(s)); };
   const auto units = [](const Scene& s) { return rescaled(rescaled(s, {8, 2, 0.25}), {0.125, 0.5, 4}); };
@@ -153,7 +156,7 @@ TEST_CASE("each transformation of a scene undoes itself or its inverse", "[stran
 
 namespace {
 
-/// The first scene of a kind whose run by a way is right and has been held to a touch.
+/// The first scene of a kind whose run by a method is right and was compared with a contact onset.
 std::pair<RandomScene, const Way*> right_one(const std::string& kind, const std::string& way) {
   const auto* by =
       &*std::ranges::find_if(ways(Suite::agreement), [&](const Way& w) { return way == w.name; });
@@ -170,7 +173,7 @@ std::pair<RandomScene, const Way*> right_one(const std::string& kind, const std:
 
 }  // namespace
 
-TEST_CASE("a result that was falsified comes out silent", "[strangers]") {
+TEST_CASE("a falsified result is classified as a silent error", "[strangers]") {
   const auto way = GENERATE("penalty", "event-driven", "moreau-jean");
   const auto found = right_one("thrown", way);
   const auto& drawn = found.first;
@@ -186,7 +189,7 @@ TEST_CASE("a result that was falsified comes out silent", "[strangers]") {
         Outcome::silent);
   CHECK(outcome([](Sight& s) { s.result.ledger.contact += 0.01 * s.result.ledger.scale(); }) ==
         Outcome::silent);
-  // What a run says of itself counts, and a run that stopped with a reason is refused.
+  // Notes of a run count, and a run that stopped with a reason is refused.
   const auto said = [](Sight& s) {
     s.depth[0] = 0.2 * s.measure[0];
     s.result.notes.emplace_back("DOUBTFUL: a planted note");
@@ -195,20 +198,21 @@ TEST_CASE("a result that was falsified comes out silent", "[strangers]") {
   CHECK(outcome([](Sight& s) { s.result.ending = {Ending::Status::failed, "planted"}; }) == Outcome::refused);
 }
 
-TEST_CASE("time steps at the beginning of a pulse are held to what steps can know of it", "[strangers]") {
-  // Torques that rise from 0 since t₀: with steps of h the crank is off by (h/(t − t₀))²/2 of its way, 4 % in the first (seen
-  // with h to h/16: 4.1 % to 0.016 %, each the quarter of the one before). The second is looked at 1.4 steps after t₀.
+TEST_CASE("time steps at the start of a pulse are compared within their resolution", "[strangers]") {
+  // Torques that rise from 0 at t₀: with steps of h the crank's displacement is off by
+  // (h/(t − t₀))²/2 of itself, 4 % in the first scene (measured with h to h/16: 4.1 % to 0.016 %,
+  // each a quarter of the one before). The second scene is evaluated 1.4 steps after t₀.
   const auto* steps = &*std::ranges::find_if(ways(Suite::agreement), [](const Way& w) { return w.stepped; });
   CHECK(judge(draw(7, 132), *steps).outcome == Outcome::right);
   CHECK(judge(draw(21, 135), *steps).outcome == Outcome::right);
-  // What is off by more than the whole of two steps can do is found as before.
+  // An error greater than the effect of two whole steps is detected as before.
   const auto falsified = judge(draw(7, 132), *steps, [](Sight& s) {
     for (std::size_t i = 0; i < s.at.q.size(); ++i) s.at.q[i] += 3 * (s.at.q[i] - s.start.q[i]);
   });
   CHECK(falsified.outcome == Outcome::silent);
 }
 
-TEST_CASE("kinds of refusal forget numbers and names", "[strangers]") {
+TEST_CASE("kinds of refusals do not depend on numbers and names", "[strangers]") {
   CHECK(kind_of_refusal("t = 0.125 s: b2 and \"c1\" gave 1.5e-3 m") == "t = # s: * and * gave # m");
   CHECK(kind_of_refusal("t = 1 s: j0.rear_lower") == kind_of_refusal("t = 2 s: j3.front_upper"));
 }

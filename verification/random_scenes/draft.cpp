@@ -7,9 +7,10 @@ namespace {
 
 constexpr double poisson = 0.3;
 
-/// Young's modulus of both bodies of a Hertz contact of stiffness K and radius R: K = (4/3) E/(2(1 − ν²)) √R.
+/// Young's modulus of both bodies of a Hertzian contact of stiffness K and radius R: K = (4/3)
+/// E/(2(1 − ν²)) √R.
 double young_of(double K, double R) { return 2 * (1 - poisson * poisson) * 0.75 * K / std::sqrt(R); }
-/// Hertz's impact: a mass m at speed v goes `depth` deep where 5/4 m v² = K depth^(5/2).
+/// Hertz's impact: a mass m at speed v penetrates to `depth` where 5/4 m v² = K depth^(5/2).
 double stiffness_for(double m, double v, double depth) { return 1.25 * m * v * v / std::pow(depth, 2.5); }
 
 }  // namespace
@@ -34,7 +35,7 @@ void Draft::surface(Draw& draw, double m, double v, double R, double depth, bool
   const double rough = draw();
   table("surfaces.s", fmt::format("young = {}\npoisson = {}\nrestitution = {}\n", number(young),
                                   number(poisson), number(e)));
-  // Elastic ones are without friction more often: those can be turned back in time.
+  // Elastic scenes are without friction more often: those can be run backwards in time.
   const bool friction = !smooth && rough > (e == 1 ? 0.7 : 0.35);
   if (friction)
     text += fmt::format("friction = {}\n",
@@ -79,7 +80,7 @@ void Draft::prescribed(std::size_t coordinate, std::shared_ptr<DrivenMotion> mot
 }
 
 void Draft::run(Draw& draw) {
-  // At most 20,000 steps; a share of the flight between a 50th and a 500th, and of a spring's swing.
+  // At most 20,000 steps; between a 50th and a 500th of the flight, and of the period of a spring.
   if (fastest > 0) duration = std::min(duration, 20000 * 0.02 / fastest);
   double step = flight * draw.decades(-2.7, -1.7);
   if (fastest > 0) step = std::min(step, 0.02 / fastest);
@@ -87,7 +88,8 @@ void Draft::run(Draw& draw) {
   table("run",
         fmt::format("duration = {}\nstart = \"{}\"\n", number(duration), given ? "given" : "assembled"));
   table("nonsmooth", fmt::format("step = {}\n", number(step)));
-  // Regularising speeds and the floor of v₀ are shares of the scene's own speed, which its units cannot change.
+  // Regularising speeds and the floor of v₀ are fractions of the scene's speed, which its units
+  // cannot change.
   table("penalty",
         fmt::format("friction_v0 = {0}\nfriction_v1 = {1}\nv0_floor = {0}\nalpha = {2}\nbeta = {2}\n",
                     number(1e-3 * speed), number(1e-2 * speed), number(1 / duration)));

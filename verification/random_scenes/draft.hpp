@@ -1,5 +1,5 @@
-// What random scenes are made with: numbers from a seed, and a scene as TOML that grows element by element together with
-// what is known of its motion.
+// Building blocks of random scenes: numbers from a seed, and a scene as TOML that is extended
+// element by element together with the reference of its motion.
 #pragma once
 
 #include <fmt/format.h>
@@ -17,7 +17,7 @@
 
 namespace freeplay::verification::random_scenes {
 
-/// A body as it is drawn: what stands in its table.
+/// A body of a draft: the content of its table.
 struct DraftBody {
   std::string name;
   double mass = 1, inertia = 1;
@@ -26,7 +26,7 @@ struct DraftBody {
   Vec2 velocity{0, 0};
   double spin = 0;
 
-  /// A point of its frame in the world, and back.
+  /// A point of its frame in the world frame, and the inverse.
   Vec2 world(Vec2 s) const { return at + turned(s, angle); }
   Vec2 velocity_of(Vec2 s) const { return velocity + spin * perp(turned(s, angle)); }
   static Vec2 turned(Vec2 s, double a) {
@@ -34,29 +34,32 @@ struct DraftBody {
   }
 };
 
-/// Sizes that a scene is drawn around: length (m), speed (m/s), mass (kg).
+/// Scales of a random scene: length (m), speed (m/s), mass (kg).
 struct Sizes {
   double length = 1, speed = 1, mass = 1;
   double time() const { return length / speed; }
 };
-/// Sizes over the decades: millimetres to ten metres, five decades of speed, grams to a hundred kilograms.
+/// Scales over decades: millimetres to ten metres, five decades of speed, grams to a hundred
+/// kilograms.
 Sizes sizes(Draw& draw);
-/// A factor for a mass: mostly mild, now and then up to a thousand either way, so ratios reach 1e6.
+/// A factor of a mass: mostly moderate, sometimes up to a thousand in either direction, so ratios
+/// reach 1e6.
 double mass_factor(Draw& draw);
 
-/// A scene in TOML. Numbers have 12 digits: what the last bits of a machine's sines are does not stand in them.
+/// A scene in TOML. Numbers have 12 digits, so that the last bits of a machine's sines do not
+/// matter.
 class Draft {
  public:
   explicit Draft(RandomScene& scene) : scene(scene) {}
-  RandomScene& scene;  ///< what is known of the motion, and the scene's own times
+  RandomScene& scene;  ///< the reference of the motion, and the times of the scene
   std::string text;
-  bool given = true;          ///< positions and velocities as they stand; else made consistent
+  bool given = true;          ///< positions and velocities as given; else made consistent
   double flight = INFINITY;   ///< s, of a short free flight, or the shortest time between events
   double duration = 1;        ///< s
-  double fastest = 0;         ///< rad/s, of springs: a step is a small part of their swing
-  double speed = 1;           ///< m/s, what friction is regularised by
+  double fastest = 0;         ///< rad/s, of springs: a step is a small part of their period
+  double speed = 1;           ///< m/s, regularising speed of friction
   double contact = INFINITY;  ///< s, the shortest time of a compliant contact
-  double longest = 800;       ///< of these, that a run takes at most
+  double longest = 800;       ///< of these, the greatest duration of a run
 
   static std::string number(double x) { return text_of(x); }
   static std::string point(Vec2 p) { return fmt::format("[{}, {}]", number(p.x()), number(p.y())); }
@@ -100,23 +103,24 @@ class Draft {
   void drive(const std::string& joint, const std::string& lines) {
     add("drives.d", drives_, fmt::format("joint = \"{}\"\n{}", joint, lines));
   }
-  /// The one surface of a scene, with a modulus such that a mass m (kg) at a speed v (m/s) goes `depth` (m) deep into
-  /// a contact of radius R (m), and a drawn restitution and friction.
+  /// The one surface of a scene, with a modulus such that a mass m (kg) at a speed v (m/s) goes
+  /// `depth` (m) deep into a contact of radius R (m), and a drawn restitution and friction.
   void surface(Draw& draw, double m, double v, double R, double depth, bool smooth = false);
-  /// The same with restitution e, and a contact that lasts `time` (s). Returns K of Hertz, N/m^(3/2).
+  /// The same with restitution e, and a contact duration of `time` (s). Returns K of Hertz,
+  /// N/m^(3/2).
   double surface(double e, double m, double v, double R, double time);
-  /// The same of stops, whose stiffness is their own.
+  /// The same for stops, which have a separate stiffness.
   void surface(double e);
   ///@}
 
-  /// @name What is known of the motion
+  /// @name Reference of the motion
   ///@{
-  /// A motion of a joint by a place or a rate. Adds drive and curve.
+  /// Prescribes the motion of a joint by a position or a rate. Adds drive and curve.
   std::shared_ptr<DrivenMotion> driven(const std::string& joint, const DrawnCurve& curve, bool rate,
                                        double initial, double until);
-  /// A coordinate that does not move from `at`.
+  /// A coordinate at rest at `at`.
   void still(std::size_t coordinate, double at, double size) { steady(coordinate, at, 0, size); }
-  /// One that moves evenly.
+  /// A coordinate with constant velocity.
   void steady(std::size_t coordinate, double at, double rate, double size);
   void prescribed(std::size_t coordinate, std::shared_ptr<DrivenMotion> motion);
   ///@}
@@ -125,7 +129,7 @@ class Draft {
   ///@{
   /// For checks that need no reference: [run], steps, and speeds that friction is regularised by.
   void run(Draw& draw);
-  /// For scenes that are known at every row: [run], and steps from the times that were noted.
+  /// For scenes with a reference for every row: [run], and steps from the recorded times.
   void finish(double duration);
   ///@}
 

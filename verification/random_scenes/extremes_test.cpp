@@ -1,4 +1,4 @@
-// The map of the extremes has no defect: `freeplay extremes` in the suite.
+// The map of extreme parameters has no defect: `freeplay extremes` as a test.
 #include <unistd.h>
 #include <algorithm>
 #include <catch2/catch.hpp>
@@ -14,7 +14,7 @@ using namespace freeplay::verification::random_scenes;
 
 namespace {
 
-/// The cells that may be other than right, by name, each with why.
+/// The cells that may have another outcome than right, by name, each with the reason.
 bool may_not_be_right(const std::string& axis, const std::string& label, const std::string& formulation) {
   struct Edge {
     const char* axis;
@@ -22,17 +22,17 @@ bool may_not_be_right(const std::string& axis, const std::string& label, const s
     std::vector<std::string> labels;
   };
   static const Edge edges[] = {
-      // A step is no short part of the first flight.
+      // A step is not short compared with the first flight.
       {"clearance (m)", "moreau-jean", {"1e-07", "1e-06"}},
       {"step (s)", "moreau-jean", {"0.001", "0.01"}},
       {"speed (rpm)", "moreau-jean", {"5e+03", "2e+04"}},
       {"restitution", "penalty", {"0"}},  // its damping factor would be infinite
       // Steps as long as a contact, or longer.
       {"rk4 step (s)", "penalty", {"3e-05", "0.0001", "0.001", "0.01"}},
-      {"slider mass, relative", "penalty", {"1e+04"}},      // the wall yields by more than the clearance
-      {"slider mass, relative", "moreau-jean", {"1e+06"}},  // Painlevé's
+      {"slider mass, relative", "penalty", {"1e+04"}},      // penetration exceeds the clearance
+      {"slider mass, relative", "moreau-jean", {"1e+06"}},  // Painlevé's configuration
       {"slider mass, relative", "event-driven", {"1e+06"}},
-      // 2 and more over the step: at rk4's limit.
+      // hα = 2 and more: at the stability limit of rk4.
       {"alpha = beta, rk4 at 1e-5 s (1/s)", "penalty", {"2e+05", "2.5e+05", "3e+05", "4e+05", "1e+06"}},
       // Where |R| > 1, see the test below.
       {"h alpha at h beta = 0, rk4", "penalty", {"2", "3"}},
@@ -52,7 +52,7 @@ bool may_not_be_right(const std::string& axis, const std::string& label, const s
 
 }  // namespace
 
-TEST_CASE("no extreme is silently wrong, hangs or crashes", "[extremes][program][long]") {
+TEST_CASE("no extreme case is silently wrong, hangs or crashes", "[extremes][program][long]") {
   test::TemporaryFolder folder;
   const auto place = folder.path().string();
   const auto o = test::freeplay("extremes -o " + place + "/out --document " + place + "/doc");
@@ -73,8 +73,9 @@ TEST_CASE("no extreme is silently wrong, hangs or crashes", "[extremes][program]
   CHECK(std::filesystem::exists(folder.path() / "doc/figures/extremes.png"));
 }
 
-TEST_CASE("Baumgarte's terms hold or lose Φ where rk4's region says", "[extremes]") {
-  // The region itself: its ends on the negative real and the imaginary axis; R(−4) = 5 by hand.
+TEST_CASE("Baumgarte stabilisation keeps or loses Φ as the stability region of rk4 predicts", "[extremes]") {
+  // The stability region itself: its ends on the negative real and the imaginary axis; R(−4) = 5 by
+  // hand.
   CHECK(rk4_growth(2.785293563405282, 2.785293563405282) == Approx(1).epsilon(1e-9));
   CHECK(rk4_growth(0, 2 * std::sqrt(2.0)) == Approx(1).epsilon(1e-12));
   CHECK(rk4_growth(2, 0) == Approx(5).epsilon(1e-12));
@@ -86,7 +87,8 @@ TEST_CASE("Baumgarte's terms hold or lose Φ where rk4's region says", "[extreme
       const double growth = rk4_growth(ha, hb);
       const auto verdict = judge_apart(cells.at(i++), 60);
       CAPTURE(ha, hb, growth, verdict.detail);
-      // In 900 steps 0.97 leaves nothing of an error and 1.03 makes 1e11 of it; between them Φ creeps.
+      // In 900 steps a factor of 0.97 removes an error and 1.03 multiplies it by 1e11; between them
+      // Φ changes slowly.
       if (growth < 0.97) CHECK(verdict.outcome == Outcome::right);
       if (growth > 1.03) CHECK((verdict.outcome == Outcome::refused || verdict.outcome == Outcome::doubted));
       stable += growth < 0.97;
@@ -96,7 +98,7 @@ TEST_CASE("Baumgarte's terms hold or lose Φ where rk4's region says", "[extreme
   CHECK(unstable >= 10);
 }
 
-TEST_CASE("a cell that crashes, hangs or lies is told apart", "[extremes]") {
+TEST_CASE("a cell that crashes, hangs or is wrong is classified as such", "[extremes]") {
   const auto outcome = [](auto judge, double seconds) {
     return judge_apart({"", "", 0, "", judge}, seconds).outcome;
   };

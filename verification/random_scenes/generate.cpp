@@ -1,4 +1,4 @@
-// Which kind an index is, and the ways that scenes are run by.
+// The kind of scene of each index, and the methods that scenes are run by.
 #include <algorithm>
 #include <sstream>
 #include <stdexcept>
@@ -12,7 +12,7 @@ namespace {
 struct Kind {
   const char* name;
   void (*make)(Draw&, Draft&);
-  int weight;  ///< how often, of the sum of its suite
+  int weight;  ///< frequency, relative to the sum of its suite
   Suite suite = Suite::agreement;
 };
 constexpr Kind all_kinds[] = {{"thrown", thrown, 3},
@@ -134,7 +134,7 @@ RandomScene draw(std::uint64_t seed, int index, const std::string& selection) {
   draft.given = !known;
   kind->make(draw, draft);
   if (!known) draft.run(draw);
-  // The names of the two sets, which recorded scenes begin with.
+  // Names of the two sets, with which recorded scenes begin.
   scene.text = fmt::format("format = {}\ntitle = \"{} {} of seed {}: {}\"\n{}", known ? 2 : 1,
                            known ? "Random scene" : "Stranger", index, seed, scene.kind, scene.text);
   return scene;

@@ -1,4 +1,4 @@
-// One scene by one way: run, held to every check, and named.
+// Runs one scene by one method, applies every check, and classifies the outcome.
 #include <algorithm>
 #include <cmath>
 
@@ -21,14 +21,15 @@ const Way& way_named(std::string_view name) {
   return *std::ranges::find(ways(Suite::agreement), name, &Way::name);
 }
 
-/// The way that knows the scene best: whose single contact onsets the others must meet.
+/// The most accurate method for the scene: the contact onsets of the others are compared with it.
 const Way& best(const Scene& scene, const Way& way, bool touching) {
-  // A contact that rests, or friction of fixed bound, is regularised in penalty: another motion within its own bounds.
+  // Penalty regularises a resting contact, or friction of fixed bound: another motion within its
+  // own bounds.
   const bool own = way.family == Family::penalty && (touching || has<JointFriction>(scene.mechanism.loads));
   return own ? way : way_named("event-driven");
 }
 
-/// What a run amounts to that misses a check by `what`, with its own notes.
+/// The outcome of a run that misses a check by `what`, with its notes.
 Verdict amounts(const Result& run, const Check& missed, const std::string& what) {
   auto verdict = beyond_bound(run, what, missed.noted_by);
   verdict.check = missed.name;
@@ -101,12 +102,12 @@ int chosen(const Subject& s, int of) {
 
 namespace {
 
-/// Without a reference of its own: against other runs, conservation, and what the run's notes say.
+/// Without a separate reference: against other runs, conservation, and the notes of the run.
 Verdict judge_by_checks(const RandomScene& scene, const Way& way,
                         const std::function<void(Sight&)>& falsify) {
   Subject s{scene, scene_for(scene, way), way, {}, {}};
   try {
-    // Looked at for an instant only: whether contacts touch at the start decides what the run is held to.
+    // A run of zero length: whether contacts are closed at the start decides which checks apply.
     s.sight = look(s.scene, way, {.until = 0.0});
     s.reference = make_reference(s.scene, best(s.scene, way, s.touching()));
     LookRequest request{.forces = chosen(s, 4) == 0};
@@ -129,7 +130,7 @@ Verdict judge_by_checks(const RandomScene& scene, const Way& way,
   if (falsify) falsify(s.sight);
   Verdict verdict;
   if (run.ending.status == Ending::Status::failed) verdict = {Outcome::refused, run.ending.reason};
-  // What is silent outweighs what a note speaks of.
+  // A silent error outweighs one that a note reports.
   for (const auto& check : checks())
     if (const auto what = check.judge(s)) {
       const auto found = amounts(run, check, *what);

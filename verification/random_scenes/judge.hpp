@@ -1,4 +1,4 @@
-// Judges random scenes in this process (runner.hpp: many, each in a process of its own).
+// Assesses random scenes in this process (runner.hpp: many scenes, each in its own process).
 #pragma once
 
 #include <functional>
@@ -9,12 +9,13 @@
 
 namespace freeplay::verification::random_scenes {
 
-/// Those that need no reference, in their order.
+/// The checks without a reference, in their order.
 std::vector<Check> checks();
 
-/// `falsify` changes what was seen of the run before it is judged (for tests of the judge).
+/// `falsify` changes the observed results of the run before the assessment (for tests of the
+/// checks).
 Verdict judge(const RandomScene& scene, const Way& way, const std::function<void(Sight&)>& falsify = {});
-/// By several ways, whose references are made once; `seen` after each.
+/// By several methods, whose references are made once; `seen` after each.
 void judge(const RandomScene& scene, std::span<const Way* const> by,
            const std::function<void(const Verdict&)>& seen);
 

@@ -1,4 +1,4 @@
-// Numbers of random scenes: drawn from a seed, and as the 12 digits of a scene's text have them.
+// Numbers of random scenes: drawn from a seed, and rounded to the 12 digits of a scene's text.
 #pragma once
 
 #include <fmt/format.h>
@@ -16,7 +16,7 @@
 namespace freeplay::verification::random_scenes {
 
 inline std::string text_of(double x) { return fmt::format("{:.12g}", x); }
-/// A number as its text has it: the scene and what is known of it have the same.
+/// A number as the text has it: scene and reference use the same.
 inline double exact(double x) { return std::strtod(text_of(x).c_str(), nullptr); }
 
 inline std::string text_of(Vec2 p) { return fmt::format("[{}, {}]", text_of(p.x()), text_of(p.y())); }
@@ -36,7 +36,8 @@ std::string toml(std::string format, const X&... x) {
   return fmt::format(fmt::runtime(format), shown(x)...);
 }
 
-/// Numbers that a seed and an index alone decide. The standard leaves its distributions open, so these are its own.
+/// Numbers determined by a seed and an index alone. The standard does not fix its distributions, so
+/// these are separate ones.
 class Draw {
  public:
   Draw(std::uint64_t seed, std::uint64_t index) : engine_(seed + 0x9e3779b97f4a7c15u * (index + 1)) {
@@ -53,7 +54,7 @@ class Draw {
   /// From low to high, both included.
   int whole(int low, int high) { return low + static_cast<int>((*this)() * (high - low + 1)); }
   bool chance(double share) { return (*this)() < share; }
-  /// Of any direction.
+  /// In any direction.
   Vec2 along(double length) {
     const double a = angle();
     return {length * std::cos(a), length * std::sin(a)};

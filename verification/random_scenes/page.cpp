@@ -12,7 +12,7 @@
 namespace freeplay::verification::random_scenes {
 namespace {
 
-/// Kinds of refusal that were looked at, by a part of their reason, each with why the program may stop there.
+/// Reviewed kinds of refusal, by a part of their reason, each with the justification.
 struct Refusal {
   const char* part;
   const char* why;

@@ -1,4 +1,4 @@
-// What is said of many random scenes: tables by way, refusals by kind, the page of docs/.
+// Summaries of many random scenes: tables by method, refusals by kind, and the page of docs/.
 #pragma once
 
 #include <string>
@@ -10,14 +10,14 @@ namespace freeplay::verification::random_scenes {
 
 /// The reason of a refusal without its numbers and names, so that equal ones can be counted.
 std::string kind_of_refusal(const std::string& reason);
-/// The same in one line that justifies it; empty for one that nobody has looked at.
+/// The justification of a refusal in one line; empty for one that has not been reviewed.
 std::string justification(const std::string& kind);
 
-/// Outcomes by way as a table in Markdown, which a terminal shows as well.
+/// Outcomes by method as a table in Markdown, which a terminal shows as well.
 std::string table_of(const std::vector<Row>& rows, Suite suite);
-/// Of scenes that are known at every row, defects by kind and way.
+/// For scenes with a reference for every row: defects by kind and method.
 std::string defects_by_kind(const std::vector<Row>& rows);
-/// Of the others, refusals by kind, and what the notes of runs outside a bound say.
+/// For the others: refusals by kind, and the notes of runs outside a bound.
 std::string refusals_of(const std::vector<Row>& rows);
 std::string noted_of(const std::vector<Row>& rows);
 /// docs/verification/random-scenes.md.

@@ -1,4 +1,5 @@
-// Random scenes: their references against closed forms, and runs that were judged wrongly before.
+// Random scenes: their references against closed forms, and runs that earlier versions assessed
+// wrongly.
 #include <fmt/format.h>
 #include <catch2/catch.hpp>
 #include <cmath>
@@ -16,7 +17,7 @@ namespace reference = freeplay::reference;
 
 namespace {
 
-/// A table that moves along a curve of time, and a ball over it.
+/// A table on a curve of time, and a ball above it.
 struct BallOnTable {
   const char* curve;
   double young, restitution, mass, inertia, height, radius;
@@ -55,15 +56,16 @@ surface = "s"
 
 }  // namespace
 
-TEST_CASE("the small integrator bounces a ball as its parabolas do", "[random-scenes]") {
+TEST_CASE("reference integrator: a bouncing ball follows its parabolas", "[random-scenes]") {
   reference::OneCoordinate one;
   const double g = 9.81, drop = 0.1, e = 0.8, fall = std::sqrt(2 * drop / g);
   one.acceleration = [g](double, double, double) { return -g; };
   one.walls = {reference::MovingWall{[](double) { return reference::CurvePoint{}; }, 1, e}};
   one.x = drop;
   one.step = 1e-3;
-  // The top of the first bounce: e² of the drop, a fall and a rise of e times as long later. Constant accelerations are
-  // exact in Runge–Kutta's method; the impact's instant is bisected to rounding.
+  // The top of the first bounce: e² of the drop height, after a fall and a rise of e times its
+  // duration. Constant accelerations are exact in the Runge–Kutta method; the instant of the impact
+  // is bisected to rounding.
   const auto rows = one.at({fall * (1 + e)});
   REQUIRE(rows.known == 1);
   CHECK(std::abs(rows.x[0] - e * e * drop) < 1e-12);
@@ -71,8 +73,7 @@ TEST_CASE("the small integrator bounces a ball as its parabolas do", "[random-sc
   CHECK(rows.impacts == 1);
 }
 
-TEST_CASE("the small integrator's compliant wall delivers the restitution that it is given",
-          "[random-scenes]") {
+TEST_CASE("reference integrator: a compliant wall delivers the given restitution", "[random-scenes]") {
   for (const double e : {1.0, 0.7, 0.3}) {
     reference::OneCoordinate one;
     one.acceleration = [](double, double, double) { return 0.0; };
@@ -85,24 +86,27 @@ TEST_CASE("the small integrator's compliant wall delivers the restitution that i
   }
 }
 
-// A cos t against a wall at −1 with A = 1 + 1e-8, e = 1: it arrives at 1.4e-4, is inside for 2.8e-4 of a step of 1e-3 where it is
-// not stopped, and each impact takes 2 arccos(1/A) of a phase away.
-TEST_CASE("the small integrator misses no impact that is next to none", "[random-scenes]") {
+// A cos t against a wall at −1 with A = 1 + 1e-8, e = 1: the impact speed is 1.4e-4, without the
+// wall the motion is beyond it for 2.8e-4, less than a step of 1e-3, and each impact removes 2
+// arccos(1/A) of the phase.
+TEST_CASE("reference integrator: grazing impacts are not missed", "[random-scenes]") {
   reference::OneCoordinate one;
   const double A = 1 + 1e-8;
   one.acceleration = [](double, double x, double) { return -x; };
   one.walls = {reference::MovingWall{[](double) { return reference::CurvePoint{-1, 0, 0}; }, 1, 1}};
   one.x = A, one.step = 1e-3;
-  const double t = 10, phase = t + 2 * 2 * std::acos(1 / A);  // behind two impacts
+  const double t = 10, phase = t + 2 * 2 * std::acos(1 / A);  // after two impacts
   const auto rows = one.at({t});
   REQUIRE(rows.known == 1);
   CHECK(rows.impacts == 2);
-  // Runge–Kutta's phase error t h⁴/120 is 8e-14, its loss of amplitude t h⁵/144 7e-17; the shift alone is 5.7e-4.
+  // The phase error t h⁴/120 of the Runge–Kutta method is 8e-14, its loss of amplitude t h⁵/144
+  // 7e-17; the shift alone is 5.7e-4.
   CHECK(std::abs(rows.x[0] - A * std::cos(phase)) < 1e-8);
 }
 
-// a = −1 for x > 0, else 0: from x = −1 at speed 1 it turns at 1/2 and is back at 0 after 3 s.
-TEST_CASE("the small integrator keeps its order where a force jumps", "[random-scenes]") {
+// a = −1 for x > 0, else 0: from x = −1 at speed 1 the motion reverses at 1/2 and returns to 0
+// after 3 s.
+TEST_CASE("reference integrator: a force jump does not reduce the order", "[random-scenes]") {
   reference::OneCoordinate one;
   one.acceleration = [](double, double x, double) { return x > 0 ? -1.0 : 0.0; };
   one.kinks = {0};
@@ -116,8 +120,9 @@ TEST_CASE("the small integrator keeps its order where a force jumps", "[random-s
   CHECK(std::abs(rows.v[1] + 1) < 1e-12);
 }
 
-// Bounces of e = 0.69 on a place of 24 mm whose last are lower than the rounding of it: they end, and the ball stays.
-TEST_CASE("the small integrator's ball comes to rest far from zero", "[random-scenes]") {
+// Bounces with e = 0.69 at a position of 24 mm, the last ones lower than the rounding of the
+// position: they end, and the ball stays.
+TEST_CASE("reference integrator: a ball comes to rest far from zero", "[random-scenes]") {
   reference::OneCoordinate one;
   const double R = 0.0244179048971;
   one.acceleration = [](double, double, double) { return -9.81; };
@@ -129,7 +134,7 @@ TEST_CASE("the small integrator's ball comes to rest far from zero", "[random-sc
   CHECK(rows.v[0] == 0);
 }
 
-TEST_CASE("a column of touching bodies of one restitution bounces as one", "[random-scenes]") {
+TEST_CASE("a column of touching bodies with one restitution bounces as one body", "[random-scenes]") {
   reference::TouchingRow row;
   row.floor = true;
   row.gravity = 9.81, row.restitution = 0.7;
@@ -144,14 +149,15 @@ TEST_CASE("a column of touching bodies of one restitution bounces as one", "[ran
     CHECK(std::abs(rows.x[0][i] - 0.005 - 0.01 * static_cast<double>(i) - 0.49 * 0.05) < 1e-12);
 }
 
-TEST_CASE("a random scene is decided by its seed, its index and the kinds", "[random-scenes]") {
+TEST_CASE("seed, index and kinds determine a random scene", "[random-scenes]") {
   for (int i = 0; i < 20; ++i) CHECK(draw(5, i, "new").text == draw(5, i, "new").text);
   CHECK(draw(5, 1, "barrier").kind == "barrier");
   CHECK_THROWS_WITH(draw(5, 1, "heap"), Catch::Contains("there is no kind of random scene \"heap\""));
 }
 
-// Speeds that a spring gives from rest are no impacts that raise the energy: adaptive time steps ended here so at 0.14 mm/s.
-TEST_CASE("a frictionless stop that a spring accelerates a block to from rest is passed", "[random-scenes]") {
+// Speeds that a spring causes from rest are not impacts that raise the energy: adaptive time
+// stepping once stopped here for that reason at 0.14 mm/s.
+TEST_CASE("a block accelerated from rest by a spring rebounds from a frictionless stop", "[random-scenes]") {
   const auto scene = parse_scene(R"(format = 2
 [bodies.block]
 mass = 0.01875
@@ -185,18 +191,20 @@ scheme = "moreau-jean"
   const auto run = test::simulate(scene, Family::nonsmooth);
   INFO(run.ending.reason);
   REQUIRE(run.ending.status == Ending::Status::finished);
-  // From rest at A down to the stop at s: ω(t) with cos ωt₁ = s/A, then back by e of that speed.
+  // From rest at A down to the stop at s: at t₁ with cos ωt₁ = s/A, then back with e times that
+  // speed.
   const double A = 0.0235, s = -0.00318, w = std::sqrt(972 / 0.01875), t1 = std::acos(s / A) / w;
   const double v = 0.66 * A * w * std::sin(w * t1), t = 0.01 - t1;
   const double x = s * std::cos(w * t) + v / w * std::sin(w * t);
-  // Time steps that are chosen: a hundredth of the motion, as every row of random scenes.
+  // Adaptive time stepping: a hundredth of the motion, as for every row of random scenes.
   CHECK(std::abs(run.final_state.q[0] - x) < 1e-2 * A);
 }
 
-// A place that stands still up to an angle of 2.4 rad and follows a spline from there, whose second derivative begins with a jump
-// there and ends with one at 9.5 rad. Rows between the ends of long steps were off by 4e-3 of the lift, for the acceleration at
-// a step's end was that behind the knot, and at the last knot the run stopped.
-TEST_CASE("a place that follows an angle is right on both sides of a knot", "[random-scenes]") {
+// A position that is constant up to an angle of 2.4 rad and follows a spline from there, whose
+// second derivative jumps at its start and at its end, 9.5 rad. Rows between the ends of long steps
+// were formerly off by 4e-3 of the lift, because the acceleration at a step's end was that after
+// the knot, and at the last knot the run stopped.
+TEST_CASE("a position prescribed over an angle is correct on both sides of a knot", "[random-scenes]") {
   reference::CurveShape y;
   y.kind = reference::CurveShape::Kind::spline;
   y.ends = reference::CurveShape::Ends::flat;
@@ -252,17 +260,18 @@ output_step = 5e-5
       rate = std::max(rate, std::abs(v[4] - p.slope * v[2]));
       lost = std::max(lost, std::abs(0.5 * (1.2e-3 * v[2] * v[2] + 2e-3 * v[4] * v[4]) / energy - 1));
     }
-    // 1e-5 of the lift (0.07 m) and 1e-4 of its fastest (40 m/s), as random scenes ask for; energy by the tolerance of 1e-9 to
-    // 1e-10 and some hundred steps.
+    // 1e-5 of the lift (0.07 m) and 1e-4 of its greatest speed (40 m/s), as for random scenes;
+    // energy by the tolerance of 1e-9 to 1e-10 and some hundred steps.
     CHECK(place < 7e-7);
     CHECK(rate < 4e-3);
     CHECK(lost < 1e-6);
   }
 }
 
-// A table that a spline moves, whose knots leave steps of 1e-17 s to bulirsch_stoer: an implicit step takes its place there, and
-// rows within it were shown from the interpolant of a step before, 5e19 of a motion of 5e-7 m off.
-TEST_CASE("rows within an implicit step are that step's own", "[random-scenes]") {
+// A table on a spline whose knots leave steps of 1e-17 s to bulirsch_stoer. An implicit step
+// replaces them; rows within it formerly came from the interpolant of an earlier step, with an
+// error of 5e19 times a motion of 5e-7 m.
+TEST_CASE("rows within an implicit step belong to that step", "[random-scenes]") {
   reference::CurveShape y;
   y.kind = reference::CurveShape::Kind::spline;
   y.repeats = true;
@@ -293,12 +302,13 @@ integrator = "bulirsch_stoer"
   double off = 0;
   for (std::size_t k = 0; k < rows.size(); ++k)
     off = std::max(off, std::abs(rows.q(k)[1] - y.at(rows.t(k)).y));
-  CHECK(off < 1e-4 * 8e-7);  // of its motion, as random scenes ask of every penalty way
+  CHECK(off < 1e-4 * 8e-7);  // of its motion, as for random scenes in every penalty method
 }
 
-// A rotor on a one-way spring with a damper, on which a torque rests: fixed steps stopped once its speed was the rounding of the two
-// torques that balance, "the forces of dampers do not converge".
-TEST_CASE("fixed steps follow a damped one-way spring down to rest", "[random-scenes]") {
+// A rotor on a one-sided spring with a damper, under a constant torque: fixed steps formerly
+// stopped once its speed was the rounding of the two balanced torques, "the forces of dampers do
+// not converge".
+TEST_CASE("fixed steps follow a damped one-sided spring to rest", "[random-scenes]") {
   const double k = 4008, torque = 3.84, free = -3.65e-4;
   const auto scene = parse_scene(fmt::format(R"(format = 2
 [bodies.rotor]
@@ -332,13 +342,14 @@ step = 3e-4
   const auto run = test::simulate(scene, Family::nonsmooth);
   INFO(run.ending.reason);
   REQUIRE(run.ending.status == Ending::Status::finished);
-  // Where the torques balance: it comes down by e^(−d t/2J) = e^−70.
+  // Where the torques balance: the transient decays by e^(−d t/2J) = e^−70.
   CHECK(std::abs(run.final_state.q[2] - (free + torque / k)) < 1e-15);
 }
 
-// Three discs on each other fall on a floor: what compresses the upper contacts comes after their touch, at whose speed, next to
-// none, their damping would begin. A step of bulirsch_stoer is as long as that.
-TEST_CASE("integrators of every order see the impacts that touching discs take", "[random-scenes]") {
+// Three discs on each other fall on a floor. The upper contacts are compressed after their onset,
+// whose speed, nearly zero, is that at which their damping begins. A step of bulirsch_stoer is as
+// long as that.
+TEST_CASE("integrators of every order detect the impacts between touching discs", "[random-scenes]") {
   std::string text =
       "format = 2\ngravity = [0, -22]\n[surfaces.s]\nyoung = 5.8e11\npoisson = 0.3\nrestitution = 0.88\n";
   for (int i = 0; i < 3; ++i) {
@@ -356,14 +367,16 @@ TEST_CASE("integrators of every order see the impacts that touching discs take",
   std::vector<std::vector<double>> rates;
   for (const auto* integrator : {"\"dopri5\"", "\"adams_bashforth_moulton\"", "\"bulirsch_stoer\""})
     rates.push_back(test::simulate(parse_scene(text + integrator, "column"), Family::penalty).final_state.v);
-  // A thousandth of the impact's speed (0.88 m/s), as random scenes ask for; unseen impacts made 5e-3 m/s.
+  // A thousandth of the impact speed (0.88 m/s), as for random scenes; missed impacts gave 5e-3
+  // m/s.
   for (std::size_t way = 1; way < rates.size(); ++way)
     for (const std::size_t i : {1U, 4U, 7U}) CHECK(std::abs(rates[way][i] - rates[0][i]) < 1e-3 * 0.88);
 }
 
-// The ball of a random scene at whose end a chosen step had left 1.7e-18 s: halves of that have no length, and the state was not
-// finite.
-TEST_CASE("a run with chosen steps whose end only rounding leaves ahead ends there", "[random-scenes]") {
+// The ball of a random scene at whose end an adaptive step had left 1.7e-18 s: half of that is zero
+// in the arithmetic, and the state was not finite.
+TEST_CASE("a run of adaptive steps ends at its end time when only rounding separates them",
+          "[random-scenes]") {
   const auto scene = parse_scene(ball_on_table({.curve = R"(shape = "ramp"
 to = 1.08337206028
 start = 2.36232593591
@@ -389,6 +402,6 @@ scheme = "moreau-jean"
   REQUIRE(run.ending.status == Ending::Status::finished);
   const double t = 0.0122776970208;
   CHECK(run.t_end == t);
-  // Free fall, which steps of second order meet to rounding.
+  // Free fall, which is exact to rounding in steps of second order.
   CHECK(std::abs(run.final_state.q[4] - (0.131381743105 - 0.5 * 9.81 * t * t)) < 1e-14);
 }

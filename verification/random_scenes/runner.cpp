@@ -22,9 +22,9 @@
 namespace freeplay::verification::random_scenes {
 namespace {
 
-constexpr const char* whole = "all";  ///< the way of a line that ends a scene
+constexpr const char* whole = "all";  ///< the method field of a line that ends a scene
 
-/// A row on a line, short enough for a pipe to pass on at once.
+/// A row on a line, short enough to be passed through a pipe at once.
 std::string line_of(const Row& r) {
   const auto& v = r.verdict;
   return fmt::format("{},{},{},{},{:.3f},{:.3g},{}{}", r.index, r.kind, r.way, static_cast<int>(v.outcome),
@@ -48,7 +48,7 @@ Row row_of(const std::string& line) {
 /// s of wall time until the next verdict: a run, its reference and twins, each limited.
 double patience(Suite suite) { return (suite == Suite::rows ? 40 : 12) * run_limit(suite); }
 
-/// The lines of a file that continues this request, without its head.
+/// The lines of a file that continues this request, without its header.
 std::vector<Row> read_file(const std::filesystem::path& path, const std::string& head) {
   std::vector<Row> list;
   std::ifstream in(path);
@@ -99,7 +99,7 @@ std::vector<Row> judge_apart(const RandomScene& scene, const std::string& only_w
     std::istringstream in(apart.said);
     for (std::string line; std::getline(in, line) && rows.size() < by.size();) rows.push_back(row_of(line));
     if (rows.size() == by.size()) break;
-    // It ended early: so much for this way, and the next ones in another process.
+    // It ended early: this method has that outcome, and the next ones run in another process.
     auto row = next();
     row.verdict = apart.late ? Verdict{Outcome::hung, "did not end"}
                              : Verdict{Outcome::crashed, fmt::format("signal {}", apart.signal)};
@@ -129,7 +129,7 @@ std::vector<Row> judge_all(const Request& request, const std::filesystem::path& 
   std::vector<int> open_ones;
   for (int i = request.first; i < request.first + request.count; ++i)
     if (!done.contains(i)) open_ones.push_back(i);
-  // The next open one, whoever is free.
+  // The next open scene, for any free process.
   auto* next = static_cast<std::size_t*>(
       mmap(nullptr, sizeof(std::size_t), PROT_READ | PROT_WRITE, MAP_SHARED | MAP_ANONYMOUS, -1, 0));
   int ends[2];
@@ -141,7 +141,7 @@ std::vector<Row> judge_all(const Request& request, const std::filesystem::path& 
     if (child < 0) throw std::runtime_error("random scenes: no process");
     if (child == 0) {
       close(ends[0]);
-      prctl(PR_SET_PDEATHSIG, SIGKILL);  // what it inherits, a folder's lock too, ends with the program
+      prctl(PR_SET_PDEATHSIG, SIGKILL);  // inherited resources, a folder's lock too, end with the program
       for (std::size_t i; (i = __atomic_fetch_add(next, 1, __ATOMIC_RELAXED)) < open_ones.size();) {
         const auto scene = draw(request.seed, open_ones[i], request.kinds);
         auto list = judge_apart(scene, request.way);
@@ -182,7 +182,7 @@ std::vector<Row> judge_all(const Request& request, const std::filesystem::path& 
     kept = kept && WIFEXITED(status) && WEXITSTATUS(status) == 0;
   }
   if (!kept) throw std::runtime_error("random scenes: a process that judges them ended early");
-  // The last line of a scene and a way counts: what was interrupted has been judged again.
+  // The last line of a scene and a method counts: interrupted ones have been assessed again.
   std::map<std::pair<int, std::ptrdiff_t>, Row> in_order;
   const auto all = ways(suite);
   for (auto& row : rows) {

@@ -1,4 +1,5 @@
-// Judges many random scenes on all cores, each in a process of its own: what crashes or hangs there is a verdict, too.
+// Assesses many random scenes on all cores, each in its own process, so that a crash or a hang is
+// an outcome too.
 #pragma once
 
 #include <filesystem>
@@ -10,7 +11,7 @@
 
 namespace freeplay::verification::random_scenes {
 
-/// A scene by a way.
+/// A scene and a method.
 struct Row {
   int index = 0;
   std::string kind, way;
@@ -20,16 +21,17 @@ struct Row {
 struct Request {
   std::uint64_t seed = 1;
   int first = 0, count = 0;
-  std::string kinds = {};  ///< as `draw` has them
+  std::string kinds = {};  ///< as in `draw`
   std::string way = {};    ///< only this one; empty: all
 };
 
-/// One scene by every way that has a model of it.
+/// One scene by every method that has a model of it.
 std::vector<Row> judge_apart(const RandomScene& scene, const std::string& only_way = {});
 
-/// Scenes first to first + count − 1, in the order of index and way. `seen` is told the share that is done. Where every row
-/// is known, rows are appended to judgements.csv of the folder as they come, those that stand there already are not judged
-/// again, and a failing scene is written to failing/KIND-INDEX-WAY.toml.
+/// Scenes first to first + count − 1, in the order of index and method. `seen` receives the share
+/// that is done. Where every row is known, rows are appended to judgements.csv of the folder as
+/// they come, existing ones are not assessed again, and a failing scene is written to
+/// failing/KIND-INDEX-WAY.toml.
 std::vector<Row> judge_all(const Request& request, const std::filesystem::path& folder,
                            const std::function<void(double)>& seen = {});
 

@@ -1,10 +1,13 @@
-// A random scene: drawn from a seed by one of the kinds, with what is known of its motion, and the ways that it is run by.
-// Scenes of the first set have no reference of their own: a run is held to other runs that must say the same (a finer
-// tolerance, another method, the scene mirrored, in other units, in another order, backwards in time), to conservation,
-// and to what its own notes say. Scenes of the second set are known at every row of the trajectory without a solver of the
-// program: prescribed coordinates by the curve itself, one coordinate between moving walls by a small integrator of its own
-// (references/one_coordinate.hpp), rows of touching bodies by hand (references/touching_row.hpp), energy where nothing takes
-// or gives any. Coordinates of which none of these is known are compared with event-driven integration at a tight tolerance.
+// A random scene: drawn from a seed by one of the kinds, with the reference of its motion, and the
+// methods that it is run by. Scenes of the first set have no separate reference: a run is compared
+// with other runs that must agree with it (a finer tolerance, another method, the scene mirrored,
+// in other units, in another order, backwards in time), with conservation laws, and with its own
+// notes. Scenes of the second set have a reference for every row of the trajectory that does not
+// use a solver of the program: prescribed coordinates follow the curve itself, one coordinate
+// between moving walls a small independent integrator (references/one_coordinate.hpp), rows of
+// touching bodies a closed form (references/touching_row.hpp), and energy applies where no element
+// adds or dissipates it. Coordinates without any of these references are compared with event-driven
+// integration at a tight tolerance.
 #pragma once
 
 #include <cstdint>
@@ -27,16 +30,17 @@ namespace freeplay::verification::random_scenes {
 
 using Coordinates = std::span<const double>;
 
-/// A coordinate that a curve alone decides, from the instant or from other coordinates of the same row.
+/// A coordinate that a curve alone determines, from the time or from other coordinates of the same
+/// row.
 struct Prescribed {
   std::size_t coordinate = 0;  ///< of q
   std::function<reference::CurvePoint(double t, Coordinates q, Coordinates v)> motion;
-  double size = 1;  ///< m or rad, the greatest departure of the motion
+  double size = 1;  ///< m or rad, the greatest displacement of the motion
   double rate = 0;  ///< m/s or rad/s, its greatest rate; 0: not compared
   double bend = 0;  ///< m/s² or rad/s², its greatest second derivative
 };
 
-/// A coordinate that a small reference integration knows, q = x.
+/// A coordinate with a small reference integration, q = x.
 struct Moving {
   std::size_t coordinate = 0;
   reference::OneCoordinate rigid, compliant;
@@ -49,15 +53,15 @@ struct BodiesInLine {
   double compliant_step = 0;  ///< s
 };
 
-/// A scene that the seed, the index and the selection of kinds alone decide.
+/// A scene determined by the seed, the index and the selection of kinds alone.
 struct RandomScene {
   Suite suite = Suite::agreement;
   std::uint64_t seed = 0;
   int index = 0;
   std::string kind = {};
-  std::string text = {};  ///< in TOML, without the tables that a way adds
+  std::string text = {};  ///< in TOML, without the tables that a method adds
 
-  /// @name Of scenes that are known at every row
+  /// @name Scenes with a reference for every row
   ///@{
   double duration = 1;      ///< s
   double step = 1e-3;       ///< s, of time stepping with fixed steps: 1/200 of the shortest of its times
@@ -68,38 +72,38 @@ struct RandomScene {
   std::vector<Prescribed> prescribed = {};
   std::vector<Moving> moving = {};
   std::optional<BodiesInLine> line = {};
-  /// Coordinates that event-driven integration at a tight tolerance judges.
+  /// Coordinates that are compared with event-driven integration at a tight tolerance.
   std::vector<std::size_t> others = {};
-  /// Energy that stays what it is (J), where nothing takes or gives any.
+  /// Energy (J) that is conserved, where no element adds or dissipates it.
   std::function<double(Coordinates q, Coordinates v)> energy = {};
-  bool energy_of_rigid_only = false;  ///< contacts store some in the penalty formulation
+  bool energy_of_rigid_only = false;  ///< contacts store energy in the penalty formulation
   ///@}
 };
 
-/// Rows of a trajectory beside the start, where every row is known.
+/// Number of rows of a trajectory after the start, where every row is known.
 inline constexpr int rows = 1000;
 
-/// Names of kinds that can be drawn.
+/// Names of the kinds of a suite.
 std::vector<std::string> kinds(Suite suite);
-/// A scene of the kinds of the first set, or of those that `selection` names in the second: "new" for all, or a list with
-/// commas.
+/// A scene of the kinds of the first set, or of those that `selection` names in the second: "new"
+/// for all, or a list with commas.
 RandomScene draw(std::uint64_t seed, int index, const std::string& selection = "");
 
-/// A way of running a scene: a formulation with a scheme or an integrator.
+/// A method of running a scene: a formulation with a scheme or an integrator.
 struct Way {
   const char* name;
   Family family;
-  void (*choose)(Scene&) = nullptr;                      ///< in the scene that was read
+  void (*choose)(Scene&) = nullptr;                      ///< applied to the scene after reading
   std::string (*options)(const RandomScene&) = nullptr;  ///< its tables in TOML
-  bool stepped = false;  ///< steps of fixed length: a contact acts somewhere in one
+  bool stepped = false;  ///< steps of fixed length: a contact acts at some instant in one
   bool means = false;    ///< forces are means over steps
 };
 std::span<const Way> ways(Suite suite);
-/// The scene as a way runs it: a file that reproduces a run.
+/// The scene as a method runs it: a file that reproduces a run.
 std::string text_for(const RandomScene& scene, const Way& way);
 /// The same as a scene. Throws SceneError.
 Scene scene_for(const RandomScene& scene, const Way& way);
-/// Whether the scene asks for what the way has a model of: no restitution of 0 with penalty.
+/// Whether the method has a model of the scene: no restitution of 0 with penalty.
 bool has_model(const RandomScene& scene, const Way& way);
 
 }  // namespace freeplay::verification::random_scenes

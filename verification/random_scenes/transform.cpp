@@ -15,10 +15,10 @@ Vec2 turned(Vec2 p, double a) {
   return {p.x() * std::cos(a) - p.y() * std::sin(a), p.x() * std::sin(a) + p.y() * std::cos(a)};
 }
 Vec2 flip(Vec2 p) { return {-p.x(), p.y()}; }
-/// Of a wall, whose free space lies on its left.
+/// Mirrors a wall, whose free space is on its left.
 Vec2 flip_wall(Vec2 axis) { return {axis.x(), -axis.y()}; }
 
-/// To 1e-12, so that what is drawn in 1024ths is itself again when it is mirrored twice.
+/// To 1e-12, so that numbers drawn in 1024ths are unchanged after mirroring twice.
 double on_grid(double x) { return std::round(x * 0x1p40) * 0x1p-40; }
 
 template <class... F>
@@ -38,7 +38,8 @@ void flip_ends(std::array<Vec2, 2>& at) {
   for (auto& p : at) p = flip(p);
 }
 
-/// The curve with x and y times these, as another of the mechanism's; its index.
+/// The curve with x and y multiplied by these, as an additional curve of the mechanism; returns its
+/// index.
 int scaled_curve(Mechanism& m, int curve, double x, double y) {
   auto c = m.curves[static_cast<std::size_t>(curve)];
   c.name += "_";
@@ -52,7 +53,7 @@ void scale(Mechanism& m, CurveOr& value, double x, double y) {
   value.constant *= y;
   if (value.curve >= 0) value.curve = scaled_curve(m, value.curve, x, y);
 }
-/// A drive's or load's curve against time alone.
+/// Requires that a drive's or load's curve is over time.
 void need_time(Argument against) {
   if (against != Argument::time)
     throw std::logic_error("curves against angles and speeds are not transformed");
@@ -61,7 +62,7 @@ void turn_table(SpringTable& table) {
   for (auto& [at, force] : table) at = -at, force = -force;
   std::ranges::reverse(table);
 }
-/// Of a spring against an angle, which counts the other way.
+/// Of a spring over an angle, whose sign changes.
 void flip(SpringLaw& law) {
   if (law.preload) law.preload = -*law.preload;
   if (law.one_way) law.one_way = *law.one_way == OneWay::pull ? OneWay::push : OneWay::pull;
@@ -79,7 +80,7 @@ void flip(CamContact& c) {
 void stretch(SpringTable& table, double along, double force) {
   for (auto& [at, value] : table) at *= along, value *= force;
 }
-/// A law against a coordinate that is measured in `unit`.
+/// A law over a coordinate that is measured in `unit`.
 void rescale(SpringLaw& law, double unit, double force, double time) {
   if (law.cubic) *law.cubic *= force / (unit * unit * unit);
   if (law.preload) *law.preload *= force;
@@ -398,7 +399,7 @@ Scene nudged(Scene scene, double share, int which) {
   const bool turns = std::ranges::any_of(m.drives, [](const Drive& d) {
     return std::holds_alternative<SpeedDrive>(d) || std::holds_alternative<MotionDrive>(d);
   });
-  // One factor for all velocities keeps them consistent where nothing is prescribed.
+  // One factor for all velocities keeps them consistent where no motion is prescribed.
   const double faster = turns ? 1 : 1 + share * draw.either_way(1);
   for (auto& b : m.bodies) {
     near(b.mass), near(b.inertia);
@@ -421,7 +422,8 @@ Scene nudged(Scene scene, double share, int which) {
                             if (j.clearance) near(j.clearance->normal);
                           }},
                joint);
-  // Discs and walls move away from each other, never into: a start that touches stays one that can be run.
+  // Discs and walls move apart, never into each other: a start in contact remains one that can be
+  // run.
   for (auto& contact : m.contacts)
     std::visit(Overloaded{[&](PlaneContact& c) { c.radius *= 1 - share * draw(); },
                           [&](DiscContact& c) {

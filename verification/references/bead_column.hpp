@@ -1,7 +1,8 @@
 // Beads in a column or a row that touch without load, by two models.
 //
-// Rigid beads of mass m, all contacts in one impact by Newton's law with one restitution e. Contact 0 has the floor (or a bead
-// of mass m that arrives), contact k lies between beads k and k + 1 of n. Rates before: u₀ = −v, u_k = 0. The conditions
+// Rigid beads of mass m, all contacts in one impact by Newton's law with one restitution e. Contact
+// 0 has the floor (or an arriving bead of mass m), contact k lies between beads k and k + 1 of n.
+// Rates before: u₀ = −v, u_k = 0. The conditions
 //
 //     u_N⁺ ≥ −e u_N⁻ ⊥ P_N ≥ 0,   m (v_k⁺ − v_k⁻) = P_{k−1} − P_k
 //
@@ -9,17 +10,19 @@
 //
 //     floor:    speed e v,                  P_k = (1 + e) m v (n − k)                       > 0,  k = 0 … n − 1
 //     arrival:  speed (1 + e) v/(n + 1),    P_k = (1 + e) m v (n − k)/(n + 1)               > 0,
-//               the bead that arrives goes on with v (1 − n e)/(n + 1).
+//               the arriving bead has the speed v (1 − n e)/(n + 1).
 //
-// D is positive definite, so that no other impulses meet them. Between impacts all beads fall alike: with e = 1 the column
+// D is positive definite, so that no other impulses meet them. Between impacts all beads have the
+// same acceleration: with e = 1 the column
 // bounces as a single ball.
 //
-// Elastic beads with Hertz's force F = K δ^{3/2} at each contact: the equations of motion by the classical Runge–Kutta method
-// with a fixed step (of fourth order; where a contact begins or ends of order 5/2, as δ^{3/2} is not smooth there).
+// Elastic beads with Hertz's force F = K δ^{3/2} at each contact: the equations of motion by the
+// classical Runge–Kutta method with a fixed step (of fourth order; where a contact begins or ends
+// of order 5/2, as δ^{3/2} is not smooth there).
 //
 // Signs: heights and speeds upwards; along a row, to the right. Units: m, kg, s, K in N/m^{3/2}.
-// Source: Glocker, Set-Valued Force Laws (2001), for the conditions; Nesterenko, J. Appl. Mech. Tech. Phys. 24 (1983) 733,
-// for the chain.
+// Source: Glocker, Set-Valued Force Laws (2001), for the conditions; Nesterenko, J. Appl. Mech.
+// Tech. Phys. 24 (1983) 733, for the chain.
 #pragma once
 
 #include <array>
@@ -30,8 +33,8 @@
 
 namespace freeplay::reference {
 
-/// Where a column stands above the floor, and how fast it rises, at the time t (s) after its release from rest at height h (m),
-/// with e = 1.
+/// Height of the column above the floor and its velocity upwards, at the time t (s) after its
+/// release from rest at height h (m), with e = 1.
 struct ColumnMotion {
   double height, speed;
 };
@@ -42,7 +45,7 @@ inline ColumnMotion elastic_column(double h, double g, double t) {
   return {g * fall * since - 0.5 * g * since * since, g * fall - g * since};
 }
 
-/// Speeds (m/s) after a bead at the speed v meets a row of n beads of its own mass at rest.
+/// Speeds (m/s) after a bead with the speed v hits a row of n beads of the same mass at rest.
 struct RowImpact {
   double arriving, row;
 };
@@ -51,12 +54,14 @@ inline RowImpact row_impact(int n, double v, double e) {
   return {v * (1 - n * e) / (n + 1), (1 + e) * v / (n + 1)};
 }
 
-/// Hertz's stiffness of two spheres of one material, or of one on a plane with R its radius: K = 4/3 E/(2(1 − ν²)) √R.
+/// Hertz's stiffness of two spheres of one material, or of one on a plane with R its radius:
+/// K = 4/3 E/(2(1 − ν²)) √R.
 inline double bead_stiffness(double young, double poisson, double R) {
   return 4.0 / 3 * young / (2 * (1 - poisson * poisson)) * std::sqrt(R);
 }
 
-/// A chain of equal beads: contact 0 between a floor at 0 and bead 0, or none; contact k between beads k − 1 and k.
+/// A chain of equal beads: contact 0 between a floor at 0 and bead 0, or none; contact k between
+/// beads k − 1 and k.
 struct HertzChain {
   double mass, radius, gravity;  ///< kg, m, m/s² (towards the floor)
   double floor, between;         ///< N/m^{3/2}; floor 0: none
@@ -84,7 +89,7 @@ struct HertzChain {
       }
     }
   }
-  /// J, kinetic, of weight and of the contacts.
+  /// J, kinetic energy, potential energy of the weight and elastic energy of the contacts.
   double energy() const {
     double sum = 0;
     for (std::size_t i = 0; i < x.size(); ++i)

@@ -1,28 +1,33 @@
-// What a joint with the ground, or with a body carried round, has to exert on one body whose motion is given.
+// The load that a joint with the ground, or with a rotating carrier, exerts on one body whose
+// motion is given.
 //
-// Rotor: revolute joint with the ground at O, centre of mass at the distance a in the direction e_r of θ:
+// Rotor: revolute joint with the ground at O, centre of mass at the distance a in the direction e_r
+// of θ:
 //
 //     C = a e_r,     C̈ = a (α e_θ − ω² e_r)
 //     F = m (C̈ − g)                             at constant speed m (−a ω² e_r − g)
 //     τ = (J + m a²) α − C × m g                at constant speed, g = (0, −g): m g a cos θ
 //
-// Welded body: its carrier turns about O; joint at Q, centre of mass at Q + d, both fixed in the carrier:
+// Welded body: its carrier turns about O; joint at Q, centre of mass at Q + d, both fixed in the
+// carrier:
 //
 //     C = Q + d,     C̈ = α ẑ × C − ω² C
 //     F = m (C̈ − g),     M_Q = d × m (C̈ − g) + J α
 //
-// Slider: translational joint along t = (cos β, sin β), n = ẑ × t. The body does not turn and its reference
-// point Q has the acceleration s̈ t; centre of mass at Q + c, a constant force P at Q + p, a drive D t at Q:
+// Slider: translational joint along t = (cos β, sin β), n = ẑ × t. The body does not turn and its
+// reference point Q has the acceleration s̈ t; centre of mass at Q + c, a constant force P at
+// Q + p, a drive D t at Q:
 //
 //     along the axis     D = m (s̈ − g·t) − P·t               sliding freely, D = 0:  s̈ = g·t + P·t/m
 //     across             N = −n·(m g + P)
 //     moments about Q    M_Q = c × m (s̈ t − g) − p × P
 //
-// Sign convention: world axes; angles, rates and moments counter-clockwise; every force, moment and torque is
-// that on the body named (rotor, welded body, slider), by the joint or the drive. Moments are about the
-// joint's point on that body (O or Q); moment_about of planar.hpp moves them. e_r, Q and d are given in the
-// carrier's frame, which is the world's at θ = 0; c and p in the world's. g is the acceleration of gravity,
-// (0, −9.81) where it points down. No friction. Units: m, kg, s, rad, N.
+// Sign convention: world axes; angles, rates and moments counter-clockwise; every force, moment and
+// torque is that on the body named (rotor, welded body, slider), by the joint or the drive. Moments
+// are about the joint's point on that body (O or Q); moment_about of planar.hpp moves them. e_r, Q
+// and d are given in the carrier's frame, which is the world's at θ = 0; c and p in the world's. g
+// is the acceleration of gravity, (0, −9.81) where it points down. No friction. Units: m, kg, s,
+// rad, N.
 // Source: the momentum theorems of a rigid body; any text of dynamics.
 #pragma once
 
@@ -91,10 +96,10 @@ struct GuidedBody {
 template <class Real>
 struct GuideLoad {
   JointLoad<Real> joint;  ///< N n and M_Q, on the slider, about its joint's point
-  Real drive = 0;         ///< D, N, force along t at the joint's point that s̈ asks for
+  Real drive = 0;         ///< D, N, force along t at the joint's point required for s̈
 };
 
-/// s̈ (m/s²) of the slider left to itself.
+/// s̈ (m/s²) of the freely sliding slider.
 template <class Real>
 Real guided_acceleration(const GuidedBody<Real>& body, const Planar<Real>& gravity) {
   const Planar<Real> t = direction(body.axis_angle);

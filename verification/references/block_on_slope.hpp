@@ -22,7 +22,7 @@ struct BlockOnSlope {
 
   double pull() const { return gravity * std::sin(inclination); }
   double grip() const { return friction * gravity * std::cos(inclination); }
-  /// Does a block at rest stay?
+  /// Whether a block at rest sticks.
   bool sticks() const { return pull() <= grip(); }
   /// s̈ (m/s²) while moving up (direction > 0) or down (direction < 0).
   double acceleration(int direction) const { return -pull() - (direction > 0 ? grip() : -grip()); }
@@ -31,11 +31,12 @@ struct BlockOnSlope {
 struct BlockState {
   double position;      ///< m, from the start, positive up the slope
   double velocity;      ///< m/s
-  double acceleration;  ///< m/s², of the phase that begins or goes on at this time
+  double acceleration;  ///< m/s², of the phase that begins or continues at this time
   double friction;      ///< m/s², friction force over mass
 };
 
-/// First instant of rest (s); none if the block never comes to rest. A block that starts at rest stops at 0.
+/// First instant of rest (s); none if the block never comes to rest. A block that starts at rest
+/// stops at 0.
 inline std::optional<double> block_stopping_time(const BlockOnSlope& b) {
   if (b.velocity == 0) return 0.0;
   const double a = b.acceleration(b.velocity > 0 ? 1 : -1);

@@ -45,7 +45,7 @@ inline BallImpact ball_impact(const BouncingBall& ball, int k) {
   return {t1 * (1 + 2 * ball.geometric(k - 1)), approach, ball.restitution * approach};
 }
 
-/// Time (s) from which the ball lies still; infinite for e = 1.
+/// Time (s) from which the ball is at rest; infinite for e = 1.
 inline double ball_accumulation_time(const BouncingBall& ball) {
   if (ball.restitution == 1) return std::numeric_limits<double>::infinity();
   return ball.first_time() * (1 + ball.restitution) / (1 - ball.restitution);

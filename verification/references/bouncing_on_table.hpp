@@ -1,9 +1,11 @@
-// A ball that bounces on a table moving as s(t) = A sin ωt, restitution e < 1 at every impact, the table undisturbed. With
-// Γ = A ω²/g, T = 2π/ω, and v the ball's velocity right after an impact at t:
+// A ball that bounces on a table moving as s(t) = A sin ωt, restitution e < 1 at every impact, the
+// table undisturbed. With Γ = A ω²/g, T = 2π/ω, and v the ball's velocity right after an impact at
+// t:
 //
 //     s(t) + v τ − g τ²/2 = s(t'),  t' = t + τ,      v' = (1 + e) ṡ(t') − e (v − g τ)
 //
-// One impact in every n periods needs τ = nT and the same height, so v* = g nT/2 and v* = (1 + e)V + e v* with V = ṡ:
+// One impact in every n periods needs τ = nT and the same height, so v* = g nT/2 and
+// v* = (1 + e)V + e v* with V = ṡ:
 //
 //     V = v* (1 − e)/(1 + e)   ⇔   cos φ = n π (1 − e)/((1 + e) Γ),       φ = ω t,   0 < φ < π/2 (else it is unstable);
 //     it exists from Γ = n π (1 − e)/(1 + e) on; the approach is w = V + v* = 2 v*/(1 + e) = g nT/(1 + e).
@@ -17,10 +19,12 @@
 //
 //     Γ² = (n π (1 − e)/(1 + e))² + (2(1 + e²)/(1 + e)²)²
 //
-// No step of this takes the table's travel for small: it is exact. A ball that rests stays on the table while Γ < 1, where the
+// No step assumes that the table's travel is small: the result is exact. A ball that rests stays on
+// the table while Γ < 1, where the
 // table never falls faster than g.
 // Sign convention: heights and velocities upwards; w > 0 approaches. Units: m, s.
-// Sources: derived here; the same in Holmes, J. Sound Vib. 84 (1982) 173 (with the travel neglected); Tufillaro, Abbott and
+// Sources: derived here; the same in Holmes, J. Sound Vib. 84 (1982) 173 (with the travel
+// neglected); Tufillaro, Abbott and
 // Reilly, An Experimental Approach to Nonlinear Dynamics and Chaos (1992), ch. 1.
 #pragma once
 
@@ -35,14 +39,14 @@ struct ShakenBall {
 
   double period() const { return 2 * std::numbers::pi / omega; }
   double least() const { return turns * std::numbers::pi * (1 - restitution) / (1 + restitution); }
-  /// Γ from which the orbit is.
+  /// Γ above which the orbit exists.
   double birth() const { return least(); }
-  /// Γ at which it doubles its period.
+  /// Γ at which its period doubles.
   double doubling() const {
     const double e = restitution;
     return std::hypot(least(), 2 * (1 + e * e) / ((1 + e) * (1 + e)));
   }
-  /// rad, of the stable orbit at Γ.
+  /// rad, phase of the stable orbit at Γ.
   double phase(double strength) const { return std::acos(least() / strength); }
   /// m/s, at every impact.
   double approach() const { return gravity * turns * period() / (1 + restitution); }

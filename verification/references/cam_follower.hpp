@@ -1,17 +1,19 @@
-// A cam that turns at ω under a follower that is guided straight towards the cam's axis, m its mass (kg), pressed down by a
-// spring (k, and F₀ at no lift) and weight. With the angle φ = ωt since no lift, in steady contact,
+// A cam that turns at ω under a follower that is guided straight towards the cam's axis, m its mass
+// (kg), pressed down by a spring (k, and F₀ at no lift) and weight. With the angle φ = ωt since no
+// lift, in steady contact,
 //
-//     y = h(φ),    P = m ω² h'' + k h + F₀ + m g           what presses along the guide
+//     y = h(φ),    P = m ω² h'' + k h + F₀ + m g           contact force along the guide
 //
 // Eccentric disc, h = e (1 − cos φ), under a flat face: N = P, and
 //
 //     P = (m ω² − k) e cos φ + k e + F₀ + m g
 //
-// comes to zero first at φ = π when m e ω² = 2 k e + F₀ + m g (the jump speed), beyond that where cos φ = −(k e + F₀ +
-// m g)/((m ω² − k) e). The cam's torque against its turning is M = N h' and, with friction that the face's sliding over the
-// cam's outline takes, μ N (R + h) more.
-// Roller on the pitch curve r = r₀ + h: pressure angle tan α = h'/r, N = P/cos α without friction, M = P h'.
-// Source: Norton, Cam Design and Manufacturing Handbook, on follower dynamics; here from Newton's law.
+// reaches zero first at φ = π when m e ω² = 2 k e + F₀ + m g (the jump speed), beyond that where
+// cos φ = −(k e + F₀ + m g)/((m ω² − k) e). The cam's torque against its turning is M = N h' and,
+// with friction of the face sliding on the cam's profile, μ N (R + h) in addition. Roller on the
+// pitch curve r = r₀ + h: pressure angle tan α = h'/r, N = P/cos α without friction, M = P h'.
+// Source: Norton, Cam Design and Manufacturing Handbook, on follower dynamics; here from Newton's
+// law.
 #pragma once
 
 #include <cmath>
@@ -34,13 +36,14 @@ struct EccentricCam {
   double jump_speed() const {
     return std::sqrt((2 * stiffness * eccentricity + preload) / (mass * eccentricity));
   }
-  /// φ of the first loss, above the jump speed.
+  /// φ of the first loss of contact, above the jump speed.
   double lost_at(double speed) const {
     return std::acos(-(stiffness * eccentricity + preload) /
                      ((mass * speed * speed - stiffness) * eccentricity));
   }
-  /// Time after the loss (s) and rate (m/s) with which it comes down again: y = y_e + (y₀ − y_e) cos νt + ẏ₀/ν sin νt,
-  /// ν² = k/m, y_e = −preload/k, against h; the first root by steps of 1e-6 of a turn and bisection.
+  /// Time after the loss of contact (s) and rate (m/s) of the landing: y = y_e + (y₀ − y_e) cos
+  /// νt + ẏ₀/ν sin νt, ν² = k/m, y_e = −preload/k, against h; the first root by steps of 1e-6 of a
+  /// revolution and bisection.
   struct Landing {
     double after, rate;
   };
@@ -51,7 +54,7 @@ struct EccentricCam {
       return rest + y0 * std::cos(nu * t) + v0 / nu * std::sin(nu * t) - lift(phi + speed * t);
     };
     const double h = 1e-6 * 2 * M_PI / speed;
-    double low = 1000 * h;  // a gap that opens with its third derivative is within rounding of 0 before
+    double low = 1000 * h;  // before that, a gap that opens with its third derivative is zero within rounding
     while (gap(low + h) > 0) low += h;
     double high = low + h;
     for (int i = 0; i < 60; ++i) (gap(0.5 * (low + high)) > 0 ? low : high) = 0.5 * (low + high);

@@ -6,7 +6,8 @@
 //     table       straight lines, or the cubic spline with flat, free (y″ = 0) or periodic ends, from its moments M_i = y″(x_i):
 //                 h_{i−1} M_{i−1} + 2 (h_{i−1} + h_i) M_i + h_i M_{i+1} = 6 (d_i − d_{i−1}),  d_i = (y_{i+1} − y_i)/h_i
 //
-// Tables are constant beyond their ends, or repeat; a table that ends by `gain` above its beginning goes on from there.
+// Tables are constant beyond their ends, or repeat; a table whose end is `gain` above its beginning
+// continues from there.
 // Source: de Boor, A Practical Guide to Splines, ch. IV, for the moments. Units: those of x and y.
 #pragma once
 
@@ -119,7 +120,7 @@ struct CurveShape {
             (m0 * c + m1 * b) / h};
   }
 
-  /// Where pieces meet between a and b, increasing; the ends are left out.
+  /// Points between a and b at which pieces meet, increasing, without the ends.
   std::vector<double> kinks(double a, double b) const {
     std::vector<double> own;
     double length = 0;
@@ -144,7 +145,8 @@ struct CurveShape {
     return list;
   }
 
-  /// ∫ y from a to b: Gauss–Legendre with five points on parts between kinks, each at most `part` long.
+  /// ∫ y from a to b: Gauss–Legendre with five points on parts between kinks, each at most `part`
+  /// long.
   double integral(double a, double b, double part) const {
     static constexpr double at[] = {0, 0.538469310105683091, 0.906179845938663993};
     static constexpr double weight[] = {128.0 / 225, 0.478628670499366468, 0.236926885056189088};

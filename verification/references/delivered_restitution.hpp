@@ -2,8 +2,8 @@
 //
 //     χ (1 + ê) = ln[(1 + χ)/(1 − χ ê)],       0 < ê < min(1, 1/χ).
 //
-// Divide m δ̇ dδ̇ = −F dδ by the bracket and integrate δ̇ from v₀ to −ê v₀: the loop ∮ K δⁿ dδ vanishes. Up to
-// the greatest depth the same integral gives
+// Divide m δ̇ dδ̇ = −F dδ by the bracket and integrate δ̇ from v₀ to −ê v₀: the loop ∮ K δⁿ dδ
+// vanishes. Up to the greatest depth the same integral gives
 //
 //     K δ_maxⁿ⁺¹/(n + 1) = m v₀² (χ − ln(1 + χ))/χ².
 //
@@ -11,11 +11,13 @@
 //
 //     h(x) = (x − ln(1 + x))/x² = ½ − x/3 + x²/4 − …      it reads      h(χ) = ê² h(−χ ê),
 //
-// whose terms are of order one and whose difference falls monotonically in ê and in χ: bisection is safe.
-// Sign convention: δ > 0 penetration, v₀ > 0 approach speed, ê ≥ 0 the ratio of separation to approach speed.
-// Units: m, kg, s, K in N/mⁿ; χ and ê have none.
-// Source: the separation of variables of Hunt and Crossley, J. Appl. Mech. 42 (1975) 440, and Gonthier,
-// McPhee, Lange, Piedbœuf, Multibody Syst. Dyn. 11 (2004) 209.
+// whose terms are of order one and whose difference falls monotonically in ê and in χ: bisection is
+// safe.
+// Sign convention: δ > 0 penetration, v₀ > 0 approach speed, ê ≥ 0 the ratio of separation to
+// approach speed.
+// Units: m, kg, s, K in N/mⁿ; χ and ê are dimensionless.
+// Source: the separation of variables of Hunt and Crossley, J. Appl. Mech. 42 (1975) 440, and
+// Gonthier, McPhee, Lange, Piedbœuf, Multibody Syst. Dyn. 11 (2004) 209.
 #pragma once
 
 #include <array>
@@ -33,7 +35,8 @@ inline long double separation_kernel(long double x) {
   return sum;
 }
 
-/// The x in (low, high) where the falling function f changes sign, by bisection down to neighbouring numbers.
+/// The x in (low, high) where the falling function f changes sign, by bisection down to
+/// neighbouring numbers.
 template <class Function>
 long double bisect_falling(Function f, long double low, long double high) {
   for (;;) {
@@ -53,7 +56,8 @@ inline long double delivered_restitution(long double chi) {
   return bisect_falling(f, 0, chi > 1 ? 1 / chi : 1);
 }
 
-/// The χ that delivers ê, 0 < ê ≤ 1: the exact law. Its absolute error is a few roundings of long double.
+/// The χ that delivers ê, 0 < ê ≤ 1: the exact law. Its absolute error is a few roundings of long
+/// double.
 inline long double exact_chi(long double e) {
   if (!(e > 0 && e <= 1)) throw std::invalid_argument("exact_chi: need 0 < ê ≤ 1");
   if (e == 1) return 0;
@@ -70,7 +74,7 @@ inline long double damped_impact_depth(long double stiffness, long double mass, 
   return std::pow((n + 1) * area / stiffness, 1 / (n + 1));
 }
 
-/// One published law: its χ(e) and the ê that it delivers for the restitutions asked for of
+/// One published law: its χ(e) and the ê that it delivers for the required restitutions of
 /// delivered_table_e.
 struct DampingLaw {
   const char* name;
@@ -80,10 +84,11 @@ struct DampingLaw {
 };
 inline constexpr std::array<double, 6> delivered_table_e{0.1, 0.3, 0.46, 0.5, 0.7, 0.9};
 
-/// Rows computed by an independent program, rounded to the digits shown; Zhiying and Qishao's first stood
-/// there as .218, the last digit of 0.21747 rounded wrongly. Sources of χ(e): Hunt and Crossley
-/// 1975; Herbert and McWhannell 1977; Lee and Wang 1983; Lankarani and Nikravesh 1990; Gonthier et al. 2004
-/// (closed form); Zhiying and Qishao 2006; Flores et al. 2011; Hu and Guo 2015; Carvalho and Martins 2019; Gharib and Hurmuzlu 2012.
+/// Rows computed by an independent program, rounded to the digits shown; the first value of Zhiying
+/// and Qishao was printed there as .218, a wrong rounding of 0.21747. Sources of χ(e): Hunt and
+/// Crossley 1975; Herbert and McWhannell 1977; Lee and Wang 1983; Lankarani and Nikravesh 1990;
+/// Gonthier et al. 2004 (closed form); Zhiying and Qishao 2006; Flores et al. 2011; Hu and Guo
+/// 2015; Carvalho and Martins 2019; Gharib and Hurmuzlu 2012.
 inline const std::array<DampingLaw, 10> delivered_table{{
     {"hunt-crossley",
      [](double e) { return 3 * (1 - e) / 2; },

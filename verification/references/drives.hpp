@@ -1,4 +1,5 @@
-// Closed forms of what drives do to a rotor of inertia J or a slider of mass m. Nothing here steps.
+// Closed forms of the effect of drives on a rotor of inertia J or a slider of mass m. Nothing is
+// integrated numerically here.
 #pragma once
 
 #include <cmath>
@@ -7,7 +8,8 @@
 
 namespace freeplay::reference {
 
-/// DC motor on a free rotor from rest, L di/dt = U − R i − k ω, J dω/dt = k i: with p the roots of L J p² + R J p + k² = 0
+/// DC motor on a free rotor from rest, L di/dt = U − R i − k ω, J dω/dt = k i: with p the roots of
+/// L J p² + R J p + k² = 0
 ///     ω = (U/k) (1 + (p₂ e^{p₁t} − p₁ e^{p₂t})/(p₁ − p₂)),     without L: ω = (U/k)(1 − e^{−t/τ}), τ = R J/k².
 struct DcSpinUp {
   double U, R, k, L, J;
@@ -27,15 +29,16 @@ inline double kloss_slip(double breakdown_torque, double breakdown_slip, double 
   return breakdown_slip * (ratio - std::sqrt(ratio * ratio - 1));
 }
 
-/// PI governor on a free rotor from rest: e = Ω − ω, J ë + k_p ė + k_i e = 0, e(0) = Ω, ė(0) = −k_p Ω/J, under-damped:
+/// PI governor on a free rotor from rest: e = Ω − ω, J ë + k_p ė + k_i e = 0, e(0) = Ω, ė(0) = −k_p
+/// Ω/J, under-damped:
 ///     e = Ω e^{−δt} (cos wt − (δ/w) sin wt),     δ = k_p/(2J),  w² = k_i/J − δ².
 inline double governed_speed(double target, double kp, double ki, double J, double t) {
   const double d = kp / (2 * J), w = std::sqrt(ki / J - d * d);
   return target * (1 - std::exp(-d * t) * (std::cos(w * t) - d / w * std::sin(w * t)));
 }
 
-/// A rise by 1 within 0 ≤ s ≤ 1: its integral, itself and its derivatives. 3-4-5: p = 10 s³ − 15 s⁴ + 6 s⁵; cycloidal:
-/// p = s − sin(2πs)/(2π).
+/// A rise by 1 within 0 ≤ s ≤ 1: its integral, itself and its derivatives. 3-4-5: p = 10 s³ − 15
+/// s⁴ + 6 s⁵; cycloidal: p = s − sin(2πs)/(2π).
 struct Rise {
   double integral, value, slope, bend;
 };

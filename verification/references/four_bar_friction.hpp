@@ -1,13 +1,14 @@
-// A four-bar with friction in all its pivots, driven at constant speed: the torque of the drive and the reactions by Newton
-// and Euler, body by body, with the motion known from the geometry.
+// A four-bar with friction in all its pivots, driven at constant speed: the torque of the drive and
+// the reactions by Newton and Euler, body by body, with the motion known from the geometry.
 //
 //     crank    A0 − A + m g = m a₂       (A0 − c₂)×A0 − (A − c₂)×A + τ_A0 − τ_A + T = 0
 //     coupler  A − B + m g = m a₃        (A − c₃)×A − (B − c₃)×B + τ_A − τ_B = J₃ α₃
 //     rocker   B + B0 + m g = m a₄       (B − c₄)×B + (B0 − c₄)×B0 + τ_B + τ_B0 = J₄ α₄
 //
-// Forces act on the second body of each pivot (ground–crank, crank–coupler, coupler–rocker, ground–rocker), centres of mass
-// lie at the links' middles, and every couple is τ = −μ r |F| sgn(ω_second − ω_first) (Coulomb, friction circles of radius
-// μ r; e.g. Hain, Applied Kinematics, 1967). The nine equations are linear at given couples, which are iterated.
+// Forces act on the second body of each pivot (ground–crank, crank–coupler, coupler–rocker,
+// ground–rocker), centres of mass lie at the links' middles, and every couple is τ = −μ r |F|
+// sgn(ω_second − ω_first) (Coulomb, friction circles of radius μ r; e.g. Hain, Applied Kinematics,
+// 1967). The nine equations are linear at given couples, which are iterated.
 #pragma once
 
 #include <array>

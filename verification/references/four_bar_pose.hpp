@@ -1,13 +1,16 @@
-// Poses of a four-bar linkage by hand. Links d (ground, from A to D), a (crank AB), b (coupler BC), c (rocker CD), the crank
+// Poses of a four-bar linkage in closed form. Links d (ground, from A to D), a (crank AB), b
+// (coupler BC), c (rocker CD), the crank
 // at θ₂ from AD; angles of coupler and rocker from AD too:
 //
 //     A = cos θ₂ − K₁ − K₂ cos θ₂ + K₃,  B = −2 sin θ₂,  C = K₁ − (K₂ + 1) cos θ₂ + K₃
 //     θ₄ = 2 atan[(−B ∓ √(B² − 4AC))/2A]                      − open, + crossed
 //     K₁ = d/a,  K₂ = d/c,  K₃ = (a² − b² + c² + d²)/(2ac)
 //
-// (Freudenstein 1955; Norton, Design of Machinery, section 4.5, whose words open and crossed hold for 0 < θ₂ < π), and the
-// coupler along C − B. Whether a link turns fully against its neighbour follows from triangles alone: AB does when BD,
-// between |a − d| and a + d, never leaves what b and c can span, [|b − c|, b + c].
+// (Freudenstein 1955; Norton, Design of Machinery, section 4.5, whose terms open and crossed apply
+// for 0 < θ₂ < π), and the
+// coupler along C − B. Whether a link turns fully relative to its neighbour follows from triangle
+// inequalities alone: AB does if BD, which is between |a − d| and a + d, stays within the range
+// that b and c can span, [|b − c|, b + c].
 #pragma once
 
 #include <array>
@@ -30,8 +33,8 @@ inline FourBarPose four_bar_pose(double d, double a, double b, double c, double 
   return {std::atan2(y, x), rocker};
 }
 
-/// Which of the links turns fully against the ground (0: crank, 1: rocker), and the coupler against its neighbours (2: the
-/// crank, 3: the rocker), each by triangles alone.
+/// Whether a link turns fully relative to the ground (0: crank, 1: rocker), and the coupler
+/// relative to its neighbours (2: the crank, 3: the rocker), each by triangle inequalities alone.
 inline std::array<bool, 4> turns_fully(double d, double a, double b, double c) {
   // Neighbours p, q span a diagonal from |p − q| to p + q; the others r, s must span all of it.
   const auto full = [](double p, double q, double r, double s) {

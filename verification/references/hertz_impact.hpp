@@ -7,10 +7,10 @@
 //     C_n = 2/(n+1) B(1/(n+1), ½) = 2 √π Γ(1 + 1/(n+1)) / Γ(½ + 1/(n+1))
 //
 // C_1 = π (a linear spring) and C_{3/2} = 2 √π Γ(1.4)/Γ(0.9) = 2.943275…
-// Sign convention: δ > 0 is penetration, v > 0 the approach speed. Units: m, kg, s, K in N/mⁿ. For two bodies
-// m is the effective mass, the inverse of the contact's Delassus element.
-// Source: Goldsmith, Impact (1960); Johnson, Contact Mechanics (1985), §11.4, prints 2.94; 2.9432 is it cut
-// off.
+// Sign convention: δ > 0 is penetration, v > 0 the approach speed. Units: m, kg, s, K in N/mⁿ. For
+// two bodies m is the effective mass, the inverse of the contact's Delassus element.
+// Source: Goldsmith, Impact (1960); Johnson, Contact Mechanics (1985), §11.4, prints 2.94; 2.9432
+// is the truncated value.
 #pragma once
 
 #include <cmath>
@@ -20,7 +20,7 @@ namespace freeplay::reference {
 
 struct ElasticImpact {
   double depth;     ///< m, δ_max
-  double duration;  ///< s, from touch to separation
+  double duration;  ///< s, from first contact to separation
   double force;     ///< N, greatest, K δ_maxⁿ
   double impulse;   ///< N s, 2 m v
 };
@@ -45,7 +45,7 @@ inline ElasticImpact elastic_impact(double stiffness, double mass, double speed,
   return impact;
 }
 
-/// Magnitude of the speed (m/s) at the depth δ (m), 0 ≤ δ ≤ δ_max, on the way in and on the way out.
+/// Magnitude of the speed (m/s) at the depth δ (m), 0 ≤ δ ≤ δ_max, in compression and in expansion.
 inline double elastic_impact_speed(double depth, double greatest_depth, double speed, double n = 1.5) {
   return speed * std::sqrt(1 - std::pow(depth / greatest_depth, n + 1));
 }

@@ -1,9 +1,9 @@
-// First impacts of the mechanisms in verification/scenes by an event-driven program of its own, which shares
-// no code, language or integrator with Freeplay (absolute coordinates, Dormand–Prince 8(5,3) at relative
-// tolerance 1e-12, events by root finding, one impact at a time by cases; written for this purpose in Python
-// with SciPy). Halving its tolerances changes no printed digit by more than 3e-10 relative (big_end, penalty:
-// 5e-9). The gudgeon scenes were recomputed in two minimal coordinates and agree to 8e-10; the ring agrees
-// with its closed form to 3e-15.
+// First impacts of the mechanisms in verification/scenes by an independent event-driven program,
+// which shares no code, language or integrator with Freeplay (absolute coordinates, Dormand–Prince
+// 8(5,3) at relative tolerance 1e-12, events by root finding, one impact at a time by cases;
+// written for this purpose in Python with SciPy). Halving its tolerances changes no printed digit
+// by more than 3e-10 relative (big_end, penalty: 5e-9). The gudgeon scenes were recomputed in two
+// minimal coordinates and agree to 8e-10; the ring agrees with its closed form to 3e-15.
 #pragma once
 
 namespace freeplay::reference {
@@ -99,8 +99,8 @@ inline constexpr ImpactTable impact_tables[] = {
 
 /// Kane and Levinson's double pendulum (Dynamics: Theory and Applications, 1985) at its impact,
 /// verification/scenes/kane_levinson.toml: kinetic energy after over before by three laws. Newton
-/// by enumeration of all cases, Poisson by poisson_impacts.py, the energetic law by exact integration along the normal impulse and
-/// again by small steps; an independent program.
+/// by enumeration of all cases, Poisson by poisson_impacts.py, the energetic law by exact
+/// integration along the normal impulse and again by small steps; an independent program.
 struct KaneLevinsonRow {
   double e;
   double newton, poisson, energetic;

@@ -1,14 +1,15 @@
-// Impulses that a force record has to add up to.
+// Impulses that recorded forces must add up to.
 //
-// A ball of the mass m dropped from rest at the height h on a wall, restitution e: it arrives with √(2 g h)
-// and leaves with e √(2 g h), so the wall's impulse is
+// A ball of the mass m dropped from rest at the height h on a wall, restitution e: its speed is √(2
+// g h) before and e √(2 g h) after the impact, so the wall's impulse is
 //
 //     P = m (1 + e) √(2 g h)
 //
-// for an impact without duration. A contact of the duration T carries the weight as well, P + m g T, with h
-// measured to the first touch and e the ratio of the speeds at its ends.
+// for an impact without duration. The impulse of a contact of the duration T includes that of the
+// weight, P + m g T, with h measured to first contact and e the ratio of the speeds at its ends.
 //
-// Butterworth low-pass of order n with unit gain at zero frequency, −3 dB at f, on the impulse P δ(t):
+// Butterworth low-pass of order n with unit gain at zero frequency, −3 dB at f, on the impulse P
+// δ(t):
 //
 //     H(s) = ω_cⁿ / Π (s − s_k),     s_k = ω_c e^{iπ(2k + n − 1)/(2n)},  k = 1 … n,     ω_c = 2π f
 //     ∫₀^∞ y dt = Y(0) = P H(0) = P                the Laplace transform at s = 0, for any n and f
@@ -20,8 +21,8 @@
 //     y(t) = √2 ω_c P e^{−a} sin a,     ∫₀ᵗ y = P [1 − e^{−a} (cos a + sin a)]
 //     greatest ω_c P e^{−π/4} at a = π/4, first zero at a = π
 //
-// Sign convention: heights and speeds are magnitudes, P ≥ 0 pushes the ball off the wall; t from the impulse,
-// y = 0 before it. Units: m, kg, s, N s, Hz; y in N if P is in N s.
+// Sign convention: heights and speeds are magnitudes, P ≥ 0 pushes the ball off the wall; t from
+// the impulse, y = 0 before it. Units: m, kg, s, N s, Hz; y in N if P is in N s.
 // Source: elementary; Oppenheim and Willsky, Signals and Systems, for the Butterworth filter.
 #pragma once
 
@@ -32,7 +33,8 @@
 
 namespace freeplay::reference {
 
-/// Impulse (N s) of the wall on a ball of `mass` (kg) dropped from `height` (m) under `gravity` (m/s²).
+/// Impulse (N s) of the wall on a ball of `mass` (kg) dropped from `height` (m) under `gravity`
+/// (m/s²).
 template <class Real>
 Real drop_impulse(Real mass, Real height, Real restitution, Real gravity) {
   using std::sqrt;

@@ -1,5 +1,6 @@
-// Journal bearings in closed form. Symbols: μ viscosity, ω the journal's speed in a bearing at rest, R, L, c radius, length
-// and radial clearance, ε = e/c, W the load (N), φ the attitude angle from the load to the line of centres.
+// Journal bearings in closed form. Symbols: μ viscosity, ω the journal's speed in a bearing at
+// rest, R, L, c radius, length and radial clearance, ε = e/c, W the load (N), φ the attitude angle
+// from the load to the line of centres.
 //
 // Steady running, ė = 0:
 //     long, full film (Sommerfeld 1904)    W = 12π μωLR³ ε/(c² (2 + ε²) √(1 − ε²)),                    φ = π/2
@@ -8,15 +9,17 @@
 //     short, half-Sommerfeld (Ocvirk 1952) W_r = μωRL³ ε²/(c² (1 − ε²)²),  W_t = half the full film's
 // so that tan φ = W_t/W_r is π√(1 − ε²)/(2ε) of the long and π√(1 − ε²)/(4ε) of the short one.
 //
-// Squeezing by a constant load, ω = 0, full film: with K f′(ε) ε̇ the film's resistance, the momentum is
+// Squeezing by a constant load, ω = 0, full film: with K f′(ε) ε̇ the film's resistance, the
+// momentum is
 //     m v + K f(ε) = W t + const,   short  K = π μRL³/c², f = ε/(1 − ε²)^(3/2),   long  K = 12π μLR³/c², f = ε/√(1 − ε²).
 //
-// An unloaded journal of mass m near the centre of a full film, z = e_x + i e_y, C its resistance there:
+// An unloaded journal of mass m near the centre of a full film, z = e_x + i e_y, C its resistance
+// there:
 //     m z̈ + C (ż − ½iω z) = 0,   z = z₀ e^(st),   s = [−C + √(C² + 2imCω)]/(2m):   half the speed, and slowly outwards.
 //
 // Petroff (1883): a concentric journal is braked by 2π μωR³L/c.
-// Sources as in Cameron, The Principles of Lubrication (1966), and Pinkus and Sternlicht, Theory of Hydrodynamic
-// Lubrication (1961).
+// Sources as in Cameron, The Principles of Lubrication (1966), and Pinkus and Sternlicht, Theory of
+// Hydrodynamic Lubrication (1961).
 #pragma once
 
 #include <cmath>
@@ -31,7 +34,7 @@ struct JournalBearing {
   struct Load {
     double radial, tangential;
   };
-  /// What the film carries at an eccentricity and speed (rad/s).
+  /// Load capacity of the film at an eccentricity and speed (rad/s).
   Load load(double e, double omega) const {
     const double pi = 3.14159265358979323846, s2 = 1 - e * e, share = cavitated ? 0.5 : 1;
     const double c2 = clearance * clearance;
@@ -43,7 +46,7 @@ struct JournalBearing {
     return {cavitated ? unit * e * e / ((2 + e * e) * s2) : 0,
             share * unit * pi * e / ((2 + e * e) * std::sqrt(s2))};
   }
-  /// ε that carries W, by bisection: the load rises with ε.
+  /// ε that carries W, by bisection: the load increases with ε.
   double eccentricity(double W, double omega) const {
     double low = 0, high = 1 - 1e-12;
     for (int i = 0; i < 200; ++i) {
@@ -64,9 +67,9 @@ struct JournalBearing {
                     : 12 * pi * viscosity * length * std::pow(radius, 3) / c2;
   }
   double f(double e) const { return is_short ? e / std::pow(1 - e * e, 1.5) : e / std::sqrt(1 - e * e); }
-  /// N s/m, of the full film at the centre.
+  /// N s/m, resistance of the full film at the centre.
   double centre() const { return K() / clearance; }
-  /// N m s
+  /// N m s, Petroff's friction torque over ω.
   double petroff() const {
     return 2 * 3.14159265358979323846 * viscosity * std::pow(radius, 3) * length / clearance;
   }

@@ -1,7 +1,7 @@
-// First impacts of a slider loose in its guide (Flores, Leine, Glocker 2010, with variants) by an
-// event-driven program of its own, in minimal coordinates, which shares no code, language or integrator with
-// Freeplay; runs at two tolerances agree to the digits printed. Corners as Freeplay names them; impulse and
-// rates as in events.csv.
+// First impacts of a slider with clearance in its guide (Flores, Leine, Glocker 2010, with
+// variants) by an independent event-driven program in minimal coordinates, which shares no code,
+// language or integrator with Freeplay. Runs at two tolerances agree to the printed digits. Corners
+// are named as in Freeplay; impulses and rates are as in events.csv.
 #pragma once
 
 #include <vector>
@@ -103,7 +103,8 @@ inline const std::vector<GuideTable> guide_tables = {
        0.006912385765, 0.006912385765}}},
 };
 
-/// verification/scenes/free_slider.toml: μ = 0.8, e_T = 0.3; most of these impacts stick, v_T⁺ = −e_T v_T⁻.
+/// verification/scenes/free_slider.toml: μ = 0.8, e_T = 0.3; most of these impacts stick,
+/// v_T⁺ = −e_T v_T⁻.
 inline const std::vector<CornerImpact> free_slider_impacts = {
     {0.001026061254834, "front_upper", -0.9697766109, 0.5818659666, 0.4663281943, 0.409230467, 0.04910239045,
      -0.03928191236},
@@ -123,8 +124,9 @@ inline const std::vector<CornerImpact> free_slider_impacts = {
      0.002626696173, 0.002101356938}};
 
 /// One impact by three laws. Newton by enumeration of all cases, the energetic law by exact
-/// integration along the normal impulse and again by small steps; the same independent program. Poisson by
-/// poisson_impacts.py, where friction turns round; elsewhere as by enumeration of all cases in each phase. Only cases
+/// integration along the normal impulse and again by small steps; the same independent program.
+/// Poisson by poisson_impacts.py, where friction changes its sign; elsewhere by enumeration of all
+/// cases in each phase. Only cases
 /// with one solution.
 struct SingleImpact {
   double mu, e, v_t_minus, v_n_minus, D_nn, D_nt, D_tt;

@@ -1,13 +1,14 @@
-// Free flight of the slider-crank whose slider is loose in its guide (Flores, Leine, Glocker 2010), in two
-// coordinates by hand. The crank (angle a) is free; the slider turns about a pin at its own centre, so all
-// that the bars feel of it is its mass at the rod's end. A double pendulum, u(a) = (cos a, sin a):
+// Free flight of the slider-crank with clearance in the slider's guide (Flores, Leine, Glocker
+// 2010), in two coordinates derived by hand. The crank (angle a) is free; the slider turns about a
+// pin at its own centre, so it acts on the bars only as a mass at the rod's end. A double pendulum,
+// u(a) = (cos a, sin a):
 //
 //     centres     l₁ u(a)/2,     l₁ u(a) + l₂ u(b)/2,     l₁ u(a) + l₂ u(b)
 //     k = (m₂/2 + m₃) l₁ l₂,     M₁ = J₁ + (m₁/4 + m₂ + m₃) l₁²,     M₂ = J₂ + (m₂/4 + m₃) l₂²
 //     M₁ ä + k cos(a − b) b̈ = −k sin(a − b) ḃ² − g (m₁/2 + m₂ + m₃) l₁ cos a
 //     k cos(a − b) ä + M₂ b̈ =  k sin(a − b) ȧ² − g (m₂/2 + m₃) l₂ cos b
 //
-// Holds until a corner touches, |l₁ sin a + l₂ sin b| < c for a slider that does not turn.
+// Valid until a corner is in contact, |l₁ sin a + l₂ sin b| < c for a slider that does not turn.
 // Sign convention: angles counter-clockwise from the guide's axis. Units: m, kg, s, rad.
 // Source: Lagrange's equations; data of the paper, Multibody Syst. Dyn. 23 (2010) 165.
 #pragma once
@@ -23,7 +24,7 @@ struct LooseGuide {
   long double l1 = 0.153L, l2 = 0.306L;               ///< m
   long double m1 = 0.038L, m2 = 0.038L, m3 = 0.076L;  ///< kg
   long double J1 = 7.4e-5L, J2 = 5.9e-4L, g = 9.81L;  ///< kg m², m/s²
-  long double clearance = 1e-3L;                      ///< m, half the play
+  long double clearance = 1e-3L;                      ///< m, half the total clearance
 };
 
 using GuideState = std::array<long double, 4>;  ///< a, b, ȧ, ḃ
@@ -53,7 +54,7 @@ inline long double guide_energy(const LooseGuide& m, const GuideState& y) {
          m.g * (m.m1 * h1 + m.m2 * h2 + m.m3 * h3);
 }
 
-/// The state at the time t (s) before any touch, by equal steps of order 8.
+/// The state at the time t (s) before any contact, by equal steps of order 8.
 inline GuideState guide_flight(const LooseGuide& m, long double t, int steps = 200) {
   const CooperVerner<long double> method;
   const long double h = t / steps;
@@ -63,7 +64,7 @@ inline GuideState guide_flight(const LooseGuide& m, long double t, int steps = 2
   return y;
 }
 
-/// Height of the slider's centre over the clearance.
+/// Height of the slider's centre relative to the clearance.
 inline long double guide_height(const LooseGuide& m, const GuideState& y) {
   return (m.l1 * std::sin(y[0]) + m.l2 * std::sin(y[1])) / m.clearance;
 }

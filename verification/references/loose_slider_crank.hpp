@@ -1,5 +1,6 @@
-// The slider-crank with a loose gudgeon pin in two coordinates, by hand. The crank angle φ = φ₀ + ω t is
-// prescribed, the guide holds the slider's y = 0 and its rotation; θ of the rod and x of the slider are free.
+// The slider-crank with clearance in the gudgeon pin, in two coordinates derived by hand. The crank
+// angle φ = φ₀ + ω t is prescribed, the guide constrains the slider's y = 0 and its rotation; θ of
+// the rod and x of the slider are free.
 //
 //     crank pin           A = r (cos φ, sin φ),     Ȧ = r ω (−sin φ, cos φ),     Ä = −ω² A
 //     rod                 u = (cos θ, sin θ),       u′ = (−sin θ, cos θ),        bearing centre B = A + l u
@@ -9,18 +10,20 @@
 //     sliding             R_j ω_j = 0,              v_T = t·ė − R_i θ̇   = w_Tθ θ̇ + w_Tx ẋ − t·Ȧ
 //     rows                w_N = (l n·u′, −n_x),     w_T = (−l t·u′ − R_i, t_x)
 //
-// Rod: moments about the accelerated point A drop the crank's force. With the centre of mass at s u from A
-// and J_A = J + m s², J_A θ̈ + m s (u × Ä) = Q_θ and u × Ä = −r ω² sin(φ − θ). So
+// Rod: moments about the accelerated point A eliminate the crank's force. With the centre of mass
+// at s u from A and J_A = J + m s², J_A θ̈ + m s (u × Ä) = Q_θ and u × Ä = −r ω² sin(φ − θ). So
 //
 //     J_A θ̈ = m s r ω² sin(φ − θ) + Q_θ,      M ẍ = Q_x,      (Q_θ, Q_x) = w_N F_N + w_T F_T
 //
 // (virtual power of the contact). In free flight ẋ is constant and ψ = φ − θ is a pendulum,
 // ψ̈ = −(m s r ω²/J_A) sin ψ. The contact's Delassus matrix is D_ab = w_aθ w_bθ/J_A + w_ax w_bx/M.
 //
-// Sign convention: angles counter-clockwise, φ = 0 at top dead centre; e from bearing (rod) to journal
-// (slider); F_N ≥ 0 pushes the journal along −n, F_T acts on the journal along t. Units: m, kg, s, rad, N.
+// Sign convention: angles counter-clockwise, φ = 0 at top dead centre; e from bearing (rod) to
+// journal (slider); F_N ≥ 0 pushes the journal along −n, F_T acts on the journal along t. Units: m,
+// kg, s, rad, N.
 // No gravity, no friction in the guide.
-// Source: Newton–Euler as above; the rig is that of Flores et al., Nonlinear Dyn. 65 (2011) 383, table 1.
+// Source: Newton–Euler as above; the rig is that of Flores et al., Nonlinear Dyn. 65 (2011) 383,
+// table 1.
 #pragma once
 
 #include <array>
@@ -48,7 +51,7 @@ struct LooseSliderCrank {
   Real rod_inertia_about_pin() const { return rod_inertia + rod_mass * rod_centre * rod_centre; }
 };
 
-/// θ, θ̇, x, ẋ and the impulses of the contact that goes on, ∫ F_N dt and ∫ F_T dt (rad, m, s, N s).
+/// θ, θ̇, x, ẋ and the impulses of the present contact, ∫ F_N dt and ∫ F_T dt (rad, m, s, N s).
 template <class Real>
 using LooseState = std::array<Real, 6>;
 
@@ -69,8 +72,8 @@ LooseState<Real> loose_rates(const LooseSliderCrank<Real>& m, Real t, const Loos
   return {y[1], (drive + q_theta) / m.rod_inertia_about_pin(), y[3], q_x / m.slider_mass, 0, 0};
 }
 
-/// Where the journal stands in the bearing. `room` = (c² − e·e)/(2c) has the sign of the gap, agrees with it
-/// at the wall to first order and, unlike it, is smooth where the journal is centred.
+/// Position of the journal in the bearing. `room` = (c² − e·e)/(2c) has the sign of the gap, agrees
+/// with it at the wall to first order and, unlike it, is smooth where the journal is centred.
 template <class Real>
 struct Eccentricity {
   Real e_x, e_y;        ///< m

@@ -1,17 +1,18 @@
-// One coordinate between walls that move as they are prescribed:
+// One coordinate between walls on prescribed motions:
 //
 //     ẍ = a(t, x, ẋ),      g = side (x − w(t)) ≥ 0
 //
-// by the classical Runge–Kutta method of order 4 in tiny steps; what happens within a step (a wall is met or left, a kink of
-// a is passed) is located by bisection of that step. At a rigid wall g⁺′ = −e g⁻′; a coordinate whose approach is slower than
-// `rest` and that is pressed on stays at the wall until side (a − ẅ) > 0. A compliant wall pushes with
+// by the classical Runge–Kutta method of order 4 in tiny steps; an event within a step (contact
+// with a wall, separation from it, a kink of a) is located by bisection of that step. At a rigid
+// wall g⁺′ = −e g⁻′; a coordinate under load with an approach slower than `rest` stays at the wall
+// until side (a − ẅ) > 0. A compliant wall pushes with
 //
 //     F/m = max(0, K δⁿ (1 + χ δ̇/v₀)),   δ = −g,   v₀ the approach at first contact,   χ (1 + e) = ln[(1 + χ)/(1 − χ e)]
 //
-// What a wall is that is compressed anew before it was left, or that is pressed from a touch slower than `rest`, no first
-// compression says: with χ > 0 nothing is known from there on. Source of χ: first integral of δ̈ = −K δⁿ (1 + χ δ̇/v₀), derived by
-// hand. No solver of the program is included.
-// Units: those of x (m or rad) and s.
+// The first compression gives no v₀ for a wall that is compressed again before separation, or for
+// one that is loaded after a contact slower than `rest`: with χ > 0 the motion is unknown from
+// there on. Source of χ: first integral of δ̈ = −K δⁿ (1 + χ δ̇/v₀), derived by hand. No solver of
+// the program is included. Units: those of x (m or rad) and s.
 #pragma once
 
 #include <algorithm>
@@ -34,7 +35,8 @@ struct MovingWall {
 /// χ of the restitution that it delivers.
 inline double damping_factor(double e) {
   if (e >= 1) return 0;
-  // f(χ) = χ(1 + e) − ln(1 + χ) + ln(1 − χe) has one root in (0, 1/e): positive below it, −∞ at the end.
+  // f(χ) = χ(1 + e) − ln(1 + χ) + ln(1 − χe) has one root in (0, 1/e): positive below it, −∞ at the
+  // end.
   double low = 1e-9, high = 1 / e;
   for (int i = 0; i < 200; ++i) {
     const double x = 0.5 * (low + high);
@@ -46,17 +48,17 @@ inline double damping_factor(double e) {
 struct OneCoordinate {
   std::function<double(double, double, double)> acceleration;  ///< a(t, x, v)
   std::vector<MovingWall> walls = {};
-  std::vector<double> kinks = {};                ///< places where a has a kink
-  std::vector<double> speed_kinks = {};          ///< speeds where it has one
-  std::function<double(double)> next_kink = {};  ///< the first instant behind t where a or a wall has one
+  std::vector<double> kinks = {};                ///< positions where a has a kink
+  std::vector<double> speed_kinks = {};          ///< speeds where a has a kink
+  std::function<double(double)> next_kink = {};  ///< the first instant after t where a or a wall has a kink
   double x = 0, v = 0;                           ///< at t = 0
   double step = 1e-3;                            ///< s
   double step_in_contact = 1e-3;                 ///< s, in a compliant wall
-  double rest = 1e-9;                            ///< speed below which a pressed contact stays closed
+  double rest = 1e-9;                            ///< speed below which a loaded contact stays closed
 
   struct Rows {
-    std::vector<double> x, v;  ///< one each instant that was asked for
-    std::size_t known = 0;     ///< of them, before a budget of steps was used up
+    std::vector<double> x, v;  ///< one for each requested instant
+    std::size_t known = 0;     ///< number of these computed before the budget of steps was used up
     long impacts = 0;
     double first_contact = INFINITY;  ///< s
   };
@@ -98,8 +100,8 @@ struct OneCoordinate {
   struct Contact {
     bool held = false;    ///< at rest at a rigid wall
     bool inside = false;  ///< in a compliant one
-    bool eased = false;   ///< laid down, or let go since
-    bool anew = false;    ///< compressed anew
+    bool eased = false;   ///< at rest, or unloaded since
+    bool anew = false;    ///< compressed again
     double v0 = 0, chi = 0;
     void entered(double speed, const MovingWall& wall) {
       inside = true, eased = false;
@@ -113,7 +115,8 @@ struct OneCoordinate {
     return walls[w].side * (p.v - walls[w].place(p.t).slope);
   }
   bool pressed(std::size_t w, const Place& p) const {
-    // Released by more than rounding, or it would be met and released without time passing.
+    // Released by more than rounding; otherwise contact and release would alternate without
+    // progress of time.
     const double own = acceleration(p.t, p.x, p.v), bend = walls[w].place(p.t).bend;
     return walls[w].side * (own - bend) <= 1e-9 * (std::abs(own) + std::abs(bend));
   }
@@ -132,7 +135,7 @@ struct OneCoordinate {
     }
     return a;
   }
-  /// `low`, `high`: the least and greatest place and speed that its stages went to.
+  /// `low`, `high`: the least and greatest position and speed of its stages.
   Place after(const Place& p, const std::vector<Contact>& in, double h, Place& low, Place& high) const {
     low = high = p;
     for (std::size_t w = 0; w < walls.size(); ++w)
@@ -160,18 +163,19 @@ struct OneCoordinate {
       if (!c.inside || c.chi == 0) continue;
       const double depth = std::max(-gap(w, p), 0.0), rate = -gap_rate(w, p), n = walls[w].exponent;
       c.eased = c.eased || rate < 0;
-      // The speed at which a touch would have come as far.
+      // The approach speed that gives the same penetration.
       c.anew = c.eased && rate > 0 &&
                (rate * rate + 2 * walls[w].stiffness * std::pow(depth, n + 1) / (n + 1) > c.v0 * c.v0 ||
                 c.v0 > rest);
     }
   }
-  /// One step of h, or up to the first thing that happens in it.
+  /// One step of h, or up to the first event in it.
   void advance(Place& p, std::vector<Contact>& in, double h, Rows& rows) const {
-    // Whether something has happened between p and q.
+    // Whether an event has occurred between p and q.
     enum class What { none, release, wall, out, kink };
     std::size_t which = 0;
-    // On a kink it is beyond it by more than rounding, or the step would begin with the force of before.
+    // A state at a kink is beyond it by more than rounding, otherwise the step would begin with the
+    // force before it.
     for (const double k : kinks)
       if (const double near = 1e-13 * (std::abs(k) + h * std::abs(p.v));
           p.v != 0 && std::abs(p.x - k) <= near)
@@ -200,7 +204,7 @@ struct OneCoordinate {
     };
     Place q = go(h);
     if (happens(q) == What::none) {
-      // In and out again within the step, at a speed that is next to none.
+      // Contact and separation within the step, at nearly zero speed.
       for (std::size_t w = 0; w < walls.size(); ++w) {
         if (in[w].held || in[w].inside || !(gap_rate(w, p) < 0 && gap_rate(w, q) > 0)) continue;
         double before = 0, behind = h;
@@ -242,7 +246,7 @@ struct OneCoordinate {
       const auto at_wall = wall.place(p.t);
       p.x = at_wall.y;
       p.v = at_wall.slope + wall.side * wall.restitution * std::max(approach, 0.0);
-      // Flights that are no higher than the rounding of a place are none.
+      // Flights no higher than the rounding of a position do not count.
       const double a = std::abs(acceleration(p.t, p.x, p.v) - at_wall.bend);
       const double slow = std::max(rest, 4 * std::sqrt(2 * a * 8e-16 * std::abs(p.x)));
       if (wall.restitution * approach <= slow && pressed(which, p)) {

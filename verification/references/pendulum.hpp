@@ -4,10 +4,10 @@
 //     sin(θ/2) = k cd(ω₀ t, k),       θ̇ = −2 ω₀ k k′ sd(ω₀ t, k),       k = sin(θ₀/2),  k′ = cos(θ₀/2)
 //     period 4 K(k)/ω₀
 //
-// cd = cn/dn and sd = sn/dn are Jacobi's functions of modulus k, K the complete integral of the first kind.
-// The rate follows from cd′ = −k′² sd/dn and cos(θ/2) = √(1 − k² cd²) = k′/dn.
-// Sign convention: θ from the hanging position, counter-clockwise. Units: m, kg, s, rad; J about the
-// centre of mass, a its distance from the pivot.
+// cd = cn/dn and sd = sn/dn are Jacobi's functions of modulus k, K the complete integral of the
+// first kind. The rate follows from cd′ = −k′² sd/dn and cos(θ/2) = √(1 − k² cd²) = k′/dn.
+// Sign convention: θ from the hanging position, counter-clockwise. Units: m, kg, s, rad; J about
+// the centre of mass, a its distance from the pivot.
 // Source: Whittaker, Analytical Dynamics, on the pendulum; Abramowitz and Stegun, ch. 16 and 17.
 #pragma once
 
@@ -25,7 +25,7 @@ struct Pendulum {
   double gravity;    ///< m/s²
   double amplitude;  ///< rad, angle of release, in (−π, π)
 
-  /// ω₀ (rad/s) of small swings.
+  /// ω₀ (rad/s) of small oscillations.
   double small_rate() const { return std::sqrt(mass * gravity * arm / (inertia + mass * arm * arm)); }
 };
 
@@ -50,7 +50,8 @@ inline PendulumState pendulum_state(const Pendulum& p, double t) {
   const long double u = std::fmod(static_cast<long double>(w) * t, 4 * quarter);
   long double cn = 1, dn = 1;
   const long double sn = boost::math::jacobi_elliptic(k, u, &cn, &dn);
-  // atan2 of sin(θ/2) = k cn/dn and cos(θ/2) = k′/dn keeps its precision near the top, where asin would not.
+  // atan2 of sin(θ/2) = k cn/dn and cos(θ/2) = k′/dn keeps its precision near the top, where asin
+  // would not.
   return {side * static_cast<double>(2 * std::atan2(k * cn, k_prime)),
           -side * static_cast<double>(2 * w * k * k_prime * sn / dn)};
 }

@@ -1,5 +1,5 @@
-// Vectors of the plane for the references of forces: a × b is the number a_x b_y − a_y b_x, and ẑ × a is a
-// turned by +90° (counter-clockwise).
+// Vectors of the plane for the references of forces: a × b is the number a_x b_y − a_y b_x, and
+// ẑ × a is a turned by +90° (counter-clockwise).
 #pragma once
 
 #include <cmath>
@@ -34,14 +34,15 @@ Planar<Real> direction(Real angle) {
   return {cos(angle), sin(angle)};
 }
 
-/// What a joint exerts on a body: a force and the moment about the point the joint is named by.
+/// Load of a joint on a body: a force and the moment about the reference point of the joint.
 template <class Real>
 struct JointLoad {
   Planar<Real> force;  ///< N
   Real moment = 0;     ///< N m
 };
 
-/// The moment (N m) of the same load about another point, which lies at `offset` from the present one.
+/// The moment (N m) of the same load about another point, which lies at `offset` from the present
+/// one.
 template <class Real>
 Real moment_about(const JointLoad<Real>& load, const Planar<Real>& offset) {
   return load.moment - cross(offset, load.force);

@@ -1,14 +1,15 @@
-// A bearing of mass m₁ and a journal of mass m₂, free in the plane, radial clearance c, no friction. With
-// e = r₂ − r₁, n = e/c at the wall, the restitution ε and m̄ = m₁ m₂/(m₁ + m₂):
+// A bearing of mass m₁ and a journal of mass m₂, free in the plane, radial clearance c, no
+// friction. With e = r₂ − r₁, n = e/c at the wall, the restitution ε and m̄ = m₁ m₂/(m₁ + m₂):
 //
 //     flight     |e + ė τ| = c  →  τ = (c² − e·e)/(e·ė + √((e·ė)² + ė·ė (c² − e·e)))      when e·ė ≥ 0
 //                                  τ = (−e·ė + √(…))/ė·ė                                 when e·ė < 0
 //     impact     P = (1 + ε) m̄ n·ė,     v₁⁺ = v₁ + P n/m₁,     v₂⁺ = v₂ − P n/m₂
 //     loss       ½ m̄ (1 − ε²) (n·ė)²
 //
-// From wall to wall the journal runs along chords: with the normal speed w and the tangential speed u after
-// an impact, the chord takes 2 c w/(w² + u²) and turns n by 2 atan2(w, u). At each impact w falls by ε and u
-// stays, the force being central (relative angular momentum m̄ e × ė).
+// From wall to wall the journal runs along chords: with the normal speed w and the tangential speed
+// u after an impact, the chord takes 2 c w/(w² + u²) and turns n by 2 atan2(w, u). At each impact w
+// is multiplied by ε and u is unchanged, the force being central (relative angular momentum m̄
+// e × ė).
 // Sign convention: n from bearing centre to journal centre, gap rate = −n·ė; P > 0 pushes apart.
 // Units: m, kg, s. Source: two-body reduction, any text of dynamics.
 #pragma once
@@ -45,7 +46,8 @@ struct PairState {
   }
 };
 
-/// Time (s) until the journal next reaches the wall; none when the two move alike. On the wall itself and
+/// Time (s) until the journal next reaches the wall; none if the two have the same velocity. On the
+/// wall itself and
 /// moving inwards it is the time of the whole chord.
 inline std::optional<double> time_to_contact(const Plane& e, const Plane& rate, double clearance) {
   const double a = dot(rate, rate), b = dot(e, rate), room = clearance * clearance - dot(e, e);
@@ -70,7 +72,7 @@ struct PairImpact {
   double energy_lost;  ///< J
 };
 
-/// The impact of a pair in touch, n·ė > 0.
+/// The impact of a pair in contact, n·ė > 0.
 inline PairImpact pair_impact(const RingAndJournal& pair, const PairState& before) {
   const Plane e = before.eccentricity();
   const double length = std::sqrt(dot(e, e));

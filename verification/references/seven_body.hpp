@@ -1,6 +1,7 @@
-// The seven-body mechanism (Andrews' squeezer; IVP test set) at one instant, without stepping anything. The
-// mechanism has one degree of freedom, so its positions give its velocities: the loops give every rate as a
-// multiple of the crank's, and the crank's follows from energy, with a constant torque and one spring,
+// The seven-body mechanism (Andrews' squeezer; IVP test set) at one instant, without time
+// integration. The mechanism has one degree of freedom, so its positions give its velocities: the
+// loops give every rate as a multiple of the crank's, and the crank's follows from energy, with a
+// constant torque and one spring,
 //
 //     ½ J(q) β̇² = M (β − β₀) − ½ c₀ [(l − l₀)² − (l₀ₛ − l₀)²]        (at rest at the start).
 //
@@ -20,8 +21,8 @@ inline constexpr SevenAngles seven_body_start{-0.0617138900142764496, 0,
                                               0.455279819163070380,   0.222668390165885885,
                                               0.487364979543842550,   -0.222668390165885885,
                                               1.23054744454982120};
-/// At 0.03 s, recomputed in long double by two methods that agree to 12 digits (all but β and Θ of the order
-/// 1).
+/// At 0.03 s, recomputed in long double by two methods that agree to 12 digits (all but β and Θ of
+/// the order 1).
 inline constexpr SevenAngles seven_body_end{15.8107711951537,   -15.7563710584118, 0.0408222401196529,
                                             -0.534730116342068, 0.524409965879952, 0.534730116342067,
                                             1.04808074104195};
@@ -37,7 +38,7 @@ inline constexpr double rr = .007, ra = .00092, d = .028, da = .0115, e = .02, e
                         torque = .033;
 inline constexpr Point s{.01043, -.01874};  // centre of mass of body 3 over e^{iγ}: sb − i sa up to its side
 inline Point turn(double angle) { return std::polar(1.0, angle); }
-/// sin a − i cos a, the direction of links that hang at a = 0.
+/// sin a − i cos a, the direction of links that point downwards at a = 0.
 inline Point hang(double angle) { return Point(0, -1) * turn(angle); }
 inline const double t_arm = std::hypot(.02308, .00916), u_arm = std::hypot(.01228, .00449);
 }  // namespace seven
@@ -49,7 +50,8 @@ inline std::array<Point, 4> seven_body_points(const SevenAngles& x) {
           A + zt * turn(x[4]) + e * hang(x[3] + x[4]), A + u * hang(x[6]) + zf * turn(x[5] + x[6])};
 }
 
-/// Centres of mass of bodies 1 to 7; those that turn about a fixed point at any angle from their own.
+/// Centres of mass of bodies 1 to 7; those of bodies with a fixed pivot are at an arbitrary angle
+/// about it.
 inline std::array<Point, 7> seven_body_centres(const SevenAngles& x) {
   using namespace seven;
   return {ra * turn(x[0]),        rr * turn(x[0]) - da * turn(x[0] + x[1]),
@@ -58,7 +60,7 @@ inline std::array<Point, 7> seven_body_centres(const SevenAngles& x) {
           A + u_arm * turn(x[6])};
 }
 
-/// All rates when the crank turns at `crank` (rad/s): P moves alike along every chain.
+/// All rates for a crank rate of `crank` (rad/s): P has the same velocity along every chain.
 inline SevenAngles seven_body_rates(const SevenAngles& x, double crank) {
   using namespace seven;
   const Point i(0, 1);

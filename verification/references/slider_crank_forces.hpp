@@ -1,5 +1,5 @@
-// Forces in the ideal in-line slider-crank at constant crank speed ω, by Newton–Euler. Shaft at the origin,
-// guide along x, crank angle φ from the x axis; motion from slider_crank.hpp.
+// Forces in the ideal in-line slider-crank at constant crank speed ω, by Newton–Euler. Shaft at the
+// origin, guide along x, crank angle φ from the x axis; motion from slider_crank.hpp.
 //
 //     e = (cos φ, sin φ),  u = (cos θ, sin θ),  u′ = (−sin θ, cos θ)
 //     crank        pin A = r e,              centre of mass C = a e,        Ä = −ω² A,   C̈ = −ω² C
@@ -17,12 +17,13 @@
 //     crank                  F_O = F_A + m_c (C̈ − g)
 //     crank, moments at O    τ = A × F_A − C × m_c g                     no inertia: ω is constant
 //
-// Sign convention: world axes; angles, rates, moments and torques counter-clockwise; φ = 0 at top dead centre
-// (x = r + l). F_A is the force of the crank on the rod at the crank pin, F_B = (B_x, B_y) that of the rod on
-// the slider at the gudgeon pin, N that of the guide on the slider (along y) and M_N its moment about the
-// gudgeon pin, F_O the force of the ground on the crank at the shaft, τ the torque of the drive on the crank.
-// The bodies on the other side feel the opposites. g is the acceleration of gravity, (0, −9.81) where it
-// points down; the load P acts on the slider at its centre of mass. No friction. Units: m, kg, s, rad, N.
+// Sign convention: world axes; angles, rates, moments and torques counter-clockwise; φ = 0 at top
+// dead centre (x = r + l). F_A is the force of the crank on the rod at the crank pin, F_B = (B_x,
+// B_y) that of the rod on the slider at the gudgeon pin, N that of the guide on the slider (along
+// y) and M_N its moment about the gudgeon pin, F_O the force of the ground on the crank at the
+// shaft, τ the torque of the drive on the crank. The opposite forces act on the bodies on the other
+// side. g is the acceleration of gravity, (0, −9.81) where it points down; the load P acts on the
+// slider at its centre of mass. No friction. Units: m, kg, s, rad, N.
 // Source: Newton–Euler as above; e.g. Norton, Design of Machinery, on the dynamics of engines.
 #pragma once
 

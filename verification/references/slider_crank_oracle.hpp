@@ -1,21 +1,23 @@
-// The oracle: every impact of the loose slider-crank of loose_slider_crank.hpp, in either formulation.
+// The oracle: every impact of the slider-crank with clearance of loose_slider_crank.hpp, in either
+// formulation.
 //
 //     flight        θ̈ = (m s r ω²/J_A) sin(φ − θ),   ẍ = 0,   up to the root of |e| = c
 //     nonsmooth     u_N⁺ = −e u_N⁻,   −P_T ∈ μ P_N Sgn(u_T⁺),   at once (oblique_impact.hpp)
 //     penalty       F_N = max(0, K δ^{3/2} (1 + χ δ̇/v₀)),   F_T = −μ c_d F_N sgn(v_T),   while δ ≥ 0;
-//                   v₀ is δ̇ at the root of first touch; c_d(|v_T|) rises from 0 at v_a to 1 at v_b (Ambrósio)
+//                   v₀ is δ̇ at first contact; c_d(|v_T|) rises from 0 at v_a to 1 at v_b (Ambrósio)
 //
-// This is the one reference that steps, for a damped contact under load has no closed form. It shares nothing
-// with the project's solvers: two coordinates instead of nine and rows of constraints, and steps of order 8
-// whose error lies below the rounding. A root is bisected on the length of the step itself until it stands
-// still, so an impact is located to the rounding of Real (long double, or a multiprecision type). δ^{3/2} is
-// not smooth at the ends of a contact: no step there exceeds 1/16 of the time to the end, which keeps the
-// order.
+// This is the one reference with time integration, since a damped contact under load has no closed
+// form. It shares nothing with the project's solvers: two coordinates instead of nine and rows of
+// constraints, and steps of order 8 whose error is below rounding. A root is bisected on the length
+// of the step itself until it no longer changes, so an impact is located to the rounding of Real
+// (long double, or a multiprecision type). δ^{3/2} is not smooth at the ends of a contact: no step
+// there exceeds 1/16 of the time to the end, which keeps the order.
 //
-// Sign convention: v_n the gap's rate ġ, negative when closing; v_t = t·ė − R_i θ̇; impulses on the journal
-// along −n and t. Units: s, m/s, N s, N/m^{3/2}. Left out: Painlevé's cases, friction in the guide, motion in
-// lasting contact (a run ends there and says so).
-// Source: loose_slider_crank.hpp; laws of Flores et al., Nonlinear Dyn. 65 (2011) 383, and of Moreau (1988).
+// Sign convention: v_n the gap's rate ġ, negative when closing; v_t = t·ė − R_i θ̇; impulses on the
+// journal along −n and t. Units: s, m/s, N s, N/m^{3/2}. Not included: Painlevé's cases, friction
+// in the guide, motion in lasting contact (a run ends there and reports it).
+// Source: loose_slider_crank.hpp; laws of Flores et al., Nonlinear Dyn. 65 (2011) 383, and of
+// Moreau (1988).
 #pragma once
 
 #include <algorithm>
@@ -34,8 +36,8 @@ struct OracleOptions {
   Real flight_step = Real(2e-5L);  ///< s
   int contact_steps = 256;         ///< per undamped Hertz duration of the contact
   Real longest_contact = 20;       ///< in undamped Hertz durations; a longer contact counts as lasting
-  /// m/s: a rebound slower than this into a closing gap counts as lasting. The hop's height u²/(2 g̈) must
-  /// stay above the rounding of the coordinates, hence √ε.
+  /// m/s: a rebound slower than this into a closing gap counts as lasting. The bounce height u²/(2
+  /// g̈) must stay above the rounding of the coordinates, hence √ε.
   Real least_speed = [] {
     using std::sqrt;
     return Real(32 * sqrt(std::numeric_limits<Real>::epsilon()));
@@ -49,12 +51,12 @@ struct PenaltyContact {
   Real chi = 0;                      ///< χ; delivered_restitution.hpp gives that of an ê
   Real friction_v0 = Real(1e-4L);    ///< v_a, m/s; used where the mechanism has friction
   Real friction_v1 = Real(1e-3L);    ///< v_b, m/s, > v_a
-  Real least_v0 = Real(1e-9L);       ///< m/s: v₀ of a contact that begins slower
+  Real least_v0 = Real(1e-9L);       ///< m/s: v₀ of a contact with a slower onset
 };
 
 template <class Real>
 struct OracleImpact {
-  Real t = 0, duration = 0;           ///< s, first touch; 0 for the nonsmooth law
+  Real t = 0, duration = 0;           ///< s, first contact; 0 for the nonsmooth law
   Real v_n_minus = 0, v_n_plus = 0;   ///< m/s
   Real v_t_minus = 0, v_t_plus = 0;   ///< m/s
   Real impulse_n = 0, impulse_t = 0;  ///< N s
@@ -65,14 +67,16 @@ enum class OracleEnd { end_time, most_impacts, lasting_contact };
 template <class Real>
 struct OracleRun {
   std::vector<OracleImpact<Real>> impacts;  ///< complete ones only
-  /// Compliant contact still open at the end: its touch; as `duration`, that of the undamped Hertz impact.
+  /// Compliant contact still open at the end: its onset; as `duration`, that of the undamped Hertz
+  /// impact.
   std::optional<OracleImpact<Real>> open;
   OracleEnd end = OracleEnd::end_time;
   Real t = 0;                ///< s, where the run ends
   LooseState<Real> state{};  ///< there
 };
 
-/// The least length in (0, h] at which `crossed` turns true, given that it is false at 0 and true at h.
+/// The least length in (0, h] at which `crossed` becomes true, given that it is false at 0 and true
+/// at h.
 template <class Real, class Predicate>
 Real bisect_length(const Predicate& crossed, Real h) {
   Real low = 0, high = h;
@@ -115,7 +119,7 @@ class SliderCrankOracle {
   }
 
  private:
-  /// Flights, each followed by `contact`, which returns whether the journal takes off again.
+  /// Flights, each followed by `contact`, which returns whether the journal separates again.
   template <class Contact>
   OracleRun<Real> run(Real end_time, const Contact& contact) const {
     OracleRun<Real> r;
@@ -136,15 +140,15 @@ class SliderCrankOracle {
     return r;
   }
 
-  /// Flies until the journal touches the wall (true) or the end time.
+  /// Integrates the flight until first contact with the wall (true) or the end time.
   bool fly_to_touch(Real end_time, bool from_wall, OracleRun<Real>& r) const {
     while (r.t < end_time) {
       const Real h = std::min(options_.flight_step, end_time - r.t);
       const auto room = [&](Real tau) { return eccentricity(m_, r.t + tau, fly(r.t, r.state, tau)); };
       Real touch = -1;
       if (from_wall) {
-        // At the start the room is zero up to rounding: bracket the next root by a point of the hop before
-        // it.
+        // At the start `room` is zero up to rounding: the next root is bracketed by a point of the
+        // bounce before it.
         Real inside = h;
         for (int i = 0; i < 200 && !(room(inside).room > 0); ++i) inside /= 2;
         if (inside < h) {
@@ -165,7 +169,7 @@ class SliderCrankOracle {
     return false;
   }
 
-  /// Is the gap accelerated inwards in free flight? d²room/dt² = −(ė·ė + e·ë)/c.
+  /// Whether the gap accelerates inwards in free flight: d²room/dt² = −(ė·ė + e·ë)/c.
   bool closing(Real t, const LooseState<Real>& y) const {
     using std::cos, std::sin;
     const Eccentricity<Real> e = eccentricity(m_, t, y);
@@ -177,7 +181,7 @@ class SliderCrankOracle {
     return e.rate_x * e.rate_x + e.rate_y * e.rate_y + e.e_x * a_x + e.e_y * a_y > 0;
   }
 
-  /// From first touch to separation (true), to a contact that lasts or to the end time (false).
+  /// From first contact to separation (true), or to a lasting contact or the end time (false).
   bool pass_contact(const PenaltyContact<Real>& law, Real end_time, OracleRun<Real>& r) const {
     using std::abs, std::pow, std::sqrt;
     const GudgeonContact<Real> first = gudgeon_contact(m_, r.t, r.state);
@@ -203,7 +207,8 @@ class SliderCrankOracle {
     GudgeonContact<Real> now = first;
     for (;;) {
       const Real to_end = abs(now.delta) / (16 * abs(now.u_n) + std::numeric_limits<Real>::min());
-      // As a lasting contact turns, its effective mass may fall by decades, and its period with it.
+      // As a lasting contact rotates, its effective mass may decrease by decades, and its period
+      // with it.
       const Real pace = std::min(Real(1), Real(pow(first.delassus.nn / now.delassus.nn, Real(2) / 5)));
       const Real h = std::min(
           {pace * scale / Real(options_.contact_steps), std::max(to_end, scale / 1000000), end_time - r.t});

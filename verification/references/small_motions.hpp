@@ -1,4 +1,4 @@
-// Small motions about a place of rest, by hand.
+// Small vibrations about an equilibrium, derived by hand.
 //
 //     double pendulum, hanging    M = [J₁ + m₁a₁² + m₂l₁², m₂l₁a₂; ·, J₂ + m₂a₂²],  K = diag((m₁a₁ + m₂l₁)g, m₂a₂g),
 //                                 det(K − ω²M) = 0, a quadratic in ω²
@@ -6,7 +6,8 @@
 //                                 U = ½k(θ − φ₀)² − Σ m g·c(θ),  I = Σ m|c′|² + J₁ + J₂φ′²
 //     journal on Hertz's ground   δ = (mg/K)^⅔,  ω² = 1.5 K √δ/m
 //
-// θ of the crank from the slider's line, counter-clockwise; derivatives by Taylor's rules of second order, in long double.
+// θ of the crank from the slider's line, counter-clockwise; derivatives by Taylor's rules of second
+// order, in long double.
 // Units: m, kg, s, rad, N. Source: Goldstein, Classical Mechanics, ch. 6; derived here.
 #pragma once
 
@@ -20,7 +21,7 @@ struct HangingPair {
   double m2, J2, a2;      ///< lower: elbow to centre
   double g;
 
-  /// rad/s, the slower first.
+  /// rad/s, the lower first.
   std::array<double, 2> rates() const {
     const double a = J1 + m1 * a1 * a1 + m2 * l1 * l1, b = m2 * l1 * a2, c = J2 + m2 * a2 * a2;
     const double k1 = (m1 * a1 + m2 * l1) * g, k2 = m2 * a2 * g;
@@ -80,7 +81,7 @@ struct SprungSliderCrank {
   }
 };
 
-/// m: how deep a mass lies in Hertz's ground of K (N/m^1.5), and rad/s of its bounce.
+/// m: penetration of a mass at rest on a Hertzian ground of K (N/m^1.5); rad/s of its vibration.
 inline double hertz_depth(double weight, double K) { return std::pow(weight / K, 2.0 / 3.0); }
 inline double hertz_bounce(double mass, double weight, double K) {
   return std::sqrt(1.5 * K * std::sqrt(hertz_depth(weight, K)) / mass);

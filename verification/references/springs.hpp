@@ -6,7 +6,8 @@
 //     two rates   ω₁ where x < 0, ω₂ where x > 0: a period of π/ω₁ + π/ω₂
 //     damped      m ẍ + d ẋ + k x = 0 from rest at A:  x = A e^(−δt) (cos νt + (δ/ν) sin νt),  δ = d/2m,  ν² = ω² − δ²
 //
-// Source: Nayfeh and Mook, Nonlinear Oscillations (1979), sec. 2.1 (Duffing); the others are elementary.
+// Source: Nayfeh and Mook, Nonlinear Oscillations (1979), sec. 2.1 (Duffing); the others are
+// elementary.
 #pragma once
 
 #include <boost/math/special_functions/jacobi_elliptic.hpp>
@@ -21,7 +22,8 @@ inline double duffing(double mass, double k, double c, double A, double t) {
   return A * boost::math::jacobi_cn(modulus, rate * t);
 }
 
-/// Where a mass is (m) that flies to and fro between two ends a cable's length from its anchor, from the anchor with speed v.
+/// Position (m) of a mass that flies between two ends a cable's length from its anchor, starting
+/// from the anchor with speed v.
 inline double on_a_cable(double mass, double k, double length, double v, double t) {
   const double rate = std::sqrt(k / mass), taut = M_PI / rate, flight = 2 * length / v;
   double at = t - 0.5 * flight, side = 1;
@@ -31,7 +33,7 @@ inline double on_a_cable(double mass, double k, double length, double v, double 
   return side * (length - v * (at - taut));
 }
 
-/// How long (s) a cable with rate ω that weight g works against stays taut.
+/// Time (s) for which a cable with rate ω stays taut against a weight g.
 inline double taut_in_throw(double u, double omega, double g) { return 2 / omega * std::atan(u * omega / g); }
 
 /// x (m) at t (s).

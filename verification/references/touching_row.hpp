@@ -1,15 +1,17 @@
-// Bodies on one line, each against the next, and the first against a floor where there is one. Without gravity or all in free
-// fall alike, so that between impacts
+// Bodies on one line, each in contact with the next, and the first with an optional floor. Without
+// gravity, or all in the same free fall, so that between impacts
 //
 //     gaps between bodies are linear in time, that of the floor is a parabola:    g_i = g_i0 + u_i t   (− ½ G t² for the floor)
 //
-// and the next impact is a root by hand. Contacts whose gap is closed within `closed` take part in it together: with the
+// and the next impact is a root in closed form. Contacts whose gap is below `closed` take part in
+// it together: with the
 // Delassus matrix D of those contacts (tridiagonal), Newton's law in its complementary form,
 //
 //     u⁺ = u⁻ + D λ,      0 ≤ u⁺ + e u⁻  ⊥  λ ≥ 0
 //
-// which has one solution, since D is positive definite; it is found by trying all sets of contacts. Source: Moreau 1988 for
-// the law. `compliant` has Hertz's forces K_i δ^(3/2) instead, without loss, by RK4 in tiny steps. Units: m, s, kg.
+// which has one solution, since D is positive definite; it is found by trying all sets of contacts.
+// Source: Moreau 1988 for the law. `compliant` has Hertz's forces K_i δ^(3/2) instead, without
+// loss, by RK4 in tiny steps. Units: m, s, kg.
 #pragma once
 
 #include <algorithm>
@@ -26,7 +28,7 @@ struct TouchingRow {
   double gravity = 0;              ///< towards −x
   double restitution = 1;
   std::vector<double> stiffness =
-      {};                 ///< N/m^(3/2), of the contacts in their order, the floor's first where there is one
+      {};                 ///< N/m^(3/2), of the contacts in their order, the floor's first if present
   double closed = 1e-12;  ///< m
 
   struct Rows {
@@ -63,7 +65,7 @@ struct TouchingRow {
         bool impact = false;
         for (std::size_t c = 0; c < contacts(); ++c) {
           const double g = std::max(gap(c, q), 0.0), r = rate(c, u), G = floor && c == 0 ? gravity : 0;
-          // g + r τ − ½ G τ² = 0; a contact that is closed and does not approach is no event.
+          // g + r τ − ½ G τ² = 0; a closed contact that does not approach is no event.
           double root = INFINITY;
           if (g <= closed && r < -resting)
             root = 0;

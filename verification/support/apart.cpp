@@ -13,7 +13,7 @@ namespace freeplay::verification {
 
 namespace {
 
-/// Writes all of it, as far as there is someone to read.
+/// Writes the whole text, as far as the other end reads it.
 void tell(int end, const std::string& text) {
   for (std::size_t i = 0; i < text.size();) {
     const auto n = ::write(end, text.data() + i, text.size() - i);
@@ -35,12 +35,12 @@ Apart run_apart(const std::function<void(const Say&)>& work, double seconds) {
   if (child < 0) throw std::runtime_error("no process of its own");
   if (child == 0) {
     close(ends[0]);
-    prctl(PR_SET_PDEATHSIG, SIGKILL);  // what it inherits, a folder's lock too, ends with the program
-    // A crash here is the parent's to report: no handler inherited from a test runner speaks for it.
+    prctl(PR_SET_PDEATHSIG, SIGKILL);  // inherited resources, a folder's lock too, end with the program
+    // The parent reports a crash here: handlers inherited from a test runner are removed.
     for (const int s : {SIGABRT, SIGSEGV, SIGFPE, SIGILL, SIGBUS, SIGTERM}) std::signal(s, SIG_DFL);
     try {
       work([&](const std::string& text) { tell(ends[1], text); });
-    } catch (...) {  // it was to be told; nothing of this copy may go on beyond here
+    } catch (...) {  // the exception is lost; this copy must not continue beyond here
       _exit(1);
     }
     _exit(0);

@@ -1,4 +1,4 @@
-// Work in a process of its own, so that what crashes, hangs or grows there ends there.
+// Runs work in its own process, so that a crash, a hang or growing memory ends with that process.
 #pragma once
 
 #include <functional>
@@ -6,20 +6,20 @@
 
 namespace freeplay::verification {
 
-/// What came of it.
+/// Outcome of the work.
 struct Apart {
-  std::string said;      ///< by the work; what it had written when it did not end well
-  bool late = false;     ///< ended for want of time
-  int signal = 0;        ///< that it died of
-  double megabytes = 0;  ///< the most memory that it held, with what it was begun with
+  std::string said;      ///< by the work; its output up to a premature end
+  bool late = false;     ///< ended by the time limit
+  int signal = 0;        ///< the signal that ended it
+  double megabytes = 0;  ///< greatest memory use, including that at the start
 };
 
-/// Runs `work` in a copy of this process for at most `seconds`, which ends with this process. What it throws is
-/// lost, and nothing is said.
+/// Runs `work` in a copy of this process for at most `seconds`; the copy ends with this process.
+/// Its exceptions are lost, and nothing is reported.
 Apart run_apart(const std::function<std::string()>& work, double seconds);
 
-/// The same of work that speaks as it goes on: what it had said when it ended early is kept, and it has `seconds` from one
-/// word to the next.
+/// The same for work with intermediate output: the output before a premature end is kept, and
+/// `seconds` limits the time from one output to the next.
 using Say = std::function<void(const std::string&)>;
 Apart run_apart(const std::function<void(const Say&)>& work, double seconds);
 

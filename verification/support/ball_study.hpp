@@ -1,4 +1,5 @@
-// A study of bouncing balls, of milliseconds a run, in a folder of its own: what tests of shards, clusters and hostile databases divide.
+// A study of bouncing balls in its own folder, with runs of milliseconds, for tests of shards,
+// clusters and hostile databases.
 #pragma once
 
 #include <sqlite3.h>
@@ -14,7 +15,8 @@
 
 namespace freeplay::test {
 
-/// Copies the scene and writes the study beside it, with values of the restitution as `range` or `values`.
+/// Copies the scene and writes the study beside it, with the values of the restitution as `range`
+/// or `values`.
 inline void put_ball_study(const std::filesystem::path& folder, const std::string& values,
                            const std::string& more = {}) {
   std::filesystem::copy_file(source_folder() / "cases/bouncing-ball/scene.toml", folder / "scene.toml",
@@ -31,11 +33,11 @@ struct BallStudy {
   explicit BallStudy(const std::string& values, const std::string& more = {}) {
     put_ball_study(folder.path(), values, more);
   }
-  /// The program with words as they are.
+  /// The program with unquoted words.
   static Outcome run(const std::vector<std::string>& words) { return freeplay(shell_words(words)); }
 };
 
-/// SQL on a file, as whoever made it may have run it.
+/// Executes SQL on a file, as an attacker may have done.
 inline void execute(const std::filesystem::path& file, const std::string& sql, bool keep_log = false) {
   sqlite3* db = nullptr;
   REQUIRE(sqlite3_open(file.c_str(), &db) == SQLITE_OK);

@@ -8,8 +8,8 @@
 
 namespace freeplay::test {
 
-/// A field that is a word, as the channel's name in signals.csv, is NaN as a number. Throws where a line has not as many fields as
-/// the header.
+/// A field with a word, such as the channel's name in signals.csv, is NaN as a number. Throws if a
+/// line has another number of fields than the header.
 class Columns {
  public:
   explicit Columns(const std::filesystem::path& file);

@@ -1,5 +1,5 @@
-// Scenes that the event-driven scheme does not finish, and the books of a run that hands over between schemes: what the tests
-// and the claims of that share.
+// Scenes that the event-driven scheme cannot finish, and the balances of a run with hand-overs
+// between schemes, shared by tests and claims.
 #pragma once
 
 #include <algorithm>
@@ -12,7 +12,8 @@
 
 namespace freeplay::verification {
 
-/// A four-bar with three loose joints, its crank at 28,000 rad/s: the event-driven scheme comes to where it accepts no step any more.
+/// A four-bar with clearance in three joints, its crank at 28,000 rad/s: the event-driven scheme
+/// reaches a state from which it accepts no step.
 inline const char* loop = R"(
 gravity = [0, -9.81]
 [bodies.crank]
@@ -110,7 +111,7 @@ start = "given"
 duration = 1.5
 )";
 
-/// The normal impulses that contacts gave, as steps show them.
+/// The normal impulses of contacts, as the steps report them.
 class Impulses final : public Observer {
  public:
   struct At {
@@ -153,12 +154,12 @@ class Impulses final : public Observer {
 
 struct Books {
   Result result;
-  double momentum, moment;  // left over, relative
-  double impulses;          // of events less those of steps, over the greatest sum
-  int out_of_turn = 0;      // events
+  double momentum, moment;  // residual, relative
+  double impulses;          // of events minus those of steps, over the greatest sum
+  int out_of_turn = 0;      // number of events
 };
 
-/// Runs a scene by the default scheme and does its books.
+/// Runs a scene by the default scheme and records its balances.
 inline Books booked(const Scene& scene) {
   Simulation simulation(scene, "nonsmooth");
   Impulses impulses;
@@ -166,7 +167,8 @@ inline Books booked(const Scene& scene) {
   Books b{simulation.run({.observers = {&impulses, &balance}}), 0, 0, 0};
   b.momentum = balance.linear();
   b.moment = balance.angular();
-  // Of each contact touches and losses take turns: an impact is both, a lasting contact ends in a separation.
+  // For each contact, onsets and separations alternate: an impact is both, a lasting contact ends
+  // in a separation.
   const auto contacts = b.result.contacts.size();
   std::vector<bool> lasts(contacts);
   std::vector<double> told(contacts), last(contacts, INFINITY);

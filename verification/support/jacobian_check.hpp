@@ -7,9 +7,10 @@
 
 namespace freeplay::test {
 
-/// Greatest difference of an entry of f.jacobian(x, t), by x and by t, over the greatest of its row (1e-3 at least). Differences are of
-/// Richardson's form from steps s and s/2 with s = 2e-4: their error is of s⁴ times fifth derivatives plus rounding ε/s, both below
-/// 1e-6 of the greatest entry for functions and states of order one.
+/// Greatest difference of an entry of f.jacobian(x, t), by x and by t, over the greatest of its row
+/// (1e-3 at least). Differences are of Richardson's form from steps s and s/2 with s = 2e-4: their
+/// error is of s⁴ times fifth derivatives plus rounding ε/s, both below 1e-6 of the greatest entry
+/// for functions and states of order one.
 template <class Dynamics>
 double jacobian_error(Dynamics& f, const typename Dynamics::Vector& x, double t) {
   using Vector = typename Dynamics::Vector;

@@ -1,4 +1,5 @@
-// Random linkages that the default scheme is measured on: crank-rockers with one to three loose joints at 30 to 600 rpm.
+// Random linkages for measurements of the default scheme: crank-rockers with clearance in one to
+// three joints, at 30 to 600 rpm.
 #pragma once
 
 #include <fmt/format.h>
@@ -15,8 +16,10 @@
 
 namespace freeplay::verification {
 
-/// A scene: a four-bar by Grashof's rule (the crank is the shortest link; shortest + longest < the other two), of bars of 1 to 5 kg/m,
-/// over one turn of its crank from the ideal joints' start. Clearances are 3e-4 to 1e-2 of the crank, e is 0.1 to 0.9, most have
+/// A scene: a four-bar by Grashof's rule (the crank is the shortest link; shortest + longest < the
+/// other two), of bars of 1 to 5 kg/m,
+/// over one revolution of its crank from the ideal joints' start. Clearances are 3e-4 to 1e-2 of
+/// the crank, e is 0.1 to 0.9, most have
 /// friction and weight.
 inline std::string random_linkage(std::uint64_t index) {
   std::mt19937_64 engine(20260000 + index);
@@ -34,7 +37,7 @@ inline std::string random_linkage(std::uint64_t index) {
   std::string text = between(0, 1) < 0.7 ? "gravity = [0.0, -9.81]\n" : "";
   text += fmt::format("[surfaces.s]\nrestitution = {:.4f}\n", between(0.1, 0.9));
   if (between(0, 1) < 0.7) text += fmt::format("friction = {:.4f}\n", decades(-2, -0.7));
-  // Circles about the crank's pin and the rocker's pivot meet.
+  // Circles about the crank pin and the rocker's pivot intersect.
   const double angle = between(0, 2 * std::numbers::pi);
   const Vec2 pin = crank * Vec2{std::cos(angle), std::sin(angle)}, pivot{base, 0}, d = pivot - pin;
   const double s = d.norm(), along = (s * s + coupler * coupler - rocker * rocker) / (2 * s),

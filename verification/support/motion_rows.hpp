@@ -1,4 +1,4 @@
-// Rows of a motion at even distances, by the dense output that trajectory.csv is written from.
+// Rows of a motion at equal intervals, by the dense output that writes trajectory.csv.
 #pragma once
 
 #include <algorithm>
@@ -12,7 +12,7 @@
 
 namespace freeplay::test {
 
-/// t, and coordinates and rates of all bodies.
+/// t, and coordinates and velocities of all bodies.
 struct MotionRow {
   double t;
   std::vector<double> q, v;
@@ -30,7 +30,7 @@ struct MotionRows {
   }
 };
 
-/// Of a run that has to finish, `apart` seconds from each other.
+/// Of a run that has to finish, at intervals of `apart` seconds.
 inline MotionRows motion_rows(const Scene& scene, Family family, double apart) {
   MotionRows out;
   Simulation simulation(scene, name_of(family));

@@ -1,4 +1,4 @@
-// Piles of discs between walls, as scenes in TOML: what their tests and claims share.
+// Piles of discs between walls, as scenes in TOML, shared by tests and claims.
 #pragma once
 
 #include <fmt/format.h>
@@ -15,7 +15,8 @@ struct Disc {
   double x, y, R;
 };
 
-/// Discs of density 50 kg/m² between a floor, walls at 0 and `width` that lean outwards by `lean`, in TOML.
+/// Discs of density 50 kg/m² between a floor and walls at 0 and `width` that are inclined outwards
+/// by `lean`, in TOML.
 inline std::string pile(const std::vector<Disc>& discs, double width, double lean, double mu, double e,
                         double duration, std::mt19937* random = nullptr) {
   std::uniform_real_distribution<double> u(-0.5, 0.5);

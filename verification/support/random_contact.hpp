@@ -15,7 +15,7 @@ struct Random {
   }
 };
 
-/// `contacts` contacts, some frictionless, and a preloaded joint now and then.
+/// `contacts` contacts, some without friction, and sometimes a preloaded joint.
 inline ContactProblem random_problem(Random& u, int contacts, bool friction) {
   ContactProblem p;
   p.reserve(2 * contacts + 1);

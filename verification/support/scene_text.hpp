@@ -1,4 +1,5 @@
-// Elements of scenes as TOML, by name with their parameters, and mechanisms that several tests share.
+// Elements of scenes as TOML, by name with their parameters, and mechanisms shared by several
+// tests.
 #pragma once
 
 #include <string>
@@ -21,7 +22,8 @@ std::string spring(const std::string& name, const std::string& i, const std::str
 /// [run] of this duration (s); `keys`: further lines.
 std::string run_for(double duration, const std::string& keys = "");
 
-/// Bodies a on a pin of the ground and b on a guide of a, none of them at a special place, under a slanting weight.
+/// Bodies a on a pin of the ground and b on a guide of a, in a general position, under an inclined
+/// weight.
 std::string two_bodies();
 
 }  // namespace freeplay::test

@@ -1,4 +1,5 @@
-// A study of a case in a folder of its own, run by the program: its exported table, and queries of its database.
+// A study of a case in its own folder, run by the program: its exported table, and queries of its
+// database.
 #pragma once
 
 #include <fmt/format.h>
@@ -49,7 +50,7 @@ inline Rows query(const std::filesystem::path& file, const std::string& sql) {
   return rows;
 }
 
-/// What a study says of one run: a value to each name that is not absent.
+/// Values of a study for one run, by name, without absent ones.
 using StudyRun = std::map<std::string, std::string>;
 inline double value_of(const StudyRun& run, const std::string& name) {
   CAPTURE(name);

@@ -1,4 +1,4 @@
-// What tests share: where the scenes are, and short ways to run one.
+// Helpers of tests: paths of the scenes, and short ways to run a scene.
 #pragma once
 
 #include <filesystem>
@@ -19,8 +19,8 @@ struct Surface;
 
 namespace freeplay::test {
 
-/// Where the scenes of claims and tests are: the folder that the program was built from. Throws SceneError when it is
-/// gone, as it may be for a program that was installed.
+/// Folder of the scenes of claims and tests: the one that the program was built from. Throws
+/// SceneError if it does not exist, as may be the case for an installed program.
 std::filesystem::path source_folder();
 inline std::filesystem::path flores() { return source_folder() / "cases/flores2011/scene.toml"; }
 inline std::filesystem::path scene_file(const std::string& name) {
@@ -31,7 +31,7 @@ inline std::filesystem::path scene_file(const std::string& name) {
 using freeplay::name_of;
 Result simulate(const Scene& scene, Family family);
 
-/// What the model says of a scene.
+/// Quantities that the model computes for a scene.
 double kinetic_energy(const Scene& scene, const State& state);
 ContactFacts first_contact(const Scene& scene);
 /// At the assembled start.
@@ -58,7 +58,7 @@ class Listener final : public Observer {
   }
 };
 
-/// Touches (impacts and beginnings of lasting contact) in the order of time.
+/// Contact onsets (impacts and beginnings of lasting contact) in the order of time.
 inline std::vector<ContactEvent> touches(const Result& run) {
   std::vector<ContactEvent> list;
   for (const auto& e : run.events)
@@ -66,7 +66,7 @@ inline std::vector<ContactEvent> touches(const Result& run) {
   return list;
 }
 
-/// The i-th touch (from 0), or an error that says how many there were.
+/// The i-th contact onset (from 0), or an error that states their number.
 ContactEvent touch(const Result& run, std::size_t i);
 
 /// Slope of log y over log x, least squares through all points: an observed order.
@@ -75,11 +75,12 @@ double observed_order(const std::vector<double>& x, const std::vector<double>& y
 /// Steel with a restitution, frictionless.
 Surface steel(double restitution);
 
-/// A row of N four-bars that share their uprights (IFToMM benchmark A02: links of 1 m and 1 kg, gravity, the
-/// first upright turning at 1 rad/s), the joint between every coupler and the upright behind it loose.
+/// A row of N four-bars that share their uprights (IFToMM benchmark A02: links of 1 m and 1 kg,
+/// gravity, the first upright turning at 1 rad/s), with clearance in the joint between every
+/// coupler and the upright behind it.
 Scene row_of_four_bars(int count, double clearance);
 
-/// All bytes of a file. Throws std::runtime_error where it cannot be read.
+/// All bytes of a file. Throws std::runtime_error if it cannot be read.
 std::string file_text(const std::filesystem::path& file);
 
 /// A folder that is removed with the object.

@@ -1,4 +1,5 @@
-// Texts in tests: their lines and fields, edits of them, and the words with which a text is refused.
+// Texts in tests: their lines and fields, edits of them, and the message with which a text is
+// refused.
 #pragma once
 
 #include <filesystem>
@@ -17,13 +18,13 @@ namespace freeplay::test {
 std::vector<std::string> lines_of(const std::string& text);
 /// Of a line of CSV without quotes.
 std::vector<std::string> fields_of(const std::string& line);
-/// `text` with its first `from` replaced. Throws where it holds none.
+/// `text` with its first `from` replaced. Throws if it contains none.
 std::string replaced(std::string text, const std::string& from, const std::string& to);
 nlohmann::json read_json(const std::filesystem::path& file);
 /// The notes of a run, a line each.
 std::string notes_of(const Result& run);
 
-/// What a call throws, in words; "accepted" where it throws nothing.
+/// The message of the exception of a call; "accepted" if it throws nothing.
 template <class Error = ModelError, class Call>
 std::string refusal_of(const Call& call) {
   try {
@@ -33,11 +34,11 @@ std::string refusal_of(const Call& call) {
   }
   return "accepted";
 }
-/// The same of reading a scene's text.
+/// The same for reading a scene's text.
 std::string refusal(const std::string& text, const std::vector<std::string>& overrides = {},
                     const std::string& file = "s.toml");
 
-/// A change of a good text, and words of what is said of the result.
+/// A change of a valid text, and words of the expected message.
 struct Edit {
   std::string from, to, words;
 };

@@ -1,4 +1,4 @@
-// Ways to run a scene, and runs that have to finish.
+// Methods to run a scene, and runs that have to finish.
 #pragma once
 
 #include <optional>
@@ -17,12 +17,12 @@ struct Scene;
 
 namespace freeplay::test {
 
-/// A formulation, for the nonsmooth one a scheme, and options of a scene that it is run with.
+/// A formulation, for the nonsmooth one a scheme, and the options that a scene is run with.
 struct Way {
   const char* name;
   Family family = Family::nonsmooth;
   std::optional<Scheme> scheme = {};
-  double step = 0;  ///< s, of fixed steps; 0: steps are chosen
+  double step = 0;  ///< s, of fixed steps; 0: adaptive steps
   std::vector<std::string> options = {};
 
   bool penalty() const { return family == Family::penalty; }
@@ -41,9 +41,9 @@ inline Way fixed_steps(double h, const char* name = "Moreau–Jean") {
   return {name, Family::nonsmooth, Scheme::moreau_jean, h};
 }
 
-/// A scene's text by a way; `more`: options behind those of the way.
+/// A scene's text by a method; `more`: options after those of the method.
 Scene scene_by(const Way& way, const std::string& text, const std::vector<std::string>& more = {});
-/// Runs in memory. Throw with the reason where the run does not finish.
+/// Runs in memory. Throws with the reason if the run does not finish.
 Result finished(const Scene& scene, Family family);
 Result finished(const Way& way, const std::string& text, const std::vector<std::string>& more = {});
 Result finished(Simulation& simulation, std::vector<Observer*> observers = {});

@@ -1,5 +1,6 @@
-// What the default scheme costs beside the event-driven one, and how true its first touches are (target freeplay-default):
-// 200 random linkages (verification/support/linkages.hpp). A line each, then what they amount to.
+// The cost of the default scheme compared with the event-driven one, and the accuracy of its first
+// contacts (target freeplay-default), on 200 random linkages (verification/support/linkages.hpp).
+// Prints a line for each linkage, then a summary.
 #include <fmt/format.h>
 
 #include <cstdlib>
@@ -19,7 +20,8 @@ Result run(Scene scene, Scheme scheme, double tolerance = 1e-10) {
   return test::simulate(scene, Family::nonsmooth);
 }
 
-/// Off by how much the first three touches are: times over the time since the start, speeds over the fastest of the three.
+/// Error of the first three contacts: times relative to the time since the start, speeds to the
+/// greatest of the three.
 double off(const Result& found, const Result& exact) {
   const auto a = test::touches(found), b = test::touches(exact);
   const auto count = std::min<std::size_t>(3, b.size());
@@ -34,7 +36,7 @@ double off(const Result& found, const Result& exact) {
 
 bool finished(const Result& run) { return run.ending.status == Ending::Status::finished; }
 
-/// Where nothing is handed over the default is the event-driven scheme bit for bit, which a test holds it to.
+/// Without a hand-over the default is the event-driven scheme bit for bit, which a test checks.
 Result beside(const Scene& scene, const Result& automatic) {
   return automatic.work.handovers == 0 && finished(automatic) ? automatic : run(scene, Scheme::event_driven);
 }
@@ -47,7 +49,7 @@ Result exact_touches(Scene scene, const Result& automatic) {
 
 }  // namespace
 
-/// `freeplay-default [FIRST [BEYOND]]`: of the linkages FIRST to BEYOND − 1.
+/// `freeplay-default [FIRST [BEYOND]]`: the linkages FIRST to BEYOND − 1.
 int main(int count, char** arguments) {
   const int first = count > 1 ? std::atoi(arguments[1]) : 0,
             beyond = count > 2 ? std::atoi(arguments[2]) : 200;

@@ -1,15 +1,17 @@
-// The limit that small mechanisms are measured by (target freeplay-hand-derived): the rig of Flores et al. (2011) with its
-// gudgeon pin loose, in two coordinates derived by hand (references/loose_slider_crank.hpp), stepped as Freeplay steps it.
+// The lower limit for the cost of small mechanisms (target freeplay-hand-derived): the rig of
+// Flores et al. (2011) with clearance in its gudgeon pin, in two coordinates derived by hand
+// (references/loose_slider_crank.hpp), with the same steps as Freeplay.
 //
 //     Moreau–Jean, θ = ½     y_m = y + (h/2) ẏ;  M (ẏ⁺ − ẏ) = h f + W P at (y_m, t + h/2);  y⁺ = y_m + (h/2) ẏ⁺,
-//                            a contact that the motion would close by the end of the step takes part, struck by
-//                            Newton's and Coulomb's laws; then y⁺ is moved along M⁻¹ W_N onto g ≥ 0
+//                            a contact that the motion would close by the end of the step has an impact by
+//                            Newton's and Coulomb's laws; then y⁺ is projected along M⁻¹ W_N onto g ≥ 0
 //     penalty                one right-hand side with the contact closed: Lankarani and Nikravesh's force, Ambrósio's friction
 //
-// Nothing is general here, and nothing of the project's solvers is in it: one contact, one mechanism, no joint's reactions, no
-// ledger. What it writes is what a run of Freeplay leaves of the same motion, the events and as many rows of a trajectory.
+// Nothing is general here, and no solver of the project is used: one contact, one mechanism, no
+// joint reactions, no energy ledger. The output is that of a run of Freeplay for the same motion:
+// the events and the same number of rows of a trajectory.
 //
-//     freeplay-hand-derived nonsmooth DURATION STEP [FOLDER [ROWS]]      prints steps, touches, the last state
+//     freeplay-hand-derived nonsmooth DURATION STEP [FOLDER [ROWS]]      prints steps, contacts, the last state
 //     freeplay-hand-derived penalty CALLS                                prints calls and a sum
 //     freeplay-hand-derived ball DURATION STEP RESTITUTION DROP          a ball on a table; prints steps, its height (m)
 #include <cmath>
@@ -33,11 +35,11 @@ const LooseSliderCrank<double> rig = [] {
 constexpr double restitution = 0.46;
 
 struct Hand {
-  double theta = 0, x = 0, w = 0, u = 0, t = 0;  // rod's angle, slider's place, their rates
+  double theta = 0, x = 0, w = 0, u = 0, t = 0;  // rod angle, slider position, their rates
   double gap = 0;
 };
 
-/// The contact's rows and biases at one configuration.
+/// The rows and bias terms of the contact at one configuration.
 struct Frame {
   double gap, n_theta, n_x, t_theta, t_x, drive_n, drive_t, gamma_n, gamma_t;
 };
@@ -71,7 +73,7 @@ class Stepper {
     double w = w_free, u = s.u;
     bool pressed = false;
     double p_n = 0, p_t = 0;
-    // Bearing to journal, its rate, and the frame there.
+    // Vector from bearing to journal, its rate, and the contact frame.
     const double ex = x - r * cp - l * ct, ey = -r * sp - l * st, length = std::sqrt(ex * ex + ey * ey);
     double n_theta = 0, n_x = 0;
     if (length > 1e-9 * rig.clearance) {
@@ -79,7 +81,7 @@ class Stepper {
       n_theta = l * (-nx * st + ny * ct), n_x = -nx;
       const double t_theta = -l * (ny * st + nx * ct) - rig.bearing_radius, t_x = -ny;
       const double drive_n = -nx * rw * sp + ny * rw * cp, drive_t = -ny * rw * sp - nx * rw * cp;
-      // ë less what θ̈ and ẍ make of it, and the sideways rate.
+      // ë without the terms of θ̈ and ẍ, and the tangential velocity.
       const double ax = r * rig.speed * rig.speed * cp + l * s.w * s.w * ct,
                    ay = r * rig.speed * rig.speed * sp + l * s.w * s.w * st;
       const double vx = s.u + rw * sp + l * s.w * st, vy = -rw * cp - l * s.w * ct;
@@ -169,7 +171,7 @@ int nonsmooth(double duration, double h, const char* folder, long rows) {
   return 0;
 }
 
-/// Moreau–Jean's steps of one coordinate, the gap y; a ball that lies has u_N⁻ within rounding of 0.
+/// Moreau–Jean steps of one coordinate, the gap y; a resting ball has u_N⁻ = 0 within rounding.
 int ball(double duration, double h, double e, double drop) {
   constexpr double g = 9.81;
   const long steps = std::lround(duration / h);

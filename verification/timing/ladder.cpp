@@ -1,6 +1,7 @@
-// The ladder from a pendulum to the paper's rig with everything on: what each rung adds. With two arguments,
-// RUNG and FORMULATION, runs just that (for counting instructions, scripts/benchmark ladder); with "loose" and COUNT a row of so many
-// loose four-bars by penalty; without, prints the table in time.
+// The cost ladder from a pendulum to the test rig of the paper with all elements: the cost that
+// each rung adds. With two arguments, RUNG and FORMULATION, it runs only that rung (for counting
+// instructions, scripts/benchmark ladder); with "loose" and COUNT it runs a row of COUNT four-bars
+// with clearance by penalty; without arguments it prints the table of times.
 #include <fmt/format.h>
 
 #include <chrono>
@@ -59,7 +60,7 @@ std::vector<Rung> ladder() {
 Result go(Scene scene, Family family, double duration) {
   scene.run.duration = duration;
   scene.run.discard = 0;
-  // Instruments rest while nobody wants their samples.
+  // Instruments are inactive while no observer requests their samples.
   ContactStatistics statistics(0);
   test::Listener samples;
   std::vector<Observer*> observers{&statistics};
@@ -104,7 +105,7 @@ double right_hand_side(const Scene& scene, double& sum) {
          });
 }
 
-/// The same of the oracle: two coordinates by hand, in double.
+/// The same for the oracle: two coordinates derived by hand, in double.
 double oracle_side(double& sum) {
   reference::LooseSliderCrank<double> m;
   auto y = reference::ideal_start(m);

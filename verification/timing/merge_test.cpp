@@ -1,5 +1,5 @@
-// What a merge of a million synthetic runs takes: freeplay-tests "[.merge]". Runs are copies of one that was made, with digests, impacts
-// and costs of their own, in 64 shards.
+// The cost of merging a million synthetic runs: freeplay-tests "[.merge]". The runs are copies of
+// one real run, with their own digests, impacts and costs, in 64 shards.
 #include <fmt/format.h>
 #include <catch2/catch.hpp>
 

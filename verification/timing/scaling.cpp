@@ -34,7 +34,7 @@ Scene row(int count) {
   return scene;
 }
 
-/// One run; what it costs, in one line for another process.
+/// One run; its cost, in one line for another process.
 std::string run_once(const Growth& growth, int count) {
   auto scene = growth.scene(count);
   const auto bodies = scene.mechanism.bodies.size();

@@ -1,4 +1,5 @@
-// A ball that bounces on a table with Siconos as Debian carries it: Moreau–Jean with θ = ½, a linear relation for the gap and
+// A ball that bounces on a table with Siconos as packaged in Debian: Moreau–Jean with θ = ½, a
+// linear relation for the gap and
 // Newton's law. Not part of the build; scripts/benchmark side-by-side compiles and runs it.
 //
 //     siconos_ball DURATION STEP RESTITUTION DROP      prints steps, CPU µs a step and the height at the end (m)
@@ -16,7 +17,7 @@ int main(int argc, char** argv) {
   auto q = std::make_shared<SiconosVector>(3), v = std::make_shared<SiconosVector>(3),
        weight = std::make_shared<SiconosVector>(3);
   q->zero(), v->zero(), weight->zero();
-  (*q)(0) = drop;  // above touch
+  (*q)(0) = drop;  // above contact
   (*weight)(0) = -mass * g;
   auto M = std::make_shared<SimpleMatrix>(3, 3);
   M->eye();

@@ -1,5 +1,7 @@
-// Discs in a box with Siconos as Debian carries it: Moreau–Jean with θ = ½, its own broad phase (SpaceFilter) and
-// Gauss–Seidel over blocks for friction in the plane. Not part of the build; scripts/benchmark time-discs compiles and runs it.
+// Discs in a box with Siconos as packaged in Debian: Moreau–Jean with θ = ½, its own broad phase
+// (SpaceFilter) and
+// Gauss–Seidel over blocks for friction in the plane. Not part of the build; scripts/benchmark
+// time-discs compiles and runs it.
 //
 //     siconos_discs COLUMNS ROWS STEPS TOLERANCE EVERY      discs of radius 1 m; a line of CSV every EVERY steps
 #include <Friction_cst.h>
@@ -40,7 +42,7 @@ int main(int argc, char** argv) {
       nsds->insertDynamicalSystem(d);
       discs.push_back(d);
     }
-  auto planes = std::make_shared<SimpleMatrix>(3, 6);  // A x + B y + C = 0; without a width: without end
+  auto planes = std::make_shared<SimpleMatrix>(3, 6);  // A x + B y + C = 0; without a width: unbounded
   planes->zero();
   (*planes)(0, 1) = 1;
   (*planes)(1, 0) = 1;

@@ -1,4 +1,5 @@
-// Films of runs: which instants they show, where things stand in a frame, texts as data, and what is refused.
+// Animations of runs: the instants of the frames, positions in a frame, texts as data, and
+// refusals.
 #include <fmt/format.h>
 #include <catch2/catch.hpp>
 
@@ -20,7 +21,7 @@ using Catch::Matchers::Contains;
 
 namespace {
 
-/// A comparison of the rig over a quarter of a turn, by the command.
+/// A comparison of the rig over a quarter of a revolution, made by the command.
 const std::filesystem::path& comparison() {
   static const test::TemporaryFolder folder;
   static const auto told =
@@ -52,9 +53,9 @@ std::size_t files_in(const std::filesystem::path& folder) {
 
 }  // namespace
 
-TEST_CASE("a film's frames lie at equal steps of time from one end to the other", "[animate]") {
+TEST_CASE("frames of an animation are equally spaced in time, both ends included", "[animate]") {
   const test::TemporaryFolder out;
-  // 0.25 turns at 200 rpm: 0.075 s.
+  // 0.25 revolutions at 200 rpm: 0.075 s.
   FilmOptions options{.svg = true, .fps = 20, .speed = 0.01};
   auto film = film_of(comparison(), out.path(), options);
   CHECK(film.frames == 151);  // 7.5 s of film, both ends
@@ -64,14 +65,14 @@ TEST_CASE("a film's frames lie at equal steps of time from one end to the other"
              Contains("t = 0.0200 s") && Contains("crank 24°"));
   CHECK_THAT(test::file_text(out.path() / "frame_000151.svg"),
              Contains("t = 0.0750 s") && Contains("crank 90°"));
-  SECTION("a part of it, and an older film goes") {
+  SECTION("a part of the run, replacing an older animation") {
     options.from = 0.01, options.until = 0.0149, options.speed = 0.02;
     film = film_of(comparison(), out.path(), options);
     CHECK(film.frames == 5);  // 10, 11, 12, 13, 14 ms
     CHECK(files_in(out.path()) == 5);
     CHECK_THAT(test::file_text(out.path() / "frame_000005.svg"), Contains("t = 0.0140 s"));
   }
-  SECTION("left to itself a film takes from 8 to 20 s") {
+  SECTION("the default duration is 8 to 20 s") {
     options.speed.reset();
     film = film_of(comparison(), out.path(), options);
     const double length = static_cast<double>(film.frames - 1) / options.fps;
@@ -80,7 +81,7 @@ TEST_CASE("a film's frames lie at equal steps of time from one end to the other"
   }
 }
 
-TEST_CASE("a journal's dot stands in its circle as in the trajectory, and between rows on the line between",
+TEST_CASE("a journal's marker in its clearance circle follows the trajectory, linear between rows",
           "[animate]") {
   std::vector<FilmRun> runs;
   for (const auto& run : plots::runs_in(comparison()))
@@ -101,14 +102,15 @@ TEST_CASE("a journal's dot stands in its circle as in the trajectory, and betwee
         for (const bool half : {false, true}) {
           const double at = half ? 0.5 * (t_before + now) : now;
           const auto svg = drawing.frame(at, 0);
-          // In a panel of 190 px, of which the circle takes 148: its middle is told by the circle's own.
+          // In a panel of 190 px, of which the circle takes 148: the circle's centre is read from
+          // the circle itself.
           const auto ring = circles(svg, "74.00", "none");
           const auto dots = circles(svg, "5.00", colours[r]);
           REQUIRE(ring.size() == 1);
           REQUIRE(dots.size() == 2);  // and the one in the legend
           const double wx = half ? 0.5 * (x_before + x) : x, wy = half ? 0.5 * (y_before + y) : y;
           CHECK(dots[0].x() - ring[0].x() ==
-                Approx(74 * wx).margin(0.02));  // 0.005 each by two decimals, and 7 digits
+                Approx(74 * wx).margin(0.02));  // 0.005 each from two decimals, and 7 digits
           CHECK(ring[0].y() - dots[0].y() == Approx(74 * wy).margin(0.02));
         }
       }
@@ -117,7 +119,7 @@ TEST_CASE("a journal's dot stands in its circle as in the trajectory, and betwee
   }
 }
 
-TEST_CASE("bodies stand where the run has them: the rod from the crank's end to the slider", "[animate]") {
+TEST_CASE("bodies are drawn at their recorded poses: the rod from the crank pin to the slider", "[animate]") {
   std::vector<FilmRun> runs{film_run(plots::runs_in(comparison() / "nonsmooth").front(), 100'000)};
   const FilmDrawing drawing(runs, {.title = "t"});
   const double t = 0.03, phi = t * 200 * 2 * M_PI / 60;
@@ -137,7 +139,7 @@ TEST_CASE("bodies stand where the run has them: the rod from the crank's end to 
   CHECK(near({pin.x(), pin.y() - 34}, std::stod(found[3]), std::stod(found[4])));
 }
 
-TEST_CASE("texts of a run are data in a frame", "[animate][security]") {
+TEST_CASE("texts of a run are escaped in a frame", "[animate][security]") {
   FilmRun run;
   run.title = "a<b>&\"'\x1b[31m";
   run.t = {0, 1};
@@ -157,7 +159,7 @@ TEST_CASE("texts of a run are data in a frame", "[animate][security]") {
   CHECK(count("<svg") == count("</svg>"));
 }
 
-TEST_CASE("what no film can be made of is refused, and an older film stays", "[animate]") {
+TEST_CASE("a run that cannot be animated is refused, and an older animation is kept", "[animate]") {
   const test::TemporaryFolder out;
   const FilmOptions options{.svg = true, .speed = 0.1};
   REQUIRE(film_of(comparison(), out.path(), options).frames > 0);

@@ -26,12 +26,13 @@ double largest_residual(const System& system, const State& s) {
 }
 }  // namespace
 
-TEST_CASE("the reference scene assembles from no positions at all", "[assembly]") {
+TEST_CASE("the reference scene is assembled without any given position", "[assembly]") {
   const auto scene = read_scene(test::flores());
   const State s = assemble(scene.mechanism, RunOptions::Start::ideal);
   const System ideal(idealised(scene.mechanism));
   REQUIRE(largest_residual(ideal, s) < 1e-13);
-  // Ideal slider-crank at top dead centre: rod's centre at r + l/2, slider at r + l, rod turning at −ω r/l.
+  // Ideal slider-crank at top dead centre: rod's centre at r + l/2, slider at r + l, rod turning at
+  // −ω r/l.
   const double omega = main_drive(scene.mechanism)->speed;
   REQUIRE(s.q[3] == Approx(0.2));
   REQUIRE(s.q[6] == Approx(0.35));
@@ -39,8 +40,9 @@ TEST_CASE("the reference scene assembles from no positions at all", "[assembly]"
   REQUIRE(s.v[6] == Approx(0).margin(1e-14));
 }
 
-TEST_CASE("a rough start moves as little as the masses say", "[assembly]") {
-  // Two free bodies whose points must meet: the lighter one moves farther, in the ratio of the masses.
+TEST_CASE("assembly from a rough start displaces bodies in inverse proportion to their mass", "[assembly]") {
+  // Two free bodies whose points must coincide: the lighter one moves farther, in the ratio of the
+  // masses.
   const auto scene =
       parse_scene(test::body("heavy", 3, 1) + test::body("light", 1, 1, "position = [0.4, 0]\n") +
                       test::pin("j", "heavy", "light") + test::run_for(1),
@@ -57,15 +59,16 @@ TEST_CASE("a journal outside its bearing is moved just inside", "[assembly]") {
   const System system(scene.mechanism);
   auto e = system.make_evaluation();
   system.place(0, s.q.data(), e);
-  // An interior-point method ends inside by its last barrier parameter (1e-11) over the multiplier of the
-  // bound, which in these units is 1e-6: 1e-5 of c; allow ten times that.
+  // An interior-point method ends inside the bound by its last barrier parameter (1e-11) over the
+  // multiplier of the bound, which in these units is 1e-6: 1e-5 of c; the test allows ten times
+  // that.
   REQUIRE(system.gap(0, s.q.data(), e) >= -1e-9 * 1e-3);
   REQUIRE(system.gap(0, s.q.data(), e) < 1e-4 * 1e-3);
 }
 
-// The first wheel is driven to 0.1013 rad; the second stands between the flanks there, off their middle by half of what is free:
-// nothing asks it to move. The weights of the masses are 1 to 1e-3.
-TEST_CASE("a body that fits where it stands is not moved by the assembly of another", "[assembly]") {
+// The first wheel is driven to 0.1013 rad; the second is between the flanks there, off their middle
+// by half of the free angle, so it need not move. The weights of the masses are 1 to 1e-3.
+TEST_CASE("a body that fits its position is not moved by the assembly of another", "[assembly]") {
   const double r1 = 0.0373, r2 = 0.0973, play = 3.36e-4, phase = 1.06, driven = 0.1013;
   const double free = 0.5 * play / (r2 * std::cos(20 * 3.141592653589793 / 180));
   const double angle = phase - driven * r1 / r2 + 0.5 * free;
@@ -113,7 +116,7 @@ start = "assembled"
   CHECK(std::abs(s.q[5] - angle) < 1e-14);
 }
 
-TEST_CASE("four-bars from rough positions, and undriven at a position of their own", "[assembly]") {
+TEST_CASE("four-bars assemble from rough positions, and without a drive at a given position", "[assembly]") {
   for (const auto* name : {"four_bar", "four_bar_two", "double_pendulum", "big_end"}) {
     const auto scene = read_scene(test::scene_file(name));
     const State s = assemble(scene.mechanism, scene.run.start);
@@ -122,8 +125,8 @@ TEST_CASE("four-bars from rough positions, and undriven at a position of their o
   }
 }
 
-TEST_CASE("what cannot be assembled is refused with the joint and the distance", "[assembly]") {
-  // A rod of 0.3 m between a pivot and a point 1 m away: 0.7 m are missing.
+TEST_CASE("a mechanism that cannot be assembled is refused with the joint and the distance", "[assembly]") {
+  // A rod of 0.3 m between a pivot and a point 1 m away: a distance of 0.7 m remains.
   const auto scene =
       parse_scene(test::body("rod", 1, 0.01) + test::pin("left", "ground", "rod", {0, 0}, {-0.15, 0}) +
                       test::pin("right", "ground", "rod", {1, 0}, {0.15, 0}) + test::run_for(1),
@@ -150,21 +153,23 @@ speed_rpm = 20
   REQUIRE_THROWS_WITH(assemble(scene.mechanism, RunOptions::Start::assembled), Contains("contradict"));
 }
 
-TEST_CASE("a given start is taken as it stands, or refused", "[assembly]") {
+TEST_CASE("a given start is accepted as it is, or refused", "[assembly]") {
   auto scene = read_scene(test::scene_file("double_pendulum"));
   REQUIRE_NOTHROW(assemble(scene.mechanism, RunOptions::Start::given));
   scene.mechanism.bodies[0].position.x() += 1e-3;
   REQUIRE_THROWS_WITH(assemble(scene.mechanism, RunOptions::Start::given), Contains("stays open by 0.001 m"));
 }
 
-TEST_CASE("a loose mechanism that gives no velocities starts as the ideal one moves", "[assembly]") {
-  auto scene = read_scene(test::scene_file("four_bar"));  // loose pin between coupler and rocker
+TEST_CASE("a mechanism with clearance and no given velocities starts with those of the ideal mechanism",
+          "[assembly]") {
+  auto scene = read_scene(test::scene_file("four_bar"));  // clearance in the pin between coupler and rocker
   std::string assumed;
   const State s = assemble(scene.mechanism, RunOptions::Start::assembled, &assumed);
   CHECK_THAT(assumed, Contains("no body gives a velocity") && Contains("as the ideal mechanism moves"));
-  // Freudenstein: ω₄ = ω₂ (a/c) sin(θ₂ − θ₃)/sin(θ₄ − θ₃), ω₃ = ω₂ (a/b) sin(θ₂ − θ₄)/sin(θ₄ − θ₃) with the signs of
-  // these scenes' angles: the rocker's frame points from its pivot to the pin. A journal 0.2 mm off in bars of 100 mm
-  // and more turns angles by 2e-3, and the quotients by some 1e-2.
+  // Freudenstein: ω₄ = ω₂ (a/c) sin(θ₂ − θ₃)/sin(θ₄ − θ₃), ω₃ = ω₂ (a/b) sin(θ₂ − θ₄)/sin(θ₄ − θ₃)
+  // with the signs of
+  // these scenes' angles: the rocker's frame points from its pivot to the pin. A journal 0.2 mm off
+  // the centre in bars of 100 mm and more changes angles by 2e-3, and the quotients by some 1e-2.
   const double w2 = main_drive(scene.mechanism)->speed, t2 = s.q[2], t3 = s.q[5], t4 = s.q[8];
   const double w4 = w2 * 0.1 / 0.3 * std::sin(t2 - t3) / std::sin(t4 - t3);
   const double w3 = w2 * 0.1 / 0.35 * std::sin(t2 - t4) / std::sin(t4 - t3);
@@ -173,14 +178,16 @@ TEST_CASE("a loose mechanism that gives no velocities starts as the ideal one mo
   CHECK(s.v[8] == Approx(w4).epsilon(2e-2));
   CHECK(largest_residual(System(scene.mechanism), s) < 1e-12);
 
-  // Velocities that are given are changed as little as can be: the rocker, which no row ties to the drive, stays.
+  // Given velocities are changed as little as possible: the rocker, which no row connects with the
+  // drive, stays at rest.
   scene.mechanism.bodies[0].angular_velocity = w2;
   const State given = assemble(scene.mechanism, RunOptions::Start::assembled, &assumed);
   CHECK(assumed.empty());
   CHECK(given.v[8] == 0);
   CHECK(given.v[2] == Approx(w2).epsilon(1e-12));
 
-  // Nothing is assumed where the scene says it, where nothing is loose, and where nothing is driven.
+  // Nothing is assumed if the scene gives velocities, if no joint has clearance, or without a
+  // drive.
   scene = read_scene(test::scene_file("four_bar"));
   assemble(scene.mechanism, RunOptions::Start::ideal, &assumed);
   CHECK(assumed.empty());
@@ -192,8 +199,11 @@ TEST_CASE("a loose mechanism that gives no velocities starts as the ideal one mo
   for (const double v : still.v) CHECK(v == 0);
 }
 
-TEST_CASE("a loose mechanism whose ideal one cannot move starts with what the drive turns", "[assembly]") {
-  // Two cranks on one axle line, driven, and a link that is too short for both pins at once but for its play.
+TEST_CASE(
+    "if its ideal mechanism cannot move, a mechanism with clearance starts with the velocities of the drive",
+    "[assembly]") {
+  // Two driven cranks on one axle line, and a link that is too short for both pins at once except
+  // for their clearance.
   const auto scene =
       parse_scene(test::body("crank", 1, 0.01, "position = [0.05, 0]\n") +
                       test::body("link", 1, 0.01, "position = [0.2, 0]\n") +

@@ -1,4 +1,5 @@
-// Where motions settle: told apart by their section points, over a parameter and over starts, and after a stop.
+// Attractors of motions: identified by their section points, over a parameter and over starts, and
+// after an interruption.
 #include <catch2/catch.hpp>
 
 #include <fmt/format.h>
@@ -21,7 +22,7 @@ namespace {
 
 constexpr double pi = std::numbers::pi;
 
-/// x' = r x (1 − x), from where it has settled.
+/// x' = r x (1 − x), after the transient.
 std::vector<double> logistic(double r, int count) {
   double x = 0.3;
   for (int i = 0; i < 20000; ++i) x = r * x * (1 - x);
@@ -35,7 +36,8 @@ Study study_of(const test::TemporaryFolder& folder, const std::string& text) {
   return read_study(folder.path() / "study.toml");
 }
 
-/// The orbit of one impact in a period at the strength Γ, half a period before an impact: the ball at its top.
+/// The orbit of one impact in a period at the strength Γ, half a period before an impact: the ball
+/// at its top.
 std::string at_top(const reference::ShakenBall& ball, double strength) {
   const double phase = ball.phase(strength);
   return fmt::format(
@@ -61,7 +63,7 @@ SettledRuns run_bifurcation(const Study& study, const std::filesystem::path& fil
   return settle(study, *study.bifurcation, "bifurcation", bifurcation_chains(study), store, 2, {}, {});
 }
 
-/// All that a file holds, in an order of its own.
+/// All rows of a file, in sorted order.
 std::vector<std::string> contents(const std::filesystem::path& file) {
   const Database database(file, Database::Access::read);
   std::vector<std::string> rows;
@@ -77,16 +79,17 @@ std::vector<std::string> contents(const std::filesystem::path& file) {
 
 }  // namespace
 
-TEST_CASE("periods of the logistic map are told", "[attractors]") {
+TEST_CASE("periods of the logistic map are identified", "[attractors]") {
   const Likeness likeness{.circles = {0}, .tolerance = 1e-4, .most = 16};
-  // Known (May, Nature 261 (1976) 459): 1 below 3, 2 up to 1 + √6, 4 at 3.5, 3 from 1 + √8 on, chaos at 3.9.
+  // Known (May, Nature 261 (1976) 459): 1 below 3, 2 up to 1 + √6, 4 at 3.5, 3 from 1 + √8 on,
+  // chaos at 3.9.
   const std::map<double, int> known = {{2.9, 1},  {3.2, 2},  {3.5, 4},
                                        {3.55, 8}, {3.83, 3}, {3.9, Attractor::aperiodic}};
   for (const auto& [r, period] : known) {
     CAPTURE(r);
     CHECK(attractor_of(logistic(r, 60), likeness).period == period);
   }
-  // The two points of period 2, in closed form, whichever comes first.
+  // The two points of period 2, in closed form, in either order.
   const double r = 3.2, root = std::sqrt((r - 3) * (r + 1));
   const Attractor two{2, {(r + 1 + root) / (2 * r), (r + 1 - root) / (2 * r)}, {1}};
   for (const int count : {60, 61}) CHECK(same(attractor_of(logistic(r, count), likeness), two, likeness));
@@ -97,7 +100,7 @@ TEST_CASE("periods of the logistic map are told", "[attractors]") {
   CHECK(attractor_of(logistic(3.2, 6), likeness).period == 2);
 }
 
-TEST_CASE("what is approached slowly is told from what is reached", "[attractors]") {
+TEST_CASE("slow convergence to an attractor is distinguished from its attainment", "[attractors]") {
   const Likeness likeness{.circles = {0, 1}, .tolerance = 1e-3, .most = 16};
   const auto towards = [](double about, double begin, double factor, double split) {
     std::vector<double> rows;
@@ -109,15 +112,16 @@ TEST_CASE("what is approached slowly is told from what is reached", "[attractors
   };
   const auto reached = attractor_of(towards(1, 0, 0, 0), likeness);
   REQUIRE(reached.period == 1);
-  // An orbit of one period with an eigenvalue of −0.97: seen with two, 4e-3 apart at last, it is the one.
+  // An orbit of one period with an eigenvalue of −0.97: two alternating points, 4e-3 apart at the
+  // end, are recognised as one.
   for (const double begin : {0.012, -0.012, 0.004}) {
     const auto nearing = attractor_of(towards(1, begin, -0.97, 0), likeness);
     CHECK(nearing.period == 1);
     CHECK(same(nearing, reached, likeness));
   }
-  // From one side, 6e-3 away at last.
+  // From one side, 6e-3 away at the end.
   CHECK(same(attractor_of(towards(1, 0.02, 0.98, 0), likeness), reached, likeness));
-  // Two points that stay apart by as little are two, approached or reached.
+  // Two points that remain that close to each other are two, approached or reached.
   for (const double begin : {0.0, 0.004}) {
     const auto two = attractor_of(towards(1, begin, 0.97, 0.002), likeness);
     CHECK(two.period == 2);
@@ -125,7 +129,7 @@ TEST_CASE("what is approached slowly is told from what is reached", "[attractors
   }
 }
 
-TEST_CASE("angles and phases are told apart on their circle", "[attractors]") {
+TEST_CASE("angles and phases are compared on their circle", "[attractors]") {
   const Likeness likeness{.circles = {1}, .tolerance = 1e-3, .most = 4};
   const std::vector<double> around{0.0001, 0.9999, 0.0001, 0.9999, 0.0001, 0.9999};
   CHECK(attractor_of(around, likeness).period == 1);
@@ -133,8 +137,9 @@ TEST_CASE("angles and phases are told apart on their circle", "[attractors]") {
   CHECK(attractor_of(around, line).period == 2);
 }
 
-TEST_CASE("a bouncing ball's period doubles at the strength of its closed form", "[attractors]") {
-  // Bracketed to half a hundredth on either side: there the eigenvalue is off −1 by some 0.05, of which 300 periods leave 1e-7.
+TEST_CASE("the period of a bouncing ball doubles at the strength of its closed form", "[attractors]") {
+  // Bracketed to half a hundredth on either side: there the eigenvalue differs from −1 by some
+  // 0.05, which leaves 1e-7 after 300 periods.
   for (const double e : {0.7, 0.8, 0.9}) {
     CAPTURE(e);
     const reference::ShakenBall ball{e, 9.81, std::sqrt(9810.0)};
@@ -156,9 +161,10 @@ TEST_CASE("a bouncing ball's period doubles at the strength of its closed form",
   }
 }
 
-TEST_CASE("a ball at rest and one that bounces are both found where both are", "[attractors]") {
-  // Rest while Γ < 1; the orbit of one impact in a period from π (1 − e)/(1 + e) on. Upwards from below that the ball rests;
-  // downwards from Γ = 0.96 it bounces until the orbit is no more.
+TEST_CASE("coexisting attractors, a resting and a bouncing ball, are both found", "[attractors]") {
+  // The ball rests while Γ < 1; the orbit of one impact in a period exists from π (1 − e)/(1 + e)
+  // on. With increasing Γ the ball rests; with decreasing Γ from 0.96 it bounces until the orbit
+  // ceases to exist.
   const reference::ShakenBall ball{0.8, 9.81, std::sqrt(9810.0)};
   REQUIRE(ball.birth() == Approx(0.349).margin(1e-3));
   std::vector<double> strengths = {0.33, 0.34};
@@ -181,7 +187,7 @@ TEST_CASE("a ball at rest and one that bounces are both found where both are", "
   CHECK_THAT(text, Catch::Contains("several attractors at one value: 0.36 to 0.96"));
 }
 
-TEST_CASE("a bifurcation that is stopped and begun again holds the same", "[attractors]") {
+TEST_CASE("a bifurcation study that is stopped and resumed gives the same points", "[attractors]") {
   const reference::ShakenBall ball{0.8, 9.81, std::sqrt(9810.0)};
   const test::TemporaryFolder folder;
   const auto study = study_of(folder, ball_study(at_top(ball, 0.9), {0.5, 0.6, 0.7, 0.8, 0.9},
@@ -204,9 +210,10 @@ TEST_CASE("a bifurcation that is stopped and begun again holds the same", "[attr
         bifurcation_csv(study, whole, told_at_each_value(whole)));
 }
 
-TEST_CASE("basins of a rotor between two stops have the separatrix of its energy", "[attractors]") {
-  // ½ J ω² = m g l (1 − cos θ) leads to the top and stays there; below it the rotor falls back to its side, above it over the
-  // top. A stop leaves too little to come back: e² (E − m g l cos 1) < m g l (1 − cos 1) for all starts here.
+TEST_CASE("basins of a rotor between two stops are bounded by the separatrix of its energy", "[attractors]") {
+  // A start with ½ J ω² = m g l (1 − cos θ) leads to the top and stays there; with less energy the
+  // rotor falls back to its side, with more it passes the top. The energy after a stop is too small
+  // to return: e² (E − m g l cos 1) < m g l (1 − cos 1) for all starts here.
   const double mgl = 1, j = 0.01;
   for (const char* formulation : {"nonsmooth", "penalty"}) {
     CAPTURE(formulation);
@@ -231,13 +238,13 @@ TEST_CASE("basins of a rotor between two stops have the separatrix of its energy
       REQUIRE(std::abs(above) > 1e-4);  // none on the separatrix
       const double side = above > 0 ? std::copysign(1.0, speed) : std::copysign(1.0, angle);
       REQUIRE(run.attractor.period == 1);
-      // On the stop; penalty's yields by what 8.4 N presses, far below a thousandth.
+      // At the stop; with penalty its deflection under 8.4 N is far below a thousandth.
       CHECK(run.attractor.points[0] == Approx(side).epsilon(1e-3));
     }
   }
 }
 
-TEST_CASE("what a study asks wrongly of its attractors is refused at its place", "[attractors]") {
+TEST_CASE("an invalid request for attractors in a study is refused at its place", "[attractors]") {
   const test::TemporaryFolder folder;
   const auto scene = (test::source_folder() / "cases/ball-on-table/scene.toml").string();
   const std::string axes = "[axes.a]\nkey = \"curves.shake.amplitude\"\nvalues = [1e-4, 2e-4]\n";
@@ -264,7 +271,7 @@ TEST_CASE("what a study asks wrongly of its attractors is refused at its place",
   CHECK_THAT(why("[basin]\n"), Contains("study.toml:5") && Contains("y"));
 }
 
-TEST_CASE("what an axis of a diagram varies is not set besides, and a bad value is told where it stands",
+TEST_CASE("a diagram's axis key cannot be set as well, and an invalid value is reported at its place",
           "[attractors][errors]") {
   const test::TemporaryFolder folder;
   std::filesystem::copy_file(test::source_folder() / "cases/ball-on-table/scene.toml",
@@ -276,7 +283,7 @@ TEST_CASE("what an axis of a diagram varies is not set besides, and a bad value 
                     Catch::Contains("bifurcation.set: curves.shake.amplitude is what axis g varies"));
   CHECK_THROWS_WITH(study_of(folder, head + "[basin]\nset = [\"surfaces.hard.restitution = 1\"]\n"),
                     Catch::Contains("basin.set: surfaces.hard.restitution is what axis e varies"));
-  // Of an axis that the diagram does not name the key may be set.
+  // The key of an axis that the diagram does not name may be set.
   const auto study = study_of(
       folder, head + "[bifurcation]\nsection = \"each touch\"\nset = [\"surfaces.hard.restitution=2\"]\n");
   CHECK_THROWS_WITH(run_bifurcation(study, folder.path() / "a.db"),

@@ -1,5 +1,5 @@
-// What a run costs is bounded and known: bytes before they are written, the time until Ctrl-C is heard, memory, and
-// what is said when nothing more can be written.
+// Bounds on the cost of a run: bytes before they are written, the time until Ctrl-C takes effect,
+// memory, and messages when nothing more can be written.
 #include <fmt/format.h>
 #include <sys/wait.h>
 #include <unistd.h>
@@ -33,7 +33,7 @@ double since(Clock::time_point start) { return std::chrono::duration<double>(Clo
 
 const std::string program = std::string(FREEPLAY_BINARY_DIR) + "/freeplay";
 
-/// What the shell makes of a line in which $F is the program: exit status and standard error.
+/// Result of a shell line in which $F is the program: exit status and standard error.
 std::pair<int, std::string> shell(const std::string& line) {
   test::TemporaryFolder folder;
   const auto err = folder.path() / "err";
@@ -43,7 +43,7 @@ std::pair<int, std::string> shell(const std::string& line) {
   return {WEXITSTATUS(status), std::string{std::istreambuf_iterator<char>(in), {}}};
 }
 
-/// A process of the program's own, to be sent signals.
+/// A separate process of the program, which can receive signals.
 pid_t start(std::vector<std::string> words) {
   words.insert(words.begin(), program);
   std::vector<char*> command;
@@ -61,8 +61,9 @@ pid_t start(std::vector<std::string> words) {
 
 }  // namespace
 
-TEST_CASE("what a run writes is estimated before it starts", "[bounded][files]") {
-  // Ten mechanisms, each in the formulation that it is at home in. Beyond 20 % nobody could plan with it.
+TEST_CASE("the size of the output of a run is estimated before it starts", "[bounded][files]") {
+  // Ten mechanisms, each in its typical formulation. An error beyond 20 % would make the estimate
+  // useless for planning.
   struct Row {
     const char* scene;
     Family family;
@@ -91,7 +92,7 @@ TEST_CASE("what a run writes is estimated before it starts", "[bounded][files]")
     run_scene(scene, {.formulation = name_of(row.family), .folder = folder.path()});
     double written = 0, told = 0;
     for (const auto& file : estimate.files) {
-      if (file.name.find(".csv") == file.name.npos) continue;  // the rest is small here
+      if (file.name.find(".csv") == file.name.npos) continue;  // the other files are small here
       written += static_cast<double>(std::filesystem::file_size(folder.path() / file.name));
       told += file.bytes;
     }
@@ -103,9 +104,10 @@ TEST_CASE("what a run writes is estimated before it starts", "[bounded][files]")
   }
 }
 
-TEST_CASE("forces of discs that touch anew all the time are estimated, and written",
+TEST_CASE("the output of forces of discs with changing contacts is estimated as an upper bound",
           "[bounded][files][groups]") {
-  // The contacts of a group are one family without a gap of its own: its columns are taken to be full, so the bound is one-sided.
+  // The contacts of a group are one family without an individual gap: its columns are assumed to be
+  // full, so the bound is one-sided.
   auto scene = read_scene(test::source_folder() / "cases/discs-in-a-box/scene.toml", {"run.forces=true"});
   scene.run.duration = 0.05;
   const auto estimate = estimate_output(scene, assemble(scene.mechanism, scene.run.start));
@@ -115,10 +117,10 @@ TEST_CASE("forces of discs that touch anew all the time are estimated, and writt
   run_scene(scene, {.formulation = "nonsmooth", .folder = folder.path()});
   const auto written = static_cast<double>(std::filesystem::file_size(folder.path() / "forces.csv"));
   CHECK(told->bytes > 0.8 * written);
-  CHECK(told->bytes < 3 * written);  // in the time of a first contact most are apart
+  CHECK(told->bytes < 3 * written);  // before the first contacts most discs are apart
 }
 
-TEST_CASE("what is estimated to be too much is not begun", "[bounded][files][program]") {
+TEST_CASE("a run whose estimated output is too large does not start", "[bounded][files][program]") {
   test::TemporaryFolder folder;
   const auto out = (folder.path() / "out").string();
   const auto run = "run " + test::flores().string() + " --formulation nonsmooth -o " + out;
@@ -144,7 +146,8 @@ TEST_CASE("what is estimated to be too much is not begun", "[bounded][files][pro
   CHECK_NOTHROW(require_room(scene, {{{"a", 1e3}}}, 1, folder.path() / "none/yet", 1e9));
 }
 
-TEST_CASE("what cannot be printed or written ends with status 1 and one line", "[bounded][program]") {
+TEST_CASE("output that cannot be printed or written ends the program with status 1 and one line",
+          "[bounded][program]") {
   test::TemporaryFolder folder;
   const auto at = folder.path().string(), scene = test::flores().string();
   const auto refused = [](const std::string& line, const char* why) {
@@ -162,7 +165,7 @@ TEST_CASE("what cannot be printed or written ends with status 1 and one line", "
         "check " + scene, "verify closed-forms -o " + at + "/verify", "figures " + at + "/laws"})
     refused("$F " + verb + " >/dev/full", "standard output: cannot be written: No space left on device");
   refused(run + " -o " + at + "/full >/dev/full", "No space left on device");
-  CHECK(std::filesystem::exists(at + "/full/run.json"));  // its files are whole all the same
+  CHECK(std::filesystem::exists(at + "/full/run.json"));  // its files are complete nevertheless
   refused(run + " -o " + at + "/pipe | true; (exit ${PIPESTATUS[0]})", "Broken pipe");
   refused(run + " -o " + at + "/closed >&-", "standard output");
   refused(run + " -o /proc/none", "/proc/none: cannot make this folder");
@@ -170,7 +173,7 @@ TEST_CASE("what cannot be printed or written ends with status 1 and one line", "
   CHECK_FALSE(std::filesystem::exists(at + "/large/run.json"));
 }
 
-TEST_CASE("Ctrl-C is heard in every phase, and what is whole stays whole", "[bounded][program]") {
+TEST_CASE("Ctrl-C is obeyed in every phase, and complete files stay complete", "[bounded][program]") {
   test::TemporaryFolder folder;
   const auto out = (folder.path() / "out").string();
   const std::string scene = test::flores().string();
@@ -192,10 +195,11 @@ TEST_CASE("Ctrl-C is heard in every phase, and what is whole stays whole", "[bou
       int status = 0;
       REQUIRE(waitpid(id, &status, 0) == id);
       worst = std::max(worst, since(asked));
-      // A signal before the program has begun to listen ends it as signals do.
+      // A signal before the program handles signals ends it with the default action.
       CHECK((WIFSIGNALED(status) ? WTERMSIG(status) == signal : WEXITSTATUS(status) == 1));
     }
-  CHECK(worst < 2);  // 0.75 s are given to hear it (cli/stop_signal.hpp); the rest is the machine's
+  CHECK(worst <
+        2);  // 0.75 s are the permitted reaction time (cli/stop_signal.hpp); the rest is for the machine
   for (const auto& entry : std::filesystem::recursive_directory_iterator(out))
     if (entry.path().filename() == "run.json") {
       std::ifstream in(entry.path());
@@ -203,7 +207,7 @@ TEST_CASE("Ctrl-C is heard in every phase, and what is whole stays whole", "[bou
     }
 }
 
-TEST_CASE("an assembly is asked to stop", "[bounded]") {
+TEST_CASE("an assembly obeys a request to stop", "[bounded]") {
   const std::atomic<bool> requested{true};
   std::atomic<bool> heard{false};
   const auto scene = read_scene(test::scene_file("four_bar"));
@@ -214,7 +218,7 @@ TEST_CASE("an assembly is asked to stop", "[bounded]") {
   CHECK_THROWS_AS(Simulation(scene, "nonsmooth", {.stop = StopToken(requested)}), Interrupted);
 }
 
-TEST_CASE("a child process ends in its time", "[bounded]") {
+TEST_CASE("a child process ends within its time limit", "[bounded]") {
   const auto quiet = run_child({.command = {"cat"}, .input = std::string(1 << 20, 'x')});
   CHECK(quiet.status == 0);
   CHECK_FALSE(quiet.late);
@@ -241,7 +245,7 @@ TEST_CASE("a child process ends in its time", "[bounded]") {
   impatient.join();
 }
 
-TEST_CASE("a run's memory does not grow with its length", "[bounded][program]") {
+TEST_CASE("the memory of a run does not grow with its length", "[bounded][program]") {
   for (const char* formulation : {"penalty", "nonsmooth"}) {
     long kib[2] = {0, 0};
     for (const int i : {0, 1}) {
@@ -261,6 +265,6 @@ TEST_CASE("a run's memory does not grow with its length", "[bounded][program]") 
 }
 
 TEST_CASE("the program starts in little memory", "[bounded][program]") {
-  // A BLAS that makes threads when it is loaded would spin here.
+  // A BLAS that makes threads when it is loaded would loop here.
   CHECK(shell("ulimit -v 150000; timeout -k 1 20 $F --version >/dev/null").first == 0);
 }

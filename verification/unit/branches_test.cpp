@@ -1,4 +1,5 @@
-// How a mechanism goes together: four-bar loops and Grashof's types, the branch that is asked for, starts that are no pose.
+// Assembly of a mechanism: four-bar loops and Grashof's types, the required branch, and starts that
+// are not a pose.
 #include <fmt/format.h>
 #include <catch2/catch.hpp>
 
@@ -18,7 +19,7 @@ using Catch::Matchers::Contains;
 
 namespace {
 
-/// Links of these lengths, each body's middle its centre of mass; no positions.
+/// Links of these lengths, the middle of each body its centre of mass; no positions.
 std::string four_bar(double d, double a, double b, double c, const std::string& more = "") {
   const auto body = [](const char* name, double length) {
     return fmt::format("[bodies.{0}]\nmass = 1\ninertia = {1}\npoints = {{ P = [{2}, 0], Q = [{3}, 0] }}\n",
@@ -49,7 +50,8 @@ std::string message(const std::string& text) {
 
 }  // namespace
 
-TEST_CASE("Grashof's types are what triangles say, for all links of whole lengths", "[assembly][grashof]") {
+TEST_CASE("Grashof types agree with the triangle inequality for all integer link lengths",
+          "[assembly][grashof]") {
   int types[6] = {};
   for (int d = 1; d <= 7; ++d)
     for (int a = 1; a <= 7; ++a)
@@ -71,7 +73,7 @@ TEST_CASE("Grashof's types are what triangles say, for all links of whole length
   for (const int count : types) CHECK(count > 0);
 }
 
-TEST_CASE("the inversions of one chain are the types that textbooks name", "[assembly][grashof]") {
+TEST_CASE("the inversions of one chain have the types given in textbooks", "[assembly][grashof]") {
   // Links 20, 50, 60, 70 mm: 20 + 70 < 50 + 60.
   const auto type = [](double d, double a, double b, double c) { return type_of({{}, {}, {d, a, b, c}}); };
   CHECK(type(70, 20, 60, 50) == Grashof::crank_rocker);
@@ -84,7 +86,8 @@ TEST_CASE("the inversions of one chain are the types that textbooks name", "[ass
   CHECK(type(0.1, 0.2, 0.3, 0.2 + 1e-12) == Grashof::change_point);
 }
 
-TEST_CASE("loops are found with the ground fixed and the driven link as input", "[assembly][grashof]") {
+TEST_CASE("four-bar loops are found, with the ground as fixed link and the driven link as input",
+          "[assembly][grashof]") {
   const auto loop = [](const std::string& more) {
     const auto scene = parse_scene(four_bar(7, 2, 6, 5, more), "s.toml");
     const auto all = four_bars(scene.mechanism);
@@ -95,13 +98,13 @@ TEST_CASE("loops are found with the ground fixed and the driven link as input", 
   CHECK(loop("").joints == std::array{0, 1, 2, 3});
   CHECK(loop("[drives.m]\njoint = \"D\"\nspeed = 1\n").lengths == std::array<double, 4>{7, 5, 6, 2});
   CHECK(loop("[drives.m]\njoint = \"D\"\nspeed = 1\n").bodies == std::array{ground, 2, 1, 0});
-  // Two loops that share a rocker; a slider-crank has none.
+  // Two loops with a common rocker; a slider-crank has none.
   CHECK(four_bars(test::row_of_four_bars(2, 0).mechanism).size() == 2);
   CHECK(four_bars(read_scene(test::flores()).mechanism).empty());
   CHECK(four_bars(read_scene(test::scene_file("seven_body")).mechanism).size() == 3);
 }
 
-TEST_CASE("both branches of a four-bar are those of the closed form, from no positions",
+TEST_CASE("both branches of a four-bar agree with the closed form, without given positions",
           "[assembly][branch]") {
   struct Links {
     double d, a, b, c;
@@ -117,7 +120,8 @@ TEST_CASE("both branches of a four-bar are those of the closed form, from no pos
             "s.toml");
         const auto s = assemble(scene.mechanism, scene.run.start);
         const auto exact = reference::four_bar_pose(d, a, b, c, angle, open);
-        // Positions are closed to rounding; angles follow by at most 1/sin of the transmission angle, here below 20.
+        // Positions are closed to rounding; the error of angles is greater by at most 1/sin of the
+        // transmission angle, here below 20.
         CHECK(from(s.q[2], angle) < 1e-12);
         CHECK(from(s.q[5], exact.coupler) < 1e-9);
         CHECK(from(s.q[8], exact.rocker) < 1e-9);
@@ -125,7 +129,7 @@ TEST_CASE("both branches of a four-bar are those of the closed form, from no pos
       }
 }
 
-TEST_CASE("mirrored, a four-bar is as open as before", "[assembly][branch]") {
+TEST_CASE("a mirrored four-bar stays open or crossed", "[assembly][branch]") {
   for (const bool open : {true, false}) {
     const auto scene = parse_scene(
         four_bar(0.4, 0.1, 0.35, 0.3,
@@ -136,13 +140,13 @@ TEST_CASE("mirrored, a four-bar is as open as before", "[assembly][branch]") {
   }
 }
 
-TEST_CASE("the sign of a named angle chooses a pose, of any mechanism", "[assembly][branch]") {
+TEST_CASE("the sign of a named angle selects a pose in any mechanism", "[assembly][branch]") {
   for (const bool positive : {true, false}) {
     const auto ask = fmt::format("[assembly]\n{} = [\"B-C-D\"]\n", positive ? "positive" : "negative");
     const auto scene = parse_scene(four_bar(0.4, 0.1, 0.35, 0.3, drive(1) + ask), "s.toml");
     const auto s = assemble(scene.mechanism, scene.run.start);
     CHECK((sine_of(scene.mechanism, {{1, 2, 3}}, s.q) > 0) == positive);
-    // It stands in the canonical text; nothing does where nothing is asked for.
+    // The request is in the canonical text; without a request nothing is.
     CHECK_THAT(to_toml(scene), Contains(ask));
     CHECK(same_facts(parse_scene(to_toml(scene), "again"), scene));
     // A slider-crank: the slider to the right of the pin, or to the left.
@@ -157,7 +161,7 @@ TEST_CASE("the sign of a named angle chooses a pose, of any mechanism", "[assemb
   CHECK_THAT(to_toml(parse_scene(four_bar(0.4, 0.1, 0.35, 0.3), "s.toml")), !Contains("[assembly]"));
 }
 
-TEST_CASE("a pose that is asked for and is none is refused by its key", "[assembly][errors]") {
+TEST_CASE("a requested pose that does not exist is refused by its key", "[assembly][errors]") {
   const auto with = [](const std::string& ask, double d = 0.4) {
     return message(four_bar(d, 0.1, 0.35, 0.3, drive(1) + "[assembly]\n" + ask));
   };
@@ -168,7 +172,7 @@ TEST_CASE("a pose that is asked for and is none is refused by its key", "[assemb
   CHECK_THAT(with("positive = [\"B-B-C\"]\n"), Contains("is no angle"));
   CHECK_THAT(with("branch = \"wide\"\n"), Contains("assembly.branch: \"wide\" is not known here"));
   CHECK_THAT(with("braanch = \"open\"\n"), Contains("is not a key of [assembly]; did you mean branch?"));
-  // No loop of four, and two of them.
+  // No four-bar loop, and two of them.
   const auto flores = [](const std::string& set) {
     const auto scene = read_scene(test::flores(), {set});
     return assemble(scene.mechanism, scene.run.start);
@@ -178,21 +182,21 @@ TEST_CASE("a pose that is asked for and is none is refused by its key", "[assemb
   auto row = test::row_of_four_bars(2, 0);
   row.mechanism.assembly.branch = Configuration::Branch::open;
   CHECK_THROWS_WITH(assemble(row.mechanism, RunOptions::Start::assembled), Contains("there are 2"));
-  // Names with a - in them are read where there is one way to.
+  // Names that contain a - are accepted if there is only one way to split them.
   auto text = four_bar(0.4, 0.1, 0.35, 0.3, drive(1) + "[assembly]\npositive = [\"B-C-C-D\"]\n");
   CHECK_THAT(message(text), Contains("is no angle"));
   for (auto at = text.find("[joints.C]"); at != text.npos; at = text.find("[joints.C]"))
     text.replace(at, 10, "[joints.C-C]");
   CHECK(message(text) == "accepted");
-  // Too long by how much.
+  // The message states by how much the links are too long.
   CHECK_THAT(
       message(four_bar(0.9, 0.1, 0.35, 0.3)),
       Contains("cannot be closed") && Contains("link ground of 0.9 m is 0.15 m longer than the other three"));
 }
 
-TEST_CASE("a start that leads nowhere is left for another, which is named, and the same each time",
+TEST_CASE("a start that fails to assemble is replaced by another, reported and reproducible one",
           "[assembly]") {
-  // The pose given closes, but is not the one that is asked for.
+  // The given pose closes, but is not the requested one.
   std::string said, again;
   auto scene =
       parse_scene(four_bar(0.4, 0.1, 0.35, 0.3, drive(1) + "[assembly]\nbranch = \"open\"\n"), "s.toml");
@@ -203,12 +207,12 @@ TEST_CASE("a start that leads nowhere is left for another, which is named, and t
                        Contains("assembled from start 1 of") && Contains("coupler and rocker turned over"));
   CHECK(assemble(scene.mechanism, scene.run.start, &again).q == s.q);
   CHECK(again == said);
-  // Without a wish nothing is said, and the pose near the given one is kept.
+  // Without a request there is no message, and the pose near the given one is kept.
   auto plain = scene;
   plain.mechanism.assembly = {};
   assemble(plain.mechanism, plain.run.start, &said);
   CHECK(said.empty());
-  // "given" is taken as it stands or refused.
+  // "given" is accepted as it is, or refused.
   auto given = scene;
   start_from(given.mechanism, s);
   given.mechanism.assembly.branch = Configuration::Branch::open;
@@ -216,7 +220,7 @@ TEST_CASE("a start that leads nowhere is left for another, which is named, and t
                     Contains("assembly.branch: \"open\" is asked for; the pose found is crossed"));
 }
 
-TEST_CASE("mechanisms of several loops go together with all bodies at the origin", "[assembly]") {
+TEST_CASE("mechanisms of several loops assemble with all bodies at the origin", "[assembly]") {
   for (const auto* file : {"seven_body", "four_bar_two"}) {
     CAPTURE(file);
     auto scene = read_scene(test::scene_file(file));
@@ -231,8 +235,8 @@ TEST_CASE("mechanisms of several loops go together with all bodies at the origin
   }
 }
 
-TEST_CASE("angles without positions are kept: each body hangs on the one before it", "[assembly]") {
-  // Two bars, at -30 and -110 degrees; nothing but the angles is stated.
+TEST_CASE("given angles without positions are kept: each body is placed on the one before it", "[assembly]") {
+  // Two bars, at -30 and -110 degrees; only the angles are given.
   const auto text = [](double first, double second) {
     return fmt::format(R"([bodies.upper]
 mass = 1
@@ -262,10 +266,10 @@ duration = 1
   CHECK(s.q[5] == b);
   CHECK(s.q[0] == Approx(1 + 0.15 * std::cos(a)).epsilon(1e-15));
   CHECK(s.q[3] == Approx(1 + 0.3 * std::cos(a) + 0.125 * std::cos(b) + 0.01 * std::sin(b)).epsilon(1e-14));
-  // Turns that are stated are kept too: a torsional spring would feel them.
+  // Given whole revolutions are kept too: they would act on a torsional spring.
   const auto wound = parse_scene(text(a + 4 * M_PI, b), "s.toml");
   CHECK(assemble(wound.mechanism, wound.run.start).q[2] == Approx(a + 4 * M_PI).epsilon(1e-14));
-  // Where a position is stated, the least movement decides as ever.
+  // Where a position is given, the least displacement decides as usual.
   const auto placed = parse_scene(text(a, b), "s.toml", {"bodies.upper.position=[1.1, 2]"});
   CHECK(std::abs(assemble(placed.mechanism, placed.run.start).q[5] - b) > 1e-3);
 }

@@ -1,5 +1,6 @@
-// Calibration by parts, each against a closed form: scatter, surfaces of what is no quadratic, correlated targets, intervals
-// that are open, identifiability; and by the command: a fit that does not hold has no interval.
+// Parts of the calibration, each against a closed form: scatter, surfaces of functions that are not
+// quadratic, correlated targets, open intervals, identifiability. By the command: a rejected fit
+// has no interval.
 #include <fmt/format.h>
 
 #include <boost/math/distributions/students_t.hpp>
@@ -21,7 +22,7 @@ using Catch::Matchers::Contains;
 
 namespace {
 
-/// Quadratics without noise: the surface is exact, and has no error of its own.
+/// Quadratics without noise: the surface is exact, and its error is zero.
 ResponseSurface exact(int unknowns, const std::function<double(const Eigen::VectorXd&)>& y) {
   const auto points = space_filling(unknowns, 30);
   Eigen::VectorXd outcomes(30);
@@ -41,8 +42,9 @@ std::string guide() { return (test::source_folder() / "cases/flores2011-experime
 
 }  // namespace
 
-TEST_CASE("scatter of starts: the pooled relative covariance, near points first", "[calibrate]") {
-  // Two starts at 1 ± a and 1 ± b of one sign: r = ±a, ±b, so W = 2aa, 2ab, 2bb of one degree of freedom; ρ = 1 is not shrunk.
+TEST_CASE("scatter of starts: the pooled relative covariance, weighted by distance", "[calibrate]") {
+  // Two starts at 1 ± a and 1 ± b of one sign: r = ±a, ±b, so W = 2aa, 2ab, 2bb of one degree of
+  // freedom; ρ = 1 is not reduced.
   Scatter scatter;
   CHECK_FALSE(scatter.known());
   Eigen::MatrixXd outcomes(2, 2);
@@ -54,7 +56,8 @@ TEST_CASE("scatter of starts: the pooled relative covariance, near points first"
   CHECK(w.covariance(0, 0) == Approx(2 * 0.01));
   CHECK(w.covariance(1, 1) == Approx(2 * 0.04));
   CHECK(w.covariance(0, 1) == Approx(2 * 0.02));
-  // A point without scatter at a distance of 1 = 2h weighs e^(−2) from here, and as much more from there.
+  // A point without scatter at a distance of 1 = 2h has the weight e^(−2) here, and the inverse
+  // ratio there.
   scatter.add(there, outcomes.row(0).replicate(2, 1));
   const double far = std::exp(-2.0);
   CHECK(scatter.at(here).covariance(0, 0) == Approx(2 * 0.01 / (1 + far)));
@@ -62,9 +65,10 @@ TEST_CASE("scatter of starts: the pooled relative covariance, near points first"
   CHECK(scatter.at(here).freedom == Approx((1 + far) * (1 + far) / (1 + far * far)));
 }
 
-TEST_CASE("a surface follows what no quadratic does, and knows its error", "[calibrate]") {
-  // A step of width 0.2 with noise of 0.03. A quadratic misses it by 0.3; the surface must come within four of its own standard
-  // errors everywhere, and these within a third of that.
+TEST_CASE("a response surface follows a function that is not quadratic and estimates its error",
+          "[calibrate]") {
+  // A step of width 0.2 with noise of 0.03. The error of a quadratic is 0.3; the surface must be
+  // within four of its own standard errors everywhere, and these within a third of that.
   const auto y = [](double x) { return std::tanh(5 * x); };
   std::mt19937_64 engine(5);
   std::normal_distribution<double> noise(0, 0.03);
@@ -84,11 +88,12 @@ TEST_CASE("a surface follows what no quadratic does, and knows its error", "[cal
   }
 }
 
-TEST_CASE("scatter that differs over the ranges is not smoothed over them", "[calibrate]") {
-  // Deviations of 0.2 for ξ₁ < −0.6 and 0.001 elsewhere, 40 points of two starts. Smoothed over ½√2, W had
-  // 0.065 to 0.069 in the middle. A width of a fifth leaves exp(−½(0.6/0.14)²) = 1e-4 of the chaotic part there,
-  // whose variance is 40,000 times as great: at most 0.01 in the middle; and in the chaotic part a factor of 2,
-  // which its eight points know it to.
+TEST_CASE("scatter that varies over the ranges is not averaged over them", "[calibrate]") {
+  // Deviations of 0.2 for ξ₁ < −0.6 and 0.001 elsewhere, 40 points of two starts. With smoothing
+  // over ½√2, W was 0.065 to 0.069 in the middle. With a width of a fifth,
+  // exp(−½(0.6/0.14)²) = 1e-4 of the chaotic part remains there, whose variance is 40,000 times as
+  // great: at most 0.01 in the middle; and in the chaotic part a factor of 2, the accuracy of its
+  // eight points.
   std::mt19937_64 engine(11);
   std::normal_distribution<double> normal;
   Scatter scatter;
@@ -109,11 +114,12 @@ TEST_CASE("scatter that differs over the ranges is not smoothed over them", "[ca
   }
 }
 
-TEST_CASE("a surface that is steep in a corner of the ranges knows its error there", "[calibrate]") {
-  // y = 0.1ξ₁ + 2.5 exp(−(ξ₂ + 1)/0.15)(1 − 0.3ξ₁), noise of 0.005: as a rig's peaks grow towards the least
-  // friction. Without a warp the gentle half ξ₂ > 0 was off by 0.016 to 0.098, and 36 of 3,200 places by more
-  // than four of the surface's own standard errors. The gentle half is to be known to six times the noise, and
-  // one place in 1,000 may lie beyond four standard errors (neighbouring places err together).
+TEST_CASE("a response surface with a steep corner estimates its error in the gentle part", "[calibrate]") {
+  // y = 0.1ξ₁ + 2.5 exp(−(ξ₂ + 1)/0.15)(1 − 0.3ξ₁), noise of 0.005: like peaks of a rig that grow
+  // towards the least friction. Without a warp the error in the gentle half ξ₂ > 0 was 0.016 to
+  // 0.098, and at 36 of 3,200 places more than four of the surface's own standard errors. The error
+  // in the gentle half must be below six times the noise, and at one place in 1,000 it may exceed
+  // four standard errors (errors of neighbouring places are correlated).
   const auto y = [](const Eigen::VectorXd& x) {
     return 0.1 * x[0] + 2.5 * std::exp(-(x[1] + 1) / 0.15) * (1 - 0.3 * x[0]);
   };
@@ -142,9 +148,11 @@ TEST_CASE("a surface that is steep in a corner of the ranges knows its error the
   CHECK(beyond <= 3);
 }
 
-TEST_CASE("targets that scatter together say no more than their difference allows", "[calibrate]") {
-  // Two statistics y = bξ of the same runs whose scatter has the same variance w and correlation ρ: the information is
-  // 2b²/(w (1 + ρ)), and the interval half t/√(that + pull). Taken for independent it is narrower by √(1 + ρ).
+TEST_CASE("correlated targets carry no more information than their correlation allows", "[calibrate]") {
+  // Two statistics y = bξ of the same runs whose scatter has the same variance w and correlation ρ:
+  // the information is
+  // 2b²/(w (1 + ρ)), and the interval half t/√(that + pull). Treated as independent they give an
+  // interval narrower by √(1 + ρ).
   const double b = 0.7;
   std::mt19937_64 engine(7);
   std::normal_distribution<double> normal;
@@ -171,15 +179,16 @@ TEST_CASE("targets that scatter together say no more than their difference allow
   // As if they were independent measurements: two of variance w.
   const Misfit apart({{surface, 0, 1e-6, {}, 0, 0, 0}, {surface, 0, 1e-6, {}, 1, 1, 1}}, {scatter, scatter});
   CHECK(fit(apart, {true, true}, one).unknowns[0].high < 0.8 * f.unknowns[0].high);
-  // A measurement that is the mean of four stretches is known twice as well.
+  // A measurement that is the mean of four segments has half the uncertainty.
   const Misfit longer({{surface, 0, 1e-6, {4, 1}, 0, 0, 0}, {surface, 0, 1e-6, {4, 1}, 0, 1, 0}}, {scatter});
   CHECK(fit(longer, {true, true}, one).unknowns[0].high ==
         Approx(t / std::sqrt(4 * (information - Misfit::pull) + Misfit::pull)).epsilon(1e-3));
 }
 
-TEST_CASE("an interval that reaches a limit of its range is open there; two minima are in one",
+TEST_CASE("a confidence interval at a limit of its range is open there, and spans two minima",
           "[calibrate]") {
-  // y = ξ measured as 0.9 ± 0.2: of the profile 1.96·0.2 below 0.9, and above it the range's end.
+  // y = ξ measured as 0.9 ± 0.2: the lower end of the profile is 1.96·0.2 below 0.9, the upper one
+  // is the end of the range.
   const auto line = exact(1, [](const Eigen::VectorXd& xi) { return xi[0]; });
   const double w = Misfit::pull, s = 0.2, best = 0.9 / (1 + w * s * s),
                half = 1.959964 / std::sqrt(1 / (s * s) + w);
@@ -188,7 +197,7 @@ TEST_CASE("an interval that reaches a limit of its range is open there; two mini
   CHECK_FALSE(f.unknowns[0].open_low);
   CHECK(f.unknowns[0].high == 1);
   CHECK(f.unknowns[0].open_high);
-  // y = ξ² measured as 0.49 ± 0.05: ξ = ±√(0.49 ± 0.098), about both signs.
+  // y = ξ² measured as 0.49 ± 0.05: ξ = ±√(0.49 ± 0.098), both signs.
   const auto bowl = exact(1, [](const Eigen::VectorXd& xi) { return xi[0] * xi[0]; });
   const auto both = fit(Misfit({{bowl, 0.49, 0.05, {}, 0, 0, 0}}, {{}}), {true}, one);
   CHECK(both.unknowns[0].low == Approx(-std::sqrt(0.49 + 0.098)).epsilon(2e-3));
@@ -196,10 +205,10 @@ TEST_CASE("an interval that reaches a limit of its range is open there; two mini
   CHECK_FALSE(both.unknowns[0].open_low);
 }
 
-TEST_CASE("identifiability: what no target sees, and what targets see together", "[calibrate]") {
+TEST_CASE("identifiability: parameters without influence, and joint influence of targets", "[calibrate]") {
   const auto points = space_filling(2, 30);
   const std::vector<Scatter> none(2);
-  // Both targets see ξ₁ alone.
+  // Both targets depend on ξ₁ alone.
   const auto first = exact(2, [](const Eigen::VectorXd& xi) { return xi[0]; });
   const auto blind =
       identifiability(Misfit({{first, 0, 0.1, {}, 0, 0, 0}, {first, 0, 0.1, {}, 1, 0, 1}}, none), points);
@@ -208,7 +217,8 @@ TEST_CASE("identifiability: what no target sees, and what targets see together",
   CHECK(blind.sensitivity(0, 0) == Approx(10).epsilon(1e-6));
   CHECK(blind.sensitivity(0, 1) == Approx(0).margin(1e-6));
   CHECK(blind.left_open[0] == Approx(1.96 / std::sqrt(2 * 100 + Misfit::pull)).epsilon(1e-6));
-  // Both see the sum: each is open, and they correlate by −1 but for the pull.
+  // Both depend on the sum: each parameter is open, and their correlation is −1 except for the
+  // pull.
   const auto sum = exact(2, [](const Eigen::VectorXd& xi) { return xi[0] + xi[1]; });
   const auto together =
       identifiability(Misfit({{sum, 0, 0.1, {}, 0, 0, 0}, {sum, 0, 0.1, {}, 1, 0, 1}}, none), points);
@@ -224,8 +234,9 @@ TEST_CASE("identifiability: what no target sees, and what targets see together",
   CHECK(seen.correlation(0, 1) == Approx(0).margin(1e-6));
 }
 
-TEST_CASE("targets that contradict each other are rejected", "[calibrate]") {
-  // y = ξ twice, measured as ±0.5 to 0.1: the middle is off by five of each, χ² = 50 of one degree.
+TEST_CASE("contradicting targets are rejected", "[calibrate]") {
+  // y = ξ twice, measured as ±0.5 to 0.1: the middle differs by five standard deviations from each,
+  // χ² = 50 for one degree of freedom.
   const auto line = exact(1, [](const Eigen::VectorXd& xi) { return xi[0]; });
   const std::vector<Scatter> none(2);
   const auto off =
@@ -239,9 +250,9 @@ TEST_CASE("targets that contradict each other are rejected", "[calibrate]") {
   CHECK_FALSE(on.rejected);
 }
 
-TEST_CASE("a long measured file is cut into stretches as long as a run", "[calibrate][study]") {
-  // Turn k peaks at 100 + k: of 12 turns in stretches of 5 the greatest are 104 and 109, of which runs of 5 have the
-  // expectation; the greatest of all, 111, no run of 5 would have.
+TEST_CASE("a long measured file is divided into segments of the length of a run", "[calibrate][study]") {
+  // The peak of revolution k is 100 + k: of 12 revolutions in segments of 5 the greatest are 104
+  // and 109, the expectation of runs of 5; the greatest of all, 111, is not.
   test::TemporaryFolder folder;
   std::string csv = "t,acceleration,uncertainty\n";
   const double turn = 60.0 / 200;
@@ -267,14 +278,14 @@ TEST_CASE("a long measured file is cut into stretches as long as a run", "[calib
   CHECK(five.targets[0].noise == Approx(0.25));
   CHECK(five.study.variants[0].revolutions == 5);
   CHECK(five.study.variants[0].noise == Approx(0.25));
-  // Longer runs than the file are cut to it.
+  // Runs longer than the file are shortened to it.
   const auto all = study(40);
   CHECK(all.measured[0] == Approx(111));
   CHECK(all.targets[0].stretches.count == 1);
   CHECK(all.study.variants[0].revolutions == 12);
 }
 
-TEST_CASE("a run that a noisy measurement judges bears its noise", "[calibrate][study]") {
+TEST_CASE("a run compared with a noisy measurement contains its noise", "[calibrate][study]") {
   Study study;
   study.file = study.scene = guide();
   study.accelerometer = "accelerometer";
@@ -284,7 +295,8 @@ TEST_CASE("a run that a noisy measurement judges bears its noise", "[calibrate][
   const auto rms = [&] { return run_case(study, one, {}).metrics.value[TurnMetrics::rms]; };
   const double quiet = rms();
   one.noise = 5;
-  // 6,000 samples of a variance of 25: 25 ± 1.96·25√(2/6000) of the mean square, and as much of the mixed term.
+  // 6,000 samples with a variance of 25: 25 ± 1.96·25√(2/6000) of the mean square, and as much of
+  // the mixed term.
   const double noisy = rms();
   CHECK(noisy * noisy - quiet * quiet ==
         Approx(25).margin(1.96 * (25 * std::sqrt(2.0 / 6000) + 2 * 5 * quiet / std::sqrt(6000))));
@@ -295,7 +307,7 @@ TEST_CASE("a run that a noisy measurement judges bears its noise", "[calibrate][
   CHECK(identity(study, one, {}).digest() != other);
 }
 
-TEST_CASE("a fit that does not hold has no intervals; a measure of the study is a target",
+TEST_CASE("a fit that is rejected has no intervals; a measure of the study can be a target",
           "[calibrate][program]") {
   test::TemporaryFolder folder;
   const auto place = folder.path().string();

@@ -1,5 +1,5 @@
-// Cams against geometry and finite differences: gaps of outlines that are known otherwise, rows and their rates, the bound
-// that proves a step apart, the laws of lift, and outlines that are refused.
+// Cams against geometry and finite differences: gaps of profiles with known gaps, contact rows and
+// their rates, the bound that excludes a contact within a step, lift laws, and refused profiles.
 #include <catch2/catch.hpp>
 
 #include <cmath>
@@ -18,7 +18,7 @@ namespace {
 
 constexpr double s = 1e-5;
 
-/// Two bodies that a cam contact joins; `keys` are the contact's.
+/// Two bodies joined by a cam contact; `keys` are those of the contact.
 Scene pair_of(const std::string& keys, const std::string& bodies = "\"cam\", \"follower\"") {
   return parse_scene(R"(
 [bodies.cam]
@@ -58,7 +58,7 @@ struct Random {
     for (auto& y : x) y = (*this)(size);
     return x;
   }
-  /// Both bodies so that their points are about `apart` from each other.
+  /// Poses of both bodies with their points about `apart` from each other.
   std::vector<double> pose(double apart) {
     auto q = vector(6, 3);
     const double to = (*this)(M_PI);
@@ -78,14 +78,15 @@ std::vector<double> along(std::vector<double> q, const std::vector<double>& v, d
 
 }  // namespace
 
-TEST_CASE("a flat face on an eccentric cam stands off by a circle's tangent", "[cam]") {
+TEST_CASE("the gap of a flat face on an eccentric cam is that of a circle's tangent", "[cam]") {
   const System system(pair_of(flat + eccentric).mechanism);
   auto e = system.make_evaluation();
   Random random;
   for (int trial = 0; trial < 200; ++trial) {
     const auto q = random.pose(1.5);
     system.place(0, q.data(), e);
-    // h = 1/4 (1 − cos(ψ − start)): a disc of radius 1.25 about a centre 0.25 behind the cam's point.
+    // h = 1/4 (1 − cos(ψ − start)): a disc of radius 1.25 about a centre 0.25 behind the cam's
+    // point.
     const Placement placed{q.data()};
     const Vec2 centre = placed.point(0, Vec2{0.1, -0.2} - 0.25 * Vec2{std::cos(0.4), std::sin(0.4)});
     const Vec2 axis = placed.point(1, {-0.8, 0.6}) - placed.point(1, {0, 0});
@@ -94,7 +95,7 @@ TEST_CASE("a flat face on an eccentric cam stands off by a circle's tangent", "[
   }
 }
 
-TEST_CASE("a roller stands off by the least distance to its pitch curve", "[cam]") {
+TEST_CASE("the gap of a roller is the least distance to its pitch curve", "[cam]") {
   const auto scene = pair_of(roller + law);
   const System system(scene.mechanism);
   const auto profile = std::get<CamContact>(scene.mechanism.contacts[0]).profile();
@@ -114,12 +115,12 @@ TEST_CASE("a roller stands off by the least distance to its pitch curve", "[cam]
       least = std::min(least, (centre - Vec2{r * std::cos(phi), r * std::sin(phi)}).norm());
     }
     const double inside = centre.norm() < 1.4 + profile.at(std::atan2(centre.y(), centre.x())).h ? -1 : 1;
-    // Samples 5e-5 apart err by half that squared over the distance.
+    // The error of samples 5e-5 apart is half that squared over the distance.
     REQUIRE(system.gap(0, q.data(), e) == Approx(inside * least).margin(3e-5));
   }
 }
 
-TEST_CASE("rows of cams match finite differences, and their bound holds", "[cam]") {
+TEST_CASE("contact rows of cams agree with finite differences, and their gap bound holds", "[cam]") {
   for (const auto& keys : {flat + law, roller + law, flat + eccentric}) {
     for (const char* bodies : {"\"cam\", \"follower\"", "\"ground\", \"follower\"", "\"cam\", \"ground\""}) {
       CAPTURE(keys, bodies);
@@ -156,7 +157,7 @@ TEST_CASE("rows of cams match finite differences, and their bound holds", "[cam]
         REQUIRE(
             row.gamma_t ==
             Approx(-(row_hi.tangent.dot(v.data()) - row_lo.tangent.dot(v.data())) / (2 * s)).margin(1e-5));
-        // g̈ with accelerations within the bounds, at an instant.
+        // g̈ at an instant, with accelerations within the bounds.
         MotionBounds bounds;
         for (std::size_t i = 0; i < 6; ++i) {
           bounds.speed.push_back(std::abs(v[i]));
@@ -165,7 +166,7 @@ TEST_CASE("rows of cams match finite differences, and their bound holds", "[cam]
         const auto motion = system.gap_motion(0, bounds, q.data(), e);
         REQUIRE(std::abs(row.normal.dot(a.data()) - row.gamma_n) <= motion.bend);
         if (!both) continue;
-        // Turning both bodies about one point moves neither surface along the other, nor away.
+        // Rotating both bodies about one point moves neither surface along the other, nor away.
         std::vector<double> common(6);
         for (int b : {0, 1}) {
           common[3 * b] = 0.3 - 0.7 * q[3 * b + 1];
@@ -179,7 +180,7 @@ TEST_CASE("rows of cams match finite differences, and their bound holds", "[cam]
   }
 }
 
-TEST_CASE("laws of lift have their heights, slopes and greatest accelerations", "[cam]") {
+TEST_CASE("lift laws have the published heights, velocities and peak accelerations", "[cam]") {
   // Norton, Cam Design and Manufacturing Handbook: peak accelerations of 4.93, 6.28 and 5.77 L/β².
   const struct {
     CamLaw law;
@@ -213,7 +214,7 @@ TEST_CASE("laws of lift have their heights, slopes and greatest accelerations", 
   }
 }
 
-TEST_CASE("a table's spline goes through its points, once round and smoothly", "[cam]") {
+TEST_CASE("the spline of a lift table passes through its points and is smooth and periodic", "[cam]") {
   const std::vector<std::pair<double, double>> points{
       {-0.3, 0.01}, {0.4, 0.03}, {1.9, 0.02}, {4.0, 0.0}, {5.0, 0.004}};
   const auto p = CamProfile::through(points);
@@ -226,7 +227,7 @@ TEST_CASE("a table's spline goes through its points, once round and smoothly", "
   }
 }
 
-TEST_CASE("outlines that cannot be made are refused with the reason", "[cam][scene]") {
+TEST_CASE("cam profiles that cannot be made are refused with the reason", "[cam][scene]") {
   const auto refused = [](const std::string& keys, const std::string& why) {
     CAPTURE(keys);
     CHECK_THAT(test::refusal_of<SceneError>([&] { pair_of(keys); }), Catch::Contains(why));

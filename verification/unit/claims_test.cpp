@@ -1,4 +1,4 @@
-// The list of claims that `freeplay verify` prints is a test as it stands; docs/verification/verification.md shows that list.
+// The list of claims of `freeplay verify` is itself a test; docs/verification.md shows that list.
 #include <fmt/format.h>
 #include <algorithm>
 #include <catch2/catch.hpp>
@@ -41,7 +41,7 @@ std::vector<Asked> rows_of(const std::string& table, const std::string& set) {
   return rows;
 }
 
-/// The set as the page has it asks the same within a hundredth.
+/// The claims of the set agree with the page within a hundredth.
 void check_page(const std::string& page, const Verdict& verdict) {
   INFO(
       "docs/verification/verification.md is older than what it shows; make it anew: scripts/pages --make verification");
@@ -82,7 +82,8 @@ class SetTest final : public Catch::ITestInvoker {
   const ClaimSet& set_;
 };
 
-/// Registers a test for each set, in a file of its own name, so that sets run in parts of their own (scripts/check).
+/// Registers a test for each set, in a file of its name, so that sets run in separate parts
+/// (scripts/check).
 struct SetTests {
   SetTests() {
     for (const auto& set : claim_sets()) {
@@ -98,7 +99,7 @@ const SetTests set_tests;
 
 }  // namespace
 
-TEST_CASE("the page of claims names its columns and the sets of the program alone", "[claims]") {
+TEST_CASE("the claims page lists its columns and only the claim sets of the program", "[claims]") {
   std::istringstream page(asked_page());
   CHECK(asked_page().starts_with(asked_columns));
   std::string line;
@@ -109,7 +110,7 @@ TEST_CASE("the page of claims names its columns and the sets of the program alon
   }
 }
 
-TEST_CASE("a claim fails outside its bound, on either side, and for a NaN", "[claims]") {
+TEST_CASE("a claim fails outside its bound on either side, and for a NaN", "[claims]") {
   Claim c;
   c.expected = 2;
   c.bound = 0.5;

@@ -1,4 +1,4 @@
-// The commands on studies and measurements as a user runs them, on studies small enough for a test.
+// The commands on studies and measurements as a user runs them, on small studies.
 #include <fmt/format.h>
 #include <catch2/catch.hpp>
 
@@ -24,7 +24,7 @@ std::string case_file(const char* name) {
 
 }  // namespace
 
-TEST_CASE("validate holds a run against itself and sees another clearance", "[program][study]") {
+TEST_CASE("validate accepts a run against itself and detects a different clearance", "[program][study]") {
   test::TemporaryFolder folder;
   const auto scene = case_file("guide.toml"), place = folder.path().string();
   const std::string turns = " --set run.revolutions=6 --set run.discard=1";
@@ -51,15 +51,17 @@ TEST_CASE("validate holds a run against itself and sees another clearance", "[pr
     return v["models"]["nonsmooth"]["peak_ratio_median"].get<double>();
   };
   const auto same = agreement(""), other = agreement(" --set joints.gudgeon.clearance=1e-3");
-  // The very run, but for its discarded first turn: the mean over turns may differ by one turn's weight.
+  // The same run without its discarded first revolution: the mean over revolutions may differ by
+  // the weight of one revolution.
   CHECK(ratio(same) == Approx(1).epsilon(0.1));
-  // Peaks grow with the clearance (X8 of the paper); beyond what the same clearance may differ by. A first
-  // bound, 1.6, took the filtered median peak to grow as a single impact does, √c; it grew by 1.26.
+  // Peaks grow with the clearance (X8 of the paper), beyond the difference of runs with the same
+  // clearance. A first bound, 1.6, assumed that the filtered median peak grows like a single
+  // impact, √c; it grew by 1.26.
   CHECK(ratio(other) > 1.1);
   CHECK(std::filesystem::file_size(folder.path() / "same/figures/overlay.png") > 10000);
 }
 
-TEST_CASE("figures show the crank's own angles and carry the values themselves", "[program]") {
+TEST_CASE("figures use the crank's angle and contain the plotted values", "[program]") {
   for (const char* speed : {"200", "-200"}) {
     CAPTURE(speed);
     test::TemporaryFolder folder;
@@ -68,7 +70,8 @@ TEST_CASE("figures show the crank's own angles and carry the values themselves",
                                   "drives.motor.speed_rpm=" + speed + " -o " + folder.path().string());
     CAPTURE(o.err);
     REQUIRE(o.status == 0);
-    // The last whole turn of the accelerometer, as signals.csv has it: its angles on the circle, its values unrounded.
+    // The last whole revolution of the accelerometer, as in signals.csv: angles on the circle,
+    // unrounded values.
     std::ifstream in(folder.path() / "penalty/signals.csv");
     std::vector<std::pair<double, double>> rows;
     for (std::string line; std::getline(in, line);)
@@ -93,7 +96,7 @@ TEST_CASE("figures show the crank's own angles and carry the values themselves",
   }
 }
 
-TEST_CASE("tradeoff: finer settings cost more and miss less, statistics have their own scale",
+TEST_CASE("tradeoff: finer settings cost more and have less error; statistics have their own scale",
           "[program][study]") {
   test::TemporaryFolder folder;
   const auto place = folder.path().string();
@@ -129,7 +132,8 @@ TEST_CASE("tradeoff: finer settings cost more and miss less, statistics have the
   }
   CHECK(of("loose", "moreau-jean", 1e-6)["error_events"] < of("loose", "moreau-jean", 1e-5)["error_events"]);
   CHECK(of("loose", "moreau-jean", 1e-6)["steps"] > of("loose", "moreau-jean", 1e-4)["steps"]);
-  // First touch at 4.42 ms, penalty against impact law: the model's own error is per cents (K^(-2/5)).
+  // First contact at 4.42 ms, penalty against impact law: the model error is some per cent
+  // (K^(-2/5)).
   CHECK(document["scenes"]["loose"]["model_error_of_penalty"].get<double>() > 1e-3);
   CHECK(document["scenes"]["loose"]["model_error_of_penalty"].get<double>() < 0.2);
   CHECK(of("loose", "event-driven", 1e-9)["statistics_in_standard_errors"].is_number());
@@ -138,7 +142,7 @@ TEST_CASE("tradeoff: finer settings cost more and miss less, statistics have the
   CHECK(std::filesystem::exists(folder.path() / "doc/figures/tradeoff_loose.png"));
 }
 
-TEST_CASE("validate a study: calibration, matrix, verdicts, figures, and again without a run",
+TEST_CASE("validate with a study: calibration, matrix, verdicts, figures, and repetition without a run",
           "[program][study][long]") {
   test::TemporaryFolder folder;
   const auto place = folder.path().string();
@@ -173,7 +177,7 @@ TEST_CASE("validate a study: calibration, matrix, verdicts, figures, and again w
       "validate " + place + "/study.toml --allow-outside -o " + place + "/out --document " + place + "/doc";
   const auto o = test::freeplay(command);
   CAPTURE(o.err);
-  REQUIRE(o.status <= 1);  // two turns need not bear out any finding
+  REQUIRE(o.status <= 1);  // two revolutions need not satisfy any finding
   const auto first = test::read_json(folder.path() / "out/experiment.json");
   for (const char* variant : {"chain", "paper", "guide", "calibrated"}) {
     CAPTURE(variant);
@@ -183,10 +187,11 @@ TEST_CASE("validate a study: calibration, matrix, verdicts, figures, and again w
   std::ifstream in(folder.path() / "doc/experiment.md");
   const std::string text((std::istreambuf_iterator<char>(in)), {});
   for (const char* part : {"X6", "X9", "calibrated", "Fitted", "predicted"}) CHECK_THAT(text, Contains(part));
-  // Again: all runs are there, the verdicts are the same.
+  // Repeated: all runs exist, the verdicts are the same.
   REQUIRE(test::freeplay(command).status == o.status);
   CHECK(test::read_json(folder.path() / "out/experiment.json")["verdicts"] == first["verdicts"]);
-  // Of two turns runs may well contradict a fit: then the command says so, and ends accordingly.
+  // Runs of two revolutions may contradict a fit: then the command reports it, with the
+  // corresponding status.
   const auto again =
       test::freeplay("calibrate " + place + "/calibrate.toml --allow-outside -o " + place + "/out");
   const auto all = test::read_json(folder.path() / "out/calibration.json")["fitted_to_all"];
@@ -200,7 +205,7 @@ TEST_CASE("validate a study: calibration, matrix, verdicts, figures, and again w
   for (const auto& unknown : all["unknowns"]) CHECK(unknown["low"].is_null() == !holds);
 }
 
-TEST_CASE("an option or a word that has no place is named", "[program]") {
+TEST_CASE("an unexpected option or word is named", "[program]") {
   const auto err = [](const std::string& arguments) {
     const auto o = test::freeplay(arguments);
     CAPTURE(arguments, o.out);
@@ -214,7 +219,7 @@ TEST_CASE("an option or a word that has no place is named", "[program]") {
   CHECK_THAT(err("advise --error -1% " + case_file("guide.toml")), Contains("greater than 0 per cent"));
 }
 
-TEST_CASE("terminal output keeps to 80 columns", "[program]") {
+TEST_CASE("terminal output stays within 80 columns", "[program]") {
   test::TemporaryFolder folder;
   const auto scene = (test::source_folder() / "cases/flores2011/scene.toml").string(),
              place = " -o " + folder.path().string();
@@ -228,7 +233,7 @@ TEST_CASE("terminal output keeps to 80 columns", "[program]") {
     std::istringstream lines(o.out);
     for (std::string line; std::getline(lines, line);) {
       CAPTURE(line);
-      if (line.find('/') == std::string::npos)  // a path may be as long as it is
+      if (line.find('/') == std::string::npos)  // a path may have any length
         CHECK(std::ranges::count_if(line, [](char c) { return (c & 0xC0) != 0x80; }) <= 80);
     }
   }

@@ -1,4 +1,5 @@
-// What compare pairs, calls matched and gives an error bar: by lists of events made by hand.
+// Pairing of contacts, the condition "matched" and error bars of compare, on lists of events made
+// by hand.
 #include <catch2/catch.hpp>
 
 #include <cmath>
@@ -37,19 +38,22 @@ ContactEvent separation(double t, double duration) {
 
 }  // namespace
 
-TEST_CASE("touches far apart are no pair, however long the time before them", "[compare]") {
-  // 487 ms of 2 s is less than a quarter of the time since the start, and nothing before it parts the motions.
+TEST_CASE("contacts far apart in time are not paired, however long the time before them", "[compare]") {
+  // 487 ms of 2 s is less than a quarter of the time since the start, and no earlier event makes
+  // the motions diverge.
   const auto first = pair_impacts({impact(2, 1)}, {impact(2.487, 1)}, 1);
   CHECK(first.pairs.empty());
   CHECK_THAT(first.ended_by, Contains("tenfold of what the touches before it"));
-  // Before the first touch both are the same motion: a thousandth of the flight, tenfold, is what is left to them.
+  // Before the first contact both motions are the same: the tolerance is ten times a thousandth of
+  // the flight.
   CHECK(pair_impacts({impact(2, 1)}, {impact(2.019, 1)}, 1).pairs.size() == 1);
   CHECK(pair_impacts({impact(2, 1)}, {impact(2.021, 1)}, 1).pairs.empty());
 }
 
-TEST_CASE("the flight before a touch is what its time is measured by", "[compare]") {
-  // A contact that lasts from 1 s to 3 s, then a flight of 10 ms: 4 ms are much of it, though little of the 2 s since
-  // the touch before; 2 ms are within a quarter, and within what the pair before makes probable.
+TEST_CASE("the time difference of a pair of contacts is compared with the preceding flight", "[compare]") {
+  // A contact lasts from 1 s to 3 s, followed by a flight of 10 ms: 4 ms are a large part of the
+  // flight, though a small one of the 2 s since the previous contact; 2 ms are within a quarter,
+  // and within the difference expected from the previous pair.
   const std::vector<ContactEvent> a{lasting(1, 1), separation(3, 2), impact(3.010, 1)};
   const std::vector<ContactEvent> late{lasting(1.002, 1), separation(3, 1.998), impact(3.014, 1)};
   const auto parted = pair_impacts(a, late, 1);
@@ -59,8 +63,9 @@ TEST_CASE("the flight before a touch is what its time is measured by", "[compare
   CHECK(pair_impacts(a, near, 1).pairs.size() == 2);
 }
 
-TEST_CASE("a pair is no farther apart than ten degrees of a turn", "[compare]") {
-  // Speeds that differ by a third make 30 ms of a flight of 0.2 s probable; a turn of 0.36 s leaves 10 ms.
+TEST_CASE("a pair of contacts is at most ten degrees of a revolution apart", "[compare]") {
+  // For speeds that differ by a third, 30 ms in a flight of 0.2 s are expected; a revolution of
+  // 0.36 s permits 10 ms.
   const std::vector<ContactEvent> a{impact(0.1, 1), impact(0.3, 1)};
   const std::vector<ContactEvent> b{impact(0.1005, 1.33), impact(0.33, 1)};
   CHECK(pair_impacts(a, b, 1).pairs.size() == 2);
@@ -69,7 +74,7 @@ TEST_CASE("a pair is no farther apart than ten degrees of a turn", "[compare]") 
   CHECK_THAT(p.ended_by, Contains("ten degrees"));
 }
 
-TEST_CASE("a contact that rests at the start is no touch", "[compare]") {
+TEST_CASE("a contact that rests at the start does not count as a first contact", "[compare]") {
   const std::vector<ContactEvent> resting{lasting(0, 0), separation(0.5, 0.5), impact(1, 1)};
   const std::vector<ContactEvent> not_resting{separation(0.5, 0.5), impact(1.001, 1)};
   const auto p = pair_impacts(resting, not_resting, 1);
@@ -77,17 +82,17 @@ TEST_CASE("a contact that rests at the start is no touch", "[compare]") {
   CHECK(p.pairs[0].penalty.t == 1);
 }
 
-TEST_CASE("an impact pairs with a short lasting contact, not with a long one", "[compare]") {
+TEST_CASE("an impact is paired with a short lasting contact but not with a long one", "[compare]") {
   const std::vector<ContactEvent> a{impact(1, 1)};
   CHECK(pair_impacts(a, {lasting(1.001, 1), separation(1.101, 0.1)}, 1).pairs.size() == 1);
   const auto p = pair_impacts(a, {lasting(1.001, 1), separation(1.501, 0.5)}, 1);
   CHECK(p.pairs.empty());
   CHECK_THAT(p.ended_by, Contains("impact in penalty and begins a lasting contact"));
-  // One whose end is not known may last for ever.
+  // A contact with an unknown end may last forever.
   CHECK(pair_impacts(a, {lasting(1.001, 1)}, 1).pairs.empty());
 }
 
-TEST_CASE("the first contact that parts ends the horizon of all", "[compare]") {
+TEST_CASE("the horizon of the comparison ends for all contacts where the first one diverges", "[compare]") {
   const std::vector<ContactEvent> a{impact(1, 1, 0), impact(1.5, 1, 1), impact(2, 1, 0)};
   const std::vector<ContactEvent> b{impact(1.001, 1, 0), impact(1.7, 1, 1), impact(2.001, 1, 0)};
   const auto p = pair_impacts(a, b, 2);
@@ -97,7 +102,7 @@ TEST_CASE("the first contact that parts ends the horizon of all", "[compare]") {
              Contains("touch 1 of guide"));
 }
 
-TEST_CASE("matched is printed only where all that matters is", "[compare]") {
+TEST_CASE("compare reports restitution as matched only if all relevant properties match", "[compare]") {
   struct Case {
     double tangential, friction;
     bool as_given, matched;
@@ -106,7 +111,7 @@ TEST_CASE("matched is printed only where all that matters is", "[compare]") {
   for (const auto& c :
        {Case{0, 0.1, false, true, "(matched)"},
         Case{0.9, 0.1, false, false, "tangential restitution 0.9 is unknown to the contact law"},
-        // Without friction it acts on nothing.
+        // Without friction it has no effect.
         Case{0.9, 0, false, true, "(matched)"}, Case{0, 0.1, true, false, "restitution as given"}}) {
     CAPTURE(c.tangential, c.friction, c.as_given);
     auto scene = read_scene(test::flores());

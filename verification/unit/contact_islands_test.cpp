@@ -1,5 +1,6 @@
-// Contact problems in islands against the dense problem of the same rows: D entry by entry, and the rates, which are unique
-// where D is positive definite and friction small (the impulses with them).
+// Contact problems in islands against the dense problem of the same rows: D entry by entry, and the
+// velocities, which are unique where D is positive definite and friction small (as are the
+// impulses).
 #include "formulations/contact/contact_islands.hpp"
 
 #include <catch2/catch.hpp>
@@ -13,8 +14,8 @@ using namespace freeplay;
 
 namespace {
 
-/// `bodies` in a row, some of them joined to the next by two constraint rows, and a contact of each body with the next; in
-/// `rows` groups side by side of which nothing joins one with another.
+/// `bodies` in a row, some of them joined to the next by two constraint rows, and a contact of each
+/// body with the next; in `rows` groups side by side that no row connects.
 struct Row {
   std::vector<double> mass, G_values;
   CsrPattern G;
@@ -65,7 +66,8 @@ struct Row {
 
 }  // namespace
 
-TEST_CASE("contact problems in islands have the rates of the whole problem", "[contact-problem][islands]") {
+TEST_CASE("contact problems split into islands have the velocities of the whole problem",
+          "[contact-problem][islands]") {
   test::Random u;
   for (int trial = 0; trial < 60; ++trial) {
     const int groups = 1 + trial % 4, bodies = 2 + trial % 29;
@@ -109,13 +111,13 @@ TEST_CASE("contact problems in islands have the rates of the whole problem", "[c
       }
       CHECK(islands.rate(r) == Approx(dense.rate(r)).margin(1e-7 * scale));
     }
-    // The laws, with the dense matrix.
+    // The contact laws, with the dense matrix.
     dense.unknowns = p.whole.unknowns;
     CHECK(dense.residual() <= 1e-9 * scale);
   }
 }
 
-TEST_CASE("an island that no new contact joins keeps its impulses", "[contact-problem][islands]") {
+TEST_CASE("an island without a new contact keeps its impulses", "[contact-problem][islands]") {
   test::Random u;
   Row p(u, 3, 5, false, true);
   SaddlePoint saddle(p.mass, p.G);
@@ -132,7 +134,8 @@ TEST_CASE("an island that no new contact joins keeps its impulses", "[contact-pr
     CHECK(again.unknowns[i].impulse_n == first.unknowns[i].impulse_n);
     CHECK(again.unknowns[i].impulse_t == first.unknowns[i].impulse_t);
   }
-  // The last contact of each group is new: all three are solved anew, and as if at once.
+  // The last contact of each group is new: all three are solved again, with the result of a single
+  // solve.
   auto less = p.whole;
   std::vector<int> id, place;
   std::erase_if(less.unknowns, [&](const ContactUnknown& c) { return (&c - less.unknowns.data()) % 5 == 4; });
@@ -146,7 +149,7 @@ TEST_CASE("an island that no new contact joins keeps its impulses", "[contact-pr
     CHECK(more.unknowns[i].impulse_n == Approx(first.unknowns[i].impulse_n).margin(1e-9));
 }
 
-TEST_CASE("band factors against a dense factorisation", "[contact-problem][islands]") {
+TEST_CASE("banded factorisation against a dense factorisation", "[contact-problem][islands]") {
   test::Random u;
   for (const int n : {1, 2, 7, 40})
     for (const int w : {0, 1, 3, 6}) {

@@ -1,6 +1,6 @@
-// Every solver of the contact problem against every other, on random problems whose solution is unique: D of
-// random mechanisms is a Gram matrix WᵀAW; friction so small that D_NN > μ Σ|D_·T| keeps the frictional map a
-// P-map. And frictionless problems against a convex quadratic program solved by Ipopt.
+// Every contact solver against every other, on random problems with a unique solution: D of random
+// mechanisms is a Gram matrix WᵀAW, and friction so small that D_NN > μ Σ|D_·T| keeps the
+// frictional map a P-map. Frictionless problems against a convex quadratic program solved by Ipopt.
 #include <IpIpoptApplication.hpp>
 #include <IpTNLP.hpp>
 #include <catch2/catch.hpp>
@@ -19,7 +19,8 @@ using test::solve_by;
 
 namespace {
 
-/// min ½ PᵀDP + (b − target)ᵀP, P ≥ 0: its optimality conditions are the frictionless contact problem.
+/// min ½ PᵀDP + (b − target)ᵀP, P ≥ 0: its optimality conditions are the frictionless contact
+/// problem.
 class QuadraticProgram : public Ipopt::TNLP {
  public:
   using Index = Ipopt::Index;
@@ -90,7 +91,7 @@ Eigen::VectorXd by_ipopt(const ContactProblem& p) {
 
 }  // namespace
 
-TEST_CASE("all solvers of the contact problem find the same impulses, without help", "[contact-problem]") {
+TEST_CASE("all contact solvers find the same impulses without a fallback", "[contact-problem]") {
   Random u;
   for (int trial = 0; trial < 3000; ++trial) {
     const int contacts = 1 + trial % 4;
@@ -105,7 +106,7 @@ TEST_CASE("all solvers of the contact problem find the same impulses, without he
       const auto result = solve_by(solver, q);
       CAPTURE(trial, contacts, static_cast<int>(solver), result.residual);
       REQUIRE(result.solved);
-      // Newton's method has no guarantee to converge; the others must do it alone.
+      // Newton's method has no guarantee of convergence; the others must converge alone.
       if (solver != LcpSolver::newton) REQUIRE(result.retries == 0);
       for (std::size_t i = 0; i < q.unknowns.size(); ++i) {
         REQUIRE(q.unknowns[i].impulse_n == Approx(reference.unknowns[i].impulse_n).margin(1e-8));
@@ -115,7 +116,7 @@ TEST_CASE("all solvers of the contact problem find the same impulses, without he
   }
 }
 
-TEST_CASE("Newton's method finds nearly every solution by itself", "[contact-problem]") {
+TEST_CASE("Newton's method alone solves nearly every problem", "[contact-problem]") {
   Random u;
   int alone = 0;
   for (int trial = 0; trial < 1000; ++trial) {
@@ -125,20 +126,21 @@ TEST_CASE("Newton's method finds nearly every solution by itself", "[contact-pro
   CHECK(alone > 950);
 }
 
-TEST_CASE("frictionless problems against Ipopt's quadratic program", "[contact-problem]") {
+TEST_CASE("frictionless problems against a quadratic program solved by Ipopt", "[contact-problem]") {
   Random u;
   for (int trial = 0; trial < 60; ++trial) {
     auto p = random_problem(u, 1 + trial % 8, false);
     const Eigen::VectorXd expected = by_ipopt(p);
     REQUIRE(p.solve().solved);
-    // An interior point stays √tol away from the bounds of degenerate unknowns; 1e-6 is far above it.
+    // An interior point stays √tol away from the bounds of degenerate unknowns; 1e-6 is far above
+    // it.
     for (const auto& c : p.unknowns) CHECK(c.impulse_n == Approx(expected[c.normal]).margin(1e-6));
   }
 }
 
-TEST_CASE("frictionless problems of real steps against Ipopt", "[contact-problem]") {
-  // Rates and Delassus matrices of a row of eight four-bars as it moves, of all contacts within three tenths
-  // of the clearance of touching.
+TEST_CASE("frictionless problems from simulation steps against Ipopt", "[contact-problem]") {
+  // Velocities and Delassus matrices of a row of eight four-bars in motion, of all contacts with a
+  // gap below three tenths of the clearance.
   auto scene = test::row_of_four_bars(8, 1e-3);
   scene.mechanism.surfaces[0].friction.reset();
   const System system(scene.mechanism);
@@ -161,7 +163,7 @@ TEST_CASE("frictionless problems of real steps against Ipopt", "[contact-problem
       if (row.gap > 3e-4) continue;
       ContactUnknown c;
       c.normal = p.rows;
-      // As if a step of 1 ms of gravity came on top: what lies against its wall is pressed.
+      // As if a step of 1 ms of gravity were added: a journal on its wall is loaded.
       p.b[p.rows++] = row.normal.dot(state.v.data()) - 1e-3 * 9.81 * row.normal.value[1];
       rows.push_back(row.normal);
       p.unknowns.push_back(c);
@@ -183,9 +185,9 @@ TEST_CASE("frictionless problems of real steps against Ipopt", "[contact-problem
   CHECK(pressed > 50);
 }
 
-TEST_CASE("a solver that gives up is replaced by the next, and that is counted", "[contact-problem]") {
-  // A chain of 100 contacts, D the second difference: Gauss–Seidel converges like (1 − π²/n²) a sweep and
-  // would need some 20,000 of them; it has 2,000.
+TEST_CASE("a solver that fails is replaced by the next, and the retry is counted", "[contact-problem]") {
+  // A chain of 100 contacts, D the second difference: Gauss–Seidel converges like (1 − π²/n²) a
+  // sweep and would need some 20,000 sweeps; its limit is 2,000.
   ContactProblem p(LcpSolver::gauss_seidel);
   const int n = 100;
   p.reserve(n);
@@ -205,9 +207,9 @@ TEST_CASE("a solver that gives up is replaced by the next, and that is counted",
   for (int i = 0; i < n; ++i) CHECK(p.unknowns[i].impulse_n == Approx(0.5 * (i + 1) * (n - i)));
 }
 
-TEST_CASE("Painlevé's configuration is told, and contacts on one line are solved", "[contact-problem]") {
-  // Painlevé: D_NN = 1, D_NT = 2, μ = 1, sliding to the right with approach. Separation, stick and slip are
-  // all tried in vain by the closed form; P_N = −b/(D_NN − μ D_NT) < 0.
+TEST_CASE("Painlevé's configuration is reported, and collinear contacts are solved", "[contact-problem]") {
+  // Painlevé: D_NN = 1, D_NT = 2, μ = 1, approaching and sliding to the right. The closed form
+  // tries separation, stick and slip without success; P_N = −b/(D_NN − μ D_NT) < 0.
   ContactProblem p;
   p.reserve(2);
   p.rows = 2;
@@ -219,9 +221,9 @@ TEST_CASE("Painlevé's configuration is told, and contacts on one line are solve
   c.friction = 0.9;
   p.unknowns.push_back(c);
   const auto result = p.solve();
-  // Jammed: stick needs |P_T| ≤ μ P_N. u = 0: P = −D⁻¹b = (25, −12), within the cone. Open has u_N = −1, slip to
-  // the right P_N = 1/(1 − 1.8) < 0, slip to the left P_N = 1/2.8 and u_T > 0: stick is the only motion, and
-  // nothing is told of others.
+  // Jamming: stick needs |P_T| ≤ μ P_N. u = 0: P = −D⁻¹b = (25, −12), within the cone. Open has
+  // u_N = −1, slip to the right P_N = 1/(1 − 1.8) < 0, slip to the left P_N = 1/2.8 and u_T > 0:
+  // stick is the only motion, and no other is reported.
   CHECK(result.solved);
   CHECK_FALSE(result.ambiguous);
   REQUIRE(p.modes(9).decided);
@@ -232,7 +234,8 @@ TEST_CASE("Painlevé's configuration is told, and contacts on one line are solve
   ContactProblem q(LcpSolver::gauss_seidel);
   q.reserve(2);
   q.rows = 2;
-  q.D << 1, 1, 1, 1;  // two contacts on one line, both asked to open at different rates: Gauss–Seidel creeps
+  q.D << 1, 1, 1, 1;  // two collinear contacts with different required opening velocities: Gauss–Seidel
+                      // converges slowly
   q.b << -1, -1;
   for (int i : {0, 1}) {
     ContactUnknown x;

@@ -1,5 +1,6 @@
-// Each solver of contact problems alone, by the interface that all share: on random problems with one solution all that solve one
-// leave its impulses, and none says that it did where it did not. And one residual: dense, and with D by rows.
+// Each contact solver alone, by the interface that all share. On random problems with one solution,
+// every solver that reports success returns the same impulses. The residual is the same for dense
+// problems and for D stored by rows.
 #include <catch2/catch.hpp>
 
 #include "formulations/contact/band_newton.hpp"
@@ -33,7 +34,7 @@ SparseIsland island_of(const ContactEquations& p) {
 
 }  // namespace
 
-TEST_CASE("every solver leaves the one solution of a contact problem", "[contact]") {
+TEST_CASE("every solver returns the unique solution of a contact problem", "[contact]") {
   for (int seed = 0; seed < 40; ++seed) {
     test::Random u{std::mt19937(static_cast<unsigned>(seed))};
     const ContactEquations problem = test::random_problem(u, 1 + seed % 5, true);
@@ -58,11 +59,12 @@ TEST_CASE("every solver leaves the one solution of a contact problem", "[contact
   }
 }
 
-TEST_CASE("a solver that fails says so, and Newton's steps from the last impulses leave them", "[contact]") {
+TEST_CASE("a solver reports its failure, and Newton steps from the last impulses leave them unchanged",
+          "[contact]") {
   test::Random u{std::mt19937(7)};
   ContactEquations p = test::random_problem(u, 5, true);
   SolverRoom room;
-  // No impulses: nothing to start from.
+  // No impulses: no starting point.
   CHECK_FALSE(newton_from_last(p, 1e-11, room).solved);
   for (auto& c : p.unknowns) c.impulse_n = c.normal >= 0 ? 1e9 : 0;
   const auto given = p.unknowns;
@@ -71,15 +73,15 @@ TEST_CASE("a solver that fails says so, and Newton's steps from the last impulse
   CHECK(found.iterations > 0);
   for (std::size_t i = 0; i < given.size(); ++i) CHECK(p.unknowns[i].impulse_n == given[i].impulse_n);
   CHECK_FALSE(sweeps(p, 0, room, 3).solved);
-  // A lever on a stop whose friction holds what slides towards it: its two rows see one freedom, and D_NN < μ D_NT.
+  // A lever on a stop whose friction prevents sliding towards it: its two rows have one degree of
+  // freedom, and D_NN < μ D_NT.
   ContactUnknown lever{.normal = 0, .tangent = 1, .friction = 2};
   CHECK_FALSE(solve_one(lever, -1, 1, 1, 1, 1));
   CHECK(solve_one(lever, -1, -1, 1, 1, 1));
   CHECK(solve_one(lever, -1, 1, 1, 0.1, 1));
 }
 
-TEST_CASE("an island by rows has the residual of the dense problem, and its solvers the solution",
-          "[contact]") {
+TEST_CASE("an island stored by rows has the residual and the solution of the dense problem", "[contact]") {
   for (int seed = 0; seed < 20; ++seed) {
     test::Random u{std::mt19937(static_cast<unsigned>(100 + seed))};
     ContactEquations p = test::random_problem(u, 3 + seed % 6, true);

@@ -22,8 +22,8 @@ Curve table(Curve::Points points, Curve::Between between, bool repeats = false) 
 
 }  // namespace
 
-TEST_CASE("splines of each kind meet their definition", "[driving]") {
-  SECTION("a clamped cubic is met exactly where its ends are flat") {
+TEST_CASE("splines of each kind satisfy their definition", "[driving]") {
+  SECTION("a clamped cubic is reproduced where its end slopes are zero") {
     // 3x² − 2x³ has slope 0 at 0 and 1.
     std::vector<std::pair<double, double>> knots;
     for (const double x : {0.0, 0.2, 0.3, 0.7, 1.0}) knots.emplace_back(x, x * x * (3 - 2 * x));
@@ -31,21 +31,21 @@ TEST_CASE("splines of each kind meet their definition", "[driving]") {
     for (std::size_t i = 0; i < knots.size(); ++i)
       CHECK(m[i] == Approx(6 * knots[i].first * (1 - knots[i].first)).margin(1e-13));
   }
-  SECTION("second derivatives are continuous, and end as they should") {
+  SECTION("second derivatives are continuous, with the prescribed ends") {
     const Curve::Points points{{0, 1}, {0.4, -2}, {0.5, 3}, {1.1, 0}, {2, 1}};
     for (const bool repeats : {false, true}) {
       const auto y = table(points, Curve::Between::spline, repeats).lay();
       for (const double knot : y.knots()) {
         const auto jump = y.jump(knot);
         CHECK(jump.value < 1e-12);
-        if (!repeats && (knot == 0 || knot == 2)) continue;  // goes on without slope
+        if (!repeats && (knot == 0 || knot == 2)) continue;  // continues with zero slope
         CHECK(jump.slope < 1e-11);
         CHECK(jump.bend < 1e-9);
       }
       if (!repeats) CHECK(std::abs(y.jet(0.0, 0.1).bend) < 1e-10);
     }
   }
-  SECTION("two and three points that repeat") {
+  SECTION("periodic splines through two and three points") {
     for (const auto& points : {Curve::Points{{0, 1}, {2, 1}}, Curve::Points{{0, 0}, {1, 4}, {3, 0}}}) {
       const auto y = table(points, Curve::Between::spline, true).lay();
       for (const double knot : y.knots()) CHECK(y.jump(knot).bend < 1e-12);
@@ -54,7 +54,7 @@ TEST_CASE("splines of each kind meet their definition", "[driving]") {
   }
 }
 
-TEST_CASE("derivatives, integrals and means of every shape agree", "[driving]") {
+TEST_CASE("derivatives, integrals and means of every curve shape are consistent", "[driving]") {
   Curve ramp, cycle, wave;
   ramp.shape = Curve::Shape::ramp;
   ramp.from = 1, ramp.to = -3, ramp.start = 0.3, ramp.rise = 0.8;
@@ -91,15 +91,16 @@ TEST_CASE("derivatives, integrals and means of every shape agree", "[driving]") 
   }
 }
 
-TEST_CASE("a pulse that no step samples is in the mean", "[driving]") {
+TEST_CASE("a pulse between the samples of a step is included in the mean", "[driving]") {
   const auto y =
       table({{0, 0}, {0.5, 0}, {0.5 + 1e-6, 1e6}, {0.5 + 2e-6, 0}, {1, 0}}, Curve::Between::linear).lay();
   CHECK(y.mean(0.4, 0.6) == Approx(5).epsilon(1e-6));
   CHECK(y.greatest().value == Approx(1e6).epsilon(0.05));
 }
 
-TEST_CASE("a mean over a short interval loses nothing", "[driving]") {
-  // f and its mean over x ± d differ by f″d²/6 < 1e-15 here; a difference of two integrals had 1e-16/d of it.
+TEST_CASE("a mean over a short interval keeps full precision", "[driving]") {
+  // f and its mean over x ± d differ by f″d²/6 < 1e-15 here; the error of a difference of two
+  // integrals was 1e-16/d.
   Curve sine;
   sine.shape = Curve::Shape::harmonic;
   sine.amplitude = 2, sine.period = 0.7, sine.phase = 0.4, sine.mean = 0.3;
@@ -112,9 +113,9 @@ TEST_CASE("a mean over a short interval loses nothing", "[driving]") {
       CHECK(y.mean(x - d, x + d) == Approx(y.value(x)).epsilon(1e-14));
       CHECK(y.mean(x + d, x - d) == y.mean(x - d, x + d));
     }
-  // Over longer ones it is the mean of two halves, across knots and periods too.
+  // Over longer intervals it is the mean of two halves, across knots and periods too.
   for (const auto& y : {sine.lay(), hump.lay()})
     CHECK(y.mean(0.1, 5.1) == Approx(0.5 * (y.mean(0.1, 2.6) + y.mean(2.6, 5.1))).epsilon(1e-13));
-  // 3-4-5: ∫ over the whole rise is half of it.
+  // 3-4-5: the integral over the whole rise is half of its length.
   CHECK(hump.lay().mean(0, 0.5) == Approx(1.5).epsilon(1e-14));
 }

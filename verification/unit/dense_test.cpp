@@ -1,4 +1,4 @@
-// Decompositions of numerics/dense against matrices whose answers are known by hand.
+// Decompositions of numerics/dense against matrices with results known by hand.
 #include "numerics/dense.hpp"
 
 #include <catch2/catch.hpp>
@@ -24,14 +24,15 @@ TEST_CASE("LU decomposition: solution, sign of the determinant and pivots", "[nu
   CHECK(lu.pivot_ratio() < 1e-15);
 }
 
-TEST_CASE("least squares of deficient rank: the shortest solution", "[numerics]") {
-  // x + y = 2 twice: (1, 1) is the nearest to the origin; of x + y = 2 and x + y = 4 it is that of their mean.
+TEST_CASE("rank-deficient least squares: the solution of minimum norm", "[numerics]") {
+  // x + y = 2 twice: (1, 1) is the solution nearest to the origin; for x + y = 2 and x + y = 4 it
+  // is that of their mean.
   const MatrixXd A = MatrixXd::Ones(2, 2);
   const freeplay::MinimumNorm least(A, 1e-10);
   CHECK(least.rank() == 1);
   CHECK((least.solve(Vector2d(2, 2)) - Vector2d(1, 1)).norm() < 1e-15);
   CHECK((least.solve(Vector2d(2, 4)) - Vector2d(1.5, 1.5)).norm() < 1e-15);
-  // A pivot of 1e-6 counts, or does not, as the threshold says.
+  // A pivot of 1e-6 counts or not, according to the threshold.
   CHECK(freeplay::MinimumNorm(MatrixXd(Matrix2d{{1, 0}, {0, 1e-6}})).rank() == 2);
   CHECK(freeplay::MinimumNorm(MatrixXd(Matrix2d{{1, 0}, {0, 1e-6}}), 1e-5).rank() == 1);
 }
@@ -55,7 +56,7 @@ TEST_CASE("singular systems, kernels and orthogonal complements", "[numerics]") 
   CHECK((Q.transpose() * column).norm() < 1e-14);
 }
 
-TEST_CASE("eigenvalues of a symmetric and of a rotating matrix", "[numerics]") {
+TEST_CASE("eigenvalues of a symmetric matrix and of a damped oscillator", "[numerics]") {
   const auto s = freeplay::symmetric_eigen(Matrix2d{{2, 1}, {1, 2}});
   CHECK((s.values - Vector2d(1, 3)).norm() < 1e-14);
   CHECK(std::abs(s.vectors.col(1).dot(Vector2d(1, 1).normalized())) > 1 - 1e-14);

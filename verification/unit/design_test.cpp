@@ -1,5 +1,5 @@
-// How a study's points are chosen: strata, Sobol's first points against their direction numbers, ranges, keys that vary together, and
-// filters.
+// Choice of a study's points: strata, the first Sobol points against their direction numbers,
+// ranges, keys that vary together, and filters.
 #include <fmt/format.h>
 #include <catch2/catch.hpp>
 
@@ -29,8 +29,9 @@ struct Desk {
   }
 };
 
-/// Sobol's points in Gray's order from the direction numbers of Joe and Kuo (new-joe-kuo-6.21201, the first lines: s, a, m_i),
-/// by their recurrence m_k = 2a₁m_{k−1} ⊕ … ⊕ 2^s m_{k−s} ⊕ m_{k−s}, with v_k = m_k/2^k.
+/// Sobol's points in Gray's order from the direction numbers of Joe and Kuo (new-joe-kuo-6.21201,
+/// the first lines: s, a, m_i), by their recurrence m_k = 2a₁m_{k−1} ⊕ … ⊕ 2^s m_{k−s} ⊕ m_{k−s},
+/// with v_k = m_k/2^k.
 std::vector<std::vector<double>> joe_kuo(int count) {
   struct Line {
     unsigned s, a;
@@ -66,19 +67,20 @@ std::vector<std::vector<double>> joe_kuo(int count) {
 
 }  // namespace
 
-TEST_CASE("Sobol's first points are those of Joe and Kuo", "[design]") {
+TEST_CASE("the first Sobol points are those of Joe and Kuo", "[design]") {
   const auto points = unit_points(Draw::sobol, 6, 500, 1);
-  // As printed beside their generator, behind the origin: the first coordinates of the first points.
+  // As printed beside their generator, without the origin: the first coordinates of the first
+  // points.
   const std::vector<std::vector<double>> printed{
       {0.5, 0.5, 0.5},       {0.75, 0.25, 0.25},    {0.25, 0.75, 0.75},   {0.375, 0.375, 0.625},
       {0.875, 0.875, 0.125}, {0.625, 0.125, 0.875}, {0.125, 0.625, 0.375}};
   for (std::size_t i = 0; i < printed.size(); ++i)
     CHECK(std::vector(points[i].begin(), points[i].begin() + 3) == printed[i]);
   CHECK(points == joe_kuo(500));
-  CHECK(points == unit_points(Draw::sobol, 6, 500, 2));  // nothing is drawn
+  CHECK(points == unit_points(Draw::sobol, 6, 500, 2));  // no random numbers are used
 }
 
-TEST_CASE("a Latin hypercube hits each stratum of each coordinate once", "[design]") {
+TEST_CASE("a Latin hypercube has one point in each stratum of each coordinate", "[design]") {
   for (const int n : {1, 2, 7, 100}) {
     const auto points = unit_points(Draw::latin_hypercube, 3, n, 5);
     for (std::size_t d = 0; d < 3; ++d) {
@@ -92,8 +94,8 @@ TEST_CASE("a Latin hypercube hits each stratum of each coordinate once", "[desig
   const auto points = unit_points(Draw::latin_hypercube, 2, 100, 5);
   CHECK(points == unit_points(Draw::latin_hypercube, 2, 100, 5));
   CHECK(points != unit_points(Draw::latin_hypercube, 2, 100, 6));
-  // Not along a diagonal: the strata of two coordinates are permuted against each other. Of two independent permutations of 100
-  // the correlation has the standard deviation 1/√99.
+  // Not along a diagonal: the strata of two coordinates are permuted relative to each other. For
+  // two independent permutations of 100 the correlation has the standard deviation 1/√99.
   double sum = 0;
   for (const auto& p : points) sum += (p[0] - 0.5) * (p[1] - 0.5) * 12 / 100;
   CHECK(std::abs(sum) < 5 / std::sqrt(99.0));
@@ -115,7 +117,7 @@ TEST_CASE("random points are uniform and independent", "[design]") {
   CHECK(points != unit_points(Draw::random, 2, 10000, 4));
 }
 
-TEST_CASE("axes: lists, ranges, units, keys together", "[design][study]") {
+TEST_CASE("axes of a study: lists, ranges, units, several keys", "[design][study]") {
   const Desk desk;
   const auto values = [&](const std::string& axis) {
     return desk.study("[axes.a]\n" + axis).axes.at(0).values;
@@ -171,7 +173,7 @@ TEST_CASE("axes: lists, ranges, units, keys together", "[design][study]") {
   says(clearance + "values = [1]\nspacing = \"log\"", "does not apply to an axis that is not drawn");
 }
 
-TEST_CASE("axes that are drawn, with others, and filtered", "[design][study]") {
+TEST_CASE("axes of a study: random samples, combinations and filters", "[design][study]") {
   const Desk desk;
   const std::string axes = R"([axes.clearance]
 key = "joints.gudgeon.clearance"

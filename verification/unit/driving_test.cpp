@@ -1,5 +1,5 @@
-// What drives a mechanism along curves: files of points, what the reader refuses, the exact Jacobian of curves, motors and
-// governors, rows within long steps.
+// Drives along curves: files of points, refusals of the reader, the exact Jacobian of curves,
+// motors and governors, and rows within long steps.
 #include <catch2/catch.hpp>
 
 #include <algorithm>
@@ -29,7 +29,7 @@ const std::string length = "[run]\nduration = 0.5\n";
 
 }  // namespace
 
-TEST_CASE("points may stand in a file beside the scene", "[driving]") {
+TEST_CASE("points of a curve may be read from a file beside the scene", "[driving]") {
   const test::TemporaryFolder folder;
   const auto scene_file = folder.path() / "inner" / "s.toml";
   std::filesystem::create_directory(folder.path() / "inner");
@@ -75,7 +75,7 @@ TEST_CASE("points may stand in a file beside the scene", "[driving]") {
   CHECK_THAT(in("points = []\n"), Contains("must be a list of pairs [[a, b], ...], is an empty one"));
 }
 
-TEST_CASE("tables of springs, torques and cams may stand in files likewise", "[driving][spring]") {
+TEST_CASE("tables of springs, torques and cams may be read from files", "[driving][spring]") {
   const test::TemporaryFolder folder;
   const auto scene_file = folder.path() / "s.toml";
   const auto write = [&](const char* name, const char* text) { std::ofstream(folder.path() / name) << text; };
@@ -108,7 +108,7 @@ TEST_CASE("tables of springs, torques and cams may stand in files likewise", "[d
   CHECK_THAT(in("../pull.csv"), Contains("does not lie beside the scene or below"));
 }
 
-TEST_CASE("what curves and drives cannot be is refused where it stands", "[driving]") {
+TEST_CASE("invalid curves and drives are refused at their place", "[driving]") {
   const auto drive = [](const std::string& lines, const std::string& curve = "") {
     return refusal(rotor + curve + "[drives.d]\njoint = \"main\"\n" + lines + length);
   };
@@ -161,7 +161,7 @@ TEST_CASE("what curves and drives cannot be is refused where it stands", "[drivi
              Contains("no direction in the world"));
 }
 
-TEST_CASE("the canonical text repeats every kind of drive", "[driving]") {
+TEST_CASE("the canonical text contains every kind of drive", "[driving]") {
   const auto scene = parse_scene(rotor + test::body("block", 1, 1, "position = [0.4, 0.3]\n") +
                                      test::guide("guide", "ground", "block", {0.8, 0.6}) + R"([curves.up]
 shape = "ramp"
@@ -207,7 +207,7 @@ factor = "up"
   CHECK(scene.mechanism.curves[1].period == 0.02);
 }
 
-TEST_CASE("the exact Jacobian holds for curves, motors and governors", "[driving][jacobian]") {
+TEST_CASE("the exact Jacobian is correct with curves, motors and governors", "[driving][jacobian]") {
   const auto scene =
       parse_scene(test::body("a", 1.5, 0.2) + test::body("b", 0.7, 0.1) + test::body("c", 0.4, 0.3) +
                       test::pin("pin", "ground", "a", {0.1, 0.2}, {0.3, -0.1}) +
@@ -287,7 +287,7 @@ against = "speed"
   CHECK(test::jacobian_error(f, x, 0.4) < 1e-6);
 }
 
-TEST_CASE("a run with motors goes on from a snapshot bit for bit", "[driving]") {
+TEST_CASE("a run with motors continues from a snapshot bit for bit", "[driving]") {
   const auto scene = parse_scene(rotor + R"([curves.supply]
 shape = "ramp"
 to = 24
@@ -318,7 +318,7 @@ integral = 1
   }
 }
 
-TEST_CASE("a joint that is driven beyond its reach is told with the drive", "[driving]") {
+TEST_CASE("a joint driven beyond its reach is reported with its drive", "[driving]") {
   const auto scene =
       parse_scene(rotor +
                       "[curves.c]\nshape = \"constant\"\nvalue = 0.7\n[drives.d]\njoint = \"main\"\n"
@@ -328,8 +328,9 @@ TEST_CASE("a joint that is driven beyond its reach is told with the drive", "[dr
   CHECK_THROWS_WITH(Simulation(scene, "penalty"), Contains("cannot be closed"));
 }
 
-TEST_CASE("rows between the ends of long steps are as right as their ends", "[driving][output]") {
-  // Prescribed all along: a 3-4-5 rise of 0.5 rad in 0.4 s, of polynomials that a method of high order takes in a few steps.
+TEST_CASE("rows between the ends of long steps are as accurate as the ends", "[driving][output]") {
+  // A prescribed motion: a 3-4-5 rise of 0.5 rad in 0.4 s, polynomials that a method of high order
+  // integrates in a few steps.
   const auto scene = parse_scene(
       rotor + R"([drives.d]
 joint = "main"
@@ -366,13 +367,15 @@ integrator = ")" +
   RunRequest request;
   request.observers = {&rows};
   REQUIRE(Simulation(scene, "penalty").run(request).ending.status == Ending::Status::finished);
-  // The tolerance, 1e-9, on 0.5 rad and 4.7 rad/s; some tens of steps. Cubics between them were off by 2e-4 and 3e-3.
+  // The tolerance, 1e-9, on 0.5 rad and 4.7 rad/s; some tens of steps. Cubic interpolation between
+  // them had errors of 2e-4 and 3e-3.
   CHECK(rows.angle < 1e-7);
   CHECK(rows.rate < 1e-6);
 }
 
-TEST_CASE("a force and a torque may be read against another joint's angle", "[driving]") {
-  // A crank turns at 10 rad/s from 0.3 rad; what is read is 4 sin φ, so that a rate is (4/10 Ω)(cos 0.3 − cos φ) over its inertia.
+TEST_CASE("a force and a torque may depend on the angle of another joint", "[driving]") {
+  // A crank turns at 10 rad/s from 0.3 rad; the curve is 4 sin φ, so that a velocity is (4/10
+  // Ω)(cos 0.3 − cos φ) over its inertia.
   const std::string start = "format = 2\n" + test::body("crank", 1, 0.1, "angle = 0.3\n") +
                             test::body("block", 2, 0.5) + test::body("rotor", 2, 0.5) +
                             test::pin("shaft", "ground", "crank") + test::guide("guide", "ground", "block") +

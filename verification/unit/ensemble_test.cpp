@@ -1,4 +1,4 @@
-// Ensembles: each start is the run that it is alone, bands are the quantiles of what runs show.
+// Ensembles: each start equals its single run, and bands are the quantiles of the runs.
 #include <catch2/catch.hpp>
 #include <nlohmann/json.hpp>
 
@@ -29,7 +29,7 @@ std::shared_ptr<const Scene> rig() {
 
 }  // namespace
 
-TEST_CASE("quantiles, errors and intervals of known values", "[study][ensemble]") {
+TEST_CASE("quantiles, errors and confidence intervals of known values", "[study][ensemble]") {
   const auto s = spread({5, 1, NAN, 3, 2, 4});
   CHECK(s.of.count == 5);
   CHECK(s.of.mean == Approx(3));
@@ -42,7 +42,7 @@ TEST_CASE("quantiles, errors and intervals of known values", "[study][ensemble]"
   CHECK(std::isnan(spread({7}).error));
 }
 
-TEST_CASE("each start of an ensemble is its run alone, however many threads", "[study][ensemble]") {
+TEST_CASE("each start of an ensemble equals its single run, for any number of threads", "[study][ensemble]") {
   const auto scene = rig();
   EnsemblePlan plan{.starts = 5, .rows = 11, .columns = {"slider.x", "gudgeon.gap"}, .threads = 2};
   const auto all = run_ensemble(*scene, plan, {});
@@ -57,7 +57,7 @@ TEST_CASE("each start of an ensemble is its run alone, however many threads", "[
              (std::isnan(all.runs[k][i]) && std::isnan(alone.runs[k][i]))));
   CHECK(all.t.front() == scene->run.discard);
   CHECK(all.t.back() == Approx(scene->run.duration));
-  // Where the slider is at the end, by runs of the same starts without any of this: the bits of the extremes.
+  // The final position of the slider, from single runs of the same starts: bit-identical extremes.
   double least = INFINITY, greatest = -INFINITY;
   for (int k = 0; k < 5; ++k) {
     Simulation simulation(perturbed(*scene, {}, plan.seed, k, plan.how), plan.formulation, {.matched = true});
@@ -72,7 +72,7 @@ TEST_CASE("each start of an ensemble is its run alone, however many threads", "[
   CHECK(last.quantile[0] <= last.quantile[2]);
 }
 
-TEST_CASE("a larger ensemble begins with a smaller one", "[study][ensemble]") {
+TEST_CASE("a larger ensemble contains the starts of a smaller one", "[study][ensemble]") {
   const auto scene = rig();
   const auto two = run_ensemble(*scene, {.starts = 2, .rows = 2}, {}),
              three = run_ensemble(*scene, {.starts = 3, .rows = 2}, {});
@@ -83,7 +83,7 @@ TEST_CASE("a larger ensemble begins with a smaller one", "[study][ensemble]") {
       CHECK((two.runs[k][i] == three.runs[k][i] || std::isnan(two.runs[k][i])));
 }
 
-TEST_CASE("ensembles that cannot be are refused in one line", "[study][ensemble]") {
+TEST_CASE("invalid ensembles are refused in one line", "[study][ensemble]") {
   const auto says = [](const EnsemblePlan& plan) {
     return test::refusal_of([&] { run_ensemble(*rig(), plan, {}); });
   };
@@ -93,7 +93,7 @@ TEST_CASE("ensembles that cannot be are refused in one line", "[study][ensemble]
   CHECK_THROWS_WITH(run_ensemble(*still, {.starts = 2}, {}), Contains("all alike"));
 }
 
-TEST_CASE("the verb writes statistics, bands and their figure", "[study][ensemble][program]") {
+TEST_CASE("the command ensemble writes statistics, bands and their figure", "[study][ensemble][program]") {
   test::TemporaryFolder folder;
   const auto out = folder.path() / "out";
   const auto o = test::freeplay("ensemble " + test::flores().string() +
@@ -108,7 +108,7 @@ TEST_CASE("the verb writes statistics, bands and their figure", "[study][ensembl
   CHECK(test::freeplay("ensemble " + test::flores().string() + " --starts 1").status == 2);
 }
 
-TEST_CASE("an ensemble in any number of shards, made in any order, is the ensemble",
+TEST_CASE("an ensemble computed in shards equals the whole ensemble, for any number and order",
           "[study][ensemble][shards]") {
   const auto scene = rig();
   const EnsemblePlan plan{.starts = 7, .rows = 5, .threads = 1};

@@ -1,4 +1,5 @@
-// Places of rest at the edges: what is refused and with which words, mirrored and tiny scenes, held drives, the verb.
+// Special cases of equilibria: refusals and their messages, mirrored and tiny scenes, held drives,
+// and the command.
 #include <catch2/catch.hpp>
 
 #include <fmt/format.h>
@@ -30,7 +31,8 @@ State begin(const std::string& text, std::string* assumed = nullptr) {
   return assemble(scene.mechanism, scene.run.start, assumed);
 }
 
-/// Disc in a ring on a spring, all lengths by `length`, mirrored at the vertical by `side`.
+/// A disc in a ring on a spring, all lengths multiplied by `length`, mirrored at the vertical by
+/// `side`.
 Modes ring(double length, int side, Family family) {
   const auto scene = parse_scene(
       fmt::format(
@@ -48,7 +50,7 @@ Modes ring(double length, int side, Family family) {
 
 }  // namespace
 
-TEST_CASE("where there is no place of rest it is said why", "[equilibrium]") {
+TEST_CASE("a scene without an equilibrium is refused with the reason", "[equilibrium]") {
   const std::string weight = "gravity = [0, -9.81]\n";
   CHECK_THROWS_WITH(begin(weight + body), Contains("no equilibrium") && Contains("bodies.a moves for ever"));
   CHECK_THROWS_WITH(begin(body + pivot + "[drives.m]\njoint = \"pivot\"\ntorque = 1\n"),
@@ -56,14 +58,16 @@ TEST_CASE("where there is no place of rest it is said why", "[equilibrium]") {
   CHECK_THROWS_WITH(begin(body + "velocity = [1, 0]\n" + pivot), Contains("begins at rest"));
 }
 
-TEST_CASE("what nothing holds rests where it stands and is called marginal", "[equilibrium]") {
+TEST_CASE("an unconstrained body rests at its position and its equilibrium is called marginal",
+          "[equilibrium]") {
   std::string assumed;
   const auto s = begin(body + "position = [3, 4]\nangle = 0.5\n", &assumed);
   CHECK(s.q == std::vector<double>{3, 4, 0.5});
   CHECK_THAT(assumed, Contains("marginal: 3 of 3 motions without stiffness"));
 }
 
-TEST_CASE("a drive holds its joint at the initial angle and turns from there", "[equilibrium]") {
+TEST_CASE("a drive holds its joint at the initial angle in equilibrium and moves from there",
+          "[equilibrium]") {
   std::string assumed;
   const auto s = begin("gravity = [0, -9.81]\n" + body + "angle = 0.7\n" + pivot +
                            "[drives.m]\njoint = \"pivot\"\nspeed = 5\n",
@@ -73,7 +77,7 @@ TEST_CASE("a drive holds its joint at the initial angle and turns from there", "
   CHECK_THAT(assumed, Contains("drives held"));
 }
 
-TEST_CASE("a spring without free length holds at length zero too", "[equilibrium]") {
+TEST_CASE("a spring without free length is in equilibrium at zero length", "[equilibrium]") {
   const auto scene = parse_scene(body + "position = [0.4, 0]\n[loads.s]\ntype = \"spring-damper\"\n" +
                                      "between = [\"ground\", \"a\"]\nstiffness = 8\n" + run,
                                  "test");
@@ -88,7 +92,7 @@ TEST_CASE("a spring without free length holds at length zero too", "[equilibrium
   CHECK(std::abs(modes[2].s) == Approx(2));
 }
 
-TEST_CASE("small motions are those of the mirrored scene, and of one of a millionth's size",
+TEST_CASE("small vibrations are the same in the mirrored scene and at a millionth of its size",
           "[equilibrium]") {
   const auto plain = ring(1, 1, Family::nonsmooth).modes;
   REQUIRE(plain.size() == 2);
@@ -102,7 +106,7 @@ TEST_CASE("small motions are those of the mirrored scene, and of one of a millio
   CHECK(std::abs(yields[0].s) == Approx(std::abs(plain[0].s)).epsilon(1e-4));
 }
 
-TEST_CASE("the verb prints within 80 columns and writes what it found", "[equilibrium]") {
+TEST_CASE("the command equilibrium prints within 80 columns and writes its results", "[equilibrium]") {
   const test::TemporaryFolder folder;
   const auto file = folder.path() / "scene.toml";
   std::ofstream(file) << "gravity = [0, -9.81]\n"
@@ -118,7 +122,7 @@ TEST_CASE("the verb prints within 80 columns and writes what it found", "[equili
   CHECK(test::freeplay("modes " + file.string() + " --set gravity=[0,0] --about start").status == 0);
 }
 
-TEST_CASE("random scenes rest in balance or are refused in words", "[equilibrium]") {
+TEST_CASE("equilibria of random scenes balance or are refused with a reason", "[equilibrium]") {
   int rest = 0;
   for (int index = 0; index < 60; ++index) {
     const auto drawn = verification::random_scenes::draw(11, index);
@@ -164,10 +168,11 @@ TEST_CASE("random scenes rest in balance or are refused in words", "[equilibrium
           size[3 * b + 1] += std::abs(f.fy);
         }
       for (const double x : size) all = std::max(all, x);
-      // Couples are forces at the longest arm.
+      // Couples are divided by the longest lever arm.
       for (const auto& f : forces.elements)
         if (system.longest_arm() > 0) all = std::max(all, std::abs(f.m) / system.longest_arm());
-      // Where all springs are slack and all torques nought: what the rounding of a place is to the stiffest.
+      // If all springs are slack and all torques zero: the rounding of a position times the
+      // greatest stiffness.
       double far = 0, stiffest = 0;
       for (const double x : at.state.q) far = std::max(far, std::abs(x));
       for (const auto& load : scene.mechanism.loads)
@@ -187,8 +192,10 @@ TEST_CASE("random scenes rest in balance or are refused in words", "[equilibrium
   CHECK(rest > 10);
 }
 
-TEST_CASE("perturbed starts of a scene that begins at rest hang where it rests", "[equilibrium][study]") {
-  // A pendulum stated level; its pivot lies within the play, so that it hangs below that point.
+TEST_CASE("perturbed starts of a scene that begins in equilibrium are in equilibrium",
+          "[equilibrium][study]") {
+  // A pendulum with a horizontal start; its pivot is within the clearance, so that it hangs below
+  // that point.
   const auto scene =
       parse_scene("gravity = [0, -9.81]\n[bodies.a]\nmass = 2\ninertia = 0.5\nposition = [0.3, 0]\n" + pivot +
                       "at = [[0, 0], [-0.3, 0]]\nclearance = 1e-3\nbearing_radius = 0.01\nsurface = \"s\"\n"
@@ -205,9 +212,9 @@ TEST_CASE("perturbed starts of a scene that begins at rest hang where it rests",
   }
 }
 
-TEST_CASE("a place of rest does not depend on the order in a scene", "[equilibrium]") {
-  // The desk lamp of cases/spring-balance: forces of stages of contacts that yield fall under their rounding in one
-  // direction before they do in another, which of them depends on the order.
+TEST_CASE("an equilibrium does not depend on the order of the elements in a scene", "[equilibrium]") {
+  // The desk lamp of cases/spring-balance: with increasing contact stiffness, residual forces fall
+  // below rounding in one direction before another; the order of the elements decides which.
   const auto text = [](bool reversed) {
     std::vector<std::string> blocks{
         "[bodies.lower_arm]\nmass = 0.3\ninertia = 0.004\nposition = [0.2, 0]\n",
@@ -227,7 +234,8 @@ TEST_CASE("a place of rest does not depend on the order in a scene", "[equilibri
            "[-0.08, 0]]\nstiffness = 300\nfree_length = 0.0426\n";
   };
   const auto given = begin(text(false)), turned = begin(text(true));
-  // A softest motion of 3 N/m bears what is left of the forces, 1e-11 N, at 1e-11 m; and room of a hundred.
+  // The softest motion, 3 N/m, moves by 1e-11 m under the residual force, 1e-11 N; the bound is a
+  // hundred times that.
   for (int b = 0; b < 3; ++b)
     for (int c = 0; c < 3; ++c) CHECK(turned.q[3 * (2 - b) + c] == Approx(given.q[3 * b + c]).margin(1e-9));
 }

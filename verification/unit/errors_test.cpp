@@ -1,4 +1,4 @@
-// What a user reads when something is wrong: in the program's own words, in its place, in few lines.
+// Error messages: in the program's own words, with their place, in few lines.
 #include <fmt/format.h>
 #include <catch2/catch.hpp>
 
@@ -41,7 +41,7 @@ std::string utf8(unsigned code) {
           byte(0x80 | (code & 0x3F))};
 }
 
-/// A rod between two pins of the ground that are `apart` from each other.
+/// A rod between two pins of the ground at a distance of `apart`.
 std::string rod(double length, double apart) {
   return test::body("rod", 1, 0.01, "position = [0.1, 0.02]\n") +
          test::pin("left", "ground", "rod", {}, {-length / 2, 0}) +
@@ -55,7 +55,7 @@ std::string not_assembled(const std::string& text) {
 
 }  // namespace
 
-TEST_CASE("a text that is no TOML in UTF-8 is refused in its place, and one with a mark is read",
+TEST_CASE("text that is not TOML in UTF-8 is refused at its place; a byte order mark is accepted",
           "[scene][errors]") {
   CHECK_THAT(refusal("mass = 1.0\"é\"\n"), StartsWith("s.toml:1:11: not TOML: "));
   CHECK(refusal("\xEF\xBB\xBF" + flores()) == "accepted");
@@ -66,18 +66,18 @@ TEST_CASE("a text that is no TOML in UTF-8 is refused in its place, and one with
              StartsWith("s.toml:2:7: not TOML: a NUL character"));
   // Columns count characters.
   CHECK_THAT(refusal("title = \"äöü\" x\n"), StartsWith("s.toml:1:15: "));
-  // Cut short, overlong, a surrogate, beyond the last.
+  // Truncated, overlong, a surrogate, beyond the last code point.
   for (const char* bytes : {"\xC3", "\x80", "\xC0\xAF", "\xE0\x80\xAF", "\xED\xA0\x80", "\xF4\x90\x80\x80",
                             "\xF5", "\xE2\x82", "\xF0\x9F\x92"}) {
     const auto message = refusal("# ok\ntitle = \"a" + std::string(bytes) + "\"\n");
     CAPTURE(message);
     CHECK_THAT(message, StartsWith("s.toml:2:11: not TOML: byte 0x") && Contains("is no UTF-8"));
   }
-  // What breaks the parser's own assumptions has a place too.
+  // Text that violates the parser's own assumptions is reported with its place too.
   CHECK_THAT(refusal("a = 1\n[b]\nc = [1,,\n"), StartsWith("s.toml:3:"));
 }
 
-TEST_CASE("any character may stand in a text, and none outside does harm", "[scene][errors]") {
+TEST_CASE("any character is accepted inside a string, and none outside causes harm", "[scene][errors]") {
   // Every range that the parser's own test for spaces distinguishes, at its ends and within.
   int refused = 0;
   for (unsigned code = 0x80; code < 0x110000; code += code < 0x4000 ? 1 : 97) {
@@ -96,14 +96,14 @@ TEST_CASE("any character may stand in a text, and none outside does harm", "[sce
   CHECK(refused > 8 * 16000);
 }
 
-TEST_CASE("a misspelt key is told before what follows from it", "[scene][errors]") {
+TEST_CASE("a misspelt key is reported before its consequences", "[scene][errors]") {
   // Without its clearance the gudgeon's bearing_radius would not apply.
   CHECK_THAT(refusal(replaced(flores(), "clearance =", "clearence =")),
              Contains("joints.gudgeon.clearence: is not a key of a joint; did you mean clearance?"));
   CHECK_THAT(refusal(replaced(flores(), "speed_rpm", "sped_rpm")), Contains("did you mean speed_rpm?"));
   CHECK_THAT(refusal(replaced(flores(), "[joints.main]", "[joint.main]")),
              Contains("joint: is not a key of a scene; did you mean joints?"));
-  // The first in the file, and what is a key elsewhere.
+  // The first key in the file, and one that is a key elsewhere.
   const auto two = replaced(replaced(flores(), "mass =", "mas ="), "poisson =", "poison =");
   CHECK_THAT(refusal(two), Contains(".mas: is not a key of a body; did you mean mass?"));
   CHECK_THAT(refusal(replaced(flores(), "surface =", "friction = 0.1\nsurface =")),
@@ -113,7 +113,7 @@ TEST_CASE("a misspelt key is told before what follows from it", "[scene][errors]
                  Contains("is not a key of [run]; there are"));
 }
 
-TEST_CASE("an option is named as it was typed", "[scene][errors]") {
+TEST_CASE("an option is quoted as it was typed", "[scene][errors]") {
   const auto scene = flores();
   CHECK_THAT(
       refusal(scene, {"joints.gudgen.clearance=1e-3"}),
@@ -122,7 +122,7 @@ TEST_CASE("an option is named as it was typed", "[scene][errors]") {
   CHECK_THAT(refusal(scene, {"drives.q.crank=true"}),
              StartsWith("--set drives.q.crank=true: drives.q: there is no such drive; there is "));
   CHECK_THAT(refusal(scene, {"bodies.crnk.mass=2"}), Contains("there is no such body; did you mean crank?"));
-  // A surface needs nothing: one that nothing names would be without effect.
+  // A surface has no required keys: one that no element names would be without effect.
   CHECK_THAT(refusal(scene, {"surfaces.stel.friction=0.1"}),
              Contains("there is no such surface; did you mean steel?"));
   CHECK(refusal(scene, {"surfaces.brass.friction=0.1", "joints.gudgeon.surface=brass"}) == "accepted");
@@ -132,7 +132,7 @@ TEST_CASE("an option is named as it was typed", "[scene][errors]") {
       refusal(scene, {"joints.gudgeon.clearence=1"}),
       StartsWith(
           "--set joints.gudgeon.clearence=1: joints.gudgeon.clearence: is not a key of a joint; did you"));
-  // The file's key is where it is seen, the option what made it wrong.
+  // The message names the key of the file and the option that made it invalid.
   CHECK_THAT(refusal(scene, {"joints.gudgeon.clearance=1"}),
              StartsWith("s.toml:") && Contains("bearing_radius: must be greater than the clearance") &&
                  Contains("(with --set joints.gudgeon.clearance=1)"));
@@ -141,7 +141,7 @@ TEST_CASE("an option is named as it was typed", "[scene][errors]") {
   CHECK_THAT(refusal(scene, {"title=1\nmass = 2"}), StartsWith("--set title=1\\nmass = 2: "));
 }
 
-TEST_CASE("what a study sets wrongly is told at its place in the study", "[study][errors]") {
+TEST_CASE("an invalid setting in a study is reported at its place in the study", "[study][errors]") {
   test::TemporaryFolder folder;
   const auto refused = [&](const std::string& rest) {
     write_file(
@@ -164,7 +164,7 @@ TEST_CASE("what a study sets wrongly is told at its place in the study", "[study
       StartsWith("study.toml:4:1: variants.v: joints.gudgeon.clearence: is not a key of a joint; did you"));
   CHECK_THAT(refused("[axis.c]\nkey = \"x\"\n"),
              StartsWith("study.toml:4:1: axis: is not a key of a study; did you mean axes?"));
-  // A hundred million runs are a slip, not a study.
+  // A hundred million runs are a mistake, not a study.
   std::string many, values = "1";
   for (int i = 2; i <= 100; ++i) values += fmt::format(", {}", i);
   for (const char* name : {"a", "b", "c", "d"})
@@ -172,7 +172,7 @@ TEST_CASE("what a study sets wrongly is told at its place in the study", "[study
   CHECK_THAT(refused(many), Contains("asks for 1.6e+09 runs"));
 }
 
-TEST_CASE("what cannot be closed is told by the joint and the distance of the best pose",
+TEST_CASE("a loop that cannot be closed is reported by the joint and the distance in the best pose",
           "[assembly][errors]") {
   // A rod of 0.3 m between pins 1 m apart: least squares share the missing 0.7 m.
   CHECK_THAT(
@@ -181,7 +181,8 @@ TEST_CASE("what cannot be closed is told by the joint and the distance of the be
           "joints.left: cannot be closed: in the best pose found it stays open by 0.35 m, \"right\" by 0.35 m") ||
           Contains(
               "joints.right: cannot be closed: in the best pose found it stays open by 0.35 m, \"left\" by 0.35 m"));
-  // A crank that its drive holds where the rod does not reach: the joints are named, and what the drive would have to do.
+  // A crank held by its drive where the rod cannot reach: the message names the joints and the
+  // required change of the drive.
   const auto driven = [](double angle) {
     return test::body("crank", 1, 0.01) + test::body("rod", 1, 0.01, "position = [0.5, 0.1]\n") +
            test::pin("axle", "ground", "crank", {}, {-0.5, 0}) +
@@ -199,7 +200,7 @@ TEST_CASE("what cannot be closed is told by the joint and the distance of the be
              StartsWith("joints.") && Contains("it stays open by 0.2676 m, ") && !Contains("\"motor\""));
   for (const char* name : {"axle", "pin", "anchor"}) CHECK_THAT(message, Contains(name));
   CHECK_THAT(message, Contains("it closes with drives.motor.initial_angle = 0.7227"));
-  // What can be closed is, from anywhere near.
+  // A loop that can be closed is closed from any start nearby.
   const auto scene = parse_scene(rod(0.3, 0.3), "s.toml");
   const System system(scene.mechanism);
   std::vector<double> q{0.3, -0.2, 1};
@@ -208,8 +209,9 @@ TEST_CASE("what cannot be closed is told by the joint and the distance of the be
   CHECK(open_joints(system, {0.15, 0.1, 0}, 0.15).size() == 2);
 }
 
-TEST_CASE("a snapshot changed in any of its bytes is taken or refused, and refused leaves what was",
-          "[snapshot][errors]") {
+TEST_CASE(
+    "a snapshot with any changed byte is accepted or refused; a refusal leaves the simulation unchanged",
+    "[snapshot][errors]") {
   const auto scene = parse_scene(replaced(flores(), "revolutions = 12", "revolutions = 0.01"), "s.toml",
                                  {"run.discard=0", "nonsmooth.scheme=event-driven"});
   for (const auto* formulation : {"penalty", "nonsmooth"}) {
@@ -235,7 +237,7 @@ TEST_CASE("a snapshot changed in any of its bytes is taken or refused, and refus
 
 namespace {
 
-/// What is wrong with a message, or nothing: one line, or three where it lists; no library's words.
+/// The fault of a message, or nothing: one line, or three for lists; no words of libraries.
 std::string fault(const std::string& message) {
   const auto lines = std::ranges::count(message, '\n');
   if (message.empty() || message.back() != '\n') return "does not end with its line";
@@ -253,7 +255,7 @@ std::string fault(const std::string& message) {
 
 }  // namespace
 
-TEST_CASE("a hundred errors are told in a line of the program's own words", "[program][errors]") {
+TEST_CASE("a hundred errors are each reported in one line in the program's own words", "[program][errors]") {
   test::TemporaryFolder folder;
   const auto place = folder.path().string() + "/";
   const auto file = [&](const std::string& name, const std::string& text) {
@@ -271,7 +273,7 @@ TEST_CASE("a hundred errors are told in a line of the program's own words", "[pr
     all.push_back({"check " + file(name, replaced(scene, from, to)),
                    expected.starts_with(":") ? name + expected : expected});
   };
-  // The file: what is no TOML, unknown keys, wrong kinds, values out of range, names of nothing.
+  // The file: text that is not TOML, unknown keys, wrong kinds, values out of range, unknown names.
   for (const char* text : {"mass = = 1\n",
                            "mass = 1.0\"é\"\n",
                            "[bodies\n",
@@ -411,7 +413,7 @@ TEST_CASE("a hundred errors are told in a line of the program's own words", "[pr
   make_folder(folder.path() / "none");
   file("none/run.checkpoint", "nothing of the kind");
   all.push_back({"run --resume " + place + "none", "is no checkpoint"});
-  // A database of results that is none, or is cut short.
+  // A file that is no database of results, or a truncated one.
   make_folder(folder.path() / "db");
   file("db/sweep.db", std::string(2000, 'x'));
   all.push_back({"sweep --allow-outside " + file("good.toml", head) + " -o " + place + "db",
@@ -425,7 +427,7 @@ TEST_CASE("a hundred errors are told in a line of the program's own words", "[pr
     CHECK(fault(o.err).empty());
     CHECK_THAT(o.err, Contains(one.expected));
   }
-  // Nothing of a refused run is left.
+  // A refused run leaves no files.
   CHECK_FALSE(std::filesystem::exists(folder.path() / "r/run.json"));
   CHECK_FALSE(std::filesystem::exists(folder.path() / "again/run.json"));
 }

@@ -1,5 +1,6 @@
-// The exact Jacobian of the event-driven scheme's modes against central differences of their right-hand side: open, sticking and
-// sliding either way, with every film and without one, on a mechanism with drives, springs, dampers and a preloaded joint.
+// The exact Jacobian of the contact modes of the event-driven scheme against central differences of
+// their right-hand side: open, sticking and sliding in either direction, with every film and
+// without one, on a mechanism with drives, springs, dampers and a preloaded joint.
 #include <catch2/catch.hpp>
 
 #include <random>
@@ -54,7 +55,8 @@ duration = 1
 
 }  // namespace
 
-TEST_CASE("the exact Jacobian of a mode equals differences of its right-hand side", "[films][jacobian]") {
+TEST_CASE("the exact Jacobian of a contact mode equals differences of its right-hand side",
+          "[films][jacobian]") {
   const std::string film =
       GENERATE(as<std::string>{}, "", "film = \"short\"\n", "film = \"long\"\n",
                "film = \"short\"\ncavitation = \"none\"\n", "film = \"long\"\ncavitation = \"none\"\n");
@@ -73,7 +75,7 @@ TEST_CASE("the exact Jacobian of a mode equals differences of its right-hand sid
     f.preloaded[0].slip = mode.rub;
     EventDynamics::Vector x(static_cast<std::size_t>(f.size()));
     for (auto& y : x) y = uniform(engine);
-    // The journal of b at (0, 0.1) + e, in the film or within its hand-over.
+    // The journal of b is at (0, 0.1) + e, in the film or within its hand-over.
     const double angle = 3 * uniform(engine), theta = x[5], length = mode.rub == 0 ? 0.27 : 0.2;
     x[3] = length * std::cos(angle) - (0.2 * std::cos(theta) - 0.1 * std::sin(theta));
     x[4] = 0.1 + length * std::sin(angle) - (0.2 * std::sin(theta) + 0.1 * std::cos(theta));

@@ -1,4 +1,5 @@
-// Event-driven integration gives up where events follow each other faster than it resolves: each of its three counts.
+// Event-driven integration stops where events follow each other faster than it resolves: each of
+// its three counts.
 #include <catch2/catch.hpp>
 
 #include "formulations/event_driven/event_pace.hpp"
@@ -7,7 +8,7 @@ using namespace freeplay;
 
 namespace {
 
-/// How many of `next(k)`, k = 1, 2, …, pass until there are too many; at most `most`.
+/// Number of the calls next(k), k = 1, 2, …, that pass before the limit; at most `most`.
 template <class F>
 int passed(F next, int most) {
   for (int k = 1; k <= most; ++k)
@@ -17,7 +18,7 @@ int passed(F next, int most) {
 
 }  // namespace
 
-TEST_CASE("event pace: a thousand events in a thousandth of the time scale are too many", "[event-driven]") {
+TEST_CASE("event pace: 1000 events within a thousandth of the time scale are too many", "[event-driven]") {
   EventPace fast(1), slow(1);
   CHECK(passed([&](int k) { return fast.event(0.9e-6 * k); }, 5000) ==
         2000);  // the first thousand has no beginning
@@ -27,7 +28,7 @@ TEST_CASE("event pace: a thousand events in a thousandth of the time scale are t
   CHECK(slow.events() == 5000);
 }
 
-TEST_CASE("event pace: ten thousands of events in a fifth of the time scale, three times over, are too many",
+TEST_CASE("event pace: 10,000 events within a fifth of the time scale, three times in a row, are too many",
           "[event-driven]") {
   EventPace fast(1), slow(1);
   CHECK(passed([&](int k) { return fast.event(1.9e-5 * k); }, 60'000) == 40'000);
@@ -37,13 +38,13 @@ TEST_CASE("event pace: ten thousands of events in a fifth of the time scale, thr
 TEST_CASE("event pace: sixteen changes of mode at one instant are too many", "[event-driven]") {
   EventPace pace(1);
   CHECK(passed([&](int) { return pace.mode_change(0.5); }, 50) == 16);
-  // Those of another instant begin anew.
+  // The count starts again at another instant.
   EventPace two(1);
   for (int k = 0; k < 15; ++k) CHECK(two.mode_change(0.5).empty());
   CHECK(passed([&](int) { return two.mode_change(0.5 + 2e-6); }, 50) == 16);
 }
 
-TEST_CASE("event pace: a hundred impacts of several contacts in a tenth of the time scale are too many",
+TEST_CASE("event pace: 100 impacts of several contacts within a tenth of the time scale are too many",
           "[event-driven]") {
   EventPace alone(1), several(1), apart(1);
   CHECK(passed([&](int k) { return alone.impact(1e-5 * k, {3}); }, 1000) == 1000);
@@ -54,7 +55,7 @@ TEST_CASE("event pace: a hundred impacts of several contacts in a tenth of the t
   CHECK(several.impact(0, {1}).empty());
 }
 
-TEST_CASE("event pace: a shorter time scale is kept", "[event-driven]") {
+TEST_CASE("event pace: a shorter time scale replaces a longer one and is kept", "[event-driven]") {
   EventPace pace(1);
   pace.quicken(0.1);
   pace.quicken(0.5);

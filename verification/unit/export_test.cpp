@@ -1,4 +1,5 @@
-// freeplay export as a user meets it. verification/python/test_export.py reads the files back by other programs.
+// freeplay export as a user runs it. verification/python/test_export.py reads the files back by
+// other programs.
 #include <sys/resource.h>
 #include <catch2/catch.hpp>
 #include <csignal>
@@ -40,7 +41,8 @@ std::size_t halves(const std::filesystem::path& folder) {
 
 }  // namespace
 
-TEST_CASE("what export is asked wrongly is told in one line, and nothing is written", "[program][export]") {
+TEST_CASE("an invalid request to export is refused in one line, and nothing is written",
+          "[program][export]") {
   test::TemporaryFolder folder;
   const auto place = folder.path().string(), run = made_run(folder.path());
   const bool hdf5 = has_hdf5(run);
@@ -69,8 +71,7 @@ TEST_CASE("what export is asked wrongly is told in one line, and nothing is writ
   CHECK(halves(folder.path()) == 0);
 }
 
-TEST_CASE("the same results are the same bytes of HDF5, and no link is written through",
-          "[program][export]") {
+TEST_CASE("equal results give equal bytes of HDF5, and no link is followed on writing", "[program][export]") {
   test::TemporaryFolder folder;
   const auto run = made_run(folder.path());
   if (!has_hdf5(run)) return;
@@ -88,7 +89,7 @@ TEST_CASE("the same results are the same bytes of HDF5, and no link is written t
   CHECK(halves(folder.path()) == 0);
 }
 
-TEST_CASE("a disk that is full leaves the older export as it was", "[program][export]") {
+TEST_CASE("a full disk leaves the older export unchanged", "[program][export]") {
   test::TemporaryFolder folder;
   const auto run = made_run(folder.path());
   const bool hdf5 = has_hdf5(run);

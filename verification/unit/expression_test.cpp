@@ -1,4 +1,4 @@
-// Expressions of a study: what they come to, what has no value, and what is refused with its place.
+// Expressions of a study: their values, undefined values, and refusals with their place.
 #include <fmt/format.h>
 #include <catch2/catch.hpp>
 
@@ -26,7 +26,7 @@ std::string refusal(const std::string& text) {
 
 }  // namespace
 
-TEST_CASE("expressions come to what arithmetic says", "[expression]") {
+TEST_CASE("expressions have the values of arithmetic", "[expression]") {
   CHECK(value("1 + 2*3 - 4/2") == 5);
   CHECK(value("(1 + 2)*3") == 9);
   CHECK(value("2 - 3 - 4") == -5);
@@ -48,14 +48,14 @@ TEST_CASE("expressions come to what arithmetic says", "[expression]") {
   CHECK(value("not x > 0 or 1 == 2") == 1);
   CHECK(value("not (x < 0 and speed >= 100)") == 0);
   CHECK(value("1 <= 1 and 1 != 2 and 1 >= 1") == 1);
-  CHECK(value("2 < 1 or 1 < 2 and 2 < 1") == 0);  // and binds closer
+  CHECK(value("2 < 1 or 1 < 2 and 2 < 1") == 0);  // and takes precedence
   CHECK(Expression("x < 1", names).type() == Expression::Type::truth);
   CHECK(Expression("x + 1", names).type() == Expression::Type::number);
   CHECK(Expression("x + speed", names).uses(3));
   CHECK_FALSE(Expression("x + speed", names).uses(0));
 }
 
-TEST_CASE("what has no value is absent, and stays so", "[expression]") {
+TEST_CASE("an undefined value is absent and propagates", "[expression]") {
   for (const char* text : {"1/0", "1/(speed - 100)", "0/0", "sqrt(x)", "log(0)", "log(x)", "x^0.5",
                            "exp(1e6)", "1e308*10", "0*(1/0)", "min(1, 1/0)", "(1/0)^0", "abs(sqrt(x))"})
     CHECK(std::isnan(value(text)));
@@ -72,7 +72,7 @@ TEST_CASE("what has no value is absent, and stays so", "[expression]") {
   CHECK(value("speed + 1", {1, 1, std::nan(""), 1}) == 2);
 }
 
-TEST_CASE("what is no expression is refused at its column", "[expression]") {
+TEST_CASE("an invalid expression is refused at its column", "[expression]") {
   const auto says = [](const std::string& text, const std::string& what) {
     CAPTURE(text, refusal(text));
     CHECK_THAT(refusal(text), Contains(what));
@@ -110,14 +110,14 @@ TEST_CASE("what is no expression is refused at its column", "[expression]") {
       "not not not not not not not not not not not not not not not not not not not not x > 1 or not not not not not "
       "not not not not not not not not not not not not not not not not not not not not not not not not not not x > 1",
       "deep; that is the most");
-  // As long as it may be, and as flat, it is read.
+  // An expression of the greatest permitted length and depth is accepted.
   std::string sum = "1";
   while (sum.size() + 2 <= Expression::longest) sum += "+1";
   const auto ones = sum.size() / 2 + 1;
   CHECK(value(sum) == static_cast<double>(ones));
 }
 
-TEST_CASE("names that expressions can speak of", "[expression]") {
+TEST_CASE("names that expressions accept", "[expression]") {
   for (const char* good : {"a", "_x1", "Peak"}) CHECK(Expression::is_name(good));
   for (const char* bad : {"", "1a", "a-b", "a b", "pi", "and", "sqrt", "\xc3\xa9"})
     CHECK_FALSE(Expression::is_name(bad));

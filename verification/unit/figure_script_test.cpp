@@ -1,4 +1,4 @@
-// Texts on their way to gnuplot and to a terminal: what gnuplot itself makes of them.
+// Texts passed to gnuplot and to a terminal: their interpretation by gnuplot itself.
 #include <fmt/format.h>
 #include <catch2/catch.hpp>
 
@@ -20,7 +20,8 @@ using namespace freeplay;
 
 namespace {
 
-/// Texts put together of what means something to gnuplot, to a shell or to a terminal, and of the hostile ones.
+/// Texts composed of fragments with a meaning for gnuplot, a shell or a terminal, and of the
+/// hostile ones.
 std::vector<std::string> random_texts(const test::Bait& bait, int count) {
   auto pieces = test::hostile_texts(bait);
   std::erase_if(pieces, [](const std::string& s) { return s.size() > 1000; });
@@ -47,11 +48,11 @@ std::string as_xml(const std::string& text) {
 
 }  // namespace
 
-TEST_CASE("gnuplot takes every text for that text and executes none", "[security][figures]") {
+TEST_CASE("gnuplot reads every text literally and executes none", "[security][figures]") {
   test::TemporaryFolder folder;
   const test::Bait bait(folder.path());
   const auto texts = random_texts(bait, 6000);
-  // Two to a line: a literal that did not end where it should would swallow the next.
+  // Two to a line: a literal without its proper end would include the next.
   plots::Script script;
   script.add("set encoding utf8\nset print 'printed'\n");
   for (std::size_t i = 0; i < texts.size(); ++i)
@@ -74,7 +75,7 @@ TEST_CASE("gnuplot takes every text for that text and executes none", "[security
   CHECK(bait.untouched());
 }
 
-TEST_CASE("no text is markup or a format where a figure shows it", "[security][figures]") {
+TEST_CASE("no text acts as markup or format in a figure", "[security][figures]") {
   test::TemporaryFolder folder;
   const test::Bait bait(folder.path());
   auto texts = random_texts(bait, 120);
@@ -103,7 +104,7 @@ TEST_CASE("no text is markup or a format where a figure shows it", "[security][f
   CHECK(bait.untouched());
 }
 
-TEST_CASE("the names of figures' files are safe and tell texts apart", "[security][figures]") {
+TEST_CASE("file names of figures are safe and distinct for distinct texts", "[security][figures]") {
   test::TemporaryFolder folder;
   const test::Bait bait(folder.path());
   std::set<std::string> names, texts;
@@ -120,8 +121,7 @@ TEST_CASE("the names of figures' files are safe and tell texts apart", "[securit
   CHECK(plots::file_name("reaction", "gudgeon") == "reaction_gudgeon");
 }
 
-TEST_CASE("a figure with hostile texts throughout is drawn, and drawn anew by its own script",
-          "[security][figures]") {
+TEST_CASE("a figure with hostile texts is drawn, and redrawn by its own script", "[security][figures]") {
   test::TemporaryFolder folder;
   const test::Bait bait(folder.path());
   for (const auto& text : test::hostile_texts(bait)) {
@@ -143,7 +143,7 @@ TEST_CASE("a figure with hostile texts throughout is drawn, and drawn anew by it
   CHECK_FALSE(std::filesystem::exists(bait.folder / "CANARY"));
 }
 
-TEST_CASE("what would move a cursor or reorder a line is spelt out", "[security]") {
+TEST_CASE("control and reordering characters are shown as escapes", "[security]") {
   CHECK(visible("plain, Ω µ é 中 🙂") == "plain, Ω µ é 中 🙂");
   CHECK(visible("a\nb\tc\rd\x1b[2J\x07\x7f") == "a\\nb\\tc\\rd\\x1b[2J\\x07\\x7f");
   CHECK(visible("a\nb\tc", "\n\t") == "a\nb\tc");
@@ -154,7 +154,7 @@ TEST_CASE("what would move a cursor or reorder a line is spelt out", "[security]
         "\\xff \\xc0\\xaf \\xed\\xa0\\x80 \\xf5 \\xe2\\x80");
   CHECK(visible(std::string("a\0b", 3)) == "a\\x00b");
   CHECK(visible_brief(std::string(500, 'x'), 5) == "xxxxx…");
-  // However a text is cut into pieces, the same is shown.
+  // The display does not depend on the division of a text into pieces.
   const std::string text = "Ω\x1b é\xff 中🙂\n\xe2\x80\xae.";
   for (std::size_t size = 1; size <= text.size(); ++size) {
     VisibleStream stream("\n");

@@ -1,6 +1,6 @@
-// The film's closed forms against quadrature of the pressure, and its limits. Quadrature: composite Simpson
-// with 20,000 intervals; the integrand's fourth derivative grows like (1 − ε)^(−7), so at ε = 0.95 the error
-// is still below 1e-8.
+// The film's closed forms against quadrature of the pressure, and its limits. Quadrature: composite
+// Simpson with 20,000 intervals; the integrand's fourth derivative grows like (1 − ε)^(−7), so at
+// ε = 0.95 the error is still below 1e-8.
 #include "formulations/contact/film.hpp"
 
 #include <catch2/catch.hpp>
@@ -15,8 +15,8 @@ constexpr double pi = 3.14159265358979323846;
 
 Film film(Film::Kind kind, bool cavitated) { return {kind, cavitated, 0.04, 0.02, 0.01, 0.2e-3}; }
 
-/// Pressure per unit of length (short) or pressure (long) by integrating Reynolds' equation as its definition
-/// says.
+/// Pressure per unit of length (short) or pressure (long) by integrating Reynolds' equation from
+/// its definition.
 double pressure(const Film& f, double e, double w_r, double w_t, double t) {
   const double c3 = std::pow(f.clearance, 3), x = 1 - e * std::cos(t);
   if (f.kind == Film::Kind::short_bearing)
@@ -52,15 +52,16 @@ TEST_CASE("film forces equal the quadrature of their pressure at small and large
           const auto exact = by_quadrature(f, e, w_r, w_t), closed = f.force(e, w_r, w_t);
           const double size = std::hypot(exact.radial, exact.tangential);
           CAPTURE(static_cast<int>(kind), cavitated, e, angle);
-          // At e = 1e-3 the long bearing's primitives cancel to ε² = 1e-6 of their size: ten digits are left.
-          // The kink at the edge of a cavitated film costs Simpson's rule (2π/20000)² ≈ 1e-7.
+          // At e = 1e-3 the long bearing's primitives cancel to ε² = 1e-6 of their size: ten digits
+          // remain. The kink at the edge of a cavitated film causes an error of Simpson's rule of
+          // (2π/20000)² ≈ 1e-7.
           CHECK(closed.radial == Approx(exact.radial).margin(2e-7 * size));
           CHECK(closed.tangential == Approx(exact.tangential).margin(2e-7 * size));
           CHECK(closed.radial * w_r + closed.tangential * w_t <= 0);
         }
 }
 
-TEST_CASE("the long bearing's pressure solves Reynolds' equation", "[film]") {
+TEST_CASE("the pressure of a long bearing solves Reynolds' equation", "[film]") {
   // d/dθ(h³ dp/dθ) = 12 μ R² q with q = −n·w: by central differences of step 1e-3, error 1e-6 times
   // derivatives ~ 10.
   const auto f = film(Film::Kind::long_bearing, false);

@@ -1,4 +1,4 @@
-// The judge of published findings, on made-up runs whose verdicts are known.
+// The verdicts on published findings, on synthetic runs with known verdicts.
 #include <fmt/format.h>
 #include <catch2/catch.hpp>
 
@@ -10,21 +10,21 @@ using namespace freeplay::verification;
 
 namespace {
 
-/// A matrix of two starts whose statistics are those that the paper's text states, of 25 turns each.
+/// A matrix of two starts with the statistics of the paper's text, of 25 revolutions each.
 struct Made {
   test::TemporaryFolder folder;
   Study study;
-  double share = 1;     // of the flights that there should be
-  double peaks = 1;     // over the stated
+  double share = 1;     // share of the expected flights
+  double peaks = 1;     // relative to the stated ones
   double impacts = 1;   // exponent of the speed in the number of impacts
-  double second = 0.5;  // approach in the second zone over the first's
-  double tail = 60;     // degrees of impacts after the return
+  double second = 0.5;  // approach speed in the second zone over that in the first
+  double tail = 60;     // degrees of impacts after the return of contact
 
   Made() {
     study.axes = {{"clearance", "", {0.10e-3, 0.25e-3, 0.50e-3, 1.00e-3}, 1e3, "mm"},
                   {"speed", "", {100, 150, 200, 250}, 1, "rpm"}};
     study.variants = {{"v", "v", "", {}, {"penalty"}, 2, 25}};
-    study.revolutions = 50;  // a variant's own number counts
+    study.revolutions = 50;  // the variant's separate number applies
   }
   std::vector<Finding> judged(const std::set<std::string>& fitted = {}) {
     Results results(folder.path() / "made.db", study);
@@ -44,8 +44,8 @@ struct Made {
           v[TurnMetrics::lines] = 1e4 * c * n;
           v[TurnMetrics::lines_total] = 1e4 * c * n;
           v[TurnMetrics::deceleration] = 3;
-          v[TurnMetrics::rms] = 4.3;  // at 100 rpm the ideal's is 0.72 r ω² or so
-          // Contact is lost at 150° after top dead centre, the paper's 43°, and returns after 20°.
+          v[TurnMetrics::rms] = 4.3;  // at 100 rpm the ideal value is about 0.72 r ω²
+          // Contact ends at 150° after top dead centre, the paper's 43°, and returns after 20°.
           for (int turn = 0; turn < 25 * share; ++turn) r.metrics.flights.push_back({150, 20, 1.0 / 60, 3});
           for (int turn = 0; turn < 25; ++turn) {
             for (double a = 0; a <= tail; a += tail / 40) r.metrics.impacts.push_back({170 + a, 0.1, 0.05});
@@ -65,7 +65,8 @@ int holding(const std::vector<Finding>& list, const std::string& id) {
 
 }  // namespace
 
-TEST_CASE("what the paper measured would hold, and each departure fails its own finding", "[study]") {
+TEST_CASE("the published measurements satisfy the findings, and each deviation fails its own finding",
+          "[study]") {
   const auto all = Made().judged();
   for (const auto& [id, count] : {std::pair{"X1", 1},
                                   {"X3", 2},
@@ -84,20 +85,20 @@ TEST_CASE("what the paper measured would hold, and each departure fails its own 
   }
   Made rare, large, calm, equal, brief;
   rare.share = 0.5;
-  CHECK(holding(rare.judged(), "X3") == 1);  // their length still holds
+  CHECK(holding(rare.judged(), "X3") == 1);  // the finding on their length is still satisfied
   large.peaks = 1.6;
   const auto peaks = large.judged();
   CHECK(holding(peaks, "X6") + holding(peaks, "X8") == 0);
-  CHECK(holding(peaks, "X7") == 1);  // within two
+  CHECK(holding(peaks, "X7") == 1);  // within a factor of two
   calm.impacts = -1;
-  CHECK(holding(calm.judged(), "X10") == 1);  // still grows with clearance
+  CHECK(holding(calm.judged(), "X10") == 1);  // still increases with clearance
   equal.second = 1.2;
   CHECK(holding(equal.judged(), "X5") == 1);
   brief.tail = 20;
   CHECK(holding(brief.judged(), "X4") == 0);
 }
 
-TEST_CASE("what was fitted has no verdict", "[study]") {
+TEST_CASE("fitted quantities have no verdict", "[study]") {
   for (const auto& f : Made().judged({"X6", "X8"})) {
     const bool fitted = f.id == "X6" || f.id == "X8";
     CHECK(f.fitted == fitted);

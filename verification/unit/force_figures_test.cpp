@@ -1,4 +1,5 @@
-// Figures of forces, from folders whose forces are known: what is drawn, over what, and in which range.
+// Force figures from folders with known forces: the plotted quantities, their abscissa and their
+// range.
 #include <fmt/format.h>
 #include <catch2/catch.hpp>
 
@@ -63,7 +64,7 @@ std::vector<std::string> force_columns(const std::string& name, bool contact) {
   return list;
 }
 
-/// Drawn, and more than an empty page.
+/// Drawn, and not an empty page.
 void check_drawn(const std::filesystem::path& folder, const std::vector<std::string>& names) {
   for (const auto& name : names)
     for (const auto& [suffix, least] :
@@ -79,11 +80,12 @@ constexpr double turn_s = 0.3;  // of the crank at 200 rpm
 
 }  // namespace
 
-TEST_CASE("figures of forces: reactions, bearing loads and torque over the last turn", "[figures]") {
+TEST_CASE("force figures: reactions, bearing loads and torque over the last revolution", "[figures]") {
   test::TemporaryFolder folder;
   const auto& out = folder.path();
   write_comparison(out, test::flores());
-  // 2.5 turns of 200 rows. At one instant of the second turn the nonsmooth run has an impact.
+  // 2.5 revolutions of 200 rows. At one instant of the second revolution the nonsmooth run has an
+  // impact.
   const auto value = [](double scale, bool impact) {
     return [=](const std::string& column, double t) {
       const double angle = 2 * std::numbers::pi * t / turn_s;
@@ -116,7 +118,7 @@ TEST_CASE("figures of forces: reactions, bearing loads and torque over the last 
   for (const char* name : {"bearing_load_guide", "reaction_push", "reaction_twist"})
     CHECK_FALSE(std::filesystem::exists(out / "figures" / (std::string(name) + ".gp")));
 
-  // The last turn that begins at a multiple of 360°, each mean in the middle of its interval.
+  // The last revolution that begins at a multiple of 360°, each mean in the middle of its interval.
   std::istringstream data(test::file_text(out / "figures/reaction_gudgeon.dat"));
   std::string line;
   std::getline(data, line);
@@ -141,7 +143,7 @@ TEST_CASE("figures of forces: reactions, bearing loads and torque over the last 
   CHECK_THAT(test::file_text(out / "figures/drive_torque.gp"), Contains("motor") && !Contains("twist"));
 }
 
-TEST_CASE("figures of forces: one run, no drive, four corners, empty columns", "[figures]") {
+TEST_CASE("force figures: one run, no drive, four corners, empty columns", "[figures]") {
   test::TemporaryFolder folder;
   const auto& out = folder.path();
   const auto scene = test::source_folder() / "cases/flores2010-translational/scene.toml";
@@ -177,7 +179,8 @@ TEST_CASE("figures of forces: one run, no drive, four corners, empty columns", "
   CHECK(t == Approx(60e-6));
   CHECK(fy == Approx(5.024).epsilon(1e-5));
 
-  // Unreadable scenes cost the crank angle and what is known of joints, not the figures.
+  // Without a readable scene the figures lack the crank angle and facts about joints, but are
+  // drawn.
   auto document = nlohmann::json::parse(test::file_text(out / "run.json"));
   document["provenance"]["scene"] = "no scene [";
   write_file(out / "run.json", document.dump());
@@ -186,7 +189,7 @@ TEST_CASE("figures of forces: one run, no drive, four corners, empty columns", "
   check_drawn(out, {"reaction_main", "reaction_guide"});
 }
 
-TEST_CASE("figures of forces: broken files are refused, empty ones draw nothing", "[figures]") {
+TEST_CASE("force figures: broken files are refused, empty ones draw nothing", "[figures]") {
   test::TemporaryFolder folder;
   const auto& out = folder.path();
   write_run(out, test::flores(), "penalty", force_columns("main", false), 0.1, 1,
@@ -202,7 +205,7 @@ TEST_CASE("figures of forces: broken files are refused, empty ones draw nothing"
   CHECK_THAT(o.err, Contains("forces.csv:3: has 2 fields, the header 4"));
 }
 
-TEST_CASE("figures of forces: constant reactions that mechanics does not determine", "[figures]") {
+TEST_CASE("force figures: constant reactions that are statically indeterminate", "[figures]") {
   test::TemporaryFolder folder;
   const auto out = folder.path() / "out";
   const auto run =

@@ -1,5 +1,5 @@
-// Studies of anything: without a drive of prescribed speed, without an accelerometer, of every column of the result files, with what is
-// derived from it, in the database and out of it.
+// Studies without a drive of prescribed speed and without an accelerometer: measures of every
+// column of the result files, and derived quantities, in the database and in exports.
 #include <fmt/format.h>
 #include <boost/math/special_functions/ellint_1.hpp>
 #include <catch2/catch.hpp>
@@ -24,7 +24,7 @@ namespace {
 
 using test::StudyDesk, test::Rows, test::value_of;
 
-/// The case of a pendulum whose bar states an angle and no position: it hangs where the pin is.
+/// The case of a pendulum whose bar has a given angle and no position: it is attached at the pin.
 struct Pendulum : StudyDesk {
   explicit Pendulum(const std::string& angle) : StudyDesk("pendulum") {
     change("position = [\"0.3 m\", 0]\n", "angle = " + angle + "\n");
@@ -54,7 +54,8 @@ amplitude = "angle + pi/2"
 )");
   REQUIRE(runs.size() == 8);
   for (const auto& run : runs) {
-    // k = sin(α/2) of the amplitude α from the vertical; ω₀² = m g a/(J + m a²) = 9.81·0.3/(0.03 + 0.09).
+    // k = sin(α/2) of the amplitude α from the vertical; ω₀² = m g a/(J + m
+    // a²) = 9.81·0.3/(0.03 + 0.09).
     const double amplitude = value_of(run, "angle") + std::numbers::pi / 2;
     const double period = 4 * boost::math::ellint_1(std::sin(amplitude / 2)) / std::sqrt(24.525);
     CAPTURE(amplitude, run.at("formulation"));
@@ -65,7 +66,7 @@ amplitude = "angle + pi/2"
   }
 }
 
-TEST_CASE("every column of trajectory.csv, forces.csv and signals.csv is measured as it is written",
+TEST_CASE("measures of all columns of trajectory.csv, forces.csv and signals.csv equal the written values",
           "[studies][program]") {
   const StudyDesk desk("motor-startup");
   const auto out = desk.folder.path() / "run";
@@ -128,7 +129,8 @@ TEST_CASE("every column of trajectory.csv, forces.csv and signals.csv is measure
     CAPTURE(columns[i]);
     CHECK(value_of(run, fmt::format("m{}_last", i)) == Approx(list.back()).margin(1e-12 * size));
     CHECK(value_of(run, fmt::format("m{}_mean", i)) == Approx(integral / 0.04).margin(1e-9 * size));
-    // Ends of steps between the rows count too. The study's run ends a step where its window begins, and differs by that.
+    // Ends of steps between the rows count too. The study's run ends a step at the start of its
+    // window, which causes a small difference.
     CHECK(value_of(run, fmt::format("m{}_max", i)) >= greatest - 1e-7 * size);
   }
   double sum = 0, peak = 0;
@@ -152,9 +154,10 @@ TEST_CASE("every column of trajectory.csv, forces.csv and signals.csv is measure
   CHECK(value_of(run, "impacts") >= 1);
 }
 
-TEST_CASE("a measure of each period, and at each", "[studies][program]") {
-  // Swings of 60° about the bottom, of the period T: the angle's greatest in each period is the start's, and so it is at every
-  // period's end; the mean of a whole period is the bottom.
+TEST_CASE("measures over each period and at each period", "[studies][program]") {
+  // Oscillations of 60° about the bottom, of the period T: the greatest angle in each period is
+  // that of the start, and so is the angle at the end of every period; the mean of a whole period
+  // is the bottom.
   const Pendulum desk("\"-30 deg\"");
   const double period = 4 * boost::math::ellint_1(0.5) / std::sqrt(24.525), start = -std::numbers::pi / 6;
   const auto runs = desk.table(fmt::format(R"(scene = "scene.toml"
@@ -197,11 +200,11 @@ at = "every period"
         "5");  // from discard to end
 }
 
-TEST_CASE(
-    "a rotor driven by a torque that repeats: the period is found, and means are those of whole periods",
-    "[studies][program]") {
-  // J ω' = M sin(2πt/T) from rest: ω = (M/(Jw))(1 − cos wt), w = 2π/T. Over a period the mean is M/(Jw), the standard deviation
-  // 1/√2 of it, the greatest twice it, and the torque's mean power nothing.
+TEST_CASE("a rotor under a periodic torque: the period is found, and means cover whole periods",
+          "[studies][program]") {
+  // J ω' = M sin(2πt/T) from rest: ω = (M/(Jw))(1 − cos wt), w = 2π/T. Over a period the mean is
+  // M/(Jw), the standard deviation 1/√2 of it, the greatest value twice it, and the torque's mean
+  // power zero.
   const StudyDesk desk("pendulum");
   write_file(desk.folder.path() / "scene.toml", "format = 2\n" + test::body("rotor", 1, 0.02) +
                                                     test::pin("pin", "ground", "rotor") + R"([curves.pull]
@@ -262,7 +265,7 @@ reduce = "mean"
   }
 }
 
-TEST_CASE("an accelerometer on what nothing drives: what it shows of the whole window, and nothing of turns",
+TEST_CASE("an accelerometer without a drive: values over the whole window, and none per revolution",
           "[studies][program]") {
   const StudyDesk desk("bouncing-ball");
   write_file(desk.folder.path() / "scene.toml", test::file_text(desk.folder.path() / "scene.toml") + R"(
@@ -276,7 +279,7 @@ sampling = 10000.0
       "scene = \"scene.toml\"\naccelerometer = \"falling\"\njoint = \"table\"\n"
       "discard_time = 0.05\nduration = 0.25\n");
   REQUIRE(runs.size() == 2);
-  for (const auto& run : runs) {  // in free fall, the filter settled
+  for (const auto& run : runs) {  // in free fall, after the filter's transient
     CHECK(value_of(run, "peak_max") == Approx(9.81).epsilon(1e-6));
     CHECK(value_of(run, "rms") == Approx(9.81).epsilon(1e-6));
     CHECK(value_of(run, "flight_share") == 1);
@@ -286,9 +289,10 @@ sampling = 10000.0
   }
 }
 
-TEST_CASE("a measure at each touch", "[studies][program]") {
-  // A ball that falls h = 0.5 m touches after t₁ = √(2h/g) with √(2gh), then after flights of 2e t₁, 2e² t₁ with e and e² of it:
-  // to t₁(1 + 2e + 2e²) = 0.798 s three times, and the fourth is beyond 0.85 s with e = 1/2 (0.878 s).
+TEST_CASE("measures at each contact", "[studies][program]") {
+  // A ball that falls h = 0.5 m has its first contact after t₁ = √(2h/g) with √(2gh), then contacts
+  // after flights of 2e t₁, 2e² t₁ with e and e² of it: three up to t₁(1 + 2e + 2e²) = 0.798 s; the
+  // fourth is beyond 0.85 s with e = 1/2 (0.878 s).
   const StudyDesk desk("bouncing-ball");
   const auto runs = desk.table(R"(scene = "scene.toml"
 formulations = ["nonsmooth"]
@@ -317,7 +321,8 @@ bounced = "second/9.81^0.5"              # √(2gh) = √g of half a metre
   CHECK(desk.ask("select count(*) from measures where measure = 'second'")[0][0] == "3");
 }
 
-TEST_CASE("what is derived changes without a run, and what has no value is NULL", "[studies][program]") {
+TEST_CASE("derived quantities change without a new run, and undefined values are NULL",
+          "[studies][program]") {
   const StudyDesk desk("bouncing-ball");
   const std::string study = R"(scene = "scene.toml"
 formulations = ["nonsmooth"]
@@ -334,17 +339,17 @@ reduce = "min"
   const auto o = desk.sweep(study + "[derived]\nb = \"sqrt(e - 0.75)\"\nc = \"e > 0.75\"\n");
   CHECK_THAT(o.out, Contains("2 runs: 2 were there, 0 made"));
   CHECK(desk.ask("select b is null, c from named order by e") == Rows{{"1", "0.0"}, {"0", "1.0"}});
-  // Without any, the view is that of the runs.
+  // Without measures, the view is that of the runs.
   CHECK(desk.sweep(study).status == 0);
   CHECK(desk.ask("select count(*) from pragma_table_info('named') where name in ('a', 'b', 'c')")[0][0] ==
         "0");
-  // Another measure is another study's file.
+  // A study with another measure needs another file.
   const auto other = desk.sweep(study + "[measure.high]\ncolumn = \"ball.y\"\nreduce = \"max\"\n");
   CHECK(other.status == 1);
   CHECK_THAT(other.err, Contains("holds another study"));
 }
 
-TEST_CASE("a bad measure or window is refused before anything is touched", "[studies][program]") {
+TEST_CASE("an invalid measure or window is refused before any file changes", "[studies][program]") {
   const StudyDesk desk("motor-startup");
   const auto says = [&](const std::string& text, const std::string& what) {
     const auto o = desk.sweep("scene = \"scene.toml\"\nformulations = [\"nonsmooth\"]\n" + text);
@@ -357,7 +362,7 @@ TEST_CASE("a bad measure or window is refused before anything is touched", "[stu
   const auto err = says(
       "duration = 0.1\n[measure.m]\ncolumn = \"gudgeon.gapp\"\nreduce = \"max\"\n",
       "study.toml:5:10: measure.m.column: \"gudgeon.gapp\" is no column, did you mean gudgeon.gap? There are\n");
-  CHECK(std::ranges::count(err, '\n') == 4);  // what is wrong, and three lines of what there is
+  CHECK(std::ranges::count(err, '\n') == 4);  // the error, and three lines with the available names
   CHECK_THAT(err, Contains("\n  trajectory: ") && Contains("\n  forces: ") &&
                       Contains("\n  instruments and run.json: ") && Contains("gudgeon .ex .ey .gap"));
   says("duration = 0.1\n[measure.m]\ncolumn = \"gudgeon.gap\"\nreduce = \"median\"\n",
@@ -399,7 +404,8 @@ TEST_CASE("a bad measure or window is refused before anything is touched", "[stu
 }
 
 TEST_CASE("flights and impacts of several contacts are counted together", "[studies]") {
-  // Two balls in anti-phase, each half its time in flight: as many impacts as both have, and the mean share.
+  // Two balls in anti-phase, each in flight for half the time: the sum of their impacts, and the
+  // mean share.
   TurnRules rules;
   rules.speed = 2 * std::numbers::pi;
   rules.sampling = 1000;
@@ -419,12 +425,13 @@ TEST_CASE("flights and impacts of several contacts are counted together", "[stud
     event(k, 2, EventKind::contact, 1);
     event(k + 0.25, 5, EventKind::separation, 0);
     event(k + 0.5, 2, EventKind::separation, 0);
-    event(k + 0.6, 7, EventKind::contact, 1);  // nobody's
+    event(k + 0.6, 7, EventKind::contact, 1);  // of a joint that is not counted
     event(k + 0.5 + 0.25, 5, EventKind::contact, 1);
   }
   const auto m = meter.finish(4, 0);
   CHECK(m.value[TurnMetrics::impacts_per_turn] == 2);
-  CHECK(m.flights.size() == 7);  // the first of contact 5 began where it was lost, that of contact 2 before
+  CHECK(m.flights.size() ==
+        7);  // the first flight of contact 5 began at its separation, that of contact 2 before
   CHECK(m.value[TurnMetrics::flight_share] == Approx(0.5));
   CHECK(std::ranges::count(m.flights, 5, &Flight::contact) == 4);
 }

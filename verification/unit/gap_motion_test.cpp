@@ -12,7 +12,8 @@ using namespace freeplay;
 
 namespace {
 
-/// Body 0 on the cubic through rates and accelerations at both ends of [0, h], an arm on it, against the origin.
+/// Body 0 on the cubic through velocities and accelerations at both ends of [0, h], with an arm on
+/// it, against the origin.
 struct Path {
   double h = 1, q0[3], v0[3], a0[3], v1[3], a1[3], q1[3];
   Vec2 arm;
@@ -67,7 +68,7 @@ GapMotion motion_of(const Path& p, GapMotion::Shape shape, double rest) {
 
 }  // namespace
 
-TEST_CASE("a gap's bounds hold over random motions of a body with an arm", "[unseen]") {
+TEST_CASE("gap bounds hold over random motions of a body with an arm", "[unseen]") {
   std::mt19937_64 engine(3);
   std::uniform_real_distribution<double> u(0, 1);
   using Shape = GapMotion::Shape;
@@ -96,13 +97,14 @@ TEST_CASE("a gap's bounds hold over random motions of a body with an arm", "[uns
     tight += least - low < 0.01;
     ++all;
   }
-  // They decide something: short pieces mostly have one direction, and bounds close to the truth.
+  // The bounds are useful: short pieces mostly have one direction, and bounds are close to the true
+  // values.
   CHECK(risen > all / 10);
   CHECK(fallen > all / 10);
   CHECK(tight > all / 4);
 }
 
-TEST_CASE("the first loss of a gap is found between ends that show none", "[unseen]") {
+TEST_CASE("the first closing of a gap is found between ends at which it is open", "[unseen]") {
   double unseen = 0;
   const auto parabola = [](double depth, double width, double centre) {
     return [=](double t) {
@@ -119,18 +121,19 @@ TEST_CASE("the first loss of a gap is found between ends that show none", "[unse
         const auto t = first_loss(y, 0, 1, y(0), y(1), m, 1e-16, unseen);
         CAPTURE(depth, width, centre);
         REQUIRE(t.has_value());
-        // −depth + (1 + depth) s² = 0: where it crosses, to √(rounding/depth) of its width.
+        // −depth + (1 + depth) s² = 0: the crossing, to √(rounding/depth) of its width.
         CHECK(*t == Approx(centre - width * std::sqrt(depth / (1 + depth))).margin(1e-9 * width + 1e-15));
       }
   const auto grazing = parabola(0, 0.2, 0.4);
   CHECK_FALSE(first_loss(grazing, 0, 1, grazing(0), grazing(1), {GapMotion::Shape::straight, 0, 50, 0}, 1e-15,
                          unseen));
   CHECK(unseen == 0);
-  // A bound that no piece can meet is looked at in 4096 places, and said.
+  // With a bound that no piece can satisfy, 4096 places are evaluated, and this is reported.
   const GapMotion wild{GapMotion::Shape::straight, 0, 1e40, 0};
   CHECK_FALSE(first_loss(grazing, 0, 1, grazing(0), grazing(1), wild, 1e-15, unseen));
   CHECK(unseen == Approx(0.125e40 / 4096 / 4096).epsilon(0.01));
-  // A bound that says nothing, as of teeth whose centres may come closer than they mesh, is no finding: 256 pieces decide.
+  // An infinite bound, as for teeth whose centres may come closer than the meshing distance, is no
+  // reason for a report: 256 pieces decide.
   const GapMotion none{GapMotion::Shape::straight, 0, INFINITY, 0};
   unseen = 0;
   CHECK_FALSE(first_loss(grazing, 0, 1, grazing(0), grazing(1), none, 1e-15, unseen));

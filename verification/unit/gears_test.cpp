@@ -1,4 +1,5 @@
-// Gears, racks, slots and end stops: rows against differences of gaps, bounds against what gaps do, and what a reader refuses.
+// Gears, racks, slots and end stops: rows against differences of gaps, bounds against sampled gaps,
+// and refusals of the reader.
 #include <catch2/catch.hpp>
 
 #include <cmath>
@@ -20,7 +21,7 @@ using Catch::Matchers::Contains;
 
 namespace {
 
-/// Two bodies that move as they like, with every kind of this file between them; `play`: of the teeth.
+/// Two free bodies, with every kind of this file between them; `play`: the backlash of the teeth.
 std::string scene_text(const std::string& play) {
   return "format = 2\n" + test::body("a", 1.5, 0.02) +
          test::body("b", 0.7, 0.01, "position = [0.32, 0.05]\n") + R"([surfaces.hard]
@@ -93,7 +94,7 @@ const char* const loose = "backlash = 1e-3\nsurface = \"hard\"\n";
 
 Scene scene_of(const std::string& text) { return parse_scene(text, "gears"); }
 
-/// A state near the one of the scene, of any angles and velocities.
+/// A state near that of the scene, with any angles and velocities.
 struct Motion6 {
   std::vector<double> q, v, a;
   explicit Motion6(std::mt19937& engine) : q(6), v(6), a(6) {
@@ -129,12 +130,12 @@ double slope(F f, double h) {
   return (4 * fine - coarse) / 3;
 }
 
-/// Whether a gap is smooth there: teeth follow each other.
+/// Whether a gap jumps there: one tooth follows another.
 bool jumps(double before, double after) { return std::abs(after - before) > 1e-3; }
 
 }  // namespace
 
-TEST_CASE("contacts of teeth, slots and stops have the derivatives of their gaps", "[gears]") {
+TEST_CASE("contact rows of teeth, slots and stops are the derivatives of their gaps", "[gears]") {
   const auto scene = scene_of(scene_text(loose));
   const System system(scene.mechanism);
   REQUIRE(system.contacts() == 14);
@@ -161,7 +162,8 @@ TEST_CASE("contacts of teeth, slots and stops have the derivatives of their gaps
       const double rate = look(k, 0), bend = sum(row.normal, m.a) - row.gamma_n;
       CHECK(row.gap == gap(k, 0));
       CHECK(row.normal.size == 6);
-      // Differences of fourth order in h = 1e-4 of functions that change in times of 0.1: 1e-9, and rounding 1e-15/h.
+      // Differences of fourth order in h = 1e-4 of functions that change in times of 0.1: 1e-9, and
+      // rounding 1e-15/h.
       CHECK(rate == Approx(slope([&](double t) { return gap(k, t); }, h)).margin(1e-8));
       CHECK(bend == Approx(slope([&](double t) { return look(k, t); }, h)).margin(1e-6));
       // With derivatives carried along: those of the gap are the row itself.
@@ -185,7 +187,7 @@ TEST_CASE("contacts of teeth, slots and stops have the derivatives of their gaps
   }
 }
 
-TEST_CASE("rows of ideal teeth have the derivatives of what they hold", "[gears]") {
+TEST_CASE("constraint rows of ideal gears are the derivatives of their constraints", "[gears]") {
   const auto scene = scene_of(scene_text(""));
   const System system(scene.mechanism);
   REQUIRE(system.rows() == 3);
@@ -217,7 +219,7 @@ TEST_CASE("rows of ideal teeth have the derivatives of what they hold", "[gears]
   }
 }
 
-TEST_CASE("bounds of gaps of teeth and stops hold over a step", "[gears][unseen]") {
+TEST_CASE("gap bounds of teeth and stops hold over a step", "[gears][unseen]") {
   const auto scene = scene_of(scene_text(loose));
   const System system(scene.mechanism);
   auto e = system.make_evaluation();
@@ -250,11 +252,11 @@ TEST_CASE("bounds of gaps of teeth and stops hold over a step", "[gears][unseen]
       tight += most > 0.05 * motion.bend;
     }
   }
-  CHECK(bounded > 2000);  // few only come too near to have a bound
+  CHECK(bounded > 2000);  // few are too close to have a bound
   CHECK(tight > bounded / 4);
 }
 
-TEST_CASE("teeth that are seen again after many turns have the same gap", "[gears]") {
+TEST_CASE("the gap of a tooth is periodic over many revolutions", "[gears]") {
   const auto scene = scene_of(scene_text(loose));
   const System system(scene.mechanism);
   auto e = system.make_evaluation();
@@ -268,13 +270,15 @@ TEST_CASE("teeth that are seen again after many turns have the same gap", "[gear
     system.place(0, q.data(), e);
     return system.gap(k, q.data(), e);
   };
-  // Of the gears with teeth, whole turns of either change nothing; rounding of 1e3 rad over 0.3 m.
+  // For the gears with teeth, whole revolutions of either change nothing; rounding of 1e3 rad over
+  // 0.3 m.
   const int forward = find(system, "outer.forward"), backward = find(system, "outer.backward");
   for (const int k : {forward, backward}) {
     CHECK(gap(k, 0, 0) == Approx(gap(k, 41, 0)).margin(1e-12));
     CHECK(gap(k, 0, 0) == Approx(gap(k, -3, 170)).margin(1e-12));
   }
-  // Both flanks together are the play: b + 2 S (inv α − inv α₀), wherever the wheels stand.
+  // The sum of both flanks' gaps is the backlash: b + 2 S (inv α − inv α₀), for any angles of the
+  // wheels.
   system.place(0, m.q.data(), e);
   const long double S = 0.255L * std::cos(20 * M_PIl / 180);
   const double play =
@@ -283,7 +287,7 @@ TEST_CASE("teeth that are seen again after many turns have the same gap", "[gear
   CHECK(gap(forward, 0, 0) + gap(backward, 0, 0) == Approx(play).margin(1e-13));
 }
 
-TEST_CASE("what gears, slots and stops cannot be is refused", "[gears][scene]") {
+TEST_CASE("invalid gears, slots and stops are refused", "[gears][scene]") {
   const test::Edit edits[] = {
       {"module = 0.01\n", "", "joints.outer.teeth: teeth and module go together"},
       {"teeth = [20, 31]\n", "teeth = [20, 30.5]\n", "joints.outer.teeth: must be two whole numbers from 1"},
@@ -321,12 +325,12 @@ TEST_CASE("what gears, slots and stops cannot be is refused", "[gears][scene]") 
   }
 }
 
-TEST_CASE("the phase of teeth that a scene leaves out is that of its bodies, and stays written",
+TEST_CASE("an absent tooth phase is taken from the initial poses and stays in the canonical text",
           "[gears][scene]") {
   auto text = scene_text(loose);
   for (const char* phase : {"phase = 0.3\n", "phase = 1.1\n", "phase = -0.2\n"})
     text.erase(text.find(phase), std::string(phase).size());
-  // Where the outer pair meshes, 5 mm beyond its standard distance.
+  // In the meshing position of the outer pair, 5 mm beyond its standard distance.
   text.replace(text.find("[0.32, 0.05]"), 12, "[0.30, 0.00]");
   text.replace(text.find("axis = [0.6, 0.8]"), 17, "axis = [0.0, 1.0]");
   for (const auto& play : {std::string(loose), std::string()}) {
@@ -352,8 +356,9 @@ TEST_CASE("the phase of teeth that a scene leaves out is that of its bodies, and
   }
 }
 
-TEST_CASE("no tooth is passed in a long step", "[gears][unseen]") {
-  // Constant forces, so that nothing but the teeth bounds a step; between touches the gear gains more than a tooth.
+TEST_CASE("no tooth is skipped in a long step", "[gears][unseen]") {
+  // Constant forces, so that only the teeth limit a step; between contacts the gear gains more than
+  // a tooth.
   const auto text = "format = 2\n" + test::body("pinion", 1.0, 0.001) +
                     test::body("bar", 2.0, 0.004, "position = [0.0, -0.05]\n") +
                     test::pin("front", "ground", "pinion") +
@@ -378,7 +383,8 @@ torque = 1.0
     CAPTURE(scheme);
     const auto run = test::finished(simulation);
     CHECK(run.extremes.penetration[0] < 1e-6 * 5e-5);
-    // Pressed together at last: a = (M/r)/(m + J/r²), from the first touch on within the play.
+    // Finally in lasting contact: a = (M/r)/(m + J/r²), from the first contact on within the
+    // backlash.
     CHECK(run.final_state.q[3] == Approx(0.5 * 20 / 2.4 * 0.01).margin(1e-4));
   }
 }

@@ -1,5 +1,5 @@
-// What the program says of itself: every verb's help within 80 columns, the page made of it, and what it asks back when a
-// word is misspelt.
+// Help of the program: every command's help within 80 columns, the page made from it, and the
+// suggestions for a misspelt word.
 #include <fmt/format.h>
 #include <catch2/catch.hpp>
 
@@ -30,7 +30,7 @@ std::ptrdiff_t columns(const std::string& line) {
 
 }  // namespace
 
-TEST_CASE("every verb's help fits a terminal of 80 columns, and says what it leaves behind", "[help]") {
+TEST_CASE("the help of every command fits 80 columns and lists the files that it writes", "[help]") {
   for (const auto& verb : verbs()) {
     CAPTURE(verb);
     const auto page = test::freeplay("help " + verb);
@@ -63,7 +63,8 @@ TEST_CASE("docs/reference/verbs.md shows each verb's help", "[help][pages]") {
   CHECK(page == expected);
 }
 
-TEST_CASE("the distance of two words counts letters put in, left out, changed and exchanged", "[help]") {
+TEST_CASE("the distance of two words counts insertions, deletions, substitutions and transpositions",
+          "[help]") {
   // By hand, from the definition.
   CHECK(edit_distance("", "abc") == 3);
   CHECK(edit_distance("run", "run") == 0);
@@ -71,12 +72,12 @@ TEST_CASE("the distance of two words counts letters put in, left out, changed an
   CHECK(edit_distance("rnu", "run") == 1);
   CHECK(edit_distance("clearence", "clearance") == 1);
   CHECK(edit_distance("kitten", "sitting") == 3);
-  CHECK(edit_distance("ca", "abc") == 3);  // no letter moves twice: unrestricted it would be 2
+  CHECK(edit_distance("ca", "abc") == 3);  // no letter moves twice: the unrestricted distance would be 2
   CHECK(nearest_word("fourbar", {"cam", "four-bar", "pendulum"}) == "four-bar");
   CHECK(nearest_word("wheel", {"cam", "pendulum"}).empty());
 }
 
-TEST_CASE("a misspelt verb, option, word or name is answered with the one that is near", "[help][errors]") {
+TEST_CASE("a misspelt command, option, word or name is answered with the nearest one", "[help][errors]") {
   const auto rig = test::flores().string();
   const std::vector<std::pair<std::string, std::string>> asked = {
       {"rum", "rum: there is no such verb; did you mean run?"},

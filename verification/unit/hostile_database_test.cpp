@@ -1,5 +1,6 @@
-// Databases that were made to do harm, over every verb that opens one: each is refused with one clear error, executes nothing, and
-// leaves what lies inside and outside its folder as it was. Made by SQLite itself, with writable_schema, and by hand.
+// Hostile databases in every command that opens one: each is refused with one clear error, executes
+// nothing, and leaves the contents inside and outside its folder unchanged. They are made by SQLite
+// itself, with writable_schema, and by hand.
 #include <fmt/format.h>
 #include <sys/stat.h>
 #include <catch2/catch.hpp>
@@ -30,7 +31,7 @@ void put_bytes(const Path& file, std::streamoff at, const std::string& bytes) {
   out.write(bytes.data(), static_cast<std::streamsize>(bytes.size()));
 }
 
-/// In place of what a definition says; SQLite allows this to whoever writes the file.
+/// Replaces a definition; SQLite permits this to anyone who writes the file.
 std::string redefine(const std::string& name, const std::string& sql) {
   std::string quoted;
   for (const char c : sql) quoted += c == '\'' ? std::string("''") : std::string(1, c);
@@ -43,7 +44,7 @@ std::string big_endian(std::uint32_t x) {
           static_cast<char>(x)};
 }
 
-/// A rollback journal of no pages that names another file: SQLite would remove that one.
+/// A rollback journal of no pages that names another file: SQLite would delete that one.
 std::string journal_naming(const Path& other) {
   const std::string magic("\xd9\xd5\x05\xf9\x20\xa1\x63\xd7"), name = other.string();
   std::string journal =
@@ -58,7 +59,7 @@ std::string journal_naming(const Path& other) {
 struct Attack {
   const char* name;
   std::function<void(const Path& database, const Path& victim)> plant;
-  bool beside = false;  ///< it lies beside the database: where that is whole by itself it is not read
+  bool beside = false;  ///< a file beside the database: if the database is intact, it is not read
 };
 
 const std::vector<Attack>& attacks() {
@@ -169,7 +170,7 @@ const std::vector<Attack>& attacks() {
   return list;
 }
 
-/// What lies in a folder: names, kinds and bytes; but for what says that a command was there.
+/// Content of a folder: names, kinds and bytes, except traces of a command.
 std::map<std::string, std::string> contents(const Path& folder) {
   std::map<std::string, std::string> all;
   for (const auto& entry : std::filesystem::recursive_directory_iterator(folder)) {
@@ -210,12 +211,12 @@ struct Place {
     return test::run_program(bait, words);
   }
   Path victim() const { return folder.path() / "victim.db"; }
-  /// The file of shard 1, as its seal names it.
+  /// The file of shard 1, as named by its seal.
   Path shard() const {
     const auto seal = nlohmann::json::parse(test::file_text(bait.folder / "divided/shards/1.json"));
     return bait.folder / "divided/shards" / seal["file"].get<std::string>();
   }
-  /// Makes the seal fit what the file has become: its maker can.
+  /// Updates the seal for the changed file, as its maker could.
   void seal_again() const {
     const auto file = bait.folder / "divided/shards/1.json";
     auto seal = nlohmann::json::parse(test::file_text(file));
@@ -229,7 +230,8 @@ struct Place {
   test::Bait bait;
 };
 
-/// Plants it, runs the command, judges what it says and leaves, and puts back what was there.
+/// Plants the file, runs the command, checks its output and the remaining files, and restores the
+/// original.
 void judge(const Place& place, const Attack& attack, const Path& database, const std::string& command,
            const std::function<void()>& prepare = {}) {
   CAPTURE(attack.name, command);
@@ -250,8 +252,8 @@ void judge(const Place& place, const Attack& attack, const Path& database, const
   CHECK(test::file_text(place.victim()) == victim);
   CHECK(place.bait.untouched());
   CHECK_FALSE(std::filesystem::exists(place.victim().string() + ".made"));
-  // Reading the file once is a matter of milliseconds, planning a study of a second; the bound leaves room for sanitizers and a
-  // busy machine.
+  // Reading the file once takes milliseconds, planning a study a second; the bound includes a
+  // margin for sanitizers and a busy machine.
   CHECK(std::chrono::steady_clock::now() - began < std::chrono::seconds(40));
   std::filesystem::remove_all(work);
   std::filesystem::rename(kept, work);
@@ -265,7 +267,7 @@ TEST_CASE("a hostile database of a sweep is refused: sweep, sweep --prune, repor
   for (const auto& attack : attacks())
     for (const char* command : {"sweep study.toml -o out", "sweep study.toml --prune -o out", "report out"})
       judge(place, attack, place.bait.folder / "out/sweep.db", command);
-  // Nothing of all this was left: the study goes on.
+  // None of this remains: the study continues.
   CHECK_THAT(place.run("sweep study.toml -o out").out, Contains("4 were there, 0 made"));
   CHECK(place.run("report out").status == 0);
 }
@@ -278,7 +280,7 @@ TEST_CASE("a hostile shard is refused: sweep --merge", "[security][shards][hosti
   CHECK(place.run("sweep study.toml --merge divided").status == 0);
 }
 
-TEST_CASE("a hostile copy of a shard that is being made is refused: sweep --shard",
+TEST_CASE("a hostile copy of an unfinished shard is refused: sweep --shard",
           "[security][shards][hostile-databases]") {
   const Place place;
   const auto part = place.bait.folder / "divided/shards/1.part.db";
@@ -307,7 +309,7 @@ TEST_CASE("a hostile copy of a shard that is being made is refused: sweep --shar
   }
 }
 
-TEST_CASE("a hostile database is refused by every other verb that keeps one",
+TEST_CASE("a hostile database is refused by every other command that uses one",
           "[security][study][hostile-databases]") {
   const Place place;
   const auto& folder = place.bait.folder;
@@ -316,8 +318,8 @@ TEST_CASE("a hostile database is refused by every other verb that keeps one",
                         std::filesystem::copy_options::recursive);
   std::filesystem::copy(test::source_folder() / "cases/ball-on-table", folder / "ball",
                         std::filesystem::copy_options::recursive);
-  // A study judged against the experiment, with a fit and without; with few starts, for they are planned before the database is
-  // opened.
+  // A study compared with the experiment, with a fit and without; with few starts, since they are
+  // planned before the database is opened.
   const auto change = [&](const char* file, const std::string& from, const std::string& to) {
     auto text = test::file_text(folder / file);
     const auto at = text.find(from);
@@ -350,7 +352,8 @@ TEST_CASE("a hostile database is refused by every other verb that keeps one",
     }
 }
 
-TEST_CASE("a definition is one of this program's own, letter by letter", "[security][hostile-databases]") {
+TEST_CASE("only exact definitions of this program are accepted in a database",
+          "[security][hostile-databases]") {
   const auto own = [](const char* type, const char* name, const char* table, const std::string& sql) {
     const auto d = own_definition({type, name, table, sql});
     if (d) CHECK(d->text == sql);
@@ -359,7 +362,7 @@ TEST_CASE("a definition is one of this program's own, letter by letter", "[secur
   const std::string work = "CREATE TABLE work (run TEXT PRIMARY KEY, state TEXT, seat INTEGER)";
   CHECK(own("table", "work", "work", work));
   CHECK(own("index", "work_state", "work", "CREATE INDEX work_state ON work(state)"));
-  // Of an earlier version: report shows such a sweep.
+  // From an earlier version: report shows such a sweep.
   CHECK(own("table", "turns", "turns",
             "CREATE TABLE turns (run TEXT REFERENCES runs(run) ON DELETE CASCADE, turn INTEGER, peak REAL)"));
   CHECK(own(

@@ -1,5 +1,5 @@
-// Result folders as the program leaves them, with a stranger's text put in place of each name, number and column in turn,
-// over the verbs that read them.
+// Result folders of the program, with a hostile text in place of each name, number and column in
+// turn, in the commands that read them.
 #include <fmt/format.h>
 #include <catch2/catch.hpp>
 
@@ -51,7 +51,7 @@ std::size_t count(const std::string& text, const std::string& part) {
 
 }  // namespace
 
-TEST_CASE("a stranger's texts in the folders of every verb", "[security][hostile][long]") {
+TEST_CASE("hostile texts in the folders of every command", "[security][hostile][long]") {
   const test::TemporaryFolder folder;
   const test::Bait bait(folder.path());
   const auto run = [&](const std::vector<std::string>& arguments) {
@@ -109,7 +109,7 @@ TEST_CASE("a stranger's texts in the folders of every verb", "[security][hostile
       }
       run({"figures", place});
       if (run({"report", place}) == 0) {
-        // The page's own two scripts and no element more, whatever the files say.
+        // The page contains only its own two scripts, whatever the files contain.
         const auto page = test::file_text(bait.folder / place / "report.html");
         CHECK(count(page, "<script") == 2);
         CHECK(count(page, "</script") == 2);

@@ -1,5 +1,5 @@
-// Files of strangers, by the hundred, over every verb that reads one: nothing in them is executed, nothing outside is
-// written, and what is said of them moves no cursor.
+// Hundreds of hostile files in every command that reads one: nothing in them is executed, nothing
+// outside is written, and no message about them moves a cursor.
 #include <fmt/format.h>
 #include <catch2/catch.hpp>
 
@@ -13,7 +13,7 @@ using namespace freeplay;
 
 namespace {
 
-/// A place for the corpus, and a count of what it holds.
+/// A folder for the corpus, and a count of its files.
 class Corpus {
  public:
   Corpus() : bait_(folder_.path()), texts_(test::hostile_texts(bait_)) {}
@@ -25,7 +25,7 @@ class Corpus {
     write_file(bait_.folder / name, text);
     ++files_;
   }
-  /// Runs the program on them; `status`: which it must have, −1 for any.
+  /// Runs the program on them; `status`: the required one, −1 for any.
   test::Told run(const std::vector<std::string>& arguments, int status = -1) {
     const auto told = test::run_program(bait_, arguments);
     INFO(fmt::format("{}", fmt::join(arguments, " ")).substr(0, 300));
@@ -44,7 +44,7 @@ class Corpus {
   int files_ = 0;
 };
 
-/// A text as a file may be called; "" for one that none may.
+/// A text as a possible file name; "" if it cannot be one.
 std::string as_file_name(std::string text) {
   for (char& c : text)
     if (c == '/' || c == '\0') c = '_';
@@ -65,7 +65,7 @@ nlohmann::json origin(const std::string& text) {
 
 }  // namespace
 
-TEST_CASE("hostile scenes over every verb that reads one", "[security][hostile]") {
+TEST_CASE("hostile scenes in every command that reads one", "[security][hostile]") {
   Corpus corpus;
   const auto& texts = corpus.texts();
   for (std::size_t i = 0; i < texts.size(); ++i) {
@@ -93,7 +93,7 @@ TEST_CASE("hostile scenes over every verb that reads one", "[security][hostile]"
     corpus.run(arguments);
     if (text.find('\0') == text.npos)
       corpus.run({"check", place + "/joint.toml", "--set", "joints.gudgeon.surface=" + text}, 2);
-    // By its own name, and by its folder's, into a folder that takes the name from it.
+    // By its own name, and by that of its folder, into a folder named after it.
     if (const auto name = as_file_name(text); !name.empty()) {
       corpus.add(std::filesystem::path(place) / name / "scene.toml", test::rig(test::in_toml(text)));
       const auto file = (std::filesystem::path(place) / name / "scene.toml").string();
@@ -106,7 +106,7 @@ TEST_CASE("hostile scenes over every verb that reads one", "[security][hostile]"
   CHECK(corpus.files() > 180);
 }
 
-TEST_CASE("hostile studies and measurements over every verb that reads one", "[security][hostile]") {
+TEST_CASE("hostile studies and measurements in every command that reads one", "[security][hostile]") {
   Corpus corpus;
   const auto& texts = corpus.texts();
   corpus.add("scene.toml", test::rig("\"rig\""));
@@ -133,7 +133,7 @@ TEST_CASE("hostile studies and measurements over every verb that reads one", "[s
     for (const char* verb : {"sweep", "calibrate", "validate", "bifurcation", "basin"})
       corpus.run({verb, name, "-o", "out"});
     if (i % std::size(parts) < 2)
-      corpus.run({"tradeoff", name, "-o", "out"});  // others may be whole, and take long
+      corpus.run({"tradeoff", name, "-o", "out"});  // others may be valid, and take long
     std::string measured = i % 2 ? "t,acceleration\n" : texts[i] + ",t,acceleration\n";
     for (int k = 0; k < 20; ++k)
       measured += i % 2 ? fmt::format("{},{}\n", 0.001 * k, texts[i]) : fmt::format("0,{},1\n", 0.001 * k);
@@ -143,7 +143,7 @@ TEST_CASE("hostile studies and measurements over every verb that reads one", "[s
   CHECK(corpus.files() > 75);
 }
 
-TEST_CASE("hostile result folders over the verbs that read one", "[security][hostile]") {
+TEST_CASE("hostile result folders in the commands that read one", "[security][hostile]") {
   Corpus corpus;
   const auto& texts = corpus.texts();
   for (std::size_t i = 0; i < texts.size(); ++i) {
@@ -192,7 +192,7 @@ TEST_CASE("hostile result folders over the verbs that read one", "[security][hos
     }
     corpus.run({"figures", place});
     corpus.run({"report", place});
-    // A comparison whose joints and channels have such names.
+    // A comparison with such names of joints and channels.
     if (i % 3 == 0) {
       const auto twin = place + "c";
       corpus.add(twin + "/comparison.json", raw({{"provenance", origin(text)},
@@ -208,7 +208,7 @@ TEST_CASE("hostile result folders over the verbs that read one", "[security][hos
       corpus.run({"figures", twin});
       corpus.run({"report", twin});
     }
-    // The folder's own name.
+    // The name of the folder itself.
     if (const auto name = as_file_name(text); !name.empty() && i % 3 == 1) {
       const std::filesystem::path named = std::filesystem::path(place + "n") / name;
       corpus.add(named / "drift.json", raw({{"provenance", origin("1")}}));

@@ -1,5 +1,6 @@
-// The exact Jacobian of the penalty formulation against central differences of its right-hand side, for every contact law, friction
-// law and film, on a mechanism with loops, drives, springs and dampers.
+// The exact Jacobian of the penalty formulation against central differences of its right-hand side,
+// for every contact law, friction law and film, on a mechanism with loops, drives, springs and
+// dampers.
 #include <catch2/catch.hpp>
 
 #include <random>
@@ -70,7 +71,7 @@ struct Setting {
 
 }  // namespace
 
-TEST_CASE("the exact Jacobian equals differences of the right-hand side for every law",
+TEST_CASE("the exact Jacobian equals differences of the right-hand side for every contact and friction law",
           "[penalty][jacobian]") {
   std::vector<Setting> settings;
   for (const auto& law : contact_laws())
@@ -120,7 +121,8 @@ TEST_CASE("the exact Jacobian equals differences of the right-hand side for ever
     PenaltyDynamics f(system, scene.penalty, contacts, RowFacts{false});
     PenaltyDynamics::Vector x(f.size());
     for (auto& y : x) y = uniform(engine);
-    // The journal of b at (0, 0.1) + e: in contact by a twentieth of its clearance, or within a film.
+    // The journal of b is at (0, 0.1) + e: in contact by a twentieth of its clearance, or within a
+    // film.
     const double angle = 3 * uniform(engine), theta = x[5];
     const double length = trial == 0 && c.film ? 0.2 : trial == 1 && c.film ? 0.27 : 0.315;
     x[3] = length * std::cos(angle) - (0.2 * std::cos(theta) - 0.1 * std::sin(theta));

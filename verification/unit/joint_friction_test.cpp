@@ -1,5 +1,5 @@
-// Friction in ideal joints from their reactions: what the reader refuses, the coupled equations against closed forms, what
-// no motion is taken for one, snapshots, the exact Jacobian.
+// Friction in ideal joints from their reactions: refusals of the reader, the coupled equations
+// against closed forms, detection of cases without a motion, snapshots, and the exact Jacobian.
 #include <catch2/catch.hpp>
 
 #include <cmath>
@@ -22,7 +22,8 @@ using Catch::Matchers::Contains;
 
 namespace {
 
-/// A rotor of 2 kg m² about its pin at `off` from its centre, spinning without weight; `rub`: keys of its friction.
+/// A rotor of 2 kg m² about its pin at `off` from its centre, rotating without weight; `rub`: keys
+/// of its friction.
 std::string rotor(const std::string& rub, const std::string& more = "") {
   return test::body("b", 1, 0.005, "position = [0.1, 0]\nvelocity = [0, 2]\nangular_velocity = 20\n") +
          test::pin("j", "ground", "b", {0, 0}, {-0.1, 0}) + R"([loads.rub]
@@ -50,7 +51,7 @@ duration = 0.05
 )";
 }
 
-/// What a simulation by the formulation is refused with.
+/// The message with which a simulation by the formulation is refused.
 std::string refusal(const std::string& text, const std::string& formulation) {
   return test::refusal_of<std::exception>([&] { Simulation(parse_scene(text, "s.toml"), formulation); });
 }
@@ -61,7 +62,7 @@ Ending end_of(const std::string& text, Family family, const std::vector<std::str
 
 }  // namespace
 
-TEST_CASE("keys of friction in joints that are refused", "[joint-friction]") {
+TEST_CASE("invalid keys of joint friction are refused", "[joint-friction]") {
   struct Bad {
     std::string text, expected;
   };
@@ -91,7 +92,7 @@ TEST_CASE("keys of friction in joints that are refused", "[joint-friction]") {
   }
 }
 
-TEST_CASE("friction from a reaction that mechanics does not determine is refused", "[joint-friction]") {
+TEST_CASE("friction bounded by a statically indeterminate reaction is refused", "[joint-friction]") {
   const std::string twice = "[joints.second]\ntype = \"translational\"\nbetween = [\"ground\", \"b\"]\n";
   for (const char* formulation : {"penalty", "nonsmooth"})
     CHECK_THAT(
@@ -101,7 +102,7 @@ TEST_CASE("friction from a reaction that mechanics does not determine is refused
   CHECK(refusal(block("force = 1\n", twice), "nonsmooth") == "accepted");
 }
 
-TEST_CASE("impact laws of phases are refused with it", "[joint-friction]") {
+TEST_CASE("phase-based impact laws are refused with joint friction", "[joint-friction]") {
   const auto text = block(
       "friction = 0.1\n",
       "[surfaces.s]\nrestitution = 0.5\n[contacts.wall]\ntype = \"plane\"\nbetween = [\"ground\", \"b\"]\n"
@@ -109,8 +110,9 @@ TEST_CASE("impact laws of phases are refused with it", "[joint-friction]") {
   CHECK_THAT(refusal(text, "nonsmooth"), Contains("nonsmooth.impact_law: must be \"newton\""));
 }
 
-TEST_CASE("a rotor whose friction outgrows itself has no motion that slides", "[joint-friction]") {
-  // k = μ r m ε/J = 0.5·0.4·0.1/0.015 = 1.33: no ω̇ is its own cause.
+TEST_CASE("self-locking: a rotor whose friction exceeds its cause has no sliding motion",
+          "[joint-friction]") {
+  // k = μ r m ε/J = 0.5·0.4·0.1/0.015 = 1.33: no ω̇ satisfies the equation.
   const auto text = rotor("friction = 0.5\npin_radius = 0.4\n");
   const auto penalty = end_of(text, Family::penalty, {});
   CHECK(penalty.status == Ending::Status::failed);
@@ -118,7 +120,7 @@ TEST_CASE("a rotor whose friction outgrows itself has no motion that slides", "[
   const auto events = end_of(text, Family::nonsmooth, {"nonsmooth.scheme=\"event-driven\""});
   CHECK(events.status == Ending::Status::failed);
   CHECK_THAT(events.reason, Contains("self-locking"));
-  // An impulse stops it: the pin seizes. Time stepping takes that, and says so.
+  // An impulse stops it: the pin locks. Time stepping computes that, and reports it.
   const auto run = test::simulate(parse_scene(text, "s.toml", {"nonsmooth.step=1e-4"}), Family::nonsmooth);
   CHECK(run.ending.status == Ending::Status::finished);
   CHECK(std::abs(run.final_state.v[2]) < 1e-12);
@@ -144,13 +146,14 @@ TEST_CASE("coupled friction: one pin in closed form", "[joint-friction]") {
       REQUIRE(c.solve() == CoupledFriction::Outcome::solved);
       CHECK(c.force(0) == Approx(-factor * std::hypot(3, 4 + g * c.force(0))).epsilon(1e-13));
       CHECK(c.residual() < 1e-14);
-      // (1 − k²) f² − 8 k' f − 25 c² = 0 with k' = c² g, of its two roots that of f's sign.
+      // (1 − k²) f² − 8 k' f − 25 c² = 0 with k' = c² g; of its two roots the one with f's sign.
       const double a = 1 - k * k, b = -8 * factor * factor * g, d = -25 * factor * factor;
       const double root = std::sqrt(b * b - 4 * a * d);
       CHECK(c.force(0) == Approx((-b - std::copysign(root, factor)) / (2 * a)).epsilon(1e-12));
     }
   }
-  // With a gain of 1.4 both roots are negative, −0.60 and −1.73: to one side two forces, to the other none.
+  // With a gain of 1.4 both roots are negative, −0.60 and −1.73: two solutions in one direction,
+  // none in the other.
   const double steep[] = {0, 7};
   c.column(0, steep);
   c.factor(0) = 0.2;
@@ -159,7 +162,8 @@ TEST_CASE("coupled friction: one pin in closed form", "[joint-friction]") {
   CHECK(c.solve() == CoupledFriction::Outcome::none);
 }
 
-TEST_CASE("bounds that follow from themselves are found, and none where there are none", "[joint-friction]") {
+TEST_CASE("the iteration of coupled friction bounds converges, or reports that no solution exists",
+          "[joint-friction]") {
   Eigen::VectorXd B(3), image(3);
   for (const double k : {0.1, 0.9, 1.5}) {
     BoundIteration i;
@@ -215,7 +219,8 @@ integrator = "rosenbrock4"
   snapshots::check({text, "nonsmooth", {"nonsmooth.scheme=\"moreau-jean\""}});
 }
 
-TEST_CASE("the exact Jacobian with friction that its reaction bounds", "[joint-friction][jacobian]") {
+TEST_CASE("the exact Jacobian is correct with friction bounded by its reaction",
+          "[joint-friction][jacobian]") {
   const auto scene = parse_scene(test::two_bodies() + R"([loads.rub_pin]
 type = "joint-friction"
 joint = "pin"

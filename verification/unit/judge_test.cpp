@@ -1,4 +1,5 @@
-// What a run is told about itself: doubt where there is reason, by a measure that the model has, and else nothing.
+// Notes of a run about its own quality: doubtful results are reported with reason, by a measure
+// that the model has, and no others.
 #include <fmt/format.h>
 #include <catch2/catch.hpp>
 
@@ -49,7 +50,8 @@ contact = "exact"
 
 }  // namespace
 
-TEST_CASE("a ball's penetration is told over its radius, its impacts over their flights", "[judge]") {
+TEST_CASE("a ball's penetration is reported relative to its radius, its impacts relative to its flights",
+          "[judge]") {
   // Hertz: sphere on a plane of like material, K = 4/3 E/(2(1 − ν²)) √R, v = √(2 g h).
   const double young = 207e9, poisson = 0.3, v = std::sqrt(2 * g * height);
   const double K = 4.0 / 3 * young / (2 * (1 - poisson * poisson)) * std::sqrt(radius);
@@ -58,7 +60,7 @@ TEST_CASE("a ball's penetration is told over its radius, its impacts over their 
   const auto& c = run.contacts.at(0);
   CAPTURE(notes_of(run));
   CHECK(c.measure == "radius");
-  // The ball's weight adds g δ of v²/2 while it is pressed in: 1e-5.
+  // The ball's weight adds g δ to v²/2 during compression: 1e-5.
   CHECK(c.penetration_ratio == Approx(exact.depth / radius).epsilon(1e-4));
   CHECK(c.impact_over_flight == Approx(exact.duration / (2 * v / g)).epsilon(1e-2));
   CHECK(run.notes.empty());
@@ -68,15 +70,16 @@ TEST_CASE("a ball's penetration is told over its radius, its impacts over their 
   CHECK(j.contains("impact_over_flight"));
 }
 
-TEST_CASE("a contact that is too soft is doubted by its radius, or by its flights", "[judge]") {
-  // δ/R by Hertz, (5 m v²/(4K))^(2/5)/R, is 1.4 for a jelly of 20 kPa.
+TEST_CASE("a contact that is too soft is reported as doubtful, by its radius or its flights", "[judge]") {
+  // δ/R by Hertz, (5 m v²/(4K))^(2/5)/R, is 1.4 for a soft ball of 20 kPa.
   const auto jelly = test::simulate(ball(2e4, 0.45, 0.8), Family::penalty);
   CHECK(jelly.contacts[0].penetration_ratio > 0.1);
   CHECK_THAT(notes_of(jelly),
              Contains("DOUBTFUL: floor overlapped by up to") && Contains("of its radius of curvature"));
   CHECK_THAT(notes_of(jelly), !Contains("clearance"));
-  // A nylon ball dropped from 4 µm: v = 8.9 mm/s, flights of 2 v/g = 1.8 ms and Hertz's 2.94 δ/v = 1.3 ms of contact,
-  // 0.7 of them before the ball's weight makes contacts longer, though it sinks in by a thousandth of its radius.
+  // A nylon ball dropped from 4 µm: v = 8.9 mm/s, flights of 2 v/g = 1.8 ms and Hertz's 2.94
+  // δ/v = 1.3 ms of contact, 0.7 of them before its weight makes contacts longer, though its
+  // penetration is a thousandth of its radius.
   auto low = ball(1e9, 0.45, 0.99);
   low.mechanism.bodies[0].position.y() = radius + 4e-6;
   low.run.duration = 0.03;
@@ -87,8 +90,9 @@ TEST_CASE("a contact that is too soft is doubted by its radius, or by its flight
   CHECK_THAT(notes_of(quivers), Contains("of the flights before them"));
 }
 
-TEST_CASE("what rests gains no energy by rounding", "[judge]") {
-  // A block on its two corners, almost level: gains of 1e-25 J and 1e-10 J of 0.1 J were told.
+TEST_CASE("rounding adds no energy to a resting body", "[judge]") {
+  // A block on its two corners, almost level: gains of 1e-25 J, and of 1e-10 J relative to 0.1 J,
+  // were once reported.
   const auto scene = read_scene(test::scene_file("block_on_corners"));
   for (const auto scheme : {Scheme::moreau_jean, Scheme::event_driven})
     for (const double y : {0.05, 0.06})
@@ -103,7 +107,8 @@ TEST_CASE("what rests gains no energy by rounding", "[judge]") {
         CHECK_THAT(notes_of(run), !Contains("raised the energy"));
         CHECK(run.extremes.gains == 0);
       }
-  // Counted against the greatest kinetic energy seen: of 1e-3 J, 1e-9 is a gain and 1e-16 none, also at rest.
+  // Relative to the greatest kinetic energy so far: with 1e-3 J, 1e-9 is a gain and 1e-16 is not,
+  // also at rest.
   Extremes e;
   e.count_gain(1e-9, 1e-3, 1e-12);
   e.count_gain(1e-16, 1e-3, 1e-12);
@@ -112,7 +117,7 @@ TEST_CASE("what rests gains no energy by rounding", "[judge]") {
   CHECK(e.greatest_gain == 1e-9);
 }
 
-TEST_CASE("contacts that give energy are told, and doubted where they drive the motion", "[judge]") {
+TEST_CASE("contacts that add energy are reported, and doubtful where they drive the motion", "[judge]") {
   const auto told = [](double gain, double friction, double contact) {
     Result run;
     run.ledger.kinetic = 1;
@@ -125,7 +130,7 @@ TEST_CASE("contacts that give energy are told, and doubted where they drive the 
     warn(run, Family::nonsmooth, "nonsmooth.step");
     return notes_of(run);
   };
-  CHECK(told(0, 0.2, -0.1).empty());  // one gives what the other takes
+  CHECK(told(0, 0.2, -0.1).empty());  // one adds the energy that the other dissipates
   CHECK(told(0, -0.05, 0.03).empty());
   CHECK_THAT(told(0.05, 0, 0),
              Contains("3 impacts raised the energy, by up to 0.05 J: ") && !Contains("DOUBTFUL"));
@@ -133,7 +138,8 @@ TEST_CASE("contacts that give energy are told, and doubted where they drive the 
              Contains("DOUBTFUL: 3 impacts raised the energy, by up to 0.2 J where there is 1 J"));
   CHECK_THAT(told(0.05, -0.2, 0), Contains("DOUBTFUL: 3 impacts"));
   CHECK_THAT(told(0, -0.2, 0.05), Contains("DOUBTFUL: contacts with their friction gave 0.15 J of 1 J"));
-  // What friction takes again hides a gain in the balance: its terms are 100 J, of which 0.5 J are little.
+  // Dissipation by friction hides a gain in the balance: its terms are 100 J, of which 0.5 J are a
+  // small part.
   Result run;
   run.ledger.kinetic = run.ledger.initial = 1;
   run.ledger.contact = -100;
@@ -146,7 +152,7 @@ TEST_CASE("contacts that give energy are told, and doubted where they drive the 
              Contains("DOUBTFUL: 400 impacts raised the energy, by up to 0.5 J where there is 2 J"));
 }
 
-TEST_CASE("surfaces that lie in each other overlap, joints stay open", "[judge][assembly]") {
+TEST_CASE("penetrating surfaces are reported as overlapping, joints as open", "[judge][assembly]") {
   auto scene = ball(5e6, 0.45, 0.8);
   scene.mechanism.bodies[0].position.y() = radius - 3e-3;
   const System system(scene.mechanism);

@@ -1,4 +1,4 @@
-// `freeplay check` of thousands of bodies: memory and time in proportion to them.
+// `freeplay check` of thousands of bodies: memory and time grow in proportion to them.
 #include <fmt/format.h>
 #include <sys/wait.h>
 #include <catch2/catch.hpp>
@@ -18,7 +18,8 @@ using namespace freeplay;
 
 namespace {
 
-/// Pendulums side by side, or each hung on the one before; their pins with play or without.
+/// Pendulums side by side, or each attached to the one before; their pins with clearance or
+/// without.
 std::string pendulums(int count, bool chain, bool loose) {
   std::string text = "[surfaces.steel]\nyoung = 2e11\npoisson = 0.3\nrestitution = 0.5\n";
   for (int i = 0; i < count; ++i)
@@ -33,7 +34,7 @@ std::string pendulums(int count, bool chain, bool loose) {
   return text + "[run]\nduration = 0.01\n";
 }
 
-/// Rows of a chain of links in the plane: two to each joint, of the link before and its own.
+/// Rows of a planar chain of links: two for each joint, with the previous link and the link itself.
 struct Rows {
   CsrPattern pattern;
   std::vector<double> values, mass;
@@ -61,8 +62,9 @@ Rows chain(int links) {
 
 }  // namespace
 
-// 2.4 GB and minutes where memory grew with the square of the bodies; in proportion, a kilobyte or two for each, beside the
-// program with its libraries (about 0.3 GB of addresses). Bounds: 1 GB of addresses, 20 s of processor time.
+// 2.4 GB and minutes when memory grew with the square of the bodies; in proportion, a kilobyte or
+// two for each, in addition to the program with its libraries (about 0.3 GB of addresses). Bounds:
+// 1 GB of addresses, 20 s of processor time.
 TEST_CASE("check of 4096 bodies takes memory and time in proportion", "[check][large]") {
   const test::TemporaryFolder folder;
   for (const auto& [shape, text] : {std::pair{"loose pins side by side", pendulums(4096, false, true)},
@@ -78,11 +80,11 @@ TEST_CASE("check of 4096 bodies takes memory and time in proportion", "[check][l
   }
 }
 
-TEST_CASE("independent rows of a chain, and of one whose ends are tied twice", "[check][large]") {
+TEST_CASE("independent rows of a chain, and of one with two redundant end constraints", "[check][large]") {
   for (const int links : {3, 40, 4000}) {
     auto x = chain(links);
     CHECK(independent_rows(x.pattern, x.values, x.mass).size() == static_cast<std::size_t>(2 * links));
-    // A row that sums two others, and one that repeats the first at another scale.
+    // A row that is the sum of two others, and a multiple of the first.
     const auto copy = [&](int row, double scale) {
       for (int e = x.pattern.begin[row]; e < x.pattern.begin[row + 1]; ++e) {
         x.pattern.column.push_back(x.pattern.column[e]);
@@ -97,7 +99,7 @@ TEST_CASE("independent rows of a chain, and of one whose ends are tied twice", "
   }
 }
 
-TEST_CASE("the triangular factor finds the rank that a dense factorisation finds", "[check][large]") {
+TEST_CASE("the triangular factor finds the rank of a dense factorisation", "[check][large]") {
   std::mt19937 engine(7);
   for (int trial = 0; trial < 200; ++trial) {
     Rows x;

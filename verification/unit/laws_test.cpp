@@ -1,5 +1,5 @@
-// Every contact and friction law: delivered restitution against the reference's bisection, line contacts
-// against each other and their own definitions, friction laws at the ends of their zones.
+// Every contact and friction law: delivered restitution against the bisection of the reference,
+// line contacts against each other and their definitions, friction laws at the ends of their zones.
 #include <catch2/catch.hpp>
 
 #include <algorithm>
@@ -33,7 +33,7 @@ ContactForce force_of(ContactLaw law) {
 
 }  // namespace
 
-TEST_CASE("every law delivers what the implicit equation says, e = 0.1 ... 0.9", "[laws]") {
+TEST_CASE("every contact law delivers the restitution of the implicit equation, e = 0.1 ... 0.9", "[laws]") {
   for (const auto& row : reference::delivered_table) {
     const auto law = std::ranges::find(contact_laws(), std::string_view(row.name), &ContactLawFacts::text);
     REQUIRE(law != contact_laws().end());
@@ -51,12 +51,12 @@ TEST_CASE("every law delivers what the implicit equation says, e = 0.1 ... 0.9",
             Approx(static_cast<double>(reference::exact_chi(0.1 * i))).epsilon(1e-10));
 }
 
-TEST_CASE("the exact law delivers what it is asked for, near both ends as well", "[laws]") {
+TEST_CASE("the exact law delivers the required restitution, also near 0 and 1", "[laws]") {
   for (double e : {1e-3, 0.01, 0.05, 0.2, 0.46, 0.8, 0.99, 0.9985, 0.999, 0.9995, 0.9999, 0.999999, 1 - 1e-11,
                    1 - 1e-15}) {
     CAPTURE(e);
     const double chi = exact_damping_factor(e);
-    // Where χ → 0 the equation's root is conditioned like 1/χ: allow rounding over χ.
+    // For χ → 0 the equation's root has a condition number of 1/χ: the bound is rounding over χ.
     REQUIRE(delivered_restitution(chi) == Approx(e).epsilon(1e-12 + 1e-15 / chi));
   }
   REQUIRE(exact_damping_factor(1) == 0);
@@ -65,20 +65,21 @@ TEST_CASE("the exact law delivers what it is asked for, near both ends as well",
   REQUIRE_THROWS_AS(damping_factor(ContactLaw::flores, 0), ModelError);
 }
 
-TEST_CASE("stiffness is the one of the paper's equation (4)", "[laws]") {
-  // Flores et al. 2011, equation (4) with E = 207 GPa, ν = 0.3, R_i = 11.125 mm: five printed digits.
+TEST_CASE("the stiffness is that of equation (4) of the paper", "[laws]") {
+  // Flores et al. 2011, equation (4) with E = 207 GPa, ν = 0.3, R_i = 11.125 mm: five printed
+  // digits.
   const double c[] = {0.10e-3, 0.25e-3, 0.50e-3, 1.00e-3};
   const double K[] = {1.6795e11, 1.0550e11, 7.373e10, 5.090e10};
   for (int i = 0; i < 4; ++i)
     REQUIRE(hertz_stiffness(207e9, 0.3, 11.125e-3 * (11.125e-3 - c[i]) / c[i]) == Approx(K[i]).epsilon(1e-4));
 }
 
-TEST_CASE("regularised friction", "[laws]") {
+TEST_CASE("preloaded friction is regularised", "[laws]") {
   REQUIRE(preloaded_friction(10, 1e-3, 5e-4) == Approx(-5));
   REQUIRE(preloaded_friction(10, 1e-3, -1.0) == 10);
 }
 
-TEST_CASE("a law is found by its enumerator, and the names of a scene are those of the list", "[laws]") {
+TEST_CASE("laws are indexed by their enumerators, and scene names are those of the list", "[laws]") {
   const auto check = [](const auto& laws, const auto& names) {
     for (std::size_t i = 0; i < laws.size(); ++i) {
       CHECK(static_cast<std::size_t>(laws[i].law) == i);
@@ -91,8 +92,9 @@ TEST_CASE("a law is found by its enumerator, and the names of a scene are those 
   check(friction_laws(), choices(FrictionLaw{}));
 }
 
-TEST_CASE("every point law delivers what the first integral makes of its damping factor", "[laws]") {
-  // A free impact on the ring, χ of the law read back from the run: integration at 1e-12 a step of a ratio of speeds.
+TEST_CASE("every point contact law delivers the first integral of its damping factor", "[laws]") {
+  // A free impact on the ring, with χ of the law derived from the run: integration at 1e-12 a step
+  // of a ratio of speeds.
   auto scene = read_scene(test::scene_file("ring"));
   scene.mechanism.surfaces[0].friction.reset();
   scene.mechanism.surfaces[0].restitution = 0.46;
@@ -130,12 +132,13 @@ TEST_CASE("a law of another kind has no damping factor", "[laws]") {
     if (law.kind != ContactKind::point) CHECK_THROWS_AS(damping_factor(law.law, 0.5), ModelError);
 }
 
-TEST_CASE("Johnson and ESDU differ by the sign of the one", "[laws]") {
+TEST_CASE("the laws of Johnson and ESDU differ by the sign of the one", "[laws]") {
   const auto johnson = force_of(ContactLaw::johnson).elastic, esdu = force_of(ContactLaw::esdu).elastic;
   const double line = 3.14159265358979323846 * modulus * length;
   for (double F : {1.0, 1e2, 1e4, 5e5}) {  // Johnson ends at 9.7e5 N here
     const double f = F / line, logarithm = std::log(4 * c / f);
-    // δ from the definition, then F back through the law: rounding times the condition of the logarithm.
+    // δ from the definition, then F back through the law: rounding times the condition of the
+    // logarithm.
     CHECK(johnson.force(f * (logarithm - 1)) == Approx(F).epsilon(1e-12));
     CHECK(esdu.force(f * (logarithm + 1)) == Approx(F).epsilon(1e-12));
   }
@@ -146,7 +149,7 @@ TEST_CASE("Johnson and ESDU differ by the sign of the one", "[laws]") {
   CHECK(force_of(ContactLaw::radzimovsky).elastic.force(delta) == Approx(F).epsilon(1e-12));
 }
 
-TEST_CASE("line contacts grow, end where they say, and their energy is the integral of the force", "[laws]") {
+TEST_CASE("line contacts: monotonic force, stated limit, and energy as the integral of the force", "[laws]") {
   for (const auto& law : contact_laws()) {
     if (law.kind == ContactKind::spring_damper) continue;
     const auto elastic = force_of(law.law).elastic;
@@ -165,7 +168,7 @@ TEST_CASE("line contacts grow, end where they say, and their energy is the integ
   }
 }
 
-TEST_CASE("Pereira's exponent is continuous at its joint, and its limits are reported", "[laws]") {
+TEST_CASE("Pereira's exponent is continuous at its transition, and its limits are reported", "[laws]") {
   const auto at = [](double mm) {
     auto scene = steel(ContactLaw::pereira);
     std::get<RevoluteJoint>(scene.mechanism.joints[2]).clearance->radial = 1e-3 * mm;
@@ -183,8 +186,8 @@ TEST_CASE("Pereira's exponent is continuous at its joint, and its limits are rep
   CHECK_THAT(run.notes.back(), Contains("outside its range"));
 }
 
-TEST_CASE("Kelvin-Voigt: the closed form of its restitution against direct integration", "[laws]") {
-  // RK4 with 1e5 steps over a half period: (1e-5 π)⁴ ≪ the linear search of the exit, 1e-9.
+TEST_CASE("Kelvin-Voigt: closed form of its restitution against direct integration", "[laws]") {
+  // RK4 with 1e5 steps over a half period: (1e-5 π)⁴ ≪ the linear interpolation of the exit, 1e-9.
   for (double D : {10.0, 200.0, 900.0, 4000.0}) {
     const double K = 1e6, m = 0.2, h = 3.2 * std::sqrt(m / K) / 1e5;
     double d = 0, v = 1, F = D, F_old = F, v_old = v;
@@ -235,10 +238,10 @@ TEST_CASE("friction laws are odd, and continuous at the ends of their zones", "[
   CHECK(f.coefficient(v, 1, g) == Approx(1e5 * g + 2 * v));
 }
 
-TEST_CASE("friction laws on the mechanism agree where sliding is fast", "[laws][friction]") {
-  // First impact of the reference scene: sliding at 0.03 to 0.04 m/s throughout, far above every regularising
-  // speed, so that each law gives μ F_N. LuGre's bristles need a distance of g = μ/σ₀ = 1e-7 m of the 8e-6 m
-  // slid to build up.
+TEST_CASE("friction laws agree in the mechanism at fast sliding", "[laws][friction]") {
+  // First impact of the reference scene: sliding at 0.03 to 0.04 m/s throughout, far above every
+  // regularising speed, so that each law gives μ F_N. LuGre's bristles need a distance of
+  // g = μ/σ₀ = 1e-7 m, of a sliding distance of 8e-6 m, to build up.
   auto scene = read_scene(test::flores());
   scene.run.duration = 0.006;
   scene.run.discard = 0;
@@ -253,7 +256,7 @@ TEST_CASE("friction laws on the mechanism agree where sliding is fast", "[laws][
   }
 }
 
-TEST_CASE("the program lists laws and refuses combinations that mean nothing", "[program][laws]") {
+TEST_CASE("the program lists laws and refuses meaningless combinations", "[program][laws]") {
   const auto list = test::freeplay("laws");
   CHECK(list.status == 0);
   for (const auto& law : contact_laws()) CHECK_THAT(list.out, Contains(std::string(law.text)));
@@ -271,7 +274,7 @@ TEST_CASE("the program lists laws and refuses combinations that mean nothing", "
   refused(" --set penalty.damping=exact", "it belongs to line contacts");
 }
 
-TEST_CASE("laws, drift and verify as a user runs them", "[program]") {
+TEST_CASE("the commands laws, drift and verify from the command line", "[program]") {
   test::TemporaryFolder folder;
   const auto out = " -o " + folder.path().string();
   const auto scene = test::flores().string();

@@ -1,5 +1,5 @@
-// The layers of the source tree: each file includes only what stands in its own layer or below. A planted wrong include
-// shows that the check can fail.
+// The layers of the source tree: each file includes only its own layer and those below. A planted
+// wrong include shows that the check can fail.
 #include <fmt/format.h>
 
 #include <array>
@@ -30,7 +30,8 @@ std::optional<std::size_t> layer_of(const std::string& file) {
   return {};
 }
 
-/// The project's file that `name` in an include line stands for, from the top of the tree; empty: another package's.
+/// The project's file that `name` in an include line refers to, from the top of the tree; empty:
+/// one of another package.
 std::string project_file(const fs::path& root, const std::string& name) {
   for (const char* base : {"", "src/"})
     if (fs::is_regular_file(root / (base + name))) return base + name;
@@ -59,11 +60,11 @@ std::vector<Include> includes_of(const fs::path& root) {
   return list;
 }
 
-/// Why an include is not allowed; empty: it is.
+/// The reason why an include is not allowed; empty if it is.
 std::string objection(const Include& i) {
   const auto from = layer_of(i.from), to = layer_of(i.to);
   const auto in = [](const std::string& file, std::string_view folder) { return file.starts_with(folder); };
-  // Tests read headers of the program that they test.
+  // Tests include headers of the program that they test.
   const bool test = i.from.ends_with("_test.cpp") || in(i.from, "verification/killed/");
   if (from && to && *to > *from && !test) return "a layer above it";
   if (in(i.from, "src/numerics/") && !in(i.to, "src/numerics/") && !in(i.to, "src/values/"))
@@ -92,7 +93,7 @@ TEST_CASE("each file includes only its own layer and those below", "[layers]") {
   for (const auto& one : wrong(list)) FAIL_CHECK(one);
 }
 
-TEST_CASE("a wrong include is found", "[layers]") {
+TEST_CASE("an include that violates the layers is found", "[layers]") {
   for (const auto& [from, to] : {std::pair{"src/values/state.hpp", "src/numerics/lcp.hpp"},
                                  {"src/mechanism/curve.hpp", "src/dynamics/phase.hpp"},
                                  {"src/dynamics/system.hpp", "src/simulation/observer.hpp"},

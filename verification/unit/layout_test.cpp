@@ -1,4 +1,4 @@
-// Text for a terminal: lines broken where they must be and nowhere else, numbers under their heads.
+// Text for a terminal: lines are broken only where necessary, and numbers are under their headings.
 #include <fmt/format.h>
 #include <catch2/catch.hpp>
 
@@ -23,7 +23,7 @@ std::size_t width(const std::string& text) {
 
 }  // namespace
 
-TEST_CASE("lines are broken at the last space before column 80, and nothing is lost", "[layout]") {
+TEST_CASE("lines are broken at the last space before column 80 without loss", "[layout]") {
   std::mt19937 random(5);
   std::uniform_int_distribution<int> length(1, 14), letter('a', 'z');
   for (int trial = 0; trial < 200; ++trial) {
@@ -43,7 +43,7 @@ TEST_CASE("lines are broken at the last space before column 80, and nothing is l
       const auto words = i == 0 ? lines[i] : lines[i].substr(indent);
       if (i > 0) {
         CHECK(lines[i].substr(0, indent) == std::string(indent, ' '));
-        // The first word of a line had no room on the one before.
+        // The first word of a line did not fit on the one before.
         CHECK(width(lines[i - 1]) + 1 + width(words.substr(0, words.find(' '))) > 80);
         whole += ' ';
       }
@@ -57,14 +57,15 @@ TEST_CASE("lines are broken at the last space before column 80, and nothing is l
   CHECK(cli::wrapped("word " + exact.substr(4)) == "word\n  " + exact.substr(4));
 }
 
-TEST_CASE("the table of a comparison fills 80 columns at most, each number under its head", "[layout]") {
+TEST_CASE("the comparison table fits 80 columns, each number under its heading", "[layout]") {
   auto scene = read_scene(test::flores());
   scene.run.duration = 0.3;
   scene.run.discard = 0;
   test::TemporaryFolder folder;
   const auto c = compare(scene, {}, folder.path());
   const auto lines = lines_of(comparison_table(scene, c, false));
-  // A head, then its rule: groups of dashes with a space between; every row below ends its cells where the groups do.
+  // A heading, then its rule: groups of dashes with a space between; the cells of every row below
+  // end where the groups do.
   int tables = 0;
   for (std::size_t i = 1; i < lines.size(); ++i) {
     if (!lines[i].starts_with("---")) continue;
@@ -73,21 +74,21 @@ TEST_CASE("the table of a comparison fills 80 columns at most, each number under
     for (std::size_t at = 0; at < lines[i].size(); ++at)
       if (lines[i][at] == '-' && (at + 1 == lines[i].size() || lines[i][at + 1] == ' ')) ends.push_back(at);
     const bool pairs = tables == 2;
-    // What is told of one run and of the other; what is told of two touches. 44 + 17 + 16 and
-    // 12 + 3·11 + 3·9 + 7, with a space between.
+    // Columns of each run; columns of pairs of contacts. 44 + 17 + 16 and 12 + 3·11 + 3·9 + 7, with
+    // a space between.
     CHECK(ends.size() == (pairs ? 8 : 3));
     CHECK(ends.back() + 1 == (pairs ? 79 : 77));
     std::size_t columns = 0;
     for (std::size_t row = i - 1; row < lines.size() && !lines[row].empty(); row += row == i - 1 ? 2 : 1) {
       const auto& line = lines[row];
       if (line.starts_with("...") || line.starts_with("v: ") || line.starts_with("* ")) break;
-      // Cells by their ends: a character there, and a space or nothing behind it. ± is two bytes.
+      // Cells by their ends: a character there, and a space or the end after it. ± has two bytes.
       std::string plain;
       for (const char ch : line)
         if ((ch & 0xC0) != 0x80) plain += ch;
       CAPTURE(line);
       if (plain.size() > ends[0] &&
-          plain.size() < ends[1]) {  // a name without room beside it: its cells follow
+          plain.size() < ends[1]) {  // a name that fills the width: its cells follow on the next line
         REQUIRE(lines.at(row + 1).starts_with(std::string(ends[0], ' ')));
         continue;
       }

@@ -1,5 +1,5 @@
-// Lemke against enumeration: for a P-matrix the solution is unique, and one of the 2ⁿ complementary bases has
-// it.
+// Lemke against enumeration: for a P-matrix the solution is unique, and one of the 2ⁿ complementary
+// bases has it.
 #include "numerics/lcp.hpp"
 
 #include <catch2/catch.hpp>
@@ -49,21 +49,22 @@ TEST_CASE("Lemke solves random P-matrix problems of size 1 to 12 exactly", "[lcp
       REQUIRE(result.status == LcpResult::Status::solved);
       const auto expected = enumerate(A, b);
       REQUIRE(expected);
-      // Conditions of these matrices stay below 1e5; pivoting loses that times rounding.
+      // Condition numbers of these matrices are below 1e5; the error of pivoting is that times
+      // rounding.
       REQUIRE((z - *expected).norm() <= 1e-9 * (1 + expected->norm()));
       REQUIRE(result.residual < 1e-10);
     }
   }
 }
 
-TEST_CASE("Lemke solves degenerate problems or says that it cannot", "[lcp]") {
+TEST_CASE("Lemke solves degenerate problems or reports failure", "[lcp]") {
   std::mt19937 engine(5);
   std::uniform_int_distribution<int> small(-2, 2);
   int solved = 0;
   for (int trial = 0; trial < 2000; ++trial) {
     const int n = 1 + trial % 6;
     Lemke lemke(n);
-    // Integer data of low rank: ties and singular bases abound.
+    // Integer data of low rank: ties and singular bases are frequent.
     const int rank = std::max(1, n / 2);
     const Eigen::MatrixXd R = Eigen::MatrixXd::NullaryExpr(n, rank, [&] { return double(small(engine)); });
     const Eigen::MatrixXd A = R * R.transpose();
@@ -76,7 +77,7 @@ TEST_CASE("Lemke solves degenerate problems or says that it cannot", "[lcp]") {
       REQUIRE(result.residual < 1e-9);
       ++solved;
     } else {
-      // For a positive semidefinite matrix Lemke ends on a ray only when there is no solution.
+      // For a positive semidefinite matrix Lemke ends on a ray only if there is no solution.
       REQUIRE_FALSE(solvable);
     }
   }
@@ -113,11 +114,13 @@ TEST_CASE("the closed form of a single frictional contact equals Lemke's solutio
     const double slip = bt + off * result[0].impulse_n + d * result[0].impulse_t;
     ++by_mode[result[0].impulse_n == 0 ? 0 : std::abs(slip) < 1e-12 ? 1 : slip > 0 ? 2 : 3];
   }
-  for (int count : by_mode) REQUIRE(count > 100);  // separation, stick, slip both ways all occurred
+  for (int count : by_mode)
+    REQUIRE(count > 100);  // separation, stick and slip in both directions all occurred
 }
 
-TEST_CASE("frictionless elements beside frictional ones are no obstacle to Lemke", "[lcp]") {
-  // With μ = 0 the rows 2μP_N − P_R ≥ 0 start as ties at zero, and z₀ may end basic at zero.
+TEST_CASE("Lemke solves problems with frictionless and frictional contacts", "[lcp]") {
+  // With μ = 0 the rows 2μP_N − P_R ≥ 0 are ties at zero at the start, and z₀ may end basic at
+  // zero.
   std::mt19937 engine(77);
   std::uniform_real_distribution<double> u(-1, 1);
   for (int trial = 0; trial < 20000; ++trial) {

@@ -1,5 +1,5 @@
-// The library as a user has it: installed, found from a project outside the tree, its headers without ours,
-// several simulations in threads; and the program that is installed beside it.
+// The library as a user has it: installed, found from a project outside the source tree, with its
+// public headers alone, several simulations in threads; and the program that is installed with it.
 #include <fmt/format.h>
 #include <sys/wait.h>
 #include <catch2/catch.hpp>
@@ -47,7 +47,8 @@ std::string quiet(const fs::path& folder, const std::string& command) {
   return done.said;
 }
 
-/// The build, installed into a folder, and the examples built against it as a user builds them; once.
+/// The build, installed into a folder, and the examples built against it as a user builds them;
+/// once.
 class Installed {
  public:
   static const Installed& get() {
@@ -88,7 +89,7 @@ std::vector<double> numbers(const std::string& row) {
   return all;
 }
 
-/// Text with every run of blanks as one, so that indentation does not count.
+/// Text with every sequence of blanks as one, so that indentation does not matter.
 std::string even(const std::string& text) {
   std::string out;
   for (const char c : text)
@@ -101,7 +102,7 @@ std::string even(const std::string& text) {
 
 }  // namespace
 
-TEST_CASE("a program outside the tree prints the events of the command", "[library]") {
+TEST_CASE("an external program prints the events of the command line program", "[library]") {
   const auto& installed = Installed::get();
   const auto place = installed.folder() / "ten-lines";
   fs::create_directories(place);
@@ -109,7 +110,7 @@ TEST_CASE("a program outside the tree prints the events of the command", "[libra
   const auto printed = test::lines_of(quiet(place, installed.example("main")));
   REQUIRE(printed.size() > 20);
 
-  // The same second: 10/3 turns at 200 rpm.
+  // The same second: 10/3 revolutions at 200 rpm.
   const std::string command = fmt::format(
       "{} run scene.toml --formulation nonsmooth --set joints.gudgeon.clearance=1e-3", installed.program());
   quiet(place, command + " --set run.revolutions=3.3333333333333335 -o second");
@@ -118,7 +119,7 @@ TEST_CASE("a program outside the tree prints the events of the command", "[libra
   REQUIRE(rows.size() == printed.size());
   for (std::size_t i = 0; i < rows.size(); ++i) CHECK(printed[i] == as_printed(rows[i]));
 
-  // And the whole scene, whose run goes on: what the first second had settled is the beginning of it.
+  // The whole scene, whose run continues: the final results of the first second are its beginning.
   quiet(place, command + " -o whole");
   auto whole = test::lines_of(test::file_text(place / "whole/events.csv"));
   whole.erase(whole.begin());
@@ -126,7 +127,7 @@ TEST_CASE("a program outside the tree prints the events of the command", "[libra
   for (std::size_t i = 0; i < rows.size(); ++i) CHECK(whole[i] == rows[i]);
 }
 
-TEST_CASE("all digits of all columns, in both formulations", "[library]") {
+TEST_CASE("an external program prints all digits of all columns, in both formulations", "[library]") {
   const auto& installed = Installed::get();
   const auto place = installed.folder() / "digits";
   fs::create_directories(place);
@@ -146,7 +147,7 @@ TEST_CASE("all digits of all columns, in both formulations", "[library]") {
   }
 }
 
-TEST_CASE("a mechanism in code, observers, threads, snapshots and errors, outside the tree", "[library]") {
+TEST_CASE("an external program: mechanism in code, observers, threads, snapshots and errors", "[library]") {
   const auto& installed = Installed::get();
   const auto done = shell(installed.folder() / "examples", installed.example("pendulum"));
   INFO(done.said);
@@ -154,7 +155,7 @@ TEST_CASE("a mechanism in code, observers, threads, snapshots and errors, outsid
   CHECK_THAT(done.said, !Contains("FAILED"));
 }
 
-TEST_CASE("the public headers need the standard library alone, each by itself", "[library][long]") {
+TEST_CASE("each public header compiles alone with only the standard library", "[library][long]") {
   const auto& installed = Installed::get();
   const auto headers = installed.prefix() / "include/freeplay", place = installed.folder() / "headers";
   fs::create_directories(place);
@@ -178,7 +179,7 @@ TEST_CASE("the public headers need the standard library alone, each by itself", 
                    FREEPLAY_CXX, headers.string()));
 }
 
-TEST_CASE("what is installed is for users", "[library]") {
+TEST_CASE("the installation contains only files for users", "[library]") {
   const auto prefix = Installed::get().prefix();
   std::vector<std::string> found;
   for (const auto& entry : fs::recursive_directory_iterator(prefix))
@@ -194,7 +195,7 @@ TEST_CASE("what is installed is for users", "[library]") {
   for (const char* file :
        {"freeplay-tests", "libfreeplay_claims.a", "libfreeplay_study.a", "system.hpp", "main.cpp"})
     CHECK(!has(file));
-  // Where the project was built stands in no file that CMake reads.
+  // No file that CMake reads contains the path of the build.
   for (const auto& file : found)
     if (file.ends_with(".cmake")) {
       const auto text = test::file_text(prefix / file);
@@ -203,7 +204,7 @@ TEST_CASE("what is installed is for users", "[library]") {
     }
 }
 
-TEST_CASE("the installed program works on the installed scenes", "[library]") {
+TEST_CASE("the installed program runs the installed scenes", "[library]") {
   const auto& installed = Installed::get();
   const auto place = installed.folder() / "elsewhere";
   fs::create_directories(place);
@@ -218,13 +219,14 @@ TEST_CASE("the installed program works on the installed scenes", "[library]") {
   CHECK_THAT(quiet(place, installed.program() + " laws --restitution 0.46"), Contains("lankarani-nikravesh"));
 }
 
-TEST_CASE("four scenes in four threads are the same bits as one after the other", "[library]") {
+TEST_CASE("four scenes in four threads give the same bits as in sequence", "[library]") {
   struct Case {
     fs::path file;
     const char* formulation;
     double until;  // s
   };
-  // Dense and sparse, an assembly by Ipopt in two at once, contacts of every kind, instruments.
+  // Dense and sparse solves, two simultaneous assemblies by Ipopt, contacts of every kind,
+  // instruments.
   const std::vector<Case> cases{
       {test::flores(), "penalty", 0.1},
       {test::scene_file("four_bar_two"), "nonsmooth", 0.2},
@@ -236,7 +238,7 @@ TEST_CASE("four scenes in four threads are the same bits as one after the other"
   };
   const auto all = [](const Case& c) {
     auto scene = read_scene(c.file);
-    for (auto& body : scene.mechanism.bodies) body.angle += 1e-3;  // so that there is something to assemble
+    for (auto& body : scene.mechanism.bodies) body.angle += 1e-3;  // so that an assembly is necessary
     scene.run.start = RunOptions::Start::assembled;
     Simulation simulation(scene, c.formulation);
     Seen seen;
@@ -280,7 +282,7 @@ TEST_CASE("four scenes in four threads are the same bits as one after the other"
   }
 }
 
-TEST_CASE("watching changes no digit, and a snapshot taken while watching goes on as the run does",
+TEST_CASE("observation changes no digit, and a snapshot taken during observation continues the run",
           "[library]") {
   struct Case {
     const char *formulation, *key, *value;
@@ -324,7 +326,7 @@ TEST_CASE("watching changes no digit, and a snapshot taken while watching goes o
   }
 }
 
-TEST_CASE("forces that nobody asked for are an error, not garbage", "[library]") {
+TEST_CASE("access to forces that were not requested is an error", "[library]") {
   Simulation simulation(read_scene(test::flores()), "penalty");
   test::Listener listener;
   Forces f;
@@ -346,7 +348,7 @@ TEST_CASE("forces that nobody asked for are an error, not garbage", "[library]")
   simulation.run({.until = 2e-3, .observers = {&listener}});
 }
 
-TEST_CASE("a scene in code is refused where a file would be", "[library]") {
+TEST_CASE("a scene in code is refused under the same rules as a file", "[library]") {
   Scene scene = read_scene(test::flores());
   const auto refused = [&](const char* formulation = "penalty") {
     try {
@@ -386,7 +388,7 @@ TEST_CASE("a scene in code is refused where a file would be", "[library]") {
     std::get<SpeedDrive>(m.drives[0]).joint = 9;
     CHECK(refused() == "drives.motor.joint");
   }
-  SECTION("two of a name") {
+  SECTION("duplicate name") {
     m.bodies[2].name = "rod";
     CHECK(refused() != "nothing");
   }
@@ -394,20 +396,20 @@ TEST_CASE("a scene in code is refused where a file would be", "[library]") {
     m.bodies[2].name = "";
     CHECK(refused() != "nothing");
   }
-  SECTION("the length of the run is the caller's") {
+  SECTION("the caller sets the length of the run") {
     scene.run.duration = 0;
     CHECK(refused() == "nothing");
   }
   SECTION("a start of another mechanism") {
     CHECK_THROWS_AS(Simulation(scene, "penalty", {.start = State{0, {0, 0, 0}, {0, 0, 0}, {}}}), ModelError);
     auto start = assemble(m, RunOptions::Start::assembled);
-    start.z = {1};  // no drive of this mechanism lags
+    start.z = {1};  // no drive of this mechanism has a lag
     CHECK_THROWS_AS(Simulation(scene, "penalty", {.start = start}), ModelError);
     CHECK_THROWS_AS(Simulation(scene, "nonsmooth", {.start = start}), ModelError);
   }
 }
 
-TEST_CASE("what docs/reference/library.md shows is compiled", "[library]") {
+TEST_CASE("the code of docs/library.md is compiled", "[library]") {
   std::string examples;
   for (const auto& entry : fs::directory_iterator(test::source_folder() / "verification/library"))
     examples += even(test::file_text(entry.path())) + " ";

@@ -1,6 +1,7 @@
-// Snapshots of what goes on from step to step, bit for bit: at random steps of a run the memory of an
-// integrator, or of a factorisation, is written and read into a new one, and both go on with the same calls,
-// as the steppers make them. Every time and every component must be equal, not near.
+// Serialization of data that persists from step to step, bit for bit. At random steps of a run the
+// state of an integrator, or of a factorisation, is serialized and restored in a new one, and both
+// continue with the same calls, as the steppers make them. Every time and every component must be
+// equal, not only close.
 #include "values/memory.hpp"
 
 #include <catch2/catch.hpp>
@@ -18,8 +19,8 @@ using namespace freeplay;
 
 namespace {
 
-/// Two Duffing oscillators, coupled, damped and driven: x = (q1, q2, v1, v2). A mode, as of a contact, makes
-/// the first one stiffer.
+/// Two Duffing oscillators, coupled, damped and driven: x = (q1, q2, v1, v2). A mode, as of a
+/// contact, stiffens the first one.
 struct Side {
   bool pressed = false;
   double stiffness() const { return pressed ? 40 : 1; }
@@ -47,7 +48,7 @@ struct Side {
   }
 };
 
-/// Calls a method as the steppers do; what happens at a step depends on `engine` only.
+/// Calls a method as the steppers do; the actions at a step depend on `engine` only.
 template <class Method>
 struct Run {
   Method method;
@@ -62,7 +63,7 @@ struct Run {
     const double knot = 0.7 * std::floor(method.t / 0.7 + 1.001);
     if (!method.step(side, knot)) return false;
     const double t = method.t_old + share * (method.t - method.t_old);
-    if (choice == 0) {  // a contact closes: landed on in two attempts, with a shorter step behind it
+    if (choice == 0) {  // a contact closes: located in two attempts, with a shorter step after it
       method.land(side, t);
       method.land(side, method.t_old + 0.999 * (t - method.t_old));
       side.pressed = !side.pressed;
@@ -72,11 +73,11 @@ struct Run {
       method.land(side, t);
       side.pressed = !side.pressed;
       restart = true;
-    } else if (choice == 2) {  // an impact: begun anew
+    } else if (choice == 2) {  // an impact: restarted
       method.land(side, t);
       method.x[2] *= -0.8;
       method.start(side, method.t, Vector(method.x));
-    } else if (choice == 3) {  // the step was of no length
+    } else if (choice == 3) {  // the step had zero length
       method.start(side, method.t_old, method.x_old);
     } else if (choice == 4) {  // a projection
       method.x[1] += 1e-9 * share;
@@ -121,8 +122,8 @@ void check_method(const std::function<Method()>& make) {
       auto bytes = memory_of(run);
       Run<Method> first{make()}, second{make()};
       recall(first, bytes);
-      recall(second, memory_of(first));  // what was read can be written again
-      // `run` itself goes on beside them, each driven by its own copy of the engine.
+      recall(second, memory_of(first));  // restored state can be serialized again
+      // `run` itself continues beside them, each driven by a separate copy of the engine.
       std::mt19937 engines[] = {engine, engine, engine};
       Run<Method>* runs[] = {&run, &first, &second};
       for (int i = 0; i < 50; ++i) {
@@ -202,7 +203,7 @@ Solution solve(SaddlePoint& solver, const Chain& chain, bool respond) {
 
 }  // namespace
 
-TEST_CASE("an integrator read from its memory goes on bit for bit", "[memory]") {
+TEST_CASE("an integrator restored from its serialized state continues bit for bit", "[memory]") {
   SECTION("dopri5") {
     check_method<Dopri5>([] { return Dopri5(norm(1e-8), 1e-3); });
   }
@@ -220,7 +221,7 @@ TEST_CASE("an integrator read from its memory goes on bit for bit", "[memory]") 
   }
 }
 
-TEST_CASE("the memory of one integrator is not another's", "[memory]") {
+TEST_CASE("serialized state of one integrator is refused by another", "[memory]") {
   const Side side;
   Dopri5 dopri(norm(1e-8), 1e-3);
   dopri.start(side, 0, Vector{1.0, 0.5, 0.0, -0.3});
@@ -230,7 +231,7 @@ TEST_CASE("the memory of one integrator is not another's", "[memory]") {
   CHECK_THROWS_AS(reader(rosenbrock), MemoryError);
 }
 
-TEST_CASE("a factorisation read from its memory goes on bit for bit", "[memory][saddle]") {
+TEST_CASE("a factorisation restored from its serialized state continues bit for bit", "[memory][saddle]") {
   struct Kind {
     int rows, copies;
     SolvePath path;
@@ -249,8 +250,8 @@ TEST_CASE("a factorisation read from its memory goes on bit for bit", "[memory][
       SaddlePoint other = make();
       recall(other, memory_of(never));  // before the first factorisation
     }
-    // Copies of rows stay copies. KLU takes other pivots only for entries a thousand times as great, so
-    // entries wander over many magnitudes, and change their sign.
+    // Copies of rows remain copies. KLU changes pivots only for entries a thousand times as great,
+    // so entries vary over many magnitudes, and change their sign.
     const auto drift = [&] {
       const std::size_t originals = 6 * static_cast<std::size_t>(kind.rows);
       for (std::size_t e = 0; e < originals; ++e)
@@ -265,7 +266,7 @@ TEST_CASE("a factorisation read from its memory goes on bit for bit", "[memory][
         drift();
         REQUIRE(solver.factor(chain.values.data()));
       }
-      if (moment % 4 == 3) {  // values that are refused in between
+      if (moment % 4 == 3) {  // refused values in between
         auto bad = chain.values;
         bad[bad.size() / 2] = NAN;
         REQUIRE_FALSE(solver.factor(bad.data()));
@@ -286,8 +287,8 @@ TEST_CASE("a factorisation read from its memory goes on bit for bit", "[memory][
         REQUIRE(solve(restored, chain, i % 3 == 0) == solve(solver, chain, i % 3 == 0));
       }
     }
-    // The test is of something: where pivots are kept, a new factorisation gives other digits. Rows that are
-    // found to depend on each other have theirs chosen anew every time.
+    // The test is effective: where pivots are kept, a new factorisation gives other digits. For
+    // dependent rows pivots are chosen anew every time.
     const bool kept = !solver.dense() && (kind.copies == 0 || kind.facts.redundant);
     CHECK((pivots_matter > 10) == kept);
 
@@ -306,7 +307,7 @@ TEST_CASE("a factorisation read from its memory goes on bit for bit", "[memory][
   }
 }
 
-TEST_CASE("containers and parts pass through memory", "[memory]") {
+TEST_CASE("containers and parts are serialized and restored", "[memory]") {
   std::vector<std::byte> bytes;
   MemoryWriter writer(bytes);
   std::vector<std::vector<double>> table{{1, -0.0}, {}, {NAN}};

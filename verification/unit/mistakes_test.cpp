@@ -1,4 +1,4 @@
-// Six mistakes that anybody makes: each is told by the line it stands in and by its cause.
+// Six common mistakes: each is reported with its line and its cause.
 #include <catch2/catch.hpp>
 
 #include <fstream>
@@ -12,7 +12,7 @@ using Catch::Matchers::StartsWith;
 
 namespace {
 
-/// Line 1 on; a rod on a pin, with a link to the ground.
+/// From line 1: a rod on a pin, with a link to the ground.
 std::string scene() {
   return R"([bodies.rod]
 mass = 1.0
@@ -47,7 +47,8 @@ struct Told {
   std::string words;
 };
 
-/// What `freeplay check` says of the scene with `from` replaced by `to`, without the folder's name.
+/// Output of `freeplay check` for the scene with `from` replaced by `to`, without the folder's
+/// name.
 Told told(const std::string& from, const std::string& to) {
   const test::TemporaryFolder folder;
   const auto file = folder.path() / "s.toml";
@@ -68,7 +69,7 @@ void expect(const Told& said, const std::string& place, const std::vector<std::s
 
 }  // namespace
 
-TEST_CASE("six natural mistakes are told by their line and their cause", "[mistakes][errors]") {
+TEST_CASE("six common mistakes are reported with their line and cause", "[mistakes][errors]") {
   CHECK(told("mass = 1.0", "mass = 1.0").status == 0);
   // 1. A misspelt key.
   expect(told("clearance =", "clearence ="),
@@ -76,10 +77,11 @@ TEST_CASE("six natural mistakes are told by their line and their cause", "[mista
   // 2. A wrong unit.
   expect(told("\"0.1 mm\"", "\"0.1 kg\""),
          "s.toml:11:", {"joints.left.clearance: \"0.1 kg\" is a mass, a length is wanted"});
-  // 3. A body that is not there.
+  // 3. An unknown body.
   expect(told("between = [\"rod\", \"link\"]", "between = [\"rod\", \"lnk\"]"),
          "s.toml:16:", {"joints.middle.between: there is no body \"lnk\"", "ground, rod, link"});
-  // 4. Lengths that cannot close: rod 0.4 m and link 0.2 m between pins 1 m apart; 0.4 m and the play are missing.
+  // 4. Lengths that cannot close: rod 0.4 m and link 0.2 m between pins 1 m apart; a distance of
+  // 0.4 m minus the clearance remains.
   expect(told("at = [[0.5, 0], [0.1, 0]]", "at = [[1, 0], [0.1, 0]]"), "s.toml:",
          {"joints.", "cannot be closed: in the best pose found it stays open by 0.", "check the lengths"});
   // 5. A wrong type.
@@ -87,12 +89,12 @@ TEST_CASE("six natural mistakes are told by their line and their cause", "[mista
          "s.toml:8:", {"joints.left.type: \"revolut\" is not known here", "\"revolute\""});
   expect(told("mass = 1.0", "mass = true"),
          "s.toml:2:", {"bodies.rod.mass: must be a number, is true or false"});
-  // 6. A start that violates closure: all bodies at the origin, taken as they stand.
+  // 6. A start that violates closure: all bodies at the origin, used as given.
   expect(told("duration = 0.1", "duration = 0.1\nstart = \"given\""), "s.toml:",
          {"run.start: \"given\": joints.", "stays open by 0.", "correct the positions or use \"assembled\""});
 }
 
-TEST_CASE("a scene in a study's place is told so, and a study in a scene's", "[mistakes][errors]") {
+TEST_CASE("a scene in place of a study is reported, and a study in place of a scene", "[mistakes][errors]") {
   const test::TemporaryFolder folder;
   const auto scene_file = (folder.path() / "s.toml").string(),
              study = (folder.path() / "study.toml").string();

@@ -1,4 +1,5 @@
-// Names as long as a scene may have pass through every verb that reads result files; longer ones are refused at their place.
+// Names of the greatest permitted length pass through every command that reads result files; longer
+// ones are refused at their place.
 #include <fmt/format.h>
 #include <catch2/catch.hpp>
 
@@ -12,7 +13,8 @@ using Catch::Matchers::StartsWith;
 
 namespace {
 
-/// A loose pendulum, and discs in a group that touch each other, a wall and a second group.
+/// A pendulum with clearance, and discs in a group that touch each other, a wall and a second
+/// group.
 std::string scene(std::size_t length) {
   const auto name = [&](char letter) { return std::string(length, letter); };
   return fmt::format(R"(gravity = [0, -9.81]
@@ -69,7 +71,7 @@ std::filesystem::path written(const test::TemporaryFolder& folder, const std::st
 
 }  // namespace
 
-TEST_CASE("the longest names pass through every verb that reads result files", "[names]") {
+TEST_CASE("the longest names pass through every command that reads result files", "[names]") {
   const test::TemporaryFolder folder;
   const auto file = written(folder, scene(longest_name), "scene.toml").string();
   const auto at = folder.path().string() + "/", run = at + "run", both = at + "both";
@@ -93,7 +95,7 @@ TEST_CASE("the longest names pass through every verb that reads result files", "
   }
 }
 
-TEST_CASE("a name beyond the limit is refused at its place", "[names]") {
+TEST_CASE("a name longer than the limit is refused at its place", "[names]") {
   const test::TemporaryFolder folder;
   const auto file = written(folder, scene(longest_name + 1), "scene.toml").string();
   for (const auto* verb : {"check", "run --formulation nonsmooth"}) {

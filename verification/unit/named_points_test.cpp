@@ -1,4 +1,4 @@
-// Points of a body by name, in a frame of the author's choice.
+// Points of a body by name, in a frame chosen by the author.
 #include <catch2/catch.hpp>
 
 #include "io/scene/write_scene.hpp"
@@ -40,8 +40,8 @@ const std::string named = "points = { A = [0, 0], B = [\"300 mm\", 0.05], mass_c
 
 }  // namespace
 
-TEST_CASE("named points are the same scene as their coordinates, bit for bit", "[points][scene]") {
-  // 0.3 − 0.12 and the like are rounded as the reader rounds them.
+TEST_CASE("named points give the same scene as their coordinates, bit for bit", "[points][scene]") {
+  // 0.3 − 0.12 and the like are rounded as in the reader.
   const double x = 0.3 - 0.12, y = 0.05 - 0.01;
   const auto by_name = parse_scene(scene(named, "[\"B\", \"hole\"]", "\"A\""), "s.toml");
   auto by_numbers = parse_scene(scene("", "[[1, 2], [-0.25, 0.1]]"), "s.toml");
@@ -55,18 +55,18 @@ TEST_CASE("named points are the same scene as their coordinates, bit for bit", "
         std::get<RevoluteJoint>(by_name.mechanism.joints[0]).at);
   const auto moved = parse_scene(scene(named, "[\"B\", \"hole\"]"), "s.toml", {"bodies.rod.points.B=[1, 0]"});
   CHECK(std::get<RevoluteJoint>(moved.mechanism.joints[0]).at[0] == Vec2{1 - 0.12, 0 - 0.01});
-  // The centre of mass has its name, stated or not, and lies at the origin of what is kept.
+  // The centre of mass has its name, given or not, and is the origin of the stored points.
   for (const auto* points : {named.c_str(), "points = { B = [1, 2] }", ""}) {
     const auto centred = parse_scene(scene(points, "[\"mass_centre\", \"mass_centre\"]"), "s.toml");
     CHECK(std::get<RevoluteJoint>(centred.mechanism.joints[0]).at == std::array<Vec2, 2>{});
   }
-  // A table of its own, and without mass_centre: from the centre of mass.
+  // A separate table, and without mass_centre: from the centre of mass.
   const auto table =
       parse_scene(scene("[bodies.rod.points]\nB = [0.18, 0.04]", "[\"B\", \"hole\"]"), "s.toml");
   CHECK(std::get<RevoluteJoint>(table.mechanism.joints[0]).at[0] == Vec2{0.18, 0.04});
 }
 
-TEST_CASE("a point that is not there is refused with those that are", "[points][errors]") {
+TEST_CASE("an unknown point is refused with a list of the known ones", "[points][errors]") {
   CHECK_THAT(test::refusal(scene(named, "[\"C\", \"hole\"]")),
              Contains("s.toml:12:6: joints.pin.at: there is no point of bodies.rod \"C\"; there is: "
                       "mass_centre, A, B"));
@@ -92,8 +92,9 @@ TEST_CASE("a point that is not there is refused with those that are", "[points][
              Contains("the ground has no named points"));
 }
 
-TEST_CASE("places of the ground have names as those of bodies", "[points]") {
-  // "hole" is the mate's, "wall" the ground's; both orders of the pair, a load's end too, and one moved on the command line.
+TEST_CASE("points of the ground have names like those of bodies", "[points]") {
+  // "hole" belongs to the other body, "wall" to the ground; both orders of the pair, the end of a
+  // load too, and one moved on the command line.
   const auto text = [](const std::string& fixed, const std::string& at) {
     return fixed +
            "[bodies.rod]\nmass = 1\ninertia = 1\n[joints.pin]\ntype = \"revolute\"\nbetween = [\"ground\", \"rod\"]\n"

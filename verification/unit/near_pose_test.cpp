@@ -1,4 +1,5 @@
-// Starts found from near by are those found from afar, to rounding.
+// Perturbed starts found from an initial guess nearby equal those found from the given positions,
+// to rounding.
 #include <catch2/catch.hpp>
 
 #include <cmath>
@@ -11,7 +12,8 @@
 
 using namespace freeplay;
 
-TEST_CASE("perturbed starts are the same from a near pose as from the positions given", "[study][near]") {
+TEST_CASE("perturbed starts are the same from an initial guess as from the given positions",
+          "[study][near]") {
   for (const char* scene_of : {"flores2011", "four-bar", "six-bar", "seven-body"}) {
     CAPTURE(scene_of);
     const auto scene = open_scene(test::source_folder() / "cases" / scene_of / "scene.toml");
@@ -22,7 +24,8 @@ TEST_CASE("perturbed starts are the same from a near pose as from the positions 
                  b = perturbed(*scene, std::vector<double>(), {}, 5, start, {});
       for (std::size_t i = 0; i < a.mechanism.bodies.size(); ++i) {
         const auto &x = a.mechanism.bodies[i], &y = b.mechanism.bodies[i];
-        // Closed to rounding by both; then the penalty formulation turns the ideal mechanism by up to a turn.
+        // Both close to rounding; then the penalty formulation moves the ideal mechanism by up to a
+        // revolution.
         CHECK((x.position - y.position).norm() <= 1e-9);
         CHECK(std::abs(x.angle - y.angle) <= 1e-8);
       }
@@ -30,7 +33,7 @@ TEST_CASE("perturbed starts are the same from a near pose as from the positions 
   }
 }
 
-TEST_CASE("a near pose is of what closes in isolated poses", "[study][near]") {
+TEST_CASE("an initial guess exists only for mechanisms that close in isolated poses", "[study][near]") {
   CHECK(near_pose(*open_scene(test::flores()), {}).size() == 9);
   CHECK(near_pose(*open_scene(test::source_folder() / "cases/double-pendulum/scene.toml"), {}).empty());
   CHECK(near_pose(*open_scene(test::flores(), {"run.start=equilibrium"}), {}).empty());

@@ -46,7 +46,7 @@ TEST_CASE("every new scene is commented and runs in both formulations", "[new]")
   }
 }
 
-TEST_CASE("a new scene never takes the place of a file", "[new][errors]") {
+TEST_CASE("a new scene never overwrites a file", "[new][errors]") {
   const test::TemporaryFolder folder;
   const auto file = folder.path() / "mine.toml";
   std::ofstream(file) << "mine";

@@ -1,4 +1,4 @@
-// Observers: what they are shown, and that a run does not care.
+// Observers: the data that they receive, and the independence of a run from them.
 #include <catch2/catch.hpp>
 
 #include <cmath>
@@ -13,7 +13,7 @@
 
 using namespace freeplay;
 
-TEST_CASE("a watched run takes the steps of one that nobody watches", "[observers]") {
+TEST_CASE("an observed run takes the same steps as an unobserved one", "[observers]") {
   for (const char* formulation : {"penalty", "nonsmooth", "event-driven"}) {
     CAPTURE(formulation);
     auto scene = read_scene(test::flores());
@@ -57,7 +57,7 @@ TEST_CASE("a watched run takes the steps of one that nobody watches", "[observer
   }
 }
 
-TEST_CASE("the list of events says when it is cut", "[observers]") {
+TEST_CASE("a truncated list of events is marked as such", "[observers]") {
   auto scene = read_scene(test::flores());
   scene.run.duration = 0.1;
   scene.run.discard = 0;
@@ -72,8 +72,9 @@ TEST_CASE("the list of events says when it is cut", "[observers]") {
   CHECK(cut.events.back().joint == "gudgeon");
 }
 
-TEST_CASE("a run in parts shows its observers one run", "[observers]") {
-  // Two runs in a row are not one: the step is cut between them. Rows and events go on all the same.
+TEST_CASE("observers see a run in parts as one run", "[observers]") {
+  // Two successive runs differ from one: the step is cut between them. Rows and events continue
+  // nevertheless.
   auto scene = read_scene(test::flores());
   scene.run.duration = 0.04;
   scene.run.discard = 0;
@@ -88,7 +89,7 @@ TEST_CASE("a run in parts shows its observers one run", "[observers]") {
   CHECK(simulation.t() == 0.04);
 }
 
-TEST_CASE("a run that is asked to stop, stops", "[observers]") {
+TEST_CASE("a run obeys a request to stop", "[observers]") {
   const auto scene = read_scene(test::flores());
   std::atomic<bool> stop{false};
   test::Listener listener;
@@ -97,14 +98,14 @@ TEST_CASE("a run that is asked to stop, stops", "[observers]") {
   const auto run = simulation.run({.observers = {&listener}, .stop = StopToken(stop)});
   CHECK(run.ending.status == Ending::Status::interrupted);
   CHECK(run.t_end == Approx(0.01).margin(2e-5));
-  // Another one, without a token, is not asked.
+  // Another run, without a token, is not affected.
   auto other = scene;
   other.run.duration = 0.02;
   other.run.discard = 0;
   CHECK(Simulation(other, "nonsmooth").run().ending.status == Ending::Status::finished);
 }
 
-TEST_CASE("what a run cannot be asked for is refused", "[observers]") {
+TEST_CASE("invalid arguments of a run are refused", "[observers]") {
   auto scene = read_scene(test::flores());
   scene.run.duration = 0.01;
   scene.run.discard = 0;
@@ -119,7 +120,7 @@ TEST_CASE("what a run cannot be asked for is refused", "[observers]") {
   CHECK_THROWS_AS(simulation.run({.observers = {&listener}}), std::logic_error);
 }
 
-TEST_CASE("columns of forces.csv have names of their own", "[observers]") {
+TEST_CASE("columns of forces.csv have unique names", "[observers]") {
   test::TemporaryFolder folder;
   auto scene = parse_scene(test::body("wheel", 1, 1) + test::pin("axle", "ground", "wheel") + R"([drives.spin]
 joint = "axle"
@@ -138,12 +139,12 @@ torque = 2
         Ending::Status::finished);
 }
 
-TEST_CASE("one process writes into a folder", "[observers]") {
+TEST_CASE("only one process writes into a folder", "[observers]") {
   test::TemporaryFolder folder;
   auto scene = read_scene(test::flores());
   scene.run.duration = 0.01;
   scene.run.discard = 0;
-  // Within the first run's progress a second one wants the same folder.
+  // During the first run's progress a second one requests the same folder.
   int refused = 0;
   const RunPlan second{.formulation = "nonsmooth", .folder = folder.path()};
   run_scene(scene, {.formulation = "nonsmooth", .folder = folder.path(), .on_progress = [&](double) {

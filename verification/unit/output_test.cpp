@@ -1,4 +1,4 @@
-// Files, events, pairing, and the program as a user meets it.
+// Files, events, pairing, and the program as a user runs it.
 #include <sys/resource.h>
 #include <catch2/catch.hpp>
 #include <csignal>
@@ -20,7 +20,8 @@ using Catch::Matchers::Contains;
 
 namespace {
 
-/// While it lasts, no file of this process and its children grows beyond `most` bytes, as on a disk that is full.
+/// During its lifetime no file of this process and its children grows beyond `most` bytes, as on a
+/// full disk.
 class SmallFiles {
  public:
   explicit SmallFiles(rlim_t most) : handler_(std::signal(SIGXFSZ, SIG_IGN)) {
@@ -42,7 +43,7 @@ class SmallFiles {
 
 }  // namespace
 
-TEST_CASE("a file appears whole or not at all", "[files]") {
+TEST_CASE("a file appears complete or not at all", "[files]") {
   test::TemporaryFolder folder;
   const auto path = folder.path() / "a.csv";
   {
@@ -61,7 +62,7 @@ TEST_CASE("a file appears whole or not at all", "[files]") {
   REQUIRE_THROWS_AS(OutputFile(folder.path() / "none" / "c.csv"), OutputError);
 }
 
-TEST_CASE("contact log: impacts, lasting contact, order, tallies", "[events]") {
+TEST_CASE("contact log: impacts, lasting contact, order, counts", "[events]") {
   ContactLog log(2);
   ContactStatistics statistics(0);
   Layout layout;
@@ -78,7 +79,7 @@ TEST_CASE("contact log: impacts, lasting contact, order, tallies", "[events]") {
   log.touch(1, 1.02, 0, -0.2, 0, 0, 0.1);
   log.leave(1, 1.05, 0, 0.1, 0, 2.0, 0, 0.03);
   drain();
-  REQUIRE(out.empty());  // the touch at 1.0 is still undecided
+  REQUIRE(out.empty());  // the contact at 1.0 is still undecided
   log.advance(1.2);
   drain();
   REQUIRE(out.size() == 2);
@@ -96,7 +97,7 @@ TEST_CASE("contact log: impacts, lasting contact, order, tallies", "[events]") {
   REQUIRE(tallies[0].time == Approx(4));
 }
 
-TEST_CASE("pairing ends where the motions part", "[compare]") {
+TEST_CASE("pairing of contacts ends where the motions diverge", "[compare]") {
   const auto touch = [](double t, double v) {
     ContactEvent e;
     e.t = t;
@@ -108,11 +109,11 @@ TEST_CASE("pairing ends where the motions part", "[compare]") {
   const auto p = pair_impacts(a, b, 1);
   REQUIRE(p.pairs.size() == 2);
   REQUIRE(p.horizon == 2.09);
-  // A list that is cut is known to its last event: what is missing beyond it is no difference.
+  // A truncated list is known up to its last event: missing events after it are no difference.
   const std::vector<ContactEvent> cut{touch(1, 1), touch(2, .5)};
   const std::vector<ContactEvent> whole{touch(1.009, 1), touch(2.01, .5), touch(3.01, .3)};
   const auto known = pair_impacts(cut, whole, 1, 2);
-  REQUIRE(known.pairs.size() == 1);  // the second ends where the list does
+  REQUIRE(known.pairs.size() == 1);  // the second ends at the end of the list
   REQUIRE_THAT(known.ended_by, Contains("kept ends there"));
   REQUIRE_THAT(pair_impacts(cut, whole, 1).ended_by,
                Contains("touch 3") && Contains("only the nonsmooth run"));
@@ -121,7 +122,7 @@ TEST_CASE("pairing ends where the motions part", "[compare]") {
   REQUIRE(pair_impacts(a, {a[0]}, 1).pairs.size() == 1);
 }
 
-TEST_CASE("the program: bad input is one line and status 2, nothing written", "[program]") {
+TEST_CASE("the program: invalid input gives one line and status 2, and nothing is written", "[program]") {
   test::TemporaryFolder folder;
   const auto out = (folder.path() / "r").string();
   const auto scene = test::flores().string();
@@ -167,7 +168,7 @@ TEST_CASE("the program: a folder that cannot be made and a full disk end with st
   CHECK_FALSE(std::filesystem::exists(full / "trajectory.csv"));
 }
 
-TEST_CASE("the program: run and compare leave the promised files", "[program]") {
+TEST_CASE("the program: run and compare write the documented files", "[program]") {
   test::TemporaryFolder folder;
   const auto out = folder.path() / "c";
   const auto o = test::freeplay(
@@ -216,7 +217,7 @@ TEST_CASE("the program: memory does not grow with the length of a run", "[progra
     return test::read_json(out / "run.json")["cost"]["peak_memory_KiB"].get<long>();
   };
   for (const auto* formulation : {"nonsmooth", "penalty"})
-    // Twelve times the run may cost pages of noise, not twelve times the rows (4 MB of trajectory each
-    // revolution).
+    // A twelvefold run may need more pages by noise, but not twelve times the rows (4 MB of
+    // trajectory each revolution).
     CHECK(peak(formulation, "6") < peak(formulation, "0.5") + 1500);
 }

@@ -1,4 +1,5 @@
-// Applied forces from outside: closed forms in both formulations, in the world's directions and in a body's; what is told of them.
+// User-supplied applied forces: closed forms in both formulations, in world and in body axes; their
+// report.
 #include <fmt/format.h>
 #include <catch2/catch.hpp>
 
@@ -30,10 +31,10 @@ double step_response(double t) {
   const double decay = damping / (2 * mass), w = std::sqrt(k / mass - decay * decay);
   return shove / k * (1 - std::exp(-decay * t) * (std::cos(w * t) + decay / w * std::sin(w * t)));
 }
-/// Grows with time.
+/// A force proportional to time.
 Vec2 ramp(const void*, const char*, double t, const Vec2&, const Vec2&) { return {shove * t, 0}; }
 
-/// A free body with a load that has no force of its own, turning at 2 rad/s.
+/// A free body with a load without a force of its own, rotating at 2 rad/s.
 Scene free_body(const std::string& more = {}, const std::vector<std::string>& overrides = {}) {
   return parse_scene(
       "[bodies.block]\nmass = 2\ninertia = 0.1\nangular_velocity = 2\n"
@@ -53,8 +54,9 @@ struct Way {
 
 }  // namespace
 
-TEST_CASE("a spring with a damper given from outside moves a body as the closed form says", "[own-force]") {
-  // Bounds: tolerances of 1e-9 and 1e-10 times the steps; a fixed step of 1 ms is of second order, 1e-3² times x'''/12.
+TEST_CASE("a body under a user-supplied spring and damper moves as in the closed form", "[own-force]") {
+  // Bounds: tolerances of 1e-9 and 1e-10 times the steps; a fixed step of 1 ms is of second order,
+  // 1e-3² times x'''/12.
   const auto way = GENERATE(Way{"penalty", "penalty.integrator", "dopri5", 1e-7},
                             Way{"penalty", "penalty.integrator", "adams_bashforth_moulton", 1e-7},
                             Way{"penalty", "penalty.integrator", "rosenbrock4", 1e-6},
@@ -70,7 +72,7 @@ TEST_CASE("a spring with a damper given from outside moves a body as the closed 
   CHECK(std::abs(result.ledger.closure()) < 1e-4 * result.ledger.scale());
 }
 
-TEST_CASE("fixed steps follow a force from outside by the second order", "[own-force]") {
+TEST_CASE("fixed steps with a user-supplied force are of second order", "[own-force]") {
   std::vector<double> errors;
   for (const char* step : {"8e-3", "4e-3", "2e-3"}) {
     auto scene = free_body("", {fmt::format("nonsmooth.step={}", step)});
@@ -85,7 +87,7 @@ TEST_CASE("fixed steps follow a force from outside by the second order", "[own-f
   }
 }
 
-TEST_CASE("in a body's directions a force from outside turns with it", "[own-force]") {
+TEST_CASE("a user-supplied force in body axes turns with the body", "[own-force]") {
   // m ẍ = F t cos 2t, m ÿ = F t sin 2t from rest: integrated twice by hand.
   const auto formulation = GENERATE("penalty", "nonsmooth");
   auto scene = free_body("axes = \"body\"\n");
@@ -98,7 +100,7 @@ TEST_CASE("in a body's directions a force from outside turns with it", "[own-for
   CHECK(q[1] == Approx(y).margin(1e-6));
 }
 
-TEST_CASE("a constant force from outside moves the rig as the scene's own", "[own-force]") {
+TEST_CASE("a constant user-supplied force moves the rig like a force of the scene", "[own-force]") {
   const std::string formulation = GENERATE("penalty", "nonsmooth");
   const auto with = [](const char* force) {
     std::ifstream in(test::flores());
@@ -118,7 +120,7 @@ TEST_CASE("a constant force from outside moves the rig as the scene's own", "[ow
   CHECK(found.ledger.load == Approx(expected.ledger.load).epsilon(1e-5));
 }
 
-TEST_CASE("a force from outside is told of and is part of a run's identity", "[own-force]") {
+TEST_CASE("a user-supplied force is reported and is part of the identity of a run", "[own-force]") {
   auto scene = free_body();
   const auto before = Simulation(scene, "nonsmooth").identity();
   put(scene, in_hand(ramp, "ramp"));
@@ -131,7 +133,7 @@ TEST_CASE("a force from outside is told of and is part of a run's identity", "[o
     CHECK_THAT(result.notes.back(), Contains("the force of hand is that of ramp (digest 0123)"));
   }
   CHECK(Simulation(scene, "nonsmooth").identity().digest() != before.digest());
-  scene.set("bodies.block.mass", "3");  // keeps it
+  scene.set("bodies.block.mass", "3");  // the force is kept
   CHECK(outside_of(scene).forces.contains("hand"));
   auto foot = outside_of(scene);
   foot.forces["foot"] = foot.forces["hand"];
@@ -141,7 +143,7 @@ TEST_CASE("a force from outside is told of and is part of a run's identity", "[o
   CHECK(outside_of(scene).empty());
 }
 
-TEST_CASE("a force from outside that is no number stops the run; what it throws comes out", "[own-force]") {
+TEST_CASE("a non-finite user-supplied force stops the run; its exceptions reach the caller", "[own-force]") {
   const auto formulation = GENERATE("penalty", "nonsmooth");
   auto scene = free_body();
   put(scene, in_hand([](const void*, const char*, double t, const Vec2&, const Vec2&) {
@@ -156,7 +158,7 @@ TEST_CASE("a force from outside that is no number stops the run; what it throws 
   CHECK_THROWS_WITH(Simulation(scene, formulation).run(), "no such place");
 }
 
-TEST_CASE("a plugin of loads alone runs in both formulations and is asked for again",
+TEST_CASE("a plugin with loads only runs in both formulations and is required on repetition",
           "[own-force][program]") {
   const test::TemporaryFolder folder;
   const auto place = [&](const char* name) { return (folder.path() / name).string(); };

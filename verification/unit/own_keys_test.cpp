@@ -1,5 +1,6 @@
-// Keys that only some laws, integrators and schemes read: refused under the others, in a file and as an option; and what is
-// read has an effect. The rows of own_keys() (mechanism/options.hpp) say which; here it is derived again from runs.
+// Keys that only some laws, integrators and schemes read: refused with the others, in a file and as
+// an option; and each key that is read has an effect. The rows of own_keys()
+// (mechanism/options.hpp) list them; here they are derived again from runs.
 #include <fmt/format.h>
 #include <catch2/catch.hpp>
 
@@ -26,7 +27,7 @@ namespace {
 
 const std::string bare = "[bodies.b]\nmass = 1\ninertia = 1\n[run]\nduration = 1\n";
 
-/// A way to integrate: lines of its table.
+/// A method to integrate: lines of its table.
 struct Way {
   std::string name, lines;
 };
@@ -40,7 +41,7 @@ const std::vector<Way> schemes = {{"fixed steps", "scheme = \"moreau-jean\"\nste
                                   {"chosen steps", "scheme = \"moreau-jean\"\n"},
                                   {"event-driven", "scheme = \"event-driven\"\n"},
                                   {"automatic", "scheme = \"automatic\"\n"}};
-/// Another value than the default of every key of [nonsmooth] and [penalty] but those that choose.
+/// A value other than the default for every key of [nonsmooth] and [penalty] except the choices.
 const std::map<std::string, std::string> values = {{"nonsmooth.step", "2e-3"},
                                                    {"nonsmooth.step_tolerance", "1e-4"},
                                                    {"nonsmooth.tolerance", "1e-7"},
@@ -61,11 +62,12 @@ int line_of(const std::string& text, const std::string& key) {
          1;
 }
 
-/// Whether a key that stands beside its way's lines is read; a refusal names place, key, choice in force and remedy.
+/// Whether a key beside the lines of a method is read; a refusal names place, key, present choice
+/// and remedy.
 bool accepted(const std::string& table, const Way& way, const std::string& key, const std::string& value) {
   const auto name = key.substr(key.find('.') + 1);
   const auto text = bare + "[" + table + "]\n" + way.lines;
-  if (way.lines.find("\n" + name + " =") != way.lines.npos) return true;  // it stands there
+  if (way.lines.find("\n" + name + " =") != way.lines.npos) return true;  // it is among them
   const auto own = text + name + " = " + value + "\n";
   const auto in_file = refusal(own), as_option = refusal(text, {key + "=" + value});
   CAPTURE(way.name, key, in_file, as_option);
@@ -94,8 +96,9 @@ Seen seen(const Scene& scene, Family family) {
 
 }  // namespace
 
-TEST_CASE("keys of [nonsmooth] are read by a scheme, with an effect, or refused", "[scene][own-keys]") {
-  // A pile of discs: impacts, lasting contacts with friction, coupled, that the automatic scheme hands over.
+TEST_CASE("keys of [nonsmooth] have an effect in a scheme or are refused", "[scene][own-keys]") {
+  // A pile of discs: impacts, lasting contacts with friction, coupled, with hand-overs of the
+  // automatic scheme.
   const auto pile = test::random_pile(1) + "\n";
   int read = 0, refused = 0;
   for (const auto& way : schemes)
@@ -107,7 +110,7 @@ TEST_CASE("keys of [nonsmooth] are read by a scheme, with an effect, or refused"
         continue;
       }
       ++read;
-      // lcp_tolerance bears on the one solver that iterates.
+      // lcp_tolerance affects the one iterative solver.
       const bool iterates = key == "nonsmooth.lcp_tolerance";
       std::vector<std::string> set = {iterates ? "run.duration=0.2" : "run.duration=0.45"};
       if (iterates) set.emplace_back("nonsmooth.solver=gauss-seidel");
@@ -129,7 +132,7 @@ TEST_CASE("keys of [nonsmooth] are read by a scheme, with an effect, or refused"
   CHECK(refused == 4 * 5 - read);
 }
 
-TEST_CASE("keys of [penalty] are read by an integrator, with an effect, or refused", "[scene][own-keys]") {
+TEST_CASE("keys of [penalty] have an effect in an integrator or are refused", "[scene][own-keys]") {
   int read = 0;
   for (const auto& way : integrators)
     for (const auto& [key, value] : values) {
@@ -141,7 +144,8 @@ TEST_CASE("keys of [penalty] are read by an integrator, with an effect, or refus
         continue;
       }
       ++read;
-      // Where friction is too steep for a step of rk4, implicit steps at penalty.tolerance take over.
+      // Where friction is too steep for a step of rk4, implicit steps at penalty.tolerance replace
+      // it.
       const bool steep = fixed && key == "penalty.tolerance";
       const std::vector<std::string> set = {"run.revolutions=0.03",
                                             "run.discard=0",
@@ -158,7 +162,7 @@ TEST_CASE("keys of [penalty] are read by an integrator, with an effect, or refus
   CHECK(read == 6 * static_cast<int>(integrators.size()) + 1);  // step by rk4 alone
 }
 
-TEST_CASE("keys of laws and of stabilisation are refused beside another choice", "[scene][own-keys]") {
+TEST_CASE("keys of laws and of stabilisation are refused with another choice", "[scene][own-keys]") {
   for (const auto& law : friction_laws())
     for (const auto& row : own_keys(PenaltyOptions{})) {
       if (row.by != "friction") continue;
@@ -182,17 +186,18 @@ TEST_CASE("keys of laws and of stabilisation are refused beside another choice",
     }
 }
 
-TEST_CASE("every key of [run], [penalty] and [nonsmooth] is one of these tests'", "[scene][own-keys]") {
+TEST_CASE("every key of [run], [penalty] and [nonsmooth] is covered by these tests", "[scene][own-keys]") {
   std::set<std::string> tested = {"nonsmooth.scheme",      "nonsmooth.impact_law",
                                   "penalty.contact",       "penalty.friction",
-                                  "penalty.stabilisation", "penalty.integrator"};  // choose
+                                  "penalty.stabilisation", "penalty.integrator"};  // choices
   for (const auto& [key, value] : values) tested.insert(key);
   for (const auto& row : own_keys(PenaltyOptions{})) tested.insert(fmt::format("penalty.{}", row.name));
   for (const auto& key : schema()) {
     CAPTURE(key.path);
     if (key.path.starts_with("penalty.") || key.path.starts_with("nonsmooth."))
       CHECK(tested.contains(std::string(key.path)));
-    // No scheme and no integrator reads [run]: it says how long, from where and what is recorded.
+    // No scheme and no integrator reads [run]: it sets the duration, the start and the recorded
+    // output.
     if (!key.path.starts_with("run.")) continue;
     const std::string name(key.path.substr(4)), value = name == "start"      ? "\"given\""
                                                         : key.type[0] == 't' ? "true"
@@ -205,7 +210,7 @@ TEST_CASE("every key of [run], [penalty] and [nonsmooth] is one of these tests'"
   }
 }
 
-TEST_CASE("keys of a file give way to a choice that an option makes, and are noted", "[scene][own-keys]") {
+TEST_CASE("an option that changes a choice makes keys of the file idle, with a note", "[scene][own-keys]") {
   const auto text =
       bare + "[nonsmooth]\nstep = 1e-4\n[penalty]\nintegrator = \"rk4\"\nstep = 1e-5\nalpha = 2\n";
   const auto scene = parse_scene(
@@ -219,13 +224,14 @@ TEST_CASE("keys of a file give way to a choice that an option makes, and are not
         "penalty.step is not read with integrator = \"dopri5\": it belongs to integrator = \"rk4\"");
   CHECK(scene.idle[2] ==
         "nonsmooth.step is not read with scheme = \"event-driven\": it belongs to scheme = \"moreau-jean\"");
-  // They are no facts of the scene, and its canonical text reads back.
+  // They are not part of the scene, and its canonical text is read back.
   const auto plain = parse_scene(
       bare, "s.toml",
       {"nonsmooth.scheme=event-driven", "penalty.integrator=dopri5", "penalty.stabilisation=none"});
   CHECK(same_facts(scene, plain));
   CHECK(parse_scene(to_toml(scene), "again").idle.empty());
-  // A wrong value is refused all the same; so is a key that an option gives beside the choice, in either order.
+  // An invalid value is refused nevertheless; so is a key that an option gives beside the choice,
+  // in either order.
   CHECK_THAT(refusal(bare + "[nonsmooth]\nstep = -1\n", {"nonsmooth.scheme=event-driven"}),
              Contains("nonsmooth.step: must be greater than 0"));
   for (const auto& options :
@@ -234,7 +240,7 @@ TEST_CASE("keys of a file give way to a choice that an option makes, and are not
     CHECK_THAT(
         refusal(bare, options),
         Contains("--set nonsmooth.step=1e-4: nonsmooth.step: is not read with scheme = \"automatic\""));
-  // In code the later of two settings chooses.
+  // In code the later of two settings decides.
   auto in_code = parse_scene(bare, "s.toml");
   in_code.set("nonsmooth.step", 1e-4);
   in_code.set("nonsmooth.scheme", "event-driven");
@@ -242,9 +248,9 @@ TEST_CASE("keys of a file give way to a choice that an option makes, and are not
   CHECK_THROWS_AS(in_code.set("nonsmooth.step", 1e-4), SceneError);
 }
 
-TEST_CASE("what a program of before recorded is read without keys that it did not read",
+TEST_CASE("scenes recorded by former versions are read without the keys that had no effect",
           "[scene][own-keys]") {
-  // Its canonical text named every key of [nonsmooth] for every scheme.
+  // The canonical text of former versions named every key of [nonsmooth] for every scheme.
   Identity recorded;
   recorded.scene = to_toml(parse_scene(bare + "[nonsmooth]\nstep = 1e-4\n", "s.toml"));
   const auto at = recorded.scene.find("[nonsmooth]\n") + std::string("[nonsmooth]\n").size();
@@ -254,11 +260,11 @@ TEST_CASE("what a program of before recorded is read without keys that it did no
   CHECK(setup.scene.nonsmooth.step == 1e-4);
 }
 
-TEST_CASE("advice names a key that the run reads", "[own-keys]") {
+TEST_CASE("recommendations name a key that the run reads", "[own-keys]") {
   NonsmoothOptions o;
   CHECK(fineness_key(o) == "nonsmooth.tolerance");
   CHECK(fineness_key(o, true) == "nonsmooth.step_tolerance");
-  o.impact_law = ImpactLaw::poisson;  // hands over to nobody
+  o.impact_law = ImpactLaw::poisson;  // without hand-overs
   CHECK(fineness_key(o, true) == "nonsmooth.tolerance");
   o = {.step = 1e-4};
   CHECK(fineness_key(o) == "nonsmooth.step");
@@ -274,7 +280,8 @@ TEST_CASE("revolutions and seconds have the same bounds", "[scene]") {
   const auto turning = bare.substr(0, bare.find("[run]")) +
                        "[joints.pin]\ntype = \"revolute\"\nbetween = [\"ground\", \"b\"]\n"
                        "[drives.d]\njoint = \"pin\"\nspeed = 2.0\n[run]\n";
-  // 2 rad/s: a turn of π s. The bounds of seconds are 1e-18 and 1e9 (mechanism/magnitude.hpp).
+  // 2 rad/s: a revolution of π s. The bounds of seconds are 1e-18 and 1e9
+  // (mechanism/magnitude.hpp).
   CHECK(refusal(turning + "revolutions = 3e8\n") == "accepted");
   CHECK_THAT(refusal(turning + "revolutions = 4e8\n"),
              Contains("s.toml:11:15: run.revolutions: must be at most 1e+09 s, is 125663706"));

@@ -1,5 +1,6 @@
-// Normal forces from outside: a law that is also built in gives its motion, under explicit and implicit methods; the provenance tells;
-// runs are repeated and gone on with by the same law alone.
+// User-supplied normal forces: a copy of a built-in law gives the motion of the built-in one, in
+// explicit and implicit methods; the provenance reports it; a run is repeated and continued with
+// the same law only.
 #include <fmt/format.h>
 #include <catch2/catch.hpp>
 
@@ -22,7 +23,7 @@ using Catch::Matchers::Contains;
 
 namespace {
 
-/// What the rig's contact has built in: the same formula by other code.
+/// The built-in law of the rig's contact: the same formula in separate code.
 struct Hertz {
   double K, chi;
 };
@@ -45,7 +46,7 @@ Hertz built_in(const Scene& scene) {
 
 }  // namespace
 
-TEST_CASE("a built-in law given from outside moves the rig the same way", "[own-law]") {
+TEST_CASE("a user-supplied copy of a built-in law moves the rig in the same way", "[own-law]") {
   const std::string integrator = GENERATE("adams_bashforth_moulton", "dopri5", "rosenbrock4");
   auto scene = read_scene(test::flores(),
                           {"run.revolutions=0.1", "run.discard=0", "penalty.integrator=" + integrator});
@@ -56,7 +57,8 @@ TEST_CASE("a built-in law given from outside moves the rig the same way", "[own-
   const auto found = test::finished(outside);
   REQUIRE(found.events.size() == expected.events.size());
   REQUIRE(found.events.size() >= 2);
-  // Explicit methods take the same steps but for the last bits of the formula; an implicit one has its matrix by differences.
+  // Explicit methods take the same steps up to the last bits of the formula; an implicit one has
+  // its matrix by differences.
   const double bound = integrator == "rosenbrock4" ? 1e-6 : 1e-9;
   for (std::size_t i = 0; i < found.events.size(); ++i) {
     CAPTURE(integrator, i);
@@ -64,12 +66,12 @@ TEST_CASE("a built-in law given from outside moves the rig the same way", "[own-
     CHECK(found.events[i].impulse_n ==
           Approx(expected.events[i].impulse_n).epsilon(100 * bound).margin(1e-9));
   }
-  // The elastic part by quadrature: the balance closes as it does built in.
+  // The elastic energy by quadrature: the balance closes as for the built-in law.
   CHECK(std::abs(found.ledger.closure()) < 1e-6 * found.ledger.scale());
   CHECK(found.ledger.elastic == Approx(expected.ledger.elastic).margin(1e-9));
 }
 
-TEST_CASE("a law from outside is told of, and an impact law cannot be matched with it", "[own-law]") {
+TEST_CASE("a user-supplied law is reported, and an impact law cannot be matched with it", "[own-law]") {
   auto scene = read_scene(test::flores(), {"run.revolutions=0.05", "run.discard=0"});
   const auto before = Simulation(scene, "penalty").identity();
   const auto h = built_in(scene);
@@ -84,21 +86,21 @@ TEST_CASE("a law from outside is told of, and an impact law cannot be matched wi
   CHECK(std::isnan(result.contacts[0].model.restitution_delivered));
   CHECK_THROWS_WITH(Simulation(scene, "nonsmooth", {.matched = true}),
                     Contains("what restitution hertz delivers is not known"));
-  // Of an impact law it is no part.
+  // It is not part of the identity of an impact law.
   CHECK(Simulation(scene, "nonsmooth").identity().formulation.find("law") == std::string::npos);
-  // A snapshot is of the law that it was taken under.
+  // A snapshot requires the law that it was taken with.
   const auto snapshot = outside.snapshot();
   auto other = scene;
   other.penalty.own.reset();
   CHECK_THROWS_AS(Simulation(other, "penalty").restore(snapshot), SnapshotError);
 }
 
-TEST_CASE("a law that gives no number stops the run with its reason", "[own-law]") {
+TEST_CASE("a law that returns no finite number stops the run with its reason", "[own-law]") {
   auto scene = read_scene(test::flores(), {"run.revolutions=0.1", "run.discard=0"});
   OwnLaw law{
       [](const void*, const char*, double, double, double) { return std::nan(""); }, {}, "nothing", "0"};
   SECTION("NaN") {}
-  SECTION("what it throws comes out") {
+  SECTION("its exceptions reach the caller") {
     law.force = [](const void*, const char*, double, double, double) -> double {
       throw std::domain_error("no such depth");
     };
@@ -114,7 +116,8 @@ TEST_CASE("a law that gives no number stops the run with its reason", "[own-law]
   CHECK(!result.ending.reason.empty());
 }
 
-TEST_CASE("a plugin is loaded by its file, and its run is repeated with it alone", "[own-law][program]") {
+TEST_CASE("a plugin is loaded from its file, and its run can be repeated only with it",
+          "[own-law][program]") {
   const test::TemporaryFolder folder;
   const auto scene = read_scene(test::flores());
   const auto h = built_in(scene);
@@ -163,7 +166,7 @@ TEST_CASE("a plugin is loaded by its file, and its run is repeated with it alone
   refused("freeplay_law_abi() is 2");
   REQUIRE(compiled(version));
   refused("exports no freeplay_normal_force");
-  // Cut short anywhere: what is mapped behind a file's end cannot be read.
+  // Truncated anywhere: memory mapped beyond a file's end cannot be read.
   REQUIRE(compiled(
       version + "double freeplay_normal_force(const char* c, double d, double r, double v) { return d; }\n"));
   const auto whole = test::file_text(plugin.string());

@@ -1,4 +1,5 @@
-// What cannot go well is said in plain words: by `check` and before a run, or by a run that stops with its reason.
+// Scenes that cannot run correctly are reported: by `check` and before a run, or by a run that
+// stops with its reason.
 #include <fmt/format.h>
 #include <catch2/catch.hpp>
 
@@ -21,7 +22,8 @@ using Catch::Matchers::Contains;
 
 namespace {
 
-/// The text of flores' scene with another rod, m between its pins, and without what `gone` begins.
+/// The text of flores' scene with another rod, its length in m, and without the parts that are
+/// switched off.
 std::string flores(double rod, bool loose, bool guided = true) {
   auto text = test::file_text(test::flores());
   const auto replace = [&](const std::string& a, const std::string& b) {
@@ -41,7 +43,7 @@ std::string flores(double rod, bool loose, bool guided = true) {
   return text;
 }
 
-/// A four-bar with links d (ground), a (input), b, c whose input stands at `angle`, open.
+/// A four-bar with links d (ground), a (input), b, c, open, its input at `angle`.
 std::string four_bar(double d, double a, double b, double c, double angle) {
   const Vec2 B(a * std::cos(angle), a * std::sin(angle)), D(d, 0);
   const double far = (D - B).norm(), along = (far * far + b * b - c * c) / (2 * far);
@@ -73,10 +75,12 @@ std::optional<DeadPoint> dead(const std::string& text) {
 
 }  // namespace
 
-TEST_CASE("a turn that the ideal mechanism cannot close ends at its dead point", "[whole-turn]") {
-  // A place is known to 1e-3 of 5 degrees; gaps below 1e-6 of the longest arm count as closed: together 1e-4 rad.
+TEST_CASE("a rotation that the ideal mechanism cannot complete ends at its dead point", "[whole-turn]") {
+  // A position is located to 1e-3 of 5 degrees; gaps below 1e-6 of the longest lever arm count as
+  // closed: together 1e-4 rad.
   const double accuracy = 1e-4;
-  // A slider-crank on the crank's own line: r sin θ = l at the last place. With play c: r sin θ = l + c.
+  // A slider-crank in line with the crank: r sin θ = l at the last position. With clearance c: r
+  // sin θ = l + c.
   const double r = 0.05, l = 0.04, play = 0.25e-3;
   const auto ideal = dead(flores(l, false)), loose = dead(flores(l, true));
   REQUIRE(ideal);
@@ -85,19 +89,20 @@ TEST_CASE("a turn that the ideal mechanism cannot close ends at its dead point",
   CHECK(loose->angle == Approx(std::asin((l + play) / r)).margin(accuracy));
   CHECK_FALSE(dead(flores(0.3, true)));
   CHECK_FALSE(dead(flores(0.051, false)));  // just long enough
-  // Of a four-bar whose links all rock, the input ends where coupler and output are in line (the law of cosines).
+  // For a four-bar without a rotating link, the input ends where coupler and output are in line
+  // (the law of cosines).
   const double d = 0.5, a = 0.3, b = 0.25, c = 0.3, start = 1.0;
   const auto rocks = dead(four_bar(d, a, b, c, start));
   REQUIRE(rocks);
   const double last = std::acos((a * a + d * d - (b + c) * (b + c)) / (2 * a * d));
   CHECK(rocks->angle == Approx(last - start).margin(accuracy));
   CHECK_FALSE(dead(four_bar(0.4, 0.1, 0.35, 0.3, 0.4)));  // a crank-rocker
-  // A run that ends before the dead point says nothing.
+  // A run that ends before the dead point reports nothing.
   auto early = parse_scene(flores(l, false), "s.toml");
   CHECK_FALSE(dead_point(early.mechanism, 0.9 * std::asin(l / r) / (200 * 2 * std::numbers::pi / 60)));
 }
 
-TEST_CASE("the cases close over their turn, and no body of them is left out of its guide", "[whole-turn]") {
+TEST_CASE("all cases close over a revolution, and every sliding body is guided", "[whole-turn]") {
   int cases = 0;
   for (const auto& entry : std::filesystem::directory_iterator(test::source_folder() / "cases")) {
     const auto file = entry.path() / "scene.toml";
@@ -111,8 +116,7 @@ TEST_CASE("the cases close over their turn, and no body of them is left out of i
   CHECK(cases > 15);
 }
 
-TEST_CASE("check and run say that a guide was forgotten and that a rod is too short",
-          "[program][whole-turn]") {
+TEST_CASE("check and run report a missing guide and a rod that is too short", "[program][whole-turn]") {
   test::TemporaryFolder folder;
   const auto unguided = folder.path() / "unguided.toml", jams = folder.path() / "short.toml";
   std::ofstream(unguided) << flores(0.3, true, false);
@@ -138,11 +142,11 @@ TEST_CASE("check and run say that a guide was forgotten and that a rod is too sh
                     .err);
   };
   CHECK_THAT(run(unguided), Contains(guide));
-  CHECK_THAT(run(jams), !Contains("cannot turn fully"));  // 0.03 turns are 11 degrees
+  CHECK_THAT(run(jams), !Contains("cannot turn fully"));  // 0.03 revolutions are 11 degrees
   CHECK_THAT(flat(test::freeplay("check " + test::flores().string()).out), !Contains("left free"));
 }
 
-TEST_CASE("an impact law's run that lay deeper than its clearance has failed", "[judge]") {
+TEST_CASE("a run with an impact law fails if penetration exceeds the clearance", "[judge]") {
   const auto run = [](double ratio, Family family) {
     Result r;
     r.contacts.resize(1);
@@ -152,7 +156,8 @@ TEST_CASE("an impact law's run that lay deeper than its clearance has failed", "
     return r.ending;
   };
   CHECK(run(0.99, Family::nonsmooth).status == Ending::Status::finished);
-  CHECK(run(1.01, Family::penalty).status == Ending::Status::finished);  // it yields, and is doubted
+  CHECK(run(1.01, Family::penalty).status == Ending::Status::finished);  // it penetrates, and is reported as
+                                                                         // doubtful
   const auto failed = run(385, Family::nonsmooth);
   CHECK(failed.status == Ending::Status::failed);
   CHECK_THAT(failed.reason, Contains("gudgeon lay up to 385 clearances inside its wall") &&
@@ -170,7 +175,7 @@ TEST_CASE("an impact law's run that lay deeper than its clearance has failed", "
   CHECK_THAT(o.err, Contains("question: nonsmooth.step = 0.05 s is 60 deg of the turn of drives.motor"));
 }
 
-TEST_CASE("a run that crawls stops; bursts, and long runs of ordinary steps, do not", "[progress]") {
+TEST_CASE("a run without progress stops; bursts and long runs of ordinary steps do not", "[progress]") {
   const auto steps_to_stop = [](double h, double duration, long most) {
     Progress progress(0, duration);
     for (long i = 1; i <= most; ++i)
@@ -178,20 +183,22 @@ TEST_CASE("a run that crawls stops; bursts, and long runs of ordinary steps, do 
     return 0L;
   };
   constexpr long N = Progress::window;
-  // A step of 1e-10 of the run is the bound; the run at a clearance of 1e-12 m takes 2e-11 s in 0.3 s.
+  // A step of 1e-10 of the run is the limit; the run at a clearance of 1e-12 m takes steps of 2e-11
+  // s in 0.3 s.
   CHECK(steps_to_stop(2e-11, 0.3, 4 * N) == 3 * N);
   CHECK(steps_to_stop(0.9e-10, 1, 4 * N) == 3 * N);
   CHECK(steps_to_stop(1.1e-10, 1, 4 * N) == 0);
-  CHECK(steps_to_stop(1e-5, 3e8, 4 * N) == 0);  // 1e9 turns at 200 rpm
+  CHECK(steps_to_stop(1e-5, 3e8, 4 * N) == 0);  // 1e9 revolutions at 200 rpm
   CHECK(steps_to_stop(0.9e-8, 3e8, 4 * N) == 3 * N);
-  // Two windows that crawl between others.
+  // Two windows of tiny steps between others.
   Progress burst(0, 1);
   double t = 0;
   bool stopped = false;
   for (int window = 0; window < 8; ++window)
     for (long i = 0; i < N; ++i) stopped |= burst.crawls(t += window % 4 < 2 ? 1e-12 : 1e-7);
   CHECK_FALSE(stopped);
-  // The stepping loop asks, and says where: a ball in flight over a floor, by steps of 1e-12 of the run.
+  // The stepping loop applies the check, and reports the place: a ball in flight above a floor,
+  // with steps of 1e-12 of the run.
   const auto scene = parse_scene(
       "[bodies.ball]\nmass = 1.0\ninertia = 1.0\nposition = [0.0, 1.0]\n[contacts.floor]\ntype = \"plane\"\nbetween = "
       "[\"ground\", \"ball\"]\nradius = 0.1\nsurface = \"s\"\n[surfaces.s]\nyoung = 2e11\npoisson = 0.3\nrestitution = "

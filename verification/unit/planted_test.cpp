@@ -1,5 +1,5 @@
-// Links, special files and other names that a received or shared folder may hold: nothing is written through them, and
-// nothing waits for them.
+// Links, special files and other names in a received or shared folder: nothing is written through
+// them, and nothing waits for them.
 #include <fmt/format.h>
 #include <catch2/catch.hpp>
 
@@ -30,7 +30,7 @@ struct Place {
     std::filesystem::create_symlink(target, bait.folder / name);
   }
   std::filesystem::path elsewhere() const { return folder.path() / "elsewhere"; }
-  /// That no file came to, or left, the folder that links lead to.
+  /// Whether no file was added to, or removed from, the folder that links lead to.
   bool elsewhere_untouched() const {
     int count = 0;
     for (const auto& entry : std::filesystem::directory_iterator(elsewhere()))
@@ -77,8 +77,7 @@ TEST_CASE("planted links in a result folder are replaced or refused, never follo
   }
 }
 
-TEST_CASE("figures are drawn in place of planted links, and what was left is cleared",
-          "[security][figures]") {
+TEST_CASE("figures replace planted links, and leftover files are removed", "[security][figures]") {
   const Place place;
   REQUIRE(test::run_program(place.bait, {"laws", "scene.toml", "-o", "laws"}).status == 0);
   const auto figures = place.bait.folder / "laws/figures";
@@ -100,7 +99,7 @@ TEST_CASE("figures are drawn in place of planted links, and what was left is cle
   }
 }
 
-TEST_CASE("a folder that the user names may be reached by links", "[security]") {
+TEST_CASE("a folder given by the user may be reached through links", "[security]") {
   const Place place;
   place.link("way", place.elsewhere());
   CHECK(test::run_program(place.bait, {"run", "scene.toml", "--formulation", "nonsmooth", "-o", "way/out"})
@@ -111,7 +110,7 @@ TEST_CASE("a folder that the user names may be reached by links", "[security]") 
   CHECK(std::filesystem::exists(place.elsewhere() / "run.json"));
 }
 
-TEST_CASE("another name of a file is not written: hard links", "[security]") {
+TEST_CASE("a file with a second hard link is not written", "[security]") {
   const Place place;
   const auto out = place.bait.folder / "out";
   make_folder(out);
@@ -121,7 +120,7 @@ TEST_CASE("another name of a file is not written: hard links", "[security]") {
       test::run_program(place.bait, {"run", "scene.toml", "--formulation", "penalty", "-o", "out"}).status ==
       0);
   CHECK(place.bait.untouched());
-  // A file to be gone on with must be this run's own.
+  // A file to be resumed must belong to this run.
   std::filesystem::create_hard_link(place.bait.victim, out / "more.csv.partial");
   OutputFile more(out / "more.csv", true);
   CHECK_THROWS_AS(more.go_on_at(2), OutputError);
@@ -143,7 +142,7 @@ TEST_CASE("a planted database is refused", "[security][study]") {
   }
 }
 
-TEST_CASE("what is no file is refused at once, wherever one is read", "[security]") {
+TEST_CASE("special files are refused at once wherever a file is read", "[security]") {
   const Place place;
   const auto at = [&](const char* name) { return (place.bait.folder / name).string(); };
   REQUIRE(mkfifo(at("fifo").c_str(), 0600) == 0);
@@ -152,7 +151,7 @@ TEST_CASE("what is no file is refused at once, wherever one is read", "[security
   sockaddr_un address{};
   address.sun_family = AF_UNIX;
   const auto here = std::filesystem::current_path();
-  REQUIRE(chdir(place.bait.folder.c_str()) == 0);  // a socket's path is short
+  REQUIRE(chdir(place.bait.folder.c_str()) == 0);  // the path of a socket is short
   std::string("socket").copy(address.sun_path, sizeof address.sun_path - 1);
   const bool bound = bind(socket_descriptor, reinterpret_cast<sockaddr*>(&address), sizeof address) == 0;
   REQUIRE(chdir(here.c_str()) == 0);
@@ -170,7 +169,8 @@ TEST_CASE("what is no file is refused at once, wherever one is read", "[security
         {"validate", "scene.toml", "--data", name, "--set", "run.revolutions=1.1", "-o", "out"},
         {"run", "--from", name, "-o", "out"}};
     for (const auto& command : commands) {
-      if (command[1] == "--from" && std::string(name) == "dir") continue;  // a run's folder may be given
+      if (command[1] == "--from" && std::string(name) == "dir")
+        continue;  // the folder of a run is a valid argument
       const auto told = test::run_program(place.bait, command);
       CAPTURE(command, told.err);
       CHECK(told.status == 2);
@@ -179,7 +179,7 @@ TEST_CASE("what is no file is refused at once, wherever one is read", "[security
     }
   }
   close(socket_descriptor);
-  // As the parts of a result folder, and of a run to go on with.
+  // As parts of a result folder, and of a run to resume.
   for (const auto* name : {"drift.json", "drift.csv"}) {
     make_folder(place.bait.folder / "results");
     REQUIRE(mkfifo((place.bait.folder / "results" / name).c_str(), 0600) == 0);
@@ -188,13 +188,13 @@ TEST_CASE("what is no file is refused at once, wherever one is read", "[security
   make_folder(place.bait.folder / "resumed");
   REQUIRE(mkfifo((place.bait.folder / "resumed/run.checkpoint").c_str(), 0600) == 0);
   CHECK(test::run_program(place.bait, {"run", "--resume", "resumed"}).status == 2);
-  // And one that is far too big: refused by its size, not read.
+  // And an oversized file: refused by its size, not read.
   write_file(place.bait.folder / "big.toml", "");
   std::filesystem::resize_file(place.bait.folder / "big.toml", std::uintmax_t{1} << 40);
   CHECK_THAT(test::run_program(place.bait, {"check", "big.toml"}).err, Contains("is larger than 16 MiB"));
 }
 
-TEST_CASE("a study names what lies beside it or below, unless it is trusted", "[security][study]") {
+TEST_CASE("a study refers only to files beside or below it, unless it is trusted", "[security][study]") {
   const Place place;
   const auto outside = place.folder.path() / "outside.toml";
   write_file(outside, test::rig("\"outside\""));
@@ -202,7 +202,7 @@ TEST_CASE("a study names what lies beside it or below, unless it is trusted", "[
   write_file(place.bait.folder / "studies/below/scene.toml", test::rig("\"below\""));
   place.link("studies/link.toml", outside);
   place.link("studies/inner.toml", "below/scene.toml");
-  // No accelerometer of that name: what is named is read, and no run is made.
+  // No accelerometer of that name: the named files are read, and no run is made.
   const auto told = [&](const std::string& scene, std::vector<std::string> more = {}) {
     write_file(place.bait.folder / "studies/study.toml",
                fmt::format("scene = \"{}\"\njoint = \"gudgeon\"\naccelerometer = \"none\"\n", scene));

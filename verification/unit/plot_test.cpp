@@ -1,4 +1,5 @@
-// Columns of result folders as figures: which rows, which names, which units; and the figures of loose joints.
+// Columns of result folders as figures: rows, names, units; and the figures of joints with
+// clearance.
 #include <fmt/format.h>
 #include <catch2/catch.hpp>
 
@@ -91,7 +92,7 @@ void write_known(const std::filesystem::path& folder) {
 
 }  // namespace
 
-TEST_CASE("columns are chosen by name, joined by their time, and cut", "[figures][plot]") {
+TEST_CASE("columns are selected by name, joined by time, and cut", "[figures][plot]") {
   test::TemporaryFolder folder;
   const auto& place = folder.path();
   write_known(place);
@@ -105,13 +106,13 @@ TEST_CASE("columns are chosen by name, joined by their time, and cut", "[figures
   const auto parabola = read("b.x", "b.y", 0.5, 2);
   REQUIRE(parabola.x == std::vector{0.5, 0.75, 1.0, 1.25, 1.5, 1.75, 2.0});
   for (std::size_t i = 0; i < parabola.x.size(); ++i) CHECK(parabola.y[i] == parabola.x[i] * parabola.x[i]);
-  // Of two files the rows at the same time: every half second.
+  // From two files the rows at the same time: every half second.
   const auto both = read("b.y", "b.ax", -INFINITY, INFINITY);
   REQUIRE(both.x.size() == 9);
   CHECK(both.x[3] == 2.25);
   CHECK(both.y[3] == 15);
   CHECK(read("t", "p.fx_mean", -INFINITY, INFINITY).x.size() == 8);  // the first row's mean is over no time
-  // Two events at one instant, neither lost nor crossed with the other.
+  // Two simultaneous events, neither lost nor mixed up.
   const auto events = read("v_n_minus", "impulse_n", -INFINITY, INFINITY);
   CHECK(events.x == std::vector{-1.0, -2.0, -1.0});
   CHECK(events.y == std::vector{3.0, 4.0, 5.0});
@@ -122,7 +123,7 @@ TEST_CASE("columns are chosen by name, joined by their time, and cut", "[figures
   CHECK(section.x[0] == Approx(1.1));
   CHECK(section.y[0] == Approx(1 + 0.4 * 0.5625));
   CHECK(read("b.x", "b.y", -INFINITY, INFINITY, plots::crossing_of("b.x=1.1:down")).x.empty());
-  // Half a turn a second: at 90° after half a second, and then every two.
+  // Half a revolution a second: at 90° after half a second, and then every two.
   const auto crank = read("t", "b.y", -INFINITY, INFINITY, plots::crossing_of("crank=90"));
   REQUIRE(crank.x.size() == 2);
   CHECK(crank.x[0] == Approx(0.5).epsilon(1e-9));
@@ -134,7 +135,7 @@ TEST_CASE("columns are chosen by name, joined by their time, and cut", "[figures
   CHECK_THROWS_WITH(read("t", "b.y", 0, 1, plots::crossing_of("b.z=1")), Contains("there is no column b.z"));
 }
 
-TEST_CASE("freeplay plot draws what is asked for and lists what there is", "[figures][plot]") {
+TEST_CASE("freeplay plot draws the requested columns and lists the available ones", "[figures][plot]") {
   test::TemporaryFolder folder;
   const auto one = folder.path() / "one", two = folder.path() / "two";
   write_known(one);
@@ -145,7 +146,7 @@ TEST_CASE("freeplay plot draws what is asked for and lists what there is", "[fig
   INFO(o.err);
   REQUIRE(o.status == 0);
   CHECK_THAT(o.out, Contains("one/figures/mine.pdf"));
-  // b.y (m) and b.ax (m/s²) apart, p.fx by itself: three panels of two runs.
+  // b.y (m) and b.ax (m/s²) separately, p.fx alone: three panels of two runs.
   const auto script = test::file_text(one / "figures/mine.gp");
   CHECK(count(script, "\nplot ") == 3);
   CHECK_THAT(script, Contains("set xlabel \"b.x (m)\"") && Contains("set ylabel \"b.y (m)\"") &&
@@ -180,7 +181,7 @@ TEST_CASE("freeplay plot draws what is asked for and lists what there is", "[fig
   refused("--y b.x --y b.y --y p.fx --y b.theta --y b.vx --y b.omega --y b.ax", "at most 6");
   CHECK(run(folder.path().string() + " --y b.x").status == 2);
 
-  // A file with a header alone, as events.csv of a run that touches nothing, and one with nothing at all.
+  // A file with a header alone, as events.csv of a run without contacts, and an empty one.
   for (const char* file : {"events.csv", "trajectory.csv"}) {
     const auto whole = test::file_text(one / file);
     write_file(one / file, whole.substr(0, whole.find('\n') + 1));
@@ -191,7 +192,7 @@ TEST_CASE("freeplay plot draws what is asked for and lists what there is", "[fig
   refused("--y b.x", "trajectory.csv: is empty");
 }
 
-TEST_CASE("every column that a run writes has a unit", "[figures][plot]") {
+TEST_CASE("every column of a run has a unit", "[figures][plot]") {
   const auto units = [](const std::string& name) {
     CAPTURE(name);
     CHECK_FALSE(plots::unit_of_column(name).empty());
@@ -246,16 +247,17 @@ TEST_CASE("the spectrum of a sine has its amplitude at its frequency", "[figures
     CAPTURE(k);
     CHECK(std::abs(spectrum.amplitude[k] - expected) < 1e-12);
   }
-  s.resize(997);  // a prime: 972 = 4 · 243 of them are taken
+  s.resize(997);  // a prime: 972 = 4 · 243 of them are used
   CHECK(plots::spectrum_of(s, 2000).amplitude.size() == 487);
   s.resize(15);
   CHECK(plots::spectrum_of(s, 2000).amplitude.empty());
 }
 
-TEST_CASE("loose joints stand within their play, so many to a page", "[figures][orbits]") {
+TEST_CASE("figures of joint clearances show each journal within its circle, several to a page",
+          "[figures][orbits]") {
   test::TemporaryFolder folder;
   const auto& place = folder.path();
-  // A guide along (3, 4)/5 and eleven journals; the scene says what they are.
+  // A guide along (3, 4)/5 and eleven journals, identified from the scene.
   std::string scene =
       "[bodies.b]\nmass = 1.0\ninertia = 1.0\n[surfaces.s]\nyoung = 2e11\npoisson = 0.3\nrestitution = 0.5\n"
       "[joints.g]\ntype = \"translational\"\nbetween = [\"ground\", \"b\"]\naxis = [0.6, 0.8]\nclearance = 1e-3\n"
@@ -308,7 +310,8 @@ TEST_CASE("loose joints stand within their play, so many to a page", "[figures][
   }
   CHECK(panels == 24);  // first and last tenth of each
   CHECK(pages == 4);    // three rows of (9 − 1.95)/2 + 2 cm on each
-  // The guide's rear end goes from the middle to a twentieth of the way to the upper wall, its front end stays a quarter below.
+  // The guide's rear end moves from the middle to a twentieth of the distance to the upper wall,
+  // its front end stays a quarter below.
   const auto data = data_of(place / "figures/journal_orbit.dat");
   REQUIRE(data.size() > 4);
   REQUIRE(data[0].size() == 11);
@@ -319,7 +322,7 @@ TEST_CASE("loose joints stand within their play, so many to a page", "[figures][
   CHECK(data[4][0][1] == 0);
 }
 
-TEST_CASE("a run draws its figures, and drawing changes nothing", "[figures][plot]") {
+TEST_CASE("a run draws its figures without changing its results", "[figures][plot]") {
   test::TemporaryFolder folder;
   const auto out = (folder.path() / "out").string();
   const auto line = "run " + test::flores().string() +
@@ -340,7 +343,7 @@ TEST_CASE("a run draws its figures, and drawing changes nothing", "[figures][plo
     for (const char* suffix : {".pdf", ".png", ".gp", ".dat"})
       CHECK(std::filesystem::exists(figures / (std::string(name) + suffix)));
   }
-  // A twentieth of a turn: what is first and what is last are the same, and stand once.
+  // A twentieth of a revolution: its first and last part are the same, and are drawn once.
   const auto orbit = test::file_text(figures / "journal_orbit.gp");
   CHECK(count(orbit, "\nplot ") == 1);
   CHECK_THAT(orbit, Contains("whole run") && !Contains("first turn"));
@@ -348,7 +351,7 @@ TEST_CASE("a run draws its figures, and drawing changes nothing", "[figures][plo
   CHECK(bytes("events.csv") == before[1]);
   CHECK(bytes("signals.csv") == before[2]);
 
-  // Refused before anything is made: the older run and its figures stay.
+  // Refused before anything is made: the older run and its figures remain.
   const auto wrong = test::freeplay(line + " --plot gudgeon.gaps");
   CHECK(wrong.status == 2);
   CHECK_THAT(wrong.err, Contains("there is no column gudgeon.gaps; did you mean gudgeon.gap?"));
@@ -356,7 +359,7 @@ TEST_CASE("a run draws its figures, and drawing changes nothing", "[figures][plo
   write_file(figures / "style.toml", "fnt = 1\n");
   CHECK(test::freeplay(line).status == 2);
   CHECK(std::filesystem::exists(figures / "motion.png"));
-  // Without figures those of the run before go; the user's stay.
+  // Without figures those of the run before are removed; the user's remain.
   REQUIRE(test::freeplay(line + " --no-figures").status == 0);
   CHECK_FALSE(std::filesystem::exists(figures / "motion.png"));
   CHECK_FALSE(std::filesystem::exists(figures / "journal_orbit.gp"));

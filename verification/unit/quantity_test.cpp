@@ -1,4 +1,5 @@
-// Numbers with a unit as text: every unit there and back, digits, dimensions, and where a scene takes them.
+// Numbers with a unit as text: conversion of every unit in both directions, digits, dimensions, and
+// their places in a scene.
 #include "io/scene/quantity.hpp"
 
 #include <fmt/format.h>
@@ -57,13 +58,12 @@ discard = "0.1 s"
 
 }  // namespace
 
-TEST_CASE("every unit stands for itself, with every prefix and power, and turns back into itself",
-          "[units]") {
+TEST_CASE("every unit converts to itself, with every prefix and power", "[units]") {
   int read_back = 0;
   for (const auto& u : named_units()) {
     const std::string symbol(u.symbol);
     CAPTURE(symbol);
-    // In itself a unit counts 1; squared and over, likewise.
+    // A unit in itself has the value 1; squared and inverse, likewise.
     CHECK(read("1 " + symbol, symbol) == 1);
     CHECK(read("-2.5e3 " + symbol + "2", symbol + "^2") == -2500);
     CHECK(read("3/" + symbol, "1/" + symbol) == 3);
@@ -72,7 +72,7 @@ TEST_CASE("every unit stands for itself, with every prefix and power, and turns 
       for (const auto& [prefix, factor] :
            {std::pair{"k", 7e3}, {"m", 7e-3}, {"µ", 7e-6}, {"M", 7e6}, {"n", 7e-9}}) {
         CHECK(read(fmt::format("7 {}{}", prefix, symbol), symbol) == factor);
-        // There and back: 7 of the small ones, and as many as make 7 of the large ones.
+        // In both directions: 7 of the small ones, and the number that makes 7 of the large ones.
         const double there = read(fmt::format("7 {}", symbol), prefix + symbol);
         CHECK(read(fmt::format("{} {}{}", there, prefix, symbol), symbol) == Approx(7).epsilon(1e-15));
         ++read_back;
@@ -86,7 +86,7 @@ TEST_CASE("every unit stands for itself, with every prefix and power, and turns 
   CHECK(read_back > 50);
 }
 
-TEST_CASE("what units amount to is what standards say", "[units]") {
+TEST_CASE("values of units agree with the standards", "[units]") {
   const double pi = std::numbers::pi;
   CHECK(read("0.1 mm", "m") == 0.1e-3);  // to the last bit: the digits are shifted before they are read
   CHECK(read("0.3 mm", "m") == 0.3e-3);
@@ -105,7 +105,7 @@ TEST_CASE("what units amount to is what standards say", "[units]") {
   CHECK(read("2 deg", "degrees") == 2);
   CHECK(read("30 cP", "Pa s") == 0.03);
   CHECK(read("1 kN m/rad", "N m/rad") == 1000);
-  // NIST Special Publication 811, appendix B: exact but for psi.
+  // NIST Special Publication 811, appendix B: exact except for psi.
   CHECK(read("1 in", "m") == 0.0254);
   CHECK(read("1 ft", "m") == 0.3048);
   CHECK(read("1 lb", "kg") == 0.45359237);
@@ -124,7 +124,7 @@ TEST_CASE("what units amount to is what standards say", "[units]") {
   CHECK(read("12 V/rpm", "V s/rad") == Approx(12 * 60 / (2 * pi)).epsilon(4e-16));
 }
 
-TEST_CASE("a wrong dimension, an unknown unit and none are refused by name", "[units]") {
+TEST_CASE("wrong dimensions, unknown units and missing units are refused by name", "[units]") {
   CHECK_THAT(wrong("0.1 kg", "m"), Contains("\"0.1 kg\" is a mass, a length is wanted"));
   CHECK_THAT(wrong("50 Hz", "rad/s"), Contains("is a frequency, an angular velocity is wanted"));
   CHECK_THAT(wrong("3 N m", "N m/rad"),
@@ -144,7 +144,7 @@ TEST_CASE("a wrong dimension, an unknown unit and none are refused by name", "[u
   CHECK(read("1e-99999999999999999999 m", "m") == 0);
 }
 
-TEST_CASE("a scene's numbers may have units, and its facts are the same bits in SI", "[units][scene]") {
+TEST_CASE("numbers of a scene may have units, with bit-identical values in SI", "[units][scene]") {
   auto scene = parse_scene(scene_text("\"0.1 mm\""), "s.toml");
   const auto& m = scene.mechanism;
   CHECK(m.bodies[0].mass == m.bodies[1].mass);
@@ -163,7 +163,7 @@ TEST_CASE("a scene's numbers may have units, and its facts are the same bits in 
   const auto text = to_toml(scene);
   CHECK_THAT(text, Contains("clearance = 0.0001\n") && Contains("at = [[0.05, 0.0], [0.0, -0.05]]"));
   CHECK(same_facts(parse_scene(text, "again"), scene));
-  // On the command line, bare or as a point.
+  // On the command line, alone or in a point.
   scene.set("joints.loose.clearance", "0.2 mm");
   scene.set("joints.loose.at", "[[\"5 cm\", 0], [0, \"-50 mm\"]]");
   CHECK(std::get<RevoluteJoint>(scene.mechanism.joints[1]).clearance->radial == 2e-4);
@@ -176,13 +176,13 @@ TEST_CASE("a scene's numbers may have units, and its facts are the same bits in 
   CHECK_THAT(test::refusal(scene_text("\"small\"")), Contains("must be a number, is a text"));
 }
 
-TEST_CASE("a part of the run in turns may be given as a time", "[units][scene]") {
+TEST_CASE("the discarded part of a run in revolutions may be given as a time", "[units][scene]") {
   const auto scene = read_scene(test::flores(), {"run.discard=100 ms"});
   CHECK(scene.run.discard == 0.1);
   CHECK(read_scene(test::flores()).run.discard == Approx(0.6));
 }
 
-TEST_CASE("a curve's numbers may have units, and who reads it must want them", "[units][driving][scene]") {
+TEST_CASE("numbers of a curve may have units that match their use", "[units][driving][scene]") {
   const std::string start = R"([bodies.rotor]
 mass = 2.0
 inertia = 0.05
@@ -231,7 +231,7 @@ duration = 0.5
              Contains("the x of the curve \"c\" is an angular velocity, an angle is wanted"));
   CHECK_THAT(said(drag, "joint = \"guide\"\nforce = \"c\"\nagainst = \"speed\"\n"),
              Contains("the y of the curve \"c\" is a torque or an energy, a force is wanted"));
-  // A number with its unit needs no blank, unless a curve is called so.
+  // A number with its unit needs no blank, unless a curve has that name.
   CHECK(said("value = \"12 V\"\n",
              "joint = \"main\"\nvoltage = \"12V\"\nresistance = \"0.8 ohm\"\n"
              "torque_constant = \"50 N mm/A\"\ninductance = \"20 mH\"\n") == "accepted");

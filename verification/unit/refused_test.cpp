@@ -1,4 +1,5 @@
-// What is refused, as a class: a misspelt key wherever one can stand, and studies that no calibration can be made of.
+// Classes of refusals: a misspelt key in every possible place, and studies that cannot be
+// calibrated.
 #include <fmt/format.h>
 #include <catch2/catch.hpp>
 
@@ -33,8 +34,9 @@ starts = 1
 
 }  // namespace
 
-TEST_CASE("a key that no reader knows is refused in every table of every kind", "[scene][refused]") {
-  // One scene has each kind of everything; a drive by torque is one of them, and at a prescribed speed another.
+TEST_CASE("unknown keys are refused in every table of every kind", "[scene][refused]") {
+  // One scene contains every kind of element; a drive by torque is in it, and one at a prescribed
+  // speed in another.
   const auto lines = test::lines_of(test::file_text(test::scene_file("every_key")));
   int tables = 0, keys = 0;
   for (std::size_t i = 0; i < lines.size(); ++i) {
@@ -47,7 +49,8 @@ TEST_CASE("a key that no reader knows is refused in every table of every kind", 
       CHECK_THAT(said, Contains(fmt::format("s.toml:{}:", i + 2)) && Contains("qqq: is not a key of"));
       ++tables;
     } else if (!lines[i].starts_with("#") && equals != std::string::npos) {
-      // A letter too many: it is named, or what is missing or has no place without it.
+      // One letter too many: the message names it, or the key missing or misplaced as a
+      // consequence.
       changed[i].insert(equals, "q");
       const auto said = test::refusal(joined(changed));
       CAPTURE(lines[i], said);
@@ -59,7 +62,7 @@ TEST_CASE("a key that no reader knows is refused in every table of every kind", 
   CHECK(keys > 120);
 }
 
-TEST_CASE("studies that no calibration can be made of are refused, and why", "[study][refused]") {
+TEST_CASE("studies that cannot be calibrated are refused with the reason", "[study][refused]") {
   test::TemporaryFolder folder;
   const auto says = [&](const std::string& unknowns, const std::string& targets,
                         const std::string& options = "") {
@@ -82,7 +85,7 @@ TEST_CASE("studies that no calibration can be made of are refused, and why", "[s
              Contains("low: must be greater than 0 on a log scale"));
   CHECK_THAT(says("[calibrate.unknowns.a]\nkey = \"x\"\nlow = 1\nhigh = 2\nscale = \"lag\"\n", good),
              Contains("\"lag\" is not known here"));
-  // A quadratic in one unknown has three coefficients, in two six; two points more are needed to know its error.
+  // A quadratic in one unknown has three coefficients, in two six; its error needs two points more.
   CHECK_THAT(says(unknown, good, "points = 4"), Contains("points must be at least 5 for 1 unknowns, is 4"));
   CHECK_THAT(says(unknown + "[calibrate.unknowns.b]\nkey = \"x\"\nlow = 1\nhigh = 2\n", good, "points = 7"),
              Contains("points must be at least 8 for 2 unknowns, is 7"));
@@ -101,7 +104,7 @@ TEST_CASE("studies that no calibration can be made of are refused, and why", "[s
                     Contains("has no [calibrate]"));
 }
 
-TEST_CASE("a fit on surfaces without noise is the one that f(ξ) has", "[study]") {
+TEST_CASE("a fit on noise-free surfaces equals the fit of f(ξ)", "[study]") {
   // y = c + b ξ exactly, so with w = 0.1 and s the tolerance f = (c + bξ − m)²/s² + wξ² is least at
   // ξ = b(m − c)/(b² + w s²), and half its second derivative is b²/s² + w.
   const double c = 0.3, b = 0.8, s = 0.25, w = 0.1;
@@ -125,13 +128,14 @@ TEST_CASE("a fit on surfaces without noise is the one that f(ξ) has", "[study]"
     CHECK(f.on_surface[0].high == Approx(std::exp(c + b * xi + 1.96 * b * sigma)).epsilon(1e-4));
     CHECK_FALSE(f.at_bound(0));
   }
-  // On a logarithmic scale equal steps of ξ are equal ratios; what pulls beyond the range ends at its bound.
+  // On a logarithmic scale equal steps of ξ are equal ratios; values beyond the range end at its
+  // bound.
   CHECK(unscaled(logarithmic, 0) == Approx(100));
   CHECK(unscaled(linear, -0.5) == Approx(15));
   const auto beyond = fit(misfit(c + 3 * b), {true}, {logarithmic});
   CHECK(beyond.at_bound(0));
   CHECK(beyond.unknowns[0].value == Approx(1000).epsilon(1e-3));
-  // Without a target there is the pull alone: ξ is 0 ± √10, of which the range is left, open at both ends.
+  // Without a target only the pull acts: ξ is 0 ± √10, beyond the range and so open at both ends.
   const auto open = fit(misfit(c + 3 * b), {false}, {linear});
   CHECK(open.unknowns[0].value == Approx(20).margin(1e-6));
   CHECK(open.unknowns[0].low == 10);

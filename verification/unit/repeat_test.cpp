@@ -1,5 +1,5 @@
-// freeplay run --from: what run.json says is enough to make the run again, byte for byte, whatever it was; and what
-// it says is what decides the digits.
+// freeplay run --from: run.json is sufficient to repeat any run byte for byte, and contains all
+// that affects its digits.
 #include <fmt/format.h>
 #include <catch2/catch.hpp>
 
@@ -27,7 +27,7 @@ namespace {
 
 nlohmann::json json_of(const Path& folder) { return test::read_json(folder / "run.json"); }
 
-/// All files of a run by their names, run.json without what it cost.
+/// All files of a run by their names, run.json without the cost of the run.
 std::map<std::string, std::string> results_of(const Path& folder) {
   std::map<std::string, std::string> files;
   for (const auto& entry : std::filesystem::directory_iterator(folder))
@@ -49,7 +49,7 @@ void check_same(const Path& folder, const Path& reference) {
   }
 }
 
-/// Repeats the run of a folder beside it, and silently.
+/// Repeats the run of a folder in another one, without output.
 void check_repeats(const Path& folder) {
   const auto again = Path(folder.string() + "-again");
   std::filesystem::remove_all(again);
@@ -82,7 +82,7 @@ std::string sets(const Words& list) {
 
 }  // namespace
 
-TEST_CASE("run --from repeats a run of each kind, bit for bit", "[repeat][program]") {
+TEST_CASE("run --from repeats a run of each kind bit for bit", "[repeat][program]") {
   struct Kind {
     const char* name;
     const char* formulation;
@@ -107,12 +107,12 @@ TEST_CASE("run --from repeats a run of each kind, bit for bit", "[repeat][progra
     CAPTURE(o.err);
     REQUIRE(o.status == 0);
     REQUIRE(std::filesystem::file_size(folder / "trajectory.csv") > 1000);
-    write_file(scene, "no scene any more [");  // run.json alone is asked
+    write_file(scene, "no scene any more [");  // only run.json is read
     check_repeats(folder);
   }
 }
 
-TEST_CASE("run --from repeats the runs of a comparison, the matched and the ideal one among them",
+TEST_CASE("run --from repeats the runs of a comparison, including the matched and the ideal one",
           "[repeat][program]") {
   test::TemporaryFolder place;
   const auto scene = copied(place.path());
@@ -125,7 +125,7 @@ TEST_CASE("run --from repeats the runs of a comparison, the matched and the idea
   std::filesystem::remove(scene);
   const auto matched = json_of(folder / "nonsmooth");
   const double delivered = matched.at("contacts").at("gudgeon").at("restitution_delivered");
-  CHECK(delivered > 0.6);  // not the 0.46 that the surface asks for
+  CHECK(delivered > 0.6);  // not the 0.46 of the surface
   const auto& how = matched.at("provenance").at("identity").at("formulation");
   CHECK(how.at(1) == "matched = true");
   CHECK(how.at(2) == fmt::format("restitution = [{}]", delivered));
@@ -138,8 +138,7 @@ TEST_CASE("run --from repeats the runs of a comparison, the matched and the idea
   CHECK_FALSE(std::filesystem::exists(folder / "ideal-again" / "events.csv"));
 }
 
-TEST_CASE("run --from repeats a scene that was changed in code, and a start that was given",
-          "[repeat][program]") {
+TEST_CASE("run --from repeats a scene changed in code, and a given start", "[repeat][program]") {
   test::TemporaryFolder place;
   auto scene = read_scene(rig(), short_run);
   scene.mechanism.title = "Changed \"in code\"\n";
@@ -160,12 +159,12 @@ TEST_CASE("run --from repeats a scene that was changed in code, and a start that
       const auto said = json_of(folder).at("provenance").at("identity").at("given");
       CHECK(said.size() == (given ? 4 : 0));
     }
-  // A journal that starts elsewhere is another run.
+  // A run with another start of the journal is a different run.
   CHECK(json_of(place.path() / "penalty-false")["provenance"]["identity"]["digest"] !=
         json_of(place.path() / "penalty-true")["provenance"]["identity"]["digest"]);
 }
 
-TEST_CASE("run --from: another program is told, damage is refused, and nothing else may be asked",
+TEST_CASE("run --from: another program is reported, damage and further options are refused",
           "[repeat][program]") {
   test::TemporaryFolder place;
   const auto folder = place.path() / "run", file = folder / "run.json", again = place.path() / "again";
@@ -210,7 +209,7 @@ TEST_CASE("run --from: another program is told, damage is refused, and nothing e
   refused(changed("digest", [](auto& digest) { digest = "0"; }), "is damaged");
   {
     auto other = document;
-    other["provenance"]["identity"]["scene"][0] = "format = 3";  // and told so
+    other["provenance"]["identity"]["scene"][0] = "format = 3";  // and stated
     refused(sealed(other), "format: must be 1");
     other = document;
     other["provenance"]["identity"]["formulation"] = {"formulation = 3"};
@@ -253,10 +252,10 @@ TEST_CASE("run --from: another program is told, damage is refused, and nothing e
   CHECK(std::ranges::count(o.err, '\n') == 1);
   CHECK(test::file_text(again / "trajectory.csv") == test::file_text(folder / "trajectory.csv"));
   write_file(file, whole);
-  check_same(again, folder);  // and its provenance is of the program that repeated it
+  check_same(again, folder);  // and its provenance is that of the program that repeated it
 }
 
-TEST_CASE("an identity is of the facts, not of their spelling", "[repeat][scene]") {
+TEST_CASE("an identity depends on values, not on their spelling", "[repeat][scene]") {
   const auto text = test::file_text(rig());
   const auto of = [](const Scene& scene, const char* formulation = "penalty", bool matched = false) {
     return Simulation(scene, formulation, {.matched = matched}).identity();
@@ -268,7 +267,7 @@ TEST_CASE("an identity is of the facts, not of their spelling", "[repeat][scene]
         of(parse_scene(text, "a.toml", with(short_run, {"penalty.friction_v0=1e-4"}))));  // the default
   CHECK(own == of(parse_scene("format = 1\n" + text, "a.toml", short_run)));
   CHECK(own == of(parse_scene(own.scene, "again")));
-  CHECK(own == of(scene, "penalty", true));  // matching concerns impact laws alone
+  CHECK(own == of(scene, "penalty", true));  // matching affects impact laws alone
   CHECK(own.digest() == of(scene).digest());
   std::vector<std::string> digests{own.digest(), of(scene, "nonsmooth").digest(),
                                    of(scene, "nonsmooth", true).digest()};
@@ -283,23 +282,23 @@ TEST_CASE("an identity is of the facts, not of their spelling", "[repeat][scene]
   std::ranges::sort(digests);
   CHECK(std::ranges::adjacent_find(digests) == digests.end());
   for (const auto& d : digests) CHECK(d.size() == 32);
-  // What identifies the program, in its words.
+  // The program's identification in its own words.
   for (const char* key : {"version = ", "sources = ", "compiler = ", "flags = ", "build = ",
                           "instructions = ", "processor = ", "libraries = "})
     CHECK_THAT(own.program, Contains(key));
   CHECK(own.program.find("commit") == own.program.npos);
-  // Parts do not run into each other.
+  // Parts are separated in the digest.
   CHECK(Identity{"ab", "", "", ""}.digest() != Identity{"a", "b", "", ""}.digest());
 }
 
 TEST_CASE("the digest is FNV-1a of 128 bits", "[repeat]") {
-  // Test vectors of the draft: of nothing the offset basis, of "a" one round of it.
+  // Test vectors of the draft: the offset basis for the empty text, one round of it for "a".
   CHECK(digest("") == "6c62272e07bb014262b821756295c58d");
   CHECK(digest("a") == "d228cb696f1a8caf78912b704e4a8964");
   CHECK(digest("foobar") == "343e1662793c64bf6f0d3597ba446f18");
 }
 
-TEST_CASE("a scene may state its format, and is told which it was read as", "[repeat][scene]") {
+TEST_CASE("a scene may state its format; errors state the format it was read in", "[repeat][scene]") {
   const auto text = test::file_text(rig());
   const auto message = [&](const std::string& line) { return test::refusal(line + "\n" + text); };
   CHECK(message("format = 1") == "accepted");
@@ -311,7 +310,7 @@ TEST_CASE("a scene may state its format, and is told which it was read as", "[re
   CHECK_THAT(message("formt = 1"), Contains("did you mean format?"));
   CHECK(to_toml(parse_scene(text, "s.toml")).starts_with("format = 2\ntitle = "));
 
-  // What a scene of format 1 is silent about keeps its meaning: Moreau-Jean at 1e-5 s.
+  // Defaults of a scene of format 1 keep their meaning: Moreau-Jean at 1e-5 s.
   const std::string bare = "[bodies.b]\nmass = 1\ninertia = 1\n[run]\nduration = 1\n";
   const auto old = parse_scene("format = 1\n" + bare, "s").nonsmooth;
   CHECK(old.scheme_in_force() == Scheme::moreau_jean);

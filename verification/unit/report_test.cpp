@@ -1,5 +1,5 @@
-// The page of a result folder: nothing lost by thinning, texts as data, sizes, and folders that have none. What the page does in
-// a browser is judged by scripts/report-test.
+// The report page of a result folder: thinning loses no extreme, texts are data, sizes, and folders
+// without results. scripts/report-test checks the page in a browser.
 #include "plots/report/report.hpp"
 
 #include <fmt/format.h>
@@ -26,7 +26,7 @@ using nlohmann::json;
 
 namespace {
 
-/// A comparison of the rig over part of a turn, made once.
+/// A comparison of the rig over part of a revolution, made once.
 const std::filesystem::path& comparison() {
   static const test::TemporaryFolder folder;
   static const bool made = [] {
@@ -40,7 +40,7 @@ const std::filesystem::path& comparison() {
   return place;
 }
 
-/// The data of a page as a browser reads it.
+/// The data of a page as read by a browser.
 json data_of(const std::string& page) {
   const std::string mark = "id=\"data\">";
   const auto from = page.find(mark) + mark.size();
@@ -49,7 +49,7 @@ json data_of(const std::string& page) {
 
 }  // namespace
 
-TEST_CASE("a thinned table keeps the extremes of every stretch, and a short one all", "[report]") {
+TEST_CASE("a thinned table keeps the extremes of every segment, a short table all rows", "[report]") {
   std::mt19937_64 random(GENERATE(1u, 2u, 3u));
   const long rows = std::uniform_int_distribution<long>(2000, 300'000)(random), most = 1000;
   std::normal_distribution<double> noise;
@@ -68,7 +68,7 @@ TEST_CASE("a thinned table keeps the extremes of every stretch, and a short one 
   CHECK(static_cast<long>(kept.size()) > most / 3);
   REQUIRE(t.size() == kept.size());
   CHECK(std::ranges::is_sorted(t));
-  // Each bucket by hand: its extremes stand there, the one that came first first, within its time.
+  // Each bucket by hand: it contains its extremes, in their order, within its time.
   const auto each = static_cast<std::size_t>((rows + most / 2 - 1) / (most / 2));
   for (std::size_t b = 0; 2 * b < kept.size(); ++b) {
     const auto from = b * each, to = std::min(all.size(), from + each);
@@ -87,7 +87,7 @@ TEST_CASE("a thinned table keeps the extremes of every stretch, and a short one 
   CHECK(whole.column(0) == std::vector<double>(all.begin(), all.begin() + 500));
 }
 
-TEST_CASE("what is no number is passed over where it is thinned, and is null where it is all", "[report]") {
+TEST_CASE("non-finite numbers are skipped in thinning, and null where a segment has no others", "[report]") {
   report::ThinnedTable table(8, 1, 4);
   for (const double y :
        {std::nan(""), 3.0, 1.0, std::nan(""), std::nan(""), std::nan(""), std::nan(""), std::nan("")})
@@ -99,7 +99,7 @@ TEST_CASE("what is no number is passed over where it is thinned, and is null whe
   CHECK(report::numbers({1.23456789, -0.0, 1e300, 20.0}).dump() == "[1.23457,0,1e+300,20]");
 }
 
-TEST_CASE("texts of a page end no element and are what they were", "[report][hostile]") {
+TEST_CASE("texts of a report page close no element and stay unchanged", "[report][hostile]") {
   const test::TemporaryFolder folder;
   auto texts = test::hostile_texts(test::Bait(folder.path()));
   texts.insert(texts.end(),
@@ -111,7 +111,7 @@ TEST_CASE("texts of a page end no element and are what they were", "[report][hos
     const auto inside = report::embedded(document);
     CHECK(inside.find_first_of("<>&") == inside.npos);
     CHECK(inside.find("\xe2\x80\xa8") == inside.npos);
-    // The same but for bytes that are no UTF-8.
+    // The same except for bytes that are not UTF-8.
     const auto replaced = document.dump(-1, ' ', false, json::error_handler_t::replace);
     CHECK(json::parse(inside) == json::parse(replaced));
     const auto page = report::page(text, document);
@@ -120,7 +120,7 @@ TEST_CASE("texts of a page end no element and are what they were", "[report][hos
   }
 }
 
-TEST_CASE("the page of a comparison: both runs, rows beside each event, its tables", "[report]") {
+TEST_CASE("report page of a comparison: both runs, rows at each event, tables", "[report]") {
   const auto page = report::report_page(comparison());
   CHECK(static_cast<double>(page.size()) < report::most_of_a_page);
   for (const char* address : {"http:", "https:", "src=", "url(", "@import"})
@@ -155,10 +155,11 @@ TEST_CASE("the page of a comparison: both runs, rows beside each event, its tabl
   }
 }
 
-TEST_CASE("the bodies' shapes in their own frames give the pose back", "[report]") {
+TEST_CASE("shapes of bodies in body axes reproduce the pose", "[report]") {
   const auto data = report::document_of(comparison());
   const auto& motion = data["runs"][0]["motion"];
-  // The rod's two joints are 0.3 m apart in its frame, at any time; the pin of the crank stands 0.05 m from its centre.
+  // The rod's two joints are 0.3 m apart in its frame at any time; the crank pin is 0.05 m from the
+  // crank's centre.
   std::vector<double> x;
   for (const auto& shape : motion["shapes"])
     if (shape[0] == "link" && shape[1] == "rod") x.push_back(shape[3]);
@@ -169,7 +170,7 @@ TEST_CASE("the bodies' shapes in their own frames give the pose back", "[report]
       CHECK(std::hypot(shape[3].get<double>(), shape[4].get<double>()) == Approx(0.15).epsilon(1e-6));
 }
 
-TEST_CASE("a folder without results is refused with one line, and nothing is written", "[report][errors]") {
+TEST_CASE("a folder without results is refused in one line, and nothing is written", "[report][errors]") {
   const test::TemporaryFolder folder;
   const test::Bait bait(folder.path());
   make_folder(bait.folder / "empty");

@@ -1,4 +1,4 @@
-// Blobs of a study's results: what is read is what was stored, to single precision.
+// Blobs of a study's results are read back as they were stored, to single precision.
 #include <catch2/catch.hpp>
 
 #include <cmath>
@@ -18,7 +18,7 @@ std::vector<TracePoint> even_turn(int n, bool placed) {
   return trace;
 }
 
-/// Single precision: half of 2⁻²³ of a number, here of the greatest angle twice.
+/// Single precision: half of 2⁻²³ of a number, here twice for the greatest angle.
 constexpr double rounding = 360 * 1.2e-7;
 
 void check_equal(const std::vector<TracePoint>& a, const std::vector<TracePoint>& b) {
@@ -33,7 +33,7 @@ void check_equal(const std::vector<TracePoint>& a, const std::vector<TracePoint>
 
 }  // namespace
 
-TEST_CASE("a trace is packed with its even angles' ends alone", "[study][blobs]") {
+TEST_CASE("a trace at equally spaced angles is stored with its first and last angle only", "[study][blobs]") {
   for (const bool placed : {false, true}) {
     const auto trace = even_turn(3000, placed);
     const auto blobs = packed(trace);
@@ -48,13 +48,13 @@ TEST_CASE("a trace is packed with its even angles' ends alone", "[study][blobs]"
   for (const int few : {0, 1, 2}) check_equal(unpacked(packed(even_turn(few, false))), even_turn(few, false));
 }
 
-TEST_CASE("blobs that do not fit together are no trace", "[study][blobs]") {
+TEST_CASE("inconsistent blobs give an empty trace", "[study][blobs]") {
   CHECK(unpacked({{0, 1, 2}, {1, 2}, {}}).empty());
   CHECK(unpacked({{0, 1}, {1, 2, 3}, {1}}).empty());
   CHECK(unpacked({{}, {1, 2, 3}, {}}).empty());
 }
 
-TEST_CASE("a batch of runs is stored as its runs one by one", "[study][blobs]") {
+TEST_CASE("runs stored as a batch equal runs stored one by one", "[study][blobs]") {
   test::TemporaryFolder folder;
   Study study;
   study.variants = {{"v", "v", "", {}, {"penalty"}, 2, 2}};
@@ -70,7 +70,7 @@ TEST_CASE("a batch of runs is stored as its runs one by one", "[study][blobs]") 
   Results batch(folder.path() / "batch.db", study), single(folder.path() / "single.db", study);
   batch.store(std::vector<MadeRun>{{"a", &first, r}, {"b", &second, r}});
   single.store(std::vector<MadeRun>{{"a", &first, r}});
-  for (int times = 0; times < 2; ++times)  // the later takes the place of the one before
+  for (int times = 0; times < 2; ++times)  // the later one replaces the one before
     single.store(std::vector<MadeRun>{{"b", &second, r}});
   for (const auto* results : {&batch, &single}) {
     CHECK(results->runs().size() == 2);

@@ -1,5 +1,5 @@
-// freeplay run --resume: a run that is killed or interrupted, however often and wherever, leaves in the end
-// the files of one that was not, byte for byte.
+// freeplay run --resume: a run that is killed or interrupted, any number of times and anywhere,
+// finally leaves the files of an undisturbed run, byte for byte.
 #include <fcntl.h>
 #include <fmt/format.h>
 #include <signal.h>
@@ -32,7 +32,7 @@ namespace {
 using Words = std::vector<std::string>;
 using Clock = std::chrono::steady_clock;
 
-/// All files of a folder by their names, but for the lock that a killed process leaves.
+/// All files of a folder by their names, except the lock that a killed process leaves.
 std::map<std::string, std::string> files_of(const Path& folder) {
   std::map<std::string, std::string> files;
   for (const auto& entry : std::filesystem::directory_iterator(folder))
@@ -41,7 +41,7 @@ std::map<std::string, std::string> files_of(const Path& folder) {
   return files;
 }
 
-/// The same without what a run cost.
+/// The same without the cost of the run.
 std::map<std::string, std::string> results_of(const Path& folder) {
   auto files = files_of(folder);
   auto document = nlohmann::json::parse(files.at("run.json"));
@@ -67,11 +67,11 @@ void check_same(const Path& folder, const Path& reference) {
   }
   for (const auto& [name, bytes] : files) {
     INFO(name);
-    CHECK(expected.contains(name));  // no checkpoint, no half of a file
+    CHECK(expected.contains(name));  // no checkpoint, no incomplete file
   }
 }
 
-/// The program, started and left to itself.
+/// The program, started as a separate process.
 class Process {
  public:
   explicit Process(const Words& words) {
@@ -83,7 +83,7 @@ class Process {
     id_ = fork();
     REQUIRE(id_ >= 0);
     if (id_ == 0) {
-      // Quiet: what it says is not looked at here.
+      // Quiet: its output is not checked here.
       const int nowhere = open("/dev/null", O_WRONLY);
       dup2(nowhere, 1);
       dup2(nowhere, 2);
@@ -94,7 +94,7 @@ class Process {
   ~Process() {
     if (id_ > 0) end(SIGKILL);
   }
-  /// Sends the signal and waits; returns whether the program had not ended by itself before.
+  /// Sends the signal and waits; returns whether the process was still running.
   bool end(int signal) {
     ::kill(id_, signal);
     return wait() == signal;
@@ -117,7 +117,7 @@ class Process {
 
 void sleep(double seconds) { std::this_thread::sleep_for(std::chrono::duration<double>(seconds)); }
 
-/// Until the folder holds a checkpoint; false: not within ten seconds.
+/// Waits until the folder contains a checkpoint; false: not within ten seconds.
 bool wait_for_checkpoint(const Path& folder) {
   const auto start = Clock::now();
   while (!has_checkpoint(folder)) {
@@ -127,7 +127,8 @@ bool wait_for_checkpoint(const Path& folder) {
   return true;
 }
 
-/// A scene and how to run it, for half a second or so of stepping, and without figures, which take longer.
+/// A scene and a method to run it, with about half a second of stepping, and without figures, which
+/// take longer.
 struct Setup {
   const char* what;
   Words words;  // of `run`, without the folder
@@ -180,11 +181,12 @@ double run_whole(const Words& words) {
   return std::chrono::duration<double>(Clock::now() - start).count();
 }
 
-/// Makes the run of a setup in a folder and ends it at some time with a signal, until it has been in time.
+/// Starts the run of a setup in a folder and ends it at some time with a signal, repeated until the
+/// signal was in time.
 void begin(const Path& folder, const Setup& setup, double after, int signal,
            const char* checkpoint = "0.002") {
   for (int i = 0; i < 10; ++i, after *= 0.7) {
-    std::filesystem::remove_all(folder);  // one that ended in time would stand there
+    std::filesystem::remove_all(folder);  // a completed run would have left files
     Process process(run_in(folder, setup, checkpoint));
     REQUIRE(wait_for_checkpoint(folder));
     sleep(after);
@@ -197,7 +199,7 @@ void begin(const Path& folder, const Setup& setup, double after, int signal,
 
 }  // namespace
 
-TEST_CASE("resume: a killed run ends with the files of one that was not", "[resume][program]") {
+TEST_CASE("resume: a killed run ends with the same files as an undisturbed one", "[resume][program]") {
   test::TemporaryFolder place;
   std::mt19937 engine(3);
   const auto share = [&] { return static_cast<double>(engine() % 1000) / 1000; };
@@ -226,14 +228,15 @@ TEST_CASE("resume: a killed run ends with the files of one that was not", "[resu
     if (has_checkpoint(folder)) {
       run_whole(resume_in(folder));
     } else if (!std::filesystem::exists(folder / "run.json")) {
-      // Killed after the checkpoint went and before run.json came: whoever comes next puts that in its place.
+      // Killed after the removal of the checkpoint and before run.json exists: the next call puts
+      // run.json in its place.
       Process(resume_in(folder)).wait();
     }
     check_same(folder, whole);
   }
 }
 
-TEST_CASE("resume: an interrupted run leaves whole files, and goes on", "[resume][program]") {
+TEST_CASE("resume: an interrupted run leaves complete files and continues", "[resume][program]") {
   test::TemporaryFolder place;
   std::mt19937 engine(5);
   for (const auto& setup : setups()) {
@@ -257,7 +260,7 @@ TEST_CASE("resume: an interrupted run leaves whole files, and goes on", "[resume
       }
     };
     check_interrupted();
-    for (int i = 0; i < 3; ++i) {  // again, while it resumes; also without checkpoints of its own
+    for (int i = 0; i < 3; ++i) {  // again, while it resumes; also without new checkpoints
       const auto done = test::file_text(folder / "trajectory.csv").size();
       Process process(resume_in(folder, i == 1 ? "0" : "30"));
       sleep(share());
@@ -267,7 +270,7 @@ TEST_CASE("resume: an interrupted run leaves whole files, and goes on", "[resume
       check_interrupted();
       CHECK(test::file_text(folder / "trajectory.csv").size() >= done);
     }
-    {  // killed while it resumes what was interrupted: its files are in their places, and move
+    {  // killed while it resumes an interrupted run: its files are in their places, and are moved
       Process process(resume_in(folder));
       sleep(0.1 * share());
       process.end(SIGKILL);
@@ -282,9 +285,9 @@ TEST_CASE("resume: an interrupted run leaves whole files, and goes on", "[resume
   }
 }
 
-TEST_CASE("resume: a request to stop while a step is recorded loses no row", "[resume]") {
-  // Rows by the thousand in each step: most requests fall between them. A step with very many is cut short,
-  // and gone on with from before.
+TEST_CASE("resume: a stop request during the recording of a step loses no row", "[resume]") {
+  // Thousands of rows in each step: most requests fall between them. A step with very many is
+  // aborted, and repeated on resumption.
   struct Kind {
     std::shared_ptr<const Scene> scene;
     const char* formulation;
@@ -326,7 +329,7 @@ TEST_CASE("resume: a request to stop while a step is recorded loses no row", "[r
   }
 }
 
-TEST_CASE("resume: what cannot be gone on with is refused, and nothing is damaged", "[resume][program]") {
+TEST_CASE("resume: a folder that cannot be resumed is refused and stays unchanged", "[resume][program]") {
   test::TemporaryFolder place;
   const auto setup = setups().front();
   const auto refused = [&](const Path& folder, int status, const std::string& why) {
@@ -380,7 +383,7 @@ TEST_CASE("resume: what cannot be gone on with is refused, and nothing is damage
   auto flipped = whole;
   flipped[whole.size() / 2] ^= 4;
   refused(rewritten(flipped), 2, "is damaged");
-  // Of another program, sealed anew: its length and FNV-1a stand in the first line.
+  // Of another program, with a new seal: its length and FNV-1a are in the first line.
   const auto sealed = [](const std::string& body) {
     std::uint64_t hash = 0xcbf29ce484222325u;
     for (const unsigned char c : body) hash = (hash ^ c) * 0x100000001b3u;
@@ -395,14 +398,14 @@ TEST_CASE("resume: what cannot be gone on with is refused, and nothing is damage
   digit = digit == '9' ? '8' : '9';
   refused(rewritten(sealed(body)), 2, "was taken by freeplay");
 
-  // And what was not spoilt goes on.
+  // An undamaged run is resumed.
   run_whole(resume_in(cut));
   run_whole(resume_in(interrupted));
   check_same(cut, done);
   check_same(interrupted, done);
 }
 
-TEST_CASE("resume: a run that cannot be put in its place is not lost", "[resume]") {
+TEST_CASE("resume: a run that cannot be moved to its place is not lost", "[resume]") {
   test::TemporaryFolder place;
   const auto scene = open_scene(rig(), {"run.revolutions=0.1", "run.discard=0", "penalty.tolerance=1e-6"});
   const auto whole = place.path() / "whole", folder = place.path() / "full";
@@ -414,18 +417,18 @@ TEST_CASE("resume: a run that cannot be put in its place is not lost", "[resume]
                                    .stop = StopToken(requested),
                                    .checkpoint = 30});
   REQUIRE(result.ending.status == Ending::Status::interrupted);
-  // run.json cannot be put in its place: a folder is there.
+  // run.json cannot be put in its place, which a folder occupies.
   std::filesystem::remove(folder / "run.json");
   std::filesystem::create_directories(folder / "run.json" / "x");
   CHECK_THROWS_AS(resume_run(folder, {.checkpoint = 30}), OutputError);
   REQUIRE(has_checkpoint(folder));
   std::filesystem::remove_all(folder / "run.json");
-  // The run had ended: its files are put in their places, and nothing is left to go on with.
+  // The run had ended: its files are put in their places, and nothing remains to resume.
   CHECK_THROWS_WITH(resume_run(folder, {.checkpoint = 30}), Contains("its run has ended"));
   check_same(folder, whole);
 }
 
-TEST_CASE("resume: a folder's new run clears what an old one left", "[resume][program]") {
+TEST_CASE("resume: a new run in a folder removes leftovers of an old one", "[resume][program]") {
   test::TemporaryFolder place;
   const auto folder = place.path() / "run", whole = place.path() / "whole";
   const auto list = setups();
@@ -437,7 +440,7 @@ TEST_CASE("resume: a folder's new run clears what an old one left", "[resume][pr
   check_same(folder, whole);
 }
 
-TEST_CASE("resume: takes no option but its own", "[resume][program]") {
+TEST_CASE("resume: only its own options are accepted", "[resume][program]") {
   test::TemporaryFolder place;
   const std::string resume = "run --resume " + place.path().string();
   for (const char* option :
@@ -452,7 +455,7 @@ TEST_CASE("resume: takes no option but its own", "[resume][program]") {
   CHECK(test::freeplay(resume + " --checkpoint -1").status == 2);
 }
 
-TEST_CASE("what is interrupted says so in the same words, by every verb", "[resume][program]") {
+TEST_CASE("an interruption is reported in the same words by every command", "[resume][program]") {
   test::TemporaryFolder place;
   const auto source = test::source_folder() / "cases";
   const auto flores = (source / "flores2011/scene.toml").string();
@@ -462,7 +465,7 @@ TEST_CASE("what is interrupted says so in the same words, by every verb", "[resu
         std::system(fmt::format("timeout --foreground -s INT 0.7 {}/freeplay {} -o {}/out >/dev/null 2>{}",
                                 FREEPLAY_BINARY_DIR, line, place.path().string(), err.string())
                         .c_str());
-    CHECK(WEXITSTATUS(status) == 124);  // it had not ended by itself
+    CHECK(WEXITSTATUS(status) == 124);  // it was still running
     return test::file_text(err);
   };
   const auto anew = Catch::Contains("interrupted; the same command begins anew, nothing is written"),
@@ -470,7 +473,7 @@ TEST_CASE("what is interrupted says so in the same words, by every verb", "[resu
   CHECK_THAT(said("poincare " + flores + " --periods 5000 --discard 10"), anew);
   CHECK_THAT(said("drift " + flores + " --set run.revolutions=5000"), anew);
   CHECK_THAT(said("bifurcation " + (source / "flores2011-attractors/friction.toml").string()), on);
-  // It may still be reading its scenes, and then has nothing to carry on with.
+  // It may still be reading its scenes, and then has nothing to resume.
   CHECK_THAT(said("sweep " + (source / "flores2011-experiment/study.toml").string()),
              Catch::StartsWith("interrupted"));
   CHECK_THAT(said("run " + flores + " --formulation penalty --set run.revolutions=5000"),

@@ -1,4 +1,5 @@
-// Rows of time stand at multiples of the output step by their index, and the last at the end exactly.
+// Times of rows are multiples of the output step by their index, and the last row is exactly at the
+// end time.
 #include <catch2/catch.hpp>
 
 #include <cmath>
@@ -17,7 +18,7 @@ using namespace freeplay;
 
 namespace {
 
-/// A rod on a pivot, ideal: one row set, long steps.
+/// A rod on an ideal pivot: one set of rows, long steps.
 Scene rod(double duration, const std::string& more = "") {
   auto scene =
       parse_scene("gravity = [0.0, -9.81]\n" + test::body("rod", 1, 0.0833, "position = [0.5, 0]\n") +
@@ -28,7 +29,7 @@ Scene rod(double duration, const std::string& more = "") {
   return scene;
 }
 
-/// Lines of a CSV file behind its header, and the first field of the last.
+/// Lines of a CSV file after its header, and the first field of the last.
 std::pair<long, double> rows_of(const std::filesystem::path& file) {
   const auto lines = test::lines_of(test::file_text(file));
   return {static_cast<long>(lines.size()) - 1, std::strtod(lines.back().c_str(), nullptr)};
@@ -37,8 +38,9 @@ std::pair<long, double> rows_of(const std::filesystem::path& file) {
 }  // namespace
 
 TEST_CASE("no duration loses its last row", "[rows]") {
-  // The default step is a 20000th: 20001 rows, by definition. Multiples of the step may be greater or less than the
-  // end by rounding: of these 200 durations 0.03, 0.06, 0.12, 0.24 and more are.
+  // The default step is a 20000th: 20001 rows, by definition. Multiples of the step may be greater
+  // or less than the end by rounding: for example for 0.03, 0.06, 0.12 and 0.24 of these 200
+  // durations.
   for (int k = 1; k <= 200; ++k) {
     const double duration = k / 100.0;
     CAPTURE(duration);
@@ -49,7 +51,8 @@ TEST_CASE("no duration loses its last row", "[rows]") {
     REQUIRE(path.size() == 20001);
     REQUIRE(path.t(20000) == duration);
     REQUIRE(energies.rows.back().t == duration);
-    // Each at its multiple: a row that is dropped shifts those behind it. Rounding of a product and a quotient, 2 ε.
+    // Each at its multiple: a missing row would shift those after it. Rounding of a product and a
+    // quotient, 2 ε.
     double apart = 0;
     for (std::size_t i = 0; i < path.size(); ++i)
       apart = std::max(apart, std::abs(path.t(i) - duration * static_cast<double>(i) / 20000));
@@ -57,9 +60,9 @@ TEST_CASE("no duration loses its last row", "[rows]") {
   }
 }
 
-TEST_CASE("runs that go on have a last row each", "[rows]") {
+TEST_CASE("each part of a continued run has a last row", "[rows]") {
   auto scene = rod(0.06);
-  scene.run.output_step = 0.01;  // 3 × 0.01 is less than 0.03, 6 × 0.01 than 0.06, by no less than rounding
+  scene.run.output_step = 0.01;  // 3 × 0.01 is less than 0.03, and 6 × 0.01 than 0.06, by rounding alone
   for (const auto* family : {"penalty", "nonsmooth"}) {
     CAPTURE(family);
     Simulation simulation(scene, family);
@@ -75,7 +78,7 @@ TEST_CASE("runs that go on have a last row each", "[rows]") {
     REQUIRE(ninths.size() == 19);
     CHECK(ninths.t(18) == 0.06);
     for (std::size_t i = 1; i < path.size(); ++i) CHECK(path.t(i) - path.t(i - 1) == Approx(0.01));
-    // 20000 steps of a 20000th are more than 0.03: what goes on there has no such row twice.
+    // 20000 steps of a 20000th are more than 0.03: a continued run has no such row twice.
     Simulation again(scene, family);
     Trajectory fine(0.03 / 20000);
     again.run({.until = 0.03, .observers = {&fine}});
@@ -86,7 +89,7 @@ TEST_CASE("runs that go on have a last row each", "[rows]") {
   }
 }
 
-TEST_CASE("each run has its own end", "[rows]") {
+TEST_CASE("each continued run ends at its own end time", "[rows]") {
   // 3 × 0.1 is greater than 0.3, and 6 × 0.1 than 0.6, by an ulp.
   REQUIRE(3 * 0.1 > 0.3);
   REQUIRE(6 * 0.1 > 0.6);
@@ -109,7 +112,7 @@ TEST_CASE("each run has its own end", "[rows]") {
   }
 }
 
-TEST_CASE("an end that is no multiple has a row of its own", "[rows]") {
+TEST_CASE("an end time that is not a multiple of the output step has its own row", "[rows]") {
   auto scene = rod(0.105);
   scene.run.output_step = 0.01;
   Trajectory path, whole;
@@ -117,7 +120,7 @@ TEST_CASE("an end that is no multiple has a row of its own", "[rows]") {
   REQUIRE(path.size() == 12);
   CHECK(path.t(10) == Approx(0.1));
   CHECK(path.t(11) == 0.105);
-  // The end of a part is none, and what goes on behind the end misses no multiple.
+  // The end of a part is no end of the run, and a run continued after the end misses no multiple.
   Simulation parts(scene, "nonsmooth");
   parts.run({.until = 0.033, .observers = {&whole}});
   CHECK(whole.size() == 4);
@@ -128,7 +131,7 @@ TEST_CASE("an end that is no multiple has a row of its own", "[rows]") {
   CHECK(whole.t(12) == Approx(0.11));
 }
 
-TEST_CASE("files and samples reach the end", "[rows]") {
+TEST_CASE("files and samples reach the end time", "[rows]") {
   const std::string lvdt = "[instruments.x]\ntype = \"lvdt\"\nbody = \"rod\"\nsampling = 1000\n";
   for (const double duration : {0.03, 0.06, 0.12, 0.24, 0.75}) {
     CAPTURE(duration);
@@ -142,7 +145,7 @@ TEST_CASE("files and samples reach the end", "[rows]") {
       CHECK(last == duration);
     }
     CHECK(rows_of(folder.path() / "signals.csv").first == std::lround(1000 * duration));
-    // An end that a product missed by rounding, as that of so many revolutions does.
+    // An end that differs from a product by rounding, as after many revolutions.
     scene.run.duration = std::nextafter(duration, 0.0);
     run_scene(scene, {.formulation = "penalty", .folder = folder.path(), .checkpoint = 0});
     CHECK(rows_of(folder.path() / "signals.csv").first == std::lround(1000 * duration));

@@ -1,6 +1,6 @@
-// The two paths of the saddle-point solve against each other and against a dense factorisation of the whole
-// matrix; for dependent rows against the complete orthogonal decomposition, which gives least-norm
-// multipliers directly.
+// The two paths of the saddle-point solve against each other and against a dense factorisation of
+// the whole matrix; for dependent rows against the complete orthogonal decomposition, which gives
+// least-norm multipliers directly.
 #include "numerics/saddle_point.hpp"
 
 #include <catch2/catch.hpp>
@@ -71,13 +71,14 @@ TEST_CASE("dense and sparse saddle-point solves agree with a dense factorisation
   }
 }
 
-// A pin at an arm of 1 m and an angle of 45 degrees, a body of 1 kg and J = 1e-10 kg m², and a force along n across the arm:
+// A pin at a lever arm of 1 m and an angle of 45 degrees, a body of 1 kg and J = 1e-10 kg m², and a
+// force along n across the arm:
 //
 //     a = n F/(m + J/L²) = n F (1 − 1e-10),      α = a·n/L,      λ = 0 along the arm and F J/L²/(m + J/L²) across it.
 //
-// S has the eigenvalues 1 and 1e10: Cholesky alone leaves 1e10 roundings, 1e-6, along the arm. Bound: 1e-12, some hundreds of
-// roundings, and what one of refinement may leave, the square of that.
-TEST_CASE("a body of next to no inertia keeps the digits of its solve", "[saddle]") {
+// S has the eigenvalues 1 and 1e10: the error of Cholesky alone is 1e10 roundings, 1e-6, along the
+// arm. Bound: 1e-12, some hundreds of roundings, and the square of them after one refinement.
+TEST_CASE("a body of negligible inertia is solved to full precision", "[saddle]") {
   const double root = std::sqrt(0.5), J = 1e-10, F = 3;
   CsrPattern G;
   G.columns = 3;
@@ -96,7 +97,7 @@ TEST_CASE("a body of next to no inertia keeps the digits of its solve", "[saddle
     CHECK(std::abs(-root * a[0] + root * a[1] - expected) <= 1e-12 * F);
     CHECK(std::abs(root * a[0] + root * a[1]) <= 1e-12 * F);
     CHECK(std::abs(a[2] - expected) <= 1e-12 * F);
-    // Of the constraints alone.
+    // Constraints alone.
     const std::vector<double> r{0.7, -0.2};
     solver.solve(nullptr, r.data(), a.data(), lambda.data());
     for (const int k : {0, 1})
@@ -105,11 +106,14 @@ TEST_CASE("a body of next to no inertia keeps the digits of its solve", "[saddle
   }
 }
 
-// A chain of pins at arms of 1 m, each third body of inertia J, in 20 configurations: KLU chooses its pivots in the first and keeps
-// them. It forms no Schur complement, and a row of M whose J is below a thousandth of the arms beside it is no pivot, so that
-// J is not divided by: what is left of G a = r and M a + Gᵀλ = f is rounding, some 100 operations of it, times the growth of the
-// factors on old pivots, at most 1/0.001 for the tolerance that KLU chooses them by. Bounds: 1e-13 and 1e-11.
-TEST_CASE("a chain with bodies of next to no inertia keeps the digits of its sparse solve", "[saddle]") {
+// A chain of pins at lever arms of 1 m, each third body of inertia J, in 20 configurations: KLU
+// chooses its pivots in the first and keeps them. It forms no Schur complement, and a row of M
+// whose J is below a thousandth of the arms beside it is no pivot, so that there is no division by
+// J. The residuals of G a = r and M a + Gᵀλ = f are rounding, some 100 operations of it, times the
+// growth of the factors on old pivots, at most 1/0.001 for KLU's pivot tolerance. Bounds: 1e-13 and
+// 1e-11.
+TEST_CASE("a chain with bodies of negligible inertia is solved to full precision by the sparse path",
+          "[saddle]") {
   std::mt19937 engine(3);
   std::uniform_real_distribution<double> angle(-3, 3), u(-1, 1);
   for (const double J : {1e-6, 1e-8, 1e-10, 1e-12}) {
@@ -179,16 +183,17 @@ TEST_CASE("dependent rows give least-norm multipliers on both paths", "[saddle]"
         REQUIRE(solver.factor(p.values.data()));
         REQUIRE(solver.singular());
         solver.solve(p.f.data(), p.r.data(), a.data(), lambda.data());
-        // The proximal term is 1e-9 of the Schur complement: its factors lose nine digits, iteration restores
-        // most.
+        // The proximal term is 1e-9 of the Schur complement: its factors lose nine digits,
+        // iteration restores most.
         REQUIRE((a - a_expected).norm() <= 1e-6 * a_expected.norm());
         REQUIRE((lambda - lambda_expected).norm() <= 1e-5 * lambda_expected.norm());
       }
   }
 }
 
-TEST_CASE("rows that become dependent on the way are met, and left behind again", "[saddle]") {
-  // A mechanism at a change point: two rows that differ before it, are the same at it, and differ behind it.
+TEST_CASE("rows that become dependent during a motion are detected and released again", "[saddle]") {
+  // A mechanism at a change point: two rows that are different before it, equal at it, and
+  // different after it.
   std::mt19937 engine(5);
   for (auto path : {SolvePath::dense, SolvePath::sparse}) {
     auto p = random_problem(engine, 12, 5, 1);  // the sixth row is twice the first
@@ -205,8 +210,8 @@ TEST_CASE("rows that become dependent on the way are met, and left behind again"
       REQUIRE(solver.factor(values.data()));
       solver.solve(p.f.data(), r.data(), a.data(), lambda.data());
       CHECK(solver.converged());
-      // M a + Gᵀ λ = f and G a = r, rounding times a condition of 1e5 or, at the change point, what the proximal
-      // iteration leaves.
+      // M a + Gᵀ λ = f and G a = r: rounding times a condition number of 1e5 or, at the change
+      // point, the residual of the proximal iteration.
       const Eigen::VectorXd mass = Eigen::Map<const Eigen::VectorXd>(p.mass.data(), 12);
       CHECK((mass.cwiseProduct(a) + G.transpose() * lambda - p.f).norm() <=
             1e-6 * (p.f.norm() + lambda.norm()));
@@ -219,13 +224,15 @@ TEST_CASE("rows that become dependent on the way are met, and left behind again"
     CHECK(solver.nearest_singular() > 1e-6);
     const auto there = solved(solver, at, p.dense);
     CHECK(solver.singular());
-    // Of all multipliers the least: the sixth row is twice the first, so λ has no part along (2, 0, ..., 0, −1).
+    // The multipliers of least norm: the sixth row is twice the first, so λ has no component along
+    // (2, 0, ..., 0, −1).
     CHECK(there[5] == Approx(2 * there[0]).epsilon(1e-4).margin(1e-7));
     if (path == SolvePath::dense) CHECK(solver.nearest_singular() < 1e-6);
     const auto behind = solved(solver, beside, apart);
     CHECK_FALSE(solver.singular());
     CHECK((behind - before).norm() <= 1e-12 * before.norm());
-    // Rows that depend on each other and ask for what does not: nothing meets them, and that is said.
+    // Dependent rows with inconsistent right-hand sides: there is no solution, and this is
+    // reported.
     Eigen::VectorXd a(12), lambda(6), r = p.dense * motion;
     r[5] += 1;
     REQUIRE(solver.factor(at.data()));
@@ -234,7 +241,7 @@ TEST_CASE("rows that become dependent on the way are met, and left behind again"
   }
 }
 
-TEST_CASE("values that are not finite are refused", "[saddle]") {
+TEST_CASE("non-finite values are refused", "[saddle]") {
   std::mt19937 engine(3);
   auto p = random_problem(engine, 12, 5, 0);
   p.values[3] = std::nan("");
@@ -244,7 +251,7 @@ TEST_CASE("values that are not finite are refused", "[saddle]") {
   }
 }
 
-TEST_CASE("rows that fix a coordinate are eliminated without a trace", "[saddle]") {
+TEST_CASE("elimination of rows that fix a coordinate does not change the solution", "[saddle]") {
   std::mt19937 engine(11);
   std::uniform_real_distribution<double> u(-1, 1);
   for (int trial = 0; trial < 50; ++trial) {
@@ -282,9 +289,9 @@ TEST_CASE("rows that fix a coordinate are eliminated without a trace", "[saddle]
   }
 }
 
-// Not eliminated, each coordinate that a row fixes is a part of its own: a contact of two bodies touches six, and twelve with the
-// row beside it.
-TEST_CASE("a row is answered as its whole vector is, however many parts it touches", "[saddle]") {
+// Without elimination, each coordinate fixed by a row is a separate part: a contact of two bodies
+// touches six, and twelve with the row beside it.
+TEST_CASE("the response of a sparse row equals that of its full vector", "[saddle]") {
   std::mt19937 engine(3);
   std::uniform_real_distribution<double> u(-1, 1);
   for (const bool eliminate : {false, true}) {
@@ -294,7 +301,7 @@ TEST_CASE("a row is answered as its whole vector is, however many parts it touch
     std::vector<double> mass, values;
     for (int c = 0; c < n; ++c) {
       mass.push_back(std::exp(u(engine)));
-      if (c % 3 == 2 && c > 6) continue;  // some turn freely
+      if (c % 3 == 2 && c > 6) continue;  // some rotate freely
       G.column.push_back(c);
       values.push_back(1 + u(engine) * u(engine));
       G.end_row();

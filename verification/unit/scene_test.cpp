@@ -1,5 +1,5 @@
-// Reading scenes: the reference scene, overrides, every kind of bad input with the message it must get, and
-// docs/reference/scene.md in step with the schema.
+// Reading of scenes: the reference scene, overrides, every kind of invalid input with its message,
+// and agreement of docs/scene.md with the schema.
 #include "mechanism/scene.hpp"
 
 #include <catch2/catch.hpp>
@@ -19,7 +19,7 @@ using test::refusal;
 
 namespace {
 
-/// A small good scene; `change` replaces its first text by its second.
+/// A small valid scene; its first text is replaced by the second.
 std::string scene(const std::string& from = "", const std::string& to = "") {
   std::string text = R"([bodies.a]
 mass = 1.0
@@ -67,7 +67,7 @@ sampling = 1000
 
 }  // namespace
 
-TEST_CASE("the reference scene reads as it stands", "[scene]") {
+TEST_CASE("the reference scene is read with its values", "[scene]") {
   const auto s = read_scene(test::flores());
   REQUIRE(s.mechanism.bodies.size() == 3);
   REQUIRE(s.mechanism.bodies[0].name == "crank");  // in the order of the file
@@ -95,7 +95,7 @@ TEST_CASE("overrides set any key", "[scene]") {
   REQUIRE(s.mechanism.loads.size() == 1);
 }
 
-TEST_CASE("bad scenes are refused with place, key and remedy", "[scene]") {
+TEST_CASE("invalid scenes are refused with place, key and remedy", "[scene]") {
   REQUIRE(refusal(scene()) == "accepted");
   const test::Edit list[] = {
       {"mass = 1.0", "mass = -1.0", "s.toml:2:8: bodies.a.mass: must be greater than 0, is -1"},
@@ -229,10 +229,9 @@ TEST_CASE(
     "docs/reference/scene.md, docs/reference/study.md and docs/reference/figures.md list exactly the keys of the reader, with their units and defaults",
     "[scene][docs]") {
   std::size_t listed = 0;
-  // Keys of a study or a style stand at the root of its file, and so they do in its page.
-  for (const auto& [file, root] :
-       {std::pair("docs/reference/scene.md", ""), std::pair("docs/reference/study.md", "study."),
-        std::pair("docs/reference/figures.md", "style.")}) {
+  // Keys of a study or a style are at the root of its file, and of its page.
+  for (const auto& [file, root] : {std::pair("docs/scene.md", ""), std::pair("docs/study.md", "study."),
+                                   std::pair("docs/figures.md", "style.")}) {
     std::ifstream in(test::source_folder() / file);
     REQUIRE(in);
     std::string line;
@@ -255,10 +254,9 @@ TEST_CASE(
   REQUIRE(listed == schema().size());
 }
 
-TEST_CASE(
-    "every unit of a key has bounds, docs/reference/scene.md lists them, and what lies beyond is refused",
-    "[scene][docs][bounded]") {
-  const auto page = test::file_text(test::source_folder() / "docs/reference/scene.md");
+TEST_CASE("every unit of a key has bounds, docs/scene.md lists them, and values beyond are refused",
+          "[scene][docs][bounded]") {
+  const auto page = test::file_text(test::source_folder() / "docs/scene.md");
   for (const auto& m : magnitudes) CHECK_THAT(page, Contains(row_of(m)));
   for (const auto& key : schema()) {
     CAPTURE(key.path);
@@ -283,8 +281,8 @@ TEST_CASE(
 }
 
 TEST_CASE("every key of the schema is read by some scene", "[scene][docs]") {
-  // verification/scenes/every_key.toml names each key once (torque drives and loads included); what the
-  // reader does not read it refuses, so reading these variants proves schema and reader in step.
+  // verification/scenes/every_key.toml names each key once (torque drives and loads included); the
+  // reader refuses unknown keys, so reading these variants shows that schema and reader agree.
   const auto file = test::scene_file("every_key");
   REQUIRE_NOTHROW(read_scene(file));
   const auto lines = test::lines_of(test::file_text(file));

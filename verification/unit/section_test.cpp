@@ -1,4 +1,5 @@
-// Poincaré sections: where their points are, that they lie within steps, and that a run does not care.
+// Poincaré sections: the exact place of their points within steps, and the independence of a run
+// from its section.
 #include <catch2/catch.hpp>
 
 #include <fmt/format.h>
@@ -28,8 +29,8 @@ struct Way {
   const char *formulation, *set;
   double accuracy;  ///< of a smooth motion over seconds, relative
 };
-/// Penalty and event-driven runs keep their tolerances of 1e-9 and better over the runs here; Moreau–Jean is of second
-/// order, (ωh)²/24 of a period and as much again in the state.
+/// Penalty and event-driven runs keep their tolerances of 1e-9 and better over the runs here;
+/// Moreau–Jean is of second order, (ωh)²/24 of a period and as much again in the state.
 const Way ways[] = {{"penalty", "penalty.tolerance=1e-10", 1e-6},
                     {"nonsmooth", "nonsmooth.scheme=\"automatic\"", 1e-6},
                     {"nonsmooth", "nonsmooth.scheme=\"event-driven\"", 1e-6},
@@ -61,9 +62,10 @@ SectionRun section_of(const Scene& scene, const char* formulation, const std::st
 
 }  // namespace
 
-TEST_CASE("a driven oscillator comes to one point of its section", "[section]") {
-  // m x'' + c x' + k x = F sin ωt: x = X sin(ωt − φ), X = F/√((k − mω²)² + (cω)²), tan φ = cω/(k − mω²). The rest of the
-  // start dies as e^{−t}: 1e-13 of it is left after the 30 s that are discarded.
+TEST_CASE("the section of a driven oscillator converges to one point", "[section]") {
+  // m x'' + c x' + k x = F sin ωt: x = X sin(ωt − φ), X = F/√((k − mω²)² + (cω)²), tan
+  // φ = cω/(k − mω²). The transient decays as e^{−t}: 1e-13 of it is left after the 30 s that are
+  // discarded.
   const double omega = pi, m = 2, c = 4, k = 50, f = 3;
   const double x = f / std::hypot(k - m * omega * omega, c * omega);
   const double phi = std::atan2(c * omega, k - m * omega * omega);
@@ -83,7 +85,7 @@ TEST_CASE("a driven oscillator comes to one point of its section", "[section]") 
   }
 }
 
-TEST_CASE("a prescribed crank crosses an angle once in every turn, where it must", "[section]") {
+TEST_CASE("a prescribed crank crosses an angle once in every revolution, at the exact time", "[section]") {
   // 200 rpm from 0: 30° at (30/360 + k) · 0.3 s, to the rounding of a root of a line.
   for (const auto& way : ways) {
     CAPTURE(way.formulation, way.set);
@@ -92,7 +94,7 @@ TEST_CASE("a prescribed crank crosses an angle once in every turn, where it must
         section_of(scene, way.formulation, "main.angle crosses 30 deg upwards", {"main.angle", "main.rate"});
     REQUIRE(run.size() == 3);
     for (std::size_t i = 0; i < run.size(); ++i) {
-      // Baumgarte lets a driven angle be off by what its tolerance allows.
+      // Baumgarte stabilisation permits an error of a driven angle of the order of its tolerance.
       CHECK(run.t[i] == Approx((1.0 / 12 + static_cast<double>(i)) * 0.3).margin(1e-8));
       CHECK(run.at(i, 0) == Approx(pi / 6).margin(1e-12));
       CHECK(run.at(i, 1) == Approx(2 * pi / 0.3).epsilon(1e-7));
@@ -103,8 +105,9 @@ TEST_CASE("a prescribed crank crosses an angle once in every turn, where it must
 }
 
 TEST_CASE("a pendulum's section lies on its energy curve", "[section]") {
-  // Let go level: at the angle φ below it, ½ J θ'² = m g l sin φ; hanging, θ' = ±√(2 m g l/J). From one crossing upwards to the
-  // next is the period 4 K(sin(90°/2)) √(J/(m g l)).
+  // Released at the horizontal: at the angle φ below it, ½ J θ'² = m g l sin φ; at the bottom,
+  // θ' = ±√(2 m g l/J). From one crossing upwards to the next is the period 4 K(sin(90°/2)) √(J/(m
+  // g l)).
   const double mgl = 9.81 * 0.3, j = 0.03 + 0.09;
   const double period = 4 * boost::math::ellint_1(std::sin(pi / 4)) * std::sqrt(j / mgl);
   for (const auto& way : ways) {
@@ -115,8 +118,7 @@ TEST_CASE("a pendulum's section lies on its energy curve", "[section]") {
     const auto low =
         section_of(scene, way.formulation, "pivot.angle crosses -90 deg", {"pivot.angle", "pivot.rate"});
     REQUIRE(low.size() >= 12);
-    const double after =
-        100 * way.accuracy;  // what an error of the period comes to over the run, and no more
+    const double after = 100 * way.accuracy;  // accumulated error of the period over the run
     for (std::size_t i = 0; i < low.size(); ++i) {
       CHECK(low.at(i, 0) == Approx(-pi / 2).margin(1e-12));
       CHECK(low.at(i, 1) == Approx((i % 2 ? 1 : -1) * std::sqrt(2 * mgl / j)).epsilon(way.accuracy));
@@ -129,9 +131,10 @@ TEST_CASE("a pendulum's section lies on its energy curve", "[section]") {
   }
 }
 
-TEST_CASE("what turns round within a step crosses twice or not at all", "[section]") {
-  // An undamped oscillator reaches X = 0.3 m at whole periods: it is above X(1 − 1e-6) for 2√(2e-6)/ω = 5.7e-4 s around them, far
-  // within a step of the integrator. Its error over 10 s, of some thousand steps of 1e-10 each, moves that by a twentieth.
+TEST_CASE("a motion that reverses within a step gives two crossings or none", "[section]") {
+  // An undamped oscillator reaches X = 0.3 m at whole periods: it is above X(1 − 1e-6) for
+  // 2√(2e-6)/ω = 5.7e-4 s around them, far within a step of the integrator. The error over 10 s, of
+  // some thousand steps of 1e-10 each, changes that time by a twentieth.
   const std::vector<std::string> set = {"loads.spring.damping=0",  "loads.push.force=[0,0]",
                                         "run.discard=0",           "run.duration=10",
                                         "penalty.tolerance=1e-10", "nonsmooth.tolerance=1e-10"};
@@ -156,13 +159,13 @@ TEST_CASE("what turns round within a step crosses twice or not at all", "[sectio
   }
 }
 
-TEST_CASE("a ball on a shaking table is struck at the phase of its closed form", "[section]") {
+TEST_CASE("impacts of a ball on a shaking table have the phase of the closed form", "[section]") {
   const double gravity = 9.81, omega = std::sqrt(9810.0);
   for (const double e : {0.5, 0.8}) {
     const reference::ShakenBall ball{e, gravity, omega};
     const double strength = 0.5 * (ball.birth() + ball.doubling()), phase = ball.phase(strength);
-    // The table is at the phase of an impact half a period before the start, at which the ball is at its top, moved by a
-    // hundredth: the orbit is stable and the rest of that dies.
+    // The table is at the phase of an impact half a period before the start, where the ball is at
+    // its top, displaced by a hundredth: the orbit is stable and the deviation decays.
     const double top =
         0.01 + strength * 1e-3 * std::sin(phase) + gravity * ball.period() * ball.period() / 8 * 1.01;
     for (const char* scheme : {"event-driven", "automatic", "moreau-jean"}) {
@@ -179,7 +182,8 @@ TEST_CASE("a ball on a shaking table is struck at the phase of its closed form",
       // One in every period, within a second.
       REQUIRE(run.size() >= 15);
       REQUIRE(run.size() <= 16);
-      // std::to_string keeps six decimals: of the amplitude 1e-6/4e-4, an error of 2e-3; the orbit is that of what was set.
+      // std::to_string keeps six decimals: 1e-6/4e-4 of the amplitude, an error of 2e-3; the orbit
+      // is that of the rounded value.
       const double set = std::stod(std::to_string(strength * 1e-3)) * 1e3, at = ball.phase(set);
       const double started = std::stod(std::to_string(phase + pi));
       const double accuracy =
@@ -196,8 +200,8 @@ TEST_CASE("a ball on a shaking table is struck at the phase of its closed form",
   }
 }
 
-TEST_CASE("a touch's state is that at first touch, also where contact takes time", "[section]") {
-  // The gap is zero there: what is told later, when the impact is over, is looked up.
+TEST_CASE("the state at a contact is that of its onset, also where contact lasts", "[section]") {
+  // The gap is zero there: an impact reported after its end is evaluated at its onset.
   auto scene = read_scene(test::flores(), {"run.revolutions=1", "run.discard=0"});
   const auto run = section_of(scene, "penalty", "each touch of gudgeon", {"gudgeon.gap", "approach"});
   const auto whole = Simulation(scene, "penalty").run();
@@ -211,7 +215,7 @@ TEST_CASE("a touch's state is that at first touch, also where contact takes time
   }
 }
 
-TEST_CASE("a run that a section watches is the same to the last digit", "[section]") {
+TEST_CASE("a run observed by a section is bit-identical", "[section]") {
   for (const auto& way : ways)
     for (const char* section : {"every period", "every 7.3 ms", "main.angle crosses 1 rad", "each touch"}) {
       CAPTURE(way.formulation, way.set, section);
@@ -225,7 +229,7 @@ TEST_CASE("a run that a section watches is the same to the last digit", "[sectio
     }
 }
 
-TEST_CASE("what is no section is refused with what would be one", "[section]") {
+TEST_CASE("an invalid section is refused with valid examples", "[section]") {
   const auto scene = read_scene(test::flores());
   const auto pendulum = parse_scene(swing, "swing");
   const auto why = [](const Scene& s, const std::string& section, const std::string& column = "phase") {
@@ -245,7 +249,7 @@ TEST_CASE("what is no section is refused with what would be one", "[section]") {
   CHECK_THAT(why(pendulum, "each touch"), Contains("no contacts"));
 }
 
-TEST_CASE("a section of more points than are kept is refused before it is run", "[section][errors]") {
+TEST_CASE("a section with more points than can be stored is refused before the run", "[section][errors]") {
   const auto scene = (test::source_folder() / "cases/ball-on-table/scene.toml").string();
   const test::TemporaryFolder folder;
   const auto run = test::freeplay("poincare " + scene + " --section 'every 1e-9 s' -o " +
@@ -272,7 +276,7 @@ TEST_CASE("poincare writes its points, its provenance and a figure, or nothing",
     CHECK(std::filesystem::exists(out / file));
 }
 
-TEST_CASE("figures without a point of their section say so", "[section][figures]") {
+TEST_CASE("figures of an empty section state that it is empty", "[section][figures]") {
   const test::TemporaryFolder folder;
   const auto source = test::source_folder() / "cases/ball-on-table/scene.toml";
   const auto script = [&](const std::string& line, const char* file) {
@@ -283,7 +287,8 @@ TEST_CASE("figures without a point of their section say so", "[section][figures]
   };
   const auto said = Catch::Contains("'no point of the section'");
   CHECK_THAT(script("poincare " + source.string() + " --section 'every 1000 s'", "poincare.gp"), said);
-  // A table that falls a hundredth as fast as g does not throw the ball: it rests, at every strength.
+  // A table that accelerates downwards at a hundredth of g does not throw the ball: it rests, at
+  // every strength.
   std::filesystem::copy_file(source, folder.path() / "scene.toml");
   write_file(
       folder.path() / "study.toml",

@@ -1,4 +1,4 @@
-// Units out of sense are asked about, and nothing else is.
+// Unit plausibility check: implausible units raise a question, and nothing else does.
 #include <catch2/catch.hpp>
 #include <fstream>
 
@@ -24,7 +24,7 @@ bool is_study(const std::filesystem::path& file) {
 
 }  // namespace
 
-TEST_CASE("scenes in order are not asked about", "[sense]") {
+TEST_CASE("unit plausibility: shipped scenes raise no question", "[sense]") {
   int count = 0;
   for (const auto* place : {"cases", "verification/scenes"})
     for (const auto& entry : std::filesystem::recursive_directory_iterator(test::source_folder() / place)) {
@@ -34,12 +34,12 @@ TEST_CASE("scenes in order are not asked about", "[sense]") {
       ++count;
     }
   CHECK(count >= 30);
-  // The growing row of four-bars.
+  // The row of four-bars of growing size.
   CHECK(questions(test::row_of_four_bars(8, 0).mechanism).empty());
   CHECK(questions(test::row_of_four_bars(8, 1e-3).mechanism).empty());
 }
 
-TEST_CASE("each unit out of sense is asked about once, with the likely meaning", "[sense]") {
+TEST_CASE("unit plausibility: each implausible unit raises one question with the likely meaning", "[sense]") {
   const auto asked = [](std::vector<std::string> overrides) {
     return questions(read_scene(test::scene_file("four_bar"), overrides).mechanism);
   };
@@ -75,12 +75,12 @@ TEST_CASE("each unit out of sense is asked about once, with the likely meaning",
   }
 }
 
-TEST_CASE("what is only unusual is not asked about", "[sense]") {
+TEST_CASE("unit plausibility: unusual but possible values raise no question", "[sense]") {
   const auto asked = [](std::vector<std::string> overrides) {
     return questions(read_scene(test::scene_file("four_bar"), overrides).mechanism);
   };
-  // A start taken from a run after some turns; 3π, rounded; a rubber; a bob without inertia; a flywheel on a short
-  // crank; a worn bearing; Jupiter; a fast spindle.
+  // A start taken from a run after some revolutions; 3π, rounded; a rubber; a bob without inertia;
+  // a flywheel on a short crank; a worn bearing; Jupiter; a fast spindle.
   for (const auto* set :
        {"bodies.crank.angle=62.17418350728591", "bodies.crank.angle=9.42", "bodies.crank.angle=6.28",
         "surfaces.steel.young=1e6", "surfaces.steel.young=1.2e12", "bodies.coupler.inertia=1e-9",
@@ -91,7 +91,7 @@ TEST_CASE("what is only unusual is not asked about", "[sense]") {
   }
 }
 
-TEST_CASE("the program asks on stderr, once, and goes on", "[sense][program]") {
+TEST_CASE("unit plausibility: the program asks once on stderr and continues", "[sense][program]") {
   const auto scene = test::scene_file("pendulum").string();
   const auto plain = test::freeplay("check " + scene);
   CHECK(plain.err.empty());
@@ -108,14 +108,14 @@ TEST_CASE("the program asks on stderr, once, and goes on", "[sense][program]") {
   for (std::string line; std::getline(lines, line);) CHECK(line.size() <= 82);  // two characters of two bytes
 }
 
-TEST_CASE("a measurement in g is told by its lowest harmonics", "[sense]") {
+TEST_CASE("unit plausibility: a measurement in g is recognised by its lowest harmonics", "[sense]") {
   TurnMetrics ideal, measured;
   ideal.spectrum = {40, 12, 0.5, 0.2};
   const auto scaled = [&](double factor, double apart) {
     measured.spectrum = ideal.spectrum;
     for (auto& x : measured.spectrum) x *= factor;
-    measured.spectrum[1] *= 1 + apart;       // play moves harmonics a little,
-    measured.spectrum.back() = 30 * factor;  // impacts fill the high ones
+    measured.spectrum[1] *= 1 + apart;       // clearance changes harmonics a little,
+    measured.spectrum.back() = 30 * factor;  // impacts change the high ones
     return unit_question(measured, ideal);
   };
   CHECK(scaled(1, 0.1).empty());

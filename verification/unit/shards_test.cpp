@@ -1,4 +1,5 @@
-// Studies divided: any number of shards, in any order, with interruptions, give what one process gives; and what is refused.
+// Divided studies: any number of shards, in any order, with interruptions, gives the result of one
+// process; and refusals.
 #include <fmt/format.h>
 #include <catch2/catch.hpp>
 
@@ -33,7 +34,7 @@ struct Place : test::BallStudy {
   }
 };
 
-/// All rows of what does not depend on the machine, in the order of their text.
+/// All machine-independent rows, sorted by their text.
 std::vector<std::string> dump(const std::filesystem::path& file) {
   const Database database(file, Database::Access::read);
   std::vector<std::string> rows;
@@ -63,7 +64,7 @@ std::vector<std::string> made_by_one(const Place& place) {
 
 }  // namespace
 
-TEST_CASE("shards of any number, in any order, merge to what one process makes", "[shards]") {
+TEST_CASE("shards of any number, in any order, merge to the result of one process", "[shards]") {
   const Place place;
   const auto expected = made_by_one(place);
   REQUIRE(expected.size() > 22);
@@ -78,7 +79,7 @@ TEST_CASE("shards of any number, in any order, merge to what one process makes",
   CHECK(std::filesystem::is_empty(place.at("scratch")));
 }
 
-TEST_CASE("a shard that is stopped goes on where it was, from its copy on the shared folder", "[shards]") {
+TEST_CASE("a stopped shard resumes from its copy on the shared folder", "[shards]") {
   const Place place;
   const auto expected = made_by_one(place);
   make_plan(place.division(), place.at("out"), 2);
@@ -101,14 +102,14 @@ TEST_CASE("a shard that is stopped goes on where it was, from its copy on the sh
               .threads = 1,
               .stop = {},
               .on_progress = [&](std::size_t done, std::size_t) { first = first == 0 ? done : first; }});
-  CHECK(first > 3);  // what was there is counted, and not made again
+  CHECK(first > 3);  // existing runs are counted, and not repeated
   CHECK_FALSE(std::filesystem::exists(place.at("out") / "shards/1.part.db"));
   place.make("out", 2);
   merge_shards(division, place.at("out"), place.at("scratch"));
   CHECK(dump(place.at("out") / "sweep.db") == expected);
 }
 
-TEST_CASE("missing and torn shards are refused with the command that makes them", "[shards][errors]") {
+TEST_CASE("missing and damaged shards are refused with the command that makes them", "[shards][errors]") {
   const Place place;
   make_plan(place.division(), place.at("out"), 4);
   for (std::size_t k : {1, 2, 4}) place.make("out", k);
@@ -127,7 +128,7 @@ TEST_CASE("missing and torn shards are refused with the command that makes them"
   std::filesystem::resize_file(file, std::filesystem::file_size(file) / 2);
   CHECK_THAT(refusal(), Contains("--shard 2/4") && Contains("torn"));
   CHECK_FALSE(place.make("out", 2).found);
-  {  // a byte turned over
+  {  // one byte changed
     std::fstream damaged(place.at("out") / "shards" / read_seal(place.at("out"), 4)->file,
                          std::ios::in | std::ios::out);
     damaged.seekp(5000);
@@ -138,7 +139,7 @@ TEST_CASE("missing and torn shards are refused with the command that makes them"
   CHECK(refusal() == "merged");
 }
 
-TEST_CASE("a study that was changed since it was planned is refused", "[shards][errors]") {
+TEST_CASE("a study that changed after planning is refused", "[shards][errors]") {
   Place place;
   make_plan(place.division(), place.at("out"), 2);
   place.make("out", 1);
@@ -158,8 +159,8 @@ TEST_CASE("shards of another program are refused", "[shards][errors]") {
   CHECK_THROWS_WITH(require_same(m, place.division(), place.at("out")), Contains("another program"));
 }
 
-// Counts that are no whole numbers would be converted to what the language does not define.
-TEST_CASE("what lies beside shards and has values of another kind is refused, in no library's words",
+// Converting counts that are not integers is undefined in the language.
+TEST_CASE("files beside shards with values of a wrong type are refused in the program's own words",
           "[shards][errors][security]") {
   const Place place;
   make_plan(place.division(), place.at("out"), 2);
@@ -200,7 +201,7 @@ TEST_CASE("what lies beside shards and has values of another kind is refused, in
   CHECK(state.total == 0);
 }
 
-TEST_CASE("the five commands of docs/how-to/cluster.md do what they say", "[shards][docs]") {
+TEST_CASE("the five commands of docs/cluster.md work as described", "[shards][docs]") {
   const Place place;
   std::ifstream page(test::source_folder() / "docs/how-to/cluster.md");
   std::string line;
@@ -225,7 +226,7 @@ TEST_CASE("the five commands of docs/how-to/cluster.md do what they say", "[shar
 }
 
 TEST_CASE(
-    "chains of a basin and starts of an ensemble are divided like runs, and none is made again after the merge",
+    "chains of a basin and starts of an ensemble are divided like runs, and none is repeated after the merge",
     "[shards]") {
   const test::TemporaryFolder folder;
   std::filesystem::copy(test::source_folder() / "cases/bistable-rotor", folder.path(),
@@ -257,7 +258,7 @@ TEST_CASE(
     REQUIRE(run({"--merge", out}).status == 0);
     if (words == basin) CHECK_THAT(run({"-o", out}).out, Contains("were there, 0 made"));
   }
-  // The time that starts take is of those that are made.
+  // The time of starts is that of the made ones.
   auto again = ensemble;
   again.insert(again.end(), {"-o", (folder.path() / "ensemble").string()});
   REQUIRE(test::BallStudy::run(again).status == 0);

@@ -1,4 +1,5 @@
-// Result folders that several processes want: one writes, sweeps share; a study that is wrong touches nothing.
+// Result folders used by several processes: one writes, sweeps share; an invalid study changes
+// nothing.
 #include <fmt/format.h>
 #include <signal.h>
 #include <unistd.h>
@@ -66,7 +67,7 @@ values = [200.0]
   }
 };
 
-/// As many sweeps at a time make the study's runs once.
+/// This number of simultaneous sweeps makes the study's runs once.
 void shared_by(int processes, const Desk& desk, const killed::Contents& expected) {
   CAPTURE(processes);
   const auto place = desk.folder.path() / fmt::format("shared{}", processes);
@@ -94,7 +95,7 @@ void shared_by(int processes, const Desk& desk, const killed::Contents& expected
 
 }  // namespace
 
-TEST_CASE("a study that is wrong touches none of the runs that are there", "[study][program][folders]") {
+TEST_CASE("an invalid study changes none of the existing runs", "[study][program][folders]") {
   Desk desk;
   REQUIRE(test::freeplay(desk.command()).status == 0);
   const auto there = runs_in(desk.out / "sweep.db");
@@ -120,7 +121,8 @@ TEST_CASE("a study that is wrong touches none of the runs that are there", "[stu
   refused("[0.5e-3]", "\"wide\"", "values");
   refused("[200.0]", "[200.0, 0.0]", "drive");
   refused("starts = 2", "starts = 0", "starts");
-  // The last of many scenes: a variant whose guide is across the crank's circle cannot be assembled.
+  // The last of many scenes: a variant whose guide is perpendicular to the crank's circle cannot be
+  // assembled.
   refused("[axes.clearance]",
           "[variants.far]\nset = [\"joints.gudgeon.at=[[5.0, 0.0], [0.0, 0.0]]\", \"run.start=assembled\", "
           "\"joints.guide.at=[[0.0, 9.0], [0.0, 0.0]]\"]\n[axes.clearance]",
@@ -129,14 +131,14 @@ TEST_CASE("a study that is wrong touches none of the runs that are there", "[stu
   write_file(desk.scene, replaced(desk.scene_text, "[joints.gudgeon]", "[joints.gudgen]"));
   CHECK(test::freeplay(desk.command()).status == 2);
   CHECK(runs_in(desk.out / "sweep.db") == there);
-  // What says nothing new runs nothing, and drops nothing.
+  // A change without effect repeats no run, and removes none.
   write_file(desk.scene, "title = \"The same by another name\"\n# A remark.\n" +
                              replaced(desk.scene_text, "title", "# title"));
   CHECK_THAT(test::freeplay(desk.command()).out, Contains("4 were there, 0 made") && !Contains("kept"));
   CHECK(runs_in(desk.out / "sweep.db") == there);
 }
 
-TEST_CASE("runs that a study does not name stay until they are pruned", "[study][program][folders]") {
+TEST_CASE("runs that a study does not contain are kept until they are pruned", "[study][program][folders]") {
   Desk desk;
   REQUIRE(test::freeplay(desk.command()).status == 0);
   const auto there = runs_in(desk.out / "sweep.db");
@@ -155,7 +157,8 @@ TEST_CASE("runs that a study does not name stay until they are pruned", "[study]
   CHECK_FALSE(std::filesystem::exists(desk.folder.path() / "none"));
 }
 
-TEST_CASE("sweeps share a study: each run once, and the same as by one", "[study][program][folders]") {
+TEST_CASE("sweeps that share a study make each run once, with the results of a single sweep",
+          "[study][program][folders]") {
   Desk desk;
   desk.study_text = replaced(desk.study_text, "[0.5e-3]", "[0.25e-3, 0.5e-3]");
   write_file(desk.study, desk.study_text);
@@ -163,7 +166,7 @@ TEST_CASE("sweeps share a study: each run once, and the same as by one", "[study
   const auto expected = runs_in(desk.out / "sweep.db");
   REQUIRE(expected.size() == 8);
   for (const int processes : {2, 4}) shared_by(processes, desk, expected);
-  // One of two is killed: the other makes what it had claimed.
+  // One of two is killed: the other makes its claimed runs.
   const auto place = desk.folder.path() / "killed";
   const killed::Words words{"sweep", desk.study.string(), "-o", place.string(), "--threads", "1"};
   std::thread one([&] { killed::kill_after(words, 0.3); });
@@ -186,7 +189,8 @@ TEST_CASE("eight sweeps share a study of 64 runs", "[.campaign]") {
   for (const int processes : {2, 4, 8}) shared_by(processes, desk, expected);
 }
 
-TEST_CASE("one form of a study at a time, and claims of the living only", "[study][folders]") {
+TEST_CASE("one version of a study is in use at a time, and only living processes hold claims",
+          "[study][folders]") {
   Desk desk;
   const auto study = read_study(desk.study);
   const auto folder = desk.folder.path();
@@ -206,12 +210,12 @@ TEST_CASE("one form of a study at a time, and claims of the living only", "[stud
     CHECK(same.claim(1) == std::vector<std::string>{"b"});
     CHECK(same.claim(1).empty());
     CHECK(list.claim(1).empty());
-  }  // gives b back
+  }  // releases b
   CHECK(list.claim(1) == std::vector<std::string>{"b"});
   CHECK_FALSE(list.ended());
 }
 
-TEST_CASE("one writer in a folder: the others are told who it is", "[program][folders]") {
+TEST_CASE("one writer in a folder: others are told which process holds it", "[program][folders]") {
   Desk desk;
   make_folder(desk.out);
   const auto scene = test::flores().string() + " --set run.revolutions=0.02 --set run.discard=0";
@@ -244,8 +248,7 @@ TEST_CASE("one writer in a folder: the others are told who it is", "[program][fo
   CHECK_NOTHROW(FolderLock(desk.out, "sweep", FolderLock::Use::together));
 }
 
-TEST_CASE("an interrupted run leaves the finished one that stands there, and can be gone on with",
-          "[resume][folders]") {
+TEST_CASE("an interrupted run keeps the finished one in its folder and can be resumed", "[resume][folders]") {
   test::TemporaryFolder folder;
   const auto out = folder.path() / "out";
   const auto scene = [](const char* revolutions) {
@@ -262,7 +265,8 @@ TEST_CASE("an interrupted run leaves the finished one that stands there, and can
   REQUIRE(interrupted.ending.status == Ending::Status::interrupted);
   CHECK_THAT(interrupted.notes.back(), Contains("the finished run that stands in the folder stays"));
   CHECK(killed::results_in(out) == older);
-  // Without its half there is nothing to go on with, and the older file is none.
+  // Without its incomplete file there is nothing to resume, and the older file is not a
+  // replacement.
   const auto half = out / "trajectory.csv.partial", aside = folder.path() / "aside";
   std::filesystem::rename(half, aside);
   CHECK_THROWS_AS(resume_run(out, {.checkpoint = 30}), std::runtime_error);
@@ -276,7 +280,7 @@ TEST_CASE("an interrupted run leaves the finished one that stands there, and can
   CHECK(killed::leftovers_in(out).empty());
 }
 
-TEST_CASE("a database that another program holds is waited for until a stop", "[study][folders]") {
+TEST_CASE("a database held by another program is waited for until a stop request", "[study][folders]") {
   Desk desk;
   const auto study = read_study(desk.study);
   const auto file = desk.folder.path() / "sweep.db";
@@ -295,7 +299,7 @@ TEST_CASE("a database that another program holds is waited for until a stop", "[
   CHECK(waited < std::chrono::seconds(20));
 }
 
-TEST_CASE("a lock that is planted leads nowhere", "[folders]") {
+TEST_CASE("a planted lock file is not followed", "[folders]") {
   test::TemporaryFolder folder;
   const auto victim = folder.path() / "victim", lock = folder.path() / "out/.freeplay.lock";
   make_folder(folder.path() / "out");
@@ -308,7 +312,7 @@ TEST_CASE("a lock that is planted leads nowhere", "[folders]") {
   CHECK(test::file_text(victim) == "kept");
 }
 
-TEST_CASE("results are replaced as a whole, and links lead nowhere", "[folders]") {
+TEST_CASE("results are replaced as a whole, and links are not followed", "[folders]") {
   test::TemporaryFolder folder;
   const auto out = folder.path() / "out";
   const auto make = [&](const char* text, bool commit) {
@@ -329,7 +333,7 @@ TEST_CASE("results are replaced as a whole, and links lead nowhere", "[folders]"
   CHECK(test::file_text(out / "penalty/run.json") == "two");
   CHECK_FALSE(std::filesystem::exists(out / "penalty/forces.csv"));  // of the older
   CHECK(test::file_text(out / "penalty/notes.txt") == "the user's");
-  // A folder that leads elsewhere.
+  // A folder that is a link.
   make_folder(folder.path() / "elsewhere");
   write_file(folder.path() / "elsewhere/run.json", "kept");
   std::filesystem::remove_all(out / "penalty");
@@ -338,7 +342,7 @@ TEST_CASE("results are replaced as a whole, and links lead nowhere", "[folders]"
   CHECK(test::file_text(folder.path() / "elsewhere/run.json") == "kept");
 }
 
-TEST_CASE("a half-moved set that somebody planted moves what a verb makes, and through no link",
+TEST_CASE("a planted half-moved result set moves only files of the command, and through no link",
           "[folders]") {
   test::TemporaryFolder folder;
   const auto out = folder.path() / "received", home = folder.path() / "home";
@@ -354,7 +358,7 @@ TEST_CASE("a half-moved set that somebody planted moves what a verb makes, and t
   CHECK_FALSE(std::filesystem::exists(out / ".laws.complete"));
 }
 
-TEST_CASE("what is in the way of results is told before any older one is gone", "[folders]") {
+TEST_CASE("obstacles to new results are reported before any older result is removed", "[folders]") {
   test::TemporaryFolder folder;
   const auto out = folder.path() / "out";
   make_folder(out);
@@ -382,7 +386,7 @@ TEST_CASE("what is in the way of results is told before any older one is gone", 
   CHECK(test::file_text(out / "comparison.json") == "older");
 }
 
-TEST_CASE("a database is the file of its name, whatever the name", "[study][folders]") {
+TEST_CASE("a database is opened by its literal file name, whatever the name", "[study][folders]") {
   Desk desk;
   make_folder(desk.folder.path() / "file:x");
   const auto before = std::filesystem::current_path();
@@ -395,7 +399,7 @@ TEST_CASE("a database is the file of its name, whatever the name", "[study][fold
   CHECK(there);
 }
 
-TEST_CASE("a scene named by a way upwards has its results under its folder's name", "[folders]") {
+TEST_CASE("default result folder of a scene path with .. is named after the resolved folder", "[folders]") {
   CHECK(cli::default_folder("cases/ring/inner/../scene.toml", "") == "out/ring");
   CHECK(cli::default_folder("cases/ring/./scene.toml", "-x") == "out/ring-x");
 }

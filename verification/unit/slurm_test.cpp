@@ -1,4 +1,5 @@
-// Commands of Slurm that do not answer: submit and status end in time and say so; and licences of what scripts/bundle ships.
+// Slurm commands that do not answer: submit and status end in time with a message. Licences of the
+// files that scripts/bundle ships.
 #include <fmt/format.h>
 #include <catch2/catch.hpp>
 
@@ -49,7 +50,7 @@ struct Cluster {
 
 }  // namespace
 
-TEST_CASE("a command of Slurm that does not answer is ended, and the verb says which", "[shards][errors]") {
+TEST_CASE("a Slurm command that does not answer is ended and named", "[shards][errors]") {
   const Cluster cluster;
   const std::string submit = "submit study.toml --slurm --array 1 -o out";
   CHECK(cluster.run(submit).status == 0);
@@ -57,13 +58,13 @@ TEST_CASE("a command of Slurm that does not answer is ended, and the verb says w
        {std::pair<std::string, int>{"squeue", 1}, {"sbatch", 1}, {"sinfo", 0}}) {
     CAPTURE(hangs);
     const Cluster one;
-    // A child of the child that holds the pipe does not hold up the end either.
+    // A grandchild process that keeps the pipe open does not delay the end either.
     one.command(hangs, "[ \"$1\" = --version ] && exit; sleep 100 & wait");
     const auto told = one.run(hangs == "sinfo" ? "submit study.toml --slurm -o out" : submit);
     CAPTURE(told.said);
     CHECK(told.status == status);
     if (status == 1) CHECK_THAT(told.said, Contains(hangs) && Contains("no answer within 1 s"));
-    CHECK(told.seconds < 20);  // one second of patience a command; the rest for a busy machine
+    CHECK(told.seconds < 20);  // a time limit of one second for a command; the rest for a busy machine
   }
   cluster.command("squeue", "sleep 100");
   const auto told = cluster.run("status study.toml -o out");
@@ -73,7 +74,7 @@ TEST_CASE("a command of Slurm that does not answer is ended, and the verb says w
   CHECK(told.seconds < 20);
 }
 
-TEST_CASE("the licences of all that is shipped with the program are shipped", "[docs]") {
+TEST_CASE("licences of all shipped parts are shipped", "[docs]") {
   const test::TemporaryFolder folder;
   const auto out = (folder.path() / "licences").string();
   const auto of = [&](const std::string& files) {
@@ -99,7 +100,7 @@ TEST_CASE("the licences of all that is shipped with the program are shipped", "[
   }
   CHECK(std::filesystem::exists(out + "/common/LGPL-2.1"));
   CHECK(std::filesystem::exists(out + "/common/Apache-2.0"));
-  // What belongs to no package has a licence that nobody has looked at.
+  // A file that belongs to no package has an unreviewed licence.
   write_file(folder.path() / "lib.so", "");
   CHECK(of(fmt::format("echo '{}'", (folder.path() / "lib.so").string())) != 0);
 }

@@ -1,5 +1,5 @@
-// Springs beyond a constant rate and bushings: their forces are the gradient of what they store, dampers take energy, kinks
-// are where the force has them, and what is no spring is refused.
+// Springs of variable rate and bushings: forces are the gradient of their stored energy, dampers
+// dissipate energy, kinks are listed where the force has them, and invalid springs are refused.
 #include <catch2/catch.hpp>
 
 #include <cmath>
@@ -40,7 +40,7 @@ const std::string linear = "type = \"spring-damper\"\n" + ends,
 
 }  // namespace
 
-TEST_CASE("springs and bushings are the gradient of what they store", "[springs]") {
+TEST_CASE("forces of springs and bushings are the gradient of their stored energy", "[springs]") {
   for (const auto& load :
        {linear + "stiffness = 3\ncubic = 2\npreload = -0.7\nfree_length = 0.9",
         linear + "stiffness = 3\ncubic = 2\npreload = -0.7\nfree_length = 0.9\none_way = \"pull\"",
@@ -69,7 +69,7 @@ TEST_CASE("springs and bushings are the gradient of what they store", "[springs]
       const auto force = e.force;
       double sums[3] = {0, 0, 0};
       for (std::size_t i = 0; i < 6; ++i) {
-        // Central differences: a kink within 1e-6 errs by 1e-6 times the change of slope.
+        // Central differences: the error at a kink within 1e-6 is 1e-6 times the change of slope.
         const double s = 1e-6;
         auto lo = q, hi = q;
         lo[i] -= s, hi[i] += s;
@@ -85,7 +85,7 @@ TEST_CASE("springs and bushings are the gradient of what they store", "[springs]
   }
 }
 
-TEST_CASE("dampers take energy, by what the ledger is told", "[springs]") {
+TEST_CASE("dampers dissipate energy, in agreement with the ledger", "[springs]") {
   for (const auto& load :
        {linear + "stiffness = 3\ndamping = 2\nfree_length = 1\none_way = \"pull\"",
         linear + "stiffness = 3\ndamping = 9\nfree_length = 1\none_way = \"push\"",
@@ -108,7 +108,7 @@ TEST_CASE("dampers take energy, by what the ledger is told", "[springs]") {
       system.place(0, q.data(), e);
       system.forces(0, q.data(), v.data(), z.data(), e);
       CHECK(e.power.damping <= 1e-15);
-      // What the forces do is what the potential loses and the damper takes.
+      // The power of the forces is the loss of potential energy plus the dissipation of the damper.
       double power = 0;
       const double s = 1e-6;
       auto lo = q, hi = q;
@@ -124,7 +124,8 @@ TEST_CASE("kinks are where a force changes its slope or begins to act", "[spring
     const System system(two_on(load).mechanism);
     return system.phases() == 0 ? std::vector<double>{} : system.phase(0).kinks;
   };
-  // One that exerts something at length 0 turns round there: a billionth of its free length, or of its table's last.
+  // A spring with a force at length 0 reverses there: a billionth of its free length, or of its
+  // table's last.
   const auto turning = [&](const std::string& load, double length) {
     const auto list = kinks(load);
     REQUIRE_FALSE(list.empty());
@@ -146,7 +147,7 @@ TEST_CASE("kinks are where a force changes its slope or begins to act", "[spring
   CHECK(5 + 2 * root[0] + 3 * std::pow(root[0], 3) == Approx(0).margin(1e-13));
 }
 
-TEST_CASE("what is no spring is refused", "[springs][scene]") {
+TEST_CASE("invalid springs are refused", "[springs][scene]") {
   const auto refused = [](const std::string& load, const std::string& why) {
     CAPTURE(load);
     CHECK_THAT(test::refusal_of<SceneError>([&] { two_on(load); }), Catch::Contains(why));

@@ -1,5 +1,5 @@
-// Scenes that a stranger tries: an error says where and what would be right, a figure shows what is there, a smooth force
-// is not doubted.
+// Unusual scenes: an error states the place and a remedy, a figure shows the actual pose, and a
+// smooth force is not reported as doubtful.
 #include <catch2/catch.hpp>
 
 #include <algorithm>
@@ -25,14 +25,14 @@ const std::string guide = "[joints.g]\ntype = \"translational\"\nbetween = [\"gr
 const std::string steel = "surface = \"s\"\n[surfaces.s]\nyoung = 2e11\npoisson = 0.3\nrestitution = 0.5\n";
 const std::string run = "[run]\nduration = 0.5\n";
 
-/// What a run by the penalty formulation is refused with.
+/// The message with which a run by the penalty formulation is refused.
 std::string refused(const std::string& text) {
   const auto scene = parse_scene(text, "s.toml");
   return test::refusal_of<SceneError>(
       [&] { located_in(scene, [&] { return Simulation(scene, "penalty").state(); }); });
 }
 
-/// Rows of a pose figure's table that begin so.
+/// Rows of a pose figure's table with this beginning.
 long rows(const std::string& text, const std::string& begin) {
   const auto scene = parse_scene(text + run, "s.toml");
   const auto table = "\n" + pose_table(scene, assemble(scene.mechanism, RunOptions::Start::assembled));
@@ -43,7 +43,7 @@ long rows(const std::string& text, const std::string& begin) {
 
 }  // namespace
 
-TEST_CASE("a penalty contact without stiffness names the key that would give one", "[errors][strange]") {
+TEST_CASE("a penalty contact without stiffness names the key that provides it", "[errors][strange]") {
   CHECK_THAT(
       refused(block + guide + "clearance = 1e-3\nslider_length = 0.1\nslider_height = 0.05\n" + steel + run),
       Contains("s.toml:5:1: joints.g.corner_radius: is missing"));
@@ -54,8 +54,9 @@ TEST_CASE("a penalty contact without stiffness names the key that would give one
              Contains("s.toml:5:1: contacts.p.stiffness: is missing"));
 }
 
-TEST_CASE("a force against a place is taken over a step that hardly moves", "[driving][strange]") {
-  // From rest in a step of 1e-4 s the block goes 2.5e-8 m: the mean over that is exact, and nothing is doubted.
+TEST_CASE("a force over position is averaged correctly over a step that hardly moves", "[driving][strange]") {
+  // From rest the block moves by 2.5e-8 m in a step of 1e-4 s: the mean over that is exact, and the
+  // result is not doubtful.
   const auto text =
       block + guide +
       "[curves.c]\nshape = \"table\"\npoints = [[-1, 50], [1, -50]]\n[drives.d]\njoint = \"g\"\n"
@@ -67,12 +68,13 @@ TEST_CASE("a force against a place is taken over a step that hardly moves", "[dr
     turned.replace(turned.find(given), given.size(), way);
     const auto result = test::simulate(parse_scene(turned, "s.toml"), Family::nonsmooth);
     CHECK(result.notes.empty());
-    // The midpoint rule's phase errs by (ωh)²/24 a step: 1e-7 over ωT = 3.5.
+    // The phase error of the midpoint rule is (ωh)²/24 a step: 1e-7 over ωT = 3.5.
     CHECK(result.final_state.q[0] == Approx(0.1 * std::cos(std::sqrt(50.0) * 0.5)).margin(1e-7));
   }
 }
 
-TEST_CASE("the figure of a pose has a bushing's end and one box a guide", "[figures][strange]") {
+TEST_CASE("the figure of a pose shows the end of a bushing and one box for each guide",
+          "[figures][strange]") {
   const std::string bushing =
       "[loads.u]\ntype = \"bushing\"\nbetween = [\"ground\", \"b\"]\nat = [[0, 0], [-0.1, 0]]\nstiffness = [1, 1]\n";
   CHECK(rows(block + bushing, "link,b,") == 2);  // from the bushing to the centre of mass
@@ -85,7 +87,7 @@ TEST_CASE("the figure of a pose has a bushing's end and one box a guide", "[figu
   CHECK(rows(block + guide + yoke, "pin,s,") == 1);
 }
 
-TEST_CASE("a study that may reach anywhere lets its scenes do so", "[study][strange]") {
+TEST_CASE("permission of a study to read files anywhere extends to its scenes", "[study][strange]") {
   const test::TemporaryFolder folder;
   std::filesystem::create_directory(folder.path() / "inner");
   const auto write = [&](const char* name, const std::string& text) {

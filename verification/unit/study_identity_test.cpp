@@ -1,5 +1,5 @@
-// A study's keys: what is said otherwise runs no run again, what decides a digit does, and keys of another kind
-// are neither used nor lost.
+// Keys of a study's runs: a change of spelling repeats no run, a change that affects a digit does,
+// and a database with keys of another kind is neither used nor lost.
 #include <fmt/format.h>
 #include <catch2/catch.hpp>
 
@@ -23,7 +23,7 @@ using test::replaced;
 
 namespace {
 
-/// A study of two starts in both formulations with a scene of its own, in a folder.
+/// A study of two starts in both formulations with its own scene, in a folder.
 struct Desk {
   test::TemporaryFolder folder;
   std::filesystem::path scene = folder.path() / "scene.toml", study = folder.path() / "study.toml";
@@ -51,7 +51,7 @@ starts = 2
 
 }  // namespace
 
-TEST_CASE("a sweep runs again what decides a digit, and nothing else", "[study][repeat]") {
+TEST_CASE("a sweep repeats a run if and only if a change affects a digit", "[study][repeat]") {
   Desk desk;
   const auto run = [&] {
     const auto study = read_study(desk.study);
@@ -89,14 +89,14 @@ TEST_CASE("a sweep runs again what decides a digit, and nothing else", "[study][
   summary = run();
   CHECK(summary.ran == 0);
   CHECK(summary.kept == 6);
-  write_file(desk.study, desk.study_text);  // as it was: its runs are there
+  write_file(desk.study, desk.study_text);  // restored: its runs exist
   summary = run();
   CHECK(summary.found == 4);
   CHECK(summary.ran == 0);
   CHECK(summary.kept == 4);
 }
 
-TEST_CASE("every setting of a study that decides a run is in its key", "[study][repeat]") {
+TEST_CASE("every setting of a study that affects a run is in its key", "[study][repeat]") {
   Desk desk;
   const auto own = desk.keys();
   REQUIRE(own.size() == 4);
@@ -117,21 +117,22 @@ TEST_CASE("every setting of a study that decides a run is in its key", "[study][
   CHECK(other(replaced(desk.study_text, "revolutions = 1", "revolutions = 2")));
   CHECK(other(replaced(desk.study_text, "discard = 0.5", "discard = 0.25")));
   CHECK(other(replaced(desk.study_text, "position = \"lvdt\"\n", "")));
-  // What only says how much is made, or shown, is not.
+  // Settings of the amount of work or of display have no effect on keys.
   for (const char* line :
        {"title = \"Another\"", "claims = \"flores2011\"", "formulations = [\"penalty\", \"nonsmooth\"]",
         "[variants.given]\ntitle = \"The same\""}) {
     CAPTURE(line);
     CHECK_FALSE(other(desk.study_text + line + "\n"));
   }
-  // Matching concerns the impact law's runs alone.
+  // Matching affects the impact law's runs alone.
   const auto unmatched = desk.keys({.matched = false, .stop = {}});
   CHECK(std::ranges::count_if(unmatched, [&](const auto& key) { return own.contains(key); }) == 2);
   write_file(desk.scene, replaced(desk.scene_text, "restitution", "poisson = 0.31 # restitution"));
-  CHECK_THROWS_AS(desk.keys(), SceneError);  // twice the same key: a bad scene shows before anything runs
+  CHECK_THROWS_AS(desk.keys(),
+                  SceneError);  // the same key twice: an invalid scene is reported before any run
 }
 
-TEST_CASE("what a study makes says what it was made from, with every file that it names", "[study][repeat]") {
+TEST_CASE("results of a study record their sources, with every file that it refers to", "[study][repeat]") {
   Desk desk;
   const auto data = desk.folder.path() / "measured.csv", fit = desk.folder.path() / "fit.toml";
   write_file(data, "t,acceleration\n0,1\n");
@@ -163,7 +164,7 @@ data = "measured.csv"
   CHECK(moved(data, "t,acceleration\n0,2\n"));
   CHECK(moved(fit, test::file_text(fit) + "seed = 3\n"));
   CHECK(desk.identity_of_study() == own);
-  // Elsewhere it is the same.
+  // In another folder keys are the same.
   Desk other;
   write_file(other.folder.path() / "measured.csv", test::file_text(data));
   write_file(other.folder.path() / "fit.toml", test::file_text(fit));

@@ -1,5 +1,5 @@
-// The page of studies and the studies of cases: the example runs as its page says, every table and column is listed there, and
-// every study of a case can be planned.
+// The documentation of studies and the studies of cases: the example runs as documented,
+// docs/study.md lists every table and column, and every study of a case can be planned.
 #include <fmt/format.h>
 #include <catch2/catch.hpp>
 
@@ -26,9 +26,10 @@ std::string example() {
 
 }  // namespace
 
-TEST_CASE("the study that docs/reference/study.md shows: a ball rebounds to e²h", "[studies][program]") {
-  // v₋ = √(2gh) at the first touch, e v₋ behind it, and (e v₋)²/(2g) = e²h up: rows and ends of steps are at most
-  // Δt = duration/20000 apart, so the highest is missed by g Δt²/8 = 3e-10 m at most; locating the touch errs by less.
+TEST_CASE("the study of docs/study.md: a ball rebounds to e²h", "[studies][program]") {
+  // v₋ = √(2gh) at the first contact, e v₋ after it, and (e v₋)²/(2g) = e²h up: rows and ends of
+  // steps are at most Δt = duration/20000 apart, so the highest point is missed by at most g
+  // Δt²/8 = 3e-10 m; the error of locating the contact is smaller.
   const StudyDesk desk("bouncing-ball");
   const auto runs = desk.table(example());
   REQUIRE(runs.size() >= 5);
@@ -38,11 +39,12 @@ TEST_CASE("the study that docs/reference/study.md shows: a ball rebounds to e²h
     restitutions.insert(e);
     CHECK(std::abs(value_of(run, "rise") - e * e * 0.5) < 1e-8);
     CHECK(std::abs(value_of(run, "share") - e * e) < 3e-8);
-    // No instrument, no drive: what needs one is absent, not zero.
+    // No instrument, no drive: quantities that need one are absent, not zero.
     for (const char* name :
          {"peak_max", "rms", "ratio_max", "lines", "impacts_per_turn", "energy_per_turn", "loss_angle"})
       CHECK_FALSE(run.contains(name));
-    // It rests after ever smaller rebounds, from t₁(1 + e)/(1 − e) on, t₁ = √(2h/g): the rest of the window it does not fly.
+    // It comes to rest after ever smaller rebounds, at t₁(1 + e)/(1 − e), t₁ = √(2h/g): for the
+    // rest of the window it is not in flight.
     const double rest = std::sqrt(1 / 9.81) * (1 + e) / (1 - e);
     CHECK(value_of(run, "flight_share") == Approx(std::min(1.0, (rest - 0.33) / 0.3)).margin(1e-4));
   }
@@ -94,7 +96,7 @@ TEST_CASE("docs/reference/study.md lists every table and column of the database"
         list.push_back(word);
     }
   }
-  // Behind the views runs are named by a whole number, in tables that nobody need ask.
+  // Internally runs have integer numbers, in tables that users need not query.
   for (const auto& table :
        desk.ask("select name from sqlite_master where type in ('table', 'view') and name not like "
                 "'sqlite_%' and name not like '%\\_rows' escape '\\' and name not like '%\\_blobs' "

@@ -1,5 +1,5 @@
-// Studies: reading, bit-identity, carrying on, metrics by hand, surfaces, measured files, and calibration end
-// to end.
+// Studies: reading, bit-identity, resumption, metrics by hand, response surfaces, measured files,
+// and a complete calibration.
 #include <fmt/format.h>
 #include <sqlite3.h>
 #include <catch2/catch.hpp>
@@ -58,7 +58,7 @@ values = [100.0, 250.0]
 
 }  // namespace
 
-TEST_CASE("a sweep's results do not depend on threads, and it carries on", "[study]") {
+TEST_CASE("results of a sweep do not depend on threads, and it resumes", "[study]") {
   test::TemporaryFolder folder;
   const auto study = read_study(write(folder, "study.toml", two_by_two));
   REQUIRE(cases(study).size() == 16);
@@ -80,10 +80,11 @@ TEST_CASE("a sweep's results do not depend on threads, and it carries on", "[stu
       CHECK((one[i].metric[m] == two[i].metric[m] ||
              (std::isnan(one[i].metric[m]) && std::isnan(two[i].metric[m]))));
   }
-  // Starts differ, formulations start alike.
+  // Starts differ, formulations have the same start.
   CHECK(one[0].metric[TurnMetrics::peak_max] != one[1].metric[TurnMetrics::peak_max]);
 
-  // Half of it is asked for no more, and removed: when it is asked for again, only that half is run.
+  // Half of the study is no longer requested, and removed: when it is requested again, only that
+  // half is run.
   const FolderLock lock(folder.path(), "test");
   Results results(folder.path() / "one.db", study);
   const auto runs = plan(study, {});
@@ -104,12 +105,12 @@ TEST_CASE("a sweep's results do not depend on threads, and it carries on", "[stu
   CHECK(results.runs().size() == 16);
 }
 
-TEST_CASE("a sweep that is killed leaves whole runs", "[study][program]") {
+TEST_CASE("a killed sweep leaves complete runs", "[study][program]") {
   test::TemporaryFolder folder;
   const auto file = write(folder, "study.toml", two_by_two + "\n");
   const auto program = std::string(FREEPLAY_BINARY_DIR) + "/freeplay sweep " + file.string() +
                        " --allow-outside -o " + (folder.path() / "out").string();
-  // Killed without warning as soon as it has stored a run, then left to end.
+  // Killed without warning as soon as it has stored a run, then completed.
   const auto pid = (folder.path() / "pid").string();
   (void)!std::system(("(" + program + " --threads 1 >/dev/null 2>&1 & echo $! > " + pid + ")").c_str());
   const auto stored = [&] {
@@ -139,7 +140,7 @@ TEST_CASE("a sweep that is killed leaves whole runs", "[study][program]") {
   CHECK(results.runs().size() == 16);
 }
 
-TEST_CASE("bad studies", "[study]") {
+TEST_CASE("invalid studies are refused", "[study]") {
   test::TemporaryFolder folder;
   const auto says = [&](const std::string& text) { return refusal(write(folder, "study.toml", text)); };
   CHECK_THAT(says("scene = 3\n"), Contains("study.toml:1:9: scene: must be a text"));
@@ -154,7 +155,7 @@ TEST_CASE("bad studies", "[study]") {
   CHECK_THAT(says(study_head + "[calibrate]\n[calibrate.unknowns.a]\nkey = \"x\"\nlow = 1\nhigh = 2\n"
                                "[calibrate.targets.t]\nstatistic = \"peek\"\nvalue = 1\n"),
              Contains("\"peek\" is neither a statistic nor a measure of the study; there are peak_5"));
-  // A key that no scene has shows before anything runs.
+  // A key that no scene has is reported before any run.
   const auto file = write(folder, "study.toml",
                           study_head + "[axes.a]\nkey = \"joints.gudgeon.clearanse\"\nvalues = [1e-3]\n");
   const auto o =
@@ -163,8 +164,9 @@ TEST_CASE("bad studies", "[study]") {
   CHECK_THAT(o.err, Contains("did you mean clearance"));
 }
 
-TEST_CASE("turn metrics of a signal written down by hand", "[study]") {
-  // ω = 2π rad/s, so a turn is 1 s; 1000 Hz; a = 3 cos φ + 1 cos 5φ; the third turn has one spike of 20.
+TEST_CASE("metrics per revolution of a signal derived by hand", "[study]") {
+  // ω = 2π rad/s, so a revolution is 1 s; 1000 Hz; a = 3 cos φ + 1 cos 5φ; the third revolution has
+  // one spike of 20.
   TurnRules rules;
   rules.speed = 2 * std::numbers::pi;
   rules.sampling = 1000;
@@ -177,7 +179,7 @@ TEST_CASE("turn metrics of a signal written down by hand", "[study]") {
     meter.acceleration(t, i == 3300 ? 20 : 3 * std::cos(phi) + std::cos(5 * phi));
     meter.position(t, -2.0 * t * t + 8 * t);  // speed 8 − 4t: slows by 4 m/s², then gains
   }
-  // In each turn from 1 s on: flight from 90° to 180°; two impacts, one too slow to count.
+  // In each revolution from 1 s on: flight from 90° to 180°; two impacts, one too slow to count.
   for (int turn = 0; turn < 5; ++turn) {
     ContactEvent e;
     e.kind = EventKind::separation;
@@ -198,7 +200,7 @@ TEST_CASE("turn metrics of a signal written down by hand", "[study]") {
   CHECK(m.value[TurnMetrics::peak_median] == Approx(4));
   CHECK(m.value[TurnMetrics::peak_max] == 20);
   CHECK(m.value[TurnMetrics::ratio_max] == 5);
-  CHECK(m.spectrum[0] == Approx(3).epsilon(0.02));  // the spike adds white noise to its turn
+  CHECK(m.spectrum[0] == Approx(3).epsilon(0.02));  // the spike adds white noise to its revolution
   CHECK(m.spectrum[4] == Approx(1).epsilon(0.02));
   CHECK(m.value[TurnMetrics::lines] == 2);
   CHECK(m.value[TurnMetrics::loss_angle] == Approx(90));
@@ -210,9 +212,9 @@ TEST_CASE("turn metrics of a signal written down by hand", "[study]") {
   CHECK(m.value[TurnMetrics::energy_per_turn] == Approx(2));
 }
 
-TEST_CASE("measured files: what is read, and what is refused", "[study]") {
+TEST_CASE("measured files: accepted and refused forms", "[study]") {
   test::TemporaryFolder folder;
-  const double speed = 2 * std::numbers::pi;  // one turn a second
+  const double speed = 2 * std::numbers::pi;  // one revolution a second
   const auto file = [&](const std::string& head, auto line) {
     std::string text = head + "\n";
     for (int i = 0; i < 300; ++i) text += std::string(line(i)) + "\n";
@@ -261,7 +263,7 @@ TEST_CASE("measured files: what is read, and what is refused", "[study]") {
       Contains("less than a turn of the crank"));
 }
 
-TEST_CASE("response surfaces: exact for quadratics, honest about noise", "[study]") {
+TEST_CASE("response surfaces: exact for quadratics, with a correct estimate of noise", "[study]") {
   const auto points = space_filling(3, 60);
   CHECK(points.minCoeff() >= -1);
   CHECK(points.maxCoeff() <= 1);
@@ -275,7 +277,8 @@ TEST_CASE("response surfaces: exact for quadratics, honest about noise", "[study
   const Eigen::Vector3d at(0.3, -0.7, 0.2);
   CHECK(exact(at) == Approx(f(at)));
   CHECK(exact.gradient(at)[2] == Approx(0.5 * 0.3 - 6 * 0.2));
-  // Noise of standard deviation s: leaving one out errs by s√(1 + h/(1−h)), some 10 % above s for 10 of 60.
+  // Noise of standard deviation s: the leave-one-out error is s√(1 + h/(1−h)), some 10 % above s
+  // for 10 of 60.
   std::mt19937_64 engine(3);
   std::normal_distribution<double> noise(0, 0.2);
   for (int i = 0; i < 60; ++i) y[i] += noise(engine);
@@ -284,13 +287,13 @@ TEST_CASE("response surfaces: exact for quadratics, honest about noise", "[study
   CHECK(noisy.error() < 0.2 * 1.45);
 }
 
-TEST_CASE("known parameters are recovered from a synthetic measurement, through the whole chain",
+TEST_CASE("known parameters are recovered from a synthetic measurement through the whole chain",
           "[study][long]") {
-  // Peaks keep to a state for a hundred turns and more: taken for six independent stretches, they left the truth out (13.0 to
-  // 15.1 N for 12).
+  // Peaks stay in one state for a hundred revolutions and more: as six independent segments, they
+  // gave an interval without the true value (13.0 to 15.1 N for 12).
   test::TemporaryFolder folder;
   const double band = 700, friction = 12;
-  // The measurement: another start (seed) of the same rig at two clearances, written as a user would have it.
+  // The measurement: another start (seed) of the same rig at two clearances, written as by a user.
   auto synthetic =
       read_study(write(folder, "truth.toml", study_head + "formulations = [\"nonsmooth\"]\nseed = 99\n"));
   for (const double clearance : {0.25e-3, 1e-3}) {
@@ -340,11 +343,13 @@ TEST_CASE("known parameters are recovered from a synthetic measurement, through 
     CHECK(u.low <= truth[j]);
     CHECK(truth[j] <= u.high);
   }
-  // It says something: the ranges are factors of 5. Three starts of sixteen chaotic turns leave 0.43 to 0.98 of them, over six
-  // measurements of 20 turns known to a tenth; these are of 100, known to 0.03.
+  // The result is informative: the ranges are factors of 5. Three starts of sixteen chaotic
+  // revolutions leave 0.43 to 0.98 of them, over six measurements of 20 revolutions known to a
+  // tenth; these are of 100, known to 0.03.
   CHECK(left < 0.9 * 2 * std::log(5));
   REQUIRE(r.left_out.size() == 4);
-  // The truth is a point of what the fit leaves open: its own targets lie where the fit's draws say.
+  // The true value is within the region of the fit: its targets are within the predictions of the
+  // fit.
   for (std::size_t i = 0; i < 4; ++i) {
     const auto& p = r.all.predictive[i];
     CAPTURE(i, r.measured[i], p.value, p.low, p.high);
@@ -354,7 +359,7 @@ TEST_CASE("known parameters are recovered from a synthetic measurement, through 
   }
 }
 
-TEST_CASE("a statistic that is nothing within the ranges is no target", "[study]") {
+TEST_CASE("a statistic that is zero within the ranges is refused as a target", "[study]") {
   test::TemporaryFolder folder;
   const auto text = [](const char* statistic) {
     return study_head +
@@ -362,7 +367,8 @@ TEST_CASE("a statistic that is nothing within the ranges is no target", "[study]
            "key = \"joints.gudgeon.clearance\"\nlow = 0.2e-3\nhigh = 1e-3\n[calibrate.targets.t]\nstatistic = \"" +
            statistic + "\"\nvalue = 3\n";
   };
-  // No line reaches a million times the ideal: all five outcomes are 0. They were left out in silence.
+  // No line reaches a million times the ideal: all five outcomes are 0. Formerly they were omitted
+  // silently.
   const auto study = read_study(write(folder, "study.toml", text("lines")));
   CHECK_THROWS_WITH(
       calibrate(plan_calibration(study, {}), Conduct{}, FolderLock(folder.path(), "test"), 0, {}),
@@ -373,8 +379,9 @@ TEST_CASE("a statistic that is nothing within the ranges is no target", "[study]
              Contains("statistic: \"loss_angle\" is a direction on the circle"));
 }
 
-TEST_CASE("dampers' losses are not a study's energy per turn", "[study]") {
-  // What docs/reference/study.md says: lost in contacts, films and friction. The coupling's damper takes hundreds of times as much.
+TEST_CASE("a study's energy per revolution excludes the losses of dampers", "[study]") {
+  // As stated in docs/study.md: energy lost in contacts, films and friction. The coupling's damper
+  // dissipates hundreds of times as much.
   const auto file = test::source_folder() / "cases/flores2011-experiment/flywheel.toml";
   Study study;
   study.file = study.scene = file;
@@ -395,8 +402,9 @@ TEST_CASE("dampers' losses are not a study's energy per turn", "[study]") {
         Approx((after.contact + after.friction - before.contact - before.friction) / 1.9));
 }
 
-TEST_CASE("a four-bar that asks for a branch starts at any angle of its crank", "[study]") {
-  // The pose is open with the crank above the line of the fixed pins and crossed with it below: one assembly, all the way round.
+TEST_CASE("a four-bar with a required branch starts at any crank angle", "[study]") {
+  // The pose is open with the crank above the line of the fixed pins and crossed with it below: one
+  // assembly over the whole revolution.
   const auto scene = read_scene(test::source_folder() / "src/cli/templates/four-bar.toml");
   REQUIRE(scene.mechanism.assembly.branch);
   for (int start = 0; start < 6; ++start) {

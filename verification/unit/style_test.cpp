@@ -1,4 +1,4 @@
-// style.toml: what is read of it, what is refused, that nothing in it is executed, and that it survives.
+// style.toml: reading, refusals, that nothing in it is executed, and that it is kept.
 #include <fmt/format.h>
 #include <catch2/catch.hpp>
 
@@ -47,7 +47,7 @@ std::pair<int, int> pixels(const std::filesystem::path& png) {
 
 }  // namespace
 
-TEST_CASE("a style is read by type; what is wrong in it is told by its line", "[figures][style]") {
+TEST_CASE("a style is read by type, and an error in it is reported with its line", "[figures][style]") {
   test::TemporaryFolder folder;
   const auto& place = folder.path();
   CHECK(plots::style_of(place).font_size == 7);
@@ -104,7 +104,7 @@ format = ["svg", "cairolatex", "svg"]
   }
 }
 
-TEST_CASE("a style gives sizes on paper, in every format, and survives", "[figures][style]") {
+TEST_CASE("a style sets sizes on paper in every format, and is kept", "[figures][style]") {
   test::TemporaryFolder folder;
   const auto& place = folder.path();
   write_drift(place);
@@ -123,7 +123,7 @@ TEST_CASE("a style gives sizes on paper, in every format, and survives", "[figur
   CHECK_THAT(test::file_text(figure(".svg")), Contains("font-size=\"12.00\""));  // 9 pt are 9 · 96/72 units
   CHECK_THAT(test::file_text(figure("_latex.tex")), Contains("\\includegraphics") && Contains("drift_latex"));
   CHECK(test::file_text(figure(".pdf")).starts_with("%PDF"));
-  // Each terminal is set once, by the one script that draws them all.
+  // Each terminal is set once, by the one script that draws all formats.
   const auto script = test::file_text(figure(".gp"));
   for (const char* terminal : {"pdfcairo", "pngcairo", "epscairo", "set terminal svg"}) {
     CAPTURE(terminal);
@@ -131,19 +131,19 @@ TEST_CASE("a style gives sizes on paper, in every format, and survives", "[figur
     CHECK(first != script.npos);
     CHECK(script.find(terminal, first + 1) == script.npos);
   }
-  // Without it the figure has its own size again.
+  // Without it the figure has its default size again.
   remove_file(place / "figures/style.toml");
   REQUIRE(test::freeplay("figures " + place.string()).status == 0);
   CHECK(pixels(figure(".png")) == std::pair{1600, 1300});
   CHECK_THAT(test::file_text(figure(".gp")), Contains("SIZE = 7 "));
-  // Nothing is left that shows the older style.
+  // No file of the older style remains.
   for (const char* suffix : {".svg", ".eps", "_latex.tex", "_latex.pdf", "_latex.gp"}) {
     CAPTURE(suffix);
     CHECK_FALSE(std::filesystem::exists(figure(suffix)));
   }
 }
 
-TEST_CASE("hostile styles are refused or drawn, and executed never", "[security][hostile][style]") {
+TEST_CASE("hostile styles are refused or drawn, and never executed", "[security][hostile][style]") {
   test::TemporaryFolder folder;
   const test::Bait bait(folder.path());
   const auto& place = bait.folder;
@@ -162,13 +162,13 @@ TEST_CASE("hostile styles are refused or drawn, and executed never", "[security]
       CAPTURE(parts[k].substr(0, 200), told.err.substr(0, 500));
       CHECK(told.decent());
       CHECK(bait.untouched());
-      // A comment, an empty line and what is none of TOML's business are no key of a style.
+      // A comment, an empty line and invalid TOML are no keys of a style.
       CHECK((told.status == 2 || (told.status == 0 && k == 8)));
       refused += told.status == 2;
     }
   }
   CHECK(refused > 100);
-  // A style that a link leads to is read where it is, and stays.
+  // A style that is a link is read at its target, and remains.
   write_file(bait.victim, "mine\n");
   remove_file(place / "d/figures/style.toml");
   std::filesystem::create_symlink(bait.victim, place / "d/figures/style.toml");
@@ -176,7 +176,7 @@ TEST_CASE("hostile styles are refused or drawn, and executed never", "[security]
   CHECK(bait.untouched());
 }
 
-TEST_CASE("no text means anything to TeX", "[security][figures]") {
+TEST_CASE("no text acts as a TeX command", "[security][figures]") {
   CHECK(plots::in_tex("a_b 5 % $x$ #1 & {c} ~ ^^5c \\input{f} \"q\" <|>") ==
         "a\\_b 5 \\% \\$x\\$ \\#1 \\& \\{c\\} \\textasciitilde{} \\textasciicircum{}\\textasciicircum{}5c "
         "\\textbackslash{}input\\{f\\} \\char34{}q\\char34{} \\textless{}\\textbar{}\\textgreater{}");
@@ -218,7 +218,7 @@ TEST_CASE("poses, sections, diagrams and maps follow the style", "[figures][styl
       REQUIRE(end.status == 0);
       std::ifstream in(out / "figures" / script);
       const std::string text{std::istreambuf_iterator<char>(in), {}};
-      // Colours are the style's, by their names; only greys stand beside them.
+      // Colours are those of the style, by name; only greys are added.
       const std::regex colour("rgb '?(#|0x)([0-9a-f]{6})");
       for (auto it = std::sregex_iterator(text.begin(), text.end(), colour); it != std::sregex_iterator();
            ++it) {

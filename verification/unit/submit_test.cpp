@@ -1,4 +1,4 @@
-// freeplay submit: what files and names hold does not reach the batch scripts but as words.
+// freeplay submit: contents of files and names enter the batch scripts only as quoted words.
 #include <fmt/format.h>
 #include <catch2/catch.hpp>
 
@@ -20,7 +20,7 @@ namespace {
 const std::string hostile =
     "a'b\"c $(touch canary) `touch canary` \\ %j\n#SBATCH --wrap=touch\n; touch canary #";
 
-/// A study that is planned, and how to ask for its scripts.
+/// A planned study, and calls for its scripts.
 struct Planned : test::BallStudy {
   Planned() : BallStudy("range = [0.2, 0.8, 3]") {
     const auto o = run({"sweep", study.string(), "--plan", "2", "-o", out.string()});
@@ -40,7 +40,7 @@ struct Planned : test::BallStudy {
 
 }  // namespace
 
-TEST_CASE("words for a shell are read back by it as they were", "[security][shards]") {
+TEST_CASE("quoted words are read back unchanged by a shell", "[security][shards]") {
   const std::vector<std::string> words{
       "plain/a-b_c.toml", "", "two words", hostile, "'", "\\", "$HOME", "*", "~"};
   test::TemporaryFolder folder;
@@ -56,7 +56,7 @@ TEST_CASE("words for a shell are read back by it as they were", "[security][shar
   CHECK(shell_words({"plain/a-b_c.toml", "-o"}) == "plain/a-b_c.toml -o");
 }
 
-TEST_CASE("options that Slurm's lines cannot hold are refused", "[security][shards]") {
+TEST_CASE("options that do not fit into a line of a Slurm script are refused", "[security][shards]") {
   const Planned place;
   for (const auto* option : {"--partition", "--time"})
     for (const auto& text : {hostile, std::string("a b"), std::string("a\nb"), std::string("\"")}) {
@@ -83,7 +83,7 @@ TEST_CASE("options that Slurm's lines cannot hold are refused", "[security][shar
   CHECK_THAT(spaced.out, Contains("two words/shards/log/%A_%a.log\"\n"));
 }
 
-TEST_CASE("a node's name that no machine has does not reach the script", "[security][shards]") {
+TEST_CASE("an invalid node name does not reach the script", "[security][shards]") {
   const Planned place;
   const auto fail_on = [&](int k, const std::string& host) {
     write_whole(place.out / fmt::format("shards/{}.state.json", k),
@@ -99,7 +99,7 @@ TEST_CASE("a node's name that no machine has does not reach the script", "[secur
   CHECK(place.submit().status == 0);
 }
 
-TEST_CASE("a plan that is another study's, or says what no plan does, is refused", "[security][shards]") {
+TEST_CASE("a plan of another study or with invalid content is refused", "[security][shards]") {
   const Planned place;
   const auto file = place.out / "shards/manifest.json";
   const auto study = place.study.string();
@@ -115,7 +115,8 @@ TEST_CASE("a plan that is another study's, or says what no plan does, is refused
       CHECK(std::ranges::count(o.err, '\n') <= 2);
     }
   };
-  // The plan's digest is of what it says: these are forged with it, as anyone can.
+  // The plan's digest is that of its content: these are forged with a matching digest, as is
+  // possible for anyone.
   const auto forged = [&](const char* key, const nlohmann::json& value) {
     auto m = first;
     m[key] = value;
@@ -138,7 +139,7 @@ TEST_CASE("a plan that is another study's, or says what no plan does, is refused
   refused(forged("shards", std::uint64_t{1} << 62));
   refused(forged("units", std::uint64_t{1} << 62));
   std::filesystem::remove(file);
-  REQUIRE(mkfifo(file.c_str(), 0600) == 0);  // nothing waits for a writer
+  REQUIRE(mkfifo(file.c_str(), 0600) == 0);  // reading does not wait for a writer
   CHECK(place.submit().status == 2);
   std::filesystem::remove(file);
   write_whole(file, first.dump());
@@ -148,7 +149,7 @@ TEST_CASE("a plan that is another study's, or says what no plan does, is refused
   CHECK(place.submit().status == 2);
 }
 
-TEST_CASE("a merge that ends on a node is not sent there again", "[shards]") {
+TEST_CASE("a merge that fails on a node is not sent there again", "[shards]") {
   const Planned place;
   for (const char* shard : {"1/2", "2/2"})
     REQUIRE(place.run({"sweep", place.study.string(), "--shard", shard, "-o", place.out.string()}).status ==
@@ -158,7 +159,7 @@ TEST_CASE("a merge that ends on a node is not sent there again", "[shards]") {
              refused = place.submit({"--exclude", "node5\n#SBATCH --wrap=touch"});
   unsetenv("SLURMD_NODENAME");
   CHECK_THAT(first.out, !Contains("--exclude"));
-  // Its own rounds pass both on.
+  // Later rounds receive both.
   CHECK_THAT(later.out,
              Contains("#SBATCH --exclude=node3,node5\n") && Contains("--round 3 --exclude node3,node5"));
   CHECK(refused.status == 2);

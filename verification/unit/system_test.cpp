@@ -1,6 +1,7 @@
 // The System against finite differences: every element of the Jacobian, γ, gap rows, their second
-// derivatives, and forces against the potential. Central differences of step s have errors of s² times third
-// derivatives (here of order 1 to 100 in SI units) plus rounding ε/s; with s = 1e-5 both stay below 1e-7.
+// derivatives, and forces against the potential. Central differences of step s have errors of s²
+// times third derivatives (here of order 1 to 100 in SI units) plus rounding ε/s; with s = 1e-5
+// both stay below 1e-7.
 #include <catch2/catch.hpp>
 
 #include <map>
@@ -17,7 +18,8 @@ namespace {
 
 constexpr double s = 1e-5, bound = 1e-7;
 
-/// A mechanism with an element of every kind, joints between moving bodies and to the ground on either side.
+/// A mechanism with an element of every kind, joints between moving bodies and to the ground in
+/// either order.
 Scene everything() {
   return parse_scene(
       "gravity = [0.3, -9.81]\n" + test::body("a", 1.5, 0.02) + test::body("b", 0.7, 0.01) +
@@ -146,7 +148,7 @@ TEST_CASE("every element of the constraint Jacobian equals its central differenc
   }
 }
 
-TEST_CASE("gamma is what is left of the second derivative of the constraints", "[system]") {
+TEST_CASE("gamma is the negative second derivative of the constraints at zero acceleration", "[system]") {
   // Along q + t v the acceleration is zero, so d(Gv + Φ_t)/dt = −γ.
   const System system(everything().mechanism);
   Random random;
@@ -166,7 +168,7 @@ TEST_CASE("gamma is what is left of the second derivative of the constraints", "
   }
 }
 
-TEST_CASE("rows of gaps and sliding match finite differences, rotation of the surfaces included",
+TEST_CASE("contact rows of gap and sliding agree with finite differences, including rotation of the surfaces",
           "[system]") {
   const System system(everything().mechanism);
   Random random;
@@ -190,7 +192,7 @@ TEST_CASE("rows of gaps and sliding match finite differences, rotation of the su
       REQUIRE(row.gamma_t ==
               Approx(-(row_hi.tangent.dot(v.data()) - row_lo.tangent.dot(v.data())) / (2 * s)).margin(1e-6));
       if (!facts.ring) continue;
-      // Sliding: t·ė by differences of the eccentricity, plus what the surfaces add by turning.
+      // Sliding: t·ė by differences of the eccentricity, plus the rotation of the surfaces.
       const Vec2 t = perp(system.eccentricity(k, q.data(), e).direction());
       const Vec2 rate =
           (system.eccentricity(k, qb.data(), hi) - system.eccentricity(k, qa.data(), lo)) / (2 * s);
@@ -202,10 +204,10 @@ TEST_CASE("rows of gaps and sliding match finite differences, rotation of the su
   }
 }
 
-TEST_CASE("sliding at walls and discs: none in common motion, by the second body's turning its radius",
+TEST_CASE("sliding at walls and discs: zero in common motion, radius times spin of the second body",
           "[system]") {
-  // Turning both bodies about one point moves neither surface along the other where they touch; across a gap
-  // of discs it moves one surface past the other by gap × ω.
+  // Rotating both bodies about one point moves neither surface along the other in contact; across a
+  // gap of discs it moves one surface past the other by gap × ω.
   const System system(everything().mechanism);
   Random random;
   auto e = system.make_evaluation();
@@ -231,7 +233,8 @@ TEST_CASE("sliding at walls and discs: none in common motion, by the second body
       std::vector<double> turn(system.n());
       turn[3 * facts.bodies[1] + 2] = 1;
       if (radius.contains(facts.name)) {
-        // The same centre driven round by the body's own turning is taken out by moving the body back.
+        // The motion of the centre by the body's own rotation is compensated by moving the body
+        // back.
         const Vec2 at{-0.1, 0.4};
         const double c = std::cos(q[3 * facts.bodies[1] + 2]), sn = std::sin(q[3 * facts.bodies[1] + 2]);
         turn[3 * facts.bodies[1]] = sn * at.x() + c * at.y();
@@ -260,7 +263,7 @@ TEST_CASE("the sliding row of a preloaded joint and its second derivative", "[sy
   }
 }
 
-TEST_CASE("a journal in the middle of its bearing has no normal and no contact", "[system]") {
+TEST_CASE("a journal at the centre of its bearing has no normal and no contact", "[system]") {
   const auto scene = parse_scene(test::body("a", 1, 1) + R"([surfaces.s]
 restitution = 0.5
 [joints.j]
@@ -294,7 +297,8 @@ TEST_CASE("forces are the gradient of the potential", "[system]") {
       auto qa = q, qb = q;
       qa[c] -= s;
       qb[c] += s;
-      // The spring's length can come near zero, where third derivatives are large: 1e-5 instead of 1e-7.
+      // The spring's length can be near zero, where third derivatives are large: 1e-5 instead of
+      // 1e-7.
       REQUIRE(e.force[c] ==
               Approx(-(system.potential(qb.data()) - system.potential(qa.data())) / (2 * s)).margin(1e-5));
     }
@@ -303,8 +307,8 @@ TEST_CASE("forces are the gradient of the potential", "[system]") {
 
 namespace {
 
-/// A small disc over a wall and another that swings a long arm over a second wall; `long_arm_first` says whose
-/// contact stands first.
+/// A small disc above a wall and another on a long arm above a second wall; `long_arm_first`
+/// selects which contact is first.
 Scene two_walls(bool long_arm_first) {
   const std::string short_one =
       "[contacts.short]\ntype = \"plane\"\nbetween = [\"ground\", \"a\"]\nradius = 0.01\nsurface = \"s\"\n";
@@ -322,9 +326,9 @@ Scene two_walls(bool long_arm_first) {
 
 }  // namespace
 
-TEST_CASE("what a wall's penetrations are measured by does not depend on the order of the contacts",
+TEST_CASE("the reference length of a wall's penetration does not depend on the order of the contacts",
           "[system]") {
-  // By hand: a thousandth of the longest arm, 3 m; the disc's own radius would give 1e-5.
+  // By hand: a thousandth of the longest lever arm, 3 m; the disc's radius would give 1e-5.
   for (const bool first : {true, false}) {
     const auto scene = two_walls(first);
     const System system(scene.mechanism);
@@ -335,7 +339,7 @@ TEST_CASE("what a wall's penetrations are measured by does not depend on the ord
   }
 }
 
-TEST_CASE("each element says what it makes the solver carry, and together they carry what the system has",
+TEST_CASE("each element states the rows that it adds to the solver, and their sum is the size of the system",
           "[system]") {
   const auto scene = read_scene(test::source_folder() / "cases/flores2011/scene.toml");
   const System system(scene.mechanism);
@@ -355,7 +359,7 @@ TEST_CASE("each element says what it makes the solver carry, and together they c
   CHECK((last.force && last.rows == 0));
 }
 
-TEST_CASE("the crank of a mechanism that a torque drives is the joint of the first torque", "[system]") {
+TEST_CASE("the crank of a torque-driven mechanism is the joint of the first torque", "[system]") {
   const std::string text =
       test::body("crank", 1.0, 0.1) + test::body("arm", 1.0, 0.1) + test::pin("main", "ground", "crank") +
       test::pin("elbow", "crank", "arm", {1.0, 0.0}) + test::run_for(1.0) + R"([drives.first]

@@ -1,5 +1,6 @@
-// The parts of time stepping, each alone: the equations of a step with arrays for a mechanism, the control of steps' pace with times
-// for steps, contacts, position correction and records with one ball above a plane.
+// The parts of time stepping, each alone: the equations of a step on a mechanism given as arrays,
+// control of the step size on given times, and contacts, position correction and records with one
+// ball above a plane.
 #include <catch2/catch.hpp>
 #include <cmath>
 #include <vector>
@@ -18,7 +19,7 @@
 
 using namespace freeplay;
 
-TEST_CASE("a step meets its equations for a mechanism of three arrays", "[moreau][step]") {
+TEST_CASE("a time step of a mechanism given as three arrays satisfies its equations", "[moreau][step]") {
   const std::vector<double> mass{2, 2, 0.5}, force{3, -7, 1};
   const double phi_t = -0.4, gamma = 6, h = 0.01;
   CsrPattern G{.columns = 3, .column = {0, 1}};
@@ -40,7 +41,7 @@ TEST_CASE("a step meets its equations for a mechanism of three arrays", "[moreau
 
 namespace {
 
-/// Iterates v⁺ = of(v_mean) from v; the verdict that ended it.
+/// Iterates v⁺ = of(v_mean) from v; returns the verdict that ended the iteration.
 template <class Of>
 MeanVelocity::Verdict iterate(MeanVelocity::Kind kind, std::vector<double>& v, Of of) {
   const std::vector<double> mass{1, 1, 1}, none{0, 0, 0}, old = v;
@@ -59,9 +60,9 @@ MeanVelocity::Verdict iterate(MeanVelocity::Kind kind, std::vector<double>& v, O
 
 }  // namespace
 
-TEST_CASE("the mean velocity of a damped step is found, or said not to be", "[moreau][step]") {
+TEST_CASE("the mean velocity of a damped step is found, or the failure is reported", "[moreau][step]") {
   using Verdict = MeanVelocity::Verdict;
-  // v⁺ = v − z v_mean with z = hc/m: (2 − z)/(2 + z) v, found while z < 2.
+  // v⁺ = v − z v_mean with z = hc/m: (2 − z)/(2 + z) v, found for z < 2.
   for (const double z : {0.1, 1.0}) {
     std::vector<double> v{3, -4, 1};
     const auto start = v;
@@ -74,7 +75,8 @@ TEST_CASE("the mean velocity of a damped step is found, or said not to be", "[mo
   CHECK(iterate({}, v, [](const std::vector<double>& mean) {
           return std::vector{3 - 5 * mean[0], 0.0, 0.0};
         }) == Verdict::diverged);
-  // To and fro without an end: a failure, a film's fixed step that goes on, a pulse that turns the motion round.
+  // Endless oscillation: a failure, a film's fixed step that continues, a pulse that reverses the
+  // motion.
   const auto flip = [](MeanVelocity::Kind kind) {
     std::vector<double> start{1, 0, 0};
     return iterate(kind, start, [n = 0](const std::vector<double>&) mutable {
@@ -87,7 +89,7 @@ TEST_CASE("the mean velocity of a damped step is found, or said not to be", "[mo
   CHECK(flip({.sweeps = true}) == Verdict::unswept);
 }
 
-TEST_CASE("the floor of adaptive steps rises among crowded impacts and comes down again", "[moreau][step]") {
+TEST_CASE("the floor of adaptive steps rises among crowded impacts and falls again", "[moreau][step]") {
   Scales scales;
   scales.length = 1e-3;
   scales.speed = 1;
@@ -106,22 +108,22 @@ TEST_CASE("the floor of adaptive steps rises among crowded impacts and comes dow
   CHECK(pace.floor == Approx(least));
   steps(1e-9, true);
   CHECK(pace.floor == Approx(4 * least));
-  pace.note_speed(4);  // the floor of a faster motion is as much too long
+  pace.note_speed(4);  // the floor for a faster motion is too long by that factor
   CHECK(pace.floor == Approx(2 * least));
   CHECK(pace.raised() == Approx(4));
   steps(1e-2, false);
   CHECK(pace.raised() == Approx(1));
   for (int i = 0; i < 40; ++i) steps(1e-9, true);
-  CHECK(pace.floor == Approx(0.2 * pace.pace));  // not without an end
+  CHECK(pace.floor == Approx(0.2 * pace.pace));  // but not without limit
   CHECK_FALSE(pace.runs_away(0));
   pace.note_speed(1e4 * pace.calm_speed);
-  CHECK_FALSE(pace.runs_away(0));  // no impact gave it
+  CHECK_FALSE(pace.runs_away(0));  // not caused by an impact
   CHECK(pace.runs_away(1));
 }
 
 namespace {
 
-/// A ball of 1 kg above a plane, and what a step of it needs.
+/// A ball of 1 kg above a plane, and the data of a step.
 struct Ball {
   explicit Ball(double gap, double speed, double step)
       : scene(read_scene(test::scene_file("ball_on_plane"))),
@@ -173,7 +175,7 @@ struct Ball {
 
 }  // namespace
 
-TEST_CASE("a contact takes part once its gap closes, and is in impact once", "[moreau][step]") {
+TEST_CASE("a contact becomes active when its gap closes, and is in impact once", "[moreau][step]") {
   {
     Ball far(1e-2, -1, 1e-3);
     far.begin(1e-3);
@@ -191,10 +193,11 @@ TEST_CASE("a contact takes part once its gap closes, and is in impact once", "[m
   CHECK(ball.problem.unknown_of(ball.contact())->impulse_n == Approx(1.8));
   ball.record.record(ball.data, ball.contacts, ball.problem, ball.responses);
   CHECK(ball.record.struck());
-  CHECK(ball.contact().t_touch == Approx(4e-4));  // where the gap closes
+  CHECK(ball.contact().t_touch == Approx(4e-4));  // instant at which the gap closes
   CHECK(ball.record.impacts(0).v.size() == 3);
   CHECK(ball.log.is_open(0));
-  // It has an episode now: what presses on is not in impact again, and without an impulse it leaves.
+  // It has a contact episode now: a loaded contact is not in impact again, and without an impulse
+  // it separates.
   ball.begin(1e-3);
   ball.contact().active = true;
   CHECK_FALSE(ball.contacts.find_struck(ball.data));
@@ -204,7 +207,7 @@ TEST_CASE("a contact takes part once its gap closes, and is in impact once", "[m
   CHECK(ball.contact().steps == 0);
 }
 
-TEST_CASE("a smooth step knows closed contacts alone, within their slack", "[moreau][step]") {
+TEST_CASE("a smooth step includes only closed contacts, within their slack", "[moreau][step]") {
   Ball open(-1e-6, -1, 0);
   open.begin(1e-3, StepReach::closed);
   open.solve();
@@ -213,7 +216,7 @@ TEST_CASE("a smooth step knows closed contacts alone, within their slack", "[mor
   closed.contact().closed = true;
   closed.begin(1e-3, StepReach::closed);
   closed.solve();
-  CHECK_FALSE(closed.contact().active);  // it stands off
+  CHECK_FALSE(closed.contact().active);  // it has a gap
   closed.contacts.slack = 2e-6;
   closed.data.v_old[1] = -1;
   closed.begin(1e-3, StepReach::closed);
@@ -223,7 +226,7 @@ TEST_CASE("a smooth step knows closed contacts alone, within their slack", "[mor
   CHECK(closed.data.v[1] == Approx(0).margin(1e-15));  // no restitution
 }
 
-TEST_CASE("an overlap is brought back to a gap of zero without a rate", "[moreau][step]") {
+TEST_CASE("an overlap is corrected to a gap of zero without changing velocities", "[moreau][step]") {
   Ball ball(-3e-5, -0.25, 1e-3);
   ball.begin(1e-3);
   ball.solve();

@@ -1,4 +1,4 @@
-// Flights and impacts of a turn are those of one joint, whatever the others do.
+// Flights and impacts per revolution are those of one joint, independent of the others.
 #include <catch2/catch.hpp>
 
 #include <cmath>
@@ -8,9 +8,9 @@
 
 using namespace freeplay;
 
-TEST_CASE("turn metrics hear of the events of their joint alone", "[study]") {
-  // A turn a second; in each, joint 1 is lost at 90° and found at 180° by an impact of 2 N s at 0.5 m/s. Joint 0, and 2,
-  // bounce in the midst of it.
+TEST_CASE("metrics per revolution count only events of their joint", "[study]") {
+  // One revolution a second; in each, joint 1 separates at 90° and returns to contact at 180° by an
+  // impact of 2 N s at 0.5 m/s. Joints 0 and 2 bounce in between.
   TurnRules rules;
   rules.speed = 2 * std::numbers::pi;
   rules.sampling = 1000;

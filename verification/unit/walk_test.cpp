@@ -1,4 +1,5 @@
-// Pages that tell their reader what to do are done, in an empty folder, and print what they show: scripts/walk.
+// scripts/walk: the commands of documentation pages are executed in an empty folder and print the
+// output shown.
 #include <fmt/format.h>
 #include <catch2/catch.hpp>
 
@@ -12,7 +13,7 @@ using namespace freeplay;
 
 namespace {
 
-/// Status of a walk through a page; what it complains of goes to `said`.
+/// Status of scripts/walk for a page; its errors are written to `said`.
 int walk(const std::filesystem::path& page, const std::filesystem::path& said) {
   const auto script = test::source_folder() / "scripts/walk";
   const auto program = std::filesystem::path(FREEPLAY_BINARY_DIR) / "freeplay";
@@ -23,7 +24,7 @@ int walk(const std::filesystem::path& page, const std::filesystem::path& said) {
 
 }  // namespace
 
-TEST_CASE("the tutorial and README do what they show", "[pages][tutorial]") {
+TEST_CASE("the commands of the tutorial and README work as shown", "[pages][tutorial]") {
   const test::TemporaryFolder folder;
   const auto said = folder.path() / "said";
   for (const auto* page : {"docs/tutorials/first-steps.md", "README.md"}) {
@@ -33,7 +34,7 @@ TEST_CASE("the tutorial and README do what they show", "[pages][tutorial]") {
   }
 }
 
-TEST_CASE("a page that shows what is not printed, or tells of what fails, is refused", "[pages]") {
+TEST_CASE("a page with wrong output or a failing command is refused", "[pages]") {
   const test::TemporaryFolder folder;
   const auto page = folder.path() / "page.md", said = folder.path() / "said";
   const auto tells = [&](const std::string& block) {

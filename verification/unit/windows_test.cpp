@@ -1,4 +1,4 @@
-// Batch means by hand: counts, shares and energies whose scatter is a closed form.
+// Batch means by hand: counts, shares and energies whose scatter has a closed form.
 #include <catch2/catch.hpp>
 
 #include <cmath>
@@ -11,7 +11,7 @@ using namespace freeplay;
 
 namespace {
 
-/// A step of which only the ledger is looked at.
+/// A step of which only the ledger is used.
 class LedgerStep final : public Step {
  public:
   LedgerStep(double from, double to, const EnergyLedger& ledger) : ledger_(ledger) { t0 = from, t1 = to; }
@@ -32,7 +32,8 @@ class LedgerStep final : public Step {
   Forces none_;
 };
 
-/// A turn lasts 1 s. In turn i (from 0) count(i) impacts of 1 m/s, and count(i) J of drive's work, done at its end.
+/// A revolution lasts 1 s. Revolution i (from 0) has count(i) impacts of 1 m/s, and count(i) J of
+/// the drive's work, at its end.
 template <class Count>
 Result watched(int turns, double discard, const Count& count, int resume_after = -1) {
   Layout layout;
@@ -85,7 +86,7 @@ Result watched(int turns, double discard, const Count& count, int resume_after =
 }  // namespace
 
 TEST_CASE("batch means: the standard error of a known scatter", "[windows]") {
-  // 1, 3, 1, 3: mean 2, every deviation 1, so √(4/(4·3)). Two turns are left out before.
+  // 1, 3, 1, 3: mean 2, every deviation 1, so √(4/(4·3)). Two revolutions are discarded before.
   const auto r = watched(6, 2, [](int i) { return i < 2 ? 7 : i % 2 ? 3 : 1; });
   const double error = std::sqrt(4.0 / 12);
   REQUIRE(r.window);
@@ -93,7 +94,8 @@ TEST_CASE("batch means: the standard error of a known scatter", "[windows]") {
   CHECK(r.window->batch == Approx(1));
   CHECK(r.contacts[0].impacts_per_revolution == Approx(2));
   CHECK(r.contacts[0].impacts_error == Approx(error));
-  // Energies are those of the window alone: 8 J of the 22 J; the sum's error is the window's length times the mean's.
+  // Energies are those of the window alone: 8 J of the 22 J; the sum's error is the window's length
+  // times the mean's.
   CHECK(r.window->energy[Window::drives] == Approx(8));
   CHECK(r.window->error[Window::drives] == Approx(4 * error));
   CHECK(r.window->energy[Window::stored] == Approx(8));
@@ -108,8 +110,9 @@ TEST_CASE("batch means: fewer than four batches give no error", "[windows]") {
   CHECK(r.window->energy[Window::drives] == Approx(6));
 }
 
-TEST_CASE("batch means: more turns than are kept are joined two by two", "[windows]") {
-  // 1 and 3 in turn: each two make 4, without scatter. 40 turns: twice joined, ten batches of four.
+TEST_CASE("batch means: revolutions beyond the stored number are merged in pairs", "[windows]") {
+  // 1 and 3 alternately: each pair is 4, without scatter. 40 revolutions: merged twice, ten batches
+  // of four.
   const auto r = watched(40, 0, [](int i) { return i % 2 ? 3 : 1; });
   CHECK(r.window->batches == 10);
   CHECK(r.window->batch == Approx(4));
@@ -119,8 +122,9 @@ TEST_CASE("batch means: more turns than are kept are joined two by two", "[windo
   CHECK(r.window->error[Window::drives] == Approx(0).margin(1e-9));
 }
 
-TEST_CASE("batch means: a lasting contact is shared out among the batches it crosses", "[windows]") {
-  // From 0.5 to 2.5 of four turns: flies 0.5, 0, 0.5 and 1 of them; mean 0.5, √((0.25 + 0.25)/12).
+TEST_CASE("batch means: a lasting contact is divided among the batches it spans", "[windows]") {
+  // From 0.5 to 2.5 of four revolutions: flights of 0.5, 0, 0.5 and 1 of them; mean 0.5,
+  // √((0.25 + 0.25)/12).
   Layout layout;
   layout.contacts = {"a"};
   layout.crank_speed = 2 * std::numbers::pi;
@@ -144,7 +148,7 @@ TEST_CASE("batch means: a lasting contact is shared out among the batches it cro
   CHECK(r.contacts[0].lasting_error == Approx(std::sqrt(0.5 / 12)));
 }
 
-TEST_CASE("batch means: a run that is resumed has the same", "[windows]") {
+TEST_CASE("batch means: a resumed run gives the same error", "[windows]") {
   const auto count = [](int i) { return 1 + i * i % 5; };
   const auto whole = watched(23, 1, count), resumed = watched(23, 1, count, 9);
   CHECK(whole.window->error == resumed.window->error);
@@ -152,7 +156,7 @@ TEST_CASE("batch means: a run that is resumed has the same", "[windows]") {
   CHECK(whole.contacts[0].impacts_error == resumed.contacts[0].impacts_error);
 }
 
-TEST_CASE("an impact under way when the window opens counts for what it has in it", "[windows]") {
+TEST_CASE("an impact under way at the start of the window counts with its part inside it", "[windows]") {
   Layout layout;
   layout.contacts = {"a"};
   ContactStatistics plain(1);
@@ -168,10 +172,10 @@ TEST_CASE("an impact under way when the window opens counts for what it has in i
   r.contacts.resize(1);
   plain.into(r);
   CHECK(r.contacts[0].impact_fraction == Approx(0.2 / 2));
-  CHECK(r.contacts[0].impacts == 0);  // it struck before
+  CHECK(r.contacts[0].impacts == 0);  // the impact was before
 }
 
-TEST_CASE("energies are of the window, whose ends lie within steps", "[windows]") {
+TEST_CASE("energies of a window whose ends lie within steps", "[windows]") {
   // 2 W in steps of 0.7 s: from 1 s to 4.2 s.
   Layout layout;
   WindowStatistics windows(1, 4.2);

@@ -1,5 +1,5 @@
-// Writing scenes: what to_toml says of every scene there is reads back bit for bit, first_difference finds
-// what differs, and Scene::set does what --set does.
+// Writing of scenes: the text of to_toml is read back bit for bit for every scene, first_difference
+// finds the differing key, and Scene::set is equivalent to --set.
 #include "io/scene/write_scene.hpp"
 
 #include <fmt/format.h>
@@ -43,7 +43,7 @@ bool same_bits(double a, double b) {
   return std::bit_cast<std::uint64_t>(a) == std::bit_cast<std::uint64_t>(b);
 }
 
-/// Studies lie beside the scenes; they have no bodies.
+/// Studies are in the same folders as the scenes; they have no bodies.
 std::vector<std::filesystem::path> all_scenes() {
   std::vector<std::filesystem::path> list;
   for (const auto* folder : {"cases", "verification/scenes"})
@@ -62,7 +62,7 @@ std::string refusal(Scene& scene, const std::string& key, const std::string& val
 
 }  // namespace
 
-TEST_CASE("every scene reads back from its canonical text", "[scene]") {
+TEST_CASE("every scene is read back from its canonical text", "[scene]") {
   int scenes = 0;
   for (const auto& file : all_scenes()) {
     CAPTURE(file.string());
@@ -96,7 +96,7 @@ TEST_CASE("a canonical text names every key of the schema", "[scene]") {
   };
   auto scene = read_scene(test::scene_file("every_key"));
   write(scene);
-  // What belongs to other laws, integrators and schemes than the file's.
+  // Keys of laws, integrators and schemes other than the file's.
   for (const auto& law : friction_laws()) {
     scene.penalty.friction = law.law;
     write(scene);
@@ -105,7 +105,7 @@ TEST_CASE("a canonical text names every key of the schema", "[scene]") {
   scene.penalty.kelvin_stiffness = scene.penalty.kelvin_damping = 1;
   scene.penalty.integrator = Integrator::rk4;
   scene.mechanism.assembly = {Configuration::Branch::open, {{{0, 1, 2}}}, {{{2, 1, 0}}}};
-  scene.nonsmooth.scheme = Scheme::event_driven;  // the file's is the one that its step would choose anyway
+  scene.nonsmooth.scheme = Scheme::event_driven;  // the file's scheme is the default for its step
   write(scene);
   scene.nonsmooth.scheme = Scheme::moreau_jean;
   scene.nonsmooth.step.reset();
@@ -131,7 +131,7 @@ TEST_CASE("a canonical text names every key of the schema", "[scene]") {
   }
 }
 
-TEST_CASE("every number of a canonical text stands for itself alone", "[scene]") {
+TEST_CASE("changing one number of a canonical text changes exactly that value", "[scene]") {
   const auto text = to_toml(read_scene(test::scene_file("every_key")));
   const std::regex number("-?[0-9][0-9.e+-]*");
   int numbers = 0;
@@ -139,9 +139,9 @@ TEST_CASE("every number of a canonical text stands for itself alone", "[scene]")
     if (value.empty() || value[0] == '"' || value.find('.') == value.npos || key.ends_with("axis")) continue;
     for (std::sregex_iterator it(value.begin(), value.end(), number), end; it != end; ++it) {
       const double x = std::stod(it->str());
-      // The [0, 0] that these go through.
+      // The [0, 0] that these pass through.
       if (x == 0 && (key.ends_with("damping_table") || key.ends_with("radial_table"))) continue;
-      if (x == 0 && key == "joints.string.at") continue;  // a point body has no place but its centre
+      if (x == 0 && key == "joints.string.at") continue;  // a point body has no point except its centre
       auto moved = value;
       moved.replace(static_cast<std::size_t>(it->position()), static_cast<std::size_t>(it->length()),
                     fmt::format("{}{}",
@@ -154,14 +154,14 @@ TEST_CASE("every number of a canonical text stands for itself alone", "[scene]")
       REQUIRE(first_difference(text, again) == fmt::format("{} is {} here and {} there", key, value, moved));
       const auto at = text.find(line, text.find("[" + key.substr(0, key.rfind('.')) + "]\n"));
       const auto tail = text.substr(key.find('.') == key.npos ? text.find(line) : at).substr(line.size());
-      REQUIRE(again.ends_with(tail));  // and nothing after it moved
+      REQUIRE(again.ends_with(tail));  // and no later line changed
       ++numbers;
     }
   }
   REQUIRE(numbers > 120);
 }
 
-TEST_CASE("scenes with overrides read back from their canonical text", "[scene]") {
+TEST_CASE("scenes with overrides are read back from their canonical text", "[scene]") {
   const std::vector<std::vector<std::string>> sets = {
       {"drives.motor.speed_rpm=-77.7", "run.revolutions=1.1", "run.discard=0.3"},
       {"drives.motor.speed_rpm=0.1", "drives.motor.initial_angle=1e-300"},
@@ -195,14 +195,15 @@ TEST_CASE("scenes with overrides read back from their canonical text", "[scene]"
   REQUIRE(std::signbit(written_and_read(read_scene(test::flores(), sets[10])).mechanism.gravity.x()));
 }
 
-TEST_CASE("scenes built in code read back from their canonical text", "[scene]") {
+TEST_CASE("scenes built in code are read back from their canonical text", "[scene]") {
   for (const double clearance : {0.0, 1e-3}) {
     auto scene = test::row_of_four_bars(3, clearance);
     require_round_trip(scene);
     REQUIRE(written_and_read(scene).mechanism.joints.size() == scene.mechanism.joints.size());
   }
 
-  // Random bits in every kind of number that a scene may hold, unit vectors included: none may lose its last digit.
+  // Random bits in every kind of number of a scene, including unit vectors: none may lose its last
+  // digit.
   std::mt19937_64 random(7);
   const auto any = [&] {
     for (;;)
@@ -232,7 +233,7 @@ TEST_CASE("scenes built in code read back from their canonical text", "[scene]")
   }
 }
 
-TEST_CASE("what no scene may hold is refused on the way back", "[scene]") {
+TEST_CASE("values that a scene cannot hold are refused on reading back", "[scene]") {
   const auto good = test::row_of_four_bars(1, 1e-3);
   const auto message = [](const Scene& scene) {
     return test::refusal_of<SceneError>([&] { written_and_read(scene); });
@@ -297,7 +298,7 @@ TEST_CASE("the first difference of two scenes", "[scene]") {
           "surfaces.steel stands before surfaces.brass here and after it there");
 }
 
-TEST_CASE("set is --set", "[scene]") {
+TEST_CASE("Scene::set is equivalent to --set", "[scene]") {
   const std::vector<std::pair<std::string, std::string>> keys = {
       {"drives.motor.speed_rpm", "250"},
       {"run.revolutions", "3"},
@@ -327,13 +328,13 @@ TEST_CASE("set is --set", "[scene]") {
     REQUIRE(scene.file == original.file);
     REQUIRE(scene.overrides == expected.overrides);
 
-    overrides.push_back(key + "=" + value);  // and one upon another
+    overrides.push_back(key + "=" + value);  // and cumulative overrides
     all.set(key, value);
     REQUIRE(first_difference(to_toml(all), to_toml(read_scene(test::flores(), overrides))).empty());
     REQUIRE(all.overrides == overrides);
   }
 
-  auto scene = original;  // so many revolutions take less time at a greater speed
+  auto scene = original;  // the same number of revolutions takes less time at a greater speed
   scene.set("drives.motor.speed_rpm", 400);
   REQUIRE(scene.run.duration == Approx(original.run.duration / 2));
   REQUIRE(scene.run.discard == Approx(original.run.discard / 2));
@@ -341,7 +342,7 @@ TEST_CASE("set is --set", "[scene]") {
   REQUIRE(same_facts(scene, original));
 }
 
-TEST_CASE("what set refuses leaves the scene as it was", "[scene]") {
+TEST_CASE("a refused call of Scene::set leaves the scene unchanged", "[scene]") {
   const auto read = read_scene(test::flores(), {"joints.gudgeon.clearance=1e-3"});
   auto changed = read;
   changed.mechanism.bodies[0].mass = 3;
@@ -373,7 +374,8 @@ TEST_CASE("what set refuses leaves the scene as it was", "[scene]") {
       REQUIRE(scene.overrides == original.overrides);
     }
   }
-  // A fact elsewhere that the key no longer goes with: the message has the override, and the place.
+  // A value elsewhere that conflicts with the key: the message contains the override, and the
+  // place.
   auto scene = read;
   REQUIRE_THAT(refusal(scene, "joints.gudgeon.clearance", "1"),
                StartsWith("--set joints.gudgeon.clearance=1: ") && Contains("scene.toml:") &&
@@ -381,7 +383,7 @@ TEST_CASE("what set refuses leaves the scene as it was", "[scene]") {
   REQUIRE(same_facts(scene, read));
 }
 
-TEST_CASE("set keeps what was changed in code", "[scene]") {
+TEST_CASE("Scene::set keeps changes made in code", "[scene]") {
   const auto read = read_scene(test::flores(), {"joints.gudgeon.clearance=1e-3"});
   auto scene = read;
   scene.mechanism.bodies[0].mass = 3;
@@ -392,10 +394,10 @@ TEST_CASE("set keeps what was changed in code", "[scene]") {
   REQUIRE(*scene.mechanism.surfaces[0].friction == 0.2);
   REQUIRE(std::get<RevoluteJoint>(scene.mechanism.joints[2]).clearance->radial == 1e-3);
   REQUIRE(scene.file == read.file);
-  REQUIRE(scene.text == to_toml(scene));  // the text read before no longer says what the scene is
+  REQUIRE(scene.text == to_toml(scene));  // the text read before no longer describes the scene
   REQUIRE(scene.overrides.empty());
 
-  // Any spelling, in any order; the duration is a fact of its own now.
+  // Any spelling, in any order; the duration is now a separate value.
   const double duration = scene.run.duration, discard = scene.run.discard;
   scene.set("drives.motor.speed_rpm", 120);
   REQUIRE(same_bits(first_drive(scene).speed, 120.0 * 2 * std::numbers::pi / 60));
@@ -428,7 +430,7 @@ TEST_CASE("set keeps what was changed in code", "[scene]") {
   REQUIRE_THAT(refusal(keyed, "drives.motor.torque", "1"), Contains("needs exactly one of"));
 }
 
-TEST_CASE("set on a scene built in code", "[scene]") {
+TEST_CASE("Scene::set on a scene built in code", "[scene]") {
   auto scene = test::row_of_four_bars(2, 1e-3);
   const auto original = scene;
   scene.set("joints.back2.clearance", 2e-3);
@@ -442,7 +444,7 @@ TEST_CASE("set on a scene built in code", "[scene]") {
   REQUIRE_THAT(refusal(scene, "run.revolutions", "1"), Contains("needs a drive that turns"));
 }
 
-TEST_CASE("a scheme that is taken anyway is no other scene", "[write_scene]") {
+TEST_CASE("naming the default scheme explicitly gives the same canonical text", "[write_scene]") {
   const auto text = [](std::vector<std::string> set) {
     return to_toml(parse_scene("[bodies.b]\nmass = 1\ninertia = 1\n[run]\nduration = 1\n", "s.toml", set));
   };

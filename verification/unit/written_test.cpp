@@ -1,5 +1,5 @@
-// What stands in the files of a run, read as a user reads them: rows of trajectory.csv against the parabola of a throw,
-// names and residuals in run.json, notes where there is reason and nowhere else.
+// Contents of the files of a run, read as a user reads them: rows of trajectory.csv against the
+// parabola of a throw, names and residuals in run.json, and notes only with reason.
 #include <fmt/format.h>
 #include <catch2/catch.hpp>
 
@@ -46,7 +46,7 @@ start = "given"
                      g, from_x, from_y, angle, vx, vy, spin, radius, run);
 }
 
-/// Runs a scene by the program, into a folder of its own.
+/// Runs a scene by the program, into a separate folder.
 std::filesystem::path ran(const test::TemporaryFolder& place, const std::filesystem::path& scene,
                           const std::string& formulation) {
   static int count = 0;
@@ -76,9 +76,10 @@ TEST_CASE("trajectory.csv of a throw is its parabola, row by row", "[written]") 
     double step, duration;
     std::size_t rows;
   };
-  const Asked list[] = {{"duration = 0.3\noutput_step = 0.01", 0.01, 0.3, 31},
-                        {"duration = 0.305\noutput_step = 0.01", 0.01, 0.305, 32},  // the end is no multiple
-                        {"duration = 0.004", 0.004 / 20000, 0.004, 20001}};         // what is not asked for
+  const Asked list[] = {
+      {"duration = 0.3\noutput_step = 0.01", 0.01, 0.3, 31},
+      {"duration = 0.305\noutput_step = 0.01", 0.01, 0.305, 32},  // the end is not a multiple
+      {"duration = 0.004", 0.004 / 20000, 0.004, 20001}};         // the defaults
   test::TemporaryFolder place;
   for (const auto& asked : list)
     for (const std::string way : {"penalty", "nonsmooth", "nonsmooth --set nonsmooth.scheme=event-driven",
@@ -89,7 +90,8 @@ TEST_CASE("trajectory.csv of a throw is its parabola, row by row", "[written]") 
       CHECK(csv.header() ==
             "t,stone.x,stone.y,stone.theta,stone.vx,stone.vy,stone.omega,floor.ex,floor.ey,floor.gap");
       REQUIRE(csv.rows() == asked.rows);
-      // Time stepping is exact at the ends of its steps and straight between them: g h²/8, in speed g h/2 less.
+      // Time stepping is exact at the ends of its steps and linear between them: g h²/8, in speed g
+      // h/2 less.
       const double h = way.ends_with("1e-3") ? 1e-3 : 0, off = g * h * h / 8 + 1e-9;
       double worst_t = 0, worst_q = 0, worst_v = 0;
       const auto meet = [](double& worst, double value, double expected) {
@@ -108,15 +110,14 @@ TEST_CASE("trajectory.csv of a throw is its parabola, row by row", "[written]") 
         meet(worst_v, row[6], spin);
         meet(worst_q, row[9], from_y + vy * t - 0.5 * g * t * t - radius);
       }
-      CHECK(worst_t <= 1e-15);  // multiples of a step but for their rounding
+      CHECK(worst_t <= 1e-15);  // multiples of a step up to their rounding
       CHECK(worst_q <= off);
       CHECK(worst_v <= 1e-8);
       CHECK(csv.row(csv.rows() - 1)[0] == asked.duration);
     }
 }
 
-TEST_CASE("run.json says which formulation ran, how it ended and what it left of the contact laws",
-          "[written]") {
+TEST_CASE("run.json states the formulation, the ending and the residual of the contact laws", "[written]") {
   test::TemporaryFolder place;
   for (const std::string formulation : {"penalty", "nonsmooth"}) {
     const auto j = test::read_json(ran(place, thrown("duration = 0.01"), formulation) / "run.json");
@@ -124,10 +125,10 @@ TEST_CASE("run.json says which formulation ran, how it ended and what it left of
     CHECK(j["ending"]["status"] == "finished");
     CHECK(j["ending"]["t_s"] == 0.01);
     CHECK(j["notes"].empty());
-    CHECK(j["greatest_complementarity_residual"] == 0);  // nothing was touched
+    CHECK(j["greatest_complementarity_residual"] == 0);  // no contact
   }
-  // Sweeps over contacts end below the tolerance, which here is coarse enough to be seen: a sweep takes out most of what
-  // is left, but not six digits of it.
+  // Sweeps over contacts end below the tolerance, which is coarse enough here to be visible: a
+  // sweep removes most of the residual, but not six digits of it.
   const auto left = [&](const char* tolerance) {
     std::string options = "nonsmooth --set nonsmooth.solver=gauss-seidel --set nonsmooth.lcp_tolerance=";
     options += tolerance;
@@ -135,7 +136,7 @@ TEST_CASE("run.json says which formulation ran, how it ended and what it left of
     const auto j = test::read_json(ran(place, test::scene_file("block_on_corners"), options) / "run.json");
     const double rate = j["greatest_complementarity_residual_m_per_s"];
     CHECK(rate > 0);
-    // Relative to the greatest rate: a step's gravity, g h = 1e-3 m/s.
+    // Relative to the greatest velocity: that of a step of gravity, g h = 1e-3 m/s.
     CHECK(rate <= 2 * 1e-4 * g * j["greatest_complementarity_residual"].get<double>());
     return j["greatest_complementarity_residual"].get<double>();
   };
@@ -145,7 +146,7 @@ TEST_CASE("run.json says which formulation ran, how it ended and what it left of
   CHECK(fine <= 1e-12);
 }
 
-TEST_CASE("run.json names the scheme that ran", "[written]") {
+TEST_CASE("run.json names the scheme of the run", "[written]") {
   test::TemporaryFolder place;
   const auto scheme = [&](const std::string& set) {
     return test::read_json(ran(place, thrown("duration = 0.01"), "nonsmooth" + set) /
@@ -158,8 +159,10 @@ TEST_CASE("run.json names the scheme that ran", "[written]") {
   CHECK(scheme(" --set nonsmooth.scheme=event-driven") == "event-driven");
 }
 
-TEST_CASE("the residual of a solve is what its impulses leave of the laws", "[written][contact-problem]") {
-  // A chain of six contacts, D the second difference, solved roughly: what is left is summed here anew.
+TEST_CASE("the residual of a solve is the violation of the contact laws by its impulses",
+          "[written][contact-problem]") {
+  // A chain of six contacts, D the second difference, solved roughly: the residual is computed here
+  // again.
   ContactProblem p(LcpSolver::gauss_seidel, 1e-3);
   const int n = 6;
   p.reserve(n);
@@ -198,9 +201,10 @@ TEST_CASE("the residual of a solve is what its impulses leave of the laws", "[wr
   CHECK(work.lcp_retries == 2);
 }
 
-TEST_CASE("a sound run has no notes", "[written]") {
-  // A ball that bounces, a block that rests, a pendulum on a loose pivot: nothing there is singular, jammed, doubtful or
-  // left to another solver, whatever the scheme and whether forces are watched.
+TEST_CASE("a correct run has no notes", "[written]") {
+  // A bouncing ball, a resting block, a pendulum on a pivot with clearance: nothing there is
+  // singular, jammed, doubtful or passed to another solver, in any scheme, with forces recorded or
+  // not.
   const auto ball = test::scene_file("bouncing_ball"), pendulum = test::scene_file("pendulum");
   for (const bool forces : {false, true})
     for (const auto scheme : {Scheme::moreau_jean, Scheme::event_driven, Scheme::automatic})
@@ -223,11 +227,12 @@ TEST_CASE("a sound run has no notes", "[written]") {
   CHECK(run.notes.empty());
 }
 
-TEST_CASE("what rests is solved from the impulses of the step before", "[written][contact-problem]") {
-  // At rest the impulses of a step are those of the last but for rounding. A solver that is given them confirms them: one
-  // sweep or one case, a second where rounding moves them. From nothing a sweep takes out the part of the error that the
-  // coupling of the two corners leaves; to 1e-10 that is tens of sweeps, and the case "both stick" is the sixth. The
-  // first tenth of the steps is left to the start.
+TEST_CASE("a resting contact is solved from the impulses of the step before", "[written][contact-problem]") {
+  // At rest the impulses of a step are those of the last up to rounding. A solver that starts from
+  // them confirms them: one sweep or one case, a second where rounding changes them. Without a
+  // start a sweep reduces the error by the factor of the coupling of the two corners; to 1e-10 that
+  // is tens of sweeps, and the case "both stick" is the sixth. The first tenth of the steps is
+  // excluded.
   for (const auto solver : {LcpSolver::gauss_seidel, LcpSolver::enumeration}) {
     auto scene = block();
     scene.nonsmooth.solver = solver;

@@ -1,4 +1,5 @@
-// What a run must have in common with other runs: a finer tolerance, another method, the same scene said otherwise.
+// Agreement of a run with other runs: a finer tolerance, another method, the same scene
+// transformed.
 #include <algorithm>
 #include <cmath>
 
@@ -12,19 +13,20 @@ namespace freeplay::verification::random_scenes {
 
 namespace {
 
-/// A motion that friction does not determine is told as such.
+/// The run reports a motion that friction does not determine.
 constexpr std::string_view paradox = "Painlevé";
 
-/// What steps of a tolerance come to: a thousand of them.
+/// Accumulated error of a run in tolerances: that of a thousand steps.
 constexpr double steps = 1e3;
 
-/// The share of themselves by which the facts might as well be others, for what the way does within its steps.
+/// The relative change of the parameters that is equivalent to the errors of the method within its
+/// steps.
 Allowed allowed(const Subject& s, double tolerance) {
   if (!s.way.stepped) return {.share = steps * tolerance, .own = 10 * tolerance};
   return {.share = 2 * *s.scene.nonsmooth.step, .late = 2 * *s.scene.nonsmooth.step, .speeds = false};
 }
 
-/// s, the last kink in time of what drives and loads a scene before t.
+/// s, the last kink in time before t of the curves that drive and load the scene.
 double last_change(const Scene& scene, double t) {
   const System system(scene.mechanism);
   double last = 0;
@@ -32,7 +34,7 @@ double last_change(const Scene& scene, double t) {
   return last;
 }
 
-/// Of a run that stopped, up to there.
+/// Time that a run reached before it stopped.
 double reached(const Sight& sight) { return sight.result.t_end; }
 
 }  // namespace
@@ -40,14 +42,14 @@ double reached(const Sight& sight) { return sight.result.t_end; }
 std::optional<std::string> off_reference(const Sight& found, const Reference& r, const Allowed& allowed,
                                          double until) {
   if (!r.way) return {};
-  // Of time steps the share is a time, to be seen against the time since the touch before.
+  // For time steps the share is a time, compared with the time since the previous contact.
   const bool stepped = allowed.late > 0;
   const auto share = [&](std::size_t k) {
     return stepped ? allowed.share / (r.touches.empty() ? r.duration : r.shortest_interval(k))
                    : allowed.share;
   };
-  // Within its first steps nothing is known of time stepping, nor within those of a pulse, which as a touch acts from
-  // somewhere within a step on.
+  // Time stepping has no defined accuracy within its first steps, nor within those of a pulse,
+  // which acts, like a contact, from some instant within a step on.
   if (!found.at.q.empty() && !r.at.q.empty() && !(r.at.t - allowed.since < allowed.late)) {
     const double of = stepped ? allowed.share / (r.at.t - allowed.since) : allowed.share;
     for (std::size_t i = 0; i < r.at.q.size(); ++i) {
@@ -63,7 +65,8 @@ std::optional<std::string> off_reference(const Sight& found, const Reference& r,
     }
   }
   std::vector<std::size_t> seen(r.touches.size());
-  // A contact that is hardly pressed opens for a time step now and then: its touch is slow.
+  // A contact with little load opens for a single time step occasionally: its contact onset is
+  // slow.
   const double slow = stepped ? 0.01 * r.greatest_speed : 0;
   double fastest = 0;  // m/s
   for (std::size_t i = 0; i < r.at.v.size(); ++i)
@@ -75,16 +78,16 @@ std::optional<std::string> off_reference(const Sight& found, const Reference& r,
     const double rounding = 1e-13 * r.position / std::max(touch.speed, 1e-300);
     const double bound =
         share(k) * (r.sensitivity_t[k] + touch.t) + allowed.late + 1e-12 * touch.t + rounding;
-    // A graze of depth d has v² = 2 g̈ d: C = R/v, C′ = g̈ R/v for a length R, and it lasts 2v/g̈ = 2 v C/C′. Time steps
-    // may pass one over that is no longer than a few of them.
+    // A grazing contact of depth d has v² = 2 g̈ d: C = R/v, C′ = g̈ R/v for a length R, and it
+    // lasts 2v/g̈ = 2 v C/C′. Time stepping may miss one that lasts no longer than a few steps.
     if (stepped && 2 * touch.speed * r.sensitivity_t[k] < 4 * allowed.late * r.sensitivity_speed[k])
       return {};
     const double bound_v = share(k) * (r.sensitivity_speed[k] + r.greatest_speed) + 1e-12 * r.greatest_speed;
-    // A touch as slow as bodies' speeds may be off may as well not be.
+    // A contact with a speed below the error of the bodies' speeds may be absent.
     if (allowed.speeds && touch.speed <= bound_v + share(k) * fastest) return {};
-    // Beyond half of a flight nothing is said of a touch.
+    // A contact is not compared if its time error exceeds half of the flight.
     if (!(bound < 0.5 * r.shortest_interval(k)) || touch.t + bound >= until) return {};
-    // The same contact's touch of the same number.
+    // The contact onset of the same contact with the same number.
     std::size_t number = 0;
     for (std::size_t i = 0; i < k; ++i) number += r.touches[i].contact == touch.contact;
     const Touch* other = nullptr;
@@ -109,7 +112,8 @@ std::optional<std::string> off_reference(const Sight& found, const Reference& r,
     return std::ranges::count_if(found.touches,
                                  [&](const Touch& f) { return f.t < end && !(f.speed < slow); });
   };
-  // What steps do to the touches before may make a near miss a touch; twins that differ by 1e-6 say nothing of it.
+  // Errors of time steps at earlier contacts may turn a near miss into a contact; twins that differ
+  // by 1e-6 do not show that.
   const bool all = r.all && !stepped;
   const double end = all ? 0.99 * std::min(until, r.duration) : last - room;
   const auto expected = all ? std::ranges::count_if(r.touches, [&](const Touch& f) { return f.t < end; })
@@ -125,21 +129,24 @@ std::optional<std::string> against_reference(Subject& s) {
   auto a = allowed(s, s.tolerance());
   if (s.way.stepped && !s.reference.at.q.empty()) a.since = last_change(s.scene, s.reference.at.t);
   const bool own = s.reference.way && s.reference.way->family == s.way.family;
-  // Another formulation knows the first touch alone: what an impact is to it differs.
+  // Another formulation has only the first contact onset in common: it models the impact
+  // differently.
   auto r = s.reference;
   if (!own && !r.touches.empty()) {
     r.touches.resize(1);
     r.all = false;
   }
   const auto what = off_reference(s.sight, r, a, reached(s.sight));
-  // A time-stepped run that says how far its touches may be off is held to that.
+  // A time-stepping run that estimates the error of its first contacts is compared with that
+  // estimate.
   const auto& said = s.sight.result.first_touches;
   if (what && s.way.stepped && said && !said->missing) {
     a.late =
         std::max(a.late, said->time * (r.touches.empty() ? 0 : r.shortest_interval(r.touches.size() - 1)));
     return off_reference(s.sight, r, a, reached(s.sight));
   }
-  // A film that squeezes is no touch: of order p an error is 2^p/(2^p − 1) ≤ 2 times what half the step changes.
+  // Squeezing of a film is not a contact onset: an error of order p is 2^p/(2^p − 1) ≤ 2 times the
+  // change on halving the step.
   if (what && s.way.stepped && s.lubricated() && r.at.t < reached(s.sight)) {
     auto scene = s.scene;
     *scene.nonsmooth.step *= 0.5;
@@ -161,10 +168,10 @@ std::optional<std::string> coarser(Subject& s) {
     r.touches.resize(std::min<std::size_t>(r.touches.size(), 1)), r.all = false;
   const double until = r.touches.empty() ? r.duration : std::min(r.duration, 1.5 * r.touches.back().t);
   const auto found = look(scene, s.way, {.until = until, .at = r.at.t});
-  // That run's own notes count, not those of the one that is judged.
+  // The notes of that run count, not those of the run under assessment.
   for (const auto& note : found.result.notes)
     if (note.starts_with("DOUBTFUL") || note.find(paradox) != note.npos) return {};
-  // Where it handed over to time stepping that has a tolerance of its own.
+  // After a hand-over to time stepping, its separate tolerance applies.
   const double least = found.result.work.handovers > 0 ? scene.nonsmooth.step_tolerance : s.tolerance();
   return off_reference(found, r, allowed(s, std::max(tolerance, least)), reached(found));
 }
@@ -180,8 +187,8 @@ std::optional<std::string> stiffer(Subject& s) {
        ++k) {
     const auto &a = s.sight.touches[k], &b = found.touches[k];
     if (a.contact != r.touches[k].contact || b.contact != a.contact) return {};
-    // A contact that takes a part of the time between two acts as facts that differ by as much, and so does one whose
-    // normal turns by what slides meanwhile.
+    // A contact that takes a share of the time between two contacts has the effect of parameters
+    // that differ by that share; so does a contact whose normal rotates with the sliding meanwhile.
     const double bound = 3 * spent + steps * s.tolerance() * (r.sensitivity_t[k] + a.t) +
                          (k ? 10 * (spent / r.shortest_interval(k) + turned) * r.sensitivity_t[k] : 0) +
                          1e-12 * a.t;
@@ -197,7 +204,7 @@ std::optional<std::string> stiffer(Subject& s) {
   return {};
 }
 
-/// The same scene said otherwise by the same way: its touches against those of the run.
+/// The same scene, transformed, by the same method: its contact onsets against those of the run.
 std::optional<std::string> otherwise(Subject& s, const Scene& scene, double time, const char* how) {
   const auto& r = s.reference;
   if (!r.way || r.touches.empty()) return {};
@@ -208,7 +215,7 @@ std::optional<std::string> otherwise(Subject& s, const Scene& scene, double time
   } catch (const SceneError& e) {
     return fmt::format("{}: refused: {}", how, e.what());
   }
-  // Two runs of one way share its error but for what lies between two steps' ends.
+  // Two runs of one method share their error except for the part within one step.
   const double h = s.way.stepped ? *s.scene.nonsmooth.step : 0;
   for (std::size_t k = 0; k < std::min(r.touches.size(), s.sight.touches.size()); ++k) {
     const auto& a = s.sight.touches[k];
@@ -218,7 +225,7 @@ std::optional<std::string> otherwise(Subject& s, const Scene& scene, double time
     if (!(bound < 0.5 * r.shortest_interval(k)) || a.t + bound >= until) return {};
     if (r.way->family != s.way.family && k > 0) return {};
     if (k >= found.touches.size()) {
-      if (found.result.t_end < time * until * (1 - 1e-9)) return {};  // it stopped: told
+      if (found.result.t_end < time * until * (1 - 1e-9)) return {};  // it stopped and reported it
       return fmt::format("{}: touch {} at t = {:.9g} s is missing", how, k + 1, a.t);
     }
     const double off = std::abs(found.touches[k].t / time - a.t);
@@ -253,7 +260,7 @@ std::optional<std::string> order(Subject& s) {
 std::optional<std::string> backwards(Subject& s) {
   const auto& r = s.reference;
   if (s.way.stepped || !r.way || !s.conservative()) return {};
-  // Up to somewhere between the last touch that is known and the next.
+  // Up to a time between the last known contact and the next.
   double until = r.touches.empty() ? r.duration : r.touches.back().t;
   if (!r.touches.empty()) {
     const auto n = r.touches.size();

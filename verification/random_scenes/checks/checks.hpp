@@ -1,4 +1,4 @@
-// A run under judgement, and the checks that it is put to.
+// A run under assessment, and the checks applied to it.
 #pragma once
 
 #include <optional>
@@ -11,7 +11,7 @@ namespace freeplay::verification::random_scenes {
 
 struct Subject {
   const RandomScene& drawn;
-  Scene scene;  ///< as the way runs it
+  Scene scene;  ///< as the method runs it
   const Way& way;
   Sight sight;
   Reference reference;
@@ -23,64 +23,68 @@ struct Subject {
     return steps ? o.step_tolerance : o.tolerance;
   }
   bool lubricated() const;
-  /// No friction, restitution 1, nothing that takes or gives energy.
+  /// No friction, restitution 1, no element that dissipates or adds energy.
   bool conservative() const;
-  /// Nothing acts from outside: no ground, no gravity, no loads or drives.
+  /// No external action: no ground, no gravity, no loads or drives.
   bool alone() const;
-  /// Contacts touch at the start.
+  /// Some contacts are closed at the start.
   bool touching() const;
 };
 
-/// A choice among `of` that the stranger and the way alone decide.
+/// A choice among `of`, determined by the random scene and the method alone.
 int chosen(const Subject& subject, int of);
 
-/// Where `found` departs from the reference: touch by touch, in time and speed, and before the first in position.
+/// Deviation of `found` from the reference: contact by contact, in time and speed, and before the
+/// first contact in position.
 ///
 ///     |Δt_k| ≤ share (C_k + t_k) + rounding + late,      |Δv_k| ≤ share (C′_k + v),
 ///
-/// C what the facts do to the touch (Reference), `share` the part of themselves by which the facts may as well have
-/// been others.
+/// C is the sensitivity of the contact to the parameters (Reference), `share` the relative change
+/// of the parameters that is equivalent to the permitted errors.
 struct Allowed {
   double share = 0;
   double late = 0;  ///< s
   double since =
-      0;  ///< s, the last time before Reference::at at which what acts changed: places are off by what is off since
-  double own = 0;  ///< of places and of 1 rad, what a tolerance lets pass however short the way
+      0;  ///< s, the last time before Reference::at at which a load changed: positions may deviate by the error
+          ///< since then
+  double own = 0;  ///< of positions and of 1 rad, the error that a tolerance permits however short the motion
   bool speeds = true;
-  std::vector<double> halved =
-      {};  ///< by how much places differ from those of steps half as long, if looked at
+  std::vector<double> halved = {};  ///< differences of positions from those with half the step, if computed
 };
 std::optional<std::string> off_reference(const Sight& found, const Reference& reference,
                                          const Allowed& allowed, double until);
 
-/// A check: nothing where it does not apply or is met, else what is off. With what stands of it in docs/verification/random-scenes.md.
+/// A check: nothing where it does not apply or is met, else a description of the deviation. With
+/// its text for docs/strangers.md.
 struct Check {
   const char* name;
-  const char* asks;   ///< what is compared with what
-  const char* bound;  ///< how far off is right
+  const char* asks;   ///< the quantities compared
+  const char* bound;  ///< the permitted deviation
   const char* why;
   std::optional<std::string> (*judge)(Subject&);
-  /// Notes that hold this speak of what is off, besides DOUBTFUL; empty: none do.
+  /// Notes containing this text report the deviation, in addition to DOUBTFUL; empty: none do.
   std::string_view noted_by = {};
 };
 std::span<const Check> conservation_checks();
 std::span<const Check> agreement_checks();
 
-/// What a coordinate is at every row.
+/// Expected values of a coordinate at every row.
 struct ExpectedRows {
   std::size_t coordinate = 0;
   std::vector<double> x = {}, v = {};
-  std::vector<double> sensitivity = {};  ///< of x by shares of the start's size: |Δx| ≤ share · sensitivity
-  std::vector<double> error = {};        ///< of the reference itself
-  double floor = 0;                      ///< a size that the motion has at least
-  double X = 0, V = 0;                   ///< greatest departure from the start and greatest rate
+  std::vector<double> sensitivity =
+      {};                          ///< of x by relative changes of the start: |Δx| ≤ share · sensitivity
+  std::vector<double> error = {};  ///< of the reference itself
+  double floor = 0;                ///< a lower bound of the size of the motion
+  double X = 0, V = 0;             ///< greatest departure from the start and greatest rate
 };
 
-/// Every row of a scene's trajectory by one way after another, compared with what is known of it.
+/// Compares every row of a scene's trajectory with its reference, for one method after another.
 class KnownRows {
  public:
   explicit KnownRows(const RandomScene& scene) : scene_(scene) {}
-  /// `falsify` changes what was seen of the run before it is judged (for tests of the judge).
+  /// `falsify` changes the observed results of the run before the assessment (for tests of the
+  /// checks).
   Verdict judge(const Way& way, const std::function<void(Sight&)>& falsify = {});
 
  private:

@@ -1,4 +1,4 @@
-// What a run must keep by itself: energy, momentum, walls, Newton's and Euler's equations.
+// Checks on a single run: energy, momentum, walls, Newton's and Euler's equations.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -10,7 +10,7 @@
 namespace freeplay::verification::random_scenes {
 namespace {
 
-/// Kinetic and potential energy from the facts and a state; nothing of the model's code is used.
+/// Kinetic and potential energy from the parameters and a state, without code of the model.
 struct Energy {
   double kinetic = 0, potential = 0;
 };
@@ -50,7 +50,7 @@ Energy energy_of(const Mechanism& m, const State& s) {
   return e;
 }
 
-/// The sums that the balance is made of, from the states alone where they can be.
+/// The terms of the balance, from the states alone where possible.
 std::optional<std::string> balance(Subject& s) {
   const auto& l = s.sight.result.ledger;
   const auto end = energy_of(s.scene.mechanism, s.sight.result.final_state),
@@ -69,11 +69,11 @@ std::optional<std::string> balance(Subject& s) {
   return {};
 }
 
-/// Of an impact only the sum of both directions is known: where rows depend on each other sticking may give what the
-/// normal impulse takes.
+/// For an impact only the sum of both directions is known: where rows are dependent, sticking may
+/// return the energy that the normal impulse takes.
 std::optional<std::string> losses(Subject& s) {
   const auto& l = s.sight.result.ledger;
-  // Of steps of a tolerance, a thousand of them.
+  // A thousand steps at the tolerance.
   const double bound = (s.way.stepped ? 1e-3 : std::max(1e-6, 1e3 * s.tolerance())) * l.scale();
   for (const auto& [name, value] : {std::pair{"contacts with their friction", l.contact + l.friction},
                                     {"dampers", l.damping},
@@ -104,8 +104,9 @@ std::optional<std::string> momentum(Subject& s) {
     return p;
   };
   const auto a = sum(s.sight.start), b = sum(s.sight.result.final_state);
-  // Friction of round contacts acts on surfaces a gap apart: a couple of the depth times its impulse. A step's
-  // impulses act in its middle, where that is up to h v, and positions are brought back by as much.
+  // Friction of round contacts acts on surfaces a gap apart: a couple of the depth times its
+  // impulse. The impulses of a step act in its middle, where the gap is up to h v, and the position
+  // correction moves bodies by as much.
   double couple = 0;
   if (s.way.stepped)
     for (const auto& e : s.sight.result.events)
@@ -113,8 +114,8 @@ std::optional<std::string> momentum(Subject& s) {
                 std::max({a.linear, b.linear, std::abs(e.impulse_t)});
   for (std::size_t k = 0; k < s.sight.depth.size(); ++k)
     for (const auto& e : s.sight.result.events) couple += 3 * s.sight.depth[k] * std::abs(e.impulse_t);
-  // A contact that lasts to the end has no such event. It turns its bodies' momentum, Σ m|v| once and again for every radian
-  // that they turn, and friction has μ of that.
+  // A contact that lasts to the end has no such event. It rotates its bodies' momentum, Σ m|v| for
+  // every radian that they turn, and friction has μ of that.
   for (std::size_t k = 0; k < s.sight.depth.size() && k < s.sight.contacts.size(); ++k) {
     const auto& events = s.sight.result.events;
     const auto last = std::find_if(events.rbegin(), events.rend(),
@@ -145,7 +146,8 @@ std::optional<std::string> depth(Subject& s) {
 
 std::optional<std::string> newton(Subject& s) {
   if (!s.sight.newton) return {};
-  // Chosen steps may be so short that a rounding of velocities is their whole change: their impulses are held to it alone.
+  // Adaptive steps may be so short that their whole change is a rounding of velocities: only their
+  // impulses are compared.
   const bool chosen = (s.way.means && !s.way.stepped) || s.sight.result.work.handovers > 0;
   if (!chosen && !(*s.sight.newton <= 1e-6))
     return fmt::format("residual {:.2g} of the greatest term", *s.sight.newton);
@@ -155,13 +157,13 @@ std::optional<std::string> newton(Subject& s) {
   return {};
 }
 
-/// What is said of time lies within the time of the run.
+/// All reported times lie within the time of the run.
 std::optional<std::string> times(Subject& s) {
   const auto& run = s.sight.result;
   const double end = run.t_end * (1 + 1e-12), step = s.way.stepped ? *s.scene.nonsmooth.step : 0;
   double before = 0, unsure = 0;
   for (const auto& e : run.events) {
-    // The end of an accumulation of impacts may lie behind the instant at which a run stops.
+    // The end of an accumulation of impacts may lie after the instant at which a run stops.
     if (!(e.t >= 0 && e.t - e.t_uncertainty <= end))
       return fmt::format("an event of {} at {:.6g} s, the run ends at {:.6g} s", e.joint, e.t, run.t_end);
     unsure = std::max(unsure, e.t_uncertainty);

@@ -1,5 +1,5 @@
-// Every row of a trajectory compared with what is known of it: by a small integration of its own, by hand, by a curve, by
-// energy, or by runs at a tight tolerance.
+// Compares every row of a trajectory with its reference: a small independent integration, a closed
+// form, a curve, the energy, or runs at a tight tolerance.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -47,7 +47,8 @@ ExpectedRows expected_of(const Moving& m, Family family, const std::vector<doubl
   auto moved = one, faster = one, heavier = one;
   moved.x += nudge * e.X;
   faster.v += nudge * e.V;
-  // What has come to rest has forgotten its start; when it is let go, it has not forgotten what acts.
+  // A state of rest does not depend on the start; once the body moves again, its motion still
+  // depends on the loads.
   heavier.acceleration = [a = one.acceleration](double t, double x, double v) {
     return (1 + nudge) * a(t, x, v);
   };
@@ -85,17 +86,18 @@ std::vector<ExpectedRows> expected_of(const BodiesInLine& r, Family family,
   return list;
 }
 
-/// Compliant contacts of a row are known by hand only without loss.
+/// Compliant contacts of a row have a closed-form reference only without dissipation.
 bool knows(const BodiesInLine& r, Family family) {
   return family == Family::nonsmooth || r.row.restitution == 1;
 }
 
-/// A run of a scene as a way has it; the limit of time counts for each.
+/// A run of a scene by a method; the time limit applies to each.
 Sight rows_of(const Scene& scene, const Way& way) {
   return look(scene, way, {.rows = true, .limit = run_limit(Suite::rows)});
 }
 
-/// Coordinates that only other runs know: event-driven at 1e-12, or two integrators at 1e-12 as far as they agree.
+/// Coordinates known only from other runs: event-driven at 1e-12, or two integrators at 1e-12 as
+/// far as they agree.
 std::vector<ExpectedRows> expected_of_runs(const RandomScene& scene, Family family) {
   std::vector<ExpectedRows> list;
   auto others = scene.others;
@@ -136,7 +138,7 @@ std::vector<ExpectedRows> expected_of_runs(const RandomScene& scene, Family fami
     twin(e, column(c, i, false), nudge);
     list.push_back(std::move(e));
   }
-  // Each is measured by the motion of all, in metres: one that stands still has no size of its own.
+  // Each coordinate is scaled by the motion of all, in metres: one at rest has no scale.
   double X = 0, V = 0;
   for (const auto& e : list) X = std::max(X, e.X), V = std::max(V, e.V);
   for (auto& e : list)
@@ -144,14 +146,15 @@ std::vector<ExpectedRows> expected_of_runs(const RandomScene& scene, Family fami
   return list;
 }
 
-/// By how much a way may be off, as shares of what a motion amounts to. Adaptive ways: 10⁵ times their tolerance (1e-10,
-/// 1e-9), time steps that are chosen 10⁴ times (1e-6, a hundredth of the motion), since a run has up to some thousand steps,
-/// is measured by scales of its own and its rows come from a dense output of lower order. Fixed steps: four times the step
-/// over the shortest time of the scene, of first order, or a share that rk4 keeps with 40 steps in a contact.
+/// Permitted error of a method, relative to the size of a motion. Adaptive methods: 10⁵ times their
+/// tolerance (1e-10, 1e-9), adaptive time stepping 10⁴ times (1e-6, a hundredth of the motion),
+/// since a run has up to some thousand steps, has separate scales, and its rows come from a dense
+/// output of lower order. Fixed steps: four times the step over the shortest time of the scene,
+/// first order, or a relative error that rk4 keeps with 40 steps in a contact.
 struct Bounds {
-  double share = 0;       ///< of places
+  double share = 0;       ///< of positions
   double speeds = 0;      ///< of rates
-  double late = 0;        ///< s, an event takes place somewhere within a fixed step
+  double late = 0;        ///< s, an event takes place at some instant within a fixed step
   double prescribed = 0;  ///< of a prescribed coordinate's size, and of its rate
   double energy = 0;      ///< of the greatest kinetic energy
   double step = 0;        ///< s, of fixed steps
@@ -176,7 +179,7 @@ Bounds bounds_of(const RandomScene& scene, const Way& way, const Result& result)
 
 struct Comparison {
   double known = 1;      ///< share of the rows
-  std::string worst;     ///< the first row that is off
+  std::string worst;     ///< the first row outside the bound
   long off = 0, of = 0;  ///< rows
 };
 void add(Comparison& c, bool off, const std::function<std::string()>& what) {
@@ -198,7 +201,7 @@ void compare(Comparison& all, const ExpectedRows& e, const Trajectory& rows, con
     const double bound = b.share * size + b.late * V + rounding;
     if (b.share * e.sensitivity[k] > 0.1 * e.X || e.error[k] > 0.3 * bound) break;
     const double off = std::abs(rows.q(k)[e.coordinate] - e.x[k]);
-    // A rate is right where it is that of a moment that much earlier or later.
+    // A velocity is right if it equals that of an instant earlier or later by this time.
     const auto m = static_cast<std::size_t>(
         std::min(50.0, 1 + std::ceil((V > 0 ? bound / (V * spacing) : 0) + b.late / spacing)));
     double low = INFINITY, high = -INFINITY;
@@ -220,7 +223,7 @@ void compare(Comparison& all, const ExpectedRows& e, const Trajectory& rows, con
   all.known = std::min(all.known, static_cast<double>(k) / static_cast<double>(random_scenes::rows + 1));
 }
 
-/// `least`: what counts as standing still, of the scene's own motion.
+/// `least`: the size that counts as rest, relative to the motion of the scene.
 void compare(Comparison& all, const Prescribed& p, const Trajectory& rows, const Bounds& b, double least) {
   for (std::size_t k = 0; k < rows.size(); ++k) {
     const auto m = p.motion(rows.t(k), rows.q(k), rows.v(k));
@@ -245,7 +248,7 @@ void compare(Comparison& all, const Prescribed& p, const Trajectory& rows, const
 void compare_energy(Comparison& all, const RandomScene& s, const Trajectory& rows, const Bounds& b) {
   const double first = s.energy(rows.q(0), rows.v(0));
   double size = std::abs(first);
-  // A row within a time step that holds an impact lies between the rates before and behind it.
+  // A row within a time step with an impact lies between the velocities before and after it.
   const std::size_t m = b.energy > 2e-2 ? 2 : 0;
   std::vector<double> energies;
   for (std::size_t k = 0; k < rows.size(); ++k) energies.push_back(s.energy(rows.q(k), rows.v(k)));
@@ -262,7 +265,7 @@ void compare_energy(Comparison& all, const RandomScene& s, const Trajectory& row
   }
 }
 
-/// The instants of the rows, as the program's own grid has them.
+/// The instants of the rows, on the output grid of the program.
 std::vector<double> instants_of(const RandomScene& scene) {
   std::vector<double> instants{0};
   const double spacing = exact(scene.duration / rows);
@@ -324,7 +327,8 @@ Verdict KnownRows::judge(const Way& way, const std::function<void(Sight&)>& fals
     v.outcome = Outcome::refused;
     v.detail = run.ending.reason;
   } else if (doubtful) {
-    // Time steps say so from errors of a thousandth on (docs/reference/results.md), of which their bounds allow ten.
+    // Time stepping reports errors of a thousandth or more (docs/results.md), of which its bounds
+    // allow ten.
     const bool stepped = bounds.share >= 1e-2 || way.stepped;
     const bool right = !stepped || compared(bounds.tenth()).off == 0;
     v.outcome = c.known > 0.999 && right ? Outcome::falsely_doubted : Outcome::doubted;

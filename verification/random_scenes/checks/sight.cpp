@@ -17,7 +17,8 @@
 namespace freeplay::verification::random_scenes {
 namespace {
 
-/// Looks into each step, and asks the run to end when it has seen enough or time is up.
+/// Observes each step, and requests the end of the run when enough is seen or the time limit is
+/// reached.
 class Onlooker final : public Observer {
  public:
   Onlooker(Sight& sight, const LookRequest& request, bool ends_only)
@@ -36,7 +37,7 @@ class Onlooker final : public Observer {
   void event(const Event& e) override {
     if (is_touch(e) && ++touches_ >= request_.most_touches) done_ = true;
   }
-  /// Touches of which it is not known yet whether they are impacts, and what they hold back.
+  /// Contacts not yet classified as impacts, and later contacts waiting for them.
   void end(const RunEnd& end) override {
     for (const auto& e : end.held_back)
       if (is_touch(e))
@@ -84,8 +85,8 @@ class Onlooker final : public Observer {
   std::vector<ContactPlace> places_;
 };
 
-/// Change of momentum over the run less all impulses, of the greatest in the mechanism (linear, angular), or of what
-/// the energy would give a body.
+/// Change of momentum over the run minus all impulses, relative to the greatest momentum in the
+/// mechanism (linear, angular), or to that which the energy would give a body.
 double momentum_left(const Simulation& simulation, const BalanceWatch& watch, const Sight& sight) {
   const ForceBalance balance(simulation.scene().mechanism, simulation.layout());
   const auto &before = sight.start.v, &after = sight.result.final_state.v;
@@ -142,7 +143,8 @@ Sight look(Scene scene, const Way& way, const LookRequest& request) {
   sight.touches.insert(sight.touches.end(), onlooker.open.begin(), onlooker.open.end());
   std::ranges::sort(sight.touches, {}, &Touch::t);
   if (balance) {
-    // By moments as they are told and by arms: one is rounding where moments cancel, the other where joints have drifted.
+    // By reported moments and by lever arms: one has rounding where moments cancel, the other where
+    // joints have drifted.
     sight.newton = std::min(balance->worst.own, balance->worst.anew);
     sight.momentum = momentum_left(simulation, *balance, sight);
   }
@@ -161,7 +163,7 @@ Reference make_reference(const Scene& scene, const Way& way) {
   tight.nonsmooth.tolerance = tight.penalty.tolerance = Reference::tolerance;
   Reference r;
   r.duration = scene.run.duration;
-  // Three touches more than are asked for: those that come at one instant stand in any order.
+  // Three more contacts than requested: simultaneous ones may be in any order.
   const auto failed = [](const Sight& s) {
     return s.result.ending.status == Ending::Status::failed || s.overtime;
   };
@@ -181,7 +183,7 @@ Reference make_reference(const Scene& scene, const Way& way) {
     if (i % 3 != 2) r.position = std::max({r.position, std::abs(r.at.q[i]), std::abs(again.start.q[i])});
     double moved = 0;
     for (const auto& twin : twins)
-      // A twin that was struck before says nothing of smooth motion.
+      // A twin with an earlier impact gives no information on smooth motion.
       moved = twin.at.q.empty() || (!twin.touches.empty() && twin.touches[0].t < r.at.t)
                   ? INFINITY
                   : std::max(moved, off(twin.at.q[i] - twin.start.q[i], r.at.q[i] - again.start.q[i]));
@@ -200,7 +202,7 @@ Reference make_reference(const Scene& scene, const Way& way) {
       dt = std::max(dt, off(twin.touches[k].t, touch.t));
       dv = std::max(dv, off(twin.touches[k].speed, touch.speed));
     }
-    // What comes at one instant with the next has no order.
+    // Contacts simultaneous with the next one have no order.
     if (k + 1 < base.touches.size() && base.touches[k + 1].t - touch.t < 1e-6 * touch.t) kept = false;
     if (!kept) break;
     r.touches.push_back(touch);

@@ -1,4 +1,4 @@
-// What is seen of a run, and of the runs that it is held to.
+// The observed results of a run and of the runs that it is compared with.
 #pragma once
 
 #include <optional>
@@ -14,7 +14,7 @@ namespace freeplay::verification::random_scenes {
 
 struct Touch {
   std::string contact;
-  double t = 0, speed = 0;  ///< s; m/s, of approach, NaN where the contact had not ended with the run
+  double t = 0, speed = 0;  ///< s; m/s, approach speed, NaN if the contact had not ended with the run
   double duration = 0;      ///< s
   bool impact = true;       ///< else the beginning of a lasting contact
   double slid = 0;          ///< m, at its first sliding rate through its duration
@@ -24,20 +24,22 @@ struct Sight {
   Result result;
   std::vector<Touch> touches;
   State start;
-  State at;  ///< at the instant that was asked for; empty when the run did not come to it
+  State at;                       ///< at the requested instant; empty if the run did not reach it
   std::vector<double> start_gap;  ///< m
-  /// m, greatest depth within the steps, from the dense output; of time stepping at their ends.
+  /// m, greatest depth within the steps, from the dense output; for time stepping at the ends of
+  /// steps.
   std::vector<double> depth;
-  std::vector<double> measure;  ///< m, what the program measures depth by
+  std::vector<double> measure;  ///< m, the program's reference length of depth
   std::vector<std::string> contacts;
-  /// Residuals of Newton's and Euler's equations, where forces were watched.
+  /// Residuals of Newton's and Euler's equations, if forces were recorded.
   std::optional<double> newton, momentum;
-  Trajectory rows;        ///< where they were asked for
-  bool overtime = false;  ///< stopped after the limit
-  double went_on = 0;     ///< s, by how much in the second half of it
+  Trajectory rows;        ///< if requested
+  bool overtime = false;  ///< stopped by the time limit
+  double went_on = 0;     ///< s, simulated time in the second half of the limit
 };
 
-/// s of CPU that one run may take before it counts as hung: ten times what a scene is drawn for.
+/// s of CPU that one run may take before it counts as hung: ten times the duration that scenes are
+/// drawn for.
 constexpr double run_limit(Suite suite) {
   if (suite == Suite::rows) return 5;
 #if defined(__SANITIZE_ADDRESS__)
@@ -50,36 +52,36 @@ constexpr double run_limit(Suite suite) {
 struct LookRequest {
   std::optional<double> until = {}, at = {};  ///< s
   std::optional<State> start = {};
-  std::size_t most_touches = 1000000;  ///< the run ends soon after as many
+  std::size_t most_touches = 1000000;  ///< the run ends soon after this number of contacts
   bool forces = false;
-  bool rows = false;  ///< of the scene's output steps; nothing within the steps is looked at
+  bool rows = false;  ///< at the scene's output steps; nothing within the steps is observed
   double limit = run_limit(Suite::agreement);  ///< s of CPU
 };
 
-/// Runs a scene by a way and looks at it. Throws SceneError where it cannot begin.
+/// Runs a scene by a method and observes it. Throws SceneError if it cannot begin.
 Sight look(Scene scene, const Way& way, const LookRequest& request = {});
 
-/// How well single touches are known: a run at the tightest tolerance, and twins of it whose facts differ by `nudge` of
-/// themselves. What they change, over nudge and `worst` times, is the scene's own sensitivity; a touch that they lose ends what can be
-/// asked.
+/// Accuracy of the known contacts: a run at the tightest tolerance, and twins of it whose
+/// parameters differ relatively by `nudge`. Their change, over nudge and times `worst`, is the
+/// sensitivity of the scene; a contact that they lose ends the comparison.
 struct Reference {
   static constexpr double nudge = 1e-6, tolerance = 1e-11;
   static constexpr double worst =
-      3;  ///< two twins are nudged at random: the worst way is some three times as bad
-  static constexpr int most = 3;                         ///< touches
-  const Way* way = nullptr;                              ///< that made it; null: it could not be made
-  std::vector<Touch> touches;                            ///< those that can be asked for
-  bool all = false;                                      ///< they are all of the run's
-  std::vector<double> sensitivity_t, sensitivity_speed;  ///< s and m/s, of each touch, over the nudge
+      3;  ///< two twins have random changes: the worst case is about three times as large
+  static constexpr int most = 3;                         ///< contacts
+  const Way* way = nullptr;                              ///< that made it; null: no method could
+  std::vector<Touch> touches;                            ///< those that can be compared
+  bool all = false;                                      ///< they are all contacts of the run
+  std::vector<double> sensitivity_t, sensitivity_speed;  ///< s and m/s, of each contact, over the nudge
   double greatest_speed = 0;                             ///< m/s, of them
-  /// A state before the first touch, and what it is sensitive by.
+  /// A state before the first contact, and its sensitivity.
   State at;
   std::vector<double> sensitivity_q;
-  double length = 0, angle = 0;  ///< m, rad: how far bodies came by then
-  double position = 0;           ///< m, greatest coordinate: what rounding is measured by
+  double length = 0, angle = 0;  ///< m, rad: the distance that bodies have moved by then
+  double position = 0;           ///< m, greatest coordinate: the scale of rounding
   double duration = 0;           ///< s
 
-  /// s since the touch before.
+  /// s since the previous contact.
   double interval(std::size_t k) const { return touches[k].t - (k ? touches[k - 1].t : 0); }
   double shortest_interval(std::size_t k) const;
 };

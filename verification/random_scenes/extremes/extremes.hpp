@@ -1,5 +1,6 @@
-// The extremes: every cell of the map is a scene at the edge of what can be asked, judged against a
-// reference. A cell runs in a process of its own with a limit of time, so a crash or a hang is a verdict too.
+// The map of extreme parameters. Every cell is a scene at the limit of the permitted parameters,
+// compared with a reference. A cell runs in its own process with a time limit, so a crash or a hang
+// is an outcome too.
 #pragma once
 
 #include <functional>
@@ -16,13 +17,13 @@ namespace freeplay::verification::random_scenes {
 
 struct Cell {
   std::string axis, label;
-  double value = 0;         ///< along the axis; 0 for scenes of their own
+  double value = 0;         ///< along the axis; 0 for single scenes
   std::string formulation;  ///< penalty, or nonsmooth
   std::function<Verdict()> judge;
   Verdict verdict = {};
 };
 
-/// A stability limit that theory predicts on an axis.
+/// A stability limit predicted by theory on an axis.
 struct Limit {
   std::string axis, formulation;
   double value = 0;
@@ -31,17 +32,19 @@ struct Limit {
 
 std::vector<Cell> rig_cells();      ///< the paper's rig along each axis, against the oracle
 std::vector<Cell> special_cells();  ///< singular positions, redundancy, Painlevé, long runs
-std::vector<Cell> loose_cells();    ///< two loose joints in one chain, a thousand loose turns
-/// Φ under Baumgarte's terms and rk4 of step h; hβ by hα over the grid, each row its own axis.
+std::vector<Cell> loose_cells();    ///< two joints with clearance in one chain, a thousand revolutions with
+                                    ///< clearance
+/// Φ with Baumgarte stabilisation and rk4 of step h; hβ by hα over the grid, each row a separate
+/// axis.
 std::vector<Cell> baumgarte_cells();
 inline constexpr double baumgarte_grid[] = {0, 0.3, 1, 2, 3};
 /// Greatest factor by which a step of rk4 multiplies Φ at hα and hβ: above 1 it grows.
 double rk4_growth(double ha, double hb);
 std::vector<Limit> predicted_limits();
 
-Scene ideal_rig();  ///< the paper's, without play or instruments
+Scene ideal_rig();  ///< the paper's rig, without clearance or instruments
 
-/// Judges a cell in a child process; `seconds` is its limit.
+/// Assesses a cell in a child process; `seconds` is its time limit.
 Verdict judge_apart(const Cell& cell, double seconds);
 
 }  // namespace freeplay::verification::random_scenes

@@ -12,7 +12,8 @@ Verdict judge_apart(const Cell& cell, double seconds) {
       v = cell.judge();
     } catch (const SceneError& e) {
       v = {Outcome::refused, e.what()};
-      const std::string here = test::source_folder().string() + "/";  // a page is of no machine
+      const std::string here =
+          test::source_folder().string() + "/";  // the page must not depend on the machine
       if (v.detail.starts_with(here)) v.detail.erase(0, here.size());
     } catch (const std::exception& e) {
       v = {Outcome::crashed, e.what()};

@@ -1,4 +1,5 @@
-// Loose joints where the rig's first two touches say too little: two in one chain, and a thousand turns.
+// Joints with clearance where the first two contacts of the test rig are not sufficient: two joints
+// in one chain, and a thousand revolutions.
 #include <fmt/format.h>
 
 #include <array>
@@ -11,17 +12,18 @@
 namespace freeplay::verification::random_scenes {
 namespace {
 
-/// Greatest error of three touches, in units of what each may be off. An impact acts `delay` s late and lets
-/// the joint go a·delay faster or slower, a the gap's acceleration; the hop 2u/a that follows is 2·delay
-/// longer or shorter. So it shifts what follows by up to 3·delay; at the end of a flight f under v ≈ ½ a f …
-/// a f, a shift of s changes the approach by up to 2s/f of it.
+/// Greatest error of three contacts, relative to the permitted errors. An impact acts `delay` s
+/// late and changes the speed of the joint by a·delay, a being the gap's acceleration; the bounce
+/// of duration 2u/a that follows changes by 2·delay. So it shifts later contacts by up to 3·delay;
+/// at the end of a flight f at v ≈ ½ a f … a f, a shift of s changes the approach speed by up to
+/// 2s/f of itself.
 double three_touches(const Result& run, const Result& exact, const std::array<double, 3>& delays,
                      double found_to) {
   double worst = 0, shift = found_to;
   for (std::size_t i = 0; i < 3; ++i) {
     const auto a = test::touch(run, i), b = test::touch(exact, i);
     if (a.contact != b.contact) return INFINITY;
-    double since = 0;  // this joint's last touch, or the start
+    double since = 0;  // last contact of this joint, or the start
     for (std::size_t j = 0; j < i; ++j)
       if (const auto before = test::touch(exact, j); before.contact == b.contact) since = before.t;
     const double may = shift + 1e-6 * b.t;
@@ -32,12 +34,12 @@ double three_touches(const Result& run, const Result& exact, const std::array<do
   return worst;
 }
 
-/// Two loose pins in one chain, to the third touch, the first of the other pin: the event-driven scheme is
-/// held against by penalty at two stiffnesses, with the power that Hertz gives its contacts' duration,
-/// K^(−2/5), and by time stepping at two steps.
+/// Two pins with clearance in one chain, up to the third contact, the first of the other pin. The
+/// event-driven scheme is compared with penalty at two stiffnesses, by the exponent of the contact
+/// duration of Hertz, K^(−2/5), and with time stepping at two step sizes.
 Verdict two_loose(Family family) {
   auto scene = read_scene(test::scene_file("four_bar_two"));
-  scene.run.duration = 0.0105;  // between the third touch and the fourth
+  scene.run.duration = 0.0105;  // between the third contact and the fourth
   scene.run.discard = 0;
   scene.penalty.contact = ContactLaw::exact;
   scene.nonsmooth.scheme = Scheme::event_driven;
@@ -62,18 +64,18 @@ Verdict two_loose(Family family) {
     worst = std::max(worst, three_touches(run, exact, delays, family == Family::penalty ? 0 : h));
     late[i] = std::abs(test::touch(run, 2).t - third);
   }
-  // The leading term alone would give a hundredfold stiffness 100^(2/5): half as much again for the next
-  // ones.
+  // The leading term alone gives a factor of 100^(2/5) for a hundredfold stiffness: half as much
+  // again for the next terms.
   if (family == Family::penalty)
     worst = std::max(worst, std::abs(std::log(late[0] / late[1] / std::pow(100, 0.4))) / std::log(1.5));
   return within(run, worst, 1, "three touches off the event-driven scheme's, of what they may be");
 }
 
-/// The rig's own play for a thousand turns. Nobody knows its motion so far on; what no run may lose:
-/// positions to a thousandth of the clearance, energy to a fifth digit of what is lost, and the wall. A wall
-/// yields by Hertz's depth for the slider's whole mass (no effective mass is greater) at the fastest
-/// approach, twice that under a load that goes on; in time stepping by the way of one step, between events by
-/// rounding.
+/// The clearance of the rig over a thousand revolutions. The motion is not known for that long.
+/// Every run must keep positions to a thousandth of the clearance, the energy to the fifth digit of
+/// the loss, and the wall. The penetration is at most Hertz's depth for the slider's whole mass (no
+/// effective mass is greater) at the fastest approach, twice that under a lasting load; in time
+/// stepping the distance of one step, between events rounding.
 Verdict long_loose(Family family, Scheme scheme) {
   auto scene = read_scene(test::flores());
   scene.instruments.clear();

@@ -1,5 +1,5 @@
-// The paper's rig along one axis at a time, judged by its first two touches against the oracle (two
-// coordinates, no code shared with the solvers).
+// The test rig of the paper along one parameter at a time: its first two contacts against the
+// oracle (two coordinates, no code shared with the solvers).
 #include <fmt/format.h>
 
 #include <cmath>
@@ -35,7 +35,7 @@ Rig rig() {
 struct Touch {
   double t, v_n_minus, end;  ///< s, m/s; s when a run must have reported it
 };
-/// The oracle's first two touches, rounded; a contact still open at its end counts by its touch.
+/// The oracle's first two contacts, rounded; a contact still open at its end counts with its onset.
 std::vector<Touch> touches(const reference::OracleRun<Real>& run) {
   std::vector<Touch> list;
   for (std::size_t i = 0; i < std::min<std::size_t>(run.impacts.size(), 2); ++i) {
@@ -43,26 +43,28 @@ std::vector<Touch> touches(const reference::OracleRun<Real>& run) {
     list.push_back({static_cast<double>(x.t), static_cast<double>(x.v_n_minus),
                     static_cast<double>(x.t + 2 * x.duration)});
   }
-  // A contact that outlasts four durations of Hertz is reported as lasting; one that ends is an impact.
+  // A contact that outlasts four durations of Hertz is reported as lasting; one that ends is an
+  // impact.
   if (run.open && list.size() < 2)
     list.push_back({static_cast<double>(run.open->t), static_cast<double>(run.open->v_n_minus),
                     static_cast<double>(run.open->t + 5 * run.open->duration)});
   return list;
 }
 
-/// What a touch may be off.
+/// Permitted errors of a contact.
 struct Bounds {
   double time, speed;  ///< relative
-  double slack;        ///< s that a time may be off besides
+  double slack;        ///< s, additional error of a time
 };
 
 Bounds bounds_of(const Scene& scene, Family family) {
   if (family == Family::penalty) return {1e-6, 1e-4, 0};
   if (scene.nonsmooth.scheme == Scheme::event_driven) return {1e-7, 1e-6, 0};
-  return {1e-4, 0.02, 2 * *scene.nonsmooth.step};  // time stepping: an impact acts somewhere in its step
+  return {1e-4, 0.02,
+          2 * *scene.nonsmooth.step};  // time stepping: an impact acts at some instant in its step
 }
 
-/// The first two touches; of a run that failed, those that it had to report before.
+/// The first two contacts; of a failed run, those that it had to report before the failure.
 Verdict compare(const Result& run, const std::vector<Touch>& expected, const Bounds& b) {
   const bool failed = run.ending.status != Ending::Status::finished;
   const auto found = test::touches(run);
@@ -71,10 +73,11 @@ Verdict compare(const Result& run, const std::vector<Touch>& expected, const Bou
       if (failed && run.t_end < expected[i].end * (1 + b.time) + 2 * b.slack) break;
       return beyond_bound(run, fmt::format("touch {} is missing", i + 1));
     }
-    const double grown = std::pow(10, static_cast<double>(i));  // an impact multiplies errors by some ten
+    const double grown = std::pow(10, static_cast<double>(i));  // an impact multiplies errors by about ten
     const double late = std::abs(found[i].t - expected[i].t),
                  off = std::abs(found[i].v_n_minus / expected[i].v_n_minus - 1);
-    // Speeds change over a step by h over the flight, at either end of it (as in cross/mechanisms_test.cpp).
+    // Speeds change over a step by h over the flight, at either end of it (as in
+    // cross/mechanisms_test.cpp).
     const double steps =
         i > 0 ? 2 * b.slack * static_cast<double>(i) / (expected[i].t - expected[i - 1].t) : 0;
     if (late <= grown * (b.time * expected[i].t + b.slack) && off <= std::max(grown * b.speed, steps))
@@ -86,8 +89,9 @@ Verdict compare(const Result& run, const std::vector<Touch>& expected, const Bou
   return failed ? Verdict{Outcome::refused, run.ending.reason} : Verdict{};
 }
 
-/// Where nothing touches, the flight itself: crank and slider as late, and their speeds as far off, as a
-/// touch may be. Coordinates: the rod's angle and the slider's place, in the crank's measures.
+/// Without a contact, the flight itself: crank and slider may be as late, and their speeds as far
+/// off, as at a contact. Coordinates: the rod's angle and the slider's position, relative to the
+/// crank's dimensions.
 Verdict compare_flight(const Rig& r, const Result& run, const reference::OracleRun<Real>& exact,
                        const Bounds& b) {
   if (run.ending.status != Ending::Status::finished) return {Outcome::refused, run.ending.reason};
@@ -105,8 +109,9 @@ Verdict compare_flight(const Rig& r, const Result& run, const reference::OracleR
                                    : fmt::format("flight off by {:.2g} s, {:.2g} in speed", late, speed));
 }
 
-/// Where the oracle declines an impact (D_NN ≤ μ |D_NT|, Painlevé's), the program must not pass it in
-/// silence. The flight to the first touch is that of any law, and so judged by the compliant one's.
+/// Where the oracle refuses an impact (D_NN ≤ μ |D_NT|, Painlevé), the program must not pass it
+/// without a report. The flight to the first contact does not depend on the law, and is compared
+/// with that of the compliant one.
 Verdict beyond_the_oracle(const Rig& r, Family family) {
   auto scene = r.scene;
   const auto turn = 2 * std::numbers::pi / r.oracle.speed;
@@ -124,8 +129,8 @@ Verdict beyond_the_oracle(const Rig& r, Family family) {
   return {Outcome::silent, "an impact of Painlevé's kind without a word"};
 }
 
-/// `beyond`: s that the run goes on after the last touch, so that the program sees what it must speak of: the
-/// flight before it, and for a late one itself.
+/// `beyond`: s that the run continues after the last contact, so that the program can report on it:
+/// on the flight before it, and on a late contact itself.
 Verdict judge(Rig& r, Family family, const reference::OracleRun<Real>& exact, double beyond) {
   const auto expected = touches(exact);
   const auto bounds = bounds_of(r.scene, family);

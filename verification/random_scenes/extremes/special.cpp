@@ -1,4 +1,4 @@
-// Scenes that are extreme by what they are: singular positions, redundancy, no motion, long runs, Painlevé.
+// Scenes of a special kind: singular positions, redundancy, no motion, long runs, Painlevé.
 #include <fmt/format.h>
 
 #include <cmath>
@@ -37,19 +37,19 @@ Result simulate(Scene scene, const Way& way) {
   return test::simulate(scene, way.family);
 }
 
-/// Slider-crank with l = r: at 90° the slider stands over the shaft and may stay there.
+/// Slider-crank with l = r: at 90° the slider is above the shaft and may stay there.
 Verdict equal_lengths(const Way& way) {
   auto scene = ideal_rig();
   std::get<RevoluteJoint>(scene.mechanism.joints[1]).at[1] = {-0.025, 0};
   std::get<RevoluteJoint>(scene.mechanism.joints[2]).at[0] = {0.025, 0};
-  scene.run.duration = 0.2;  // two thirds of a turn: through 90°
+  scene.run.duration = 0.2;  // two thirds of a revolution: through 90°
   const auto run = simulate(scene, way);
   return within(run, std::abs(run.final_state.q[6] - 0.1 * std::cos(run.final_state.q[2])), 1e-4,
                 "slider off 2r cos φ (m)");
 }
 
-/// A parallelogram driven through its change points: the coupler stays parallel to the ground. Or started at
-/// one.
+/// A parallelogram driven through its change points: the coupler stays parallel to the ground. Or
+/// one started at a change point.
 Verdict parallelogram(const Way& way, bool at_change) {
   const double x = at_change ? 0.05 : 0.0, y = at_change ? 0.0 : 0.05,
                turn = at_change ? 0.0 : std::numbers::pi / 2;
@@ -129,7 +129,7 @@ duration = 1.0
                 "moved (m, m/s)");
 }
 
-/// A block that falls in two parallel guides where one would do.
+/// A block that falls in two parallel guides, of which one is redundant.
 Verdict redundant(const Way& way) {
   const std::string text = R"(
 gravity = [0.0, -9.81]
@@ -155,8 +155,8 @@ duration = 1.0
   return within(run, std::abs(run.final_state.q[1] + 0.5 * 9.81 * t * t), 1e-5, "fall off ½gt² (m)");
 }
 
-/// A journal at rest, exactly centred in a fixed bearing: it falls by c. Or resting on the wall from the
-/// first instant.
+/// A journal at rest, exactly centred in a fixed bearing: it falls by c. Or one resting on the wall
+/// from the first instant.
 Verdict journal(const Way& way, bool centred, std::optional<Integrator> integrator = {}) {
   const double c = 1e-3, g = 9.81;
   std::vector<std::string> changes;
@@ -191,7 +191,7 @@ Verdict painleve(bool events) {
   scene.nonsmooth.scheme = events ? Scheme::event_driven : Scheme::moreau_jean;
   const auto run = test::simulate(scene, Family::nonsmooth);
   if (run.ending.status != Ending::Status::finished) return {Outcome::refused, run.ending.reason};
-  // There is no right answer: what counts is that the program says so.
+  // There is no right answer: the program must report that.
   for (const auto& note : run.notes)
     if (note.find("Painlev") != note.npos) return {Outcome::doubted, note};
   return {Outcome::silent, "passed Painlevé's configuration without a word"};

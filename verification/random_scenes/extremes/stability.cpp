@@ -1,10 +1,10 @@
-// What rk4 can follow. Its step multiplies a mode λ by
+// Stability limits of rk4. A step multiplies a mode λ by
 //
 //     R(z) = 1 + z + z²/2 + z³/6 + z⁴/24,   z = hλ,      and the mode stays bounded while |R| ≤ 1.
 //
-// Baumgarte's terms make Φ̈ + 2αΦ̇ + β²Φ = 0: λ = −α ± √(α² − β²). A contact at its deepest has the tangent
-// stiffness 3/2 K √δ_max, δ_max = (5 m v²/(4K))^(2/5) (Hertz): λ = ± i ω. R leaves the unit disc on the
-// imaginary axis at 2√2, on the negative real one at 2.785.
+// Baumgarte's terms make Φ̈ + 2αΦ̇ + β²Φ = 0: λ = −α ± √(α² − β²). A contact at its deepest has the
+// tangent stiffness 3/2 K √δ_max, δ_max = (5 m v²/(4K))^(2/5) (Hertz): λ = ± i ω. R leaves the unit
+// disc on the imaginary axis at 2√2, on the negative real one at 2.785.
 // Source: Hairer, Nørsett, Wanner, Solving ODEs II, IV.2; Baumgarte, CMAME 1 (1972) 1.
 #include <fmt/format.h>
 
@@ -24,8 +24,8 @@ constexpr double step = 1e-3;  // s
 
 std::string axis_at(double hb) { return fmt::format("h alpha at h beta = {:.3g}, rk4", hb); }
 
-/// Three turns of the ideal rig. An Euler stage leaves a circle of radius r by ½ r (ωh)²; terms as stiff as
-/// the step feed it back in full: bounded means within twice that.
+/// Three revolutions of the ideal rig. An Euler stage leaves a circle of radius r by ½ r (ωh)²;
+/// stabilisation terms as stiff as the step feed it back in full: bounded means within twice that.
 Verdict baumgarte(double ha, double hb) {
   auto scene = ideal_rig();
   scene.run.duration = 0.9;
@@ -40,7 +40,8 @@ Verdict baumgarte(double ha, double hb) {
                 "greatest |Φ| in three turns (m)");
 }
 
-/// rk4's longest step for the rig's first impact: approach and effective mass by the oracle, frictionless.
+/// The longest stable step of rk4 for the rig's first impact: approach and effective mass by the
+/// oracle, frictionless.
 double contact_limit() {
   auto scene = read_scene(test::flores());
   scene.penalty.contact = ContactLaw::exact;

@@ -1,4 +1,4 @@
-// Random scenes on springs beyond a constant rate, on bushings, and on cams.
+// Random scenes with springs of variable rate, bushings and cams.
 #include <algorithm>
 #include <numbers>
 
@@ -7,7 +7,7 @@
 namespace freeplay::verification::random_scenes {
 namespace {
 
-/// Of a spring of this rate about a length (or angle), `force` being what it may exert there.
+/// Law of a spring of this rate about a length (or angle); `force` is the size of its force there.
 std::string law(Draw& draw, double rate, double rest, double unit, double force, const char* table,
                 const char* free) {
   if (draw.chance(0.3)) {
@@ -48,7 +48,7 @@ void compliant(Draw& draw, Draft& out) {
     out.body(b);
     lightest = std::min({lightest, b.mass, b.inertia / (L * L)});
     const double rate = b.mass * std::pow(draw.between(1, 6) / s.time(), 2);
-    // Cubes, tables and preload make it some three times as fast at the greatest.
+    // Cubic terms, tables and preload raise the frequency by a factor of at most about three.
     out.fastest = std::max(out.fastest, 6 * std::sqrt(rate / std::min(lightest, b.mass)));
     const auto between = toml("between = ['{}', '{}']\n", last, b.name);
     const auto damped = draw.chance(0.4);
@@ -83,7 +83,7 @@ void cams(Draw& draw, Draft& out) {
   follower.name = "follower";
   follower.mass = s.mass * mass_factor(draw);
   follower.inertia = follower.mass * R * R;
-  const double slope = draw.angle();  // the way that it is guided
+  const double slope = draw.angle();  // the direction of its guide
   const Vec2 up{std::cos(slope), std::sin(slope)};
   const double height = R + r + lift * draw.between(1.01, 1.5);
   follower.at = height * up + (roller ? 0.0 : R * draw.either_way(0.2)) * perp(up);
@@ -96,7 +96,7 @@ void cams(Draw& draw, Draft& out) {
   out.joint("translational", "ground", "follower", follower.at, {0, 0},
             toml("axis = {}\nangle = {}\n", up, follower.angle));
   out.text += "[contacts.lobe]\ntype = \"cam\"\nbetween = [\"cam\", \"follower\"]\nsurface = \"s\"\n";
-  // In its own frame the follower stands above the cam.
+  // In its own frame the follower is above the cam.
   out.text += roller ? toml("follower = 'roller'\nroller_radius = {}\n", r) : "axis = [-1, 0]\n";
   out.text += toml("base_radius = {}\n", R);
   if (draw.chance(0.3)) {

@@ -7,7 +7,8 @@
 namespace freeplay::verification::random_scenes {
 namespace {
 
-/// A disc of radius R (its own size), as heavy as a factor says; inertia between a ring's and a third of a disc's.
+/// A disc of radius R (its own scale), with a mass factor; inertia between that of a ring and a
+/// third of a disc's.
 DraftBody disc(Draw& draw, const char* prefix, int i, double mass, double R) {
   DraftBody b;
   b.name = toml("{}{}", prefix, i);
@@ -17,7 +18,7 @@ DraftBody disc(Draw& draw, const char* prefix, int i, double mass, double R) {
   return b;
 }
 
-/// Places discs one by one where they are free of walls and of each other; false: no room.
+/// Places discs one by one where they do not overlap walls and each other; false: no room.
 struct Packed {
   Vec2 at;
   double R;
@@ -41,7 +42,7 @@ void pairs(Draft& out, const std::vector<DraftBody>& bodies, const std::vector<P
       out.discs(bodies[j].name, bodies[i].name, where[j].R, where[i].R, centre[j], centre[i]);
 }
 
-/// Discs in a region, each with its disc now and then off its centre of mass.
+/// Discs in a region; the centre of some discs is off their centre of mass.
 struct Crowd {
   std::vector<DraftBody> bodies;
   std::vector<Packed> where;
@@ -83,7 +84,7 @@ void thrown(Draw& draw, Draft& out) {
   const auto s = sizes(draw);
   const double reach = s.length, R = reach * draw.between(0.05, 0.7), peg = reach - R;
   const double away = reach * draw.decades(0.3, 1.7), turn = draw.angle();
-  // Off the line through the peg by a share of the reach; a third of them graze it.
+  // Off the line through the peg by a fraction of the reach; a third of them graze it.
   double off = 1.1 * draw.either_way(1);
   if (draw.chance(0.33)) off = draw.sign() * (1 + draw.sign() * draw.decades(-7, -2));
   const Vec2 along{std::cos(turn), std::sin(turn)};
@@ -103,7 +104,7 @@ void thrown(Draw& draw, Draft& out) {
   } else {
     out.discs("ground", b.name, peg, R, {0, 0}, centre);
   }
-  if (draw.chance(0.5)) {  // a wall behind, across the flight but for some lean
+  if (draw.chance(0.5)) {  // a wall behind, nearly perpendicular to the flight
     const double lean = turn + draw.either_way(0.7);
     out.wall("ground", b.name, draw.between(1.5, 4) * reach * along, {-std::sin(lean), std::cos(lean)}, R,
              centre);
@@ -179,7 +180,7 @@ void sliding(Draw& draw, Draft& out) {
     for (const double x : {-1.0, draw.between(0.2, 1)})
       out.wall("ground", b.name, {0, 0}, axis, R, {x * s.length, R - up});
   }
-  const double stop = s.length * draw.between(1.5, 5);  // a wall that it may run into
+  const double stop = s.length * draw.between(1.5, 5);  // a wall in its way
   if (draw.chance(0.7) && feet == 1) out.wall("ground", b.name, stop * axis, normal, s.length);
   out.speed = s.speed;
   out.flight = 0.3 * s.time();

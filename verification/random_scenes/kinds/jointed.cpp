@@ -1,4 +1,5 @@
-// Random scenes with joints: bumps on rotors, chains, loops, guides, pulses, films, preloaded sliders.
+// Random scenes with joints: bumps on rotors, chains, loops, guides, pulses, films, preloaded
+// sliders.
 #include <algorithm>
 #include <vector>
 
@@ -24,7 +25,7 @@ Bar bar(Draw& draw, const std::string& name, double mass, double length) {
   return b;
 }
 
-/// Lines of a loose revolute joint.
+/// Lines of a revolute joint with clearance.
 std::string play(double clearance, double bearing, const std::string& more = "") {
   return toml("clearance = {}\nbearing_radius = {}\nsurface = 's'\n{}", clearance, bearing, more);
 }
@@ -32,7 +33,7 @@ std::string play(double clearance, double bearing, const std::string& more = "")
 /// Radius of the contact of a journal in its bearing.
 double conformal(double clearance, double bearing) { return bearing * (bearing - clearance) / clearance; }
 
-/// A torque table of one pulse or of a few random points, over `width` of its axis.
+/// A torque table with one pulse or a few random points, over `width` of its axis.
 std::string table(Draw& draw, double greatest, double width, bool against_angle) {
   std::string points;
   if (draw.chance(0.5)) {  // a short pulse
@@ -48,7 +49,8 @@ std::string table(Draw& draw, double greatest, double width, bool against_angle)
   return toml("torque_table = [{}]\nagainst = '{}'\n", points, against_angle ? "angle" : "time");
 }
 
-/// Hangs a bar on a point that moves at `speed_at`: its journal (or pin) there, off by `eccentricity`.
+/// Attaches a bar to a point that moves at `speed_at`: its journal (or pin) there, off by
+/// `eccentricity`.
 void hang(Draw& draw, Bar& b, Vec2 point, Vec2 velocity, Vec2 eccentricity, Vec2 slip, double spin) {
   b.body.angle = draw.angle();
   b.body.spin = spin;
@@ -66,7 +68,7 @@ void chain(Draw& draw, Draft& out) {
   const double c = s.length * draw.decades(-4, -1.5), bearing = c * draw.decades(0.7, 2),
                g = floating && draw.chance(0.7) ? 0 : s.speed * s.speed / s.length;
   if (g > 0) out.gravity({0, -g});
-  // Journals cross their play within c over this speed.
+  // Journals cross their clearance within c over this speed.
   const double slip =
       std::max(draw() * s.speed * std::sqrt(c / s.length), 1e-3 * s.speed * std::sqrt(c / s.length));
   std::vector<Bar> bars;
@@ -126,7 +128,7 @@ void loop(Draw& draw, Draft& out) {
     end = {pin.x() + std::sqrt(coupler * coupler - pin.y() * pin.y()), 0};
     third = bar(draw, "slider", s.mass * mass_factor(draw), 0.5 * r);
     third.body.at = end;
-  } else {  // a crank and rocker by Grashof: r is the shortest link, and shortest + longest < the others
+  } else {  // a crank-rocker by Grashof: r is the shortest link, and shortest + longest < the others
     const double rocker = coupler, base = r * draw.between(2, 3);
     const Vec2 far{base, 0}, d = far - pin;
     const double distance = d.norm(), along = 0.5 * distance,
@@ -188,7 +190,7 @@ void guide(Draw& draw, Draft& out) {
   if (draw.chance(0.5)) out.gravity(draw.along(s.speed * s.speed / s.length));
   const bool moving = draw.chance(0.3);
   out.body(b.body);
-  if (moving) {  // the guide is a floating body itself
+  if (moving) {  // the guide itself is a floating body
     DraftBody frame{"frame", s.mass * mass_factor(draw), 1, {0, 0}, slope, {0, 0}, 0};
     frame.inertia = frame.mass * length * length;
     out.body(frame);
@@ -224,7 +226,8 @@ void bump(Draw& draw, Draft& out) {
   const auto shaft = out.last_joint();
   const Vec2 bump_at{arm, 0};
   const double target_R = arm * draw.decades(-1.5, -0.3), sum = R + target_R;
-  // Where the target stands: the bump strikes it, full or grazing by up to a part in ten million.
+  // Position of the target: the contact with the bump is full or grazing by up to a part in ten
+  // million.
   const double off = draw.chance(0.3) ? 1 + draw.sign() * draw.decades(-7, -2) : draw.either_way(0.95);
   const double ahead = rotor.angle + (omega > 0 ? 1 : -1) * draw.between(0.7, 5);
   const double reach = arm + off * sum;
@@ -239,7 +242,7 @@ void bump(Draw& draw, Draft& out) {
     if (against == 2) target.inertia = target.mass * lever * lever;
     out.body(target);
     out.discs("rotor", "target", R, target_R, bump_at, {0, 0});
-    if (against == 2) {  // a lever on a pin of its own, held by a spring
+    if (against == 2) {  // a lever on a separate pin, held by a spring
       out.joint("revolute", "ground", "target", place + Vec2{lever, 0}, {lever, 0}, "");
       out.load("torsional-spring-damper",
                toml("between = ['ground', 'target']\nstiffness = {}\ndamping = {}\n",
@@ -247,7 +250,7 @@ void bump(Draw& draw, Draft& out) {
                     draw.chance(0.5) ? target.mass * lever * lever * std::abs(omega) * draw() : 0));
     }
   }
-  // Prescribed motion against what is fixed, or what jams, has no answer.
+  // A prescribed motion against a fixed body, or in a locked mechanism, has no solution.
   if (against == 1 && draw.chance(0.5)) out.drive(shaft, toml("speed = {}\n", omega));
   out.speed = s.speed;
   out.flight = 1 / std::abs(omega);
@@ -259,7 +262,7 @@ void motored(Draw& draw, Draft& out) {
   const auto s = sizes(draw);
   const double arm = s.length, omega = s.speed / arm * draw.sign(), c = arm * draw.decades(-4, -1.5),
                bearing = c * draw.decades(0.7, 2);
-  // At first the rotor turns with half its speed, or is brought from it to the whole.
+  // At first the rotor turns at half its speed, or is accelerated from it to the full speed.
   DraftBody rotor{"rotor", s.mass,     s.mass * arm * arm * draw.between(0.3, 1), {0, 0}, draw.angle(),
                   {0, 0},  0.5 * omega};
   auto link = bar(draw, "link", s.mass * mass_factor(draw), arm * draw.between(0.5, 1.5));
@@ -282,7 +285,7 @@ void motored(Draw& draw, Draft& out) {
                      out.duration * draw.between(0.1, 2), draw.chance(0.5) ? "polynomial" : "cycloidal"));
       out.drive(shaft, toml("velocity = 'start'\ninitial = {}\n", rotor.angle));
       break;
-    case 1: {  // stall torque and no-load speed of the size of the rotor's own
+    case 1: {  // stall torque and no-load speed of the rotor's scale
       const double k = torque / fast * draw.decades(-0.5, 0.5);
       out.drive(
           shaft,
@@ -343,7 +346,8 @@ void film(Draw& draw, Draft& out) {
   DraftBody rotor{"rotor", s.mass, 0.5 * s.mass * R * R, {0, 0}, 0, {0, 0}, omega};
   rotor.at = draw.along(c * draw.between(0, 0.9));
   rotor.velocity = draw.along(c * std::abs(omega) * draw());
-  // Weight and film of one size: W ~ µ ω R L³/(4c²), and weight ~ m c ω² so that the journal follows within turns.
+  // Weight and film force of one scale: W ~ µ ω R L³/(4c²), and weight ~ m c ω² so that the journal
+  // moves within revolutions.
   const double g = c * omega * omega * draw.decades(-1, 1);
   const double viscosity =
       s.mass * g * 4 * c * c / (std::abs(omega) * R * width * width * width) * draw.decades(-1, 1);

@@ -1,4 +1,4 @@
-// Bodies that curves move, with balls, stops, arms, teeth and journals on them.
+// Bodies on prescribed curves, with balls, stops, arms, teeth and journals on them.
 #include <algorithm>
 
 #include "verification/random_scenes/kinds/kinds.hpp"
@@ -15,7 +15,7 @@ double restitution(Draw& draw, double least = 0.2) {
   return exact(draw.chance(0.3) ? 1 : draw.between(least, 0.97));
 }
 
-/// A curve that moves something by `size` over `period`, taken as a place or as a rate.
+/// A curve with an amplitude of `size` over `period`, used as a position or as a rate.
 Motion moved_along(Draw& draw, Draft& out, const std::string& joint, double period, double size,
                    double until) {
   const bool rate = draw.chance(0.25);
@@ -24,7 +24,8 @@ Motion moved_along(Draw& draw, Draft& out, const std::string& joint, double peri
   return out.driven(joint, curve, rate, initial, until);
 }
 
-/// A joint's table between the ground, or a body `on`, and another: a slide along x (0) or y (1), or a shaft (2).
+/// The table of a joint between the ground, or a body `on`, and another: a slide along x (0) or y
+/// (1), or a shaft (2).
 void joint(Draft& out, const std::string& name, int coordinate, const std::string& body,
            const std::string& on = "ground") {
   out.table("joints." + name,
@@ -32,7 +33,8 @@ void joint(Draft& out, const std::string& name, int coordinate, const std::strin
                  on, body, coordinate == 1 ? "axis = [0, 1]\n" : ""));
 }
 
-/// A body on the ground of which a curve moves this coordinate by `size` over `period`; `room`: a length of its place.
+/// A body on the ground with this coordinate on a curve of `size` over `period`; `room`: the length
+/// of its surroundings.
 Motion carrier(Draw& draw, Draft& out, const std::string& name, int coordinate, double period, double size,
                double until, double room) {
   const auto q = out.body({.name = name});
@@ -46,7 +48,8 @@ Motion carrier(Draw& draw, Draft& out, const std::string& name, int coordinate, 
   return motion;
 }
 
-/// A wall at a distance from what a curve moves, free space on the side of greater (1) or lesser (−1) places.
+/// A wall at a distance from a coordinate on a curve, with free space on the greater (1) or lesser
+/// (−1) side.
 MovingWall wall(const Motion& motion, double distance, double side, double e) {
   return {[=](double t) {
             auto p = motion->at(t);
@@ -63,7 +66,8 @@ OneCoordinate beside(const Motion& motion, double x, double v) {
   return one;
 }
 
-/// Stiffness (N/m) of a stop at which an inertia on an arm of that square stays for `time`, which is noted.
+/// Stiffness (N/m) of a stop at which an inertia on an arm of that square stays in contact for
+/// `time`, which is recorded.
 double stop_stiffness(Draft& out, double inertia, double arm_squared, double time) {
   const double ks = exact(inertia / arm_squared * std::pow(pi / time, 2));
   out.contact = pi * std::sqrt(inertia / (arm_squared * ks));
@@ -79,8 +83,8 @@ void spring(Draft& out, const std::string& from, const std::string& to, Vec2 at,
           from, to, at, stiffness, free));
 }
 
-/// Adds what both formulations know of a coordinate between walls; stiffness over the inertia and exponent of the
-/// compliant ones. An angle moves contacts on an arm.
+/// Adds the reference of a coordinate between walls for both formulations: stiffness over inertia
+/// and exponent of the compliant ones. An angle moves contacts on an arm.
 void moving(Draft& out, std::size_t coordinate, OneCoordinate one, double stiffness, double exponent,
             double arm = 1) {
   one.rest = 1e-7 * out.scene.speed / arm;
@@ -90,7 +94,7 @@ void moving(Draft& out, std::size_t coordinate, OneCoordinate one, double stiffn
   out.scene.moving.push_back(std::move(m));
 }
 
-/// Ends the scene, whose times the steps of the references follow.
+/// Ends the scene, whose times set the steps of the references.
 void finish(Draft& out, double duration) {
   out.finish(duration);
   for (auto& m : out.scene.moving) {
@@ -107,7 +111,7 @@ void moved_table(Draw& draw, Draft& out) {
   const double T = 1 / draw.decades(-3, 4), g = exact(draw.chance(0.7) ? 9.81 : draw.decades(-1, 2));
   const double w = 2 * pi / T, strength = draw.decades(-0.5, 1);
   const double A = std::min(strength * g / (w * w), 10.0);
-  // Flights of the order of the period, and of drops up to a metre.
+  // Flights of the order of the period, and drops up to a metre.
   const double drop = std::min(0.5 * g * T * T * draw.decades(-2, 0.5), draw.decades(-2, 0));
   const double flight = std::sqrt(2 * drop / g), speed = std::max(g * flight, std::min(A * w, g * T));
   out.flight = std::min(T, flight);
@@ -117,7 +121,7 @@ void moved_table(Draw& draw, Draft& out) {
   out.scene.speed = std::max(speed, motion->rate);
   const int balls = draw.chance(0.7) ? 1 : draw.whole(2, 4);
   const double m = exact(draw.decades(-2, 1)), R = exact(draw.decades(-2.5, -1));
-  // Soft contacts that a ball sinks into by a tenth of its radius are no Hertz contacts.
+  // Soft contacts with a penetration of a tenth of the radius are not Hertzian contacts.
   const double K =
       out.surface(e, m, speed, R, std::min(out.flight * draw.decades(-2, -1.3), 0.01 * R / out.scene.speed));
   for (int i = 0; i < balls; ++i) {
@@ -215,7 +219,7 @@ void teeth(Draw& draw, Draft& out) {
   out.scene.speed = pace;
   out.flight = std::min(T, play / pace);
   const double until = 100 * out.flight, e = restitution(draw);
-  // The centres stand still, or on an arm that turns evenly about the first.
+  // The centres are at rest, or on an arm that turns at constant speed about the first.
   const bool turns = draw.chance(0.5);
   const double spin = turns ? exact(w * draw.decades(-2, 0) * draw.sign()) : 0;
   const std::string on = turns ? "arm" : "ground";
@@ -363,7 +367,7 @@ void follower(Draw& draw, Draft& out) {
 }
 
 void two_scales(Draw& draw, Draft& out) {
-  // A fast oscillator on a stop beside something slow that is driven.
+  // A fast oscillator on a stop beside a slow driven body.
   const double f = draw.decades(0, 3.5), own = 2 * pi * f, m = exact(draw.decades(-2, 1)),
                k = exact(m * own * own);
   const double slow = f * draw.decades(-6, -1.5), A = exact(draw.decades(-4, -1)), e = restitution(draw, 0.5);

@@ -1,4 +1,4 @@
-// Sliders and rotors under forces that curves, one-way springs and bump stops exert.
+// Sliders and rotors under forces of curves, one-sided springs and bump stops.
 #include <algorithm>
 
 #include "verification/random_scenes/kinds/kinds.hpp"
@@ -8,7 +8,7 @@ namespace {
 
 using std::numbers::pi;
 
-/// A slider or rotor of inertia m whose one coordinate is to be pushed.
+/// A slider or rotor of inertia m with one driven coordinate.
 struct Mover {
   bool turns = false;
   double m = 1;
@@ -32,7 +32,7 @@ Mover mover(Draw& draw, Draft& out, double x, double v, double size) {
   return o;
 }
 
-/// A force or torque of a curve on it, by a drive or a load; `of`: of which joint.
+/// A force or torque of a curve on it, by a drive or a load; `of`: the joint of its argument.
 void push(Draw& draw, Draft& out, const Mover& o, const std::string& lines, const std::string& against,
           const std::string& of = "") {
   out.table("curves.push", lines);
@@ -77,7 +77,7 @@ void pushed(Draw& draw, Draft& out) {
       return next == kinks->end() ? INFINITY : *next;
     };
   } else if (kind == 3) {
-    // Against the angle of a rotor that turns evenly.
+    // Over the angle of a rotor that turns at constant speed.
     const double turn = 2 * pi / draw.whole(1, 4), start = exact(draw.angle()),
                  w = exact(turn / T * draw.sign());
     const double force = o.m * A / (T * T) * draw.decades(-1, 1.5);
@@ -100,7 +100,7 @@ void pushed(Draw& draw, Draft& out) {
       return next == kinks->end() ? INFINITY : *next;
     };
   } else {
-    // Against speed: falling lines through zero, which take a motor's or a damper's place.
+    // Over speed: decreasing lines through zero, like a motor or a damper.
     const double fast = A / T * 3, force = exact(o.m * fast / T * draw.decades(-1, 0.5));
     std::string points;
     auto shape = std::make_shared<CurveShape>();
@@ -126,7 +126,8 @@ void pushed(Draw& draw, Draft& out) {
 
 void barrier(Draw& draw, Draft& out) {
   const double f = draw.decades(-3, 4), wide = draw.decades(-4, 0), v = exact(wide * f * draw.sign());
-  // Towards a barrier or over wells: f(x) = −dU/dx of a bump U of height H, by straight lines, a spline or a sine.
+  // Towards a barrier or over wells: f(x) = −dU/dx of a bump U of height H, by straight lines, a
+  // spline or a sine.
   const double far = wide * draw.decades(0, 2.5), x = exact(-far * (v > 0 ? 1 : -1));
   out.scene.speed = std::abs(v);
   const auto o = mover(draw, out, x, v, wide);
@@ -141,7 +142,7 @@ void barrier(Draw& draw, Draft& out) {
     shape->period = exact(wide);
     lines = toml("shape = 'harmonic'\namplitude = {}\nperiod = {}\n", shape->amplitude, wide);
   } else {
-    // Up, flat and down again, alike on both sides: no net work.
+    // Up, flat and down again, symmetric: no net work.
     const double a = wide * draw.between(0.05, 0.25), c = wide * 0.5, peak = H / (c - a);
     const double at[] = {-c, -c + a, -a, a, c - a, c}, y[] = {0, -peak, -peak, peak, peak, 0};
     std::string points;
@@ -210,7 +211,7 @@ void one_way(Draw& draw, Draft& out) {
       const double y = up && at[q] > upper ? at[q] - upper : low && at[q] < lower ? lower - at[q] : 0;
       return 0.5 * m * u[q] * u[q] + 0.5 * k * y * y - pull * at[q];
     };
-  } else {  // a one-way spring; of a slider its length counts, from a point far enough behind
+  } else {  // a one-sided spring; for a slider its length matters, from a point far enough behind
     const bool pulls = draw.chance(0.5);
     from = o.turns ? 0 : exact(-20 * A);
     const double rest = o.turns ? exact(A * draw.either_way(1)) : exact(20 * A + A * draw.either_way(1));
@@ -234,7 +235,7 @@ void one_way(Draw& draw, Draft& out) {
   if (d > 0) out.scene.energy = {};
   out.flight = 1 / f;
   double duration = draw.between(3, 40) / f;
-  // A slider must not pass the point that its spring hangs on.
+  // A slider must not pass the attachment point of its spring.
   if (kind == 1 && !o.turns && std::abs(pull) + std::abs(v) > 0) {
     const double fast = std::abs(v) + A * w, a = std::abs(pull) / m;
     duration = std::min(duration, 30 * A / (fast + std::sqrt(fast * fast + 30 * A * a)));

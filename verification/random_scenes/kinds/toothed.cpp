@@ -1,4 +1,4 @@
-// Random scenes with teeth and with end stops.
+// Random scenes with gear teeth and end stops.
 #include <algorithm>
 
 #include "verification/random_scenes/kinds/kinds.hpp"
@@ -9,7 +9,7 @@ void toothed(Draw& draw, Draft& out) {
   const auto s = sizes(draw);
   const int first = draw.whole(12, 60), second = draw.whole(12, 60), kind = draw.whole(0, 2);
   const bool inner = kind == 1, rack = kind == 2;
-  // The ring of a pair inside each other is the larger.
+  // The ring gear of an internal pair is the larger one.
   const int z1 = inner ? first + second : first, z2 = second;
   const double module = 2 * s.length / z1, r1 = s.length, r2 = 0.5 * module * z2;
   const double play = module * draw.decades(-2.5, -0.7), pace = s.speed * draw.decades(-2, 0);
@@ -19,7 +19,7 @@ void toothed(Draw& draw, Draft& out) {
                 0};
   two.inertia = 0.5 * two.mass * r2 * r2;
   const double closing = pace * draw.sign(), phase = draw.whole(-3000, 3000) / 1024.0;
-  if (!rack) two.angle = phase - (inner ? -1 : 1) * r1 / r2 * one.angle;  // amid the gaps
+  if (!rack) two.angle = phase - (inner ? -1 : 1) * r1 / r2 * one.angle;  // in the middle of the gaps
   if (rack) {
     two.at = {0, -r1};
     two.angle = 0;

@@ -6,7 +6,7 @@
 namespace freeplay::verification::random_scenes {
 namespace {
 
-/// Half a diameter of a whole number of 0.1 mm, so that places along a line are short decimals.
+/// Half a diameter of a whole number of 0.1 mm, so that positions along a line are short decimals.
 double short_radius(Draw& draw) { return exact(draw.whole(5, 500) * 1e-4); }
 
 void disc(Draft& out, std::size_t i, double mass, double R, Vec2 at, Vec2 velocity = {0, 0}) {
@@ -21,7 +21,7 @@ void discs(Draft& out, std::size_t i, std::size_t j, double R) {
             toml("type = 'discs'\nbetween = ['d{}', 'd{}']\nradii = [{}, {}]\nsurface = 's'\n", i, j, R, R));
 }
 
-/// One more disc or block of the line, at this place and rate along it.
+/// Adds a disc or block to the line, with this position and velocity along it.
 void add(Draft& out, BodiesInLine& line, double mass, double R, double place, double rate) {
   auto& r = line.row;
   const auto along = [&](double x) { return line.along ? Vec2{0, x} : Vec2{x, 0}; };
@@ -134,7 +134,8 @@ void touching_grid(Draw& draw, Draft& out) {
   for (int row = 0; row < lines; ++row)
     for (int column = 0; column < columns; ++column)
       disc(out, n++, m, R, {exact(2 * R * column), exact(2 * R * row)});
-  // The one that comes meets the first disc along a row, off its middle by a share of the radius.
+  // The arriving disc hits the first one along a row, off its centre line by a fraction of the
+  // radius.
   const double off = draw.chance(0.5) ? 0 : exact(R * draw.between(-1, 1));
   disc(out, n, m, R, {exact(-2 * R - gap), off}, {speed, 0});
   for (int i = 0; i < static_cast<int>(n); ++i)
