@@ -46,7 +46,7 @@ long allocated(Simulation& simulation, bool with_forces, Work& work) {
 TEST_CASE("the stepping loop allocates no memory", "[allocation]") {
   auto scene = read_scene(test::flores());
   const auto family = GENERATE(Family::penalty, Family::nonsmooth);
-  // Boost's bulirsch_stoer_dense_out allocates in its steps, as docs/penalty.md states.
+  // Boost's bulirsch_stoer_dense_out allocates in its steps, as docs/theory/penalty.md states.
   scene.penalty.integrator = family == Family::penalty
                                  ? GENERATE(Integrator::rk4, Integrator::dopri5,
                                             Integrator::adams_bashforth_moulton, Integrator::rosenbrock4)

@@ -1,4 +1,4 @@
-// The list of claims of `freeplay verify` is itself a test; docs/verification.md shows that list.
+// The list of claims of `freeplay verify` is itself a test; docs/verification/verification.md shows that list.
 #include <fmt/format.h>
 #include <algorithm>
 #include <catch2/catch.hpp>

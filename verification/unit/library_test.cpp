@@ -409,7 +409,7 @@ TEST_CASE("a scene in code is refused under the same rules as a file", "[library
   }
 }
 
-TEST_CASE("the code of docs/library.md is compiled", "[library]") {
+TEST_CASE("the code of docs/reference/library.md is compiled", "[library]") {
   std::string examples;
   for (const auto& entry : fs::directory_iterator(test::source_folder() / "verification/library"))
     examples += even(test::file_text(entry.path())) + " ";

@@ -1,5 +1,5 @@
 // Reading of scenes: the reference scene, overrides, every kind of invalid input with its message,
-// and agreement of docs/scene.md with the schema.
+// and agreement of docs/reference/scene.md with the schema.
 #include "mechanism/scene.hpp"
 
 #include <catch2/catch.hpp>
@@ -230,8 +230,8 @@ TEST_CASE(
     "[scene][docs]") {
   std::size_t listed = 0;
   // Keys of a study or a style are at the root of its file, and of its page.
-  for (const auto& [file, root] : {std::pair("docs/scene.md", ""), std::pair("docs/study.md", "study."),
-                                   std::pair("docs/figures.md", "style.")}) {
+  for (const auto& [file, root] : {std::pair("docs/reference/scene.md", ""), std::pair("docs/reference/study.md", "study."),
+                                   std::pair("docs/reference/figures.md", "style.")}) {
     std::ifstream in(test::source_folder() / file);
     REQUIRE(in);
     std::string line;
@@ -254,9 +254,9 @@ TEST_CASE(
   REQUIRE(listed == schema().size());
 }
 
-TEST_CASE("every unit of a key has bounds, docs/scene.md lists them, and values beyond are refused",
+TEST_CASE("every unit of a key has bounds, docs/reference/scene.md lists them, and values beyond are refused",
           "[scene][docs][bounded]") {
-  const auto page = test::file_text(test::source_folder() / "docs/scene.md");
+  const auto page = test::file_text(test::source_folder() / "docs/reference/scene.md");
   for (const auto& m : magnitudes) CHECK_THAT(page, Contains(row_of(m)));
   for (const auto& key : schema()) {
     CAPTURE(key.path);

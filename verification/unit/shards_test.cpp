@@ -201,7 +201,7 @@ TEST_CASE("files beside shards with values of a wrong type are refused in the pr
   CHECK(state.total == 0);
 }
 
-TEST_CASE("the five commands of docs/cluster.md work as described", "[shards][docs]") {
+TEST_CASE("the five commands of docs/how-to/cluster.md work as described", "[shards][docs]") {
   const Place place;
   std::ifstream page(test::source_folder() / "docs/how-to/cluster.md");
   std::string line;

@@ -1,5 +1,5 @@
 // The documentation of studies and the studies of cases: the example runs as documented,
-// docs/study.md lists every table and column, and every study of a case can be planned.
+// docs/reference/study.md lists every table and column, and every study of a case can be planned.
 #include <fmt/format.h>
 #include <catch2/catch.hpp>
 
@@ -26,7 +26,7 @@ std::string example() {
 
 }  // namespace
 
-TEST_CASE("the study of docs/study.md: a ball rebounds to e²h", "[studies][program]") {
+TEST_CASE("the study of docs/reference/study.md: a ball rebounds to e²h", "[studies][program]") {
   // v₋ = √(2gh) at the first contact, e v₋ after it, and (e v₋)²/(2g) = e²h up: rows and ends of
   // steps are at most Δt = duration/20000 apart, so the highest point is missed by at most g
   // Δt²/8 = 3e-10 m; the error of locating the contact is smaller.

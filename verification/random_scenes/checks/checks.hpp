@@ -55,7 +55,7 @@ std::optional<std::string> off_reference(const Sight& found, const Reference& re
                                          const Allowed& allowed, double until);
 
 /// A check: nothing where it does not apply or is met, else a description of the deviation. With
-/// its text for docs/strangers.md.
+/// its text for docs/verification/random-scenes.md.
 struct Check {
   const char* name;
   const char* asks;   ///< the quantities compared

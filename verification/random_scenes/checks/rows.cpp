@@ -327,7 +327,7 @@ Verdict KnownRows::judge(const Way& way, const std::function<void(Sight&)>& fals
     v.outcome = Outcome::refused;
     v.detail = run.ending.reason;
   } else if (doubtful) {
-    // Time stepping reports errors of a thousandth or more (docs/results.md), of which its bounds
+    // Time stepping reports errors of a thousandth or more (docs/reference/results.md), of which its bounds
     // allow ten.
     const bool stepped = bounds.share >= 1e-2 || way.stepped;
     const bool right = !stepped || compared(bounds.tenth()).off == 0;
