@@ -7,12 +7,22 @@
 #include <nlohmann/json.hpp>
 #include <span>
 #include <string>
+#include <string_view>
 #include <vector>
 
 namespace freeplay::verification {
 
 /// The greater of two, and NaN if either is: std::max would lose it.
 inline double greatest(double a, double b) { return a >= b || std::isnan(a) ? a : b; }
+
+/// The name of a claim, "subject: quantity [scheme]"; without a scheme no brackets. The subject is the mechanism or problem,
+/// the quantity a noun phrase, and the scheme a formulation, an integrator or a law.
+inline std::string claim_name(std::string_view subject, std::string_view quantity, std::string_view scheme = {}) {
+  std::string name{subject};
+  name.append(": ").append(quantity);
+  if (!scheme.empty()) name.append(" [").append(scheme).append("]");
+  return name;
+}
 
 struct Claim {
   enum class Judged {
@@ -21,7 +31,8 @@ struct Claim {
     at_most,   ///< measured ≤ bound
     between    ///< expected ≤ measured ≤ bound
   };
-  std::string quantity, unit;
+  std::string quantity;  ///< the name: claim_name()
+  std::string unit;
   double measured = 0;
   Judged judged = Judged::within;
   double expected = 0, bound = 0;
