@@ -72,7 +72,7 @@ Findings complementarity() {
               "0, impulses and rates of order one", "solutions are accepted below 1e-10 of the greatest rate");
     if (way.solver == LcpSolver::automatic) continue;  // the reference of the comparison
     f.at_most(claim_name(subject, "greatest difference of impulses to the default solver", name), "", apart, 1e-8,
-              "0: the solution is unique", "violation over the least eigenvalue of D, 0.3, margin of ten");
+              "0: the solution is unique", "violation over the least eigenvalue of D, 0.3, margin of three");
   }
   piles(f);
   return f;
