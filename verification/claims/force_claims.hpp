@@ -70,7 +70,7 @@ std::size_t find(const Layout& layout, const std::string& name);
 inline constexpr const char* drift =
     "the points of an ideal joint are apart by its drift: 1e-11 m over lever arms of 1 cm";
 inline constexpr const char* hertz =
-    "Hertz's force begins with the power 3/2, on which three points err by 1e-4 of a step that carries 1e-3 "
-    "of the impact at most, and room of ten";
+    "Hertz's force begins as δ^(3/2): three-point quadrature errs by 1e-4 of a step that has at most 1e-3 of "
+    "the impulse, margin of ten";
 
 }  // namespace freeplay::verification::force_claims
