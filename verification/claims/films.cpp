@@ -237,7 +237,7 @@ void pin(Findings& f) {
               : chosen     ? "1e-6 per step over some thousand steps"
                            : "tolerance 1e-8 per step or finer; the film damps errors");
     f.relative(name("work absorbed by the film in one turn"), "J", run.ledger.film, exact.ledger.film,
-               chosen ? 1e-3 : 1e-4, "penalty at tolerance 1e-12", "as of the coordinates, at forces that follow their rates");
+               chosen ? 1e-3 : 1e-4, "penalty at tolerance 1e-12", "as of the coordinates");
     f.at_most(name("error of the energy balance over its greatest term"), "",
               std::abs(run.ledger.closure()) / run.ledger.scale(), 1e-9, "0",
               "rounding: the absorbed work is the integral of the applied force");
