@@ -67,7 +67,11 @@ void driven_turn(Findings& f) {
        {"nonsmooth.scheme=event-driven"},
        1e-8,
        "tolerance 1e-10 per step, positions are projected"},
-      {"automatic", Family::nonsmooth, {"nonsmooth.scheme=automatic"}, 1e-8, "tolerance 1e-10 per step, positions are projected"}};
+      {"automatic",
+       Family::nonsmooth,
+       {"nonsmooth.scheme=automatic"},
+       1e-8,
+       "tolerance 1e-10 per step, positions are projected"}};
   for (const auto& how : hows)
     for (const bool open : {true, false}) {
       auto scene = read_scene(test::source_folder() / "cases/four-bar/scene.toml", [&] {
@@ -100,8 +104,9 @@ void released_pendulum(Findings& f) {
     if (scene.nonsmooth.scheme == Scheme::moreau_jean) scene.nonsmooth.step = 1e-5;
     scene.run.duration = quarter;
     const auto end = test::simulate(scene, family).final_state;
-    f.within(claim_name("pendulum released horizontally", "angle after a quarter of its period", name),
-             "rad", planar::angle(end.q.data(), 0), -M_PI / 2, bound, "vertical after T/4, T = 4 K(sin 45°)/ω₀", reason);
+    f.within(claim_name("pendulum released horizontally", "angle after a quarter of its period", name), "rad",
+             planar::angle(end.q.data(), 0), -M_PI / 2, bound, "vertical after T/4, T = 4 K(sin 45°)/ω₀",
+             reason);
   }
 }
 
@@ -120,8 +125,8 @@ void units_and_named_points(Findings& f) {
   elbow.clearance->radial = 0.3e-3;
   elbow.clearance->bearing_radius = 8e-3;
   plain.mechanism.surfaces[0].young = 207e9;
-  f.at_most("double pendulum in units with named points: mismatch with the scene in SI units and coordinates", "",
-            first_difference(to_toml(scene), to_toml(plain)).empty() ? 0 : 1, 0, "equal scenes",
+  f.at_most("double pendulum in units with named points: mismatch with the scene in SI units and coordinates",
+            "", first_difference(to_toml(scene), to_toml(plain)).empty() ? 0 : 1, 0, "equal scenes",
             "exact, bit for bit: decimal units shift the digits before conversion");
 }
 

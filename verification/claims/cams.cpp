@@ -137,15 +137,17 @@ void forces(Findings& f) {
   }
   const auto table = fmt::format("lift_table = [{}]", points);
   const auto claim = [&](const char* what, const Way& way, const Off& o, double bound, const char* reason) {
-    f.at_most(claim_name(what, "contact force, greatest error over greatest force", way.name), "",
-              o.force, bound, source, reason);
-    f.at_most(claim_name(what, "cam torque, greatest error over greatest torque", way.name), "", o.torque, bound, source, reason);
+    f.at_most(claim_name(what, "contact force, greatest error over greatest force", way.name), "", o.force,
+              bound, source, reason);
+    f.at_most(claim_name(what, "cam torque, greatest error over greatest torque", way.name), "", o.torque,
+              bound, source, reason);
   };
   for (const auto& way : ways) {
     const bool soft = way.penalty(), rough = way.fixed();
     const double bound = soft ? 0.02 : rough ? 2e-3 : 1e-7;
     const char* reason =
-        soft    ? "penetration of 1e-6 m over a lift of 1e-2 m, and its remaining oscillation after a quarter turn"
+        soft
+            ? "penetration of 1e-6 m over a lift of 1e-2 m, and its remaining oscillation after a quarter turn"
         : rough ? "the mean force of a step is of first order: h ω = 9e-4, margin of two"
                 : "tolerance 1e-10 per step, margin of 1000";
     claim("eccentric cam, flat-faced follower", way,
@@ -192,25 +194,25 @@ void jumps(Findings& f) {
     const bool soft = way.penalty();
     if (way.fixed())
       // A closed contact drifts open by a third-order error per step, until the contact force closes it again.
-      f.at_most(
-          claim_name(below, "greatest height of the follower over the cam in 3 turns", way.name),
-          "m", height(scene_of(c, 0.98 * jump, 3, flat, R, eccentric(0.01), way), c, 0.98 * jump), 4e-8,
-          source, "separations of one step: h² times the acceleration by cam and spring, 300 m/s²");
+      f.at_most(claim_name(below, "greatest height of the follower over the cam in 3 turns", way.name), "m",
+                height(scene_of(c, 0.98 * jump, 3, flat, R, eccentric(0.01), way), c, 0.98 * jump), 4e-8,
+                source, "separations of one step: h² times the acceleration by cam and spring, 300 m/s²");
     else
-      f.at_most(
-          claim_name(below, "separations in 3 turns", way.name),
-          "", static_cast<double>(losses(0.98).size()), 0, source,
-          "exact: the least contact force is still 4 % of preload and spring force");
+      f.at_most(claim_name(below, "separations in 3 turns", way.name), "",
+                static_cast<double>(losses(0.98).size()), 0, source,
+                "exact: the least contact force is still 4 % of preload and spring force");
     const auto angles = losses(1.02, way.fixed() ? c.lost_at(1.02 * jump) - 0.01 : 0.5 * M_PI);
-    f.within(claim_name("eccentric cam at 1.02 of the jump speed", "cam angle of the first separation", way.name),
-             "rad", angles.empty() ? NAN : angles.front(), c.lost_at(1.02 * jump),
-             soft          ? 0.05
-             : way.fixed() ? 0.01
-                           : 1e-6,
-             source,
-             soft          ? "unloading of a contact with 5e3/s takes 2e-4 s, margin of two"
-             : way.fixed() ? "h ω = 1.2e-3 rad, and the force is of first order; earlier separations of one step are ignored"
-                           : "tolerance 1e-10, and a force that falls by 3e3 N/s");
+    f.within(
+        claim_name("eccentric cam at 1.02 of the jump speed", "cam angle of the first separation", way.name),
+        "rad", angles.empty() ? NAN : angles.front(), c.lost_at(1.02 * jump),
+        soft          ? 0.05
+        : way.fixed() ? 0.01
+                      : 1e-6,
+        source,
+        soft ? "unloading of a contact with 5e3/s takes 2e-4 s, margin of two"
+        : way.fixed()
+            ? "h ω = 1.2e-3 rad, and the force is of first order; earlier separations of one step are ignored"
+            : "tolerance 1e-10, and a force that falls by 3e3 N/s");
   }
   // cases/cam-follower: well above the jump speed.
   const double speed = 1300 * 2 * M_PI / 60;
@@ -219,7 +221,7 @@ void jumps(Findings& f) {
     const auto run = test::finished(scene_of(c, speed, 1, flat, R, eccentric(0.01), way), way.family);
     const bool soft = way.penalty();
     const double off = soft ? 1e-3 : way.fixed() ? 3e-4 : 1e-7;
-    const char* reason = soft ? "separation at most 0.05 rad late, at a speed within 1e-3"
+    const char* reason = soft          ? "separation at most 0.05 rad late, at a speed within 1e-3"
                          : way.fixed() ? "separation a step late, 1e-3 rad; landing in whole steps"
                                        : "tolerance 1e-10";
     double t = NAN, rate = NAN;
@@ -231,8 +233,9 @@ void jumps(Findings& f) {
       }
     f.relative(claim_name("eccentric cam at 1300 rpm, above the jump speed", "time of landing", way.name),
                "s", t, c.lost_at(speed) / speed + landing.after, off, source, reason);
-    f.relative(claim_name("eccentric cam at 1300 rpm, above the jump speed", "gap rate at landing", way.name), "m/s", rate, landing.rate, 10 * off,
-               source, "acceleration 600 m/s² at the cam times the bound of the time");
+    f.relative(claim_name("eccentric cam at 1300 rpm, above the jump speed", "gap rate at landing", way.name),
+               "m/s", rate, landing.rate, 10 * off, source,
+               "acceleration 600 m/s² at the cam times the bound of the time");
   }
 }
 

@@ -44,8 +44,8 @@ void rig(Findings& f) {
   f.at_most(claim_name(subject, "times of first 6 impacts, greatest error", adaptive), "s",
             worst(test::touches(run)), 1e-6, "event-driven at 1e-13",
             "required accuracy; 20000 fixed steps of 1e-6 s have an error of 5e-6 s");
-  f.at_most(claim_name(subject, "velocity solutions up to the 6th impact, rejected steps included", adaptive), "",
-            static_cast<double>(run.work.rhs), 2000, "", "required cost: a tenth of 20000 fixed steps");
+  f.at_most(claim_name(subject, "velocity solutions up to the 6th impact, rejected steps included", adaptive),
+            "", static_cast<double>(run.work.rhs), 2000, "", "required cost: a tenth of 20000 fixed steps");
   scene.run.duration += 1e-4;  // an impact may be late
   std::vector<double> accepted, errors;
   for (const double tolerance : {1e-4, 1e-5, 1e-6, 1e-7}) {
@@ -57,8 +57,9 @@ void rig(Findings& f) {
     errors.push_back(late);
   }
   f.between(
-      claim_name(subject, "exponent of nonsmooth.step_tolerance in the error of impact times, 1e-7 to 2e-4", adaptive), "",
-      test::observed_order(accepted, errors), 0.7, 1.3, "",
+      claim_name(subject, "exponent of nonsmooth.step_tolerance in the error of impact times, 1e-7 to 2e-4",
+                 adaptive),
+      "", test::observed_order(accepted, errors), 0.7, 1.3, "",
       "1 from contacts located to 0.1 to 1 tolerance × clearance, 1 to 4/3 from the smooth motion before");
 }
 
@@ -93,11 +94,13 @@ void sliding(Findings& f) {
                  std::abs(std::remainder(std::atan2(s.q[1], s.q[0]) - angle, 2 * 3.141592653589793))));
   }
   f.between(
-      claim_name("journal sliding round its bearing", "order of the error in the number of solutions", adaptive), "",
-      test::observed_order(each, errors), 2.5, 3.5, "v = v₀/(1 + μ v₀ t/c), φ = ln(1 + μ v₀ t/c)/μ",
+      claim_name("journal sliding round its bearing", "order of the error in the number of solutions",
+                 adaptive),
+      "", test::observed_order(each, errors), 2.5, 3.5, "v = v₀/(1 + μ v₀ t/c), φ = ln(1 + μ v₀ t/c)/μ",
       "3: friction over the rotation of the last half step is of third order, as is the accepted error");
-  f.at_most(claim_name("journal sliding round its bearing", "greatest error of speed and angle over the tolerance 1e-6", adaptive), "", errors[1] / 1e-6, 30,
-            "v = v₀/(1 + μ v₀ t/c), φ = ln(1 + μ v₀ t/c)/μ",
+  f.at_most(claim_name("journal sliding round its bearing",
+                       "greatest error of speed and angle over the tolerance 1e-6", adaptive),
+            "", errors[1] / 1e-6, 30, "v = v₀/(1 + μ v₀ t/c), φ = ln(1 + μ v₀ t/c)/μ",
             "some 160 steps that each err by up to a tolerance, by a third of it after extrapolation");
 }
 
@@ -114,8 +117,8 @@ void at_rest(Findings& f) {
                                   (3 * reported + 1e-12));
   }
   f.at_most(
-      claim_name("bouncing ball", "times of impacts, greatest error over reported uncertainty", adaptive), "", beyond, 1,
-      "t_k = t₁ (1 + 2 (e + … + e^{k−1}))",
+      claim_name("bouncing ball", "times of impacts, greatest error over reported uncertainty", adaptive), "",
+      beyond, 1, "t_k = t₁ (1 + 2 (e + … + e^{k−1}))",
       "an impact δ late delays all later ones by up to δ (1 + e)/(1 − e) = 3 δ: three times the sum of the reported "
       "uncertainties");
   f.at_most(claim_name("bouncing ball", "time of rest, error over reported uncertainty", adaptive), "",
@@ -131,9 +134,10 @@ void at_rest(Findings& f) {
   ring.mechanism.surfaces[0].restitution = 1;
   ring.mechanism.surfaces[0].friction.reset();
   const auto l = finished(ring).ledger;
-  f.at_most(claim_name("free ring and journal, e = 1", "relative change of kinetic energy in 0.5 s", adaptive), "",
-            std::abs(l.kinetic / l.initial - 1), 1e-11, "0: elastic impacts, no forces",
-            "rounding of some hundred impacts: u⁺ = −u⁻ makes the mean velocity of a step zero");
+  f.at_most(
+      claim_name("free ring and journal, e = 1", "relative change of kinetic energy in 0.5 s", adaptive), "",
+      std::abs(l.kinetic / l.initial - 1), 1e-11, "0: elastic impacts, no forces",
+      "rounding of some hundred impacts: u⁺ = −u⁻ makes the mean velocity of a step zero");
 }
 
 /// A block whose sliding reverses, from several starting velocities: errors over the accepted ones.
@@ -146,10 +150,10 @@ void turning_friction(Findings& f) {
       const auto end = finished(by(scene, Scheme::moreau_jean, tolerance)).final_state;
       worst = greatest(worst, std::abs(end.v[0] + 2 * (0.2 - v0 / 8)) / (tolerance * (std::sqrt(9.81) + v0)));
     }
-  f.at_most(
-      claim_name("block reversed by a pull against preloaded friction", "velocity error over tolerance, greatest of 20 runs", adaptive),
-      "", worst, 2, "m v̇ = −F ∓ R",
-      "a step across the reversal errs by the tolerance, and so may one that ends there");
+  f.at_most(claim_name("block reversed by a pull against preloaded friction",
+                       "velocity error over tolerance, greatest of 20 runs", adaptive),
+            "", worst, 2, "m v̇ = −F ∓ R",
+            "a step across the reversal errs by the tolerance, and so may one that ends there");
 }
 
 void handovers(Findings& f) {
@@ -159,8 +163,9 @@ void handovers(Findings& f) {
   for (std::size_t i = 0; i < std::min(events.events.size(), whole.events.size()); ++i)
     differ +=
         events.events[i].t != whole.events[i].t || events.events[i].impulse_n != whole.events[i].impulse_n;
-  f.within(claim_name("paper's slider-crank with clearance", "events that differ from the event-driven scheme", "automatic"), "",
-           differ, 0, 0, "event-driven run", "exact, bit for bit: there is no handover");
+  f.within(claim_name("paper's slider-crank with clearance",
+                      "events that differ from the event-driven scheme", "automatic"),
+           "", differ, 0, 0, "event-driven run", "exact, bit for bit: there is no handover");
   int unfinished = 0, unhanded = 0, turns = 0;
   double energy = 0, momentum = 0, impulses = 0;
   const std::pair<std::string, double> all[] = {{loop, 1.46593092926e-05},
@@ -182,17 +187,17 @@ void handovers(Findings& f) {
   const auto name = [](const char* quantity) {
     return claim_name("fast four-bar with clearance, disc in a wedge, three piles", quantity, "automatic");
   };
-  f.within(name("runs unfinished or without a handover"), "",
-           unfinished + unhanded, 0, 0, "0", "exact; the event-driven scheme alone does not finish the first");
+  f.within(name("runs unfinished or without a handover"), "", unfinished + unhanded, 0, 0, "0",
+           "exact; the event-driven scheme alone does not finish the first");
   f.within(name("contact onsets and separations that do not alternate"), "", turns, 0, 0, "0",
            "exact: no event is lost or doubled at a handover");
   f.at_most(
-      name("impulses of events less those of steps"), "", impulses, 1e-4,
-      "∫ F_N dt and the steps' impacts",
+      name("impulses of events less those of steps"), "", impulses, 1e-4, "∫ F_N dt and the steps' impacts",
       "forces of a smooth step are extrapolated, impulses of events are not: 1e-6 per step, some tens of steps");
   f.at_most(name("greatest error of the energy balance"), "", energy, 1e-6, "0",
             "energies have the error of the state, at most 1e-6 of its scale per step");
-  f.at_most(name("change of each body's momentum less impulses"), "", momentum, 1e-6, "Newton–Euler equations",
+  f.at_most(name("change of each body's momentum less impulses"), "", momentum, 1e-6,
+            "Newton–Euler equations",
             "momenta have the error of the state, at most 1e-6 of its scale per step");
 }
 

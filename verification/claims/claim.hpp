@@ -17,7 +17,8 @@ inline double greatest(double a, double b) { return a >= b || std::isnan(a) ? a 
 
 /// The name of a claim, "subject: quantity [scheme]"; without a scheme no brackets. The subject is the mechanism or problem,
 /// the quantity a noun phrase, and the scheme a formulation, an integrator or a law.
-inline std::string claim_name(std::string_view subject, std::string_view quantity, std::string_view scheme = {}) {
+inline std::string claim_name(std::string_view subject, std::string_view quantity,
+                              std::string_view scheme = {}) {
   std::string name{subject};
   name.append(": ").append(quantity);
   if (!scheme.empty()) name.append(" [").append(scheme).append("]");

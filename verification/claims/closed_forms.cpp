@@ -33,8 +33,7 @@ void pendulum(Findings& f) {
     return claim_name("pendulum released at 60°", "angle 0.3 s after ten periods", scheme);
   };
   scene.penalty.tolerance = 1e-11;
-  f.within(name("penalty"), "rad", angle(Family::penalty), exact, 1e-7,
-           source, reason);
+  f.within(name("penalty"), "rad", angle(Family::penalty), exact, 1e-7, source, reason);
   scene.nonsmooth.scheme = Scheme::event_driven;
   scene.nonsmooth.tolerance = 1e-11;
   f.within(name("event-driven"), "rad", angle(Family::nonsmooth), exact, 1e-7, source, reason);
@@ -49,13 +48,15 @@ void ball(Findings& f) {
   auto scene = read_scene(test::scene_file("bouncing_ball"));
   const auto run = test::simulate(scene, Family::nonsmooth);
   const auto touches = test::touches(run);
-  f.within("bouncing ball: time of 10th impact [event-driven]", "s", touches.at(9).t, reference::ball_impact(b, 10).t,
-           1e-12, "geometric series", "rounding: free flight is a polynomial in time");
+  f.within("bouncing ball: time of 10th impact [event-driven]", "s", touches.at(9).t,
+           reference::ball_impact(b, 10).t, 1e-12, "geometric series",
+           "rounding: free flight is a polynomial in time");
   double rest = NAN;
   for (const auto& e : run.events)
     if (e.kind == EventKind::contact) rest = e.t;
-  f.within("bouncing ball: time of rest [event-driven]", "s", rest, reference::ball_accumulation_time(b), 1e-9,
-           "t₁ (1 + e)/(1 − e)", "required accuracy; the accumulation of impacts is ended in closed form");
+  f.within("bouncing ball: time of rest [event-driven]", "s", rest, reference::ball_accumulation_time(b),
+           1e-9, "t₁ (1 + e)/(1 − e)",
+           "required accuracy; the accumulation of impacts is ended in closed form");
 }
 
 void block(Findings& f) {
@@ -64,8 +65,9 @@ void block(Findings& f) {
     auto scene = read_scene(test::scene_file("block_on_slope"));
     scene.mechanism.surfaces[0].friction = mu;
     const auto end = test::simulate(scene, Family::nonsmooth).final_state;
-    f.within(claim_name("block sliding up a slope", fmt::format("position after 0.5 s, μ = {}", mu), "event-driven"), "m",
-             end.q[0], reference::block_state(b, scene.run.duration).position, 1e-10,
+    f.within(claim_name("block sliding up a slope", fmt::format("position after 0.5 s, μ = {}", mu),
+                        "event-driven"),
+             "m", end.q[0], reference::block_state(b, scene.run.duration).position, 1e-10,
              "uniform acceleration under Coulomb friction",
              "tolerance 1e-10, and location of the end of sliding; the motion is a polynomial in time");
   }
@@ -86,8 +88,8 @@ void ring(Findings& f) {
     if (i == 4) {
       f.within("free ring and journal: time of 5th impact [event-driven]", "s", touches.at(4).t, s.t, 1e-12,
                "uniform motion between impacts, Newton's law", "rounding: free flight is linear in time");
-      f.relative("free ring and journal: impulse of 5th impact [event-driven]", "N s", touches.at(4).impulse_n, impact.impulse, 1e-9, "m (1 + e) v",
-                 "rounding");
+      f.relative("free ring and journal: impulse of 5th impact [event-driven]", "N s",
+                 touches.at(4).impulse_n, impact.impulse, 1e-9, "m (1 + e) v", "rounding");
     }
     s = impact.after;
   }
@@ -123,26 +125,30 @@ Findings restitution() {
   const auto run = test::simulate(scene, Family::penalty);
   const double K = run.contacts[0].model.stiffness;
   const auto exact = reference::elastic_impact(K, mass, 0.3);
-  f.relative("free impact of steel ring and journal: contact stiffness, bearing 20 mm, clearance 1 mm [Hertz]", "N/m^1.5", K,
-             4.0 / 3 * 207e9 / (2 * (1 - 0.09)) * std::sqrt(20e-3 * 19e-3 / 1e-3), 1e-12,
-             "K = (4/3) E/(2(1 − ν²)) √(R_i R_j/(R_i − R_j))", "rounding");
-  f.relative("free impact of steel ring and journal: greatest penetration [Hertz]", "m", run.contacts[0].penetration, exact.depth, 2e-3,
-             "(5 m v²/(4 K))^(2/5) (Hertz 1881)",
+  f.relative(
+      "free impact of steel ring and journal: contact stiffness, bearing 20 mm, clearance 1 mm [Hertz]",
+      "N/m^1.5", K, 4.0 / 3 * 207e9 / (2 * (1 - 0.09)) * std::sqrt(20e-3 * 19e-3 / 1e-3), 1e-12,
+      "K = (4/3) E/(2(1 − ν²)) √(R_i R_j/(R_i − R_j))", "rounding");
+  f.relative("free impact of steel ring and journal: greatest penetration [Hertz]", "m",
+             run.contacts[0].penetration, exact.depth, 2e-3, "(5 m v²/(4 K))^(2/5) (Hertz 1881)",
              "evaluated at the ends of steps only: too small by up to (h ω)²/8");
-  f.relative("free impact of steel ring and journal: duration [Hertz]", "s", test::touch(run, 0).duration, exact.duration, 1e-8,
-             "2.9432755… δ/v", "required accuracy; δ^(3/2) is not smooth at contact onset, tolerance 1e-12");
+  f.relative("free impact of steel ring and journal: duration [Hertz]", "s", test::touch(run, 0).duration,
+             exact.duration, 1e-8, "2.9432755… δ/v",
+             "required accuracy; δ^(3/2) is not smooth at contact onset, tolerance 1e-12");
   const char* const subject = "free impact of steel ring and journal";
   for (const double e : {0.1, 0.46, 0.9}) {
     scene.penalty.contact = ContactLaw::exact;
     scene.mechanism.surfaces[0].restitution = e;
     const auto touch = impact();
-    f.within(claim_name(subject, fmt::format("delivered restitution at e = {}", e), "exact law"), "", -touch.v_n_plus / touch.v_n_minus, e,
-             1e-7, "χ(1 + e) = ln[(1 + χ)/(1 − χe)]", "tolerance 1e-12 per step of a ratio of speeds");
+    f.within(claim_name(subject, fmt::format("delivered restitution at e = {}", e), "exact law"), "",
+             -touch.v_n_plus / touch.v_n_minus, e, 1e-7, "χ(1 + e) = ln[(1 + χ)/(1 − χe)]",
+             "tolerance 1e-12 per step of a ratio of speeds");
   }
   scene.penalty.contact = ContactLaw::lankarani_nikravesh;
   scene.mechanism.surfaces[0].restitution = 0.46;
   const auto touch = impact();
-  f.within(claim_name(subject, "delivered restitution at e = 0.46", "Lankarani–Nikravesh"), "", -touch.v_n_plus / touch.v_n_minus, 0.715, 5e-4,
+  f.within(claim_name(subject, "delivered restitution at e = 0.46", "Lankarani–Nikravesh"), "",
+           -touch.v_n_plus / touch.v_n_minus, 0.715, 5e-4,
            "χ(1 + e) = ln[(1 + χ)/(1 − χe)] with χ = ¾(1 − e²)", "digits of the published table");
   return f;
 }

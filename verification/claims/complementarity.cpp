@@ -65,14 +65,19 @@ Findings complementarity() {
       for (Eigen::Index k = 0; k < P.size(); ++k) apart = greatest(apart, std::abs(P[k] - first[i][k]));
     }
     const std::string name = way.name;
-    f.at_most(claim_name(subject, way.newton ? "problems of 3000 unsolved" : "problems of 3000 unsolved or solved by a fallback", name), "",
-              unsolved + (way.newton ? 0 : helped), 0, "every problem is solvable",
+    f.at_most(claim_name(subject,
+                         way.newton ? "problems of 3000 unsolved"
+                                    : "problems of 3000 unsolved or solved by a fallback",
+                         name),
+              "", unsolved + (way.newton ? 0 : helped), 0, "every problem is solvable",
               way.newton ? "none; a fallback is allowed, since the method has no guarantee" : "none");
     f.at_most(claim_name(subject, "greatest violation of the contact laws", name), "", worst, 1e-9,
-              "0, impulses and rates of order one", "solutions are accepted below 1e-10 of the greatest rate");
+              "0, impulses and rates of order one",
+              "solutions are accepted below 1e-10 of the greatest rate");
     if (way.solver == LcpSolver::automatic) continue;  // the reference of the comparison
-    f.at_most(claim_name(subject, "greatest difference of impulses to the default solver", name), "", apart, 1e-8,
-              "0: the solution is unique", "violation over the least eigenvalue of D, 0.3, margin of three");
+    f.at_most(claim_name(subject, "greatest difference of impulses to the default solver", name), "", apart,
+              1e-8, "0: the solution is unique",
+              "violation over the least eigenvalue of D, 0.3, margin of three");
   }
   piles(f);
   return f;

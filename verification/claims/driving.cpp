@@ -24,7 +24,8 @@ namespace {
 constexpr double h = 1e-4;  // s, of time stepping
 
 using test::Way;
-const Way ways[] = {test::penalty, test::fixed_steps(h, "Moreau–Jean, h = 1e-4 s"), test::event_driven, test::automatic};
+const Way ways[] = {test::penalty, test::fixed_steps(h, "Moreau–Jean, h = 1e-4 s"), test::event_driven,
+                    test::automatic};
 
 /// Results of a run: final state, greatest error by `off` during the run, error of the energy balance, and its greatest work.
 struct Outcome {
@@ -103,10 +104,10 @@ void dc_motors(Findings& f) {
     for (const auto& way : ways) {
       const auto o = run(text, 0.5, way);
       // τ = R J/k² = 0.47 s, L/R = 6.7e-3 s
-      f.relative(
-          claim_name(subject, "speed after 0.5 s", way.name),
-          "rad/s", o.end.v[2], motor.speed(0.5), way.fixed() ? 10 * h * h / (L > 0 ? 4.4e-5 : 0.2) : 1e-7,
-          L > 0 ? "two exponentials (τ = R J/k², L/R)" : "U/k (1 − exp(−t/τ))", way.fixed() ? second_order : tight);
+      f.relative(claim_name(subject, "speed after 0.5 s", way.name), "rad/s", o.end.v[2], motor.speed(0.5),
+                 way.fixed() ? 10 * h * h / (L > 0 ? 4.4e-5 : 0.2) : 1e-7,
+                 L > 0 ? "two exponentials (τ = R J/k², L/R)" : "U/k (1 − exp(−t/τ))",
+                 way.fixed() ? second_order : tight);
       closure(f, subject, way, o);
     }
   }
@@ -118,14 +119,15 @@ joint = "main"
 speed = 0
 )";
   for (const auto& way : ways)
-    f.at_most(claim_name("DC motor at standstill", "torques of motor and holding drive, greatest error", way.name),
-              "N m",
-              run(text, 0.1, way,
-                  [](double, const auto&, const auto&, const Forces& now) {
-                    return greatest(std::abs(now.elements[1].m - 6.4), std::abs(now.elements[2].m + 6.4));
-                  })
-                  .worst,
-              1e-12, "k U/R = 6.4 N m", "rounding");
+    f.at_most(
+        claim_name("DC motor at standstill", "torques of motor and holding drive, greatest error", way.name),
+        "N m",
+        run(text, 0.1, way,
+            [](double, const auto&, const auto&, const Forces& now) {
+              return greatest(std::abs(now.elements[1].m - 6.4), std::abs(now.elements[2].m + 6.4));
+            })
+            .worst,
+        1e-12, "k U/R = 6.4 N m", "rounding");
 }
 
 void induction_motors(Findings& f) {
@@ -193,7 +195,7 @@ void prescribed(Findings& f) {
                 : way.penalty() ? answer / 75
                                 : 1e-10,
                 "J α, the profile's derivative",
-                way.fixed()     ? "mean force of a step against that at its middle: (h/0.5 s)² times some tens"
+                way.fixed() ? "mean force of a step against that at its middle: (h/0.5 s)² times some tens"
                 : way.penalty() ? stabilised
                                 : "rounding of a prescribed motion");
   }
@@ -210,8 +212,9 @@ void prescribed(Findings& f) {
     f.within(claim_name("slider with prescribed harmonic motion", "position after 0.7 s", way.name), "m",
              0.8 * o.end.q[0] + 0.6 * o.end.q[1], 0.05 * std::sin(0.7 * w), way.penalty() ? 1e-8 : 1e-12,
              "A sin ωt", "rounding of a prescribed motion; penalty: tolerance");
-    f.at_most(claim_name("slider with prescribed harmonic motion", "force of the drive, greatest error over greatest force",
-                         way.name), "", o.worst,
+    f.at_most(claim_name("slider with prescribed harmonic motion",
+                         "force of the drive, greatest error over greatest force", way.name),
+              "", o.worst,
               way.fixed()     ? w * w * h * h
               : way.penalty() ? answer / (0.05 * w * w)
                               : 1e-10,
@@ -247,8 +250,8 @@ velocity = "v"
   for (const auto& way : ways) {
     const auto o = run(text, 0.9, way);
     // Penalty: K δ^1.5 = m (g + a) with K = 4/3 E/(1 − ν²) √R gives δ = 7e-6 m; on release the ball gains ω δ < 5e-3 m/s.
-    f.within(claim_name(subject, "height after 0.9 s", way.name), "m",
-             o.end.q[4], 0.1 + 0.25 + 0.4 - 0.5 * 9.81 * 0.16,
+    f.within(claim_name(subject, "height after 0.9 s", way.name), "m", o.end.q[4],
+             0.1 + 0.25 + 0.4 - 0.5 * 9.81 * 0.16,
              way.penalty() ? 0.4 * 5e-3
              : way.fixed() ? 1.4 * h
                            : 1e-9,
@@ -295,17 +298,19 @@ of = "main"
                       std::abs(now.elements[2].m - force * slope) / 0.2);
     });
     const auto p = reference::polynomial_rise((10 - 2 * std::numbers::pi - 3) / 2);
-    f.within(claim_name(subject, "lift after 1 s", way.name), "m", o.end.q[4],
-             0.03 * (1 - p.value), way.penalty() ? 1e-8 : 1e-10, "3-4-5 polynomial",
+    f.within(claim_name(subject, "lift after 1 s", way.name), "m", o.end.q[4], 0.03 * (1 - p.value),
+             way.penalty() ? 1e-8 : 1e-10, "3-4-5 polynomial",
              "rounding of a prescribed motion; penalty: tolerance");
-    f.at_most(claim_name(subject, "follower force and crank torque, greatest error over the greatest", way.name), "", o.worst,
-              way.fixed()     ? 0.01
-              : way.penalty() ? answer / 4.33
-                              : 1e-10,
-              "F = m Ω² s″, M Ω = F ṡ",
-              way.fixed() ? "a step across a knot, where s‴ jumps: h Ω p‴/(2 p″) = 5e-3, margin of two"
-              : way.penalty() ? stabilised
-                              : "rounding of a prescribed motion");
+    f.at_most(
+        claim_name(subject, "follower force and crank torque, greatest error over the greatest", way.name),
+        "", o.worst,
+        way.fixed()     ? 0.01
+        : way.penalty() ? answer / 4.33
+                        : 1e-10,
+        "F = m Ω² s″, M Ω = F ṡ",
+        way.fixed()     ? "a step across a knot, where s‴ jumps: h Ω p‴/(2 p″) = 5e-3, margin of two"
+        : way.penalty() ? stabilised
+                        : "rounding of a prescribed motion");
     closure(f, subject, way, o);
   }
 }
@@ -335,18 +340,18 @@ axes = "body"
 factor = "rise"
 )";
   for (const auto& way : ways) {
-    const auto claim = [&](const char* subject, const char* quantity, const char* unit, double measured, double expected, double bound,
-                           const char* source) {
-      f.relative(claim_name(subject, quantity, way.name), unit, measured, expected, way.fixed() ? bound : 1e-7,
-                 source, way.fixed() ? second_order : tight);
+    const auto claim = [&](const char* subject, const char* quantity, const char* unit, double measured,
+                           double expected, double bound, const char* source) {
+      f.relative(claim_name(subject, quantity, way.name), unit, measured, expected,
+                 way.fixed() ? bound : 1e-7, source, way.fixed() ? second_order : tight);
     };
     const auto slow = run(falling, 0.5, way);
     claim("rotor with torque falling with speed", "speed after 0.5 s", "rad/s", slow.end.v[2],
           -20 * std::expm1(-0.5 / 0.5), 10 * h * h / 0.25, "M₀/c (1 − exp(−c t/J))");
     closure(f, "rotor with torque falling with speed", way, slow);
     const auto hit = run(bump, 0.5, way);
-    claim("rotor with a torque pulse by a spline of time", "speed after the pulse", "rad/s", hit.end.v[2], 1.25 * 3 * 0.1 / inertia,
-          1e-9, "5/4 M a/J, integral of the natural spline");
+    claim("rotor with a torque pulse by a spline of time", "speed after the pulse", "rad/s", hit.end.v[2],
+          1.25 * 3 * 0.1 / inertia, 1e-9, "5/4 M a/J, integral of the natural spline");
     const auto swung = run(turning, 0.3, way);
     const double w = std::sqrt(2 / inertia);
     claim("rotor with torque by a table of angle", "angle after 0.3 s", "rad", swung.end.q[2],
@@ -358,8 +363,9 @@ factor = "rise"
           0.8 * slid.end.v[0] + 0.6 * slid.end.v[1], 2 * 4 / (2.0 * W), 10 * W * W * h * h, "2 F/(m ω)");
     const auto flown = run(spun, 1.0, way);
     // ∫ t e^{iwt} dt = (e^{iwt}(1 − iwt) − 1)/w²
-    claim("spinning disc with a growing force in body axes", "transverse velocity after 1 s", "m/s", flown.end.v[1],
-          1.5 / 2.0 * (std::sin(3.0) - 3 * std::cos(3.0)) / 9, 10 * 9 * h * h, "(F/m) ∫ t sin wt");
+    claim("spinning disc with a growing force in body axes", "transverse velocity after 1 s", "m/s",
+          flown.end.v[1], 1.5 / 2.0 * (std::sin(3.0) - 3 * std::cos(3.0)) / 9, 10 * 9 * h * h,
+          "(F/m) ∫ t sin wt");
     closure(f, "spinning disc with a growing force in body axes", way, flown);
   }
 }

@@ -75,10 +75,12 @@ void settles(Findings& f) {
       const auto s = by(journal(b, 2, 1e6, omega, g, 1.5), way).final_state;
       const auto subject = fmt::format("{}, steady running", name_of(b));
       f.relative(
-          claim_name(subject, "eccentricity over clearance after 1.5 s", way.name), "", std::hypot(s.q[0], s.q[1]) / c, e, 1e-5,
+          claim_name(subject, "eccentricity over clearance after 1.5 s", way.name), "",
+          std::hypot(s.q[0], s.q[1]) / c, e, 1e-5,
           is_short ? "short bearing (Ocvirk)" : "long bearing (Sommerfeld), no negative pressure",
           "1.5 s are more than 20 of the slowest decay times 2e/(Wω) …: e^−20, and 1e-6 of the schemes");
-      f.within(claim_name(subject, "attitude angle after 1.5 s", way.name), "rad", std::atan2(s.q[0], -s.q[1]), phi, 1e-5,
+      f.within(claim_name(subject, "attitude angle after 1.5 s", way.name), "rad",
+               std::atan2(s.q[0], -s.q[1]), phi, 1e-5,
                is_short ? "tan φ = π√(1 − ε²)/(4ε)" : "tan φ = π√(1 − ε²)/(2ε)",
                "1.5 s are more than 20 of the slowest decay times 2e/(Wω) …: e^−20, and 1e-6 of the schemes");
     }
@@ -92,11 +94,11 @@ void stays(Findings& f) {
     const double W = 2 * g, omega = 100, e = b.eccentricity(W, omega);
     for (const auto& way : film_ways) {
       const auto s = by(journal(b, 2, 1e6, omega, g, 0.1, {e * c, 0}), way).final_state;
-      f.at_most(
-          claim_name(fmt::format("{}, start at equilibrium", name_of(b)), "displacement in 0.1 s over clearance", way.name), "",
-          std::hypot(s.q[0] - e * c, s.q[1]) / c, 1e-7,
-          fmt::format("Sommerfeld's equilibrium, ε = {:.6f}", e),
-          "it is unstable with growth rate ω³εc/(8g) ≈ 1/s, so that deviations of rounding stay small");
+      f.at_most(claim_name(fmt::format("{}, start at equilibrium", name_of(b)),
+                           "displacement in 0.1 s over clearance", way.name),
+                "", std::hypot(s.q[0] - e * c, s.q[1]) / c, 1e-7,
+                fmt::format("Sommerfeld's equilibrium, ε = {:.6f}", e),
+                "it is unstable with growth rate ω³εc/(8g) ≈ 1/s, so that deviations of rounding stay small");
     }
   }
 }
@@ -115,8 +117,8 @@ void squeezes(Findings& f) {
                "K (f(0.8) − f(0.1))/W, f = ε/(1 − ε²)^(3/2) or ε/√(1 − ε²)",
                "inertia takes m v/(W t) = c/(g t²) = 4e-5 of the impulse");
       f.relative(
-          claim_name(subject, "impulse of the film force", way.name), "N s", b.K() * (b.f(e) - b.f(0.1)), W * T + m * s.v[1], 2e-5,
-          "momentum: K (f − f₀) = W t − m v, inertia included",
+          claim_name(subject, "impulse of the film force", way.name), "N s", b.K() * (b.f(e) - b.f(0.1)),
+          W * T + m * s.v[1], 2e-5, "momentum: K (f − f₀) = W t − m v, inertia included",
           "adaptive steps: 1e-6 of the clearance, times d ln f/dε = 6; fixed steps: 2e-5 of the time each");
     }
     std::vector<double> steps{4e-3, 2e-3, 1e-3, 5e-4}, errors;
@@ -126,10 +128,11 @@ void squeezes(Findings& f) {
               .final_state;
       errors.push_back(std::abs(b.K() * (b.f(-s.q[1] / c) - b.f(0.1)) - W * T - m * s.v[1]));
     }
-    f.between(claim_name(fmt::format("{}, squeezed from ε = 0.1", name_of(b)), "order of the impulse's error, unresolved decay",
-                         "Moreau–Jean, h = 5e-4 s to 4e-3 s"), "",
-              test::observed_order(steps, errors), 1.8, 2.2,
-              "theory: 2, positions follow the midpoint velocity", "asymptotic regime; hC/m ≥ 25");
+    f.between(
+        claim_name(fmt::format("{}, squeezed from ε = 0.1", name_of(b)),
+                   "order of the impulse's error, unresolved decay", "Moreau–Jean, h = 5e-4 s to 4e-3 s"),
+        "", test::observed_order(steps, errors), 1.8, 2.2,
+        "theory: 2, positions follow the midpoint velocity", "asymptotic regime; hC/m ≥ 25");
   }
 }
 
@@ -153,17 +156,18 @@ void whirls(Findings& f) {
       found.nonsmooth.step_tolerance = 1e-11;  // of the clearance; the eccentricity is 1e-4 of it
       found.penalty.tolerance = found.nonsmooth.tolerance = 1e-12;
       f.at_most(
-          claim_name(fmt::format("{}, half-speed whirl", name_of(b)), "position error over eccentricity after 0.05 s",
-                     way.name), "",
-          apart(by(found, way)), 1e-4, fmt::format("z₀e^(st), s = {:.2f} + {:.2f}i 1/s", s.real(), s.imag()),
+          claim_name(fmt::format("{}, half-speed whirl", name_of(b)),
+                     "position error over eccentricity after 0.05 s", way.name),
+          "", apart(by(found, way)), 1e-4,
+          fmt::format("z₀e^(st), s = {:.2f} + {:.2f}i 1/s", s.real(), s.imag()),
           "adaptive steps: 1e-7 of the eccentricity each, up to a thousand; fixed steps: (ωh)²/24 ω t = 5e-5");
     }
     std::vector<double> steps{2e-4, 1e-4, 5e-5, 2.5e-5}, errors;
     for (const double h : steps)
       errors.push_back(apart(by(scene(T), {"", Family::nonsmooth, Scheme::moreau_jean, h})));
     f.between(claim_name(fmt::format("{}, half-speed whirl", name_of(b)), "order of the position error",
-                         "Moreau–Jean, h = 2.5e-5 s to 2e-4 s"), "",
-              test::observed_order(steps, errors), 1.9, 2.1, "theory: 2 (θ = ½ + O(h))",
+                         "Moreau–Jean, h = 2.5e-5 s to 2e-4 s"),
+              "", test::observed_order(steps, errors), 1.9, 2.1, "theory: 2 (θ = ½ + O(h))",
               "asymptotic regime, hC/m from 0.05 to 0.4");
     f.curves.push_back(
         {"film_orders", name_of(b), "step (s)", "error over eccentricity or clearance", steps, errors});
@@ -191,14 +195,16 @@ void limits(Findings& f) {
     const auto run = by(journal(thin, 2, 0.5, 0, g, 3 * fall), way);
     const auto touch = test::touch(run, 0);
     const bool fixed = way.step > 0;
-    f.relative(claim_name(falling, "time of first contact", way.name), "s",
-               touch.t, fall, fixed ? 5e-3 : 1e-5, "√(2c/g), dry",
-               fixed ? "contact onset within a fixed step, known to 1.5 h"
-                     : "impulse of the film K f(0.99) = 1e-9 N s of 0.09; adaptive steps locate contacts to 1e-6");
-    f.relative(claim_name(falling, "speed at first contact", way.name), "m/s", -touch.v_n_minus,
-               std::sqrt(2 * g * c), fixed ? 5e-3 : 1e-5, "√(2gc), dry",
-               fixed ? "contact onset within a fixed step, known to 1.5 h"
-                     : "impulse of the film K f(0.99) = 1e-9 N s of 0.09; adaptive steps locate contacts to 1e-6");
+    f.relative(
+        claim_name(falling, "time of first contact", way.name), "s", touch.t, fall, fixed ? 5e-3 : 1e-5,
+        "√(2c/g), dry",
+        fixed ? "contact onset within a fixed step, known to 1.5 h"
+              : "impulse of the film K f(0.99) = 1e-9 N s of 0.09; adaptive steps locate contacts to 1e-6");
+    f.relative(
+        claim_name(falling, "speed at first contact", way.name), "m/s", -touch.v_n_minus,
+        std::sqrt(2 * g * c), fixed ? 5e-3 : 1e-5, "√(2gc), dry",
+        fixed ? "contact onset within a fixed step, known to 1.5 h"
+              : "impulse of the film K f(0.99) = 1e-9 N s of 0.09; adaptive steps locate contacts to 1e-6");
     const JournalBearing thick{true, false, 1e5, R, L, c};
     const auto s = by(journal(thick, 2, 0.5, 0, g, 0.1, {0, 0}), way).final_state;
     f.relative(claim_name(thick_oil, "displacement under weight in 0.1 s over clearance", way.name), "",
@@ -251,8 +257,9 @@ void pin(Findings& f) {
     const auto s = by(quarter, {"", Family::nonsmooth, Scheme::moreau_jean, h}).final_state;
     errors.push_back(std::hypot(s.q[6] - end.q[6], s.q[4] - end.q[4]) / clearance);
   }
-  f.between(claim_name(subject, "order of the position error after a quarter turn", "Moreau–Jean, h = 2.5e-5 s to 2e-4 s"), "",
-            test::observed_order(steps, errors), 1.9, 2.1, "theory: 2; reference event-driven at 1e-12",
+  f.between(claim_name(subject, "order of the position error after a quarter turn",
+                       "Moreau–Jean, h = 2.5e-5 s to 2e-4 s"),
+            "", test::observed_order(steps, errors), 1.9, 2.1, "theory: 2; reference event-driven at 1e-12",
             "asymptotic regime");
   f.curves.push_back({"film_orders", "lubricated pin of a slider-crank", "step (s)",
                       "error over eccentricity or clearance", steps, errors});

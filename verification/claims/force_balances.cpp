@@ -22,16 +22,17 @@ struct Bounds {
   const char* why_impulse;
 };
 
-void report(Findings& f, const std::string& scheme, const BalanceWatch& watch, const Result& result, Bounds b) {
+void report(Findings& f, const std::string& scheme, const BalanceWatch& watch, const Result& result,
+            Bounds b) {
   const auto name = [&](const char* quantity) { return claim_name(everything_subject, quantity, scheme); };
-  f.at_most(name("balance of forces and moments, greatest residual over greatest term"), "", watch.worst.own, 1e-10,
-            equations, solved);
-  f.at_most(name("balance with moments from F, m and lever arms, greatest residual over greatest term"), "", watch.worst.anew,
-            b.anew, equations, b.why_anew);
+  f.at_most(name("balance of forces and moments, greatest residual over greatest term"), "", watch.worst.own,
+            1e-10, equations, solved);
+  f.at_most(name("balance with moments from F, m and lever arms, greatest residual over greatest term"), "",
+            watch.worst.anew, b.anew, equations, b.why_anew);
   f.at_most(name("change of momentum less impulses, over greatest momentum"), "", watch.linear(), b.impulse,
             "m Δv = Δt m g + Σ impulses", b.why_impulse);
-  f.at_most(name("change of angular momentum less impulses, over greatest angular momentum"), "", watch.angular(), b.impulse, "J Δω = Σ impulses of moments",
-            b.why_impulse);
+  f.at_most(name("change of angular momentum less impulses, over greatest angular momentum"), "",
+            watch.angular(), b.impulse, "J Δω = Σ impulses of moments", b.why_impulse);
   double drive = 0, load = 0;
   const auto& m = everything().mechanism;
   for (std::size_t i = 0; i < watch.elements().size(); ++i) {
@@ -45,10 +46,10 @@ void report(Findings& f, const std::string& scheme, const BalanceWatch& watch, c
     }
   }
   const double scale = result.ledger.scale();
-  f.at_most(name("integrated power of drives less their work in the energy balance, over its greatest term"), "",
-            std::abs(drive - result.ledger.drive) / scale, b.impulse, "∫ power dt", b.why_impulse);
-  f.at_most(name("integrated power of force and torque loads less their work, over the greatest energy term"), "", std::abs(load - result.ledger.load) / scale,
-            b.impulse, "∫ power dt", b.why_impulse);
+  f.at_most(name("integrated power of drives less their work in the energy balance, over its greatest term"),
+            "", std::abs(drive - result.ledger.drive) / scale, b.impulse, "∫ power dt", b.why_impulse);
+  f.at_most(name("integrated power of force and torque loads less their work, over the greatest energy term"),
+            "", std::abs(load - result.ledger.load) / scale, b.impulse, "∫ power dt", b.why_impulse);
 }
 
 }  // namespace
@@ -89,9 +90,11 @@ void balance(Findings& f, const State& start) {
     const auto scene = nonsmooth(Scheme::moreau_jean);
     BalanceWatch watch(scene.mechanism, true, 1e-4);
     const auto result = run(scene, Family::nonsmooth, {&watch}, start);
-    report(f, "Moreau–Jean, h = 1e-5 s", watch, result,
-           {2e-8, "the points of a joint are (ω h)²/2 of their lever arm apart at the middle of a step, ω = 20 rad/s",
-            1e-12, "rounding: a step is defined by its impulses"});
+    report(
+        f, "Moreau–Jean, h = 1e-5 s", watch, result,
+        {2e-8,
+         "the points of a joint are (ω h)²/2 of their lever arm apart at the middle of a step, ω = 20 rad/s",
+         1e-12, "rounding: a step is defined by its impulses"});
   }
 }
 
@@ -109,11 +112,12 @@ void tolerances(Findings& f, const State& start) {
       tolerance.push_back(asked);
       linear.push_back(watch.linear());
     }
-    f.between(claim_name(everything_subject, "exponent of the tolerance in the change of momentum less impulses",
-                         events ? "event-driven" : "penalty, dopri5, projection"),
-              "", test::observed_order(tolerance, linear), 0.5, 1.3,
-              "1, of the dense output; (3/2 + 1)/5 at the onset of Hertz's force",
-              "steps are shortened at events and output rows");
+    f.between(
+        claim_name(everything_subject, "exponent of the tolerance in the change of momentum less impulses",
+                   events ? "event-driven" : "penalty, dopri5, projection"),
+        "", test::observed_order(tolerance, linear), 0.5, 1.3,
+        "1, of the dense output; (3/2 + 1)/5 at the onset of Hertz's force",
+        "steps are shortened at events and output rows");
   }
 }
 
@@ -128,8 +132,9 @@ std::vector<double> row_of(const test::Columns& table, std::size_t row, const La
 }
 
 /// Claims on the columns of forces.csv and trajectory.csv, with the data of the scene alone.
-void columns(Findings& f, const char* subject, const char* scheme, const Scene& scene, Family family, const State& start,
-             bool whole, double instant, const char* why_instant, double mean, const char* why_mean) {
+void columns(Findings& f, const char* subject, const char* scheme, const Scene& scene, Family family,
+             const State& start, bool whole, double instant, const char* why_instant, double mean,
+             const char* why_mean) {
   const auto out = files(scene, family, start);
   const ForceBalance balance(scene.mechanism, out.layout);
   const auto& list = out.layout.forces;
@@ -165,13 +170,15 @@ void columns(Findings& f, const char* subject, const char* scheme, const Scene& 
   }
   for (std::size_t b = 0; b < momentum.size(); ++b)
     if (missing[b] > 0) left = greatest(left, missing[b] / momentum[b]);
-  f.at_most(claim_name(subject,
-                       whole ? "balance of mean F, m of each step with Δv, Δω, greatest residual over greatest term"
-                             : "balance of F, m with a, α, greatest residual over greatest term",
-                       scheme),
-            "", worst, instant, "Newton–Euler equations from the columns", why_instant);
-  f.at_most(claim_name(subject, "change of momentum less integrated mean forces, over greatest momentum", scheme), "", left, mean,
-            "m Δv = Δt (m g + Σ means)", why_mean);
+  f.at_most(
+      claim_name(subject,
+                 whole ? "balance of mean F, m of each step with Δv, Δω, greatest residual over greatest term"
+                       : "balance of F, m with a, α, greatest residual over greatest term",
+                 scheme),
+      "", worst, instant, "Newton–Euler equations from the columns", why_instant);
+  f.at_most(
+      claim_name(subject, "change of momentum less integrated mean forces, over greatest momentum", scheme),
+      "", left, mean, "m Δv = Δt (m g + Σ means)", why_mean);
 }
 
 }  // namespace
@@ -191,9 +198,10 @@ void csv(Findings& f, const State& start) {
     surface.friction.reset();  // the moment of friction depends on the gap within the step
   scene.run.output_step = *scene.nonsmooth.step;
   scene.run.duration = 6e-3;
-  columns(f, "forces.csv, one of each element, no friction", "Moreau–Jean, h = 1e-5 s", scene, Family::nonsmooth, start, true, 2e-8,
-          "the points of a joint are (ω h)²/2 of their lever arm apart at the middle of a step, ω = 20 rad/s", 1e-12,
-          "rounding: a step is defined by its impulses");
+  columns(f, "forces.csv, one of each element, no friction", "Moreau–Jean, h = 1e-5 s", scene,
+          Family::nonsmooth, start, true, 2e-8,
+          "the points of a joint are (ω h)²/2 of their lever arm apart at the middle of a step, ω = 20 rad/s",
+          1e-12, "rounding: a step is defined by its impulses");
 }
 
 }  // namespace freeplay::verification::force_claims

@@ -68,9 +68,10 @@ void slider_cranks(Findings& f) {
     auto scene = slider_crank(s);
     const auto claim = [&, &name = name](const std::string& way, const std::array<double, 2>& off,
                                          double bound, const char* why) {
-      f.at_most(claim_name(name, "reactions, greatest error over greatest force", way),
-                "", off[0], bound, source, why);
-      f.at_most(claim_name(name, "driving torque and moments, greatest error over greatest torque", way), "", off[1], bound, source, why);
+      f.at_most(claim_name(name, "reactions, greatest error over greatest force", way), "", off[0], bound,
+                source, why);
+      f.at_most(claim_name(name, "driving torque and moments, greatest error over greatest torque", way), "",
+                off[1], bound, source, why);
     };
     claim("penalty", off_reference(s, scene, Family::penalty), 1e-8,
           "tolerance 1e-10 per step, margin of 100");
@@ -87,8 +88,8 @@ void slider_cranks(Findings& f) {
       errors.push_back(last[0]);
     }
     claim("Moreau–Jean, h = 1e-5 s", last, 1e-6, "(ω h)² = 4e-8, margin of 20");
-    f.between(claim_name(name, "order of the reactions in h", "Moreau–Jean, h = 1e-5 s to 4e-5 s"), "", test::observed_order(steps, errors), 1.9, 2.1,
-              "2, for θ = ½", "the next order at h = 4e-5 s");
+    f.between(claim_name(name, "order of the reactions in h", "Moreau–Jean, h = 1e-5 s to 4e-5 s"), "",
+              test::observed_order(steps, errors), 1.9, 2.1, "2, for θ = ½", "the next order at h = 4e-5 s");
   }
   // Interval means of the two formulations.
   auto scene = slider_crank(rig());
@@ -102,9 +103,10 @@ void slider_cranks(Findings& f) {
     apart = greatest(apart, std::hypot(x - steps.forces.at(i, "gudgeon.fx_mean"),
                                        y - steps.forces.at(i, "gudgeon.fy_mean")));
   }
-  f.at_most(claim_name("paper's ideal slider-crank", "difference of mean gudgeon forces over 1 ms, over the greatest",
-                       "penalty against Moreau–Jean, h = 1e-5 s"), "",
-            apart / most, 1e-6, "0", "(ω h)² = 4e-8, margin of 20");
+  f.at_most(claim_name("paper's ideal slider-crank",
+                       "difference of mean gudgeon forces over 1 ms, over the greatest",
+                       "penalty against Moreau–Jean, h = 1e-5 s"),
+            "", apart / most, 1e-6, "0", "(ω h)² = 4e-8, margin of 20");
 }
 
 /// A rotor under a torque with a welded body, and a slider moved by its weight and a load.
@@ -165,9 +167,9 @@ void bearings(Findings& f) {
         {"rotor under a torque with a welded body", "force and moment of the weld, greatest error"},
         {"slider on an inclined guide with a load", "force and moment of the guide, greatest error"}};
     for (int i = 0; i < 3; ++i)
-      f.at_most(claim_name(names[i].first, names[i].second, family == Family::penalty ? "penalty" : "event-driven"),
-                "N, N m", off[i], 1e-11, "references/bearing_load at the state and its α",
-                "rounding of some 50 N");
+      f.at_most(
+          claim_name(names[i].first, names[i].second, family == Family::penalty ? "penalty" : "event-driven"),
+          "N, N m", off[i], 1e-11, "references/bearing_load at the state and its α", "rounding of some 50 N");
   }
 }
 

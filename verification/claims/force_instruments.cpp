@@ -70,9 +70,11 @@ void load_cell(Findings& f) {
     const auto name = [&](const char* quantity) {
       return claim_name("journal falling 1 cm onto its bearing", quantity, way.name);
     };
-    f.relative(
-        name("time integral of the bearing force"), "N s", watch.total.elements[0].fy, expected, way.impulse,
-        way.family == Family::penalty ? "m (1 + e) √(2 g h) + m g T with e and duration T of the run" : source, way.why);
+    f.relative(name("time integral of the bearing force"), "N s", watch.total.elements[0].fy, expected,
+               way.impulse,
+               way.family == Family::penalty ? "m (1 + e) √(2 g h) + m g T with e and duration T of the run"
+                                             : source,
+               way.why);
     f.relative(name("impulse of the contact event"), "N s", hit.impulse_n, watch.total.elements[0].fy,
                way.family == Family::penalty ? 1e-6 : 1e-12, "time integral of the bearing force",
                way.family == Family::penalty ? hertz : "rounding: the same sum");
@@ -88,8 +90,9 @@ void load_cell(Findings& f) {
       const double y = reference::low_pass2_response(bandwidth, hit.impulse_n, t - hit.t);
       off = greatest(off, std::abs(samples[i] - y));
     }
-    f.at_most(name("load-cell samples less the filter's impulse response, greatest, over ω P"), "", off / (w * P), 1e-9,
-              "references/impulses, low_pass2_response", "rounding of 5000 exact filter steps");
+    f.at_most(name("load-cell samples less the filter's impulse response, greatest, over ω P"), "",
+              off / (w * P), 1e-9, "references/impulses, low_pass2_response",
+              "rounding of 5000 exact filter steps");
   }
 }
 
@@ -113,10 +116,9 @@ void torque_sensor(Findings& f) {
     test::Listener listener;
     listener.on_sample = [&](std::size_t, double, double value) { last = value; };
     run(scene, family, {&listener});
-    f.relative(
-        claim_name("rotor under a brake", "steady value of the torque sensor",
-                   family == Family::penalty ? "penalty" : "automatic"),
-        "N m", last, 0.7, 1e-9, "torque of the brake", "rounding of a hundred steps");
+    f.relative(claim_name("rotor under a brake", "steady value of the torque sensor",
+                          family == Family::penalty ? "penalty" : "automatic"),
+               "N m", last, 0.7, 1e-9, "torque of the brake", "rounding of a hundred steps");
   }
 }
 

@@ -46,16 +46,16 @@ void watching(Findings& f, const State& start) {
     BalanceWatch watch(scene.mechanism, false, 1e-4, 5);
     const auto watched = run(scene, family, {&watch}, start), alone = run(scene, family, {}, start);
     f.within(claim_name("scene with one of each element",
-                        "values (state, events, work, energies) changed by observing the forces", scheme), "",
-             double(differing(watched, alone)), 0, 0, "0", "exact: bit for bit");
+                        "values (state, events, work, energies) changed by observing the forces", scheme),
+             "", double(differing(watched, alone)), 0, 0, "0", "exact: bit for bit");
   };
   for (const auto integrator : {Integrator::dopri5, Integrator::adams_bashforth_moulton})
-    compare(
-        integrator == Integrator::dopri5 ? "penalty, dopri5, projection" : "penalty, adams_bashforth_moulton, Baumgarte",
-        penalty({"", integrator,
-                 integrator == Integrator::dopri5 ? Stabilisation::projection : Stabilisation::baumgarte,
-                 FrictionLaw::ambrosio, ContactLaw::exact, 4e-3}),
-        Family::penalty);
+    compare(integrator == Integrator::dopri5 ? "penalty, dopri5, projection"
+                                             : "penalty, adams_bashforth_moulton, Baumgarte",
+            penalty({"", integrator,
+                     integrator == Integrator::dopri5 ? Stabilisation::projection : Stabilisation::baumgarte,
+                     FrictionLaw::ambrosio, ContactLaw::exact, 4e-3}),
+            Family::penalty);
   compare("event-driven", nonsmooth(Scheme::event_driven), Family::nonsmooth);
   compare("Moreau–Jean, h = 1e-5 s", nonsmooth(Scheme::moreau_jean), Family::nonsmooth);
 }
@@ -66,10 +66,11 @@ void redundant(Findings& f, const State& start) {
   BalanceWatch watch(scene.mechanism, false, 1e-5);
   auto found = run(scene, Family::penalty, {&watch}, start).undetermined;
   std::ranges::sort(found);
-  f.within(
-      claim_name("scene with one of each element", "mismatch of the list of undetermined reactions", "penalty"),
-      "", found == std::vector<std::string>{"guide", "guide_twin", "main", "main_twin"} ? 0 : 1, 0, 0,
-      "those of the double pin and the double guide: equal constraint rows; all others are independent", "exact");
+  f.within(claim_name("scene with one of each element", "mismatch of the list of undetermined reactions",
+                      "penalty"),
+           "", found == std::vector<std::string>{"guide", "guide_twin", "main", "main_twin"} ? 0 : 1, 0, 0,
+           "those of the double pin and the double guide: equal constraint rows; all others are independent",
+           "exact");
   // Two pins at one place: the sum of their forces is that of a single pin.
   const auto s = loaded();
   auto twice = slider_crank(s);
@@ -110,11 +111,14 @@ void redundant(Findings& f, const State& start) {
           {std::hypot(a.fx + b.fx - exact.ground_on_crank.x, a.fy + b.fy - exact.ground_on_crank.y),
            std::hypot(c.fx - exact.crank_on_rod.x, c.fy - exact.crank_on_rod.y)});
     });
-    f.at_most(claim_name("crank on two coincident pins", "sum of pin forces and big-end force, greatest error", name), "N",
-              pins, 1e-5, "references/slider_crank_forces",
+    f.at_most(claim_name("crank on two coincident pins",
+                         "sum of pin forces and big-end force, greatest error", name),
+              "N", pins, 1e-5, "references/slider_crank_forces",
               "tolerance 1e-10 of some 300 N, margin of 300");
-    f.within(claim_name("crank on two coincident pins", "mismatch of the list of undetermined reactions", name), "",
-             marked == std::vector<std::string>{"main", "twin"} ? 0 : 1, 0, 0, "those of the two pins: equal constraint rows", "exact");
+    f.within(
+        claim_name("crank on two coincident pins", "mismatch of the list of undetermined reactions", name),
+        "", marked == std::vector<std::string>{"main", "twin"} ? 0 : 1, 0, 0,
+        "those of the two pins: equal constraint rows", "exact");
     const auto [guides, held] = watch_forces(door, [&](double, const auto& e, const Layout& l) {
       const Point g{0.4, -9.81};
       const auto exact = reference::guide_load(body, reference::guided_acceleration(body, g), g);
@@ -123,11 +127,13 @@ void redundant(Findings& f, const State& start) {
                        std::abs(a.fy + b.fy - exact.joint.force.y),
                        std::abs(a.m + b.m + 0.6 * b.fy - exact.joint.moment)});
     });
-    f.at_most(
-        claim_name("door on two parallel guides", "sum of guide forces and of their moments, greatest error", name),
-        "N, N m", guides, 1e-10, "references/bearing_load", "rounding of some 60 N at two lever arms");
-    f.within(claim_name("door on two parallel guides", "mismatch of the list of undetermined reactions", name), "",
-             held == std::vector<std::string>{"far", "near"} ? 0 : 1, 0, 0, "those of the two guides: equal constraint rows", "exact");
+    f.at_most(claim_name("door on two parallel guides",
+                         "sum of guide forces and of their moments, greatest error", name),
+              "N, N m", guides, 1e-10, "references/bearing_load", "rounding of some 60 N at two lever arms");
+    f.within(
+        claim_name("door on two parallel guides", "mismatch of the list of undetermined reactions", name), "",
+        held == std::vector<std::string>{"far", "near"} ? 0 : 1, 0, 0,
+        "those of the two guides: equal constraint rows", "exact");
   }
 }
 

@@ -48,9 +48,10 @@ speed = 30.0
                                     : "positions are projected to rounding at each step";
     const char* const subject = "planetary gear with fixed ring";
     const auto scheme = scheme_of(way, "1e-4");
-    f.within(claim_name(subject, "angle of the carrier after 3 s", scheme),
-             "rad", end.q[5], carrier, bound, "Willis: ω_c = ω_s z_s/(z_s + z_r)", why);
-    f.within(claim_name(subject, "angle of the planet after 3 s", scheme), "rad", end.q[8], -2 * carrier, bound, "ω_p = ω_c (1 − z_r/z_p)", why);
+    f.within(claim_name(subject, "angle of the carrier after 3 s", scheme), "rad", end.q[5], carrier, bound,
+             "Willis: ω_c = ω_s z_s/(z_s + z_r)", why);
+    f.within(claim_name(subject, "angle of the planet after 3 s", scheme), "rad", end.q[8], -2 * carrier,
+             bound, "ω_p = ω_c (1 − z_r/z_p)", why);
   }
   for (const auto& way : ways) {
     auto scene = scene_by(with("backlash = 1e-4\nmesh_stiffness = 2e8\nsurface = \"steel\"\n"), way);
@@ -58,8 +59,10 @@ speed = 30.0
     scene.run.duration = 1;
     const auto end = test::finished(scene, way.family).final_state;
     // Each mesh starts in the middle of its backlash; a hundredth is added for penetration.
-    f.within(claim_name("planetary gear with fixed ring and backlash", "angle of the carrier after 1 s", scheme_of(way, "2e-5")), "rad", end.q[5],
-             carrier / 3, (1e-4 + 1e-6) / (4 * 0.05 * std::cos(alpha)), "Willis: ω_c = ω_s z_s/(z_s + z_r)",
+    f.within(claim_name("planetary gear with fixed ring and backlash", "angle of the carrier after 1 s",
+                        scheme_of(way, "2e-5")),
+             "rad", end.q[5], carrier / 3, (1e-4 + 1e-6) / (4 * 0.05 * std::cos(alpha)),
+             "Willis: ω_c = ω_s z_s/(z_s + z_r)",
              "half the backlash of both meshes: 2 (b/2)/(r_b (z_s + z_r)/z_s), and a hundredth");
   }
 }
@@ -100,17 +103,18 @@ module = 5e-3
     const auto name = [&](const char* quantity) {
       return claim_name("gear pair with oscillating centre distance", quantity, scheme_of(way, "1e-4"));
     };
-    f.at_most(name("S inv α = r₁ θ₁ + r₂ θ₂, greatest error"), "m", worst, way.penalty() ? 1e-9 : 1e-12,
-              "the involute function",
-              way.penalty() ? "drift at α = β = 5, as of all joints" : "positions are projected at each step");
+    f.at_most(
+        name("S inv α = r₁ θ₁ + r₂ θ₂, greatest error"), "m", worst, way.penalty() ? 1e-9 : 1e-12,
+        "the involute function",
+        way.penalty() ? "drift at α = β = 5, as of all joints" : "positions are projected at each step");
     f.between(name("range of the centre distance"), "m", most - least, 5e-4, 0.01, "",
               "amplitude 0.05 m/s over 100 rad/s: the centre moves");
     const auto& l = run.ledger;
-    f.at_most(name("relative change of energy in 0.5 s"), "",
-              std::abs((l.kinetic + l.potential) / l.initial - 1), way.fixed() ? 2e-4 : 1e-7,
-              "0: no force does work",
-              way.fixed() ? "the energy of the midpoint rule oscillates by (ω h)² with the spring, margin of two"
-                          : "tolerance in some thousand steps");
+    f.at_most(
+        name("relative change of energy in 0.5 s"), "", std::abs((l.kinetic + l.potential) / l.initial - 1),
+        way.fixed() ? 2e-4 : 1e-7, "0: no force does work",
+        way.fixed() ? "the energy of the midpoint rule oscillates by (ω h)² with the spring, margin of two"
+                    : "tolerance in some thousand steps");
   }
 }
 
@@ -141,8 +145,8 @@ void racks(Findings& f) {
   for (const auto& way : ways) {
     auto scene = scene_by(rack(loose_teeth, "[run]\nduration = 1\nstart = \"given\"\n"), way);
     scene.run.duration = exact.back().t + 0.5 * flight;
-    impacts(f, "gear and rack with backlash, rattling", way, scheme_of(way, "1e-6"), test::finished(scene, way.family),
-            exact, e);
+    impacts(f, "gear and rack with backlash, rattling", way, scheme_of(way, "1e-6"),
+            test::finished(scene, way.family), exact, e);
     scene = scene_by(
         rack("",
              fmt::format(
@@ -155,7 +159,8 @@ void racks(Findings& f) {
     const auto scheme = scheme_of(way, "1e-5");
     f.within(claim_name(subject, "speed of the rack after 0.1 s", scheme), "m/s", end.v[3], r * end.v[2],
              bound, "v = r ω",
-             way.penalty() ? "drift of velocities at α = β = 5" : "velocity constraints are met at the end of every step");
+             way.penalty() ? "drift of velocities at α = β = 5"
+                           : "velocity constraints are met at the end of every step");
     scene.run.duration = 0.001;
     const auto at = force_of(scene, way.family, "front");
     f.at_most(claim_name(subject, "force of the gear's bearing, relative error", scheme), "",

@@ -37,15 +37,17 @@ void impacts(Findings& f, const char* subject, const Way& way, const std::string
     const double rounding = 1e-15 * static_cast<double>(k + 1) / exact.back().approach;
     late = greatest(late, std::abs(found[k].t - exact[k].t) / ((1 + 1 / e) * reported + rounding));
   }
-  f.at_most(claim_name(
-                subject,
-                fmt::format("approach speeds and impulses of {} impacts, greatest relative error", exact.size()),
-                scheme),
+  f.at_most(claim_name(subject,
+                       fmt::format("approach speeds and impulses of {} impacts, greatest relative error",
+                                   exact.size()),
+                       scheme),
             "", off, way.speeds, "Newton's impact law", way.reason);
   if (way.family == Family::nonsmooth)
     f.at_most(
         claim_name(subject,
-                   fmt::format("times of {} impacts, greatest error over reported uncertainty", exact.size()), scheme), "", late, 1, "uniform motion between impacts",
+                   fmt::format("times of {} impacts, greatest error over reported uncertainty", exact.size()),
+                   scheme),
+        "", late, 1, "uniform motion between impacts",
         "sum of the reported uncertainties (Moreau–Jean: a step each); an impact δ late delays the next by δ (1 + 1/e); "
         "rounding of lengths below 1 m, 1e-15 m over the slowest speed");
 }
@@ -102,10 +104,12 @@ void rattle(Findings& f) {
     // P alternates between the flanks.
     double sum = 0;
     for (std::size_t k = 0; k < exact.size(); ++k) sum += (k % 2 == 0 ? 1 : -1) * exact[k].impulse;
-    f.relative(claim_name(subject, "angular velocity of the pinion after 5 impacts", scheme), "rad/s", run.final_state.v[2], 10 - r1 * sum / gears.J1,
-               10 * way.speeds, "ω₁ − Σ ± r₁ P/J₁", "bound of an impact, margin of ten for five");
-    f.relative(claim_name(subject, "angular velocity of the wheel after 5 impacts", scheme), "rad/s", run.final_state.v[5], -r2 * sum / gears.J2, 10 * way.speeds,
-               "−Σ ± r₂ P/J₂", "bound of an impact, margin of ten for five");
+    f.relative(claim_name(subject, "angular velocity of the pinion after 5 impacts", scheme), "rad/s",
+               run.final_state.v[2], 10 - r1 * sum / gears.J1, 10 * way.speeds, "ω₁ − Σ ± r₁ P/J₁",
+               "bound of an impact, margin of ten for five");
+    f.relative(claim_name(subject, "angular velocity of the wheel after 5 impacts", scheme), "rad/s",
+               run.final_state.v[5], -r2 * sum / gears.J2, 10 * way.speeds, "−Σ ± r₂ P/J₂",
+               "bound of an impact, margin of ten for five");
   }
 }
 
@@ -132,8 +136,8 @@ void reactions(Findings& f) {
       };
       const auto name = [&](const char* quantity) {
         return claim_name(
-            fmt::format("ideal gear pair under torques, {} flank", side > 0 ? "forward" : "backward"), quantity,
-            scheme_of(way, "1e-6"));
+            fmt::format("ideal gear pair under torques, {} flank", side > 0 ? "forward" : "backward"),
+            quantity, scheme_of(way, "1e-6"));
       };
       f.at_most(name("force of the mesh on the wheel, relative error"), "",
                 off(mesh, F * std::sin(alpha), side * F * std::cos(alpha)), bound,

@@ -60,10 +60,11 @@ void slider_crank(Findings& f) {
     const auto end = test::simulate(scene, family).final_state;
     const bool penalty = family == Family::penalty;
     const char* const name = penalty ? "penalty" : "Moreau–Jean, h = 1e-5 s";
-    f.within(claim_name("paper's ideal slider-crank", "slider position after 0.7 s", name), "m", end.q[6], exact.x, penalty ? 1e-9 : 1e-8,
-             "loop closure",
+    f.within(claim_name("paper's ideal slider-crank", "slider position after 0.7 s", name), "m", end.q[6],
+             exact.x, penalty ? 1e-9 : 1e-8, "loop closure",
              penalty ? "drift at α = β = 5 over 2.3 turns" : "positions are projected at each step");
-    f.within(claim_name("paper's ideal slider-crank", "slider velocity after 0.7 s", name), "m/s", end.v[6], exact.velocity, penalty ? 1e-7 : 1e-6, "loop closure",
+    f.within(claim_name("paper's ideal slider-crank", "slider velocity after 0.7 s", name), "m/s", end.v[6],
+             exact.velocity, penalty ? 1e-7 : 1e-6, "loop closure",
              penalty ? "drift at α = β = 5 over 2.3 turns"
                      : "velocities at the end of a step: (ω h)² of 1 m/s, margin of 20");
   }
@@ -79,10 +80,11 @@ void rows_of_four_bars(Findings& f) {
     const double change = run.ending.status == Ending::Status::finished
                               ? std::abs(run.ledger.kinetic + run.ledger.potential - run.ledger.initial)
                               : INFINITY;
-    f.at_most(claim_name("row of four-bars through singular positions",
-                         fmt::format("energy error after 20 s, {}", count == 1 ? "one four-bar" : "five four-bars"),
-                         "Moreau–Jean, h = 1e-3 s"), "J",
-              change, 0.1, "0 (IFToMM benchmark A02)", "requirement of the benchmark");
+    f.at_most(
+        claim_name("row of four-bars through singular positions",
+                   fmt::format("energy error after 20 s, {}", count == 1 ? "one four-bar" : "five four-bars"),
+                   "Moreau–Jean, h = 1e-3 s"),
+        "J", change, 0.1, "0 (IFToMM benchmark A02)", "requirement of the benchmark");
   }
 }
 
@@ -96,12 +98,14 @@ void guide(Findings& f) {
     const auto& last = table.impacts.back();
     scene.run.duration = last.t + 1e-6;
     const auto touch = test::touch(test::simulate(scene, Family::nonsmooth), table.impacts.size() - 1);
-    const auto subject = fmt::format("slider-crank with clearance in the guide, ω₃ = {} rad/s, μ = {}, e_T = {}",
-                                     table.slider_speed, table.friction, table.e_T);
-    f.within(claim_name(subject, fmt::format("time of impact {}", table.impacts.size()), "event-driven"),
-             "s", touch.t, last.t, 1e-11, "independent event-driven program",
+    const auto subject =
+        fmt::format("slider-crank with clearance in the guide, ω₃ = {} rad/s, μ = {}, e_T = {}",
+                    table.slider_speed, table.friction, table.e_T);
+    f.within(claim_name(subject, fmt::format("time of impact {}", table.impacts.size()), "event-driven"), "s",
+             touch.t, last.t, 1e-11, "independent event-driven program",
              "tolerance 1e-10 per step; two runs of the independent program differ by less than 1e-12 s");
-    f.relative(claim_name(subject, fmt::format("tangential impulse of impact {}", table.impacts.size()), "event-driven"),
+    f.relative(claim_name(subject, fmt::format("tangential impulse of impact {}", table.impacts.size()),
+                          "event-driven"),
                "N s", touch.impulse_t, last.impulse_t, 1e-7, "independent event-driven program",
                "each impact multiplies an error by a few");
   }

@@ -22,13 +22,13 @@ constexpr const char* subject = "paper's slider-crank with clearance";
 constexpr const char* source = "independent derivation in long double";
 
 /// Claims on the first `count` impacts of a run by `scheme`.
-void touches(Findings& f, const char* scheme, const Result& found, const Impacts& exact,
-             std::size_t count, double time) {
+void touches(Findings& f, const char* scheme, const Result& found, const Impacts& exact, std::size_t count,
+             double time) {
   for (std::size_t i = 0; i < count; ++i) {
     const auto& e = exact[i];
     const auto touch = test::touch(found, i);
-    f.within(claim_name(subject, fmt::format("time of impact {}", i + 1), scheme), "s", touch.t, double(e.t), time, source,
-             "tolerance 1e-12 per step, error of positions over speed");
+    f.within(claim_name(subject, fmt::format("time of impact {}", i + 1), scheme), "s", touch.t, double(e.t),
+             time, source, "tolerance 1e-12 per step, error of positions over speed");
     const auto relative = [&](const char* what, const char* unit, double measured, Long expected) {
       f.relative(claim_name(subject, fmt::format("{} of impact {}", what, i + 1), scheme), unit, measured,
                  double(expected), 1e-6, source, "errors grow up to tenfold per impact");
@@ -104,8 +104,9 @@ Findings impact_laws() {
   const auto claim = [&](ImpactLaw law, const char* name, double e, double ratio) {
     scene.nonsmooth.impact_law = law;
     scene.mechanism.surfaces[0].restitution = e;
-    f.relative(claim_name(fmt::format("Kane and Levinson's pendulum, e = {}", e), "kinetic energy after over before the impact", name), "",
-               kinetic(test::simulate(scene, Family::nonsmooth).final_state) / before, ratio, 1e-9,
+    f.relative(claim_name(fmt::format("Kane and Levinson's pendulum, e = {}", e),
+                          "kinetic energy after over before the impact", name),
+               "", kinetic(test::simulate(scene, Family::nonsmooth).final_state) / before, ratio, 1e-9,
                "independent program that enumerates cases", "rounding");
   };
   for (const auto& row : reference::kane_levinson) {
@@ -115,9 +116,10 @@ Findings impact_laws() {
   }
   auto cradle = read_scene(test::scene_file("cradle"));
   const auto end = test::simulate(cradle, Family::nonsmooth).final_state;
-  f.within("row of three balls, e = 1: velocity of the 1st ball after the impact [Newton]", "m/s", end.v[0], -1.0 / 3, 1e-12, "by hand",
-           "rounding");
-  f.within("row of three balls, e = 1: velocity of the 3rd ball after the impact [Newton]", "m/s", end.v[6], 2.0 / 3, 1e-12, "by hand", "rounding");
+  f.within("row of three balls, e = 1: velocity of the 1st ball after the impact [Newton]", "m/s", end.v[0],
+           -1.0 / 3, 1e-12, "by hand", "rounding");
+  f.within("row of three balls, e = 1: velocity of the 3rd ball after the impact [Newton]", "m/s", end.v[6],
+           2.0 / 3, 1e-12, "by hand", "rounding");
   return f;
 }
 

@@ -63,10 +63,11 @@ void piles(Findings& f) {
                  scheme),
         Family::nonsmooth, {&forces});
     for (const bool left : {true, false})
-      f.relative(claim_name("pyramid of three discs, friction 0.5",
-                            left ? "normal force on the floor, left" : "normal force on the floor, right", by),
-                 "N", forces.normal(left ? "floor0" : "floor1"), 1.5 * weight, 1e-6,
-                 "half of three weights: the pile is symmetric and at rest, since 0.5 > tan 15°", solved);
+      f.relative(
+          claim_name("pyramid of three discs, friction 0.5",
+                     left ? "normal force on the floor, left" : "normal force on the floor, right", by),
+          "N", forces.normal(left ? "floor0" : "floor1"), 1.5 * weight, 1e-6,
+          "half of three weights: the pile is symmetric and at rest, since 0.5 > tan 15°", solved);
     const char* const random = "random piles of 4 to 6 discs";
     int stopped = 0;
     double closure = 0, inside = 0;
@@ -78,11 +79,12 @@ void piles(Findings& f) {
     }
     f.at_most(claim_name(random, "runs of 6 that do not finish", by), "", stopped, 0,
               "friction 0 to 0.3, restitution 0.1 to 0.6", "none");
-    f.at_most(claim_name(random, "greatest error of the energy balance over the initial energy", by), "", closure, 1e-6,
-              "energy balance with the losses of contact, friction and projection",
+    f.at_most(claim_name(random, "greatest error of the energy balance over the initial energy", by), "",
+              closure, 1e-6, "energy balance with the losses of contact, friction and projection",
               "tolerance of a step, 1e-7 at most, margin of ten");
     f.at_most(claim_name(random, "greatest penetration", by), "m", inside, events ? 1e-9 : 2e-4, "0",
-              events ? "rounding, and the position correction of neighbouring contacts" : "2 m/s in a step of 1e-4 s");
+              events ? "rounding, and the position correction of neighbouring contacts"
+                     : "2 m/s in a step of 1e-4 s");
   }
 }
 

@@ -60,13 +60,13 @@ double apart(const std::vector<double>& a, const std::vector<double>& b, std::si
 
 Findings rescaling() {
   Findings f;
-  const char
-      *homogeneous = "0: the equations are homogeneous in the velocities",
-      *exponents =
-          "exact: a factor of 2 changes exponents alone, so that every bit is equal if no scheme has a time or "
-          "speed scale",
-      *fewer =
-          "roundings of 1e-16 differ, and the impacts of the first turn amplify them by some 1e5, margin of 100";
+  const char *
+      homogeneous = "0: the equations are homogeneous in the velocities",
+     *exponents =
+         "exact: a factor of 2 changes exponents alone, so that every bit is equal if no scheme has a time or "
+         "speed scale",
+     *fewer =
+         "roundings of 1e-16 differ, and the impacts of the first turn amplify them by some 1e5, margin of 100";
   const char *subject = "paper's slider-crank with clearance",
              *rubbing = "paper's slider-crank with clearance and guide friction F",
              *doubled = "difference of sections at 200 and 100 rpm, eight turns";
@@ -74,14 +74,14 @@ Findings rescaling() {
   constexpr std::size_t all = 3 * turns, first = 3;
   for (const auto& way : {event_driven, automatic, moreau_jean}) {
     const auto slow = section(way, 100, turns);
-    f.within(claim_name(subject, doubled, way.name), "",
-             apart(slow, section(way, 200, turns), all), 0, 0, homogeneous, exponents);
+    f.within(claim_name(subject, doubled, way.name), "", apart(slow, section(way, 200, turns), all), 0, 0,
+             homogeneous, exponents);
     f.at_most(claim_name(subject, "difference of sections at 300 and 100 rpm, first turn", way.name), "",
               apart(slow, section(way, 300, 1), first), 1e-9, homogeneous, fewer);
   }
   const auto rubbed = section(automatic, 100, turns, 2);
-  f.within(claim_name(rubbing, fmt::format("{}, F/(m r ω²) = 0.36 at both speeds", doubled), automatic.name), "",
-           apart(rubbed, section(automatic, 200, turns, 8), all), 0, 0, homogeneous, exponents);
+  f.within(claim_name(rubbing, fmt::format("{}, F/(m r ω²) = 0.36 at both speeds", doubled), automatic.name),
+           "", apart(rubbed, section(automatic, 200, turns, 8), all), 0, 0, homogeneous, exponents);
   const char* another =
       "eccentricities differ by more than rounding, and by no more than twice the clearance";
   f.between(claim_name(rubbing, fmt::format("{}, F = 2 N at both speeds", doubled), automatic.name), "",

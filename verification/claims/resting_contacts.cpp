@@ -23,7 +23,8 @@ Scene lamp_scene(bool loose) {
 }
 
 using test::Way;
-const Way ways[] = {test::penalty, test::fixed_steps(1e-4, "Moreau–Jean, h = 1e-4 s"), test::event_driven, test::automatic};
+const Way ways[] = {test::penalty, test::fixed_steps(1e-4, "Moreau–Jean, h = 1e-4 s"), test::event_driven,
+                    test::automatic};
 
 }  // namespace
 
@@ -36,8 +37,8 @@ void lamp(Findings& f) {
   const std::string source = "energy as a function of the arm's angle (cases/spring-balance)";
   f.within("ideal desk lamp balanced by a spring: equilibrium angle of the arm", "rad", found.at.state.q[2],
            std::asin(sine), 1e-12, source, "rounding of moments of 6 N m over a stiffness of 0.6 N m/rad");
-  f.relative("ideal desk lamp balanced by a spring: natural frequency", "Hz", found.modes.at(0).natural(), sqrt(stiffness / inertia) / (2 * pi),
-             1e-10, source, exact);
+  f.relative("ideal desk lamp balanced by a spring: natural frequency", "Hz", found.modes.at(0).natural(),
+             sqrt(stiffness / inertia) / (2 * pi), 1e-10, source, exact);
   f.relative("ideal desk lamp balanced by a spring: damping ratio", "", found.modes.at(0).damping(),
              damping * across * across / (s * s) / (2 * sqrt(stiffness * inertia)), 1e-10, source, exact);
 }
@@ -60,16 +61,18 @@ void contacts(Findings& f) {
                          "surface = \"steel\"\n{}",
                          steel),
              family);
-    f.within(pin_name("depth below the centre"), "m", -pin.at.state.q[1],
-             1e-3 + depth, 1e-15, yields ? "c + (m g/K)^⅔" : "c", "rounding of 1 mm, margin of 1e4");
+    f.within(pin_name("depth below the centre"), "m", -pin.at.state.q[1], 1e-3 + depth, 1e-15,
+             yields ? "c + (m g/K)^⅔" : "c", "rounding of 1 mm, margin of 1e4");
     f.within(pin_name("normal force"), "N", pin.at.normal.at(0), weight, 1e-9, "m g",
              "Hertz's force at a depth with rounding");
-    f.relative(pin_name("angular frequency in the clearance"), "rad/s", pin.rate(0), sqrt(9.81 / (1e-3 + depth)), 1e-9,
+    f.relative(pin_name("angular frequency in the clearance"), "rad/s", pin.rate(0),
+               sqrt(9.81 / (1e-3 + depth)), 1e-9,
                yields ? "√(g/(c + δ)), pendulum of length c + δ" : "√(g/c), pendulum of length c",
                "position rounded to 1e-12 of the clearance");
     if (yields)
-      f.relative(pin_name("angular frequency on the contact stiffness"), "rad/s", pin.rate(1), reference::hertz_bounce(m, weight, K), 1e-9,
-                 "√(1.5 K √δ/m)", "relative rounding of δ, 1e-13, margin of 1e4");
+      f.relative(pin_name("angular frequency on the contact stiffness"), "rad/s", pin.rate(1),
+                 reference::hertz_bounce(m, weight, K), 1e-9, "√(1.5 K √δ/m)",
+                 "relative rounding of δ, 1e-13, margin of 1e4");
     const auto disc = rest(
         fmt::format(
             "gravity = [0, -10]\n[bodies.disc]\nmass = 2\ninertia = 0.01\nposition = [0.05, 0.3]\n"
@@ -84,8 +87,8 @@ void contacts(Findings& f) {
       sunk = reference::hertz_depth(force, hertz(0.1));
       force = 170 - 500 * sunk;
     }
-    f.within(disc_name("normal force"), "N", disc.at.normal.at(0),
-             force, 1e-9, yields ? "m g + k (l − δ − l₀), δ = (F/K)^⅔" : "m g + k (l − l₀)",
+    f.within(disc_name("normal force"), "N", disc.at.normal.at(0), force, 1e-9,
+             yields ? "m g + k (l − δ − l₀), δ = (F/K)^⅔" : "m g + k (l − l₀)",
              "contact stiffness, 1e8 N/m, times rounding of the position, 1e-17 m");
     f.relative(disc_name("angular frequency along the ground"), "rad/s", disc.rate(0),
                sqrt(500 * (0.3 - sunk) / (0.5 - sunk) / 2), 1e-10, "√(T/(l m))", exact);
@@ -112,16 +115,17 @@ void contacts(Findings& f) {
     double off = 0;
     for (std::size_t k = 0; k < expected.size(); ++k)
       off = greatest(off, std::abs(trough.at.normal.at(k) - expected[k]));
-    f.at_most(claim_name("three discs in a trough", "nine contact forces, greatest error", name_of(family)), "N", off,
-              yields ? 30 * 1e-5 : 1e-9, "static equilibrium, walls of 45°",
+    f.at_most(claim_name("three discs in a trough", "nine contact forces, greatest error", name_of(family)),
+              "N", off, yields ? 30 * 1e-5 : 1e-9, "static equilibrium, walls of 45°",
               yields ? "penetrations of 1e-6 m over radii of 0.1 m rotate the normals" : "rounding");
   }
 }
 
 void stays(Findings& f) {
-  const std::pair<const char*, Scene> scenes[] = {{"ideal slider-crank started at equilibrium", sprung_scene(false)},
-                                                  {"slider-crank with clearance started at equilibrium", sprung_scene(true)},
-                                                  {"desk lamp with clearance started at equilibrium", lamp_scene(true)}};
+  const std::pair<const char*, Scene> scenes[] = {
+      {"ideal slider-crank started at equilibrium", sprung_scene(false)},
+      {"slider-crank with clearance started at equilibrium", sprung_scene(true)},
+      {"desk lamp with clearance started at equilibrium", lamp_scene(true)}};
   for (const auto& [subject, facts] : scenes)
     for (const auto& way : ways) {
       auto scene = facts;
@@ -150,9 +154,8 @@ void stays(Findings& f) {
       const auto name = [subject = subject, &way](const char* quantity) {
         return claim_name(subject, quantity, way.name);
       };
-      f.at_most(
-          name("greatest drift of a coordinate in 1 s"), "m, rad", drift, 1e-9, "0",
-          "residual forces of 1e-11 N over a stiffness of 0.01 N/m; steps err by 1e-9 of that");
+      f.at_most(name("greatest drift of a coordinate in 1 s"), "m, rad", drift, 1e-9, "0",
+                "residual forces of 1e-11 N over a stiffness of 0.01 N/m; steps err by 1e-9 of that");
       f.at_most(name("reactions, greatest difference to the static ones"), "N", force,
                 way.family == Family::penalty ? 2e-5 : 1e-6, "0",
                 way.family == Family::penalty

@@ -66,8 +66,8 @@ start = "given"
              stepped  ? "a step"
              : chosen ? "reported uncertainty"
                       : "tolerance 1e-10 in some tens of steps");
-    f.relative(name("approach speed of 1st impact"), "m/s", -touch.v_n_minus, approach, stepped || chosen ? 1e-4 : 1e-7,
-               "r ω |sin(φ + ω t) − sin φ|",
+    f.relative(name("approach speed of 1st impact"), "m/s", -touch.v_n_minus, approach,
+               stepped || chosen ? 1e-4 : 1e-7, "r ω |sin(φ + ω t) − sin φ|",
                stepped  ? "r ω² times a step"
                : chosen ? "r ω² times the reported uncertainty"
                         : "tolerance");
@@ -79,8 +79,8 @@ start = "given"
     if (way.fixed()) scene.nonsmooth.step = 1e-5;
     const auto end = test::finished(scene, way.family).final_state;
     const double angle = phi + w * 0.1;
-    f.within(claim_name("ideal Scotch yoke", "yoke position after 0.1 s", scheme_of(way, "1e-5")), "m", end.q[3], r * std::cos(angle),
-             way.penalty() ? 1e-9 : 1e-11, "x = r cos φ",
+    f.within(claim_name("ideal Scotch yoke", "yoke position after 0.1 s", scheme_of(way, "1e-5")), "m",
+             end.q[3], r * std::cos(angle), way.penalty() ? 1e-9 : 1e-11, "x = r cos φ",
              way.penalty() ? "drift at α = β = 5" : "positions are projected at each step");
   }
 }
@@ -105,7 +105,8 @@ restitution = 0.7
     if (way.fixed()) scene.nonsmooth.step = 1e-4;
     auto by = way;
     if (by.step > 0) by.step = 1e-4;
-    impacts(f, "block between end stops", by, scheme_of(way, "1e-4"), test::finished(scene, way.family), exact, e);
+    impacts(f, "block between end stops", by, scheme_of(way, "1e-4"), test::finished(scene, way.family),
+            exact, e);
   }
   // A rod on a pin against a stop, at its centre of percussion and nearer to the pin: the impulse of the pin.
   const double l = 0.1, Jc = 0.01, JO = Jc + l * l, w = 10, limit = 0.5, er = 0.6, T = 0.06;
@@ -160,26 +161,27 @@ start = "given"
                           scheme_of(way, "1e-5"));
       };
       const double bound = way.penalty() ? 1e-6 : way.fixed() ? 1e-6 : 1e-9;
-      f.relative(name("angular velocity after the impact"), "rad/s", run.final_state.v[2], -er * w, bound, "−e ω",
+      f.relative(name("angular velocity after the impact"), "rad/s", run.final_state.v[2], -er * w, bound,
+                 "−e ω",
                  way.penalty() ? "the exact law delivers e; drift"
                  : way.fixed() ? "velocities at the end of a step: (ω h)², margin of 100"
                                : "tolerance");
-      f.within(name("time of the impact"), "s", touch.t, limit / w, way.fixed() ? 1e-5 : 1e-8, "constant speed",
-               way.fixed() ? "a step" : "tolerance");
+      f.within(name("time of the impact"), "s", touch.t, limit / w, way.fixed() ? 1e-5 : 1e-8,
+               "constant speed", way.fixed() ? "a step" : "tolerance");
       // The pin's impulse is the change of momentum of the rod less the stop's impulse, which acts along −perp c.
       const double P = JO * (1 + er) * w / radius, end = limit - er * (w * T - limit);
       const double px = l * (er * w * std::sin(end)), py = l * (-er * w * std::cos(end) - w);
       const double bx = px - P * std::sin(limit), by = py + P * std::cos(limit);
       const double scale = l * w * (1 + er);
-      f.at_most(name("impulse of the pin, error over m l Δω"), "",
-                std::hypot(pin.fx - bx, pin.fy - by) / scale,
-                way.penalty() ? 2e-3
-                : way.fixed() ? 2e-3
-                              : 1e-8,
-                "momentum of the rod",
-                way.family == Family::nonsmooth && way.step == 0
-                    ? "tolerance"
-                    : "rotation during a step or a contact, 1e-5 s × 10 rad/s, times P over m l Δω, 10, margin of two");
+      f.at_most(
+          name("impulse of the pin, error over m l Δω"), "", std::hypot(pin.fx - bx, pin.fy - by) / scale,
+          way.penalty() ? 2e-3
+          : way.fixed() ? 2e-3
+                        : 1e-8,
+          "momentum of the rod",
+          way.family == Family::nonsmooth && way.step == 0
+              ? "tolerance"
+              : "rotation during a step or a contact, 1e-5 s × 10 rad/s, times P over m l Δω, 10, margin of two");
     }
   }
 }
@@ -217,10 +219,9 @@ start = "given"
     const auto& end = run.final_state;
     const bool stepped = way.fixed(), chosen = way.scheme == Scheme::automatic;
     const double bound = stepped ? 1e-4 : chosen ? 1e-4 : 1e-7;
-    const char* why = stepped ? "the force begins within a step: ζ ω₀ h = 3e-5, margin of three"
-                      : chosen
-                          ? "step tolerance 1e-6, some tens of steps at the jump of the force"
-                          : "tolerance 1e-10 per step, some hundred steps at the jump of the force";
+    const char* why = stepped  ? "the force begins within a step: ζ ω₀ h = 3e-5, margin of three"
+                      : chosen ? "step tolerance 1e-6, some tens of steps at the jump of the force"
+                               : "tolerance 1e-10 per step, some hundred steps at the jump of the force";
     const auto scheme = scheme_of(way, "1e-6");
     const char *linear = "bump stop, ζ = 0.3", *torsional = "torsional bump stop, ζ = 0.3";
     f.relative(claim_name(linear, "rebound velocity", scheme), "m/s", end.v[0], -rebound, bound,
@@ -231,9 +232,10 @@ start = "given"
              0.02 - v * std::exp(-zeta * w0 * lasts) * std::sin(s * w0 * lasts) / (s * w0) * -1 -
                  rebound * (0.1 - 0.02 / v - lasts),
              0.1 * bound, "y(t) = (v/ω_d) e^{−ζω₀t} sin ω_d t, then free", why);
-    f.at_most(claim_name("bump stops, ζ = 0.3", "error of the energy balance over the initial energy", scheme), "",
-              std::abs(run.ledger.closure()) / run.ledger.initial, bound, "energy balance with ½ k y² and the damper's work",
-              why);
+    f.at_most(
+        claim_name("bump stops, ζ = 0.3", "error of the energy balance over the initial energy", scheme), "",
+        std::abs(run.ledger.closure()) / run.ledger.initial, bound,
+        "energy balance with ½ k y² and the damper's work", why);
   }
 }
 

@@ -106,8 +106,9 @@ void kinked(Findings& f) {
     // A fixed step evaluates the force at its middle: at each of five knees the momentum errs by up to k v h².
     const Bounds bounds{1e-7, 1e-6, 5e-6,
                         "tolerance 1e-9 per step; fixed steps: (ωh)²/2 of the amplitude at each of 5 knees"};
-    f.within(claim_name("spring of two rates (100 and 900 N/m)", "position after two periods, at the knee", way.name), "m",
-             end_of(knee, way).q[0], 0.5, bounds.of(way), "period π/ω₁ + π/ω₂", bounds.reason);
+    f.within(claim_name("spring of two rates (100 and 900 N/m)", "position after two periods, at the knee",
+                        way.name),
+             "m", end_of(knee, way).q[0], 0.5, bounds.of(way), "period π/ω₁ + π/ω₂", bounds.reason);
   }
   // A cable of 1e8 N/m at 1 kg is taut for 0.31 ms, once a second.
   const double k = 1e8;
@@ -138,13 +139,15 @@ start = "given"
       "tolerance 1e-9 of a speed of 2 m/s, a hundred steps; an undetected cable causes an error of 1 m"};
   for (const auto& way : ways) {
     if (way.step > 0) continue;  // ωh = 1: too long a step for this cable
-    f.within(claim_name("mass on a stiff cable, taut for 0.31 ms once a second", "position after 5 s", way.name), "m",
-             end_of(cable, way).q[0], reference::on_a_cable(1, k, 1, 2, 5), bounds.of(way),
-             "half a period taut, else free flight: references/springs", bounds.reason);
+    f.within(
+        claim_name("mass on a stiff cable, taut for 0.31 ms once a second", "position after 5 s", way.name),
+        "m", end_of(cable, way).q[0], reference::on_a_cable(1, k, 1, 2, 5), bounds.of(way),
+        "half a period taut, else free flight: references/springs", bounds.reason);
     const auto end = end_of(thrown, way);
-    f.within(claim_name("throw ended by a cable at its apex", "height on return", way.name), "m", end.q[1],
-             0.2, bounds.of(way), "ẍ = −g − ω² x while taut: references/springs",
-             "tolerance 1e-9 of a speed, a hundred steps; without the cable it returns 10 ms later, 4 cm off");
+    f.within(
+        claim_name("throw ended by a cable at its apex", "height on return", way.name), "m", end.q[1], 0.2,
+        bounds.of(way), "ẍ = −g − ω² x while taut: references/springs",
+        "tolerance 1e-9 of a speed, a hundred steps; without the cable it returns 10 ms later, 4 cm off");
   }
   const auto soft = on_spring(1, 0, 2, 5, "stiffness = 1e4\nfree_length = 1\none_way = \"pull\"");
   const auto torsional =
@@ -162,10 +165,11 @@ free_angle = -1.0
 one_way = "push"
 )" + test::run_for(5.0, "start = \"given\"\n");
   for (const auto& way : ways) {
-    const Bounds softer{1e-6, 1e-5, 5e-4,
-                        "tolerance 1e-9 of a speed, a hundred steps; fixed steps: (ωh)²/2 = 5e-5 of the speed at each of 10 kinks"};
-    f.within(claim_name("mass on a cable of 1e4 N/m", "position after 5 s", way.name), "m", end_of(soft, way).q[0],
-             reference::on_a_cable(1, 1e4, 1, 2, 5), softer.of(way),
+    const Bounds softer{
+        1e-6, 1e-5, 5e-4,
+        "tolerance 1e-9 of a speed, a hundred steps; fixed steps: (ωh)²/2 = 5e-5 of the speed at each of 10 kinks"};
+    f.within(claim_name("mass on a cable of 1e4 N/m", "position after 5 s", way.name), "m",
+             end_of(soft, way).q[0], reference::on_a_cable(1, 1e4, 1, 2, 5), softer.of(way),
              "half a period taut, else free flight: references/springs", softer.reason);
     f.within(claim_name("rotor between two one-way torsional springs", "angle after 5 s", way.name), "rad",
              end_of(torsional, way).q[2], reference::on_a_cable(1, 1e4, 1, 2, 5), softer.of(way),
@@ -199,12 +203,13 @@ start = "given"
   for (const auto& way : ways) {
     const Bounds bounds{1e-7, 1e-6, 1e-6, usual};
     const auto q = end_of(text, way).q;
-    f.within(claim_name("bushing", "displacement along its axis after 1 s, √(k/m) = 10/s, damped", way.name), "m",
-             c * q[0] + s * q[1], along, bounds.of(way), "damped oscillator: references/springs", bounds.reason);
-    f.within(claim_name("bushing", "displacement across its axis after 1 s, √(k/m) = 30/s", way.name), "m", c * q[1] - s * q[0], across,
-             bounds.of(way), "A cos ωt", bounds.reason);
-    f.within(claim_name("bushing", "angle after 1 s, √(k/J) = 12/s", way.name), "rad", q[2], angle, bounds.of(way),
-             "φ₀ + A cos ωt", bounds.reason);
+    f.within(claim_name("bushing", "displacement along its axis after 1 s, √(k/m) = 10/s, damped", way.name),
+             "m", c * q[0] + s * q[1], along, bounds.of(way), "damped oscillator: references/springs",
+             bounds.reason);
+    f.within(claim_name("bushing", "displacement across its axis after 1 s, √(k/m) = 30/s", way.name), "m",
+             c * q[1] - s * q[0], across, bounds.of(way), "A cos ωt", bounds.reason);
+    f.within(claim_name("bushing", "angle after 1 s, √(k/J) = 12/s", way.name), "rad", q[2], angle,
+             bounds.of(way), "φ₀ + A cos ωt", bounds.reason);
   }
   // Two free bodies: the forces of the bushing on both act at one point, so that the angular momentum is constant.
   const std::string pair =

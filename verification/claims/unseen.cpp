@@ -122,10 +122,9 @@ void tables(Findings& f) {
   const auto angle = rotor("angle");
   const double expected =
       reference::speed_after_pulses(10, 0.5, 1, reference::pulses_by(10, 10, 0.5, 1, 1.001));
-  f.at_most(
-      claim_name(by_angle, "speed after 10 s, greatest relative error", adaptive),
-      "", worst_speed(angle, expected), 1e-6, "½ J ω² = ½ J ω₀² + n W",
-      "tolerance 1e-8 per step, some hundred steps");
+  f.at_most(claim_name(by_angle, "speed after 10 s, greatest relative error", adaptive), "",
+            worst_speed(angle, expected), 1e-6, "½ J ω² = ½ J ω₀² + n W",
+            "tolerance 1e-8 per step, some hundred steps");
   auto stepped = angle;
   stepped.nonsmooth.scheme = Scheme::moreau_jean;
   stepped.nonsmooth.step = 1e-3;
@@ -136,8 +135,10 @@ void tables(Findings& f) {
       "a step, longer than the pulse, knows its angle to (h ω)²/2 = 1e-4 of 1e-2 rad swept: a hundredth of each of 19 "
       "pulses, margin of ten");
   const double pulsed = 10 + 1000 * 1e-3 / 0.5;  // the pulse's area over J
-  f.at_most(claim_name("rotor with a torque pulse of 2 ms", "speed after 10 s, greatest relative error", adaptive), "", worst_speed(rotor("time"), pulsed), 1e-9,
-            "J Δω = ∫ M dt", "rounding, since each piece is a polynomial, and tolerance 1e-8 of the speed's scale");
+  f.at_most(
+      claim_name("rotor with a torque pulse of 2 ms", "speed after 10 s, greatest relative error", adaptive),
+      "", worst_speed(rotor("time"), pulsed), 1e-9, "J Δω = ∫ M dt",
+      "rounding, since each piece is a polynomial, and tolerance 1e-8 of the speed's scale");
 }
 
 /// Balls side by side that reach the floor at the same instant.
@@ -170,9 +171,10 @@ void at_once(Findings& f) {
     for (std::size_t i = 0; i < std::min<std::size_t>(touches.size(), count); ++i)
       apart = greatest(apart, std::abs(touches[i].t - exact));
   }
-  f.within("64 balls reaching the floor at one instant: integrators of three that finish [penalty]", "", finished, 3, 0, "all", "exact");
-  f.at_most("64 balls reaching the floor at one instant: times of first contact, greatest error [penalty]", "s", apart, 1e-12,
-            "√(2h/g)", "rounding of 1 m and 64 m over 4 m/s: free fall is a polynomial");
+  f.within("64 balls reaching the floor at one instant: integrators of three that finish [penalty]", "",
+           finished, 3, 0, "all", "exact");
+  f.at_most("64 balls reaching the floor at one instant: times of first contact, greatest error [penalty]",
+            "s", apart, 1e-12, "√(2h/g)", "rounding of 1 m and 64 m over 4 m/s: free fall is a polynomial");
 }
 
 /// Steep friction: an impact at 250 m/s with sliding at 100 m/s, µ = 1, friction regularised below 1 mm/s.
@@ -205,9 +207,10 @@ contact = "exact"
     worst =
         greatest(worst, run.events.empty() ? NAN : std::abs(std::abs(run.events[0].impulse_t) / grip - 1));
   }
-  f.within("impact with steep regularised friction: integrators of four that finish [penalty]", "", finished, 4, 0, "all", "exact");
-  f.at_most("impact with steep regularised friction: friction impulse, greatest relative error [penalty]", "", worst, 1e-4,
-            "v_T/D_TT: slip ends within the contact",
+  f.within("impact with steep regularised friction: integrators of four that finish [penalty]", "", finished,
+           4, 0, "all", "exact");
+  f.at_most("impact with steep regularised friction: friction impulse, greatest relative error [penalty]", "",
+            worst, 1e-4, "v_T/D_TT: slip ends within the contact",
             "the remaining slip is the regularising speed or less, 1e-4 of 100 m/s at most");
 }
 
@@ -226,8 +229,9 @@ Findings unseen() {
   f.within(name("contacts reported without one"), "", all.invented, 0, 0, "quadratic equation",
            "exact: the gap is bounded over each step, not sampled");
   f.within(name("runs that do not finish"), "", all.stopped, 0, 0, "0", "exact");
-  f.at_most(name("time of contact, greatest relative error"), "", all.time, 1e-8, "quadratic equation",
-            "a grazing contact of depth d is located to √(ε/d) of its chord, ε = 1e-16 and d = 1e-9 of the reach");
+  f.at_most(
+      name("time of contact, greatest relative error"), "", all.time, 1e-8, "quadratic equation",
+      "a grazing contact of depth d is located to √(ε/d) of its chord, ε = 1e-16 and d = 1e-9 of the reach");
   tables(f);
   at_once(f);
   steep(f);
