@@ -1,5 +1,5 @@
-// The penalty formulation in its limits: infinite contact stiffness on three mechanisms, and vanishing regularisation of
-// friction on a block.
+// The penalty formulation in its limits: infinite contact stiffness on three mechanisms, and
+// vanishing regularisation of friction on a block.
 #include <fmt/format.h>
 
 #include "formulations/make.hpp"
@@ -10,8 +10,9 @@
 namespace freeplay::verification {
 namespace {
 
-/// Convergence of the second impact of a penalty run to that of the nonsmooth formulation: the exponent of the contact
-/// stiffness K in the differences of its time, approach speed and impulse, over four decades of K.
+/// Convergence of the second impact of a penalty run to that of the nonsmooth formulation: the
+/// exponent of the contact stiffness K in the differences of its time, approach speed and impulse,
+/// over four decades of K.
 void limit(Findings& f, const std::string& name, Scene scene) {
   scene.run.discard = 0;
   scene.instruments.clear();
@@ -40,9 +41,10 @@ void limit(Findings& f, const std::string& name, Scene scene) {
   }
 }
 
-/// A block that sticks on a slope under the set-valued law creeps under a regularised one, at the speed where friction
-/// balances the downhill force. Ambrósio's friction rises linearly from v₀ to v₁, so v = v₀ + (v₁ − v₀) tan α/μ, and the
-/// creep vanishes with v₁. Contacts at rest are overdamped and need the implicit integrator.
+/// A block that sticks on a slope under the set-valued law creeps under a regularised one, at the
+/// speed where friction balances the downhill force. Ambrósio's friction rises linearly from v₀ to
+/// v₁, so v = v₀ + (v₁ − v₀) tan α/μ, and the creep vanishes with v₁. Contacts at rest are
+/// overdamped and need the implicit integrator.
 void friction_limit(Findings& f) {
   const char* const subject = "block sticking on a slope";
   std::vector<double> speeds, creeps;

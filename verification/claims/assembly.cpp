@@ -1,5 +1,5 @@
-// Assembly of mechanisms: poses of both branches of a four-bar against Freudenstein's equation, and the branch after turns of
-// the crank, by every scheme.
+// Assembly of mechanisms: poses of both branches of a four-bar against Freudenstein's equation, and
+// the branch after turns of the crank, by every scheme.
 #include <fmt/format.h>
 
 #include "dynamics/assembly/assembly.hpp"
@@ -42,7 +42,8 @@ void poses(Findings& f) {
   }
 }
 
-/// With ideal joints the pose is a function of the crank angle alone, so that the error of a scheme is its drift.
+/// With ideal joints the pose is a function of the crank angle alone, so that the error of a scheme
+/// is its drift.
 void driven_turn(Findings& f) {
   struct How {
     const char* name;

@@ -1,4 +1,5 @@
-// Cams with flat-faced and roller followers: contact force, cam torque, and the speed at which the follower lifts off.
+// Cams with flat-faced and roller followers: contact force, cam torque, and the speed at which the
+// follower lifts off.
 #include <fmt/format.h>
 
 #include <cmath>
@@ -21,7 +22,8 @@ using test::Way;
 const Way ways[] = {test::penalty, test::event_driven, test::automatic,
                     test::fixed_steps(step, "Moreau–Jean, h = 1e-5 s")};
 
-/// An eccentric cam at `speed`, its follower at rest at the lowest position; `profile` and `friction` are keys of the scene.
+/// An eccentric cam at `speed`, its follower at rest at the lowest position; `profile` and
+/// `friction` are keys of the scene.
 Scene scene_of(const reference::EccentricCam& c, double speed, double turns, const std::string& follower,
                double height, const std::string& profile, const Way& way, const std::string& friction = "") {
   constexpr double gravity = 9.81;
@@ -81,7 +83,8 @@ std::string eccentric(double e) {
 constexpr const char* flat = "follower = \"flat\"\naxis = [-1.0, 0.0]\nbase_radius = 0.03";
 constexpr const char* roller = "follower = \"roller\"\nroller_radius = 0.01\nbase_radius = 0.03";
 
-/// Greatest errors of the contact's force over the greatest force, and of the cam's torque over the greatest torque.
+/// Greatest errors of the contact's force over the greatest force, and of the cam's torque over the
+/// greatest torque.
 struct Off {
   double force = 0, torque = 0;
 };
@@ -96,7 +99,8 @@ Off off(const Scene& scene, const Way& way, double speed, Force force, Torque to
   test::Listener listener;
   listener.want.forces = true;
   listener.on_step = [&](const Step& s) {
-    // The contact starts without compression, so that it oscillates on its stiffness first; the last step may be short.
+    // The contact starts without compression, so that it oscillates on its stiffness first; the
+    // last step may be short.
     if (way.penalty() && speed * s.t0 < 0.5 * M_PI) return;
     if (way.fixed() && (s.t0 < 1.5 * step || s.t1 > scene.run.duration - 1.5 * step)) return;
     const double t = way.fixed() ? 0.5 * (s.t0 + s.t1) : s.t1, phi = speed * t;
@@ -193,7 +197,8 @@ void jumps(Findings& f) {
     };
     const bool soft = way.penalty();
     if (way.fixed())
-      // A closed contact drifts open by a third-order error per step, until the contact force closes it again.
+      // A closed contact drifts open by a third-order error per step, until the contact force
+      // closes it again.
       f.at_most(claim_name(below, "greatest height of the follower over the cam in 3 turns", way.name), "m",
                 height(scene_of(c, 0.98 * jump, 3, flat, R, eccentric(0.01), way), c, 0.98 * jump), 4e-8,
                 source, "separations of one step: h² times the acceleration by cam and spring, 300 m/s²");

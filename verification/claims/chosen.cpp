@@ -1,5 +1,5 @@
-// Adaptive time stepping and the automatic scheme, which hands over to it: cost, convergence, and continuity of events,
-// energy and momentum across handovers.
+// Adaptive time stepping and the automatic scheme, which hands over to it: cost, convergence, and
+// continuity of events, energy and momentum across handovers.
 #include <fmt/format.h>
 
 #include "mechanism/scene.hpp"
@@ -79,7 +79,8 @@ void smooth(Findings& f) {
             "4: extrapolation from one step and two half steps of a symmetric method of order 2");
 }
 
-/// A journal that slides round its bearing: the order with a rotating normal and friction proportional to the normal force.
+/// A journal that slides round its bearing: the order with a rotating normal and friction
+/// proportional to the normal force.
 void sliding(Findings& f) {
   const double mu = 0.3, c = 1e-3, v0 = 1, t = 0.01;
   const auto scene = read_scene(test::scene_file("sliding_journal"));

@@ -1,5 +1,6 @@
-// A claim: a measured value, its expected value with a source, a bound that was fixed before the run with its reason, and the
-// verdict. The sets of claims in this folder are run by `freeplay verify`, which writes their reports, and by the tests.
+// A claim: a measured value, its expected value with a source, a bound that was fixed before the
+// run with its reason, and the verdict. The sets of claims in this folder are run by `freeplay
+// verify`, which writes their reports, and by the tests.
 #pragma once
 
 #include <cmath>
@@ -15,8 +16,9 @@ namespace freeplay::verification {
 /// The greater of two values, or NaN if either is NaN, which std::max would drop.
 inline double greatest(double a, double b) { return a >= b || std::isnan(a) ? a : b; }
 
-/// The name of a claim, "subject: quantity [scheme]"; without a scheme no brackets. The subject is the mechanism or problem,
-/// the quantity a noun phrase, and the scheme a formulation, an integrator or a law.
+/// The name of a claim, "subject: quantity [scheme]"; without a scheme no brackets. The subject is
+/// the mechanism or problem, the quantity a noun phrase, and the scheme a formulation, an
+/// integrator or a law.
 inline std::string claim_name(std::string_view subject, std::string_view quantity,
                               std::string_view scheme = {}) {
   std::string name{subject};
@@ -98,7 +100,8 @@ struct ClaimSet {
 };
 std::span<const ClaimSet> claim_sets();
 
-/// The claims of one set after its runs. `failure`: message of the exception that ended them, else empty.
+/// The claims of one set after its runs. `failure`: message of the exception that ended them, else
+/// empty.
 struct Verdict {
   const ClaimSet* set = nullptr;
   Findings findings;
@@ -112,12 +115,13 @@ std::string table(const Verdict& verdict);                     ///< for a termin
 nlohmann::json to_json(const std::vector<Verdict>& verdicts);  ///< verification.json
 std::string document(const std::vector<Verdict>& verdicts);    ///< docs/verification.md
 
-/// The rows of docs/verification.csv, columns `asked_columns`: names, expected values and bounds of the claims of a set,
-/// without measured values.
+/// The rows of docs/verification.csv, columns `asked_columns`: names, expected values and bounds of
+/// the claims of a set, without measured values.
 std::string asked(const Verdict& verdict);
 inline constexpr const char* asked_columns = "set,judged,expected,bound,unit,quantity\n";
 
-// The sets of claims. The set "forces" has its parts in force_*.cpp, "gears" in gear_*.cpp and slots_and_stops.cpp.
+// The sets of claims. The set "forces" has its parts in force_*.cpp, "gears" in gear_*.cpp and
+// slots_and_stops.cpp.
 Findings closed_forms();
 Findings restitution();
 Findings mechanisms();

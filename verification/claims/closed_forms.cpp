@@ -1,4 +1,5 @@
-// Runs against closed-form solutions: pendulum, bouncing ball, block on a slope, ring and journal, contact laws.
+// Runs against closed-form solutions: pendulum, bouncing ball, block on a slope, ring and journal,
+// contact laws.
 #include <fmt/format.h>
 
 #include "mechanism/scene.hpp"

@@ -1,5 +1,6 @@
-// Solvers of the contact problem u = D P + b on random problems with a unique solution: the violation of the contact laws,
-// evaluated here from D, b and the impulses alone, and the differences between solvers. Also piles of discs.
+// Solvers of the contact problem u = D P + b on random problems with a unique solution: the
+// violation of the contact laws, evaluated here from D, b and the impulses alone, and the
+// differences between solvers. Also piles of discs.
 #include <cmath>
 
 #include "verification/claims/claim.hpp"

@@ -1,5 +1,5 @@
-// Drives of mechanisms: prescribed motions, torques and forces by curves, motors and a speed governor. Each is claimed against
-// a closed form, by every formulation and scheme.
+// Drives of mechanisms: prescribed motions, torques and forces by curves, motors and a speed
+// governor. Each is claimed against a closed form, by every formulation and scheme.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -27,7 +27,8 @@ using test::Way;
 const Way ways[] = {test::penalty, test::fixed_steps(h, "Moreau–Jean, h = 1e-4 s"), test::event_driven,
                     test::automatic};
 
-/// Results of a run: final state, greatest error by `off` during the run, error of the energy balance, and its greatest work.
+/// Results of a run: final state, greatest error by `off` during the run, error of the energy
+/// balance, and its greatest work.
 struct Outcome {
   State end;
   double worst = 0, closure = 0, energy = 0;
@@ -45,7 +46,8 @@ class Watch final : public Observer {
     forces_ = {std::vector<ElementForce>(layout.forces.size()), std::vector<double>(q_.size())};
   }
   void step(const Step& step) override {
-    // The force of a time step is its mean, taken at its middle; within a step of an integrator the state is interpolated.
+    // The force of a time step is its mean, taken at its middle; within a step of an integrator the
+    // state is interpolated.
     const double t = stepping_ ? 0.5 * (step.t0 + step.t1) : step.t1;
     step.state(t, q_, v_);
     forces_.clear();
@@ -82,7 +84,8 @@ joint = "guide"
 )";
 
 const char* const tight = "tolerance 1e-10 per step, margin of 1000";
-/// Greatest acceleration of Baumgarte's stabilisation due to the constraint residual of a step (m/s² or rad/s²).
+/// Greatest acceleration of Baumgarte's stabilisation due to the constraint residual of a step
+/// (m/s² or rad/s²).
 constexpr double answer = 100 * 1e-10 * (2 * 5 * 10 + 5 * 5);
 const char* const stabilised =
     "Baumgarte acceleration 2αΦ̇ + β²Φ for residuals of 100 tolerances, rates at 10 m/s or 10 rad/s, over the greatest "
@@ -140,7 +143,8 @@ type = "torque"
 body = "rotor"
 torque = -4
 )";
-  // Started at rest, the brake would turn the motor backwards: it starts above the breakdown speed and settles in about 0.1 s.
+  // From rest the brake would turn the motor backwards. It therefore starts above the breakdown
+  // speed, and settles within J ω_s s_k²…/M_k ≈ 0.1 s.
   auto turning = text;
   turning.insert(turning.find("inertia = 0.05\n"), "angular_velocity = 140\n");
   for (const auto& way : ways)
@@ -225,7 +229,8 @@ void prescribed(Findings& f) {
   }
 }
 
-/// A ball on a plate that accelerates upwards at 2 m/s² until 0.5 s and then downwards at 14 m/s², when the ball separates.
+/// A ball on a plate that accelerates upwards at 2 m/s² until 0.5 s and then downwards at 14 m/s²,
+/// when the ball separates.
 void plates(Findings& f) {
   const char* const subject = "ball on a plate that accelerates downwards";
   const std::string text = "gravity = [0.0, -9.81]\n" + test::body("plate", 5.0, 0.3) +
@@ -249,7 +254,8 @@ velocity = "v"
 )";
   for (const auto& way : ways) {
     const auto o = run(text, 0.9, way);
-    // Penalty: K δ^1.5 = m (g + a) with K = 4/3 E/(1 − ν²) √R gives δ = 7e-6 m; on release the ball gains ω δ < 5e-3 m/s.
+    // Penalty: K δ^1.5 = m (g + a) with K = 4/3 E/(1 − ν²) √R gives δ = 7e-6 m; on release the ball
+    // gains ω δ < 5e-3 m/s.
     f.within(claim_name(subject, "height after 0.9 s", way.name), "m", o.end.q[4],
              0.1 + 0.25 + 0.4 - 0.5 * 9.81 * 0.16,
              way.penalty() ? 0.4 * 5e-3
@@ -263,7 +269,8 @@ velocity = "v"
   }
 }
 
-/// A follower whose position is prescribed as a cam law of the angle of another joint, which turns at 10 rad/s.
+/// A follower whose position is prescribed as a cam law of the angle of another joint, which turns
+/// at 10 rad/s.
 void followed(Findings& f) {
   const char* const subject = "follower prescribed by a cam law";
   const std::string text = test::body("cam", 1.0, 0.01) + test::body("block", 2.0, 0.05) +

@@ -1,4 +1,5 @@
-// Shared by the parts of the claim set "equilibrium": an equilibrium with its eigenmodes, and scenes.
+// Shared by the parts of the claim set "equilibrium": an equilibrium with its eigenmodes, and
+// scenes.
 #pragma once
 
 #include <cmath>

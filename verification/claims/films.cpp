@@ -1,5 +1,6 @@
-// Lubricated joints by every scheme: steady running, squeeze and whirl of a journal in its film against closed forms, the
-// limits of very thin and very thick oil, and a mechanism by both formulations.
+// Lubricated joints by every scheme: steady running, squeeze and whirl of a journal in its film
+// against closed forms, the limits of very thin and very thick oil, and a mechanism by both
+// formulations.
 #include <fmt/format.h>
 
 #include "facade/simulation.hpp"
@@ -87,7 +88,8 @@ void settles(Findings& f) {
   }
 }
 
-/// The force of the full film is perpendicular to the eccentricity; a journal that starts at equilibrium stays there.
+/// The force of the full film is perpendicular to the eccentricity; a journal that starts at
+/// equilibrium stays there.
 void stays(Findings& f) {
   for (const bool is_short : {true, false}) {
     const JournalBearing b{is_short, false, is_short ? 0.03 : 0.003, R, L, c};
@@ -136,7 +138,8 @@ void squeezes(Findings& f) {
   }
 }
 
-/// Half-speed whirl: a light journal in a full film whirls at half the shaft speed, with slowly growing radius.
+/// Half-speed whirl: a light journal in a full film whirls at half the shaft speed, with slowly
+/// growing radius.
 void whirls(Findings& f) {
   const double m = 2, omega = 600, T = 0.05, start = 1e-4 * c;
   for (const bool is_short : {true, false}) {

@@ -1,5 +1,5 @@
-// Newton–Euler equations of every body with the forces of a run: at instants and over intervals, in the process and from
-// forces.csv.
+// Newton–Euler equations of every body with the forces of a run: at instants and over intervals, in
+// the process and from forces.csv.
 #include <algorithm>
 #include <cmath>
 

@@ -43,8 +43,8 @@ struct Way {
 };
 Scene penalty(const Way& way);
 
-/// A slider-crank that turns once, from crank angle 0, at a tolerance of 1e-10. Elements: main, big_end,
-/// gudgeon, guide, motor, push.
+/// A slider-crank that turns once, from crank angle 0, at a tolerance of 1e-10. Elements: main,
+/// big_end, gudgeon, guide, motor, push.
 Scene slider_crank(const reference::LoadedSliderCrank<double>& s);
 /// The paper's ideal rig, without weight.
 reference::LoadedSliderCrank<double> rig();

@@ -14,8 +14,8 @@
 namespace freeplay::verification::force_claims {
 namespace {
 
-/// Greatest error of forces (over the greatest force) and of moments (over the greatest torque) during a
-/// turn.
+/// Greatest error of forces (over the greatest force) and of moments (over the greatest torque)
+/// during a turn.
 std::array<double, 2> off_reference(const reference::LoadedSliderCrank<double>& s, const Scene& scene,
                                     Family family) {
   double force = 0, moment = 0, force_off = 0, moment_off = 0;
@@ -28,8 +28,8 @@ std::array<double, 2> off_reference(const reference::LoadedSliderCrank<double>& 
   listener.want.forces = true;
   const bool stepping = family == Family::nonsmooth && scene.nonsmooth.scheme == Scheme::moreau_jean;
   listener.on_step = [&](const Step& step) {
-    // The velocities of time steps differ by O(h²) from those of the constraints, alike from step to step. In the first step,
-    // and in a shorter last one, this is an error O(h) of the force.
+    // The velocities of time steps differ by O(h²) from those of the constraints, alike from step
+    // to step. In the first step, and in a shorter last one, this is an error O(h) of the force.
     if (stepping && (step.t0 == 0 || step.t1 >= scene.run.duration)) return;
     for (const double share : {0.5, 1.0}) {
       if (stepping && share != 0.5) continue;

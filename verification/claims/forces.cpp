@@ -1,5 +1,5 @@
-// Forces of a run: they satisfy the Newton–Euler equations, agree with closed forms, and their time integrals are the impulses
-// and the work.
+// Forces of a run: they satisfy the Newton–Euler equations, agree with closed forms, and their time
+// integrals are the impulses and the work.
 #include "dynamics/assembly/assembly.hpp"
 #include "mechanism/scene.hpp"
 #include "verification/claims/force_claims.hpp"

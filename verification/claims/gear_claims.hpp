@@ -1,4 +1,5 @@
-// Shared by the parts of the claim set "gears": ways to run its scenes, and the claims on a sequence of impacts.
+// Shared by the parts of the claim set "gears": ways to run its scenes, and the claims on a
+// sequence of impacts.
 #pragma once
 
 #include <array>
@@ -39,7 +40,8 @@ extern const std::array<Way, 4> ways;
 std::string scheme_of(const Way& way, const char* step);
 
 Scene scene_by(const std::string& text, const Way& way);
-/// Adds the claims on impulse, approach speed and time of each impact of a run against a closed form.
+/// Adds the claims on impulse, approach speed and time of each impact of a run against a closed
+/// form.
 void impacts(Findings& f, const char* subject, const Way& way, const std::string& scheme, const Result& run,
              const std::vector<reference::Blow>& exact, double e);
 /// Forces at the end of the third step, by name.

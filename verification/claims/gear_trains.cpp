@@ -1,4 +1,5 @@
-// Gears with moving centres, and racks: transmission ratios, and the involute's relation of distance and angles.
+// Gears with moving centres, and racks: transmission ratios, and the involute's relation of
+// distance and angles.
 #include "verification/claims/gear_claims.hpp"
 #include "verification/support/scene_text.hpp"
 

@@ -1,4 +1,5 @@
-// Gear pairs: rattle, and reactions along the line of action. Also the ways to run the scenes of the whole set.
+// Gear pairs: rattle, and reactions along the line of action. Also the ways to run the scenes of
+// the whole set.
 #include "verification/claims/gear_claims.hpp"
 #include "verification/support/scene_text.hpp"
 

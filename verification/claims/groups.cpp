@@ -1,4 +1,5 @@
-// Groups of equal discs: a one-dimensional gas against its closed form, conserved sums of a gas, contact forces in a column.
+// Groups of equal discs: a one-dimensional gas against its closed form, conserved sums of a gas,
+// contact forces in a column.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -16,8 +17,9 @@ namespace {
 constexpr double radius = 0.01, speed = 1, duration = 1, length = 0.36;                      // m, m/s, s, m
 constexpr std::array start{0.0211, 0.0547, 0.0839, 0.1163, 0.1502, 0.1918, 0.2297, 0.2761};  // m, centres
 
-/// Equal discs on a line exchange their velocities in elastic impacts. Reduced by 2r for each disc to the left, their positions
-/// are those of points that pass through one another and are reflected at the walls (Tonks, Phys. Rev. 50, 1936).
+/// Equal discs on a line exchange their velocities in elastic impacts. Reduced by 2r for each disc
+/// to the left, their positions are those of points that pass through one another and are reflected
+/// at the walls (Tonks, Phys. Rev. 50, 1936).
 std::vector<double> rods_after(double t) {
   const double room = length - 2 * radius * start.size();
   std::vector<double> points;
@@ -122,7 +124,8 @@ class Loads final : public Observer {
   Forces now_;
 };
 
-/// A column of n discs: contact k transmits m g (n − k), the wall n m g, all other contacts n (n − 1)/2 m g together.
+/// A column of n discs: contact k transmits m g (n − k), the wall n m g, all other contacts n (n −
+/// 1)/2 m g together.
 void column(Findings& f) {
   const int n = 20;
   const double weight = 0.3 * 9.81;

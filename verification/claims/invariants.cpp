@@ -12,7 +12,8 @@ namespace freeplay::verification {
 
 namespace {
 
-/// A pin with an initial constraint violation Φ, which Baumgarte's stabilisation reduces by Φ̈ + 2αΦ̇ + β²Φ = 0.
+/// A pin with an initial constraint violation Φ, which Baumgarte's stabilisation reduces by Φ̈ +
+/// 2αΦ̇ + β²Φ = 0.
 void baumgarte(Findings& f) {
   Scene scene;
   scene.mechanism.bodies.push_back({"bar", 2.0, 0.1, {0, 0}, 0, {0, 0}, 0});
@@ -28,7 +29,8 @@ void baumgarte(Findings& f) {
            1e-8, "Φ̈ + 2αΦ̇ + β²Φ = 0", "tolerance 1e-9 of 1 m per step");
 }
 
-/// A journal with a penetration of 1 nm is pulled off the wall: the contact force must not become tensile.
+/// A journal with a penetration of 1 nm is pulled off the wall: the contact force must not become
+/// tensile.
 void no_pull(Findings& f) {
   Scene scene;
   auto& m = scene.mechanism;
@@ -45,7 +47,8 @@ void no_pull(Findings& f) {
            "x₀ − ½ F t²/m", "the elastic energy of 1 nm gives some 1e-5 m/s");
 }
 
-/// A chain of 3 to 5 bars that is fixed to the ground and falls from random angles, one of its pins with clearance.
+/// A chain of 3 to 5 bars that is fixed to the ground and falls from random angles, one of its pins
+/// with clearance.
 Scene random_chain(std::mt19937& engine, int bars) {
   const auto u = [&](double low, double high) {
     return std::uniform_real_distribution<double>(low, high)(engine);
@@ -174,8 +177,9 @@ Findings invariants() {
     for (int i : {0, 1}) linear = greatest(linear, std::abs(momentum(end.q, end.v, i) - momentum(q, v, i)));
     f.at_most(claim_name(free_pair, "change of momentum in 0.5 s", scheme), "kg m/s", linear, 1e-12,
               "conservation", "rounding: forces and impulses act in opposite pairs");
-    // At the first impact e × ė = c · 0.08 m/s and ė·ė = 0.13 m²/s². Friction can at most stop the sliding of this impact,
-    // since nothing drives any later sliding, and approach speeds only decrease.
+    // At the first impact e × ė = c · 0.08 m/s and ė·ė = 0.13 m²/s². Friction can at most stop the
+    // sliding of this impact, since nothing drives any later sliding, and approach speeds only
+    // decrease.
     const double along = 0.08, approach = std::sqrt(0.13 - along * along);                              // m/s
     const double sliding = std::abs(along - 0.019 * 20 - 0.02 * 3);                                     // m/s
     const double stops = sliding / (1 / 2.0 + 1 / 0.5 + 0.02 * 0.02 / 0.004 + 0.019 * 0.019 / 0.0002);  // N s

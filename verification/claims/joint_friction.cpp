@@ -1,5 +1,6 @@
-// Friction in ideal joints, bounded by the joint reactions: closed forms of pins and guides, an impact, and a four-bar against
-// independent Newton–Euler equations, by all formulations and schemes.
+// Friction in ideal joints, bounded by the joint reactions: closed forms of pins and guides, an
+// impact, and a four-bar against independent Newton–Euler equations, by all formulations and
+// schemes.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -150,7 +151,8 @@ void blocks(Findings& f) {
     f.at_most(name("speed after 0.4 s at 0.99 μ m g"), "m/s", std::abs(held.final_state.v[0]),
               way.penalty() ? 1e-6 : 1e-12, "0: the block sticks",
               "penalty: creep below the regularisation speed; else rounding");
-    // A force parallel to the axis at distance b on a slider of length L, no weight: the couple alone causes normal forces.
+    // A force parallel to the axis at distance b on a slider of length L, no weight: the couple
+    // alone causes normal forces.
     for (const double b : {0.15, 0.3}) {
       const double k = reference::cantilever_share(0.25, b, 0.1);
       const auto run = test::finished(
@@ -172,7 +174,8 @@ void blocks(Findings& f) {
   }
 }
 
-/// A pendulum released near its lowest position sticks while its weight acts within the friction circle.
+/// A pendulum released near its lowest position sticks while its weight acts within the friction
+/// circle.
 void pendulums(Findings& f) {
   const double l = 0.2, r = 0.02, mu = 0.3;
   for (const auto& way : ways)
@@ -257,7 +260,8 @@ void four_bars(Findings& f) {
       const auto exact = reference::four_bar_forces(bar, t),
                  before = reference::four_bar_forces(bar, step.t0),
                  after = reference::four_bar_forces(bar, step.t1);
-      // Friction has no unique direction where a pivot reverses within a step or is slower than twice the regularisation.
+      // Friction has no unique direction where a pivot reverses within a step or is slower than
+      // twice the regularisation.
       for (std::size_t p = 0; p < 4; ++p)
         if (before.spin[p] * after.spin[p] <= 0 || std::abs(exact.spin[p]) * bar.r < 2e-6) return;
       compared += step.t1 - step.t0;

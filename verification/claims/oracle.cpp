@@ -1,6 +1,6 @@
-// Both formulations against an independent derivation of the paper's slider-crank: two coordinates, integrated in long
-// double, no code shared with the solvers (verification/references/slider_crank_oracle.hpp). Also impact laws against
-// independent results.
+// Both formulations against an independent derivation of the paper's slider-crank: two coordinates,
+// integrated in long double, no code shared with the solvers
+// (verification/references/slider_crank_oracle.hpp). Also impact laws against independent results.
 #include <fmt/format.h>
 
 #include "dynamics/assembly/assembly.hpp"
@@ -41,9 +41,9 @@ void touches(Findings& f, const char* scheme, const Result& found, const Impacts
   }
 }
 
-/// Moreau–Jean with step h resolves the first impact within h. An impact δ late delays the next by (1 + 2e) δ through its
-/// rebound speed, and by (v/v′) h/2 since the contact separates up to half a step's travel away from the wall: together less
-/// than 4 δ.
+/// Moreau–Jean with step h resolves the first impact within h. An impact δ late delays the next by
+/// (1 + 2e) δ through its rebound speed, and by (v/v′) h/2 since the contact separates up to half a
+/// step's travel away from the wall: together less than 4 δ.
 void time_stepping(Findings& f, Scene scene, const Impacts& exact) {
   constexpr std::size_t count = 3;
   const double h = 1e-6;

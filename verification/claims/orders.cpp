@@ -112,8 +112,8 @@ void across_impacts(Findings& f) {
         "required accuracy; greatest error of twenty steps between h and 1.5 h, since it is a sawtooth in h");
 }
 
-/// A head-on impact of a journal in its ring: the duration of the contact is half a period of the linear spring, or Hertz's by
-/// the Gamma function.
+/// A head-on impact of a journal in its ring: the duration of the contact is half a period of the
+/// linear spring, or Hertz's by the Gamma function.
 void contacts(Findings& f) {
   auto scene = read_scene(test::scene_file("ring"));
   auto& m = scene.mechanism;

@@ -1,5 +1,5 @@
-// Piles of discs by both nonsmooth schemes: contact forces at rest against weights, and random piles whose runs finish with
-// a closed energy balance.
+// Piles of discs by both nonsmooth schemes: contact forces at rest against weights, and random
+// piles whose runs finish with a closed energy balance.
 #include "verification/support/piles.hpp"
 
 #include "mechanism/scene.hpp"

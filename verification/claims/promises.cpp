@@ -1,5 +1,5 @@
-// Promises of runs and comparisons on their files: complete output rows, no false pairs of impacts, and a correct report of
-// matched restitution.
+// Promises of runs and comparisons on their files: complete output rows, no false pairs of impacts,
+// and a correct report of matched restitution.
 #include <fmt/format.h>
 
 #include <nlohmann/json.hpp>
@@ -14,7 +14,8 @@
 namespace freeplay::verification {
 namespace {
 
-/// The number of durations for which a trajectory lacks its 20001 rows, or its last row is not at the end.
+/// The number of durations for which a trajectory lacks its 20001 rows, or its last row is not at
+/// the end.
 int lost_rows() {
   int lost = 0;
   auto scene = read_scene(test::scene_file("spinning_rod"));

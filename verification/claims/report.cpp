@@ -1,4 +1,5 @@
-// Sets of claims, and their reports: terminal, verification.json, docs/verification.md and docs/verification.csv.
+// Sets of claims, and their reports: terminal, verification.json, docs/verification.md and
+// docs/verification.csv.
 #include <fmt/format.h>
 
 #include <algorithm>

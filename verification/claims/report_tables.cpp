@@ -44,8 +44,9 @@ std::string deviation(const Claim& c) {
                    : fmt::format("**FAILS: {}, bound {:.2g}**", text, c.bound);
 }
 
-/// The claims of one subject as a table: a row for each quantity with its expected value and source, and a column for each
-/// scheme. With more than `most_columns` schemes each claim has a row.
+/// The claims of one subject as a table: a row for each quantity with its expected value and
+/// source, and a column for each scheme. With more than `most_columns` schemes each claim has a
+/// row.
 class SubjectTable {
  public:
   explicit SubjectTable(const std::vector<const Claim*>& claims) {

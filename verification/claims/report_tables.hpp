@@ -1,4 +1,5 @@
-// Tables of docs/verification.md: the claims of a set by subject, a row for each quantity and a column for each scheme.
+// Tables of docs/verification.md: the claims of a set by subject, a row for each quantity and a
+// column for each scheme.
 #pragma once
 
 #include <string>

@@ -1,8 +1,10 @@
-// Scaling of the paper's slider-crank with crank speed. With an impact law the mechanism has no time scale: no gravity, no
-// spring, no film. M a + Gᵀλ = 0 is homogeneous of degree 2 in the velocities, and Newton's restitution and Coulomb's friction
-// relate velocities to velocities and impulses to impulses. If q(t) is the motion at ω, q(st) is that at sω from initial
-// velocities s times as large. The Poincaré section of every turn is therefore equal in units of the clearance and of rω, also
-// for a chaotic motion. With friction F in the guide this is true at equal F/(m r ω²).
+// Scaling of the paper's slider-crank with crank speed. With an impact law the mechanism has no
+// time scale: no gravity, no spring, no film. M a + Gᵀλ = 0 is homogeneous of degree 2 in the
+// velocities, and Newton's restitution and Coulomb's friction relate velocities to velocities and
+// impulses to impulses. If q(t) is the motion at ω, q(st) is that at sω from initial velocities s
+// times as large. The Poincaré section of every turn is therefore equal in units of the clearance
+// and of rω, also for a chaotic motion. With friction F in the guide this is true at equal F/(m r
+// ω²).
 #include <fmt/format.h>
 
 #include <cmath>
@@ -26,8 +28,8 @@ constexpr Way event_driven{"nonsmooth", "event-driven", "event-driven", 0},
     moreau_jean{"nonsmooth", "moreau-jean", "Moreau–Jean, h = 2e-5 s at 100 rpm", 2e-5},
     penalty{"penalty", "automatic", "penalty", 0};
 
-/// The journal's eccentricity over the clearance and the slider's velocity over rω at top dead centre of every turn;
-/// `friction`: of the guide (N).
+/// The journal's eccentricity over the clearance and the slider's velocity over rω at top dead
+/// centre of every turn; `friction`: of the guide (N).
 std::vector<double> section(const Way& way, double rpm, int turns, double friction = 0) {
   std::vector<std::string> set{fmt::format("drives.motor.speed_rpm={}", rpm),
                                fmt::format("run.revolutions={}", turns), "run.discard=0",

@@ -1,4 +1,5 @@
-// Pins in slots, end stops and bump stops: free flight, impacts, and the reactions of joints to impacts.
+// Pins in slots, end stops and bump stops: free flight, impacts, and the reactions of joints to
+// impacts.
 #include "verification/claims/gear_claims.hpp"
 #include "verification/support/scene_text.hpp"
 
@@ -108,7 +109,8 @@ restitution = 0.7
     impacts(f, "block between end stops", by, scheme_of(way, "1e-4"), test::finished(scene, way.family),
             exact, e);
   }
-  // A rod on a pin against a stop, at its centre of percussion and nearer to the pin: the impulse of the pin.
+  // A rod on a pin against a stop, at its centre of percussion and nearer to the pin: the impulse
+  // of the pin.
   const double l = 0.1, Jc = 0.01, JO = Jc + l * l, w = 10, limit = 0.5, er = 0.6, T = 0.06;
   for (const double radius : {JO / l, 0.05}) {
     const auto text = fmt::format(R"([bodies.rod]
@@ -168,7 +170,8 @@ start = "given"
                                : "tolerance");
       f.within(name("time of the impact"), "s", touch.t, limit / w, way.fixed() ? 1e-5 : 1e-8,
                "constant speed", way.fixed() ? "a step" : "tolerance");
-      // The pin's impulse is the change of momentum of the rod less the stop's impulse, which acts along −perp c.
+      // The pin's impulse is the change of momentum of the rod less the stop's impulse, which acts
+      // along −perp c.
       const double P = JO * (1 + er) * w / radius, end = limit - er * (w * T - limit);
       const double px = l * (er * w * std::sin(end)), py = l * (-er * w * std::cos(end) - w);
       const double bx = px - P * std::sin(limit), by = py + P * std::cos(limit);

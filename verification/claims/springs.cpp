@@ -99,11 +99,13 @@ start = "given"
 }
 
 void kinked(Findings& f) {
-  // Two rates: after two periods and a quarter of the stiffer oscillation it passes the knee at full speed.
+  // Two rates: after two periods and a quarter of the stiffer oscillation it passes the knee at
+  // full speed.
   const double t = 2 * (M_PI / 10 + M_PI / 30) + 0.5 * M_PI / 30;
   const auto knee = on_spring(1, 0.55, 0, t, "force_table = [[0.0, -50], [0.5, 0], [1.0, 450]]");
   for (const auto& way : ways) {
-    // A fixed step evaluates the force at its middle: at each of five knees the momentum errs by up to k v h².
+    // A fixed step evaluates the force at its middle: at each of five knees the momentum errs by up
+    // to k v h².
     const Bounds bounds{1e-7, 1e-6, 5e-6,
                         "tolerance 1e-9 per step; fixed steps: (ωh)²/2 of the amplitude at each of 5 knees"};
     f.within(claim_name("spring of two rates (100 and 900 N/m)", "position after two periods, at the knee",
@@ -211,7 +213,8 @@ start = "given"
     f.within(claim_name("bushing", "angle after 1 s, √(k/J) = 12/s", way.name), "rad", q[2], angle,
              bounds.of(way), "φ₀ + A cos ωt", bounds.reason);
   }
-  // Two free bodies: the forces of the bushing on both act at one point, so that the angular momentum is constant.
+  // Two free bodies: the forces of the bushing on both act at one point, so that the angular
+  // momentum is constant.
   const std::string pair =
       test::body("a", 1.0, 0.02, "position = [0.0, 0.0]\nvelocity = [0.3, -0.1]\nangular_velocity = 3.0\n") +
       test::body("b", 2.0, 0.05, "position = [0.5, 0.03]\nvelocity = [0.1, 0.4]\nangular_velocity = -2.0\n") +
@@ -238,16 +241,16 @@ torsional_damping = 0.01
   }
 }
 
-/// The compression x of a press's bushing on its die (m): k x + m g = K δ^(3/2), x + δ = s, with Hertz's K of a ball on a
-/// plane.
+/// The compression x of a press's bushing on its die (m): k x + m g = K δ^(3/2), x + δ = s, with
+/// Hertz's K of a ball on a plane.
 double pressed(double k, double weight, double K, double s) {
   double x = s;
   for (int i = 0; i < 50; ++i) x = s - std::pow((k * x + weight) / K, 2.0 / 3);
   return x;
 }
 
-/// cases/press, ten times slower: the ram rests on its die, and the bushing is compressed by the height of the die above the
-/// punch's lowest position.
+/// cases/press, ten times slower: the ram rests on its die, and the bushing is compressed by the
+/// height of the die above the punch's lowest position.
 void press(Findings& f) {
   auto scene = read_scene(test::source_folder() / "cases/press/scene.toml",
                           {"drives.motor.speed_rpm=6", "run.revolutions=0.5"});

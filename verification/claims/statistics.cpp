@@ -1,5 +1,6 @@
-// Long chaotic runs: means of statistics over runs from perturbed starts, compared between both formulations and between the
-// schemes of the nonsmooth one by Welch's test. Runs with another restitution are the control: the test must detect them.
+// Long chaotic runs: means of statistics over runs from perturbed starts, compared between both
+// formulations and between the schemes of the nonsmooth one by Welch's test. Runs with another
+// restitution are the control: the test must detect them.
 #include <fmt/format.h>
 #include <oneapi/tbb/parallel_for.h>
 
@@ -22,8 +23,8 @@ constexpr int starts = 24, turns = 12, discarded = 2;
 constexpr double turn = 0.3, clearance = 0.25e-3;  // s, m
 /// At the paper's restitution there is a third of an impact per turn: too few to compare.
 constexpr double e_paired = 0.9, e_control = 0.1;
-/// Impacts are counted above this approach speed (m/s), since an impact law has arbitrarily small ones and a contact force
-/// has not.
+/// Impacts are counted above this approach speed (m/s), since an impact law has arbitrarily small
+/// ones and a contact force has not.
 constexpr double counted_speed = 0.01;
 
 struct Quantity {
@@ -44,7 +45,8 @@ constexpr Quantity quantities[] = {{"share of time in contact", "", true},
 constexpr int count = std::size(quantities);
 using Values = std::array<double, count>;
 
-/// The paper's slider-crank with initial state i: the journal displaced from the centre at an angle of 2π i/starts.
+/// The paper's slider-crank with initial state i: the journal displaced from the centre at an angle
+/// of 2π i/starts.
 Scene start(int i) {
   auto scene = read_scene(test::flores());
   scene.instruments.clear();
@@ -109,7 +111,8 @@ Values watch(const Scene& scene, Family family) {
           flying / samples};
 }
 
-/// Welch's test of equal means: their difference, its standard error, and the number of standard errors allowed at 0.1 %.
+/// Welch's test of equal means: their difference, its standard error, and the number of standard
+/// errors allowed at 0.1 %.
 struct Welch {
   double difference = 0, error = 0, allowed = 0;
   Welch(const std::vector<Values>& one, const std::vector<Values>& other, int q) {

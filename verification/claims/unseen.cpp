@@ -1,5 +1,5 @@
-// Detection of events shorter than an integration step: pegs in free flight, pulses of a table, simultaneous contacts, and
-// friction too steep for an explicit step.
+// Detection of events shorter than an integration step: pegs in free flight, pulses of a table,
+// simultaneous contacts, and friction too steep for an explicit step.
 #include <fmt/format.h>
 
 #include <random>
@@ -177,7 +177,8 @@ void at_once(Findings& f) {
             "s", apart, 1e-12, "√(2h/g)", "rounding of 1 m and 64 m over 4 m/s: free fall is a polynomial");
 }
 
-/// Steep friction: an impact at 250 m/s with sliding at 100 m/s, µ = 1, friction regularised below 1 mm/s.
+/// Steep friction: an impact at 250 m/s with sliding at 100 m/s, µ = 1, friction regularised below
+/// 1 mm/s.
 void steep(Findings& f) {
   auto scene = parse_scene(test::body("ball", 0.12, 2e-6, "position = [0, 0.1]\nvelocity = [100, -250]\n") +
                                R"([surfaces.s]

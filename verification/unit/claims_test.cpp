@@ -1,5 +1,6 @@
-// Each set of claims of `freeplay verify` is a test: its claims hold, docs/verification.csv lists them, and their names have the
-// form "subject: quantity [scheme]". Also the verdict of a claim and the tables of docs/verification.md.
+// Each set of claims of `freeplay verify` is a test: its claims hold, docs/verification.csv lists
+// them, and their names have the form "subject: quantity [scheme]". Also the verdict of a claim and
+// the tables of docs/verification.md.
 #include <fmt/format.h>
 #include <algorithm>
 #include <catch2/catch.hpp>
@@ -44,7 +45,8 @@ std::vector<Asked> rows_of(const std::string& table, const std::string& set) {
   return rows;
 }
 
-/// The claims of a set are those of docs/verification.csv, with expected values and bounds within 1 %.
+/// The claims of a set are those of docs/verification.csv, with expected values and bounds within 1
+/// %.
 void check_page(const std::string& page, const Verdict& verdict) {
   INFO("docs/verification.md is out of date; regenerate it: scripts/pages --make verification");
   CAPTURE(verdict.set->name);
@@ -64,7 +66,8 @@ std::string asked_page() {
   return {std::istreambuf_iterator<char>(file), {}};
 }
 
-/// Names are unique in a set and complete by themselves: subject and quantity are present, and no bracket is open.
+/// Names are unique in a set and complete by themselves: subject and quantity are present, and no
+/// bracket is open.
 void check_names(const std::vector<Claim>& claims) {
   std::set<std::string> names;
   for (const auto& c : claims) {
@@ -99,7 +102,8 @@ class SetTest final : public Catch::ITestInvoker {
   const ClaimSet& set_;
 };
 
-/// Registers a test for each set under its own file name, so that scripts/check can run the sets in separate parts.
+/// Registers a test for each set under its own file name, so that scripts/check can run the sets in
+/// separate parts.
 struct SetTests {
   SetTests() {
     for (const auto& set : claim_sets()) {
