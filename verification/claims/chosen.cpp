@@ -1,7 +1,5 @@
 // Adaptive time stepping and the automatic scheme, which hands over to it: cost, convergence, and
 // continuity of events, energy and momentum across handovers.
-#include <fmt/format.h>
-
 #include "mechanism/scene.hpp"
 #include "verification/claims/claim.hpp"
 #include "verification/references/bouncing_ball.hpp"

@@ -1,6 +1,4 @@
 // Forces with closed forms: ideal slider-crank, rotor, weld, inclined guide.
-#include <fmt/format.h>
-
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -88,7 +86,7 @@ void slider_cranks(Findings& f) {
       errors.push_back(last[0]);
     }
     claim("Moreau–Jean, h = 1e-5 s", last, 1e-6, "(ω h)² = 4e-8, margin of 20");
-    f.between(claim_name(name, "order of the reactions in h", "Moreau–Jean, h = 1e-5 s to 4e-5 s"), "",
+    f.between(claim_name(name, "order of the reactions in h, 1e-5 to 4e-5 s", "Moreau–Jean, h = 1e-5 s"), "",
               test::observed_order(steps, errors), 1.9, 2.1, "2, for θ = ½", "the next order at h = 4e-5 s");
   }
   // Interval means of the two formulations.

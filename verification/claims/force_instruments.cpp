@@ -1,7 +1,5 @@
 // A load cell and a torque sensor: the time integral of the samples is the impulse of an impact,
 // and the steady value is the torque.
-#include <fmt/format.h>
-
 #include <cmath>
 #include <numbers>
 

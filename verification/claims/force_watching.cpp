@@ -1,6 +1,4 @@
 // Observing forces changes no result, and undetermined reactions are listed.
-#include <fmt/format.h>
-
 #include <algorithm>
 #include <cmath>
 #include <numbers>

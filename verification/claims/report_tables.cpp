@@ -46,15 +46,21 @@ std::string deviation(const Claim& c) {
 
 /// The claims of one subject as a table: a row for each quantity with its expected value and
 /// source, and a column for each scheme. With more than `most_columns` schemes each claim has a
-/// row.
+/// row, in the order of quantities.
 class SubjectTable {
  public:
-  explicit SubjectTable(const std::vector<const Claim*>& claims) {
+  explicit SubjectTable(std::vector<const Claim*> claims) {
+    std::vector<std::string> quantities;
     for (const auto* c : claims) {
       note(schemes_, parts_of(*c).scheme);
+      note(quantities, parts_of(*c).quantity);
       if (!c->reason.empty()) note(reasons_, c->reason);
     }
-    if (schemes_.size() > most_columns) schemes_ = {""};
+    if (schemes_.size() > most_columns) {
+      schemes_ = {""};
+      std::ranges::stable_sort(claims, {},
+                               [&](const auto* c) { return note(quantities, parts_of(*c).quantity); });
+    }
     for (const auto* c : claims) add(*c);
   }
 
