@@ -71,7 +71,7 @@ Findings complementarity() {
                                     : "problems of 3000 unsolved or solved by a fallback",
                          name),
               "", unsolved + (way.newton ? 0 : helped), 0, "every problem is solvable",
-              way.newton ? "none; a fallback is allowed, since the method has no guarantee" : "none");
+              way.newton ? "exact; a fallback is allowed, since the method has no guarantee" : "exact");
     f.at_most(claim_name(subject, "greatest violation of the contact laws", name), "", worst, 1e-9,
               "0, impulses and rates of order one",
               "solutions are accepted below 1e-10 of the greatest rate");

@@ -61,13 +61,14 @@ void balance(Findings& f, const State& start) {
   using C = ContactLaw;
   const Way ways[] = {
       {"rk4, Baumgarte", I::rk4, S::baumgarte, F::ambrosio, C::hertz, 2e-3},
-      {"adams_bashforth_moulton, none", I::adams_bashforth_moulton, S::none, F::threlfall, C::exact, 4e-3},
-      {"bulirsch_stoer, projection", I::bulirsch_stoer, S::projection, F::brown_mcphee, C::flores, 4e-3},
-      {"bulirsch_stoer, Baumgarte", I::bulirsch_stoer, S::baumgarte, F::bengisu_akay, C::lankarani_nikravesh,
+      {"Adams–Bashforth–Moulton, no stabilisation", I::adams_bashforth_moulton, S::none, F::threlfall,
+       C::exact, 4e-3},
+      {"Bulirsch–Stoer, projection", I::bulirsch_stoer, S::projection, F::brown_mcphee, C::flores, 4e-3},
+      {"Bulirsch–Stoer, Baumgarte", I::bulirsch_stoer, S::baumgarte, F::bengisu_akay, C::lankarani_nikravesh,
        4e-3},
       {"dopri5, projection", I::dopri5, S::projection, F::ambrosio, C::exact},
-      {"adams_bashforth_moulton, Baumgarte", I::adams_bashforth_moulton, S::baumgarte, F::ambrosio, C::exact},
-      {"rosenbrock4, none", I::rosenbrock4, S::none, F::lugre, C::hunt_crossley, 6e-4},
+      {"Adams–Bashforth–Moulton, Baumgarte", I::adams_bashforth_moulton, S::baumgarte, F::ambrosio, C::exact},
+      {"rosenbrock4, no stabilisation", I::rosenbrock4, S::none, F::lugre, C::hunt_crossley, 6e-4},
   };
   for (const auto& way : ways) {
     auto scene = penalty(way);

@@ -49,7 +49,7 @@ void watching(Findings& f, const State& start) {
   };
   for (const auto integrator : {Integrator::dopri5, Integrator::adams_bashforth_moulton})
     compare(integrator == Integrator::dopri5 ? "penalty, dopri5, projection"
-                                             : "penalty, adams_bashforth_moulton, Baumgarte",
+                                             : "penalty, Adams–Bashforth–Moulton, Baumgarte",
             penalty({"", integrator,
                      integrator == Integrator::dopri5 ? Stabilisation::projection : Stabilisation::baumgarte,
                      FrictionLaw::ambrosio, ContactLaw::exact, 4e-3}),

@@ -117,9 +117,9 @@ Findings impact_laws() {
   auto cradle = read_scene(test::scene_file("cradle"));
   const auto end = test::simulate(cradle, Family::nonsmooth).final_state;
   f.within("row of three balls, e = 1: velocity of the 1st ball after the impact [Newton]", "m/s", end.v[0],
-           -1.0 / 3, 1e-12, "by hand", "rounding");
+           -1.0 / 3, 1e-12, "Newton's law at both contacts simultaneously", "rounding");
   f.within("row of three balls, e = 1: velocity of the 3rd ball after the impact [Newton]", "m/s", end.v[6],
-           2.0 / 3, 1e-12, "by hand", "rounding");
+           2.0 / 3, 1e-12, "Newton's law at both contacts simultaneously", "rounding");
   return f;
 }
 

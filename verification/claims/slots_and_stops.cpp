@@ -64,12 +64,12 @@ start = "given"
              : chosen ? touch.t_uncertainty + 1e-9
                       : 1e-9,
              "uniform motion of the yoke against r cos φ of the pin",
-             stepped  ? "a step"
+             stepped  ? "step h"
              : chosen ? "reported uncertainty"
                       : "tolerance 1e-10 in some tens of steps");
     f.relative(name("approach speed of 1st impact"), "m/s", -touch.v_n_minus, approach,
                stepped || chosen ? 1e-4 : 1e-7, "r ω |sin(φ + ω t) − sin φ|",
-               stepped  ? "r ω² times a step"
+               stepped  ? "r ω² h"
                : chosen ? "r ω² times the reported uncertainty"
                         : "tolerance");
     if (way.family == Family::nonsmooth)
@@ -169,7 +169,7 @@ start = "given"
                  : way.fixed() ? "velocities at the end of a step: (ω h)², margin of 100"
                                : "tolerance");
       f.within(name("time of the impact"), "s", touch.t, limit / w, way.fixed() ? 1e-5 : 1e-8,
-               "constant speed", way.fixed() ? "a step" : "tolerance");
+               "constant speed", way.fixed() ? "step h" : "tolerance");
       // The pin's impulse is the change of momentum of the rod less the stop's impulse, which acts
       // along −perp c.
       const double P = JO * (1 + er) * w / radius, end = limit - er * (w * T - limit);
