@@ -1,6 +1,5 @@
-// Each set of claims of `freeplay verify` is a test: its claims hold, docs/verification.csv lists
-// them, and their names have the form "subject: quantity [scheme]". Also the verdict of a claim and
-// the tables of docs/verification.md.
+// The list of claims of `freeplay verify` is itself a test; docs/verification.md shows that list.
+// Also the form of names, the verdict of a claim, and the tables of docs/verification.md.
 #include <fmt/format.h>
 #include <algorithm>
 #include <catch2/catch.hpp>
@@ -45,8 +44,7 @@ std::vector<Asked> rows_of(const std::string& table, const std::string& set) {
   return rows;
 }
 
-/// The claims of a set are those of docs/verification.csv, with expected values and bounds within 1
-/// %.
+/// The claims of the set agree with the page within a hundredth.
 void check_page(const std::string& page, const Verdict& verdict) {
   INFO("docs/verification.md is out of date; regenerate it: scripts/pages --make verification");
   CAPTURE(verdict.set->name);
@@ -102,8 +100,8 @@ class SetTest final : public Catch::ITestInvoker {
   const ClaimSet& set_;
 };
 
-/// Registers a test for each set under its own file name, so that scripts/check can run the sets in
-/// separate parts.
+/// Registers a test for each set, in a file of its name, so that sets run in separate parts
+/// (scripts/check).
 struct SetTests {
   SetTests() {
     for (const auto& set : claim_sets()) {
@@ -119,7 +117,7 @@ const SetTests set_tests;
 
 }  // namespace
 
-TEST_CASE("docs/verification.csv has the columns and only the sets of the program", "[claims]") {
+TEST_CASE("the claims page lists its columns and only the claim sets of the program", "[claims]") {
   std::istringstream page(asked_page());
   CHECK(asked_page().starts_with(asked_columns));
   std::string line;
@@ -130,7 +128,7 @@ TEST_CASE("docs/verification.csv has the columns and only the sets of the progra
   }
 }
 
-TEST_CASE("a claim fails outside its bound, on either side, and for a NaN", "[claims]") {
+TEST_CASE("a claim fails outside its bound on either side, and for a NaN", "[claims]") {
   Claim c;
   c.expected = 2;
   c.bound = 0.5;
