@@ -1,5 +1,5 @@
-// How a mechanism goes together: poses of both branches against Freudenstein's closed form, and the branch that is kept when
-// the crank turns, in every scheme.
+// Assembly of mechanisms: poses of both branches of a four-bar against Freudenstein's equation, and
+// the branch after turns of the crank, by every scheme.
 #include <fmt/format.h>
 
 #include "dynamics/assembly/assembly.hpp"
@@ -35,14 +35,15 @@ void poses(Findings& f) {
       worst = greatest(worst, apart(planar::angle(s.q.data(), 2), exact.rocker));
     }
     f.at_most(
-        fmt::format("four-bar put together {}, no positions given: coupler and rocker, crank at 5° to 175°",
-                    open ? "open" : "crossed"),
+        claim_name(open ? "four-bar assembled open" : "four-bar assembled crossed",
+                   "angles of coupler and rocker, greatest error, crank at 5° to 175°"),
         "rad", worst, 1e-11, "Freudenstein's equation",
-        "positions close to 1e-14 of the length; angles follow by at most 1/sin of the transmission angle, above 30° here");
+        "loop closure to 1e-14 of the length; angles err by at most 1/sin of the transmission angle, above 30°");
   }
 }
 
-/// With ideal joints the pose is a function of the crank's angle alone, so a scheme errs by what it lets drift.
+/// With ideal joints the pose is a function of the crank angle alone, so that the error of a scheme
+/// is its drift.
 void driven_turn(Findings& f) {
   struct How {
     const char* name;
@@ -56,18 +57,22 @@ void driven_turn(Findings& f) {
        Family::penalty,
        {"penalty.alpha=50", "penalty.beta=50"},
        1e-6,
-       "tolerance 1e-9 a step, drift of a turn of 0.4 s held by Baumgarte at 50 1/s"},
-      {"Moreau–Jean at 1e-4 s",
+       "tolerance 1e-9 per step, drift during 0.4 s bounded by Baumgarte stabilisation at 50 1/s"},
+      {"Moreau–Jean, h = 1e-4 s",
        Family::nonsmooth,
        {"nonsmooth.scheme=moreau-jean", "nonsmooth.step=1e-4"},
        1e-9,
-       "positions are brought back at each step"},
+       "positions are projected at each step"},
       {"event-driven",
        Family::nonsmooth,
        {"nonsmooth.scheme=event-driven"},
        1e-8,
-       "tolerance 1e-10 a step, positions projected"},
-      {"automatic", Family::nonsmooth, {"nonsmooth.scheme=automatic"}, 1e-8, "as event-driven: no events"}};
+       "tolerance 1e-10 per step, positions are projected"},
+      {"automatic",
+       Family::nonsmooth,
+       {"nonsmooth.scheme=automatic"},
+       1e-8,
+       "tolerance 1e-10 per step, positions are projected"}};
   for (const auto& how : hows)
     for (const bool open : {true, false}) {
       auto scene = read_scene(test::source_folder() / "cases/four-bar/scene.toml", [&] {
@@ -79,34 +84,35 @@ void driven_turn(Findings& f) {
       scene.mechanism = idealised(scene.mechanism);
       const auto end = test::simulate(scene, how.family).final_state;
       const auto exact = reference::four_bar_pose(d, a, b, c, M_PI / 2 + 1.2 * 2 * M_PI, open);
-      f.within(fmt::format("rocker after 1.2 turns of the crank, put together {}, {}",
-                           open ? "open" : "crossed", how.name),
+      f.within(claim_name(open ? "four-bar assembled open" : "four-bar assembled crossed",
+                          "rocker angle after 1.2 turns of the crank", how.name),
                "rad", std::remainder(planar::angle(end.q.data(), 2), 2 * M_PI),
                std::remainder(exact.rocker, 2 * M_PI), how.bound, "Freudenstein's equation", how.reason);
     }
 }
 
-void pendulum_let_go(Findings& f) {
+void released_pendulum(Findings& f) {
   const reference::Pendulum p{1, 0.03, 0.3, 9.81, M_PI / 2};
   const double quarter = reference::pendulum_period(p) / 4;
   for (const auto& [name, family, scheme, bound, reason] :
        {std::tuple{"penalty", Family::penalty, "automatic", 1e-7,
-                   "tolerance 1e-9 a step over some hundred steps"},
-        {"event-driven", Family::nonsmooth, "event-driven", 1e-8, "tolerance 1e-10 a step"},
-        {"Moreau–Jean at 1e-5 s", Family::nonsmooth, "moreau-jean", 1e-4,
-         "first order: half a step of 7 rad/s is 3.5e-5 rad"}}) {
+                   "tolerance 1e-9 per step over some hundred steps"},
+        {"event-driven", Family::nonsmooth, "event-driven", 1e-8, "tolerance 1e-10 per step"},
+        {"Moreau–Jean, h = 1e-5 s", Family::nonsmooth, "moreau-jean", 1e-4,
+         "half a step at 7 rad/s is 3.5e-5 rad"}}) {
     auto scene = read_scene(test::source_folder() / "cases/pendulum/scene.toml",
                             {fmt::format("nonsmooth.scheme={}", scheme)});
     if (scene.nonsmooth.scheme == Scheme::moreau_jean) scene.nonsmooth.step = 1e-5;
     scene.run.duration = quarter;
     const auto end = test::simulate(scene, family).final_state;
-    f.within(fmt::format("pendulum let go level hangs straight after a quarter of its period, {}", name),
-             "rad", planar::angle(end.q.data(), 0), -M_PI / 2, bound, "4 K(sin 45°)/ω₀", reason);
+    f.within(claim_name("pendulum released horizontally", "angle after a quarter of its period", name), "rad",
+             planar::angle(end.q.data(), 0), -M_PI / 2, bound, "vertical after T/4, T = 4 K(sin 45°)/ω₀",
+             reason);
   }
 }
 
-void same_facts_by_other_words(Findings& f) {
-  // The scene of the double pendulum is written in mm, kg cm² and degrees with named points.
+void units_and_named_points(Findings& f) {
+  // The scene of the double pendulum uses mm, kg cm², degrees and named points.
   auto scene = read_scene(test::source_folder() / "cases/double-pendulum/scene.toml");
   auto plain = scene;
   plain.mechanism.bodies[0].inertia = 35.325e-4;
@@ -120,9 +126,9 @@ void same_facts_by_other_words(Findings& f) {
   elbow.clearance->radial = 0.3e-3;
   elbow.clearance->bearing_radius = 8e-3;
   plain.mechanism.surfaces[0].young = 207e9;
-  f.at_most("a scene with units and named points differs from the same in SI and coordinates", "lines",
-            first_difference(to_toml(scene), to_toml(plain)).empty() ? 0 : 1, 0, "the numbers by hand",
-            "bit for bit: decimal units shift the digits before they are read");
+  f.at_most("double pendulum in units with named points: mismatch with the scene in SI units and coordinates",
+            "", first_difference(to_toml(scene), to_toml(plain)).empty() ? 0 : 1, 0, "equal scenes",
+            "exact, bit for bit: decimal units shift the digits before conversion");
 }
 
 }  // namespace
@@ -131,8 +137,8 @@ Findings assembly() {
   Findings f;
   poses(f);
   driven_turn(f);
-  pendulum_let_go(f);
-  same_facts_by_other_words(f);
+  released_pendulum(f);
+  units_and_named_points(f);
   return f;
 }
 

@@ -1,4 +1,5 @@
-// Cams under flat faces and rollers: forces, torques, and the speed from which the follower leaves its cam.
+// Cams with flat-faced and roller followers: contact force, cam torque, and the speed at which the
+// follower lifts off.
 #include <fmt/format.h>
 
 #include <cmath>
@@ -19,9 +20,10 @@ using force_claims::find;
 constexpr double step = 1e-5;  // s, of time steps
 using test::Way;
 const Way ways[] = {test::penalty, test::event_driven, test::automatic,
-                    test::fixed_steps(step, "Moreau–Jean at 1e-5 s")};
+                    test::fixed_steps(step, "Moreau–Jean, h = 1e-5 s")};
 
-/// An eccentric cam at `speed`, the follower above it at rest on its lowest place; `profile` and `friction` as keys.
+/// An eccentric cam at `speed`, its follower at rest at the lowest position; `profile` and
+/// `friction` are keys of the scene.
 Scene scene_of(const reference::EccentricCam& c, double speed, double turns, const std::string& follower,
                double height, const std::string& profile, const Way& way, const std::string& friction = "") {
   constexpr double gravity = 9.81;
@@ -81,7 +83,8 @@ std::string eccentric(double e) {
 constexpr const char* flat = "follower = \"flat\"\naxis = [-1.0, 0.0]\nbase_radius = 0.03";
 constexpr const char* roller = "follower = \"roller\"\nroller_radius = 0.01\nbase_radius = 0.03";
 
-/// Greatest errors of the contact's force over the greatest force, and of the cam's torque over the greatest torque.
+/// Greatest errors of the contact's force over the greatest force, and of the cam's torque over the
+/// greatest torque.
 struct Off {
   double force = 0, torque = 0;
 };
@@ -96,7 +99,8 @@ Off off(const Scene& scene, const Way& way, double speed, Force force, Torque to
   test::Listener listener;
   listener.want.forces = true;
   listener.on_step = [&](const Step& s) {
-    // Steps start from rest on the cam; a contact that is laid down oscillates on its stiffness first. The last may be short.
+    // The contact starts without compression, so that it oscillates on its stiffness first; the
+    // last step may be short.
     if (way.penalty() && speed * s.t0 < 0.5 * M_PI) return;
     if (way.fixed() && (s.t0 < 1.5 * step || s.t1 > scene.run.duration - 1.5 * step)) return;
     const double t = way.fixed() ? 0.5 * (s.t0 + s.t1) : s.t1, phi = speed * t;
@@ -137,41 +141,43 @@ void forces(Findings& f) {
   }
   const auto table = fmt::format("lift_table = [{}]", points);
   const auto claim = [&](const char* what, const Way& way, const Off& o, double bound, const char* reason) {
-    f.at_most(fmt::format("{}, {}: contact force, greatest error over greatest force", what, way.name), "",
-              o.force, bound, source, reason);
-    f.at_most("its cam's torque, likewise", "", o.torque, bound, source, reason);
+    f.at_most(claim_name(what, "contact force, greatest error over greatest force", way.name), "", o.force,
+              bound, source, reason);
+    f.at_most(claim_name(what, "cam torque, greatest error over greatest torque", way.name), "", o.torque,
+              bound, source, reason);
   };
   for (const auto& way : ways) {
     const bool soft = way.penalty(), rough = way.fixed();
     const double bound = soft ? 0.02 : rough ? 2e-3 : 1e-7;
     const char* reason =
-        soft    ? "contact of 1e-6 m by 1e-2 m of lift, and what its oscillation leaves after a quarter turn"
-        : rough ? "a step's mean force is first order: h ω = 9e-4, twice"
-                : "tolerance 1e-10 a step, room of a thousand";
-    claim("eccentric cam under a flat face", way,
+        soft
+            ? "penetration of 1e-6 m over a lift of 1e-2 m, and its remaining oscillation after a quarter turn"
+        : rough ? "the mean force of a step is of first order: h ω = 9e-4, margin of two"
+                : "tolerance 1e-10 per step, margin of 1000";
+    claim("eccentric cam, flat-faced follower", way,
           off(
               scene_of(face, speed, 2, flat, R, eccentric(0.01), way), way, speed,
               [&](double phi) { return face.press(phi, speed); },
               [&](double phi) { return face.torque_flat(phi, speed); }),
           bound, reason);
-    claim("the same, friction 0.15", way,
+    claim("eccentric cam, flat-faced follower, friction 0.15", way,
           off(
               scene_of(rubbing, speed, 2, flat, R, eccentric(0.01), way, "friction = 0.15"), way, speed,
               [&](double phi) { return rubbing.press(phi, speed); },
               [&](double phi) { return rubbing.torque_flat(phi, speed); }),
           bound, reason);
-    claim("roller on a harmonic pitch curve", way,
+    claim("harmonic cam, roller follower", way,
           off(
               scene_of(rolling, speed, 2, roller, R + 0.01, eccentric(0.008), way), way, speed,
               [&](double phi) { return rolling.normal_roller(phi, speed); },
               [&](double phi) { return rolling.torque_roller(phi, speed); }),
           bound, reason);
-    claim("the eccentric cam by a table of 72 lifts", way,
+    claim("eccentric cam by a table of 72 lifts, flat-faced follower", way,
           off(
               scene_of(face, speed, 2, flat, R, table, way), way, speed,
               [&](double phi) { return face.press(phi, speed); },
               [&](double phi) { return face.torque_flat(phi, speed); }),
-          bound + 1e-3, "and h'' of a cubic spline, known to (5°)²/8");
+          bound + 1e-3, "error of the eccentric cam, and (5°)²/8 of the cubic spline's second derivative");
   }
 }
 
@@ -179,6 +185,7 @@ void jumps(Findings& f) {
   const double R = 0.03;
   const reference::EccentricCam c{0.01, 0.2, 800, 11.962, R};
   const double jump = c.jump_speed();
+  const char* const below = "eccentric cam at 0.98 of the jump speed";
   for (const auto& way : ways) {
     const auto losses = [&](double share, double from = 0.5 * M_PI) {
       const auto run =
@@ -190,38 +197,37 @@ void jumps(Findings& f) {
     };
     const bool soft = way.penalty();
     if (way.fixed())
-      // What is pressed drifts off by an error of third order a step, until that is more than the force takes back.
-      f.at_most(
-          fmt::format("at 0.98 of the jump speed, greatest height over the cam in 3 turns, {}", way.name),
-          "m", height(scene_of(c, 0.98 * jump, 3, flat, R, eccentric(0.01), way), c, 0.98 * jump), 4e-8,
-          source, "hops of a step: h² times what cam and spring accelerate by, 300 m/s²");
+      // A closed contact drifts open by a third-order error per step, until the contact force
+      // closes it again.
+      f.at_most(claim_name(below, "greatest height of the follower over the cam in 3 turns", way.name), "m",
+                height(scene_of(c, 0.98 * jump, 3, flat, R, eccentric(0.01), way), c, 0.98 * jump), 4e-8,
+                source, "separations of one step: h² times the acceleration by cam and spring, 300 m/s²");
     else
-      f.at_most(
-          fmt::format("at 0.98 of the jump speed, times that the follower leaves its cam in 3 turns, {}",
-                      way.name),
-          "", static_cast<double>(losses(0.98).size()), 0, source,
-          "the least force is 4 % of the preload's and the spring's sum still");
+      f.at_most(claim_name(below, "separations in 3 turns", way.name), "",
+                static_cast<double>(losses(0.98).size()), 0, source,
+                "exact: the least contact force is still 4 % of preload and spring force");
     const auto angles = losses(1.02, way.fixed() ? c.lost_at(1.02 * jump) - 0.01 : 0.5 * M_PI);
-    f.within(fmt::format("at 1.02 of it, cam angle of the first loss, {}{}", way.name,
-                         way.fixed() ? ", but for hops of a step before" : ""),
-             "rad", angles.empty() ? NAN : angles.front(), c.lost_at(1.02 * jump),
-             soft          ? 0.05
-             : way.fixed() ? 0.01
-                           : 1e-6,
-             source,
-             soft          ? "unloading a contact of 5e3/s takes 2e-4 s, twice"
-             : way.fixed() ? "h ω = 1.2e-3 rad, and the force is first order"
-                           : "tolerance 1e-10, and a force that falls by 3e3 N/s");
+    f.within(
+        claim_name("eccentric cam at 1.02 of the jump speed", "cam angle of the first separation", way.name),
+        "rad", angles.empty() ? NAN : angles.front(), c.lost_at(1.02 * jump),
+        soft          ? 0.05
+        : way.fixed() ? 0.01
+                      : 1e-6,
+        source,
+        soft ? "unloading of a contact with 5e3/s takes 2e-4 s, margin of two"
+        : way.fixed()
+            ? "h ω = 1.2e-3 rad, and the force is of first order; earlier separations of one step are ignored"
+            : "tolerance 1e-10, and a force that falls by 3e3 N/s");
   }
-  // cases/cam-follower: well above it.
+  // cases/cam-follower: well above the jump speed.
   const double speed = 1300 * 2 * M_PI / 60;
   const auto landing = c.landing(speed);
   for (const auto& way : ways) {
     const auto run = test::finished(scene_of(c, speed, 1, flat, R, eccentric(0.01), way), way.family);
     const bool soft = way.penalty();
     const double off = soft ? 1e-3 : way.fixed() ? 3e-4 : 1e-7;
-    const char* reason = soft ? "as it leaves 0.05 rad late at the most, with 1e-3 of its speed more or less"
-                         : way.fixed() ? "leaves a step late, 1e-3 rad; lands in whole steps"
+    const char* reason = soft          ? "separation at most 0.05 rad late, at a speed within 1e-3"
+                         : way.fixed() ? "separation a step late, 1e-3 rad; landing in whole steps"
                                        : "tolerance 1e-10";
     double t = NAN, rate = NAN;
     for (const auto& e : run.events)
@@ -230,10 +236,11 @@ void jumps(Findings& f) {
         t = e.t, rate = e.v_n_minus;
         break;
       }
-    f.relative(fmt::format("follower that leaves its cam at 1300 rpm, time of its landing, {}", way.name),
+    f.relative(claim_name("eccentric cam at 1300 rpm, above the jump speed", "time of landing", way.name),
                "s", t, c.lost_at(speed) / speed + landing.after, off, source, reason);
-    f.relative(fmt::format("the rate of its landing, {}", way.name), "m/s", rate, landing.rate, 10 * off,
-               source, "an acceleration of 600 m/s² on the cam times that error of time");
+    f.relative(claim_name("eccentric cam at 1300 rpm, above the jump speed", "gap rate at landing", way.name),
+               "m/s", rate, landing.rate, 10 * off, source,
+               "acceleration 600 m/s² at the cam times the bound of the time");
   }
 }
 

@@ -1,7 +1,5 @@
-// Time steps that are chosen by their error, and the default scheme that hands over to them: what they cost, how their error
-// falls, and that nothing is lost between the schemes.
-#include <fmt/format.h>
-
+// Adaptive time stepping and the automatic scheme, which hands over to it: cost, convergence, and
+// continuity of events, energy and momentum across handovers.
 #include "mechanism/scene.hpp"
 #include "verification/claims/claim.hpp"
 #include "verification/references/bouncing_ball.hpp"
@@ -12,6 +10,8 @@
 
 namespace freeplay::verification {
 namespace {
+
+constexpr const char* adaptive = "Moreau–Jean, adaptive steps";
 
 Scene by(Scene scene, Scheme scheme, double tolerance = 1e-6) {
   scene.run.discard = 0;
@@ -24,8 +24,9 @@ Scene by(Scene scene, Scheme scheme, double tolerance = 1e-6) {
 
 Result finished(const Scene& scene) { return test::finished(scene, Family::nonsmooth); }
 
-/// The paper's first six touches.
+/// The first six impacts of the paper's slider-crank.
 void rig(Findings& f) {
+  const char* const subject = "paper's slider-crank with clearance";
   auto scene = read_scene(test::flores(), {"run.revolutions=0.2", "run.discard=0"});
   auto events = by(scene, Scheme::event_driven);
   events.nonsmooth.tolerance = 1e-13;
@@ -38,12 +39,12 @@ void rig(Findings& f) {
   };
   scene.run.duration = exact.at(5).t + 1e-5;
   const auto run = finished(by(scene, Scheme::moreau_jean));
-  f.at_most("chosen steps: first six touches of the paper's rig, greatest error of their times", "s",
+  f.at_most(claim_name(subject, "times of first 6 impacts, greatest error", adaptive), "s",
             worst(test::touches(run)), 1e-6, "event-driven at 1e-13",
-            "the goal that was set; 20,000 fixed steps of 1e-6 s leave 5e-6 s");
-  f.at_most("the same: velocity solves to just after the sixth, rejected steps included", "",
-            static_cast<double>(run.work.rhs), 2000, "", "the goal that was set: a tenth of those steps");
-  scene.run.duration += 1e-4;  // a touch may be late
+            "required accuracy; 20000 fixed steps of 1e-6 s have an error of 5e-6 s");
+  f.at_most(claim_name(subject, "velocity solutions up to the 6th impact, rejected steps included", adaptive),
+            "", static_cast<double>(run.work.rhs), 2000, "", "required cost: a tenth of 20000 fixed steps");
+  scene.run.duration += 1e-4;  // an impact may be late
   std::vector<double> accepted, errors;
   for (const double tolerance : {1e-4, 1e-5, 1e-6, 1e-7}) {
     double late = 0;
@@ -54,12 +55,13 @@ void rig(Findings& f) {
     errors.push_back(late);
   }
   f.between(
-      "the same: slope of that error over nonsmooth.step_tolerance, 1e-7 to 2e-4", "",
-      test::observed_order(accepted, errors), 0.7, 1.3, "",
-      "a touch is landed on to 0.1 and acts within 1 tolerance × clearance: 1; smooth stretches before it 1 to 4/3");
+      claim_name(subject, "exponent of nonsmooth.step_tolerance in the error of impact times, 1e-7 to 2e-4",
+                 adaptive),
+      "", test::observed_order(accepted, errors), 0.7, 1.3, "",
+      "1 from contacts located to 0.1 to 1 tolerance × clearance, 1 to 4/3 from the smooth motion before");
 }
 
-/// A body on a spring: the order where forces know the place alone.
+/// A body on a spring: the order where forces depend on position alone.
 void smooth(Findings& f) {
   const auto scene = read_scene(test::scene_file("hanging_mass"));
   const double w = std::sqrt(80 / 2.0), rest = -(1 + 2 * 9.81 / 80), a = -1 - rest;
@@ -70,12 +72,13 @@ void smooth(Findings& f) {
     errors.push_back(std::max(std::abs(run.final_state.q[1] - rest - a * std::cos(w * 1.3)) / a,
                               std::abs(run.final_state.v[1] + a * w * std::sin(w * 1.3)) / (a * w)));
   }
-  f.between("chosen steps: a body on a spring, order of its error in the solves", "",
+  f.between(claim_name("mass on a spring", "order of the error in the number of solutions", adaptive), "",
             test::observed_order(each, errors), 3.7, 4.3, "y = y₀ + a cos ωt",
-            "one step and two halves of a symmetric method of order 2: their combination is of order 4");
+            "4: extrapolation from one step and two half steps of a symmetric method of order 2");
 }
 
-/// A journal that slides round its bearing: the order where the normal turns and friction goes with what presses.
+/// A journal that slides round its bearing: the order with a rotating normal and friction
+/// proportional to the normal force.
 void sliding(Findings& f) {
   const double mu = 0.3, c = 1e-3, v0 = 1, t = 0.01;
   const auto scene = read_scene(test::scene_file("sliding_journal"));
@@ -90,13 +93,14 @@ void sliding(Findings& f) {
                  std::abs(std::remainder(std::atan2(s.q[1], s.q[0]) - angle, 2 * 3.141592653589793))));
   }
   f.between(
-      "chosen steps: a journal sliding round its bearing, order of its error in the solves", "",
-      test::observed_order(each, errors), 2.5, 3.5, "v = v₀/(1 + μ v₀ t/c), φ = ln(1 + μ v₀ t/c)/μ",
-      "the friction of the last half step's turning is of third order: an error in proportion to what is accepted, "
-      "which falls with the cube of the steps");
-  f.at_most("the same at 1e-6: greatest error of speed and angle over tolerance", "", errors[1] / 1e-6, 30,
-            "the same",
-            "some 160 steps that each miss by up to a tolerance, a third of it after extrapolation");
+      claim_name("journal sliding round its bearing", "order of the error in the number of solutions",
+                 adaptive),
+      "", test::observed_order(each, errors), 2.5, 3.5, "v = v₀/(1 + μ v₀ t/c), φ = ln(1 + μ v₀ t/c)/μ",
+      "3: friction over the rotation of the last half step is of third order, as is the accepted error");
+  f.at_most(claim_name("journal sliding round its bearing",
+                       "greatest error of speed and angle over the tolerance 1e-6", adaptive),
+            "", errors[1] / 1e-6, 30, "v = v₀/(1 + μ v₀ t/c), φ = ln(1 + μ v₀ t/c)/μ",
+            "some 160 steps that each err by up to a tolerance, by a third of it after extrapolation");
 }
 
 void at_rest(Findings& f) {
@@ -105,35 +109,37 @@ void at_rest(Findings& f) {
   const auto run = finished(scene);
   const reference::BouncingBall ball{0.5, 9.81, 0.5};
   const auto found = test::touches(run);
-  double told = 0, beyond = 0;  // the greatest error over what is told
+  double reported = 0, beyond = 0;  // beyond: the greatest error over the reported uncertainty
   for (std::size_t k = 0; k + 1 < found.size(); ++k) {
-    told += found[k].t_uncertainty;
+    reported += found[k].t_uncertainty;
     beyond = greatest(beyond, std::abs(found[k].t - reference::ball_impact(ball, static_cast<int>(k) + 1).t) /
-                                  (3 * told + 1e-12));
+                                  (3 * reported + 1e-12));
   }
   f.at_most(
-      "chosen steps: a ball's bounces, errors of their times over what is told", "", beyond, 1,
-      "t_k = t₁ (1 + 2 (e + … + e^{k−1}))",
-      "an impact δ late shifts the rest by δ (1 + e)/(1 − e) = 3 δ: three times the sum of what was told");
-  f.at_most("the same: its coming to rest, error over what is told", "",
+      claim_name("bouncing ball", "times of impacts, greatest error over reported uncertainty", adaptive), "",
+      beyond, 1, "t_k = t₁ (1 + 2 (e + … + e^{k−1}))",
+      "an impact δ late delays all later ones by up to δ (1 + e)/(1 − e) = 3 δ: three times the sum of the reported "
+      "uncertainties");
+  f.at_most(claim_name("bouncing ball", "time of rest, error over reported uncertainty", adaptive), "",
             std::abs(found.back().t - reference::ball_accumulation_time(ball)) /
-                (3 * told + found.back().t_uncertainty),
+                (3 * reported + found.back().t_uncertainty),
             1, "t_∞ = t₁ (1 + e)/(1 − e)",
-            "the touch that ends the hops tells how long they would have lasted");
+            "the contact that ends the bounces reports the duration of the omitted ones");
   const double low = 1e-6 * 1e-3 * 0.05;
-  f.within("the same: its touches", "", static_cast<double>(found.size()),
-           std::ceil(std::log(0.5 / low) / std::log(4.0)) + 1, 0, "the k-th hop is 0.5 m × e^{2k} high",
-           "the first hop below tolerance × a thousandth of the radius is the last: a count");
+  f.within(claim_name("bouncing ball", "number of impacts", adaptive), "", static_cast<double>(found.size()),
+           std::ceil(std::log(0.5 / low) / std::log(4.0)) + 1, 0, "height of bounce k: 0.5 m × e^{2k}",
+           "exact: the first bounce below tolerance × a thousandth of the radius is the last");
   auto ring = by(read_scene(test::scene_file("ring")), Scheme::moreau_jean);
   ring.mechanism.surfaces[0].restitution = 1;
   ring.mechanism.surfaces[0].friction.reset();
   const auto l = finished(ring).ledger;
-  f.at_most("chosen steps: ring and journal, e = 1, half a second: change of the kinetic energy", "",
-            std::abs(l.kinetic / l.initial - 1), 1e-11, "elastic, no forces",
-            "u⁺ = −u⁻ makes the mean rate of a step zero: rounding of some hundred impacts");
+  f.at_most(
+      claim_name("free ring and journal, e = 1", "relative change of kinetic energy in 0.5 s", adaptive), "",
+      std::abs(l.kinetic / l.initial - 1), 1e-11, "0: elastic impacts, no forces",
+      "rounding of some hundred impacts: u⁺ = −u⁻ makes the mean velocity of a step zero");
 }
 
-/// Sliding that turns round: from how many starts it is off by more than what is accepted.
+/// A block whose sliding reverses, from several starting velocities: errors over the accepted ones.
 void turning_friction(Findings& f) {
   double worst = 0;
   for (const double tolerance : {1e-4, 1e-5, 1e-6, 1e-7})
@@ -143,10 +149,10 @@ void turning_friction(Findings& f) {
       const auto end = finished(by(scene, Scheme::moreau_jean, tolerance)).final_state;
       worst = greatest(worst, std::abs(end.v[0] + 2 * (0.2 - v0 / 8)) / (tolerance * (std::sqrt(9.81) + v0)));
     }
-  f.at_most(
-      "chosen steps: a block that a pull turns round against preloaded friction, 20 runs: error over tolerance",
-      "", worst, 2, "m v̇ = −F ∓ R, by hand",
-      "a step over the instant of turning is wrong by what is accepted, and so may be one that ends there");
+  f.at_most(claim_name("block reversed by a pull against preloaded friction",
+                       "velocity error over tolerance, greatest of 20 runs", adaptive),
+            "", worst, 2, "m v̇ = −F ∓ R",
+            "a step across the reversal errs by the tolerance, and so may one that ends there");
 }
 
 void handovers(Findings& f) {
@@ -156,8 +162,9 @@ void handovers(Findings& f) {
   for (std::size_t i = 0; i < std::min(events.events.size(), whole.events.size()); ++i)
     differ +=
         events.events[i].t != whole.events[i].t || events.events[i].impulse_n != whole.events[i].impulse_n;
-  f.within("automatic: events of the paper's rig that are not those of event-driven, to the last bit", "",
-           differ, 0, 0, "event-driven", "nothing is handed over there, and watching for it moves nothing");
+  f.within(claim_name("paper's slider-crank with clearance",
+                      "events that differ from the event-driven scheme", "automatic"),
+           "", differ, 0, 0, "event-driven run", "exact, bit for bit: there is no handover");
   int unfinished = 0, unhanded = 0, turns = 0;
   double energy = 0, momentum = 0, impulses = 0;
   const std::pair<std::string, double> all[] = {{loop, 1.46593092926e-05},
@@ -166,7 +173,7 @@ void handovers(Findings& f) {
                                                 {test::random_pile(8), 0.3},
                                                 {test::random_pile(11), 0.3}};
   for (const auto& [text, duration] : all) {
-    auto scene = by(parse_scene(text, "handed over"), Scheme::automatic);
+    auto scene = by(parse_scene(text, "handover"), Scheme::automatic);
     scene.run.duration = duration;
     const auto b = booked(scene);
     unfinished += b.result.ending.status != Ending::Status::finished;
@@ -176,19 +183,21 @@ void handovers(Findings& f) {
     momentum = greatest(momentum, greatest(b.momentum, b.moment));
     impulses = greatest(impulses, b.impulses);
   }
-  const std::string which = "a fast loose four-bar, a jamming disc, three piles";
-  f.within("automatic: of " + which + ", runs that do not end or hand nothing over", "",
-           unfinished + unhanded, 0, 0, "", "event-driven alone does not finish the first");
-  f.within("the same: touches and losses of a contact that do not take turns", "", turns, 0, 0, "",
-           "no event is lost in a hand-over, none doubled");
+  const auto name = [](const char* quantity) {
+    return claim_name("fast four-bar with clearance, disc in a wedge, three piles", quantity, "automatic");
+  };
+  f.within(name("runs unfinished or without a handover"), "", unfinished + unhanded, 0, 0, "0",
+           "exact; the event-driven scheme alone does not finish the first");
+  f.within(name("contact onsets and separations that do not alternate"), "", turns, 0, 0, "0",
+           "exact: no event is lost or doubled at a handover");
   f.at_most(
-      "the same: impulses that events tell, less those of the steps", "", impulses, 1e-4,
-      "∫ F_N dt and the steps' impacts",
-      "forces of a smooth step are extrapolated, impulses of events are not: 1e-6 a step, some tens of steps");
-  f.at_most("the same: greatest error of the energy balance", "", energy, 1e-6, "",
-            "energies go with the state, 1e-6 of its scale a step at most");
-  f.at_most("the same: change of each body's momentum less impulses", "", momentum, 1e-6, "Newton and Euler",
-            "as above");
+      name("impulses of events less those of steps"), "", impulses, 1e-4, "∫ F_N dt and the steps' impacts",
+      "forces of a smooth step are extrapolated, impulses of events are not: 1e-6 per step, some tens of steps");
+  f.at_most(name("greatest error of the energy balance"), "", energy, 1e-6, "0",
+            "energies have the error of the state, at most 1e-6 of its scale per step");
+  f.at_most(name("change of each body's momentum less impulses"), "", momentum, 1e-6,
+            "Newton–Euler equations",
+            "momenta have the error of the state, at most 1e-6 of its scale per step");
 }
 
 }  // namespace

@@ -1,5 +1,6 @@
-// A claim: a measured value, what it is expected to be and from where, a bound fixed beforehand with its
-// reason, and the verdict. The lists in this folder drive `freeplay verify`, its files, and the tests alike.
+// A claim: a measured value, its expected value with a source, a bound that was fixed before the
+// run with its reason, and the verdict. The sets of claims in this folder are run by `freeplay
+// verify`, which writes their reports, and by the tests.
 #pragma once
 
 #include <cmath>
@@ -7,12 +8,24 @@
 #include <nlohmann/json.hpp>
 #include <span>
 #include <string>
+#include <string_view>
 #include <vector>
 
 namespace freeplay::verification {
 
-/// The greater of two, and NaN if either is: std::max would lose it.
+/// The greater of two values, or NaN if either is NaN, which std::max would drop.
 inline double greatest(double a, double b) { return a >= b || std::isnan(a) ? a : b; }
+
+/// The name of a claim, "subject: quantity [scheme]"; without a scheme no brackets. The subject is
+/// the mechanism or problem, the quantity a noun phrase, and the scheme a formulation, an
+/// integrator or a law.
+inline std::string claim_name(std::string_view subject, std::string_view quantity,
+                              std::string_view scheme = {}) {
+  std::string name{subject};
+  name.append(": ").append(quantity);
+  if (!scheme.empty()) name.append(" [").append(scheme).append("]");
+  return name;
+}
 
 struct Claim {
   enum class Judged {
@@ -21,13 +34,18 @@ struct Claim {
     at_most,   ///< measured ≤ bound
     between    ///< expected ≤ measured ≤ bound
   };
-  std::string quantity, unit;
+  std::string quantity;  ///< the name: claim_name()
+  std::string unit;
   double measured = 0;
   Judged judged = Judged::within;
   double expected = 0, bound = 0;
   std::string source;  ///< of the expected value
   std::string reason;  ///< of the bound
 
+  /// Whether the deviation from an expected value is bounded, not the value itself.
+  bool compared() const { return judged == Judged::within || judged == Judged::relative; }
+  /// Significant digits of the expected value that resolve a tenth of the bound: 8 to 15.
+  int digits() const;
   bool holds() const {
     switch (judged) {
       case Judged::within:
@@ -42,7 +60,7 @@ struct Claim {
   }
 };
 
-/// A curve that a claim was read from, for docs/verification/verification.md.
+/// The curve from which a claim was evaluated, for docs/verification.md.
 struct Curve {
   std::string figure, title, x_label, y_label;
   std::vector<double> x, y;
@@ -82,7 +100,8 @@ struct ClaimSet {
 };
 std::span<const ClaimSet> claim_sets();
 
-/// One set with what it found; `failure` when it could not be made (an exception's words).
+/// The claims of one set after its runs. `failure`: message of the exception that ended them, else
+/// empty.
 struct Verdict {
   const ClaimSet* set = nullptr;
   Findings findings;
@@ -96,12 +115,13 @@ std::string table(const Verdict& verdict);                     ///< for a termin
 nlohmann::json to_json(const std::vector<Verdict>& verdicts);  ///< verification.json
 std::string document(const std::vector<Verdict>& verdicts);    ///< docs/verification/verification.md
 
-/// What the claims of a set ask, without anything that was measured: a row each of `asked_columns`,
-/// docs/verification/verification.csv. A number in parentheses in a name was measured, so it is left out.
+/// The rows of docs/verification.csv, columns `asked_columns`: names, expected values and bounds of
+/// the claims of a set, without measured values.
 std::string asked(const Verdict& verdict);
 inline constexpr const char* asked_columns = "set,judged,expected,bound,unit,quantity\n";
 
-// The sets, one file each; that of forces has its parts in force_*.cpp.
+// The sets of claims. The set "forces" has its parts in force_*.cpp, "gears" in gear_*.cpp and
+// slots_and_stops.cpp.
 Findings closed_forms();
 Findings restitution();
 Findings mechanisms();

@@ -1,5 +1,5 @@
-// What drives a mechanism: prescribed motions along curves, torques and forces read from curves, motors, a governor; each
-// against a closed form, in every way that a scene can be run.
+// Drives of mechanisms: prescribed motions, torques and forces by curves, motors and a speed
+// governor. Each is claimed against a closed form, by every formulation and scheme.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -24,9 +24,11 @@ namespace {
 constexpr double h = 1e-4;  // s, of time stepping
 
 using test::Way;
-const Way ways[] = {test::penalty, test::fixed_steps(h), test::event_driven, test::automatic};
+const Way ways[] = {test::penalty, test::fixed_steps(h, "Moreau–Jean, h = 1e-4 s"), test::event_driven,
+                    test::automatic};
 
-/// What a run came to: its end, the greatest departure of what `off` looks at on the way, and its ledger.
+/// Results of a run: final state, greatest error by `off` during the run, error of the energy
+/// balance, and its greatest work.
 struct Outcome {
   State end;
   double worst = 0, closure = 0, energy = 0;
@@ -44,7 +46,8 @@ class Watch final : public Observer {
     forces_ = {std::vector<ElementForce>(layout.forces.size()), std::vector<double>(q_.size())};
   }
   void step(const Step& step) override {
-    // A time step's force is its mean, that of its middle; within a long step of an integrator the state is interpolated.
+    // The force of a time step is its mean, taken at its middle; within a step of an integrator the
+    // state is interpolated.
     const double t = stepping_ ? 0.5 * (step.t0 + step.t1) : step.t1;
     step.state(t, q_, v_);
     forces_.clear();
@@ -80,34 +83,35 @@ const std::string slider =
 joint = "guide"
 )";
 
-const char* const tight = "tolerance 1e-10 in a step, room of a thousand";
-/// Greatest acceleration by which Baumgarte's method answers what a step leaves of a constraint (m/s² or rad/s²).
+const char* const tight = "tolerance 1e-10 per step, margin of 1000";
+/// Greatest acceleration of Baumgarte's stabilisation due to the constraint residual of a step
+/// (m/s² or rad/s²).
 constexpr double answer = 100 * 1e-10 * (2 * 5 * 10 + 5 * 5);
 const char* const stabilised =
-    "Baumgarte answers a hundred tolerances of a violation, and of its rate at 10 m/s or 10 rad/s, with β² and 2α times that, over the "
-    "greatest acceleration";
+    "Baumgarte acceleration 2αΦ̇ + β²Φ for residuals of 100 tolerances, rates at 10 m/s or 10 rad/s, over the greatest "
+    "acceleration";
 
-const char* const second_order = "second order: (h/τ)² of the fastest time τ in play, and room of ten";
+const char* const second_order = "second order: (h/τ)² of the smallest time constant τ, margin of ten";
 
-void closure(Findings& f, const Way& way, const Outcome& o) {
-  f.at_most(fmt::format("{}: what the energy ledger leaves open over the greatest work", way.name), "",
-            o.closure / o.energy, 1e-6, "the law of energy",
-            "works are carried at the tolerance, by a thousand");
+void closure(Findings& f, const char* subject, const Way& way, const Outcome& o) {
+  f.at_most(claim_name(subject, "error of the energy balance over the greatest work", way.name), "",
+            o.closure / o.energy, 1e-6, "0", "works are integrated at the tolerance, margin of 1000");
 }
 
 void dc_motors(Findings& f) {
   for (const double L : {0.0, 0.01}) {
+    const char* const subject = L > 0 ? "DC motor with inductance" : "DC motor without inductance";
     const reference::DcSpinUp motor{24, 1.5, 0.4, L, inertia};
     const auto text = rotor + "voltage = 24\nresistance = 1.5\ntorque_constant = 0.4\n" +
                       (L > 0 ? "inductance = 0.01\n" : "");
     for (const auto& way : ways) {
       const auto o = run(text, 0.5, way);
       // τ = R J/k² = 0.47 s, L/R = 6.7e-3 s
-      f.relative(
-          fmt::format("DC motor {} inductance, {}: speed after 0.5 s", L > 0 ? "with" : "without", way.name),
-          "rad/s", o.end.v[2], motor.speed(0.5), way.fixed() ? 10 * h * h / (L > 0 ? 4.4e-5 : 0.2) : 1e-7,
-          L > 0 ? "two exponentials" : "U/k (1 − exp(−t/τ))", way.fixed() ? second_order : tight);
-      closure(f, way, o);
+      f.relative(claim_name(subject, "speed after 0.5 s", way.name), "rad/s", o.end.v[2], motor.speed(0.5),
+                 way.fixed() ? 10 * h * h / (L > 0 ? 4.4e-5 : 0.2) : 1e-7,
+                 L > 0 ? "two exponentials (τ = R J/k², L/R)" : "U/k (1 − exp(−t/τ))",
+                 way.fixed() ? second_order : tight);
+      closure(f, subject, way, o);
     }
   }
   const auto text = rotor + R"(voltage = 24
@@ -118,15 +122,15 @@ joint = "main"
 speed = 0
 )";
   for (const auto& way : ways)
-    f.at_most(fmt::format("DC motor held still, {}: departure of its torque from k U/R, and of the holder's",
-                          way.name),
-              "N m",
-              run(text, 0.1, way,
-                  [](double, const auto&, const auto&, const Forces& now) {
-                    return greatest(std::abs(now.elements[1].m - 6.4), std::abs(now.elements[2].m + 6.4));
-                  })
-                  .worst,
-              1e-12, "0.4·24/1.5 N m", "rounding");
+    f.at_most(
+        claim_name("DC motor at standstill", "torques of motor and holding drive, greatest error", way.name),
+        "N m",
+        run(text, 0.1, way,
+            [](double, const auto&, const auto&, const Forces& now) {
+              return greatest(std::abs(now.elements[1].m - 6.4), std::abs(now.elements[2].m + 6.4));
+            })
+            .worst,
+        1e-12, "k U/R = 6.4 N m", "rounding");
 }
 
 void induction_motors(Findings& f) {
@@ -139,29 +143,31 @@ type = "torque"
 body = "rotor"
 torque = -4
 )";
-  // Beside its breakdown the motor would run the other way: it starts beyond, and settles within J ω_s s_k²…/M_k ~ 0.1 s.
+  // From rest the brake would turn the motor backwards. It therefore starts above the breakdown
+  // speed, and settles within J ω_s s_k²…/M_k ≈ 0.1 s.
   auto turning = text;
   turning.insert(turning.find("inertia = 0.05\n"), "angular_velocity = 140\n");
   for (const auto& way : ways)
-    f.relative(fmt::format("asynchronous motor against 4 N m, {}: speed after 4 s", way.name), "rad/s",
+    f.relative(claim_name("asynchronous motor against 4 N m", "speed after 4 s", way.name), "rad/s",
                run(turning, 4, way).end.v[2], w * (1 - s), 1e-7, "s = s_k (M_k/M − √((M_k/M)² − 1))",
-               "a stationary speed: what the scheme leaves is its tolerance");
+               "stationary speed: error of the order of the tolerance");
 }
 
 void governors(Findings& f) {
   const auto text = rotor + "target_speed = 30\nproportional = 0.2\nintegral = 1.0\n";
   for (const auto& way : ways) {
     const auto o = run(text, 1.0, way);
-    f.relative(fmt::format("governor, {}: speed after 1 s", way.name), "rad/s", o.end.v[2],
+    f.relative(claim_name("speed governor", "speed after 1 s", way.name), "rad/s", o.end.v[2],
                reference::governed_speed(30, 0.2, 1.0, inertia, 1.0), way.fixed() ? 10 * h * h * 20 : 1e-7,
-               "PI loop on an inertia, second order", way.fixed() ? second_order : tight);
-    closure(f, way, o);
+               "PI control of an inertia: linear system of second order", way.fixed() ? second_order : tight);
+    closure(f, "speed governor", way, o);
   }
 }
 
 void prescribed(Findings& f) {
   for (const bool polynomial : {true, false}) {
     const auto* name = polynomial ? "polynomial" : "cycloidal";
+    const auto subject = fmt::format("rotor with {} start-up", name);
     const auto text = rotor + fmt::format(
                                   "velocity = \"up\"\n[curves.up]\nshape = \"ramp\"\nto = 20\nrise = 0.5\n"
                                   "profile = \"{}\"\n",
@@ -169,13 +175,13 @@ void prescribed(Findings& f) {
     const auto p = polynomial ? reference::polynomial_rise(0.5) : reference::cycloidal_rise(0.5);
     for (const auto& way : ways) {
       const auto o = run(text, 0.25, way);
-      f.within(fmt::format("{} start-up, {}: angle half-way up", name, way.name), "rad", o.end.q[2],
+      f.within(claim_name(subject, "angle after half the rise", way.name), "rad", o.end.q[2],
                20 * 0.5 * p.integral, way.penalty() ? 1e-8 : 1e-12, "the profile's integral",
-               "prescribed: rounding; penalty: 1e-10 a step in a radian, by a hundred");
-      closure(f, way, o);
+               "rounding of a prescribed motion; penalty: 1e-10 per step in a radian, margin of 100");
+      closure(f, subject.c_str(), way, o);
     }
     for (const auto& way : ways)
-      f.at_most(fmt::format("{} start-up, {}: torque less J α over the greatest", name, way.name), "",
+      f.at_most(claim_name(subject, "torque of the drive, greatest error over greatest torque", way.name), "",
                 polynomial
                     ? run(text, 0.6, way,
                           [](double t, const auto&, const auto&, const Forces& now) {
@@ -192,10 +198,10 @@ void prescribed(Findings& f) {
                 way.fixed()     ? 1e-6
                 : way.penalty() ? answer / 75
                                 : 1e-10,
-                "the profile's derivative",
-                way.fixed()     ? "a step's mean against its middle: (h/0.5 s)² of a few tens"
+                "J α, the profile's derivative",
+                way.fixed() ? "mean force of a step against that at its middle: (h/0.5 s)² times some tens"
                 : way.penalty() ? stabilised
-                                : "prescribed: rounding");
+                                : "rounding of a prescribed motion");
   }
   const auto shaken =
       slider +
@@ -207,22 +213,26 @@ void prescribed(Findings& f) {
       const double force = -2.0 * 0.05 * w * w * std::sin(w * t);
       return std::hypot(e.fx - 0.8 * force, e.fy - 0.6 * force) / (0.1 * w * w);
     });
-    f.within(fmt::format("slider driven to and fro, {}: its place after 0.7 s", way.name), "m",
+    f.within(claim_name("slider with prescribed harmonic motion", "position after 0.7 s", way.name), "m",
              0.8 * o.end.q[0] + 0.6 * o.end.q[1], 0.05 * std::sin(0.7 * w), way.penalty() ? 1e-8 : 1e-12,
-             "A sin ωt", "as prescribed; penalty: its tolerance");
-    f.at_most(fmt::format("{}: force of its drive less m a, over the greatest", way.name), "", o.worst,
+             "A sin ωt", "rounding of a prescribed motion; penalty: tolerance");
+    f.at_most(claim_name("slider with prescribed harmonic motion",
+                         "force of the drive, greatest error over greatest force", way.name),
+              "", o.worst,
               way.fixed()     ? w * w * h * h
               : way.penalty() ? answer / (0.05 * w * w)
                               : 1e-10,
               "−m A ω² sin ωt",
-              way.fixed()     ? "a step's mean: (ω h)²"
+              way.fixed()     ? "mean force of a step: (ω h)²"
               : way.penalty() ? stabilised
-                              : "prescribed: rounding");
+                              : "rounding of a prescribed motion");
   }
 }
 
-/// A ball rests on a plate that rises with 2 m/s² and then, from 0.5 s on, falls away with 14 m/s²: it leaves at that instant.
+/// A ball on a plate that accelerates upwards at 2 m/s² until 0.5 s and then downwards at 14 m/s²,
+/// when the ball separates.
 void plates(Findings& f) {
+  const char* const subject = "ball on a plate that accelerates downwards";
   const std::string text = "gravity = [0.0, -9.81]\n" + test::body("plate", 5.0, 0.3) +
                            test::body("ball", 1.0, 0.004, "position = [0.0, 0.1]\n") + R"([surfaces.s]
 young = 2e9
@@ -244,22 +254,25 @@ velocity = "v"
 )";
   for (const auto& way : ways) {
     const auto o = run(text, 0.9, way);
-    // Penalty: K δ^1.5 = m (g + a) with K = 4/3 E/(1 − ν²) √R gives δ = 7e-6 m; released, it throws at ω δ < 5e-3 m/s.
-    f.within(fmt::format("ball on a plate that falls away, {}: its height after 0.9 s", way.name), "m",
-             o.end.q[4], 0.1 + 0.25 + 0.4 - 0.5 * 9.81 * 0.16,
+    // Penalty: K δ^1.5 = m (g + a) with K = 4/3 E/(1 − ν²) √R gives δ = 7e-6 m; on release the ball
+    // gains ω δ < 5e-3 m/s.
+    f.within(claim_name(subject, "height after 0.9 s", way.name), "m", o.end.q[4],
+             0.1 + 0.25 + 0.4 - 0.5 * 9.81 * 0.16,
              way.penalty() ? 0.4 * 5e-3
              : way.fixed() ? 1.4 * h
                            : 1e-9,
-             "a throw from 0.25 m at 1 m/s",
-             way.penalty() ? "what its compression throws it by"
-             : way.fixed() ? "a step at 14 m/s² too late"
+             "free flight from 0.25 m at 1 m/s",
+             way.penalty() ? "velocity gained from the release of compression"
+             : way.fixed() ? "separation a step late at 14 m/s²"
                            : tight);
-    closure(f, way, o);
+    closure(f, subject, way, o);
   }
 }
 
-/// A follower on a cam's law, of the angle of another joint that turns at 10 rad/s.
+/// A follower whose position is prescribed as a cam law of the angle of another joint, which turns
+/// at 10 rad/s.
 void followed(Findings& f) {
+  const char* const subject = "follower prescribed by a cam law";
   const std::string text = test::body("cam", 1.0, 0.01) + test::body("block", 2.0, 0.05) +
                            test::pin("main", "ground", "cam") +
                            test::guide("guide", "ground", "block", {0.0, 1.0}) + R"([curves.lift]
@@ -292,18 +305,20 @@ of = "main"
                       std::abs(now.elements[2].m - force * slope) / 0.2);
     });
     const auto p = reference::polynomial_rise((10 - 2 * std::numbers::pi - 3) / 2);
-    f.within(fmt::format("follower of a cam's law, {}: lift after 1 s", way.name), "m", o.end.q[4],
-             0.03 * (1 - p.value), way.penalty() ? 1e-8 : 1e-10, "3-4-5 polynomial",
-             "as prescribed; penalty: its tolerance");
-    f.at_most(fmt::format("{}: forces of follower and crank, over the greatest", way.name), "", o.worst,
-              way.fixed()     ? 0.01
-              : way.penalty() ? answer / 4.33
-                              : 1e-10,
-              "m Ω² s″, and M Ω = F ṡ",
-              way.fixed() ? "a step over a knot, where s‴ jumps: h Ω p‴/(2 p″) = 5e-3, and room of two"
-              : way.penalty() ? stabilised
-                              : "prescribed: rounding");
-    closure(f, way, o);
+    f.within(claim_name(subject, "lift after 1 s", way.name), "m", o.end.q[4], 0.03 * (1 - p.value),
+             way.penalty() ? 1e-8 : 1e-10, "3-4-5 polynomial",
+             "rounding of a prescribed motion; penalty: tolerance");
+    f.at_most(
+        claim_name(subject, "follower force and crank torque, greatest error over the greatest", way.name),
+        "", o.worst,
+        way.fixed()     ? 0.01
+        : way.penalty() ? answer / 4.33
+                        : 1e-10,
+        "F = m Ω² s″, M Ω = F ṡ",
+        way.fixed()     ? "a step across a knot, where s‴ jumps: h Ω p‴/(2 p″) = 5e-3, margin of two"
+        : way.penalty() ? stabilised
+                        : "rounding of a prescribed motion");
+    closure(f, subject, way, o);
   }
 }
 
@@ -332,32 +347,33 @@ axes = "body"
 factor = "rise"
 )";
   for (const auto& way : ways) {
-    const auto claim = [&](const char* what, const char* unit, double measured, double expected, double bound,
-                           const char* source) {
-      f.relative(fmt::format("{}, {}", what, way.name), unit, measured, expected, way.fixed() ? bound : 1e-7,
-                 source, way.fixed() ? second_order : tight);
+    const auto claim = [&](const char* subject, const char* quantity, const char* unit, double measured,
+                           double expected, double bound, const char* source) {
+      f.relative(claim_name(subject, quantity, way.name), unit, measured, expected,
+                 way.fixed() ? bound : 1e-7, source, way.fixed() ? second_order : tight);
     };
     const auto slow = run(falling, 0.5, way);
-    claim("torque that falls with speed: speed after 0.5 s", "rad/s", slow.end.v[2],
+    claim("rotor with torque falling with speed", "speed after 0.5 s", "rad/s", slow.end.v[2],
           -20 * std::expm1(-0.5 / 0.5), 10 * h * h / 0.25, "M₀/c (1 − exp(−c t/J))");
-    closure(f, way, slow);
+    closure(f, "rotor with torque falling with speed", way, slow);
     const auto hit = run(bump, 0.5, way);
-    claim("torque of a spline against time: speed behind it", "rad/s", hit.end.v[2], 1.25 * 3 * 0.1 / inertia,
-          1e-9, "5/4 M a/J, the natural spline's integral");
+    claim("rotor with a torque pulse by a spline of time", "speed after the pulse", "rad/s", hit.end.v[2],
+          1.25 * 3 * 0.1 / inertia, 1e-9, "5/4 M a/J, integral of the natural spline");
     const auto swung = run(turning, 0.3, way);
     const double w = std::sqrt(2 / inertia);
-    claim("torque against the angle, a spring: angle after 0.3 s", "rad", swung.end.q[2],
+    claim("rotor with torque by a table of angle", "angle after 0.3 s", "rad", swung.end.q[2],
           5 / w * std::sin(0.3 * w), 10 * w * w * h * h, "(ω₀/w) sin wt");
-    closure(f, way, swung);
+    closure(f, "rotor with torque by a table of angle", way, swung);
     const auto slid = run(pushed, 0.4, way);
     const double W = 2 * std::numbers::pi / 0.8;
-    claim("force along a guide against time: speed after half a period", "m/s",
+    claim("slider with a harmonic force", "speed after half a period", "m/s",
           0.8 * slid.end.v[0] + 0.6 * slid.end.v[1], 2 * 4 / (2.0 * W), 10 * W * W * h * h, "2 F/(m ω)");
     const auto flown = run(spun, 1.0, way);
     // ∫ t e^{iwt} dt = (e^{iwt}(1 − iwt) − 1)/w²
-    claim("force that turns with a body and grows: its speed across after 1 s", "m/s", flown.end.v[1],
-          1.5 / 2.0 * (std::sin(3.0) - 3 * std::cos(3.0)) / 9, 10 * 9 * h * h, "(F/m) ∫ t sin wt");
-    closure(f, way, flown);
+    claim("spinning disc with a growing force in body axes", "transverse velocity after 1 s", "m/s",
+          flown.end.v[1], 1.5 / 2.0 * (std::sin(3.0) - 3 * std::cos(3.0)) / 9, 10 * 9 * h * h,
+          "(F/m) ∫ t sin wt");
+    closure(f, "spinning disc with a growing force in body axes", way, flown);
   }
 }
 

@@ -1,4 +1,4 @@
-// Where mechanisms rest and how they swing about it: pendulums, springs, a slider-crank.
+// Equilibria and small oscillations of pendulums, spring-supported bodies and a slider-crank.
 #include "verification/claims/equilibrium_claims.hpp"
 
 #include <fmt/format.h>
@@ -37,13 +37,14 @@ std::string pendulum_scene(double angle) {
 void pendulums(Findings& f) {
   const reference::Pendulum p{2, 0.03, 0.3, 9.81, 0};
   const auto hangs = rest(pendulum_scene(0.4));
-  f.within("pendulum from 0.4 rad above the level, rests at", "rad", hangs.at.state.q[2], -pi / 2, 1e-12,
-           "straight down", "rounding");
-  f.relative("its small swings", "rad/s", hangs.rate(0), p.small_rate(), 1e-10, "√(m g a/(J + m a²))", exact);
-  const auto stands = rest(pendulum_scene(pi / 2));
-  f.within("the same upright: motions that run away", "", stands.at.runaway, 1, 0, "it falls", "a count");
-  f.relative("and the rate that it falls by", "1/s", stands.modes.at(0).s.real(), p.small_rate(), 1e-10,
-             "the same root, with its sign", exact);
+  f.within("pendulum: equilibrium angle, initial guess 0.4 rad", "rad", hangs.at.state.q[2], -pi / 2, 1e-12,
+           "−π/2", "rounding");
+  f.relative("pendulum: angular frequency of small oscillations", "rad/s", hangs.rate(0), p.small_rate(),
+             1e-10, "√(m g a/(J + m a²))", exact);
+  const auto upright = rest(pendulum_scene(pi / 2));
+  f.within("upright pendulum: number of unstable motions", "", upright.at.runaway, 1, 0, "1", "exact");
+  f.relative("upright pendulum: growth rate", "1/s", upright.modes.at(0).s.real(), p.small_rate(), 1e-10,
+             "√(m g a/(J + m a²))", exact);
 
   const reference::HangingPair two{0.471, 0.0035, 0.15, 0.3, 0.39, 0.002, 0.125, 9.81};
   const auto pair = rest(
@@ -53,8 +54,8 @@ void pendulums(Findings& f) {
       "elbow = {type = \"revolute\", between = [\"upper\", \"lower\"], at = [[0.15, 0], [-0.125, 0]]}\n"
       "[run]\nduration = 1\n");
   for (const std::size_t i : {0, 1})
-    f.relative(fmt::format("double pendulum, swing {}", i + 1), "rad/s", pair.rate(i), two.rates()[i], 1e-10,
-               "references/small_motions: a quadratic", exact);
+    f.relative(claim_name("double pendulum", fmt::format("angular frequency of mode {}", i + 1)), "rad/s",
+               pair.rate(i), two.rates()[i], 1e-10, "references/small_motions: quadratic equation", exact);
 }
 
 void springs(Findings& f) {
@@ -67,40 +68,44 @@ void springs(Findings& f) {
       "free_length = 0.6}\n[run]\nduration = 1\n");
   // 200 (1 + x − 0.8) = 300 (1 − x − 0.6)
   const double x = 80.0 / 500, tension = 200 * (0.2 + x);
-  f.within("mass between two stretched springs, rests at", "m", held.at.state.q[0], x, 1e-13,
-           "equal tensions", "rounding");
-  f.relative("its swing across them", "rad/s", held.rate(0), sqrt(tension * (1 / (1 + x) + 1 / (1 - x)) / 3),
-             1e-10, "tension over length", exact);
-  f.relative("its swing along them", "rad/s", held.rate(1), sqrt(500.0 / 3), 1e-10, "√((k₁ + k₂)/m)", exact);
-  // A block on a preloaded spring, damped.
+  f.within("mass between two stretched springs: equilibrium position", "m", held.at.state.q[0], x, 1e-13,
+           "equal spring forces", "rounding");
+  f.relative("mass between two stretched springs: angular frequency across the springs", "rad/s",
+             held.rate(0), sqrt(tension * (1 / (1 + x) + 1 / (1 - x)) / 3), 1e-10, "√(T (1/l₁ + 1/l₂)/m)",
+             exact);
+  f.relative("mass between two stretched springs: angular frequency along the springs", "rad/s", held.rate(1),
+             sqrt(500.0 / 3), 1e-10, "√((k₁ + k₂)/m)", exact);
+  // A block on a spring with damper under a constant force.
   const auto block = rest(
       "gravity = [0, -9.81]\n[bodies.block]\nmass = 4\ninertia = 1\nposition = [0, -0.1]\n"
       "[joints.guide]\ntype = \"translational\"\nbetween = [\"ground\", \"block\"]\naxis = [0, 1]\n[loads]\n"
       "spring = {type = \"spring-damper\", between = [\"ground\", \"block\"], at = [[0, 1], [0, 0]], stiffness = "
       "900, damping = 12, free_length = 0.7}\n"
       "pull = {type = \"force\", body = \"block\", force = [3, -20]}\n[run]\nduration = 1\n");
-  f.within("block on a spring with a preload and a constant force, rests at", "m", block.at.state.q[1],
-           0.3 - (4 * 9.81 + 20) / 900, 1e-13, "F/k", "rounding");
+  f.within("block on spring and damper under a constant force: equilibrium position", "m",
+           block.at.state.q[1], 0.3 - (4 * 9.81 + 20) / 900, 1e-13, "l₀ − F/k", "rounding");
   const auto s = block.modes.at(0).s;
-  f.relative("its damped swing", "rad/s", s.imag(), sqrt(900.0 / 4 - 1.5 * 1.5), 1e-10, "√(k/m − (d/2m)²)",
-             exact);
-  f.relative("its damping ratio", "", block.modes.at(0).damping(), 12 / (2 * sqrt(900.0 * 4)), 1e-10,
-             "d/(2√(k m))", exact);
-  // A torque that follows the angle with a lag: (J s² + d s + k)(τ s + 1) = c, u = u₀ + c φ.
+  f.relative("block on spring and damper under a constant force: damped angular frequency", "rad/s", s.imag(),
+             sqrt(900.0 / 4 - 1.5 * 1.5), 1e-10, "√(k/m − (d/2m)²)", exact);
+  f.relative("block on spring and damper under a constant force: damping ratio", "",
+             block.modes.at(0).damping(), 12 / (2 * sqrt(900.0 * 4)), 1e-10, "d/(2√(k m))", exact);
+  // A torque u = u₀ + c φ with a lag τ: (J s² + d s + k)(τ s + 1) = c.
   const auto lagged = rest(
       "[bodies.rotor]\nmass = 2\ninertia = 0.5\n[joints.pivot]\ntype = \"revolute\"\n"
       "between = [\"ground\", \"rotor\"]\n[loads.spring]\ntype = \"torsional-spring-damper\"\n"
       "between = [\"ground\", \"rotor\"]\nstiffness = 8\ndamping = 0.4\n[drives.motor]\njoint = \"pivot\"\n"
       "torque_table = [[-2, 0], [2, 6]]\nagainst = \"angle\"\nlag = 0.05\n[run]\nduration = 1\n");
   const double phi = 3 / (8 - 1.5);
-  f.within("rotor on a spring with a lagging torque 3 + 1.5 φ, rests at", "rad", lagged.at.state.q[2], phi,
-           1e-13, "k φ = u(φ)", "rounding");
-  f.within("the torque's state there", "N m", lagged.at.state.z.at(0), 8 * phi, 1e-12, "k φ", "rounding");
+  f.within("rotor on a spring with a lagging torque 3 + 1.5 φ: equilibrium angle", "rad",
+           lagged.at.state.q[2], phi, 1e-13, "k φ = u(φ)", "rounding");
+  f.within("rotor on a spring with a lagging torque 3 + 1.5 φ: torque at equilibrium", "N m",
+           lagged.at.state.z.at(0), 8 * phi, 1e-12, "k φ", "rounding");
   double worst = 0;
   for (const auto& m : lagged.modes)
     worst = greatest(worst, std::abs((0.5 * m.s * m.s + 0.4 * m.s + 8.0) * (0.05 * m.s + 1.0) - 1.5));
-  f.at_most("its characteristic polynomial at the modes found", "N m", worst, 1e-10,
-            "(J s² + d s + k)(τ s + 1) − c", "rounding of terms of 100");
+  f.at_most(
+      "rotor on a spring with a lagging torque 3 + 1.5 φ: characteristic polynomial at the computed eigenvalues",
+      "N m", worst, 1e-10, "(J s² + d s + k)(τ s + 1) − c = 0", "rounding of terms of 100");
 }
 
 reference::SprungSliderCrank sprung() {
@@ -127,10 +132,12 @@ void slider_crank(Findings& f) {
   const long double theta = s.rest(0.3L, 1.5L);
   const auto at = s.at(theta);
   const auto found = rest(sprung_scene(false), Family::nonsmooth);
-  f.within("slider-crank on a torsional spring under slanting weight, rests at", "rad", found.at.state.q[2],
-           static_cast<double>(theta), 1e-12, "references/small_motions: U′ = 0", "rounding");
-  f.relative("its swing", "rad/s", found.rate(0), static_cast<double>(std::sqrt(at.curvature / at.inertia)),
-             1e-10, "references/small_motions: U″/I", exact);
+  f.within("ideal slider-crank on a torsional spring under inclined weight: equilibrium crank angle", "rad",
+           found.at.state.q[2], static_cast<double>(theta), 1e-12, "references/small_motions: U′ = 0",
+           "rounding");
+  f.relative("ideal slider-crank on a torsional spring under inclined weight: angular frequency", "rad/s",
+             found.rate(0), static_cast<double>(std::sqrt(at.curvature / at.inertia)), 1e-10,
+             "references/small_motions: U″/I", exact);
 }
 
 }  // namespace freeplay::verification::equilibrium_claims

@@ -1,4 +1,5 @@
-// What the parts of the claim set "equilibrium" share: a place of rest with its small motions, and scenes.
+// Shared by the parts of the claim set "equilibrium": an equilibrium with its eigenmodes, and
+// scenes.
 #pragma once
 
 #include <cmath>
@@ -21,12 +22,12 @@ void springs(Findings& f);
 void slider_crank(Findings& f);
 void lamp(Findings& f);
 void contacts(Findings& f);
-void stays(Findings& f);  ///< a run that begins at rest
+void stays(Findings& f);  ///< runs that start at equilibrium
 
 using std::sqrt;
 inline constexpr double pi = std::numbers::pi;
 inline constexpr const char* exact =
-    "derivatives are exact: rounding of the place and of the values, 1e-13, room of a thousand";
+    "derivatives are exact: rounding of position and values, 1e-13, margin of 1000";
 inline constexpr const char* steel =
     "[surfaces]\nsteel = {young = 207e9, poisson = 0.3, restitution = 0.5}\n[run]\nduration = 1\n"
     "start = \"equilibrium\"\n";
@@ -37,7 +38,7 @@ struct Rest {
   Equilibrium at;
   std::vector<Mode> modes;
   Forces forces;
-  /// rad/s of the i-th that swings.
+  /// Angular frequency of the i-th oscillating mode (rad/s).
   double rate(std::size_t i) const {
     for (const auto& m : modes)
       if (m.kind == Mode::Kind::swing && i-- == 0) return std::abs(m.s);

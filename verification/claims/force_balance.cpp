@@ -24,7 +24,7 @@ Point point_of(std::span<const double> q, int body, const Vec2& at) {
   return centre_of(q, body) + at.x() * e + at.y() * reference::quarter_turn(e);
 }
 
-/// A corner of a loose slider in its body's frame, by its name.
+/// The corner `name` of a slider with clearance, in the frame of its body.
 Vec2 corner(const TranslationalJoint& joint, const std::string& name) {
   const double x = (name.find("front") != name.npos ? 0.5 : -0.5) * joint.clearance->length;
   const double y = (name.find("upper") != name.npos ? 0.5 : -0.5) * joint.clearance->height;
@@ -61,7 +61,7 @@ ForceBalance::ForceBalance(const Mechanism& mechanism, const Layout& layout)
             if (c.name != e.name && !(stop && e.name.starts_with(c.name + "."))) return;
             if constexpr (requires { c.at; })
               at_[i] = c.at[1];
-            else  // a stop of a joint
+            else  // a stop on a joint
               at_[i] = std::visit([](const auto& j) { return j.at[1]; }, mechanism.joints[c.joint]);
             if constexpr (std::is_same_v<std::decay_t<decltype(c)>, DiscContact>) overlap_[i] = -1;
           },
@@ -121,7 +121,8 @@ double ForceBalance::residual_anew(std::span<const double> q, std::span<const El
     const auto& f = elements[i];
     const auto& e = elements_[i];
     const Point force{f.fx, f.fy}, at = point_of(q, e.bodies[1], at_[i]);
-    // Friction is the same on both surfaces, which lie a gap apart: what the first body misses of the moment.
+    // Equal and opposite friction acts on both surfaces, which are a gap apart. `lost` is the
+    // resulting difference of the moment on the first body.
     double lost = 0;
     if (e.kind == ForceElement::Kind::contact) lost = overlap_[i] * f.ft * gaps[contact++].gap;
     for (const int side : {0, 1}) {

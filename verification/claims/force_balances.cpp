@@ -1,4 +1,5 @@
-// Newton and Euler, at instants and over intervals, in the process and from forces.csv.
+// Newton–Euler equations of every body with the forces of a run: at instants and over intervals, in
+// the process and from forces.csv.
 #include <algorithm>
 #include <cmath>
 
@@ -8,10 +9,11 @@
 namespace freeplay::verification::force_claims {
 namespace {
 
-const char* const equations = "Newton and Euler, summed anew";
+const char* const equations = "Newton–Euler equations, evaluated independently";
+const char* const everything_subject = "scene with one of each element";
 const char* const solved =
-    "rounding of a solve, 1e-16, times the greatest force of the mechanism over the greatest on the body, up "
-    "to 1e5, and room of ten";
+    "rounding of a solution, 1e-16, times the greatest force of the mechanism over the greatest on the body, up "
+    "to 1e5, margin of ten";
 
 struct Bounds {
   double anew;
@@ -20,15 +22,17 @@ struct Bounds {
   const char* why_impulse;
 };
 
-void report(Findings& f, const std::string& way, const BalanceWatch& watch, const Result& result, Bounds b) {
-  f.at_most("Newton and Euler, greatest residual over greatest term: " + way, "", watch.worst.own, 1e-10,
-            equations, solved);
-  f.at_most("the same, moments from F and m on the second body by arms of the scene", "", watch.worst.anew,
-            b.anew, equations, b.why_anew);
-  f.at_most("momentum between rows less impulses, over its greatest", "", watch.linear(), b.impulse,
+void report(Findings& f, const std::string& scheme, const BalanceWatch& watch, const Result& result,
+            Bounds b) {
+  const auto name = [&](const char* quantity) { return claim_name(everything_subject, quantity, scheme); };
+  f.at_most(name("balance of forces and moments, greatest residual over greatest term"), "", watch.worst.own,
+            1e-10, equations, solved);
+  f.at_most(name("balance with moments from F, m and lever arms, greatest residual over greatest term"), "",
+            watch.worst.anew, b.anew, equations, b.why_anew);
+  f.at_most(name("change of momentum less impulses, over greatest momentum"), "", watch.linear(), b.impulse,
             "m Δv = Δt m g + Σ impulses", b.why_impulse);
-  f.at_most("angular momentum, likewise", "", watch.angular(), b.impulse, "J Δω = Σ impulses of moments",
-            b.why_impulse);
+  f.at_most(name("change of angular momentum less impulses, over greatest angular momentum"), "",
+            watch.angular(), b.impulse, "J Δω = Σ impulses of moments", b.why_impulse);
   double drive = 0, load = 0;
   const auto& m = everything().mechanism;
   for (std::size_t i = 0; i < watch.elements().size(); ++i) {
@@ -42,10 +46,10 @@ void report(Findings& f, const std::string& way, const BalanceWatch& watch, cons
     }
   }
   const double scale = result.ledger.scale();
-  f.at_most("power of the drives over the run less the ledger's work, over its greatest term", "",
-            std::abs(drive - result.ledger.drive) / scale, b.impulse, "∫ power dt", b.why_impulse);
-  f.at_most("power of force and torque loads, likewise", "", std::abs(load - result.ledger.load) / scale,
-            b.impulse, "∫ power dt", b.why_impulse);
+  f.at_most(name("integrated power of drives less their work in the energy balance, over its greatest term"),
+            "", std::abs(drive - result.ledger.drive) / scale, b.impulse, "∫ power dt", b.why_impulse);
+  f.at_most(name("integrated power of force and torque loads less their work, over the greatest energy term"),
+            "", std::abs(load - result.ledger.load) / scale, b.impulse, "∫ power dt", b.why_impulse);
 }
 
 }  // namespace
@@ -57,17 +61,18 @@ void balance(Findings& f, const State& start) {
   using C = ContactLaw;
   const Way ways[] = {
       {"rk4, Baumgarte", I::rk4, S::baumgarte, F::ambrosio, C::hertz, 2e-3},
-      {"adams_bashforth_moulton, none", I::adams_bashforth_moulton, S::none, F::threlfall, C::exact, 4e-3},
-      {"bulirsch_stoer, projection", I::bulirsch_stoer, S::projection, F::brown_mcphee, C::flores, 4e-3},
-      {"bulirsch_stoer, Baumgarte", I::bulirsch_stoer, S::baumgarte, F::bengisu_akay, C::lankarani_nikravesh,
+      {"Adams–Bashforth–Moulton, no stabilisation", I::adams_bashforth_moulton, S::none, F::threlfall,
+       C::exact, 4e-3},
+      {"Bulirsch–Stoer, projection", I::bulirsch_stoer, S::projection, F::brown_mcphee, C::flores, 4e-3},
+      {"Bulirsch–Stoer, Baumgarte", I::bulirsch_stoer, S::baumgarte, F::bengisu_akay, C::lankarani_nikravesh,
        4e-3},
       {"dopri5, projection", I::dopri5, S::projection, F::ambrosio, C::exact},
-      {"adams_bashforth_moulton, Baumgarte", I::adams_bashforth_moulton, S::baumgarte, F::ambrosio, C::exact},
-      {"rosenbrock4, none", I::rosenbrock4, S::none, F::lugre, C::hunt_crossley, 6e-4},
+      {"Adams–Bashforth–Moulton, Baumgarte", I::adams_bashforth_moulton, S::baumgarte, F::ambrosio, C::exact},
+      {"rosenbrock4, no stabilisation", I::rosenbrock4, S::none, F::lugre, C::hunt_crossley, 6e-4},
   };
   for (const auto& way : ways) {
     auto scene = penalty(way);
-    if (way.integrator == I::rk4) {  // what a fixed step of 1 µs resolves
+    if (way.integrator == I::rk4) {  // values that a fixed step of 1 µs resolves
       scene.mechanism.lubricants[0].viscosity = 4e-4;
       scene.penalty.friction_v0 = 1e-2;
       scene.penalty.friction_v1 = 1e-1;
@@ -80,19 +85,21 @@ void balance(Findings& f, const State& start) {
     const auto scene = nonsmooth(Scheme::event_driven);
     BalanceWatch watch(scene.mechanism, false, 1e-4);
     const auto result = run(scene, Family::nonsmooth, {&watch}, start);
-    report(f, "event-driven", watch, result, {1e-9, drift, 1e-8, "tolerance 1e-10 a step, 165 steps"});
+    report(f, "event-driven", watch, result, {1e-9, drift, 1e-8, "tolerance 1e-10 per step, 165 steps"});
   }
   {
     const auto scene = nonsmooth(Scheme::moreau_jean);
     BalanceWatch watch(scene.mechanism, true, 1e-4);
     const auto result = run(scene, Family::nonsmooth, {&watch}, start);
-    report(f, "Moreau–Jean, each step", watch, result,
-           {2e-8, "points of a joint lie (ω h)²/2 of their arm apart at the middle of a step, ω = 20 rad/s",
-            1e-12, "a step is its impulses: rounding"});
+    report(
+        f, "Moreau–Jean, h = 1e-5 s", watch, result,
+        {2e-8,
+         "the points of a joint are (ω h)²/2 of their lever arm apart at the middle of a step, ω = 20 rad/s",
+         1e-12, "rounding: a step is defined by its impulses"});
   }
 }
 
-/// The interval means' error is the method's own.
+/// The error of the interval means decreases with the tolerance as that of the method.
 void tolerances(Findings& f, const State& start) {
   for (const bool events : {false, true}) {
     std::vector<double> tolerance, linear;
@@ -106,11 +113,12 @@ void tolerances(Findings& f, const State& start) {
       tolerance.push_back(asked);
       linear.push_back(watch.linear());
     }
-    f.between(std::string("exponent of the tolerance, momentum less impulses: ") +
-                  (events ? "event-driven" : "penalty, dopri5, projection"),
-              "", test::observed_order(tolerance, linear), 0.5, 1.3,
-              "1: the dense output's error; (3/2 + 1)/5 where Hertz's force begins",
-              "steps are cut at events and rows");
+    f.between(
+        claim_name(everything_subject, "exponent of the tolerance in the change of momentum less impulses",
+                   events ? "event-driven" : "penalty, dopri5, projection"),
+        "", test::observed_order(tolerance, linear), 0.5, 1.3,
+        "1, of the dense output; (3/2 + 1)/5 at the onset of Hertz's force",
+        "steps are shortened at events and output rows");
   }
 }
 
@@ -124,9 +132,10 @@ std::vector<double> row_of(const test::Columns& table, std::size_t row, const La
   return out;
 }
 
-/// What the columns say alone, with the scene's facts and the rows of trajectory.csv.
-void columns(Findings& f, const std::string& way, const Scene& scene, Family family, const State& start,
-             bool whole, double instant, const char* why_instant, double mean, const char* why_mean) {
+/// Claims on the columns of forces.csv and trajectory.csv, with the data of the scene alone.
+void columns(Findings& f, const char* subject, const char* scheme, const Scene& scene, Family family,
+             const State& start, bool whole, double instant, const char* why_instant, double mean,
+             const char* why_mean) {
   const auto out = files(scene, family, start);
   const ForceBalance balance(scene.mechanism, out.layout);
   const auto& list = out.layout.forces;
@@ -162,32 +171,38 @@ void columns(Findings& f, const std::string& way, const Scene& scene, Family fam
   }
   for (std::size_t b = 0; b < momentum.size(); ++b)
     if (missing[b] > 0) left = greatest(left, missing[b] / momentum[b]);
-  f.at_most("forces.csv, " + way +
-                (whole ? ": F, m means of each step against Δv, ω by trajectory.csv" : ": F, m against a, α"),
-            "", worst, instant, "Newton and Euler from the columns alone", why_instant);
-  f.at_most("its means against the change of momentum of trajectory.csv, over the greatest", "", left, mean,
-            "m Δv = Δt (m g + Σ means)", why_mean);
+  f.at_most(
+      claim_name(subject,
+                 whole ? "balance of mean F, m of each step with Δv, Δω, greatest residual over greatest term"
+                       : "balance of F, m with a, α, greatest residual over greatest term",
+                 scheme),
+      "", worst, instant, "Newton–Euler equations from the columns", why_instant);
+  f.at_most(
+      claim_name(subject, "change of momentum less integrated mean forces, over greatest momentum", scheme),
+      "", left, mean, "m Δv = Δt (m g + Σ means)", why_mean);
 }
 
 }  // namespace
 
 void csv(Findings& f, const State& start) {
+  const char* const subject = "forces.csv, one of each element";
   auto scene = penalty(
       {"", Integrator::dopri5, Stabilisation::projection, FrictionLaw::ambrosio, ContactLaw::exact, 4e-3});
   scene.run.output_step = 2e-5;
-  columns(f, "penalty", scene, Family::penalty, start, false, 1e-9, drift, 1e-6, hertz);
+  columns(f, subject, "penalty", scene, Family::penalty, start, false, 1e-9, drift, 1e-6, hertz);
   scene = nonsmooth(Scheme::event_driven);
   scene.run.output_step = 4e-5;
-  columns(f, "event-driven", scene, Family::nonsmooth, start, false, 1e-9, drift, 1e-8,
-          "tolerance 1e-10 a step, 165 steps");
+  columns(f, subject, "event-driven", scene, Family::nonsmooth, start, false, 1e-9, drift, 1e-8,
+          "tolerance 1e-10 per step, 165 steps");
   scene = nonsmooth(Scheme::moreau_jean);
   for (auto& surface : scene.mechanism.surfaces)
-    surface.friction.reset();  // its moment needs the gap in the step
+    surface.friction.reset();  // the moment of friction depends on the gap within the step
   scene.run.output_step = *scene.nonsmooth.step;
   scene.run.duration = 6e-3;
-  columns(f, "Moreau–Jean, without friction", scene, Family::nonsmooth, start, true, 2e-8,
-          "points of a joint lie (ω h)²/2 of their arm apart at the middle of a step, ω = 20 rad/s", 1e-12,
-          "a step is its impulses: rounding");
+  columns(f, "forces.csv, one of each element, no friction", "Moreau–Jean, h = 1e-5 s", scene,
+          Family::nonsmooth, start, true, 2e-8,
+          "the points of a joint are (ω h)²/2 of their lever arm apart at the middle of a step, ω = 20 rad/s",
+          1e-12, "rounding: a step is defined by its impulses");
 }
 
 }  // namespace freeplay::verification::force_claims

@@ -1,4 +1,4 @@
-// What the parts of the claim set "forces" share: its scenes, ways to run them, and reasons of bounds.
+// Shared by the parts of the claim set "forces": scenes, ways to run them, and reasons of bounds.
 #pragma once
 
 #include <optional>
@@ -17,22 +17,22 @@ namespace freeplay::verification::force_claims {
 using Point = reference::Planar<double>;
 
 // The parts, in the order of the set; `start` is a consistent state of everything().
-void balance(Findings& f, const State& start);     ///< Newton and Euler by each integrator and scheme
-void tolerances(Findings& f, const State& start);  ///< how the means' error goes with the tolerance
-void csv(Findings& f, const State& start);         ///< Newton and Euler from the columns of forces.csv alone
+void balance(Findings& f, const State& start);     ///< balance by each integrator and scheme
+void tolerances(Findings& f, const State& start);  ///< error of the means against the tolerance
+void csv(Findings& f, const State& start);         ///< balance from the columns of forces.csv alone
 void slider_cranks(Findings& f);
 void bearings(Findings& f);  ///< a rotor under a torque with a body welded on, a slider on a guide
 void load_cell(Findings& f);
 void torque_sensor(Findings& f);
-void watching(Findings& f, const State& start);   ///< that it changes nothing
-void redundant(Findings& f, const State& start);  ///< reactions that are not determined, and their sums
+void watching(Findings& f, const State& start);   ///< observing forces changes no result
+void redundant(Findings& f, const State& start);  ///< undetermined reactions, and their determined sums
 
 /// A scene with one of each element: verification/scenes/forces.toml.
 Scene everything();
-/// It by the nonsmooth formulation: no film, steps of 1e-5 s.
+/// The scene everything() for the nonsmooth formulation: no film, steps of 1e-5 s.
 Scene nonsmooth(Scheme scheme);
 
-/// It by the penalty formulation, with steps of 1e-6 s where they are fixed.
+/// Options of the penalty formulation for everything(); fixed steps are 1e-6 s.
 struct Way {
   const char* name;
   Integrator integrator;
@@ -43,19 +43,19 @@ struct Way {
 };
 Scene penalty(const Way& way);
 
-/// A slider-crank that turns once, from crank angle 0, at a tolerance of 1e-10. Elements: main, big_end,
-/// gudgeon, guide, motor, push.
+/// A slider-crank that turns once, from crank angle 0, at a tolerance of 1e-10. Elements: main,
+/// big_end, gudgeon, guide, motor, push.
 Scene slider_crank(const reference::LoadedSliderCrank<double>& s);
 /// The paper's ideal rig, without weight.
 reference::LoadedSliderCrank<double> rig();
-/// It with weight, an eccentric crank, an offset slider and a load on it.
+/// The ideal rig with weight, an eccentric crank, an offset slider and a load on it.
 reference::LoadedSliderCrank<double> loaded();
 
 /// A run in memory. Throws when it does not finish.
 Result run(const Scene& scene, Family family, std::vector<Observer*> observers,
            const std::optional<State>& start = {});
 
-/// A run by its files. Throws when it does not finish.
+/// A run with its result files. Throws when it does not finish.
 struct Files {
   test::Columns trajectory, forces;
   Result result;
@@ -68,9 +68,9 @@ std::size_t find(const Layout& layout, const std::string& name);
 
 // Reasons of bounds.
 inline constexpr const char* drift =
-    "points of an ideal joint lie its drift apart: 1e-11 m over arms of 1 cm";
+    "the points of an ideal joint are apart by its drift: 1e-11 m over lever arms of 1 cm";
 inline constexpr const char* hertz =
-    "Hertz's force begins with the power 3/2, on which three points err by 1e-4 of a step that carries 1e-3 "
-    "of the impact at most, and room of ten";
+    "Hertz's force begins as δ^(3/2): three-point quadrature errs by 1e-4 of a step that has at most 1e-3 of "
+    "the impulse, margin of ten";
 
 }  // namespace freeplay::verification::force_claims

@@ -1,6 +1,4 @@
-// Forces of closed forms: the ideal slider-crank, a rotor, a weld, an inclined guide.
-#include <fmt/format.h>
-
+// Forces with closed forms: ideal slider-crank, rotor, weld, inclined guide.
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -14,8 +12,8 @@
 namespace freeplay::verification::force_claims {
 namespace {
 
-/// Greatest error of forces (over the greatest force) and of moments (over the greatest torque) during a
-/// turn.
+/// Greatest error of forces (over the greatest force) and of moments (over the greatest torque)
+/// during a turn.
 std::array<double, 2> off_reference(const reference::LoadedSliderCrank<double>& s, const Scene& scene,
                                     Family family) {
   double force = 0, moment = 0, force_off = 0, moment_off = 0;
@@ -28,8 +26,8 @@ std::array<double, 2> off_reference(const reference::LoadedSliderCrank<double>& 
   listener.want.forces = true;
   const bool stepping = family == Family::nonsmooth && scene.nonsmooth.scheme == Scheme::moreau_jean;
   listener.on_step = [&](const Step& step) {
-    // A time step's velocities are h² off the constraints' own, alike from step to step: where they begin,
-    // and in a shorter last step, that is an error of h in the force.
+    // The velocities of time steps differ by O(h²) from those of the constraints, alike from step
+    // to step. In the first step, and in a shorter last one, this is an error O(h) of the force.
     if (stepping && (step.t0 == 0 || step.t1 >= scene.run.duration)) return;
     for (const double share : {0.5, 1.0}) {
       if (stepping && share != 0.5) continue;
@@ -63,20 +61,21 @@ std::array<double, 2> off_reference(const reference::LoadedSliderCrank<double>& 
 void slider_cranks(Findings& f) {
   const char* const source = "references/slider_crank_forces";
   for (const auto& [name, s] :
-       {std::pair{"the ideal rig", rig()},
-        {"with weight, an eccentric crank, an offset slider and a load on it", loaded()}}) {
+       {std::pair{"paper's ideal slider-crank", rig()},
+        {"ideal slider-crank with weight, eccentric crank, offset slider and load", loaded()}}) {
     auto scene = slider_crank(s);
     const auto claim = [&, &name = name](const std::string& way, const std::array<double, 2>& off,
                                          double bound, const char* why) {
-      f.at_most(fmt::format("slider-crank, {}, {}: reactions, greatest error over greatest force", name, way),
-                "", off[0], bound, source, why);
-      f.at_most("its torque and moments, likewise", "", off[1], bound, source, why);
+      f.at_most(claim_name(name, "reactions, greatest error over greatest force", way), "", off[0], bound,
+                source, why);
+      f.at_most(claim_name(name, "driving torque and moments, greatest error over greatest torque", way), "",
+                off[1], bound, source, why);
     };
     claim("penalty", off_reference(s, scene, Family::penalty), 1e-8,
-          "tolerance 1e-10 in a step, room of a hundred");
+          "tolerance 1e-10 per step, margin of 100");
     scene.nonsmooth.scheme = Scheme::event_driven;
     claim("event-driven", off_reference(s, scene, Family::nonsmooth), 1e-8,
-          "tolerance 1e-10 in a step, room of a hundred");
+          "tolerance 1e-10 per step, margin of 100");
     scene.nonsmooth.scheme = Scheme::moreau_jean;
     std::vector<double> steps, errors;
     std::array<double, 2> last{};
@@ -86,11 +85,11 @@ void slider_cranks(Findings& f) {
       steps.push_back(h);
       errors.push_back(last[0]);
     }
-    claim("Moreau–Jean at 1e-5 s", last, 1e-6, "(ω h)² = 4e-8, and room of twenty");
-    f.between("the order of its reactions in h", "", test::observed_order(steps, errors), 1.9, 2.1,
-              "2: θ = ½", "the next order at h = 4e-5 s");
+    claim("Moreau–Jean, h = 1e-5 s", last, 1e-6, "(ω h)² = 4e-8, margin of 20");
+    f.between(claim_name(name, "order of the reactions in h, 1e-5 to 4e-5 s", "Moreau–Jean, h = 1e-5 s"), "",
+              test::observed_order(steps, errors), 1.9, 2.1, "2, for θ = ½", "the next order at h = 4e-5 s");
   }
-  // Means of the two formulations.
+  // Interval means of the two formulations.
   auto scene = slider_crank(rig());
   scene.run.output_step = 1e-3;
   scene.nonsmooth.step = 1e-5;
@@ -102,11 +101,13 @@ void slider_cranks(Findings& f) {
     apart = greatest(apart, std::hypot(x - steps.forces.at(i, "gudgeon.fx_mean"),
                                        y - steps.forces.at(i, "gudgeon.fy_mean")));
   }
-  f.at_most("the ideal rig's gudgeon: means over 1 ms, penalty less Moreau–Jean, over the greatest", "",
-            apart / most, 1e-6, "equality", "(ω h)² = 4e-8, and room of twenty");
+  f.at_most(claim_name("paper's ideal slider-crank",
+                       "difference of mean gudgeon forces over 1 ms, over the greatest",
+                       "penalty against Moreau–Jean, h = 1e-5 s"),
+            "", apart / most, 1e-6, "0", "(ω h)² = 4e-8, margin of 20");
 }
 
-/// A rotor under a torque, with a body welded on; a slider that its weight and a load move.
+/// A rotor under a torque with a welded body, and a slider moved by its weight and a load.
 void bearings(Findings& f) {
   Scene scene;
   auto& m = scene.mechanism;
@@ -159,12 +160,14 @@ void bearings(Findings& f) {
       off[2] = greatest(off[2], apart(f_guide, sliding.joint.force, sliding.joint.moment));
     };
     simulation.run({.observers = {&listener}});
-    const char* what[] = {"rotor under a torque with a body welded on: bearing and torque", "its weld",
-                          "slider on an inclined guide with a load"};
+    const std::pair<const char*, const char*> names[] = {
+        {"rotor under a torque with a welded body", "bearing force and driving torque, greatest error"},
+        {"rotor under a torque with a welded body", "force and moment of the weld, greatest error"},
+        {"slider on an inclined guide with a load", "force and moment of the guide, greatest error"}};
     for (int i = 0; i < 3; ++i)
-      f.at_most(fmt::format("{}, {}", what[i], family == Family::penalty ? "penalty" : "event-driven"),
-                "N, N m", off[i], 1e-11, "references/bearing_load at the state and its α",
-                "rounding of some 50 N");
+      f.at_most(
+          claim_name(names[i].first, names[i].second, family == Family::penalty ? "penalty" : "event-driven"),
+          "N, N m", off[i], 1e-11, "references/bearing_load at the state and its α", "rounding of some 50 N");
   }
 }
 

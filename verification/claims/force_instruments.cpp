@@ -1,7 +1,5 @@
-// A load cell and a torque sensor: the time integral of what they show is the impulse of an impact, and their
-// steady value the torque.
-#include <fmt/format.h>
-
+// A load cell and a torque sensor: the time integral of the samples is the impulse of an impact,
+// and the steady value is the torque.
 #include <cmath>
 #include <numbers>
 
@@ -12,7 +10,7 @@
 namespace freeplay::verification::force_claims {
 namespace {
 
-/// Falls 1 cm on its bearing, whose force on it a load cell reads along y.
+/// A journal that falls 1 cm onto its bearing; a load cell measures the bearing force along y.
 Scene journal() {
   Scene scene;
   auto& m = scene.mechanism;
@@ -51,8 +49,8 @@ void load_cell(Findings& f) {
     double impulse;
     const char* why;
   } ways[] = {{"event-driven", Family::nonsmooth, Scheme::event_driven, 1e-9, "tolerance 1e-10"},
-              {"Moreau–Jean at 1e-5 s", Family::nonsmooth, Scheme::moreau_jean, 4e-4,
-               "the touch falls in a step: g h over 0.44 m/s, with e twice"},
+              {"Moreau–Jean, h = 1e-5 s", Family::nonsmooth, Scheme::moreau_jean, 4e-4,
+               "contact onset within a step: g h over 0.44 m/s, twice by the restitution"},
               {"penalty", Family::penalty, Scheme::moreau_jean, 1e-6, hertz}};
   for (const auto& way : ways) {
     auto scene = journal();
@@ -67,18 +65,22 @@ void load_cell(Findings& f) {
     double expected = P;
     if (way.family == Family::penalty)
       expected = reference::drop_impulse(mass, h, hit.v_n_plus / -hit.v_n_minus, g) + mass * g * hit.duration;
-    f.relative(
-        fmt::format("a journal that falls 1 cm on its bearing, {}: time integral of its force", way.name),
-        "N s", watch.total.elements[0].fy, expected, way.impulse,
-        way.family == Family::penalty ? "the same with the e of its own speeds, and m g T" : source, way.why);
-    f.relative("the impulse of its event", "N s", hit.impulse_n, watch.total.elements[0].fy,
-               way.family == Family::penalty ? 1e-6 : 1e-12, "that integral",
-               way.family == Family::penalty ? hertz : "the same number: rounding");
+    const auto name = [&](const char* quantity) {
+      return claim_name("journal falling 1 cm onto its bearing", quantity, way.name);
+    };
+    f.relative(name("time integral of the bearing force"), "N s", watch.total.elements[0].fy, expected,
+               way.impulse,
+               way.family == Family::penalty ? "m (1 + e) √(2 g h) + m g T with e and duration T of the run"
+                                             : source,
+               way.why);
+    f.relative(name("impulse of the contact event"), "N s", hit.impulse_n, watch.total.elements[0].fy,
+               way.family == Family::penalty ? 1e-6 : 1e-12, "time integral of the bearing force",
+               way.family == Family::penalty ? hertz : "rounding: the same sum");
     double sum = 0;
     for (const double y : samples) sum += y / sampling;
-    f.relative("the sum of its load cell's samples times their period", "N s", sum, expected,
+    f.relative(name("sum of load-cell samples times the sampling period"), "N s", sum, expected,
                4e-4 + way.impulse, "∫ y dt = P for unit gain at rest",
-               "(ω Δt)²/12 of a kink at the touch, and the impulse's own bound");
+               "(ω Δt)²/12 of the kink at contact onset, and the bound of the impulse");
     if (way.family != Family::nonsmooth) continue;
     double off = 0;
     for (std::size_t i = 0; i < samples.size(); ++i) {
@@ -86,8 +88,9 @@ void load_cell(Findings& f) {
       const double y = reference::low_pass2_response(bandwidth, hit.impulse_n, t - hit.t);
       off = greatest(off, std::abs(samples[i] - y));
     }
-    f.at_most("its samples less the filter's response to that impulse, over ω P", "", off / (w * P), 1e-9,
-              "references/impulses, low_pass2_response", "exact modes: rounding of 5,000 steps of them");
+    f.at_most(name("load-cell samples less the filter's impulse response, greatest, over ω P"), "",
+              off / (w * P), 1e-9, "references/impulses, low_pass2_response",
+              "rounding of 5000 exact filter steps");
   }
 }
 
@@ -111,9 +114,9 @@ void torque_sensor(Findings& f) {
     test::Listener listener;
     listener.on_sample = [&](std::size_t, double, double value) { last = value; };
     run(scene, family, {&listener});
-    f.relative(
-        std::string("a torque sensor's steady value on a rotor under a brake, ") + test::name_of(family),
-        "N m", last, 0.7, 1e-9, "the brake's 0.7 N m", "rounding of a hundred steps");
+    f.relative(claim_name("rotor under a brake", "steady value of the torque sensor",
+                          family == Family::penalty ? "penalty" : "automatic"),
+               "N m", last, 0.7, 1e-9, "torque of the brake", "rounding of a hundred steps");
   }
 }
 

@@ -1,4 +1,4 @@
-// Scenes of the claims on forces, and runs of them.
+// Scenes of the claim set "forces", and their runs.
 #include <fmt/format.h>
 
 #include <numbers>

@@ -1,6 +1,4 @@
-// Watching forces changes nothing, and says which of them cannot be known.
-#include <fmt/format.h>
-
+// Observing forces changes no result, and undetermined reactions are listed.
 #include <algorithm>
 #include <cmath>
 #include <numbers>
@@ -13,7 +11,7 @@
 namespace freeplay::verification::force_claims {
 namespace {
 
-/// How many numbers of two runs differ in any bit.
+/// The number of values of two runs that differ in any bit.
 long differing(const Result& a, const Result& b) {
   long n = a.events.size() != b.events.size();
   const auto differ = [&](const auto& x, const auto& y) { n += !(x == y); };
@@ -42,39 +40,40 @@ long differing(const Result& a, const Result& b) {
 }  // namespace
 
 void watching(Findings& f, const State& start) {
-  const auto compare = [&](const std::string& way, const Scene& scene, Family family) {
+  const auto compare = [&](const char* scheme, const Scene& scene, Family family) {
     BalanceWatch watch(scene.mechanism, false, 1e-4, 5);
     const auto watched = run(scene, family, {&watch}, start), alone = run(scene, family, {}, start);
-    f.within("numbers of a run (state, events, work, ledger) that watching its forces changes, " + way, "",
-             double(differing(watched, alone)), 0, 0, "0", "bit for bit");
+    f.within(claim_name("scene with one of each element",
+                        "values (state, events, work, energies) changed by observing the forces", scheme),
+             "", double(differing(watched, alone)), 0, 0, "0", "exact: bit for bit");
   };
   for (const auto integrator : {Integrator::dopri5, Integrator::adams_bashforth_moulton})
-    compare(
-        integrator == Integrator::dopri5 ? "penalty, dopri5, projection" : "penalty, adams_bashforth_moulton",
-        penalty({"", integrator,
-                 integrator == Integrator::dopri5 ? Stabilisation::projection : Stabilisation::baumgarte,
-                 FrictionLaw::ambrosio, ContactLaw::exact, 4e-3}),
-        Family::penalty);
+    compare(integrator == Integrator::dopri5 ? "penalty, dopri5, projection"
+                                             : "penalty, Adams–Bashforth–Moulton, Baumgarte",
+            penalty({"", integrator,
+                     integrator == Integrator::dopri5 ? Stabilisation::projection : Stabilisation::baumgarte,
+                     FrictionLaw::ambrosio, ContactLaw::exact, 4e-3}),
+            Family::penalty);
   compare("event-driven", nonsmooth(Scheme::event_driven), Family::nonsmooth);
-  compare("Moreau–Jean", nonsmooth(Scheme::moreau_jean), Family::nonsmooth);
+  compare("Moreau–Jean, h = 1e-5 s", nonsmooth(Scheme::moreau_jean), Family::nonsmooth);
 }
 
 void redundant(Findings& f, const State& start) {
-  // Marked and not marked.
   auto scene = everything();
   scene.run.duration = 1e-5;
   BalanceWatch watch(scene.mechanism, false, 1e-5);
   auto found = run(scene, Family::penalty, {&watch}, start).undetermined;
   std::ranges::sort(found);
-  f.within(
-      "one of each: reactions marked that are not those of the two pins and the two guides, and the reverse",
-      "", found == std::vector<std::string>{"guide", "guide_twin", "main", "main_twin"} ? 0 : 1, 0, 0,
-      "their rows are the same twice; all others are independent", "exact");
-  // Two pins at one place: their sum is the single pin's.
+  f.within(claim_name("scene with one of each element", "mismatch of the list of undetermined reactions",
+                      "penalty"),
+           "", found == std::vector<std::string>{"guide", "guide_twin", "main", "main_twin"} ? 0 : 1, 0, 0,
+           "those of the double pin and the double guide: equal constraint rows; all others are independent",
+           "exact");
+  // Two pins at one place: the sum of their forces is that of a single pin.
   const auto s = loaded();
   auto twice = slider_crank(s);
   twice.mechanism.joints.push_back(RevoluteJoint{"twin", {ground, 0}, {Vec2{0, 0}, Vec2{-0.02, 0}}, {}});
-  // A door that two guides of one direction hold, a hand apart: their sum is the single guide's.
+  // A door on two parallel guides: the sum of their forces is that of a single guide.
   Scene door;
   const reference::GuidedBody<double> body{6.0, 0.5 * std::numbers::pi, {0.3, -0.2}, {20, 5}, {0.5, 0.1}};
   door.mechanism.gravity = {0.4, -9.81};
@@ -110,11 +109,14 @@ void redundant(Findings& f, const State& start) {
           {std::hypot(a.fx + b.fx - exact.ground_on_crank.x, a.fy + b.fy - exact.ground_on_crank.y),
            std::hypot(c.fx - exact.crank_on_rod.x, c.fy - exact.crank_on_rod.y)});
     });
-    f.at_most(fmt::format("a crank on two pins at one place: their sum, and the big end, {}", name), "N",
-              pins, 1e-5, "references/slider_crank_forces",
-              "tolerance 1e-10 of some 300 N, room of a hundred");
-    f.within("reactions marked there that are not those of the pins, and the reverse", "",
-             marked == std::vector<std::string>{"main", "twin"} ? 0 : 1, 0, 0, "two rows twice", "exact");
+    f.at_most(claim_name("crank on two coincident pins",
+                         "sum of pin forces and big-end force, greatest error", name),
+              "N", pins, 1e-5, "references/slider_crank_forces",
+              "tolerance 1e-10 of some 300 N, margin of 300");
+    f.within(
+        claim_name("crank on two coincident pins", "mismatch of the list of undetermined reactions", name),
+        "", marked == std::vector<std::string>{"main", "twin"} ? 0 : 1, 0, 0,
+        "those of the two pins: equal constraint rows", "exact");
     const auto [guides, held] = watch_forces(door, [&](double, const auto& e, const Layout& l) {
       const Point g{0.4, -9.81};
       const auto exact = reference::guide_load(body, reference::guided_acceleration(body, g), g);
@@ -123,11 +125,13 @@ void redundant(Findings& f, const State& start) {
                        std::abs(a.fy + b.fy - exact.joint.force.y),
                        std::abs(a.m + b.m + 0.6 * b.fy - exact.joint.moment)});
     });
-    f.at_most(
-        fmt::format("a door on two guides: the sum of their forces, and of moments about one, {}", name),
-        "N, N m", guides, 1e-10, "references/bearing_load", "rounding of some 60 N, twice of other length");
-    f.within("reactions marked there that are not those of the guides, and the reverse", "",
-             held == std::vector<std::string>{"far", "near"} ? 0 : 1, 0, 0, "two rows twice", "exact");
+    f.at_most(claim_name("door on two parallel guides",
+                         "sum of guide forces and of their moments, greatest error", name),
+              "N, N m", guides, 1e-10, "references/bearing_load", "rounding of some 60 N at two lever arms");
+    f.within(
+        claim_name("door on two parallel guides", "mismatch of the list of undetermined reactions", name), "",
+        held == std::vector<std::string>{"far", "near"} ? 0 : 1, 0, 0,
+        "those of the two guides: equal constraint rows", "exact");
   }
 }
 

@@ -1,5 +1,5 @@
-// Forces that come out: they balance, they are those of closed forms, and their time integrals are impulses
-// and work.
+// Forces of a run: they satisfy the Newton–Euler equations, agree with closed forms, and their time
+// integrals are the impulses and the work.
 #include "dynamics/assembly/assembly.hpp"
 #include "mechanism/scene.hpp"
 #include "verification/claims/force_claims.hpp"

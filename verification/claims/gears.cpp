@@ -1,4 +1,5 @@
-// Gear pairs: rattle, and reactions along the line of action; the ways that the whole set is run by.
+// Gear pairs: rattle, and reactions along the line of action. Also the ways to run the scenes of
+// the whole set.
 #include "verification/claims/gear_claims.hpp"
 #include "verification/support/scene_text.hpp"
 
@@ -10,10 +11,10 @@ namespace freeplay::verification::gear_claims {
 
 const std::array<Way, 4> ways{
     Way{test::penalty, 1e-6,
-        "\"exact\" delivers e whatever the stiffness; tolerance 1e-10 in the some ten steps of a contact"},
-    Way{test::fixed_steps(1e-6, "Moreau–Jean at 1e-6 s"), 1e-11, "no force between blows: rounding"},
-    Way{test::event_driven, 1e-11, "no force between blows: rounding"},
-    Way{test::automatic, 1e-11, "no force between blows: rounding"}};
+        "the exact law delivers e at any stiffness; tolerance 1e-10 in some ten steps of a contact"},
+    Way{test::fixed_steps(1e-6), 1e-11, "rounding: no force between impacts"},
+    Way{test::event_driven, 1e-11, "rounding: no force between impacts"},
+    Way{test::automatic, 1e-11, "rounding: no force between impacts"}};
 
 Scene scene_by(const std::string& text, const Way& way) {
   auto scene = test::scene_by(way, "format = 2\n" + text);
@@ -22,25 +23,34 @@ Scene scene_by(const std::string& text, const Way& way) {
   return scene;
 }
 
-void blows(Findings& f, const std::string& what, const Way& way, const Result& run,
-           const std::vector<reference::Blow>& exact, double e) {
+std::string scheme_of(const Way& way, const char* step) {
+  return way.fixed() ? fmt::format("Moreau–Jean, h = {} s", step) : way.name;
+}
+
+void impacts(Findings& f, const char* subject, const Way& way, const std::string& scheme, const Result& run,
+             const std::vector<reference::Blow>& exact, double e) {
   const auto found = test::touches(run);
-  double off = found.size() == exact.size() ? 0 : NAN, late = 0, told = 0;
+  double off = found.size() == exact.size() ? 0 : NAN, late = 0, reported = 0;
   for (std::size_t k = 0; k < found.size() && k < exact.size(); ++k) {
     off = greatest(off, std::abs(found[k].impulse_n / exact[k].impulse - 1));
     off = greatest(off, std::abs(-found[k].v_n_minus / exact[k].approach - 1));
-    told += way.fixed() ? way.step : found[k].t_uncertainty;
+    reported += way.fixed() ? way.step : found[k].t_uncertainty;
     const double rounding = 1e-15 * static_cast<double>(k + 1) / exact.back().approach;
-    late = greatest(late, std::abs(found[k].t - exact[k].t) / ((1 + 1 / e) * told + rounding));
+    late = greatest(late, std::abs(found[k].t - exact[k].t) / ((1 + 1 / e) * reported + rounding));
   }
-  f.at_most(fmt::format("{}, {}: {} blows' approach and impulse, greatest relative error", what, way.name,
-                        exact.size()),
+  f.at_most(claim_name(subject,
+                       fmt::format("approach speeds and impulses of {} impacts, greatest relative error",
+                                   exact.size()),
+                       scheme),
             "", off, way.speeds, "Newton's impact law", way.reason);
   if (way.family == Family::nonsmooth)
     f.at_most(
-        "their times, error over what is told", "", late, 1, "flights at constant speed",
-        "what is told of each (Moreau–Jean: a step), a blow late by δ shifts the next by δ/e and itself; rounding of "
-        "lengths below 1 m, 1e-15 m over the slowest speed");
+        claim_name(subject,
+                   fmt::format("times of {} impacts, greatest error over reported uncertainty", exact.size()),
+                   scheme),
+        "", late, 1, "uniform motion between impacts",
+        "sum of the reported uncertainties (Moreau–Jean: a step each); an impact δ late delays the next by δ (1 + 1/e); "
+        "rounding of lengths below 1 m, 1e-15 m over the slowest speed");
 }
 
 ElementForce force_of(const Scene& scene, Family family, const std::string& name) {
@@ -89,14 +99,18 @@ void rattle(Findings& f) {
     auto scene = scene_by(pair_of_gears(loose_teeth, "[run]\nduration = 1\nstart = \"given\"\n"), way);
     scene.run.duration = exact.back().t + 0.5 * flight;
     const auto run = test::finished(scene, way.family);
-    blows(f, "gears rattle", way, run, exact, e);
+    const char* const subject = "gear pair with backlash, rattling";
+    const auto scheme = scheme_of(way, "1e-6");
+    impacts(f, subject, way, scheme, run, exact, e);
     // P alternates between the flanks.
     double sum = 0;
     for (std::size_t k = 0; k < exact.size(); ++k) sum += (k % 2 == 0 ? 1 : -1) * exact[k].impulse;
-    f.relative("the pinion's speed after them", "rad/s", run.final_state.v[2], 10 - r1 * sum / gears.J1,
-               10 * way.speeds, "ω₁ − Σ ± r₁ P/J₁", "five blows");
-    f.relative("the wheel's", "rad/s", run.final_state.v[5], -r2 * sum / gears.J2, 10 * way.speeds,
-               "−Σ ± r₂ P/J₂", "five blows");
+    f.relative(claim_name(subject, "angular velocity of the pinion after 5 impacts", scheme), "rad/s",
+               run.final_state.v[2], 10 - r1 * sum / gears.J1, 10 * way.speeds, "ω₁ − Σ ± r₁ P/J₁",
+               "bound of an impact, margin of ten for five");
+    f.relative(claim_name(subject, "angular velocity of the wheel after 5 impacts", scheme), "rad/s",
+               run.final_state.v[5], -r2 * sum / gears.J2, 10 * way.speeds, "−Σ ± r₂ P/J₂",
+               "bound of an impact, margin of ten for five");
   }
 }
 
@@ -116,19 +130,22 @@ void reactions(Findings& f) {
           way);
       const auto at = force_of(scene, way.family, "front"), mesh = force_of(scene, way.family, "mesh");
       const double bound = way.fixed() ? 1e-7 : 1e-9;
-      const char* why = way.fixed() ? "rounding of velocities, 1e-15 m/s, over a step, and room"
-                                    : "constant forces: rounding over steps of 1e-4 s";
+      const char* why = way.fixed() ? "rounding of velocities, 1e-15 m/s, over a step, margin of 100"
+                                    : "rounding over steps of 1e-4 s: the forces are constant";
       const auto off = [&](const ElementForce& e, double fx, double fy) {
         return std::hypot(e.fx - fx, e.fy - fy) / F;
       };
-      const std::string name =
-          fmt::format("ideal gears under torques, {} flank, {}", side > 0 ? "forward" : "backward", way.name);
-      f.at_most(name + ": force of the mesh on the wheel, error over it", "",
+      const auto name = [&](const char* quantity) {
+        return claim_name(
+            fmt::format("ideal gear pair under torques, {} flank", side > 0 ? "forward" : "backward"),
+            quantity, scheme_of(way, "1e-6"));
+      };
+      f.at_most(name("force of the mesh on the wheel, relative error"), "",
                 off(mesh, F * std::sin(alpha), side * F * std::cos(alpha)), bound,
-                "Newton and Euler by hand, F along u", why);
-      f.at_most("the pinion's bearing, likewise", "",
+                "Newton–Euler equations, force along the line of action", why);
+      f.at_most(name("force of the pinion's bearing, relative error"), "",
                 off(at, F * std::sin(alpha), side * F * std::cos(alpha)), bound,
-                "it stands still: what the mesh does to it, opposite", why);
+                "the pinion's centre is fixed: opposite of the mesh force", why);
     }
   }
 }

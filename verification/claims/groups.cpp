@@ -1,4 +1,5 @@
-// Many discs of one kind: a gas of rods against its closed form, sums that a gas keeps, the loads in a column.
+// Groups of equal discs: a one-dimensional gas against its closed form, conserved sums of a gas,
+// contact forces in a column.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -16,8 +17,9 @@ namespace {
 constexpr double radius = 0.01, speed = 1, duration = 1, length = 0.36;                      // m, m/s, s, m
 constexpr std::array start{0.0211, 0.0547, 0.0839, 0.1163, 0.1502, 0.1918, 0.2297, 0.2761};  // m, centres
 
-/// Equal discs on a line that meet without loss exchange their velocities, so less 2r for each disc before it a place is
-/// that of points that pass through one another and turn at the walls (Tonks, Phys. Rev. 50, 1936).
+/// Equal discs on a line exchange their velocities in elastic impacts. Reduced by 2r for each disc
+/// to the left, their positions are those of points that pass through one another and are reflected
+/// at the walls (Tonks, Phys. Rev. 50, 1936).
 std::vector<double> rods_after(double t) {
   const double room = length - 2 * radius * start.size();
   std::vector<double> points;
@@ -55,18 +57,19 @@ void gas_of_rods(Findings& f) {
     return most;
   };
   const double room = length - 2 * radius * start.size();
-  // Each point meets each other one twice in the time that it takes to go to and fro.
+  // Each point meets each other point twice during its way to and fro.
   const double meetings = speed * duration / room * static_cast<double>(start.size());
   const double h = 1e-5;
+  const char* const subject = "eight discs on a line between walls, e = 1";
   f.at_most(
-      "8 discs between two walls, e = 1, after 1 s: greatest error of place, pairs as they come near, Moreau–Jean at 1e-5 s",
+      claim_name(subject, "positions after 1 s, greatest error, pairs = near", "Moreau–Jean, h = 1e-5 s"),
       "m", greatest_error(rods("near", fmt::format("scheme = \"moreau-jean\"\nstep = {}", h))),
-      2 * speed * h * meetings, "Tonks's rods: points that pass through one another",
-      "each of about 40 meetings of a disc is met up to a step late, at 2 m/s");
-  f.at_most(
-      "the same, event-driven, each pair declared", "m",
-      greatest_error(rods("each", "scheme = \"event-driven\"")), 1e-8, "the same",
-      "each meeting's time to 1e-11 s and the walls'; 40 of them, of which each passes on the errors before it");
+      2 * speed * h * meetings, "one-dimensional gas (Tonks 1936)",
+      "each of about 40 impacts of a disc is up to a step late, at 2 m/s");
+  f.at_most(claim_name(subject, "positions after 1 s, greatest error, pairs = each", "event-driven"), "m",
+            greatest_error(rods("each", "scheme = \"event-driven\"")), 1e-8,
+            "one-dimensional gas (Tonks 1936)",
+            "times of impacts to 1e-11 s; each of 40 impacts carries the errors of earlier ones");
 }
 
 std::string gas_group(const char* name, double x, double v, const char* more) {
@@ -76,7 +79,7 @@ std::string gas_group(const char* name, double x, double v, const char* more) {
       name, x, 0.1 * x, v, 0.1 * v, more);
 }
 
-/// Two swarms that fly through each other, without walls or weight.
+/// Two groups of discs that fly through each other, without walls or weight.
 void sums_of_a_gas(Findings& f) {
   Simulation simulation(
       parse_scene(gas_group("a", 0, 0.8, "") + gas_group("b", 0.75, -0.7, "touches = \"a\"\n") +
@@ -94,12 +97,14 @@ void sums_of_a_gas(Findings& f) {
     return all;
   };
   const auto before = sums(simulation.state()), after = (simulation.run(), sums(simulation.state()));
-  const double scale = 0.2 * 120;  // kg m/s, of all at 1 m/s
-  f.within("two swarms of 60 discs through each other, e = 1: momentum, over all at 1 m/s", "1",
-           std::hypot(after[0] - before[0], after[1] - before[1]) / scale, 0, 1e-12,
-           "impulses of two discs are opposite", "rounding of 6,000 steps and some hundred impacts");
-  f.relative("their energy", "J", 0.5 * after[2], 0.5 * before[2], 1e-6, "u⁺ = −u⁻ does no work",
-             "what contact problems are solved to, in some hundred impacts");
+  const double scale = 0.2 * 120;  // kg m/s, of all discs at 1 m/s
+  f.within(
+      "two colliding groups of 60 discs, e = 1: change of momentum over total mass × 1 m/s [Moreau–Jean, h = 1e-4 s]",
+      "", std::hypot(after[0] - before[0], after[1] - before[1]) / scale, 0, 1e-12,
+      "0: impulses of a pair are opposite", "rounding of 6,000 steps and some hundred impacts");
+  f.relative("two colliding groups of 60 discs, e = 1: kinetic energy after 0.6 s [Moreau–Jean, h = 1e-4 s]",
+             "J", 0.5 * after[2], 0.5 * before[2], 1e-6, "initial energy: u⁺ = −u⁻ does no work",
+             "residual of the contact problems in some hundred impacts");
 }
 
 class Loads final : public Observer {
@@ -119,7 +124,8 @@ class Loads final : public Observer {
   Forces now_;
 };
 
-/// Contact k of a column of n bears m g (n − k): the wall n, the others n (n − 1)/2 together.
+/// A column of n discs: contact k transmits m g (n − k), the wall n m g, all other contacts n (n −
+/// 1)/2 m g together.
 void column(Findings& f) {
   const int n = 20;
   const double weight = 0.3 * 9.81;
@@ -135,11 +141,11 @@ void column(Findings& f) {
       "nonsmooth");
   Loads loads;
   simulation.run({.observers = {&loads}});
-  const char* reason = "solved to 1e-10 of g h: of the least load, one weight, and of the greatest, twenty";
-  f.relative("a column of 20 discs at rest: the wall's force", "N", loads.sum(true), n * weight, 1e-7,
-             "n m g", reason);
-  f.relative("all forces between its discs", "N", loads.sum(false), 0.5 * n * (n - 1) * weight, 1e-7,
-             "Σ m g (n − k)", reason);
+  const char* reason = "contact problems are solved to 1e-10 of g h; forces range from one weight to twenty";
+  f.relative("column of 20 discs at rest: normal force on the floor [Moreau–Jean, h = 1e-3 s]", "N",
+             loads.sum(true), n * weight, 1e-7, "n m g", reason);
+  f.relative("column of 20 discs at rest: sum of normal forces between discs [Moreau–Jean, h = 1e-3 s]", "N",
+             loads.sum(false), 0.5 * n * (n - 1) * weight, 1e-7, "Σ m g (n − k)", reason);
 }
 
 }  // namespace

@@ -1,6 +1,6 @@
-// Both formulations against the paper's scene re-derived by hand in two coordinates and integrated in long
-// double (verification/references/slider_crank_oracle.hpp), which shares no code with the solvers; and impact
-// laws against results by hand.
+// Both formulations against an independent derivation of the paper's slider-crank: two coordinates,
+// integrated in long double, no code shared with the solvers
+// (verification/references/slider_crank_oracle.hpp). Also impact laws against independent results.
 #include <fmt/format.h>
 
 #include "dynamics/assembly/assembly.hpp"
@@ -18,30 +18,32 @@ namespace {
 using Long = long double;
 using Impacts = std::vector<reference::OracleImpact<Long>>;
 
-/// The first `count` touches of a run against the oracle's.
-void touches(Findings& f, const std::string& name, const Result& found, const Impacts& exact,
-             std::size_t count, double time) {
-  const auto horizon = fmt::format("of {}, to {:.1f} ms", count, 1e3 * double(exact.at(count - 1).t));
+constexpr const char* subject = "paper's slider-crank with clearance";
+constexpr const char* source = "independent derivation in long double";
+
+/// Claims on the first `count` impacts of a run by `scheme`.
+void touches(Findings& f, const char* scheme, const Result& found, const Impacts& exact, std::size_t count,
+             double time) {
   for (std::size_t i = 0; i < count; ++i) {
     const auto& e = exact[i];
     const auto touch = test::touch(found, i);
-    f.within(fmt::format("{}, touch {} {}", name, i + 1, horizon), "s", touch.t, double(e.t), time,
-             "oracle in long double", "tolerance 1e-12 a step, positions over speeds");
+    f.within(claim_name(subject, fmt::format("time of impact {}", i + 1), scheme), "s", touch.t, double(e.t),
+             time, source, "tolerance 1e-12 per step, error of positions over speed");
     const auto relative = [&](const char* what, const char* unit, double measured, Long expected) {
-      f.relative(what, unit, measured, double(expected), 1e-6, "the same",
-                 "errors grow up to tenfold an impact");
+      f.relative(claim_name(subject, fmt::format("{} of impact {}", what, i + 1), scheme), unit, measured,
+                 double(expected), 1e-6, source, "errors grow up to tenfold per impact");
     };
-    relative("its approach speed", "m/s", touch.v_n_minus, e.v_n_minus);
-    relative("its impulse", "N s", touch.impulse_n, e.impulse_n);
-    relative("its tangential impulse", "N s", touch.impulse_t, e.impulse_t);
-    relative("the gap's rate after it", "m/s", touch.v_n_plus, e.v_n_plus);
-    relative("the sliding speed after it", "m/s", touch.v_t_plus, e.v_t_plus);
+    relative("approach speed", "m/s", touch.v_n_minus, e.v_n_minus);
+    relative("normal impulse", "N s", touch.impulse_n, e.impulse_n);
+    relative("tangential impulse", "N s", touch.impulse_t, e.impulse_t);
+    relative("separation speed", "m/s", touch.v_n_plus, e.v_n_plus);
+    relative("sliding speed at the end", "m/s", touch.v_t_plus, e.v_t_plus);
   }
 }
 
-/// Moreau–Jean at the step h places the first touch within h. One that is δ late makes the next (1 + 2e) δ
-/// late by the speed it leaves with, and (v/v′) h/2 by leaving up to half a step's way off the wall: together
-/// less than four times as late.
+/// Moreau–Jean with step h resolves the first impact within h. An impact δ late delays the next by
+/// (1 + 2e) δ through its rebound speed, and by (v/v′) h/2 since the contact separates up to half a
+/// step's travel away from the wall: together less than 4 δ.
 void time_stepping(Findings& f, Scene scene, const Impacts& exact) {
   constexpr std::size_t count = 3;
   const double h = 1e-6;
@@ -52,13 +54,14 @@ void time_stepping(Findings& f, Scene scene, const Impacts& exact) {
   for (std::size_t i = 0; i < count; ++i, late *= 4) {
     const auto& e = exact.at(i);
     const auto touch = test::touch(found, i);
-    f.within(fmt::format("Moreau–Jean at h = 1e-6 s, touch {} of {}, to {:.1f} ms", i + 1, count,
-                         1e3 * double(exact.at(count - 1).t)),
-             "s", touch.t, double(e.t), late, "oracle in long double", "h, and four times more an impact");
-    f.within("its approach speed", "m/s", touch.v_n_minus, double(e.v_n_minus), 50 * late, "the same",
-             "that late at 50 m/s², twice the ideal slider's ω² r (1 + r/l)");
-    f.within("its impulse", "N s", touch.impulse_n, double(e.impulse_n), 75 * late, "the same",
-             "that speed times (1 + e) m = 1.5 kg");
+    const auto name = [&](const char* what) {
+      return claim_name(subject, fmt::format("{} of impact {}", what, i + 1), "Moreau–Jean, h = 1e-6 s");
+    };
+    f.within(name("time"), "s", touch.t, double(e.t), late, source, "h, times four per further impact");
+    f.within(name("approach speed"), "m/s", touch.v_n_minus, double(e.v_n_minus), 50 * late, source,
+             "bound of the time × 50 m/s², twice the ideal slider's ω² r (1 + r/l)");
+    f.within(name("normal impulse"), "N s", touch.impulse_n, double(e.impulse_n), 75 * late, source,
+             "bound of the speed × (1 + e) m = 1.5 kg");
   }
 }
 
@@ -87,7 +90,7 @@ Findings oracle() {
     law.chi = chi;
     touches(f, name, test::simulate(scene, Family::penalty), solver.penalty(law, 0.0119L).impacts, 2, 1e-10);
   };
-  compliant("penalty", ContactLaw::exact, reference::exact_chi(0.46L));
+  compliant("penalty, exact law", ContactLaw::exact, reference::exact_chi(0.46L));
   compliant("penalty, Lankarani–Nikravesh", ContactLaw::lankarani_nikravesh, 0.75L * (1 - 0.46L * 0.46L));
   return f;
 }
@@ -101,9 +104,10 @@ Findings impact_laws() {
   const auto claim = [&](ImpactLaw law, const char* name, double e, double ratio) {
     scene.nonsmooth.impact_law = law;
     scene.mechanism.surfaces[0].restitution = e;
-    f.relative(fmt::format("Kane and Levinson's pendulum, e = {}, energy after over before, {}", e, name), "",
-               kinetic(test::simulate(scene, Family::nonsmooth).final_state) / before, ratio, 1e-9,
-               "independent program", "rounding");
+    f.relative(claim_name(fmt::format("Kane and Levinson's pendulum, e = {}", e),
+                          "kinetic energy after over before the impact", name),
+               "", kinetic(test::simulate(scene, Family::nonsmooth).final_state) / before, ratio, 1e-9,
+               "independent program that enumerates cases", "rounding");
   };
   for (const auto& row : reference::kane_levinson) {
     claim(ImpactLaw::newton, "Newton", row.e, row.newton);
@@ -112,9 +116,10 @@ Findings impact_laws() {
   }
   auto cradle = read_scene(test::scene_file("cradle"));
   const auto end = test::simulate(cradle, Family::nonsmooth).final_state;
-  f.within("three balls, e = 1: the first one after", "m/s", end.v[0], -1.0 / 3, 1e-12, "by hand",
-           "rounding");
-  f.within("the other two", "m/s", end.v[6], 2.0 / 3, 1e-12, "by hand", "rounding");
+  f.within("row of three balls, e = 1: velocity of the 1st ball after the impact [Newton]", "m/s", end.v[0],
+           -1.0 / 3, 1e-12, "Newton's law at both contacts simultaneously", "rounding");
+  f.within("row of three balls, e = 1: velocity of the 3rd ball after the impact [Newton]", "m/s", end.v[6],
+           2.0 / 3, 1e-12, "Newton's law at both contacts simultaneously", "rounding");
   return f;
 }
 

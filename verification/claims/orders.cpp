@@ -1,4 +1,4 @@
-// Orders of convergence, bracketed from both sides.
+// Orders of convergence, each bounded from both sides.
 #include <numbers>
 
 #include "mechanism/scene.hpp"
@@ -23,11 +23,13 @@ Scene pendulum(double duration) {
 }
 
 /// Adds the claim and the curve of errors over steps.
-void order(Findings& f, const std::string& what, const std::vector<double>& steps,
-           const std::vector<double>& errors, double low, double high, const std::string& source,
-           const std::string& reason) {
-  f.between("order of " + what, "", test::observed_order(steps, errors), low, high, source, reason);
-  f.curves.push_back({"orders", what, "step (s)", "error (s, m/s, N s or rad)", steps, errors});
+void order(Findings& f, const char* subject, const char* quantity, const char* scheme,
+           const std::vector<double>& steps, const std::vector<double>& errors, double low, double high,
+           const std::string& source, const std::string& reason) {
+  f.between(claim_name(subject, std::string("order of convergence in h, ") + quantity, scheme), "",
+            test::observed_order(steps, errors), low, high, source, reason);
+  f.curves.push_back({"orders", std::string(subject) + ", " + quantity + " [" + scheme + "]", "step (s)",
+                      "error (s, m/s, N s or rad)", steps, errors});
 }
 
 void smooth(Findings& f) {
@@ -44,13 +46,13 @@ void smooth(Findings& f) {
     return found;
   };
   const std::vector<double> coarse{2e-2, 1e-2, 5e-3, 2.5e-3}, fine{2e-3, 1e-3, 5e-4, 2.5e-4};
-  order(f, "rk4, pendulum", coarse, errors(Family::penalty, coarse), 3.85, 4.15, "theory: 4",
-        "asymptotic regime");
-  order(f, "Moreau–Jean, pendulum", fine, errors(Family::nonsmooth, fine), 1.9, 2.1, "theory: 2 (θ = ½)",
-        "asymptotic regime");
+  order(f, "pendulum", "angle after 0.9 s", "penalty, rk4", coarse, errors(Family::penalty, coarse), 3.85,
+        4.15, "theory: 4", "asymptotic regime");
+  order(f, "pendulum", "angle after 0.9 s", "Moreau–Jean", fine, errors(Family::nonsmooth, fine), 1.9, 2.1,
+        "theory: 2 (θ = ½)", "asymptotic regime");
 }
 
-/// Methods that choose their steps: the error over the tolerance.
+/// Integrators with error control: the exponent of the tolerance in the error.
 void adaptive(Findings& f) {
   const double exact = reference::pendulum_state({0.8, 0.01, 0.25, 9.81, M_PI / 3}, 0.9).angle;
   auto scene = pendulum(0.9);
@@ -64,15 +66,16 @@ void adaptive(Findings& f) {
       tolerances.push_back(tolerance);
       errors.push_back(std::abs(test::simulate(scene, family).final_state.q[2] + M_PI / 2 - exact));
     }
-    const auto what = name + ", pendulum: error over tolerance, 1e-4 to 1e-10";
-    f.between("exponent of " + what, "", test::observed_order(tolerances, errors), 0.6, 1.4,
-              "theory: p/(p + 1) to 1 for errors per step", "changes of step and of order scatter");
+    f.between(
+        claim_name("pendulum", "exponent of the tolerance in the error of the angle, 1e-4 to 1e-10", name),
+        "", test::observed_order(tolerances, errors), 0.6, 1.4, "theory: p/(p + 1) to 1 for error per step",
+        "scatter by changes of step and order");
     f.curves.push_back({"tolerances", name, "tolerance", "error (rad)", tolerances, errors});
   };
-  claim("dopri5", Family::penalty, Integrator::dopri5);
-  claim("Bulirsch–Stoer", Family::penalty, Integrator::bulirsch_stoer);
-  claim("Adams–Bashforth–Moulton", Family::penalty, Integrator::adams_bashforth_moulton);
-  claim("rosenbrock4", Family::penalty, Integrator::rosenbrock4);
+  claim("penalty, dopri5", Family::penalty, Integrator::dopri5);
+  claim("penalty, Bulirsch–Stoer", Family::penalty, Integrator::bulirsch_stoer);
+  claim("penalty, Adams–Bashforth–Moulton", Family::penalty, Integrator::adams_bashforth_moulton);
+  claim("penalty, rosenbrock4", Family::penalty, Integrator::rosenbrock4);
   claim("event-driven", Family::nonsmooth, scene.penalty.integrator);
 }
 
@@ -101,15 +104,16 @@ void across_impacts(Findings& f) {
     steps.push_back(h);
     for (int i = 0; i < 3; ++i) errors[i].push_back(worst[i]);
   }
-  const char* names[] = {"times", "approach speeds", "impulses"};
+  const char* names[] = {"times of 3 impacts", "approach speeds of 3 impacts", "impulses of 3 impacts"};
   for (int i = 0; i < 3; ++i)
-    order(f, std::string("Moreau–Jean across three impacts, ") + names[i], steps, errors[i], 0.9, 1.1,
-          "theory: 1, against the oracle in long double",
-          "asked for; the greatest error over twenty steps between h and 1.5 h, since it is a sawtooth in h");
+    order(
+        f, "paper's slider-crank with clearance", names[i], "Moreau–Jean", steps, errors[i], 0.9, 1.1,
+        "theory: 1; errors against the independent derivation in long double",
+        "required accuracy; greatest error of twenty steps between h and 1.5 h, since it is a sawtooth in h");
 }
 
-/// A journal that meets its ring head on: the duration of the first contact is half a period of the linear
-/// spring, and Hertz's by the Gamma function.
+/// A head-on impact of a journal in its ring: the duration of the contact is half a period of the
+/// linear spring, or Hertz's by the Gamma function.
 void contacts(Findings& f) {
   auto scene = read_scene(test::scene_file("ring"));
   auto& m = scene.mechanism;
@@ -117,7 +121,7 @@ void contacts(Findings& f) {
   m.bodies[0].angular_velocity = m.bodies[1].angular_velocity = 0;
   m.bodies[1].position = {0, 0};
   m.bodies[1].velocity = {0.3, 0};
-  scene.run.duration = 0.0045;  // s: 1 mm at 0.3 m/s, and either contact
+  scene.run.duration = 0.0045;  // s: 1 mm at 0.3 m/s, and the contact
   scene.penalty.integrator = Integrator::rk4;
   const double mass = 2.0 * 0.5 / 2.5;
   const auto errors = [&](const std::vector<double>& steps, double exact) {
@@ -132,15 +136,17 @@ void contacts(Findings& f) {
   scene.penalty.kelvin_stiffness = 1e7;
   scene.penalty.kelvin_damping = 0;
   const std::vector<double> coarse{4e-5, 2e-5, 1e-5, 5e-6};
-  order(f, "rk4 across a linear contact", coarse, errors(coarse, std::numbers::pi * std::sqrt(mass / 1e7)),
-        3.8, 4.2, "theory: 4; duration π√(m/k)",
-        "the duration is a phase; only badly located events could cost the order");
+  order(f, "impact of ring and journal, linear contact", "contact duration", "penalty, rk4", coarse,
+        errors(coarse, std::numbers::pi * std::sqrt(mass / 1e7)), 3.8, 4.2, "theory: 4; duration π√(m/k)",
+        "only an inaccurate location of contact events would reduce the order");
   scene.penalty.contact = ContactLaw::hertz;
   const double K = 4.0 / 3 * 207e9 / (2 * (1 - 0.09)) * std::sqrt(20e-3 * 19e-3 / 1e-3);
   const std::vector<double> fine{1e-6, 5e-7, 2.5e-7, 1.25e-7};
-  order(f, "rk4 across a Hertz contact", fine, errors(fine, reference::elastic_impact(K, mass, 0.3).duration),
-        2.2, 2.8, "theory: 5/2; duration 2.9432755… δ/v",
-        "δ^(3/2) has an unbounded second derivative at touch; the contact's inside still adds some h⁴");
+  order(
+      f, "impact of ring and journal, Hertz contact", "contact duration", "penalty, rk4", fine,
+      errors(fine, reference::elastic_impact(K, mass, 0.3).duration), 2.2, 2.8,
+      "theory: 5/2; duration 2.9432755… δ/v",
+      "δ^(3/2) has an unbounded second derivative at contact onset; the interior of the contact adds O(h⁴)");
 }
 
 }  // namespace

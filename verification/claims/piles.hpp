@@ -5,7 +5,7 @@
 
 namespace freeplay::verification {
 
-/// A stack in a channel and a pyramid against their weights, and random piles by both nonsmooth schemes.
+/// Adds the claims on a stack in a channel, a pyramid and random piles, by both nonsmooth schemes.
 void piles(Findings& f);
 
 }  // namespace freeplay::verification

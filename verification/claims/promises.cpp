@@ -1,5 +1,5 @@
-// What runs and comparisons promise of their files and words: no row lost, no pair that is none, nothing called matched
-// that is not.
+// Promises of runs and comparisons on their files: complete output rows, no false pairs of impacts,
+// and a correct report of matched restitution.
 #include <fmt/format.h>
 
 #include <nlohmann/json.hpp>
@@ -14,7 +14,8 @@
 namespace freeplay::verification {
 namespace {
 
-/// Durations at which a trajectory does not have its 20001 rows, the last of them at the end exactly.
+/// The number of durations for which a trajectory lacks its 20001 rows, or its last row is not at
+/// the end.
 int lost_rows() {
   int lost = 0;
   auto scene = read_scene(test::scene_file("spinning_rod"));
@@ -39,8 +40,8 @@ ContactEvent impact(double t, double v) {
   return e;
 }
 
-/// Pairs among touches of which only the first belongs to the other run's.
-int pairs_of_strangers() {
+/// The number of false pairs in four comparisons whose second impacts belong to different motions.
+int false_pairs() {
   int pairs = 0;
   for (const double apart : {0.05, 0.1, 0.487, 0.9})
     pairs +=
@@ -50,7 +51,7 @@ int pairs_of_strangers() {
   return pairs;
 }
 
-/// Whether comparison.json calls a scene matched.
+/// Whether comparison.json reports equal restitution of both formulations.
 bool called_matched(double tangential) {
   auto scene = read_scene(test::flores());
   for (auto& s : scene.mechanism.surfaces) {
@@ -67,14 +68,16 @@ bool called_matched(double tangential) {
 
 Findings promises() {
   Findings f;
-  f.within("40 durations from 0.01 to 0.4 s: trajectories without their 20001 rows, the last at the end", "",
-           lost_rows(), 0, 0, "duration over a 20000th of it", "counted");
-  f.within("touches 50 to 900 ms apart after 2 s of flight: pairs", "", pairs_of_strangers(), 0, 0,
-           "each is more than a tenth of what pairs that agree make probable", "counted");
-  f.within("a scene whose laws deliver the same is called matched", "", called_matched(0), 1, 0,
-           "the word's meaning", "");
-  f.within("with a tangential restitution of 0.9, of which the contact law knows nothing, it is", "",
-           called_matched(0.9), 0, 0, "the word's meaning", "");
+  f.within(
+      "trajectory of a spinning rod: runs of 40 (0.01 to 0.4 s) without 20001 rows, the last at the end [event-driven]",
+      "", lost_rows(), 0, 0, "default output step: duration/20000", "exact");
+  f.within("pairing of impacts 50 to 900 ms apart after 2 s of flight: false pairs in 4 comparisons", "",
+           false_pairs(), 0, 0, "none: the distance exceeds that of probable pairs", "exact");
+  f.within("comparison of the paper's slider-crank: restitution_matched for laws of equal restitution", "",
+           called_matched(0), 1, 0, "true (1)", "exact");
+  f.within("comparison of the paper's slider-crank: restitution_matched for a tangential restitution of 0.9",
+           "", called_matched(0.9), 0, 0, "false (0): the contact law has no tangential restitution",
+           "exact");
   return f;
 }
 

@@ -1,4 +1,4 @@
-// Rest on contacts, and that a run which begins at rest stays there.
+// Equilibria with closed contacts, and runs that start at equilibrium.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -23,7 +23,8 @@ Scene lamp_scene(bool loose) {
 }
 
 using test::Way;
-const Way ways[] = {test::penalty, test::fixed_steps(1e-4), test::event_driven, test::automatic};
+const Way ways[] = {test::penalty, test::fixed_steps(1e-4, "Moreau–Jean, h = 1e-4 s"), test::event_driven,
+                    test::automatic};
 
 }  // namespace
 
@@ -33,19 +34,24 @@ void lamp(Findings& f) {
   const double s = free / (1 - w / (k * h * a)), sine = (h * h + a * a - s * s) / (2 * h * a);
   const double across = h * a * sqrt(1 - sine * sine), stiffness = k * across * across * free / (s * s * s);
   const auto found = rest(lamp_scene(false), Family::nonsmooth);
-  const std::string source = "energy of one angle, by hand";
-  f.within("desk lamp balanced by a spring, ideal, its arm rests at", "rad", found.at.state.q[2],
-           std::asin(sine), 1e-12, source, "rounding of a balance of 6 N m over 0.6 N m/rad");
-  f.relative("its natural frequency", "Hz", found.modes.at(0).natural(), sqrt(stiffness / inertia) / (2 * pi),
-             1e-10, source, exact);
-  f.relative("its damping ratio", "", found.modes.at(0).damping(),
+  const std::string source = "energy as a function of the arm's angle (cases/spring-balance)";
+  f.within("ideal desk lamp balanced by a spring: equilibrium angle of the arm", "rad", found.at.state.q[2],
+           std::asin(sine), 1e-12, source, "rounding of moments of 6 N m over a stiffness of 0.6 N m/rad");
+  f.relative("ideal desk lamp balanced by a spring: natural frequency", "Hz", found.modes.at(0).natural(),
+             sqrt(stiffness / inertia) / (2 * pi), 1e-10, source, exact);
+  f.relative("ideal desk lamp balanced by a spring: damping ratio", "", found.modes.at(0).damping(),
              damping * across * across / (s * s) / (2 * sqrt(stiffness * inertia)), 1e-10, source, exact);
 }
 
 void contacts(Findings& f) {
   for (const auto family : {Family::nonsmooth, Family::penalty}) {
     const bool yields = family == Family::penalty;
-    const std::string way = std::string(", ") + name_of(family);
+    const auto pin_name = [&](const char* quantity) {
+      return claim_name("pin with clearance under its weight", quantity, name_of(family));
+    };
+    const auto disc_name = [&](const char* quantity) {
+      return claim_name("disc pulled to the ground by a spring", quantity, name_of(family));
+    };
     const double m = 2, weight = m * 9.81, K = hertz(20e-3 * 19e-3 / 1e-3);
     const double depth = yields ? reference::hertz_depth(weight, K) : 0;
     const auto pin =
@@ -55,16 +61,18 @@ void contacts(Findings& f) {
                          "surface = \"steel\"\n{}",
                          steel),
              family);
-    f.within("loose pin under its weight, depth below the centre" + way, "m", -pin.at.state.q[1],
-             1e-3 + depth, 1e-15, yields ? "c + (m g/K)^⅔" : "c", "rounding of a millimetre's thousandfold");
-    f.within("its normal force", "N", pin.at.normal.at(0), weight, 1e-9, "m g",
-             "Hertz's force at a rounded depth");
-    f.relative("its swing in the clearance", "rad/s", pin.rate(0), sqrt(9.81 / (1e-3 + depth)), 1e-9,
-               yields ? "√(g/(c + δ)): a pendulum of that length" : "√(g/c): a pendulum of that length",
-               "the place is rounded to 1e-12 of it");
+    f.within(pin_name("depth below the centre"), "m", -pin.at.state.q[1], 1e-3 + depth, 1e-15,
+             yields ? "c + (m g/K)^⅔" : "c", "rounding of 1 mm, margin of 1e4");
+    f.within(pin_name("normal force"), "N", pin.at.normal.at(0), weight, 1e-9, "m g",
+             "Hertz's force at a depth with rounding");
+    f.relative(pin_name("angular frequency in the clearance"), "rad/s", pin.rate(0),
+               sqrt(9.81 / (1e-3 + depth)), 1e-9,
+               yields ? "√(g/(c + δ)), pendulum of length c + δ" : "√(g/c), pendulum of length c",
+               "position rounded to 1e-12 of the clearance");
     if (yields)
-      f.relative("its bounce", "rad/s", pin.rate(1), reference::hertz_bounce(m, weight, K), 1e-9,
-                 "√(1.5 K √δ/m)", "δ is rounded to 1e-13 of it, room of a thousand");
+      f.relative(pin_name("angular frequency on the contact stiffness"), "rad/s", pin.rate(1),
+                 reference::hertz_bounce(m, weight, K), 1e-9, "√(1.5 K √δ/m)",
+                 "relative rounding of δ, 1e-13, margin of 1e4");
     const auto disc = rest(
         fmt::format(
             "gravity = [0, -10]\n[bodies.disc]\nmass = 2\ninertia = 0.01\nposition = [0.05, 0.3]\n"
@@ -73,18 +81,18 @@ void contacts(Findings& f) {
             "\"disc\"], at = [[0, -0.4], [0, 0]], stiffness = 500, free_length = 0.2}}\n{}",
             steel),
         family);
-    // F = m g + k (0.5 − δ − l₀), δ = (F/K)^⅔: each pass gains six digits.
+    // F = m g + k (0.5 − δ − l₀), δ = (F/K)^⅔: each iteration gains six digits.
     double force = 170, sunk = 0;
     for (int i = 0; yields && i < 10; ++i) {
       sunk = reference::hertz_depth(force, hertz(0.1));
       force = 170 - 500 * sunk;
     }
-    f.within("disc drawn to the ground by a spring, its force on the ground" + way, "N", disc.at.normal.at(0),
-             force, 1e-9, yields ? "m g + k (l − δ − l₀), δ = (F/K)^⅔" : "m g + k (l − l₀)",
-             "stiffness of the contact, 1e8 N/m, times rounding of a place, 1e-17 m");
-    f.relative("its swing along the ground", "rad/s", disc.rate(0),
-               sqrt(500 * (0.3 - sunk) / (0.5 - sunk) / 2), 1e-10, "tension over length", exact);
-    // Three discs in a trough of 45°: the weights of two go down the walls.
+    f.within(disc_name("normal force"), "N", disc.at.normal.at(0), force, 1e-9,
+             yields ? "m g + k (l − δ − l₀), δ = (F/K)^⅔" : "m g + k (l − l₀)",
+             "contact stiffness, 1e8 N/m, times rounding of the position, 1e-17 m");
+    f.relative(disc_name("angular frequency along the ground"), "rad/s", disc.rate(0),
+               sqrt(500 * (0.3 - sunk) / (0.5 - sunk) / 2), 1e-10, "√(T/(l m))", exact);
+    // Three discs in a trough of 45°: the weights of two act along the walls.
     std::string walls;
     for (const char* disc : {"a", "b", "c"})
       walls += fmt::format(
@@ -107,17 +115,18 @@ void contacts(Findings& f) {
     double off = 0;
     for (std::size_t k = 0; k < expected.size(); ++k)
       off = greatest(off, std::abs(trough.at.normal.at(k) - expected[k]));
-    f.at_most("three discs that fall into a trough, greatest error of nine contact forces" + way, "N", off,
-              yields ? 30 * 1e-5 : 1e-9, "balance by hand, walls of 45°",
-              yields ? "Hertz's depths, 1e-6 m over radii of 0.1 m, turn the normals" : "rounding");
+    f.at_most(claim_name("three discs in a trough", "nine contact forces, greatest error", name_of(family)),
+              "N", off, yields ? 30 * 1e-5 : 1e-9, "static equilibrium, walls of 45°",
+              yields ? "penetrations of 1e-6 m over radii of 0.1 m rotate the normals" : "rounding");
   }
 }
 
 void stays(Findings& f) {
-  const std::pair<const char*, Scene> scenes[] = {{"ideal slider-crank", sprung_scene(false)},
-                                                  {"loose slider-crank", sprung_scene(true)},
-                                                  {"loose desk lamp", lamp_scene(true)}};
-  for (const auto& [what, facts] : scenes)
+  const std::pair<const char*, Scene> scenes[] = {
+      {"ideal slider-crank started at equilibrium", sprung_scene(false)},
+      {"slider-crank with clearance started at equilibrium", sprung_scene(true)},
+      {"desk lamp with clearance started at equilibrium", lamp_scene(true)}};
+  for (const auto& [subject, facts] : scenes)
     for (const auto& way : ways) {
       auto scene = facts;
       way.choose(scene);
@@ -130,7 +139,7 @@ void stays(Findings& f) {
       Forces now{std::vector<ElementForce>(still.forces.elements.size()),
                  std::vector<double>(start.q.size())};
       listener.on_step = [&](const Step& step) {
-        // What a time step does in which a contact begins is an impact's.
+        // A contact may close in the first time step, whose force then includes an impact.
         if (way.fixed() && step.t0 == 0) return;
         step.forces(0.5 * (step.t0 + step.t1), now);
         for (std::size_t i = 0; i < now.elements.size(); ++i)
@@ -142,17 +151,18 @@ void stays(Findings& f) {
       double drift = 0;
       for (std::size_t i = 0; i < start.q.size(); ++i)
         drift = greatest(drift, std::abs(result.final_state.q[i] - start.q[i]));
-      const auto name = fmt::format("{} begun at rest, {}", what, way.name);
-      f.at_most(
-          name + ": how far any coordinate drifts in 1 s", "m, rad", drift, 1e-9, "it stays",
-          "what remains of the forces, 1e-11 N, over a hundredth of a newton a metre; steps err by 1e-9 of that");
-      f.at_most("its reactions, greatest difference from the static ones", "N", force,
-                way.family == Family::penalty ? 2e-5 : 1e-6, "statics",
+      const auto name = [subject = subject, &way](const char* quantity) {
+        return claim_name(subject, quantity, way.name);
+      };
+      f.at_most(name("greatest drift of a coordinate in 1 s"), "m, rad", drift, 1e-9, "0",
+                "residual forces of 1e-11 N over a stiffness of 0.01 N/m; steps err by 1e-9 of that");
+      f.at_most(name("reactions, greatest difference to the static ones"), "N", force,
+                way.family == Family::penalty ? 2e-5 : 1e-6, "0",
                 way.family == Family::penalty
-                    ? "a place known to the tolerance, 1e-9 of the clearance, times the contact's 7e7 N/m"
-                    : "masses of 1 kg within 1e-7 m/s², what a tolerance of 1e-10 leaves of a step's rates");
-      f.at_most("its energy balance", "J", std::abs(result.ledger.closure()), 1e-12, "the ledger",
-                "rounding of a potential of 10 J, a hundredfold");
+                    ? "error of the position, 1e-9 of the clearance, times the contact stiffness of 7e7 N/m"
+                    : "masses of 1 kg times 1e-7 m/s², the acceleration error of a step at tolerance 1e-10");
+      f.at_most(name("error of the energy balance"), "J", std::abs(result.ledger.closure()), 1e-12, "0",
+                "rounding of a potential energy of 10 J, margin of 100");
     }
 }
 

@@ -1,4 +1,5 @@
-// Pins in slots, end stops and bump stops: flights, blows and what the joints feel of them.
+// Pins in slots, end stops and bump stops: free flight, impacts, and the reactions of joints to
+// impacts.
 #include "verification/claims/gear_claims.hpp"
 #include "verification/support/scene_text.hpp"
 
@@ -32,7 +33,7 @@ type = "slot"
 between = ["yoke", "crank"]
 at = [[0.0, 0.0], [0.05, 0.0]]
 axis = [0.0, 1.0]
-PLAY[surfaces.steel]
+CLEARANCE[surfaces.steel]
 young = 2e11
 poisson = 0.3
 restitution = 0.6
@@ -44,9 +45,9 @@ duration = 0.1
 start = "given"
 )",
                                        phi, r * std::cos(phi), -r * w * std::sin(phi));
-  const auto with = [&](const char* play) {
+  const auto with = [&](const char* clearance) {
     auto s = text;
-    return s.replace(s.find("PLAY"), 4, play);
+    return s.replace(s.find("CLEARANCE"), 9, clearance);
   };
   const double t = reference::pin_flight(r, w, phi, c, 0.04);
   const double approach = r * w * std::abs(std::sin(phi + w * t) - std::sin(phi));
@@ -55,30 +56,33 @@ start = "given"
     scene.run.duration = t + 3e-3;  // the whole contact, under a contact law
     const auto touch = test::touch(test::finished(scene, way.family), 0);
     const bool stepped = way.fixed(), chosen = way.scheme == Scheme::automatic;
-    f.within(fmt::format("Scotch yoke with a loose pin, {}: its first flight", way.name), "s", touch.t, t,
+    const auto name = [&](const char* quantity) {
+      return claim_name("Scotch yoke with clearance at the pin", quantity, scheme_of(way, "1e-6"));
+    };
+    f.within(name("time of 1st impact"), "s", touch.t, t,
              stepped  ? way.step
              : chosen ? touch.t_uncertainty + 1e-9
                       : 1e-9,
-             "r cos φ against uniform motion",
-             stepped  ? "a step"
-             : chosen ? "what is told"
-                      : "tolerance 1e-10 in each of some tens of steps");
-    f.relative("the same: approach", "m/s", -touch.v_n_minus, approach, stepped || chosen ? 1e-4 : 1e-7,
-               "r ω |sin(φ + ω t) − sin φ|",
-               stepped  ? "r ω² times a step"
-               : chosen ? "r ω² times what is told"
+             "uniform motion of the yoke against r cos φ of the pin",
+             stepped  ? "step h"
+             : chosen ? "reported uncertainty"
+                      : "tolerance 1e-10 in some tens of steps");
+    f.relative(name("approach speed of 1st impact"), "m/s", -touch.v_n_minus, approach,
+               stepped || chosen ? 1e-4 : 1e-7, "r ω |sin(φ + ω t) − sin φ|",
+               stepped  ? "r ω² h"
+               : chosen ? "r ω² times the reported uncertainty"
                         : "tolerance");
     if (way.family == Family::nonsmooth)
-      f.relative("the same: impulse", "N s", touch.impulse_n, 1.6 * 2.0 * -touch.v_n_minus,
+      f.relative(name("impulse of 1st impact"), "N s", touch.impulse_n, 1.6 * 2.0 * -touch.v_n_minus,
                  stepped || chosen ? 1e-4 : 1e-9, "(1 + e) m u: the crank is driven",
-                 stepped || chosen ? "a step's own force" : "rounding");
+                 stepped || chosen ? "force within the step of the impact" : "rounding");
     scene = scene_by(with(""), way);
     if (way.fixed()) scene.nonsmooth.step = 1e-5;
     const auto end = test::finished(scene, way.family).final_state;
     const double angle = phi + w * 0.1;
-    f.within(fmt::format("ideal Scotch yoke, {}: yoke", way.name), "m", end.q[3], r * std::cos(angle),
-             way.penalty() ? 1e-9 : 1e-11, "x = r cos φ",
-             way.penalty() ? "drift at α = β = 5" : "positions are brought back");
+    f.within(claim_name("ideal Scotch yoke", "yoke position after 0.1 s", scheme_of(way, "1e-5")), "m",
+             end.q[3], r * std::cos(angle), way.penalty() ? 1e-9 : 1e-11, "x = r cos φ",
+             way.penalty() ? "drift at α = β = 5" : "positions are projected at each step");
   }
 }
 
@@ -102,9 +106,11 @@ restitution = 0.7
     if (way.fixed()) scene.nonsmooth.step = 1e-4;
     auto by = way;
     if (by.step > 0) by.step = 1e-4;
-    blows(f, "block between end stops", by, test::finished(scene, way.family), exact, e);
+    impacts(f, "block between end stops", by, scheme_of(way, "1e-4"), test::finished(scene, way.family),
+            exact, e);
   }
-  // A rod on a pin against a stop, at its centre of percussion and nearer: what the pin feels.
+  // A rod on a pin against a stop, at its centre of percussion and nearer to the pin: the impulse
+  // of the pin.
   const double l = 0.1, Jc = 0.01, JO = Jc + l * l, w = 10, limit = 0.5, er = 0.6, T = 0.06;
   for (const double radius : {JO / l, 0.05}) {
     const auto text = fmt::format(R"([bodies.rod]
@@ -152,33 +158,38 @@ start = "given"
       ElementForce pin;
       for (std::size_t k = 0; k < elements.size(); ++k)
         if (elements[k].name == "pin") pin = sum.elements[k];
-      const std::string name = fmt::format("rod on a pin against a stop at {:.3g} m, {}", radius, way.name);
+      const auto name = [&](const char* quantity) {
+        return claim_name(fmt::format("rod on a pin against a stop at {:.3g} m", radius), quantity,
+                          scheme_of(way, "1e-5"));
+      };
       const double bound = way.penalty() ? 1e-6 : way.fixed() ? 1e-6 : 1e-9;
-      f.relative(name + ": speed after it", "rad/s", run.final_state.v[2], -er * w, bound, "−e ω",
-                 way.penalty() ? "\"exact\" delivers e; drift"
-                 : way.fixed() ? "rates at a step's end: (ω h)² and room"
+      f.relative(name("angular velocity after the impact"), "rad/s", run.final_state.v[2], -er * w, bound,
+                 "−e ω",
+                 way.penalty() ? "the exact law delivers e; drift"
+                 : way.fixed() ? "velocities at the end of a step: (ω h)², margin of 100"
                                : "tolerance");
-      f.within("the same: time of it", "s", touch.t, limit / w, way.fixed() ? 1e-5 : 1e-8, "constant speed",
-               way.fixed() ? "a step" : "tolerance");
-      // Momentum of the rod less what the stop did; the stop's impulse acts along −perp c.
+      f.within(name("time of the impact"), "s", touch.t, limit / w, way.fixed() ? 1e-5 : 1e-8,
+               "constant speed", way.fixed() ? "step h" : "tolerance");
+      // The pin's impulse is the change of momentum of the rod less the stop's impulse, which acts
+      // along −perp c.
       const double P = JO * (1 + er) * w / radius, end = limit - er * (w * T - limit);
       const double px = l * (er * w * std::sin(end)), py = l * (-er * w * std::cos(end) - w);
       const double bx = px - P * std::sin(limit), by = py + P * std::cos(limit);
       const double scale = l * w * (1 + er);
-      f.at_most("the same: impulse of the pin, error over m l Δω", "",
-                std::hypot(pin.fx - bx, pin.fy - by) / scale,
-                way.penalty() ? 2e-3
-                : way.fixed() ? 2e-3
-                              : 1e-8,
-                "momentum of the rod by hand",
-                way.family == Family::nonsmooth && way.step == 0
-                    ? "tolerance"
-                    : "a step's turn, or a contact's, 1e-5 s × 10 rad/s, times P over the scale, 10");
+      f.at_most(
+          name("impulse of the pin, error over m l Δω"), "", std::hypot(pin.fx - bx, pin.fy - by) / scale,
+          way.penalty() ? 2e-3
+          : way.fixed() ? 2e-3
+                        : 1e-8,
+          "momentum of the rod",
+          way.family == Family::nonsmooth && way.step == 0
+              ? "tolerance"
+              : "rotation during a step or a contact, 1e-5 s × 10 rad/s, times P over m l Δω, 10, margin of two");
     }
   }
 }
 
-// m ÿ + c ẏ + k y = 0 until the force is zero.
+/// m ÿ + c ẏ + k y = 0 until the force is zero; the force cannot pull.
 void bumps(Findings& f) {
   const double k = 2e4, m = 2.0, zeta = 0.3, w0 = std::sqrt(k / m), s = std::sqrt(1 - zeta * zeta), v = 1.5;
   const double lasts = std::atan2(2 * zeta * s, 2 * zeta * zeta - 1) / (s * w0),
@@ -211,21 +222,23 @@ start = "given"
     const auto& end = run.final_state;
     const bool stepped = way.fixed(), chosen = way.scheme == Scheme::automatic;
     const double bound = stepped ? 1e-4 : chosen ? 1e-4 : 1e-7;
-    const char* why = stepped ? "the force begins within a step: ζ ω₀ h, 3e-5, and room"
-                      : chosen
-                          ? "steps chosen at 1e-6, of which a jump takes some tens"
-                          : "tolerance 1e-10 in a step, of which the jump of the force takes some hundred";
-    const std::string name = fmt::format("bump stop, ζ = 0.3, {}: ", way.name);
-    f.relative(name + "speed after it", "m/s", end.v[0], -rebound, bound,
+    const char* why = stepped  ? "the force begins within a step: ζ ω₀ h = 3e-5, margin of three"
+                      : chosen ? "step tolerance 1e-6, some tens of steps at the jump of the force"
+                               : "tolerance 1e-10 per step, some hundred steps at the jump of the force";
+    const auto scheme = scheme_of(way, "1e-6");
+    const char *linear = "bump stop, ζ = 0.3", *torsional = "torsional bump stop, ζ = 0.3";
+    f.relative(claim_name(linear, "rebound velocity", scheme), "m/s", end.v[0], -rebound, bound,
                "v exp(−ζ ω₀ t), t where the force is zero", why);
-    f.relative("a torsional one, likewise", "rad/s", end.v[2], -rebound, bound, "the same", why);
-    f.within("the same: place after it", "m", end.q[0],
+    f.relative(claim_name(torsional, "rebound angular velocity", scheme), "rad/s", end.v[2], -rebound, bound,
+               "v exp(−ζ ω₀ t), t where the force is zero", why);
+    f.within(claim_name(linear, "position after 0.1 s", scheme), "m", end.q[0],
              0.02 - v * std::exp(-zeta * w0 * lasts) * std::sin(s * w0 * lasts) / (s * w0) * -1 -
                  rebound * (0.1 - 0.02 / v - lasts),
              0.1 * bound, "y(t) = (v/ω_d) e^{−ζω₀t} sin ω_d t, then free", why);
-    f.at_most("the same: energy not accounted for, over the start's", "",
-              std::abs(run.ledger.closure()) / run.ledger.initial, bound, "½ k y² and what the damper takes",
-              why);
+    f.at_most(
+        claim_name("bump stops, ζ = 0.3", "error of the energy balance over the initial energy", scheme), "",
+        std::abs(run.ledger.closure()) / run.ledger.initial, bound,
+        "energy balance with ½ k y² and the damper's work", why);
   }
 }
 

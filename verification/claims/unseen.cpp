@@ -1,5 +1,5 @@
-// What lies between the places where an integrator looks: pegs in free flight, pulses of a table, touches at once, and
-// friction so steep that no explicit step follows it.
+// Detection of events shorter than an integration step: pegs in free flight, pulses of a table,
+// simultaneous contacts, and friction too steep for an explicit step.
 #include <fmt/format.h>
 
 #include <random>
@@ -34,10 +34,10 @@ Scene scene_of(const reference::Throw& s, double spin, double duration) {
   return scene;
 }
 
-/// Throws over four decades of speed; a third of them graze, by up to a part in a thousand million of the reach.
+/// Sums over the runs of throws at a peg.
 struct Throws {
   int missed = 0, invented = 0, stopped = 0, touches = 0;
-  double time = 0, approach = 0;  ///< greatest errors, of the flight's time and of the speed
+  double time = 0, approach = 0;  ///< greatest relative errors of the contact time and the approach speed
 };
 
 void judge_throw(Throws& sum, const Result& run, const std::optional<reference::PegTouch>& exact) {
@@ -56,6 +56,7 @@ void judge_throw(Throws& sum, const Result& run, const std::optional<reference::
   sum.approach = greatest(sum.approach, std::abs(-found[0].v_n_minus / exact->approach - 1));
 }
 
+/// Throws over four decades of speed; a third of them graze the peg, by 1e-9 of the reach or more.
 Throws throws(int count) {
   Throws sum;
   std::mt19937_64 engine(16);
@@ -72,7 +73,7 @@ Throws throws(int count) {
     const auto exact = reference::touch_of(one);
     auto scene = scene_of(one, speed / reach * (uniform(engine) - 0.5), 3 * away / speed);
     for (const auto integrator : integrators) {
-      if (integrator == Integrator::rk4) continue;  // its step would have to be that of the contact
+      if (integrator == Integrator::rk4) continue;  // its fixed step would have to resolve the contact
       scene.penalty.integrator = integrator;
       judge_throw(sum, test::simulate(scene, Family::penalty), exact);
     }
@@ -116,27 +117,31 @@ double worst_speed(Scene scene, double expected) {
 }
 
 void tables(Findings& f) {
+  const char* const by_angle = "rotor with a torque pulse of 2 mrad per turn";
+  const char* const adaptive = "adaptive integrators and event-driven";
   const auto angle = rotor("angle");
   const double expected =
       reference::speed_after_pulses(10, 0.5, 1, reference::pulses_by(10, 10, 0.5, 1, 1.001));
-  f.at_most(
-      "rotor with a pulse of 2 mrad once a turn, speed after 10 s, all adaptive integrators and event-driven: error",
-      "", worst_speed(angle, expected), 1e-6, "½ J ω² = ½ J ω₀² + n W",
-      "tolerance 1e-8 a step, some hundred steps");
+  f.at_most(claim_name(by_angle, "speed after 10 s, greatest relative error", adaptive), "",
+            worst_speed(angle, expected), 1e-6, "½ J ω² = ½ J ω₀² + n W",
+            "tolerance 1e-8 per step, some hundred steps");
   auto stepped = angle;
   stepped.nonsmooth.scheme = Scheme::moreau_jean;
   stepped.nonsmooth.step = 1e-3;
   f.at_most(
-      "the same, Moreau–Jean at 1e-3 s, ten times as long as the pulse: error of what 19 pulses gave", "",
+      claim_name(by_angle, "speed after 10 s, greatest relative error", "Moreau–Jean, h = 1e-3 s"), "",
       std::abs(test::simulate(stepped, Family::nonsmooth).final_state.v[2] / expected - 1), 19 * 1e-3 * 0.1,
-      "as above",
-      "a step knows its angle to (h ω)²/2 = 1e-4 of 1e-2 rad swept: a hundredth of a pulse each, and room of ten");
+      "½ J ω² = ½ J ω₀² + n W",
+      "a step, longer than the pulse, resolves the angle to (h ω)²/2 = 1e-4 of 1e-2 rad swept: a hundredth of each of 19 "
+      "pulses, margin of ten");
   const double pulsed = 10 + 1000 * 1e-3 / 0.5;  // the pulse's area over J
-  f.at_most("the same table against time: error", "", worst_speed(rotor("time"), pulsed), 1e-9,
-            "J Δω = ∫ M dt", "each piece is a polynomial: rounding and tolerance 1e-8 of the speed's scale");
+  f.at_most(
+      claim_name("rotor with a torque pulse of 2 ms", "speed after 10 s, greatest relative error", adaptive),
+      "", worst_speed(rotor("time"), pulsed), 1e-9, "J Δω = ∫ M dt",
+      "rounding, since each piece is a polynomial, and tolerance 1e-8 of the speed's scale");
 }
 
-/// Many balls that fall on the floor side by side: each instant is shared by all.
+/// Balls side by side that reach the floor at the same instant.
 void at_once(Findings& f) {
   constexpr int count = 64;
   Scene scene;
@@ -166,13 +171,14 @@ void at_once(Findings& f) {
     for (std::size_t i = 0; i < std::min<std::size_t>(touches.size(), count); ++i)
       apart = greatest(apart, std::abs(touches[i].t - exact));
   }
-  f.within("64 balls that touch at one instant: integrators of three that finish", "", finished, 3, 0, "",
-           "all");
-  f.at_most("the same, first touches from √(2h/g)", "s", apart, 1e-12, "free fall",
-            "a polynomial: rounding of 1 m and 64 m over 4 m/s");
+  f.within("64 balls reaching the floor at one instant: integrators of three that finish [penalty]", "",
+           finished, 3, 0, "all", "exact");
+  f.at_most("64 balls reaching the floor at one instant: times of first contact, greatest error [penalty]",
+            "s", apart, 1e-12, "√(2h/g)", "rounding of 1 m and 64 m over 4 m/s: free fall is a polynomial");
 }
 
-/// Steep friction: slip at 250 m/s against a wall, µ = 1, regularised within 1 mm/s.
+/// Steep friction: an impact at 250 m/s with sliding at 100 m/s, µ = 1, friction regularised below
+/// 1 mm/s.
 void steep(Findings& f) {
   auto scene = parse_scene(test::body("ball", 0.12, 2e-6, "position = [0, 0.1]\nvelocity = [100, -250]\n") +
                                R"([surfaces.s]
@@ -192,7 +198,7 @@ contact = "exact"
                            "steep");
   int finished = 0;
   double worst = 0;
-  // The disc grips: P_T = −v_T m/3 for a slip that ends, v_T = 100 m/s at the rim, D_TT = 1/m + R²/J.
+  // Slip ends within the contact: P_T = v_T/D_TT, v_T = 100 m/s at the rim, D_TT = 1/m + R²/J.
   const double grip = 100 / (1 / 0.12 + 0.006 * 0.006 / 2e-6);
   for (const auto integrator : integrators) {
     if (integrator == Integrator::rk4) continue;
@@ -202,10 +208,11 @@ contact = "exact"
     worst =
         greatest(worst, run.events.empty() ? NAN : std::abs(std::abs(run.events[0].impulse_t) / grip - 1));
   }
-  f.within("an impact with steep friction: integrators of four that finish", "", finished, 4, 0, "", "all");
-  f.at_most("the same, friction's impulse against v_T/D_TT", "", worst, 1e-4,
-            "slip comes to its end in the contact",
-            "what is left of the slip is the regularising speed, 1e-4 of 100 m/s, and less");
+  f.within("impact with steep regularised friction: integrators of four that finish [penalty]", "", finished,
+           4, 0, "all", "exact");
+  f.at_most("impact with steep regularised friction: friction impulse, greatest relative error [penalty]", "",
+            worst, 1e-4, "v_T/D_TT: slip ends within the contact",
+            "the remaining slip is the regularising speed or less, 1e-4 of 100 m/s at most");
 }
 
 }  // namespace
@@ -214,15 +221,18 @@ Findings unseen() {
   Findings f;
   const int count = 60;
   const auto all = throws(count);
-  const std::string what =
-      fmt::format("{} throws at a peg, 0.1 to 1000 m/s, four integrators and event-driven", count);
-  f.within(what + ": touches passed over", "", all.missed, 0, 0, "quadratic equation",
-           "the gap is proved, not sampled");
-  f.within("the same: touches that are none", "", all.invented, 0, 0, "quadratic equation", "as above");
-  f.within("the same: runs that stopped", "", all.stopped, 0, 0, "",
-           "a free ball and a peg must not stop a run");
-  f.at_most("the same: time of the touch, error", "", all.time, 1e-8, "quadratic equation",
-            "a grazing touch of depth d is known to √(ε/d) of its chord: 1e-16 and 1e-9 of the reach");
+  const auto name = [&](const char* quantity) {
+    return claim_name(fmt::format("{} throws at a peg at 0.1 to 1000 m/s", count), quantity,
+                      "adaptive integrators and event-driven");
+  };
+  f.within(name("contacts missed"), "", all.missed, 0, 0, "quadratic equation",
+           "exact: the gap is bounded over each step, not sampled");
+  f.within(name("contacts reported without one"), "", all.invented, 0, 0, "quadratic equation",
+           "exact: the gap is bounded over each step, not sampled");
+  f.within(name("runs that do not finish"), "", all.stopped, 0, 0, "0", "exact");
+  f.at_most(
+      name("time of contact, greatest relative error"), "", all.time, 1e-8, "quadratic equation",
+      "a grazing contact of depth d is located to √(ε/d) of its chord, ε = 1e-16 and d = 1e-9 of the reach");
   tables(f);
   at_once(f);
   steep(f);

@@ -36,7 +36,7 @@ struct Way {
 inline const Way penalty{"penalty", Family::penalty};
 inline const Way event_driven{"event-driven", Family::nonsmooth, Scheme::event_driven};
 inline const Way automatic{"automatic", Family::nonsmooth, Scheme::automatic};
-inline const Way chosen_steps{"Moreau–Jean, chosen steps", Family::nonsmooth, Scheme::moreau_jean};
+inline const Way chosen_steps{"Moreau–Jean, adaptive steps", Family::nonsmooth, Scheme::moreau_jean};
 inline Way fixed_steps(double h, const char* name = "Moreau–Jean") {
   return {name, Family::nonsmooth, Scheme::moreau_jean, h};
 }

@@ -1,13 +1,16 @@
-// The list of claims of `freeplay verify` is itself a test; docs/verification/verification.md shows that list.
+// The list of claims of `freeplay verify` is itself a test; docs/verification.md shows that list.
+// Also the form of names, the verdict of a claim, and the tables of docs/verification.md.
 #include <fmt/format.h>
 #include <algorithm>
 #include <catch2/catch.hpp>
 #include <deque>
 #include <fstream>
+#include <set>
 #include <sstream>
 #include <string>
 
 #include "verification/claims/claim.hpp"
+#include "verification/claims/report_tables.hpp"
 #include "verification/support/support.hpp"
 
 using namespace freeplay::verification;
@@ -43,8 +46,7 @@ std::vector<Asked> rows_of(const std::string& table, const std::string& set) {
 
 /// The claims of the set agree with the page within a hundredth.
 void check_page(const std::string& page, const Verdict& verdict) {
-  INFO(
-      "docs/verification/verification.md is older than what it shows; make it anew: scripts/pages --make verification");
+  INFO("docs/verification.md is out of date; regenerate it: scripts/pages --make verification");
   CAPTURE(verdict.set->name);
   const auto old = rows_of(page, verdict.set->name), now = rows_of(asked(verdict), verdict.set->name);
   REQUIRE(now.size() == verdict.findings.claims.size());
@@ -62,6 +64,21 @@ std::string asked_page() {
   return {std::istreambuf_iterator<char>(file), {}};
 }
 
+/// Names are unique in a set and complete by themselves: subject and quantity are present, and no
+/// bracket is open.
+void check_names(const std::vector<Claim>& claims) {
+  std::set<std::string> names;
+  for (const auto& c : claims) {
+    CAPTURE(c.quantity);
+    const auto name = parts_of(c);
+    CHECK(names.insert(c.quantity).second);
+    CHECK_FALSE(name.subject.empty());
+    CHECK_FALSE(name.quantity.empty());
+    CHECK(claim_name(name.subject, name.quantity, name.scheme) == c.quantity);
+    CHECK(c.quantity.find('"') == std::string::npos);
+  }
+}
+
 /// The test of one set of claims.
 class SetTest final : public Catch::ITestInvoker {
  public:
@@ -72,6 +89,7 @@ class SetTest final : public Catch::ITestInvoker {
     CHECK(verdict.failure.empty());
     CHECK_FALSE(verdict.findings.claims.empty());
     check_page(asked_page(), verdict);
+    check_names(verdict.findings.claims);
     for (const auto& c : verdict.findings.claims) {
       CAPTURE(c.quantity, c.measured, c.expected, c.bound);
       CHECK(c.holds());
@@ -89,7 +107,7 @@ struct SetTests {
     for (const auto& set : claim_sets()) {
       const auto& file = files.emplace_back(fmt::format("verification/claims/claims-{}.cpp", set.name));
       const auto name =
-          fmt::format("every claim of the set {} holds, and the page of claims shows it", set.name);
+          fmt::format("every claim of the set {} holds and is listed in docs/verification.csv", set.name);
       Catch::AutoReg(new SetTest(set), {file.c_str(), 1}, {}, {name, "[claims]"});
     }
   }
@@ -127,4 +145,44 @@ TEST_CASE("a claim fails outside its bound on either side, and for a NaN", "[cla
   CHECK_FALSE(c.holds());
   c.measured = 1.6;
   CHECK(c.holds());
+}
+
+TEST_CASE("the page of claims has a table for each subject and a column for each scheme", "[claims]") {
+  Findings f;
+  f.within(claim_name("pendulum", "angle", "penalty"), "rad", 1.25, 1, 0.5, "theory", "tolerance");
+  f.at_most("ball: penetration", "m", 0.25, 0.5, "0", "rounding");
+  f.within(claim_name("pendulum", "angle", "event-driven"), "rad", 1.75, 1, 0.5, "theory", "rounding");
+  f.relative(claim_name("pendulum", "rate", "event-driven"), "rad/s", 2.5, 2, 0.25, "|theory|", "rounding");
+  f.between(claim_name("pendulum", "order", "penalty"), "", 4, 3.5, 4.5, "4", "");
+  CHECK(tables_by_subject(f.claims) == R"(
+### pendulum
+
+| quantity | expected | source | penalty | event-driven |
+| --- | --- | --- | --- | --- |
+| angle, rad | 1 | theory | 0.25 ≤ 0.5 [1] | **FAILS: 0.75, bound 0.5** [2] |
+| rate, rad/s | 2 | \|theory\| |  | rel. 0.25 ≤ 0.25 [2] |
+| order |  | 4 | 3.5 ≤ 4 ≤ 4.5 |  |
+
+Reasons of the bounds:
+
+- [1] tolerance
+- [2] rounding
+
+### ball
+
+| quantity | expected | source | deviation ≤ bound |
+| --- | --- | --- | --- |
+| penetration, m |  | 0 | 0.25 ≤ 0.5 |
+
+Reason of the bounds: rounding.
+)");
+}
+
+TEST_CASE("a subject with many schemes has a row for each claim", "[claims]") {
+  Findings f;
+  for (const char* scheme : {"a", "b", "c", "d", "e", "f", "g"})
+    f.at_most(claim_name("scene", "residual", scheme), "", 0, 1, "0", "rounding");
+  const auto text = tables_by_subject(f.claims);
+  CHECK(text.find("| residual [a] |  | 0 | 0 ≤ 1 |") != std::string::npos);
+  CHECK(text.find("| residual [g] |  | 0 | 0 ≤ 1 |") != std::string::npos);
 }
