@@ -60,7 +60,7 @@ struct Claim {
   }
 };
 
-/// The curve from which a claim was evaluated, for docs/verification.md.
+/// The curve from which a claim was evaluated, for docs/verification/verification.md.
 struct Curve {
   std::string figure, title, x_label, y_label;
   std::vector<double> x, y;
@@ -115,7 +115,7 @@ std::string table(const Verdict& verdict);                     ///< for a termin
 nlohmann::json to_json(const std::vector<Verdict>& verdicts);  ///< verification.json
 std::string document(const std::vector<Verdict>& verdicts);    ///< docs/verification/verification.md
 
-/// The rows of docs/verification.csv, columns `asked_columns`: names, expected values and bounds of
+/// The rows of docs/verification/verification.csv, columns `asked_columns`: names, expected values and bounds of
 /// the claims of a set, without measured values.
 std::string asked(const Verdict& verdict);
 inline constexpr const char* asked_columns = "set,judged,expected,bound,unit,quantity\n";

@@ -1,5 +1,5 @@
-// Sets of claims, and their reports: terminal, verification.json, docs/verification.md and
-// docs/verification.csv.
+// Sets of claims, and their reports: terminal, verification.json, docs/verification/verification.md and
+// docs/verification/verification.csv.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -140,7 +140,7 @@ std::string document(const std::vector<Verdict>& verdicts) {
   std::string out = fmt::format(
       R"(# Verification
 
-Written by `freeplay verify --document docs`; {} of {} claims hold.
+Written by `freeplay verify --document docs/verification`; {} of {} claims hold.
 A claim compares a quantity of a run with an expected value from an independent source. Its bound was fixed before the run
 ([how to add a claim](../verification/README.md)).
 

@@ -1,4 +1,4 @@
-// Tables of docs/verification.md: the claims of a set by subject, a row for each quantity and a
+// Tables of docs/verification/verification.md: the claims of a set by subject, a row for each quantity and a
 // column for each scheme.
 #pragma once
 

@@ -1,5 +1,5 @@
-// The list of claims of `freeplay verify` is itself a test; docs/verification.md shows that list.
-// Also the form of names, the verdict of a claim, and the tables of docs/verification.md.
+// The list of claims of `freeplay verify` is itself a test; docs/verification/verification.md shows that list.
+// Also the form of names, the verdict of a claim, and the tables of docs/verification/verification.md.
 #include <fmt/format.h>
 #include <algorithm>
 #include <catch2/catch.hpp>
@@ -46,7 +46,7 @@ std::vector<Asked> rows_of(const std::string& table, const std::string& set) {
 
 /// The claims of the set agree with the page within a hundredth.
 void check_page(const std::string& page, const Verdict& verdict) {
-  INFO("docs/verification.md is out of date; regenerate it: scripts/pages --make verification");
+  INFO("docs/verification/verification.md is out of date; regenerate it: scripts/pages --make verification");
   CAPTURE(verdict.set->name);
   const auto old = rows_of(page, verdict.set->name), now = rows_of(asked(verdict), verdict.set->name);
   REQUIRE(now.size() == verdict.findings.claims.size());
@@ -107,7 +107,7 @@ struct SetTests {
     for (const auto& set : claim_sets()) {
       const auto& file = files.emplace_back(fmt::format("verification/claims/claims-{}.cpp", set.name));
       const auto name =
-          fmt::format("every claim of the set {} holds and is listed in docs/verification.csv", set.name);
+          fmt::format("every claim of the set {} holds and is listed in docs/verification/verification.csv", set.name);
       Catch::AutoReg(new SetTest(set), {file.c_str(), 1}, {}, {name, "[claims]"});
     }
   }
