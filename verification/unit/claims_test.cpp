@@ -106,8 +106,8 @@ struct SetTests {
   SetTests() {
     for (const auto& set : claim_sets()) {
       const auto& file = files.emplace_back(fmt::format("verification/claims/claims-{}.cpp", set.name));
-      const auto name =
-          fmt::format("every claim of the set {} holds and is listed in docs/verification/verification.csv", set.name);
+      const auto name = fmt::format(
+          "every claim of the set {} holds and is listed in docs/verification/verification.csv", set.name);
       Catch::AutoReg(new SetTest(set), {file.c_str(), 1}, {}, {name, "[claims]"});
     }
   }

@@ -230,8 +230,9 @@ TEST_CASE(
     "[scene][docs]") {
   std::size_t listed = 0;
   // Keys of a study or a style are at the root of its file, and of its page.
-  for (const auto& [file, root] : {std::pair("docs/reference/scene.md", ""), std::pair("docs/reference/study.md", "study."),
-                                   std::pair("docs/reference/figures.md", "style.")}) {
+  for (const auto& [file, root] :
+       {std::pair("docs/reference/scene.md", ""), std::pair("docs/reference/study.md", "study."),
+        std::pair("docs/reference/figures.md", "style.")}) {
     std::ifstream in(test::source_folder() / file);
     REQUIRE(in);
     std::string line;
