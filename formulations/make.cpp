@@ -30,11 +30,9 @@ void refuse_families(Family family, const Scene& scene, const System& system) {
   throw ModelError(
       fmt::format("groups.{}.pairs", own),
       fmt::format(
-          "\"near\" needs the nonsmooth formulation with nonsmooth.scheme = \"moreau-jean\" and a nonsmooth.step; "
-          "\"each\" keeps every pair as a contact{}",
-          group->pairs
-              ? ""
-              : fmt::format(" (more than {} pairs are \"near\" where nothing is said)", Group::most_listed)));
+          "\"near\" needs the nonsmooth formulation with nonsmooth.scheme = \"moreau-jean\" and a fixed "
+          "nonsmooth.step; use \"each\" to make every pair a contact{}",
+          group->pairs ? "" : fmt::format(" (the default is \"near\" above {} pairs)", Group::most_listed)));
 }
 
 }  // namespace
@@ -60,7 +58,7 @@ std::vector<double> delivered_restitutions(const Scene& scene, const System& sys
   const auto& law = facts_of(scene.penalty.contact);
   if (law.kind == ContactKind::spring_damper)
     throw ModelError("penalty.contact",
-                     fmt::format("\"{}\" delivers a restitution that depends on the mass, so it cannot be "
+                     fmt::format("the effective restitution of \"{}\" depends on the mass, so it cannot be "
                                  "matched; compare with --as-given",
                                  law.text));
   e.reserve(static_cast<std::size_t>(system.contacts()));

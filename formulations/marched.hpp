@@ -23,8 +23,8 @@ namespace freeplay {
 inline void unseen_note(double unseen, std::vector<std::string>& notes) {
   if (unseen > seen_depth)
     notes.push_back(fmt::format(
-        "DOUBTFUL: bodies moved so wildly within a step that a contact may have been {:.2g} clearances deep unseen; "
-        "take a shorter step or a finer tolerance",
+        "warning: a contact may have been missed within a step, up to {:.2g} clearances deep; reduce the "
+        "step or the tolerance",
         unseen));
 }
 

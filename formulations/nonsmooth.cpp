@@ -39,34 +39,36 @@ class Nonsmooth final : public Marched<Stepper> {
   std::vector<std::string> notes() const override {
     std::vector<std::string> notes;
     if (stepper_.singular())
-      notes.push_back("constraint rows depend on each other: reactions are those of least norm");
+      notes.push_back("constraint rows are linearly dependent: reactions are the minimum-norm solution");
     else if (stepper_.nearest_singular() < singular_pivot)
       notes.push_back(singular_note);
     const auto& w = stepper_.work();
     const auto& e = stepper_.extremes();
     if (w.lcp_retries > 0)
       notes.push_back(
-          fmt::format("{} of {} contact problems were left to another solver after one had failed",
+          fmt::format("{} of {} contact problems were solved by a fallback solver after the first had "
+                      "failed",
                       w.lcp_retries, w.lcp_solves));
     stepper_.tell(notes);
     if (e.ambiguous > 0)
-      notes.push_back(fmt::format("{} contact problems had more than one motion (Painlevé)", e.ambiguous));
+      notes.push_back(
+          fmt::format("{} contact problems have several solutions (Painlevé paradox)", e.ambiguous));
     if (e.lcp_residual > accepted_)
       notes.push_back(
-          fmt::format("contact problems were solved to {:.2g} of their greatest rate only, instead of "
+          fmt::format("contact problems were solved to a relative residual of {:.2g} only, above "
                       "nonsmooth.lcp_tolerance",
                       e.lcp_residual));
     if (e.shortest_flight < fewest_steps)
       notes.push_back(fmt::format(
-          "DOUBTFUL: a flight that ended in one of the fastest impacts lasted {:.2g} steps: times and speeds "
-          "may be {:.0f} % off; take a shorter nonsmooth.step, or event-driven",
+          "warning: the free flight before one of the fastest impacts lasted {:.2g} steps: errors of up to "
+          "{:.0f} %; use a shorter nonsmooth.step or the event-driven scheme",
           e.shortest_flight, 100 / std::max(1.0, e.shortest_flight)));
     if constexpr (requires { stepper_.unseen(); }) unseen_note(stepper_.unseen(), notes);
     if constexpr (requires { stepper_.passage(); })
       if (const auto& p = stepper_.passage(); p.share > 0.5)
         notes.push_back(fmt::format(
-            "DOUBTFUL: {} moved {:.2g} times the width of what it could pass through in one step, and may have passed "
-            "unseen; take a nonsmooth.step of less than {:.1g} times this one, or event-driven",
+            "warning: {} moved {:.2g} times its obstacle's width in one step and may have missed a "
+            "contact; use {:.1g} times this nonsmooth.step or the event-driven scheme",
             system_.contact_facts(p.contact).name, p.share, 0.5 / p.share));
     return notes;
   }
@@ -112,14 +114,14 @@ std::unique_ptr<Formulation> make_nonsmooth(const Scene& scene, const System& sy
       scene.nonsmooth.impact_law != ImpactLaw::newton)
     throw ModelError(
         "nonsmooth.impact_law",
-        "must be \"newton\" where joints have friction from their reactions: within an impact it is bounded "
-        "by their impulses, which the phases of the other laws do not have");
+        "must be \"newton\" in mechanisms with joint friction from reactions: only this law computes the "
+        "reaction impulses that bound it");
   std::vector<double> e = restitution;
   for (int k = static_cast<int>(e.size()); k < system.reported(); ++k) {
     const auto& surface = system.contact_facts(k).surface;
     if (!surface.restitution)
       throw ModelError(fmt::format("surfaces.{}.restitution", surface.name),
-                       "is missing: an impact law needs it");
+                       "is missing: the impact law needs it");
     e.push_back(*surface.restitution);
   }
   const RowFacts facts{!redundant_rows(system, state.q).empty(), scene.run.eliminate};
@@ -131,7 +133,7 @@ std::unique_ptr<Formulation> make_nonsmooth(const Scene& scene, const System& sy
     for (const auto& s : scene.mechanism.surfaces)
       if (s.tangential_restitution > 0)
         throw ModelError(fmt::format("surfaces.{}.tangential_restitution", s.name),
-                         "belongs to nonsmooth.impact_law = \"newton\"; leave it out");
+                         "applies only to nonsmooth.impact_law = \"newton\"; remove it");
   const auto adaptive = [&] {
     const auto scales = make_scales(scene.mechanism, system, state);
     return AdaptiveMoreau(system, MoreauStepper(system, scene.nonsmooth, 0, e, facts),

@@ -33,8 +33,8 @@ void AutomaticStepper::watch_forces(bool on) {
 const char* AutomaticStepper::gives_up() {
   if (shrinkage_.due() && shrinkage_.shrunk(events_.t(), events_.events(),
                                             events_.in_contact() || events_.singular(), events_.time_scale()))
-    return "the event-driven scheme's steps have shrunk to nothing";
-  if (costs_.trial_failed(progress())) return "the event-driven scheme passes less time with the same work";
+    return "the steps of the event-driven scheme have become too short";
+  if (costs_.trial_failed(progress())) return "the event-driven scheme covers less time at the same cost";
   return nullptr;
 }
 
@@ -90,17 +90,17 @@ void AutomaticStepper::tell(std::vector<std::string>& notes) const {
   if (times_.count() == 0) return;
   stepping_.tell(notes);
   notes.push_back(fmt::format(
-      "time stepping with controlled steps took over {} times, for {:.3g} s in all ({:.3g} s at most): {}",
+      "time stepping with adaptive steps took over {} times, for {:.3g} s in total ({:.3g} s at most): {}",
       times_.count(), work().stepped, times_.longest(steps_ ? stepping_.t() - times_.since() : 0),
       times_.reasons()));
   if (costs_.trials() > 0)
     notes.push_back(fmt::format(
-        "time stepping came to cost more than the event-driven scheme {} times, and gave way to it in the midst of impacts: "
-        "for less work {} times",
+        "time stepping became more expensive than the event-driven scheme {} times, which was then tried "
+        "during the impacts; it was cheaper {} times",
         costs_.trials(), costs_.won()));
   if (times_.longest() > 0)
-    notes.push_back(fmt::format(
-        "from its first return to events on these are integrated at a tolerance of {:.2g}", after_));
+    notes.push_back(
+        fmt::format("after the first return the event-driven scheme uses a tolerance of {:.2g}", after_));
 }
 
 }  // namespace freeplay

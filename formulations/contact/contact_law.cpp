@@ -25,9 +25,8 @@ constexpr double pi = std::numbers::pi;
 ContactForce spring_damper(const PenaltyOptions& o, const ContactFacts& contact) {
   const auto name = facts_of(o.contact).text;
   if (!o.kelvin_stiffness)
-    missing("penalty.kelvin_stiffness", fmt::format("\"{}\" takes K (N/m) from it", name));
-  if (!o.kelvin_damping)
-    missing("penalty.kelvin_damping", fmt::format("\"{}\" takes D (N s/m) from it", name));
+    missing("penalty.kelvin_stiffness", fmt::format("\"{}\" needs it as K (N/m)", name));
+  if (!o.kelvin_damping) missing("penalty.kelvin_damping", fmt::format("\"{}\" needs it as D (N s/m)", name));
   ContactForce law;
   law.elastic = visit_law(o.contact, [&](auto l) -> ElasticLaw {
     if constexpr (l.kind == ContactKind::spring_damper)
@@ -65,10 +64,11 @@ std::string curvature_key(const Scene& scene, const std::string& contact) {
 ElasticLaw point_elastic(const Scene& scene, const ContactFacts& contact) {
   if (contact.stiffness) return linear_elastic(*contact.stiffness);
   const auto& surface = contact.surface;
-  if (!surface.young) missing(surface_key(contact, "young"), "a penalty contact takes its stiffness from it");
+  if (!surface.young)
+    missing(surface_key(contact, "young"), "a penalty contact computes its stiffness from it");
   if (!(contact.radius > 0))
     missing(curvature_key(scene, contact.name),
-            "a penalty contact of a sharp corner takes its stiffness (N/m) from it");
+            "a penalty contact of a sharp corner needs it as stiffness (N/m)");
   ElasticLaw elastic;
   elastic.stiffness = hertz_stiffness(*surface.young, *surface.poisson, contact.radius);
   return elastic;
@@ -77,11 +77,12 @@ ElasticLaw point_elastic(const Scene& scene, const ContactFacts& contact) {
 ElasticLaw line_elastic(ContactLaw law, const ContactFacts& contact) {
   if (contact.stiffness) return linear_elastic(*contact.stiffness);
   const auto& surface = contact.surface;
-  if (!surface.young) missing(surface_key(contact, "young"), "a penalty contact takes its stiffness from it");
+  if (!surface.young)
+    missing(surface_key(contact, "young"), "a penalty contact computes its stiffness from it");
   if (!contact.ring)
     throw ModelError("penalty.contact",
-                     fmt::format("\"{}\" is a law of journals in bearings, \"{}\" is none; use a point law "
-                                 "such as \"exact\"",
+                     fmt::format("\"{}\" is a law for journal bearings, and \"{}\" is not one; use a point "
+                                 "law such as \"exact\"",
                                  facts_of(law).text, contact.name));
   if (!contact.bearing_length)
     missing(fmt::format("joints.{}.bearing_length", contact.name), "a line contact's force grows with it");
@@ -105,7 +106,7 @@ double damping(const PenaltyOptions& o, const ContactFacts& contact) {
   if (!facts_of(law).takes_restitution) return 0;
   const auto& restitution = contact.surface.restitution;
   if (!restitution)
-    missing(surface_key(contact, "restitution"), "a penalty contact takes its damping from it");
+    missing(surface_key(contact, "restitution"), "a penalty contact computes its damping from it");
   return damping_factor(law, *restitution);
 }
 

@@ -188,8 +188,8 @@ std::string describe_motions(const ContactEquations& problem, const std::functio
 
 std::string undecided_note(long count) {
   return fmt::format(
-      "whether friction admits other motions was not decided in {} contact problems: they couple more than {} contacts, "
-      "or the run had tried its number of modes",
+      "{} contact problems were not searched for other solutions: they couple more than {} contacts, or "
+      "the run had reached its limit of contact modes",
       count, most_for_modes);
 }
 

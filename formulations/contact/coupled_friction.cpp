@@ -150,10 +150,10 @@ void CoupledFriction::follow(const double* dlambda, double* df) {
 
 const char* words_of(CoupledFriction::Outcome outcome) {
   return outcome == CoupledFriction::Outcome::several
-             ? "friction in joints admits more than one motion: the reactions that bound it grow faster than it does "
-               "(the mechanism is self-locking there)"
-             : "friction in joints admits no finite reactions: they grow faster than the friction that they bound (the "
-               "mechanism is self-locking there)";
+             ? "joint friction admits several motions: the reactions that bound it grow faster than it "
+               "does (the mechanism is self-locking)"
+             : "joint friction admits no finite reactions: they grow faster than the friction that they "
+               "bound (the mechanism is self-locking)";
 }
 
 }  // namespace freeplay

@@ -19,8 +19,8 @@ std::string ImpactProblem::solve_island(std::vector<ImpactContact>& contacts) {
   for (auto& c : soft) c.restitution = c.tangential_restitution = 0;
   if (!newton_impact(island, phases_, soft))
     return fmt::format(
-        "the impact of {} contacts was not solved by any solver, nor without restitution (residual {:.2g} of the "
-        "greatest rate); whether it has a solution is not known",
+        "no solver solved the impact of {} contacts, even without restitution (relative residual {:.2g}); "
+        "a solution may exist",
         contacts.size(), island.solution.residual);
   inelastic_ = true;
   for (std::size_t i = 0; i < soft.size(); ++i) {

@@ -74,7 +74,7 @@ LawCurve friction(const FrictionLawFacts& facts, PenaltyOptions options) {
 
 LawCurves law_curves(const Scene& scene, const ImpactSetting& setting) {
   const System system(scene.mechanism);
-  if (system.contacts() == 0) throw ModelError("", "has no joint with clearance, so no contact law");
+  if (system.contacts() == 0) throw ModelError("", "has no joint with clearance and thus no contact law");
   const auto& contact = system.contact_facts(0);
 
   LawCurves curves;

@@ -115,10 +115,9 @@ bool EventDriven::step_until_lockup(double t_end) {
     stepped = method_.step(d, t_end);
   }
   return stepped ||
-         fail(d.trouble.empty()
-                  ? "no step is accepted any more, however small; the motion is singular there, or "
-                    "nonsmooth.tolerance beyond rounding"
-                  : d.trouble);
+         fail(d.trouble.empty() ? "every step is rejected, however small: the motion is singular there, or "
+                                  "nonsmooth.tolerance is below rounding error"
+                                : d.trouble);
 }
 
 /// Solves impacts if contacts approach, then determines the mode from the accelerations.
@@ -211,7 +210,9 @@ bool EventDriven::choose(std::vector<int>& touching) {
     if (back > none) {
       ModeChoice::mend(d);
       if (back > little)
-        return beyond("contacts at their friction limit start to slip in no order that events tell");
+        return beyond(
+            "several contacts reach their friction limit together, and events give no order in "
+            "which they slip");
       reason = d.choose(x, method_.t, touching);
     }
   }
@@ -224,8 +225,8 @@ bool EventDriven::choose(std::vector<int>& touching) {
 bool EventDriven::end_lockup(std::vector<int>& touching) {
   auto& d = dynamics_;
   if (gives_way_)
-    return fail(d.jam_proved() ? "friction admits no finite force on what slides (Painlevé)"
-                               : "no solver finds forces that friction admits on what slides");
+    return fail(d.jam_proved() ? "Painlevé paradox: friction admits no finite force at a sliding contact"
+                               : "no solver found admissible forces at a sliding contact");
   bool proved = true;
   for (int tries = 0; tries < 3; ++tries) {
     const double kinetic = d.system.kinetic(v());
@@ -244,10 +245,9 @@ bool EventDriven::end_lockup(std::vector<int>& touching) {
     if (!d.jammed()) return fail(reason);
   }
   return fail(
-      proved
-          ? "friction admits no acceleration (Painlevé), and three impacts without collision do not end that"
-          : "no solver finds accelerations that friction admits, and three impacts without collision do not "
-            "end that; whether there are any is not known");
+      proved ? "Painlevé paradox: friction admits no acceleration, even after three impacts without collision"
+             : "no solver found admissible accelerations, even after three impacts without collision; they "
+               "may exist");
 }
 
 }  // namespace freeplay

@@ -41,11 +41,11 @@ void EventDriven::tell(std::vector<std::string>& notes) const {
   findings_.tell(dynamics_.system, rounding, notes);
   if (const long count = forces_.unreported(); count > 0)
     notes.push_back(fmt::format(
-        "DOUBTFUL: at {} instants no solver found the forces of contacts, which are given as none", count));
+        "warning: at {} instants no solver found the contact forces; they are written as zero", count));
   if (dynamics_.counts.wedged > 0)
     notes.push_back(fmt::format(
-        "{} impacts of several contacts took Poisson's ratios of impulses: none were found that give each its "
-        "share of work by the energetic law",
+        "{} simultaneous impacts were solved with Poisson's hypothesis because no impulses satisfy the "
+        "energetic law at each contact",
         dynamics_.counts.wedged));
   if (dynamics_.counts.undecided > 0) notes.push_back(undecided_note(dynamics_.counts.undecided));
 }

@@ -22,9 +22,10 @@ std::string EventPace::event(double t) {
   constexpr long window = 10'000, most = 3;
   if (++events_ % 1000 == 0) {
     if (t - thousand_since_ < 1e-3 * time_scale_)
-      return too_many(fmt::format(
-          "1000 impacts and changes of contact within {:.2g} s are too fast for event-driven integration",
-          t - thousand_since_));
+      return too_many(
+          fmt::format("1000 impacts and changes of contact mode within {:.2g} s: they accumulate faster than "
+                      "event-driven integration can resolve",
+                      t - thousand_since_));
     thousand_since_ = t;
   }
   if (events_ % window != 0) return "";
@@ -33,8 +34,8 @@ std::string EventPace::event(double t) {
   slow_windows_ = passed < 0.2 * time_scale_ ? slow_windows_ + 1 : 0;
   if (slow_windows_ < most) return "";
   return too_many(fmt::format(
-      "the last {} impacts and changes of contact took {:.2g} s; {:.2g} a second are too many for event-driven "
-      "integration",
+      "the last {} impacts and changes of contact mode took {:.2g} s: {:.2g} per second are too many for "
+      "event-driven integration",
       window, passed, static_cast<double>(window) / passed));
 }
 
@@ -45,9 +46,8 @@ std::string EventPace::mode_change(double t) {
     changes_ = 0;
     changes_since_ = t;
   }
-  return ++changes_ < most
-             ? ""
-             : too_many(fmt::format("the mode of contact changes {} times at one instant", most));
+  return ++changes_ < most ? ""
+                           : too_many(fmt::format("the contact mode changes {} times at one instant", most));
 }
 
 /// The accumulation of impacts of one contact has an exactly known end; impacts that alternate
@@ -66,7 +66,8 @@ std::string EventPace::impact(double t, const std::vector<int>& approaching) {
   }
   if (++impacts_ < most || !several_) return "";
   return too_many(
-      fmt::format("{} impacts of several contacts within {:.2g} s are too fast for event-driven integration",
+      fmt::format("{} impacts of several contacts within {:.2g} s: they accumulate faster than "
+                  "event-driven integration can resolve",
                   impacts_, t - impacts_since_));
 }
 

@@ -30,10 +30,8 @@ std::string ImpactEquations::solve(ModeEquations& d, const Vector& x, double t, 
   if (!reason.empty()) return reason;
   for (const auto& i : struck_)
     if (!std::isfinite(i.impulse_n) || !std::isfinite(i.impulse_t))
-      return fmt::format("the impact of {} contacts has no finite impulses that any solver finds",
-                         struck_.size());
-  // the solver's residual is no approach
-  d.raise_speed_tolerance(2 * impact_.solution().residual_rate);
+      return fmt::format("no solver found finite impulses for the impact of {} contacts", struck_.size());
+  d.raise_speed_tolerance(2 * impact_.solution().residual_rate);  // what the solver leaves is no approach
   return "";
 }
 
@@ -142,7 +140,7 @@ std::string ImpactEquations::solve_bounded(ModeEquations& d, const double* v, st
   } while (bounds_.refine(image_));
   d.extremes.friction_residual = std::max(d.extremes.friction_residual, bounds_.residual());
   return bounds_.met() ? ""
-                       : fmt::format("within an impact {}; bounds and reactions differ by {:.2g} of them",
+                       : fmt::format("within an impact {}; bounds and reactions differ by {:.2g}, relative",
                                      words_of(CoupledFriction::Outcome::none), bounds_.residual());
 }
 

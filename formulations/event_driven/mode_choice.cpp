@@ -44,7 +44,7 @@ std::string ModeChoice::choose(ModeEquations& d, ModeMotion& motion, const Vecto
   d.extremes.lcp_residual = std::max(d.extremes.lcp_residual, solution.residual);
   d.counts.undecided += solution.undecided;
   if (solution.ambiguous)
-    return "friction admits more than one motion (Painlevé): " +
+    return "Painlevé paradox: friction admits several motions: " +
            describe_motions(problem_, [&](int i) { return name_of_unknown(d, i); });
   take(d);
   return "";
@@ -173,7 +173,7 @@ ContactSolution ModeChoice::settle(ModeEquations& d, const Vector& x, double t,
     }
   } while (bounds_.refine(image_));
   if (!bounds_.met()) {
-    d.trouble = fmt::format("{}; after {} tries bounds and reactions differ by {:.2g} of them",
+    d.trouble = fmt::format("{}; after {} iterations bounds and reactions differ by {:.2g}, relative",
                             words_of(CoupledFriction::Outcome::none), bounds_.count(), bounds_.residual());
     solution.solved = false;
   }
@@ -234,8 +234,8 @@ std::string ModeChoice::name_of_unknown(const ModeEquations& d, int i) const {
 std::string ModeChoice::unsolved(const ModeEquations& d, const ContactSolution& solution) const {
   if (!solution.impossible)
     return fmt::format(
-        "the problem in accelerations of {} contacts was not solved by any solver (residual {:.2g} of the "
-        "greatest acceleration); whether it has a solution is not known",
+        "no solver solved the acceleration problem of {} contacts (relative residual {:.2g}); a solution "
+        "may exist",
         problem_.unknowns.size(), solution.residual);
   std::string sliding;
   for (std::size_t i = 0; i < contacts_.size(); ++i)
@@ -244,8 +244,8 @@ std::string ModeChoice::unsolved(const ModeEquations& d, const ContactSolution& 
           fmt::format("{}{} {}", sliding.empty() ? "" : ", ", d.system.contact_facts(contacts_[i]).name,
                       slips_[i] > 0 ? "to the right" : "to the left");
   return fmt::format(
-      "friction admits no acceleration (Painlevé): all modes were tried with what slides there ({}); time "
-      "stepping gives a consistent impulse",
+      "Painlevé paradox: friction admits no acceleration in any contact mode (sliding: {}); time stepping "
+      "finds a consistent impulse",
       sliding);
 }
 

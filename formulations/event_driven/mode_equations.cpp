@@ -84,7 +84,8 @@ bool ModeEquations::solve_free(const Vector& x, double t) {
   saddle.solve(e.force.data(), e.gamma.data(), a.data(), lambda.data());
   if (coupled.size() > 0 && saddle.singular() && !facts_.redundant) {
     trouble =
-        "constraint rows depend on each other there: the reactions that bound friction in joints are not unique";
+        "constraint rows are linearly dependent, so the reactions that bound joint friction are not unique "
+        "(redundant joints, or a singular position)";
     return false;
   }
   return true;

@@ -124,7 +124,8 @@ bool ModeMotion::passes_pole(ModeEquations& d) {
   }
   pole_ = true;
   d.trouble =
-      "friction admits no finite force on what slides (Painlevé); time stepping gives a consistent impulse";
+      "Painlevé paradox: friction admits no finite force at a sliding contact; time stepping finds a "
+      "consistent impulse";
   return true;
 }
 

@@ -143,7 +143,8 @@ struct MethodState {
     m(t_old, t, x_old, x, dxdt_old, dxdt, rejected);
     if constexpr (M::reading)
       for (const auto* y : {&x_old, &dxdt_old, &dxdt})
-        if (y->size() != x.size()) throw MemoryError("the snapshot's integrator has states of unlike size");
+        if (y->size() != x.size())
+          throw MemoryError("the snapshot's integrator has states of different sizes");
   }
   /// Weights of x_old, x and their rates.
   std::array<double, 4> hermite_weights(double at) const {

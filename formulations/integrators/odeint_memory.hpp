@@ -91,7 +91,7 @@ FREEPLAY_REVEAL(BulirschStoerStepper, m_dxdt2)
 #undef FREEPLAY_REVEAL
 
 inline void require(bool fits) {
-  if (!fits) throw MemoryError("the snapshot's integrator is of another size, or damaged");
+  if (!fits) throw MemoryError("the snapshot's integrator has another size, or is damaged");
 }
 
 /// For a state of `size` components. Unset entries of an unfinished table are serialized as they

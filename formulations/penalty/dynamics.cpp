@@ -168,7 +168,8 @@ bool PenaltyDynamics::add_coupled(double* a) {
   trouble_ = nullptr;
   if (saddle_.singular() && !facts_.redundant) {
     trouble_ =
-        "constraint rows depend on each other there: the reactions that bound friction in joints are not unique";
+        "constraint rows are linearly dependent, so the reactions that bound joint friction are not unique "
+        "(redundant joints, or a singular position)";
     return false;
   }
   const int n = system_.n(), m = system_.rows();

@@ -31,8 +31,7 @@ std::vector<PenaltyContact> make_contacts(const Scene& scene, const System& syst
     if (!system.friction_facts(k).regularisation)
       throw ModelError(
           fmt::format("loads.{}.regularisation", system.friction_facts(k).name),
-          "is missing: the penalty formulation's friction needs a velocity (m/s) below which it is "
-          "linear");
+          "is missing: the penalty formulation needs this velocity (m/s), below which friction is linear");
   return contacts;
 }
 
@@ -65,37 +64,38 @@ class Penalty final : public Marched<PenaltyStepper<Method>> {
     unseen_note(stepper_.unseen(), notes);
     if (stepper_.pulse() > 0.1)
       notes.push_back(fmt::format(
-          "DOUBTFUL: in one fixed step a torque's table changed an acceleration by {:.2g} of the speed: its pulse is not "
-          "resolved; take a shorter penalty.step, or an integrator with a tolerance",
+          "warning: a tabulated torque changed a speed by {:.2g} of itself in one fixed step: its pulse is "
+          "not resolved; use a shorter penalty.step or an adaptive integrator",
           stepper_.pulse()));
     // A sine in n steps per period of fourth order has a relative error of its integral of
     // (2π/n)⁴/2880, 1e-4 for n = 8, half the number that curves require.
     if (stepper_.coarse() > 2)
       notes.push_back(fmt::format(
-          "DOUBTFUL: penalty.step is {:.2g} times as long as a curve of the scene asks for; take {:.1g} s, or an "
-          "integrator with a tolerance",
+          "warning: penalty.step is {:.2g} times too long for a curve of the scene; use {:.1g} s or an "
+          "adaptive integrator",
           stepper_.coarse(), scene_.penalty.step / stepper_.coarse()));
     if (scene_.penalty.integrator == Integrator::rk4) {
       const double pull = scene_.penalty.step * std::max(scene_.penalty.alpha, scene_.penalty.beta);
       if (scene_.penalty.stabilisation == Stabilisation::baumgarte && pull > 1)
         notes.push_back(fmt::format(
-            "DOUBTFUL: Baumgarte's terms decay in {:.2g} steps of penalty.step, too fast to follow "
-            "(unstable from {:.3g} 1/s); take smaller alpha and beta",
+            "warning: Baumgarte stabilisation decays within {:.2g} steps of penalty.step, too fast to "
+            "resolve (unstable from {:.3g} 1/s); use smaller alpha and beta",
             1 / pull, 2.785 / scene_.penalty.step));
       if (stepper_.reliefs() > 0)
         notes.push_back(fmt::format(
-            "DOUBTFUL: friction was too steep for penalty.step {} times; implicit steps at penalty.tolerance took over",
+            "warning: regularised friction was too stiff for penalty.step {} times; implicit steps at "
+            "penalty.tolerance were used there",
             stepper_.reliefs()));
       const auto& contact = stepper_.short_contact();
       if (contact.lost > 4e-5 * contact.greatest)
         notes.push_back(fmt::format(
-            "DOUBTFUL: a contact took {:.2g} steps of penalty.step, too few to follow; take a step of {:.1g} s or an "
-            "adaptive integrator",
+            "warning: a contact lasted {:.2g} steps of penalty.step, too few to resolve it; use a step of "
+            "{:.1g} s or an adaptive integrator",
             contact.duration / scene_.penalty.step, contact.duration / 20));
     }
     if (stepper_.dynamics().nearest_singular() < singular_pivot) notes.push_back(singular_note);
     if (stepper_.dynamics().singular())
-      notes.push_back("constraint rows depend on each other: reactions are those of least norm");
+      notes.push_back("constraint rows are linearly dependent: reactions are the minimum-norm solution");
     return notes;
   }
 
@@ -103,7 +103,7 @@ class Penalty final : public Marched<PenaltyStepper<Method>> {
   /// Notes about requests outside the range of a contact law.
   void law_notes(std::vector<std::string>& notes) const {
     if (const auto& own = scene_.penalty.own) {
-      notes.push_back(fmt::format("normal forces are those of {} (digest {}), not of penalty.contact",
+      notes.push_back(fmt::format("normal forces come from {} (digest {}), not from penalty.contact",
                                   own->name, own->digest));
       return;
     }
@@ -114,21 +114,24 @@ class Penalty final : public Marched<PenaltyStepper<Method>> {
       const auto& contact = stepper_.dynamics().contacts()[k];
       if (contact.law.viscous == 0 &&
           std::abs(models[k].restitution_delivered - models[k].restitution_asked) > 0.05)
-        notes.push_back(fmt::format("{}: {} asked for a restitution of {:.3g} delivers {:.3g}; its range: {}",
-                                    facts.name, law.text, models[k].restitution_asked,
-                                    models[k].restitution_delivered, law.range));
+        notes.push_back(fmt::format(
+            "{}: {} turns the restitution input {:.3g} into an effective {:.3g}; valid range: {}", facts.name,
+            law.text, models[k].restitution_asked, models[k].restitution_delivered, law.range));
       if (facts.has_clearance &&
           (facts.clearance < law.least_clearance || facts.clearance >= law.clearance_end))
-        notes.push_back(fmt::format("{}: {} at a clearance of {:.4g} mm is outside its range, {}", facts.name,
-                                    law.text, 1e3 * facts.clearance, law.range));
+        notes.push_back(
+            fmt::format("{}: {} is used at a clearance of {:.4g} mm, outside its valid range, "
+                        "{}",
+                        facts.name, law.text, 1e3 * facts.clearance, law.range));
       if (facts.surface.tangential_restitution > 0)
         notes.push_back(fmt::format(
-            "{}: tangential_restitution = {:.3g} is of impact laws; a contact force has none, and friction alone acts here",
+            "{}: tangential_restitution = {:.3g} applies to impact laws only; this contact force acts with "
+            "friction alone",
             facts.name, facts.surface.tangential_restitution));
       const double depth = stepper_.extremes().penetration[k];
       if (depth > 0.5 * contact.law.elastic.limit())
-        notes.push_back(fmt::format("{}: penetration {:.3g} m is beyond half the range of {}, {}", facts.name,
-                                    depth, law.text, law.range));
+        notes.push_back(fmt::format("{}: penetration {:.3g} m exceeds half the valid range of {}, {}",
+                                    facts.name, depth, law.text, law.range));
     }
   }
 
@@ -192,8 +195,8 @@ double delivered_by(const Scene& scene, const ContactFacts& contact) {
     throw ModelError(
         "penalty.contact",
         fmt::format(
-            "what restitution {} delivers is not known, so no impact law can be matched with it; run the "
-            "formulations apart",
+            "the effective restitution of {} is unknown, so no impact law can be matched with it; use "
+            "--as-given or run the formulations separately",
             scene.penalty.own->name));
   return delivered_restitution(make_contact_force(scene, contact).chi);
 }

@@ -210,24 +210,24 @@ class PenaltyStepper {
   std::string failure() const {
     if (lost_)
       return fmt::format(
-          "t = {:.9g} s: the state is no longer finite; take a finer penalty.tolerance or penalty.step",
+          "t = {:.9g} s: the state is no longer finite; use a smaller penalty.tolerance or penalty.step",
           t_old());
     if (f_.trouble()) return fmt::format("t = {:.9g} s: {}", t_old(), f_.trouble());
     if (creeps_)
       return fmt::format(
-          "t = {:.9g} s: steps have shrunk to {:.2g} s, the motion is too stiff for this integrator; use "
-          "penalty.integrator = \"rosenbrock4\", or a greater penalty.v0_floor for contacts that begin at "
-          "rest",
+          "t = {:.9g} s: steps of {:.2g} s, the motion is too stiff for this integrator; use "
+          "penalty.integrator = \"rosenbrock4\" or, for contacts from rest, a greater penalty.v0_floor",
           t(), t() - t_old());
     if (stalled_ >= most_stalled())
       return fmt::format(
-          "t = {:.9g} s: {} without time passing; a shorter penalty.step or a finer penalty.tolerance may resolve it",
+          "t = {:.9g} s: {} repeatedly without progress in time; use a smaller penalty.step or "
+          "penalty.tolerance",
           t(),
           f_.system().contacts() > 0 ? "a contact opens and closes"
                                      : "an angle or a length crosses a kink of its table");
     return fmt::format(
-        "t = {:.9g} s: no step is accepted any more, however small; the motion may be singular there (as at "
-        "a four-bar's change point), or penalty.tolerance beyond rounding",
+        "t = {:.9g} s: every step is rejected, however small: the motion may be singular there (such as at "
+        "a change point), or penalty.tolerance is below rounding error",
         t_old());
   }
 

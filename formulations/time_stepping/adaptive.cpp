@@ -112,7 +112,7 @@ int AdaptiveMoreau::found_inside() const {
 
 bool AdaptiveMoreau::fail_inside(int contact) {
   return fail(fmt::format(
-      "t = {:.9g} s: {} comes to lie {:.2g} clearances inside its wall in however short a step; take a smaller "
+      "t = {:.9g} s: penetration at {} reaches {:.2g} clearances in any step, however short; use a smaller "
       "nonsmooth.step_tolerance",
       moreau_.t(), system_.contact_facts(contact).name,
       -moreau_.contacts()[contact].gap / system_.contact_facts(contact).clearance));
@@ -129,8 +129,8 @@ bool AdaptiveMoreau::step(double t_end) {
   moreau_.keep(start);
   if (pace_.runs_away(moreau_.extremes().gains))
     return fail(fmt::format(
-        "t = {:.9g} s: impacts that raise the energy drove a speed of {:.2g} m/s to {:.2g} m/s in next to no "
-        "time: a restitution of rates with friction can; nonsmooth.impact_law = \"energetic\" does not",
+        "t = {:.9g} s: impacts increased a speed from {:.2g} m/s to {:.2g} m/s: Newton's impact law with "
+        "friction can increase energy; try nonsmooth.impact_law = \"energetic\"",
         start.t, pace_.calm_speed, pace_.fastest));
   // If only rounding separates the state from the next kink or end, time advances without a step.
   const double rounding = std::max(16 * 2.3e-16 * std::abs(start.t), 1e-14 * first_step());
@@ -151,14 +151,17 @@ bool AdaptiveMoreau::smooth_step(double t_end, double rounding) {
   Attempt a{end, rounding, std::min(h_, end - from)};
   if (!(a.h > 1e-14 * first_step()) && end < t_end)
     return fail(fmt::format(
-        "t = {:.9g} s: steps of {:.2g} s lead nowhere: the motion is singular there, or too fast to be "
-        "followed",
+        "t = {:.9g} s: the steps have shrunk to {:.2g} s: the motion is singular there, or too fast to be "
+        "resolved",
         from, a.h));
   smooth_step_ = true;
   for (int tries = 0; tries <= 200; ++tries)
     if (const auto outcome = attempt(a, t_end); outcome != Outcome::again)
       return outcome == Outcome::accepted;
-  return fail(fmt::format("t = {:.9g} s: no step is accepted any more, however small", from));
+  return fail(
+      fmt::format("t = {:.9g} s: every step is rejected, however small: the motion may be singular there, "
+                  "or nonsmooth.step_tolerance is below rounding error",
+                  from));
 }
 
 /// Rejects the attempt, for a new one of `shorter` (s).
@@ -350,14 +353,14 @@ void AdaptiveMoreau::tell(std::vector<std::string>& notes) const {
   moreau_.tell(notes);
   const auto& f = found_;
   if (f.floored > 0)
-    notes.push_back(fmt::format(
-        "{} steps came down to their floor ({:.2g} s at most) with an error of up to {:.2g} times "
-        "nonsmooth.step_tolerance: velocities jumped there without a touch",
-        f.floored, f.longest_floor, f.most_floored));
+    notes.push_back(
+        fmt::format("{} steps reached the shortest step ({:.2g} s at most) with errors of up to {:.2g} times "
+                    "nonsmooth.step_tolerance: velocities jumped there without a contact event",
+                    f.floored, f.longest_floor, f.most_floored));
   if (f.ended > 0 && f.ended_time > 2.01 * pace_.least_floor)
     notes.push_back(fmt::format(
-        "{} hops, lower than nonsmooth.step_tolerance × clearance or shorter than the least step, were left "
-        "out; the longest would have lasted {:.2g} s",
+        "{} bounces lower than nonsmooth.step_tolerance × clearance, or shorter than the shortest step, "
+        "were omitted; the longest would have lasted {:.2g} s",
         f.ended, f.ended_time));
 }
 

@@ -178,7 +178,7 @@ void ContactSet::take_slots_again(StepData& s, ImpulseResponses& responses) {
     const auto& p = slot.pair;
     if (p.family < 0 || p.family >= families || p.i < ground || p.i >= system_.bodies() || p.j < 0 ||
         p.j >= system_.bodies())
-      throw MemoryError("the snapshot's pairs are of another mechanism");
+      throw MemoryError("the snapshot's pairs belong to another mechanism");
     const int k = new_slot(s, responses);
     const auto family = static_cast<std::size_t>(p.family);
     near_->slots.back() = {p, system_.families()[family].pair(p.i, p.j)};
@@ -186,10 +186,10 @@ void ContactSet::take_slots_again(StepData& s, ImpulseResponses& responses) {
   }
   for (const int k : free)
     if (k < own || k >= static_cast<int>(contacts_.size()))
-      throw MemoryError("the snapshot's pairs are of another mechanism");
+      throw MemoryError("the snapshot's pairs belong to another mechanism");
   for (const int k : live_)
     if (k < 0 || k >= static_cast<int>(contacts_.size()))
-      throw MemoryError("the snapshot's pairs are of another mechanism");
+      throw MemoryError("the snapshot's pairs belong to another mechanism");
   near_->free = std::move(free);
 }
 

@@ -129,7 +129,7 @@ class ContactSet {
       auto size = static_cast<std::uint64_t>(slots.size());
       m(size);
       if constexpr (M::reading) {
-        if (size > m.left()) throw MemoryError("the snapshot is cut short");
+        if (size > m.left()) throw MemoryError("the snapshot is incomplete");
         slots.resize(size);
       }
       for (auto& s : slots) m(s.pair);

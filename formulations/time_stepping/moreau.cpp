@@ -113,7 +113,8 @@ bool MoreauStepper::evaluate_middle() {
   }
   if (problem_.bounded_by_reactions() && d.saddle.singular() && !redundant_)
     return d.fail(fmt::format(
-        "t = {:.9g} s: constraint rows depend on each other there: the reactions that bound friction in joints are not unique",
+        "t = {:.9g} s: constraint rows are linearly dependent, so the reactions that bound joint friction "
+        "are not unique (redundant joints, or a singular position)",
         d.t_old));
   return true;
 }
@@ -154,9 +155,10 @@ bool MoreauStepper::settle_mean_velocity() {
         return true;
       case MeanVelocity::Verdict::diverged:
         return d.fail(fmt::format(
-            "t = {:.9g} s: the forces of {} do not converge within a step of {:.3g} s; take a smaller {}{}",
+            "t = {:.9g} s: the iteration for the forces of {} does not converge in a step of {:.3g} s; use "
+            "a smaller {}{}",
             d.t_old, dampers ? "dampers" : "films", h, finer_key(fixed()),
-            dampers ? ": a step shorter than mass/damping" : ""));
+            dampers ? ", shorter than mass/damping" : ""));
       case MeanVelocity::Verdict::again:
         break;
     }
@@ -190,8 +192,8 @@ bool MoreauStepper::advance_states(const double* v_mean) {
     if (change <= 1e-13) break;
     if (i == 50 || !std::isfinite(change))
       return d.fail(fmt::format(
-          "t = {:.9g} s: the lagged torques do not converge within a step of {:.3g} s; take a smaller {}: a step "
-          "shorter than their lag, or than a motor's inductance/resistance",
+          "t = {:.9g} s: the iteration for lagged torques does not converge in a step of {:.3g} s; use a "
+          "smaller {}, shorter than the lag or a motor's inductance/resistance",
           d.t_old, h, finer_key(fixed())));
   }
   for (std::size_t k = 0; k < d.z.size(); ++k) d.z[k] += h * flow_[k];
@@ -211,8 +213,8 @@ bool MoreauStepper::solve_velocities(const double* v_force) {
                  problem_.late_multipliers() ? Multipliers::kept : Multipliers::all);
   if (!d.saddle.converged())
     return d.fail(fmt::format(
-        "t = {:.9g} s: constraint rows depend on each other and cannot be met together: a singular position, "
-        "as a four-bar's change point (start beside it), or redundant joints on bodies of very unlike mass",
+        "t = {:.9g} s: dependent constraints cannot be satisfied: a singular position such as a change "
+        "point (start beside it), or redundant joints on unequal masses",
         d.t_old));
   if (films_.any()) films_.resist(d.v.data(), d.lambda.data());
   return problem_.solve(d, contacts_, responses_, films_);

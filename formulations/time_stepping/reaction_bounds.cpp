@@ -122,9 +122,9 @@ ContactSolution ReactionBounds::settle(const Eigen::VectorXd& first, StepData& s
   } while (iteration_.refine(image_));
   result.solved = iteration_.met();
   if (!result.solved)
-    s.failure =
-        fmt::format("t = {:.9g} s: {}; after {} tries bounds and reactions differ by {:.2g} of them", s.t_old,
-                    words_of(CoupledFriction::Outcome::none), iteration_.count(), iteration_.residual());
+    s.failure = fmt::format(
+        "t = {:.9g} s: {}; after {} iterations bounds and reactions differ by {:.2g}, relative", s.t_old,
+        words_of(CoupledFriction::Outcome::none), iteration_.count(), iteration_.residual());
   return result;
 }
 

@@ -191,8 +191,8 @@ bool StepProblem::solve_contacts(StepData& s, ContactSet& contacts, ImpulseRespo
   if (!result.solved) {
     if (s.failure.empty())
       s.failure = fmt::format(
-          "t = {:.9g} s: the contact problem of {} contacts was not solved by any of {} solvers: residual "
-          "{:.2g} m/s",
+          "t = {:.9g} s: none of the solvers solved the contact problem of {} contacts ({} tried, residual "
+          "{:.2g} m/s); use a smaller step",
           s.t_old, problem.unknowns.size(), result.retries, result.residual_rate);
     return false;
   }

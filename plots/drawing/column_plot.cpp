@@ -28,7 +28,7 @@ std::vector<Run> runs_of(const ColumnPlot& plot) {
   for (const auto& folder : plot.folders) {
     const auto runs = runs_in(folder);
     if (runs.empty())
-      throw SceneError(folder.string() + ": holds no run; give a folder made by freeplay run or compare");
+      throw SceneError(folder.string() + ": contains no run; give a folder made by freeplay run or compare");
     const auto name = std::filesystem::absolute(folder).lexically_normal().filename().string();
     for (const auto& run : runs)
       list.push_back({plot.folders.size() == 1 ? run.title
@@ -100,7 +100,7 @@ bool is_path(const Column& x, const std::vector<std::vector<Column>>& panels,
 Crossing crossing_of(const std::string& text) {
   const auto wrong = [&]() -> SceneError {
     return SceneError(fmt::format(
-        "--section {}: must be COLUMN=VALUE or crank=DEGREES, with :up or :down behind it where one sense counts",
+        "--section {}: must be COLUMN=VALUE or crank=DEGREES, followed by :up or :down for one direction",
         visible_brief(text, 60)));
   };
   const auto equals = text.find('=');
@@ -145,7 +145,7 @@ std::filesystem::path draw_columns(const ColumnPlot& plot) {
   const auto runs = runs_of(plot);
   const auto x = known(runs, plot.x);
   const auto panels = panels_of(plot, runs);
-  if (panels.empty()) throw SceneError("no column to draw; --y names them");
+  if (panels.empty()) throw SceneError("no column to draw; give columns with --y");
   const double from = plot.from.value_or(-INFINITY), to = plot.to.value_or(INFINITY);
   if (from >= to) throw SceneError(fmt::format("--from {} must be less than --to {}", from, to));
 
@@ -213,8 +213,8 @@ std::filesystem::path draw_columns(const ColumnPlot& plot) {
   }
   if (!drawn && !without_rows.empty()) throw SceneError(without_rows + ": has no rows");
   if (!drawn)
-    throw SceneError(plot.section ? "no row passes the section within that time"
-                                  : "no row lies within that time");
+    throw SceneError(plot.section ? "no row crosses the section within that time"
+                                  : "no row within that time");
   f.script.add("unset multiplot\n");
   return draw(f, plot.folders.front());
 }

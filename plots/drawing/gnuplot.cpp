@@ -23,7 +23,7 @@ constexpr double longest = 60;  // s
 std::string commands(const std::string& script) {
   int ends[2];
   if (pipe2(ends, O_CLOEXEC) != 0)
-    throw OutputError(fmt::format("gnuplot: no pipe to it: {}", std::strerror(errno)));
+    throw OutputError(fmt::format("gnuplot: cannot create a pipe: {}", std::strerror(errno)));
   const Descriptor read_end(ends[0]);
   Descriptor write_end(ends[1]);
   if (std::FILE* file = fdopen(write_end.number(), "w")) {
@@ -47,11 +47,11 @@ std::string run_gnuplot(const std::filesystem::path& folder, const std::string& 
                               .folder = fmt::format("/proc/self/fd/{}", place.number()),
                               .input = told,
                               .seconds = longest});
-  if (end.late) return fmt::format("it took longer than {:.0f} s and was ended", longest);
+  if (end.late) return fmt::format("it took longer than {:.0f} s and was stopped", longest);
   if (end.status == 127) throw OutputError("gnuplot: cannot be started; is it installed?");
   if (end.status == 0) return "";
   const auto from = end.errors.find_first_not_of('\n');
-  if (from == std::string::npos) return "it ended without a word";
+  if (from == std::string::npos) return "it ended without a message";
   return end.errors.substr(from, end.errors.find('\n', from) - from);
 }
 

@@ -88,7 +88,8 @@ std::string font(Section& s, const std::string& fallback) {
            fmt::format("must be the name of a font's family, letters, digits, spaces and -, is \"{}\"",
                        visible_brief(name, 40)));
   if (!installed(name))
-    s.fail("font", fmt::format("\"{}\" is not installed here; fc-list : family lists what is", name));
+    s.fail("font",
+           fmt::format("\"{}\" is not installed; `fc-list : family` lists the installed fonts", name));
   return name;
 }
 
@@ -98,7 +99,7 @@ std::vector<unsigned> colours(Section& s, std::vector<unsigned> fallback) {
     const auto name = s.text("colours");
     if (name == "okabe-ito") return {std::begin(okabe_ito), std::end(okabe_ito)};
     s.fail("colours",
-           fmt::format("\"{0}\" is no palette, \"okabe-ito\" is; colours stand in a list, [\"{0}\"]",
+           fmt::format("\"{0}\" is not a palette, \"okabe-ito\" is; write a colour as a list, [\"{0}\"]",
                        visible_brief(name, 40)));
   }
   const auto list = s.names("colours");
@@ -108,8 +109,8 @@ std::vector<unsigned> colours(Section& s, std::vector<unsigned> fallback) {
   for (const auto& name : list) {
     const auto value = colour(name);
     if (!value)
-      s.fail("colours", fmt::format("\"{}\" is no colour: \"#rrggbb\" or a name{}", visible_brief(name, 40),
-                                    remedy(name, words(named_colours))));
+      s.fail("colours", fmt::format("\"{}\" is not a colour: use \"#rrggbb\" or a name{}",
+                                    visible_brief(name, 40), remedy(name, words(named_colours))));
     values.push_back(*value);
   }
   return values;
@@ -135,7 +136,7 @@ std::vector<Format> formats_named(const std::vector<std::string>& names) {
   for (const auto& name : names) {
     const auto it = std::ranges::find(format_names, name, &FormatFacts::name);
     if (it == format_names.end())
-      throw SceneError(fmt::format("\"{}\" is no format of figures{}", visible_brief(name, 40),
+      throw SceneError(fmt::format("\"{}\" is not a format of figures{}", visible_brief(name, 40),
                                    listed("there are", words(format_names))));
     if (std::ranges::find(list, it->format) == list.end()) list.push_back(it->format);
   }
@@ -157,7 +158,7 @@ Style style_of(const std::filesystem::path& folder) {
   style.colours = colours(s, style.colours);
   style.monochrome = s.flag("monochrome", false);
   if (s.has("size")) style.width = sizes[s.choice("size", words(sizes))].width;
-  if (s.has("size") && s.has("width")) s.fail("width", "is given by size already; one of both");
+  if (s.has("size") && s.has("width")) s.fail("width", "is already set by size; give only one of them");
   if (s.has("width")) style.width = s.number(Key{"width", "mm", ""}, paper);
   if (s.has("height")) style.height = s.number(Key{"height", "mm", ""}, paper);
   style.formats = formats(s, style.formats);

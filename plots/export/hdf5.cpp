@@ -114,7 +114,7 @@ std::vector<Source> sources_in(const Path& folder, const StopToken& stop) {
     if (!source.tables.empty()) return list;
   throw SceneError(
       folder.string() +
-      ": has no result tables to export; give a folder made by freeplay run, compare or another verb");
+      ": contains no result tables to export; give a folder made by freeplay run, compare or another verb");
 }
 
 /// Rows per block such that at most 32 MiB of 64-bit numbers are in memory, for any number of
@@ -124,7 +124,9 @@ std::size_t block_length(std::size_t columns) {
 }
 
 [[noreturn]] void changed(const Path& file) {
-  throw SceneError(file.string() + ": has changed while it was read; export it when nothing writes there");
+  throw SceneError(file.string() +
+                   ": changed while it was read; export it when no other process writes "
+                   "there");
 }
 
 /// Writes the columns of one table block by block.

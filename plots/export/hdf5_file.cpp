@@ -63,13 +63,15 @@ Handle File::checked(hid_t id, Handle::Close close, const std::string& what) con
 void File::check(herr_t status, const std::string& what) const {
   if (status >= 0) return;
   throw OutputError(fmt::format("{}: cannot {}: {}", path_.string(), what,
-                                errno != 0 ? std::strerror(errno) : "HDF5 refuses it"));
+                                errno != 0 ? std::strerror(errno) : "HDF5 error"));
 }
 
 void File::require_name(const std::string& name) const {
   if (name.empty() || name == "." || name.find('/') != name.npos || name.find('\0') != name.npos)
-    throw SceneError(fmt::format("\"{}\": is no name that HDF5 takes: not empty, not \".\", without \"/\"",
-                                 visible_brief(name, 60)));
+    throw SceneError(
+        fmt::format("\"{}\": is not a valid name in HDF5: it must not be empty or \".\", or "
+                    "contain \"/\"",
+                    visible_brief(name, 60)));
 }
 
 Handle File::group(hid_t parent, const std::string& name) const {
@@ -97,7 +99,7 @@ Handle File::text_type(std::size_t width) const {
 void File::attribute(hid_t at, const std::string& name, hid_t type, hid_t in_file, hid_t space,
                      const void* value) const {
   if (name.empty() || name.find('\0') != name.npos)
-    throw SceneError(fmt::format("\"{}\": is no name of an attribute", visible_brief(name, 60)));
+    throw SceneError(fmt::format("\"{}\": is not a valid name of an attribute", visible_brief(name, 60)));
   const auto what = "hold the attribute " + visible_brief(name, 60);
   const auto made =
       checked(h_.H5Acreate2(at, name.c_str(), in_file, space, H5P_DEFAULT, H5P_DEFAULT), h_.H5Aclose, what);

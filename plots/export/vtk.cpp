@@ -179,7 +179,7 @@ std::size_t frames_of(const Path& trajectory, int every, const StopToken& stop) 
   const auto frames = (count + step - 1) / step;
   if (frames > most_frames)
     throw SceneError(
-        fmt::format("--vtk: {} rows of {} would be {} files, more than {}: say --every {} or more", count,
+        fmt::format("--vtk: {} rows of {} would be {} files, more than {}: use --every {} or more", count,
                     trajectory.string(), frames, most_frames, (count + most_frames - 1) / most_frames));
   return frames;
 }
@@ -190,11 +190,10 @@ Exported export_vtk(const Path& folder, const Path& place, int every, StopToken 
   const auto trajectory = folder / "trajectory.csv";
   if (!std::filesystem::exists(folder / "run.json") || !std::filesystem::exists(trajectory))
     throw SceneError(
-        folder.string() + ": --vtk: holds no run; give the folder of one run" +
-        (std::filesystem::exists(folder / "comparison.json") ? ", as its penalty or nonsmooth" : ""));
+        folder.string() + ": --vtk: contains no run; give the folder of one run" +
+        (std::filesystem::exists(folder / "comparison.json") ? ", such as its penalty or nonsmooth" : ""));
   const auto scene = plots::scene_of_run(folder);
-  if (!scene)
-    throw SceneError((folder / "run.json").string() + ": holds no scene that this program can read");
+  if (!scene) throw SceneError((folder / "run.json").string() + ": has no scene that this version can read");
   const auto frames = frames_of(trajectory, every, stop);
   Rows rows(trajectory);
   const auto time = rows.place("t");
@@ -219,7 +218,7 @@ Exported export_vtk(const Path& folder, const Path& place, int every, StopToken 
   }
   if (frame != frames)
     throw SceneError(trajectory.string() +
-                     ": has changed while it was read; export it when nothing writes there");
+                     ": changed while it was read; export it when no other process writes there");
   series.write("</Collection>\n</VTKFile>\n");
   series.commit();
   set.commit();

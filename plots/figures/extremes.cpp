@@ -81,7 +81,7 @@ std::vector<CellPanel> read_panels(const std::filesystem::path& folder) {
     if (at == panels.size()) panels.push_back({axis[i], {}, {}, {}, {}, {}});
     if (panels.size() > most_panels)
       throw SceneError(
-          fmt::format("{}: names more than {} axes", (folder / "extremes.csv").string(), most_panels));
+          fmt::format("{}: has more than {} axes", (folder / "extremes.csv").string(), most_panels));
     auto& p = panels[at];
     const bool scene = axis[i] == "scene";
     const auto x = place(p.columns, scene ? formulation[i] : label[i]),

@@ -37,13 +37,13 @@ std::string frame_of(const std::vector<Row>& rows) {
     return std::ranges::any_of(rows, [&](const Row& r) { return r.joint->kind == kind; });
   };
   std::string said;
-  if (any(LooseJoint::Kind::journal))
-    said = "circles: centre of the journal relative to the bearing, world axes";
+  if (any(LooseJoint::Kind::journal)) said = "journal centre relative to bearing centre (global axes)";
   if (any(LooseJoint::Kind::guide) || any(LooseJoint::Kind::slot))
     said += fmt::format("{}walls: {}", said.empty() ? "" : "; ",
                         any(LooseJoint::Kind::guide)
-                            ? "ends of the slider across the guide, in the frame of the guide"
-                            : "pin across the slot, in the frame of the slot");
+                            ? "positions of the slider's ends across the guide (frame of "
+                              "the guide)"
+                            : "position of the pin across the slot (frame of the slot)");
   return said;
 }
 

@@ -32,7 +32,7 @@ struct Tradeoff {
     collect("scene", scenes);
     collect("method", methods);
     if (scenes.size() > most_scenes)
-      throw SceneError(fmt::format("{}: names {} scenes; figures are drawn of at most {}",
+      throw SceneError(fmt::format("{}: has {} scenes; figures show at most {}",
                                    (folder / "tradeoff.csv").string(), scenes.size(), most_scenes));
   }
   Table table;
@@ -54,7 +54,7 @@ std::string left_out(const Tradeoff& t, const std::string& name) {
   for (const auto& one : family_names())
     if (!judged.empty() && std::ranges::find(all, one) != all.end() &&
         std::ranges::find(judged, one) == judged.end())
-      return fmt::format("{}: omitted, no contact onset to compare", one);
+      return fmt::format("{}: omitted, no contact event for comparison", one);
   return "";
 }
 
@@ -109,7 +109,7 @@ std::vector<std::filesystem::path> draw_tradeoff(const std::filesystem::path& fo
         "set multiplot layout 1,2 margins X(1.8),1-X(0.4),Y(3.1),1-Y(0.5) spacing X(1.6),0\nset logscale xy\nset format "
         "{}\nset key at "
         "screen 0.5,Y(0.35) center bottom vertical maxrows 4 font SMALL\nset ylabel {}\n",
-        powers, touches ? "Relative error of contact onsets" : "Relative error of velocities");
+        powers, touches ? "Error of contact events (relative)" : "Error of velocities (relative)");
     const auto omitted = left_out(t, name);
     for (const bool time : {false, true})
       if (!add_panel(t, name, touches, time, model_error, omitted, f)) break;

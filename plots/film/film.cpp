@@ -25,8 +25,8 @@ std::vector<FilmRun> runs_of(const Path& folder) {
   auto folders = plots::runs_in(folder);
   if (folders.empty())
     throw SceneError(folder.string() +
-                     ": holds no run that a film could show; give a folder made by freeplay run or compare");
-  // A film of a comparison omits the ideal mechanism.
+                     ": contains no run to animate; give a folder made by freeplay run or compare");
+  // What a comparison is about are the two loose runs.
   if (folders.size() > 1) std::erase_if(folders, [](const auto& run) { return run.title == "ideal joint"; });
   std::vector<FilmRun> runs;
   for (const auto& run : folders) runs.push_back(film_run(run, 6000));
@@ -47,18 +47,18 @@ Film plan(const std::vector<FilmRun>& runs, const FilmOptions& asked) {
   film.from = asked.from.value_or(begin), film.until = asked.until.value_or(end);
   const auto inside = [&](double t, const char* name) {
     if (t < begin || t > end)
-      throw SceneError(fmt::format("{} {:g}: the run goes from {:g} to {:g} s", name, t, begin, end));
+      throw SceneError(fmt::format("{} {:g}: is outside the run, from {:g} to {:g} s", name, t, begin, end));
   };
   if (asked.from) inside(*asked.from, "--from");
   if (asked.until) inside(*asked.until, "--until");
   if (film.until < film.from || (film.until == film.from && asked.until))
-    throw SceneError(fmt::format("--until {:g}: is not behind --from {:g}", film.until, film.from));
+    throw SceneError(fmt::format("--until {:g}: must be later than --from {:g}", film.until, film.from));
   const double length = film.until - film.from;
   film.speed = asked.speed.value_or(length > 0 ? round_above(length / usual_length) : 1);
   const double frames = std::floor(length / film.speed * asked.fps + rounding) + 1;
   if (frames > static_cast<double>(most_frames))
     throw SceneError(
-        fmt::format("{:.0f} frames, more than {}: take a greater --speed, a smaller --fps, or a part with "
+        fmt::format("{:.0f} frames, more than {}: use a greater --speed, a smaller --fps, or a part with "
                     "--from and --until",
                     frames, most_frames));
   film.frames = static_cast<std::size_t>(frames);
@@ -101,7 +101,7 @@ void encode(const Path& place, const FilmOptions& asked, const Film& film, std::
   const auto end =
       run_child({.command = std::move(command), .folder = place, .seconds = longest, .stop = stop});
   if (end.late)
-    throw OutputError(fmt::format("ffmpeg took longer than {:.0f} s for {} and was ended", longest, file));
+    throw OutputError(fmt::format("ffmpeg took longer than {:.0f} s for {} and was stopped", longest, file));
   if (end.status == 127) throw OutputError("ffmpeg cannot be started");
   if (end.status != 0)
     throw OutputError(fmt::format("ffmpeg made no {} (status {}): {}", file, end.status,
@@ -119,8 +119,10 @@ Film make_film(const Path& folder, const Path& place, const FilmOptions& asked, 
     options.mp4 = has_ffmpeg(stop);
     options.svg = film.without_ffmpeg = !options.mp4;
   } else if ((options.mp4 || options.gif) && !has_ffmpeg(stop)) {
-    throw SceneError(fmt::format("{}: ffmpeg is not there (Debian: apt install ffmpeg); --svg needs nothing",
-                                 options.mp4 ? "--mp4" : "--gif"));
+    throw SceneError(
+        fmt::format("{}: ffmpeg is not installed (Debian: apt install ffmpeg); --svg works "
+                    "without it",
+                    options.mp4 ? "--mp4" : "--gif"));
   }
   const JsonFile first(plots::runs_in(folder).front().folder / "run.json");
   const auto* given = first.find("provenance.title");

@@ -201,9 +201,9 @@ std::string FilmDrawing::frame(double t, double reach) const {
   for (const auto& panel : panels_) draw_mechanism(svg, panel, t, reach);
   for (std::size_t k = 0; k < names_.size(); ++k) draw_loose(svg, k, t);
   if (hidden_ > 0)
-    svg.text({look_.width - 0.5 * beside, top - 6}, fmt::format("{} more loose joints", hidden_), 11, soft,
-             Svg::Anchor::middle);
-  // Names and colours of the runs: under their panels, or side by side.
+    svg.text({look_.width - 0.5 * beside, top - 6}, fmt::format("{} more joints with clearance", hidden_), 11,
+             soft, Svg::Anchor::middle);
+  // Runs by name and colour: under their panels, or beside one another.
   double x = 12;
   for (std::size_t r = 0; r < runs_.size(); ++r) {
     const double left = look_.over ? x : panels_[r].corner.x() + 12;

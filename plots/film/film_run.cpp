@@ -159,8 +159,7 @@ FilmRun film_run(const plots::RunFolder& folder, long frames) {
       motion(folder.folder, scene.get(), frames, hardest(run.events, static_cast<std::size_t>(frames / 4)));
   run.t = column_of(data["t"]);
   if (run.t.empty())
-    throw SceneError((folder.folder / "trajectory.csv").string() +
-                     ": has no rows, so there is no film of it");
+    throw SceneError((folder.folder / "trajectory.csv").string() + ": has no rows to animate");
   run.bodies = data["bodies"].get<std::vector<std::string>>();
   run.poses = columns_of(data["poses"]);
   run.shapes = shapes_of(data["shapes"]);

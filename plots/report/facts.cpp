@@ -6,6 +6,8 @@
 #include <nlohmann/json.hpp>
 #include <sstream>
 
+#include "values/warning.hpp"
+
 namespace freeplay::report {
 namespace {
 
@@ -101,16 +103,16 @@ json contact_table(const std::string& name, const std::vector<RunFacts>& runs) {
 json tables(const std::vector<RunFacts>& runs) {
   constexpr std::size_t most = 40;  // limit of contacts
   auto list = json::array();
-  add(list, side_by_side("Energy ledger, whole run", runs, "energy_J", ", J"));
+  add(list, side_by_side("Energy balance, whole run", runs, "energy_J", ", J"));
   add(list, side_by_side("Energy after the discarded time", runs, "window.energy_J", ", J"));
   const auto contacts = contacts_of(runs);
   for (std::size_t i = 0; i < std::min(most, contacts.size()); ++i)
     add(list, contact_table(contacts[i], runs));
   if (contacts.size() > most)
-    list.push_back({{"title", fmt::format("{} contacts more, in run.json", contacts.size() - most)},
+    list.push_back({{"title", fmt::format("{} more contacts in run.json", contacts.size() - most)},
                     {"head", json::array()},
                     {"rows", json::array()}});
-  add(list, side_by_side("Work done", runs, "work", ""));
+  add(list, side_by_side("Computational work", runs, "work", ""));
   add(list, side_by_side("Cost", runs, "cost", ""));
   return list;
 }
@@ -177,7 +179,7 @@ json notes(const std::vector<RunFacts>& runs) {
       for (const auto& note : *said)
         if (note.is_string()) {
           const auto text = note.get<std::string>();
-          add_note(text.find("DOUBTFUL") != text.npos, run.name + ": " + text);
+          add_note(is_warning(text), run.name + ": " + text);
         }
   }
   std::stable_sort(list.begin(), list.end(), [](const json& a, const json& b) {

@@ -22,7 +22,7 @@ struct RunFacts {
 nlohmann::json tables(const std::vector<RunFacts>& runs);
 /// The tables and paragraphs of a Markdown file that freeplay wrote.
 nlohmann::json markdown_tables(const std::filesystem::path& file);
-/// { doubtful, text } of each note of the runs. DOUBTFUL notes and early endings come first.
+/// { doubtful, text } of each note of the runs; warnings, and runs that ended early, come first.
 nlohmann::json notes(const std::vector<RunFacts>& runs);
 /// Table { title, head, rows } of the provenance of files: version, commit, digests and the like.
 nlohmann::json provenance_table(const std::vector<RunFacts>& files);

@@ -103,8 +103,8 @@ json document_of(const std::filesystem::path& folder) {
   else
     throw SceneError(
         folder.string() +
-        ": has no results that a page could show; give a folder made by freeplay run, compare, sweep, "
-        "bifurcation or basin");
+        ": contains no results to show; give a folder made by freeplay run, compare, sweep, bifurcation or "
+        "basin");
   document["folder"] = folder.filename().string();
   make_visible(document);
   return document;

@@ -49,7 +49,7 @@ json sweep_document(const std::filesystem::path& folder) {
   const Database database(folder / "sweep.db", Database::Access::read);
   const bool named = has(database, "named");
   if (!named && !has(database, "runs"))
-    throw SceneError((folder / "sweep.db").string() + ": holds no runs of a sweep");
+    throw SceneError((folder / "sweep.db").string() + ": contains no runs of a sweep");
   const std::string from = named ? "named" : "runs";
   json document = {{"kind", "sweep"}, {"title", ""}, {"runs", json::array()}};
   Statement count(database, "SELECT count(*) FROM " + from);

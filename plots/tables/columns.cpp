@@ -84,7 +84,7 @@ std::string no_column(const std::string& name, const std::vector<Column>& all) {
   std::vector<std::string> names;
   for (const auto& c : all) names.push_back(c.name);
   const auto near = nearest_word(name, names);
-  std::string said = fmt::format("there is no column {}", visible_brief(name, 60));
+  std::string said = fmt::format("unknown column {}", visible_brief(name, 60));
   if (!near.empty()) said += fmt::format("; did you mean {}?", near);
   constexpr std::size_t widest = 1000;
   for (const char* file : {"", "trajectory.csv", "forces.csv", signals, events}) {
@@ -175,10 +175,9 @@ Points RunColumns::read(const Column& x, const Column& y, double from, double to
   std::vector<Series> all{series(x, file, leading.channel, from, to),
                           series(y, file, leading.channel, from, to)};
   const bool of_crank = section && section->column == "crank";
-  if (of_crank && !crank_)
-    throw SceneError("--section crank: no drive of the run turns at a prescribed speed");
+  if (of_crank && !crank_) throw SceneError("--section crank: no drive of the run has a prescribed speed");
   if (section && file == events)
-    throw SceneError("--section: events are instants already; it is for the other files");
+    throw SceneError("--section: does not apply to events, which are instants already");
   if (section && !of_crank) {
     const auto* s = find(section->column);
     if (!s) throw SceneError("--section: " + no_column(section->column, all_));
@@ -194,8 +193,8 @@ Points RunColumns::read(const Column& x, const Column& y, double from, double to
   std::vector<std::size_t> at(all.size(), 0);
   const bool events_alone = file == events && same_file(x, y);
   if (file == events && !events_alone)
-    throw SceneError(fmt::format("{} and {} have no rows in common: events stand at instants of their own",
-                                 x.name, y.name));
+    throw SceneError(
+        fmt::format("{} and {} have no rows in common: events are at separate instants", x.name, y.name));
   for (const double t : all.back().t) {
     bool found = true;
     for (std::size_t k = 0; k < all.size(); ++k) {
@@ -211,7 +210,7 @@ Points RunColumns::read(const Column& x, const Column& y, double from, double to
       for (auto& k : at) ++k;
   }
   if (rows.empty() && from == -INFINITY && to == INFINITY)
-    throw SceneError(fmt::format("{} and {} have no rows in common: {} has other times than {}", x.name,
+    throw SceneError(fmt::format("{} and {} have no rows in common: the times of {} and {} differ", x.name,
                                  y.name, x.file.empty() ? "it" : x.file, y.file.empty() ? "it" : y.file));
   Points points;
   const auto add = [&](double a, double b) {

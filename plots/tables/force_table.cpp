@@ -122,7 +122,7 @@ bool ForceTable::loose(const std::string& name) const {
 
 std::string ForceTable::heading(const std::string& name) const {
   const auto* j = joint(name);
-  const char* open = undetermined_.contains(name) ? " (of least norm: not determined by mechanics)" : "";
+  const char* open = undetermined_.contains(name) ? " (minimum norm: statically indeterminate)" : "";
   if (!j) return name + ": force on the second body" + open;
   const int body = bodies_of(*j)[1];
   return fmt::format("{}: force on {}{}", name,

@@ -28,7 +28,7 @@ bool is_name(std::string_view text) {
 
 Rows::Rows(const std::filesystem::path& file) : file_(file.string()), lines_(file) {
   if (!lines_.next(line_))
-    throw SceneError(file_ + ": is empty; a header with the names of columns was expected");
+    throw SceneError(file_ + ": is empty; expected a header with the names of columns");
   split();
   fields_.resize(count_);
   names_ = fields_;
@@ -112,8 +112,8 @@ Table::Table(const std::filesystem::path& file, const std::vector<std::string>& 
   for (const auto& column : numbers) counted.emplace_back(in.place(column), &numbers_[column]);
   while (in.next()) {
     if (++rows_ > most_rows)
-      throw SceneError(fmt::format("{}: has more than {} rows: it is no table that freeplay wrote",
-                                   file.string(), most_rows));
+      throw SceneError(
+          fmt::format("{}: has more than {} rows and is not a table of freeplay", file.string(), most_rows));
     for (const auto& t : taken) t.list->push_back(t.name ? in.name(t.place) : in.label(t.place));
     for (const auto& [place, list] : counted) list->push_back(in.number(place));
   }

@@ -104,7 +104,7 @@ def _interrupt(result: Any) -> None:
 
 def _tell(info_notes: list[str], status: str, reason: str) -> None:
     for note in info_notes:
-        if note.startswith("DOUBTFUL"):
+        if note.startswith(("warning: ", "DOUBTFUL")):  # the latter: earlier versions
             warnings.warn(note, DoubtfulWarning, stacklevel=4)
     if status == "failed":
         warnings.warn(reason, FailedWarning, stacklevel=4)

@@ -24,27 +24,29 @@ struct AdviseRequest : Request {
   double error = 1;  ///< %, requested error
 };
 
-void judged_by(const Advice& advice, const char* formulation, double duration) {
+void evaluated_on(const Advice& advice, const char* formulation, double duration) {
   const auto& r = advice.reference;
   if (!advice.by_events) {
-    fmt::print("{}: {}; judged by the velocities at {:.4g} s\n", formulation,
-               advice.to_the_end ? "no touches" : "fine runs part at the first touch", r.state_time);
+    fmt::print("{}: {}; evaluated on the velocities at {:.4g} s\n", formulation,
+               advice.to_the_end ? "no contact events" : "reference runs diverge at the first contact event",
+               r.state_time);
     return;
   }
-  fmt::print("{}: judged by {} touches to t = {:.4g} s of {:.4g} s, {}\n", formulation, r.touches.size(),
-             r.touches.back().t, duration,
-             advice.to_the_end ? "all there are" : "beyond which two\nfine runs part");
-  fmt::print("error: greatest of |dt|/interval, |dv|/v and |dP|/P over them (reference: {})\n",
+  fmt::print(
+      "{}: evaluated on {} contact events (up to {:.4g} s of {:.4g} s{})\n", formulation,
+      advice.to_the_end ? fmt::format("all {}", r.touches.size()) : fmt::format("{}", r.touches.size()),
+      r.touches.back().t, duration, advice.to_the_end ? "" : ";\nreference runs diverge later");
+  fmt::print("error: maximum of |dt|/interval, |dv|/v and |dP|/P over them (reference: {})\n",
              shown(r.accuracy));
 }
 
 void table(const Advice& advice) {
-  fmt::print("  {:<32}{:>9}{:>12}{:>10}{:>8}{:>9}\n", "setting", "error, %", "kept to, s", "rhs", "Jacob.",
+  fmt::print("  {:<32}{:>9}{:>12}{:>10}{:>8}{:>9}\n", "setting", "error, %", "valid to, s", "rhs", "Jacob.",
              "CPU ms");
   for (std::size_t i = 0; i < advice.tried.size(); ++i) {
     const auto& m = advice.tried[i];
     const double error = advice.by_events ? m.errors.events : m.errors.state;
-    const char* const why = m.dearer                                      ? "dearer"
+    const char* const why = m.dearer                                      ? "skipped"
                             : m.ending.status == Ending::Status::finished ? nullptr
                                                                           : "stopped";
     fmt::print("{} {:<32}{:>9}{:>12}{:>10}{:>8}{:>9.3g}\n", static_cast<int>(i) == advice.chosen ? '>' : ' ',
@@ -59,26 +61,27 @@ void promise(const Advice& advice, double error) {
   std::string keys, text;
   for (const auto& k : advice.tried[advice.chosen].setting.keys()) keys += "\n  --set " + k;
   text = fmt::format(
-      "the cheapest of those that keep {:.3g} % with a factor of two to spare, by right-hand sides and ten for "
-      "each Jacobian; a setting is stopped at its first touch that is off or missing (-), or when it has cost "
-      "more than another that keeps it (dearer){}\n",
+      "chosen: the cheapest setting with an error below half of {:.3g} % (cost: right-hand sides + 10 "
+      "Jacobians); -: stopped at its first wrong or missing contact event; skipped: more expensive than an "
+      "accurate one{}\n",
       100 * error, keys);
   if (advice.by_events)
-    text += fmt::format("promised: each of the {} touches to t = {:.4g} s within {:.3g} %\n",
+    text += fmt::format("guaranteed: each of the {} contact events to t = {:.4g} s within {:.3g} %\n",
                         advice.reference.touches.size(), advice.reference.touches.back().t, 100 * error);
   if (!advice.to_the_end && advice.statistics.empty())
     text +=
-        "not promised: what comes after; single touches mean nothing there, and no statistics can be taken "
-        "from moved starts\n";
+        "not guaranteed: later motion; single contact events are unpredictable there, and perturbed starts "
+        "give no statistics\n";
   for (const auto& s : advice.statistics)
-    text += fmt::format("  {}: {:.3g}, off by {:.2g} ± {:.2g} %; one run scatters by {:.2g} %\n", s.name,
+    text += fmt::format("  {}: {:.3g}, error {:.2g} ± {:.2g} %; scatter of one run {:.2g} %\n", s.name,
                         s.reference, 100 * s.difference, 100 * s.error, 100 * s.scatter);
   if (!advice.statistics.empty())
     text += advice.promised() <= error
-                ? fmt::format("promised: these statistics of the whole run within {:.2g} %\n",
+                ? fmt::format("guaranteed: these statistics of the whole run within {:.2g} %\n",
                               100 * advice.promised())
                 : fmt::format(
-                      "not promised: {:.3g} % of these statistics; their sampling error allows {:.2g} %\n",
+                      "not guaranteed: {:.3g} % for these statistics; their sampling error allows {:.2g} "
+                      "%\n",
                       100 * error, 100 * advice.promised());
   fmt::print("{}", wrapped(text));
 }
@@ -107,15 +110,16 @@ int advise(const AdviseRequest& request) {
       fmt::print("{}: no reference: {}\n\n", formulation, advice.reference.ending.reason);
       continue;
     }
-    judged_by(advice, formulation, scene->run.duration);
+    evaluated_on(advice, formulation, scene->run.duration);
     table(advice);
     for (const auto& [setting, s] : advice.refused)
       fmt::print("{}",
                  wrapped(fmt::format(
-                     "refused: {} keeps every touch, but {} of the whole run is off by {:.2g} ± {:.2g} %\n",
+                     "rejected: {} reproduces all contact events, but {} of the whole run is off by {:.2g} "
+                     "± {:.2g} %\n",
                      setting.label(), s.name, 100 * s.difference, 100 * s.error)));
     if (advice.chosen < 0) {
-      fmt::print("none keeps {:.3g} %\n", request.error);
+      fmt::print("no setting reaches {:.3g} %\n", request.error);
     } else {
       promise(advice, request.error / 100);
       status = 0;
@@ -128,11 +132,11 @@ int advise(const AdviseRequest& request) {
 }  // namespace
 
 void advise_verb(Program& program) {
-  auto [options, request] =
-      program.verb("advise", "name the cheapest settings that keep an error, measured on this scene", advise);
+  auto [options, request] = program.verb(
+      "advise", "find the cheapest numerical settings that reach an accuracy for this scene", advise);
   options.scene(request.scene).required();
   options.set(request.overrides);
-  options.add("--error", request.error, "greatest error, 1% or 1 for one per cent")
+  options.add("--error", request.error, "accepted error in per cent, as 1% or 1")
       .percentage([](double x) { return x > 0; }, "must be greater than 0 per cent, as 1% or 1")
       .takes("PERCENT");
 }

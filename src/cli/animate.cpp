@@ -24,11 +24,10 @@ struct AnimateRequest : Request {
 
 int animate(const AnimateRequest& request) {
   const auto folder = real_folder(request.folder);
-  if (!std::filesystem::is_directory(folder)) throw SceneError(request.folder + ": is no folder");
+  if (!std::filesystem::is_directory(folder)) throw SceneError(request.folder + ": is not a folder");
   const auto place = request.output.empty() ? folder / "animation" : real_folder(request.output);
-  if (place == folder) throw SceneError("-o: the film needs a folder of its own");
-  // A folder of another user may be read-only. No process of this user writes there, so no lock is
-  // needed.
+  if (place == folder) throw SceneError("-o: the animation needs a separate folder");
+  // Results of somebody else may be read where nothing can be written: nobody writes there meanwhile either.
   std::optional<FolderLock> lock;
   if (access(folder.c_str(), W_OK) == 0) {
     lock.emplace(folder, "animate");
@@ -40,9 +39,11 @@ int animate(const AnimateRequest& request) {
                                       [&](double part) { progress.show("frames", part); });
   progress.clear();
   if (film.without_ffmpeg)
-    fmt::print("frames only: ffmpeg is not there, which makes a film of them (Debian: apt install ffmpeg)\n");
+    fmt::print(
+        "frames only: ffmpeg, which encodes MP4 and GIF, is not installed (Debian: apt install "
+        "ffmpeg)\n");
   for (const auto& file : film.files)
-    fmt::print("{}: {} frames of {} x {}, t = {:g} to {:g} s at {:g} of the run's speed\n", file.string(),
+    fmt::print("{}: {} frames of {} x {}, t = {:g} to {:g} s at {:g} times real time\n", file.string(),
                film.frames, film.width, film.height, film.from, film.until, film.speed);
   return 0;
 }
@@ -51,24 +52,26 @@ int animate(const AnimateRequest& request) {
 
 void animate_verb(Program& program) {
   auto [options, request] =
-      program.verb("animate", "a film of a run or a comparison: MP4, GIF, SVG frames", animate);
+      program.verb("animate", "animate a run or a comparison: MP4, GIF or SVG frames", animate);
   auto& film = request.film;
   options.add("folder", request.folder, "folder made by run or compare").required();
-  options.flag("--mp4", film.mp4, "animation.mp4; the default where ffmpeg is there");
+  options.flag("--mp4", film.mp4, "write animation.mp4; default if ffmpeg is installed");
   options.flag("--gif", film.gif, "animation.gif");
-  options.flag("--svg", film.svg, "frame_000001.svg and so on; needs no ffmpeg");
+  options.flag("--svg", film.svg, "write frame_000001.svg etc.; needs no ffmpeg");
   options
-      .add("--speed", film.speed, "seconds of the run in one of the film; left out: the film takes some 20 s")
+      .add("--speed", film.speed,
+           "simulated seconds per second of animation; default: about 20 s of "
+           "animation")
       .number([](double x) { return x > 0 && x <= 1e12; }, "must be a number greater than 0")
       .takes("RATIO");
-  options.add("--fps", film.fps, "frames a second; default 25")
+  options.add("--fps", film.fps, "frames per second; default 25")
       .number([](double x) { return x >= 1 && x <= 120; }, "must be a number from 1 to 120")
       .takes("NUMBER");
-  options.add("--from", film.from, "where the film begins").takes("SECONDS");
-  options.add("--until", film.until, "where it ends").takes("SECONDS");
-  options.add("--width", film.width, "of the picture; default 960").between(480, 3840).takes("PIXELS");
-  options.flag("--over", film.over, "both runs over one another instead of side by side");
-  options.output(request.output, "folder for the film; default animation/ in the folder");
+  options.add("--from", film.from, "start of the animation").takes("SECONDS");
+  options.add("--until", film.until, "end of the animation").takes("SECONDS");
+  options.add("--width", film.width, "width of the picture; default 960").between(480, 3840).takes("PIXELS");
+  options.flag("--over", film.over, "overlay both runs instead of showing them side by side");
+  options.output(request.output, "folder for the animation; default animation/ in the input folder");
 }
 
 }  // namespace freeplay::cli

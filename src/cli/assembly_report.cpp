@@ -62,10 +62,9 @@ void left_free(const Mechanism& mechanism, const State& start, int motions, Line
   std::string list;
   if (mechanism.bodies.size() <= most_bodies)
     for (const auto& name : free_bodies(mechanism, start)) list += (list.empty() ? "" : ", ") + name;
-  lines.emplace_back(
-      "  left free",
-      fmt::format("{} {} that no joint and no drive prescribes{}: forces and inertia alone move it", motions,
-                  motions == 1 ? "motion" : "motions", list.empty() ? "" : ", of " + list));
+  lines.emplace_back("  undriven motion",
+                     fmt::format("{} {} without a drive{}: determined by forces and inertia alone", motions,
+                                 motions == 1 ? "motion" : "motions", list.empty() ? "" : ", of " + list));
 }
 
 void mobility(const Mechanism& mechanism, const State& start, Lines& lines) {
@@ -113,7 +112,7 @@ void loops(const Mechanism& mechanism, const State& start, Lines& lines) {
     lines.emplace_back("  branch", openness(mechanism, loop, start.q) > 0 ? "open" : "crossed");
   }
   if (all.size() > most_loops)
-    lines.emplace_back("", fmt::format("and {} loops more", all.size() - most_loops));
+    lines.emplace_back("", fmt::format("and {} more loops", all.size() - most_loops));
 }
 
 void angles(const Mechanism& mechanism, const State& start, Lines& lines) {
@@ -135,7 +134,7 @@ void pose(const Mechanism& mechanism, const State& start, Lines& lines) {
                                        180 / std::numbers::pi));
   }
   if (mechanism.bodies.size() > most_bodies)
-    lines.emplace_back("", fmt::format("and {} bodies more", mechanism.bodies.size() - most_bodies));
+    lines.emplace_back("", fmt::format("and {} more bodies", mechanism.bodies.size() - most_bodies));
 }
 
 }  // namespace

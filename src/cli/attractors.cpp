@@ -90,7 +90,7 @@ int attractors(const AttractorsRequest& request, const Verb& verb) {
   const auto* plan = verb.plan(study);
   if (!plan)
     throw SceneError(
-        fmt::format("{}: has no table [{}]; docs/how-to/attractors.md", request.study, verb.name));
+        fmt::format("{}: has no table [{}]; see docs/how-to/attractors.md", request.study, verb.name));
   const auto folder =
       result_folder(request.output, default_folder(study.file, fmt::format("-{}", verb.name)));
   if (request.shards.asked())
@@ -108,7 +108,7 @@ int attractors(const AttractorsRequest& request, const Verb& verb) {
                                            static_cast<double>(p.done) / static_cast<double>(p.total));
                            });
   progress.clear();
-  fmt::print("{} runs were there, {} made\n", runs.found, runs.made);
+  fmt::print("{} runs from the store, {} new\n", runs.found, runs.made);
   if (runs.interrupted) return interrupted(Kept::runs);
   const auto told = verb.told(runs);
   document[verb.name] = verb.json(study, runs, told);
@@ -147,7 +147,7 @@ int basin(const AttractorsRequest& request) { return attractors(request, basin_p
 void declare(Program& program, const Verb& verb, const char* what, int (*act)(const AttractorsRequest&)) {
   auto [options, request] = program.verb(verb.name, what, act);
   options.add("study", request.study, "study file").required();
-  options.output(request.output, "result folder; default out/NAME and the verb's name");
+  options.output(request.output, "result folder; default out/NAME-VERB");
   options.allow_outside(request.reach);
   options.threads(request.threads);
   declare_shards(options, request.shards);
@@ -156,12 +156,12 @@ void declare(Program& program, const Verb& verb, const char* what, int (*act)(co
 }  // namespace
 
 void bifurcation_verb(Program& program) {
-  declare(program, bifurcation_parts, "where motions settle over one parameter, swept up and down",
+  declare(program, bifurcation_parts, "compute a bifurcation diagram over one parameter, swept up and down",
           bifurcation);
 }
 
 void basin_verb(Program& program) {
-  declare(program, basin_parts, "where motions settle from each start of a grid", basin);
+  declare(program, basin_parts, "compute basins of attraction over a grid of initial states", basin);
 }
 
 }  // namespace freeplay::cli

@@ -33,11 +33,11 @@ std::string show(const Estimate& e) {
 
 /// Text of an unknown's value and interval; states whether it is open at a limit of the range.
 std::string show_unknown(const Estimate& e) {
-  if (!std::isfinite(e.low)) return fmt::format("{:.4g}, no interval: the fit does not hold", e.value);
+  if (!std::isfinite(e.low)) return fmt::format("{:.4g}, no interval: the fit is rejected", e.value);
   if (e.open_low && e.open_high)
-    return fmt::format("{:.4g}, open: nothing of its range is excluded", e.value);
-  return show(e) + (e.open_low    ? ", open below: the range's end is not excluded"
-                    : e.open_high ? ", open above: the range's end is not excluded"
+    return fmt::format("{:.4g}, open: no part of its range is excluded", e.value);
+  return show(e) + (e.open_low    ? ", open below: the lower end of the range is not excluded"
+                    : e.open_high ? ", open above: the upper end of the range is not excluded"
                                   : "");
 }
 
@@ -143,12 +143,12 @@ std::string misfit_table(const Calibration& c, const CalibrationResult& r) {
 
 /// Prints how well the targets determine each unknown, before the fit.
 void print_identifiability(const Calibration& c, const CalibrationResult& r) {
-  fmt::print("Identifiability (sensitivity: over the whole range, in standard uncertainties)\n");
+  fmt::print("Identifiability (sensitivity over the whole range, in standard uncertainties)\n");
   for (std::size_t j = 0; j < c.unknowns.size(); ++j) {
     const auto column = r.before.sensitivity.col(static_cast<Eigen::Index>(j));
     Eigen::Index most = 0;
     column.maxCoeff(&most);
-    fmt::print("  {:<16} {}; {:.0f} % of its range would be left;\n{:19}most sensitive: {} ({:.2g})\n",
+    fmt::print("  {:<16} {}; {:.0f} % of its range remains;\n{:19}most sensitive: {} ({:.2g})\n",
                c.unknowns[j].name, r.before.identified(j) ? "identified" : "NOT IDENTIFIED by these targets",
                100 * r.before.left_open[j], "", c.targets[static_cast<std::size_t>(most)].name,
                2 * column[most]);
@@ -157,7 +157,7 @@ void print_identifiability(const Calibration& c, const CalibrationResult& r) {
     for (std::size_t k = 0; k < j; ++k)
       if (const double x = r.before.correlation(static_cast<Eigen::Index>(j), static_cast<Eigen::Index>(k));
           std::abs(x) > 0.9)
-        fmt::print("  {} and {} correlate by {:.2f}: targets see little but one combination of them\n",
+        fmt::print("  {} and {} correlate by {:.2f}: the targets determine mainly one combination of them\n",
                    c.unknowns[k].name, c.unknowns[j].name, x);
 }
 
@@ -186,22 +186,22 @@ int calibrate(const CalibrateRequest& request) {
   for (const auto& q : r.questions) fmt::print(stderr, "{}", wrapped("question: " + q + "\n", 10));
   if (r.sweep.interrupted) return interrupted(Kept::runs);
   const auto& c = *study.calibration;
-  fmt::print("{} runs made in {:.0f} s, {} failed\n\n", r.sweep.ran, r.sweep.wall_seconds, r.sweep.failed);
+  fmt::print("{} new runs in {:.0f} s, {} failed\n\n", r.sweep.ran, r.sweep.wall_seconds, r.sweep.failed);
   print_identifiability(c, r);
-  fmt::print("\nResponse surfaces (of the logarithm), {} points of {} refinements among them\n",
+  fmt::print("\nResponse surfaces (of the logarithm), including {} points of {} refinements\n",
              r.tried - c.points, r.rounds);
   for (std::size_t i = 0; i < c.targets.size(); ++i)
     fmt::print(
-        "  {:<10} {:<16} error {:.3f} where outcomes spread by {:.3f}{}\n{:29}at the optimum {:.3f}; the "
-        "measurement is known to {:.3f}\n",
+        "  {:<10} {:<16} error {:.3f}, spread of outcomes {:.3f}{}\n{:29}error at the optimum {:.3f}, "
+        "measurement uncertainty {:.3f}\n",
         c.targets[i].name, c.targets[i].statistic, r.surface_error[i], r.surface_spread[i],
         r.points[i] < r.tried ? fmt::format("; {} of {} points", r.points[i], r.tried) : "", "",
         std::sqrt(r.at_optimum[i].surface),
         std::hypot(c.targets[i].tolerance, std::sqrt(r.at_optimum[i].scatter)));
   if (!r.refined)
     fmt::print("{}",
-               wrapped("note: a surface's error still exceeds half of that; intervals allow for it. More "
-                       "calibrate.refinements, or calibrate.starts, make them narrower\n"));
+               wrapped("note: the error of a surface exceeds half the measurement uncertainty and widens "
+                       "the intervals; increase calibrate.refinements or calibrate.starts\n"));
   const auto fit = [&](const Fit& f, const std::string& title) {
     fmt::print("\n{}\n", title);
     for (std::size_t j = 0; j < c.unknowns.size(); ++j)
@@ -210,12 +210,12 @@ int calibrate(const CalibrateRequest& request) {
                  f.at_bound(j) ? ", AT ITS BOUND" : "");
     if (f.rejected)
       fmt::print(
-          "  NOT MET: the targets lie farther off than their uncertainties allow\n"
-          "           (chi-squared {:.1f} of {} degrees of freedom)\n",
+          "  NOT MET: the targets deviate by more than their uncertainties\n           (chi-squared "
+          "{:.1f}, {} degrees of freedom)\n",
           f.squares, f.degrees);
     for (std::size_t i = 0; i < c.targets.size(); ++i)
       if (f.contradicted[i])
-        fmt::print("  {}: CONTRADICTED by its own runs: the surface is not what the model does\n",
+        fmt::print("  {}: REJECTED: simulations at the optimum disagree with the surrogate\n",
                    c.targets[i].name);
     for (const bool used : {true, false})
       for (std::size_t i = 0; i < c.targets.size(); ++i)
@@ -235,10 +235,10 @@ int calibrate(const CalibrateRequest& request) {
   fmt::print(
       stderr, "{}",
       wrapped(r.all.rejected
-                  ? "the fit to all targets does not hold: no values of the unknowns meet them within their "
-                    "uncertainties; look at the targets' tolerances, or at what the model leaves out\n"
-                  : "the fit to all targets is contradicted by runs at its optimum and is none: take more "
-                    "points, or narrower ranges\n"));
+                  ? "calibration rejected: no values of the unknowns meet all targets within their "
+                    "uncertainties; check the targets' tolerances and the model's assumptions\n"
+                  : "calibration rejected: simulations at the optimum disagree with the surrogate; use "
+                    "more points or narrower ranges\n"));
   return 1;
 }
 
@@ -246,7 +246,7 @@ int calibrate(const CalibrateRequest& request) {
 
 void calibrate_verb(Program& program) {
   auto [options, request] =
-      program.verb("calibrate", "fit a study's unknowns to measured statistics", calibrate);
+      program.verb("calibrate", "fit unknown parameters of a study to measured statistics", calibrate);
   options.add("study", request.scene, "study file with [calibrate]").required();
   options.output(request.output, "result folder; default out/NAME");
   options.allow_outside(request.reach);

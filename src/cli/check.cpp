@@ -31,7 +31,7 @@ void line(const char* name, const std::string& value) {
 
 /// Prints the equations and unknowns of each element.
 void burdens(const System& system) {
-  fmt::print("  what each carries\n");
+  fmt::print("  contribution of each element\n");
   for (const auto& c : system.carried()) {
     std::string what;
     const auto say = [&](int count, const char* one, const char* many) {
@@ -75,26 +75,27 @@ void economies(const Scene& scene, const System& system, const SaddlePoint& sadd
   }
   if (!names.empty())
     say(names,
-        "one constraint row alone fixes each: a pin on the ground at the centre of mass, a guide, a drive");
+        "each is fixed by a single constraint row: a ground pivot at the centre of mass, a guide, a drive");
   else if (!scene.run.eliminate)
-    say("nothing", "run.eliminate = false keeps the whole DAE in absolute coordinates");
+    say("nothing", "run.eliminate = false keeps the full DAE in absolute coordinates");
   else if (!redundant.empty())
-    say("nothing", "rows depend on each other, and dependent rows are solved together");
+    say("nothing", "constraint rows are linearly dependent and are solved together");
   else
-    say("nothing", "no constraint row stands alone on a coordinate");
+    say("nothing", "no coordinate is fixed by a single constraint row");
 
   std::vector<std::pair<std::string, std::string>> left;
   if (system.reported() == 0) {
     left.emplace_back(
         "contacts",
-        "no joint has a clearance and no [contacts]: no gap is computed, no complementarity problem solved");
+        "no joint has clearance and there are no [contacts]: there are no gaps and no complementarity "
+        "problem");
   } else {
     for (int k = 0; k < system.contacts(); ++k) {
       const auto& facts = system.contact_facts(k);
       if (!system.has_friction(k))
-        left.emplace_back("tangent row of " + facts.name, "its surface names no friction");
+        left.emplace_back("tangent row of " + facts.name, "its surface has no friction");
       if (!facts.lubricant && facts.ring)
-        left.emplace_back("film of " + facts.name, "it names no lubricant: the gap is dry");
+        left.emplace_back("film of " + facts.name, "no lubricant is given: the gap is dry");
     }
   }
   if (scene.mechanism.gravity.is_zero()) left.emplace_back("gravity", "it is zero");
@@ -104,7 +105,7 @@ void economies(const Scene& scene, const System& system, const SaddlePoint& sadd
   if (scene.instruments.empty()) left.emplace_back("filters", "the scene has no instruments");
   std::string list;
   for (const auto& [what, reason] : left) list += (list.empty() ? "" : ", ") + what;
-  line("left out", list.empty() ? "nothing" : list);
+  line("not used in this model", list.empty() ? "nothing" : list);
   if (why)
     for (const auto& [what, reason] : left)
       fmt::print("{}", wrapped(fmt::format("      {}: {}\n", what, reason), 6));
@@ -151,8 +152,8 @@ int check(const CheckRequest& request) {
   for (int k = 0; k < system.contacts(); ++k) tangents += system.has_friction(k);
 
   fmt::print("{}\n\n", scene.mechanism.title.empty() ? scene.file.string() : scene.mechanism.title);
-  if (!scene.format) line("format", fmt::format("{}, for the scene states none", newest_format));
-  // Do not count the angle of a point body, and the constraint row that fixes it.
+  if (!scene.format) line("format", fmt::format("{} (not stated in the scene)", newest_format));
+  // The angle of a point body, and the row that holds it, are none of the mechanism's.
   const int points = system.points();
   line("bodies", fmt::format("{}{}", system.bodies(),
                              points > 0 ? fmt::format(", {} of them without rotation", points) : ""));
@@ -165,22 +166,23 @@ int check(const CheckRequest& request) {
        fmt::format("{}", system.n() - system.rows() + static_cast<int>(redundant.size())));
   line("contacts", fmt::format("{}", system.contacts()));
   for (const auto& family : system.families())
-    line("", fmt::format("{}: {} pairs, found as they come near", family.name, family.pairs()));
+    line("", fmt::format("{}: {} pairs, detected by proximity", family.name, family.pairs()));
   line("friction rows", fmt::format("{} of contacts, {} of joints", tangents, system.frictions()));
   line("instruments", fmt::format("{}", scene.instruments.size()));
   const SaddlePoint saddle(system.mass(), system.pattern(), SolvePath::automatic,
                            {!redundant.empty(), scene.run.eliminate});
-  line("saddle-point solves", fmt::format("{}, the largest of {} rows, {}", saddle.blocks(),
-                                          saddle.largest_block(), saddle.dense() ? "dense" : "sparse"));
+  line("linear systems",
+       fmt::format("{} ({}, {}{} rows)", saddle.blocks(), saddle.dense() ? "dense" : "sparse",
+                   saddle.blocks() > 1 ? "at most " : "", saddle.largest_block()));
   economies(scene, system, saddle, redundant, request.why);
   if (request.why) burdens(system);
   line("duration",
-       fmt::format("{:.6g} s, first {:.6g} s left out of statistics", scene.run.duration, scene.run.discard));
+       fmt::format("{:.6g} s; statistics exclude the first {:.6g} s", scene.run.duration, scene.run.discard));
 
   const auto output = estimate_output(scene, start);
-  line("a run writes about", output.text());
+  line("estimated output", output.text());
   if (output.event_bytes > 0)
-    line("", fmt::format("and events.csv, {:.0f} bytes an event; how many is not known before",
+    line("", fmt::format("and events.csv, {:.0f} bytes per event; the number of events cannot be predicted",
                          output.event_bytes));
   if (!assumed.empty()) line("start", assumed);
   for (const auto& [what, said] : assembly_report(scene.mechanism, start)) line(what.c_str(), said);
@@ -195,7 +197,7 @@ int check(const CheckRequest& request) {
       fmt::print("radius of curvature {:.5g} mm\n", 1e3 * facts.radius);
     else
       fmt::print("a sharp corner\n");
-    if (const auto e = facts.surface.restitution) fmt::print("    restitution asked for {:.4g}\n", *e);
+    if (const auto e = facts.surface.restitution) fmt::print("    restitution: input {:.4g}\n", *e);
   }
   int available = 0;
   for (const auto& [family, name] : families) {
@@ -204,7 +206,7 @@ int check(const CheckRequest& request) {
       const auto models = formulation->contact_models();
       for (int k = 0; k < system.reported(); ++k) {
         const auto& m = models[k];
-        fmt::print("  {:<10} {}: delivers restitution {:.4g}", name, system.contact_facts(k).name,
+        fmt::print("  {:<10} {}: effective restitution {:.4g}", name, system.contact_facts(k).name,
                    m.restitution_delivered);
         if (m.stiffness > 0)
           fmt::print("\n  {:<10}   K = {:.5g} N/m^{}, chi = {:.4g}", "", m.stiffness, m.exponent, m.chi);
@@ -223,16 +225,19 @@ int check(const CheckRequest& request) {
 
 void check_verb(Program& program) {
   auto [options, request] =
-      program.verb("check", "read and validate a scene; print what it makes the solver carry", check);
+      program.verb("check",
+                   "read and validate a scene; report degrees of freedom, constraints and problem "
+                   "size",
+                   check);
   options.scene(request.scene);
   options.set(request.overrides);
   options.allow_outside(request.reach);
   options.flag("--why", request.why,
-               "say what each element costs, and why things are eliminated or left out");
-  options.flag("--keys", request.keys, "list every key that a scene may hold instead");
-  options.flag("--bounds", request.bounds, "list what a number of each unit may amount to instead");
-  options.flag("--units", request.units, "list every unit that a number may be given with instead");
-  options.output(request.output, "folder for a figure of the assembled pose; default: none is drawn");
+               "explain the contribution of each element, and why parts are eliminated or not used");
+  options.flag("--keys", request.keys, "list all keys of scenes instead");
+  options.flag("--bounds", request.bounds, "list the bounds of values by unit instead");
+  options.flag("--units", request.units, "list the accepted units instead");
+  options.output(request.output, "folder for a figure of the assembled pose; default: no figure");
 }
 
 }  // namespace freeplay::cli

@@ -90,18 +90,17 @@ std::string not_expected(const CLI::App& program) {
 std::string stray(const CLI::App& program, const std::string& word) {
   const auto* verb = chosen_verb(program);
   if (!word.starts_with('-')) {
-    if (verb) return fmt::format("{}: is more than {} takes", word, verb->get_name());
+    if (verb) return fmt::format("{}: unexpected argument of {}", word, verb->get_name());
     if (std::filesystem::exists(word))
-      return fmt::format("{0}: a verb comes first, as in: freeplay check {0}", word);
-    return fmt::format("{}: there is no such verb{}", word,
-                       meant(word, names_of_verbs(program), "there are"));
+      return fmt::format("{0}: the verb comes first, as in: freeplay check {0}", word);
+    return fmt::format("{}: unknown verb{}", word, meant(word, names_of_verbs(program), "there are"));
   }
   const auto name = word.substr(0, word.find('='));
   std::vector<std::string> known;
   for (const auto* option : (verb ? *verb : program).get_options(nullptr))
     for (const auto& one : option->get_lnames()) known.push_back("--" + one);
-  return fmt::format("{}: is no option of {}{}", name,
-                     verb ? verb->get_name() : "the program, or stands before the verb",
+  return fmt::format("{}: unknown option of {}{}", name,
+                     verb ? verb->get_name() : "the program (options follow the verb)",
                      meant(name, known, "there are"));
 }
 
@@ -111,7 +110,7 @@ std::string refusal(const CLI::App& program, const CLI::ParseError& error) {
   const auto word = not_expected(program);
   const bool is_stray =
       error.get_exit_code() == static_cast<int>(CLI::ExitCodes::ExtrasError) && !word.empty();
-  return fmt::format("freeplay{}{}: {}\n`freeplay help{}{}` says more\n", verb ? " " : "",
+  return fmt::format("freeplay{}{}: {}\nsee `freeplay help{}{}`\n", verb ? " " : "",
                      verb ? verb->get_name() : "", is_stray ? stray(program, word) : error.what(),
                      verb ? " " : "", verb ? verb->get_name() : "");
 }
@@ -139,7 +138,7 @@ Option& Option::one_of(const std::vector<std::string>& values) {
   option_->check(CLI::Validator(
       [values](std::string& word) {
         if (std::ranges::find(values, word) != values.end()) return std::string();
-        return fmt::format("{} is not known here{}", word, meant(word, values, "one of", Beside::list));
+        return fmt::format("{} is unknown{}", word, meant(word, values, "one of", Beside::list));
       },
       ""));
   return *this;
@@ -209,20 +208,23 @@ Option Options::output(std::string& folder, const char* what) {
 Option Options::accuracy(std::string& level) {
   std::vector<std::string> levels;
   for (const auto& a : accuracies) levels.emplace_back(a.text);
-  return add("--accuracy", level, "settings measured in docs/verification/tradeoff.md instead of the scene's")
+  return add("--accuracy", level,
+             "accuracy level of docs/verification/tradeoff.md, in place of the scene's settings")
       .one_of(levels);
 }
 Option Options::allow_outside(Reach& reach) {
   return Option(app_->add_flag_callback(
       "--allow-outside", [&reach] { reach = Reach::anywhere; },
-      "let the scene or study name files that do not lie beside it or below"));
+      "allow files outside the folder of the scene or study"));
 }
 Option Options::threads(int& count) {
-  return add("--threads", count, "how many runs at a time; default one for each core").between(1, 1024);
+  return add("--threads", count, "number of parallel runs; default one per core").between(1, 1024);
 }
 
 Option Options::limit_output(double& gigabytes) {
-  return add("--limit-output", gigabytes, "GB that may be written; what is estimated to be more is not begun")
+  return add("--limit-output", gigabytes,
+             "limit of the output in GB; runs estimated above it are not "
+             "started")
       .number([](double x) { return x > 0; }, "must be a number of GB greater than 0")
       .takes("GB")
       .shows_default();
@@ -233,9 +235,8 @@ Program::Program(StopToken stop)
       app_(std::make_unique<CLI::App>(
           "Freeplay: dynamics of mechanisms with clearance joints in two formulations")) {
   app_->set_version_flag("--version", fmt::format("freeplay {} ({})", version, commit));
-  app_->add_flag("--verbose", "with --version: how the program was built");
-  app_->set_help_flag("-h,--help", "print this");
-  app_->require_subcommand(0, 1);  // so that an unknown command is reported
+  app_->set_help_flag("-h,--help", "print this help");
+  app_->require_subcommand(0, 1);  // so that a word that is no command is named
 #define VERB(name) name##_verb(*this);
 #include "cli/verbs.def"
 #undef VERB
@@ -252,20 +253,20 @@ Options Program::add(const char* name, const char* what, std::function<int()> ac
 
 void Program::add_help() {
   const auto topic = std::make_shared<std::string>();
-  auto options = add("help", "say what a verb does and takes, or name them all", [this, topic] {
+  auto options = add("help", "describe a verb and its options, or list all verbs", [this, topic] {
     if (topic->empty()) {
       fmt::print("{}", overview_page(overview(*app_)));
       return 0;
     }
     const auto verbs = names_of_verbs(*app_);
     if (std::ranges::find(verbs, *topic) == verbs.end()) {
-      fmt::print(stderr, "freeplay help: there is no verb {}{}\n", *topic, meant(*topic, verbs, "there are"));
+      fmt::print(stderr, "freeplay help: unknown verb {}{}\n", *topic, meant(*topic, verbs, "there are"));
       return 2;
     }
     fmt::print("{}", verb_page(described(*app_->get_subcommand(*topic))));
     return 0;
   });
-  options.add("verb", *topic, "which; left out, all are named");
+  options.add("verb", *topic, "verb to describe; default: list all verbs");
 }
 
 int Program::run(int argc, char** argv) {

@@ -66,9 +66,8 @@ void compare_verb(Program& program) {
   options.scene(request.scene).required();
   options.set(request.overrides);
   options.allow_outside(request.reach);
-  options.flag("--as-given", request.as_given,
-               "leave the impact law at the restitution asked for, unmatched");
-  options.flag("--forces", request.forces, "write forces.csv too, and draw its figures");
+  options.flag("--as-given", request.as_given, "use the input restitution in the impact law, unmatched");
+  options.flag("--forces", request.forces, "also write forces.csv and draw its figures");
   options.accuracy(request.accuracy);
   options.output(request.output, "result folder; default out/NAME");
   options.limit_output(request.most_output);

@@ -51,8 +51,8 @@ int drift(const DriftRequest& request) {
 }  // namespace
 
 void drift_verb(Program& program) {
-  auto [options, request] =
-      program.verb("drift", "what each stabilisation of the penalty formulation does to a scene", drift);
+  auto [options, request] = program.verb(
+      "drift", "compare constraint drift and energy errors of the penalty stabilisations", drift);
   options.scene(request.scene).required();
   options.set(request.overrides);
   options.output(request.output, "result folder; default out/NAME-drift");

@@ -8,10 +8,9 @@ namespace freeplay::cli {
 
 void say_undetermined(const Result& result) {
   if (result.undetermined.empty()) return;
-  fmt::print(
-      "{}", wrapped(fmt::format("note: mechanics does not determine the reactions of {} (rows depend on each "
-                                "other): those in forces.csv are of least norm\n",
-                                fmt::join(result.undetermined, ", "))));
+  fmt::print("{}", wrapped(fmt::format("note: the reactions of {} are statically indeterminate (dependent "
+                                       "constraint rows); forces.csv has the minimum-norm solution\n",
+                                       fmt::join(result.undetermined, ", "))));
 }
 
 int report(const Result& result) {
@@ -25,7 +24,7 @@ int report(const Result& result) {
 
 int interrupted(Kept kept) {
   fmt::print(stderr, "interrupted; the same command {}\n",
-             kept == Kept::runs ? "carries on" : "begins anew, nothing is written");
+             kept == Kept::runs ? "continues" : "starts again, nothing was written");
   return 1;
 }
 

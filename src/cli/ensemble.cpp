@@ -98,7 +98,7 @@ void show(const Ensemble& all) {
                0.5 * (s.of.high - s.of.low), s.quantile[2]);
     ++lines;
   }
-  fmt::print("all of them in statistics.csv\n\n");
+  fmt::print("all statistics are in statistics.csv\n\n");
 }
 
 int ensemble(const EnsembleVerb& request) {
@@ -127,7 +127,7 @@ int ensemble(const EnsembleVerb& request) {
       [&](int start, StartOutcome& outcome) { return store && store->find(keys(start), outcome); });
   progress.clear();
   if (all.interrupted) {
-    fmt::print("interrupted; nothing is written\n");
+    fmt::print("interrupted; nothing was written\n");
     return 1;
   }
   nlohmann::json document;
@@ -159,24 +159,24 @@ int ensemble(const EnsembleVerb& request) {
 
 void ensemble_verb(Program& program) {
   auto [options, request] = program.verb(
-      "ensemble", "perturbed starts of one mechanism: statistics with error bars, and bands", ensemble);
+      "ensemble", "run perturbed starts of one mechanism: statistics with error bars, and bands", ensemble);
   options.scene(request.scene).required();
   options.add("--formulation", request.formulation, "penalty or nonsmooth")
       .one_of(family_names())
       .shows_default();
   options.set(request.overrides);
   options.add("--starts", request.starts, "how many").between(2, 1'000'000).shows_default();
-  options.add("--seed", request.seed, "of the random starts").between(0, 2'000'000'000).shows_default();
-  options.add("--turn", request.turn, "share of a turn that the crank's angle at the start is drawn from")
+  options.add("--seed", request.seed, "seed of the random starts").between(0, 2'000'000'000).shows_default();
+  options.add("--turn", request.turn, "range of the random initial crank angle, as a share of a revolution")
       .number([](double x) { return x >= 0 && x <= 1; }, "must be from 0 to 1")
       .shows_default();
-  options.add("--play", request.play, "share of the clearance that offsets are drawn from")
+  options.add("--play", request.play, "range of the random initial offsets, as a share of the clearance")
       .number([](double x) { return x >= 0 && x < 1; }, "must be from 0 to less than 1")
       .shows_default();
-  options.add("--column", request.columns, "column of trajectory.csv with a band; may be repeated")
+  options.add("--column", request.columns, "column of trajectory.csv for a band; may be repeated")
       .takes("COLUMN")
       .one_each();
-  options.add("--rows", request.rows, "times of the bands").between(2, 1'000'000).shows_default();
+  options.add("--rows", request.rows, "number of times in the bands").between(2, 1'000'000).shows_default();
   options.threads(request.threads);
   declare_shards(options, request.shards);
   options.output(request.output, "result folder; default out/NAME-ensemble");

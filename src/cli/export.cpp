@@ -28,18 +28,17 @@ std::filesystem::path file_of(const std::string& named, const std::filesystem::p
   if (!path.has_filename() || std::filesystem::is_directory(path))
     throw SceneError(fmt::format("--hdf5 {}: is a folder; give a file's name", named));
   if (path.extension() == ".csv" || path.extension() == ".json" || path.extension() == ".toml")
-    throw SceneError(fmt::format("--hdf5 {}: has the name of another kind of file; give NAME.h5", named));
+    throw SceneError(fmt::format("--hdf5 {}: has the extension of another format; give NAME.h5", named));
   const auto parent = path.has_parent_path() ? path.parent_path() : std::filesystem::path(".");
   if (!std::filesystem::is_directory(parent))
-    throw SceneError(fmt::format("--hdf5 {}: there is no folder {}", named, parent.string()));
+    throw SceneError(fmt::format("--hdf5 {}: folder {} does not exist", named, parent.string()));
   return real_folder(parent) / path.filename();
 }
 
 int export_results(const ExportRequest& request) {
-  if (!request.hdf5 && !request.vtk)
-    throw SceneError("a format is needed: --hdf5 [FILE], --vtk [FOLDER] or both");
+  if (!request.hdf5 && !request.vtk) throw SceneError("give a format: --hdf5 [FILE], --vtk [FOLDER] or both");
   const auto folder = real_folder(request.folder);
-  if (!std::filesystem::is_directory(folder)) throw SceneError(request.folder + ": is no folder");
+  if (!std::filesystem::is_directory(folder)) throw SceneError(request.folder + ": is not a folder");
   const auto file = request.hdf5 ? file_of(*request.hdf5, folder) : std::filesystem::path();
   if (request.hdf5) require_hdf5();
   // A folder of another user may be read-only. No process of this user writes there, so no lock is
@@ -56,7 +55,7 @@ int export_results(const ExportRequest& request) {
   }
   if (request.vtk) {
     const auto place = request.vtk->empty() ? folder / "vtk" : real_folder(*request.vtk);
-    if (place == folder) throw SceneError("--vtk: the frames need a folder of their own");
+    if (place == folder) throw SceneError("--vtk: the frames need a separate folder");
     const auto done = export_vtk(folder, place, request.every, request.stop);
     fmt::print("{}: {} frames\n", (place / "mechanism.pvd").string(), done.rows);
   }
@@ -68,14 +67,19 @@ int export_results(const ExportRequest& request) {
 void export_verb(Program& program) {
   auto [options, request] =
       program.verb("export", "write a result folder as HDF5, or its motion for ParaView", export_results);
-  options.add("folder", request.folder, "folder made by run, compare or another verb that leaves tables")
+  options.add("folder", request.folder, "folder made by run, compare or another verb that writes tables")
       .required();
-  options.maybe("--hdf5", request.hdf5, "one HDF5 file of all tables; left out: results.h5 in the folder")
+  options
+      .maybe("--hdf5", request.hdf5,
+             "write all tables to one HDF5 file; default results.h5 in the "
+             "folder")
       .takes("[FILE]");
-  const auto vtk =
-      options.maybe("--vtk", request.vtk, "VTK files of a run's motion; left out: vtk/ in the folder")
-          .takes("[FOLDER]");
-  options.add("--every", request.every, "of the trajectory's rows, a frame each; default 1")
+  const auto vtk = options
+                       .maybe("--vtk", request.vtk,
+                              "write the motion of a run as VTK files; default vtk/ in the "
+                              "folder")
+                       .takes("[FOLDER]");
+  options.add("--every", request.every, "rows of the trajectory per frame; default 1")
       .between(1, 1'000'000'000)
       .takes("ROWS")
       .needs(vtk);

@@ -50,17 +50,13 @@ int extremes(const ExtremesRequest& request) {
   int defects = 0;
   std::map<Outcome, int> counts;
   std::string text =
-      "# The extremes\n\nWritten by `freeplay extremes --document docs/verification`. Each cell is a scene at the edge of "
-      "what can be "
-      "asked, judged in a process of its own:\n*right* within a bound of a reference (the paper's rig along "
-      "an axis: its first "
-      "two touches against the hand-derived oracle),\n*degraded* outside it and the program said so "
-      "(DOUBTFUL, or Painlevé's), "
-      "*refused* with a reason. "
-      "Silently wrong, hung or crashed is a defect and fails the "
-      "suite.\n\n![map](figures/extremes.png)\n\nCells that are not "
-      "right:\n\n| axis | value | formulation | outcome | what the program said |\n| --- | --- | --- | --- | "
-      "--- |\n";
+      "# Extreme parameters\n\nWritten by `freeplay extremes --document docs/verification`. Each cell is a scene with "
+      "extreme parameters, run in a separate process:\n*right*: within a bound of a reference (the paper's "
+      "rig along an axis: its first two contact events against an independent solution),\n*degraded*: "
+      "outside the bound, with a warning or a note of Painlevé's paradox; *refused*: stopped with a "
+      "reason. A wrong result without a warning, a hang or a crash is a defect and fails the "
+      "suite.\n\n![map](figures/extremes.png)\n\nCells that are not right:\n\n| axis | value | formulation "
+      "| outcome | message | \n| --- | --- | --- | --- | --- |\n";
   for (std::size_t i = 0; i < cells.size(); ++i) {
     auto& c = cells[i];
     if (request.stop()) return interrupted(Kept::nothing);
@@ -109,15 +105,15 @@ int extremes(const ExtremesRequest& request) {
   write_file(set.place() / "extremes.csv", csv);
   write_file(set.place() / "limits.csv", limit_csv);
   set.commit();
-  fmt::print("\n{} cells: {} right, {} degraded and said so, {} refused; {} defects\nresults in {}\n",
+  fmt::print("\n{} cells: {} right, {} degraded with a warning, {} refused; {} defects\nresults in {}\n",
              cells.size(), counts[Outcome::right], counts[Outcome::doubted], counts[Outcome::refused],
              defects, folder.string());
   const auto figures = plots::all(folder);
   for (const auto& path : figures) fmt::print("  {}\n", path.string());
   if (!request.document.empty()) {
     text += fmt::format(
-        "\n{} cells: {} right, {} degraded and said so, {} refused, {} defects.\n\nPredicted limits, drawn "
-        "over the map:\n\n",
+        "\n{} cells: {} right, {} degraded with a warning, {} refused, {} defects.\n\nPredicted limits, "
+        "drawn in the map:\n\n",
         cells.size(), counts[Outcome::right], counts[Outcome::doubted], counts[Outcome::refused], defects);
     for (const auto& l : predicted_limits())
       text += fmt::format("- {}, {}: {:.3g} ({}).\n", l.axis, l.formulation, l.value, l.source);
@@ -132,30 +128,29 @@ int extremes(const ExtremesRequest& request) {
 }  // namespace
 
 void extremes_verb(Program& program) {
-  auto [options, request] =
-      program.verb("extremes", "the map of what holds at the edges; fails on a silent error", extremes);
+  auto [options, request] = program.verb(
+      "extremes", "test both formulations at extreme parameters and write a map of the results", extremes);
   options.output(request.output, "result folder");
   options
       .add("--document", request.document,
-           "write extremes.md and its figure, or random-scenes.md, into this folder")
+           "write extremes.md and its figure, or the page of random scenes, into this folder")
       .takes("FOLDER");
-  const auto count =
-      options.add("--strangers", request.scenes.count, "judge this many random scenes, in place of the map")
-          .between(1, 1000000);
-  options.add("--seed", request.scenes.seed, "of the random scenes").needs(count).between(0, 1000000000);
+  const auto count = options.add("--strangers", request.scenes.count, "test this many random scenes instead")
+                         .between(1, 1000000);
+  options.add("--seed", request.scenes.seed, "seed of the random scenes").needs(count).between(0, 1000000000);
   const auto kinds =
       options
           .add("--kinds", request.scenes.kinds,
-               "judge every row of scenes of these kinds, \"new\" for all: table, stop, barrier, ...")
+               "check all rows of scenes of these kinds, \"new\" for all: table, stop, barrier, ...")
           .takes("NAMES")
           .needs(count);
-  options.add("--first", request.scenes.first, "with --kinds: begin with this one of them")
+  options.add("--first", request.scenes.first, "with --kinds: number of the first scene")
       .needs(kinds)
       .between(0, 1000000000);
-  options.add("--way", request.scenes.way, "with --kinds: run by this scheme or integrator alone")
+  options.add("--way", request.scenes.way, "with --kinds: use only this scheme or integrator")
       .takes("NAME")
       .needs(kinds);
-  options.add("--only", request.scenes.only, "judge this one of them alone and write its scene.toml")
+  options.add("--only", request.scenes.only, "test only the scene of this number and write its scene.toml")
       .needs(count)
       .between(0, 1000000);
 }

@@ -19,15 +19,15 @@ struct FiguresRequest : Request {
 
 int figures(const FiguresRequest& request) {
   const auto folder = real_folder(request.folder);
-  if (!std::filesystem::is_directory(folder)) throw SceneError(request.folder + ": is no folder");
+  if (!std::filesystem::is_directory(folder)) throw SceneError(request.folder + ": is not a folder");
   const FolderLock lock(folder, "figures");
   settle_result_sets(folder);
   settle_run(folder);
   const auto made = plots::all(folder);
   if (made.empty())
     throw SceneError(request.folder +
-                     ": has no result files to draw; give a folder made by freeplay run, compare, laws, "
-                     "drift or validate");
+                     ": contains no result files to draw; give a folder made by freeplay run, compare, "
+                     "laws, drift or validate");
   for (const auto& path : made) fmt::print("{}\n", path.string());
   return 0;
 }
@@ -35,7 +35,7 @@ int figures(const FiguresRequest& request) {
 }  // namespace
 
 void figures_verb(Program& program) {
-  auto [options, request] = program.verb("figures", "draw the figures of a result folder again", figures);
+  auto [options, request] = program.verb("figures", "redraw the figures of a result folder", figures);
   options.add("folder", request.folder, "folder made by run, compare, laws, drift or validate").required();
 }
 

@@ -66,7 +66,7 @@ std::string_view text_of(std::string_view verb) {
 std::string overview_page(const ProgramHelp& program) {
   auto text = wrapped(program.what + "\n", 0) + "\nusage: freeplay VERB [OPTIONS]\n\n";
   for (const auto& verb : program.verbs) text += row(verb.name, verb.what, 15);
-  text += "\n" + row("--version", "name version and commit; with --verbose the build", 15);
+  text += "\n" + row("--version", "print version and commit", 15);
   return text + "\n" + std::string(text_of("freeplay"));
 }
 

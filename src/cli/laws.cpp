@@ -75,8 +75,8 @@ int print_curves(const LawsRequest& request) {
 
 int print_delivered(double e) {
   if (!(e >= 0 && e <= 1)) throw SceneError(fmt::format("--restitution must be between 0 and 1, is {}", e));
-  fmt::print("A free impact asked for a restitution of {:.6g}\n\n{}{:>10}{:>12}\n", e, padded("law", 22),
-             "chi", "delivers");
+  fmt::print("Effective restitution of a free impact with input {:.6g}\n\n{}{:>10}{:>12}\n", e,
+             padded("law", 22), "chi", "delivers");
   for (const auto& law : contact_laws()) {
     if (law.kind != ContactKind::point) continue;
     if (law.positive_restitution && e == 0) {
@@ -87,8 +87,8 @@ int print_delivered(double e) {
     fmt::print("{}{:>10.5f}{:>12.5f}\n", padded(law.text, 22), chi, delivered_restitution(chi));
   }
   fmt::print(
-      "\nLine contacts take the damping factor of penalty.damping, exact by default,\nand deliver what it "
-      "does. Kelvin-Voigt's value depends on the mass.\n");
+      "\nLine contacts use the damping factor of penalty.damping, exact by default, and\nhave its "
+      "effective restitution. That of Kelvin-Voigt depends on the mass.\n");
   return 0;
 }
 
@@ -112,9 +112,9 @@ int print_list() {
     fmt::print("{}keys: {}\n", padded("", 22), law.keys);
   }
   fmt::print(
-      "\nGoldsmith's and Dubowsky-Freudenstein's laws are left out: the argument of\ntheir logarithm has a "
-      "dimension, so the force depends on the units chosen.\n\nfreeplay laws --restitution 0.46 prints what "
-      "each delivers.\n");
+      "\nGoldsmith's and Dubowsky-Freudenstein's laws are not provided: the argument of\ntheir logarithm "
+      "has a dimension, so the force depends on the units chosen.\n\nfreeplay laws --restitution 0.46 "
+      "prints the effective restitution of each law.\n");
   return 0;
 }
 
@@ -127,13 +127,14 @@ int laws(const LawsRequest& request) {
 }  // namespace
 
 void laws_verb(Program& program) {
-  auto [options, request] = program.verb("laws", "list the contact laws, or what each delivers", laws);
-  const auto drawn = options.add("scene", request.scene, "draw the laws for this scene's first contact");
-  options.add("--restitution", request.restitution, "restitution asked for: print what each law delivers")
+  auto [options, request] =
+      program.verb("laws", "list the contact laws, or their effective restitution", laws);
+  const auto drawn = options.add("scene", request.scene, "plot the laws for the first contact of this scene");
+  options.add("--restitution", request.restitution, "input restitution: print the effective one of each law")
       .excludes(drawn);
   options.set(request.overrides).needs(drawn);
-  options.add("--mass", request.mass, "mass of the impact that is drawn, kg").needs(drawn);
-  options.add("--speed", request.speed, "its speed of approach, m/s").needs(drawn);
+  options.add("--mass", request.mass, "mass of the plotted impact, kg").needs(drawn);
+  options.add("--speed", request.speed, "its approach speed, m/s").needs(drawn);
   options.output(request.output, "result folder; default out/laws").needs(drawn);
 }
 

@@ -33,7 +33,7 @@ int with_whole_output(int status, int refused) {
   errno = refused;
   if (std::fflush(stdout) == 0 && !std::ferror(stdout)) return status;
   const auto why = fmt::format("standard output: cannot be written: {}",
-                               errno != 0 ? std::strerror(errno) : "some of it was lost");
+                               errno != 0 ? std::strerror(errno) : "part of the output was lost");
   return told(why.c_str(), status == 0 ? 1 : status);
 }
 

@@ -97,7 +97,7 @@ void print_mode(const Scene& scene, std::size_t number, const Mode& m, double le
       what = fmt::format("{:>14.7g} Hz   UNSTABLE: grows by {:.6g} 1/s", m.swinging(), m.s.real());
       break;
     case Mode::Kind::free:
-      what = fmt::format("{:>14} Hz   free: meets no stiffness", 0);
+      what = fmt::format("{:>14} Hz   free: no stiffness", 0);
       break;
   }
   fmt::print("{:>4} {}\n{}", number, what, wrapped("       " + shape(scene, m, length) + "\n", 9));
@@ -111,7 +111,7 @@ std::vector<std::string> left_out(const Scene& scene, const System& system, cons
     const double place = phase.at(at.state.q.data(), at.state.v.data()).value;
     if (phase.piece(place, true).low != phase.piece(place, false).low)
       list.emplace_back(
-          "the other side of a kink that a table or a one-way force stands at, where the stiffness differs");
+          "the other side of a kink of a table or a one-way force, where the stiffness differs");
   }
   bool friction = system.frictions() > 0, film = false, turns = false;
   for (int k = 0; k < system.contacts(); ++k) {
@@ -120,10 +120,10 @@ std::vector<std::string> left_out(const Scene& scene, const System& system, cons
   }
   for (const auto& d : scene.mechanism.drives)
     if (const auto* speed = std::get_if<SpeedDrive>(&d)) turns |= speed->speed != 0;
-  if (friction) list.emplace_back("friction: it would hold a range of places");
-  if (film) list.emplace_back("films: they bear nothing at rest");
-  if (system.contacts() > 0) list.emplace_back("what damps contacts: it depends on the speed of touch");
-  if (turns) list.emplace_back("the drives' speeds: their joints are held at the initial angles");
+  if (friction) list.emplace_back("friction, which would allow a range of equilibria");
+  if (film) list.emplace_back("films, which carry no load at rest");
+  if (system.contacts() > 0) list.emplace_back("contact damping, which depends on the impact speed");
+  if (turns) list.emplace_back("the speeds of drives: their joints are fixed at the initial angles");
   return list;
 }
 
@@ -135,20 +135,19 @@ void print(const Scene& scene, const System& system, const ModesRequest& request
                                          at.steps)));
   else
     fmt::print("{}",
-               wrapped(fmt::format("about the start as it stands; {:.3g} N remain that nothing answers\n",
-                                   found.left)));
+               wrapped(fmt::format("about the initial state; {:.3g} N are not balanced\n", found.left)));
   for (int k = 0; k < system.contacts(); ++k)
     fmt::print("  contact {}: {}\n", system.contact_facts(k).name,
-               at.normal[k] > 0 ? fmt::format("pressed by {:.6g} N", at.normal[k]) : "open");
+               at.normal[k] > 0 ? fmt::format("contact force {:.6g} N", at.normal[k]) : "open");
   fmt::print("{}", wrapped(fmt::format(
-                       "{} motion{} of small size, {} formulation; shapes scaled to 1 m, turns in rad "
-                       "counted by {:.4g} m\n\n",
+                       "{} small motion{}, {} formulation; mode shapes scaled to 1 m, angles in rad times "
+                       "{:.4g} m\n\n",
                        found.modes.modes.size(), found.modes.modes.size() == 1 ? "" : "s",
                        request.formulation, found.modes.length)));
   for (std::size_t i = 0; i < found.modes.modes.size(); ++i)
     print_mode(scene, i + 1, found.modes.modes[i], found.modes.length);
   const auto out = left_out(scene, system, found.at);
-  if (!out.empty()) fmt::print("\nleft out:\n");
+  if (!out.empty()) fmt::print("\nnot included:\n");
   for (const auto& what : out) fmt::print("{}", wrapped("  " + what + "\n", 4));
 }
 
@@ -215,18 +214,18 @@ int modes(const ModesRequest& request) {
 }  // namespace
 
 void modes_verb(Program& program) {
-  auto [options, request] = program.verb(
-      "modes", "where a scene rests, whether it stays there, and its natural frequencies", modes);
+  auto [options, request] =
+      program.verb("modes", "compute equilibrium, stability and natural frequencies", modes);
   options.scene(request.scene).required();
   options.set(request.overrides);
   options.allow_outside(request.reach);
-  options.add("--formulation", request.formulation, "penalty: contacts yield; nonsmooth: they are rigid")
+  options.add("--formulation", request.formulation, "penalty: compliant contacts; nonsmooth: rigid contacts")
       .one_of(family_names())
       .shows_default();
-  options.add("--about", request.about, "equilibrium, or the start as it stands")
+  options.add("--about", request.about, "equilibrium, or the initial state")
       .one_of({"equilibrium", "start"})
       .shows_default();
-  options.output(request.output, "result folder; left out, nothing is written");
+  options.output(request.output, "result folder; default: no files");
 }
 
 }  // namespace freeplay::cli

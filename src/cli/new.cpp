@@ -28,10 +28,10 @@ int write_new(const NewRequest& request) {
   const std::filesystem::path named = request.output.empty() ? request.kind + ".toml" : request.output;
   if (std::filesystem::exists(std::filesystem::symlink_status(named)))
     throw SceneError(
-        fmt::format("{}: is there already and is left as it is; name another file with -o", named.string()));
+        fmt::format("{}: already exists and is not overwritten; name another file with -o", named.string()));
   const auto folder = real_folder(named.has_parent_path() ? named.parent_path() : ".");
   if (!std::filesystem::is_directory(folder))
-    throw SceneError(fmt::format("{}: is no folder", folder.string()));
+    throw SceneError(fmt::format("{}: is not a folder", folder.string()));
   write_file(folder / named.filename(), chosen->text);
   fmt::print("{}\nlook at it:  freeplay check {} -o out/pose\nrun it:      freeplay compare {}\n",
              named.string(), named.string(), named.string());
@@ -41,14 +41,13 @@ int write_new(const NewRequest& request) {
 }  // namespace
 
 void new_verb(Program& program) {
-  auto [options, request] =
-      program.verb("new", "write a commented scene of a kind of mechanism, which runs as it is", write_new);
+  auto [options, request] = program.verb("new", "create a ready-to-run template", write_new);
   std::vector<std::string> kinds;
   for (const auto& one : templates) kinds.emplace_back(one.kind);
-  options.add("kind", request.kind, "what mechanism").required().one_of(kinds);
+  options.add("kind", request.kind, "kind of mechanism").required().one_of(kinds);
   options
       .add("-o,--output", request.output,
-           "file; default KIND.toml in the working folder; never one that is there")
+           "output file, default KIND.toml in the working folder; existing files are not overwritten")
       .takes("FILE");
 }
 

@@ -38,7 +38,7 @@ int plot(const PlotRequest& request) {
   plots::ColumnPlot what;
   for (const auto& folder : request.folders) {
     what.folders.push_back(real_folder(folder));
-    if (!std::filesystem::is_directory(what.folders.back())) throw SceneError(folder + ": is no folder");
+    if (!std::filesystem::is_directory(what.folders.back())) throw SceneError(folder + ": is not a folder");
   }
   what.x = request.x;
   for (const auto& list : request.y) what.panels.push_back(words(list));
@@ -46,8 +46,7 @@ int plot(const PlotRequest& request) {
   what.to = request.to;
   if (!request.section.empty()) what.section = plots::crossing_of(request.section);
   if (!request.name.empty() && request.name != plots::safe_name(request.name))
-    throw SceneError(fmt::format(
-        "-o {}: must be a name for the figure's files, of letters, digits, _ - and .", request.name));
+    throw SceneError(fmt::format("-o {}: must be a file name of letters, digits, _ - and .", request.name));
   what.name = request.name;
   what.formats = plots::formats_named(words(request.format));
   const FolderLock lock(what.folders.front(), "plot");
@@ -60,26 +59,26 @@ int plot(const PlotRequest& request) {
 }  // namespace
 
 void plot_verb(Program& program) {
-  auto [options, request] = program.verb("plot", "draw columns of result folders over one another", plot);
-  options.add("folder", request.folders, "folders made by run or compare, laid over each other").required();
-  options.add("--x", request.x, "column along the abscissa").takes("COLUMN").shows_default();
-  options.add("--y", request.y, "those of one panel; each --y makes another; a wrong name lists all")
+  auto [options, request] = program.verb("plot", "plot columns of one or more result folders", plot);
+  options.add("folder", request.folders, "folders made by run or compare, plotted together").required();
+  options.add("--x", request.x, "column of the abscissa").takes("COLUMN").shows_default();
+  options.add("--y", request.y, "columns of one panel; each --y adds a panel; a wrong name lists all")
       .takes("COLUMN[,COLUMN...]")
       .required()
       .one_each();
-  options.add("--from", request.from, "s, where it begins").takes("SECONDS");
-  options.add("--to", request.to, "s, where it ends").takes("SECONDS");
+  options.add("--from", request.from, "start time, s").takes("SECONDS");
+  options.add("--to", request.to, "end time, s").takes("SECONDS");
   options
       .add("--section", request.section,
-           "COLUMN=VALUE[:up|:down] or crank=DEGREES: points at these instants alone")
+           "COLUMN=VALUE[:up|:down] or crank=DEGREES: plot only points at these instants")
       .takes("WHERE");
   options
       .add("-o,--output", request.name,
-           "name of the figure in the first folder's figures/; default by its columns")
+           "name of the figure in figures/ of the first folder; default from its columns")
       .takes("NAME");
   options
       .add("--format", request.format,
-           "pdf, png, svg, eps, cairolatex, or several with commas; default by style.toml")
+           "pdf, png, svg, eps, cairolatex, separated by commas; default from style.toml")
       .takes("FORMAT");
 }
 

@@ -15,6 +15,7 @@
 #include "plots/drawing/figure.hpp"
 #include "study/runs/section_run.hpp"
 #include "values/family.hpp"
+#include "values/warning.hpp"
 
 namespace freeplay::cli {
 namespace {
@@ -62,8 +63,8 @@ int poincare(const PoincareRequest& request) {
                        .periods_key = request.periods ? "--periods" : "--discard"};
   if (request.discard && !request.periods)
     throw SceneError(
-        "--discard counts periods that go before those of --periods: give both, or run.discard in s");
-  // Check the columns before the run.
+        "--discard counts discarded periods before those of --periods: give both, or run.discard in s");
+  // Columns are told before anything is run.
   SectionSimulation simulation(scene, asked, request.stop);
   for (const auto* column : {&request.x, &request.y})
     if (!column->empty()) {
@@ -100,7 +101,8 @@ int poincare(const PoincareRequest& request) {
   set.commit();
   fmt::print("{}: {} points of \"{}\" from {:.6g} s to {:.6g} s\n", request.formulation, run.size(),
              request.section, run.plan.discard, run.plan.until);
-  for (const auto& note : run.notes) fmt::print("{}", wrapped("note: " + note + "\n"));
+  for (const auto& note : run.notes)
+    fmt::print("{}", wrapped((is_warning(note) ? "" : "note: ") + note + "\n"));
   fmt::print("results in {}\n", folder.string());
   for (const auto& path : plots::all(folder)) fmt::print("figure: {}\n", path.string());
   if (run.ending.status == Ending::Status::finished) return 0;
@@ -112,7 +114,7 @@ int poincare(const PoincareRequest& request) {
 
 void poincare_verb(Program& program) {
   auto [options, request] =
-      program.verb("poincare", "the state of a scene at the instants of a Poincaré section", poincare);
+      program.verb("poincare", "record the state of a scene on a Poincaré section", poincare);
   options.scene(request.scene).required();
   options.add("--formulation", request.formulation, "penalty or nonsmooth")
       .one_of(family_names())
@@ -120,15 +122,15 @@ void poincare_verb(Program& program) {
   options.set(request.overrides);
   options
       .add("--section", request.section,
-           "\"every period\", \"every 0.1 s\", \"pin.angle crosses 30 deg upwards\" or \"each touch of pin\"")
+           "\"every period\", \"every 0.1 s\", \"pin.angle crosses 30 deg upwards\" or \"each touch of "
+           "pin\" (contact onset)")
       .shows_default();
-  options.add("--x", request.x, "column of the figure, for example ball.y, pin.angle or phase")
+  options.add("--x", request.x, "abscissa of the figure, for example ball.y, pin.angle or phase")
       .takes("COLUMN");
-  options.add("--y", request.y, "the other").takes("COLUMN");
-  options
-      .add("--periods", request.periods, "periods of the drive that are kept; default the scene's duration")
+  options.add("--y", request.y, "ordinate of the figure").takes("COLUMN");
+  options.add("--periods", request.periods, "recorded periods of the drive; default the scene's duration")
       .number([](double x) { return x > 0; }, "must be greater than 0");
-  options.add("--discard", request.discard, "periods before those")
+  options.add("--discard", request.discard, "discarded periods before those")
       .number([](double x) { return x >= 0; }, "must be 0 or greater");
   options.output(request.output, "result folder; default out/NAME-poincare");
 }

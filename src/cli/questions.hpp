@@ -26,15 +26,15 @@ inline std::string long_step(const Scene& scene) {
   const double turned = std::abs(drive->speed) * *o.step * 180 / std::numbers::pi;
   if (!(turned > 10)) return {};
   return fmt::format(
-      "nonsmooth.step = {:.4g} s is {:.3g} deg of the turn of drives.{}: too long for what contacts do in it",
+      "nonsmooth.step = {:.4g} s is {:.3g} deg of rotation of drives.{}: too long to resolve contacts",
       *o.step, turned, drive->name);
 }
 
 /// Reason why the main drive cannot rotate fully.
 inline std::string describe(const Scene& scene, const DeadPoint& dead) {
   return fmt::format(
-      "drives.{} cannot turn fully: {:.4g} deg on, at {:.4g} s, the loop with {} does not close further without play; is a "
-      "link between them too short",
+      "drives.{} cannot make a full turn: after {:.4g} deg, at {:.4g} s, the loop with {} cannot close "
+      "without clearance; is a link too short",
       main_drive(scene.mechanism)->name, dead.angle * 180 / std::numbers::pi, dead.t,
       key_of(scene.mechanism, dead.open));
 }

@@ -79,7 +79,7 @@ int random_scenes(const RandomScenesRequest& request, const std::string& output)
         fmt::print("{} {} ({}, {}): {}: {}\n    freeplay extremes --strangers {} --seed {} --only {}\n",
                    name_of(r.verdict.outcome, suite), r.index, r.kind, r.way, r.verdict.check,
                    r.verdict.detail, asked.count, asked.seed, r.index);
-    fmt::print("{} random scenes of seed {}, {} runs judged in {:.0f} s: {} defects\nresults in {}\n",
+    fmt::print("{} random scenes of seed {}, {} runs tested in {:.0f} s: {} defects\nresults in {}\n",
                asked.count, asked.seed, rows.size(), seconds, defects, folder.string());
     if (!known && !request.document.empty()) {
       const auto place = real_folder(request.document);

@@ -21,12 +21,14 @@ struct ReportRequest : Request {
 
 int make_report(const ReportRequest& request) {
   const auto folder = real_folder(request.folder);
-  if (!std::filesystem::is_directory(folder)) throw SceneError(request.folder + ": is no folder");
+  if (!std::filesystem::is_directory(folder)) throw SceneError(request.folder + ": is not a folder");
   std::filesystem::path file = folder / "report.html";
   if (!request.output.empty()) {
     const std::filesystem::path asked(request.output);
     if (!asked.has_filename() || std::filesystem::is_directory(asked))
-      throw SceneError(request.output + ": is a folder; -o names the page's file, such as report.html");
+      throw SceneError(request.output +
+                       ": is a folder; -o names the file of the report, such as "
+                       "report.html");
     file = real_folder(asked.has_parent_path() ? asked.parent_path() : ".") / asked.filename();
   }
   const FolderLock lock(folder, "report");
@@ -42,11 +44,12 @@ int make_report(const ReportRequest& request) {
 }  // namespace
 
 void report_verb(Program& program) {
-  auto [options, request] =
-      program.verb("report", "one page for a browser of a result folder, which moves", make_report);
+  auto [options, request] = program.verb(
+      "report", "write an interactive HTML report of a result folder, with animation", make_report);
   options.add("folder", request.folder, "folder made by run, compare, sweep, bifurcation or basin")
       .required();
-  options.add("-o,--output", request.output, "the page; default report.html in the folder").takes("FILE");
+  options.add("-o,--output", request.output, "file of the report; default report.html in the folder")
+      .takes("FILE");
 }
 
 }  // namespace freeplay::cli

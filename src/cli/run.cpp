@@ -23,6 +23,7 @@
 #include "io/scene/section.hpp"
 #include "mechanism/lubricated.hpp"
 #include "mechanism/scene.hpp"
+#include "values/warning.hpp"
 
 namespace freeplay::cli {
 namespace {
@@ -48,15 +49,17 @@ void require_one_run(const RunRequest& request) {
   const int given = !request.scene.empty() + !request.resume.empty() + !request.from.empty();
   if (given == 0) throw SceneError("run needs a scene, --resume FOLDER, or --from RUN.json");
   if (given > 1)
-    throw SceneError(fmt::format("{} takes the scene from {}; give one of both",
+    throw SceneError(fmt::format("{} takes the scene from {}; give only one of them",
                                  request.from.empty() ? "--resume" : "--from",
                                  request.from.empty() ? "its folder" : "run.json"));
   const bool changes = !request.formulation.empty() || !request.overrides.empty() ||
                        !request.accuracy.empty() || request.forces;
   if (!request.resume.empty() && (changes || !request.output.empty()))
-    throw SceneError("--resume goes on as the run was begun: it takes no other option but --checkpoint");
+    throw SceneError("--resume continues a run with its own settings: the only other option is --checkpoint");
   if (!request.from.empty() && changes)
-    throw SceneError("--from repeats the run as it was: it takes no other option but -o and --checkpoint");
+    throw SceneError(
+        "--from repeats a run with its own settings: the only other options are -o and "
+        "--checkpoint");
 }
 
 /// Reads the run of a run.json, and sets its output folder.
@@ -76,10 +79,10 @@ RecordedRun recorded(const RunRequest& request, RunPlan& plan) {
   plan.folder = result_folder(request.output, beside.string() + "-again");
   std::error_code none;
   if (std::filesystem::equivalent(*plan.folder, beside, none))
-    throw SceneError(fmt::format("{}: is the run that is to be repeated; give another folder with -o",
+    throw SceneError(fmt::format("{}: contains the run to be repeated; give another folder with -o",
                                  plan.folder->string()));
   if (run.identity.program != program_identity())
-    fmt::print(stderr, "{}: made by freeplay {}, repeated by {}: digits may differ\n", file.string(),
+    fmt::print(stderr, "{}: written by freeplay {}, repeated by {}: digits may differ\n", file.string(),
                program_name(run.identity.program), program_name(program_identity()));
   return run;
 }
@@ -107,7 +110,7 @@ int run(const RunRequest& request) {
   if (!request.law.empty()) {
     plan.outside = load_plugin(request.law);
     if (plan.outside.law && !request.formulation.empty() && request.formulation != "penalty")
-      throw SceneError("--law-plugin: an impact law has no normal force; it is of --formulation penalty");
+      throw SceneError("--law-plugin: needs --formulation penalty; impact laws have no normal force");
   }
   Progress progress;
   Result summary;
@@ -145,23 +148,24 @@ int run(const RunRequest& request) {
   const auto on_film = [&](const std::string& joint) { return std::ranges::count(films, joint) > 0; };
   for (const auto& c : summary.contacts) {
     fmt::print("{}: ", c.name);
-    if (!std::isnan(c.flight_fraction))  // of a single pair
-      fmt::print("{} {:.2f} %, impacts {:.2f} %, lasting contact {:.2f} %; ",
-                 on_film(c.name) ? "on its film" : "flight", 100 * c.flight_fraction, 100 * c.impact_fraction,
+    if (!std::isnan(c.flight_fraction))  // of one pair
+      fmt::print("{} {:.2f} %, impacts {:.2f} %, sustained contact {:.2f} %; ",
+                 on_film(c.name) ? "on the film" : "flight", 100 * c.flight_fraction, 100 * c.impact_fraction,
                  100 * c.lasting_fraction);
     const auto delivered = c.model.restitution_delivered;
-    fmt::print("{} impacts;\n  restitution asked {:.4g}, delivered {};\n  greatest penetration {}\n",
+    fmt::print("{} impacts;\n  restitution: input {:.4g}, effective {};\n  greatest penetration {}\n",
                c.impacts, c.model.restitution_asked,
-               std::isnan(delivered) ? "not known" : fmt::format("{:.4g}", delivered), penetration(c));
+               std::isnan(delivered) ? "unknown" : fmt::format("{:.4g}", delivered), penetration(c));
   }
   if (std::isfinite(summary.ledger.closure()))
     fmt::print("energy balance closes to {:.2g} J of {:.3g} J\n", summary.ledger.closure(),
                summary.ledger.scale());
-  for (const auto& note : summary.notes) fmt::print("{}", wrapped("note: " + note + "\n"));
+  for (const auto& note : summary.notes)
+    fmt::print("{}", wrapped((is_warning(note) ? "" : "note: ") + note + "\n"));
   say_undetermined(summary);
   fmt::print("results in {}\n", plan.folder->string());
   if (summary.ending.status == Ending::Status::interrupted && has_checkpoint(*plan.folder))
-    fmt::print("go on with: freeplay run --resume {}\n", plan.folder->string());
+    fmt::print("continue with: freeplay run --resume {}\n", plan.folder->string());
   if (summary.ending.status != Ending::Status::interrupted)
     draw_run(request.figures, *plan.folder, request.stop);
   return report(summary);
@@ -174,28 +178,28 @@ void run_verb(Program& program) {
   options.scene(request.scene);
   options.set(request.overrides);
   options.allow_outside(request.reach);
-  options.add("--formulation", request.formulation, "which; needed but with --resume and --from")
+  options.add("--formulation", request.formulation, "formulation; required except with --resume and --from")
       .one_of(family_names());
-  options.add("--law-plugin", request.law, "forces of a compiled plugin; docs/reference/library.md")
+  options
+      .add("--law-plugin", request.law,
+           "take contact forces from a compiled plugin; docs/reference/library.md")
       .takes("FILE");
   options.accuracy(request.accuracy);
   options.output(request.output, "result folder; default out/NAME-FORMULATION");
-  options.flag("--forces", request.forces, "write forces.csv too, as run.forces = true does");
-  options.add("--resume", request.resume, "go on with the interrupted run in this folder").takes("FOLDER");
-  options.add("--from", request.from, "repeat the run of this run.json, by what it says alone").takes("FILE");
-  options
-      .add("--checkpoint", request.checkpoint,
-           "seconds between checkpoints, from which --resume goes on; 0 for none")
+  options.flag("--forces", request.forces, "also write forces.csv, as run.forces = true does");
+  options.add("--resume", request.resume, "continue the interrupted run in this folder").takes("FOLDER");
+  options.add("--from", request.from, "repeat the run that this run.json records").takes("FILE");
+  options.add("--checkpoint", request.checkpoint, "seconds between checkpoints for --resume; 0 for none")
       .number([](double x) { return x >= 0; }, "must be a number of seconds, 0 or more")
       .takes("SECONDS")
       .shows_default();
   options.limit_output(request.most_output);
   options
       .add("--plot", request.figures.plot,
-           "over time in a figure of its own; may be repeated; wrong names list all")
+           "column to plot over time in a separate figure; may be repeated; a wrong name lists all")
       .takes("COLUMN[,COLUMN...]")
       .one_each();
-  options.flag("--no-figures", request.figures.none, "draw none but those");
+  options.flag("--no-figures", request.figures.none, "draw only the figures of --plot");
 }
 
 }  // namespace freeplay::cli

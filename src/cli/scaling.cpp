@@ -52,11 +52,11 @@ std::string table(const Growth& g, const std::vector<Cost>& costs, bool markdown
 std::string conclusion(const Growth& g, const std::vector<Cost>& costs) {
   const double found = verification::exponent(g, costs);
   std::string text = std::isnan(found)
-                         ? fmt::format("No exponent: it is taken from {} {} on.\n", g.fit_from, g.counted)
+                         ? fmt::format("No exponent: it needs at least {} {}.\n", g.fit_from, g.counted)
                          : fmt::format("Exponent from {} {} on: {:.2f}; predicted {:g}, for {}.\n",
                                        g.fit_from, g.counted, found, g.predicted, g.reason);
   for (const auto& c : costs)
-    if (!c.ending.empty()) text += fmt::format("The run of {} stopped: {}\n", c.count, c.ending);
+    if (!c.ending.empty()) text += fmt::format("The run with {} failed: {}\n", c.count, c.ending);
   return text;
 }
 
@@ -75,11 +75,12 @@ int scaling(const ScalingRequest& request) {
   std::string csv =
       "scene,count,bodies,microseconds,predicted,setup_s,megabytes,units,solves,pivots,lasting\n";
   std::string text = fmt::format(
-      "# Cost against size\n\nWritten by `freeplay scaling --document docs/verification`, at the least of {} runs, each in a process of its "
-      "own, one thread. *µs*: processor time of a step, or of a right-hand side; *each*: over the number of what "
-      "grows; *set-up*: from the scene to what can step; *MB*: the most that the process held; *problems*: contact "
-      "problems a step, *pivots*: pivots, sweeps or Newton steps a problem. Times are of one machine; exponents and "
-      "counts are not.\n\n![cost](figures/scaling.png)\n",
+      "# Cost against size\n\nWritten by `freeplay scaling --document docs/verification`: the fastest of {} runs, each "
+      "in a separate process with one thread. *µs*: processor time of a step or a right-hand side; *each*: "
+      "divided by the number of elements; *set-up*: time from the scene to the first step; *MB*: peak "
+      "memory of the process; *problems*: contact problems per step; *pivots*: pivots, sweeps or Newton "
+      "steps per problem. Times depend on the machine; exponents and counts do "
+      "not.\n\n![cost](figures/scaling.png)\n",
       request.repetitions);
   nlohmann::json list = nlohmann::json::array();
   for (const auto& g : verification::growths()) {
@@ -130,15 +131,15 @@ int scaling(const ScalingRequest& request) {
 }  // namespace
 
 void scaling_verb(Program& program) {
-  auto [options, request] =
-      program.verb("scaling", "what a step costs against the size of a mechanism", scaling);
+  auto [options, request] = program.verb(
+      "scaling", "measure how the cost of a step grows with the number of bodies and contacts", scaling);
   options.output(request.output, "result folder");
   options.add("--document", request.document, "write scaling.md and its figure into this folder")
       .takes("FOLDER");
-  options.add("--most", request.most, "no more than this many joints, links or bodies")
+  options.add("--most", request.most, "greatest number of joints, links or bodies")
       .between(1, 1000000)
       .shows_default();
-  options.add("--repeat", request.repetitions, "runs of each size, of which the least counts")
+  options.add("--repeat", request.repetitions, "runs of each size; the fastest counts")
       .between(1, 100)
       .shows_default();
 }

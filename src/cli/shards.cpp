@@ -33,7 +33,7 @@ std::pair<std::size_t, std::size_t> read_shard(const std::string& text) {
 
 int plan_shards(const Division& study, const ShardOptions& asked, const std::filesystem::path& folder) {
   const auto m = make_plan(study, folder, static_cast<std::size_t>(asked.plan));
-  fmt::print("{} units in {} shards of {} to {}; the plan is {}\n", m.units, m.shards, m.units / m.shards,
+  fmt::print("{} units in {} shards of {} to {}; plan file: {}\n", m.units, m.shards, m.units / m.shards,
              (m.units + m.shards - 1) / m.shards, (shards_folder(folder) / "manifest.json").string());
   fmt::print("each: {}\nthen: {}\n",
              command_for(m, {"--shard", fmt::format("k/{}", m.shards), "-o", folder.string()}),
@@ -62,12 +62,13 @@ int one_shard(const Division& study, const ShardOptions& asked, const std::files
                                 .on_stop = take_time});
   progress.clear();
   if (made.interrupted) {
-    fmt::print(stderr, "shard {}/{}: stopped; what is made is kept, and the same command goes on\n", k, n);
+    fmt::print(stderr, "shard {}/{}: interrupted; finished runs are kept, and the same command continues\n",
+               k, n);
     requeue_this_job();
     return stopped_status;
   }
-  fmt::print("shard {}/{}: {}{} units, {} failed, in {:.3g} s\n", k, n, made.found ? "was there: " : "",
-             made.seal.units, made.seal.failed, made.seal.seconds);
+  fmt::print("shard {}/{}: {}{} units, {} failed, in {:.3g} s\n", k, n,
+             made.found ? "already complete: " : "", made.seal.units, made.seal.failed, made.seal.seconds);
   return 0;
 }
 
@@ -75,7 +76,7 @@ int merge(const Division& study, const ShardOptions& asked) {
   const auto folder = real_folder(asked.merge);
   const auto s = merge_shards(study, folder, scratch_folder(asked.scratch));
   fmt::print("{} shards, {} units {} in {:.3g} s, {} failed\nresults in {}\n", s.shards, s.units,
-             s.found ? "had been merged; looked at" : "merged", s.seconds, s.failed,
+             s.found ? "were merged before, verified" : "merged", s.seconds, s.failed,
              (folder / (study.verb + ".db")).string());
   fmt::print("tables and figures: freeplay {} {} -o {}\n", study.verb, shell_words(study.arguments),
              shell_words({folder.string()}));
@@ -85,16 +86,17 @@ int merge(const Division& study, const ShardOptions& asked) {
 }  // namespace
 
 void declare_shards(Options& options, ShardOptions& into) {
-  auto plan =
-      options.add("--plan", into.plan, "divide it into N shards for many machines; docs/how-to/cluster.md")
-          .between(1, 1'000'000)
-          .takes("N");
-  auto shard = options.add("--shard", into.shard, "make shard k of N of what is planned in the result folder")
-                   .takes("k/N");
-  auto merge = options.add("--merge", into.merge, "check the shards of a result folder and put them together")
-                   .takes("FOLDER");
-  options.add("--scratch", into.scratch, "folder on this machine's own disk for a shard or a merge")
-      .takes("FOLDER");
+  auto plan = options
+                  .add("--plan", into.plan,
+                       "divide the work into N shards for several machines; "
+                       "docs/how-to/cluster.md")
+                  .between(1, 1'000'000)
+                  .takes("N");
+  auto shard =
+      options.add("--shard", into.shard, "run shard k of the N planned in the result folder").takes("k/N");
+  auto merge =
+      options.add("--merge", into.merge, "verify and merge the shards of a result folder").takes("FOLDER");
+  options.add("--scratch", into.scratch, "folder on a local disk for a shard or a merge").takes("FOLDER");
   plan.excludes(shard);
   plan.excludes(merge);
   shard.excludes(merge);

@@ -21,7 +21,7 @@ double seconds_a_command() {
   char* end = nullptr;
   const double seconds = std::strtod(given, &end);
   if (end == given || *end || !(seconds > 0) || seconds > 86400)
-    throw SceneError(fmt::format("FREEPLAY_SLURM_SECONDS: must be seconds from above 0 to 86400, is {}",
+    throw SceneError(fmt::format("FREEPLAY_SLURM_SECONDS: must be above 0 and at most 86400 s, is {}",
                                  visible_brief(given)));
   return seconds;
 }

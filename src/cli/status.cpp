@@ -56,7 +56,7 @@ int status(const StatusRequest& request) {
     if (s.state == "running") {
       ++running;
       if (now - s.when > 60)
-        notes.push_back(fmt::format("shard {}: on {}, has said nothing for {}", k, visible(s.host),
+        notes.push_back(fmt::format("shard {}: on {}, no sign of life for {}", k, visible(s.host),
                                     time_of(now - s.when)));
     } else {
       ++waiting;
@@ -64,21 +64,21 @@ int status(const StatusRequest& request) {
         notes.push_back(fmt::format("shard {}: on {}: {}", k, visible(s.host), visible(s.reason)));
     }
   }
-  fmt::print("{} of {} units, {} of {} shards are whole, {} under way, {} wait; {} runs failed\n", done,
+  fmt::print("{} of {} units, {} of {} shards complete, {} running, {} waiting; {} runs failed\n", done,
              m.units, whole, m.shards, running, waiting, failed_runs);
   if (done > 0 && done < m.units && running > 0)
-    fmt::print("end expected in {}, if as many go on\n",
+    fmt::print("expected to end in {}, at the present number of tasks\n",
                time_of(seconds / static_cast<double>(done) * static_cast<double>(m.units - done) /
                        static_cast<double>(running)));
   const auto queue = ask({"squeue", "-h", "-r", "-n", job_name(m), "-o", "%i %T %r"}, request.stop);
   if (queue && !queue->well) notes.push_back("squeue: " + visible(queue->errors));
   if (queue && queue->well)
-    fmt::print("{}", queue->text.empty() ? "Slurm has no job of it\n"
+    fmt::print("{}", queue->text.empty() ? "Slurm has no job of this study\n"
                                          : "Slurm's jobs (id, state, reason):\n" + queue->text);
   for (const auto& note : notes) fmt::print("{}", wrapped(note + "\n"));
   if (whole == m.shards)
-    fmt::print("{}",
-               wrapped(fmt::format("all are whole: {}\n", command_for(m, {"--merge", folder.string()}))));
+    fmt::print("{}", wrapped(fmt::format("all shards are complete: {}\n",
+                                         command_for(m, {"--merge", folder.string()}))));
   return 0;
 }
 
@@ -86,8 +86,8 @@ int status(const StatusRequest& request) {
 
 void status_verb(Program& program) {
   auto [options, request] = program.verb(
-      "status", "how far a study is that many machines make: shards, failures, expected end", status);
-  options.add("study", request.study, "study file, as it was planned").required();
+      "status", "show the progress of a study on a cluster: shards, failures, expected end", status);
+  options.add("study", request.study, "study file of the plan").required();
   options.output(request.output, "result folder; default out/NAME");
 }
 

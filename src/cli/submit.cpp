@@ -97,7 +97,8 @@ void require_slurm(StopToken stop) {
   if (said && !said->well) throw std::runtime_error("sbatch --version: " + visible(said->errors));
   if (!said)
     throw SceneError(
-        "--slurm: there is no Slurm on this machine (no sbatch); docs/how-to/cluster.md shows how shards run without it");
+        "--slurm: Slurm is not installed here (no sbatch); docs/how-to/cluster.md shows how to run shards without "
+        "it");
 }
 
 /// Numbers of the study's queued and running jobs, except this one.
@@ -123,7 +124,7 @@ std::string hand_in(const std::filesystem::path& script, const std::vector<std::
   const auto said = ask(words, stop);
   if (!said || !said->well)
     throw std::runtime_error(
-        fmt::format("sbatch {}: {}\nwhat was taken shows in squeue; the same command submits no job twice",
+        fmt::format("sbatch {}: {}\nsqueue lists the accepted jobs; the same command submits no job twice",
                     script.filename().string(), visible(said ? said->errors : "is not there")));
   return said->text.substr(0, said->text.find_first_of(";\n"));
 }
@@ -138,13 +139,15 @@ void require_planned(const Manifest& m, const SubmitRequest& request, const std:
   constexpr std::array<std::string_view, 4> verbs{"sweep", "bifurcation", "basin", "calibrate"};
   if (std::ranges::find(verbs, m.verb) == verbs.end() ||
       m.arguments != study_arguments(request.job.study, request.reach))
-    throw SceneError(fmt::format("{}: is planned for another study: {} {}; give another folder with -o",
-                                 shards_folder(folder).string(), visible(m.verb), shell_words(m.arguments)));
+    throw SceneError(
+        fmt::format("{}: contains the plan of another study: {} {}; give another folder with "
+                    "-o",
+                    shards_folder(folder).string(), visible(m.verb), shell_words(m.arguments)));
 }
 
 int submit(const SubmitRequest& asked) {
   auto request = asked;
-  if (!request.slurm) throw SceneError("submit: say to what: --slurm");
+  if (!request.slurm) throw SceneError("submit: give a scheduler: --slurm");
   const auto study = read_study(request.job.study, request.reach);
   request.job.outside = request.reach == Reach::anywhere;
   const auto folder =
@@ -181,13 +184,14 @@ int submit(const SubmitRequest& asked) {
   const auto place = shards_folder(folder);
   if (!request.dry)
     if (const auto jobs = jobs_of(m, request.stop); !jobs.empty()) {
-      fmt::print("{} is submitted already, as job {}; nothing is done\n", request.job.study,
+      fmt::print("{} is already submitted as job {}; nothing was done\n", request.job.study,
                  fmt::join(jobs, ", "));
       return 0;
     }
   if (request.job.round > most_rounds)
     throw std::runtime_error(
-        fmt::format("{}: after {} rounds {} of {} shards are missing: {}; freeplay status says why",
+        fmt::format("{}: after {} rounds {} of {} shards are missing: {}; see freeplay status for the "
+                    "reasons",
                     place.string(), most_rounds, lacking.size(), m.shards, ranges(lacking)));
   leave_out(request.job, folder, lacking);
   const auto merge = merge_script(request.job, m, folder);
@@ -213,29 +217,30 @@ int submit(const SubmitRequest& asked) {
 
 void submit_verb(Program& program) {
   auto [options, request] =
-      program.verb("submit", "a study as jobs of a cluster: an array of shards and their merge", submit);
+      program.verb("submit", "submit a study to a cluster: an array of shards and a merge job", submit);
   options.add("study", request.job.study, "study file").required();
-  options.flag("--slurm", request.slurm, "to Slurm");
-  options.add("--array", request.array, "shards, in place of what a pilot finds")
+  options.flag("--slurm", request.slurm, "submit to Slurm");
+  options.add("--array", request.array, "number of shards; default from a pilot")
       .between(1, 1'000'000)
       .takes("N");
-  options.add("--partition", request.job.partition, "of the cluster").takes("NAME");
-  options.add("--exclude", request.job.exclude, "nodes that get no task, with commas between them")
-      .takes("NAMES");
-  options.add("--time", request.job.time, "limit of a task as Slurm takes it, in place of what a pilot finds")
+  options.add("--partition", request.job.partition, "partition of the cluster").takes("NAME");
+  options.add("--exclude", request.job.exclude, "nodes to avoid, separated by commas").takes("NAMES");
+  options.add("--time", request.job.time, "time limit of a task in Slurm's format; default from a pilot")
       .takes("TIME");
-  options.add("--cpus", request.job.cpus, "cores of a task").between(1, 1024).takes("N").shows_default();
-  options.add("--signal", request.job.lead, "seconds before its limit that a task stops, to be requeued")
+  options.add("--cpus", request.job.cpus, "cores per task").between(1, 1024).takes("N").shows_default();
+  options.add("--signal", request.job.lead, "seconds before its limit at which a task stops and is requeued")
       .between(1, 86400)
       .takes("N")
       .shows_default();
   options
-      .add("--scratch", request.job.scratch, "folder on the nodes' own disks; default $TMPDIR or /tmp there")
+      .add("--scratch", request.job.scratch,
+           "folder on the local disks of the nodes; default $TMPDIR or "
+           "/tmp there")
       .takes("FOLDER");
-  options.add("--round", request.job.round, "how often what was missing has been submitted")
+  options.add("--round", request.job.round, "number of resubmissions of missing shards so far")
       .between(1, 100)
       .takes("N");
-  options.flag("--dry-run", request.dry, "print the scripts, and submit nothing");
+  options.flag("--dry-run", request.dry, "print the scripts without submitting them");
   options.output(request.output, "result folder; default out/NAME");
   options.allow_outside(request.reach);
 }

@@ -50,13 +50,13 @@ int prune(const Study& study, const std::vector<PlannedRun>& planned, const std:
   const WorkList work(results.database(), lock, keys, WorkList::Earlier::kept);
   std::size_t all = 0;
   for (const auto& [variant, formulation, count] : results.kept()) {
-    fmt::print("{}, {}: {} runs that the study does not name\n", variant, formulation, count);
+    fmt::print("{}, {}: {} runs that are not part of the study\n", variant, formulation, count);
     all += count;
   }
   std::fflush(stdout);
   results.prune();
-  fmt::print("{} removed from {}; {} of the study's {} are there\n", all, (folder / "sweep.db").string(),
-             work.found(), planned.size());
+  fmt::print("{} removed from {}; {} of the {} runs of the study are there\n", all,
+             (folder / "sweep.db").string(), work.found(), planned.size());
   return 0;
 }
 
@@ -94,20 +94,20 @@ int sweep(const SweepRequest& request) {
                       static_cast<double>(p.done) / static_cast<double>(p.total));
       });
   progress.clear();
-  fmt::print("{} runs: {} were there, {} made in {}, {} of them failed\n", summary.total, summary.found,
+  fmt::print("{} runs: {} from the store, {} new in {}, {} of them failed\n", summary.total, summary.found,
              summary.ran, left(summary.wall_seconds), summary.failed);
   if (!study.where.empty())
-    fmt::print("where leaves {} of {} cells\n", cells(study).size(), unfiltered(study));
-  if (summary.elsewhere > 0) fmt::print("{} made by other processes meanwhile\n", summary.elsewhere);
+    fmt::print("`where` selects {} of {} cells\n", cells(study).size(), unfiltered(study));
+  if (summary.elsewhere > 0) fmt::print("{} made by other processes in the meantime\n", summary.elsewhere);
   if (summary.lost > 0)
     fmt::print("{}",
-               wrapped(fmt::format("{} had been begun by a process that ended without storing them, and are "
-                                   "made again\n",
+               wrapped(fmt::format("{} were started by a process that ended without storing them, and were "
+                                   "repeated\n",
                                    summary.lost)));
   if (summary.kept > 0)
     fmt::print("{}",
-               wrapped(fmt::format("{} more are kept: of an earlier form of the study, or made by another "
-                                   "program; with --prune they are removed\n",
+               wrapped(fmt::format("{} further runs are kept, of an earlier form of the study or another "
+                                   "program; --prune removes them\n",
                                    summary.kept)));
   fmt::print("\n");
   results.derive(study);
@@ -115,9 +115,8 @@ int sweep(const SweepRequest& request) {
   if (!summary.interrupted) fmt::print("{}", sweep_table(study, runs));
   const auto doubtful = [](const RunRow& r) { return !r.doubt.empty(); };
   if (const auto count = std::ranges::count_if(runs, doubtful); count > 0)
-    fmt::print("{}",
-               wrapped(fmt::format("{} of the runs are doubtful; runs.reason says why, for example: {}\n",
-                                   count, std::ranges::find_if(runs, doubtful)->doubt)));
+    fmt::print("{}", wrapped(fmt::format("{} of the runs have warnings (runs.reason), for example: {}\n",
+                                         count, std::ranges::find_if(runs, doubtful)->doubt)));
   for (const auto& [variant, formulation, reason] : results.failures())
     fmt::print(stderr, "{}, {}: {}\n", variant, formulation, reason);
   fmt::print("results in {}\n", (folder / "sweep.db").string());
@@ -134,7 +133,10 @@ int sweep(const SweepRequest& request) {
 }  // namespace
 
 void sweep_verb(Program& program) {
-  auto [options, request] = program.verb("sweep", "run what is missing of a study, on all cores", sweep);
+  auto [options, request] = program.verb("sweep",
+                                         "run a parameter study on all cores, skipping runs already "
+                                         "stored",
+                                         sweep);
   options.add("study", request.scene, "study file").required();
   options.output(request.output, "result folder; default out/NAME");
   options.allow_outside(request.reach);
@@ -142,14 +144,17 @@ void sweep_verb(Program& program) {
   declare_shards(options, request.shards);
   options
       .add("--export", request.table,
-           "write the runs that the study names as a table into the result folder, NAME.csv")
+           "write the runs of the study as a table NAME.csv into the result folder")
       .takes("NAME.csv");
-  options.add("--spectra", request.spectra, "write the runs' spectra likewise, a harmonic on a line")
+  options.add("--spectra", request.spectra, "write their spectra likewise, one harmonic per line")
       .takes("NAME.csv");
-  options.add("--traces", request.traces, "write the last turns of start 0 likewise, a sample on a line")
+  options
+      .add("--traces", request.traces,
+           "write the last revolutions of start 0 likewise, one sample per "
+           "line")
       .takes("NAME.csv");
   options.flag("--prune", request.prune,
-               "say which runs are there that the study does not name, and remove them; run nothing");
+               "list and remove stored runs that are not part of the study; run nothing");
 }
 
 }  // namespace freeplay::cli

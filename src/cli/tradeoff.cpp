@@ -55,9 +55,9 @@ std::string table(const TradeoffScene& t, bool markdown) {
 
 std::string heading(const TradeoffScene& t) {
   return fmt::format(
-      "Judged by {} touches to {:.4g} s (penalty; reference known to {}) and {} to {:.4g} s (nonsmooth; "
-      "{}).\nModel error of penalty (finite K, no numerics; two touches): {}. Energy lost scatters by {} "
-      "over starts.\n",
+      "Evaluated on {} contact events up to {:.4g} s (penalty; reference accurate to {}) and {} up to "
+      "{:.4g} s (nonsmooth; {}).\nModel error of penalty (finite K, no numerics; two contact events): {}. "
+      "Energy lost scatters by {} over starts.\n",
       t.penalty.touches.size(), t.penalty.horizon, shown(t.penalty.accuracy), t.nonsmooth.touches.size(),
       t.nonsmooth.horizon, shown(t.nonsmooth.accuracy), shown(t.model_error), shown(t.sampling_error));
 }
@@ -91,30 +91,31 @@ int tradeoff(const TradeoffRequest& request) {
       "scene,formulation,method,fineness,events,state,energy,statistics,rhs,cpu_s,cpu_least_s,cpu_greatest_"
       "s\n";
   std::string text = fmt::format(
-      "# Speed against accuracy\n\nWritten by `freeplay tradeoff {}{} --document docs/verification`. Errors: *events*, the "
-      "greatest relative error of the\ntouches' times (over the time since the last), approach speeds and "
-      "impulses up to the horizon; *state*, of\nvelocities midway in the flight before the last judged "
-      "touch (with fewer than two: before the first, or at the end); *energy*, what the balance leaves open "
-      "over the whole run; *stat.*, by how many of its standard errors\nthe mean of energy lost or of the "
-      "share of flight (the worse of the two) over perturbed starts differs from that of a fine\nsetting "
-      "over other starts: 3.0 is Welch's bound at 1 % for eight starts each, so one setting in fifty passes "
-      "it by chance. *Orders in work*: how an error falls with right-hand sides, by least\nsquares over at least three settings with "
-      "errors between twice what the reference is known to and 0.5; of events, without touches of the state; where these lie along a line.\nCounts do not depend on "
-      "the machine; CPU is the median (least..greatest) of {} "
-      "interleaved runs.\n",
+      "# Speed against accuracy\n\nWritten by `freeplay tradeoff {}{} --document docs/verification`. Errors: *events*, "
+      "the greatest relative error of\ntimes (over the time since the last event), approach speeds and "
+      "impulses of contact events up to the horizon; *state*, of the\nvelocities in the middle of the "
+      "flight before the last contact event used (with fewer than two: before the first, or at the end); "
+      "*energy*, the error of the energy balance over the whole run; *stat.*, the difference, in standard "
+      "errors,\nof the mean energy loss or flight share (the worse of the two) over perturbed starts from "
+      "that of an accurate\nsetting over other starts: 3.0 is Welch's bound at 1 % for eight starts each, "
+      "so one setting in fifty exceeds it by chance. *Orders in work*: the order of an error in the number "
+      "of right-hand sides, by least\nsquares over at least three settings with errors between twice the "
+      "accuracy of the reference and 0.5; of events, or of the state for motions without contact events; "
+      "given if the points are on a line.\nCounts do not depend on the machine; CPU is the median "
+      "(least..greatest) of {} interleaved runs.\n",
       request.scene, request.reach == Reach::anywhere ? " --allow-outside" : "", request.repeats);
-  text += "\n`--accuracy` takes, each a row of these tables:";
+  text += "\n`--accuracy` uses these rows of the tables:";
   for (const auto& [family, formulation] : families)
     text += fmt::format(
         " {} *fast* {}, *balanced* {}, *reference* {}{}", formulation,
         setting_for(family, Accuracy::fast).label(), setting_for(family, Accuracy::balanced).label(),
         setting_for(family, Accuracy::reference).label(), family == families.back().value ? ".\n" : ";");
   text +=
-      "The rule: *fast* keeps the mechanism's statistics, *balanced* is what a study runs, *reference* is "
-      "finer than any model here is true.\nPenalty takes Adams-Bashforth-Moulton, the least right-hand "
-      "sides on the paper's rig once touches are met at all, from the coarsest\ntolerance that meets them. "
-      "Nonsmooth takes the automatic scheme: event-driven where events can be told one by one, which costs "
-      "least for any error,\nand time stepping with chosen steps where they cannot, which does not stop.\n";
+      "*fast* reproduces the mechanism's statistics, *balanced* is for studies, and *reference* has "
+      "smaller errors than any model here.\nPenalty uses Adams-Bashforth-Moulton, which needs the fewest "
+      "right-hand sides on the paper's rig, at tolerances that\nresolve the contact events. Nonsmooth uses "
+      "the automatic scheme: event-driven, the cheapest at any accuracy, where events are separate,\nand "
+      "time stepping with adaptive steps where they accumulate.\n";
   Progress progress;
   for (std::size_t i = 0; i < scenes.size(); ++i) {
     const auto& v = study.variants[i];
@@ -155,8 +156,8 @@ int tradeoff(const TradeoffRequest& request) {
 }  // namespace
 
 void tradeoff_verb(Program& program) {
-  auto [options, request] =
-      program.verb("tradeoff", "what accuracy costs: every setting on the scenes of a study", tradeoff);
+  auto [options, request] = program.verb(
+      "tradeoff", "measure the cost of accuracy: all settings on the scenes of a study", tradeoff);
   options.add("study", request.scene, "study file").required();
   options.add("--repeats", request.repeats, "runs of each setting, interleaved").between(1, 1000);
   options.output(request.output, "result folder; default out/NAME");

@@ -32,18 +32,18 @@ std::string table(const Validation& v) {
   const auto metric = [&](const char* what, TurnMetrics::Name m) {
     row(what, v.measured.value[m], [m](const Agreement& a) { return a.metrics.value[m]; });
   };
-  metric("median peak of a turn (m/s²)", TurnMetrics::peak_median);
-  metric("95 % of turns peak below (m/s²)", TurnMetrics::peak_95);
+  metric("median peak of a revolution (m/s²)", TurnMetrics::peak_median);
+  metric("95 % of revolutions peak below (m/s²)", TurnMetrics::peak_95);
   metric("greatest (m/s²)", TurnMetrics::peak_max);
   row("peak ratio, median", none, [](const Agreement& a) { return a.peak_ratio; });
   row("peak ratio, greatest", none, [](const Agreement& a) { return a.greatest_ratio; });
-  row("RMS difference of mean turns (m/s²)", none, [](const Agreement& a) { return a.rms_difference; });
+  row("RMS difference of mean revolutions (m/s²)", none, [](const Agreement& a) { return a.rms_difference; });
   row("explained by uncertainty and scatter (m/s²)", none, [](const Agreement& a) { return a.rms_expected; });
   row("spectral distance", none, [](const Agreement& a) { return a.spectral_distance; });
   metric("dominant lines", TurnMetrics::lines);
-  row("gain, measured over model", none, [](const Agreement& a) { return a.sign * a.gain.mean; });
-  row("phase of the model behind the file (°)", none, [](const Agreement& a) { return a.phase.mean; });
-  row("model moved by (°)", none, [](const Agreement& a) { return a.moved; });
+  row("gain (measured / model)", none, [](const Agreement& a) { return a.sign * a.gain.mean; });
+  row("phase lag of the model (°)", none, [](const Agreement& a) { return a.phase.mean; });
+  row("phase shift applied to the model (°)", none, [](const Agreement& a) { return a.moved; });
   row("contact lost at (°)", none, [](const Agreement& a) { return a.loss_angle; });
   row("contact found at (°)", none, [](const Agreement& a) { return a.return_angle; });
   row("signal quiet from (°)", v.quiet.from, [](const Agreement& a) { return a.quiet.from; });
@@ -58,7 +58,7 @@ std::string verdicts(const Validation& v) {
     if (a.ending.status != Ending::Status::finished) continue;
     out += fmt::format(
         "{} {}{}\n", a.formulation, text_of(a.verdict),
-        a.verdict == Agreement::Verdict::undecided ? ": one turn, and the file gives no uncertainty" : "");
+        a.verdict == Agreement::Verdict::undecided ? ": the file has one revolution and no uncertainty" : "");
     for (const auto& f : a.findings) out += "  " + f + "\n";
   }
   return out;
@@ -72,10 +72,10 @@ int validate_data(const ValidateRequest& request) {
   const auto v = freeplay::validate(request.scene, request.overrides, request.data, with);
   if (request.stop()) return interrupted(Kept::nothing);
   if (!v.question.empty()) fmt::print(stderr, "{}", wrapped("question: " + v.question + "\n", 10));
-  fmt::print("{} turns of {} at {:.4g} Hz; ideal greatest {:.4g} m/s²\n{}\n\n{}", v.measured.peaks.size(),
-             request.data, v.sampling, v.ideal_maximum,
-             request.as_given ? "both take the restitution asked for (--as-given)"
-                              : "nonsmooth takes the restitution that penalty delivers (not with --as-given)",
+  fmt::print("{} revolutions of {} at {:.4g} Hz; greatest ideal acceleration {:.4g} m/s²\n{}\n\n{}",
+             v.measured.peaks.size(), request.data, v.sampling, v.ideal_maximum,
+             request.as_given ? "both use the input restitution (--as-given)"
+                              : "nonsmooth uses the effective restitution of penalty (not with --as-given)",
              table(v));
   fmt::print("\n{}", wrapped(verdicts(v), 2));
   int status = 0;
@@ -103,7 +103,7 @@ int validate_data(const ValidateRequest& request) {
 
 int validate(const ValidateRequest& request) {
   if (request.data.empty() && !parse_toml(read_text(request.scene), request.scene).contains("claims"))
-    throw SceneError(fmt::format("{}: a scene needs --data FILE, a study claims", request.scene));
+    throw SceneError(fmt::format("{}: a scene needs --data FILE, a study needs claims", request.scene));
   return request.data.empty() ? validate_study(request) : validate_data(request);
 }
 
@@ -111,13 +111,13 @@ int validate(const ValidateRequest& request) {
 
 void validate_verb(Program& program) {
   auto [options, request] = program.verb(
-      "validate", "a scene against a measured file, or a study against published findings", validate);
+      "validate", "compare a scene with measured data, or a study with published findings", validate);
   options.add("scene", request.scene, "scene file, or study file with claims").required();
   const auto data =
-      options.add("--data", request.data, "CSV with t or crank_angle, and acceleration").takes("FILE");
+      options.add("--data", request.data, "CSV file with t or crank_angle, and acceleration").takes("FILE");
   options.set(request.overrides, "override a key of the scene, KEY=VALUE; may be repeated").needs(data);
   options.output(request.output, "result folder; default out/NAME-validation, of a study out/NAME");
-  options.flag("--as-given", request.as_given, "leave the impact law at the restitution asked for, unmatched")
+  options.flag("--as-given", request.as_given, "use the input restitution in the impact law, unmatched")
       .needs(data);
   options.allow_outside(request.reach).excludes(data);
   options

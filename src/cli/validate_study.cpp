@@ -44,13 +44,13 @@ int validate_study(const ValidateRequest& request) {
   require_signal(study, "validate");
   if (study.claims != "flores2011")
     throw SceneError(
-        fmt::format("{}: claims must be \"flores2011\" to be judged; for a measured file use "
-                    "`freeplay validate SCENE --data FILE`",
+        fmt::format("{}: claims must be \"flores2011\"; for measured data use `freeplay validate SCENE "
+                    "--data FILE`",
                     request.scene));
   if (study.axes.size() != 2)
-    throw SceneError(fmt::format(
-        "{}: axes: claims = \"flores2011\" are judged over two, of clearance and of speed", request.scene));
-  if (!request.overrides.empty()) throw SceneError("validate: --set belongs to a scene with --data");
+    throw SceneError(
+        fmt::format("{}: axes: claims = \"flores2011\" need two axes, clearance and speed", request.scene));
+  if (!request.overrides.empty()) throw SceneError("validate: --set needs a scene with --data");
   const auto folder = result_folder(request.output, default_folder(study.file, ""));
   // Check that both studies can be run, before any run or change of results.
   auto planned = plan(study, request.conduct());
@@ -95,7 +95,7 @@ int validate_study(const ValidateRequest& request) {
       for (const auto& f :
            verification::flores2011(study, results, runs, v.name, formulation, TurnMetrics::ratio_95,
                                     verification::fitted_findings(v.name, fitted ? &*fitted : nullptr))) {
-        fmt::print("  {:<6}{:<4} {}\n             {}; would hold: {}\n",
+        fmt::print("  {:<6}{:<4} {}\n             {}; bound: {}\n",
                    f.judged   ? f.holds ? "holds" : "FAILS"
                    : f.fitted ? "fitted"
                               : "-",

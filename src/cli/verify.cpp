@@ -70,7 +70,7 @@ int verify(const VerifyRequest& request) {
       std::vector<std::string> known;
       for (const auto& s : claim_sets()) known.emplace_back(s.name);
       throw SceneError(
-          fmt::format("verify: there is no set of claims \"{}\"{}", name, meant(name, known, "there is:")));
+          fmt::format("verify: unknown set of claims \"{}\"{}", name, meant(name, known, "there is:")));
     }
 
   test::source_folder();  // throws before any evaluation or output
@@ -90,7 +90,7 @@ int verify(const VerifyRequest& request) {
         static_cast<std::size_t>(std::ranges::count_if(verdicts.back().findings.claims, &Claim::holds));
   }
   const bool all = std::ranges::all_of(verdicts, &Verdict::holds);
-  fmt::print("\n{} of {} claims hold{}\n", holding, claims, all ? "" : "; those that fail say why above");
+  fmt::print("\n{} of {} claims hold{}\n", holding, claims, all ? "" : "; the failures are listed above");
 
   const auto folder =
       result_folder(!request.document.empty() ? request.document : request.output, "out/verification");
@@ -117,8 +117,7 @@ int verify(const VerifyRequest& request) {
 }  // namespace
 
 void verify_verb(Program& program) {
-  auto [options, request] =
-      program.verb("verify", "judge every claim that the program makes of itself", verify);
+  auto [options, request] = program.verb("verify", "run the verification suite", verify);
   options.add("names", request.names, "sets of claims; default all");
   options.output(request.output, "result folder");
   options

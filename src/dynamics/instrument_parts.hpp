@@ -20,13 +20,15 @@ void sample_keys(auto& k, auto& i) {
   k.need({"sampling", "Hz", "samples per second in signals.csv"}, i.sampling, positive);
   k.take({"noise", "of the channel", "standard deviation of a sample's noise"}, i.noise, non_negative);
   if (k.when(i.noise.has_value()))
-    k.take({"seed", "", "of the noise, a whole number; each channel, start and run has its own from it"},
+    k.take({"seed", "",
+            "seed of the noise, a whole number; each channel, start and run derives a "
+            "different one"},
            i.seed, whole);
 }
 
 void full_scale_keys(auto& k, auto& i) {
   k.take({"range", "of the channel",
-          "full scale: samples are kept within ± this, at the last whole step where there is a resolution"},
+          "full scale: samples are limited to ± this value, or to the last resolution step within it"},
          i.range, positive);
   k.take({"resolution", "of the channel", "step of the samples, rounded down"}, i.resolution, positive);
 }

@@ -53,7 +53,7 @@ class Neighbours {
   void remember(M& m) {
     const auto size = at_.size();
     m(reach_, at_);
-    if (at_.size() != size) throw MemoryError("the snapshot's pairs are of another mechanism");
+    if (at_.size() != size) throw MemoryError("the snapshot's pairs belong to another mechanism");
   }
 
  private:

@@ -22,7 +22,7 @@ class Check {
         refuse(b.inertia != 0 ? "inertia"
                : b.angle != 0 ? "angle"
                               : "angular_velocity",
-               "belongs to a body that can turn; a point body has a centre and no more");
+               "needs a body with rotation; a point body has a centre only");
     }
     const auto each = [&](const char* table, const auto& list) {
       for (const auto& element : list)
@@ -51,10 +51,10 @@ class Check {
 
   void at_centre(int body, const Vec2& at) const {
     if (is_point(body) && !at.is_zero())
-      refuse("at", fmt::format(
-                       "must be [0, 0] on \"{}\": a point body has no place but its centre; a joint of type "
-                       "\"rod\" keeps it at a distance",
-                       name(body)));
+      refuse("at",
+             fmt::format("must be [0, 0] on \"{}\": a point body has no other point than its centre; use a "
+                         "joint of type \"rod\" for a distance",
+                         name(body)));
   }
   void centres(const auto& x) const {
     for (const std::size_t end : {0, 1}) at_centre(x.between[end], x.at[end]);
@@ -64,21 +64,21 @@ class Check {
     centres(x);
     if (is_point(x.between[0]))
       refuse("between",
-             fmt::format("{} is on the first body, and \"{}\", a point body, has no directions; name it "
-                         "second",
+             fmt::format("{} is on the first body, but \"{}\" is a point body without directions; give it "
+                         "as the second body",
                          what, name(x.between[0])));
   }
   void turning(const std::array<int, 2>& bodies, const char* key, const char* instead) const {
     if (const int body = point_of(bodies); body != ground)
       refuse(key,
-             fmt::format("acts on the angle of \"{}\", and a point body has none; {}", name(body), instead));
+             fmt::format("acts on the angle of \"{}\", a point body without angle; {}", name(body), instead));
   }
   /// Friction on a round surface exerts a moment.
   void smooth(const std::array<int, 2>& bodies, int surface, const char* key = "surface") const {
     const int body = point_of(bodies);
     if (body != ground && surface >= 0 && m_.surfaces[static_cast<std::size_t>(surface)].friction)
       refuse(key, fmt::format(
-                      "has friction, which would turn \"{}\", a point body; give the body inertia, or take a "
+                      "has friction with a couple on \"{}\", a point body; give the body inertia, or use a "
                       "surface without friction",
                       name(body)));
   }
@@ -92,9 +92,9 @@ class Check {
     second_only(j, "the bearing");
     smooth(j.between, j.clearance->surface);
     if (const int body = point_of(j.between); body != ground && j.clearance->lubricant >= 0)
-      refuse("lubricant",
-             fmt::format("makes a film, which would turn \"{}\", a point body; give the body inertia",
-                         name(body)));
+      refuse(
+          "lubricant",
+          fmt::format("has a film with a couple on \"{}\", a point body; give the body inertia", name(body)));
   }
   void look(const SlotJoint& j) const {
     second_only(j, "the slot");
@@ -133,11 +133,11 @@ class Check {
                   }) {  // a force
       at_centre(x.body, x.at);
       if (is_point(x.body) && x.axes == ForceLoad::Axes::body)
-        refuse("axes", fmt::format("must be \"world\": \"{}\" is a point body, which has no directions",
-                                   name(x.body)));
+        refuse("axes",
+               fmt::format("must be \"world\": \"{}\" is a point body without directions", name(x.body)));
       if (is_point(x.body) && x.factor >= 0 && x.against == Argument::angle && x.other.of < 0)
         refuse("against",
-               fmt::format("reads the angle of \"{}\", and a point body has none; `of` names a joint",
+               fmt::format("reads the angle of \"{}\", a point body without angle; give a joint with `of`",
                            name(x.body)));
     } else if constexpr (requires { x.body; }) {  // a torque
       turning({x.body, ground}, "body", "give the body inertia");
@@ -150,7 +150,7 @@ class Check {
       if constexpr (requires { x.turn_stiffness; })
         if (x.turn_stiffness != 0 || x.turn_damping != 0)
           turning(x.between, x.turn_stiffness != 0 ? "torsional_stiffness" : "torsional_damping",
-                  "leave it out");
+                  "remove it");
     } else if constexpr (requires {
                            x.between;
                            x.at;

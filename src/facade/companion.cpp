@@ -9,6 +9,7 @@
 #include "mechanism/scene.hpp"
 #include "simulation/touches.hpp"
 #include "values/family.hpp"
+#include "values/warning.hpp"
 
 namespace freeplay {
 namespace {
@@ -95,19 +96,19 @@ std::optional<TouchDoubt> doubt_first_touches(const Scene& scene, const Simulati
 
 void add(const TouchDoubt& d, Result& result) {
   result.first_touches = d;
-  const auto what =
-      d.touches == 1 ? std::string("the first touch") : fmt::format("the first {} touches", d.touches);
+  const auto what = d.touches == 1 ? std::string("the first contact event")
+                                   : fmt::format("the first {} contact events", d.touches);
   if (d.missing || d.greatest() > 1)
     result.notes.push_back(
-        fmt::format("DOUBTFUL: {} (to {:.4g} s) are others at a step of {:.3g} s: take nonsmooth.scheme = "
-                    "\"event-driven\" or a shorter nonsmooth.step",
-                    what, d.until, d.companion_step));
+        fmt::format("{}a step of {:.3g} s changes {} (to {:.4g} s): use nonsmooth.scheme = \"event-driven\" "
+                    "or a shorter nonsmooth.step",
+                    warning_prefix, d.companion_step, what, d.until));
   else
     result.notes.push_back(
-        fmt::format("{}{} may be off by {:.2g} % (time/interval, speed, impulse){}",
-                    d.greatest() > doubtful_touches ? "DOUBTFUL: " : "", what, 100 * d.greatest(),
+        fmt::format("{}estimated error of {}: {:.2g} % (time/interval, speed, impulse){}",
+                    d.greatest() > doubtful_touches ? warning_prefix : "", what, 100 * d.greatest(),
                     d.greatest() > doubtful_touches
-                        ? ": take nonsmooth.scheme = \"event-driven\" or a shorter nonsmooth.step"
+                        ? "; use nonsmooth.scheme = \"event-driven\" or a shorter nonsmooth.step"
                         : ""));
 }
 
@@ -119,7 +120,7 @@ void add_companion(const Simulation& simulation, const SimulationOptions& option
     add(*doubt, result);
   else if (stop())
     result.notes.emplace_back(
-        "DOUBTFUL: interrupted while a shorter step was tried: by how much the first touches may be off is not known");
+        "warning: interrupted during the run with a shorter step: the error of the first contact events is unknown");
 }
 
 }  // namespace freeplay

@@ -6,16 +6,20 @@
 #include <cmath>
 #include <string>
 
+#include "values/warning.hpp"
+
 namespace freeplay {
 namespace {
 
-/// Example: "gudgeon lay up to 385 clearances inside its wall".
+/// "penetration at gudgeon reached 15 % of the clearance"
 std::string depth(const ContactSummary& c) {
-  return c.has_clearance()
-             ? fmt::format("{} lay up to {:.3g} clearances inside its wall", c.name, c.penetration_ratio)
-             : fmt::format("{} overlapped by up to {:.3g} m, {:.3g} of {}", c.name, c.penetration,
-                           c.penetration_ratio,
-                           c.measure == "radius" ? "its radius of curvature" : "the longest arm");
+  const auto ratio = c.penetration_ratio;
+  if (!c.has_clearance())
+    return fmt::format("penetration at {} reached {:.3g} m, {:.3g} of the {}", c.name, c.penetration, ratio,
+                       c.measure == "radius" ? "radius of curvature" : "longest arm");
+  return fmt::format(
+      "penetration at {} reached {} the clearance", c.name,
+      ratio < 10 ? fmt::format("{:.3g} % of", 100 * ratio) : fmt::format("{:.3g} times", ratio));
 }
 
 /// Bounds of the penetration under an impact law, relative to the contact's measure. Above the
@@ -39,30 +43,31 @@ void warn(Result& result, Family family, std::string_view finer) {
   const bool grows = found > 0 && gain > 0.1 * found;
   const bool drives = impact_law && (std::max(given, gain) > 0.1 * scale || grows);
   if (result.extremes.gains > 0)
+    // Newton's law with friction: Kane and Levinson, Dynamics (1985).
     result.notes.push_back(fmt::format(
-        "{}{} impacts raised the energy, by up to {:.3g} J{}: a restitution of rates with friction can "
-        "(Kane and Levinson 1985); nonsmooth.impact_law = \"energetic\" does not",
-        drives ? "DOUBTFUL: " : "", result.extremes.gains, gain,
-        drives ? fmt::format(" where there is {:.3g} J", grows ? std::min(scale, found) : scale) : ""));
+        "{}{} impacts increased the energy, by up to {:.3g} J{}: Newton's impact law with friction can "
+        "increase it; try nonsmooth.impact_law = \"energetic\"",
+        drives ? warning_prefix : "", result.extremes.gains, gain,
+        drives ? fmt::format(" of {:.3g} J", grows ? std::min(scale, found) : scale) : ""));
   else if (drives)
-    result.notes.push_back(
-        fmt::format("DOUBTFUL: contacts with their friction gave {:.3g} J of {:.3g} J; take a smaller {}",
-                    given, scale, finer));
-  // An impact law prevents penetration except for rounding. Under a contact law the bound is a
-  // tenth of the clearance, beyond which the clearance itself changes, or a tenth of the radius of
-  // a disc: there the half-width of Hertz's contact, √(δR), is 0.3 R and no longer small, as the
-  // half-space assumption requires (Johnson, Contact Mechanics, 1985, §4.1).
+    result.notes.push_back(fmt::format(
+        "{}contacts and their friction added {:.3g} J to an energy of {:.3g} J, which they can only "
+        "dissipate; use a smaller {}",
+        warning_prefix, given, scale, finer));
+  // An impact law keeps surfaces apart but for rounding. Under a contact law a journal may go a tenth of its play
+  // deeper before the play itself is another; and discs a tenth of their radius: there the half-width of Hertz's
+  // contact, √(δR), is 0.3 R, and no longer small as his half-space asks (Johnson, Contact Mechanics, 1985, §4.1).
   for (const auto& c : result.contacts)
     if (c.penetration_ratio > (impact_law ? doubtful_depth : 0.1))
       result.notes.push_back(fmt::format(
-          "DOUBTFUL: {}; {}", depth(c),
-          impact_law ? fmt::format("take a smaller {}", finer) : "the contact is too soft for this load"));
+          "{}{}; {}", warning_prefix, depth(c),
+          impact_law ? fmt::format("use a smaller {}", finer) : "the contact is too soft for this load"));
   if (std::abs(result.ledger.closure()) > 1e-3 * scale ||
       std::abs(result.ledger.stabilisation) > 1e-3 * scale)
     result.notes.push_back(fmt::format(
-        "DOUBTFUL: of {:.3g} J the energy balance misses {:.2g} J and stabilisation did {:.2g} J; "
-        "take a smaller {}, or the motion passed a singular position",
-        scale, result.ledger.closure(), result.ledger.stabilisation, finer));
+        "{}the energy balance is off by {:.2g} J of {:.3g} J, and stabilisation did {:.2g} J of work; use a smaller "
+        "{}, unless the motion passed a singular position",
+        warning_prefix, result.ledger.closure(), scale, result.ledger.stabilisation, finer));
 }
 
 void refuse_too_deep(Result& result, Family family, std::string_view finer) {
@@ -71,9 +76,9 @@ void refuse_too_deep(Result& result, Family family, std::string_view finer) {
     if (c.penetration_ratio > greatest_depth) {
       result.ending = {
           Ending::Status::failed,
-          fmt::format("{}, which an impact law keeps outside: the motion is not this mechanism's; take "
-                      "a smaller {}",
-                      depth(c), finer)};
+          fmt::format(
+              "{}, which an impact law must keep near zero: the results are invalid; use a smaller {}",
+              depth(c), finer)};
       return;
     }
 }

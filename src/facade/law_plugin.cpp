@@ -71,19 +71,19 @@ bool is_whole(std::string_view bytes) {
 Outside load_plugin(const std::filesystem::path& file) {
   const auto name = visible_brief(file.string());
   const auto refuse = [&](const std::string& why) {
-    return SceneError(fmt::format("{}: is no plugin of forces: {}", name, why));
+    return SceneError(fmt::format("{}: is not a plugin of contact forces: {}", name, why));
   };
   const auto bytes = read_file(file, most_of_a_result);
-  if (bytes.starts_with(ELFMAG) && !is_whole(bytes)) throw refuse("it is cut short; build or copy it again");
-  // A name with a slash is a path: the loader does not search other folders for it.
+  if (bytes.starts_with(ELFMAG) && !is_whole(bytes)) throw refuse("it is incomplete; build or copy it again");
+  // With a slash in it the name is a file's, and is looked for nowhere else.
   void* handle = dlopen(std::filesystem::absolute(file).c_str(), RTLD_NOW | RTLD_LOCAL);
   if (!handle) throw refuse(visible_brief(dlerror()));
   auto plugin = std::make_shared<Plugin>(handle);
   const auto need = [&](const char* symbol) {
     void* found = dlsym(handle, symbol);
     if (!found)
-      throw refuse(
-          fmt::format("it exports no {}; docs/reference/library.md says what it must export", symbol));
+      throw refuse(fmt::format(
+          "it does not export {}; docs/reference/library.md lists the required functions", symbol));
     return found;
   };
   const int version = reinterpret_cast<int (*)()>(need("freeplay_law_abi"))();

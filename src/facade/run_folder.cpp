@@ -157,8 +157,8 @@ Result drive(Simulation& simulation, const RunPlan& plan, Recorders& recorders) 
       (plan.checkpoint > 0 || has_checkpoint(folder)) && result.ending.status == Ending::Status::interrupted;
   if (later && !checkpoints.cut()) write_checkpoint(simulation, plan, recorders);
   if (result.ending.status == Ending::Status::interrupted && holds_finished_run(folder)) {
-    result.notes.emplace_back("interrupted: the finished run that stands in the folder stays there");
-    return result;  // the partial files and the checkpoint remain beside it
+    result.notes.emplace_back("interrupted: the finished run in the folder was kept");
+    return result;  // what is to be gone on with stays beside it
   }
   for (auto* file : recorders.files()) file->settle();
   if (plan.companion)
@@ -221,11 +221,11 @@ bool has_checkpoint(const std::filesystem::path& folder) {
 Result resume_run(const std::filesystem::path& folder, const RunPlan& asked) {
   if (!std::filesystem::is_directory(folder))
     throw SnapshotError(
-        fmt::format("{}: has no {} to go on from; it is no folder", folder.string(), checkpoint_name));
+        fmt::format("{}: has no {} to continue from; it is not a folder", folder.string(), checkpoint_name));
   const FolderLock lock(folder, "run --resume");
   settle_run(folder);
   if (!has_checkpoint(folder))
-    throw SnapshotError(fmt::format("{}: has no {} to go on from; {}", folder.string(), checkpoint_name,
+    throw SnapshotError(fmt::format("{}: has no {} to continue from; {}", folder.string(), checkpoint_name,
                                     std::filesystem::exists(folder / "run.json")
                                         ? "its run has ended"
                                         : "give the folder of an interrupted run"));

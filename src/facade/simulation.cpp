@@ -79,7 +79,7 @@ State start_of(const Scene& scene, Family family, const System& system, const Si
                                           options.start->q.size(), options.start->v.size()));
   if (!options.start->z.empty() && options.start->z.size() != states)
     throw ModelError("start",
-                     fmt::format("must have {} first-order states, or none for their beginning at 0, has {}",
+                     fmt::format("must have {} first-order states, or none for initial values of 0, has {}",
                                  states, options.start->z.size()));
   return *options.start;
 }
@@ -162,7 +162,7 @@ void Simulation::Implementation::load(const std::vector<std::byte>& memory) {
   State begin = start;
   m(begin.t, begin.q, begin.v);
   if (begin.q.size() != start.q.size() || begin.v.size() != start.v.size())
-    throw MemoryError("the snapshot is of another mechanism");
+    throw MemoryError("the snapshot belongs to another mechanism");
   const bool elsewhere = begin.t != start.t || begin.q != start.q || begin.v != start.v;
   auto there = elsewhere ? layout_of(scene, system, begin) : layout;
   auto loaded = begun(begin);
@@ -170,7 +170,7 @@ void Simulation::Implementation::load(const std::vector<std::byte>& memory) {
   m.part("sensors");
   Sensors read = sensors;
   m(read);
-  if (!m.at_end()) throw MemoryError("the snapshot is longer than what it should hold");
+  if (!m.at_end()) throw MemoryError("the snapshot is too long");
   if (elsewhere) {
     start = std::move(begin);
     layout = std::move(there);
@@ -194,7 +194,7 @@ Result Simulation::Implementation::summary(const Ending& ending) const {
   r.extremes = form->extremes();
   r.notes = form->notes();
   for (const auto& [load, force] : outside_of(scene).forces)
-    r.notes.push_back(fmt::format("the force of {} is that of {} (digest {}), not of the scene's text", load,
+    r.notes.push_back(fmt::format("the force of {} comes from {} (digest {}), not from the scene", load,
                                   force->name, force->digest));
   r.assumed = assumed;
   r.undetermined = undetermined;
@@ -230,8 +230,7 @@ class Running {
   }
   ~Running() { flag_ = false; }
   static void refuse(bool flag) {
-    if (flag)
-      throw std::logic_error("an observer may neither run nor restore the simulation that it watches");
+    if (flag) throw std::logic_error("an observer must not run or restore the simulation that it observes");
   }
 
  private:
@@ -250,8 +249,8 @@ Result Simulation::run(const RunRequest& request) {
   auto& s = *it_;
   const double until = request.until.value_or(s.scene.run.duration);
   if (!std::isfinite(until) || until < s.form->state().t)
-    throw ModelError("until", fmt::format("must be a time not before the present {} s, is {} s",
-                                          s.form->state().t, until));
+    throw ModelError(
+        "until", fmt::format("must not be before the present time {} s, is {} s", s.form->state().t, until));
   EventList list(request.most_events);
   auto observers = request.observers;
   if (request.keep_events) observers.push_back(&list);
@@ -309,9 +308,9 @@ void Simulation::restore(const Snapshot& s) {
   } catch (const MemoryError& e) {
     throw SnapshotError(e.what());
   } catch (const ModelError& e) {
-    refuse(fmt::format("is damaged: no run begins where it says: {}", e.what()));
+    refuse(fmt::format("is damaged: its state is impossible: {}", e.what()));
   } catch (const std::exception&) {
-    refuse("is damaged: it holds what no run remembers");  // an absurd size, or another start
+    refuse("is damaged: it has unknown content");  // an absurd size, or another start
   }
 }
 

@@ -24,7 +24,8 @@ std::string Snapshot::this_program() { return program_identity(); }
 void Snapshot::require_program() const {
   if (const auto own = this_program(); program != own)
     throw SnapshotError(
-        fmt::format("the snapshot was taken by freeplay {}, this is {}: it could not go on bit for bit",
+        fmt::format("the snapshot was taken by freeplay {}, this is {}: bit-for-bit continuation is "
+                    "impossible",
                     program_name(program), program_name(own)));
 }
 

@@ -54,7 +54,7 @@ Measurement read_measurement(const std::filesystem::path& file, double speed, do
   };
   LineReader in(file);
   std::string line;
-  if (!in.next(line)) fail(0, "is empty; a header with t or crank_angle, and acceleration, was expected");
+  if (!in.next(line)) fail(0, "is empty; expected a header with t or crank_angle, and acceleration");
   const auto names = fields(line);
   const auto place = [&](const char* name) {
     const auto it = std::ranges::find(names, name);
@@ -147,8 +147,8 @@ Measurement read_measurement(const std::filesystem::path& file, double speed, do
   const double step = *middle;
   for (std::size_t i = 1; i < times.size(); ++i)
     if (times[i] - times[i - 1] > 3.5 * step)
-      fail(lines[i], fmt::format("a gap of {:.4g} s before this line, where samples are {:.4g} s apart; "
-                                 "split the file, or fill it",
+      fail(lines[i], fmt::format("a gap of {:.4g} s before this line (sampling interval {:.4g} s); split "
+                                 "the file or fill the gap",
                                  times[i] - times[i - 1], step));
   constexpr double least = 16;
   if (turn / step < least)
@@ -162,10 +162,10 @@ Measurement read_measurement(const std::filesystem::path& file, double speed, do
   double greatest = 0;
   for (double x : m.acceleration) greatest = std::max(greatest, std::abs(x));
   if (ideal_maximum > 0 && (greatest > 300 * ideal_maximum || greatest < ideal_maximum / 300))
-    fail(0, fmt::format(
-                "its greatest acceleration, {:.4g}, is {:.2g} times the ideal mechanism's ({:.4g} m/s²): "
-                "acceleration must be in m/s²",
-                greatest, greatest / ideal_maximum, ideal_maximum));
+    fail(0,
+         fmt::format("its greatest acceleration, {:.4g}, is {:.2g} times that of the ideal mechanism ({:.4g} "
+                     "m/s²): acceleration must be in m/s²",
+                     greatest, greatest / ideal_maximum, ideal_maximum));
   return m;
 }
 

@@ -9,8 +9,8 @@ namespace freeplay {
 enum class Argument { time, angle, position, speed };
 inline constexpr auto argument_names =
     complete<Argument>({{Argument::time, "time", "s"},
-                        {Argument::angle, "angle", "rad, of what turns"},
-                        {Argument::position, "position", "m, of what slides"},
+                        {Argument::angle, "angle", "rad, of a revolute joint"},
+                        {Argument::position, "position", "m, of a translational joint"},
                         {Argument::speed, "speed", "rad/s or m/s, of the same"}});
 constexpr std::span<const Choice<Argument>> choices(Argument) { return argument_names; }
 
@@ -20,7 +20,7 @@ struct OtherJoint {
 
   static void keys(auto& k, auto& o, Argument against, bool reads) {
     if (k.when(reads && against == Argument::angle, {"of"}, "goes with a curve against = \"angle\""))
-      k.maybe_joint({"of", "", "revolute joint whose angle the curve is read against; left out: its own"},
+      k.maybe_joint({"of", "", "revolute joint whose angle the curve is read against; if absent: its own"},
                     o.of);
   }
 };

@@ -38,20 +38,19 @@ struct Body {
     k.need({"mass", "kg", "mass, > 0"}, b.mass, positive);
     k.flag({"point", "", "true: a point body, which has no rotation, and no inertia"}, b.point);
     const bool turns = k.when(!b.point, {"inertia", "angle", "angular_velocity", "points"},
-                              "belongs to a body that can turn; a point body has a centre and no more");
+                              "needs a body with rotation; a point body has a centre only");
     if (turns)
       k.need({"inertia", "kg m²", "moment of inertia about the centre of mass, > 0; a point body has none"},
              b.inertia, positive);
-    k.take({"position", "m", "centre of mass at the start; may be rough"}, b.position);
-    if (turns) k.take({"angle", "rad", "angle at the start; may be rough"}, b.angle);
-    k.take({"velocity", "m/s", "velocity of the centre of mass at the start; may be rough"}, b.velocity);
+    k.take({"position", "m", "initial centre of mass; may be approximate"}, b.position);
+    if (turns) k.take({"angle", "rad", "initial angle; may be approximate"}, b.angle);
+    k.take({"velocity", "m/s", "initial velocity of the centre of mass; may be approximate"}, b.velocity);
     if (!turns) return;
-    k.take({"angular_velocity", "rad/s", "angular velocity at the start; may be rough"}, b.angular_velocity);
-    k.points(
-        {"points", "m",
-         "points by name, { A = [x, y], ... }, that `at` may name; in a frame of your choice with the body's "
-         "directions, in which the point mass_centre is the centre of mass (left out: its origin)"},
-        "mass_centre", b.points);
+    k.take({"angular_velocity", "rad/s", "initial angular velocity; may be approximate"}, b.angular_velocity);
+    k.points({"points", "m",
+              "named points for `at`, { A = [x, y], ... }, in a frame with the body's directions; the point "
+              "mass_centre is the centre of mass (if absent: the origin)"},
+             "mass_centre", b.points);
   }
 };
 

@@ -33,10 +33,10 @@ struct Configuration {
     k.choose({"branch", "", "pose of the mechanism's only four-bar loop: "}, c.branch);
     k.angles(
         {"positive", "",
-         "list of angles \"A-B-C\" at joint B, from joint A to joint C counterclockwise, that are positive in the "
-         "pose asked for"},
+         "list of angles \"A-B-C\" at joint B, from joint A to joint C counterclockwise, that are positive "
+         "in the requested pose"},
         c.positive);
-    k.angles({"negative", "", "angles that are negative in it, likewise"}, c.negative);
+    k.angles({"negative", "", "likewise, angles that are negative"}, c.negative);
   }
 };
 

@@ -99,14 +99,13 @@ std::string Curve::refusal(Use use) const {
   const auto course = lay(use);
   const auto most = course.greatest();
   if (repeats && use != Use::place && points.front().second != points.back().second)
-    return fmt::format(
-        "repeats, and ends at {:.6g} but begins at {:.6g}: it would jump; let it end as it begins",
-        points.back().second, points.front().second);
+    return fmt::format("is periodic but begins at {1:.6g} and ends at {0:.6g}; use equal values at both ends",
+                       points.back().second, points.front().second);
   if (use != Use::place) return "";
   for (const double knot : course.knots())
     if (course.jump(knot).slope > 1e-9 * most.slope)
       return fmt::format(
-          "changes its slope in a jump at x = {:.6g}: a prescribed place would jump in speed; take between = "
+          "has a kink at x = {:.6g}, where a prescribed position would have a jump in speed; use between = "
           "\"spline\", or prescribe the velocity",
           knot);
   return "";

@@ -53,21 +53,21 @@ struct Curve {
     k.choose({"shape", "", "y(x) is "}, c.shape);
     if (is(Shape::constant)) k.need({"value", "of y", "y everywhere"}, c.value, any_number);
     if (k.when(c.shape == Shape::ramp || c.shape == Shape::rise_dwell_return)) {
-      k.take({"from", "of y", "y at first"}, c.from);
+      k.take({"from", "of y", "initial y"}, c.from);
       k.need({"to", "of y", "y after the rise"}, c.to, any_number);
-      k.take({"start", "of x", "where the rise begins"}, c.start);
+      k.take({"start", "of x", "beginning of the rise"}, c.start);
       k.need({"rise", "of x", "length of the rise"}, c.rise, positive);
       k.choose({"profile", "", "of rise and return: "}, c.profile);
     }
     if (is(Shape::rise_dwell_return)) {
       k.take({"dwell", "of x", "length of the dwell at `to`"}, c.dwell, non_negative);
       k.need({"return", "of x", "length of the return"}, c.fall, positive);
-      k.take({"rest", "of x", "length of the rest at `from` behind it, before it repeats"}, c.rest,
+      k.take({"rest", "of x", "length of the final dwell at `from`, before the curve repeats"}, c.rest,
              non_negative);
     }
     if (is(Shape::harmonic)) {
       k.take({"mean", "of y", "y in the middle"}, c.mean);
-      k.need({"amplitude", "of y", "greatest departure from it"}, c.amplitude, any_number);
+      k.need({"amplitude", "of y", "amplitude"}, c.amplitude, any_number);
       k.either(
           {"frequency", "Hz", "of a curve against time; or period"}, positive, [](double f) { return 1 / f; },
           {"period", "of x", "length of one oscillation"}, positive, c.period);
@@ -75,12 +75,12 @@ struct Curve {
     }
     if (is(Shape::table)) {
       k.samples({"points", "x and y", "[[x, y], ...], x increasing; or file"},
-                {"file", "", "CSV file with a header, beside the scene or below, that the points stand in"},
+                {"file", "", "CSV file with a header and the points, in the scene's folder or below"},
                 {"columns", "", "names of its columns for x and y"}, c.points);
       k.choose({"between", "", "between the points: "}, c.between);
     }
     if (k.when(c.shape == Shape::table || c.shape == Shape::rise_dwell_return))
-      k.take({"repeat", "", "again and again; else constant before the first point and behind the last"},
+      k.take({"repeat", "", "periodic; otherwise constant before the first point and after the last"},
              c.repeats);
   }
 

@@ -15,10 +15,8 @@ struct Ground {
 
   static void keys(auto& k, auto& g) {
     k.points(
-        {"points", "m",
-         "points by name, { A = [x, y], ... }, in world coordinates, that `at` may name where the ground's point "
-         "stands"},
-        "", g.points);
+        {"points", "m", "named points of the ground for `at`, { A = [x, y], ... }, in world coordinates"}, "",
+        g.points);
   }
 };
 

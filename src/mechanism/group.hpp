@@ -59,15 +59,16 @@ struct Group {
   static void keys(auto& k, auto& g);
 };
 
-inline constexpr auto group_pairs_names = complete<Group::Pairs>(
-    {{Group::Pairs::each, "each", "every pair is a contact with columns of its own"},
-     {Group::Pairs::near, "near", "found as they come near, for time stepping with a fixed step"}});
+inline constexpr auto group_pairs_names =
+    complete<Group::Pairs>({{Group::Pairs::each, "each", "every pair is a contact with separate columns"},
+                            {Group::Pairs::near, "near",
+                             "contacts are detected by proximity, for time stepping with a fixed step"}});
 constexpr std::span<const Choice<Group::Pairs>> choices(Group::Pairs) { return group_pairs_names; }
 
 void Group::keys(auto& k, auto& g) {
   k.need({"mass", "kg", "mass of each disc, > 0"}, g.mass, positive);
   k.need({"radius", "m", "of each disc, > 0"}, g.radius, positive);
-  k.take({"inertia", "kg m²", "of each about its centre, > 0; left out: mass radius²/2, of a solid disc"},
+  k.take({"inertia", "kg m²", "of each about its centre, > 0; if absent: mass radius²/2, of a solid disc"},
          g.inertia, positive);
   k.places({"positions", "m", "centres at the start, [[x, y], ...], or a CSV file of two columns; or grid"},
            {"grid", "", "[columns, rows] of discs, numbered row by row from the lowest; or positions"},
@@ -76,12 +77,11 @@ void Group::keys(auto& k, auto& g) {
            {"stagger", "m", "grid: by which every second row is moved along x"}, g.positions);
   k.take({"velocity", "m/s", "of every disc at the start"}, g.velocity);
   k.take({"angular_velocity", "rad/s", "of every disc at the start"}, g.angular_velocity);
-  k.way(
-      {"walls", "m",
-       "points of a line of walls of the ground, NAME-wall1 through the first two and so on, each straight and without "
-       "end; the discs lie on its left"},
-      g.walls);
-  k.groups({"touches", "", "groups above it whose discs its own touch"}, g.touches);
+  k.way({"walls", "m",
+         "points of a polygon of walls of the ground: NAME-wall1 is the infinite line through the first two, "
+         "and so on; the discs are on its left"},
+        g.walls);
+  k.groups({"touches", "", "groups defined before it whose discs can contact its own"}, g.touches);
   k.surface({"surface", "", "of the contacts of its discs"}, g.surface);
   k.maybe_surface({"wall_surface", "", "of the contacts with walls", "surface"}, g.wall_surface);
   k.choose({"pairs", "", "", "by their number"}, g.pairs);

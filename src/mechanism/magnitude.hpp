@@ -17,8 +17,8 @@ struct Magnitude {
   std::string_view why{};  ///< reason of the bounds
 };
 
-/// Reason for units derived from mass, length and time, in any system of units.
-inline constexpr std::string_view beyond = "products of a few numbers beyond leave the range of a double";
+/// Of what follows from masses, lengths and times, in whatever units those are thought of.
+inline constexpr std::string_view beyond = "products of larger numbers leave the range of a double";
 
 inline constexpr std::array magnitudes{
     Magnitude{"", 0, 1e15, "the digits of a double end there"},

@@ -61,18 +61,17 @@ struct RunOptions {
 
   static constexpr std::string_view what = "[run]";
   static void keys(auto& k, auto& o) {
-    k.length({"revolutions", "", "length of the run in turns of the driven joint; or duration"},
+    k.length({"revolutions", "", "length of the run in revolutions of the driven joint; or duration"},
              {"duration", "s", "length of the run; or revolutions"}, o.duration);
     k.part_of_length(
         {"discard", "as the length",
-         "start of the run left out of the statistics: revolutions, with `duration` seconds", "0"},
+         "initial part of the run excluded from statistics, in revolutions (with `duration` in s)", "0"},
         o.discard);
     k.check(o.discard < o.duration, "discard", "must be less than the length of the run");
     k.choose({"start", "", ""}, o.start);
-    k.take(
-        {"eliminate", "",
-         "coordinates that one constraint row alone fixes leave the solves beforehand; false keeps the whole DAE"},
-        o.eliminate);
+    k.take({"eliminate", "",
+            "eliminates coordinates that are fixed by a single constraint row; false keeps the full DAE"},
+           o.eliminate);
     k.take(
         {"forces", "", "write forces.csv: reactions, contact forces, drive torques, loads and accelerations"},
         o.forces);
@@ -159,7 +158,7 @@ struct PenaltyOptions {
     if (k.own("damping", o))
       k.choose_some(
           {"damping", "",
-           "the point law whose damping factor a line contact takes, \"hertz\" for none; pereira: its own",
+           "point law for the damping factor of line contacts, \"hertz\" for none; pereira has its own",
            "\"exact\""},
           o.damping, [](ContactLaw law) { return facts_of(law).kind == ContactKind::point; });
     if (k.own("kelvin_stiffness", o)) k.take({"kelvin_stiffness", "N/m", "K"}, o.kelvin_stiffness, positive);
@@ -169,11 +168,10 @@ struct PenaltyOptions {
     const auto of_friction = [&](const Key& key, auto& x, const Range& range) {
       if (k.own(key.name, o)) k.take(key, x, range);
     };
-    k.take(
-        {"friction_v0", "m/s",
-         "sliding speed that regularises friction: none below it (Ambrósio), v₀ (Threlfall, Bengisu–Akay), "
-         "Stribeck's (LuGre), v_t (Brown–McPhee)"},
-        o.friction_v0, friction.positive_v0 ? positive : non_negative);
+    k.take({"friction_v0", "m/s",
+            "sliding speed that regularises friction: zero friction below it (Ambrósio), v₀ (Threlfall, "
+            "Bengisu–Akay), Stribeck's (LuGre), v_t (Brown–McPhee)"},
+           o.friction_v0, friction.positive_v0 ? positive : non_negative);
     of_friction({"friction_v1", "m/s",
                  "Ambrósio: full friction above this sliding speed; Andersson: Stribeck's speed"},
                 o.friction_v1, positive);
@@ -197,15 +195,14 @@ struct PenaltyOptions {
     k.choose({"integrator", "", ""}, o.integrator);
     k.check(!(choice_of(o.integrator).traits.keeps_history && o.stabilisation == Stabilisation::projection),
             "stabilisation",
-            "\"projection\" moves the state after each step, which a multistep integrator cannot take; use "
-            "\"baumgarte\", or a one-step integrator");
+            "\"projection\" changes the state after each step and needs a one-step integrator; use "
+            "\"baumgarte\" with multistep integrators");
     k.take({"tolerance", "",
             "adaptive integrators: a step is accepted when every |error| is below tolerance × scale"},
            o.tolerance, positive);
     if (k.own("step", o)) k.take({"step", "s", "of the fixed-step integrator"}, o.step, positive);
-    k.take(
-        {"v0_floor", "m/s", "least approach speed that a contact's damping is scaled with", "see penalty.md"},
-        o.v0_floor, positive);
+    k.take({"v0_floor", "m/s", "least approach speed for the scaling of contact damping", "see penalty.md"},
+           o.v0_floor, positive);
   }
 };
 
@@ -257,31 +254,33 @@ struct NonsmoothOptions {
                   o.step, positive);
     if (k.own("step_tolerance", o))
       k.take({"step_tolerance", "",
-              "a time step that is chosen is accepted when every |error| is below step_tolerance × scale"},
+              "an adaptive time step is accepted when every |error| is below step_tolerance × scale"},
              o.step_tolerance, positive);
     if (k.own("tolerance", o))
       k.take({"tolerance", "",
               "a step between events is accepted when every |error| is below tolerance × scale"},
              o.tolerance, positive);
-    k.choose({"solver", "", "of the contact problem; another takes over when one fails: "}, o.solver);
+    k.choose({"solver", "", "of the contact problem; others are tried after a failure: "}, o.solver);
     k.take({"lcp_tolerance", "", "a complementarity solve is accepted when its relative residual is below"},
            o.lcp_tolerance, positive);
-    k.choose({"impact_law", "", "what restitution is a ratio of; time stepping has only the first: "},
+    k.choose({"impact_law", "", "hypothesis of restitution; time stepping has only the first: "},
              o.impact_law);
     k.check(
         o.scheme_in_force() != Scheme::moreau_jean || choice_of(o.impact_law).traits.time_stepping,
         "impact_law",
-        "time stepping has only \"newton\": a step's impulse is of impacts and of lasting contact together, "
-        "and the others would let a resting contact rebound; use scheme = \"event-driven\"");
+        "time stepping needs \"newton\": with the other laws a resting contact would rebound; use scheme = "
+        "\"event-driven\"");
   }
 };
 
 /// @name Words of the enumerations
 ///@{
 inline constexpr auto start_names = complete<RunOptions::Start>(
-    {{RunOptions::Start::assembled, "assembled", "rough positions made consistent"},
+    {{RunOptions::Start::assembled, "assembled",
+      "given positions and velocities are corrected to satisfy the "
+      "constraints"},
      {RunOptions::Start::ideal, "ideal", "the ideal joints' configuration and velocities"},
-     {RunOptions::Start::given, "given", "as they stand"},
+     {RunOptions::Start::given, "given", "as given"},
      {RunOptions::Start::equilibrium, "equilibrium", "at rest where the forces balance"}});
 inline constexpr auto integrator_names = complete<Integrator>(
     {{Integrator::rk4, "rk4", "fixed step; the others are adaptive", {.adaptive = false}},
@@ -296,16 +295,16 @@ inline constexpr auto stabilisation_names =
 inline constexpr auto scheme_names =
     complete<Scheme>({{Scheme::automatic,
                        "automatic",
-                       "event-driven, time stepping where events are too many",
+                       "event-driven, with time stepping where events accumulate",
                        {.adaptive = true}},
                       {Scheme::moreau_jean, "moreau-jean", "time stepping"},
                       {Scheme::event_driven,
                        "event-driven",
-                       "impacts and changes of contact located one by one",
+                       "impacts and changes of contact mode located individually",
                        {.adaptive = true}}});
 inline constexpr auto solver_names = complete<LcpSolver>(
     {{LcpSolver::automatic, "automatic",
-      "closed form for one contact, enumeration for two, then Lemke, Gauss-Seidel for many"},
+      "closed form for one contact, enumeration for two, Lemke for more, Gauss-Seidel for many"},
      {LcpSolver::enumeration, "enumeration"},
      {LcpSolver::lemke, "lemke"},
      {LcpSolver::gauss_seidel, "gauss-seidel"},
@@ -323,7 +322,8 @@ constexpr std::span<const Choice<Integrator>> choices(Integrator) { return integ
 /// error (Hairer, Nørsett and Wanner, Solving Ordinary Differential Equations I, II.5).
 inline constexpr RemovedWord removed_integrators[] = {
     {"fehlberg78",
-     "its error estimate is zero for forces of time alone; use \"bulirsch_stoer\", of high order as well"}};
+     "its error estimate vanishes for forces that depend on time only; use \"bulirsch_stoer\", also of "
+     "high order"}};
 constexpr std::span<const RemovedWord> removed_words(Integrator) { return removed_integrators; }
 constexpr std::span<const Choice<Stabilisation>> choices(Stabilisation) { return stabilisation_names; }
 constexpr std::span<const Choice<Scheme>> choices(Scheme) { return scheme_names; }

@@ -11,7 +11,7 @@ std::string loads_of(const Mechanism& mechanism) {
   std::string list;
   for (const auto& load : mechanism.loads)
     if (const auto* force = std::get_if<ForceLoad>(&load)) list += (list.empty() ? "" : ", ") + force->name;
-  return list.empty() ? "the scene has none" : "they are " + list;
+  return list.empty() ? "the scene has none" : "such loads are " + list;
 }
 
 }  // namespace
@@ -32,7 +32,7 @@ void put(Scene& scene, const Outside& outside) {
       };
       if (std::ranges::none_of(mechanism.loads, named))
         throw SceneError(
-            fmt::format("a force from outside, {}, stands in for loads of type \"force\", and {} is none; {}",
+            fmt::format("the external force {} needs a load of type \"force\", and {} is not one; {}",
                         force->name, name, loads_of(mechanism)));
     }
   scene.mechanism = std::move(mechanism);

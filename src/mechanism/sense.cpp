@@ -76,7 +76,7 @@ class Found {
   }
   std::optional<std::string> text() const {
     if (count_ == 0) return {};
-    return count_ == 1 ? first_ : fmt::format("{} (and {} more like it)", first_, count_ - 1);
+    return count_ == 1 ? first_ : fmt::format("{} (and {} similar)", first_, count_ - 1);
   }
 
  private:
@@ -92,7 +92,7 @@ void degrees(const Looked& l, Found& found) {
     const bool whole = std::abs(x - std::round(x)) < 1e-9;
     if (!(std::abs(x) > 2 * std::numbers::pi) || std::abs(cents - std::round(cents)) > 1e-6) return;
     if (!whole && std::abs(quarters - std::round(quarters)) < 0.005) return;
-    found.add(fmt::format("{} = {:.6g} rad is {:.3g} turns; {:.6g} degrees would be {:.6g}", key, x,
+    found.add(fmt::format("{} = {:.6g} rad is {:.3g} revolutions; {:.6g} degrees would be {:.6g}", key, x,
                           std::abs(x) / (2 * std::numbers::pi), x, x * std::numbers::pi / 180));
   };
   for (const auto& b : l.m.bodies) ask(fmt::format("bodies.{}.angle", b.name), b.angle);
@@ -278,10 +278,10 @@ void unguided(const Looked& l, Found& found) {
       const bool flung = l.m.gravity.is_zero() && acted[o] == 0 && held[o] == 2;
       if (central || flung)
         found.add(fmt::format(
-            "bodies.{} is held by joints.{} alone, {}, and nothing guides it: is a joint missing, "
-            "as a translational one to the ground",
+            "bodies.{} is connected by joints.{} only, {}, and has no guide: is a joint missing, such as a "
+            "translational joint to the ground",
             l.m.bodies[i].name, pin->name,
-            central ? "at its centre of mass" : "at the end of links that fly about"));
+            central ? "at its centre of mass" : "at the end of unguided links"));
     }
   }
 }

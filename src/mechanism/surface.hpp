@@ -23,8 +23,8 @@ struct Surface {
   static void keys(auto& k, auto& s) {
     k.take({"young", "Pa", "Young's modulus, > 0; the penalty formulation needs it"}, s.young, positive);
     k.take({"poisson", "", "Poisson's ratio, 0 to 0.5; goes with young"}, s.poisson, zero_to_half);
-    k.take({"restitution", "", "coefficient of restitution asked for, 0 to 1"}, s.restitution, zero_to_one);
-    k.take({"friction", "", "Coulomb's coefficient, ≥ 0; left out: frictionless"}, s.friction, non_negative);
+    k.take({"restitution", "", "input coefficient of restitution, 0 to 1"}, s.restitution, zero_to_one);
+    k.take({"friction", "", "Coulomb's coefficient, ≥ 0; if absent: frictionless"}, s.friction, non_negative);
     k.take(
         {"tangential_restitution", "", "e_T of impact laws, 0 to 1: Coulomb's law acts on v_T⁺ + e_T v_T⁻"},
         s.tangential_restitution, zero_to_one);
@@ -49,9 +49,9 @@ struct Lubricant {
     k.need({"viscosity", "Pa s", "dynamic viscosity, > 0"}, l.viscosity, positive);
     k.choose({"film", "", "journal bearing: "}, l.film);
     k.choose({"cavitation", "", ""}, l.cavitation);
-    k.take({"hand_over", "m", "film thickness below which the film fades out and dry contact takes over",
-            "clearance/100"},
-           l.hand_over, positive);
+    k.take(
+        {"hand_over", "m", "film thickness below which the film is replaced by dry contact", "clearance/100"},
+        l.hand_over, positive);
   }
 };
 

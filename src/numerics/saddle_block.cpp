@@ -89,7 +89,7 @@ template <class M>
 void remember_fixed(M& m, std::vector<double>& values) {
   const auto size = values.size();
   m(values);
-  if (values.size() != size) throw MemoryError("the snapshot's factors are of another mechanism");
+  if (values.size() != size) throw MemoryError("the snapshot's factors belong to another mechanism");
 }
 
 }  // namespace

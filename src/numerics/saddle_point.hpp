@@ -96,7 +96,7 @@ class SaddlePoint {
     const auto fixed = fixed_value_.size(), couplings = coupling_value_.size();
     m(fixed_value_, coupling_value_, converged_);
     if (fixed_value_.size() != fixed || coupling_value_.size() != couplings)
-      throw MemoryError("the snapshot's factors are of another mechanism");
+      throw MemoryError("the snapshot's factors belong to another mechanism");
     for (auto& part : parts_) m(part.block);
   }
 

@@ -50,8 +50,8 @@ void refuse_shared_names(const Layout& layout) {
                                    : drive ? "drives"
                                            : "joints",
                                    a->name),
-                       "another joint, contact, drive or load has this name: forces.csv could not tell them "
-                       "apart; rename one");
+                       "another joint, contact, drive or load has the same name, so forces.csv would be "
+                       "ambiguous; rename one");
     }
 }
 

@@ -93,7 +93,7 @@ void ContactLog::require(std::size_t contacts) const {
                       std::ranges::all_of(open_, [&](const Episode& e) { return !e.open || known(e.first); });
   const bool fits =
       reported_ > static_cast<int>(contacts) ? open_.size() >= contacts : open_.size() == contacts;
-  if (!fits || !events) throw MemoryError("the snapshot's events are of another mechanism");
+  if (!fits || !events) throw MemoryError("the snapshot's events belong to another mechanism");
 }
 
 }  // namespace freeplay

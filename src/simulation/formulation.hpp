@@ -25,8 +25,8 @@ class Watch;
 /// motion has passed a singular position, where branches of the motion meet: (1e-3 rad)².
 inline constexpr double singular_pivot = 1e-6;
 inline constexpr const char* singular_note =
-    "DOUBTFUL: the motion passed a singular position, where constraint rows depend on each other: it may "
-    "have left its branch there";
+    "warning: the motion passed a singular position, where constraint rows are linearly dependent; it may "
+    "have changed its branch there";
 
 class Formulation {
  public:

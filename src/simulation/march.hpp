@@ -103,10 +103,10 @@ inline std::string crawl_reason(const System& system, const Progress& progress, 
                                   : facts.name;
   }
   return fmt::format(
-      "t = {:.9g} s: steps are down to {:.2g} s, {:.1g} of them to the end{}; {}take a coarser step or tolerance, or a "
-      "shorter run",
+      "t = {:.9g} s: the steps have shrunk to {:.2g} s, and the run needs {:.1g} more of them{}; {}use a "
+      "coarser step or tolerance, or a shorter run",
       t, progress.pace(), progress.needed(), nearest.empty() ? "" : ", at " + nearest,
-      nearest.empty() ? "" : "make that contact looser or leave it out, or ");
+      nearest.empty() ? "" : "increase this clearance, omit this contact, or ");
 }
 
 /// Steps until t_end and shows each step to the observers. A Stepper also has step(t_end), which

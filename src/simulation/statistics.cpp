@@ -146,8 +146,8 @@ void ContactStatistics::into(Result& result) const {
     // impact.
     if (!c.has_clearance() && c.impact_over_flight > 0.5)
       result.notes.push_back(fmt::format(
-          "DOUBTFUL: {}: its impacts take {:.2g} of the flights before them; the contact is too soft "
-          "for this load, or what looks like impacts is a lasting contact that quivers",
+          "warning: {}: impacts last {:.2g} of the free flights before them: the contact is too soft for "
+          "this load, or a sustained contact vibrates",
           c.name, c.impact_over_flight));
   }
 }

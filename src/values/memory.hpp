@@ -67,7 +67,7 @@ class MemoryReader {
       throw MemoryError("the snapshot has no part \"" + std::string(name) + "\" where one is expected");
   }
   void raw(void* data, std::size_t size) {
-    if (size > rest_.size()) throw MemoryError("the snapshot is cut short");
+    if (size > rest_.size()) throw MemoryError("the snapshot is incomplete");
     if (size > 0) std::memcpy(data, rest_.data(), size);
     rest_ = rest_.subspan(size);
   }
@@ -109,7 +109,7 @@ void through(M& m, T& value) {
     std::uint64_t size = value.size();
     m(size);
     if constexpr (M::reading) {
-      if (size > m.left()) throw MemoryError("the snapshot is cut short");
+      if (size > m.left()) throw MemoryError("the snapshot is incomplete");
       value.resize(size);
     }
     m.raw(value.data(), size);
@@ -119,8 +119,7 @@ void through(M& m, T& value) {
     std::uint64_t size = value.size();
     m(size);
     if constexpr (M::reading) {
-      // Every element has at least one byte.
-      if (size > m.left()) throw MemoryError("the snapshot is cut short");
+      if (size > m.left()) throw MemoryError("the snapshot is incomplete");  // every element has a byte
       value.resize(size);
     }
     if constexpr ((std::is_arithmetic_v<typename T::value_type> &&

@@ -231,7 +231,7 @@ TEST_CASE("a corner contact without a stiffness is reported where the penalty fo
       any;
   REQUIRE_THROWS_WITH(
       Simulation(parse_scene(text, "wall.toml"), "penalty"),
-      Contains("contacts.wall.stiffness: is missing: a penalty contact of a sharp corner takes its "
+      Contains("contacts.wall.stiffness: is missing: a penalty contact of a sharp corner needs it as "
                "stiffness"));
 }
 
@@ -275,7 +275,7 @@ TEST_CASE("an element that turns a point body or acts off its centre is refused 
       const auto& [added, said] : std::vector<Case>{
           {pin + "at = [[0, 0], [0.5, 0]]\n", "joints.pin.at: must be [0, 0] on \"p\""},
           {pin + "clearance = 1e-3\nbearing_radius = 0.01\nsurface = \"rough\"\n",
-           "joints.pin.surface: has friction, which would turn \"p\""},
+           "joints.pin.surface: has friction with a couple on \"p\""},
           {"[joints.guide]\ntype = \"translational\"\nbetween = [\"ground\", \"p\"]\n",
            "joints.guide.between: acts on the angle of \"p\""},
           {"[joints.weld]\ntype = \"rigid\"\nbetween = [\"r\", \"p\"]\n",
@@ -283,9 +283,9 @@ TEST_CASE("an element that turns a point body or acts off its centre is refused 
           {"[joints.slot]\ntype = \"slot\"\nbetween = [\"p\", \"r\"]\n",
            "joints.slot.between: the slot is on the first body"},
           {"[contacts.floor]\ntype = \"plane\"\nbetween = [\"ground\", \"p\"]\nradius = 0.1\nsurface = \"rough\"\n",
-           "contacts.floor.surface: has friction, which would turn \"p\""},
+           "contacts.floor.surface: has friction with a couple on \"p\""},
           {"[contacts.two]\ntype = \"discs\"\nbetween = [\"r\", \"p\"]\nradii = [0.1, 0.1]\nsurface = \"rough\"\n",
-           "contacts.two.surface: has friction, which would turn \"p\""},
+           "contacts.two.surface: has friction with a couple on \"p\""},
           {pin + "[drives.motor]\njoint = \"pin\"\nspeed = 3\n",
            "drives.motor.joint: acts on the angle of \"p\""},
           {"[loads.twist]\ntype = \"torque\"\nbody = \"p\"\ntorque = 3\n",
@@ -311,7 +311,7 @@ TEST_CASE("an element that turns a point body or acts off its centre is refused 
     INFO(key);
     const auto text = fmt::format("[bodies.p]\nmass = 1\npoint = true\n{}\n", key) + any;
     REQUIRE_THROWS_WITH(parse_scene(text, "s.toml"),
-                        StartsWith("s.toml:4:") && Contains("belongs to a body that can turn"));
+                        StartsWith("s.toml:4:") && Contains("needs a body with rotation"));
   }
 }
 

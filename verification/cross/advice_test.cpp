@@ -230,8 +230,8 @@ TEST_CASE("advise refuses statistics of starts that cannot differ", "[advice]") 
       read_scene(file, {"curves.shake.amplitude=1.5e-3", "run.duration=4", "nonsmooth.scheme=event-driven"});
   CHECK_THROWS_AS(advise(chaotic, Family::nonsmooth, 0.01, Conduct{}, {}), AlikeStarts);
   CHECK_THROWS_WITH(advise(chaotic, Family::nonsmooth, 0.01, Conduct{}, {}),
-                    Catch::Matchers::Contains("its starts are all alike") &&
-                        Catch::Matchers::Contains("take a run.duration up to there"));
+                    Catch::Matchers::Contains("all starts are identical") &&
+                        Catch::Matchers::Contains("use a run.duration up to that time"));
   CHECK(perturbed_starts(chaotic, {.starts = 8, .how = {.turn = 0, .play = 0.01}}, 0, Conduct{}).empty());
   // A crank that keeps its angle makes no difference.
   const auto driven = read_scene(test::flores());

@@ -187,7 +187,7 @@ TEST_CASE("a note names the surface property that a contact force law cannot mod
       lever({}, {"surfaces.steel.tangential_restitution=0.4", "drives.hammer.torque_table=[[0, 0], [1, 0]]"});
   const auto run = test::simulate(scene, Family::penalty);
   CHECK(std::ranges::any_of(run.notes, [](const std::string& note) {
-    return note.starts_with("stop: tangential_restitution = 0.4 is of impact laws");
+    return note.starts_with("stop: tangential_restitution = 0.4 applies to impact laws");
   }));
 }
 

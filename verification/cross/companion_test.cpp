@@ -135,6 +135,6 @@ TEST_CASE("a step too long for the first contacts is reported as doubtful", "[co
         " --formulation nonsmooth --set run.duration=0.05 --set run.discard=0 --set nonsmooth.step=" + step +
         " -o " + folder.path().string());
   };
-  CHECK_THAT(run("1e-6").out, Contains("touches may be off by") && !Contains("DOUBTFUL: the first"));
-  CHECK_THAT(run("1e-3").out, Contains("DOUBTFUL: the first"));
+  CHECK_THAT(run("1e-6").out, Contains("estimated error of the first") && !Contains("warning: "));
+  CHECK_THAT(run("1e-3").out, Contains("warning: "));
 }

@@ -38,7 +38,7 @@ test::MotionRows rows_of(const Way& way, const std::string& text, double apart) 
   return test::motion_rows(scene_by(way, text), way.family, apart);
 }
 
-bool doubtful(const Result& run) { return test::notes_of(run).find("DOUBTFUL") != std::string::npos; }
+bool doubtful(const Result& run) { return test::notes_of(run).find("warning: ") != std::string::npos; }
 
 /// A body on a guide along x or y, driven as `drive` says.
 std::string slider(double speed, const std::string& drive) {
@@ -215,7 +215,7 @@ TEST_CASE("curves: fixed steps longer than the pieces of a force curve are repor
   for (const double step : {0.013, 0.04, 0.1}) {
     CAPTURE(step);
     CHECK_THAT(test::notes_of(test::finished(test::fixed_steps(step), hill("linear"))),
-               Catch::Contains("DOUBTFUL: within one step it reads a curve"));
+               Catch::Contains("warning: the curve of it deviates from a straight line"));
   }
   const auto run = test::finished(test::fixed_steps(1e-4), hill("linear"));  // a hundred steps a piece
   CHECK_FALSE(doubtful(run));
@@ -357,7 +357,7 @@ frequency = {:.17g})",
     CHECK_FALSE(doubtful(test::finished(fixed, Family::penalty)));
     fixed.penalty.step = 0.3 / f;
     CHECK_THAT(test::notes_of(test::finished(fixed, Family::penalty)),
-               Catch::Contains("DOUBTFUL: penalty.step is 4.8 times as long as"));
+               Catch::Contains("warning: penalty.step is 4.8 times too long"));
   }
 }
 

@@ -279,12 +279,12 @@ TEST_CASE("an invalid group is refused at its key", "[groups][scene]") {
   refused("mass = 0.2\n", "", "groups.g.mass: is missing");
   refused("positions = [", "grid = [3, 4]\npositions = [", "needs exactly one of positions and grid");
   refused("surface = \"s\"", "surface = \"t\"", "groups.g.surface: there is no surface \"t\"");
-  refused("[0, 1], [0, 0]", "[0, 0], [0, 0]", "groups.g.walls: points 1 and 2 are the same");
+  refused("[0, 1], [0, 0]", "[0, 0], [0, 0]", "groups.g.walls: points 1 and 2 are equal");
   refused("pairs = \"near\"", "pairs = \"all\"", "groups.g.pairs");
   refused("pairs = \"near\"", "touches = [\"g\"]",
           "groups.g.touches: there is no group above it called \"g\"");
   refused("scheme = \"moreau-jean\"\nstep", "scheme = \"event-driven\"\n# step",
           "groups.g.pairs: \"near\" needs");
   refused("[groups.g]", "[bodies.g-3]\nmass = 1\ninertia = 1\n[groups.g]",
-          "its disc 3 is called as bodies.g-3 is");
+          "its disc 3 has the same name as bodies.g-3");
 }

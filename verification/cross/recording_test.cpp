@@ -173,8 +173,8 @@ TEST_CASE("no recorded file holds a non-finite number", "[recording][files]") {
       file.write("t,x,y\n0.5,");
       file.number(1.25);
       file.write(",");
-      REQUIRE_THROWS_WITH(file.number(bad), Contains("rows.csv: refuses to hold") && Contains("\"0.5\"") &&
-                                                Contains("behind 2 numbers"));
+      REQUIRE_THROWS_WITH(file.number(bad), Contains("rows.csv: cannot store") && Contains("\"0.5\"") &&
+                                                Contains("after 2 numbers"));
     }
     CHECK(std::filesystem::is_empty(folder.path()));
   }
@@ -337,5 +337,6 @@ counts = 100
   CHECK(to_toml(parse_scene(to_toml(chosen), "again")) == to_toml(chosen));
   named.emplace_back("drives.motor.crank=true");
   CHECK_THROWS_WITH(parse_scene(text, "order.toml", named),
-                    Contains("drives.a.crank: drives.motor counts the turns already; one drive may"));
+                    Contains("drives.a.crank: drives.motor already counts the revolutions; only one drive "
+                             "may"));
 }

@@ -158,11 +158,11 @@ TEST_CASE("snapshots: one that does not fit is refused, and the simulation stays
        {own.memory.size() - 1, own.memory.size() / 2, std::size_t{5}, std::size_t{0}}) {
     changed = own;
     changed.memory.resize(size);
-    refused(changed, "cut short");
+    refused(changed, "incomplete");
   }
   changed = own;
   changed.memory.push_back(std::byte{0});
-  refused(changed, "longer than what it should hold");
+  refused(changed, "the snapshot is too long");
 
   // Files.
   const auto file = folder.path() / "a.snapshot";
@@ -179,7 +179,7 @@ TEST_CASE("snapshots: one that does not fit is refused, and the simulation stays
     read_refused(whole.substr(0, size), "is damaged");
   read_refused(whole + "x", "is damaged");
   for (const std::size_t size : {std::size_t{0}, std::size_t{4}, body - 1})
-    read_refused(whole.substr(0, size), "is no snapshot of freeplay");
+    read_refused(whole.substr(0, size), "is not a snapshot of freeplay");
   for (int i = 0; i < 50; ++i) {
     auto flipped = whole;
     flipped[body + engine() % (whole.size() - body)] ^= static_cast<char>(1 << engine() % 8);
@@ -196,8 +196,8 @@ TEST_CASE("snapshots: one that does not fit is refused, and the simulation stays
   REQUIRE(whole.starts_with(version));
   read_refused("freeplay snapshot 1 " + whole.substr(version.size()),
                "is a snapshot of version 1; this program reads version 2");
-  read_refused("freeplay checkpoint 2 " + whole.substr(version.size()), "is no snapshot of freeplay");
-  read_refused("t,x,y\n0,0,0\n", "is no snapshot of freeplay");
+  read_refused("freeplay checkpoint 2 " + whole.substr(version.size()), "is not a snapshot of freeplay");
+  read_refused("t,x,y\n0,0,0\n", "is not a snapshot of freeplay");
   CHECK_THROWS_WITH(Snapshot::read(folder.path()), Contains("is a folder, not a file"));
   CHECK_THROWS_WITH(Snapshot::read(folder.path() / "none"), Contains("none"));
 

@@ -94,7 +94,7 @@ TEST_CASE("a step too long for the lag is refused with its reason", "[states]") 
   scene.nonsmooth.step = 1e-2;
   const auto run = test::simulate(scene, Family::nonsmooth);
   CHECK(run.ending.status == Ending::Status::failed);
-  CHECK_THAT(run.ending.reason, Catch::Matchers::Contains("lagged torques do not converge"));
+  CHECK_THAT(run.ending.reason, Catch::Matchers::Contains("lagged torques does not converge"));
 }
 
 TEST_CASE("a torque sensor shows the lagging torque", "[states]") {

@@ -20,9 +20,10 @@ std::string calibration_tables(const Study& study, const CalibrationResult& r) {
   const auto& c = *study.calibration;
   std::string out =
       "Response surfaces of each statistic's logarithm: a quadratic and a Gaussian process in the scaled "
-      "unknowns\n([calibration](../reference/study.md#calibration)); their error is that of predicting each of their "
-      "points from the others. A weak\npull to the middle of the ranges decides what the targets leave open.\n\n"
-      "| target | statistic | measured | surface's error | outcomes' spread |\n| --- | --- | --- | --- | --- |\n";
+      "unknowns\n([calibration](study.md#calibration)); their error is that of leave-one-out prediction of "
+      "their points. A weak\nprior at the middle of the ranges determines what the targets leave "
+      "undetermined.\n\n| target | statistic | measured | surface's error | outcomes' spread |\n| --- | "
+      "--- | --- | --- | --- |\n";
   for (std::size_t i = 0; i < c.targets.size(); ++i)
     out += fmt::format("| {} | {} | {} | {:.3f} | {:.3f} |\n", c.targets[i].name, c.targets[i].statistic,
                        number(r.measured[i]), r.surface_error[i], r.surface_spread[i]);
@@ -35,7 +36,7 @@ std::string calibration_tables(const Study& study, const CalibrationResult& r) {
     head += fmt::format(" {}{} |", u.name, u.unit.empty() ? "" : ", " + u.unit);
     rule += " --- |";
   }
-  out += "\nWhat the fits find, with 95 % intervals within the ranges:\n\n" + head + "\n" + rule + "\n";
+  out += "\nResults of the fits, with 95 % intervals within the ranges:\n\n" + head + "\n" + rule + "\n";
   for (const auto& [f, name] : fits) {
     out += "| " + name + " |";
     for (std::size_t j = 0; j < f->unknowns.size(); ++j)
@@ -43,9 +44,9 @@ std::string calibration_tables(const Study& study, const CalibrationResult& r) {
     out += "\n";
   }
   out +=
-      "\n**Fitted** (each fit's own targets; they say nothing about the model, but a fit that misses them "
-      "says little about\nwhat it predicts):\n\n| fit | target | measured | surface | runs at the optimum | "
-      "runs miss it by |\n| --- | --- | --- | --- | --- | --- |\n";
+      "\n**Fitted** (targets of each fit; they do not test the model, but predictions of a fit that misses "
+      "them mean little):\n\n| fit | target | measured | surface | runs at the optimum | ratio |\n| --- | "
+      "--- | --- | --- | --- | --- |\n";
   for (const auto& [f, name] : fits)
     for (std::size_t i = 0; i < c.targets.size(); ++i)
       if (f->used[i])
@@ -54,11 +55,11 @@ std::string calibration_tables(const Study& study, const CalibrationResult& r) {
                            factor(f->run_again[i].value, r.measured[i]),
                            f->contradicted[i] ? ", **contradicted**" : "");
   out += fmt::format(
-      "\n**Predicted** (each from the fit that did not see it). At the optimum: mean and interval over "
-      "starts. Within the\nfit's uncertainty: {} runs at draws from it, where one more would lie; the "
-      "target is judged by all of it.\n\n| target | measured | surface | runs at the optimum | off by | "
-      "runs within the fit's uncertainty | off by up to | asked | |\n| --- | --- | --- | --- | --- | --- | "
-      "--- | --- | --- |\n",
+      "\n**Predicted** (each from the fit without it). At the optimum: mean and interval over starts. "
+      "Within the\nfit's uncertainty: prediction interval from {} runs at random points of it, which must "
+      "contain the target.\n\n| target | measured | surface | runs at the optimum | off by | runs within "
+      "the fit's uncertainty | off by up to | asked | |\n| --- | --- | --- | --- | --- | --- | --- | --- | "
+      "--- |\n",
       draws);
   for (std::size_t i = 0; i < r.left_out.size(); ++i) {
     const auto& p = r.left_out[i].run_again[i];

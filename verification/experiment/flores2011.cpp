@@ -62,7 +62,8 @@ struct Judge {
   void gross_motion() {
     const double x2 = displacement(0.25e-3, 200);
     add("X2",
-        "0.25 mm, 200 rpm: the slider's position differs from the ideal by no more than a drawn line's width",
+        "0.25 mm, 200 rpm: the slider's position differs from the ideal by at most the width of a drawn "
+        "line",
         fmt::format("{:.3g} mm", 1e3 * x2), "≤ 1 mm of 100 mm stroke", x2 <= 1e-3, std::isfinite(x2));
     const double speed = study.axes[1].values.front();
     double squares = 0;
@@ -75,8 +76,7 @@ struct Judge {
     const auto rms = at(0.25e-3, speed, TurnMetrics::rms);
     const double ratio = rms.mean / std::sqrt(squares / points);
     add("X13",
-        fmt::format("0.25 mm, {:.0f} rpm: gross motion like the ideal (effective acceleration over its)",
-                    speed),
+        fmt::format("0.25 mm, {:.0f} rpm: overall motion as the ideal (ratio of RMS accelerations)", speed),
         fmt::format("{:.3g}", ratio), "≤ √2: half of the signal's power", ratio <= std::numbers::sqrt2,
         rms.count > 0);
   }
@@ -103,11 +103,13 @@ struct Judge {
       if (degrees(f.loss - from) < 180) losses.push_back(f.loss);
     const double datum = mean_angle(losses), main = static_cast<double>(losses.size());
     const double per_turn = main / turns, length = main > 0 ? most / main : std::nan("");
-    add("X3", "0.25 mm, 200 rpm: contact is lost once a turn in one half of it (flights of 5° or more)",
+    add("X3",
+        "0.25 mm, 200 rpm: contact is lost once per revolution in one half of it (flights of 5° or "
+        "more)",
         fmt::format("{:.2f} a turn", per_turn), "0.8 to 1.2", per_turn >= 0.8 && per_turn <= 1.2, turns > 0);
-    add("X3", "that flight lasts about 20° of the crank", fmt::format("{:.1f}°", length),
+    add("X3", "this flight lasts about 20° of crank angle", fmt::format("{:.1f}°", length),
         "13° to 30° (a factor of 1.5)", length >= 20 / 1.5 && length <= 30, main > 0);
-    add("X3", "where contact is lost, after top dead centre (the paper's 43° has an unknown datum)",
+    add("X3", "angle of the loss of contact after top dead centre (the datum of the paper's 43° is unknown)",
         fmt::format("{:.0f}°", datum), "–", false, false);
 
     // In the paper's datum: zones 43° to 123°, and 230° to 330°.
@@ -135,14 +137,14 @@ struct Judge {
     });
     std::ranges::sort(tails);
     const double last = quantile(tails, 0.95) - 43 - length;
-    add("X4", "impacts follow for about 60° after its return (95 % of them)", fmt::format("{:.0f}°", last),
-        "40° to 90°", last >= 40 && last <= 90, !tails.empty());
+    add("X4", "impacts follow for about 60° after the return of contact (95 % of them)",
+        fmt::format("{:.0f}°", last), "40° to 90°", last >= 40 && last <= 90, !tails.empty());
     const auto ratio = interval(ratios);
-    add("X5", "impacts between 230° and 330° are smaller (median approach over the first zone's)",
-        fmt::format("{:.2f} ({:.2f}..{:.2f})", ratio.mean, ratio.low, ratio.high), "< 1, interval and all",
-        ratio.high<1, ratio.count> 1);
+    add("X5", "impacts between 230° and 330° are weaker (median approach speed relative to the first zone)",
+        fmt::format("{:.2f} ({:.2f}..{:.2f})", ratio.mean, ratio.low, ratio.high),
+        "< 1, including its interval", ratio.high<1, ratio.count> 1);
     const double share = flying / degrees_outside;
-    add("X5", "outside both zones contact lasts (share of that angle in flights of 2° or more)",
+    add("X5", "contact is sustained outside both zones (share of that angle in flights of 2° or more)",
         fmt::format("{:.3f}", share), "≤ 0.1", share <= 0.1, turns > 0);
   }
 
@@ -183,14 +185,14 @@ struct Judge {
       for (std::size_t j = 0; j + 1 < n.size(); ++j, ++steps)
         growing +=
             at(c, n[j + 1], TurnMetrics::lines).mean * n[j + 1] > at(c, n[j], TurnMetrics::lines).mean * n[j];
-    add("X11", "the dominant lines times their distance (Hz) grows with speed",
-        fmt::format("{} of {} steps", growing, steps), "another reading of \"number\"", false, false);
+    add("X11", "the number of dominant lines times their spacing (Hz) grows with speed",
+        fmt::format("{} of {} steps", growing, steps), "another definition of \"number\"", false, false);
   }
 
   void friction_in_flight() {
     for (double c : {0.50e-3, 1.00e-3}) {
       const auto d = at(c, 200, TurnMetrics::deceleration);
-      add("X12", fmt::format("{:.2f} mm: the slider slows down while out of contact", 1e3 * c),
+      add("X12", fmt::format("{:.2f} mm: the slider decelerates without contact", 1e3 * c),
           fmt::format("{:.3g} m/s²", std::abs(d.mean) < 1e-3 ? 0 : d.mean), "> 0.1 m/s²", d.mean > 0.1,
           d.count > 0);
     }
@@ -208,7 +210,7 @@ std::vector<Finding> flores2011(const Study& study, const Results& results, cons
   j.each(0.25e-3, 200, [&](const RunRow& run) {
     ideal = run.metric[TurnMetrics::peak_median] / run.metric[TurnMetrics::ratio_median];
   });
-  j.add("X1", "ideal joint, 200 rpm: greatest computed acceleration is the closed form's",
+  j.add("X1", "ideal joint, 200 rpm: the greatest computed acceleration equals the closed form",
         fmt::format("{:.4g} m/s²", ideal), fmt::format("{:.4g} within 2 %", closed),
         std::abs(ideal / closed - 1) <= 0.02, std::isfinite(ideal));
   j.gross_motion();

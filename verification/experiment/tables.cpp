@@ -10,7 +10,9 @@ namespace {
 
 std::string show(const Interval& i) { return verification::show(i.mean, i.low, i.high); }
 
-std::string verdict(const Finding& f) { return !f.judged ? "not judged" : f.holds ? "holds" : "**fails**"; }
+std::string verdict(const Finding& f) {
+  return !f.judged ? "not evaluated" : f.holds ? "holds" : "**fails**";
+}
 
 std::vector<Finding> findings(const Evidence& e, const Variant& v, const std::string& formulation,
                               TurnMetrics::Name statistic = TurnMetrics::ratio_95) {
@@ -40,7 +42,7 @@ std::string claims_table(const Evidence& e, const Variant& v) {
     out += fmt::format(" {} | verdict |", formulation);
     rule += " --- | --- |";
   }
-  out += " would hold |\n" + rule + " --- |\n";
+  out += " bound |\n" + rule + " --- |\n";
   std::string fitted;
   for (std::size_t i = 0; i < columns[0].size(); ++i) {
     const auto& f = columns[0][i];
@@ -53,7 +55,7 @@ std::string claims_table(const Evidence& e, const Variant& v) {
   }
   if (!fitted.empty())
     out += fmt::format(
-        "\n**Fitted**, so without a verdict: {} was fitted to these; the other formulation runs at its "
+        "\n**Fitted**, therefore without a verdict: {} was fitted to these; the other formulation uses its "
         "values.\n\n| id | claim | {} |\n| --- | --- |{}\n{}",
         e.calibration->calibration->formulation, fmt::join(v.formulations, " | "),
         v.formulations.size() == 2 ? " --- | --- |" : " --- |", fitted);
@@ -90,10 +92,10 @@ std::string readings_table(const Evidence& e) {
 
 std::string influences_table(const Evidence& e) {
   std::string out =
-      "| scene | formulation | X7, 0.10 mm | X6, 0.25 mm | X8, 1.00 mm | X3 flights a turn | length | X9 "
-      "steps | X10 steps | X11 steps | X12 | runs, of them doubtful, failed |\n| --- | --- | --- | --- | "
-      "--- | --- | --- | --- | --- | --- | --- | --- |\n| *measured* | | 3.5 | 4 | 20 | 1 | 20° | 24 of 24 "
-      "| 24 of 24 | 48 of 48 | slows | |\n";
+      "| scene | formulation | X7, 0.10 mm | X6, 0.25 mm | X8, 1.00 mm | X3 flights per revolution | "
+      "length | X9 steps | X10 steps | X11 steps | X12 | runs, with warnings, failed |\n| --- | --- | --- "
+      "| --- | --- | --- | --- | --- | --- | --- | --- | --- |\n| *measured* | | 3.5 | 4 | 20 | 1 | 20° | "
+      "24 of 24 | 24 of 24 | 48 of 48 | slows | |\n";
   const double clearances[] = {0.10e-3, 0.25e-3, 1.00e-3};
   const char* ids[] = {"X7", "X6", "X8"};
   std::string sentences;
@@ -134,10 +136,10 @@ std::string influences_table(const Evidence& e) {
       }
     }
     if (&v != &e.study.variants.front())
-      sentences +=
-          fmt::format("- {}: {}.\n", v.name,
-                      moved.empty() ? "moves none of the peaks beyond their intervals"
-                                    : "multiplies " + moved + "; the other peaks stay within intervals");
+      sentences += fmt::format(
+          "- {}: {}.\n", v.name,
+          moved.empty() ? "no peak changes beyond its interval"
+                        : "multiplies " + moved + "; the other peaks do not change beyond their intervals");
   }
   return out + "\nAgainst " + e.study.variants.front().name +
          ", where the 95 % intervals do not overlap:\n\n" + sentences;

@@ -85,7 +85,7 @@ TEST_CASE("impacts that add energy without end stop the run with their reason", 
       const auto verdict = judge(drawn, way);
       INFO(way.name << ": " << verdict.check << " " << verdict.detail);
       CHECK(verdict.outcome == Outcome::refused);
-      CHECK(verdict.detail.find("impacts that raise the energy drove a speed") != std::string::npos);
+      CHECK(verdict.detail.find("impacts increased a speed from") != std::string::npos);
     }
 }
 
@@ -192,7 +192,7 @@ TEST_CASE("a falsified result is classified as a silent error", "[strangers]") {
   // Notes of a run count, and a run that stopped with a reason is refused.
   const auto said = [](Sight& s) {
     s.depth[0] = 0.2 * s.measure[0];
-    s.result.notes.emplace_back("DOUBTFUL: a planted note");
+    s.result.notes.emplace_back("warning: a planted note");
   };
   CHECK(outcome(said) == Outcome::doubted);
   CHECK(outcome([](Sight& s) { s.result.ending = {Ending::Status::failed, "planted"}; }) == Outcome::refused);

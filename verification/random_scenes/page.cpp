@@ -18,17 +18,17 @@ struct Refusal {
   const char* why;
 };
 constexpr Refusal looked_at[] = {
-    {"too fast for event-driven",
+    {"faster than event-driven integration can resolve",
      "contacts of a pile throw each other to and fro without an end in time; the reason names the "
      "automatic scheme, which passes it by time stepping"},
     {"too many for event-driven", "as above, at a pace that no run ends"},
-    {"mode of contact changes", "as above, of changes between stick and slip"},
-    {"slip in no order", "as above"},
-    {"admits more than one motion",
+    {"contact mode changes", "as above, of changes between stick and slip"},
+    {"no order in which they slip", "as above"},
+    {"admits several motions",
      "Painlevé's paradox: friction leaves the motion open, and the reason names the motions"},
     {"admits no acceleration",
      "Painlevé's paradox: no finite force keeps apart what slides there; time stepping stops it by an impulse"},
-    {"was not solved by any",
+    {"solved the",
      "no solver finds impulses of several contacts (or friction above 1 in a corner); whether "
      "there are any is not known, and nothing is made up"},
     {"the motion may be singular there",
@@ -42,7 +42,7 @@ constexpr Refusal looked_at[] = {
     {", and going on",
      "a run that needs more steps than its CPU time: stiff contacts that last, or hops without number, at high speed; it was "
      "still going on"},
-    {"damper forces do not converge",
+    {"the forces of dampers does not converge",
      "a damper that stops its mass within a step; the reason says what step would do"},
 };
 
@@ -135,14 +135,14 @@ std::string noted_of(const std::vector<Row>& rows) {
   std::map<std::pair<std::string, std::string>, int> kinds;
   for (const auto& r : rows)
     if (r.verdict.outcome == Outcome::doubted) {
-      const auto at = r.verdict.detail.find("said: ");
+      const auto at = r.verdict.detail.find("run says: ");
       auto note =
-          kind_of_refusal(at == std::string::npos ? r.verdict.detail : r.verdict.detail.substr(at + 6));
+          kind_of_refusal(at == std::string::npos ? r.verdict.detail : r.verdict.detail.substr(at + 10));
       if (const auto end = note.find_first_of(";("); end != note.npos) note.resize(end);
       ++kinds[{r.way, r.verdict.check + ": " + note}];
     }
-  if (kinds.empty()) return "None was told.\n";
-  std::string text = "| way | outside the bound of, and what the run said | count |\n| --- | --- | --- |\n";
+  if (kinds.empty()) return "None had a warning.\n";
+  std::string text = "| way | outside the bound of, and message | count |\n| --- | --- | --- |\n";
   for (const auto& [kind, count] : kinds)
     text += fmt::format("| {} | {} | {} |\n", kind.first, kind.second, count);
   return text;
@@ -150,19 +150,21 @@ std::string noted_of(const std::vector<Row>& rows) {
 
 std::string page_of(const std::vector<Row>& rows, std::uint64_t seed, int count, double seconds) {
   std::string text = fmt::format(
-      "# Random-scene tests without a reference\n\nWritten by `freeplay extremes --strangers {0} --seed {1} --document docs/verification`. {0} scenes, "
-      "drawn by a seed\n(verification/random_scenes/): {2}.\nLengths from a millimetre to ten "
-      "metres, speeds over five decades, mass ratios to 1e6, friction to 1.5, restitution 0 to 1, starts that touch "
-      "or graze.\nEach is run by every way that has a model of it (no restitution of 0 with penalty), judged in a process of its own and without a\nreference of its own. *Right*: within every bound below. "
-      "*Told*: outside one, and the run's notes say DOUBTFUL or name it. *Refused*: stopped with a\nreason, and right "
-      "until then. *Silent*, *hung* (over {3:.0f} s of CPU) and *crashed* are defects. Wall time {4:.0f} s.\n\n",
+      "# Random-scene tests without a reference\n\nWritten by `freeplay extremes --strangers {0} --seed "
+      "{1} --document docs/verification`. {0} scenes, drawn by a seed\n(verification/random_scenes/): {2}.\nLengths "
+      "from a millimetre to ten metres, speeds over five decades, mass ratios to 1e6, friction to 1.5, "
+      "restitution 0 to 1, starts that touch or graze.\nEach is run by every way that has a model of it "
+      "(no restitution of 0 with penalty), judged in a process of its own and without a\nreference of its "
+      "own. *Right*: within every bound below. *Warned*: outside one, with a warning or a note of the run. "
+      "*Refused*: stopped with a\nreason, and right until then. *Silent*, *hung* (over {3:.0f} s of CPU) "
+      "and *crashed* are defects. Wall time {4:.0f} s.\n\n",
       count, seed, fmt::format("{}", fmt::join(kinds(Suite::agreement), ", ")), run_limit(Suite::agreement),
       seconds);
   text += table_of(rows, Suite::agreement) +
           "\n## Checks\n\n| check | what is compared | bound | why |\n| --- | --- | --- | --- |\n";
   for (const auto& c : checks())
     text += fmt::format("| {} | {} | {} | {} |\n", c.name, c.asks, c.bound, c.why);
-  text += "\n## Refused\n\n" + refusals_of(rows) + "\n## Told\n\n" + noted_of(rows) + "\n## Defects\n\n";
+  text += "\n## Refused\n\n" + refusals_of(rows) + "\n## Warned\n\n" + noted_of(rows) + "\n## Defects\n\n";
   bool any = false;
   for (const auto& r : rows)
     if (is_defect(r.verdict.outcome, Suite::agreement)) {

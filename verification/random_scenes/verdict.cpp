@@ -3,13 +3,14 @@
 #include <fmt/format.h>
 
 #include "values/result.hpp"
+#include "values/warning.hpp"
 
 namespace freeplay::verification::random_scenes {
 
 const char* name_of(Outcome outcome, Suite suite) {
   constexpr const char* names[][outcomes] = {
       {"right", "degraded", "", "refused", "HUNG", "WRONG", "CRASHED"},
-      {"right", "told", "", "refused", "HUNG", "SILENT", "CRASHED"},
+      {"right", "warned", "", "refused", "HUNG", "SILENT", "CRASHED"},
       {"right", "doubted", "falsely doubted", "refused", "slow", "SILENT", "CRASHED"}};
   return names[static_cast<int>(suite)][static_cast<int>(outcome)];
 }
@@ -17,9 +18,9 @@ const char* name_of(Outcome outcome, Suite suite) {
 Verdict beyond_bound(const Result& run, const std::string& what, std::string_view noted) {
   const bool failed = run.ending.status == Ending::Status::failed;
   for (const auto& note : run.notes)
-    if (note.starts_with("DOUBTFUL") || (!noted.empty() && note.find(noted) != note.npos))
-      return failed ? Verdict{Outcome::refused, run.ending.reason + "; said: " + note}
-                    : Verdict{Outcome::doubted, what + "; said: " + note};
+    if (is_warning(note) || (!noted.empty() && note.find(noted) != note.npos))
+      return failed ? Verdict{Outcome::refused, run.ending.reason + "; run says: " + note}
+                    : Verdict{Outcome::doubted, what + "; run says: " + note};
   return {Outcome::silent, failed ? what + "; then stopped: " + run.ending.reason : what};
 }
 

@@ -15,12 +15,11 @@ enum class Suite { map, agreement, rows };
 /// From best to worst; judgements.csv contains their numbers.
 enum class Outcome {
   right,    ///< within every bound
-  doubted,  ///< outside a bound, and the run reports it; for known rows also: not known to be right, and
-            ///< reported as doubtful
-  falsely_doubted,  ///< known to be right in all rows, but the run says DOUBTFUL
-  refused,          ///< stopped or refused with a reason, and right until then
-  hung,             ///< did not end within its time limit
-  silent,           ///< outside a bound without a report
+  doubted,  ///< outside one, and the run says so; of known rows also: not known to be right, and doubted
+  falsely_doubted,  ///< known to be right in all rows, and the run gives a warning
+  refused,          ///< stopped or declined with a reason, and right until then
+  hung,             ///< did not end within its time
+  silent,           ///< outside a bound, and nothing said
   crashed
 };
 inline constexpr int outcomes = static_cast<int>(Outcome::crashed) + 1;
@@ -40,9 +39,8 @@ struct Verdict {
   double cpu = 0;           ///< s, of the run itself
 };
 
-/// Outcome of a run that misses a bound by `what`: doubted if a note begins with DOUBTFUL or
-/// contains `noted` (unless that is empty), else silent; a run that also failed is refused or
-/// silent.
+/// What a run that misses a bound by `what` amounts to: doubted if a note is a warning or contains `noted` (unless that
+/// is empty), else silent; a run that also failed is refused or silent.
 Verdict beyond_bound(const Result& run, const std::string& what, std::string_view noted = {});
 
 /// Right if `error`, taken at the end of the run, is within `bound`; else the notes of the run

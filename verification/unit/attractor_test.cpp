@@ -256,10 +256,11 @@ TEST_CASE("an invalid request for attractors in a study is refused at its place"
   };
   using Catch::Contains;
   CHECK_THAT(why("[bifurcation]\naxis = \"b\"\n"),
-             Contains("study.toml:6") && Contains("no axis of the study"));
+             Contains("study.toml:6") && Contains("not an axis of the study"));
   CHECK_THAT(why("[bifurcation]\ndirection = \"sideways\"\n"), Contains("study.toml:6"));
   CHECK_THAT(why("[bifurcation]\ndirection = \"none\"\n"), Contains("at least one start"));
-  CHECK_THAT(why("[bifurcation]\nstarts = 2\n"), Contains("study.toml:6") && Contains("begin alike"));
+  CHECK_THAT(why("[bifurcation]\nstarts = 2\n"),
+             Contains("study.toml:6") && Contains("all starts are identical"));
   CHECK_THAT(why("[bifurcation]\nkeep = 2.5\n"), Contains("a whole number"));
   CHECK_THAT(why("[bifurcation]\nstep = 2\n"), Contains("study.toml:6"));
   CHECK_THAT(why("[bifurcation]\nset = [\"surfaces.hard.restitutio=0.5\"]\n"),
@@ -280,10 +281,10 @@ TEST_CASE("a diagram's axis key cannot be set as well, and an invalid value is r
       "scene = \"b.toml\"\n[axes.g]\nkey = \"curves.shake.amplitude\"\nvalues = [9e-4, 1e-3]\n[axes.e]\n"
       "key = \"surfaces.hard.restitution\"\nvalues = [0.7, 0.8]\n";
   CHECK_THROWS_WITH(study_of(folder, head + "[bifurcation]\nset = [\"curves.shake.amplitude=1\"]\n"),
-                    Catch::Contains("bifurcation.set: curves.shake.amplitude is what axis g varies"));
+                    Catch::Contains("bifurcation.set: curves.shake.amplitude is varied by axis g"));
   CHECK_THROWS_WITH(study_of(folder, head + "[basin]\nset = [\"surfaces.hard.restitution = 1\"]\n"),
-                    Catch::Contains("basin.set: surfaces.hard.restitution is what axis e varies"));
-  // The key of an axis that the diagram does not name may be set.
+                    Catch::Contains("basin.set: surfaces.hard.restitution is varied by axis e"));
+  // Of an axis that the diagram does not name the key may be set.
   const auto study = study_of(
       folder, head + "[bifurcation]\nsection = \"each touch\"\nset = [\"surfaces.hard.restitution=2\"]\n");
   CHECK_THROWS_WITH(run_bifurcation(study, folder.path() / "a.db"),

@@ -138,7 +138,7 @@ TEST_CASE("a run whose estimated output is too large does not start", "[bounded]
   CHECK_FALSE(std::filesystem::exists(out));
   o = test::freeplay("check " + test::flores().string());
   CHECK(o.status == 0);
-  CHECK_THAT(o.out, Contains("a run writes about") && Contains("trajectory.csv"));
+  CHECK_THAT(o.out, Contains("estimated output") && Contains("trajectory.csv"));
   const auto scene = read_scene(test::flores());
   CHECK_THROWS_WITH(require_room(scene, {{{"a", 1e24}}}, 1, folder.path() / "none/yet", 1e30),
                     Contains("is free there"));

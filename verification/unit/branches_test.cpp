@@ -168,9 +168,9 @@ TEST_CASE("a requested pose that does not exist is refused by its key", "[assemb
   CHECK(with("branch = \"open\"\n") == "accepted");
   CHECK_THAT(with("positive = [\"B-C-D\"]\nnegative = [\"B-C-D\"]\n"),
              Contains("assembly.") && Contains("angle B-C-D is") && Contains("other starts"));
-  CHECK_THAT(with("positive = [\"B-C-X\"]\n"), Contains("\"B-C-X\" is no angle A-B-C at joint B"));
-  CHECK_THAT(with("positive = [\"B-B-C\"]\n"), Contains("is no angle"));
-  CHECK_THAT(with("branch = \"wide\"\n"), Contains("assembly.branch: \"wide\" is not known here"));
+  CHECK_THAT(with("positive = [\"B-C-X\"]\n"), Contains("\"B-C-X\" is not an angle A-B-C at joint B"));
+  CHECK_THAT(with("positive = [\"B-B-C\"]\n"), Contains("is not an angle"));
+  CHECK_THAT(with("branch = \"wide\"\n"), Contains("assembly.branch: \"wide\" is unknown"));
   CHECK_THAT(with("braanch = \"open\"\n"), Contains("is not a key of [assembly]; did you mean branch?"));
   // No four-bar loop, and two of them.
   const auto flores = [](const std::string& set) {
@@ -178,13 +178,13 @@ TEST_CASE("a requested pose that does not exist is refused by its key", "[assemb
     return assemble(scene.mechanism, scene.run.start);
   };
   CHECK_THROWS_WITH(flores("assembly.branch=open"),
-                    Contains("the only four-bar loop") && Contains("there is none"));
+                    Contains("exactly one four-bar loop") && Contains("there is none"));
   auto row = test::row_of_four_bars(2, 0);
   row.mechanism.assembly.branch = Configuration::Branch::open;
   CHECK_THROWS_WITH(assemble(row.mechanism, RunOptions::Start::assembled), Contains("there are 2"));
   // Names that contain a - are accepted if there is only one way to split them.
   auto text = four_bar(0.4, 0.1, 0.35, 0.3, drive(1) + "[assembly]\npositive = [\"B-C-C-D\"]\n");
-  CHECK_THAT(message(text), Contains("is no angle"));
+  CHECK_THAT(message(text), Contains("is not an angle"));
   for (auto at = text.find("[joints.C]"); at != text.npos; at = text.find("[joints.C]"))
     text.replace(at, 10, "[joints.C-C]");
   CHECK(message(text) == "accepted");
@@ -203,8 +203,9 @@ TEST_CASE("a start that fails to assemble is replaced by another, reported and r
   start_from(scene.mechanism, assemble(scene.mechanism, scene.run.start));
   scene.mechanism.assembly.branch = Configuration::Branch::crossed;
   const auto s = assemble(scene.mechanism, scene.run.start, &said);
-  CHECK_THAT(said, Contains("\"crossed\" is asked for; the pose found is open") &&
-                       Contains("assembled from start 1 of") && Contains("coupler and rocker turned over"));
+  CHECK_THAT(said, Contains("\"crossed\" is requested, but the pose found is open") &&
+                       Contains("assembled from initial guess 1 of") &&
+                       Contains("coupler and rocker mirrored"));
   CHECK(assemble(scene.mechanism, scene.run.start, &again).q == s.q);
   CHECK(again == said);
   // Without a request there is no message, and the pose near the given one is kept.
@@ -217,7 +218,7 @@ TEST_CASE("a start that fails to assemble is replaced by another, reported and r
   start_from(given.mechanism, s);
   given.mechanism.assembly.branch = Configuration::Branch::open;
   CHECK_THROWS_WITH(assemble(given.mechanism, RunOptions::Start::given),
-                    Contains("assembly.branch: \"open\" is asked for; the pose found is crossed"));
+                    Contains("assembly.branch: \"open\" is requested, but the pose found is crossed"));
 }
 
 TEST_CASE("mechanisms of several loops assemble with all bodies at the origin", "[assembly]") {

@@ -335,7 +335,7 @@ high = 1e-3
       calibrated("[calibrate.targets.t]\nstatistic = \"rms\"\nvalue = 1000.0\ntolerance = 0.01\n");
   CAPTURE(off.out, off.err);
   CHECK(off.status == 1);
-  CHECK_THAT(off.out, Contains("no interval: the fit does not hold"));
+  CHECK_THAT(off.out, Contains("no interval: the fit is rejected"));
   std::ifstream in(folder.path() / "out/calibration.json");
   const auto json = nlohmann::json::parse(in);
   CHECK(json["fitted_to_all"]["unknowns"]["c"]["low"].is_null());
@@ -347,5 +347,5 @@ high = 1e-3
   CHECK(measure.status <= 1);
   CHECK_THAT(measure.out, Contains("Identifiability"));
   CHECK_THAT(calibrated("[calibrate.targets.t]\nstatistic = \"peak\"\ndata = \"x.csv\"\n").err,
-             Contains("a measure of a run, which a signal's file does not give"));
+             Contains("a measure of a run, which a file of a signal cannot provide"));
 }

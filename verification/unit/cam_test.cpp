@@ -240,7 +240,7 @@ TEST_CASE("cam profiles that cannot be made are refused with the reason", "[cam]
   refused("base_radius = 1\nlift_table = [[0, 0], [3, -2], [5, 0]]\n", "below the cam's point");
   refused("base_radius = 1\nlift_table = [[0, 0], [3, 0.1], [2, 0]]\n", "must increase");
   refused("base_radius = 1\nlift = 0.1\nlift_table = [[0, 0], [3, 0.1], [5, 0]]\n",
-          "goes without lift_table");
+          "cannot be combined with lift_table");
   refused("base_radius = 1\nlift = 0.1\nrise = 4\nreturn = 3\n", "must fit into a turn");
   refused("base_radius = 1\nlift = 0.1\nrise = 1\n", "return: is missing");
   refused(flat + roller + law, "is of a flat follower");

@@ -46,7 +46,8 @@ std::vector<Asked> rows_of(const std::string& table, const std::string& set) {
 
 /// The claims of the set agree with the page within a hundredth.
 void check_page(const std::string& page, const Verdict& verdict) {
-  INFO("docs/verification/verification.md is out of date; regenerate it: scripts/pages --make verification");
+  INFO(
+      "docs/verification/verification.md is older than what it shows; make it anew: scripts/pages --make verification");
   CAPTURE(verdict.set->name);
   const auto old = rows_of(page, verdict.set->name), now = rows_of(asked(verdict), verdict.set->name);
   REQUIRE(now.size() == verdict.findings.claims.size());

@@ -43,9 +43,8 @@ TEST_CASE("contacts far apart in time are not paired, however long the time befo
   // the motions diverge.
   const auto first = pair_impacts({impact(2, 1)}, {impact(2.487, 1)}, 1);
   CHECK(first.pairs.empty());
-  CHECK_THAT(first.ended_by, Contains("tenfold of what the touches before it"));
-  // Before the first contact both motions are the same: the tolerance is ten times a thousandth of
-  // the flight.
+  CHECK_THAT(first.ended_by, Contains("ten times more than the preceding events"));
+  // Before the first touch both are the same motion: a thousandth of the flight, tenfold, is what is left to them.
   CHECK(pair_impacts({impact(2, 1)}, {impact(2.019, 1)}, 1).pairs.size() == 1);
   CHECK(pair_impacts({impact(2, 1)}, {impact(2.021, 1)}, 1).pairs.empty());
 }
@@ -58,20 +57,19 @@ TEST_CASE("the time difference of a pair of contacts is compared with the preced
   const std::vector<ContactEvent> late{lasting(1.002, 1), separation(3, 1.998), impact(3.014, 1)};
   const auto parted = pair_impacts(a, late, 1);
   CHECK(parted.pairs.size() == 1);
-  CHECK_THAT(parted.ended_by, Contains("touch 2") && Contains("a quarter of the flight"));
+  CHECK_THAT(parted.ended_by, Contains("contact event 2") && Contains("a quarter of the preceding flight"));
   const std::vector<ContactEvent> near{lasting(1.002, 1), separation(3, 1.998), impact(3.012, 1)};
   CHECK(pair_impacts(a, near, 1).pairs.size() == 2);
 }
 
-TEST_CASE("a pair of contacts is at most ten degrees of a revolution apart", "[compare]") {
-  // For speeds that differ by a third, 30 ms in a flight of 0.2 s are expected; a revolution of
-  // 0.36 s permits 10 ms.
+TEST_CASE("a pair is no farther apart than 10 degrees of a turn", "[compare]") {
+  // Speeds that differ by a third make 30 ms of a flight of 0.2 s probable; a turn of 0.36 s leaves 10 ms.
   const std::vector<ContactEvent> a{impact(0.1, 1), impact(0.3, 1)};
   const std::vector<ContactEvent> b{impact(0.1005, 1.33), impact(0.33, 1)};
   CHECK(pair_impacts(a, b, 1).pairs.size() == 2);
   const auto p = pair_impacts(a, b, 1, INFINITY, 0.36);
   CHECK(p.pairs.size() == 1);
-  CHECK_THAT(p.ended_by, Contains("ten degrees"));
+  CHECK_THAT(p.ended_by, Contains("10 degrees"));
 }
 
 TEST_CASE("a contact that rests at the start does not count as a first contact", "[compare]") {
@@ -87,8 +85,8 @@ TEST_CASE("an impact is paired with a short lasting contact but not with a long 
   CHECK(pair_impacts(a, {lasting(1.001, 1), separation(1.101, 0.1)}, 1).pairs.size() == 1);
   const auto p = pair_impacts(a, {lasting(1.001, 1), separation(1.501, 0.5)}, 1);
   CHECK(p.pairs.empty());
-  CHECK_THAT(p.ended_by, Contains("impact in penalty and begins a lasting contact"));
-  // A contact with an unknown end may last forever.
+  CHECK_THAT(p.ended_by, Contains("an impact (penalty), onset of sustained contact"));
+  // One whose end is not known may last for ever.
   CHECK(pair_impacts(a, {lasting(1.001, 1)}, 1).pairs.empty());
 }
 
@@ -109,10 +107,11 @@ TEST_CASE("compare reports restitution as matched only if all relevant propertie
     const char* says;
   };
   for (const auto& c :
-       {Case{0, 0.1, false, true, "(matched)"},
-        Case{0.9, 0.1, false, false, "tangential restitution 0.9 is unknown to the contact law"},
-        // Without friction it has no effect.
-        Case{0.9, 0, false, true, "(matched)"}, Case{0, 0.1, true, false, "restitution as given"}}) {
+       {Case{0, 0.1, false, true, "(impact law); matched"},
+        Case{0.9, 0.1, false, false, "the contact law ignores the tangential restitution 0.9"},
+        // Without friction it acts on nothing.
+        Case{0.9, 0, false, true, "(impact law); matched"},
+        Case{0, 0.1, true, false, "restitution as given"}}) {
     CAPTURE(c.tangential, c.friction, c.as_given);
     auto scene = read_scene(test::flores());
     auto& surface = scene.mechanism.surfaces[0];
@@ -127,7 +126,7 @@ TEST_CASE("compare reports restitution as matched only if all relevant propertie
     const auto table = comparison_table(scene, comparison, false);
     const auto json = to_json(comparison);
     CHECK_THAT(table, Contains(c.says));
-    CHECK((table.find("(matched)") != table.npos) == c.matched);
+    CHECK((table.find("(impact law); matched") != table.npos) == c.matched);
     CHECK(json["restitution_matched"].get<bool>() == c.matched);
     CHECK(json["not_matched"].contains("gudgeon") == !c.matched);
     CHECK((table.find("Friction: ") != table.npos) == (c.friction > 0));

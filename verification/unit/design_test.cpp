@@ -150,26 +150,26 @@ TEST_CASE("axes of a study: lists, ranges, units, several keys", "[design][study
     CAPTURE(axis);
     CHECK_THAT(desk.refusal("[axes.a]\n" + axis), Contains("study.toml:") && Contains(what));
   };
-  says(clearance, "axes.a.values: is missing: what it takes; or range, log_range, or low and high");
+  says(clearance, "axes.a.values: is missing: give values, range, log_range, or low and high");
   says(clearance + "values = [1]\nrange = [1, 2, 3]",
-       "takes one of values, range, log_range, and low with high");
+       "needs exactly one of values, range, log_range, and low with high");
   says(clearance + "range = [1, 2]", "must be [low, high, n], has 2 numbers");
   says(clearance + "range = [2, 1, 3]", "high must be greater than low");
   says(clearance + "range = [1, 2, 2.5]", "n must be a whole number from 2, is 2.5");
   says(clearance + "log_range = [0, 1, 3]", "low must be greater than 0 for equal ratios");
-  says(clearance + "values = [\"1 kg\"]", "is a mass, a length is wanted");
-  says(clearance + "low = 1\nhigh = 2", "sample is missing");
+  says(clearance + "values = [\"1 kg\"]", "is a mass, must be a length");
+  says(clearance + "low = 1\nhigh = 2", "and sample, their design, is missing");
   says("keys = [\"joints.a.clearance\", \"surfaces.s.restitution\"]\nvalues = [1]",
-       "one value cannot be both");
+       "so one value cannot serve both");
   says("keys = [\"joints.a.clearance\", \"joints.b.clearance\"]\nvalues = [[1, 2], [1, 3]]",
-       "1 stands twice");
+       "1 occurs twice");
   says("keys = [\"joints.a.clearance\", \"joints.b.clearance\"]\nvalues = [[1, 2], [1]]",
        "must be a list of 2 numbers");
-  says("keys = [\"joints.a.clearance\"]\nkey = \"x\"\nvalues = [1]", "stands beside key");
+  says("keys = [\"joints.a.clearance\"]\nkey = \"x\"\nvalues = [1]", "and key are given");
   says(
       clearance +
           "values = [1]\n[axes.b]\nkeys = [\"joints.x.clearance\", \"joints.gudgeon.clearance\"]\nvalues = [1]",
-      "joints.gudgeon.clearance varies already by axis a");
+      "joints.gudgeon.clearance is already varied by axis a");
   says(clearance + "values = [1]\nspacing = \"log\"", "does not apply to an axis that is not drawn");
 }
 
@@ -207,12 +207,13 @@ high = 300
   says("samples = 4\n[axes.e]\nkey = \"surfaces.s.restitution\"\nvalues = [0.1, 0.2]",
        "samples: needs sample");
   says("sample = \"sobol\"\nsamples = 4\n[axes.e]\nkey = \"surfaces.s.restitution\"\nvalues = [0.1]",
-       "has no axis to draw");
-  says("sample = \"halton\"\nsamples = 4\n" + axes, "\"halton\" is not known here");
+       "needs an axis with random values");
+  says("sample = \"halton\"\nsamples = 4\n" + axes, "\"halton\" is unknown");
   says("sample = \"random\"\nsamples = 1000000\n" + axes, "more than 1000000");
   says("sample = \"sobol\"\nsamples = 4\nwhere = \"clearance + 1\"\n" + axes,
        "study.toml:4:9: where: column 1: is a number");
   says("sample = \"sobol\"\nsamples = 4\nwhere = \"clearence > 1\"\n" + axes, "did you mean clearance?");
-  says("sample = \"sobol\"\nsamples = 4\nwhere = \"peak_max > 1\"\n" + axes, "\"peak_max\" is no name here");
-  says("sample = \"sobol\"\nsamples = 4\nwhere = \"clearance > 1\"\n" + axes, "leaves no cell of the axes");
+  says("sample = \"sobol\"\nsamples = 4\nwhere = \"peak_max > 1\"\n" + axes,
+       "\"peak_max\" is not a known name");
+  says("sample = \"sobol\"\nsamples = 4\nwhere = \"clearance > 1\"\n" + axes, "selects no cell of the axes");
 }

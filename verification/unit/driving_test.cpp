@@ -54,7 +54,7 @@ TEST_CASE("points of a curve may be read from a file beside the scene", "[drivin
   CHECK(to_toml(parse_scene(facts, "elsewhere/x.toml")) == facts);
 
   const auto in = [&](const std::string& lines) { return refusal(text(lines), {}, scene_file.string()); };
-  CHECK_THAT(in("file = \"../m.csv\"\n"), Contains("does not lie beside the scene or below"));
+  CHECK_THAT(in("file = \"../m.csv\"\n"), Contains("is outside the scene's folder"));
   CHECK_NOTHROW(parse_scene(text("file = \"../m.csv\"\n"), scene_file.string(), {}, true));
   CHECK_THAT(in("file = \"none.csv\"\n"), Contains("curves.c.file"));
   CHECK_THAT(in("file = \"m.csv\"\ncolumns = [\"t\", \"force\"]\n"),
@@ -71,7 +71,9 @@ TEST_CASE("points of a curve may be read from a file beside the scene", "[drivin
   CHECK_THAT(in("file = \"back.csv\"\n"), Contains("must increase in x; 0 follows 0"));
   // A file without a header would lose its first point.
   write(folder.path() / "inner" / "bare.csv", "0,1\n1,2\n2,5\n");
-  CHECK_THAT(in("file = \"bare.csv\"\n"), Contains("curves.c.file: line 1: a header that names the columns"));
+  CHECK_THAT(in("file = \"bare.csv\"\n"),
+             Contains("curves.c.file: line 1: expected a header with the names of "
+                      "the columns"));
   CHECK_THAT(in("points = []\n"), Contains("must be a list of pairs [[a, b], ...], is an empty one"));
 }
 
@@ -105,7 +107,7 @@ TEST_CASE("tables of springs, torques and cams may be read from files", "[drivin
   CHECK_THAT(in("back.csv"), Contains("loads.k.force_table: must increase in its first column; 0 follows 0"));
   CHECK_THAT(in("none.csv"), Contains("loads.k.force_table: must have points below its header"));
   CHECK_THAT(in("gone.csv"), Contains("loads.k.force_table"));
-  CHECK_THAT(in("../pull.csv"), Contains("does not lie beside the scene or below"));
+  CHECK_THAT(in("../pull.csv"), Contains("is outside the scene's folder"));
 }
 
 TEST_CASE("invalid curves and drives are refused at their place", "[driving]") {
@@ -121,7 +123,7 @@ TEST_CASE("invalid curves and drives are refused at their place", "[driving]") {
   CHECK(drive("position = \"c\"\n", lines + "between = \"spline\"\nrepeat = true\n") == "accepted");
   CHECK_THAT(drive("torque_curve = \"c\"\n",
                    "[curves.c]\nshape = \"table\"\npoints = [[0, 0], [1, 1]]\nrepeat = true\n"),
-             Contains("ends at 1 but begins at 0"));
+             Contains("begins at 0 and ends at 1"));
   CHECK_THAT(drive("velocity = \"c\"\nspeed = 3\n", lines), Contains("needs exactly one of"));
   CHECK_THAT(drive("velocity = \"c\"\nof = \"main\"\n", lines), Contains("goes with position"));
   CHECK_THAT(drive("position = \"c\"\nof = \"main\"\n", lines + "between = \"spline\"\n"),

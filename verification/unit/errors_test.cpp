@@ -61,7 +61,7 @@ TEST_CASE("text that is not TOML in UTF-8 is refused at its place; a byte order 
   CHECK(refusal("\xEF\xBB\xBF" + flores()) == "accepted");
   CHECK_THAT(refusal("\xEF\xBB\xBFmass = = 1\n"), StartsWith("s.toml:1:8: not TOML: "));
   CHECK_THAT(refusal(std::string("\xFF\xFE[\0b\0", 6)),
-             StartsWith("s.toml:1:1: not TOML: byte 0xFF is no UTF-8"));
+             StartsWith("s.toml:1:1: not TOML: byte 0xFF is not UTF-8"));
   CHECK_THAT(refusal(std::string("title = \"ä\"\nx = \"a\0b\"\n", 23)),
              StartsWith("s.toml:2:7: not TOML: a NUL character"));
   // Columns count characters.
@@ -71,7 +71,7 @@ TEST_CASE("text that is not TOML in UTF-8 is refused at its place; a byte order 
                             "\xF5", "\xE2\x82", "\xF0\x9F\x92"}) {
     const auto message = refusal("# ok\ntitle = \"a" + std::string(bytes) + "\"\n");
     CAPTURE(message);
-    CHECK_THAT(message, StartsWith("s.toml:2:11: not TOML: byte 0x") && Contains("is no UTF-8"));
+    CHECK_THAT(message, StartsWith("s.toml:2:11: not TOML: byte 0x") && Contains("is not UTF-8"));
   }
   // Text that violates the parser's own assumptions is reported with its place too.
   CHECK_THAT(refusal("a = 1\n[b]\nc = [1,,\n"), StartsWith("s.toml:3:"));
@@ -169,7 +169,7 @@ TEST_CASE("an invalid setting in a study is reported at its place in the study",
   for (int i = 2; i <= 100; ++i) values += fmt::format(", {}", i);
   for (const char* name : {"a", "b", "c", "d"})
     many += fmt::format("[axes.{0}]\nkey = \"bodies.{0}.mass\"\nvalues = [{1}]\n", name, values);
-  CHECK_THAT(refused(many), Contains("asks for 1.6e+09 runs"));
+  CHECK_THAT(refused(many), Contains("has 1.6e+09 runs"));
 }
 
 TEST_CASE("a loop that cannot be closed is reported by the joint and the distance in the best pose",
@@ -314,8 +314,8 @@ TEST_CASE("a hundred errors are each reported in one line in the program's own w
   changed("mass = 17.9", "", "bodies.crank.mass: is missing");
   changed("[bodies.crank]", "[bodies.\"a\\nb\"]", "a name must be made of letters");
   changed("[bodies.crank]", "[bodies.ground]", "is the fixed frame");
-  changed("type = \"revolute\"", "type = \"hinge\"", "\"hinge\" is not known here; one of \"revolute\"");
-  changed("type = \"revolute\"", "type = \"a\\nb\"", "\"a\\nb\" is not known here");
+  changed("type = \"revolute\"", "type = \"hinge\"", "\"hinge\" is unknown; one of \"revolute\"");
+  changed("type = \"revolute\"", "type = \"a\\nb\"", "\"a\\nb\" is unknown");
   changed("[\"ground\", \"crank\"]", "[\"ground\", \"z\"]", "there is no body \"z\"");
   changed("[\"ground\", \"crank\"]", "[\"ground\"]", "must name two bodies");
   changed("[\"ground\", \"crank\"]", "[\"crank\", \"crank\"]", "to itself");
@@ -329,10 +329,10 @@ TEST_CASE("a hundred errors are each reported in one line in the program's own w
   changed("poisson = 0.3", "poisson = 0.6", "must be between 0 and 0.5");
   changed("restitution = 0.46", "restitution = 2", "must be between 0 and 1");
   changed("[run]", "[run]\nduration = 1", "needs exactly one of");
-  changed("start = \"ideal\"", "start = \"rest\"", "\"rest\" is not known here");
-  changed("[penalty]", "[penalty]\nintegrator = \"euler\"", "\"euler\" is not known here");
-  changed("[nonsmooth]", "[nonsmooth]\nsolver = \"guess\"", "\"guess\" is not known here");
-  all.push_back({"check " + file("empty.toml", ""), "a scene needs at least one body"});
+  changed("start = \"ideal\"", "start = \"rest\"", "\"rest\" is unknown");
+  changed("[penalty]", "[penalty]\nintegrator = \"euler\"", "\"euler\" is unknown");
+  changed("[nonsmooth]", "[nonsmooth]\nsolver = \"guess\"", "\"guess\" is unknown");
+  all.push_back({"check " + file("empty.toml", ""), "the scene needs at least one body"});
   all.push_back({"check " + place + "none.toml", "no such file"});
   all.push_back({"check " + place, "is a folder, not a file"});
   all.push_back({"check /dev/null", "is a device, not a file"});
@@ -412,12 +412,12 @@ TEST_CASE("a hundred errors are each reported in one line in the program's own w
   all.push_back({"run --resume " + place + "cut", "is damaged"});
   make_folder(folder.path() / "none");
   file("none/run.checkpoint", "nothing of the kind");
-  all.push_back({"run --resume " + place + "none", "is no checkpoint"});
-  // A file that is no database of results, or a truncated one.
+  all.push_back({"run --resume " + place + "none", "is not a checkpoint"});
+  // A database of results that is none, or is cut short.
   make_folder(folder.path() / "db");
   file("db/sweep.db", std::string(2000, 'x'));
   all.push_back({"sweep --allow-outside " + file("good.toml", head) + " -o " + place + "db",
-                 "it is no database of results"});
+                 "it is not a database of results"});
 
   CHECK(all.size() > 100);
   for (const auto& one : all) {

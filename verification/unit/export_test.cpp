@@ -49,13 +49,13 @@ TEST_CASE("an invalid request to export is refused in one line, and nothing is w
   remove_file(folder.path() / "run/results.h5");
   make_folder(folder.path() / "empty");
   const std::pair<std::string, std::string> asked[] = {
-      {run, "a format is needed: --hdf5 [FILE], --vtk [FOLDER] or both"},
-      {place + "/nowhere --hdf5", "nowhere: is no folder"},
-      {place + "/empty --vtk", "--vtk: holds no run"},
+      {run, "give a format: --hdf5 [FILE], --vtk [FOLDER] or both"},
+      {place + "/nowhere --hdf5", "nowhere: is not a folder"},
+      {place + "/empty --vtk", "--vtk: contains no run"},
       {run + " --every 3 --hdf5", "--every requires --vtk"},
       {run + " --vtk --every 0", "--every: must be from 1"},
-      {run + " --hdf5 " + place + "/nowhere/a.h5", "there is no folder"},
-      {run + " --hdf5 " + place + "/run/events.csv", "has the name of another kind of file"},
+      {run + " --hdf5 " + place + "/nowhere/a.h5", "does not exist"},
+      {run + " --hdf5 " + place + "/run/events.csv", "has the extension of another format"},
       {run + " --hdf5 " + place + "/empty", "is a folder; give a file's name"},
       {place + "/empty --hdf5", hdf5 ? "has no result tables to export" : "built without HDF5"}};
   for (const auto& [arguments, answer] : asked) {

@@ -77,7 +77,7 @@ TEST_CASE("an invalid expression is refused at its column", "[expression]") {
     CAPTURE(text, refusal(text));
     CHECK_THAT(refusal(text), Contains(what));
   };
-  says("spede + 1", "column 1: \"spede\" is no name here, did you mean speed?");
+  says("spede + 1", "column 1: \"spede\" is not a known name, did you mean speed?");
   says("1 + spede", "column 5: \"spede\"");
   says("1 +", "column 4: ends where a number, a name or \"(\" is expected");
   says("", "column 1: ends where");
@@ -85,32 +85,32 @@ TEST_CASE("an invalid expression is refused at its column", "[expression]") {
   says("1 + 2)", "column 6: \")\" is not expected here");
   says("1 2", "column 3: \"2\" is not expected here");
   says("2 mm", "column 3: \"mm\" is not expected here");
-  says("2mm", "column 2: \"mm\" stands behind a number; units do not stand here");
-  says("1.2.3", "stands behind a number");
-  says("1e400", "is no number that can be held");
-  says("1 < x < 2", "column 7: compares what is true or false");
-  says("x = 1", "column 3: \"=\" is no comparison; == is");
-  says("x and speed > 1", "column 1: and takes what is true or false, and this is a number");
+  says("2mm", "column 2: \"mm\" follows a number; numbers have no units here");
+  says("1.2.3", "follows a number");
+  says("1e400", "is out of the range of numbers");
+  says("1 < x < 2", "column 7: compares true or false");
+  says("x = 1", "column 3: \"=\" is not a comparison; use ==");
+  says("x and speed > 1", "column 1: and needs true or false, but this is a number");
   says("speed > 1 and x", "column 15: and takes what is true or false");
-  says("(x > 1) + 1", "column 1: + takes numbers, and this is true or false");
+  says("(x > 1) + 1", "column 1: + needs numbers, but this is true or false");
   says("-(x > 1)", "a sign takes numbers");
   says("not x", "column 5: not takes what is true or false");
   says("sqrt(1, 2)", "sqrt takes one number, not 2");
   says("min(1)", "min takes two numbers or more, not 1");
   says("sqrt 4", "the \"(\" of sqrt(...) is expected");
-  says("tan(1)", "\"tan\" is no name here");
-  says("system(1)", "\"system\" is no name here");
+  says("tan(1)", "\"tan\" is not a known name");
+  says("system(1)", "\"system\" is not a known name");
   says("x; 1", "column 2: \";\" is not expected here");
-  says("\"a\"", "column 1: \"\"\" stands where a number");
+  says("\"a\"", "column 1: \"\"\" is found where a number");
   says("x \xc3\xa9", "column 3:");
-  says(std::string(1001, '1'), "column 1001: goes on; 1000 characters are the most");
-  says(fmt::format("{:(>100}1{:)>100}", "", ""), "deep; that is the most");
-  says(fmt::format("{:->500}1", ""), "deep; that is the most");
+  says(std::string(1001, '1'), "column 1001: is too long; at most 1000 characters are allowed");
+  says(fmt::format("{:(>100}1{:)>100}", "", ""), "deep; at most that is allowed");
+  says(fmt::format("{:->500}1", ""), "deep; at most that is allowed");
   says(
       "not not not not not not not not not not not not not not not not not not not not x > 1 or not not not not not "
       "not not not not not not not not not not not not not not not not not not not not not not not not not not x > 1",
-      "deep; that is the most");
-  // An expression of the greatest permitted length and depth is accepted.
+      "deep; at most that is allowed");
+  // As long as it may be, and as flat, it is read.
   std::string sum = "1";
   while (sum.size() + 2 <= Expression::longest) sum += "+1";
   const auto ones = sum.size() / 2 + 1;

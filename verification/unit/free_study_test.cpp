@@ -265,8 +265,10 @@ reduce = "mean"
   }
 }
 
-TEST_CASE("an accelerometer without a drive: values over the whole window, and none per revolution",
-          "[studies][program]") {
+TEST_CASE(
+    "an accelerometer on what has no drive with a period: what it shows of the whole window, and "
+    "nothing of turns",
+    "[studies][program]") {
   const StudyDesk desk("bouncing-ball");
   write_file(desk.folder.path() / "scene.toml", test::file_text(desk.folder.path() / "scene.toml") + R"(
 [instruments.falling]
@@ -337,7 +339,7 @@ reduce = "min"
   REQUIRE(desk.table(study + "[derived]\na = \"low/(1 - e)\"\n").size() == 2);
   CHECK(desk.ask("select e, a is null from named order by e") == Rows{{"0.5", "0"}, {"1.0", "1"}});
   const auto o = desk.sweep(study + "[derived]\nb = \"sqrt(e - 0.75)\"\nc = \"e > 0.75\"\n");
-  CHECK_THAT(o.out, Contains("2 runs: 2 were there, 0 made"));
+  CHECK_THAT(o.out, Contains("2 runs: 2 from the store, 0 new"));
   CHECK(desk.ask("select b is null, c from named order by e") == Rows{{"1", "0.0"}, {"0", "1.0"}});
   // Without measures, the view is that of the runs.
   CHECK(desk.sweep(study).status == 0);
@@ -346,7 +348,7 @@ reduce = "min"
   // A study with another measure needs another file.
   const auto other = desk.sweep(study + "[measure.high]\ncolumn = \"ball.y\"\nreduce = \"max\"\n");
   CHECK(other.status == 1);
-  CHECK_THAT(other.err, Contains("holds another study"));
+  CHECK_THAT(other.err, Contains("contains another study"));
 }
 
 TEST_CASE("an invalid measure or window is refused before any file changes", "[studies][program]") {
@@ -359,37 +361,38 @@ TEST_CASE("an invalid measure or window is refused before any file changes", "[s
     CHECK_FALSE(std::filesystem::exists(desk.folder.path() / "out"));
     return o.err;
   };
-  const auto err = says(
-      "duration = 0.1\n[measure.m]\ncolumn = \"gudgeon.gapp\"\nreduce = \"max\"\n",
-      "study.toml:5:10: measure.m.column: \"gudgeon.gapp\" is no column, did you mean gudgeon.gap? There are\n");
-  CHECK(std::ranges::count(err, '\n') == 4);  // the error, and three lines with the available names
+  const auto err =
+      says("duration = 0.1\n[measure.m]\ncolumn = \"gudgeon.gapp\"\nreduce = \"max\"\n",
+           "study.toml:5:10: measure.m.column: \"gudgeon.gapp\" is not a column, did you mean gudgeon.gap? "
+           "There are\n");
+  CHECK(std::ranges::count(err, '\n') == 4);  // what is wrong, and three lines of what there is
   CHECK_THAT(err, Contains("\n  trajectory: ") && Contains("\n  forces: ") &&
                       Contains("\n  instruments and run.json: ") && Contains("gudgeon .ex .ey .gap"));
   says("duration = 0.1\n[measure.m]\ncolumn = \"gudgeon.gap\"\nreduce = \"median\"\n",
-       "\"median\" is not known here");
+       "\"median\" is unknown");
   says("duration = 0.1\n[measure.m]\ncolumn = \"gudgeon.gap\"\nreduce = \"quantile\"\n", "q: is missing");
   says("duration = 0.1\n[measure.m]\ncolumn = \"gudgeon.gap\"\nreduce = \"max\"\nq = 0.5\n",
-       "is of reduce = \"quantile\" alone");
+       "applies only to reduce = \"quantile\"");
   says("duration = 0.1\n[measure.m]\ncolumn = \"gudgeon.gap\"\nreduce = \"max\"\neach = \"period\"\n",
-       "nothing drives the scene with one period; give study.period (s)");
+       "no drive of the scene defines a period; give study.period (s)");
   says("duration = 0.1\n[measure.m]\ncolumn = \"gudgeon.impacts\"\nreduce = \"max\"\n",
-       "take reduce = \"last\"");
+       "use reduce = \"last\"");
   says("duration = 0.1\n[measure.peak_max]\ncolumn = \"gudgeon.gap\"\nreduce = \"max\"\n",
        "is a column of the results");
   says("duration = 0.1\n[measure.Peak_Max]\ncolumn = \"gudgeon.gap\"\nreduce = \"max\"\n",
        "is a column of the results");
   says("duration = 0.1\n[measure.a-b]\ncolumn = \"gudgeon.gap\"\nreduce = \"max\"\n",
-       "expressions could not speak of this measure");
+       "expressions cannot use this name of the measure");
   says("duration = 0.1\n[measure.m]\ncolumn = \"gudgeon.gap\"\nreduce = \"max\"\nat = \"now and then\"\n",
-       "is no section");
+       "is not a section");
   says("duration = 0.1\n[derived]\nd = \"peek_max*2\"\n",
-       "study.toml:5:5: derived.d: column 1: \"peek_max\" is no name here");
-  says("duration = 0.1\nrevolutions = 3\n", "revolutions: counts periods, and duration says seconds");
-  says("discard_time = 0.1\n", "discard_time: stands before duration, which is missing");
-  says("revolutions = 3\n", "nothing drives");
+       "study.toml:5:5: derived.d: column 1: \"peek_max\" is not a known name");
+  says("duration = 0.1\nrevolutions = 3\n", "revolutions: counts periods, but duration is in seconds");
+  says("discard_time = 0.1\n", "discard_time: needs duration, which is missing");
+  says("revolutions = 3\n", "has no drive with a period");
   says("duration = 0.1\njoint = [\"gudgeon\", \"main\"]\n",
        "study.toml:4:9: joint: \"main\" has no clearance");
-  says("[study.axes.a]\n", "a study's keys stand at its root: [axes.NAME], without study");
+  says("[study.axes.a]\n", "keys of a study are at the root: [axes.NAME], without study");
   CHECK_THAT(test::freeplay("calibrate " + (desk.folder.path() / "study.toml").string()).err,
              !Contains("nan"));
   for (const char* name : {"../x.csv", "/tmp/x.csv", "x.db", ".csv", "a/b.csv"}) {
@@ -400,7 +403,7 @@ TEST_CASE("an invalid measure or window is refused before any file changes", "[s
   }
   const auto alike = StudyDesk("bouncing-ball").sweep("scene = \"scene.toml\"\nduration = 0.1\nstarts = 3\n");
   CHECK(alike.status == 2);
-  CHECK_THAT(alike.err, Contains("are all alike"));
+  CHECK_THAT(alike.err, Contains("all starts are identical"));
 }
 
 TEST_CASE("flights and impacts of several contacts are counted together", "[studies]") {

@@ -294,16 +294,16 @@ TEST_CASE("invalid gears, slots and stops are refused", "[gears][scene]") {
       {"teeth = [20, 31]\nmodule = 0.01\n", "",
        "joints.outer: needs exactly one of teeth (with module) and pitch_radii"},
       {"pitch_radii = [0.32, 0.13]", "pitch_radii = [0.12, 0.13]",
-       "joints.inner.internal: makes the first gear the ring, which must be the larger one"},
+       "joints.inner.internal: makes the first gear the ring, which must be larger"},
       {"pitch_radii = [0.32, 0.13]", "pitch_radii = [-0.32, 0.13]",
        "joints.inner.pitch_radii: must be two positive"},
       {"pressure_angle = 0.4", "pressure_angle = 20.0",
        "joints.inner.pressure_angle: must be between 0 and 1.5708 rad"},
       {"backlash = 1e-3", "backlash = 0.0", "joints.outer.backlash: must be greater than 0"},
       {"backlash = 1e-3", "flank = \"backward\"\nbacklash = 1e-3",
-       "joints.outer.flank: is of a pair without play; with backlash either flank carries"},
+       "joints.outer.flank: applies to pairs without backlash; with backlash either flank is loaded"},
       {"restitution = 0.5\n", "restitution = 0.5\nfriction = 0.1\n",
-       "joints.outer.surface: must be one without friction"},
+       "joints.outer.surface: must be without friction"},
       {"module = 0.01\nphase = 0.3\n", "module = 0.1\n",
        "joints.outer: phase follows from the bodies' positions, and there the centres are too close"},
       {"phase = 0.3\n", "", "there the centres are too close for these gears, or too far apart"},
@@ -315,7 +315,7 @@ TEST_CASE("invalid gears, slots and stops are refused", "[gears][scene]") {
       {"radius = 0.05\n", "", "contacts.turn.radius: is missing"},
       {"pin_radius = 0.01\n", "", "joints.slot.pin_radius: is missing"},
       {"lower = -0.1\n", "lower = -0.1\nstiffness = 1e5\ncurvature_radius = 0.1\n",
-       "contacts.travel.curvature_radius: is for the stiffness"},
+       "contacts.travel.curvature_radius: computes the stiffness"},
   };
   const std::string good = scene_text(loose);
   REQUIRE_NOTHROW(scene_of(good));

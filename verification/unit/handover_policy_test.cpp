@@ -48,7 +48,7 @@ TEST_CASE("shrunk steps are distinguished from short ones by contacts, events an
   StepShrinkage s;
   s.begin(0, 0);
   CHECK_FALSE(thousand(s, 0.5, 0, true));     // as usual
-  CHECK_FALSE(thousand(s, 0.501, 0, false));  // short, but no contact is near
+  CHECK_FALSE(thousand(s, 0.501, 0, false));  // short, but nothing touches
   CHECK(thousand(s, 0.502, 0, true));
   CHECK(thousand(s, 0.503, 100, false));  // a hundred events
   CHECK_FALSE(thousand(s, 0.6, 100, true));

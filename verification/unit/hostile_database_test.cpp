@@ -161,7 +161,7 @@ const std::vector<Attack>& attacks() {
        true},
       {"FIFO as its log", [](P file, P) { REQUIRE(mkfifo((file.string() + "-wal").c_str(), 0600) == 0); },
        true},
-      {"journal that names another file",
+      {"journal with a reference to another file",
        [](P file, P victim) {
          execute(file, "PRAGMA journal_mode = DELETE");
          write_file(file.string() + "-journal", journal_naming(victim));
@@ -267,8 +267,8 @@ TEST_CASE("a hostile database of a sweep is refused: sweep, sweep --prune, repor
   for (const auto& attack : attacks())
     for (const char* command : {"sweep study.toml -o out", "sweep study.toml --prune -o out", "report out"})
       judge(place, attack, place.bait.folder / "out/sweep.db", command);
-  // None of this remains: the study continues.
-  CHECK_THAT(place.run("sweep study.toml -o out").out, Contains("4 were there, 0 made"));
+  // Nothing of all this was left: the study goes on.
+  CHECK_THAT(place.run("sweep study.toml -o out").out, Contains("4 from the store, 0 new"));
   CHECK(place.run("report out").status == 0);
 }
 

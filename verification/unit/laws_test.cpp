@@ -183,7 +183,7 @@ TEST_CASE("Pereira's exponent is continuous at its transition, and its limits ar
   std::get<RevoluteJoint>(scene.mechanism.joints[2]).clearance->radial = 2e-6;
   const auto run = test::simulate(scene, Family::penalty);
   REQUIRE_FALSE(run.notes.empty());
-  CHECK_THAT(run.notes.back(), Contains("outside its range"));
+  CHECK_THAT(run.notes.back(), Contains("outside its valid range"));
 }
 
 TEST_CASE("Kelvin-Voigt: closed form of its restitution against direct integration", "[laws]") {

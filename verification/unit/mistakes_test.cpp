@@ -76,8 +76,8 @@ TEST_CASE("six common mistakes are reported with their line and cause", "[mistak
          "s.toml:11:", {"joints.left.clearence: is not a key of a joint; did you mean clearance?"});
   // 2. A wrong unit.
   expect(told("\"0.1 mm\"", "\"0.1 kg\""),
-         "s.toml:11:", {"joints.left.clearance: \"0.1 kg\" is a mass, a length is wanted"});
-  // 3. An unknown body.
+         "s.toml:11:", {"joints.left.clearance: \"0.1 kg\" is a mass, must be a length"});
+  // 3. A body that is not there.
   expect(told("between = [\"rod\", \"link\"]", "between = [\"rod\", \"lnk\"]"),
          "s.toml:16:", {"joints.middle.between: there is no body \"lnk\"", "ground, rod, link"});
   // 4. Lengths that cannot close: rod 0.4 m and link 0.2 m between pins 1 m apart; a distance of
@@ -86,7 +86,7 @@ TEST_CASE("six common mistakes are reported with their line and cause", "[mistak
          {"joints.", "cannot be closed: in the best pose found it stays open by 0.", "check the lengths"});
   // 5. A wrong type.
   expect(told("type = \"revolute\"", "type = \"revolut\""),
-         "s.toml:8:", {"joints.left.type: \"revolut\" is not known here", "\"revolute\""});
+         "s.toml:8:", {"joints.left.type: \"revolut\" is unknown", "\"revolute\""});
   expect(told("mass = 1.0", "mass = true"),
          "s.toml:2:", {"bodies.rod.mass: must be a number, is true or false"});
   // 6. A start that violates closure: all bodies at the origin, used as given.
@@ -107,7 +107,7 @@ TEST_CASE("a scene in place of a study is reported, and a study in place of a sc
     CHECK_THAT(end.err, StartsWith(file + ": ") && Contains(what));
   };
   for (const char* verb : {"sweep", "bifurcation", "basin", "calibrate", "tradeoff"})
-    said(verb, scene_file, "this is a scene; a study is a file that names one, scene = \"s.toml\"");
+    said(verb, scene_file, "is a scene; a study refers to one by scene = \"s.toml\"");
   for (const char* verb : {"check", "run --formulation penalty", "compare", "poincare", "advise"})
-    said(verb, study, "this is a study, for freeplay sweep, bifurcation or basin");
+    said(verb, study, "is a study, for freeplay sweep, bifurcation or basin");
 }

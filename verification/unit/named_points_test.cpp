@@ -82,7 +82,7 @@ TEST_CASE("an unknown point is refused with a list of the known ones", "[points]
   CHECK_THAT(test::refusal(scene("points = { B = 3 }", "[\"B\", \"hole\"]")),
              Contains("bodies.rod.points.B: must be a pair [x, y], is a number"));
   CHECK_THAT(test::refusal(scene("points = { B = [\"1 kg\", 0] }", "[\"B\", \"hole\"]")),
-             Contains("bodies.rod.points.B: \"1 kg\" is a mass, a length is wanted"));
+             Contains("bodies.rod.points.B: \"1 kg\" is a mass, must be a length"));
   CHECK_THAT(test::refusal(scene("points = { B = [1e300, 0] }", "[\"B\", \"hole\"]")),
              Contains("must be at most 1e+09 m"));
   CHECK_THAT(test::refusal(scene("points = { \"a b\" = [1, 0] }", "[\"B\", \"hole\"]")),

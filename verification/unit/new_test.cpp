@@ -52,14 +52,14 @@ TEST_CASE("a new scene never overwrites a file", "[new][errors]") {
   std::ofstream(file) << "mine";
   auto refused = test::freeplay("new pendulum -o " + file.string());
   CHECK(refused.status == 2);
-  CHECK_THAT(refused.err, Contains("mine.toml: is there already and is left as it is"));
+  CHECK_THAT(refused.err, Contains("mine.toml: already exists and is not overwritten"));
   CHECK(test::file_text(file) == "mine");
   std::filesystem::create_symlink(folder.path() / "nowhere.toml", folder.path() / "link.toml");
   CHECK(test::freeplay("new pendulum -o " + (folder.path() / "link.toml").string()).status == 2);
   CHECK(!std::filesystem::exists(folder.path() / "nowhere.toml"));
   refused = test::freeplay("new pendulum -o " + (folder.path() / "no/where.toml").string());
   CHECK(refused.status == 2);
-  CHECK_THAT(refused.err, Contains("is no folder"));
+  CHECK_THAT(refused.err, Contains("is not a folder"));
   refused = test::freeplay("new perpetuum-mobile");
   CHECK(refused.status == 2);
   CHECK_THAT(refused.err, Contains("four-bar"));

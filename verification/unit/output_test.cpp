@@ -113,11 +113,11 @@ TEST_CASE("pairing of contacts ends where the motions diverge", "[compare]") {
   const std::vector<ContactEvent> cut{touch(1, 1), touch(2, .5)};
   const std::vector<ContactEvent> whole{touch(1.009, 1), touch(2.01, .5), touch(3.01, .3)};
   const auto known = pair_impacts(cut, whole, 1, 2);
-  REQUIRE(known.pairs.size() == 1);  // the second ends at the end of the list
-  REQUIRE_THAT(known.ended_by, Contains("kept ends there"));
+  REQUIRE(known.pairs.size() == 1);  // the second ends where the list does
+  REQUIRE_THAT(known.ended_by, Contains("events of a run end there"));
   REQUIRE_THAT(pair_impacts(cut, whole, 1).ended_by,
-               Contains("touch 3") && Contains("only the nonsmooth run"));
-  REQUIRE_THAT(p.ended_by, Contains("touch 3"));
+               Contains("contact event 3") && Contains("only the nonsmooth run"));
+  REQUIRE_THAT(p.ended_by, Contains("contact event 3"));
   REQUIRE(pair_impacts(a, a, 1).pairs.size() == 3);
   REQUIRE(pair_impacts(a, {a[0]}, 1).pairs.size() == 1);
 }
@@ -142,7 +142,7 @@ TEST_CASE("the program: invalid input gives one line and status 2, and nothing i
   refused("run " + scene + " --formulation penalty -o " + out +
               " --set surfaces.steel.restitution=0 --set penalty.contact=exact",
           "restitution greater than 0");
-  refused("figures " + folder.path().string(), "has no result files to draw");
+  refused("figures " + folder.path().string(), "contains no result files to draw");
   CHECK(test::freeplay("").status == 2);
   CHECK(test::freeplay("run " + scene).status == 2);
   CHECK(test::freeplay("run " + scene + " --formulation magic").status == 2);

@@ -137,7 +137,7 @@ TEST_CASE("a user-supplied force is reported and is part of the identity of a ru
   CHECK(outside_of(scene).forces.contains("hand"));
   auto foot = outside_of(scene);
   foot.forces["foot"] = foot.forces["hand"];
-  CHECK_THROWS_WITH(put(scene, foot), Contains("foot is none; they are hand"));
+  CHECK_THROWS_WITH(put(scene, foot), Contains("foot is not one; such loads are hand"));
   CHECK(outside_of(scene).forces.size() == 1);
   put(scene, {});
   CHECK(outside_of(scene).empty());
@@ -193,5 +193,5 @@ TEST_CASE("a plugin with loads only runs in both formulations and is required on
   const auto flores = test::freeplay("run --no-figures --formulation penalty --law-plugin " +
                                      place("wind.so") + " -o " + place("no") + " " + test::flores().string());
   CHECK(flores.status == 2);
-  CHECK_THAT(flores.err, Contains("hand is none; the scene has none"));
+  CHECK_THAT(flores.err, Contains("hand is not one; the scene has none"));
 }

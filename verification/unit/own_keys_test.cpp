@@ -77,7 +77,7 @@ bool accepted(const std::string& table, const Way& way, const std::string& key, 
   }
   CHECK_THAT(in_file, Contains(fmt::format("s.toml:{}:", line_of(own, name + " ="))) &&
                           Contains(key + ": is not read with ") && Contains("it belongs to ") &&
-                          Contains("; leave it out"));
+                          Contains("; remove it"));
   CHECK_THAT(as_option, Contains(fmt::format("--set {}={}: {}: is not read with ", key, value, key)));
   return false;
 }

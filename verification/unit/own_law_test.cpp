@@ -82,11 +82,11 @@ TEST_CASE("a user-supplied law is reported, and an impact law cannot be matched 
              Contains("law = \"hertz\"") && Contains("law_digest = \"0123\""));
   const auto result = outside.run();
   REQUIRE(!result.notes.empty());
-  CHECK_THAT(result.notes[0], Contains("normal forces are those of hertz (digest 0123)"));
+  CHECK_THAT(result.notes[0], Contains("normal forces come from hertz (digest 0123)"));
   CHECK(std::isnan(result.contacts[0].model.restitution_delivered));
   CHECK_THROWS_WITH(Simulation(scene, "nonsmooth", {.matched = true}),
-                    Contains("what restitution hertz delivers is not known"));
-  // It is not part of the identity of an impact law.
+                    Contains("the effective restitution of hertz is unknown"));
+  // Of an impact law it is no part.
   CHECK(Simulation(scene, "nonsmooth").identity().formulation.find("law") == std::string::npos);
   // A snapshot requires the law that it was taken with.
   const auto snapshot = outside.snapshot();
@@ -142,7 +142,7 @@ TEST_CASE("a plugin is loaded from its file, and its run can be repeated only wi
       test::freeplay(run + "--formulation penalty -o " + place("one") + " --law-plugin " + plugin.string())
           .status == 0);
   CHECK_THAT(test::file_text(place("one") + "/run.json"),
-             Contains("law = \\\"law.so\\\"") && Contains("normal forces are those of law.so"));
+             Contains("law = \\\"law.so\\\"") && Contains("normal forces come from law.so"));
   auto told = test::freeplay("run --no-figures --from " + place("one") + " -o " + place("two"));
   CHECK(told.status == 2);
   CHECK_THAT(told.err, Contains("the run has normal forces of law.so") && Contains("--law-plugin"));
@@ -155,12 +155,12 @@ TEST_CASE("a plugin is loaded from its file, and its run can be repeated only wi
   told = test::freeplay(run + "--formulation nonsmooth -o " + place("three") + " --law-plugin " +
                         plugin.string());
   CHECK(told.status == 2);
-  CHECK_THAT(told.err, Contains("an impact law has no normal force"));
+  CHECK_THAT(told.err, Contains("impact laws have no normal force"));
   const auto refused = [&](const std::string& why) {
     const auto said = test::freeplay(run + "--formulation penalty -o " + place("three") + " --law-plugin " +
                                      plugin.string());
     CHECK(said.status == 2);
-    CHECK_THAT(said.err, Contains("is no plugin of forces") && Contains(why));
+    CHECK_THAT(said.err, Contains("is not a plugin of contact forces") && Contains(why));
   };
   REQUIRE(compiled("int freeplay_law_abi(void) { return 2; }\n"));
   refused("freeplay_law_abi() is 2");

@@ -110,7 +110,7 @@ TEST_CASE("all cases close over a revolution, and every sliding body is guided",
     const auto scene = read_scene(file);
     CAPTURE(file.string());
     CHECK_FALSE(dead_point(scene.mechanism, scene.run.duration));
-    for (const auto& q : questions(scene.mechanism)) CHECK_THAT(q, !Contains("nothing guides it"));
+    for (const auto& q : questions(scene.mechanism)) CHECK_THAT(q, !Contains("has no guide"));
     ++cases;
   }
   CHECK(cases > 15);
@@ -128,12 +128,11 @@ TEST_CASE("check and run report a missing guide and a rod that is too short", "[
     return text;
   };
   const std::string guide =
-      "question: bodies.slider is held by joints.gudgeon alone, at its centre of mass, and nothing guides it";
-  const std::string turn = "question: drives.motor cannot turn fully: 53.";
+      "question: bodies.slider is connected by joints.gudgeon only, at its centre of mass, and has no guide";
+  const std::string turn = "question: drives.motor cannot make a full turn: after 53.";
   const auto checked = test::freeplay("check " + unguided.string());
   CHECK_THAT(flat(checked.err), Contains(guide));
-  CHECK_THAT(flat(checked.out),
-             Contains("left free 2 motions that no joint and no drive prescribes, of rod, slider"));
+  CHECK_THAT(flat(checked.out), Contains("undriven motion 2 motions without a drive, of rod, slider"));
   CHECK_THAT(flat(test::freeplay("check " + jams.string()).err), Contains(turn));
   const auto run = [&](const std::filesystem::path& scene) {
     return flat(test::freeplay("run " + scene.string() +
@@ -142,8 +141,8 @@ TEST_CASE("check and run report a missing guide and a rod that is too short", "[
                     .err);
   };
   CHECK_THAT(run(unguided), Contains(guide));
-  CHECK_THAT(run(jams), !Contains("cannot turn fully"));  // 0.03 revolutions are 11 degrees
-  CHECK_THAT(flat(test::freeplay("check " + test::flores().string()).out), !Contains("left free"));
+  CHECK_THAT(run(jams), !Contains("cannot make a full turn"));  // 0.03 turns are 11 degrees
+  CHECK_THAT(flat(test::freeplay("check " + test::flores().string()).out), !Contains("undriven motion"));
 }
 
 TEST_CASE("a run with an impact law fails if penetration exceeds the clearance", "[judge]") {
@@ -160,8 +159,8 @@ TEST_CASE("a run with an impact law fails if penetration exceeds the clearance",
                                                                          // doubtful
   const auto failed = run(385, Family::nonsmooth);
   CHECK(failed.status == Ending::Status::failed);
-  CHECK_THAT(failed.reason, Contains("gudgeon lay up to 385 clearances inside its wall") &&
-                                Contains("take a smaller nonsmooth.step"));
+  CHECK_THAT(failed.reason, Contains("penetration at gudgeon reached 385 times the clearance") &&
+                                Contains("use a smaller nonsmooth.step"));
   // Steps of 60 degrees of the crank.
   test::TemporaryFolder folder;
   const auto o =
@@ -171,8 +170,8 @@ TEST_CASE("a run with an impact law fails if penetration exceeds the clearance",
                      (folder.path() / "out").string());
   CAPTURE(o.out, o.err);
   CHECK(o.status == 1);
-  CHECK_THAT(o.out + o.err, Contains("clearances inside its wall"));
-  CHECK_THAT(o.err, Contains("question: nonsmooth.step = 0.05 s is 60 deg of the turn of drives.motor"));
+  CHECK_THAT(o.out + o.err, Contains("the clearance, which an impact law must keep near zero"));
+  CHECK_THAT(o.err, Contains("question: nonsmooth.step = 0.05 s is 60 deg of rotation of drives.motor"));
 }
 
 TEST_CASE("a run without progress stops; bursts and long runs of ordinary steps do not", "[progress]") {
@@ -210,6 +209,6 @@ TEST_CASE("a run without progress stops; bursts and long runs of ordinary steps 
   CHECK_THAT(
       run.ending.reason,
       Contains(
-          "steps are down to 1e-12 s, 1e+12 of them to the end, at floor; make that contact looser or leave "
-          "it out, or take a coarser step or tolerance, or a shorter run"));
+          "the steps have shrunk to 1e-12 s, and the run needs 1e+12 more of them, at floor; increase this "
+          "clearance, omit this contact, or use a coarser step or tolerance, or a shorter run"));
 }

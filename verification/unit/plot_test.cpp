@@ -132,7 +132,7 @@ TEST_CASE("columns are selected by name, joined by time, and cut", "[figures][pl
   CHECK_THROWS_WITH(read("v_n_minus", "b.x", -INFINITY, INFINITY), Contains("no rows in common"));
   CHECK_THROWS_WITH(plots::crossing_of("b.x"), Contains("must be COLUMN=VALUE"));
   CHECK_THROWS_WITH(plots::crossing_of("b.x=nan"), Contains("must be COLUMN=VALUE"));
-  CHECK_THROWS_WITH(read("t", "b.y", 0, 1, plots::crossing_of("b.z=1")), Contains("there is no column b.z"));
+  CHECK_THROWS_WITH(read("t", "b.y", 0, 1, plots::crossing_of("b.z=1")), Contains("unknown column b.z"));
 }
 
 TEST_CASE("freeplay plot draws the requested columns and lists the available ones", "[figures][plot]") {
@@ -170,14 +170,14 @@ TEST_CASE("freeplay plot draws the requested columns and lists the available one
     for (std::string line; std::getline(lines, line);)
       CHECK(line.size() <= 80 + folder.path().string().size());
   };
-  refused("--y b.z", "there is no column b.z; did you mean b.x?");
+  refused("--y b.z", "unknown column b.z; did you mean b.x?");
   refused("--y b.z", "events.csv: v_n_minus v_n_plus");
-  refused("--x ta --y b.x", "there is no column ta; did you mean t?");
+  refused("--x ta --y b.x", "unknown column ta; did you mean t?");
   refused("--y b.x --from 3 --to 1", "--from 3 must be less than --to 1");
-  refused("--y b.x --from 100", "no row lies within that time");
-  refused("--y b.x --format jpg", "\"jpg\" is no format");
-  refused("--y b.x -o ../mine", "must be a name for the figure's files");
-  refused("--y b.x --section b.x=9", "no row passes the section");
+  refused("--y b.x --from 100", "no row within that time");
+  refused("--y b.x --format jpg", "\"jpg\" is not a format");
+  refused("--y b.x -o ../mine", "must be a file name of");
+  refused("--y b.x --section b.x=9", "no row crosses the section");
   refused("--y b.x --y b.y --y p.fx --y b.theta --y b.vx --y b.omega --y b.ax", "at most 6");
   CHECK(run(folder.path().string() + " --y b.x").status == 2);
 
@@ -354,7 +354,7 @@ TEST_CASE("a run draws its figures without changing its results", "[figures][plo
   // Refused before anything is made: the older run and its figures remain.
   const auto wrong = test::freeplay(line + " --plot gudgeon.gaps");
   CHECK(wrong.status == 2);
-  CHECK_THAT(wrong.err, Contains("there is no column gudgeon.gaps; did you mean gudgeon.gap?"));
+  CHECK_THAT(wrong.err, Contains("unknown column gudgeon.gaps; did you mean gudgeon.gap?"));
   CHECK(test::freeplay(line + " --plot gudgeon.fx").status == 2);
   write_file(figures / "style.toml", "fnt = 1\n");
   CHECK(test::freeplay(line).status == 2);

@@ -219,7 +219,7 @@ TEST_CASE("run --from: another program is reported, damage and further options a
     refused(other.dump(), "is damaged");
     other = document;
     other["provenance"].erase("identity");
-    refused(other.dump(), "an earlier freeplay made it");
+    refused(other.dump(), "an earlier version wrote it");
   }
   std::filesystem::remove(file);
   CHECK(repeat("").status == 2);
@@ -229,14 +229,14 @@ TEST_CASE("run --from: another program is reported, damage and further options a
     const auto o = repeat(option);
     CAPTURE(o.err);
     CHECK(o.status == 2);
-    CHECK_THAT(o.err, Contains("takes no other option but -o"));
+    CHECK_THAT(o.err, Contains("the only other options are -o"));
   }
   CHECK(repeat(" " + rig().string()).status == 2);
   CHECK(repeat(" --resume " + folder.string()).status == 2);
   {
     const auto o = test::freeplay(fmt::format("run --from {} -o {}", folder.string(), folder.string()));
     CHECK(o.status == 2);
-    CHECK_THAT(o.err, Contains("is the run that is to be repeated"));
+    CHECK_THAT(o.err, Contains("contains the run to be repeated"));
     CHECK(test::file_text(file) == whole);
   }
   CHECK_FALSE(std::filesystem::exists(again));
@@ -327,7 +327,7 @@ TEST_CASE("a scene may state its format; errors state the format it was read in"
     write_file(file, (stated ? "format = 2\n" : "") + text);
     const auto o = test::freeplay("check " + file.string());
     CHECK(o.status == 0);
-    CHECK((o.out.find("for the scene states none") == o.out.npos) == stated);
+    CHECK((o.out.find("not stated in the scene") == o.out.npos) == stated);
     run_scene(read_scene(file, with(short_run, {"run.revolutions=0.1"})),
               {.formulation = "nonsmooth", .folder = folder});
     const auto p = json_of(folder).at("provenance");

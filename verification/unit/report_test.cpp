@@ -185,8 +185,8 @@ TEST_CASE("a folder without results is refused in one line, and nothing is writt
     CHECK_THAT(told.err, Contains(why));
     CHECK(std::ranges::count(told.err, '\n') == 1);
   };
-  refused({"report", "nowhere"}, "nowhere: is no folder");
-  refused({"report", "empty"}, "has no results that a page could show");
+  refused({"report", "nowhere"}, "nowhere: is not a folder");
+  refused({"report", "empty"}, "contains no results to show");
   refused({"report", "torn"}, "trajectory.csv");
   refused({"report", "torn", "-o", "empty"}, "is a folder");
   CHECK(std::filesystem::is_empty(bait.folder / "empty"));

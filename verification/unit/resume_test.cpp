@@ -347,7 +347,7 @@ TEST_CASE("resume: a folder that cannot be resumed is refused and stays unchange
   const auto empty = place.path() / "empty", done = place.path() / "done", cut = place.path() / "cut",
              interrupted = place.path() / "interrupted";
   std::filesystem::create_directory(empty);
-  refused(empty, 2, "has no run.checkpoint to go on from; give the folder of an interrupted run");
+  refused(empty, 2, "has no run.checkpoint to continue from; give the folder of an interrupted run");
   refused(place.path() / "none", 2, "has no run.checkpoint");
   const double length = run_whole(run_in(done, setup));
   refused(done, 2, "its run has ended");
@@ -365,9 +365,9 @@ TEST_CASE("resume: a folder that cannot be resumed is refused and stays unchange
     for (const auto& [source, suffix] : {std::pair(cut, ".partial"), std::pair(interrupted, "")}) {
       INFO(name << " of " << source);
       refused(spoil(source, name + suffix, [](const Path& file) { REQUIRE(std::filesystem::remove(file)); }),
-              1, name + ": cannot be gone on with: 0 of its first ");
+              1, name + ": cannot be continued: it has 0 of its first ");
       refused(spoil(source, name + suffix, [](const Path& file) { std::filesystem::resize_file(file, 5); }),
-              1, name + ": cannot be gone on with: 5 of its first ");
+              1, name + ": cannot be continued: it has 5 of its first ");
     }
 
   // The checkpoint.
@@ -379,7 +379,7 @@ TEST_CASE("resume: a folder that cannot be resumed is refused and stays unchange
   };
   refused(rewritten("freeplay checkpoint 1 " + whole.substr(head.size())), 2, "is a checkpoint of version 1");
   refused(rewritten(whole.substr(0, whole.size() / 2)), 2, "is damaged");
-  refused(rewritten(""), 2, "is no checkpoint of freeplay");
+  refused(rewritten(""), 2, "is not a checkpoint of freeplay");
   auto flipped = whole;
   flipped[whole.size() / 2] ^= 4;
   refused(rewritten(flipped), 2, "is damaged");
@@ -448,7 +448,7 @@ TEST_CASE("resume: only its own options are accepted", "[resume][program]") {
     const auto o = test::freeplay(resume + option);
     CAPTURE(o.err);
     CHECK(o.status == 2);
-    CHECK_THAT(o.err, Contains("takes no other option but --checkpoint"));
+    CHECK_THAT(o.err, Contains("the only other option is --checkpoint"));
   }
   CHECK(test::freeplay(resume + " " + rig().string()).status == 2);
   CHECK(test::freeplay("run").status == 2);
@@ -468,8 +468,8 @@ TEST_CASE("an interruption is reported in the same words by every command", "[re
     CHECK(WEXITSTATUS(status) == 124);  // it was still running
     return test::file_text(err);
   };
-  const auto anew = Catch::Contains("interrupted; the same command begins anew, nothing is written"),
-             on = Catch::Contains("interrupted; the same command carries on");
+  const auto anew = Catch::Contains("interrupted; the same command starts again, nothing was written"),
+             on = Catch::Contains("interrupted; the same command continues");
   CHECK_THAT(said("poincare " + flores + " --periods 5000 --discard 10"), anew);
   CHECK_THAT(said("drift " + flores + " --set run.revolutions=5000"), anew);
   CHECK_THAT(said("bifurcation " + (source / "flores2011-attractors/friction.toml").string()), on);

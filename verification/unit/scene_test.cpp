@@ -112,7 +112,7 @@ TEST_CASE("invalid scenes are refused with place, key and remedy", "[scene]") {
       {"[bodies.b]", "[bodies.ground]", "bodies.ground: \"ground\" is the fixed frame"},
       {"[bodies.b]", "[bodies.\"b,c\"]", "a name must be made of letters"},
       {"type = \"revolute\"", "type = \"hinge\"",
-       "joints.pivot.type: \"hinge\" is not known here; one of \"revolute\""},
+       "joints.pivot.type: \"hinge\" is unknown; one of \"revolute\""},
       {"\"ground\", \"a\"", "\"ground\", \"z\"",
        "joints.pivot.between: there is no body \"z\"; there is: ground, a, b"},
       {"\"ground\", \"a\"", "\"a\", \"a\"", "joints.pivot.between: joins \"a\" to itself"},
@@ -148,8 +148,8 @@ TEST_CASE("invalid scenes are refused with place, key and remedy", "[scene]") {
       {"revolutions = 2", "", "run: needs exactly one of revolutions and duration"},
       {"revolutions = 2", "revolutions = 0", "run.revolutions: must be greater than 0"},
       {"revolutions = 2", "revolutions = 2\ndiscard = 3", "run.discard: must be less than the length"},
-      {"revolutions = 2", "revolutions = 2\nstart = \"rest\"", "run.start: \"rest\" is not known here"},
-      {"contact = \"exact\"", "contact = \"hertz-ish\"", "penalty.contact: \"hertz-ish\" is not known here"},
+      {"revolutions = 2", "revolutions = 2\nstart = \"rest\"", "run.start: \"rest\" is unknown"},
+      {"contact = \"exact\"", "contact = \"hertz-ish\"", "penalty.contact: \"hertz-ish\" is unknown"},
       {"contact = \"exact\"", "friction_v0 = 1.0", "penalty.friction_v1: must be greater than friction_v0"},
       {"contact = \"exact\"", "tolerance = 0", "penalty.tolerance: must be greater than 0"},
       {"step = 1e-5", "step = -1e-5", "nonsmooth.step: must be greater than 0"},
@@ -161,12 +161,12 @@ TEST_CASE("invalid scenes are refused with place, key and remedy", "[scene]") {
       {"[bodies.a]", "[bodies]\nx = 3\n[bodies.a]", "bodies.x: must be a table, is a number"},
       {"[bodies.a]", "[#bodies.a]", "s.toml:1:2: not TOML: the name of a table must begin with"},
       {"mass = 1.0", "mass ó = 1.0", "s.toml:2:6: not TOML: a character beyond ASCII"},
-      {"step = 1e-5", "scheme = \"eventful\"", "nonsmooth.scheme: \"eventful\" is not known here"},
-      {"step = 1e-5", "solver = \"guess\"", "nonsmooth.solver: \"guess\" is not known here"},
+      {"step = 1e-5", "scheme = \"eventful\"", "nonsmooth.scheme: \"eventful\" is unknown"},
+      {"step = 1e-5", "solver = \"guess\"", "nonsmooth.solver: \"guess\" is unknown"},
       {"step = 1e-5", "step = 1e-5\nimpact_law = \"poisson\"",
        "nonsmooth.impact_law: time stepping has only \"newton\""},
       {"step = 1e-5", "lcp_tolerance = -1", "nonsmooth.lcp_tolerance: must be greater than 0"},
-      {"contact = \"exact\"", "integrator = \"euler\"", "penalty.integrator: \"euler\" is not known here"},
+      {"contact = \"exact\"", "integrator = \"euler\"", "penalty.integrator: \"euler\" is unknown"},
       {"contact = \"exact\"", "stabilisation = \"projection\"",
        "penalty.stabilisation: \"projection\" moves"},
       {"contact = \"exact\"", "stabilisation = \"none\"\nalpha = 1",
@@ -181,7 +181,7 @@ TEST_CASE("invalid scenes are refused with place, key and remedy", "[scene]") {
       {"axis = [1, 0]", "axis = [1, 0]\nslider_length = 0.1",
        "joints.guide.slider_length: does not apply to a translational joint without clearance"},
       {"[nonsmooth]", "[contacts.c]\ntype = \"sphere\"\n[nonsmooth]",
-       "contacts.c.type: \"sphere\" is not known here"},
+       "contacts.c.type: \"sphere\" is unknown"},
       {"[nonsmooth]", "[contacts.c]\ntype = \"plane\"\nbetween = [\"ground\", \"b\"]\n[nonsmooth]",
        "contacts.c.surface: is missing"},
       {"[nonsmooth]",
@@ -199,10 +199,10 @@ TEST_CASE("invalid scenes are refused with place, key and remedy", "[scene]") {
       {"[nonsmooth]",
        "[contacts.loose]\ntype = \"discs\"\nbetween = [\"a\", \"b\"]\nradii = [1, 1]\nsurface = "
        "\"steel\"\n[nonsmooth]",
-       "contacts.loose: there is a joint of that name"},
+       "contacts.loose: a joint has the same name"},
       {"[nonsmooth]", "[lubricants.oil]\nviscosity = 0\n[nonsmooth]",
        "lubricants.oil.viscosity: must be greater than 0"},
-      {"[nonsmooth]", "[loads.l]\ntype = \"wind\"\n[nonsmooth]", "loads.l.type: \"wind\" is not known here"},
+      {"[nonsmooth]", "[loads.l]\ntype = \"wind\"\n[nonsmooth]", "loads.l.type: \"wind\" is unknown"},
       {"[nonsmooth]", "[loads.l]\ntype = \"force\"\nbody = \"ground\"\nforce = [1, 0]\n[nonsmooth]",
        "loads.l.body: must be a moving body"},
       {"[nonsmooth]", "[loads.l]\ntype = \"joint-friction\"\njoint = \"pivot\"\nforce = 1\n[nonsmooth]",
@@ -216,7 +216,7 @@ TEST_CASE("invalid scenes are refused with place, key and remedy", "[scene]") {
     CAPTURE(bad.from, bad.to);
     CHECK_THAT(refusal(scene(bad.from, bad.to)), Contains(bad.words));
   }
-  CHECK_THAT(refusal(""), Contains("a scene needs at least one body"));
+  CHECK_THAT(refusal(""), Contains("the scene needs at least one body"));
   CHECK_THAT(refusal(scene(), {"joints.loose.clearance"}), Contains("must be KEY=VALUE"));
   CHECK_THAT(refusal(scene(), {"joints.loose.clearance="}), Contains("has no value"));
   CHECK_THAT(refusal(scene(), {"joints.loose.clearance=-1"}),
@@ -229,7 +229,7 @@ TEST_CASE(
     "docs/reference/scene.md, docs/reference/study.md and docs/reference/figures.md list exactly the keys of the reader, with their units and defaults",
     "[scene][docs]") {
   std::size_t listed = 0;
-  // Keys of a study or a style are at the root of its file, and of its page.
+  // Keys of a study or a style stand at the root of its file, and so they do in its page.
   for (const auto& [file, root] :
        {std::pair("docs/reference/scene.md", ""), std::pair("docs/reference/study.md", "study."),
         std::pair("docs/reference/figures.md", "style.")}) {
@@ -255,8 +255,9 @@ TEST_CASE(
   REQUIRE(listed == schema().size());
 }
 
-TEST_CASE("every unit of a key has bounds, docs/reference/scene.md lists them, and values beyond are refused",
-          "[scene][docs][bounded]") {
+TEST_CASE(
+    "every unit of a key has bounds, docs/reference/scene.md lists them, and what lies beyond is refused",
+    "[scene][docs][bounded]") {
   const auto page = test::file_text(test::source_folder() / "docs/reference/scene.md");
   for (const auto& m : magnitudes) CHECK_THAT(page, Contains(row_of(m)));
   for (const auto& key : schema()) {

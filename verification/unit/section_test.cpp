@@ -229,23 +229,23 @@ TEST_CASE("a run observed by a section is bit-identical", "[section]") {
     }
 }
 
-TEST_CASE("an invalid section is refused with valid examples", "[section]") {
+TEST_CASE("what is not a section is refused with what would be one", "[section]") {
   const auto scene = read_scene(test::flores());
   const auto pendulum = parse_scene(swing, "swing");
   const auto why = [](const Scene& s, const std::string& section, const std::string& column = "phase") {
     return test::refusal_of([&] { section_of(s, "nonsmooth", section, {column}); });
   };
   using Catch::Contains;
-  CHECK_THAT(why(scene, "now and then"), Contains("is no section"));
-  CHECK_THAT(why(scene, "every 3 kg"), Contains("a time is wanted"));
+  CHECK_THAT(why(scene, "now and then"), Contains("is not a section"));
+  CHECK_THAT(why(scene, "every 3 kg"), Contains("must be a time"));
   CHECK_THAT(why(scene, "every 0 s"), Contains("greater than 0"));
   CHECK_THAT(why(scene, "main.angl crosses 1"), Contains("did you mean main.angle"));
-  CHECK_THAT(why(scene, "slider.vx crosses 0"), Contains("no coordinate that crosses"));
-  CHECK_THAT(why(scene, "main.angle crosses upwards"), Contains("crosses which value"));
+  CHECK_THAT(why(scene, "slider.vx crosses 0"), Contains("not a coordinate of a section"));
+  CHECK_THAT(why(scene, "main.angle crosses upwards"), Contains("needs a value"));
   CHECK_THAT(why(scene, "each touch of main"), Contains("gudgeon"));
-  CHECK_THAT(why(scene, "every period", "slider.z"), Contains("no column"));
-  CHECK_THAT(why(scene, "every period", "approach"), Contains("only touches"));
-  CHECK_THAT(why(pendulum, "every period"), Contains("say which"));
+  CHECK_THAT(why(scene, "every period", "slider.z"), Contains("not a column"));
+  CHECK_THAT(why(scene, "every period", "approach"), Contains("only for sections"));
+  CHECK_THAT(why(pendulum, "every period"), Contains("define no period, or several"));
   CHECK_THAT(why(pendulum, "each touch"), Contains("no contacts"));
 }
 
@@ -266,7 +266,7 @@ TEST_CASE("poincare writes its points, its provenance and a figure, or nothing",
   const auto scene = (test::source_folder() / "cases/ball-on-table/scene.toml").string();
   const auto bad = test::freeplay("poincare " + scene + " --section 'each tuch' -o " + out.string());
   CHECK(bad.status == 2);
-  CHECK_THAT(bad.err, Catch::Contains("--section: ") && Catch::Contains("is no section"));
+  CHECK_THAT(bad.err, Catch::Contains("--section: ") && Catch::Contains("is not a section"));
   CHECK_FALSE(std::filesystem::exists(out));
   const auto good = test::freeplay("poincare " + scene +
                                    " --section 'each touch' --periods 5 --discard 10 -o " + out.string());

@@ -121,8 +121,8 @@ TEST_CASE("unit plausibility: a measurement in g is recognised by its lowest har
   CHECK(scaled(1, 0.1).empty());
   CHECK(scaled(0.7, 0).empty());  // another stroke or mass is no other unit
   CHECK(scaled(3, 0).empty());
-  CHECK_THAT(scaled(1 / 9.80665, 0.1), Contains("is the file in g, not m/s²?"));
-  CHECK_THAT(scaled(1 / 9.80665, -0.3), Contains("is the file in g, not m/s²?"));
+  CHECK_THAT(scaled(1 / 9.80665, 0.1), Contains("is the file in g instead of m/s²?"));
+  CHECK_THAT(scaled(1 / 9.80665, -0.3), Contains("is the file in g instead of m/s²?"));
   CHECK_THAT(scaled(100, 0.1), Contains("cm/s²"));
   CHECK_THAT(scaled(1000, 0.1), Contains("mm/s²"));
   CHECK(unit_question({}, ideal).empty());

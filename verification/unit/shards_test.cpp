@@ -183,7 +183,7 @@ TEST_CASE("files beside shards with values of a wrong type are refused in the pr
     write_file(shards / "manifest.json", wrong.dump());
     CAPTURE(wrong.dump());
     CHECK_THROWS_WITH(read_manifest(place.at("out")),
-                      Contains("manifest.json: is no manifest of this freeplay (") && !Contains("json."));
+                      Contains("manifest.json: is not a manifest of this version (") && !Contains("json."));
   }
   write_file(shards / "manifest.json", manifest.dump());
   const auto whole = read_manifest(place.at("out"));
@@ -256,7 +256,7 @@ TEST_CASE(
     CHECK(run({"--merge", out}).status == 2);
     REQUIRE(run({"--shard", "1/2", "-o", out}).status == 0);
     REQUIRE(run({"--merge", out}).status == 0);
-    if (words == basin) CHECK_THAT(run({"-o", out}).out, Contains("were there, 0 made"));
+    if (words == basin) CHECK_THAT(run({"-o", out}).out, Contains("from the store, 0 new"));
   }
   // The time of starts is that of the made ones.
   auto again = ensemble;

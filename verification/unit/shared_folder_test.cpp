@@ -84,7 +84,7 @@ void shared_by(int processes, const Desk& desk, const killed::Contents& expected
     CAPTURE(o.out, o.err);
     CHECK(o.status == 0);
     std::size_t total = 0, found = 0, own = 0;
-    CHECK(std::sscanf(o.out.c_str(), "%zu runs: %zu were there, %zu made", &total, &found, &own) == 3);
+    CHECK(std::sscanf(o.out.c_str(), "%zu runs: %zu from the store, %zu new", &total, &found, &own) == 3);
     CHECK(total == expected.size());
     made += own;
   }
@@ -114,8 +114,8 @@ TEST_CASE("an invalid study changes none of the existing runs", "[study][program
     write_file(desk.study, desk.study_text);
   };
   refused("\"gudgeon\"", "\"gudgen\"", ": joint: \"gudgen\" has no clearance");
-  refused("\"accelerometer\"", "\"lvdt\"", ": accelerometer: \"lvdt\" is no such instrument");
-  refused("\"lvdt\"", "\"lvtd\"", ": position: \"lvtd\" is no such instrument");
+  refused("\"accelerometer\"", "\"lvdt\"", ": accelerometer: \"lvdt\" is not an instrument");
+  refused("\"lvdt\"", "\"lvtd\"", ": position: \"lvtd\" is not an instrument");
   refused("joints.gudgeon.clearance", "joints.gudgeon.clearanse", "clearanse");
   refused("[0.5e-3]", "[0.5e-3, -1.0]", "clearance");
   refused("[0.5e-3]", "\"wide\"", "values");
@@ -134,7 +134,7 @@ TEST_CASE("an invalid study changes none of the existing runs", "[study][program
   // A change without effect repeats no run, and removes none.
   write_file(desk.scene, "title = \"The same by another name\"\n# A remark.\n" +
                              replaced(desk.scene_text, "title", "# title"));
-  CHECK_THAT(test::freeplay(desk.command()).out, Contains("4 were there, 0 made") && !Contains("kept"));
+  CHECK_THAT(test::freeplay(desk.command()).out, Contains("4 from the store, 0 new") && !Contains("kept"));
   CHECK(runs_in(desk.out / "sweep.db") == there);
 }
 
@@ -144,12 +144,12 @@ TEST_CASE("runs that a study does not contain are kept until they are pruned", "
   const auto there = runs_in(desk.out / "sweep.db");
   write_file(desk.study, replaced(desk.study_text, "starts = 2", "starts = 1"));
   auto o = test::freeplay(desk.command());
-  CHECK_THAT(o.out,
-             Contains("2 runs: 2 were there, 0 made") && Contains("2 more are kept") && Contains("--prune"));
+  CHECK_THAT(o.out, Contains("2 runs: 2 from the store, 0 new") && Contains("2 further runs are kept") &&
+                        Contains("--prune"));
   CHECK(runs_in(desk.out / "sweep.db") == there);
   o = test::freeplay(desk.command() + " --prune");
   CHECK(o.status == 0);
-  CHECK_THAT(o.out, Contains("given, nonsmooth: 1 runs that the study does not name") &&
+  CHECK_THAT(o.out, Contains("given, nonsmooth: 1 runs that are not part of the study") &&
                         Contains("given, penalty: 1 runs") && Contains("2 removed from"));
   CHECK(runs_in(desk.out / "sweep.db").size() == 2);
   CHECK_THAT(test::freeplay(desk.command() + " --prune").out, Contains("0 removed from"));
@@ -263,7 +263,7 @@ TEST_CASE("an interrupted run keeps the finished one in its folder and can be re
   plan.on_progress = [&](double done) { requested = done > 0.3; };
   const auto interrupted = run_scene(scene("0.2"), plan);
   REQUIRE(interrupted.ending.status == Ending::Status::interrupted);
-  CHECK_THAT(interrupted.notes.back(), Contains("the finished run that stands in the folder stays"));
+  CHECK_THAT(interrupted.notes.back(), Contains("the finished run in the folder was kept"));
   CHECK(killed::results_in(out) == older);
   // Without its incomplete file there is nothing to resume, and the older file is not a
   // replacement.
@@ -292,7 +292,7 @@ TEST_CASE("a database held by another program is waited for until a stop request
     requested = true;
   });
   const auto began = std::chrono::steady_clock::now();
-  CHECK_THROWS_WITH(Results(file, study, StopToken(requested)), Contains("another program holds it"));
+  CHECK_THROWS_WITH(Results(file, study, StopToken(requested)), Contains("another program uses it"));
   const auto waited = std::chrono::steady_clock::now() - began;
   stop.join();
   CHECK(waited > std::chrono::milliseconds(150));
@@ -308,7 +308,7 @@ TEST_CASE("a planted lock file is not followed", "[folders]") {
   CHECK_THROWS_WITH(FolderLock(folder.path() / "out", "run"), Contains("is a link"));
   std::filesystem::remove(lock);
   std::filesystem::create_hard_link(victim, lock);
-  CHECK_THROWS_WITH(FolderLock(folder.path() / "out", "run"), Contains("must be a file of its own"));
+  CHECK_THROWS_WITH(FolderLock(folder.path() / "out", "run"), Contains("must be a regular file"));
   CHECK(test::file_text(victim) == "kept");
 }
 

@@ -154,15 +154,16 @@ TEST_CASE("invalid springs are refused", "[springs][scene]") {
   };
   refused(linear + "force_table = [[1, 0]]", "two points");
   refused(linear + "force_table = [[1, 0], [1, 2]]", "must increase");
-  refused(linear + "stiffness = 1\nforce_table = [[1, 0], [2, 2]]", "goes without force_table");
-  refused(linear + "preload = 1\nforce_table = [[1, 0], [2, 2]]", "goes without force_table");
-  refused(linear + "damping = 1\ndamping_table = [[0, 0], [2, 2]]", "goes without damping_table");
-  refused(linear + "stiffness = 1\ndamping_table = [[-1, 1], [0, 0], [2, 2]]", "must resist");
+  refused(linear + "stiffness = 1\nforce_table = [[1, 0], [2, 2]]", "cannot be combined with force_table");
+  refused(linear + "preload = 1\nforce_table = [[1, 0], [2, 2]]", "cannot be combined with force_table");
+  refused(linear + "damping = 1\ndamping_table = [[0, 0], [2, 2]]", "cannot be combined with damping_table");
+  refused(linear + "stiffness = 1\ndamping_table = [[-1, 1], [0, 0], [2, 2]]", "must dissipate");
   refused(linear + "stiffness = 1\ndamping_table = [[-1, -1], [2, 2]]", "[0, 0]");
   refused(linear + "one_way = \"pull\"", "needs a stiffness");
   refused(linear + "stiffness = 1\ncubic = -1\none_way = \"pull\"", "0 or greater");
   refused(linear + "stiffness = 1\none_way = \"both\"", "one_way");
   refused(bushing + "stiffness = [-1.0, 2.0]", "0 or greater");
   refused(bushing + "radial_table = [[0.1, 0], [1, 2]]", "[0, 0]");
-  refused(bushing + "stiffness = [1.0, 1.0]\nradial_table = [[0, 0], [1, 2]]", "goes without radial_table");
+  refused(bushing + "stiffness = [1.0, 1.0]\nradial_table = [[0, 0], [1, 2]]",
+          "cannot be combined with radial_table");
 }

@@ -184,18 +184,18 @@ TEST_CASE("a database with keys of another kind is neither used nor lost", "[stu
     return rows.empty() ? -1 : std::stol(rows[0][0]);
   };
   CHECK(run_sql("PRAGMA user_version") == 3);
-  for (const auto& [version, who] : {std::pair(0, "an earlier freeplay"), std::pair(1, "an earlier freeplay"),
-                                     std::pair(4, "a later freeplay")}) {
+  for (const auto& [version, who] : {std::pair(0, "an earlier version"), std::pair(1, "an earlier version"),
+                                     std::pair(4, "a later version")}) {
     run_sql(fmt::format("PRAGMA user_version = {}", version));
     const auto o = test::freeplay(command);
     CAPTURE(o.out, o.err);
     CHECK(o.status == 1);
-    CHECK_THAT(o.err, Contains(db.string()) && Contains(who) && Contains("they stay as they are") &&
+    CHECK_THAT(o.err, Contains(db.string()) && Contains(who) && Contains("cannot be used") &&
                           Contains("give another folder with -o"));
     CHECK(std::ranges::count(o.err, '\n') == 1);
     CHECK(o.out.empty());
     CHECK(run_sql("SELECT count(*) FROM runs") == 4);
   }
   run_sql("PRAGMA user_version = 3");
-  CHECK_THAT(test::freeplay(command).out, Contains("4 were there, 0 made"));
+  CHECK_THAT(test::freeplay(command).out, Contains("4 from the store, 0 new"));
 }

@@ -133,7 +133,7 @@ TEST_CASE("a killed sweep leaves complete runs", "[study][program]") {
   REQUIRE(kept < 16);
   const auto o =
       test::freeplay("sweep " + file.string() + " --allow-outside -o " + (folder.path() / "out").string());
-  CHECK_THAT(o.out, Contains(fmt::format("{} were there, {} made", kept, 16 - kept)));
+  CHECK_THAT(o.out, Contains(fmt::format("{} from the store, {} new", kept, 16 - kept)));
   CHECK(o.status == 0);
   CHECK_THAT(o.out, Contains("16 runs:"));
   Results results(folder.path() / "out/sweep.db", read_study(file));
@@ -146,7 +146,7 @@ TEST_CASE("invalid studies are refused", "[study]") {
   CHECK_THAT(says("scene = 3\n"), Contains("study.toml:1:9: scene: must be a text"));
   CHECK_THAT(says(study_head + "staarts = 2\n"),
              Contains("staarts: is not a key of a study; did you mean starts?"));
-  CHECK_THAT(says(study_head + "formulations = [\"magic\"]\n"), Contains("\"magic\" is none"));
+  CHECK_THAT(says(study_head + "formulations = [\"magic\"]\n"), Contains("\"magic\" is unknown"));
   CHECK_THAT(says(study_head + "seed = 1.5\n"), Contains("seed: must be a whole number"));
   CHECK_THAT(says(study_head + "[axes.a]\nkey = \"x\"\nvalues = []\n"),
              Contains("must be a list of numbers"));
@@ -154,8 +154,8 @@ TEST_CASE("invalid studies are refused", "[study]") {
              Contains("high: must be greater than low"));
   CHECK_THAT(says(study_head + "[calibrate]\n[calibrate.unknowns.a]\nkey = \"x\"\nlow = 1\nhigh = 2\n"
                                "[calibrate.targets.t]\nstatistic = \"peek\"\nvalue = 1\n"),
-             Contains("\"peek\" is neither a statistic nor a measure of the study; there are peak_5"));
-  // A key that no scene has is reported before any run.
+             Contains("\"peek\" is neither a statistic nor a measure of the study; known are peak_5"));
+  // A key that no scene has shows before anything runs.
   const auto file = write(folder, "study.toml",
                           study_head + "[axes.a]\nkey = \"joints.gudgeon.clearanse\"\nvalues = [1e-3]\n");
   const auto o =
@@ -376,7 +376,7 @@ TEST_CASE("a statistic that is zero within the ranges is refused as a target", "
                "joints.gudgeon.clearance = ") &&
           Contains("no positive lines"));
   CHECK_THAT(refusal(write(folder, "study.toml", text("loss_angle"))),
-             Contains("statistic: \"loss_angle\" is a direction on the circle"));
+             Contains("statistic: \"loss_angle\" is an angle on the circle"));
 }
 
 TEST_CASE("a study's energy per revolution excludes the losses of dampers", "[study]") {

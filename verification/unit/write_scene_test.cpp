@@ -255,10 +255,10 @@ TEST_CASE("values that a scene cannot hold are refused on reading back", "[scene
   std::get<RevoluteJoint>(bad.mechanism.joints.back()).clearance->surface = -1;
   CHECK_THAT(message(bad), Contains("surface: is missing"));
   std::get<RevoluteJoint>(bad.mechanism.joints.back()).clearance->surface = 8;
-  CHECK_THAT(message(bad), Contains("joints.back1.surface: index 8 names nothing"));
+  CHECK_THAT(message(bad), Contains("joints.back1.surface: index 8 is out of range"));
   bad = good;
   std::get<RevoluteJoint>(bad.mechanism.joints[0]).between = {ground, 99};
-  CHECK_THAT(message(bad), Contains("joints.foot0.between: index 99 names nothing"));
+  CHECK_THAT(message(bad), Contains("joints.foot0.between: index 99 is out of range"));
   bad = good;
   bad.instruments.emplace_back();
   bad.instruments[0].name = "eye";
@@ -295,7 +295,7 @@ TEST_CASE("the first difference of two scenes", "[scene]") {
   auto swapped = other;
   std::swap(swapped.mechanism.surfaces[0], swapped.mechanism.surfaces[1]);
   REQUIRE(first_difference(to_toml(other), to_toml(swapped)) ==
-          "surfaces.steel stands before surfaces.brass here and after it there");
+          "surfaces.steel is before surfaces.brass here and after it there");
 }
 
 TEST_CASE("Scene::set is equivalent to --set", "[scene]") {
@@ -351,7 +351,7 @@ TEST_CASE("a refused call of Scene::set leaves the scene unchanged", "[scene]") 
     auto scene = original;
     const std::vector<std::array<std::string, 3>> bad = {
         {"penalty.contcat", "flores", "did you mean contact?"},
-        {"penalty.contact", "rubber", "is not known here"},
+        {"penalty.contact", "rubber", "is unknown"},
         {"surfaces.steel.restitution", "1.5", "must be between 0 and 1"},
         {"gravity", "9.81", "must be a pair"},
         {"run.discard", "1e9", "must be less than the length of the run"},

@@ -100,7 +100,7 @@ function makeLoose(parent) {
     return { canvas, name };
   });
   if (looseNames.length > mostLoose)
-    parent.append(element('p', 'small', `${mostLoose} of ${looseNames.length} loose joints are shown`));
+    parent.append(element('p', 'small', `${mostLoose} of ${looseNames.length} joints with clearance are shown`));
   watch(() => {
     const list = runs.map((_, r) => r);
     for (const { canvas, name } of canvases) drawLoose(canvas, name, list);

@@ -200,8 +200,8 @@ function makePlots(section) {
     watch(() => { name.style.color = runColour(r); });
     head.append(name);
   });
-  const more = element('button', 'controls', 'one more'), whole = element('button', 'controls', 'all of the time');
-  key.textContent = 'wheel or drag: zoom; click: go there; double click: all';
+  const more = element('button', 'controls', 'add plot'), whole = element('button', 'controls', 'whole time');
+  key.textContent = 'wheel or drag: zoom; click: set the time; double click: show all';
   head.append(more, whole, key);
   const list = element('div');
   more.addEventListener('click', () => { if (plots.length < mostPlots) addPlot(list, columns[0]); redraw(); });
@@ -210,6 +210,6 @@ function makePlots(section) {
   for (const column of firstColumns()) addPlot(list, column);
   const thinned = runs.flatMap((run) => run.curves.filter((t) => t.rows > t.t.length).map((t) => `${run.name} ${t.file}: ${t.t.length.toLocaleString('en')} of ${t.rows.toLocaleString('en')} rows`));
   if (thinned.length)
-    section.append(element('p', 'small', `Shown of each column: ${thinned.join('; ')}. Of each stretch of rows its least and its greatest value, so that no peak is lost; their times are off by less than the stretch. Events, the ticks below, stand at their own times.`));
+    section.append(element('p', 'small', `Rows shown of each column: ${thinned.join('; ')}. Each interval of rows is shown by its least and greatest value, so all peaks are kept; their times are exact to the interval. Ticks below mark events at their exact times.`));
   watch(() => plots.forEach(drawPlot));
 }

@@ -79,8 +79,8 @@ function makeEvents(section) {
       event.row = row;
       body.append(row);
     }
-    note.textContent = (listed.length > eventRows ? `Rows ${first + 1} to ${Math.min(first + eventRows, listed.length)} of ${listed.length.toLocaleString('en')}; the list follows the time. ` : '') +
-      cut.map(([name, kept, all]) => `${name}: the ${kept.toLocaleString('en')} hardest of ${all.toLocaleString('en')} events. `).join('');
+    note.textContent = (listed.length > eventRows ? `Rows ${first + 1} to ${Math.min(first + eventRows, listed.length)} of ${listed.length.toLocaleString('en')}; the list follows the time cursor. ` : '') +
+      cut.map(([name, kept, all]) => `${name}: the ${kept.toLocaleString('en')} strongest of ${all.toLocaleString('en')} events. `).join('');
   };
   const choose = () => {
     listed = events.filter((event) => !choice.value || runs[event.run].events.kinds[runs[event.run].events.kind[event.i]] === choice.value);
@@ -102,7 +102,7 @@ function makeEvents(section) {
 }
 
 function makeAgain(section) {
-  section.append(element('h2', '', 'How to make it again'));
+  section.append(element('h2', '', 'How to repeat'));
   if (data.commands) section.append(element('pre', '', data.commands.join('\n')));
   if (data.provenance) section.append(scrolled(tableOf(data.provenance.head, data.provenance.rows)));
   if (data.scene) {

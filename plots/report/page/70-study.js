@@ -16,7 +16,7 @@ function drawSpark(canvas, values) {
 
 /** Box with the parameters of the selected run or point and the command that repeats its run. */
 function chosenBox() {
-  const box = element('pre', '', 'Click a run or a point: its parameters and the command that makes it stand here.');
+  const box = element('pre', '', 'Click a point to show its parameters and command.');
   box.id = 'chosen';
   return box;
 }
@@ -116,7 +116,7 @@ function sweepTable(section, names, places, choose) {
   });
   fill();
   section.append(scrolled(table));
-  if (data.runs.length > 1000) section.append(element('p', 'small', 'The first 1,000 rows of this order are listed.'));
+  if (data.runs.length > 1000) section.append(element('p', 'small', 'The first 1,000 rows in this order are listed.'));
 }
 
 function columnNamed(name) { return data.columns.find((column) => column.name === name); }
@@ -188,7 +188,7 @@ function makeDiagram(section) {
     return [`${axis.name || 'value'} = ${cellText(value.y[i])} ${axis.unit || ''}${branch ? ', branch ' + branch.words[i] : ''}`,
       `${y} = ${of(y)}; attractor ${of('attractor')}, period ${of('period')}, t = ${of('t')} s`,
       axis.key ? commandOf([[axis, value.y[i]]]) : '',
-      branch && branches.length > 1 ? 'A branch begins where the one before it ended: from the scene\'s own start the motion may settle elsewhere.' : ''].filter(Boolean).join('\n');
+      branch && branches.length > 1 ? 'A branch continues from the final state of the previous value; from the start of the scene the motion may reach another attractor.' : ''].filter(Boolean).join('\n');
   }, {
     title: `Bifurcation over ${axis.name || 'value'}${axis.unit ? ', ' + axis.unit : ''}; section: ${data.section || ''}`,
     colour: (i) => (branch ? runColour(branches.indexOf(branch.words[i])) : colours.c0),

@@ -21,7 +21,7 @@ byId('title').textContent = data.title || data.folder;
 byId('subtitle').textContent = { run: 'one run', comparison: 'both formulations of one scene', sweep: 'a study', bifurcation: 'a bifurcation diagram', basin: 'basins of attraction' }[data.kind] + ' · ' + data.folder;
 
 const keyList = [['space', 'play or pause'], ['← →', 'a frame back or on; with shift ten'], ['P N', 'the event before, the next one'],
-  ['Home End', 'the begin, the end'], ['+ −', 'faster, slower'], ['O', 'runs beside or over one another'], ['F', 'forces'], ['Z', 'plots: all of the time'], ['T', 'light or dark'], ['?', 'these keys']];
+  ['Home End', 'beginning, end'], ['+ −', 'faster, slower'], ['O', 'runs side by side or overlaid'], ['F', 'forces'], ['Z', 'plots: whole time'], ['T', 'light or dark'], ['?', 'these keys']];
 function showKeys() {
   const box = byId('help');
   if (box.open) return box.close();
@@ -105,9 +105,9 @@ function makeMotion() {
   byId('follow').addEventListener('change', (e) => { state.names = e.target.checked; redraw(); });
   byId('arrows').addEventListener('change', (e) => { state.arrows = e.target.checked; redraw(); });
   const thinned = runs.filter((run) => run.motion.rows > run.motion.t.length).map((run) => `${run.name}: ${run.motion.t.length.toLocaleString('en')} of ${run.motion.rows.toLocaleString('en')} rows`);
-  byId('shown').textContent = (thinned.length ? `Frames shown of ${thinned.join('; ')}; rows beside events are among them, straight between. ` : '') +
-    (runs.some((run) => run.motion.arrows.length) ? 'Arrows: forces on the second body of each joint; rings: impacts. ' : 'Rings: impacts; forces are shown of runs made with --forces. ') +
-    'Drag moves the picture, Ctrl and wheel magnify it, a double click puts it back.';
+  byId('shown').textContent = (thinned.length ? `Frames shown: ${thinned.join('; ')}, including rows next to events; linear interpolation between them. ` : '') +
+    (runs.some((run) => run.motion.arrows.length) ? 'Arrows: forces on the second body of each joint; rings: impacts. ' : 'Rings: impacts; forces are shown for runs made with --forces. ') +
+    'Drag to move the picture, Ctrl + wheel to zoom, double click to reset.';
   makeLoose(byId('magnified'));
   layViews();
   watch(() => {

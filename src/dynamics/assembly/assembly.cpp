@@ -113,8 +113,8 @@ double driven_angle(const Mechanism& mechanism, const std::string& drive, const 
   const auto open = open_joints(system, q, length);
   if (open.empty() || !std::isfinite(worst_open_joint(system, q).amount))
     throw ModelError("",
-                     "the mechanism cannot be assembled: a position or length is beyond what numbers hold");
-  std::string message = "cannot be closed: in the best pose found it " + describe(open.front());
+                     "the mechanism cannot be assembled: a position or length exceeds the range of numbers");
+  std::string message = "cannot be closed: in the best pose found, it " + describe(open.front());
   constexpr std::size_t shown = 4;
   for (std::size_t i = 1; i < std::min(open.size(), shown); ++i)
     message +=
@@ -123,7 +123,9 @@ double driven_angle(const Mechanism& mechanism, const std::string& drive, const 
   // A drive may hold the mechanism in a position where it cannot be closed.
   best_pose(system, length, false, q);
   const auto free = open_joints(system, q, length);
-  std::string remedy = "check the lengths, or give bodies.*.position and .angle nearer to closure";
+  std::string remedy =
+      "check the lengths, or give bodies.*.position and .angle closer to the assembled "
+      "pose";
   const auto has_angle = [&](const std::string& drive) {
     return std::ranges::any_of(mechanism.drives, [&](const Drive& d) {
       return name_of(d) == drive && std::holds_alternative<SpeedDrive>(d);
@@ -135,7 +137,7 @@ double driven_angle(const Mechanism& mechanism, const std::string& drive, const 
                          driven_angle(mechanism, free.front().name, q));
   for (const auto& loop : four_bars(mechanism))
     if (const auto why = too_long(mechanism, loop); !why.empty()) remedy = why;
-  if (others > 0) message += fmt::format("; nor does it close from {} other starts", others);
+  if (others > 0) message += fmt::format("; {} other initial guesses do not close either", others);
   throw ModelError(key_of(mechanism, open.front()), fmt::format("{}; {}", message, remedy));
 }
 
@@ -230,14 +232,15 @@ void assemble_positions(const Mechanism& mechanism, const System& system, State&
     if (!closing.close_from(q) || !mismatch(mechanism, q).key.empty()) continue;
     s.q = q;
     closing.unwind_to(given, s.q);
-    *from = fmt::format("{}; assembled from start {} of {}: {}",
-                        closed ? fmt::format("from the positions given {}", wrong.what)
-                               : "the positions given do not lead to a closed pose",
+    *from = fmt::format("{}; assembled from initial guess {} of {}: {}",
+                        closed ? fmt::format("from the given positions {}", wrong.what)
+                               : "the given positions do not lead to a closed pose",
                         n + 1, others.count(), others.what(n));
     return;
   }
   if (!closed) refuse_open(mechanism, system, best, others.count());
-  throw ModelError(wrong.key, fmt::format("{}, and none of {} other starts leads to the pose asked for",
+  throw ModelError(wrong.key, fmt::format("{}, and none of {} other initial guesses leads to the requested "
+                                          "pose",
                                           wrong.what, others.count()));
 }
 
@@ -277,9 +280,7 @@ void assemble_velocities(const Mechanism& mechanism, const System& system, State
   }
   if (!saddle.factor(e.G.data()))
     throw ModelError(
-        "",
-        "the mechanism's velocities cannot be made consistent: some mass, length or speed is beyond "
-        "what numbers hold");
+        "", "the velocities cannot be made consistent: a mass, length or speed exceeds the range of numbers");
   for (int i = 0; i < 2; ++i) {  // the second pass removes the rounding of the first
     residual();
     saddle.solve(nullptr, r.data(), dv.data(), lambda.data());
@@ -289,8 +290,8 @@ void assemble_velocities(const Mechanism& mechanism, const System& system, State
   if (worst > 1e-9 * terms)
     throw ModelError(
         key_of_row(mechanism, system, row),
-        fmt::format("no velocities satisfy all constraints: this one is left violated by {:.3g} {}; "
-                    "the drives contradict each other, or the start is a locked position",
+        fmt::format("no velocities satisfy all constraints; this one is violated by {:.3g} {}: the drives "
+                    "contradict each other, or the start is a locked position",
                     worst, system.is_angle_row(row) ? "rad/s" : "m/s"));
 }
 
@@ -345,17 +346,16 @@ void settle(const Mechanism& m, const System& system, const Compliances& elastic
   for (const auto& b : m.bodies)
     if (!b.velocity.is_zero() || b.angular_velocity != 0)
       throw ModelError("bodies." + b.name + (b.velocity.is_zero() ? ".angular_velocity" : ".velocity"),
-                       "run.start = \"equilibrium\" begins at rest; leave it out, or use \"assembled\"");
+                       "run.start = \"equilibrium\" begins at rest; remove this key, or use \"assembled\"");
   const auto found = find_equilibrium(m, system, s.q, elastic, stop);
   s = found.state;
   const bool turns = leaves_velocities_open(m);
   if (assumed)
-    *assumed = fmt::format(
-        "equilibrium, {}{}{}", describe(found),
-        system.contacts() > 0
-            ? fmt::format("; {} of {} contacts bear a force", found.pressed.size(), system.contacts())
-            : "",
-        turns ? "; found with all drives held at their initial angles, from which they turn" : "");
+    *assumed = fmt::format("equilibrium, {}{}{}", describe(found),
+                           system.contacts() > 0 ? fmt::format("; {} of {} contacts carry a force",
+                                                               found.pressed.size(), system.contacts())
+                                                 : "",
+                           turns ? "; computed with all drives at their initial angles" : "");
 }
 
 /// Sets the velocities of the ideal mechanism at the position nearest to s, which belongs to a
@@ -420,9 +420,9 @@ State assemble(const Mechanism& mechanism, RunOptions::Start start, std::string*
       System(idealised(mechanism)).rows() > system.rows()) {
     const bool moves = move_ideally(mechanism, s, stop);
     if (assumed && !rests)
-      *assumed = moves ? "no body gives a velocity: all start as the ideal mechanism moves"
-                       : "no body gives a velocity, and with ideal joints the mechanism cannot move: what no "
-                         "drive turns starts at rest";
+      *assumed = moves ? "no velocity is given: the start has the velocities of the ideal mechanism"
+                       : "no velocity is given, and the ideal mechanism cannot move: bodies without a "
+                         "drive start at rest";
   }
   if (assumed && !from.empty()) *assumed = assumed->empty() ? from : from + "; " + *assumed;
   if (stop()) throw Interrupted();

@@ -46,12 +46,12 @@ Mismatch mismatch(const Mechanism& m, const std::vector<double>& q) {
     if (loops.size() != 1)
       throw ModelError(
           "assembly.branch",
-          fmt::format("speaks of the only four-bar loop, a ring of four bodies and four revolute joints, "
-                      "and there {}; name an angle of the pose in assembly.positive or .negative",
+          fmt::format("needs exactly one four-bar loop (four bodies and four revolute joints), and there "
+                      "{}; give an angle of the pose in assembly.positive or .negative",
                       loops.empty() ? "is none" : fmt::format("are {}", loops.size())));
     const bool open = openness(m, loops[0], q) > 0;
     if (open != (*asked.branch == Configuration::Branch::open))
-      return {"assembly.branch", fmt::format("\"{}\" is asked for; the pose found is {}",
+      return {"assembly.branch", fmt::format("\"{}\" is requested, but the pose found is {}",
                                              text_of(*asked.branch), open ? "open" : "crossed")};
   }
   const auto signs = [&](const char* key, const std::vector<JointAngle>& angles, double sign) -> Mismatch {

@@ -77,28 +77,31 @@ void Descent::refuse_endless(const VectorXd& q) const {
     const bool angle = s_.system().is_angle(i);
     if (std::abs(gone[i]) < (angle ? 1e3 : 1e5 * reach_)) continue;
     const auto& body = mechanism_.bodies[planar::body_of(i)].name;
-    no_equilibrium(fmt::format("bodies.{} {} for ever ({} {}{:.3g} {} so far); nothing holds it", body,
-                               angle ? "turns" : "moves", planar::name(i), gone[i] < 0 ? "" : "+", gone[i],
-                               angle ? "rad" : "m"));
+    no_equilibrium(
+        fmt::format("bodies.{} {} without limit ({} {}{:.3g} {} so far); no force or joint "
+                    "restrains it",
+                    body, angle ? "turns" : "moves", planar::name(i), gone[i] < 0 ? "" : "+", gone[i],
+                    angle ? "rad" : "m"));
   }
 }
 
 void Descent::refuse_stuck(const RestPlace& p, const Linearised& l) const {
   const MatrixXd Z = null_space(p.at.C, weights_), H = Z.transpose() * l.settled() * Z;
   if ((H - H.transpose()).norm() > 1e-6 * H.norm())
-    no_equilibrium("the forces have no potential, their work depends on the way");
+    no_equilibrium("the forces have no potential (their work depends on the path)");
   const VectorXd gone = p.at.q - from_;
   for (int i = 0; i < gone.size(); ++i)
     if (s_.system().is_angle(i) && std::abs(gone[i]) > 100)
       no_equilibrium(fmt::format(
-          "after {} steps bodies.{} still turns (theta {:+.3g} rad so far); something drives it round", steps,
-          mechanism_.bodies[planar::body_of(i)].name, gone[i]));
+          "after {} steps bodies.{} still turns (theta {:+.3g} rad so far); a force drives its rotation",
+          steps, mechanism_.bodies[planar::body_of(i)].name, gone[i]));
   Eigen::Index worst = 0;
   p.left.cwiseAbs().maxCoeff(&worst);
-  no_equilibrium(fmt::format("none found in {} steps: bodies.{} is still pushed along {} by {:.3g} {}", steps,
-                             mechanism_.bodies[planar::body_of(worst)].name,
-                             planar::name(static_cast<int>(worst)), p.left[worst] * root_[worst],
-                             s_.system().is_angle(static_cast<int>(worst)) ? "N m" : "N"));
+  no_equilibrium(fmt::format(
+      "none found in {} steps: bodies.{} has an unbalanced load along {} of {:.3g} "
+      "{}",
+      steps, mechanism_.bodies[planar::body_of(worst)].name, planar::name(static_cast<int>(worst)),
+      p.left[worst] * root_[worst], s_.system().is_angle(static_cast<int>(worst)) ? "N m" : "N"));
 }
 
 RestPlace Descent::settle(VectorXd q, double radius, double share) {

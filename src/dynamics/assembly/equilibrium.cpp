@@ -77,7 +77,9 @@ RestPlace settle_rigid(const Mechanism& mechanism, Statics& s, const VectorXd& q
   }
   steps = descent.steps;
   if (s.closed.empty()) return now;
-  no_equilibrium("which contacts close is not decided; they may open and close each other in turn");
+  no_equilibrium(
+      "the set of closed contacts does not converge; contacts may open and close each other in "
+      "turn");
 }
 
 }  // namespace
@@ -119,7 +121,8 @@ Equilibrium find_equilibrium(const Mechanism& mechanism, const System& system, c
   const auto h = curvatures(0.5 * (K + K.transpose()), Z, weights);
   if (H.size() > 0 && (H - H.transpose()).cwiseAbs().maxCoeff() > 1e-6 * h.value.cwiseAbs().maxCoeff())
     no_equilibrium(
-        "the forces have no potential there, their work depends on the way: descent does not say where it rests");
+        "the forces have no potential there (their work depends on the path), so descent cannot find the "
+        "equilibrium");
   found.freedoms = static_cast<int>(Z.cols());
   for (int d = 0; d < h.value.size(); ++d) {
     found.runaway += h.value[d] < -h.doubt[d];
@@ -153,11 +156,11 @@ std::string describe(const Equilibrium& at) {
   };
   switch (at.kind) {
     case Equilibrium::Kind::stable:
-      return at.freedoms == 0 ? "stable: nothing can move" : "stable";
+      return at.freedoms == 0 ? "stable: no degrees of freedom" : "stable";
     case Equilibrium::Kind::marginal:
       return fmt::format("marginal: {} without stiffness", motions(at.indifferent));
     default:
-      return fmt::format("unstable: {} without return", motions(at.runaway));
+      return fmt::format("unstable: {} without restoring force", motions(at.runaway));
   }
 }
 

@@ -132,15 +132,17 @@ std::string describe(const Mechanism& m, const FourBar& loop, Grashof type) {
   const auto shortest = body_name(m, loop.bodies[static_cast<std::size_t>(by_length(loop)[0])]);
   switch (type) {
     case Grashof::crank_rocker:
-      return fmt::format("crank-rocker: {}, the shortest link, turns fully", shortest);
+      return fmt::format("crank-rocker: {}, the shortest link, makes full turns", shortest);
     case Grashof::double_crank:
-      return fmt::format("double-crank: {} is the shortest link, and both links on it turn fully", shortest);
+      return fmt::format("double-crank: {} is the shortest link, and both adjacent links make full turns",
+                         shortest);
     case Grashof::double_rocker:
-      return fmt::format("double-rocker: {}, the coupler, is the shortest link and turns fully", shortest);
+      return fmt::format("double-rocker: {}, the coupler, is the shortest link and makes full turns",
+                         shortest);
     case Grashof::change_point:
-      return "change point: the links can align, and there go on open or crossed";
+      return "change point: the links can align and continue open or crossed from there";
     case Grashof::triple_rocker:
-      return "double-rocker (triple-rocker): no link turns fully";
+      return "double-rocker (triple-rocker): no link makes full turns";
     case Grashof::unclosable:
       break;
   }

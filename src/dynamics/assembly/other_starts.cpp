@@ -233,14 +233,14 @@ std::vector<double> OtherStarts::pose(int n) const {
 }
 
 std::string OtherStarts::what(int n) const {
-  if (n >= flips_) return fmt::format("drawn angles, set {} of {}", n - flips_ + 1, drawn_);
+  if (n >= flips_) return fmt::format("random angles, set {} of {}", n - flips_ + 1, drawn_);
   std::string names;
   for (std::size_t d = 0; d < dyads_.size(); ++d)
     if (order_[static_cast<std::size_t>(n)] & (1U << d))
       names += fmt::format("{}{} and {}", names.empty() ? "" : ", ",
                            m_.bodies[static_cast<std::size_t>(dyads_[d].i)].name,
                            m_.bodies[static_cast<std::size_t>(dyads_[d].j)].name);
-  return names + " turned over";
+  return names + " mirrored";
 }
 
 }  // namespace freeplay

@@ -39,10 +39,9 @@ void refuse_undetermined_friction(const System& system, const State& state) {
       if (joint.kind == ForceElement::Kind::joint && joint.joint == facts.reaction->element)
         throw ModelError(
             fmt::format("loads.{}.joint", facts.name),
-            fmt::format(
-                "the reaction of {} bounds this friction, and mechanics does not determine it: constraint rows "
-                "depend on each other there; leave out what supports it twice, or give a fixed force",
-                joint.name));
+            fmt::format("the reaction of {} bounds this friction but is statically indeterminate (dependent "
+                        "constraint rows); remove the redundant support, or give a fixed force",
+                        joint.name));
     }
 }
 

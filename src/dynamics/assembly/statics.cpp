@@ -63,10 +63,7 @@ void Statics::settle_states(const double* q, std::vector<double>& z) {
     }
     const auto step = solve_regular(J, r);
     if (!step)
-      throw ModelError(
-          "run.start",
-          "no equilibrium: a drive's first-order state has no stationary value, nothing brings it to "
-          "rest");
+      throw ModelError("run.start", "no equilibrium: a drive's first-order state has no stationary value");
     double change = 0;
     for (int k = 0; k < states; ++k) {
       z[k] -= (*step)(k, 0);

@@ -12,7 +12,7 @@ struct Sensor<Instrument::Kind::accelerometer> {
   static constexpr auto senses = Sensing::velocity;
 
   static void keys(auto& k, auto& i) {
-    k.body({"body", "", "the body it is fixed to"}, i.body);
+    k.body({"body", "", "body of the instrument"}, i.body);
     k.axis("direction of measurement in the world", i.axis);
     low_pass_keys(k, i);
     sample_keys(k, i);

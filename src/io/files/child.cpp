@@ -26,7 +26,7 @@ constexpr std::size_t most_errors = 1 << 16, most_output = 1 << 24;
 struct Pipe {
   Pipe() {
     if (pipe2(ends.data(), O_CLOEXEC) != 0)
-      throw OutputError(fmt::format("no pipe to another program can be made: {}", std::strerror(errno)));
+      throw OutputError(fmt::format("cannot create a pipe to another program: {}", std::strerror(errno)));
   }
   ~Pipe() {
     close_end(0);

@@ -28,12 +28,12 @@ Descriptor open_folder(const std::filesystem::path& folder, bool make) {
                       S_ISLNK(about.st_mode);
     throw OutputError(
         link ? fmt::format(
-                   "{}: is a symbolic link: results are not written through one; remove it, or name its "
-                   "target with -o",
+                   "{}: is a symbolic link, and results are not written through links; remove it, or give "
+                   "its target with -o",
                    so_far.string())
              : fmt::format("{}: {}: {}", so_far.string(),
                            make ? "cannot make this folder" : "cannot be opened",
-                           reason == ENOTDIR ? "a file of that name is in the way" : std::strerror(reason)));
+                           reason == ENOTDIR ? "a file of that name exists" : std::strerror(reason)));
   };
   if (!at) fail();
   for (const auto& part : folder) {

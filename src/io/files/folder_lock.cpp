@@ -66,7 +66,7 @@ std::string read_record(int descriptor, int seat) {
     text += c >= ' ' && c <= '~' ? c : '?';
   }
   text.resize(text.find_last_not_of(' ') + 1);  // npos + 1 = 0
-  return text.starts_with("freeplay ") ? text : "a process that has just begun";
+  return text.starts_with("freeplay ") ? text : "a process that has just started";
 }
 
 std::string holders(int descriptor, int but) {
@@ -90,15 +90,15 @@ FolderLock::FolderLock(const std::filesystem::path& folder, std::string_view ver
     descriptor_ = -1;
     if (last)
       throw OutputError(fmt::format(
-          "{}: another freeplay is writing into this folder ({}); wait for it, or give another folder with -o",
-          folder.string(), who.empty() ? "a process that has just begun" : who));
+          "{}: another freeplay process writes to this folder ({}); wait for it, or give another folder "
+          "with -o",
+          folder.string(), who.empty() ? "a process that has just started" : who));
     std::this_thread::sleep_for(std::chrono::milliseconds(10));
   }
   while (!try_lock(descriptor_, F_WRLCK, ++seat_))
     if (seat_ == most_seats)
-      refuse(fmt::format("{} processes write into this folder, and no more can", most_seats));
-  // if the disk is full it is missing, and messages of others name less.
-  const auto text = record(verb);
+      refuse(fmt::format("{} processes write to this folder, the maximum", most_seats));
+  const auto text = record(verb);  // on a full disk it is missing, and others are told less
   (void)!pwrite(descriptor_, text.data(), text.size(), static_cast<off_t>(seat_) * record_size);
 }
 
@@ -106,11 +106,11 @@ bool FolderLock::acquire() {
   for (;;) {
     descriptor_ = open(file_.c_str(), O_RDWR | O_CREAT | O_NOFOLLOW | O_NONBLOCK | O_CLOEXEC, 0666);
     if (descriptor_ < 0)
-      refuse(errno == ELOOP ? "is a link, and none is followed"
+      refuse(errno == ELOOP ? "is a link; links are not followed"
                             : fmt::format("cannot be written: {}", std::strerror(errno)));
     struct stat found {};
     if (fstat(descriptor_, &found) != 0 || !S_ISREG(found.st_mode) || found.st_nlink > 1)
-      refuse("must be a file of its own");
+      refuse("must be a regular file");
     if (!try_lock(descriptor_, use_ == Use::alone ? F_WRLCK : F_RDLCK, 0)) {
       if (errno != EAGAIN && errno != EACCES)
         refuse(fmt::format("cannot be locked: {}", std::strerror(errno)));

@@ -203,13 +203,13 @@ void Setup::give(const Outside& given) {
   for (const auto& [load, force] : given.forces) has[force_of(load)] = {force->name, force->digest};
   for (const auto& [what, is] : has)
     if (!outside.contains(what))
-      throw SceneError(fmt::format("this run does not have {} from outside, and is not repeated with {}",
+      throw SceneError(fmt::format("this run has no {} from outside and cannot be repeated with {}",
                                    visible_brief(what), is.name));
   for (const auto& [what, was] : outside) {
     const auto found = has.find(what);
     if (found == has.end() || found->second.digest != was.digest)
       throw SceneError(fmt::format(
-          "the run has {} of {} (digest {}){}; --law-plugin names it", visible_brief(what),
+          "the run uses {} of {} (digest {}){}; give it with --law-plugin", visible_brief(what),
           visible_brief(was.name), visible_brief(was.digest),
           found == has.end()
               ? ""

@@ -70,8 +70,7 @@ RegularFile open_regular(const std::filesystem::path& file, std::uint64_t most, 
   if (fstat(descriptor.number(), &about) != 0 || !S_ISREG(about.st_mode))
     refuse(name, fmt::format("is {}, not a file", kind_of(about.st_mode)));
   const auto bytes = static_cast<std::uint64_t>(about.st_size);
-  if (bytes > most)
-    refuse(name, fmt::format("is larger than {} MiB, the most that such a file may have", most >> 20));
+  if (bytes > most) refuse(name, fmt::format("exceeds {} MiB, the limit for such files", most >> 20));
   return {std::move(descriptor), bytes};
 }
 
@@ -83,8 +82,7 @@ std::string read_file(const std::filesystem::path& file, std::uint64_t most) {
   // Read to the end regardless of the size: files of /proc report 0, and others may grow.
   while (const auto count = read_some(from.descriptor.number(), name, buffer.data(), buffer.size())) {
     text.append(buffer.data(), count);
-    if (text.size() > most)
-      refuse(name, fmt::format("is larger than {} MiB, the most that such a file may have", most >> 20));
+    if (text.size() > most) refuse(name, fmt::format("exceeds {} MiB, the limit for such files", most >> 20));
   }
   return text;
 }
@@ -109,8 +107,8 @@ bool LineReader::next(std::string& line) {
     const char *begin = buffer_.data() + from_, *end = buffer_.data() + to_;
     const char* found = std::find(begin, end, '\n');
     if (line.size() + static_cast<std::size_t>(found - begin) > most_of_a_line)
-      throw SceneError(fmt::format("{}:{}: is longer than {} MiB, the most that a line may have", name_,
-                                   number_, most_of_a_line >> 20));
+      throw SceneError(
+          fmt::format("{}:{}: exceeds {} MiB, the limit for a line", name_, number_, most_of_a_line >> 20));
     line.append(begin, found);
     from_ += static_cast<std::size_t>(found - begin) + 1;
     if (found == end) continue;
@@ -122,9 +120,9 @@ bool LineReader::next(std::string& line) {
 
 JsonFile::JsonFile(const std::filesystem::path& file) : name_(file.string()) {
   const auto text = read_file(file, most_of_a_result);
-  if (!is_shallow(text)) refuse(name_, "is damaged: its brackets stand deeper than any that freeplay writes");
+  if (!is_shallow(text)) refuse(name_, "is damaged: its brackets are nested too deeply");
   document_ = std::make_unique<nlohmann::json>(nlohmann::json::parse(text, nullptr, false));
-  if (document_->is_discarded()) refuse(name_, "is damaged: it is no JSON");
+  if (document_->is_discarded()) refuse(name_, "is damaged: it is not JSON");
 }
 
 JsonFile::~JsonFile() = default;

@@ -138,7 +138,8 @@ void require_room(const Scene& scene, const OutputEstimate& estimate, int copies
                                 estimate.text());
   if (bytes > limit)
     throw SceneError(fmt::format(
-        "{}: {}, and {} is allowed; take a lower sampling or a greater run.output_step, or --limit-output {:.0f}",
+        "{}: {}, but {} is allowed; use a lower sampling, a greater run.output_step, or --limit-output "
+        "{:.0f}",
         scene.file.string(), what, size_text(limit), std::ceil(bytes / 1e9)));
   auto place = std::filesystem::absolute(folder);
   struct statvfs room {};

@@ -51,8 +51,8 @@ void require_own(const std::filesystem::path& path) {
   struct stat about {};
   if (fstatat(folder.number(), path.filename().c_str(), &about, AT_SYMLINK_NOFOLLOW) != 0) return;
   if (!S_ISREG(about.st_mode) || about.st_nlink != 1)
-    throw OutputError(fmt::format("{}: is {}: remove it, or give another folder with -o", path.string(),
-                                  S_ISREG(about.st_mode)   ? "a file with another name elsewhere"
+    throw OutputError(fmt::format("{}: is {}; remove it, or give another folder with -o", path.string(),
+                                  S_ISREG(about.st_mode)   ? "a file with a hard link elsewhere"
                                   : S_ISLNK(about.st_mode) ? "a symbolic link"
                                                            : "no file"));
 }
@@ -79,7 +79,7 @@ void OutputFile::open_partial(int flags) {
   Descriptor file(openat(folder_.number(), partial_.c_str(),
                          O_WRONLY | O_NOFOLLOW | O_CLOEXEC | O_NONBLOCK | flags, 0666));
   file_ = file ? fdopen(file.number(), flags & O_APPEND ? "ab" : "wb") : nullptr;
-  if (!file_) fail(flags & O_APPEND ? "cannot be gone on with" : "cannot be written");
+  if (!file_) fail(flags & O_APPEND ? "cannot be continued" : "cannot be written");
   file.release();
   std::setvbuf(file_, nullptr, _IONBF, 0);  // this class has its own buffer
 }
@@ -98,9 +98,9 @@ void OutputFile::fail(const char* what) const {
 void OutputFile::refuse(double x) {
   std::string_view row(buffer_.data(), used_);
   row.remove_prefix(row.rfind('\n') + 1);  // npos + 1 = 0
-  throw OutputError(
-      fmt::format("{}: refuses to hold {}: in the row that begins with \"{}\", behind {} numbers",
-                  path_.string(), x, row.substr(0, row.find(',')), std::ranges::count(row, ',')));
+  throw OutputError(fmt::format("{}: cannot store {}: in the row that begins with \"{}\", after {} numbers",
+                                path_.string(), x, row.substr(0, row.find(',')),
+                                std::ranges::count(row, ',')));
 }
 
 void OutputFile::flush() {
@@ -119,8 +119,8 @@ void OutputFile::require(std::uint64_t size) const {
   auto found = own_size(folder_.number(), partial_);
   if (found < 0) found = own_size(folder_.number(), name_);
   if (found < 0 || static_cast<std::uint64_t>(found) < size)
-    throw OutputError(fmt::format("{}: cannot be gone on with: {} of its first {} bytes are there",
-                                  path_.string(), std::max<std::int64_t>(found, 0), size));
+    throw OutputError(fmt::format("{}: cannot be continued: it has {} of its first {} bytes", path_.string(),
+                                  std::max<std::int64_t>(found, 0), size));
 }
 
 void OutputFile::go_on_at(std::uint64_t size) {
@@ -130,9 +130,9 @@ void OutputFile::go_on_at(std::uint64_t size) {
   // files.
   const int at = folder_.number();
   if (own_size(at, partial_) < 0 && renameat(at, name_.c_str(), at, partial_.c_str()) != 0)
-    fail("cannot be gone on with");
+    fail("cannot be continued");
   open_partial(O_APPEND);
-  if (ftruncate(fileno(file_), static_cast<off_t>(size)) != 0) fail("cannot be gone on with");
+  if (ftruncate(fileno(file_), static_cast<off_t>(size)) != 0) fail("cannot be continued");
   written_ = size;
 }
 

@@ -75,7 +75,7 @@ bool is_own_folder(const Path& path) {
   std::error_code error;
   const auto status = std::filesystem::symlink_status(path, error);
   if (std::filesystem::is_symlink(status))
-    throw OutputError(fmt::format("{}: is a link, and none is followed to where results go", path.string()));
+    throw OutputError(fmt::format("{}: is a link; links are not followed to results", path.string()));
   return std::filesystem::is_directory(status);
 }
 
@@ -88,7 +88,7 @@ bool is_folder(const std::filesystem::directory_entry& entry) {
 void require_folder(const Path& path) {
   std::error_code error;
   if (!is_own_folder(path) && std::filesystem::exists(std::filesystem::symlink_status(path, error)))
-    throw OutputError(fmt::format("{}: is a file where a folder goes", path.string()));
+    throw OutputError(fmt::format("{}: is a file, but a folder is needed", path.string()));
 }
 
 /// Calls f for each existing entry that matches a pattern.
@@ -111,7 +111,7 @@ void require_places(const Path& folder, const Members& members) {
   each_member(folder, members, [](const Path& pattern, const auto& entry) {
     // A killed drawing leaves the folder figures/NAME.partial, which is not a result.
     if (is_folder(entry) && pattern.native().find('*') == std::string::npos)
-      throw OutputError(fmt::format("{}: is a folder where a result goes", entry.path().string()));
+      throw OutputError(fmt::format("{}: is a folder, but a result file is needed", entry.path().string()));
   });
 }
 

@@ -62,7 +62,7 @@ nlohmann::json options(const std::string& scene) {
 
 std::string format_note(const Scene& scene) {
   if (scene.format) return "";
-  return fmt::format("the scene states no format; it was read as format = {}", newest_format);
+  return fmt::format("the scene has no format key; it was read as format = {}", newest_format);
 }
 
 nlohmann::json to_json(const Result& s) {
@@ -199,15 +199,15 @@ RecordedRun read_run(const std::filesystem::path& file) {
   };
   const JsonFile json(file);
   if (json.find("provenance") && !json.find("provenance.identity"))
-    throw bad("does not hold the identity of a run: an earlier freeplay made it; run its scene anew");
+    throw bad("has no identity of a run: an earlier version wrote it; run its scene again");
   const auto part = [&](const char* name) {
     return joined(json.texts(fmt::format("provenance.identity.{}", name)));
   };
   RecordedRun run;
   run.identity = {part("scene"), part("formulation"), part("given"), part("program")};
   if (run.identity.digest() != json.text("provenance.identity.digest"))
-    throw bad("is damaged: its identity and the hash of it do not fit");
-  if (run.identity.formulation.empty()) throw bad("is not of a single run; give the run.json of one");
+    throw bad("is damaged: its identity does not match the hash");
+  if (run.identity.formulation.empty()) throw bad("is not of a single run; give the run.json of a run");
   const Origin origin{json.text("provenance.scene_file"), json.text("provenance.scene"),
                       json.texts("provenance.overrides"), !json.find("provenance.format_note")};
   try {

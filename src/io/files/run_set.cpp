@@ -116,8 +116,8 @@ bool holds_finished_run(const Path& folder) {
 void require_halves(const Path& folder, const std::vector<std::string>& names) {
   for (const auto& name : names)
     if (!is_file(half(folder, name)))
-      throw SnapshotError(fmt::format("{} is missing, without which the run cannot be gone on with",
-                                      half(folder, name).string()));
+      throw SnapshotError(
+          fmt::format("{} is missing; the run cannot be continued without it", half(folder, name).string()));
 }
 
 }  // namespace freeplay

@@ -42,12 +42,11 @@ std::vector<std::byte> read_sealed(const std::filesystem::path& file, const std:
   }
   const auto end = all.find('\n');
   const auto head = fmt::format("freeplay {} ", kind);
-  if (end == all.npos || !all.starts_with(head)) refuse(fmt::format("is no {} of freeplay", kind));
+  if (end == all.npos || !all.starts_with(head)) refuse(fmt::format("is not a {} of freeplay", kind));
   if (const int found = std::atoi(all.c_str() + head.size()); found != version)
     refuse(fmt::format("is a {} of version {}; this program reads version {}", kind, found, version));
   const std::string_view bytes = std::string_view(all).substr(end + 1);
-  if (all.substr(0, end + 1) != first_line(kind, version, bytes))
-    refuse("is damaged: its checksum does not fit");
+  if (all.substr(0, end + 1) != first_line(kind, version, bytes)) refuse("is damaged: its checksum is wrong");
   std::vector<std::byte> result(bytes.size());
   if (!bytes.empty()) std::memcpy(result.data(), bytes.data(), bytes.size());
   return result;

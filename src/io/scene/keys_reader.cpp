@@ -91,7 +91,7 @@ void KeysReader::way(const Key& key, std::vector<Vec2>& points) {
   if (points.size() < 2) s_.fail(key.name, fmt::format("must be at least two points, is {}", points.size()));
   for (std::size_t i = 1; i < points.size(); ++i)
     if (!((points[i] - points[i - 1]).norm() > 0))
-      s_.fail(key.name, fmt::format("points {} and {} are the same: no wall goes through them", i, i + 1));
+      s_.fail(key.name, fmt::format("points {} and {} are equal and define no wall", i, i + 1));
 }
 
 void KeysReader::groups(const Key& key, std::vector<int>& list) {
@@ -193,7 +193,7 @@ void KeysReader::unread(std::string_view key, bool laid_aside, std::string_view 
   const auto why = fmt::format("is not read with {} = \"{}\": it belongs to {}", by, chosen, belongs);
   if (laid_aside) return s_.idle(key, why);
   try {
-    s_.fail(key, why + "; leave it out");
+    s_.fail(key, why + "; remove it");
   } catch (const SceneError& e) {
     throw UnreadKey(e);
   }
@@ -293,9 +293,9 @@ void KeysReader::angles(const Key& key, std::vector<JointAngle>& list) {
     std::vector<std::string> names;
     for (const auto& j : mechanism_.joints) names.push_back(name_of(j));
     s_.fail(key.name, found.empty()
-                          ? fmt::format("{} is no angle A-B-C at joint B between joints A and C{}",
+                          ? fmt::format("{} is not an angle A-B-C at joint B between joints A and C{}",
                                         toml_quoted(text), listed("joints are", names))
-                          : fmt::format("{} may be read in {} ways; give the joints names without -",
+                          : fmt::format("{} is ambiguous ({} readings); give the joints names without -",
                                         toml_quoted(text), found.size()));
   }
 }
@@ -332,7 +332,7 @@ void KeysReader::lubricant(const Key& key, int& lubricant, double clearance,
   const auto name = s_.text(key.name);
   lubricant = index_of(mechanism_.lubricants, name, own_name);
   if (lubricant < 0) s_.fail(key.name, unknown("lubricant", name, mechanism_.lubricants, own_name));
-  if (!bearing_length) s_.fail("bearing_length", "is missing: the force of a lubricant's film needs it");
+  if (!bearing_length) s_.fail("bearing_length", "is missing: the film force of a lubricant needs it");
   const auto& oil = mechanism_.lubricants[static_cast<std::size_t>(lubricant)];
   if (oil.hand_over && *oil.hand_over >= clearance)
     s_.fail(key.name, "its hand_over must be less than the clearance of the joint");

@@ -52,10 +52,9 @@ std::vector<std::pair<double, double>> read_points(const std::string& text,
     const auto list = fields(line);
     if (header.empty()) {
       header = list;
-      if (header.size() < 2)
-        fail(fmt::format("line {}: a header of at least two columns was expected", number));
+      if (header.size() < 2) fail(fmt::format("line {}: expected a header of at least two columns", number));
       if (std::ranges::all_of(header, [](const std::string& field) { return number_in(field).has_value(); }))
-        fail(fmt::format("line {}: a header that names the columns was expected, these are numbers", number));
+        fail(fmt::format("line {}: expected a header with the names of the columns, found numbers", number));
       for (std::size_t i = 0; i < columns.size(); ++i) {
         const auto found = std::ranges::find(header, columns[i]);
         if (found == header.end()) {

@@ -289,9 +289,8 @@ Quantity read_any_quantity(std::string_view text) {
   const auto given = parse(own, unknown);
   if (own.empty() || !given)
     return {0, fmt::format("{}: {}", toml_quoted(visible_brief(text, 60)),
-                           own.empty()
-                               ? "names no unit; leave the quotes out"
-                               : toml_quoted(visible_brief(unknown, 40)) + " is no unit that is known here")};
+                           own.empty() ? "has no unit; remove the quotes"
+                                       : toml_quoted(visible_brief(unknown, 40)) + " is not a known unit")};
   auto quantity = read_quantity(text, spelt_of(*given));
   quantity.unit = spelt_of(*given);
   return quantity;
@@ -305,17 +304,16 @@ Quantity read_quantity(std::string_view text, std::string_view unit) {
   std::string unknown;
   const auto quoted = toml_quoted(visible_brief(text, 60));
   const auto wanted = parse(unit, unknown);
-  if (!wanted)
-    return {0, fmt::format("{}: a number without a unit is wanted here (its unit: {})", quoted, unit)};
-  const auto want = fmt::format("{} is wanted{}", name_of(*wanted),
+  if (!wanted) return {0, fmt::format("{}: must be a number without a unit here (in {})", quoted, unit)};
+  const auto want = fmt::format("must be {}{}", name_of(*wanted),
                                 unit.empty() ? "" : fmt::format(" (a number without a unit is in {})", unit));
   if (own.empty() && !unit.empty())
-    return {0, fmt::format("must be a number, is a text: {} names no unit; {}", quoted, want)};
-  if (own.empty()) return {0, fmt::format("must be a number, is a text: {}; leave the quotes out", quoted)};
+    return {0, fmt::format("must be a number, is a text: {} has no unit; {}", quoted, want)};
+  if (own.empty()) return {0, fmt::format("must be a number, is a text: {}; remove the quotes", quoted)};
   const auto given = parse(own, unknown);
   if (!given)
-    return {0, fmt::format("{}: {} is no unit that is known here; {}", quoted,
-                           toml_quoted(visible_brief(unknown, 40)), want)};
+    return {0, fmt::format("{}: {} is not a known unit; {}", quoted, toml_quoted(visible_brief(unknown, 40)),
+                           want)};
   if (given->powers != wanted->powers) return {0, fmt::format("{} is {}, {}", quoted, name_of(*given), want)};
   const int shift = given->decimal - wanted->decimal;
   if (given->a == wanted->a && given->b == wanted->b) return {shifted(number, shift)};

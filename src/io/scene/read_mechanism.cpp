@@ -70,7 +70,7 @@ void read_groups(Section& root, Mechanism& m) {
     for (std::size_t b = 0; b < m.bodies.size(); ++b)
       for (int n = 0; b < own && n < group.size(); ++n)
         if (m.bodies[b].name == group.body_name(n + 1))
-          s.fail("", fmt::format("its disc {} is called as bodies.{} is", n + 1, m.bodies[b].name));
+          s.fail("", fmt::format("its disc {} has the same name as bodies.{}", n + 1, m.bodies[b].name));
     for (int n = 0; n < group.size(); ++n) m.bodies.push_back(group.body(n));
     m.groups.push_back(std::move(group));
   }
@@ -101,14 +101,14 @@ Mechanism read_mechanism(Section& root) {
   facts("surfaces", m.surfaces);
   read_groups(root, m);
   if (m.bodies.empty())
-    root.fail("bodies", "a scene needs at least one body: [bodies.NAME] with mass and inertia");
+    root.fail("bodies", "the scene needs at least one body: [bodies.NAME] with mass and inertia");
   facts("lubricants", m.lubricants);
   facts("curves", m.curves);
   elements("joints", m.joints);
   for (auto& [name, s] : root.children("contacts")) {
     for (const auto& joint : m.joints)
       if (name_of(joint) == name)
-        s.fail("", "there is a joint of that name; events could not tell them apart");
+        s.fail("", "a joint has the same name, so events would be ambiguous; rename one");
     m.contacts.push_back(read_element<Contact>(name, scope, s));
   }
   const std::string* crank = nullptr;
@@ -122,8 +122,11 @@ Mechanism read_mechanism(Section& root) {
         m.drives.back());
     if (!counts) continue;
     if (const auto* motion = std::get_if<MotionDrive>(&m.drives.back()); motion && motion->slides(m))
-      s.fail("crank", "needs a revolute joint, whose turns are counted; a translational one has no angle");
-    if (crank) s.fail("crank", fmt::format("drives.{} counts the turns already; one drive may", *crank));
+      s.fail("crank",
+             "needs a revolute joint, whose revolutions are counted; a translational joint has no "
+             "angle");
+    if (crank)
+      s.fail("crank", fmt::format("drives.{} already counts the revolutions; only one drive may", *crank));
     crank = &name;
   }
   elements("loads", m.loads);

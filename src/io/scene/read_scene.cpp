@@ -84,7 +84,7 @@ void apply_override(toml::table& root, SceneSource& source, const std::string& g
 
 std::optional<int> read_format(Section& root) {
   constexpr Range known{[](double x) { return x >= 1 && x <= newest_format && x == static_cast<int>(x); },
-                        "1 or 2, the formats there are so far (a later freeplay may know more)"};
+                        "1 or 2 (later versions may know more)"};
   const auto format = root.maybe_number("format", known);
   if (!format) return std::nullopt;
   return static_cast<int>(*format);
@@ -115,7 +115,7 @@ Instrument read_instrument(const Mechanism& mechanism, double duration, const st
     if (i.kind == Instrument::Kind::encoder)
       for (const int body : i.pair)
         reader.check(body == ground || !mechanism.bodies[static_cast<std::size_t>(body)].point, "joint",
-                     "has no angle: one of its bodies is a point body");
+                     "has no angle, since one of its bodies is a point body");
     s.done(std::string(kind.what));
   });
   return i;

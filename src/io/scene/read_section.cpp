@@ -106,14 +106,15 @@ std::string like(std::string_view word, const std::vector<NamedColumn>& list) {
 
 SectionRule read_touch(const std::vector<std::string>& words, const Layout& layout, const std::string& key) {
   SectionRule rule{.kind = SectionRule::Kind::touch};
-  if (layout.contacts.empty()) refuse(key, "the scene has no contacts that touch");
+  if (layout.contacts.empty()) refuse(key, "the scene has no contacts");
   if (words.size() == 2) return rule;
   if (words.size() != 4 || words[2] != "of")
-    refuse(key, fmt::format("\"{}\" is no section; {} are", visible(joined(words, 0, words.size())), forms));
+    refuse(key, fmt::format("\"{}\" is not a section; sections are {}",
+                            visible(joined(words, 0, words.size())), forms));
   for (std::size_t k = 0; k < layout.contacts.size(); ++k)
     if (layout.contacts[k] == words[3]) rule.contacts.push_back(static_cast<int>(k));
   if (rule.contacts.empty())
-    refuse(key, fmt::format("\"{}\" has no contacts; {} have", visible(words[3]),
+    refuse(key, fmt::format("\"{}\" has no contacts; those with contacts are {}", visible(words[3]),
                             fmt::join(layout.contacts, ", ")));
   return rule;
 }
@@ -125,7 +126,7 @@ SectionRule read_crossing(const std::vector<std::string>& words, const Scene& sc
   std::erase_if(list, [](const NamedColumn& c) { return c.column.kind != Kind::coordinate; });
   const auto* found = find(list, words[0]);
   if (!found)
-    refuse(key, fmt::format("\"{}\" is no coordinate that crosses a value; {}", visible(words[0]),
+    refuse(key, fmt::format("\"{}\" is not a coordinate of a section; {}", visible(words[0]),
                             like(words[0], list)));
   rule.what = found->column;
   auto end = words.size();
@@ -139,7 +140,7 @@ SectionRule read_crossing(const std::vector<std::string>& words, const Scene& sc
       --end;
     }
   if (end < 3)
-    refuse(key, fmt::format("{} crosses which value? For example: {} crosses 0 upwards", words[0], words[0]));
+    refuse(key, fmt::format("{} needs a value, for example: {} crosses 0 upwards", words[0], words[0]));
   rule.value = quantity(joined(words, 2, end), found->unit == "m" ? "m" : "rad", key);
   return rule;
 }
@@ -151,9 +152,9 @@ SectionRule read_period(const std::vector<std::string>& words, std::optional<dou
   const auto end = static_cast<std::size_t>(from - words.begin());
   if (end == 2 && words[1] == "period") {
     if (!known)
-      refuse(
-          key,
-          "\"every period\": no drive of the scene has a period, or several differ; say which: \"every 0.1 s\"");
+      refuse(key,
+             "\"every period\": the drives of the scene define no period, or several; give it, such as "
+             "\"every 0.1 s\"");
     rule.period = *known;
   } else {
     rule.period = quantity(joined(words, 1, end), "s", key);
@@ -190,7 +191,7 @@ SectionRule read_section(std::string_view text, const Scene& scene, const Layout
     if (words.size() >= 2 && words[0] == "every") return read_period(words, period, key);
     if (words.size() >= 2 && words[0] == "each" && words[1] == "touch") return read_touch(words, layout, key);
     if (words.size() >= 2 && words[1] == "crosses") return read_crossing(words, scene, layout, key);
-    refuse(key, fmt::format("\"{}\" is no section; {} are", visible(text), forms));
+    refuse(key, fmt::format("\"{}\" is not a section; sections are {}", visible(text), forms));
   };
   auto made = rule();
   // The period from which phases are computed.
@@ -226,10 +227,10 @@ NamedColumn read_column(std::string_view text, const Scene& scene, const Layout&
   const auto list = all_columns(scene, layout, rule);
   const auto* found = find(list, text);
   if (found) return *found;
-  if (text == "phase") refuse(key, "\"phase\": no drive of the scene has a period, or several differ");
+  if (text == "phase") refuse(key, "\"phase\": the drives of the scene define no period, or several");
   if (text == "approach")
-    refuse(key, "\"approach\": only touches have one; the section is not \"each touch\"");
-  refuse(key, fmt::format("\"{}\" is no column of the section; {}", visible(text), like(text, list)));
+    refuse(key, "\"approach\": exists only for sections \"each touch\" (contact onset)");
+  refuse(key, fmt::format("\"{}\" is not a column of the section; {}", visible(text), like(text, list)));
 }
 
 std::vector<std::string> shown_columns(const Scene& scene, const Layout& layout, const SectionRule& rule) {

@@ -157,7 +157,7 @@ double Section::to_number(const toml::node& node, const Asked& key, Range range,
       if (first != quantity.unit)
         source_->fail(
             &node, full(key.name),
-            fmt::format("{} is {}, where another number of {} is {}", toml_quoted(visible_brief(*text, 60)),
+            fmt::format("{} is {}, but another number of {} is {}", toml_quoted(visible_brief(*text, 60)),
                         quantity_name(quantity.unit), unit.substr(3), quantity_name(first)));
     }
   } else if (!node.is_number() || !value) {
@@ -372,7 +372,7 @@ int Section::to_choice(const std::string& value, std::string_view key,
   if (it == choices.end()) {
     std::vector<std::string> words;
     for (const auto& choice : choices) words.push_back(toml_quoted(choice));
-    fail(key, fmt::format("{} is not known here{}", toml_quoted(value),
+    fail(key, fmt::format("{} is unknown{}", toml_quoted(value),
                           meant(toml_quoted(value), words, "one of", Beside::list)));
   }
   return static_cast<int>(it - choices.begin());
@@ -391,7 +391,7 @@ std::string Section::named_text(std::string_view key) {
   const auto folder = std::filesystem::path(source_->name).parent_path();
   const auto file = folder / name;
   if (source_->reach == Reach::beside && !lies_below(file, folder))
-    fail(key, fmt::format("{} does not lie beside the scene or below; move it there, or pass --allow-outside",
+    fail(key, fmt::format("{} is outside the scene's folder; move it there, or pass --allow-outside",
                           toml_quoted(name)));
   try {
     auto content = read_file(file, most_of_a_text);

@@ -56,9 +56,9 @@ void refuse_what_is_no_text(std::string_view text, const std::string& name) {
     if (length == 0 || text[i] == '\0') {
       const auto place = place_of(text, i);
       refuse(name, place.line, place.column,
-             length == 0 ? fmt::format("byte 0x{:02X} is no UTF-8; save the file as UTF-8",
+             length == 0 ? fmt::format("byte 0x{:02X} is not UTF-8; save the file as UTF-8",
                                        static_cast<unsigned char>(text[i]))
-                         : "a NUL character stands here; is it a text?");
+                         : "contains a NUL character; is this a text file?");
     }
     i += length;
   }
@@ -112,8 +112,7 @@ void refuse_stray_characters(std::string_view text, const std::string& name) {
       quote = text.compare(i, 3, std::string(3, c)) == 0 ? std::string(3, c) : std::string(1, c);
       pass(quote.size() - 1);
     } else if (static_cast<unsigned char>(c) >= 0x80) {
-      refuse(name, place.line, place.column,
-             "a character beyond ASCII may stand in quotes or a comment only");
+      refuse(name, place.line, place.column, "non-ASCII characters are allowed in quotes and comments only");
     }
   }
 }
@@ -161,7 +160,7 @@ toml::table parse_toml(const std::string& text, const std::string& name) {
     refuse(name, static_cast<int>(where.line), static_cast<int>(where.column), finding(e.description()));
   } catch (const BrokenAssumption&) {
     const auto place = breaking_place(body, name);
-    refuse(name, place.line, place.column, "a value, name or bracket stands where none may");
+    refuse(name, place.line, place.column, "unexpected value, name or bracket");
   }
 }
 

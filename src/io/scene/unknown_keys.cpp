@@ -46,7 +46,7 @@ std::optional<Unknown> first_unknown(const toml::table& table, const std::string
 std::string remedy(const Unknown& unknown) {
   const auto& known = keys_of(unknown.table);
   if (unknown.table == "study" && unknown.name == "study")
-    return "; a study's keys stand at its root: [axes.NAME], without study";
+    return "; keys of a study are at the root: [axes.NAME], without study";
   if (const auto near = nearest_word(unknown.name, known); !near.empty())
     return fmt::format("; did you mean {}?", near);
   // "study" or "style"; in a scene, the first name of the path.
@@ -56,7 +56,7 @@ std::string remedy(const Unknown& unknown) {
   };
   for (const auto& key : schema())
     if (!unknown.node->is_table() && key.path.ends_with("." + unknown.name) && same(key))
-      return fmt::format("; it is one of {}", key.path.substr(0, key.path.rfind('.')));
+      return fmt::format("; known keys: {}", key.path.substr(0, key.path.rfind('.')));
   return listed("there are", known);
 }
 
@@ -67,12 +67,12 @@ void refuse_mistaken(const toml::table& document, std::string_view pattern, cons
              study = document.contains("scene");
   if (scene == study) return;
   if (pattern == "study" && scene)
-    throw SceneError(fmt::format(
-        "{}: this is a scene; a study is a file that names one, scene = \"{}\": docs/reference/study.md",
-        source.name, std::filesystem::path(source.name).filename().string()));
+    throw SceneError(
+        fmt::format("{}: is a scene; a study refers to one by scene = \"{}\": docs/reference/study.md",
+                    source.name, std::filesystem::path(source.name).filename().string()));
   if (pattern.empty() && study)
     throw SceneError(fmt::format(
-        "{}: this is a study, for freeplay sweep, bifurcation or basin; the scene is the file that it names",
+        "{}: is a study, for freeplay sweep, bifurcation or basin; its key scene gives the scene file",
         source.name));
 }
 

@@ -222,7 +222,7 @@ class KeysWriter {
   const typename List::value_type& at(const List& list, int index, std::string_view key) const {
     if (index < 0 || index >= static_cast<int>(list.size()))
       throw SceneError("", fmt::format("{}.{}", path_, key),
-                       fmt::format("index {} names nothing; there are {}", index, list.size()));
+                       fmt::format("index {} is out of range; there are {}", index, list.size()));
     return list[static_cast<std::size_t>(index)];
   }
   std::string body_name(int index, std::string_view key) const {
@@ -313,7 +313,7 @@ std::string first_difference(const std::string& a, const std::string& b) {
   if (x != here.end() && !holds(there, x->key)) return x->key + " is missing there";
   if (y != there.end() && !holds(here, y->key)) return y->key + " is missing here";
   if (x == here.end() || y == there.end()) return "";
-  if (x->key != y->key) return fmt::format("{} stands before {} here and after it there", x->key, y->key);
+  if (x->key != y->key) return fmt::format("{} is before {} here and after it there", x->key, y->key);
   return fmt::format("{} is {} here and {} there", x->key, x->value, y->value);
 }
 

@@ -27,15 +27,14 @@ struct AngleStop {
     const auto* on =
         k.template joint<RevoluteJoint>({"joint", "", "the revolute joint whose angle is limited"}, c.joint);
     k.need({"radius", "m", "of the stop from the joint"}, c.radius, positive);
-    k.take(
-        {"direction", "rad",
-         "of the stop from the joint in the first body's frame; left out: stops face to face, a couple without force on "
-         "the joint"},
-        c.direction, any_number);
+    k.take({"direction", "rad",
+            "of the stop from the joint in the first body's frame; if absent: stops face to face, a couple "
+            "without force on the joint"},
+           c.direction, any_number);
     const auto* s = StopFacts::keys(k, c.stop, "rad");
-    k.check(
-        !on || !on->clearance || !s || !s->friction, "surface",
-        "must be one without friction where the joint is loose: how a lever slides on its stop is not modelled");
+    k.check(!on || !on->clearance || !s || !s->friction, "surface",
+            "must be without friction if the joint has clearance: sliding of a lever on its stop is not "
+            "modelled");
   }
 };
 

@@ -24,8 +24,8 @@ struct Bump {
   double damping = 0;                            ///< N s/m or N m s/rad
 
   static void keys(auto& k, auto& b, std::string_view unit, std::string_view rate, std::string_view speed) {
-    k.take({"lower", unit, "below it the stop pushes up; left out: no stop there"}, b.lower, any_number);
-    k.take({"upper", unit, "above it the stop pushes back; left out: no stop there"}, b.upper, any_number);
+    k.take({"lower", unit, "the stop acts below this value; if absent: no stop there"}, b.lower, any_number);
+    k.take({"upper", unit, "the stop acts above this value; if absent: no stop there"}, b.upper, any_number);
     k.check(b.lower || b.upper, "", "needs lower or upper, or both");
     k.check(!(b.lower && b.upper) || *b.lower < *b.upper, "upper", "must be greater than lower");
     k.take({"stiffness", rate, "rate, ≥ 0"}, b.stiffness, non_negative);

@@ -42,8 +42,7 @@ struct Bushing {
     k.pairs({"radial_table", "m, N",
              "[[distance, force], ...] from [0, 0], alike in all directions, in place of stiffness"},
             l.radial.table);
-    if (k.when(l.radial.table.empty(), {"stiffness"},
-               "goes without radial_table, which stands for both directions"))
+    if (k.when(l.radial.table.empty(), {"stiffness"}, "cannot be combined with radial_table"))
       k.take({"stiffness", "N/m", "rates along the axis and across it, ≥ 0"}, l.stiffness);
     k.check(l.stiffness.x() >= 0 && l.stiffness.y() >= 0, "stiffness", "must be two rates of 0 or greater");
     k.take({"damping", "N s/m", "along the axis and across it, ≥ 0"}, l.damping);
@@ -56,7 +55,7 @@ struct Bushing {
     const auto& t = l.radial.table;
     k.check(t.size() != 1, "radial_table", "must have two points or more, has 1");
     k.check(t.empty() || (t.front().first == 0 && t.front().second == 0), "radial_table",
-            "must begin at [0, 0]: a bushing at rest exerts nothing");
+            "must begin at [0, 0]: a bushing at rest has no force");
   }
 };
 

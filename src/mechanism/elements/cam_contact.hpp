@@ -80,17 +80,17 @@ struct CamContact {
       k.axis("direction of the face in the second body's frame; the cam lies on its left", c.axis);
     if (k.when(c.follower == Follower::roller, {"roller_radius"}, "is of a roller"))
       k.need({"roller_radius", "m", "radius of the roller"}, c.roller_radius, positive);
-    k.need({"base_radius", "m", "radius of the cam where it does not lift"}, c.base_radius, positive);
+    k.need({"base_radius", "m", "base radius of the cam"}, c.base_radius, positive);
     k.pairs(
         {"lift_table", "rad, m",
          "[[angle on the cam, lift], ...], increasing within a turn: joined by a periodic cubic spline; in place of "
          "law, lift, rise, dwell, return"},
         c.table);
     if (k.when(c.table.empty(), {"law", "lift", "start", "rise", "dwell", "return"},
-               "goes without lift_table, which gives the lift at every angle")) {
+               "cannot be combined with lift_table")) {
       k.choose({"law", "", "of rise and return: "}, c.law);
       k.need({"lift", "m", "greatest lift"}, c.lift, non_negative);
-      k.take({"start", "rad", "angle on the cam where the rise begins"}, c.start);
+      k.take({"start", "rad", "cam angle at the beginning of the rise"}, c.start);
       k.need({"rise", "rad", "angle of the rise"}, c.rise, positive);
       k.take({"dwell", "rad", "angle of the dwell at the greatest lift"}, c.dwell, non_negative);
       k.need({"return", "rad", "angle of the return; no lift over the rest of the turn"}, c.fall, positive);

@@ -40,9 +40,9 @@ struct DcMotor {
                       d.voltage);
     k.need({"resistance", "ohm", "of the armature"}, d.resistance, positive);
     k.need({"torque_constant", "N m/A", "torque per current"}, d.torque_constant, positive);
-    k.take({"emf_constant", "V s/rad", "induced voltage per speed; left out: the torque constant"},
+    k.take({"emf_constant", "V s/rad", "induced voltage per speed; if absent: the torque constant"},
            d.emf_constant, positive);
-    k.take({"inductance", "H", "of the armature; left out: none, the current follows at once"}, d.inductance,
+    k.take({"inductance", "H", "of the armature; if absent: none, the current follows at once"}, d.inductance,
            positive);
   }
   double greatest_effort(const auto& mechanism) const {

@@ -21,7 +21,7 @@ struct DiscContact {
   static void keys(auto& k, auto& c) {
     k.between("two bodies, or \"ground\" and a body; a plane is on the first", c.between);
     k.ends("their centres", c.at);
-    k.radii({"radii", "m", "both radii; they touch from outside"}, c.radii);
+    k.radii({"radii", "m", "both radii, of external contact"}, c.radii);
     k.surface({"surface", "", "the surface of the contact"}, c.surface);
   }
 };

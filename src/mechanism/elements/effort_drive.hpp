@@ -29,7 +29,7 @@ struct TorqueCurveDrive {
   static void keys(auto& k, auto& d) {
     k.template joint<RevoluteJoint>({"joint", "", "the revolute joint that is driven"}, d.joint);
     k.curve({"torque_curve", "N m", "name of the curve of the torque on the second body"}, d.curve);
-    k.choose({"against", "", "what the curve is read against: "}, d.against);
+    k.choose({"against", "", "argument of the curve: "}, d.against);
     k.check(d.against != Argument::position, "against", "a revolute joint has an angle, no position");
     OtherJoint::keys(k, d.other, d.against, true);
   }
@@ -54,7 +54,7 @@ struct ForceDrive {
         {"force", "N", "along its axis on the second body, its opposite on the first; a number or a curve"},
         d.force);
     if (k.when(d.force.curve >= 0, {"against"}, "goes with a curve"))
-      k.choose({"against", "", "what the curve is read against: "}, d.against);
+      k.choose({"against", "", "argument of the curve: "}, d.against);
     OtherJoint::keys(k, d.other, d.against, d.force.curve >= 0);
     k.check(
         d.against != Argument::angle || d.other.of >= 0, "against",

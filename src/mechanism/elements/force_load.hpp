@@ -34,11 +34,11 @@ struct ForceLoad {
   static void keys(auto& k, auto& l) {
     k.body({"body", "", "the loaded body"}, l.body);
     k.point_of({"at", "m", "the loaded point in the body's frame"}, l.body, l.at);
-    k.need({"force", "N", "the force, or what `factor` scales"}, l.force);
+    k.need({"force", "N", "the force, or its amplitude with `factor`"}, l.force);
     k.choose_other({"axes", "", "directions of the force: "}, l.axes);
-    k.maybe_curve({"factor", "", "name of a curve that scales it; left out: constant"}, l.factor);
+    k.maybe_curve({"factor", "", "name of a curve that scales it; if absent: constant"}, l.factor);
     if (k.when(l.factor >= 0, {"against"}, "goes with factor"))
-      k.choose({"against", "", "what the factor is read against: "}, l.against);
+      k.choose({"against", "", "argument of the factor: "}, l.against);
     OtherJoint::keys(k, l.other, l.against, l.factor >= 0);
     k.check(l.axes == Axes::world || l.against != Argument::position, "against",
             "a force in the body's own directions has no direction in the world to take a position along");
@@ -47,8 +47,8 @@ struct ForceLoad {
 };
 
 inline constexpr auto force_axes =
-    complete<ForceLoad::Axes>({{ForceLoad::Axes::world, "world", "they stand still"},
-                               {ForceLoad::Axes::body, "body", "they turn with the body"}});
+    complete<ForceLoad::Axes>({{ForceLoad::Axes::world, "world", "fixed directions"},
+                               {ForceLoad::Axes::body, "body", "turning with the body"}});
 constexpr std::span<const Choice<ForceLoad::Axes>> choices(ForceLoad::Axes) { return force_axes; }
 
 }  // namespace freeplay

@@ -19,7 +19,7 @@ namespace freeplay {
 /// The flank that carries in an ideal pair.
 enum class Flank { forward, backward };
 inline constexpr auto flank_names =
-    complete<Flank>({{Flank::forward, "forward", "the first turning counter-clockwise pushes the second"},
+    complete<Flank>({{Flank::forward, "forward", "the first pushes the second counter-clockwise"},
                      {Flank::backward, "backward", "turning clockwise"}});
 constexpr std::span<const Choice<Flank>> choices(Flank) { return flank_names; }
 constexpr double side_of(Flank flank) { return flank == Flank::forward ? 1 : -1; }
@@ -31,17 +31,14 @@ struct Backlash {
   int surface = -1;                      ///< index into Mechanism::surfaces
 
   static void keys(auto& k, auto& b) {
-    k.need({"backlash", "m",
-            "play of the teeth along the line of action, at the standard distance; left out: ideal"},
+    k.need({"backlash", "m", "backlash along the line of action, at the standard distance; if absent: ideal"},
            b.normal, positive);
-    k.take(
-        {"mesh_stiffness", "N/m",
-         "of the teeth along the line of action, for penalty contacts (ISO 6336-1: about 2e10 N/m² times the "
-         "face width); left out: Hertz's point contact of the flanks' curvature at the pitch point"},
-        b.stiffness, positive);
+    k.take({"mesh_stiffness", "N/m",
+            "of the teeth along the line of action, for penalty contacts (ISO 6336-1: about 2e10 N/m² times "
+            "the face width); if absent: Hertz's point contact of the flanks' curvature at the pitch point"},
+           b.stiffness, positive);
     const auto* s = k.surface({"surface", "", "the surface of its contacts"}, b.surface);
-    k.check(!s || !s->friction, "surface",
-            "must be one without friction: how teeth slide on each other is not modelled");
+    k.check(!s || !s->friction, "surface", "must be without friction: sliding of teeth is not modelled");
   }
 };
 
@@ -74,24 +71,24 @@ struct GearJoint {
     k.take({"teeth", "", "both numbers of teeth; or pitch_radii"}, j.teeth);
     k.check(!j.teeth || (whole_teeth(j.teeth->x()) && whole_teeth(j.teeth->y())), "teeth",
             "must be two whole numbers from 1");
-    k.take({"module", "m", "pitch diameter by number of teeth; goes with teeth"}, j.tooth_module, positive);
-    k.take({"pitch_radii", "m", "both pitch radii, where the numbers of teeth are not known"}, j.pitch_radii);
+    k.take({"module", "m", "pitch diameter per tooth; required with teeth"}, j.tooth_module, positive);
+    k.take({"pitch_radii", "m", "both pitch radii, in place of the numbers of teeth"}, j.pitch_radii);
     k.check(!j.pitch_radii || (j.pitch_radii->x() > 0 && j.pitch_radii->y() > 0), "pitch_radii",
             "must be two positive lengths");
     k.check(j.teeth.has_value() != j.pitch_radii.has_value(), "",
             "needs exactly one of teeth (with module) and pitch_radii");
     k.check(j.teeth.has_value() == j.tooth_module.has_value(), j.teeth ? "teeth" : "module",
             "teeth and module go together; one of them is missing");
-    k.take({"pressure_angle", "rad", "of the teeth at the standard distance; left out: 20 degrees"},
+    k.take({"pressure_angle", "rad", "of the teeth at the standard distance; if absent: 20 degrees"},
            j.pressure_angle, acute);
     k.take({"internal", "", "the first gear is a ring with its teeth inside"}, j.internal);
     k.check(!j.internal || j.pitch(0) > j.pitch(1), "internal",
-            "makes the first gear the ring, which must be the larger one");
-    k.choose({"flank", "", "of a pair without play, the flank that carries: "}, j.flank);
+            "makes the first gear the ring, which must be larger");
+    k.choose({"flank", "", "loaded flank of a pair without backlash: "}, j.flank);
     k.from_bodies(
         {"phase", "rad",
-         "angle of the second body at which, the first at angle 0 and the second centre in the direction of "
-         "x from the first's, its teeth stand amid the gaps",
+         "angle of the second body at which its teeth are centred in the gaps, with the first at angle 0 "
+         "and the second centre in the x direction from the first",
          "from the bodies"},
         j.phase, j.between,
         "follows from the bodies' positions, and there the centres are too close for these gears, or too far "
@@ -100,7 +97,7 @@ struct GearJoint {
     if (auto* c = k.group("backlash", j.clearance)) {
       Backlash::keys(k, *c);
       k.check(j.flank == Flank::forward, "flank",
-              "is of a pair without play; with backlash either flank carries");
+              "applies to pairs without backlash; with backlash either flank is loaded");
     }
   }
 

@@ -32,12 +32,12 @@ struct Governor {
 
   static void keys(auto& k, auto& d) {
     k.template joint<RevoluteJoint>({"joint", "", "the revolute joint that is driven"}, d.joint);
-    k.number_or_curve({"target_speed", "rad/s",
-                       "speed that a governor keeps, a number or the name of a curve against time"},
-                      d.target);
-    k.take({"proportional", "N m s/rad", "torque per lacking speed"}, d.proportional, non_negative);
-    k.take({"integral", "N m/rad", "torque per integral of it"}, d.integral, non_negative);
-    k.take({"torque_limit", "N m", "greatest torque either way; left out: none"}, d.limit, positive);
+    k.number_or_curve(
+        {"target_speed", "rad/s", "target speed of a governor, a number or the name of a curve against time"},
+        d.target);
+    k.take({"proportional", "N m s/rad", "torque per speed error"}, d.proportional, non_negative);
+    k.take({"integral", "N m/rad", "torque per integral of the speed error"}, d.integral, non_negative);
+    k.take({"torque_limit", "N m", "greatest torque either way; if absent: none"}, d.limit, positive);
     k.check(d.proportional > 0 || d.integral > 0, "", "needs proportional or integral, greater than 0");
   }
   double greatest_effort(const auto& mechanism) const {

@@ -46,7 +46,7 @@ struct JointFriction {
     k.take({"force", "N", "the bound of the friction force where it is fixed; instead of friction"}, l.force,
            non_negative);
     k.take({"regularisation", "m/s",
-            "sliding speed below which the penalty formulation's friction is linear; it needs it"},
+            "sliding speed below which friction is linear; required by the penalty formulation"},
            l.regularisation, positive);
     if (auto* f = k.group("friction", l.reaction)) {
       k.need(
@@ -58,9 +58,10 @@ struct JointFriction {
                f->pin_radius, positive);
       if (k.when(!pin, {"slider_length"}, "belongs to translational joints"))
         k.take({"slider_length", "m",
-                "length at whose ends a translational joint's couple presses; left out: it does not press"},
+                "guide length over which a translational joint's couple acts as contact forces; if absent: "
+                "the couple has no friction"},
                f->slider_length, positive);
-      k.take({"static_friction", "", "μ_s at rest, at least friction; goes with stribeck_speed"},
+      k.take({"static_friction", "", "μ_s at rest, at least friction; required with stribeck_speed"},
              f->static_friction, non_negative);
       k.take({"stribeck_speed", "m/s", "v in μ + (μ_s − μ) exp(−(u/v)²), u the sliding speed"},
              f->stribeck_speed, positive);
@@ -71,7 +72,7 @@ struct JointFriction {
               "must be at least friction, ", f->friction);
     }
     k.check(!on || !std::visit([](const auto& j) { return is_loose(j); }, *on), "joint",
-            "must be a joint without clearance; a loose one has friction by its surface");
+            "must be a joint without clearance; one with clearance has friction by its surface");
     k.check(!pin || l.reaction, "joint",
             "must be a translational joint, or the bound be friction times its reaction, not a fixed force");
     k.check(l.force || l.reaction, "force",

@@ -38,14 +38,14 @@ struct MotionDrive {
     k.maybe_curve({"velocity", "", "curve of its rate (rad/s or m/s) against time (s)"}, d.velocity,
                   Curve::Use::rate);
     if (k.when(d.position >= 0, {"of"}, "goes with position"))
-      k.maybe_joint({"of", "", "revolute joint whose angle (rad) the position follows; left out: time"},
+      k.maybe_joint({"of", "", "revolute joint whose angle (rad) the position follows; if absent: time"},
                     d.of);
     k.check(d.of < 0 || d.of != d.joint, "of", "is the driven joint itself");
     if (k.when(d.velocity >= 0, {"initial"}, "goes with velocity"))
       k.joint_place(
           {"initial", "rad or m", "angle or place at t = 0; default: that of the bodies", "from the bodies"},
           d.initial, d.joint);
-    k.take({"crank", "", "its joint's angle is the crank's even if it is not the first"}, d.crank);
+    k.take({"crank", "", "its joint's angle is the crank angle even if it is not the first drive"}, d.crank);
   }
 
   bool slides(const auto& mechanism) const {

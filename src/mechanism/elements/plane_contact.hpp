@@ -30,11 +30,10 @@ struct PlaneContact {
     k.ends("a point of the wall, and the centre of the disc", c.at);
     k.axis("direction of the wall in the first body's frame; free space lies on its left", c.axis);
     k.take({"radius", "m", "radius of the disc; 0: a point"}, c.radius, non_negative);
-    k.take(
-        {"stiffness", "N/m",
-         "of the contact, for penalty contacts, which need it of a point; left out: Hertz's, of the disc's radius and "
-         "the surface"},
-        c.stiffness, positive);
+    k.take({"stiffness", "N/m",
+            "of the contact, for penalty contacts, required for a point; if absent: Hertz's, from the disc's "
+            "radius and the surface"},
+           c.stiffness, positive);
     k.surface({"surface", "", "the surface of the contact"}, c.surface);
   }
 };

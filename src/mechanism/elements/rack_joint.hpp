@@ -35,13 +35,13 @@ struct RackJoint {
     k.axis("direction of the rack in the second body's frame; the gear lies on its left", j.axis);
     k.need({"pitch_radius", "m", "of the gear"}, j.pitch_radius, positive);
     k.take({"module", "m", "of the rack's teeth, π times which they are apart"}, j.tooth_module, positive);
-    k.take({"pressure_angle", "rad", "of the teeth at the standard distance; left out: 20 degrees"},
+    k.take({"pressure_angle", "rad", "of the teeth at the standard distance; if absent: 20 degrees"},
            j.pressure_angle, acute);
-    k.choose({"flank", "", "of a pair without play, the flank that carries: "}, j.flank);
+    k.choose({"flank", "", "loaded flank of a pair without backlash: "}, j.flank);
     k.from_bodies(
         {"phase", "rad",
-         "angle of the gear less that of the rack at which, opposite the rack's point, its teeth stand amid "
-         "the gaps",
+         "angle of the gear relative to the rack at which, opposite the rack's point, its teeth are "
+         "centred in the gaps",
          "from the bodies"},
         j.phase, j.between,
         "follows from the bodies' positions, and there the gear does not lie on the left of the rack's axis; "
@@ -50,7 +50,7 @@ struct RackJoint {
     if (auto* c = k.group("backlash", j.clearance)) {
       Backlash::keys(k, *c);
       k.check(j.flank == Flank::forward, "flank",
-              "is of a pair without play; with backlash either flank carries");
+              "applies to pairs without backlash; with backlash either flank is loaded");
     }
   }
 

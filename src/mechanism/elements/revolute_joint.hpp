@@ -39,7 +39,7 @@ struct RevoluteJoint {
     k.between("two bodies, or \"ground\" and a body", j.between);
     k.ends("the joint's point in each body's frame, from its centre of mass; ground: world", j.at);
     if (auto* c = k.group("clearance", j.clearance)) {
-      k.need({"clearance", "m", "radial clearance, bearing radius less journal radius; left out: ideal"},
+      k.need({"clearance", "m", "radial clearance, bearing radius less journal radius; if absent: ideal"},
              c->radial, positive);
       k.need(
           {"bearing_radius", "m", "radius of the bearing, on the first body; the journal is on the second"},
@@ -48,8 +48,7 @@ struct RevoluteJoint {
               c->radial, ", is ", c->bearing_radius);
       k.take({"bearing_length", "m", "length of the bearing; line-contact laws need it"}, c->bearing_length,
              positive);
-      k.lubricant({"lubricant", "", "what fills it; left out: dry"}, c->lubricant, c->radial,
-                  c->bearing_length);
+      k.lubricant({"lubricant", "", "lubricant; if absent: dry"}, c->lubricant, c->radial, c->bearing_length);
       k.surface({"surface", "", "the surface of its contacts"}, c->surface);
     }
   }

@@ -37,8 +37,8 @@ struct SlotJoint {
     k.ends("a point of the slot's middle line, and the pin's centre", j.at);
     k.axis("direction of the slot in the first body's frame", j.axis);
     if (auto* c = k.group("clearance", j.clearance)) {
-      k.need({"clearance", "m", "half the slot's width less the pin's radius; left out: ideal"}, c->half_play,
-             positive);
+      k.need({"clearance", "m", "half the slot's width less the pin's radius; if absent: ideal"},
+             c->half_play, positive);
       k.need({"pin_radius", "m", "radius of the pin, on the second body"}, c->pin_radius, positive);
       k.surface({"surface", "", "the surface of its contacts"}, c->surface);
     }

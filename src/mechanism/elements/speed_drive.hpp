@@ -34,8 +34,8 @@ struct SpeedDrive {
                    "relative angle at t = 0; default: that of the bodies' `angle` keys", "from the bodies"},
                   d.initial_angle, d.joint);
     k.take({"crank", "",
-            "this drive's turns are counted (crank_angle, revolutions); else those of the first that has a "
-            "prescribed speed"},
+            "the revolutions of this drive are counted (crank_angle, revolutions); default: those of the "
+            "first drive of prescribed speed"},
            d.crank);
   }
 };

@@ -33,17 +33,16 @@ struct SpringDamper {
     k.between("two bodies, or \"ground\" and a body", l.between);
     k.ends("its two ends", l.at);
     k.pairs({"force_table", "m, N",
-             "[[length, pull], ...] in place of stiffness and free_length: linear between, its end "
-             "slopes go on"},
+             "[[length, pull], ...] in place of stiffness and free_length: linear between the points, "
+             "extrapolated with the end slopes"},
             l.law.table);
     const bool rates = k.when(l.law.table.empty(), {"stiffness", "free_length", "cubic", "preload"},
-                              "goes without force_table, which gives the force at every length");
+                              "cannot be combined with force_table");
     if (rates) k.take({"stiffness", "N/m", "rate, ≥ 0"}, l.stiffness, non_negative);
     k.pairs(
         {"damping_table", "m/s, N", "[[speed of lengthening, pull], ...] in place of damping; has [0, 0]"},
         l.law.damping_table);
-    if (k.when(l.law.damping_table.empty(), {"damping"},
-               "goes without damping_table, which gives the force at every speed"))
+    if (k.when(l.law.damping_table.empty(), {"damping"}, "cannot be combined with damping_table"))
       k.take({"damping", "N s/m", "damping, ≥ 0"}, l.damping, non_negative);
     if (rates) {
       k.take({"free_length", "m", "length without force"}, l.free_length, non_negative);
@@ -51,7 +50,7 @@ struct SpringDamper {
              any_number);
       k.take({"preload", "N", "pull at free_length"}, l.law.preload, any_number);
     }
-    k.choose({"one_way", "", "left out: both ways; "}, l.law.one_way);
+    k.choose({"one_way", "", "if absent: both ways; "}, l.law.one_way);
     l.law.check(k, "force_table", "damping_table", l.stiffness);
   }
 };

@@ -26,8 +26,8 @@ namespace freeplay {
 
 enum class OneWay { pull, push };
 inline constexpr auto one_way_names = complete<OneWay>(
-    {{OneWay::pull, "pull", "against lengthening alone, as a cable; of angles, against growing"},
-     {OneWay::push, "push", "against shortening alone; of angles, against falling"}});
+    {{OneWay::pull, "pull", "acts against lengthening only, as a cable; for angles, against increase"},
+     {OneWay::push, "push", "acts against shortening only; for angles, against decrease"}});
 constexpr std::span<const Choice<OneWay>> choices(OneWay) { return one_way_names; }
 
 /// Points (s, E) or (ṡ, D), the first column increasing.
@@ -51,8 +51,8 @@ struct SpringLaw {
       resists = resists && speed * force >= 0;
       through_zero = through_zero || (speed == 0 && force == 0);
     }
-    k.check(through_zero, damping_key, "must have the point [0, 0]: at rest a damper exerts nothing");
-    k.check(resists, damping_key, "must resist: no force against the sign of its speed");
+    k.check(through_zero, damping_key, "must have the point [0, 0]: a damper at rest has no force");
+    k.check(resists, damping_key, "must dissipate: the force must have the sign of the speed");
     if (!one_way) return;
     k.check(cubic.value_or(0) >= 0, "cubic", "must be 0 or greater where one_way is set, is ",
             cubic.value_or(0));

@@ -24,10 +24,10 @@ struct TorqueLoad {
 
   static void keys(auto& k, auto& l) {
     k.body({"body", "", "the loaded body"}, l.body);
-    k.need({"torque", "N m", "the torque, or what `factor` scales"}, l.torque, any_number);
-    k.maybe_curve({"factor", "", "name of a curve that scales it; left out: constant"}, l.factor);
+    k.need({"torque", "N m", "the torque, or its amplitude with `factor`"}, l.torque, any_number);
+    k.maybe_curve({"factor", "", "name of a curve that scales it; if absent: constant"}, l.factor);
     if (k.when(l.factor >= 0, {"against"}, "goes with factor"))
-      k.choose({"against", "", "what the factor is read against: "}, l.against);
+      k.choose({"against", "", "argument of the factor: "}, l.against);
     k.check(l.against != Argument::position, "against", "a torque has an angle, no position");
     OtherJoint::keys(k, l.other, l.against, l.factor >= 0);
   }

@@ -26,19 +26,17 @@ struct TorsionalSpringDamper {
 
   static void keys(auto& k, auto& l) {
     k.between("two bodies, or \"ground\" and a body", l.between);
-    k.pairs(
-        {"torque_table", "rad, N m",
-         "[[relative angle, torque back], ...] in place of stiffness and free_angle: linear between, its end "
-         "slopes go on"},
-        l.law.table);
+    k.pairs({"torque_table", "rad, N m",
+             "[[relative angle, torque back], ...] in place of stiffness and free_angle: linear between the "
+             "points, extrapolated with the end slopes"},
+            l.law.table);
     const bool rates = k.when(l.law.table.empty(), {"stiffness", "free_angle", "cubic", "preload"},
-                              "goes without torque_table, which gives the torque at every angle");
+                              "cannot be combined with torque_table");
     if (rates) k.take({"stiffness", "N m/rad", "rate, ≥ 0"}, l.stiffness, non_negative);
     k.pairs({"damping_table", "rad/s, N m",
              "[[relative speed, torque back], ...] in place of damping; has [0, 0]"},
             l.law.damping_table);
-    if (k.when(l.law.damping_table.empty(), {"damping"},
-               "goes without damping_table, which gives the torque at every speed"))
+    if (k.when(l.law.damping_table.empty(), {"damping"}, "cannot be combined with damping_table"))
       k.take({"damping", "N m s/rad", "damping, ≥ 0"}, l.damping, non_negative);
     if (rates) {
       k.take({"free_angle", "rad", "relative angle without torque"}, l.free_angle);
@@ -46,7 +44,7 @@ struct TorsionalSpringDamper {
              any_number);
       k.take({"preload", "N m", "torque back at free_angle"}, l.law.preload, any_number);
     }
-    k.choose({"one_way", "", "left out: both ways; "}, l.law.one_way);
+    k.choose({"one_way", "", "if absent: both ways; "}, l.law.one_way);
     l.law.check(k, "torque_table", "damping_table", l.stiffness);
   }
 };

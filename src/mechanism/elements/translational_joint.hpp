@@ -46,7 +46,9 @@ struct TranslationalJoint {
     k.axis("direction of sliding in the first body's frame", j.axis);
     k.take({"angle", "rad", "angle of the second body less that of the first"}, j.angle);
     if (auto* c = k.group("clearance", j.clearance)) {
-      k.need({"clearance", "m", "half the play between a rectangular slider and its walls; left out: ideal"},
+      k.need({"clearance", "m",
+              "half the clearance between a rectangular slider and its walls; if absent: "
+              "ideal"},
              c->half_play, positive);
       k.need({"slider_length", "m", "the slider along the axis"}, c->length, positive);
       k.need({"slider_height", "m", "the slider across the axis"}, c->height, positive);

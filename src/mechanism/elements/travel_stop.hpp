@@ -27,17 +27,16 @@ struct StopFacts {
 
   /// Returns the surface if k is the reader.
   static const Surface* keys(auto& k, auto& s, std::string_view unit) {
-    k.take({"lower", unit, "least travel or angle; left out: no stop there"}, s.lower, any_number);
-    k.take({"upper", unit, "greatest travel or angle; left out: no stop there"}, s.upper, any_number);
+    k.take({"lower", unit, "least travel or angle; if absent: no stop there"}, s.lower, any_number);
+    k.take({"upper", unit, "greatest travel or angle; if absent: no stop there"}, s.upper, any_number);
     k.check(s.lower || s.upper, "", "needs lower or upper, or both");
     k.check(!(s.lower && s.upper) || *s.lower < *s.upper, "upper", "must be greater than lower");
-    k.take({"stiffness", "N/m", "of the stop where it is touched, for penalty contacts"}, s.stiffness,
-           positive);
+    k.take({"stiffness", "N/m", "of the stop's contact, for penalty contacts"}, s.stiffness, positive);
     k.take(
         {"curvature_radius", "m", "at the stop's contact: Hertz's stiffness follows from it and the surface"},
         s.curvature_radius, positive);
     k.check(!(s.stiffness && s.curvature_radius), "curvature_radius",
-            "is for the stiffness, which is given; one of them");
+            "computes the stiffness, which is given as well; remove one of them");
     return k.surface({"surface", "", "the surface of its contacts"}, s.surface);
   }
   /// Facts of the contact at one end. `size` (m): length that scales penetrations.

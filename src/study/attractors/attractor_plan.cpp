@@ -21,9 +21,10 @@ constexpr Range some_periods{
 constexpr Range below_half{[](double x) { return x > 0 && x < 0.5; }, "greater than 0 and below 0.5"};
 
 std::size_t axis_of(Section& s, const char* key, const std::vector<Axis>& axes, std::size_t otherwise) {
-  if (axes.empty()) s.fail(key, "the study has no axes; give it [axes.NAME] with key and values");
+  if (axes.empty()) s.fail(key, "the study has no axes; add [axes.NAME] with key and values");
   const auto fixed = [&](std::size_t i) {
-    if (axes[i].drawn) s.fail(key, fmt::format("axis {} is drawn; give it values or a range", axes[i].name));
+    if (axes[i].drawn)
+      s.fail(key, fmt::format("axis {} has random values; give it values or a range", axes[i].name));
     return i;
   };
   if (!s.has(key) && axes.size() > otherwise) return fixed(otherwise);
@@ -33,7 +34,7 @@ std::size_t axis_of(Section& s, const char* key, const std::vector<Axis>& axes, 
     if (axes[i].name == name) return fixed(i);
     names.push_back(axes[i].name);
   }
-  s.fail(key, fmt::format("\"{}\" is no axis of the study; {} {}", name, fmt::join(names, ", "),
+  s.fail(key, fmt::format("\"{}\" is not an axis of the study; {} {}", name, fmt::join(names, ", "),
                           names.size() > 1 ? "are" : "is"));
 }
 
@@ -54,7 +55,7 @@ void refuse_twice_set(Section& s, const AttractorPlan& p, const Axis& axis) {
   for (const auto& set : p.overrides) {
     const auto key = set.substr(0, set.find_first_of(" ="));
     if (key == axis.key || std::ranges::count(axis.others, key) > 0)
-      s.fail("set", fmt::format("{} is what axis {} varies", key, axis.name));
+      s.fail("set", fmt::format("{} is varied by axis {}", key, axis.name));
   }
 }
 
@@ -79,7 +80,7 @@ BasinPlan read_basin(Section s, const std::vector<Axis>& axes) {
   BasinPlan p;
   p.x = axis_of(s, "x", axes, 0);
   p.y = axis_of(s, "y", axes, 1);
-  if (p.x == p.y) s.fail("y", "must be another axis than x");
+  if (p.x == p.y) s.fail("y", "must differ from axis x");
   read_common(s, p);
   for (const auto axis : {p.x, p.y}) refuse_twice_set(s, p, axes[axis]);
   s.done("[basin]");

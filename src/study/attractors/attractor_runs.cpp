@@ -13,6 +13,7 @@
 #include "io/scene/toml_value.hpp"
 #include "mechanism/scene.hpp"
 #include "study/runs/perturb.hpp"
+#include "values/warning.hpp"
 
 namespace freeplay {
 namespace {
@@ -110,8 +111,8 @@ class Settling {
         if (chain.links[i].start > 0 && !differ(scene, study_.perturbation))
           throw error_at(
               study_, {table, "starts"},
-              fmt::format("{}: all would begin alike: it has no drive of prescribed speed to turn, and no "
-                          "loose part to place",
+              fmt::format("{}: all starts are identical: it has no drive of prescribed speed and no joint "
+                          "with clearance",
                           study_.scene.string()));
         if (!first) continue;
         auto plan = plan_of(scene, asked, table);
@@ -178,7 +179,7 @@ class Settling {
       if (run.ending.status == Ending::Status::interrupted) return false;
       made.failure = run.ending.status == Ending::Status::failed ? run.ending.reason : "";
       for (const auto& note : run.notes)
-        if (note.starts_with("DOUBTFUL")) made.doubt += (made.doubt.empty() ? "" : "; ") + note;
+        if (is_warning(note)) made.doubt += (made.doubt.empty() ? "" : "; ") + note;
       made.t = run.t;
       made.rows = run.rows;
       made.end = run.end;

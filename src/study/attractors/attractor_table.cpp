@@ -225,8 +225,8 @@ std::string bifurcation_text(const Study& study, const SettledRuns& runs, const 
       text += fmt::format("{:<10}{:>14}{:>14}  {}\n", branch, shown(s.from), shown(s.to), s.kind);
   text += listed("several attractors at one value", axis.unit, kinds,
                  [](const Kinds& k) { return k.settled.size() > 1; });
-  text += listed("settled or aperiodic by the branch (both attract, or more discard tells)", axis.unit, kinds,
-                 [](const Kinds& k) { return k.settled.size() == 1 && k.aperiodic; });
+  text += listed("branches differ: coexisting attractors, or the discarded interval is too short", axis.unit,
+                 kinds, [](const Kinds& k) { return k.settled.size() == 1 && k.aperiodic; });
   return text;
 }
 

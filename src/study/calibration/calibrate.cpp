@@ -136,9 +136,8 @@ double measured_statistic(const Study& study, Target& target, const Conduct& con
     value += of.back() / target.stretches.count;
   }
   if (!(value > 0))
-    throw SceneError(
-        fmt::format("{}: gives no {} (a signal alone has no contacts, and a logarithm is fitted)",
-                    target.data.string(), target.statistic));
+    throw SceneError(fmt::format("{}: has no {} (a signal has no contacts, and a logarithm is fitted)",
+                                 target.data.string(), target.statistic));
   for (const double x : of) squares += std::pow(x / value - 1, 2);
   if (of.size() > 1) target.stretches.spread = squares / static_cast<double>(of.size() - 1);
   return value;
@@ -245,9 +244,8 @@ class Evidence {
       where += fmt::format("{}{} = {:.4g}", j > 0 ? ", " : "", c_.unknowns[j].key,
                            unscaled(c_.unknowns[j], r.xi[without[0]][static_cast<Eigen::Index>(j)]));
     throw SceneError(fmt::format(
-        "{}: calibrate.targets.{}: at {} of {} points (first: {}) runs give no positive {}, whose logarithm is "
-        "fitted, and without them the fit would be of the others alone; narrow the ranges of the unknowns to "
-        "where it is positive, or take another statistic",
+        "{}: calibrate.targets.{}: at {} of {} points (first: {}) {} is not positive, but its logarithm is "
+        "fitted; narrow the unknowns' ranges or use another statistic",
         study_.file.string(), target.name, without.size(), r.xi.size(), where, target.statistic));
   }
   ResponseSurface surface(const Runs& r, std::size_t column, const Scatter& scatter,
@@ -256,8 +254,8 @@ class Evidence {
     const auto count = static_cast<Eigen::Index>(r.xi.size());
     if (count < ResponseSurface::coefficients(n) + 2)
       throw std::runtime_error(
-          fmt::format("calibration: the runs of {} of {} points failed for {}; {} are needed", tried_ - count,
-                      tried_, target.name, ResponseSurface::coefficients(n) + 2));
+          fmt::format("calibration: the runs at {} of {} points failed for {}; {} points are needed",
+                      tried_ - count, tried_, target.name, ResponseSurface::coefficients(n) + 2));
     Eigen::MatrixXd at(count, n);
     Eigen::VectorXd y(count), noise = Eigen::VectorXd::Ones(count);
     for (Eigen::Index p = 0; p < count; ++p) {

@@ -24,8 +24,8 @@ std::string unit_question(const TurnMetrics& measured, const TurnMetrics& ideal)
   for (const auto& unit : {Unit{"g", 9.80665}, {"cm/s²", 0.01}, {"mm/s²", 0.001}})
     if (std::abs(std::log(b / a / unit.size)) < std::log(4.0 / 3))
       return fmt::format(
-          "the first three harmonics of the measured acceleration have {:.4g} m/s², those of the ideal mechanism "
-          "{:.4g}, {:.3g} times as much; is the file in {}, not m/s²?",
+          "the first three harmonics of the measured acceleration are {:.4g} m/s², those of the ideal "
+          "mechanism {:.4g} m/s², {:.3g} times as much; is the file in {} instead of m/s²?",
           a, b, b / a, unit.name);
   return "";
 }

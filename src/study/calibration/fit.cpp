@@ -113,7 +113,7 @@ Minimum global(const Minimiser& f, const std::vector<Minimum>& points) {
   }
   if (!std::isfinite(best.value))
     throw std::runtime_error(
-        "calibration: the fit found no minimum; widen the ranges of the unknowns, or give more points");
+        "calibration: the fit found no minimum; widen the ranges of the unknowns or use more points");
   return best;
 }
 

@@ -28,16 +28,19 @@ Study study_of(const Scene& scene) {
   for (const auto& i : scene.instruments)
     if (i.kind == Instrument::Kind::accelerometer && study.accelerometer.empty())
       study.accelerometer = i.name;
-  if (study.accelerometer.empty()) fail("has no accelerometer to compare with the file");
+  if (study.accelerometer.empty()) fail("has no accelerometer for the comparison with the file");
   const auto* drive = main_drive(scene.mechanism);
-  if (!drive || drive->speed == 0) fail("has no drive of prescribed speed, to count turns by");
+  if (!drive || drive->speed == 0)
+    fail(
+        "has no drive of prescribed speed, which is needed to count "
+        "revolutions");
   const auto contacts = contact_names(scene.mechanism);
   if (contacts.empty()) fail("has no joint with clearance");
   study.joints = {contacts.front()};
   const double turn = 2 * std::numbers::pi / std::abs(drive->speed);
   study.discard = scene.run.discard / turn;
   study.revolutions = (scene.run.duration - scene.run.discard) / turn;
-  if (study.revolutions < 1) fail("must run at least a turn after its discard");
+  if (study.revolutions < 1) fail("must run at least one revolution after the discarded time");
   return study;
 }
 
@@ -111,17 +114,17 @@ void judge(const TurnMetrics& measured, double uncertainty, bool datum, Agreemen
     return (x.low > expected || x.high < expected) && std::abs(x.mean - expected) > told;
   };
   if (a.sign < 0 && a.sign_decided)
-    a.findings.emplace_back("the measured curve is reversed: its sign is the opposite of the model's");
+    a.findings.emplace_back("the sign of the measured curve is opposite to the model's");
   if (beyond(a.gain, 1, told_gain))
     a.findings.push_back(fmt::format("the measured curve is {:.4g} ({:.4g}..{:.4g}) times the model's",
                                      a.gain.mean, a.gain.low, a.gain.high));
   if (datum && beyond(a.phase, 0, told_phase))
     a.findings.push_back(
-        fmt::format("the model's crank angle is {:.4g}° ({:.4g}..{:.4g}) behind the measurement's",
-                    a.phase.mean, a.phase.low, a.phase.high));
+        fmt::format("the model lags the measurement by {:.4g}° ({:.4g}..{:.4g}) of crank angle", a.phase.mean,
+                    a.phase.low, a.phase.high));
   if (a.rms_difference > told_difference * a.rms_expected)
     a.findings.push_back(
-        fmt::format("the mean turns differ by {:.4g} m/s², {:.3g} times what uncertainty and scatter explain",
+        fmt::format("the mean revolutions differ by {:.4g} m/s², {:.3g} times the uncertainty and scatter",
                     a.rms_difference, a.rms_difference / a.rms_expected));
   a.verdict = !a.findings.empty()          ? Agreement::Verdict::differs
               : std::isnan(a.rms_expected) ? Agreement::Verdict::undecided
@@ -159,7 +162,7 @@ Validation validate(const std::filesystem::path& file, const std::vector<std::st
     a.ending = run.ending;
     a.metrics = std::move(run.metrics);
     if (a.ending.status == Ending::Status::finished && a.metrics.turns.empty())
-      a.ending = {Ending::Status::failed, "no whole turn was sampled after the discard"};
+      a.ending = {Ending::Status::failed, "no complete revolution was sampled after the discarded time"};
     if (a.ending.status == Ending::Status::finished) {
       judge(v.measured, v.uncertainty, measured.datum, a);
       a.quiet = quiet_stretch(a.mean_turn, v.ideal_maximum);

@@ -234,11 +234,11 @@ Advice advise(const Scene& scene, Family family, double error, const Conduct& co
     require_differing_starts(
         scene, moved_by(rules),
         advice.by_events
-            ? fmt::format("; two fine runs part after t = {:.3g} s, and beyond it advice needs "
-                          "statistics of starts: take a run.duration up to there",
+            ? fmt::format("; reference runs diverge after t = {:.3g} s, and later advice needs statistics "
+                          "of starts: use a run.duration up to that time",
                           r.horizon)
-            : "; two fine runs part at the first touch, and beyond it advice needs statistics of "
-              "starts: take a run.duration up to there");
+            : "; reference runs diverge at the first contact event, and later advice needs statistics of "
+              "starts: use a run.duration up to that time");
   if (!advice.by_events) {
     const auto to_state = [&](const Setting& s) {
       Scene one = scene;

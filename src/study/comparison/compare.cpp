@@ -63,16 +63,16 @@ struct Spread {
 /// Reason why two onsets do not correspond; empty if they do.
 std::string parted(const Touch& a, const Touch& b, const Spread& spread, double turn) {
   const double flight = std::min(a.flight, b.flight), apart = std::abs(a.event.t - b.event.t);
-  if (!(apart <= 0.25 * flight)) return "its times differ by more than a quarter of the flight before it";
-  if (!(apart <= turn / 36)) return "its times differ by more than ten degrees of a turn";
+  if (!(apart <= 0.25 * flight)) return "the times differ by more than a quarter of the preceding flight";
+  if (!(apart <= turn / 36)) return "the times differ by more than 10 degrees of a revolution";
   const double known = a.event.t_uncertainty + b.event.t_uncertainty;
   if (!(apart <= 10 * (spread.time + spread.rate * flight + known)))
-    return "its times differ tenfold of what the touches before it make of its flight";
+    return "the times differ ten times more than the preceding events explain";
   const double ratio = a.event.v_n_minus / b.event.v_n_minus;
-  if (!(ratio < 2 && ratio > 0.5)) return "its approach speeds differ twofold";
+  if (!(ratio < 2 && ratio > 0.5)) return "the approach speeds differ by a factor of two";
   if (a.event.kind != b.event.kind && !(std::max(a.lasted, b.lasted) <= 0.25 * flight))
-    return fmt::format("it is an impact in {} and begins a lasting contact in the other",
-                       a.event.kind == EventKind::impact ? "penalty" : "nonsmooth");
+    return a.event.kind == EventKind::impact ? "an impact (penalty), onset of sustained contact (nonsmooth)"
+                                             : "an impact (nonsmooth), onset of sustained contact (penalty)";
   return "";
 }
 
@@ -95,9 +95,8 @@ Pairing pair_impacts(const std::vector<ContactEvent>& penalty, const std::vector
   std::vector<std::size_t> next(joints);
   Spread spread;
   double end = until;
-  p.ended_by =
-      until < INFINITY ? "the list of a run's events that was kept ends there" : "all touches are paired";
-  for (;;) {  // in the order of time; each pass removes onsets from the lists
+  p.ended_by = until < INFINITY ? "the recorded events of a run end there" : "all contact events are paired";
+  for (;;) {  // in the order of time; each turn takes a touch from the lists
     int first = -1;
     double t = until;
     for (int k = 0; k < joints; ++k)
@@ -107,7 +106,7 @@ Pairing pair_impacts(const std::vector<ContactEvent>& penalty, const std::vector
     const auto i = next[first]++;
     std::string why;
     if (i >= a[first].size() || i >= b[first].size())
-      why = fmt::format("only the {} run has it", i < a[first].size() ? "penalty" : "nonsmooth");
+      why = fmt::format("it occurs in the {} run only", i < a[first].size() ? "penalty" : "nonsmooth");
     else
       why = parted(a[first][i], b[first][i], spread, turn);
     if (!why.empty()) {
@@ -116,7 +115,7 @@ Pairing pair_impacts(const std::vector<ContactEvent>& penalty, const std::vector
       if (joints > 1)
         whose = names.empty() ? fmt::format(" of contact {}", first + 1)
                               : " of " + names[static_cast<std::size_t>(first)];
-      p.ended_by = fmt::format("touch {}{} has no partner: {}", i + 1, whose, why);
+      p.ended_by = fmt::format("contact event {}{} is unmatched: {}", i + 1, whose, why);
       break;
     }
     spread.add(a[first][i], b[first][i]);
@@ -124,7 +123,7 @@ Pairing pair_impacts(const std::vector<ContactEvent>& penalty, const std::vector
   }
   std::erase_if(p.pairs, [&](const ImpactPair& x) { return std::max(x.penalty.t, x.nonsmooth.t) >= end; });
   std::ranges::sort(p.pairs, {}, [](const ImpactPair& x) { return x.nonsmooth.t; });
-  if (p.pairs.empty() && end == INFINITY) p.ended_by = "neither run touches";
+  if (p.pairs.empty() && end == INFINITY) p.ended_by = "neither run has a contact event";
   if (!p.pairs.empty()) p.horizon = std::max(p.pairs.back().penalty.t, p.pairs.back().nonsmooth.t);
   return p;
 }
@@ -143,7 +142,7 @@ void find_not_matched(const Scene& scene, Comparison& c) {
                    c.nonsmooth.contacts[k].model.restitution_delivered) < 1e-9))
       list.emplace_back("restitution as given");
     if (surface.tangential_restitution > 0 && c.frictional.back())
-      list.push_back(fmt::format("tangential restitution {:.3g} is unknown to the contact law",
+      list.push_back(fmt::format("the contact law ignores the tangential restitution {:.3g}",
                                  surface.tangential_restitution));
   }
 }
@@ -181,8 +180,10 @@ Comparison compare(const Scene& scene, const CompareSetup& setup, const std::fil
     try {
       c.ideal = run(ideal, "penalty", "ideal");
     } catch (const ModelError&) {
-      // A mechanism that closes only because of its clearances has no ideal motion.
-      c.nonsmooth.notes.push_back("with ideal joints the mechanism does not assemble; no ideal run");
+      // A mechanism that closes only thanks to its play has no ideal motion to show.
+      c.nonsmooth.notes.push_back(
+          "the mechanism cannot be assembled with ideal joints; there is no ideal "
+          "run");
     }
   }
   const auto known = [](const Result& r) { return r.events_cut() ? r.events.back().t : INFINITY; };

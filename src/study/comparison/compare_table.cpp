@@ -86,10 +86,9 @@ std::vector<std::pair<std::string, std::vector<std::string>>> restitutions(const
   std::vector<std::pair<std::string, std::vector<std::string>>> list;
   for (std::size_t k = 0; k < c.joints.size(); ++k) {
     const auto& p = c.penalty.contacts[k].model;
-    const auto what =
-        fmt::format("asked {:.3g}; delivered by the contact law {:.4g},\nby the impact law {:.4g} ({})",
-                    p.restitution_asked, p.restitution_delivered,
-                    c.nonsmooth.contacts[k].model.restitution_delivered, matching(c, k));
+    const auto what = fmt::format("input {:.3g}, effective {:.4g} (contact law),\n{:.4g} (impact law); {}",
+                                  p.restitution_asked, p.restitution_delivered,
+                                  c.nonsmooth.contacts[k].model.restitution_delivered, matching(c, k));
     auto same = std::ranges::find(list, what, [](const auto& item) { return item.first; });
     if (same == list.end()) same = list.insert(list.end(), {what, {}});
     same->second.push_back(c.joints[k]);
@@ -131,10 +130,10 @@ std::string comparison_table(const Scene& scene, const Comparison& c, bool markd
   for (std::size_t k = 0; k < c.joints.size(); ++k) {
     const auto of = [&](auto field) { return [&, field](const Result& r) { return field(r.contacts[k]); }; };
     const auto& name = c.joints[k];
-    line(name + (lubricated(scene.mechanism, name) ? ": on its film" : ": free flight"),
+    line(name + (lubricated(scene.mechanism, name) ? ": on the film" : ": free flight"),
          of([](const auto& x) { return percent(x.flight_fraction, x.flight_error); }));
     line(name + ": in impacts", of([](const auto& x) { return percent(x.impact_fraction, x.impact_error); }));
-    line(name + ": lasting contact",
+    line(name + ": sustained contact",
          of([](const auto& x) { return percent(x.lasting_fraction, x.lasting_error); }));
     line(name + (p.revolutions > 0 ? ": impacts per revolution *" : ": impacts per second *"),
          of([](const auto& x) { return with_error(x.impacts_per_revolution, x.impacts_error); }));
@@ -171,17 +170,16 @@ std::string comparison_table(const Scene& scene, const Comparison& c, bool markd
   line("CPU time, s", [](const auto& r) { return number(r.cpu_seconds); });
   out += t.text;
   out += fmt::format("{}{}statistics and energies after {:.4g} s, over {}\n", markdown ? "\n" : "",
-                     c.joints.empty() ? "" : "* faster than a tenth of the fastest; ", scene.run.discard,
-                     about_window(p));
-  out += fmt::format("{} of the whole run, whose validity they bear on\n", markdown ? "\\*\\*" : "**");
+                     c.joints.empty() ? "" : "* approach speed above 10 % of the maximum; ",
+                     scene.run.discard, about_window(p));
+  out += fmt::format("{} over the whole run (validity check)\n", markdown ? "\\*\\*" : "**");
   for (const auto* run : {&p, &n})
     for (const auto& note : run->notes) out += fmt::format("{}: {}\n", run->formulation, note);
   if (c.joints.empty()) return out;
   if (c.pairing.pairs.empty()) return out + fmt::format("\nNo impacts are paired: {}\n", c.pairing.ended_by);
 
-  out +=
-      fmt::format("\n{}Impacts paired up to the horizon t = {:.6g} ms, where\n{}\n{}", markdown ? "## " : "",
-                  1e3 * c.pairing.horizon, c.pairing.ended_by, markdown ? "\n" : "");
+  out += fmt::format("\n{}Impacts paired up to the horizon t = {:.6g} ms;\n{}\n{}", markdown ? "## " : "",
+                     1e3 * c.pairing.horizon, c.pairing.ended_by, markdown ? "\n" : "");
   Table pairs(markdown, {12, 11, 11, 11, 9, 9, 9, 8});
   pairs.head({"joint", "t pen. ms", "nonsmooth", "diff us", "v pen.", "nonsm.", "P pen.", "nonsm."});
   std::size_t shown = 0;

@@ -85,8 +85,8 @@ std::vector<Column> chosen(const Layout& layout, const std::vector<std::string>&
   for (const auto& name : names) {
     const auto at = std::ranges::find(there, name);
     if (at == there.end())
-      throw SceneError(fmt::format("--column {}: is no column of trajectory.csv; there are {}", visible(name),
-                                   fmt::join(there, ", ")));
+      throw SceneError(fmt::format("--column {}: is not a column of trajectory.csv; columns are {}",
+                                   visible(name), fmt::join(there, ", ")));
     found.push_back(all[static_cast<std::size_t>(at - there.begin())]);
   }
   if (!names.empty()) return found;
@@ -148,8 +148,7 @@ Starts::Starts(const Scene& scene, const EnsemblePlan& plan) : scene_(scene), pl
   require_differing_starts(scene, plan.how);
   if (scene.run.start == RunOptions::Start::equilibrium)
     throw SceneError(
-        fmt::format("{}: starts in equilibrium, from which its loose parts are not moved; give run.start "
-                    "= \"ideal\"",
+        fmt::format("{}: starts in equilibrium, which cannot be perturbed; use run.start = \"ideal\"",
                     scene.file.string()));
   const auto layout = Simulation(scene, plan.formulation, {.matched = true, .stop = plan.stop}).layout();
   columns_ = chosen(layout, plan.columns);
@@ -159,8 +158,8 @@ Starts::Starts(const Scene& scene, const EnsemblePlan& plan) : scene_(scene), pl
       8.0 * plan.starts * static_cast<double>(plan.rows) * static_cast<double>(columns_.size());
   if (bytes > most_bytes)
     throw SceneError(fmt::format(
-        "--rows {}: bands of {} starts and {} columns take {:.3g} GB of memory, and at most {:.0f} "
-        "are allowed; take fewer rows or columns",
+        "--rows {}: bands of {} starts and {} columns need {:.3g} GB of memory, above the limit of {:.0f}; "
+        "use fewer rows or columns",
         plan.rows, plan.starts, columns_.size(), 1e-9 * bytes, 1e-9 * most_bytes));
   near_ = near_pose(scene, plan.stop);
 }

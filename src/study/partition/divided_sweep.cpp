@@ -21,9 +21,8 @@ std::vector<PlannedRun> runs_of(const Study& study, const Conduct& conduct, cons
   for (const auto& unit : units) {
     if (conduct.stop()) throw Interrupted();
     auto changed = [&] {
-      return SceneError(
-          fmt::format("{}: its run {} is not the one that was planned; plan again into another folder",
-                      study.file.string(), unit.number));
+      return SceneError(fmt::format("{}: run {} differs from the planned one; plan again into another folder",
+                                    study.file.string(), unit.number));
     };
     if (unit.number >= all.size()) throw changed();
     auto& one = all[unit.number];

@@ -78,8 +78,8 @@ Manifest make_plan(const Division& study, const std::filesystem::path& folder, s
   const auto units = study.units();
   if (shards > units.size())
     throw SceneError(
-        fmt::format("--plan {}: the study has {} units that can be made apart; ask for at most as many",
-                    shards, units.size()));
+        fmt::format("--plan {}: the study has only {} independent units; use at most as many shards", shards,
+                    units.size()));
   Manifest m{.plan = {},
              .verb = study.verb,
              .arguments = study.arguments,
@@ -98,10 +98,10 @@ Manifest make_plan(const Division& study, const std::filesystem::path& folder, s
     if (there.plan == m.plan) return there;
     if (has_shards(place))
       throw SceneError(fmt::format(
-          "{}: holds shards of another plan; give another folder with -o, or remove it", place.string()));
+          "{}: contains shards of another plan; give another folder with -o, or remove it", place.string()));
   } else if (std::filesystem::exists(database)) {
-    throw SceneError(fmt::format("{}: holds runs that were made without a plan; give another folder with -o",
-                                 database.string()));
+    throw SceneError(
+        fmt::format("{}: contains runs made without a plan; give another folder with -o", database.string()));
   }
   make_folder(place);
   write_file(units_file(folder), text);
@@ -144,11 +144,10 @@ Manifest read_manifest(const std::filesystem::path& folder) {
     throw SceneError(
         fmt::format("{}: is a link; shards lie in a folder of their own", shards_folder(folder).string()));
   if (!std::filesystem::exists(file))
-    throw SceneError(
-        fmt::format("{}: nothing is planned here; freeplay VERB STUDY --plan N -o {} divides a study",
-                    file.string(), folder.string()));
+    throw SceneError(fmt::format("{}: contains no plan; `freeplay VERB STUDY --plan N -o {}` divides a study",
+                                 file.string(), folder.string()));
   const auto no_manifest = [&](const char* why) {
-    return SceneError(fmt::format("{}: is no manifest of this freeplay ({}); plan into another folder",
+    return SceneError(fmt::format("{}: is not a manifest of this version ({}); plan into another folder",
                                   file.string(), why));
   };
   const JsonFile read(file);
@@ -176,8 +175,8 @@ void require_same(const Manifest& m, const Division& study, const std::filesyste
         shards_folder(folder).string(), difference(m.program, here), again()));
   if (m.verb != study.verb || m.arguments != study.arguments || m.subject != study.subject)
     throw SceneError(
-        fmt::format("{}: the study has changed since it was planned ({} {}); take the change back, or plan "
-                    "anew: {}",
+        fmt::format("{}: the study has changed since it was planned ({} {}); undo the change, or plan "
+                    "again: {}",
                     shards_folder(folder).string(), m.verb, shell_words(m.arguments), again()));
 }
 
@@ -186,7 +185,7 @@ std::vector<Unit> units_of(const Manifest& m, const std::filesystem::path& folde
   const auto begin = at(shard - 1), end = at(shard);
   const auto torn = [&] {
     return SceneError(
-        fmt::format("{}: is not whole; plan again into another folder", units_file(folder).string()));
+        fmt::format("{}: is incomplete; plan again into another folder", units_file(folder).string()));
   };
   std::error_code none;
   if (std::filesystem::file_size(units_file(folder), none) != m.units * line || none) throw torn();
@@ -226,7 +225,7 @@ std::string fault_of(const Seal& seal, const Manifest& m, const std::filesystem:
   const auto file = shards_folder(folder) / seal.file;
   std::error_code none;
   if (std::filesystem::is_symlink(file, none) || std::filesystem::file_size(file, none) != seal.bytes || none)
-    return "its file is torn or gone";
+    return "its file is incomplete or missing";
   if (deep && file_checksum(file) != seal.checksum) return "its file is damaged";
   return {};
 }

@@ -32,7 +32,7 @@ class Merging {
       make_tables(shard);
     else if (sorted(shard.schema()) != sorted(schema_) || shard.kind() != kind_)
       throw SceneError(
-          fmt::format("{}: has other tables than {}: it was made by another freeplay, or of another study",
+          fmt::format("{}: its tables differ from those of {}: another version or another study made it",
                       file.string(), first_.string()));
     if (first_.empty()) first_ = file;
     Database::Transaction whole(db_);
@@ -178,7 +178,7 @@ MergeSummary merge_shards(const Division& study, const std::filesystem::path& fo
     std::vector<std::size_t> numbers;
     for (const auto& [k, why] : lacking) numbers.push_back(k);
     throw SceneError(fmt::format(
-        "{}: {} of {} shards cannot be merged: {} (the first: {}); make them: {}", place.string(),
+        "{}: {} of {} shards cannot be merged: {} (the first: {}); run them: {}", place.string(),
         lacking.size(), manifest.shards, ranges(numbers), lacking.front().second,
         command_for(manifest, {"--shard", fmt::format("{}/{}", lacking.front().first, manifest.shards), "-o",
                                folder.string()})));
@@ -195,7 +195,7 @@ MergeSummary merge_shards(const Division& study, const std::filesystem::path& fo
   summary.shards = files.size();
   if (summary.units != manifest.units)
     throw SceneError(
-        fmt::format("{}: shards hold {} units, and {} were planned; plan again into another folder",
+        fmt::format("{}: the shards contain {} units, but {} were planned; plan again into another folder",
                     place.string(), summary.units, manifest.units));
   const auto said = std::filesystem::is_regular_file(mark)
                         ? nlohmann::json::parse(read_file(mark, most_of_a_text), nullptr, false)

@@ -200,7 +200,7 @@ ShardMade make_shard(const Division& study, const std::filesystem::path& folder,
   const auto manifest = read_manifest(folder);
   require_same(manifest, study, folder);
   if (asked.shard < 1 || asked.shard > manifest.shards)
-    throw SceneError(fmt::format("--shard {}: there are shards 1 to {}", asked.shard, manifest.shards));
+    throw SceneError(fmt::format("--shard {}: must be from 1 to {}", asked.shard, manifest.shards));
   if (const auto there = read_seal(folder, asked.shard);
       there && fault_of(*there, manifest, folder, true).empty())
     return {.seal = *there, .found = true};

@@ -110,7 +110,7 @@ void copy_whole(const std::filesystem::path& from, const std::filesystem::path& 
   std::error_code none;
   const auto room = std::filesystem::space(to.parent_path(), none);
   if (!none && room.available < source.bytes)
-    throw OutputError(fmt::format("{}: has {} MB of room, and {} has {} MB", to.parent_path().string(),
+    throw OutputError(fmt::format("{}: has {} MB of free space, but {} has {} MB", to.parent_path().string(),
                                   room.available / 1'000'000, from.string(), source.bytes / 1'000'000));
   Growing out(to);
   each_block(source, from, [&](std::string_view bytes) { out.write(bytes); });

@@ -99,8 +99,8 @@ Scene unmoved(const Study& study, const Case& one) try {
     scene.run.duration = (study.discard + one.revolutions) * turn;
   } else if (study.in_periods) {
     throw error_at(study, {},
-                   fmt::format("revolutions and discard count periods, and nothing drives {} with one: give "
-                               "period, or duration and discard_time (s)",
+                   fmt::format("revolutions and discard count periods, and {} has no drive with a period: "
+                               "give period, or duration and discard_time (s)",
                                scene.file.string()));
   }
   return scene;
@@ -161,10 +161,10 @@ void require_signal(const Study& study, const char* by) {
   const auto lacks = [&](const char* key, const char* what) {
     return error_at(study, {key}, fmt::format("{} needs {}", by, what));
   };
-  if (study.accelerometer.empty()) throw lacks("accelerometer", "an accelerometer, whose signal it judges");
-  if (study.joints.size() != 1) throw lacks("joint", "one joint, whose flights and impacts it judges");
+  if (study.accelerometer.empty()) throw lacks("accelerometer", "an accelerometer as signal");
+  if (study.joints.size() != 1) throw lacks("joint", "one joint for flights and impacts");
   if (!turns_at_a_speed(*open_scene(study.scene, {}, study.reach == Reach::anywhere)))
-    throw lacks("scene", "a scene with a drive that turns at a prescribed speed, to count turns");
+    throw lacks("scene", "a scene with a drive of prescribed speed, to count revolutions");
 }
 
 std::string run_key(Identity all_starts, int start) {
@@ -178,10 +178,8 @@ namespace {
 Scene moved(const Study& study, const Case& one, const Scene& scene, const Conduct& conduct) {
   if (!differ(scene, study.perturbation)) return scene;
   if (scene.run.start == RunOptions::Start::equilibrium)
-    throw SceneError(
-        fmt::format("{}: starts in equilibrium, from which its loose parts are not moved; take the study's "
-                    "play = 0",
-                    scene.file.string()));
+    throw SceneError(fmt::format("{}: starts in equilibrium, which cannot be perturbed; use study.play = 0",
+                                 scene.file.string()));
   return perturbed(scene, (*conduct.poses)(scene, conduct.stop), conduct.stop, study.seed, one.start,
                    study.perturbation);
 }

@@ -305,7 +305,7 @@ Measurer::Measurer(const Study& study, const Scene& scene, const Layout& layout,
   for (const auto& m : study.measures) {
     if (m.each_period && !(time.period > 0))
       throw wrong(study, m, "each",
-                  "\"period\": nothing drives the scene with one period; give study.period (s)");
+                  "\"period\": no drive of the scene defines a period; give study.period (s)");
     if (!m.at.empty()) {
       auto& track = *tracks_.emplace_back(std::make_unique<Track>(m, Track::Of::point));
       points_.push_back(std::make_unique<Points>(study, scene, layout, time, track));
@@ -317,11 +317,10 @@ Measurer::Measurer(const Study& study, const Scene& scene, const Layout& layout,
     if (same > 1 || (!of_state && same_force > 1))
       throw wrong(
           study, m, "column",
-          fmt::format(
-              "\"{}\" stands {} times in the table, once for each contact of the joint; say which, as in "
-              "{}.1.{}",
-              m.column, std::max(same, same_force), (of_state ? of_state : of_force)->owner,
-              (of_state ? of_state : of_force)->part));
+          fmt::format("\"{}\" occurs {} times, once for each contact of the joint; give one of them, such as "
+                      "{}.1.{}",
+                      m.column, std::max(same, same_force), (of_state ? of_state : of_force)->owner,
+                      (of_state ? of_state : of_force)->part));
     const bool row = of_state || of_force, sampled = channel != layout.channels.end();
     auto& track = *tracks_.emplace_back(std::make_unique<Track>(m, row       ? Track::Of::row
                                                                    : sampled ? Track::Of::channel

@@ -76,10 +76,9 @@ bool differ(const Scene& scene, const Perturbation& how) {
 
 void require_differing_starts(const Scene& scene, const Perturbation& how, const std::string& use) {
   if (!differ(scene, how))
-    throw AlikeStarts(
-        fmt::format("{}: its starts are all alike: {}, and no part of it has room to begin elsewhere{}",
-                    scene.file.string(),
-                    how.turn > 0 ? "nothing drives it at a prescribed speed" : "all keep its angles", use));
+    throw AlikeStarts(fmt::format(
+        "{}: all starts are identical: {}, and no joint has clearance to vary{}", scene.file.string(),
+        how.turn > 0 ? "no drive has a prescribed speed" : "all keep its angles", use));
 }
 
 Scene perturbed(const Scene& scene, const StopToken& stop, std::uint64_t seed, int start,
@@ -112,8 +111,8 @@ Scene perturbed(const Scene& scene, const std::vector<double>& near, const StopT
     for (const auto& other : scene.mechanism.drives)
       if (const auto* motion = std::get_if<MotionDrive>(&other))
         throw SceneError(fmt::format(
-            "{}: drives.{}: a motion along a curve begins at t = 0, and cannot start from other crank angles; take "
-            "study.turn = 0",
+            "{}: drives.{}: a motion along a curve begins at t = 0 and cannot start at other crank angles; "
+            "use study.turn = 0",
             scene.file.string(), motion->name));
     time = turned * 2 * std::numbers::pi / std::abs(drive->speed);
     ideal.run.duration = time;
@@ -121,7 +120,7 @@ Scene perturbed(const Scene& scene, const std::vector<double>& near, const StopT
     const auto ending = simulation.run({.until = time, .keep_events = false, .stop = stop}).ending;
     if (ending.status == Ending::Status::interrupted) throw Interrupted();
     if (ending.status == Ending::Status::failed)
-      throw SceneError(fmt::format("{}: the ideal mechanism cannot be turned to a start: {}",
+      throw SceneError(fmt::format("{}: the ideal mechanism cannot be assembled at a start: {}",
                                    scene.file.string(), ending.reason));
     state = simulation.state();
   }

@@ -22,18 +22,18 @@ SectionPlan plan_of(const Scene& scene, const Layout& layout, const SectionReque
   if ((r.discard || r.keep) && !(p.period > 0))
     throw ModelError(
         r.periods_key,
-        "counts periods, and no drive of the scene has one, or several differ; say which: \"every 0.1 s\"");
+        "counts periods, but the drives of the scene define none, or several; give it, such as \"every 0.1 "
+        "s\"");
   p.discard = r.discard ? *r.discard * p.period : scene.run.discard;
   p.until = r.keep ? (r.discard.value_or(0) + *r.keep) * p.period : scene.run.duration;
   if (!(p.until > p.discard))
-    throw ModelError(
-        "run.duration",
-        fmt::format("{} s: nothing is left of it behind the {} s that are discarded", p.until, p.discard));
+    throw ModelError("run.duration",
+                     fmt::format("{} s: is shorter than the {} s that are discarded", p.until, p.discard));
   if (const double count = (p.until - p.discard) / p.rule.period;
       p.rule.kind == SectionRule::Kind::period && count > static_cast<double>(SectionPoints::most))
     throw ModelError(r.section_key,
-                     fmt::format("asks for {:.3g} points; at most {} are kept: take a longer interval or "
-                                 "a shorter run",
+                     fmt::format("has {:.3g} points, and at most {} are kept: use a longer interval or a "
+                                 "shorter run",
                                  count, SectionPoints::most));
   return p;
 }
@@ -71,11 +71,11 @@ SectionRun SectionSimulation::run() {
   run.end = simulation_.state();
   if (points.lost() > 0)
     run.notes.push_back(
-        fmt::format("DOUBTFUL: {} touches were settled after too many steps to know their state; they are no "
-                    "points of the section",
+        fmt::format("warning: {} contact events were decided too late to know their state; the section "
+                    "omits them",
                     points.lost()));
   if (points.beyond() > 0)
-    run.notes.push_back(fmt::format("{} further points of the section are left out: {} are kept",
+    run.notes.push_back(fmt::format("{} further points of the section are omitted; {} are kept",
                                     points.beyond(), SectionPoints::most));
   for (std::size_t i = 0; i < points.size(); ++i) {
     run.t.push_back(points.t(i));

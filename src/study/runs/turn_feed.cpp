@@ -19,7 +19,7 @@ int instrument(const Study& study, const Scene& scene, const std::string& name, 
     if (i.kind == kind) names.push_back(i.name);
   throw error_at(
       study, {key},
-      fmt::format("\"{}\" is no such instrument of {}; {}", visible(name), scene.file.string(),
+      fmt::format("\"{}\" is not an instrument of {}; {}", visible(name), scene.file.string(),
                   names.empty() ? "it has none" : fmt::format("it has {}", fmt::join(names, ", "))));
 }
 

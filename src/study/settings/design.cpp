@@ -106,7 +106,7 @@ std::vector<Cell> cells(const Study& study) {
       }
     }
   }
-  if (all.empty()) throw error_at(study, {"where"}, "leaves no cell of the axes");
+  if (all.empty()) throw error_at(study, {"where"}, "selects no cell of the axes");
   return all;
 }
 

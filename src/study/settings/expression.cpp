@@ -36,8 +36,9 @@ class ExpressionReader {
 
   Type whole() {
     if (text_.size() > Expression::longest)
-      throw ExpressionError(Expression::longest + 1,
-                            fmt::format("goes on; {} characters are the most", Expression::longest));
+      throw ExpressionError(
+          Expression::longest + 1,
+          fmt::format("is too long; at most {} characters are allowed", Expression::longest));
     const auto type = alternatives();
     if (blanks(); at_ < text_.size()) fail(fmt::format("\"{}\" is not expected here", next()));
     return type;
@@ -95,7 +96,7 @@ class ExpressionReader {
   struct Deeper {
     explicit Deeper(ExpressionReader& reader) : of(reader) {
       if (++of.depth_ > Expression::deepest)
-        of.fail(fmt::format("goes {} deep; that is the most", Expression::deepest));
+        of.fail(fmt::format("is nested {} deep; at most that is allowed", Expression::deepest));
     }
     ~Deeper() { --of.depth_; }
     Deeper(const Deeper&) = delete;
@@ -106,9 +107,8 @@ class ExpressionReader {
   void emit(Op op) { steps_.push_back({op, 0, 0}); }
   static void want(Type wanted, Type found, std::size_t at, const std::string& by) {
     if (found == wanted) return;
-    fail_at(at, wanted == Type::number
-                    ? fmt::format("{} takes numbers, and this is true or false", by)
-                    : fmt::format("{} takes what is true or false, and this is a number", by));
+    fail_at(at, wanted == Type::number ? fmt::format("{} needs numbers, but this is true or false", by)
+                                       : fmt::format("{} needs true or false, but this is a number", by));
   }
   std::size_t here() {
     blanks();
@@ -155,7 +155,7 @@ class ExpressionReader {
     want(Type::number, sum(), second, "a comparison");
     emit(*op);
     if (const auto behind = here(); comparison())
-      fail_at(behind, "compares what is true or false; write a < x and x < b");
+      fail_at(behind, "compares true or false; write a < x and x < b");
     return Type::truth;
   }
   std::optional<Op> comparison() {
@@ -166,7 +166,7 @@ class ExpressionReader {
     if (take(">")) return Op::more;
     if (take("=")) {
       --at_;
-      fail("\"=\" is no comparison; == is");
+      fail("\"=\" is not a comparison; use ==");
     }
     return std::nullopt;
   }
@@ -237,7 +237,7 @@ class ExpressionReader {
     std::vector<std::string> known(names_.begin(), names_.end());
     std::ranges::copy(Expression::words(), std::back_inserter(known));
     const auto near = nearest_word(name, known);
-    fail(fmt::format("\"{}\" is no name here{}; there {} {}", name,
+    fail(fmt::format("\"{}\" is not a known name{}; there {} {}", name,
                      near.empty() ? "" : fmt::format(", did you mean {}?", near),
                      names_.size() == 1 ? "is" : "are",
                      names_.empty() ? "none" : fmt::format("{}", fmt::join(names_, ", "))));
@@ -245,17 +245,16 @@ class ExpressionReader {
   [[noreturn]] void expected(const std::string& what) {
     blanks();
     if (at_ == text_.size()) fail(fmt::format("ends where {} is expected", what));
-    fail(fmt::format("\"{}\" stands where {} is expected", next(), what));
+    fail(fmt::format("\"{}\" is found where {} is expected", next(), what));
   }
   Type number() {
     double value = 0;
     const auto [end, error] = std::from_chars(text_.data() + at_, text_.data() + text_.size(), value);
-    if (error != std::errc() || !std::isfinite(value)) fail("is no number that can be held");
+    if (error != std::errc() || !std::isfinite(value)) fail("is out of the range of numbers");
     at_ = static_cast<std::size_t>(end - text_.data());
     if (at_ < text_.size() && (is_letter(text_[at_]) || is_digit(text_[at_]) || text_[at_] == '.'))
       fail(fmt::format(
-          "\"{}\" stands behind a number; units do not stand here, numbers are in those of the keys",
-          next()));
+          "\"{}\" follows a number; numbers have no units here, they are in the units of the keys", next()));
     steps_.push_back({Op::number, value, 0});
     return Type::number;
   }

@@ -17,14 +17,14 @@ Measure read_measure(const std::string& name, Section& s) {
   if (m.reduce == Reduce::quantile)
     m.q = s.number("q", zero_to_one);
   else if (s.has("q"))
-    s.fail("q", "is of reduce = \"quantile\" alone");
+    s.fail("q", "applies only to reduce = \"quantile\"");
   if (s.has("each")) {
     (void)s.choice("each", {"period"});
     m.each_period = true;
   }
   if (s.has("at")) m.at = s.text("at");
   if (m.each_period && !m.at.empty())
-    s.fail("each", "and at are two ways to cut the window; give one of them");
+    s.fail("each", "and at both select parts of the window; give one of them");
   s.done("a measure");
   return m;
 }

@@ -98,7 +98,7 @@ void require_columns(const Study& study, const Scene& scene, Simulation& simulat
       if (m.each_period || m.reduce != Reduce::last)
         throw error_at(
             study, {"measure", m.name, m.each_period ? "each" : "reduce"},
-            fmt::format("{} is one number of the whole window; take reduce = \"last\", without each",
+            fmt::format("{} is one number for the whole window; use reduce = \"last\", without each",
                         visible(m.column)));
       continue;
     }
@@ -116,7 +116,7 @@ void require_columns(const Study& study, const Scene& scene, Simulation& simulat
     throw error_at(
         study, {"measure", m.name, "column"},
         fmt::format(
-            "\"{}\" is no column{} are\n  trajectory: {}\n  forces: {}\n  instruments and run.json: {}",
+            "\"{}\" is not a column{} are\n  trajectory: {}\n  forces: {}\n  instruments and run.json: {}",
             visible(m.column), near.empty() ? "; there" : fmt::format(", did you mean {}? There", near),
             shown(trajectory), shown(forces), shown(others)));
   }

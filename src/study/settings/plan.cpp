@@ -22,10 +22,9 @@ std::vector<PlannedRun> plan(const Study& study, const Conduct& conduct) {
       if (study.starts_given)
         throw error_at(
             study, {"starts"},
-            fmt::format(
-                "the starts of {} are all alike: nothing drives it at a prescribed speed, and no part of "
-                "it has room to begin elsewhere; take starts = 1",
-                one.scene.string()));
+            fmt::format("all starts of {} are identical: no drive has a prescribed speed and no joint has "
+                        "clearance; use starts = 1",
+                        one.scene.string()));
       continue;
     }
     auto key = run_key(all_starts, one.start);

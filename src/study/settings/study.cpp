@@ -26,8 +26,8 @@ std::vector<std::string> formulations(Section& s, std::vector<std::string> fallb
   auto list = s.names("formulations");
   for (const auto& name : list)
     if (!family_named(name))
-      s.fail("formulations",
-             fmt::format("\"{}\" is none; \"{}\" are", name, fmt::join(family_names(), "\" and \"")));
+      s.fail("formulations", fmt::format("\"{}\" is unknown; known are \"{}\"", name,
+                                         fmt::join(family_names(), "\" and \"")));
   if (list.empty()) s.fail("formulations", "must name at least one");
   return list;
 }
@@ -41,9 +41,8 @@ std::filesystem::path named_file(Section& s, const char* key, const Study& study
   const auto name = s.text(key);
   const auto file = folder / name;
   if (study.reach == Reach::beside && !lies_below(file, folder))
-    s.fail(key, fmt::format(
-                    "\"{}\" does not lie beside the study or below; move it there, or pass --allow-outside",
-                    name));
+    s.fail(key,
+           fmt::format("\"{}\" is outside the study's folder; move it there, or pass --allow-outside", name));
   return file;
 }
 
@@ -78,17 +77,16 @@ Calibration read_calibration(Section s, const Study& study) {
         std::ranges::find(study.measures, x.statistic, &Measure::name) != study.measures.end();
     if (!measure && std::ranges::find(known, x.statistic) == known.end())
       t.fail("statistic",
-             fmt::format("\"{}\" is neither a statistic nor a measure of the study; there are {}",
+             fmt::format("\"{}\" is neither a statistic nor a measure of the study; known are {}",
                          x.statistic, fmt::join(known, ", ")));
     if (measure && t.has("data"))
-      t.fail("statistic", fmt::format("\"{}\" is a measure of a run, which a signal's file does not give; "
-                                      "give its value",
+      t.fail("statistic", fmt::format("\"{}\" is a measure of a run, which a file of a signal cannot "
+                                      "provide; give its value",
                                       x.statistic));
     const auto place = static_cast<TurnMetrics::Name>(std::ranges::find(known, x.statistic) - known.begin());
     if (!measure && TurnMetrics::kind(place) == TurnMetrics::Kind::direction)
       t.fail("statistic",
-             fmt::format("\"{}\" is a direction on the circle; a logarithm is fitted, of what is "
-                         "positive",
+             fmt::format("\"{}\" is an angle on the circle; the fit of logarithms needs positive quantities",
                          x.statistic));
     if (t.has("value") == t.has("data")) t.fail("", "needs exactly one of value and data");
     if (t.has("value"))
@@ -247,12 +245,12 @@ Study read_study(const std::filesystem::path& file, Reach reach) {
     v.revolutions = s.number("revolutions", one_or_more, v.revolutions);
     study.in_periods |= s.has("revolutions");
     if (s.has("revolutions") && study.duration)
-      s.fail("revolutions", "counts periods, and the study's duration says seconds");
+      s.fail("revolutions", "counts periods, but the study's duration is in seconds");
     if (s.has("starts")) study.starts_given = true;
     for (const auto& o : v.overrides)
       for (const auto& axis : study.axes)
         if (key_of(o) == axis.key || std::ranges::count(axis.others, key_of(o)) > 0)
-          s.fail("set", fmt::format("{} is what axis {} varies", key_of(o), axis.name));
+          s.fail("set", fmt::format("{} is varied by axis {}", key_of(o), axis.name));
     s.done("a variant");
     study.variants.push_back(v);
   }
@@ -270,7 +268,8 @@ Study read_study(const std::filesystem::path& file, Reach reach) {
   if (study.sampling) runs *= study.samples;
   if (runs > most_runs)
     throw SceneError(fmt::format(
-        "{}: asks for {:.3g} runs, more than {:.0f}: give its axes fewer values, or make several studies of it",
+        "{}: has {:.3g} runs, above the limit of {:.0f}: give its axes fewer values, or divide it into "
+        "several studies",
         file.string(), runs, most_runs));
   return study;
 }

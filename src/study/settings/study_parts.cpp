@@ -38,7 +38,7 @@ void require_free(const Study& study, const std::string& name, Section& s, const
   const auto other = [&](const auto& list, const char* kind) {
     for (const auto& x : list)
       if (taken(x.name))
-        s.fail("", fmt::format("{} {} has this name already; give the {} another", kind, x.name, what));
+        s.fail("", fmt::format("{} {} already has this name; give the {} another", kind, x.name, what));
   };
   other(study.axes, "axis");
   other(study.measures, "measure");
@@ -47,12 +47,11 @@ void require_free(const Study& study, const std::string& name, Section& s, const
 /// Requires a name that expressions can contain.
 void require_word(const std::string& name, Section& s, const char* what) {
   if (!Expression::is_name(name))
-    s.fail(
-        "",
-        fmt::format(
-            "\"{}\": expressions could not speak of this {}: a name of letters, digits and _ that does not "
-            "begin with a digit, and none of their own words ({})",
-            name, what, fmt::join(Expression::words(), ", ")));
+    s.fail("",
+           fmt::format(
+               "\"{}\": expressions cannot use this name of the {}: it must have letters, digits and _, not "
+               "begin with a digit, and not be one of {}",
+               name, what, fmt::join(Expression::words(), ", ")));
 }
 
 /// The values of [low, high, n].
@@ -80,8 +79,8 @@ void read_list(Axis& a, Section& s, const std::vector<std::string_view>& units) 
     for (const auto& row : s.rows("values", units)) {
       if (std::ranges::count(a.values, row[0]) > 0)
         s.fail("values",
-               fmt::format("{} stands twice for {}, by which cells are told apart; put first a key whose "
-                           "values differ",
+               fmt::format("{} occurs twice for {}, which identifies the cells; put a key with distinct "
+                           "values first",
                            row[0], a.key));
       a.values.push_back(row[0]);
       for (std::size_t k = 0; k < a.others.size(); ++k) a.other_values[k].push_back(row[k + 1]);
@@ -95,7 +94,7 @@ void read_list(Axis& a, Section& s, const std::vector<std::string_view>& units) 
 void require_one_unit(const Axis& a, Section& s, const std::vector<std::string_view>& units) {
   for (std::size_t k = 0; k < a.others.size(); ++k)
     if (units[k + 1] != units[0])
-      s.fail("keys", fmt::format("{} is in {} and {} in {}: one value cannot be both; give each its own, "
+      s.fail("keys", fmt::format("{} is in {} and {} in {}, so one value cannot serve both; give pairs, "
                                  "values = [[a, b], ...]",
                                  a.key, units[0].empty() ? "no unit" : units[0], a.others[k],
                                  units[k + 1].empty() ? "no unit" : units[k + 1]));
@@ -105,7 +104,7 @@ Axis read_axis(const std::string& name, Section& s, const Study& study) {
   Axis a;
   a.name = name;
   if (s.has("keys")) {
-    if (s.has("key")) s.fail("keys", "stands beside key; give one of them");
+    if (s.has("key")) s.fail("keys", "and key are given; give one of them");
     a.others = s.names("keys");
     if (a.others.empty()) s.fail("keys", "must name at least one key of the scene");
     a.key = a.others.front();
@@ -120,11 +119,11 @@ Axis read_axis(const std::string& name, Section& s, const Study& study) {
   const auto given = std::ranges::count_if(forms, [&](const char* form) { return s.has(form); });
   if (given != 1)
     s.lacks(given == 0 ? "values" : "",
-            given == 0 ? "is missing: what it takes; or range, log_range, or low and high"
-                       : "takes one of values, range, log_range, and low with high");
+            given == 0 ? "is missing: give values, range, log_range, or low and high"
+                       : "needs exactly one of values, range, log_range, and low with high");
   if (s.has("low")) {
     if (!study.sampling)
-      s.fail("low", "is of an axis that is drawn, and the study does not say how: sample is missing");
+      s.fail("low", "is of an axis with random values, and sample, their design, is missing");
     Axis::Drawn d;
     const auto bound = [&](const char* end) { return s.number(Key{end, units.front(), {}}, any_number); };
     d.low = bound("low");
@@ -143,7 +142,7 @@ Axis read_axis(const std::string& name, Section& s, const Study& study) {
   if (a.other_values.empty() && !a.drawn) a.other_values.assign(a.others.size(), a.values);
   a.unit = s.text("unit", "");
   a.scale = s.number("scale", positive, 1);
-  s.done(a.drawn ? "an axis that is drawn" : "an axis that is not drawn");
+  s.done(a.drawn ? "an axis with random values" : "an axis without random values");
   return a;
 }
 
@@ -171,11 +170,10 @@ void read_windows(Section& root, Study& study) {
   study.in_periods = root.has("revolutions") || root.has("discard");
   for (const char* key : {"revolutions", "discard"})
     if (root.has(key) && study.duration)
-      root.fail(
-          key,
-          "counts periods, and duration says seconds; give revolutions and discard, or duration and discard_time");
-  if (study.discard_time && !study.duration)
-    root.fail("discard_time", "stands before duration, which is missing");
+      root.fail(key,
+                "counts periods, but duration is in seconds; give revolutions and discard, or duration and "
+                "discard_time");
+  if (study.discard_time && !study.duration) root.fail("discard_time", "needs duration, which is missing");
 }
 
 void read_axes(Section& root, Study& study) {
@@ -185,7 +183,7 @@ void read_axes(Section& root, Study& study) {
     study.sampling = draw_names[static_cast<std::size_t>(root.choice("sample", words))].value;
     study.samples = static_cast<int>(root.number("samples", study_count));
   } else if (root.has("samples")) {
-    root.fail("samples", "needs sample, which says how they are drawn");
+    root.fail("samples", "needs sample, the design of the random values");
   }
   for (auto& [name, s] : root.children("axes")) {
     require_free(study, name, s, "axis");
@@ -194,13 +192,13 @@ void read_axes(Section& root, Study& study) {
       for (const auto& other : study.axes)
         if (std::ranges::count(keys_of(other), key) > 0)
           s.fail(axis.others.empty() ? "key" : "keys",
-                 fmt::format("{} varies already by axis {}", key, other.name));
+                 fmt::format("{} is already varied by axis {}", key, other.name));
     study.axes.push_back(std::move(axis));
   }
   if (study.sampling && std::ranges::none_of(study.axes, [](const Axis& a) { return a.drawn.has_value(); }))
-    root.fail("sample", "has no axis to draw: give one low and high");
+    root.fail("sample", "needs an axis with random values: give one low and high");
   if (std::ranges::count_if(study.axes, [](const Axis& a) { return a.drawn.has_value(); }) > most_drawn)
-    root.fail("axes", fmt::format("{} are the most that can be drawn", most_drawn));
+    root.fail("axes", fmt::format("at most {} can be drawn", most_drawn));
   study.where = root.text("where", "");
 }
 
@@ -222,7 +220,7 @@ void require_expressions(const Study& study) {
   try {
     if (!study.where.empty() &&
         Expression(study.where, names_of(study, false)).type() != Expression::Type::truth)
-      throw ExpressionError(1, "is a number; a cell is run where it is true, as for a < b");
+      throw ExpressionError(1, "is a number; `where` needs true or false, such as a < b");
   } catch (const ExpressionError& e) {
     throw error_at(study, {"where"}, e.what());
   }

@@ -52,28 +52,28 @@ double allowed_seconds(const std::filesystem::path& file) {
 std::string reason(int code) {
   switch (code & 0xff) {
     case SQLITE_NOTADB:
-      return "it is no database of results; move it away, or give another folder with -o";
+      return "it is not a database of results; move it, or give another folder with -o";
     case SQLITE_CORRUPT:
     case SQLITE_ERROR:
     case SQLITE_MISMATCH:
     case SQLITE_SCHEMA:
-      return "it is damaged, or another program's; restore it, or give another folder with -o";
+      return "it is damaged or belongs to another program; restore it, or give another folder with -o";
     case SQLITE_CONSTRAINT:
-      return "it would hold a run twice, or rows of a run that is not there; make its runs again";
+      return "it is inconsistent (a run twice, or rows without a run); repeat its runs";
     case SQLITE_BUSY:
     case SQLITE_LOCKED:
-      return "another program holds it; try again when that has ended";
+      return "another program uses it; try again after that has ended";
     case SQLITE_FULL:
       return "the disk is full";
     case SQLITE_READONLY:
     case SQLITE_PERM:
-      return "it may not be written here";
+      return "there is no permission to write it";
     case SQLITE_CANTOPEN:
       return "the file or its folder cannot be opened";
     case SQLITE_NOMEM:
       return "out of memory";
     default:
-      return fmt::format("the disk refused (code {})", code);
+      return fmt::format("disk error (code {})", code);
   }
 }
 
@@ -114,8 +114,8 @@ std::optional<std::uint64_t> size_of(const std::filesystem::path& file, bool wri
                                  S_ISLNK(about.st_mode) ? "a symbolic link" : "no file"));
   const auto bytes = static_cast<std::uint64_t>(about.st_size);
   if (bytes > most_of_a_database)
-    throw SceneError(fmt::format("{}: is larger than {} GiB, the most that a database of results may have",
-                                 file.string(), most_of_a_database >> 30));
+    throw SceneError(fmt::format("{}: exceeds {} GiB, the limit for a database of results", file.string(),
+                                 most_of_a_database >> 30));
   return bytes;
 }
 
@@ -132,7 +132,8 @@ void require_no_other_name(const std::filesystem::path& journal) {
       std::string_view(end.data(), end.size()) != mark)
     return;
   throw SceneError(fmt::format(
-      "{}: is a journal that names another file, which SQLite would remove; freeplay leaves no such journal: remove it",
+      "{}: is a journal with a reference to another file, which SQLite would delete; freeplay never writes "
+      "one: remove it",
       journal.string()));
 }
 
@@ -141,9 +142,9 @@ void require_no_other_name(const std::filesystem::path& journal) {
 void Database::fail(int code) const {
   if ((code & 0xff) == SQLITE_INTERRUPT)
     refuse(fmt::format(
-        "a question to it is not answered in {:.0f} s, the most for its size; it is damaged, or its disk too slow",
+        "a query takes more than {:.0f} s, the limit for its size; it is damaged, or the disk is too slow",
         allowed_seconds(file_)));
-  if ((code & 0xff) == SQLITE_AUTH) refuse("it has parts that no statement of freeplay's may reach");
+  if ((code & 0xff) == SQLITE_AUTH) refuse("it has parts that freeplay does not access");
   const auto what = fmt::format("{}: cannot be read or written: {}", file_.string(), reason(code));
   if (is_damage(code) && (access_ == Access::read || access_ == Access::sealed)) throw DamagedDatabase(what);
   throw OutputError(what);
@@ -152,7 +153,7 @@ void Database::fail(int code) const {
 void Database::fail() const { fail(sqlite3_errcode(db_)); }
 
 void Database::refuse(const std::string& why) const {
-  const auto what = fmt::format("{}: is not used: {}", file_.string(), why);
+  const auto what = fmt::format("{}: cannot be used: {}", file_.string(), why);
   if (access_ == Access::read || access_ == Access::sealed) throw SceneError(what);
   throw OutputError(what + ", or give another folder with -o");
 }
@@ -300,10 +301,9 @@ void Database::require_own() {
   const auto objects = schema();
   for (const auto& object : objects)
     if (!own_definition(object))
-      refuse(fmt::format("it defines the {} {}, which freeplay does not make; remove that",
+      refuse(fmt::format("it defines the {} {}, which freeplay never creates; remove it",
                          visible_brief(object.type, 12), visible_brief(object.name, 60)));
-  if (answer("PRAGMA encoding") != "UTF-8")
-    refuse("its texts are not UTF-8, as freeplay writes them; make its runs again");
+  if (answer("PRAGMA encoding") != "UTF-8") refuse("its texts are not UTF-8; repeat its runs");
   if (std::stod("0" + answer("PRAGMA page_count")) * std::stod("0" + answer("PRAGMA page_size")) >
       static_cast<double>(most_of_a_database))
     fail(SQLITE_CORRUPT);

@@ -6,6 +6,7 @@
 
 #include "study/store/results_tables.hpp"
 #include "study/store/work_list.hpp"
+#include "values/warning.hpp"
 
 namespace freeplay {
 namespace {
@@ -60,9 +61,8 @@ void put(Inserts& into, const MadeRun& made, const std::vector<std::string>& mea
     s.bind(finished ? finite(r.measured[i].value) : std::nan(""));
   auto reason = r.ending.reason;
   for (const auto& note : r.notes)
-    if (finished && note.starts_with("DOUBTFUL")) reason += (reason.empty() ? "" : "; ") + note;
-  // NaN: SQLite assigns the row number.
-  s.put(std::string(finished ? "finished" : "failed"), reason, std::nan(""));
+    if (finished && is_warning(note)) reason += (reason.empty() ? "" : "; ") + note;
+  s.put(std::string(finished ? "finished" : "failed"), reason, std::nan(""));  // SQLite gives its number
   const long id = into.database.last_id();
 
   const auto contact = [&](int k) {

@@ -18,8 +18,8 @@ struct RunRow {
   int start = 0;
   std::vector<double> values;  ///< of the axes
   std::array<double, TurnMetrics::count> metric{};
-  std::vector<double> measures;  ///< of the study's measures
-  std::string doubt;             ///< the run's note that begins with DOUBTFUL, or ""
+  std::vector<double> measures;  ///< of the study
+  std::string doubt;             ///< the warnings of the run; or ""
 };
 
 /// Runs in the database that the study does not name.

@@ -21,13 +21,14 @@ RunStore::RunStore(const std::filesystem::path& file, Database::Access access, c
   } else {
     if (const auto kind = database_.kind(); kind != form.kind)
       throw OutputError(fmt::format(
-          "{}: its runs were stored by {} freeplay or another verb, by keys or in tables that are not this one's; they "
-          "stay as they are, and none is used: give another folder with -o, or move the file away",
+          "{}: its runs were stored by {} version or another verb, in incompatible tables, and cannot be "
+          "used: give another folder with -o, or move the file",
           file.string(), kind < form.kind ? "an earlier" : "a later"));
     for (const auto& definition : form.definitions)
       if (std::ranges::find(there, definition, &SchemaObject::sql) == there.end())
         throw OutputError(fmt::format(
-            "{}: holds another study, or one of another version; give another folder with -o, or remove it",
+            "{}: contains another study, or one of another version; give another folder with -o, or remove "
+            "it",
             file.string()));
   }
   if (whole) whole->commit();

@@ -32,9 +32,9 @@ Scratch::Scratch(const std::filesystem::path& where, const std::string& plan) {
   if (statvfs(where.c_str(), &disk) != 0 ||
       static_cast<double>(disk.f_bavail) * static_cast<double>(disk.f_frsize) < least_room)
     throw OutputError(
-        fmt::format("scratch {}: is no folder, or is full; give another with --scratch", where.string()));
+        fmt::format("scratch {}: is not a folder or is full; give another with --scratch", where.string()));
   auto name = (real_folder(where) / (mine + "XXXXXX")).string();
-  if (!mkdtemp(name.data())) throw OutputError(fmt::format("scratch {}: may not be written", where.string()));
+  if (!mkdtemp(name.data())) throw OutputError(fmt::format("scratch {}: cannot be written", where.string()));
   folder_ = name;
   lock_ = std::make_unique<FolderLock>(folder_, "shard");
 }

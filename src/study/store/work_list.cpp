@@ -67,7 +67,8 @@ void WorkList::require_the_others_list() const {
           count(database_, fmt::format("({}) WHERE run NOT IN (SELECT run FROM asked)", named)) >
       0)
     throw OutputError(fmt::format(
-        "{}: another form of this study is being run into it ({}); wait for its end, or give another folder with -o",
+        "{}: another form of this study is running in this folder ({}); wait for its end, or give another "
+        "folder with -o",
         database_.file().string(), lock_.others()));
 }
 

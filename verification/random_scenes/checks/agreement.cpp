@@ -5,6 +5,7 @@
 
 #include "dynamics/system.hpp"
 #include "facade/simulation.hpp"
+#include "values/warning.hpp"
 #include "verification/random_scenes/checks/checks.hpp"
 #include "verification/random_scenes/numbers.hpp"
 #include "verification/random_scenes/transform.hpp"
@@ -170,8 +171,8 @@ std::optional<std::string> coarser(Subject& s) {
   const auto found = look(scene, s.way, {.until = until, .at = r.at.t});
   // The notes of that run count, not those of the run under assessment.
   for (const auto& note : found.result.notes)
-    if (note.starts_with("DOUBTFUL") || note.find(paradox) != note.npos) return {};
-  // After a hand-over to time stepping, its separate tolerance applies.
+    if (is_warning(note) || note.find(paradox) != note.npos) return {};
+  // Where it handed over to time stepping that has a tolerance of its own.
   const double least = found.result.work.handovers > 0 ? scene.nonsmooth.step_tolerance : s.tolerance();
   return off_reference(found, r, allowed(s, std::max(tolerance, least)), reached(found));
 }

@@ -62,7 +62,7 @@ struct Check {
   const char* bound;  ///< the permitted deviation
   const char* why;
   std::optional<std::string> (*judge)(Subject&);
-  /// Notes containing this text report the deviation, in addition to DOUBTFUL; empty: none do.
+  /// Notes that contain this report the deviation too, besides warnings; empty: none do.
   std::string_view noted_by = {};
 };
 std::span<const Check> conservation_checks();

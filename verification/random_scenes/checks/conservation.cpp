@@ -191,7 +191,7 @@ std::span<const Check> conservation_checks() {
        "what contacts with their friction, dampers and films took is not negative; nothing where e = 1 and µ = 0",
        "1e-6 of the greatest term; Moreau–Jean 1e-3",
        "the integrators' error; in time stepping the turning of normals within a step, h²", losses,
-       "raised the energy"},
+       "increased the energy"},
       {"momentum", "of mechanisms that nothing acts on from outside, linear and angular",
        "1e-6 of Σ m|v|; for the angular one also depth times friction's impulse (of a contact that lasts μ Σ m|v| (1 + ω t)), Moreau–Jean h v_n Σ m|v| an impact",
        "the integrators' error; friction acts on two surfaces that are a depth apart; a step's impulses act in its middle, "
@@ -199,7 +199,7 @@ std::span<const Check> conservation_checks() {
        momentum},
       {"penetration", "four instants within each step on the dense output, ends of time steps",
        "1e-3 of the clearance, radius or arm; penalty 0.1",
-       "beyond these the run says DOUBTFUL (docs/reference/results.md)", depth},
+       "beyond these the run gives a warning (docs/reference/results.md)", depth},
       {"Newton and Euler", "forces summed anew against accelerations, impulses against changes of momentum",
        "1e-6 of the greatest term, impulses 1e-3; Moreau–Jean's impulses 1e-9",
        "rounding of solves at mass ratios of 1e6, drift of joints; Gauss points over Hertz's kink; a step is its impulses",

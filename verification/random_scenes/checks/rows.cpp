@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "values/warning.hpp"
 #include "verification/random_scenes/checks/checks.hpp"
 #include "verification/random_scenes/numbers.hpp"
 
@@ -311,14 +312,14 @@ Verdict KnownRows::judge(const Way& way, const std::function<void(Sight&)>& fals
   if (known_.size() < scene_.moving.size() + scene_.others.size() + (scene_.line ? 1 : 0)) c.known = 0;
   Verdict v{.known = c.known, .cpu = run.cpu_seconds};
   const bool failed = run.ending.status == Ending::Status::failed;
-  const auto note = std::find_if(run.notes.rbegin(), run.notes.rend(),
-                                 [](const auto& n) { return n.starts_with("DOUBTFUL"); });
+  const auto note =
+      std::find_if(run.notes.rbegin(), run.notes.rend(), [](const auto& n) { return is_warning(n); });
   const bool doubtful = note != run.notes.rend();
   if (c.off > 0) {
     v.outcome = doubtful ? Outcome::doubted : Outcome::silent;
     v.detail = fmt::format("{} of {} comparisons off: {}", c.off, c.of, c.worst);
     if (failed) v.detail += "; then stopped: " + run.ending.reason;
-    if (doubtful) v.detail += "; said: " + *note;
+    if (doubtful) v.detail += "; run says: " + *note;
   } else if (sight.overtime) {
     v.outcome = Outcome::hung;
     v.detail = fmt::format("after {:.0f} s of CPU at t = {:.3g} of {:.3g} s", run_limit(Suite::rows),
