@@ -50,8 +50,8 @@ class Marched : public Formulation {
     watch.drain(log_);
     return ending;
   }
-  void save(MemoryWriter& m) final { remember(m); }
-  void load(MemoryReader& m) final { remember(m); }
+  void save(MemoryWriter& m) final { serialize(m); }
+  void load(MemoryReader& m) final { serialize(m); }
   State state() const final {
     const int n = system_.n();
     const double *q = stepper_.q(), *v = stepper_.v();
@@ -80,7 +80,7 @@ class Marched : public Formulation {
 
  private:
   template <class M>
-  void remember(M& m) {
+  void serialize(M& m) {
     m.part(name_of(family_));
     m(stepper_, log_, initial_, passed_);
   }

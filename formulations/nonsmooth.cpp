@@ -49,7 +49,7 @@ class Nonsmooth final : public Marched<Stepper> {
           fmt::format("{} of {} contact problems were solved by a fallback solver after the first had "
                       "failed",
                       w.lcp_retries, w.lcp_solves));
-    stepper_.tell(notes);
+    stepper_.add_notes(notes);
     if (e.ambiguous > 0)
       notes.push_back(
           fmt::format("{} contact problems have several solutions (Painlevé paradox)", e.ambiguous));

@@ -10,7 +10,7 @@ namespace freeplay {
 /// Writes or restores the probe, if there is one. A stepper that is `watching` also needs a probe
 /// after restoring; `make` creates it as watch_forces() does.
 template <class M, class Dynamics, class Make>
-void remember_probe(M& m, std::unique_ptr<Dynamics>& probe, bool watching, Make make) {
+void serialize_probe(M& m, std::unique_ptr<Dynamics>& probe, bool watching, Make make) {
   bool probed = probe != nullptr;
   m(probed);
   if constexpr (M::reading) {

@@ -26,7 +26,7 @@ void AutomaticStepper::watch_forces(bool on) {
   watching_ = on;
   events_.watch_forces(on);
   stepping_.watch_forces(on);
-  if (on && struck_.elements.empty()) struck_.add(0, stepping_.within());
+  if (on && in_impact_.elements.empty()) in_impact_.add(0, stepping_.within());
 }
 
 /// The reason to leave the event-driven scheme although it can continue; null if there is none.
@@ -39,7 +39,7 @@ const char* AutomaticStepper::gives_up() {
 }
 
 bool AutomaticStepper::step(double t_end) {
-  if (watching_) struck_.clear();
+  if (watching_) in_impact_.clear();
   if (!steps_) {
     const char* why = gives_up();
     if (!why && events_.step(t_end)) {
@@ -58,7 +58,7 @@ bool AutomaticStepper::step(double t_end) {
   stepping_.work().stepped += stepping_.t() - stepping_.t_old();
   if (times_.calm(stepping_.t(), stepping_.calm_since())) {
     return_to_events();
-  } else if (!stepping_.strikes_next() && costs_.stepping_costs_more(progress())) {
+  } else if (!stepping_.impact_next() && costs_.stepping_costs_more(progress())) {
     return_to_events();
     costs_.begin_trial();
   }
@@ -70,7 +70,7 @@ void AutomaticStepper::pass_on(const std::string& why) {
   costs_.end_events(progress());
   const auto from = events_.hand_over();
   stepping_.take_over(from, *log_);
-  if (watching_) struck_.add(1, events_.before());
+  if (watching_) in_impact_.add(1, events_.before());
   steps_ = true;
   costs_.begin({from.state.t, from.work.factorisations});
   times_.take_over(from.state.t, why, events_.time_scale());
@@ -85,10 +85,10 @@ void AutomaticStepper::return_to_events() {
   shrinkage_.begin(events_.t(), events_.events());
 }
 
-void AutomaticStepper::tell(std::vector<std::string>& notes) const {
-  events_.tell(notes);
+void AutomaticStepper::add_notes(std::vector<std::string>& notes) const {
+  events_.add_notes(notes);
   if (times_.count() == 0) return;
-  stepping_.tell(notes);
+  stepping_.add_notes(notes);
   notes.push_back(fmt::format(
       "time stepping with adaptive steps took over {} times, for {:.3g} s in total ({:.3g} s at most): {}",
       times_.count(), work().stepped, times_.longest(steps_ ? stepping_.t() - times_.since() : 0),

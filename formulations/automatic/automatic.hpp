@@ -32,9 +32,9 @@ class AutomaticStepper {
   const std::string& failure() const { return failure_; }
 
   template <class M>
-  void remember(M& m) {
+  void serialize(M& m) {
     m.part("automatic");
-    m(events_, stepping_, steps_, shown_, times_, struck_, shrinkage_, costs_);
+    m(events_, stepping_, steps_, shown_, times_, in_impact_, shrinkage_, costs_);
   }
 
   double t() const { return shown_ ? stepping_.t() : events_.t(); }
@@ -49,7 +49,7 @@ class AutomaticStepper {
   void interpolate(double t, double* q, double* v) const {
     shown_ ? stepping_.interpolate(t, q, v) : events_.interpolate(t, q, v);
   }
-  Struck struck() const { return shown_ ? stepping_.struck() : Struck{t(), {}}; }
+  StepImpacts in_impact() const { return shown_ ? stepping_.in_impact() : StepImpacts{t(), {}}; }
 
   /// @name Forces; see Step
   ///@{
@@ -58,7 +58,7 @@ class AutomaticStepper {
   void add_impulse(double a, double b, Forces& sum) {
     shown_ ? stepping_.add_impulse(a, b, sum) : events_.add_impulse(a, b, sum);
   }
-  const Forces& before() const { return shown_ ? struck_ : events_.before(); }
+  const Forces& before() const { return shown_ ? in_impact_ : events_.before(); }
   const Forces& within() const { return shown_ ? stepping_.within() : events_.within(); }
   ///@}
   std::array<double, 2> outside_work() const {
@@ -72,7 +72,7 @@ class AutomaticStepper {
   double nearest_singular() const {
     return std::min(events_.nearest_singular(), stepping_.nearest_singular());
   }
-  void tell(std::vector<std::string>& notes) const;
+  void add_notes(std::vector<std::string>& notes) const;
 
  private:
   const char* gives_up();
@@ -93,7 +93,7 @@ class AutomaticStepper {
   SchemeCosts costs_;
   double after_;
   bool watching_ = false;
-  Forces struck_;  // impulses that the event-driven scheme applied before it gave up
+  Forces in_impact_;  // impulses that the event-driven scheme applied before it gave up
   std::string failure_;
 };
 

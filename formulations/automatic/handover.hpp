@@ -13,7 +13,7 @@ struct Handover {
     bool closed = false;  // closed in the last mode or step
     bool logged = false;  // the log has its onset, but not its separation
     // s, N s: onset and impulses that the log has so far
-    double t_touch = 0, impulse_n = 0, impulse_t = 0;
+    double t_onset = 0, impulse_n = 0, impulse_t = 0;
   };
   State state;
   std::vector<Contact> contacts;

@@ -48,7 +48,7 @@ class HandoverTimes {
   double longest(double open = 0) const { return std::max(longest_, open); }
 
   template <class M>
-  void remember(M& m) {
+  void serialize(M& m) {
     m(since_, wait_, returned_, count_, longest_, reasons_);
   }
 
@@ -70,7 +70,7 @@ class StepShrinkage {
   bool shrunk(double t, long events, bool crowded, double time_scale);
 
   template <class M>
-  void remember(M& m) {
+  void serialize(M& m) {
     m(steps_, from_, events_, best_);
   }
 
@@ -104,7 +104,7 @@ class SchemeCosts {
   long patience() const { return patience_; }
 
   template <class M>
-  void remember(M& m) {
+  void serialize(M& m) {
     m(events_time_, events_cost_, from_.t, from_.cost, stepping_pace_, patience_, trials_, won_, trial_);
   }
 

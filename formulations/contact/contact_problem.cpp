@@ -90,10 +90,10 @@ ContactSolution ContactProblem::solve() {
   }
   // Rounding may keep all solvers from the tolerance. The best result is then accepted, up to this
   // relative residual.
-  constexpr double loose = 1e-6;
+  constexpr double clearance_joint = 1e-6;
   std::vector<ContactUnknown> best;
-  double best_rate = loose * size;
-  bool judged = false;  // whether residual_rate belongs to the present impulses
+  double best_rate = clearance_joint * size;
+  bool assessed = false;  // whether residual_rate belongs to the present impulses
   const auto keep = [&] {
     const double left = residual();
     if (!(left < best_rate)) return;
@@ -110,7 +110,7 @@ ContactSolution ContactProblem::solve() {
     s.solved = found.solved && std::isfinite(s.residual_rate) &&
                (s.residual_rate <= accepted || s.residual_rate <= attainable());
     if (s.solved) {
-      judged = true;
+      assessed = true;
       break;
     }
     keep();
@@ -130,9 +130,9 @@ ContactSolution ContactProblem::solve() {
   s.solved = s.solved || (std::isfinite(size) && finite() && by_modes(s));
   if (least != Least::never && std::isfinite(size) && finite() && wants_least(least, *this, room_)) {
     s.solved = take_least(*this, accepted, s.solved) || s.solved;
-    judged = false;
+    assessed = false;
   }
-  if (!judged) s.residual_rate = residual();
+  if (!assessed) s.residual_rate = residual();
   s.residual = size > 0 ? s.residual_rate / size : s.residual_rate;
   if (s.solved && doubtful()) look_for_others(s);
   return s;

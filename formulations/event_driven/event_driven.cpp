@@ -102,7 +102,7 @@ bool EventDriven::step_until_lockup(double t_end) {
   auto& d = dynamics_;
   search_.begin(d, method_.x);
   bool stepped = method_.step(d, t_end);
-  if (!stepped && d.jammed() && last_lockup_ < method_.t) {
+  if (!stepped && d.locked_up() && last_lockup_ < method_.t) {
     method_.unshift();
     last_lockup_ = method_.t;
     std::vector<int> touching;
@@ -146,7 +146,7 @@ bool EventDriven::change_mode() {
       !reason.empty())
     return pace_.exceeded() ? beyond(reason) : fail(reason);
   if (!choose(touching)) return false;
-  ModeChoice::mend(d);
+  ModeChoice::clear_forced(d);
   d.project(x, t, forces_.impulses_before());
   record(was_closed);
   method_.start(d, t, std::vector<double>(x));
@@ -186,9 +186,9 @@ std::optional<bool> EventDriven::open_unpressed(std::vector<int>& touching) {
     return std::ranges::find(pressed, k) != pressed.end() ||
            d.gap_acceleration(k, method_.x, method_.t) >= -none;
   };
-  if (const auto reason = d.choose(method_.x, method_.t, pressed); !reason.empty() && !d.jammed())
+  if (const auto reason = d.choose(method_.x, method_.t, pressed); !reason.empty() && !d.locked_up())
     return fail(reason);
-  if (d.jammed() || !std::ranges::all_of(touching, open)) return {};
+  if (d.locked_up() || !std::ranges::all_of(touching, open)) return {};
   touching = pressed;
   return true;
 }
@@ -204,11 +204,11 @@ bool EventDriven::choose(std::vector<int>& touching) {
   // contradicts this by little, the projection has moved the force back below the limit by the
   // error of the last step, and the contact continues to stick. Otherwise the order in which
   // contacts begin to slip is not resolved.
-  if (ModeChoice::torn(d)) {
+  if (ModeChoice::slip_forced(d)) {
     constexpr double none = 1e-9, little = 1e-6;
-    const double back = reason.empty() ? d.torn_back(x, method_.t) : std::numeric_limits<double>::infinity();
+    const double back = reason.empty() ? d.slips_back(x, method_.t) : std::numeric_limits<double>::infinity();
     if (back > none) {
-      ModeChoice::mend(d);
+      ModeChoice::clear_forced(d);
       if (back > little)
         return beyond(
             "several contacts reach their friction limit together, and events give no order in "
@@ -216,7 +216,7 @@ bool EventDriven::choose(std::vector<int>& touching) {
       reason = d.choose(x, method_.t, touching);
     }
   }
-  return reason.empty() || (d.jammed() && touching.size() > 1 ? end_lockup(touching) : fail(reason));
+  return reason.empty() || (d.locked_up() && touching.size() > 1 ? end_lockup(touching) : fail(reason));
 }
 
 /// If friction admits no finite forces, or none are found, sliding ends by an impact without
@@ -225,24 +225,24 @@ bool EventDriven::choose(std::vector<int>& touching) {
 bool EventDriven::end_lockup(std::vector<int>& touching) {
   auto& d = dynamics_;
   if (gives_way_)
-    return fail(d.jam_proved() ? "Painlevé paradox: friction admits no finite force at a sliding contact"
-                               : "no solver found admissible forces at a sliding contact");
+    return fail(d.lockup_proved() ? "Painlevé paradox: friction admits no finite force at a sliding contact"
+                                  : "no solver found admissible forces at a sliding contact");
   bool proved = true;
   for (int tries = 0; tries < 3; ++tries) {
     const double kinetic = d.system.kinetic(v());
-    auto& kind = d.jam_proved() ? findings_.lockups : findings_.unsolved;
-    proved = proved && d.jam_proved();
-    if (const auto reason = d.strike(method_.x, method_.t, {touching, touching, true}); !reason.empty())
+    auto& kind = d.lockup_proved() ? findings_.lockups : findings_.unsolved;
+    proved = proved && d.lockup_proved();
+    if (const auto reason = d.apply_impact(method_.x, method_.t, {touching, touching, true}); !reason.empty())
       return fail(reason);
-    forces_.strike(d, method_.x, touching);
-    forces_.keep_strike();
+    forces_.apply_impact(d, method_.x, touching);
+    forces_.keep_impact();
     kind.take(kinetic - d.system.kinetic(v()));
     std::erase_if(touching, [&](int k) {
       return d.look(k, method_.x, method_.t).normal.dot(v()) > 2 * d.last_impact().pressing_rate();
     });
     const auto reason = d.choose(method_.x, method_.t, touching);
     if (reason.empty()) return true;
-    if (!d.jammed()) return fail(reason);
+    if (!d.locked_up()) return fail(reason);
   }
   return fail(
       proved ? "Painlevé paradox: friction admits no acceleration, even after three impacts without collision"

@@ -58,14 +58,14 @@ class EventDriven {
   ///@}
 
   template <class M>
-  void remember(M& m) {
+  void serialize(M& m) {
     m.part("event-driven");
     m(dynamics_);
     m(is_coarse_);
     if constexpr (M::reading)
       if (is_coarse_) method_ = coarse_;
     m(method_, search_, touches_, pending_, last_, pace_, impacts_, findings_, last_lockup_, mode_before_);
-    forces_.remember(m, dynamics_);
+    forces_.serialize(m, dynamics_);
   }
 
   double t() const { return method_.t; }
@@ -92,7 +92,7 @@ class EventDriven {
   /// J, work of drives and of loads.
   std::array<double, 2> outside_work() const;
   /// Adds notes about this run's contacts for the reader of the results.
-  void tell(std::vector<std::string>& notes) const;
+  void add_notes(std::vector<std::string>& notes) const;
   const Work& work() const { return dynamics_.work; }
   const Extremes& extremes() const { return dynamics_.extremes; }
   /// Greatest possible depth of an undetected contact between the evaluated times, over its
@@ -103,10 +103,10 @@ class EventDriven {
 
  private:
   /// Impulses (N s) and time (s) of a contact at its onset, as logged.
-  struct Touch {
+  struct ContactOnset {
     double impulse_n = 0, impulse_t = 0, t = 0;  // at contact onset
     template <class M>
-    void remember(M& m) {
+    void serialize(M& m) {
       m(impulse_n, impulse_t, t);
     }
   };
@@ -116,7 +116,7 @@ class EventDriven {
     double contact_loss = 0, stabilisation = 0;
     std::vector<bool> closed;
     template <class M>
-    void remember(M& m) {
+    void serialize(M& m) {
       m(x, contact_loss, stabilisation);
     }
   };
@@ -143,7 +143,7 @@ class EventDriven {
   EventFindings findings_;
   WatchedForces forces_;
   ContactLog* log_ = nullptr;
-  std::vector<Touch> touches_;
+  std::vector<ContactOnset> touches_;
   bool pending_ = false;  // the mode changes before the next step
   ModeEvent last_;
   double last_lockup_ = -INFINITY;  // s: a step was rejected there because of sliding contacts

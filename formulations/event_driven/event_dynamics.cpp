@@ -63,7 +63,7 @@ double EventDynamics::gap_acceleration(int k, const Vector& x, double t) {
   return row.normal.dot(a.data()) - row.gamma_n;
 }
 
-std::string EventDynamics::strike(Vector& x, double t, const ImpactEquations::Impact& impact) {
+std::string EventDynamics::apply_impact(Vector& x, double t, const ImpactEquations::Impact& impact) {
   if (auto reason = impact_.solve(*this, x, t, impact); !reason.empty()) return reason;
   double* integral = x.data() + integral_offset();
   impact_.apply(*this, x, impact.contacts, integral[drive]);

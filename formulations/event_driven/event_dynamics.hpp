@@ -57,22 +57,22 @@ class EventDynamics : public ModeEquations {
   }
   /// By the last choice of mode or the last evaluation, friction admits no force on a sliding
   /// contact (jammed); whether this is proved (jam_proved).
-  bool jammed() const { return choice_.jammed() || motion_.behind_pole(); }
-  bool jam_proved() const { return choice_.jam_proved() || motion_.behind_pole(); }
-  double torn_back(const Vector& x, double t) { return ModeChoice::torn_back(*this, motion_, x, t); }
+  bool locked_up() const { return choice_.locked_up() || motion_.behind_pole(); }
+  bool lockup_proved() const { return choice_.lockup_proved() || motion_.behind_pole(); }
+  double slips_back(const Vector& x, double t) { return ModeChoice::slips_back(*this, motion_, x, t); }
 
   /// Adds the impulses of an impact to v and to the impulses and works in x. Returns an empty text,
   /// or the reason of a failure.
-  std::string strike(Vector& x, double t, const ImpactEquations::Impact& impact);
+  std::string apply_impact(Vector& x, double t, const ImpactEquations::Impact& impact);
   const ImpactEquations& last_impact() const { return impact_; }
-  void report_impact(const Vector& x, const std::vector<int>& struck, Forces& out) {
-    impact_.report(*this, x, struck, out);
+  void report_impact(const Vector& x, const std::vector<int>& in_impact, Forces& out) {
+    impact_.report(*this, x, in_impact, out);
   }
 
   /// Projects x onto the constraints of the mode, first positions, then velocities, by the least
   /// mass-weighted change. Adds the impulses of the velocity change to `book`, if given.
-  void project(Vector& x, double t, Forces* book = nullptr) {
-    stabilisation += projection_.project(*this, x, t, book);
+  void project(Vector& x, double t, Forces* impulses = nullptr) {
+    stabilisation += projection_.project(*this, x, t, impulses);
   }
 
   /// Makes a second object for the same scene, which can evaluate without changing the state of
@@ -84,9 +84,9 @@ class EventDynamics : public ModeEquations {
   double contact_loss = 0, stabilisation = 0;  ///< J
 
   template <class M>
-  void remember(M& m) {
+  void serialize(M& m) {
     m.part("event dynamics");
-    ModeEquations::remember(m);
+    ModeEquations::serialize(m);
     m(contact_loss, stabilisation, counts.undecided, counts.wedged, choice_.modes_left(),
       impact_.modes_left());
   }

@@ -4,7 +4,7 @@
 
 namespace freeplay {
 
-void EventFindings::tell(const System& system, double rounding, std::vector<std::string>& notes) const {
+void EventFindings::add_notes(const System& system, double rounding, std::vector<std::string>& notes) const {
   const double scale = std::max(most_kinetic, 1e-300);
   if (lockups.count > 0)
     notes.push_back(fmt::format(

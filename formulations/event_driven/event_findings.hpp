@@ -20,7 +20,7 @@ struct EventFindings {
       energy = std::max(energy, lost);
     }
     template <class M>
-    void remember(M& m) {
+    void serialize(M& m) {
       m(count, energy);
     }
   };
@@ -30,7 +30,7 @@ struct EventFindings {
     int count = 0, contact = -1;  ///< contact: one of them
     double t = 0, gap = 0;        ///< s, m: the greatest of their gaps
     template <class M>
-    void remember(M& m) {
+    void serialize(M& m) {
       m(count, contact, t, gap);
     }
   };
@@ -44,10 +44,10 @@ struct EventFindings {
   double most_kinetic = 0;  ///< J, the greatest kinetic energy before an impact
 
   /// `rounding`: accuracy of the gaps (m).
-  void tell(const System& system, double rounding, std::vector<std::string>& notes) const;
+  void add_notes(const System& system, double rounding, std::vector<std::string>& notes) const;
 
   template <class M>
-  void remember(M& m) {
+  void serialize(M& m) {
     m(lockups, unsolved, inelastic, unloaded, merged, most_kinetic);
   }
 };

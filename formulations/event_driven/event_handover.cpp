@@ -19,14 +19,14 @@ void EventDriven::record(const std::vector<int>& was_closed) {
     const double* now = method_.x.data() + d.system.n();
     const double u = row.normal.dot(now), slide = row.tangent.dot(now);
     auto& at = touches_[k];
-    const double struck_n = impulse[0] - at.impulse_n;
-    if (!was && (is || struck_n > 0)) {
+    const double impulse_of_impact = impulse[0] - at.impulse_n;
+    if (!was && (is || impulse_of_impact > 0)) {
       const double ending = impacts_.ending(k);
       at.t = t + ending;
       log_->touch(k, at.t, crank, impacts_.rate(k), impacts_.sliding(k), std::max(ending, 4e-16 * t), 0);
     }
-    if (!is && (was || struck_n > 0))
-      log_->leave(k, t, crank, u, slide, struck_n, impulse[1] - at.impulse_t, t - at.t);
+    if (!is && (was || impulse_of_impact > 0))
+      log_->leave(k, t, crank, u, slide, impulse_of_impact, impulse[1] - at.impulse_t, t - at.t);
     if (!is) {
       at.impulse_n = impulse[0];
       at.impulse_t = impulse[1];
@@ -34,11 +34,11 @@ void EventDriven::record(const std::vector<int>& was_closed) {
   }
 }
 
-void EventDriven::tell(std::vector<std::string>& notes) const {
+void EventDriven::add_notes(std::vector<std::string>& notes) const {
   double rounding = 0;
   for (int k = 0; k < dynamics_.system.contacts(); ++k)
     rounding = std::max(rounding, gap_rounding(dynamics_.system, k, q()));
-  findings_.tell(dynamics_.system, rounding, notes);
+  findings_.add_notes(dynamics_.system, rounding, notes);
   if (const long count = forces_.unreported(); count > 0)
     notes.push_back(fmt::format(
         "warning: at {} instants no solver found the contact forces; they are written as zero", count));
@@ -138,7 +138,7 @@ void EventDriven::take_over(const Handover& from) {
     const double* impulse = x.data() + dynamics_.impulse_offset() + 2 * k;
     touches_[k].impulse_n = impulse[0] - was.impulse_n;
     touches_[k].impulse_t = impulse[1] - was.impulse_t;
-    touches_[k].t = was.t_touch;
+    touches_[k].t = was.t_onset;
   }
   for (auto& p : dynamics_.preloaded) p.slip = 1;
   dynamics_.phases.start(system, from.state.q.data(), from.state.v.data());

@@ -60,14 +60,14 @@ std::string EventImpacts::solve(EventDynamics& d, Vector& x, double t, const Mod
   const auto before = x;
   const double loss_before = d.contact_loss;
   EventFindings::Unloaded unloaded_ones;
-  const auto strike = [&](const std::vector<int>& soft) {
-    auto reason = d.strike(x, t, {touching, soft});
+  const auto apply_impact = [&](const std::vector<int>& soft) {
+    auto reason = d.apply_impact(x, t, {touching, soft});
     if (!reason.empty()) return reason;
     unloaded_ones = unloaded(d, t, event, touching);
-    forces.strike(d, x, touching);
+    forces.apply_impact(d, x, touching);
     return reason;
   };
-  if (auto reason = strike({}); !reason.empty()) return reason;
+  if (auto reason = apply_impact({}); !reason.empty()) return reason;
   const auto leaving = [&](int k) { return d.look(k, x, t).normal.dot(v) > tiny; };
   auto staying = touching;
   std::erase_if(staying, leaving);
@@ -82,12 +82,12 @@ std::string EventImpacts::solve(EventDynamics& d, Vector& x, double t, const Mod
     if (over.size() == known) break;
     x = before;
     d.contact_loss = loss_before;
-    if (auto reason = strike(over); !reason.empty()) return reason;
+    if (auto reason = apply_impact(over); !reason.empty()) return reason;
     staying = touching;
     std::erase_if(staying, leaving);
     if (touching.size() < 3) break;
   }
-  forces.keep_strike();
+  forces.keep_impact();
   if (findings.unloaded.count == 0) findings.unloaded = unloaded_ones;
   const double kinetic = system.kinetic(before.data() + system.n());
   const auto& impact = d.last_impact();
@@ -112,8 +112,8 @@ std::string EventImpacts::stay(EventDynamics& d, const Vector& x, double t, cons
   // contact stays closed.
   const int k = event.kind == ModeEvent::Kind::gap ? event.index : -1;
   if (k < 0 || contains(touching, k)) return "";
-  if (auto reason = d.choose(x, t, touching); !reason.empty() && !d.jammed()) return reason;
-  const double g = d.jammed() ? 0 : d.gap_acceleration(k, x, t), u = rate_[k];
+  if (auto reason = d.choose(x, t, touching); !reason.empty() && !d.locked_up()) return reason;
+  const double g = d.locked_up() ? 0 : d.gap_acceleration(k, x, t), u = rate_[k];
   if (g < 0 && 0.5 * u * u / -g <= least_bounce(d, k, x)) touching.push_back(k);
   std::ranges::sort(touching);
   return "";
@@ -122,15 +122,15 @@ std::string EventImpacts::stay(EventDynamics& d, const Vector& x, double t, cons
 /// Among the separating contacts of the impact, finds those whose bounces end, and sets their
 /// remaining time in ending_.
 std::string EventImpacts::end_bounces(EventDynamics& d, const Vector& x, double t,
-                                      const std::vector<int>& struck, const std::vector<int>& staying,
+                                      const std::vector<int>& in_impact, const std::vector<int>& staying,
                                       std::vector<int>& over) {
   auto held = staying;
   decided_ = staying;
   // A contact that stays closed may keep others closed, as a peg that presses a wall without other
   // load: repeat until none is added.
-  for (std::size_t round = 0; round < struck.size(); ++round) {
+  for (std::size_t round = 0; round < in_impact.size(); ++round) {
     bool chosen = false, added = false;
-    for (const int k : struck) {
+    for (const int k : in_impact) {
       if (contains(held, k)) continue;
       const double u = d.look(k, x, t).normal.dot(x.data() + d.system.n());
       // A contact that already had its impact without restitution and still separates is pushed
@@ -141,7 +141,7 @@ std::string EventImpacts::end_bounces(EventDynamics& d, const Vector& x, double 
       if (!chosen)
         if (auto reason = d.choose(x, t, decided_); !reason.empty())
           // In a lockup the closing accelerations are unknown, and no bounce ends here.
-          return d.jammed() ? "" : reason;
+          return d.locked_up() ? "" : reason;
       chosen = true;
       const double g = d.gap_acceleration(k, x, t);
       if (!(g < 0) || 0.5 * u * u / -g > least_bounce(d, k, x)) continue;
@@ -161,12 +161,12 @@ std::string EventImpacts::end_bounces(EventDynamics& d, const Vector& x, double 
 /// an impulse in it. In an impact without them they would approach afterwards: the motion depends
 /// on whether their gaps are zero.
 EventFindings::Unloaded EventImpacts::unloaded(const EventDynamics& d, double t, const ModeEvent& event,
-                                               const std::vector<int>& struck) const {
+                                               const std::vector<int>& in_impact) const {
   double greatest = 0;
-  for (const int k : struck) greatest = std::max(greatest, std::abs(rate_[k]));
+  for (const int k : in_impact) greatest = std::max(greatest, std::abs(rate_[k]));
   EventFindings::Unloaded found;
-  for (std::size_t i = 0; i < struck.size(); ++i) {
-    const int k = struck[i];
+  for (std::size_t i = 0; i < in_impact.size(); ++i) {
+    const int k = in_impact[i];
     const bool located = event.kind == ModeEvent::Kind::gap && event.index == k;
     if (d.contacts[k].closed || located || rate_[k] < -d.speed_tolerance() ||
         d.last_impact().own_rate(d, i) <= 1e-9 * greatest)

@@ -45,17 +45,17 @@ class EventImpacts {
   double ending(int k) const { return ending_[static_cast<std::size_t>(k)]; }
 
   template <class M>
-  void remember(M& m) {
+  void serialize(M& m) {
     m(crowd_, last_);
   }
 
  private:
   std::string stay(EventDynamics& d, const Vector& x, double t, const ModeEvent& event,
                    std::vector<int>& touching) const;
-  std::string end_bounces(EventDynamics& d, const Vector& x, double t, const std::vector<int>& struck,
+  std::string end_bounces(EventDynamics& d, const Vector& x, double t, const std::vector<int>& in_impact,
                           const std::vector<int>& staying, std::vector<int>& over);
   EventFindings::Unloaded unloaded(const EventDynamics& d, double t, const ModeEvent& event,
-                                   const std::vector<int>& struck) const;
+                                   const std::vector<int>& in_impact) const;
 
   double position_error_;
   std::vector<double> rate_, sliding_, ending_;

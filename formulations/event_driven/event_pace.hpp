@@ -36,7 +36,7 @@ class EventPace {
   void restart();
 
   template <class M>
-  void remember(M& m) {
+  void serialize(M& m) {
     m(time_scale_, span_, events_, thousand_since_, window_since_, slow_windows_, changes_, changes_since_,
       impacts_, impacts_since_, first_, several_);
   }

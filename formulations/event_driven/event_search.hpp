@@ -37,7 +37,7 @@ struct ModeEvent {
   /// The friction of a sticking contact or joint has reached its limit.
   bool ends_sticking() const { return kind == Kind::stick || kind == Kind::slide_stick; }
   template <class M>
-  void remember(M& m) {
+  void serialize(M& m) {
     m(kind, index, t);
   }
 };
@@ -69,7 +69,7 @@ class EventSearch {
   double unseen() const { return unseen_; }
 
   template <class M>
-  void remember(M& m) {
+  void serialize(M& m) {
     m(unseen_, marks_);
   }
 
@@ -78,7 +78,7 @@ class EventSearch {
     Watched gap;           // at the end of the last step, of open contacts
     double allowance = 0;  // m: the gap began this far below zero, and is measured from there
     template <class M>
-    void remember(M& m) {
+    void serialize(M& m) {
       m(gap.value, gap.rate, allowance);
     }
   };

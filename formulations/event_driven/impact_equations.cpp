@@ -23,14 +23,14 @@ std::string ImpactEquations::solve(ModeEquations& d, const Vector& x, double t, 
   if (impact.without_collision) press(d);
   auto& rows = d.rows;
   const auto reason = d.coupled.size() > 0 ? solve_bounded(d, x.data() + d.system.n(), impact.contacts.size())
-                                           : impact_.solve(rows.K, rows.b, rows.used(), struck_);
+                                           : impact_.solve(rows.K, rows.b, rows.used(), in_impact_);
   impact_.solution().count(d.work, d.extremes);
   d.counts.undecided += impact_.solution().undecided;
   d.counts.wedged += impact_.wedged();
   if (!reason.empty()) return reason;
-  for (const auto& i : struck_)
+  for (const auto& i : in_impact_)
     if (!std::isfinite(i.impulse_n) || !std::isfinite(i.impulse_t))
-      return fmt::format("no solver found finite impulses for the impact of {} contacts", struck_.size());
+      return fmt::format("no solver found finite impulses for the impact of {} contacts", in_impact_.size());
   d.raise_speed_tolerance(2 * impact_.solution().residual_rate);  // what the solver leaves is no approach
   return "";
 }
@@ -38,7 +38,7 @@ std::string ImpactEquations::solve(ModeEquations& d, const Vector& x, double t, 
 void ImpactEquations::pose(ModeEquations& d, const Vector& x, const Impact& impact) {
   const double *q = x.data(), *v = q + d.system.n();
   d.rows.clear();
-  struck_.clear();
+  in_impact_.clear();
   const auto add = [&](const SparseRow& row) {
     const int r = d.add(row);
     d.rows.b[r] = row.dot(v);
@@ -57,14 +57,14 @@ void ImpactEquations::pose(ModeEquations& d, const Vector& x, const Impact& impa
       i.friction = *surface.friction;
       i.tangential_restitution = inelastic ? 0 : surface.tangential_restitution;
     }
-    struck_.push_back(i);
+    in_impact_.push_back(i);
   }
   for (int i = 0; i < d.coupled.size(); ++i) {
     auto& p = d.preloaded[d.coupled.friction(i)];
     d.system.friction(d.coupled.friction(i), q, v, d.e, p.row);
     ImpactContact pin;
     pin.tangent = add(p.row);
-    struck_.push_back(pin);
+    in_impact_.push_back(pin);
   }
 }
 
@@ -77,7 +77,7 @@ void ImpactEquations::press(ModeEquations& d) {
   auto rates = rows.b.head(rows.used());
   pressing_rate_ = std::max(d.speed_tolerance(), 1e-5 * rates.cwiseAbs().maxCoeff());
   Eigen::VectorXd pressed = rates;
-  for (const auto& i : struck_)
+  for (const auto& i : in_impact_)
     if (i.normal >= 0 && rates[i.normal] <= pressing_rate_)
       pressed[i.normal] = std::min(0.0, rates[i.normal]) - pressing_rate_;
   const auto K = rows.K.topLeftCorner(rows.used(), rows.used());
@@ -92,7 +92,7 @@ std::vector<double> ImpactEquations::pose_driven(ModeEquations& d, std::size_t c
   auto& rows = d.rows;
   std::vector<double> driven(static_cast<std::size_t>(d.coupled.size()));
   for (std::size_t i = 0; i < driven.size(); ++i) {
-    const int own = struck_[contacts + i].tangent;
+    const int own = in_impact_[contacts + i].tangent;
     const double free = d.unconstrained_mobility(rows.row(own));
     if (std::abs(rows.K(own, own)) > 1e-12 * free) continue;
     driven[i] = free;
@@ -104,7 +104,7 @@ std::vector<double> ImpactEquations::pose_driven(ModeEquations& d, std::size_t c
 /// Mean of the sliding speeds of a joint before and after the impact.
 double ImpactEquations::mean_rate(const ModeEquations& d, int own, bool driven, const double* v) const {
   double mean = d.rows.row(own).dot(v);
-  for (const auto& c : struck_)
+  for (const auto& c : in_impact_)
     for (const auto& [row, impulse] : {std::pair{c.normal, c.impulse_n}, std::pair{c.tangent, c.impulse_t}})
       if (row >= 0 && (row != own || !driven)) mean += 0.5 * d.rows.K(own, row) * impulse;
   return mean;
@@ -118,23 +118,23 @@ std::string ImpactEquations::solve_bounded(ModeEquations& d, const double* v, st
   const auto driven = pose_driven(d, contacts);
   do {
     for (std::size_t i = 0; i < driven.size(); ++i) {
-      auto& joint = struck_[contacts + i];
+      auto& joint = in_impact_[contacts + i];
       joint.bound = bounds_.bounds()[static_cast<Eigen::Index>(i)];
       if (driven[i] == 0) continue;
       const double rate = std::abs(rows.b[joint.tangent]);
       rows.K(joint.tangent, joint.tangent) =
           rate > 0 && joint.bound > 0 ? 0.5 * rate / joint.bound : driven[i];
     }
-    if (auto reason = impact_.solve(rows.K, rows.b, rows.used(), struck_); !reason.empty()) return reason;
+    if (auto reason = impact_.solve(rows.K, rows.b, rows.used(), in_impact_); !reason.empty()) return reason;
     for (std::size_t i = 0; i < driven.size(); ++i) {
       const auto& bound = d.bound_of(static_cast<int>(i));
       double l[2] = {0, 0};
-      for (const auto& c : struck_)
+      for (const auto& c : in_impact_)
         for (const auto& [row, impulse] :
              {std::pair{c.normal, c.impulse_n}, std::pair{c.tangent, c.impulse_t}})
           for (const int which : {0, 1})
             if (row >= 0) l[which] += impulse * rows.reaction(row)[bound.row + which];
-      const double mean = mean_rate(d, struck_[contacts + i].tangent, driven[i] != 0, v);
+      const double mean = mean_rate(d, in_impact_[contacts + i].tangent, driven[i] != 0, v);
       image_[static_cast<Eigen::Index>(i)] = bound.coefficient(mean) * bound.support(l[0], l[1]);
     }
   } while (bounds_.refine(image_));
@@ -156,13 +156,13 @@ void ImpactEquations::apply(ModeEquations& d, Vector& x, const std::vector<int>&
       lambda_[k] += impulse * d.rows.reaction(r)[k];
     }
   };
-  for (std::size_t i = 0; i < struck_.size(); ++i) {
-    take(struck_[i].normal, struck_[i].impulse_n);
-    take(struck_[i].tangent, struck_[i].impulse_t);
+  for (std::size_t i = 0; i < in_impact_.size(); ++i) {
+    take(in_impact_[i].normal, in_impact_[i].impulse_n);
+    take(in_impact_[i].tangent, in_impact_[i].impulse_t);
     if (i >= contacts.size()) continue;
     double* impulse = x.data() + d.impulse_offset() + 2 * contacts[i];
-    impulse[0] += struck_[i].impulse_n;
-    impulse[1] += struck_[i].impulse_t;
+    impulse[0] += in_impact_[i].impulse_n;
+    impulse[1] += in_impact_[i].impulse_t;
   }
 }
 
@@ -171,8 +171,8 @@ void ImpactEquations::report(ModeEquations& d, const Vector& x, const std::vecto
   const double* q = x.data();
   out.clear();
   d.system.report_rows(q, d.e, lambda_.data(), 1, out);
-  for (std::size_t i = 0; i < struck_.size(); ++i) {
-    const auto& s = struck_[i];
+  for (std::size_t i = 0; i < in_impact_.size(); ++i) {
+    const auto& s = in_impact_[i];
     if (i < contacts.size())
       d.system.report_contact(contacts[i], q, d.e, d.contacts[contacts[i]].row, s.impulse_n, s.impulse_t, 1,
                               out);

@@ -44,7 +44,7 @@ class ImpactEquations {
   double pressing_rate() const { return pressing_rate_; }
   /// The rate change (m/s) of its i-th contact by its own normal impulse alone.
   double own_rate(const ModeEquations& d, std::size_t i) const {
-    return struck_[i].impulse_n * d.rows.K(struck_[i].normal, struck_[i].normal);
+    return in_impact_[i].impulse_n * d.rows.K(in_impact_[i].normal, in_impact_[i].normal);
   }
   long& modes_left() { return impact_.modes_left(); }
 
@@ -57,7 +57,7 @@ class ImpactEquations {
 
   ImpactProblem impact_;
   // contacts, then joints whose friction depends on their reactions
-  std::vector<ImpactContact> struck_;
+  std::vector<ImpactContact> in_impact_;
   std::vector<double> lambda_;  // impulses of the constraint rows
   BoundIteration bounds_;
   Eigen::VectorXd image_;

@@ -24,7 +24,7 @@ void ModeChoice::open_all(ModeEquations& d, const Vector& x, double t) {
 
 std::string ModeChoice::choose(ModeEquations& d, ModeMotion& motion, const Vector& x, double t,
                                const std::vector<int>& candidates) {
-  jam_ = false;
+  lockup_ = false;
   motion.begin_mode();
   open_all(d, x, t);
   if (candidates.empty() && std::ranges::none_of(d.preloaded, [](const auto& p) { return p.slip == 0; }))
@@ -38,8 +38,8 @@ std::string ModeChoice::choose(ModeEquations& d, ModeMotion& motion, const Vecto
     return words_of(CoupledFriction::Outcome::several);
   d.work.pivots += solution.pivots;
   d.work.lcp_retries += solution.retries;
-  jam_ = !solution.solved;
-  jam_proved_ = solution.impossible;
+  lockup_ = !solution.solved;
+  lockup_proved_ = solution.impossible;
   if (!solution.solved) return unsolved(d, solution);
   d.extremes.lcp_residual = std::max(d.extremes.lcp_residual, solution.residual);
   d.counts.undecided += solution.undecided;
@@ -249,17 +249,17 @@ std::string ModeChoice::unsolved(const ModeEquations& d, const ContactSolution& 
       sliding);
 }
 
-bool ModeChoice::torn(const ModeEquations& d) {
+bool ModeChoice::slip_forced(const ModeEquations& d) {
   const auto is = [](const auto& x) { return x.forced != 0; };
   return std::ranges::any_of(d.contacts, is) || std::ranges::any_of(d.preloaded, is);
 }
 
-void ModeChoice::mend(ModeEquations& d) {
+void ModeChoice::clear_forced(ModeEquations& d) {
   for (auto& c : d.contacts) c.forced = 0;
   for (auto& p : d.preloaded) p.forced = 0;
 }
 
-double ModeChoice::torn_back(ModeEquations& d, ModeMotion& motion, const Vector& x, double t) {
+double ModeChoice::slips_back(ModeEquations& d, ModeMotion& motion, const Vector& x, double t) {
   if (!motion.solve(d, x, t)) return std::numeric_limits<double>::infinity();
   double back = 0;
   for (const auto& c : d.contacts)

@@ -32,17 +32,17 @@ class ModeChoice {
                      const std::vector<int>& candidates);
   /// Whether the last choice found no forces that friction admits (jammed), and whether trying all
   /// modes proved it (jam_proved).
-  bool jammed() const { return jam_; }
-  bool jam_proved() const { return jam_proved_; }
+  bool locked_up() const { return lockup_; }
+  bool lockup_proved() const { return lockup_proved_; }
 
   /// @name Contacts and joints at their friction limit (`forced`), where slip begins in a given
   /// direction
   ///@{
-  static bool torn(const ModeEquations& d);
+  static bool slip_forced(const ModeEquations& d);
   /// Greatest acceleration, over acceleration_scale(), with which one of them would begin to slide
   /// in the opposite direction in the chosen mode; infinite if it is not known.
-  static double torn_back(ModeEquations& d, ModeMotion& motion, const Vector& x, double t);
-  static void mend(ModeEquations& d);
+  static double slips_back(ModeEquations& d, ModeMotion& motion, const Vector& x, double t);
+  static void clear_forced(ModeEquations& d);
   ///@}
 
   long& modes_left() { return problem_.modes_left; }
@@ -62,7 +62,7 @@ class ModeChoice {
   std::vector<int> contacts_, slips_, resting_;
   BoundIteration bounds_;
   Eigen::VectorXd image_;  // image of the bounds
-  bool jam_ = false, jam_proved_ = false;
+  bool lockup_ = false, lockup_proved_ = false;
 };
 
 }  // namespace freeplay

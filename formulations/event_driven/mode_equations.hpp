@@ -45,7 +45,7 @@ struct ModeContact {
   double mobility = 0;                ///< 1/kg, response of its gap to its own λ_N
   int unknown = -1, tangent_unknown = -1;
   template <class M>
-  void remember(M& m) {
+  void serialize(M& m) {
     m(closed, slip, forced, resting, row, lambda_n, lambda_t, mobility, unknown, tangent_unknown);
   }
 };
@@ -60,7 +60,7 @@ struct ModeFriction {
   double share = 1;
   int unknown = -1;
   template <class M>
-  void remember(M& m) {
+  void serialize(M& m) {
     m(slip, forced, row, gamma, rate, lambda, bound, unknown);
   }
 };
@@ -172,7 +172,7 @@ class ModeEquations {
   RowFacts facts() const { return facts_; }
 
   template <class M>
-  void remember(M& m) {
+  void serialize(M& m) {
     for (auto& c : contacts) m(c);
     for (auto& p : preloaded) m(p);
     m(phases, saddle, speed_tolerance_, slide_tolerance_, a, work, extremes);

@@ -2,7 +2,7 @@
 
 namespace freeplay {
 
-double ModeProjection::project(ModeEquations& d, std::vector<double>& x, double t, Forces* book) {
+double ModeProjection::project(ModeEquations& d, std::vector<double>& x, double t, Forces* impulses) {
   const auto& system = d.system;
   const int m = system.rows();
   double* q = x.data();
@@ -20,7 +20,7 @@ double ModeProjection::project(ModeEquations& d, std::vector<double>& x, double 
   for (int k = 0; k < m; ++k) residual_[k] = -(row_dot(system.pattern(), d.e.G.data(), k, v) + d.e.phi_t[k]);
   hold_velocities(d, q, v);
   move(d, v);
-  if (book) enter(d, q, v, *book);
+  if (impulses) enter(d, q, v, *impulses);
   return system.kinetic(v) + system.potential(q) - before;
 }
 
@@ -76,7 +76,7 @@ void ModeProjection::hold_velocities(ModeEquations& d, const double* q, const do
   }
 }
 
-void ModeProjection::enter(ModeEquations& d, const double* q, const double* v, Forces& book) const {
+void ModeProjection::enter(ModeEquations& d, const double* q, const double* v, Forces& impulses) const {
   const auto& system = d.system;
   const auto& rows = d.rows;
   for (int r = 0; r < rows.used(); ++r) {
@@ -84,12 +84,12 @@ void ModeProjection::enter(ModeEquations& d, const double* q, const double* v, F
     const auto& o = owners_[r];
     if (o.contact >= 0)
       system.report_contact(o.contact, q, d.e, d.contacts[o.contact].row, o.tangent ? 0 : rows.x[r],
-                            o.tangent ? rows.x[r] : 0, 1, book);
+                            o.tangent ? rows.x[r] : 0, 1, impulses);
     else
-      system.report_friction(o.friction, q, v, d.e, rows.row(r), rows.x[r], 1, book);
+      system.report_friction(o.friction, q, v, d.e, rows.row(r), rows.x[r], 1, impulses);
   }
-  system.report_rows(q, d.e, d.lambda.data(), 1, book);
-  for (int i = 0; i < system.n(); ++i) book.acceleration[i] += change_[i];
+  system.report_rows(q, d.e, d.lambda.data(), 1, impulses);
+  for (int i = 0; i < system.n(); ++i) impulses.acceleration[i] += change_[i];
 }
 
 }  // namespace freeplay

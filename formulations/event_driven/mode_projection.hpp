@@ -15,7 +15,7 @@ class ModeProjection {
  public:
   /// Projects the positions of x, then its velocities; adds the impulses of the latter to `book`,
   /// if given. Returns the change of energy (J).
-  double project(ModeEquations& d, std::vector<double>& x, double t, Forces* book);
+  double project(ModeEquations& d, std::vector<double>& x, double t, Forces* impulses);
 
  private:
   /// Owner of a row: a contact and which of its rows, or a joint with friction.
@@ -27,7 +27,7 @@ class ModeProjection {
   void move(ModeEquations& d, double* y);
   void hold_positions(ModeEquations& d, const double* q, const double* v);
   void hold_velocities(ModeEquations& d, const double* q, const double* v);
-  void enter(ModeEquations& d, const double* q, const double* v, Forces& book) const;
+  void enter(ModeEquations& d, const double* q, const double* v, Forces& impulses) const;
 
   std::vector<double> residual_, change_;
   std::vector<Owner> owners_;

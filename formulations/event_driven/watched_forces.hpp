@@ -32,11 +32,12 @@ class WatchedForces {
     probe_->report(x, t, out);
   }
   /// Impulses of an impact, before it is accepted.
-  void strike(EventDynamics& dynamics, const std::vector<double>& x, const std::vector<int>& struck) {
-    if (watching_) dynamics.report_impact(x, struck, strike_);
+  void apply_impact(EventDynamics& dynamics, const std::vector<double>& x,
+                    const std::vector<int>& in_impact) {
+    if (watching_) dynamics.report_impact(x, in_impact, impact_forces_);
   }
-  void keep_strike() {
-    if (watching_) before_.add(1, strike_);
+  void keep_impact() {
+    if (watching_) before_.add(1, impact_forces_);
   }
   /// Where the impulses of projections before a step and within it are accumulated; null without
   /// observers.
@@ -49,19 +50,19 @@ class WatchedForces {
   long unreported() const { return probe_ ? probe_->counts.unreported : 0; }
 
   template <class M>
-  void remember(M& m, const EventDynamics& dynamics) {
-    remember_probe(m, probe_, watching_, [&] { make_probe(dynamics); });
+  void serialize(M& m, const EventDynamics& dynamics) {
+    serialize_probe(m, probe_, watching_, [&] { make_probe(dynamics); });
   }
 
  private:
   void make_probe(const EventDynamics& dynamics) {
     probe_ = dynamics.twin();
-    before_ = within_ = strike_ = scratch_ = dynamics.system.make_forces();
+    before_ = within_ = impact_forces_ = scratch_ = dynamics.system.make_forces();
   }
 
   bool watching_ = false;
   std::unique_ptr<EventDynamics> probe_;  // made when forces are first observed
-  Forces before_, within_, strike_, scratch_;
+  Forces before_, within_, impact_forces_, scratch_;
 };
 
 }  // namespace freeplay

@@ -139,7 +139,7 @@ struct MethodState {
     f(x, dxdt, t);
   }
   template <class M>
-  void remember(M& m) {
+  void serialize(M& m) {
     m(t_old, t, x_old, x, dxdt_old, dxdt, rejected);
     if constexpr (M::reading)
       for (const auto* y : {&x_old, &dxdt_old, &dxdt})
@@ -223,9 +223,9 @@ class Dopri5 : public MethodState {
   }
   /// The stepper of Odeint keeps no data between steps: every stage is computed anew.
   template <class M>
-  void remember(M& m) {
+  void serialize(M& m) {
     m.part("dopri5");
-    MethodState::remember(m);
+    MethodState::serialize(m);
     m(dt_);
     if constexpr (M::reading) stepper_.stepper().adjust_size(x);
   }
@@ -267,9 +267,9 @@ class Rk4 : public MethodState {
   }
   void interpolate(double at, Vector& out) const { hermite(at, out); }
   template <class M>
-  void remember(M& m) {
+  void serialize(M& m) {
     m.part("rk4");
-    MethodState::remember(m);
+    MethodState::serialize(m);
     if constexpr (M::reading) stepper_.adjust_size(x);
   }
 

@@ -97,7 +97,7 @@ inline void require(bool fits) {
 /// For a state of `size` components. Unset entries of an unfinished table are serialized as they
 /// are.
 template <class M>
-void remember(M& m, AdamsStepper& stepper, std::size_t size) {
+void serialize(M& m, AdamsStepper& stepper, std::size_t size) {
   auto& k = (stepper.*pointer(AdamsStepper_m_stepper{})).coeff();
   auto& steps_alike = k.*pointer(AdamsCoefficients_m_ns{});
   m(k.m_eo, k.m_steps_init, steps_alike);
@@ -134,7 +134,7 @@ void remember(M& m, AdamsStepper& stepper, std::size_t size) {
 
 /// For states like y. The table of the last step, which interpolation uses, is not serialized.
 template <class M>
-void remember(M& m, BulirschStoerStepper& stepper, const std::vector<double>& y) {
+void serialize(M& m, BulirschStoerStepper& stepper, const std::vector<double>& y) {
   auto& x1 = stepper.*pointer(BulirschStoerStepper_m_x1{});
   auto& order = stepper.*pointer(BulirschStoerStepper_m_current_k_opt{});
   bool begun = !x1.m_v.empty();  // otherwise time and step are not set yet

@@ -71,7 +71,7 @@ class Phases {
   }
 
   template <class M>
-  void remember(M& m) {
+  void serialize(M& m) {
     const auto size = pieces_.size();
     m(pieces_);
     if constexpr (M::reading)

@@ -113,14 +113,14 @@ class Relieved : public Method {
       Method::enclose(n, bounds);
   }
   template <class M>
-  void remember(M& m) {
-    Method::remember(m);
+  void serialize(M& m) {
+    Method::serialize(m);
     m(stiff_, by_implicit_, steps_, counted_, probe_at_, since_, reliefs_, limit_);
     if constexpr (M::reading) {
       affordable_ = first_probe_ > 0 && this->x.size() <= most_unknowns;
       if (affordable_) implicit_.make_room(this->x.size());
     }
-    implicit_.remember(m);
+    implicit_.serialize(m);
   }
 
  private:

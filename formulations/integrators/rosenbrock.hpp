@@ -87,7 +87,7 @@ class RosenbrockStep {
   }
   /// The Jacobian belongs to one step only and is not serialized.
   template <class M>
-  void remember(M& m) {
+  void serialize(M& m) {
     m(dt_);
   }
 
@@ -136,10 +136,10 @@ class Rosenbrock : public MethodState {
   /// Accelerations at the ends of a stiff step may belong to layers far shorter than the step.
   void show(double at, std::size_t, Vector& out) const { hermite(at, out); }
   template <class M>
-  void remember(M& m) {
+  void serialize(M& m) {
     m.part("rosenbrock4");
-    MethodState::remember(m);
-    step_.remember(m);
+    MethodState::serialize(m);
+    step_.serialize(m);
     if constexpr (M::reading) step_.make_room(x.size());
   }
 

@@ -41,7 +41,7 @@ class ScaledSide {
   double tolerance() const { return norm_.tolerance; }
   /// Only the scales of the last start are serialized. `size`: of a state.
   template <class M>
-  void remember(M& m, std::size_t size) {
+  void serialize(M& m, std::size_t size) {
     m(scale_);
     if constexpr (M::reading) {
       odeint_memory::require(scale_.empty() || scale_.size() == size);
@@ -150,13 +150,13 @@ class BulirschStoer : public MethodState {
     for (std::size_t i = 0; i < n; ++i) bounds.widen(i, apart_[i], 128);
   }
   template <class M>
-  void remember(M& m) {
+  void serialize(M& m) {
     m.part("bulirsch-stoer");
-    MethodState::remember(m);
+    MethodState::serialize(m);
     m(dt_, wish_, fresh_);
     if constexpr (M::reading) y_.resize(x.size());
-    side_.remember(m, x.size());
-    odeint_memory::remember(m, stepper_, y_);
+    side_.serialize(m, x.size());
+    odeint_memory::serialize(m, stepper_, y_);
   }
 
  private:
@@ -252,16 +252,16 @@ class Adams : public MethodState {
   }
   void interpolate(double at, Vector& out) const { hermite(at, out); }
   template <class M>
-  void remember(M& m) {
+  void serialize(M& m) {
     m.part("adams");
-    MethodState::remember(m);
+    MethodState::serialize(m);
     m(dt_, fresh_, cut_short_, y_, y_new_);
     if constexpr (M::reading) {
       odeint_memory::require(y_.size() == x.size() && y_new_.size() == x.size());
       landing_.adjust_size(x);
     }
-    side_.remember(m, x.size());
-    odeint_memory::remember(m, stepper_, x.size());
+    side_.serialize(m, x.size());
+    odeint_memory::serialize(m, stepper_, x.size());
   }
 
  private:

@@ -62,15 +62,15 @@ struct PenaltyMode {
   double v0 = 1;  ///< m/s: δ̇ at the onset of the present contact, or w of its last impact
   /// an impact on the closed contact with a greater speed than v₀ is in progress: w takes the place
   /// of v₀ (see contact_law.hpp)
-  bool struck = false;
+  bool in_impact = false;
   double mass = 1;  ///< kg, effective mass of that impact
   /// closed without an impact, or has expanded since its onset: a further compression is a new
   /// impact
   bool eased = false;
 
   template <class M>
-  void remember(M& m) {
-    m(closed, zone, v0, struck, mass, eased);
+  void serialize(M& m) {
+    m(closed, zone, v0, in_impact, mass, eased);
   }
 };
 
@@ -84,8 +84,8 @@ struct PenaltyContact : PenaltyMode {
   const PenaltyMode& mode() const { return *this; }
   template <class T>
   T force(const T& delta, const T& rate, const T& elastic) const {
-    return struck ? law.force(delta, elastic, rate, law.touch_speed(delta, rate, mass))
-                  : law.force(delta, elastic, rate, v0);
+    return in_impact ? law.force(delta, elastic, rate, law.touch_speed(delta, rate, mass))
+                     : law.force(delta, elastic, rate, v0);
   }
 };
 
@@ -183,7 +183,7 @@ class PenaltyDynamics {
   double knot = INFINITY;
 
   template <class M>
-  void remember(M& m) {
+  void serialize(M& m) {
     m.part("penalty dynamics");
     for (auto& c : contacts_) m(c.mode());
     m(phases);

@@ -52,8 +52,9 @@ class Penalty final : public Marched<PenaltyStepper<Method>> {
     std::vector<ContactModel> models;
     for (int k = 0; k < system_.contacts(); ++k) {
       const auto& law = stepper_.dynamics().contacts()[k].law;
-      const double asked = system_.contact_facts(k).surface.restitution.value_or(1);
-      models.push_back({asked, law.viscous > 0 || law.own() ? std::nan("") : delivered_restitution(law.chi),
+      const double requested = system_.contact_facts(k).surface.restitution.value_or(1);
+      models.push_back({requested,
+                        law.viscous > 0 || law.own() ? std::nan("") : delivered_restitution(law.chi),
                         law.elastic.is_power() ? law.elastic.stiffness : 0, law.elastic.exponent, law.chi});
     }
     return models;

@@ -70,11 +70,11 @@ class PenaltyStepper {
   }
 
   template <class M>
-  void remember(M& m) {
+  void serialize(M& m) {
     m.part("penalty stepper");
     m(f_, method_, mark_, extremes_, restart_, stalled_, creeps_, lost_, creep_since_, events_since_,
       last_slide_, unseen_, chatter_, short_, pulses_, coarse_, paced_, paced_since_);
-    remember_probe(m, probe_, watching_, [this] { make_probe(); });
+    serialize_probe(m, probe_, watching_, [this] { make_probe(); });
   }
 
   double t() const { return method_.t; }
@@ -251,7 +251,7 @@ class PenaltyStepper {
     double duration = 0;  ///< s, duration of that contact
     double greatest = 0;  ///< m/s, greatest speed change by a contact
     template <class M>
-    void remember(M& m) {
+    void serialize(M& m) {
       m(lost, duration, greatest);
     }
   };
@@ -316,7 +316,7 @@ class PenaltyStepper {
   struct Sample {
     double gap = 0, rate = 0, slide = 0;
     template <class M>
-    void remember(M& m) {
+    void serialize(M& m) {
       m(gap, rate, slide);
     }
   };
@@ -324,7 +324,7 @@ class PenaltyStepper {
     Sample at;                                   // end of the last step
     double impulse_n = 0, impulse_t = 0, t = 0;  // at contact onset
     template <class M>
-    void remember(M& m) {
+    void serialize(M& m) {
       m(at, impulse_n, impulse_t, t);
     }
   };
@@ -332,7 +332,7 @@ class PenaltyStepper {
     int contact = -1;
     // slide: the sliding speed reaches `boundary`; blow: an impact on a closed contact begins or
     // ends
-    enum class Kind { gap, slide, blow } kind = Kind::gap;
+    enum class Kind { gap, slide, begins_impact } kind = Kind::gap;
     double t = 0, boundary = 0;
     Phases::Crossing crossing = {};  // or an angle reaches a kink of its table
     bool found() const { return contact >= 0 || crossing.phase >= 0; }
@@ -402,7 +402,7 @@ class PenaltyStepper {
   /// The first such time between two times of the last step.
   std::optional<double> blow_between(int k, const Instant& before, const Instant& after);
   /// An impact on a closed contact begins, or ends and sets v₀.
-  void strike(int k);
+  void apply_impact(int k);
   /// Whether a fixed step has changed a sliding speed that began in a steep zone of its friction
   /// law far beyond that zone. No motion does this: the step is unstable there.
   bool leaps() const;
@@ -461,7 +461,7 @@ class PenaltyStepper {
     /// greatest change of the speed of a phase's argument in a step, and its greatest speed
     double change = 0, speed = 0;
     template <class M>
-    void remember(M& m) {
+    void serialize(M& m) {
       m(change, speed);
     }
   };

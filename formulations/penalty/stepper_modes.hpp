@@ -7,12 +7,12 @@
 namespace freeplay {
 
 template <class Method>
-void PenaltyStepper<Method>::strike(int k) {
+void PenaltyStepper<Method>::apply_impact(int k) {
   auto& c = f_.contacts()[k];
   const auto& row = f_.contact_row(k, method_.x, method_.t);
-  if (!c.struck) c.mass = f_.effective_mass(row);
+  if (!c.in_impact) c.mass = f_.effective_mass(row);
   c.v0 = std::max(touch_speed(c, mark_[k].at), v0_floor_);
-  c.struck = !c.struck;
+  c.in_impact = !c.in_impact;
   restart_ = true;
 }
 
@@ -38,8 +38,8 @@ void PenaltyStepper<Method>::change_mode(const Event& event) {
     return;
   }
   auto& c = f_.contacts()[event.contact];
-  if (event.kind == Event::Kind::blow) {
-    strike(event.contact);
+  if (event.kind == Event::Kind::begins_impact) {
+    apply_impact(event.contact);
   } else if (event.kind == Event::Kind::slide) {
     const bool up = event.boundary == c.friction->ends(c.zone).high;
     c.zone = c.friction->zone(event.boundary + (up ? nudge(c) : -nudge(c)));
@@ -84,7 +84,7 @@ void PenaltyStepper<Method>::close(int k) {
   c.closed = true;
   c.v0 = std::max(-rate, v0_floor_);
   c.mass = f_.effective_mass(row);
-  c.struck = false;
+  c.in_impact = false;
   // closed without an impact
   c.eased = -rate < v0_floor_ || unloaded_[static_cast<std::size_t>(k)];
   const int p = f_.impulse_offset() + 2 * k;

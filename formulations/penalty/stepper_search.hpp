@@ -160,7 +160,7 @@ void PenaltyStepper<Method>::find_blow_event(int k, Event& first) {
       to.at = sample_at(k, to.t);
     }
     if (const auto t = blow_between(k, from, to)) {
-      if (*t < first.t || !first.found()) first = {k, Event::Kind::blow, *t, 0};
+      if (*t < first.t || !first.found()) first = {k, Event::Kind::begins_impact, *t, 0};
       return;
     }
     from = to;
@@ -176,7 +176,7 @@ std::optional<double> PenaltyStepper<Method>::blow_between(int k, const Instant&
     return bracketed_root([&](double t) { return sample_at(k, t).rate; }, before.t, after.t, before.at.rate,
                           after.at.rate);
   };
-  if (c.struck) {
+  if (c.in_impact) {
     if (after.at.rate > 0) return before.at.rate < 0 ? turn() : before.t;
     const auto pushed = [&](double t) {
       if (t >= method_.t) return push(k, method_.x, method_.dxdt, t);

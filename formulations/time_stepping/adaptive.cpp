@@ -36,14 +36,14 @@ void AdaptiveMoreau::start(const State& state, ContactLog& log) {
   calm_since_ = state.t;
   auto e = system_.make_evaluation();
   system_.place(state.t, state.q.data(), e);
-  striking_ = false;
+  impacting_ = false;
   for (int k = 0; k < system_.contacts(); ++k) {
     auto& c = contact(k);
     c.t_left = -INFINITY;
     system_.contact(k, state.q.data(), state.v.data(), e, c.row);
     if (c.row.normal.size == 0 || c.gap > near(k)) continue;
     const double rate = c.row.normal.dot(state.v.data()), none = tolerance_ * scales_.speed;
-    striking_ = striking_ || rate < -none;
+    impacting_ = impacting_ || rate < -none;
     c.closed = std::abs(rate) <= none;
   }
 }
@@ -55,7 +55,7 @@ void AdaptiveMoreau::take_over(const Handover& from, ContactLog& log) {
     const auto& was = from.contacts[static_cast<std::size_t>(k)];
     c.closed = was.closed && c.row.normal.size > 0;
     c.steps = was.logged ? 2 : 0;
-    c.t_touch = was.t_touch;
+    c.t_onset = was.t_onset;
     c.t_pressed = from.state.t;
     c.impulse_n = was.impulse_n;
     c.impulse_t = was.impulse_t;
@@ -78,7 +78,7 @@ Handover AdaptiveMoreau::hand_over() {
   for (const auto& c : moreau_.contacts().all()) {
     Handover::Contact was{c.closed, c.steps > 0};
     if (was.logged) {  // otherwise the impulses are of a contact that has ended
-      was.t_touch = c.t_touch;
+      was.t_onset = c.t_onset;
       was.impulse_n = c.impulse_n;
       was.impulse_t = c.impulse_t;
     }
@@ -140,7 +140,7 @@ bool AdaptiveMoreau::step(double t_end) {
     smooth_step_ = false;
     return true;
   }
-  return striking_ ? impact_step(t_end) : smooth_step(t_end, rounding);
+  return impacting_ ? impact_step(t_end) : smooth_step(t_end, rounding);
 }
 
 bool AdaptiveMoreau::smooth_step(double t_end, double rounding) {
@@ -229,7 +229,7 @@ AdaptiveMoreau::Outcome AdaptiveMoreau::attempt(Attempt& a, double t_end) {
     }
     if (land_on_onset(a, *onset)) return Outcome::again;
     contact(onset->contact).soft = soft;
-    striking_ = true;
+    impacting_ = true;
   } else if (land_on_kink(a, floor)) {
     return Outcome::again;
   }
@@ -301,8 +301,8 @@ bool AdaptiveMoreau::impact_step(double t_end) {
   }
   if (const int inside = found_inside(); inside >= 0) return fail_inside(inside);
   pair_.take_forces(moreau_);
-  striking_ = false;
-  ++pace_.strikes;
+  impacting_ = false;
+  ++pace_.impacts_now;
   close_after_impact();
   settle();
   return true;
@@ -344,13 +344,13 @@ void AdaptiveMoreau::settle() {
       if (c.steps == 1) c.steps = 2;
     }
     if (c.closed && c.t_pressed < moreau_.t()) c.closed = false;
-    if (!c.closed && at_onset && c.row.normal.dot(moreau_.v()) < 0) striking_ = true;
+    if (!c.closed && at_onset && c.row.normal.dot(moreau_.v()) < 0) impacting_ = true;
   }
   pace_.note_step(moreau_.t(), moreau_.extremes().gains);
 }
 
-void AdaptiveMoreau::tell(std::vector<std::string>& notes) const {
-  moreau_.tell(notes);
+void AdaptiveMoreau::add_notes(std::vector<std::string>& notes) const {
+  moreau_.add_notes(notes);
   const auto& f = found_;
   if (f.floored > 0)
     notes.push_back(

@@ -45,14 +45,14 @@ class AdaptiveMoreau {
   const std::string& failure() const { return failure_; }
 
   template <class M>
-  void remember(M& m) {
+  void serialize(M& m) {
     m.part("controlled");
     auto& f = found_;
     m(moreau_, pair_.start.t, pair_.start.q, pair_.start.v, pair_.middle_q, pair_.middle_v, pair_.middle_t,
-      h_, pace_.floor, pace_.least_floor, pace_.fastest, pace_.pace, striking_, smooth_step_, f.unseen,
+      h_, pace_.floor, pace_.least_floor, pace_.fastest, pace_.pace, impacting_, smooth_step_, f.unseen,
       steps_, pace_.steps, pace_.since, calm_since_, f.floored, f.most_floored, f.longest_floor, f.ended,
       f.ended_time, pair_.smooth, pair_.within, pace_.film_pace, pace_.calm_speed, pace_.gains,
-      pace_.calm_gains, pace_.strikes);
+      pace_.calm_gains, pace_.impacts_now);
   }
 
   double t() const { return moreau_.t(); }
@@ -62,7 +62,7 @@ class AdaptiveMoreau {
   const double* q() const { return moreau_.q(); }
   void interpolate(double t, double* q, double* v) const;
   /// Smooth steps have no impacts.
-  Struck struck() const { return smooth_step_ ? Struck{t(), {}} : moreau_.struck(); }
+  StepImpacts in_impact() const { return smooth_step_ ? StepImpacts{t(), {}} : moreau_.in_impact(); }
   std::span<const double> z() const { return moreau_.z(); }
   std::span<const double> multipliers() const { return moreau_.multipliers(); }
 
@@ -87,13 +87,13 @@ class AdaptiveMoreau {
   const Extremes& extremes() const { return moreau_.extremes(); }
   const Work& work() const { return moreau_.work(); }
   Work& work() { return moreau_.totals().work; }
-  void tell(std::vector<std::string>& notes) const;
+  void add_notes(std::vector<std::string>& notes) const;
   double unseen() const { return found_.unseen; }
   bool singular() const { return moreau_.singular(); }
   double nearest_singular() const { return moreau_.nearest_singular(); }
 
   /// Whether the next step is a step over an impact.
-  bool strikes_next() const { return striking_; }
+  bool impact_next() const { return impacting_; }
   /// s: no impact since then.
   double calm_since() const { return calm_since_; }
   double first_step() const { return 1e-3 * scales_.time; }
@@ -134,7 +134,7 @@ class AdaptiveMoreau {
   OnsetSearch search_;
   StepPace pace_;
   double h_ = 0;             // s, of the next step
-  bool striking_ = false;    // the next step is a step over an impact
+  bool impacting_ = false;   // the next step is a step over an impact
   bool smooth_step_ = true;  // the last step was smooth
   long steps_ = 0;
   double calm_since_ = 0;  // s

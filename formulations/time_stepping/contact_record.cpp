@@ -11,7 +11,7 @@ namespace {
 /// following bounces last D (e + e² + …).
 double left_out(const StepContact& c) {
   if (!c.soft || !(c.t_left > -INFINITY)) return 0;
-  const double flight = c.t_touch - c.t_left;
+  const double flight = c.t_onset - c.t_left;
   return c.restitution < 1 ? flight * c.restitution / (1 - c.restitution) : flight;
 }
 
@@ -20,9 +20,9 @@ double left_out(const StepContact& c) {
 /// Logs a separation at the end of the last step with an impulse.
 void ContactRecord::log_leave(StepData& s, ContactSet& contacts, int k) {
   auto& c = contacts[k];
-  const double t = c.steps > 1 ? c.t_pressed : c.t_touch;
+  const double t = c.steps > 1 ? c.t_pressed : c.t_onset;
   s.log->leave(k, t, s.system.crank_angle(s.q_old.data()), c.u_n_plus, c.u_t_plus, c.impulse_n, c.impulse_t,
-               t - c.t_touch);
+               t - c.t_onset);
   c.steps = 0;
   c.t_left = c.t_pressed;
 }
@@ -46,7 +46,7 @@ bool ContactRecord::leaves(const StepData& s, const StepContact& c) const {
 void ContactRecord::record(StepData& s, ContactSet& contacts, StepProblem& problem,
                            const ImpulseResponses& responses) {
   const double h = s.length();
-  struck_ = false;
+  in_impact_ = false;
   for (std::size_t k = 0; k < problem.slide_last.size(); ++k)
     problem.slide_last[k] = problem.friction(static_cast<int>(k)).impulse_t;
   for (const int k : contacts.live()) {
@@ -61,17 +61,16 @@ void ContactRecord::record(StepData& s, ContactSet& contacts, StepProblem& probl
     }
     const double tangent_minus = c.row.tangent.size > 0 ? c.row.tangent.dot(s.v_old.data()) + c.bias_t : 0;
     if (c.steps++ == 0) {
-      struck_ = true;
+      in_impact_ = true;
       // The onset is where the gap at the step's beginning closes at its rate there.
       const double closing = c.row.normal.dot(s.v_old.data()) + 0.5 * h * c.row.gamma_n;
-      c.t_touch = s.t_old + (closing < 0 ? std::clamp(-c.gap / closing, 0.0, h) : 0);
+      c.t_onset = s.t_old + (closing < 0 ? std::clamp(-c.gap / closing, 0.0, h) : 0);
       c.impulse_n = c.impulse_t = 0;
       if (c.u_n_minus < 0 && step_ > 0)
-        keep_flight(-c.u_n_minus, (c.t_touch - c.t_left) / step_, s.totals.extremes);
-      s.log->touch(k, c.t_touch, s.system.crank_angle(s.q_old.data()), c.u_n_minus, tangent_minus,
+        keep_flight(-c.u_n_minus, (c.t_onset - c.t_left) / step_, s.totals.extremes);
+      s.log->touch(k, c.t_onset, s.system.crank_angle(s.q_old.data()), c.u_n_minus, tangent_minus,
                    std::max(h, left_out(c)), 1.5 * h);
-      if (contacts.is_seated(k))
-        s.log->name(k, contacts.told_as(k), {contacts.pair(k).i, contacts.pair(k).j});
+      if (contacts.has_slot(k)) s.log->name(k, contacts.told_as(k), {contacts.pair(k).i, contacts.pair(k).j});
       ++s.totals.work.events;
     }
     c.t_pressed = s.t;
@@ -80,7 +79,7 @@ void ContactRecord::record(StepData& s, ContactSet& contacts, StepProblem& probl
     c.u_n_plus = c.row.normal.dot(s.v.data()) - c.bias_n;
     c.u_t_plus = c.row.tangent.size > 0 ? c.row.tangent.dot(s.v.data()) - c.bias_t : 0;
   }
-  if (struck_) keep_impacts(s, contacts, problem, responses);
+  if (in_impact_) keep_impacts(s, contacts, problem, responses);
 }
 
 /// Sums the responses to the contacts in impact alone.
@@ -93,7 +92,7 @@ void ContactRecord::keep_impacts(const StepData& s, const ContactSet& contacts, 
     const auto* u = problem.unknown_of(c);
     if (!u || c.steps != 1 || !(u->impulse_n > 0)) continue;
     sum += u->impulse_n;
-    moment += u->impulse_n * (c.t_touch - s.t_old);
+    moment += u->impulse_n * (c.t_onset - s.t_old);
     for (const auto& [row, impulse] :
          {std::pair{u->normal, u->impulse_n}, std::pair{u->tangent, u->impulse_t}})
       if (row >= 0) responses.push(problem.place(row), impulse, v_.data());

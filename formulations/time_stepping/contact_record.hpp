@@ -21,10 +21,10 @@ class ContactRecord {
   /// Logs the separation of contacts that are no longer closed, as the next step would do.
   void leave_all_open(StepData& step, ContactSet& contacts);
   /// Whether an impact occurred in the last step.
-  bool struck() const { return struck_; }
+  bool in_impact() const { return in_impact_; }
   /// The impacts of the last step, at the mean of their times weighted by normal impulse.
-  Struck impacts(double t) const {
-    if (!struck_) return {t, {}};
+  StepImpacts impacts(double t) const {
+    if (!in_impact_) return {t, {}};
     return {t_, v_};
   }
   /// The shortest flight in steps, by the binary exponent of the approach speed at its end.
@@ -38,7 +38,7 @@ class ContactRecord {
   void keep_flight(double approach, double steps, Extremes& extremes);
 
   double step_;
-  bool struck_ = false;
+  bool in_impact_ = false;
   double t_ = 0;           // s
   std::vector<double> v_;  // velocity change by the impacts
   std::array<double, 128> flights_;

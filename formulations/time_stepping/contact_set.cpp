@@ -40,7 +40,7 @@ void ContactSet::look_at_rows(StepData& s, ImpulseResponses& responses) {
 void ContactSet::begin(const StepData& s, bool many) {
   for (const int k : live_) {
     auto& c = contacts_[k];
-    c.struck = false;
+    c.in_impact = false;
     c.active = many && c.steps > 1 && c.last_n > 0 && c.row.normal.size > 0 && in_reach(c, s.reach);
   }
 }
@@ -69,8 +69,8 @@ bool ContactSet::find_struck(StepData& s) {
     if (!c.active) continue;
     c.bias_n = 0.5 * h * c.row.gamma_n;
     c.bias_t = 0.5 * h * c.row.gamma_t;
-    c.struck = s.reach == StepReach::all && c.steps == 0 && approach(c) > 10 * std::abs(c.bias_n);
-    any |= c.struck;
+    c.in_impact = s.reach == StepReach::all && c.steps == 0 && approach(c) > 10 * std::abs(c.bias_n);
+    any |= c.in_impact;
   }
   if (!any) return false;
   if (system_.rows() == 0)
@@ -81,10 +81,10 @@ bool ContactSet::find_struck(StepData& s) {
   any = false;
   for (const int k : live_) {
     auto& c = contacts_[k];
-    if (!c.active || !c.struck) continue;
+    if (!c.active || !c.in_impact) continue;
     const double bias = 0.5 * h * c.row.normal.dot(a_gamma_.data());
-    c.struck = approach(c) > 10 * std::abs(bias);
-    if (!c.struck) continue;
+    c.in_impact = approach(c) > 10 * std::abs(bias);
+    if (!c.in_impact) continue;
     any = true;
     c.bias_n = bias;
     if (c.row.tangent.size > 0) c.bias_t = 0.5 * h * c.row.tangent.dot(a_gamma_.data());
@@ -93,12 +93,12 @@ bool ContactSet::find_struck(StepData& s) {
 }
 
 void ContactSet::look(int k, const double* q, const double* v, const Evaluation& e, ContactRow& row) const {
-  if (!is_seated(k)) return system_.contact(k, q, v, e, row);
+  if (!has_slot(k)) return system_.contact(k, q, v, e, row);
   System::contact(shape(k), facts(k), q, v, e, row);
 }
 
 double ContactSet::gap(int k, const double* q, const Evaluation& e) const {
-  return is_seated(k) ? System::gap(shape(k), q, e) : system_.gap(k, q, e);
+  return has_slot(k) ? System::gap(shape(k), q, e) : system_.gap(k, q, e);
 }
 
 void ContactSet::renew_pairs(double h, const double* q, const double* v0, const double* v1, StepData& s,

@@ -28,25 +28,25 @@ namespace freeplay {
 
 struct StepContact {
   double restitution = 0;
-  bool active = false;  // takes part in this step
-  bool closed = false;  // takes part in steps with StepReach::closed
-  bool struck = false;  // in impact in this step: it was open before, and approaches
-  bool held = false;    // in this step: its gap is corrected to zero from either side
-  bool soft = false;    // its next impact is without restitution: its bounces have ended
+  bool active = false;     // takes part in this step
+  bool closed = false;     // takes part in steps with StepReach::closed
+  bool in_impact = false;  // in impact in this step: it was open before, and approaches
+  bool held = false;       // in this step: its gap is corrected to zero from either side
+  bool soft = false;       // its next impact is without restitution: its bounces have ended
   ContactRow row;
   double gap = 0;  // at the end of the last step
   double u_n_minus = 0, u_t_minus = 0, u_n_plus = 0, u_t_plus = 0;
   double impulse_n = 0, impulse_t = 0;  // since the onset of the present contact
   double last_n = 0, last_t = 0;        // of the last step, the initial guess of the next solve
-  double t_touch = 0, t_left = 0;
+  double t_onset = 0, t_left = 0;
   double t_pressed = 0;           // end of the last step with an impulse
   int steps = 0;                  // number of steps since the onset of the present contact
   double bias_n = 0, bias_t = 0;  // u⁻ − Wᵀv = Wᵀv⁺ − u⁺
   int unknown = -1;               // index in the contact problem of the step
   template <class M>
-  void remember(M& m) {
-    m(active, closed, struck, held, soft, row, gap, u_n_minus, u_t_minus, u_n_plus, u_t_plus, impulse_n,
-      impulse_t, last_n, last_t, t_touch, t_left, t_pressed, steps, bias_n, bias_t, unknown);
+  void serialize(M& m) {
+    m(active, closed, in_impact, held, soft, row, gap, u_n_minus, u_t_minus, u_n_plus, u_t_plus, impulse_n,
+      impulse_t, last_n, last_t, t_onset, t_left, t_pressed, steps, bias_n, bias_t, unknown);
   }
 };
 
@@ -85,10 +85,10 @@ class ContactSet {
 
   /// @name Facts of a contact, by its index in this set
   ///@{
-  bool is_seated(int k) const { return k >= system_.contacts(); }
+  bool has_slot(int k) const { return k >= system_.contacts(); }
   /// The number for facts, greatest penetration and events: the contact's own number or that of its
   /// family.
-  int told_as(int k) const { return is_seated(k) ? system_.contacts() + pair(k).family : k; }
+  int told_as(int k) const { return has_slot(k) ? system_.contacts() + pair(k).family : k; }
   const ContactFacts& facts(int k) const { return system_.contact_facts(told_as(k)); }
   double gap(int k, const double* q, const Evaluation& e) const;
   const Neighbours::Pair& pair(int k) const { return slot(k).pair; }
@@ -103,7 +103,7 @@ class ContactSet {
   }
 
   template <class M>
-  void remember(M& m, StepData& step, ImpulseResponses& responses) {
+  void serialize(M& m, StepData& step, ImpulseResponses& responses) {
     if (near_) {
       m(*near_, live_);
       if constexpr (M::reading) take_slots_again(step, responses);
@@ -124,7 +124,7 @@ class ContactSet {
     std::vector<int> kept;            // work space while the list is renewed
     std::vector<double> restitution;  // of each family
     template <class M>
-    void remember(M& m) {
+    void serialize(M& m) {
       m(neighbours, free);
       auto size = static_cast<std::uint64_t>(slots.size());
       m(size);

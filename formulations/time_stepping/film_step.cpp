@@ -200,13 +200,13 @@ double FilmStep::loss(const double* v_old, const double* v_new) const {
   return sum;
 }
 
-void FilmStep::report(const System& system, const double* q, const Evaluation& e, const double* struck,
+void FilmStep::report(const System& system, const double* q, const Evaluation& e, const double* in_impact,
                       Forces& smooth, Forces& within) const {
   for (const auto& f : films_) {
     if (f.first < 0) continue;
     std::array<double, 3> p{}, by{};
     for (int a = 0; a < 3; ++a) {
-      for (int b = 0; b < 3; ++b) by[a] += f.J[a][b] * f.theta[b] * f.of(b).dot(struck);
+      for (int b = 0; b < 3; ++b) by[a] += f.J[a][b] * f.theta[b] * f.of(b).dot(in_impact);
       p[a] = p_[f.first + a] - by[a];
     }
     system.report_film(f.contact, q, e, f.row, p[0], p[1], p[2], 1, smooth);

@@ -67,7 +67,7 @@ class FilmStep {
   double loss(const double* v_old, const double* v_new) const;
   /// Adds the impulses of the films. The share due to a velocity change `struck` by impacts is
   /// added to `within`.
-  void report(const System& system, const double* q, const Evaluation& e, const double* struck,
+  void report(const System& system, const double* q, const Evaluation& e, const double* in_impact,
               Forces& smooth, Forces& within) const;
 
   /// The greatest relative change of a film's thickness in one step, where the film mattered, and
@@ -76,7 +76,7 @@ class FilmStep {
     double share = 0;
     int contact = -1;
     template <class M>
-    void remember(M& m) {
+    void serialize(M& m) {
       m(share, contact);
     }
   };

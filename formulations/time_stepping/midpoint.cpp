@@ -5,8 +5,8 @@
 
 namespace freeplay {
 
-MeanVelocity::Verdict MeanVelocity::judge(int iteration, const MidpointTerms& terms, const Motion& motion,
-                                          Kind kind, std::vector<double>& v_mean) {
+MeanVelocity::Verdict MeanVelocity::assess(int iteration, const MidpointTerms& terms, const Motion& motion,
+                                           Kind kind, std::vector<double>& v_mean) {
   constexpr int damped_after = 10;  // a pulse of a table may cause oscillations
   constexpr int rounding_after = 20;
   constexpr int most = 50, most_swept = 100;

@@ -51,8 +51,8 @@ class MeanVelocity {
     double film_change;               ///< greatest change of a rate by films
   };
 
-  Verdict judge(int iteration, const MidpointTerms& terms, const Motion& motion, Kind kind,
-                std::vector<double>& v_mean);
+  Verdict assess(int iteration, const MidpointTerms& terms, const Motion& motion, Kind kind,
+                 std::vector<double>& v_mean);
 
   std::vector<double> last;  ///< the previous solution
 };

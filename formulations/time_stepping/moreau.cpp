@@ -144,7 +144,7 @@ bool MoreauStepper::settle_mean_velocity() {
     const MeanVelocity::Motion motion{
         h,          d.q_mid.data(),         d.v_old.data(),
         d.v.data(), d.system.longest_arm(), films ? films_.greatest_change() : 0};
-    switch (mean_.judge(i, terms(), motion, kind, d.v_mean)) {
+    switch (mean_.assess(i, terms(), motion, kind, d.v_mean)) {
       case MeanVelocity::Verdict::met:
         return true;
       case MeanVelocity::Verdict::unsettled:
@@ -225,8 +225,8 @@ bool MoreauStepper::end_step() {
   auto& d = data_;
   record_.record(d, contacts_, problem_, responses_);
   if (forces_.watching()) forces_.collect(d, contacts_, problem_, responses_, films_);
-  account_step(d, contacts_, problem_, responses_, films_, record_.struck(), fixed());
-  if (fixed()) resolution_.judge(d, contacts_);
+  account_step(d, contacts_, problem_, responses_, films_, record_.in_impact(), fixed());
+  if (fixed()) resolution_.assess(d, contacts_);
   correction_.bring_back(d, contacts_, problem_, responses_, films_);
   if (d.smooth() && !end_rates_.meet(d, contacts_, problem_, responses_, forces_)) return false;
   const double h = d.length();

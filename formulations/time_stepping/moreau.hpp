@@ -87,9 +87,9 @@ class MoreauStepper {
   ///@}
 
   template <class M>
-  void remember(M& m) {
+  void serialize(M& m) {
     m.part("moreau-jean");
-    contacts_.remember(m, data_, responses_);
+    contacts_.serialize(m, data_, responses_);
     auto& d = data_;
     auto& found = d.totals.found;
     m(d.saddle, problem_.slide_last, d.q, d.v, d.q_old, d.v_old, mean_.last, d.z, d.t, d.t_old, t_start_,
@@ -107,7 +107,7 @@ class MoreauStepper {
   std::span<const double> z() const { return data_.z; }
   void interpolate(double t, double* q, double* v) const;
   /// The impacts of the last step, at the mean of their times weighted by normal impulse.
-  Struck struck() const { return record_.impacts(data_.t); }
+  StepImpacts in_impact() const { return record_.impacts(data_.t); }
   /// Impulses of the constraint rows over the length of the last step, including its impacts.
   std::span<const double> multipliers() const { return data_.lambda; }
 
@@ -127,8 +127,8 @@ class MoreauStepper {
   const Extremes& extremes() const { return data_.totals.extremes; }
   const Work& work() const { return data_.totals.work; }
   /// Adds notes about this run's steps for the reader of the results.
-  void tell(std::vector<std::string>& notes) const {
-    tell_steps(data_.totals.found, data_.system, fixed(), films_.leap, resolution_.bend, notes);
+  void add_notes(std::vector<std::string>& notes) const {
+    add_step_notes(data_.totals.found, data_.system, fixed(), films_.leap, resolution_.bend, notes);
   }
   const StepResolution::Passage& passage() const { return resolution_.passage; }
   bool singular() const { return data_.saddle.singular(); }

@@ -9,8 +9,9 @@
 
 namespace freeplay {
 
-void tell_steps(const StepDiagnostics& found, const System& system, bool fixed, const FilmStep::Leap& leap,
-                const StepResolution::Bend& bend, std::vector<std::string>& notes) {
+void add_step_notes(const StepDiagnostics& found, const System& system, bool fixed,
+                    const FilmStep::Leap& leap, const StepResolution::Bend& bend,
+                    std::vector<std::string>& notes) {
   if (!found.motions.empty())
     notes.push_back("Painlevé paradox: friction admits several motions, and one was chosen; first at " +
                     found.motions);

@@ -23,8 +23,9 @@ struct StepDiagnostics {
 };
 
 /// `fixed`: steps of fixed length.
-void tell_steps(const StepDiagnostics& found, const System& system, bool fixed, const FilmStep::Leap& leap,
-                const StepResolution::Bend& bend, std::vector<std::string>& notes);
+void add_step_notes(const StepDiagnostics& found, const System& system, bool fixed,
+                    const FilmStep::Leap& leap, const StepResolution::Bend& bend,
+                    std::vector<std::string>& notes);
 
 /// The key whose smaller value shortens the steps.
 inline const char* finer_key(bool fixed) { return fixed ? "nonsmooth.step" : "nonsmooth.step_tolerance"; }

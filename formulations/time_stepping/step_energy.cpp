@@ -59,7 +59,7 @@ double account_contacts(StepData& s, const StepProblem& problem, const ImpulseRe
 }  // namespace
 
 void account_step(StepData& s, const ContactSet& contacts, const StepProblem& problem,
-                  const ImpulseResponses& responses, const FilmStep& films, bool struck, bool fixed) {
+                  const ImpulseResponses& responses, const FilmStep& films, bool in_impact, bool fixed) {
   const double h = s.length();
   auto& integrals = s.totals.integrals;
   for (int i = 0; i < s.system.n(); ++i) s.v_mean[i] = 0.5 * (s.v_old[i] + s.v[i]);
@@ -72,7 +72,7 @@ void account_step(StepData& s, const ContactSet& contacts, const StepProblem& pr
   const double gain = account_contacts(s, problem, responses);
   // Lasting contacts may add a gain of h² times forces per step; a greater gain is from an impact
   // that raised the energy. Adaptive steps over impacts are the shortest steps.
-  if (struck)
+  if (in_impact)
     s.totals.extremes.count_gain(gain > (fixed ? 1e-3 : 1e-5) * approach ? gain : 0,
                                  s.system.kinetic(s.v_old.data()), 1e-9);
   if (!s.system.has_loads()) return;

@@ -39,14 +39,14 @@ void StepForces::collect(StepData& s, const ContactSet& contacts, const StepProb
     const auto& c = contacts[k];
     const auto* u = problem.unknown_of(c);
     if (!u) continue;
-    const bool struck = c.steps == 1 && u->impulse_n > 0;
-    any_struck |= struck;
-    if (struck) {
+    const bool in_impact = c.steps == 1 && u->impulse_n > 0;
+    any_struck |= in_impact;
+    if (in_impact) {
       take(u->normal, u->impulse_n);
       take(u->tangent, u->impulse_t);
     }
-    auto& out = struck ? within_ : smooth_;
-    if (contacts.is_seated(k))
+    auto& out = in_impact ? within_ : smooth_;
+    if (contacts.has_slot(k))
       system.report_contact(contacts.told_as(k), System::link_of(contacts.shape(k)), q, s.middle, c.row,
                             u->impulse_n, u->impulse_t, 1, out);
     else

@@ -40,7 +40,7 @@ void StepPace::note_step(double t, long gains_now) {
   const double slow = scales_.guessed ? pace : scales_.time;
   // Otherwise steps are short because the smooth motion needs it, and a higher floor would not
   // resolve it.
-  const bool crowded = strikes >= 40 || gains_now > gains;
+  const bool crowded = impacts_now >= 40 || gains_now > gains;
   if (crowded && passed < 0.02 * slow) floor = std::min(4 * floor, std::max(least_floor, 0.2 * pace));
   if (passed > 0.2 * slow) floor = std::max(0.25 * floor, least_floor);
   if (passed > 0.02 * slow || gains_now == gains) {
@@ -48,7 +48,7 @@ void StepPace::note_step(double t, long gains_now) {
     calm_gains = gains_now;
   }
   gains = gains_now;
-  steps = strikes = 0;
+  steps = impacts_now = 0;
   since = t;
 }
 

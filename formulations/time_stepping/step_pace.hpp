@@ -38,7 +38,7 @@ class StepPace {
   double film_pace = 0;               // s, of a film that rotates with its journal
   double floor = 0, least_floor = 0;  // s
   // since the last check of the pace; of those, steps over impacts
-  long steps = 0, strikes = 0;
+  long steps = 0, impacts_now = 0;
   double since = 0;       // s, time of that check
   double calm_speed = 0;  // m/s, the greatest speed when impacts last raised no energy
   long gains = 0;         // impacts that raised the energy, at the last check

@@ -21,7 +21,7 @@ class StepResolution {
     double share = 0;
     int contact = -1;
     template <class M>
-    void remember(M& m) {
+    void serialize(M& m) {
       m(share, contact);
     }
   };
@@ -32,13 +32,13 @@ class StepResolution {
     double share = 0, over = 0;
     int reader = -1;
     template <class M>
-    void remember(M& m) {
+    void serialize(M& m) {
       m(share, over, reader);
     }
   };
 
   explicit StepResolution(const System& system);
-  void judge(const StepData& step, const ContactSet& contacts) {
+  void assess(const StepData& step, const ContactSet& contacts) {
     if (passes_) judge_passage(step, contacts);
     if (!greatest_.empty()) judge_bend(step);
   }

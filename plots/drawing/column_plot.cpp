@@ -53,9 +53,9 @@ const Column& known(const std::vector<Run>& runs, const std::string& name) {
 /// The panels of the figure: columns requested together share a panel if their units are equal.
 std::vector<std::vector<Column>> panels_of(const ColumnPlot& plot, const std::vector<Run>& runs) {
   std::vector<std::vector<Column>> list;
-  for (const auto& asked : plot.panels) {
+  for (const auto& requested : plot.panels) {
     const auto first = list.size();
-    for (const auto& name : asked) {
+    for (const auto& name : requested) {
       const auto& column = known(runs, name);
       const auto same = std::find_if(list.begin() + static_cast<std::ptrdiff_t>(first), list.end(),
                                      [&](const auto& panel) { return panel.front().unit == column.unit; });

@@ -1,5 +1,5 @@
 // Paths of joints within their clearance: journals in the clearance circle, ends of sliders and
-// pins between their walls (plots/tables/loose_joints.hpp). Each joint has a row: for a comparison
+// pins between their walls (plots/tables/clearance_joints.hpp). Each joint has a row: for a comparison
 // both formulations, first turn and last two turns; for a run the same spans of this run. Rows that
 // do not fit on a page go to the next page.
 #include <fmt/format.h>
@@ -8,7 +8,7 @@
 #include <cmath>
 
 #include "plots/drawing/figure.hpp"
-#include "plots/tables/loose_joints.hpp"
+#include "plots/tables/clearance_joints.hpp"
 
 namespace freeplay::plots {
 namespace {
@@ -27,20 +27,20 @@ struct OrbitPanel {
   const PlayPath* path;
 };
 struct Row {
-  const LooseJoint* joint;
+  const ClearanceJoint* joint;
   std::vector<OrbitPanel> panels;
 };
 
 /// One sentence that explains the axes of all rows.
 std::string frame_of(const std::vector<Row>& rows) {
-  const auto any = [&](LooseJoint::Kind kind) {
+  const auto any = [&](ClearanceJoint::Kind kind) {
     return std::ranges::any_of(rows, [&](const Row& r) { return r.joint->kind == kind; });
   };
   std::string said;
-  if (any(LooseJoint::Kind::journal)) said = "journal centre relative to bearing centre (global axes)";
-  if (any(LooseJoint::Kind::guide) || any(LooseJoint::Kind::slot))
+  if (any(ClearanceJoint::Kind::journal)) said = "journal centre relative to bearing centre (global axes)";
+  if (any(ClearanceJoint::Kind::guide) || any(ClearanceJoint::Kind::slot))
     said += fmt::format("{}walls: {}", said.empty() ? "" : "; ",
-                        any(LooseJoint::Kind::guide)
+                        any(ClearanceJoint::Kind::guide)
                             ? "positions of the slider's ends across the guide (frame of "
                               "the guide)"
                             : "position of the pin across the slot (frame of the slot)");
@@ -55,7 +55,7 @@ std::string shown(double clearance) {
 /// Commands for axes, frame and walls of a row.
 Script axes_of(const Row& row) {
   Script script;
-  const bool journal = row.joint->kind == LooseJoint::Kind::journal;
+  const bool journal = row.joint->kind == ClearanceJoint::Kind::journal;
   if (journal)
     return script.add(
         "set xrange [-1.2:1.2]\nset yrange [-1.2:1.2]\nset xtics 1\nset mxtics 2\nset grid xtics mxtics ytics mytics\n"
@@ -77,7 +77,7 @@ Script axes_of(const Row& row) {
 /// Plot command of one panel. Adds its blocks to the figure.
 Script plot_of(const Row& row, const OrbitPanel& panel, Figure& f) {
   Script plot;
-  const bool journal = row.joint->kind == LooseJoint::Kind::journal;
+  const bool journal = row.joint->kind == ClearanceJoint::Kind::journal;
   plot.add(
       "plot {}",
       journal
@@ -117,7 +117,7 @@ std::filesystem::path page(const std::vector<Row>& rows, std::size_t first, std:
     for (std::size_t p = 0; p < rows[r].panels.size(); ++p) {
       const auto& row = rows[r];
       const std::size_t column = p % across;
-      const bool journal = row.joint->kind == LooseJoint::Kind::journal;
+      const bool journal = row.joint->kind == ClearanceJoint::Kind::journal;
       const double x = scale * left + static_cast<double>(column) * (cell + scale * gap_between),
                    y = down + scale * above;
       f.script.add(
@@ -151,7 +151,7 @@ std::vector<std::filesystem::path> draw_journal_orbit(const std::filesystem::pat
   std::erase_if(runs, [](const RunFolder& run) { return run.style == 3; });
   if (runs.empty()) return {};
   const auto scene = scene_of_run(runs.front().folder);
-  auto joints = loose_joints(runs.front().folder, scene.get());
+  auto joints = clearance_joints(runs.front().folder, scene.get());
   if (joints.size() > most_joints) joints.resize(most_joints);
   if (joints.empty()) return {};
 
@@ -195,7 +195,8 @@ std::vector<std::filesystem::path> draw_journal_orbit(const std::filesystem::pat
   std::string said;
   for (const auto& span : spans)
     said += fmt::format("{}{}: {:.4g} to {:.4g} s", said.empty() ? "" : "; ", span.name, span.from, span.to);
-  if (std::ranges::any_of(joints, [](const LooseJoint& j) { return j.kind == LooseJoint::Kind::guide; }))
+  if (std::ranges::any_of(joints,
+                          [](const ClearanceJoint& j) { return j.kind == ClearanceJoint::Kind::guide; }))
     said += "; rear end solid, front end dashed";
   std::vector<std::filesystem::path> made;
   for (std::size_t from = 0; from < rows.size(); from += each)

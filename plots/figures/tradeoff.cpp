@@ -45,15 +45,15 @@ struct Tradeoff {
 std::string left_out(const Tradeoff& t, const std::string& name) {
   // `events` of a formulation is NaN throughout if there are no contact onsets to compare; infinity
   // means a missed onset.
-  std::vector<std::string> all, judged;
+  std::vector<std::string> all, assessed;
   for (std::size_t i = 0; i < t.table.rows(); ++i) {
     if (t.table.text("scene")[i] != name) continue;
     all.push_back(t.table.text("formulation")[i]);
-    if (!std::isnan(t.table.column("events")[i])) judged.push_back(all.back());
+    if (!std::isnan(t.table.column("events")[i])) assessed.push_back(all.back());
   }
   for (const auto& one : family_names())
-    if (!judged.empty() && std::ranges::find(all, one) != all.end() &&
-        std::ranges::find(judged, one) == judged.end())
+    if (!assessed.empty() && std::ranges::find(all, one) != all.end() &&
+        std::ranges::find(assessed, one) == assessed.end())
       return fmt::format("{}: omitted, no contact event for comparison", one);
   return "";
 }

@@ -40,22 +40,22 @@ double round_above(double x) {
 }
 
 /// Determines start, end, speed and number of frames of the film.
-Film plan(const std::vector<FilmRun>& runs, const FilmOptions& asked) {
+Film plan(const std::vector<FilmRun>& runs, const FilmOptions& requested) {
   double begin = INFINITY, end = -INFINITY;
   for (const auto& run : runs) begin = std::min(begin, run.t.front()), end = std::max(end, run.t.back());
   Film film;
-  film.from = asked.from.value_or(begin), film.until = asked.until.value_or(end);
+  film.from = requested.from.value_or(begin), film.until = requested.until.value_or(end);
   const auto inside = [&](double t, const char* name) {
     if (t < begin || t > end)
       throw SceneError(fmt::format("{} {:g}: is outside the run, from {:g} to {:g} s", name, t, begin, end));
   };
-  if (asked.from) inside(*asked.from, "--from");
-  if (asked.until) inside(*asked.until, "--until");
-  if (film.until < film.from || (film.until == film.from && asked.until))
+  if (requested.from) inside(*requested.from, "--from");
+  if (requested.until) inside(*requested.until, "--until");
+  if (film.until < film.from || (film.until == film.from && requested.until))
     throw SceneError(fmt::format("--until {:g}: must be later than --from {:g}", film.until, film.from));
   const double length = film.until - film.from;
-  film.speed = asked.speed.value_or(length > 0 ? round_above(length / usual_length) : 1);
-  const double frames = std::floor(length / film.speed * asked.fps + rounding) + 1;
+  film.speed = requested.speed.value_or(length > 0 ? round_above(length / usual_length) : 1);
+  const double frames = std::floor(length / film.speed * requested.fps + rounding) + 1;
   if (frames > static_cast<double>(most_frames))
     throw SceneError(
         fmt::format("{:.0f} frames, more than {}: use a greater --speed, a smaller --fps, or a part with "
@@ -86,11 +86,11 @@ bool has_ffmpeg(StopToken stop) {
 
 /// Runs ffmpeg in `place`. `how`: the options between the names of the frames and the file, which
 /// are fixed.
-void encode(const Path& place, const FilmOptions& asked, const Film& film, std::vector<std::string> how,
+void encode(const Path& place, const FilmOptions& requested, const Film& film, std::vector<std::string> how,
             const std::string& file, StopToken stop) {
   std::vector<std::string> command{
       "ffmpeg",        "-nostdin", "-hide_banner", "-loglevel",
-      "error",         "-y",       "-framerate",   fmt::format("{:.6g}", asked.fps),
+      "error",         "-y",       "-framerate",   fmt::format("{:.6g}", requested.fps),
       "-start_number", "1",        "-i",           "frame_%06d.svg"};
   command.insert(command.end(), how.begin(), how.end());
   // Identical frames give identical bytes.
@@ -110,11 +110,11 @@ void encode(const Path& place, const FilmOptions& asked, const Film& film, std::
 
 }  // namespace
 
-Film make_film(const Path& folder, const Path& place, const FilmOptions& asked, StopToken stop,
+Film make_film(const Path& folder, const Path& place, const FilmOptions& requested, StopToken stop,
                const std::function<void(double)>& progress) {
   const auto runs = runs_of(folder);
-  auto film = plan(runs, asked);
-  auto options = asked;
+  auto film = plan(runs, requested);
+  auto options = requested;
   if (!options.mp4 && !options.gif && !options.svg) {
     options.mp4 = has_ffmpeg(stop);
     options.svg = film.without_ffmpeg = !options.mp4;

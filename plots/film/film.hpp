@@ -35,6 +35,6 @@ inline constexpr std::size_t most_frames = 20'000;
 /// earlier film in `place`. `progress` is called with the completed fraction. Throws SceneError for
 /// other folders and for times outside the run, OutputError, and Interrupted on a stop request.
 Film make_film(const std::filesystem::path& folder, const std::filesystem::path& place,
-               const FilmOptions& asked, StopToken stop, const std::function<void(double)>& progress);
+               const FilmOptions& requested, StopToken stop, const std::function<void(double)>& progress);
 
 }  // namespace freeplay::report

@@ -13,8 +13,8 @@
 namespace freeplay::report {
 namespace {
 
-constexpr double top = 34, bottom = 36, beside = 190, loose_height = 196, play_radius = 74;  // px
-constexpr double longest_arrow = 90, longest_at_all = 160;                                   // px
+constexpr double top = 34, bottom = 36, beside = 190, clearance_height = 196, play_radius = 74;  // px
+constexpr double longest_arrow = 90, longest_at_all = 160;                                       // px
 
 struct Box {
   double left = INFINITY, right = -INFINITY, low = INFINITY, high = -INFINITY;
@@ -49,9 +49,9 @@ double round_below(double x) {
   return power * (x >= 5 * power ? 5 : x >= 2 * power ? 2 : 1);
 }
 
-const FilmLoose* loose_of(const FilmRun& run, const std::string& name) {
-  const auto it = std::ranges::find(run.loose, name, &FilmLoose::name);
-  return it == run.loose.end() ? nullptr : &*it;
+const FilmClearance* clearance_of_joint(const FilmRun& run, const std::string& name) {
+  const auto it = std::ranges::find(run.clearance_joint, name, &FilmClearance::name);
+  return it == run.clearance_joint.end() ? nullptr : &*it;
 }
 
 }  // namespace
@@ -60,7 +60,7 @@ FilmDrawing::FilmDrawing(const std::vector<FilmRun>& runs, FilmLook look)
     : runs_(runs), look_(std::move(look)) {
   std::set<std::string> seen;
   for (const auto& run : runs_)
-    for (const auto& joint : run.loose)
+    for (const auto& joint : run.clearance_joint)
       if (seen.insert(joint.name).second) names_.push_back(joint.name);
   const auto box = bounds(runs_);
   middle_ = {0.5 * (box.left + box.right), 0.5 * (box.low + box.high)};
@@ -69,12 +69,13 @@ FilmDrawing::FilmDrawing(const std::vector<FilmRun>& runs, FilmLook look)
   // The height follows the mechanism, within screen proportions, and at least the magnified joints
   // if there is room.
   const double shape = (box.high - box.low) / (box.right - box.left);
-  const double most = 0.62 * look_.width, least = std::min(most, names_.empty() ? 220.0 : loose_height);
+  const double most = 0.62 * look_.width, least = std::min(most, names_.empty() ? 220.0 : clearance_height);
   double height = std::clamp(shape * width, least, most);
   if (!names_.empty())
     height = std::max(
-        height, std::min(loose_height * static_cast<double>(std::min<std::size_t>(names_.size(), 3)), most));
-  if (const auto fit = static_cast<std::size_t>(height / loose_height); names_.size() > fit) {
+        height,
+        std::min(clearance_height * static_cast<double>(std::min<std::size_t>(names_.size(), 3)), most));
+  if (const auto fit = static_cast<std::size_t>(height / clearance_height); names_.size() > fit) {
     hidden_ = names_.size() - fit;
     names_.resize(fit);
   }
@@ -98,14 +99,14 @@ Vec2 FilmDrawing::place(std::size_t r, const Vec2& point) const {
   return panels_[look_.over ? 0 : r].corner + in_panel(point);
 }
 
-Vec2 FilmDrawing::loose_middle(std::size_t k) const {
-  return {look_.width - 0.5 * beside, top + loose_height * (static_cast<double>(k) + 0.5) - 12};
+Vec2 FilmDrawing::clearance_middle(std::size_t k) const {
+  return {look_.width - 0.5 * beside, top + clearance_height * (static_cast<double>(k) + 0.5) - 12};
 }
 
 Vec2 FilmDrawing::journal(std::size_t r, std::size_t k, double t) const {
   const auto& run = runs_[r];
-  const auto p = run.play(run.loose[k], run.at(t));
-  return loose_middle(k) + play_radius * Vec2{p[0], -p[1]};
+  const auto p = run.play(run.clearance_joint[k], run.at(t));
+  return clearance_middle(k) + play_radius * Vec2{p[0], -p[1]};
 }
 
 void FilmDrawing::draw_mechanism(Svg& svg, const Panel& panel, double t, double reach) const {
@@ -153,13 +154,13 @@ void FilmDrawing::draw_scale(Svg& svg, const Panel& panel) const {
 }
 
 void FilmDrawing::draw_loose(Svg& svg, std::size_t k, double t) const {
-  const Vec2 middle = loose_middle(k);
+  const Vec2 middle = clearance_middle(k);
   const double edge = look_.width - beside;
-  svg.open_panel({edge, middle.y() - 0.5 * loose_height + 12}, beside, loose_height);
-  const Vec2 at{0.5 * beside, 0.5 * loose_height - 12};
-  const FilmLoose* any = nullptr;
+  svg.open_panel({edge, middle.y() - 0.5 * clearance_height + 12}, beside, clearance_height);
+  const Vec2 at{0.5 * beside, 0.5 * clearance_height - 12};
+  const FilmClearance* any = nullptr;
   for (const auto& run : runs_)
-    if (const auto* joint = loose_of(run, names_[k])) any = joint;
+    if (const auto* joint = clearance_of_joint(run, names_[k])) any = joint;
   const bool round = any->kind == "journal";
   if (round)
     svg.circle(at, play_radius, {.stroke = ink, .width = 1.5});
@@ -169,7 +170,7 @@ void FilmDrawing::draw_loose(Svg& svg, std::size_t k, double t) const {
                           at + Vec2{0.44 * beside, side * play_radius}},
                {.stroke = ink, .width = 1.5});
   for (std::size_t r = 0; r < runs_.size(); ++r) {
-    const auto* joint = loose_of(runs_[r], names_[k]);
+    const auto* joint = clearance_of_joint(runs_[r], names_[k]);
     if (!joint) continue;
     const auto now = runs_[r].at(t);
     const auto play = runs_[r].play(*joint, now);
@@ -190,8 +191,8 @@ void FilmDrawing::draw_loose(Svg& svg, std::size_t k, double t) const {
       svg.circle(at + Vec2{0, -(play_radius - 7) * play[0]}, 7, {.fill = run_colour(r), .opacity = 0.75});
     }
   }
-  svg.text({at.x(), loose_height - 8}, fmt::format("{}, c = {:.3g} mm", names_[k], 1e3 * any->clearance), 12,
-           soft, Svg::Anchor::middle, 28);
+  svg.text({at.x(), clearance_height - 8}, fmt::format("{}, c = {:.3g} mm", names_[k], 1e3 * any->clearance),
+           12, soft, Svg::Anchor::middle, 28);
   svg.close_panel();
 }
 

@@ -41,7 +41,7 @@ class FilmDrawing {
   void draw_mechanism(Svg& svg, const Panel& panel, double t, double reach) const;
   void draw_loose(Svg& svg, std::size_t k, double t) const;
   void draw_scale(Svg& svg, const Panel& panel) const;
-  Vec2 loose_middle(std::size_t k) const;
+  Vec2 clearance_middle(std::size_t k) const;
 
   const std::vector<FilmRun>& runs_;
   FilmLook look_;

@@ -49,7 +49,7 @@ std::vector<FilmShape> shapes_of(const json& list) {
   return shapes;
 }
 
-double clearance_of(const FilmLoose& joint) {
+double clearance_of(const FilmClearance& joint) {
   const auto first = [&](std::size_t k) { return joint.columns[k].front(); };
   return joint.kind == "journal" ? first(2) + std::hypot(first(0), first(1)) : 0.5 * (first(0) + first(1));
 }
@@ -112,7 +112,7 @@ double FilmRun::crank_angle(const At& now) const {
   return theta(crank.second) - theta(crank.first);
 }
 
-std::vector<double> FilmRun::play(const FilmLoose& joint, const At& now) const {
+std::vector<double> FilmRun::play(const FilmClearance& joint, const At& now) const {
   const auto value = [&](std::size_t k) { return between(joint.columns[k], now); };
   if (joint.kind == "journal") return {value(0) / joint.clearance, value(1) / joint.clearance};
   std::vector<double> ends;
@@ -167,9 +167,9 @@ FilmRun film_run(const plots::RunFolder& folder, long frames) {
     for (std::size_t b = 0; b < run.bodies.size(); ++b)
       run.shapes.push_back({"mass", run.bodies[b], static_cast<int>(b), -1, {{0, 0}}, {0, 0}});
   for (const auto& joint : data["loose"]) {
-    FilmLoose loose{joint["name"], joint["kind"], columns_of(joint["columns"]), 0};
-    loose.clearance = clearance_of(loose);
-    run.loose.push_back(std::move(loose));
+    FilmClearance clearance_joint{joint["name"], joint["kind"], columns_of(joint["columns"]), 0};
+    clearance_joint.clearance = clearance_of(clearance_joint);
+    run.clearance_joint.push_back(std::move(clearance_joint));
   }
   for (const auto& force : data["arrows"]) {
     auto columns = columns_of(force["columns"]);

@@ -35,7 +35,7 @@ struct FilmShape {
 
 using Column = std::vector<double>;
 
-struct FilmLoose {
+struct FilmClearance {
   std::string name, kind;  ///< journal, guide, slot
   std::vector<Column> columns;
   double clearance;  ///< m
@@ -53,7 +53,7 @@ struct FilmRun {
   std::vector<std::string> bodies;
   std::vector<Column> poses;  ///< x, y, θ of each body
   std::vector<FilmShape> shapes;
-  std::vector<FilmLoose> loose;
+  std::vector<FilmClearance> clearance_joint;
   std::vector<FilmForce> forces;
   double usual_force = 0;  ///< N, exceeded by 1 in 50 values
   Events events;
@@ -64,7 +64,7 @@ struct FilmRun {
   double crank_angle(const At& now) const;  ///< rad
   /// Position within the clearance: (ex, ey)/c of a journal; position across of the ends of a guide
   /// or the pin of a slot, −1 to 1.
-  std::vector<double> play(const FilmLoose& joint, const At& now) const;
+  std::vector<double> play(const FilmClearance& joint, const At& now) const;
   /// The shapes at which a force or an impact of this name acts; both shapes if two are round.
   /// Empty: not drawn.
   std::vector<int> shapes_of(const std::string& name) const;

@@ -10,14 +10,14 @@
 #include "io/scene/pose_file.hpp"
 #include "mechanism/scene.hpp"
 #include "plots/report/thinning.hpp"
-#include "plots/tables/loose_joints.hpp"
+#include "plots/tables/clearance_joints.hpp"
 #include "plots/tables/table.hpp"
 
 namespace freeplay::report {
 namespace {
 
 using nlohmann::json;
-using plots::LooseJoint;
+using plots::ClearanceJoint;
 
 /// Columns that are read from the same row for each frame: their names, indices and values.
 struct Series {
@@ -54,13 +54,13 @@ std::vector<std::string> forces_in(const plots::Rows& rows) {
 constexpr std::array guide_walls{".rear_lower", ".rear_upper", ".front_lower", ".front_upper"};
 constexpr std::array slot_walls{".right", ".left"};
 
-std::vector<std::string> columns_of(const LooseJoint& joint) {
+std::vector<std::string> columns_of(const ClearanceJoint& joint) {
   std::vector<std::string> list;
-  if (joint.kind == LooseJoint::Kind::journal)
+  if (joint.kind == ClearanceJoint::Kind::journal)
     for (const char* part : {".ex", ".ey", ".gap"}) list.push_back(joint.name + part);
-  if (joint.kind == LooseJoint::Kind::guide)
+  if (joint.kind == ClearanceJoint::Kind::guide)
     for (const char* wall : guide_walls) list.push_back(joint.name + wall + ".gap");
-  if (joint.kind == LooseJoint::Kind::slot)
+  if (joint.kind == ClearanceJoint::Kind::slot)
     for (const char* wall : slot_walls) list.push_back(joint.name + wall + ".gap");
   return list;
 }
@@ -85,10 +85,10 @@ Choice choose(const std::filesystem::path& file, long most, const std::vector<do
   return choice;
 }
 
-const char* kind_of(const LooseJoint& joint) {
-  return joint.kind == LooseJoint::Kind::journal ? "journal"
-         : joint.kind == LooseJoint::Kind::guide ? "guide"
-                                                 : "slot";
+const char* kind_of(const ClearanceJoint& joint) {
+  return joint.kind == ClearanceJoint::Kind::journal ? "journal"
+         : joint.kind == ClearanceJoint::Kind::guide ? "guide"
+                                                     : "slot";
 }
 
 /// [kind, name, body, x, y, other, a, b] of each shape, in the frame of its body. Bodies are
@@ -133,7 +133,7 @@ json shapes_of(const Scene& scene, const std::vector<std::string>& bodies, const
 long numbers_of_frame(const std::filesystem::path& folder, const Scene* scene) {
   const plots::Rows rows(folder / "trajectory.csv");
   std::size_t count = 1 + 3 * bodies_in(rows).size();
-  for (const auto& joint : plots::loose_joints(folder, scene)) count += columns_of(joint).size();
+  for (const auto& joint : plots::clearance_joints(folder, scene)) count += columns_of(joint).size();
   if (std::filesystem::exists(folder / "forces.csv"))
     count += 2 * forces_in(plots::Rows(folder / "forces.csv")).size();
   return static_cast<long>(count);
@@ -143,13 +143,13 @@ json motion(const std::filesystem::path& folder, const Scene* scene, long most,
             const std::vector<double>& times) {
   const auto file = folder / "trajectory.csv";
   const auto choice = choose(file, most, times);
-  const auto loose = plots::loose_joints(folder, scene);
+  const auto clearance_joint = plots::clearance_joints(folder, scene);
   plots::Rows rows(file);
   const auto bodies = bodies_in(rows);
   Series poses, play, arrows;
   for (const auto& body : bodies)
     for (const char* part : {".x", ".y", ".theta"}) poses.names.push_back(body + part);
-  for (const auto& joint : loose)
+  for (const auto& joint : clearance_joint)
     for (const auto& column : columns_of(joint)) play.names.push_back(column);
   const auto t = rows.place("t");
   poses.find(rows), play.find(rows);
@@ -185,7 +185,7 @@ json motion(const std::filesystem::path& folder, const Scene* scene, long most,
   out["poses"] = columns(poses, 0, poses.names.size(), 7);
   out["loose"] = json::array();
   std::size_t at = 0;
-  for (const auto& joint : loose) {
+  for (const auto& joint : clearance_joint) {
     const auto count = columns_of(joint).size();
     out["loose"].push_back({{"name", joint.name},
                             {"kind", kind_of(joint)},

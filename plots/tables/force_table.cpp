@@ -76,7 +76,8 @@ std::vector<std::string> ForceTable::joints() const {
       if (std::ranges::find(list, name) == list.end()) list.push_back(name);
     }
   if (list.size() > most_joints) {
-    std::stable_partition(list.begin(), list.end(), [&](const std::string& name) { return loose(name); });
+    std::stable_partition(list.begin(), list.end(),
+                          [&](const std::string& name) { return clearance_joint(name); });
     list.resize(most_joints);
   }
   return list;
@@ -109,7 +110,7 @@ bool ForceTable::revolute(const std::string& name) const {
   return j && std::holds_alternative<RevoluteJoint>(*j);
 }
 
-bool ForceTable::loose(const std::string& name) const {
+bool ForceTable::clearance_joint(const std::string& name) const {
   const auto has_clearance = [](const auto& x) {
     if constexpr (requires { x.clearance; })
       return x.clearance.has_value();

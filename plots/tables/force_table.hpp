@@ -55,7 +55,7 @@ class ForceTable {
  private:
   void add(const std::filesystem::path& folder, const char* title, int style);
   const Joint* joint(const std::string& name) const;
-  bool loose(const std::string& name) const;
+  bool clearance_joint(const std::string& name) const;
 
   const char* source_ = "run.json";
   std::vector<ForceRun> runs_;

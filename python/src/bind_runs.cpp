@@ -112,9 +112,10 @@ struct Live {
     const UnderWay working;
     const py::gil_scoped_release unlocked;
     const CtrlC ctrl_c(flag, here);
-    auto asked = options;
-    asked.stop = flag.token();
-    simulation = located_in(scene, [&] { return std::make_unique<Simulation>(scene, formulation, asked); });
+    auto requested = options;
+    requested.stop = flag.token();
+    simulation =
+        located_in(scene, [&] { return std::make_unique<Simulation>(scene, formulation, requested); });
   }
   SimulationOptions options;
   std::unique_ptr<Simulation> simulation;
@@ -142,8 +143,8 @@ py::array_t<double> array(const std::vector<double>& list) {
 void bind_simulation(py::module_& m) {
   py::class_<StopFlag, std::shared_ptr<StopFlag>>(m, "StopFlag")
       .def(py::init<>())
-      .def("set", [](StopFlag& flag) { flag.asked = true; })
-      .def("is_set", [](const StopFlag& flag) { return flag.asked.load(); });
+      .def("set", [](StopFlag& flag) { flag.requested = true; })
+      .def("is_set", [](const StopFlag& flag) { return flag.requested.load(); });
   py::class_<Live>(m, "Simulation")
       .def(py::init<const Scene&, const std::string&, bool, StopFlag&, bool>(), py::arg("scene"),
            py::arg("formulation"), py::arg("matched"), py::arg("flag"), py::arg("here"))

@@ -71,7 +71,7 @@ bool compare_into(const Scene& scene, const std::filesystem::path& named, bool m
   setup.matched = matched;
   setup.stop = flag.token();
   compare(scene, setup, set.place());
-  if (!flag.asked) set.commit();
+  if (!flag.requested) set.commit();
   return ctrl_c.pressed();
 }
 
@@ -104,7 +104,7 @@ py::dict sweep_into(const std::filesystem::path& file, const std::filesystem::pa
     const Conduct conduct{true, flag.token()};
     const auto study = read_study(file, anywhere ? Reach::anywhere : Reach::beside);
     const auto planned = plan(study, conduct);
-    if (!flag.asked) {
+    if (!flag.requested) {
       const auto folder = real_folder(named);
       make_folder(folder);
       const FolderLock lock(folder, "sweep", FolderLock::Use::together);
@@ -121,7 +121,7 @@ py::dict sweep_into(const std::filesystem::path& file, const std::filesystem::pa
   d["ran"] = summary.ran;
   d["failed"] = summary.failed;
   d["elsewhere"] = summary.elsewhere;
-  d["interrupted"] = summary.interrupted || flag.asked;
+  d["interrupted"] = summary.interrupted || flag.requested;
   d["wall_s"] = summary.wall_seconds;
   d["table"] = table;
   d["pressed"] = pressed;

@@ -29,7 +29,7 @@ class EventCalls final : public Observer {
     d["impulse_t"] = e.impulse_t;
     d["duration"] = e.duration;
     d["t_uncertainty"] = e.t_uncertainty;
-    if (call_(d).is(py::bool_(true))) flag_.asked = true;
+    if (call_(d).is(py::bool_(true))) flag_.requested = true;
   }
 
  private:
@@ -58,7 +58,7 @@ class RowCalls final : public Observer, RowSink {
     const py::gil_scoped_acquire lock;
     py::dict d;
     for (std::size_t i = 0; i < numbers.size(); ++i) d[names_[i]] = numbers[i];
-    if (call_(d).is(py::bool_(true))) flag_.asked = true;
+    if (call_(d).is(py::bool_(true))) flag_.requested = true;
   }
   const py::object& call_;
   StopFlag& flag_;

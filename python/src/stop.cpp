@@ -15,14 +15,14 @@ static_assert(std::atomic<StopFlag*>::is_always_lock_free && std::atomic<bool>::
 
 void on_interrupt(int) {
   pressed_now = true;
-  if (auto* flag = present.load()) flag->asked = true;
+  if (auto* flag = present.load()) flag->requested = true;
 }
 
 std::atomic<int> under_way{0};
-std::atomic<bool> has_threads{false}, torn{false};
+std::atomic<bool> has_threads{false}, slip_forced{false};
 
 void in_child() {
-  if (under_way > 0 || has_threads) torn = true;
+  if (under_way > 0 || has_threads) slip_forced = true;
   under_way = 0;
 }
 
@@ -59,7 +59,7 @@ UnderWay::UnderWay(bool threads) {
 UnderWay::~UnderWay() { --under_way; }
 
 void refuse_forked() {
-  if (torn)
+  if (slip_forced)
     throw std::runtime_error(
         "this process was forked from one that had runs or threads of freeplay under way: their locks are copied as they "
         "stood and would never open; start processes by spawn, for example multiprocessing.get_context(\"spawn\")");

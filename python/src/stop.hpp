@@ -11,8 +11,8 @@ namespace freeplay::python {
 
 /// A stop flag owned by Python. Any thread may set it.
 struct StopFlag {
-  std::atomic<bool> asked{false};
-  StopToken token() const { return StopToken(asked); }
+  std::atomic<bool> requested{false};
+  StopToken token() const { return StopToken(requested); }
 };
 
 /// During its lifetime SIGINT sets a flag and the run ends after its current step, without

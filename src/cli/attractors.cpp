@@ -93,7 +93,7 @@ int attractors(const AttractorsRequest& request, const Verb& verb) {
         fmt::format("{}: has no table [{}]; see docs/how-to/attractors.md", request.study, verb.name));
   const auto folder =
       result_folder(request.output, default_folder(study.file, fmt::format("-{}", verb.name)));
-  if (request.shards.asked())
+  if (request.shards.requested())
     return in_shards(divided(study, *plan, verb, request), request.shards, folder, request.threads,
                      request.stop);
   nlohmann::json document;  // before the runs, since it reads the scene as the study names it

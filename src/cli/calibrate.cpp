@@ -169,7 +169,7 @@ int calibrate(const CalibrateRequest& request) {
   auto plan = plan_calibration(study, request.conduct());
   if (request.stop()) return interrupted(Kept::nothing);
   // The points; fits follow after the merge, by the verb without these options.
-  if (request.shards.asked())
+  if (request.shards.requested())
     return in_shards(divided_sweep(plan.study, request.conduct(), "calibrate",
                                    study_arguments(request.scene, request.reach), subject_of(study)),
                      request.shards, folder, request.threads, request.stop);
@@ -183,7 +183,7 @@ int calibrate(const CalibrateRequest& request) {
                       static_cast<double>(p.done) / static_cast<double>(p.total));
       });
   progress.clear();
-  for (const auto& q : r.questions) fmt::print(stderr, "{}", wrapped("question: " + q + "\n", 10));
+  for (const auto& q : r.plausibility_checks) fmt::print(stderr, "{}", wrapped("question: " + q + "\n", 10));
   if (r.sweep.interrupted) return interrupted(Kept::runs);
   const auto& c = *study.calibration;
   fmt::print("{} new runs in {:.0f} s, {} failed\n\n", r.sweep.ran, r.sweep.wall_seconds, r.sweep.failed);

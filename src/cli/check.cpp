@@ -2,7 +2,7 @@
 
 #include "cli/assembly_report.hpp"
 #include "cli/default_folder.hpp"
-#include "cli/questions.hpp"
+#include "cli/plausibility.hpp"
 #include "cli/verb.hpp"
 #include "cli/wrapped.hpp"
 #include "dynamics/assembly/assembly.hpp"

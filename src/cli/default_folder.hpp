@@ -19,8 +19,9 @@ inline std::filesystem::path default_folder(const std::filesystem::path& file, c
 
 /// The folder given by -o, or the default. Symbolic links in the path are the user's and are
 /// resolved here; output below the folder follows no link.
-inline std::filesystem::path result_folder(const std::string& asked, const std::filesystem::path& otherwise) {
-  return real_folder(asked.empty() ? otherwise : std::filesystem::path(asked));
+inline std::filesystem::path result_folder(const std::string& requested,
+                                           const std::filesystem::path& otherwise) {
+  return real_folder(requested.empty() ? otherwise : std::filesystem::path(requested));
 }
 
 }  // namespace freeplay::cli

@@ -112,7 +112,7 @@ int ensemble(const EnsembleVerb& request) {
                           .threads = request.threads,
                           .stop = request.stop};
   const auto folder = result_folder(request.output, default_folder(request.scene, "-ensemble"));
-  if (request.shards.asked())
+  if (request.shards.requested())
     return in_shards(divided_ensemble(*scene, plan, arguments_of(request)), request.shards, folder,
                      request.threads, request.stop);
   ResultSet set(folder, "ensemble");

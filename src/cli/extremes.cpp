@@ -34,9 +34,9 @@ struct ExtremesRequest : Request {
 int extremes(const ExtremesRequest& request) {
   using namespace verification::random_scenes;
   if (request.scenes.count > 0) {
-    auto asked = request.scenes;
-    asked.document = request.document;
-    return random_scenes(asked, request.output);
+    auto requested = request.scenes;
+    requested.document = request.document;
+    return random_scenes(requested, request.output);
   }
   test::source_folder();  // throws before any test or output
   auto cells = rig_cells();

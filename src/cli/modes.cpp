@@ -8,7 +8,7 @@
 #include <nlohmann/json.hpp>
 #include <numbers>
 
-#include "cli/questions.hpp"
+#include "cli/plausibility.hpp"
 #include "cli/verb.hpp"
 #include "cli/wrapped.hpp"
 #include "dynamics/assembly/assembly.hpp"

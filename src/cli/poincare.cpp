@@ -33,8 +33,8 @@ struct PoincareRequest : Request {
 std::array<std::size_t, 2> shown(const SectionRun& run, const PoincareRequest& request) {
   std::array<std::size_t, 2> at{};
   for (std::size_t i = 0; i < 2; ++i) {
-    const auto& asked = i == 0 ? request.x : request.y;
-    const auto& name = asked.empty() ? run.plan.shown[i] : asked;
+    const auto& requested = i == 0 ? request.x : request.y;
+    const auto& name = requested.empty() ? run.plan.shown[i] : requested;
     for (std::size_t c = 0; c < run.plan.columns.size(); ++c)
       if (run.plan.columns[c].name == name) at[i] = c;
   }
@@ -55,20 +55,20 @@ std::string table(const SectionRun& run) {
 
 int poincare(const PoincareRequest& request) {
   const auto scene = read_scene(request.scene, request.overrides);
-  SectionRequest asked{.formulation = request.formulation,
-                       .section = request.section,
-                       .discard = request.discard,
-                       .keep = request.periods,
-                       .section_key = "--section",
-                       .periods_key = request.periods ? "--periods" : "--discard"};
+  SectionRequest requested{.formulation = request.formulation,
+                           .section = request.section,
+                           .discard = request.discard,
+                           .keep = request.periods,
+                           .section_key = "--section",
+                           .periods_key = request.periods ? "--periods" : "--discard"};
   if (request.discard && !request.periods)
     throw SceneError(
         "--discard counts discarded periods before those of --periods: give both, or run.discard in s");
   // Columns are told before anything is run.
-  SectionSimulation simulation(scene, asked, request.stop);
+  SectionSimulation simulation(scene, requested, request.stop);
   for (const auto* column : {&request.x, &request.y})
     if (!column->empty()) {
-      auto one = asked;
+      auto one = requested;
       one.columns = {*column};
       one.column_key = column == &request.x ? "--x" : "--y";
       const SectionSimulation refused(scene, one, request.stop);

@@ -48,9 +48,9 @@ std::string table_file(const std::vector<Row>& rows, std::uint64_t seed) {
 }  // namespace
 
 int random_scenes(const RandomScenesRequest& request, const std::string& output) {
-  const verification::random_scenes::Request asked{static_cast<std::uint64_t>(request.seed), request.first,
-                                                   request.count, request.kinds, request.way};
-  const bool known = !asked.kinds.empty();
+  const verification::random_scenes::Request requested{
+      static_cast<std::uint64_t>(request.seed), request.first, request.count, request.kinds, request.way};
+  const bool known = !requested.kinds.empty();
   const auto folder = result_folder(output, known ? "out/random-scenes" : "out/strangers");
   make_folder(folder);
   const FolderLock lock(folder, "extremes");
@@ -59,16 +59,16 @@ int random_scenes(const RandomScenesRequest& request, const std::string& output)
   std::vector<Row> rows;
   if (all) {
     Progress progress;
-    rows = judge_all(asked, folder, [&](double done) { progress.show("random scenes", done); });
+    rows = judge_all(requested, folder, [&](double done) { progress.show("random scenes", done); });
     progress.clear();
   } else {
-    rows = judge_only(draw(asked.seed, request.only, asked.kinds), asked.way, folder);
+    rows = judge_only(draw(requested.seed, request.only, requested.kinds), requested.way, folder);
   }
   const double seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - began).count();
   const auto suite = known ? Suite::rows : Suite::agreement;
   const auto defect = [&](const Row& r) { return is_defect(r.verdict.outcome, suite); };
   const auto defects = std::ranges::count_if(rows, defect);
-  if (!known) write_file(folder / "strangers.csv", table_file(rows, asked.seed));
+  if (!known) write_file(folder / "strangers.csv", table_file(rows, requested.seed));
   if (all) {
     const auto text = table_of(rows, suite) + "\n" +
                       (known ? defects_by_kind(rows) : refusals_of(rows) + "\n" + noted_of(rows));
@@ -78,13 +78,13 @@ int random_scenes(const RandomScenesRequest& request, const std::string& output)
       if (!known && defect(r))
         fmt::print("{} {} ({}, {}): {}: {}\n    freeplay extremes --strangers {} --seed {} --only {}\n",
                    name_of(r.verdict.outcome, suite), r.index, r.kind, r.way, r.verdict.check,
-                   r.verdict.detail, asked.count, asked.seed, r.index);
+                   r.verdict.detail, requested.count, requested.seed, r.index);
     fmt::print("{} random scenes of seed {}, {} runs tested in {:.0f} s: {} defects\nresults in {}\n",
-               asked.count, asked.seed, rows.size(), seconds, defects, folder.string());
+               requested.count, requested.seed, rows.size(), seconds, defects, folder.string());
     if (!known && !request.document.empty()) {
       const auto place = real_folder(request.document);
       const auto document = lock_document(place, folder, "extremes");
-      write_file(place / "random-scenes.md", page_of(rows, asked.seed, asked.count, seconds));
+      write_file(place / "random-scenes.md", page_of(rows, requested.seed, requested.count, seconds));
     }
   }
   return defects == 0 ? 0 : 1;

@@ -24,12 +24,12 @@ int make_report(const ReportRequest& request) {
   if (!std::filesystem::is_directory(folder)) throw SceneError(request.folder + ": is not a folder");
   std::filesystem::path file = folder / "report.html";
   if (!request.output.empty()) {
-    const std::filesystem::path asked(request.output);
-    if (!asked.has_filename() || std::filesystem::is_directory(asked))
+    const std::filesystem::path requested(request.output);
+    if (!requested.has_filename() || std::filesystem::is_directory(requested))
       throw SceneError(request.output +
                        ": is a folder; -o names the file of the report, such as "
                        "report.html");
-    file = real_folder(asked.has_parent_path() ? asked.parent_path() : ".") / asked.filename();
+    file = real_folder(requested.has_parent_path() ? requested.parent_path() : ".") / requested.filename();
   }
   const FolderLock lock(folder, "report");
   settle_result_sets(folder);

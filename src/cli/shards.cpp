@@ -31,8 +31,8 @@ std::pair<std::size_t, std::size_t> read_shard(const std::string& text) {
   throw SceneError(fmt::format("--shard {}: must be k/N with 1 <= k <= N, as in 3/24", visible(text)));
 }
 
-int plan_shards(const Division& study, const ShardOptions& asked, const std::filesystem::path& folder) {
-  const auto m = make_plan(study, folder, static_cast<std::size_t>(asked.plan));
+int plan_shards(const Division& study, const ShardOptions& requested, const std::filesystem::path& folder) {
+  const auto m = make_plan(study, folder, static_cast<std::size_t>(requested.plan));
   fmt::print("{} units in {} shards of {} to {}; plan file: {}\n", m.units, m.shards, m.units / m.shards,
              (m.units + m.shards - 1) / m.shards, (shards_folder(folder) / "manifest.json").string());
   fmt::print("each: {}\nthen: {}\n",
@@ -41,17 +41,17 @@ int plan_shards(const Division& study, const ShardOptions& asked, const std::fil
   return 0;
 }
 
-int one_shard(const Division& study, const ShardOptions& asked, const std::filesystem::path& folder,
+int one_shard(const Division& study, const ShardOptions& requested, const std::filesystem::path& folder,
               int threads, StopToken stop) {
-  const auto said = read_shard(asked.shard);
+  const auto said = read_shard(requested.shard);
   const auto k = said.first;
   const auto n = said.second;
   if (const auto m = read_manifest(folder); m.shards != n)
-    throw SceneError(fmt::format("--shard {}: {} has {} shards", asked.shard, folder.string(), m.shards));
+    throw SceneError(fmt::format("--shard {}: {} has {} shards", requested.shard, folder.string(), m.shards));
   Progress progress;
   const auto made = make_shard(study, folder,
                                {.shard = k,
-                                .scratch = scratch_folder(asked.scratch),
+                                .scratch = scratch_folder(requested.scratch),
                                 .threads = threads_of(threads),
                                 .stop = stop,
                                 .on_progress =
@@ -72,9 +72,9 @@ int one_shard(const Division& study, const ShardOptions& asked, const std::files
   return 0;
 }
 
-int merge(const Division& study, const ShardOptions& asked) {
-  const auto folder = real_folder(asked.merge);
-  const auto s = merge_shards(study, folder, scratch_folder(asked.scratch));
+int merge(const Division& study, const ShardOptions& requested) {
+  const auto folder = real_folder(requested.merge);
+  const auto s = merge_shards(study, folder, scratch_folder(requested.scratch));
   fmt::print("{} shards, {} units {} in {:.3g} s, {} failed\nresults in {}\n", s.shards, s.units,
              s.found ? "were merged before, verified" : "merged", s.seconds, s.failed,
              (folder / (study.verb + ".db")).string());
@@ -102,15 +102,15 @@ void declare_shards(Options& options, ShardOptions& into) {
   shard.excludes(merge);
 }
 
-int in_shards(const Division& study, const ShardOptions& asked, const std::filesystem::path& folder,
+int in_shards(const Division& study, const ShardOptions& requested, const std::filesystem::path& folder,
               int threads, StopToken stop) {
-  if (asked.plan > 0) return plan_shards(study, asked, folder);
-  if (!asked.shard.empty()) return one_shard(study, asked, folder, threads, stop);
-  return merge(study, asked);
+  if (requested.plan > 0) return plan_shards(study, requested, folder);
+  if (!requested.shard.empty()) return one_shard(study, requested, folder, threads, stop);
+  return merge(study, requested);
 }
 
-std::filesystem::path scratch_folder(const std::string& asked) {
-  if (!asked.empty()) return asked;
+std::filesystem::path scratch_folder(const std::string& requested) {
+  if (!requested.empty()) return requested;
   for (const char* name : {"FREEPLAY_SCRATCH", "SLURM_TMPDIR", "TMPDIR"})
     if (const char* value = std::getenv(name); value && *value) return value;
   return "/tmp";
@@ -122,9 +122,9 @@ std::vector<std::string> study_arguments(const std::string& file, Reach reach) {
   return list;
 }
 
-int threads_of(int asked) {
+int threads_of(int requested) {
   const char* given = std::getenv("SLURM_CPUS_PER_TASK");
-  return asked > 0 || !given ? asked : std::max(std::atoi(given), 0);
+  return requested > 0 || !given ? requested : std::max(std::atoi(given), 0);
 }
 
 }  // namespace freeplay::cli

@@ -16,7 +16,7 @@ struct ShardOptions {
   std::string shard;    ///< "k/N"
   std::string merge;    ///< folder
   std::string scratch;  ///< folder on the local disk; empty: the default of the machine
-  bool asked() const { return plan > 0 || !shard.empty() || !merge.empty(); }
+  bool requested() const { return plan > 0 || !shard.empty() || !merge.empty(); }
 };
 
 /// Declares the options.
@@ -27,17 +27,17 @@ inline constexpr int stopped_status = 75;
 
 /// Executes the options; returns the exit status. `folder`: of the results, unless --merge names
 /// one.
-int in_shards(const Division& study, const ShardOptions& asked, const std::filesystem::path& folder,
+int in_shards(const Division& study, const ShardOptions& requested, const std::filesystem::path& folder,
               int threads, StopToken stop);
 
 /// Folder on the local disk: --scratch, else $FREEPLAY_SCRATCH, $SLURM_TMPDIR, $TMPDIR, /tmp.
-std::filesystem::path scratch_folder(const std::string& asked);
+std::filesystem::path scratch_folder(const std::string& requested);
 
 /// The study's arguments in a plan, with an absolute path, because jobs may have another working
 /// folder.
 std::vector<std::string> study_arguments(const std::string& file, Reach reach);
 
 /// Default number of threads: those that Slurm assigned to the task, else 0, all cores.
-int threads_of(int asked);
+int threads_of(int requested);
 
 }  // namespace freeplay::cli

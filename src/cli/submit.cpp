@@ -145,8 +145,8 @@ void require_planned(const Manifest& m, const SubmitRequest& request, const std:
                     shards_folder(folder).string(), visible(m.verb), shell_words(m.arguments)));
 }
 
-int submit(const SubmitRequest& asked) {
-  auto request = asked;
+int submit(const SubmitRequest& requested) {
+  auto request = requested;
   if (!request.slurm) throw SceneError("submit: give a scheduler: --slurm");
   const auto study = read_study(request.job.study, request.reach);
   request.job.outside = request.reach == Reach::anywhere;

@@ -75,7 +75,7 @@ int sweep(const SweepRequest& request) {
   require_plain("--traces", request.traces);
   const auto study = read_study(request.scene, request.reach);
   const auto folder = result_folder(request.output, default_folder(study.file, ""));
-  if (request.shards.asked())
+  if (request.shards.requested())
     return in_shards(divided_sweep(study, request.conduct(), "sweep",
                                    study_arguments(request.scene, request.reach), subject_of(study)),
                      request.shards, folder, request.threads, request.stop);

@@ -71,7 +71,7 @@ int validate_data(const ValidateRequest& request) {
   ResultSet set(folder, "validate");
   const auto v = freeplay::validate(request.scene, request.overrides, request.data, with);
   if (request.stop()) return interrupted(Kept::nothing);
-  if (!v.question.empty()) fmt::print(stderr, "{}", wrapped("question: " + v.question + "\n", 10));
+  if (!v.plausibility.empty()) fmt::print(stderr, "{}", wrapped("question: " + v.plausibility + "\n", 10));
   fmt::print("{} revolutions of {} at {:.4g} Hz; greatest ideal acceleration {:.4g} m/s²\n{}\n\n{}",
              v.measured.peaks.size(), request.data, v.sampling, v.ideal_maximum,
              request.as_given ? "both use the input restitution (--as-given)"

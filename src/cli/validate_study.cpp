@@ -96,7 +96,7 @@ int validate_study(const ValidateRequest& request) {
            verification::flores2011(study, results, runs, v.name, formulation, TurnMetrics::ratio_95,
                                     verification::fitted_findings(v.name, fitted ? &*fitted : nullptr))) {
         fmt::print("  {:<6}{:<4} {}\n             {}; bound: {}\n",
-                   f.judged   ? f.holds ? "holds" : "FAILS"
+                   f.assessed ? f.holds ? "holds" : "FAILS"
                    : f.fitted ? "fitted"
                               : "-",
                    f.id, f.claim, f.measured, f.bound);
@@ -104,10 +104,10 @@ int validate_study(const ValidateRequest& request) {
                                                              {"claim", f.claim},
                                                              {"measured", f.measured},
                                                              {"bound", f.bound},
-                                                             {"judged", f.judged},
+                                                             {"judged", f.assessed},
                                                              {"fitted", f.fitted},
                                                              {"holds", f.holds}});
-        all = all && (f.holds || !f.judged);
+        all = all && (f.holds || !f.assessed);
       }
       fmt::print("\n");
     }

@@ -90,9 +90,9 @@ class Program {
   /// Adds the verb `name` with the description `what`. Returns the object to declare its options,
   /// and the request that they fill. `act` executes the verb; its exit status is 0 when done and 1
   /// if a solve failed. Invalid input is thrown as SceneError.
-  template <class Asked>
-  std::pair<Options, Asked&> verb(const char* name, const char* what, int (*act)(const Asked&)) {
-    auto request = std::make_shared<Asked>();
+  template <class Requested>
+  std::pair<Options, Requested&> verb(const char* name, const char* what, int (*act)(const Requested&)) {
+    auto request = std::make_shared<Requested>();
     request->stop = stop_;
     return {add(name, what, [request, act] { return act(*request); }), *request};
   }

@@ -81,7 +81,7 @@ int verify(const VerifyRequest& request) {
   for (std::size_t i = 0; i < chosen.size(); ++i) {
     if (request.stop()) return interrupted(Kept::nothing);
     progress.show(chosen[i]->name, static_cast<double>(i) / static_cast<double>(chosen.size()));
-    verdicts.push_back(judge(*chosen[i]));
+    verdicts.push_back(assess(*chosen[i]));
     progress.clear();
     fmt::print("{}", table(verdicts.back()));
     std::fflush(stdout);
@@ -107,7 +107,7 @@ int verify(const VerifyRequest& request) {
     draw_curves(verdicts, folder);
     write_file(folder / "verification.md", verification::document(verdicts));
     std::string rows = asked_columns;
-    for (const auto& v : verdicts) rows += asked(v);
+    for (const auto& v : verdicts) rows += requested(v);
     write_file(folder / "verification.csv", rows);
   }
   fmt::print("results in {}\n", folder.string());

@@ -58,7 +58,7 @@ struct ContactRowOf {
   /// Lubricated joints only: γ of the film row, and rotation rate of the normal (rad/s).
   T gamma_film = 0, turn = 0;
   template <class M>
-  void remember(M& m) {
+  void serialize(M& m) {
     m(gap, normal, tangent, film, spin, gamma_n, gamma_t, gamma_film, turn);
   }
 };

@@ -110,7 +110,7 @@ struct Piece {
     return low > -INFINITY ? low + 1 : high < INFINITY ? high - 1 : 0;
   }
   template <class M>
-  void remember(M& m) {
+  void serialize(M& m) {
     m(low, high);
   }
 };

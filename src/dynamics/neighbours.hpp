@@ -30,7 +30,7 @@ class Neighbours {
     int family = 0, i = ground, j = ground;
     auto operator<=>(const Pair&) const = default;
     template <class M>
-    void remember(M& m) {
+    void serialize(M& m) {
       m(family, i, j);
     }
   };
@@ -50,7 +50,7 @@ class Neighbours {
   double fastest(const double* v) const;
 
   template <class M>
-  void remember(M& m) {
+  void serialize(M& m) {
     const auto size = at_.size();
     m(reach_, at_);
     if (at_.size() != size) throw MemoryError("the snapshot's pairs belong to another mechanism");

@@ -18,24 +18,24 @@ namespace {
 /// reached.
 class FirstTouches final : public Observer {
  public:
-  FirstTouches(std::size_t enough, double until, const StopToken& asked)
-      : enough_(enough), until_(until), asked_(asked) {}
+  FirstTouches(std::size_t enough, double until, const StopToken& requested)
+      : enough_(enough), until_(until), requested_(requested) {}
   std::vector<ContactEvent> list;
   double t = 0;  ///< s, time reached
   StopToken token() const { return StopToken(done_); }
 
   void event(const Event& e) override {
-    if (is_touch(e) && list.size() < enough_) list.push_back(e);
+    if (is_onset(e) && list.size() < enough_) list.push_back(e);
   }
   void step(const Step& step) override {
     t = step.t1;
-    if (list.size() == enough_ || t >= until_ || asked_()) done_ = true;
+    if (list.size() == enough_ || t >= until_ || requested_()) done_ = true;
   }
 
  private:
   std::size_t enough_;
   double until_;
-  StopToken asked_;
+  StopToken requested_;
   std::atomic<bool> done_ = false;
 };
 
@@ -58,7 +58,7 @@ void watch(const Scene& scene, const SimulationOptions& options, FirstTouches& t
 
 }  // namespace
 
-std::optional<TouchDoubt> doubt_first_touches(const Scene& scene, const SimulationOptions& options,
+std::optional<OnsetDoubt> doubt_first_touches(const Scene& scene, const SimulationOptions& options,
                                               const StopToken& stop) {
   if (scene.nonsmooth.scheme_in_force() != Scheme::moreau_jean || !scene.nonsmooth.step) return {};
   Scene bare = scene;
@@ -80,8 +80,8 @@ std::optional<TouchDoubt> doubt_first_touches(const Scene& scene, const Simulati
   watch(bare, options, finer);
   if (stop()) return {};
 
-  const auto apart = touch_difference(own.list, as_many(own.list, finer.list));
-  TouchDoubt d;
+  const auto apart = onset_difference(own.list, as_many(own.list, finer.list));
+  OnsetDoubt d;
   d.touches = static_cast<int>(own.list.size());
   d.until = own.list.back().t;
   d.step = *scene.nonsmooth.step;
@@ -94,7 +94,7 @@ std::optional<TouchDoubt> doubt_first_touches(const Scene& scene, const Simulati
   return d;
 }
 
-void add(const TouchDoubt& d, Result& result) {
+void add(const OnsetDoubt& d, Result& result) {
   result.first_touches = d;
   const auto what = d.touches == 1 ? std::string("the first contact event")
                                    : fmt::format("the first {} contact events", d.touches);

@@ -30,11 +30,11 @@ inline constexpr double doubtful_touches = 0.05;
 /// events or chooses its steps, for a run without contact onsets, and after a stop request. Costs
 /// as many steps as the run takes to its first onsets and at least twice as many again, usually a
 /// few per cent of a run. It does not change the run.
-std::optional<TouchDoubt> doubt_first_touches(const Scene& scene, const SimulationOptions& options,
+std::optional<OnsetDoubt> doubt_first_touches(const Scene& scene, const SimulationOptions& options,
                                               const StopToken& stop);
 
 /// Adds the estimate and its note to a result.
-void add(const TouchDoubt& doubt, Result& result);
+void add(const OnsetDoubt& doubt, Result& result);
 
 /// Estimates and adds, for a finished run of the nonsmooth formulation; does nothing for other
 /// runs.

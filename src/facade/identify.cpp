@@ -16,9 +16,9 @@ Family family_of(std::string_view formulation) {
                                               fmt::join(family_names(), "\" or \""), formulation));
 }
 
-std::optional<std::vector<double>> matched_restitution(Family family, bool asked, const Scene& scene,
+std::optional<std::vector<double>> matched_restitution(Family family, bool requested, const Scene& scene,
                                                        const System& system) {
-  if (!asked || family != Family::nonsmooth) return std::nullopt;
+  if (!requested || family != Family::nonsmooth) return std::nullopt;
   return delivered_restitutions(scene, system);
 }
 

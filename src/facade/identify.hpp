@@ -20,7 +20,7 @@ Family family_of(std::string_view formulation);
 /// Coefficients of restitution that the penalty law of the scene delivers, one for each contact.
 /// nullopt if `asked` is false or the family has no impact law: contacts then take the values of
 /// their surfaces.
-std::optional<std::vector<double>> matched_restitution(Family family, bool asked, const Scene& scene,
+std::optional<std::vector<double>> matched_restitution(Family family, bool requested, const Scene& scene,
                                                        const System& system);
 
 /// Identity of a run of this scene without a start given by the caller.

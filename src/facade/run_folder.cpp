@@ -65,7 +65,7 @@ struct Recorders {
     return list;
   }
   template <class M>
-  void remember(M& m) {
+  void serialize(M& m) {
     std::vector<Observer*> all{&statistics, &windows};
     for (auto* file : files()) all.push_back(file);
     for (auto* observer : all) {
@@ -92,7 +92,7 @@ struct Checkpoint {
   std::vector<std::byte> memory, recorders;
 
   template <class M>
-  void remember(M& m) {
+  void serialize(M& m) {
     m(identity.scene, identity.formulation, identity.given, identity.program, origin, t, memory, recorders);
   }
   Snapshot snapshot() const { return {t, identity.program, identity.formulation, identity.scene, memory}; }
@@ -218,7 +218,7 @@ bool has_checkpoint(const std::filesystem::path& folder) {
   return std::filesystem::exists(folder / checkpoint_name, ignored);
 }
 
-Result resume_run(const std::filesystem::path& folder, const RunPlan& asked) {
+Result resume_run(const std::filesystem::path& folder, const RunPlan& requested) {
   if (!std::filesystem::is_directory(folder))
     throw SnapshotError(
         fmt::format("{}: has no {} to continue from; it is not a folder", folder.string(), checkpoint_name));
@@ -231,7 +231,7 @@ Result resume_run(const std::filesystem::path& folder, const RunPlan& asked) {
                                         : "give the folder of an interrupted run"));
   const auto bytes = read_sealed(folder / checkpoint_name, "checkpoint", checkpoint_version);
   Checkpoint c;
-  auto plan = asked;
+  auto plan = requested;
   plan.folder = folder;
   const auto refuse = [&](const std::exception& why) {
     return SnapshotError(fmt::format("{}: {}", (folder / checkpoint_name).string(), why.what()));

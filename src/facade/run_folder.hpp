@@ -63,6 +63,6 @@ bool has_checkpoint(const std::filesystem::path& folder);
 /// uninterrupted run, except for times and memory in run.json. Only progress, stop, checkpoint,
 /// companion and outside code are read from `asked`. Throws SnapshotError if there is no checkpoint
 /// or this program cannot continue it.
-Result resume_run(const std::filesystem::path& folder, const RunPlan& asked);
+Result resume_run(const std::filesystem::path& folder, const RunPlan& requested);
 
 }  // namespace freeplay

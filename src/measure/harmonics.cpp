@@ -77,9 +77,9 @@ Harmonics TurnTransform::solve(const List& b, const List& product) const {
   List r(n), x(n), p, q(n), padded(product.size()), transform;
   for (std::size_t k = 0; k <= K; ++k) r[K + k] = b[k], r[K - k] = std::conj(b[k]);
   p = r;
-  const double asked = 1e-26 * norm2(r);
+  const double requested = 1e-26 * norm2(r);
   double rr = norm2(r);
-  for (int iteration = 0; iteration < 200 && rr > asked; ++iteration) {
+  for (int iteration = 0; iteration < 200 && rr > requested; ++iteration) {
     std::ranges::fill(padded, Complex());
     std::ranges::copy(p, padded.begin());
     forward(transform, padded);

@@ -240,8 +240,8 @@ void TurnMeter::harmonics(TurnMetrics& m, int turns) const {
   v[TurnMetrics::mean_turn_rms] = std::sqrt(squares);
   v[TurnMetrics::mean_turn_peak] =
       std::abs(*std::ranges::max_element(m.mean_turn, {}, [](double a) { return std::abs(a); }));
-  const bool judged = !std::isnan(rules_.ideal_maximum);
-  v[TurnMetrics::lines] = v[TurnMetrics::lines_total] = judged ? 0 : nan;
+  const bool assessed = !std::isnan(rules_.ideal_maximum);
+  v[TurnMetrics::lines] = v[TurnMetrics::lines_total] = assessed ? 0 : nan;
   v[TurnMetrics::line_greatest] = 0;
   for (std::size_t h = 0; h < m.spectrum.size(); ++h) {
     auto& line = m.spectrum[h];

@@ -290,7 +290,7 @@ constexpr std::array rules{degrees, modulus, gyration, bearings, millimetres, gr
 
 }  // namespace
 
-std::vector<std::string> questions(const Mechanism& mechanism) {
+std::vector<std::string> plausibility_checks(const Mechanism& mechanism) {
   const Looked looked(mechanism);
   std::vector<std::string> list;
   for (const auto rule : rules) {

@@ -86,7 +86,7 @@ void solve_dense(const int* begin, const SaddleBlock::Places& at, const double* 
 
 /// Saves or restores a vector of known length.
 template <class M>
-void remember_fixed(M& m, std::vector<double>& values) {
+void serialize_fixed(M& m, std::vector<double>& values) {
   const auto size = values.size();
   m(values);
   if (values.size() != size) throw MemoryError("the snapshot's factors belong to another mechanism");
@@ -163,8 +163,8 @@ struct SaddleBlock::Klu {
   /// Pivots depend on the history. They are therefore chosen again from the values for which they
   /// were chosen, and the factors are then computed for the present values as before.
   template <class M>
-  void remember(M& m) {
-    remember_fixed(m, value);
+  void serialize(M& m) {
+    serialize_fixed(m, value);
     bool chosen = !pivot_value.empty();
     m(chosen, refactored);
     if (!chosen) {
@@ -173,7 +173,7 @@ struct SaddleBlock::Klu {
       return;
     }
     pivot_value.resize(value.size());
-    remember_fixed(m, pivot_value);
+    serialize_fixed(m, pivot_value);
     if constexpr (!M::reading) return;
     choose_pivots();
     if (numeric && refactored)
@@ -357,15 +357,15 @@ void SaddleBlock::solve(const double* f, const double* r, double* a, double* lam
 }
 
 template <class M>
-void SaddleBlock::remember(M& m) {
-  remember_fixed(m, values_);
+void SaddleBlock::serialize(M& m) {
+  serialize_fixed(m, values_);
   m(proximal_, lossy_, converged_, epsilon_, first_pivot_, least_pivot_);
   if (dense_)
     m.raw(S_.data(), static_cast<std::size_t>(S_.size()) * sizeof(double));
   else
-    klu_->remember(m);
+    klu_->serialize(m);
 }
-template void SaddleBlock::remember(MemoryWriter&);
-template void SaddleBlock::remember(MemoryReader&);
+template void SaddleBlock::serialize(MemoryWriter&);
+template void SaddleBlock::serialize(MemoryReader&);
 
 }  // namespace freeplay

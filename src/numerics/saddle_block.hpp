@@ -77,7 +77,7 @@ class SaddleBlock {
   /// Saves or restores everything that later calls depend on, the pivots included
   /// (values/memory.hpp). A block of the same construction that restores it continues bit for bit.
   template <class M>
-  void remember(M& m);
+  void serialize(M& m);
 
  private:
   struct Klu;

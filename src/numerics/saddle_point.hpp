@@ -91,7 +91,7 @@ class SaddlePoint {
   /// Saves or restores everything that later calls depend on (SaddleBlock::remember). The other
   /// members are set before they are read.
   template <class M>
-  void remember(M& m) {
+  void serialize(M& m) {
     m.part("saddle point");
     const auto fixed = fixed_value_.size(), couplings = coupling_value_.size();
     m(fixed_value_, coupling_value_, converged_);

@@ -44,7 +44,7 @@ struct SparseRowOf {
   std::array<T, max_size> value{};
 
   template <class M>
-  void remember(M& m) {
+  void serialize(M& m) {
     m(size, column, value);
   }
   void clear() { size = 0; }

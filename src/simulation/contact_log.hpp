@@ -60,7 +60,7 @@ class ContactLog {
   }
 
   template <class M>
-  void remember(M& m) {
+  void serialize(M& m) {
     const auto contacts = open_.size();
     m(open_count_, open_, pending_);
     if constexpr (M::reading) require(contacts);
@@ -72,7 +72,7 @@ class ContactLog {
     ContactEvent first;
     double limit = 0;
     template <class M>
-    void remember(M& m) {
+    void serialize(M& m) {
       m(open, lasting, first, limit);
     }
   };

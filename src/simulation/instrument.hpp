@@ -49,7 +49,7 @@ class LowPass {
   double output() const;
   /// Saves or restores the modes; poles and residues are computed by the constructor.
   template <class M>
-  void remember(M& m) {
+  void serialize(M& m) {
     m.raw(z_.data(), sizeof z_);
     m.raw(decay_.data(), sizeof decay_);
     m.raw(gain_.data(), sizeof gain_);
@@ -105,7 +105,7 @@ class Channel {
   /// Continues at t and skips earlier samples. `anew`: the filter starts in equilibrium again.
   void begin(double t, bool anew);
   template <class M>
-  void remember(M& m) {
+  void serialize(M& m) {
     m(filter_, index_, started_, early_, stream_);
   }
   /// The present sample of a filtered channel.

@@ -29,7 +29,7 @@ class StepOf final : public Step {
     const auto n = static_cast<std::size_t>(system_.n());
     t0 = stepper_.t_old();
     t1 = stepper_.t();
-    asked_ = 0;
+    requested_ = 0;
     cut_ = false;
     v0 = {stepper_.v_old(), n};
     v1 = {stepper_.v(), n};
@@ -48,15 +48,15 @@ class StepOf final : public Step {
     }
   }
   EnergyLedger ledger() const override { return owner_.ledger(); }
-  Struck struck() const override {
-    if constexpr (requires { stepper_.struck(); })
-      return stepper_.struck();
+  StepImpacts in_impact() const override {
+    if constexpr (requires { stepper_.in_impact(); })
+      return stepper_.in_impact();
     else
-      return Step::struck();
+      return Step::in_impact();
   }
   /// Only a step with very many rows is cut. The remainder of any other step is recorded soon, so
   /// its rows are not lost.
-  bool stopped() const override { return cut_ = cut_ || (++asked_ > 10000 && watch_.stop()); }
+  bool stopped() const override { return cut_ = cut_ || (++requested_ > 10000 && watch_.stop()); }
   bool cut() const override { return cut_; }
   void forces(double t, Forces& out) const override { stepper_.forces(t, shaped(out)); }
   void add_impulse(double a, double b, Forces& sum) const override {
@@ -82,7 +82,7 @@ class StepOf final : public Step {
   Stepper& stepper_;
   const Watch& watch_;
   mutable Evaluation e_;
-  mutable long asked_ = 0;  // calls during this step
+  mutable long requested_ = 0;  // calls during this step
   mutable bool cut_ = false;
   std::size_t elements_ = system_.force_elements().size();
 };

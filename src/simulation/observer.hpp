@@ -69,7 +69,7 @@ class Step {
   /// Geometry of the contacts at a state, one entry for each of Layout::contacts.
   virtual void contacts(double t, std::span<const double> q, std::span<ContactPlace> out) const = 0;
   virtual EnergyLedger ledger() const = 0;
-  virtual Struck struck() const { return {t1, {}}; }
+  virtual StepImpacts in_impact() const { return {t1, {}}; }
   /// Whether the run has been requested to stop; a long computation on one step should then end.
   virtual bool stopped() const = 0;
   /// Whether stopped() has returned true during this step. The step has then been processed only in

@@ -156,7 +156,7 @@ void SectionPoints::event(const Event& event) {
 void SectionPoints::keep_place(const Step& step) {
   auto& p = places_[static_cast<std::size_t>(++newest_) % places_.size()];
   p.t = step.t1;
-  p.struck = !step.struck().v.empty();
+  p.in_impact = !step.in_impact().v.empty();
   p.q.resize(q_.size());
   p.v.resize(v_.size());
   step.state(step.t1, p.q, p.v);
@@ -200,7 +200,7 @@ bool SectionPoints::touched(double t) {
   }
   const auto& p = place(low);
   const double rounding = 1e-12 * std::abs(t);
-  if (!p.struck && p.t - t <= rounding) {  // a step ended at t
+  if (!p.in_impact && p.t - t <= rounding) {  // a step ended at t
     q_ = p.q;
     v_ = p.v;
     return true;
@@ -211,7 +211,7 @@ bool SectionPoints::touched(double t) {
   v_ = o.v;
   for (std::size_t i = 0; i < q_.size(); ++i) {
     q_[i] = o.q[i] + s * (p.q[i] - o.q[i]);
-    if (!p.struck) v_[i] += s * (p.v[i] - o.v[i]);
+    if (!p.in_impact) v_[i] += s * (p.v[i] - o.v[i]);
   }
   return true;
 }

@@ -81,7 +81,7 @@ class SectionPoints final : public Observer {
   /// The state at the end of a step, for onsets that become final later.
   struct Place {
     double t = 0;
-    bool struck = false;  // whether the step has impacts within
+    bool in_impact = false;  // whether the step has impacts within
     std::vector<double> q, v;
   };
   void each_period(const Step& step);

@@ -61,10 +61,10 @@ void Sensors::read(const Step& step, Channel& channel, std::size_t index, const 
 /// Calls f(from, to) over the step up to the instant of its impacts, then `jump`, then f over the
 /// remainder.
 template <class F, class Jump>
-void around(const Step& step, double struck, F f, Jump jump) {
-  f(step.t0, struck);
+void around(const Step& step, double in_impact, F f, Jump jump) {
+  f(step.t0, in_impact);
   jump();
-  f(struck, step.t1);
+  f(in_impact, step.t1);
 }
 
 void Sensors::feed(const Step& step, Channel& channel, std::size_t index, const Sink& sink) {
@@ -72,8 +72,8 @@ void Sensors::feed(const Step& step, Channel& channel, std::size_t index, const 
   // Change of the velocity by an impact or projection between two steps.
   channel.jump(v - last_velocity_[index]);
   // The step's own impacts appear in the interpolated velocities as a ramp, which is subtracted.
-  const auto struck = step.struck();
-  const double dv = struck.v.empty() ? 0 : channel.measure(struck.v.data());
+  const auto in_impact = step.in_impact();
+  const double dv = in_impact.v.empty() ? 0 : channel.measure(in_impact.v.data());
   const double ramp = step.t1 > step.t0 ? dv / (step.t1 - step.t0) : 0;
   const auto feed = [&](double from, double until) {
     channel.pieces(from, until, [&](double t, double to) {
@@ -91,7 +91,7 @@ void Sensors::feed(const Step& step, Channel& channel, std::size_t index, const 
   if (dv == 0)
     feed(step.t0, step.t1);
   else
-    around(step, struck.t, feed, [&] { channel.jump(dv); });
+    around(step, in_impact.t, feed, [&] { channel.jump(dv); });
   last_velocity_[index] = channel.measure(step.v1.data());
 }
 
@@ -113,7 +113,7 @@ void Sensors::feed_force(const Step& step, Channel& channel, std::size_t index, 
       if (channel.feed(t, to, 0, measured(channel, forces_))) sink(index, to, channel.output());
     });
   };
-  around(step, step.struck().t, feed, [&] { channel.jump(measured(channel, step.within())); });
+  around(step, step.in_impact().t, feed, [&] { channel.jump(measured(channel, step.within())); });
 }
 
 }  // namespace freeplay

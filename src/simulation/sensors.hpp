@@ -28,7 +28,7 @@ class Sensors {
   void step(const Step& step, const Sink& sink);
 
   template <class M>
-  void remember(M& m) {
+  void serialize(M& m) {
     for (auto& channel : channels_) m(channel);
     m(last_velocity_, until_);
   }

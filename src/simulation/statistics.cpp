@@ -99,7 +99,7 @@ void ContactStatistics::count(const ContactEvent& e, std::vector<ContactTally>& 
       return;
     case EventKind::impact:
       if (const double flight = e.t - left[e.contact]; flight > 0 && e.t >= discard_) {
-        tally.struck += e.impulse_n * e.duration;
+        tally.in_impact += e.impulse_n * e.duration;
         tally.flown += e.impulse_n * flight;
       }
       left[e.contact] = e.t + e.duration;
@@ -141,7 +141,7 @@ void ContactStatistics::into(Result& result) const {
     c.median_approach = tally.approach.quantile(0.5);
     c.median_impulse = tally.impulse.quantile(0.5);
     c.greatest_impulse = tally.impulse.greatest();
-    if (tally.flown > 0) c.impact_over_flight = tally.struck / tally.flown;
+    if (tally.flown > 0) c.impact_over_flight = tally.in_impact / tally.flown;
     // Without a clearance, the flights limit the duration of an impact: beyond that it is not an
     // impact.
     if (!c.has_clearance() && c.impact_over_flight > 0.5)

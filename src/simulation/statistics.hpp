@@ -23,7 +23,7 @@ class LogHistogram {
   /// Adds the counts of another histogram.
   void add(const LogHistogram& other);
   template <class M>
-  void remember(M& m) {
+  void serialize(M& m) {
     m(count_, total_, greatest_);
   }
 
@@ -49,7 +49,7 @@ class FastOnes {
   double greatest() const { return greatest_; }
   void add(const FastOnes& other);
   template <class M>
-  void remember(M& m) {
+  void serialize(M& m) {
     m(kept_, greatest_);
     if constexpr (M::reading) reserve();
   }
@@ -59,7 +59,7 @@ class FastOnes {
     double value;
     long count;
     template <class M>
-    void remember(M& m) {
+    void serialize(M& m) {
       m(value, count);
     }
   };
@@ -79,10 +79,10 @@ struct ContactTally {
   LogHistogram impulse;     ///< N s, of impacts
   /// N s², sums of impulse times duration and of impulse times preceding flight, over impacts after
   /// a flight between two contacts
-  double struck = 0, flown = 0;
+  double in_impact = 0, flown = 0;
   template <class M>
-  void remember(M& m) {
-    m(time, lasting_time, impact_time, approach, fast, impulse, struck, flown);
+  void serialize(M& m) {
+    m(time, lasting_time, impact_time, approach, fast, impulse, in_impact, flown);
   }
 };
 

@@ -27,7 +27,7 @@ class TrajectoryRows {
   void begin(const Layout& layout, const State& state, bool fresh, RowSink& sink);
   void step(const Step& step, RowSink& sink);
   template <class M>
-  void remember(M& m) {
+  void serialize(M& m) {
     m(grid_);
   }
 
@@ -45,7 +45,7 @@ class ForceRows {
   void begin(const Layout& layout, const State& state, bool fresh);
   void step(const Step& step, RowSink& sink);
   template <class M>
-  void remember(M& m) {
+  void serialize(M& m) {
     m(grid_, since_, now_, sum_, started_);
   }
 

@@ -19,7 +19,7 @@ double touch_off(const ContactEvent& found, const ContactEvent& reference, doubl
   return std::max({time, speed, impulse});
 }
 
-void TouchComparison::add(const ContactEvent& found, const ContactEvent& reference) {
+void OnsetComparison::add(const ContactEvent& found, const ContactEvent& reference) {
   if (reference.t - before_ > 1e-6 * reference.t) since_ = reference.t - before_;
   before_ = reference.t;
   const double time = share(found.t - reference.t + since_, since_),
@@ -34,9 +34,9 @@ void TouchComparison::add(const ContactEvent& found, const ContactEvent& referen
   ++sum_.touches;
 }
 
-TouchDifference touch_difference(const std::vector<ContactEvent>& found,
+OnsetDifference onset_difference(const std::vector<ContactEvent>& found,
                                  const std::vector<ContactEvent>& reference) {
-  TouchComparison comparison;
+  OnsetComparison comparison;
   std::vector<std::size_t> next;  // index into `found`, for each contact
   for (const auto& b : reference) {
     next.resize(std::max(next.size(), static_cast<std::size_t>(b.contact) + 1));

@@ -13,12 +13,12 @@ namespace freeplay {
 /// Whether an event is an onset: an impact or the beginning of a lasting contact. A contact that is
 /// closed at the start is excluded (t within the uncertainty of the first instants), because
 /// differences are divided by the time.
-inline bool is_touch(const ContactEvent& e) {
+inline bool is_onset(const ContactEvent& e) {
   return e.kind != EventKind::separation && e.t > e.t_uncertainty;
 }
 
 /// Greatest relative differences over a list of onsets.
-struct TouchDifference {
+struct OnsetDifference {
   double time = 0;     ///< |Δt| over the time since the previous onset of any contact
   double speed = 0;    ///< |Δv|/|v| of approach speeds
   double impulse = 0;  ///< |ΔP|/|P| of normal impulses, if both events are impacts
@@ -33,22 +33,22 @@ double touch_off(const ContactEvent& found, const ContactEvent& reference, doubl
 
 /// Compares onsets one by one, in the order of the reference. Simultaneous impacts of two contacts
 /// may be in either order: onsets within 1e-6 of their time share the preceding interval.
-class TouchComparison {
+class OnsetComparison {
  public:
   /// Adds an onset of the same contact in both runs.
   void add(const ContactEvent& found, const ContactEvent& reference);
-  const TouchDifference& so_far() const { return sum_; }
+  const OnsetDifference& so_far() const { return sum_; }
   /// The difference of the last onset alone.
   double last() const { return last_; }
 
  private:
-  TouchDifference sum_;
+  OnsetDifference sum_;
   double before_ = 0, since_ = 0, last_ = 0;
 };
 
 /// Compares the onsets of `found` with those of `reference`, for each contact in their order.
 /// Additional onsets of `found` do not count.
-TouchDifference touch_difference(const std::vector<ContactEvent>& found,
+OnsetDifference onset_difference(const std::vector<ContactEvent>& found,
                                  const std::vector<ContactEvent>& reference);
 
 }  // namespace freeplay

@@ -26,7 +26,7 @@ class Grid {
   double next() const { return next_; }
   void advance() { next_ = multiple(++index_); }
   template <class M>
-  void remember(M& m) {
+  void serialize(M& m) {
     m(step_, next_, index_, end_, last_);
   }
 

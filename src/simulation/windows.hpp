@@ -33,8 +33,8 @@ class WindowStatistics final : public Observer {
   void step(const Step& step) override;
   void event(const Event& event) override { count(event, batches_, since_); }
   void end(const RunEnd& end) override;
-  void save(MemoryWriter& m) override { remember(m); }
-  void load(MemoryReader& m) override { remember(m); }
+  void save(MemoryWriter& m) override { serialize(m); }
+  void load(MemoryReader& m) override { serialize(m); }
 
  private:
   /// Contribution of one contact to a batch.
@@ -43,7 +43,7 @@ class WindowStatistics final : public Observer {
     FastOnes approach;                         // m/s, of impacts
     void add(const Part& other);
     template <class M>
-    void remember(M& m) {
+    void serialize(M& m) {
       m(lasting_time, impact_time, approach);
     }
   };
@@ -53,12 +53,12 @@ class WindowStatistics final : public Observer {
     double t = 0;
     EnergyLedger ledger;
     template <class M>
-    void remember(M& m) {
+    void serialize(M& m) {
       m(t, ledger);
     }
   };
   template <class M>
-  void remember(M& m) {
+  void serialize(M& m) {
     m(length_, batches_, marks_, before_, since_);
   }
   double start_of(std::size_t batch) const { return discard_ + length_ * static_cast<double>(batch); }

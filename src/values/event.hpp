@@ -29,7 +29,7 @@ struct ContactEvent {
   std::array<int, 2> bodies{-1, -1};
 
   template <class M>
-  void remember(M& m) {
+  void serialize(M& m) {
     m(t, contact, kind, crank_angle, v_n_minus, v_n_plus, v_t_minus, v_t_plus, impulse_n, impulse_t, duration,
       t_uncertainty, bodies);
   }
@@ -40,8 +40,8 @@ struct Event : ContactEvent {
   std::string joint;
 
   template <class M>
-  void remember(M& m) {
-    ContactEvent::remember(m);
+  void serialize(M& m) {
+    ContactEvent::serialize(m);
     m(joint);
   }
 };

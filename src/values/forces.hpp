@@ -52,7 +52,7 @@ struct ElementForce {
     power += weight * f.power;
   }
   template <class M>
-  void remember(M& memory) {
+  void serialize(M& memory) {
     memory(fx, fy, m, m_first, m_second, fn, ft, power);
   }
 };
@@ -73,14 +73,14 @@ struct Forces {
     for (std::size_t i = 0; i < acceleration.size(); ++i) acceleration[i] += weight * other.acceleration[i];
   }
   template <class M>
-  void remember(M& m) {
+  void serialize(M& m) {
     m(elements, acceleration);
   }
 };
 
 /// Change of the velocities by the impacts within a time step, all at time t. Other steps have no
 /// impacts within.
-struct Struck {
+struct StepImpacts {
   double t = 0;               ///< s; the end of the step if it has no impacts
   std::span<const double> v;  ///< m/s, rad/s: change of the velocities; empty: none
 };

@@ -39,7 +39,7 @@ struct EnergyLedger {
   double scale() const;
 
   template <class M>
-  void remember(M& m) {
+  void serialize(M& m) {
     m(kinetic, potential, elastic, initial, drive, load, damping, contact, friction, film, stabilisation);
   }
 };
@@ -60,7 +60,7 @@ struct Work {
   double stepped = 0;       ///< s, simulated time during these switches
 
   template <class M>
-  void remember(M& m) {
+  void serialize(M& m) {
     m(steps, rejected, rhs, jacobians, factorisations, lcp_solves, lcp_retries, pivots, events, handovers,
       stepped);
   }
@@ -84,7 +84,7 @@ struct Extremes {
   std::vector<double> penetration;  ///< m, greatest of each contact
 
   template <class M>
-  void remember(M& m) {
+  void serialize(M& m) {
     m(constraint_length, constraint_angle, lcp_residual, lcp_residual_rate, friction_residual,
       shortest_flight, ambiguous, gains, greatest_gain, greatest_kinetic, penetration);
   }

@@ -139,7 +139,7 @@ void through(M& m, T& value) {
     }
     if (has) m(*value);
   } else {
-    value.remember(m);
+    value.serialize(m);
   }
 }
 

@@ -66,7 +66,7 @@ struct Window {
 
 /// Estimated errors of the first contact onsets of a time-stepped run, from a companion run with a
 /// shorter step.
-struct TouchDoubt {
+struct OnsetDoubt {
   int touches = 0;            ///< number of onsets compared
   double until = 0;           ///< s, time of the last one
   double step = 0;            ///< s, of the run
@@ -102,7 +102,7 @@ struct Result {
   /// observed.
   std::vector<std::string> undetermined;
   std::optional<Window> window;              ///< with a WindowStatistics observer
-  std::optional<TouchDoubt> first_touches;   ///< if a companion run was requested
+  std::optional<OnsetDoubt> first_touches;   ///< if a companion run was requested
   double wall_seconds = 0, cpu_seconds = 0;  ///< CPU time of the run's thread
   long peak_memory_kib = 0;                  ///< of the whole process so far
 };

@@ -11,7 +11,7 @@ using namespace freeplay;
 
 namespace {
 
-struct Struck {
+struct StepImpacts {
   Eigen::MatrixXd D;
   Eigen::VectorXd u;
   std::vector<ImpactContact> contacts;
@@ -19,14 +19,14 @@ struct Struck {
 
 /// Approaching and sliding contacts, coupled at random by D = WᵀW of as many degrees of freedom as
 /// rows, and two more.
-Struck struck(std::mt19937& engine, int contacts) {
+StepImpacts in_impact(std::mt19937& engine, int contacts) {
   std::uniform_real_distribution<double> uniform(0, 1);
   std::normal_distribution<double> normal;
   const int rows = 2 * contacts;
   Eigen::MatrixXd W(rows + 2, rows);
   for (auto& w : W.reshaped()) w = normal(engine);
-  Struck s{W.transpose() * W, Eigen::VectorXd(rows),
-           std::vector<ImpactContact>(static_cast<std::size_t>(contacts))};
+  StepImpacts s{W.transpose() * W, Eigen::VectorXd(rows),
+                std::vector<ImpactContact>(static_cast<std::size_t>(contacts))};
   const double mu = uniform(engine);
   for (int i = 0; i < contacts; ++i) {
     s.u[2 * i] = -uniform(engine);
@@ -47,7 +47,7 @@ struct Stepped {
   double friction_work = 0;
   bool solved = true;
 };
-Stepped stepped(const Struck& s, int steps) {
+Stepped stepped(const StepImpacts& s, int steps) {
   const auto n = s.contacts.size();
   Stepped end{s.u};
   std::vector<double> pressed(n, 0);
@@ -95,7 +95,7 @@ TEST_CASE("friction never adds energy in an impact of several contacts", "[impac
   for (const auto law : {ImpactLaw::poisson, ImpactLaw::energetic}) {
     int solved = 0, gained = 0, without_ratios = 0;
     for (int trial = 0; trial < 1000; ++trial) {
-      auto s = struck(engine, 2 + (trial % 20 == 0) + (trial % 40 == 0));
+      auto s = in_impact(engine, 2 + (trial % 20 == 0) + (trial % 40 == 0));
       ImpactProblem impact(law, LcpSolver::automatic, 1e-11);
       if (!impact.solve(s.D, s.u, static_cast<int>(s.u.size()), s.contacts).empty() || impact.inelastic())
         continue;
@@ -121,7 +121,7 @@ TEST_CASE("impacts of two contacts with friction agree with an integration by ma
   std::mt19937 engine(21);
   int turned = 0;
   for (int trial = 0; trial < 60; ++trial) {
-    auto s = struck(engine, 2);
+    auto s = in_impact(engine, 2);
     const auto fine = stepped(s, 4000);
     ImpactProblem impact(ImpactLaw::poisson, LcpSolver::automatic, 1e-12);
     REQUIRE(impact.solve(s.D, s.u, 4, s.contacts).empty());

@@ -121,14 +121,14 @@ TEST_CASE("an impact just before a sample does not delay the sample", "[chain]")
     Channel channel(settings);
     channel.begin(0, true);
     std::vector<double> samples;
-    const double struck = 2e-4 - before;
+    const double in_impact = 2e-4 - before;
     const auto feed = [&](double from, double to) {
       channel.pieces(from, to, [&](double t, double end) {
         if (channel.feed(t, end, 0, 0)) samples.push_back(end);
       });
     };
-    feed(0, struck);
-    feed(struck, 5e-4);
+    feed(0, in_impact);
+    feed(in_impact, 5e-4);
     CAPTURE(before);
     REQUIRE(samples.size() == 5);
     for (int i = 0; i < 5; ++i)

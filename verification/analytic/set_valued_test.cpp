@@ -97,9 +97,9 @@ TEST_CASE("Painlevé's rod: event-driven integration stops with the reason, time
   CHECK(refused.ending.status == Ending::Status::failed);
   CHECK_THAT(refused.ending.reason, Catch::Contains("Painlev") && Catch::Contains("end"));
 
-  const auto jammed = test::simulate(scene_of("painleve_rod", Scheme::moreau_jean), Family::nonsmooth);
-  CHECK(jammed.ending.status == Ending::Status::finished);
-  CHECK(std::ranges::any_of(jammed.notes,
+  const auto locked_up = test::simulate(scene_of("painleve_rod", Scheme::moreau_jean), Family::nonsmooth);
+  CHECK(locked_up.ending.status == Ending::Status::finished);
+  CHECK(std::ranges::any_of(locked_up.notes,
                             [](const std::string& n) { return n.find("Painlev") != std::string::npos; }));
   // Below the critical friction, D_NN/D_NT = 1.3366, the event-driven scheme continues.
   auto mild = scene_of("painleve_rod", Scheme::event_driven);

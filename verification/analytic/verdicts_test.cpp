@@ -51,17 +51,17 @@ TurnMetrics turns(double points, double scatter, const Signal& signal) {
 }
 
 template <class Signal>
-Agreement judged(double uncertainty, bool datum, const Signal& signal, double scatter = 0.01) {
+Agreement assessed(double uncertainty, bool datum, const Signal& signal, double scatter = 0.01) {
   Agreement a;
   a.metrics = turns(400, scatter, curve);
-  judge(turns(60, scatter, signal), uncertainty, datum, a);
+  assess(turns(60, scatter, signal), uncertainty, datum, a);
   return a;
 }
 
 }  // namespace
 
 TEST_CASE("a measurement made from the model agrees with it at another sampling rate", "[chain][validate]") {
-  const auto a = judged(0, true, curve);
+  const auto a = assessed(0, true, curve);
   CHECK(a.sign == 1);
   CHECK(a.sign_decided);
   CHECK(a.gain.mean == Approx(1).epsilon(1e-9));
@@ -76,7 +76,7 @@ TEST_CASE("a measurement made from the model agrees with it at another sampling 
 
 TEST_CASE("sign, gain and phase are reported and not removed", "[chain][validate]") {
   const double rms = std::sqrt((400 + 400.0 / 36 + 4) / 2);
-  const auto reversed = judged(0, false, [](double phi) { return -curve(phi); });
+  const auto reversed = assessed(0, false, [](double phi) { return -curve(phi); });
   CHECK(reversed.sign == -1);
   CHECK(reversed.sign_decided);
   CHECK(std::abs(reversed.phase.mean) < 1e-7);  // not the 180° that gives nearly the same fit
@@ -85,13 +85,13 @@ TEST_CASE("sign, gain and phase are reported and not removed", "[chain][validate
   CHECK(reversed.verdict == Agreement::Verdict::differs);
   CHECK_THAT(reversed.findings.at(0), Contains("reversed"));
 
-  const auto larger = judged(0, false, [](double phi) { return 1.1 * curve(phi); });
+  const auto larger = assessed(0, false, [](double phi) { return 1.1 * curve(phi); });
   CHECK(larger.gain.mean == Approx(1.1).epsilon(1e-9));
   CHECK(larger.rms_difference == Approx(0.1 * rms).epsilon(1e-3));
   CHECK_THAT(larger.findings.at(0), Contains("1.1 (") && Contains("times the model's"));
 
   const auto late = [](double phi) { return curve(phi - 20 * pi / 180); };
-  const auto with_datum = judged(0, true, late), without = judged(0, false, late);
+  const auto with_datum = assessed(0, true, late), without = assessed(0, false, late);
   for (const auto* a : {&with_datum, &without}) CHECK(a->phase.mean == Approx(20).epsilon(1e-9));
   CHECK(with_datum.verdict == Agreement::Verdict::differs);
   CHECK_THAT(with_datum.findings.at(0), Contains("20° ("));
@@ -105,7 +105,7 @@ TEST_CASE("sign, gain and phase are reported and not removed", "[chain][validate
 TEST_CASE("the uncertainty of a measured file decides whether a difference is significant",
           "[chain][validate]") {
   const auto offset = [](double phi) { return curve(phi) + 0.5; };
-  const auto sure = judged(0.1, true, offset, 0), unsure = judged(1, true, offset, 0);
+  const auto sure = assessed(0.1, true, offset, 0), unsure = assessed(1, true, offset, 0);
   CHECK(sure.rms_difference == Approx(0.5).epsilon(1e-9));
   CHECK(sure.rms_expected == Approx(0.1).epsilon(1e-9));
   CHECK_THAT(sure.findings.at(0), Contains("differ by 0.5 m/s², 5 times"));
@@ -113,8 +113,8 @@ TEST_CASE("the uncertainty of a measured file decides whether a difference is si
   // A gain of 1.04 is beyond an uncertainty of 1 % of the curve, and within one of 5 %.
   const double rms = std::sqrt((400 + 400.0 / 36 + 4) / 2);
   const auto larger = [](double phi) { return 1.04 * curve(phi); };
-  CHECK(judged(0.01 * rms, true, larger, 0).gain.low > 1);
-  CHECK(judged(0.05 * rms, true, larger, 0).verdict == Agreement::Verdict::agrees);
+  CHECK(assessed(0.01 * rms, true, larger, 0).gain.low > 1);
+  CHECK(assessed(0.05 * rms, true, larger, 0).verdict == Agreement::Verdict::agrees);
 }
 
 TEST_CASE("peaks of model and measurement are compared at one sampling rate", "[chain][validate][slow]") {

@@ -28,7 +28,7 @@ inline std::string claim_name(std::string_view subject, std::string_view quantit
 }
 
 struct Claim {
-  enum class Judged {
+  enum class Assessed {
     within,    ///< |measured − expected| ≤ bound
     relative,  ///< |measured − expected| ≤ bound |expected|
     at_most,   ///< measured ≤ bound
@@ -37,22 +37,22 @@ struct Claim {
   std::string quantity;  ///< the name: claim_name()
   std::string unit;
   double measured = 0;
-  Judged judged = Judged::within;
+  Assessed assessed = Assessed::within;
   double expected = 0, bound = 0;
   std::string source;  ///< of the expected value
   std::string reason;  ///< of the bound
 
   /// Whether the deviation from an expected value is bounded, not the value itself.
-  bool compared() const { return judged == Judged::within || judged == Judged::relative; }
+  bool compared() const { return assessed == Assessed::within || assessed == Assessed::relative; }
   /// Significant digits of the expected value that resolve a tenth of the bound: 8 to 15.
   int digits() const;
   bool holds() const {
-    switch (judged) {
-      case Judged::within:
+    switch (assessed) {
+      case Assessed::within:
         return std::abs(measured - expected) <= bound;
-      case Judged::relative:
+      case Assessed::relative:
         return std::abs(measured - expected) <= bound * std::abs(expected);
-      case Judged::at_most:
+      case Assessed::at_most:
         return measured <= bound;
       default:
         return expected <= measured && measured <= bound;
@@ -72,22 +72,22 @@ struct Findings {
 
   void within(std::string quantity, std::string unit, double measured, double expected, double bound,
               std::string source, std::string reason) {
-    claims.push_back({std::move(quantity), std::move(unit), measured, Claim::Judged::within, expected, bound,
-                      std::move(source), std::move(reason)});
+    claims.push_back({std::move(quantity), std::move(unit), measured, Claim::Assessed::within, expected,
+                      bound, std::move(source), std::move(reason)});
   }
   void relative(std::string quantity, std::string unit, double measured, double expected, double bound,
                 std::string source, std::string reason) {
-    claims.push_back({std::move(quantity), std::move(unit), measured, Claim::Judged::relative, expected,
+    claims.push_back({std::move(quantity), std::move(unit), measured, Claim::Assessed::relative, expected,
                       bound, std::move(source), std::move(reason)});
   }
   void at_most(std::string quantity, std::string unit, double measured, double bound, std::string source,
                std::string reason) {
-    claims.push_back({std::move(quantity), std::move(unit), measured, Claim::Judged::at_most, 0, bound,
+    claims.push_back({std::move(quantity), std::move(unit), measured, Claim::Assessed::at_most, 0, bound,
                       std::move(source), std::move(reason)});
   }
   void between(std::string quantity, std::string unit, double measured, double low, double high,
                std::string source, std::string reason) {
-    claims.push_back({std::move(quantity), std::move(unit), measured, Claim::Judged::between, low, high,
+    claims.push_back({std::move(quantity), std::move(unit), measured, Claim::Assessed::between, low, high,
                       std::move(source), std::move(reason)});
   }
 };
@@ -109,7 +109,7 @@ struct Verdict {
   double seconds = 0;
   bool holds() const;
 };
-Verdict judge(const ClaimSet& set);
+Verdict assess(const ClaimSet& set);
 
 std::string table(const Verdict& verdict);                     ///< for a terminal of 80 columns
 nlohmann::json to_json(const std::vector<Verdict>& verdicts);  ///< verification.json
@@ -117,7 +117,7 @@ std::string document(const std::vector<Verdict>& verdicts);    ///< docs/verific
 
 /// The rows of docs/verification/verification.csv, columns `asked_columns`: names, expected values and bounds of
 /// the claims of a set, without measured values.
-std::string asked(const Verdict& verdict);
+std::string requested(const Verdict& verdict);
 inline constexpr const char* asked_columns = "set,judged,expected,bound,unit,quantity\n";
 
 // The sets of claims. The set "forces" has its parts in force_*.cpp, "gears" in gear_*.cpp and

@@ -111,7 +111,7 @@ void springs(Findings& f) {
 reference::SprungSliderCrank sprung() {
   return {0.1L, 0.3L, 0.5L, 0.0008L, 0.9L, 0.007L, 1.1L, -3, -9.81L, 6, 1.2L};
 }
-Scene sprung_scene(bool loose) {
+Scene sprung_scene(bool clearance_joint) {
   return parse_scene(
       fmt::format(
           "gravity = [-3, -9.81]\n[bodies.crank]\nmass = 0.5\ninertia = 0.0008\nposition = [0.04, 0.03]\n"
@@ -123,7 +123,7 @@ Scene sprung_scene(bool loose) {
           "guide = {{type = \"translational\", between = [\"ground\", \"slider\"], axis = [1, 0]}}\n[loads]\n"
           "spring = {{type = \"torsional-spring-damper\", between = [\"ground\", \"crank\"], stiffness = 6, "
           "free_angle = 1.2}}\n{}",
-          loose ? ", clearance = 0.25e-3, bearing_radius = 0.011, surface = \"steel\"" : "", steel),
+          clearance_joint ? ", clearance = 0.25e-3, bearing_radius = 0.011, surface = \"steel\"" : "", steel),
       "slider-crank");
 }
 

@@ -50,6 +50,6 @@ Rest rest(const Scene& scene, Family family);
 Rest rest(const std::string& text, Family family = Family::nonsmooth);
 
 reference::SprungSliderCrank sprung();
-Scene sprung_scene(bool loose);
+Scene sprung_scene(bool clearance_joint);
 
 }  // namespace freeplay::verification::equilibrium_claims

@@ -103,14 +103,14 @@ void balance(Findings& f, const State& start) {
 void tolerances(Findings& f, const State& start) {
   for (const bool events : {false, true}) {
     std::vector<double> tolerance, linear;
-    for (const double asked : {1e-6, 1e-8, 1e-10}) {
+    for (const double requested : {1e-6, 1e-8, 1e-10}) {
       auto scene = events ? nonsmooth(Scheme::event_driven)
                           : penalty({"", Integrator::dopri5, Stabilisation::projection, FrictionLaw::ambrosio,
                                      ContactLaw::exact, 4e-3});
-      scene.penalty.tolerance = scene.nonsmooth.tolerance = asked;
+      scene.penalty.tolerance = scene.nonsmooth.tolerance = requested;
       BalanceWatch watch(scene.mechanism, false, 4e-5, 1 << 30);
       run(scene, events ? Family::nonsmooth : Family::penalty, {&watch}, start);
-      tolerance.push_back(asked);
+      tolerance.push_back(requested);
       linear.push_back(watch.linear());
     }
     f.between(

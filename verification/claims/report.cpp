@@ -38,12 +38,12 @@ constexpr ClaimSet sets[] = {
     {"statistics", "Statistics of long runs by both formulations", statistics}};
 
 std::string expected(const Claim& c) {
-  switch (c.judged) {
-    case Claim::Judged::within:
+  switch (c.assessed) {
+    case Claim::Assessed::within:
       return fmt::format("{:.{}g} ± {:.2g}", c.expected, c.digits(), c.bound);
-    case Claim::Judged::relative:
+    case Claim::Assessed::relative:
       return fmt::format("{:.{}g} (1 ± {:.2g})", c.expected, c.digits(), c.bound);
-    case Claim::Judged::at_most:
+    case Claim::Assessed::at_most:
       return fmt::format("≤ {:.2g}", c.bound);
     default:
       return fmt::format("{:.4g} to {:.4g}", c.expected, c.bound);
@@ -55,16 +55,16 @@ std::string off(const Claim& c) {
   return c.compared() ? fmt::format("{:.1e}", std::abs(c.measured - c.expected)) : "";
 }
 
-const char* name_of(Claim::Judged judged) {
+const char* name_of(Claim::Assessed assessed) {
   constexpr const char* names[] = {"within", "relative", "at most", "between"};
-  return names[static_cast<int>(judged)];
+  return names[static_cast<int>(assessed)];
 }
 
 }  // namespace
 
 int Claim::digits() const {
   if (!compared() || bound == 0 || expected == 0) return 8;
-  const double share = judged == Judged::relative ? bound : bound / std::abs(expected);
+  const double share = assessed == Assessed::relative ? bound : bound / std::abs(expected);
   return static_cast<int>(std::clamp(2 + std::ceil(-std::log10(share)), 8.0, 15.0));
 }
 
@@ -72,7 +72,7 @@ std::span<const ClaimSet> claim_sets() { return sets; }
 
 bool Verdict::holds() const { return failure.empty() && std::ranges::all_of(findings.claims, &Claim::holds); }
 
-Verdict judge(const ClaimSet& set) {
+Verdict assess(const ClaimSet& set) {
   Verdict v;
   v.set = &set;
   const auto start = std::chrono::steady_clock::now();
@@ -107,7 +107,7 @@ nlohmann::json to_json(const std::vector<Verdict>& verdicts) {
       claims.push_back({{"quantity", c.quantity},
                         {"unit", c.unit},
                         {"measured", c.measured},
-                        {"judged", name_of(c.judged)},
+                        {"judged", name_of(c.assessed)},
                         {"expected", c.expected},
                         {"bound", c.bound},
                         {"source", c.source},
@@ -122,10 +122,10 @@ nlohmann::json to_json(const std::vector<Verdict>& verdicts) {
   return document;
 }
 
-std::string asked(const Verdict& verdict) {
+std::string requested(const Verdict& verdict) {
   std::string rows;
   for (const auto& c : verdict.findings.claims)
-    rows += fmt::format("{},{},{:.4g},{:.4g},{},\"{}\"\n", verdict.set->name, name_of(c.judged), c.expected,
+    rows += fmt::format("{},{},{:.4g},{:.4g},{},\"{}\"\n", verdict.set->name, name_of(c.assessed), c.expected,
                         c.bound, c.unit, c.quantity);
   return rows;
 }

@@ -30,16 +30,16 @@ std::string escaped(std::string text) {
 
 /// Deviation and bound of a claim. "rel.": both are divided by the expected value.
 std::string deviation(const Claim& c) {
-  using enum Claim::Judged;
-  if (c.judged == between) {
+  using enum Claim::Assessed;
+  if (c.assessed == between) {
     if (!c.holds())
       return fmt::format("**FAILS: {:.4g}, not {:.4g} to {:.4g}**", c.measured, c.expected, c.bound);
     return fmt::format("{:.4g} ≤ {:.4g} ≤ {:.4g}", c.expected, c.measured, c.bound);
   }
-  const double scale = c.judged == relative ? std::abs(c.expected) : 1;
-  auto text = c.judged == at_most ? fmt::format("{:.4g}", c.measured)
-                                  : fmt::format("{:.2g}", std::abs(c.measured - c.expected) / scale);
-  if (c.judged == relative) text.insert(0, "rel. ");
+  const double scale = c.assessed == relative ? std::abs(c.expected) : 1;
+  auto text = c.assessed == at_most ? fmt::format("{:.4g}", c.measured)
+                                    : fmt::format("{:.2g}", std::abs(c.measured - c.expected) / scale);
+  if (c.assessed == relative) text.insert(0, "rel. ");
   return c.holds() ? fmt::format("{} ≤ {:.2g}", text, c.bound)
                    : fmt::format("**FAILS: {}, bound {:.2g}**", text, c.bound);
 }

@@ -38,10 +38,10 @@ std::vector<double> section(const Way& way, double rpm, int turns, double fricti
   if (friction > 0) set.push_back(fmt::format("loads.bearing.force={}", friction));
   const auto scene = read_scene(
       friction > 0 ? test::source_folder() / "cases/flores2011-attractors/scene.toml" : test::flores(), set);
-  const SectionRequest asked{.formulation = way.family,
-                             .section = "every period",
-                             .columns = {"gudgeon.ex_c", "gudgeon.ey_c", "slider.vx"}};
-  const auto run = SectionSimulation(scene, asked, {}).run();
+  const SectionRequest requested{.formulation = way.family,
+                                 .section = "every period",
+                                 .columns = {"gudgeon.ex_c", "gudgeon.ey_c", "slider.vx"}};
+  const auto run = SectionSimulation(scene, requested, {}).run();
   if (run.ending.status != Ending::Status::finished) throw std::runtime_error(run.ending.reason);
   const double rim = 0.05 * rpm * 2 * std::numbers::pi / 60;
   std::vector<double> points;

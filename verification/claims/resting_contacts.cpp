@@ -16,9 +16,9 @@ namespace freeplay::verification::equilibrium_claims {
 
 namespace {
 
-Scene lamp_scene(bool loose) {
+Scene lamp_scene(bool clearance_joint) {
   auto scene = read_scene(test::source_folder() / "cases/spring-balance/scene.toml");
-  if (!loose) scene.mechanism = idealised(scene.mechanism);
+  if (!clearance_joint) scene.mechanism = idealised(scene.mechanism);
   return scene;
 }
 

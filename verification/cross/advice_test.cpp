@@ -41,7 +41,7 @@ double touches_off(Scene scene, const Setting& setting, const std::vector<Contac
   if (run.ending.status != Ending::Status::finished) return INFINITY;
   auto found = test::touches(run);
   std::erase_if(found, [](const ContactEvent& x) { return x.kind != EventKind::impact; });
-  return touch_error(found, exact);
+  return onset_error(found, exact);
 }
 
 /// `error_of` assesses a setting by a reference that the recommendation did not use. The chosen
@@ -49,16 +49,17 @@ double touches_off(Scene scene, const Setting& setting, const std::vector<Contac
 /// requires, up to the accuracy of its reference. Settings refused for a contact after `known_to`
 /// (s) are excepted: the assessment has no list of the lasting contacts that begin there.
 template <class Error>
-void keeps_its_word(const Advice& advice, double asked, const Error& error_of, double known_to = INFINITY) {
+void keeps_its_word(const Advice& advice, double requested, const Error& error_of,
+                    double known_to = INFINITY) {
   REQUIRE(advice.chosen >= 0);
   const auto cost = [](const Measured& m) { return m.work.rhs + 10 * m.work.jacobians; };
   const auto& chosen = advice.tried[static_cast<std::size_t>(advice.chosen)];
   CAPTURE(chosen.setting.label(), cost(chosen));
-  CHECK(error_of(chosen.setting) <= asked);
+  CHECK(error_of(chosen.setting) <= requested);
   for (const auto& m : advice.tried) {
     if (cost(m) >= cost(chosen) || m.kept_to >= known_to * (1 - 1e-3)) continue;
     CAPTURE(m.setting.label(), cost(m));
-    CHECK(error_of(m.setting) > 0.5 * asked - 10 * advice.reference.accuracy);
+    CHECK(error_of(m.setting) > 0.5 * requested - 10 * advice.reference.accuracy);
   }
 }
 
@@ -81,10 +82,10 @@ TEST_CASE("recommended settings reach their accuracy on scenes outside the set t
     mechanism.clearance = rig.clearance;
     mechanism.speed = reference::from_rpm(rig.rpm);
     mechanism.friction = rig.friction;
-    for (const double asked : {0.05, 0.001}) {
+    for (const double requested : {0.05, 0.001}) {
       for (const auto& [family, formulation] : families) {
-        CAPTURE(rig.scene, asked, formulation);
-        const auto advice = advise(scene, family, asked, Conduct{}, {});
+        CAPTURE(rig.scene, requested, formulation);
+        const auto advice = advise(scene, family, requested, Conduct{}, {});
         REQUIRE(advice.by_events);
         std::vector<ContactEvent> exact;
         if (family == Family::penalty) {
@@ -100,7 +101,8 @@ TEST_CASE("recommended settings reach their accuracy on scenes outside the set t
         REQUIRE(exact.size() >= 2);
         exact.resize(std::min(exact.size(), advice.reference.touches.size()));
         keeps_its_word(
-            advice, asked, [&](const Setting& s) { return touches_off(scene, s, exact); }, exact.back().t);
+            advice, requested, [&](const Setting& s) { return touches_off(scene, s, exact); },
+            exact.back().t);
       }
     }
   }
@@ -111,10 +113,10 @@ TEST_CASE("recommended settings reach their accuracy without contacts, against t
   scene.run.duration = 0.07;
   const double r = 0.05, l = 0.3, s = 0.15, omega = reference::from_rpm(200.0);
   for (const auto& one_family : families)
-    for (const double asked : {1e-3, 1e-7}) {
+    for (const double requested : {1e-3, 1e-7}) {
       const Family family = one_family.value;
-      CAPTURE(one_family.text, asked);
-      const auto advice = advise(scene, family, asked, Conduct{}, {});
+      CAPTURE(one_family.text, requested);
+      const auto advice = advise(scene, family, requested, Conduct{}, {});
       REQUIRE(!advice.by_events);
       const double t = advice.reference.state_time, phi = omega * t;
       const auto m = reference::slider_crank(r, l, phi, omega);
@@ -128,7 +130,7 @@ TEST_CASE("recommended settings reach their accuracy without contacts, against t
                                          m.velocity,
                                          0,
                                          0};
-      keeps_its_word(advice, asked, [&](const Setting& setting) {
+      keeps_its_word(advice, requested, [&](const Setting& setting) {
         auto one = scene;
         setting.apply(one);
         one.run.duration = t;
@@ -149,9 +151,9 @@ TEST_CASE("recommended settings reach their accuracy for a guide with clearance,
   scene.run.duration = 0.0065;  // between the fourth contact and the fifth
   scene.run.discard = 0;
   const auto contacts = Simulation(scene, "nonsmooth").layout().contacts;
-  for (const double asked : {0.05, 0.001}) {
-    CAPTURE(asked);
-    const auto advice = advise(scene, Family::nonsmooth, asked, Conduct{}, {});
+  for (const double requested : {0.05, 0.001}) {
+    CAPTURE(requested);
+    const auto advice = advise(scene, Family::nonsmooth, requested, Conduct{}, {});
     REQUIRE(advice.by_events);
     std::vector<ContactEvent> exact;
     for (const auto& i : table.impacts) {
@@ -166,7 +168,7 @@ TEST_CASE("recommended settings reach their accuracy for a guide with clearance,
     REQUIRE(advice.reference.touches.size() >= 4);
     exact.resize(std::min(exact.size(), advice.reference.touches.size()));
     keeps_its_word(
-        advice, asked, [&](const Setting& s) { return touches_off(scene, s, exact); }, exact.back().t);
+        advice, requested, [&](const Setting& s) { return touches_off(scene, s, exact); }, exact.back().t);
   }
 }
 
@@ -175,15 +177,15 @@ TEST_CASE("the predicted accuracy holds over the whole run, not only over the fi
   scene.instruments.clear();
   scene.run.duration = 0.8;
   scene.run.discard = 0;
-  const double asked = 0.01;
-  const auto advice = advise(scene, Family::nonsmooth, asked, Conduct{}, {});
+  const double requested = 0.01;
+  const auto advice = advise(scene, Family::nonsmooth, requested, Conduct{}, {});
   REQUIRE(advice.chosen >= 0);
-  const auto& judged = advice.reference.touches;
-  REQUIRE(judged.size() > 6);
+  const auto& assessed = advice.reference.touches;
+  REQUIRE(assessed.size() > 6);
   const auto& chosen = advice.tried[static_cast<std::size_t>(advice.chosen)];
   // Four contacts would have accepted a cheaper setting, which is wrong later.
   CHECK(std::any_of(advice.tried.begin(), advice.tried.begin() + advice.chosen,
-                    [&](const Measured& m) { return m.kept_to >= judged[3].t; }));
+                    [&](const Measured& m) { return m.kept_to >= assessed[3].t; }));
   // The whole run of the chosen setting against a tolerance that the recommendation did not use.
   const auto whole = [&](const Setting& setting) {
     auto one = scene;
@@ -198,10 +200,10 @@ TEST_CASE("the predicted accuracy holds over the whole run, not only over the fi
     });
   };
   double before = 0;
-  for (const auto& touch : judged) {
+  for (const auto& touch : assessed) {
     const auto a = nearest(found, touch), b = nearest(exact, touch);
     CAPTURE(touch.t);
-    CHECK(touch_off(a, b, b.t - before) <= asked);
+    CHECK(touch_off(a, b, b.t - before) <= requested);
     before = touch.t;
   }
 }

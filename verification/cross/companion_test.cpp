@@ -27,9 +27,9 @@ ContactEvent touch(double t, double v, double impulse, int contact = 0) {
   return e;
 }
 
-std::vector<ContactEvent> judged(const Scene& scene) {
+std::vector<ContactEvent> assessed(const Scene& scene) {
   auto list = test::touches(test::simulate(scene, Family::nonsmooth));
-  std::erase_if(list, [](const ContactEvent& e) { return !is_touch(e); });
+  std::erase_if(list, [](const ContactEvent& e) { return !is_onset(e); });
   return list;
 }
 
@@ -39,14 +39,14 @@ TEST_CASE("the difference of two lists of contacts is measured by interval, spee
           "[companion]") {
   const std::vector<ContactEvent> exact{touch(1, 2, 4), touch(1.5, 1, 2, 1), touch(1.5 + 1e-9, 1, 2, 0)};
   const std::vector<ContactEvent> found{touch(1.01, 2, 4), touch(1.5, 1, 2.2, 0), touch(1.5, 1.05, 2, 1)};
-  const auto d = touch_difference(found, exact);
+  const auto d = onset_difference(found, exact);
   CHECK(d.time == Approx(0.01));
   CHECK(d.speed == Approx(0.05));
   CHECK(d.impulse == Approx(0.1));
   CHECK(d.touches == 3);
-  CHECK(std::isinf(touch_difference({found[0]}, exact).greatest()));
+  CHECK(std::isinf(onset_difference({found[0]}, exact).greatest()));
   // A contact that rests at the start had its onset before.
-  CHECK_FALSE(is_touch(touch(0, 0, 0)));
+  CHECK_FALSE(is_onset(touch(0, 0, 0)));
 }
 
 TEST_CASE("the error estimate of the first contacts covers their error", "[companion]") {
@@ -63,14 +63,14 @@ TEST_CASE("the error estimate of the first contacts covers their error", "[compa
       scene.nonsmooth.step = step;
       const auto doubt = doubt_first_touches(scene, {}, {});
       REQUIRE(doubt);
-      auto found = judged(scene);
+      auto found = assessed(scene);
       found.resize(static_cast<std::size_t>(doubt->touches));
       scene.nonsmooth.scheme = Scheme::event_driven;
       scene.nonsmooth.tolerance = 1e-12;
-      auto exact = judged(scene);
+      auto exact = assessed(scene);
       REQUIRE(exact.size() >= found.size());
       exact.resize(found.size());
-      const double off = touch_difference(found, exact).greatest();
+      const double off = onset_difference(found, exact).greatest();
       CAPTURE(off);
       // Twice the remaining first-order error: it covers the error, and by less than a factor of
       // ten.
@@ -91,7 +91,7 @@ TEST_CASE("the error estimate covers the error of a bouncing ball, against the c
     const auto doubt = doubt_first_touches(scene, {}, {});
     REQUIRE(doubt);
     CHECK(doubt->touches == companion_touches);
-    const auto found = judged(scene);
+    const auto found = assessed(scene);
     double worst = 0, before = 0;
     for (int k = 1; k <= companion_touches; ++k) {
       const auto exact = reference::ball_impact(ball, k);

@@ -141,10 +141,10 @@ TEST_CASE("forces of a time step exclude its impacts and include its lasting con
   listener.on_step = [&](const Step& step) {
     step.forces(step.t1, now);
     last = now.elements[0].fn;
-    const double struck = step.within().elements[0].fn;
-    impulses += struck;
+    const double in_impact = step.within().elements[0].fn;
+    impulses += in_impact;
     if (step.t1 < 0.9) CHECK(last == 0);
-    impacts += struck > 0.01;
+    impacts += in_impact > 0.01;
   };
   simulation.run({.observers = {&listener}});
   CHECK(last == Approx(0.3 * 9.81).epsilon(1e-9));

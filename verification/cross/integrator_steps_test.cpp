@@ -141,7 +141,7 @@ TEST_CASE("a motion that ends near rest is assessed by the energy that it exchan
                               A, f, 10 / f),
                   0, sets);
   };
-  const auto judge = [&](const Result& run) {
+  const auto assess = [&](const Result& run) {
     REQUIRE(run.ending.status == Ending::Status::finished);
     const double most = 2 * A / (m * w), energy = 0.5 * m * most * most;  // m/s, J
     CAPTURE(notes_of(run), run.final_state.v[0], run.ledger.closure(), run.ledger.passed);
@@ -151,11 +151,11 @@ TEST_CASE("a motion that ends near rest is assessed by the energy that it exchan
     CHECK_THAT(notes_of(run), !Contains("warning: "));
   };
   for (const auto& integrator : adaptive)
-    judge(test::simulate(driven({"penalty.integrator=" + integrator}), Family::penalty));
-  judge(test::simulate(driven({"penalty.integrator=rk4", "penalty.step=1e-4"}), Family::penalty));
+    assess(test::simulate(driven({"penalty.integrator=" + integrator}), Family::penalty));
+  assess(test::simulate(driven({"penalty.integrator=rk4", "penalty.step=1e-4"}), Family::penalty));
   for (const auto& scheme : {"event-driven", "automatic"})
-    judge(test::simulate(driven({fmt::format("nonsmooth.scheme={}", scheme)}), Family::nonsmooth));
-  judge(test::simulate(driven({"nonsmooth.scheme=moreau-jean", "nonsmooth.step=1e-4"}), Family::nonsmooth));
+    assess(test::simulate(driven({fmt::format("nonsmooth.scheme={}", scheme)}), Family::nonsmooth));
+  assess(test::simulate(driven({"nonsmooth.scheme=moreau-jean", "nonsmooth.step=1e-4"}), Family::nonsmooth));
 }
 
 TEST_CASE("a force that alternates at 3000 Hz is followed for a second", "[integrators][curves]") {

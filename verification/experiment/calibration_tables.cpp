@@ -66,13 +66,13 @@ std::string calibration_tables(const Study& study, const CalibrationResult& r) {
     const auto& u = r.left_out[i].predictive[i];
     const double off = factor(p.value, r.measured[i]),
                  worst = std::max(factor(u.low, r.measured[i]), factor(u.high, r.measured[i]));
-    const double asked = c.targets[i].name == "X7" ? 2.0 : 1.5;
+    const double requested = c.targets[i].name == "X7" ? 2.0 : 1.5;
     out += fmt::format("| {} | {} | {} | {} | {:.2f} | {} | {:.2f} | {} | {} |\n", c.targets[i].name,
                        number(r.measured[i]), show(r.left_out[i].on_surface[i]), show(p), off, show(u), worst,
-                       asked == 2 ? "2 (aim 1.5)" : "1.5",
-                       worst <= asked ? "met"
-                       : off <= asked ? "met at the optimum, open"
-                                      : "**missed**");
+                       requested == 2 ? "2 (aim 1.5)" : "1.5",
+                       worst <= requested ? "met"
+                       : off <= requested ? "met at the optimum, open"
+                                          : "**missed**");
   }
   return out;
 }

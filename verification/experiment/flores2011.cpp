@@ -18,7 +18,7 @@ double degrees(double x) {
   return d < 0 ? d + 360 : d;
 }
 
-struct Judge {
+struct Assessment {
   const Study& study;
   const Results& results;
   const std::vector<RunRow>& runs;
@@ -30,8 +30,9 @@ struct Judge {
     return cell(runs, variant, formulation, {clearance, speed}, m);
   }
   void add(const char* id, std::string claim, std::string measured, std::string bound, bool holds,
-           bool judged = true) {
-    list.push_back({id, std::move(claim), std::move(measured), std::move(bound), judged && holds, judged});
+           bool assessed = true) {
+    list.push_back(
+        {id, std::move(claim), std::move(measured), std::move(bound), assessed && holds, assessed});
   }
   template <class Visit>
   void each(double clearance, double speed, const Visit& visit) const {
@@ -204,7 +205,7 @@ struct Judge {
 std::vector<Finding> flores2011(const Study& study, const Results& results, const std::vector<RunRow>& runs,
                                 const std::string& variant, const std::string& formulation,
                                 TurnMetrics::Name statistic, const std::set<std::string>& fitted) {
-  Judge j{study, results, runs, variant, formulation, statistic};
+  Assessment j{study, results, runs, variant, formulation, statistic};
   const double speed = 200 * 2 * std::numbers::pi / 60, closed = r * speed * speed * (1 + r / l);
   double ideal = std::nan("");
   j.each(0.25e-3, 200, [&](const RunRow& run) {
@@ -226,7 +227,7 @@ std::vector<Finding> flores2011(const Study& study, const Results& results, cons
   j.friction_in_flight();
   std::ranges::stable_sort(j.list, {}, [](const Finding& f) { return std::stoi(f.id.substr(1)); });
   for (auto& f : j.list)
-    if (fitted.contains(f.id)) f.fitted = true, f.judged = f.holds = false;
+    if (fitted.contains(f.id)) f.fitted = true, f.assessed = f.holds = false;
   return j.list;
 }
 

@@ -16,8 +16,8 @@ struct Finding {
   std::string id, claim;        ///< X6, the expected finding
   std::string measured, bound;  ///< the model's value, the expected range
   bool holds = false;
-  bool judged = true;   ///< false: the runs cannot decide
-  bool fitted = false;  ///< the model was fitted to this: no verdict
+  bool assessed = true;  ///< false: the runs cannot decide
+  bool fitted = false;   ///< the model was fitted to this: no verdict
 };
 
 /// The verdicts on one variant in one formulation. `statistic` is the meaning of "maximum";

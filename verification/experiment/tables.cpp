@@ -11,7 +11,7 @@ namespace {
 std::string show(const Interval& i) { return verification::show(i.mean, i.low, i.high); }
 
 std::string verdict(const Finding& f) {
-  return !f.judged ? "not evaluated" : f.holds ? "holds" : "**fails**";
+  return !f.assessed ? "not evaluated" : f.holds ? "holds" : "**fails**";
 }
 
 std::vector<Finding> findings(const Evidence& e, const Variant& v, const std::string& formulation,
@@ -77,7 +77,7 @@ std::string readings_table(const Evidence& e) {
         std::string peaks[3];
         int grows = 0;
         for (const auto& f : findings(e, v, formulation, statistic)) {
-          const auto text = f.measured + (f.judged && !f.holds ? " ✗" : f.fitted ? " fitted" : "");
+          const auto text = f.measured + (f.assessed && !f.holds ? " ✗" : f.fitted ? " fitted" : "");
           if (f.id == "X7") peaks[0] = text;
           if (f.id == "X6") peaks[1] = text;
           if (f.id == "X8") peaks[2] = text;
@@ -106,16 +106,16 @@ std::string influences_table(const Evidence& e) {
       std::string peaks[3], flights[2], slows;
       int grows[3] = {0, 0, 0}, steps[3] = {0, 0, 0}, x3 = 0, doubtful = 0, runs = 0;
       for (const auto& f : findings(e, v, formulation)) {
-        const auto mark = f.judged && !f.holds ? " ✗" : f.fitted ? " fitted" : "";
+        const auto mark = f.assessed && !f.holds ? " ✗" : f.fitted ? " fitted" : "";
         for (int k = 0; k < 3; ++k) {
           if (f.id == ids[k]) peaks[k] = f.measured + mark;
-          if (f.id == fmt::format("X{}", 9 + k) && f.judged) {
+          if (f.id == fmt::format("X{}", 9 + k) && f.assessed) {
             grows[k] += std::stoi(f.measured);
             steps[k] += std::stoi(f.measured.substr(f.measured.find("of") + 2));
           }
         }
         if (f.id == "X3" && x3 < 2) flights[x3++] = f.measured + mark;
-        if (f.id == "X12") slows = f.judged ? (f.holds ? "slows" : "no ✗") : "–";
+        if (f.id == "X12") slows = f.assessed ? (f.holds ? "slows" : "no ✗") : "–";
       }
       for (const auto& r : e.runs)
         if (r.variant == v.name && r.formulation == formulation) ++runs, doubtful += !r.doubt.empty();

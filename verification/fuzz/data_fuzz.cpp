@@ -19,7 +19,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
                (i == 0 || m.time[i] > m.time[i - 1]);
       if (!good) std::abort();
     } catch (const SceneError& e) {
-      fuzz::judge(e, fuzz::text_of(data, size));
+      fuzz::assess(e, fuzz::text_of(data, size));
     }
   return 0;
 }

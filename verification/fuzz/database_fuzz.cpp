@@ -30,13 +30,13 @@ void read_all(const Database& database) {
 }
 
 template <class F>
-void judged(std::string_view input, F&& act) {
+void assessed(std::string_view input, F&& act) {
   try {
     act();
   } catch (const SceneError& e) {
-    fuzz::judge(e, input);
+    fuzz::assess(e, input);
   } catch (const OutputError& e) {
-    fuzz::judge(e, input);
+    fuzz::assess(e, input);
   }
 }
 
@@ -50,9 +50,9 @@ extern "C" int LLVMFuzzerInitialize(int*, char***) {
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   const auto input = fuzz::text_of(data, size);
   const auto file = fuzz::file_of(data, size, "fuzz.db");
-  judged(input, [&] { read_all(Database(file, Database::Access::sealed)); });
-  judged(input, [&] { merge_files({file}, file.parent_path() / "merged.db"); });
-  judged(input, [&] { read_all(Database(file, Database::Access::write)); });
+  assessed(input, [&] { read_all(Database(file, Database::Access::sealed)); });
+  assessed(input, [&] { merge_files({file}, file.parent_path() / "merged.db"); });
+  assessed(input, [&] { read_all(Database(file, Database::Access::write)); });
   for (const char* part : {"-wal", "-shm", "-journal"}) std::filesystem::remove(file.string() + part);
   return 0;
 }

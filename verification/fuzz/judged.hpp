@@ -19,7 +19,7 @@ namespace freeplay::fuzz {
 
 /// Ends the target on an unsuitable message. It may quote the input. Control characters are escaped
 /// where messages are printed.
-inline void judge(const std::exception& e, std::string_view input) {
+inline void assess(const std::exception& e, std::string_view input) {
   const std::string what = e.what();
   bool foreign = what.empty();
   for (const char* word : {"std::", "json.exception", "basic_string", "vector::", "_M_", "toml::"})

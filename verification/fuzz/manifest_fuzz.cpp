@@ -43,7 +43,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
     // A study with more units than this is not tested with a file of a few kilobytes.
     if (manifest.units < 1000) units_of(manifest, folder, 1);
   } catch (const SceneError& e) {
-    fuzz::judge(e, input);
+    fuzz::assess(e, input);
   }
   return 0;
 }

@@ -20,9 +20,9 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
       plots::merge(run, 10);
     }
   } catch (const SceneError& e) {
-    fuzz::judge(e, fuzz::text_of(data, size));
+    fuzz::assess(e, fuzz::text_of(data, size));
   } catch (const OutputError& e) {
-    fuzz::judge(e, fuzz::text_of(data, size));
+    fuzz::assess(e, fuzz::text_of(data, size));
   }
   return 0;
 }

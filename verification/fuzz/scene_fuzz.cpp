@@ -41,7 +41,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
       throw located(scene, e);
     }
   } catch (const SceneError& e) {
-    fuzz::judge(e, fuzz::text_of(data, size));
+    fuzz::assess(e, fuzz::text_of(data, size));
   }
   return 0;
 }

@@ -104,7 +104,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
       Snapshot::read(fuzz::file_of(data, size, "file.snapshot"));
     }
   } catch (const SnapshotError& e) {
-    fuzz::judge(e, fuzz::text_of(data, size));
+    fuzz::assess(e, fuzz::text_of(data, size));
   }
   return 0;
 }

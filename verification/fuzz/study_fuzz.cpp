@@ -13,10 +13,10 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
     // Whatever option fails, the study reports its place or remains unchanged.
     for (const auto& v : study.variants)
       for (const auto& set : v.overrides)
-        fuzz::judge(in_study(study, SceneError("--set " + set, "key", "is wrong")),
-                    fuzz::text_of(data, size));
+        fuzz::assess(in_study(study, SceneError("--set " + set, "key", "is wrong")),
+                     fuzz::text_of(data, size));
   } catch (const SceneError& e) {
-    fuzz::judge(e, fuzz::text_of(data, size));
+    fuzz::assess(e, fuzz::text_of(data, size));
   }
   return 0;
 }

@@ -16,7 +16,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
     const auto style = plots::style_of(file.parent_path().parent_path());
     if (style.formats.empty() || style.colours.empty() || !(style.font_size > 0)) std::abort();
   } catch (const SceneError& e) {
-    fuzz::judge(e, fuzz::text_of(data, size));
+    fuzz::assess(e, fuzz::text_of(data, size));
   }
   return 0;
 }

@@ -79,7 +79,7 @@ void Campaign::wrong(int& count, const std::string& what) {
   tally_.findings.push_back(fmt::format("{}: {}", verb_.name, what));
 }
 
-void Campaign::judge(const std::string& when) {
+void Campaign::assess(const std::string& when) {
   const auto found = results_in(shot_);
   if (found != expected_ && found != before_ && !complete_beside(shot_, verb_.name))
     wrong(tally_.lost, fmt::format("{}: neither the older results nor the new ones are there: {}; {}", when,
@@ -129,7 +129,7 @@ void Campaign::at_random(int kills, unsigned seed) {
     }
     ++tally_.kills;
     --kills;
-    judge(fmt::format("killed after {:.3f} s", share * seconds_));
+    assess(fmt::format("killed after {:.3f} s", share * seconds_));
     if (++in_a_row == 6 ||
         kills == 0) {  // a command that makes no progress between kills is sometimes allowed
                        // to finish
@@ -145,7 +145,7 @@ void Campaign::at_changes(int first, int every) {
     ++tally_.calls;
     if (!end.killed) break;
     ++tally_.kills;
-    judge(fmt::format("killed before its change {}", n));
+    assess(fmt::format("killed before its change {}", n));
     finish();
   }
 }

@@ -50,7 +50,7 @@ class Campaign {
   void prepare();
   void finish();
   /// Checks the folder after a kill.
-  void judge(const std::string& when);
+  void assess(const std::string& when);
   void wrong(int& count, const std::string& what);
 
   Verb verb_;

@@ -52,10 +52,10 @@ TEST_CASE("after a kill during replacement, either the old or the new results ar
 
 // scripts/kill-test sets the number of kills.
 TEST_CASE("crash-recovery campaign", "[.campaign]") {
-  const char* asked = std::getenv("FREEPLAY_KILLS");
-  if (!asked) return;  // tests excluded by name include hidden ones
+  const char* requested = std::getenv("FREEPLAY_KILLS");
+  if (!requested) return;  // tests excluded by name include hidden ones
   const char* seed = std::getenv("FREEPLAY_SEED");
-  const int kills = std::atoi(asked);
+  const int kills = std::atoi(requested);
   test::TemporaryFolder place;
   auto list = verbs(place.path());
   if (const char* only = std::getenv("FREEPLAY_KILL_VERBS"))  // "poincare basin"

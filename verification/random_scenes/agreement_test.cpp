@@ -56,7 +56,7 @@ TEST_CASE("random scenes with former silent errors or unjustified refusals are c
   const auto all = ways(Suite::agreement);
   const auto by = std::ranges::find(all, std::string_view(way), &Way::name);
   REQUIRE(by != all.end());
-  const auto verdict = judge(drawn, *by);
+  const auto verdict = assess(drawn, *by);
   INFO(index << " " << way << ": " << verdict.check << " " << verdict.detail);
   CHECK(verdict.outcome == Outcome::right);
 }
@@ -82,7 +82,7 @@ TEST_CASE("impacts that add energy without end stop the run with their reason", 
   const auto drawn = draw(91, 307);
   for (const auto& way : ways(Suite::agreement))
     if (way.name == std::string_view("chosen steps") || way.name == std::string_view("automatic")) {
-      const auto verdict = judge(drawn, way);
+      const auto verdict = assess(drawn, way);
       INFO(way.name << ": " << verdict.check << " " << verdict.detail);
       CHECK(verdict.outcome == Outcome::refused);
       CHECK(verdict.detail.find("impacts increased a speed from") != std::string::npos);
@@ -165,7 +165,7 @@ std::pair<RandomScene, const Way*> right_one(const std::string& kind, const std:
     if (s.kind != kind) continue;
     if (!has_model(s, *by)) continue;
     if (make_reference(scene_for(s, *by), ways(Suite::agreement)[1]).touches.empty()) continue;
-    if (judge(s, *by).outcome == Outcome::right) return {s, by};
+    if (assess(s, *by).outcome == Outcome::right) return {s, by};
   }
   FAIL("no right scene of kind " << kind);
   return {};
@@ -179,7 +179,7 @@ TEST_CASE("a falsified result is classified as a silent error", "[strangers]") {
   const auto& drawn = found.first;
   const auto* by = found.second;
   CAPTURE(way, drawn.index, drawn.text);
-  const auto outcome = [&](auto change) { return judge(drawn, *by, change).outcome; };
+  const auto outcome = [&](auto change) { return assess(drawn, *by, change).outcome; };
   CHECK(outcome([](Sight&) {}) == Outcome::right);
   CHECK(outcome([](Sight& s) { s.touches.erase(s.touches.begin()); }) == Outcome::silent);
   CHECK(outcome([](Sight& s) { s.touches[0].t *= 1.1; }) == Outcome::silent);
@@ -203,10 +203,10 @@ TEST_CASE("time steps at the start of a pulse are compared within their resoluti
   // (h/(t − t₀))²/2 of itself, 4 % in the first scene (measured with h to h/16: 4.1 % to 0.016 %,
   // each a quarter of the one before). The second scene is evaluated 1.4 steps after t₀.
   const auto* steps = &*std::ranges::find_if(ways(Suite::agreement), [](const Way& w) { return w.stepped; });
-  CHECK(judge(draw(7, 132), *steps).outcome == Outcome::right);
-  CHECK(judge(draw(21, 135), *steps).outcome == Outcome::right);
+  CHECK(assess(draw(7, 132), *steps).outcome == Outcome::right);
+  CHECK(assess(draw(21, 135), *steps).outcome == Outcome::right);
   // An error greater than the effect of two whole steps is detected as before.
-  const auto falsified = judge(draw(7, 132), *steps, [](Sight& s) {
+  const auto falsified = assess(draw(7, 132), *steps, [](Sight& s) {
     for (std::size_t i = 0; i < s.at.q.size(); ++i) s.at.q[i] += 3 * (s.at.q[i] - s.start.q[i]);
   });
   CHECK(falsified.outcome == Outcome::silent);

@@ -99,8 +99,8 @@ TEST_CASE("Baumgarte stabilisation keeps or loses Φ as the stability region of 
 }
 
 TEST_CASE("a cell that crashes, hangs or is wrong is classified as such", "[extremes]") {
-  const auto outcome = [](auto judge, double seconds) {
-    return judge_apart({"", "", 0, "", judge}, seconds).outcome;
+  const auto outcome = [](auto assess, double seconds) {
+    return judge_apart({"", "", 0, "", assess}, seconds).outcome;
   };
   CHECK(outcome([]() -> Verdict { std::abort(); }, 10) == Outcome::crashed);
   CHECK(outcome(

@@ -132,7 +132,7 @@ Verdict judge_by_checks(const RandomScene& scene, const Way& way,
   if (run.ending.status == Ending::Status::failed) verdict = {Outcome::refused, run.ending.reason};
   // A silent error outweighs one that a note reports.
   for (const auto& check : checks())
-    if (const auto what = check.judge(s)) {
+    if (const auto what = check.assess(s)) {
       const auto found = amounts(run, check, *what);
       if (verdict.check.empty() || found.outcome > verdict.outcome) verdict = found;
     }
@@ -143,16 +143,16 @@ Verdict judge_by_checks(const RandomScene& scene, const Way& way,
 
 }  // namespace
 
-Verdict judge(const RandomScene& scene, const Way& way, const std::function<void(Sight&)>& falsify) {
-  if (scene.suite == Suite::rows) return KnownRows(scene).judge(way, falsify);
+Verdict assess(const RandomScene& scene, const Way& way, const std::function<void(Sight&)>& falsify) {
+  if (scene.suite == Suite::rows) return KnownRows(scene).assess(way, falsify);
   return judge_by_checks(scene, way, falsify);
 }
 
-void judge(const RandomScene& scene, std::span<const Way* const> by,
-           const std::function<void(const Verdict&)>& seen) {
+void assess(const RandomScene& scene, std::span<const Way* const> by,
+            const std::function<void(const Verdict&)>& seen) {
   KnownRows known(scene);
   for (const auto* way : by) try {
-      seen(scene.suite == Suite::rows ? known.judge(*way) : judge_by_checks(scene, *way, {}));
+      seen(scene.suite == Suite::rows ? known.assess(*way) : judge_by_checks(scene, *way, {}));
     } catch (const std::exception& e) {
       seen({Outcome::crashed, e.what()});
     }

@@ -14,9 +14,9 @@ std::vector<Check> checks();
 
 /// `falsify` changes the observed results of the run before the assessment (for tests of the
 /// checks).
-Verdict judge(const RandomScene& scene, const Way& way, const std::function<void(Sight&)>& falsify = {});
+Verdict assess(const RandomScene& scene, const Way& way, const std::function<void(Sight&)>& falsify = {});
 /// By several methods, whose references are made once; `seen` after each.
-void judge(const RandomScene& scene, std::span<const Way* const> by,
-           const std::function<void(const Verdict&)>& seen);
+void assess(const RandomScene& scene, std::span<const Way* const> by,
+            const std::function<void(const Verdict&)>& seen);
 
 }  // namespace freeplay::verification::random_scenes

@@ -85,7 +85,7 @@ std::vector<Row> judge_apart(const RandomScene& scene, const std::string& only_w
     const auto left = std::span(by).subspan(rows.size());
     const auto apart = run_apart(
         [&](const Say& say) {
-          judge(scene, left, [&](const Verdict& v) {
+          assess(scene, left, [&](const Verdict& v) {
             auto row = next();
             row.verdict = v;
             for (auto& c : row.verdict.detail)

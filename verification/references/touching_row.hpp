@@ -85,7 +85,7 @@ struct TouchingRow {
         double fastest = 0;
         for (std::size_t c = 0; c < contacts(); ++c) fastest = std::max(fastest, std::abs(rate(c, u)));
         resting = 1e-11 * fastest;
-        strike(q, u);
+        apply_impact(q, u);
       }
       t = until;
       rows.x.push_back(q);
@@ -137,7 +137,7 @@ struct TouchingRow {
   }
 
  private:
-  void strike(const std::vector<double>& q, std::vector<double>& u) const {
+  void apply_impact(const std::vector<double>& q, std::vector<double>& u) const {
     std::vector<std::size_t> on;
     for (std::size_t c = 0; c < contacts(); ++c)
       if (gap(c, q) <= closed) on.push_back(c);

@@ -14,7 +14,7 @@ namespace freeplay::verification {
 namespace {
 
 /// Writes the whole text, as far as the other end reads it.
-void tell(int end, const std::string& text) {
+void add_notes(int end, const std::string& text) {
   for (std::size_t i = 0; i < text.size();) {
     const auto n = ::write(end, text.data() + i, text.size() - i);
     if (n <= 0) return;
@@ -39,7 +39,7 @@ Apart run_apart(const std::function<void(const Say&)>& work, double seconds) {
     // The parent reports a crash here: handlers inherited from a test runner are removed.
     for (const int s : {SIGABRT, SIGSEGV, SIGFPE, SIGILL, SIGBUS, SIGTERM}) std::signal(s, SIG_DFL);
     try {
-      work([&](const std::string& text) { tell(ends[1], text); });
+      work([&](const std::string& text) { add_notes(ends[1], text); });
     } catch (...) {  // the exception is lost; this copy must not continue beyond here
       _exit(1);
     }

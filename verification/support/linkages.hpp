@@ -54,11 +54,11 @@ inline std::string random_linkage(std::uint64_t index) {
   bar("crank", {0, 0}, pin);
   bar("coupler", pin, end);
   bar("rocker", pivot, end);
-  std::vector<bool> loose(3);
+  std::vector<bool> clearance_joint(3);
   for (int missing = 1 + static_cast<int>(between(0, 3)); missing > 0;) {
     const auto which = static_cast<std::size_t>(between(0, 3));
-    missing -= !loose[which];
-    loose[which] = true;
+    missing -= !clearance_joint[which];
+    clearance_joint[which] = true;
   }
   const auto joint = [&](const char* name, const char* of, double at, double on) {
     text += fmt::format(
@@ -67,7 +67,7 @@ inline std::string random_linkage(std::uint64_t index) {
   };
   const auto play = [&](std::size_t which) {
     const double c = crank * decades(-3.5, -2);
-    if (loose[which])
+    if (clearance_joint[which])
       text +=
           fmt::format("clearance = {:.17g}\nbearing_radius = {:.17g}\nsurface = \"s\"\n", c, 0.15 * crank);
   };

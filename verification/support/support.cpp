@@ -114,9 +114,9 @@ Scene row_of_four_bars(int count, double clearance) {
     m.bodies.push_back({name, 1.0, 1.0 / 12, at, angle, velocity, omega});
     return static_cast<int>(m.bodies.size()) - 1;
   };
-  const auto pin = [&](const std::string& name, int i, int j, Vec2 si, Vec2 sj, bool loose) {
+  const auto pin = [&](const std::string& name, int i, int j, Vec2 si, Vec2 sj, bool clearance_joint) {
     RevoluteJoint joint{name, {i, j}, {si, sj}, {}};
-    if (loose) joint.clearance = Clearance{clearance, 20 * clearance, 0, std::nullopt, -1};
+    if (clearance_joint) joint.clearance = Clearance{clearance, 20 * clearance, 0, std::nullopt, -1};
     m.joints.push_back(joint);
   };
   const double up = M_PI / 2;

@@ -92,8 +92,8 @@ class Stepper {
       const double gap = rig.clearance - length;
       if (gap + 0.5 * h_ * (free - 0.25 * h_ * gamma_n) <= 0) {
         const double before = n_theta * s.w + n_x * s.u + drive_n;
-        const bool struck = steps_ == 0 && -before > 10 * std::abs(0.5 * h_ * gamma_n);
-        const double bias_n = struck ? 0 : 0.5 * h_ * gamma_n, bias_t = struck ? 0 : 0.5 * h_ * gamma_t;
+        const bool in_impact = steps_ == 0 && -before > 10 * std::abs(0.5 * h_ * gamma_n);
+        const double bias_n = in_impact ? 0 : 0.5 * h_ * gamma_n, bias_t = in_impact ? 0 : 0.5 * h_ * gamma_t;
         const double u_n = before + bias_n, b_n = free - bias_n + restitution * u_n,
                      b_t = t_theta * w + t_x * u + drive_t - bias_t;
         if (b_n < 0) {

@@ -28,8 +28,8 @@ double peak_memory() {
 }  // namespace
 
 TEST_CASE("a million runs are merged within two gigabytes", "[.merge]") {
-  const char* asked = std::getenv("FREEPLAY_RUNS");
-  const long runs = asked ? std::atol(asked) : 1'000'000;
+  const char* requested = std::getenv("FREEPLAY_RUNS");
+  const long runs = requested ? std::atol(requested) : 1'000'000;
   constexpr long shards = 64;
   const test::BallStudy place("values = [0.5]", "formulations = [\"nonsmooth\"]\n");
   const auto& folder = place.folder;

@@ -190,11 +190,11 @@ TEST_CASE("Ctrl-C is obeyed in every phase, and complete files stay complete", "
       CAPTURE(verb, wait);
       const pid_t id = start(verb);
       std::this_thread::sleep_for(std::chrono::milliseconds(wait));
-      const auto asked = Clock::now();
+      const auto requested = Clock::now();
       kill(id, signal);
       int status = 0;
       REQUIRE(waitpid(id, &status, 0) == id);
-      worst = std::max(worst, since(asked));
+      worst = std::max(worst, since(requested));
       // A signal before the program handles signals ends it with the default action.
       CHECK((WIFSIGNALED(status) ? WTERMSIG(status) == signal : WEXITSTATUS(status) == 1));
     }

@@ -18,22 +18,22 @@ using namespace freeplay::verification;
 namespace {
 
 /// A row of docs/verification/verification.csv.
-struct Asked {
-  std::string set, judged, name;  ///< name: unit and quantity
+struct Requested {
+  std::string set, assessed, name;  ///< name: unit and quantity
   double expected, bound;
 };
 
 /// The rows of a set.
-std::vector<Asked> rows_of(const std::string& table, const std::string& set) {
-  std::vector<Asked> rows;
+std::vector<Requested> rows_of(const std::string& table, const std::string& set) {
+  std::vector<Requested> rows;
   std::istringstream in(table);
   for (std::string line; std::getline(in, line);) {
     std::istringstream fields(line);
-    Asked row;
+    Requested row;
     std::string expected, bound;
     std::getline(fields, row.set, ',');
     if (row.set != set) continue;
-    std::getline(fields, row.judged, ',');
+    std::getline(fields, row.assessed, ',');
     std::getline(fields, expected, ',');
     std::getline(fields, bound, ',');
     std::getline(fields, row.name);
@@ -49,11 +49,11 @@ void check_page(const std::string& page, const Verdict& verdict) {
   INFO(
       "docs/verification/verification.md is older than what it shows; make it anew: scripts/pages --make verification");
   CAPTURE(verdict.set->name);
-  const auto old = rows_of(page, verdict.set->name), now = rows_of(asked(verdict), verdict.set->name);
+  const auto old = rows_of(page, verdict.set->name), now = rows_of(requested(verdict), verdict.set->name);
   REQUIRE(now.size() == verdict.findings.claims.size());
   REQUIRE(old.size() == now.size());
   for (std::size_t i = 0; i < now.size(); ++i) {
-    CHECK(old[i].judged == now[i].judged);
+    CHECK(old[i].assessed == now[i].assessed);
     CHECK(old[i].name == now[i].name);
     CHECK(old[i].expected == Approx(now[i].expected).epsilon(0.01));
     CHECK(old[i].bound == Approx(now[i].bound).epsilon(0.01));
@@ -85,7 +85,7 @@ class SetTest final : public Catch::ITestInvoker {
  public:
   explicit SetTest(const ClaimSet& set) : set_(set) {}
   void invoke() const override {
-    const auto verdict = judge(set_);
+    const auto verdict = assess(set_);
     INFO(table(verdict));
     CHECK(verdict.failure.empty());
     CHECK_FALSE(verdict.findings.claims.empty());
@@ -133,15 +133,15 @@ TEST_CASE("a claim fails outside its bound on either side, and for a NaN", "[cla
   Claim c;
   c.expected = 2;
   c.bound = 0.5;
-  for (const auto judged :
-       {Claim::Judged::within, Claim::Judged::relative, Claim::Judged::at_most, Claim::Judged::between}) {
-    c.judged = judged;
+  for (const auto assessed : {Claim::Assessed::within, Claim::Assessed::relative, Claim::Assessed::at_most,
+                              Claim::Assessed::between}) {
+    c.assessed = assessed;
     c.measured = NAN;
     CHECK_FALSE(c.holds());
     c.measured = 4;
     CHECK_FALSE(c.holds());
   }
-  c.judged = Claim::Judged::within;
+  c.assessed = Claim::Assessed::within;
   c.measured = 1.4;
   CHECK_FALSE(c.holds());
   c.measured = 1.6;

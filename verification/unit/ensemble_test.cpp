@@ -119,9 +119,9 @@ TEST_CASE("an ensemble computed in shards equals the whole ensemble, for any num
   make_plan(study, folder.path(), shards);
   for (std::size_t i = 0; i < shards; ++i) {
     const auto k = 1 + (i * 2 + 1) % shards;  // each once: the number of shards is odd
-    const ShardAsked asked{.shard = k, .scratch = folder.path() / "scratch", .threads = 2};
-    CHECK(make_shard(study, folder.path(), asked).seal.failed == 0);
-    CHECK(make_shard(study, folder.path(), asked).found);
+    const ShardRequest requested{.shard = k, .scratch = folder.path() / "scratch", .threads = 2};
+    CHECK(make_shard(study, folder.path(), requested).seal.failed == 0);
+    CHECK(make_shard(study, folder.path(), requested).found);
   }
   CHECK(merge_shards(study, folder.path(), folder.path() / "scratch").units == 7);
   const EnsembleStore store(folder.path() / "ensemble.db");

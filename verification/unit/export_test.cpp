@@ -48,7 +48,7 @@ TEST_CASE("an invalid request to export is refused in one line, and nothing is w
   const bool hdf5 = has_hdf5(run);
   remove_file(folder.path() / "run/results.h5");
   make_folder(folder.path() / "empty");
-  const std::pair<std::string, std::string> asked[] = {
+  const std::pair<std::string, std::string> requested[] = {
       {run, "give a format: --hdf5 [FILE], --vtk [FOLDER] or both"},
       {place + "/nowhere --hdf5", "nowhere: is not a folder"},
       {place + "/empty --vtk", "--vtk: contains no run"},
@@ -58,7 +58,7 @@ TEST_CASE("an invalid request to export is refused in one line, and nothing is w
       {run + " --hdf5 " + place + "/run/events.csv", "has the extension of another format"},
       {run + " --hdf5 " + place + "/empty", "is a folder; give a file's name"},
       {place + "/empty --hdf5", hdf5 ? "has no result tables to export" : "built without HDF5"}};
-  for (const auto& [arguments, answer] : asked) {
+  for (const auto& [arguments, answer] : requested) {
     CAPTURE(arguments);
     const auto told = test::freeplay("export " + arguments);
     CHECK(told.status == 2);

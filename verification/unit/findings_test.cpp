@@ -26,7 +26,7 @@ struct Made {
     study.variants = {{"v", "v", "", {}, {"penalty"}, 2, 25}};
     study.revolutions = 50;  // the variant's separate number applies
   }
-  std::vector<Finding> judged(const std::set<std::string>& fitted = {}) {
+  std::vector<Finding> assessed(const std::set<std::string>& fitted = {}) {
     Results results(folder.path() / "made.db", study);
     for (double c : study.axes[0].values)
       for (double n : study.axes[1].values)
@@ -67,7 +67,7 @@ int holding(const std::vector<Finding>& list, const std::string& id) {
 
 TEST_CASE("the published measurements satisfy the findings, and each deviation fails its own finding",
           "[study]") {
-  const auto all = Made().judged();
+  const auto all = Made().assessed();
   for (const auto& [id, count] : {std::pair{"X1", 1},
                                   {"X3", 2},
                                   {"X4", 1},
@@ -85,23 +85,23 @@ TEST_CASE("the published measurements satisfy the findings, and each deviation f
   }
   Made rare, large, calm, equal, brief;
   rare.share = 0.5;
-  CHECK(holding(rare.judged(), "X3") == 1);  // the finding on their length is still satisfied
+  CHECK(holding(rare.assessed(), "X3") == 1);  // the finding on their length is still satisfied
   large.peaks = 1.6;
-  const auto peaks = large.judged();
+  const auto peaks = large.assessed();
   CHECK(holding(peaks, "X6") + holding(peaks, "X8") == 0);
   CHECK(holding(peaks, "X7") == 1);  // within a factor of two
   calm.impacts = -1;
-  CHECK(holding(calm.judged(), "X10") == 1);  // still increases with clearance
+  CHECK(holding(calm.assessed(), "X10") == 1);  // still increases with clearance
   equal.second = 1.2;
-  CHECK(holding(equal.judged(), "X5") == 1);
+  CHECK(holding(equal.assessed(), "X5") == 1);
   brief.tail = 20;
-  CHECK(holding(brief.judged(), "X4") == 0);
+  CHECK(holding(brief.assessed(), "X4") == 0);
 }
 
 TEST_CASE("fitted quantities have no verdict", "[study]") {
-  for (const auto& f : Made().judged({"X6", "X8"})) {
+  for (const auto& f : Made().assessed({"X6", "X8"})) {
     const bool fitted = f.id == "X6" || f.id == "X8";
     CHECK(f.fitted == fitted);
-    if (fitted) CHECK_FALSE((f.judged || f.holds));
+    if (fitted) CHECK_FALSE((f.assessed || f.holds));
   }
 }

@@ -40,9 +40,9 @@ TEST_CASE("a waiting interval never exceeds a thousand time scales", "[automatic
 TEST_CASE("shrunk steps are distinguished from short ones by contacts, events and the longest steps",
           "[automatic]") {
   const auto thousand = [](StepShrinkage& s, double t, long events, bool crowded) {
-    int asked = 0;
-    for (int i = 0; i < 1000; ++i) asked += s.due();
-    CHECK(asked == 1);
+    int requested = 0;
+    for (int i = 0; i < 1000; ++i) requested += s.due();
+    CHECK(requested == 1);
     return s.shrunk(t, events, crowded, 1);
   };
   StepShrinkage s;

@@ -79,7 +79,7 @@ TEST_CASE("the distance of two words counts insertions, deletions, substitutions
 
 TEST_CASE("a misspelt command, option, word or name is answered with the nearest one", "[help][errors]") {
   const auto rig = test::flores().string();
-  const std::vector<std::pair<std::string, std::string>> asked = {
+  const std::vector<std::pair<std::string, std::string>> requested = {
       {"rum", "rum: unknown verb; did you mean run?"},
       {rig, "the verb comes first, as in: freeplay check "},
       {"help cmopare", "unknown verb cmopare; did you mean compare?"},
@@ -93,7 +93,7 @@ TEST_CASE("a misspelt command, option, word or name is answered with the nearest
        "joints.gudgeon.clearence: is not a key of a joint; did you mean clearance?"},
       {"check --set drives.motor.joint=mian " + rig,
        "there is no joint \"mian\"; did you mean main?\n  there is: main, big_end, gudgeon, guide"}};
-  for (const auto& [arguments, answer] : asked) {
+  for (const auto& [arguments, answer] : requested) {
     CAPTURE(arguments);
     const auto told = test::freeplay(arguments);
     CHECK(told.status == 2);

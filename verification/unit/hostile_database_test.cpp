@@ -232,8 +232,8 @@ struct Place {
 
 /// Plants the file, runs the command, checks its output and the remaining files, and restores the
 /// original.
-void judge(const Place& place, const Attack& attack, const Path& database, const std::string& command,
-           const std::function<void()>& prepare = {}) {
+void assess(const Place& place, const Attack& attack, const Path& database, const std::string& command,
+            const std::function<void()>& prepare = {}) {
   CAPTURE(attack.name, command);
   const auto work = place.bait.folder, kept = place.folder.path() / "kept";
   std::filesystem::copy(work, kept, std::filesystem::copy_options::recursive);
@@ -266,7 +266,7 @@ TEST_CASE("a hostile database of a sweep is refused: sweep, sweep --prune, repor
   const Place place;
   for (const auto& attack : attacks())
     for (const char* command : {"sweep study.toml -o out", "sweep study.toml --prune -o out", "report out"})
-      judge(place, attack, place.bait.folder / "out/sweep.db", command);
+      assess(place, attack, place.bait.folder / "out/sweep.db", command);
   // Nothing of all this was left: the study goes on.
   CHECK_THAT(place.run("sweep study.toml -o out").out, Contains("4 from the store, 0 new"));
   CHECK(place.run("report out").status == 0);
@@ -276,7 +276,7 @@ TEST_CASE("a hostile shard is refused: sweep --merge", "[security][shards][hosti
   const Place place;
   for (const auto& attack : attacks())
     if (!attack.beside)
-      judge(place, attack, place.shard(), "sweep study.toml --merge divided", [&] { place.seal_again(); });
+      assess(place, attack, place.shard(), "sweep study.toml --merge divided", [&] { place.seal_again(); });
   CHECK(place.run("sweep study.toml --merge divided").status == 0);
 }
 
@@ -303,7 +303,7 @@ TEST_CASE("a hostile copy of an unfinished shard is refused: sweep --shard",
       CHECK_FALSE(std::filesystem::exists(part));
       std::filesystem::remove(place.shard());
     } else {
-      judge(place, attack, part, command);
+      assess(place, attack, part, command);
       std::filesystem::remove_all(part);
     }
   }
@@ -347,7 +347,7 @@ TEST_CASE("a hostile database is refused by every other command that uses one",
         continue;
       make_folder(folder / "other");
       std::filesystem::copy_file(good, folder / "other" / database);
-      judge(place, attack, folder / "other" / database, command);
+      assess(place, attack, folder / "other" / database, command);
       std::filesystem::remove_all(folder / "other");
     }
 }

@@ -8,7 +8,7 @@
 
 #include "dynamics/assembly/assembly.hpp"
 #include "dynamics/system.hpp"
-#include "facade/judge.hpp"
+#include "facade/assess.hpp"
 #include "io/files/run_json.hpp"
 #include "mechanism/scene.hpp"
 #include "verification/references/hertz_impact.hpp"

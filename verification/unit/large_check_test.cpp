@@ -20,7 +20,7 @@ namespace {
 
 /// Pendulums side by side, or each attached to the one before; their pins with clearance or
 /// without.
-std::string pendulums(int count, bool chain, bool loose) {
+std::string pendulums(int count, bool chain, bool clearance_joint) {
   std::string text = "[surfaces.steel]\nyoung = 2e11\npoisson = 0.3\nrestitution = 0.5\n";
   for (int i = 0; i < count; ++i)
     text += fmt::format("[bodies.b{0}]\nmass = 1\ninertia = 0.1\nposition = [{1}, 0]\n", i, i + 0.5);
@@ -29,7 +29,7 @@ std::string pendulums(int count, bool chain, bool loose) {
     text += fmt::format(
         "[joints.j{0}]\ntype = \"revolute\"\nbetween = [\"{1}\", \"b{0}\"]\nat = [[{2}, 0], [-0.5, 0]]\n{3}",
         i, on, chain ? (i > 0 ? 0.5 : 0.0) : i,
-        loose ? "clearance = 1e-3\nbearing_radius = 0.02\nsurface = \"steel\"\n" : "");
+        clearance_joint ? "clearance = 1e-3\nbearing_radius = 0.02\nsurface = \"steel\"\n" : "");
   }
   return text + "[run]\nduration = 0.01\n";
 }

@@ -43,7 +43,7 @@ struct Side {
     dfdt[2] = -7.5 * std::sin(t);
   }
   template <class M>
-  void remember(M& m) {
+  void serialize(M& m) {
     m(pressed);
   }
 };
@@ -89,7 +89,7 @@ struct Run {
     return true;
   }
   template <class M>
-  void remember(M& m) {
+  void serialize(M& m) {
     m(method, side, restart);
   }
 };

@@ -11,7 +11,7 @@
 #include <string>
 
 #include "dynamics/assembly/whole_turn.hpp"
-#include "facade/judge.hpp"
+#include "facade/assess.hpp"
 #include "mechanism/scene.hpp"
 #include "mechanism/sense.hpp"
 #include "simulation/progress.hpp"
@@ -24,7 +24,7 @@ namespace {
 
 /// The text of flores' scene with another rod, its length in m, and without the parts that are
 /// switched off.
-std::string flores(double rod, bool loose, bool guided = true) {
+std::string flores(double rod, bool clearance_joint, bool guided = true) {
   auto text = test::file_text(test::flores());
   const auto replace = [&](const std::string& a, const std::string& b) {
     REQUIRE(text.find(a) != text.npos);
@@ -32,7 +32,7 @@ std::string flores(double rod, bool loose, bool guided = true) {
   };
   replace("at = [[0.05, 0.0], [-0.15, 0.0]]", fmt::format("at = [[0.05, 0.0], [{}, 0.0]]", -rod / 2));
   replace("at = [[0.15, 0.0], [0.0, 0.0]]", fmt::format("at = [[{}, 0.0], [0.0, 0.0]]", rod / 2));
-  if (!loose) {
+  if (!clearance_joint) {
     const auto from = text.find("clearance = 0.25e-3");
     text.erase(from, text.find("[joints.guide]") - from);
   }
@@ -82,11 +82,11 @@ TEST_CASE("a rotation that the ideal mechanism cannot complete ends at its dead 
   // A slider-crank in line with the crank: r sin θ = l at the last position. With clearance c: r
   // sin θ = l + c.
   const double r = 0.05, l = 0.04, play = 0.25e-3;
-  const auto ideal = dead(flores(l, false)), loose = dead(flores(l, true));
+  const auto ideal = dead(flores(l, false)), clearance_joint = dead(flores(l, true));
   REQUIRE(ideal);
-  REQUIRE(loose);
+  REQUIRE(clearance_joint);
   CHECK(ideal->angle == Approx(std::asin(l / r)).margin(accuracy));
-  CHECK(loose->angle == Approx(std::asin((l + play) / r)).margin(accuracy));
+  CHECK(clearance_joint->angle == Approx(std::asin((l + play) / r)).margin(accuracy));
   CHECK_FALSE(dead(flores(0.3, true)));
   CHECK_FALSE(dead(flores(0.051, false)));  // just long enough
   // For a four-bar without a rotating link, the input ends where coupler and output are in line
@@ -110,7 +110,7 @@ TEST_CASE("all cases close over a revolution, and every sliding body is guided",
     const auto scene = read_scene(file);
     CAPTURE(file.string());
     CHECK_FALSE(dead_point(scene.mechanism, scene.run.duration));
-    for (const auto& q : questions(scene.mechanism)) CHECK_THAT(q, !Contains("has no guide"));
+    for (const auto& q : plausibility_checks(scene.mechanism)) CHECK_THAT(q, !Contains("has no guide"));
     ++cases;
   }
   CHECK(cases > 15);

@@ -15,7 +15,7 @@
 #include "mechanism/error.hpp"
 #include "plots/drawing/column_plot.hpp"
 #include "plots/drawing/spectrum.hpp"
-#include "plots/tables/loose_joints.hpp"
+#include "plots/tables/clearance_joints.hpp"
 #include "simulation/columns.hpp"
 #include "verification/support/support.hpp"
 
@@ -287,9 +287,9 @@ TEST_CASE("figures of joint clearances show each journal within its circle, seve
   write_file(place / "trajectory.csv", rows);
   REQUIRE(test::freeplay("figures " + place.string()).status == 0);
 
-  const auto known = plots::loose_joints(place, plots::scene_of_run(place).get());
+  const auto known = plots::clearance_joints(place, plots::scene_of_run(place).get());
   REQUIRE(known.size() == 12);
-  CHECK(known[0].kind == plots::LooseJoint::Kind::guide);
+  CHECK(known[0].kind == plots::ClearanceJoint::Kind::guide);
   CHECK(known[0].frame_name == "the ground");
   const auto paths = plots::play_paths(place, known, {{0, 0.505, "half"}});
   CHECK(paths[0][0].clearance == Approx(1e-3));

@@ -148,10 +148,10 @@ TEST_CASE("numbers of a scene may have units, with bit-identical values in SI", 
   CHECK(m.bodies[0].mass == m.bodies[1].mass);
   CHECK(m.bodies[0].inertia == m.bodies[1].inertia);
   CHECK(m.bodies[1].angle == 60 * std::numbers::pi / 180);
-  const auto& loose = std::get<RevoluteJoint>(m.joints[1]);
-  CHECK(loose.at[0].x() == 0.05);
-  CHECK(loose.at[1].y() == -0.05);
-  CHECK(loose.clearance->radial == 1e-4);
+  const auto& clearance_joint = std::get<RevoluteJoint>(m.joints[1]);
+  CHECK(clearance_joint.at[0].x() == 0.05);
+  CHECK(clearance_joint.at[1].y() == -0.05);
+  CHECK(clearance_joint.clearance->radial == 1e-4);
   CHECK(*m.surfaces[0].young == 207e9);
   CHECK(*m.surfaces[0].poisson == 0.3);
   CHECK(main_drive(m)->speed == SpeedDrive::from_rpm(120));
@@ -165,7 +165,7 @@ TEST_CASE("numbers of a scene may have units, with bit-identical values in SI", 
   scene.set("joints.loose.clearance", "0.2 mm");
   scene.set("joints.loose.at", "[[\"5 cm\", 0], [0, \"-50 mm\"]]");
   CHECK(std::get<RevoluteJoint>(scene.mechanism.joints[1]).clearance->radial == 2e-4);
-  CHECK(std::get<RevoluteJoint>(scene.mechanism.joints[1]).at == loose.at);
+  CHECK(std::get<RevoluteJoint>(scene.mechanism.joints[1]).at == clearance_joint.at);
 
   CHECK_THAT(test::refusal(scene_text("\"0.1 kg\"")),
              Contains("s.toml:15:13: joints.loose.clearance: \"0.1 kg\" is a mass, must be a length"));

@@ -30,18 +30,18 @@ TEST_CASE("unit plausibility: shipped scenes raise no question", "[sense]") {
     for (const auto& entry : std::filesystem::recursive_directory_iterator(test::source_folder() / place)) {
       if (entry.path().extension() != ".toml" || is_study(entry.path())) continue;
       CAPTURE(entry.path().string());
-      for (const auto& q : questions(read_scene(entry.path()).mechanism)) FAIL_CHECK(q);
+      for (const auto& q : plausibility_checks(read_scene(entry.path()).mechanism)) FAIL_CHECK(q);
       ++count;
     }
   CHECK(count >= 30);
   // The row of four-bars of growing size.
-  CHECK(questions(test::row_of_four_bars(8, 0).mechanism).empty());
-  CHECK(questions(test::row_of_four_bars(8, 1e-3).mechanism).empty());
+  CHECK(plausibility_checks(test::row_of_four_bars(8, 0).mechanism).empty());
+  CHECK(plausibility_checks(test::row_of_four_bars(8, 1e-3).mechanism).empty());
 }
 
 TEST_CASE("unit plausibility: each implausible unit raises one question with the likely meaning", "[sense]") {
-  const auto asked = [](std::vector<std::string> overrides) {
-    return questions(read_scene(test::scene_file("four_bar"), overrides).mechanism);
+  const auto requested = [](std::vector<std::string> overrides) {
+    return plausibility_checks(read_scene(test::scene_file("four_bar"), overrides).mechanism);
   };
   struct Case {
     std::vector<std::string> set;
@@ -69,15 +69,15 @@ TEST_CASE("unit plausibility: each implausible unit raises one question with the
   };
   for (const auto& c : cases) {
     CAPTURE(c.expected);
-    const auto list = asked(c.set);
+    const auto list = requested(c.set);
     REQUIRE(list.size() == 1);
     CHECK_THAT(list[0], Contains(c.expected));
   }
 }
 
 TEST_CASE("unit plausibility: unusual but possible values raise no question", "[sense]") {
-  const auto asked = [](std::vector<std::string> overrides) {
-    return questions(read_scene(test::scene_file("four_bar"), overrides).mechanism);
+  const auto requested = [](std::vector<std::string> overrides) {
+    return plausibility_checks(read_scene(test::scene_file("four_bar"), overrides).mechanism);
   };
   // A start taken from a run after some revolutions; 3π, rounded; a rubber; a bob without inertia;
   // a flywheel on a short crank; a worn bearing; Jupiter; a fast spindle.
@@ -87,7 +87,7 @@ TEST_CASE("unit plausibility: unusual but possible values raise no question", "[
         "bodies.crank.inertia=0.3", "joints.rocker_pin.clearance=1.9e-3", "gravity=[0,-24.8]",
         "drives.motor.speed_rpm=60000"}) {
     CAPTURE(set);
-    for (const auto& q : asked({set})) FAIL_CHECK(q);
+    for (const auto& q : requested({set})) FAIL_CHECK(q);
   }
 }
 
@@ -116,7 +116,7 @@ TEST_CASE("unit plausibility: a measurement in g is recognised by its lowest har
     for (auto& x : measured.spectrum) x *= factor;
     measured.spectrum[1] *= 1 + apart;       // clearance changes harmonics a little,
     measured.spectrum.back() = 30 * factor;  // impacts change the high ones
-    return unit_question(measured, ideal);
+    return unit_plausibility(measured, ideal);
   };
   CHECK(scaled(1, 0.1).empty());
   CHECK(scaled(0.7, 0).empty());  // another stroke or mass is no other unit
@@ -125,5 +125,5 @@ TEST_CASE("unit plausibility: a measurement in g is recognised by its lowest har
   CHECK_THAT(scaled(1 / 9.80665, -0.3), Contains("is the file in g instead of m/s²?"));
   CHECK_THAT(scaled(100, 0.1), Contains("cm/s²"));
   CHECK_THAT(scaled(1000, 0.1), Contains("mm/s²"));
-  CHECK(unit_question({}, ideal).empty());
+  CHECK(unit_plausibility({}, ideal).empty());
 }

@@ -198,8 +198,8 @@ TEST_CASE("one version of a study is in use at a time, and only living processes
   const FolderLock first(folder, "sweep", FolderLock::Use::together);
   std::optional<FolderLock> second;
   second.emplace(folder, "sweep", FolderLock::Use::together);
-  CHECK(first.seat() != second->seat());
-  CHECK(first.taken(second->seat()));
+  CHECK(first.slot() != second->slot());
+  CHECK(first.taken(second->slot()));
   const std::vector<std::string> runs{"a", "b"}, others{"a", "c"};
   WorkList list(mine.database(), first, runs, WorkList::Earlier::kept);
   CHECK(list.claim(1) == std::vector<std::string>{"a"});

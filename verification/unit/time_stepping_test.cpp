@@ -52,7 +52,7 @@ MeanVelocity::Verdict iterate(MeanVelocity::Kind kind, std::vector<double>& v, O
   v = of(old);
   for (int i = 0;; ++i) {
     const MeanVelocity::Motion motion{1, none.data(), old.data(), v.data(), 0, 0};
-    const auto verdict = mean.judge(i, terms, motion, kind, v_mean);
+    const auto verdict = mean.assess(i, terms, motion, kind, v_mean);
     if (verdict != MeanVelocity::Verdict::again) return verdict;
     v = of(v_mean);
   }
@@ -100,7 +100,7 @@ TEST_CASE("the floor of adaptive steps rises among crowded impacts and falls aga
   double t = 0;
   const auto steps = [&](double length, bool impacts) {
     for (int i = 0; i < 200; ++i) {
-      pace.strikes += impacts;
+      pace.impacts_now += impacts;
       pace.note_step(t += length, 0);
     }
   };
@@ -188,12 +188,12 @@ TEST_CASE("a contact becomes active when its gap closes, and is in impact once",
   ball.begin(1e-3);
   ball.solve();
   CHECK(ball.contact().active);
-  CHECK(ball.contact().struck);
+  CHECK(ball.contact().in_impact);
   CHECK(ball.data.v[1] == Approx(0.8));  // restitution
   CHECK(ball.problem.unknown_of(ball.contact())->impulse_n == Approx(1.8));
   ball.record.record(ball.data, ball.contacts, ball.problem, ball.responses);
-  CHECK(ball.record.struck());
-  CHECK(ball.contact().t_touch == Approx(4e-4));  // instant at which the gap closes
+  CHECK(ball.record.in_impact());
+  CHECK(ball.contact().t_onset == Approx(4e-4));  // instant at which the gap closes
   CHECK(ball.record.impacts(0).v.size() == 3);
   CHECK(ball.log.is_open(0));
   // It has a contact episode now: a loaded contact is not in impact again, and without an impulse
@@ -222,7 +222,7 @@ TEST_CASE("a smooth step includes only closed contacts, within their slack", "[m
   closed.begin(1e-3, StepReach::closed);
   closed.solve();
   CHECK(closed.contact().active);
-  CHECK_FALSE(closed.contact().struck);
+  CHECK_FALSE(closed.contact().in_impact);
   CHECK(closed.data.v[1] == Approx(0).margin(1e-15));  // no restitution
 }
 

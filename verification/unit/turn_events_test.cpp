@@ -19,7 +19,7 @@ TEST_CASE("metrics per revolution count only events of their joint", "[study]") 
   rules.impact_speed = 0.1;
   const auto metrics = [&](bool others) {
     TurnMeter meter(rules);
-    const auto tell = [&](int joint, EventKind kind, double t) {
+    const auto add_notes = [&](int joint, EventKind kind, double t) {
       ContactEvent e;
       e.contact = joint;
       e.kind = kind;
@@ -29,13 +29,13 @@ TEST_CASE("metrics per revolution count only events of their joint", "[study]") 
       meter.event(e);
     };
     for (int turn = 0; turn < 4; ++turn) {
-      tell(1, EventKind::separation, turn + 0.25);
+      add_notes(1, EventKind::separation, turn + 0.25);
       if (others)
         for (const int joint : {0, 2}) {
-          tell(joint, EventKind::separation, turn + 0.3);
-          tell(joint, EventKind::impact, turn + 0.4);
+          add_notes(joint, EventKind::separation, turn + 0.3);
+          add_notes(joint, EventKind::impact, turn + 0.4);
         }
-      tell(1, EventKind::contact, turn + 0.5);
+      add_notes(1, EventKind::contact, turn + 0.5);
     }
     for (int i = 0; i <= 4000; ++i) meter.acceleration(i / 1000.0, std::cos(rules.speed * i / 1000.0));
     return meter.finish(4, 8);

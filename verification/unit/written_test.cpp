@@ -71,25 +71,25 @@ Scene block() { return read_scene(test::scene_file("block_on_corners"), off_cent
 }  // namespace
 
 TEST_CASE("trajectory.csv of a throw is its parabola, row by row", "[written]") {
-  struct Asked {
+  struct Requested {
     const char* run;
     double step, duration;
     std::size_t rows;
   };
-  const Asked list[] = {
+  const Requested list[] = {
       {"duration = 0.3\noutput_step = 0.01", 0.01, 0.3, 31},
       {"duration = 0.305\noutput_step = 0.01", 0.01, 0.305, 32},  // the end is not a multiple
       {"duration = 0.004", 0.004 / 20000, 0.004, 20001}};         // the defaults
   test::TemporaryFolder place;
-  for (const auto& asked : list)
+  for (const auto& requested : list)
     for (const std::string way : {"penalty", "nonsmooth", "nonsmooth --set nonsmooth.scheme=event-driven",
                                   "nonsmooth --set nonsmooth.scheme=moreau-jean --set nonsmooth.step=1e-3"}) {
-      CAPTURE(asked.run, way);
-      const auto folder = ran(place, thrown(asked.run), way);
+      CAPTURE(requested.run, way);
+      const auto folder = ran(place, thrown(requested.run), way);
       const test::Columns csv(folder / "trajectory.csv");
       CHECK(csv.header() ==
             "t,stone.x,stone.y,stone.theta,stone.vx,stone.vy,stone.omega,floor.ex,floor.ey,floor.gap");
-      REQUIRE(csv.rows() == asked.rows);
+      REQUIRE(csv.rows() == requested.rows);
       // Time stepping is exact at the ends of its steps and linear between them: g h²/8, in speed g
       // h/2 less.
       const double h = way.ends_with("1e-3") ? 1e-3 : 0, off = g * h * h / 8 + 1e-9;
@@ -100,7 +100,7 @@ TEST_CASE("trajectory.csv of a throw is its parabola, row by row", "[written]") 
       for (std::size_t i = 0; i < csv.rows(); ++i) {
         const auto& row = csv.row(i);
         REQUIRE(row.size() == 10);
-        const double t = std::min(static_cast<double>(i) * asked.step, asked.duration);
+        const double t = std::min(static_cast<double>(i) * requested.step, requested.duration);
         meet(worst_t, row[0], t);
         meet(worst_q, row[1], from_x + vx * t);
         meet(worst_q, row[2], from_y + vy * t - 0.5 * g * t * t);
@@ -113,7 +113,7 @@ TEST_CASE("trajectory.csv of a throw is its parabola, row by row", "[written]") 
       CHECK(worst_t <= 1e-15);  // multiples of a step up to their rounding
       CHECK(worst_q <= off);
       CHECK(worst_v <= 1e-8);
-      CHECK(csv.row(csv.rows() - 1)[0] == asked.duration);
+      CHECK(csv.row(csv.rows() - 1)[0] == requested.duration);
     }
 }
 

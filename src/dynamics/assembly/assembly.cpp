@@ -360,12 +360,12 @@ void settle(const Mechanism& m, const System& system, const Compliances& elastic
 
 /// Sets the velocities of the ideal mechanism at the position nearest to s, which belongs to a
 /// mechanism with clearance. Returns false if there is none.
-bool move_ideally(const Mechanism& loose, State& s, const StopToken& stop) {
-  const System ideal(idealised(loose));
+bool move_ideally(const Mechanism& clearance_joint, State& s, const StopToken& stop) {
+  const System ideal(idealised(clearance_joint));
   State nearest = s;
   try {
-    assemble_positions(loose, ideal, nearest, nullptr, stop);
-    assemble_velocities(loose, ideal, nearest);
+    assemble_positions(clearance_joint, ideal, nearest, nullptr, stop);
+    assemble_velocities(clearance_joint, ideal, nearest);
   } catch (const ModelError&) {
     return false;
   }
@@ -388,7 +388,7 @@ State assemble(const Mechanism& mechanism, RunOptions::Start start, std::string*
   std::string from;
   if (start == RunOptions::Start::given) {
     // A loaded contact is compressed, by up to a tenth of the clearance or of a disc's radius of
-    // curvature; beyond that a run's own results would be doubtful (facade/judge.cpp).
+    // curvature; beyond that a run's own results would be doubtful (facade/assess.cpp).
     const auto open = worst_open_joint(system, s.q, 0.1);
     if (open.amount > 1e-6 * length_scale(system))
       throw ModelError("run.start",

@@ -40,8 +40,8 @@ std::string spelt(const Mechanism& m, const JointAngle& angle) {
 }
 
 Mismatch mismatch(const Mechanism& m, const std::vector<double>& q) {
-  const auto& asked = m.assembly;
-  if (asked.branch) {
+  const auto& requested = m.assembly;
+  if (requested.branch) {
     const auto loops = four_bars(m);
     if (loops.size() != 1)
       throw ModelError(
@@ -50,9 +50,9 @@ Mismatch mismatch(const Mechanism& m, const std::vector<double>& q) {
                       "{}; give an angle of the pose in assembly.positive or .negative",
                       loops.empty() ? "is none" : fmt::format("are {}", loops.size())));
     const bool open = openness(m, loops[0], q) > 0;
-    if (open != (*asked.branch == Configuration::Branch::open))
+    if (open != (*requested.branch == Configuration::Branch::open))
       return {"assembly.branch", fmt::format("\"{}\" is requested, but the pose found is {}",
-                                             text_of(*asked.branch), open ? "open" : "crossed")};
+                                             text_of(*requested.branch), open ? "open" : "crossed")};
   }
   const auto signs = [&](const char* key, const std::vector<JointAngle>& angles, double sign) -> Mismatch {
     for (const auto& angle : angles)
@@ -61,8 +61,8 @@ Mismatch mismatch(const Mechanism& m, const std::vector<double>& q) {
                                                              spelt(m, angle), angle_of(m, angle, q))};
     return {};
   };
-  if (auto wrong = signs("positive", asked.positive, 1); !wrong.key.empty()) return wrong;
-  return signs("negative", asked.negative, -1);
+  if (auto wrong = signs("positive", requested.positive, 1); !wrong.key.empty()) return wrong;
+  return signs("negative", requested.negative, -1);
 }
 
 }  // namespace freeplay

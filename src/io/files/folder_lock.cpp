@@ -17,7 +17,7 @@
 namespace freeplay {
 namespace {
 
-constexpr int most_seats = 1024;
+constexpr int most_slots = 1024;
 constexpr int record_size = 128;
 
 /// Locks belong to the open file, not to the process, so two locks of one process exclude each
@@ -57,9 +57,9 @@ std::string record(std::string_view verb) {
 
 /// The description in a slot. It comes from a file, so characters that are not printable are
 /// dropped.
-std::string read_record(int descriptor, int seat) {
+std::string read_record(int descriptor, int slot) {
   std::array<char, record_size> bytes{};
-  const auto n = pread(descriptor, bytes.data(), bytes.size(), static_cast<off_t>(seat) * record_size);
+  const auto n = pread(descriptor, bytes.data(), bytes.size(), static_cast<off_t>(slot) * record_size);
   std::string text;
   for (ssize_t i = 0; i < n && bytes[static_cast<std::size_t>(i)] != '\n'; ++i) {
     const char c = bytes[static_cast<std::size_t>(i)];
@@ -71,9 +71,9 @@ std::string read_record(int descriptor, int seat) {
 
 std::string holders(int descriptor, int but) {
   std::string list;
-  for (int seat = 1; seat <= most_seats; ++seat)
-    if (seat != but && locked_by_another(descriptor, seat))
-      list += (list.empty() ? "" : "; ") + read_record(descriptor, seat);
+  for (int slot = 1; slot <= most_slots; ++slot)
+    if (slot != but && locked_by_another(descriptor, slot))
+      list += (list.empty() ? "" : "; ") + read_record(descriptor, slot);
   return list;
 }
 
@@ -95,11 +95,11 @@ FolderLock::FolderLock(const std::filesystem::path& folder, std::string_view ver
           folder.string(), who.empty() ? "a process that has just started" : who));
     std::this_thread::sleep_for(std::chrono::milliseconds(10));
   }
-  while (!try_lock(descriptor_, F_WRLCK, ++seat_))
-    if (seat_ == most_seats)
-      refuse(fmt::format("{} processes write to this folder, the maximum", most_seats));
+  while (!try_lock(descriptor_, F_WRLCK, ++slot_))
+    if (slot_ == most_slots)
+      refuse(fmt::format("{} processes write to this folder, the maximum", most_slots));
   const auto text = record(verb);  // on a full disk it is missing, and others are told less
-  (void)!pwrite(descriptor_, text.data(), text.size(), static_cast<off_t>(seat_) * record_size);
+  (void)!pwrite(descriptor_, text.data(), text.size(), static_cast<off_t>(slot_) * record_size);
 }
 
 bool FolderLock::acquire() {
@@ -134,8 +134,8 @@ FolderLock::~FolderLock() {
   close(descriptor_);
 }
 
-bool FolderLock::taken(int seat) const { return seat == seat_ || locked_by_another(descriptor_, seat); }
+bool FolderLock::taken(int slot) const { return slot == slot_ || locked_by_another(descriptor_, slot); }
 
-std::string FolderLock::others() const { return holders(descriptor_, seat_); }
+std::string FolderLock::others() const { return holders(descriptor_, slot_); }
 
 }  // namespace freeplay

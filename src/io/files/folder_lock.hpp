@@ -31,9 +31,9 @@ class FolderLock {
 
   const std::filesystem::path& folder() const { return folder_; }
   /// Slot of this process, from 1; unique among living processes.
-  int seat() const { return seat_; }
+  int slot() const { return slot_; }
   /// Whether a living process, possibly this one, has this slot.
-  bool taken(int seat) const;
+  bool taken(int slot) const;
   /// The other processes that write into the folder, as one line; "" if there are none.
   std::string others() const;
 
@@ -45,7 +45,7 @@ class FolderLock {
   std::filesystem::path folder_, file_;
   Use use_;
   int descriptor_ = -1;
-  int seat_ = 0;
+  int slot_ = 0;
 };
 
 }  // namespace freeplay

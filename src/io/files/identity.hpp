@@ -38,7 +38,7 @@ struct Origin {
   bool states_format = false;
 
   template <class M>
-  void remember(M& m) {
+  void serialize(M& m) {
     m(file, text, overrides, states_format);
   }
 };

@@ -145,7 +145,7 @@ void KeysReader::curve(const Key& key, int& curve, Curve::Use use) {
 }
 
 void KeysReader::settle() const {
-  for (const auto& judge : own_) judge();
+  for (const auto& assess : own_) assess();
   for (const auto& [key, index, y] : named_) {
     const auto& name = mechanism_.curves[static_cast<std::size_t>(index)].name;
     const auto hold = [&, &key = key](const char* which, std::initializer_list<std::string_view> wanted) {

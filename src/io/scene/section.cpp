@@ -138,7 +138,7 @@ const toml::node& Section::require(std::string_view key) {
   lacks(key, fmt::format("is missing: {}", row ? row->meaning : "required"));
 }
 
-double Section::to_number(const toml::node& node, const Asked& key, Range range, int column) const {
+double Section::to_number(const toml::node& node, const Requested& key, Range range, int column) const {
   auto value = node.value<double>();
   const auto text = node.value_exact<std::string>();
   if (text && begins_with_number(*text)) {
@@ -172,7 +172,7 @@ double Section::to_number(const toml::node& node, const Asked& key, Range range,
 }
 
 /// Refuses a number outside the plausible range of its unit.
-void Section::require_sense(const toml::node& node, const Asked& key, double x,
+void Section::require_sense(const toml::node& node, const Requested& key, double x,
                             bool greater_than_zero) const {
   const auto* row =
       find_key(pattern_.empty() ? std::string(key.name) : fmt::format("{}.{}", pattern_, key.name));
@@ -188,19 +188,19 @@ void Section::require_sense(std::string_view key, std::string_view unit, double 
   if (const auto wrong = beyond_bounds(*bounds, x, true); !wrong.empty()) fail(key, wrong);
 }
 
-double Section::number(const Asked& key, Range range) { return to_number(require(key.name), key, range); }
+double Section::number(const Requested& key, Range range) { return to_number(require(key.name), key, range); }
 
-double Section::number(const Asked& key, Range range, double fallback) {
+double Section::number(const Requested& key, Range range, double fallback) {
   return maybe_number(key, range).value_or(fallback);
 }
 
-std::optional<double> Section::maybe_number(const Asked& key, Range range) {
+std::optional<double> Section::maybe_number(const Requested& key, Range range) {
   const auto* node = take(key.name);
   if (!node) return std::nullopt;
   return to_number(*node, key, range);
 }
 
-std::optional<double> Section::number_or(std::string_view word, const Asked& key, Range range) {
+std::optional<double> Section::number_or(std::string_view word, const Requested& key, Range range) {
   const auto* node = take(key.name);
   if (!node) return std::nullopt;
   if (const auto text = node->value_exact<std::string>()) {
@@ -231,7 +231,7 @@ std::string Section::text(std::string_view key, const std::string& fallback) {
   return has(key) ? text(key) : (take(key), fallback);
 }
 
-Vec2 Section::to_point(const toml::node& node, const Asked& key) const {
+Vec2 Section::to_point(const toml::node& node, const Requested& key) const {
   const auto* list = node.as_array();
   if (!list || list->size() != 2)
     source_->fail(&node, full(key.name),
@@ -240,16 +240,16 @@ Vec2 Section::to_point(const toml::node& node, const Asked& key) const {
   return {to_number((*list)[0], key, any_number, 0), to_number((*list)[1], key, any_number, 1)};
 }
 
-Vec2 Section::point(const Asked& key) { return to_point(require(key.name), key); }
+Vec2 Section::point(const Requested& key) { return to_point(require(key.name), key); }
 
-Vec2 Section::point(const Asked& key, Vec2 fallback) {
+Vec2 Section::point(const Requested& key, Vec2 fallback) {
   const auto* node = take(key.name);
   return node ? to_point(*node, key) : fallback;
 }
 
-std::vector<Vec2> Section::points(const Asked& key) { return points(key, nullptr); }
+std::vector<Vec2> Section::points(const Requested& key) { return points(key, nullptr); }
 
-std::vector<Vec2> Section::points(const Asked& key,
+std::vector<Vec2> Section::points(const Requested& key,
                                   const std::function<Vec2(std::size_t, const std::string&)>& named) {
   const auto& node = require(key.name);
   const auto* list = node.as_array();
@@ -289,7 +289,7 @@ bool Section::is_list_of_lists(std::string_view key) const {
   return list && !list->empty() && list->front().is_array();
 }
 
-std::vector<std::pair<std::string, Vec2>> Section::named_points(const Asked& key) {
+std::vector<std::pair<std::string, Vec2>> Section::named_points(const Requested& key) {
   const auto& node = require(key.name);
   const auto* table = node.as_table();
   if (!table)
@@ -299,14 +299,14 @@ std::vector<std::pair<std::string, Vec2>> Section::named_points(const Asked& key
   for (const auto& [name, point] : *table) {
     const auto own = fmt::format("{}.{}", key.name, name.str());
     if (const auto wrong = wrong_name(name.str()); !wrong.empty()) source_->fail(&point, full(own), wrong);
-    Asked one(own);
+    Requested one(own);
     one.unit = key.unit;
     result.emplace_back(name.str(), to_point(point, one));
   }
   return result;
 }
 
-std::vector<double> Section::numbers(const Asked& key) {
+std::vector<double> Section::numbers(const Requested& key) {
   const auto& node = require(key.name);
   const auto* list = node.as_array();
   if (!list || list->empty())
@@ -333,7 +333,7 @@ std::vector<std::vector<double>> Section::rows(std::string_view key,
                                 row ? fmt::format("one of {}", row->size()) : std::string(kind_of(item))));
     auto& numbers = result.emplace_back();
     for (std::size_t i = 0; i < units.size(); ++i) {
-      Asked one(key);
+      Requested one(key);
       one.unit = units[i];
       numbers.push_back(to_number((*row)[i], one, any_number));
     }

@@ -65,13 +65,13 @@ void refuse_unknown_keys(const toml::table& document, std::string_view pattern, 
 
 /// Name of a key to be read, and the unit to which its number is converted: the given one, or else
 /// that of the schema.
-struct Asked {
+struct Requested {
   std::string_view name;
   std::optional<std::string_view> unit = {};
-  Asked(std::string_view key)
-      : name(key) {}                     // NOLINT(google-explicit-constructor): most keys are only a name
-  Asked(const char* key) : name(key) {}  // NOLINT(google-explicit-constructor)
-  Asked(const Key& key) : name(key.name), unit(key.unit) {}  // NOLINT(google-explicit-constructor)
+  Requested(std::string_view key)
+      : name(key) {}                         // NOLINT(google-explicit-constructor): most keys are only a name
+  Requested(const char* key) : name(key) {}  // NOLINT(google-explicit-constructor)
+  Requested(const Key& key) : name(key.name), unit(key.unit) {}  // NOLINT(google-explicit-constructor)
 };
 
 /// One table of the document.
@@ -84,23 +84,23 @@ class Section {
   bool has(std::string_view key) const { return table_.contains(key); }
   bool is_text(std::string_view key) const;
   bool is_list_of_lists(std::string_view key) const;
-  double number(const Asked& key, Range range);
-  double number(const Asked& key, Range range, double fallback);
+  double number(const Requested& key, Range range);
+  double number(const Requested& key, Range range, double fallback);
   /// A number, or nullopt for the text `word`.
-  std::optional<double> number_or(std::string_view word, const Asked& key, Range range);
-  std::optional<double> maybe_number(const Asked& key, Range range);
+  std::optional<double> number_or(std::string_view word, const Requested& key, Range range);
+  std::optional<double> maybe_number(const Requested& key, Range range);
   std::string text(std::string_view key);
   std::string text(std::string_view key, const std::string& fallback);
   bool flag(std::string_view key, bool fallback);
-  Vec2 point(const Asked& key, Vec2 fallback);
-  Vec2 point(const Asked& key);
+  Vec2 point(const Requested& key, Vec2 fallback);
+  Vec2 point(const Requested& key);
   /// A list of [x, y] pairs.
-  std::vector<Vec2> points(const Asked& key);
+  std::vector<Vec2> points(const Requested& key);
   /// A list of pairs or names; `named` converts a name, with its index in the list.
-  std::vector<Vec2> points(const Asked& key,
+  std::vector<Vec2> points(const Requested& key,
                            const std::function<Vec2(std::size_t, const std::string&)>& named);
   std::vector<std::string> names(std::string_view key);
-  std::vector<double> numbers(const Asked& key);
+  std::vector<double> numbers(const Requested& key);
   /// A list of rows of numbers, each with one number for each of `units`.
   std::vector<std::vector<double>> rows(std::string_view key, const std::vector<std::string_view>& units);
   /// A name, or a list of names.
@@ -108,7 +108,7 @@ class Section {
   /// A table of texts by name, in the order of the file.
   std::vector<std::pair<std::string, std::string>> texts(std::string_view key);
   /// A table of points by name.
-  std::vector<std::pair<std::string, Vec2>> named_points(const Asked& key);
+  std::vector<std::pair<std::string, Vec2>> named_points(const Requested& key);
   /// The value of `key` as an index into `choices`. Messages list the choices.
   int choice(std::string_view key, const std::vector<std::string>& choices, int fallback);
   int choice(std::string_view key, const std::vector<std::string>& choices);
@@ -147,9 +147,9 @@ class Section {
   const toml::node* take(std::string_view key);
   const toml::node& require(std::string_view key);
   /// `column`: index of the unit in that of a point, such as "s, N m".
-  double to_number(const toml::node& node, const Asked& key, Range range, int column = 0) const;
-  void require_sense(const toml::node& node, const Asked& key, double x, bool greater_than_zero) const;
-  Vec2 to_point(const toml::node& node, const Asked& key) const;
+  double to_number(const toml::node& node, const Requested& key, Range range, int column = 0) const;
+  void require_sense(const toml::node& node, const Requested& key, double x, bool greater_than_zero) const;
+  Vec2 to_point(const toml::node& node, const Requested& key) const;
   int to_choice(const std::string& value, std::string_view key,
                 const std::vector<std::string>& choices) const;
   std::string full(std::string_view key) const;

@@ -47,9 +47,10 @@ std::string meant(std::string_view word, const std::vector<std::string>& words, 
                   Beside beside) {
   const auto near = nearest_word(word, words);
   if (near.empty()) return listed(opening, words);
-  const auto question = fmt::format("; did you mean {}?", near);
-  return beside == Beside::nothing ? question
-                                   : fmt::format("{}\n  {} {}", question, opening, fmt::join(words, ", "));
+  const auto plausibility = fmt::format("; did you mean {}?", near);
+  return beside == Beside::nothing
+             ? plausibility
+             : fmt::format("{}\n  {} {}", plausibility, opening, fmt::join(words, ", "));
 }
 
 }  // namespace freeplay

@@ -92,8 +92,9 @@ class Settling {
   }
 
   /// Resolves a request; errors of the study get their position there.
-  SectionPlan plan_of(const Scene& scene, const SectionRequest& asked, const std::string& table) const try {
-    return SectionSimulation(scene, asked, stop_).plan();
+  SectionPlan plan_of(const Scene& scene, const SectionRequest& requested, const std::string& table) const
+      try {
+    return SectionSimulation(scene, requested, stop_).plan();
   } catch (const ModelError& e) {
     if (!e.key.starts_with(table + ".")) throw;
     throw error_at(study_, {table, e.key.substr(table.size() + 1)}, e.message);
@@ -101,7 +102,7 @@ class Settling {
 
   /// Reads all scenes; assembles the first one of each chain, which determines the columns.
   void check(const char* table) {
-    auto asked = request(table);
+    auto requested = request(table);
     for (const auto& chain : chains_)
       for (std::size_t i = 0; i < chain.links.size() && !stop_(); ++i) {
         const bool first = r_.columns.empty();
@@ -115,15 +116,15 @@ class Settling {
                           "with clearance",
                           study_.scene.string()));
         if (!first) continue;
-        auto plan = plan_of(scene, asked, table);
-        if (asked.columns.empty()) {
-          asked.columns = plan.shown;
-          plan = plan_of(scene, asked, table);
+        auto plan = plan_of(scene, requested, table);
+        if (requested.columns.empty()) {
+          requested.columns = plan.shown;
+          plan = plan_of(scene, requested, table);
         }
         r_.columns = plan.columns;
         r_.period = plan.period;
       }
-    asked_ = asked;
+    requested_ = requested;
     for (const auto& c : r_.columns) r_.likeness.circles.push_back(c.column.circle());
     r_.likeness.tolerance = plan_.tolerance;
     r_.likeness.most = plan_.most_period;
@@ -162,9 +163,9 @@ class Settling {
   /// Executes one run of a chain; false if interrupted.
   bool one(const Chain& chain, const ChainLink& link, std::optional<Handed>& handed, SettledRun& made) {
     auto scene = scene_of(link);
-    auto asked = asked_;
-    if (handed) asked.start = located_in(scene, [&] { return take_over(scene, *handed, stop_); });
-    SectionSimulation simulation(scene, asked, stop_);
+    auto requested = requested_;
+    if (handed) requested.start = located_in(scene, [&] { return take_over(scene, *handed, stop_); });
+    SectionSimulation simulation(scene, requested, stop_);
     const auto& plan = simulation.plan();
     const auto key = key_of(chain, link, simulation.identity(), plan);
     made.branch = chain.branch;
@@ -202,7 +203,7 @@ class Settling {
         fmt::format("branch = {}\nvalues = {}\nsection = {}\nuntil = {}\ndiscard = {}\n",
                     toml_quoted(chain.branch), toml_numbers(link.values), toml_quoted(plan_.section),
                     toml_number(plan.until), toml_number(plan.discard));
-    for (const auto& column : asked_.columns)
+    for (const auto& column : requested_.columns)
       identity.given += fmt::format("column = {}\n", toml_quoted(column));
     return identity.digest();
   }
@@ -214,7 +215,7 @@ class Settling {
   StopToken stop_;
   const std::function<void(const ChainProgress&)>& on_progress_;
   SettledRuns& r_;
-  SectionRequest asked_;
+  SectionRequest requested_;
   std::size_t total_ = 0, done_ = 0;
   std::mutex mutex_;
   std::atomic<bool> failed_{false};

@@ -97,7 +97,7 @@ Estimate possible(Estimate e, TurnMetrics::Kind kind) {
 /// Statistic of a measured file, computed like that of a run, with the sampling rate of the file;
 /// and questions about its units.
 double measured_statistic(const Study& study, Target& target, const Conduct& conduct,
-                          std::vector<std::string>& questions) {
+                          std::vector<std::string>& plausibility_checks) {
   Case one{"", study.calibration->formulation, {}, 0, 1, study.scene, target.overrides};
   const auto scene = scene_of(study, one, conduct);
   const double speed = main_drive(scene.mechanism)->speed;
@@ -117,8 +117,8 @@ double measured_statistic(const Study& study, Target& target, const Conduct& con
     return meter.finish(data.time.back(), std::nan(""));
   };
   const auto measured = between(-INFINITY, INFINITY);
-  if (const auto question = unit_question(measured, ideal); !question.empty())
-    questions.push_back(fmt::format("{}: {}", target.data.string(), question));
+  if (const auto plausibility = unit_plausibility(measured, ideal); !plausibility.empty())
+    plausibility_checks.push_back(fmt::format("{}: {}", target.data.string(), plausibility));
   // Evaluate segments as long as a run: their mean has the expectation of the runs, even for a
   // statistic that depends on the number of turns.
   const auto whole = static_cast<int>(measured.peaks.size());
@@ -357,8 +357,9 @@ CalibrationPlan plan_calibration(const Study& study, const Conduct& conduct) {
                                  study.file.string(), ResponseSurface::coefficients(n) + 2, n, c.points));
   CalibrationPlan p{study, c.targets, {}, {}, space_filling(n, c.points), {}};
   for (auto& target : p.targets) {
-    const double value =
-        target.data.empty() ? target.value : measured_statistic(study, target, conduct, p.questions);
+    const double value = target.data.empty()
+                             ? target.value
+                             : measured_statistic(study, target, conduct, p.plausibility_checks);
     if (!(value > 0))
       throw SceneError(
           fmt::format("{}: calibrate.targets.{}.value must be greater than 0: its logarithm is fitted",
@@ -385,7 +386,7 @@ CalibrationResult calibrate(CalibrationPlan planned, const Conduct& conduct, con
   const auto n = static_cast<int>(c.unknowns.size());
   CalibrationResult result;
   result.measured = planned.measured;
-  result.questions = planned.questions;
+  result.plausibility_checks = planned.plausibility_checks;
   Results results(lock.folder() / "calibrate.db", study, conduct.stop);
   result.sweep = sweep(study, planned.runs, conduct, results, lock, threads, on_progress);
   if (result.sweep.interrupted) return result;

@@ -121,7 +121,7 @@ struct CalibrationResult {
   Fit all;                        ///< fit to all targets
   std::vector<Fit> left_out;      ///< fit i excludes target i; empty for a single target
   SweepSummary sweep;
-  std::vector<std::string> questions;  ///< about the units of measured files
+  std::vector<std::string> plausibility_checks;  ///< about the units of measured files
 };
 
 /// A checked calibration, before any run or output.
@@ -129,7 +129,7 @@ struct CalibrationPlan {
   Study study;                   ///< its axes and variants are those of the space-filling design
   std::vector<Target> targets;   ///< with the sampling rates of their files
   std::vector<double> measured;  ///< of the targets
-  std::vector<std::string> questions;
+  std::vector<std::string> plausibility_checks;
   Eigen::MatrixXd points;  ///< points ξ of the design, one a row
   std::vector<PlannedRun> runs;
 };

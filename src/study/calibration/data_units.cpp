@@ -8,7 +8,7 @@
 
 namespace freeplay {
 
-std::string unit_question(const TurnMetrics& measured, const TurnMetrics& ideal) {
+std::string unit_plausibility(const TurnMetrics& measured, const TurnMetrics& ideal) {
   const auto low = [](const TurnMetrics& m) {
     double squares = 0;
     for (std::size_t h = 0; h < std::min<std::size_t>(3, m.spectrum.size()); ++h)

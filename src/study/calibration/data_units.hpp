@@ -10,6 +10,6 @@ namespace freeplay {
 
 /// Question to the user if the first three harmonics of a measurement (m/s²) agree within a third
 /// with those of the ideal mechanism in another unit, g, cm/s² or mm/s²; else empty.
-std::string unit_question(const TurnMetrics& measured, const TurnMetrics& ideal);
+std::string unit_plausibility(const TurnMetrics& measured, const TurnMetrics& ideal);
 
 }  // namespace freeplay

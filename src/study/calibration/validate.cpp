@@ -72,7 +72,7 @@ const char* text_of(Agreement::Verdict verdict) {
   throw std::logic_error("no such verdict");
 }
 
-void judge(const TurnMetrics& measured, double uncertainty, bool datum, Agreement& a) {
+void assess(const TurnMetrics& measured, double uncertainty, bool datum, Agreement& a) {
   const auto al = align(measured.turns, a.metrics.turns);
   const auto M = mean_of(measured.turns);
   double power = 0;
@@ -151,7 +151,7 @@ Validation validate(const std::filesystem::path& file, const std::vector<std::st
   for (std::size_t i = 0; i < measured.acceleration.size(); ++i)
     meter.acceleration(measured.time[i], measured.acceleration[i]);
   v.measured = meter.finish(measured.time.back(), std::nan(""));
-  v.question = unit_question(v.measured, ideal);
+  v.plausibility = unit_plausibility(v.measured, ideal);
   v.quiet = quiet_stretch(v.measured.mean_turn, v.ideal_maximum);
 
   for (const auto& formulation : family_names()) {
@@ -164,7 +164,7 @@ Validation validate(const std::filesystem::path& file, const std::vector<std::st
     if (a.ending.status == Ending::Status::finished && a.metrics.turns.empty())
       a.ending = {Ending::Status::failed, "no complete revolution was sampled after the discarded time"};
     if (a.ending.status == Ending::Status::finished) {
-      judge(v.measured, v.uncertainty, measured.datum, a);
+      assess(v.measured, v.uncertainty, measured.datum, a);
       a.quiet = quiet_stretch(a.mean_turn, v.ideal_maximum);
     }
     v.models.push_back(std::move(a));

@@ -59,7 +59,7 @@ inline constexpr double told_gain = 0.02, told_phase = 1, told_difference = 2;
 /// Compares the turns of a run with those of a measurement; sets the members of `a` that depend on
 /// the signals. `datum`: the file gives angles. `uncertainty`: m/s², standard deviation, assumed
 /// not to average out.
-void judge(const TurnMetrics& measured, double uncertainty, bool datum, Agreement& a);
+void assess(const TurnMetrics& measured, double uncertainty, bool datum, Agreement& a);
 /// Name of a verdict: "agrees", "differs" or "undecided".
 const char* text_of(Agreement::Verdict verdict);
 
@@ -70,7 +70,7 @@ struct Validation {
   TurnMetrics measured;
   Quiet quiet;  ///< of the measurement
   std::vector<Agreement> models;
-  std::string question;  ///< about the units of the file; empty: none
+  std::string plausibility;  ///< about the units of the file; empty: none
 };
 
 /// Validates a scene. Throws SceneError for a scene without accelerometer, drive or clearance, and

@@ -17,19 +17,19 @@ namespace freeplay {
 namespace {
 
 /// A compared contact onset, and the time since the previous onset of any contact, s.
-struct Judged {
+struct Assessed {
   ContactEvent event;
   double interval = 0;
 };
 
 /// Onsets with at least a hundredth of the greatest speed of their contact so far. An accumulation
 /// contains infinitely many slower ones, of which rounding determines the last.
-std::vector<Judged> that_count(const Result& run) {
-  std::vector<Judged> list;
+std::vector<Assessed> that_count(const Result& run) {
+  std::vector<Assessed> list;
   std::vector<double> fastest(run.contacts.size());
   double before = 0, interval = 0;
   for (const auto& e : run.events) {
-    if (!is_touch(e)) continue;
+    if (!is_onset(e)) continue;
     auto& f = fastest[e.contact];
     if (-e.v_n_minus < 0.01 * f) continue;
     f = std::max(f, -e.v_n_minus);
@@ -44,13 +44,13 @@ std::vector<Judged> that_count(const Result& run) {
 /// Observer that compares contact onsets during a run, and stops the run when its result is known.
 /// Each reference onset is compared with the first onset of its contact within the tolerance of its
 /// time; earlier onsets are ignored, since their effect appears in later ones.
-class Judge final : public Observer {
+class Assessment final : public Observer {
  public:
-  Judge(const std::vector<Judged>& reference, double bound, long most_steps, StopToken asked)
+  Assessment(const std::vector<Assessed>& reference, double bound, long most_steps, StopToken requested)
       : reference_(reference),
         bound_(bound),
         most_steps_(most_steps),
-        asked_(asked),
+        requested_(requested),
         off_(reference.size(), -1) {}
   StopToken token() const { return StopToken(done_); }
   bool dearer() const { return steps_ > most_steps_; }
@@ -69,15 +69,15 @@ class Judge final : public Observer {
     return n == off_.size() ? worst : off_[n] < 0 ? INFINITY : std::max(worst, off_[n]);
   }
 
-  void event(const Event& e) override { judge(e); }
+  void event(const Event& e) override { assess(e); }
   void step(const Step&) override {
-    if (++steps_ > most_steps_ || asked_()) done_ = true;
+    if (++steps_ > most_steps_ || requested_()) done_ = true;
   }
   void end(const RunEnd& end) override {
-    for (const auto& e : end.held_back) judge(e);
+    for (const auto& e : end.held_back) assess(e);
   }
-  void judge(const ContactEvent& e) {
-    if (!is_touch(e) || done_) return;
+  void assess(const ContactEvent& e) {
+    if (!is_onset(e) || done_) return;
     next_.resize(std::max(next_.size(), static_cast<std::size_t>(e.contact) + 1));
     auto& i = next_[e.contact];
     while (i < reference_.size() && reference_[i].event.contact != e.contact) ++i;
@@ -90,10 +90,10 @@ class Judge final : public Observer {
   }
 
  private:
-  const std::vector<Judged>& reference_;
+  const std::vector<Assessed>& reference_;
   double bound_;
   long most_steps_, steps_ = 0;
-  StopToken asked_;
+  StopToken requested_;
   std::vector<double> off_;  // error of each onset; −1: not found
   std::vector<std::size_t> next_;
   std::size_t met_ = 0;
@@ -123,18 +123,18 @@ Result whole_run(const Scene& scene, const Setting& setting, const Conduct& cond
 }
 
 /// Contact onsets up to the horizon, and whether that is the end of the run.
-std::vector<Judged> find_horizon(Advice& advice, const Result& fine, const Result& other, double parting) {
+std::vector<Assessed> find_horizon(Advice& advice, const Result& fine, const Result& other, double parting) {
   auto& r = advice.reference;
   auto all = that_count(fine);
-  Judge judge(all, parting, std::numeric_limits<long>::max(), {});
-  for (const auto& e : other.events) judge.judge(e);
-  const auto kept = judge.kept();
+  Assessment assess(all, parting, std::numeric_limits<long>::max(), {});
+  for (const auto& e : other.events) assess.assess(e);
+  const auto kept = assess.kept();
   advice.to_the_end = kept == all.size() && !fine.events_cut();
   r.state_time = all.empty() ? fine.t_end : 0.9 * all.front().event.t;
   all.resize(kept);
   for (const auto& [touch, interval] : all) r.touches.push_back(touch);
-  Judge again(all, parting, std::numeric_limits<long>::max(), {});
-  for (const auto& e : other.events) again.judge(e);
+  Assessment again(all, parting, std::numeric_limits<long>::max(), {});
+  for (const auto& e : other.events) again.assess(e);
   r.accuracy = again.worst();
   advice.by_events = !all.empty();
   r.horizon = advice.to_the_end ? fine.t_end : advice.by_events ? all.back().event.t : 0;
@@ -143,11 +143,11 @@ std::vector<Judged> find_horizon(Advice& advice, const Result& fine, const Resul
 
 /// Runs a setting and compares its onsets up to the horizon, or, without onsets, its state.
 Measured tried(const Scene& scene, const Setting& setting, const Advice& advice,
-               const std::vector<Judged>& judged, double bound, long most_steps, const Conduct& conduct) {
+               const std::vector<Assessed>& assessed, double bound, long most_steps, const Conduct& conduct) {
   const auto& r = advice.reference;
   Measured m;
   m.setting = setting;
-  Judge judge(judged, bound, most_steps, conduct.stop);
+  Assessment assess(assessed, bound, most_steps, conduct.stop);
   // Run beyond the last onset, so that a late onset is not reported as missing, and a lasting
   // contact can be recognised.
   const double until =
@@ -156,16 +156,16 @@ Measured tried(const Scene& scene, const Setting& setting, const Advice& advice,
   Simulation simulation(bare(scene, setting), name_of(setting.family),
                         {.matched = conduct.matched, .stop = conduct.stop});
   const auto run =
-      simulation.run({.until = until, .observers = {&judge}, .keep_events = false, .stop = judge.token()});
+      simulation.run({.until = until, .observers = {&assess}, .keep_events = false, .stop = assess.token()});
   m.ending = run.ending;
   m.work = run.work;
   m.cpu = m.cpu_low = m.cpu_high = run.cpu_seconds;
   if (run.ending.status == Ending::Status::failed) return m;
-  m.dearer = judge.dearer();
+  m.dearer = assess.dearer();
   if (!m.dearer && !conduct.stop()) m.ending = {};
-  if (judge.kept() > 0) m.kept_to = judged[judge.kept() - 1].event.t;
+  if (assess.kept() > 0) m.kept_to = assessed[assess.kept() - 1].event.t;
   if (advice.by_events)
-    m.errors.events = judge.worst();
+    m.errors.events = assess.worst();
   else
     m.errors.state = velocity_error(run.final_state, r.state);
   m.errors.energy = std::abs(run.ledger.closure()) / std::max(run.ledger.scale(), 1e-300);
@@ -229,7 +229,7 @@ Advice advise(const Scene& scene, Family family, double error, const Conduct& co
   const auto check = whole_run(scene, other, conduct, rules);
   r.ending = fine.ending.status == Ending::Status::finished ? check.ending : fine.ending;
   if (r.ending.status != Ending::Status::finished) return advice;
-  const auto judged = find_horizon(advice, fine, check, 0.01 * error);
+  const auto assessed = find_horizon(advice, fine, check, 0.01 * error);
   if (!advice.to_the_end)
     require_differing_starts(
         scene, moved_by(rules),
@@ -259,7 +259,7 @@ Advice advise(const Scene& scene, Family family, double error, const Conduct& co
   };
   for (std::size_t i = 0; i < settings.size(); ++i) {
     if (conduct.stop()) return advice;
-    advice.tried.push_back(tried(scene, settings[i], advice, judged, 0.5 * error, cheapest, conduct));
+    advice.tried.push_back(tried(scene, settings[i], advice, assessed, 0.5 * error, cheapest, conduct));
     if (keeps(advice.tried.back())) cheapest = std::min(cheapest, cost(advice.tried.back().work));
     show(0.4 + 0.3 * static_cast<double>(i + 1) / static_cast<double>(settings.size()));
   }

@@ -17,15 +17,15 @@ namespace freeplay {
 namespace {
 
 /// A contact onset with the flight before it and its duration.
-struct Touch {
+struct ContactOnset {
   ContactEvent event;
   double flight = 0;  ///< s, since the last separation of the contact, or since the start
   double lasted = 0;  ///< s; infinite without a separation
 };
 
 /// Contact onsets of each contact. A contact that is closed at the start has none there.
-std::vector<std::vector<Touch>> touches(const std::vector<ContactEvent>& events, int joints) {
-  std::vector<std::vector<Touch>> of(joints);
+std::vector<std::vector<ContactOnset>> touches(const std::vector<ContactEvent>& events, int joints) {
+  std::vector<std::vector<ContactOnset>> of(joints);
   std::vector<double> left(joints);
   for (const auto& e : events) {
     auto& list = of[e.contact];
@@ -35,7 +35,7 @@ std::vector<std::vector<Touch>> touches(const std::vector<ContactEvent>& events,
       continue;
     }
     const bool impact = e.kind == EventKind::impact;
-    if (is_touch(e)) list.push_back({e, e.t - left[e.contact], impact ? e.duration : INFINITY});
+    if (is_onset(e)) list.push_back({e, e.t - left[e.contact], impact ? e.duration : INFINITY});
     left[e.contact] = e.t + (impact ? e.duration : 0);
   }
   return of;
@@ -46,7 +46,7 @@ struct Spread {
   double time = 0;     ///< s, greatest difference of times, including durations of the contacts
   double rate = 1e-3;  ///< greatest relative difference of speeds before and after
 
-  void add(const Touch& a, const Touch& b) {
+  void add(const ContactOnset& a, const ContactOnset& b) {
     const auto& p = a.event;
     const auto& n = b.event;
     const double longest =
@@ -61,7 +61,7 @@ struct Spread {
 };
 
 /// Reason why two onsets do not correspond; empty if they do.
-std::string parted(const Touch& a, const Touch& b, const Spread& spread, double turn) {
+std::string parted(const ContactOnset& a, const ContactOnset& b, const Spread& spread, double turn) {
   const double flight = std::min(a.flight, b.flight), apart = std::abs(a.event.t - b.event.t);
   if (!(apart <= 0.25 * flight)) return "the times differ by more than a quarter of the preceding flight";
   if (!(apart <= turn / 36)) return "the times differ by more than 10 degrees of a revolution";

@@ -41,7 +41,7 @@ TradeoffScene trade_off(const Scene& scene, const Conduct& conduct, int repeats,
   const auto n = std::min({t.penalty.touches.size(), t.nonsmooth.touches.size(), std::size_t{2}});
   t.model_error =
       n == 0 ? std::nan("")
-             : touch_error({t.penalty.touches.begin(), t.penalty.touches.begin() + static_cast<long>(n)},
+             : onset_error({t.penalty.touches.begin(), t.penalty.touches.begin() + static_cast<long>(n)},
                            {t.nonsmooth.touches.begin(), t.nonsmooth.touches.begin() + static_cast<long>(n)});
   std::vector<Setting> settings;
   for (const auto& f : families)

@@ -183,22 +183,22 @@ void require_same(const Manifest& m, const Division& study, const std::filesyste
 std::vector<Unit> units_of(const Manifest& m, const std::filesystem::path& folder, std::size_t shard) {
   const auto at = [&](std::size_t k) { return k * m.units / m.shards; };
   const auto begin = at(shard - 1), end = at(shard);
-  const auto torn = [&] {
+  const auto slip_forced = [&] {
     return SceneError(
         fmt::format("{}: is incomplete; plan again into another folder", units_file(folder).string()));
   };
   std::error_code none;
-  if (std::filesystem::file_size(units_file(folder), none) != m.units * line || none) throw torn();
+  if (std::filesystem::file_size(units_file(folder), none) != m.units * line || none) throw slip_forced();
   std::ifstream in(units_file(folder), std::ios::binary);
   std::string text((end - begin) * line, '\0');
   in.seekg(static_cast<std::streamoff>(begin * line));
-  if (!in.read(text.data(), static_cast<std::streamsize>(text.size()))) throw torn();
+  if (!in.read(text.data(), static_cast<std::streamsize>(text.size()))) throw slip_forced();
   std::vector<Unit> units;
   for (std::size_t i = 0; i < end - begin; ++i) {
     const char* const number = text.data() + i * line + key_letters + 1;
     Unit unit{text.substr(i * line, key_letters), 0};
     if (std::from_chars(number, number + number_letters, unit.number).ptr != number + number_letters)
-      throw torn();
+      throw slip_forced();
     units.push_back(unit);
   }
   return units;

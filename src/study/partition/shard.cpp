@@ -54,20 +54,20 @@ void write_state(const std::filesystem::path& folder, std::size_t shard, ShardSt
 class Making {
  public:
   Making(const Division& study, const Manifest& manifest, const std::filesystem::path& folder,
-         const ShardAsked& asked)
+         const ShardRequest& requested)
       : study_(study),
         manifest_(manifest),
         folder_(folder),
         place_(shards_folder(folder)),
-        asked_(asked),
-        earlier_(state_of(folder, asked.shard).seconds),
-        scratch_(asked.scratch, manifest.plan),
+        requested_(requested),
+        earlier_(state_of(folder, requested.shard).seconds),
+        scratch_(requested.scratch, manifest.plan),
         file_(scratch_.folder() / (study.verb + ".db")) {
     go_on_from_copy();
   }
 
   ShardMade make() {
-    const auto units = units_of(manifest_, folder_, asked_.shard);
+    const auto units = units_of(manifest_, folder_, requested_.shard);
     total_ = units.size();
     say("running");
     MadeUnits made;
@@ -75,13 +75,13 @@ class Making {
       const std::jthread watch([this](const std::stop_token& end) { keep_copies(end); });
       made = study_.make(
           scratch_.lock(), units,
-          {.threads = asked_.threads, .stop = asked_.stop, .on_progress = [this](std::size_t done) {
+          {.threads = requested_.threads, .stop = requested_.stop, .on_progress = [this](std::size_t done) {
              done_ = done;
-             if (asked_.on_progress) asked_.on_progress(done, total_);
+             if (requested_.on_progress) requested_.on_progress(done, total_);
            }});
     }
     if (made.interrupted) {
-      if (asked_.on_stop) asked_.on_stop();
+      if (requested_.on_stop) requested_.on_stop();
       bring_copy();
       say("stopped");
       return {.seal = {}, .interrupted = true};
@@ -92,7 +92,7 @@ class Making {
  private:
   using Clock = std::chrono::steady_clock;
   double seconds() const { return std::chrono::duration<double>(Clock::now() - began_).count(); }
-  std::filesystem::path part() const { return place_ / fmt::format("{}.part.db", asked_.shard); }
+  std::filesystem::path part() const { return place_ / fmt::format("{}.part.db", requested_.shard); }
 
   void go_on_from_copy() {
     if (std::error_code none; !std::filesystem::exists(std::filesystem::symlink_status(part(), none))) return;
@@ -105,7 +105,7 @@ class Making {
   }
 
   void say(const char* state) const {
-    write_state(folder_, asked_.shard,
+    write_state(folder_, requested_.shard,
                 {.state = state, .done = done_, .total = total_, .seconds = earlier_ + seconds()});
   }
 
@@ -152,9 +152,9 @@ class Making {
            .reasons = made.reasons,
            .seconds = earlier_ + seconds(),
            .host = host()};
-    s.file = fmt::format("{}-{}.db", asked_.shard, s.checksum);
+    s.file = fmt::format("{}-{}.db", requested_.shard, s.checksum);
     copy_whole(whole, place_ / s.file);
-    write_whole(place_ / fmt::format("{}.json", asked_.shard), record_text(s));
+    write_whole(place_ / fmt::format("{}.json", requested_.shard), record_text(s));
     remove_what_is_left(s.file);
     return s;
   }
@@ -163,10 +163,10 @@ class Making {
   void remove_what_is_left(const std::string& sealed) const {
     std::error_code none;
     std::filesystem::remove(part(), none);
-    std::filesystem::remove(state_file(folder_, asked_.shard), none);
+    std::filesystem::remove(state_file(folder_, requested_.shard), none);
     for (const auto& entry : std::filesystem::directory_iterator(place_, none)) {
       const auto name = entry.path().filename().string();
-      if (name.starts_with(fmt::format("{}-", asked_.shard)) && name != sealed)
+      if (name.starts_with(fmt::format("{}-", requested_.shard)) && name != sealed)
         std::filesystem::remove(entry.path(), none);
     }
   }
@@ -174,7 +174,7 @@ class Making {
   const Division& study_;
   const Manifest& manifest_;
   std::filesystem::path folder_, place_;
-  const ShardAsked& asked_;
+  const ShardRequest& requested_;
   double earlier_;
   Scratch scratch_;
   std::filesystem::path file_;
@@ -183,12 +183,13 @@ class Making {
   Clock::time_point began_ = Clock::now();
 };
 
-void note_failure(const std::filesystem::path& folder, const ShardAsked& asked, const std::string& why) {
-  auto s = state_of(folder, asked.shard);
+void note_failure(const std::filesystem::path& folder, const ShardRequest& requested,
+                  const std::string& why) {
+  auto s = state_of(folder, requested.shard);
   s.state = "failed";
   s.reason = why;
   try {
-    write_state(folder, asked.shard, s);
+    write_state(folder, requested.shard, s);
   } catch (const OutputError&) {
     // The shared folder itself fails; the caller reports the reason.
   }
@@ -196,20 +197,21 @@ void note_failure(const std::filesystem::path& folder, const ShardAsked& asked, 
 
 }  // namespace
 
-ShardMade make_shard(const Division& study, const std::filesystem::path& folder, const ShardAsked& asked) {
+ShardMade make_shard(const Division& study, const std::filesystem::path& folder,
+                     const ShardRequest& requested) {
   const auto manifest = read_manifest(folder);
   require_same(manifest, study, folder);
-  if (asked.shard < 1 || asked.shard > manifest.shards)
-    throw SceneError(fmt::format("--shard {}: must be from 1 to {}", asked.shard, manifest.shards));
-  if (const auto there = read_seal(folder, asked.shard);
+  if (requested.shard < 1 || requested.shard > manifest.shards)
+    throw SceneError(fmt::format("--shard {}: must be from 1 to {}", requested.shard, manifest.shards));
+  if (const auto there = read_seal(folder, requested.shard);
       there && fault_of(*there, manifest, folder, true).empty())
     return {.seal = *there, .found = true};
   try {
-    return Making(study, manifest, folder, asked).make();
+    return Making(study, manifest, folder, requested).make();
   } catch (const Interrupted&) {
     return {.seal = {}, .interrupted = true};
   } catch (const std::exception& e) {
-    note_failure(folder, asked, e.what());
+    note_failure(folder, requested, e.what());
     throw;
   }
 }

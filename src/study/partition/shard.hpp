@@ -15,7 +15,7 @@
 namespace freeplay {
 
 /// Specification of the computation.
-struct ShardAsked {
+struct ShardRequest {
   std::size_t shard = 1;          ///< 1 … N
   std::filesystem::path scratch;  ///< folder on the node's local disk
   int threads = 0;
@@ -34,7 +34,8 @@ struct ShardMade {
 /// Computes a shard of the plan in the folder. Throws SceneError if the study or the program
 /// differs from the plan, and OutputError if an output fails; the reason is also written to the
 /// shard's state.
-ShardMade make_shard(const Division& study, const std::filesystem::path& folder, const ShardAsked& asked);
+ShardMade make_shard(const Division& study, const std::filesystem::path& folder,
+                     const ShardRequest& requested);
 
 /// Last reported progress of a shard without a seal.
 struct ShardState {

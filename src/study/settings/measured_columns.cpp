@@ -84,8 +84,8 @@ void require_columns(const Study& study, const Scene& scene, Simulation& simulat
   const auto trajectory = names_of(trajectory_columns(simulation.layout()));
   const auto forces = names_of(force_columns(simulation.layout()));
   auto others = simulation.layout().channels;
-  const auto asked = measurer.numbers_of_runs();
-  if (asked.empty()) return;
+  const auto requested = measurer.numbers_of_runs();
+  if (requested.empty()) return;
   ContactStatistics contacts(0);
   WindowStatistics window(0, time.to);
   auto result =
@@ -93,7 +93,7 @@ void require_columns(const Study& study, const Scene& scene, Simulation& simulat
   contacts.into(result);
   window.into(result);
   const auto numbers = numbers_of(result);
-  for (const auto& m : asked) {
+  for (const auto& m : requested) {
     if (numbers.contains(m.column)) {
       if (m.each_period || m.reduce != Reduce::last)
         throw error_at(

@@ -15,7 +15,7 @@ namespace {
 std::vector<ContactEvent> touches(const Result& run) {
   std::vector<ContactEvent> list;
   for (const auto& e : run.events)
-    if (e.kind == EventKind::impact && is_touch(e)) list.push_back(e);
+    if (e.kind == EventKind::impact && is_onset(e)) list.push_back(e);
   return list;
 }
 
@@ -33,11 +33,11 @@ double dissipated(const EnergyLedger& l) { return l.contact + l.friction + l.dam
 /// Time at which states are compared: the middle of the flight before the last compared contact
 /// onset, so that the state includes effects of impacts; before the first onset if fewer than two
 /// are compared. Simultaneous onsets count as one.
-double state_time(const Scene& scene, const std::vector<ContactEvent>& judged,
+double state_time(const Scene& scene, const std::vector<ContactEvent>& assessed,
                   const std::vector<ContactEvent>& all) {
   if (all.empty()) return scene.run.duration;
-  for (std::size_t i = judged.size(); i-- > 0;) {
-    const double last = judged.back().t, left = judged[i].t + judged[i].duration;
+  for (std::size_t i = assessed.size(); i-- > 0;) {
+    const double last = assessed.back().t, left = assessed[i].t + assessed[i].duration;
     if (left < last * (1 - 1e-6)) return 0.5 * (left + last);
   }
   return 0.9 * all.front().t;
@@ -153,8 +153,8 @@ Setting statistics_setting(Family family) {
   return {family, {}, Scheme::automatic, 1e-9};
 }
 
-double touch_error(const std::vector<ContactEvent>& found, const std::vector<ContactEvent>& reference) {
-  return touch_difference(found, reference).greatest();
+double onset_error(const std::vector<ContactEvent>& found, const std::vector<ContactEvent>& reference) {
+  return onset_difference(found, reference).greatest();
 }
 
 Reference make_reference(const Scene& scene, Family family, const Conduct& conduct, std::size_t most) {
@@ -169,7 +169,7 @@ Reference make_reference(const Scene& scene, Family family, const Conduct& condu
   for (std::size_t i = 0; i < std::min(all.size(), most); ++i) {
     auto longer = r.touches;
     longer.push_back(all[i]);
-    const double apart = touch_error(check, longer);
+    const double apart = onset_error(check, longer);
     if (apart > 1e-6) break;
     r.touches = std::move(longer);
     r.accuracy = apart;
@@ -191,7 +191,7 @@ Measured measure(const Scene& scene, const Setting& setting, const Reference& re
   m.work = whole.work;
   m.cpu = m.cpu_low = m.cpu_high = whole.cpu_seconds;
   if (m.ending.status != Ending::Status::finished) return m;
-  m.errors.events = touch_error(touches(whole), reference.touches);
+  m.errors.events = onset_error(touches(whole), reference.touches);
   m.errors.energy = std::abs(whole.ledger.closure()) / std::max(whole.ledger.scale(), 1e-300);
   m.errors.dissipated = reference.dissipated != 0 ? dissipated(whole.ledger) / reference.dissipated - 1 : 0;
   const auto early = run(scene, setting, conduct, reference.state_time);

@@ -107,7 +107,7 @@ struct Measured {
 
 /// Deviation of contact onsets, as Errors::events. The onsets of each contact are compared in their
 /// order. Infinite if one is missing.
-double touch_error(const std::vector<ContactEvent>& found, const std::vector<ContactEvent>& reference);
+double onset_error(const std::vector<ContactEvent>& found, const std::vector<ContactEvent>& reference);
 
 /// Runs a scene once with a setting.
 Measured measure(const Scene& scene, const Setting& setting, const Reference& reference,

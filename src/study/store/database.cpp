@@ -294,8 +294,8 @@ long Database::kind() const {
 }
 
 void Database::require_own() {
-  const auto answer = [this](const char* question) {
-    Statement s(*this, question);
+  const auto answer = [this](const char* plausibility) {
+    Statement s(*this, plausibility);
     return s.step() ? s.text(0) : std::string();
   };
   const auto objects = schema();

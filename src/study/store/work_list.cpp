@@ -34,7 +34,7 @@ WorkList::WorkList(const Database& database, const FolderLock& lock, const std::
     require_the_others_list();
   else
     make_list(runs, earlier);
-  Statement(database_, "INSERT INTO sweeps VALUES (?)").bind(static_cast<long>(lock_.seat())).step();
+  Statement(database_, "INSERT INTO sweeps VALUES (?)").bind(static_cast<long>(lock_.slot())).step();
   found_ = count(database_, "asked WHERE run IN (SELECT run FROM runs)");
   marked_ = marked_done();
   kept_ = count(database_, "work WHERE state = 'kept'");
@@ -42,22 +42,22 @@ WorkList::WorkList(const Database& database, const FolderLock& lock, const std::
 }
 
 void WorkList::forget_the_dead() {
-  std::vector<long> dead{lock_.seat()};  // left by an earlier process with this slot
+  std::vector<long> dead{lock_.slot()};  // left by an earlier process with this slot
   {
     Statement s(database_, "SELECT seat FROM sweeps UNION SELECT seat FROM work WHERE state = 'claimed'");
     while (s.step())
       if (!lock_.taken(static_cast<int>(s.whole(0)))) dead.push_back(s.whole(0));
   }
-  for (const long seat : dead) {
-    open_again(seat);
-    Statement(database_, "DELETE FROM sweeps WHERE seat = ?").bind(seat).step();
+  for (const long slot : dead) {
+    open_again(slot);
+    Statement(database_, "DELETE FROM sweeps WHERE seat = ?").bind(slot).step();
   }
 }
 
-void WorkList::open_again(long seat) {
-  lost_ += count(database_, fmt::format("work WHERE state = 'claimed' AND seat = {}", seat));
+void WorkList::open_again(long slot) {
+  lost_ += count(database_, fmt::format("work WHERE state = 'claimed' AND seat = {}", slot));
   Statement(database_, "UPDATE work SET state = 'open', seat = NULL WHERE state = 'claimed' AND seat = ?")
-      .bind(seat)
+      .bind(slot)
       .step();
 }
 
@@ -88,11 +88,11 @@ void WorkList::make_list(const std::vector<std::string>& runs, Earlier earlier) 
 WorkList::~WorkList() {
   try {
     Database::Transaction whole(database_);
-    const long seat = lock_.seat();
+    const long slot = lock_.slot();
     Statement(database_, "UPDATE work SET state = 'open', seat = NULL WHERE state = 'claimed' AND seat = ?")
-        .bind(seat)
+        .bind(slot)
         .step();
-    Statement(database_, "DELETE FROM sweeps WHERE seat = ?").bind(seat).step();
+    Statement(database_, "DELETE FROM sweeps WHERE seat = ?").bind(slot).step();
     whole.commit();
   } catch (const OutputError&) {
     // The claims end with this process.
@@ -116,11 +116,11 @@ std::vector<std::string> WorkList::claim(int most) {
       while (s.step())
         if (!lock_.taken(static_cast<int>(s.whole(0)))) dead.push_back(s.whole(0));
     }
-    for (const long seat : dead) open_again(seat);
+    for (const long slot : dead) open_again(slot);
     runs = open();
   }
   Statement claimed(database_, "UPDATE work SET state = 'claimed', seat = ? WHERE run = ?");
-  for (const auto& run : runs) claimed.put(static_cast<long>(lock_.seat()), run);
+  for (const auto& run : runs) claimed.put(static_cast<long>(lock_.slot()), run);
   whole.commit();
   return runs;
 }

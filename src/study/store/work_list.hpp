@@ -57,7 +57,7 @@ class WorkList {
  private:
   void make_list(const std::vector<std::string>& runs, Earlier earlier);
   void forget_the_dead();
-  void open_again(long seat);
+  void open_again(long slot);
   std::size_t marked_done() const;
   void require_the_others_list() const;
 

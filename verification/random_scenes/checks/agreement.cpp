@@ -91,7 +91,7 @@ std::optional<std::string> off_reference(const Sight& found, const Reference& r,
     // The contact onset of the same contact with the same number.
     std::size_t number = 0;
     for (std::size_t i = 0; i < k; ++i) number += r.touches[i].contact == touch.contact;
-    const Touch* other = nullptr;
+    const ContactOnset* other = nullptr;
     for (const auto& f : found.touches)
       if (f.contact == touch.contact && !(f.speed < slow) && number-- == 0) {
         other = &f;
@@ -111,14 +111,15 @@ std::optional<std::string> off_reference(const Sight& found, const Reference& r,
   }
   const auto early = [&](double end) {
     return std::ranges::count_if(found.touches,
-                                 [&](const Touch& f) { return f.t < end && !(f.speed < slow); });
+                                 [&](const ContactOnset& f) { return f.t < end && !(f.speed < slow); });
   };
   // Errors of time steps at earlier contacts may turn a near miss into a contact; twins that differ
   // by 1e-6 do not show that.
   const bool all = r.all && !stepped;
   const double end = all ? 0.99 * std::min(until, r.duration) : last - room;
-  const auto expected = all ? std::ranges::count_if(r.touches, [&](const Touch& f) { return f.t < end; })
-                            : static_cast<std::ptrdiff_t>(r.touches.size());
+  const auto expected =
+      all ? std::ranges::count_if(r.touches, [&](const ContactOnset& f) { return f.t < end; })
+          : static_cast<std::ptrdiff_t>(r.touches.size());
   if (early(end) > expected)
     return fmt::format("{} touches until t = {:.6g} s, where there are {}", early(end), end, expected);
   return {};

@@ -61,7 +61,7 @@ struct Check {
   const char* asks;   ///< the quantities compared
   const char* bound;  ///< the permitted deviation
   const char* why;
-  std::optional<std::string> (*judge)(Subject&);
+  std::optional<std::string> (*assess)(Subject&);
   /// Notes that contain this report the deviation too, besides warnings; empty: none do.
   std::string_view noted_by = {};
 };
@@ -85,7 +85,7 @@ class KnownRows {
   explicit KnownRows(const RandomScene& scene) : scene_(scene) {}
   /// `falsify` changes the observed results of the run before the assessment (for tests of the
   /// checks).
-  Verdict judge(const Way& way, const std::function<void(Sight&)>& falsify = {});
+  Verdict assess(const Way& way, const std::function<void(Sight&)>& falsify = {});
 
  private:
   const RandomScene& scene_;

@@ -288,7 +288,7 @@ std::vector<ExpectedRows> expected_of(const RandomScene& scene, Family family) {
 
 }  // namespace
 
-Verdict KnownRows::judge(const Way& way, const std::function<void(Sight&)>& falsify) {
+Verdict KnownRows::assess(const Way& way, const std::function<void(Sight&)>& falsify) {
   if (family_ != way.family) known_ = expected_of(scene_, way.family), family_ = way.family;
   Sight sight;
   try {

@@ -35,19 +35,19 @@ class Onlooker final : public Observer {
     v_ = state.v;
   }
   void event(const Event& e) override {
-    if (is_touch(e) && ++touches_ >= request_.most_touches) done_ = true;
+    if (is_onset(e) && ++touches_ >= request_.most_touches) done_ = true;
   }
   /// Contacts not yet classified as impacts, and later contacts waiting for them.
   void end(const RunEnd& end) override {
     for (const auto& e : end.held_back)
-      if (is_touch(e))
+      if (is_onset(e))
         open.push_back({sight_.contacts[static_cast<std::size_t>(e.contact)], e.t, -e.v_n_minus, e.duration,
                         e.kind == EventKind::impact});
     for (std::size_t k = 0; k < end.undecided_since.size(); ++k)
       if (end.undecided_since[k] > 0)
         open.push_back({sight_.contacts[k], end.undecided_since[k], NAN, 0, false});
   }
-  std::vector<Touch> open;
+  std::vector<ContactOnset> open;
   void step(const Step& step) override {
     const double h = step.t1 - step.t0;
     if (h > 0 && !places_.empty() && !request_.rows)
@@ -137,11 +137,11 @@ Sight look(Scene scene, const Way& way, const LookRequest& request) {
   if (request.rows) return sight;
   statistics.into(sight.result);
   for (const auto& e : sight.result.events)
-    if (is_touch(e))
+    if (is_onset(e))
       sight.touches.push_back({e.joint, e.t, -e.v_n_minus, e.duration, e.kind == EventKind::impact,
                                std::abs(e.v_t_minus) * e.duration});
   sight.touches.insert(sight.touches.end(), onlooker.open.begin(), onlooker.open.end());
-  std::ranges::sort(sight.touches, {}, &Touch::t);
+  std::ranges::sort(sight.touches, {}, &ContactOnset::t);
   if (balance) {
     // By reported moments and by lever arms: one has rounding where moments cancel, the other where
     // joints have drifted.

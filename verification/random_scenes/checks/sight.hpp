@@ -12,7 +12,7 @@
 
 namespace freeplay::verification::random_scenes {
 
-struct Touch {
+struct ContactOnset {
   std::string contact;
   double t = 0, speed = 0;  ///< s; m/s, approach speed, NaN if the contact had not ended with the run
   double duration = 0;      ///< s
@@ -22,7 +22,7 @@ struct Touch {
 
 struct Sight {
   Result result;
-  std::vector<Touch> touches;
+  std::vector<ContactOnset> touches;
   State start;
   State at;                       ///< at the requested instant; empty if the run did not reach it
   std::vector<double> start_gap;  ///< m
@@ -70,7 +70,7 @@ struct Reference {
       3;  ///< two twins have random changes: the worst case is about three times as large
   static constexpr int most = 3;                         ///< contacts
   const Way* way = nullptr;                              ///< that made it; null: no method could
-  std::vector<Touch> touches;                            ///< those that can be compared
+  std::vector<ContactOnset> touches;                     ///< those that can be compared
   bool all = false;                                      ///< they are all contacts of the run
   std::vector<double> sensitivity_t, sensitivity_speed;  ///< s and m/s, of each contact, over the nudge
   double greatest_speed = 0;                             ///< m/s, of them

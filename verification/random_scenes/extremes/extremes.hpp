@@ -19,7 +19,7 @@ struct Cell {
   std::string axis, label;
   double value = 0;         ///< along the axis; 0 for single scenes
   std::string formulation;  ///< penalty, or nonsmooth
-  std::function<Verdict()> judge;
+  std::function<Verdict()> assess;
   Verdict verdict = {};
 };
 

@@ -9,7 +9,7 @@ Verdict judge_apart(const Cell& cell, double seconds) {
   const auto work = [&cell] {
     Verdict v;
     try {
-      v = cell.judge();
+      v = cell.assess();
     } catch (const SceneError& e) {
       v = {Outcome::refused, e.what()};
       const std::string here =

@@ -95,9 +95,10 @@ Verdict long_loose(Family family, Scheme scheme) {
                                                         : 1e-6 * c;
   const double position = run.extremes.constraint_length / (1e-3 * c),
                energy = std::abs(run.ledger.closure()) / (1e-5 * lost), wall = contact.penetration / yields;
-  auto judged = within(run, std::max({position, energy, wall}), 1, "of the bounds on Φ, energy, penetration");
-  judged.detail += fmt::format(" (Φ {:.1g}, energy {:.1g}, penetration {:.1g})", position, energy, wall);
-  return judged;
+  auto assessed =
+      within(run, std::max({position, energy, wall}), 1, "of the bounds on Φ, energy, penetration");
+  assessed.detail += fmt::format(" (Φ {:.1g}, energy {:.1g}, penetration {:.1g})", position, energy, wall);
+  return assessed;
 }
 
 }  // namespace

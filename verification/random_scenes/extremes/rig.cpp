@@ -33,12 +33,12 @@ Rig rig() {
   return r;
 }
 
-struct Touch {
+struct ContactOnset {
   double t, v_n_minus, end;  ///< s, m/s; s when a run must have reported it
 };
 /// The oracle's first two contacts, rounded; a contact still open at its end counts with its onset.
-std::vector<Touch> touches(const reference::OracleRun<Real>& run) {
-  std::vector<Touch> list;
+std::vector<ContactOnset> touches(const reference::OracleRun<Real>& run) {
+  std::vector<ContactOnset> list;
   for (std::size_t i = 0; i < std::min<std::size_t>(run.impacts.size(), 2); ++i) {
     const auto& x = run.impacts[i];
     list.push_back({static_cast<double>(x.t), static_cast<double>(x.v_n_minus),
@@ -66,7 +66,7 @@ Bounds bounds_of(const Scene& scene, Family family) {
 }
 
 /// The first two contacts; of a failed run, those that it had to report before the failure.
-Verdict compare(const Result& run, const std::vector<Touch>& expected, const Bounds& b) {
+Verdict compare(const Result& run, const std::vector<ContactOnset>& expected, const Bounds& b) {
   const bool failed = run.ending.status != Ending::Status::finished;
   const auto found = test::touches(run);
   for (std::size_t i = 0; i < expected.size(); ++i) {
@@ -132,7 +132,7 @@ Verdict beyond_the_oracle(const Rig& r, Family family) {
 
 /// `beyond`: s that the run continues after the last contact, so that the program can report on it:
 /// on the flight before it, and on a late contact itself.
-Verdict judge(Rig& r, Family family, const reference::OracleRun<Real>& exact, double beyond) {
+Verdict assess(Rig& r, Family family, const reference::OracleRun<Real>& exact, double beyond) {
   const auto expected = touches(exact);
   const auto bounds = bounds_of(r.scene, family);
   r.scene.run.duration = expected.empty() ? static_cast<double>(exact.t) : expected.back().end + beyond;
@@ -152,7 +152,7 @@ Verdict penalty(Rig r) {
   options.flight_step = 1e-3 / r.oracle.speed;
   const auto turn = 2 * std::numbers::pi / r.oracle.speed;
   const auto exact = reference::SliderCrankOracle<Real>(r.oracle, options).penalty(law, turn);
-  return judge(r, Family::penalty, exact, 0);
+  return assess(r, Family::penalty, exact, 0);
 }
 
 Verdict nonsmooth(Rig r) {
@@ -160,8 +160,8 @@ Verdict nonsmooth(Rig r) {
   options.flight_step = 1e-3 / r.oracle.speed;
   const auto turn = 2 * std::numbers::pi / r.oracle.speed;
   const auto exact = reference::SliderCrankOracle<Real>(r.oracle, options).nonsmooth(r.restitution, turn);
-  return judge(r, Family::nonsmooth, exact,
-               r.scene.nonsmooth.scheme == Scheme::moreau_jean ? 10 * *r.scene.nonsmooth.step : 1e-9);
+  return assess(r, Family::nonsmooth, exact,
+                r.scene.nonsmooth.scheme == Scheme::moreau_jean ? 10 * *r.scene.nonsmooth.step : 1e-9);
 }
 
 using Change = std::function<void(Rig&, double)>;

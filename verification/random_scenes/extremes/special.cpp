@@ -201,8 +201,8 @@ Verdict painleve(bool events) {
 
 std::vector<Cell> special_cells() {
   std::vector<Cell> cells;
-  const auto all = [&](const char* name, auto judge) {
-    for (const auto& way : ways) cells.push_back({"scene", name, 0, way.name, [=] { return judge(way); }});
+  const auto all = [&](const char* name, auto assess) {
+    for (const auto& way : ways) cells.push_back({"scene", name, 0, way.name, [=] { return assess(way); }});
   };
   all("crank as long as the rod", equal_lengths);
   all("parallelogram four-bar", [](const Way& w) { return parallelogram(w, false); });

@@ -72,7 +72,7 @@ void chain(Draw& draw, Draft& out) {
   const double slip =
       std::max(draw() * s.speed * std::sqrt(c / s.length), 1e-3 * s.speed * std::sqrt(c / s.length));
   std::vector<Bar> bars;
-  int loose = 0;
+  int clearance_joint = 0;
   for (int i = 0; i < links; ++i) {
     auto b = bar(draw, toml("b{}", i), s.mass * mass_factor(draw), s.length * draw.between(0.5, 1.5));
     const double spin = draw.chance(0.5) ? draw.either_way(1) * s.speed / s.length : 0;
@@ -80,8 +80,8 @@ void chain(Draw& draw, Draft& out) {
       b.body.spin = spin;
       b.body.angle = draw.angle();
     } else {
-      const bool has_play = draw.chance(0.7) || (i + 1 == links && loose == 0);
-      loose += has_play;
+      const bool has_play = draw.chance(0.7) || (i + 1 == links && clearance_joint == 0);
+      clearance_joint += has_play;
       const Vec2 eccentricity = has_play ? draw.along(c * draw.between(0, 0.95)) : Vec2{0, 0},
                  relative = has_play ? draw.along(slip) : Vec2{0, 0};
       const bool on_ground = i == 0;
@@ -117,10 +117,10 @@ void loop(Draw& draw, Draft& out) {
   crank.body.angle = angle;
   const Vec2 pin{r * std::cos(angle), r * std::sin(angle)};
   crank.body.at = 0.5 * pin;
-  std::vector<bool> loose(3);
-  for (auto&& l : loose) l = draw.chance(0.4);
-  if (std::ranges::none_of(loose, [](bool l) { return l; })) loose[2] = true;
-  const auto lines = [&](int i) { return loose[i] ? play(c, bearing) : std::string(); };
+  std::vector<bool> clearance_joint(3);
+  for (auto&& l : clearance_joint) l = draw.chance(0.4);
+  if (std::ranges::none_of(clearance_joint, [](bool l) { return l; })) clearance_joint[2] = true;
+  const auto lines = [&](int i) { return clearance_joint[i] ? play(c, bearing) : std::string(); };
   if (draw.chance(0.6)) out.gravity({0, -9.81 * std::min(1.0, s.speed * s.speed / r / 9.81)});
   Vec2 end;
   Bar third;
@@ -149,7 +149,7 @@ void loop(Draw& draw, Draft& out) {
     out.joint("revolute", "rod", "slider", rod.front(), {0, 0}, lines(1));
     out.joint(
         "translational", "ground", "slider", {0, 0}, {0, 0},
-        loose[2]
+        clearance_joint[2]
             ? toml(
                   "clearance = {}\nslider_length = {}\nslider_height = {}\ncorner_radius = {}\nsurface = 's'\n",
                   c, 0.5 * r, 0.3 * r, 0.02 * r)
@@ -171,7 +171,7 @@ void loop(Draw& draw, Draft& out) {
     out.drive(driven, table(draw, s.mass * r * r * omega * omega, out.duration, false) +
                           (draw.chance(0.3) ? toml("lag = {}\n", T * draw.decades(-2, -0.5)) : ""));
   out.speed = a * out.flight;
-  out.surface(draw, s.mass, out.speed, loose[2] && slider ? 0.02 * r : conformal(c, bearing),
+  out.surface(draw, s.mass, out.speed, clearance_joint[2] && slider ? 0.02 * r : conformal(c, bearing),
               c * draw.decades(-2.7, -1.5));
 }
 

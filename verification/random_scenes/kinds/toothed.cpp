@@ -32,12 +32,13 @@ void toothed(Draw& draw, Draft& out) {
   out.joint("revolute", "ground", "one", {0, 0}, {0, 0});
   const auto shaft = out.last_joint();
   const double c = play * draw.between(0.05, 0.3);
-  const bool loose = !rack && draw.chance(0.3);
+  const bool clearance_joint = !rack && draw.chance(0.3);
   if (rack)
     out.joint("translational", "ground", "two", {0, -r1}, {0, 0});
   else
-    out.joint("revolute", "ground", "two", two.at, {0, 0},
-              loose ? toml("clearance = {}\nbearing_radius = {}\nsurface = 's'\n", c, 0.2 * r2) : "");
+    out.joint(
+        "revolute", "ground", "two", two.at, {0, 0},
+        clearance_joint ? toml("clearance = {}\nbearing_radius = {}\nsurface = 's'\n", c, 0.2 * r2) : "");
   const auto teeth = toml("backlash = {}\nsurface = 's'\n", play);
   if (rack)
     out.joint(
@@ -59,8 +60,8 @@ void toothed(Draw& draw, Draft& out) {
   out.flight = play / pace;
   out.duration = draw.between(5, 40) * out.flight;
   const double R = std::sin(alpha) * (rack ? r1 : r1 * r2 / (inner ? r1 - r2 : r1 + r2));
-  out.surface(draw, std::min(s.mass, two.mass), pace, loose ? std::min(R, 0.04 * r2 * r2 / c) : R,
-              (loose ? c : 0.5 * play) * draw.decades(-2.7, -1.5), true);
+  out.surface(draw, std::min(s.mass, two.mass), pace, clearance_joint ? std::min(R, 0.04 * r2 * r2 / c) : R,
+              (clearance_joint ? c : 0.5 * play) * draw.decades(-2.7, -1.5), true);
 }
 
 void stopped(Draw& draw, Draft& out) {

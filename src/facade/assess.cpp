@@ -1,4 +1,4 @@
-#include "facade/judge.hpp"
+#include "facade/assess.hpp"
 
 #include <fmt/format.h>
 

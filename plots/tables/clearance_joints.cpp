@@ -1,4 +1,4 @@
-#include "plots/tables/loose_joints.hpp"
+#include "plots/tables/clearance_joints.hpp"
 
 #include <fmt/format.h>
 
@@ -19,11 +19,11 @@ constexpr std::array guide_pairs{std::pair{".rear_lower", ".rear_upper"},
                                  std::pair{".front_lower", ".front_upper"}};
 constexpr std::array slot_pairs{std::pair{".right", ".left"}};
 
-std::vector<std::pair<std::string, std::string>> pairs_of(const LooseJoint& joint) {
+std::vector<std::pair<std::string, std::string>> pairs_of(const ClearanceJoint& joint) {
   std::vector<std::pair<std::string, std::string>> list;
-  if (joint.kind == LooseJoint::Kind::guide)
+  if (joint.kind == ClearanceJoint::Kind::guide)
     for (const auto& [low, high] : guide_pairs) list.emplace_back(joint.name + low, joint.name + high);
-  if (joint.kind == LooseJoint::Kind::slot)
+  if (joint.kind == ClearanceJoint::Kind::slot)
     for (const auto& [low, high] : slot_pairs) list.emplace_back(joint.name + low, joint.name + high);
   return list;
 }
@@ -51,7 +51,7 @@ const Joint* find(const Scene* scene, const std::string& name) {
 }
 
 /// Sets the frame of a guide or a slot, if the scene is available.
-void take_frame(LooseJoint& joint, const Scene* scene) {
+void take_frame(ClearanceJoint& joint, const Scene* scene) {
   const auto* known = find(scene, joint.name);
   if (!known) return;
   std::visit(
@@ -69,11 +69,11 @@ void take_frame(LooseJoint& joint, const Scene* scene) {
 /// Columns of one joint, and the position within its clearance computed from a row.
 class Places {
  public:
-  Places(const Rows& rows, const LooseJoint& joint, const Scene* scene) : joint_(joint) {
+  Places(const Rows& rows, const ClearanceJoint& joint, const Scene* scene) : joint_(joint) {
     const auto contact = [&](const std::string& name) {
       return Contact{rows.place(name + ".ex"), rows.place(name + ".ey"), rows.place(name + ".gap")};
     };
-    if (joint.kind == LooseJoint::Kind::journal) contacts_.push_back(contact(joint.name));
+    if (joint.kind == ClearanceJoint::Kind::journal) contacts_.push_back(contact(joint.name));
     for (const auto& [low, high] : pairs_of(joint)) {
       contacts_.push_back(contact(low));
       contacts_.push_back(contact(high));
@@ -87,7 +87,7 @@ class Places {
 
   /// Adds a row to the blocks of the path, and updates clearance and range.
   void take(const Rows& rows, PlayPath& path, long& seen) const {
-    if (joint_.kind == LooseJoint::Kind::journal) {
+    if (joint_.kind == ClearanceJoint::Kind::journal) {
       const auto& p = contacts_.front();
       const double x = rows.number(p.x), y = rows.number(p.y), c = rows.number(p.gap) + std::hypot(x, y);
       path.blocks[0].row({x / c, y / c});
@@ -124,7 +124,7 @@ class Places {
     return 1e3 * (ex * x + ey * y) / static_cast<double>(contacts_.size());
   }
 
-  const LooseJoint& joint_;
+  const ClearanceJoint& joint_;
   std::vector<Contact> contacts_;
   std::size_t t_ = 0, angle_ = 0;
   bool turns_ = false;
@@ -132,11 +132,11 @@ class Places {
 
 }  // namespace
 
-std::vector<LooseJoint> loose_joints(const std::filesystem::path& run, const Scene* scene) {
+std::vector<ClearanceJoint> clearance_joints(const std::filesystem::path& run, const Scene* scene) {
   const auto file = run / "trajectory.csv";
   const Rows rows(file);
-  std::vector<LooseJoint> list;
-  const auto has_all = [&](const LooseJoint& joint) {
+  std::vector<ClearanceJoint> list;
+  const auto has_all = [&](const ClearanceJoint& joint) {
     return std::ranges::all_of(pairs_of(joint), [&](const auto& pair) {
       return rows.has(pair.first + ".gap") && rows.has(pair.second + ".gap");
     });
@@ -145,13 +145,13 @@ std::vector<LooseJoint> loose_joints(const std::filesystem::path& run, const Sce
     if (!column.ends_with(".gap")) continue;
     const auto name = column.substr(0, column.size() - 4);
     const auto base = name.substr(0, name.rfind('.'));
-    LooseJoint joint{LooseJoint::Kind::journal, name, -1, {}, {}};
+    ClearanceJoint joint{ClearanceJoint::Kind::journal, name, -1, {}, {}};
     if (base != name && std::ranges::none_of(list, [&](const auto& j) { return j.name == base; })) {
-      for (const auto kind : {LooseJoint::Kind::guide, LooseJoint::Kind::slot})
-        if (LooseJoint walls{kind, base, -1, {}, {}}; has_all(walls) && name == pairs_of(walls)[0].first)
+      for (const auto kind : {ClearanceJoint::Kind::guide, ClearanceJoint::Kind::slot})
+        if (ClearanceJoint walls{kind, base, -1, {}, {}}; has_all(walls) && name == pairs_of(walls)[0].first)
           joint = walls;
     }
-    if (joint.kind == LooseJoint::Kind::journal) {
+    if (joint.kind == ClearanceJoint::Kind::journal) {
       const auto* known = find(scene, name);
       if (scene ? !known || !std::holds_alternative<RevoluteJoint>(*known) : !runs_round(file, name))
         continue;
@@ -164,7 +164,7 @@ std::vector<LooseJoint> loose_joints(const std::filesystem::path& run, const Sce
 }
 
 std::vector<std::vector<PlayPath>> play_paths(const std::filesystem::path& run,
-                                              const std::vector<LooseJoint>& joints,
+                                              const std::vector<ClearanceJoint>& joints,
                                               const std::vector<Span>& spans) {
   const auto file = run / "trajectory.csv";
   const auto scene = scene_of_run(run);
@@ -182,12 +182,12 @@ std::vector<std::vector<PlayPath>> play_paths(const std::filesystem::path& run,
   const Rows header(file);
   for (std::size_t j = 0; j < joints.size(); ++j) {
     places.emplace_back(header, joints[j], scene.get());
-    const bool guide = joints[j].kind == LooseJoint::Kind::guide;
+    const bool guide = joints[j].kind == ClearanceJoint::Kind::guide;
     for (std::size_t k = 0; k < spans.size(); ++k)
       for (const char* part : guide ? std::vector{": rear end", ": front end"} : std::vector{""})
         paths[j][k].blocks.emplace_back(fmt::format(
             "{}{}, {}: {}", joints[j].name, part, spans[k].name,
-            joints[j].kind == LooseJoint::Kind::journal ? "e_x/c, e_y/c" : "along (mm), across/c"));
+            joints[j].kind == ClearanceJoint::Kind::journal ? "e_x/c, e_y/c" : "along (mm), across/c"));
   }
   std::vector<std::vector<long>> seen(joints.size(), std::vector<long>(spans.size(), 0));
   std::vector<long> count(spans.size(), 0);

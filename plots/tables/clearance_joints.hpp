@@ -22,7 +22,7 @@
 
 namespace freeplay::plots {
 
-struct LooseJoint {
+struct ClearanceJoint {
   enum class Kind { journal, guide, slot };
   Kind kind;
   std::string name;
@@ -32,7 +32,7 @@ struct LooseJoint {
 };
 
 /// The joints with clearance of a run, in the order of its trajectory.
-std::vector<LooseJoint> loose_joints(const std::filesystem::path& run, const Scene* scene);
+std::vector<ClearanceJoint> clearance_joints(const std::filesystem::path& run, const Scene* scene);
 
 /// Path of one joint in one time span: one block for a journal or slot, two for the rear and front
 /// end of a guide.
@@ -43,7 +43,7 @@ struct PlayPath {
 };
 /// Reads all paths: [joint][span].
 std::vector<std::vector<PlayPath>> play_paths(const std::filesystem::path& run,
-                                              const std::vector<LooseJoint>& joints,
+                                              const std::vector<ClearanceJoint>& joints,
                                               const std::vector<Span>& spans);
 
 }  // namespace freeplay::plots

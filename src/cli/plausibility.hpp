@@ -41,7 +41,7 @@ inline std::string describe(const Scene& scene, const DeadPoint& dead) {
 
 /// Prints all questions and notes about a scene.
 inline void ask(const Scene& scene) {
-  auto all = questions(scene.mechanism);
+  auto all = plausibility_checks(scene.mechanism);
   if (const auto dead = dead_point(scene.mechanism, scene.run.duration))
     all.push_back(describe(scene, *dead) + "?");
   if (const auto step = long_step(scene); !step.empty()) all.push_back(step + "?");
