@@ -10,7 +10,7 @@
 //     enclose(n, bounds)      bounds the rates and accelerations of interpolate();
 //     relieve(), reliefs()    switches to an implicit method where modes chatter; how often it did;
 //     new_mode()              called when the right-hand side has a different form from here on;
-//     remember(m)             serializes or restores all data that further steps depend on
+//     serialize(m)             serializes or restores all data that further steps depend on
 //                             (values/memory.hpp), so that a new method with the same arguments
 //                             continues bit by bit; except the dense output of the last step.
 //

@@ -88,7 +88,7 @@ class SaddlePoint {
   double nearest_singular() const;
   /// Whether the last factorisation found dependent rows.
   bool singular() const;
-  /// Saves or restores everything that later calls depend on (SaddleBlock::remember). The other
+  /// Saves or restores everything that later calls depend on (SaddleBlock::serialize). The other
   /// members are set before they are read.
   template <class M>
   void serialize(M& m) {

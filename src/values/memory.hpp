@@ -1,7 +1,7 @@
 // Serialisation of the state of a run into a flat list of bytes. Every class with state has one
 // function
 //
-//     template <class M> void remember(M& m) { m(t_, x_, ...); }
+//     template <class M> void serialize(M& m) { m(t_, x_, ...); }
 //
 // which both the writer and the reader call, so that the two formats cannot differ. The bytes are
 // in the machine's representation: a snapshot is valid only on the kind of machine that made it.
@@ -95,7 +95,7 @@ struct IsOptional : std::false_type {};
 template <class T>
 struct IsOptional<std::optional<T>> : std::true_type {};
 
-/// Scalars byte by byte, containers by length and elements, classes by their remember().
+/// Scalars byte by byte, containers by length and elements, classes by their serialize().
 template <class M, class T>
 void through(M& m, T& value) {
   if constexpr (std::is_same_v<T, bool>) {
