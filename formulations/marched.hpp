@@ -15,6 +15,7 @@
 #include "formulations/integrators/crossing.hpp"
 #include "simulation/formulation.hpp"
 #include "simulation/march.hpp"
+#include "values/diagnostic.hpp"
 
 namespace freeplay {
 
@@ -22,10 +23,7 @@ namespace freeplay {
 /// clearances.
 inline void unseen_note(double unseen, std::vector<std::string>& notes) {
   if (unseen > seen_depth)
-    notes.push_back(fmt::format(
-        "warning: a contact may have been missed within a step, up to {:.2g} clearances deep; reduce the "
-        "step or the tolerance",
-        unseen));
+    notes.push_back(diagnostic<Diagnostic::missed_contact>(unseen));
 }
 
 /// A Stepper provides the functions that march() uses, and start(state, log), q(), work(),

@@ -10,6 +10,7 @@
 #include "formulations/integrators/tolerance.hpp"
 #include "formulations/marched.hpp"
 #include "mechanism/scene.hpp"
+#include "values/diagnostic.hpp"
 
 namespace freeplay {
 namespace {
@@ -39,37 +40,24 @@ class Nonsmooth final : public Marched<Stepper> {
   std::vector<std::string> notes() const override {
     std::vector<std::string> notes;
     if (stepper_.singular())
-      notes.push_back("constraint rows are linearly dependent: reactions are the minimum-norm solution");
+      notes.push_back(diagnostic<Diagnostic::redundant_constraints>());
     else if (stepper_.nearest_singular() < singular_pivot)
-      notes.push_back(singular_note);
+      notes.push_back(diagnostic<Diagnostic::singular_position>());
     const auto& w = stepper_.work();
     const auto& e = stepper_.extremes();
     if (w.lcp_retries > 0)
-      notes.push_back(
-          fmt::format("{} of {} contact problems were solved by a fallback solver after the first had "
-                      "failed",
-                      w.lcp_retries, w.lcp_solves));
+      notes.push_back(diagnostic<Diagnostic::fallback_solver>(w.lcp_retries, w.lcp_solves));
     stepper_.add_notes(notes);
     if (e.ambiguous > 0)
-      notes.push_back(
-          fmt::format("{} contact problems have several solutions (Painlevé paradox)", e.ambiguous));
+      notes.push_back(diagnostic<Diagnostic::several_solutions>(e.ambiguous));
     if (e.lcp_residual > accepted_)
-      notes.push_back(
-          fmt::format("contact problems were solved to a relative residual of {:.2g} only, above "
-                      "nonsmooth.lcp_tolerance",
-                      e.lcp_residual));
+      notes.push_back(diagnostic<Diagnostic::contact_residual>(e.lcp_residual));
     if (e.shortest_flight < fewest_steps)
-      notes.push_back(fmt::format(
-          "warning: the free flight before one of the fastest impacts lasted {:.2g} steps: errors of up to "
-          "{:.0f} %; use a shorter nonsmooth.step or the event-driven scheme",
-          e.shortest_flight, 100 / std::max(1.0, e.shortest_flight)));
+      notes.push_back(diagnostic<Diagnostic::short_flight>(e.shortest_flight, 100 / std::max(1.0, e.shortest_flight)));
     if constexpr (requires { stepper_.unseen(); }) unseen_note(stepper_.unseen(), notes);
     if constexpr (requires { stepper_.passage(); })
       if (const auto& p = stepper_.passage(); p.share > 0.5)
-        notes.push_back(fmt::format(
-            "warning: {} moved {:.2g} times its obstacle's width in one step and may have missed a "
-            "contact; use {:.1g} times this nonsmooth.step or the event-driven scheme",
-            system_.contact_facts(p.contact).name, p.share, 0.5 / p.share));
+        notes.push_back(diagnostic<Diagnostic::missed_obstacle>(system_.contact_facts(p.contact).name, p.share, 0.5 / p.share));
     return notes;
   }
 

@@ -1,4 +1,5 @@
 #include "formulations/automatic/automatic.hpp"
+#include "values/diagnostic.hpp"
 
 #include <fmt/format.h>
 
@@ -89,18 +90,12 @@ void AutomaticStepper::add_notes(std::vector<std::string>& notes) const {
   events_.add_notes(notes);
   if (times_.count() == 0) return;
   stepping_.add_notes(notes);
-  notes.push_back(fmt::format(
-      "time stepping with adaptive steps took over {} times, for {:.3g} s in total ({:.3g} s at most): {}",
-      times_.count(), work().stepped, times_.longest(steps_ ? stepping_.t() - times_.since() : 0),
+  notes.push_back(diagnostic<Diagnostic::handover>(times_.count(), work().stepped, times_.longest(steps_ ? stepping_.t() - times_.since() : 0),
       times_.reasons()));
   if (costs_.trials() > 0)
-    notes.push_back(fmt::format(
-        "time stepping became more expensive than the event-driven scheme {} times, which was then tried "
-        "during the impacts; it was cheaper {} times",
-        costs_.trials(), costs_.won()));
+    notes.push_back(diagnostic<Diagnostic::handover_trials>(costs_.trials(), costs_.won()));
   if (times_.longest() > 0)
-    notes.push_back(
-        fmt::format("after the first return the event-driven scheme uses a tolerance of {:.2g}", after_));
+    notes.push_back(diagnostic<Diagnostic::handover_tolerance>(after_));
 }
 
 }  // namespace freeplay

@@ -7,6 +7,7 @@
 #include <cmath>
 
 #include "numerics/least_squares.hpp"
+#include "values/diagnostic.hpp"
 
 namespace freeplay {
 
@@ -187,10 +188,7 @@ std::string describe_motions(const ContactEquations& problem, const std::functio
 }
 
 std::string undecided_note(long count) {
-  return fmt::format(
-      "{} contact problems were not searched for other solutions: they couple more than {} contacts, or "
-      "the run had reached its limit of contact modes",
-      count, most_for_modes);
+  return diagnostic<Diagnostic::not_searched>(count, most_for_modes);
 }
 
 }  // namespace freeplay

@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "formulations/event_driven/event_driven.hpp"
+#include "values/diagnostic.hpp"
 
 namespace freeplay {
 
@@ -40,13 +41,9 @@ void EventDriven::add_notes(std::vector<std::string>& notes) const {
     rounding = std::max(rounding, gap_rounding(dynamics_.system, k, q()));
   findings_.add_notes(dynamics_.system, rounding, notes);
   if (const long count = forces_.unreported(); count > 0)
-    notes.push_back(fmt::format(
-        "warning: at {} instants no solver found the contact forces; they are written as zero", count));
+    notes.push_back(diagnostic<Diagnostic::forces_unknown>(count));
   if (dynamics_.counts.wedged > 0)
-    notes.push_back(fmt::format(
-        "{} simultaneous impacts were solved with Poisson's hypothesis because no impulses satisfy the "
-        "energetic law at each contact",
-        dynamics_.counts.wedged));
+    notes.push_back(diagnostic<Diagnostic::poisson_instead>(dynamics_.counts.wedged));
   if (dynamics_.counts.undecided > 0) notes.push_back(undecided_note(dynamics_.counts.undecided));
 }
 

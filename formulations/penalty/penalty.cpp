@@ -13,6 +13,7 @@
 #include "formulations/marched.hpp"
 #include "formulations/penalty/stepper.hpp"
 #include "mechanism/scene.hpp"
+#include "values/diagnostic.hpp"
 
 namespace freeplay {
 namespace {
@@ -64,39 +65,24 @@ class Penalty final : public Marched<PenaltyStepper<Method>> {
     law_notes(notes);
     unseen_note(stepper_.unseen(), notes);
     if (stepper_.pulse() > 0.1)
-      notes.push_back(fmt::format(
-          "warning: a tabulated torque changed a speed by {:.2g} of itself in one fixed step: its pulse is "
-          "not resolved; use a shorter penalty.step or an adaptive integrator",
-          stepper_.pulse()));
+      notes.push_back(diagnostic<Diagnostic::torque_pulse>(stepper_.pulse()));
     // A sine in n steps per period of fourth order has a relative error of its integral of
     // (2π/n)⁴/2880, 1e-4 for n = 8, half the number that curves require.
     if (stepper_.coarse() > 2)
-      notes.push_back(fmt::format(
-          "warning: penalty.step is {:.2g} times too long for a curve of the scene; use {:.1g} s or an "
-          "adaptive integrator",
-          stepper_.coarse(), scene_.penalty.step / stepper_.coarse()));
+      notes.push_back(diagnostic<Diagnostic::step_over_curve>(stepper_.coarse(), scene_.penalty.step / stepper_.coarse()));
     if (scene_.penalty.integrator == Integrator::rk4) {
       const double pull = scene_.penalty.step * std::max(scene_.penalty.alpha, scene_.penalty.beta);
       if (scene_.penalty.stabilisation == Stabilisation::baumgarte && pull > 1)
-        notes.push_back(fmt::format(
-            "warning: Baumgarte stabilisation decays within {:.2g} steps of penalty.step, too fast to "
-            "resolve (unstable from {:.3g} 1/s); use smaller alpha and beta",
-            1 / pull, 2.785 / scene_.penalty.step));
+        notes.push_back(diagnostic<Diagnostic::stiff_stabilisation>(1 / pull, 2.785 / scene_.penalty.step));
       if (stepper_.reliefs() > 0)
-        notes.push_back(fmt::format(
-            "warning: regularised friction was too stiff for penalty.step {} times; implicit steps at "
-            "penalty.tolerance were used there",
-            stepper_.reliefs()));
+        notes.push_back(diagnostic<Diagnostic::stiff_friction>(stepper_.reliefs()));
       const auto& contact = stepper_.short_contact();
       if (contact.lost > 4e-5 * contact.greatest)
-        notes.push_back(fmt::format(
-            "warning: a contact lasted {:.2g} steps of penalty.step, too few to resolve it; use a step of "
-            "{:.1g} s or an adaptive integrator",
-            contact.duration / scene_.penalty.step, contact.duration / 20));
+        notes.push_back(diagnostic<Diagnostic::short_contact>(contact.duration / scene_.penalty.step, contact.duration / 20));
     }
-    if (stepper_.dynamics().nearest_singular() < singular_pivot) notes.push_back(singular_note);
+    if (stepper_.dynamics().nearest_singular() < singular_pivot) notes.push_back(diagnostic<Diagnostic::singular_position>());
     if (stepper_.dynamics().singular())
-      notes.push_back("constraint rows are linearly dependent: reactions are the minimum-norm solution");
+      notes.push_back(diagnostic<Diagnostic::redundant_constraints>());
     return notes;
   }
 
@@ -104,8 +90,7 @@ class Penalty final : public Marched<PenaltyStepper<Method>> {
   /// Notes about requests outside the range of a contact law.
   void law_notes(std::vector<std::string>& notes) const {
     if (const auto& own = scene_.penalty.own) {
-      notes.push_back(fmt::format("normal forces come from {} (digest {}), not from penalty.contact",
-                                  own->name, own->digest));
+      notes.push_back(diagnostic<Diagnostic::own_contact_law>(own->name, own->digest));
       return;
     }
     const auto& law = facts_of(scene_.penalty.contact);
@@ -115,24 +100,16 @@ class Penalty final : public Marched<PenaltyStepper<Method>> {
       const auto& contact = stepper_.dynamics().contacts()[k];
       if (contact.law.viscous == 0 &&
           std::abs(models[k].restitution_delivered - models[k].restitution_asked) > 0.05)
-        notes.push_back(fmt::format(
-            "{}: {} turns the restitution input {:.3g} into an effective {:.3g}; valid range: {}", facts.name,
+        notes.push_back(diagnostic<Diagnostic::effective_restitution>(facts.name,
             law.text, models[k].restitution_asked, models[k].restitution_delivered, law.range));
       if (facts.has_clearance &&
           (facts.clearance < law.least_clearance || facts.clearance >= law.clearance_end))
-        notes.push_back(
-            fmt::format("{}: {} is used at a clearance of {:.4g} mm, outside its valid range, "
-                        "{}",
-                        facts.name, law.text, 1e3 * facts.clearance, law.range));
+        notes.push_back(diagnostic<Diagnostic::law_clearance_range>(facts.name, law.text, 1e3 * facts.clearance, law.range));
       if (facts.surface.tangential_restitution > 0)
-        notes.push_back(fmt::format(
-            "{}: tangential_restitution = {:.3g} applies to impact laws only; this contact force acts with "
-            "friction alone",
-            facts.name, facts.surface.tangential_restitution));
+        notes.push_back(diagnostic<Diagnostic::tangential_restitution_ignored>(facts.name, facts.surface.tangential_restitution));
       const double depth = stepper_.extremes().penetration[k];
       if (depth > 0.5 * contact.law.elastic.limit())
-        notes.push_back(fmt::format("{}: penetration {:.3g} m exceeds half the valid range of {}, {}",
-                                    facts.name, depth, law.text, law.range));
+        notes.push_back(diagnostic<Diagnostic::law_penetration_range>(facts.name, depth, law.text, law.range));
     }
   }
 

@@ -8,6 +8,7 @@
 #include "dynamics/planar.hpp"
 #include "formulations/integrators/crossing.hpp"
 #include "formulations/integrators/curve_limit.hpp"
+#include "values/diagnostic.hpp"
 
 namespace freeplay {
 
@@ -353,15 +354,9 @@ void AdaptiveMoreau::add_notes(std::vector<std::string>& notes) const {
   moreau_.add_notes(notes);
   const auto& f = found_;
   if (f.floored > 0)
-    notes.push_back(
-        fmt::format("{} steps reached the shortest step ({:.2g} s at most) with errors of up to {:.2g} times "
-                    "nonsmooth.step_tolerance: velocities jumped there without a contact event",
-                    f.floored, f.longest_floor, f.most_floored));
+    notes.push_back(diagnostic<Diagnostic::shortest_step>(f.floored, f.longest_floor, f.most_floored));
   if (f.ended > 0 && f.ended_time > 2.01 * pace_.least_floor)
-    notes.push_back(fmt::format(
-        "{} bounces lower than nonsmooth.step_tolerance × clearance, or shorter than the shortest step, "
-        "were omitted; the longest would have lasted {:.2g} s",
-        f.ended, f.ended_time));
+    notes.push_back(diagnostic<Diagnostic::omitted_bounces>(f.ended, f.ended_time));
 }
 
 }  // namespace freeplay

@@ -6,7 +6,7 @@
 #include <cmath>
 #include <string>
 
-#include "values/warning.hpp"
+#include "values/diagnostic.hpp"
 
 namespace freeplay {
 namespace {
@@ -44,30 +44,21 @@ void warn(Result& result, Family family, std::string_view finer) {
   const bool drives = impact_law && (std::max(given, gain) > 0.1 * scale || grows);
   if (result.extremes.gains > 0)
     // Newton's law with friction: Kane and Levinson, Dynamics (1985).
-    result.notes.push_back(fmt::format(
-        "{}{} impacts increased the energy, by up to {:.3g} J{}: Newton's impact law with friction can "
-        "increase it; try nonsmooth.impact_law = \"energetic\"",
-        drives ? warning_prefix : "", result.extremes.gains, gain,
+    result.notes.push_back(diagnostic_as<Diagnostic::impacts_add_energy>(
+        drives ? Severity::warning : Severity::note, result.extremes.gains, gain,
         drives ? fmt::format(" of {:.3g} J", grows ? std::min(scale, found) : scale) : ""));
   else if (drives)
-    result.notes.push_back(fmt::format(
-        "{}contacts and their friction added {:.3g} J to an energy of {:.3g} J, which they can only "
-        "dissipate; use a smaller {}",
-        warning_prefix, given, scale, finer));
+    result.notes.push_back(diagnostic<Diagnostic::contacts_add_energy>(given, scale, finer));
   // An impact law keeps surfaces apart but for rounding. Under a contact law a journal may go a tenth of its play
   // deeper before the play itself is another; and discs a tenth of their radius: there the half-width of Hertz's
   // contact, √(δR), is 0.3 R, and no longer small as his half-space asks (Johnson, Contact Mechanics, 1985, §4.1).
   for (const auto& c : result.contacts)
     if (c.penetration_ratio > (impact_law ? doubtful_depth : 0.1))
-      result.notes.push_back(fmt::format(
-          "{}{}; {}", warning_prefix, depth(c),
-          impact_law ? fmt::format("use a smaller {}", finer) : "the contact is too soft for this load"));
+      result.notes.push_back(impact_law ? diagnostic<Diagnostic::penetration>(depth(c), finer)
+                                        : diagnostic<Diagnostic::penetration_of_force>(depth(c)));
   if (std::abs(result.ledger.closure()) > 1e-3 * scale ||
       std::abs(result.ledger.stabilisation) > 1e-3 * scale)
-    result.notes.push_back(fmt::format(
-        "{}the energy balance is off by {:.2g} J of {:.3g} J, and stabilisation did {:.2g} J of work; use a smaller "
-        "{}, unless the motion passed a singular position",
-        warning_prefix, result.ledger.closure(), scale, result.ledger.stabilisation, finer));
+    result.notes.push_back(diagnostic<Diagnostic::energy_balance>(result.ledger.closure(), scale, result.ledger.stabilisation, finer));
 }
 
 void refuse_too_deep(Result& result, Family family, std::string_view finer) {

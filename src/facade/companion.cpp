@@ -9,7 +9,7 @@
 #include "mechanism/scene.hpp"
 #include "simulation/touches.hpp"
 #include "values/family.hpp"
-#include "values/warning.hpp"
+#include "values/diagnostic.hpp"
 
 namespace freeplay {
 namespace {
@@ -99,17 +99,11 @@ void add(const OnsetDoubt& d, Result& result) {
   const auto what = d.touches == 1 ? std::string("the first contact event")
                                    : fmt::format("the first {} contact events", d.touches);
   if (d.missing || d.greatest() > 1)
-    result.notes.push_back(
-        fmt::format("{}a step of {:.3g} s changes {} (to {:.4g} s): use nonsmooth.scheme = \"event-driven\" "
-                    "or a shorter nonsmooth.step",
-                    warning_prefix, d.companion_step, what, d.until));
+    result.notes.push_back(diagnostic<Diagnostic::first_contacts_change>(d.companion_step, what, d.until));
   else
-    result.notes.push_back(
-        fmt::format("{}estimated error of {}: {:.2g} % (time/interval, speed, impulse){}",
-                    d.greatest() > doubtful_touches ? warning_prefix : "", what, 100 * d.greatest(),
-                    d.greatest() > doubtful_touches
-                        ? "; use nonsmooth.scheme = \"event-driven\" or a shorter nonsmooth.step"
-                        : ""));
+    result.notes.push_back(d.greatest() > doubtful_touches
+                               ? diagnostic<Diagnostic::first_contacts_inaccurate>(what, 100 * d.greatest())
+                               : diagnostic<Diagnostic::first_contacts_error>(what, 100 * d.greatest()));
 }
 
 void add_companion(const Simulation& simulation, const SimulationOptions& options, const StopToken& stop,
@@ -119,8 +113,7 @@ void add_companion(const Simulation& simulation, const SimulationOptions& option
   if (const auto doubt = doubt_first_touches(simulation.scene(), options, stop))
     add(*doubt, result);
   else if (stop())
-    result.notes.emplace_back(
-        "warning: interrupted during the run with a shorter step: the error of the first contact events is unknown");
+    result.notes.push_back(diagnostic<Diagnostic::first_contacts_unknown>());
 }
 
 }  // namespace freeplay

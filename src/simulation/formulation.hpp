@@ -24,9 +24,6 @@ class Watch;
 /// Threshold of the least pivot of the constraint rows relative to its first value. Below it the
 /// motion has passed a singular position, where branches of the motion meet: (1e-3 rad)².
 inline constexpr double singular_pivot = 1e-6;
-inline constexpr const char* singular_note =
-    "warning: the motion passed a singular position, where constraint rows are linearly dependent; it may "
-    "have changed its branch there";
 
 class Formulation {
  public:

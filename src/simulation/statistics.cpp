@@ -1,4 +1,5 @@
 #include "simulation/statistics.hpp"
+#include "values/diagnostic.hpp"
 
 #include <fmt/format.h>
 
@@ -145,10 +146,7 @@ void ContactStatistics::into(Result& result) const {
     // Without a clearance, the flights limit the duration of an impact: beyond that it is not an
     // impact.
     if (!c.has_clearance() && c.impact_over_flight > 0.5)
-      result.notes.push_back(fmt::format(
-          "warning: {}: impacts last {:.2g} of the free flights before them: the contact is too soft for "
-          "this load, or a sustained contact vibrates",
-          c.name, c.impact_over_flight));
+      result.notes.push_back(diagnostic<Diagnostic::soft_contact>(c.name, c.impact_over_flight));
   }
 }
 
