@@ -22,8 +22,7 @@ namespace freeplay {
 /// Adds a note if contacts could not be excluded within steps; `unseen` is their possible depth, in
 /// clearances.
 inline void unseen_note(double unseen, std::vector<std::string>& notes) {
-  if (unseen > seen_depth)
-    notes.push_back(diagnostic<Diagnostic::missed_contact>(unseen));
+  if (unseen > seen_depth) notes.push_back(diagnostic<Diagnostic::missed_contact>(unseen));
 }
 
 /// A Stepper provides the functions that march() uses, and start(state, log), q(), work(),

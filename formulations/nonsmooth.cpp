@@ -48,16 +48,16 @@ class Nonsmooth final : public Marched<Stepper> {
     if (w.lcp_retries > 0)
       notes.push_back(diagnostic<Diagnostic::fallback_solver>(w.lcp_retries, w.lcp_solves));
     stepper_.add_notes(notes);
-    if (e.ambiguous > 0)
-      notes.push_back(diagnostic<Diagnostic::several_solutions>(e.ambiguous));
-    if (e.lcp_residual > accepted_)
-      notes.push_back(diagnostic<Diagnostic::contact_residual>(e.lcp_residual));
+    if (e.ambiguous > 0) notes.push_back(diagnostic<Diagnostic::several_solutions>(e.ambiguous));
+    if (e.lcp_residual > accepted_) notes.push_back(diagnostic<Diagnostic::contact_residual>(e.lcp_residual));
     if (e.shortest_flight < fewest_steps)
-      notes.push_back(diagnostic<Diagnostic::short_flight>(e.shortest_flight, 100 / std::max(1.0, e.shortest_flight)));
+      notes.push_back(
+          diagnostic<Diagnostic::short_flight>(e.shortest_flight, 100 / std::max(1.0, e.shortest_flight)));
     if constexpr (requires { stepper_.unseen(); }) unseen_note(stepper_.unseen(), notes);
     if constexpr (requires { stepper_.passage(); })
       if (const auto& p = stepper_.passage(); p.share > 0.5)
-        notes.push_back(diagnostic<Diagnostic::missed_obstacle>(system_.contact_facts(p.contact).name, p.share, 0.5 / p.share));
+        notes.push_back(diagnostic<Diagnostic::missed_obstacle>(system_.contact_facts(p.contact).name,
+                                                                p.share, 0.5 / p.share));
     return notes;
   }
 

@@ -90,12 +90,12 @@ void AutomaticStepper::add_notes(std::vector<std::string>& notes) const {
   events_.add_notes(notes);
   if (times_.count() == 0) return;
   stepping_.add_notes(notes);
-  notes.push_back(diagnostic<Diagnostic::handover>(times_.count(), work().stepped, times_.longest(steps_ ? stepping_.t() - times_.since() : 0),
+  notes.push_back(diagnostic<Diagnostic::handover>(
+      times_.count(), work().stepped, times_.longest(steps_ ? stepping_.t() - times_.since() : 0),
       times_.reasons()));
   if (costs_.trials() > 0)
     notes.push_back(diagnostic<Diagnostic::handover_trials>(costs_.trials(), costs_.won()));
-  if (times_.longest() > 0)
-    notes.push_back(diagnostic<Diagnostic::handover_tolerance>(after_));
+  if (times_.longest() > 0) notes.push_back(diagnostic<Diagnostic::handover_tolerance>(after_));
 }
 
 }  // namespace freeplay

@@ -187,8 +187,6 @@ std::string describe_motions(const ContactEquations& problem, const std::functio
   return text;
 }
 
-std::string undecided_note(long count) {
-  return diagnostic<Diagnostic::not_searched>(count, most_for_modes);
-}
+std::string undecided_note(long count) { return diagnostic<Diagnostic::not_searched>(count, most_for_modes); }
 
 }  // namespace freeplay

@@ -80,7 +80,7 @@ bool EventDriven::step(double t_end) {
   last_ = search_.find(d, method_);
   pending_ = last_.kind != ModeEvent::Kind::none;
   if (pending_) search_.land(d, method_, last_);
-  if (!is_finite(method_.x)) return fail("the state is no longer finite");
+  if (!is_finite(method_.x)) return fail("the state is no longer finite; use a smaller nonsmooth.tolerance");
   if (!pending_) {
     d.project(method_.x, method_.t, forces_.impulses_within());
     method_.renew(d);

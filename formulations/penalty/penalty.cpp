@@ -64,25 +64,25 @@ class Penalty final : public Marched<PenaltyStepper<Method>> {
     std::vector<std::string> notes;
     law_notes(notes);
     unseen_note(stepper_.unseen(), notes);
-    if (stepper_.pulse() > 0.1)
-      notes.push_back(diagnostic<Diagnostic::torque_pulse>(stepper_.pulse()));
+    if (stepper_.pulse() > 0.1) notes.push_back(diagnostic<Diagnostic::torque_pulse>(stepper_.pulse()));
     // A sine in n steps per period of fourth order has a relative error of its integral of
     // (2π/n)⁴/2880, 1e-4 for n = 8, half the number that curves require.
     if (stepper_.coarse() > 2)
-      notes.push_back(diagnostic<Diagnostic::step_over_curve>(stepper_.coarse(), scene_.penalty.step / stepper_.coarse()));
+      notes.push_back(diagnostic<Diagnostic::step_over_curve>(stepper_.coarse(),
+                                                              scene_.penalty.step / stepper_.coarse()));
     if (scene_.penalty.integrator == Integrator::rk4) {
       const double pull = scene_.penalty.step * std::max(scene_.penalty.alpha, scene_.penalty.beta);
       if (scene_.penalty.stabilisation == Stabilisation::baumgarte && pull > 1)
         notes.push_back(diagnostic<Diagnostic::stiff_stabilisation>(1 / pull, 2.785 / scene_.penalty.step));
-      if (stepper_.reliefs() > 0)
-        notes.push_back(diagnostic<Diagnostic::stiff_friction>(stepper_.reliefs()));
+      if (stepper_.reliefs() > 0) notes.push_back(diagnostic<Diagnostic::stiff_friction>(stepper_.reliefs()));
       const auto& contact = stepper_.short_contact();
       if (contact.lost > 4e-5 * contact.greatest)
-        notes.push_back(diagnostic<Diagnostic::short_contact>(contact.duration / scene_.penalty.step, contact.duration / 20));
+        notes.push_back(diagnostic<Diagnostic::short_contact>(contact.duration / scene_.penalty.step,
+                                                              contact.duration / 20));
     }
-    if (stepper_.dynamics().nearest_singular() < singular_pivot) notes.push_back(diagnostic<Diagnostic::singular_position>());
-    if (stepper_.dynamics().singular())
-      notes.push_back(diagnostic<Diagnostic::redundant_constraints>());
+    if (stepper_.dynamics().nearest_singular() < singular_pivot)
+      notes.push_back(diagnostic<Diagnostic::singular_position>());
+    if (stepper_.dynamics().singular()) notes.push_back(diagnostic<Diagnostic::redundant_constraints>());
     return notes;
   }
 
@@ -100,16 +100,19 @@ class Penalty final : public Marched<PenaltyStepper<Method>> {
       const auto& contact = stepper_.dynamics().contacts()[k];
       if (contact.law.viscous == 0 &&
           std::abs(models[k].restitution_delivered - models[k].restitution_asked) > 0.05)
-        notes.push_back(diagnostic<Diagnostic::effective_restitution>(facts.name,
-            law.text, models[k].restitution_asked, models[k].restitution_delivered, law.range));
+        notes.push_back(diagnostic<Diagnostic::effective_restitution>(
+            facts.name, law.text, models[k].restitution_asked, models[k].restitution_delivered, law.range));
       if (facts.has_clearance &&
           (facts.clearance < law.least_clearance || facts.clearance >= law.clearance_end))
-        notes.push_back(diagnostic<Diagnostic::law_clearance_range>(facts.name, law.text, 1e3 * facts.clearance, law.range));
+        notes.push_back(diagnostic<Diagnostic::law_clearance_range>(facts.name, law.text,
+                                                                    1e3 * facts.clearance, law.range));
       if (facts.surface.tangential_restitution > 0)
-        notes.push_back(diagnostic<Diagnostic::tangential_restitution_ignored>(facts.name, facts.surface.tangential_restitution));
+        notes.push_back(diagnostic<Diagnostic::tangential_restitution_ignored>(
+            facts.name, facts.surface.tangential_restitution));
       const double depth = stepper_.extremes().penetration[k];
       if (depth > 0.5 * contact.law.elastic.limit())
-        notes.push_back(diagnostic<Diagnostic::law_penetration_range>(facts.name, depth, law.text, law.range));
+        notes.push_back(
+            diagnostic<Diagnostic::law_penetration_range>(facts.name, depth, law.text, law.range));
     }
   }
 

@@ -233,7 +233,11 @@ bool MoreauStepper::end_step() {
   for (double& multiplier : d.lambda) multiplier /= h;  // lambda was an impulse until here
   double sum = 0;
   for (int i = 0; i < d.system.n(); ++i) sum += d.q[i] + d.v[i];
-  if (!std::isfinite(sum)) return d.fail(fmt::format("t = {:.9g} s: the state is no longer finite", d.t));
+  if (!std::isfinite(sum))
+    return d.fail(
+        fmt::format("t = {:.9g} s: the state is no longer finite; use a smaller "
+                    "step",
+                    d.t));
   return true;
 }
 

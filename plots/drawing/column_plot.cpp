@@ -66,8 +66,8 @@ std::vector<std::vector<Column>> panels_of(const ColumnPlot& plot, const std::ve
     }
   }
   if (list.size() > most_panels)
-    throw SceneError(fmt::format("{} panels are asked for; a figure has at most {}: draw several",
-                                 list.size(), most_panels));
+    throw SceneError(fmt::format("{} panels, but a figure has at most {}; draw several figures", list.size(),
+                                 most_panels));
   return list;
 }
 

@@ -36,8 +36,8 @@ std::vector<std::filesystem::path> draw_bifurcation(const std::filesystem::path&
   const auto column = document.text("bifurcation.columns.0.name");
   Rows rows(folder / "bifurcation.csv");
   const auto branch = rows.place("branch"), value = rows.place("value"), at = rows.place(column);
-  Block blocks[] = {Block("from random starts"), Block("swept upwards"), Block("swept downwards")};
-  Block none[] = {Block("from random starts, no points"), Block("swept upwards, no points"),
+  Block blocks[] = {Block("random starts"), Block("swept upwards"), Block("swept downwards")};
+  Block none[] = {Block("random starts, no points"), Block("swept upwards, no points"),
                   Block("swept downwards, no points")};
   double least = INFINITY, most = -INFINITY;  // of all values, including those without points
   while (rows.next()) {
@@ -53,7 +53,7 @@ std::vector<std::filesystem::path> draw_bifurcation(const std::filesystem::path&
       none[k].row({x, 0.012 + 0.016 * static_cast<double>(k)});
   }
   Figure f{.name = "bifurcation", .height_cm = 10, .source = "bifurcation.json"};
-  constexpr Word titles[] = {"from random starts", "swept upwards", "swept downwards"};
+  constexpr Word titles[] = {"random starts", "swept upwards", "swept downwards"};
   Script plot;
   bool points = false, without = false;
   const auto opening = [&] { return plot.empty() ? Word("plot ") : Word(", "); };
@@ -130,7 +130,7 @@ std::vector<std::filesystem::path> draw_basin(const std::filesystem::path& folde
   Figure f{.name = "basin", .height_cm = 11, .source = "basin.json"};
   Script plot;
   for (const auto& [a, block] : cells) {
-    std::string title = "run failed";
+    std::string title = "failed";
     if (a >= 0) {
       const auto path = fmt::format("basin.attractors.{}.", a);
       title = document.text(path + "kind");

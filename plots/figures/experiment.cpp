@@ -253,7 +253,7 @@ class Experiment {
     f.script.add("set zrange [0:{}]\n", 1.1 * top);
     for (const auto& [family, formulation] : families) {
       Block block(
-          "clearance (mm), speed (rpm), 95 % quantile over turns of the greatest acceleration (m/s^2)");
+          "clearance (mm), speed (rpm), 95 % quantile over revolutions of the greatest acceleration (m/s^2)");
       for (double c : clearances_) {
         for (double n : speeds_) add_point(greatest_, {formulation, c, n}, {1e3 * c, n}, block);
         if (c != clearances_.back()) block.gap();

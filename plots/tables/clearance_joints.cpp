@@ -11,7 +11,7 @@
 namespace freeplay::plots {
 namespace {
 
-constexpr long path_points = 20'000;  ///< at most, per path; of more rows every n-th is drawn
+constexpr long path_points = 20'000;  ///< of a path; of more rows every n-th point is plotted
 constexpr long judged_rows = 5000;
 
 /// Suffixes of the contact names of guides and slots, in pairs of lower and upper wall.

@@ -41,7 +41,7 @@ void evaluated_on(const Advice& advice, const char* formulation, double duration
 }
 
 void table(const Advice& advice) {
-  fmt::print("  {:<32}{:>9}{:>12}{:>10}{:>8}{:>9}\n", "setting", "error, %", "valid to, s", "rhs", "Jacob.",
+  fmt::print("  {:<30}{:>9}{:>15}{:>9}{:>7}{:>8}\n", "setting", "error, %", "accurate to, s", "rhs", "Jacob.",
              "CPU ms");
   for (std::size_t i = 0; i < advice.tried.size(); ++i) {
     const auto& m = advice.tried[i];
@@ -49,7 +49,7 @@ void table(const Advice& advice) {
     const char* const why = m.dearer                                      ? "skipped"
                             : m.ending.status == Ending::Status::finished ? nullptr
                                                                           : "stopped";
-    fmt::print("{} {:<32}{:>9}{:>12}{:>10}{:>8}{:>9.3g}\n", static_cast<int>(i) == advice.chosen ? '>' : ' ',
+    fmt::print("{} {:<30}{:>9}{:>15}{:>9}{:>7}{:>8.3g}\n", static_cast<int>(i) == advice.chosen ? '>' : ' ',
                m.setting.label(), why ? why : shown(100 * error),
                advice.by_events && m.kept_to == m.kept_to ? fmt::format("{:.3g}", m.kept_to) : "-",
                m.work.rhs, m.work.jacobians, 1e3 * m.cpu);

@@ -5,12 +5,14 @@
 #include <cstdlib>
 #include <filesystem>
 #include <optional>
+#include <regex>
 
 #include "cli/verb.hpp"
 #include "io/files/child.hpp"
 #include "io/files/identity.hpp"
 #include "mechanism/error.hpp"
 #include "plots/export/export.hpp"
+#include "values/diagnostic.hpp"
 #include "version.hpp"
 
 namespace freeplay::cli {
@@ -56,7 +58,19 @@ const char* hdf5() {
   }
 }
 
-int doctor(const Request& request) {
+struct DoctorRequest : Request {
+  bool diagnostics = false;  ///< list them, as docs/reference/diagnostics.md does
+};
+
+int list_diagnostics() {
+  for (const auto& d : diagnostics)
+    fmt::print("| `{}` | {} | {} | {} |\n", d.name, d.severity == Severity::warning ? "warning" : "note",
+               std::regex_replace(std::string(d.text), std::regex("\\{[^}]*\\}"), "…"), d.meaning);
+  return 0;
+}
+
+int doctor(const DoctorRequest& request) {
+  if (request.diagnostics) return list_diagnostics();
   fmt::print("freeplay {} ({})\n{}\n", version, commit, program_identity());
   bool figures = true;
   for (const auto& c : companions) {
@@ -79,7 +93,10 @@ int doctor(const Request& request) {
 }  // namespace
 
 void doctor_verb(Program& program) {
-  program.verb<Request>("doctor", "report versions, and which optional programs are missing", doctor);
+  auto [options, request] =
+      program.verb("doctor", "report versions, and which optional programs are missing", doctor);
+  options.flag("--diagnostics", request.diagnostics,
+               "list all notes and warnings of runs with their meaning");
 }
 
 }  // namespace freeplay::cli

@@ -58,7 +58,8 @@ void warn(Result& result, Family family, std::string_view finer) {
                                         : diagnostic<Diagnostic::penetration_of_force>(depth(c)));
   if (std::abs(result.ledger.closure()) > 1e-3 * scale ||
       std::abs(result.ledger.stabilisation) > 1e-3 * scale)
-    result.notes.push_back(diagnostic<Diagnostic::energy_balance>(result.ledger.closure(), scale, result.ledger.stabilisation, finer));
+    result.notes.push_back(diagnostic<Diagnostic::energy_balance>(result.ledger.closure(), scale,
+                                                                  result.ledger.stabilisation, finer));
 }
 
 void refuse_too_deep(Result& result, Family family, std::string_view finer) {

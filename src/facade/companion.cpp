@@ -8,8 +8,8 @@
 
 #include "mechanism/scene.hpp"
 #include "simulation/touches.hpp"
-#include "values/family.hpp"
 #include "values/diagnostic.hpp"
+#include "values/family.hpp"
 
 namespace freeplay {
 namespace {

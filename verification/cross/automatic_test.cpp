@@ -69,7 +69,7 @@ TEST_CASE(
   const auto told =
       std::ranges::find_if(run.notes, [](const auto& n) { return n.starts_with("time stepping"); });
   REQUIRE(told != run.notes.end());
-  CHECK_THAT(*told, Contains(fmt::format("took over {} times, for {:.3g} s in all", run.work.handovers,
+  CHECK_THAT(*told, Contains(fmt::format("took over {} times, for {:.3g} s in total", run.work.handovers,
                                          run.work.stepped)));
   CHECK(told->size() > told->find("at most): ") + 20);  // and why
 }

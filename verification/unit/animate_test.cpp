@@ -175,7 +175,7 @@ TEST_CASE("a run that cannot be animated is refused, and an older animation is k
   refused("nowhere", "is not a folder");
   refused(folder + "/figures", "contains no run");
   refused(folder + " --svg --from 1", "--from 1: is outside the run, from 0 to 0.075 s");
-  refused(folder + " --svg --until 0.076", "--until 0.076: the run goes from 0 to 0.075 s");
+  refused(folder + " --svg --until 0.076", "--until 0.076: is outside the run, from 0 to 0.075 s");
   refused(folder + " --svg --from 0.05 --until 0.02", "must be later than --from");
   refused(folder + " --svg --speed 1e-6", "frames, more than 20000");
   refused(folder + " --svg --speed 0", "greater than 0");

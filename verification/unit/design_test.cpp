@@ -170,7 +170,7 @@ TEST_CASE("axes of a study: lists, ranges, units, several keys", "[design][study
       clearance +
           "values = [1]\n[axes.b]\nkeys = [\"joints.x.clearance\", \"joints.gudgeon.clearance\"]\nvalues = [1]",
       "joints.gudgeon.clearance is already varied by axis a");
-  says(clearance + "values = [1]\nspacing = \"log\"", "does not apply to an axis that is not drawn");
+  says(clearance + "values = [1]\nspacing = \"log\"", "does not apply to an axis without random values");
 }
 
 TEST_CASE("axes of a study: random samples, combinations and filters", "[design][study]") {

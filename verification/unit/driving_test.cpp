@@ -118,7 +118,7 @@ TEST_CASE("invalid curves and drives are refused at their place", "[driving]") {
   CHECK(drive("velocity = \"c\"\n", lines) == "accepted");
   CHECK_THAT(drive("velocity = \"c\"\n"), Contains("there is no curve \"c\""));
   CHECK_THAT(drive("position = \"c\"\n", lines),
-             Contains("drives.d.position: the curve \"c\" changes its slope in a jump"));
+             Contains("drives.d.position: the curve \"c\" has a kink at x"));
   CHECK(drive("position = \"c\"\n", lines + "between = \"spline\"\n") == "accepted");
   CHECK(drive("position = \"c\"\n", lines + "between = \"spline\"\nrepeat = true\n") == "accepted");
   CHECK_THAT(drive("torque_curve = \"c\"\n",

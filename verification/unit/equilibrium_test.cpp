@@ -52,9 +52,10 @@ Modes ring(double length, int side, Family family) {
 
 TEST_CASE("a scene without an equilibrium is refused with the reason", "[equilibrium]") {
   const std::string weight = "gravity = [0, -9.81]\n";
-  CHECK_THROWS_WITH(begin(weight + body), Contains("no equilibrium") && Contains("bodies.a moves for ever"));
+  CHECK_THROWS_WITH(begin(weight + body),
+                    Contains("no equilibrium") && Contains("bodies.a moves without limit"));
   CHECK_THROWS_WITH(begin(body + pivot + "[drives.m]\njoint = \"pivot\"\ntorque = 1\n"),
-                    Contains("bodies.a turns for ever"));
+                    Contains("bodies.a turns without limit"));
   CHECK_THROWS_WITH(begin(body + "velocity = [1, 0]\n" + pivot), Contains("begins at rest"));
 }
 

@@ -107,7 +107,7 @@ TEST_CASE("a misspelt key is reported before its consequences", "[scene][errors]
   const auto two = replaced(replaced(flores(), "mass =", "mas ="), "poisson =", "poison =");
   CHECK_THAT(refusal(two), Contains(".mas: is not a key of a body; did you mean mass?"));
   CHECK_THAT(refusal(replaced(flores(), "surface =", "friction = 0.1\nsurface =")),
-             Contains("joints.gudgeon.friction: is not a key of a joint; it is one of surfaces.*"));
+             Contains("joints.gudgeon.friction: is not a key of a joint; it belongs to surfaces.*"));
   CHECK_THAT(refusal(replaced(flores(), "[run]", "[run]\nqqqqqqqqq = 1")),
              Contains("is not a key of [run]\n  there are duration,") ||
                  Contains("is not a key of [run]; there are"));

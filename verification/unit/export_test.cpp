@@ -57,7 +57,7 @@ TEST_CASE("an invalid request to export is refused in one line, and nothing is w
       {run + " --hdf5 " + place + "/nowhere/a.h5", "does not exist"},
       {run + " --hdf5 " + place + "/run/events.csv", "has the extension of another format"},
       {run + " --hdf5 " + place + "/empty", "is a folder; give a file's name"},
-      {place + "/empty --hdf5", hdf5 ? "has no result tables to export" : "built without HDF5"}};
+      {place + "/empty --hdf5", hdf5 ? "contains no result tables to export" : "built without HDF5"}};
   for (const auto& [arguments, answer] : requested) {
     CAPTURE(arguments);
     const auto told = test::freeplay("export " + arguments);

@@ -91,10 +91,10 @@ TEST_CASE("an invalid expression is refused at its column", "[expression]") {
   says("1 < x < 2", "column 7: compares true or false");
   says("x = 1", "column 3: \"=\" is not a comparison; use ==");
   says("x and speed > 1", "column 1: and needs true or false, but this is a number");
-  says("speed > 1 and x", "column 15: and takes what is true or false");
+  says("speed > 1 and x", "column 15: and needs true or false");
   says("(x > 1) + 1", "column 1: + needs numbers, but this is true or false");
-  says("-(x > 1)", "a sign takes numbers");
-  says("not x", "column 5: not takes what is true or false");
+  says("-(x > 1)", "a sign needs numbers");
+  says("not x", "column 5: not needs true or false");
   says("sqrt(1, 2)", "sqrt takes one number, not 2");
   says("min(1)", "min takes two numbers or more, not 1");
   says("sqrt 4", "the \"(\" of sqrt(...) is expected");

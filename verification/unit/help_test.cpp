@@ -46,6 +46,13 @@ TEST_CASE("the help of every command fits 80 columns and lists the files that it
   }
 }
 
+TEST_CASE("docs/reference/diagnostics.md lists every diagnostic", "[help][pages]") {
+  const auto page = read_text(test::source_folder() / "docs/reference/diagnostics.md");
+  const auto listed = test::freeplay("doctor --diagnostics");
+  CHECK(listed.status == 0);
+  CHECK(page.ends_with(listed.out));
+}
+
 TEST_CASE("docs/reference/verbs.md shows each verb's help", "[help][pages]") {
   const auto page = read_text(test::source_folder() / "docs/reference/verbs.md");
   std::string expected =

@@ -11,6 +11,7 @@
 #include "facade/assess.hpp"
 #include "io/files/run_json.hpp"
 #include "mechanism/scene.hpp"
+#include "values/warning.hpp"
 #include "verification/references/hertz_impact.hpp"
 #include "verification/support/support.hpp"
 #include "verification/support/texts.hpp"
@@ -117,7 +118,13 @@ TEST_CASE("rounding adds no energy to a resting body", "[judge]") {
   CHECK(e.greatest_gain == 1e-9);
 }
 
-TEST_CASE("contacts that add energy are reported, and doubtful where they drive the motion", "[judge]") {
+TEST_CASE("notes with the prefix of earlier versions count as warnings", "[judge]") {
+  CHECK(is_warning("warning: the contact is too soft"));
+  CHECK(is_warning("DOUBTFUL: the contact is too soft"));
+  CHECK_FALSE(is_warning("3 impacts increased the energy"));
+}
+
+TEST_CASE("contacts that give energy are told, and doubted where they drive the motion", "[judge]") {
   const auto told = [](double gain, double friction, double contact) {
     Result run;
     run.ledger.kinetic = 1;

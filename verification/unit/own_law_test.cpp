@@ -165,8 +165,8 @@ TEST_CASE("a plugin is loaded from its file, and its run can be repeated only wi
   REQUIRE(compiled("int freeplay_law_abi(void) { return 2; }\n"));
   refused("freeplay_law_abi() is 2");
   REQUIRE(compiled(version));
-  refused("exports no freeplay_normal_force");
-  // Truncated anywhere: memory mapped beyond a file's end cannot be read.
+  refused("does not export freeplay_normal_force");
+  // Cut short anywhere: what is mapped behind a file's end cannot be read.
   REQUIRE(compiled(
       version + "double freeplay_normal_force(const char* c, double d, double r, double v) { return d; }\n"));
   const auto whole = test::file_text(plugin.string());
@@ -174,7 +174,7 @@ TEST_CASE("a plugin is loaded from its file, and its run can be repeated only wi
   for (std::size_t size = 4; size < whole.size(); size += size < 4096 ? 509 : 1021) {
     CAPTURE(size);
     write_file(plugin, whole.substr(0, size));
-    refused("it is cut short");
+    refused("it is incomplete");
   }
   write_file(plugin, "no shared object");
   refused("");

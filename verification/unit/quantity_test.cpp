@@ -214,7 +214,7 @@ duration = 0.5
              Contains("the x of the curve \"c\" is an angle, must be a time"));
   CHECK_THAT(
       said("shape = \"ramp\"\nfrom = \"3 m\"\nto = \"120 rpm\"\nrise = 1\n", spin),
-      Contains("curves.c.to: \"120 rpm\" is an angular velocity, where another number of y is a length"));
+      Contains("curves.c.to: \"120 rpm\" is an angular velocity, but another number of y is a length"));
   CHECK_THAT(said("shape = \"ramp\"\nto = \"120 rqm\"\nrise = 1\n", spin),
              Contains("\"rqm\" is not a known unit"));
   CHECK(said("shape = \"harmonic\"\namplitude = \"20 deg\"\nperiod = \"1 s\"\n",

@@ -51,7 +51,7 @@ TEST_CASE("unit plausibility: each implausible unit raises one question with the
   const std::vector<Case> cases{
       {{"bodies.crank.angle=60"}, "60 degrees would be 1.0472"},
       {{"bodies.crank.angle=-45", "bodies.rocker.angle=110"},
-       "-45 degrees would be -0.785398 (and 1 more like it)"},
+       "-45 degrees would be -0.785398 (and 1 similar)"},
       {{"bodies.crank.angle=36.87"}, "36.87 degrees would be 0.643503"},
       {{"drives.motor.initial_angle=90"}, "90 degrees would be 1.5708"},
       {{"surfaces.steel.young=207"}, "207 GPa would be 2.07e+11"},

@@ -234,7 +234,8 @@ TEST_CASE("one writer in a folder: others are told which process holds it", "[pr
       const auto o = test::freeplay(command + " -o " + desk.out.string());
       CAPTURE(command, o.out, o.err);
       CHECK(o.status == 1);
-      CHECK_THAT(o.err, Contains("another freeplay is writing into this folder (freeplay compare, process " +
+      CHECK_THAT(o.err, Contains("another freeplay process writes to this folder (freeplay compare, "
+                                 "process " +
                                  std::to_string(getpid()) + " on ") &&
                             Contains("since 20"));
       CHECK(std::ranges::count(o.err, '\n') == 1);
@@ -368,13 +369,13 @@ TEST_CASE("obstacles to new results are reported before any older result is remo
     CHECK(test::file_text(out / "comparison.json") == "older");
   };
   write_file(out / "penalty", "a file");
-  refused("is a file where a folder goes");
+  refused("is a file, but a folder is needed");
   std::filesystem::remove(out / "penalty");
   write_file(out / ".compare.complete", "a file");
-  refused("is a file where a folder goes");
+  refused("is a file, but a folder is needed");
   std::filesystem::remove(out / ".compare.complete");
   make_folder(out / "comparison.md");
-  refused("is a folder where a result goes");
+  refused("is a folder, but a result file is needed");
   std::filesystem::remove(out / "comparison.md");
   {
     ResultSet set(out, "compare");

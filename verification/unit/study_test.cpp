@@ -374,7 +374,7 @@ TEST_CASE("a statistic that is zero within the ranges is refused as a target", "
       calibrate(plan_calibration(study, {}), Conduct{}, FolderLock(folder.path(), "test"), 0, {}),
       Contains("study.toml: calibrate.targets.t: at 5 of 5 points (first: "
                "joints.gudgeon.clearance = ") &&
-          Contains("no positive lines"));
+          Contains("lines is not positive"));
   CHECK_THAT(refusal(write(folder, "study.toml", text("loss_angle"))),
              Contains("statistic: \"loss_angle\" is an angle on the circle"));
 }

@@ -17,7 +17,7 @@ struct Law<FrictionLaw::lugre> : AnyFrictionLaw {
       text = "lugre",
       formula = "σ₀z + σ₁ż + σ₂v with the bristle's ż = v − |v|z/g, g = [μ + (μ_s − μ)e^(−(v/v₀)²)]/σ₀",
       source = "Canudas de Wit et al., IEEE Trans. Autom. Control 40 (1995) 419",
-      range = "sticks by its bristles; stiff",
+      range = "stiction by bristles; stiff",
       keys = "friction_v0, friction_static, friction_viscous, bristle_stiffness, bristle_damping";
   static constexpr bool bristle = true, kink_at_rest = true;
   template <class T>

@@ -16,7 +16,7 @@ template <>
 struct Law<ContactLaw::gharib_hurmuzlu> : PointLaw {
   static constexpr std::string_view text = "gharib-hurmuzlu", formula = "χ = 1/e",
                                     source = "Gharib, Hurmuzlu, J. Appl. Mech. 79 (2012) 064506",
-                                    range = "e near 0; never delivers more than 0.594";
+                                    range = "e near 0; effective e is at most 0.594";
   static constexpr bool positive_restitution = true;
   static double chi(double e) { return 1 / e; }
 };

@@ -14,7 +14,7 @@ template <>
 struct Law<ContactLaw::kelvin_voigt> : SpringDamperLaw {
   static constexpr std::string_view text = "kelvin-voigt", formula = "F = Kδ + Dδ̇ ≥ 0",
                                     source = "linear spring and damper",
-                                    range = "teaching contrast: force jumps at entry";
+                                    range = "for comparison only: force jumps at contact onset";
   static ElasticLaw elastic(double stiffness, double clearance) {
     return {ElasticLaw::Kind::linear, stiffness, 1, clearance, 0};
   }

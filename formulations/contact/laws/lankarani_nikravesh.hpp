@@ -14,7 +14,7 @@ template <>
 struct Law<ContactLaw::lankarani_nikravesh> : PointLaw {
   static constexpr std::string_view text = "lankarani-nikravesh", formula = "χ = 3(1 − e²)/4",
                                     source = "Lankarani, Nikravesh, J. Mech. Des. 112 (1990) 369",
-                                    range = "e near 1; never delivers less than 0.663";
+                                    range = "e near 1; effective e is at least 0.663";
   static double chi(double e) { return 0.75 * (1 - e * e); }
 };
 

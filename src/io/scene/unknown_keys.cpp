@@ -56,7 +56,7 @@ std::string remedy(const Unknown& unknown) {
   };
   for (const auto& key : schema())
     if (!unknown.node->is_table() && key.path.ends_with("." + unknown.name) && same(key))
-      return fmt::format("; known keys: {}", key.path.substr(0, key.path.rfind('.')));
+      return fmt::format("; it belongs to {}", key.path.substr(0, key.path.rfind('.')));
   return listed("there are", known);
 }
 
