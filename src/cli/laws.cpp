@@ -106,7 +106,7 @@ int print_list() {
       if (law.kind == kind) print_law(law);
   fmt::print(
       "\nFriction laws (penalty.friction): |F_T| over F_N at the sliding speed v, with\n"
-      "v₀ = friction_v0, v₁ = friction_v1, μ_s = friction_static μ; docs/theory/penalty.md.\n\n");
+      "v₀ = friction_v0, v₁ = friction_v1, μ_s = friction_static μ; docs/theory/friction.md.\n\n");
   for (const auto& law : friction_laws()) {
     print_law(law);
     fmt::print("{}keys: {}\n", padded("", 22), law.keys);
