@@ -52,7 +52,7 @@ class Interrupted(KeyboardInterrupt):
 
 
 class DoubtfulWarning(UserWarning):
-    """A result that may be wrong by the program's own checks; the text states the reason."""
+    """A result may be wrong; the text gives the reason."""
 
 
 class FailedWarning(UserWarning):

@@ -19,31 +19,30 @@ struct Refusal {
 };
 constexpr Refusal looked_at[] = {
     {"faster than event-driven integration can resolve",
-     "contacts of a pile throw each other to and fro without an end in time; the reason names the "
-     "automatic scheme, which passes it by time stepping"},
-    {"too many for event-driven", "as above, at a pace that no run ends"},
+     "impacts in a pile accumulate without an end in time; the reason names the automatic scheme, which "
+     "uses time stepping there"},
+    {"too many for event-driven", "as above, at a rate at which no run ends"},
     {"contact mode changes", "as above, of changes between stick and slip"},
     {"no order in which they slip", "as above"},
-    {"admits several motions",
-     "Painlevé's paradox: friction leaves the motion open, and the reason names the motions"},
+    {"admits several motions", "Painlevé's paradox: friction admits several motions, which the reason names"},
     {"admits no acceleration",
-     "Painlevé's paradox: no finite force keeps apart what slides there; time stepping stops it by an impulse"},
+     "Painlevé's paradox: no finite force is admissible at a sliding contact; time stepping stops it by an "
+     "impulse"},
     {"solved the",
-     "no solver finds impulses of several contacts (or friction above 1 in a corner); whether "
-     "there are any is not known, and nothing is made up"},
-    {"the motion may be singular there",
-     "penalty's default integrator finds no step into a hard contact with much "
-     "damping: to be mended, another integrator passes"},
+     "no solver finds impulses of several contacts (or friction above 1 in a corner); whether they exist "
+     "is unknown"},
+    {"penalty.tolerance is below rounding",
+     "penalty's default integrator finds no step into a hard contact with much damping: an open defect, "
+     "other integrators succeed"},
     {"the motion is singular there",
-     "event-driven's integrator finds no step: to be mended, time stepping passes"},
+     "the event-driven integrator finds no step: an open defect, time stepping succeeds"},
     {"too stiff for this integrator",
-     "a contact that lasts is stiffer than an explicit method can follow; the reason "
-     "names the one that can"},
+     "a sustained contact is too stiff for an explicit method; the reason names a suitable one"},
     {", and going on",
-     "a run that needs more steps than its CPU time: stiff contacts that last, or hops without number, at high speed; it was "
-     "still going on"},
+     "a run that exceeds its CPU time: stiff sustained contacts or very many bounces at high speed; it was "
+     "still running"},
     {"the forces of dampers does not converge",
-     "a damper that stops its mass within a step; the reason says what step would do"},
+     "a damper that stops its mass within a step; the reason names a sufficient step"},
 };
 
 }  // namespace
@@ -153,11 +152,11 @@ std::string page_of(const std::vector<Row>& rows, std::uint64_t seed, int count,
       "# Random-scene tests without a reference\n\nWritten by `freeplay extremes --strangers {0} --seed "
       "{1} --document docs/verification`. {0} scenes, drawn by a seed\n(verification/random_scenes/): {2}.\nLengths "
       "from a millimetre to ten metres, speeds over five decades, mass ratios to 1e6, friction to 1.5, "
-      "restitution 0 to 1, starts that touch or graze.\nEach is run by every way that has a model of it "
-      "(no restitution of 0 with penalty), judged in a process of its own and without a\nreference of its "
-      "own. *Right*: within every bound below. *Warned*: outside one, with a warning or a note of the run. "
-      "*Refused*: stopped with a\nreason, and right until then. *Silent*, *hung* (over {3:.0f} s of CPU) "
-      "and *crashed* are defects. Wall time {4:.0f} s.\n\n",
+      "restitution 0 to 1, starts in contact or grazing.\nEach is run by all applicable schemes and "
+      "integrators (no restitution of 0 with penalty), in a separate process and without an\nindependent "
+      "reference. *Right*: within every bound below. *Warned*: outside one, with a warning or a note of "
+      "the run. *Refused*: stopped with a\nreason, and right until then. *Silent* (wrong without a "
+      "warning), *hung* (over {3:.0f} s of CPU) and *crashed* are defects. Wall time {4:.0f} s.\n\n",
       count, seed, fmt::format("{}", fmt::join(kinds(Suite::agreement), ", ")), run_limit(Suite::agreement),
       seconds);
   text += table_of(rows, Suite::agreement) +
@@ -175,7 +174,7 @@ std::string page_of(const std::vector<Row>& rows, std::uint64_t seed, int count,
   if (!any) text += "None.\n";
   return text +
          fmt::format(
-             "\n`freeplay extremes --strangers {} --seed {} --only I` writes scene I and judges it alone.\n",
+             "\n`freeplay extremes --strangers {} --seed {} --only I` writes scene I and tests only it.\n",
              count, seed);
 }
 

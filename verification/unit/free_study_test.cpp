@@ -266,7 +266,7 @@ reduce = "mean"
 }
 
 TEST_CASE(
-    "an accelerometer on what has no drive with a period: what it shows of the whole window, and "
+    "an accelerometer on what nothing drives: what it shows of the whole window, and "
     "nothing of turns",
     "[studies][program]") {
   const StudyDesk desk("bouncing-ball");

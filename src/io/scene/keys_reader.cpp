@@ -152,7 +152,7 @@ void KeysReader::settle() const {
       const auto* given = s_.given("curves." + name, fmt::format("of {}", which));
       if (!given || std::ranges::any_of(wanted, [&](auto unit) { return same_quantity(*given, unit); }))
         return;
-      s_.fail(key, fmt::format("the {} of the curve {} is {}, {} is wanted", which, toml_quoted(name),
+      s_.fail(key, fmt::format("the {} of the curve {} is {}, must be {}", which, toml_quoted(name),
                                quantity_name(*given), quantity_name(*wanted.begin())));
     };
     hold("y", {y});

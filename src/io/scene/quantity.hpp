@@ -31,7 +31,7 @@ std::string row_of(const NamedUnit& unit);
 /// Result of reading a number with a unit.
 struct Quantity {
   double value = 0;
-  /// Reason if there is no value, such as `"0.1 kg" is a mass, a length is wanted (m)`; else empty.
+  /// Why there is no value: `"0.1 kg" is a mass, must be a length (m)`. Empty when there is one.
   std::string wrong = {};
   /// Set by read_any_quantity: SI unit of the value in base units, such as "kg m s^-2".
   std::string unit = {};
