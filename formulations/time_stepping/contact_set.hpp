@@ -10,9 +10,10 @@
 //     u⁻ = Wᵀ(v + (h/2) a_γ),          u⁺ = Wᵀ(v⁺ − (h/2) a_γ)    in impact, at that instant
 //
 // Contacts of the system keep their numbers. Pairs within groups of many bodies
-// (docs/development/decisions/028-groups.md) have a slot after them while they are near or in contact; the slot
-// is then reused for another pair. A pair without a slot cannot come into contact before the list
-// of near pairs is renewed, which may happen in the middle of a step (dynamics/neighbours.hpp).
+// (docs/development/decisions/028-groups.md) have a slot after them while they are near or in
+// contact; the slot is then reused for another pair. A pair without a slot cannot come into contact
+// before the list of near pairs is renewed, which may happen in the middle of a step
+// (dynamics/neighbours.hpp).
 #pragma once
 
 #include <cstdint>

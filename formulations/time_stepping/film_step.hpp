@@ -65,7 +65,7 @@ class FilmStep {
   }
   /// Energy dissipated by the films (J).
   double loss(const double* v_old, const double* v_new) const;
-  /// Adds the impulses of the films. The share due to a velocity change `struck` by impacts is
+  /// Adds the impulses of the films. The share due to a velocity change `in_impact` by impacts is
   /// added to `within`.
   void report(const System& system, const double* q, const Evaluation& e, const double* in_impact,
               Forces& smooth, Forces& within) const;

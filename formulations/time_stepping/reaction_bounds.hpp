@@ -1,4 +1,5 @@
-// ReactionBounds: joint friction that is bounded by the joint's own reaction (docs/development/decisions/019),
+// ReactionBounds: joint friction that is bounded by the joint's own reaction
+// (docs/development/decisions/019),
 //
 //     −P_T ∈ μ S(Λ) Sgn(u_T⁺),
 //

@@ -80,7 +80,8 @@ class Script {
       return place(value);
   }
 
-  /// Appends a command with its places {} filled: numbers, Words and Scripts as they are, texts as literals.
+  /// Appends a command with its places {} filled: numbers, Words and Scripts as they are, texts as
+  /// literals.
   template <class... A>
   Script& add(fmt::format_string<Place<A>...> command, const A&... values) {
     text_ += fmt::format(command, place(values)...);

@@ -1,7 +1,7 @@
 // Paths of joints within their clearance: journals in the clearance circle, ends of sliders and
-// pins between their walls (plots/tables/clearance_joints.hpp). Each joint has a row: for a comparison
-// both formulations, first turn and last two turns; for a run the same spans of this run. Rows that
-// do not fit on a page go to the next page.
+// pins between their walls (plots/tables/clearance_joints.hpp). Each joint has a row: for a
+// comparison both formulations, first turn and last two turns; for a run the same spans of this
+// run. Rows that do not fit on a page go to the next page.
 #include <fmt/format.h>
 
 #include <algorithm>

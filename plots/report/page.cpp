@@ -7,7 +7,8 @@
 namespace freeplay::report {
 namespace {
 
-// page_html, page_style, page_script: the files of plots/report/page; style_sha256, script_sha256: in hexadecimal digits.
+// page_html, page_style, page_script: the files of plots/report/page; style_sha256, script_sha256:
+// in hexadecimal digits.
 #include "report_page.inc"
 
 int digit(char c) { return c <= '9' ? c - '0' : c - 'a' + 10; }

@@ -27,7 +27,8 @@ int animate(const AnimateRequest& request) {
   if (!std::filesystem::is_directory(folder)) throw SceneError(request.folder + ": is not a folder");
   const auto place = request.output.empty() ? folder / "animation" : real_folder(request.output);
   if (place == folder) throw SceneError("-o: the animation needs a separate folder");
-  // Results of somebody else may be read where nothing can be written: nobody writes there meanwhile either.
+  // Results of somebody else may be read where nothing can be written: nobody writes there
+  // meanwhile either.
   std::optional<FolderLock> lock;
   if (access(folder.c_str(), W_OK) == 0) {
     lock.emplace(folder, "animate");

@@ -1,5 +1,5 @@
-// `freeplay doctor`: the build of this program, and the other programs that parts of it need: which are there, in which version,
-// and what is missing without them.
+// `freeplay doctor`: the build of this program, and the other programs that parts of it need: which
+// are there, in which version, and what is missing without them.
 #include <fmt/format.h>
 
 #include <cstdlib>

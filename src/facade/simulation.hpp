@@ -2,8 +2,9 @@
 // class of the public interface (freeplay.hpp).
 //
 // A Simulation assembles the start, then advances the state by the solver of its formulation: the
-// integrators of the penalty formulation (docs/theory/penalty.md), or event-driven integration and time
-// stepping of the nonsmooth formulation (docs/theory/nonsmooth.md). Symbols are those of docs/theory/notation.md.
+// integrators of the penalty formulation (docs/theory/penalty.md), or event-driven integration and
+// time stepping of the nonsmooth formulation (docs/theory/nonsmooth.md). Symbols are those of
+// docs/theory/notation.md.
 //
 // It owns a copy of the scene, the equations of motion, the formulation with its state, and the
 // models of the instruments. It does not own observers or stop flags: these must outlive the run

@@ -22,8 +22,8 @@
 namespace freeplay {
 
 /// A key that is read only under some choices of other keys. The reader refuses the key under any
-/// other choice, the canonical text of a scene omits it there, and docs/reference/scene.md names the choices.
-/// All three use the rows of own_keys().
+/// other choice, the canonical text of a scene omits it there, and docs/reference/scene.md names
+/// the choices. All three use the rows of own_keys().
 template <class Options>
 struct OwnKey {
   std::string_view name;

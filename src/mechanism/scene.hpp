@@ -43,8 +43,8 @@ struct Scene {
   NonsmoothOptions nonsmooth;
   std::vector<Instrument> instruments;
 
-  /// Sets any key of docs/reference/scene.md, as `--set KEY=VALUE` does. Throws SceneError, which names
-  /// KEY=VALUE; the scene is then unchanged.
+  /// Sets any key of docs/reference/scene.md, as `--set KEY=VALUE` does. Throws SceneError, which
+  /// names KEY=VALUE; the scene is then unchanged.
   ///
   /// If the scene still equals its text and overrides, it is read again with one more override.
   /// Values that the text derives from the key are therefore updated: a duration given in

@@ -32,7 +32,8 @@ enum class SolvePath { automatic, dense, sparse };
 
 class SaddleBlock {
  public:
-  /// Number of rows up to which the dense path is faster (measured, docs/development/decisions/003).
+  /// Number of rows up to which the dense path is faster (measured,
+  /// docs/development/decisions/003).
   static constexpr int dense_rows = 28;
 
   /// `mass`: diagonal of M, G.columns entries. `redundant`: the rows are known to be dependent.

@@ -124,7 +124,7 @@ bool Channel::feed(double t0, double t1, double v0, double v1) {
     const double a = (v1 - v0) / h;
     if (!started_) {
       filter_.reset(a);
-      filter_.kick(early_);
+      filter_.add_jump(early_);
       early_ = 0;
     }
     started_ = true;

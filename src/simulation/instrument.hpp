@@ -43,7 +43,7 @@ class LowPass {
   /// Advances by h (s) with the mean input a.
   void advance(double h, double a);
   /// Applies an impulse dv of the input.
-  void kick(double dv) {
+  void add_jump(double dv) {
     for (int k = 0; k < modes_; ++k) z_[k] += dv;
   }
   double output() const;
@@ -98,7 +98,7 @@ class Channel {
   /// Applies a jump of the velocity between two intervals.
   void jump(double dv) {
     if (started_)
-      filter_.kick(dv);
+      filter_.add_jump(dv);
     else
       early_ += dv;
   }

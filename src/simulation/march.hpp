@@ -17,7 +17,7 @@
 namespace freeplay {
 
 /// Adapts a stepper's last step to the interface Step. A Stepper has, for its last step: t_old(),
-/// t(), v_old(), v(), z(), interpolate(t, q, v) and multipliers(); struck() if it steps over
+/// t(), v_old(), v(), z(), interpolate(t, q, v) and multipliers(); in_impact() if it steps over
 /// impacts; and for forces forces(t, out), add_impulse(a, b, sum), before() and within() as in
 /// Step. Its Owner has ledger() and keep_passed().
 template <class Owner, class Stepper>

@@ -1,5 +1,6 @@
-// Diagnostics: the notes and warnings of a run. Each has one text, in diagnostics.def, with its meaning and remedy for the catalogue
-// docs/reference/diagnostics.md. A note states a fact about the run; a warning states that a result may be wrong.
+// Diagnostics: the notes and warnings of a run. Each has one text, in diagnostics.def, with its
+// meaning and remedy for the catalogue docs/reference/diagnostics.md. A note states a fact about
+// the run; a warning states that a result may be wrong.
 //
 //     notes.push_back(diagnostic<Diagnostic::missed_contact>(depth));
 #pragma once

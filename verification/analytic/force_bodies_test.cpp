@@ -202,7 +202,8 @@ TEST_CASE("dropped ball: the impulse equals the change of momentum between two i
 
 TEST_CASE("dropped ball: in a lasting contact the impulse includes that of the weight",
           "[references][impulses]") {
-  // Linear spring: δ = (g/w²)(1 − cos w t) + (v/w) sin w t, free again at w T = 2 (π − atan(v w/g)).
+  // Linear spring: δ = (g/w²)(1 − cos w t) + (v/w) sin w t, free again at w T = 2 (π − atan(v
+  // w/g)).
   const Long m = 0.3L, k = 2e3L, g = 9.81L, h = 0.2L, w = std::sqrt(k / m), v = std::sqrt(2 * g * h);
   const Long duration = 2 * (std::acos(-1.0L) - std::atan(v * w / g)) / w;
   const auto force = [&](Long t) {

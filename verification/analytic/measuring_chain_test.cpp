@@ -206,7 +206,7 @@ TEST_CASE("known impulses pass through filter, sampling and spectrum with the ex
     const double to = std::min(next, kick);
     if (to > t) filter.advance(to - t, 0);
     t = to;
-    if (t == kick) filter.kick(dv), kick += T;
+    if (t == kick) filter.add_jump(dv), kick += T;
     if (t == next) {
       meter.acceleration(t, filter.output());
       next += 1 / sampling;

@@ -57,7 +57,8 @@ TEST_CASE("slider-crank: greatest accelerations of the test rig and the angle at
     within(greatest, expected, 0.005, "half the last digit of the table");
     within(greatest, slider_crank_greatest_acceleration(r, l, speed), 1e-12, rounding);
   }
-  // Classical condition of greatest slider speed, N = l/r: S³ − N² S² − N⁴ S + N⁴ = 0 for S = sin² φ.
+  // Classical condition of greatest slider speed, N = l/r: S³ − N² S² − N⁴ S + N⁴ = 0 for S = sin²
+  // φ.
   const auto zero = [&](double angle) { return slider_crank(r, l, angle, 1.0).acceleration; };
   std::uintmax_t most = 100;
   const auto root =

@@ -115,8 +115,8 @@ std::string table(const Verdict& verdict);                     ///< for a termin
 nlohmann::json to_json(const std::vector<Verdict>& verdicts);  ///< verification.json
 std::string document(const std::vector<Verdict>& verdicts);    ///< docs/verification/verification.md
 
-/// The rows of docs/verification/verification.csv, columns `asked_columns`: names, expected values and bounds of
-/// the claims of a set, without measured values.
+/// The rows of docs/verification/verification.csv, columns `asked_columns`: names, expected values
+/// and bounds of the claims of a set, without measured values.
 std::string requested(const Verdict& verdict);
 inline constexpr const char* asked_columns = "set,judged,expected,bound,unit,quantity\n";
 

@@ -1,5 +1,5 @@
-// Sets of claims, and their reports: terminal, verification.json, docs/verification/verification.md and
-// docs/verification/verification.csv.
+// Sets of claims, and their reports: terminal, verification.json, docs/verification/verification.md
+// and docs/verification/verification.csv.
 #include <fmt/format.h>
 
 #include <algorithm>

@@ -1,5 +1,5 @@
-// Tables of docs/verification/verification.md: the claims of a set by subject, a row for each quantity and a
-// column for each scheme.
+// Tables of docs/verification/verification.md: the claims of a set by subject, a row for each
+// quantity and a column for each scheme.
 #pragma once
 
 #include <string>

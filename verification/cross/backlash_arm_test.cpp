@@ -25,7 +25,8 @@ TEST_CASE("flanks of gears with backlash on a moving arm do not penetrate each o
     // Events are located to the rounding of the gap, about 1e-16 m of 5e-5 m, over some hundred
     // events.
     for (const auto& c : run.contacts) CHECK(c.penetration_ratio < 1e-6);
-    // A step that leaves open whether flanks met is made again: no doubt is left of a run that is right.
+    // A step that leaves open whether flanks met is made again: no doubt is left of a run that is
+    // right.
     for (const auto& note : run.notes) CHECK_FALSE(is_warning(note));
     CHECK(run.work.events > 20);
   }

@@ -100,8 +100,9 @@ TEST_CASE("an impact on a lasting contact has the coefficient of restitution of 
 
 TEST_CASE("each of several impacts on a lasting contact has the restitution of its own speed",
           "[penalty][blow]") {
-  // Only a pulse that finds the lever at rest is compared. 40 ms after the larger pulse (e = 0.9, the
-  // torque returns the lever at 5 m/s²) the lever still bounces; after the weaker one it rests again.
+  // Only a pulse that finds the lever at rest is compared. 40 ms after the larger pulse (e = 0.9,
+  // the torque returns the lever at 5 m/s²) the lever still bounces; after the weaker one it rests
+  // again.
   for (const auto& areas : {std::vector{0.02, 0.002}, std::vector{0.002, 0.02}}) {
     const auto scene = lever(areas, {"penalty.integrator=dopri5"});
     for (std::size_t i = 0; i < areas.size(); ++i) {

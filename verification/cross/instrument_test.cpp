@@ -111,7 +111,7 @@ TEST_CASE("Butterworth low-pass filters of every order: gain, cut-off, impulse",
     CHECK(constant.output() == Approx(3).epsilon(1e-12));
     // The integral of the response to a unit impulse is the static gain, 1.
     impulse.reset(0);
-    impulse.kick(1);
+    impulse.add_jump(1);
     double sum = 0, last = impulse.output();
     for (int i = 0; i < 100000; ++i) {
       impulse.advance(1e-6, 0);

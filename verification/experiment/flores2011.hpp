@@ -1,8 +1,8 @@
 // The measurements of Flores, Koshy, Lankarani, Ambrósio and Claro (Nonlinear Dynamics 65 (2011)
-// 383–398) as their text states them (findings X1 to X13, docs/verification/experiment.md), and their verdicts
-// on the runs of a study whose axes are clearance (m) and speed (rpm). The bounds were fixed before
-// the matrix was run. The meaning of "maximum", the datum of X3 to X5 and the quantities of X5 and
-// X13 were settled after the first runs had been seen.
+// 383–398) as their text states them (findings X1 to X13, docs/verification/experiment.md), and
+// their verdicts on the runs of a study whose axes are clearance (m) and speed (rpm). The bounds
+// were fixed before the matrix was run. The meaning of "maximum", the datum of X3 to X5 and the
+// quantities of X5 and X13 were settled after the first runs had been seen.
 #pragma once
 
 #include <set>
@@ -36,8 +36,8 @@ struct Cells {
 };
 Cells formulations_agree(const Study& study, const std::vector<RunRow>& runs, const std::string& variant);
 
-/// docs/verification/experiment.md. `calibration` may be null; `version` is that of the program that made the
-/// results.
+/// docs/verification/experiment.md. `calibration` may be null; `version` is that of the program
+/// that made the results.
 std::string experiment_document(const Study& study, const Results& results, const Study* calibration_study,
                                 const CalibrationResult* calibration, const std::string& version);
 

@@ -8,8 +8,8 @@ using namespace freeplay;
 
 TEST_CASE("penetration stays below a thousandth of the clearance over the settings of the paper",
           "[invariant]") {
-  // At h = 1e-5 s, including lasting contact (more than 90 % of the time). Two revolutions each; over
-  // fifty the greatest ratio was 3.7e-7 (docs/theory/nonsmooth.md).
+  // At h = 1e-5 s, including lasting contact (more than 90 % of the time). Two revolutions each;
+  // over fifty the greatest ratio was 3.7e-7 (docs/theory/nonsmooth.md).
   for (const double clearance : {0.1e-3, 0.25e-3, 0.5e-3, 1e-3})
     for (const double rpm : {100.0, 150.0, 200.0, 250.0}) {
       const auto scene = open_scene(test::flores(), {"joints.gudgeon.clearance=" + std::to_string(clearance),

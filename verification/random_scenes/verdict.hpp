@@ -39,8 +39,8 @@ struct Verdict {
   double cpu = 0;           ///< s, of the run itself
 };
 
-/// What a run that misses a bound by `what` amounts to: doubted if a note is a warning or contains `noted` (unless that
-/// is empty), else silent; a run that also failed is refused or silent.
+/// What a run that misses a bound by `what` amounts to: doubted if a note is a warning or contains
+/// `noted` (unless that is empty), else silent; a run that also failed is refused or silent.
 Verdict beyond_bound(const Result& run, const std::string& what, std::string_view noted = {});
 
 /// Right if `error`, taken at the end of the run, is within `bound`; else the notes of the run

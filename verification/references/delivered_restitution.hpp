@@ -7,7 +7,8 @@
 //
 //     K δ_maxⁿ⁺¹/(n + 1) = m v₀² (χ − ln(1 + χ))/χ².
 //
-// The equation has the trivial root ê = −1 and, for small χ, terms that cancel to second order. With
+// The equation has the trivial root ê = −1 and, for small χ, terms that cancel to second order.
+// With
 //
 //     h(x) = (x − ln(1 + x))/x² = ½ − x/3 + x²/4 − …      it reads      h(χ) = ê² h(−χ ê),
 //

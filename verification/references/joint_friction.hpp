@@ -12,8 +12,8 @@ inline double wheel_deceleration(double mu, double r, double m, double g, double
   return mu * r * m * g / J;
 }
 
-/// The same with Stribeck's μ(u) = μ + (μ_s − μ) exp(−(u/v)²), u = r ω: the time from ω₀ down to ω₁,
-/// t = ∫ J dω/(r m g μ(rω)), by Simpson's rule on 20 000 intervals.
+/// The same with Stribeck's μ(u) = μ + (μ_s − μ) exp(−(u/v)²), u = r ω: the time from ω₀ down to
+/// ω₁, t = ∫ J dω/(r m g μ(rω)), by Simpson's rule on 20 000 intervals.
 inline double stribeck_time(double mu, double mu_s, double v, double r, double m, double g, double J,
                             double w0, double w1) {
   const auto slowness = [&](double w) {

@@ -1,4 +1,5 @@
-// One planar contact: Newton's restitution with Coulomb friction on the impulses. With u⁺ = u⁻ + D P,
+// One planar contact: Newton's restitution with Coulomb friction on the impulses. With u⁺ = u⁻ + D
+// P,
 //
 //     u_N⁺ = −e u_N⁻,   P_N ≥ 0,   −P_T ∈ μ P_N Sgn(u_T⁺),   D = [D_NN D_NT; D_NT D_TT] positive definite
 //

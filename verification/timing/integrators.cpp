@@ -1,7 +1,7 @@
 // Cost and accuracy of every integrator on the paper's scene (target freeplay-integrators): one run
 // each, up to ten contacts; error of the times of the second and tenth contact against dopri5 at
-// 1e-13. Prints Markdown, for docs/development/decisions/005-default-integrator.md. The second table is for the
-// exact law without friction over 0.3 s.
+// 1e-13. Prints Markdown, for docs/development/decisions/005-default-integrator.md. The second
+// table is for the exact law without friction over 0.3 s.
 #include <fmt/format.h>
 
 #include <chrono>

@@ -166,9 +166,10 @@ TEST_CASE("a mechanism with clearance and no given velocities starts with those 
   std::string assumed;
   const State s = assemble(scene.mechanism, RunOptions::Start::assembled, &assumed);
   CHECK_THAT(assumed, Contains("no velocity is given") && Contains("the velocities of the ideal mechanism"));
-  // Freudenstein: ω₄ = ω₂ (a/c) sin(θ₂ − θ₃)/sin(θ₄ − θ₃), ω₃ = ω₂ (a/b) sin(θ₂ − θ₄)/sin(θ₄ − θ₃) with the signs of
-  // these scenes' angles: the rocker's frame points from its pivot to the pin. A journal 0.2 mm off in bars of 100 mm
-  // and more turns angles by 2e-3, and the quotients by some 1e-2.
+  // Freudenstein: ω₄ = ω₂ (a/c) sin(θ₂ − θ₃)/sin(θ₄ − θ₃), ω₃ = ω₂ (a/b) sin(θ₂ − θ₄)/sin(θ₄ − θ₃)
+  // with the signs of these scenes' angles: the rocker's frame points from its pivot to the pin. A
+  // journal 0.2 mm off in bars of 100 mm and more turns angles by 2e-3, and the quotients by some
+  // 1e-2.
   const double w2 = main_drive(scene.mechanism)->speed, t2 = s.q[2], t3 = s.q[5], t4 = s.q[8];
   const double w4 = w2 * 0.1 / 0.3 * std::sin(t2 - t3) / std::sin(t4 - t3);
   const double w3 = w2 * 0.1 / 0.35 * std::sin(t2 - t4) / std::sin(t4 - t3);

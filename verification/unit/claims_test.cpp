@@ -1,5 +1,6 @@
-// The list of claims of `freeplay verify` is itself a test; docs/verification/verification.md shows that list.
-// Also the form of names, the verdict of a claim, and the tables of docs/verification/verification.md.
+// The list of claims of `freeplay verify` is itself a test; docs/verification/verification.md shows
+// that list. Also the form of names, the verdict of a claim, and the tables of
+// docs/verification/verification.md.
 #include <fmt/format.h>
 #include <algorithm>
 #include <catch2/catch.hpp>

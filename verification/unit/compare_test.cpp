@@ -44,7 +44,8 @@ TEST_CASE("contacts far apart in time are not paired, however long the time befo
   const auto first = pair_impacts({impact(2, 1)}, {impact(2.487, 1)}, 1);
   CHECK(first.pairs.empty());
   CHECK_THAT(first.ended_by, Contains("ten times more than the preceding events"));
-  // Before the first touch both are the same motion: a thousandth of the flight, tenfold, is what is left to them.
+  // Before the first touch both are the same motion: a thousandth of the flight, tenfold, is what
+  // is left to them.
   CHECK(pair_impacts({impact(2, 1)}, {impact(2.019, 1)}, 1).pairs.size() == 1);
   CHECK(pair_impacts({impact(2, 1)}, {impact(2.021, 1)}, 1).pairs.empty());
 }
@@ -63,7 +64,8 @@ TEST_CASE("the time difference of a pair of contacts is compared with the preced
 }
 
 TEST_CASE("a pair is no farther apart than 10 degrees of a turn", "[compare]") {
-  // Speeds that differ by a third make 30 ms of a flight of 0.2 s probable; a turn of 0.36 s leaves 10 ms.
+  // Speeds that differ by a third make 30 ms of a flight of 0.2 s probable; a turn of 0.36 s leaves
+  // 10 ms.
   const std::vector<ContactEvent> a{impact(0.1, 1), impact(0.3, 1)};
   const std::vector<ContactEvent> b{impact(0.1005, 1.33), impact(0.33, 1)};
   CHECK(pair_impacts(a, b, 1).pairs.size() == 2);

@@ -145,7 +145,8 @@ TEST_CASE("contacts that give energy are told, and doubted where they drive the 
   CHECK_THAT(told(0.05, -0.2, 0), Contains("warning: 3 impacts"));
   CHECK_THAT(told(0, -0.2, 0.05), Contains("warning: contacts and their friction added 0.15 J to an energy "
                                            "of 1 J"));
-  // What friction takes again hides a gain in the balance: its terms are 100 J, of which 0.5 J are little.
+  // What friction takes again hides a gain in the balance: its terms are 100 J, of which 0.5 J are
+  // little.
   Result run;
   run.ledger.kinetic = run.ledger.initial = 1;
   run.ledger.contact = -100;

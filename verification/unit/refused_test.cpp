@@ -85,7 +85,8 @@ TEST_CASE("studies that cannot be calibrated are refused with the reason", "[stu
              Contains("low: must be greater than 0 on a log scale"));
   CHECK_THAT(says("[calibrate.unknowns.a]\nkey = \"x\"\nlow = 1\nhigh = 2\nscale = \"lag\"\n", good),
              Contains("\"lag\" is unknown"));
-  // A quadratic in one unknown has three coefficients, in two six; two points more are needed to know its error.
+  // A quadratic in one unknown has three coefficients, in two six; two points more are needed to
+  // know its error.
   CHECK_THAT(says(unknown, good, "points = 4"), Contains("points must be at least 5 for 1 unknowns, is 4"));
   CHECK_THAT(says(unknown + "[calibrate.unknowns.b]\nkey = \"x\"\nlow = 1\nhigh = 2\n", good, "points = 7"),
              Contains("points must be at least 8 for 2 unknowns, is 7"));

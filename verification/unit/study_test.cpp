@@ -380,8 +380,8 @@ TEST_CASE("a statistic that is zero within the ranges is refused as a target", "
 }
 
 TEST_CASE("a study's energy per revolution excludes the losses of dampers", "[study]") {
-  // As stated in docs/reference/study.md: energy lost in contacts, films and friction. The coupling's damper
-  // dissipates hundreds of times as much.
+  // As stated in docs/reference/study.md: energy lost in contacts, films and friction. The
+  // coupling's damper dissipates hundreds of times as much.
   const auto file = test::source_folder() / "cases/flores2011-experiment/flywheel.toml";
   Study study;
   study.file = study.scene = file;

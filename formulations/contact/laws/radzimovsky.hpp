@@ -2,10 +2,10 @@
 //
 //     δ = f [⅔ + ln(4R_i/b) + ln(4R_j/b)] = f [ln(4ΔR/f) + ⅔ − ln 4],   f = F/(π E* L),
 //
-// with the full width of the contact, b = 2√(4 F R/(π E* L)), R = R_i R_j/ΔR (docs/theory/penalty.md gives
-// the reason).
-// E. I. Radzimovsky, Stress distribution and strength condition of two rolling cylinders pressed
-// together, Univ. Illinois Eng. Exp. Station Bull. 408 (1953).
+// with the full width of the contact, b = 2√(4 F R/(π E* L)), R = R_i R_j/ΔR
+// (docs/theory/penalty.md gives the reason). E. I. Radzimovsky, Stress distribution and strength
+// condition of two rolling cylinders pressed together, Univ. Illinois Eng. Exp. Station Bull. 408
+// (1953).
 #pragma once
 
 #include <cmath>

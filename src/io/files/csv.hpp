@@ -1,7 +1,7 @@
 // Observers that write the CSV files of a result folder while a run steps: trajectory.csv,
-// events.csv, signals.csv and forces.csv. docs/reference/results.md lists their columns. The memory use is
-// independent of the length of the run. Each observer owns its file; run_folder.cpp attaches the
-// observers and commits the files.
+// events.csv, signals.csv and forces.csv. docs/reference/results.md lists their columns. The memory
+// use is independent of the length of the run. Each observer owns its file; run_folder.cpp attaches
+// the observers and commits the files.
 #pragma once
 
 #include <filesystem>

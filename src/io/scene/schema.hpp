@@ -1,7 +1,8 @@
 // Schema: all keys of scenes, studies and styles of figures. The reader refuses keys that are not
-// listed, and asserts that each key it reads is listed. docs/reference/scene.md, docs/reference/study.md and
-// docs/reference/figures.md contain the same rows; a test compares them. The rows of a scene come from the
-// `keys()` visitors (io/scene/keys_list.hpp). They are made once and live as long as the program.
+// listed, and asserts that each key it reads is listed. docs/reference/scene.md,
+// docs/reference/study.md and docs/reference/figures.md contain the same rows; a test compares
+// them. The rows of a scene come from the `keys()` visitors (io/scene/keys_list.hpp). They are made
+// once and live as long as the program.
 #pragma once
 
 #include <span>

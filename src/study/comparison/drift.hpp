@@ -1,7 +1,8 @@
 // Drift: effect of each constraint stabilisation of the penalty formulation on a run (`freeplay
-// drift`). At 200 uniform times it records the greatest constraint errors max |Φ_i(q, t)|, separately
-// for lengths (m) and angles (rad), and the closure of the energy balance (values/ledger.hpp).
-// measure_drift() runs the scene once for each stabilisation, writes its files, and keeps no state.
+// drift`). At 200 uniform times it records the greatest constraint errors max |Φ_i(q, t)|,
+// separately for lengths (m) and angles (rad), and the closure of the energy balance
+// (values/ledger.hpp). measure_drift() runs the scene once for each stabilisation, writes its
+// files, and keeps no state.
 #pragma once
 
 #include <filesystem>

@@ -47,7 +47,8 @@ struct AccuracyName {
 inline constexpr std::array accuracies{AccuracyName{Accuracy::fast, "fast"},
                                        AccuracyName{Accuracy::balanced, "balanced"},
                                        AccuracyName{Accuracy::reference, "reference"}};
-/// The setting of an accuracy class, one of all_settings(). docs/verification/tradeoff.md states the rule.
+/// The setting of an accuracy class, one of all_settings(). docs/verification/tradeoff.md states
+/// the rule.
 Setting setting_for(Family family, Accuracy accuracy);
 
 /// Contact onsets and state of a reference run.

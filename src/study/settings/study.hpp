@@ -1,6 +1,6 @@
 // Study: a scene, the parameters that are varied, the number of runs, and the evaluation of their
-// results, as read from a study file. docs/reference/study.md lists the keys. A Study is a plain value, which
-// the other folders of src/study evaluate.
+// results, as read from a study file. docs/reference/study.md lists the keys. A Study is a plain
+// value, which the other folders of src/study evaluate.
 #pragma once
 
 #include <algorithm>

@@ -328,8 +328,8 @@ Verdict KnownRows::assess(const Way& way, const std::function<void(Sight&)>& fal
     v.outcome = Outcome::refused;
     v.detail = run.ending.reason;
   } else if (doubtful) {
-    // Time stepping reports errors of a thousandth or more (docs/reference/results.md), of which its bounds
-    // allow ten.
+    // Time stepping reports errors of a thousandth or more (docs/reference/results.md), of which
+    // its bounds allow ten.
     const bool stepped = bounds.share >= 1e-2 || way.stepped;
     const bool right = !stepped || compared(bounds.tenth()).off == 0;
     v.outcome = c.known > 0.999 && right ? Outcome::falsely_doubted : Outcome::doubted;

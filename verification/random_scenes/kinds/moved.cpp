@@ -342,7 +342,8 @@ void follower(Draw& draw, Draft& out) {
                                     return p;
                                   },
                                   lift, slope * std::abs(w), 6 * slope * w * w / turn * 6});
-  // m y′² is added to the rotor's inertia: (J + m y′²) φ̈ + m y′ y″ φ̇² + k (y − y₀) y′ + m g y′ = 0.
+  // m y′² is added to the rotor's inertia: (J + m y′²) φ̈ + m y′ y″ φ̇² + k (y − y₀) y′ + m g y′ =
+  // 0.
   const double k = exact(draw.chance(0.5) ? J * w * w / (lift * lift) * draw.decades(-2, 0.5) : 0),
                far = exact(20 * lift);
   const double rest = exact(far - lift * draw.between(0, 2));
