@@ -32,20 +32,20 @@ std::string commands(const std::string& script) {
     gnuplot << "load '" << script << "'\n";
   }
   write_end = Descriptor();
-  std::string told(4096, ' ');
-  const auto count = read(read_end.number(), told.data(), told.size());
-  told.resize(count > 0 ? static_cast<std::size_t>(count) : 0);
-  return told;
+  std::string message(4096, ' ');
+  const auto count = read(read_end.number(), message.data(), message.size());
+  message.resize(count > 0 ? static_cast<std::size_t>(count) : 0);
+  return message;
 }
 
 }  // namespace
 
 std::string run_gnuplot(const std::filesystem::path& folder, const std::string& script) {
   const auto place = open_folder(folder);
-  const auto told = commands(script);
+  const auto message = commands(script);
   const auto end = run_child({.command = {"gnuplot", "--default-settings"},
                               .folder = fmt::format("/proc/self/fd/{}", place.number()),
-                              .input = told,
+                              .input = message,
                               .seconds = longest});
   if (end.late) return fmt::format("it took longer than {:.0f} s and was stopped", longest);
   if (end.status == 127) throw OutputError("gnuplot: cannot be started; is it installed?");

@@ -36,10 +36,10 @@ struct Verb {
   const char* name;  ///< also the name of its table in the study, and of its files
   const AttractorPlan* (*plan)(const Study&);
   std::vector<Chain> (*chains)(const Study&);
-  Told (*told)(const SettledRuns&);
-  std::string (*csv)(const Study&, const SettledRuns&, const Told&);
-  nlohmann::json (*json)(const Study&, const SettledRuns&, const Told&);
-  std::string (*text)(const Study&, const SettledRuns&, const Told&);
+  Classified (*classified)(const SettledRuns&);
+  std::string (*csv)(const Study&, const SettledRuns&, const Classified&);
+  nlohmann::json (*json)(const Study&, const SettledRuns&, const Classified&);
+  std::string (*text)(const Study&, const SettledRuns&, const Classified&);
 };
 
 /// Key of a chain, from everything that distinguishes it from others of the study.
@@ -110,12 +110,12 @@ int attractors(const AttractorsRequest& request, const Verb& verb) {
   progress.clear();
   fmt::print("{} runs from the store, {} new\n", runs.found, runs.made);
   if (runs.interrupted) return interrupted(Kept::runs);
-  const auto told = verb.told(runs);
-  document[verb.name] = verb.json(study, runs, told);
+  const auto classified = verb.classified(runs);
+  document[verb.name] = verb.json(study, runs, classified);
   write_json(set.place() / fmt::format("{}.json", verb.name), document);
-  write_file(set.place() / fmt::format("{}.csv", verb.name), verb.csv(study, runs, told));
+  write_file(set.place() / fmt::format("{}.csv", verb.name), verb.csv(study, runs, classified));
   set.commit();
-  fmt::print("{}results in {}\n", wrapped(verb.text(study, runs, told)), folder.string());
+  fmt::print("{}results in {}\n", wrapped(verb.text(study, runs, classified)), folder.string());
   for (const auto& path : plots::all(folder)) fmt::print("figure: {}\n", path.string());
   int status = 0;
   for (const auto& chain : runs.chains)

@@ -21,7 +21,7 @@ using namespace freeplay;
 namespace {
 
 /// Prints the reason of the failure to stderr; returns the exit status.
-int told(const char* what, int status, const char* who = "") {
+int report_failure(const char* what, int status, const char* who = "") {
   std::fputs(fmt::format("{}{}\n", who, what).c_str(),
              stderr);  // an error of stderr itself does not change the status
   return status;
@@ -34,7 +34,7 @@ int with_whole_output(int status, int refused) {
   if (std::fflush(stdout) == 0 && !std::ferror(stdout)) return status;
   const auto why = fmt::format("standard output: cannot be written: {}",
                                errno != 0 ? std::strerror(errno) : "part of the output was lost");
-  return told(why.c_str(), status == 0 ? 1 : status);
+  return report_failure(why.c_str(), status == 0 ? 1 : status);
 }
 
 /// Opens closed standard streams to /dev/null (read-only). Otherwise a file that is opened later
@@ -50,21 +50,21 @@ int run(int argc, char** argv, int& refused) {
   try {
     return program.run(argc, argv);
   } catch (const ModelError& e) {
-    return told(e.what(), 2);
+    return report_failure(e.what(), 2);
   } catch (const SnapshotError& e) {
-    return told(e.what(), 2);
+    return report_failure(e.what(), 2);
   } catch (const OutputError& e) {
-    return told(e.what(), 1);
+    return report_failure(e.what(), 1);
   } catch (const Interrupted& e) {
-    return told(e.what(), 1);
+    return report_failure(e.what(), 1);
   } catch (const std::bad_alloc&) {
-    return told("out of memory", 1);
+    return report_failure("out of memory", 1);
   } catch (const std::system_error& e) {
-    if (!std::ferror(stdout)) return told(e.what(), 1, "freeplay: ");
+    if (!std::ferror(stdout)) return report_failure(e.what(), 1, "freeplay: ");
     refused = e.code().value();
     return 1;
   } catch (const std::exception& e) {
-    return told(e.what(), 1, "freeplay: ");
+    return report_failure(e.what(), 1, "freeplay: ");
   }
 }
 

@@ -13,10 +13,10 @@ namespace freeplay {
 namespace {
 
 /// Calls f(run, number of its attractor) for each completed run, chain by chain.
-void each_run(const SettledRuns& runs, const Told& told, auto f) {
+void each_run(const SettledRuns& runs, const Classified& classified, auto f) {
   for (std::size_t c = 0; c < runs.chains.size(); ++c)
     for (std::size_t i = 0; i < runs.chains[c].size(); ++i)
-      if (!runs.chains[c][i].values.empty()) f(runs.chains[c][i], told.of[c][i]);
+      if (!runs.chains[c][i].values.empty()) f(runs.chains[c][i], classified.of[c][i]);
 }
 
 nlohmann::json to_json(const std::vector<NamedColumn>& columns) {
@@ -131,38 +131,38 @@ std::vector<Chain> basin_chains(const Study& study) {
   return chains;
 }
 
-Told told_at_each_value(const SettledRuns& runs) {
+Classified told_at_each_value(const SettledRuns& runs) {
   std::map<double, std::vector<Attractor>> at;
-  Told told;
+  Classified classified;
   for (const auto& chain : runs.chains) {
-    told.of.emplace_back();
+    classified.of.emplace_back();
     for (const auto& run : chain)
-      told.of.back().push_back(
+      classified.of.back().push_back(
           run.values.empty() || !run.finished()
               ? -1
               : static_cast<int>(place_among(at[run.values[0]], run.attractor, runs.likeness)));
   }
-  return told;
+  return classified;
 }
 
-Told told_at_all(const SettledRuns& runs) {
-  Told told;
+Classified told_at_all(const SettledRuns& runs) {
+  Classified classified;
   for (const auto& chain : runs.chains) {
-    told.of.emplace_back();
+    classified.of.emplace_back();
     for (const auto& run : chain)
-      told.of.back().push_back(run.values.empty() || !run.finished()
+      classified.of.back().push_back(run.values.empty() || !run.finished()
                                    ? -1
-                                   : static_cast<int>(place_among(told.list, run.attractor, runs.likeness)));
+                                   : static_cast<int>(place_among(classified.list, run.attractor, runs.likeness)));
   }
-  return told;
+  return classified;
 }
 
-std::string bifurcation_csv(const Study& study, const SettledRuns& runs, const Told& told) {
+std::string bifurcation_csv(const Study& study, const SettledRuns& runs, const Classified& classified) {
   const auto& axis = study.axes[study.bifurcation->axis];
   std::string csv = "branch,value,attractor,period,t";
   for (const auto& c : runs.columns) csv += "," + c.name;
   csv += "\n";
-  each_run(runs, told, [&](const SettledRun& run, int attractor) {
+  each_run(runs, classified, [&](const SettledRun& run, int attractor) {
     const auto head =
         fmt::format("{},{},{},{}", run.branch, run.values[0] * axis.scale, attractor, run.attractor.period);
     if (run.t.empty()) {  // a row without points shows that it was run
@@ -180,11 +180,11 @@ std::string bifurcation_csv(const Study& study, const SettledRuns& runs, const T
   return csv;
 }
 
-nlohmann::json bifurcation_json(const Study& study, const SettledRuns& runs, const Told& told) {
+nlohmann::json bifurcation_json(const Study& study, const SettledRuns& runs, const Classified& classified) {
   auto document = common_json(runs, *study.bifurcation);
   document["axis"] = to_json(study.axes[study.bifurcation->axis]);
   auto list = nlohmann::json::array();
-  each_run(runs, told, [&](const SettledRun& run, int attractor) {
+  each_run(runs, classified, [&](const SettledRun& run, int attractor) {
     nlohmann::json one = {{"branch", run.branch},
                           {"value", run.values[0]},
                           {"attractor", attractor},
@@ -198,7 +198,7 @@ nlohmann::json bifurcation_json(const Study& study, const SettledRuns& runs, con
   return document;
 }
 
-std::string bifurcation_text(const Study& study, const SettledRuns& runs, const Told& told) {
+std::string bifurcation_text(const Study& study, const SettledRuns& runs, const Classified& classified) {
   const auto& axis = study.axes[study.bifurcation->axis];
   struct Stretch {
     double from, to;
@@ -206,7 +206,7 @@ std::string bifurcation_text(const Study& study, const SettledRuns& runs, const 
   };
   std::vector<std::pair<std::string, std::vector<Stretch>>> branches;
   std::map<double, Kinds> kinds;
-  each_run(runs, told, [&](const SettledRun& run, int attractor) {
+  each_run(runs, classified, [&](const SettledRun& run, int attractor) {
     const double x = run.values[0] * axis.scale;
     auto& at = kinds[x];
     if (run.finished() && run.attractor.period == Attractor::aperiodic) at.aperiodic = true;
@@ -230,13 +230,13 @@ std::string bifurcation_text(const Study& study, const SettledRuns& runs, const 
   return text;
 }
 
-std::string basin_csv(const Study& study, const SettledRuns& runs, const Told& told) {
+std::string basin_csv(const Study& study, const SettledRuns& runs, const Classified& classified) {
   const auto &x = study.axes[study.basin->x], &y = study.axes[study.basin->y];
   std::string csv = "x,y,attractor,period";
   for (const auto& c : runs.columns) csv += "," + c.name;
   csv += "\n";
   const auto width = runs.columns.size();
-  each_run(runs, told, [&](const SettledRun& run, int attractor) {
+  each_run(runs, classified, [&](const SettledRun& run, int attractor) {
     csv += fmt::format("{},{},{},{}", run.values[0] * x.scale, run.values[1] * y.scale, attractor,
                        run.attractor.period);
     for (std::size_t j = 0; j < width; ++j)
@@ -246,37 +246,37 @@ std::string basin_csv(const Study& study, const SettledRuns& runs, const Told& t
   return csv;
 }
 
-nlohmann::json basin_json(const Study& study, const SettledRuns& runs, const Told& told) {
+nlohmann::json basin_json(const Study& study, const SettledRuns& runs, const Classified& classified) {
   auto document = common_json(runs, *study.basin);
   document["x"] = to_json(study.axes[study.basin->x]);
   document["y"] = to_json(study.axes[study.basin->y]);
-  std::vector<std::size_t> cells(told.list.size(), 0);
-  each_run(runs, told, [&](const SettledRun&, int attractor) {
+  std::vector<std::size_t> cells(classified.list.size(), 0);
+  each_run(runs, classified, [&](const SettledRun&, int attractor) {
     if (attractor >= 0) ++cells[static_cast<std::size_t>(attractor)];
   });
   auto list = nlohmann::json::array();
-  for (std::size_t a = 0; a < told.list.size(); ++a)
-    list.push_back({{"kind", told.list[a].name()},
-                    {"cycle", cycle(told.list[a], runs.columns)},
-                    {"points", told.list[a].points},
+  for (std::size_t a = 0; a < classified.list.size(); ++a)
+    list.push_back({{"kind", classified.list[a].name()},
+                    {"cycle", cycle(classified.list[a], runs.columns)},
+                    {"points", classified.list[a].points},
                     {"cells", cells[a]}});
   document["attractors"] = std::move(list);
   return document;
 }
 
-std::string basin_text(const Study&, const SettledRuns& runs, const Told& told) {
-  std::vector<std::size_t> cells(told.list.size(), 0);
+std::string basin_text(const Study&, const SettledRuns& runs, const Classified& classified) {
+  std::vector<std::size_t> cells(classified.list.size(), 0);
   std::size_t all = 0;
-  each_run(runs, told, [&](const SettledRun&, int attractor) {
+  each_run(runs, classified, [&](const SettledRun&, int attractor) {
     ++all;
     if (attractor >= 0) ++cells[static_cast<std::size_t>(attractor)];
   });
   std::string text = fmt::format("{:<10}{:>8}{:>8}  {}\n", "attractor", "cells", "share", "kind");
-  for (std::size_t a = 0; a < told.list.size(); ++a) {
+  for (std::size_t a = 0; a < classified.list.size(); ++a) {
     text +=
         fmt::format("{:<10}{:>8}{:>7.1f}%  {}\n", a, cells[a],
-                    100.0 * static_cast<double>(cells[a]) / static_cast<double>(all), told.list[a].name());
-    if (const auto points = cycle(told.list[a], runs.columns); !points.empty())
+                    100.0 * static_cast<double>(cells[a]) / static_cast<double>(all), classified.list[a].name());
+    if (const auto points = cycle(classified.list[a], runs.columns); !points.empty())
       text += fmt::format("{:28}{}\n", "", points);
   }
   return text;

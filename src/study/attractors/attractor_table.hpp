@@ -19,23 +19,23 @@ std::vector<Chain> basin_chains(const Study& study);
 /// Distinct attractors of all runs, numbered in the order of first occurrence, and the number of
 /// each run's attractor, −1 for a failed run. In a bifurcation diagram, runs are compared at equal
 /// values only, and the numbers restart at each value.
-struct Told {
+struct Classified {
   std::vector<Attractor> list;
   std::vector<std::vector<int>> of;  ///< in the shape of SettledRuns::chains
 };
-Told told_at_each_value(const SettledRuns& runs);
-Told told_at_all(const SettledRuns& runs);
+Classified told_at_each_value(const SettledRuns& runs);
+Classified told_at_all(const SettledRuns& runs);
 
 /// Contents of bifurcation.csv and basin.csv, and of bifurcation.json and basin.json without their
 /// provenance.
-std::string bifurcation_csv(const Study& study, const SettledRuns& runs, const Told& told);
-nlohmann::json bifurcation_json(const Study& study, const SettledRuns& runs, const Told& told);
-std::string basin_csv(const Study& study, const SettledRuns& runs, const Told& told);
-nlohmann::json basin_json(const Study& study, const SettledRuns& runs, const Told& told);
+std::string bifurcation_csv(const Study& study, const SettledRuns& runs, const Classified& classified);
+nlohmann::json bifurcation_json(const Study& study, const SettledRuns& runs, const Classified& classified);
+std::string basin_csv(const Study& study, const SettledRuns& runs, const Classified& classified);
+nlohmann::json basin_json(const Study& study, const SettledRuns& runs, const Classified& classified);
 
 /// Text for a terminal of 80 columns: intervals of the axis with one kind of attractor in a branch;
 /// attractors with their shares.
-std::string bifurcation_text(const Study& study, const SettledRuns& runs, const Told& told);
-std::string basin_text(const Study& study, const SettledRuns& runs, const Told& told);
+std::string bifurcation_text(const Study& study, const SettledRuns& runs, const Classified& classified);
+std::string basin_text(const Study& study, const SettledRuns& runs, const Classified& classified);
 
 }  // namespace freeplay
