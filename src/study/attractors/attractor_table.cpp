@@ -150,9 +150,10 @@ Classified told_at_all(const SettledRuns& runs) {
   for (const auto& chain : runs.chains) {
     classified.of.emplace_back();
     for (const auto& run : chain)
-      classified.of.back().push_back(run.values.empty() || !run.finished()
-                                   ? -1
-                                   : static_cast<int>(place_among(classified.list, run.attractor, runs.likeness)));
+      classified.of.back().push_back(
+          run.values.empty() || !run.finished()
+              ? -1
+              : static_cast<int>(place_among(classified.list, run.attractor, runs.likeness)));
   }
   return classified;
 }
@@ -273,9 +274,9 @@ std::string basin_text(const Study&, const SettledRuns& runs, const Classified& 
   });
   std::string text = fmt::format("{:<10}{:>8}{:>8}  {}\n", "attractor", "cells", "share", "kind");
   for (std::size_t a = 0; a < classified.list.size(); ++a) {
-    text +=
-        fmt::format("{:<10}{:>8}{:>7.1f}%  {}\n", a, cells[a],
-                    100.0 * static_cast<double>(cells[a]) / static_cast<double>(all), classified.list[a].name());
+    text += fmt::format("{:<10}{:>8}{:>7.1f}%  {}\n", a, cells[a],
+                        100.0 * static_cast<double>(cells[a]) / static_cast<double>(all),
+                        classified.list[a].name());
     if (const auto points = cycle(classified.list[a], runs.columns); !points.empty())
       text += fmt::format("{:28}{}\n", "", points);
   }
