@@ -25,7 +25,7 @@ from judge import UNITS, Copy, Suite  # noqa: E402
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 PLACE = ROOT / "build" / "mutations-random"
-PAGE = ROOT / "docs" / "mutations.md"
+PAGE = ROOT / "docs/verification/mutations.md"
 EQUIVALENT = ROOT / "scripts" / "mutation" / "equivalent.txt"
 HEAD = "## Faults drawn at random"
 

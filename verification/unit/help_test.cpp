@@ -56,8 +56,10 @@ TEST_CASE("docs/reference/diagnostics.md lists every diagnostic", "[help][pages]
 TEST_CASE("docs/reference/verbs.md shows each verb's help", "[help][pages]") {
   const auto page = read_text(test::source_folder() / "docs/reference/verbs.md");
   std::string expected =
-      "# The verbs\n\nWhat `freeplay help` and `freeplay help VERB` print; `scripts/pages` writes this "
-      "page.\n";
+      "# Commands (verbs)\n\n"
+      "This page lists the commands of the program (verbs) with their options and examples, as "
+      "printed by\n"
+      "`freeplay help` and `freeplay help VERB`; `scripts/pages` writes it.\n";
   const auto show = [&](const std::string& verb) {
     expected += fmt::format("\n```text\n{}```\n", test::freeplay("help " + verb).out);
   };
