@@ -46,7 +46,6 @@ set(CPACK_GENERATOR DEB)
 set(CPACK_PACKAGE_NAME freeplay)
 set(CPACK_PACKAGE_VENDOR "The Freeplay authors")
 set(CPACK_PACKAGE_CONTACT "${FREEPLAY_MAINTAINER}")
-set(CPACK_PACKAGE_DESCRIPTION_SUMMARY "Simulation of planar mechanisms with joint clearance")
 set(CPACK_RESOURCE_FILE_LICENSE ${PROJECT_SOURCE_DIR}/LICENSE)
 set(CPACK_PACKAGING_INSTALL_PREFIX /usr)
 set(CPACK_STRIP_FILES ON)
@@ -56,9 +55,12 @@ set(CPACK_DEBIAN_FILE_NAME DEB-DEFAULT)
 set(CPACK_DEBIAN_PACKAGE_RELEASE 1)
 set(CPACK_DEBIAN_PACKAGE_CONTROL_STRICT_PERMISSION ON)
 set(CPACK_COMPONENTS_ALL "")
-set(about "Freeplay simulates planar mechanisms whose joints have clearance, with compliant contacts (penalty formulation) and with rigid contacts (nonsmooth formulation), and compares the results.")
+set(about "Freeplay simulates planar mechanisms whose joints have clearance, with
+compliant contacts (penalty formulation) and with rigid contacts (nonsmooth
+formulation), and compares the results.")
 
-# Names a component's package and its section; installs its licence where Debian's packages have it.
+# Sets the name, the section and the description of a component's package, and installs its licence
+# as Debian's packages do.
 function(freeplay_package component name section summary description)
   string(TOUPPER ${component} upper)
   install(FILES ${PROJECT_SOURCE_DIR}/LICENSE DESTINATION ${CMAKE_INSTALL_DATADIR}/doc/${name} RENAME copyright
@@ -71,7 +73,10 @@ endfunction()
 
 # --- freeplay ---
 freeplay_package(program freeplay science "simulation of planar mechanisms with joint clearance"
-  "${about}\nThis package contains the program, its man page and completions for bash, zsh and fish.")
+  "${about}
+.
+This package contains the program, its man page, and completions for bash,
+zsh and fish.")
 set(CPACK_DEBIAN_PROGRAM_PACKAGE_SHLIBDEPS ON)
 # Reference BLAS and LAPACK: see scripts/serial-blas.cmake. HDF5 is loaded by `freeplay export --hdf5`.
 set(CPACK_DEBIAN_PROGRAM_PACKAGE_RECOMMENDS "gnuplot-nox, fonts-dejavu-core, libblas3, liblapack3")
@@ -79,7 +84,10 @@ set(CPACK_DEBIAN_PROGRAM_PACKAGE_SUGGESTS "ffmpeg, librsvg2-bin, libhdf5-103-1, 
 
 # --- libfreeplay-dev: depends on the packages of scripts/link-packages.cmake ---
 freeplay_package(development libfreeplay-dev libdevel "simulation of planar mechanisms with joint clearance (C++ library)"
-  "${about}\nThis package contains the headers and static libraries, and files for find_package and pkg-config.")
+  "${about}
+.
+This package contains the headers and static libraries of the C++ library,
+and files for CMake's find_package and for pkg-config.")
 set(CPACK_DEBIAN_DEVELOPMENT_PACKAGE_DEPENDS
     "libfmt-dev (>= 9.1), libsuitesparse-dev (>= 1:5.12), coinor-libipopt-dev (>= 3.11.9), pkg-config")
 set(CPACK_DEBIAN_DEVELOPMENT_PACKAGE_SUGGESTS "g++, cmake, freeplay-doc")
@@ -87,7 +95,10 @@ set(CPACK_DEBIAN_DEVELOPMENT_PACKAGE_SUGGESTS "g++, cmake, freeplay-doc")
 # --- python3-freeplay: depends on what setup.py and freeplay.plots need ---
 if(FREEPLAY_PYTHON)
   freeplay_package(python python3-freeplay python "simulation of planar mechanisms with joint clearance (Python package)"
-    "${about}\nThis package contains the Python package freeplay, which returns results as pandas data frames.")
+    "${about}
+.
+This package contains the Python package freeplay, which runs scenes and
+returns results as pandas data frames.")
   set(CPACK_DEBIAN_PYTHON_PACKAGE_SHLIBDEPS ON)
   # The module is compiled for one version of Python.
   string(REGEX MATCH "^([0-9]+)\\.([0-9]+)" python_version "${PYTHON_VERSION}")
@@ -104,6 +115,9 @@ endif()
 
 # --- freeplay-doc ---
 freeplay_package(documentation freeplay-doc doc "simulation of planar mechanisms with joint clearance (documentation)"
-  "${about}\nThis package contains the documentation in /usr/share/doc/freeplay and example scenes in /usr/share/freeplay/cases.")
+  "${about}
+.
+This package contains the documentation in /usr/share/doc/freeplay and
+example scenes in /usr/share/freeplay/cases.")
 set(CPACK_DEBIAN_DOCUMENTATION_PACKAGE_ARCHITECTURE all)
 include(CPack)
