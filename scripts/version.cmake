@@ -6,11 +6,11 @@ if(NOT COMMIT)
   set(COMMIT "unknown")
 endif()
 # Files that determine the bits of a result: the sources that simulate, read, write and measure, and
-# the build description. Commands, plots and documents are excluded.
+# the build description. Commands, plots, documents and packaging are excluded.
 file(GLOB_RECURSE SOURCES RELATIVE ${SOURCE} ${SOURCE}/src/*.cpp ${SOURCE}/src/*.hpp ${SOURCE}/formulations/*.cpp
      ${SOURCE}/formulations/*.hpp ${SOURCE}/src/*.def ${SOURCE}/formulations/*.def ${SOURCE}/CMakeLists.txt
      ${SOURCE}/scripts/*.cmake)
-list(FILTER SOURCES EXCLUDE REGEX "^src/cli/")
+list(FILTER SOURCES EXCLUDE REGEX "^src/cli/|^scripts/packages\\.cmake$")
 list(SORT SOURCES)
 set(ALL "")
 foreach(file IN LISTS SOURCES)

@@ -4,6 +4,8 @@
 #include <catch2/catch.hpp>
 
 #include <algorithm>
+#include <cstdlib>
+#include <filesystem>
 #include <sstream>
 
 #include "io/scene/section.hpp"
@@ -70,6 +72,27 @@ TEST_CASE("docs/reference/verbs.md shows each verb's help", "[help][pages]") {
   }
   INFO("make it anew: scripts/pages --make verbs");
   CHECK(page == expected);
+}
+
+TEST_CASE("the man page and the completions for three shells contain every command", "[help]") {
+  if (std::system("command -v python3 >/dev/null") != 0) {
+    WARN("python3 is missing: scripts/shell-pages is not tested");
+    return;
+  }
+  const test::TemporaryFolder folder;
+  const auto script = test::source_folder() / "scripts/shell-pages";
+  const auto program = std::filesystem::path(FREEPLAY_BINARY_DIR) / "freeplay";
+  REQUIRE(std::system(fmt::format("'{}' '{}' '{}'", script.string(), program.string(), folder.path().string())
+                          .c_str()) == 0);
+  const auto file = [&](const char* name) { return read_text(folder.path() / name); };
+  for (const auto& verb : verbs()) {
+    CAPTURE(verb);
+    CHECK_THAT(file("freeplay.1"), Contains("\n.SS " + verb + "\n"));
+    CHECK_THAT(file("freeplay.bash"), Contains("\n    " + verb + ") options='--help"));
+    CHECK_THAT(file("_freeplay"), Contains("\n    " + verb + ") options=("));
+    CHECK_THAT(file("freeplay.fish"), Contains(" -a " + verb + " -d "));
+  }
+  CHECK_THAT(file("freeplay.bash"), Contains("'run --formulation') words='penalty nonsmooth'"));
 }
 
 TEST_CASE("the distance of two words counts insertions, deletions, substitutions and transpositions",

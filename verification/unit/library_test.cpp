@@ -190,7 +190,7 @@ TEST_CASE("the installation contains only files for users", "[library]") {
   for (const char* file :
        {"bin/freeplay", "libfreeplay.a", "libfreeplay_core.a", "include/freeplay/freeplay.hpp",
         "freeplayConfig.cmake", "freeplayConfigVersion.cmake", "freeplayTargets.cmake",
-        "share/freeplay/cases/flores2011/scene.toml"})
+        "pkgconfig/freeplay.pc", "share/freeplay/cases/flores2011/scene.toml"})
     CHECK(has(file));
   for (const char* file :
        {"freeplay-tests", "libfreeplay_claims.a", "libfreeplay_study.a", "system.hpp", "main.cpp"})
