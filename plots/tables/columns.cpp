@@ -68,7 +68,7 @@ const char* unit_of(Instrument::Kind kind) {
 }
 
 constexpr const char* angle_name = "crank_angle";
-constexpr const char *signals = "signals.csv", *events = "events.csv";
+constexpr const char *signal_file = "signals.csv", *event_file = "events.csv";
 
 }  // namespace
 
@@ -87,7 +87,7 @@ std::string no_column(const std::string& name, const std::vector<Column>& all) {
   std::string said = fmt::format("unknown column {}", visible_brief(name, 60));
   if (!near.empty()) said += fmt::format("; did you mean {}?", near);
   constexpr std::size_t widest = 1000;
-  for (const char* file : {"", "trajectory.csv", "forces.csv", signals, events}) {
+  for (const char* file : {"", "trajectory.csv", "forces.csv", signal_file, event_file}) {
     std::size_t width = widest;
     for (const auto& c : all) {
       if (c.file != file) continue;
@@ -113,22 +113,22 @@ RunColumns::RunColumns(const std::filesystem::path& folder) : folder_(folder), s
     if (const auto* drive = main_drive(scene_->mechanism)) crank_ = {drive->initial_angle, drive->speed};
   all_.push_back({"t", "", "", "s"});
   if (crank_) all_.push_back({angle_name, "", "", "rad"});
-  for (const char* file : {"trajectory.csv", "forces.csv", events}) {
+  for (const char* file : {"trajectory.csv", "forces.csv", event_file}) {
     if (!std::filesystem::exists(folder / file)) continue;
     const Rows header(folder / file);
     for (const auto& name : header.names())
       if (name != "t" && name != angle_name && name != "joint" && name != "kind")
         all_.push_back({name, file, "", std::string(unit_of_column(name))});
   }
-  if (!std::filesystem::exists(folder / signals)) return;
-  Rows rows(folder / signals);
+  if (!std::filesystem::exists(folder / signal_file)) return;
+  Rows rows(folder / signal_file);
   const auto channel = rows.place("channel");
   std::vector<std::string> seen;
   for (long i = 0; i < 100'000 && rows.next(); ++i)
     if (const auto& name = rows.name(channel); std::ranges::find(seen, name) == seen.end())
       seen.push_back(name);
   for (const auto& name : seen) {
-    Column c{name, signals, name, ""};
+    Column c{name, signal_file, name, ""};
     if (scene_)
       if (const auto it = std::ranges::find(scene_->instruments, name, &Instrument::name);
           it != scene_->instruments.end())
@@ -176,7 +176,7 @@ Points RunColumns::read(const Column& x, const Column& y, double from, double to
                           series(y, file, leading.channel, from, to)};
   const bool of_crank = section && section->column == "crank";
   if (of_crank && !crank_) throw SceneError("--section crank: no drive of the run has a prescribed speed");
-  if (section && file == events)
+  if (section && file == event_file)
     throw SceneError("--section: does not apply to events, which are instants already");
   if (section && !of_crank) {
     const auto* s = find(section->column);
@@ -191,8 +191,8 @@ Points RunColumns::read(const Column& x, const Column& y, double from, double to
     return a.file.empty() || b.file.empty() || (a.file == b.file && a.channel == b.channel);
   };
   std::vector<std::size_t> at(all.size(), 0);
-  const bool events_alone = file == events && same_file(x, y);
-  if (file == events && !events_alone)
+  const bool events_alone = file == event_file && same_file(x, y);
+  if (file == event_file && !events_alone)
     throw SceneError(
         fmt::format("{} and {} have no rows in common: events are at separate instants", x.name, y.name));
   for (const double t : all.back().t) {
