@@ -55,11 +55,11 @@ std::string table(const TradeoffScene& t, bool markdown) {
 
 std::string heading(const TradeoffScene& t) {
   return fmt::format(
-      "Evaluated on {} contact events up to {:.4g} s (penalty; reference accurate to {}) and {} up to "
-      "{:.4g} s (nonsmooth; {}).\nModel error of penalty (finite K, no numerics; two contact events): {}. "
+      "Evaluated on {} contact events up to {:.4g} s (penalty) and {} up to {:.4g} s\n(nonsmooth); references "
+      "accurate to {} and {}.\nModel error of penalty (finite K, no numerics; two contact events): {}.\n"
       "Energy lost scatters by {} over starts.\n",
-      t.penalty.touches.size(), t.penalty.horizon, shown(t.penalty.accuracy), t.nonsmooth.touches.size(),
-      t.nonsmooth.horizon, shown(t.nonsmooth.accuracy), shown(t.model_error), shown(t.sampling_error));
+      t.penalty.touches.size(), t.penalty.horizon, t.nonsmooth.touches.size(), t.nonsmooth.horizon,
+      shown(t.penalty.accuracy), shown(t.nonsmooth.accuracy), shown(t.model_error), shown(t.sampling_error));
 }
 
 std::string orders(const TradeoffScene& t) {

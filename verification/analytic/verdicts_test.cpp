@@ -83,7 +83,7 @@ TEST_CASE("sign, gain and phase are reported and not removed", "[chain][validate
   CHECK(reversed.rms_difference ==
         Approx(2 * rms).epsilon(1e-3));  // bins are means: 1 − (9π/720)²/6 of the ninth
   CHECK(reversed.verdict == Agreement::Verdict::differs);
-  CHECK_THAT(reversed.findings.at(0), Contains("reversed"));
+  CHECK_THAT(reversed.findings.at(0), Contains("opposite"));
 
   const auto larger = assessed(0, false, [](double phi) { return 1.1 * curve(phi); });
   CHECK(larger.gain.mean == Approx(1.1).epsilon(1e-9));

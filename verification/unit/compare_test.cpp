@@ -97,9 +97,9 @@ TEST_CASE("the horizon of the comparison ends for all contacts where the first o
   const std::vector<ContactEvent> b{impact(1.001, 1, 0), impact(1.7, 1, 1), impact(2.001, 1, 0)};
   const auto p = pair_impacts(a, b, 2);
   CHECK(p.pairs.size() == 1);
-  CHECK_THAT(p.ended_by, Contains("touch 1 of contact 2"));
+  CHECK_THAT(p.ended_by, Contains("contact event 1 of contact 2"));
   CHECK_THAT(pair_impacts(a, b, 2, INFINITY, INFINITY, {"pin", "guide"}).ended_by,
-             Contains("touch 1 of guide"));
+             Contains("contact event 1 of guide"));
 }
 
 TEST_CASE("compare reports restitution as matched only if all relevant properties match", "[compare]") {

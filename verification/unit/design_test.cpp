@@ -209,7 +209,7 @@ high = 300
   says("sample = \"sobol\"\nsamples = 4\n[axes.e]\nkey = \"surfaces.s.restitution\"\nvalues = [0.1]",
        "needs an axis with random values");
   says("sample = \"halton\"\nsamples = 4\n" + axes, "\"halton\" is unknown");
-  says("sample = \"random\"\nsamples = 1000000\n" + axes, "more than 1000000");
+  says("sample = \"random\"\nsamples = 1000000\n" + axes, "above the limit of 1000000");
   says("sample = \"sobol\"\nsamples = 4\nwhere = \"clearance + 1\"\n" + axes,
        "study.toml:4:9: where: column 1: is a number");
   says("sample = \"sobol\"\nsamples = 4\nwhere = \"clearence > 1\"\n" + axes, "did you mean clearance?");

@@ -63,7 +63,7 @@ TEST_CASE("text that is not TOML in UTF-8 is refused at its place; a byte order 
   CHECK_THAT(refusal(std::string("\xFF\xFE[\0b\0", 6)),
              StartsWith("s.toml:1:1: not TOML: byte 0xFF is not UTF-8"));
   CHECK_THAT(refusal(std::string("title = \"ä\"\nx = \"a\0b\"\n", 23)),
-             StartsWith("s.toml:2:7: not TOML: a NUL character"));
+             StartsWith("s.toml:2:7: not TOML: contains a NUL character"));
   // Columns count characters.
   CHECK_THAT(refusal("title = \"äöü\" x\n"), StartsWith("s.toml:1:15: "));
   // Truncated, overlong, a surrogate, beyond the last code point.
@@ -178,9 +178,9 @@ TEST_CASE("a loop that cannot be closed is reported by the joint and the distanc
   CHECK_THAT(
       not_assembled(rod(0.3, 1)),
       Contains(
-          "joints.left: cannot be closed: in the best pose found it stays open by 0.35 m, \"right\" by 0.35 m") ||
+          "joints.left: cannot be closed: in the best pose found, it stays open by 0.35 m, \"right\" by 0.35 m") ||
           Contains(
-              "joints.right: cannot be closed: in the best pose found it stays open by 0.35 m, \"left\" by 0.35 m"));
+              "joints.right: cannot be closed: in the best pose found, it stays open by 0.35 m, \"left\" by 0.35 m"));
   // A crank held by its drive where the rod cannot reach: the message names the joints and the
   // required change of the drive.
   const auto driven = [](double angle) {

@@ -83,7 +83,7 @@ TEST_CASE("six common mistakes are reported with their line and cause", "[mistak
   // 4. Lengths that cannot close: rod 0.4 m and link 0.2 m between pins 1 m apart; a distance of
   // 0.4 m minus the clearance remains.
   expect(told("at = [[0.5, 0], [0.1, 0]]", "at = [[1, 0], [0.1, 0]]"), "s.toml:",
-         {"joints.", "cannot be closed: in the best pose found it stays open by 0.", "check the lengths"});
+         {"joints.", "cannot be closed: in the best pose found, it stays open by 0.", "check the lengths"});
   // 5. A wrong type.
   expect(told("type = \"revolute\"", "type = \"revolut\""),
          "s.toml:8:", {"joints.left.type: \"revolut\" is unknown", "\"revolute\""});

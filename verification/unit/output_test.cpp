@@ -116,7 +116,7 @@ TEST_CASE("pairing of contacts ends where the motions diverge", "[compare]") {
   REQUIRE(known.pairs.size() == 1);  // the second ends where the list does
   REQUIRE_THAT(known.ended_by, Contains("events of a run end there"));
   REQUIRE_THAT(pair_impacts(cut, whole, 1).ended_by,
-               Contains("contact event 3") && Contains("only the nonsmooth run"));
+               Contains("contact event 3") && Contains("the nonsmooth run only"));
   REQUIRE_THAT(p.ended_by, Contains("contact event 3"));
   REQUIRE(pair_impacts(a, a, 1).pairs.size() == 3);
   REQUIRE(pair_impacts(a, {a[0]}, 1).pairs.size() == 1);

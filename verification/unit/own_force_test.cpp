@@ -130,7 +130,7 @@ TEST_CASE("a user-supplied force is reported and is part of the identity of a ru
                Contains("load_forces = [\"hand\"]") && Contains("load_force_digests = [\"0123\"]"));
     const auto result = simulation.run();
     REQUIRE(!result.notes.empty());
-    CHECK_THAT(result.notes.back(), Contains("the force of hand is that of ramp (digest 0123)"));
+    CHECK_THAT(result.notes.back(), Contains("the force of hand comes from ramp (digest 0123)"));
   }
   CHECK(Simulation(scene, "nonsmooth").identity().digest() != before.digest());
   scene.set("bodies.block.mass", "3");  // the force is kept
@@ -185,7 +185,7 @@ TEST_CASE("a plugin with loads only runs in both formulations and is required on
     CHECK(std::stod(last.substr(last.find(',') + 1)) == Approx(step_response(1.5)).margin(1e-5));
     auto again = test::freeplay("run --no-figures --from " + out + " -o " + place("again"));
     CHECK(again.status == 2);
-    CHECK_THAT(again.err, Contains("the run has the force of hand of wind.so"));
+    CHECK_THAT(again.err, Contains("the run uses the force of hand of wind.so"));
     again = test::freeplay("run --no-figures --from " + out + " -o " + place("again") + " --law-plugin " +
                            place("wind.so"));
     CHECK(again.status == 0);

@@ -145,7 +145,7 @@ TEST_CASE("a plugin is loaded from its file, and its run can be repeated only wi
              Contains("law = \\\"law.so\\\"") && Contains("normal forces come from law.so"));
   auto told = test::freeplay("run --no-figures --from " + place("one") + " -o " + place("two"));
   CHECK(told.status == 2);
-  CHECK_THAT(told.err, Contains("the run has normal forces of law.so") && Contains("--law-plugin"));
+  CHECK_THAT(told.err, Contains("the run uses normal forces of law.so") && Contains("--law-plugin"));
   REQUIRE(test::freeplay("run --no-figures --from " + place("one") + " -o " + place("two") +
                          " --law-plugin " + plugin.string())
               .status == 0);

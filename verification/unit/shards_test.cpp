@@ -126,7 +126,7 @@ TEST_CASE("missing and damaged shards are refused with the command that makes th
   place.make("out", 3);
   const auto file = place.at("out") / "shards" / read_seal(place.at("out"), 2)->file;
   std::filesystem::resize_file(file, std::filesystem::file_size(file) / 2);
-  CHECK_THAT(refusal(), Contains("--shard 2/4") && Contains("torn"));
+  CHECK_THAT(refusal(), Contains("--shard 2/4") && Contains("incomplete"));
   CHECK_FALSE(place.make("out", 2).found);
   {  // one byte changed
     std::fstream damaged(place.at("out") / "shards" / read_seal(place.at("out"), 4)->file,
