@@ -142,7 +142,7 @@ std::string document(const std::vector<Verdict>& verdicts) {
 
 Written by `freeplay verify --document docs/verification`; {} of {} claims hold.
 A claim compares a quantity of a run with an expected value from an independent source. Its bound was fixed before the run
-([how to add a claim](../verification/README.md)).
+([how to add a claim](../../verification/README.md)).
 
 Claims are grouped by mechanism or problem. A row gives a quantity, its expected value and the source of this value. The columns
 give the deviation of each formulation, scheme or law from the expected value, and its bound; with "rel." both are relative to

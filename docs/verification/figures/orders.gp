@@ -29,13 +29,13 @@ set grid lt 1 lc rgb 0xd4d4d4 lw 0.7
 set key top right samplen 3 spacing 1.1
 set pointsize 1
 set bmargin at screen Y(1.5)
-set label 100 "freeplay 0.1.0 (f9e17d82c7-dirty), verification" at screen 1-X(0.3), screen Y(0.12) right font TINY tc rgb 0x888888 noenhanced
+set label 100 "freeplay 0.1.0 (4c9bf700e1), verification" at screen 1-X(0.3), screen Y(0.12) right font TINY tc rgb 0x888888 noenhanced
 set logscale xy
 set format '10^{%T}'
 set xlabel "step (s)"
 set ylabel "error (s, m/s, N s or rad)"
 set key outside top center horizontal
-plot DATA index 0 using 1:2 with linespoints lw 1.4 dt 1 pt 4 lc rgb '#0b3c8c' title "rk4, pendulum", DATA index 1 using 1:2 with linespoints lw 1.4 dt 2 pt 5 lc rgb '#c8500a' title "Moreau\342\200\223Jean, pendulum", DATA index 2 using 1:2 with linespoints lw 1.4 dt 3 pt 6 lc rgb '#000000' title "Moreau\342\200\223Jean across three impacts, times", DATA index 3 using 1:2 with linespoints lw 1.4 dt 1 pt 7 lc rgb '#2a7a3a' title "Moreau\342\200\223Jean across three impacts, approach speeds", DATA index 4 using 1:2 with linespoints lw 1.4 dt 2 pt 8 lc rgb '#8a2a8a' title "Moreau\342\200\223Jean across three impacts, impulses", DATA index 5 using 1:2 with linespoints lw 1.4 dt 3 pt 9 lc rgb '#777777' title "rk4 across a linear contact", DATA index 6 using 1:2 with linespoints lw 1.4 dt 1 pt 10 lc rgb '#0b3c8c' title "rk4 across a Hertz contact"
+plot DATA index 0 using 1:2 with linespoints lw 1.4 dt 1 pt 4 lc rgb '#0b3c8c' title "pendulum, angle after 0.9 s \133penalty, rk4\135", DATA index 1 using 1:2 with linespoints lw 1.4 dt 2 pt 5 lc rgb '#c8500a' title "pendulum, angle after 0.9 s \133Moreau\342\200\223Jean\135", DATA index 2 using 1:2 with linespoints lw 1.4 dt 3 pt 6 lc rgb '#000000' title "paper\047s slider-crank with clearance, times of 3 impacts \133Moreau\342\200\223Jean\135", DATA index 3 using 1:2 with linespoints lw 1.4 dt 1 pt 7 lc rgb '#2a7a3a' title "paper\047s slider-crank with clearance, approach speeds of 3 impacts \133Moreau\342\200\223Jean\135", DATA index 4 using 1:2 with linespoints lw 1.4 dt 2 pt 8 lc rgb '#8a2a8a' title "paper\047s slider-crank with clearance, impulses of 3 impacts \133Moreau\342\200\223Jean\135", DATA index 5 using 1:2 with linespoints lw 1.4 dt 3 pt 9 lc rgb '#777777' title "impact of ring and journal, linear contact, contact duration \133penalty, rk4\135", DATA index 6 using 1:2 with linespoints lw 1.4 dt 1 pt 10 lc rgb '#0b3c8c' title "impact of ring and journal, Hertz contact, contact duration \133penalty, rk4\135"
 unset output
 PASS = PASS + 1
 if (PASS <= 2) load "orders.gp"

@@ -29,13 +29,13 @@ set grid lt 1 lc rgb 0xd4d4d4 lw 0.7
 set key top right samplen 3 spacing 1.1
 set pointsize 1
 set bmargin at screen Y(1.5)
-set label 100 "freeplay 0.1.0 (f9e17d82c7-dirty), verification" at screen 1-X(0.3), screen Y(0.12) right font TINY tc rgb 0x888888 noenhanced
+set label 100 "freeplay 0.1.0 (4c9bf700e1), verification" at screen 1-X(0.3), screen Y(0.12) right font TINY tc rgb 0x888888 noenhanced
 set logscale xy
 set format '10^{%T}'
 set xlabel "stiffness over the scene\047s"
 set ylabel "difference (s, m/s, N s)"
 set key outside top center horizontal
-plot DATA index 0 using 1:2 with linespoints lw 1.4 dt 1 pt 4 lc rgb '#0b3c8c' title "the paper\047s rig, time", DATA index 1 using 1:2 with linespoints lw 1.4 dt 2 pt 5 lc rgb '#c8500a' title "the paper\047s rig, approach speed", DATA index 2 using 1:2 with linespoints lw 1.4 dt 3 pt 6 lc rgb '#000000' title "the paper\047s rig, impulse", DATA index 3 using 1:2 with linespoints lw 1.4 dt 1 pt 7 lc rgb '#2a7a3a' title "four-bar with two loose pins, time", DATA index 4 using 1:2 with linespoints lw 1.4 dt 2 pt 8 lc rgb '#8a2a8a' title "four-bar with two loose pins, approach speed", DATA index 5 using 1:2 with linespoints lw 1.4 dt 3 pt 9 lc rgb '#777777' title "four-bar with two loose pins, impulse", DATA index 6 using 1:2 with linespoints lw 1.4 dt 1 pt 10 lc rgb '#0b3c8c' title "slider loose in its guide, time", DATA index 7 using 1:2 with linespoints lw 1.4 dt 2 pt 11 lc rgb '#c8500a' title "slider loose in its guide, approach speed", DATA index 8 using 1:2 with linespoints lw 1.4 dt 3 pt 12 lc rgb '#000000' title "slider loose in its guide, impulse"
+plot DATA index 0 using 1:2 with linespoints lw 1.4 dt 1 pt 4 lc rgb '#0b3c8c' title "paper\047s slider-crank with clearance, time", DATA index 1 using 1:2 with linespoints lw 1.4 dt 2 pt 5 lc rgb '#c8500a' title "paper\047s slider-crank with clearance, approach speed", DATA index 2 using 1:2 with linespoints lw 1.4 dt 3 pt 6 lc rgb '#000000' title "paper\047s slider-crank with clearance, impulse", DATA index 3 using 1:2 with linespoints lw 1.4 dt 1 pt 7 lc rgb '#2a7a3a' title "four-bar with clearance in two pins, time", DATA index 4 using 1:2 with linespoints lw 1.4 dt 2 pt 8 lc rgb '#8a2a8a' title "four-bar with clearance in two pins, approach speed", DATA index 5 using 1:2 with linespoints lw 1.4 dt 3 pt 9 lc rgb '#777777' title "four-bar with clearance in two pins, impulse", DATA index 6 using 1:2 with linespoints lw 1.4 dt 1 pt 10 lc rgb '#0b3c8c' title "slider-crank with clearance in the guide, time", DATA index 7 using 1:2 with linespoints lw 1.4 dt 2 pt 11 lc rgb '#c8500a' title "slider-crank with clearance in the guide, approach speed", DATA index 8 using 1:2 with linespoints lw 1.4 dt 3 pt 12 lc rgb '#000000' title "slider-crank with clearance in the guide, impulse"
 unset output
 PASS = PASS + 1
 if (PASS <= 2) load "stiff_limit.gp"

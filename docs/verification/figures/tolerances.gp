@@ -29,13 +29,13 @@ set grid lt 1 lc rgb 0xd4d4d4 lw 0.7
 set key top right samplen 3 spacing 1.1
 set pointsize 1
 set bmargin at screen Y(1.5)
-set label 100 "freeplay 0.1.0 (f9e17d82c7-dirty), verification" at screen 1-X(0.3), screen Y(0.12) right font TINY tc rgb 0x888888 noenhanced
+set label 100 "freeplay 0.1.0 (4c9bf700e1), verification" at screen 1-X(0.3), screen Y(0.12) right font TINY tc rgb 0x888888 noenhanced
 set logscale xy
 set format '10^{%T}'
 set xlabel "tolerance"
 set ylabel "error (rad)"
 set key outside top center horizontal
-plot DATA index 0 using 1:2 with linespoints lw 1.4 dt 1 pt 4 lc rgb '#0b3c8c' title "dopri5", DATA index 1 using 1:2 with linespoints lw 1.4 dt 2 pt 5 lc rgb '#c8500a' title "Bulirsch\342\200\223Stoer", DATA index 2 using 1:2 with linespoints lw 1.4 dt 3 pt 6 lc rgb '#000000' title "Adams\342\200\223Bashforth\342\200\223Moulton", DATA index 3 using 1:2 with linespoints lw 1.4 dt 1 pt 7 lc rgb '#2a7a3a' title "rosenbrock4", DATA index 4 using 1:2 with linespoints lw 1.4 dt 2 pt 8 lc rgb '#8a2a8a' title "event-driven"
+plot DATA index 0 using 1:2 with linespoints lw 1.4 dt 1 pt 4 lc rgb '#0b3c8c' title "penalty, dopri5", DATA index 1 using 1:2 with linespoints lw 1.4 dt 2 pt 5 lc rgb '#c8500a' title "penalty, Bulirsch\342\200\223Stoer", DATA index 2 using 1:2 with linespoints lw 1.4 dt 3 pt 6 lc rgb '#000000' title "penalty, Adams\342\200\223Bashforth\342\200\223Moulton", DATA index 3 using 1:2 with linespoints lw 1.4 dt 1 pt 7 lc rgb '#2a7a3a' title "penalty, rosenbrock4", DATA index 4 using 1:2 with linespoints lw 1.4 dt 2 pt 8 lc rgb '#8a2a8a' title "event-driven"
 unset output
 PASS = PASS + 1
 if (PASS <= 2) load "tolerances.gp"
