@@ -27,48 +27,23 @@ void ContactProblem::reserve_rates(int size) {
   room_.last.reserve(static_cast<std::size_t>(size));
 }
 
-std::array<ContactProblem::Way, 4> ContactProblem::order() const {
-  using enum Way;
+/// The solvers to try, in this order: the named one or, if none is named, the cheapest for the size of
+/// the problem; then the others of Lemke's method, Newton's method and mixed sweeps.
+std::array<Solver*, 4> ContactProblem::order() const {
   const auto n = static_cast<int>(unknowns.size());
   if (n == 1 && singular_pair(*this, unknowns.front()))
     // which impulses to take is decided by a rule, not by a solver
-    return {closed_form, lemke, newton, none};
-  switch (solver_) {
-    case LcpSolver::enumeration:
-      return n <= most_for_enumeration ? std::array{enumeration, lemke, newton, gauss_seidel}
-                                       : std::array{lemke, newton, gauss_seidel, none};
-    case LcpSolver::lemke:
-      return {lemke, newton, gauss_seidel, none};
-    case LcpSolver::gauss_seidel:
-      return {gauss_seidel, lemke, newton, none};
-    case LcpSolver::newton:
-      return {newton, lemke, gauss_seidel, none};
-    case LcpSolver::automatic:
-      if (n == 1) return {closed_form, lemke, newton, none};
-      if (n == 2) return {enumeration, lemke, newton, gauss_seidel};
-      if (n <= most_for_lemke) return {lemke, newton, gauss_seidel, none};
-      return {gauss_seidel, lemke, newton, none};
-  }
-  throw std::logic_error("no such solver of contact problems");
-}
-
-SolverSummary ContactProblem::attempt(Way way, double accepted) {
-  switch (way) {
-    case Way::closed_form:
-      return closed_form(*this, accepted, room_);
-    case Way::enumeration:
-      return enumeration(*this, accepted, room_);
-    case Way::gauss_seidel:
-      return solver_ == LcpSolver::gauss_seidel ? gauss_seidel(*this, accepted, room_)
-                                                : mixed_gauss_seidel(*this, accepted, room_);
-    case Way::newton:
-      return newton(*this, accepted, room_);
-    case Way::lemke:
-      return lemke(*this, accepted, room_);
-    case Way::none:
-      break;
-  }
-  return {};
+    return {closed_form, lemke, newton, nullptr};
+  Solver* first = named_solver(solver_);
+  if (first == enumeration && n > most_for_enumeration) first = lemke;
+  if (!first)
+    first = n == 1 ? closed_form : n == 2 ? enumeration : n <= most_for_lemke ? lemke : mixed_gauss_seidel;
+  std::array<Solver*, 4> order{first};
+  const bool swept = n == 1 || first == gauss_seidel;  // further sweeps gain nothing
+  std::size_t next = 1;
+  for (Solver* other : {lemke, newton, mixed_gauss_seidel})
+    if (other != first && !(swept && other == mixed_gauss_seidel)) order[next++] = other;
+  return order;
 }
 
 /// Sets the residuals of the present impulses.
@@ -100,11 +75,11 @@ ContactSolution ContactProblem::solve() {
     best_rate = left;
     best = unknowns;
   };
-  for (const Way way : order()) {
-    if (way == Way::none) break;
+  for (Solver* solver : order()) {
+    if (!solver) break;
     for (auto& c : unknowns)  // discard the impulses of a solver that failed
       if (s.retries > 0) c.impulse_n = c.impulse_t = 0;
-    const auto found = attempt(way, accepted);
+    const auto found = solver(*this, accepted, room_);
     s.pivots += found.iterations;
     s.residual_rate = residual();
     s.solved = found.solved && std::isfinite(s.residual_rate) &&

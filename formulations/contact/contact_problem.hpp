@@ -63,9 +63,7 @@ class ContactProblem : public ContactEquations {
   Least least = Least::never;
 
  private:
-  enum class Way { closed_form, enumeration, lemke, gauss_seidel, newton, none };
-  std::array<Way, 4> order() const;
-  SolverSummary attempt(Way way, double accepted);
+  std::array<Solver*, 4> order() const;
   bool by_islands(ContactSolution& s);
   bool by_modes(ContactSolution& s);
   void finish(ContactSolution& s, double size) const;

@@ -1,7 +1,8 @@
 // Interface of the solvers of contact problems (contact_equations.hpp); each solver has its own
 // file. A solver gets the equations with an initial guess of the impulses, the accepted residual (a
-// rate) and work space; it writes impulses and returns a summary. To add a solver: add a function
-// here, its file, and a place in ContactProblem::order().
+// rate) and work space; it writes impulses, zero for open contacts, and returns a summary. To add a
+// solver: its enumerator and word (LcpSolver) in src/mechanism/options.hpp, its file, its function here
+// and its case in named_solver().
 #pragma once
 
 #include <Eigen/Core>
@@ -9,6 +10,7 @@
 #include <vector>
 
 #include "formulations/contact/contact_equations.hpp"
+#include "mechanism/options.hpp"
 #include "numerics/lcp.hpp"
 
 namespace freeplay {
@@ -74,5 +76,24 @@ SolverSummary mixed_gauss_seidel(ContactEquations& p, double accepted, SolverRoo
 
 /// Proximal-point iteration, for contacts that share their loads (proximal.cpp).
 SolverSummary proximal(ContactEquations& p, double accepted, SolverRoom& room);
+
+using Solver = SolverSummary(ContactEquations& p, double accepted, SolverRoom& room);
+
+/// The solver that nonsmooth.solver names; null for automatic.
+inline Solver* named_solver(LcpSolver name) {
+  switch (name) {
+    case LcpSolver::automatic:
+      return nullptr;
+    case LcpSolver::enumeration:
+      return enumeration;
+    case LcpSolver::lemke:
+      return lemke;
+    case LcpSolver::gauss_seidel:
+      return gauss_seidel;
+    case LcpSolver::newton:
+      return newton;
+  }
+  return nullptr;
+}
 
 }  // namespace freeplay
