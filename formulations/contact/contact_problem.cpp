@@ -39,7 +39,7 @@ std::array<Solver*, 4> ContactProblem::order() const {
   if (!first)
     first = n == 1 ? closed_form : n == 2 ? enumeration : n <= most_for_lemke ? lemke : mixed_gauss_seidel;
   std::array<Solver*, 4> order{first};
-  const bool swept = n == 1 || first == gauss_seidel;  // further sweeps gain nothing
+  const bool swept = first == closed_form || first == gauss_seidel;  // further sweeps gain nothing
   std::size_t next = 1;
   for (Solver* other : {lemke, newton, mixed_gauss_seidel})
     if (other != first && !(swept && other == mixed_gauss_seidel)) order[next++] = other;
