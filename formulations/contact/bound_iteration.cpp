@@ -1,3 +1,7 @@
+// Anderson acceleration of the iteration B = Γ(B) for friction bounds (bound_iteration.hpp). With
+// the residual r = Γ(B) − B and the differences ΔR, ΔG of successive residuals and images Γ(B),
+//
+//     B_next = Γ(B) − ΔG s,     s = argmin |r − ΔR s|.
 #include "formulations/contact/bound_iteration.hpp"
 
 #include <Eigen/QR>
@@ -46,7 +50,7 @@ bool BoundIteration::refine(const Eigen::VectorXd& image) {
   stalled_ = residual_ < 0.5 * best_ ? 0 : stalled_ + 1;
   if (++count_ >= most || (residual_ <= 1e-12 && stalled_ > 1) || (met() && stalled_ > 6)) return false;
   best_ = std::min(best_, residual_);
-  if (stalled_ > 10 && !met()) {  // restart at the midpoint
+  if (stalled_ > 10 && !met()) {  // restart at the mean of B and Γ(B), without history
     kept_ = stalled_ = 0;
     bounds_ = 0.5 * (bounds_ + image);
     return true;

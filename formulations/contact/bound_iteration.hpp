@@ -2,9 +2,9 @@
 // influence, B = Γ(B). Γ solves the contact problem with fixed bounds B and returns the bounds that
 // its reactions give (dynamics/reaction_bound.hpp). Anderson acceleration over the last few
 // iterates (D. G. Anderson, J. ACM 12 (1965) 547) gives the next B; in a fixed contact mode this is
-// a secant method on all bounds at once. Where the extrapolation is unusable, the next B is Γ(B)
-// itself, and the mean of B and Γ(B) if the residual has not decreased for ten iterations. The
-// residual is max |Γ(B) − B| / max Γ(B).
+// a secant method on all bounds at once. If the extrapolation is unusable, the next B is Γ(B); if
+// none of the last ten iterations has halved the residual, it is the mean of B and Γ(B). The
+// residual is the greatest |Γ(B) − B| over the greatest entry of B and Γ(B).
 //
 // Usage: start(first), then solve the problem with bounds() and pass the result to refine() until
 // it returns false.

@@ -21,16 +21,17 @@ struct ContactSolution {
   bool solved = true;
   double residual = 0;       ///< relative to the greatest |b|
   double residual_rate = 0;  ///< in the units of b
-  /// pivots of Lemke; tried cases, sweeps or Newton steps of the other solvers
+  /// iterations of all solvers: pivots of Lemke, cases, sweeps, Newton steps or modes
   int pivots = 0;
-  int retries = 0;  ///< number of solvers that failed before
-  /// A pressed contact has D_NN ≤ μ|D_NT| (Painlevé), all modes were tried, and there are motions
-  /// other than this one.
+  int retries = 0;  ///< number of solvers that failed
+  /// The solution is not unique: a pressed contact has D_NN ≤ μ|D_NT| (Painlevé), and the
+  /// enumeration of all modes found other motions.
   bool ambiguous = false;
-  /// A pressed contact has D_NN ≤ μ|D_NT|, but too many contacts are coupled with it, or the run
-  /// has used its number of modes: the existence of other motions is not known.
+  /// Uniqueness is not known: a pressed contact has D_NN ≤ μ|D_NT|, but the modes were not
+  /// enumerated, because too many contacts are coupled with it or modes_left is used up.
   bool undecided = false;
-  /// All modes were tried and none is consistent. False if the solvers failed and nothing is known.
+  /// No solution exists: the enumeration of all modes found no consistent one. False if the solvers
+  /// failed without such a proof.
   bool impossible = false;
 
   /// Adds this solution to the counts and extremes of a run.
@@ -57,8 +58,9 @@ class ContactProblem : public ContactEquations {
   ContactSolution solve();
   ContactModes modes(int most) const { return find_modes(*this, most, modes_left); }
 
-  /// Number of modes that solves may still try, for all problems of a run together: some seconds of
-  /// CPU time. It is serialized with the run, because the run's diagnostics depend on it.
+  /// Number of modes that may still be enumerated in this run, for all its problems together. The
+  /// initial value limits the enumeration to some seconds of CPU time. It is serialized with the
+  /// run, because the run's diagnostics depend on it.
   long modes_left = 200'000;
   Least least = Least::never;
 

@@ -1,3 +1,5 @@
+// Elastic laws of contacts: force, stiffness and energy as functions of the penetration δ.
+// elastic.hpp has the equations.
 #include "formulations/contact/elastic.hpp"
 
 #include <boost/math/quadrature/gauss_kronrod.hpp>
@@ -51,10 +53,10 @@ double ElasticLaw::limit() const {
     case Kind::own:
       return std::numeric_limits<double>::infinity();
     case Kind::logarithmic:
-      return 4 * clearance * std::exp(offset - 1);  // where dδ/df = 0: δ = f
+      return 4 * clearance * std::exp(offset - 1);  // maximum of δ(f): dδ/df = 0, δ = f
     case Kind::persson: {
-      // The denominator 2 − ln(b² + 1) − 2b⁴ vanishes at b² = 0.83462…, the load of a full
-      // conformal contact.
+      // The denominator 2 − ln(b² + 1) − 2b⁴ vanishes at b² = 0.83462…, the limit of full conformal
+      // contact, where the force is infinite.
       constexpr double b2 = 0.834615245477657;
       return 2 * clearance * b2 / (1 - b2);
     }
@@ -100,7 +102,8 @@ double ElasticLaw::slope(double delta) const {
     case Kind::linear:
       return stiffness;
     case Kind::logarithmic: {
-      // dF/dδ = K/(dδ/df), dδ/df = ln(A/f) + B − 1; vertical at δ = 0, where f → 0.
+      // dF/dδ = K/(dδ/df) with dδ/df = ln(A/f) + B − 1. At δ = 0, dδ/df is infinite and the slope
+      // is zero.
       if (!(delta > 0 && delta < limit())) return delta == 0 ? 0 : std::numeric_limits<double>::quiet_NaN();
       const double f = logarithmic_root(delta, 4 * clearance, offset);
       return stiffness / (std::log(4 * clearance / f) + offset - 1);

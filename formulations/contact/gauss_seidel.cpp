@@ -1,3 +1,4 @@
+// Gauss–Seidel with a dense D (sweeps.hpp), alone or in turn with Newton's method (newton.cpp).
 #include <algorithm>
 
 #include "formulations/contact/sweeps.hpp"
@@ -27,9 +28,10 @@ SolverSummary gauss_seidel(ContactEquations& p, double accepted, SolverRoom& roo
   return sweeps(p, accepted, room, 2000);
 }
 
-/// If the contacts have the same modes as in the last problem, one or two Newton steps are exact.
-/// Sweeps converge slowly for many contacts that share their loads; from near the solution, few
-/// Newton steps are needed.
+/// Newton's method and Gauss–Seidel in turn. Newton's method starts from the impulses of the last
+/// problem: if no contact has changed its mode, one or two steps solve the problem. Otherwise 100
+/// sweeps provide a new initial guess, from which Newton's method needs few steps, whereas sweeps
+/// converge slowly if many contacts share a load. If this fails, up to 2000 sweeps follow.
 SolverSummary mixed_gauss_seidel(ContactEquations& p, double accepted, SolverRoom& room) {
   auto sum = newton_from_last(p, accepted, room);
   const auto add = [&](const SolverSummary& one) {

@@ -1,3 +1,5 @@
+// Right-hand side of the penalty formulation, its Jacobian, the projection onto the constraints,
+// and the report of forces. dynamics.hpp has the equations.
 #include "formulations/penalty/dynamics.hpp"
 
 #include <algorithm>
@@ -12,8 +14,8 @@ namespace freeplay {
 
 namespace {
 
-/// One bristle state per contact, so that its index is that of the contact; it stays zero for
-/// contacts without friction.
+/// Number of bristle states: one per contact if any friction law has a bristle, otherwise none.
+/// The state has the index of its contact and stays zero for a contact without such a law.
 int count_bristles(const std::vector<PenaltyContact>& contacts) {
   const bool any = std::ranges::any_of(
       contacts, [](const PenaltyContact& c) { return c.friction && c.friction->has_state(); });
@@ -90,7 +92,7 @@ void PenaltyDynamics::evaluate(const T* q, const T* v, const T* bristle, const T
   }
   for (int k = 0, reactive = 0; k < system_.frictions(); ++k) {
     const auto& facts = system_.friction_facts(k);
-    if (facts.reaction) {  // added after the reactions
+    if (facts.reaction) {  // add_coupled() adds this friction, which depends on the reactions
       auto& c = terms.coupled[static_cast<std::size_t>(reactive++)];
       system_.friction(k, q, v, e, c.row);
       c.u = c.row.dot(v);
@@ -144,7 +146,8 @@ void PenaltyDynamics::operator()(const Vector& x, Vector& dxdt, double t) {
   }
 }
 
-/// Rounding error of r: of the terms of γ, Baumgarte's 2αΦ̇ and β²Φ (m/s², rad/s²).
+/// Bound of the rounding error of r (m/s², rad/s²), from the magnitudes of γ and of Baumgarte's
+/// terms 2αΦ̇ and β²Φ.
 double PenaltyDynamics::rounding_of_rows(const double* q, const double* v) const {
   const auto& p = system_.pattern();
   double fastest = 0, most = 0;  // rad/s
@@ -161,10 +164,11 @@ double PenaltyDynamics::rounding_of_rows(const double* q, const double* v) const
   return 16 * std::numeric_limits<double>::epsilon() * most;
 }
 
-/// Adds the friction that the reactions bound to a, λ and the loss. Returns false if there is no
-/// solution, or several.
+/// Adds the effect of joint friction whose limit depends on the joint's reaction
+/// (coupled_friction.hpp) to a, to λ and to the friction loss. Returns false if the coupled
+/// equations have no solution or several.
 bool PenaltyDynamics::add_coupled(double* a) {
-  if (!std::isfinite(a[0])) return true;  // a stage after a failed one
+  if (!std::isfinite(a[0])) return true;  // solving for a failed, in this stage or an earlier one
   trouble_ = nullptr;
   if (saddle_.singular() && !facts_.redundant) {
     trouble_ =
@@ -209,7 +213,7 @@ void PenaltyDynamics::jacobian(const Vector& x, double t, double* J, double* dfd
   const int n = system_.n(), m = system_.rows(), N = size();
   reserve_jacobian();
   auto& d = *tangent_;
-  (*this)(x, d.slope, t);  // for the reactions and accelerations, and their factorised matrix
+  (*this)(x, d.slope, t);  // computes a and λ and factorises the matrix of their equations
   ++work.jacobians;
   const auto& a = d.acceleration;
   std::copy_n(d.slope.begin() + n, n, d.acceleration.begin());
@@ -230,8 +234,8 @@ void PenaltyDynamics::jacobian(const Vector& x, double t, double* J, double* dfd
     evaluate(d.state.data(), d.state.data() + n, d.state.data() + 2 * n, d.state.data() + 2 * n + bristles_,
              time, terms);
 
-    // Friction that the reactions bound, at fixed S. The change with S is added to each direction
-    // below.
+    // Derivatives of joint friction −factor·S(λ) with the reaction S held fixed. The loop over
+    // directions below adds the part due to the change of S.
     for (int k = 0; k < coupled_.size(); ++k) {
       auto& c = terms.coupled[static_cast<std::size_t>(k)];
       c.factor = -coupled_.support(k) * c.factor;  // now the force

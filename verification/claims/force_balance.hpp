@@ -1,6 +1,7 @@
 // Balance of the forces of a run: m a = m g + Σ ±F and J α = Σ M of every body, evaluated
-// independently of the model's code from the data of the scene, from states, and from the force F
-// and moment m of each element on its second body.
+// independently of the model's code. The inputs are the data of the scene, states, and the force F
+// and moment m of each element on its second body. ForceBalance evaluates one state, BalanceWatch a
+// whole run.
 #pragma once
 
 #include <filesystem>
@@ -16,24 +17,25 @@
 
 namespace freeplay::verification {
 
-/// Residuals of m a = m g + Σ ±F and J α = Σ M, each over the greatest of its terms: the greatest
-/// of all bodies.
+/// Greatest residual of m a = m g + Σ ±F and J α = Σ M over all bodies. Each residual is relative
+/// to the greatest term of its equation.
 struct Balance {
   double own = 0;   ///< with the moments reported for both bodies
-  double anew = 0;  ///< with moments from F, m and the lever arms of the scene
+  double anew = 0;  ///< with moments computed from F, m and the lever arms of the scene
+  /// Replaces each residual by that of `b` if it is greater.
   void take(const Balance& b);
 };
 
 class ForceBalance {
  public:
   ForceBalance(const Mechanism& mechanism, const Layout& layout);
-  /// The step of impulses; for forces the default.
+  /// Duration that the impulses belong to. The default means that the balance is one of forces.
   struct Over {
     double seconds = 1;
-    std::span<const double> v = {};  ///< velocities, whose rounding the changes of velocity contain
+    std::span<const double> v = {};  ///< velocities; residuals within their rounding are ignored
   };
-  /// Residuals of forces at positions q. For impulses, forces.acceleration is the change of
-  /// velocity. `gaps`: places of the contacts.
+  /// Residuals of forces at positions q, with the geometry `gaps` of the contacts. For impulses,
+  /// forces.acceleration is the change of velocity.
   Balance residual(std::span<const double> q, const Forces& forces,
                    std::span<const ContactPlace> gaps) const {
     return residual(q, forces, gaps, Over());
@@ -44,8 +46,8 @@ class ForceBalance {
   double residual_anew(std::span<const double> q, std::span<const ElementForce> elements,
                        std::span<const double> acceleration, std::span<const ContactPlace> gaps,
                        const Over& over) const;
-  /// Change of momentum less impulses for each coordinate, with the moments reported for both
-  /// bodies.
+  /// Difference between the change of momentum and the sum of impulses, for each coordinate, with
+  /// the moments reported for both bodies.
   std::vector<double> momentum_left(const Forces& impulses, std::span<const double> change,
                                     double seconds) const;
   const Mechanism& mechanism() const { return mechanism_; }
@@ -60,13 +62,15 @@ class ForceBalance {
 
   Mechanism mechanism_;
   std::vector<ForceElement> elements_;
-  std::vector<Vec2> at_;         // the point of each element on its second body
-  std::vector<double> overlap_;  // ±1: friction acts on two round surfaces a gap apart; else 0
+  std::vector<Vec2> at_;  // the point of each element on its second body
+  // ±1: sign of the moment that friction adds on the first body, since it acts on two round
+  // surfaces that are a gap apart; 0 for other elements
+  std::vector<double> overlap_;
 };
 
-/// Observes the balance of a run: at instants within its steps, or, with `whole`, for the impulses
-/// of each step (time stepping). Also the change of momentum of each body between rows of
-/// `interval` seconds.
+/// Evaluates the balance during a run, in every `every`-th step: of forces at three instants of the
+/// step or, with `whole`, of the impulses of the step (time stepping). It also compares the change
+/// of momentum of each body with the impulses, over intervals of `interval` seconds.
 class BalanceWatch final : public Observer {
  public:
   BalanceWatch(const Mechanism& mechanism, bool whole, double interval, int every = 1)
@@ -77,8 +81,8 @@ class BalanceWatch final : public Observer {
 
   Balance worst;
   long checked = 0;  ///< number of evaluated balances
-  /// Change of momentum between rows less impulses, over the greatest momentum or impulse of the
-  /// body in the run.
+  /// Greatest difference between change of momentum and impulses in an interval, relative to the
+  /// greatest momentum or impulse of the body in the run.
   double linear() const { return left(false); }
   double angular() const { return left(true); }
   const std::vector<ForceElement>& elements() const { return balance_->elements(); }
@@ -101,8 +105,8 @@ class BalanceWatch final : public Observer {
   Forces sum_, piece_;
 };
 
-/// The elements of one row of forces.csv, m and F on the second body; `suffix` "_mean" for the
-/// means.
+/// Reads m and F on the second body of all elements from one row of forces.csv. The suffix "_mean"
+/// selects the columns of means.
 std::vector<ElementForce> elements_of(const test::Columns& forces, std::size_t row,
                                       const std::vector<ForceElement>& list, const std::string& suffix = "");
 

@@ -1,4 +1,5 @@
-// Scenes of the claim set "forces", and their runs.
+// Scenes of the claim set "forces" (forces.cpp), which verifies the forces that a run reports, and
+// functions that run these scenes. force_claims.hpp describes each of them.
 #include <fmt/format.h>
 
 #include <numbers>

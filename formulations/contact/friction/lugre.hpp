@@ -1,10 +1,13 @@
-// Friction law F_T = −F_N c(v) (friction_law.hpp) with the coefficient
+// LuGre friction law F_T = −F_N c(v, z) (friction_law.hpp) with the coefficient
 //
 //     c = σ₀ z + σ₁ ż + σ₂ v,   ż = v − |v| z/g,   g = [μ + (μ_s − μ) e^(−(v/v₀)²)]/σ₀
 //
-// The deflection z (m) of the bristle is an additional state variable.
-// C. Canudas de Wit, H. Olsson, K. J. Åström, P. Lischinsky, A new model for control of systems
-// with friction, IEEE Trans. Autom. Control 40 (1995) 419.
+// The deflection z (m) of the bristle is an additional state variable. The parameters are the
+// kinetic and static coefficients μ and μ_s, the Stribeck velocity v₀ (m/s), the bristle's
+// stiffness σ₀ (1/m) and damping σ₁ (s/m), and the viscous coefficient σ₂ (s/m). σ₀, σ₁ and σ₂ are
+// per unit of F_N.
+// Source: C. Canudas de Wit, H. Olsson, K. J. Åström, P. Lischinsky, A new model for control of
+// systems with friction, IEEE Trans. Autom. Control 40 (1995) 419.
 #pragma once
 
 #include "formulations/contact/friction_parts.hpp"

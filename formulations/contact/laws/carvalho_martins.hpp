@@ -2,9 +2,10 @@
 //
 //     χ = 3(1 − e)(11 − e)/[2(1 + 9e)]
 //
-// An approximate solution of the first integral of a free impact (see contact_law.hpp).
-// A. S. Carvalho, J. M. Martins, Exact restitution and generalizations for the Hunt–Crossley
-// contact model, Mech. Mach. Theory 139 (2019) 174.
+// With this χ, the restitution of a free impact is approximately e: the formula approximates the
+// solution χ(e) of the exact equation in contact_law.hpp. Source: A. S. Carvalho, J. M. Martins,
+// Exact restitution and generalizations for the Hunt–Crossley contact model, Mech. Mach. Theory 139
+// (2019) 174.
 #pragma once
 
 #include "formulations/contact/contact_parts.hpp"

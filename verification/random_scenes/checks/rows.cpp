@@ -1,5 +1,7 @@
 // Compares every row of a trajectory with its reference: a small independent integration, a closed
-// form, a curve, the energy, or runs at a tight tolerance.
+// form, a curve, the energy, or runs at a tight tolerance. expected_of() computes the references,
+// bounds_of() the permitted errors of a method, compare() counts the rows outside these bounds, and
+// KnownRows::assess() combines them into a verdict.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -12,12 +14,15 @@
 namespace freeplay::verification::random_scenes {
 namespace {
 
+/// Sets X and V, the scales of the motion.
 void measure(ExpectedRows& e) {
   for (std::size_t k = 0; k < e.x.size(); ++k) {
     e.X = std::max(e.X, std::abs(e.x[k] - e.x[0]));
     e.V = std::max(e.V, std::abs(e.v[k]));
   }
 }
+/// Raises the sensitivity to that of a reference with parameters changed by `nudge`: three times
+/// the running maximum of |Δx|/nudge.
 void twin(ExpectedRows& e, std::span<const double> other, double nudge) {
   const auto n = std::min(e.x.size(), other.size());
   e.sensitivity.resize(std::min(e.sensitivity.empty() ? n : e.sensitivity.size(), n));
@@ -27,6 +32,8 @@ void twin(ExpectedRows& e, std::span<const double> other, double nudge) {
     e.sensitivity[k] = std::max(e.sensitivity[k], most);
   }
 }
+/// Sets the error of the reference: the running maximum of its deviation from a second
+/// computation.
 void check(ExpectedRows& e, std::span<const double> finer) {
   const auto n = std::min(e.x.size(), finer.size());
   e.x.resize(n), e.v.resize(n);
@@ -35,7 +42,7 @@ void check(ExpectedRows& e, std::span<const double> finer) {
   for (std::size_t k = 0; k < n; ++k) e.error[k] = most = std::max(most, std::abs(finer[k] - e.x[k]));
 }
 
-constexpr double nudge = 1e-7;
+constexpr double nudge = 1e-7;  // relative change of parameters
 
 ExpectedRows expected_of(const Moving& m, Family family, const std::vector<double>& instants) {
   const auto& one = family == Family::penalty ? m.compliant : m.rigid;
@@ -48,8 +55,8 @@ ExpectedRows expected_of(const Moving& m, Family family, const std::vector<doubl
   auto moved = one, faster = one, heavier = one;
   moved.x += nudge * e.X;
   faster.v += nudge * e.V;
-  // A state of rest does not depend on the start; once the body moves again, its motion still
-  // depends on the loads.
+  // After a state of rest, the motion no longer depends on the start, but it still depends on the
+  // loads. The sensitivity therefore includes a change of the acceleration.
   heavier.acceleration = [a = one.acceleration](double t, double x, double v) {
     return (1 + nudge) * a(t, x, v);
   };
@@ -87,18 +94,20 @@ std::vector<ExpectedRows> expected_of(const BodiesInLine& r, Family family,
   return list;
 }
 
-/// Compliant contacts of a row have a closed-form reference only without dissipation.
+/// Whether the line of bodies has a reference of its own: its compliant contacts are modelled
+/// without dissipation only (references/touching_row.hpp).
 bool knows(const BodiesInLine& r, Family family) {
   return family == Family::nonsmooth || r.row.restitution == 1;
 }
 
-/// A run of a scene by a method; the time limit applies to each.
+/// Runs a scene by a method within the time limit of one run.
 Sight rows_of(const Scene& scene, const Way& way) {
   return look(scene, way, {.rows = true, .limit = run_limit(Suite::rows)});
 }
 
-/// Coordinates known only from other runs: event-driven at 1e-12, or two integrators at 1e-12 as
-/// far as they agree.
+/// References of coordinates that only other runs provide: event-driven runs at tolerances 1e-12
+/// and 1e-11, or penalty runs by two integrators at 1e-12. The difference of the two runs is the
+/// error of the reference.
 std::vector<ExpectedRows> expected_of_runs(const RandomScene& scene, Family family) {
   std::vector<ExpectedRows> list;
   auto others = scene.others;
@@ -139,7 +148,8 @@ std::vector<ExpectedRows> expected_of_runs(const RandomScene& scene, Family fami
     twin(e, column(c, i, false), nudge);
     list.push_back(std::move(e));
   }
-  // Each coordinate is scaled by the motion of all, in metres: one at rest has no scale.
+  // The largest motion of all coordinates scales each position, because a coordinate at rest has no
+  // scale of its own. Angles keep their scale.
   double X = 0, V = 0;
   for (const auto& e : list) X = std::max(X, e.X), V = std::max(V, e.V);
   for (auto& e : list)
@@ -147,15 +157,19 @@ std::vector<ExpectedRows> expected_of_runs(const RandomScene& scene, Family fami
   return list;
 }
 
-/// Permitted error of a method, relative to the size of a motion. Adaptive methods: 10⁵ times their
-/// tolerance (1e-10, 1e-9), adaptive time stepping 10⁴ times (1e-6, a hundredth of the motion),
-/// since a run has up to some thousand steps, has separate scales, and its rows come from a dense
-/// output of lower order. Fixed steps: four times the step over the shortest time of the scene,
-/// first order, or a relative error that rk4 keeps with 40 steps in a contact.
+/// Permitted errors of a method, relative to the size of the motion:
+///
+///  - adaptive integrators: 10⁵ times the tolerance (1e-10 event-driven, 1e-9 penalty);
+///  - adaptive time stepping: 10⁴ times the tolerance (1e-6), a hundredth of the motion;
+///  - time stepping with fixed steps h: 4 h/T with the shortest time T of the scene (first order);
+///  - rk4 in the penalty formulation: 1e-3, which it keeps with 40 steps in a contact.
+///
+/// The factors of adaptive methods have three reasons: a run has up to some thousand steps, its
+/// coordinates have different scales, and its rows come from a dense output of lower order.
 struct Bounds {
   double share = 0;       ///< of positions
   double speeds = 0;      ///< of rates
-  double late = 0;        ///< s, an event takes place at some instant within a fixed step
+  double late = 0;        ///< s, of the time of an event, which may lie anywhere in a fixed step
   double prescribed = 0;  ///< of a prescribed coordinate's size, and of its rate
   double energy = 0;      ///< of the greatest kinetic energy
   double step = 0;        ///< s, of fixed steps
@@ -202,7 +216,8 @@ void compare(Comparison& all, const ExpectedRows& e, const Trajectory& rows, con
     const double bound = b.share * size + b.late * V + rounding;
     if (b.share * e.sensitivity[k] > 0.1 * e.X || e.error[k] > 0.3 * bound) break;
     const double off = std::abs(rows.q(k)[e.coordinate] - e.x[k]);
-    // A velocity is right if it equals that of an instant earlier or later by this time.
+    // A velocity is correct if it lies between the least and greatest reference velocity within m
+    // rows: an error in time that the bound of positions permits is not an error of velocity.
     const auto m = static_cast<std::size_t>(
         std::min(50.0, 1 + std::ceil((V > 0 ? bound / (V * spacing) : 0) + b.late / spacing)));
     double low = INFINITY, high = -INFINITY;
@@ -224,7 +239,7 @@ void compare(Comparison& all, const ExpectedRows& e, const Trajectory& rows, con
   all.known = std::min(all.known, static_cast<double>(k) / static_cast<double>(random_scenes::rows + 1));
 }
 
-/// `least`: the size that counts as rest, relative to the motion of the scene.
+/// `least`: displacement that is always permitted, because it counts as rest.
 void compare(Comparison& all, const Prescribed& p, const Trajectory& rows, const Bounds& b, double least) {
   for (std::size_t k = 0; k < rows.size(); ++k) {
     const auto m = p.motion(rows.t(k), rows.q(k), rows.v(k));
@@ -249,7 +264,8 @@ void compare(Comparison& all, const Prescribed& p, const Trajectory& rows, const
 void compare_energy(Comparison& all, const RandomScene& s, const Trajectory& rows, const Bounds& b) {
   const double first = s.energy(rows.q(0), rows.v(0));
   double size = std::abs(first);
-  // A row within a time step with an impact lies between the velocities before and after it.
+  // In a time step with an impact, the velocity of a row lies between those before and after the
+  // impact. The energies of two rows on each side are therefore accepted, too.
   const std::size_t m = b.energy > 2e-2 ? 2 : 0;
   std::vector<double> energies;
   for (std::size_t k = 0; k < rows.size(); ++k) energies.push_back(s.energy(rows.q(k), rows.v(k)));
@@ -328,8 +344,8 @@ Verdict KnownRows::assess(const Way& way, const std::function<void(Sight&)>& fal
     v.outcome = Outcome::refused;
     v.detail = run.ending.reason;
   } else if (doubtful) {
-    // Time stepping reports errors of a thousandth or more (docs/reference/results.md), of which
-    // its bounds allow ten.
+    // Time stepping warns of errors of a thousandth or more (docs/reference/results.md), a tenth of
+    // its bounds here. A warning is false only if the errors are also below a tenth of the bounds.
     const bool stepped = bounds.share >= 1e-2 || way.stepped;
     const bool right = !stepped || compared(bounds.tenth()).off == 0;
     v.outcome = c.known > 0.999 && right ? Outcome::falsely_doubted : Outcome::doubted;
