@@ -172,8 +172,10 @@ int check(const CheckRequest& request) {
   const SaddlePoint saddle(system.mass(), system.pattern(), SolvePath::automatic,
                            {!redundant.empty(), scene.run.eliminate});
   line("linear systems",
-       fmt::format("{} ({}, {}{} rows)", saddle.blocks(), saddle.dense() ? "dense" : "sparse",
-                   saddle.blocks() > 1 ? "at most " : "", saddle.largest_block()));
+       saddle.blocks() == 0
+           ? "none"
+           : fmt::format("{} ({}, {}{} rows)", saddle.blocks(), saddle.dense() ? "dense" : "sparse",
+                         saddle.blocks() > 1 ? "at most " : "", saddle.largest_block()));
   economies(scene, system, saddle, redundant, request.why);
   if (request.why) burdens(system);
   line("duration",

@@ -86,7 +86,7 @@ int doctor(const DoctorRequest& request) {
   if (!error)
     fmt::print("{:<13}{:.1f} GB free in this folder\n", "disk", static_cast<double>(space.available) / 1e9);
   fmt::print("\n{}\n", figures ? "Everything that runs and figures need is installed."
-                               : "Runs work. Figures are written as data and gnuplot scripts only.");
+                               : "Runs work. Figures need gnuplot: without it none are drawn.");
   return 0;
 }
 
