@@ -29,8 +29,8 @@ struct ContactUnknown {
   int normal = -1, tangent = -1;
   double friction = 0;  ///< μ of a contact
   double bound = 0;     ///< N s: |P_T| ≤ bound + μ P_N
-  /// Lower bound of u_N⁺: −e u_N⁻, 0 without restitution. In compression by parts, a lower
-  /// approach speed (impact_phases.cpp).
+  /// Lower bound of u_N⁺: −e u_N⁻, 0 without restitution; (1 − λ) u_N⁻ at the end of a piece of
+  /// compression (impact_phases.hpp).
   double target_n = 0;
   double target_t = 0;  ///< −e_T u_T⁻: friction opposes the sliding relative to this rate
   double impulse_n = 0, impulse_t = 0;
