@@ -25,7 +25,7 @@
 
 namespace freeplay {
 
-/// SchemeProgress of a scheme: time (s) and factorisations so far.
+/// Progress of a scheme: time (s) and factorisations so far.
 struct SchemeProgress {
   double t = 0;
   long cost = 0;

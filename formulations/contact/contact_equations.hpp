@@ -1,13 +1,14 @@
 // The contact problem of one step, as equations. For all active contacts and friction elements,
 //
 //     u⁺ = D P + b
-//     0 ≤ u_N⁺ + e u_N⁻ ⊥ P_N ≥ 0,                      (Newton; e acts on approach only)
+//     0 ≤ u_N⁺ + e u_N⁻ ⊥ P_N ≥ 0,                                             (Newton)
 //     −P_T ∈ μ P_N Sgn(u_T⁺)  or, preloaded,  −P_T ∈ B Sgn(u_T⁺),
 //
 // where b are the rates at the end of a step without these impulses and D = WᵀAW is the Delassus
 // matrix (A maps forces to accelerations with the constraints kept). With tangential restitution,
-// u_T⁺ + e_T u_T⁻ takes the place of u_T⁺. The same problem in accelerations determines the next
-// contact mode.
+// u_T⁺ + e_T u_T⁻ takes the place of u_T⁺. At an impact, e and e_T act on approaching contacts only
+// (newton_impact.cpp); in time steps, e also acts on separating rates (step_problem.cpp). The same
+// problem in accelerations determines the next contact mode.
 //
 // ContactEquations owns the unknowns, b, and a dense D for small problems. Islands of many contacts
 // store D by rows (sparse_island.hpp), and islands of bodies without joints store velocities
@@ -28,7 +29,9 @@ struct ContactUnknown {
   int normal = -1, tangent = -1;
   double friction = 0;  ///< μ of a contact
   double bound = 0;     ///< N s: |P_T| ≤ bound + μ P_N
-  double target_n = 0;  ///< −e u_N⁻ for an approaching contact, else 0: lower bound of u_N⁺
+  /// Lower bound of u_N⁺: −e u_N⁻, 0 without restitution; (1 − λ) u_N⁻ at the end of a piece of
+  /// compression (impact_phases.hpp).
+  double target_n = 0;
   double target_t = 0;  ///< −e_T u_T⁻: friction opposes the sliding relative to this rate
   double impulse_n = 0, impulse_t = 0;
 };

@@ -27,8 +27,8 @@ void ContactProblem::reserve_rates(int size) {
   room_.last.reserve(static_cast<std::size_t>(size));
 }
 
-/// The solvers to try, in this order: the named one or, if none is named, the cheapest for the size of
-/// the problem; then the others of Lemke's method, Newton's method and mixed sweeps.
+/// The solvers to try, in this order: the named one or, if none is named, the cheapest for the size
+/// of the problem; then the others of Lemke's method, Newton's method and mixed sweeps.
 std::array<Solver*, 4> ContactProblem::order() const {
   const auto n = static_cast<int>(unknowns.size());
   if (n == 1 && singular_pair(*this, unknowns.front()))

@@ -1,8 +1,8 @@
 // Interface of the solvers of contact problems (contact_equations.hpp); each solver has its own
 // file. A solver gets the equations with an initial guess of the impulses, the accepted residual (a
 // rate) and work space; it writes impulses, zero for open contacts, and returns a summary. To add a
-// solver: its enumerator and word (LcpSolver) in src/mechanism/options.hpp, its file, its function here
-// and its case in named_solver().
+// solver: its enumerator and word (LcpSolver) in src/mechanism/options.hpp, its file, its function
+// here and its case in named_solver().
 #pragma once
 
 #include <Eigen/Core>

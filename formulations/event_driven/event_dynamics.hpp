@@ -55,8 +55,8 @@ class EventDynamics : public ModeEquations {
   std::string choose(const Vector& x, double t, const std::vector<int>& candidates) {
     return choice_.choose(*this, motion_, x, t, candidates);
   }
-  /// By the last choice of mode or the last evaluation, friction admits no force on a sliding
-  /// contact (jammed); whether this is proved (jam_proved).
+  /// Whether, by the last choice of mode or the last evaluation, friction admits no force on a
+  /// sliding contact, and whether this is proved (lockup_proved()).
   bool locked_up() const { return choice_.locked_up() || motion_.behind_pole(); }
   bool lockup_proved() const { return choice_.lockup_proved() || motion_.behind_pole(); }
   double slips_back(const Vector& x, double t) { return ModeChoice::slips_back(*this, motion_, x, t); }
@@ -70,7 +70,8 @@ class EventDynamics : public ModeEquations {
   }
 
   /// Projects x onto the constraints of the mode, first positions, then velocities, by the least
-  /// mass-weighted change. Adds the impulses of the velocity change to `book`, if given.
+  /// mass-weighted change. Adds the impulses of the velocity change to `impulses`, if
+  /// given.
   void project(Vector& x, double t, Forces* impulses = nullptr) {
     stabilisation += projection_.project(*this, x, t, impulses);
   }

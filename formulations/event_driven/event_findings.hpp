@@ -1,5 +1,5 @@
 // EventFindings: diagnostics of an event-driven run's contacts for the reader of the results,
-// counted during the run and turned into notes by tell().
+// counted during the run and turned into notes by add_notes().
 #pragma once
 
 #include <algorithm>

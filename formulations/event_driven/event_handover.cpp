@@ -1,4 +1,5 @@
-// Records of the event-driven scheme for a mode, and its handover to and from time stepping.
+// EventDriven: contact log, notes and energies; the state before a change of mode; handover to and
+// from time stepping.
 #include <fmt/format.h>
 
 #include <algorithm>

@@ -31,7 +31,8 @@ std::string ImpactEquations::solve(ModeEquations& d, const Vector& x, double t, 
   for (const auto& i : in_impact_)
     if (!std::isfinite(i.impulse_n) || !std::isfinite(i.impulse_t))
       return fmt::format("no solver found finite impulses for the impact of {} contacts", in_impact_.size());
-  d.raise_speed_tolerance(2 * impact_.solution().residual_rate);  // what the solver leaves is no approach
+  // A rate within the residual of the solver is no approach.
+  d.raise_speed_tolerance(2 * impact_.solution().residual_rate);
   return "";
 }
 

@@ -30,8 +30,8 @@ class ModeChoice {
   /// reason of a failure.
   std::string choose(ModeEquations& d, ModeMotion& motion, const Vector& x, double t,
                      const std::vector<int>& candidates);
-  /// Whether the last choice found no forces that friction admits (jammed), and whether trying all
-  /// modes proved it (jam_proved).
+  /// Whether the last choice found no forces that friction admits, and whether trying all modes
+  /// proved it (lockup_proved()).
   bool locked_up() const { return lockup_; }
   bool lockup_proved() const { return lockup_proved_; }
 

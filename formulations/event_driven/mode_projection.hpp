@@ -13,8 +13,8 @@ namespace freeplay {
 
 class ModeProjection {
  public:
-  /// Projects the positions of x, then its velocities; adds the impulses of the latter to `book`,
-  /// if given. Returns the change of energy (J).
+  /// Projects the positions of x, then its velocities; adds the impulses of the latter to
+  /// `impulses`, if given. Returns the change of energy (J).
   double project(ModeEquations& d, std::vector<double>& x, double t, Forces* impulses);
 
  private:

@@ -330,8 +330,8 @@ class PenaltyStepper {
   };
   struct Event {
     int contact = -1;
-    // slide: the sliding speed reaches `boundary`; blow: an impact on a closed contact begins or
-    // ends
+    // slide: the sliding speed reaches `boundary`; begins_impact: an impact on a closed contact
+    // begins or ends
     enum class Kind { gap, slide, begins_impact } kind = Kind::gap;
     double t = 0, boundary = 0;
     Phases::Crossing crossing = {};  // or an angle reaches a kink of its table

@@ -27,7 +27,7 @@ struct MidpointTerms {
 };
 
 /// MeanVelocity: fixed-point iteration for v_mean = (v + v⁺)/2 where v⁺ depends on it. After each
-/// solution v⁺, judge() is called; another solution follows while it returns `again`. Coordinates
+/// solution v⁺, assess() is called; another solution follows while it returns `again`. Coordinates
 /// are x, y and the angle of each body; changes of angular rates are multiplied by the body's
 /// radius of gyration.
 class MeanVelocity {

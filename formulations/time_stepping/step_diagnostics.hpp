@@ -1,4 +1,5 @@
-// StepDiagnostics: diagnostics of the steps of a run, as data; tell_steps() turns them into notes.
+// StepDiagnostics: diagnostics of the steps of a run, as data; add_step_notes() turns them into
+// notes.
 #pragma once
 
 #include <string>

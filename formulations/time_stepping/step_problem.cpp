@@ -139,7 +139,7 @@ void StepProblem::collect(StepData& s, ContactSet& contacts, ImpulseResponses& r
   problem.least =
       contacts.find_struck(s) ? ContactProblem::Least::where_singular : ContactProblem::Least::never;
   // The impulses of an impact are no initial guess for the step after it: in a wedge they may be
-  // another solution, which jams. A heap of bodies without joints always has an impact somewhere;
+  // another solution, a lockup. A heap of bodies without joints always has an impact somewhere;
   // there, each contact decides for itself.
   const auto struck_last = [](const StepContact& c) { return c.steps == 1 && c.last_n > 0; };
   const bool heap = islands_ && s.system.rows() == 0,

@@ -162,7 +162,7 @@ def run(
     Returns a Run: .trajectory, .events, .forces, .signals (pandas, SI units), .info (run.json).
     Ctrl-C raises Interrupted (a KeyboardInterrupt), whose .result is complete up to the last
     step. A numerical failure raises no exception: .status is "failed", and a FailedWarning
-    states the reason. A note DOUBTFUL becomes a DoubtfulWarning. Raises SceneError for an
+    states the reason. A warning of the run becomes a DoubtfulWarning. Raises SceneError for an
     incomplete or contradictory scene.
 
     >>> result = fp.run("scene.toml", "nonsmooth", set={"joints.gudgeon.clearance": 1e-3})

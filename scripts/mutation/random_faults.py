@@ -100,14 +100,14 @@ def page(seed, judged, refused):
              "(Wilson's interval).**",
              f"{refused} more were drawn that the compiler refuses. A fault took {seconds / len(judged):.0f} s. *Time*: a part did not end in "
              "five times its time and a minute;",
-             "*crash*: nothing but crashes tells it. *Equivalent*: the compiler makes the same code of it, or judged by hand",
+             "*crash*: nothing but crashes detects it. *Equivalent*: the compiler makes the same code of it, or judged by hand",
              "(`scripts/mutation/equivalent.txt`).", ""]
     lines += [
              "| kind | drawn | " + " | ".join(columns) + " |", "| --- " * (len(columns) + 2) + "|"]
     for kind in sorted({f.kind for f, _ in judged}) + ["all"]:
         row = [sum(n for (k, h), n in counts.items() if kind in (k, "all") and h == c) for c in columns]
         lines.append(f"| {kind} | {sum(row)} | " + " | ".join(map(str, row)) + " |")
-    lines += ["", "| where | kind | line | with the fault | told by |", "| --- | --- | --- | --- | --- |"]
+    lines += ["", "| where | kind | line | with the fault | detected by |", "| --- | --- | --- | --- | --- |"]
     rank = {h: i for i, h in enumerate(reversed(columns))}
     for f, v in sorted(judged, key=lambda x: (rank[how[x[0].key]], x[0].file, x[0].line)):
         h = how[f.key]

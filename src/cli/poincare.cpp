@@ -64,7 +64,7 @@ int poincare(const PoincareRequest& request) {
   if (request.discard && !request.periods)
     throw SceneError(
         "--discard counts discarded periods before those of --periods: give both, or run.discard in s");
-  // Columns are told before anything is run.
+  // Columns that do not exist are refused before anything is run.
   SectionSimulation simulation(scene, requested, request.stop);
   for (const auto* column : {&request.x, &request.y})
     if (!column->empty()) {

@@ -11,7 +11,7 @@ namespace freeplay::cli {
 struct RandomScenesRequest {
   int count = 0, seed = 1;
   int only = -1;              ///< test this scene only and write it to a file; −1: all
-  std::string document = {};  ///< folder for strangers.md
+  std::string document = {};  ///< folder for random-scenes.md
   /// Of scenes with a reference for each row; empty: the others, all ways.
   std::string kinds = {}, way = {};
   int first = 0;  ///< number of the first scene with a reference for each row

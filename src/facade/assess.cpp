@@ -49,10 +49,10 @@ void warn(Result& result, Family family, std::string_view finer) {
         drives ? fmt::format(" of {:.3g} J", grows ? std::min(scale, found) : scale) : ""));
   else if (drives)
     result.notes.push_back(diagnostic<Diagnostic::contacts_add_energy>(given, scale, finer));
-  // An impact law keeps surfaces apart but for rounding. Under a contact law a journal may go a
-  // tenth of its play deeper before the play itself is another; and discs a tenth of their radius:
-  // there the half-width of Hertz's contact, √(δR), is 0.3 R, and no longer small as his half-space
-  // asks (Johnson, Contact Mechanics, 1985, §4.1).
+  // Under an impact law surfaces penetrate by rounding only. Under a contact law a journal may
+  // penetrate by a tenth of its clearance, beyond which the clearance itself is changed, and a disc
+  // by a tenth of its radius: there the half-width of Hertz's contact, √(δR), is 0.3 R, no longer
+  // small as the assumption of a half-space requires (Johnson, Contact Mechanics, 1985, §4.1).
   for (const auto& c : result.contacts)
     if (c.penetration_ratio > (impact_law ? doubtful_depth : 0.1))
       result.notes.push_back(impact_law ? diagnostic<Diagnostic::penetration>(depth(c), finer)

@@ -1,6 +1,6 @@
 // Checks of a finished run: energy balance, penetration, energy gained in impacts, finite values.
 // Each check adds a note to the Result or replaces its ending by a failure. The bounds are in
-// judge.cpp.
+// assess.cpp.
 #pragma once
 
 #include <string_view>

@@ -23,7 +23,7 @@ struct Scene;
 
 /// Number of first contact onsets that are compared.
 inline constexpr int companion_touches = 3;
-/// Estimated relative error above which the note of the first contacts begins with DOUBTFUL.
+/// Estimated relative error above which the note about the first contact onsets is a warning.
 inline constexpr double doubtful_touches = 0.05;
 
 /// Estimates the error of the first contact onsets. Returns nullopt for a scheme that locates its

@@ -198,7 +198,7 @@ struct PenaltyOptions {
             "\"projection\" changes the state after each step and needs a one-step integrator; use "
             "\"baumgarte\" with multistep integrators");
     k.take({"tolerance", "",
-            "adaptive integrators: a step is accepted when every |error| is below tolerance × scale"},
+            "adaptive integrators: a step is accepted when every absolute error is below tolerance × scale"},
            o.tolerance, positive);
     if (k.own("step", o)) k.take({"step", "s", "of the fixed-step integrator"}, o.step, positive);
     k.take({"v0_floor", "m/s", "least approach speed for the scaling of contact damping", "see penalty.md"},
@@ -254,11 +254,11 @@ struct NonsmoothOptions {
                   o.step, positive);
     if (k.own("step_tolerance", o))
       k.take({"step_tolerance", "",
-              "an adaptive time step is accepted when every |error| is below step_tolerance × scale"},
+              "an adaptive time step is accepted when every absolute error is below step_tolerance × scale"},
              o.step_tolerance, positive);
     if (k.own("tolerance", o))
       k.take({"tolerance", "",
-              "a step between events is accepted when every |error| is below tolerance × scale"},
+              "a step between events is accepted when every absolute error is below tolerance × scale"},
              o.tolerance, positive);
     k.choose({"solver", "", "of the contact problem; others are tried after a failure: "}, o.solver);
     k.take({"lcp_tolerance", "", "a complementarity solve is accepted when its relative residual is below"},

@@ -1,6 +1,6 @@
 // Balls are thrown into a closed box with pegs, with friction near 1 and restitution below 1, and
-// come to rest against each other and the walls. Event-driven integration passes every bounce, jam
-// and wedge of them. Whatever the motion, the final state of a ball on the floor is
+// come to rest against each other and the walls. Event-driven integration passes all their
+// bounces and lockups. Whatever the motion, the final state of a ball on the floor is
 //
 //     y = y_floor + R,   v_y = 0,   v_x + ω R = 0
 //

@@ -131,7 +131,7 @@ TEST_CASE("the damper of a bump stop dissipates the energy of its closed form", 
     }
 }
 
-TEST_CASE("a motion that ends near rest is assessed by the energy that it exchanged", "[judge]") {
+TEST_CASE("a motion that ends near rest is assessed by the energy that it exchanged", "[assess]") {
   // F = A sin ωt on a mass at rest: v = A/(m ω) (1 − cos ωt), at rest again after each period.
   const double A = 10, m = 2, f = 20, w = 2 * pi * f;
   const auto driven = [&](const std::vector<std::string>& sets) {

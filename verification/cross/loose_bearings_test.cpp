@@ -33,7 +33,7 @@ TEST_CASE("three joints with clearance, two of a few micrometres, finish without
     CHECK(r.ending.status == Ending::Status::finished);
     for (const auto& note : r.notes) {
       CAPTURE(note);
-      CHECK_FALSE(is_warning(note));  // a hop that is overlooked ends deep in the wall
+      CHECK_FALSE(is_warning(note));  // a bounce that is missed ends deep in the wall
     }
   }
 }

@@ -98,7 +98,7 @@ void forces(const char* formulation) {
   std::printf("%s: %d impacts, greatest force %.4g N, lowest %.4g m\n", formulation, load.impacts,
               load.greatest, load.lowest);
   expect(result.ending.status == freeplay::Ending::Status::finished, "the run finished");
-  expect(load.impacts > 0 && load.lowest < -0.2, "it fell and struck");
+  expect(load.impacts > 0 && load.lowest < -0.2, "it fell and had impacts");
   // Momentum: only the pivot's impulse and gravity's act.
   const double m = scene.mechanism.bodies[0].mass, g = -9.81;
   const double error = std::hypot(load.impulse_x - m * (after.v[0] - before.v[0]),
@@ -201,7 +201,7 @@ void own_forces() {
   auto scene = pendulum(0.5e-3);
   const auto stiff = freeplay::Simulation(scene, "penalty").run();
   auto law = std::make_shared<freeplay::OwnLaw>();
-  law->name = "soft", law->digest = "1";  // what tells it from others, in the identity of its runs
+  law->name = "soft", law->digest = "1";  // distinguishes it from others in the identity of its runs
   law->force = [](const void*, const char*, double delta, double rate, double v0) {
     return 1e8 * delta * (1 + 0.4 * rate / v0);  // N, at δ > 0 (m), its rate and v₀ > 0 (m/s)
   };

@@ -97,7 +97,7 @@ TEST_CASE("the size of the output of a run is estimated before it starts", "[bou
       told += file.bytes;
     }
     UNSCOPED_INFO(
-        fmt::format("{}: {} bytes told, {} written: {:.2f}", row.scene, told, written, told / written));
+        fmt::format("{}: {} bytes estimated, {} written: {:.2f}", row.scene, told, written, told / written));
     if (std::getenv("FREEPLAY_SHOW"))
       fmt::print("{} {:.0f} {:.0f} {:.3f}\n", row.scene, told, written, told / written);
     CHECK(told / written == Approx(1).margin(0.2));

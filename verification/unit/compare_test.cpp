@@ -44,8 +44,8 @@ TEST_CASE("contacts far apart in time are not paired, however long the time befo
   const auto first = pair_impacts({impact(2, 1)}, {impact(2.487, 1)}, 1);
   CHECK(first.pairs.empty());
   CHECK_THAT(first.ended_by, Contains("ten times more than the preceding events"));
-  // Before the first touch both are the same motion: a thousandth of the flight, tenfold, is what
-  // is left to them.
+  // Before the first contact event both runs have the same motion: their times may differ by ten
+  // thousandths of the flight.
   CHECK(pair_impacts({impact(2, 1)}, {impact(2.019, 1)}, 1).pairs.size() == 1);
   CHECK(pair_impacts({impact(2, 1)}, {impact(2.021, 1)}, 1).pairs.empty());
 }

@@ -265,10 +265,8 @@ reduce = "mean"
   }
 }
 
-TEST_CASE(
-    "an accelerometer on what nothing drives: what it shows of the whole window, and "
-    "nothing of turns",
-    "[studies][program]") {
+TEST_CASE("an accelerometer on a body without a drive: statistics of the whole window, none of turns",
+          "[studies][program]") {
   const StudyDesk desk("bouncing-ball");
   write_file(desk.folder.path() / "scene.toml", test::file_text(desk.folder.path() / "scene.toml") + R"(
 [instruments.falling]

@@ -145,7 +145,7 @@ TEST_CASE("check and run report a missing guide and a rod that is too short", "[
   CHECK_THAT(flat(test::freeplay("check " + test::flores().string()).out), !Contains("undriven motion"));
 }
 
-TEST_CASE("a run with an impact law fails if penetration exceeds the clearance", "[judge]") {
+TEST_CASE("a run with an impact law fails if penetration exceeds the clearance", "[assess]") {
   const auto run = [](double ratio, Family family) {
     Result r;
     r.contacts.resize(1);

@@ -229,7 +229,7 @@ TEST_CASE("a run observed by a section is bit-identical", "[section]") {
     }
 }
 
-TEST_CASE("what is not a section is refused with what would be one", "[section]") {
+TEST_CASE("an invalid section is refused with the valid forms", "[section]") {
   const auto scene = read_scene(test::flores());
   const auto pendulum = parse_scene(swing, "swing");
   const auto why = [](const Scene& s, const std::string& section, const std::string& column = "phase") {

@@ -215,7 +215,7 @@ TEST_CASE("one version of a study is in use at a time, and only living processes
   CHECK_FALSE(list.ended());
 }
 
-TEST_CASE("one writer in a folder: others are told which process holds it", "[program][folders]") {
+TEST_CASE("one writer in a folder: refusals name the process that holds it", "[program][folders]") {
   Desk desk;
   make_folder(desk.out);
   const auto scene = test::flores().string() + " --set run.revolutions=0.02 --set run.discard=0";

@@ -98,7 +98,7 @@ FolderLock::FolderLock(const std::filesystem::path& folder, std::string_view ver
   while (!try_lock(descriptor_, F_WRLCK, ++slot_))
     if (slot_ == most_slots)
       refuse(fmt::format("{} processes write to this folder, the maximum", most_slots));
-  const auto text = record(verb);  // on a full disk it is missing, and others are told less
+  const auto text = record(verb);  // missing on a full disk; refusals then say less
   (void)!pwrite(descriptor_, text.data(), text.size(), static_cast<off_t>(slot_) * record_size);
 }
 

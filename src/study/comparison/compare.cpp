@@ -96,7 +96,7 @@ Pairing pair_impacts(const std::vector<ContactEvent>& penalty, const std::vector
   Spread spread;
   double end = until;
   p.ended_by = until < INFINITY ? "the recorded events of a run end there" : "all contact events are paired";
-  for (;;) {  // in the order of time; each turn takes a touch from the lists
+  for (;;) {  // in the order of time; each pass takes a contact event from the lists
     int first = -1;
     double t = until;
     for (int k = 0; k < joints; ++k)
@@ -180,7 +180,7 @@ Comparison compare(const Scene& scene, const CompareSetup& setup, const std::fil
     try {
       c.ideal = run(ideal, "penalty", "ideal");
     } catch (const ModelError&) {
-      // A mechanism that closes only thanks to its play has no ideal motion to show.
+      // A mechanism that closes only because of its clearance has no ideal motion to show.
       c.nonsmooth.notes.push_back(
           "the mechanism cannot be assembled with ideal joints; there is no ideal "
           "run");

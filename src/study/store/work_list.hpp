@@ -1,5 +1,5 @@
 // List of the runs of a study, in the table `work` of its database, by which processes divide the
-// runs. A run is
+// runs. Its column `seat` is the slot of the process that computes a run. A run is
 //
 //     open       not begun
 //     claimed    computed by the process with this slot (io/files/folder_lock.hpp); open again if

@@ -114,7 +114,7 @@ std::optional<std::string> momentum(Subject& s) {
                 std::max({a.linear, b.linear, std::abs(e.impulse_t)});
   for (std::size_t k = 0; k < s.sight.depth.size(); ++k)
     for (const auto& e : s.sight.result.events) couple += 3 * s.sight.depth[k] * std::abs(e.impulse_t);
-  // A contact that lasts to the end has no such event. It rotates its bodies' momentum, Σ m|v| for
+  // A contact that lasts to the end has no such event. It rotates its bodies' momentum, Σ m‖v‖ for
   // every radian that they turn, and friction has μ of that.
   for (std::size_t k = 0; k < s.sight.depth.size() && k < s.sight.contacts.size(); ++k) {
     const auto& events = s.sight.result.events;
@@ -193,7 +193,7 @@ std::span<const Check> conservation_checks() {
        "the integrators' error; in time stepping the turning of normals within a step, h²", losses,
        "increased the energy"},
       {"momentum", "of mechanisms that nothing acts on from outside, linear and angular",
-       "1e-6 of Σ m|v|; for the angular one also depth times friction's impulse (of a contact that lasts μ Σ m|v| (1 + ω t)), Moreau–Jean h v_n Σ m|v| an impact",
+       "1e-6 of Σ m‖v‖; for the angular one also depth times friction's impulse (of a contact that lasts μ Σ m‖v‖ (1 + ω t)), Moreau–Jean h v_n Σ m‖v‖ an impact",
        "the integrators' error; friction acts on two surfaces that are a depth apart; a step's impulses act in its middle, "
        "where that is h v_n, and positions are brought back by as much",
        momentum},

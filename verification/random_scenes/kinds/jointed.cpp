@@ -49,7 +49,7 @@ std::string table(Draw& draw, double greatest, double width, bool against_angle)
   return toml("torque_table = [{}]\nagainst = '{}'\n", points, against_angle ? "angle" : "time");
 }
 
-/// Attaches a bar to a point that moves at `speed_at`: its journal (or pin) there, off by
+/// Attaches a bar to a point that moves at `velocity`: its journal (or pin) there, off by
 /// `eccentricity`.
 void hang(Draw& draw, Bar& b, Vec2 point, Vec2 velocity, Vec2 eccentricity, Vec2 slip, double spin) {
   b.body.angle = draw.angle();

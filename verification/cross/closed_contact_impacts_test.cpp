@@ -80,7 +80,7 @@ Rebound rebound(const Scene& scene, double from, double to) {
 }  // namespace
 
 TEST_CASE("an impact on a lasting contact has the coefficient of restitution of the surface",
-          "[penalty][blow]") {
+          "[penalty][impact]") {
   const std::string integrator =
       GENERATE("dopri5", "adams_bashforth_moulton", "rosenbrock4", "bulirsch_stoer");
   const std::string floor = GENERATE("", "penalty.v0_floor=1e-3", "penalty.v0_floor=0.05");
@@ -99,7 +99,7 @@ TEST_CASE("an impact on a lasting contact has the coefficient of restitution of 
 }
 
 TEST_CASE("each of several impacts on a lasting contact has the restitution of its own speed",
-          "[penalty][blow]") {
+          "[penalty][impact]") {
   // Only a pulse that finds the lever at rest is compared. 40 ms after the larger pulse (e = 0.9,
   // the torque returns the lever at 5 m/s²) the lever still bounces; after the weaker one it rests
   // again.
@@ -124,7 +124,7 @@ TEST_CASE("each of several impacts on a lasting contact has the restitution of i
 
 TEST_CASE(
     "a free impact follows the contact law alone, whatever the treatment of impacts on lasting contacts",
-    "[penalty][blow]") {
+    "[penalty][impact]") {
   // Without a load w = v₀ is the greatest, so the delivered restitution is that of the closed form
   // to the tolerance.
   auto scene = lever({}, {"drives.hammer.torque_table=[[0.0, 0.0], [1.0, 0.0]]",
@@ -193,7 +193,7 @@ TEST_CASE("a note names the surface property that a contact force law cannot mod
 }
 
 TEST_CASE("stored contact energy is lost while damping holds the force at zero until separation",
-          "[penalty][blow]") {
+          "[penalty][impact]") {
   // A soft ball at rest, with penetration δ, is pulled away by its weight. Faster than v₀/χ from
   // the first micrometre on, it separates without a force, and all of U = (2/5) K δ^(5/2) is
   // dissipated, except (m/2)(v₀/χ)² < 1e-14 J.
@@ -211,7 +211,7 @@ TEST_CASE("stored contact energy is lost while damping holds the force at zero u
 }
 
 TEST_CASE("a torque on one body does not lower the floor of v0 for a contact of another body",
-          "[penalty][blow]") {
+          "[penalty][impact]") {
   // Only the torque sets a speed scale here: 1000 N m on a wheel. It does not act on the ball
   // beside it, of 1e-9 kg m².
   const auto scene = read_scene(

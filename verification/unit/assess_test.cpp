@@ -52,7 +52,7 @@ contact = "exact"
 }  // namespace
 
 TEST_CASE("a ball's penetration is reported relative to its radius, its impacts relative to its flights",
-          "[judge]") {
+          "[assess]") {
   // Hertz: sphere on a plane of like material, K = 4/3 E/(2(1 − ν²)) √R, v = √(2 g h).
   const double young = 207e9, poisson = 0.3, v = std::sqrt(2 * g * height);
   const double K = 4.0 / 3 * young / (2 * (1 - poisson * poisson)) * std::sqrt(radius);
@@ -71,7 +71,7 @@ TEST_CASE("a ball's penetration is reported relative to its radius, its impacts 
   CHECK(j.contains("impact_over_flight"));
 }
 
-TEST_CASE("a contact that is too soft is reported as doubtful, by its radius or its flights", "[judge]") {
+TEST_CASE("a contact that is too soft is reported as doubtful, by its radius or its flights", "[assess]") {
   // δ/R by Hertz, (5 m v²/(4K))^(2/5)/R, is 1.4 for a soft ball of 20 kPa.
   const auto jelly = test::simulate(ball(2e4, 0.45, 0.8), Family::penalty);
   CHECK(jelly.contacts[0].penetration_ratio > 0.1);
@@ -91,7 +91,7 @@ TEST_CASE("a contact that is too soft is reported as doubtful, by its radius or 
   CHECK_THAT(notes_of(quivers), Contains("of the free flights before them"));
 }
 
-TEST_CASE("rounding adds no energy to a resting body", "[judge]") {
+TEST_CASE("rounding adds no energy to a resting body", "[assess]") {
   // A block on its two corners, almost level: gains of 1e-25 J, and of 1e-10 J relative to 0.1 J,
   // were once reported.
   const auto scene = read_scene(test::scene_file("block_on_corners"));
@@ -118,13 +118,13 @@ TEST_CASE("rounding adds no energy to a resting body", "[judge]") {
   CHECK(e.greatest_gain == 1e-9);
 }
 
-TEST_CASE("notes with the prefix of earlier versions count as warnings", "[judge]") {
+TEST_CASE("notes with the prefix of earlier versions count as warnings", "[assess]") {
   CHECK(is_warning("warning: the contact is too soft"));
   CHECK(is_warning("DOUBTFUL: the contact is too soft"));
   CHECK_FALSE(is_warning("3 impacts increased the energy"));
 }
 
-TEST_CASE("contacts that give energy are told, and doubted where they drive the motion", "[judge]") {
+TEST_CASE("contacts that add energy cause a note, and a warning where they drive the motion", "[assess]") {
   const auto told = [](double gain, double friction, double contact) {
     Result run;
     run.ledger.kinetic = 1;
@@ -158,7 +158,7 @@ TEST_CASE("contacts that give energy are told, and doubted where they drive the 
   CHECK_THAT(notes_of(run), Contains("warning: 400 impacts increased the energy, by up to 0.5 J of 2 J"));
 }
 
-TEST_CASE("penetrating surfaces are reported as overlapping, joints as open", "[judge][assembly]") {
+TEST_CASE("penetrating surfaces are reported as overlapping, joints as open", "[assess][assembly]") {
   auto scene = ball(5e6, 0.45, 0.8);
   scene.mechanism.bodies[0].position.y() = radius - 3e-3;
   const System system(scene.mechanism);
