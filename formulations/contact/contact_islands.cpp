@@ -155,9 +155,9 @@ void ContactIslands::solve_long(SparseIsland& x, ContactProblem& whole, const st
       best_ = x.impulse;
     }
   };
-  const bool clearance_joint = free_.gather(x, rows, *saddle_, columns_),
-             heap = clearance_joint && static_cast<int>(x.unknowns.size()) > most_loose;
-  if (clearance_joint) {
+  const bool free_bodies = free_.gather(x, rows, *saddle_, columns_),
+             heap = free_bodies && static_cast<int>(x.unknowns.size()) > most_loose;
+  if (free_bodies) {
     // other methods are no closer in acceptable time; the residual is reported
     if (heap) best_rate = 1e-3 * size;
     if (newton_.order(x) <= most_narrow) {

@@ -65,9 +65,9 @@ ContactSolution ContactProblem::solve() {
   }
   // Rounding may keep all solvers from the tolerance. The best result is then accepted, up to this
   // relative residual.
-  constexpr double clearance_joint = 1e-6;
+  constexpr double loosest = 1e-6;
   std::vector<ContactUnknown> best;
-  double best_rate = clearance_joint * size;
+  double best_rate = loosest * size;
   bool assessed = false;  // whether residual_rate belongs to the present impulses
   const auto keep = [&] {
     const double left = residual();

@@ -330,9 +330,9 @@ class PenaltyStepper {
   };
   struct Event {
     int contact = -1;
-    // slide: the sliding speed reaches `boundary`; begins_impact: an impact on a closed contact
+    // slide: the sliding speed reaches `boundary`; impact: an impact on a closed contact
     // begins or ends
-    enum class Kind { gap, slide, begins_impact } kind = Kind::gap;
+    enum class Kind { gap, slide, impact } kind = Kind::gap;
     double t = 0, boundary = 0;
     Phases::Crossing crossing = {};  // or an angle reaches a kink of its table
     bool found() const { return contact >= 0 || crossing.phase >= 0; }

@@ -38,7 +38,7 @@ void PenaltyStepper<Method>::change_mode(const Event& event) {
     return;
   }
   auto& c = f_.contacts()[event.contact];
-  if (event.kind == Event::Kind::begins_impact) {
+  if (event.kind == Event::Kind::impact) {
     apply_impact(event.contact);
   } else if (event.kind == Event::Kind::slide) {
     const bool up = event.boundary == c.friction->ends(c.zone).high;

@@ -160,7 +160,7 @@ void PenaltyStepper<Method>::find_blow_event(int k, Event& first) {
       to.at = sample_at(k, to.t);
     }
     if (const auto t = blow_between(k, from, to)) {
-      if (*t < first.t || !first.found()) first = {k, Event::Kind::begins_impact, *t, 0};
+      if (*t < first.t || !first.found()) first = {k, Event::Kind::impact, *t, 0};
       return;
     }
     from = to;

@@ -19,6 +19,7 @@
 #include "io/scene/located.hpp"
 #include "simulation/statistics.hpp"
 #include "simulation/windows.hpp"
+#include "values/diagnostic.hpp"
 #include "values/snapshot.hpp"
 
 namespace freeplay {
@@ -157,7 +158,7 @@ Result drive(Simulation& simulation, const RunPlan& plan, Recorders& recorders) 
       (plan.checkpoint > 0 || has_checkpoint(folder)) && result.ending.status == Ending::Status::interrupted;
   if (later && !checkpoints.cut()) write_checkpoint(simulation, plan, recorders);
   if (result.ending.status == Ending::Status::interrupted && holds_finished_run(folder)) {
-    result.notes.emplace_back("interrupted: the finished run in the folder was kept");
+    result.notes.push_back(diagnostic<Diagnostic::finished_run_kept>());
     return result;  // what is to be gone on with stays beside it
   }
   for (auto* file : recorders.files()) file->settle();

@@ -23,6 +23,7 @@
 #include "simulation/sensors.hpp"
 #include "simulation/trajectory.hpp"
 #include "simulation/watch.hpp"
+#include "values/diagnostic.hpp"
 
 namespace freeplay {
 namespace {
@@ -194,8 +195,7 @@ Result Simulation::Implementation::summary(const Ending& ending) const {
   r.extremes = form->extremes();
   r.notes = form->notes();
   for (const auto& [load, force] : outside_of(scene).forces)
-    r.notes.push_back(fmt::format("the force of {} comes from {} (digest {}), not from the scene", load,
-                                  force->name, force->digest));
+    r.notes.push_back(diagnostic<Diagnostic::own_load>(load, force->name, force->digest));
   r.assumed = assumed;
   r.undetermined = undetermined;
   const auto models = form->contact_models();

@@ -90,7 +90,7 @@ TEST_CASE("invalid ensembles are refused in one line", "[study][ensemble]") {
   CHECK_THAT(says({.starts = 2, .columns = {"nobody.x"}}), Contains("--column nobody.x: is not a column"));
   CHECK_THAT(says({.starts = 1'000'000, .rows = 10'000}), Contains("--rows 10000") && Contains("fewer rows"));
   const auto still = open_scene(test::source_folder() / "cases/pendulum/scene.toml");
-  CHECK_THROWS_WITH(run_ensemble(*still, {.starts = 2}, {}), Contains("all starts"));
+  CHECK_THROWS_WITH(run_ensemble(*still, {.starts = 2}, {}), Contains("all starts are identical"));
 }
 
 TEST_CASE("the command ensemble writes statistics, bands and their figure", "[study][ensemble][program]") {

@@ -90,7 +90,7 @@ surface = "hard"
 duration = 1
 )";
 }
-const char* const clearance_joint = "backlash = 1e-3\nsurface = \"hard\"\n";
+const char* const with_backlash = "backlash = 1e-3\nsurface = \"hard\"\n";
 
 Scene scene_of(const std::string& text) { return parse_scene(text, "gears"); }
 
@@ -136,7 +136,7 @@ bool jumps(double before, double after) { return std::abs(after - before) > 1e-3
 }  // namespace
 
 TEST_CASE("contact rows of teeth, slots and stops are the derivatives of their gaps", "[gears]") {
-  const auto scene = scene_of(scene_text(clearance_joint));
+  const auto scene = scene_of(scene_text(with_backlash));
   const System system(scene.mechanism);
   REQUIRE(system.contacts() == 14);
   auto e = system.make_evaluation();
@@ -220,7 +220,7 @@ TEST_CASE("constraint rows of ideal gears are the derivatives of their constrain
 }
 
 TEST_CASE("gap bounds of teeth and stops hold over a step", "[gears][unseen]") {
-  const auto scene = scene_of(scene_text(clearance_joint));
+  const auto scene = scene_of(scene_text(with_backlash));
   const System system(scene.mechanism);
   auto e = system.make_evaluation();
   std::mt19937 engine(9);
@@ -257,7 +257,7 @@ TEST_CASE("gap bounds of teeth and stops hold over a step", "[gears][unseen]") {
 }
 
 TEST_CASE("the gap of a tooth is periodic over many revolutions", "[gears]") {
-  const auto scene = scene_of(scene_text(clearance_joint));
+  const auto scene = scene_of(scene_text(with_backlash));
   const System system(scene.mechanism);
   auto e = system.make_evaluation();
   std::mt19937 engine(10);
@@ -317,7 +317,7 @@ TEST_CASE("invalid gears, slots and stops are refused", "[gears][scene]") {
       {"lower = -0.1\n", "lower = -0.1\nstiffness = 1e5\ncurvature_radius = 0.1\n",
        "contacts.travel.curvature_radius: computes the stiffness"},
   };
-  const std::string good = scene_text(clearance_joint);
+  const std::string good = scene_text(with_backlash);
   REQUIRE_NOTHROW(scene_of(good));
   for (const auto& edit : edits) {
     CAPTURE(edit.from, edit.to);
@@ -327,16 +327,16 @@ TEST_CASE("invalid gears, slots and stops are refused", "[gears][scene]") {
 
 TEST_CASE("an absent tooth phase is taken from the initial poses and stays in the canonical text",
           "[gears][scene]") {
-  auto text = scene_text(clearance_joint);
+  auto text = scene_text(with_backlash);
   for (const char* phase : {"phase = 0.3\n", "phase = 1.1\n", "phase = -0.2\n"})
     text.erase(text.find(phase), std::string(phase).size());
   // In the meshing position of the outer pair, 5 mm beyond its standard distance.
   text.replace(text.find("[0.32, 0.05]"), 12, "[0.30, 0.00]");
   text.replace(text.find("axis = [0.6, 0.8]"), 17, "axis = [0.0, 1.0]");
-  for (const auto& play : {std::string(clearance_joint), std::string()}) {
+  for (const auto& play : {std::string(with_backlash), std::string()}) {
     auto own = text;
-    for (auto at = own.find(clearance_joint); play.empty() && at != own.npos; at = own.find(clearance_joint))
-      own.erase(at, std::string(clearance_joint).size());
+    for (auto at = own.find(with_backlash); play.empty() && at != own.npos; at = own.find(with_backlash))
+      own.erase(at, std::string(with_backlash).size());
     CAPTURE(own);
     const auto scene = scene_of(own);
     const System system(scene.mechanism);

@@ -360,12 +360,12 @@ void settle(const Mechanism& m, const System& system, const Compliances& elastic
 
 /// Sets the velocities of the ideal mechanism at the position nearest to s, which belongs to a
 /// mechanism with clearance. Returns false if there is none.
-bool move_ideally(const Mechanism& clearance_joint, State& s, const StopToken& stop) {
-  const System ideal(idealised(clearance_joint));
+bool move_ideally(const Mechanism& mechanism, State& s, const StopToken& stop) {
+  const System ideal(idealised(mechanism));
   State nearest = s;
   try {
-    assemble_positions(clearance_joint, ideal, nearest, nullptr, stop);
-    assemble_velocities(clearance_joint, ideal, nearest);
+    assemble_positions(mechanism, ideal, nearest, nullptr, stop);
+    assemble_velocities(mechanism, ideal, nearest);
   } catch (const ModelError&) {
     return false;
   }

@@ -47,10 +47,9 @@ std::string meant(std::string_view word, const std::vector<std::string>& words, 
                   Beside beside) {
   const auto near = nearest_word(word, words);
   if (near.empty()) return listed(opening, words);
-  const auto plausibility = fmt::format("; did you mean {}?", near);
-  return beside == Beside::nothing
-             ? plausibility
-             : fmt::format("{}\n  {} {}", plausibility, opening, fmt::join(words, ", "));
+  const auto suggestion = fmt::format("; did you mean {}?", near);
+  return beside == Beside::nothing ? suggestion
+                                   : fmt::format("{}\n  {} {}", suggestion, opening, fmt::join(words, ", "));
 }
 
 }  // namespace freeplay

@@ -12,6 +12,7 @@
 #include "io/files/run_json.hpp"
 #include "mechanism/scene.hpp"
 #include "simulation/touches.hpp"
+#include "values/diagnostic.hpp"
 
 namespace freeplay {
 namespace {
@@ -181,9 +182,7 @@ Comparison compare(const Scene& scene, const CompareSetup& setup, const std::fil
       c.ideal = run(ideal, "penalty", "ideal");
     } catch (const ModelError&) {
       // A mechanism that closes only because of its clearance has no ideal motion to show.
-      c.nonsmooth.notes.push_back(
-          "the mechanism cannot be assembled with ideal joints; there is no ideal "
-          "run");
+      c.nonsmooth.notes.push_back(diagnostic<Diagnostic::no_ideal_run>());
     }
   }
   const auto known = [](const Result& r) { return r.events_cut() ? r.events.back().t : INFINITY; };

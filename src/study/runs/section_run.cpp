@@ -4,6 +4,7 @@
 
 #include "io/scene/located.hpp"
 #include "mechanism/scene.hpp"
+#include "values/diagnostic.hpp"
 
 namespace freeplay {
 namespace {
@@ -69,14 +70,9 @@ SectionRun SectionSimulation::run() {
   run.cpu_seconds = result.cpu_seconds;
   run.notes = result.notes;
   run.end = simulation_.state();
-  if (points.lost() > 0)
-    run.notes.push_back(
-        fmt::format("warning: {} contact events were decided too late to know their state; the section "
-                    "omits them",
-                    points.lost()));
+  if (points.lost() > 0) run.notes.push_back(diagnostic<Diagnostic::section_undecided>(points.lost()));
   if (points.beyond() > 0)
-    run.notes.push_back(fmt::format("{} further points of the section are omitted; {} are kept",
-                                    points.beyond(), SectionPoints::most));
+    run.notes.push_back(diagnostic<Diagnostic::section_cut>(points.beyond(), SectionPoints::most));
   for (std::size_t i = 0; i < points.size(); ++i) {
     run.t.push_back(points.t(i));
     run.rows.insert(run.rows.end(), points.row(i).begin(), points.row(i).end());

@@ -294,8 +294,8 @@ long Database::kind() const {
 }
 
 void Database::require_own() {
-  const auto answer = [this](const char* plausibility) {
-    Statement s(*this, plausibility);
+  const auto answer = [this](const char* query) {
+    Statement s(*this, query);
     return s.step() ? s.text(0) : std::string();
   };
   const auto objects = schema();
