@@ -76,7 +76,7 @@ int random_scenes(const RandomScenesRequest& request, const std::string& output)
     fmt::print("{}\n", text);
     for (const auto& r : rows)
       if (!known && defect(r))
-        fmt::print("{} {} ({}, {}): {}: {}\n    freeplay extremes --strangers {} --seed {} --only {}\n",
+        fmt::print("{} {} ({}, {}): {}: {}\n    freeplay extremes --random-scenes {} --seed {} --only {}\n",
                    name_of(r.verdict.outcome, suite), r.index, r.kind, r.way, r.verdict.check,
                    r.verdict.detail, requested.count, requested.seed, r.index);
     fmt::print("{} random scenes of seed {}, {} runs tested in {:.0f} s: {} defects\nresults in {}\n",

@@ -1,4 +1,4 @@
-// `freeplay extremes --strangers N`: tests random scenes instead of the map of extreme parameters.
+// `freeplay extremes --random-scenes N`: tests random scenes instead of the map of extreme parameters.
 // With --kinds, random scenes with a reference for each row.
 #pragma once
 
