@@ -135,8 +135,9 @@ void extremes_verb(Program& program) {
       .add("--document", request.document,
            "write extremes.md and its figure, or the page of random scenes, into this folder")
       .takes("FOLDER");
-  const auto count = options.add("--random-scenes,--strangers", request.scenes.count, "test this many random scenes instead")
-                         .between(1, 1000000);
+  const auto count =
+      options.add("--random-scenes,--strangers", request.scenes.count, "test this many random scenes instead")
+          .between(1, 1000000);
   options.add("--seed", request.scenes.seed, "seed of the random scenes").needs(count).between(0, 1000000000);
   const auto kinds =
       options
