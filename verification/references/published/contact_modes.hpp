@@ -141,8 +141,8 @@ struct ContactModes {
     return false;
   }
 
-  /// Whether a closed contact satisfies N ≥ 0 and Coulomb's law, where `slip` is its sliding rate or
-  /// the rate of it; up to `small`.
+  /// Whether a closed contact satisfies N ≥ 0 and Coulomb's law, where `slip` is its sliding rate
+  /// or the rate of it; up to `small`.
   bool lawful(std::size_t k, ContactMode mode, const Answer& x, Long slip, Long small) const {
     if (x.normal[k] < -small) return false;
     if (mode == ContactMode::sticks)

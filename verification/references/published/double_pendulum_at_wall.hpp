@@ -1,5 +1,5 @@
-// A double pendulum of two point masses on massless rods, at a vertical wall through its pivot. With
-// the angles q₀, q₁ of the rods from the downward vertical
+// A double pendulum of two point masses on massless rods, at a vertical wall through its pivot.
+// With the angles q₀, q₁ of the rods from the downward vertical
 //
 //     (m₁ + m₂) l₁ q̈₀ + m₂ l₂ cos(q₀ − q₁) q̈₁ = −m₂ l₂ sin(q₀ − q₁) q̇₁² − (m₁ + m₂) g sin q₀
 //     l₁ cos(q₀ − q₁) q̈₀ + l₂ q̈₁             =     l₁ sin(q₀ − q₁) q̇₀² − g sin q₁
@@ -7,7 +7,8 @@
 //
 // Here m₁ = m₂ = 1 kg and l₁ = l₂ = 1 m.
 // Source: Lagrange's equations, derived here. Parameters: Siconos, siconos-tutorials,
-// examples/mechanics/Pendulum/ (DoublePendulumTS.cpp, DoublePendulumPlugin.cpp). Units: kg, m, rad, s.
+// examples/mechanics/Pendulum/ (DoublePendulumTS.cpp, DoublePendulumPlugin.cpp). Units: kg, m, rad,
+// s.
 #pragma once
 
 #include "verification/references/published/contact_events.hpp"

@@ -8,9 +8,10 @@
 //
 //     dv_N/dp = D_NN − s μ D_NT,    dv_T/dp = D_NT − s μ D_TT,    s = sgn v_T
 //
-// until the work ∫ v_N dp of the normal impulse is zero (Routh 1905; Stronge, Impact Mechanics, 2000,
-// with e* = 1). Source: derived here. Parameters: Siconos, siconos-tutorials,
-// examples/mechanics/ImpactingStick/ (ImpactingStick.cpp, ImpactingStickPlugin.cpp). Units: kg, m, s.
+// until the work ∫ v_N dp of the normal impulse is zero (Routh 1905; Stronge, Impact Mechanics,
+// 2000, with e* = 1).
+// Source: derived here. Parameters: Siconos, siconos-tutorials, examples/mechanics/ImpactingStick/
+// (ImpactingStick.cpp, ImpactingStickPlugin.cpp). Units: kg, m, s.
 #pragma once
 
 #include <numbers>
@@ -22,14 +23,14 @@ namespace freeplay::reference {
 struct ImpactingStick {
   static constexpr std::size_t coordinates = 3, contacts = 1;
   using Vector = std::array<Long, 3>;
-  Long weight = 1, length = 1, gravity = 10;
+  Long rod_mass = 1, length = 1, gravity = 10;
   std::array<Long, 1> restitution{1}, friction{0.01L};
 
-  Long inertia() const { return weight * length * length / 12; }
+  Long inertia() const { return rod_mass * length * length / 12; }
   std::array<Vector, 3> mass(const Vector&) const {
-    return {Vector{weight, 0, 0}, Vector{0, weight, 0}, Vector{0, 0, inertia()}};
+    return {Vector{rod_mass, 0, 0}, Vector{0, rod_mass, 0}, Vector{0, 0, inertia()}};
   }
-  Vector force(const Vector&, const Vector&) const { return {0, -weight * gravity, 0}; }
+  Vector force(const Vector&, const Vector&) const { return {0, -rod_mass * gravity, 0}; }
   ContactRows<3> contact(std::size_t, const Vector& q, const Vector& v) const {
     const Long c = length / 2 * std::cos(q[2]), s = length / 2 * std::sin(q[2]);
     return {q[1] - c, {0, 1, s}, {1, 0, c}, c * v[2] * v[2], -s * v[2] * v[2]};
@@ -45,7 +46,7 @@ inline ContactEvents<ImpactingStick> impacting_stick() {
 /// The elastic impact of the lower end at the tilt `angle` from the rates v_n < 0 and v_t < 0.
 inline PublishedImpact elastic_impact(const ImpactingStick& rod, Long angle, Long v_n, Long v_t) {
   const auto row = rod.contact(0, {0, 0, angle}, {});
-  const Long J = rod.inertia(), m = rod.weight, mu = rod.friction[0];
+  const Long J = rod.inertia(), m = rod.rod_mass, mu = rod.friction[0];
   const Long nn = 1 / m + row.n[2] * row.n[2] / J, nt = row.n[2] * row.t[2] / J,
              tt = 1 / m + row.t[2] * row.t[2] / J;
   PublishedImpact done{0, 0, v_n, v_n, v_t, v_t, 0, 0};

@@ -3,10 +3,10 @@
 //
 //     m ẍ = −K x − m g,    x ≥ 0,    ẋ⁺ = −e ẋ⁻;         m ÿ = −K y   (free along the wall)
 //
-// With ω² = K/m and c = g/ω² the flight that leaves the wall at v is x = −c + c cos ωt + (v/ω) sin ωt.
-// It lasts (2/ω) atan(v/(ω c)) and returns with v. Released from rest at x₀, the mass arrives after
-// acos(c/(c + x₀))/ω with √((2 c + x₀) x₀) ω. The rebounds e^n v₁ accumulate at a finite time, since a
-// slow flight lasts 2 v/g.
+// With ω² = K/m and c = g/ω² the flight that leaves the wall at v is x = −c + c cos ωt + (v/ω) sin
+// ωt. It lasts (2/ω) atan(v/(ω c)) and returns with v. Released from rest at x₀, the mass arrives
+// after acos(c/(c + x₀))/ω with √((2 c + x₀) x₀) ω. The rebounds e^n v₁ accumulate at a finite
+// time, since a slow flight lasts 2 v/g.
 // Source: derived here. Parameters: Siconos, siconos-tutorials,
 // examples/mechanics/BouncingBallEventDriven/LinearOscillatorED.cpp. Units: kg, m, s.
 #pragma once
@@ -34,8 +34,8 @@ struct OscillatorAtWall {
     for (int k = 1; k < n; ++k) t += flight(v *= restitution);
     return {t, v, (1 + restitution) * mass * v};
   }
-  /// Time at which the impacts accumulate: the flights after the n-th last 2 e v/(g (1 − e)) together,
-  /// up to a fraction (v/(ω c))²/3.
+  /// Time at which the impacts accumulate: the flights after the n-th last 2 e v/(g (1 − e))
+  /// together, up to a fraction (v/(ω c))²/3.
   long double accumulation() const {
     constexpr int many = 400;
     const auto last = impact(many);

@@ -1,13 +1,14 @@
-// A slider on a frictionless rail between two stops, with a pendulum: a point mass on a massless rod.
-// With the slider's place x and the rod's angle θ from the downward vertical
+// A slider on a frictionless rail between two stops, with a pendulum: a point mass on a massless
+// rod. With the slider's place x and the rod's angle θ from the downward vertical
 //
 //     (m₁ + m₂) ẍ + m₂ l cos θ θ̈ = m₂ l θ̇² sin θ
 //     cos θ ẍ + l θ̈ = −g sin θ
 //     upper − x ≥ 0,    x − lower ≥ 0,    Newton's restitution e at both stops
 //
 // Source: Lagrange's equations, derived here; the second is divided by m₂ l and is multiplied by it
-// in mass() and force(). Parameters: Siconos, siconos-tutorials, examples/mechanics/PendulumOnASlider/
-// (PendulumAttachedToSlider.cpp, PendulumPlugin.cpp). Units: kg, m, rad, s.
+// in mass() and force(). Parameters: Siconos, siconos-tutorials,
+// examples/mechanics/PendulumOnASlider/ (PendulumAttachedToSlider.cpp, PendulumPlugin.cpp). Units:
+// kg, m, rad, s.
 #pragma once
 
 #include "verification/references/published/contact_events.hpp"

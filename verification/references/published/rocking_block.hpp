@@ -1,6 +1,8 @@
-// A block that falls on two frictionless corners (∓a, −b) from its centre of mass: height y and tilt θ.
+// A block that falls on two frictionless corners (∓a, −b) from its centre of mass: height y and
+// tilt θ.
 //
-//     m ÿ = −m g + Λ_A + Λ_B,   J θ̈ = w_A Λ_A + w_B Λ_B,   g_k = y ∓ a sin θ − b cos θ ≥ 0,   w_k = ∂g_k/∂θ
+//     m ÿ = −m g + Λ_A + Λ_B,        J θ̈ = w_A Λ_A + w_B Λ_B
+//     g_k = y ∓ a sin θ − b cos θ ≥ 0,    w_k = ∂g_k/∂θ
 //
 // Free fall without rotation from rest brings corner A to the floor after √(2 d/g), where d is its
 // height, with the speed √(2 g d) and the impulse (1 + e) √(2 g d)/(1/m + w_A²/J).
