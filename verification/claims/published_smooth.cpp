@@ -227,7 +227,7 @@ void four_bars(Findings& f) {
                         "dependent rows at the aligned positions; error of the published digits 4e-6"};
   const auto scene = read_scene(test::published("iftomm-four-bars"));
   for (const auto& way : {test::event_driven, test::fixed_steps(1e-4, "Moreau–Jean, h = 1e-4 s")}) {
-    const char* const subject = "row of two four-bars of IFToMM A02";
+    const char* const subject = "four-bar row of IFToMM A02, N = 2";
     const auto run = run_by(way, scene);
     claim_at_end(f, subject, way, run, quantities({.count = 2}, 1, true), grounds);
     energy(subject, way.name, run);
@@ -237,7 +237,7 @@ void four_bars(Findings& f) {
     auto row = test::row_of_four_bars(count, 0);
     row.run.duration = 10;
     const auto way = test::fixed_steps(1e-3, "Moreau–Jean, h = 1e-3 s");
-    const auto subject = fmt::format("row of {} four-bars of IFToMM A02", count);
+    const auto subject = fmt::format("four-bar row of IFToMM A02, N = {}", count);
     const auto run = run_by(way, row);
     claim_at_end(f, subject.c_str(), way, run, quantities({.count = count}, -1, false), grounds);
     energy(subject.c_str(), way.name, run);

@@ -1,17 +1,17 @@
 // The car axis of the IVP test set. Two axle ends l and r of mass m = M ε²/2 are at the ends of a
 // massless rod of length L. Springs of 1 N/m and natural length L₀ join them to the road at (0, 0)
-// and b = (x_b, y_b), y_b = r sin ωt, x_b = √(L² − y_b²). The left end stays on the line through the
-// origin perpendicular to b. The coordinates are the height s of the left end on this line and the
-// angle θ of the rod; φ is the inclination of the road:
+// and b = (x_b, y_b), y_b = r sin ωt, x_b = √(L² − y_b²). The left end stays on the line through
+// the origin perpendicular to b. The coordinates are the height s of the left end on this line and
+// the angle θ of the rod; φ is the inclination of the road:
 //
 //     l = s n,   r = l + L u,       n = (−sin φ, cos φ),   u = (cos θ, sin θ),   sin φ = y_b/L
-//     F = (L₀/|p| − 1) p − m g ŷ on an end at the distance p from its point of the road,   g = 1 m/s²
+//     F = (L₀/|p| − 1) p − m g ŷ on an end at p from its point of the road,   g = 1 m/s²
 //
-// Sign convention: angles counter-clockwise from x. Units: m, kg, s, rad.
-// Source: Mazzia and Magherini, Test Set for Initial Value Problem Solvers, release 2.4 (2008),
-// problem caraxis; published solution at 3 s by GAMD in quadruple precision. It differs from this
-// reference by 2e-13 m and 5e-12 m/s; so does the same problem in Cartesian coordinates with
-// multipliers, integrated by the same method, which agrees with this reference to 1e-16.
+// Sign convention: angles counter-clockwise from x. Units: m, kg, s, rad. Source: Mazzia and
+// Magherini, Test Set for Initial Value Problem Solvers, release 2.4 (2008), problem caraxis;
+// published solution at 3 s by GAMD in quadruple precision. It differs from this reference by 2e-13
+// m and 5e-12 m/s; so does the same problem in Cartesian coordinates with multipliers, integrated
+// by the same method, which agrees with this reference to 1e-16.
 #pragma once
 
 #include "verification/references/published/smooth_motion.hpp"

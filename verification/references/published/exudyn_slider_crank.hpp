@@ -7,8 +7,8 @@
 //     r = R + e^{iΘ} p,         r̈ = R̈ + e^{iΘ} (i Θ̈ p + ψ̈ p′ + ψ̇² p″ + 2 i Θ̇ ψ̇ p′ − Θ̇² p)
 //     α = Θ̈ + ψ̈ a′ + ψ̇² a″,    sin β = −(L₁/L₂) sin ψ,    the rod's angle β
 //
-// Sign convention: angles counter-clockwise; the slider's guide is the x axis of the frame.
-// Units: m, kg, s, rad. Source: Exudyn, main/pythonDev/TestModels/sliderCrankFloatingTest.py
+// Sign convention: angles counter-clockwise; the slider's guide is the x axis of the frame. Units:
+// m, kg, s, rad. Source: Exudyn, main/pythonDev/TestModels/sliderCrankFloatingTest.py
 // (github.com/jgerstmayr/EXUDYN); its stored result is the sum of the slider's positions of both
 // mechanisms at 0.3 s, by the generalised-α method (index 2, spectral radius 0.5) with h = 6e-5 s.
 #pragma once

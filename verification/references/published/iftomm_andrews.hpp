@@ -1,12 +1,13 @@
 // The seven-body mechanism (Andrews' squeezer; IFToMM benchmark A03, IVP test set) to any instant:
 // the crank angle β is the coordinate, and the loops give all other angles. With absolute angles
 //
-//     P = rr e^{iβ} − d e^{iψ₂} = B − i ss e^{iγ} = A + zt e^{iδ} − i e e^{iψ₄} = A − i u e^{iε} + zf e^{iψ₆}
+//     P = rr e^{iβ} − d e^{iψ₂} = B − i ss e^{iγ} = A + zt e^{iδ} − i e e^{iψ₄}
+//       = A − i u e^{iε} + zf e^{iψ₆}
 //
-// two derivatives of the loops by β give w = dψ/dβ and z = d²ψ/dβ². The state is β, γ, ψ₂, δ, ψ₄, ε,
-// ψ₆ and β̇; the closure of the loops is then a check of the integration. Forces: the motor's torque
-// and the spring.
-// Units: m, kg, s, rad. Source: parameters of seven_body.hpp (IVP test set); equations by hand.
+// two derivatives of the loops by β give w = dψ/dβ and z = d²ψ/dβ². The state is β, γ, ψ₂, δ, ψ₄,
+// ε, ψ₆ and β̇; the closure of the loops is then a check of the integration. Forces: the motor's
+// torque and the spring. Units: m, kg, s, rad. Source: parameters of seven_body.hpp (IVP test set);
+// equations by hand.
 #pragma once
 
 #include <algorithm>

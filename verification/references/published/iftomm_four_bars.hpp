@@ -1,13 +1,14 @@
-// N parallelograms in a row (IFToMM benchmark A02): N + 1 uprights and N couplers, thin bars of mass
-// m and length L. The uprights start upright with the angular velocity −v₀/L, so that the heads move
-// with v₀ along x. While the loops remain parallelograms, the angle θ of the uprights from the
-// vertical, clockwise, is the only coordinate:
+// N parallelograms in a row (IFToMM benchmark A02): N + 1 uprights and N couplers, thin bars of
+// mass m and length L. The uprights start upright with the angular velocity −v₀/L, so that the
+// heads move with v₀ along x. While the loops remain parallelograms, the angle θ of the uprights
+// from the vertical, clockwise, is the only coordinate:
 //
-//     ½ J θ̇² + W cos θ = const,   J = m L² ((N + 1)/3 + N),   W = m g L ((N + 1)/2 + N),   ω₀² = W/J
+//     ½ J θ̇² + W cos θ = const,   J = m L² ((N + 1)/3 + N),   W = m g L ((N + 1)/2 + N)
 //
 // This is a pendulum that turns over the top. With ψ = θ − π from the lowest position,
 //
-//     sin(ψ/2) = sn(u, k),   ψ̇ = Ω dn(u, k),   u = Ω t/2 − K(k),   Ω² = (v₀/L)² + 4 ω₀²,   k = 2 ω₀/Ω
+//     sin(ψ/2) = sn(u, k),   ψ̇ = Ω dn(u, k),   u = Ω t/2 − K(k),
+//     Ω² = (v₀/L)² + 4 ω₀²,   k = 2 ω₀/Ω,   ω₀² = W/J
 //
 // Units: m, kg, s. Source: closed form of the turning pendulum (Whittaker, Analytical Dynamics);
 // benchmark: Gonzalez et al., Eng. with Computers 26 (2010) 1.

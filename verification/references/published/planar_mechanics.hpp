@@ -3,15 +3,16 @@
 // Piston engine: a crank of inertia J about its pin moves a slider of mass m along x by a massless
 // rod. Its energy ½ J ω² + ½ m ẋ² is constant, since nothing with mass changes its height.
 //
-// Crane crab: a cart of 1 kg on a horizontal guide with a damper of 10 N s/m, and a body of 0.5 kg and
-// 0.1 kg m² on a massless arm of 1 m, released at 150° from the hanging position.
+// Crane crab: a cart of 1 kg on a horizontal guide with a damper of 10 N s/m, and a body of 0.5 kg
+// and 0.1 kg m² on a massless arm of 1 m, released at 150° from the hanging position.
 //
 // Double pendulum: bodies of 1 kg, 0.1 kg m² and 0.2 kg, 0.01 kg m² at the ends of massless arms of
 // 1 m and 0.4 m, released at rest in horizontal position.
 //
-// Kinematic loop: two massless arms of 0.5 m join a knee to the origin and to a slider on the x axis,
-// which is massless in the source and has 1e-6 kg here and in the scene. A spring (20 N/m, 0.4 m) and a damper (4 N s/m) act between origin and slider, whose
-// place is s = 2 · 0.5 sin φ₁. A body of 1 kg and 0.1 kg m² hangs from the knee on an arm of 0.6 m.
+// Kinematic loop: two massless arms of 0.5 m join a knee to the origin and to a slider on the x
+// axis, which is massless in the source and has 1e-6 kg here and in the scene. A spring (20 N/m,
+// 0.4 m) and a damper (4 N s/m) act between origin and slider, whose place is s = 2 · 0.5 sin φ₁. A
+// body of 1 kg and 0.1 kg m² hangs from the knee on an arm of 0.6 m.
 //
 // Units: m, kg, s, rad. Sign convention: angles counter-clockwise; of the second joint of a chain
 // relative to the first. Source: PlanarMechanics/Examples/*.mo (github.com/dzimmer/PlanarMechanics,
@@ -104,7 +105,7 @@ struct KinematicLoop {
   }
 };
 
-/// Stored results: crank angle and rate at 10 s; cart's place, body's angle and their rates at 10 s;
+/// Stored results: crank angle and rate at 10 s; cart's place, body's angle and rates at 10 s;
 /// angles and rates of the pendulum at 10 s and of the loop at 6 s.
 inline constexpr std::array<double, 2> modelica_piston_engine{-16.814939496173498, -1.5942662794413873};
 inline constexpr std::array<double, 4> modelica_crane_crab{-0.022500227083739884, 0.63438290867220337,

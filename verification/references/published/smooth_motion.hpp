@@ -1,13 +1,13 @@
 // Equations of motion in minimal coordinates by virtual work, and their integration in long double.
-// Used by the references of published cases without contact. A body with the velocity
-// v = Σ_j J_j q̇_j and the angular velocity ω = Σ_j w_j q̇_j has the acceleration Σ_j J_j q̈_j + b
-// and the angular acceleration Σ_j w_j q̈_j + c. The principle of d'Alembert,
+// Used by the references of published cases without contact. A body with the velocity v = Σ_j J_j
+// q̇_j and the angular velocity ω = Σ_j w_j q̇_j has the acceleration Σ_j J_j q̈_j + b and the
+// angular acceleration Σ_j w_j q̈_j + c. The principle of d'Alembert,
 //
 //     Σ_bodies [J_i · (m a − F) + w_i (I α − T)] = 0        for each coordinate i,
 //
 // gives linear equations for q̈. They are integrated in equal steps of the method of order 8 of
-// Cooper and Verner; a run with twice the steps shows the error.
-// Vectors are complex numbers. Units: m, kg, s, rad. Source: derived by hand.
+// Cooper and Verner; a run with twice the steps shows the error. Vectors are complex numbers.
+// Units: m, kg, s, rad. Source: derived by hand.
 #pragma once
 
 #include <array>
