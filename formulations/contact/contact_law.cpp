@@ -116,6 +116,14 @@ double hertz_stiffness(double young, double poisson, double radius) {
   return 4.0 / 3.0 * young / (2 * (1 - poisson * poisson)) * std::sqrt(radius);
 }
 
+double stiffness_ratio(const Surface& surface) {
+  if (surface.stiffness_ratio) return *surface.stiffness_ratio;
+  if (!surface.poisson)
+    missing(fmt::format("surfaces.{}.stiffness_ratio", surface.name),
+            "a law of tangential compliance needs it, or young and poisson");
+  return 2 * (1 - *surface.poisson) / (2 - *surface.poisson);
+}
+
 ContactForce make_contact_force(const Scene& scene, const ContactFacts& contact) {
   const auto& o = scene.penalty;
   ContactForce law;

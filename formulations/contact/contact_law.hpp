@@ -29,6 +29,7 @@
 namespace freeplay {
 
 struct Scene;
+struct Surface;
 
 /// The law of one contact, ready to evaluate.
 struct ContactForce {
@@ -74,6 +75,10 @@ ContactForce make_contact_force(const Scene& scene, const ContactFacts& contact)
 /// Hertz's K = (4/3) E* √R, with E* = E/(2(1 − ν²)) for equal materials and R = R_i R_j/(R_i − R_j)
 /// for a journal inside a bearing.
 double hertz_stiffness(double young, double poisson, double radius);
+
+/// κ = k_T/k_N of a surface: its own, or 2(1 − ν)/(2 − ν) of equal elastic materials (Mindlin 1949).
+/// Throws ModelError that names a missing key.
+double stiffness_ratio(const Surface& surface);
 
 /// Duration (s) of the undamped impact of a mass m (kg) at speed v (m/s): 2.9432… δ_max/v for
 /// Hertz, in general 2 ∫ dδ/√(v² − 2U(δ)/m), estimated from the energy balance at the greatest

@@ -44,6 +44,8 @@ struct FrictionParameters {
 /// Defaults of all friction laws: smooth, without internal state.
 struct AnyFrictionLaw {
   static constexpr bool bristle = false, kink_at_rest = false;
+  /// A tangential spring with slip takes the place of c(v) (shear_spring.hpp).
+  static constexpr bool compliant = false;
   static constexpr bool positive_v0 = true, v1_above_v0 = false;
   static std::array<double, 0> kinks(const FrictionParameters&) { return {}; }
 };

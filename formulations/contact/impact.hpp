@@ -15,6 +15,9 @@
 //              works satisfy this equation (impact_energetic.cpp); Poisson's ratios are used if
 //              no solution is found.
 //
+//   compliant  contacts of normal and tangential springs with Coulomb friction in series, followed
+//              in time (compliant_impact.cpp; Maw, Barber and Fawcett, 1981)
+//
 // The poisson and energetic laws integrate a single contact along its normal impulse (Routh), with
 // slip, stick and reversal, and several contacts along their phases (impact_phases.cpp). Works are
 // computed along the impact, so that friction never gains energy.

@@ -14,6 +14,7 @@ struct ImpactContact {
   /// tangent −1: frictionless; normal −1: friction of a joint, with Newton's law only
   int normal = -1, tangent = -1;
   double restitution = 0, tangential_restitution = 0, friction = 0;
+  double stiffness_ratio = 1;           ///< κ, read by the compliant law
   double impulse_n = 0, impulse_t = 0;  ///< N s
   /// N s, bound of friction in addition to μ times the normal impulse
   double bound = 0;

@@ -17,6 +17,7 @@ using ImpactContacts = std::vector<ImpactContact>;
 bool newton_impact(ImpactIsland& island, ImpactPhases& phases, ImpactContacts& contacts);
 bool poisson_impact(ImpactIsland& island, ImpactPhases& phases, ImpactContacts& contacts);
 bool energetic_impact(ImpactIsland& island, ImpactPhases& phases, ImpactContacts& contacts);
+bool compliant_impact(ImpactIsland& island, ImpactPhases& phases, ImpactContacts& contacts);
 
 inline bool impact_by(ImpactLaw law, ImpactIsland& island, ImpactPhases& phases, ImpactContacts& contacts) {
   switch (law) {
@@ -26,6 +27,8 @@ inline bool impact_by(ImpactLaw law, ImpactIsland& island, ImpactPhases& phases,
       return poisson_impact(island, phases, contacts);
     case ImpactLaw::energetic:
       return energetic_impact(island, phases, contacts);
+    case ImpactLaw::compliant:
+      return compliant_impact(island, phases, contacts);
   }
   return false;
 }

@@ -39,6 +39,7 @@ constexpr auto all_friction_laws = table<FrictionLaw, FrictionLawFacts>([](auto 
                           .range = L::range,
                           .keys = L::keys,
                           .bristle = L::bristle,
+                          .compliant = L::compliant,
                           .positive_v0 = L::positive_v0,
                           .v1_above_v0 = L::v1_above_v0};
 });

@@ -6,11 +6,17 @@
 #include <cmath>
 #include <utility>
 
+#include "formulations/contact/contact_law.hpp"
+
 namespace freeplay {
 
 ImpactEquations::ImpactEquations(const NonsmoothOptions& options, const ModeEquations& d)
     : impact_(options.impact_law, options.solver, options.lcp_tolerance), lambda_(d.lambda.size()) {
   image_.setZero(d.coupled.size());
+  for (int k = 0; k < d.system.contacts(); ++k)
+    ratio_.push_back(options.impact_law == ImpactLaw::compliant && d.system.has_friction(k)
+                         ? stiffness_ratio(d.system.contact_facts(k).surface)
+                         : 1);
 }
 
 std::string ImpactEquations::solve(ModeEquations& d, const Vector& x, double t, const Impact& impact) {
@@ -57,6 +63,7 @@ void ImpactEquations::pose(ModeEquations& d, const Vector& x, const Impact& impa
       i.tangent = add(c.row.tangent);
       i.friction = *surface.friction;
       i.tangential_restitution = inelastic ? 0 : surface.tangential_restitution;
+      i.stiffness_ratio = ratio_[static_cast<std::size_t>(k)];
     }
     in_impact_.push_back(i);
   }

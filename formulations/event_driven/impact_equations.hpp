@@ -62,6 +62,7 @@ class ImpactEquations {
   BoundIteration bounds_;
   Eigen::VectorXd image_;
   double pressing_rate_ = 0;
+  std::vector<double> ratio_;  // κ of each contact, of the compliant law
 };
 
 }  // namespace freeplay

@@ -14,11 +14,10 @@ namespace freeplay {
 
 namespace {
 
-/// Number of bristle states: one per contact if any friction law has a bristle, otherwise none.
+/// Number of bristle states: one per contact if any friction has a state, otherwise none.
 /// The state has the index of its contact and stays zero for a contact without such a law.
 int count_bristles(const std::vector<PenaltyContact>& contacts) {
-  const bool any = std::ranges::any_of(
-      contacts, [](const PenaltyContact& c) { return c.friction && c.friction->has_state(); });
+  const bool any = std::ranges::any_of(contacts, &PenaltyContact::has_bristle);
   return any ? static_cast<int>(contacts.size()) : 0;
 }
 
@@ -82,10 +81,13 @@ void PenaltyDynamics::evaluate(const T* q, const T* v, const T* bristle, const T
     row.normal.add_to(e.force.data(), force);
     impulse[0] = force;
     if (c.law.dissipates()) terms.contact_work += force * rate;
-    if (!c.friction) continue;
+    if (!c.rubs()) continue;
     const T v_t = row.tangent.dot(v), z = bristles_ ? bristle[k] : T(0);
-    const T tangential = -c.friction->coefficient(v_t, c.zone, z) * force;
-    if (bristles_) terms.bristle_rate[k] = c.friction->bristle_rate(v_t, c.zone, z);
+    const T tangential =
+        c.shear ? c.shear->force(c.zone, force, z) : T(-c.friction->coefficient(v_t, c.zone, z) * force);
+    if (bristles_)
+      terms.bristle_rate[k] = c.shear ? c.shear->rate(c.zone, delta, rate, elastic, v_t, z)
+                                      : c.friction->bristle_rate(v_t, c.zone, z);
     row.tangent.add_to(e.force.data(), tangential);
     impulse[1] = tangential;
     terms.friction_loss -= tangential * v_t;
@@ -375,6 +377,7 @@ double PenaltyDynamics::effective_mass(const ContactRow& row) {
 
 PenaltyDynamics::Stored PenaltyDynamics::elastic_energy(const Vector& x, double t) {
   Stored sum;
+  const auto n = static_cast<std::size_t>(system_.n());
   bool placed = false;
   for (int k = 0; k < system_.contacts(); ++k) {
     const auto& c = contacts_[k];
@@ -382,9 +385,15 @@ PenaltyDynamics::Stored PenaltyDynamics::elastic_energy(const Vector& x, double 
     if (!placed) system_.place(t, x.data(), probe_);
     placed = true;
     system_.contact(k, x.data(), x.data() + system_.n(), probe_, row_);
-    const double energy = c.law.elastic.energy(std::max(0.0, -row_.gap));
+    const double delta = std::max(0.0, -row_.gap), energy = c.law.elastic.energy(delta);
     sum.all += energy;
     if (c.law.dissipates()) sum.dissipative += energy;
+    if (c.shear) {
+      const double elastic = c.law.elastic.force(delta);
+      const double y = c.zone == 0 ? x[bristle_offset() + k]
+                                   : c.shear->mu * c.force(delta, -row_.normal.dot(&x[n]), elastic);
+      sum.shear += c.shear->energy(delta, elastic, y);
+    }
   }
   return sum;
 }

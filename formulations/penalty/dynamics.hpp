@@ -3,8 +3,8 @@
 //
 //     M v̇ + Gᵀλ = f + Σ W_N F_N + W_T F_T,       G v̇ = γ − 2α(Gv + Φ_t) − β²Φ.
 //
-// The integrated vector is x = [q, v, (P_N, P_T) of each contact, bristles (LuGre), first-order
-// states of elements, work integrals]. A contact is either open or closed during a whole step. An
+// The integrated vector is x = [q, v, (P_N, P_T) of each contact, bristles (deflections of LuGre,
+// shear forces of tangential springs), first-order states of elements, work integrals]. A contact is either open or closed during a whole step. An
 // open contact exerts no force at any trial state, so the right-hand side of each mode is smooth,
 // and an event is a root of a smooth function.
 //
@@ -19,6 +19,7 @@
 #include "formulations/contact/coupled_friction.hpp"
 #include "formulations/contact/film.hpp"
 #include "formulations/contact/friction_law.hpp"
+#include "formulations/contact/shear_spring.hpp"
 #include "formulations/integrators/phases.hpp"
 #include "mechanism/options.hpp"
 #include "numerics/saddle_point.hpp"
@@ -78,8 +79,12 @@ struct PenaltyMode {
 struct PenaltyContact : PenaltyMode {
   ContactForce law;
   std::optional<FrictionForce> friction;
+  std::optional<ShearSpring> shear;  ///< in place of `friction`
   std::optional<Film> film;
 
+  bool rubs() const { return friction || shear; }
+  /// Whether its friction has a state.
+  bool has_bristle() const { return shear || (friction && friction->has_state()); }
   PenaltyMode& mode() { return *this; }
   const PenaltyMode& mode() const { return *this; }
   template <class T>
@@ -114,7 +119,7 @@ class PenaltyDynamics {
   int size() const { return integral_offset() + integrals; }
   int impulse_offset() const { return 2 * system_.n(); }
   int bristle_offset() const { return impulse_offset() + 2 * system_.contacts(); }
-  /// Number of bristle states: one per contact with LuGre's law, else none.
+  /// Number of bristle states: one per contact if some contact has one, else none.
   int bristles() const { return bristles_; }
   int state_offset() const { return bristle_offset() + bristles_; }
   int integral_offset() const { return state_offset() + system_.states(); }
@@ -137,9 +142,10 @@ class PenaltyDynamics {
   /// Effective mass of an impact at contact k, 1/(W_Nᵀ A W_N) with the constraints kept, at the
   /// state of contact_row().
   double effective_mass(const ContactRow& row);
-  /// Energy stored in closed contacts (J): in all, and in those that dissipate.
+  /// Energy stored in closed contacts (J): in all, in those that dissipate, and in tangential
+  /// springs.
   struct Stored {
-    double all = 0, dissipative = 0;
+    double all = 0, dissipative = 0, shear = 0;
   };
   Stored elastic_energy(const Vector& x, double t);
 

@@ -18,13 +18,29 @@
 namespace freeplay {
 namespace {
 
-std::vector<PenaltyContact> make_contacts(const Scene& scene, const System& system) {
+/// The law "mindlin" of a contact. `resolution` (m): rounding error of its gap.
+ShearSpring make_shear_spring(const ContactFacts& contact, const ContactForce& law, double resolution) {
+  const auto& elastic = law.elastic;
+  if (!elastic.is_power() || law.viscous > 0)
+    throw ModelError("penalty.friction",
+                     fmt::format("\"mindlin\" needs a contact law whose elastic force is a power of the "
+                                 "depth, and \"{}\" has none; use a point law such as \"exact\"",
+                                 contact.name));
+  return {*contact.surface.friction, stiffness_ratio(contact.surface), elastic.exponent,
+          elastic.force(64 * resolution)};
+}
+
+std::vector<PenaltyContact> make_contacts(const Scene& scene, const System& system, const State& state) {
   std::vector<PenaltyContact> contacts;
   for (int k = 0; k < system.contacts(); ++k) {
     const auto& facts = system.contact_facts(k);
     PenaltyContact c;
     c.law = make_contact_force(scene, facts);
-    if (facts.surface.friction) c.friction = make_friction(scene.penalty, *facts.surface.friction);
+    const auto& friction = facts.surface.friction;
+    if (friction && !facts_of(scene.penalty.friction).compliant)
+      c.friction = make_friction(scene.penalty, *friction);
+    else if (friction && *friction > 0)
+      c.shear = make_shear_spring(facts, c.law, gap_rounding(system, k, state.q.data()));
     c.film = make_film(facts);
     contacts.push_back(c);
   }
@@ -45,7 +61,7 @@ class Penalty final : public Marched<PenaltyStepper<Method>> {
   Penalty(const Scene& scene, const System& system, const State& state, Method method, double v0_floor,
           double pace)
       : Base(Family::penalty, system, state,
-             {PenaltyDynamics(system, scene.penalty, make_contacts(scene, system),
+             {PenaltyDynamics(system, scene.penalty, make_contacts(scene, system, state),
                               {!redundant_rows(system, state.q).empty(), scene.run.eliminate}),
               std::move(method), v0_floor, pace}),
         scene_(scene) {}
@@ -136,27 +152,45 @@ bool follows_curves(const Mechanism& m) {
   return !std::ranges::all_of(m.drives, plain) || std::ranges::any_of(m.loads, scaled);
 }
 
+/// kg, mass of the lightest body.
+double lightest(const System& system) {
+  double least = INFINITY;
+  for (int i = 0; i < system.n(); ++i)
+    if (!system.is_angle(i)) least = std::min(least, system.mass()[i]);
+  return least;
+}
+/// N, F_el at the greatest depth of an elastic impact of a mass (kg) at a speed (m/s): F_el = K δⁿ.
+double impact_force(const ElasticLaw& law, double mass, double speed) {
+  const double n = law.exponent;
+  return law.force(std::pow((n + 1) * mass * speed * speed / (2 * law.stiffness), 1 / (n + 1)));
+}
+
 /// Scales of the integrated vector. Impulses and work integrals have no error control, except the
 /// works of drives and loads if they follow curves: their scale is the kinetic energy at the
 /// greatest speed, and their own value. (With the speed across a clearance of micrometres, rounding
 /// would shorten the steps of free flight to nanoseconds.)
-ErrorNorm make_norm(const System& system, const Scales& s, const PenaltyOptions& options,
-                    const Mechanism& mechanism) {
+ErrorNorm make_norm(const Scene& scene, const System& system, const Scales& s) {
+  const auto& options = scene.penalty;
   ErrorNorm norm = motion_norm(system, s, options.tolerance);
   const int n = system.n();
   // Bristle states exist for all contacts if some contact has them, as in count_bristles().
   bool bristles = false;
   for (int k = 0; k < system.contacts(); ++k) bristles |= system.has_friction(k);
-  bristles &= facts_of(options.friction).bristle;
+  const auto& law = facts_of(options.friction);
+  bristles &= law.bristle || law.compliant;
   if (bristles) {
-    // Bristles: deflections of the order 1/σ₀, after the impulses, which have no error control.
+    // Bristles, after the impulses, which have no error control: deflections of the order 1/σ₀, or
+    // the greatest elastic force of an impact of the lightest body.
     norm.absolute.resize(2 * n + 2 * system.contacts(), INFINITY);
     norm.absolute.resize(norm.absolute.size() + system.contacts(), 1 / options.bristle_stiffness);
+    for (int k = 0; law.compliant && k < system.contacts(); ++k)
+      norm.absolute[2 * n + 2 * system.contacts() + k] =
+          impact_force(make_contact_force(scene, system.contact_facts(k)).elastic, lightest(system), s.speed);
     norm.relative.resize(norm.absolute.size(), 0);
   }
   const int states = 2 * n + (bristles ? 3 : 2) * system.contacts();
   if (system.states() > 0) add_states(norm, system, states);
-  if (follows_curves(mechanism)) {
+  if (follows_curves(scene.mechanism)) {
     double energy = 0;
     for (int i = 0; i < n; ++i)
       energy += 0.5 * system.mass()[i] *
@@ -202,7 +236,7 @@ std::unique_ptr<Formulation> make_penalty(const Scene& scene, const System& syst
     return std::make_unique<Penalty<decltype(method)>>(scene, system, state, std::move(method), floor,
                                                        scales.time);
   };
-  const auto norm = make_norm(system, scales, options, scene.mechanism);
+  const auto norm = make_norm(scene, system, scales);
   const double first = 1e-3 * scales.time;
   const auto relieved = [&](auto method) {
     return with(Relieved<decltype(method)>(std::move(method), norm, first));

@@ -46,6 +46,8 @@ class PenaltyStepper {
         for (int c = 0; body != ground && c < planar::coordinates; ++c)
           for (const int at : {planar::first(body) + c, n + planar::first(body) + c})
             seen_[static_cast<std::size_t>(k)].push_back(at);
+    for (int k = 0; f_.bristles() && k < contacts; ++k)
+      seen_[static_cast<std::size_t>(k)].push_back(f_.bristle_offset() + k);
     for (auto* x : {&scratch_, &slope_, &moving_}) x->resize(f_.size());
     extremes_.penetration.assign(contacts, 0);
   }
@@ -190,7 +192,7 @@ class PenaltyStepper {
       const bool turned = before.rate < 0 && end_[k].rate > 0;
       extremes_.penetration[k] =
           std::max(extremes_.penetration[k], -(turned ? least_gap(k, before) : end_[k].gap));
-      if (c.friction && first.contact != k) follow_zone(c, mark_[k].at.slide);
+      if (c.rubs() && first.contact != k) follow_zone(k);
     }
     if (first.found()) change_mode(first);
     if (first.contact >= 0) change_coincident(first);
@@ -262,12 +264,12 @@ class PenaltyStepper {
     const double* w = method_.x.data() + f_.integral_offset();
     EnergyLedger l;
     const auto stored = f_.elastic_energy(method_.x, method_.t);
-    l.elastic = stored.all;
+    l.elastic = stored.all + stored.shear;
     l.drive = w[PenaltyDynamics::drive];
     l.load = w[PenaltyDynamics::load];
     l.damping = w[PenaltyDynamics::damping];
     l.contact = w[PenaltyDynamics::contact_work] - stored.dissipative;
-    l.friction = w[PenaltyDynamics::friction_loss];
+    l.friction = w[PenaltyDynamics::friction_loss] - stored.shear;
     l.film = w[PenaltyDynamics::film_loss];
     l.stabilisation = w[PenaltyDynamics::stabilisation];
     return l;
@@ -314,7 +316,8 @@ class PenaltyStepper {
   /// Coincident events take a step without length each.
   int most_stalled() const { return 10 + 2 * f_.system().contacts(); }
   struct Sample {
-    double gap = 0, rate = 0, slide = 0;
+    double gap = 0, rate = 0;
+    double slide = 0;  // sliding speed, or load of a tangential spring that sticks
     template <class M>
     void serialize(M& m) {
       m(gap, rate, slide);
@@ -338,19 +341,26 @@ class PenaltyStepper {
     bool found() const { return contact >= 0 || crossing.phase >= 0; }
   };
 
-  Sample sampled(const ContactRow& row, const Vector& x) const {
+  Sample sampled(int k, const ContactRow& row, const Vector& x) const {
     const double* v = x.data() + f_.system().n();
-    return {row.gap, row.normal.dot(v), row.tangent.dot(v)};
+    Sample s{row.gap, row.normal.dot(v), row.tangent.dot(v)};
+    const auto& c = f_.contacts()[k];
+    if (c.shear && c.closed && c.zone == 0) [[unlikely]] {
+      const double delta = std::max(0.0, -s.gap),
+                   normal = c.force(delta, -s.rate, c.law.elastic.force(delta));
+      s.slide = c.shear->load(normal, x[f_.bristle_offset() + k]);
+    }
+    return s;
   }
-  Sample sample(int k, const Vector& x, double t) { return sampled(f_.contact_row(k, x, t), x); }
+  Sample sample(int k, const Vector& x, double t) { return sampled(k, f_.contact_row(k, x, t), x); }
   /// At the present state, which place_end() has evaluated.
-  Sample sample_end(int k) { return sampled(f_.end_row(k, method_.x), method_.x); }
+  Sample sample_end(int k) { return sampled(k, f_.end_row(k, method_.x), method_.x); }
   Sample sample_at(int k, double t) {
     if (t >= method_.t) return end_[k];
     // With the two bodies of the contact only, because scenes of many contacts call this for each.
     if constexpr (Method::cubic) {
       method_.hermite(t, seen_[static_cast<std::size_t>(k)], scratch_);
-      return sampled(f_.row_alone(k, scratch_), scratch_);
+      return sampled(k, f_.row_alone(k, scratch_), scratch_);
     }
     method_.interpolate(t, scratch_);
     return sample(k, scratch_, t);
@@ -376,6 +386,10 @@ class PenaltyStepper {
 
   /// Finds where the sliding speed of a closed contact leaves its zone within the step.
   void find_slide_event(int k, Event& first);
+  /// Finds where a tangential spring that slips begins to stick within the step.
+  void find_slip_end(int k, Event& first);
+  /// v_s of contact k in slip, times its direction; `slope` is dx/dt.
+  double slip(int k, const Vector& x, const Vector& slope, double t);
   /// The time at which the rate of contact k's gap vanishes in the last step, whose ends have
   /// opposite rates.
   double root_of_rate(int k, double rate);
@@ -406,18 +420,27 @@ class PenaltyStepper {
   /// Whether a fixed step has changed a sliding speed that began in a steep zone of its friction
   /// law far beyond that zone. No motion does this: the step is unstable there.
   bool leaps() const;
-  /// Tolerance of a sliding speed at the boundary of zones (m/s). Otherwise two contacts that reach
-  /// a boundary at the same instant would change each other's zone back by rounding.
-  static double nudge(const PenaltyContact& c) { return 1e-9 * std::max(c.friction->v0, c.friction->v1); }
-  /// If a sliding speed was outside its zone at both ends of a step, it takes its actual zone.
-  static void follow_zone(PenaltyContact& c, double slide) {
-    const auto [low, high] = c.friction->ends(c.zone);
-    if (slide < low - nudge(c) || slide > high + nudge(c)) c.zone = c.friction->zone(slide);
+  /// Tolerance of the watched value at the boundary of zones (m/s; a tangential spring: 1).
+  /// Otherwise two contacts that reach a boundary at the same instant would change each other's
+  /// zone back by rounding.
+  static double nudge(const PenaltyContact& c) {
+    if (c.shear) return 1e-9;
+    return 1e-9 * std::max(c.friction->v0, c.friction->v1);
   }
+  /// Ends of the present zone of a contact's friction.
+  static std::array<double, 2> zone_ends(const PenaltyContact& c) {
+    if (c.shear) return {-1, 1};
+    const auto [low, high] = c.friction->ends(c.zone);
+    return {low, high};
+  }
+  /// If the watched value was outside its zone at both ends of a step, it takes its actual zone.
+  void follow_zone(int k);
 
   /// Repeats the step to end at the event.
   void land(Event& event);
 
+  /// The zone of contact k's friction beyond the value `slide` of its watched function.
+  void enter_zone(int k, double slide);
   void change_mode(const Event& event);
   /// Informs the method of a new mode. A sliding speed that leaves one zone after another with
   /// hardly a step between is caused by a step that is too long.

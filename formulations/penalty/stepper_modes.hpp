@@ -41,14 +41,40 @@ void PenaltyStepper<Method>::change_mode(const Event& event) {
   if (event.kind == Event::Kind::impact) {
     apply_impact(event.contact);
   } else if (event.kind == Event::Kind::slide) {
-    const bool up = event.boundary == c.friction->ends(c.zone).high;
-    c.zone = c.friction->zone(event.boundary + (up ? nudge(c) : -nudge(c)));
+    const bool up = event.boundary == zone_ends(c)[1];
+    enter_zone(event.contact, event.boundary + (up ? nudge(c) : -nudge(c)));
     restart_ = true;
   } else if (c.closed) {
     open(event.contact);
   } else {
     close(event.contact);
   }
+}
+
+template <class Method>
+void PenaltyStepper<Method>::enter_zone(int k, double slide) {
+  auto& c = f_.contacts()[k];
+  if (!c.shear) {
+    c.zone = c.friction->zone(slide);
+    return;
+  }
+  // Between stick and slip the force is continuous.
+  if (c.zone != 0) {
+    const auto& s = mark_[k].at;
+    const double delta = std::max(0.0, -s.gap), normal = c.force(delta, -s.rate, c.law.elastic.force(delta));
+    method_.x[f_.bristle_offset() + k] = c.zone * c.shear->mu * normal;
+  }
+  c.zone = c.zone != 0 ? 0 : slide > 0 ? 1 : -1;
+  mark_[k].at = sample_end(k);
+}
+
+template <class Method>
+void PenaltyStepper<Method>::follow_zone(int k) {
+  const auto& c = f_.contacts()[k];
+  if (c.shear && c.zone != 0) return;
+  const auto [low, high] = zone_ends(c);
+  const double slide = mark_[k].at.slide;
+  if (slide < low - nudge(c) || slide > high + nudge(c)) enter_zone(k, slide);
 }
 
 template <class Method>
@@ -91,6 +117,10 @@ void PenaltyStepper<Method>::close(int k) {
   mark_[k] = {{row.gap, rate, slide}, method_.x[p], method_.x[p + 1], method_.t};
   if (c.friction) c.zone = c.friction->zone(slide);
   if (f_.bristles()) method_.x[f_.bristle_offset() + k] = 0;
+  if (c.shear) {
+    c.zone = c.shear->first_zone(-rate, c.force(0.0, -rate, 1.0), slide);
+    mark_[k].at = sampled(k, row, method_.x);
+  }
   const double duration = elastic_duration(c.law.elastic, c.mass, c.v0);
   log_->touch(k, method_.t, crank(), rate, slide, time_uncertainty(), 4 * duration);
   restart_ = true;

@@ -95,8 +95,9 @@ void PenaltyStepper<Method>::find_phase_event(Event& first) {
 template <class Method>
 void PenaltyStepper<Method>::find_slide_event(int k, Event& first) {
   const auto& c = f_.contacts()[k];
-  if (!c.closed || !c.friction) return;
-  const auto [low, high] = c.friction->ends(c.zone);
+  if (!c.closed || !c.rubs()) return;
+  if (c.shear && c.zone != 0) return find_slip_end(k, first);
+  const auto [low, high] = zone_ends(c);
   const double before = mark_[k].at.slide, after = end_[k].slide;
   if (after >= low && after <= high) return;
   const double boundary = after > high ? high : low;
@@ -109,6 +110,42 @@ void PenaltyStepper<Method>::find_slide_event(int k, Event& first) {
   const double t = bracketed_root([&](double s) { return sample_at(k, s).slide - boundary; }, method_.t_old,
                                   method_.t, before - boundary, after - boundary);
   if (t < first.t || !first.found()) first = {k, Event::Kind::slide, t, boundary};
+}
+
+template <class Method>
+double PenaltyStepper<Method>::slip(int k, const Vector& x, const Vector& slope, double t) {
+  const auto& c = f_.contacts()[k];
+  const double acceleration = -gap_acceleration(k, x, slope, t);
+  const auto& row = f_.contact_row(k, x, t);
+  const double* v = x.data() + f_.system().n();
+  const double rate = -row.normal.dot(v), delta = std::max(0.0, -row.gap);
+  // g and its derivative along the motion
+  const auto moving = [](double x, double x_rate) {
+    Dual<1> dual(x);
+    dual.slope[0] = x_rate;
+    return dual;
+  };
+  const auto g = c.force(moving(delta, rate), moving(rate, acceleration), Dual<1>(1));
+  return c.zone * c.shear->slip(c.zone, delta, rate, g.value, g.slope[0], row.tangent.dot(v));
+}
+
+template <class Method>
+void PenaltyStepper<Method>::find_slip_end(int k, Event& first) {
+  const double after = slip(k, method_.x, method_.dxdt, method_.t);
+  if (!(after < 0)) return;
+  const auto& c = f_.contacts()[k];
+  const double before = slip(k, method_.x_old, method_.dxdt_old, method_.t_old);
+  double t = method_.t_old;
+  if (before > 0)
+    t = bracketed_root(
+        [&](double at) {
+          if (at >= method_.t) return after;
+          method_.interpolate(at, moving_);
+          f_(moving_, slope_, at);
+          return slip(k, moving_, slope_, at);
+        },
+        method_.t_old, method_.t, before, after);
+  if (t < first.t || !first.found()) first = {k, Event::Kind::slide, t, static_cast<double>(c.zone)};
 }
 
 template <class Method>
@@ -215,7 +252,7 @@ bool PenaltyStepper<Method>::leaps() const {
   for (int k = 0; k < f_.system().contacts(); ++k) {
     const auto& c = f_.contacts()[k];
     if (!c.closed || !c.friction) continue;
-    const auto [low, high] = c.friction->ends(c.zone);
+    const auto [low, high] = zone_ends(c);
     if (std::isfinite(high - low) && std::abs(end_[k].slide - mark_[k].at.slide) > 100 * (high - low))
       return true;
   }

@@ -47,6 +47,7 @@ struct FrictionLawFacts {
   std::string_view source, range;
   std::string_view keys;  ///< keys of [penalty] that it reads, separated by ", "
   bool bristle;           ///< has a bristle deflection z (m) as a state
+  bool compliant;         ///< is a tangential spring with slip; reads κ of the surface
   bool positive_v0;       ///< requires friction_v0 > 0, else ≥ 0
   bool v1_above_v0;       ///< requires friction_v1 > friction_v0
 

@@ -106,7 +106,7 @@ enum class ContactLaw {
   gharib_hurmuzlu
 };
 /// The facts of each friction law are in formulations/contact/friction/NAME.hpp.
-enum class FrictionLaw { ambrosio, threlfall, bengisu_akay, lugre, brown_mcphee, andersson };
+enum class FrictionLaw { ambrosio, threlfall, bengisu_akay, lugre, brown_mcphee, andersson, mindlin };
 enum class Integrator { rk4, dopri5, bulirsch_stoer, adams_bashforth_moulton, rosenbrock4 };
 
 template <>
@@ -168,10 +168,10 @@ struct PenaltyOptions {
     const auto of_friction = [&](const Key& key, auto& x, const Range& range) {
       if (k.own(key.name, o)) k.take(key, x, range);
     };
-    k.take({"friction_v0", "m/s",
-            "sliding speed that regularises friction: zero friction below it (Ambrósio), v₀ (Threlfall, "
-            "Bengisu–Akay), Stribeck's (LuGre), v_t (Brown–McPhee)"},
-           o.friction_v0, friction.positive_v0 ? positive : non_negative);
+    of_friction({"friction_v0", "m/s",
+                 "sliding speed that regularises friction: zero friction below it (Ambrósio), v₀ (Threlfall, "
+                 "Bengisu–Akay), Stribeck's (LuGre), v_t (Brown–McPhee)"},
+                o.friction_v0, friction.positive_v0 ? positive : non_negative);
     of_friction({"friction_v1", "m/s",
                  "Ambrósio: full friction above this sliding speed; Andersson: Stribeck's speed"},
                 o.friction_v1, positive);
@@ -218,8 +218,8 @@ struct Traits<Scheme> {
 /// the others are tried.
 enum class LcpSolver { automatic, enumeration, lemke, gauss_seidel, newton };
 /// Restitution as a ratio of velocities (Newton), of impulses (Poisson) or of the work of the
-/// normal impulse (Stronge).
-enum class ImpactLaw { newton, poisson, energetic };
+/// normal impulse (Stronge), or contacts of springs with slip (compliant).
+enum class ImpactLaw { newton, poisson, energetic, compliant };
 
 template <>
 struct Traits<ImpactLaw> {
@@ -312,7 +312,8 @@ inline constexpr auto solver_names = complete<LcpSolver>(
 inline constexpr auto impact_law_names =
     complete<ImpactLaw>({{ImpactLaw::newton, "newton", "rates", {.time_stepping = true}},
                          {ImpactLaw::poisson, "poisson", "impulses"},
-                         {ImpactLaw::energetic, "energetic", "work, Stronge"}});
+                         {ImpactLaw::energetic, "energetic", "work, Stronge"},
+                         {ImpactLaw::compliant, "compliant", "springs with slip, Maw, Barber and Fawcett"}});
 constexpr std::span<const Choice<RunOptions::Start>> choices(RunOptions::Start) { return start_names; }
 std::span<const Choice<ContactLaw>> choices(ContactLaw);
 std::span<const Choice<FrictionLaw>> choices(FrictionLaw);
@@ -364,6 +365,7 @@ inline constexpr std::array penalty_own_keys = [] {
   return std::array{Row{"damping", line, "contact", contact, lines},
                     Row{"kelvin_stiffness", kelvin, "contact", contact, "contact = \"kelvin-voigt\""},
                     Row{"kelvin_damping", kelvin, "contact", contact, "contact = \"kelvin-voigt\""},
+                    Row{"friction_v0", of_law, "friction", friction, laws},
                     Row{"friction_v1", of_law, "friction", friction, laws},
                     Row{"friction_static", of_law, "friction", friction, laws},
                     Row{"friction_decay", of_law, "friction", friction, laws},

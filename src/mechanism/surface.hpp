@@ -19,6 +19,9 @@ struct Surface {
   std::optional<double> restitution = {};  ///< coefficient of restitution, in [0, 1]
   std::optional<double> friction = {};     ///< Coulomb's μ, ≥ 0; empty: frictionless
   double tangential_restitution = 0;       ///< e_T in [0, 1], read by impact laws
+  /// κ > 0, tangential over normal stiffness of a contact; read by the laws "mindlin" and
+  /// "compliant"
+  std::optional<double> stiffness_ratio = {};
 
   static void keys(auto& k, auto& s) {
     k.take({"young", "Pa", "Young's modulus, > 0; the penalty formulation needs it"}, s.young, positive);
@@ -28,6 +31,10 @@ struct Surface {
     k.take(
         {"tangential_restitution", "", "e_T of impact laws, 0 to 1: Coulomb's law acts on v_T⁺ + e_T v_T⁻"},
         s.tangential_restitution, zero_to_one);
+    k.take({"stiffness_ratio", "",
+            "κ, tangential over normal stiffness, > 0, for friction \"mindlin\" and impact_law \"compliant\"",
+            "2(1 − ν)/(2 − ν) of poisson"},
+           s.stiffness_ratio, positive);
     k.check(s.young.has_value() == s.poisson.has_value(), s.young ? "young" : "poisson",
             "young and poisson go together; one of them is missing");
   }

@@ -146,5 +146,12 @@ Findings springs();
 Findings cams();
 Findings joint_friction();
 Findings groups();
+Findings published_cases();
+Findings tangential_compliance();
+
+// Parts of the set "published-cases", in files of their own.
+void published_smooth(Findings& f);
+void published_impacts(Findings& f);
+void published_contacts(Findings& f);
 
 }  // namespace freeplay::verification

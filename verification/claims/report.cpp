@@ -17,6 +17,8 @@ constexpr ClaimSet sets[] = {
     {"impact-laws", "Impact laws", impact_laws},
     {"complementarity", "Solvers of the contact problem, and piles of discs", complementarity},
     {"mechanisms", "Published mechanisms", mechanisms},
+    {"published-cases", "Cases of other programs", published_cases},
+    {"tangential-compliance", "Tangential compliance of contacts", tangential_compliance},
     {"gears", "Gears, racks, slots and end stops", gears},
     {"oracle", "The paper's slider-crank against an independent derivation", oracle},
     {"forces", "Reaction forces, sensors and undetermined reactions", forces},

@@ -26,6 +26,10 @@ inline std::filesystem::path flores() { return source_folder() / "cases/flores20
 inline std::filesystem::path scene_file(const std::string& name) {
   return source_folder() / "verification/scenes" / (name + ".toml");
 }
+/// The scene of a published case.
+inline std::filesystem::path published(const std::string& name) {
+  return source_folder() / "cases/published" / name / "scene.toml";
+}
 
 /// One run in memory.
 using freeplay::name_of;

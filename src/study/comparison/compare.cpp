@@ -145,6 +145,9 @@ void find_not_matched(const Scene& scene, Comparison& c) {
     if (surface.tangential_restitution > 0 && c.frictional.back())
       list.push_back(fmt::format("the contact law ignores the tangential restitution {:.3g}",
                                  surface.tangential_restitution));
+    if (c.frictional.back() &&
+        facts_of(scene.penalty.friction).compliant != (scene.nonsmooth.impact_law == ImpactLaw::compliant))
+      list.emplace_back("tangential compliance in one formulation only");
   }
 }
 

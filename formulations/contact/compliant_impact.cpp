@@ -1,0 +1,289 @@
+// The law of tangential compliance, for any number of contacts that D couples. Each contact has a
+// normal spring and a tangential spring of κ times its stiffness, with Coulomb friction in series.
+// The configuration is constant during the impact, so the displacements x of the contacts satisfy
+//
+//     ẍ = D f(x),     f_N = k (δ − r),  δ = −x_N,     f_T = −κ (x_T − o)   in stick
+//                                                    f_T = σ μ f_N        in slip
+//
+// with equal springs k = 1 in all contacts; the result does not depend on this scale. In expansion
+// k is 1/e² and r = (1 − e²) δ_max: the spring returns e² of its work, so that e is energetic, and
+// for a single frictionless contact also kinetic. A compression beyond δ_max continues on the first
+// line. With e = 0 the contact opens at δ_max, and the energy of its tangential spring is lost.
+//
+// In each mode the equations are linear. They are solved by their Taylor series, whose remainder is
+// below rounding at the step used, and the first change of mode within a step is located on it:
+//
+//     compression → expansion   u_N ≥ 0          stick → slip   |f_T| ≥ μ f_N, σ = sgn f_T
+//     expansion → open          f_N ≤ 0          slip → stick   σ (u_T − σ μ k u_N/κ) ≥ 0
+//
+// For one contact and D_NT = 0 these are the two oscillators of quarter waves in normal and
+// tangential direction. Friction works against sliding only and springs return what they stored,
+// so the impact makes no energy.
+// Sources: N. Maw, J. R. Barber, J. N. Fawcett, J. Lubrication Technology 103 (1981) 74; W. J.
+// Stronge, Impact Mechanics (2000), chapter 5 (springs with slip, unloading by k/e²).
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+#include "formulations/contact/impact_laws.hpp"
+#include "formulations/integrators/crossing.hpp"
+
+namespace freeplay {
+namespace {
+
+/// A contact during the impact.
+struct Springs {
+  enum class Normal { compression, expansion, open } normal = Normal::compression;
+  int slip = 0;  ///< σ of f_T = σ μ f_N; 0: stick
+  double stiffness = 1, release = 0, deepest = 0, origin = 0;
+
+  bool closed() const { return normal != Normal::open; }
+};
+
+class SpringImpact {
+ public:
+  SpringImpact(const ImpactIsland& island, const ImpactContacts& contacts)
+      : contacts_(contacts),
+        springs_(contacts.size()),
+        rows_(island.problem.rows),
+        D_(island.problem.D.topLeftCorner(rows_, rows_)),
+        x_(Eigen::VectorXd::Zero(rows_)),
+        u_(island.before.head(rows_)),
+        impulse_(Eigen::VectorXd::Zero(rows_)),
+        none_(1e-13 * u_.cwiseAbs().maxCoeff()) {
+    for (auto* list : {&series_, &force_}) list->fill(Eigen::VectorXd::Zero(rows_));
+    for (std::size_t i = 0; i < springs_.size(); ++i) {
+      if (!(u_n(i) < -none_)) springs_[i].normal = Springs::Normal::open;  // it may be struck later
+      begin_tangential(i);
+    }
+  }
+
+  /// Follows the impact until no contact can close again; returns false if it does not end.
+  bool run() {
+    const long most = 20'000 * static_cast<long>(springs_.size());
+    for (long steps = 0; steps < most; ++steps) {
+      const double step = next_step();
+      if (step < 0) return true;
+      if (!std::isfinite(step)) return false;
+      expand();
+      // A contact that leaves a mode and returns to it within half a step only grazes its end.
+      Change first;
+      for (const double part : {0.5, 1.0})
+        if (!first.found()) first = first_change(part == 1.0 ? 0.5 * step : 0, part * step);
+      advance(first.found() ? first.at : step);
+      if (first.found()) change(first);
+    }
+    return false;
+  }
+  const Eigen::VectorXd& impulse() const { return impulse_; }
+  const Eigen::VectorXd& after() const { return u_; }
+  /// J, work of the normal springs, ≤ 0.
+  double normal_work() const {
+    double work = 0;
+    for (std::size_t i = 0; i < springs_.size(); ++i) {
+      const double e = contacts_[i].restitution, deepest = springs_[i].deepest;
+      work -= 0.5 * (1 - e * e) * deepest * deepest;
+    }
+    return work;
+  }
+
+ private:
+  static constexpr int order = 16;
+  enum class Kind { none, turn, deeper, open, close, slip, stick };
+  struct Change {
+    Kind kind = Kind::none;
+    std::size_t contact = 0;
+    double at = 0;
+    bool found() const { return kind != Kind::none; }
+  };
+
+  double u_n(std::size_t i) const { return u_[contacts_[i].normal]; }
+  bool rough(std::size_t i) const { return contacts_[i].tangent >= 0 && contacts_[i].friction > 0; }
+  double ratio(std::size_t i) const { return contacts_[i].stiffness_ratio; }
+
+  /// f of displacements x; `constant`: with the constant part of each spring's force.
+  void forces(const Eigen::VectorXd& x, bool constant, Eigen::VectorXd& f) const {
+    f.setZero();
+    for (std::size_t i = 0; i < springs_.size(); ++i) {
+      const auto& s = springs_[i];
+      const auto& c = contacts_[i];
+      if (!s.closed()) continue;
+      f[c.normal] = s.stiffness * (-x[c.normal] - (constant ? s.release : 0));
+      if (!rough(i)) continue;
+      f[c.tangent] = s.slip != 0 ? s.slip * c.friction * f[c.normal]
+                                 : -ratio(i) * (x[c.tangent] - (constant ? s.origin : 0));
+    }
+  }
+  /// Taylor coefficients of x and f from the present state.
+  void expand() {
+    series_[0] = x_;
+    series_[1] = u_;
+    for (int j = 0; j + 2 <= order; ++j) {
+      forces(series_[j], j == 0, force_[j]);
+      series_[j + 2].noalias() = D_ * force_[j] / ((j + 1.0) * (j + 2));
+    }
+  }
+  double displacement(int row, double t) const {
+    double sum = 0;
+    for (int j = order; j >= 0; --j) sum = sum * t + series_[j][row];
+    return sum;
+  }
+  double velocity(int row, double t) const {
+    double sum = 0;
+    for (int j = order; j >= 1; --j) sum = sum * t + j * series_[j][row];
+    return sum;
+  }
+  /// A step in which the series has converged, or the free flight to the next contact; −1: the
+  /// impact has ended.
+  double next_step() {
+    double bound = 0;
+    bool any = false;
+    for (std::size_t i = 0; i < springs_.size(); ++i) {
+      const auto& s = springs_[i];
+      if (!s.closed()) continue;
+      any = true;
+      const double stiffest = std::max(s.stiffness, ratio(i));
+      bound += stiffest * D_.col(contacts_[i].normal).cwiseAbs().maxCoeff() * (1 + contacts_[i].friction);
+      if (rough(i)) bound += (stiffest + ratio(i)) * D_.col(contacts_[i].tangent).cwiseAbs().maxCoeff();
+    }
+    if (any) return bound > 0 ? 0.5 / std::sqrt(bound) : INFINITY;
+    double flight = INFINITY;
+    for (std::size_t i = 0; i < springs_.size(); ++i)
+      if (u_n(i) < -none_)
+        flight = std::min(flight, std::max(0.0, x_[contacts_[i].normal] + springs_[i].release) / -u_n(i));
+    return std::isfinite(flight) ? 1.5 * flight + 1e-300 : -1;
+  }
+
+  /// The value of a change of contact i at t, which is positive once it has occurred.
+  double value(Kind kind, std::size_t i, double t) const {
+    const auto& s = springs_[i];
+    const auto& c = contacts_[i];
+    const auto f_n = [&] { return s.stiffness * (-displacement(c.normal, t) - s.release); };
+    switch (kind) {
+      case Kind::turn:
+        return velocity(c.normal, t);
+      case Kind::deeper:
+        return -displacement(c.normal, t) - s.deepest;
+      case Kind::open:
+        return -f_n();
+      case Kind::close:
+        return -displacement(c.normal, t) - s.release;
+      case Kind::slip:
+        return ratio(i) * std::abs(displacement(c.tangent, t) - s.origin) - c.friction * f_n();
+      case Kind::stick:
+        return s.slip * (velocity(c.tangent, t) -
+                         s.slip * c.friction * s.stiffness * velocity(c.normal, t) / ratio(i));
+      default:
+        return -1;
+    }
+  }
+  Change first_change(double from, double to) const {
+    Change first;
+    const auto look = [&](Kind kind, std::size_t i) {
+      const double end = value(kind, i, to);
+      if (!(end > 0)) return;
+      const double start = value(kind, i, from);
+      const double at =
+          start >= 0 ? from
+                     : bracketed_root([&](double t) { return value(kind, i, t); }, from, to, start, end);
+      if (!first.found() || at < first.at) first = {kind, i, at};
+    };
+    for (std::size_t i = 0; i < springs_.size(); ++i) {
+      const auto& s = springs_[i];
+      if (!s.closed()) {
+        look(Kind::close, i);
+        continue;
+      }
+      const bool elastic = contacts_[i].restitution == 1;
+      if (s.normal == Springs::Normal::compression && !elastic) look(Kind::turn, i);
+      if (s.normal == Springs::Normal::compression && elastic) look(Kind::open, i);
+      if (s.normal == Springs::Normal::expansion) look(Kind::open, i), look(Kind::deeper, i);
+      if (rough(i)) look(s.slip != 0 ? Kind::stick : Kind::slip, i);
+    }
+    return first;
+  }
+  void advance(double t) {
+    for (int r = 0; r < rows_; ++r) {
+      double sum = 0;
+      for (int j = order - 2; j >= 0; --j) sum = sum * t + force_[j][r] / (j + 1);
+      impulse_[r] += sum * t;
+      x_[r] = displacement(r, t);
+      u_[r] = velocity(r, t);
+    }
+  }
+
+  /// Stick or slip of an undeformed tangential spring at contact onset.
+  void begin_tangential(std::size_t i) {
+    if (!rough(i)) return;
+    const double u_t = u_[contacts_[i].tangent];
+    springs_[i].origin = x_[contacts_[i].tangent];
+    springs_[i].slip = ratio(i) * std::abs(u_t) <=
+                               contacts_[i].friction * springs_[i].stiffness * std::max(0.0, -u_n(i))
+                           ? 0
+                           : (u_t < 0 ? 1 : -1);
+    if (std::abs(u_t) <= none_) springs_[i].slip = 0;
+  }
+  void change(const Change& by) {
+    auto& s = springs_[by.contact];
+    const auto& c = contacts_[by.contact];
+    const double delta = -x_[c.normal], e = c.restitution;
+    switch (by.kind) {
+      case Kind::turn:
+        s.deepest = std::max(0.0, delta);
+        s.release = (1 - e * e) * s.deepest;
+        s.normal = e > 0 ? Springs::Normal::expansion : Springs::Normal::open;
+        if (e > 0) s.stiffness = 1 / (e * e);
+        break;
+      case Kind::deeper:
+        s.normal = Springs::Normal::compression;
+        s.stiffness = 1;
+        s.release = 0;
+        break;
+      case Kind::open:
+        s.normal = Springs::Normal::open;
+        break;
+      case Kind::close:
+        s.normal = s.stiffness == 1 ? Springs::Normal::compression : Springs::Normal::expansion;
+        if (e == 0) s.release = 0;
+        begin_tangential(by.contact);
+        break;
+      case Kind::slip:
+        s.slip = x_[c.tangent] < s.origin ? 1 : -1;
+        break;
+      case Kind::stick:
+        s.origin = x_[c.tangent] + s.slip * c.friction * s.stiffness * (delta - s.release) / ratio(by.contact);
+        s.slip = 0;
+        break;
+      case Kind::none:
+        break;
+    }
+  }
+
+  const ImpactContacts& contacts_;
+  std::vector<Springs> springs_;
+  int rows_;
+  Eigen::MatrixXd D_;
+  Eigen::VectorXd x_, u_, impulse_;
+  std::array<Eigen::VectorXd, order + 1> series_, force_;
+  double none_;  // m/s, rates below this are zero up to rounding
+};
+
+}  // namespace
+
+bool compliant_impact(ImpactIsland& island, ImpactPhases&, ImpactContacts& contacts) {
+  SpringImpact impact(island, contacts);
+  if (!impact.run()) return false;
+  const int m = island.problem.rows;
+  const auto& p = impact.impulse();
+  for (auto& c : contacts) {
+    c.impulse_n = p[c.normal];
+    c.impulse_t = c.tangent >= 0 ? p[c.tangent] : 0;
+  }
+  const double normal = impact.normal_work();
+  island.normal_work += normal;
+  island.tangential_work += 0.5 * p.dot(island.before.head(m) + impact.after()) - normal;
+  island.solution.solved = true;
+  return true;
+}
+
+}  // namespace freeplay

@@ -1,0 +1,28 @@
+// Tangential compliance with slip: a tangential spring in series with Coulomb friction
+// (shear_spring.hpp). Without partial slip the whole contact area sticks or slides. This file has
+// the facts of the law, and its coefficient in steady sliding, c = μ.
+// Sources: R. D. Mindlin, H. Deresiewicz, Elastic spheres in contact under varying oblique forces,
+// J. Appl. Mech. 20 (1953) 327 (stiffness); N. Maw, J. R. Barber, J. N. Fawcett, The oblique impact
+// of elastic spheres, Wear 38 (1976) 101 (impacts).
+#pragma once
+
+#include "formulations/contact/friction_parts.hpp"
+
+namespace freeplay {
+
+template <>
+struct Law<FrictionLaw::mindlin> : AnyFrictionLaw {
+  static constexpr std::string_view text = "mindlin",
+                                    formula = "min(κ F_el'(δ) s/F_el, μ), s the deflection of a tangential "
+                                              "spring of κ times the normal stiffness",
+                                    source = "Mindlin and Deresiewicz, J. Appl. Mech. 20 (1953) 327",
+                                    range = "point contacts; sticks elastically, no partial slip",
+                                    keys = "";
+  static constexpr bool kink_at_rest = true, compliant = true;
+  template <class T>
+  static T coefficient(const FrictionParameters& p, const T&, int) {
+    return T(p.mu);
+  }
+};
+
+}  // namespace freeplay

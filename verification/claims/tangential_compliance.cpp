@@ -1,0 +1,113 @@
+// Tangential compliance of contacts: the force law "mindlin" of the penalty formulation and the
+// impact law "compliant" of the event-driven scheme, on oblique impacts of a sphere.
+#include <fmt/format.h>
+
+#include <cmath>
+
+#include "formulations/contact/contact_law.hpp"
+#include "mechanism/scene.hpp"
+#include "verification/claims/claim.hpp"
+#include "verification/references/compliant_impact.hpp"
+#include "verification/references/hertz_mindlin_impact.hpp"
+#include "verification/support/support.hpp"
+
+namespace freeplay::verification {
+namespace {
+
+/// The sphere of Kharaz et al. on its plane, with both laws of tangential compliance.
+struct Sphere {
+  Scene scene = read_scene(test::source_folder() / "cases/kharaz2001/scene.toml");
+  double radius = 2.5e-3, speed = 3.9;
+
+  Sphere() {
+    scene.penalty.friction = FrictionLaw::mindlin;
+    scene.penalty.integrator = Integrator::dopri5;
+    scene.penalty.tolerance = 1e-12;
+    scene.nonsmooth.scheme = Scheme::event_driven;
+    scene.nonsmooth.impact_law = ImpactLaw::compliant;
+  }
+  const Surface& surface() const { return scene.mechanism.surfaces[0]; }
+  reference::Delassus<long double> delassus() const {
+    const auto& b = scene.mechanism.bodies[0];
+    return {1 / b.mass, 0, 1 / b.mass + radius * radius / b.inertia};
+  }
+  long double normal(double degrees) const { return -speed * std::cos(degrees * M_PI / 180); }
+  long double tangential(double degrees) const { return speed * std::sin(degrees * M_PI / 180); }
+  /// Velocity of the contact point along the plane after an impact at this angle, over that before.
+  double restitution(Family family, double degrees) {
+    scene.mechanism.bodies[0].velocity = {static_cast<double>(tangential(degrees)),
+                                          static_cast<double>(normal(degrees))};
+    const auto v = test::simulate(scene, family).final_state.v;
+    return (v[0] + radius * v[2]) / static_cast<double>(tangential(degrees));
+  }
+};
+
+/// Angles of incidence (degrees): stick at the start, slip that ends, and slip throughout.
+constexpr double angles[] = {1, 5, 10, 20, 30, 45, 60};
+
+std::string name(double degrees, const char* how) {
+  return claim_name("oblique impact of a sphere",
+                    fmt::format("tangential velocity after over before, {:g}°", degrees), how);
+}
+
+void impulse_map(Findings& f) {
+  Sphere sphere;
+  for (const double e : {0.98, 0.5}) {
+    sphere.scene.mechanism.surfaces[0].restitution = e;
+    for (const double angle : angles) {
+      const long double u_t = sphere.tangential(angle);
+      const auto exact = reference::compliant_impact<long double>(
+          sphere.delassus(), sphere.normal(angle), u_t, e, *sphere.surface().friction,
+          stiffness_ratio(sphere.surface()));
+      f.within(name(angle, fmt::format("event-driven, compliant law, e = {:g}", e).c_str()), "",
+               sphere.restitution(Family::nonsmooth, angle), static_cast<double>(exact.u_t / u_t), 1e-11,
+               "references/compliant_impact: slip in closed form, stick by its modes, long double",
+               "rounding of a few hundred terms, over the least tangential velocity");
+    }
+  }
+}
+
+void force_law(Findings& f) {
+  Sphere sphere;
+  for (const double e : {0.98, 0.5}) {
+    sphere.scene.mechanism.surfaces[0].restitution = e;
+    const double chi = make_contact_force(sphere.scene, System(sphere.scene.mechanism).contact_facts(0)).chi;
+    for (const double angle : angles) {
+      const long double u_t = sphere.tangential(angle);
+      const auto exact = reference::hertz_mindlin_impact<long double>(
+          sphere.delassus(), sphere.normal(angle), u_t, chi, *sphere.surface().friction,
+          stiffness_ratio(sphere.surface()));
+      f.within(name(angle, fmt::format("penalty, Hertz contact, e = {:g}", e).c_str()), "",
+               sphere.restitution(Family::penalty, angle), static_cast<double>(exact.u_t / u_t), 1e-6,
+               "references/hertz_mindlin_impact: long double, order 8",
+               "tolerance 1e-12 of the greatest speed and force, at kinks and over the least "
+               "tangential velocity");
+    }
+  }
+}
+
+void one_contact_in_both(Findings& f) {
+  // A linear contact without damping is the contact of the impulse map, and the ball alone moves:
+  // its D is constant during the contact.
+  Sphere sphere;
+  sphere.scene.mechanism.surfaces[0].restitution = 1;
+  for (auto& contact : sphere.scene.mechanism.contacts)
+    if (auto* plane = std::get_if<PlaneContact>(&contact)) plane->stiffness = 1e7;
+  for (const double angle : angles)
+    f.within(name(angle, "penalty, linear contact, over event-driven"), "",
+             sphere.restitution(Family::penalty, angle), sphere.restitution(Family::nonsmooth, angle), 1e-6,
+             "both formulations solve the same springs if the contact is linear and elastic",
+             "tolerance 1e-12 of the greatest speed and force, at kinks");
+}
+
+}  // namespace
+
+Findings tangential_compliance() {
+  Findings f;
+  impulse_map(f);
+  force_law(f);
+  one_contact_in_both(f);
+  return f;
+}
+
+}  // namespace freeplay::verification
