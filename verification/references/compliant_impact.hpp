@@ -1,15 +1,18 @@
 // One planar contact with a normal and a tangential spring and Coulomb friction: the bilinear model
-// of oblique impact. Phase time τ with the normal stiffness 1, f the forces, u = (u_N, u_T) the rates:
+// of oblique impact. Phase time τ with the normal stiffness 1, forces f, rates u = (u_N, u_T):
 //
 //     u′ = D f,   f_N′ = −k_N u_N,   k_N = 1 on the loading line, 1/e² below the greatest force,
 //     stick       f_T′ = −κ u_T                                while |f_T| ≤ μ f_N,
 //     slip s      f_T = −s μ f_N,  v_s = u_T + s μ (k_N/κ) u_N  while s v_s ≥ 0.
 //
-// The impact ends when f_N returns to 0. The normal stiffness cancels: only D, e, μ and κ matter.
-// Slip is a polynomial in p = ∫ f_N dτ: u and v_s are linear, f_N² is quadratic, so all its events are
-// roots in closed form. Stick is a pair of harmonic modes; first_root() finds the first zero of a sum
-// of two sinusoids by lower bounds that never pass it. The works of f_N obey W_exp = −e² W_comp.
-// A sphere has D_NN = 1/m, D_NT = 0, D_TT = 7/(2m); κ = 4 G*/E*, for equal materials 2(1 − ν)/(2 − ν).
+// The impact ends when f_N returns to 0. The normal stiffness cancels: D, e, μ and κ matter.
+// Slip is a polynomial in p = ∫ f_N dτ: u and v_s are linear and f_N² is quadratic, so all its
+// events are roots in closed form. Stick is a pair of harmonic modes; first_root() finds the first
+// zero of a sum of two sinusoids by lower bounds that never pass it. The works of f_N obey
+// W_exp = −e² W_comp.
+// A sphere has D_NN = 1/m, D_NT = 0, D_TT = 7/(2m); κ = 4 G*/E*, for equal materials
+// 2(1 − ν)/(2 − ν).
+// Limits: one contact; with μ |D_NT| > D_NN and e < 1e-3, e ≠ 0, it may throw for too many phases.
 // Sign convention: that of oblique_impact.hpp. Units: m/s, N s, 1/kg.
 // Source: Stronge, Impact Mechanics (2000), ch. 5; unloading 1/e²: Walton and Braun, J. Rheology 30
 // (1986) 949; κ: Mindlin, J. Appl. Mech. 16 (1949) 259. docs/theory/tangential-compliance.md.
@@ -32,7 +35,7 @@ template <class Real = double>
 struct CompliantImpact {
   Real u_n = 0, u_t = 0;              ///< m/s, after the impact
   Real impulse_n = 0, impulse_t = 0;  ///< N s
-  std::string phases;  ///< 't' stick, '+' and '-' slip with u_T of that sign, '|' greatest compression
+  std::string phases;  ///< 't' stick, '+' and '-' slip of that sign, '|' greatest compression
 };
 
 /// h(t) = c + Σ a_i cos ω_i t + b_i sin ω_i t.
@@ -56,9 +59,9 @@ struct TwoSinusoids {
     for (std::size_t i = 0; i < 2; ++i) sum += std::pow(w[i], derivative) * std::hypot(a[i], b[i]);
     return sum;
   }
-  /// First t in (0, limit) at which h falls through 0; h(0) ≥ 0. Taylor's formula of order m with the
-  /// bound M of the next derivative gives h > 0 on the whole step; m > 1 only where h and h′ vanish.
-  /// `tangent`: h(0) = h′(0) = 0 by the transition that has just taken place, whatever rounding says.
+  /// First t in (0, limit) at which h falls through 0; h(0) ≥ 0. Taylor's formula of order m with
+  /// the bound M of the next derivative gives h > 0 on the whole step; m > 1 only where h and h′
+  /// vanish. `tangent`: h(0) = h′(0) = 0 by the transition that has just taken place.
   std::optional<Real> first_root(Real limit, bool tangent) const {
     const Real tiny = 64 * std::numeric_limits<Real>::epsilon();
     Real t = 0;
@@ -110,7 +113,7 @@ CompliantImpact<Real> compliant_impact(const Delassus<Real>& d, Real u_n, Real u
                  sliding = Real(s) * ut + mu * k * un / kappa;
       if (mu > 0 && turning < 0) candidate(std::max(Real(0), sliding) / -turning, Event::change);
       if (loading && lambda > 0) candidate(-un / lambda, Event::turn);
-      if (!loading) {  // λ p² + 2 u_N p = f²/k_N at f = 0, −(greatest² − f²)/k_N at the loading line
+      if (!loading) {  // λ p² + 2 u_N p = q at f = 0, −r at the loading line
         const Real q = fn * fn / k, r = (greatest * greatest - fn * fn) / k;
         const Real end = un * un + lambda * q, back = un * un - lambda * r;
         if (end >= 0 && un > 0) candidate(q / (un + std::sqrt(end)), Event::end);

@@ -2,13 +2,14 @@
 // Coulomb's bound on the whole contact (no partial slip):
 //
 //     F_N = K δ^{3/2} (1 + χ δ̇/v0),     k_T = κ (3/2) K √δ   (= 8 G* a, a = √(R δ)),
-//     Ḟ_T = −k_T (u_T − v_s)            in loading,  δ̇ ≥ 0,
-//     F_T = −k_T q,  q̇ = u_T − v_s      in unloading, δ̇ < 0 (rescaled), or as in loading (incremental),
+//     Ḟ_T = −k_T (u_T − v_s)            in loading, δ̇ ≥ 0,
+//     F_T = −k_T q,  q̇ = u_T − v_s      in unloading, δ̇ < 0: rescaled (or as in loading: incremental),
 //     −F_T ∈ μ F_N Sgn(v_s),            u̇ = D F,  δ̇ = −u_N,  v0 = −u_N⁻.
 //
 // With y = √δ and dt = 2y dσ, all right-hand sides are polynomials in y: dy/dσ = δ̇, and the impact
 // starts and ends at y = 0 without a singularity. K cancels: K = 1, D divided by D_NN and v0 = 1.
-// In slip F_T = −s μ F_N, and s v_s ≥ 0 with v_s = u_T + Ḟ_T/k_T in loading, u_T + d(F_T/k_T)/dt in unloading.
+// In slip F_T = −s μ F_N and s v_s ≥ 0, with v_s = u_T + Ḟ_T/k_T in loading and
+// v_s = u_T + d(F_T/k_T)/dt in unloading.
 // Method: steps of order 8 in σ; transitions and the turn δ̇ = 0 by bisection to rounding.
 // The rescaled form dissipates; the incremental form may gain energy (Elata and Berryman 1996).
 // Sign convention: that of oblique_impact.hpp. Units: m/s, N s, 1/kg.
@@ -56,7 +57,7 @@ CompliantImpact<Real> hertz_mindlin_impact(const Delassus<Real>& d, Real u_n, Re
     const Real y = at[0], bracket = 1 - damping * at[1], fn = normal(at);
     const Real acceleration = fn * (1 - Real(s) * mu * nt);  // u̇_N
     const Real power = scaled() ? 2 : 3;  // F_N/k_T ~ y² in unloading, F_N ~ y³ in loading
-    const Real bound = -power / 2 * at[1] * bracket - y * y * damping * acceleration;  // of d(F_N)/dt / y
+    const Real bound = -power / 2 * at[1] * bracket - y * y * damping * acceleration;  // −d(F_N)/dt
     return Real(s) * at[2] - mu * bound / (Real(1.5) * kappa);
   };
   const auto margin = [&](const State& at, int side) { return mu * normal(at) + Real(side) * shear(at); };
