@@ -91,7 +91,7 @@ std::string summary_row(const TradeoffScene& t, const std::string& title) {
 }
 
 /// Beginning of the document: the summary, with the figure of this name.
-std::string summary(const std::string& rows, const std::string& figure) {
+std::string page_summary(const std::string& rows, const std::string& figure) {
   std::string out =
       "# Speed against accuracy\n\nThis page compares error and cost of all integrators and schemes on the "
       "scenes of a study, relative to a more accurate\nreference.\n\n## Summary\n\nError and CPU time of the "
@@ -114,7 +114,7 @@ std::string summary(const std::string& rows, const std::string& figure) {
 }
 
 /// Definitions of the errors, and the settings of `--accuracy`.
-std::string definitions(const std::string& command, int repeats) {
+std::string page_definitions(const std::string& command, int repeats) {
   std::string text = fmt::format(
       "\n## Quantities and settings\n\nWritten by `{} --document docs/verification`. Errors: *events*, "
       "the greatest relative error of\ntimes (over the time since the last event), approach speeds and "
@@ -206,7 +206,8 @@ int tradeoff(const TradeoffRequest& request) {
     for (const auto& name : names) text += fmt::format("\n![{0}](figures/{0})\n", name);
     const auto command = fmt::format("freeplay tradeoff {}{}", request.scene,
                                      request.reach == Reach::anywhere ? " --allow-outside" : "");
-    write_file(place / "tradeoff.md", summary(rows, figure) + definitions(command, request.repeats) + text);
+    write_file(place / "tradeoff.md",
+               page_summary(rows, figure) + page_definitions(command, request.repeats) + text);
   }
   fmt::print("results in {}\n", folder.string());
   return 0;
