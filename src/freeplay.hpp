@@ -5,7 +5,8 @@
 /// One scene can be integrated in two formulations, selected by name:
 ///
 /// - `"penalty"`: continuous contact forces, F_N = max(0, K δⁿ (1 + χ δ̇/v₀)), in an index-1 DAE
-///   with Baumgarte's stabilisation. See docs/theory/penalty.md for the contact laws and their sources.
+///   with Baumgarte's stabilisation. See docs/theory/penalty.md for the contact laws and
+///   their sources.
 /// - `"nonsmooth"`: unilateral constraints with Newton's restitution and Coulomb's set-valued
 ///   friction, integrated from event to event or by the time stepping of Moreau and Jean. See
 ///   docs/theory/nonsmooth.md.
@@ -13,7 +14,7 @@
 /// Usage:
 ///
 ///     auto scene = freeplay::read_scene("scene.toml");
-///     scene.set("joints.gudgeon.clearance", "1e-3");  // any key of docs/reference/scene.md, SI units
+///     scene.set("joints.gudgeon.clearance", "1e-3");  // a key of docs/reference/scene.md, in SI
 ///     freeplay::Simulation simulation(scene, "nonsmooth");
 ///     freeplay::Trajectory path;  // an observer that records rows of the state
 ///     const auto result = simulation.run({.until = 1.0, .observers = {&path}});

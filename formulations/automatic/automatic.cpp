@@ -12,7 +12,7 @@ AutomaticStepper::AutomaticStepper(EventDriven events, AdaptiveMoreau stepping, 
       stepping_(std::move(stepping)),
       times_(events_.time_scale()),
       after_(after) {
-  events_.give_way();
+  events_.allow_handover();
 }
 
 void AutomaticStepper::start(const State& state, ContactLog& log) {

@@ -217,10 +217,10 @@ class SpringImpact {
     if (!rough(i)) return;
     const double u_t = u_[contacts_[i].tangent];
     springs_[i].origin = x_[contacts_[i].tangent];
-    springs_[i].slip = ratio(i) * std::abs(u_t) <=
-                               contacts_[i].friction * springs_[i].stiffness * std::max(0.0, -u_n(i))
-                           ? 0
-                           : (u_t < 0 ? 1 : -1);
+    springs_[i].slip =
+        ratio(i) * std::abs(u_t) <= contacts_[i].friction * springs_[i].stiffness * std::max(0.0, -u_n(i))
+            ? 0
+            : (u_t < 0 ? 1 : -1);
     if (std::abs(u_t) <= none_) springs_[i].slip = 0;
   }
   void change(const Change& by) {
@@ -251,7 +251,8 @@ class SpringImpact {
         s.slip = x_[c.tangent] < s.origin ? 1 : -1;
         break;
       case Kind::stick:
-        s.origin = x_[c.tangent] + s.slip * c.friction * s.stiffness * (delta - s.release) / ratio(by.contact);
+        s.origin =
+            x_[c.tangent] + s.slip * c.friction * s.stiffness * (delta - s.release) / ratio(by.contact);
         s.slip = 0;
         break;
       case Kind::none:

@@ -80,7 +80,7 @@ class ContactEquations {
   }
   /// Sets a lower limit of the rate that scales residuals, for a problem that is a part of a larger
   /// one.
-  void judge_by(double scale) { least_scale = scale; }
+  void set_least_scale(double scale) { least_scale = scale; }
 
   /// Residual of the laws with the present impulses, as a rate.
   double residual() const;

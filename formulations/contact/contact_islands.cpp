@@ -59,7 +59,7 @@ ContactSolution ContactIslands::solve(ContactProblem& whole, std::span<const int
   if (static_cast<int>(islands_.size()) < now_) islands_.resize(now_);
   island_of_row_.resize(std::max<std::size_t>(island_of_row_.size(), whole.rows));
   local_of_row_.resize(island_of_row_.size());
-  small_.judge_by(whole.scale());
+  small_.set_least_scale(whole.scale());
   ContactSolution sum;
   doubtful_ = false;
   for (int k = 0; k < now_; ++k) {

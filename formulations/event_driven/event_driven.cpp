@@ -48,7 +48,7 @@ bool EventDriven::fail(const std::string& what) {
 
 /// Failure because event-driven integration cannot resolve the motion.
 bool EventDriven::beyond(const std::string& what) {
-  return fail(gives_way_ ? what : what + "; use nonsmooth.scheme = \"automatic\"");
+  return fail(hands_over_ ? what : what + "; use nonsmooth.scheme = \"automatic\"");
 }
 
 void EventDriven::interpolate(double t, double* q, double* v) const {
@@ -67,9 +67,9 @@ bool EventDriven::step(double t_end) {
   const bool jumps = d.system.has_motions();
   if (jumps) d.knot = std::nextafter(knot, method_.t);
   if (pending_) {
-    if (gives_way_) keep_mode();
+    if (hands_over_) keep_mode();
     if (!change_mode()) {
-      if (gives_way_) give_back_mode();
+      if (hands_over_) give_back_mode();
       return false;
     }
   }
@@ -224,7 +224,7 @@ bool EventDriven::choose(std::vector<int>& touching) {
 /// determined anew. A single contact stops the run instead, because such a scene studies this case.
 bool EventDriven::end_lockup(std::vector<int>& touching) {
   auto& d = dynamics_;
-  if (gives_way_)
+  if (hands_over_)
     return fail(d.lockup_proved() ? "Painlevé paradox: friction admits no finite force at a sliding contact"
                                   : "no solver found admissible forces at a sliding contact");
   bool proved = true;

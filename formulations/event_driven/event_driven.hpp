@@ -43,7 +43,7 @@ class EventDriven {
   ///@{
   /// From now on, if friction admits no force on a sliding contact, step() fails and keeps the
   /// state before, instead of ending the sliding by an impact without collision.
-  void give_way() { gives_way_ = true; }
+  void allow_handover() { hands_over_ = true; }
   /// Used if the scene has no known time scale: it is derived from the moving bodies, as `length`
   /// (m) over their speed.
   void find_pace(double length) { pace_length_ = length; }
@@ -150,7 +150,7 @@ class EventDriven {
   std::vector<double> finite_;      // the state before the last step, and its time
   double finite_t_ = 0;
   std::string failure_;
-  bool gives_way_ = false;
+  bool hands_over_ = false;
   ModeBefore mode_before_;
 };
 

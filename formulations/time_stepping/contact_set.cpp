@@ -60,7 +60,7 @@ bool ContactSet::activate(StepData& s, ImpulseResponses& responses) {
 
 /// A contact is in impact if it was open before and approaches faster than rows rotate within the
 /// step. A slower contact has only just separated from a lasting contact, and continues it.
-bool ContactSet::find_struck(StepData& s) {
+bool ContactSet::find_impacts(StepData& s) {
   const double h = s.length();
   bool any = false;
   const auto approach = [&](const StepContact& c) { return -c.row.normal.dot(s.v_old.data()); };

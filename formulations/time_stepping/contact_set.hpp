@@ -79,7 +79,7 @@ class ContactSet {
   bool activate(StepData& step, ImpulseResponses& responses);
   /// Determines which active contacts are in impact, and the rate bias of all. Returns true if any
   /// is in impact.
-  bool find_struck(StepData& step);
+  bool find_impacts(StepData& step);
   /// Gap (m) up to which a closed contact still takes part.
   double slack = 0;
   ///@}

@@ -137,14 +137,14 @@ void StepProblem::collect(StepData& s, ContactSet& contacts, ImpulseResponses& r
   if (islands_ && problem.b.size() < static_cast<Eigen::Index>(responses.rows().size()))
     problem.reserve_rates(static_cast<int>(responses.rows().size()));
   problem.least =
-      contacts.find_struck(s) ? ContactProblem::Least::where_singular : ContactProblem::Least::never;
+      contacts.find_impacts(s) ? ContactProblem::Least::where_singular : ContactProblem::Least::never;
   // The impulses of an impact are no initial guess for the step after it: in a wedge they may be
   // another solution, a lockup. A heap of bodies without joints always has an impact somewhere;
   // there, each contact decides for itself.
-  const auto struck_last = [](const StepContact& c) { return c.steps == 1 && c.last_n > 0; };
+  const auto in_impact_last = [](const StepContact& c) { return c.steps == 1 && c.last_n > 0; };
   const bool heap = islands_ && s.system.rows() == 0,
              any = !heap &&
-                   std::ranges::any_of(contacts.live(), [&](int k) { return struck_last(contacts[k]); });
+                   std::ranges::any_of(contacts.live(), [&](int k) { return in_impact_last(contacts[k]); });
   for (const int k : contacts.live()) {
     auto& c = contacts[k];
     c.unknown = -1;
@@ -154,7 +154,7 @@ void StepProblem::collect(StepData& s, ContactSet& contacts, ImpulseResponses& r
     const int place = islands_ ? responses.first(k) : 0;
     u.normal = add_row(c.row.normal, -c.bias_n, place, s.v.data(), responses);
     u.target_n = all && !c.soft ? -c.restitution * c.u_n_minus : 0;
-    const bool guess = heap ? !struck_last(c) : !any;
+    const bool guess = heap ? !in_impact_last(c) : !any;
     u.impulse_n = guess ? c.last_n : 0;
     if (c.row.tangent.size > 0) {
       const auto& surface = contacts.facts(k).surface;

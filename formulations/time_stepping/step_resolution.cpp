@@ -44,7 +44,7 @@ StepResolution::StepResolution(const System& system) {
 }
 
 /// A contact that moves far in a step may close and open between its ends.
-void StepResolution::judge_passage(const StepData& s, const ContactSet& contacts) {
+void StepResolution::assess_passage(const StepData& s, const ContactSet& contacts) {
   const double h = s.length();
   for (const int k : passing_)
     for (const auto* v : {&s.v_old, &s.v})
@@ -58,7 +58,7 @@ void StepResolution::judge_passage(const StepData& s, const ContactSet& contacts
 /// A fixed step takes a curve as straight between its ends; for a sine of N steps per period the
 /// error is (2π/N)²/8. The check uses two places within the step, so that it detects every period
 /// that divides the step.
-void StepResolution::judge_bend(const StepData& s) {
+void StepResolution::assess_bend(const StepData& s) {
   const auto& readers = s.system.curve_readers();
   const auto take = [&](double share, double most, std::size_t i) {
     if (share > most * bend.over) bend = {share, share / most, static_cast<int>(i)};

@@ -39,16 +39,16 @@ class StepResolution {
 
   explicit StepResolution(const System& system);
   void assess(const StepData& step, const ContactSet& contacts) {
-    if (passes_) judge_passage(step, contacts);
-    if (!greatest_.empty()) judge_bend(step);
+    if (passes_) assess_passage(step, contacts);
+    if (!greatest_.empty()) assess_bend(step);
   }
 
   Passage passage;
   Bend bend;
 
  private:
-  void judge_passage(const StepData& step, const ContactSet& contacts);
-  void judge_bend(const StepData& step);
+  void assess_passage(const StepData& step, const ContactSet& contacts);
+  void assess_bend(const StepData& step);
 
   std::vector<double> greatest_;  // greatest |y| of each curve
   std::vector<int> passing_;      // contacts that a body may pass through

@@ -197,7 +197,7 @@ def bifurcation(folder: PathLike, axes: Any = None) -> Any:
     axes = _axes(axes)
     ways = {"up": ("swept upwards", "#0072b2"), "down": ("swept downwards", "#d55e00")}
     for branch, found in points.groupby(points["branch"].where(points["branch"].isin(list(ways)), "starts")):
-        label, colour = ways.get(str(branch), ("from drawn starts", "#5b6570"))
+        label, colour = ways.get(str(branch), ("random starts", "#5b6570"))
         axes.plot(found["value"], found[column["name"]], ".", ms=1.5, color=colour, label=label)
     axes.set_xlabel(_label(facts["axis"]))
     axes.set_ylabel(_label(column))

@@ -4,7 +4,7 @@
 #include "version.hpp"
 
 PYBIND11_MODULE(_freeplay, m) {
-  m.doc() = "Freeplay's library as the package freeplay needs it; use that.";
+  m.doc() = "Compiled part of the package freeplay. Programs import freeplay.";
   freeplay::python::register_errors();
   freeplay::python::bind_runs(m);
   freeplay::python::bind_studies(m);

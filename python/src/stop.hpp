@@ -45,7 +45,8 @@ class UnderWay {
   UnderWay& operator=(const UnderWay&) = delete;
 };
 
-/// Throws std::runtime_error in a child that was forked while work was under way or after threads were made.
+/// Throws std::runtime_error in a child that was forked during a run or after threads
+/// were made.
 void refuse_forked();
 
 }  // namespace freeplay::python

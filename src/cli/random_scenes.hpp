@@ -1,5 +1,5 @@
-// `freeplay extremes --random-scenes N`: tests random scenes instead of the map of extreme parameters.
-// With --kinds, random scenes with a reference for each row.
+// `freeplay extremes --random-scenes N`: tests random scenes instead of the map of extreme
+// parameters. With --kinds, random scenes with a reference for each row.
 #pragma once
 
 #include <filesystem>

@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
+#include <algorithm>
 #include <cmath>
 #include <nlohmann/json.hpp>
 
@@ -70,6 +71,79 @@ std::string orders(const TradeoffScene& t) {
                      list.empty() ? "none" : fmt::format("{}", fmt::join(list, ", ")));
 }
 
+/// Row of the summary: error and CPU time of the settings of `--accuracy`.
+std::string summary_row(const TradeoffScene& t, const std::string& title) {
+  std::string out = fmt::format("| {} | {} |", title, shown(t.model_error));
+  for (const auto& family : families)
+    for (const auto& accuracy : accuracies) {
+      const auto label = setting_for(family.value, accuracy.value).label();
+      const auto m = std::ranges::find_if(t.measured, [&](const Measured& one) {
+        return one.setting.family == family.value && one.setting.label() == label;
+      });
+      const bool touches = !t.reference(family.value).touches.empty();
+      out += m == t.measured.end() ? " - |"
+             : m->ending.status != Ending::Status::finished
+                 ? " stopped |"
+                 : fmt::format(" {} in {:.3g} ms |", shown(touches ? m->errors.events : m->errors.state),
+                               1e3 * m->cpu);
+    }
+  return out + "\n";
+}
+
+/// Beginning of the document: the summary, with the figure of this name.
+std::string page_summary(const std::string& rows, const std::string& figure) {
+  std::string out =
+      "# Speed against accuracy\n\nThis page compares error and cost of all integrators and schemes on the "
+      "scenes of a study, relative to a more accurate\nreference.\n\n## Summary\n\nError and CPU time of the "
+      "settings of `--accuracy`. The error is that of contact events (time, approach speed, impulse),\nor of the "
+      "velocities in scenes without contact events. The model error of penalty is due to its finite stiffness; "
+      "no\nsetting reduces it.\n\n| scene | model error of penalty |";
+  std::string rule = "| --- | --- |";
+  for (const auto& family : families)
+    for (const auto& accuracy : accuracies) {
+      out += fmt::format(" {} *{}* |", family.text, accuracy.text);
+      rule += " --- |";
+    }
+  out += "\n" + rule + "\n" + rows;
+  if (!figure.empty())
+    out += fmt::format(
+        "\n![{0}](figures/{0})\n*Error over evaluations of the right-hand side and over CPU time, for one scene; "
+        "the other scenes are at the end.*\n",
+        figure);
+  return out;
+}
+
+/// Definitions of the errors, and the settings of `--accuracy`.
+std::string page_definitions(const std::string& command, int repeats) {
+  std::string text = fmt::format(
+      "\n## Quantities and settings\n\nWritten by `{} --document docs/verification`. Errors: *events*, "
+      "the greatest relative error of\ntimes (over the time since the last event), approach speeds and "
+      "impulses of contact events up to the horizon; *state*, of the\nvelocities in the middle of the "
+      "flight before the last contact event used (with fewer than two: before the first, or at the end); "
+      "*energy*, the error of the energy balance over the whole run; *stat.*, the difference, in standard "
+      "errors,\nof the mean energy loss or flight share (the worse of the two) over perturbed starts from "
+      "that of an accurate\nsetting over other starts: 3.0 is Welch's bound at 1 % for eight starts each, "
+      "so one setting in fifty exceeds it by chance. *Orders in work*: the order of an error in the number "
+      "of right-hand sides, by least\nsquares over at least three settings with errors between twice the "
+      "accuracy of the reference and 0.5; of events, or of the state for motions without contact events; "
+      "given if the points are on a line.\nCounts do not depend on the machine; CPU is the median "
+      "(least..greatest) of {} interleaved runs.\n",
+      command, repeats);
+  text += "\n`--accuracy` uses these rows of the tables:";
+  for (const auto& [family, formulation] : families)
+    text += fmt::format(
+        " {} *fast* {}, *balanced* {}, *reference* {}{}", formulation,
+        setting_for(family, Accuracy::fast).label(), setting_for(family, Accuracy::balanced).label(),
+        setting_for(family, Accuracy::reference).label(), family == families.back().value ? ".\n" : ";");
+  text +=
+      "*fast* reproduces the mechanism's statistics, *balanced* is for studies, and *reference* has "
+      "smaller errors than any model here.\nPenalty uses Adams-Bashforth-Moulton, which needs the fewest "
+      "right-hand sides on the paper's rig, at tolerances that\nresolve the contact events. Nonsmooth uses "
+      "the automatic scheme: event-driven, the cheapest at any accuracy, where events are separate,\nand "
+      "time stepping with adaptive steps where they accumulate.\n";
+  return text;
+}
+
 struct TradeoffRequest : Request {
   std::string scene;  ///< study file
   Reach reach = Reach::beside;
@@ -90,32 +164,8 @@ int tradeoff(const TradeoffRequest& request) {
   std::string csv =
       "scene,formulation,method,fineness,events,state,energy,statistics,rhs,cpu_s,cpu_least_s,cpu_greatest_"
       "s\n";
-  std::string text = fmt::format(
-      "# Speed against accuracy\n\nWritten by `freeplay tradeoff {}{} --document docs/verification`. Errors: *events*, "
-      "the greatest relative error of\ntimes (over the time since the last event), approach speeds and "
-      "impulses of contact events up to the horizon; *state*, of the\nvelocities in the middle of the "
-      "flight before the last contact event used (with fewer than two: before the first, or at the end); "
-      "*energy*, the error of the energy balance over the whole run; *stat.*, the difference, in standard "
-      "errors,\nof the mean energy loss or flight share (the worse of the two) over perturbed starts from "
-      "that of an accurate\nsetting over other starts: 3.0 is Welch's bound at 1 % for eight starts each, "
-      "so one setting in fifty exceeds it by chance. *Orders in work*: the order of an error in the number "
-      "of right-hand sides, by least\nsquares over at least three settings with errors between twice the "
-      "accuracy of the reference and 0.5; of events, or of the state for motions without contact events; "
-      "given if the points are on a line.\nCounts do not depend on the machine; CPU is the median "
-      "(least..greatest) of {} interleaved runs.\n",
-      request.scene, request.reach == Reach::anywhere ? " --allow-outside" : "", request.repeats);
-  text += "\n`--accuracy` uses these rows of the tables:";
-  for (const auto& [family, formulation] : families)
-    text += fmt::format(
-        " {} *fast* {}, *balanced* {}, *reference* {}{}", formulation,
-        setting_for(family, Accuracy::fast).label(), setting_for(family, Accuracy::balanced).label(),
-        setting_for(family, Accuracy::reference).label(), family == families.back().value ? ".\n" : ";");
-  text +=
-      "*fast* reproduces the mechanism's statistics, *balanced* is for studies, and *reference* has "
-      "smaller errors than any model here.\nPenalty uses Adams-Bashforth-Moulton, which needs the fewest "
-      "right-hand sides on the paper's rig, at tolerances that\nresolve the contact events. Nonsmooth uses "
-      "the automatic scheme: event-driven, the cheapest at any accuracy, where events are separate,\nand "
-      "time stepping with adaptive steps where they accumulate.\n";
+  std::string rows, text;         // of the summary, and the sections of the scenes
+  std::string first_with_events;  // figure of the first scene with contact events
   Progress progress;
   for (std::size_t i = 0; i < scenes.size(); ++i) {
     const auto& v = study.variants[i];
@@ -127,6 +177,9 @@ int tradeoff(const TradeoffRequest& request) {
     t.name = v.name;
     fmt::print("{} ({})\n{}\n{}{}\n", v.title, v.name, heading(t), table(t, false), orders(t));
     std::fflush(stdout);
+    rows += summary_row(t, v.title);
+    if (first_with_events.empty() && !(t.penalty.touches.empty() && t.nonsmooth.touches.empty()))
+      first_with_events = plots::file_name("tradeoff", v.name) + ".png";
     text += fmt::format("\n## {}\n\n{}\n{}", v.title, heading(t), table(t, true));
     text += "\n" + orders(t);
     document["scenes"][v.name] = to_json(t);
@@ -145,9 +198,16 @@ int tradeoff(const TradeoffRequest& request) {
   if (!request.document.empty()) {
     const auto place = real_folder(request.document);
     const auto lock = lock_document(place, folder, "tradeoff");
-    for (const auto& figure : copy_figures(figures, place))
-      text += fmt::format("\n![{0}](figures/{0})\n", figure);
-    write_file(place / "tradeoff.md", text);
+    auto names = copy_figures(figures, place);
+    const auto chosen = std::ranges::find(names, first_with_events);
+    const auto figure = chosen == names.end() ? std::string() : *chosen;
+    if (chosen != names.end()) names.erase(chosen);
+    text += "\n## Figures\n";
+    for (const auto& name : names) text += fmt::format("\n![{0}](figures/{0})\n", name);
+    const auto command = fmt::format("freeplay tradeoff {}{}", request.scene,
+                                     request.reach == Reach::anywhere ? " --allow-outside" : "");
+    write_file(place / "tradeoff.md",
+               page_summary(rows, figure) + page_definitions(command, request.repeats) + text);
   }
   fmt::print("results in {}\n", folder.string());
   return 0;

@@ -73,7 +73,9 @@ class Simulation {
   /// Interrupted if `options.stop` requests it.
   Simulation(Scene scene, std::string_view formulation, SimulationOptions options = {});
   ~Simulation();
+  /// Moves a simulation; the source can only be destroyed or assigned to.
   Simulation(Simulation&&) noexcept;
+  /// Replaces this simulation by another.
   Simulation& operator=(Simulation&&) noexcept;
 
   /// Integrates from the current time t() to `request.until`, calls the observers, and returns a

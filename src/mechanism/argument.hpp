@@ -6,6 +6,7 @@
 
 namespace freeplay {
 
+/// Argument of a curve: time (s), angle (rad), position (m), or speed (rad/s, m/s).
 enum class Argument { time, angle, position, speed };
 inline constexpr auto argument_names =
     complete<Argument>({{Argument::time, "time", "s"},

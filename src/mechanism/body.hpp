@@ -14,14 +14,15 @@ inline constexpr int ground = -1;
 
 /// A named point, which joints may name in place of coordinates.
 struct NamedPoint {
-  std::string name;
-  Vec2 at{0, 0};  ///< m, in the body's frame, from its centre of mass
+  std::string name;  ///< of the element in the scene
+  Vec2 at{0, 0};     ///< m, in the body's frame, from its centre of mass
 };
 
+/// A moving body: mass, inertia and initial motion.
 struct Body {
   static constexpr std::string_view what = "a body";
-  std::string name;
-  double mass = 0;  ///< kg, > 0
+  std::string name;  ///< of the element in the scene
+  double mass = 0;   ///< kg, > 0
   /// kg m², about the centre of mass, > 0; 0 for a point body
   double inertia = 0;
   Vec2 position{0, 0};                  ///< m, initial centre of mass; may be rough

@@ -18,6 +18,7 @@
 
 namespace freeplay {
 
+/// Law of rise and return of a standard cam.
 enum class CamLaw { cycloidal, polynomial, harmonic };
 inline constexpr auto cam_law_names =
     complete<CamLaw>({{CamLaw::cycloidal, "cycloidal"},
@@ -26,15 +27,19 @@ inline constexpr auto cam_law_names =
                        "rise and return of π each are an eccentric disc; else its second derivative jumps"}});
 constexpr std::span<const Choice<CamLaw>> choices(CamLaw) { return cam_law_names; }
 
+/// Lift of a cam over its angle, periodic in 2π.
 class CamProfile {
  public:
+  /// rad, a full turn
   static constexpr double turn = 6.283185307179586;
   /// h (m) and its derivatives with respect to φ (m/rad, ...).
   struct Value {
+    /// lift and derivatives, as above
     double h = 0, d1 = 0, d2 = 0, d3 = 0;
   };
   /// Upper bounds of |h′| and |h″| over a turn, valid between samples too.
   struct Bounds {
+    /// m/rad, m/rad²
     double d1 = 0, d2 = 0;
   };
 
@@ -44,7 +49,9 @@ class CamProfile {
   /// Through points (angle, lift): at least three, increasing, within one turn.
   static CamProfile through(const std::vector<std::pair<double, double>>& points);
 
+  /// Lift and derivatives at an angle (rad).
   Value at(double phi) const;
+  /// Bounds over the turn.
   const Bounds& bounds() const { return bounds_; }
   /// rad, width of the narrowest piece with varying lift.
   double narrowest() const { return narrowest_; }
@@ -75,6 +82,7 @@ class CamProfile {
 
 /// f(x) for a number that may carry derivatives, from the values of f and f′.
 inline double lifted(double, double f, double) { return f; }
+/// A function value f with derivative df at x, as a value of type T.
 template <class T>
 T lifted(const T& x, double f, double df) {
   return x.chain(f, df);

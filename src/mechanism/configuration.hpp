@@ -21,12 +21,15 @@ struct JointAngle {
   std::array<int, 3> joints{};  ///< indices into Mechanism::joints
 };
 
+/// Choice between the poses in which a mechanism can be assembled.
 struct Configuration {
+  /// Assembly branch of a closed loop.
   enum class Branch { open, crossed };
   static constexpr std::string_view what = "[assembly]";
   std::optional<Branch> branch = {};                     ///< of the only four-bar loop
   std::vector<JointAngle> positive = {}, negative = {};  ///< angles required to have this sign
 
+  /// Whether anything is requested.
   bool asks() const { return branch || !positive.empty() || !negative.empty(); }
 
   static void keys(auto& k, auto& c) {
@@ -58,8 +61,10 @@ std::string spelt(const Mechanism& mechanism, const JointAngle& angle);
 /// A difference between a pose and the requested one: the key and a description. Both are empty if
 /// the pose is as requested.
 struct Mismatch {
+  /// key of the scene, and description
   std::string key, what;
 };
+/// The first difference between the pose q (Shapes: freeplay.hpp) and the requested one.
 Mismatch mismatch(const Mechanism& mechanism, const std::vector<double>& q);
 
 }  // namespace freeplay

@@ -23,28 +23,41 @@ namespace freeplay {
 
 class Piecewise;
 
+/// A named function y(x) of one variable.
 struct Curve {
+  /// Kind of function; it determines which members are read.
   enum class Shape { constant, ramp, rise_dwell_return, harmonic, table };
+  /// Profile of rise and return.
   enum class Profile { polynomial, cycloidal };
+  /// Interpolation between the points of a table.
   enum class Between { linear, spline };
   /// Use of the curve: as y itself, as the rate of a motion, or as its position, whose slope must
   /// be continuous.
   enum class Use { value, rate, place };
+  /// Pairs (x, y).
   using Points = std::vector<std::pair<double, double>>;
 
+  /// of the curve in the scene
   std::string name;
+  /// kind of function
   Shape shape = Shape::constant;
+  /// y of a constant
   double value = 0;
+  /// y before and after the rise
   double from = 0, to = 0;
   double start = 0;                      ///< in units of x, as the lengths below
   double rise = 0;                       ///< > 0
   double dwell = 0, fall = 0, rest = 0;  ///< fall > 0
+  /// of rise and return
   Profile profile = Profile::polynomial;
+  /// of a harmonic function
   double mean = 0, amplitude = 0;
   double period = 0;   ///< > 0
   double phase = 0;    ///< rad
   Points points = {};  ///< x increasing, at least two
+  /// interpolation of a table
   Between between = Between::linear;
+  /// whether the function is periodic beyond its last point
   bool repeats = false;
 
   std::string_view what() const;
@@ -125,9 +138,11 @@ inline std::string_view Curve::what() const {
 
 /// A constant, or the value of a named curve.
 struct CurveOr {
+  /// value if there is no curve
   double constant = 0;
   int curve = -1;  ///< index into Mechanism::curves; −1: use the constant
 
+  /// The value as a piecewise function.
   Piecewise lay(const std::vector<Curve>& curves) const;
 };
 

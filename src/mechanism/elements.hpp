@@ -39,11 +39,15 @@
 
 namespace freeplay {
 
+/// Any kind of joint.
 using Joint =
     std::variant<RevoluteJoint, TranslationalJoint, RigidJoint, GearJoint, RackJoint, SlotJoint, RodJoint>;
+/// Any kind of contact outside joints.
 using Contact = std::variant<PlaneContact, DiscContact, CamContact, TravelStop, AngleStop>;
+/// Any kind of drive.
 using Drive = std::variant<SpeedDrive, TorqueDrive, MotionDrive, TorqueCurveDrive, ForceDrive, DcMotor,
                            InductionMotor, Governor>;
+/// Any kind of load.
 using Load = std::variant<ForceLoad, TorqueLoad, SpringDamper, TorsionalSpringDamper, JointFriction, Bushing,
                           BumpStop, TorsionalBumpStop>;
 
@@ -60,6 +64,7 @@ template <class... Kinds>
 const std::string& name_of(const std::variant<Kinds...>& element) {
   return std::visit([](const auto& x) -> const std::string& { return x.name; }, element);
 }
+/// The two bodies of a joint of any kind.
 inline const std::array<int, 2>& bodies_of(const Joint& joint) {
   return std::visit([](const auto& j) -> const std::array<int, 2>& { return j.between; }, joint);
 }

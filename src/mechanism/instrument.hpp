@@ -14,6 +14,7 @@ namespace freeplay {
 
 /// A field that a kind does not use is not read.
 struct Instrument {
+  /// Measured quantity.
   enum class Kind {
     /// m/s², of a body's centre of mass along an axis of the world, through a low-pass
     accelerometer,
@@ -23,8 +24,11 @@ struct Instrument {
     load_cell,
     torque  ///< N m, torque of a drive, through a low-pass
   };
+  /// measured quantity
   Kind kind = Kind::accelerometer;
+  /// of the instrument in the scene, and its column in the results
   std::string name;
+  /// index into Mechanism::bodies
   int body = ground;
   std::array<int, 2> pair{ground, ground};  ///< encoder: bodies of the joint
   int joint = -1;                           ///< encoder and load cell: index of the joint

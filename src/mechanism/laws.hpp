@@ -22,10 +22,14 @@ enum class ContactKind {
   spring_damper
 };
 
+/// Facts of a contact law.
 struct ContactLawFacts {
+  /// the law
   ContactLaw law;
   std::string_view text;  ///< its name in a scene
+  /// formula, publication and range of validity, as text
   std::string_view formula, source, range;
+  /// kind of contact
   ContactKind kind;
   bool takes_restitution;     ///< its damping follows from the surface's restitution
   bool positive_restitution;  ///< restitution must be > 0: χ is infinite at 0
@@ -33,17 +37,22 @@ struct ContactLawFacts {
   std::optional<ContactLaw> damping;
   /// m; the law is published for least_clearance ≤ c < clearance_end.
   double least_clearance = 0;
+  /// m, end of the published range
   double clearance_end = std::numeric_limits<double>::infinity();
 };
 
 /// All contact laws, in the order of their enumerators.
 std::span<const ContactLawFacts> contact_laws();
+/// The facts of a contact law.
 const ContactLawFacts& facts_of(ContactLaw law);
 
+/// Facts of a friction law.
 struct FrictionLawFacts {
+  /// the law
   FrictionLaw law;
   std::string_view text;     ///< its name in a scene
   std::string_view formula;  ///< c(v) = |F_T|/F_N for v ≥ 0, with the symbols of docs/theory/friction.md
+  /// publication and range of validity, as text
   std::string_view source, range;
   std::string_view keys;  ///< keys of [penalty] that it reads, separated by ", "
   bool bristle;           ///< has a bristle deflection z (m) as a state
@@ -64,6 +73,7 @@ struct FrictionLawFacts {
 
 /// All friction laws, in the order of their enumerators.
 std::span<const FrictionLawFacts> friction_laws();
+/// The facts of a friction law.
 const FrictionLawFacts& facts_of(FrictionLaw law);
 
 }  // namespace freeplay

@@ -18,17 +18,27 @@
 
 namespace freeplay {
 
+/// The elements of a mechanism. Elements refer to each other by index.
 struct Mechanism {
+  /// for figures and reports
   std::string title;
   Vec2 gravity{0, 0};        ///< m/s²
   std::vector<Body> bodies;  ///< the bodies of groups come last
+  /// joints
   std::vector<Joint> joints;
+  /// contacts outside joints
   std::vector<Contact> contacts;
+  /// groups of equal discs
   std::vector<Group> groups;
+  /// materials of the contacts
   std::vector<Surface> surfaces;
+  /// lubricants of the joints
   std::vector<Lubricant> lubricants;
+  /// drives
   std::vector<Drive> drives;
+  /// loads
   std::vector<Load> loads;
+  /// curves that drives and loads name
   std::vector<Curve> curves;
   Configuration assembly;  ///< the requested pose at the start, if any
 };

@@ -8,6 +8,7 @@
 
 namespace freeplay {
 
+/// One flank of a pair of gears.
 struct InvoluteFlank {
   double side = 1;           ///< σ
   double kind = 1;           ///< κ
@@ -16,6 +17,7 @@ struct InvoluteFlank {
   double phase = 0;          ///< m, φ₀
   double period = INFINITY;  ///< m, pitch of the teeth along the line of action
 
+  /// m, sum of the base radii
   double sum() const { return Ri + Rj; }
   /// S inv α (m) at the centre distance a (m).
   double involute(double a) const {
@@ -24,6 +26,7 @@ struct InvoluteFlank {
   }
 };
 
+/// One flank of a gear on a rack.
 struct RackFlank {
   double side = 1;           ///< σ
   Vec2 axis{1, 0};           ///< A, in the second body's frame

@@ -26,6 +26,7 @@ namespace freeplay {
 /// the choices. All three use the rows of own_keys().
 template <class Options>
 struct OwnKey {
+  /// the key
   std::string_view name;
   /// Whether the current choices read the key.
   bool (*read)(const Options&, std::string_view name);
@@ -44,7 +45,9 @@ constexpr const OwnKey<Options>& own_key(const Options& o, std::string_view name
   throw std::logic_error("own_keys() lacks a key");
 }
 
+/// Options of a run, [run].
 struct RunOptions {
+  /// Treatment of the initial positions and velocities.
   enum class Start {
     assembled,   ///< rough positions are made consistent; journals start inside their bearings
     ideal,       ///< positions and velocities of the ideal joints: journals are concentric
@@ -53,6 +56,7 @@ struct RunOptions {
   };
   double duration = 0;  ///< s, > 0
   double discard = 0;   ///< s, excluded from the statistics, 0 ≤ discard < duration
+  /// treatment of the initial positions and velocities
   Start start = Start::assembled;
   bool eliminate = true;  ///< eliminate coordinates that one constraint row alone fixes
   bool forces = false;    ///< write forces.csv beside trajectory.csv
@@ -107,8 +111,10 @@ enum class ContactLaw {
 };
 /// The facts of each friction law are in formulations/contact/friction/NAME.hpp.
 enum class FrictionLaw { ambrosio, threlfall, bengisu_akay, lugre, brown_mcphee, andersson, mindlin };
+/// Integrator of the penalty formulation.
 enum class Integrator { rk4, dopri5, bulirsch_stoer, adams_bashforth_moulton, rosenbrock4 };
 
+/// Properties of an integrator.
 template <>
 struct Traits<Integrator> {
   bool adaptive = true;  ///< reads penalty.tolerance; the others read penalty.step
@@ -116,6 +122,7 @@ struct Traits<Integrator> {
   bool keeps_history = false;
 };
 
+/// Stabilisation of the constraints of the penalty formulation.
 enum class Stabilisation {
   none,
   baumgarte,
@@ -123,7 +130,9 @@ enum class Stabilisation {
   projection
 };
 
+/// Options of the penalty formulation, [penalty].
 struct PenaltyOptions {
+  /// law of the normal force
   ContactLaw contact = ContactLaw::exact;
   /// A contact law supplied in code, which replaces `contact`; it has no key.
   std::shared_ptr<const OwnLaw> own = {};
@@ -132,6 +141,7 @@ struct PenaltyOptions {
   std::optional<ContactLaw> damping = {};
   std::optional<double> kelvin_stiffness = {};  ///< N/m
   std::optional<double> kelvin_damping = {};    ///< N s/m
+  /// law of the friction force
   FrictionLaw friction = FrictionLaw::ambrosio;
   double friction_v0 = 1e-4;  ///< m/s, regularisation speed of every friction law
   /// m/s, > friction_v0: speed of full friction (Ambrósio), Stribeck speed (Andersson)
@@ -142,9 +152,11 @@ struct PenaltyOptions {
   double friction_viscous = 0;
   double bristle_stiffness = 1e5;  ///< 1/m, LuGre's σ₀ divided by F_N
   double bristle_damping = 10;     ///< s/m, LuGre's σ₁ divided by F_N
+  /// stabilisation of the constraints
   Stabilisation stabilisation = Stabilisation::baumgarte;
   double alpha = 5;  ///< 1/s: G a = γ − 2αΦ̇ − β²Φ
   double beta = 5;   ///< 1/s
+  /// integrator
   Integrator integrator = Integrator::adams_bashforth_moulton;
   /// Accept a step if every |error_i| ≤ tolerance·scale_i (see tolerance.hpp).
   double tolerance = 1e-9;
@@ -206,8 +218,10 @@ struct PenaltyOptions {
   }
 };
 
+/// Integration scheme of the nonsmooth formulation.
 enum class Scheme { automatic, moreau_jean, event_driven };
 
+/// Properties of a scheme.
 template <>
 struct Traits<Scheme> {
   bool adaptive = false;  ///< reads nonsmooth.tolerance; the others read nonsmooth.step
@@ -221,12 +235,14 @@ enum class LcpSolver { automatic, enumeration, lemke, gauss_seidel, newton };
 /// normal impulse (Stronge), or contacts of springs with slip (compliant).
 enum class ImpactLaw { newton, poisson, energetic, compliant };
 
+/// Properties of an impact law.
 template <>
 struct Traits<ImpactLaw> {
   /// Whether the impulse of a time step, which sums impacts and lasting contact, can satisfy it.
   bool time_stepping = false;
 };
 
+/// Options of the nonsmooth formulation, [nonsmooth].
 struct NonsmoothOptions {
   /// Default: Moreau–Jean if `step` is a number, else automatic.
   std::optional<Scheme> scheme = {};
@@ -236,10 +252,13 @@ struct NonsmoothOptions {
   double step_tolerance = 1e-6;
   /// Tolerance of the event-driven scheme's integrator, with the meaning of penalty.tolerance.
   double tolerance = 1e-10;
+  /// solver of the contact problem
   LcpSolver solver = LcpSolver::automatic;
   double lcp_tolerance = 1e-10;  ///< accept a solve if its relative residual is smaller
+  /// meaning of the restitution
   ImpactLaw impact_law = ImpactLaw::newton;
 
+  /// The scheme that a run uses.
   constexpr Scheme scheme_in_force() const {
     return scheme.value_or(step ? Scheme::moreau_jean : Scheme::automatic);
   }

@@ -13,11 +13,13 @@ namespace freeplay {
 
 struct Scene;
 
+/// A contact law and load forces that the caller implements.
 struct Outside {
   std::shared_ptr<const OwnLaw> law = {};  ///< penalty contact law; null: penalty.contact
   /// Applied forces, by the name of the load that each replaces.
   std::map<std::string, std::shared_ptr<const OwnForce>> forces = {};
 
+  /// Whether there is neither.
   bool empty() const { return !law && forces.empty(); }
 };
 

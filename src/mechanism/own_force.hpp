@@ -13,17 +13,20 @@
 
 namespace freeplay {
 
+/// A load force that the caller implements.
 struct OwnForce {
   /// Force (N) along the load's `axes`, on the load of this name at time t (s). `place` (m) and
   /// `velocity` (m/s) are those of the loaded point in the world. Called from one thread at a time.
   /// An exception that it throws ends the run.
   Vec2 (*force)(const void* context, const char* load, double t, const Vec2& place,
                 const Vec2& velocity) = nullptr;
+  /// passed to the function; kept as long as the force
   std::shared_ptr<const void> context = {};
   std::string name;  ///< for messages, on one line: "gas.so"
   /// Digest of its source (io/files/digest.hpp), part of the identity of a run.
   std::string digest;
 
+  /// Calls the function: N, along the load's axes.
   Vec2 at(const std::string& load, double t, const Vec2& place, const Vec2& velocity) const {
     return force(context.get(), load.c_str(), t, place, velocity);
   }

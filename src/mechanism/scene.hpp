@@ -27,7 +27,9 @@ namespace freeplay {
 /// its format keeps its meaning.
 inline constexpr int newest_format = 2;
 
+/// A mechanism and the options of its run.
 struct Scene {
+  /// from which it was read; empty for a scene made in code
   std::filesystem::path file;
   /// As stated in the file; a file without it is read as newest_format.
   std::optional<int> format;
@@ -37,10 +39,15 @@ struct Scene {
   std::vector<std::string> idle;
   bool outside = false;         ///< whether the scene may name files outside its own folder
   std::vector<ReadFile> files;  ///< files that the text names, as read
+  /// the elements
   Mechanism mechanism;
+  /// [run]
   RunOptions run;
+  /// [penalty]
   PenaltyOptions penalty;
+  /// [nonsmooth]
   NonsmoothOptions nonsmooth;
+  /// the instruments, in the scene's order
   std::vector<Instrument> instruments;
 
   /// Sets any key of docs/reference/scene.md, as `--set KEY=VALUE` does. Throws SceneError, which
@@ -51,6 +58,7 @@ struct Scene {
   /// revolutions follows the speed. If the scene was built or changed in code, its other values are
   /// kept: its text becomes its to_toml(), in seconds and rad/s.
   void set(const std::string& key, const std::string& value);
+  /// As above, with a number in SI units.
   void set(const std::string& key, double value);
 };
 

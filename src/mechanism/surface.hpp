@@ -13,6 +13,7 @@ namespace freeplay {
 /// contact has no tangential row, without `young` the penalty formulation refuses it.
 struct Surface {
   static constexpr std::string_view what = "a surface";
+  /// by which the scene refers to it
   std::string name;
   std::optional<double> young = {};        ///< Pa, > 0
   std::optional<double> poisson = {};      ///< in [0, 0.5]
@@ -42,12 +43,17 @@ struct Surface {
 
 /// A lubricant that fills a clearance.
 struct Lubricant {
+  /// Solution of Reynolds' equation.
   enum class Film { short_bearing, long_bearing };
+  /// Treatment of negative film pressures.
   enum class Cavitation { half_sommerfeld, none };
   static constexpr std::string_view what = "a lubricant";
+  /// by which the scene refers to it
   std::string name;
   double viscosity = 0;  ///< Pa s, > 0
+  /// solution of Reynolds' equation
   Film film = Film::short_bearing;
+  /// treatment of negative film pressures
   Cavitation cavitation = Cavitation::half_sommerfeld;
   /// m, film thickness below which dry contact takes over; default 0.01 clearance
   std::optional<double> hand_over = {};

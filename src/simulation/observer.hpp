@@ -37,11 +37,13 @@ struct ContactPlace {
 /// Simulation::restore may bring another start, and the first run with forces finds which reactions
 /// are determined.
 struct Layout {
+  /// names, in the mechanism's order
   std::vector<std::string> bodies;
   std::vector<std::string> contacts;  ///< indexed by ContactEvent::contact
   /// Families of pairs without index; ContactEvent::contact numbers them after the contacts.
   std::vector<std::string> families;
   std::vector<std::string> channels;  ///< instruments, in the scene's order
+  /// the elements whose forces a step reports
   std::vector<ForceElement> forces;
   double duration = 0;     ///< s, of the scene's run
   double end = 0;          ///< s, end of the present run (RunRequest::until)
@@ -68,7 +70,9 @@ class Step {
   virtual std::span<const double> multipliers() const = 0;
   /// Geometry of the contacts at a state, one entry for each of Layout::contacts.
   virtual void contacts(double t, std::span<const double> q, std::span<ContactPlace> out) const = 0;
+  /// Energies at t1 and work since the start of the simulation (J).
   virtual EnergyLedger ledger() const = 0;
+  /// Change of the velocities by impacts within a time step.
   virtual StepImpacts in_impact() const { return {t1, {}}; }
   /// Whether the run has been requested to stop; a long computation on one step should then end.
   virtual bool stopped() const = 0;
@@ -96,6 +100,7 @@ class Step {
 
 /// The end of a run, as observers see it.
 struct RunEnd {
+  /// how the run ended
   const Ending& ending;
   double t = 0;  ///< s, time reached
   /// Events that are held back because an earlier contact onset is not yet classified as an impact
@@ -108,24 +113,31 @@ struct RunEnd {
 struct Wants {
   bool forces = false;   ///< Step::forces and the functions that follow it
   bool samples = false;  ///< samples of the instruments
+  /// the accepted steps
   bool steps = true;
 };
 
+/// Base class of observers; each function does nothing unless it is overridden.
 class Observer {
  public:
   virtual ~Observer() = default;
+  /// The data that it requests during a run.
   virtual Wants wants() const { return {}; }
   /// Called before the first step of a run, also of a run that continues an earlier one.
   virtual void begin(const Layout&, const State&) {}
+  /// Each accepted step, valid only during the call.
   virtual void step(const Step&) {}
   /// Final events in the order of t, before the step in which they become final.
   virtual void event(const Event&) {}
   /// `channel`: index into Layout::channels.
   virtual void sample(std::size_t channel, double t, double value) { (void)channel, (void)t, (void)value; }
+  /// The end of a run, also of a failed or an interrupted one.
   virtual void end(const RunEnd&) {}
   /// @name State of the observer, for runs that are interrupted and resumed
   ///@{
+  /// Writes its state into a snapshot of the run.
   virtual void save(MemoryWriter&) {}
+  /// Reads its state; throws MemoryError if it does not match.
   virtual void load(MemoryReader&) {}
   ///@}
 };

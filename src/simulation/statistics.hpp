@@ -15,8 +15,11 @@ namespace freeplay {
 /// Histogram of a positive quantity with 20 bins per decade; its memory is constant.
 class LogHistogram {
  public:
+  /// Counts a value.
   void add(double x);
+  /// Number of values.
   long total() const { return total_; }
+  /// Greatest value; 0 without values.
   double greatest() const { return greatest_; }
   /// The p-quantile; 0 if the histogram is empty.
   double quantile(double p) const;
@@ -40,13 +43,17 @@ class LogHistogram {
 /// merged in pairs to their mean: memory is bounded, and a count may be wrong by a few of `most`.
 class FastOnes {
  public:
+  /// most values that are stored exactly
   static constexpr std::size_t most = 512;
   /// Allocates the memory; otherwise the first value does.
   void reserve() { kept_.reserve(most); }
+  /// Adds a value.
   void add(double x) { add(x, 1); }
   /// The number of values of at least x, where x is at least a tenth of the greatest value.
   long at_least(double x) const;
+  /// Greatest value; 0 without values.
   double greatest() const { return greatest_; }
+  /// Adds the values of another object.
   void add(const FastOnes& other);
   template <class M>
   void serialize(M& m) {
@@ -86,6 +93,7 @@ struct ContactTally {
   }
 };
 
+/// Statistics of all contacts of a run.
 class ContactStatistics final : public Observer {
  public:
   /// `discard` (s): excluded start.

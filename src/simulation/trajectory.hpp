@@ -23,7 +23,9 @@ class Grid {
     if (beyond(index_ - 1)) --index_;  // its row is at the end of the scene's run
     next_ = multiple(index_);
   }
+  /// s, time of the next row
   double next() const { return next_; }
+  /// Goes on to the next row.
   void advance() { next_ = multiple(++index_); }
   template <class M>
   void serialize(M& m) {
@@ -45,10 +47,13 @@ class Trajectory final : public Observer {
   Trajectory() = default;
   explicit Trajectory(double step) : step_(step) {}  ///< s
 
+  /// Number of rows.
   std::size_t size() const { return t_.size(); }
+  /// s, time of a row
   double t(std::size_t row) const { return t_[row]; }
   /// x, y, θ of each body (m, rad), and their rates.
   std::span<const double> q(std::size_t row) const { return {q_.data() + row * n_, n_}; }
+  /// Velocities of a row (Layout::bodies × 3).
   std::span<const double> v(std::size_t row) const { return {v_.data() + row * n_, n_}; }
 
   void begin(const Layout& layout, const State& state) override;
@@ -67,10 +72,13 @@ class Energies final : public Observer {
  public:
   Energies() = default;
   explicit Energies(double step) : step_(step) {}  ///< s
+  /// Energies at one time.
   struct Row {
     double t = 0;  ///< s
+    /// J
     EnergyLedger ledger;
   };
+  /// in the order of time
   std::vector<Row> rows;
 
   void begin(const Layout& layout, const State& state) override;
@@ -84,8 +92,11 @@ class Energies final : public Observer {
 /// The first events, up to a number.
 class EventList final : public Observer {
  public:
+  /// Keeps the first `most` events.
   explicit EventList(std::size_t most) : most_(most) {}
+  /// in the order of time
   std::vector<Event> events;
+  /// number of all events
   long seen = 0;
   Wants wants() const override { return {.steps = false}; }
   void event(const Event& e) override;

@@ -11,13 +11,17 @@
 
 namespace freeplay {
 
+/// Kind of a contact event, as above.
 enum class EventKind { impact, contact, separation };
+/// The word of events.csv.
 const char* name_of(EventKind kind);
 
 /// An event of the contact with this index.
 struct ContactEvent {
   double t = 0;  ///< s, of contact onset; for a separation, of its instant
+  /// index into Layout::contacts, or a family
   int contact = 0;
+  /// kind of the event
   EventKind kind = EventKind::impact;
   double crank_angle = 0;               ///< rad, at t
   double v_n_minus = 0, v_n_plus = 0;   ///< m/s, rate of the gap before and after
@@ -37,6 +41,7 @@ struct ContactEvent {
 
 /// A ContactEvent with the name of the contact in the scene: that of its joint, or its own.
 struct Event : ContactEvent {
+  /// name of the contact
   std::string joint;
 
   template <class M>

@@ -19,11 +19,14 @@
 
 namespace freeplay {
 
+/// An element whose forces a step reports.
 struct ForceElement {
   /// drive: torque of a drive; push: force of a drive along a translational joint; force and
   /// torque: loads
   enum class Kind { joint, contact, drive, push, force, torque };
+  /// of the element in the scene
   std::string name;
+  /// kind of element
   Kind kind = Kind::joint;
   std::array<int, 2> bodies{-1, -1};  ///< first and second; −1: ground
   int joint = -1;                     ///< index of its joint; −1: none
@@ -32,6 +35,7 @@ struct ForceElement {
   bool determined = true;
 };
 
+/// Force of one element on its second body.
 struct ElementForce {
   double fx = 0, fy = 0;  ///< N, on the second body, world
   double m = 0;           ///< N m, on the second body, about the element's point
@@ -57,10 +61,12 @@ struct ElementForce {
   }
 };
 
+/// Forces of all elements and accelerations at one time, or their sums over time.
 struct Forces {
   std::vector<ElementForce> elements;  ///< in the order of Layout::forces
   std::vector<double> acceleration;    ///< m/s², rad/s², as State::v
 
+  /// Sets all values to 0 and keeps the sizes.
   void clear() {
     for (auto& f : elements) f = {};
     for (auto& a : acceleration) a = 0;

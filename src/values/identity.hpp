@@ -17,6 +17,7 @@ struct Identity {
   std::string given;    ///< input besides the scene: a start; for a run of a study, its settings
   std::string program;  ///< sources, compiler, flags, instruction set, libraries
 
+  /// Whether all parts are equal.
   bool operator==(const Identity&) const = default;
   /// 32 hexadecimal digits over all parts.
   std::string digest() const;

@@ -101,16 +101,22 @@ struct Extremes {
 
 /// Parameters of one contact in a formulation.
 struct ContactModel {
+  /// of the surface
   double restitution_asked = 0;
+  /// effective restitution of the law
   double restitution_delivered = 0;
   double stiffness = 0;  ///< N/m^n; 0 for an impact law
+  /// n of K δⁿ
   double exponent = 0;
+  /// χ, damping factor of the contact law
   double chi = 0;
 };
 
 /// How a run ended.
 struct Ending {
+  /// Status of a run.
   enum class Status { finished, interrupted, failed };
+  /// status of the run
   Status status = Status::finished;
   std::string reason;  ///< for a failure: its cause and possible remedies
 };

@@ -29,8 +29,11 @@ struct MemoryError : std::runtime_error {
 /// Appends its arguments to `bytes`.
 class MemoryWriter {
  public:
+  /// distinguishes writer and reader in serialize()
   static constexpr bool reading = false;
+  /// Appends to `bytes`, which the caller owns.
   explicit MemoryWriter(std::vector<std::byte>& bytes) : bytes_(bytes) {}
+  /// Writes or reads the values in their order.
   template <class... T>
   void operator()(T&... values) {
     (put(values), ...);
@@ -40,6 +43,7 @@ class MemoryWriter {
     std::string text(name);
     put(text);
   }
+  /// Writes or reads `size` bytes.
   void raw(void* data, std::size_t size) {
     const auto* from = static_cast<const std::byte*>(data);
     bytes_.insert(bytes_.end(), from, from + size);
@@ -54,24 +58,31 @@ class MemoryWriter {
 /// Fills its arguments from `bytes`; throws MemoryError if they do not match.
 class MemoryReader {
  public:
+  /// distinguishes writer and reader in serialize()
   static constexpr bool reading = true;
+  /// Reads `bytes`, which the caller owns.
   explicit MemoryReader(std::span<const std::byte> bytes) : rest_(bytes) {}
+  /// Writes or reads the values in their order.
   template <class... T>
   void operator()(T&... values) {
     (put(values), ...);
   }
+  /// Reads the beginning of a named part; throws MemoryError if the name differs.
   void part(std::string_view name) {
     std::string found;
     put(found);
     if (found != name)
       throw MemoryError("the snapshot has no part \"" + std::string(name) + "\" where one is expected");
   }
+  /// Writes or reads `size` bytes.
   void raw(void* data, std::size_t size) {
     if (size > rest_.size()) throw MemoryError("the snapshot is incomplete");
     if (size > 0) std::memcpy(data, rest_.data(), size);
     rest_ = rest_.subspan(size);
   }
+  /// Whether all bytes have been read.
   bool at_end() const { return rest_.empty(); }
+  /// Number of bytes left.
   std::size_t left() const { return rest_.size(); }
 
  private:

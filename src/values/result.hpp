@@ -18,7 +18,9 @@ namespace freeplay {
 /// One contact. Statistics cover the time after the discarded start and need a ContactStatistics
 /// observer; otherwise they are 0.
 struct ContactSummary {
+  /// of the contact in the scene
   std::string name;
+  /// its parameters
   ContactModel model;
   double flight_fraction = 0, impact_fraction = 0, lasting_fraction = 0;  ///< share of the time
   long impacts = 0;                                                       ///< all impacts
@@ -33,6 +35,7 @@ struct ContactSummary {
   /// the longest arm.
   double penetration_ratio = 0;
   std::string measure = "clearance";  ///< "clearance", "radius" or "arm"
+  /// Whether the contact is that of a joint with clearance.
   bool has_clearance() const { return measure == "clearance"; }
   /// Duration of impacts over that of the flight before each, both weighted by the impulse. 0 with
   /// an impact law, or if no flight between two contacts was observed.
@@ -76,25 +79,35 @@ struct OnsetDoubt {
   double speed = 0;           ///< estimate for approach speeds, relative
   double impulse = 0;         ///< estimate for normal impulses, relative
   bool missing = false;       ///< the companion run has other contact onsets
+  /// The greatest of the estimates; infinity if an onset is missing.
   double greatest() const { return missing ? INFINITY : std::max({time, speed, impulse}); }
 };
 
+/// Result of a run.
 struct Result {
+  /// "penalty" or "nonsmooth"
   std::string formulation;
+  /// how the run ended
   Ending ending;
   double t_end = 0;     ///< s, time reached
   double observed = 0;  ///< s, after the discarded start
+  /// at t_end
   State final_state;
   double revolutions = 0;  ///< in the statistics; 0 without a drive of prescribed speed
+  /// energies at t_end and work (J)
   EnergyLedger ledger;
+  /// counters of the computation
   Work work;
+  /// greatest penetrations, constraint errors and residuals
   Extremes extremes;
+  /// statistics of each contact
   std::vector<ContactSummary> contacts;
   std::vector<std::string> notes;  ///< messages for the user
   /// Assumption about the start if the scene leaves it open, else empty.
   std::string assumed;
   /// Events in the order of time; only the first ones if there are more than are kept.
   std::vector<Event> events;
+  /// number of all events
   long events_seen = 0;
   /// Whether the list is truncated: events after its last one are then missing.
   bool events_cut() const { return events_seen > static_cast<long>(events.size()); }

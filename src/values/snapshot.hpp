@@ -17,16 +17,17 @@ struct SnapshotError : std::runtime_error {
   using std::runtime_error::runtime_error;
 };
 
+/// Complete state of a simulation between two steps.
 class Snapshot {
  public:
   double t = 0;  ///< s
   /// @name Parts of the identity of its simulation; see identity.hpp
   ///@{
-  std::string program;
-  std::string formulation;
-  std::string scene;
+  std::string program;      ///< version, sources, compiler, flags and processor
+  std::string formulation;  ///< its name and matched restitutions
+  std::string scene;        ///< canonical text
   ///@}
-  std::vector<std::byte> memory;
+  std::vector<std::byte> memory;  ///< the state
 
   /// Throws SnapshotError if the snapshot is from a program that would not continue bit for bit:
   /// with other sources, compiler, flags or kind of processor. The commit does not count.

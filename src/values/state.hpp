@@ -5,6 +5,7 @@
 
 namespace freeplay {
 
+/// State of a mechanism (shapes: freeplay.hpp).
 struct State {
   double t = 0;           ///< s
   std::vector<double> q;  ///< m, rad: x, y and θ of each body, in the mechanism's order

@@ -180,7 +180,7 @@ TEST_CASE("guide: load against a derivation by hand", "[references][forces]") {
   within(mast.drive, m * 3, 1e-18L, why);
 }
 
-// ---------------------------------------------------------------------------------------------- impulses
+// ------------------------------------------------------------ impulses
 
 TEST_CASE("dropped ball: the impulse equals the change of momentum between two instants of rest",
           "[references][impulses]") {

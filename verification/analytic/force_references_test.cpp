@@ -141,7 +141,7 @@ Vec widened(const Planar<double>& v) { return {v.x, v.y}; }
 
 }  // namespace
 
-// ---------------------------------------------------------------------------------------------- slider-crank
+// ------------------------------------------------------------ slider-crank
 
 TEST_CASE("slider-crank forces: balances of energy and momentum from numerically differentiated positions",
           "[references][forces]") {
@@ -277,4 +277,4 @@ TEST_CASE("slider-crank forces: means over a revolution", "[references][forces]"
   }
 }
 
-// --------------------------------------------------------------------------------------------- bearing loads
+// ------------------------------------------------------------ bearing loads

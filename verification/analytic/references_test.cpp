@@ -24,7 +24,7 @@
 
 using namespace freeplay::reference;
 
-// ---------------------------------------------------------------------------------------------- slider-crank
+// ------------------------------------------------------------ slider-crank
 
 TEST_CASE("slider-crank: the rates are the derivatives of the closed loop", "[references]") {
   const Long r = 0.05L, l = 0.3L, speed = from_rpm(200.0L);
@@ -69,7 +69,7 @@ TEST_CASE("slider-crank: greatest accelerations of the test rig and the angle at
   within(zero(2 * pi - root.first), 0, 1e-15, "mirror");
 }
 
-// ---------------------------------------------------------------------------------------------- Hertz's
+// ------------------------------------------------------------ Hertz's
 // impact
 
 TEST_CASE("elastic impact: duration constant by quadrature, depth by energy", "[references]") {
@@ -97,7 +97,7 @@ TEST_CASE("elastic impact: duration constant by quadrature, depth by energy", "[
          "cos(asin ½)");
 }
 
-// ---------------------------------------------------------------------------------------------- delivered
+// ------------------------------------------------------------ delivered
 // restitution
 
 TEST_CASE("delivered restitution: table of the published laws", "[references]") {
@@ -156,7 +156,7 @@ TEST_CASE("delivered restitution: limits, inverse, conditioning", "[references]"
   CHECK_THROWS(delivered_restitution(-0.1L));
 }
 
-// ---------------------------------------------------------------------------------------------- pendulum
+// ------------------------------------------------------------ pendulum
 
 TEST_CASE("pendulum: period against known values", "[references]") {
   const auto ratio = [](double amplitude) {
@@ -199,7 +199,7 @@ TEST_CASE("pendulum: equation of motion, energy, symmetry", "[references]") {
          "linear limit: period longer by θ₀²/16, ω₀ t θ₀³/16 = 3e-13");
 }
 
-// ---------------------------------------------------------------------------------------------- bouncing
+// ------------------------------------------------------------ bouncing
 // ball
 
 TEST_CASE("bouncing ball: closed form against the recursion from bounce to bounce", "[references]") {
@@ -238,7 +238,7 @@ TEST_CASE("bouncing ball: accumulation point and limits", "[references]") {
   within(lost, 10 * 1, 1e-13, "½ Σ (v² − e² v²) = g H, but for 4⁻⁵⁰ of it");
 }
 
-// ---------------------------------------------------------------------------------------------- block on a
+// ------------------------------------------------------------ block on a
 // slope
 
 TEST_CASE("slider with clearance in its guide: the flight conserves energy and agrees with another program",
@@ -300,7 +300,7 @@ TEST_CASE("block on a slope: stopping, derived by hand", "[references]") {
   within(block_stopping_time({0, 0.2, g, 1}).value(), 0.5, 1e-15, "v/(μ g) on the level");
 }
 
-// ---------------------------------------------------------------------------------------------- oblique
+// ------------------------------------------------------------ oblique
 // impact
 
 TEST_CASE("oblique impact: a disc on the ground", "[references]") {
@@ -395,7 +395,7 @@ TEST_CASE("oblique impact: the law on random contacts, and its limits", "[refere
          "e = 1 without friction loses nothing");
 }
 
-// ---------------------------------------------------------------------------------------------- ring and
+// ------------------------------------------------------------ ring and
 // journal
 
 TEST_CASE("ring and journal: flight to the wall", "[references]") {
@@ -453,7 +453,7 @@ TEST_CASE("ring and journal: momentum and energy over many impacts", "[reference
   within(wall.after.journal_velocity[1], 0.3, 1e-15, "no friction");
 }
 
-// ---------------------------------------------------------------------------------------------- seven bodies
+// ------------------------------------------------------------ seven bodies
 
 TEST_CASE("seven-body mechanism: the published positions close the loops", "[references]") {
   for (const auto& angles : {seven_body_start, seven_body_end}) {

@@ -56,9 +56,9 @@ void impulse_map(Findings& f) {
     sphere.scene.mechanism.surfaces[0].restitution = e;
     for (const double angle : angles) {
       const long double u_t = sphere.tangential(angle);
-      const auto exact = reference::compliant_impact<long double>(
-          sphere.delassus(), sphere.normal(angle), u_t, e, *sphere.surface().friction,
-          stiffness_ratio(sphere.surface()));
+      const auto exact = reference::compliant_impact<long double>(sphere.delassus(), sphere.normal(angle),
+                                                                  u_t, e, *sphere.surface().friction,
+                                                                  stiffness_ratio(sphere.surface()));
       f.within(name(angle, fmt::format("event-driven, compliant law, e = {:g}", e).c_str()), "",
                sphere.restitution(Family::nonsmooth, angle), static_cast<double>(exact.u_t / u_t), 1e-11,
                "references/compliant_impact: slip in closed form, stick by its modes, long double",
@@ -74,9 +74,9 @@ void force_law(Findings& f) {
     const double chi = make_contact_force(sphere.scene, System(sphere.scene.mechanism).contact_facts(0)).chi;
     for (const double angle : angles) {
       const long double u_t = sphere.tangential(angle);
-      const auto exact = reference::hertz_mindlin_impact<long double>(
-          sphere.delassus(), sphere.normal(angle), u_t, chi, *sphere.surface().friction,
-          stiffness_ratio(sphere.surface()));
+      const auto exact = reference::hertz_mindlin_impact<long double>(sphere.delassus(), sphere.normal(angle),
+                                                                      u_t, chi, *sphere.surface().friction,
+                                                                      stiffness_ratio(sphere.surface()));
       f.within(name(angle, fmt::format("penalty, Hertz contact, e = {:g}", e).c_str()), "",
                sphere.restitution(Family::penalty, angle), static_cast<double>(exact.u_t / u_t), 1e-6,
                "references/hertz_mindlin_impact: long double, order 8",

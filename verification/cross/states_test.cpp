@@ -1,6 +1,7 @@
 // First-order states of elements in every integrator: a rotor driven by a lagging torque, in closed
 // form:
-//     T ż = u − z,   J ω̇ = z,   z(0) = 0:   z = u (1 − e^(−t/T)),   ω = (u/J) [t − T (1 − e^(−t/T))]
+//     T ż = u − z,   J ω̇ = z,   z(0) = 0:
+//     z = u (1 − e^(−t/T)),   ω = (u/J) [t − T (1 − e^(−t/T))]
 #include <catch2/catch.hpp>
 
 #include <cmath>

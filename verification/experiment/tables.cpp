@@ -1,9 +1,11 @@
 #include "verification/experiment/tables.hpp"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <cmath>
+#include <string_view>
 
 namespace freeplay::verification {
 namespace {
@@ -24,6 +26,93 @@ bool in_full(const Evidence& e, const Variant& v) {
   return v.formulations.size() >= 2 && v.starts >= e.study.starts;
 }
 
+/// The verdict on a statement of the paper, of all its claims: it holds if all of them hold.
+std::string verdict(const std::vector<Finding>& list, std::string_view id) {
+  bool assessed = false, holds = true, fitted = false;
+  for (const auto& f : list) {
+    if (f.id != id) continue;
+    fitted = fitted || f.fitted;
+    assessed = assessed || f.assessed;
+    holds = holds && (f.holds || !f.assessed);
+  }
+  return fitted ? "fitted" : !assessed ? "–" : holds ? "holds" : "**fails**";
+}
+
+constexpr std::pair<const char*, const char*> statements[] = {
+    {"X1", "ideal joint: acceleration as computed"},
+    {"X2", "0.25 mm: position as with the ideal joint"},
+    {"X3", "0.25 mm: one loss of contact per revolution, for 20°"},
+    {"X4", "0.25 mm: impacts for 60° after the return of contact"},
+    {"X5", "0.25 mm: weak impacts in a second zone, contact elsewhere"},
+    {"X6", "0.25 mm: maximum 4 times the ideal one"},
+    {"X7", "0.10 mm: maximum 3.5 times the ideal one"},
+    {"X8", "1.00 mm: maximum 20 times the ideal one"},
+    {"X9", "maximum grows with clearance and speed"},
+    {"X10", "number of impacts grows with clearance and speed"},
+    {"X11", "dominant lines grow with clearance and speed"},
+    {"X12", "slider decelerates without contact"},
+    {"X13", "100 rpm: overall motion as with the ideal joint"}};
+
+/// The values by which variants are compared; " ✗" marks a failed claim.
+struct Influence {
+  std::string peaks[3];    ///< X7, X6, X8
+  std::string flights[2];  ///< X3: number and length
+  std::string after;       ///< X4
+  std::string steps[3];    ///< X9 to X11: steps of the matrix with growth
+  std::string slows;       ///< X12
+};
+
+Influence influence(const Evidence& e, const Variant& v, const std::string& formulation) {
+  Influence out;
+  const char* ids[] = {"X7", "X6", "X8"};
+  int grows[3] = {0, 0, 0}, steps[3] = {0, 0, 0}, x3 = 0;
+  for (const auto& f : findings(e, v, formulation)) {
+    const auto mark = f.assessed && !f.holds ? " ✗" : f.fitted ? " fitted" : "";
+    for (int k = 0; k < 3; ++k) {
+      if (f.id == ids[k]) out.peaks[k] = f.measured + mark;
+      if (f.id == fmt::format("X{}", 9 + k) && f.assessed) {
+        grows[k] += std::stoi(f.measured);
+        steps[k] += std::stoi(f.measured.substr(f.measured.find("of") + 2));
+      }
+    }
+    if (f.id == "X3" && x3 < 2) out.flights[x3++] = f.measured + mark;
+    if (f.id == "X4") out.after = f.measured + mark;
+    if (f.id == "X12") out.slows = f.assessed ? (f.holds ? "slows" : "no ✗") : "–";
+  }
+  for (int k = 0; k < 3; ++k)
+    out.steps[k] = fmt::format("{} of {}{}", grows[k], steps[k], grows[k] < steps[k] ? " ✗" : "");
+  return out;
+}
+
+/// A quantity, an assumption that can make it fail, and the variant that changes this assumption;
+/// null: none does.
+struct Suspect {
+  const char *quantity, *assumption, *variant;
+  std::string (*value)(const Influence&);
+};
+constexpr Suspect suspects[] = {
+    {"X3 flights per revolution: 1", "friction of the guide", "guide",
+     [](const Influence& i) { return i.flights[0]; }},
+    {"X3 flights per revolution: 1", "clearance of the other joints", "bearings",
+     [](const Influence& i) { return i.flights[0]; }},
+    {"X3 length of the flight: 20°", "friction of the guide", "guide",
+     [](const Influence& i) { return i.flights[1]; }},
+    {"X4 impacts after the return: 60°", "compliance of crank and rod, play of the guide", nullptr,
+     [](const Influence& i) { return i.after; }},
+    {"X6 maximum: 4", "finite drive", "drive", [](const Influence& i) { return i.peaks[1]; }},
+    {"X6 maximum: 4", "bandwidth of the accelerometer", "paper",
+     [](const Influence& i) { return i.peaks[1]; }},
+    {"X6 maximum: 4", "friction of the guide", "guide", [](const Influence& i) { return i.peaks[1]; }},
+    {"X8 maximum: 20", "finite drive", "drive", [](const Influence& i) { return i.peaks[2]; }},
+    {"X10 steps: all", "centre of mass of the rod", "rod", [](const Influence& i) { return i.steps[1]; }},
+    {"X10 steps: all", "finite drive", "drive", [](const Influence& i) { return i.steps[1]; }},
+    {"X10 steps: all", "compliance of crank and rod", nullptr, [](const Influence& i) { return i.steps[1]; }},
+    {"X11 steps: all", "bandwidth of the accelerometer", "paper",
+     [](const Influence& i) { return i.steps[2]; }},
+    {"X11 steps: all", "resonance of the accelerometer", nullptr,
+     [](const Influence& i) { return i.steps[2]; }},
+    {"X12 deceleration", "friction of the guide", "guide", [](const Influence& i) { return i.slows; }}};
+
 }  // namespace
 
 std::string number(double x) {
@@ -32,6 +121,86 @@ std::string number(double x) {
 }
 std::string show(double value, double low, double high) {
   return fmt::format("{} ({}..{})", number(value), number(low), number(high));
+}
+
+std::string summary_table(const Evidence& e) {
+  std::string out = "| id | statement |", rule = "| --- | --- |", counts;
+  std::vector<std::vector<Finding>> columns;
+  for (const auto& v : e.study.variants) {
+    if (!in_full(e, v)) continue;
+    const auto first = columns.size();
+    for (const auto& formulation : v.formulations) {
+      columns.push_back(findings(e, v, formulation));
+      out += fmt::format(" {} {} |", v.name, formulation);
+      rule += " --- |";
+    }
+    std::vector<std::string> hold, fail, differ;
+    for (const auto& [id, text] : statements) {
+      std::size_t holds = 0, fails = 0;
+      for (auto k = first; k < columns.size(); ++k) {
+        const auto word = verdict(columns[k], id);
+        holds += word == "holds", fails += word == "**fails**";
+      }
+      if (holds == columns.size() - first) hold.emplace_back(id);
+      if (fails == columns.size() - first) fail.emplace_back(id);
+      if (holds > 0 && fails > 0) differ.emplace_back(id);
+    }
+    const auto list = [](const auto& ids) {
+      return ids.empty() ? "none" : fmt::format("{}", fmt::join(ids, ", "));
+    };
+    counts += fmt::format("- {}, {}: {} hold in both formulations ({}); {} fail in both ({}); differ: {}.\n",
+                          v.name, v.title, hold.size(), list(hold), fail.size(), list(fail), list(differ));
+  }
+  out += "\n" + rule + "\n";
+  for (const auto& [id, text] : statements) {
+    out += fmt::format("| {} | {} |", id, text);
+    for (const auto& column : columns) out += fmt::format(" {} |", verdict(column, id));
+    out += "\n";
+  }
+  return out + "\n" + counts;
+}
+
+std::string failures_table(const Evidence& e) {
+  const auto& base = e.study.variants.front();
+  std::vector<Influence> here;
+  std::string out = "| quantity: measured |";
+  for (const auto& formulation : base.formulations) {
+    here.push_back(influence(e, base, formulation));
+    out += fmt::format(" {} {} |", base.name, formulation);
+  }
+  out += " assumption | its scene |";
+  for (const auto& formulation : base.formulations) out += fmt::format(" there {} |", formulation);
+  out += " shown |\n| --- |";
+  for (std::size_t k = 0; k < 2 * base.formulations.size() + 3; ++k) out += " --- |";
+  out += "\n";
+  const auto failed = [](const std::string& value) { return value.ends_with("✗"); };
+  for (const auto& s : suspects) {
+    const auto v = std::ranges::find_if(
+        e.study.variants, [&](const Variant& one) { return s.variant && one.name == s.variant; });
+    std::string line = fmt::format("| {} |", s.quantity), there;
+    std::vector<std::string> mended;
+    std::size_t fails = 0;
+    for (std::size_t k = 0; k < here.size(); ++k) {
+      const auto& formulation = base.formulations[k];
+      const auto value = s.value(here[k]);
+      line += fmt::format(" {} |", value);
+      fails += failed(value);
+      std::string changed = "–";
+      if (v != e.study.variants.end() &&
+          std::ranges::find(v->formulations, formulation) != v->formulations.end()) {
+        changed = s.value(influence(e, *v, formulation));
+        if (failed(value) && !failed(changed)) mended.push_back(formulation);
+      }
+      there += fmt::format(" {} |", changed);
+    }
+    const bool tested = v != e.study.variants.end();
+    const auto shown = !tested                 ? "no run"
+                       : mended.empty()        ? "no"
+                       : mended.size() < fails ? fmt::format("by {} only", fmt::join(mended, ", "))
+                                               : "yes";
+    out += fmt::format("{} {} | {} |{} {} |\n", line, s.assumption, tested ? s.variant : "–", there, shown);
+  }
+  return out;
 }
 
 std::string claims_table(const Evidence& e, const Variant& v) {
@@ -103,28 +272,15 @@ std::string influences_table(const Evidence& e) {
   for (const auto& v : e.study.variants) {
     std::string moved;
     for (const auto& formulation : v.formulations) {
-      std::string peaks[3], flights[2], slows;
-      int grows[3] = {0, 0, 0}, steps[3] = {0, 0, 0}, x3 = 0, doubtful = 0, runs = 0;
-      for (const auto& f : findings(e, v, formulation)) {
-        const auto mark = f.assessed && !f.holds ? " ✗" : f.fitted ? " fitted" : "";
-        for (int k = 0; k < 3; ++k) {
-          if (f.id == ids[k]) peaks[k] = f.measured + mark;
-          if (f.id == fmt::format("X{}", 9 + k) && f.assessed) {
-            grows[k] += std::stoi(f.measured);
-            steps[k] += std::stoi(f.measured.substr(f.measured.find("of") + 2));
-          }
-        }
-        if (f.id == "X3" && x3 < 2) flights[x3++] = f.measured + mark;
-        if (f.id == "X12") slows = f.assessed ? (f.holds ? "slows" : "no ✗") : "–";
-      }
+      const auto i = influence(e, v, formulation);
+      int doubtful = 0, runs = 0;
       for (const auto& r : e.runs)
         if (r.variant == v.name && r.formulation == formulation) ++runs, doubtful += !r.doubt.empty();
       const auto failed = std::ranges::count_if(
           failures, [&](const auto& f) { return f[0] == v.name && f[1] == formulation; });
-      out += fmt::format(
-          "| {} | {} | {} | {} | {} | {} | {} | {} of {} | {} of {} | {} of {} | {} | {}, {}, {} |\n", v.name,
-          formulation, peaks[0], peaks[1], peaks[2], flights[0], flights[1], grows[0], steps[0], grows[1],
-          steps[1], grows[2], steps[2], slows, runs + failed, doubtful, failed);
+      out += fmt::format("| {} | {} | {} | {} | {} | {} | {} | {} | {} | {} | {} | {}, {}, {} |\n", v.name,
+                         formulation, i.peaks[0], i.peaks[1], i.peaks[2], i.flights[0], i.flights[1],
+                         i.steps[0], i.steps[1], i.steps[2], i.slows, runs + failed, doubtful, failed);
       for (int k = 0; k < 3; ++k) {
         const auto at = [&](const std::string& variant) {
           return cell(e.runs, variant, formulation, {clearances[k], 200}, TurnMetrics::ratio_95);

@@ -18,6 +18,11 @@ struct Evidence {
 std::string number(double x);
 std::string show(double value, double low, double high);
 
+/// The verdict on each statement of the paper in the variants that ran in full, and their counts.
+std::string summary_table(const Evidence& e);
+/// Each quantity that fails in the study's first variant, the assumptions that it points to, and
+/// its value in the variant that changes the assumption.
+std::string failures_table(const Evidence& e);
 /// The claims on a variant, a verdict for each formulation; then, without verdicts, the quantities
 /// that it was fitted to.
 std::string claims_table(const Evidence& e, const Variant& v);

@@ -50,7 +50,8 @@ TEST_CASE("a lever on a stop: every impact law with every solver, and its mirror
   // A lever of 1 kg and 0.1 kg m², pinned 0.3 m beside and 0.2 m above the contact, has one degree
   // of freedom: D = w wᵀ/I, w = (a, ±b), I = 0.23 kg m². Sliding continues through compression,
   // where μ|ab| aids; in expansion it opposes (Routh):
-  //   P_C = −u⁻ I/(a² + μab), u⁺ = e P_C (a² − μab)/I by Poisson; by Stronge ½ r P_E² = e² ½ |u⁻| P_C, r = (a² − μab)/I;
+  //   P_C = −u⁻ I/(a² + μab), u⁺ = e P_C (a² − μab)/I by Poisson;
+  //   by Stronge ½ r P_E² = e² ½ |u⁻| P_C, r = (a² − μab)/I;
   //   Newton's u⁺ = −e u⁻ needs P = (1 + e)|u⁻|/r.
   const double a = 0.3, b = 0.2, I = 0.23, e = 0.5, mu = 0.8, u = -0.6;
   const double into = (a * a + mu * a * b) / I, out = (a * a - mu * a * b) / I;

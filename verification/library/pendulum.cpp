@@ -127,13 +127,13 @@ void snapshots(const char* formulation) {
 
   simulation.restore(here);
   simulation.run();
-  expect(same(simulation.state(), first), "restored, it goes the same way again");
+  expect(same(simulation.state(), first), "the restored simulation repeats the run bit for bit");
 
   here.write("here.snapshot");
   freeplay::Simulation another(pendulum(0.5e-3), formulation);
   another.restore(freeplay::Snapshot::read("here.snapshot"));
   another.run();
-  expect(same(another.state(), first), "and so does another simulation from the file");
+  expect(same(another.state(), first), "another simulation repeats it from the file");
 }
 
 void threads() {
@@ -154,7 +154,7 @@ void threads() {
     simulation.run();
     equal &= same(simulation.state(), ends[i]);
   }
-  expect(equal, "side by side in threads or one after the other: the same bits");
+  expect(equal, "threads yield the same bits as sequential runs");
 }
 
 template <class Error>
@@ -177,7 +177,7 @@ void errors() {
   scene.mechanism.surfaces[0].restitution.reset();
   auto lacking = [&] { freeplay::Simulation(scene, "nonsmooth"); };
   expect(refusal<freeplay::ModelError>(lacking).find("surfaces.steel.restitution") == 0,
-         "what a formulation needs");
+         "a missing value that the formulation requires");
 
   auto pointless = pendulum(0.5e-3);
   std::get<freeplay::RevoluteJoint>(pointless.mechanism.joints[0]).between = {freeplay::ground, 7};
@@ -214,8 +214,8 @@ void own_forces() {
   auto wind = std::make_shared<freeplay::OwnForce>();
   wind->name = "wind", wind->digest = "1";
   wind->force = [](const void*, const char*, double t, const freeplay::Vec2&, const freeplay::Vec2& v) {
-    const double rush = 3 * t - v.x();
-    return freeplay::Vec2{0.4 * rush * std::abs(rush), 0};
+    const double speed = 3 * t - v.x();
+    return freeplay::Vec2{0.4 * speed * std::abs(speed), 0};
   };
   freeplay::put(scene, {.law = law, .forces = {{"breeze", wind}}});
   const auto blown = freeplay::Simulation(scene, "penalty").run();

@@ -103,8 +103,8 @@ int chosen(const Subject& s, int of) {
 namespace {
 
 /// Without a separate reference: against other runs, conservation, and the notes of the run.
-Verdict judge_by_checks(const RandomScene& scene, const Way& way,
-                        const std::function<void(Sight&)>& falsify) {
+Verdict assess_by_checks(const RandomScene& scene, const Way& way,
+                         const std::function<void(Sight&)>& falsify) {
   Subject s{scene, scene_for(scene, way), way, {}, {}};
   try {
     // A run of zero length: whether contacts are closed at the start decides which checks apply.
@@ -145,14 +145,14 @@ Verdict judge_by_checks(const RandomScene& scene, const Way& way,
 
 Verdict assess(const RandomScene& scene, const Way& way, const std::function<void(Sight&)>& falsify) {
   if (scene.suite == Suite::rows) return KnownRows(scene).assess(way, falsify);
-  return judge_by_checks(scene, way, falsify);
+  return assess_by_checks(scene, way, falsify);
 }
 
 void assess(const RandomScene& scene, std::span<const Way* const> by,
             const std::function<void(const Verdict&)>& seen) {
   KnownRows known(scene);
   for (const auto* way : by) try {
-      seen(scene.suite == Suite::rows ? known.assess(*way) : judge_by_checks(scene, *way, {}));
+      seen(scene.suite == Suite::rows ? known.assess(*way) : assess_by_checks(scene, *way, {}));
     } catch (const std::exception& e) {
       seen({Outcome::crashed, e.what()});
     }

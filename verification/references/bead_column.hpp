@@ -8,7 +8,7 @@
 //
 // are met by u⁺ = (e v, 0, …, 0): all beads have one speed, and
 //
-//     floor:    speed e v,                  P_k = (1 + e) m v (n − k)                       > 0,  k = 0 … n − 1
+//     floor:    speed e v,                  P_k = (1 + e) m v (n − k) > 0,  k = 0 … n − 1
 //     arrival:  speed (1 + e) v/(n + 1),    P_k = (1 + e) m v (n − k)/(n + 1)               > 0,
 //               the arriving bead has the speed v (1 − n e)/(n + 1).
 //

@@ -18,7 +18,8 @@
 // reference point Q has the acceleration s̈ t; centre of mass at Q + c, a constant force P at
 // Q + p, a drive D t at Q:
 //
-//     along the axis     D = m (s̈ − g·t) − P·t               sliding freely, D = 0:  s̈ = g·t + P·t/m
+//     along the axis     D = m (s̈ − g·t) − P·t
+//                        sliding freely, D = 0:  s̈ = g·t + P·t/m
 //     across             N = −n·(m g + P)
 //     moments about Q    M_Q = c × m (s̈ t − g) − p × P
 //

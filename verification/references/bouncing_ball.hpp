@@ -3,7 +3,7 @@
 //     t₁ = √(2H/g),  v₁ = g t₁                                      first impact
 //     v_k = e^{k−1} v₁                                              approach speed of the k-th
 //     t_k = t₁ [1 + 2 (e + e² + … + e^{k−1})] = t₁ [1 + 2 e (1 − e^{k−1})/(1 − e)]
-//     t_∞ = t₁ (1 + e)/(1 − e)                                      at rest, after infinitely many; e < 1
+//     t_∞ = t₁ (1 + e)/(1 − e)                  at rest, after infinitely many; e < 1
 //
 // Each flight after an impact at v lasts 2 e v/g.
 // Sign convention: heights and rebounds upwards, v_k a magnitude. Units: m, s.

@@ -7,8 +7,10 @@
 // One impact in every n periods needs τ = nT and the same height, so v* = g nT/2 and
 // v* = (1 + e)V + e v* with V = ṡ:
 //
-//     V = v* (1 − e)/(1 + e)   ⇔   cos φ = n π (1 − e)/((1 + e) Γ),       φ = ω t,   0 < φ < π/2 (else it is unstable);
-//     it exists from Γ = n π (1 − e)/(1 + e) on; the approach is w = V + v* = 2 v*/(1 + e) = g nT/(1 + e).
+//     V = v* (1 − e)/(1 + e)   ⇔   cos φ = n π (1 − e)/((1 + e) Γ),       φ = ω t,
+//     0 < φ < π/2 (else it is unstable);
+//     it exists from Γ = n π (1 − e)/(1 + e) on;
+//     the approach is w = V + v* = 2 v*/(1 + e) = g nT/(1 + e).
 //
 // Linearised about it, with τ/(V + v*) = (1 + e)/g and s̈ = −Aω² sin φ,
 //

@@ -54,7 +54,8 @@ struct EccentricCam {
       return rest + y0 * std::cos(nu * t) + v0 / nu * std::sin(nu * t) - lift(phi + speed * t);
     };
     const double h = 1e-6 * 2 * M_PI / speed;
-    double low = 1000 * h;  // before that, a gap that opens with its third derivative is zero within rounding
+    // before that, a gap that opens with its third derivative is zero within rounding
+    double low = 1000 * h;
     while (gap(low + h) > 0) low += h;
     double high = low + h;
     for (int i = 0; i < 60; ++i) (gap(0.5 * (low + high)) > 0 ? low : high) = 0.5 * (low + high);

@@ -1,7 +1,7 @@
 // One step of the explicit Runge–Kutta method of order 8 with 11 stages of Cooper and Verner,
 // ẏ = f(t, y):
 //
-//     k_i = f(t + c_i h, y + h Σ_{j<i} a_ij k_j),       y(t + h) ≈ y + h Σ b_i k_i,       local error O(h⁹).
+//     k_i = f(t + c_i h, y + h Σ_{j<i} a_ij k_j),  y(t + h) ≈ y + h Σ b_i k_i,  local error O(h⁹).
 //
 // Its coefficients are exact in √21, so it serves any floating-point type. Used by the slider-crank
 // oracle.

@@ -1,10 +1,13 @@
 // Curves y(x) with their first two derivatives, evaluated from their definitions:
 //
-//     ramp        y = from + (to − from) p(s), s = (x − start)/rise, p = 10 s³ − 15 s⁴ + 6 s⁵ or s − sin(2πs)/(2π)
+//     ramp        y = from + (to − from) p(s), s = (x − start)/rise,
+//                 p = 10 s³ − 15 s⁴ + 6 s⁵ or s − sin(2πs)/(2π)
 //     rise, dwell, return, rest: a ramp, a dwell, the ramp back, a rest; once or periodic
 //     harmonic    y = mean + amplitude sin(2π x/period + phase)
-//     table       straight lines, or the cubic spline with flat, free (y″ = 0) or periodic ends, from its moments M_i = y″(x_i):
-//                 h_{i−1} M_{i−1} + 2 (h_{i−1} + h_i) M_i + h_i M_{i+1} = 6 (d_i − d_{i−1}),  d_i = (y_{i+1} − y_i)/h_i
+//     table       straight lines, or the cubic spline with flat, free (y″ = 0) or periodic
+//                 ends, from its moments M_i = y″(x_i):
+//                 h_{i−1} M_{i−1} + 2 (h_{i−1} + h_i) M_i + h_i M_{i+1} = 6 (d_i − d_{i−1}),
+//                 d_i = (y_{i+1} − y_i)/h_i
 //
 // Tables are constant beyond their ends, or repeat; a table whose end is `gain` above its beginning
 // continues from there.

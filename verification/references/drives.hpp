@@ -10,7 +10,8 @@ namespace freeplay::reference {
 
 /// DC motor on a free rotor from rest, L di/dt = U − R i − k ω, J dω/dt = k i: with p the roots of
 /// L J p² + R J p + k² = 0
-///     ω = (U/k) (1 + (p₂ e^{p₁t} − p₁ e^{p₂t})/(p₁ − p₂)),     without L: ω = (U/k)(1 − e^{−t/τ}), τ = R J/k².
+///     ω = (U/k) (1 + (p₂ e^{p₁t} − p₁ e^{p₂t})/(p₁ − p₂)),
+///     without L: ω = (U/k)(1 − e^{−t/τ}), τ = R J/k².
 struct DcSpinUp {
   double U, R, k, L, J;
   double speed(double t) const {

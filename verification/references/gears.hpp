@@ -5,7 +5,8 @@
 // backlash at t = 0, restitution e and closing speed u = r₁ ω₁ + r₂ ω₂ > 0 they rattle, without
 // other forces, alternately on either flank (side s = +1, −1, …):
 //
-//     t₁ = b/(2u),   t_{k+1} = t_k + b/(e^k u),   P_k = (1 + e) m e^{k−1} u,   Δω₁ = −s r₁ P/J₁,   Δω₂ = −s r₂ P/J₂
+//     t₁ = b/(2u),   t_{k+1} = t_k + b/(e^k u),   P_k = (1 + e) m e^{k−1} u,
+//     Δω₁ = −s r₁ P/J₁,   Δω₂ = −s r₂ P/J₂
 //
 // Involute teeth at the distance a: inv α = tan α − α, cos α = (r₁ + r₂)/a. A point that moves at
 // the speed v between two stops bounces likewise. Units: m, s, rad, kg. Sources: Newton's impact

@@ -3,19 +3,23 @@
 // from the load to the line of centres.
 //
 // Steady running, ė = 0:
-//     long, full film (Sommerfeld 1904)    W = 12π μωLR³ ε/(c² (2 + ε²) √(1 − ε²)),                    φ = π/2
-//     long, half-Sommerfeld                W_r = 12 μωLR³ ε²/(c² (2 + ε²)(1 − ε²)),  W_t = half the full film's
-//     short, full film                     W = π μωRL³ ε/(2c² (1 − ε²)^(3/2)),                         φ = π/2
-//     short, half-Sommerfeld (Ocvirk 1952) W_r = μωRL³ ε²/(c² (1 − ε²)²),  W_t = half the full film's
+//     long, full film (Sommerfeld 1904)    W = 12π μωLR³ ε/(c² (2 + ε²) √(1 − ε²)),  φ = π/2
+//     long, half-Sommerfeld                W_r = 12 μωLR³ ε²/(c² (2 + ε²)(1 − ε²)),
+//                                          W_t = half the full film's
+//     short, full film                     W = π μωRL³ ε/(2c² (1 − ε²)^(3/2)),  φ = π/2
+//     short, half-Sommerfeld (Ocvirk 1952) W_r = μωRL³ ε²/(c² (1 − ε²)²),
+//                                          W_t = half the full film's
 // so that tan φ = W_t/W_r is π√(1 − ε²)/(2ε) of the long and π√(1 − ε²)/(4ε) of the short one.
 //
 // Squeezing by a constant load, ω = 0, full film: with K f′(ε) ε̇ the film's resistance, the
 // momentum is
-//     m v + K f(ε) = W t + const,   short  K = π μRL³/c², f = ε/(1 − ε²)^(3/2),   long  K = 12π μLR³/c², f = ε/√(1 − ε²).
+//     m v + K f(ε) = W t + const,   short  K = π μRL³/c², f = ε/(1 − ε²)^(3/2),
+//                                 long   K = 12π μLR³/c², f = ε/√(1 − ε²).
 //
 // An unloaded journal of mass m near the centre of a full film, z = e_x + i e_y, C its resistance
 // there:
-//     m z̈ + C (ż − ½iω z) = 0,   z = z₀ e^(st),   s = [−C + √(C² + 2imCω)]/(2m):   half the speed, and slowly outwards.
+//     m z̈ + C (ż − ½iω z) = 0,   z = z₀ e^(st),   s = [−C + √(C² + 2imCω)]/(2m):
+//     half the speed, and slowly outwards.
 //
 // Petroff (1883): a concentric journal is braked by 2π μωR³L/c.
 // Sources as in Cameron, The Principles of Lubrication (1966), and Pinkus and Sternlicht, Theory of

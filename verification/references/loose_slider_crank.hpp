@@ -3,7 +3,8 @@
 // the rod and x of the slider are free.
 //
 //     crank pin           A = r (cos φ, sin φ),     Ȧ = r ω (−sin φ, cos φ),     Ä = −ω² A
-//     rod                 u = (cos θ, sin θ),       u′ = (−sin θ, cos θ),        bearing centre B = A + l u
+//     rod                 u = (cos θ, sin θ),       u′ = (−sin θ, cos θ)
+//     bearing centre      B = A + l u
 //     eccentricity        e = (x, 0) − B,           ė = (ẋ, 0) − Ȧ − l θ̇ u′
 //     contact frame       n = e/|e|,                t = n turned by +90°
 //     gap                 g = c − |e|,              ġ = −n·ė           = w_Nθ θ̇ + w_Nx ẋ + n·Ȧ
@@ -36,11 +37,12 @@ namespace freeplay::reference {
 
 template <class Real>
 struct LooseSliderCrank {
-  Real crank_length = Real(0.05L);         ///< r, m
-  Real rod_length = Real(0.3L);            ///< l, m
-  Real rod_mass = Real(1.13L);             ///< m, kg
-  Real rod_inertia = Real(0.0153L);        ///< J, kg m², about its centre of mass
-  Real rod_centre = Real(0.15L);           ///< s, m, from the crank pin; the paper does not state it
+  Real crank_length = Real(0.05L);   ///< r, m
+  Real rod_length = Real(0.3L);      ///< l, m
+  Real rod_mass = Real(1.13L);       ///< m, kg
+  Real rod_inertia = Real(0.0153L);  ///< J, kg m², about its centre of mass
+  /// s, m, from the crank pin; the paper does not state it
+  Real rod_centre = Real(0.15L);
   Real slider_mass = Real(1.013L);         ///< M, kg
   Real clearance = Real(0.25e-3L);         ///< c, m, radial
   Real bearing_radius = Real(11.125e-3L);  ///< R_i, m; the journal has R_i − c

@@ -1,11 +1,12 @@
 // One planar contact: Newton's restitution with Coulomb friction on the impulses. With u⁺ = u⁻ + D
 // P,
 //
-//     u_N⁺ = −e u_N⁻,   P_N ≥ 0,   −P_T ∈ μ P_N Sgn(u_T⁺),   D = [D_NN D_NT; D_NT D_TT] positive definite
+//     u_N⁺ = −e u_N⁻,   P_N ≥ 0,   −P_T ∈ μ P_N Sgn(u_T⁺),
+//     D = [D_NN D_NT; D_NT D_TT] positive definite
 //
-//     stick     u_T⁺ = 0:        D P = (−(1 + e) u_N⁻, −u_T⁻),                valid if |P_T| ≤ μ P_N
+//     stick     u_T⁺ = 0:        D P = (−(1 + e) u_N⁻, −u_T⁻),     valid if |P_T| ≤ μ P_N
 //     slip s    s = sgn u_T⁺:    P_N = −(1 + e) u_N⁻/(D_NN − s μ D_NT),
-//                                P_T = −s μ P_N,                             valid if s u_T⁺ > 0
+//                                P_T = −s μ P_N,                   valid if s u_T⁺ > 0
 //
 // Slip is "reversed" when s differs from sgn u_T⁻: the coupling D_NT then outweighs the friction.
 // u_T⁺ grows with P_T, so where D_NN > μ |D_NT| exactly one case is valid; elsewhere (Painlevé) the
@@ -60,7 +61,8 @@ ObliqueImpact<Real> oblique_impact(const Delassus<Real>& d, Real u_n, Real u_t, 
       return with(s * u_t < 0 ? ImpactCase::reversed_slip : ImpactCase::slip, p_n, p_t, slide);
     }
   }
-  return with(ImpactCase::stick, stick_n, stick_t, 0);  // at the limit between stick and slip, by rounding
+  // at the limit between stick and slip, by rounding
+  return with(ImpactCase::stick, stick_n, stick_t, 0);
 }
 
 /// Change of the kinetic energy (J) in the impact, ½ (u⁺ + u⁻)ᵀ P; negative when energy is lost.

@@ -7,7 +7,8 @@
 // wall g⁺′ = −e g⁻′; a coordinate under load with an approach slower than `rest` stays at the wall
 // until side (a − ẅ) > 0. A compliant wall pushes with
 //
-//     F/m = max(0, K δⁿ (1 + χ δ̇/v₀)),   δ = −g,   v₀ the approach at first contact,   χ (1 + e) = ln[(1 + χ)/(1 − χ e)]
+//     F/m = max(0, K δⁿ (1 + χ δ̇/v₀)),   δ = −g,   v₀ the approach at first contact,
+//     χ (1 + e) = ln[(1 + χ)/(1 − χ e)]
 //
 // The first compression gives no v₀ for a wall that is compressed again before separation, or for
 // one that is loaded after a contact slower than `rest`: with χ > 0 the motion is unknown from
@@ -48,13 +49,15 @@ inline double damping_factor(double e) {
 struct OneCoordinate {
   std::function<double(double, double, double)> acceleration;  ///< a(t, x, v)
   std::vector<MovingWall> walls = {};
-  std::vector<double> kinks = {};                ///< positions where a has a kink
-  std::vector<double> speed_kinks = {};          ///< speeds where a has a kink
-  std::function<double(double)> next_kink = {};  ///< the first instant after t where a or a wall has a kink
-  double x = 0, v = 0;                           ///< at t = 0
-  double step = 1e-3;                            ///< s
-  double step_in_contact = 1e-3;                 ///< s, in a compliant wall
-  double rest = 1e-9;                            ///< speed below which a loaded contact stays closed
+  std::vector<double> kinks = {};        ///< positions where a has a kink
+  std::vector<double> speed_kinks = {};  ///< speeds where a has a kink
+  /// the first instant after t where a or a wall has a kink
+  std::function<double(double)> next_kink = {};
+  double x = 0, v = 0;            ///< at t = 0
+  double step = 1e-3;             ///< s
+  double step_in_contact = 1e-3;  ///< s, in a compliant wall
+  /// speed below which a loaded contact stays closed
+  double rest = 1e-9;
 
   struct Rows {
     std::vector<double> x, v;  ///< one for each requested instant

@@ -1,7 +1,7 @@
 // Compound pendulum released at rest from the angle θ₀, |θ₀| < π:
 //
 //     θ̈ = −ω₀² sin θ,                 ω₀² = m g a/(J + m a²)
-//     sin(θ/2) = k cd(ω₀ t, k),       θ̇ = −2 ω₀ k k′ sd(ω₀ t, k),       k = sin(θ₀/2),  k′ = cos(θ₀/2)
+//     sin(θ/2) = k cd(ω₀ t, k),   θ̇ = −2 ω₀ k k′ sd(ω₀ t, k),   k = sin(θ₀/2),  k′ = cos(θ₀/2)
 //     period 4 K(k)/ω₀
 //
 // cd = cn/dn and sd = sn/dn are Jacobi's functions of modulus k, K the complete integral of the

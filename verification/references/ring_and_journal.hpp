@@ -1,8 +1,8 @@
 // A bearing of mass m₁ and a journal of mass m₂, free in the plane, radial clearance c, no
 // friction. With e = r₂ − r₁, n = e/c at the wall, the restitution ε and m̄ = m₁ m₂/(m₁ + m₂):
 //
-//     flight     |e + ė τ| = c  →  τ = (c² − e·e)/(e·ė + √((e·ė)² + ė·ė (c² − e·e)))      when e·ė ≥ 0
-//                                  τ = (−e·ė + √(…))/ė·ė                                 when e·ė < 0
+//     flight     |e + ė τ| = c  →  τ = (c² − e·e)/(e·ė + √((e·ė)² + ė·ė (c² − e·e))),  e·ė ≥ 0
+//                                  τ = (−e·ė + √(…))/ė·ė,  e·ė < 0
 //     impact     P = (1 + ε) m̄ n·ė,     v₁⁺ = v₁ + P n/m₁,     v₂⁺ = v₂ − P n/m₂
 //     loss       ½ m̄ (1 − ε²) (n·ė)²
 //

@@ -36,7 +36,8 @@ inline constexpr Point A{-.06934, -.00227}, B{-.03635, .03273}, C{.014, .072};
 inline constexpr double rr = .007, ra = .00092, d = .028, da = .0115, e = .02, ea = .01421, ss = .035,
                         sc = .018, sd = .02, u = .04, zf = .02, zt = .04, fa = .01421, c0 = 4530, l0 = .07785,
                         torque = .033;
-inline constexpr Point s{.01043, -.01874};  // centre of mass of body 3 over e^{iγ}: sb − i sa up to its side
+// centre of mass of body 3 over e^{iγ}: sb − i sa up to its side
+inline constexpr Point s{.01043, -.01874};
 inline Point turn(double angle) { return std::polar(1.0, angle); }
 /// sin a − i cos a, the direction of links that point downwards at a = 0.
 inline Point hang(double angle) { return Point(0, -1) * turn(angle); }

@@ -4,7 +4,8 @@
 //     e = (cos φ, sin φ),  u = (cos θ, sin θ),  u′ = (−sin θ, cos θ)
 //     crank        pin A = r e,              centre of mass C = a e,        Ä = −ω² A,   C̈ = −ω² C
 //     rod          centre G = A + b u,       G̈ = −ω² A + b (θ̈ u′ − θ̇² u)
-//     slider       pin B = A + l u = (x, 0), centre of mass at B + c,       c constant, ẍ along the guide
+//     slider       pin B = A + l u = (x, 0), centre of mass at B + c, c constant,
+//                  ẍ along the guide
 //
 // One body after the other, from the far end:
 //
@@ -34,10 +35,11 @@ namespace freeplay::reference {
 
 template <class Real>
 struct LoadedSliderCrank {
-  Real crank_length = 0;         ///< r, m, in (0, l)
-  Real rod_length = 0;           ///< l, m
-  Real crank_mass = 0;           ///< m_c, kg
-  Real crank_centre = 0;         ///< a, m, from the shaft towards the pin; 0: balanced, < 0: counterweight
+  Real crank_length = 0;  ///< r, m, in (0, l)
+  Real rod_length = 0;    ///< l, m
+  Real crank_mass = 0;    ///< m_c, kg
+  /// a, m, from the shaft towards the pin; 0: balanced, < 0: counterweight
+  Real crank_centre = 0;
   Real crank_inertia = 0;        ///< kg m²; without effect at constant speed, kept for energies
   Real rod_mass = 0;             ///< m, kg
   Real rod_centre = 0;           ///< b, m, from the crank pin towards the gudgeon pin

@@ -3,8 +3,10 @@
 //
 //     flight        θ̈ = (m s r ω²/J_A) sin(φ − θ),   ẍ = 0,   up to the root of |e| = c
 //     nonsmooth     u_N⁺ = −e u_N⁻,   −P_T ∈ μ P_N Sgn(u_T⁺),   at once (oblique_impact.hpp)
-//     penalty       F_N = max(0, K δ^{3/2} (1 + χ δ̇/v₀)),   F_T = −μ c_d F_N sgn(v_T),   while δ ≥ 0;
-//                   v₀ is δ̇ at first contact; c_d(|v_T|) rises from 0 at v_a to 1 at v_b (Ambrósio)
+//     penalty       F_N = max(0, K δ^{3/2} (1 + χ δ̇/v₀)),   F_T = −μ c_d F_N sgn(v_T),
+//                   while δ ≥ 0;
+//                   v₀ is δ̇ at first contact; c_d(|v_T|) rises from 0 at v_a to 1 at v_b
+//                   (Ambrósio)
 //
 // This is the one reference with time integration, since a damped contact under load has no closed
 // form. It shares nothing with the project's solvers: two coordinates instead of nine and rows of
@@ -35,7 +37,8 @@ template <class Real>
 struct OracleOptions {
   Real flight_step = Real(2e-5L);  ///< s
   int contact_steps = 256;         ///< per undamped Hertz duration of the contact
-  Real longest_contact = 20;       ///< in undamped Hertz durations; a longer contact counts as lasting
+  /// in undamped Hertz durations; a longer contact counts as lasting
+  Real longest_contact = 20;
   /// m/s: a rebound slower than this into a closing gap counts as lasting. The bounce height u²/(2
   /// g̈) must stay above the rounding of the coordinates, hence √ε.
   Real least_speed = [] {

@@ -1,8 +1,10 @@
 // Small vibrations about an equilibrium, derived by hand.
 //
-//     double pendulum, hanging    M = [J₁ + m₁a₁² + m₂l₁², m₂l₁a₂; ·, J₂ + m₂a₂²],  K = diag((m₁a₁ + m₂l₁)g, m₂a₂g),
+//     double pendulum, hanging    M = [J₁ + m₁a₁² + m₂l₁², m₂l₁a₂; ·, J₂ + m₂a₂²],
+//                                 K = diag((m₁a₁ + m₂l₁)g, m₂a₂g),
 //                                 det(K − ω²M) = 0, a quadratic in ω²
-//     slider-crank with a torsional spring, one coordinate θ, by energy: U′(θ₀) = 0,  ω² = U″(θ₀)/I(θ₀),
+//     slider-crank with a torsional spring, one coordinate θ, by energy:
+//                                 U′(θ₀) = 0,  ω² = U″(θ₀)/I(θ₀),
 //                                 U = ½k(θ − φ₀)² − Σ m g·c(θ),  I = Σ m|c′|² + J₁ + J₂φ′²
 //     journal on Hertz's ground   δ = (mg/K)^⅔,  ω² = 1.5 K √δ/m
 //
@@ -17,8 +19,9 @@
 namespace freeplay::reference {
 
 struct HangingPair {
-  double m1, J1, a1, l1;  ///< upper: mass, inertia about its centre, pivot to centre, pivot to elbow
-  double m2, J2, a2;      ///< lower: elbow to centre
+  /// upper: mass, inertia about its centre, pivot to centre, pivot to elbow
+  double m1, J1, a1, l1;
+  double m2, J2, a2;  ///< lower: elbow to centre
   double g;
 
   /// rad/s, the lower first.

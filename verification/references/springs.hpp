@@ -1,10 +1,14 @@
 // One mass on one spring, in closed form. x is the extension (m), m the mass (kg), ω² = k/m.
 //
-//     Duffing     m ẍ + k x + c x³ = 0 from rest at A:  x = A cn(Ω t, κ),  Ω² = (k + c A²)/m,  κ² = c A²/(2 (k + c A²))
-//     cable       taut for x > 0 alone, no weight: half a period π/ω taut, and back with the speed it came with
-//     throw       ẍ = −g − ω² x while taut, from x = 0 with the speed u: slack again after (2/ω) atan(u ω/g), with −u
+//     Duffing     m ẍ + k x + c x³ = 0 from rest at A:  x = A cn(Ω t, κ),  Ω² = (k + c A²)/m,
+//                 κ² = c A²/(2 (k + c A²))
+//     cable       taut for x > 0 alone, no weight: half a period π/ω taut, and back
+//                 with the initial speed
+//     throw       ẍ = −g − ω² x while taut, from x = 0 with the speed u:
+//                 slack again after (2/ω) atan(u ω/g), with −u
 //     two rates   ω₁ where x < 0, ω₂ where x > 0: a period of π/ω₁ + π/ω₂
-//     damped      m ẍ + d ẋ + k x = 0 from rest at A:  x = A e^(−δt) (cos νt + (δ/ν) sin νt),  δ = d/2m,  ν² = ω² − δ²
+//     damped      m ẍ + d ẋ + k x = 0 from rest at A:  x = A e^(−δt) (cos νt + (δ/ν) sin νt),
+//                 δ = d/2m,  ν² = ω² − δ²
 //
 // Source: Nayfeh and Mook, Nonlinear Oscillations (1979), sec. 2.1 (Duffing); the others are
 // elementary.

@@ -1,11 +1,12 @@
 // Bodies on one line, each in contact with the next, and the first with an optional floor. Without
 // gravity, or all in the same free fall, so that between impacts
 //
-//     gaps between bodies are linear in time, that of the floor is a parabola:    g_i = g_i0 + u_i t   (− ½ G t² for the floor)
+//     gaps between bodies are linear in time, that of the floor is a parabola:
+//     g_i = g_i0 + u_i t   (− ½ G t² for the floor)
 //
 // and the next impact is a root in closed form. Contacts whose gap is below `closed` take part in
-// it together: with the
-// Delassus matrix D of those contacts (tridiagonal), Newton's law in its complementary form,
+// it together: with the Delassus matrix D of those contacts (tridiagonal), Newton's law in its
+// complementary form,
 //
 //     u⁺ = u⁻ + D λ,      0 ≤ u⁺ + e u⁻  ⊥  λ ≥ 0
 //
@@ -27,8 +28,8 @@ struct TouchingRow {
   bool floor = false;              ///< at x = 0
   double gravity = 0;              ///< towards −x
   double restitution = 1;
-  std::vector<double> stiffness =
-      {};                 ///< N/m^(3/2), of the contacts in their order, the floor's first if present
+  /// N/m^(3/2), of the contacts in their order, the floor's first if present
+  std::vector<double> stiffness = {};
   double closed = 1e-12;  ///< m
 
   struct Rows {

@@ -74,6 +74,6 @@ int main(int count, char** arguments) {
         automatic.work.stepped, scene.run.duration);
   }
   fmt::print(
-      "both finish: {}; of these above 1.2 in right-hand sides: {}; first three touches within 1e-3: {} of {}\n",
+      "both finish: {}; of these above 1.2 in right-hand sides: {}; first three contact onsets within 1e-3: {} of {}\n",
       both, dear, near, beyond - first);
 }

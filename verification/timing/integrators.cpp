@@ -48,9 +48,9 @@ void table(const char* title, Scene scene, std::size_t last) {
   scene.penalty.tolerance = 1e-13;
   const auto exact = measure(scene);
   fmt::print(
-      "\n{}: {} touches by {:.4g} s\n\n| integrator | tolerance or step | right-hand sides | ms | error of "
-      "touch 2, s | "
-      "of touch {}, s |\n| --- | --- | --- | --- | --- | --- |\n",
+      "\n{}: {} contact onsets by {:.4g} s\n\n| integrator | tolerance or step | right-hand sides | ms | error of "
+      "contact onset 2, s | "
+      "of contact onset {}, s |\n| --- | --- | --- | --- | --- | --- |\n",
       title, exact.touches.size(), scene.run.duration, last + 1);
   const auto print = [&](const char* name, double setting) {
     const auto row = measure(scene);

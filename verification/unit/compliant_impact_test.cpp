@@ -78,9 +78,7 @@ TEST_CASE("compliant impacts of several contacts make no energy", "[unit][impact
     Eigen::VectorXd P(2 * n);
     for (int i = 0; i < n; ++i) P[2 * i] = contacts[i].impulse_n, P[2 * i + 1] = contacts[i].impulse_t;
     const Eigen::VectorXd after = u + D * P;
-    const auto energy = [&](const Eigen::VectorXd& rates) {
-      return 0.5 * rates.dot(D.ldlt().solve(rates));
-    };
+    const auto energy = [&](const Eigen::VectorXd& rates) { return 0.5 * rates.dot(D.ldlt().solve(rates)); };
     CAPTURE(trial);
     CHECK(energy(after) <= energy(u) * (1 + 1e-12));
     CHECK(energy(after) - energy(u) ==

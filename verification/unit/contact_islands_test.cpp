@@ -101,7 +101,7 @@ TEST_CASE("contact problems split into islands have the velocities of the whole 
     const auto solution = islands.solve(p.whole, p.place, p.id, p.rows, responses);
     REQUIRE(solution.solved);
     CHECK(islands.count() >= groups);
-    dense.judge_by(0);
+    dense.set_least_scale(0);
     REQUIRE(dense.solve().solved);
     const double scale = dense.scale();
     for (int r = 0; r < rows; ++r) {

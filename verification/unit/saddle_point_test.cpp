@@ -74,7 +74,8 @@ TEST_CASE("dense and sparse saddle-point solves agree with a dense factorisation
 // A pin at a lever arm of 1 m and an angle of 45 degrees, a body of 1 kg and J = 1e-10 kg m², and a
 // force along n across the arm:
 //
-//     a = n F/(m + J/L²) = n F (1 − 1e-10),      α = a·n/L,      λ = 0 along the arm and F J/L²/(m + J/L²) across it.
+//     a = n F/(m + J/L²) = n F (1 − 1e-10),      α = a·n/L,
+//     λ = 0 along the arm and F J/L²/(m + J/L²) across it.
 //
 // S has the eigenvalues 1 and 1e10: the error of Cholesky alone is 1e10 roundings, 1e-6, along the
 // arm. Bound: 1e-12, some hundreds of roundings, and the square of them after one refinement.

@@ -200,7 +200,7 @@ TEST_CASE("a contact becomes active when its gap closes, and is in impact once",
   // it separates.
   ball.begin(1e-3);
   ball.contact().active = true;
-  CHECK_FALSE(ball.contacts.find_struck(ball.data));
+  CHECK_FALSE(ball.contacts.find_impacts(ball.data));
   ball.contact().unknown = -1;
   ball.record.record(ball.data, ball.contacts, ball.problem, ball.responses);
   CHECK_FALSE(ball.log.is_open(0));

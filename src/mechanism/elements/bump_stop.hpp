@@ -33,14 +33,15 @@ struct Bump {
   }
 };
 
+/// One-sided spring and damper against the travel along an axis.
 struct BumpStop {
   static constexpr std::string_view type = "bump-stop", what = "a bump stop";
   static constexpr auto reports = ForceElement::Kind::force;
-  std::string name;
-  std::array<int, 2> between{ground, ground};
-  std::array<Vec2, 2> at{Vec2{0, 0}, Vec2{0, 0}};
-  Vec2 axis{1, 0};  ///< unit vector in the first body's frame
-  Bump bump;        ///< limits in m
+  std::string name;                                ///< of the element in the scene
+  std::array<int, 2> between{ground, ground};      ///< first and second body: indices, or ground
+  std::array<Vec2, 2> at{Vec2{0, 0}, Vec2{0, 0}};  ///< m, one point of each body, in its frame
+  Vec2 axis{1, 0};                                 ///< unit vector in the first body's frame
+  Bump bump;                                       ///< limits in m
 
   static void keys(auto& k, auto& l) {
     k.between("two bodies, or \"ground\" and a body", l.between);
@@ -50,12 +51,13 @@ struct BumpStop {
   }
 };
 
+/// One-sided torsion spring and damper against the relative angle.
 struct TorsionalBumpStop {
   static constexpr std::string_view type = "torsional-bump-stop", what = "a torsional bump stop";
   static constexpr auto reports = ForceElement::Kind::torque;
-  std::string name;
-  std::array<int, 2> between{ground, ground};
-  Bump bump;  ///< limits in rad, of θ_second − θ_first
+  std::string name;                            ///< of the element in the scene
+  std::array<int, 2> between{ground, ground};  ///< first and second body: indices, or ground
+  Bump bump;                                   ///< limits in rad, of θ_second − θ_first
 
   static void keys(auto& k, auto& l) {
     k.between("two bodies, or \"ground\" and a body", l.between);

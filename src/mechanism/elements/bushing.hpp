@@ -21,19 +21,20 @@
 
 namespace freeplay {
 
+/// Elastic connection of two points and of two angles.
 struct Bushing {
   static constexpr std::string_view type = "bushing", what = "a bushing";
   static constexpr auto reports = ForceElement::Kind::force;
-  std::string name;
-  std::array<int, 2> between{ground, ground};
-  std::array<Vec2, 2> at{Vec2{0, 0}, Vec2{0, 0}};
-  Vec2 axis{1, 0};            ///< unit vector in the first body's frame
-  SpringLaw radial = {};      ///< only its table is used: f against |d|
-  Vec2 stiffness{0, 0};       ///< N/m, along and across the axis
-  Vec2 damping{0, 0};         ///< N s/m, along and across the axis
-  double turn_stiffness = 0;  ///< N m/rad
-  double turn_damping = 0;    ///< N m s/rad
-  double free_angle = 0;      ///< rad, of θ_second − θ_first
+  std::string name;                                ///< of the element in the scene
+  std::array<int, 2> between{ground, ground};      ///< first and second body: indices, or ground
+  std::array<Vec2, 2> at{Vec2{0, 0}, Vec2{0, 0}};  ///< m, one point of each body, in its frame
+  Vec2 axis{1, 0};                                 ///< unit vector in the first body's frame
+  SpringLaw radial = {};                           ///< only its table is used: f against |d|
+  Vec2 stiffness{0, 0};                            ///< N/m, along and across the axis
+  Vec2 damping{0, 0};                              ///< N s/m, along and across the axis
+  double turn_stiffness = 0;                       ///< N m/rad
+  double turn_damping = 0;                         ///< N m s/rad
+  double free_angle = 0;                           ///< rad, of θ_second − θ_first
 
   static void keys(auto& k, auto& l) {
     k.between("two bodies, or \"ground\" and a body", l.between);

@@ -22,28 +22,33 @@
 
 namespace freeplay {
 
+/// A cam on the first body and a follower on the second.
 struct CamContact {
+  /// Face of the follower.
   enum class Follower { flat, roller };
   static constexpr std::string_view type = "cam";
-  std::string name;
-  std::array<int, 2> between{ground, ground};
+  std::string name;                            ///< of the element in the scene
+  std::array<int, 2> between{ground, ground};  ///< first and second body: indices, or ground
   /// The cam's point; a point of the face, or the roller's centre.
   std::array<Vec2, 2> at{Vec2{0, 0}, Vec2{0, 0}};
+  /// face of the follower
   Follower follower = Follower::flat;
   /// Unit vector along the face, in the second body's frame; the cam is on its left.
   Vec2 axis{1, 0};
   double roller_radius = 0;  ///< m, > 0 for a roller
   double base_radius = 0;    ///< m, > 0
+  /// law of the rise and return, without a table
   CamLaw law = CamLaw::cycloidal;
   double lift = 0;                                  ///< m, ≥ 0
   double start = 0, rise = 0, dwell = 0, fall = 0;  ///< rad
   SpringTable table = {};                           ///< (angle, lift); empty: use `law`
-  int surface = -1;
+  int surface = -1;                                 ///< index into Mechanism::surfaces
 
   std::string_view what() const {
     return follower == Follower::flat ? "a cam with a flat follower" : "a cam with a roller";
   }
 
+  /// The lift of this cam.
   CamProfile profile() const {
     return table.empty() ? CamProfile::standard(law, lift, start, rise, dwell, fall)
                          : CamProfile::through(table);
@@ -52,9 +57,12 @@ struct CamContact {
   /// curve is the outline under a flat face, with radius H + H'', or the pitch curve of a roller.
   /// `hollow` is the least radius of concave places.
   struct Curvature {
+    /// m and rad: least radius of convex places, of concave ones, and their angle
     double round = std::numeric_limits<double>::infinity(), hollow = round, at = 0;
+    /// m, least lift over the turn
     double least_lift = 0;
   };
+  /// The least radii of curvature for a lift.
   Curvature curvature(const CamProfile& profile) const {
     Curvature c;
     profile.each([&](double phi, const CamProfile::Value& y) {

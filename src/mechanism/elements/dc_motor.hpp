@@ -21,12 +21,13 @@
 
 namespace freeplay {
 
+/// DC motor on a revolute joint.
 struct DcMotor {
   static constexpr std::string_view what = "a DC motor";
   static constexpr std::array<std::string_view, 1> chosen_by{"voltage"};
   static constexpr auto reports = ForceElement::Kind::drive;
-  std::string name;
-  int joint = -1;
+  std::string name;                         ///< of the element in the scene
+  int joint = -1;                           ///< index into Mechanism::joints
   CurveOr voltage = {};                     ///< V
   double resistance = 0;                    ///< Ω, > 0
   double torque_constant = 0;               ///< N m/A, > 0

@@ -8,13 +8,14 @@
 
 namespace freeplay {
 
+/// External contact of two discs.
 struct DiscContact {
   static constexpr std::string_view type = "discs";
-  std::string name;
-  std::array<int, 2> between{ground, ground};
+  std::string name;                                ///< of the element in the scene
+  std::array<int, 2> between{ground, ground};      ///< first and second body: indices, or ground
   std::array<Vec2, 2> at{Vec2{0, 0}, Vec2{0, 0}};  ///< centres
   std::array<double, 2> radii{0, 0};               ///< m, > 0
-  int surface = -1;
+  int surface = -1;                                ///< index into Mechanism::surfaces
 
   std::string_view what() const { return "a contact of discs"; }
 

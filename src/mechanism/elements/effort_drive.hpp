@@ -16,14 +16,17 @@
 
 namespace freeplay {
 
+/// Torque on a revolute joint, given by a constant or a curve.
 struct TorqueCurveDrive {
   static constexpr std::string_view what = "a torque curve drive";
   static constexpr std::array<std::string_view, 1> chosen_by{"torque_curve"};
   static constexpr auto reports = ForceElement::Kind::drive;
-  std::string name;
-  int joint = -1;
-  int curve = -1;  ///< index into Mechanism::curves
+  std::string name;  ///< of the element in the scene
+  int joint = -1;    ///< index into Mechanism::joints
+  int curve = -1;    ///< index into Mechanism::curves
+  /// argument of the curve
   Argument against = Argument::time;
+  /// the joint whose angle, position or speed is the argument, if it is another one
   OtherJoint other = {};
 
   static void keys(auto& k, auto& d) {
@@ -38,14 +41,18 @@ struct TorqueCurveDrive {
   }
 };
 
+/// Force along the axis of a translational joint, given by a constant or a curve.
 struct ForceDrive {
   static constexpr std::string_view what = "a force drive";
   static constexpr std::array<std::string_view, 1> chosen_by{"force"};
   static constexpr auto reports = ForceElement::Kind::push;
-  std::string name;
-  int joint = -1;
+  std::string name;  ///< of the element in the scene
+  int joint = -1;    ///< index into Mechanism::joints
+  /// N, along the joint's axis
   CurveOr force = {};
+  /// argument of the curve
   Argument against = Argument::time;
+  /// the joint whose angle, position or speed is the argument, if it is another one
   OtherJoint other = {};
 
   static void keys(auto& k, auto& d) {

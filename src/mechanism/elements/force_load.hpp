@@ -17,17 +17,23 @@
 
 namespace freeplay {
 
+/// A force on a point of a body.
 struct ForceLoad {
+  /// Axes along which the components are given.
   enum class Axes { world, body };
   static constexpr std::string_view type = "force", what = "a force";
   static constexpr auto reports = ForceElement::Kind::force;
-  std::string name;
+  std::string name;  ///< of the element in the scene
+  /// index into Mechanism::bodies
   int body = ground;
   Vec2 at{0, 0};     ///< m, in the body's frame
   Vec2 force{0, 0};  ///< N
+  /// axes of the components
   Axes axes = Axes::world;
   int factor = -1;  ///< index into Mechanism::curves; −1: constant force
+  /// argument of the curves
   Argument against = Argument::time;
+  /// the joint whose angle, position or speed is the argument
   OtherJoint other = {};
   std::shared_ptr<const OwnForce> own = {};  ///< replaces force and factor; it has no key
 

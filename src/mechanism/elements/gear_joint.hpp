@@ -22,6 +22,7 @@ inline constexpr auto flank_names =
     complete<Flank>({{Flank::forward, "forward", "the first pushes the second counter-clockwise"},
                      {Flank::backward, "backward", "turning clockwise"}});
 constexpr std::span<const Choice<Flank>> choices(Flank) { return flank_names; }
+/// +1 for the forward flank, −1 for the backward one.
 constexpr double side_of(Flank flank) { return flank == Flank::forward ? 1 : -1; }
 
 /// Backlash of a pair of teeth.
@@ -42,15 +43,19 @@ struct Backlash {
   }
 };
 
+/// rad, the usual pressure angle of 20°
 inline constexpr double pressure_angle_20 = 20 * std::numbers::pi / 180;
+/// Range of a pressure angle.
 inline constexpr Range acute{[](double x) { return x > 0 && x < std::numbers::pi / 2; },
                              "between 0 and 1.5708 rad, both left out (20 degrees are 0.34907)"};
+/// Whether a number of teeth is a whole number from 1 to a million.
 inline bool whole_teeth(double z) { return z >= 1 && z <= 1e6 && z == std::round(z); }
 
+/// A pair of gears, ideal or with backlash.
 struct GearJoint {
   static constexpr std::string_view type = "gear";
-  std::string name;
-  std::array<int, 2> between{ground, ground};
+  std::string name;                                ///< of the element in the scene
+  std::array<int, 2> between{ground, ground};      ///< first and second body: indices, or ground
   std::array<Vec2, 2> at{Vec2{0, 0}, Vec2{0, 0}};  ///< centres
   std::optional<Vec2> teeth = {};                  ///< numbers of teeth; requires tooth_module
   std::optional<double> tooth_module = {};         ///< m
@@ -127,6 +132,7 @@ struct GearJoint {
     if (ideal) middle += m.side * m.kind * (m.involute(d.norm()) + m.kind * m.rest);
     return -middle / m.Rj;
   }
+  /// A point s of a body (m, its frame), in the world, at the body's initial position and angle.
   static Vec2 placed(const Body& b, const Vec2& s) {
     const double c = std::cos(b.angle), n = std::sin(b.angle);
     return b.position + Vec2{c * s.x() - n * s.y(), n * s.x() + c * s.y()};

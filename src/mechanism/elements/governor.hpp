@@ -19,12 +19,13 @@
 
 namespace freeplay {
 
+/// Torque that controls the speed of a revolute joint.
 struct Governor {
   static constexpr std::string_view what = "a speed governor";
   static constexpr std::array<std::string_view, 1> chosen_by{"target_speed"};
   static constexpr auto reports = ForceElement::Kind::drive;
-  std::string name;
-  int joint = -1;
+  std::string name;                  ///< of the element in the scene
+  int joint = -1;                    ///< index into Mechanism::joints
   CurveOr target = {};               ///< rad/s
   double proportional = 0;           ///< N m s/rad, ≥ 0
   double integral = 0;               ///< N m/rad, ≥ 0

@@ -14,12 +14,13 @@
 
 namespace freeplay {
 
+/// Induction motor on a revolute joint.
 struct InductionMotor {
   static constexpr std::string_view what = "an asynchronous motor";
   static constexpr std::array<std::string_view, 1> chosen_by{"breakdown_torque"};
   static constexpr auto reports = ForceElement::Kind::drive;
-  std::string name;
-  int joint = -1;
+  std::string name;              ///< of the element in the scene
+  int joint = -1;                ///< index into Mechanism::joints
   double breakdown_torque = 0;   ///< N m, > 0
   double breakdown_slip = 0;     ///< > 0
   double synchronous_speed = 0;  ///< rad/s, nonzero; its sign is the sense of rotation

@@ -25,14 +25,16 @@ struct ReactionFriction {
   std::optional<double> stribeck_speed = {};   ///< m/s
 };
 
+/// Friction torque or force of an ideal joint.
 struct JointFriction {
   static constexpr std::string_view type = "joint-friction";
   static constexpr auto reports = ForceElement::Kind::force;
-  std::string name;
-  int joint = -1;
+  std::string name;                  ///< of the element in the scene
+  int joint = -1;                    ///< index into Mechanism::joints
   std::optional<double> force = {};  ///< N, fixed bound, ≥ 0
   /// m/s, speed below which the penalty formulation's force is linear in speed
   std::optional<double> regularisation = {};
+  /// friction in proportion to the joint's reaction; empty: a fixed force
   std::optional<ReactionFriction> reaction = {};
 
   std::string_view what() const {

@@ -16,16 +16,18 @@
 
 namespace freeplay {
 
+/// Drive of a joint with prescribed position or velocity.
 struct MotionDrive {
   static constexpr std::string_view what = "a motion drive";
   static constexpr std::array<std::string_view, 2> chosen_by{"position", "velocity"};
   static constexpr auto reports = ForceElement::Kind::drive;
-  std::string name;
-  int joint = -1;
+  std::string name;  ///< of the element in the scene
+  int joint = -1;    ///< index into Mechanism::joints
   /// Index into Mechanism::curves of the given one; the other is −1.
   int position = -1, velocity = -1;
   int of = -1;         ///< joint whose angle is the argument of the position; −1: time
   double initial = 0;  ///< rad or m, at t = 0, used with `velocity`
+  /// whether its joint's angle is the crank angle even if it is not the first drive
   bool crank = false;
 
   static void keys(auto& k, auto& d) {
@@ -48,9 +50,11 @@ struct MotionDrive {
     k.take({"crank", "", "its joint's angle is the crank angle even if it is not the first drive"}, d.crank);
   }
 
+  /// Whether the joint is translational.
   bool slides(const auto& mechanism) const {
     return std::holds_alternative<TranslationalJoint>(mechanism.joints[joint]);
   }
+  /// Whether its effort is a torque or a force.
   ForceElement::Kind kind(const auto& mechanism) const {
     return slides(mechanism) ? ForceElement::Kind::push : ForceElement::Kind::drive;
   }

@@ -11,17 +11,18 @@
 
 namespace freeplay {
 
+/// Contact of a disc of the second body with a straight wall of the first.
 struct PlaneContact {
   static constexpr std::string_view type = "plane";
-  std::string name;
-  std::array<int, 2> between{ground, ground};
+  std::string name;                                ///< of the element in the scene
+  std::array<int, 2> between{ground, ground};      ///< first and second body: indices, or ground
   std::array<Vec2, 2> at{Vec2{0, 0}, Vec2{0, 0}};  ///< a point of the wall, the disc's centre
   /// Unit vector along the wall, in the first body's frame; free space is on its left.
   Vec2 axis{1, 0};
   double radius = 0;  ///< m, ≥ 0
   /// N/m, > 0, of penalty contacts; empty: that of Hertz's contact
   std::optional<double> stiffness = {};
-  int surface = -1;
+  int surface = -1;  ///< index into Mechanism::surfaces
 
   std::string_view what() const { return "a plane contact"; }
 

@@ -9,10 +9,11 @@
 
 namespace freeplay {
 
+/// A gear on a rack, ideal or with backlash.
 struct RackJoint {
   static constexpr std::string_view type = "rack";
-  std::string name;
-  std::array<int, 2> between{ground, ground};
+  std::string name;                            ///< of the element in the scene
+  std::array<int, 2> between{ground, ground};  ///< first and second body: indices, or ground
   /// The gear's centre, a point of the rack's pitch line.
   std::array<Vec2, 2> at{Vec2{0, 0}, Vec2{0, 0}};
   /// Unit vector along the rack, in the second body's frame; the gear is on its left.
@@ -54,12 +55,14 @@ struct RackJoint {
     }
   }
 
+  /// Facts of a flank: its side (+1 or −1) and the backlash (m).
   RackFlank mesh(double side, double play) const {
     const double c = std::cos(pressure_angle), s = std::sin(pressure_angle), base = c * pitch_radius;
     RackFlank m{side, axis, c, s, base, 0.5 * play - s * pitch_radius, -base * phase};
     if (tooth_module) m.period = std::numbers::pi * *tooth_module * c;
     return m;
   }
+  /// rad, phase that fits the initial positions of the bodies; empty if they do not mesh
   std::optional<double> phase_of(const Body& one, const Body& two, bool ideal) const {
     const auto m = mesh(side_of(flank), 0);
     const Vec2 d = GearJoint::placed(two, at[1]) - GearJoint::placed(one, at[0]);

@@ -26,10 +26,10 @@ struct Clearance {
 /// A point of each body, in the body's frame (ground: world), m from the centre of mass.
 struct RevoluteJoint {
   static constexpr std::string_view type = "revolute";
-  std::string name;
-  std::array<int, 2> between{ground, ground};
-  std::array<Vec2, 2> at{Vec2{0, 0}, Vec2{0, 0}};
-  std::optional<Clearance> clearance = {};  ///< empty: an ideal joint
+  std::string name;                                ///< of the element in the scene
+  std::array<int, 2> between{ground, ground};      ///< first and second body: indices, or ground
+  std::array<Vec2, 2> at{Vec2{0, 0}, Vec2{0, 0}};  ///< m, one point of each body, in its frame
+  std::optional<Clearance> clearance = {};         ///< empty: an ideal joint
 
   std::string_view what() const {
     return clearance ? "a revolute joint" : "a revolute joint without clearance";

@@ -9,12 +9,13 @@
 
 namespace freeplay {
 
+/// Massless rod between two points.
 struct RodJoint {
   static constexpr std::string_view type = "rod";
-  std::string name;
-  std::array<int, 2> between{ground, ground};
-  std::array<Vec2, 2> at{Vec2{0, 0}, Vec2{0, 0}};
-  double length = 0;  ///< m, > 0
+  std::string name;                                ///< of the element in the scene
+  std::array<int, 2> between{ground, ground};      ///< first and second body: indices, or ground
+  std::array<Vec2, 2> at{Vec2{0, 0}, Vec2{0, 0}};  ///< m, one point of each body, in its frame
+  double length = 0;                               ///< m, > 0
 
   std::string_view what() const { return "a rod"; }
 

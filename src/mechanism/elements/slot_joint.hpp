@@ -20,10 +20,11 @@ struct SlotClearance {
   int surface = -1;       ///< index into Mechanism::surfaces
 };
 
+/// A pin in a straight slot, ideal or with clearance.
 struct SlotJoint {
   static constexpr std::string_view type = "slot";
-  std::string name;
-  std::array<int, 2> between{ground, ground};
+  std::string name;                            ///< of the element in the scene
+  std::array<int, 2> between{ground, ground};  ///< first and second body: indices, or ground
   /// a point of the slot's centre line, the pin's centre
   std::array<Vec2, 2> at{Vec2{0, 0}, Vec2{0, 0}};
   /// Unit vector along the slot, in the first body's frame.

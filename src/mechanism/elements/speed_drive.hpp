@@ -12,17 +12,19 @@
 
 namespace freeplay {
 
+/// Drive of a revolute joint with constant speed.
 struct SpeedDrive {
   static constexpr std::string_view what = "a speed drive";
   static constexpr std::array<std::string_view, 2> chosen_by{"speed_rpm", "speed"};
   static constexpr auto reports = ForceElement::Kind::drive;
-  std::string name;
-  int joint = -1;
+  std::string name;          ///< of the element in the scene
+  int joint = -1;            ///< index into Mechanism::joints
   double speed = 0;          ///< rad/s
   double initial_angle = 0;  ///< rad, at t = 0
   /// Marks the joint whose revolutions are counted, regardless of the order of drives.
   bool crank = false;
 
+  /// rad/s, from revolutions per minute
   static double from_rpm(double rpm) { return rpm * 2 * std::numbers::pi / 60; }
 
   static void keys(auto& k, auto& d) {

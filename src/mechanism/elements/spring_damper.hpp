@@ -18,16 +18,17 @@
 
 namespace freeplay {
 
+/// Spring and damper between two points.
 struct SpringDamper {
   static constexpr std::string_view type = "spring-damper", what = "a spring-damper";
   static constexpr auto reports = ForceElement::Kind::force;
-  std::string name;
-  std::array<int, 2> between{ground, ground};
-  std::array<Vec2, 2> at{Vec2{0, 0}, Vec2{0, 0}};
-  double stiffness = 0;    ///< N/m
-  double damping = 0;      ///< N s/m
-  double free_length = 0;  ///< m
-  SpringLaw law = {};      ///< nonconstant part
+  std::string name;                                ///< of the element in the scene
+  std::array<int, 2> between{ground, ground};      ///< first and second body: indices, or ground
+  std::array<Vec2, 2> at{Vec2{0, 0}, Vec2{0, 0}};  ///< m, one point of each body, in its frame
+  double stiffness = 0;                            ///< N/m
+  double damping = 0;                              ///< N s/m
+  double free_length = 0;                          ///< m
+  SpringLaw law = {};                              ///< nonconstant part
 
   static void keys(auto& k, auto& l) {
     k.between("two bodies, or \"ground\" and a body", l.between);

@@ -24,6 +24,7 @@
 
 namespace freeplay {
 
+/// Direction in which a one-sided spring acts.
 enum class OneWay { pull, push };
 inline constexpr auto one_way_names = complete<OneWay>(
     {{OneWay::pull, "pull", "acts against lengthening only, as a cable; for angles, against increase"},
@@ -33,13 +34,16 @@ constexpr std::span<const Choice<OneWay>> choices(OneWay) { return one_way_names
 /// Points (s, E) or (ṡ, D), the first column increasing.
 using SpringTable = std::vector<std::pair<double, double>>;
 
+/// Force of a spring and damper with nonconstant rates.
 struct SpringLaw {
   std::optional<double> cubic = {};    ///< N/m³ or N m/rad³
   std::optional<double> preload = {};  ///< N or N m, at rest
+  /// empty: the spring acts both ways
   std::optional<OneWay> one_way = {};
   SpringTable table = {};          ///< E; empty: constant rate
   SpringTable damping_table = {};  ///< D; empty: constant rate
 
+  /// Whether the law is linear.
   bool plain() const { return !cubic && !preload && !one_way && table.empty() && damping_table.empty(); }
 
   /// Refuses data that do not describe a spring and damper.
@@ -64,6 +68,7 @@ struct SpringLaw {
   bool acts(double elastic) const {
     return !one_way || (*one_way == OneWay::pull ? elastic > 0 : elastic < 0);
   }
+  /// Whether there is damping, by this coefficient or by a table.
   bool damps(double damping) const { return damping > 0 || !damping_table.empty(); }
 };
 

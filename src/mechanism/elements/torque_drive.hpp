@@ -19,14 +19,18 @@
 
 namespace freeplay {
 
+/// Torque on a revolute joint from a table against time or angle.
 struct TorqueDrive {
+  /// Argument of the table.
   enum class Against { time, angle };
+  /// Pairs (s or rad, N m).
   using Table = std::vector<std::pair<double, double>>;
   static constexpr std::string_view what = "a torque drive";
   static constexpr std::array<std::string_view, 2> chosen_by{"torque", "torque_table"};
   static constexpr auto reports = ForceElement::Kind::drive;
-  std::string name;
-  int joint = -1;
+  std::string name;  ///< of the element in the scene
+  int joint = -1;    ///< index into Mechanism::joints
+  /// argument of the table
   Against against = Against::time;
   /// (t in s or joint angle in rad, torque in N m), increasing; linear between points. Constant
   /// outside for time, repeated every 2π for an angle. One point is a constant torque. A positive
@@ -49,7 +53,9 @@ struct TorqueDrive {
            positive);
   }
 
+  /// rad, a full turn
   static constexpr double turn = 2 * std::numbers::pi;
+  /// Length of a table's range (s or rad).
   static double span(const Table& table) {
     return table.empty() ? 0 : table.back().first - table.front().first;
   }

@@ -12,14 +12,18 @@
 
 namespace freeplay {
 
+/// A torque on a body.
 struct TorqueLoad {
   static constexpr std::string_view type = "torque", what = "a torque";
   static constexpr auto reports = ForceElement::Kind::torque;
-  std::string name;
+  std::string name;  ///< of the element in the scene
+  /// index into Mechanism::bodies
   int body = ground;
   double torque = 0;  ///< N m
   int factor = -1;    ///< index into Mechanism::curves; −1: constant torque
+  /// argument of the curve
   Argument against = Argument::time;
+  /// the joint whose angle, position or speed is the argument
   OtherJoint other = {};
 
   static void keys(auto& k, auto& l) {

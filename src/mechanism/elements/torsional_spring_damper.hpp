@@ -14,15 +14,16 @@
 
 namespace freeplay {
 
+/// Torsion spring and damper between two bodies.
 struct TorsionalSpringDamper {
   static constexpr std::string_view type = "torsional-spring-damper", what = "a torsional spring-damper";
   static constexpr auto reports = ForceElement::Kind::torque;
-  std::string name;
-  std::array<int, 2> between{ground, ground};
-  double stiffness = 0;   ///< N m/rad
-  double damping = 0;     ///< N m s/rad
-  double free_angle = 0;  ///< rad, of θ_second − θ_first
-  SpringLaw law = {};     ///< nonconstant part
+  std::string name;                            ///< of the element in the scene
+  std::array<int, 2> between{ground, ground};  ///< first and second body: indices, or ground
+  double stiffness = 0;                        ///< N m/rad
+  double damping = 0;                          ///< N m s/rad
+  double free_angle = 0;                       ///< rad, of θ_second − θ_first
+  SpringLaw law = {};                          ///< nonconstant part
 
   static void keys(auto& k, auto& l) {
     k.between("two bodies, or \"ground\" and a body", l.between);

@@ -26,12 +26,13 @@ struct SliderClearance {
   int surface = -1;  ///< index into Mechanism::surfaces
 };
 
+/// A slider on a straight guide, ideal or with clearance.
 struct TranslationalJoint {
   static constexpr std::string_view type = "translational";
-  std::string name;
-  std::array<int, 2> between{ground, ground};
-  std::array<Vec2, 2> at{Vec2{0, 0}, Vec2{0, 0}};
-  Vec2 axis{1, 0};  ///< unit vector in the first body's frame
+  std::string name;                                ///< of the element in the scene
+  std::array<int, 2> between{ground, ground};      ///< first and second body: indices, or ground
+  std::array<Vec2, 2> at{Vec2{0, 0}, Vec2{0, 0}};  ///< m, one point of each body, in its frame
+  Vec2 axis{1, 0};                                 ///< unit vector in the first body's frame
   /// rad, θ of the second body minus θ of the first
   double angle = 0;
   std::optional<SliderClearance> clearance = {};  ///< empty: an ideal joint

@@ -23,7 +23,7 @@ struct StopFacts {
   /// N/m, > 0, at the stop; empty: that of Hertz's contact
   std::optional<double> stiffness = {};
   std::optional<double> curvature_radius = {};  ///< m, > 0, at the stop's contact
-  int surface = -1;
+  int surface = -1;                             ///< index into Mechanism::surfaces
 
   /// Returns the surface if k is the reader.
   static const Surface* keys(auto& k, auto& s, std::string_view unit) {
@@ -51,11 +51,12 @@ struct StopFacts {
   }
 };
 
+/// End stops of a translational joint or of a slot.
 struct TravelStop {
   static constexpr std::string_view type = "travel-stop", what = "a travel stop";
-  std::string name;
-  int joint = -1;
-  StopFacts stop;  ///< limits in m
+  std::string name;  ///< of the element in the scene
+  int joint = -1;    ///< index into Mechanism::joints
+  StopFacts stop;    ///< limits in m
 
   static void keys(auto& k, auto& c) {
     k.template joint_of<TranslationalJoint, SlotJoint>(

@@ -17,8 +17,8 @@ namespace {
 /// of duration 2u/a that follows changes by 2·delay. So it shifts later contacts by up to 3·delay;
 /// at the end of a flight f at v ≈ ½ a f … a f, a shift of s changes the approach speed by up to
 /// 2s/f of itself.
-double three_touches(const Result& run, const Result& exact, const std::array<double, 3>& delays,
-                     double found_to) {
+double onset_error_of_three(const Result& run, const Result& exact, const std::array<double, 3>& delays,
+                            double found_to) {
   double worst = 0, shift = found_to;
   for (std::size_t i = 0; i < 3; ++i) {
     const auto a = test::touch(run, i), b = test::touch(exact, i);
@@ -61,14 +61,15 @@ Verdict two_loose(Family family) {
     std::array<double, 3> delays{h, h, h};
     if (family == Family::penalty)
       for (std::size_t k = 0; k < 3; ++k) delays[k] = test::touch(run, k).duration;
-    worst = std::max(worst, three_touches(run, exact, delays, family == Family::penalty ? 0 : h));
+    worst = std::max(worst, onset_error_of_three(run, exact, delays, family == Family::penalty ? 0 : h));
     late[i] = std::abs(test::touch(run, 2).t - third);
   }
   // The leading term alone gives a factor of 100^(2/5) for a hundredfold stiffness: half as much
   // again for the next terms.
   if (family == Family::penalty)
     worst = std::max(worst, std::abs(std::log(late[0] / late[1] / std::pow(100, 0.4))) / std::log(1.5));
-  return within(run, worst, 1, "three touches off the event-driven scheme's, of what they may be");
+  return within(run, worst, 1,
+                "first three contact onsets against the event-driven scheme, error over its bound");
 }
 
 /// The clearance of the rig over a thousand revolutions. The motion is not known for that long.

@@ -72,7 +72,7 @@ Verdict compare(const Result& run, const std::vector<ContactOnset>& expected, co
   for (std::size_t i = 0; i < expected.size(); ++i) {
     if (found.size() <= i) {
       if (failed && run.t_end < expected[i].end * (1 + b.time) + 2 * b.slack) break;
-      return beyond_bound(run, fmt::format("touch {} is missing", i + 1));
+      return beyond_bound(run, fmt::format("contact onset {} is missing", i + 1));
     }
     const double grown = std::pow(10, static_cast<double>(i));  // an impact multiplies errors by about ten
     const double late = std::abs(found[i].t - expected[i].t),
@@ -83,9 +83,9 @@ Verdict compare(const Result& run, const std::vector<ContactOnset>& expected, co
         i > 0 ? 2 * b.slack * static_cast<double>(i) / (expected[i].t - expected[i - 1].t) : 0;
     if (late <= grown * (b.time * expected[i].t + b.slack) && off <= std::max(grown * b.speed, steps))
       continue;
-    return beyond_bound(run,
-                        fmt::format("touch {} at {:.6g} s ({:.6g}), {:.4g} m/s ({:.4g})", i + 1, found[i].t,
-                                    expected[i].t, found[i].v_n_minus, expected[i].v_n_minus));
+    return beyond_bound(
+        run, fmt::format("contact onset {} at {:.6g} s ({:.6g}), {:.4g} m/s ({:.4g})", i + 1, found[i].t,
+                         expected[i].t, found[i].v_n_minus, expected[i].v_n_minus));
   }
   return failed ? Verdict{Outcome::refused, run.ending.reason} : Verdict{};
 }
@@ -105,8 +105,8 @@ Verdict compare_flight(const Rig& r, const Result& run, const reference::OracleR
   const double late = off(run.final_state.q, 0), speed = off(run.final_state.v, 1);
   const bool touched = !test::touches(run).empty();
   if (!touched && late <= b.time * static_cast<double>(exact.t) + b.slack && speed <= b.speed)
-    return {Outcome::right, "no touch in a turn, by the oracle too"};
-  return beyond_bound(run, touched ? "a touch where the oracle has none"
+    return {Outcome::right, "no contact onset in a revolution, nor in the reference"};
+  return beyond_bound(run, touched ? "a contact onset that the reference does not have"
                                    : fmt::format("flight off by {:.2g} s, {:.2g} in speed", late, speed));
 }
 

@@ -171,7 +171,7 @@ Verdict journal(const Way& way, bool centred, std::optional<Integrator> integrat
   const auto touch = test::touch(run, 0);
   const bool stepped = way.family == Family::nonsmooth && way.scheme == Scheme::moreau_jean;
   return within(run, std::abs(touch.t / std::sqrt(2 * c / g) - 1), stepped ? 1e-3 : 1e-7,
-                "first touch off √(2c/g), relative");
+                "time of the first contact onset against √(2c/g), relative error");
 }
 
 Verdict long_run(const Way& way) {
