@@ -3,6 +3,10 @@
 
 #include "cli/verb.hpp"
 
+namespace freeplay {
+struct Study;
+}
+
 namespace freeplay::cli {
 
 /// Options of the verb.
@@ -19,5 +23,7 @@ struct ValidateRequest : Request {
 
 /// Validates a study; returns the exit status.
 int validate_study(const ValidateRequest& request);
+/// Compares a study with its measured points (claims = "points").
+int validate_points(const ValidateRequest& request, const Study& study);
 
 }  // namespace freeplay::cli

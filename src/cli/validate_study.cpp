@@ -41,11 +41,12 @@ Variant calibrated_variant(const Study& study, const Study& fitted, const Fit& f
 
 int validate_study(const ValidateRequest& request) {
   auto study = read_study(request.scene, request.reach);
+  if (study.claims == "points") return validate_points(request, study);
   require_signal(study, "validate");
   if (study.claims != "flores2011")
     throw SceneError(
-        fmt::format("{}: claims must be \"flores2011\"; for measured data use `freeplay validate SCENE "
-                    "--data FILE`",
+        fmt::format("{}: claims must be \"flores2011\" or \"points\"; for a measured signal use `freeplay "
+                    "validate SCENE --data FILE`",
                     request.scene));
   if (study.axes.size() != 2)
     throw SceneError(

@@ -28,6 +28,8 @@ std::vector<std::string> fields(const std::string& line) {
   return list;
 }
 
+}  // namespace
+
 std::optional<double> number_in(const std::string& field) {
   double x = 0;
   const auto* end = field.data() + field.size();
@@ -35,7 +37,23 @@ std::optional<double> number_in(const std::string& field) {
   return error == std::errc() && stop == end ? std::optional(x) : std::nullopt;
 }
 
-}  // namespace
+TextTable read_text_table(const std::string& text, const std::function<void(const std::string&)>& fail) {
+  std::istringstream in(text.starts_with("\xEF\xBB\xBF") ? text.substr(3) : text);
+  TextTable table;
+  long number = 0;
+  for (std::string line; std::getline(in, line);) {
+    ++number;
+    if (trimmed(line).empty() || line[0] == '#') continue;
+    if (table.header.empty()) {
+      table.header = fields(line);
+      continue;
+    }
+    table.rows.push_back(fields(line));
+    table.line.push_back(number);
+  }
+  if (table.header.empty()) fail("has no header with the names of its columns");
+  return table;
+}
 
 std::vector<std::pair<double, double>> read_points(const std::string& text,
                                                    const std::vector<std::string>& columns,

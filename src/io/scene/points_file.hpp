@@ -3,6 +3,7 @@
 #pragma once
 
 #include <functional>
+#include <optional>
 #include <string>
 #include <utility>
 #include <vector>
@@ -14,5 +15,17 @@ namespace freeplay {
 std::vector<std::pair<double, double>> read_points(const std::string& text,
                                                    const std::vector<std::string>& columns,
                                                    const std::function<void(const std::string&)>& fail);
+
+/// A CSV text with a header: its fields without spaces and quotes. Empty lines and lines that begin
+/// with # are left out.
+struct TextTable {
+  std::vector<std::string> header;
+  std::vector<std::vector<std::string>> rows;
+  std::vector<long> line;  ///< number of each row's line in the text, from 1
+};
+/// Reads the whole text; `fail` throws an error if it has no header.
+TextTable read_text_table(const std::string& text, const std::function<void(const std::string&)>& fail);
+/// The number of a field that contains nothing else.
+std::optional<double> number_in(const std::string& field);
 
 }  // namespace freeplay

@@ -21,7 +21,11 @@ namespace {
 constexpr SchemaKey study_keys[] = {
     {"study.title", "text", "", "\"\"", "title of the study"},
     {"study.scene", "text", "", "required", "scene file, relative to the study's"},
-    {"study.claims", "text", "", "–", "published findings for comparison: \"flores2011\""},
+    {"study.claims", "text", "", "–",
+     "what `validate` compares with: \"flores2011\" (published findings) or \"points\" (measured values)"},
+    {"study.points", "text", "", "–",
+     "CSV file with the measured values of claims = \"points\": columns quantity, value, uncertainty and "
+     "the axes"},
     {"study.fit", "text", "", "–",
      "study with a calibration that `validate` runs first; adds a variant \"calibrated\""},
     {"study.joint", "text or names", "", "all",

@@ -49,6 +49,7 @@ std::string study_text(const Study& study) {
   files[study.scene] = digest(to_toml(*open_scene(study.scene, {}, outside)));
   for (const auto& v : study.variants) files[v.scene] = digest(to_toml(*open_scene(v.scene, {}, outside)));
   if (!study.fit.empty()) files[study.fit] = digest(study_text(read_study(study.fit, study.reach)));
+  if (!study.points.empty()) files[study.points] = digest(read_text(study.points));
   if (study.calibration)
     for (const auto& t : study.calibration->targets)
       if (!t.data.empty()) files[t.data] = digest(read_text(t.data));

@@ -226,6 +226,9 @@ Study read_study(const std::filesystem::path& file, Reach reach) {
   study.title = root.text("title", "");
   study.scene = named_file(root, "scene", study);
   study.claims = root.text("claims", "");
+  if (root.has("points")) study.points = named_file(root, "points", study);
+  if ((study.claims == "points") != root.has("points"))
+    root.fail("claims", "\"points\" and the key points go together; one of them is missing");
   if (root.has("fit")) study.fit = named_file(root, "fit", study);
   const auto both = formulations(root, family_names());
   study.revolutions = root.number("revolutions", one_or_more, 50);

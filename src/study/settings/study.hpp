@@ -118,6 +118,8 @@ struct Study {
   std::filesystem::path fit;
   /// Name of a list of published findings to verify; may be empty.
   std::string claims;
+  /// Measured values at points of the axes, a CSV file; may be empty.
+  std::filesystem::path points;
   /// Contacts whose flights and impacts are counted; empty: all.
   std::vector<std::string> joints;
   std::string accelerometer, position;  ///< instruments; may be empty

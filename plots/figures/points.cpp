@@ -1,0 +1,85 @@
+// Measured points of a study with their uncertainty, and the values of each variant there, over the
+// first axis: a panel for each quantity. Lines are nonsmooth, dashes penalty.
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <nlohmann/json.hpp>
+
+#include "io/files/input_file.hpp"
+#include "plots/drawing/figure.hpp"
+#include "plots/tables/table.hpp"
+
+namespace freeplay::plots {
+namespace {
+
+std::vector<std::filesystem::path> draw_points(const std::filesystem::path& folder) {
+  const JsonFile document(folder / "points.json");
+  const auto axis = document.text("axes.0.name"), unit = document.text("axes.0.unit");
+  const Table table(folder / "points.csv", {"quantity", "variant", "formulation"},
+                    {axis, "measured", "uncertainty", "model"});
+  const auto &quantity = table.text("quantity"), &variant = table.text("variant"),
+             &formulation = table.text("formulation");
+  const auto &x = table.column(axis), &value = table.column("measured"), &spread = table.column("uncertainty"),
+             &model = table.column("model");
+  struct Curve {
+    std::string variant, formulation;
+    std::map<double, double> points;
+  };
+  struct Panel {
+    std::string quantity;
+    std::map<double, std::array<double, 2>> measured;
+    std::vector<Curve> curves;
+  };
+  std::vector<Panel> panels;
+  std::vector<std::string> variants;
+  for (std::size_t i = 0; i < table.rows(); ++i) {
+    if (panels.empty() || std::ranges::find(panels, quantity[i], &Panel::quantity) == panels.end())
+      panels.push_back({quantity[i], {}, {}});
+    auto& panel = *std::ranges::find(panels, quantity[i], &Panel::quantity);
+    panel.measured[x[i]] = {value[i], 2 * spread[i]};
+    if (std::ranges::find(variants, variant[i]) == variants.end()) variants.push_back(variant[i]);
+    auto curve = std::ranges::find_if(panel.curves, [&](const Curve& c) {
+      return c.variant == variant[i] && c.formulation == formulation[i];
+    });
+    if (curve == panel.curves.end())
+      curve = panel.curves.insert(panel.curves.end(), {variant[i], formulation[i], {}});
+    curve->points[x[i]] = model[i];
+  }
+  if (panels.empty()) return {};
+  Figure f{.name = "points", .source = "points.json"};
+  const auto rows = static_cast<double>(variants.size() + 1) / 2;
+  f.height_cm = 1.2 + 6.2 * static_cast<double>(panels.size()) + 0.5 * rows;
+  f.script.add("set multiplot layout {},1 margins X(2.0),1-X(0.4),Y(1.4),1-Y({}) spacing 0,Y(1.4)\n",
+               panels.size(), 0.5 + 0.5 * rows);
+  f.script.add("set xlabel {} noenhanced\nset key at graph 0.5, graph 1.02 center bottom maxcols 2 samplen 3 font SMALL\n",
+               axis + (unit.empty() ? "" : " (" + unit + ")"));
+  std::size_t block = 0;
+  for (const auto& panel : panels) {
+    f.blocks.emplace_back(panel.quantity + ", measured: " + axis + ", value, two standard uncertainties");
+    for (const auto& [at, one] : panel.measured) f.blocks.back().row({at, one[0], one[1]});
+    f.script.add("set ylabel {} noenhanced\nplot DATA index {} using 1:2:3 with yerrorbars pt 7 ps 0.6 lc rgb "
+                 "'black' title {}",
+                 panel.quantity, block++, Word("'measured'"));
+    for (const auto& curve : panel.curves) {
+      f.blocks.emplace_back(fmt::format("{}, {} [{}]", panel.quantity, curve.variant, curve.formulation));
+      for (const auto& [at, one] : curve.points)
+        if (std::isfinite(one)) f.blocks.back().row({at, one});
+      const auto colour =
+          static_cast<std::size_t>(std::ranges::find(variants, curve.variant) - variants.begin()) % 9 + 1;
+      const bool dashed = curve.formulation == "penalty";
+      f.script.add(", '' index {} using 1:2 with lines lw 1.5 dt {} lc rgb C{} title {}", block++,
+                   dashed ? 2 : 1, colour, curve.variant + " [" + curve.formulation + "]");
+    }
+    f.script.add("\nunset key\n");
+  }
+  f.script.add("unset multiplot\n");
+  return {draw(f, folder)};
+}
+
+}  // namespace
+
+const Drawing points{{"points.json"}, draw_points};
+
+}  // namespace freeplay::plots

@@ -1,0 +1,142 @@
+// freeplay validate STUDY with claims = "points": makes missing runs, and compares a quantity of
+// each variant with measured values at single points of the axes.
+#include <fmt/format.h>
+
+#include <cmath>
+#include <nlohmann/json.hpp>
+
+#include "cli/default_folder.hpp"
+#include "cli/ending.hpp"
+#include "cli/progress.hpp"
+#include "cli/validate.hpp"
+#include "cli/wrapped.hpp"
+#include "io/files/output_file.hpp"
+#include "io/files/result_set.hpp"
+#include "io/files/run_json.hpp"
+#include "plots/drawing/figure.hpp"
+#include "study/calibration/measured_points.hpp"
+#include "study/settings/plan.hpp"
+#include "study/settings/provenance.hpp"
+#include "study/sweep/sweep.hpp"
+
+namespace freeplay::cli {
+namespace {
+
+/// A table for each quantity, with a row for each variant and formulation.
+std::string table(const std::vector<MeasuredQuantity>& measured, const std::vector<PointAgreement>& all) {
+  std::string out;
+  for (const auto& m : measured) {
+    out += fmt::format("{} ({} points)\n{:<30}{:<12}{:>10}{:>12}{:>14}\n", m.name, m.points.size(), "", "",
+                       "rms error", "greatest", "outside 2u");
+    for (const auto& a : all)
+      if (a.quantity == m.name)
+        out += fmt::format("{:<30}{:<12}{:>10.3g}{:>12.3g}{:>14}\n", a.variant, a.formulation, a.rms,
+                           a.greatest, a.decided ? fmt::format("{}", a.outside) : "-");
+    out += "\n";
+  }
+  return out;
+}
+
+/// The place of a measured point in words.
+std::string place(const Study& study, const MeasuredPoint& point) {
+  std::string text;
+  for (std::size_t k = 0; k < point.at.size(); ++k) {
+    const auto& axis = study.axes[k];
+    text += fmt::format("{}{} = {:.6g}{}{}", k > 0 ? ", " : "", axis.name, point.at[k] * axis.scale,
+                        axis.unit.empty() ? "" : " ", axis.unit);
+  }
+  return text;
+}
+
+/// A sentence for each variant and formulation.
+std::string verdicts(const Study& study, const std::vector<MeasuredQuantity>& measured,
+                     const std::vector<PointAgreement>& all) {
+  std::string out;
+  for (const auto& v : study.variants)
+    for (const auto& formulation : v.formulations) {
+      std::string text;
+      bool agrees = true, decided = true;
+      for (const auto& a : all) {
+        if (a.variant != v.name || a.formulation != formulation) continue;
+        const auto m = std::ranges::find(measured, a.quantity, &MeasuredQuantity::name);
+        agrees = agrees && a.agrees();
+        decided = decided && a.decided;
+        text += fmt::format("{}{}: {} of {} points outside, greatest error {:.3g} at {}",
+                            text.empty() ? "" : "; ", a.quantity, a.outside, a.model.size(), a.greatest,
+                            place(study, m->points[a.greatest_at]));
+      }
+      out += fmt::format("{} [{}] {}: {}\n", v.title, formulation,
+                         !decided ? "is undecided" : agrees ? "agrees" : "differs", text);
+    }
+  return out;
+}
+
+nlohmann::json to_json(const Study& study, const std::vector<MeasuredQuantity>& measured,
+                       const std::vector<PointAgreement>& all) {
+  nlohmann::json out;
+  for (const auto& axis : study.axes) out["axes"].push_back({{"name", axis.name}, {"unit", axis.unit}});
+  for (const auto& v : study.variants) out["variants"].push_back({{"name", v.name}, {"title", v.title}});
+  for (const auto& m : measured) out["quantities"].push_back(m.name);
+  for (const auto& a : all) {
+    const auto m = std::ranges::find(measured, a.quantity, &MeasuredQuantity::name);
+    out["agreement"].push_back({{"variant", a.variant},
+                                {"formulation", a.formulation},
+                                {"quantity", a.quantity},
+                                {"rms", a.rms},
+                                {"greatest", a.greatest},
+                                {"greatest_at", place(study, m->points[a.greatest_at])},
+                                {"outside", a.outside},
+                                {"points", a.model.size()},
+                                {"verdict", !a.decided ? "undecided" : a.agrees() ? "agrees" : "differs"}});
+  }
+  return out;
+}
+
+void write_points(const Study& study, const std::vector<MeasuredQuantity>& measured,
+                  const std::vector<PointAgreement>& all, const std::filesystem::path& file) {
+  std::string csv = "quantity,variant,formulation";
+  for (const auto& axis : study.axes) csv += "," + axis.name;
+  csv += ",measured,uncertainty,model\n";
+  for (const auto& a : all) {
+    const auto m = std::ranges::find(measured, a.quantity, &MeasuredQuantity::name);
+    for (std::size_t i = 0; i < m->points.size(); ++i) {
+      const auto& p = m->points[i];
+      csv += fmt::format("{},{},{}", a.quantity, a.variant, a.formulation);
+      for (std::size_t k = 0; k < p.at.size(); ++k) csv += fmt::format(",{}", p.at[k] * study.axes[k].scale);
+      csv += fmt::format(",{},{},{}\n", p.value, p.uncertainty, a.model[i]);
+    }
+  }
+  write_file(file, csv);
+}
+
+}  // namespace
+
+int validate_points(const ValidateRequest& request, const Study& study) {
+  const auto measured = read_measured_points(study);
+  const auto folder = result_folder(request.output, default_folder(study.file, ""));
+  const auto planned = plan(study, request.conduct());
+  if (request.stop()) return interrupted(Kept::nothing);
+  ResultSet set(folder, "validate-points");
+  Progress progress;
+  Results results(folder / "sweep.db", study, request.stop);
+  const auto summary = sweep(study, planned, request.conduct(), results, set.lock(), 0, [&](const SweepProgress& p) {
+    progress.show(fmt::format("{} of {} runs, {:.0f} s left", p.done, p.total, p.seconds_left),
+                  static_cast<double>(p.done) / static_cast<double>(p.total));
+  });
+  progress.clear();
+  if (summary.interrupted) return interrupted(Kept::runs);
+  const auto all = agreement_with(study, measured, results.runs());
+  fmt::print("{}{}\n", table(measured, all), wrapped(verdicts(study, measured, all), 2));
+  auto document = to_json(study, measured, all);
+  document["provenance"] = provenance(study);
+  write_json(set.place() / "points.json", document);
+  write_points(study, measured, all, set.place() / "points.csv");
+  if (request.stop()) return interrupted(Kept::runs);
+  set.commit();
+  fmt::print("{} runs, {} made; results in {}\n", summary.total, summary.ran, folder.string());
+  for (const auto& figure : plots::points.draw(folder)) fmt::print("  {}\n", figure.string());
+  // Rows without a model have a failed run.
+  return std::ranges::all_of(all, [](const auto& a) { return std::isfinite(a.rms); }) ? 0 : 1;
+}
+
+}  // namespace freeplay::cli
