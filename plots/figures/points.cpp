@@ -21,8 +21,8 @@ std::vector<std::filesystem::path> draw_points(const std::filesystem::path& fold
                     {axis, "measured", "uncertainty", "model"});
   const auto &quantity = table.text("quantity"), &variant = table.text("variant"),
              &formulation = table.text("formulation");
-  const auto &x = table.column(axis), &value = table.column("measured"), &spread = table.column("uncertainty"),
-             &model = table.column("model");
+  const auto &x = table.column(axis), &value = table.column("measured"),
+             &spread = table.column("uncertainty"), &model = table.column("model");
   struct Curve {
     std::string variant, formulation;
     std::map<double, double> points;
@@ -53,15 +53,17 @@ std::vector<std::filesystem::path> draw_points(const std::filesystem::path& fold
   f.height_cm = 1.2 + 6.2 * static_cast<double>(panels.size()) + 0.5 * rows;
   f.script.add("set multiplot layout {},1 margins X(2.0),1-X(0.4),Y(1.4),1-Y({}) spacing 0,Y(1.4)\n",
                panels.size(), 0.5 + 0.5 * rows);
-  f.script.add("set xlabel {} noenhanced\nset key at graph 0.5, graph 1.02 center bottom maxcols 2 samplen 3 font SMALL\n",
-               axis + (unit.empty() ? "" : " (" + unit + ")"));
+  f.script.add(
+      "set xlabel {} noenhanced\nset key at graph 0.5, graph 1.02 center bottom maxcols 2 samplen 3 font SMALL\n",
+      axis + (unit.empty() ? "" : " (" + unit + ")"));
   std::size_t block = 0;
   for (const auto& panel : panels) {
     f.blocks.emplace_back(panel.quantity + ", measured: " + axis + ", value, two standard uncertainties");
     for (const auto& [at, one] : panel.measured) f.blocks.back().row({at, one[0], one[1]});
-    f.script.add("set ylabel {} noenhanced\nplot DATA index {} using 1:2:3 with yerrorbars pt 7 ps 0.6 lc rgb "
-                 "'black' title {}",
-                 panel.quantity, block++, Word("'measured'"));
+    f.script.add(
+        "set ylabel {} noenhanced\nplot DATA index {} using 1:2:3 with yerrorbars pt 7 ps 0.6 lc rgb "
+        "'black' title {}",
+        panel.quantity, block++, Word("'measured'"));
     for (const auto& curve : panel.curves) {
       f.blocks.emplace_back(fmt::format("{}, {} [{}]", panel.quantity, curve.variant, curve.formulation));
       for (const auto& [at, one] : curve.points)

@@ -66,7 +66,10 @@ std::string verdicts(const Study& study, const std::vector<MeasuredQuantity>& me
                             place(study, m->points[a.greatest_at]));
       }
       out += fmt::format("{} [{}] {}: {}\n", v.title, formulation,
-                         !decided ? "is undecided" : agrees ? "agrees" : "differs", text);
+                         !decided ? "is undecided"
+                         : agrees ? "agrees"
+                                  : "differs",
+                         text);
     }
   return out;
 }
@@ -87,7 +90,9 @@ nlohmann::json to_json(const Study& study, const std::vector<MeasuredQuantity>& 
                                 {"greatest_at", place(study, m->points[a.greatest_at])},
                                 {"outside", a.outside},
                                 {"points", a.model.size()},
-                                {"verdict", !a.decided ? "undecided" : a.agrees() ? "agrees" : "differs"}});
+                                {"verdict", !a.decided   ? "undecided"
+                                            : a.agrees() ? "agrees"
+                                                         : "differs"}});
   }
   return out;
 }
@@ -119,10 +124,11 @@ int validate_points(const ValidateRequest& request, const Study& study) {
   ResultSet set(folder, "validate-points");
   Progress progress;
   Results results(folder / "sweep.db", study, request.stop);
-  const auto summary = sweep(study, planned, request.conduct(), results, set.lock(), 0, [&](const SweepProgress& p) {
-    progress.show(fmt::format("{} of {} runs, {:.0f} s left", p.done, p.total, p.seconds_left),
-                  static_cast<double>(p.done) / static_cast<double>(p.total));
-  });
+  const auto summary =
+      sweep(study, planned, request.conduct(), results, set.lock(), 0, [&](const SweepProgress& p) {
+        progress.show(fmt::format("{} of {} runs, {:.0f} s left", p.done, p.total, p.seconds_left),
+                      static_cast<double>(p.done) / static_cast<double>(p.total));
+      });
   progress.clear();
   if (summary.interrupted) return interrupted(Kept::runs);
   const auto all = agreement_with(study, measured, results.runs());

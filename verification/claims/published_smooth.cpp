@@ -24,8 +24,6 @@
 namespace freeplay::verification {
 namespace {
 
-using test::Way;
-
 /// A function of the state at the end of a run.
 struct Quantity {
   const char* name;
@@ -54,12 +52,12 @@ auto rate(int body, int k) {
   return [i = static_cast<std::size_t>(3 * body + k)](const State& s) { return s.v[i]; };
 }
 
-Result run_by(const Way& way, Scene scene) {
+Result run_by(const test::Way& way, Scene scene) {
   way.choose(scene);
   return test::finished(scene, way.family);
 }
 
-void claim_at_end(Findings& f, const char* subject, const Way& way, const Result& run,
+void claim_at_end(Findings& f, const char* subject, const test::Way& way, const Result& run,
                   const std::vector<Quantity>& quantities, const Grounds& grounds) {
   for (const auto& q : quantities) {
     const double value = q.of(run.final_state);
@@ -74,7 +72,7 @@ void claim_at_end(Findings& f, const char* subject, const Way& way, const Result
 }
 
 /// Penalty, event-driven, and Moreau–Jean with the step h.
-std::vector<Way> schemes(double h, const char* time_stepping) {
+std::vector<test::Way> schemes(double h, const char* time_stepping) {
   return {test::penalty, test::event_driven, test::fixed_steps(h, time_stepping)};
 }
 
@@ -163,7 +161,7 @@ void simple_pendulum(Findings& f) {
                           : "tolerance 1e-12 per step, times the force 9.81 N and 3000 steps");
   }
   // The cheapest settings with a margin.
-  const auto required = [&](Way way, double tolerance) {
+  const auto required = [&](test::Way way, double tolerance) {
     auto cheap = scene;
     way.choose(cheap);
     cheap.penalty.tolerance = cheap.nonsmooth.tolerance = tolerance;

@@ -48,7 +48,9 @@ std::vector<MeasuredQuantity> read_measured_points(const Study& study) {
   std::vector<MeasuredQuantity> list;
   for (std::size_t i = 0; i < table.rows.size(); ++i) {
     const auto& row = table.rows[i];
-    const auto at_line = [&](const std::string& what) { fail(fmt::format("line {}: {}", table.line[i], what)); };
+    const auto at_line = [&](const std::string& what) {
+      fail(fmt::format("line {}: {}", table.line[i], what));
+    };
     const auto number = [&](std::size_t k) {
       const auto x = k < row.size() ? number_in(row[k]) : std::nullopt;
       if (!x) at_line(fmt::format("{} must be a number", table.header[k]));
@@ -81,8 +83,7 @@ std::vector<PointAgreement> agreement_with(const Study& study, const std::vector
   for (const auto& v : study.variants)
     for (const auto& formulation : v.formulations)
       for (const auto& m : measured) {
-        const auto at =
-            static_cast<std::size_t>(std::ranges::find(known, m.name) - known.begin());
+        const auto at = static_cast<std::size_t>(std::ranges::find(known, m.name) - known.begin());
         PointAgreement a{.variant = v.name, .formulation = formulation, .quantity = m.name};
         a.decided = true;
         double squares = 0;

@@ -35,7 +35,7 @@ struct CarAxis {
   State rates(Real t, const State& now) const {
     const auto [s, theta, ds, dtheta] = now;
     const auto [phi, dphi, ddphi] = road(t);
-    const Plane i = quarter_turn, along = direction(phi), n = i * along, u = direction(theta);
+    const Plane i = perpendicular, along = direction(phi), n = i * along, u = direction(theta);
     const Plane left = s * n, right = left + length * u - length * along;
     const auto force = [&](Plane arm) {
       return (rest_length / std::abs(arm) - 1) * arm - i * mass * gravity;
@@ -53,7 +53,7 @@ struct CarAxis {
   /// x, y and θ of the rod's centre and their rates.
   std::array<double, 6> rod(Real t, const State& y) const {
     const auto [phi, dphi, ddphi] = road(t);
-    const Plane i = quarter_turn, n = i * direction(phi), half = length / 2 * direction(y[1]);
+    const Plane i = perpendicular, n = i * direction(phi), half = length / 2 * direction(y[1]);
     const Plane place = y[0] * n + half, speed = y[2] * n + y[0] * dphi * i * n + y[3] * i * half;
     return {double(place.real()), double(place.imag()), double(y[1]),
             double(speed.real()), double(speed.imag()), double(y[3])};

@@ -39,7 +39,7 @@ struct ExudynSliderCrank {
              -crank * std::cos(psi) + rod * (bend * s + slope * c)}};
   }
   State rates(const State& y) const {
-    const Plane i = quarter_turn, turn = direction(y[2]);
+    const Plane i = perpendicular, turn = direction(y[2]);
     const Real dtheta = y[6], dpsi = y[7];
     VirtualWork<4> work;
     const auto body = [&](Real m, Real inertia, Plane p, Plane p1, Plane p2, Real a1, Real a2, Real moment) {
@@ -72,7 +72,7 @@ struct ExudynSliderCrank {
   /// Its velocity along x.
   Real slider_velocity(const State& y) const {
     const auto place = loop(y[3]).place;
-    return y[4] + (direction(y[2]) * (y[7] * place[1] + quarter_turn * y[6] * place[0])).real();
+    return y[4] + (direction(y[2]) * (y[7] * place[1] + perpendicular * y[6] * place[0])).real();
   }
 };
 

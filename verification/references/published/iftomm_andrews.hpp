@@ -32,7 +32,7 @@ struct Andrews {
     return {beta, beta, gamma, phi + delta, delta, omega + epsilon, epsilon, 0};
   }
   State rates(const State& y) const {
-    const Plane i = quarter_turn;
+    const Plane i = perpendicular;
     const Plane a1 = direction(y[0]), a2 = direction(y[1]), a3 = -i * direction(y[2]),
                 a4 = -i * direction(y[3]), a5 = direction(y[4]), a6 = direction(y[5]),
                 a7 = -i * direction(y[6]);
@@ -79,7 +79,7 @@ struct Andrews {
   }
   /// The greatest distance between the common point P by its four chains (m).
   Real opening(const State& y) const {
-    const Plane i = quarter_turn, P = B - i * ss * direction(y[2]);
+    const Plane i = perpendicular, P = B - i * ss * direction(y[2]);
     return std::max({std::abs(rr * direction(y[0]) - d * direction(y[1]) - P),
                      std::abs(A + zt * direction(y[4]) - i * e * direction(y[3]) - P),
                      std::abs(A - i * u * direction(y[6]) + zf * direction(y[5]) - P)});

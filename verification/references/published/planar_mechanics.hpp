@@ -48,10 +48,10 @@ struct PistonEngine {
 struct CraneCrab {
   using State = std::array<long double, 4>;
   static State rates(const State& y) {
-    const Plane arm = -quarter_turn * direction(y[1]), weight = -quarter_turn * planar_mechanics_gravity;
+    const Plane arm = -perpendicular * direction(y[1]), weight = -perpendicular * planar_mechanics_gravity;
     VirtualWork<2> work;
     work.mass(1, {1, 0}, 0, -10 * y[2]);
-    work.mass(0.5L, {1, quarter_turn * arm}, -y[3] * y[3] * arm, 0.5L * weight);
+    work.mass(0.5L, {1, perpendicular * arm}, -y[3] * y[3] * arm, 0.5L * weight);
     work.rotation(0.1L, {0, 1}, 0, 0);
     const auto a = work.accelerations();
     return {y[2], y[3], a[0], a[1]};
@@ -66,7 +66,7 @@ struct CraneCrab {
 struct DoublePendulumOfModelica {
   using State = std::array<long double, 4>;
   static State rates(const State& y) {
-    const Plane one = direction(y[0]), two = 0.4L * direction(y[0] + y[1]), i = quarter_turn,
+    const Plane one = direction(y[0]), two = 0.4L * direction(y[0] + y[1]), i = perpendicular,
                 weight = -i * planar_mechanics_gravity;
     const long double turn = y[2] + y[3];
     VirtualWork<2> work;
@@ -88,7 +88,7 @@ struct KinematicLoop {
   long double slider = 1e-6L;
 
   State rates(const State& y) const {
-    const Plane i = quarter_turn, knee = -0.5L * i * direction(y[0]),
+    const Plane i = perpendicular, knee = -0.5L * i * direction(y[0]),
                 hung = -0.6L * i * direction(y[0] + y[1]), weight = -i * planar_mechanics_gravity;
     const long double turn = y[2] + y[3], place = std::sin(y[0]), slope = std::cos(y[0]);
     VirtualWork<2> work;

@@ -21,7 +21,7 @@
 namespace freeplay::reference {
 
 using Plane = std::complex<long double>;
-inline constexpr Plane quarter_turn{0, 1};
+inline constexpr Plane perpendicular{0, 1};
 
 inline Plane direction(long double angle) { return std::polar(1.0L, angle); }
 inline long double dot(Plane a, Plane b) { return a.real() * b.real() + a.imag() * b.imag(); }
