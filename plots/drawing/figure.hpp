@@ -8,9 +8,11 @@
 // figures/NAME.partial; the files are moved to their place when they are complete. The script
 // defines
 //
-//     WIDTH, HEIGHT     cm on paper                   SIZE              pt of texts; SMALL, TINY: fonts
+//     WIDTH, HEIGHT     cm on paper
+//     SIZE              pt of texts; SMALL, TINY: fonts
 //     X(cm), Y(cm)      share of the page of a length in cm at the usual text size, for margins
-//     C1 … C9           colours of curves; line styles: 1 penalty, 2 nonsmooth, 3 ideal, 4 auxiliary lines
+//     C1 … C9           colours of curves; line styles: 1 penalty, 2 nonsmooth, 3 ideal,
+//                       4 auxiliary lines
 #pragma once
 
 #include <filesystem>

@@ -2,8 +2,8 @@
 // disk, and called again as a user would. After every kill and at the end these conditions are
 // checked:
 //
-//     no finished result is lost   results under replacement are complete, either the older or the new
-//                                  ones; stored runs are unchanged
+//     no finished result is lost   results under replacement are complete, either the older or the
+//                                  new ones; stored runs are unchanged
 //     the command resumes          the next call ends normally
 //     the results are the same     they equal those of an undisturbed call
 //     nothing is left over         no incomplete file, no lock, no checkpoint of a finished run
