@@ -48,9 +48,10 @@ struct Figure {
   std::string name;                     ///< of the files, made by file_name()
   double width_cm = 16, height_cm = 9;  ///< used unless the style overrides it
   std::vector<Block> blocks = {};
-  Script script = {};                ///< commands after the style; DATA is the data file
-  std::string source = {};           ///< JSON file of the folder with the provenance
-  std::string scene_file = {};       ///< scene file if a folder has several; empty: that of the source
+  Script script = {};       ///< commands after the style; DATA is the data file
+  std::string source = {};  ///< JSON file of the folder with the provenance
+  /// scene file if a folder has several; empty: that of the source
+  std::string scene_file = {};
   std::vector<Format> formats = {};  ///< replaces the formats of the style
   bool sized = false;                ///< whether its size already follows the style
 };

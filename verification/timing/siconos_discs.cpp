@@ -42,7 +42,8 @@ int main(int argc, char** argv) {
       nsds->insertDynamicalSystem(d);
       discs.push_back(d);
     }
-  auto planes = std::make_shared<SimpleMatrix>(3, 6);  // A x + B y + C = 0; without a width: unbounded
+  // A x + B y + C = 0; without a width: unbounded
+  auto planes = std::make_shared<SimpleMatrix>(3, 6);
   planes->zero();
   (*planes)(0, 1) = 1;
   (*planes)(1, 0) = 1;
