@@ -78,7 +78,8 @@ freeplay_package(program freeplay science "simulation of planar mechanisms with 
 This package contains the program, its man page, and completions for bash,
 zsh and fish.")
 set(CPACK_DEBIAN_PROGRAM_PACKAGE_SHLIBDEPS ON)
-# Reference BLAS and LAPACK: see scripts/serial-blas.cmake. HDF5 is loaded by `freeplay export --hdf5`.
+# Reference BLAS and LAPACK: see scripts/serial-blas.cmake.
+# HDF5 is loaded by `freeplay export --hdf5`.
 set(CPACK_DEBIAN_PROGRAM_PACKAGE_RECOMMENDS "gnuplot-nox, fonts-dejavu-core, libblas3, liblapack3")
 set(CPACK_DEBIAN_PROGRAM_PACKAGE_SUGGESTS "ffmpeg, librsvg2-bin, libhdf5-103-1, freeplay-doc")
 

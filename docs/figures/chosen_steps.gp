@@ -1,4 +1,5 @@
-# Data: docs/development/decisions/006-default-scheme.md. Run in this folder: gnuplot chosen_steps.gp
+# Data: docs/development/decisions/006-default-scheme.md. Run
+# in this folder: gnuplot chosen_steps.gp
 set terminal pngcairo size 900,520 font "DejaVu Sans,12"
 set output "chosen_steps.png"
 set logscale xy

@@ -76,8 +76,8 @@ ContactForce make_contact_force(const Scene& scene, const ContactFacts& contact)
 /// for a journal inside a bearing.
 double hertz_stiffness(double young, double poisson, double radius);
 
-/// κ = k_T/k_N of a surface: its own, or 2(1 − ν)/(2 − ν) of equal elastic materials (Mindlin 1949).
-/// Throws ModelError that names a missing key.
+/// κ = k_T/k_N of a surface: its own, or 2(1 − ν)/(2 − ν) of equal elastic
+/// materials (Mindlin 1949). Throws ModelError that names a missing key.
 double stiffness_ratio(const Surface& surface);
 
 /// Duration (s) of the undamped impact of a mass m (kg) at speed v (m/s): 2.9432… δ_max/v for

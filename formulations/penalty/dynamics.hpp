@@ -4,9 +4,9 @@
 //     M v̇ + Gᵀλ = f + Σ W_N F_N + W_T F_T,       G v̇ = γ − 2α(Gv + Φ_t) − β²Φ.
 //
 // The integrated vector is x = [q, v, (P_N, P_T) of each contact, bristles (deflections of LuGre,
-// shear forces of tangential springs), first-order states of elements, work integrals]. A contact is either open or closed during a whole step. An
-// open contact exerts no force at any trial state, so the right-hand side of each mode is smooth,
-// and an event is a root of a smooth function.
+// shear forces of tangential springs), first-order states of elements, work integrals]. A contact
+// is either open or closed during a whole step. An open contact exerts no force at any trial state,
+// so the right-hand side of each mode is smooth, and an event is a root of a smooth function.
 //
 // It owns the contacts with their laws and modes, the saddle point and the pieces of tables.
 #pragma once

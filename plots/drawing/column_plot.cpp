@@ -85,7 +85,8 @@ std::string label_of(const std::vector<Column>& panel) {
   std::string names;
   for (const auto& c : panel) names += (names.empty() ? "" : ", ") + c.name;
   const auto& unit = panel.front().unit;
-  if (names.size() > 30) return unit.empty() ? "" : fmt::format("({})", unit);  // the key has the names
+  // the key has the names
+  if (names.size() > 30) return unit.empty() ? "" : fmt::format("({})", unit);
   return with_unit(names, unit);
 }
 

@@ -146,7 +146,8 @@ std::string latex_script(const Figure& f, const Style& style) {
   script.add(
       "# Draw again: run gnuplot on this file, in its own folder. Then \\input the .tex in a LaTeX document.\n");
   script.add("set terminal {}\n", terminal(t, paper, style));
-  const auto files = fmt::format("set output {}\nDATA = {}\n", name.text(), data.text());  // no texts for TeX
+  // no texts for TeX
+  const auto files = fmt::format("set output {}\nDATA = {}\n", name.text(), data.text());
   Script body;
   body.add("{}{}unset output\n", beginning(paper, style, f.sized ? style.font_size : 10), f.script);
   return script.text() + files + body.tex();

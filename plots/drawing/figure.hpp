@@ -8,9 +8,11 @@
 // figures/NAME.partial; the files are moved to their place when they are complete. The script
 // defines
 //
-//     WIDTH, HEIGHT     cm on paper                   SIZE              pt of texts; SMALL, TINY: fonts
+//     WIDTH, HEIGHT     cm on paper
+//     SIZE              pt of texts; SMALL, TINY: fonts
 //     X(cm), Y(cm)      share of the page of a length in cm at the usual text size, for margins
-//     C1 … C9           colours of curves; line styles: 1 penalty, 2 nonsmooth, 3 ideal, 4 auxiliary lines
+//     C1 … C9           colours of curves; line styles: 1 penalty, 2 nonsmooth, 3 ideal,
+//                       4 auxiliary lines
 #pragma once
 
 #include <filesystem>
@@ -46,9 +48,10 @@ struct Figure {
   std::string name;                     ///< of the files, made by file_name()
   double width_cm = 16, height_cm = 9;  ///< used unless the style overrides it
   std::vector<Block> blocks = {};
-  Script script = {};                ///< commands after the style; DATA is the data file
-  std::string source = {};           ///< JSON file of the folder with the provenance
-  std::string scene_file = {};       ///< scene file if a folder has several; empty: that of the source
+  Script script = {};       ///< commands after the style; DATA is the data file
+  std::string source = {};  ///< JSON file of the folder with the provenance
+  /// scene file if a folder has several; empty: that of the source
+  std::string scene_file = {};
   std::vector<Format> formats = {};  ///< replaces the formats of the style
   bool sized = false;                ///< whether its size already follows the style
 };

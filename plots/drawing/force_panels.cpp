@@ -13,7 +13,8 @@
 namespace freeplay::plots {
 namespace {
 
-constexpr double share = 0.99;  ///< quantile of the upper end of a range; the lower end is 1 − share
+/// quantile of the upper end of a range; the lower end is 1 − share
+constexpr double share = 0.99;
 
 /// Text with the number of points of each run outside the range.
 std::string note(const ForceRange& range, const std::vector<ForceRun>& runs) {

@@ -205,7 +205,8 @@ std::vector<std::filesystem::path> draw_pose(const std::filesystem::path& folder
   Figure f{.name = "pose", .width_cm = 16, .source = "pose.json"};
   const double wide = frame.right - frame.left + 6 * u, tall = frame.high - frame.low + 6 * u;
   const auto style = style_of(folder);
-  const double unit = style.font_size / Style::usual_font_size;  // scale of parts that follow the texts
+  // scale of parts that follow the texts
+  const double unit = style.font_size / Style::usual_font_size;
   f.sized = true;
   f.width_cm = width_of(f, style);
   f.height_cm = style.height ? 0.1 * *style.height

@@ -36,7 +36,8 @@ struct PageSize {
 std::span<const PageSize> page_sizes();
 
 struct Style {
-  static constexpr double usual_font_size = 7;  ///< pt, for which the margins of the figures are chosen
+  /// pt, for which the margins of the figures are chosen
+  static constexpr double usual_font_size = 7;
   std::string font = "DejaVu Sans";
   double font_size = usual_font_size;  ///< pt
   double line_width = 1;               ///< factor on all line widths

@@ -26,7 +26,8 @@ hid_t created(const Library& h, const std::filesystem::path& path, const std::fi
       made(h.H5Pcreate(h.H5P_CLS_FILE_CREATE_ID_g), h.H5Pclose);
   // Readable by HDF5 1.8 (2008) and later, which support attributes above 64 KiB.
   if (h.H5Pset_libver_bounds(access.id(), H5F_LIBVER_V18, H5F_LIBVER_V110) < 0) return -1;
-  if (h.H5Pset_obj_track_times(made.id(), false) < 0) return -1;  // identical results give identical bytes
+  // identical results give identical bytes
+  if (h.H5Pset_obj_track_times(made.id(), false) < 0) return -1;
   errno = 0;
   return h.H5Fcreate(partial.c_str(), H5F_ACC_EXCL, made.id(), access.id());
 }
@@ -157,7 +158,8 @@ Handle File::dataset(hid_t group, const std::string& name, Block block, hid_t ty
       check(h_.H5Pset_shuffle(made.id()), what);
       check(h_.H5Pset_deflate(made.id(), 1), what);
     }
-    check(h_.H5Pset_chunk_cache(access.id(), 0, 0, 1), what);  // each block is written completely and once
+    // each block is written completely and once
+    check(h_.H5Pset_chunk_cache(access.id(), 0, 0, 1), what);
   }
   return checked(
       h_.H5Dcreate2(group, name.c_str(), type, space(block.rows).id(), H5P_DEFAULT, made.id(), access.id()),

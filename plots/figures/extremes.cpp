@@ -49,7 +49,8 @@ Script tics(const std::vector<std::string>& names) {
   Script list;
   for (std::size_t i = 0; i < names.size(); ++i) {
     auto name = names[i];
-    for (const auto& [longer, shorter] : {std::pair{"e+0", "e"}, {"e-0", "e-"}})  // 1e+05 as 1e5: room
+    // 1e+05 as 1e5: room
+    for (const auto& [longer, shorter] : {std::pair{"e+0", "e"}, {"e-0", "e-"}})
       if (const auto at = name.find(longer); at != name.npos) name.replace(at, 3, shorter);
     if (name == "0.0001") name = "1e-4";
     list.add("{}", i ? Word(", ") : Word("(")).add_tic(name, i);
@@ -100,7 +101,8 @@ std::vector<CellPanel> read_panels(const std::filesystem::path& folder) {
   return panels;
 }
 
-double height(const CellPanel& p) { return 1.05 + 0.42 * static_cast<double>(p.rows.size()); }  // cm
+// cm
+double height(const CellPanel& p) { return 1.05 + 0.42 * static_cast<double>(p.rows.size()); }
 
 std::vector<std::filesystem::path> draw_extremes(const std::filesystem::path& folder) {
   const auto panels = read_panels(folder);

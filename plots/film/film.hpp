@@ -15,7 +15,8 @@ namespace freeplay::report {
 struct FilmOptions {
   bool mp4 = false, gif = false, svg = false;  ///< none set: MP4 if ffmpeg exists, else SVG
   double fps = 25;                             ///< frames per second of the film
-  std::optional<double> speed = {};  ///< seconds of the run per second of film; absent: a film of about 20 s
+  /// seconds of the run per second of film; absent: a film of about 20 s
+  std::optional<double> speed = {};
   std::optional<double> from = {}, until = {};  ///< s of the run; absent: the whole run
   int width = 960;                              ///< px
   bool over = false;                            ///< both runs in one panel

@@ -13,8 +13,10 @@
 namespace freeplay::report {
 namespace {
 
-constexpr double top = 34, bottom = 36, beside = 190, clearance_height = 196, play_radius = 74;  // px
-constexpr double longest_arrow = 90, longest_at_all = 160;                                       // px
+// px
+constexpr double top = 34, bottom = 36, beside = 190, clearance_height = 196, play_radius = 74;
+// px
+constexpr double longest_arrow = 90, longest_at_all = 160;
 
 struct Box {
   double left = INFINITY, right = -INFINITY, low = INFINITY, high = -INFINITY;

@@ -57,7 +57,8 @@ struct FilmRun {
   std::vector<FilmForce> forces;
   double usual_force = 0;  ///< N, exceeded by 1 in 50 values
   Events events;
-  std::pair<int, int> crank{-1, -1};  ///< bodies whose relative angle is the crank angle; equal: none
+  /// bodies whose relative angle is the crank angle; equal: none
+  std::pair<int, int> crank{-1, -1};
 
   At at(double now) const;
   Pose pose(int body, const At& now) const;

@@ -140,7 +140,8 @@ json markdown_tables(const std::filesystem::path& file) {
     said.clear();
   };
   while (std::getline(in, line)) {
-    for (std::size_t at = 0; (at = line.find("\\*", at)) != line.npos; ++at) line.erase(at, 1);  // \* is *
+    // \* is *
+    for (std::size_t at = 0; (at = line.find("\\*", at)) != line.npos; ++at) line.erase(at, 1);
     if (line.starts_with("| ---")) continue;
     if (line.starts_with('|')) {
       say();

@@ -2,7 +2,7 @@
 // buckets; each bucket keeps the least and the greatest value of each column, in their order in
 // time:
 //
-//     y_2i, y_2i+1 = min, max of bucket i (or max, min), at a quarter and three quarters of its time.
+//     y_2i, y_2i+1 = min, max of bucket i (or max, min), at ¼ and ¾ of its time.
 //
 // All values occur in the file; the error of their times is less than the length of a bucket. Short
 // tables are not reduced.

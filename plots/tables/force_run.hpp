@@ -20,9 +20,10 @@ using Values = std::vector<double>;
 /// empty field is NaN.
 struct ForceRun {
   const char* title;
-  int style;                       ///< 1 penalty, 2 nonsmooth, 3 ideal, as plots::style()
-  Values t;                        ///< s, of the rows: one value more than the means have
-  std::vector<std::string> names;  ///< of the means, without the suffix _mean, in the order of the file
+  int style;  ///< 1 penalty, 2 nonsmooth, 3 ideal, as plots::style()
+  Values t;   ///< s, of the rows: one value more than the means have
+  /// of the means, without the suffix _mean, in the order of the file
+  std::vector<std::string> names;
   std::map<std::string, Values> mean;
   Values x;                        ///< middle of each interval: s, or degrees of the crank
   double interval = 0;             ///< s, length of the interval of a mean

@@ -50,7 +50,8 @@ class ForceTable {
   std::vector<Values> magnitudes(const std::string& name) const;
 
   std::string abscissa() const;  ///< label of the abscissa, with its unit
-  std::string extent() const;    ///< the part of the run that is drawn, and the interval of the means
+  /// the part of the run that is drawn, and the interval of the means
+  std::string extent() const;
 
  private:
   void add(const std::filesystem::path& folder, const char* title, int style);

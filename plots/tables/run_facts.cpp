@@ -42,7 +42,8 @@ Span first_part(std::optional<double> turn, double end) {
 
 Span last_part(std::optional<double> turn, double end, int turns) {
   if (!turn) return {0.9 * end, end, "last tenth"};
-  while (turns > 1 && (turns + 0.5) * *turn > end) --turns;  // a short run is not covered completely
+  // a short run is not covered completely
+  while (turns > 1 && (turns + 0.5) * *turn > end) --turns;
   if (turns * *turn >= end) return {0, end, "whole run"};
   return {end - turns * *turn, end, turns == 1 ? "last turn" : fmt::format("last {} turns", turns)};
 }

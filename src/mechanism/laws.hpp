@@ -50,8 +50,9 @@ const ContactLawFacts& facts_of(ContactLaw law);
 struct FrictionLawFacts {
   /// the law
   FrictionLaw law;
-  std::string_view text;     ///< its name in a scene
-  std::string_view formula;  ///< c(v) = |F_T|/F_N for v ≥ 0, with the symbols of docs/theory/friction.md
+  std::string_view text;  ///< its name in a scene
+  /// c(v) = |F_T|/F_N for v ≥ 0, with the symbols of docs/theory/friction.md
+  std::string_view formula;
   /// publication and range of validity, as text
   std::string_view source, range;
   std::string_view keys;  ///< keys of [penalty] that it reads, separated by ", "

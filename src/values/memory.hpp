@@ -130,7 +130,8 @@ void through(M& m, T& value) {
     std::uint64_t size = value.size();
     m(size);
     if constexpr (M::reading) {
-      if (size > m.left()) throw MemoryError("the snapshot is incomplete");  // every element has a byte
+      // every element has a byte
+      if (size > m.left()) throw MemoryError("the snapshot is incomplete");
       value.resize(size);
     }
     if constexpr ((std::is_arithmetic_v<typename T::value_type> &&

@@ -92,7 +92,8 @@ struct Positions {
     const Momentum t = rate([&](Long a) { return of_slider(a); }, phi);
     const Vec given_c = s.crank_mass * s.gravity, given_r = s.rod_mass * s.gravity,
               given_t = s.slider_mass * s.gravity + s.load;
-    const Vec at_slider = t.linear - given_t;  // rod and guide together, both through the gudgeon pin
+    // rod and guide together, both through the gudgeon pin
+    const Vec at_slider = t.linear - given_t;
     f.guide.moment = t.angular - cross(slider(phi), given_t) - cross(gudgeon(phi), at_slider);
     const Long given = cross(crank(phi), given_c) + cross(rod(phi), given_r) + cross(slider(phi), given_t);
     const Long n = (c.angular + r.angular + t.angular - f.torque - f.guide.moment - given) / gudgeon(phi).x;

@@ -309,7 +309,8 @@ TEST_CASE("oblique impact: a disc on the ground", "[references]") {
   within(d.tt, 3 / m, 1e-14, "solid disc: 1/m + R²/J");
   CHECK(d.nt == 0);
   for (const double mu : {0.0, 0.05, 0.3}) {
-    const double edge = 3 * mu * (1 + e) * 3;  // friction changes u_T by at most D_TT μ (1 + e) |u_N| m
+    // friction changes u_T by at most D_TT μ (1 + e) |u_N| m
+    const double edge = 3 * mu * (1 + e) * 3;
     for (const double u_t : {-20.0, -0.999 * edge, 0.0, 0.999 * edge, 1.001 * edge, 20.0}) {
       const auto p = oblique_impact(d, u_n, u_t, e, mu);
       within(p.impulse_n, m * (1 + e) * 3, 1e-13, "uncoupled normal");

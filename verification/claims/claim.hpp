@@ -113,7 +113,8 @@ Verdict assess(const ClaimSet& set);
 
 std::string table(const Verdict& verdict);                     ///< for a terminal of 80 columns
 nlohmann::json to_json(const std::vector<Verdict>& verdicts);  ///< verification.json
-std::string document(const std::vector<Verdict>& verdicts);    ///< docs/verification/verification.md
+/// docs/verification/verification.md
+std::string document(const std::vector<Verdict>& verdicts);
 
 /// The rows of docs/verification/verification.csv, columns `asked_columns`: names, expected values
 /// and bounds of the claims of a set, without measured values.

@@ -24,8 +24,9 @@ void slider_cranks(Findings& f);
 void bearings(Findings& f);  ///< a rotor under a torque with a body welded on, a slider on a guide
 void load_cell(Findings& f);
 void torque_sensor(Findings& f);
-void watching(Findings& f, const State& start);   ///< observing forces changes no result
-void redundant(Findings& f, const State& start);  ///< undetermined reactions, and their determined sums
+void watching(Findings& f, const State& start);  ///< observing forces changes no result
+/// undetermined reactions, and their determined sums
+void redundant(Findings& f, const State& start);
 
 /// A scene with one of each element: verification/scenes/forces.toml.
 Scene everything();

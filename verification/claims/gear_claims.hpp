@@ -18,8 +18,10 @@ namespace freeplay::verification::gear_claims {
 
 // The parts, in the order of the set.
 void rattle(Findings& f);
-void reactions(Findings& f);  ///< an ideal pair under torques: force along the line of action, either flank
-void planet(Findings& f);  ///< sun, planet on a carrier, fixed ring: the carrier's speed by Willis' formula
+/// an ideal pair under torques: force along the line of action, either flank
+void reactions(Findings& f);
+/// sun, planet on a carrier, fixed ring: the carrier's speed by Willis' formula
+void planet(Findings& f);
 /// A wheel with an oscillating centre: the involute's relation between centre distance and angles.
 void distance(Findings& f);
 void racks(Findings& f);

@@ -14,8 +14,10 @@
 namespace freeplay::verification {
 namespace {
 
-constexpr double radius = 0.01, speed = 1, duration = 1, length = 0.36;                      // m, m/s, s, m
-constexpr std::array start{0.0211, 0.0547, 0.0839, 0.1163, 0.1502, 0.1918, 0.2297, 0.2761};  // m, centres
+// m, m/s, s, m
+constexpr double radius = 0.01, speed = 1, duration = 1, length = 0.36;
+// m, centres
+constexpr std::array start{0.0211, 0.0547, 0.0839, 0.1163, 0.1502, 0.1918, 0.2297, 0.2761};
 
 /// Equal discs on a line exchange their velocities in elastic impacts. Reduced by 2r for each disc
 /// to the left, their positions are those of points that pass through one another and are reflected

@@ -183,12 +183,15 @@ Findings invariants() {
     // At the first impact e × ė = c · 0.08 m/s and ė·ė = 0.13 m²/s². Friction can at most stop the
     // sliding of this impact, since nothing drives any later sliding, and approach speeds only
     // decrease.
-    const double along = 0.08, approach = std::sqrt(0.13 - along * along);                              // m/s
-    const double sliding = std::abs(along - 0.019 * 20 - 0.02 * 3);                                     // m/s
-    const double stops = sliding / (1 / 2.0 + 1 / 0.5 + 0.02 * 0.02 / 0.004 + 0.019 * 0.019 / 0.0002);  // N s
+    const double along = 0.08, approach = std::sqrt(0.13 - along * along);  // m/s
+    // m/s
+    const double sliding = std::abs(along - 0.019 * 20 - 0.02 * 3);
+    // N s
+    const double stops = sliding / (1 / 2.0 + 1 / 0.5 + 0.02 * 0.02 / 0.004 + 0.019 * 0.019 / 0.0002);
     const double K = 4.0 / 3 * 207e9 / (2 * (1 - 0.09)) * std::sqrt(20e-3 * 19e-3 / 1e-3);
     const double apart =
-        penalty ? reference::elastic_impact(K, 2.0 * 0.5 / 2.5, approach).depth : approach * 1e-5;  // m
+        // m
+        penalty ? reference::elastic_impact(K, 2.0 * 0.5 / 2.5, approach).depth : approach * 1e-5;
     f.at_most(
         claim_name(free_pair, "change of angular momentum in 0.5 s", scheme), "kg m²/s",
         std::abs(momentum(end.q, end.v, 2) - momentum(q, v, 2)), stops * apart, "conservation",

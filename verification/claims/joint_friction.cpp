@@ -213,7 +213,8 @@ void impacts(Findings& f) {
       "[surfaces.s]\nrestitution = 0.5\n[contacts.wall]\ntype = \"plane\"\nbetween = [\"ground\", \"b\"]\n"
       "at = [[0, 0], [0.2, 0]]\nsurface = \"s\"\n");
   for (const auto& way : ways) {
-    if (way.penalty()) continue;  // its friction acts on the sliding speed within the impact: another law
+    // its friction acts on the sliding speed within the impact: another law
+    if (way.penalty()) continue;
     const auto run = test::finished(way, text, {"gravity=[0,0]"});
     const auto hit = test::touch(run, 0);
     f.relative(

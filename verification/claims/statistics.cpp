@@ -29,7 +29,8 @@ constexpr double counted_speed = 0.01;
 
 struct Quantity {
   const char *name, *unit;
-  bool of_rebound = false;  ///< governed by the restitution: flight, frequency and strength of impacts
+  /// governed by the restitution: flight, frequency and strength of impacts
+  bool of_rebound = false;
 };
 constexpr Quantity quantities[] = {{"share of time in contact", "", true},
                                    {"energy lost per turn", "J"},

@@ -37,7 +37,8 @@ Scene scene_of(const reference::Throw& s, double spin, double duration) {
 /// Sums over the runs of throws at a peg.
 struct Throws {
   int missed = 0, invented = 0, stopped = 0, touches = 0;
-  double time = 0, approach = 0;  ///< greatest relative errors of the contact time and the approach speed
+  /// greatest relative errors of the contact time and the approach speed
+  double time = 0, approach = 0;
 };
 
 void judge_throw(Throws& sum, const Result& run, const std::optional<reference::PegTouch>& exact) {
@@ -73,7 +74,8 @@ Throws throws(int count) {
     const auto exact = reference::touch_of(one);
     auto scene = scene_of(one, speed / reach * (uniform(engine) - 0.5), 3 * away / speed);
     for (const auto integrator : integrators) {
-      if (integrator == Integrator::rk4) continue;  // its fixed step would have to resolve the contact
+      // its fixed step would have to resolve the contact
+      if (integrator == Integrator::rk4) continue;
       scene.penalty.integrator = integrator;
       judge_throw(sum, test::simulate(scene, Family::penalty), exact);
     }

@@ -217,7 +217,8 @@ TEST_CASE("curves: fixed steps longer than the pieces of a force curve are repor
     CHECK_THAT(test::notes_of(test::finished(test::fixed_steps(step), hill("linear"))),
                Catch::Contains("warning: the curve of it deviates from a straight line"));
   }
-  const auto run = test::finished(test::fixed_steps(1e-4), hill("linear"));  // a hundred steps a piece
+  // a hundred steps a piece
+  const auto run = test::finished(test::fixed_steps(1e-4), hill("linear"));
   CHECK_FALSE(doubtful(run));
   // Second order: the error of the time of reversal is (100/s · 1e-4 s)² of its π/100 s.
   CHECK(run.final_state.q[0] == Approx(0.48 - (1 - 0.48 - pi / 100)).margin(1e-4).epsilon(0));

@@ -100,7 +100,8 @@ TEST_CASE("Butterworth low-pass filters of every order: gain, cut-off, impulse",
       double greatest = 0;
       for (int i = 0; i < 200000; ++i) {
         const double t = i * h;
-        filter.advance(h, (std::cos(w * t) - std::cos(w * (t + h))) / (w * h));  // mean of sin over the piece
+        // mean of sin over the piece
+        filter.advance(h, (std::cos(w * t) - std::cos(w * (t + h))) / (w * h));
         if (t > 0.15) greatest = std::max(greatest, std::abs(filter.output()));
       }
       CHECK(greatest == Approx(1 / std::sqrt(1 + std::pow(ratio, 2 * order))).epsilon(1e-3));

@@ -118,7 +118,8 @@ TEST_CASE("an impact before, in or after the first step is an impulse in the fil
   CHECK(worst < (1e-8 + 3 * shift) * peak);
   CHECK(worst_force < (1e-8 + 3 * shift) * 0.5 * peak);
   CHECK(seen >
-        0.4 * peak);  // the first sample after the contact is 20 µs away at most: 0.51 of the peak there
+        // the first sample after the contact is 20 µs away at most: 0.51 of the peak there
+        0.4 * peak);
 }
 
 TEST_CASE("event-driven and fixed-step runs under a table over time record finite rows on the output grid",
@@ -321,7 +322,8 @@ counts = 100
   REQUIRE(scene.mechanism.drives.size() == 2);
   CHECK(name_of(scene.mechanism.drives[0]) == "motor");
   CHECK(main_drive(scene.mechanism)->name == "motor");
-  CHECK(scene.run.duration == Approx(2 * 2 * std::numbers::pi / 4));  // two revolutions of the file's drive
+  // two revolutions of the file's drive
+  CHECK(scene.run.duration == Approx(2 * 2 * std::numbers::pi / 4));
   REQUIRE(scene.instruments.size() == 3);
   CHECK(scene.instruments[0].name == "zero");
   CHECK(scene.instruments[1].name == "b");

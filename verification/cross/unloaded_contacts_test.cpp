@@ -31,9 +31,12 @@ constexpr double g = 9.81, mass = 0.1, young = 207e9, poisson = 0.3;
 /// scale so that gravity is unchanged; so does Young's modulus, so that indentations scale as well.
 struct Beads {
   int rows = 10, columns = 1;
-  double drop = 0.051, restitution = 1, angle = 0, scale = 1, duration = 1;  // m, rad, s: at scale 1
-  double speed = 0;                                                          // m/s, of row 0 alone, upwards
-  double apart = 0;                                                          // m, between rows 0 and 1
+  // m, rad, s: at scale 1
+  double drop = 0.051, restitution = 1, angle = 0, scale = 1, duration = 1;
+  // m/s, of row 0 alone, upwards
+  double speed = 0;
+  // m, between rows 0 and 1
+  double apart = 0;
   bool floor = true, weight = true, reversed = false;
 
   double radius() const { return 0.005 * scale; }

@@ -115,7 +115,8 @@ TEST_CASE("no time step raises the energy beyond the bound of the scheme", "[inv
       body.angular_velocity = 20 * uniform(engine);
       m.bodies.push_back(body);
     }
-    for (int b = 0; b < bodies; ++b) {  // a ring of joints with clearance, each journal off centre but free
+    // a ring of joints with clearance, each journal off centre but free
+    for (int b = 0; b < bodies; ++b) {
       RevoluteJoint j;
       j.name = "j" + std::to_string(b);
       j.between = {b == 0 ? ground : b - 1, b};

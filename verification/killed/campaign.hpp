@@ -2,8 +2,8 @@
 // disk, and called again as a user would. After every kill and at the end these conditions are
 // checked:
 //
-//     no finished result is lost   results under replacement are complete, either the older or the new
-//                                  ones; stored runs are unchanged
+//     no finished result is lost   results under replacement are complete, either the older or the
+//                                  new ones; stored runs are unchanged
 //     the command resumes          the next call ends normally
 //     the results are the same     they equal those of an undisturbed call
 //     nothing is left over         no incomplete file, no lock, no checkpoint of a finished run
@@ -22,8 +22,9 @@ namespace freeplay::killed {
 /// A command as it is called here.
 struct Verb {
   std::string name;
-  Words words;             ///< all except the folder
-  Words older;             ///< another call, whose finished results exist at the beginning; may be empty
+  Words words;  ///< all except the folder
+  /// another call, whose finished results exist at the beginning; may be empty
+  Words older;
   std::string database;    ///< in the folder, whose runs it adds to
   bool resumes = false;    ///< resumes with `run --resume` if there is a checkpoint
   bool in_folder = false;  ///< takes the folder as its last argument, not by -o

@@ -17,7 +17,8 @@ struct End {
   int status = 0;       ///< if by itself
   double seconds = 0;
   int changes =
-      0;  ///< of names in folders, made or, for the last one, prevented; counted by kill_before alone
+      /// of names in folders, made or, for the last one, prevented; counted by kill_before alone
+      0;
 };
 
 /// Runs `freeplay WORDS` to its end.

@@ -36,7 +36,8 @@ class DrivenMotion {
   CurvePoint at(double t) const;
   /// The first kink of the curve after t.
   double next_kink(double t) const;
-  double size = 0, rate = 0, bend = 0;  ///< greatest departure from the start, rate and second derivative
+  /// greatest departure from the start, rate and second derivative
+  double size = 0, rate = 0, bend = 0;
   double period = 1;
 
  private:

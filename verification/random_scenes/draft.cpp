@@ -44,7 +44,8 @@ void Draft::surface(Draw& draw, double m, double v, double R, double depth, bool
 }
 
 double Draft::surface(double e, double m, double v, double R, double time) {
-  const double d = v * time / 2.943, K = stiffness_for(m, v, d);  // Hertz: an impact lasts 2.943 d/v
+  // Hertz: an impact lasts 2.943 d/v
+  const double d = v * time / 2.943, K = stiffness_for(m, v, d);
   const double young = exact(K * 1.5 * (1 - poisson * poisson) / std::sqrt(R));
   table("surfaces.s", fmt::format("young = {}\npoisson = 0.3\nrestitution = {}\n", number(young), number(e)));
   contact = std::min(contact, time);

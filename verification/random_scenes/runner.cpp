@@ -141,7 +141,8 @@ std::vector<Row> judge_all(const Request& request, const std::filesystem::path& 
     if (child < 0) throw std::runtime_error("random scenes: no process");
     if (child == 0) {
       close(ends[0]);
-      prctl(PR_SET_PDEATHSIG, SIGKILL);  // inherited resources, a folder's lock too, end with the program
+      // inherited resources, a folder's lock too, end with the program
+      prctl(PR_SET_PDEATHSIG, SIGKILL);
       for (std::size_t i; (i = __atomic_fetch_add(next, 1, __ATOMIC_RELAXED)) < open_ones.size();) {
         const auto scene = draw(request.seed, open_ones[i], request.kinds);
         auto list = judge_apart(scene, request.way);

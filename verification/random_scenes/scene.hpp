@@ -63,8 +63,9 @@ struct RandomScene {
 
   /// @name Scenes with a reference for every row
   ///@{
-  double duration = 1;      ///< s
-  double step = 1e-3;       ///< s, of time stepping with fixed steps: 1/200 of the shortest of its times
+  double duration = 1;  ///< s
+  /// s, of time stepping with fixed steps: 1/200 of the shortest of its times
+  double step = 1e-3;
   double shortest = 1;      ///< s, the shortest of its times
   double contact_step = 0;  ///< s, of rk4 in the penalty formulation
   double speed = 1;         ///< m/s, of contacts

@@ -14,8 +14,9 @@ enum class Suite { map, agreement, rows };
 
 /// From best to worst; judgements.csv contains their numbers.
 enum class Outcome {
-  right,    ///< within every bound
-  doubted,  ///< outside one, and the run says so; of known rows also: not known to be right, and doubted
+  right,  ///< within every bound
+  /// outside one, and the run says so; of known rows also: not known to be right, and doubted
+  doubted,
   falsely_doubted,  ///< known to be right in all rows, and the run gives a warning
   refused,          ///< stopped or declined with a reason, and right until then
   hung,             ///< did not end within its time
@@ -35,8 +36,9 @@ struct Verdict {
   Outcome outcome = Outcome::right;
   std::string detail = {};  ///< the deviation, the reason of a refusal, or the doubtful note
   std::string check = {};   ///< the check that was not met; empty: none
-  double known = 0;         ///< number of compared contact onsets, 0 to 3; share of the rows with a reference
-  double cpu = 0;           ///< s, of the run itself
+  /// number of compared contact onsets, 0 to 3; share of the rows with a reference
+  double known = 0;
+  double cpu = 0;  ///< s, of the run itself
 };
 
 /// What a run that misses a bound by `what` amounts to: doubted if a note is a warning or contains

@@ -35,7 +35,8 @@ template <class Real = double>
 struct CompliantImpact {
   Real u_n = 0, u_t = 0;              ///< m/s, after the impact
   Real impulse_n = 0, impulse_t = 0;  ///< N s
-  std::string phases;                 ///< 't' stick, '+' and '-' slip of that sign, '|' greatest compression
+  /// 't' stick, '+' and '-' slip of that sign, '|' greatest compression
+  std::string phases;
 };
 
 /// h(t) = c + Σ a_i cos ω_i t + b_i sin ω_i t.

@@ -3,7 +3,8 @@
 //
 //     F_N = K δ^{3/2} (1 + χ δ̇/v0),     k_T = κ (3/2) K √δ   (= 8 G* a, a = √(R δ)),
 //     Ḟ_T = −k_T (u_T − v_s)            in loading, δ̇ ≥ 0,
-//     F_T = −k_T q,  q̇ = u_T − v_s      in unloading, δ̇ < 0: rescaled (or as in loading: incremental),
+//     F_T = −k_T q,  q̇ = u_T − v_s      in unloading, δ̇ < 0: rescaled
+//                                       (incremental form: as in loading),
 //     −F_T ∈ μ F_N Sgn(v_s),            u̇ = D F,  δ̇ = −u_N,  v0 = −u_N⁻.
 //
 // With y = √δ and dt = 2y dσ, all right-hand sides are polynomials in y: dy/dσ = δ̇, and the impact

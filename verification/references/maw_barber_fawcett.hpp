@@ -2,7 +2,8 @@
 // the contact area. The area is cut into annuli of the radii x_i; reduction to one dimension turns
 // the tractions into loads of independent springs, one for each annulus:
 //
-//     normal load      p_i = k1 (δ − η_i)₊ (1 + χ_d δ̇/v0),  η_i = x_i²/R,  Σ k1 (δ − η_i)₊ → K δ^{3/2}
+//     normal load      p_i = k1 (δ − η_i)₊ (1 + χ_d δ̇/v0),  η_i = x_i²/R,
+//                      Σ k1 (δ − η_i)₊ → K δ^{3/2}
 //     tangential load  w_i = κ k1 q_i,  q̇_i = u_T in stick,  |w_i| ≤ μ p_i,  F_T = −Σ w_i
 //     rates            u̇ = D F,  δ̇ = −u_N,  v0 = −u_N⁻
 //
@@ -12,10 +13,10 @@
 // For a sphere without damping only χ = (1 − ν)(1 + 1/K²)/(2 − ν) = 7κ/4 matters (K² = 2/5): with
 // ψ = κ u_T/(μ v0), ψ2 = f(ψ1, χ). In closed form: if ψ1 ≥ 4χ − 1 all annuli slip, and
 // ψ2 = ψ1 − 4χ.
-// Method: leapfrog in time and midpoints in x, both of second order; by default ψ2 is exact to 2e-6.
-// A separate computation with rings of traction on the half-space, collocation of their
-// displacements and slip by rings, tends to the same ψ2 with the width of the rings: at ν = 0.3 and
-// ψ1 = 2, −0.8412 (40 rings) and −0.8385 (80) towards −0.8372 here.
+// Method: leapfrog in time and midpoints in x, both of second order; by default ψ2 is exact
+// to 2e-6. A separate computation with rings of traction on the half-space, collocation of
+// their displacements and slip by rings, tends to the same ψ2 with the width of the rings:
+// at ν = 0.3 and ψ1 = 2, −0.8412 (40 rings) and −0.8385 (80) towards −0.8372 here.
 // Source: Maw, Barber and Fawcett, Wear 38 (1976) 101, and J. Lubr. Technol. 103 (1981) 74;
 // reduction: Jäger, Arch. Appl. Mech. 65 (1995) 478; Popov and Heß, Method of Dimensionality
 // Reduction (2015); impact: Willert and Popov, ZAMM 96 (2016) 1089.

@@ -11,7 +11,8 @@ from math import cos, pi, sin
 
 def end_of_impact(mu, e, ut, un, Dnn, Dnt, Dtt):
     mu, e, ut, un, Dnn, Dnt, Dtt = map(Q, (mu, e, ut, un, Dnn, Dnt, Dtt))
-    # The path as corners (P_T, P_N) and the direction dP_T/dP_N in which it leaves the last of them.
+    # The path as corners (P_T, P_N) and the direction dP_T/dP_N
+    # in which it leaves the last of them.
     sign = (ut > 0) - (ut < 0)
     corners, way = [(Q(0), Q(0))], -sign * mu
     slope = Dnt + way * Dtt  # of u_T against P_N

@@ -35,7 +35,8 @@ Apart run_apart(const std::function<void(const Say&)>& work, double seconds) {
   if (child < 0) throw std::runtime_error("no process of its own");
   if (child == 0) {
     close(ends[0]);
-    prctl(PR_SET_PDEATHSIG, SIGKILL);  // inherited resources, a folder's lock too, end with the program
+    // inherited resources, a folder's lock too, end with the program
+    prctl(PR_SET_PDEATHSIG, SIGKILL);
     // The parent reports a crash here: handlers inherited from a test runner are removed.
     for (const int s : {SIGABRT, SIGSEGV, SIGFPE, SIGILL, SIGBUS, SIGTERM}) std::signal(s, SIG_DFL);
     try {

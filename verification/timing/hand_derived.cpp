@@ -2,18 +2,23 @@
 // Flores et al. (2011) with clearance in its gudgeon pin, in two coordinates derived by hand
 // (references/loose_slider_crank.hpp), with the same steps as Freeplay.
 //
-//     Moreau–Jean, θ = ½     y_m = y + (h/2) ẏ;  M (ẏ⁺ − ẏ) = h f + W P at (y_m, t + h/2);  y⁺ = y_m + (h/2) ẏ⁺,
-//                            a contact that the motion would close by the end of the step has an impact by
-//                            Newton's and Coulomb's laws; then y⁺ is projected along M⁻¹ W_N onto g ≥ 0
-//     penalty                one right-hand side with the contact closed: Lankarani and Nikravesh's force, Ambrósio's friction
+//     Moreau–Jean, θ = ½     y_m = y + (h/2) ẏ;  M (ẏ⁺ − ẏ) = h f + W P at (y_m, t + h/2);
+//                            y⁺ = y_m + (h/2) ẏ⁺; a contact that the motion would close by the end
+//                            of the step has an impact by Newton's and Coulomb's laws; then y⁺ is
+//                            projected along M⁻¹ W_N onto g ≥ 0
+//     penalty                one right-hand side with the contact closed: Lankarani and
+//                            Nikravesh's force, Ambrósio's friction
 //
 // Nothing is general here, and no solver of the project is used: one contact, one mechanism, no
 // joint reactions, no energy ledger. The output is that of a run of Freeplay for the same motion:
 // the events and the same number of rows of a trajectory.
 //
-//     freeplay-hand-derived nonsmooth DURATION STEP [FOLDER [ROWS]]      prints steps, contacts, the last state
-//     freeplay-hand-derived penalty CALLS                                prints calls and a sum
-//     freeplay-hand-derived ball DURATION STEP RESTITUTION DROP          a ball on a table; prints steps, its height (m)
+//     freeplay-hand-derived nonsmooth DURATION STEP [FOLDER [ROWS]]
+//         prints steps, contacts and the last state
+//     freeplay-hand-derived penalty CALLS
+//         prints calls and a sum
+//     freeplay-hand-derived ball DURATION STEP RESTITUTION DROP
+//         a ball on a table; prints steps and its height (m)
 #include <cmath>
 #include <cstdio>
 #include <cstdlib>

@@ -126,7 +126,8 @@ double oracle_side(double& sum) {
 int main(int argc, char** argv) {
   const auto rungs = ladder();
   if (argc == 4 &&
-      std::string_view(argv[1]) != "loose") {  // RUNG FORMULATION DURATION: prints steps and right-hand sides
+      // RUNG FORMULATION DURATION: prints steps and right-hand sides
+      std::string_view(argv[1]) != "loose") {
     const auto& rung = rungs.at(static_cast<std::size_t>(std::atoi(argv[1])));
     const auto run =
         go(rung.scene, argv[2][0] == 'p' ? Family::penalty : Family::nonsmooth, std::atof(argv[3]));

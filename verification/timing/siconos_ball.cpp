@@ -1,8 +1,9 @@
 // A ball that bounces on a table with Siconos as packaged in Debian: Moreau–Jean with θ = ½, a
-// linear relation for the gap and
-// Newton's law. Not part of the build; scripts/benchmark side-by-side compiles and runs it.
+// linear relation for the gap and Newton's law. Not part of the build; scripts/benchmark
+// side-by-side compiles and runs it.
 //
-//     siconos_ball DURATION STEP RESTITUTION DROP      prints steps, CPU µs a step and the height at the end (m)
+//     siconos_ball DURATION STEP RESTITUTION DROP
+//         prints steps, CPU µs per step and the height at the end (m)
 #include <SiconosKernel.hpp>
 
 #include <cmath>

@@ -1,9 +1,9 @@
 // Discs in a box with Siconos as packaged in Debian: Moreau–Jean with θ = ½, its own broad phase
-// (SpaceFilter) and
-// Gauss–Seidel over blocks for friction in the plane. Not part of the build; scripts/benchmark
-// time-discs compiles and runs it.
+// (SpaceFilter) and Gauss–Seidel over blocks for friction in the plane. Not part of the build;
+// scripts/benchmark time-discs compiles and runs it.
 //
-//     siconos_discs COLUMNS ROWS STEPS TOLERANCE EVERY      discs of radius 1 m; a line of CSV every EVERY steps
+//     siconos_discs COLUMNS ROWS STEPS TOLERANCE EVERY
+//         discs of radius 1 m; a line of CSV every EVERY steps
 #include <Friction_cst.h>
 #include <SolverOptions.h>
 #include <Disk.hpp>
@@ -42,7 +42,8 @@ int main(int argc, char** argv) {
       nsds->insertDynamicalSystem(d);
       discs.push_back(d);
     }
-  auto planes = std::make_shared<SimpleMatrix>(3, 6);  // A x + B y + C = 0; without a width: unbounded
+  // A x + B y + C = 0; without a width: unbounded
+  auto planes = std::make_shared<SimpleMatrix>(3, 6);
   planes->zero();
   (*planes)(0, 1) = 1;
   (*planes)(1, 0) = 1;

@@ -162,7 +162,8 @@ TEST_CASE("a given start is accepted as it is, or refused", "[assembly]") {
 
 TEST_CASE("a mechanism with clearance and no given velocities starts with those of the ideal mechanism",
           "[assembly]") {
-  auto scene = read_scene(test::scene_file("four_bar"));  // clearance in the pin between coupler and rocker
+  // clearance in the pin between coupler and rocker
+  auto scene = read_scene(test::scene_file("four_bar"));
   std::string assumed;
   const State s = assemble(scene.mechanism, RunOptions::Start::assembled, &assumed);
   CHECK_THAT(assumed, Contains("no velocity is given") && Contains("the velocities of the ideal mechanism"));

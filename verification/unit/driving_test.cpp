@@ -205,7 +205,8 @@ factor = "up"
                                  "s");
   const auto facts = to_toml(scene);
   CHECK(to_toml(parse_scene(facts, "again")) == facts);
-  CHECK(std::get<MotionDrive>(scene.mechanism.drives[2]).initial == Approx(0.5));  // from the body's position
+  // from the body's position
+  CHECK(std::get<MotionDrive>(scene.mechanism.drives[2]).initial == Approx(0.5));
   CHECK(scene.mechanism.curves[1].period == 0.02);
 }
 

@@ -34,7 +34,8 @@ TEST_CASE("quantiles, errors and confidence intervals of known values", "[study]
   CHECK(s.of.count == 5);
   CHECK(s.of.mean == Approx(3));
   CHECK(s.error == Approx(std::sqrt(2.5 / 5)));
-  CHECK(0.5 * (s.of.high - s.of.low) == Approx(2.7764451 * s.error));  // Student's t of 4 degrees of freedom
+  // Student's t of 4 degrees of freedom
+  CHECK(0.5 * (s.of.high - s.of.low) == Approx(2.7764451 * s.error));
   CHECK(s.quantile[0] == Approx(1.2));
   CHECK(s.quantile[2] == 3);
   CHECK(s.quantile[4] == Approx(4.8));

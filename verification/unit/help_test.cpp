@@ -104,7 +104,8 @@ TEST_CASE("the distance of two words counts insertions, deletions, substitutions
   CHECK(edit_distance("rnu", "run") == 1);
   CHECK(edit_distance("clearence", "clearance") == 1);
   CHECK(edit_distance("kitten", "sitting") == 3);
-  CHECK(edit_distance("ca", "abc") == 3);  // no letter moves twice: the unrestricted distance would be 2
+  // no letter moves twice: the unrestricted distance would be 2
+  CHECK(edit_distance("ca", "abc") == 3);
   CHECK(nearest_word("fourbar", {"cam", "four-bar", "pendulum"}) == "four-bar");
   CHECK(nearest_word("wheel", {"cam", "pendulum"}).empty());
 }

@@ -112,7 +112,8 @@ TEST_CASE("the triangular factor finds the rank of a dense factorisation", "[che
       const int first = 3 * static_cast<int>(engine() % static_cast<unsigned>(n / 3));
       for (int c = 0; c < 6; ++c) {
         const int column = (first + c) % n;
-        const double value = c == 0 ? 1.0 : static_cast<double>(engine() % 3) - 1;  // often dependent
+        // often dependent
+        const double value = c == 0 ? 1.0 : static_cast<double>(engine() % 3) - 1;
         if (value == 0) continue;
         x.pattern.column.push_back(column);
         x.values.push_back(value);

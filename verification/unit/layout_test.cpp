@@ -88,7 +88,8 @@ TEST_CASE("the comparison table fits 80 columns, each number under its heading",
         if ((ch & 0xC0) != 0x80) plain += ch;
       CAPTURE(line);
       if (plain.size() > ends[0] &&
-          plain.size() < ends[1]) {  // a name that fills the width: its cells follow on the next line
+          // a name that fills the width: its cells follow on the next line
+          plain.size() < ends[1]) {
         REQUIRE(lines.at(row + 1).starts_with(std::string(ends[0], ' ')));
         continue;
       }

@@ -181,7 +181,8 @@ TEST_CASE("the program: run and compare write the documented files", "[program]"
   for (std::string line; std::getline(lines, line);)
     if (line.find(out.string()) == line.npos)
       widest = std::max(widest, static_cast<std::size_t>(std::ranges::count_if(
-                                    line, [](char c) { return (c & 0xC0) != 0x80; })));  // columns of UTF-8
+                                    // columns of UTF-8
+                                    line, [](char c) { return (c & 0xC0) != 0x80; })));
   CHECK(widest <= 80);
   for (const auto* name :
        {"comparison.json", "comparison.md", "penalty/run.json", "penalty/trajectory.csv",

@@ -128,7 +128,9 @@ TEST_CASE("keys of [nonsmooth] have an effect in a scheme or are refused", "[sce
                   seen(parse_scene(pile, "pile", more), Family::nonsmooth));
     }
   CHECK(read == 4 * 2 + 2 + 2 +
-                    2);  // solver and lcp_tolerance by all; step, step_tolerance and tolerance by two each
+                    // solver and lcp_tolerance by all; step, step_tolerance and tolerance by two
+                    // each
+                    2);
   CHECK(refused == 4 * 5 - read);
 }
 

@@ -111,7 +111,8 @@ TEST_CASE("columns are selected by name, joined by time, and cut", "[figures][pl
   REQUIRE(both.x.size() == 9);
   CHECK(both.x[3] == 2.25);
   CHECK(both.y[3] == 15);
-  CHECK(read("t", "p.fx_mean", -INFINITY, INFINITY).x.size() == 8);  // the first row's mean is over no time
+  // the first row's mean is over no time
+  CHECK(read("t", "p.fx_mean", -INFINITY, INFINITY).x.size() == 8);
   // Two simultaneous events, neither lost nor mixed up.
   const auto events = read("v_n_minus", "impulse_n", -INFINITY, INFINITY);
   CHECK(events.x == std::vector{-1.0, -2.0, -1.0});

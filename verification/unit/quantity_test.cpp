@@ -88,7 +88,8 @@ TEST_CASE("every unit converts to itself, with every prefix and power", "[units]
 
 TEST_CASE("values of units agree with the standards", "[units]") {
   const double pi = std::numbers::pi;
-  CHECK(read("0.1 mm", "m") == 0.1e-3);  // to the last bit: the digits are shifted before they are read
+  // to the last bit: the digits are shifted before they are read
+  CHECK(read("0.1 mm", "m") == 0.1e-3);
   CHECK(read("0.3 mm", "m") == 0.3e-3);
   CHECK(read("207 GPa", "Pa") == 207e9);
   CHECK(read("5 kg cm2", "kg m²") == 5e-4);

@@ -264,7 +264,8 @@ TEST_CASE("an identity depends on values, not on their spelling", "[repeat][scen
   const auto own = of(scene);
   CHECK(own == of(parse_scene("# A remark.\n\n" + text + "\n# another\n", "b.toml", short_run)));
   CHECK(own ==
-        of(parse_scene(text, "a.toml", with(short_run, {"penalty.friction_v0=1e-4"}))));  // the default
+        // the default
+        of(parse_scene(text, "a.toml", with(short_run, {"penalty.friction_v0=1e-4"}))));
   CHECK(own == of(parse_scene("format = 1\n" + text, "a.toml", short_run)));
   CHECK(own == of(parse_scene(own.scene, "again")));
   CHECK(own == of(scene, "penalty", true));  // matching affects impact laws alone

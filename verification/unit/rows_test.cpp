@@ -62,7 +62,8 @@ TEST_CASE("no duration loses its last row", "[rows]") {
 
 TEST_CASE("each part of a continued run has a last row", "[rows]") {
   auto scene = rod(0.06);
-  scene.run.output_step = 0.01;  // 3 × 0.01 is less than 0.03, and 6 × 0.01 than 0.06, by rounding alone
+  // 3 × 0.01 is less than 0.03, and 6 × 0.01 than 0.06, by rounding alone
+  scene.run.output_step = 0.01;
   for (const auto* family : {"penalty", "nonsmooth"}) {
     CAPTURE(family);
     Simulation simulation(scene, family);

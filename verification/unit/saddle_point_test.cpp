@@ -33,7 +33,8 @@ Problem random_problem(std::mt19937& engine, int n, int m, int copies) {
     const int original = k < m ? k : k - m;
     const int first = std::min(n - 6, original * std::max(1, (n - 6) / std::max(1, m)));
     for (int c = first; c < first + 6; ++c) {
-      const double x = k < m ? u(engine) : 2 * p.dense(original, c);  // a multiple of an earlier row
+      // a multiple of an earlier row
+      const double x = k < m ? u(engine) : 2 * p.dense(original, c);
       p.dense(k, c) = x;
       p.G.column.push_back(c);
       p.values.push_back(x);
@@ -41,7 +42,8 @@ Problem random_problem(std::mt19937& engine, int n, int m, int copies) {
     p.G.end_row();
   }
   p.f = Eigen::VectorXd::NullaryExpr(n, [&](Eigen::Index) { return u(engine); });
-  p.r = p.dense * Eigen::VectorXd::NullaryExpr(n, [&](Eigen::Index) { return u(engine); });  // consistent
+  // consistent
+  p.r = p.dense * Eigen::VectorXd::NullaryExpr(n, [&](Eigen::Index) { return u(engine); });
   return p;
 }
 

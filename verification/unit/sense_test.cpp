@@ -105,7 +105,8 @@ TEST_CASE("unit plausibility: the program asks once on stderr and continues", "[
   CHECK(run.status == 0);
   CHECK_THAT(run.err, Contains("question: gravity of 9810 m/s²"));
   std::istringstream lines(run.err);
-  for (std::string line; std::getline(lines, line);) CHECK(line.size() <= 82);  // two characters of two bytes
+  // two characters of two bytes
+  for (std::string line; std::getline(lines, line);) CHECK(line.size() <= 82);
 }
 
 TEST_CASE("unit plausibility: a measurement in g is recognised by its lowest harmonics", "[sense]") {

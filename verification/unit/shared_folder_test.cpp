@@ -381,7 +381,8 @@ TEST_CASE("obstacles to new results are reported before any older result is remo
     ResultSet set(out, "compare");
     write_file(set.place() / "comparison.json", "newer");
     make_folder(folder.path() / "elsewhere");
-    std::filesystem::create_directory_symlink(folder.path() / "elsewhere", out / "figures");  // meanwhile
+    // meanwhile
+    std::filesystem::create_directory_symlink(folder.path() / "elsewhere", out / "figures");
     CHECK_THROWS_WITH(set.commit(), Contains("is a link"));
   }
   CHECK(test::file_text(out / "comparison.json") == "older");

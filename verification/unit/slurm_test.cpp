@@ -64,7 +64,8 @@ TEST_CASE("a Slurm command that does not answer is ended and named", "[shards][e
     CAPTURE(told.said);
     CHECK(told.status == status);
     if (status == 1) CHECK_THAT(told.said, Contains(hangs) && Contains("no answer within 1 s"));
-    CHECK(told.seconds < 20);  // a time limit of one second for a command; the rest for a busy machine
+    // a time limit of one second for a command; the rest for a busy machine
+    CHECK(told.seconds < 20);
   }
   cluster.command("squeue", "sleep 100");
   const auto told = cluster.run("status study.toml -o out");

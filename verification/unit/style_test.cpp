@@ -120,7 +120,8 @@ TEST_CASE("a style sets sizes on paper in every format, and is kept", "[figures]
   CHECK(pixels(figure(".png")) == std::pair{900, 600});
   CHECK_THAT(test::file_text(figure(".svg")), Contains("viewBox=\"0 0 340 227\""));
   CHECK_THAT(test::file_text(figure(".eps")), Contains("%%BoundingBox: 0 0 255 170"));
-  CHECK_THAT(test::file_text(figure(".svg")), Contains("font-size=\"12.00\""));  // 9 pt are 9 · 96/72 units
+  // 9 pt are 9 · 96/72 units
+  CHECK_THAT(test::file_text(figure(".svg")), Contains("font-size=\"12.00\""));
   CHECK_THAT(test::file_text(figure("_latex.tex")), Contains("\\includegraphics") && Contains("drift_latex"));
   CHECK(test::file_text(figure(".pdf")).starts_with("%PDF"));
   // Each terminal is set once, by the one script that draws all formats.

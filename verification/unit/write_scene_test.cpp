@@ -141,7 +141,8 @@ TEST_CASE("changing one number of a canonical text changes exactly that value", 
       const double x = std::stod(it->str());
       // The [0, 0] that these pass through.
       if (x == 0 && (key.ends_with("damping_table") || key.ends_with("radial_table"))) continue;
-      if (x == 0 && key == "joints.string.at") continue;  // a point body has no point except its centre
+      // a point body has no point except its centre
+      if (x == 0 && key == "joints.string.at") continue;
       auto moved = value;
       moved.replace(static_cast<std::size_t>(it->position()), static_cast<std::size_t>(it->length()),
                     fmt::format("{}{}",
@@ -450,7 +451,8 @@ TEST_CASE("naming the default scheme explicitly gives the same canonical text", 
   };
   const std::string step = "nonsmooth.step=1e-5", chosen = "nonsmooth.step='automatic'";
   REQUIRE(text({step}) == text({step, "nonsmooth.scheme='moreau-jean'"}));
-  REQUIRE_THROWS_AS(text({step, "nonsmooth.scheme='automatic'"}), SceneError);  // which does not read it
+  // which does not read it
+  REQUIRE_THROWS_AS(text({step, "nonsmooth.scheme='automatic'"}), SceneError);
   REQUIRE(text({chosen}) == text({chosen, "nonsmooth.scheme='automatic'"}));
   REQUIRE(text({chosen}) != text({chosen, "nonsmooth.scheme='moreau-jean'"}));
 }

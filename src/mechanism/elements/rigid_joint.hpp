@@ -14,7 +14,8 @@ struct RigidJoint {
   std::string name;                                ///< of the element in the scene
   std::array<int, 2> between{ground, ground};      ///< first and second body: indices, or ground
   std::array<Vec2, 2> at{Vec2{0, 0}, Vec2{0, 0}};  ///< m, one point of each body, in its frame
-  double angle = 0;                                ///< rad, θ of the second body minus θ of the first
+  /// rad, θ of the second body minus θ of the first
+  double angle = 0;
 
   std::string_view what() const { return "a rigid joint"; }
 

@@ -62,7 +62,8 @@ void put(Inserts& into, const MadeRun& made, const std::vector<std::string>& mea
   auto reason = r.ending.reason;
   for (const auto& note : r.notes)
     if (finished && is_warning(note)) reason += (reason.empty() ? "" : "; ") + note;
-  s.put(std::string(finished ? "finished" : "failed"), reason, std::nan(""));  // SQLite gives its number
+  // SQLite gives its number
+  s.put(std::string(finished ? "finished" : "failed"), reason, std::nan(""));
   const long id = into.database.last_id();
 
   const auto contact = [&](int k) {

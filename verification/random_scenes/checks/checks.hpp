@@ -45,11 +45,14 @@ struct Allowed {
   double share = 0;
   double late = 0;  ///< s
   double since =
-      0;  ///< s, the last time before Reference::at at which a load changed: positions may deviate by the error
-          ///< since then
+      /// s, the last time before Reference::at at which a load changed: positions may deviate by
+      /// the error
+      0;
+  ///< since then
   double own = 0;  ///< of positions and of 1 rad, the error that a tolerance permits however short the motion
   bool speeds = true;
-  std::vector<double> halved = {};  ///< differences of positions from those with half the step, if computed
+  /// differences of positions from those with half the step, if computed
+  std::vector<double> halved = {};
 };
 std::optional<std::string> off_reference(const Sight& found, const Reference& reference,
                                          const Allowed& allowed, double until);
@@ -73,7 +76,8 @@ struct ExpectedRows {
   std::size_t coordinate = 0;
   std::vector<double> x = {}, v = {};
   std::vector<double> sensitivity =
-      {};                          ///< of x by relative changes of the start: |Δx| ≤ share · sensitivity
+      /// of x by relative changes of the start: |Δx| ≤ share · sensitivity
+      {};
   std::vector<double> error = {};  ///< of the reference itself
   double floor = 0;                ///< a lower bound of the size of the motion
   double X = 0, V = 0;             ///< greatest departure from the start and greatest rate

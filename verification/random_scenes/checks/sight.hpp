@@ -14,10 +14,11 @@ namespace freeplay::verification::random_scenes {
 
 struct ContactOnset {
   std::string contact;
-  double t = 0, speed = 0;  ///< s; m/s, approach speed, NaN if the contact had not ended with the run
-  double duration = 0;      ///< s
-  bool impact = true;       ///< else the beginning of a lasting contact
-  double slid = 0;          ///< m, at its first sliding rate through its duration
+  /// s; m/s, approach speed, NaN if the contact had not ended with the run
+  double t = 0, speed = 0;
+  double duration = 0;  ///< s
+  bool impact = true;   ///< else the beginning of a lasting contact
+  double slid = 0;      ///< m, at its first sliding rate through its duration
 };
 
 struct Sight {
@@ -68,12 +69,13 @@ struct Reference {
   static constexpr double nudge = 1e-6, tolerance = 1e-11;
   static constexpr double worst =
       3;  ///< two twins have random changes: the worst case is about three times as large
-  static constexpr int most = 3;                         ///< contacts
-  const Way* way = nullptr;                              ///< that made it; null: no method could
-  std::vector<ContactOnset> touches;                     ///< those that can be compared
-  bool all = false;                                      ///< they are all contacts of the run
-  std::vector<double> sensitivity_t, sensitivity_speed;  ///< s and m/s, of each contact, over the nudge
-  double greatest_speed = 0;                             ///< m/s, of them
+  static constexpr int most = 3;      ///< contacts
+  const Way* way = nullptr;           ///< that made it; null: no method could
+  std::vector<ContactOnset> touches;  ///< those that can be compared
+  bool all = false;                   ///< they are all contacts of the run
+  /// s and m/s, of each contact, over the nudge
+  std::vector<double> sensitivity_t, sensitivity_speed;
+  double greatest_speed = 0;  ///< m/s, of them
   /// A state before the first contact, and its sensitivity.
   State at;
   std::vector<double> sensitivity_q;

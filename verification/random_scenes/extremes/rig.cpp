@@ -74,7 +74,8 @@ Verdict compare(const Result& run, const std::vector<ContactOnset>& expected, co
       if (failed && run.t_end < expected[i].end * (1 + b.time) + 2 * b.slack) break;
       return beyond_bound(run, fmt::format("contact onset {} is missing", i + 1));
     }
-    const double grown = std::pow(10, static_cast<double>(i));  // an impact multiplies errors by about ten
+    // an impact multiplies errors by about ten
+    const double grown = std::pow(10, static_cast<double>(i));
     const double late = std::abs(found[i].t - expected[i].t),
                  off = std::abs(found[i].v_n_minus / expected[i].v_n_minus - 1);
     // Speeds change over a step by h over the flight, at either end of it (as in

@@ -128,7 +128,8 @@ void loop(Draw& draw, Draft& out) {
     end = {pin.x() + std::sqrt(coupler * coupler - pin.y() * pin.y()), 0};
     third = bar(draw, "slider", s.mass * mass_factor(draw), 0.5 * r);
     third.body.at = end;
-  } else {  // a crank-rocker by Grashof: r is the shortest link, and shortest + longest < the others
+    // a crank-rocker by Grashof: r is the shortest link, and shortest + longest < the others
+  } else {
     const double rocker = coupler, base = r * draw.between(2, 3);
     const Vec2 far{base, 0}, d = far - pin;
     const double distance = d.norm(), along = 0.5 * distance,

@@ -19,7 +19,8 @@ void toothed(Draw& draw, Draft& out) {
                 0};
   two.inertia = 0.5 * two.mass * r2 * r2;
   const double closing = pace * draw.sign(), phase = draw.whole(-3000, 3000) / 1024.0;
-  if (!rack) two.angle = phase - (inner ? -1 : 1) * r1 / r2 * one.angle;  // in the middle of the gaps
+  // in the middle of the gaps
+  if (!rack) two.angle = phase - (inner ? -1 : 1) * r1 / r2 * one.angle;
   if (rack) {
     two.at = {0, -r1};
     two.angle = 0;

@@ -107,7 +107,8 @@ void touching_row(Draw& draw, Draft& out) {
     if (i > 0) x = exact(x + 2 * R + (i == 1 || (last_free && i + 1 == n) ? gap : 0));
     add(out, row, m, R, x, i == 0 ? speed : 0);
     if (i == 0) continue;
-    if (blocks) {  // a face of each against a rounded nose of the next; the face is on the right of its body
+    // a face of each against a rounded nose of the next; the face is on the right of its body
+    if (blocks) {
       out.table(
           toml("contacts.c{}_{}", i - 1, i),
           toml(

@@ -67,7 +67,8 @@ struct Backlash {
       if (mode == Mode::gap) ++s.contacts;
       mode =
           mode == Mode::loaded ? (inside ? Mode::gap : Mode::unloaded) : (inside ? Mode::gap : Mode::loaded);
-      s.delta += inside ? -1e-18L * side : mode == Mode::loaded ? 1e-18L * side : 0;  // beyond rounding
+      // beyond rounding
+      s.delta += inside ? -1e-18L * side : mode == Mode::loaded ? 1e-18L * side : 0;
     }
     return s;
   }

@@ -34,7 +34,8 @@ struct FourBarRow {
     long double cn = 1, dn = 1;
     const long double u = std::fmod(fastest * t / 2 - quarter, 4 * quarter);
     const long double sn = boost::math::jacobi_elliptic(k, u, &cn, &dn);
-    const long double sine = -2 * sn * cn, cosine = 2 * sn * sn - 1, rate = fastest * dn;  // of θ = ψ + π
+    // of θ = ψ + π
+    const long double sine = -2 * sn * cn, cosine = 2 * sn * sn - 1, rate = fastest * dn;
     return {double(length * sine), double(length * cosine), double(length * rate * cosine),
             double(-length * rate * sine)};
   }
