@@ -8,13 +8,14 @@
 // with equal springs k = 1 in all contacts; the result does not depend on this scale. In expansion
 // k is 1/e² and r = (1 − e²) δ_max: the spring returns e² of its work, so that e is energetic, and
 // for a single frictionless contact also kinetic. A compression beyond δ_max continues on the first
-// line. With e = 0 the contact opens at δ_max, and the energy of its tangential spring is lost.
+// line. The limit e → 0 is a contact that is held: f_N takes the value that keeps u_N = 0, between 0
+// and its greatest. An e below 1e-3 counts as 0.
 //
 // In each mode the equations are linear. They are solved by their Taylor series, whose remainder is
 // below rounding at the step used, and the first change of mode within a step is located on it:
 //
-//     compression → expansion   u_N ≥ 0          stick → slip   |f_T| ≥ μ f_N, σ = sgn f_T
-//     expansion → open          f_N ≤ 0          slip → stick   σ (u_T − σ μ k u_N/κ) ≥ 0
+//     compression → expansion   u_N ≥ 0          stick → slip   σ f_T ≥ μ f_N
+//     expansion → open          f_N ≤ 0          slip → stick   σ (u_T + σ μ (df_N/dt)/κ) ≥ 0
 //
 // For one contact and D_NT = 0 these are the two oscillators of quarter waves in normal and
 // tangential direction. Friction works against sliding only and springs return what they stored,
@@ -24,18 +25,22 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <optional>
 
 #include "formulations/contact/impact_laws.hpp"
 #include "formulations/integrators/crossing.hpp"
+#include "numerics/dense.hpp"
 
 namespace freeplay {
 namespace {
 
 /// A contact during the impact.
 struct Springs {
-  enum class Normal { compression, expansion, open } normal = Normal::compression;
+  enum class Normal { compression, expansion, held, open } normal = Normal::compression;
   int slip = 0;  ///< σ of f_T = σ μ f_N; 0: stick
   double stiffness = 1, release = 0, deepest = 0, origin = 0;
+  /// Stick has just begun: |f_T| = μ f_N with equal derivatives, whatever their rounding errors.
+  bool on_bound = false;
 
   bool closed() const { return normal != Normal::open; }
 };
@@ -53,7 +58,7 @@ class SpringImpact {
         none_(1e-13 * u_.cwiseAbs().maxCoeff()) {
     for (auto* list : {&series_, &force_}) list->fill(Eigen::VectorXd::Zero(rows_));
     for (std::size_t i = 0; i < springs_.size(); ++i) {
-      if (!(u_n(i) < -none_)) springs_[i].normal = Springs::Normal::open;  // it may be struck later
+      if (!(u_n(i) < 0)) springs_[i].normal = Springs::Normal::open;  // it may close later
       begin_tangential(i);
     }
   }
@@ -71,6 +76,8 @@ class SpringImpact {
       for (const double part : {0.5, 1.0})
         if (!first.found()) first = first_change(part == 1.0 ? 0.5 * step : 0, part * step);
       advance(first.found() ? first.at : step);
+      if (!first.found() || first.at > 0)
+        for (auto& s : springs_) s.on_bound = false;
       if (first.found()) change(first);
     }
     return false;
@@ -81,7 +88,7 @@ class SpringImpact {
   double normal_work() const {
     double work = 0;
     for (std::size_t i = 0; i < springs_.size(); ++i) {
-      const double e = contacts_[i].restitution, deepest = springs_[i].deepest;
+      const double e = restitution(i), deepest = springs_[i].deepest;
       work -= 0.5 * (1 - e * e) * deepest * deepest;
     }
     return work;
@@ -89,7 +96,7 @@ class SpringImpact {
 
  private:
   static constexpr int order = 16;
-  enum class Kind { none, turn, deeper, open, close, slip, stick };
+  enum class Kind { none, turn, deeper, open, close, slip_up, slip_down, stick };
   struct Change {
     Kind kind = Kind::none;
     std::size_t contact = 0;
@@ -100,6 +107,10 @@ class SpringImpact {
   double u_n(std::size_t i) const { return u_[contacts_[i].normal]; }
   bool rough(std::size_t i) const { return contacts_[i].tangent >= 0 && contacts_[i].friction > 0; }
   double ratio(std::size_t i) const { return contacts_[i].stiffness_ratio; }
+  /// e, or 0 where expansion would take too many steps.
+  double restitution(std::size_t i) const {
+    return contacts_[i].restitution < 1e-3 ? 0 : contacts_[i].restitution;
+  }
 
   /// f of displacements x; `constant`: with the constant part of each spring's force.
   void forces(const Eigen::VectorXd& x, bool constant, Eigen::VectorXd& f) const {
@@ -108,14 +119,42 @@ class SpringImpact {
       const auto& s = springs_[i];
       const auto& c = contacts_[i];
       if (!s.closed()) continue;
-      f[c.normal] = s.stiffness * (-x[c.normal] - (constant ? s.release : 0));
+      if (s.normal != Springs::Normal::held)
+        f[c.normal] = s.stiffness * (-x[c.normal] - (constant ? s.release : 0));
       if (!rough(i)) continue;
       f[c.tangent] = s.slip != 0 ? s.slip * c.friction * f[c.normal]
                                  : -ratio(i) * (x[c.tangent] - (constant ? s.origin : 0));
     }
+    if (held_.empty()) return;
+    Eigen::VectorXd rate(held_.size());
+    for (std::size_t k = 0; k < held_.size(); ++k) rate[k] = -D_.row(contacts_[held_[k]].normal).dot(f);
+    const Eigen::VectorXd holding = holding_->solve(rate);
+    for (std::size_t k = 0; k < held_.size(); ++k) {
+      const auto& c = contacts_[held_[k]];
+      f[c.normal] += holding[k];
+      if (rough(held_[k])) f[c.tangent] += springs_[held_[k]].slip * c.friction * holding[k];
+    }
+  }
+  /// Finds held contacts, and the response of their rates to their forces, friction of slip
+  /// included.
+  void prepare_held() {
+    held_.clear();
+    for (std::size_t i = 0; i < springs_.size(); ++i)
+      if (springs_[i].normal == Springs::Normal::held) held_.push_back(i);
+    if (held_.empty()) return;
+    Eigen::MatrixXd response(held_.size(), held_.size());
+    for (std::size_t k = 0; k < held_.size(); ++k)
+      for (std::size_t j = 0; j < held_.size(); ++j) {
+        const auto& by = contacts_[held_[j]];
+        const int row = contacts_[held_[k]].normal;
+        response(k, j) = D_(row, by.normal);
+        if (rough(held_[j])) response(k, j) += springs_[held_[j]].slip * by.friction * D_(row, by.tangent);
+      }
+    holding_.emplace(response);
   }
   /// Taylor coefficients of x and f from the present state.
   void expand() {
+    prepare_held();
     series_[0] = x_;
     series_[1] = u_;
     for (int j = 0; j + 2 <= order; ++j) {
@@ -151,28 +190,50 @@ class SpringImpact {
     for (std::size_t i = 0; i < springs_.size(); ++i)
       if (u_n(i) < -none_)
         flight = std::min(flight, std::max(0.0, x_[contacts_[i].normal] + springs_[i].release) / -u_n(i));
-    return std::isfinite(flight) ? 1.5 * flight + 1e-300 : -1;
+    if (!std::isfinite(flight)) return -1;
+    return 1.5 * flight + 1e-3 * x_.cwiseAbs().maxCoeff() / u_.cwiseAbs().maxCoeff();
+  }
+  /// f_N of a closed contact at t, and its derivative.
+  double normal_force(std::size_t i, double t) const {
+    const auto& s = springs_[i];
+    const int row = contacts_[i].normal;
+    if (s.normal != Springs::Normal::held) return s.stiffness * (-displacement(row, t) - s.release);
+    double sum = 0;
+    for (int j = order - 2; j >= 0; --j) sum = sum * t + force_[j][row];
+    return sum;
+  }
+  double force_rate(std::size_t i, double t) const {
+    const auto& s = springs_[i];
+    const int row = contacts_[i].normal;
+    if (s.normal != Springs::Normal::held) return -s.stiffness * velocity(row, t);
+    double sum = 0;
+    for (int j = order - 2; j >= 1; --j) sum = sum * t + j * force_[j][row];
+    return sum;
   }
 
   /// The value of a change of contact i at t, which is positive once it has occurred.
   double value(Kind kind, std::size_t i, double t) const {
     const auto& s = springs_[i];
     const auto& c = contacts_[i];
-    const auto f_n = [&] { return s.stiffness * (-displacement(c.normal, t) - s.release); };
+    const bool held = s.normal == Springs::Normal::held;
+    const auto beyond_bound = [&](int side) {
+      return -side * ratio(i) * (displacement(c.tangent, t) - s.origin) - c.friction * normal_force(i, t);
+    };
     switch (kind) {
       case Kind::turn:
         return velocity(c.normal, t);
       case Kind::deeper:
-        return -displacement(c.normal, t) - s.deepest;
+        return held ? normal_force(i, t) - s.deepest : -displacement(c.normal, t) - s.deepest;
       case Kind::open:
-        return -f_n();
+        return (held ? 1e-12 * s.deepest : 0) - normal_force(i, t);
       case Kind::close:
         return -displacement(c.normal, t) - s.release;
-      case Kind::slip:
-        return ratio(i) * std::abs(displacement(c.tangent, t) - s.origin) - c.friction * f_n();
+      case Kind::slip_up:
+        return beyond_bound(1);
+      case Kind::slip_down:
+        return beyond_bound(-1);
       case Kind::stick:
-        return s.slip * (velocity(c.tangent, t) -
-                         s.slip * c.friction * s.stiffness * velocity(c.normal, t) / ratio(i));
+        return s.slip * velocity(c.tangent, t) + c.friction * force_rate(i, t) / ratio(i);
       default:
         return -1;
     }
@@ -182,10 +243,16 @@ class SpringImpact {
     const auto look = [&](Kind kind, std::size_t i) {
       const double end = value(kind, i, to);
       if (!(end > 0)) return;
-      const double start = value(kind, i, from);
+      double begin = from, start = value(kind, i, from);
+      // From the bound itself the force first falls below it.
+      if (springs_[i].on_bound && (kind == Kind::slip_up || kind == Kind::slip_down))
+        for (int k = 1; start >= 0 && k < 30; ++k) {
+          begin = from + std::ldexp(to - from, -k);
+          start = value(kind, i, begin);
+        }
       const double at =
           start >= 0 ? from
-                     : bracketed_root([&](double t) { return value(kind, i, t); }, from, to, start, end);
+                     : bracketed_root([&](double t) { return value(kind, i, t); }, begin, to, start, end);
       if (!first.found() || at < first.at) first = {kind, i, at};
     };
     for (std::size_t i = 0; i < springs_.size(); ++i) {
@@ -194,11 +261,13 @@ class SpringImpact {
         look(Kind::close, i);
         continue;
       }
-      const bool elastic = contacts_[i].restitution == 1;
+      const bool elastic = restitution(i) == 1;
       if (s.normal == Springs::Normal::compression && !elastic) look(Kind::turn, i);
       if (s.normal == Springs::Normal::compression && elastic) look(Kind::open, i);
-      if (s.normal == Springs::Normal::expansion) look(Kind::open, i), look(Kind::deeper, i);
-      if (rough(i)) look(s.slip != 0 ? Kind::stick : Kind::slip, i);
+      if (s.normal == Springs::Normal::expansion || s.normal == Springs::Normal::held)
+        look(Kind::open, i), look(Kind::deeper, i);
+      if (rough(i) && s.slip != 0) look(Kind::stick, i);
+      if (rough(i) && s.slip == 0) look(Kind::slip_up, i), look(Kind::slip_down, i);
     }
     return first;
   }
@@ -226,13 +295,14 @@ class SpringImpact {
   void change(const Change& by) {
     auto& s = springs_[by.contact];
     const auto& c = contacts_[by.contact];
-    const double delta = -x_[c.normal], e = c.restitution;
+    const double delta = -x_[c.normal], e = restitution(by.contact);
     switch (by.kind) {
       case Kind::turn:
         s.deepest = std::max(0.0, delta);
         s.release = (1 - e * e) * s.deepest;
-        s.normal = e > 0 ? Springs::Normal::expansion : Springs::Normal::open;
+        s.normal = e > 0 ? Springs::Normal::expansion : Springs::Normal::held;
         if (e > 0) s.stiffness = 1 / (e * e);
+        if (e == 0) u_[c.normal] = 0;
         break;
       case Kind::deeper:
         s.normal = Springs::Normal::compression;
@@ -244,16 +314,19 @@ class SpringImpact {
         break;
       case Kind::close:
         s.normal = s.stiffness == 1 ? Springs::Normal::compression : Springs::Normal::expansion;
-        if (e == 0) s.release = 0;
+        if (e == 0) s.release = 0;  // it yields at the force of its greatest compression
         begin_tangential(by.contact);
         break;
-      case Kind::slip:
-        s.slip = x_[c.tangent] < s.origin ? 1 : -1;
+      case Kind::slip_up:
+        s.slip = 1;
+        break;
+      case Kind::slip_down:
+        s.slip = -1;
         break;
       case Kind::stick:
-        s.origin =
-            x_[c.tangent] + s.slip * c.friction * s.stiffness * (delta - s.release) / ratio(by.contact);
+        s.origin = x_[c.tangent] + s.slip * c.friction * normal_force(by.contact, by.at) / ratio(by.contact);
         s.slip = 0;
+        s.on_bound = true;
         break;
       case Kind::none:
         break;
@@ -267,6 +340,8 @@ class SpringImpact {
   Eigen::VectorXd x_, u_, impulse_;
   std::array<Eigen::VectorXd, order + 1> series_, force_;
   double none_;  // m/s, rates below this are zero up to rounding
+  std::vector<std::size_t> held_;
+  std::optional<MinimumNorm> holding_;
 };
 
 }  // namespace

@@ -14,7 +14,8 @@ ImpactEquations::ImpactEquations(const NonsmoothOptions& options, const ModeEqua
     : impact_(options.impact_law, options.solver, options.lcp_tolerance), lambda_(d.lambda.size()) {
   image_.setZero(d.coupled.size());
   for (int k = 0; k < d.system.contacts(); ++k)
-    ratio_.push_back(options.impact_law == ImpactLaw::compliant && d.system.has_friction(k)
+    ratio_.push_back(options.impact_law == ImpactLaw::compliant &&
+                             d.system.contact_facts(k).surface.friction.value_or(0) > 0
                          ? stiffness_ratio(d.system.contact_facts(k).surface)
                          : 1);
 }

@@ -22,10 +22,11 @@ namespace {
 ShearSpring make_shear_spring(const ContactFacts& contact, const ContactForce& law, double resolution) {
   const auto& elastic = law.elastic;
   if (!elastic.is_power() || law.viscous > 0)
-    throw ModelError("penalty.friction",
-                     fmt::format("\"mindlin\" needs a contact law whose elastic force is a power of the "
-                                 "depth, and \"{}\" has none; use a point law such as \"exact\"",
-                                 contact.name));
+    throw ModelError(
+        "penalty.friction",
+        fmt::format("\"mindlin\" needs an elastic force K δⁿ with hysteresis damping at {}; use a "
+                    "point law such as penalty.contact = \"exact\"",
+                    contact.name));
   return {*contact.surface.friction, stiffness_ratio(contact.surface), elastic.exponent,
           elastic.force(64 * resolution)};
 }
@@ -174,10 +175,12 @@ ErrorNorm make_norm(const Scene& scene, const System& system, const Scales& s) {
   ErrorNorm norm = motion_norm(system, s, options.tolerance);
   const int n = system.n();
   // Bristle states exist for all contacts if some contact has them, as in count_bristles().
-  bool bristles = false;
-  for (int k = 0; k < system.contacts(); ++k) bristles |= system.has_friction(k);
   const auto& law = facts_of(options.friction);
-  bristles &= law.bristle || law.compliant;
+  bool bristles = false;
+  for (int k = 0; k < system.contacts(); ++k) {
+    const auto& mu = system.contact_facts(k).surface.friction;
+    bristles |= mu && (law.bristle || (law.compliant && *mu > 0));
+  }
   if (bristles) {
     // Bristles, after the impulses, which have no error control: deflections of the order 1/σ₀, or
     // the greatest elastic force of an impact of the lightest body.
@@ -186,7 +189,8 @@ ErrorNorm make_norm(const Scene& scene, const System& system, const Scales& s) {
     for (int k = 0; law.compliant && k < system.contacts(); ++k)
       norm.absolute[2 * n + 2 * system.contacts() + k] =
           impact_force(make_contact_force(scene, system.contact_facts(k)).elastic, lightest(system), s.speed);
-    norm.relative.resize(norm.absolute.size(), 0);
+    norm.relative.resize(2 * n + 2 * system.contacts(), 0);
+    norm.relative.resize(norm.absolute.size(), law.compliant ? 1 : 0);
   }
   const int states = 2 * n + (bristles ? 3 : 2) * system.contacts();
   if (system.states() > 0) add_states(norm, system, states);

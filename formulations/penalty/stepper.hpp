@@ -388,6 +388,9 @@ class PenaltyStepper {
   void find_slide_event(int k, Event& first);
   /// Finds where a tangential spring that slips begins to stick within the step.
   void find_slip_end(int k, Event& first);
+  /// The event of contact k where `value`, positive within its friction's zone, falls below zero.
+  template <class F>
+  void find_zone_end(int k, Event& first, double boundary, F value);
   /// v_s of contact k in slip, times its direction; `slope` is dx/dt.
   double slip(int k, const Vector& x, const Vector& slope, double t);
   /// The time at which the rate of contact k's gap vanishes in the last step, whose ends have

@@ -74,7 +74,9 @@ void PenaltyStepper<Method>::follow_zone(int k) {
   if (c.shear && c.zone != 0) return;
   const auto [low, high] = zone_ends(c);
   const double slide = mark_[k].at.slide;
-  if (slide < low - nudge(c) || slide > high + nudge(c)) enter_zone(k, slide);
+  if (slide >= low - nudge(c) && slide <= high + nudge(c)) return;
+  enter_zone(k, slide);
+  restart_ |= c.shear.has_value();  // its rate jumps, which that of a coefficient does not
 }
 
 template <class Method>
@@ -118,7 +120,9 @@ void PenaltyStepper<Method>::close(int k) {
   if (c.friction) c.zone = c.friction->zone(slide);
   if (f_.bristles()) method_.x[f_.bristle_offset() + k] = 0;
   if (c.shear) {
-    c.zone = c.shear->first_zone(-rate, c.force(0.0, -rate, 1.0), slide);
+    // A contact that is compressed already has an undeformed spring.
+    const bool onset = -row.gap <= 64 * gap_rounding(f_.system(), k, q());
+    c.zone = onset ? c.shear->first_zone(-rate, c.force(0.0, -rate, 1.0), slide) : 0;
     mark_[k].at = sampled(k, row, method_.x);
   }
   const double duration = elastic_duration(c.law.elastic, c.mass, c.v0);

@@ -97,6 +97,11 @@ void PenaltyStepper<Method>::find_slide_event(int k, Event& first) {
   const auto& c = f_.contacts()[k];
   if (!c.closed || !c.rubs()) return;
   if (c.shear && c.zone != 0) return find_slip_end(k, first);
+  if (c.shear) {
+    for (const int side : {-1, 1})
+      find_zone_end(k, first, side, [&](double t) { return 1 + nudge(c) - side * sample_at(k, t).slide; });
+    return;
+  }
   const auto [low, high] = zone_ends(c);
   const double before = mark_[k].at.slide, after = end_[k].slide;
   if (after >= low && after <= high) return;
@@ -131,21 +136,34 @@ double PenaltyStepper<Method>::slip(int k, const Vector& x, const Vector& slope,
 
 template <class Method>
 void PenaltyStepper<Method>::find_slip_end(int k, Event& first) {
-  const double after = slip(k, method_.x, method_.dxdt, method_.t);
-  if (!(after < 0)) return;
-  const auto& c = f_.contacts()[k];
-  const double before = slip(k, method_.x_old, method_.dxdt_old, method_.t_old);
-  double t = method_.t_old;
-  if (before > 0)
-    t = bracketed_root(
-        [&](double at) {
-          if (at >= method_.t) return after;
-          method_.interpolate(at, moving_);
-          f_(moving_, slope_, at);
-          return slip(k, moving_, slope_, at);
-        },
-        method_.t_old, method_.t, before, after);
-  if (t < first.t || !first.found()) first = {k, Event::Kind::slide, t, static_cast<double>(c.zone)};
+  const auto value = [&](double at) {
+    if (at >= method_.t) return slip(k, method_.x, method_.dxdt, method_.t);
+    if (at <= method_.t_old) return slip(k, method_.x_old, method_.dxdt_old, method_.t_old);
+    method_.interpolate(at, moving_);
+    f_(moving_, slope_, at);
+    return slip(k, moving_, slope_, at);
+  };
+  find_zone_end(k, first, 0, value);
+}
+
+template <class Method>
+template <class F>
+void PenaltyStepper<Method>::find_zone_end(int k, Event& first, double boundary, F value) {
+  // In a step as long as the contact, the value may leave its zone and return.
+  const int parts = Method::long_steps && !method_.relieved() ? 8 : 1;
+  const double h = (method_.t - method_.t_old) / parts;
+  double from = method_.t_old, before = NAN;
+  for (int i = 1; i <= parts; ++i) {
+    const double to = i < parts ? method_.t_old + i * h : method_.t, after = value(to);
+    if (after < 0) {
+      if (std::isnan(before)) before = value(from);
+      const double t = before > 0 ? bracketed_root(value, from, to, before, after) : from;
+      if (t < first.t || !first.found()) first = {k, Event::Kind::slide, t, boundary};
+      return;
+    }
+    from = to;
+    before = after;
+  }
 }
 
 template <class Method>

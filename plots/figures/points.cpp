@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <map>
 #include <nlohmann/json.hpp>
@@ -16,6 +17,7 @@ namespace {
 
 std::vector<std::filesystem::path> draw_points(const std::filesystem::path& folder) {
   const JsonFile document(folder / "points.json");
+  if (document.find("axes.1")) return {};  // a curve over one axis is drawn only
   const auto axis = document.text("axes.0.name"), unit = document.text("axes.0.unit");
   const Table table(folder / "points.csv", {"quantity", "variant", "formulation"},
                     {axis, "measured", "uncertainty", "model"});

@@ -2,6 +2,7 @@
 // each variant with measured values at single points of the axes.
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 #include <nlohmann/json.hpp>
 
@@ -61,9 +62,10 @@ std::string verdicts(const Study& study, const std::vector<MeasuredQuantity>& me
         const auto m = std::ranges::find(measured, a.quantity, &MeasuredQuantity::name);
         agrees = agrees && a.agrees();
         decided = decided && a.decided;
-        text += fmt::format("{}{}: {} of {} points outside, greatest error {:.3g} at {}",
-                            text.empty() ? "" : "; ", a.quantity, a.outside, a.model.size(), a.greatest,
-                            place(study, m->points[a.greatest_at]));
+        text += fmt::format("{}{}: ", text.empty() ? "" : "; ", a.quantity);
+        if (a.decided) text += fmt::format("{} of {} points outside, ", a.outside, a.model.size());
+        text +=
+            fmt::format("greatest error {:.3g} at {}", a.greatest, place(study, m->points[a.greatest_at]));
       }
       out += fmt::format("{} [{}] {}: {}\n", v.title, formulation,
                          !decided ? "is undecided"
@@ -88,7 +90,7 @@ nlohmann::json to_json(const Study& study, const std::vector<MeasuredQuantity>& 
                                 {"rms", a.rms},
                                 {"greatest", a.greatest},
                                 {"greatest_at", place(study, m->points[a.greatest_at])},
-                                {"outside", a.outside},
+                                {"outside", a.decided ? nlohmann::json(a.outside) : nlohmann::json()},
                                 {"points", a.model.size()},
                                 {"verdict", !a.decided   ? "undecided"
                                             : a.agrees() ? "agrees"

@@ -143,7 +143,7 @@ struct PenaltyOptions {
   std::optional<double> kelvin_damping = {};    ///< N s/m
   /// law of the friction force
   FrictionLaw friction = FrictionLaw::ambrosio;
-  double friction_v0 = 1e-4;  ///< m/s, regularisation speed of every friction law
+  double friction_v0 = 1e-4;  ///< m/s, regularisation speed of friction laws
   /// m/s, > friction_v0: speed of full friction (Ambrósio), Stribeck speed (Andersson)
   double friction_v1 = 1e-3;
   double friction_static = 1;   ///< μ_s/μ ≥ 1 (Bengisu–Akay, LuGre, Brown–McPhee, Andersson)

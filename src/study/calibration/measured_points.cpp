@@ -5,8 +5,8 @@
 #include <algorithm>
 #include <cmath>
 
-#include "io/files/input_file.hpp"
 #include "io/scene/points_file.hpp"
+#include "io/scene/section.hpp"
 #include "study/runs/case_run.hpp"
 
 namespace freeplay {
@@ -19,16 +19,27 @@ std::vector<std::string> quantities_of(const Study& study) {
   return names;
 }
 
-/// Equal up to the rounding of a change of unit.
-bool same_place(const std::vector<double>& a, const std::vector<double>& b) {
-  return std::ranges::equal(a, b,
-                            [](double x, double y) { return std::abs(x - y) <= 1e-9 * std::abs(x + y); });
+/// Equal up to the rounding of a change of unit, also near zero.
+bool same_place(const Study& study, const std::vector<double>& a, const std::vector<double>& b) {
+  for (std::size_t k = 0; k < a.size(); ++k) {
+    double size = std::abs(a[k]);
+    for (const double x : study.axes[k].values) size = std::max(size, std::abs(x));
+    if (!(std::abs(a[k] - b[k]) <= 1e-9 * size)) return false;
+  }
+  return true;
 }
 
 }  // namespace
 
 std::vector<MeasuredQuantity> read_measured_points(const Study& study) {
   const auto file = study.points.string();
+  if (study.axes.empty()) throw error_at(study, {"claims"}, "\"points\" needs an axis");
+  for (const auto& axis : study.axes)
+    for (const char* taken :
+         {"quantity", "variant", "formulation", "value", "uncertainty", "measured", "model"})
+      if (axis.name == taken)
+        throw error_at(study, {"axes", axis.name}, "is the name of another column; rename the axis");
+  if (!study.fit.empty()) throw error_at(study, {"fit"}, "does not go with claims = \"points\"");
   const auto fail = [&](const std::string& what) { throw SceneError(fmt::format("{}: {}", file, what)); };
   const auto table = read_text_table(read_text(study.points), fail);
   const auto column = [&](const std::string& name) {
@@ -52,20 +63,22 @@ std::vector<MeasuredQuantity> read_measured_points(const Study& study) {
       fail(fmt::format("line {}: {}", table.line[i], what));
     };
     const auto number = [&](std::size_t k) {
-      const auto x = k < row.size() ? number_in(row[k]) : std::nullopt;
-      if (!x) at_line(fmt::format("{} must be a number", table.header[k]));
+      const auto x = number_in(row[k]);
+      if (!x || !std::isfinite(*x)) at_line(fmt::format("{} must be a number", table.header[k]));
       return *x;
     };
-    const std::string name = quantity < row.size() ? row[quantity] : "";
+    if (row.size() != table.header.size())
+      at_line(fmt::format("has {} fields, the header has {}", row.size(), table.header.size()));
+    const auto& name = row[quantity];
     if (std::ranges::find(known, name) == known.end())
       at_line(fmt::format("the study has no measure or derived column \"{}\"; it has {}", name,
                           fmt::join(known, ", ")));
     MeasuredPoint point;
     for (std::size_t k = 0; k < axes.size(); ++k) point.at.push_back(number(axes[k]) / study.axes[k].scale);
-    if (std::ranges::none_of(cells, [&](const auto& cell) { return same_place(cell, point.at); }))
+    if (std::ranges::none_of(cells, [&](const auto& cell) { return same_place(study, point.at, cell); }))
       at_line("the study makes no run at these values of its axes");
     point.value = number(value);
-    if (uncertainty < table.header.size()) point.uncertainty = number(uncertainty);
+    if (uncertainty < row.size() && !row[uncertainty].empty()) point.uncertainty = number(uncertainty);
     if (point.uncertainty < 0) at_line("uncertainty must be ≥ 0");
     auto found = std::ranges::find(list, name, &MeasuredQuantity::name);
     if (found == list.end()) found = list.insert(list.end(), {name, {}});
@@ -92,7 +105,8 @@ std::vector<PointAgreement> agreement_with(const Study& study, const std::vector
           double sum = 0;
           int starts = 0;
           for (const auto& run : runs) {
-            if (run.variant != v.name || run.formulation != formulation || !same_place(run.values, p.at))
+            if (run.variant != v.name || run.formulation != formulation ||
+                !same_place(study, p.at, run.values))
               continue;
             sum += at < run.measures.size() ? run.measures[at] : derive(run)[at - run.measures.size()];
             ++starts;
@@ -100,7 +114,7 @@ std::vector<PointAgreement> agreement_with(const Study& study, const std::vector
           const double model = starts > 0 ? sum / starts : std::nan(""), off = model - p.value;
           a.model.push_back(model);
           squares += off * off;
-          if (std::abs(off) > std::abs(a.greatest)) a.greatest = off, a.greatest_at = i;
+          if (!(std::abs(off) <= std::abs(a.greatest))) a.greatest = off, a.greatest_at = i;
           a.outside += !(std::abs(off) <= 2 * p.uncertainty);
           a.decided = a.decided && p.uncertainty > 0 && std::isfinite(model);
         }
