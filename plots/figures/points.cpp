@@ -19,12 +19,6 @@ std::vector<std::filesystem::path> draw_points(const std::filesystem::path& fold
   const JsonFile document(folder / "points.json");
   if (document.find("axes.1")) return {};  // a curve over one axis is drawn only
   const auto axis = document.text("axes.0.name"), unit = document.text("axes.0.unit");
-  const Table table(folder / "points.csv", {"quantity", "variant", "formulation"},
-                    {axis, "measured", "uncertainty", "model"});
-  const auto &quantity = table.text("quantity"), &variant = table.text("variant"),
-             &formulation = table.text("formulation");
-  const auto &x = table.column(axis), &value = table.column("measured"),
-             &spread = table.column("uncertainty"), &model = table.column("model");
   struct Curve {
     std::string variant, formulation;
     std::map<double, double> points;
@@ -35,35 +29,40 @@ std::vector<std::filesystem::path> draw_points(const std::filesystem::path& fold
     std::vector<Curve> curves;
   };
   std::vector<Panel> panels;
+  const auto panel_of = [&](const std::string& quantity) -> Panel& {
+    const auto found = std::ranges::find(panels, quantity, &Panel::quantity);
+    return found != panels.end() ? *found : *panels.insert(panels.end(), {quantity, {}, {}});
+  };
+  const Table points(folder / "points.csv", {"quantity"}, {axis, "measured", "uncertainty"});
+  for (std::size_t i = 0; i < points.rows(); ++i)
+    panel_of(points.text("quantity")[i]).measured[points.column(axis)[i]] = {
+        points.column("measured")[i], 2 * points.column("uncertainty")[i]};
+  const Table runs(folder / "curves.csv", {"quantity", "variant", "formulation"}, {axis, "model"});
   std::vector<std::string> variants;
-  for (std::size_t i = 0; i < table.rows(); ++i) {
-    if (panels.empty() || std::ranges::find(panels, quantity[i], &Panel::quantity) == panels.end())
-      panels.push_back({quantity[i], {}, {}});
-    auto& panel = *std::ranges::find(panels, quantity[i], &Panel::quantity);
-    panel.measured[x[i]] = {value[i], 2 * spread[i]};
-    if (std::ranges::find(variants, variant[i]) == variants.end()) variants.push_back(variant[i]);
-    auto curve = std::ranges::find_if(panel.curves, [&](const Curve& c) {
-      return c.variant == variant[i] && c.formulation == formulation[i];
-    });
-    if (curve == panel.curves.end())
-      curve = panel.curves.insert(panel.curves.end(), {variant[i], formulation[i], {}});
-    curve->points[x[i]] = model[i];
+  for (std::size_t i = 0; i < runs.rows(); ++i) {
+    const auto &variant = runs.text("variant")[i], &formulation = runs.text("formulation")[i];
+    auto& curves = panel_of(runs.text("quantity")[i]).curves;
+    if (std::ranges::find(variants, variant) == variants.end()) variants.push_back(variant);
+    auto curve = std::ranges::find_if(
+        curves, [&](const Curve& c) { return c.variant == variant && c.formulation == formulation; });
+    if (curve == curves.end()) curve = curves.insert(curves.end(), {variant, formulation, {}});
+    curve->points[runs.column(axis)[i]] = runs.column("model")[i];
   }
   if (panels.empty()) return {};
   Figure f{.name = "points", .source = "points.json"};
-  const auto rows = static_cast<double>(variants.size() + 1) / 2;
+  const double rows = std::ceil(static_cast<double>(panels[0].curves.size() + 1) / 3);
   f.height_cm = 1.2 + 6.2 * static_cast<double>(panels.size()) + 0.5 * rows;
   f.script.add("set multiplot layout {},1 margins X(2.0),1-X(0.4),Y(1.4),1-Y({}) spacing 0,Y(1.4)\n",
                panels.size(), 0.5 + 0.5 * rows);
   f.script.add(
-      "set xlabel {} noenhanced\nset key at graph 0.5, graph 1.02 center bottom maxcols 2 samplen 3 font SMALL\n",
+      "set xlabel {} noenhanced\nset key at graph 0.5, graph 1.02 center bottom horizontal maxcols 3 samplen 3 font SMALL\n",
       axis + (unit.empty() ? "" : " (" + unit + ")"));
   std::size_t block = 0;
   for (const auto& panel : panels) {
     f.blocks.emplace_back(panel.quantity + ", measured: " + axis + ", value, two standard uncertainties");
     for (const auto& [at, one] : panel.measured) f.blocks.back().row({at, one[0], one[1]});
     f.script.add(
-        "set ylabel {} noenhanced\nplot DATA index {} using 1:2:3 with yerrorbars pt 7 ps 0.6 lc rgb "
+        "set ylabel {} noenhanced\nplot DATA index {} using 1:2:3 with yerrorbars pt 7 ps 1 lc rgb "
         "'black' title {}",
         panel.quantity, block++, Word("'measured'"));
     for (const auto& curve : panel.curves) {

@@ -116,6 +116,22 @@ void write_points(const Study& study, const std::vector<MeasuredQuantity>& measu
   write_file(file, csv);
 }
 
+/// The quantities of every run, for curves through the measured points.
+void write_curves(const Study& study, const std::vector<MeasuredQuantity>& measured,
+                  const std::vector<RunRow>& runs, const std::filesystem::path& file) {
+  std::string csv = "quantity,variant,formulation";
+  for (const auto& axis : study.axes) csv += "," + axis.name;
+  csv += ",model\n";
+  for (const auto& m : measured)
+    for (const auto& run : runs) {
+      csv += fmt::format("{},{},{}", m.name, run.variant, run.formulation);
+      for (std::size_t k = 0; k < run.values.size(); ++k)
+        csv += fmt::format(",{}", run.values[k] * study.axes[k].scale);
+      csv += fmt::format(",{}\n", quantity_of(study, m.name, run));
+    }
+  write_file(file, csv);
+}
+
 }  // namespace
 
 int validate_points(const ValidateRequest& request, const Study& study) {
@@ -133,12 +149,14 @@ int validate_points(const ValidateRequest& request, const Study& study) {
       });
   progress.clear();
   if (summary.interrupted) return interrupted(Kept::runs);
-  const auto all = agreement_with(study, measured, results.runs());
+  const auto runs = results.runs();
+  const auto all = agreement_with(study, measured, runs);
   fmt::print("{}{}\n", table(measured, all), wrapped(verdicts(study, measured, all), 2));
   auto document = to_json(study, measured, all);
   document["provenance"] = provenance(study);
   write_json(set.place() / "points.json", document);
   write_points(study, measured, all, set.place() / "points.csv");
+  write_curves(study, measured, runs, set.place() / "curves.csv");
   if (request.stop()) return interrupted(Kept::runs);
   set.commit();
   fmt::print("{} runs, {} made; results in {}\n", summary.total, summary.ran, folder.string());

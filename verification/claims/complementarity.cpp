@@ -33,16 +33,16 @@ double violation(const ContactProblem& p) {
 }  // namespace
 
 Findings complementarity() {
-  struct Way {
+  struct MethodName {
     LcpSolver solver;
     const char* name;
     bool newton;
   };
-  constexpr Way ways[] = {{LcpSolver::automatic, "default solver", false},
-                          {LcpSolver::enumeration, "enumeration", false},
-                          {LcpSolver::lemke, "Lemke", false},
-                          {LcpSolver::gauss_seidel, "Gauss–Seidel", false},
-                          {LcpSolver::newton, "semismooth Newton", true}};
+  constexpr MethodName ways[] = {{LcpSolver::automatic, "default solver", false},
+                                 {LcpSolver::enumeration, "enumeration", false},
+                                 {LcpSolver::lemke, "Lemke", false},
+                                 {LcpSolver::gauss_seidel, "Gauss–Seidel", false},
+                                 {LcpSolver::newton, "semismooth Newton", true}};
   constexpr int trials = 3000;
   const char* const subject = "random contact problems of 1 to 4 contacts";
   Findings f;

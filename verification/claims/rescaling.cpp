@@ -19,18 +19,18 @@
 namespace freeplay::verification {
 namespace {
 
-struct Way {
+struct MethodName {
   const char *family, *scheme, *name;
   double step;  ///< s, at 100 rpm; 0: adaptive
 };
-constexpr Way event_driven{"nonsmooth", "event-driven", "event-driven", 0},
+constexpr MethodName event_driven{"nonsmooth", "event-driven", "event-driven", 0},
     automatic{"nonsmooth", "automatic", "automatic", 0},
     moreau_jean{"nonsmooth", "moreau-jean", "Moreau–Jean, h = 2e-5 s at 100 rpm", 2e-5},
     penalty{"penalty", "automatic", "penalty", 0};
 
 /// The journal's eccentricity over the clearance and the slider's velocity over rω at top dead
 /// centre of every turn; `friction`: of the guide (N).
-std::vector<double> section(const Way& way, double rpm, int turns, double friction = 0) {
+std::vector<double> section(const MethodName& way, double rpm, int turns, double friction = 0) {
   std::vector<std::string> set{fmt::format("drives.motor.speed_rpm={}", rpm),
                                fmt::format("run.revolutions={}", turns), "run.discard=0",
                                fmt::format("nonsmooth.scheme=\"{}\"", way.scheme)};

@@ -122,3 +122,85 @@ TEST_CASE("three balls on equal linear springs leave a compliant impact with the
   CHECK(P - Q == Approx(mean - 0.5 * opening).margin(1e-12));
   CHECK(Q == Approx(mean + 0.5 * opening).margin(1e-12));
 }
+
+TEST_CASE("compliant impacts on resting and inelastic contacts end, and have mirror images",
+          "[unit][impact]") {
+  std::mt19937 engine(11);
+  std::uniform_real_distribution<double> uniform(0, 1);
+  ImpactProblem impact(ImpactLaw::compliant, LcpSolver::automatic, 1e-12);
+  for (int trial = 0; trial < 200; ++trial) {
+    const int n = 2 + trial % 2;
+    const Eigen::MatrixXd D = random_delassus(2 * n, engine);
+    Eigen::VectorXd u = Eigen::VectorXd::Zero(2 * n), mirror(2 * n);
+    u[0] = -1;
+    u[1] = trial % 3 == 0 ? 0 : 2 * uniform(engine) - 1;
+    std::vector<ImpactContact> contacts;
+    for (int i = 0; i < n; ++i) {
+      contacts.push_back(contact_of(2 * i, trial % 4 == i ? 0 : uniform(engine), uniform(engine), 0.8));
+      mirror.segment(2 * i, 2) << 1, -1;
+    }
+    auto other = contacts;
+    CAPTURE(trial);
+    REQUIRE(impact.solve(D, u, 2 * n, contacts).empty());
+    CHECK_FALSE(impact.inelastic());
+    Eigen::VectorXd P(2 * n);
+    for (int i = 0; i < n; ++i) P[2 * i] = contacts[i].impulse_n, P[2 * i + 1] = contacts[i].impulse_t;
+    const Eigen::VectorXd after = u + D * P;
+    CHECK(0.5 * after.dot(D.ldlt().solve(after)) <= 0.5 * u.dot(D.ldlt().solve(u)) * (1 + 1e-12));
+    for (int i = 0; i < n; ++i) CHECK(after[2 * i] >= -1e-9);
+    const Eigen::MatrixXd turned = mirror.asDiagonal() * D * mirror.asDiagonal();
+    REQUIRE(impact.solve(turned, mirror.cwiseProduct(u), 2 * n, other).empty());
+    for (int i = 0; i < n; ++i) {
+      CHECK(other[i].impulse_n == Approx(contacts[i].impulse_n).margin(1e-9));
+      CHECK(other[i].impulse_t == Approx(-contacts[i].impulse_t).margin(1e-9));
+    }
+  }
+}
+
+TEST_CASE("an inelastic compliant impact is the limit of small restitution", "[unit][impact]") {
+  std::mt19937 engine(5);
+  std::uniform_real_distribution<double> uniform(0, 1);
+  ImpactProblem impact(ImpactLaw::compliant, LcpSolver::automatic, 1e-12);
+  for (int trial = 0; trial < 50; ++trial) {
+    const Eigen::MatrixXd D = random_delassus(4, engine);
+    Eigen::VectorXd u(4);
+    u << -1, uniform(engine), 0, -uniform(engine);
+    const double mu = uniform(engine);
+    std::vector<ImpactContact> held, slow;
+    for (int i = 0; i < 2; ++i) {
+      held.push_back(contact_of(2 * i, 0, mu, 0.8));
+      slow.push_back(contact_of(2 * i, 2e-3, mu, 0.8));
+    }
+    CAPTURE(trial);
+    REQUIRE(impact.solve(D, u, 4, held).empty());
+    CHECK_FALSE(impact.inelastic());
+    REQUIRE(impact.solve(D, u, 4, slow).empty());
+    CHECK_FALSE(impact.inelastic());
+    for (int i = 0; i < 2; ++i) {
+      CHECK(held[i].impulse_n == Approx(slow[i].impulse_n).margin(0.02));
+      CHECK(held[i].impulse_t == Approx(slow[i].impulse_t).margin(0.02));
+    }
+  }
+}
+
+TEST_CASE("compliant impacts near the limit of sliding throughout vary smoothly with the angle",
+          "[unit][impact]") {
+  // A sphere: slip throughout begins at ψ = max(θ, θ(1 + e) − 1/e), where stick lasts for an instant
+  // just before separation.
+  ImpactProblem impact(ImpactLaw::compliant, LcpSolver::automatic, 1e-12);
+  const double kappa = 0.8, mu = 0.1, e = 0.9, theta = 3.5 * kappa;
+  const double limit = std::max(theta, theta * (1 + e) - 1 / e) * mu / kappa;
+  const Eigen::MatrixXd D = Eigen::Vector2d(1, 3.5).asDiagonal();
+  for (int k = 0; k <= 2000; ++k)
+    for (const double side : {-1.0, 1.0}) {
+      Eigen::VectorXd u(2);
+      u << -1, side * limit * (0.98 + 0.03 * k / 2000);
+      std::vector<ImpactContact> contacts{contact_of(0, e, mu, kappa)};
+      REQUIRE(impact.solve(D, u, 2, contacts).empty());
+      const auto exact = reference::compliant_impact<long double>({1, 0, 3.5L}, -1, u[1], e, mu, kappa);
+      CAPTURE(k, side);
+      CHECK_FALSE(impact.inelastic());
+      CHECK(contacts[0].impulse_n == Approx(1 + e).epsilon(1e-12));
+      CHECK(contacts[0].impulse_t == Approx(static_cast<double>(exact.impulse_t)).margin(1e-11));
+    }
+}

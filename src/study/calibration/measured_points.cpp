@@ -88,15 +88,18 @@ std::vector<MeasuredQuantity> read_measured_points(const Study& study) {
   return list;
 }
 
+double quantity_of(const Study& study, const std::string& name, const RunRow& run) {
+  const auto known = quantities_of(study);
+  const auto at = static_cast<std::size_t>(std::ranges::find(known, name) - known.begin());
+  return at < run.measures.size() ? run.measures[at] : Deriver(study)(run)[at - run.measures.size()];
+}
+
 std::vector<PointAgreement> agreement_with(const Study& study, const std::vector<MeasuredQuantity>& measured,
                                            const std::vector<RunRow>& runs) {
-  const Deriver derive(study);
-  const auto known = quantities_of(study);
   std::vector<PointAgreement> all;
   for (const auto& v : study.variants)
     for (const auto& formulation : v.formulations)
       for (const auto& m : measured) {
-        const auto at = static_cast<std::size_t>(std::ranges::find(known, m.name) - known.begin());
         PointAgreement a{.variant = v.name, .formulation = formulation, .quantity = m.name};
         a.decided = true;
         double squares = 0;
@@ -108,7 +111,7 @@ std::vector<PointAgreement> agreement_with(const Study& study, const std::vector
             if (run.variant != v.name || run.formulation != formulation ||
                 !same_place(study, p.at, run.values))
               continue;
-            sum += at < run.measures.size() ? run.measures[at] : derive(run)[at - run.measures.size()];
+            sum += quantity_of(study, m.name, run);
             ++starts;
           }
           const double model = starts > 0 ? sum / starts : std::nan(""), off = model - p.value;

@@ -26,6 +26,9 @@ struct MeasuredQuantity {
 /// compute, a value without a run, or a line that is not numeric.
 std::vector<MeasuredQuantity> read_measured_points(const Study& study);
 
+/// The value of a measure or derived column of one run; NaN: absent.
+double quantity_of(const Study& study, const std::string& name, const RunRow& run);
+
 /// Agreement of one variant in one formulation with one quantity.
 struct PointAgreement {
   std::string variant, formulation, quantity;
