@@ -8,8 +8,9 @@
 // with equal springs k = 1 in all contacts; the result does not depend on this scale. In expansion
 // k is 1/e² and r = (1 − e²) δ_max: the spring returns e² of its work, so that e is energetic, and
 // for a single frictionless contact also kinetic. A compression beyond δ_max continues on the first
-// line. The limit e → 0 is a contact that is held: f_N takes the value that keeps u_N = 0, between 0
-// and its greatest. An e below 1e-3 counts as 0.
+// line. With e = 0 the contact is held in expansion: f_N takes the value that keeps u_N = 0, between
+// 0 and its greatest. (For small e it bounces about this value, ever faster.) An e below 1e-3 counts
+// as 0.
 //
 // In each mode the equations are linear. They are solved by their Taylor series, whose remainder is
 // below rounding at the step used, and the first change of mode within a step is located on it:
@@ -39,8 +40,6 @@ struct Springs {
   enum class Normal { compression, expansion, held, open } normal = Normal::compression;
   int slip = 0;  ///< σ of f_T = σ μ f_N; 0: stick
   double stiffness = 1, release = 0, deepest = 0, origin = 0;
-  /// Stick has just begun: |f_T| = μ f_N with equal derivatives, whatever their rounding errors.
-  bool on_bound = false;
 
   bool closed() const { return normal != Normal::open; }
 };
@@ -76,8 +75,6 @@ class SpringImpact {
       for (const double part : {0.5, 1.0})
         if (!first.found()) first = first_change(part == 1.0 ? 0.5 * step : 0, part * step);
       advance(first.found() ? first.at : step);
-      if (!first.found() || first.at > 0)
-        for (auto& s : springs_) s.on_bound = false;
       if (first.found()) change(first);
     }
     return false;
@@ -244,12 +241,11 @@ class SpringImpact {
       const double end = value(kind, i, to);
       if (!(end > 0)) return;
       double begin = from, start = value(kind, i, from);
-      // From the bound itself the force first falls below it.
-      if (springs_[i].on_bound && (kind == Kind::slip_up || kind == Kind::slip_down))
-        for (int k = 1; start >= 0 && k < 30; ++k) {
-          begin = from + std::ldexp(to - from, -k);
-          start = value(kind, i, begin);
-        }
+      // A mode that has just begun at its own end, up to rounding, lasts if the value falls first.
+      for (int k = 1; start >= 0 && k < 30; ++k) {
+        begin = from + std::ldexp(to - from, -k);
+        start = value(kind, i, begin);
+      }
       const double at =
           start >= 0 ? from
                      : bracketed_root([&](double t) { return value(kind, i, t); }, begin, to, start, end);
@@ -326,7 +322,6 @@ class SpringImpact {
       case Kind::stick:
         s.origin = x_[c.tangent] + s.slip * c.friction * normal_force(by.contact, by.at) / ratio(by.contact);
         s.slip = 0;
-        s.on_bound = true;
         break;
       case Kind::none:
         break;

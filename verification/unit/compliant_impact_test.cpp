@@ -33,7 +33,7 @@ Eigen::MatrixXd random_delassus(int size, std::mt19937& engine) {
 
 }  // namespace
 
-TEST_CASE("a compliant impact of one contact equals that of an independent program", "[unit][impact]") {
+TEST_CASE("a compliant impact of one contact equals that of an independent program", "[impact]") {
   std::mt19937 engine(20261125);
   std::uniform_real_distribution<double> uniform(0, 1);
   ImpactProblem impact(ImpactLaw::compliant, LcpSolver::automatic, 1e-12);
@@ -57,7 +57,7 @@ TEST_CASE("a compliant impact of one contact equals that of an independent progr
   }
 }
 
-TEST_CASE("compliant impacts of several contacts make no energy", "[unit][impact]") {
+TEST_CASE("compliant impacts of several contacts make no energy", "[impact]") {
   std::mt19937 engine(7);
   std::uniform_real_distribution<double> uniform(0, 1);
   ImpactProblem impact(ImpactLaw::compliant, LcpSolver::automatic, 1e-12);
@@ -93,7 +93,7 @@ TEST_CASE("compliant impacts of several contacts make no energy", "[unit][impact
 }
 
 TEST_CASE("three balls on equal linear springs leave a compliant impact with the velocities of their modes",
-          "[unit][impact]") {
+          "[impact]") {
   // Unit masses, e = 1. While both contacts are closed, the modes of the chain have ω = 1 and √3:
   // compressions δ₁ = (sin t + sin(√3 t)/√3)/2, δ₂ = (sin t − sin(√3 t)/√3)/2. The first contact
   // opens where δ₁ = 0; afterwards the last two are a pair, whose contact opens after a part of a
@@ -123,8 +123,7 @@ TEST_CASE("three balls on equal linear springs leave a compliant impact with the
   CHECK(Q == Approx(mean + 0.5 * opening).margin(1e-12));
 }
 
-TEST_CASE("compliant impacts on resting and inelastic contacts end, and have mirror images",
-          "[unit][impact]") {
+TEST_CASE("compliant impacts on resting and inelastic contacts end, and have mirror images", "[impact]") {
   std::mt19937 engine(11);
   std::uniform_real_distribution<double> uniform(0, 1);
   ImpactProblem impact(ImpactLaw::compliant, LcpSolver::automatic, 1e-12);
@@ -157,34 +156,31 @@ TEST_CASE("compliant impacts on resting and inelastic contacts end, and have mir
   }
 }
 
-TEST_CASE("an inelastic compliant impact is the limit of small restitution", "[unit][impact]") {
+TEST_CASE("an inelastic compliant impact without friction is the limit of small restitution", "[impact]") {
   std::mt19937 engine(5);
   std::uniform_real_distribution<double> uniform(0, 1);
   ImpactProblem impact(ImpactLaw::compliant, LcpSolver::automatic, 1e-12);
-  for (int trial = 0; trial < 50; ++trial) {
-    const Eigen::MatrixXd D = random_delassus(4, engine);
-    Eigen::VectorXd u(4);
-    u << -1, uniform(engine), 0, -uniform(engine);
-    const double mu = uniform(engine);
-    std::vector<ImpactContact> held, slow;
-    for (int i = 0; i < 2; ++i) {
-      held.push_back(contact_of(2 * i, 0, mu, 0.8));
-      slow.push_back(contact_of(2 * i, 2e-3, mu, 0.8));
+  for (int trial = 0; trial < 100; ++trial) {
+    const int n = 2 + trial % 2;
+    const Eigen::MatrixXd D = random_delassus(n, engine);
+    Eigen::VectorXd u(n);
+    std::vector<ImpactContact> held(n);
+    for (int i = 0; i < n; ++i) {
+      u[i] = i == 0 ? -1 : uniform(engine) - 0.5;
+      held[i].normal = i;
     }
+    auto slow = held;
+    for (auto& c : slow) c.restitution = 2e-3;
     CAPTURE(trial);
-    REQUIRE(impact.solve(D, u, 4, held).empty());
+    REQUIRE(impact.solve(D, u, n, held).empty());
     CHECK_FALSE(impact.inelastic());
-    REQUIRE(impact.solve(D, u, 4, slow).empty());
+    REQUIRE(impact.solve(D, u, n, slow).empty());
     CHECK_FALSE(impact.inelastic());
-    for (int i = 0; i < 2; ++i) {
-      CHECK(held[i].impulse_n == Approx(slow[i].impulse_n).margin(0.02));
-      CHECK(held[i].impulse_t == Approx(slow[i].impulse_t).margin(0.02));
-    }
+    for (int i = 0; i < n; ++i) CHECK(held[i].impulse_n == Approx(slow[i].impulse_n).margin(0.01 / D(i, i)));
   }
 }
 
-TEST_CASE("compliant impacts near the limit of sliding throughout vary smoothly with the angle",
-          "[unit][impact]") {
+TEST_CASE("compliant impacts near the limit of sliding throughout vary smoothly with the angle", "[impact]") {
   // A sphere: slip throughout begins at ψ = max(θ, θ(1 + e) − 1/e), where stick lasts for an instant
   // just before separation.
   ImpactProblem impact(ImpactLaw::compliant, LcpSolver::automatic, 1e-12);
