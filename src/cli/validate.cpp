@@ -101,7 +101,11 @@ int validate_data(const ValidateRequest& request) {
   return status;
 }
 
-int validate(const ValidateRequest& request) {
+int validate(const ValidateRequest& given) {
+  auto request = given;
+  // A folder stands for its study.
+  if (request.data.empty() && std::filesystem::is_directory(request.scene))
+    request.scene = (std::filesystem::path(request.scene) / "study.toml").string();
   if (request.data.empty() && !parse_toml(read_text(request.scene), request.scene).contains("claims"))
     throw SceneError(fmt::format("{}: a scene needs --data FILE, a study needs claims", request.scene));
   return request.data.empty() ? validate_study(request) : validate_data(request);
@@ -110,9 +114,9 @@ int validate(const ValidateRequest& request) {
 }  // namespace
 
 void validate_verb(Program& program) {
-  auto [options, request] = program.verb(
-      "validate", "compare a scene with measured data, or a study with published findings", validate);
-  options.add("scene", request.scene, "scene file, or study file with claims").required();
+  auto [options, request] =
+      program.verb("validate", "compare a scene or a study with measurements", validate);
+  options.add("scene", request.scene, "scene file, or study file with claims or its folder").required();
   const auto data =
       options.add("--data", request.data, "CSV file with t or crank_angle, and acceleration").takes("FILE");
   options.set(request.overrides, "override a key of the scene, KEY=VALUE; may be repeated").needs(data);
