@@ -104,8 +104,9 @@ int validate_data(const ValidateRequest& request) {
 int validate(const ValidateRequest& given) {
   auto request = given;
   // A folder stands for its study.
-  if (request.data.empty() && std::filesystem::is_directory(request.scene))
-    request.scene = (std::filesystem::path(request.scene) / "study.toml").string();
+  if (const auto study = std::filesystem::path(request.scene) / "study.toml";
+      request.data.empty() && std::filesystem::exists(study))
+    request.scene = study.string();
   if (request.data.empty() && !parse_toml(read_text(request.scene), request.scene).contains("claims"))
     throw SceneError(fmt::format("{}: a scene needs --data FILE, a study needs claims", request.scene));
   return request.data.empty() ? validate_study(request) : validate_data(request);
