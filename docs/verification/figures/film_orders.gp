@@ -29,7 +29,7 @@ set grid lt 1 lc rgb 0xd4d4d4 lw 0.7
 set key top right samplen 3 spacing 1.1
 set pointsize 1
 set bmargin at screen Y(1.5)
-set label 100 "freeplay 0.1.0 (2e2a4fe1e9), verification" at screen 1-X(0.3), screen Y(0.12) right font TINY tc rgb 0x888888 noenhanced
+set label 100 "freeplay 0.1.0 (8d1ee4e753-dirty), verification" at screen 1-X(0.3), screen Y(0.12) right font TINY tc rgb 0x888888 noenhanced
 set logscale xy
 set format '10^{%T}'
 set xlabel "step (s)"
