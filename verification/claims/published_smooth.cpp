@@ -45,11 +45,11 @@ struct Grounds {
 constexpr const char* per_step = "tolerance 1e-12 per step, some thousand steps";
 
 /// The coordinate k of a body, 0 to 2 for x, y and θ.
-auto place(int body, int k) {
-  return [i = static_cast<std::size_t>(3 * body + k)](const State& s) { return s.q[i]; };
+auto place(std::size_t body, std::size_t k) {
+  return [i = 3 * body + k](const State& s) { return s.q[i]; };
 }
-auto rate(int body, int k) {
-  return [i = static_cast<std::size_t>(3 * body + k)](const State& s) { return s.v[i]; };
+auto rate(std::size_t body, std::size_t k) {
+  return [i = 3 * body + k](const State& s) { return s.v[i]; };
 }
 
 Result run_by(const test::Way& way, Scene scene) {

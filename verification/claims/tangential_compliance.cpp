@@ -4,6 +4,7 @@
 
 #include <cmath>
 
+#include "dynamics/system.hpp"
 #include "formulations/contact/contact_law.hpp"
 #include "mechanism/scene.hpp"
 #include "verification/claims/claim.hpp"

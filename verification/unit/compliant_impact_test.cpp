@@ -1,7 +1,7 @@
 // The compliant impact law: single contacts against an independent program, and conservation laws
 // for several contacts. The reference solves slip in closed form and stick by its two harmonic
 // modes; the law uses Taylor series.
-#include <Eigen/LU>
+#include <Eigen/Cholesky>
 #include <catch2/catch.hpp>
 #include <random>
 
