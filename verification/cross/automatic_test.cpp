@@ -66,12 +66,12 @@ TEST_CASE(
   const auto run = test::finished(with(scene, Scheme::automatic), Family::nonsmooth);
   CAPTURE(run.notes);
   for (const auto& c : run.contacts) CHECK(c.penetration_ratio < 1e-6);
-  const auto told =
+  const auto outcome =
       std::ranges::find_if(run.notes, [](const auto& n) { return n.starts_with("time stepping"); });
-  REQUIRE(told != run.notes.end());
-  CHECK_THAT(*told, Contains(fmt::format("took over {} times, for {:.3g} s in total", run.work.handovers,
-                                         run.work.stepped)));
-  CHECK(told->size() > told->find("at most): ") + 20);  // and why
+  REQUIRE(outcome != run.notes.end());
+  CHECK_THAT(*outcome, Contains(fmt::format("took over {} times, for {:.3g} s in total", run.work.handovers,
+                                            run.work.stepped)));
+  CHECK(outcome->size() > outcome->find("at most): ") + 20);  // and why
 }
 
 TEST_CASE(

@@ -129,13 +129,13 @@ TEST_CASE("contacts and reports of a group's discs do not depend on the storage 
     impacts += c.impacts;
     deepest = std::max(deepest, c.penetration);
   }
-  long told = 0;
+  long outcome = 0;
   double deep = 0;
   for (const auto& c : near.contacts) {
-    told += c.impacts;
+    outcome += c.impacts;
     deep = std::max(deep, c.penetration);
   }
-  CHECK(told == impacts);
+  CHECK(outcome == impacts);
   CHECK(deep == deepest);
 }
 

@@ -84,11 +84,11 @@ std::string chain(int points) {
 /// A comparison of the pin with clearance over its 0.5 revolutions with forces, by the command.
 const std::filesystem::path& comparison() {
   static const test::TemporaryFolder folder;
-  static const auto told =
+  static const auto outcome =
       test::freeplay(fmt::format("compare {} --forces -o {}", test::scene_file("point_on_loose_pin").string(),
                                  (folder.path() / "two").string()));
-  INFO(told.err);
-  REQUIRE(told.status == 0);
+  INFO(outcome.err);
+  REQUIRE(outcome.status == 0);
   static const auto place = folder.path() / "two";
   return place;
 }
@@ -207,9 +207,9 @@ TEST_CASE("an animation draws point bodies at their positions and rods between t
 TEST_CASE("report page and figures of a run with point bodies show their motion and the force of their rod",
           "[points][report][figures]") {
   const auto& folder = comparison();
-  const auto told = test::freeplay("report " + folder.string());
-  CAPTURE(told.err);
-  REQUIRE(told.status == 0);
+  const auto outcome = test::freeplay("report " + folder.string());
+  CAPTURE(outcome.err);
+  REQUIRE(outcome.status == 0);
   const auto page = test::file_text(folder / "report.html");
   const std::string mark = "id=\"data\">";
   const auto from = page.find(mark) + mark.size();

@@ -171,19 +171,19 @@ inline Books booked(const Scene& scene) {
   // in a separation.
   const auto contacts = b.result.contacts.size();
   std::vector<bool> lasts(contacts);
-  std::vector<double> told(contacts), last(contacts, INFINITY);
+  std::vector<double> reported(contacts), last(contacts, INFINITY);
   for (const auto& e : b.result.events) {
     const auto k = static_cast<std::size_t>(e.contact);
     b.out_of_turn += lasts[k] != (e.kind == EventKind::separation);
     lasts[k] = e.kind == EventKind::contact;
     last[k] = lasts[k] ? e.t - e.t_uncertainty : INFINITY;
-    if (!lasts[k]) told[k] += e.impulse_n;
+    if (!lasts[k]) reported[k] += e.impulse_n;
   }
   double greatest = 0, apart = 0;
   for (std::size_t k = 0; k < contacts; ++k) {
     const double sum = impulses.up_to(last[k] < INFINITY ? last[k] : impulses.at.back().t, k);
     greatest = std::max(greatest, impulses.at.back().sums[k]);
-    apart = std::max(apart, std::abs(sum - told[k]));
+    apart = std::max(apart, std::abs(sum - reported[k]));
   }
   b.impulses = apart / greatest;
   return b;

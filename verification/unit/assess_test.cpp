@@ -125,7 +125,7 @@ TEST_CASE("notes with the prefix of earlier versions count as warnings", "[asses
 }
 
 TEST_CASE("contacts that add energy cause a note, and a warning where they drive the motion", "[assess]") {
-  const auto told = [](double gain, double friction, double contact) {
+  const auto outcome = [](double gain, double friction, double contact) {
     Result run;
     run.ledger.kinetic = 1;
     run.ledger.initial = 1;
@@ -137,14 +137,15 @@ TEST_CASE("contacts that add energy cause a note, and a warning where they drive
     warn(run, Family::nonsmooth, "nonsmooth.step");
     return notes_of(run);
   };
-  CHECK(told(0, 0.2, -0.1).empty());  // one adds the energy that the other dissipates
-  CHECK(told(0, -0.05, 0.03).empty());
-  CHECK_THAT(told(0.05, 0, 0),
+  CHECK(outcome(0, 0.2, -0.1).empty());  // one adds the energy that the other dissipates
+  CHECK(outcome(0, -0.05, 0.03).empty());
+  CHECK_THAT(outcome(0.05, 0, 0),
              Contains("3 impacts increased the energy, by up to 0.05 J: ") && !Contains("warning: "));
-  CHECK_THAT(told(0.2, 0, 0), Contains("warning: 3 impacts increased the energy, by up to 0.2 J of 1 J"));
-  CHECK_THAT(told(0.05, -0.2, 0), Contains("warning: 3 impacts"));
-  CHECK_THAT(told(0, -0.2, 0.05), Contains("warning: contacts and their friction added 0.15 J to an energy "
-                                           "of 1 J"));
+  CHECK_THAT(outcome(0.2, 0, 0), Contains("warning: 3 impacts increased the energy, by up to 0.2 J of 1 J"));
+  CHECK_THAT(outcome(0.05, -0.2, 0), Contains("warning: 3 impacts"));
+  CHECK_THAT(outcome(0, -0.2, 0.05),
+             Contains("warning: contacts and their friction added 0.15 J to an energy "
+                      "of 1 J"));
   // What friction takes again hides a gain in the balance: its terms are 100 J, of which 0.5 J are
   // little.
   Result run;

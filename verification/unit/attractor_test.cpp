@@ -173,7 +173,7 @@ TEST_CASE("coexisting attractors, a resting and a bouncing ball, are both found"
   const auto study = study_of(
       folder, ball_study(at_top(ball, 0.96), strengths, "direction = \"both\"\ndiscard = 200\nkeep = 20\n"));
   const auto runs = run_bifurcation(study, folder.path() / "a.db");
-  const auto told = told_at_each_value(runs);
+  const auto outcome = told_at_each_value(runs);
   const auto n = strengths.size();
   for (std::size_t i = 0; i < n; ++i) {
     CAPTURE(strengths[i]);
@@ -181,9 +181,9 @@ TEST_CASE("coexisting attractors, a resting and a bouncing ball, are both found"
     REQUIRE(up.values[0] == down.values[0]);
     CHECK(up.attractor.period == Attractor::none);
     CHECK(down.attractor.period == (strengths[i] > ball.birth() ? 1 : Attractor::none));
-    CHECK(told.of[1][n - 1 - i] == (strengths[i] > ball.birth() ? 1 : 0));
+    CHECK(outcome.of[1][n - 1 - i] == (strengths[i] > ball.birth() ? 1 : 0));
   }
-  const auto text = bifurcation_text(study, runs, told);
+  const auto text = bifurcation_text(study, runs, outcome);
   CHECK_THAT(text, Catch::Contains("several attractors at one value: 0.36 to 0.96"));
 }
 
@@ -228,8 +228,8 @@ TEST_CASE("basins of a rotor between two stops are bounded by the separatrix of 
             (test::source_folder() / "cases/bistable-rotor/scene.toml").string(), formulation));
     AttractorStore store(folder.path() / "a.db", {});
     const auto runs = settle(study, *study.basin, "basin", basin_chains(study), store, 2, {}, {});
-    const auto told = told_at_all(runs);
-    REQUIRE(told.list.size() == 2);
+    const auto outcome = told_at_all(runs);
+    REQUIRE(outcome.list.size() == 2);
     for (const auto& chain : runs.chains) {
       const auto& run = chain[0];
       const double angle = run.values[0], speed = run.values[1];

@@ -90,17 +90,17 @@ TEST_CASE("the size of the output of a run is estimated before it starts", "[bou
     const auto estimate = estimate_output(scene, assemble(scene.mechanism, scene.run.start));
     test::TemporaryFolder folder;
     run_scene(scene, {.formulation = name_of(row.family), .folder = folder.path()});
-    double written = 0, told = 0;
+    double written = 0, estimated = 0;
     for (const auto& file : estimate.files) {
       if (file.name.find(".csv") == file.name.npos) continue;  // the other files are small here
       written += static_cast<double>(std::filesystem::file_size(folder.path() / file.name));
-      told += file.bytes;
+      estimated += file.bytes;
     }
-    UNSCOPED_INFO(
-        fmt::format("{}: {} bytes estimated, {} written: {:.2f}", row.scene, told, written, told / written));
+    UNSCOPED_INFO(fmt::format("{}: {} bytes estimated, {} written: {:.2f}", row.scene, estimated, written,
+                              estimated / written));
     if (std::getenv("FREEPLAY_SHOW"))
-      fmt::print("{} {:.0f} {:.0f} {:.3f}\n", row.scene, told, written, told / written);
-    CHECK(told / written == Approx(1).margin(0.2));
+      fmt::print("{} {:.0f} {:.0f} {:.3f}\n", row.scene, estimated, written, estimated / written);
+    CHECK(estimated / written == Approx(1).margin(0.2));
   }
 }
 
@@ -111,13 +111,13 @@ TEST_CASE("the output of forces of discs with changing contacts is estimated as 
   auto scene = read_scene(test::source_folder() / "cases/discs-in-a-box/scene.toml", {"run.forces=true"});
   scene.run.duration = 0.05;
   const auto estimate = estimate_output(scene, assemble(scene.mechanism, scene.run.start));
-  const auto told = std::ranges::find(estimate.files, "forces.csv", &OutputEstimate::File::name);
-  REQUIRE(told != estimate.files.end());
+  const auto estimated = std::ranges::find(estimate.files, "forces.csv", &OutputEstimate::File::name);
+  REQUIRE(estimated != estimate.files.end());
   test::TemporaryFolder folder;
   run_scene(scene, {.formulation = "nonsmooth", .folder = folder.path()});
   const auto written = static_cast<double>(std::filesystem::file_size(folder.path() / "forces.csv"));
-  CHECK(told->bytes > 0.8 * written);
-  CHECK(told->bytes < 3 * written);  // before the first contacts most discs are apart
+  CHECK(estimated->bytes > 0.8 * written);
+  CHECK(estimated->bytes < 3 * written);  // before the first contacts most discs are apart
 }
 
 TEST_CASE("a run whose estimated output is too large does not start", "[bounded][files][program]") {

@@ -60,10 +60,10 @@ TEST_CASE("an invalid request to export is refused in one line, and nothing is w
       {place + "/empty --hdf5", hdf5 ? "contains no result tables to export" : "built without HDF5"}};
   for (const auto& [arguments, answer] : requested) {
     CAPTURE(arguments);
-    const auto told = test::freeplay("export " + arguments);
-    CHECK(told.status == 2);
-    CHECK(told.out.empty());
-    CHECK_THAT(told.err, Contains(answer));
+    const auto outcome = test::freeplay("export " + arguments);
+    CHECK(outcome.status == 2);
+    CHECK(outcome.out.empty());
+    CHECK_THAT(outcome.err, Contains(answer));
   }
   CHECK(std::filesystem::is_empty(folder.path() / "empty"));
   CHECK(!std::filesystem::exists(folder.path() / "run/results.h5"));
@@ -82,9 +82,9 @@ TEST_CASE("equal results give equal bytes of HDF5, and no link is followed on wr
   const auto other = folder.path() / "other", link = folder.path() / "link.h5";
   write_file(other, "somebody's");
   std::filesystem::create_symlink(other, link);
-  const auto told = test::freeplay("export " + run + " --hdf5 " + link.string());
-  CHECK(told.status == 1);
-  CHECK_THAT(told.err, Contains("is a symbolic link"));
+  const auto outcome = test::freeplay("export " + run + " --hdf5 " + link.string());
+  CHECK(outcome.status == 1);
+  CHECK_THAT(outcome.err, Contains("is a symbolic link"));
   CHECK(test::file_text(other) == "somebody's");
   CHECK(halves(folder.path()) == 0);
 }
@@ -101,16 +101,16 @@ TEST_CASE("a full disk leaves the older export unchanged", "[program][export]") 
   getrlimit(RLIMIT_FSIZE, &limit);
   const rlimit little{3000, limit.rlim_max};
   setrlimit(RLIMIT_FSIZE, &little);
-  const auto told = test::freeplay("export " + run + " --hdf5"),
+  const auto outcome = test::freeplay("export " + run + " --hdf5"),
              of_vtk = test::freeplay("export " + run + " --vtk --every 100");
   setrlimit(RLIMIT_FSIZE, &limit);
   std::signal(SIGXFSZ, handler);
   CHECK(of_vtk.status == 1);
   CHECK(test::file_text(series) == frames);
   if (hdf5) {
-    CAPTURE(told.err);
-    CHECK(told.status == 1);
-    CHECK_THAT(told.err, Contains("results.h5: cannot"));
+    CAPTURE(outcome.err);
+    CHECK(outcome.status == 1);
+    CHECK_THAT(outcome.err, Contains("results.h5: cannot"));
     CHECK(test::file_text(file) == before);
   }
   CHECK(halves(folder.path()) == 0);

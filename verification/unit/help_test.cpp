@@ -128,9 +128,9 @@ TEST_CASE("a misspelt command, option, word or name is answered with the nearest
        "there is no joint \"mian\"; did you mean main?\n  there is: main, big_end, gudgeon, guide"}};
   for (const auto& [arguments, answer] : requested) {
     CAPTURE(arguments);
-    const auto told = test::freeplay(arguments);
-    CHECK(told.status == 2);
-    CHECK(told.out.empty());
-    CHECK_THAT(told.err, Contains(answer));
+    const auto outcome = test::freeplay(arguments);
+    CHECK(outcome.status == 2);
+    CHECK(outcome.out.empty());
+    CHECK_THAT(outcome.err, Contains(answer));
   }
 }

@@ -192,9 +192,9 @@ struct Place {
     test::put_ball_study(bait.folder, "values = [0.4, 0.5, 0.6, 0.7]", "formulations = [\"nonsmooth\"]\n");
     for (const char* command :
          {"-o out", "--plan 2 -o divided", "--shard 1/2 -o divided", "--shard 2/2 -o divided"}) {
-      const auto told = run("sweep study.toml " + std::string(command));
-      INFO(told.err);
-      REQUIRE(told.status == 0);
+      const auto outcome = run("sweep study.toml " + std::string(command));
+      INFO(outcome.err);
+      REQUIRE(outcome.status == 0);
     }
     execute(victim(), "CREATE TABLE precious (x TEXT)");
   }
@@ -242,12 +242,13 @@ void assess(const Place& place, const Attack& attack, const Path& database, cons
   const auto before = contents(work);
   const auto victim = test::file_text(place.victim());
   const auto began = std::chrono::steady_clock::now();
-  const auto told = place.run(command);
-  CAPTURE(told.out, told.err);
-  CHECK((told.status == 1 || told.status == 2));
-  CHECK(told.decent());
-  CHECK_THAT(told.err, Contains(database.filename().string()) || Contains("1 of 2 shards cannot be merged"));
-  CHECK(std::ranges::count(told.err, '\n') == 1);
+  const auto outcome = place.run(command);
+  CAPTURE(outcome.out, outcome.err);
+  CHECK((outcome.status == 1 || outcome.status == 2));
+  CHECK(outcome.decent());
+  CHECK_THAT(outcome.err,
+             Contains(database.filename().string()) || Contains("1 of 2 shards cannot be merged"));
+  CHECK(std::ranges::count(outcome.err, '\n') == 1);
   CHECK(contents(work) == before);
   CHECK(test::file_text(place.victim()) == victim);
   CHECK(place.bait.untouched());
@@ -297,9 +298,9 @@ TEST_CASE("a hostile copy of an unfinished shard is refused: sweep --shard",
     if (damaged) {
       CAPTURE(name);
       attack.plant(part, place.victim());
-      const auto told = place.run(command);
-      CAPTURE(told.err);
-      CHECK(told.status == 0);
+      const auto outcome = place.run(command);
+      CAPTURE(outcome.err);
+      CHECK(outcome.status == 0);
       CHECK_FALSE(std::filesystem::exists(part));
       std::filesystem::remove(place.shard());
     } else {

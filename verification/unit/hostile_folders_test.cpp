@@ -55,12 +55,12 @@ TEST_CASE("hostile texts in the folders of every command", "[security][hostile][
   const test::TemporaryFolder folder;
   const test::Bait bait(folder.path());
   const auto run = [&](const std::vector<std::string>& arguments) {
-    const auto told = test::run_program(bait, arguments);
+    const auto outcome = test::run_program(bait, arguments);
     INFO(fmt::format("{}", fmt::join(arguments, " ")).substr(0, 300));
-    INFO("status " << told.status << "\n" << told.err.substr(0, 1000));
-    CHECK(told.decent());
+    INFO("status " << outcome.status << "\n" << outcome.err.substr(0, 1000));
+    CHECK(outcome.decent());
     CHECK(bait.untouched());
-    return told.status;
+    return outcome.status;
   };
   write_file(bait.folder / "scene.toml", test::rig("\"rig\""));
   const std::string study =

@@ -175,10 +175,10 @@ TEST_CASE("a plugin with loads only runs in both formulations and is required on
              "force = [0, 0]\n[run]\nduration = 1.5\nstart = \"given\"\n");
   for (const std::string formulation : {"penalty", "nonsmooth"}) {
     const auto out = place(formulation.c_str());
-    const auto told = test::freeplay("run --no-figures --formulation " + formulation + " --law-plugin " +
-                                     place("wind.so") + " -o " + out + " " + place("block.toml"));
-    INFO(told.err);
-    REQUIRE(told.status == 0);
+    const auto outcome = test::freeplay("run --no-figures --formulation " + formulation + " --law-plugin " +
+                                        place("wind.so") + " -o " + out + " " + place("block.toml"));
+    INFO(outcome.err);
+    REQUIRE(outcome.status == 0);
     std::ifstream rows(out + "/trajectory.csv");
     std::string line, last;
     while (std::getline(rows, line)) last = line;

@@ -143,19 +143,19 @@ TEST_CASE("a plugin is loaded from its file, and its run can be repeated only wi
           .status == 0);
   CHECK_THAT(test::file_text(place("one") + "/run.json"),
              Contains("law = \\\"law.so\\\"") && Contains("normal forces come from law.so"));
-  auto told = test::freeplay("run --no-figures --from " + place("one") + " -o " + place("two"));
-  CHECK(told.status == 2);
-  CHECK_THAT(told.err, Contains("the run uses normal forces of law.so") && Contains("--law-plugin"));
+  auto outcome = test::freeplay("run --no-figures --from " + place("one") + " -o " + place("two"));
+  CHECK(outcome.status == 2);
+  CHECK_THAT(outcome.err, Contains("the run uses normal forces of law.so") && Contains("--law-plugin"));
   REQUIRE(test::freeplay("run --no-figures --from " + place("one") + " -o " + place("two") +
                          " --law-plugin " + plugin.string())
               .status == 0);
   CHECK(test::file_text(place("one") + "/trajectory.csv") ==
         test::file_text(place("two") + "/trajectory.csv"));
 
-  told = test::freeplay(run + "--formulation nonsmooth -o " + place("three") + " --law-plugin " +
-                        plugin.string());
-  CHECK(told.status == 2);
-  CHECK_THAT(told.err, Contains("impact laws have no normal force"));
+  outcome = test::freeplay(run + "--formulation nonsmooth -o " + place("three") + " --law-plugin " +
+                           plugin.string());
+  CHECK(outcome.status == 2);
+  CHECK_THAT(outcome.err, Contains("impact laws have no normal force"));
   const auto refused = [&](const std::string& why) {
     const auto said = test::freeplay(run + "--formulation penalty -o " + place("three") + " --law-plugin " +
                                      plugin.string());

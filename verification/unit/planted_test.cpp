@@ -53,10 +53,10 @@ TEST_CASE("planted links in a result folder are replaced or refused, never follo
     CAPTURE(name);
     const Place place;
     place.link(std::filesystem::path("out") / name, place.bait.victim);
-    const auto told =
+    const auto outcome =
         test::run_program(place.bait, {"run", "scene.toml", "--formulation", "nonsmooth", "-o", "out"});
-    CAPTURE(told.err);
-    CHECK(told.status == 0);
+    CAPTURE(outcome.err);
+    CHECK(outcome.status == 0);
     CHECK(place.bait.untouched());
     CHECK_FALSE(is_link(place.bait.folder / "out" / name));
   }
@@ -66,9 +66,9 @@ TEST_CASE("planted links in a result folder are replaced or refused, never follo
     for (const auto* other : {"reaction_a.pdf", "run.json"})
       write_file(place.elsewhere() / other, "also mine\n");
     place.link(std::filesystem::path("out") / name, place.elsewhere());
-    const auto told = test::run_program(place.bait, {"compare", "scene.toml", "-o", "out"});
-    CHECK(told.status == 1);
-    CHECK_THAT(told.err, Contains(fmt::format("out/{}: is a link", name)));
+    const auto outcome = test::run_program(place.bait, {"compare", "scene.toml", "-o", "out"});
+    CHECK(outcome.status == 1);
+    CHECK_THAT(outcome.err, Contains(fmt::format("out/{}: is a link", name)));
     for (const auto* other : {"reaction_a.pdf", "run.json"}) {
       CHECK(read_file(place.elsewhere() / other, 100) == "also mine\n");
       remove_file(place.elsewhere() / other);
@@ -87,9 +87,9 @@ TEST_CASE("figures replace planted links, and leftover files are removed", "[sec
   }
   std::filesystem::create_symlink(place.elsewhere(), figures / "friction_laws.partial");
   make_folder(figures / "impact_loops.partial/deep");
-  const auto told = test::run_program(place.bait, {"figures", "laws"});
-  CAPTURE(told.err);
-  CHECK(told.status == 0);
+  const auto outcome = test::run_program(place.bait, {"figures", "laws"});
+  CAPTURE(outcome.err);
+  CHECK(outcome.status == 0);
   CHECK(place.bait.untouched());
   CHECK(place.elsewhere_untouched());
   for (const auto& entry : std::filesystem::directory_iterator(figures)) {
@@ -135,9 +135,9 @@ TEST_CASE("a planted database is refused", "[security][study]") {
         place.bait.folder / "study.toml",
         "scene = \"scene.toml\"\njoint = \"gudgeon\"\naccelerometer = \"accelerometer\"\nrevolutions = 1\nstarts = 1\n");
     place.link(std::filesystem::path("out") / name, place.bait.victim);
-    const auto told = test::run_program(place.bait, {"sweep", "study.toml", "-o", "out"});
-    CHECK(told.status == 1);
-    CHECK_THAT(told.err, Contains("is a symbolic link"));
+    const auto outcome = test::run_program(place.bait, {"sweep", "study.toml", "-o", "out"});
+    CHECK(outcome.status == 1);
+    CHECK_THAT(outcome.err, Contains("is a symbolic link"));
     CHECK(place.bait.untouched());
   }
 }
@@ -171,10 +171,10 @@ TEST_CASE("special files are refused at once wherever a file is read", "[securit
     for (const auto& command : commands) {
       if (command[1] == "--from" && std::string(name) == "dir")
         continue;  // the folder of a run is a valid argument
-      const auto told = test::run_program(place.bait, command);
-      CAPTURE(command, told.err);
-      CHECK(told.status == 2);
-      if (std::string(name) != "/dev/tty") CHECK_THAT(told.err, Contains(what));
+      const auto outcome = test::run_program(place.bait, command);
+      CAPTURE(command, outcome.err);
+      CHECK(outcome.status == 2);
+      if (std::string(name) != "/dev/tty") CHECK_THAT(outcome.err, Contains(what));
       CHECK_FALSE(std::filesystem::exists(place.bait.folder / "out"));
     }
   }
@@ -203,7 +203,7 @@ TEST_CASE("a study refers only to files beside or below it, unless it is trusted
   place.link("studies/link.toml", outside);
   place.link("studies/inner.toml", "below/scene.toml");
   // No accelerometer of that name: the named files are read, and no run is made.
-  const auto told = [&](const std::string& scene, std::vector<std::string> more = {}) {
+  const auto outcome = [&](const std::string& scene, std::vector<std::string> more = {}) {
     write_file(place.bait.folder / "studies/study.toml",
                fmt::format("scene = \"{}\"\njoint = \"gudgeon\"\naccelerometer = \"none\"\n", scene));
     more.insert(more.begin(), {"sweep", "studies/study.toml", "-o", "out"});
@@ -215,13 +215,14 @@ TEST_CASE("a study refers only to files beside or below it, unless it is trusted
                             std::string("link.toml"), std::string("below/../../scene.toml"),
                             std::string("/dev/zero"), std::string("../studies-of-others/scene.toml")}) {
     CAPTURE(scene);
-    CHECK_THAT(told(scene), Contains("studies/study.toml:1:9: scene: ") && Contains("pass --allow-outside"));
+    CHECK_THAT(outcome(scene),
+               Contains("studies/study.toml:1:9: scene: ") && Contains("pass --allow-outside"));
   }
   for (const auto& scene :
        {std::string("below/scene.toml"), std::string("inner.toml"), std::string("../studies/inner.toml"),
         (place.bait.folder / "studies/below/scene.toml").string()}) {
     CAPTURE(scene);
-    CHECK_THAT(told(scene), !Contains("--allow-outside"));
+    CHECK_THAT(outcome(scene), !Contains("--allow-outside"));
   }
-  CHECK_THAT(told(outside.string(), {"--allow-outside"}), !Contains("is outside"));
+  CHECK_THAT(outcome(outside.string(), {"--allow-outside"}), !Contains("is outside"));
 }

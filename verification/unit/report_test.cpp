@@ -179,11 +179,11 @@ TEST_CASE("a folder without results is refused in one line, and nothing is writt
                         std::filesystem::copy_options::recursive);
   write_file(bait.folder / "torn" / "trajectory.csv", "t,crank.x\n0,zero\n");
   const auto refused = [&](const std::vector<std::string>& arguments, const std::string& why) {
-    const auto told = test::run_program(bait, arguments);
-    CAPTURE(told.err);
-    CHECK(told.status == 2);
-    CHECK_THAT(told.err, Contains(why));
-    CHECK(std::ranges::count(told.err, '\n') == 1);
+    const auto outcome = test::run_program(bait, arguments);
+    CAPTURE(outcome.err);
+    CHECK(outcome.status == 2);
+    CHECK_THAT(outcome.err, Contains(why));
+    CHECK(std::ranges::count(outcome.err, '\n') == 1);
   };
   refused({"report", "nowhere"}, "nowhere: is not a folder");
   refused({"report", "empty"}, "contains no results to show");

@@ -262,7 +262,7 @@ TEST_CASE(
   auto again = ensemble;
   again.insert(again.end(), {"-o", (folder.path() / "ensemble").string()});
   REQUIRE(test::BallStudy::run(again).status == 0);
-  const auto told = nlohmann::json::parse(test::file_text(folder.path() / "ensemble/ensemble.json"));
-  CHECK(told["ensemble"]["finished"] == 3);
-  CHECK(told["ensemble"]["cpu_seconds"] == 0);
+  const auto outcome = nlohmann::json::parse(test::file_text(folder.path() / "ensemble/ensemble.json"));
+  CHECK(outcome["ensemble"]["finished"] == 3);
+  CHECK(outcome["ensemble"]["cpu_seconds"] == 0);
 }

@@ -60,19 +60,19 @@ TEST_CASE("a Slurm command that does not answer is ended and named", "[shards][e
     const Cluster one;
     // A grandchild process that keeps the pipe open does not delay the end either.
     one.command(hangs, "[ \"$1\" = --version ] && exit; sleep 100 & wait");
-    const auto told = one.run(hangs == "sinfo" ? "submit study.toml --slurm -o out" : submit);
-    CAPTURE(told.said);
-    CHECK(told.status == status);
-    if (status == 1) CHECK_THAT(told.said, Contains(hangs) && Contains("no answer within 1 s"));
+    const auto outcome = one.run(hangs == "sinfo" ? "submit study.toml --slurm -o out" : submit);
+    CAPTURE(outcome.said);
+    CHECK(outcome.status == status);
+    if (status == 1) CHECK_THAT(outcome.said, Contains(hangs) && Contains("no answer within 1 s"));
     // a time limit of one second for a command; the rest for a busy machine
-    CHECK(told.seconds < 20);
+    CHECK(outcome.seconds < 20);
   }
   cluster.command("squeue", "sleep 100");
-  const auto told = cluster.run("status study.toml -o out");
-  CAPTURE(told.said);
-  CHECK(told.status == 0);
-  CHECK_THAT(told.said, Contains("0 of 2 units") && Contains("squeue: no answer within 1 s"));
-  CHECK(told.seconds < 20);
+  const auto outcome = cluster.run("status study.toml -o out");
+  CAPTURE(outcome.said);
+  CHECK(outcome.status == 0);
+  CHECK_THAT(outcome.said, Contains("0 of 2 units") && Contains("squeue: no answer within 1 s"));
+  CHECK(outcome.seconds < 20);
 }
 
 TEST_CASE("licences of all shipped parts are shipped", "[docs]") {

@@ -159,13 +159,13 @@ TEST_CASE("hostile styles are refused or drawn, and never executed", "[security]
         "font_size = " + quoted, "font = \"" + texts[i] + "\"",        texts[i]};
     for (std::size_t k = i % 3; k < std::size(parts); k += 3) {
       write_style(place / "d", parts[k] + "\n");
-      const auto told = test::run_program(bait, {"figures", "d"});
-      CAPTURE(parts[k].substr(0, 200), told.err.substr(0, 500));
-      CHECK(told.decent());
+      const auto outcome = test::run_program(bait, {"figures", "d"});
+      CAPTURE(parts[k].substr(0, 200), outcome.err.substr(0, 500));
+      CHECK(outcome.decent());
       CHECK(bait.untouched());
       // A comment, an empty line and invalid TOML are no keys of a style.
-      CHECK((told.status == 2 || (told.status == 0 && k == 8)));
-      refused += told.status == 2;
+      CHECK((outcome.status == 2 || (outcome.status == 0 && k == 8)));
+      refused += outcome.status == 2;
     }
   }
   CHECK(refused > 100);

@@ -201,13 +201,13 @@ SectionRule read_section(std::string_view text, const Scene& scene, const Layout
 
 std::vector<NamedColumn> all_columns(const Scene& scene, const Layout& layout, const SectionRule& rule) {
   auto list = coordinates(scene, layout);
-  std::vector<std::string> told;
+  std::vector<std::string> names;
   for (std::size_t k = 0; k < layout.contacts.size(); ++k) {
     auto name = layout.contacts[k];
     const auto same = std::ranges::count(layout.contacts, name);
     // Contacts of one translational joint with clearance have the same name.
-    if (same > 1) name += fmt::format(".{}", std::ranges::count(told, layout.contacts[k]) + 1);
-    told.push_back(layout.contacts[k]);
+    if (same > 1) name += fmt::format(".{}", std::ranges::count(names, layout.contacts[k]) + 1);
+    names.push_back(layout.contacts[k]);
     const int at = static_cast<int>(k);
     list.push_back({name + ".ex", "m", {Kind::ex, at}});
     list.push_back({name + ".ey", "m", {Kind::ey, at}});

@@ -110,8 +110,8 @@ void assess(const TurnMetrics& measured, double uncertainty, bool datum, Agreeme
   a.loss_angle = whole_circle(a.metrics.value[TurnMetrics::loss_angle] + a.moved);
   a.return_angle = whole_circle(a.metrics.value[TurnMetrics::return_angle] + a.moved);
 
-  const auto beyond = [](const Interval& x, double expected, double told) {
-    return (x.low > expected || x.high < expected) && std::abs(x.mean - expected) > told;
+  const auto beyond = [](const Interval& x, double expected, double tolerated) {
+    return (x.low > expected || x.high < expected) && std::abs(x.mean - expected) > tolerated;
   };
   if (a.sign < 0 && a.sign_decided)
     a.findings.emplace_back("the sign of the measured curve is opposite to the model's");
