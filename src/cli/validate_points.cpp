@@ -122,12 +122,13 @@ void write_curves(const Study& study, const std::vector<MeasuredQuantity>& measu
   std::string csv = "quantity,variant,formulation";
   for (const auto& axis : study.axes) csv += "," + axis.name;
   csv += ",model\n";
+  const QuantityReader quantity(study);
   for (const auto& m : measured)
     for (const auto& run : runs) {
       csv += fmt::format("{},{},{}", m.name, run.variant, run.formulation);
       for (std::size_t k = 0; k < run.values.size(); ++k)
         csv += fmt::format(",{}", run.values[k] * study.axes[k].scale);
-      csv += fmt::format(",{}\n", quantity_of(study, m.name, run));
+      csv += fmt::format(",{}\n", quantity(m.name, run));
     }
   write_file(file, csv);
 }
