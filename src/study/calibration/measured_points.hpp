@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "study/calibration/validate.hpp"
 #include "study/store/results.hpp"
 
 namespace freeplay {
@@ -47,7 +48,10 @@ struct PointAgreement {
   std::size_t greatest_at = 0;
   int outside = 0;       ///< points that differ by more than two standard uncertainties
   bool decided = false;  ///< whether every point has an uncertainty and a model value
-  bool agrees() const { return decided && outside == 0; }
+  Agreement::Verdict verdict() const {
+    using enum Agreement::Verdict;
+    return !decided ? undecided : outside == 0 ? agrees : differs;
+  }
 };
 
 std::vector<PointAgreement> agreement_with(const Study& study, const std::vector<MeasuredQuantity>& measured,
