@@ -209,29 +209,8 @@ class PenaltyStepper {
     }
     return stalled_ < most_stalled();
   }
-  std::string failure() const {
-    if (lost_)
-      return fmt::format(
-          "t = {:.9g} s: the state is no longer finite; use a smaller penalty.tolerance or penalty.step",
-          t_old());
-    if (f_.trouble()) return fmt::format("t = {:.9g} s: {}", t_old(), f_.trouble());
-    if (creeps_)
-      return fmt::format(
-          "t = {:.9g} s: steps of {:.2g} s, the motion is too stiff for this integrator; use "
-          "penalty.integrator = \"rosenbrock4\" or, for contacts from rest, a greater penalty.v0_floor",
-          t(), t() - t_old());
-    if (stalled_ >= most_stalled())
-      return fmt::format(
-          "t = {:.9g} s: {} repeatedly without progress in time; use a smaller penalty.step or "
-          "penalty.tolerance",
-          t(),
-          f_.system().contacts() > 0 ? "a contact opens and closes"
-                                     : "an angle or a length crosses a kink of its table");
-    return fmt::format(
-        "t = {:.9g} s: every step is rejected, however small: the motion may be singular there (such as at "
-        "a change point), or penalty.tolerance is below rounding error",
-        t_old());
-  }
+  /// The reason why step() returned false.
+  std::string failure() const;
 
   const PenaltyDynamics& dynamics() const { return f_; }
   /// How often an implicit step replaced the chosen method.
@@ -345,11 +324,8 @@ class PenaltyStepper {
     const double* v = x.data() + f_.system().n();
     Sample s{row.gap, row.normal.dot(v), row.tangent.dot(v)};
     const auto& c = f_.contacts()[k];
-    if (c.shear && c.closed && c.zone == 0) [[unlikely]] {
-      const double delta = std::max(0.0, -s.gap),
-                   normal = c.force(delta, -s.rate, c.law.elastic.force(delta));
-      s.slide = c.shear->load(normal, x[f_.bristle_offset() + k]);
-    }
+    if (c.shear && c.closed && c.zone == 0) [[unlikely]]
+      s.slide = c.shear->load(c.normal_force(s.gap, s.rate), x[f_.bristle_offset() + k]);
     return s;
   }
   Sample sample(int k, const Vector& x, double t) { return sampled(k, f_.contact_row(k, x, t), x); }
@@ -423,19 +399,6 @@ class PenaltyStepper {
   /// Whether a fixed step has changed a sliding speed that began in a steep zone of its friction
   /// law far beyond that zone. No motion does this: the step is unstable there.
   bool leaps() const;
-  /// Tolerance of the watched value at the boundary of zones (m/s; a tangential spring: 1).
-  /// Otherwise two contacts that reach a boundary at the same instant would change each other's
-  /// zone back by rounding.
-  static double nudge(const PenaltyContact& c) {
-    if (c.shear) return 1e-9;
-    return 1e-9 * std::max(c.friction->v0, c.friction->v1);
-  }
-  /// Ends of the present zone of a contact's friction.
-  static std::array<double, 2> zone_ends(const PenaltyContact& c) {
-    if (c.shear) return {-1, 1};
-    const auto [low, high] = c.friction->ends(c.zone);
-    return {low, high};
-  }
   /// If the watched value was outside its zone at both ends of a step, it takes its actual zone.
   void follow_zone(int k);
 
