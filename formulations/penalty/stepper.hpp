@@ -146,7 +146,7 @@ class PenaltyStepper {
       if (!std::isfinite(end_[k].gap + end_[k].rate + end_[k].slide)) return lose();
       find_gap_event(k, first);
       find_slide_event(k, first);
-      find_blow_event(k, first);
+      find_impact_event(k, first);
     }
     if (Method::fixed_step && leaps()) {
       method_.start(f_, method_.t_old, Vector(method_.x_old));
@@ -196,7 +196,7 @@ class PenaltyStepper {
     }
     if (first.found()) change_mode(first);
     if (first.contact >= 0) change_coincident(first);
-    if (first.found()) tell_method(first);
+    if (first.found()) inform_method(first);
     if (to_knot && method_.t >= knot) {
       method_.limit_step(INFINITY);
       restart_ = true;
@@ -387,13 +387,13 @@ class PenaltyStepper {
   /// Finds the beginning or end of an impact on a closed contact. It begins if the contact has a
   /// greater w than its v₀, or is compressed again. It ends if the load no longer exceeds the
   /// damping, or the contact expands. An impact that differs by less than a hundredth is the same.
-  void find_blow_event(int k, Event& first);
+  void find_impact_event(int k, Event& first);
   struct Instant {
     double t = 0;
     Sample at = {};
   };
   /// The first such time between two times of the last step.
-  std::optional<double> blow_between(int k, const Instant& before, const Instant& after);
+  std::optional<double> impact_between(int k, const Instant& before, const Instant& after);
   /// An impact on a closed contact begins, or ends and sets v₀.
   void apply_impact(int k);
   /// Whether a fixed step has changed a sliding speed that began in a steep zone of its friction
@@ -410,7 +410,7 @@ class PenaltyStepper {
   void change_mode(const Event& event);
   /// Informs the method of a new mode. A sliding speed that leaves one zone after another with
   /// hardly a step between is caused by a step that is too long.
-  void tell_method(const Event& event);
+  void inform_method(const Event& event);
   /// Contacts whose gaps reach zero at the same instant, up to rounding, are part of the same
   /// event.
   void change_coincident(const Event& first);

@@ -79,7 +79,7 @@ void PenaltyStepper<Method>::follow_zone(int k) {
 }
 
 template <class Method>
-void PenaltyStepper<Method>::tell_method(const Event& event) {
+void PenaltyStepper<Method>::inform_method(const Event& event) {
   const bool soon = event.kind == Event::Kind::slide && f_.work.steps - last_slide_ <= 4;
   chatter_ = soon ? chatter_ + 1 : 0;
   if (event.kind == Event::Kind::slide) last_slide_ = f_.work.steps;

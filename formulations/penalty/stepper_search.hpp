@@ -202,7 +202,7 @@ double PenaltyStepper<Method>::least_gap(int k, const Sample& before) {
 }
 
 template <class Method>
-void PenaltyStepper<Method>::find_blow_event(int k, Event& first) {
+void PenaltyStepper<Method>::find_impact_event(int k, Event& first) {
   const auto& c = f_.contacts()[k];
   if (!c.closed || !(c.law.chi > 0 || c.law.own()) || !(method_.t > method_.t_old)) return;
   // In a step as long as the contact, an impact on it may begin and end.
@@ -215,7 +215,7 @@ void PenaltyStepper<Method>::find_blow_event(int k, Event& first) {
       to.t = method_.t_old + i * h;
       to.at = sample_at(k, to.t);
     }
-    if (const auto t = blow_between(k, from, to)) {
+    if (const auto t = impact_between(k, from, to)) {
       if (*t < first.t || !first.found()) first = {k, Event::Kind::impact, *t, 0};
       return;
     }
@@ -224,8 +224,8 @@ void PenaltyStepper<Method>::find_blow_event(int k, Event& first) {
 }
 
 template <class Method>
-std::optional<double> PenaltyStepper<Method>::blow_between(int k, const Instant& before,
-                                                           const Instant& after) {
+std::optional<double> PenaltyStepper<Method>::impact_between(int k, const Instant& before,
+                                                             const Instant& after) {
   constexpr double same = 0.01;
   const auto& c = f_.contacts()[k];
   const auto turn = [&] {
