@@ -9,8 +9,8 @@
 // k is 1/e² and r = (1 − e²) δ_max: the spring returns e² of its work, so that e is energetic, and
 // for a single frictionless contact also kinetic. A compression beyond δ_max continues on the first
 // line. With e = 0 the contact is held in expansion: f_N takes the value that keeps u_N = 0, between
-// 0 and its greatest. (For small e it bounces about this value, ever faster.) An e below 1e-3 counts
-// as 0.
+// 0 and its greatest value. For small e it oscillates about this value with a frequency that grows
+// as 1/e; an e below 1e-3 is replaced by 0.
 //
 // In each mode the equations are linear. They are solved by their Taylor series, whose remainder is
 // below rounding at the step used, and the first change of mode within a step is located on it:
@@ -19,14 +19,15 @@
 //     expansion → open          f_N ≤ 0          slip → stick   σ (u_T + σ μ (df_N/dt)/κ) ≥ 0
 //
 // For one contact and D_NT = 0 these are the two oscillators of quarter waves in normal and
-// tangential direction. Friction works against sliding only and springs return what they stored,
-// so the impact makes no energy.
+// tangential direction. Friction opposes sliding and springs return at most their stored energy, so
+// the impact does not add energy.
 // Sources: N. Maw, J. R. Barber, J. N. Fawcett, J. Lubrication Technology 103 (1981) 74; W. J.
 // Stronge, Impact Mechanics (2000), chapter 5 (springs with slip, unloading by k/e²).
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <optional>
+#include <span>
 
 #include "formulations/contact/impact_laws.hpp"
 #include "formulations/integrators/crossing.hpp"
@@ -55,14 +56,15 @@ class SpringImpact {
         u_(island.before.head(rows_)),
         impulse_(Eigen::VectorXd::Zero(rows_)),
         none_(1e-13 * u_.cwiseAbs().maxCoeff()) {
-    for (auto* list : {&series_, &force_}) list->fill(Eigen::VectorXd::Zero(rows_));
+    series_.fill(Eigen::VectorXd::Zero(rows_));
+    force_.fill(Eigen::VectorXd::Zero(rows_));
     for (std::size_t i = 0; i < springs_.size(); ++i) {
       if (!(u_n(i) < 0)) springs_[i].normal = Springs::Normal::open;  // it may close later
       begin_tangential(i);
     }
   }
 
-  /// Follows the impact until no contact can close again; returns false if it does not end.
+  /// Integrates the impact until no contact can close again; returns false if it does not end.
   bool run() {
     const long most = 20'000 * static_cast<long>(springs_.size());
     for (long steps = 0; steps < most; ++steps) {
@@ -159,16 +161,20 @@ class SpringImpact {
       series_[j + 2].noalias() = D_ * force_[j] / ((j + 1.0) * (j + 2));
     }
   }
-  double displacement(int row, double t) const {
+  using Series = std::span<const Eigen::VectorXd>;
+  /// Value of a row's Taylor series at t, and its derivative.
+  static double value_of(Series terms, int row, double t) {
     double sum = 0;
-    for (int j = order; j >= 0; --j) sum = sum * t + series_[j][row];
+    for (std::size_t j = terms.size(); j-- > 0;) sum = sum * t + terms[j][row];
     return sum;
   }
-  double velocity(int row, double t) const {
+  static double slope_of(Series terms, int row, double t) {
     double sum = 0;
-    for (int j = order; j >= 1; --j) sum = sum * t + j * series_[j][row];
+    for (std::size_t j = terms.size(); j-- > 1;) sum = sum * t + static_cast<double>(j) * terms[j][row];
     return sum;
   }
+  double displacement(int row, double t) const { return value_of(series_, row, t); }
+  double velocity(int row, double t) const { return slope_of(series_, row, t); }
   /// A step in which the series has converged, or the free flight to the next contact; −1: the
   /// impact has ended.
   double next_step() {
@@ -194,18 +200,13 @@ class SpringImpact {
   double normal_force(std::size_t i, double t) const {
     const auto& s = springs_[i];
     const int row = contacts_[i].normal;
-    if (s.normal != Springs::Normal::held) return s.stiffness * (-displacement(row, t) - s.release);
-    double sum = 0;
-    for (int j = order - 2; j >= 0; --j) sum = sum * t + force_[j][row];
-    return sum;
+    if (s.normal == Springs::Normal::held) return value_of(force_, row, t);
+    return s.stiffness * (-displacement(row, t) - s.release);
   }
   double force_rate(std::size_t i, double t) const {
     const auto& s = springs_[i];
     const int row = contacts_[i].normal;
-    if (s.normal != Springs::Normal::held) return -s.stiffness * velocity(row, t);
-    double sum = 0;
-    for (int j = order - 2; j >= 1; --j) sum = sum * t + j * force_[j][row];
-    return sum;
+    return s.normal == Springs::Normal::held ? slope_of(force_, row, t) : -s.stiffness * velocity(row, t);
   }
 
   /// The value of a change of contact i at t, which is positive once it has occurred.
@@ -333,8 +334,9 @@ class SpringImpact {
   int rows_;
   Eigen::MatrixXd D_;
   Eigen::VectorXd x_, u_, impulse_;
-  std::array<Eigen::VectorXd, order + 1> series_, force_;
-  double none_;  // m/s, rates below this are zero up to rounding
+  std::array<Eigen::VectorXd, order + 1> series_;  // of x
+  std::array<Eigen::VectorXd, order - 1> force_;   // of f
+  double none_;                                    // m/s, rates below this are zero up to rounding
   std::vector<std::size_t> held_;
   std::optional<MinimumNorm> holding_;
 };

@@ -6,10 +6,10 @@
 //     slip    F_T = −σ μ F_N,  σ = ±1                               while σ v_s ≥ 0
 //
 // While the contact area grows, the force changes by increments; while it shrinks, the force
-// shrinks with it. A force that stayed would make energy in cycles of load (Elata and Berryman,
-// Mech. Mater. 24 (1996) 229). κ = 2(1 − ν)/(2 − ν) for equal materials: Mindlin's 8 G* a over
-// Hertz's 2 E* a. The sliding velocity v_s of the contact is v_T less the rate of the spring's
-// deflection: with g = F_N/F_el (1 without damping)
+// decreases in proportion to k_T. A constant force would generate energy in loading cycles (Elata
+// and Berryman, Mech. Mater. 24 (1996) 229). κ = 2(1 − ν)/(2 − ν) for equal materials: Mindlin's
+// 8 G* a over Hertz's 2 E* a. The sliding velocity v_s of the contact is v_T less the rate of the
+// spring's deflection: with g = F_N/F_el (1 without damping)
 //
 //     v_s = v_T − σ (μ/κ) [g δ̇ + δ ġ/n − (1 − 1/n) g min(0, δ̇)].
 //

@@ -83,11 +83,8 @@ void PenaltyDynamics::evaluate(const T* q, const T* v, const T* bristle, const T
     if (c.law.dissipates()) terms.contact_work += force * rate;
     if (!c.rubs()) continue;
     const T v_t = row.tangent.dot(v), z = bristles_ ? bristle[k] : T(0);
-    const T tangential =
-        c.shear ? c.shear->force(c.zone, force, z) : T(-c.friction->coefficient(v_t, c.zone, z) * force);
-    if (bristles_)
-      terms.bristle_rate[k] = c.shear ? c.shear->rate(c.zone, delta, rate, elastic, v_t, z)
-                                      : c.friction->bristle_rate(v_t, c.zone, z);
+    const T tangential = c.tangential_force(force, v_t, z);
+    if (bristles_) terms.bristle_rate[k] = c.bristle_rate(delta, rate, elastic, v_t, z);
     row.tangent.add_to(e.force.data(), tangential);
     impulse[1] = tangential;
     terms.friction_loss -= tangential * v_t;

@@ -11,7 +11,9 @@
 // It owns the contacts with their laws and modes, the saddle point and the pieces of tables.
 #pragma once
 
+#include <algorithm>
 #include <memory>
+#include <optional>
 #include <vector>
 
 #include "dynamics/system.hpp"
@@ -92,6 +94,27 @@ struct PenaltyContact : PenaltyMode {
     return in_impact ? law.force(delta, elastic, rate, law.touch_speed(delta, rate, mass))
                      : law.force(delta, elastic, rate, v0);
   }
+  /// F_N (N) at a gap (m) and its rate, while closed.
+  double normal_force(double gap, double rate) const {
+    const double delta = std::max(0.0, -gap);
+    return force(delta, -rate, law.elastic.force(delta));
+  }
+  /// F_T (N) along the tangent at the sliding speed v_t; z: the state of its friction.
+  template <class T>
+  T tangential_force(const T& normal, const T& v_t, const T& z) const {
+    return shear ? shear->force(zone, normal, z) : T(-friction->coefficient(v_t, zone, z) * normal);
+  }
+  /// dz/dt of that state.
+  template <class T>
+  T bristle_rate(const T& delta, const T& rate, const T& elastic, const T& v_t, const T& z) const {
+    return shear ? shear->rate(zone, delta, rate, elastic, v_t, z) : friction->bristle_rate(v_t, zone, z);
+  }
+  /// Ends of the present zone of its friction: of the sliding speed (m/s), or of the load of a
+  /// tangential spring.
+  FrictionForce::Ends zone_ends() const { return shear ? FrictionForce::Ends{-1, 1} : friction->ends(zone); }
+  /// Tolerance at these ends. Otherwise two contacts that reach an end at the same instant would
+  /// change each other's zone back by rounding.
+  double zone_tolerance() const { return 1e-9 * (shear ? 1 : std::max(friction->v0, friction->v1)); }
 };
 
 class PenaltyDynamics {

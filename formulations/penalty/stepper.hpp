@@ -146,7 +146,7 @@ class PenaltyStepper {
       if (!std::isfinite(end_[k].gap + end_[k].rate + end_[k].slide)) return lose();
       find_gap_event(k, first);
       find_slide_event(k, first);
-      find_blow_event(k, first);
+      find_impact_event(k, first);
     }
     if (Method::fixed_step && leaps()) {
       method_.start(f_, method_.t_old, Vector(method_.x_old));
@@ -196,7 +196,7 @@ class PenaltyStepper {
     }
     if (first.found()) change_mode(first);
     if (first.contact >= 0) change_coincident(first);
-    if (first.found()) tell_method(first);
+    if (first.found()) inform_method(first);
     if (to_knot && method_.t >= knot) {
       method_.limit_step(INFINITY);
       restart_ = true;
@@ -209,29 +209,8 @@ class PenaltyStepper {
     }
     return stalled_ < most_stalled();
   }
-  std::string failure() const {
-    if (lost_)
-      return fmt::format(
-          "t = {:.9g} s: the state is no longer finite; use a smaller penalty.tolerance or penalty.step",
-          t_old());
-    if (f_.trouble()) return fmt::format("t = {:.9g} s: {}", t_old(), f_.trouble());
-    if (creeps_)
-      return fmt::format(
-          "t = {:.9g} s: steps of {:.2g} s, the motion is too stiff for this integrator; use "
-          "penalty.integrator = \"rosenbrock4\" or, for contacts from rest, a greater penalty.v0_floor",
-          t(), t() - t_old());
-    if (stalled_ >= most_stalled())
-      return fmt::format(
-          "t = {:.9g} s: {} repeatedly without progress in time; use a smaller penalty.step or "
-          "penalty.tolerance",
-          t(),
-          f_.system().contacts() > 0 ? "a contact opens and closes"
-                                     : "an angle or a length crosses a kink of its table");
-    return fmt::format(
-        "t = {:.9g} s: every step is rejected, however small: the motion may be singular there (such as at "
-        "a change point), or penalty.tolerance is below rounding error",
-        t_old());
-  }
+  /// The reason why step() returned false.
+  std::string failure() const;
 
   const PenaltyDynamics& dynamics() const { return f_; }
   /// How often an implicit step replaced the chosen method.
@@ -345,11 +324,8 @@ class PenaltyStepper {
     const double* v = x.data() + f_.system().n();
     Sample s{row.gap, row.normal.dot(v), row.tangent.dot(v)};
     const auto& c = f_.contacts()[k];
-    if (c.shear && c.closed && c.zone == 0) [[unlikely]] {
-      const double delta = std::max(0.0, -s.gap),
-                   normal = c.force(delta, -s.rate, c.law.elastic.force(delta));
-      s.slide = c.shear->load(normal, x[f_.bristle_offset() + k]);
-    }
+    if (c.shear && c.closed && c.zone == 0) [[unlikely]]
+      s.slide = c.shear->load(c.normal_force(s.gap, s.rate), x[f_.bristle_offset() + k]);
     return s;
   }
   Sample sample(int k, const Vector& x, double t) { return sampled(k, f_.contact_row(k, x, t), x); }
@@ -411,31 +387,18 @@ class PenaltyStepper {
   /// Finds the beginning or end of an impact on a closed contact. It begins if the contact has a
   /// greater w than its v₀, or is compressed again. It ends if the load no longer exceeds the
   /// damping, or the contact expands. An impact that differs by less than a hundredth is the same.
-  void find_blow_event(int k, Event& first);
+  void find_impact_event(int k, Event& first);
   struct Instant {
     double t = 0;
     Sample at = {};
   };
   /// The first such time between two times of the last step.
-  std::optional<double> blow_between(int k, const Instant& before, const Instant& after);
+  std::optional<double> impact_between(int k, const Instant& before, const Instant& after);
   /// An impact on a closed contact begins, or ends and sets v₀.
   void apply_impact(int k);
   /// Whether a fixed step has changed a sliding speed that began in a steep zone of its friction
   /// law far beyond that zone. No motion does this: the step is unstable there.
   bool leaps() const;
-  /// Tolerance of the watched value at the boundary of zones (m/s; a tangential spring: 1).
-  /// Otherwise two contacts that reach a boundary at the same instant would change each other's
-  /// zone back by rounding.
-  static double nudge(const PenaltyContact& c) {
-    if (c.shear) return 1e-9;
-    return 1e-9 * std::max(c.friction->v0, c.friction->v1);
-  }
-  /// Ends of the present zone of a contact's friction.
-  static std::array<double, 2> zone_ends(const PenaltyContact& c) {
-    if (c.shear) return {-1, 1};
-    const auto [low, high] = c.friction->ends(c.zone);
-    return {low, high};
-  }
   /// If the watched value was outside its zone at both ends of a step, it takes its actual zone.
   void follow_zone(int k);
 
@@ -447,7 +410,7 @@ class PenaltyStepper {
   void change_mode(const Event& event);
   /// Informs the method of a new mode. A sliding speed that leaves one zone after another with
   /// hardly a step between is caused by a step that is too long.
-  void tell_method(const Event& event);
+  void inform_method(const Event& event);
   /// Contacts whose gaps reach zero at the same instant, up to rounding, are part of the same
   /// event.
   void change_coincident(const Event& first);

@@ -41,8 +41,8 @@ void PenaltyStepper<Method>::change_mode(const Event& event) {
   if (event.kind == Event::Kind::impact) {
     apply_impact(event.contact);
   } else if (event.kind == Event::Kind::slide) {
-    const bool up = event.boundary == zone_ends(c)[1];
-    enter_zone(event.contact, event.boundary + (up ? nudge(c) : -nudge(c)));
+    const bool up = event.boundary == c.zone_ends().high;
+    enter_zone(event.contact, event.boundary + (up ? c.zone_tolerance() : -c.zone_tolerance()));
     restart_ = true;
   } else if (c.closed) {
     open(event.contact);
@@ -61,8 +61,7 @@ void PenaltyStepper<Method>::enter_zone(int k, double slide) {
   // Between stick and slip the force is continuous.
   if (c.zone != 0) {
     const auto& s = mark_[k].at;
-    const double delta = std::max(0.0, -s.gap), normal = c.force(delta, -s.rate, c.law.elastic.force(delta));
-    method_.x[f_.bristle_offset() + k] = c.zone * c.shear->mu * normal;
+    method_.x[f_.bristle_offset() + k] = c.zone * c.shear->mu * c.normal_force(s.gap, s.rate);
   }
   c.zone = c.zone != 0 ? 0 : slide > 0 ? 1 : -1;
   mark_[k].at = sample_end(k);
@@ -72,15 +71,15 @@ template <class Method>
 void PenaltyStepper<Method>::follow_zone(int k) {
   const auto& c = f_.contacts()[k];
   if (c.shear && c.zone != 0) return;
-  const auto [low, high] = zone_ends(c);
+  const auto [low, high] = c.zone_ends();
   const double slide = mark_[k].at.slide;
-  if (slide >= low - nudge(c) && slide <= high + nudge(c)) return;
+  if (slide >= low - c.zone_tolerance() && slide <= high + c.zone_tolerance()) return;
   enter_zone(k, slide);
   restart_ |= c.shear.has_value();  // its rate jumps, which that of a coefficient does not
 }
 
 template <class Method>
-void PenaltyStepper<Method>::tell_method(const Event& event) {
+void PenaltyStepper<Method>::inform_method(const Event& event) {
   const bool soon = event.kind == Event::Kind::slide && f_.work.steps - last_slide_ <= 4;
   chatter_ = soon ? chatter_ + 1 : 0;
   if (event.kind == Event::Kind::slide) last_slide_ = f_.work.steps;
@@ -144,6 +143,31 @@ void PenaltyStepper<Method>::open(int k) {
               method_.x[p + 1] - mark_[k].impulse_t, method_.t - mark_[k].t);
   mark_[k].at = {row.gap, rate, slide};
   restart_ = true;
+}
+
+template <class Method>
+std::string PenaltyStepper<Method>::failure() const {
+  if (lost_)
+    return fmt::format(
+        "t = {:.9g} s: the state is no longer finite; use a smaller penalty.tolerance or penalty.step",
+        t_old());
+  if (f_.trouble()) return fmt::format("t = {:.9g} s: {}", t_old(), f_.trouble());
+  if (creeps_)
+    return fmt::format(
+        "t = {:.9g} s: steps of {:.2g} s, the motion is too stiff for this integrator; use "
+        "penalty.integrator = \"rosenbrock4\" or, for contacts from rest, a greater penalty.v0_floor",
+        t(), t() - t_old());
+  if (stalled_ >= most_stalled())
+    return fmt::format(
+        "t = {:.9g} s: {} repeatedly without progress in time; use a smaller penalty.step or "
+        "penalty.tolerance",
+        t(),
+        f_.system().contacts() > 0 ? "a contact opens and closes"
+                                   : "an angle or a length crosses a kink of its table");
+  return fmt::format(
+      "t = {:.9g} s: every step is rejected, however small: the motion may be singular there (such as at "
+      "a change point), or penalty.tolerance is below rounding error",
+      t_old());
 }
 
 template <class Method>

@@ -99,16 +99,17 @@ void PenaltyStepper<Method>::find_slide_event(int k, Event& first) {
   if (c.shear && c.zone != 0) return find_slip_end(k, first);
   if (c.shear) {
     for (const int side : {-1, 1})
-      find_zone_end(k, first, side, [&](double t) { return 1 + nudge(c) - side * sample_at(k, t).slide; });
+      find_zone_end(k, first, side,
+                    [&](double t) { return 1 + c.zone_tolerance() - side * sample_at(k, t).slide; });
     return;
   }
-  const auto [low, high] = zone_ends(c);
+  const auto [low, high] = c.zone_ends();
   const double before = mark_[k].at.slide, after = end_[k].slide;
   if (after >= low && after <= high) return;
   const double boundary = after > high ? high : low;
   // already beyond it: at once, or follow_zone()
   if ((before - boundary) * (after - boundary) >= 0) {
-    if (std::abs(before - boundary) <= nudge(c) && first.t > method_.t_old)
+    if (std::abs(before - boundary) <= c.zone_tolerance() && first.t > method_.t_old)
       first = {k, Event::Kind::slide, method_.t_old, boundary};
     return;
   }
@@ -201,7 +202,7 @@ double PenaltyStepper<Method>::least_gap(int k, const Sample& before) {
 }
 
 template <class Method>
-void PenaltyStepper<Method>::find_blow_event(int k, Event& first) {
+void PenaltyStepper<Method>::find_impact_event(int k, Event& first) {
   const auto& c = f_.contacts()[k];
   if (!c.closed || !(c.law.chi > 0 || c.law.own()) || !(method_.t > method_.t_old)) return;
   // In a step as long as the contact, an impact on it may begin and end.
@@ -214,7 +215,7 @@ void PenaltyStepper<Method>::find_blow_event(int k, Event& first) {
       to.t = method_.t_old + i * h;
       to.at = sample_at(k, to.t);
     }
-    if (const auto t = blow_between(k, from, to)) {
+    if (const auto t = impact_between(k, from, to)) {
       if (*t < first.t || !first.found()) first = {k, Event::Kind::impact, *t, 0};
       return;
     }
@@ -223,8 +224,8 @@ void PenaltyStepper<Method>::find_blow_event(int k, Event& first) {
 }
 
 template <class Method>
-std::optional<double> PenaltyStepper<Method>::blow_between(int k, const Instant& before,
-                                                           const Instant& after) {
+std::optional<double> PenaltyStepper<Method>::impact_between(int k, const Instant& before,
+                                                             const Instant& after) {
   constexpr double same = 0.01;
   const auto& c = f_.contacts()[k];
   const auto turn = [&] {
@@ -270,7 +271,7 @@ bool PenaltyStepper<Method>::leaps() const {
   for (int k = 0; k < f_.system().contacts(); ++k) {
     const auto& c = f_.contacts()[k];
     if (!c.closed || !c.friction) continue;
-    const auto [low, high] = zone_ends(c);
+    const auto [low, high] = c.zone_ends();
     if (std::isfinite(high - low) && std::abs(end_[k].slide - mark_[k].at.slide) > 100 * (high - low))
       return true;
   }

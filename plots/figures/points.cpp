@@ -55,7 +55,8 @@ std::vector<std::filesystem::path> draw_points(const std::filesystem::path& fold
   f.script.add("set multiplot layout {},1 margins X(2.0),1-X(0.4),Y(1.4),1-Y({}) spacing 0,Y(1.4)\n",
                panels.size(), 0.5 + 0.5 * rows);
   f.script.add(
-      "set xlabel {} noenhanced\nset key at graph 0.5, graph 1.02 center bottom horizontal maxcols 3 samplen 3 font SMALL\n",
+      "set xlabel {} noenhanced\nset key at graph 0.5, graph 1.02 center bottom horizontal maxcols 3 "
+      "samplen 3 font SMALL\n",
       axis + (unit.empty() ? "" : " (" + unit + ")"));
   std::size_t block = 0;
   for (const auto& panel : panels) {

@@ -38,6 +38,12 @@ std::string table(const std::vector<MeasuredQuantity>& measured, const std::vect
   return out;
 }
 
+/// The measured points of a compared quantity.
+const std::vector<MeasuredPoint>& points_of(const std::vector<MeasuredQuantity>& measured,
+                                            const PointAgreement& a) {
+  return std::ranges::find(measured, a.quantity, &MeasuredQuantity::name)->points;
+}
+
 /// The place of a measured point in words.
 std::string place(const Study& study, const MeasuredPoint& point) {
   std::string text;
@@ -56,22 +62,18 @@ std::string verdicts(const Study& study, const std::vector<MeasuredQuantity>& me
   for (const auto& v : study.variants)
     for (const auto& formulation : v.formulations) {
       std::string text;
-      bool agrees = true, decided = true;
+      auto verdict = Agreement::Verdict::agrees;
       for (const auto& a : all) {
         if (a.variant != v.name || a.formulation != formulation) continue;
-        const auto m = std::ranges::find(measured, a.quantity, &MeasuredQuantity::name);
-        agrees = agrees && a.agrees();
-        decided = decided && a.decided;
+        // One undecided quantity leaves all undecided; otherwise one that differs is decisive.
+        verdict = std::max(verdict, a.verdict());
         text += fmt::format("{}{}: ", text.empty() ? "" : "; ", a.quantity);
         if (a.decided) text += fmt::format("{} of {} points outside, ", a.outside, a.model.size());
-        text +=
-            fmt::format("greatest error {:.3g} at {}", a.greatest, place(study, m->points[a.greatest_at]));
+        text += fmt::format("greatest error {:.3g} at {}", a.greatest,
+                            place(study, points_of(measured, a)[a.greatest_at]));
       }
-      out += fmt::format("{} [{}] {}: {}\n", v.title, formulation,
-                         !decided ? "is undecided"
-                         : agrees ? "agrees"
-                                  : "differs",
-                         text);
+      out += fmt::format("{} [{}] {}{}: {}\n", v.title, formulation,
+                         verdict == Agreement::Verdict::undecided ? "is " : "", text_of(verdict), text);
     }
   return out;
 }
@@ -82,32 +84,33 @@ nlohmann::json to_json(const Study& study, const std::vector<MeasuredQuantity>& 
   for (const auto& axis : study.axes) out["axes"].push_back({{"name", axis.name}, {"unit", axis.unit}});
   for (const auto& v : study.variants) out["variants"].push_back({{"name", v.name}, {"title", v.title}});
   for (const auto& m : measured) out["quantities"].push_back(m.name);
-  for (const auto& a : all) {
-    const auto m = std::ranges::find(measured, a.quantity, &MeasuredQuantity::name);
+  for (const auto& a : all)
     out["agreement"].push_back({{"variant", a.variant},
                                 {"formulation", a.formulation},
                                 {"quantity", a.quantity},
                                 {"rms", a.rms},
                                 {"greatest", a.greatest},
-                                {"greatest_at", place(study, m->points[a.greatest_at])},
+                                {"greatest_at", place(study, points_of(measured, a)[a.greatest_at])},
                                 {"outside", a.decided ? nlohmann::json(a.outside) : nlohmann::json()},
                                 {"points", a.model.size()},
-                                {"verdict", !a.decided   ? "undecided"
-                                            : a.agrees() ? "agrees"
-                                                         : "differs"}});
-  }
+                                {"verdict", text_of(a.verdict())}});
   return out;
+}
+
+/// Columns that name a run, and then `columns`.
+std::string csv_header(const Study& study, const char* columns) {
+  std::string line = "quantity,variant,formulation,";
+  for (const auto& axis : study.axes) line += axis.name + ",";
+  return line + columns + "\n";
 }
 
 void write_points(const Study& study, const std::vector<MeasuredQuantity>& measured,
                   const std::vector<PointAgreement>& all, const std::filesystem::path& file) {
-  std::string csv = "quantity,variant,formulation";
-  for (const auto& axis : study.axes) csv += "," + axis.name;
-  csv += ",measured,uncertainty,model\n";
+  std::string csv = csv_header(study, "measured,uncertainty,model");
   for (const auto& a : all) {
-    const auto m = std::ranges::find(measured, a.quantity, &MeasuredQuantity::name);
-    for (std::size_t i = 0; i < m->points.size(); ++i) {
-      const auto& p = m->points[i];
+    const auto& points = points_of(measured, a);
+    for (std::size_t i = 0; i < points.size(); ++i) {
+      const auto& p = points[i];
       csv += fmt::format("{},{},{}", a.quantity, a.variant, a.formulation);
       for (std::size_t k = 0; k < p.at.size(); ++k) csv += fmt::format(",{}", p.at[k] * study.axes[k].scale);
       csv += fmt::format(",{},{},{}\n", p.value, p.uncertainty, a.model[i]);
@@ -119,15 +122,14 @@ void write_points(const Study& study, const std::vector<MeasuredQuantity>& measu
 /// The quantities of every run, for curves through the measured points.
 void write_curves(const Study& study, const std::vector<MeasuredQuantity>& measured,
                   const std::vector<RunRow>& runs, const std::filesystem::path& file) {
-  std::string csv = "quantity,variant,formulation";
-  for (const auto& axis : study.axes) csv += "," + axis.name;
-  csv += ",model\n";
+  std::string csv = csv_header(study, "model");
+  const QuantityReader quantity(study);
   for (const auto& m : measured)
     for (const auto& run : runs) {
       csv += fmt::format("{},{},{}", m.name, run.variant, run.formulation);
       for (std::size_t k = 0; k < run.values.size(); ++k)
         csv += fmt::format(",{}", run.values[k] * study.axes[k].scale);
-      csv += fmt::format(",{}\n", quantity_of(study, m.name, run));
+      csv += fmt::format(",{}\n", quantity(m.name, run));
     }
   write_file(file, csv);
 }

@@ -81,6 +81,18 @@ void first_times(Findings& f, const char* subject, const std::vector<Event>& fou
              double(exact[i].t), late, independent, "h, times four per further impact");
 }
 
+/// All impacts of a pendulum by events, and the first three by Moreau–Jean in a run of `duration`
+/// (s).
+void impacts_of_pendulum(Findings& f, const char* subject, Scene scene, const Impacts& exact,
+                         double duration) {
+  all_impacts(
+      f, subject, onsets(test::simulate(scene, Family::nonsmooth)), exact,
+      {1e-11, 1e-9, "tolerance 1e-12 per step, some 1e3 steps; errors grow up to fourfold per impact"});
+  const double h = 1e-5;
+  scene.run.duration = duration;
+  first_times(f, subject, onsets(test::simulate(stepped(scene, h), Family::nonsmooth)), exact, 3, h);
+}
+
 void oscillator_at_wall(Findings& f) {
   const char* const subject = "oscillator at a wall (Siconos)";
   const char* const closed = "harmonic flights in closed form";
@@ -133,11 +145,7 @@ void pendulum_between_stops(Findings& f) {
   const char* const subject = "pendulum on a slider between stops (Siconos)";
   auto scene = published_scene("pendulum-between-stops");
   const auto exact = reference::pendulum_between_stops(3);
-  all_impacts(
-      f, subject, onsets(test::simulate(scene, Family::nonsmooth)), exact,
-      {1e-11, 1e-9, "tolerance 1e-12 per step, some 1e3 steps; errors grow up to fourfold per impact"});
-  const double h = 1e-5;
-  first_times(f, subject, onsets(test::simulate(stepped(scene, h), Family::nonsmooth)), exact, 3, h);
+  impacts_of_pendulum(f, subject, scene, exact, 3);
   scene.run.duration = 1;
   const auto found = onsets(test::simulate(scene, Family::penalty));
   double late = 1e-9;
@@ -151,15 +159,8 @@ void pendulum_between_stops(Findings& f) {
 }
 
 void double_pendulum_at_wall(Findings& f) {
-  const char* const subject = "double pendulum at a wall (Siconos)";
-  auto scene = published_scene("double-pendulum-at-wall");
-  const auto exact = reference::double_pendulum_at_wall(5);
-  all_impacts(
-      f, subject, onsets(test::simulate(scene, Family::nonsmooth)), exact,
-      {1e-11, 1e-9, "tolerance 1e-12 per step, some 1e3 steps; errors grow up to fourfold per impact"});
-  const double h = 1e-5;
-  scene.run.duration = 1.5;
-  first_times(f, subject, onsets(test::simulate(stepped(scene, h), Family::nonsmooth)), exact, 3, h);
+  impacts_of_pendulum(f, "double pendulum at a wall (Siconos)", published_scene("double-pendulum-at-wall"),
+                      reference::double_pendulum_at_wall(5), 1.5);
 }
 
 void impacting_stick(Findings& f) {
@@ -300,8 +301,7 @@ void woodpecker(Findings& f) {
 void woodpecker_small_angles(Findings& f) {
   const char* const subject = "woodpecker toy, small angles";
   auto scene = published_scene("woodpecker-small-angles");
-  reference::Woodpecker toy;
-  toy = reference::Woodpecker{.stretch = 1e-5L};
+  const reference::Woodpecker toy{.stretch = 1e-5L};
   auto motion = reference::woodpecker(toy);
   motion.run(0.62L);
   all_impacts(f, subject, onsets(test::simulate(scene, Family::nonsmooth)), motion.impacts,

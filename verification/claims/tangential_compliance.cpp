@@ -52,40 +52,47 @@ std::string name(double degrees, const char* how) {
                     fmt::format("tangential velocity after over before, {:g}°", degrees), how);
 }
 
-void impulse_map(Findings& f) {
+/// Compares impacts at two restitutions with impact(sphere, e, u_n, u_t), the reference for these
+/// rates.
+template <class Reference>
+void compare_with(Findings& f, Family family, const char* how, double bound, const char* source,
+                  const char* reason, const Reference& impact) {
   Sphere sphere;
   for (const double e : {0.98, 0.5}) {
     sphere.scene.mechanism.surfaces[0].restitution = e;
     for (const double angle : angles) {
       const long double u_t = sphere.tangential(angle);
-      const auto exact = reference::compliant_impact<long double>(sphere.delassus(), sphere.normal(angle),
-                                                                  u_t, e, *sphere.surface().friction,
-                                                                  stiffness_ratio(sphere.surface()));
-      f.within(name(angle, fmt::format("event-driven, compliant law, e = {:g}", e).c_str()), "",
-               sphere.restitution(Family::nonsmooth, angle), static_cast<double>(exact.u_t / u_t), 1e-11,
-               "references/compliant_impact: slip in closed form, stick by its modes, long double",
-               "rounding of a few hundred terms, over the least tangential velocity");
+      const auto exact = impact(sphere, e, sphere.normal(angle), u_t);
+      f.within(name(angle, fmt::format("{}, e = {:g}", how, e).c_str()), "",
+               sphere.restitution(family, angle), static_cast<double>(exact.u_t / u_t), bound, source,
+               reason);
     }
   }
 }
 
+void impulse_map(Findings& f) {
+  compare_with(f, Family::nonsmooth, "event-driven, compliant law", 1e-11,
+               "references/compliant_impact: slip in closed form, stick by its modes, long double",
+               "rounding of a few hundred terms, over the least tangential velocity",
+               [](const Sphere& sphere, double e, long double u_n, long double u_t) {
+                 const auto& surface = sphere.surface();
+                 return reference::compliant_impact<long double>(sphere.delassus(), u_n, u_t, e,
+                                                                 *surface.friction, stiffness_ratio(surface));
+               });
+}
+
 void force_law(Findings& f) {
-  Sphere sphere;
-  for (const double e : {0.98, 0.5}) {
-    sphere.scene.mechanism.surfaces[0].restitution = e;
-    const double chi = make_contact_force(sphere.scene, System(sphere.scene.mechanism).contact_facts(0)).chi;
-    for (const double angle : angles) {
-      const long double u_t = sphere.tangential(angle);
-      const auto exact = reference::hertz_mindlin_impact<long double>(sphere.delassus(), sphere.normal(angle),
-                                                                      u_t, chi, *sphere.surface().friction,
-                                                                      stiffness_ratio(sphere.surface()));
-      f.within(name(angle, fmt::format("penalty, Hertz contact, e = {:g}", e).c_str()), "",
-               sphere.restitution(Family::penalty, angle), static_cast<double>(exact.u_t / u_t), 1e-6,
+  compare_with(f, Family::penalty, "penalty, Hertz contact", 1e-6,
                "references/hertz_mindlin_impact: long double, order 8",
                "tolerance 1e-12 of the greatest speed and force, at kinks and over the least "
-               "tangential velocity");
-    }
-  }
+               "tangential velocity",
+               [](const Sphere& sphere, double, long double u_n, long double u_t) {
+                 const auto& surface = sphere.surface();
+                 const double chi =
+                     make_contact_force(sphere.scene, System(sphere.scene.mechanism).contact_facts(0)).chi;
+                 return reference::hertz_mindlin_impact<long double>(
+                     sphere.delassus(), u_n, u_t, chi, *surface.friction, stiffness_ratio(surface));
+               });
 }
 
 void one_contact_in_both(Findings& f) {

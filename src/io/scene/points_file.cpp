@@ -28,6 +28,17 @@ std::vector<std::string> fields(const std::string& line) {
   return list;
 }
 
+/// Calls use(number, fields) for each line that is neither empty nor a comment; numbers are from 1.
+template <class Use>
+void for_each_line(const std::string& text, const Use& use) {
+  std::istringstream in(text.starts_with("\xEF\xBB\xBF") ? text.substr(3) : text);
+  long number = 0;
+  for (std::string line; std::getline(in, line);) {
+    ++number;
+    if (!trimmed(line).empty() && line[0] != '#') use(number, fields(line));
+  }
+}
+
 }  // namespace
 
 std::optional<double> number_in(const std::string& field) {
@@ -38,19 +49,15 @@ std::optional<double> number_in(const std::string& field) {
 }
 
 TextTable read_text_table(const std::string& text, const std::function<void(const std::string&)>& fail) {
-  std::istringstream in(text.starts_with("\xEF\xBB\xBF") ? text.substr(3) : text);
   TextTable table;
-  long number = 0;
-  for (std::string line; std::getline(in, line);) {
-    ++number;
-    if (trimmed(line).empty() || line[0] == '#') continue;
+  for_each_line(text, [&](long number, std::vector<std::string> list) {
     if (table.header.empty()) {
-      table.header = fields(line);
-      continue;
+      table.header = std::move(list);
+      return;
     }
-    table.rows.push_back(fields(line));
+    table.rows.push_back(std::move(list));
     table.line.push_back(number);
-  }
+  });
   if (table.header.empty()) fail("has no header with the names of its columns");
   return table;
 }
@@ -58,16 +65,10 @@ TextTable read_text_table(const std::string& text, const std::function<void(cons
 std::vector<std::pair<double, double>> read_points(const std::string& text,
                                                    const std::vector<std::string>& columns,
                                                    const std::function<void(const std::string&)>& fail) {
-  std::istringstream in(text.starts_with("\xEF\xBB\xBF") ? text.substr(3) : text);
-  std::string line;
-  long number = 0;
   std::vector<std::string> header;
   std::array<std::size_t, 2> place{0, 1};
   std::vector<std::pair<double, double>> points;
-  while (std::getline(in, line)) {
-    ++number;
-    if (trimmed(line).empty() || line[0] == '#') continue;
-    const auto list = fields(line);
+  for_each_line(text, [&](long number, const std::vector<std::string>& list) {
     if (header.empty()) {
       header = list;
       if (header.size() < 2) fail(fmt::format("line {}: expected a header of at least two columns", number));
@@ -82,7 +83,7 @@ std::vector<std::pair<double, double>> read_points(const std::string& text,
         }
         place[i] = static_cast<std::size_t>(found - header.begin());
       }
-      continue;
+      return;
     }
     if (list.size() != header.size())
       fail(fmt::format("line {} has {} fields, the header {}", number, list.size(), header.size()));
@@ -96,7 +97,7 @@ std::vector<std::pair<double, double>> read_points(const std::string& text,
       point[i] = *x;
     }
     points.emplace_back(point[0], point[1]);
-  }
+  });
   return points;
 }
 

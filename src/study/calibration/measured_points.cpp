@@ -88,14 +88,16 @@ std::vector<MeasuredQuantity> read_measured_points(const Study& study) {
   return list;
 }
 
-double quantity_of(const Study& study, const std::string& name, const RunRow& run) {
-  const auto known = quantities_of(study);
-  const auto at = static_cast<std::size_t>(std::ranges::find(known, name) - known.begin());
-  return at < run.measures.size() ? run.measures[at] : Deriver(study)(run)[at - run.measures.size()];
+QuantityReader::QuantityReader(const Study& study) : names_(quantities_of(study)), derive_(study) {}
+
+double QuantityReader::operator()(const std::string& name, const RunRow& run) const {
+  const auto at = static_cast<std::size_t>(std::ranges::find(names_, name) - names_.begin());
+  return at < run.measures.size() ? run.measures[at] : derive_(run)[at - run.measures.size()];
 }
 
 std::vector<PointAgreement> agreement_with(const Study& study, const std::vector<MeasuredQuantity>& measured,
                                            const std::vector<RunRow>& runs) {
+  const QuantityReader quantity(study);
   std::vector<PointAgreement> all;
   for (const auto& v : study.variants)
     for (const auto& formulation : v.formulations)
@@ -111,7 +113,7 @@ std::vector<PointAgreement> agreement_with(const Study& study, const std::vector
             if (run.variant != v.name || run.formulation != formulation ||
                 !same_place(study, p.at, run.values))
               continue;
-            sum += quantity_of(study, m.name, run);
+            sum += quantity(m.name, run);
             ++starts;
           }
           const double model = starts > 0 ? sum / starts : std::nan(""), off = model - p.value;

@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "study/calibration/validate.hpp"
 #include "study/store/results.hpp"
 
 namespace freeplay {
@@ -26,19 +27,31 @@ struct MeasuredQuantity {
 /// compute, a value without a run, or a line that is not numeric.
 std::vector<MeasuredQuantity> read_measured_points(const Study& study);
 
-/// The value of a measure or derived column of one run; NaN: absent.
-double quantity_of(const Study& study, const std::string& name, const RunRow& run);
+/// Values of a study's measures and derived columns, by name.
+class QuantityReader {
+ public:
+  explicit QuantityReader(const Study& study);
+  /// The value in one run; NaN: absent.
+  double operator()(const std::string& name, const RunRow& run) const;
+
+ private:
+  std::vector<std::string> names_;
+  Deriver derive_;
+};
 
 /// Agreement of one variant in one formulation with one quantity.
 struct PointAgreement {
   std::string variant, formulation, quantity;
-  std::vector<double> model;  ///< at each measured point, mean over starts; NaN: no run finished
-  double rms = 0;             ///< root mean square of model less measured
-  double greatest = 0;        ///< the greatest difference, with its sign
+  std::vector<double> model = {};  ///< at each measured point, mean over starts; NaN: no run finished
+  double rms = 0;                  ///< root mean square of model less measured
+  double greatest = 0;             ///< the greatest difference, with its sign
   std::size_t greatest_at = 0;
   int outside = 0;       ///< points that differ by more than two standard uncertainties
   bool decided = false;  ///< whether every point has an uncertainty and a model value
-  bool agrees() const { return decided && outside == 0; }
+  Agreement::Verdict verdict() const {
+    using enum Agreement::Verdict;
+    return !decided ? undecided : outside == 0 ? agrees : differs;
+  }
 };
 
 std::vector<PointAgreement> agreement_with(const Study& study, const std::vector<MeasuredQuantity>& measured,

@@ -177,4 +177,11 @@ class ContactEvents {
   CooperVerner<Long> method_;
 };
 
+/// The impacts of a motion up to `until` (s).
+template <class System>
+std::vector<PublishedImpact> impacts_until(ContactEvents<System> motion, Long until) {
+  motion.run(until);
+  return motion.impacts;
+}
+
 }  // namespace freeplay::reference

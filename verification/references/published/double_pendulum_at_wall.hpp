@@ -42,9 +42,7 @@ struct DoublePendulumAtWall {
 
 /// The impacts of the published start at rest, q₀ = 0.1 and q₁ = 0.2, up to `until` (s).
 inline std::vector<PublishedImpact> double_pendulum_at_wall(Long until) {
-  ContactEvents<DoublePendulumAtWall> motion({}, {0.1L, 0.2L}, {0, 0}, 1e-3L);
-  motion.run(until);
-  return motion.impacts;
+  return impacts_until<DoublePendulumAtWall>({{}, {0.1L, 0.2L}, {0, 0}, 1e-3L}, until);
 }
 
 }  // namespace freeplay::reference

@@ -39,9 +39,7 @@ struct PendulumBetweenStops {
 
 /// The impacts of the published start x = θ = 0.1, ẋ = 2 m/s, θ̇ = 0 up to `until` (s).
 inline std::vector<PublishedImpact> pendulum_between_stops(Long until) {
-  ContactEvents<PendulumBetweenStops> motion({}, {0.1L, 0.1L}, {2, 0}, 2e-3L);
-  motion.run(until);
-  return motion.impacts;
+  return impacts_until<PendulumBetweenStops>({{}, {0.1L, 0.1L}, {2, 0}, 2e-3L}, until);
 }
 
 }  // namespace freeplay::reference

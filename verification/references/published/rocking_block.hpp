@@ -41,9 +41,8 @@ inline Long rocking_height() { return std::sqrt(3.0L) / 4 + 0.125L; }
 
 /// The impacts from rest at 60° up to `until` (s).
 inline std::vector<PublishedImpact> rocking_block(const RockingBlock& block, Long until) {
-  ContactEvents<RockingBlock> motion(block, {rocking_height(), std::numbers::pi_v<Long> / 3}, {0, 0}, 1e-3L);
-  motion.run(until);
-  return motion.impacts;
+  return impacts_until<RockingBlock>({block, {rocking_height(), std::numbers::pi_v<Long> / 3}, {0, 0}, 1e-3L},
+                                     until);
 }
 
 /// The first impact in closed form, for corners above the floor.
