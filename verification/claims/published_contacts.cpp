@@ -59,18 +59,6 @@ void exudyn_contacts(Findings& f) {
   fall_on_linear_floor(f, "exudyn-post-newton", elastic,
                        reference::exudyn_post_newton().at(0.5L, reference::exudyn_post_newton_start), 1.4e-7,
                        "k v h²/(2 m) at each of six changes of contact, 4.4e-8 m/s, over 0.5 s");
-  // The stored results of the source are those of long steps.
-  const auto against = [&](const char* name, const char* subject, double stored, double bound,
-                           const char* reason) {
-    f.within(claim_name(subject, "height at the end against the stored result", "penalty"), "m",
-             run_published(read_scene(test::published(name)), test::penalty).final_state.q[1], stored, bound,
-             "Exudyn, TestModels", reason);
-  };
-  against("exudyn-contact-coordinate", damped, 0.0553131995, 9e-4,
-          "the source's floor may pull, which changes the height by 8.9e-4 m (linear_contact.hpp)");
-  against(
-      "exudyn-post-newton", elastic, 0.0572866383, 6e-3,
-      "trapezoidal rule, ω h = 1.4: a contact of 11.3 ms is (ω h)²/12 too long; three contacts at 1.1 m/s");
 }
 
 /// The impact of a run against Hertz's closed form and, where one was read, the published figure.

@@ -39,7 +39,9 @@ TEST_CASE("a study is compared with measured points", "[studies][program]") {
   CHECK_THAT(test::file_text(study.out / "points.csv"),
              Catch::Contains("rise,given,nonsmooth,0.5,0.1251,0.001,0.12"));
 
-  const auto off = study.validate("quantity,e,value,uncertainty\nrise,0.5,0.13,0.001\nrise,0.8,0.32,0.001\n");
+  const auto off =
+      study.validate("quantity,e,value,uncertainty\nrise,0.5,0.1269,0.001\nrise,0.8,0.3221,0.001\n");
+  CHECK(off.status == 0);  // a result, as any other
   CHECK_THAT(off.out, Catch::Contains("differs: rise: 1 of 2 points outside"));
   const auto open = study.validate("quantity,e,value\nrise,0.5,0.13\n");
   CHECK_THAT(open.out, Catch::Contains("is undecided: rise: greatest error"));

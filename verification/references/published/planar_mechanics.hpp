@@ -110,8 +110,6 @@ struct KinematicLoop {
 inline constexpr std::array<double, 2> modelica_piston_engine{-16.814939496173498, -1.5942662794413873};
 inline constexpr std::array<double, 4> modelica_crane_crab{-0.022500227083739884, 0.63438290867220337,
                                                            0.1926889597016514, -0.15900647174341664};
-inline constexpr std::array<double, 4> modelica_double_pendulum{-0.44957610280868393, 2.7242208618263484,
-                                                                2.3603070758134681, 9.4687353944554697};
 inline constexpr std::array<double, 4> modelica_kinematic_loop{0.31854238765371756, -0.26874002529911167,
                                                                0.075377524585935343, 0.42138005465205353};
 
