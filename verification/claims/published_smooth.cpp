@@ -275,9 +275,9 @@ void andrews(Findings& f) {
 
 void planar_mechanics(Findings& f) {
   const auto ways = schemes(1e-4, "Moreau–Jean, h = 1e-4 s");
-  const Grounds grounds{"references/published/planar_mechanics", per_step,
-                        "PlanarMechanics 1.6.0, stored results by Dymola",
-                        "DASSL with tolerance 1e-6 per step; growth by ten to a hundred, assumed after a first comparison"};
+  const Grounds grounds{
+      "references/published/planar_mechanics", per_step, "PlanarMechanics 1.6.0, stored results by Dymola",
+      "DASSL with tolerance 1e-6 per step; growth by ten to a hundred, assumed after a first comparison"};
   const auto compare = [&](const char* subject, const char* name, const std::vector<Quantity>& quantities,
                            const Grounds& why) {
     const auto scene = read_scene(test::published(name));
