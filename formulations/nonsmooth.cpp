@@ -18,6 +18,8 @@ namespace {
 /// An impact acts up to one step late, with the velocity at the step's beginning. After a flight
 /// from rest of N steps the relative error is 1/N.
 constexpr double fewest_steps = 30;
+/// Greatest κ of the compliant impact law; the number of its steps grows as √κ.
+constexpr double stiffest_shear = 1e4;
 
 /// The part that all nonsmooth schemes share: contact models and notes. A Stepper adds singular()
 /// and nearest_singular().
@@ -122,6 +124,14 @@ std::unique_ptr<Formulation> make_nonsmooth(const Scene& scene, const System& sy
       if (s.tangential_restitution > 0)
         throw ModelError(fmt::format("surfaces.{}.tangential_restitution", s.name),
                          "applies only to nonsmooth.impact_law = \"newton\"; remove it");
+  if (scene.nonsmooth.impact_law == ImpactLaw::compliant)
+    for (const auto& s : scene.mechanism.surfaces)
+      if (s.stiffness_ratio.value_or(0) > stiffest_shear)
+        throw ModelError(
+            fmt::format("surfaces.{}.stiffness_ratio", s.name),
+            fmt::format("is above {:g}, which nonsmooth.impact_law = \"compliant\" cannot resolve; "
+                        "its limit for rigid contacts is \"energetic\"",
+                        stiffest_shear));
   const auto adaptive = [&] {
     const auto scales = make_scales(scene.mechanism, system, state);
     return AdaptiveMoreau(system, MoreauStepper(system, scene.nonsmooth, 0, e, facts),

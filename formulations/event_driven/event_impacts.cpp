@@ -72,7 +72,7 @@ std::string EventImpacts::solve(EventDynamics& d, Vector& x, double t, const Mod
   auto staying = touching;
   std::erase_if(staying, leaving);
   if (auto reason = pace.impact(t, approaching); !reason.empty()) return reason;
-  findings.most_kinetic = std::max(findings.most_kinetic, system.kinetic(v));
+  findings.most_kinetic = std::max(findings.most_kinetic, system.kinetic(before.data() + system.n()));
   std::vector<int> over;
   // One pass or, if contacts push each other apart, until no further bounces end.
   for (std::size_t round = 0; round <= touching.size(); ++round) {

@@ -51,7 +51,7 @@ CompliantImpact<Real> annular_impact(const Delassus<Real>& d, Real u_n, Real u_t
     const Real before = depth;
     depth -= un * dt;
     if (depth <= 0) break;
-    const Real bracket = 1 - damping * (un + acceleration * dt / 2);
+    const Real bracket = std::max(Real(0), 1 - damping * (un + acceleration * dt / 2));
     Real tangential = 0;
     for (std::size_t i = 0;; ++i) {
       const Real x = (static_cast<Real>(i) + Real(0.5)) * dx, p = depth - x * x;

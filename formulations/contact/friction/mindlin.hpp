@@ -12,12 +12,13 @@ namespace freeplay {
 
 template <>
 struct Law<FrictionLaw::mindlin> : AnyFrictionLaw {
-  static constexpr std::string_view text = "mindlin",
-                                    formula =
-                                        "min(κ F_el'(δ) s/F_el, μ), s the deflection of a tangential "
-                                        "spring of κ times the normal stiffness",
-                                    source = "Mindlin and Deresiewicz, J. Appl. Mech. 20 (1953) 327",
-                                    range = "point contacts; sticks elastically, no partial slip", keys{};
+  static constexpr std::string_view
+      text = "mindlin",
+      formula =
+          "−F_T/F_N of a tangential spring of stiffness κ F_el'(δ), which slips "
+          "at μ",
+      source = "Mindlin and Deresiewicz, J. Appl. Mech. 20 (1953) 327",
+      range = "point contacts; sticks elastically, no partial slip", keys{};
   static constexpr bool kink_at_rest = true, compliant = true;
   template <class T>
   static T coefficient(const FrictionParameters& p, const T&, int) {
