@@ -14,6 +14,7 @@
 #include "io/files/run_json.hpp"
 #include "mechanism/error.hpp"
 #include "mechanism/scene.hpp"
+#include "plots/drawing/figure.hpp"
 
 namespace freeplay::cli {
 namespace {
@@ -47,10 +48,20 @@ std::string threshold(const SteadyFilm& s, const char* unit) {
   return fmt::format("{:.5g} {}, whirl at {:.4g} of the speed", *s.critical_mass, unit, s.whirl_ratio);
 }
 
-nlohmann::json as_json(const SteadyFilm& s, const Film& film, const Scene& scene, const std::string& joint) {
-  const double c = film.clearance;
-  nlohmann::json j = {{"joint", joint},
-                      {"load_N", s.load},
+/// The bearing, and the source of its numbers.
+nlohmann::json bearing_json(const Scene& scene, const std::string& joint, const Film& film) {
+  return {{"joint", joint},
+          {"film", film.kind == Film::Kind::short_bearing ? "short" : "long"},
+          {"cavitation", film.cavitated ? "half-sommerfeld" : "none"},
+          {"viscosity_Pa_s", film.viscosity},
+          {"bearing_length_m", film.length},
+          {"bearing_radius_m", film.radius},
+          {"clearance_m", film.clearance},
+          {"provenance", provenance(scene)}};
+}
+
+nlohmann::json steady_json(const SteadyFilm& s, double clearance) {
+  nlohmann::json j = {{"load_N", s.load},
                       {"speed_rad_per_s", s.speed},
                       {"sommerfeld_number", s.sommerfeld},
                       {"eccentricity_ratio", s.ratio},
@@ -59,11 +70,10 @@ nlohmann::json as_json(const SteadyFilm& s, const Film& film, const Scene& scene
                       {"power_loss_W", s.loss},
                       {"stiffness_N_per_m", s.stiffness},
                       {"damping_N_s_per_m", s.damping},
-                      {"stiffness_times_c_over_W", s.scaled_stiffness(c)},
-                      {"damping_times_c_omega_over_W", s.scaled_damping(c)},
+                      {"stiffness_times_c_over_W", s.scaled_stiffness(clearance)},
+                      {"damping_times_c_omega_over_W", s.scaled_damping(clearance)},
                       {"critical_mass_kg", nullptr},
-                      {"whirl_frequency_ratio", nullptr},
-                      {"provenance", provenance(scene)}};
+                      {"whirl_frequency_ratio", nullptr}};
   if (s.critical_mass) {
     j["critical_mass_kg"] = *s.critical_mass;
     if (*s.critical_mass > 0) j["whirl_frequency_ratio"] = s.whirl_ratio;
@@ -71,9 +81,23 @@ nlohmann::json as_json(const SteadyFilm& s, const Film& film, const Scene& scene
   return j;
 }
 
+/// Writes film.json, and film.csv with its figure if there is a table.
+void write_film(const FilmRequest& request, const nlohmann::json& document, const std::string& csv) {
+  if (request.output.empty()) return;
+  const auto folder = real_folder(request.output);
+  ResultSet set(folder, "laws");
+  write_json(set.place() / "film.json", document);
+  if (!csv.empty()) write_file(set.place() / "film.csv", csv);
+  set.commit();
+  fmt::print("all digits in {}\n", (folder / (csv.empty() ? "film.json" : "film.csv")).string());
+  if (csv.empty()) return;
+  fmt::print("figures:\n");
+  for (const auto& path : plots::all(folder)) fmt::print("  {}\n", path.string());
+}
+
 /// Table over the eccentricity ratio. The dimensionless quantities depend on the shape of the
 /// bearing only, not on the speed.
-void print_chart(const FilmRequest& request, const Film& film) {
+void print_chart(const Scene& scene, const FilmRequest& request, const Film& film) {
   fmt::print("{:>5}{:>10}{:>7}{:>8}{:>7}{:>7}{:>7}{:>7}{:>7}{:>7}\n", "ε", "S", "φ, °", "K_xx", "K_xy",
              "K_yx", "K_yy", "C_xx", "C_xy", "C_yy");
   std::string csv =
@@ -97,12 +121,7 @@ void print_chart(const FilmRequest& request, const Film& film) {
   fmt::print(
       "\nK in units of W/c, C in W/(cω); x along the load, y at 90° from x in the direction\nof rotation. "
       "Use --load and --rpm for values in SI units.\n");
-  if (request.output.empty()) return;
-  const auto folder = real_folder(request.output);
-  ResultSet set(folder, "laws");
-  write_file(set.place() / "film.csv", csv);
-  set.commit();
-  fmt::print("all digits in {}\n", (folder / "film.csv").string());
+  write_film(request, bearing_json(scene, request.joint, film), csv);
 }
 
 void print_point(const Scene& scene, const FilmRequest& request, const Film& film) {
@@ -134,12 +153,9 @@ void print_point(const Scene& scene, const FilmRequest& request, const Film& fil
   fmt::print("\n");
   line("critical mass per bearing", threshold(s, "kg"));
   fmt::print("\nx along the load, y at 90° from x in the direction of rotation.\n");
-  if (request.output.empty()) return;
-  const auto folder = real_folder(request.output);
-  ResultSet set(folder, "laws");
-  write_json(set.place() / "film.json", as_json(s, film, scene, request.joint));
-  set.commit();
-  fmt::print("all digits in {}\n", (folder / "film.json").string());
+  auto document = bearing_json(scene, request.joint, film);
+  document.update(steady_json(s, film.clearance));
+  write_film(request, document, "");
 }
 
 }  // namespace
@@ -152,7 +168,7 @@ void report_film(const Scene& scene, const FilmRequest& request) {
              film.kind == Film::Kind::short_bearing ? "short" : "long",
              film.cavitated ? "half-Sommerfeld film" : "full film", film.length / (2 * film.radius),
              film.radius / film.clearance, film.viscosity);
-  request.load ? print_point(scene, request, film) : print_chart(request, film);
+  request.load ? print_point(scene, request, film) : print_chart(scene, request, film);
 }
 
 }  // namespace freeplay::cli
