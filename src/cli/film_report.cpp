@@ -34,6 +34,13 @@ Film film_of(const Scene& scene, const std::string& joint) {
                                lubricated.empty() ? "the scene has none" : "use one of: " + lubricated));
 }
 
+void say_bearing(const std::string& joint, const Film& film) {
+  fmt::print("{}: {} bearing, {}, L/D = {:.4g}, R/c = {:.5g}, {:.4g} Pa s\n\n", joint,
+             film.kind == Film::Kind::short_bearing ? "short" : "long",
+             film.cavitated ? "half-Sommerfeld film" : "full film", film.length / (2 * film.radius),
+             film.radius / film.clearance, film.viscosity);
+}
+
 /// Four coefficients of a matrix as columns or fields.
 std::string four(const SteadyFilm::Matrix& m, const char* form) {
   std::string text;
@@ -85,7 +92,7 @@ nlohmann::json steady_json(const SteadyFilm& s, double clearance) {
 void write_film(const FilmRequest& request, const nlohmann::json& document, const std::string& csv) {
   if (request.output.empty()) return;
   const auto folder = real_folder(request.output);
-  ResultSet set(folder, "laws");
+  ResultSet set(folder, "film");
   write_json(set.place() / "film.json", document);
   if (!csv.empty()) write_file(set.place() / "film.csv", csv);
   set.commit();
@@ -98,8 +105,9 @@ void write_film(const FilmRequest& request, const nlohmann::json& document, cons
 /// Table over the eccentricity ratio. The dimensionless quantities depend on the shape of the
 /// bearing only, not on the speed.
 void print_chart(const Scene& scene, const FilmRequest& request, const Film& film) {
-  fmt::print("{:>5}{:>10}{:>7}{:>8}{:>7}{:>7}{:>7}{:>7}{:>7}{:>7}\n", "ε", "S", "φ, °", "K_xx", "K_xy",
-             "K_yx", "K_yy", "C_xx", "C_xy", "C_yy");
+  say_bearing(request.joint, film);
+  fmt::print("{:>5}{:>10}{:>7}{:>8}{:>7}{:>7}{:>7}{:>7}{:>7}{:>7}{:>7}\n", "ε", "S", "φ, °", "K_xx", "K_xy",
+             "K_yx", "K_yy", "C_xx", "C_xy", "C_yx", "C_yy");
   std::string csv =
       "eccentricity_ratio,sommerfeld_number,attitude_angle,K_xx,K_xy,K_yx,K_yy,C_xx,C_xy,C_yx,C_yy,"
       "critical_mass,whirl_frequency_ratio\n";
@@ -114,12 +122,12 @@ void print_chart(const Scene& scene, const FilmRequest& request, const Film& fil
     csv += fmt::format("{},{},{}{}{},{},{}\n", ratio, s.sommerfeld, s.attitude, four(K, ",{}"),
                        four(C, ",{}"), mass, s.critical_mass ? fmt::format("{}", s.whirl_ratio) : "");
     if (i % 10 != 0 && i != 95) continue;
-    fmt::print("{:5.2f}{:10.4g}{:7.2f}{:8.3f}{:7.3f}{:7.3f}{:7.3f}{:7.3f}{:7.3f}{:7.3f}\n", ratio,
+    fmt::print("{:5.2f}{:10.4g}{:7.2f}{:8.3f}{:7.3f}{:7.3f}{:7.3f}{:7.3f}{:7.3f}{:7.3f}{:7.3f}\n", ratio,
                s.sommerfeld, s.attitude * degrees, K[0][0], K[0][1], K[1][0], K[1][1], C[0][0], C[0][1],
-               C[1][1]);
+               C[1][0], C[1][1]);
   }
   fmt::print(
-      "\nK in units of W/c, C in W/(cω); x along the load, y at 90° from x in the direction\nof rotation. "
+      "\nK in units of W/c, C in W/(cω); x along the load, y at 90° from x in the\ndirection of rotation. "
       "Use --load and --rpm for values in SI units.\n");
   write_film(request, bearing_json(scene, request.joint, film), csv);
 }
@@ -135,6 +143,7 @@ void print_point(const Scene& scene, const FilmRequest& request, const Film& fil
         "{:.3g} m; use a smaller load or a higher speed",
         *request.load, steady_film(film, film.ratio(0.0), speed).load, *request.rpm, film.hand_over));
   const auto s = steady_film(film, *ratio, speed);
+  say_bearing(request.joint, film);
   const auto line = [](const char* what, const std::string& value) { fmt::print("{:<26}{}\n", what, value); };
   line("Sommerfeld number", fmt::format("{:.6g}", s.sommerfeld));
   line("eccentricity ratio", fmt::format("{:.6g}", s.ratio));
@@ -164,10 +173,6 @@ void report_film(const Scene& scene, const FilmRequest& request) {
   if (request.load.has_value() != request.rpm.has_value())
     throw SceneError("--load and --rpm must be given together");
   const auto film = film_of(scene, request.joint);
-  fmt::print("{}: {} bearing, {}, L/D = {:.4g}, R/c = {:.5g}, {:.4g} Pa s\n\n", request.joint,
-             film.kind == Film::Kind::short_bearing ? "short" : "long",
-             film.cavitated ? "half-Sommerfeld film" : "full film", film.length / (2 * film.radius),
-             film.radius / film.clearance, film.viscosity);
   request.load ? print_point(scene, request, film) : print_chart(scene, request, film);
 }
 
