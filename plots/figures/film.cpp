@@ -31,9 +31,10 @@ std::vector<std::filesystem::path> draw_film(const std::filesystem::path& folder
     f.script.add("\n");
   };
   f.script.add(
-      "set multiplot layout 2,1 margins X(1.9),1-X(0.4),Y(1.5),1-Y(0.9) spacing 0,Y(1.9)\nset logscale xy\n"
+      "set multiplot layout 2,1 margins X(1.9),1-X(0.4),Y(1.5),1-Y(0.9) spacing 0,Y(1.9)\nset logscale xy\nset format x {}\n"
       "set key center at graph 0.5, graph 1.08 horizontal maxrows 1 samplen 2 font SMALL\n"
-      "set xlabel 'Sommerfeld number'\nset ylabel 'Stiffness (W/c)'\n");
+      "set xlabel 'Sommerfeld number'\nset ylabel 'Stiffness (W/c)'\n",
+      powers);
   curves(2);
   f.script.add("unset label 100\nset ylabel '{}'\n", Word("Damping (W/(c ω))", "Damping ($W/(c\\omega)$)"));
   curves(6);
