@@ -3,6 +3,7 @@
 
 namespace freeplay {
 
+/// Of one film; times after the discarded start only.
 struct FilmSummary {
   double mean_ratio = 0, greatest_ratio = 0;  ///< eccentricity ratio ε
   double mean_thickness = 0;                  ///< m, of the least film thickness c(1 − ε)
