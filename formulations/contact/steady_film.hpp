@@ -13,7 +13,7 @@
 //
 // (Lund, J. Tribology 109 (1987) 37). The derivatives are exact, from dual numbers. A rigid rotor
 // with the mass m per bearing is stable below the critical mass m_c, at which M s² + C s + K has a
-// root s = iν (Routh–Hurwitz; Lund and Saibel, J. Eng. Ind. 89 (1967) 813):
+// root s = iν (Routh–Hurwitz criterion):
 //
 //     k = (K_xx C_yy + K_yy C_xx − K_xy C_yx − K_yx C_xy)/(C_xx + C_yy)
 //     ν² = [(k − K_xx)(k − K_yy) − K_xy K_yx]/(C_xx C_yy − C_xy C_yx),   m_c = k/ν²

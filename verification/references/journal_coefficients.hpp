@@ -20,7 +20,7 @@
 //            C_tr ≠ C_rt for the cavitated film:            C_tr = −24 (μLR³/c³)/((1 − ε)(1 + ε)²)
 //
 // `short_textbook` gives the coefficients of the cavitated short bearing as printed by Friswell,
-// Penny, Garvey and Lees, Dynamics of Rotating Machines (2010), p. 177 onwards, after Smith (1969).
+// Penny, Garvey and Lees, Dynamics of Rotating Machines (2010), p. 177 onwards.
 #pragma once
 
 #include <array>
