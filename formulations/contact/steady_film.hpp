@@ -52,7 +52,8 @@ struct SteadyFilm {
 /// S of a load (N) and a speed (rad/s), both > 0.
 double sommerfeld_number(const Film& film, double load, double speed);
 
-/// Steady running at the eccentricity ratio 0 < ε ≤ film.ratio(0).
+/// Steady running at the eccentricity ratio 0 < ε ≤ film.ratio(0). Below ε = 1e-4 the coefficients of
+/// the long film have their leading order only.
 SteadyFilm steady_film(const Film& film, double ratio, double speed);
 
 /// ε at which the film carries a load; empty if the load exceeds the capacity at the hand-over
