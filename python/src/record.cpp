@@ -1,6 +1,8 @@
 #include "record.hpp"
 
 #include "facade/companion.hpp"
+#include "formulations/make.hpp"
+#include "simulation/film_statistics.hpp"
 #include "simulation/statistics.hpp"
 #include "simulation/windows.hpp"
 
@@ -77,6 +79,8 @@ std::unique_ptr<Record> record(Simulation& simulation, const SimulationOptions& 
   if (scene.run.forces) refuse_shared_names(simulation.layout());
   ContactStatistics statistics(scene.run.discard);
   WindowStatistics windows(scene.run.discard, scene.run.duration);
+  std::optional<FilmStatistics> films;
+  if (!scene.mechanism.lubricants.empty()) films.emplace(film_probe(scene), scene.run.discard);
   EventCalls event_calls(watchers.on_event, flag);
   RowCalls row_calls(watchers.on_row, flag);
   kept->has_forces = scene.run.forces;
@@ -84,6 +88,7 @@ std::unique_ptr<Record> record(Simulation& simulation, const SimulationOptions& 
   kept->has_signals = !simulation.layout().channels.empty();
 
   std::vector<Observer*> observers{&statistics, &windows, &kept->trajectory};
+  if (films) observers.push_back(&*films);
   if (kept->has_events) observers.push_back(&kept->events);
   if (kept->has_signals) observers.push_back(&kept->signals);
   if (kept->has_forces) observers.push_back(&kept->forces);
@@ -96,6 +101,7 @@ std::unique_ptr<Record> record(Simulation& simulation, const SimulationOptions& 
         {.until = until, .observers = std::move(observers), .most_events = 0, .stop = flag.token()});
     statistics.into(kept->result);
     windows.into(kept->result);
+    if (films) films->into(kept->result);
     if (companion) add_companion(simulation, options, flag.token(), kept->result);
     kept->identity = simulation.identity();
     kept->scene = scene;

@@ -1,9 +1,11 @@
-// freeplay laws: lists the contact laws, or evaluates them for a scene and writes their curves.
+// freeplay laws: lists the contact laws, evaluates them for a scene and writes their curves, or
+// reports the steady running of a lubricated joint.
 #include <fmt/format.h>
 
 #include <nlohmann/json.hpp>
 
 #include "cli/default_folder.hpp"
+#include "cli/film_report.hpp"
 #include "cli/verb.hpp"
 #include "formulations/contact/contact_law.hpp"
 #include "formulations/contact/law_curves.hpp"
@@ -35,6 +37,7 @@ struct LawsRequest : Request {
   std::vector<std::string> overrides;
   double mass = 1;     ///< kg, effective mass of the impact that is drawn
   double speed = 0.1;  ///< m/s, its approach speed
+  FilmRequest film;    ///< of a lubricated joint
   std::string output;  ///< result folder
 };
 
@@ -118,7 +121,16 @@ int print_list() {
   return 0;
 }
 
+int print_film(const LawsRequest& request) {
+  const auto scene = open_scene(request.scene, request.overrides);
+  auto film = request.film;
+  film.output = request.output;
+  report_film(*scene, film);
+  return 0;
+}
+
 int laws(const LawsRequest& request) {
+  if (!request.film.joint.empty()) return print_film(request);
   if (!request.scene.empty()) return print_curves(request);
   if (request.restitution) return print_delivered(*request.restitution);
   return print_list();
@@ -128,14 +140,23 @@ int laws(const LawsRequest& request) {
 
 void laws_verb(Program& program) {
   auto [options, request] =
-      program.verb("laws", "list the contact laws, or their effective restitution", laws);
+      program.verb("laws", "list contact laws and their restitution, or report a film", laws);
   const auto drawn = options.add("scene", request.scene, "plot the laws for the first contact of this scene");
   options.add("--restitution", request.restitution, "input restitution: print the effective one of each law")
       .excludes(drawn);
   options.set(request.overrides).needs(drawn);
   options.add("--mass", request.mass, "mass of the plotted impact, kg").needs(drawn);
   options.add("--speed", request.speed, "its approach speed, m/s").needs(drawn);
-  options.output(request.output, "result folder; default out/laws").needs(drawn);
+  const auto film = options
+                        .add("--film", request.film.joint,
+                             "lubricated joint: print Sommerfeld number, eccentricity, attitude angle, "
+                             "stiffness and damping in steady running")
+                        .takes("JOINT")
+                        .needs(drawn);
+  options.add("--load", request.film.load, "its load, N; without load: a table over the eccentricity ratio")
+      .needs(film);
+  options.add("--rpm", request.film.rpm, "speed of its journal, the bearing at rest, rpm").needs(film);
+  options.output(request.output, "result folder; default out/laws, with --film none").needs(drawn);
 }
 
 }  // namespace freeplay::cli

@@ -93,6 +93,14 @@ std::string penetration(const ContactSummary& c) {
                      c.measure == "radius" ? "radius of curvature" : "longest arm");
 }
 
+void print_film_summary(const FilmSummary& f) {
+  fmt::print(
+      "  film: eccentricity ratio mean {:.3f}, greatest {:.3f}; least thickness {:.3g} m;\n  load mean "
+      "{:.4g} N, greatest {:.4g} N; Sommerfeld number {:.4g}; power loss mean {:.3g} W\n",
+      f.mean_ratio, f.greatest_ratio, f.least_thickness, f.mean_load, f.greatest_load, f.sommerfeld,
+      f.mean_loss);
+}
+
 std::vector<std::string> films_of(const Scene& scene) {
   std::vector<std::string> names;
   for (const auto& joint : scene.mechanism.joints)
@@ -156,6 +164,7 @@ int run(const RunRequest& request) {
     fmt::print("{} impacts;\n  restitution: input {:.4g}, effective {};\n  greatest penetration {}\n",
                c.impacts, c.model.restitution_asked,
                std::isnan(delivered) ? "unknown" : fmt::format("{:.4g}", delivered), penetration(c));
+    if (c.film) print_film_summary(*c.film);
   }
   if (std::isfinite(summary.ledger.closure()))
     fmt::print("energy balance closes to {:.2g} J of {:.3g} J\n", summary.ledger.closure(),

@@ -10,6 +10,7 @@
 
 #include "facade/companion.hpp"
 #include "facade/simulation.hpp"
+#include "formulations/make.hpp"
 #include "io/files/csv.hpp"
 #include "io/files/folder_lock.hpp"
 #include "io/files/recorded_run.hpp"
@@ -17,6 +18,7 @@
 #include "io/files/run_set.hpp"
 #include "io/files/sealed.hpp"
 #include "io/scene/located.hpp"
+#include "simulation/film_statistics.hpp"
 #include "simulation/statistics.hpp"
 #include "simulation/windows.hpp"
 #include "values/diagnostic.hpp"
@@ -25,7 +27,7 @@
 namespace freeplay {
 namespace {
 
-constexpr int checkpoint_version = 4;
+constexpr int checkpoint_version = 5;
 /// Calls the progress function about 200 times a run.
 class Progress final : public Observer {
  public:
@@ -47,6 +49,8 @@ struct Recorders {
       : statistics(simulation.scene().run.discard),
         windows(simulation.scene().run.discard, simulation.scene().run.duration) {
     const auto& layout = simulation.layout();
+    if (!simulation.scene().mechanism.lubricants.empty())
+      films.emplace(film_probe(simulation.scene()), simulation.scene().run.discard);
     const auto add = [&](auto& file, const char* name) { file.emplace(folder / name, resumed); };
     add(trajectory, "trajectory.csv");
     if (!layout.contacts.empty()) add(events, "events.csv");
@@ -68,6 +72,7 @@ struct Recorders {
   template <class M>
   void serialize(M& m) {
     std::vector<Observer*> all{&statistics, &windows};
+    if (films) all.push_back(&*films);
     for (auto* file : files()) all.push_back(file);
     for (auto* observer : all) {
       m.part("observer");
@@ -79,6 +84,7 @@ struct Recorders {
   }
   ContactStatistics statistics;
   WindowStatistics windows;
+  std::optional<FilmStatistics> films;  ///< in scenes with lubricants
   std::optional<TrajectoryCsv> trajectory;
   std::optional<EventsCsv> events;
   std::optional<SignalsCsv> signals;
@@ -148,12 +154,14 @@ Result drive(Simulation& simulation, const RunPlan& plan, Recorders& recorders) 
   if (plan.on_progress) observers.push_back(&progress);
   observers.push_back(&recorders.statistics);
   observers.push_back(&recorders.windows);
+  if (recorders.films) observers.push_back(&*recorders.films);
   for (auto* file : recorders.files()) observers.push_back(file);
   observers.push_back(&checkpoints);
 
   auto result = simulation.run({.observers = observers, .most_events = plan.most_events, .stop = plan.stop});
   recorders.statistics.into(result);
   recorders.windows.into(result);
+  if (recorders.films) recorders.films->into(result);
   const bool later =
       (plan.checkpoint > 0 || has_checkpoint(folder)) && result.ending.status == Ending::Status::interrupted;
   if (later && !checkpoints.cut()) write_checkpoint(simulation, plan, recorders);

@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "values/event.hpp"
+#include "values/film_summary.hpp"
 #include "values/ledger.hpp"
 #include "values/state.hpp"
 
@@ -43,6 +44,7 @@ struct ContactSummary {
   /// Standard errors of the three fractions and of impacts_per_revolution, from batches
   /// (Result::window); NaN if there are too few batches.
   double flight_error = NAN, impact_error = NAN, lasting_error = NAN, impacts_error = NAN;
+  std::optional<FilmSummary> film;  ///< of a lubricated joint, with a FilmStatistics observer
 };
 
 /// Names of a Window's energies in result files, in the order of Window::Term.

@@ -155,4 +155,7 @@ void published_smooth(Findings& f);
 void published_impacts(Findings& f);
 void published_contacts(Findings& f);
 
+// Part of the set "films".
+void film_coefficients(Findings& f);
+
 }  // namespace freeplay::verification

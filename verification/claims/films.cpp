@@ -6,6 +6,7 @@
 #include "facade/simulation.hpp"
 #include "mechanism/scene.hpp"
 #include "verification/claims/claim.hpp"
+#include "verification/claims/journal_scene.hpp"
 #include "verification/references/journal_bearing.hpp"
 #include "verification/support/support.hpp"
 #include "verification/support/ways.hpp"
@@ -14,58 +15,7 @@ namespace freeplay::verification {
 namespace {
 
 using reference::JournalBearing;
-
-constexpr double R = 20e-3, L = 15e-3, c = 0.1e-3, g = 9.81;
-
-using test::Way;
-const Way film_ways[] = {test::penalty, test::fixed_steps(1e-5, "Moreau–Jean, h = 1e-5 s"),
-                         test::chosen_steps, test::event_driven, test::automatic};
-
-std::string name_of(const JournalBearing& b) {
-  return fmt::format("{} {} film", b.is_short ? "short" : "long", b.cavitated ? "half-Sommerfeld" : "full");
-}
-
-/// A journal on a shaft with initial position and velocity in a fixed bearing.
-Scene journal(const JournalBearing& b, double mass, double inertia, double omega, double gravity,
-              double duration, Vec2 from = {0, 0}, Vec2 velocity = {0, 0}) {
-  return parse_scene(
-      fmt::format(R"(
-gravity = [0, {}]
-[bodies.shaft]
-mass = {}
-inertia = {}
-angular_velocity = {}
-position = [{}, {}]
-velocity = [{}, {}]
-[lubricants.oil]
-viscosity = {}
-film = "{}"
-cavitation = "{}"
-[surfaces.steel]
-young = 2e11
-poisson = 0.3
-restitution = 0.5
-[joints.bearing]
-type = "revolute"
-between = ["ground", "shaft"]
-clearance = {}
-bearing_radius = {}
-bearing_length = {}
-surface = "steel"
-lubricant = "oil"
-[run]
-duration = {}
-)",
-                  -gravity, mass, inertia, omega, from.x(), from.y(), velocity.x(), velocity.y(), b.viscosity,
-                  b.is_short ? "short" : "long", b.cavitated ? "half-sommerfeld" : "none", b.clearance,
-                  b.radius, b.length, duration),
-      "journal");
-}
-
-Result by(Scene scene, const Way& way) {
-  way.choose(scene);
-  return test::finished(scene, way.family);
-}
+using namespace journal_scene;
 
 /// A shaft of nearly constant speed settles at the equilibrium of the cavitated film.
 void settles(Findings& f) {
@@ -279,6 +229,7 @@ Findings films() {
   brakes(f);
   limits(f);
   pin(f);
+  film_coefficients(f);
   return f;
 }
 

@@ -50,13 +50,17 @@ struct JournalBearing {
     return {cavitated ? unit * e * e / ((2 + e * e) * s2) : 0,
             share * unit * pi * e / ((2 + e * e) * std::sqrt(s2))};
   }
+  /// Magnitude of the load (N).
+  double capacity(double e, double omega) const {
+    const auto found = load(e, omega);
+    return std::hypot(found.radial, found.tangential);
+  }
   /// ε that carries W, by bisection: the load increases with ε.
   double eccentricity(double W, double omega) const {
     double low = 0, high = 1 - 1e-12;
     for (int i = 0; i < 200; ++i) {
       const double e = 0.5 * (low + high);
-      const auto found = load(e, omega);
-      (std::hypot(found.radial, found.tangential) < W ? low : high) = e;
+      (capacity(e, omega) < W ? low : high) = e;
     }
     return 0.5 * (low + high);
   }

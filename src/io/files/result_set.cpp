@@ -30,6 +30,7 @@ const std::vector<Members>& all_members() {
       {"laws",
        {"laws.json", "impact_loops.csv", "delivered.csv", "friction.csv", "figures/impact_loops*",
         "figures/delivered_restitution*", "figures/friction_laws*"}},
+      {"film", {"film.json", "film.csv", "figures/film_coefficients*"}},
       {"modes", {"modes.json", "modes.csv", "equilibrium.csv", "static_forces.csv"}},
       {"drift", {"drift.json", "drift.csv", "figures/drift*"}},
       {"poincare", {"section.json", "section.csv", "figures/poincare*"}},

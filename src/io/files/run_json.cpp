@@ -58,6 +58,20 @@ nlohmann::json options(const std::string& scene) {
   return found;
 }
 
+nlohmann::json film_json(const FilmSummary& s) {
+  nlohmann::json j = {
+      {"mean_eccentricity_ratio", s.mean_ratio}, {"greatest_eccentricity_ratio", s.greatest_ratio},
+      {"mean_thickness_m", s.mean_thickness},    {"least_thickness_m", s.least_thickness},
+      {"least_thickness_at_s", s.least_at},      {"mean_load_N", s.mean_load},
+      {"greatest_load_N", s.greatest_load},      {"mean_speed_rad_per_s", s.mean_speed},
+      {"mean_power_loss_W", s.mean_loss},        {"greatest_power_loss_W", s.greatest_loss}};
+  if (s.mean_load > 0) {
+    j["attitude_angle_rad"] = s.attitude;
+    j["sommerfeld_number"] = s.sommerfeld;
+  }
+  return j;
+}
+
 }  // namespace
 
 std::string format_note(const Scene& scene) {
@@ -90,6 +104,7 @@ nlohmann::json to_json(const Result& s) {
           {"impact_fraction", c.impact_error},
           {"lasting_contact_fraction", c.lasting_error},
           {s.revolutions > 0 ? "impacts_per_revolution" : "impacts_per_second", c.impacts_error}};
+    if (c.film) j["film"] = film_json(*c.film);
     if (c.model.stiffness > 0) {
       j["stiffness"] = c.model.stiffness;
       j["exponent"] = c.model.exponent;

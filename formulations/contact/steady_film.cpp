@@ -1,0 +1,98 @@
+#include "formulations/contact/steady_film.hpp"
+
+#include <boost/math/tools/toms748_solve.hpp>
+#include <cmath>
+#include <cstdint>
+#include <numbers>
+
+#include "numerics/dual.hpp"
+
+namespace freeplay {
+namespace {
+
+SteadyFilm::Matrix scaled(const SteadyFilm::Matrix& m, double factor) {
+  auto r = m;
+  for (auto& row : r)
+    for (auto& x : row) x *= factor;
+  return r;
+}
+
+/// Film force on the journal along x and y.
+std::array<Gradient, 2> film_force_xy(const Film& film, const std::array<Gradient, 2>& e,
+                                      const std::array<Gradient, 2>& rate, double speed) {
+  const Gradient length = sqrt(e[0] * e[0] + e[1] * e[1]);
+  const Gradient nx = e[0] / length, ny = e[1] / length;
+  const auto f = film.force<Gradient>(length / film.clearance, nx * rate[0] + ny * rate[1],
+                                      nx * rate[1] - ny * rate[0] - 0.5 * speed * length);
+  return {f.radial * nx - f.tangential * ny, f.radial * ny + f.tangential * nx};
+}
+
+/// Fills the critical mass and the whirl ratio.
+void find_threshold(SteadyFilm& s) {
+  const auto &K = s.stiffness, &C = s.damping;
+  const double k =
+      (K[0][0] * C[1][1] + K[1][1] * C[0][0] - K[0][1] * C[1][0] - K[1][0] * C[0][1]) / (C[0][0] + C[1][1]);
+  const double nu2 =
+      ((k - K[0][0]) * (k - K[1][1]) - K[0][1] * K[1][0]) / (C[0][0] * C[1][1] - C[0][1] * C[1][0]);
+  if (!(nu2 > 0)) return;
+  s.whirl_ratio = std::sqrt(nu2) / s.speed;
+  // In a full film k vanishes, up to rounding.
+  const bool none = k <= 1e-12 * (std::abs(K[0][1]) + std::abs(K[1][0]));
+  s.critical_mass = none ? 0 : k / nu2;
+}
+
+}  // namespace
+
+SteadyFilm::Matrix SteadyFilm::scaled_stiffness(double clearance) const {
+  return scaled(stiffness, clearance / load);
+}
+
+SteadyFilm::Matrix SteadyFilm::scaled_damping(double clearance) const {
+  return scaled(damping, clearance * speed / load);
+}
+
+double sommerfeld_number(const Film& film, double load, double speed) {
+  const double slenderness = film.radius / film.clearance;
+  return film.viscosity * speed / (2 * std::numbers::pi) * film.length * 2 * film.radius / load *
+         slenderness * slenderness;
+}
+
+SteadyFilm steady_film(const Film& film, double ratio, double speed) {
+  SteadyFilm s;
+  const double e = ratio * film.clearance;
+  const auto f = film.force<double>(ratio, 0.0, -0.5 * speed * e);
+  s.load = std::hypot(f.radial, f.tangential);
+  s.speed = speed;
+  s.ratio = ratio;
+  s.attitude = std::atan2(f.tangential, -f.radial);
+  s.sommerfeld = sommerfeld_number(film, s.load, speed);
+  s.thickness = film.clearance - e;
+  s.loss = film.shear<double>(ratio) * speed * speed + 0.5 * f.tangential * speed * e;
+
+  std::array<Gradient, 2> place{e * std::cos(s.attitude), e * std::sin(s.attitude)}, rate{};
+  for (int j = 0; j < 2; ++j) place[j].slope[j] = rate[j].slope[2 + j] = 1;
+  const auto F = film_force_xy(film, place, rate, speed);
+  for (int i = 0; i < 2; ++i)
+    for (int j = 0; j < 2; ++j) {
+      s.stiffness[i][j] = -F[i].slope[j];
+      s.damping[i][j] = -F[i].slope[2 + j];
+    }
+  find_threshold(s);
+  return s;
+}
+
+std::optional<double> steady_ratio(const Film& film, double load, double speed) {
+  // The load increases with ε.
+  const auto excess = [&](double ratio) {
+    const auto f = film.force<double>(ratio, 0.0, -0.5 * speed * ratio * film.clearance);
+    return std::hypot(f.radial, f.tangential) - load;
+  };
+  const double most = film.ratio(0.0);
+  if (!(excess(most) >= 0)) return std::nullopt;
+  std::uintmax_t steps = 200;
+  const auto [low, high] = boost::math::tools::toms748_solve(
+      excess, 0.0, most, boost::math::tools::eps_tolerance<double>(52), steps);
+  return 0.5 * (low + high);
+}
+
+}  // namespace freeplay

@@ -1,0 +1,69 @@
+// A journal in a lubricated bearing, and the schemes that run it.
+#pragma once
+
+#include <fmt/format.h>
+
+#include <string>
+
+#include "mechanism/scene.hpp"
+#include "verification/references/journal_bearing.hpp"
+#include "verification/support/support.hpp"
+#include "verification/support/ways.hpp"
+
+namespace freeplay::verification::journal_scene {
+
+using reference::JournalBearing;
+using test::Way;
+
+inline constexpr double R = 20e-3, L = 15e-3, c = 0.1e-3, g = 9.81;
+
+inline const Way film_ways[] = {test::penalty, test::fixed_steps(1e-5, "Moreau–Jean, h = 1e-5 s"),
+                                test::chosen_steps, test::event_driven, test::automatic};
+
+inline std::string name_of(const JournalBearing& b) {
+  return fmt::format("{} {} film", b.is_short ? "short" : "long", b.cavitated ? "half-Sommerfeld" : "full");
+}
+
+/// A journal on a shaft with initial position and velocity in a fixed bearing.
+inline Scene journal(const JournalBearing& b, double mass, double inertia, double omega, double gravity,
+                     double duration, Vec2 from = {0, 0}, Vec2 velocity = {0, 0}) {
+  return parse_scene(
+      fmt::format(R"(
+gravity = [0, {}]
+[bodies.shaft]
+mass = {}
+inertia = {}
+angular_velocity = {}
+position = [{}, {}]
+velocity = [{}, {}]
+[lubricants.oil]
+viscosity = {}
+film = "{}"
+cavitation = "{}"
+[surfaces.steel]
+young = 2e11
+poisson = 0.3
+restitution = 0.5
+[joints.bearing]
+type = "revolute"
+between = ["ground", "shaft"]
+clearance = {}
+bearing_radius = {}
+bearing_length = {}
+surface = "steel"
+lubricant = "oil"
+[run]
+duration = {}
+)",
+                  -gravity, mass, inertia, omega, from.x(), from.y(), velocity.x(), velocity.y(), b.viscosity,
+                  b.is_short ? "short" : "long", b.cavitated ? "half-sommerfeld" : "none", b.clearance,
+                  b.radius, b.length, duration),
+      "journal");
+}
+
+inline Result by(Scene scene, const Way& way) {
+  way.choose(scene);
+  return test::finished(scene, way.family);
+}
+
+}  // namespace freeplay::verification::journal_scene
