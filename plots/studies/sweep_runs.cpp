@@ -4,12 +4,15 @@
 
 #include <algorithm>
 #include <cmath>
+#include <memory>
 #include <nlohmann/json.hpp>
+#include <tuple>
 
 #include "io/files/input_file.hpp"
 #include "io/files/visible.hpp"
 #include "io/scene/spelling.hpp"
 #include "mechanism/error.hpp"
+#include "mechanism/scene.hpp"
 #include "plots/tables/columns.hpp"
 #include "study/store/database.hpp"
 
@@ -40,6 +43,42 @@ std::string_view unit_of_statistic(TurnMetrics::Name name) {
     default:
       return "";
   }
+}
+
+/// Unit of a number of run.json, whose name ends with it, or whose table's name does.
+std::string_view unit_in_path(std::string_view path) {
+  constexpr std::pair<std::string_view, std::string_view> endings[] = {
+      {"_m_per_s", "m/s"}, {"_N_s", "N s"}, {"_J", "J"}, {"_rad", "rad"}, {"_m", "m"}, {"_s", "s"}};
+  while (true) {
+    const auto dot = path.rfind('.');
+    const auto name = dot == path.npos ? path : path.substr(dot + 1);
+    for (const auto& [ending, unit] : endings)
+      if (name.ends_with(ending)) return unit;
+    if (dot == path.npos) return "";
+    path = path.substr(0, dot);
+  }
+}
+
+/// The scene of the sweep; null if this program cannot read it.
+std::shared_ptr<const Scene> scene_of_sweep(const JsonFile& document) {
+  try {
+    return std::make_shared<const Scene>(parse_scene(document.text("provenance.scene"),
+                                                     document.text("provenance.scene_file"),
+                                                     document.texts("provenance.overrides")));
+  } catch (const SceneError&) {
+    return nullptr;
+  }
+}
+
+/// Unit of a measure: as the study states it, none for a count, or that of the measured column.
+std::string unit_of_measure(const JsonFile& document, const Scene* scene, const std::string& path) {
+  if (const auto* given = document.find(path + "unit"); given && given->is_string())
+    return given->get<std::string>();
+  if (document.text(path + "reduce") == "count") return "";
+  const auto column = document.text(path + "column");
+  auto unit = scene ? unit_of_instrument(*scene, column) : "";
+  if (unit.empty()) unit = unit_of_column(column);
+  return std::string(unit.empty() ? unit_in_path(column) : unit);
 }
 
 const nlohmann::json& list_of(const JsonFile& document, const char* path) {
@@ -112,15 +151,11 @@ SweepRuns::SweepRuns(const std::filesystem::path& folder) {
     quantities_.push_back({std::string(statistics[i]),
                            std::string(unit_of_statistic(static_cast<TurnMetrics::Name>(i))),
                            SweepQuantity::Of::statistic, i});
+  const auto scene = scene_of_sweep(document);
   std::size_t place = 0;
   for (std::size_t i = 0; i < list_of(document, "sweep.measures").size(); ++i) {
     const auto path = fmt::format("sweep.measures.{}.", i);
-    const auto* given = document.find(path + "unit");
-    quantities_.push_back({document.text(path + "name"),
-                           given && given->is_string() ? document.text(path + "unit")
-                           : document.text(path + "reduce") == "count"
-                               ? ""
-                               : std::string(unit_of_column(document.text(path + "column"))),
+    quantities_.push_back({document.text(path + "name"), unit_of_measure(document, scene.get(), path),
                            SweepQuantity::Of::measure, place++});
   }
   for (std::size_t i = 0; i < list_of(document, "sweep.derived").size(); ++i) {
