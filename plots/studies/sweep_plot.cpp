@@ -141,16 +141,17 @@ std::filesystem::path sweep_curves(const StudyPlot& plot, const SweepRuns& runs,
       if (block.empty()) continue;
       // One pair of curves has the styles of the formulations, further ones a colour for each pair.
       const bool penalty = g.formulation == "penalty";
-      const Script look = groups.title(g).empty()
-                              ? Script().add("ls {}", penalty ? 1 : 2)
-                              : Script().add("lc rgb C{} dt {} pt {} lw 1.3", (colour - 1) % 9 + 1,
-                                             penalty ? 2 : 1, marks[(colour - 1) % std::size(marks)]);
+      const bool single = title.empty();
+      const auto number = (colour - 1) % 9 + 1;
+      const Script look = single ? Script().add("ls {}", penalty ? 1 : 2)
+                                 : Script().add("lc rgb C{} dt {} pt {} lw 1.3", number, penalty ? 2 : 1,
+                                                marks[(colour - 1) % std::size(marks)]);
       curves.add(
-          "{}DATA index {} using 1:2 with {} {} title {} noenhanced, DATA index {} using 1:2:3:4 with yerrorbars {} dt 1 "
-          "ps 0 notitle",
+          "{0}DATA index {1} using 1:2 with {2} {3} title {4} noenhanced, DATA index {1} using 1:2:3:4 with "
+          "yerrorbars lc rgb C{5} dt 1 ps 0 notitle",
           curves.empty() ? Word("plot ") : Word(", "), f.blocks.size(),
-          scattered ? Word("points") : Word("linespoints"), look, groups.full_title(g), f.blocks.size(),
-          look);
+          scattered ? Word("points") : Word("linespoints"), look, groups.full_title(g),
+          single ? (penalty ? std::size_t{1} : std::size_t{2}) : number);
       f.blocks.push_back(std::move(block));
     }
     if (curves.empty()) throw SceneError(fmt::format("--y {}: no run has a value", q.name));
