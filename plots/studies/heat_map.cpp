@@ -44,17 +44,11 @@ std::vector<double> edges_of(const std::vector<double>& values, bool logarithmic
   return edges;
 }
 
-/// Commands of one axis: its scale, its range, and tics at the values if they are few.
+/// Commands of one axis of a grid.
 Script axis_of(const Word& axis, const std::vector<double>& values, const std::vector<double>& edges,
                bool logarithmic) {
-  constexpr std::size_t most_tics = 7;
-  Script s;
-  if (logarithmic) s.add("set logscale {}\n", axis);
-  s.add("set {}range [{:.8g}:{:.8g}]\n", axis, edges.front(), edges.back());
-  if (values.size() > most_tics) return s;
-  s.add("set {}tics (", axis);
-  for (std::size_t i = 0; i < values.size(); ++i) s.add("{}{:.6g}", i ? Word(", ") : Word(""), values[i]);
-  return s.add(")\nset format {} '%g'\n", axis);
+  return axis_commands(axis, values, logarithmic)
+      .add("set {}range [{:.8g}:{:.8g}]\n", axis, edges.front(), edges.back());
 }
 
 struct ValueRange {
@@ -79,6 +73,19 @@ bool is_logarithmic(std::vector<double> values) {
   return spread(ratios) < spread(steps);
 }
 
+Script axis_commands(const Word& axis, std::vector<double> values, bool logarithmic) {
+  constexpr std::size_t most_tics = 7;
+  Script s;
+  if (logarithmic) s.add("set logscale {}\n", axis);
+  std::ranges::sort(values);
+  const auto [first, last] = std::ranges::unique(values);
+  values.erase(first, last);
+  if (values.size() > most_tics) return s;
+  s.add("set {}tics (", axis);
+  for (std::size_t i = 0; i < values.size(); ++i) s.add("{}{:.6g}", i ? Word(", ") : Word(""), values[i]);
+  return s.add(")\nset format {} '%g'\n", axis);
+}
+
 void add_heat_map(Figure& f, const HeatMap& map, const Style& style) {
   const auto count = map.panels.size();
   if (count > most_heat_panels)
@@ -101,7 +108,7 @@ void add_heat_map(Figure& f, const HeatMap& map, const Style& style) {
   const auto columns = one_column ? std::size_t{1} : std::size_t{2}, rows = (count + columns - 1) / columns;
   f.height_cm = 3 + (count == 1 ? 6.5 : 5.5) * static_cast<double>(rows);
   f.script.add(
-      "{}set multiplot layout {},{} margins X(1.9),1-X(2.3),Y(1.5),1-Y(0.9) spacing X(4.3),Y(2.2)\nunset key\nunset "
+      "{}set multiplot layout {},{} margins X(1.9),1-X(2.5),Y(1.5),1-Y(0.9) spacing X(4.1),Y(2.2)\nunset key\nunset "
       "grid\nset tics front\nset xlabel {} noenhanced\nset ylabel {} noenhanced\n",
       style.monochrome ? grey_palette : palette, rows, columns, map.x, map.y);
   if (map.grid)
@@ -114,7 +121,7 @@ void add_heat_map(Figure& f, const HeatMap& map, const Style& style) {
     const bool log_values = range.low > 0 && range.high > most_linear_ratio * range.low;
     const double half = range.high > range.low ? 0 : 0.5 * std::max(std::abs(range.high), 1e-12);
     f.script.add(
-        "{}set cbrange [{:.8g}:{:.8g}]\nset cblabel {} noenhanced\nset title {} noenhanced offset 0,-0.8\n",
+        "{}set cbrange [{:.8g}:{:.8g}]\nset cblabel {} noenhanced offset 0.8,0\nset title {} noenhanced offset 0,-0.8\n",
         log_values ? Word("set logscale cb\n") : Word("unset logscale cb\n"), range.low - half,
         range.high + half, panel.quantity, panel.title);
     Block block(fmt::format("{}: {}", panel.title.empty() ? panel.quantity : panel.title, map.heading) +

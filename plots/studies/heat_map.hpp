@@ -37,4 +37,7 @@ void add_heat_map(Figure& f, const HeatMap& map, const Style& style);
 /// decade or more, with ratios that differ less than their differences do.
 bool is_logarithmic(std::vector<double> values);
 
+/// Commands for the scale of an axis, x or y, and for tics at the values if they are few.
+Script axis_commands(const Word& axis, std::vector<double> values, bool logarithmic);
+
 }  // namespace freeplay::plots

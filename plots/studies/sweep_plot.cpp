@@ -117,7 +117,7 @@ std::filesystem::path sweep_curves(const StudyPlot& plot, const SweepRuns& runs,
   f.script.add(
       "set xlabel {} noenhanced\n{}set offsets graph 0.02, graph 0.02, 0, 0\nset key at graph 0.5, graph 1.02 center "
       "bottom horizontal maxcols {} samplen 3 font SMALL\n{}",
-      label_of_axis(axis), is_logarithmic(abscissae) ? Word("set logscale x\n") : Word(""), key_columns,
+      label_of_axis(axis), axis_commands("x", abscissae, is_logarithmic(abscissae)), key_columns,
       keyed ? Word("") : Word("unset key\n"));
   constexpr Word marks[] = {"7", "5", "9", "13", "11", "6", "4", "8", "12"};
   for (const auto& q : quantities) {
@@ -135,8 +135,8 @@ std::filesystem::path sweep_curves(const StudyPlot& plot, const SweepRuns& runs,
         const auto s = runs.at(*cell, q);
         if (s.count == 0) continue;
         block.row({cell->values[x] * axis.scale, s.mean, s.low, s.high, static_cast<double>(s.count)});
-        least = std::min({least, s.mean, std::isfinite(s.low) ? s.low : s.mean});
-        greatest = std::max(greatest, s.mean);
+        least = std::min(least, s.mean);
+        greatest = std::max({greatest, s.mean, std::isfinite(s.high) ? s.high : s.mean});
       }
       if (block.empty()) continue;
       // One pair of curves has the styles of the formulations, further ones a colour for each pair.
@@ -147,18 +147,20 @@ std::filesystem::path sweep_curves(const StudyPlot& plot, const SweepRuns& runs,
                                  : Script().add("lc rgb C{} dt {} pt {} lw 1.3", number, penalty ? 2 : 1,
                                                 marks[(colour - 1) % std::size(marks)]);
       curves.add(
-          "{0}DATA index {1} using 1:2 with {2} {3} title {4} noenhanced, DATA index {1} using 1:2:3:4 with "
-          "yerrorbars lc rgb C{5} dt 1 ps 0 notitle",
+          "{0}DATA index {1} using 1:2:3:4 with yerrorbars lc rgb C{5} dt 1 ps 0 notitle, DATA index {1} using 1:2 "
+          "with {2} {3} title {4} noenhanced",
           curves.empty() ? Word("plot ") : Word(", "), f.blocks.size(),
           scattered ? Word("points") : Word("linespoints"), look, groups.full_title(g),
           single ? (penalty ? std::size_t{1} : std::size_t{2}) : number);
       f.blocks.push_back(std::move(block));
     }
     if (curves.empty()) throw SceneError(fmt::format("--y {}: no run has a value", q.name));
-    f.script.add(
-        "{}set ylabel {} noenhanced\n{}\nunset key\n",
-        least > 0 && greatest > most_linear * least ? Word("set logscale y\n") : Word("unset logscale y\n"),
-        name_with_unit(q.name, q.unit), curves);
+    // On a logarithmic axis, intervals may extend below the least mean by any factor and are cut.
+    if (least > 0 && greatest > most_linear * least)
+      f.script.add("set logscale y\nset yrange [{:.6g}:{:.6g}]\n", least / 2, greatest * 1.3);
+    else
+      f.script.add("unset logscale y\nset yrange [*:*]\n");
+    f.script.add("set ylabel {} noenhanced\n{}\nunset key\n", name_with_unit(q.name, q.unit), curves);
   }
   f.script.add("unset multiplot\n");
   return draw(f, plot.folder);
