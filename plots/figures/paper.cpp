@@ -94,7 +94,7 @@ void add_panel(Figure& f, const std::map<std::string, LastTurn>& turns, Quantity
 }
 
 constexpr Word axes_of_angle = "set xrange [0:360]\nset xtics 90\nset xlabel 'Crank angle (°)'\n";
-constexpr Word key_on_top = "set key at screen 1-X(0.4),1-Y(0.15) horizontal\n";
+constexpr Word key_on_top = "set key at screen 1-X(0.4),1-Y(0.15) horizontal maxrows 1\n";
 
 std::filesystem::path figure_5(const std::filesystem::path& folder, const Turns& turns,
                                const std::string& source) {

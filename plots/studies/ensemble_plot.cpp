@@ -65,8 +65,8 @@ void add_histogram(Figure& f, const std::filesystem::path& folder, const std::st
   mean.row({of_starts.mean, 0.93 * top, known ? of_starts.low : of_starts.mean,
             known ? of_starts.high : of_starts.mean});
   f.script.add(
-      "set xlabel {} noenhanced\nset yrange [0:{:.8g}]\nplot DATA index {} using 1:2:3 with boxes fs solid 0.5 "
-      "border lc rgb C1 notitle, DATA index {} using 1:2:3:4 with xerrorbars lc rgb C2 lw 1.6 pt 7 ps 0.8 "
+      "set xlabel {} noenhanced\nset yrange [0:{:.8g}]\nplot DATA index {} using 1:2:3 with boxes lc rgb C1 fs "
+      "solid 0.35 border notitle, DATA index {} using 1:2:3:4 with xerrorbars lc rgb C2 lw 1.6 pt 7 ps 0.8 "
       "title {} noenhanced\n",
       statistic, top, f.blocks.size(), f.blocks.size() + 1,
       known ? fmt::format("mean {:.4g} ± {:.2g} (95 %), {} starts", of_starts.mean,
