@@ -6,6 +6,7 @@
 #include <cmath>
 #include <map>
 #include <set>
+#include <tuple>
 
 #include "mechanism/error.hpp"
 #include "plots/drawing/figure.hpp"
@@ -33,16 +34,13 @@ class Groups {
   Groups(const SweepRuns& runs, const std::vector<std::size_t>& over) : runs_(&runs) {
     for (std::size_t i = 0; i < runs.axes().size(); ++i)
       if (std::ranges::find(over, i) == over.end() && !runs.axes()[i].drawn) other_axes_.push_back(i);
+    std::map<std::tuple<std::string, std::string, std::vector<double>>, std::size_t> places;
     for (const auto& cell : runs.cells()) {
       std::vector<double> others;
       for (const auto i : other_axes_) others.push_back(cell.values[i]);
-      const auto it = std::ranges::find_if(list_, [&](const Group& g) {
-        return g.variant == cell.variant && g.formulation == cell.formulation && g.others == others;
-      });
-      if (it != list_.end())
-        it->cells.push_back(&cell);
-      else
-        list_.push_back({cell.variant, cell.formulation, others, {&cell}});
+      const auto [at, added] = places.try_emplace({cell.variant, cell.formulation, others}, list_.size());
+      if (added) list_.push_back({cell.variant, cell.formulation, others});
+      list_[at->second].cells.push_back(&cell);
       variants_.insert(cell.variant);
       formulations_.insert(cell.formulation);
     }

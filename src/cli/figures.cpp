@@ -48,7 +48,6 @@ void figures_verb(Program& program) {
   auto paper = options
                    .add("--paper", request.paper.paper,
                         "draw the figures of this paper by their numbers; makes the runs that are missing")
-                   .takes("PAPER")
                    .one_of(papers())
                    .excludes(folder);
   options.output(request.paper.output, "result folder of --paper; default out/paper-PAPER").needs(paper);

@@ -46,7 +46,10 @@ std::filesystem::path folder_of_study(const std::string& word) {
     if (named.extension() == ".toml") named = default_folder(named, "");
   }
   const auto folder = real_folder(named);
-  return plots::holds_study_results(folder) ? folder : std::filesystem::path();
+  // A run in the same folder is plotted by its columns.
+  const bool run =
+      std::filesystem::exists(folder / "run.json") || std::filesystem::exists(folder / "comparison.json");
+  return !run && plots::holds_study_results(folder) ? folder : std::filesystem::path();
 }
 
 int plot_study(const PlotRequest& request, const std::filesystem::path& folder) {
