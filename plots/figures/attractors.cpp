@@ -10,6 +10,7 @@
 #include "io/files/input_file.hpp"
 #include "plots/drawing/figure.hpp"
 #include "plots/drawing/style.hpp"
+#include "plots/figures/attractors.hpp"
 #include "plots/tables/table.hpp"
 
 namespace freeplay::plots {
@@ -33,7 +34,18 @@ int place_of(const std::string& branch) { return branch == "up" ? 1 : branch == 
 
 std::vector<std::filesystem::path> draw_bifurcation(const std::filesystem::path& folder) {
   const JsonFile document(folder / "bifurcation.json");
-  const auto column = document.text("bifurcation.columns.0.name");
+  Figure f{.name = "bifurcation", .height_cm = 10, .source = "bifurcation.json"};
+  if (!add_bifurcation(f, folder, document.text("bifurcation.columns.0.name"),
+                       document.text("bifurcation.columns.0.unit")))
+    return {};
+  return {draw(f, folder)};
+}
+
+}  // namespace
+
+bool add_bifurcation(Figure& f, const std::filesystem::path& folder, const std::string& column,
+                     const std::string& unit) {
+  const JsonFile document(folder / "bifurcation.json");
   Rows rows(folder / "bifurcation.csv");
   const auto branch = rows.place("branch"), value = rows.place("value"), at = rows.place(column);
   Block blocks[] = {Block("random starts"), Block("swept upwards"), Block("swept downwards")};
@@ -52,7 +64,6 @@ std::vector<std::filesystem::path> draw_bifurcation(const std::filesystem::path&
     else if (std::isfinite(x))
       none[k].row({x, 0.012 + 0.016 * static_cast<double>(k)});
   }
-  Figure f{.name = "bifurcation", .height_cm = 10, .source = "bifurcation.json"};
   constexpr Word titles[] = {"random starts", "swept upwards", "swept downwards"};
   Script plot;
   bool points = false, without = false;
@@ -76,21 +87,22 @@ std::vector<std::filesystem::path> draw_bifurcation(const std::filesystem::path&
     f.blocks.push_back(none[k]);
     without = true;
   }
-  if (f.blocks.empty()) return {};
+  if (f.blocks.empty()) return false;
   if (without)
     plot.add(", keyentry with points pt 5 ps 0.6 lc rgb 0x888888 title 'no points (at the bottom)'");
   f.script.add(
       "set xlabel {} noenhanced\nset ylabel {} noenhanced\nset key outside top center horizontal samplen 1\n"
       "set xrange [{}:{}]\nset autoscale yfix\nset offsets 0, 0, graph 0.04, graph 0.04\n",
-      axis_label(document, "bifurcation.axis"),
-      with_unit(column, document.text("bifurcation.columns.0.unit")),
+      axis_label(document, "bifurcation.axis"), with_unit(column, unit),
       least - (most > least ? 0.01 * (most - least) : 1), most + (most > least ? 0.01 * (most - least) : 1));
   f.script.add("set y2range [0:1]\n");
   if (!points) f.script.add("{}set yrange [0:1]\nset format y ''\n", no_points);
   if (column == "phase") f.script.add("set offsets 0, 0, 0, 0\nset yrange [0:1]\n");
   f.script.add("{}\n", plot);
-  return {draw(f, folder)};
+  return true;
 }
+
+namespace {
 
 constexpr unsigned basin_colours[] = {0x0b3c8c, 0xe0a458, 0x1a7f37, 0xcf222e, 0x7b3fa0, 0x3d9be0, 0x8a6d3b};
 constexpr unsigned greys[] = {0x303030, 0xd8d8d8, 0x787878, 0xa8a8a8, 0x505050, 0xc0c0c0, 0x909090};

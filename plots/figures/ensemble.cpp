@@ -2,24 +2,31 @@
 // the median.
 #include <fmt/format.h>
 
-#include <map>
+#include <algorithm>
 
 #include "plots/drawing/figure.hpp"
+#include "plots/figures/ensemble.hpp"
 #include "plots/tables/table.hpp"
 
 namespace freeplay::plots {
 namespace {
 
-constexpr std::size_t most_columns = 4;  // at most, in one figure
-
 std::vector<std::filesystem::path> draw_ensemble(const std::filesystem::path& folder) {
+  Figure f{.name = "ensemble", .source = "ensemble.json"};
+  if (!add_bands(f, folder, {})) return {};
+  return {draw(f, folder)};
+}
+
+}  // namespace
+
+bool add_bands(Figure& f, const std::filesystem::path& folder, const std::vector<std::string>& chosen) {
   const Table table(folder / "bands.csv", {"column"}, {"t", "q05", "q25", "q50", "q75", "q95"});
   const auto& name = table.text("column");
-  Figure f{.name = "ensemble", .source = "ensemble.json"};
   std::vector<std::string> names;
   for (std::size_t i = 0; i < table.rows(); ++i) {
+    if (!chosen.empty() && std::ranges::find(chosen, name[i]) == chosen.end()) continue;
     if (names.empty() || names.back() != name[i]) {
-      if (names.size() == most_columns) break;
+      if (names.size() == most_bands) break;
       names.push_back(name[i]);
       f.blocks.emplace_back(name[i] + ": t (s), quantiles 5, 25, 50, 75, 95 %");
     }
@@ -28,7 +35,7 @@ std::vector<std::filesystem::path> draw_ensemble(const std::filesystem::path& fo
       row.push_back(table.column(column)[i]);
     f.blocks.back().row(row);
   }
-  if (names.empty()) return {};
+  if (names.empty()) return false;
   f.height_cm = 3 + 5 * static_cast<double>(names.size());
   f.script.add(
       "set multiplot layout {},1 margins X(2.4),1-X(0.4),Y(1.5),1-Y(1.1) spacing 0,Y(1.6)\n"
@@ -42,10 +49,8 @@ std::vector<std::filesystem::path> draw_ensemble(const std::filesystem::path& fo
         "unset key\n",
         names[i], i, Word("'5 to 95 %'"), Word("'25 to 75 %'"), Word("'median'"));
   f.script.add("unset multiplot\n");
-  return {draw(f, folder)};
+  return true;
 }
-
-}  // namespace
 
 const Drawing ensemble{{"ensemble.json"}, draw_ensemble};
 

@@ -1,6 +1,6 @@
 // Figures of a study of the test matrix (axes clearance and speed). They show the content of
 // figures 5 to 13 of Flores et al. 2011 as computed by the model in both formulations, with the
-// measured values stated in the text of the paper.
+// measured values stated in the text of the paper. paper.cpp draws them by the paper's numbers.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -9,6 +9,7 @@
 
 #include "mechanism/error.hpp"
 #include "plots/drawing/figure.hpp"
+#include "plots/figures/paper.hpp"
 #include "plots/tables/table.hpp"
 #include "values/family.hpp"
 
@@ -26,10 +27,17 @@ using Cells = std::map<Key, std::vector<std::vector<double>>>;
 
 constexpr Word angles = "set xrange [0:360]\nset xtics 90\n";
 
+/// Numbers of the figures in the paper.
+constexpr std::pair<std::string_view, int> paper_numbers[] = {
+    {"clearances", 6},       {"clearance_spectra", 7}, {"speeds", 8},  {"speed_spectra", 9},
+    {"peaks_clearance", 10}, {"peaks_speed", 12},      {"surface", 13}};
+constexpr Word paper_letters[] = {"(a) ", "(b) ", "(c) ", "(d) "};
+
 class Experiment {
  public:
-  Experiment(const std::filesystem::path& folder, const std::string& variant)
-      : folder_(folder), variant_(variant) {
+  /// With `paper`, the JSON file of the provenance, figures have the numbers of the paper.
+  Experiment(const std::filesystem::path& folder, const std::string& variant, const std::string& paper = "")
+      : folder_(folder), variant_(variant), paper_(paper) {
     traces_ = read("traces.csv", {"angle", "acceleration", "position"}, "");
     spectra_ = read("spectra.csv", {"harmonic", "amplitude"}, "");
     peaks_ = read("cells.csv", {"mean", "low", "high"}, "ratio_95");
@@ -57,6 +65,15 @@ class Experiment {
             peaks_by_speed(),
             surface()};
   }
+  std::vector<std::filesystem::path> numbered() {
+    return {panels("clearances", true, false),
+            panels("clearance_spectra", true, true),
+            panels("speeds", false, false),
+            panels("speed_spectra", false, true),
+            peaks_by_clearance(),
+            peaks_by_speed(),
+            surface()};
+  }
 
  private:
   Cells read(const std::string& file, const std::vector<std::string>& columns,
@@ -77,7 +94,10 @@ class Experiment {
     return cells;
   }
   Figure begin(const char* what, double height) const {
-    return {.name = fmt::format("experiment_{}", what), .height_cm = height, .source = "experiment.json"};
+    if (paper_.empty())
+      return {.name = fmt::format("experiment_{}", what), .height_cm = height, .source = "experiment.json"};
+    const auto* number = std::ranges::find(paper_numbers, what, &std::pair<std::string_view, int>::first);
+    return {.name = fmt::format("figure_{:02}", number->second), .height_cm = height, .source = paper_};
   }
   /// Adds a block and returns the beginning of its plot command.
   static Script data(Figure& f, const Block& block) {
@@ -149,7 +169,8 @@ class Experiment {
     for (std::size_t i = 0; i < std::min<std::size_t>(values.size(), 4); ++i) {
       const double c = along_clearance ? values[i] : paper_clearance(),
                    n = along_clearance ? paper_speed() : values[i];
-      f.script.add("set title '{:.2f} mm, {:.0f} rpm' offset 0,-0.8\n", 1e3 * c, n);
+      f.script.add("set title '{}{:.2f} mm, {:.0f} rpm' offset 0,-0.8\n",
+                   paper_.empty() ? Word("") : paper_letters[i], 1e3 * c, n);
       if (i % 2 == 0)
         f.script.add("set ylabel '{} (m/s²)'\n", spectrum ? Word("Amplitude") : Word("Acceleration"));
       else
@@ -267,20 +288,31 @@ class Experiment {
   }
 
   std::filesystem::path folder_;
-  std::string variant_;
+  std::string variant_, paper_;
   Cells traces_, spectra_, peaks_, greatest_;
   std::vector<double> clearances_, speeds_;
 };
 
 std::vector<std::filesystem::path> draw_experiment(const std::filesystem::path& folder) {
-  const Table table(folder / "cells.csv", {"variant"}, {});
-  const auto& variants = table.text("variant");
-  if (variants.empty()) return {};
-  const bool calibrated = std::ranges::find(variants, "calibrated") != variants.end();
-  return Experiment(folder, calibrated ? "calibrated" : variants.front()).all();
+  const auto variant = variant_to_draw(folder);
+  if (variant.empty()) return {};
+  return Experiment(folder, variant).all();
 }
 
 }  // namespace
+
+std::string variant_to_draw(const std::filesystem::path& folder) {
+  const Table table(folder / "cells.csv", {"variant"}, {});
+  const auto& variants = table.text("variant");
+  if (variants.empty()) return "";
+  return std::ranges::find(variants, "calibrated") != variants.end() ? "calibrated" : variants.front();
+}
+
+std::vector<std::filesystem::path> draw_matrix_of_paper(const std::filesystem::path& folder,
+                                                        const std::string& variant,
+                                                        const std::string& source) {
+  return Experiment(folder, variant, source).numbered();
+}
 
 const Drawing experiment{{"experiment.json"}, draw_experiment};
 

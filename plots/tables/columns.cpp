@@ -80,6 +80,11 @@ std::string_view unit_of_column(std::string_view column) {
   return it == std::end(units) ? "" : it->second;
 }
 
+std::string_view unit_of_instrument(const Scene& scene, std::string_view name) {
+  const auto it = std::ranges::find(scene.instruments, name, &Instrument::name);
+  return it == scene.instruments.end() ? "" : unit_of(it->kind);
+}
+
 std::string no_column(const std::string& name, const std::vector<Column>& all) {
   std::vector<std::string> names;
   for (const auto& c : all) names.push_back(c.name);
@@ -129,10 +134,7 @@ RunColumns::RunColumns(const std::filesystem::path& folder) : folder_(folder), s
       seen.push_back(name);
   for (const auto& name : seen) {
     Column c{name, signal_file, name, ""};
-    if (scene_)
-      if (const auto it = std::ranges::find(scene_->instruments, name, &Instrument::name);
-          it != scene_->instruments.end())
-        c.unit = unit_of(it->kind);
+    if (scene_) c.unit = unit_of_instrument(*scene_, name);
     all_.push_back(std::move(c));
   }
 }

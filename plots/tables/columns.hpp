@@ -20,6 +20,9 @@ namespace freeplay::plots {
 /// has none.
 std::string_view unit_of_column(std::string_view column);
 
+/// Unit of the samples of an instrument of the scene; "" if it has none of that name.
+std::string_view unit_of_instrument(const Scene& scene, std::string_view name);
+
 /// A column and its file.
 struct Column {
   std::string name;

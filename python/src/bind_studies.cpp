@@ -13,6 +13,7 @@
 #include "study/comparison/compare.hpp"
 #include "study/settings/plan.hpp"
 #include "study/sweep/sweep.hpp"
+#include "study/sweep/sweep_document.hpp"
 #include "study/sweep/sweep_table.hpp"
 #include "values/family.hpp"
 
@@ -111,6 +112,7 @@ py::dict sweep_into(const std::filesystem::path& file, const std::filesystem::pa
       Results results(folder / "sweep.db", study, flag.token());
       summary = sweep(study, planned, conduct, results, lock, threads, [](const SweepProgress&) {});
       results.derive(study);
+      write_sweep_document(study, folder);
       if (!summary.interrupted) table = sweep_table(study, results.runs());
     }
     pressed = ctrl_c.pressed();

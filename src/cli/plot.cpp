@@ -1,25 +1,28 @@
-// freeplay plot: plots any columns of result folders together.
+// freeplay plot: plots any columns of result folders together, or measures of a study.
 #include <fmt/format.h>
 
 #include <filesystem>
 #include <string>
 #include <vector>
 
+#include "cli/default_folder.hpp"
 #include "cli/verb.hpp"
 #include "io/files/folder_lock.hpp"
 #include "io/files/output_file.hpp"
 #include "io/files/result_set.hpp"
 #include "io/files/run_set.hpp"
+#include "io/files/visible.hpp"
 #include "mechanism/error.hpp"
 #include "plots/drawing/column_plot.hpp"
 #include "plots/drawing/figure.hpp"
+#include "plots/studies/study_plot.hpp"
 
 namespace freeplay::cli {
 namespace {
 
 struct PlotRequest : Request {
   std::vector<std::string> folders, y;
-  std::string x = "t", section, name, format;
+  std::string x, section, name, format;
   std::optional<double> from, to;
 };
 
@@ -34,19 +37,54 @@ std::vector<std::string> words(const std::string& text) {
   return list;
 }
 
+/// The folder of a study's results: the folder itself, that of its database, or the default folder
+/// of a study file. Empty if the word names none of these.
+std::filesystem::path folder_of_study(const std::string& word) {
+  std::filesystem::path named(word);
+  if (std::filesystem::is_regular_file(named)) {
+    if (named.extension() == ".db") named = named.has_parent_path() ? named.parent_path() : ".";
+    if (named.extension() == ".toml") named = default_folder(named, "");
+  }
+  const auto folder = real_folder(named);
+  // A run in the same folder is plotted by its columns.
+  const bool run =
+      std::filesystem::exists(folder / "run.json") || std::filesystem::exists(folder / "comparison.json");
+  return !run && plots::holds_study_results(folder) ? folder : std::filesystem::path();
+}
+
+int plot_study(const PlotRequest& request, const std::filesystem::path& folder) {
+  if (request.folders.size() > 1)
+    throw SceneError(fmt::format("{}: is a study, which is plotted alone; give one folder",
+                                 visible_brief(request.folders.front(), 60)));
+  if (!request.section.empty() || request.from || request.to)
+    throw SceneError(
+        "plot: --from, --to and --section select rows of runs; the results of a study have none");
+  plots::StudyPlot what{.folder = folder, .y = {}, .x = words(request.x), .name = request.name};
+  for (const auto& list : request.y)
+    for (const auto& name : words(list)) what.y.push_back(name);
+  if (what.y.empty()) throw SceneError("--y: names nothing");
+  what.formats = plots::formats_named(words(request.format));
+  const FolderLock lock(folder, "plot");
+  settle_result_sets(folder);
+  fmt::print("{}\n", plots::draw_study(what).string());
+  return 0;
+}
+
 int plot(const PlotRequest& request) {
+  if (!request.name.empty() && request.name != plots::safe_name(request.name))
+    throw SceneError(fmt::format("-o {}: must be a file name of letters, digits, _ - and .", request.name));
+  if (const auto folder = folder_of_study(request.folders.front()); !folder.empty())
+    return plot_study(request, folder);
   plots::ColumnPlot what;
   for (const auto& folder : request.folders) {
     what.folders.push_back(real_folder(folder));
     if (!std::filesystem::is_directory(what.folders.back())) throw SceneError(folder + ": is not a folder");
   }
-  what.x = request.x;
+  if (!request.x.empty()) what.x = request.x;
   for (const auto& list : request.y) what.panels.push_back(words(list));
   what.from = request.from;
   what.to = request.to;
   if (!request.section.empty()) what.section = plots::crossing_of(request.section);
-  if (!request.name.empty() && request.name != plots::safe_name(request.name))
-    throw SceneError(fmt::format("-o {}: must be a file name of letters, digits, _ - and .", request.name));
   what.name = request.name;
   what.formats = plots::formats_named(words(request.format));
   const FolderLock lock(what.folders.front(), "plot");
@@ -59,10 +97,20 @@ int plot(const PlotRequest& request) {
 }  // namespace
 
 void plot_verb(Program& program) {
-  auto [options, request] = program.verb("plot", "plot columns of one or more result folders", plot);
-  options.add("folder", request.folders, "folders made by run or compare, plotted together").required();
-  options.add("--x", request.x, "column of the abscissa").takes("COLUMN").shows_default();
-  options.add("--y", request.y, "columns of one panel; each --y adds a panel; a wrong name lists all")
+  auto [options, request] =
+      program.verb("plot", "plot columns of result folders, or measures of a study", plot);
+  options
+      .add(
+          "folder", request.folders,
+          "folders made by run or compare, plotted together; or one of sweep, ensemble, bifurcation or basin")
+      .required();
+  options
+      .add("--x", request.x,
+           "column of the abscissa; default t. Of a sweep: one axis for curves, two for a map, AXIS,AXIS")
+      .takes("COLUMN");
+  options
+      .add("--y", request.y,
+           "columns of one panel; each --y adds a panel; of a study measures; a wrong name lists all")
       .takes("COLUMN[,COLUMN...]")
       .required()
       .one_each();

@@ -19,6 +19,7 @@
 #include "study/partition/divided_sweep.hpp"
 #include "study/settings/design.hpp"
 #include "study/sweep/sweep.hpp"
+#include "study/sweep/sweep_document.hpp"
 #include "study/sweep/sweep_table.hpp"
 
 namespace freeplay::cli {
@@ -111,6 +112,7 @@ int sweep(const SweepRequest& request) {
                                    summary.kept)));
   fmt::print("\n");
   results.derive(study);
+  write_sweep_document(study, folder);
   const auto runs = results.runs();
   if (!summary.interrupted) fmt::print("{}", sweep_table(study, runs));
   const auto doubtful = [](const RunRow& r) { return !r.doubt.empty(); };

@@ -19,6 +19,7 @@
 #include "study/settings/plan.hpp"
 #include "study/settings/provenance.hpp"
 #include "study/sweep/sweep.hpp"
+#include "study/sweep/sweep_document.hpp"
 
 namespace freeplay::cli {
 namespace {
@@ -151,6 +152,7 @@ int validate_points(const ValidateRequest& request, const Study& study) {
       });
   progress.clear();
   if (summary.interrupted) return interrupted(Kept::runs);
+  write_sweep_document(study, folder);
   const auto runs = results.runs();
   const auto all = agreement_with(study, measured, runs);
   fmt::print("{}{}\n", table(measured, all), wrapped(verdicts(study, measured, all), 2));

@@ -16,6 +16,7 @@
 #include "mechanism/error.hpp"
 #include "plots/drawing/figure.hpp"
 #include "study/settings/provenance.hpp"
+#include "study/sweep/sweep_document.hpp"
 #include "study/sweep/tables.hpp"
 #include "values/family.hpp"
 #include "verification/experiment/flores2011.hpp"
@@ -88,6 +89,7 @@ int validate_study(const ValidateRequest& request) {
       sweep(study, planned, request.conduct(), results, set.lock(), all_cores, show("matrix"));
   progress.clear();
   if (summary.interrupted) return interrupted(Kept::runs);
+  write_sweep_document(study, folder);
   const auto runs = results.runs();
   bool all = true;
   for (const auto& v : study.variants)

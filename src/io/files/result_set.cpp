@@ -41,6 +41,7 @@ const std::vector<Members>& all_members() {
       {"validate-study",
        {"experiment.json", "experiment.md", "calibration.json", "cells.csv", "traces.csv", "spectra.csv",
         "figures/experiment_*"}},
+      {"paper", {"paper.json", "cells.csv", "traces.csv", "spectra.csv", "figures/figure_*"}},
       {"validate-points", {"points.json", "points.csv", "curves.csv", "figures/points*"}},
       {"tradeoff", {"tradeoff.json", "tradeoff.csv", "figures/tradeoff_*"}},
       {"ensemble", {"ensemble.json", "statistics.csv", "starts.csv", "bands.csv", "figures/ensemble*"}},

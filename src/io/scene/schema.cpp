@@ -80,6 +80,9 @@ constexpr SchemaKey study_keys[] = {
      "\"each touch\""},
     {"study.derived", "table", "", "–",
      "NAME = \"expression of axes, statistics and measures\", any number of them"},
+    {"study.units", "table", "", "–",
+     "NAME = \"unit\" of measures and derived quantities, as figures show it; default of a measure: that of its "
+     "column"},
     {"study.variants.*.title", "text", "", "its name", "what the variant changes"},
     {"study.variants.*.scene", "text", "", "the study's", "another scene file"},
     {"study.variants.*.set", "names", "", "[]", "keys of the scene, KEY=VALUE"},

@@ -9,6 +9,7 @@
 #include "mechanism/error.hpp"
 #include "study/settings/provenance.hpp"
 #include "study/sweep/sweep.hpp"
+#include "study/sweep/sweep_document.hpp"
 
 namespace freeplay {
 namespace {
@@ -82,6 +83,7 @@ Division divided_sweep(const Study& study, const Conduct& conduct, const char* v
               [&study, verb](const std::filesystem::path& folder) {
                 Results results(folder / fmt::format("{}.db", verb), study);
                 results.derive(study);
+                if (verb == std::string_view("sweep")) write_sweep_document(study, folder);
               }};
 }
 

@@ -8,6 +8,7 @@
 #include <filesystem>
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "io/scene/named_file.hpp"
@@ -141,6 +142,8 @@ struct Study {
   std::string where;  ///< condition for the cells of the axes; empty: none
   std::vector<Measure> measures;
   std::vector<Derived> derived;
+  /// Units of measures and derived columns, as figures show them.
+  std::vector<std::pair<std::string, std::string>> units;
   std::vector<Variant> variants;
   std::optional<Calibration> calibration;
   std::optional<BifurcationPlan> bifurcation;

@@ -214,6 +214,11 @@ void read_measures(Section& root, Study& study) {
     require_word(name, s, "derived quantity");
     study.derived.push_back({name, expression});
   }
+  study.units = root.texts("units");
+  for (const auto& [name, unit] : study.units)
+    if (std::ranges::find(study.measures, name, &Measure::name) == study.measures.end() &&
+        std::ranges::find(study.derived, name, &Derived::name) == study.derived.end())
+      root.child("units").fail(name, "is neither a measure nor a derived quantity of the study");
 }
 
 void require_expressions(const Study& study) {

@@ -1,0 +1,117 @@
+// Chosen columns of an ensemble as bands over time, or chosen statistics as histograms over the
+// starts. A histogram of n values has ⌈2 n^⅓⌉ classes of equal width (Rice's rule), at most 40.
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "mechanism/error.hpp"
+#include "plots/drawing/figure.hpp"
+#include "plots/figures/ensemble.hpp"
+#include "plots/studies/study_plot.hpp"
+#include "plots/studies/sweep_runs.hpp"
+#include "plots/tables/table.hpp"
+#include "study/sweep/intervals.hpp"
+
+namespace freeplay::plots {
+namespace {
+
+constexpr std::size_t most_histograms = 4, most_classes = 40;
+
+std::vector<std::string> bands_of_ensemble(const std::filesystem::path& folder) {
+  const Table table(folder / "bands.csv", {"column"}, {});
+  std::vector<std::string> names;
+  for (const auto& name : table.text("column"))
+    if (std::ranges::find(names, name) == names.end()) names.push_back(name);
+  return names;
+}
+
+std::vector<std::string> statistics_of_ensemble(const std::filesystem::path& folder) {
+  auto names = Rows(folder / "starts.csv").names();
+  std::erase_if(names, [](const std::string& name) { return name == "start" || name == "finished"; });
+  return names;
+}
+
+/// Finite values of one statistic over the starts.
+std::vector<double> values_over_starts(const std::filesystem::path& folder, const std::string& statistic) {
+  Rows rows(folder / "starts.csv");
+  const auto place = rows.place(statistic);
+  std::vector<double> values;
+  while (rows.next())
+    if (const double x = rows.maybe_number(place); std::isfinite(x)) values.push_back(x);
+  return values;
+}
+
+void add_histogram(Figure& f, const std::filesystem::path& folder, const std::string& statistic) {
+  const auto values = values_over_starts(folder, statistic);
+  if (values.empty()) throw SceneError(fmt::format("--y {}: no start has a value", statistic));
+  const auto of_starts = interval(values);
+  const auto classes =
+      of_starts.greatest > of_starts.least
+          ? std::min(most_classes,
+                     static_cast<std::size_t>(std::ceil(2 * std::cbrt(static_cast<double>(values.size())))))
+          : std::size_t{1};
+  const double width = classes > 1 ? (of_starts.greatest - of_starts.least) / static_cast<double>(classes)
+                                   : std::max(0.1 * std::abs(of_starts.least), 1e-12),
+               from = classes > 1 ? of_starts.least : of_starts.least - 0.5 * width;
+  std::vector<long> counts(classes, 0);
+  for (const double x : values) ++counts[std::min(classes - 1, static_cast<std::size_t>((x - from) / width))];
+  Block bars(fmt::format("{}: middle of the class, number of starts, width of the class", statistic));
+  for (std::size_t k = 0; k < classes; ++k)
+    bars.row({from + (static_cast<double>(k) + 0.5) * width, static_cast<double>(counts[k]), width});
+  const double top = 1.15 * static_cast<double>(*std::ranges::max_element(counts));
+  const bool known = std::isfinite(of_starts.low);
+  Block mean(fmt::format("{}: mean and its 95 % interval, at the top of the panel", statistic));
+  mean.row({of_starts.mean, 0.93 * top, known ? of_starts.low : of_starts.mean,
+            known ? of_starts.high : of_starts.mean});
+  f.script.add(
+      "set xlabel {} noenhanced\nset yrange [0:{:.8g}]\nplot DATA index {} using 1:2:3 with boxes lc rgb C1 fs "
+      "solid 0.35 border notitle, DATA index {} using 1:2:3:4 with xerrorbars lc rgb C2 lw 1.6 pt 7 ps 0.8 "
+      "title {} noenhanced\n",
+      statistic, top, f.blocks.size(), f.blocks.size() + 1,
+      known ? fmt::format("mean {:.4g} ± {:.2g} (95 %), {} starts", of_starts.mean,
+                          0.5 * (of_starts.high - of_starts.low), values.size())
+            : fmt::format("{:.4g}, {} start", of_starts.mean, values.size()));
+  f.blocks.push_back(std::move(bars));
+  f.blocks.push_back(std::move(mean));
+}
+
+}  // namespace
+
+std::filesystem::path draw_ensemble_of(const StudyPlot& plot) {
+  if (!plot.x.empty()) throw SceneError("--x: an ensemble has no axes");
+  const auto bands = bands_of_ensemble(plot.folder), statistics = statistics_of_ensemble(plot.folder);
+  const auto has = [](const std::vector<std::string>& list, const std::string& name) {
+    return std::ranges::find(list, name) != list.end();
+  };
+  std::size_t over_time = 0;
+  for (const auto& name : plot.y) {
+    if (!has(bands, name) && !has(statistics, name))
+      throw SceneError("--y: " + unknown_name("column or statistic", name,
+                                              {{"bands", bands}, {"statistics", statistics}}));
+    over_time += has(bands, name);
+  }
+  Figure f{.name = name_of_plot(plot, "ensemble"), .source = "ensemble.json", .formats = plot.formats};
+  if (over_time == plot.y.size()) {
+    if (plot.y.size() > most_bands)
+      throw SceneError(fmt::format("{} columns, but a figure has at most {} panels; draw several figures",
+                                   plot.y.size(), most_bands));
+    add_bands(f, plot.folder, plot.y);
+    return draw(f, plot.folder);
+  }
+  if (over_time > 0)
+    throw SceneError("--y: names columns over time and statistics of starts; draw them in two figures");
+  if (plot.y.size() > most_histograms)
+    throw SceneError(fmt::format("{} statistics, but a figure has at most {} panels; draw several figures",
+                                 plot.y.size(), most_histograms));
+  f.height_cm = 1.5 + 5.5 * static_cast<double>(plot.y.size());
+  f.script.add(
+      "set multiplot layout {},1 margins X(1.9),1-X(0.5),Y(1.5),1-Y(0.9) spacing 0,Y(2.4)\nset key at graph "
+      "0.5, graph 1.02 center bottom horizontal samplen 2 font SMALL\nset ylabel 'Number of starts'\n",
+      plot.y.size());
+  for (const auto& name : plot.y) add_histogram(f, plot.folder, name);
+  f.script.add("unset multiplot\n");
+  return draw(f, plot.folder);
+}
+
+}  // namespace freeplay::plots

@@ -1,0 +1,212 @@
+// Curves of a sweep over one axis, and maps over two.
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <set>
+#include <tuple>
+
+#include "mechanism/error.hpp"
+#include "plots/drawing/figure.hpp"
+#include "plots/studies/heat_map.hpp"
+#include "plots/studies/study_plot.hpp"
+#include "plots/studies/sweep_runs.hpp"
+
+namespace freeplay::plots {
+namespace {
+
+constexpr std::size_t most_sweep_curves = 18, most_sweep_panels = 4;
+constexpr double most_linear = 100;  ///< ratio of the values of a linear ordinate
+
+/// Cells that share everything but the axes of the abscissae.
+struct Group {
+  std::string variant, formulation;
+  std::vector<double> others;  ///< values of the other axes
+  std::vector<const SweepCell*> cells = {};
+};
+
+/// The groups of a figure over some axes. Other axes with drawn values vary within a group, since
+/// no two cells share such a value.
+class Groups {
+ public:
+  Groups(const SweepRuns& runs, const std::vector<std::size_t>& over) : runs_(&runs) {
+    for (std::size_t i = 0; i < runs.axes().size(); ++i)
+      if (std::ranges::find(over, i) == over.end() && !runs.axes()[i].drawn) other_axes_.push_back(i);
+    std::map<std::tuple<std::string, std::string, std::vector<double>>, std::size_t> places;
+    for (const auto& cell : runs.cells()) {
+      std::vector<double> others;
+      for (const auto i : other_axes_) others.push_back(cell.values[i]);
+      const auto [at, added] = places.try_emplace({cell.variant, cell.formulation, others}, list_.size());
+      if (added) list_.push_back({cell.variant, cell.formulation, others});
+      list_[at->second].cells.push_back(&cell);
+      variants_.insert(cell.variant);
+      formulations_.insert(cell.formulation);
+    }
+    // Curves that differ in the formulation only are neighbours.
+    std::ranges::stable_sort(list_, {}, [](const Group& g) { return std::tie(g.variant, g.others); });
+    for (std::size_t k = 0; k < other_axes_.size(); ++k) {
+      std::set<double> values;
+      for (const auto& g : list_) values.insert(g.others[k]);
+      varies_.push_back(values.size() > 1);
+    }
+  }
+  const std::vector<Group>& list() const { return list_; }
+
+  /// What distinguishes the group from others, apart from the formulation.
+  std::string title(const Group& g) const {
+    std::vector<std::string> parts;
+    if (variants_.size() > 1) parts.push_back(g.variant);
+    for (std::size_t k = 0; k < other_axes_.size(); ++k) {
+      if (!varies_[k]) continue;
+      const auto& axis = runs_->axes()[other_axes_[k]];
+      parts.push_back(fmt::format("{} = {:.4g}{}{}", axis.name, g.others[k] * axis.scale,
+                                  axis.unit.empty() ? "" : " ", axis.unit));
+    }
+    return fmt::format("{}", fmt::join(parts, ", "));
+  }
+  std::string full_title(const Group& g) const {
+    auto text = title(g);
+    if (formulations_.size() > 1 || text.empty()) text += (text.empty() ? "" : ", ") + g.formulation;
+    return text;
+  }
+
+ private:
+  const SweepRuns* runs_;
+  std::vector<std::size_t> other_axes_;
+  std::vector<bool> varies_;
+  std::set<std::string> variants_, formulations_;
+  std::vector<Group> list_;
+};
+
+std::string label_of_axis(const SweepAxis& axis) { return name_with_unit(axis.name, axis.unit); }
+
+/// Quantities of the plot.
+std::vector<SweepQuantity> quantities_of(const StudyPlot& plot, const SweepRuns& runs) {
+  std::vector<SweepQuantity> list;
+  for (const auto& name : plot.y) list.push_back(runs.quantity(name));
+  return list;
+}
+
+std::filesystem::path sweep_curves(const StudyPlot& plot, const SweepRuns& runs, std::size_t x) {
+  const auto quantities = quantities_of(plot, runs);
+  if (quantities.size() > most_sweep_panels)
+    throw SceneError(fmt::format("{} measures, but a figure has at most {} panels; draw several figures",
+                                 quantities.size(), most_sweep_panels));
+  const Groups groups(runs, {x});
+  if (groups.list().size() > most_sweep_curves)
+    throw SceneError(fmt::format(
+        "{} curves over {}, but a figure has at most {}; choose another --x AXIS, or --x AXIS,AXIS for "
+        "a map",
+        groups.list().size(), runs.axes()[x].name, most_sweep_curves));
+  const auto& axis = runs.axes()[x];
+  const bool scattered = std::ranges::any_of(runs.axes(), &SweepAxis::drawn);
+  std::vector<double> abscissae;
+  for (const auto& cell : runs.cells()) abscissae.push_back(cell.values[x] * axis.scale);
+  Figure f{
+      .name = name_of_plot(plot, "sweep", "_" + axis.name), .source = "sweep.json", .formats = plot.formats};
+  const bool keyed = groups.list().size() > 1;
+  constexpr std::size_t key_columns = 3;
+  const double key_rows = keyed ? std::ceil(static_cast<double>(groups.list().size()) / key_columns) : 0;
+  f.height_cm = 1.6 + 6.2 * static_cast<double>(quantities.size()) + 0.5 * key_rows;
+  f.script.add("set multiplot layout {},1 margins X(2.0),1-X(0.4),Y(1.4),1-Y({}) spacing 0,Y(1.4)\n",
+               quantities.size(), 0.4 + 0.5 * key_rows);
+  f.script.add(
+      "set xlabel {} noenhanced\n{}set offsets graph 0.02, graph 0.02, 0, 0\nset key at graph 0.5, graph 1.02 center "
+      "bottom horizontal maxcols {} samplen 3 font SMALL\n{}",
+      label_of_axis(axis), axis_commands("x", abscissae, is_logarithmic(abscissae)), key_columns,
+      keyed ? Word("") : Word("unset key\n"));
+  constexpr Word marks[] = {"7", "5", "9", "13", "11", "6", "4", "8", "12"};
+  for (const auto& q : quantities) {
+    Script curves;
+    double least = INFINITY, greatest = -INFINITY;
+    std::string past;
+    std::size_t colour = 0;
+    for (const auto& g : groups.list()) {
+      const auto title = groups.title(g);
+      if (colour == 0 || title != past) ++colour;
+      past = title;
+      Block block(fmt::format("{}, {}: {}, mean, 95 % interval, starts", name_with_unit(q.name, q.unit),
+                              groups.full_title(g), label_of_axis(axis)));
+      for (const auto* cell : g.cells) {
+        const auto s = runs.at(*cell, q);
+        if (s.count == 0) continue;
+        block.row({cell->values[x] * axis.scale, s.mean, s.low, s.high, static_cast<double>(s.count)});
+        least = std::min(least, s.mean);
+        greatest = std::max({greatest, s.mean, std::isfinite(s.high) ? s.high : s.mean});
+      }
+      if (block.empty()) continue;
+      // One pair of curves has the styles of the formulations, further ones a colour for each pair.
+      const bool penalty = g.formulation == "penalty";
+      const bool single = title.empty();
+      const auto number = (colour - 1) % 9 + 1;
+      const Script look = single ? Script().add("ls {}", penalty ? 1 : 2)
+                                 : Script().add("lc rgb C{} dt {} pt {} lw 1.3", number, penalty ? 2 : 1,
+                                                marks[(colour - 1) % std::size(marks)]);
+      curves.add(
+          "{0}DATA index {1} using 1:2:3:4 with yerrorbars lc rgb C{5} dt 1 ps 0 notitle, DATA index {1} using 1:2 "
+          "with {2} {3} title {4} noenhanced",
+          curves.empty() ? Word("plot ") : Word(", "), f.blocks.size(),
+          scattered ? Word("points") : Word("linespoints"), look, groups.full_title(g),
+          single ? (penalty ? std::size_t{1} : std::size_t{2}) : number);
+      f.blocks.push_back(std::move(block));
+    }
+    if (curves.empty()) throw SceneError(fmt::format("--y {}: no run has a value", q.name));
+    // On a logarithmic axis, intervals may extend below the least mean by any factor and are cut.
+    if (least > 0 && greatest > most_linear * least)
+      f.script.add("set logscale y\nset yrange [{:.6g}:{:.6g}]\n", least / 2, greatest * 1.3);
+    else
+      f.script.add("unset logscale y\nset yrange [*:*]\n");
+    f.script.add("set ylabel {} noenhanced\n{}\nunset key\n", name_with_unit(q.name, q.unit), curves);
+  }
+  f.script.add("unset multiplot\n");
+  return draw(f, plot.folder);
+}
+
+std::filesystem::path sweep_map(const StudyPlot& plot, const SweepRuns& runs, std::size_t x, std::size_t y) {
+  const auto &x_axis = runs.axes()[x], &y_axis = runs.axes()[y];
+  const Groups groups(runs, {x, y});
+  HeatMap map{.x = label_of_axis(x_axis),
+              .y = label_of_axis(y_axis),
+              .grid = std::ranges::none_of(runs.axes(), &SweepAxis::drawn),
+              .heading = fmt::format("{}, {}, mean, 95 % interval, starts", label_of_axis(x_axis),
+                                     label_of_axis(y_axis)),
+              .panels = {}};
+  for (const auto& q : quantities_of(plot, runs))
+    for (const auto& g : groups.list()) {
+      auto& panel = map.panels.emplace_back(HeatPanel{
+          groups.list().size() > 1 ? groups.full_title(g) : "", name_with_unit(q.name, q.unit), {}});
+      for (const auto* cell : g.cells) {
+        const auto s = runs.at(*cell, q);
+        panel.cells.push_back({cell->values[x] * x_axis.scale, cell->values[y] * y_axis.scale, s.mean, s.low,
+                               s.high, static_cast<double>(s.count)});
+      }
+    }
+  Figure f{.name = name_of_plot(plot, "sweep", fmt::format("_{}-{}", x_axis.name, y_axis.name)),
+           .source = "sweep.json",
+           .formats = plot.formats};
+  if (map.panels.size() == 1) f.width_cm = 12;
+  add_heat_map(f, map, style_of(plot.folder));
+  return draw(f, plot.folder);
+}
+
+}  // namespace
+
+std::filesystem::path draw_sweep(const StudyPlot& plot) {
+  const SweepRuns runs(plot.folder);
+  std::vector<std::size_t> over;
+  for (const auto& name : plot.x) over.push_back(runs.axis(name));
+  if (over.empty())
+    for (std::size_t i = 0; i < runs.axes().size(); ++i) over.push_back(i);
+  if (plot.x.empty() && over.size() > 2) over.resize(1);
+  if (over.empty())
+    throw SceneError(plot.folder.string() +
+                     ": the study has no axes to plot over; its values are in sweep.db");
+  if (over.size() > 2 || (over.size() == 2 && over[0] == over[1]))
+    throw SceneError(fmt::format("--x {}: must name one axis for curves, or two different ones for a map",
+                                 fmt::join(plot.x, ",")));
+  return over.size() == 1 ? sweep_curves(plot, runs, over[0]) : sweep_map(plot, runs, over[0], over[1]);
+}
+
+}  // namespace freeplay::plots
