@@ -18,8 +18,8 @@ constexpr double tallest = 23;      ///< cm, of a page with a caption on A4
 constexpr double least_cell = 2.9;  ///< cm
 // cm around the cells at the usual text size: edges of the page, between cells, above and below a
 // line of cells.
-constexpr double left = 1.35, right = 0.3, gap_between = 0.3, above = 0.95, below = 1.05, head = 0.8,
-                 foot = 0.35;
+constexpr double left = 1.35, right = 0.3, gap_between = 0.3, above = 0.95, below = 1.05, head = 0.05,
+                 foot = 0.1;
 
 struct OrbitPanel {
   std::string title;
@@ -85,8 +85,12 @@ Script plot_of(const Row& row, const OrbitPanel& panel, Figure& f) {
           : Word(
                 "1 with lines lc rgb 0x444444 lw 1.2 notitle, -1 with lines lc rgb 0x444444 lw 1.2 notitle"));
   for (std::size_t i = 0; i < panel.path->blocks.size(); ++i) {
-    plot.add(", DATA index {} using 1:2 with lines lc rgb C{} lw {} dt {} notitle", f.blocks.size(),
-             panel.style, i == 0 ? 0.8 : 1.1, i == 0 ? Word("1") : Word("(6,4)"));
+    if (panel.path->fixed[i])
+      plot.add(", DATA index {} using 1:2 every ::0::0 with points pt 7 ps 0.8 lc rgb C{} notitle",
+               f.blocks.size(), panel.style);
+    else
+      plot.add(", DATA index {} using 1:2 with lines lc rgb C{} lw {} dt {} notitle", f.blocks.size(),
+               panel.style, i == 0 ? 0.8 : 1.1, i == 0 ? Word("1") : Word("(6,4)"));
     f.blocks.push_back(panel.path->blocks[i]);
   }
   return plot.add("\n");
@@ -95,7 +99,7 @@ Script plot_of(const Row& row, const OrbitPanel& panel, Figure& f) {
 /// Draws one page of rows.
 std::filesystem::path page(const std::vector<Row>& rows, std::size_t first, std::size_t last,
                            std::size_t across, double width, double scale, const std::string& name,
-                           const std::string& spans, const std::filesystem::path& folder,
+                           const std::string& caption, const std::filesystem::path& folder,
                            const char* source) {
   const double cell = (width - scale * (left + right + gap_between * static_cast<double>(across - 1))) /
                       static_cast<double>(across);
@@ -106,12 +110,10 @@ std::filesystem::path page(const std::vector<Row>& rows, std::size_t first, std:
            .width_cm = width,
            .height_cm = lines * line + scale * (head + foot),
            .source = source,
+           .caption = caption,
            .sized = true};
   f.script.add(
-      "set multiplot\nunset key\nset tics font SMALL offset 0,0\nset ytics 1\nset mytics 2\n"
-      "set label 1 {} at screen X({}),1-Y(0.3) font SMALL noenhanced\nset label 2 {} at screen X({}),1-Y(0.7) font SMALL tc rgb "
-      "0x555555 noenhanced\n",
-      frame_of(rows), 0.25, spans, 0.25);
+      "set multiplot\nunset key\nset tics font SMALL offset 0,0\nset ytics 1\nset mytics 2\n");
   double down = scale * head;
   for (std::size_t r = first; r < last; ++r)
     for (std::size_t p = 0; p < rows[r].panels.size(); ++p) {
@@ -136,9 +138,8 @@ std::filesystem::path page(const std::vector<Row>& rows, std::size_t first, std:
                 "{}, c = {}{}", row.joint->name, shown(row.panels[0].path->clearance),
                 journal || row.joint->frame_name.empty() ? "" : ", walls on " + row.joint->frame_name));
       f.script.add(
-          "set label 4 {} at graph 0, graph 1 offset 0,0.5 font SMALL tc rgb 0x555555 noenhanced\n{}unset label 3\n{}",
-          row.panels[p].title, plot_of(row, row.panels[p], f),
-          p == 0 && r == first ? Word("unset label 1\nunset label 2\nunset label 100\n") : Word(""));
+          "set label 4 {} at graph 0, graph 1 offset 0,0.5 font SMALL tc rgb 0x555555 noenhanced\n{}unset label 3\n",
+          row.panels[p].title, plot_of(row, row.panels[p], f));
       if (column + 1 == across || p + 1 == row.panels.size()) down += line;
     }
   f.script.add("unset multiplot\n");
@@ -192,12 +193,13 @@ std::vector<std::filesystem::path> draw_journal_orbit(const std::filesystem::pat
   const double line = (cell() + scale * (above + below)) * static_cast<double>(lines);
   const auto each =
       static_cast<std::size_t>(std::max(1.0, std::floor((tallest - scale * (head + foot)) / line)));
-  std::string said;
+  std::string said = frame_of(rows);
   for (const auto& span : spans)
-    said += fmt::format("{}{}: {:.4g} to {:.4g} s", said.empty() ? "" : "; ", span.name, span.from, span.to);
+    said += fmt::format("; {}: {:.4g} to {:.4g} s", span.name, span.from, span.to);
   if (std::ranges::any_of(joints,
                           [](const ClearanceJoint& j) { return j.kind == ClearanceJoint::Kind::guide; }))
     said += "; rear end solid, front end dashed";
+  said += ".";
   std::vector<std::filesystem::path> made;
   for (std::size_t from = 0; from < rows.size(); from += each)
     made.push_back(page(rows, from, std::min(from + each, rows.size()), across, width, scale,

@@ -96,7 +96,7 @@ std::filesystem::path impact_loops(const std::filesystem::path& folder) {
   plot(
       c, [](const std::string& n) { return !line_contact(n); }, f.script);
   if (lines) {
-    f.script.add("unset label 100\n{}set title 'Line contacts, same impact'\n", key.at(1));
+    f.script.add("{}set title 'Line contacts, same impact'\n", key.at(1));
     plot(c, line_contact, f.script);
   }
   f.script.add("unset multiplot\n");

@@ -9,17 +9,20 @@
 #include "io/files/run_set.hpp"
 #include "mechanism/error.hpp"
 #include "plots/drawing/figure.hpp"
+#include "plots/drawing/style.hpp"
 
 namespace freeplay::cli {
 namespace {
 
 struct FiguresRequest : Request {
   std::string folder;
+  std::string style;  ///< preset or file
 };
 
 int figures(const FiguresRequest& request) {
   const auto folder = real_folder(request.folder);
   if (!std::filesystem::is_directory(folder)) throw SceneError(request.folder + ": is not a folder");
+  if (!request.style.empty()) plots::choose_style(request.style);
   const FolderLock lock(folder, "figures");
   settle_result_sets(folder);
   settle_run(folder);
@@ -37,6 +40,7 @@ int figures(const FiguresRequest& request) {
 void figures_verb(Program& program) {
   auto [options, request] = program.verb("figures", "redraw the figures of a result folder", figures);
   options.add("folder", request.folder, "folder made by run, compare, laws, drift or validate").required();
+  options.style(request.style);
 }
 
 }  // namespace freeplay::cli

@@ -19,20 +19,11 @@ namespace {
 
 struct PlotRequest : Request {
   std::vector<std::string> folders, y;
-  std::string x = "t", section, name, format;
+  std::vector<std::string> units;
+  std::string x = "t", section, name, format, style;
+  bool fold = false;
   std::optional<double> from, to;
 };
-
-/// Words separated by commas.
-std::vector<std::string> words(const std::string& text) {
-  std::vector<std::string> list;
-  for (std::size_t at = 0; at <= text.size();) {
-    const auto to = std::min(text.find(',', at), text.size());
-    if (to > at) list.push_back(text.substr(at, to - at));
-    at = to + 1;
-  }
-  return list;
-}
 
 int plot(const PlotRequest& request) {
   plots::ColumnPlot what;
@@ -41,14 +32,17 @@ int plot(const PlotRequest& request) {
     if (!std::filesystem::is_directory(what.folders.back())) throw SceneError(folder + ": is not a folder");
   }
   what.x = request.x;
-  for (const auto& list : request.y) what.panels.push_back(words(list));
+  for (const auto& list : request.y) what.panels.push_back(plots::columns_named(list));
+  what.units = request.units;
+  what.fold = request.fold;
   what.from = request.from;
   what.to = request.to;
   if (!request.section.empty()) what.section = plots::crossing_of(request.section);
   if (!request.name.empty() && request.name != plots::safe_name(request.name))
     throw SceneError(fmt::format("-o {}: must be a file name of letters, digits, _ - and .", request.name));
   what.name = request.name;
-  what.formats = plots::formats_named(words(request.format));
+  what.formats = plots::formats_named(plots::columns_named(request.format));
+  if (!request.style.empty()) plots::choose_style(request.style);
   const FolderLock lock(what.folders.front(), "plot");
   settle_result_sets(what.folders.front());
   settle_run(what.folders.front());
@@ -61,11 +55,22 @@ int plot(const PlotRequest& request) {
 void plot_verb(Program& program) {
   auto [options, request] = program.verb("plot", "plot columns of one or more result folders", plot);
   options.add("folder", request.folders, "folders made by run or compare, plotted together").required();
-  options.add("--x", request.x, "column of the abscissa").takes("COLUMN").shows_default();
-  options.add("--y", request.y, "columns of one panel; each --y adds a panel; a wrong name lists all")
+  options.add("--x,--over", request.x, "abscissa: a column, or an expression of columns")
+      .takes("COLUMN")
+      .shows_default();
+  options
+      .add("--y", request.y,
+           "columns or expressions of one panel; each --y adds a panel; a wrong name lists all")
       .takes("COLUMN[,COLUMN...]")
       .required()
       .one_each();
+  options
+      .add("--unit", request.units,
+           "unit of the axes of this dimension, such as deg, mm, rpm; or of one AXIS: x, y, y1 to y6; may be "
+           "repeated")
+      .takes("[AXIS=]UNIT")
+      .one_each();
+  options.flag("--fold", request.fold, "show the abscissa, an angle, within one turn of 360 degrees");
   options.add("--from", request.from, "start time, s").takes("SECONDS");
   options.add("--to", request.to, "end time, s").takes("SECONDS");
   options
@@ -80,6 +85,7 @@ void plot_verb(Program& program) {
       .add("--format", request.format,
            "pdf, png, svg, eps, cairolatex, separated by commas; default from style.toml")
       .takes("FORMAT");
+  options.style(request.style);
 }
 
 }  // namespace freeplay::cli
