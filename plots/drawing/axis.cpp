@@ -13,7 +13,7 @@ namespace freeplay::plots {
 namespace {
 
 /// SI units that take prefixes; m only those for small lengths.
-constexpr std::pair<std::string_view, int> with_prefixes[] = {{"m", 0},   {"s", 0},   {"m/s", 0}, {"N", 9},
+constexpr std::pair<std::string_view, int> with_prefixes[] = {{"m", 0},   {"s", 0}, {"m/s", 0}, {"N", 9},
                                                               {"N m", 9}, {"W", 9}, {"N s", 9}};
 constexpr std::pair<int, std::string_view> unit_prefixes[] = {{-12, "p"}, {-9, "n"}, {-6, "µ"}, {-3, "m"},
                                                               {3, "k"},   {6, "M"},  {9, "G"}};
@@ -142,7 +142,8 @@ Axis decades_of(double least, double greatest) {
 std::size_t longest_label(const Axis& axis) {
   if (axis.logarithmic) return 4;  // 10 with two smaller letters
   std::size_t most = 1;
-  const double first = std::ceil(axis.low / axis.step - 1e-9), last = std::floor(axis.high / axis.step + 1e-9);
+  const double first = std::ceil(axis.low / axis.step - 1e-9),
+               last = std::floor(axis.high / axis.step + 1e-9);
   for (double k = first; k <= last && k < first + 100; ++k)
     most = std::max(most, fmt::format("{:.6g}", nearest_tic(k * axis.step, axis.step)).size());
   return most;
@@ -160,8 +161,7 @@ Axis with_tics(Axis axis, double most, double width) {
   axis.step = axis.turn ? 15 : std::pow(10, std::floor(std::log10(range / 20)));
   const auto room = [&] {
     const double count = range / axis.step;
-    return count <= most &&
-           (width <= 0 || count * (static_cast<double>(longest_label(axis)) + 1.7) <= width);
+    return count <= most && (width <= 0 || count * (static_cast<double>(longest_label(axis)) + 1.7) <= width);
   };
   for (int i = 0; i < 12 && !room() && axis.step < range; ++i) axis.step = next_step(axis.step, axis.turn);
   return axis;
@@ -170,10 +170,12 @@ Axis with_tics(Axis axis, double most, double width) {
 Script commands(const Axis& axis, Word name) {
   Script script;
   if (axis.logarithmic)
-    return script.add("set logscale {0}\nset format {0} {1}\nset {0}range [{2:.6g}:{3:.6g}]\nset {0}tics {4:.6g}\n",
-                      name, powers_of_ten, axis.low, axis.high, axis.step);
-  return script.add("unset logscale {0}\nset format {0} '%.6g'\nset {0}range [{1:.10g}:{2:.10g}]\nset {0}tics {3:.6g}\n",
-                    name, axis.low, axis.high, axis.step);
+    return script.add(
+        "set logscale {0}\nset format {0} {1}\nset {0}range [{2:.6g}:{3:.6g}]\nset {0}tics {4:.6g}\n", name,
+        powers_of_ten, axis.low, axis.high, axis.step);
+  return script.add(
+      "unset logscale {0}\nset format {0} '%.6g'\nset {0}range [{1:.10g}:{2:.10g}]\nset {0}tics {3:.6g}\n",
+      name, axis.low, axis.high, axis.step);
 }
 
 }  // namespace freeplay::plots

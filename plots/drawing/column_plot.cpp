@@ -81,8 +81,8 @@ std::vector<ColumnPanel> panels_of(const ColumnPlot& plot, const std::vector<Col
     const auto first = list.size();
     for (const auto& name : requested) {
       auto formula = formula_of(name, all);
-      const auto same = std::find_if(
-          list.begin() + static_cast<std::ptrdiff_t>(first), list.end(), [&](const auto& panel) {
+      const auto same =
+          std::find_if(list.begin() + static_cast<std::ptrdiff_t>(first), list.end(), [&](const auto& panel) {
             const auto& unit = panel.formulas.front().unit;
             return unit == formula.unit || (!unit.empty() && same_quantity(unit, formula.unit));
           });
@@ -100,8 +100,8 @@ std::vector<ColumnPanel> panels_of(const ColumnPlot& plot, const std::vector<Col
 
 /// The unit requested for an axis; empty if there is none. `name`: x or y1 …; `used`: of each
 /// request. Throws SceneError if a request names the axis and has another dimension.
-std::optional<ShownUnit> requested_unit(const ColumnPlot& plot, const std::string& name, const std::string& si,
-                                        std::vector<bool>& used) {
+std::optional<ShownUnit> requested_unit(const ColumnPlot& plot, const std::string& name,
+                                        const std::string& si, std::vector<bool>& used) {
   std::optional<ShownUnit> shown;
   for (std::size_t i = 0; i < plot.units.size(); ++i) {
     const auto& text = plot.units[i];
@@ -325,7 +325,10 @@ std::filesystem::path draw_columns(const ColumnPlot& plot) {
            .source = std::filesystem::exists(plot.folders.front() / "comparison.json") ? "comparison.json"
                                                                                        : "run.json",
            .formats = plot.formats};
-  PanelStack stack{.abscissa = {}, .panels = {}, .each = panels.size() == 1 ? 7.0 : 3.4, .equal_scales = path && x_unit.size == panels[0].unit.size};
+  PanelStack stack{.abscissa = {},
+                   .panels = {},
+                   .each = panels.size() == 1 ? 7.0 : 3.4,
+                   .equal_scales = path && x_unit.size == panels[0].unit.size};
   Limits across;
   bool drawn = false;
   for (const auto& panel : panels) {
@@ -343,12 +346,13 @@ std::filesystem::path draw_columns(const ColumnPlot& plot) {
       const bool fixed = !points.x.empty() && Limits(points.x).range() == 0 && Limits(points.y).range() == 0;
       // With one column each formulation has its usual line style; with several each curve has its
       // own.
-      const auto look = static_cast<std::size_t>(one && plot.folders.size() == 1 ? run.style - 1
-                                                                                 : static_cast<int>(i));
+      const auto look =
+          static_cast<std::size_t>(one && plot.folders.size() == 1 ? run.style - 1 : static_cast<int>(i));
       PanelCurve curve;
       curve.what.add("DATA index {} using 1:2 with ", f.blocks.size());
       if (plot.section || events || fixed)
-        curve.what.add("points pt {} ps {} lc rgb C{}", fixed ? 7 : 6 + look % 8, fixed ? 1.0 : 0.8, 1 + look % 9);
+        curve.what.add("points pt {} ps {} lc rgb C{}", fixed ? 7 : 6 + look % 8, fixed ? 1.0 : 0.8,
+                       1 + look % 9);
       else
         curve.what.add("lines lw 1.2 dt {} lc rgb C{}", alone ? dashes[0] : dashes[look % std::size(dashes)],
                        1 + look % 9);
@@ -369,8 +373,10 @@ std::filesystem::path draw_columns(const ColumnPlot& plot) {
   auto& axis = stack.abscissa.axis;
   const bool in_degrees = x_unit.name == "°";
   axis.turn = in_degrees && across.most - across.least > 90;
-  if (plot.fold) axis.low = 0, axis.high = full_turn / x_unit.size;
-  else if (!path && across.most > across.least) axis.low = across.least, axis.high = across.most;
+  if (plot.fold)
+    axis.low = 0, axis.high = full_turn / x_unit.size;
+  else if (!path && across.most > across.least)
+    axis.low = across.least, axis.high = across.most;
   add_panels(f, style_of(plot.folders.front()), std::move(stack));
   return draw(f, plot.folders.front());
 }

@@ -47,7 +47,7 @@ struct Terminal {
   double line_scale;
 };
 constexpr std::uint64_t most_bytes = 1u << 30;  ///< of a PDF
-constexpr double dots = 100;  ///< per cm, of a PNG
+constexpr double dots = 100;                    ///< per cm, of a PNG
 constexpr Terminal terminals[] = {
     {Format::pdf, ".pdf", 1, 0.75, 1},
     {Format::png, ".png", dots, 0.75 * 2.54 * dots / 72, 2},
@@ -113,7 +113,7 @@ Script beginning(const Paper& paper, const Style& style, double font_size) {
 
 /// A long text as an expression of gnuplot: literals joined by dots.
 Script long_text(const std::string& text) {
-  constexpr std::size_t piece = 120;  // bytes
+  constexpr std::size_t piece = 190;  // bytes
   Script script;
   for (std::size_t at = 0; at < text.size() || at == 0;) {
     auto to = std::min(at + piece, text.size());
@@ -254,7 +254,8 @@ std::filesystem::path draw(const Figure& f, const std::filesystem::path& folder)
                                       said.empty() ? "" : ": " + said));
     for (const auto& name : makes)
       if (name.ends_with(".pdf"))
-        write_file(place / name, with_facts(read_file(place / name, most_bytes), {f.name, f.caption, from, "freeplay"}));
+        write_file(place / name,
+                   with_facts(read_file(place / name, most_bytes), {f.name, f.caption, from, "freeplay"}));
     makes.push_back(script);
     for (const auto& name : makes) move_file(place.path(), figures, name);
   };

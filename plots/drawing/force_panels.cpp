@@ -31,7 +31,8 @@ std::string note(const ForceRange& range, const std::vector<ForceRun>& runs) {
 Block block_of(const ForceTable& table, std::size_t r, const std::vector<ForcePanel>& panels) {
   const auto& run = table.runs()[r];
   std::string heading = fmt::format("{}: {}", run.title, table.turns() ? "angle (degrees)" : "t (s)");
-  for (const auto& p : panels) heading += ", " + (p.name.empty() ? "" : p.name + " ") + p.quantity.text() + " (" + p.unit + ")";
+  for (const auto& p : panels)
+    heading += ", " + (p.name.empty() ? "" : p.name + " ") + p.quantity.text() + " (" + p.unit + ")";
   Block block(heading);
   for (std::size_t i = 0; i < run.x.size(); ++i) {
     if (table.turns() && i > 0 && std::abs(run.x[i] - run.x[i - 1]) > 180) block.gap();
@@ -105,11 +106,14 @@ std::filesystem::path stack(const ForceTable& table, const std::filesystem::path
   if (panels.empty()) return {};
   const auto& runs = table.runs();
   Figure f{.name = name, .source = table.source()};
-  f.caption = fmt::format("{}{}{}.", heading, heading.empty() ? "" : "; ", table.extent());
+  f.caption = fmt::format("{}{}{}{}.", heading, heading.empty() ? "" : "; ", table.extent(),
+                          runs.size() == 1 ? fmt::format(", {}", runs[0].title) : "");
   for (std::size_t r = 0; r < runs.size(); ++r) f.blocks.push_back(block_of(table, r, panels));
   PanelStack stack{.abscissa = {table.turns() ? crank_title() : time_title(), across(table)},
                    .panels = {},
-                   .each = panels.size() == 1 ? 6.5 : panels.size() < 5 ? 3.1 : 2.6};
+                   .each = panels.size() == 1  ? 6.5
+                           : panels.size() < 5 ? 3.1
+                                               : 2.6};
   for (std::size_t k = 0; k < panels.size(); ++k) {
     const auto& p = panels[k];
     auto range = range_of(p.runs);

@@ -7,13 +7,13 @@ namespace freeplay::plots {
 namespace {
 
 // cm at the usual text size
-constexpr double edge = 0.12;         // page to text
-constexpr double tic_gap = 0.2;       // tics' labels to the frame
-constexpr double between = 0.28;      // panels without texts between them
+constexpr double edge = 0.12;     // page to text
+constexpr double tic_gap = 0.2;   // tics' labels to the frame
+constexpr double between = 0.28;  // panels without texts between them
 constexpr double key_line = 0.34, name_line = 0.36;
-constexpr double tic_line = 0.42;     // labels of a horizontal axis
+constexpr double tic_line = 0.42;  // labels of a horizontal axis
 constexpr double least_panel = 1.1;
-constexpr std::size_t sample = 5;     // letters that gnuplot adds to a title of a key: sample and gaps
+constexpr std::size_t sample = 5;  // letters that gnuplot adds to a title of a key: sample and gaps
 
 /// Bands of a panel above and below its frame (cm at the usual text size).
 struct Band {
@@ -22,7 +22,9 @@ struct Band {
 };
 
 /// Letters of a line of this length (cm at the usual text size).
-std::size_t letters_in(double length) { return static_cast<std::size_t>(std::max(length / letter_width, 3.0)); }
+std::size_t letters_in(double length) {
+  return static_cast<std::size_t>(std::max(length / letter_width, 3.0));
+}
 
 std::vector<std::string> titles_of(const Panel& panel) {
   std::vector<std::string> list;
@@ -97,9 +99,12 @@ void add_panels(Figure& f, const Style& style, PanelStack stack) {
                            (key.rows > 0 || !panel.name.empty() ? 0.08 : 0),
                        labelled ? tic_line + line_height * title_lines + edge + 0.1 : between, key});
       fixed += bands.back().above + bands.back().below;
+      // gnuplot omits a key that is higher than its panel
+      if (!stack.equal_scales) height = std::max(height, 1.15 * key_line * static_cast<double>(key.rows));
       auto axis = with_tics(panel.axis, height / (1.45 * line_height));
       const double lines = panel.title.fits(letters_in(height)) ? 1 : 2;
-      widest = std::max(widest, letter_width * static_cast<double>(longest_label(axis)) + line_height * lines);
+      widest =
+          std::max(widest, letter_width * static_cast<double>(longest_label(axis)) + line_height * lines);
     }
     if (style.height) height = std::max(0.1 * *style.height / scale - fixed, least_panel * count) / count;
     left = widest + tic_gap + edge + 0.18;
@@ -126,15 +131,16 @@ void add_panels(Figure& f, const Style& style, PanelStack stack) {
   f.sized = true;
 
   f.script.add(
-      "set multiplot\nset lmargin at screen X({:.4g})\nset rmargin at screen 1-X({:.4g})\nPANEL = (1 - Y({:.4g}))/{}\n", left,
-      right, fixed, stack.panels.size());
+      "set multiplot\nset lmargin at screen X({:.4g})\nset rmargin at screen 1-X({:.4g})\nPANEL = (1 - Y({:.4g}))/{}\n",
+      left, right, fixed, stack.panels.size());
   double down = 0;
   for (std::size_t i = 0; i < stack.panels.size(); ++i) {
     const auto& panel = stack.panels[i];
     const auto& band = bands[i];
     down += band.above;
-    f.script.add("set tmargin at screen 1 - Y({0:.4g}) - {1}*PANEL\nset bmargin at screen 1 - Y({0:.4g}) - {2}*PANEL\n",
-                 down, i, i + 1);
+    f.script.add(
+        "set tmargin at screen 1 - Y({0:.4g}) - {1}*PANEL\nset bmargin at screen 1 - Y({0:.4g}) - {2}*PANEL\n",
+        down, i, i + 1);
     const double key_top = down - band.above + (i == 0 ? 0.1 : 0) + (panel.name.empty() ? 0 : name_line);
     if (band.key.rows > 0)
       f.script.add(
@@ -151,8 +157,7 @@ void add_panels(Figure& f, const Style& style, PanelStack stack) {
       f.script.add("set xlabel {}\n", below.title.label(letters_in(plot)));
     else
       f.script.add("set format x ''\nunset xlabel\n");
-    f.script.add("{}set ylabel {}\n{}",
-                 commands(with_tics(panel.axis, height / (1.45 * line_height)), "y"),
+    f.script.add("{}set ylabel {}\n{}", commands(with_tics(panel.axis, height / (1.45 * line_height)), "y"),
                  panel.title.label(letters_in(height)), curves_of(panel, letters_in(plot) - sample));
     if (!panel.name.empty()) f.script.add("unset label 1\n");
     down += band.below;

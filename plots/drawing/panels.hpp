@@ -35,8 +35,8 @@ struct Panel {
 struct PanelStack {
   Abscissa abscissa;  ///< of all panels without their own
   std::vector<Panel> panels;
-  double each = 3.1;           ///< cm, height of a panel in a figure of usual width
-  bool equal_scales = false;   ///< one panel whose axes have the same scale
+  double each = 3.1;          ///< cm, height of a panel in a figure of usual width
+  bool equal_scales = false;  ///< one panel whose axes have the same scale
 };
 
 /// The title of an axis of time, and of the crank angle.

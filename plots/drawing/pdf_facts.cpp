@@ -14,7 +14,9 @@ namespace {
 std::string text_string(std::string_view utf8) {
   std::string out = "<FEFF";
   for (std::size_t i = 0; i < utf8.size();) {
-    const auto byte = [&](std::size_t k) { return k < utf8.size() ? static_cast<unsigned char>(utf8[k]) : 0u; };
+    const auto byte = [&](std::size_t k) {
+      return k < utf8.size() ? static_cast<unsigned char>(utf8[k]) : 0u;
+    };
     const unsigned first = byte(i);
     const int more = first < 0x80 ? 0 : first < 0xE0 ? 1 : first < 0xF0 ? 2 : 3;
     unsigned code = more == 0 ? first : first & (0x3Fu >> more);

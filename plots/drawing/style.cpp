@@ -208,8 +208,8 @@ void choose_style(const std::string& preset_or_file) {
   }
   std::error_code none;
   if (!std::filesystem::exists(preset_or_file, none))
-    throw SceneError(fmt::format("--style {}: is neither a file nor a preset{}", visible_brief(preset_or_file, 80),
-                                 remedy(preset_or_file, words(presets))));
+    throw SceneError(fmt::format("--style {}: is neither a file nor a preset{}",
+                                 visible_brief(preset_or_file, 80), remedy(preset_or_file, words(presets))));
   chosen_style() = parse_style(read_text(preset_or_file), preset_or_file);
 }
 

@@ -20,7 +20,7 @@ constexpr double turn = 2 * std::numbers::pi;
 
 struct Trace {
   std::string channel;
-  bool turns = false;  ///< whether the crank angle is known and not constant
+  bool turns = false;                         ///< whether the crank angle is known and not constant
   double least = INFINITY, most = -INFINITY;  ///< m/s²
   Block block{"angle (degrees) or t (s), acceleration (m/s^2)"};
 };
@@ -90,8 +90,8 @@ std::vector<std::filesystem::path> draw_acceleration(const std::filesystem::path
     channel = trace.channel;
     least = std::min(least, trace.least), most = std::max(most, trace.most);
     end = std::max(end, end_of(folder / titles[i][0])), start = std::min(start, 0.9 * end);
-    panel.curves.push_back({Script().add("DATA index {} using 1:2 with lines ls {}", f.blocks.size(), i + 1),
-                            titles[i][1]});
+    panel.curves.push_back(
+        {Script().add("DATA index {} using 1:2 with lines ls {}", f.blocks.size(), i + 1), titles[i][1]});
     f.blocks.push_back(trace.block);
   }
   if (panel.curves.empty()) return {};

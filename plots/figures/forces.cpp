@@ -2,6 +2,7 @@
 // diagrams of the revolute joints, both formulations over the ideal mechanism. A driven mechanism
 // is shown over its last whole turn, others over the whole run.
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <optional>
@@ -15,7 +16,7 @@
 namespace freeplay::plots {
 namespace {
 
-constexpr Word force_x{"F_x", "$F_x$"}, force_y{"F_y", "$F_y$"};
+constexpr Word force_x{"F_x", "$F_x$"}, force_y{"F_y", "$F_y$"}, force{"|F|", "$|F|$"};
 
 /// |F| and its components; for a guide with clearance |F| of all corners together and of each,
 /// for a slot with clearance likewise of its sides.
@@ -26,22 +27,20 @@ std::filesystem::path reaction(const ForceTable& table, const std::filesystem::p
   std::vector<ForcePanel> panels;
   const bool slot = table.any(name + ".right.fx"),
              guide = slot || table.any(name + "." + guide_corners[0] + ".fx");
-  panels.push_back({"|F|", "N", slot ? "both sides" : guide ? "all corners" : "", size, true});
+  panels.push_back({force, "N", slot ? "both sides" : guide ? "all corners" : "", size, true});
   if (guide) {
     for (const auto* corner : guide_corners)
       if (table.any(name + "." + corner + ".fx")) {
         std::string label = corner;
         std::ranges::replace(label, '_', ' ');
-        panels.push_back({"|F|", "N", label, table.magnitudes(name + "." + corner), true});
+        panels.push_back({force, "N", label, table.magnitudes(name + "." + corner), true});
       }
   } else {
     // A component that consists of rounding errors, such as the moment of a revolute joint, has no
     // panel. Moments are compared with forces, because their arms are of the order of a metre or
     // less.
     for (const auto& [quantity, unit, suffix] :
-         {std::tuple{force_x, "N", ".fx"},
-          {force_y, "N", ".fy"},
-          {Word("M", "$M$"), "N m", ".m"}})
+         {std::tuple{force_x, "N", ".fx"}, {force_y, "N", ".fy"}, {Word("M", "$M$"), "N m", ".m"}})
       if (auto v = table.columns(name, suffix); greatest(v) > rounding)
         panels.push_back({quantity, unit, "", std::move(v), false});
   }
@@ -52,10 +51,15 @@ std::filesystem::path drive_torque(const ForceTable& table, const std::filesyste
   std::vector<ForcePanel> panels;
   double size = 0;
   for (const auto& name : table.drives()) {
-    panels.push_back({{"torque M", "torque $M$"}, "N m", table.drives().size() > 1 ? name : "", table.columns(name, ".torque"), false});
+    panels.push_back({{"torque M", "torque $M$"},
+                      "N m",
+                      table.drives().size() > 1 ? name : "",
+                      table.columns(name, ".torque"),
+                      false});
     size = std::max(size, greatest(panels.back().runs));
   }
-  return stack(table, folder, "drive_torque", "", std::move(panels), std::max(1e-6 * size, 1e-9));
+  return stack(table, folder, "drive_torque", fmt::format("torque of {}", fmt::join(table.drives(), ", ")),
+               std::move(panels), std::max(1e-6 * size, 1e-9));
 }
 
 /// F_y over F_x: one panel per formulation, each with the ideal joint.
@@ -97,8 +101,8 @@ std::filesystem::path bearing_load(const ForceTable& table, const std::filesyste
   const auto columns = side_of(static_cast<double>(panels.size())) < 4.5 * scale ? 1 : panels.size(),
              rows = panels.size() / columns;
   const auto lines = static_cast<double>(rows);
-  const double side = std::max(side_of(static_cast<double>(columns)), 1.0),
-               key = ideal ? 0.42 : 0, title = panels.size() > 1 ? 0.5 : 0.15;
+  const double side = std::max(side_of(static_cast<double>(columns)), 1.0), key = ideal ? 0.42 : 0,
+               title = panels.size() > 1 ? 0.5 : 0.15;
   f.height_cm = lines * side + scale * (key + title + 1.2 + (lines - 1) * (1.2 + title));
   f.sized = true;
   f.caption = fmt::format("{}; {}.", table.heading(name), table.extent());

@@ -61,9 +61,10 @@ std::vector<std::filesystem::path> draw_paired_impacts(const std::filesystem::pa
                .curves = {{Script().add("DATA index 2 using 1:2 with points pt 4 lc rgb C3"), "time"},
                           {Script().add("DATA index 2 using 1:3 with points pt 8 lc rgb C1"), "speed"},
                           {Script().add("DATA index 2 using 1:4 with points pt 2 lc rgb C2"), "impulse"}}};
-  PanelStack stack{.abscissa = {AxisTitle::of("impact number", ""), {0.5, number + 0.5, std::ceil(number / 10.0)}},
-                   .panels = {std::move(speed), std::move(shares)},
-                   .each = 3.8};
+  PanelStack stack{
+      .abscissa = {AxisTitle::of("impact number", ""), {0.5, number + 0.5, std::ceil(number / 10.0)}},
+      .panels = {std::move(speed), std::move(shares)},
+      .each = 3.8};
   add_panels(f, style_of(folder), std::move(stack));
   return {draw(f, folder)};
 }

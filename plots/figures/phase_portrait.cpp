@@ -54,9 +54,7 @@ std::vector<std::filesystem::path> draw_phase_portrait(const std::filesystem::pa
   const bool wide = !style.width || *style.width > 10 * least_wide;
   const auto columns = std::min(wide ? across : across - 1, panels.size()),
              rows = (panels.size() + columns - 1) / columns;
-  Figure f{.name = "phase_portrait",
-           .width_cm = columns == 1 ? 9.0 : 16.0,
-           .source = "run.json"};
+  Figure f{.name = "phase_portrait", .width_cm = columns == 1 ? 9.0 : 16.0, .source = "run.json"};
   f.caption = fmt::format("Phase portraits, {:.4g} to {:.4g} s.", span.from, span.to);
   const double scale = style.font_size / Style::usual_font_size;
   const double width = width_of(f, style) / scale;  // cm at the usual text size
@@ -64,8 +62,8 @@ std::vector<std::filesystem::path> draw_phase_portrait(const std::filesystem::pa
   const double cell = (width - 1.75 - 0.35 - (across_count - 1) * 2.05) / across_count;
   const double square = std::clamp(cell, 1.6, 5.0);
   f.width_cm = width_of(f, style);
-  f.height_cm = style.height ? 0.1 * *style.height
-                             : scale * (0.55 + 1.2 + lines * square + (lines - 1) * 1.75);
+  f.height_cm =
+      style.height ? 0.1 * *style.height : scale * (0.55 + 1.2 + lines * square + (lines - 1) * 1.75);
   f.sized = true;
   f.script.add(
       "set multiplot layout {},{} margins X(1.75),1-X(0.35),Y(1.2),1-Y(0.55) spacing X(2.05),Y(1.75)\nunset key\nset title offset 0,-0.7\n",
@@ -77,20 +75,28 @@ std::vector<std::filesystem::path> draw_phase_portrait(const std::filesystem::pa
   for (std::size_t p = 0; p < panels.size(); ++p) {
     const auto& [body, k] = panels[p];
     const auto &q = table.motion[body][k], &v = table.motion[body][3 + k];
-    const auto x_unit = fitting_unit(places[k].unit, largest(q)), y_unit = fitting_unit(rates[k].unit, largest(v));
+    const auto x_unit = fitting_unit(places[k].unit, largest(q)),
+               y_unit = fitting_unit(rates[k].unit, largest(v));
     auto x_title = places[k], y_title = rates[k];
     x_title.unit = x_unit.name, y_title.unit = y_unit.name;
-    Block block(fmt::format("{}: {} ({}), rate ({})", table.bodies[body], k == 2 ? "theta" : k == 1 ? "y" : "x",
+    Block block(fmt::format("{}: {} ({}), rate ({})", table.bodies[body],
+                            k == 2   ? "theta"
+                            : k == 1 ? "y"
+                                     : "x",
                             x_unit.name, y_unit.name));
     for (std::size_t i = 0; i < q.size(); ++i) block.row({q[i] / x_unit.size, v[i] / y_unit.size});
     const auto [least, most] = std::ranges::minmax(q);
     const auto [slowest, fastest] = std::ranges::minmax(v);
     const double margin = 0.05 * (most - least) / x_unit.size;
     const Axis x{least / x_unit.size - margin, most / x_unit.size + margin};
-    f.script.add("{}{}set title {} noenhanced\nset xlabel {}\nset ylabel {}\nplot DATA index {} using 1:2 with lines lw 0.8 lc rgb C{}\n",
-                 commands(with_tics(x, 6, cell / letter_width), "x"),
-                 commands(with_tics(axis_of(slowest / y_unit.size, fastest / y_unit.size), square / (1.45 * line_height)), "y"),
-                 shortened(table.bodies[body], static_cast<std::size_t>(cell / letter_width) + 6), x_title.label(99), y_title.label(99), p, 1 + body);
+    f.script.add(
+        "{}{}set title {} noenhanced\nset xlabel {}\nset ylabel {}\nplot DATA index {} using 1:2 with lines lw 0.8 lc rgb C{}\n",
+        commands(with_tics(x, 6, cell / letter_width), "x"),
+        commands(
+            with_tics(axis_of(slowest / y_unit.size, fastest / y_unit.size), square / (1.45 * line_height)),
+            "y"),
+        shortened(table.bodies[body], static_cast<std::size_t>(cell / letter_width) + 6), x_title.label(99),
+        y_title.label(99), p, 1 + body);
     f.blocks.push_back(std::move(block));
   }
   f.script.add("unset multiplot\n");

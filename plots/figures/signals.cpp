@@ -50,8 +50,8 @@ std::filesystem::path stacked(const char* name, const std::filesystem::path& fol
     const auto& [channel, si, quantity, points] = channels[i];
     const auto& y = curves[i].y;
     const auto [least, most] = std::ranges::minmax(y);
-    const auto unit = logarithmic ? ShownUnit{printed(si), 1}
-                                  : fitting_unit(si, std::max(std::abs(least), std::abs(most)));
+    const auto unit =
+        logarithmic ? ShownUnit{printed(si), 1} : fitting_unit(si, std::max(std::abs(least), std::abs(most)));
     Block block(fmt::format("{}, {} ({})", abscissa.title.unit, channel, unit.name));
     for (std::size_t k = 0; k < y.size(); ++k) block.row({curves[i].x[k], y[k] / unit.size});
     Script what;
@@ -116,9 +116,9 @@ std::vector<std::filesystem::path> draw_signals(const std::filesystem::path& fol
     channels.push_back({c.name, c.unit, c.quantity, columns.read(*t, c, begin, end, {})});
   }
   if (channels.empty()) return {};
-  std::vector<std::filesystem::path> made{
-      stacked("signals", folder, channels, curves, {time_title(), {span.from, span.to}}, false,
-              fmt::format("Signals of the instruments: {}.", span.name))};
+  std::vector<std::filesystem::path> made{stacked("signals", folder, channels, curves,
+                                                  {time_title(), {span.from, span.to}}, false,
+                                                  fmt::format("Signals of the instruments: {}.", span.name))};
   for (auto& path : spectra(folder, channels)) made.push_back(std::move(path));
   return made;
 }

@@ -41,8 +41,8 @@ struct PlayPath {
   /// per block: whether it stays within 1e-3 c of its first point, and is drawn as a point
   std::vector<bool> fixed = {};
   std::vector<std::array<double, 2>> first = {};  ///< per block: that point, in clearances
-  double clearance = 0;      ///< m, mean value
-  double low = 0, high = 0;  ///< mm, range along the walls; unused for a journal
+  double clearance = 0;                           ///< m, mean value
+  double low = 0, high = 0;                       ///< mm, range along the walls; unused for a journal
 };
 /// Reads all paths: [joint][span].
 std::vector<std::vector<PlayPath>> play_paths(const std::filesystem::path& run,

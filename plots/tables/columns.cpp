@@ -61,8 +61,8 @@ constexpr ColumnFacts known_columns[] = {
 const ColumnFacts* facts_of_column(std::string_view column) {
   if (column.ends_with("_mean")) column.remove_suffix(5);
   const auto dot = column.rfind('.');
-  const auto it = std::ranges::find(known_columns, dot == column.npos ? column : column.substr(dot),
-                                    &ColumnFacts::end);
+  const auto it =
+      std::ranges::find(known_columns, dot == column.npos ? column : column.substr(dot), &ColumnFacts::end);
   return it == std::end(known_columns) ? nullptr : it;
 }
 
@@ -152,14 +152,17 @@ std::vector<std::string> columns_named(std::string_view list) {
 ColumnFormula formula_of(const std::string& text, const std::vector<Column>& all) {
   if (const auto it = std::ranges::find(all, text, &Column::name); it != all.end())
     return {text, it->unit, {*it}};
-  const auto is_operator = [](char c) { return std::string_view("()+-*/^<>=! ").find(c) != std::string_view::npos; };
+  const auto is_operator = [](char c) {
+    return std::string_view("()+-*/^<>=! ").find(c) != std::string_view::npos;
+  };
   if (std::ranges::none_of(text, is_operator)) throw SceneError(no_column(text, all));
   std::vector<std::string> names;
   for (const auto& c : all) names.push_back(c.name);
   ColumnFormula formula{text, "", {}};
   try {
     const Expression any(text, names);
-    if (any.type() != Expression::Type::number) throw ExpressionError(1, "is true or false; a curve needs a number");
+    if (any.type() != Expression::Type::number)
+      throw ExpressionError(1, "is true or false; a curve needs a number");
     names.clear();
     std::vector<Dimension> dimensions;
     for (std::size_t i = 0; i < all.size(); ++i) {

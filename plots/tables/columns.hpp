@@ -5,8 +5,8 @@
 
 #include <filesystem>
 #include <memory>
-#include <span>
 #include <optional>
+#include <span>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -16,7 +16,7 @@
 namespace freeplay {
 class Expression;
 struct Scene;
-}
+}  // namespace freeplay
 
 namespace freeplay::plots {
 

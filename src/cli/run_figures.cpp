@@ -22,7 +22,7 @@ std::vector<plots::Column> columns_to_be(const Scene& scene, const std::string& 
   const Simulation simulation(scene, formulation, {});
   const auto& layout = simulation.layout();
   std::vector<plots::Column> list;
-  const auto add = [&](const std::string& name, const char* file) { 
+  const auto add = [&](const std::string& name, const char* file) {
     list.push_back({name, file, "", std::string(plots::unit_of_column(name))});
   };
   for (const auto& c : trajectory_columns(layout))

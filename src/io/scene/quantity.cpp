@@ -299,7 +299,8 @@ std::string si_unit(const Dimension& dimension) {
   constexpr std::string_view base[] = {"kg", "m", "s", "rad", "A"};
   for (std::size_t i = 0; i < dimension.size(); ++i)
     if (const double p = dimension[i]; p != 0)
-      spelt += fmt::format("{}{}{}", spelt.empty() ? "" : " ", base[i], p == 1 ? "" : fmt::format("^{:g}", p));
+      spelt +=
+          fmt::format("{}{}{}", spelt.empty() ? "" : " ", base[i], p == 1 ? "" : fmt::format("^{:g}", p));
   return spelt;
 }
 

@@ -50,11 +50,11 @@ class ExpressionReader {
     bool several;  ///< at least two arguments, else one
   };
   static constexpr std::array functions{
-      Function{"sqrt", Op::root, false},     Function{"abs", Op::magnitude, false},
-      Function{"min", Op::least, true},      Function{"max", Op::greatest, true},
-      Function{"hypot", Op::hypotenuse, true},
-      Function{"sin", Op::sine, false},      Function{"cos", Op::cosine, false},
-      Function{"log", Op::logarithm, false}, Function{"exp", Op::exponential, false}};
+      Function{"sqrt", Op::root, false},       Function{"abs", Op::magnitude, false},
+      Function{"min", Op::least, true},        Function{"max", Op::greatest, true},
+      Function{"hypot", Op::hypotenuse, true}, Function{"sin", Op::sine, false},
+      Function{"cos", Op::cosine, false},      Function{"log", Op::logarithm, false},
+      Function{"exp", Op::exponential, false}};
 
  private:
   [[noreturn]] void fail(const std::string& what) const { throw ExpressionError(at_ + 1, what); }

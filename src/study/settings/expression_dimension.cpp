@@ -49,7 +49,8 @@ class ExpressionDimension {
   static Dimension alike(const char* what, const Dimension& a, const Dimension& b) {
     if (a == b || (a == angle && b == pure)) return a;
     if (a == pure && b == angle) return b;
-    throw std::invalid_argument(fmt::format("{} needs equal dimensions, is of {} and {}", what, name_of(a), name_of(b)));
+    throw std::invalid_argument(
+        fmt::format("{} needs equal dimensions, is of {} and {}", what, name_of(a), name_of(b)));
   }
   static void need(const char* what, const Dimension& a, bool fits, const char* wanted) {
     if (!fits) throw std::invalid_argument(fmt::format("{} needs {}, is of {}", what, wanted, name_of(a)));
