@@ -32,7 +32,7 @@ std::string text_string(std::string_view utf8) {
 }
 
 /// The text between two marks behind a position; empty if they are absent.
-std::string between(const std::string& pdf, std::size_t from, std::string_view mark, std::string_view end) {
+std::string text_between(const std::string& pdf, std::size_t from, std::string_view mark, std::string_view end) {
   const auto at = pdf.find(mark, from);
   const auto to = at == pdf.npos ? at : pdf.find(end, at + mark.size());
   return to == pdf.npos ? "" : pdf.substr(at + mark.size(), to - at - mark.size());
@@ -43,9 +43,9 @@ std::string between(const std::string& pdf, std::size_t from, std::string_view m
 std::string with_facts(const std::string& pdf, const PdfFacts& facts) {
   const auto trailer = pdf.rfind("trailer");
   if (trailer == pdf.npos) return pdf;
-  const long size = std::strtol(between(pdf, trailer, "/Size ", "\n").c_str(), nullptr, 10),
-             table = std::strtol(between(pdf, trailer, "startxref\n", "\n").c_str(), nullptr, 10);
-  const auto root = between(pdf, trailer, "/Root ", "R");
+  const long size = std::strtol(text_between(pdf, trailer, "/Size ", "\n").c_str(), nullptr, 10),
+             table = std::strtol(text_between(pdf, trailer, "startxref\n", "\n").c_str(), nullptr, 10);
+  const auto root = text_between(pdf, trailer, "/Root ", "R");
   if (size <= 0 || table <= 0 || root.empty()) return pdf;
   std::string out = pdf;
   if (!out.ends_with('\n')) out += '\n';
