@@ -1,12 +1,12 @@
 // Texts of figures on paper: pdftotext states the box of each word of a PDF. No word leaves the
-// page, none overlaps another, and every number of the same figure as SVG is a word of the PDF, so
-// that none is cut and no two touch (pdftotext joins words that touch).
+// page, none overlaps another, and every number and word of the same figure as SVG is a word of the
+// PDF: cairo omits texts outside the page, and pdftotext joins words that touch.
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 #include <catch2/catch.hpp>
 
 #include <algorithm>
-#include <cmath>
+#include <cctype>
 #include <regex>
 #include <string>
 #include <vector>
@@ -55,20 +55,27 @@ PaperPage page_of(const std::filesystem::path& pdf, const std::filesystem::path&
   return page;
 }
 
-/// Numbers of an SVG that are texts of their own; not powers of ten, whose parts pdftotext joins.
-std::vector<std::string> numbers_of(const std::filesystem::path& svg) {
+/// Texts of the figure as SVG: numbers that are texts of their own, and words of three letters or
+/// more. Powers of ten and symbols are omitted, because pdftotext may join their parts.
+std::vector<std::string> texts_of(const std::filesystem::path& svg) {
   std::vector<std::string> list;
   const auto text = test::file_text(svg);
-  const std::regex number(R"(<text><tspan[^>]*>\s*(-?\d+(?:\.\d+)?)\s*</tspan></text>)");
+  const std::regex number(R"(<text><tspan[^>]*>\s*(-?\d+(?:\.\d+)?)\s*</tspan></text>)"),
+      part(R"(<tspan[^>]*>([^<]*)</tspan>)"), word("[A-Za-z]{3,}");
   for (auto it = std::sregex_iterator(text.begin(), text.end(), number); it != std::sregex_iterator(); ++it)
     list.push_back((*it)[1]);
+  for (auto it = std::sregex_iterator(text.begin(), text.end(), part); it != std::sregex_iterator(); ++it) {
+    const std::string words = (*it)[1];
+    for (auto w = std::sregex_iterator(words.begin(), words.end(), word); w != std::sregex_iterator(); ++w)
+      list.push_back(w->str());
+  }
   return list;
 }
 
-/// The faults of a page: words outside, overlapping words, and absent numbers. A word's box has the
+/// The faults of a page: words outside, overlapping words, and absent texts. A word's box has the
 /// height of the font's ascenders and descenders, which exceed its letters; an overlap of a fifth of
 /// the lower box is none of letters. The parts of F_x and 10^3 share their edges.
-std::vector<std::string> faults_of(const PaperPage& page, std::vector<std::string> numbers) {
+std::vector<std::string> faults_of(const PaperPage& page, std::vector<std::string> texts) {
   std::vector<std::string> faults;
   for (std::size_t i = 0; i < page.words.size(); ++i) {
     const auto& a = page.words[i];
@@ -83,9 +90,14 @@ std::vector<std::string> faults_of(const PaperPage& page, std::vector<std::strin
           down > least(a.bottom - a.top, b.bottom - b.top))
         faults.push_back(fmt::format("overlap: {} and {}", a.text, b.text));
     }
-    if (const auto found = std::ranges::find(numbers, a.text); found != numbers.end()) numbers.erase(found);
+    if (const auto found = std::ranges::find(texts, a.text); found != texts.end()) texts.erase(found);
   }
-  for (const auto& number : numbers) faults.push_back("absent: " + number);
+  // Words have signs beside them; numbers do not.
+  for (const auto& text : texts)
+    if (std::ranges::none_of(page.words, [&](const PlacedWord& w) {
+          return std::isalpha(static_cast<unsigned char>(text.front())) && w.text.find(text) != w.text.npos;
+        }))
+      faults.push_back("absent: " + text);
   return faults;
 }
 
@@ -100,7 +112,7 @@ void check_figures(const std::filesystem::path& figures, double width, const std
     CAPTURE(entry.path().filename().string());
     CHECK(page.width == Approx(width / 25.4 * 72).margin(1));  // gnuplot rounds to points
     CHECK(page.words.size() > 4);
-    CHECK(faults_of(page, numbers_of(svg.replace_extension(".svg"))) == std::vector<std::string>{});
+    CHECK(faults_of(page, texts_of(svg.replace_extension(".svg"))) == std::vector<std::string>{});
   }
   CHECK(count > 0);
 }
@@ -125,7 +137,7 @@ TEST_CASE("texts that overlap, touch or leave the page are found", "[figures][te
                  script);
     plots::draw(f, place);
     const auto page = page_of(place / "figures/planted.pdf", place / "large.pdf");
-    return fmt::format("{}", fmt::join(faults_of(page, numbers_of(place / "figures/planted.svg")), "\n"));
+    return fmt::format("{}", fmt::join(faults_of(page, texts_of(place / "figures/planted.svg")), "\n"));
   };
   const auto label = [](const char* text, double x) {
     return plots::Script()
@@ -136,7 +148,8 @@ TEST_CASE("texts that overlap, touch or leave the page are found", "[figures][te
   CHECK_THAT(faults(label("bearing", 0.2)), Contains("overlap"));
   CHECK_THAT(faults(plots::Script().add("set label 'gudgeon' at graph 1.0, graph 0.5\n")),
              Contains("outside: gudgeon"));
-  CHECK_THAT(faults(plots::Script().add("set ylabel 'approach speed' offset -9\n")), Contains("outside: "));
+  CHECK_THAT(faults(plots::Script().add("set ylabel 'approach speed' offset -9\n")),
+             Contains("absent: approach"));
   CHECK_THAT(faults(plots::Script().add("set xtics 0.02\n")), Contains("overlap") || Contains("absent"));
   CHECK_THAT(faults(plots::Script().add("set ytics 0.02\n")), Contains("overlap"));
   CHECK_THAT(faults(plots::Script().add("set xtics 0.1\nset format x '%.3f'\n")),
