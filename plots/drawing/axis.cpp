@@ -62,7 +62,7 @@ std::string shortened(const std::string& text, std::size_t most) {
 ShownUnit fitting_unit(std::string_view si, double greatest) {
   if (!(greatest > 0) || !std::isfinite(greatest) || (greatest >= 0.1 && greatest < 1e4))
     return {printed(si), 1};
-  const int power = 3 * static_cast<int>(std::floor((std::log10(greatest) + 1) / 3));
+  const int power = 3 * static_cast<int>(std::floor(std::log10(greatest) / 3 + 1e-12));
   if (power == 0) return {printed(si), 1};
   const double size = std::pow(10.0, power);
   const auto unit = std::ranges::find(with_prefixes, si, &std::pair<std::string_view, int>::first);
@@ -159,11 +159,19 @@ Axis with_tics(Axis axis, double most, double width) {
   }
   const double range = axis.high - axis.low;
   axis.step = axis.turn ? 15 : std::pow(10, std::floor(std::log10(range / 20)));
-  const auto room = [&] {
-    const double count = range / axis.step;
-    return count <= most && (width <= 0 || count * (static_cast<double>(longest_label(axis)) + 1.7) <= width);
-  };
-  for (int i = 0; i < 12 && !room() && axis.step < range; ++i) axis.step = next_step(axis.step, axis.turn);
+  // Letters between the middles of two labels, less those of a label.
+  const auto gap = [&] { return width * axis.step / range - static_cast<double>(longest_label(axis)); };
+  const auto room = [&] { return range / axis.step <= most && (width <= 0 || gap() >= 1.7); };
+  double before = axis.step;
+  for (int i = 0; i < 12 && !room() && axis.step < range; ++i) {
+    before = axis.step;
+    axis.step = next_step(axis.step, axis.turn);
+  }
+  // One tic alone gives no scale: rather two that are close.
+  if (std::floor(axis.high / axis.step + 1e-9) - std::ceil(axis.low / axis.step - 1e-9) < 1) {
+    const double wide = std::exchange(axis.step, before);
+    if (width > 0 && gap() < 0.7) axis.step = wide;
+  }
   return axis;
 }
 

@@ -19,7 +19,7 @@ constexpr double tallest = 23;      ///< cm, of a page with a caption on A4
 constexpr double least_cell = 2.9;  ///< cm
 // cm around the cells at the usual text size: edges of the page, between cells, above and below a
 // line of cells.
-constexpr double left = 1.35, right = 0.3, gap_between = 0.3, below = 1.05, head = 0.05, foot = 0.1;
+constexpr double left = 1.5, right = 0.3, gap_between = 0.3, below = 1.05, head = 0.05, foot = 0.1;
 
 /// Room above a cell: the name of the joint, and the title of the panel in one or two lines.
 double above(bool broken) { return broken ? 1.25 : 0.95; }
@@ -129,7 +129,7 @@ std::filesystem::path page(const std::vector<Row>& rows, std::size_t first, std:
           "{:.5f}\nset bmargin at screen {:.5f}\n",
           axes_of(row), x / width, (x + cell) / width, 1 - y / f.height_cm, 1 - (y + cell) / f.height_cm);
       if (column == 0)
-        f.script.add("set format y '%g'\nset ylabel '{}' offset 1.2\n",
+        f.script.add("set format y '%g'\nset ylabel '{}' offset 0.4\n",
                      journal ? Word("e_y/c", "$e_y/c$") : Word("across/c"));
       else
         f.script.add("set format y ''\nunset ylabel\n");

@@ -16,7 +16,7 @@ namespace {
 
 constexpr std::size_t bodies_drawn = 9, across = 3;
 constexpr long rows_drawn = 20'000;
-constexpr double least_wide = 12;  ///< cm, for three portraits side by side
+constexpr double least_cell = 3;  ///< cm at the usual text size, for portraits side by side
 
 /// The coordinate to draw: 0 x, 1 y, 2 angle; −1 if none of them moves.
 int coordinate_of(const std::array<std::vector<double>, 6>& m) {
@@ -51,16 +51,21 @@ std::vector<std::filesystem::path> draw_phase_portrait(const std::filesystem::pa
   if (panels.empty()) return {};
 
   const auto style = style_of(folder);
-  const bool wide = !style.width || *style.width > 10 * least_wide;
-  const auto columns = std::min(wide ? across : across - 1, panels.size()),
-             rows = (panels.size() + columns - 1) / columns;
-  Figure f{.name = "phase_portrait", .width_cm = columns == 1 ? 9.0 : 16.0, .source = "run.json"};
-  f.caption = fmt::format("Phase portraits, {:.4g} to {:.4g} s.", span.from, span.to);
   const double scale = style.font_size / Style::usual_font_size;
-  const double width = width_of(f, style) / scale;  // cm at the usual text size
-  const auto across_count = static_cast<double>(columns), lines = static_cast<double>(rows);
-  const double cell = (width - 1.75 - 0.35 - (across_count - 1) * 2.05) / across_count;
-  const double square = std::clamp(cell, 1.6, 5.0);
+  // cm at the usual text size; a single portrait needs less
+  const double width = (style.width ? 0.1 * *style.width : panels.size() == 1 ? 9.0 : 16.0) / scale;
+  const auto cell_of = [&](std::size_t columns) {
+    const auto n = static_cast<double>(columns);
+    return (width - 1.75 - 0.35 - (n - 1) * 2.05) / n;
+  };
+  auto columns = std::min(across, panels.size());
+  while (columns > 1 && cell_of(columns) < least_cell) --columns;
+  const auto rows = (panels.size() + columns - 1) / columns;
+  Figure f{.name = "phase_portrait", .width_cm = width * scale, .source = "run.json"};
+  f.caption = fmt::format("Phase portraits, {:.4g} to {:.4g} s.", span.from, span.to);
+  const auto lines = static_cast<double>(rows);
+  const double cell = cell_of(columns),
+               square = std::min(std::max(cell, 1.6), columns > 1 || rows == 1 ? 5.0 : 3.2);
   f.width_cm = width_of(f, style);
   f.height_cm =
       style.height ? 0.1 * *style.height : scale * (0.55 + 1.2 + lines * square + (lines - 1) * 1.75);

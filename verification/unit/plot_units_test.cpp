@@ -86,6 +86,7 @@ TEST_CASE("the dimension of an expression follows from its names", "[figures][pl
 TEST_CASE("units of axes are chosen, and fit by themselves", "[figures][plot]") {
   CHECK(plots::fitting_unit("m", 2.5e-4).name == "µm");
   CHECK(plots::fitting_unit("m", 2.5e-4).size == Approx(1e-6));
+  CHECK(plots::fitting_unit("m", 0.05).name == "mm");
   CHECK(plots::fitting_unit("m", 0.35).name == "m");
   CHECK(plots::fitting_unit("m", 2e5).name == "10³ m");
   CHECK(plots::fitting_unit("N", 5e4).name == "kN");
@@ -109,11 +110,12 @@ TEST_CASE("tics of an axis are few and short", "[figures][plot]") {
     CHECK(range / axis.step <= 5);
     CHECK(range / axis.step > 1.9);
   }
-  // 0 to 360° in 45 letters: 3 and 1.7 letters for a tic; nine tics are too many.
+  // 0 to 360°, with 3 letters and a gap of 1.7 for a tic: 45 letters have room for tics at 45°, at 30° they
+  // would have 3.75 letters each; 30 letters have room for tics at 60°.
   plots::Axis turn{0, 360};
   turn.turn = true;
   CHECK(plots::with_tics(turn, 10, 45).step == 45);
-  CHECK(plots::with_tics(turn, 10, 30).step == 90);
+  CHECK(plots::with_tics(turn, 10, 30).step == 60);
   CHECK(plots::shortened("a long name of a folder", 11) == "a lon…older");
   CHECK(plots::letters("µm²") == 3);
   CHECK(plots::key_grid({"penalty", "nonsmooth", "ideal joint"}, 50).rows == 1);
