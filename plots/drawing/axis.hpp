@@ -50,6 +50,7 @@ struct AxisTitle {
   /// Expression of gnuplot: the text with the unit in parentheses, on a second line if the first
   /// has no room for both. `most`: letters of a line.
   Script label(std::size_t most) const;
+  /// Whether the text and the unit fit in one line of this many letters.
   bool fits(std::size_t most) const;
 };
 

@@ -14,16 +14,19 @@
 
 namespace freeplay::plots {
 
+/// A curve of a panel.
 struct PanelCurve {
   Script what;        ///< data and style: DATA index 0 using 1:2 with lines
   std::string title;  ///< in the key; "": none
 };
 
+/// The horizontal axis of a panel.
 struct Abscissa {
   AxisTitle title;
   Axis axis;
 };
 
+/// A panel: its vertical axis and curves.
 struct Panel {
   AxisTitle title;
   Axis axis;
@@ -32,6 +35,7 @@ struct Panel {
   std::optional<Abscissa> abscissa = {};
 };
 
+/// The panels of a figure, from the top.
 struct PanelStack {
   Abscissa abscissa;  ///< of all panels without their own
   std::vector<Panel> panels;

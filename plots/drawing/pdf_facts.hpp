@@ -6,6 +6,7 @@
 
 namespace freeplay::plots {
 
+/// Texts in UTF-8; empty ones are omitted.
 struct PdfFacts {
   std::string title, subject, keywords, creator;
 };

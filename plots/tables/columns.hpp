@@ -47,6 +47,7 @@ struct ColumnFormula {
   std::string unit;  ///< SI
   std::vector<Column> columns;
   std::shared_ptr<const Expression> expression = {};  ///< null: the column itself
+  /// Value for those of the columns, in their order.
   double value(std::span<const double> values) const;
 };
 /// Reads a name or an expression. Throws SceneError for an unknown name, an invalid expression, and
