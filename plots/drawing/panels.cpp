@@ -99,8 +99,6 @@ void add_panels(Figure& f, const Style& style, PanelStack stack) {
                            (key.rows > 0 || !panel.name.empty() ? 0.08 : 0),
                        labelled ? tic_line + line_height * title_lines + edge + 0.1 : between, key});
       fixed += bands.back().above + bands.back().below;
-      // gnuplot omits a key that is higher than its panel
-      if (!stack.equal_scales) height = std::max(height, 1.15 * key_line * static_cast<double>(key.rows));
       auto axis = with_tics(panel.axis, height / (1.45 * line_height));
       const double lines = panel.title.fits(letters_in(height)) ? 1 : 2;
       widest =
