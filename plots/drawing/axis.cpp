@@ -25,6 +25,13 @@ std::string superscript(int n) {
   return text;
 }
 
+/// Significant digits that tell neighbouring tics apart; at least six.
+int digits_of(const Axis& axis) {
+  const double size = std::max({std::abs(axis.low), std::abs(axis.high), axis.step});
+  return std::clamp(
+      1 + static_cast<int>(std::floor(std::log10(size)) - std::floor(std::log10(axis.step) + 1e-9)), 6, 15);
+}
+
 double nearest_tic(double x, double step) { return std::round(x / step) * step; }
 
 /// Steps 1, 2, 5 times powers of ten, or parts of a turn, in increasing order from `least`.
@@ -145,7 +152,8 @@ std::size_t longest_label(const Axis& axis) {
   const double first = std::ceil(axis.low / axis.step - 1e-9),
                last = std::floor(axis.high / axis.step + 1e-9);
   for (double k = first; k <= last && k < first + 100; ++k)
-    most = std::max(most, fmt::format("{:.6g}", nearest_tic(k * axis.step, axis.step)).size());
+    most =
+        std::max(most, fmt::format("{:.{}g}", nearest_tic(k * axis.step, axis.step), digits_of(axis)).size());
   return most;
 }
 
@@ -157,6 +165,7 @@ Axis with_tics(Axis axis, double most, double width) {
     axis.step = std::pow(10, std::max(1.0, std::ceil(decades / most)));
     return axis;
   }
+  if (!(axis.high > axis.low)) axis.high = axis.low + 1;
   const double range = axis.high - axis.low;
   axis.step = axis.turn ? 15 : std::pow(10, std::floor(std::log10(range / 20)));
   // Letters between the middles of two labels, less those of a label.
@@ -182,8 +191,8 @@ Script commands(const Axis& axis, Word name) {
         "set logscale {0}\nset format {0} {1}\nset {0}range [{2:.6g}:{3:.6g}]\nset {0}tics {4:.6g}\n", name,
         powers_of_ten, axis.low, axis.high, axis.step);
   return script.add(
-      "unset logscale {0}\nset format {0} '%.6g'\nset {0}range [{1:.10g}:{2:.10g}]\nset {0}tics {3:.6g}\n",
-      name, axis.low, axis.high, axis.step);
+      "unset logscale {0}\nset format {0} '%.{4}g'\nset {0}range [{1:.12g}:{2:.12g}]\nset {0}tics {3:.6g}\n",
+      name, axis.low, axis.high, axis.step, digits_of(axis));
 }
 
 }  // namespace freeplay::plots

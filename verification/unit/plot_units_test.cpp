@@ -110,6 +110,11 @@ TEST_CASE("tics of an axis are few and short", "[figures][plot]") {
     CHECK(range / axis.step <= 5);
     CHECK(range / axis.step > 1.9);
   }
+  // Labels tell neighbouring tics apart: 10.00012 has seven digits, eight letters.
+  const auto fine = plots::with_tics({10.0001, 10.0002}, 5);
+  CHECK(fine.step == Approx(2e-5));
+  CHECK(plots::longest_label(fine) == 8);
+  CHECK_THAT(plots::commands(fine, "x").text(), Contains("set format x '%.7g'"));
   // 0 to 360°, with 3 letters and a gap of 1.7 for a tic: 45 letters have room for tics at 45°, at 30° they
   // would have 3.75 letters each; 30 letters have room for tics at 60°.
   plots::Axis turn{0, 360};
