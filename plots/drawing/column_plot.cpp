@@ -5,10 +5,15 @@
 #include <algorithm>
 #include <charconv>
 #include <cmath>
+#include <numbers>
 
 #include "io/files/visible.hpp"
+#include "io/scene/dimension.hpp"
+#include "io/scene/quantity.hpp"
 #include "mechanism/error.hpp"
+#include "plots/drawing/axis.hpp"
 #include "plots/drawing/figure.hpp"
+#include "plots/drawing/panels.hpp"
 #include "plots/tables/run_facts.hpp"
 
 namespace freeplay::plots {
@@ -39,30 +44,52 @@ std::vector<Run> runs_of(const ColumnPlot& plot) {
   return list;
 }
 
-/// The column of this name in the first run that has it. Throws SceneError if no run has it.
-const Column& known(const std::vector<Run>& runs, const std::string& name) {
-  for (const auto& run : runs)
-    if (const auto* column = run.columns.find(name)) return *column;
+/// The columns of all runs; of equal names, that of the first run.
+std::vector<Column> columns_of(const std::vector<Run>& runs) {
   std::vector<Column> all;
   for (const auto& run : runs)
     for (const auto& c : run.columns.all())
       if (std::ranges::find(all, c.name, &Column::name) == all.end()) all.push_back(c);
-  throw SceneError(no_column(name, all));
+  return all;
 }
 
+/// The formula with the columns of a run; empty if the run lacks one. An ideal mechanism has no
+/// contacts.
+std::optional<ColumnFormula> of_run(const ColumnFormula& formula, const Run& run) {
+  auto own = formula;
+  for (auto& column : own.columns) {
+    const auto* found = run.columns.find(column.name);
+    if (!found) return std::nullopt;
+    column = *found;
+  }
+  return own;
+}
+
+/// Formulas of one unit, with their curves.
+struct ColumnPanel {
+  std::vector<ColumnFormula> formulas;
+  ShownUnit unit;
+  std::vector<Points> points = {};  ///< of each formula and run
+  std::vector<const Run*> runs = {};
+  std::vector<std::size_t> of = {};  ///< index of its formula
+};
+
 /// The panels of the figure: columns requested together share a panel if their units are equal.
-std::vector<std::vector<Column>> panels_of(const ColumnPlot& plot, const std::vector<Run>& runs) {
-  std::vector<std::vector<Column>> list;
+std::vector<ColumnPanel> panels_of(const ColumnPlot& plot, const std::vector<Column>& all) {
+  std::vector<ColumnPanel> list;
   for (const auto& requested : plot.panels) {
     const auto first = list.size();
     for (const auto& name : requested) {
-      const auto& column = known(runs, name);
-      const auto same = std::find_if(list.begin() + static_cast<std::ptrdiff_t>(first), list.end(),
-                                     [&](const auto& panel) { return panel.front().unit == column.unit; });
+      auto formula = formula_of(name, all);
+      const auto same =
+          std::find_if(list.begin() + static_cast<std::ptrdiff_t>(first), list.end(), [&](const auto& panel) {
+            const auto& unit = panel.formulas.front().unit;
+            return unit == formula.unit || (!unit.empty() && same_quantity(unit, formula.unit));
+          });
       if (same == list.end())
-        list.push_back({column});
+        list.push_back({{std::move(formula)}, {}});
       else
-        same->push_back(column);
+        same->formulas.push_back(std::move(formula));
     }
   }
   if (list.size() > most_panels)
@@ -71,29 +98,144 @@ std::vector<std::vector<Column>> panels_of(const ColumnPlot& plot, const std::ve
   return list;
 }
 
-std::string with_unit(const std::string& name, const std::string& unit) {
-  return unit.empty() ? name : fmt::format("{} ({})", name, unit);
+/// The unit requested for an axis; empty if there is none. `name`: x or y1 …; `used`: of each
+/// request. Throws SceneError if a request names the axis and has another dimension.
+std::optional<ShownUnit> requested_unit(const ColumnPlot& plot, const std::string& name,
+                                        const std::string& si, std::vector<bool>& used) {
+  std::optional<ShownUnit> shown;
+  for (std::size_t i = 0; i < plot.units.size(); ++i) {
+    const auto& text = plot.units[i];
+    const auto equals = text.find('=');
+    const auto axis = equals == text.npos ? "" : text.substr(0, equals);
+    const auto unit = equals == text.npos ? text : text.substr(equals + 1);
+    const bool all = axis == "y" && name.front() == 'y';
+    if (!axis.empty() && axis != name && !all) continue;
+    if ((axis.empty() || all) && !same_quantity(unit, si)) continue;
+    used[i] = true;
+    const auto wanted = dimension_of(si), given = dimension_of(unit);
+    if (given && *given != wanted)
+      throw SceneError(fmt::format("--unit {}: is {}, but axis {} is {}", visible_brief(text, 60),
+                                   name_of(*given), name, name_of(*wanted)));
+    if (!given) throw SceneError(fmt::format("--unit {}: is not a known unit", visible_brief(text, 60)));
+    if (!shown || !axis.empty()) shown = unit_named(unit, si);
+  }
+  return shown;
 }
 
-std::string label_of(const Column& x) {
-  return x.name == "t"             ? "Time (s)"
-         : x.name == "crank_angle" ? "Crank angle (rad)"
-                                   : with_unit(x.name, x.unit);
+/// Refuses requests of units that no axis used.
+void refuse_unused(const ColumnPlot& plot, const std::vector<bool>& used, const std::string& axes) {
+  for (std::size_t i = 0; i < used.size(); ++i) {
+    if (used[i]) continue;
+    const auto& text = plot.units[i];
+    const auto unit = text.substr(text.find('=') + 1);
+    if (dimension_of(unit).has_value() && !unit.empty())
+      throw SceneError(fmt::format("--unit {}: no such axis of {}; the axes are {}", visible_brief(text, 60),
+                                   quantity_name(unit), axes));
+    throw SceneError(fmt::format("--unit {}: \"{}\" is not a known unit; the axes are {}",
+                                 visible_brief(text, 60), visible_brief(unit, 40), axes));
+  }
 }
 
-std::string label_of(const std::vector<Column>& panel) {
-  std::string names;
-  for (const auto& c : panel) names += (names.empty() ? "" : ", ") + c.name;
-  const auto& unit = panel.front().unit;
-  // the key has the names
-  if (names.size() > 30) return unit.empty() ? "" : fmt::format("({})", unit);
-  return with_unit(names, unit);
+Script words_of(const ColumnQuantity& q) {
+  Script script;
+  script.add("'{}{}", q.mean ? Word("mean ") : Word(""), q.name);
+  return script.add("{}{}'", *q.symbol.text() ? Word(" ") : Word(""), q.symbol);
+}
+
+std::size_t length_of(const ColumnQuantity& q) {
+  return (q.mean ? 5 : 0) + letters(q.name.text()) + (*q.symbol.text() ? 1 + letters(q.symbol.text()) : 0);
+}
+
+/// Title of an axis of some formulas. One column is named by its element and quantity; several by
+/// their common quantity, as the key names them.
+AxisTitle title_of(const std::vector<ColumnFormula>& formulas, const std::string& unit) {
+  const auto& first = formulas.front();
+  if (formulas.size() == 1 && first.expression) return AxisTitle::plain(first.text, unit);
+  const auto same = [&](auto key) {
+    return std::ranges::all_of(formulas, [&](const ColumnFormula& f) {
+      return !f.expression && key(f.columns[0].quantity) == key(first.columns[0].quantity);
+    });
+  };
+  const auto name = [](const ColumnQuantity& q) { return std::string_view(q.name.text()); };
+  const auto symbol = [](const ColumnQuantity& q) { return std::string_view(q.symbol.text()); };
+  if (first.expression || !same(name)) return {Script().add("''"), 0, unit};
+  auto q = first.columns[0].quantity;
+  if (!same(symbol)) q.symbol = "";
+  if (name(q).empty()) return AxisTitle::plain(first.text, unit);
+  const auto element = first.columns[0].element();
+  if (formulas.size() > 1 || element.empty()) return {words_of(q), length_of(q), unit};
+  return AxisTitle::of(element, words_of(q), length_of(q), unit);
 }
 
 /// Whether both axes are lengths, as for the path of a point; the axes then have the same scale.
-bool is_path(const Column& x, const std::vector<std::vector<Column>>& panels,
+bool is_path(const ColumnFormula& x, const std::vector<ColumnPanel>& panels,
              const std::optional<Crossing>& section) {
-  return panels.size() == 1 && x.name != "t" && x.unit == "m" && panels[0].front().unit == "m" && !section;
+  return panels.size() == 1 && x.unit == "m" && panels[0].formulas.front().unit == "m" && !section;
+}
+
+double greatest_of(const std::vector<double>& values) {
+  double g = 0;
+  for (const double v : values) g = std::max(g, std::abs(v));
+  return g;
+}
+
+constexpr double full_turn = 2 * std::numbers::pi;
+
+/// Reads the curves of the panels. Returns the greatest magnitude of x.
+double read_curves(std::vector<ColumnPanel>& panels, const ColumnFormula& x, const std::vector<Run>& runs,
+                   const ColumnPlot& plot, std::string& without_rows) {
+  const double from = plot.from.value_or(-INFINITY), to = plot.to.value_or(INFINITY);
+  double greatest = 0;
+  for (auto& panel : panels) {
+    double most = 0;
+    for (std::size_t k = 0; k < panel.formulas.size(); ++k)
+      for (const auto& run : runs) {
+        const auto own_x = of_run(x, run), own_y = of_run(panel.formulas[k], run);
+        if (!own_x || !own_y) continue;
+        if (panel.points.size() == most_curves)
+          throw SceneError(fmt::format("more than {} curves in a panel; draw several figures", most_curves));
+        auto points = thinned(run.columns.read(*own_x, *own_y, from, to, plot.section), most_points);
+        if (!points.without_rows.empty()) without_rows = points.without_rows;
+        greatest = std::max(greatest, greatest_of(points.x));
+        most = std::max(most, greatest_of(points.y));
+        panel.points.push_back(std::move(points));
+        panel.runs.push_back(&run);
+        panel.of.push_back(k);
+      }
+    panel.unit = fitting_unit(panel.formulas.front().unit, most);
+  }
+  return greatest;
+}
+
+/// Least and greatest value of an axis.
+struct Limits {
+  double least = INFINITY, most = -INFINITY;
+  Limits() = default;
+  explicit Limits(const std::vector<double>& values) {
+    for (const double v : values) hold(v);
+  }
+  double range() const { return most - least; }
+  void hold(double v) { least = std::min(least, v), most = std::max(most, v); }
+};
+
+/// A block of data in the shown units. A folded curve has a gap where the angle wraps.
+Block block_of(const std::string& heading, const Points& p, double x_size, double y_size, bool fold,
+               Limits& across, Limits& up) {
+  Block block(heading);
+  double last = 0;
+  for (std::size_t i = 0; i < p.x.size(); ++i) {
+    const double turns = fold ? std::floor(p.x[i] / full_turn) : 0;
+    if (i > 0 && turns != last) block.gap();
+    last = turns;
+    const double x = (p.x[i] - turns * full_turn) / x_size, y = p.y[i] / y_size;
+    block.row({x, y});
+    across.hold(x), up.hold(y);
+  }
+  return block;
+}
+
+std::string with_unit(const std::string& name, const std::string& unit) {
+  return unit.empty() ? name : fmt::format("{} ({})", name, unit);
 }
 
 }  // namespace
@@ -144,79 +286,98 @@ Points thinned(const Points& p, std::size_t most) {
 
 std::filesystem::path draw_columns(const ColumnPlot& plot) {
   const auto runs = runs_of(plot);
-  const auto x = known(runs, plot.x);
-  const auto panels = panels_of(plot, runs);
+  const auto all = columns_of(runs);
+  const auto x = formula_of(plot.x, all);
+  auto panels = panels_of(plot, all);
   if (panels.empty()) throw SceneError("no column to draw; give columns with --y");
-  const double from = plot.from.value_or(-INFINITY), to = plot.to.value_or(INFINITY);
-  if (from >= to) throw SceneError(fmt::format("--from {} must be less than --to {}", from, to));
+  if (plot.from && plot.to && *plot.from >= *plot.to)
+    throw SceneError(fmt::format("--from {} must be less than --to {}", *plot.from, *plot.to));
+  if (plot.fold && !same_quantity(x.unit, "rad"))
+    throw SceneError(fmt::format("--fold: {} is not an angle; fold over one, such as --over crank_angle",
+                                 visible_brief(x.text, 60)));
 
   std::string name = plot.name;
   if (name.empty()) {
     for (const auto& panel : panels)
-      for (const auto& c : panel) name += (name.empty() ? "" : "-") + c.name;
+      for (const auto& f : panel.formulas) name += (name.empty() ? "" : "-") + f.text;
     name = file_name("plot", plot.x == "t" ? name : name + "-over-" + plot.x);
   }
+  std::string without_rows;
+  const double greatest_x = read_curves(panels, x, runs, plot, without_rows);
+
+  // Units: those requested; else an angle of the crank in degrees, others with a fitting prefix.
+  std::vector<bool> used(plot.units.size(), false);
+  const bool degrees = plot.fold || x.text == "crank_angle";
   const bool path = is_path(x, panels, plot.section);
-  const auto count = static_cast<double>(panels.size());
+  auto x_unit = degrees ? unit_named("deg", x.unit) : fitting_unit(x.unit, greatest_x);
+  if (path) x_unit = panels[0].unit = x_unit.size > panels[0].unit.size ? x_unit : panels[0].unit;
+  std::string axes = fmt::format("x ({})", x.unit);
+  if (const auto asked = requested_unit(plot, "x", x.unit, used)) x_unit = *asked;
+  for (std::size_t k = 0; k < panels.size(); ++k) {
+    const auto axis = fmt::format("y{}", k + 1);
+    const auto& si = panels[k].formulas.front().unit;
+    axes += fmt::format(", {} ({})", axis, si);
+    if (const auto asked = requested_unit(plot, axis, si, used)) panels[k].unit = *asked;
+  }
+  refuse_unused(plot, used, axes);
+
   Figure f{.name = name,
-           .height_cm = panels.size() == 1 ? (path ? 12 : 9) : 2.6 + 3.6 * count,
            .source = std::filesystem::exists(plot.folders.front() / "comparison.json") ? "comparison.json"
                                                                                        : "run.json",
            .formats = plot.formats};
-  f.script.add(
-      "set multiplot layout {},1 margins X(1.9),1-X(0.5),Y(1.5),1-Y(0.9) spacing 0,Y(0.75)\n"
-      "set key at graph 1, graph 1 right bottom horizontal maxrows 1 samplen 2 noenhanced\n{}",
-      panels.size(), path ? Word("set size ratio -1\n") : Word(""));
-  if (panels.size() > 1) f.script.add("set format x ''\n");
+  PanelStack stack{.abscissa = {},
+                   .panels = {},
+                   .each = panels.size() == 1 ? 7.0 : 3.4,
+                   .equal_scales = path && x_unit.size == panels[0].unit.size};
+  Limits across;
   bool drawn = false;
-  std::string without_rows;
-  for (std::size_t k = 0; k < panels.size(); ++k) {
-    Script curves;
-    const bool alone = runs.size() == 1 && panels[k].size() == 1;
-    std::size_t curve = 0, named = 0;
-    for (const auto& wanted : panels[k])
-      for (const auto& run : runs) {
-        const auto *own_x = run.columns.find(x.name), *own_y = run.columns.find(wanted.name);
-        if (!own_x || !own_y) continue;  // an ideal mechanism has no contacts
-        if (++curve > most_curves)
-          throw SceneError(fmt::format("more than {} curves in a panel; draw several figures", most_curves));
-        const auto points = thinned(run.columns.read(*own_x, *own_y, from, to, plot.section), most_points);
-        if (!points.without_rows.empty()) without_rows = points.without_rows;
-        Block block(fmt::format("{}: {}, {}", run.title, with_unit(x.name, x.unit),
-                                with_unit(wanted.name, wanted.unit)));
-        for (std::size_t i = 0; i < points.x.size(); ++i) block.row({points.x[i], points.y[i]});
-        const bool marks = plot.section || own_y->file == "events.csv";
-        const auto title = panels[k].size() == 1 ? run.title
-                           : runs.size() == 1    ? wanted.name
-                                                 : wanted.name + ", " + run.title;
-        // With one column each formulation has its usual line style; with several each curve has
-        // its own.
-        const auto look = static_cast<std::size_t>(
-            panels[k].size() == 1 && plot.folders.size() == 1 ? run.style - 1 : curve - 1);
-        curves.add("{}DATA index {} using 1:2 with ", curves.empty() ? Word("plot ") : Word(", "),
-                   f.blocks.size());
-        if (marks)
-          curves.add("points pt {} ps 0.8 lc rgb C{}", 6 + look % 8, 1 + look % 9);
-        else
-          curves.add("lines lw 1.2 dt {} lc rgb C{}", alone ? dashes[0] : dashes[look % std::size(dashes)],
-                     1 + look % 9);
-        if (alone)
-          curves.add(" notitle");
-        else
-          curves.add(" title {}", title), ++named;
-        drawn = drawn || !block.empty();
-        f.blocks.push_back(std::move(block));
-      }
-    if (named > 4) f.script.add("set key maxrows 2 font TINY\n");
-    if (k + 1 == panels.size()) f.script.add("set format x\nset xlabel {} noenhanced\n", label_of(x));
-    f.script.add("set ylabel {} noenhanced\n{}\n{}", label_of(panels[k]), curves,
-                 k == 0 ? Word("unset label 100\n") : Word(""));
+  for (const auto& panel : panels) {
+    Panel shown{.title = title_of(panel.formulas, panel.unit.name), .axis = {}, .curves = {}};
+    const bool one = panel.formulas.size() == 1, alone = one && panel.points.size() == 1;
+    Limits up;
+    for (std::size_t i = 0; i < panel.points.size(); ++i) {
+      const auto& formula = panel.formulas[panel.of[i]];
+      const auto& run = *panel.runs[i];
+      const auto& points = panel.points[i];
+      auto block = block_of(fmt::format("{}: {}, {}", run.title, with_unit(x.text, x_unit.name),
+                                        with_unit(formula.text, panel.unit.name)),
+                            points, x_unit.size, panel.unit.size, plot.fold, across, up);
+      const bool events = !formula.columns.empty() && formula.columns[0].file == "events.csv";
+      const bool fixed = !points.x.empty() && Limits(points.x).range() == 0 && Limits(points.y).range() == 0;
+      // With one column each formulation has its usual line style; with several each curve has its
+      // own.
+      const auto look =
+          static_cast<std::size_t>(one && plot.folders.size() == 1 ? run.style - 1 : static_cast<int>(i));
+      PanelCurve curve;
+      curve.what.add("DATA index {} using 1:2 with ", f.blocks.size());
+      if (plot.section || events || fixed)
+        curve.what.add("points pt {} ps {} lc rgb C{}", fixed ? 7 : 6 + look % 8, fixed ? 1.0 : 0.8,
+                       1 + look % 9);
+      else
+        curve.what.add("lines lw 1.2 dt {} lc rgb C{}", alone ? dashes[0] : dashes[look % std::size(dashes)],
+                       1 + look % 9);
+      if (!alone)
+        curve.title = one ? run.title : runs.size() == 1 ? formula.text : formula.text + ", " + run.title;
+      shown.curves.push_back(std::move(curve));
+      drawn = drawn || !block.empty();
+      f.blocks.push_back(std::move(block));
+    }
+    shown.axis = axis_of(up.least, up.most);
+    stack.panels.push_back(std::move(shown));
   }
   if (!drawn && !without_rows.empty()) throw SceneError(without_rows + ": has no rows");
   if (!drawn)
     throw SceneError(plot.section ? "no row crosses the section within that time"
                                   : "no row within that time");
-  f.script.add("unset multiplot\n");
+  stack.abscissa = {title_of({x}, x_unit.name), axis_of(across.least, across.most)};
+  auto& axis = stack.abscissa.axis;
+  const bool in_degrees = x_unit.name == "°";
+  axis.turn = in_degrees && across.most - across.least > 90;
+  if (plot.fold)
+    axis.low = 0, axis.high = full_turn / x_unit.size;
+  else if (!path && across.most > across.least)
+    axis.low = across.least, axis.high = across.most;
+  add_panels(f, style_of(plot.folders.front()), std::move(stack));
   return draw(f, plot.folders.front());
 }
 

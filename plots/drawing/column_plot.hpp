@@ -13,10 +13,13 @@
 namespace freeplay::plots {
 
 struct ColumnPlot {
-  std::vector<std::filesystem::path> folders;  ///< result folders; the first receives the figure
-  std::string x = "t";
-  std::vector<std::vector<std::string>> panels;  ///< columns; one panel per unit
-  std::optional<double> from = {}, to = {};      ///< s
+  std::vector<std::filesystem::path> folders;    ///< result folders; the first receives the figure
+  std::string x = "t";                           ///< column or expression
+  std::vector<std::vector<std::string>> panels;  ///< columns or expressions; one panel per unit
+  /// [AXIS=]UNIT, AXIS: x, y, y1 … y6. Without an axis: for each axis of this dimension.
+  std::vector<std::string> units = {};
+  bool fold = false;                         ///< x is an angle, shown within one turn
+  std::optional<double> from = {}, to = {};  ///< s
   std::optional<Crossing> section = {};
   std::string name = {};             ///< of the files; empty: derived from the columns
   std::vector<Format> formats = {};  ///< empty: those of the style

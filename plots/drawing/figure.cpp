@@ -11,6 +11,7 @@
 #include "io/files/output_file.hpp"
 #include "io/files/visible.hpp"
 #include "plots/drawing/gnuplot.hpp"
+#include "plots/drawing/pdf_facts.hpp"
 
 namespace freeplay::plots {
 namespace {
@@ -35,7 +36,7 @@ constexpr Word look =
     "set grid lt 1 lc rgb 0xd4d4d4 lw 0.7\n"
     "set key top right samplen 3 spacing 1.1\n"
     "set pointsize 1\n"
-    "set bmargin at screen Y(1.5)\n";  // leaves room for the origin below
+    "set bmargin at screen Y(1.15)\n";
 
 /// A file format: its gnuplot terminal, and the suffix of its file after NAME.
 struct Terminal {
@@ -45,7 +46,8 @@ struct Terminal {
   double font_scale;  ///< makes 1 pt = 1/72 in on paper; cairo: 4/3 pt at scale 1, SVG: 96 units/in
   double line_scale;
 };
-constexpr double dots = 100;  ///< per cm, of a PNG
+constexpr std::uint64_t most_bytes = 1u << 30;  ///< of a PDF
+constexpr double dots = 100;                    ///< per cm, of a PNG
 constexpr Terminal terminals[] = {
     {Format::pdf, ".pdf", 1, 0.75, 1},
     {Format::png, ".png", dots, 0.75 * 2.54 * dots / 72, 2},
@@ -109,11 +111,22 @@ Script beginning(const Paper& paper, const Style& style, double font_size) {
   return script.add("{}", look);
 }
 
-/// Command that writes the origin in the lower right corner of the figure.
-Script signature(const std::string& origin) {
-  return Script().add(
-      "set label 100 {} at screen 1-X(0.3), screen Y(0.12) right font TINY tc rgb 0x888888 noenhanced\n",
-      origin);
+/// A long text as an expression of gnuplot: literals joined by dots.
+Script long_text(const std::string& text) {
+  constexpr std::size_t piece = 190;  // bytes
+  Script script;
+  for (std::size_t at = 0; at < text.size() || at == 0;) {
+    auto to = std::min(at + piece, text.size());
+    while (to < text.size() && (static_cast<unsigned char>(text[to]) & 0xC0) == 0x80) ++to;
+    script.add("{}{}", at == 0 ? Word("") : Word("."), text.substr(at, to - at));
+    at = std::max(to, at + 1);
+  }
+  return script;
+}
+
+/// Variables that state the origin and the content of the figure. Nothing draws them.
+Script facts_of(const Figure& f, const std::string& origin) {
+  return Script().add("ORIGIN = {}\nCAPTION = {}\n", long_text(origin), long_text(f.caption));
 }
 
 /// The script for all formats except LaTeX. gnuplot runs the script once per format (PASS).
@@ -130,12 +143,11 @@ std::string script_of(const Figure& f, const std::vector<Format>& formats, const
                f.name + t.suffix);
   }
   script.add("DATA = {}\n{}{}{}unset output\nPASS = PASS + 1\nif (PASS <= {}) load {}\n", f.name + ".dat",
-             beginning(paper, style, style.font_size), signature(from), f.script, pass, f.name + ".gp");
+             facts_of(f, from), beginning(paper, style, style.font_size), f.script, pass, f.name + ".gp");
   return script.text();
 }
 
-/// The script for LaTeX, which sets the texts in the font of the document, usually of 10 pt. It
-/// writes no origin; the document states it.
+/// The script for LaTeX, which sets the texts in the font of the document, usually of 10 pt.
 std::string latex_script(const Figure& f, const Style& style) {
   const auto paper = paper_of(f, style);
   const auto& t = terminal_of(Format::cairolatex);
@@ -240,6 +252,10 @@ std::filesystem::path draw(const Figure& f, const std::filesystem::path& folder)
           !said.empty() || !std::filesystem::exists(made) || std::filesystem::file_size(made) < least)
         throw OutputError(fmt::format("{}: gnuplot did not draw it{}", (figures / name).string(),
                                       said.empty() ? "" : ": " + said));
+    for (const auto& name : makes)
+      if (name.ends_with(".pdf"))
+        write_file(place / name,
+                   with_facts(read_file(place / name, most_bytes), {f.name, f.caption, from, "freeplay"}));
     makes.push_back(script);
     for (const auto& name : makes) move_file(place.path(), figures, name);
   };

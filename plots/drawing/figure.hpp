@@ -11,6 +11,7 @@
 //     WIDTH, HEIGHT     cm on paper
 //     SIZE              pt of texts; SMALL, TINY: fonts
 //     X(cm), Y(cm)      share of the page of a length in cm at the usual text size, for margins
+//     ORIGIN, CAPTION   program, commit and scene; what the figure shows
 //     C1 … C9           colours of curves; line styles: 1 penalty, 2 nonsmooth, 3 ideal,
 //                       4 auxiliary lines
 #pragma once
@@ -50,6 +51,9 @@ struct Figure {
   std::vector<Block> blocks = {};
   Script script = {};       ///< commands after the style; DATA is the data file
   std::string source = {};  ///< JSON file of the folder with the provenance
+  /// What the figure shows, for the script and the properties of the PDF: spans, means, points
+  /// outside the ranges. Figures hold no sentences, because papers have captions.
+  std::string caption = {};
   /// scene file if a folder has several; empty: that of the source
   std::string scene_file = {};
   std::vector<Format> formats = {};  ///< replaces the formats of the style
@@ -68,7 +72,7 @@ std::string safe_name(std::string_view of);
 double tic_step(double range, bool narrow = false);
 
 /// gnuplot format of the tics of a logarithmic axis.
-inline constexpr Word powers{"'10^{%T}'", "'$10^{%T}$'"};
+inline constexpr Word powers = powers_of_ten;
 
 /// Width of the figure with this style (cm).
 double width_of(const Figure& figure, const Style& style);

@@ -9,6 +9,7 @@
 #include <limits>
 
 #include "plots/drawing/figure.hpp"
+#include "plots/drawing/panels.hpp"
 
 namespace freeplay::plots {
 namespace {
@@ -23,14 +24,15 @@ std::string note(const ForceRange& range, const std::vector<ForceRun>& runs) {
     if (range.outside[r] > 0)
       list += fmt::format("{}{} {} of {}", list.empty() ? "" : ", ", runs[r].title, range.outside[r],
                           runs[r].x.size());
-  return list.empty() ? "" : "outside: " + list;
+  return list;
 }
 
 /// Data block of a run: x and the quantities of the panels, with a gap where the angle wraps.
 Block block_of(const ForceTable& table, std::size_t r, const std::vector<ForcePanel>& panels) {
   const auto& run = table.runs()[r];
   std::string heading = fmt::format("{}: {}", run.title, table.turns() ? "angle (degrees)" : "t (s)");
-  for (const auto& p : panels) heading += ", " + (p.name.empty() ? "" : p.name + " ") + p.quantity.text();
+  for (const auto& p : panels)
+    heading += ", " + (p.name.empty() ? "" : p.name + " ") + p.quantity.text() + " (" + p.unit + ")";
   Block block(heading);
   for (std::size_t i = 0; i < run.x.size(); ++i) {
     if (table.turns() && i > 0 && std::abs(run.x[i] - run.x[i - 1]) > 180) block.gap();
@@ -42,13 +44,11 @@ Block block_of(const ForceTable& table, std::size_t r, const std::vector<ForcePa
   return block;
 }
 
-/// Commands for the range of the angle or time axis.
-Script across(const ForceTable& table) {
-  Script script;
-  if (table.turns()) return script.add("set xrange [0:360]\nset xtics 45\n");
+Axis across(const ForceTable& table) {
+  if (table.turns()) return {.low = 0, .high = 360, .turn = true};
   double end = 0;
   for (const auto& run : table.runs()) end = std::max(end, run.t.back());
-  return script.add("set xrange [0:{:.6g}]\n", end);
+  return {0, end};
 }
 
 }  // namespace
@@ -106,38 +106,34 @@ std::filesystem::path stack(const ForceTable& table, const std::filesystem::path
   if (panels.empty()) return {};
   const auto& runs = table.runs();
   Figure f{.name = name, .source = table.source()};
-  const double each = panels.size() == 1 ? 6.5 : panels.size() < 5 ? 3.1 : 2.6;
-  const double gap = 0.55, top = 1.45, bottom = 1.35;
-  const double count = static_cast<double>(panels.size());
-  f.height_cm = top + bottom + count * each + (count - 1) * gap;
+  f.caption = fmt::format("{}{}{}{}.", heading, heading.empty() ? "" : "; ", table.extent(),
+                          runs.size() == 1 ? fmt::format(", {}", runs[0].title) : "");
   for (std::size_t r = 0; r < runs.size(); ++r) f.blocks.push_back(block_of(table, r, panels));
-  f.script.add(
-      "set multiplot layout {},1 margins X(1.7),1-X(0.5),Y({}),1-Y({}) spacing 0,Y({})\n"
-      "set key at screen 1-X(0.5),1-Y(0.5) right top horizontal maxrows 1 samplen 2\n"
-      "set label 1 {} at screen X(1.7),1-Y(0.3) noenhanced\nset format x ''\n{}",
-      panels.size(), bottom, top, gap, heading, across(table));
+  PanelStack stack{.abscissa = {table.turns() ? crank_title() : time_title(), across(table)},
+                   .panels = {},
+                   .each = panels.size() == 1  ? 6.5
+                           : panels.size() < 5 ? 3.1
+                                               : 2.6};
   for (std::size_t k = 0; k < panels.size(); ++k) {
     const auto& p = panels[k];
     auto range = range_of(p.runs);
     widen(range, least);
     if (p.from_zero) range.low = 0;
-    if (k + 1 == panels.size()) f.script.add("set format x\nset xlabel {} noenhanced\n", table.abscissa());
-    f.script.add(
-        "set ylabel '{}'\nset yrange [{:.5g}:{:.5g}]\n"
-        "set label 2 {} at graph 0, graph 1 offset 0,0.5 font SMALL noenhanced\n"
-        "set label 3 {} at graph 1, graph 1 offset 0,0.5 right font TINY tc rgb 0x555555 noenhanced\n",
-        p.quantity, range.low, range.high, p.name, note(range, runs));
-    Script plot;
+    if (const auto outside = note(range, runs); !outside.empty())
+      f.caption += fmt::format(" Outside the range of panel {}: {}.", k + 1, outside);
+    Panel panel{.title = AxisTitle::of(p.quantity, p.unit),
+                .axis = {range.low, range.high},
+                .curves = {},
+                .name = p.name};
     for (int style : {1, 2, 3})
       for (std::size_t r = 0; r < runs.size(); ++r)
         if (runs[r].style == style && !p.runs[r].empty())
-          plot.add("{}DATA index {} using 1:{} with lines ls {}{} title {}",
-                   plot.empty() ? Word("plot ") : Word(", "), r, k + 2, style,
-                   style == 3 ? Word(" lw 1.4") : Word(" lw 1.1"), runs[r].title);
-    f.script.add("{}\n", plot);
-    if (k == 0) f.script.add("unset key\nunset label 1\nunset label 100\n");
+          panel.curves.push_back({Script().add("DATA index {} using 1:{} with lines ls {}{}", r, k + 2, style,
+                                               style == 3 ? Word(" lw 1.4") : Word(" lw 1.1")),
+                                  k == 0 && runs.size() > 1 ? runs[r].title : ""});
+    stack.panels.push_back(std::move(panel));
   }
-  f.script.add("unset multiplot\n");
+  add_panels(f, style_of(folder), std::move(stack));
   return draw(f, folder);
 }
 

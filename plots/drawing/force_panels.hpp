@@ -28,14 +28,16 @@ void widen(ForceRange& range, double least);
 double greatest(const std::vector<Values>& runs);
 
 struct ForcePanel {
-  Word quantity;             ///< with its unit; the label left of the panel
+  Word quantity;
+  std::string unit;
   std::string name;          ///< title above the panel
   std::vector<Values> runs;  ///< per run of the table; empty if the run has no such quantity
   bool from_zero = false;
 };
 
 /// Draws stacked panels. The range of each is at least `least` in its unit. Panels without values
-/// are omitted; the path is empty if no panel remains.
+/// are omitted; the path is empty if no panel remains. The caption consists of the heading, the
+/// span, and the number of points outside the ranges.
 std::filesystem::path stack(const ForceTable& table, const std::filesystem::path& folder,
                             const std::string& name, const std::string& heading,
                             std::vector<ForcePanel> panels, double least);

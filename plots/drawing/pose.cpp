@@ -8,6 +8,7 @@
 #include <map>
 
 #include "io/files/input_file.hpp"
+#include "plots/drawing/axis.hpp"
 #include "plots/drawing/figure.hpp"
 #include "plots/drawing/style.hpp"
 #include "plots/tables/table.hpp"
@@ -213,10 +214,12 @@ std::vector<std::filesystem::path> draw_pose(const std::filesystem::path& folder
                              : std::clamp(2.6 * unit + (f.width_cm - 2.5 * unit) * tall / wide, 6.0, 18.0);
   f.script.add(
       "set size ratio -1\nset clip two\nset xrange [{}:{}]\nset yrange [{}:{}]\nset xlabel 'x (m)'\nset ylabel 'y (m)'\n"
-      "set title {} noenhanced\nunset key\nset xtics {}\n",
+      "unset key\nset xtics {}\nset ytics {}\n",
       frame.left - 3 * u, frame.right + 3 * u, frame.low - 3 * u, frame.high + 3 * u,
-      JsonFile(folder / "pose.json").text("title"),
-      tic_step(frame.right - frame.left + 6 * u, is_narrow(f, style)));
+      with_tics({frame.left - 3 * u, frame.right + 3 * u}, 10, (f.width_cm / unit - 2.5) / letter_width).step,
+      with_tics({frame.low - 3 * u, frame.high + 3 * u}, (f.height_cm / unit - 2) / (1.45 * line_height))
+          .step);
+  f.caption = JsonFile(folder / "pose.json").text("title");
   Sheet sheet(f);
   std::map<std::string, std::size_t> colour;
   sheet.curve(guides(shapes, u, 0.8 * size), with("with lines lw 1.2 lc rgb '#888888'"));

@@ -42,6 +42,15 @@ std::string doubled(std::string_view text) {
 
 std::string literal(std::string_view text) { return in_quotes(visible_brief(text, most_shown)); }
 
+std::string marked_literal(std::string_view text) {
+  std::string out;
+  for (const char c : visible_brief(text, most_shown)) {
+    if (std::string_view("_^{}@&~\\").find(c) != std::string_view::npos) out += '\\';
+    out += c;
+  }
+  return in_quotes(out);
+}
+
 std::string tic_literal(std::string_view text) { return in_quotes(doubled(visible_brief(text, most_shown))); }
 
 std::string in_tex(std::string_view text) {

@@ -30,6 +30,9 @@ class Word {
   const char *text_, *tex_;
 };
 
+/// gnuplot format of the tics of a logarithmic axis.
+inline constexpr Word powers_of_ten{"'10^{%T}'", "'$10^{%T}$'"};
+
 /// A text in gnuplot's double quotes, shortened to 200 characters, with visible control characters.
 /// Letters, digits and harmless characters are unchanged; every other byte is written as \ooo,
 /// because gnuplot 5.4 ends a single-quoted literal in the middle of a''''b and executes backquotes
@@ -44,6 +47,13 @@ std::string tic_literal(std::string_view text);
 /// quotes (tex_literal).
 std::string in_tex(std::string_view text);
 std::string tex_literal(std::string_view text);
+
+/// A text within markup: printed as it is, as a part of a text that has symbols such as F_x.
+struct Marked {
+  std::string text;
+};
+/// The text in gnuplot's double quotes, with a backslash before each character of its markup.
+std::string marked_literal(std::string_view text);
 
 /// Returns x. Throws OutputError if x is not finite, because gnuplot would read it as the name of a
 /// variable.
@@ -63,6 +73,7 @@ class Script {
   static const char* place(const Word& word) { return word.text(); }
   static std::string_view place(const Script& script) { return script.text_; }
   static std::string place(const std::string& text) { return literal(text); }
+  static std::string place(const Marked& text) { return marked_literal(text.text); }
   static std::string place(const char* text) { return literal(text); }
   template <class A>
   using Place = decltype(place(std::declval<const A&>()));
@@ -74,6 +85,8 @@ class Script {
       return value.tex();
     else if constexpr (std::is_same_v<A, Script>)
       return value.tex_;
+    else if constexpr (std::is_same_v<A, Marked>)
+      return tex_literal(value.text);
     else if constexpr (std::is_convertible_v<const A&, std::string>)
       return tex_literal(value);
     else

@@ -6,6 +6,7 @@
 #include <charconv>
 
 #include "io/files/child.hpp"
+#include "io/files/input_file.hpp"
 #include "io/files/visible.hpp"
 #include "io/scene/schema.hpp"
 #include "io/scene/section.hpp"
@@ -143,13 +144,12 @@ std::vector<Format> formats_named(const std::vector<std::string>& names) {
   return list;
 }
 
-Style style_of(const std::filesystem::path& folder) {
+namespace {
+
+Style parse_style(const std::string& text, const std::string& name) {
   Style style;
-  const auto file = folder / "figures" / "style.toml";
-  std::error_code none;
-  if (!std::filesystem::exists(std::filesystem::symlink_status(file, none))) return style;
-  const SceneSource source{.name = file.string()};
-  const toml::table document = parse_toml(read_text(file), file.string());
+  const SceneSource source{.name = name};
+  const toml::table document = parse_toml(text, name);
   refuse_unknown_keys(document, "style", source);
   Section s(document, "", "style", source);
   style.font = font(s, style.font);
@@ -164,6 +164,65 @@ Style style_of(const std::filesystem::path& folder) {
   style.formats = formats(s, style.formats);
   s.done("a style");
   return style;
+}
+
+bool is_there(const std::filesystem::path& file) {
+  std::error_code none;
+  return std::filesystem::exists(std::filesystem::symlink_status(file, none));
+}
+
+/// The path of the scene that the results in a folder record; empty if there is none.
+std::filesystem::path recorded_scene(const std::filesystem::path& folder) {
+  for (const char* name : {"comparison.json", "run.json", "validation.json", "points.json", "laws.json"}) {
+    if (!std::filesystem::exists(folder / name)) continue;
+    try {
+      return JsonFile(folder / name).text("provenance.scene_file");
+    } catch (const SceneError&) {
+      return {};  // the figure that reads the file reports it
+    }
+  }
+  return {};
+}
+
+/// The style chosen for this process. A command draws in one style.
+std::optional<Style>& chosen_style() {
+  static std::optional<Style> style;
+  return style;
+}
+
+constexpr StylePreset presets[] = {
+    {"journal-single", "size = \"springer-one-column\"\nfont_size = 8\n"},
+    {"journal-double", "size = \"springer-two-column\"\nfont_size = 8\n"},
+    {"slides", "size = \"slide\"\nfont_size = 18\nline_width = 2\n"},
+};
+
+}  // namespace
+
+std::span<const StylePreset> style_presets() { return presets; }
+
+void choose_style(const std::string& preset_or_file) {
+  const auto preset = std::ranges::find(presets, preset_or_file, &StylePreset::name);
+  if (preset != std::end(presets)) {
+    chosen_style() = parse_style(std::string(preset->text), preset_or_file);
+    return;
+  }
+  std::error_code none;
+  if (!std::filesystem::exists(preset_or_file, none))
+    throw SceneError(fmt::format("--style {}: is neither a file nor a preset{}",
+                                 visible_brief(preset_or_file, 80), remedy(preset_or_file, words(presets))));
+  chosen_style() = parse_style(read_text(preset_or_file), preset_or_file);
+}
+
+Style style_of(const std::filesystem::path& folder, const std::filesystem::path& scene) {
+  if (chosen_style()) return *chosen_style();
+  if (const auto file = folder / "figures" / "style.toml"; is_there(file))
+    return parse_style(read_text(file), file.string());
+  const auto scene_file = scene.empty() ? recorded_scene(folder) : scene;
+  if (scene_file.empty()) return {};
+  const auto beside = scene_file.parent_path() / "style.toml";
+  std::error_code none;
+  if (!std::filesystem::is_regular_file(beside, none)) return {};
+  return parse_style(read_text(beside), beside.string());
 }
 
 }  // namespace freeplay::plots

@@ -50,9 +50,21 @@ struct Style {
   std::vector<Format> formats{Format::pdf};
 };
 
-/// Reads the style of a result folder from folder/figures/style.toml; the default style if there is
-/// no such file. Throws SceneError with FILE:LINE:COL, the key and the error.
-Style style_of(const std::filesystem::path& folder);
+/// A style by name, for --style.
+struct StylePreset {
+  std::string_view name;
+  std::string_view text;  ///< of a style.toml
+};
+std::span<const StylePreset> style_presets();
+
+/// Draws all figures of this process in the style of a preset or a file, as --style requests.
+/// Throws SceneError for an invalid style, and for a name that is neither.
+void choose_style(const std::string& preset_or_file);
+
+/// Style of a result folder: the chosen one, else folder/figures/style.toml, else style.toml beside
+/// the scene of the results, else the default. `scene`: path of the scene; empty: the one that the
+/// results record. Throws SceneError with FILE:LINE:COL, the key and the error.
+Style style_of(const std::filesystem::path& folder, const std::filesystem::path& scene = {});
 
 /// Parses a comma-separated list of formats. Throws SceneError for an unknown format.
 std::vector<Format> formats_named(const std::vector<std::string>& names);

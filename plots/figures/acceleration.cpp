@@ -9,6 +9,8 @@
 #include "io/files/input_file.hpp"
 #include "mechanism/scene.hpp"
 #include "plots/drawing/figure.hpp"
+#include "plots/drawing/panels.hpp"
+#include "plots/tables/run_facts.hpp"
 #include "plots/tables/table.hpp"
 
 namespace freeplay::plots {
@@ -18,7 +20,8 @@ constexpr double turn = 2 * std::numbers::pi;
 
 struct Trace {
   std::string channel;
-  bool turns = false;  ///< whether the crank angle is known and not constant
+  bool turns = false;                         ///< whether the crank angle is known and not constant
+  double least = INFINITY, most = -INFINITY;  ///< m/s²
   Block block{"angle (degrees) or t (s), acceleration (m/s^2)"};
 };
 
@@ -63,6 +66,7 @@ Trace last_turn(const std::filesystem::path& file) {
     if (channel != trace.channel) return;
     const double along = sense * angle / turn - first;
     if (trace.turns ? along < 0 || along > 1 : t < 0.9 * end) return;
+    trace.least = std::min(trace.least, value), trace.most = std::max(trace.most, value);
     trace.block.row({trace.turns ? 360 * (sense > 0 ? along : 1 - along) : t, value});
   });
   return trace;
@@ -74,26 +78,31 @@ std::vector<std::filesystem::path> draw_acceleration(const std::filesystem::path
   Figure f{.name = "acceleration", .source = "comparison.json"};
   const char* const titles[][2] = {
       {"penalty", "penalty"}, {"nonsmooth", "nonsmooth"}, {"ideal", "ideal joint"}};
-  Script plot;
+  Panel panel{.title = {}, .axis = {}, .curves = {}};
   std::string channel;
   bool turns = false;
+  double end = 0, start = INFINITY, least = INFINITY, most = -INFINITY;
   for (int i = 0; i < 3; ++i) {
     if (!std::filesystem::exists(file(titles[i][0]))) continue;
     const auto trace = last_turn(file(titles[i][0]));
     if (i == 0) turns = trace.turns;
     if (trace.block.empty()) continue;
     channel = trace.channel;
-    plot.add("{}DATA index {} using 1:2 with lines ls {} title {}", plot.empty() ? Word("plot ") : Word(", "),
-             f.blocks.size(), i + 1, titles[i][1]);
+    least = std::min(least, trace.least), most = std::max(most, trace.most);
+    end = std::max(end, end_of(folder / titles[i][0])), start = std::min(start, 0.9 * end);
+    panel.curves.push_back(
+        {Script().add("DATA index {} using 1:2 with lines ls {}", f.blocks.size(), i + 1), titles[i][1]});
     f.blocks.push_back(trace.block);
   }
-  if (plot.empty()) return {};
-  if (turns)
-    f.script.add("set xlabel 'Crank angle (°)'\nset xrange [0:360]\nset xtics 45\n");
-  else
-    f.script.add("set xlabel 'Time (s)'\n");
-  f.script.add("set ylabel {} noenhanced\nset key outside top center horizontal\n{}\n",
-               fmt::format("Acceleration, {} (m/s²)", channel), plot);
+  if (panel.curves.empty()) return {};
+  f.caption = fmt::format("Signal of {}, {}.", channel, turns ? "last whole turn" : "last tenth of the time");
+  panel.title = AxisTitle::of({"acceleration a", "acceleration $a$"}, "m/s²");
+  panel.axis = axis_of(least, most);
+  PanelStack stack{.abscissa = turns ? Abscissa{crank_title(), {.low = 0, .high = 360, .turn = true}}
+                                     : Abscissa{time_title(), {start, end}},
+                   .panels = {std::move(panel)},
+                   .each = 6.5};
+  add_panels(f, style_of(folder), std::move(stack));
   return {draw(f, folder)};
 }
 

@@ -32,12 +32,12 @@ std::vector<std::filesystem::path> draw_drift(const std::filesystem::path& folde
     f.script.add("\n");
   };
   f.script.add(
-      "set multiplot layout 2,1 margins X(1.9),1-X(0.4),Y(1.5),1-Y(0.9) spacing 0,Y(1.9)\nset logscale y\nset format y {}\n"
-      "set key center at graph 0.5, graph 1.08 horizontal maxrows 2 samplen 2 font SMALL\nset xlabel 'Time (s)'\nset ylabel "
-      "'Constraint error (m)'\n",
+      "set multiplot layout 2,1 margins X(1.9),1-X(0.4),Y(1.15),1-Y(0.9) spacing 0,Y(1.9)\nset logscale y\nset format y {}\n"
+      "set key center at graph 0.5, graph 1.08 horizontal maxrows 2 samplen 2 font SMALL\nset xlabel 'time t (s)'\nset ylabel "
+      "'constraint error (m)'\n",
       powers);
   curves(2);
-  f.script.add("unset label 100\nset ylabel 'Energy balance, error (J)'\n");
+  f.script.add("set ylabel 'error of energy (J)'\n");
   curves(3);
   f.script.add("unset multiplot\n");
   return {draw(f, folder)};

@@ -38,7 +38,7 @@ bool add_bands(Figure& f, const std::filesystem::path& folder, const std::vector
   if (names.empty()) return false;
   f.height_cm = 3 + 5 * static_cast<double>(names.size());
   f.script.add(
-      "set multiplot layout {},1 margins X(2.4),1-X(0.4),Y(1.5),1-Y(1.1) spacing 0,Y(1.6)\n"
+      "set multiplot layout {},1 margins X(2.4),1-X(0.4),Y(1.15),1-Y(1.1) spacing 0,Y(1.6)\n"
       "set style fill transparent solid 0.25 noborder\nset key center at graph 0.5, graph 1.09 "
       "horizontal maxrows 1 samplen 2 font SMALL\nset xlabel 'Time (s)'\n",
       names.size());

@@ -143,7 +143,7 @@ class Experiment {
     auto f = begin("motion", 12);
     const double c = paper_clearance(), n = paper_speed();
     f.script.add(
-        "set multiplot layout 2,1 margins X(1.9),1-X(0.5),Y(1.5),1-Y(1) spacing 0,Y(0.7)\n{}set key at screen "
+        "set multiplot layout 2,1 margins X(1.9),1-X(0.5),Y(1.15),1-Y(1) spacing 0,Y(0.7)\n{}set key at screen "
         "1-X(0.5),1-Y(0.15) horizontal\nset format x ''\nset ylabel 'Position (m)'\nset label 1 '{:.2f} mm, {:.0f} "
         "rpm' at screen X(1.9),1-Y(0.45)\n",
         angles, 1e3 * c, n);
@@ -158,7 +158,7 @@ class Experiment {
 
   std::filesystem::path panels(const char* what, bool along_clearance, bool spectrum) {
     auto f = begin(what, 13);
-    f.script.add("set multiplot layout 2,2 margins X(1.8),1-X(0.4),Y(1.5),1-Y(1.3) spacing X(1.7),Y(2)\n");
+    f.script.add("set multiplot layout 2,2 margins X(1.8),1-X(0.4),Y(1.15),1-Y(1.3) spacing X(1.7),Y(2)\n");
     if (spectrum)
       f.script.add(
           "set logscale y\nset format y '%g'\nset xlabel 'Harmonic of the crank'\nset xrange "
@@ -186,7 +186,7 @@ class Experiment {
   std::filesystem::path velocities() {
     auto f = begin("velocity", 12);
     f.script.add(
-        "set multiplot layout 2,1 margins X(1.9),1-X(0.5),Y(1.5),1-Y(1.3) spacing 0,Y(1)\n{}set format x ''\nset "
+        "set multiplot layout 2,1 margins X(1.9),1-X(0.5),Y(1.15),1-Y(1.3) spacing 0,Y(1)\n{}set format x ''\nset "
         "ylabel 'Velocity (m/s)'\n",
         angles);
     const double n = paper_speed();

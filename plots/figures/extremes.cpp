@@ -165,7 +165,7 @@ std::vector<std::filesystem::path> draw_extremes(const std::filesystem::path& fo
       f.blocks.push_back(block);
     }
     if (i == 0) plot.add("{}NaN with lines {} title 'predicted limit'", next(), limit_look);
-    f.script.add("{}\nunset label 100\n", plot);  // the origin is written once
+    f.script.add("{}\n", plot);  // the origin is written once
   }
   f.script.add("unset multiplot\n");
   return {draw(f, folder)};

@@ -2,10 +2,13 @@
 // diagrams of the revolute joints, both formulations over the ideal mechanism. A driven mechanism
 // is shown over its last whole turn, others over the whole run.
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <optional>
+#include <tuple>
 
+#include "plots/drawing/axis.hpp"
 #include "plots/drawing/figure.hpp"
 #include "plots/drawing/force_panels.hpp"
 #include "plots/tables/force_table.hpp"
@@ -13,7 +16,7 @@
 namespace freeplay::plots {
 namespace {
 
-constexpr Word force_x{"F_x (N)", "$F_x$ (N)"}, force_y{"F_y (N)", "$F_y$ (N)"};
+constexpr Word force_x{"F_x", "$F_x$"}, force_y{"F_y", "$F_y$"}, force{"|F|", "$|F|$"};
 
 /// |F| and its components; for a guide with clearance |F| of all corners together and of each,
 /// for a slot with clearance likewise of its sides.
@@ -24,22 +27,22 @@ std::filesystem::path reaction(const ForceTable& table, const std::filesystem::p
   std::vector<ForcePanel> panels;
   const bool slot = table.any(name + ".right.fx"),
              guide = slot || table.any(name + "." + guide_corners[0] + ".fx");
-  panels.push_back({"|F| (N)", slot ? "both sides" : guide ? "all corners" : "", size, true});
+  panels.push_back({force, "N", slot ? "both sides" : guide ? "all corners" : "", size, true});
   if (guide) {
     for (const auto* corner : guide_corners)
       if (table.any(name + "." + corner + ".fx")) {
         std::string label = corner;
         std::ranges::replace(label, '_', ' ');
-        panels.push_back({"|F| (N)", label, table.magnitudes(name + "." + corner), true});
+        panels.push_back({force, "N", label, table.magnitudes(name + "." + corner), true});
       }
   } else {
     // A component that consists of rounding errors, such as the moment of a revolute joint, has no
     // panel. Moments are compared with forces, because their arms are of the order of a metre or
     // less.
-    for (const auto& [quantity, suffix] :
-         {std::pair{force_x, ".fx"}, {force_y, ".fy"}, {Word("M (N m)"), ".m"}})
+    for (const auto& [quantity, unit, suffix] :
+         {std::tuple{force_x, "N", ".fx"}, {force_y, "N", ".fy"}, {Word("M", "$M$"), "N m", ".m"}})
       if (auto v = table.columns(name, suffix); greatest(v) > rounding)
-        panels.push_back({quantity, "", std::move(v), false});
+        panels.push_back({quantity, unit, "", std::move(v), false});
   }
   return stack(table, folder, file_name("reaction", name), table.heading(name), std::move(panels), rounding);
 }
@@ -48,10 +51,15 @@ std::filesystem::path drive_torque(const ForceTable& table, const std::filesyste
   std::vector<ForcePanel> panels;
   double size = 0;
   for (const auto& name : table.drives()) {
-    panels.push_back({"Torque (N m)", name, table.columns(name, ".torque"), false});
+    panels.push_back({{"torque M", "torque $M$"},
+                      "N m",
+                      table.drives().size() > 1 ? name : "",
+                      table.columns(name, ".torque"),
+                      false});
     size = std::max(size, greatest(panels.back().runs));
   }
-  return stack(table, folder, "drive_torque", "", std::move(panels), std::max(1e-6 * size, 1e-9));
+  return stack(table, folder, "drive_torque", fmt::format("torque of {}", fmt::join(table.drives(), ", ")),
+               std::move(panels), std::max(1e-6 * size, 1e-9));
 }
 
 /// F_y over F_x: one panel per formulation, each with the ideal joint.
@@ -83,35 +91,42 @@ std::filesystem::path bearing_load(const ForceTable& table, const std::filesyste
       panels.push_back(r);
   }
   if (panels.empty()) return {};
-  // Square panels on any page.
+  // Square panels: side by side on a wide page, one above the other on a narrow one.
   const auto style = style_of(folder);
-  const double scale = style.font_size / Style::usual_font_size, count = static_cast<double>(panels.size());
+  const double scale = style.font_size / Style::usual_font_size;
   f.width_cm = style.width ? 0.1 * *style.width : panels.size() == 1 ? 9 : 16;
-  const double side = (f.width_cm - scale * (1.6 + 0.4 + 1.8 * (count - 1))) / count;
-  f.height_cm = std::max(side, 1.0) + scale * (1.4 + 1.6);
+  const auto side_of = [&](double columns) {
+    return (f.width_cm - scale * (1.75 + 0.45 + 1.9 * (columns - 1))) / columns;
+  };
+  const auto columns = side_of(static_cast<double>(panels.size())) < 4.5 * scale ? 1 : panels.size(),
+             rows = panels.size() / columns;
+  const auto lines = static_cast<double>(rows);
+  const double side = std::max(side_of(static_cast<double>(columns)), 1.0), key = ideal ? 0.42 : 0,
+               title = panels.size() > 1 ? 0.5 : 0.15;
+  f.height_cm = lines * side + scale * (key + title + 1.2 + (lines - 1) * (1.2 + title));
   f.sized = true;
+  f.caption = fmt::format("{}; {}.", table.heading(name), table.extent());
+  const double tics = with_tics({across.low, across.high}, 8, side / scale / letter_width).step;
   f.script.add(
-      "set multiplot layout 1,{} margins X(1.6),1-X(0.4),Y(1.4),1-Y(1.6) spacing X(1.8),0\nset size ratio -1\n"
-      "set xrange [{:.5g}:{:.5g}]\nset yrange [{:.5g}:{:.5g}]\nset xlabel '{}'\n"
-      "set xtics {:.6g}\nset ytics {:.6g}\nset ylabel '{}' offset 0.8\nset xzeroaxis ls 4\nset yzeroaxis ls 4\n"
-      "set label 1 {} at screen X(0.3),1-Y(0.3) noenhanced\nset key at screen 1-X(0.3),1-Y(0.12) right top\n"
-      "set title offset 0,-0.6\n"
-      "set label 2 {} at screen X(0.3),1-Y(0.7) font TINY tc rgb 0x555555 noenhanced\n",
-      panels.size(), across.low, across.high, up.low, up.high, force_x, tic_step(span, side < 5 * scale),
-      tic_step(span), force_y, table.heading(name), table.extent());
+      "set multiplot layout {},{} margins X(1.75),1-X(0.45),Y(1.2),1-Y({}) spacing X(1.9),Y({})\nset size ratio -1\n"
+      "set xrange [{:.5g}:{:.5g}]\nset yrange [{:.5g}:{:.5g}]\nset xlabel {}\n"
+      "set xtics {:.6g}\nset ytics {:.6g}\nset ylabel {}\nset xzeroaxis ls 4\nset yzeroaxis ls 4\n"
+      "set key at screen 0.5,1-Y(0.1) center top\nset title offset 0,-0.6\n",
+      rows, columns, key + title, 1.2 + title, across.low, across.high, up.low, up.high,
+      AxisTitle::of(force_x, "N").label(99), tics, tics, AxisTitle::of(force_y, "N").label(99));
   for (std::size_t k = 0; k < panels.size(); ++k) {
     const auto r = panels[k];
     std::size_t outside = 0;
     for (std::size_t i = 0; i < x[r].size(); ++i)
       outside += x[r][i] < across.low || x[r][i] > across.high || y[r][i] < up.low || y[r][i] > up.high;
-    f.script.add("set title {}", runs[r].title);
-    if (outside > 0) f.script.add(".{}", fmt::format(" (outside: {} of {})", outside, x[r].size()));
-    f.script.add("\nplot DATA index {} using 1:2 with lines ls {} lw 0.8 dt 1 notitle", r, runs[r].style);
+    if (outside > 0)
+      f.caption += fmt::format(" Outside the ranges: {} {} of {}.", runs[r].title, outside, x[r].size());
+    if (panels.size() > 1) f.script.add("set title {}\n", runs[r].title);
+    f.script.add("plot DATA index {} using 1:2 with lines ls {} lw 0.8 dt 1 notitle", r, runs[r].style);
     if (ideal)
       f.script.add(", DATA index {} using 1:2 with lines ls 3 lw 1.4 {}", *ideal,
                    k == 0 ? Word("title 'ideal joint'") : Word("notitle"));
     f.script.add("\n");
-    if (k == 0) f.script.add("unset label 1\nunset label 2\nunset label 100\n");
   }
   f.script.add("unset multiplot\n");
   return draw(f, folder);

@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "plots/drawing/axis.hpp"
 #include "plots/drawing/figure.hpp"
 #include "plots/tables/clearance_joints.hpp"
 
@@ -18,11 +19,13 @@ constexpr double tallest = 23;      ///< cm, of a page with a caption on A4
 constexpr double least_cell = 2.9;  ///< cm
 // cm around the cells at the usual text size: edges of the page, between cells, above and below a
 // line of cells.
-constexpr double left = 1.35, right = 0.3, gap_between = 0.3, above = 0.95, below = 1.05, head = 0.8,
-                 foot = 0.35;
+constexpr double left = 1.5, right = 0.3, gap_between = 0.3, below = 1.05, head = 0.05, foot = 0.1;
+
+/// Room above a cell: the name of the joint, and the title of the panel in one or two lines.
+double above(bool broken) { return broken ? 1.25 : 0.95; }
 
 struct OrbitPanel {
-  std::string title;
+  std::string run, span;  ///< title
   int style;
   const PlayPath* path;
 };
@@ -85,8 +88,12 @@ Script plot_of(const Row& row, const OrbitPanel& panel, Figure& f) {
           : Word(
                 "1 with lines lc rgb 0x444444 lw 1.2 notitle, -1 with lines lc rgb 0x444444 lw 1.2 notitle"));
   for (std::size_t i = 0; i < panel.path->blocks.size(); ++i) {
-    plot.add(", DATA index {} using 1:2 with lines lc rgb C{} lw {} dt {} notitle", f.blocks.size(),
-             panel.style, i == 0 ? 0.8 : 1.1, i == 0 ? Word("1") : Word("(6,4)"));
+    if (panel.path->fixed[i])
+      plot.add(", DATA index {} using 1:2 every ::0::0 with points pt 7 ps 0.8 lc rgb C{} notitle",
+               f.blocks.size(), panel.style);
+    else
+      plot.add(", DATA index {} using 1:2 with lines lc rgb C{} lw {} dt {} notitle", f.blocks.size(),
+               panel.style, i == 0 ? 0.8 : 1.1, i == 0 ? Word("1") : Word("(6,4)"));
     f.blocks.push_back(panel.path->blocks[i]);
   }
   return plot.add("\n");
@@ -94,24 +101,21 @@ Script plot_of(const Row& row, const OrbitPanel& panel, Figure& f) {
 
 /// Draws one page of rows.
 std::filesystem::path page(const std::vector<Row>& rows, std::size_t first, std::size_t last,
-                           std::size_t across, double width, double scale, const std::string& name,
-                           const std::string& spans, const std::filesystem::path& folder,
-                           const char* source) {
+                           std::size_t across, double width, double scale, bool broken,
+                           const std::string& name, const std::string& caption,
+                           const std::filesystem::path& folder, const char* source) {
   const double cell = (width - scale * (left + right + gap_between * static_cast<double>(across - 1))) /
                       static_cast<double>(across);
   const std::size_t lines_each = (rows[first].panels.size() + across - 1) / across;
-  const double line = cell + scale * (above + below);
+  const double line = cell + scale * (above(broken) + below);
   const auto lines = static_cast<double>((last - first) * lines_each);
   Figure f{.name = name,
            .width_cm = width,
            .height_cm = lines * line + scale * (head + foot),
            .source = source,
+           .caption = caption,
            .sized = true};
-  f.script.add(
-      "set multiplot\nunset key\nset tics font SMALL offset 0,0\nset ytics 1\nset mytics 2\n"
-      "set label 1 {} at screen X({}),1-Y(0.3) font SMALL noenhanced\nset label 2 {} at screen X({}),1-Y(0.7) font SMALL tc rgb "
-      "0x555555 noenhanced\n",
-      frame_of(rows), 0.25, spans, 0.25);
+  f.script.add("set multiplot\nunset key\nset tics font SMALL offset 0,0\nset ytics 1\nset mytics 2\n");
   double down = scale * head;
   for (std::size_t r = first; r < last; ++r)
     for (std::size_t p = 0; p < rows[r].panels.size(); ++p) {
@@ -119,26 +123,29 @@ std::filesystem::path page(const std::vector<Row>& rows, std::size_t first, std:
       const std::size_t column = p % across;
       const bool journal = row.joint->kind == ClearanceJoint::Kind::journal;
       const double x = scale * left + static_cast<double>(column) * (cell + scale * gap_between),
-                   y = down + scale * above;
+                   y = down + scale * above(broken);
       f.script.add(
           "unset object 1\nunset object 2\n{}set lmargin at screen {:.5f}\nset rmargin at screen {:.5f}\nset tmargin at screen "
           "{:.5f}\nset bmargin at screen {:.5f}\n",
           axes_of(row), x / width, (x + cell) / width, 1 - y / f.height_cm, 1 - (y + cell) / f.height_cm);
       if (column == 0)
-        f.script.add("set format y '%g'\nset ylabel '{}' offset 1.2\n",
+        f.script.add("set format y '%g'\nset ylabel '{}' offset 0.4\n",
                      journal ? Word("e_y/c", "$e_y/c$") : Word("across/c"));
       else
         f.script.add("set format y ''\nunset ylabel\n");
       if (p == 0)
         f.script.add(
-            "set label 3 {} at graph 0, graph 1 offset 0,1.55 noenhanced\n",
+            "set label 3 {} at graph 0, graph 1 offset 0,{} noenhanced\n",
             fmt::format(
                 "{}, c = {}{}", row.joint->name, shown(row.panels[0].path->clearance),
-                journal || row.joint->frame_name.empty() ? "" : ", walls on " + row.joint->frame_name));
+                journal || row.joint->frame_name.empty() ? "" : ", walls on " + row.joint->frame_name),
+            broken ? 2.45 : 1.55);
+      const auto& panel = row.panels[p];
       f.script.add(
-          "set label 4 {} at graph 0, graph 1 offset 0,0.5 font SMALL tc rgb 0x555555 noenhanced\n{}unset label 3\n{}",
-          row.panels[p].title, plot_of(row, row.panels[p], f),
-          p == 0 && r == first ? Word("unset label 1\nunset label 2\nunset label 100\n") : Word(""));
+          "set label 4 {}.{}.{} at graph 0, graph 1 offset 0,{} font SMALL tc rgb 0x555555 noenhanced\n{}unset label "
+          "3\n",
+          panel.run + ",", broken ? Word("\"\\n\"") : Word("' '"), panel.span, broken ? 1.4 : 0.5,
+          plot_of(row, panel, f));
       if (column + 1 == across || p + 1 == row.panels.size()) down += line;
     }
   f.script.add("unset multiplot\n");
@@ -174,8 +181,7 @@ std::vector<std::filesystem::path> draw_journal_orbit(const std::filesystem::pat
     auto& row = rows.emplace_back(Row{&joints[j], {}});
     for (std::size_t k = 0; k < spans.size(); ++k)
       for (std::size_t r = 0; r < runs.size(); ++r)
-        row.panels.push_back(
-            {fmt::format("{}, {}", runs[r].title, spans[k].name), runs[r].style, &paths[r][j][k]});
+        row.panels.push_back({runs[r].title, spans[k].name, runs[r].style, &paths[r][j][k]});
   }
 
   const auto style = style_of(folder);
@@ -188,19 +194,23 @@ std::vector<std::filesystem::path> draw_journal_orbit(const std::filesystem::pat
     return (width - scale * (left + right + gap_between * (n - 1))) / n;
   };
   while (across > 1 && (cell() < least_cell || panels % across != 0)) --across;
+  const bool broken = std::ranges::any_of(rows.front().panels, [&](const OrbitPanel& p) {
+    return 0.9 * scale * letter_width * static_cast<double>(letters(p.run + p.span) + 2) > cell();
+  });
   const std::size_t lines = (panels + across - 1) / across;
-  const double line = (cell() + scale * (above + below)) * static_cast<double>(lines);
+  const double line = (cell() + scale * (above(broken) + below)) * static_cast<double>(lines);
   const auto each =
       static_cast<std::size_t>(std::max(1.0, std::floor((tallest - scale * (head + foot)) / line)));
-  std::string said;
+  std::string said = frame_of(rows);
   for (const auto& span : spans)
-    said += fmt::format("{}{}: {:.4g} to {:.4g} s", said.empty() ? "" : "; ", span.name, span.from, span.to);
+    said += fmt::format("; {}: {:.4g} to {:.4g} s", span.name, span.from, span.to);
   if (std::ranges::any_of(joints,
                           [](const ClearanceJoint& j) { return j.kind == ClearanceJoint::Kind::guide; }))
     said += "; rear end solid, front end dashed";
+  said += ".";
   std::vector<std::filesystem::path> made;
   for (std::size_t from = 0; from < rows.size(); from += each)
-    made.push_back(page(rows, from, std::min(from + each, rows.size()), across, width, scale,
+    made.push_back(page(rows, from, std::min(from + each, rows.size()), across, width, scale, broken,
                         from == 0 ? "journal_orbit" : fmt::format("journal_orbit_{}", 1 + from / each), said,
                         folder, compared ? "comparison.json" : "run.json"));
   return made;

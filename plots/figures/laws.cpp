@@ -6,7 +6,9 @@
 
 #include "io/files/input_file.hpp"
 #include "mechanism/laws.hpp"
+#include "plots/drawing/axis.hpp"
 #include "plots/drawing/figure.hpp"
+#include "plots/drawing/panels.hpp"
 #include "plots/drawing/style.hpp"
 #include "plots/tables/table.hpp"
 
@@ -56,14 +58,23 @@ bool line_contact(const std::string& name) {
   return law != contact_laws().end() && law->kind == ContactKind::line;
 }
 
-/// Position of the key: beside the panel, or, in a narrow figure, in two columns below it. at(k) is
-/// that of panel k.
+/// Position of the key: beside the panel, or, in a narrow figure, below it in the columns for which
+/// there is room, at most two. at(k) is that of panel k.
 struct Legend {
   bool below;
   std::size_t panels, rows;
 
-  Legend(const Figure& f, const Style& style, std::size_t panels, std::size_t laws)
-      : below(is_narrow(f, style)), panels(panels), rows((laws + 1) / 2) {}
+  Legend(const Figure& f, const Style& style, std::size_t panels, const std::vector<std::string>& names,
+         std::size_t laws)
+      : below(is_narrow(f, style)), panels(panels), rows((laws + 1) / 2) {
+    constexpr double small = 0.88, sides = 1.1;  // share of the text size; cm
+    const double width = width_of(f, style) * Style::usual_font_size / style.font_size - sides;
+    if (key_grid(names, width / (small * letter_width)).columns < 2) rows = laws;
+  }
+  /// cm by which the figure is higher for a key in one column
+  double more(std::size_t laws) const {
+    return below && rows == laws ? 0.17 * static_cast<double>(panels * laws) : 0;
+  }
   double height() const { return below ? 0.4 + 0.34 * static_cast<double>(rows) : 0; }  ///< cm
   Script at(std::size_t k) const {
     if (!below) return Script().add("set key outside right top vertical Left reverse\n");
@@ -85,18 +96,21 @@ std::filesystem::path impact_loops(const std::filesystem::path& folder) {
   const auto style = style_of(folder);
   const std::size_t panels = lines ? 2 : 1;
   const auto of_lines = static_cast<std::size_t>(std::ranges::count_if(c.names, line_contact));
-  const Legend key(f, style, panels, std::max(of_lines, c.names.size() - of_lines));
-  if (key.below) f.height_cm *= 1.4;
+  const auto laws = std::max(of_lines, c.names.size() - of_lines);
+  const Legend key(f, style, panels, c.names, laws);
+  if (key.below) f.height_cm = 1.4 * f.height_cm + key.more(laws);
+  f.caption = fmt::format("Impacts of {:.4g} kg at {:.4g} m/s, given e = {:.3g}.", facts.number("mass_kg"),
+                          facts.number("approach_m_per_s"), facts.number("restitution_asked"));
   f.script.add(
-      "set multiplot layout {},1 margins X(1.7),1-X({}),Y({}),1-Y(0.9) spacing 0,Y({})\n{}set xlabel 'Penetration (µm)'\nset ylabel 'Normal force (kN)'\n"
-      "set xrange [0:*]\nset yrange [0:*]\nset title 'Point contacts: {:.4g} kg at {:.4g} m/s, given "
-      "e = {:.3g}'\n",
-      panels, key.below ? 0.5 : 4.6, key.below ? 1.6 + key.height() : 1.5, 2.4 + key.height(), key.at(0),
-      facts.number("mass_kg"), facts.number("approach_m_per_s"), facts.number("restitution_asked"));
+      "set multiplot layout {},1 margins X(1.7),1-X({}),Y({}),1-Y(0.9) spacing 0,Y({})\n{}set xlabel '{}'\nset ylabel "
+      "'{}'\nset xrange [0:*]\nset yrange [0:*]\nset title 'point contacts'\n",
+      panels, key.below ? 0.5 : 4.6, key.below ? 1.6 + key.height() : 1.15, 2.4 + key.height(), key.at(0),
+      Word("penetration δ (µm)", "penetration $\\delta$ (µm)"),
+      Word("normal force F_N (kN)", "normal force $F_N$ (kN)"));
   plot(
       c, [](const std::string& n) { return !line_contact(n); }, f.script);
   if (lines) {
-    f.script.add("unset label 100\n{}set title 'Line contacts, same impact'\n", key.at(1));
+    f.script.add("{}set title 'line contacts'\n", key.at(1));
     plot(c, line_contact, f.script);
   }
   f.script.add("unset multiplot\n");
@@ -108,13 +122,13 @@ bool any(const std::string&) { return true; }
 std::filesystem::path delivered_restitution(const std::filesystem::path& folder) {
   const auto c = read_curves(folder / "delivered.csv", "requested", "delivered", 1, 1);
   Figure f{.name = "delivered_restitution", .height_cm = 10, .blocks = c.blocks, .source = "laws.json"};
-  const Legend key(f, style_of(folder), 1, c.names.size());
-  if (key.below) f.height_cm *= 1.4;
+  const Legend key(f, style_of(folder), 1, c.names, c.names.size());
+  if (key.below) f.height_cm = 1.4 * f.height_cm + key.more(c.names.size());
   f.script.add("{}", key.at(0));
   if (key.below) f.script.add("set bmargin at screen B\nset tmargin at screen 1-Y(0.4)\n");
   f.script.add(
-      "set xlabel 'Given restitution'\n"
-      "set ylabel 'Restitution of a free impact'\nset xrange [0:1]\nset yrange [0:1.02]\n");
+      "set xlabel 'given restitution e'\n"
+      "set ylabel 'restitution of a free impact'\nset xrange [0:1]\nset yrange [0:1.02]\n");
   plot(c, any, f.script);
   return draw(f, folder);
 }
@@ -123,9 +137,9 @@ std::filesystem::path friction_laws(const std::filesystem::path& folder) {
   const auto c = read_curves(folder / "friction.csv", "speed", "coefficient", 1e3, 1);
   Figure f{.name = "friction_laws", .blocks = c.blocks, .source = "laws.json"};
   f.script.add(
-      "set key bottom right Left reverse\nset xrange [-5:5]\nset yrange [-1.1:1.1]\nset xlabel 'Sliding speed (mm/s)'\nset ylabel "
+      "set key bottom right Left reverse\nset xrange [-5:5]\nset yrange [-1.1:1.1]\nset xlabel 'sliding speed (mm/s)'\nset ylabel "
       "'{}'\n",
-      Word("Friction force / (µ F_N)", "Friction force / ($\\mu F_N$)"));
+      Word("friction force F_T/(µF_N)", "friction force $F_T/(\\mu F_N)$"));
   plot(c, any, f.script);
   return draw(f, folder);
 }

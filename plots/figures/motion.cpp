@@ -3,9 +3,11 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 #include <numbers>
 
 #include "plots/drawing/figure.hpp"
+#include "plots/drawing/panels.hpp"
 #include "plots/tables/run_table.hpp"
 
 namespace freeplay::plots {
@@ -26,32 +28,37 @@ std::vector<std::filesystem::path> draw_motion(const std::filesystem::path& fold
   const bool round = std::ranges::any_of(
       table.motion, [](const auto& body) { return range_of(body[2]) > 2 * std::numbers::pi; });
 
-  Figure f{.name = "motion", .height_cm = 13.4, .source = "run.json"};
+  Figure f{.name = "motion", .source = "run.json"};
+  if (span.name != "whole run") f.caption = fmt::format("Motion of the bodies: {}.", span.name);
+  const std::size_t columns[] = {0, 1, round ? std::size_t{5} : std::size_t{2}};
+  const AxisTitle titles[] = {
+      AxisTitle::of("x", "m"), AxisTitle::of("y", "m"),
+      round ? AxisTitle::of({"ω", "$\\omega$"}, "rad/s") : AxisTitle::of({"θ", "$\\theta$"}, "rad")};
   for (std::size_t b = 0; b < table.bodies.size(); ++b) {
     Block block(
         fmt::format("{}: t (s), x (m), y (m), {}", table.bodies[b], round ? "omega (rad/s)" : "theta (rad)"));
     const auto& m = table.motion[b];
     for (std::size_t i = 0; i < table.t.size(); ++i)
-      block.row({table.t[i], m[0][i], m[1][i], round ? m[5][i] : m[2][i]});
+      block.row({table.t[i], m[0][i], m[1][i], m[columns[2]][i]});
     f.blocks.push_back(std::move(block));
   }
-  f.script.add(
-      "set multiplot layout 3,1 margins X(1.9),1-X(0.5),Y(1.5),1-Y(1.3) spacing 0,Y(0.5)\n"
-      "set key at screen 1-X(0.5),1-Y(0.15) right top horizontal maxrows 2 samplen 2 font SMALL\nset format x ''\n"
-      "set xrange [{:.8g}:{:.8g}]\n",
-      table.t.front(), std::max(table.t.back(), span.to));  // thinning may omit the last row
-  const Word quantities[] = {
-      "x (m)", "y (m)", round ? Word("ω (rad/s)", "$\\omega$ (rad/s)") : Word("θ (rad)", "$\\theta$ (rad)")};
-  for (int panel = 0; panel < 3; ++panel) {
-    if (panel == 2) f.script.add("set format x\nset xlabel {}\n", "Time (s): " + span.name);
-    f.script.add("set ylabel '{}'\n", quantities[panel]);
-    for (std::size_t b = 0; b < table.bodies.size(); ++b)
-      f.script.add("{}DATA index {} using 1:{} with lines lw 1.2 lc rgb C{} dt {} title {} noenhanced",
-                   b ? Word(", ") : Word("plot "), b, panel + 2, 1 + b, dashes[b % std::size(dashes)],
-                   table.bodies[b]);
-    f.script.add("\n{}", panel == 0 ? Word("unset key\nunset label 100\n") : Word(""));
+  PanelStack stack{.abscissa = {time_title(), {table.t.front(), std::max(table.t.back(), span.to)}},
+                   .panels = {},
+                   .each = 3.2};
+  for (std::size_t k = 0; k < 3; ++k) {
+    Panel panel{.title = titles[k], .axis = {}, .curves = {}};
+    double least = INFINITY, most = -INFINITY;
+    for (std::size_t b = 0; b < table.bodies.size(); ++b) {
+      const auto [low, high] = std::ranges::minmax(table.motion[b][columns[k]]);
+      least = std::min(least, low), most = std::max(most, high);
+      panel.curves.push_back({Script().add("DATA index {} using 1:{} with lines lw 1.2 lc rgb C{} dt {}", b,
+                                           k + 2, 1 + b, dashes[b % std::size(dashes)]),
+                              k == 0 ? table.bodies[b] : ""});
+    }
+    panel.axis = axis_of(least, most);
+    stack.panels.push_back(std::move(panel));
   }
-  f.script.add("unset multiplot\n");
+  add_panels(f, style_of(folder), std::move(stack));
   return {draw(f, folder)};
 }
 

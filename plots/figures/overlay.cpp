@@ -1,7 +1,11 @@
 // The measured mean turn, with those of both formulations over it.
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <cmath>
+
 #include "plots/drawing/figure.hpp"
+#include "plots/drawing/panels.hpp"
 #include "plots/tables/table.hpp"
 
 namespace freeplay::plots {
@@ -17,11 +21,20 @@ std::vector<std::filesystem::path> draw_overlay(const std::filesystem::path& fol
     auto& block = f.blocks.emplace_back(fmt::format("crank angle (deg), {} (m/s^2)", name));
     for (std::size_t i = 0; i < table.rows(); ++i) block.row({angle[i], table.column(name)[i]});
   }
-  f.script.add(
-      "set xlabel 'Crank angle (°)'\nset xrange [0:360]\nset xtics 45\nset ylabel 'Acceleration, mean turn "
-      "(m/s²)'\nset key outside top center horizontal\nplot DATA index 0 using 1:2 with lines lc rgb "
-      "0x888888 lw 4 title 'measured', DATA index 1 using 1:2 with lines ls 1 title 'penalty', DATA "
-      "index 2 using 1:2 with lines ls 2 title 'nonsmooth'\n");
+  double least = INFINITY, most = -INFINITY;
+  for (const auto& name : curves)
+    for (const double a : table.column(name))
+      if (std::isfinite(a)) least = std::min(least, a), most = std::max(most, a);
+  f.caption = "Mean turn of the acceleration.";
+  Panel panel{.title = AxisTitle::of({"acceleration a", "acceleration $a$"}, "m/s²"),
+              .axis = axis_of(least, most),
+              .curves = {{Script().add("DATA index 0 using 1:2 with lines lc rgb 0x888888 lw 4"), "measured"},
+                         {Script().add("DATA index 1 using 1:2 with lines ls 1"), "penalty"},
+                         {Script().add("DATA index 2 using 1:2 with lines ls 2"), "nonsmooth"}}};
+  add_panels(f, style_of(folder),
+             {.abscissa = {crank_title(), {.low = 0, .high = 360, .turn = true}},
+              .panels = {std::move(panel)},
+              .each = 6.5});
   return {draw(f, folder)};
 }
 

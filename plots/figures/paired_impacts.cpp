@@ -9,6 +9,7 @@
 
 #include "io/files/input_file.hpp"
 #include "plots/drawing/figure.hpp"
+#include "plots/drawing/panels.hpp"
 
 namespace freeplay::plots {
 namespace {
@@ -19,7 +20,7 @@ std::vector<std::filesystem::path> draw_paired_impacts(const std::filesystem::pa
   if (!pairs || !pairs->is_array()) comparison.fail("pairing.pairs", "a list");
   if (pairs->empty()) return {};
 
-  Figure f{.name = "paired_impacts", .height_cm = 12, .source = "comparison.json"};
+  Figure f{.name = "paired_impacts", .source = "comparison.json"};
   Block penalty("penalty: t (ms), approach speed (m/s)"),
       nonsmooth("nonsmooth: t (ms), approach speed (m/s)");
   Block difference("number, |difference| of time / interval, of approach speed, of impulse");
@@ -46,32 +47,25 @@ std::vector<std::filesystem::path> draw_paired_impacts(const std::filesystem::pa
     before = tn;
   }
   f.blocks = {penalty, nonsmooth, difference};
-  // With one pair gnuplot would find an empty range; within one decade it would label no tic of a
-  // logarithmic axis.
-  const bool wide = least > 0 && most > 10 * least;
-  Script range, shares;
-  if (wide)
-    range.add("[{:.4g}:{:.4g}]", 0.8 * least, 1.25 * most);
-  else
-    range.add("[0:{:.4g}]", most > 0 ? 1.15 * most : 1);
-  // Whole decades, with a margin between points and frame.
-  if (least_share < INFINITY)
-    shares.add("[{:.4g}:{:.4g}]", std::pow(10, std::floor(std::log10(0.8 * least_share))),
-               std::pow(10, std::ceil(std::log10(1.25 * most_share))));
-  else
-    shares.add("[1e-16:1]");
-  f.script.add(
-      "set multiplot layout 2,1 margins X(1.9),1-X(0.5),Y(1.5),1-Y(0.9) spacing 0,Y(2)\nset key center at graph 0.5, "
-      "graph 1.08 horizontal maxrows 1 samplen 1\nset pointsize 1.1\nset xlabel 'Time (ms)'\nset ylabel 'Approach "
-      "speed (m/s)'\n{}set format y '%g'\nset yrange {}\nset xrange [0:{:.4g}]\nplot DATA index 0 using "
-      "1:2 with points ls 1 title 'penalty', DATA index 1 using 1:2 with points ls 2 title "
-      "'nonsmooth'\nunset label 100\nset xlabel 'Impact number'\nset ylabel 'Relative "
-      "difference'\nset logscale y\nset format y {}\nset yrange {}\nset xrange [0.5:{}]\nset xtics {}\nplot DATA index 2 using 1:2 "
-      "with points pt 4 lc rgb C3 title 'time', '' index 2 using 1:3 with "
-      "points pt 8 lc rgb C1 title 'speed', '' index 2 using 1:4 with points pt 2 lc rgb "
-      "C2 title 'impulse'\nunset multiplot\n",
-      wide ? Word("set logscale y\n") : Word(""), range, 1.05e3 * comparison.number("pairing.horizon_s"),
-      powers, shares, number + 0.5, number > 20 ? number / 10 : 1);
+  Panel speed{.title = AxisTitle::of({"approach speed |v_N|", "approach speed $|v_N|$"}, "m/s"),
+              .axis = least > 0 && most > 10 * least ? decades_of(0.8 * least, 1.25 * most)
+                                                     : Axis{0, most > 0 ? 1.15 * most : 1},
+              .curves = {{Script().add("DATA index 0 using 1:2 with points ls 1"), "penalty"},
+                         {Script().add("DATA index 1 using 1:2 with points ls 2"), "nonsmooth"}}};
+  speed.abscissa = {AxisTitle::of({"time t", "time $t$"}, "ms"),
+                    {0, 1.05e3 * comparison.number("pairing.horizon_s")}};
+  Panel shares{.title = AxisTitle::of("relative difference", ""),
+               // a margin between points and frame
+               .axis = least_share < INFINITY ? decades_of(0.8 * least_share, 1.25 * most_share)
+                                              : decades_of(1e-16, 1),
+               .curves = {{Script().add("DATA index 2 using 1:2 with points pt 4 lc rgb C3"), "time"},
+                          {Script().add("DATA index 2 using 1:3 with points pt 8 lc rgb C1"), "speed"},
+                          {Script().add("DATA index 2 using 1:4 with points pt 2 lc rgb C2"), "impulse"}}};
+  PanelStack stack{
+      .abscissa = {AxisTitle::of("impact number", ""), {0.5, number + 0.5, std::ceil(number / 10.0)}},
+      .panels = {std::move(speed), std::move(shares)},
+      .each = 3.8};
+  add_panels(f, style_of(folder), std::move(stack));
   return {draw(f, folder)};
 }
 

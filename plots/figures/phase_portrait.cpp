@@ -7,6 +7,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "plots/drawing/axis.hpp"
 #include "plots/drawing/figure.hpp"
 #include "plots/tables/run_table.hpp"
 
@@ -15,7 +16,7 @@ namespace {
 
 constexpr std::size_t bodies_drawn = 9, across = 3;
 constexpr long rows_drawn = 20'000;
-constexpr double least_wide = 12;  ///< cm, for three portraits side by side
+constexpr double least_cell = 3;  ///< cm at the usual text size, for portraits side by side
 
 /// The coordinate to draw: 0 x, 1 y, 2 angle; −1 if none of them moves.
 int coordinate_of(const std::array<std::vector<double>, 6>& m) {
@@ -26,6 +27,12 @@ int coordinate_of(const std::array<std::vector<double>, 6>& m) {
   if (range_of(m[2]) < 2 * std::numbers::pi && moves(2) && moves(5)) return 2;
   const std::size_t k = range_of(m[3]) >= range_of(m[4]) ? 0 : 1;
   return moves(k) && moves(3 + k) ? static_cast<int>(k) : -1;
+}
+
+double largest(const std::vector<double>& values) {
+  double g = 0;
+  for (const double v : values) g = std::max(g, std::abs(v));
+  return g;
 }
 
 std::vector<std::filesystem::path> draw_phase_portrait(const std::filesystem::path& folder) {
@@ -44,32 +51,57 @@ std::vector<std::filesystem::path> draw_phase_portrait(const std::filesystem::pa
   if (panels.empty()) return {};
 
   const auto style = style_of(folder);
-  const bool wide = !style.width || *style.width > 10 * least_wide;
-  const auto columns = std::min(wide ? across : across - 1, panels.size()),
-             rows = (panels.size() + columns - 1) / columns;
-  Figure f{.name = "phase_portrait",
-           .width_cm = columns == 1 ? 9.0 : 16.0,
-           .height_cm = 1.1 + 5.6 * static_cast<double>(rows),
-           .source = "run.json"};
+  const double scale = style.font_size / Style::usual_font_size;
+  // cm at the usual text size; a single portrait needs less
+  const double width = (style.width ? 0.1 * *style.width : panels.size() == 1 ? 9.0 : 16.0) / scale;
+  const auto cell_of = [&](std::size_t columns) {
+    const auto n = static_cast<double>(columns);
+    return (width - 1.75 - 0.35 - (n - 1) * 2.05) / n;
+  };
+  auto columns = std::min(across, panels.size());
+  while (columns > 1 && cell_of(columns) < least_cell) --columns;
+  const auto rows = (panels.size() + columns - 1) / columns;
+  Figure f{.name = "phase_portrait", .width_cm = width * scale, .source = "run.json"};
+  f.caption = fmt::format("Phase portraits, {:.4g} to {:.4g} s.", span.from, span.to);
+  const auto lines = static_cast<double>(rows);
+  const double cell = cell_of(columns),
+               square = std::min(std::max(cell, 1.6), columns > 1 || rows == 1 ? 5.0 : 3.2);
+  f.width_cm = width_of(f, style);
+  f.height_cm =
+      style.height ? 0.1 * *style.height : scale * (0.55 + 1.2 + lines * square + (lines - 1) * 1.75);
+  f.sized = true;
   f.script.add(
-      "set multiplot layout {},{} margins X(1.8),1-X(0.4),Y(1.5),1-Y(1.3) spacing X(1.75),Y(1.9)\nunset key\nset tics font SMALL\n"
-      "set xtics autofreq\nset label 1 {} at screen X(0.25),1-Y(0.3) font SMALL tc rgb 0x555555 noenhanced\nset title offset 0,-0.7\n",
-      rows, columns, fmt::format("{:.4g} to {:.4g} s", span.from, span.to));
-  const Word places[] = {"x (m)", "y (m)", Word("θ (rad)", "$\\theta$ (rad)")};
-  const Word rates[] = {Word("v_x (m/s)", "$v_x$ (m/s)"), Word("v_y (m/s)", "$v_y$ (m/s)"),
-                        Word("ω (rad/s)", "$\\omega$ (rad/s)")};
+      "set multiplot layout {},{} margins X(1.75),1-X(0.35),Y(1.2),1-Y(0.55) spacing X(2.05),Y(1.75)\nunset key\nset title offset 0,-0.7\n",
+      rows, columns);
+  const AxisTitle places[] = {AxisTitle::of({"x", "$x$"}, "m"), AxisTitle::of({"y", "$y$"}, "m"),
+                              AxisTitle::of({"θ", "$\\theta$"}, "rad")};
+  const AxisTitle rates[] = {AxisTitle::of({"v_x", "$v_x$"}, "m/s"), AxisTitle::of({"v_y", "$v_y$"}, "m/s"),
+                             AxisTitle::of({"ω", "$\\omega$"}, "rad/s")};
   for (std::size_t p = 0; p < panels.size(); ++p) {
     const auto& [body, k] = panels[p];
     const auto &q = table.motion[body][k], &v = table.motion[body][3 + k];
-    Block block(fmt::format("{}: {}, {}", table.bodies[body], places[k].text(), rates[k].text()));
-    for (std::size_t i = 0; i < q.size(); ++i) block.row({q[i], v[i]});
+    const auto x_unit = fitting_unit(places[k].unit, largest(q)),
+               y_unit = fitting_unit(rates[k].unit, largest(v));
+    auto x_title = places[k], y_title = rates[k];
+    x_title.unit = x_unit.name, y_title.unit = y_unit.name;
+    Block block(fmt::format("{}: {} ({}), rate ({})", table.bodies[body],
+                            k == 2   ? "theta"
+                            : k == 1 ? "y"
+                                     : "x",
+                            x_unit.name, y_unit.name));
+    for (std::size_t i = 0; i < q.size(); ++i) block.row({q[i] / x_unit.size, v[i] / y_unit.size});
     const auto [least, most] = std::ranges::minmax(q);
-    const double margin = 0.05 * (most - least);
+    const auto [slowest, fastest] = std::ranges::minmax(v);
+    const double margin = 0.05 * (most - least) / x_unit.size;
+    const Axis x{least / x_unit.size - margin, most / x_unit.size + margin};
     f.script.add(
-        "set xrange [{:.8g}:{:.8g}]\nset xtics {:.6g}\nset title {} noenhanced\nset xlabel '{}'\nset ylabel '{}'\n"
-        "plot DATA index {} using 1:2 with lines lw 0.8 lc rgb C{}\n{}",
-        least - margin, most + margin, tic_step(most - least, !wide), table.bodies[body], places[k], rates[k],
-        p, 1 + body, p == 0 ? Word("unset label 1\nunset label 100\n") : Word(""));
+        "{}{}set title {} noenhanced\nset xlabel {}\nset ylabel {}\nplot DATA index {} using 1:2 with lines lw 0.8 lc rgb C{}\n",
+        commands(with_tics(x, 6, cell / letter_width), "x"),
+        commands(
+            with_tics(axis_of(slowest / y_unit.size, fastest / y_unit.size), square / (1.45 * line_height)),
+            "y"),
+        shortened(table.bodies[body], static_cast<std::size_t>(cell / letter_width) + 6), x_title.label(99),
+        y_title.label(99), p, 1 + body);
     f.blocks.push_back(std::move(block));
   }
   f.script.add("unset multiplot\n");

@@ -8,6 +8,7 @@
 
 #include "plots/drawing/column_plot.hpp"
 #include "plots/drawing/figure.hpp"
+#include "plots/drawing/panels.hpp"
 #include "plots/drawing/spectrum.hpp"
 #include "plots/tables/columns.hpp"
 #include "plots/tables/run_facts.hpp"
@@ -21,12 +22,9 @@ constexpr double most_samples = 1 << 18;  ///< at most, per spectrum
 
 struct Channel {
   std::string name, unit;
+  ColumnQuantity quantity;
   Points points;  ///< values over t
 };
-
-std::string label(const Channel& c) {
-  return c.unit.empty() ? c.name : fmt::format("{} ({})", c.name, c.unit);
-}
 
 /// Time between the first two samples of each channel (s).
 std::map<std::string, double> intervals(const std::filesystem::path& file) {
@@ -45,21 +43,28 @@ std::map<std::string, double> intervals(const std::filesystem::path& file) {
 /// Draws stacked panels, one per channel.
 std::filesystem::path stacked(const char* name, const std::filesystem::path& folder,
                               const std::vector<Channel>& channels, const std::vector<Points>& curves,
-                              const std::string& abscissa, const Script& axes) {
-  const auto count = static_cast<double>(channels.size());
-  Figure f{.name = name, .height_cm = channels.size() == 1 ? 8 : 2.4 + 3.4 * count, .source = "run.json"};
-  f.script.add(
-      "set multiplot layout {},1 margins X(1.9),1-X(0.5),Y(1.5),1-Y(0.5) spacing 0,Y(0.45)\nunset key\nset format x ''\n{}",
-      channels.size(), axes);
+                              const Abscissa& abscissa, bool logarithmic, const std::string& caption) {
+  Figure f{.name = name, .source = "run.json", .caption = caption};
+  PanelStack stack{.abscissa = abscissa, .panels = {}, .each = channels.size() == 1 ? 6.0 : 3.2};
   for (std::size_t i = 0; i < channels.size(); ++i) {
-    Block block(fmt::format("{}, {}", abscissa, label(channels[i])));
-    for (std::size_t k = 0; k < curves[i].x.size(); ++k) block.row({curves[i].x[k], curves[i].y[k]});
-    if (i + 1 == channels.size()) f.script.add("set format x\nset xlabel {} noenhanced\n", abscissa);
-    f.script.add("set ylabel {} noenhanced\nplot DATA index {} using 1:2 with lines lw 1 lc rgb C{}\n{}",
-                 label(channels[i]), i, 1 + i, i == 0 ? Word("unset label 100\n") : Word(""));
+    const auto& [channel, si, quantity, points] = channels[i];
+    const auto& y = curves[i].y;
+    const auto [least, most] = std::ranges::minmax(y);
+    const auto unit =
+        logarithmic ? ShownUnit{printed(si), 1} : fitting_unit(si, std::max(std::abs(least), std::abs(most)));
+    Block block(fmt::format("{}, {} ({})", abscissa.title.unit, channel, unit.name));
+    for (std::size_t k = 0; k < y.size(); ++k) block.row({curves[i].x[k], y[k] / unit.size});
+    Script what;
+    what.add("'{}{}{}'", quantity.name, *quantity.symbol.text() ? Word(" ") : Word(""), quantity.symbol);
+    const auto length = letters(quantity.name.text()) + letters(quantity.symbol.text()) + 1;
+    stack.panels.push_back(
+        {.title = length > 1 ? AxisTitle{what, length, unit.name} : AxisTitle::plain(channel, unit.name),
+         .axis = logarithmic ? decades_of(least, most) : axis_of(least / unit.size, most / unit.size),
+         .curves = {{Script().add("DATA index {} using 1:2 with lines lw 1 lc rgb C{}", i, 1 + i), ""}},
+         .name = channels.size() > 1 || length == 1 ? channel : ""});
     f.blocks.push_back(std::move(block));
   }
-  f.script.add("unset multiplot\n");
+  add_panels(f, style_of(folder), std::move(stack));
   return draw(f, folder);
 }
 
@@ -78,16 +83,16 @@ std::vector<std::filesystem::path> spectra(const std::filesystem::path& folder,
     curves.push_back(thinned({std::move(s.frequency), std::move(s.amplitude)}, most_points));
   }
   if (drawn.empty()) return {};
-  Script axes;
   double top = 0;
   for (const auto& c : curves) top = std::max(top, c.x.back());
   // Spectral lines due to rounding, far below the greatest, must not widen the range.
-  axes.add("set logscale y\nset format y {}\nset xrange [0:{:.6g}]\n", powers, top);
   for (auto& c : curves) {
     const double least = 1e-9 * *std::ranges::max_element(c.y);
     for (auto& a : c.y) a = std::max(a, least);
   }
-  return {stacked("spectra", folder, drawn, curves, "Frequency (Hz)", axes)};
+  return {stacked("spectra", folder, drawn, curves,
+                  {AxisTitle::of({"frequency f", "frequency $f$"}, "Hz"), {0, top}}, true,
+                  "Amplitude spectra of the instruments, Hann window.")};
 }
 
 std::vector<std::filesystem::path> draw_signals(const std::filesystem::path& folder) {
@@ -108,12 +113,12 @@ std::vector<std::filesystem::path> draw_signals(const std::filesystem::path& fol
     if (shown.x.size() < 2) continue;
     curves.push_back(std::move(shown));
     const double begin = std::max(discard < end ? discard : 0, end - most_samples * interval.at(c.channel));
-    channels.push_back({c.name, c.unit, columns.read(*t, c, begin, end, {})});
+    channels.push_back({c.name, c.unit, c.quantity, columns.read(*t, c, begin, end, {})});
   }
   if (channels.empty()) return {};
-  std::vector<std::filesystem::path> made{
-      stacked("signals", folder, channels, curves, "Time (s): " + span.name,
-              Script().add("set xrange [{:.8g}:{:.8g}]\n", span.from, span.to))};
+  std::vector<std::filesystem::path> made{stacked("signals", folder, channels, curves,
+                                                  {time_title(), {span.from, span.to}}, false,
+                                                  fmt::format("Signals of the instruments: {}.", span.name))};
   for (auto& path : spectra(folder, channels)) made.push_back(std::move(path));
   return made;
 }

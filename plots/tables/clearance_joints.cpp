@@ -90,7 +90,7 @@ class Places {
     if (joint_.kind == ClearanceJoint::Kind::journal) {
       const auto& p = contacts_.front();
       const double x = rows.number(p.x), y = rows.number(p.y), c = rows.number(p.gap) + std::hypot(x, y);
-      path.blocks[0].row({x / c, y / c});
+      add(path, 0, x / c, y / c, x / c, y / c);
       path.clearance += (c - path.clearance) / static_cast<double>(++seen);
       return;
     }
@@ -102,7 +102,7 @@ class Places {
     for (std::size_t k = 0; k < path.blocks.size(); ++k) {
       const double low = rows.number(contacts_[2 * k].gap), high = rows.number(contacts_[2 * k + 1].gap);
       const double c = 0.5 * (low + high);
-      path.blocks[k].row({s, 0.5 * (low - high) / c});
+      add(path, k, s, 0.5 * (low - high) / c, 1e-3 * s / c, 0.5 * (low - high) / c);
       if (k == 0) path.clearance += (c - path.clearance) / static_cast<double>(seen);
     }
   }
@@ -111,6 +111,13 @@ class Places {
   struct Contact {
     std::size_t x, y, gap;
   };
+
+  /// Adds a point of part k. Its position in clearances (u, v) decides whether the path is a point.
+  void add(PlayPath& path, std::size_t k, double x, double y, double u, double v) const {
+    if (path.blocks[k].empty()) path.first[k] = {u, v};
+    if (std::hypot(u - path.first[k][0], v - path.first[k][1]) > 1e-3) path.fixed[k] = false;
+    path.blocks[k].row({x, y});
+  }
 
   /// Position along the walls of the middle of the slider or of the pin (mm); without a frame the
   /// time (ms).
@@ -188,6 +195,10 @@ std::vector<std::vector<PlayPath>> play_paths(const std::filesystem::path& run,
         paths[j][k].blocks.emplace_back(fmt::format(
             "{}{}, {}: {}", joints[j].name, part, spans[k].name,
             joints[j].kind == ClearanceJoint::Kind::journal ? "e_x/c, e_y/c" : "along (mm), across/c"));
+    for (auto& path : paths[j]) {
+      path.fixed.assign(path.blocks.size(), true);
+      path.first.resize(path.blocks.size());
+    }
   }
   std::vector<std::vector<long>> seen(joints.size(), std::vector<long>(spans.size(), 0));
   std::vector<long> count(spans.size(), 0);

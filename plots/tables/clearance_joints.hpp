@@ -38,8 +38,11 @@ std::vector<ClearanceJoint> clearance_joints(const std::filesystem::path& run, c
 /// end of a guide.
 struct PlayPath {
   std::vector<Block> blocks;
-  double clearance = 0;      ///< m, mean value
-  double low = 0, high = 0;  ///< mm, range along the walls; unused for a journal
+  /// per block: whether it stays within 1e-3 c of its first point, and is drawn as a point
+  std::vector<bool> fixed = {};
+  std::vector<std::array<double, 2>> first = {};  ///< per block: that point, in clearances
+  double clearance = 0;                           ///< m, mean value
+  double low = 0, high = 0;                       ///< mm, range along the walls; unused for a journal
 };
 /// Reads all paths: [joint][span].
 std::vector<std::vector<PlayPath>> play_paths(const std::filesystem::path& run,

@@ -3,52 +3,94 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <map>
 #include <nlohmann/json.hpp>
+#include <stdexcept>
 
 #include "io/files/visible.hpp"
+#include "io/scene/dimension.hpp"
 #include "io/scene/schema.hpp"
 #include "mechanism/scene.hpp"
 #include "plots/tables/run_facts.hpp"
 #include "plots/tables/table.hpp"
+#include "study/settings/expression.hpp"
+#include "study/settings/expression_dimension.hpp"
 
 namespace freeplay::plots {
 namespace {
 
 constexpr std::size_t most_samples = 20'000'000;
 
-/// Units of columns by the ends of their names. A mean has the unit of its quantity.
-constexpr std::pair<std::string_view, std::string_view> units[] = {{".x", "m"},
-                                                                   {".y", "m"},
-                                                                   {".theta", "rad"},
-                                                                   {".vx", "m/s"},
-                                                                   {".vy", "m/s"},
-                                                                   {".omega", "rad/s"},
-                                                                   {".ex", "m"},
-                                                                   {".ey", "m"},
-                                                                   {".gap", "m"},
-                                                                   {".fx", "N"},
-                                                                   {".fy", "N"},
-                                                                   {".fn", "N"},
-                                                                   {".ft", "N"},
-                                                                   {".m", "N m"},
-                                                                   {".torque", "N m"},
-                                                                   {".power", "W"},
-                                                                   {".ax", "m/s²"},
-                                                                   {".ay", "m/s²"},
-                                                                   {".alpha", "rad/s²"},
-                                                                   {"t", "s"},
-                                                                   {"crank_angle", "rad"},
-                                                                   {"v_n_minus", "m/s"},
-                                                                   {"v_n_plus", "m/s"},
-                                                                   {"v_t_minus", "m/s"},
-                                                                   {"v_t_plus", "m/s"},
-                                                                   {"impulse_n", "N s"},
-                                                                   {"impulse_t", "N s"},
-                                                                   {"duration", "s"},
-                                                                   {"t_uncertainty", "s"}};
+/// Units and quantities of columns by the ends of their names. A mean has the unit of its quantity.
+struct ColumnFacts {
+  std::string_view end, unit;
+  Word quantity, symbol;
+};
+constexpr ColumnFacts known_columns[] = {
+    {".x", "m", "position", "x"},
+    {".y", "m", "position", "y"},
+    {".theta", "rad", "angle", {"θ", "$\\theta$"}},
+    {".vx", "m/s", "velocity", {"v_x", "$v_x$"}},
+    {".vy", "m/s", "velocity", {"v_y", "$v_y$"}},
+    {".omega", "rad/s", "angular velocity", {"ω", "$\\omega$"}},
+    {".ex", "m", "eccentricity", {"e_x", "$e_x$"}},
+    {".ey", "m", "eccentricity", {"e_y", "$e_y$"}},
+    {".gap", "m", "gap", {"g", "$g$"}},
+    {".fx", "N", "force", {"F_x", "$F_x$"}},
+    {".fy", "N", "force", {"F_y", "$F_y$"}},
+    {".fn", "N", "normal force", {"F_N", "$F_N$"}},
+    {".ft", "N", "friction force", {"F_T", "$F_T$"}},
+    {".m", "N m", "moment", {"M", "$M$"}},
+    {".torque", "N m", "torque", {"M", "$M$"}},
+    {".power", "W", "power", {"P", "$P$"}},
+    {".ax", "m/s²", "acceleration", {"a_x", "$a_x$"}},
+    {".ay", "m/s²", "acceleration", {"a_y", "$a_y$"}},
+    {".alpha", "rad/s²", "angular acceleration", {"α", "$\\alpha$"}},
+    {"t", "s", "time", {"t", "$t$"}},
+    {"crank_angle", "rad", "crank angle", ""},
+    {"v_n_minus", "m/s", "normal velocity before", {"v_N^-", "$v_N^-$"}},
+    {"v_n_plus", "m/s", "normal velocity after", {"v_N^+", "$v_N^+$"}},
+    {"v_t_minus", "m/s", "tangential velocity before", {"v_T^-", "$v_T^-$"}},
+    {"v_t_plus", "m/s", "tangential velocity after", {"v_T^+", "$v_T^+$"}},
+    {"impulse_n", "N s", "normal impulse", {"P_N", "$P_N$"}},
+    {"impulse_t", "N s", "tangential impulse", {"P_T", "$P_T$"}},
+    {"duration", "s", "duration", ""},
+    {"t_uncertainty", "s", "uncertainty of time", ""}};
+
+const ColumnFacts* facts_of_column(std::string_view column) {
+  if (column.ends_with("_mean")) column.remove_suffix(5);
+  const auto dot = column.rfind('.');
+  const auto it =
+      std::ranges::find(known_columns, dot == column.npos ? column : column.substr(dot), &ColumnFacts::end);
+  return it == std::end(known_columns) ? nullptr : it;
+}
+
+Column column_of(const std::string& name, const std::string& file) {
+  Column c{name, file, "", ""};
+  if (const auto* facts = facts_of_column(name)) {
+    c.unit = facts->unit;
+    c.quantity = {facts->quantity, facts->symbol, name.ends_with("_mean")};
+  }
+  return c;
+}
+
+/// Quantity of the samples of an instrument.
+ColumnQuantity quantity_of(Instrument::Kind kind) {
+  switch (kind) {
+    case Instrument::Kind::accelerometer:
+      return {"acceleration", {"a", "$a$"}};
+    case Instrument::Kind::lvdt:
+      return {"displacement", ""};
+    case Instrument::Kind::encoder:
+      return {"angle", {"θ", "$\\theta$"}};
+    case Instrument::Kind::load_cell:
+      return {"force", {"F", "$F$"}};
+    case Instrument::Kind::torque:
+      return {"torque", {"M", "$M$"}};
+  }
+  return {};
+}
 
 /// Unit of the samples of an instrument.
 const char* unit_of(Instrument::Kind kind) {
@@ -73,11 +115,71 @@ constexpr const char *signal_file = "signals.csv", *event_file = "events.csv";
 }  // namespace
 
 std::string_view unit_of_column(std::string_view column) {
-  if (column.ends_with("_mean")) column.remove_suffix(5);
-  const auto dot = column.rfind('.');
-  const auto end = dot == column.npos ? column : column.substr(dot);
-  const auto it = std::ranges::find(units, end, &std::pair<std::string_view, std::string_view>::first);
-  return it == std::end(units) ? "" : it->second;
+  const auto* facts = facts_of_column(column);
+  return facts ? facts->unit : "";
+}
+
+std::string Column::element() const {
+  if (!channel.empty()) return name;
+  const auto dot = name.rfind('.');
+  return dot == name.npos ? "" : name.substr(0, dot);
+}
+
+double ColumnFormula::value(std::span<const double> values) const {
+  return expression ? (*expression)(values) : values.front();
+}
+
+std::vector<std::string> columns_named(std::string_view list) {
+  std::vector<std::string> names;
+  int depth = 0;
+  std::string name;
+  const auto add = [&] {
+    while (name.ends_with(' ')) name.pop_back();
+    if (!name.empty()) names.push_back(std::move(name));
+    name.clear();
+  };
+  for (const char c : list) {
+    depth += c == '(' ? 1 : c == ')' ? -1 : 0;
+    if (c == ',' && depth <= 0)
+      add();
+    else if (c != ' ' || !name.empty())
+      name += c;
+  }
+  add();
+  return names;
+}
+
+ColumnFormula formula_of(const std::string& text, const std::vector<Column>& all) {
+  if (const auto it = std::ranges::find(all, text, &Column::name); it != all.end())
+    return {text, it->unit, {*it}};
+  const auto is_operator = [](char c) {
+    return std::string_view("()+-*/^<>=! ").find(c) != std::string_view::npos;
+  };
+  if (std::ranges::none_of(text, is_operator)) throw SceneError(no_column(text, all));
+  std::vector<std::string> names;
+  for (const auto& c : all) names.push_back(c.name);
+  ColumnFormula formula{text, "", {}};
+  try {
+    const Expression any(text, names);
+    if (any.type() != Expression::Type::number)
+      throw ExpressionError(1, "is true or false; a curve needs a number");
+    names.clear();
+    std::vector<Dimension> dimensions;
+    for (std::size_t i = 0; i < all.size(); ++i) {
+      if (!any.uses(i)) continue;
+      formula.columns.push_back(all[i]);
+      names.push_back(all[i].name);
+      dimensions.push_back(dimension_of(all[i].unit).value_or(Dimension{}));
+    }
+    if (names.empty()) throw ExpressionError(1, "has no column");
+    formula.expression = std::make_shared<const Expression>(text, names);
+    formula.unit = si_unit(dimension_of(*formula.expression, dimensions));
+  } catch (const ExpressionError& e) {
+    throw SceneError(fmt::format("\"{}\": {}", visible_brief(text, 60), visible_brief(e.what(), 400)));
+  } catch (const std::invalid_argument& e) {
+    throw SceneError(fmt::format("\"{}\": {}", visible_brief(text, 60), e.what()));
+  }
+  return formula;
 }
 
 std::string_view unit_of_instrument(const Scene& scene, std::string_view name) {
@@ -116,14 +218,14 @@ struct RunColumns::Series {
 RunColumns::RunColumns(const std::filesystem::path& folder) : folder_(folder), scene_(scene_of_run(folder)) {
   if (scene_)
     if (const auto* drive = main_drive(scene_->mechanism)) crank_ = {drive->initial_angle, drive->speed};
-  all_.push_back({"t", "", "", "s"});
-  if (crank_) all_.push_back({angle_name, "", "", "rad"});
+  all_.push_back(column_of("t", ""));
+  if (crank_) all_.push_back(column_of(angle_name, ""));
   for (const char* file : {"trajectory.csv", "forces.csv", event_file}) {
     if (!std::filesystem::exists(folder / file)) continue;
     const Rows header(folder / file);
     for (const auto& name : header.names())
       if (name != "t" && name != angle_name && name != "joint" && name != "kind")
-        all_.push_back({name, file, "", std::string(unit_of_column(name))});
+        all_.push_back(column_of(name, file));
   }
   if (!std::filesystem::exists(folder / signal_file)) return;
   Rows rows(folder / signal_file);
@@ -134,7 +236,10 @@ RunColumns::RunColumns(const std::filesystem::path& folder) : folder_(folder), s
       seen.push_back(name);
   for (const auto& name : seen) {
     Column c{name, signal_file, name, ""};
-    if (scene_) c.unit = unit_of_instrument(*scene_, name);
+    if (scene_)
+      if (const auto it = std::ranges::find(scene_->instruments, name, &Instrument::name);
+          it != scene_->instruments.end())
+        c.unit = unit_of(it->kind), c.quantity = quantity_of(it->kind);
     all_.push_back(std::move(c));
   }
 }
@@ -172,48 +277,65 @@ RunColumns::Series RunColumns::series(const Column& column, const std::string& f
 
 Points RunColumns::read(const Column& x, const Column& y, double from, double to,
                         const std::optional<Crossing>& section) const {
-  const auto& leading = !y.file.empty() ? y : x;
+  return read({x.name, x.unit, {x}}, {y.name, y.unit, {y}}, from, to, section);
+}
+
+Points RunColumns::read(const ColumnFormula& x, const ColumnFormula& y, double from, double to,
+                        const std::optional<Crossing>& section) const {
+  std::vector<Column> columns = y.columns;
+  columns.insert(columns.end(), x.columns.begin(), x.columns.end());
+  const auto of_file = [](const Column& c) { return !c.file.empty(); };
+  const auto found_file = std::ranges::find_if(columns, of_file);
+  const Column leading = found_file == columns.end() ? Column{} : *found_file;
   const std::string file = leading.file.empty() ? "trajectory.csv" : leading.file;
-  std::vector<Series> all{series(x, file, leading.channel, from, to),
-                          series(y, file, leading.channel, from, to)};
   const bool of_crank = section && section->column == "crank";
   if (of_crank && !crank_) throw SceneError("--section crank: no drive of the run has a prescribed speed");
   if (section && file == event_file)
     throw SceneError("--section: does not apply to events, which are instants already");
+  const std::size_t count = columns.size();
   if (section && !of_crank) {
     const auto* s = find(section->column);
     if (!s) throw SceneError("--section: " + no_column(section->column, all_));
-    all.push_back(series(*s, file, leading.channel, from, to));
+    columns.push_back(*s);
   }
-  for (const auto& one : all)
-    if (!one.without_rows.empty()) return {.without_rows = one.without_rows};
+  std::vector<Series> all;
+  for (const auto& c : columns) {
+    all.push_back(series(c, file, leading.channel, from, to));
+    if (!all.back().without_rows.empty()) return {.without_rows = all.back().without_rows};
+  }
   // The rows whose t occurs in all series.
-  std::vector<std::array<double, 4>> rows;
-  const auto same_file = [](const Column& a, const Column& b) {
-    return a.file.empty() || b.file.empty() || (a.file == b.file && a.channel == b.channel);
+  struct JoinedRow {
+    double x, y, section;
   };
+  std::vector<JoinedRow> rows;
   std::vector<std::size_t> at(all.size(), 0);
-  const bool events_alone = file == event_file && same_file(x, y);
+  const bool events_alone = file == event_file && std::ranges::all_of(columns, [&](const Column& c) {
+                              return c.file.empty() || c.file == file;
+                            });
   if (file == event_file && !events_alone)
     throw SceneError(
-        fmt::format("{} and {} have no rows in common: events are at separate instants", x.name, y.name));
+        fmt::format("{} and {} have no rows in common: events are at separate instants", x.text, y.text));
+  std::vector<double> values(columns.size());
   for (const double t : all.back().t) {
     bool found = true;
     for (std::size_t k = 0; k < all.size(); ++k) {
       while (at[k] < all[k].t.size() && all[k].t[at[k]] < t) ++at[k];
       found = found && at[k] < all[k].t.size() && all[k].t[at[k]] == t;
     }
-    if (found)
-      rows.push_back({t, all[0].v[at[0]], all[1].v[at[1]],
-                      of_crank         ? crank(t) * 180 / std::acos(-1.0)
-                      : all.size() > 2 ? all[2].v[at[2]]
-                                       : 0});
-    if (found && events_alone)  // there may be several events at one instant
+    if (!found) continue;
+    for (std::size_t k = 0; k < all.size(); ++k) values[k] = all[k].v[at[k]];
+    const std::span<const double> of_y(values.data(), y.columns.size()),
+        of_x(values.data() + y.columns.size(), x.columns.size());
+    rows.push_back({x.value(of_x), y.value(of_y),
+                    of_crank                 ? crank(t) * 180 / std::acos(-1.0)
+                    : columns.size() > count ? values.back()
+                                             : 0});
+    if (events_alone)  // there may be several events at one instant
       for (auto& k : at) ++k;
   }
   if (rows.empty() && from == -INFINITY && to == INFINITY)
-    throw SceneError(fmt::format("{} and {} have no rows in common: the times of {} and {} differ", x.name,
-                                 y.name, x.file.empty() ? "it" : x.file, y.file.empty() ? "it" : y.file));
+    throw SceneError(
+        fmt::format("{} and {} have no rows in common: their times differ in their files", x.text, y.text));
   Points points;
   const auto add = [&](double a, double b) {
     if (!std::isfinite(a) || !std::isfinite(b)) return;
@@ -221,11 +343,11 @@ Points RunColumns::read(const Column& x, const Column& y, double from, double to
     points.y.push_back(b);
   };
   if (!section) {
-    for (const auto& r : rows) add(r[1], r[2]);
+    for (const auto& r : rows) add(r.x, r.y);
     return points;
   }
   for (std::size_t i = 0; i + 1 < rows.size(); ++i) {
-    double a = rows[i][3] - section->value, b = rows[i + 1][3] - section->value;
+    double a = rows[i].section - section->value, b = rows[i + 1].section - section->value;
     if (of_crank) {  // the angle passes the section in every turn
       const double turn = 360 * (b > a ? std::floor(b / 360) : std::ceil(b / 360));
       a -= turn, b -= turn;
@@ -233,7 +355,7 @@ Points RunColumns::read(const Column& x, const Column& y, double from, double to
     const bool rises = a < 0 && b >= 0, falls = a > 0 && b <= 0;
     if (!(rises && section->sense >= 0) && !(falls && section->sense <= 0)) continue;
     const double w = a / (a - b);
-    add(rows[i][1] + w * (rows[i + 1][1] - rows[i][1]), rows[i][2] + w * (rows[i + 1][2] - rows[i][2]));
+    add(rows[i].x + w * (rows[i + 1].x - rows[i].x), rows[i].y + w * (rows[i + 1].y - rows[i].y));
   }
   return points;
 }

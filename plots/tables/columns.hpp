@@ -1,18 +1,22 @@
 // Columns of a run's result files by their names: those in the headers of trajectory.csv,
 // forces.csv and events.csv, the channels of signals.csv, t, and, if a drive turns at a prescribed
-// speed, crank_angle.
+// speed, crank_angle; and expressions of them, such as hypot(pin.fx, pin.fy).
 #pragma once
 
 #include <filesystem>
 #include <memory>
 #include <optional>
+#include <span>
 #include <string>
 #include <string_view>
 #include <vector>
 
+#include "plots/drawing/script.hpp"
+
 namespace freeplay {
+class Expression;
 struct Scene;
-}
+}  // namespace freeplay
 
 namespace freeplay::plots {
 
@@ -22,6 +26,11 @@ std::string_view unit_of_column(std::string_view column);
 
 /// Unit of the samples of an instrument of the scene; "" if it has none of that name.
 std::string_view unit_of_instrument(const Scene& scene, std::string_view name);
+/// The quantity of a column: its name and symbol in the field.
+struct ColumnQuantity {
+  Word name{""}, symbol{""};
+  bool mean = false;  ///< over the time since the row before
+};
 
 /// A column and its file.
 struct Column {
@@ -29,7 +38,25 @@ struct Column {
   std::string file;     ///< trajectory.csv, …; "" for t and crank_angle, which every file has
   std::string channel;  ///< channel in signals.csv
   std::string unit;
+  ColumnQuantity quantity = {};
+  /// The name without that of the quantity: slider for slider.x; empty for t.
+  std::string element() const;
 };
+
+/// A column, or an expression of columns.
+struct ColumnFormula {
+  std::string text;  ///< name or expression
+  std::string unit;  ///< SI
+  std::vector<Column> columns;
+  std::shared_ptr<const Expression> expression = {};  ///< null: the column itself
+  /// Value for those of the columns, in their order.
+  double value(std::span<const double> values) const;
+};
+/// Reads a name or an expression. Throws SceneError for an unknown name, an invalid expression, and
+/// a sum of different dimensions.
+ColumnFormula formula_of(const std::string& text, const std::vector<Column>& all);
+/// Texts separated by commas outside parentheses.
+std::vector<std::string> columns_named(std::string_view list);
 
 /// A section: the instants at which another column passes a value, or the crank an angle.
 struct Crossing {
@@ -54,6 +81,8 @@ class RunColumns {
   const Column* find(std::string_view name) const;
   /// y over x between two times, from the rows that both have at the same t. With a section: only
   /// its instants, by linear interpolation between rows.
+  Points read(const ColumnFormula& x, const ColumnFormula& y, double from, double to,
+              const std::optional<Crossing>& section) const;
   Points read(const Column& x, const Column& y, double from, double to,
               const std::optional<Crossing>& section) const;
 

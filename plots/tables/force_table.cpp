@@ -160,10 +160,6 @@ std::vector<Values> ForceTable::magnitudes(const std::string& name) const {
   return x;
 }
 
-std::string ForceTable::abscissa() const {
-  return fmt::format("{}: {}", turns() ? "Crank angle (°)" : "Time (s)", extent());
-}
-
 std::string ForceTable::extent() const {
   return fmt::format("{}, means over {}", runs_.front().part,
                      interval_ < 1e-3 ? fmt::format("{:.3g} µs", 1e6 * interval_)

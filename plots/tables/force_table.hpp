@@ -49,7 +49,6 @@ class ForceTable {
   /// |F| in every run (N).
   std::vector<Values> magnitudes(const std::string& name) const;
 
-  std::string abscissa() const;  ///< label of the abscissa, with its unit
   /// the part of the run that is drawn, and the interval of the means
   std::string extent() const;
 

@@ -212,6 +212,11 @@ Option Options::accuracy(std::string& level) {
              "accuracy level of docs/verification/tradeoff.md, in place of the scene's settings")
       .one_of(levels);
 }
+Option Options::style(std::string& preset_or_file) {
+  return add("--style", preset_or_file,
+             "style of the figures: a style.toml, or journal-single, journal-double, slides")
+      .takes("FILE|PRESET");
+}
 Option Options::allow_outside(Reach& reach) {
   return Option(app_->add_flag_callback(
       "--allow-outside", [&reach] { reach = Reach::anywhere; },

@@ -14,6 +14,7 @@
 #include "io/files/result_set.hpp"
 #include "io/scene/open_scene.hpp"
 #include "plots/drawing/figure.hpp"
+#include "plots/drawing/style.hpp"
 
 namespace freeplay::cli {
 namespace {
@@ -26,6 +27,7 @@ struct CompareRequest : Request {
   bool forces = false;    ///< write forces.csv too
   std::string accuracy;   ///< fast, balanced or reference; empty: the scene's own settings
   std::string output;     ///< result folder
+  std::string style;      ///< of the figures, preset or file
   double most_output = default_output_limit / 1e9;  ///< GB
 };
 
@@ -34,6 +36,8 @@ int compare(const CompareRequest& request) {
   if (request.forces) overrides.push_back("run.forces=true");
   const auto scene = open_scene(request.scene, overrides, request.reach == Reach::anywhere);
   const auto folder = result_folder(request.output, default_folder(request.scene, ""));
+  if (!request.style.empty()) plots::choose_style(request.style);
+  plots::style_of(folder, request.scene);  // reports an invalid style before the runs
   ResultSet set(folder, "compare");
   Progress progress;
   CompareSetup setup;
@@ -70,6 +74,7 @@ void compare_verb(Program& program) {
   options.flag("--forces", request.forces, "also write forces.csv and draw its figures");
   options.accuracy(request.accuracy);
   options.output(request.output, "result folder; default out/NAME");
+  options.style(request.style);
   options.limit_output(request.most_output);
 }
 

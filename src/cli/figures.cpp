@@ -10,6 +10,7 @@
 #include "io/files/run_set.hpp"
 #include "mechanism/error.hpp"
 #include "plots/drawing/figure.hpp"
+#include "plots/drawing/style.hpp"
 
 namespace freeplay::cli {
 namespace {
@@ -17,9 +18,11 @@ namespace {
 struct FiguresRequest : Request {
   std::string folder;
   PaperRequest paper;
+  std::string style;  ///< preset or file
 };
 
 int figures(const FiguresRequest& request) {
+  if (!request.style.empty()) plots::choose_style(request.style);
   if (!request.paper.paper.empty()) return paper_figures(request.paper, request.conduct());
   if (request.folder.empty())
     throw SceneError(
@@ -52,6 +55,7 @@ void figures_verb(Program& program) {
                    .excludes(folder);
   options.output(request.paper.output, "result folder of --paper; default out/paper-PAPER").needs(paper);
   options.threads(request.paper.threads).needs(paper);
+  options.style(request.style);
 }
 
 }  // namespace freeplay::cli

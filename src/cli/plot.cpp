@@ -22,20 +22,11 @@ namespace {
 
 struct PlotRequest : Request {
   std::vector<std::string> folders, y;
-  std::string x, section, name, format;
+  std::vector<std::string> units;
+  std::string x, section, name, format, style;
+  bool fold = false;
   std::optional<double> from, to;
 };
-
-/// Words separated by commas.
-std::vector<std::string> words(const std::string& text) {
-  std::vector<std::string> list;
-  for (std::size_t at = 0; at <= text.size();) {
-    const auto to = std::min(text.find(',', at), text.size());
-    if (to > at) list.push_back(text.substr(at, to - at));
-    at = to + 1;
-  }
-  return list;
-}
 
 /// The folder of a study's results: the folder itself, that of its database, or the default folder
 /// of a study file. Empty if the word names none of these.
@@ -56,14 +47,15 @@ int plot_study(const PlotRequest& request, const std::filesystem::path& folder) 
   if (request.folders.size() > 1)
     throw SceneError(fmt::format("{}: is a study, which is plotted alone; give one folder",
                                  visible_brief(request.folders.front(), 60)));
-  if (!request.section.empty() || request.from || request.to)
+  if (!request.section.empty() || request.from || request.to || request.fold || !request.units.empty())
     throw SceneError(
-        "plot: --from, --to and --section select rows of runs; the results of a study have none");
-  plots::StudyPlot what{.folder = folder, .y = {}, .x = words(request.x), .name = request.name};
+        "plot: --from, --to, --section, --unit and --fold are for runs, not for the results of a study");
+  plots::StudyPlot what{.folder = folder, .y = {}, .x = plots::columns_named(request.x), .name = request.name};
   for (const auto& list : request.y)
-    for (const auto& name : words(list)) what.y.push_back(name);
+    for (const auto& name : plots::columns_named(list)) what.y.push_back(name);
   if (what.y.empty()) throw SceneError("--y: names nothing");
-  what.formats = plots::formats_named(words(request.format));
+  if (!request.style.empty()) plots::choose_style(request.style);
+  what.formats = plots::formats_named(plots::columns_named(request.format));
   const FolderLock lock(folder, "plot");
   settle_result_sets(folder);
   fmt::print("{}\n", plots::draw_study(what).string());
@@ -81,12 +73,15 @@ int plot(const PlotRequest& request) {
     if (!std::filesystem::is_directory(what.folders.back())) throw SceneError(folder + ": is not a folder");
   }
   if (!request.x.empty()) what.x = request.x;
-  for (const auto& list : request.y) what.panels.push_back(words(list));
+  for (const auto& list : request.y) what.panels.push_back(plots::columns_named(list));
+  what.units = request.units;
+  what.fold = request.fold;
   what.from = request.from;
   what.to = request.to;
   if (!request.section.empty()) what.section = plots::crossing_of(request.section);
   what.name = request.name;
-  what.formats = plots::formats_named(words(request.format));
+  what.formats = plots::formats_named(plots::columns_named(request.format));
+  if (!request.style.empty()) plots::choose_style(request.style);
   const FolderLock lock(what.folders.front(), "plot");
   settle_result_sets(what.folders.front());
   settle_run(what.folders.front());
@@ -105,15 +100,24 @@ void plot_verb(Program& program) {
           "folders made by run or compare, plotted together; or one of sweep, ensemble, bifurcation or basin")
       .required();
   options
-      .add("--x", request.x,
-           "column of the abscissa; default t. Of a sweep: one axis for curves, two for a map, AXIS,AXIS")
+      .add("--x,--over", request.x,
+           "abscissa: a column or an expression of columns; default t. Of a sweep: one axis for curves, two for "
+           "a map, AXIS,AXIS")
       .takes("COLUMN");
   options
       .add("--y", request.y,
-           "columns of one panel; each --y adds a panel; of a study measures; a wrong name lists all")
+           "columns or expressions of one panel; each --y adds a panel; of a study measures; a wrong name lists "
+           "all")
       .takes("COLUMN[,COLUMN...]")
       .required()
       .one_each();
+  options
+      .add("--unit", request.units,
+           "unit of the axes of this dimension, such as deg, mm, rpm; or of one AXIS: x, y, y1 to y6; may be "
+           "repeated")
+      .takes("[AXIS=]UNIT")
+      .one_each();
+  options.flag("--fold", request.fold, "show the abscissa, an angle, within one turn of 360 degrees");
   options.add("--from", request.from, "start time, s").takes("SECONDS");
   options.add("--to", request.to, "end time, s").takes("SECONDS");
   options
@@ -128,6 +132,7 @@ void plot_verb(Program& program) {
       .add("--format", request.format,
            "pdf, png, svg, eps, cairolatex, separated by commas; default from style.toml")
       .takes("FORMAT");
+  options.style(request.style);
 }
 
 }  // namespace freeplay::cli

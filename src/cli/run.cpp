@@ -23,6 +23,7 @@
 #include "io/scene/section.hpp"
 #include "mechanism/lubricated.hpp"
 #include "mechanism/scene.hpp"
+#include "plots/drawing/style.hpp"
 #include "values/warning.hpp"
 
 namespace freeplay::cli {
@@ -110,6 +111,7 @@ std::vector<std::string> films_of(const Scene& scene) {
 
 int run(const RunRequest& request) {
   require_one_run(request);
+  if (!request.figures.style.empty()) plots::choose_style(request.figures.style);
   RunPlan plan;
   plan.stop = request.stop;
   plan.checkpoint = request.checkpoint;
@@ -208,6 +210,7 @@ void run_verb(Program& program) {
            "column to plot over time in a separate figure; may be repeated; a wrong name lists all")
       .takes("COLUMN[,COLUMN...]")
       .one_each();
+  options.style(request.figures.style);
   options.flag("--no-figures", request.figures.none, "draw only the figures of --plot");
 }
 

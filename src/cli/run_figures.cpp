@@ -17,22 +17,14 @@
 namespace freeplay::cli {
 namespace {
 
-std::vector<std::string> words(const std::string& text) {
-  std::vector<std::string> list;
-  for (std::size_t at = 0; at <= text.size();) {
-    const auto to = std::min(text.find(',', at), text.size());
-    if (to > at) list.push_back(text.substr(at, to - at));
-    at = to + 1;
-  }
-  return list;
-}
-
 /// The columns that the run's files will have.
 std::vector<plots::Column> columns_to_be(const Scene& scene, const std::string& formulation) {
   const Simulation simulation(scene, formulation, {});
   const auto& layout = simulation.layout();
   std::vector<plots::Column> list;
-  const auto add = [&](const std::string& name, const char* file) { list.push_back({name, file, "", ""}); };
+  const auto add = [&](const std::string& name, const char* file) {
+    list.push_back({name, file, "", std::string(plots::unit_of_column(name))});
+  };
   for (const auto& c : trajectory_columns(layout))
     if (c.of != Column::Of::time) add(c.name(), "trajectory.csv");
   if (scene.run.forces)
@@ -46,12 +38,15 @@ void require_columns(const RunFigures& figures, const Scene& scene, const std::s
   if (figures.plot.empty()) return;
   const auto all = columns_to_be(scene, formulation);
   for (const auto& list : figures.plot)
-    for (const auto& name : words(list)) {
-      if (std::ranges::find(all, name, &plots::Column::name) != all.end()) continue;
+    for (const auto& name : plots::columns_named(list)) {
       const bool of_events = name.find('.') == name.npos && !plots::unit_of_column(name).empty();
       if (of_events && name != "t") continue;
-      throw SceneError(fmt::format("--plot: {}{}", plots::no_column(name, all),
-                                   scene.run.forces ? "" : "\n  and those of forces.csv with --forces"));
+      try {
+        plots::formula_of(name, all);
+      } catch (const SceneError& e) {
+        throw SceneError(fmt::format("--plot: {}{}", e.what(),
+                                     scene.run.forces ? "" : "\n  and those of forces.csv with --forces"));
+      }
     }
 }
 
@@ -60,7 +55,7 @@ void require_columns(const RunFigures& figures, const Scene& scene, const std::s
 void require_figures(const RunFigures& figures, const Scene& scene, const std::string& formulation,
                      const std::filesystem::path& folder) {
   if (figures.none && figures.plot.empty()) return;
-  plots::style_of(folder);
+  plots::style_of(folder, scene.file);
   require_columns(figures, scene, formulation);
 }
 
@@ -76,7 +71,7 @@ void draw_run(const RunFigures& figures, const std::filesystem::path& folder, co
   for (const auto& list : figures.plot) {
     plots::ColumnPlot what;
     what.folders = {folder};
-    what.panels = {words(list)};
+    what.panels = {plots::columns_named(list)};
     made.push_back(plots::draw_columns(what));
   }
   if (made.empty()) return;

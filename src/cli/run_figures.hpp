@@ -16,6 +16,7 @@ namespace freeplay::cli {
 /// Options of the figures.
 struct RunFigures {
   bool none = false;              ///< --no-figures
+  std::string style;              ///< --style: preset or file
   std::vector<std::string> plot;  ///< COLUMN[,COLUMN...] over time, one figure each
 };
 

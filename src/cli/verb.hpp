@@ -71,6 +71,8 @@ class Options {
              const char* what = "override a key, KEY=VALUE; may be repeated");
   Option output(std::string& folder, const char* what);
   Option accuracy(std::string& level);
+  /// Style of the figures, for plots::choose_style().
+  Option style(std::string& preset_or_file);
   /// For verbs that read a study.
   Option allow_outside(Reach& reach);
   Option threads(int& count);

@@ -150,8 +150,9 @@ TEST_CASE("freeplay plot draws the requested columns and lists the available one
   // b.y (m) and b.ax (m/s²) separately, p.fx alone: three panels of two runs.
   const auto script = test::file_text(one / "figures/mine.gp");
   CHECK(count(script, "\nplot ") == 3);
-  CHECK_THAT(script, Contains("set xlabel \"b.x (m)\"") && Contains("set ylabel \"b.y (m)\"") &&
-                         Contains("set ylabel \"p.fx (N)\"") && Contains("title \"one\"") &&
+  CHECK_THAT(script, Contains("set xlabel \"b:\".' '.'position x'.' '.\"(m)\"") &&
+                         Contains("set ylabel \"b:\".' '.'position y'") &&
+                         Contains("set ylabel \"p:\".' '.'force F_x'") && Contains("title \"one\"") &&
                          Contains("title \"two\""));
   const auto data = data_of(one / "figures/mine.dat");
   REQUIRE(data.size() == 6);
@@ -310,7 +311,7 @@ TEST_CASE("figures of joint clearances show each journal within its circle, seve
     CHECK(height > 400);
   }
   CHECK(panels == 24);  // first and last tenth of each
-  CHECK(pages == 4);    // three rows of (9 − 1.95)/2 + 2 cm on each
+  CHECK(pages == 3);    // four rows of (9 − 1.95)/2 + 2 cm on each
   // The guide's rear end moves from the middle to a twentieth of the distance to the upper wall,
   // its front end stays a quarter below.
   const auto data = data_of(place / "figures/journal_orbit.dat");

@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "io/files/visible.hpp"
+#include "io/scene/dimension.hpp"
 #include "io/scene/toml_value.hpp"
 
 namespace freeplay {
@@ -280,6 +281,34 @@ bool same_quantity(std::string_view a, std::string_view b) {
   std::string unknown;
   const auto one = parse(a, unknown), other = parse(b, unknown);
   return one && other && one->powers == other->powers;
+}
+
+std::optional<Dimension> dimension_of(std::string_view unit) {
+  std::string unknown;
+  const auto u = parse(unit, unknown);
+  if (!u) return std::nullopt;
+  Dimension dimension;
+  std::ranges::copy(u->powers, dimension.begin());
+  return dimension;
+}
+
+std::string si_unit(const Dimension& dimension) {
+  for (const auto& [symbol, name] : quantities)
+    if (dimension_of(symbol) == dimension) return std::string(symbol);
+  std::string spelt;
+  constexpr std::string_view base[] = {"kg", "m", "s", "rad", "A"};
+  for (std::size_t i = 0; i < dimension.size(); ++i)
+    if (const double p = dimension[i]; p != 0)
+      spelt +=
+          fmt::format("{}{}{}", spelt.empty() ? "" : " ", base[i], p == 1 ? "" : fmt::format("^{:g}", p));
+  return spelt;
+}
+
+std::string name_of(const Dimension& dimension) {
+  const auto unit = si_unit(dimension);
+  for (const auto& [symbol, name] : quantities)
+    if (symbol == unit) return unit.empty() ? std::string(name) : fmt::format("{} ({})", name, unit);
+  return "a quantity in " + unit;
 }
 
 Quantity read_any_quantity(std::string_view text) {

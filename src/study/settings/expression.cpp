@@ -50,10 +50,11 @@ class ExpressionReader {
     bool several;  ///< at least two arguments, else one
   };
   static constexpr std::array functions{
-      Function{"sqrt", Op::root, false},     Function{"abs", Op::magnitude, false},
-      Function{"min", Op::least, true},      Function{"max", Op::greatest, true},
-      Function{"sin", Op::sine, false},      Function{"cos", Op::cosine, false},
-      Function{"log", Op::logarithm, false}, Function{"exp", Op::exponential, false}};
+      Function{"sqrt", Op::root, false},       Function{"abs", Op::magnitude, false},
+      Function{"min", Op::least, true},        Function{"max", Op::greatest, true},
+      Function{"hypot", Op::hypotenuse, true}, Function{"sin", Op::sine, false},
+      Function{"cos", Op::cosine, false},      Function{"log", Op::logarithm, false},
+      Function{"exp", Op::exponential, false}};
 
  private:
   [[noreturn]] void fail(const std::string& what) const { throw ExpressionError(at_ + 1, what); }
@@ -83,7 +84,10 @@ class ExpressionReader {
   std::string_view word() const {
     std::size_t end = at_;
     if (end < text_.size() && is_letter(text_[end]))
-      while (end < text_.size() && (is_letter(text_[end]) || is_digit(text_[end]))) ++end;
+      while (end < text_.size() &&
+             (is_letter(text_[end]) || is_digit(text_[end]) ||
+              (text_[end] == '.' && end + 1 < text_.size() && is_letter(text_[end + 1]))))
+        ++end;
     return text_.substr(at_, end - at_);
   }
   bool take_word(std::string_view wanted) {
@@ -326,6 +330,8 @@ double Expression::apply(Op op, double a, double b) {
       return std::min(a, b);
     case Op::greatest:
       return std::max(a, b);
+    case Op::hypotenuse:
+      return std::hypot(a, b);
     case Op::sine:
       return std::sin(a);
     case Op::cosine:

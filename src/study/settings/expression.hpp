@@ -13,7 +13,8 @@
 //
 // Use: construct from a text and the permitted names, then call with their values. The constructor
 // compiles the text to a list of stack operations, which the object owns. An expression only
-// computes; it has no other effect (docs/development/decisions/022-expressions.md).
+// computes; it has no other effect (docs/development/decisions/022-expressions.md). A permitted name
+// may contain dots, as columns of results do (slider.x).
 #pragma once
 
 #include <cstddef>
@@ -60,6 +61,7 @@ class Expression {
 
  private:
   friend class ExpressionReader;
+  friend class ExpressionDimension;
   enum class Op : unsigned char {
     number,
     name,
@@ -82,6 +84,7 @@ class Expression {
     magnitude,
     least,
     greatest,
+    hypotenuse,
     sine,
     cosine,
     logarithm,
