@@ -98,6 +98,7 @@ int validate_data(const ValidateRequest& request) {
   set.commit();
   fmt::print("\nresults in {}\n", folder.string());
   if (status == 0) fmt::print("figures:\n  {}\n", plots::overlay.draw(folder).front().string());
+  fmt::print("\n{}", wrapped(v.conclusion + "\n", 0));
   return status;
 }
 

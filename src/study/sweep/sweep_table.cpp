@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <functional>
+#include <nlohmann/json.hpp>
 
 #include "io/files/output_file.hpp"
 #include "study/sweep/intervals.hpp"
@@ -98,6 +99,32 @@ std::vector<Shown> columns_of(const Study& study, const std::vector<RunRow>& run
   return all;
 }
 
+/// Unit of a statistic; empty: a number or share.
+std::string_view unit_of(TurnMetrics::Name name) {
+  switch (name) {
+    case TurnMetrics::peak_5:
+    case TurnMetrics::peak_median:
+    case TurnMetrics::peak_95:
+    case TurnMetrics::peak_max:
+    case TurnMetrics::rms:
+    case TurnMetrics::deceleration:
+    case TurnMetrics::lines_total:
+    case TurnMetrics::line_greatest:
+    case TurnMetrics::mean_turn_rms:
+    case TurnMetrics::mean_turn_peak:
+      return "m/s²";
+    case TurnMetrics::loss_angle:
+    case TurnMetrics::return_angle:
+      return "°";
+    case TurnMetrics::flight_duration:
+      return "s";
+    case TurnMetrics::energy_per_turn:
+      return "J";
+    default:
+      return "";
+  }
+}
+
 /// Width of UTF-8 text on a terminal, columns.
 std::size_t width(const std::string& text) {
   return static_cast<std::size_t>(std::ranges::count_if(text, [](char c) { return (c & 0xC0) != 0x80; }));
@@ -185,6 +212,50 @@ std::string sweep_table(const Study& study, const std::vector<RunRow>& runs) {
     if (!study.accelerometer.empty() && !table.empty()) out += "\n";
     out += table + "\n";
   }
+  return out;
+}
+
+SweepValues sweep_values(const Study& study, const std::vector<RunRow>& runs, std::size_t failed) {
+  SweepValues v{runs.size() + failed, failed, "", "", {}};
+  const auto shown = columns_of(study, runs);
+  const auto metric = TurnMetrics::ratio_median;
+  v.statistic = shown.empty() ? std::string(TurnMetrics::names()[metric]) : shown.front().name;
+  for (std::size_t m = 0; m < TurnMetrics::count; ++m)
+    if (v.statistic == TurnMetrics::names()[m]) v.unit = unit_of(static_cast<TurnMetrics::Name>(m));
+  const Cells cells(runs);
+  for (const auto& variant : study.variants)
+    for (const auto& [values, formulation] : places(variant, runs)) {
+      CellValue cell{"", formulation};
+      for (std::size_t i = 0; i < values.size(); ++i)
+        cell.place += fmt::format("{}{} = {:.4g}{}{}", i > 0 ? ", " : "", study.axes[i].name,
+                                  values[i] * study.axes[i].scale, study.axes[i].unit.empty() ? "" : " ",
+                                  study.axes[i].unit);
+      if (study.variants.size() > 1) cell.place += (cell.place.empty() ? "" : ", ") + variant.name;
+      Interval of_starts;
+      if (shown.empty()) {
+        of_starts = cells.of(variant.name, formulation, values, metric);
+      } else {
+        std::vector<double> found;
+        for (const auto* r : cells.at(variant.name, formulation, values))
+          found.push_back(shown.front().of(*r));
+        of_starts = interval(found);
+      }
+      if (of_starts.count > 0)
+        cell.mean = of_starts.mean, cell.low = of_starts.low, cell.high = of_starts.high;
+      v.cells.push_back(std::move(cell));
+    }
+  return v;
+}
+
+nlohmann::json sweep_json(const Study& study) {
+  nlohmann::json out = {{"axes", nlohmann::json::array()}, {"units", nlohmann::json::object()}};
+  for (const auto& a : study.axes)
+    out["axes"].push_back({{"name", a.name}, {"key", a.key}, {"unit", a.unit}, {"scale", a.scale}});
+  for (const auto& v : study.variants)
+    out["variants"][v.name] = {{"title", v.title}, {"scene", v.scene.string()}, {"overrides", v.overrides}};
+  for (std::size_t m = 0; m < TurnMetrics::count; ++m)
+    if (const auto unit = unit_of(static_cast<TurnMetrics::Name>(m)); !unit.empty())
+      out["units"][std::string(TurnMetrics::names()[m])] = unit;
   return out;
 }
 
