@@ -21,6 +21,13 @@ ComparisonValues two_runs() {
   return v;
 }
 
+SignalAgreement of_penalty(Outcome outcome) {
+  SignalAgreement a;
+  a.formulation = "penalty";
+  a.outcome = outcome;
+  return a;
+}
+
 std::size_t sentences(const std::string& text) {
   std::size_t count = 0;
   for (std::size_t i = 0; i < text.size(); ++i)
@@ -117,9 +124,9 @@ TEST_CASE("validate: each outcome of a measured signal in words", "[verdicts]") 
                       "measured mean revolution (difference 0.2 m/s², uncertainty and scatter 0.5 m/s²)."));
   CHECK_THAT(text, Contains("median peak is 1.05 (penalty) and 1.3 (nonsmooth) of the measured one; fit"));
   CHECK_THAT(verdict(std::vector{agrees}), !Contains("calibrate"));
-  CHECK_THAT(verdict(std::vector{SignalAgreement{.formulation = "penalty"}}),
+  CHECK_THAT(verdict(std::vector{of_penalty(Outcome::undecided)}),
              Contains("Whether penalty agrees is unknown") && !Contains("Peaks"));
-  CHECK_THAT(verdict(std::vector{SignalAgreement{.formulation = "penalty", .outcome = Outcome::stopped}}),
+  CHECK_THAT(verdict(std::vector{of_penalty(Outcome::stopped)}),
              Contains("Penalty stopped early"));
 }
 
