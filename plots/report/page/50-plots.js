@@ -75,7 +75,7 @@ function drawAxes(c, width, height, low, high) {
   c.lineWidth = 1;
   c.textAlign = 'right';
   c.textBaseline = 'middle';
-  for (const y of ticks(low, high, 4)) {
+  for (const y of ticks(low, high, 6)) {
     line(c, [[m.left, toY(y)], [width - m.right, toY(y)]]);
     c.stroke();
     c.fillText(Math.abs(y) >= 1e5 || (y !== 0 && Math.abs(y) < 1e-3) ? Number(y.toPrecision(4)).toExponential() : shown(y, 6), m.left - 6, toY(y));
