@@ -136,7 +136,7 @@ std::string verdict(const ComparisonValues& v) {
     next.push_back(fmt::format("`freeplay advise {}` measures it", v.scene));
   if (v.revolutions_needed > 0 &&
       std::ranges::any_of(v.statistics, [](const auto& s) { return std::isnan(s.error); }))
-    next.push_back(fmt::format("`--set run.revolutions={:g}` gives the standard errors",
+    next.push_back(fmt::format("a run of at least {:g} revolutions gives the standard errors",
                                std::ceil(v.revolutions_needed)));
   return text + (next.empty() ? "" : "; " + listed(next)) + ".";
 }
