@@ -73,6 +73,15 @@ void require_plain(const char* option, const std::string& file) {
                                  visible(file)));
 }
 
+/// Writes sweep.json. The write lock of the database keeps processes that share the folder apart.
+void write_facts(const Study& study, const Results& results, const std::string& conclusion,
+                 const std::filesystem::path& file) {
+  Database::Transaction alone(results.database());
+  write_json(file,
+             {{"provenance", provenance(study)}, {"sweep", sweep_json(study)}, {"verdict", conclusion}});
+  alone.commit();
+}
+
 int sweep(const SweepRequest& request) {
   require_plain("--export", request.table);
   require_plain("--spectra", request.spectra);
@@ -133,8 +142,7 @@ int sweep(const SweepRequest& request) {
   if (summary.interrupted) return interrupted(Kept::runs);
   const auto failures = results.failures().size();
   const auto conclusion = verdict(sweep_values(study, runs, failures));
-  write_json(folder / "sweep.json",
-             {{"provenance", provenance(study)}, {"sweep", sweep_json(study)}, {"verdict", conclusion}});
+  write_facts(study, results, conclusion, folder / "sweep.json");
   fmt::print("\n{}", wrapped(conclusion + "\n", 0));
   return failures == 0 ? 0 : 1;
 }

@@ -177,7 +177,7 @@ TEST_CASE("calibrate: values with intervals, open ranges, prediction, rejection"
       text,
       Contains("The targets are met by friction = 0.05 (0.04 to 0.06) and clearance = 0.2 (0.1 to 0.3) mm "
                "(95 %); the range of clearance is not closed"));
-  CHECK_THAT(text, Contains("2 of 3 targets are inside"));
+  CHECK_THAT(text, Contains("2 of 3 targets lie inside"));
   v.predictions = 0;
   CHECK_THAT(verdict(v), Contains("so the fit is not tested"));
   v.contradicted = {"peak"};

@@ -263,8 +263,8 @@ std::string verdict(const CalibrationValues& v) {
                        : "; the range of " + listed(open) +
                              " is not closed by these targets: add targets or widen it.";
   if (v.predictions > 0)
-    text += fmt::format(" Fitted without it, {} of {} targets {} inside the predicted 95 % interval.",
-                        v.predicted, v.predictions, v.predicted == 1 ? "is" : "are");
+    text += fmt::format(" Predicted from the others, {} of {} targets {} inside their 95 % interval.",
+                        v.predicted, v.predictions, v.predicted == 1 ? "lies" : "lie");
   else
     text += " No target was predicted from the others, so the fit is not tested.";
   return text;
