@@ -76,10 +76,12 @@ void signals(const std::filesystem::path& file, long most, json& out) {
     const double y = rows.maybe_number(value);
     tables.find(rows.name(channel))->second.take(rows.number(t), {&y, 1});
   }
+  const plots::RunColumns columns(file.parent_path());
   for (const auto& [name, count] : channels) {
     auto& thinned = tables.find(name)->second;
     thinned.finish();
     out.push_back(curves_of("signals.csv", count, {name}, thinned));
+    if (const auto* column = columns.find(name)) out.back()["columns"][0]["unit"] = column->unit;
   }
 }
 

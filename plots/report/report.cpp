@@ -35,7 +35,9 @@ json run_part(const plots::RunFolder& run, long numbers) {
   json part = {{"name", run.title}, {"events", to_json(events)}};
   part["motion"] = motion(run.folder, scene.get(), frames - 2 * static_cast<long>(beside.size()), beside);
   part["curves"] = curves(run.folder, numbers / 2);
-  if (const auto turn = plots::turn_of(scene.get())) part["turn"] = *turn;
+  const auto turn = plots::turn_of(scene.get());
+  if (turn) part["turn"] = *turn;
+  part["transient"] = start_transient(scene ? scene->run.discard : 0, turn, scene ? scene->run.duration : 0);
   return part;
 }
 
@@ -67,6 +69,7 @@ json runs_document(const std::filesystem::path& folder, const std::vector<plots:
       for (const auto& [contact, why] : open->items())
         document["notes"].push_back(
             {{"doubtful", false}, {"text", "not matched in " + contact + ": " + why.dump()}});
+    if (const auto verdict = both.text_or_empty("verdict"); !verdict.empty()) document["verdict"] = verdict;
     if (std::filesystem::exists(folder / "comparison.md"))
       document["comparison"] = markdown_tables(folder / "comparison.md");
     if (const auto* pairs = both.find("pairing.horizon_s"); pairs && pairs->is_number())
@@ -93,6 +96,11 @@ void make_visible(json& value) {
 }
 
 }  // namespace
+
+double start_transient(double discard, const std::optional<double>& turn, double duration) {
+  if (discard > 0) return discard;
+  return turn ? std::min(0.25 * *turn, 0.1 * duration) : 0;
+}
 
 json document_of(const std::filesystem::path& folder) {
   json document;

@@ -3,12 +3,18 @@
 
 #include <filesystem>
 #include <nlohmann/json_fwd.hpp>
+#include <optional>
 #include <string>
 
 namespace freeplay::report {
 
 /// Upper limit of the size of a page in bytes. Tables are thinned to meet it.
 inline constexpr double most_of_a_page = 5e6;
+
+/// End of the start transient, s: the discarded time, or, without one, the first quarter of a turn
+/// or the first tenth of the run, whichever is shorter. 0 for a motion without turns, whose start
+/// is not a transient.
+double start_transient(double discard, const std::optional<double>& turn, double duration);
 
 /// The content of the page of a folder. Throws SceneError for a folder without results or with
 /// invalid ones.

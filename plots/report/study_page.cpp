@@ -45,6 +45,83 @@ json sparkline(Statement& of_run, const std::string& run) {
   return numbers(thinned.column(0), 3);
 }
 
+/// The command that repeats a study. STUDY stands for its file if an older version wrote the folder.
+std::string command_of(const char* verb, const JsonFile* facts, const std::filesystem::path& folder) {
+  const auto file = facts ? facts->text_or_empty("provenance.study_file") : "";
+  const auto* outside = facts ? facts->find("provenance.allow_outside") : nullptr;
+  return fmt::format("freeplay {} {}{} -o {}", verb, file.empty() ? "STUDY" : shell_word(file),
+                     outside && outside->is_boolean() && outside->get<bool>() ? " --allow-outside" : "",
+                     shell_word(folder.filename().string()));
+}
+
+/// The titles of a study and of its scene.
+void set_titles(const JsonFile& facts, json& document) {
+  const auto scene = facts.text_or_empty("provenance.title"),
+             study = facts.text_or_empty("provenance.study_title");
+  document["title"] = study.empty() ? scene : study;
+  document["scene_title"] = scene;
+}
+
+json axis_of(const json& axis) {
+  json out = {{"scale", 1.0}};
+  const auto text = [&](const char* part) {
+    return axis.contains(part) && axis[part].is_string() ? axis[part].get<std::string>() : "";
+  };
+  for (const char* part : {"name", "unit"}) out[part] = text(part);
+  out["key"] = text("key").empty() ? "" : shell_word(text("key"));
+  if (axis.contains("scale") && axis["scale"].is_number()) out["scale"] = axis["scale"];
+  return out;
+}
+
+json axis_of(const JsonFile& facts, const std::string& at) {
+  const auto* axis = facts.find(at);
+  return axis_of(axis && axis->is_object() ? *axis : json::object());
+}
+
+/// The statistic that the matrix shows first: a measure or derived column of the study, else the
+/// median peak.
+std::string first_statistic(const std::vector<std::string>& names, std::size_t axes) {
+  const auto statistics = TurnMetrics::names();
+  for (std::size_t k = axes; k < names.size(); ++k)
+    if (std::ranges::find(statistics, names[k]) == std::end(statistics)) return names[k];
+  return std::string(statistics[TurnMetrics::ratio_median]);
+}
+
+/// Adds titles, units and commands from sweep.json, which older versions did not write.
+void describe_sweep(const std::filesystem::path& folder, std::size_t axes, json& document) {
+  if (!std::filesystem::exists(folder / "sweep.json")) {
+    document["commands"] = {command_of("sweep", nullptr, folder)};
+    return;
+  }
+  const JsonFile facts(folder / "sweep.json");
+  set_titles(facts, document);
+  document["commands"] = {command_of("sweep", &facts, folder)};
+  if (const auto verdict = facts.text_or_empty("verdict"); !verdict.empty()) document["verdict"] = verdict;
+  if (const auto* list = facts.find("sweep.axes"); list && list->is_array() && list->size() == axes) {
+    document["axis_facts"] = json::array();
+    for (const auto& axis : *list)
+      document["axis_facts"].push_back(axis_of(axis.is_object() ? axis : json::object()));
+  }
+  if (const auto* units = facts.find("sweep.units"); units && units->is_object())
+    for (const auto& [name, unit] : units->items())
+      if (unit.is_string()) document["units"][name] = unit;
+  if (const auto* variants = facts.find("sweep.variants"); variants && variants->is_array())
+    for (const auto& variant : *variants) {
+      if (!variant.is_object()) continue;
+      const auto name = variant.value("name", json());
+      std::string set;
+      if (variant.contains("overrides") && variant["overrides"].is_array())
+        for (const auto& one : variant["overrides"])
+          if (one.is_string()) set += " --set " + shell_word(one.get<std::string>());
+      const auto scene = variant.value("scene", json());
+      if (scene.is_string() && name.is_string())
+        document["variants"][name.get<std::string>()] = {{"scene", shell_word(scene.get<std::string>())}, {"set", set}};
+    }
+  document["provenance"] = provenance_table({{"sweep", &facts}});
+  document["scene"] =
+      facts.text_or_empty("provenance.study") + "\n\n# the scene\n" + facts.text_or_empty("provenance.scene");
+}
+
 json sweep_document(const std::filesystem::path& folder) {
   const Database database(folder / "sweep.db", Database::Access::read);
   const bool named = has(database, "named");
@@ -96,21 +173,16 @@ json sweep_document(const std::filesystem::path& folder) {
   }
   document["columns"] = names;
   document["axes"] = axes;
-  document["commands"] = {"freeplay sweep STUDY -o " + shell_word(folder.filename().string())};
+  document["first"] = first_statistic(names, axes);
+  describe_sweep(folder, axes, document);
   return document;
-}
-
-json axis_of(const JsonFile& facts, const std::string& at) {
-  json axis = {{"scale", 1.0}};
-  for (const char* part : {"name", "key", "unit"}) axis[part] = facts.text_or_empty(at + "." + part);
-  if (const auto* scale = facts.find(at + ".scale"); scale && scale->is_number()) axis["scale"] = *scale;
-  return axis;
 }
 
 /// Points of a bifurcation or cells of a basin, as columns of the table by name.
 json attractors_document(const std::filesystem::path& folder, const std::string& kind) {
   const JsonFile facts(folder / (kind + ".json"));
-  json document = {{"kind", kind}, {"title", facts.text_or_empty("provenance.title")}};
+  json document = {{"kind", kind}};
+  set_titles(facts, document);
   plots::Rows rows(folder / (kind + ".csv"));
   const auto& names = rows.names();
   std::vector<std::vector<double>> numbers_of(names.size());
@@ -145,7 +217,7 @@ json attractors_document(const std::filesystem::path& folder, const std::string&
   document["provenance"] = provenance_table({{kind, &facts}});
   document["scene"] =
       facts.text_or_empty("provenance.study") + "\n\n# the scene\n" + facts.text_or_empty("provenance.scene");
-  document["commands"] = {"freeplay " + kind + " STUDY -o " + shell_word(folder.filename().string())};
+  document["commands"] = {command_of(kind.c_str(), &facts, folder)};
   return document;
 }
 

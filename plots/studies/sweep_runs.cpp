@@ -15,35 +15,10 @@
 #include "mechanism/scene.hpp"
 #include "plots/tables/columns.hpp"
 #include "study/store/database.hpp"
+#include "study/sweep/sweep_document.hpp"
 
 namespace freeplay::plots {
 namespace {
-
-/// Unit of a statistic of turns (docs/reference/study.md).
-std::string_view unit_of_statistic(TurnMetrics::Name name) {
-  switch (name) {
-    case TurnMetrics::peak_5:
-    case TurnMetrics::peak_median:
-    case TurnMetrics::peak_95:
-    case TurnMetrics::peak_max:
-    case TurnMetrics::rms:
-    case TurnMetrics::deceleration:
-    case TurnMetrics::lines_total:
-    case TurnMetrics::line_greatest:
-    case TurnMetrics::mean_turn_rms:
-    case TurnMetrics::mean_turn_peak:
-      return "m/s²";
-    case TurnMetrics::loss_angle:
-    case TurnMetrics::return_angle:
-      return "°";
-    case TurnMetrics::flight_duration:
-      return "s";
-    case TurnMetrics::energy_per_turn:
-      return "J";
-    default:
-      return "";
-  }
-}
 
 /// Unit of a number of run.json, whose name ends with it, or whose table's name does.
 std::string_view unit_in_path(std::string_view path) {
@@ -149,7 +124,7 @@ SweepRuns::SweepRuns(const std::filesystem::path& folder) {
   const auto& statistics = TurnMetrics::names();
   for (std::size_t i = 0; i < statistics.size(); ++i)
     quantities_.push_back({std::string(statistics[i]),
-                           std::string(unit_of_statistic(static_cast<TurnMetrics::Name>(i))),
+                           std::string(unit_of(static_cast<TurnMetrics::Name>(i))),
                            SweepQuantity::Of::statistic, i});
   const auto scene = scene_of_sweep(document);
   std::size_t place = 0;

@@ -112,7 +112,7 @@ py::dict sweep_into(const std::filesystem::path& file, const std::filesystem::pa
       Results results(folder / "sweep.db", study, flag.token());
       summary = sweep(study, planned, conduct, results, lock, threads, [](const SweepProgress&) {});
       results.derive(study);
-      write_sweep_document(study, folder);
+      write_sweep_document(study, results, folder);
       if (!summary.interrupted) table = sweep_table(study, results.runs());
     }
     pressed = ctrl_c.pressed();

@@ -14,6 +14,7 @@
 #include "mechanism/scene.hpp"
 #include "study/comparison/advice.hpp"
 #include "study/runs/perturb.hpp"
+#include "study/verdicts/verdicts.hpp"
 
 namespace freeplay::cli {
 namespace {
@@ -86,11 +87,25 @@ void promise(const Advice& advice, double error) {
   fmt::print("{}", wrapped(text));
 }
 
+/// The chosen setting for the verdict.
+ChosenSetting chosen(const Advice& advice, const char* formulation) {
+  if (advice.chosen < 0) return {formulation, ""};
+  const auto& m = advice.tried[advice.chosen];
+  const auto& r = advice.reference;
+  return {formulation,
+          m.setting.label(),
+          m.cpu,
+          advice.by_events ? r.touches.back().t : r.state_time,
+          advice.to_the_end,
+          advice.statistics.empty() ? NAN : advice.promised()};
+}
+
 int advise(const AdviseRequest& request) {
   const auto scene = open_scene(request.scene, request.overrides);
   auto with = request.conduct();
   with.matched = false;  // as `run` uses it
   int status = 1;
+  std::vector<ChosenSetting> settings;
   for (const auto& [family, name] : families) {
     const char* const formulation = name;
     Progress progress;
@@ -124,8 +139,10 @@ int advise(const AdviseRequest& request) {
       promise(advice, request.error / 100);
       status = 0;
     }
+    settings.push_back(chosen(advice, formulation));
     fmt::print("({:.1f} s)\n\n", advice.seconds);
   }
+  fmt::print("{}", wrapped(verdict(settings, request.error / 100, request.scene) + "\n", 0));
   return status;
 }
 

@@ -22,6 +22,7 @@
 #include "plots/drawing/figure.hpp"
 #include "study/partition/divided_sweep.hpp"
 #include "study/settings/provenance.hpp"
+#include "study/verdicts/verdicts.hpp"
 
 namespace freeplay::cli {
 namespace {
@@ -76,6 +77,25 @@ nlohmann::json json_of(const Study& study, const Fit& f) {
   return j;
 }
 
+std::string conclusion(const Calibration& c, const CalibrationResult& r) {
+  CalibrationValues v;
+  v.rejected = r.all.rejected;
+  for (std::size_t i = 0; i < r.all.contradicted.size(); ++i)
+    if (r.all.contradicted[i]) v.contradicted.push_back(c.targets[i].name);
+  for (std::size_t j = 0; j < c.unknowns.size(); ++j) {
+    const auto& e = r.all.unknowns[j];
+    v.unknowns.push_back(
+        {c.unknowns[j].name, c.unknowns[j].unit, e.value, e.low, e.high, e.open_low || e.open_high});
+  }
+  for (std::size_t i = 0; i < r.left_out.size(); ++i) {
+    if (i >= r.left_out[i].predictive.size() || !std::isfinite(r.left_out[i].predictive[i].low)) continue;
+    const auto& p = r.left_out[i].predictive[i];
+    ++v.predictions;
+    v.predicted += p.low <= r.measured[i] && r.measured[i] <= p.high;
+  }
+  return verdict(v);
+}
+
 }  // namespace
 
 nlohmann::json to_json(const Study& study, const CalibrationResult& r, const nlohmann::json& origin) {
@@ -100,6 +120,7 @@ nlohmann::json to_json(const Study& study, const CalibrationResult& r, const nlo
   }
   j["identifiability"]["correlation"] = rows_of(r.before.correlation);
   j["refinement"] = {{"rounds", r.rounds}, {"points", r.tried - c.points}, {"fine_enough", r.refined}};
+  j["verdict"] = conclusion(c, r);
   j["fitted_to_all"] = json_of(study, r.all);
   for (std::size_t i = 0; i < r.left_out.size(); ++i)
     j["left_out"][c.targets[i].name] = json_of(study, r.left_out[i]);
@@ -231,15 +252,9 @@ int calibrate(const CalibrateRequest& request) {
   write_json(folder / "calibration.json", to_json(study, r, origin));
   fmt::print("\nresults in {}\n", folder.string());
   for (const auto& path : plots::all(folder, request.stop)) fmt::print("figure: {}\n", path.string());
-  if (r.all.holds()) return 0;
-  fmt::print(
-      stderr, "{}",
-      wrapped(r.all.rejected
-                  ? "calibration rejected: no values of the unknowns meet all targets within their "
-                    "uncertainties; check the targets' tolerances and the model's assumptions\n"
-                  : "calibration rejected: simulations at the optimum disagree with the surrogate; use "
-                    "more points or narrower ranges\n"));
-  return 1;
+  const bool holds = r.all.holds();
+  fmt::print(holds ? stdout : stderr, "\n{}", wrapped(conclusion(c, r) + "\n", 0));
+  return holds ? 0 : 1;
 }
 
 }  // namespace

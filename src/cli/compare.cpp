@@ -59,6 +59,7 @@ int compare(const CompareRequest& request) {
   const auto figures = plots::all(folder);
   fmt::print("results in {}\n{}", folder.string(), figures.empty() ? "" : "figures:\n");
   for (const auto& path : figures) fmt::print("  {}\n", path.string());
+  fmt::print("\n{}", wrapped(comparison.verdict + "\n", 0));
   return status;
 }
 

@@ -69,7 +69,7 @@ int paper_figures(const PaperRequest& request, const Conduct& conduct) {
       });
   progress.clear();
   if (summary.interrupted) return interrupted(Kept::runs);
-  write_sweep_document(study, folder);
+  write_sweep_document(study, results, folder);
   nlohmann::json document;
   document["provenance"] = provenance(study);
   document["paper"] = {{"name", request.paper}, {"runs", summary.total}, {"failed", summary.failed}};

@@ -5,6 +5,7 @@
 
 #include <cmath>
 #include <map>
+#include <nlohmann/json.hpp>
 
 #include "cli/default_folder.hpp"
 #include "cli/ending.hpp"
@@ -14,13 +15,16 @@
 #include "cli/wrapped.hpp"
 #include "io/files/folder_lock.hpp"
 #include "io/files/output_file.hpp"
+#include "io/files/run_json.hpp"
 #include "io/files/visible.hpp"
 #include "mechanism/error.hpp"
 #include "study/partition/divided_sweep.hpp"
 #include "study/settings/design.hpp"
+#include "study/settings/provenance.hpp"
 #include "study/sweep/sweep.hpp"
 #include "study/sweep/sweep_document.hpp"
 #include "study/sweep/sweep_table.hpp"
+#include "study/verdicts/verdicts.hpp"
 
 namespace freeplay::cli {
 namespace {
@@ -112,7 +116,7 @@ int sweep(const SweepRequest& request) {
                                    summary.kept)));
   fmt::print("\n");
   results.derive(study);
-  write_sweep_document(study, folder);
+  write_sweep_document(study, results, folder);
   const auto runs = results.runs();
   if (!summary.interrupted) fmt::print("{}", sweep_table(study, runs));
   const auto doubtful = [](const RunRow& r) { return !r.doubt.empty(); };
@@ -129,7 +133,11 @@ int sweep(const SweepRequest& request) {
   if (!request.spectra.empty()) write_spectra(results, folder / request.spectra);
   if (!request.traces.empty()) write_traces(results, folder / request.traces);
   if (summary.interrupted) return interrupted(Kept::runs);
-  return results.failures().empty() ? 0 : 1;
+  const auto failures = results.failures().size();
+  const auto conclusion = verdict(sweep_values(study, runs, failures));
+  write_sweep_document(study, results, folder, conclusion);
+  fmt::print("\n{}", wrapped(conclusion + "\n", 0));
+  return failures == 0 ? 0 : 1;
 }
 
 }  // namespace

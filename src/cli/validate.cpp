@@ -98,6 +98,7 @@ int validate_data(const ValidateRequest& request) {
   set.commit();
   fmt::print("\nresults in {}\n", folder.string());
   if (status == 0) fmt::print("figures:\n  {}\n", plots::overlay.draw(folder).front().string());
+  fmt::print("\n{}", wrapped(v.conclusion + "\n", 0));
   return status;
 }
 
@@ -119,7 +120,7 @@ void validate_verb(Program& program) {
       program.verb("validate", "compare a scene or a study with measurements", validate);
   options.add("scene", request.scene, "scene file, or study file with claims or its folder").required();
   const auto data =
-      options.add("--data", request.data, "CSV file with t or crank_angle, and acceleration").takes("FILE");
+      options.add("--data", request.data, "CSV file with t or crank_angle, and acceleration, or in the form of signals.csv").takes("FILE");
   options.set(request.overrides, "override a key of the scene, KEY=VALUE; may be repeated").needs(data);
   options.output(request.output, "result folder; default out/NAME-validation, of a study out/NAME");
   options.flag("--as-given", request.as_given, "use the input restitution in the impact law, unmatched")

@@ -79,6 +79,28 @@ std::string verdicts(const Study& study, const std::vector<MeasuredQuantity>& me
   return out;
 }
 
+/// The conclusion in one or two sentences.
+std::string conclusion(const Study& study, const std::vector<MeasuredQuantity>& measured,
+                       const std::vector<PointAgreement>& all) {
+  std::vector<PointsAgreement> models;
+  for (const auto& v : study.variants)
+    for (const auto& formulation : v.formulations) {
+      auto worst = Agreement::Verdict::agrees;
+      double squares = 0;
+      int count = 0;
+      for (const auto& a : all) {
+        if (a.variant != v.name || a.formulation != formulation) continue;
+        worst = std::max(worst, a.verdict());
+        const auto& points = points_of(measured, a);
+        for (std::size_t i = 0; i < points.size(); ++i)
+          squares += std::pow((a.model[i] - points[i].value) / points[i].value, 2), ++count;
+      }
+      models.push_back(
+          {fmt::format("{} [{}]", v.title, formulation), outcome_of(worst), std::sqrt(squares / count)});
+    }
+  return verdict(models);
+}
+
 nlohmann::json to_json(const Study& study, const std::vector<MeasuredQuantity>& measured,
                        const std::vector<PointAgreement>& all) {
   nlohmann::json out;
@@ -152,12 +174,14 @@ int validate_points(const ValidateRequest& request, const Study& study) {
       });
   progress.clear();
   if (summary.interrupted) return interrupted(Kept::runs);
-  write_sweep_document(study, folder);
+  write_sweep_document(study, results, folder);
   const auto runs = results.runs();
   const auto all = agreement_with(study, measured, runs);
   fmt::print("{}{}\n", table(measured, all), wrapped(verdicts(study, measured, all), 2));
   auto document = to_json(study, measured, all);
   document["provenance"] = provenance(study);
+  const auto said = conclusion(study, measured, all);
+  document["verdict"] = said;
   write_json(set.place() / "points.json", document);
   write_points(study, measured, all, set.place() / "points.csv");
   write_curves(study, measured, runs, set.place() / "curves.csv");
@@ -165,6 +189,7 @@ int validate_points(const ValidateRequest& request, const Study& study) {
   set.commit();
   fmt::print("{} runs, {} made; results in {}\n", summary.total, summary.ran, folder.string());
   for (const auto& figure : plots::points.draw(folder)) fmt::print("  {}\n", figure.string());
+  fmt::print("\n{}", wrapped(said + "\n", 0));
   // Rows without a model have a failed run.
   return std::ranges::all_of(all, [](const auto& a) { return std::isfinite(a.rms); }) ? 0 : 1;
 }

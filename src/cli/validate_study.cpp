@@ -10,6 +10,7 @@
 #include "cli/ending.hpp"
 #include "cli/progress.hpp"
 #include "cli/validate.hpp"
+#include "cli/wrapped.hpp"
 #include "io/files/output_file.hpp"
 #include "io/files/result_set.hpp"
 #include "io/files/run_json.hpp"
@@ -18,6 +19,7 @@
 #include "study/settings/provenance.hpp"
 #include "study/sweep/sweep_document.hpp"
 #include "study/sweep/tables.hpp"
+#include "study/verdicts/verdicts.hpp"
 #include "values/family.hpp"
 #include "verification/experiment/flores2011.hpp"
 #include "version.hpp"
@@ -89,9 +91,9 @@ int validate_study(const ValidateRequest& request) {
       sweep(study, planned, request.conduct(), results, set.lock(), all_cores, show("matrix"));
   progress.clear();
   if (summary.interrupted) return interrupted(Kept::runs);
-  write_sweep_document(study, folder);
+  write_sweep_document(study, results, folder);
   const auto runs = results.runs();
-  bool all = true;
+  FindingCount count;
   for (const auto& v : study.variants)
     for (const auto& formulation : v.formulations) {
       fmt::print("{}, {}\n", v.title, formulation);
@@ -110,10 +112,15 @@ int validate_study(const ValidateRequest& request) {
                                                              {"judged", f.assessed},
                                                              {"fitted", f.fitted},
                                                              {"holds", f.holds}});
-        all = all && (f.holds || !f.assessed);
+        count.assessed += f.assessed;
+        count.holding += f.assessed && f.holds;
+        if (f.assessed && !f.holds)
+          count.failing.push_back(fmt::format("{} in {}, {}", f.id, v.name, formulation));
       }
       fmt::print("\n");
     }
+  const auto conclusion = verdict(count);
+  document["verdict"] = conclusion;
   write_json(set.place() / "experiment.json", document);
   write_tables(study, results, request.conduct(), set.place());
   const auto text =
@@ -131,7 +138,8 @@ int validate_study(const ValidateRequest& request) {
   }
   fmt::print("{} runs, {} made in {:.0f} s; results in {}\n", summary.total, summary.ran,
              summary.wall_seconds, folder.string());
-  return all ? 0 : 1;
+  fmt::print("\n{}", wrapped(conclusion + "\n", 0));
+  return count.failing.empty() ? 0 : 1;
 }
 
 }  // namespace freeplay::cli

@@ -1,15 +1,18 @@
 #include "measure/measurement.hpp"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <charconv>
 #include <cmath>
 #include <numbers>
+#include <set>
 #include <sstream>
 #include <string>
 
 #include "io/files/input_file.hpp"
+#include "io/files/visible.hpp"
 #include "measure/turns.hpp"
 #include "mechanism/error.hpp"
 
@@ -45,9 +48,35 @@ void make_even(std::vector<double>& times, double digit) {
   for (std::size_t i = 0; i < times.size(); ++i) times[i] = static_cast<double>(i) * step;
 }
 
+/// The channels of a file in the long format, of which one is read.
+class ChannelChoice {
+ public:
+  /// `column`: of the channels; −1: the file is not in the long format.
+  ChannelChoice(int column, std::string wanted) : column_(column), wanted_(std::move(wanted)) {}
+  bool takes(const std::vector<std::string>& fields) {
+    if (column_ < 0 || fields[static_cast<std::size_t>(column_)] == wanted_) return true;
+    others_.insert(fields[static_cast<std::size_t>(column_)]);
+    return false;
+  }
+  /// Message for a file without samples of the channel; empty for any other file.
+  std::string lacks(std::size_t samples) const {
+    if (column_ < 0 || samples > 0) return "";
+    return others_.empty()
+               ? "has no samples"
+               : fmt::format("has no channel \"{}\", the scene's accelerometer; it has {}", visible(wanted_),
+                             visible(fmt::format("{}", fmt::join(others_, ", "))));
+  }
+
+ private:
+  int column_;
+  std::string wanted_;
+  std::set<std::string> others_;
+};
+
 }  // namespace
 
-Measurement read_measurement(const std::filesystem::path& file, double speed, double ideal_maximum) {
+Measurement read_measurement(const std::filesystem::path& file, double speed, double ideal_maximum,
+                             const std::string& channel) {
   const auto fail = [&](long line, const std::string& what) {
     throw SceneError(line > 0 ? fmt::format("{}:{}: {}", file.string(), line, what)
                               : fmt::format("{}: {}", file.string(), what));
@@ -60,17 +89,23 @@ Measurement read_measurement(const std::filesystem::path& file, double speed, do
     const auto it = std::ranges::find(names, name);
     return it == names.end() ? -1 : static_cast<int>(it - names.begin());
   };
-  const int t = place("t"), angle = place("crank_angle"), a = place("acceleration"), u = place("uncertainty");
+  const bool in_rows = place("channel") >= 0 && place("value") >= 0 && place("acceleration") < 0;
+  const int t = place("t"), angle = in_rows ? -1 : place("crank_angle"),
+            a = place(in_rows ? "value" : "acceleration"), u = place("uncertainty");
+  // An angle beside the time gives the crank angle of the first sample.
+  const int beside = in_rows ? place("crank_angle") : -1;
   if (a < 0 || (t < 0) == (angle < 0))
     fail(1,
-         fmt::format(
-             "the header must name acceleration (m/s²) and one of t (s) and crank_angle (degrees), is \"{}\"",
-             trimmed(line)));
+         fmt::format("the header must name acceleration (m/s²) and one of t (s) and crank_angle (degrees), "
+                     "or channel, t and value as in signals.csv, is \"{}\"",
+                     trimmed(line)));
+  ChannelChoice choice(in_rows ? place("channel") : -1, channel);
 
   Measurement m;
   std::vector<double> times;
   std::vector<long> lines;
   double squares = 0, wraps = 0, last = 0, digit = INFINITY;
+  double first_beside = 0, last_beside = 0;  // rad
   int sense = 0;  // +1 if the angles increase from line to line, −1 if they decrease
   while (in.next(line)) {
     const long number = in.number();
@@ -78,6 +113,7 @@ Measurement read_measurement(const std::filesystem::path& file, double speed, do
     const auto list = fields(line);
     if (list.size() != names.size())
       fail(number, fmt::format("has {} fields, the header {}", list.size(), names.size()));
+    if (!choice.takes(list)) continue;
     const auto value = [&](int column) {
       const auto& text = list[column];
       double x = 0;
@@ -100,12 +136,17 @@ Measurement read_measurement(const std::filesystem::path& file, double speed, do
     if (!times.empty() && time <= times.back())
       fail(number, angle >= 0 ? "crank_angle must increase from line to line, or decrease"
                               : "t must increase from line to line");
+    if (beside >= 0) {
+      last_beside = value(beside);
+      if (times.empty()) first_beside = last_beside;
+    }
     digit = std::min(digit, last_digit(list[t >= 0 ? t : angle]));
     times.push_back(time);
     lines.push_back(number);
     m.acceleration.push_back(value(a));
     if (u >= 0) squares += value(u) * value(u);
   }
+  if (const auto what = choice.lacks(times.size()); !what.empty()) fail(0, what);
   if (times.size() < 10)
     fail(0, fmt::format("has {} samples; at least one turn of the crank is needed", times.size()));
   const double turn = 2 * std::numbers::pi / std::abs(speed);
@@ -129,6 +170,15 @@ Measurement read_measurement(const std::filesystem::path& file, double speed, do
     for (double& x : times) x -= first;
   }
   const double span = times.back();
+  if (beside >= 0) {
+    if (const double turned = (last_beside - first_beside) / (speed * span); std::abs(turned - 1) > 0.1)
+      fail(0,
+           fmt::format("crank_angle advances by {:.4g} between the first and the last sample, {:.3g} times "
+                       "the scene's crank; beside t it must be in radians and continuous",
+                       last_beside - first_beside, turned));
+    m.datum = true;
+    m.start_angle = std::fmod(first_beside * 180 / std::numbers::pi, 360);
+  }
   if (whole_turns(times.size(), span, turn) < 1)
     fail(0,
          t >= 0

@@ -1,6 +1,7 @@
 // Reader of a measured acceleration in a CSV file with a header: one column `t` (s) or
 // `crank_angle` (degrees, continuous or wrapped at 360), one column `acceleration` (m/s²), and
-// optionally `uncertainty` (m/s²).
+// optionally `uncertainty` (m/s²). Or in the long format of signals.csv: `channel`, `t` (s), `value`
+// (m/s²), optionally `crank_angle` (rad) and `uncertainty`; the samples of one channel are read.
 //
 // The samples are kept as measured, without interpolation. The crank angle is that of the scene in
 // either order of the lines: where it runs against the crank's speed, the last line is the
@@ -8,6 +9,7 @@
 #pragma once
 
 #include <filesystem>
+#include <string>
 #include <vector>
 
 namespace freeplay {
@@ -23,10 +25,12 @@ struct Measurement {
   double uncertainty = 0;            ///< m/s², root mean square; 0 if not given
 };
 
-/// Reads a measurement. `speed` is the crank's, as in the scene (rad/s). `ideal_maximum` (m/s²),
+/// Reads a measurement. `channel`: the one to read from a file in the long format, by the name of
+/// the scene's accelerometer. `speed` is the crank's, as in the scene (rad/s). `ideal_maximum` (m/s²),
 /// the greatest acceleration of the ideal mechanism, serves to detect wrong units. Throws
 /// SceneError with FILE:LINE for missing columns, bad numbers, wrong order, gaps, less than one
 /// turn, or implausible units.
-Measurement read_measurement(const std::filesystem::path& file, double speed, double ideal_maximum);
+Measurement read_measurement(const std::filesystem::path& file, double speed, double ideal_maximum,
+                             const std::string& channel = "accelerometer");
 
 }  // namespace freeplay

@@ -201,7 +201,7 @@ TEST_CASE("validate with a study: calibration, matrix, verdicts, figures, and re
   const bool holds = all["holds"].get<bool>();
   CHECK((!contradicted || !holds));
   CHECK(again.status == (holds ? 0 : 1));
-  CHECK((again.err.find("calibration rejected") == again.err.npos) == holds);
+  CHECK((again.err.find("Calibration rejected") == again.err.npos) == holds);
   for (const auto& unknown : all["unknowns"]) CHECK(unknown["low"].is_null() == !holds);
 }
 

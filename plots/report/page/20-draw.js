@@ -42,13 +42,20 @@ function line(c, points, close) {
   if (close) c.closePath();
 }
 
-function arrow(c, x, y, dx, dy) {
-  const length = Math.hypot(dx, dy);
-  if (length < 2) return;
+/** Draws an arrow of at most `most` pixels that ends within the picture; a shortened one is dashed. */
+function arrow(c, x, y, dx, dy, most = Infinity) {
+  const room = 6, within = (at, by, size) => (by > 0 ? (size - room - at) / by : by < 0 ? (room - at) / by : Infinity);
+  const whole = Math.hypot(dx, dy);
+  const part = Math.min(1, most / whole, within(x, dx, c.canvas.clientWidth), within(y, dy, c.canvas.clientHeight));
+  const length = part * whole;
+  if (!(length >= 2)) return;
+  dx *= part; dy *= part;
   const head = Math.min(8, 0.5 * length), ux = dx / length, uy = dy / length;
+  c.setLineDash(part < 1 ? [5, 4] : []);
+  line(c, [[x, y], [x + dx, y + dy]]);
+  c.stroke();
+  c.setLineDash([]);
   c.beginPath();
-  c.moveTo(x, y);
-  c.lineTo(x + dx, y + dy);
   c.moveTo(x + dx - head * (ux + 0.6 * uy), y + dy - head * (uy - 0.6 * ux));
   c.lineTo(x + dx, y + dy);
   c.lineTo(x + dx - head * (ux - 0.6 * uy), y + dy - head * (uy + 0.6 * ux));

@@ -213,10 +213,7 @@ function drawForces(c, run, to, pose, at) {
   for (const a of run.motion.arrows) {
     if (!a.shapes.length) continue;
     const [x, y] = to.at(actsAt(a.shapes, pose));
-    let fx = unit * between(a.columns[0], at), fy = unit * between(a.columns[1], at);
-    const long = Math.hypot(fx, fy) / 160;
-    if (long > 1) { fx /= long; fy /= long; }
-    arrow(c, x, y, fx, -fy);
+    arrow(c, x, y, unit * between(a.columns[0], at), -unit * between(a.columns[1], at), 160);
   }
   // An impulse has no finite force; a ring marks it for 1/50 s of screen time.
   const reach = Math.max(0.02 * state.rate, 1e-6 * end);

@@ -39,11 +39,10 @@ function drawJournal(c, joint, run, at, r, size, middle) {
   c.fill();
   const force = run.motion.arrows.find((a) => a.name === joint.name);
   if (state.arrows && force && run.force > 0) {
-    const fx = between(force.columns[0], at), fy = between(force.columns[1], at), most = 0.6 * size / run.force;
-    const k = Math.min(1, 1.2 * size / (most * Math.hypot(fx, fy) || 1));
+    const unit = 0.6 * size / run.force;
     c.strokeStyle = colours.force;
     c.lineWidth = 2;
-    arrow(c, x, y, most * k * fx, -most * k * fy);
+    arrow(c, x, y, unit * between(force.columns[0], at), -unit * between(force.columns[1], at), 1.2 * size);
   }
 }
 

@@ -16,30 +16,54 @@ for (const run of runs)
       if (!columns.some((k) => k.file === table.file && k.name === column.name))
         columns.push({ file: table.file, name: column.name, unit: column.unit });
 
-/** The columns shown first: a signal, gap and force of joints with clearance, a speed. */
+// The greatest value of each column. A column that stays below 1e-9 of the greatest column of its
+// unit is zero up to rounding.
+const greatest = new Map(), ofUnit = {};
+for (const run of runs)
+  for (const table of run.curves)
+    for (const column of table.columns) {
+      const key = table.file + ' ' + column.name, size = column.y.reduce((most, y) => Math.max(most, Math.abs(y)), 0);
+      greatest.set(key, Math.max(greatest.get(key) || 0, size));
+      ofUnit[column.unit] = Math.max(ofUnit[column.unit] || 0, size);
+    }
+const isZero = (k) => !(greatest.get(k.file + ' ' + k.name) > 1e-9 * ofUnit[k.unit]);
+columns.sort((a, b) => isZero(a) - isZero(b));
+
+/** The columns shown first: a signal, gaps and forces of joints with clearance, a speed. Columns
+ * that are zero all the time come last. */
 function firstColumns() {
   const list = columns.filter((k) => k.file === 'signals.csv').slice(0, 1);
-  for (const name of looseNames) {
-    const gap = columns.find((k) => k.name === name + '.gap' || k.name === name + '.rear_lower.gap' || k.name === name + '.right.gap');
-    const force = columns.find((k) => k.name === name + '.fn' || k.name === name + '.rear_lower.fn');
-    if (gap && list.length < 3) list.push(gap);
-    if (force && list.length < 3) list.push(force);
-  }
-  const speed = columns.filter((k) => /\.(vx|omega)$/.test(k.name));
-  if (list.length < 3 && speed.length) list.push(last(speed));
-  return list.length ? list : columns.slice(0, 1);
+  for (const name of looseNames)
+    for (const ends of [['.gap', '.rear_lower.gap', '.right.gap'], ['.fn', '.rear_lower.fn', '.right.fn']])
+      list.push(...columns.filter((k) => ends.some((end) => k.name === name + end)).slice(0, 1));
+  list.push(...columns.filter((k) => /\.(vx|omega)$/.test(k.name)).slice(-1));
+  const some = list.filter((k) => !isZero(k));
+  if (some.length < 3) some.push(...columns.filter((k) => /\.(vy|vx|omega)$/.test(k.name) && !isZero(k) && !some.includes(k)).slice(0, 3 - Math.max(some.length, 2)));
+  return some.length ? some.slice(0, 3) : columns.slice(0, 1);
 }
 
 const toPixel = (width, t) => plotMargin.left + (t - state.from) / (state.to - state.from) * (width - plotMargin.left - plotMargin.right);
 const toTime = (width, x) => state.from + (x - plotMargin.left) / (width - plotMargin.left - plotMargin.right) * (state.to - state.from);
 
-/** Range of the values of curves within the displayed time range, with a margin. */
+// s, end of the start transient, which does not count for the scales of the whole time.
+const transient = runs.reduce((t, run) => Math.max(t, run.transient || 0), 0);
+const isWhole = () => state.from <= begin && state.to >= end;
+
+/** Range of the values of curves within the displayed time range, with a margin. Over the whole
+ * time it leaves out the start transient. */
 function rangeOf(curves) {
+  const after = isWhole() && transient > begin && transient < end ? transient : state.from;
+  const range = rangeFrom(curves, after);
+  return range || rangeFrom(curves, state.from) || [0, 1];
+}
+
+/** The range from a time on; none without values, or if they all are the same later on only. */
+function rangeFrom(curves, from) {
   let low = Infinity, high = -Infinity;
   for (const { t, y } of curves)
-    for (let i = before(t, state.from), n = Math.min(t.length - 1, before(t, state.to) + 1); i <= n; ++i)
+    for (let i = before(t, from) + (from > state.from ? 1 : 0), n = Math.min(t.length - 1, before(t, state.to) + 1); i <= n; ++i)
       if (y[i] !== null) { low = Math.min(low, y[i]); high = Math.max(high, y[i]); }
-  if (!(high >= low)) return [0, 1];
+  if (!(high >= low) || (high === low && from > state.from)) return null;
   const pad = high > low ? 0.05 * (high - low) : Math.abs(high) * 0.1 || 1;
   return [low - pad, high + pad];
 }
@@ -51,7 +75,7 @@ function drawAxes(c, width, height, low, high) {
   c.lineWidth = 1;
   c.textAlign = 'right';
   c.textBaseline = 'middle';
-  for (const y of ticks(low, high, 4)) {
+  for (const y of ticks(low, high, 6)) {
     line(c, [[m.left, toY(y)], [width - m.right, toY(y)]]);
     c.stroke();
     c.fillText(Math.abs(y) >= 1e5 || (y !== 0 && Math.abs(y) < 1e-3) ? Number(y.toPrecision(4)).toExponential() : shown(y, 6), m.left - 6, toY(y));
@@ -91,6 +115,7 @@ function drawPlot(plot) {
   const { c, width, height } = paper(plot.canvas), m = plotMargin;
   const curves = runs.map((run) => curveOf(run, plot.column.file, plot.column.name));
   const [low, high] = rangeOf(curves.filter(Boolean));
+  plot.scale = [low, high];
   const toY = drawAxes(c, width, height, low, high);
   c.save();
   c.beginPath();
@@ -204,12 +229,17 @@ function makePlots(section) {
   key.textContent = 'wheel or drag: zoom; click: set the time; double click: show all';
   head.append(more, whole, key);
   const list = element('div');
-  more.addEventListener('click', () => { if (plots.length < mostPlots) addPlot(list, columns[0]); redraw(); });
+  more.addEventListener('click', () => { if (plots.length < mostPlots) addPlot(list, columns.find((k) => plots.every((plot) => plot.column !== k)) || columns[0]); redraw(); });
   whole.addEventListener('click', () => zoom(begin, end));
   section.append(head, list);
   for (const column of firstColumns()) addPlot(list, column);
   const thinned = runs.flatMap((run) => run.curves.filter((t) => t.rows > t.t.length).map((t) => `${run.name} ${t.file}: ${t.t.length.toLocaleString('en')} of ${t.rows.toLocaleString('en')} rows`));
   if (thinned.length)
     section.append(element('p', 'small', `Rows shown of each column: ${thinned.join('; ')}. Each interval of rows is shown by its least and greatest value, so all peaks are kept; their times are exact to the interval. Ticks below mark events at their exact times.`));
-  watch(() => plots.forEach(drawPlot));
+  const start = element('p', 'small');
+  section.append(start);
+  watch(() => {
+    plots.forEach(drawPlot);
+    start.textContent = isWhole() && transient > begin && transient < end ? `The start up to t = ${shown(transient)} s is left out of the vertical scales; zoom in to see it in full.` : '';
+  });
 }

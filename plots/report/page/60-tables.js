@@ -33,6 +33,7 @@ function scrolled(table) {
 }
 
 function makeNotes(section) {
+  if (data.verdict) section.append(element('p', 'note', data.verdict));
   for (const note of data.notes || []) section.append(element('p', note.doubtful ? 'note doubtful' : 'note', note.text));
   section.hidden = !section.childElementCount;
 }

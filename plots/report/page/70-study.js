@@ -4,11 +4,41 @@
 /** A value as text; "–" if there is none. */
 const cellText = (x) => (x === null ? '–' : shown(x, 5));
 
+// The axes of a sweep are shown in the study's units; `raw` has the values of the scene's keys.
+const axisOf = (k) => (data.axis_facts && data.axis_facts[k]) || {};
+const withUnit = (name, unit) => (unit ? `${name}, ${unit}` : name);
+if (data.kind === 'sweep')
+  for (const run of data.runs) {
+    run.raw = run.values;
+    run.values = run.values.map((x, k) => (k < data.axes && x !== null ? Number((x * (axisOf(k).scale || 1)).toPrecision(9)) : x));
+  }
+const columnTitle = (k) => withUnit(data.columns[k], k < data.axes ? axisOf(k).unit : (data.units || {})[data.columns[k]]);
+
+/** Colour of a value on the scale of the matrix; `part` from 0 to 1. */
+function shade(part) {
+  const [r, g, b] = [1, 3, 5].map((i) => parseInt(colours.c1.slice(i, i + 2), 16));
+  return `rgba(${r}, ${g}, ${b}, ${(0.04 + 0.66 * part).toFixed(3)})`;
+}
+
+function drawScale(canvas) {
+  const { c, width, height } = paper(canvas);
+  for (let x = 0; x < width; ++x) { c.fillStyle = shade(x / Math.max(1, width - 1)); c.fillRect(x, 0, 1, height); }
+}
+
+/** The command that makes the run of a sweep's cell from the scene's own start. */
+function cellCommand(run) {
+  const variant = (data.variants || {})[run.variant];
+  if (!variant || !data.axis_facts || !/^\w+$/.test(run.formulation)) return [];
+  return [`freeplay run ${variant.scene} --formulation ${run.formulation}${variant.set}` +
+    data.axis_facts.map((axis, k) => (axis.key ? ` --set ${axis.key}=${run.raw[k]}` : '')).join(''),
+  'The command starts as the scene does; the study perturbs the start and sets the duration.'];
+}
+
 function drawSpark(canvas, values) {
   const { c, width, height } = paper(canvas);
   const list = values.filter((y) => y !== null);
   const low = Math.min(...list), high = Math.max(...list), range = high - low || 1;
-  c.strokeStyle = colours.c0;
+  c.strokeStyle = colours.ink;
   c.lineWidth = 1.2;
   line(c, values.map((y, i) => [2 + i / Math.max(1, values.length - 1) * (width - 4), height - 3 - ((y === null ? low : y) - low) / range * (height - 6)]));
   c.stroke();
@@ -28,23 +58,28 @@ function makeSweep(section) {
   const told = names.map((_, k) => list.some((run) => run.values[k] !== null));
   names.forEach((name, k) => {
     if (k < axes.length || !told[k]) return;
-    const option = element('option', '', name);
+    const option = element('option', '', columnTitle(k));
     option.value = k;
     choice.append(option);
   });
+  const first = names.indexOf(data.first);
+  if (first >= axes.length && told[first]) choice.value = first;
   head.append(element('h2', '', `Runs of the study: ${list.length} of ${data.all}`), choice);
   section.append(head);
   const choose = (run) => {
     chosen.textContent = [`run ${run.key}`, `variant ${run.variant}, ${run.formulation}, start ${run.start}: ${run.status}${run.reason ? ': ' + run.reason : ''}`,
-      ...axes.map((axis, k) => `${axis} = ${cellText(run.values[k])}`)].join('\n');
+      ...axes.map((axis, k) => `${axis} = ${cellText(run.values[k])} ${axisOf(k).unit || ''}`), ...cellCommand(run)].join('\n');
   };
-  const matrix = element('div', 'scroll');
-  section.append(matrix);
+  const matrix = element('div', 'matrix'), key = element('p', 'row small'), scale = element('canvas', 'scale');
+  section.append(key, matrix);
   const sparks = [];
+  let shaded = [];
   const values = (k) => [...new Set(list.map((run) => run.values[k]))].sort((a, b) => a - b);
   const draw = () => {
     matrix.replaceChildren();
+    key.replaceChildren();
     sparks.length = 0;
+    shaded = [];
     const statistic = Number(choice.value), across = axes.length ? values(0) : [], down = axes.length > 1 ? values(1) : [null];
     const groups = [...new Set(list.map((run) => run.variant + ' · ' + run.formulation))];
     // Only a grid is shown as a matrix. For values spread over their ranges most cells would be
@@ -54,8 +89,8 @@ function makeSweep(section) {
     if (across.length && grid)
       for (const group of groups) {
         const table = element('table', 'cells'), top = element('tr');
-        top.append(element('th', '', axes[1] ? `${axes[1]} ↓` : ''), ...across.map((x) => element('th', '', cellText(x))));
-        table.append(element('caption', '', `${group}; ${axes[0]} →`), top);
+        top.append(element('th', '', axes[1] ? `${columnTitle(1)} ↓` : ''), ...across.map((x) => element('th', '', cellText(x))));
+        table.append(element('caption', '', `${group}; ${columnTitle(0)} →`), top);
         for (const y of down) {
           const row = element('tr');
           row.append(element('th', '', axes.length > 1 ? cellText(y) : ''));
@@ -69,7 +104,9 @@ function makeSweep(section) {
                 cell.append(canvas);
                 sparks.push([canvas, traced.line]);
               }
-              cell.append(element('div', '', numbers.length ? cellText(numbers.reduce((a, b) => a + b) / numbers.length) : '–'));
+              const mean = numbers.length ? numbers.reduce((a, b) => a + b) / numbers.length : null;
+              cell.append(element('div', '', cellText(mean)));
+              if (mean !== null) shaded.push([cell, mean]);
               cell.className = 'click';
               cell.addEventListener('click', () => choose(found[0]));
             }
@@ -77,13 +114,22 @@ function makeSweep(section) {
           }
           table.append(row);
         }
-        matrix.append(table);
+        const box = element('div', 'scroll');
+        box.append(table);
+        matrix.append(box);
       }
+    const low = Math.min(...shaded.map(([, v]) => v)), high = Math.max(...shaded.map(([, v]) => v));
+    shaded = shaded.map(([cell, v]) => [cell, high > low ? (v - low) / (high - low) : 0]);
+    if (shaded.length) key.append(`${columnTitle(statistic)} (mean over starts): `, cellText(low), scale, cellText(high));
     redraw();
   };
   choice.addEventListener('change', draw);
   draw();
-  watch(() => sparks.forEach(([canvas, values_]) => drawSpark(canvas, values_)));
+  watch(() => {
+    sparks.forEach(([canvas, values_]) => drawSpark(canvas, values_));
+    for (const [cell, part] of shaded) cell.style.background = shade(part);
+    if (scale.isConnected) drawScale(scale);
+  });
   if (!matrix.childElementCount && axes.length) {
     choice.remove();
     const statistics = names.filter((_, k) => k >= axes.length && told[k]);
@@ -92,7 +138,7 @@ function makeSweep(section) {
       columnOf: (name) => ({ y: list.map((run) => run.values[names.indexOf(name)]) }),
     });
   } else section.append(chosen);
-  sweepTable(section, names.filter((_, k) => told[k]), names.map((_, k) => k).filter((k) => told[k]), choose);
+  sweepTable(section, names.map((_, k) => columnTitle(k)).filter((_, k) => told[k]), names.map((_, k) => k).filter((k) => told[k]), choose);
 }
 
 /** All runs as a table. A click on the head of a column sorts it. */

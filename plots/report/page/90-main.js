@@ -18,7 +18,7 @@ window.addEventListener('beforeprint', () => { screenTheme = document.documentEl
 window.addEventListener('afterprint', () => { setTheme(screenTheme); drawAll(); });
 
 byId('title').textContent = data.title || data.folder;
-byId('subtitle').textContent = { run: 'one run', comparison: 'both formulations of one scene', sweep: 'a study', bifurcation: 'a bifurcation diagram', basin: 'basins of attraction' }[data.kind] + ' · ' + data.folder;
+byId('subtitle').textContent = (data.scene_title && data.scene_title !== data.title ? data.scene_title + ' · ' : '') + { run: 'one run', comparison: 'both formulations of one scene', sweep: 'a study', bifurcation: 'a bifurcation diagram', basin: 'basins of attraction' }[data.kind] + ' · ' + data.folder;
 
 const keyList = [['space', 'play or pause'], ['← →', 'a frame back or on; with shift ten'], ['P N', 'the event before, the next one'],
   ['Home End', 'beginning, end'], ['+ −', 'faster, slower'], ['O', 'runs side by side or overlaid'], ['F', 'forces'], ['Z', 'plots: whole time'], ['T', 'light or dark'], ['?', 'these keys']];
@@ -106,7 +106,7 @@ function makeMotion() {
   byId('arrows').addEventListener('change', (e) => { state.arrows = e.target.checked; redraw(); });
   const thinned = runs.filter((run) => run.motion.rows > run.motion.t.length).map((run) => `${run.name}: ${run.motion.t.length.toLocaleString('en')} of ${run.motion.rows.toLocaleString('en')} rows`);
   byId('shown').textContent = (thinned.length ? `Frames shown: ${thinned.join('; ')}, including rows next to events; linear interpolation between them. ` : '') +
-    (runs.some((run) => run.motion.arrows.length) ? 'Arrows: forces on the second body of each joint; rings: impacts. ' : 'Rings: impacts; forces are shown for runs made with --forces. ') +
+    (runs.some((run) => run.motion.arrows.length) ? 'Arrows: forces on the second body of each joint, dashed if shortened; rings: impacts. ' : 'Rings: impacts; forces are shown for runs made with --forces. ') +
     'Drag to move the picture, Ctrl + wheel to zoom, double click to reset.';
   makeLoose(byId('magnified'));
   layViews();
@@ -162,7 +162,7 @@ window.freeplay = {
   data, seek, play, zoom,
   state() {
     const { t, playing, rate, layout, from, to } = state;
-    return { t, playing, rate, layout, from, to, theme: document.documentElement.dataset.theme, runs: runs.map((run) => {
+    return { t, playing, rate, layout, from, to, scales: plots.map((plot) => ({ column: plot.column.name, range: plot.scale })), theme: document.documentElement.dataset.theme, runs: runs.map((run) => {
       const at = frame(run, t);
       return { name: run.name, poses: run.motion.poses.map((column) => between(column, at)), loose: run.motion.loose.map((joint) => ({ name: joint.name, ...playAt(joint, at) })) };
     }) };

@@ -29,6 +29,9 @@ class PoseShapes {
             if constexpr (requires { l.body, l.at.x(); }) corner(l.body, l.at);
           },
           load);
+    for (std::size_t b = 0; b < corners_.size(); ++b)
+      for (const auto& point : m_.bodies[b].points)
+        if (point.name != "mass_centre") corner(static_cast<int>(b), point.at);
     for (std::size_t b = 0; b < corners_.size(); ++b) link(static_cast<int>(b));
     for (const auto& joint : m_.joints) std::visit([&](const auto& j) { draw_joint(j); }, joint);
     for (const auto& contact : m_.contacts) std::visit([&](const auto& c) { draw_contact(c); }, contact);
@@ -61,7 +64,7 @@ class PoseShapes {
       if (joint || !slides) corner(x.between[1], x.at[1]);
     }
   }
-  /// Draws a body as a polygon through its corners, ordered around their mean. A body with one
+  /// Draws a body as a polygon through its corners (named points and points of elements), ordered around their mean. A body with one
   /// corner extends to its centre of mass.
   void link(int body) {
     auto list = corners_[static_cast<std::size_t>(body)];

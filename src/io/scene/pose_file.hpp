@@ -2,7 +2,8 @@
 //
 //     shape,name,x,y,a,b          m
 //
-//     link      a corner of a body; three or more corners form a closed polygon
+//     link      a corner of a body, which is a named point or a point of an element; three or more
+//               corners form a closed polygon
 //     mass      the body's centre of mass
 //     pin       a revolute joint without clearance
 //     loose     a revolute joint with clearance, a the bearing's radius

@@ -102,7 +102,8 @@ double measured_statistic(const Study& study, Target& target, const Conduct& con
   const auto scene = scene_of(study, one, conduct);
   const double speed = main_drive(scene.mechanism)->speed;
   const auto ideal = ideal_turn(study, scene, study.calibration->formulation, conduct);
-  const auto data = read_measurement(target.data, speed, ideal.value[TurnMetrics::peak_max]);
+  const auto data =
+      read_measurement(target.data, speed, ideal.value[TurnMetrics::peak_max], study.accelerometer);
   target.sampling = data.sampling;
   target.noise = data.uncertainty;
   TurnRules rules;

@@ -131,6 +131,13 @@ void assess(const TurnMetrics& measured, double uncertainty, bool datum, Agreeme
                                            : Agreement::Verdict::agrees;
 }
 
+SignalAgreement::Outcome outcome_of(Agreement::Verdict verdict) {
+  using enum SignalAgreement::Outcome;
+  return verdict == Agreement::Verdict::agrees    ? agrees
+         : verdict == Agreement::Verdict::differs ? differs
+                                                  : undecided;
+}
+
 Validation validate(const std::filesystem::path& file, const std::vector<std::string>& overrides,
                     const std::filesystem::path& data, const Conduct& conduct) {
   const auto scene = read_scene(file, overrides);
@@ -139,7 +146,7 @@ Validation validate(const std::filesystem::path& file, const std::vector<std::st
   Validation v;
   const auto ideal = ideal_turn(study, scene, "penalty", conduct);
   v.ideal_maximum = ideal.value[TurnMetrics::peak_max];
-  const auto measured = read_measurement(data, drive->speed, v.ideal_maximum);
+  const auto measured = read_measurement(data, drive->speed, v.ideal_maximum, study.accelerometer);
   v.sampling = measured.sampling;
   v.uncertainty = measured.uncertainty;
   TurnRules rules;
@@ -169,6 +176,14 @@ Validation validate(const std::filesystem::path& file, const std::vector<std::st
     }
     v.models.push_back(std::move(a));
   }
+  std::vector<SignalAgreement> models;
+  for (const auto& a : v.models) {
+    const bool finished = a.ending.status == Ending::Status::finished;
+    models.push_back({a.formulation, finished ? outcome_of(a.verdict) : SignalAgreement::Outcome::stopped,
+                      a.findings.empty() ? "" : a.findings.front(), a.rms_difference, a.rms_expected,
+                      finished ? a.peak_ratio : NAN});
+  }
+  v.conclusion = verdict(models);
   return v;
 }
 
@@ -204,7 +219,8 @@ nlohmann::json to_json(const Validation& v) {
             {"peak_greatest_m_per_s2", v.measured.value[TurnMetrics::peak_max]},
             {"quiet_from_deg", v.quiet.from},
             {"quiet_to_deg", v.quiet.to}}},
-          {"models", models}};
+          {"models", models},
+          {"verdict", v.conclusion}};
 }
 
 }  // namespace freeplay

@@ -9,6 +9,7 @@
 #include "measure/measurement.hpp"
 #include "study/runs/case_run.hpp"
 #include "study/sweep/intervals.hpp"
+#include "study/verdicts/verdicts.hpp"
 
 namespace freeplay {
 
@@ -63,6 +64,9 @@ void assess(const TurnMetrics& measured, double uncertainty, bool datum, Agreeme
 /// Name of a verdict: "agrees", "differs" or "undecided".
 const char* text_of(Agreement::Verdict verdict);
 
+/// Outcome of a comparison for the verdict in words.
+SignalAgreement::Outcome outcome_of(Agreement::Verdict verdict);
+
 /// Result of a validation.
 struct Validation {
   double ideal_maximum = 0;
@@ -71,6 +75,7 @@ struct Validation {
   Quiet quiet;  ///< of the measurement
   std::vector<Agreement> models;
   std::string plausibility;  ///< about the units of the file; empty: none
+  std::string conclusion;    ///< in one or two sentences
 };
 
 /// Validates a scene. Throws SceneError for a scene without accelerometer, drive or clearance, and

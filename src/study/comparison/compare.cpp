@@ -12,6 +12,7 @@
 #include "io/files/run_json.hpp"
 #include "mechanism/scene.hpp"
 #include "simulation/touches.hpp"
+#include "simulation/windows.hpp"
 #include "values/diagnostic.hpp"
 
 namespace freeplay {
@@ -96,6 +97,7 @@ Pairing pair_impacts(const std::vector<ContactEvent>& penalty, const std::vector
   std::vector<std::size_t> next(joints);
   Spread spread;
   double end = until;
+  p.complete = until == INFINITY, p.cut = !p.complete;
   p.ended_by = until < INFINITY ? "the recorded events of a run end there" : "all contact events are paired";
   for (;;) {  // in the order of time; each pass takes a contact event from the lists
     int first = -1;
@@ -112,6 +114,7 @@ Pairing pair_impacts(const std::vector<ContactEvent>& penalty, const std::vector
       why = parted(a[first][i], b[first][i], spread, turn);
     if (!why.empty()) {
       end = t;
+      p.complete = p.cut = false;
       std::string whose;
       if (joints > 1)
         whose = names.empty() ? fmt::format(" of contact {}", first + 1)
@@ -152,6 +155,58 @@ void find_not_matched(const Scene& scene, Comparison& c) {
 }
 
 }  // namespace
+
+ComparisonValues comparison_values(const Scene& scene, const Comparison& c) {
+  const auto &p = c.penalty, &n = c.nonsmooth;
+  ComparisonValues v;
+  v.scene = scene.file.string();
+  for (const auto* run : {&p, &n})
+    if (run->ending.status == Ending::Status::failed)
+      v.stopped += fmt::format("{}{} stopped at t = {:.4g} s", v.stopped.empty() ? "" : " and ",
+                               run->formulation, run->t_end);
+  auto& e = v.events;
+  e.contacts = !c.joints.empty();
+  e.pairs = c.pairing.pairs.size();
+  e.horizon = c.pairing.horizon;
+  e.to_the_end = c.pairing.complete;
+  e.cut = c.pairing.cut;
+  for (const auto& [a, b] : c.pairing.pairs) {
+    const auto relative = [](double x, double y) {
+      const double size = std::max(std::abs(x), std::abs(y));
+      return size > 0 ? std::abs(x - y) / size : 0;
+    };
+    e.time = std::max(e.time, std::abs(a.t - b.t));
+    e.speed = std::max(e.speed, relative(a.v_n_minus, b.v_n_minus));
+    if (a.kind == EventKind::impact && b.kind == EventKind::impact)
+      e.impulse = std::fmax(e.impulse, relative(a.impulse_n, b.impulse_n));
+  }
+  // The share of impacts is not compared: an impact law has none.
+  for (std::size_t k = 0; k < c.joints.size(); ++k) {
+    const auto &a = p.contacts[k], &b = n.contacts[k];
+    v.statistics.push_back({"share of free flight of " + c.joints[k], a.flight_fraction, b.flight_fraction,
+                            std::hypot(a.flight_error, b.flight_error)});
+    v.statistics.push_back(
+        {(p.revolutions > 0 ? "impacts per revolution of " : "impacts per second of ") + c.joints[k],
+         a.impacts_per_revolution, b.impacts_per_revolution, std::hypot(a.impacts_error, b.impacts_error)});
+  }
+  if (p.window && n.window)
+    for (const auto& [term, name] : {std::pair{Window::contacts, "energy dissipated in contacts, J"},
+                                     {Window::friction, "energy dissipated by friction, J"}})
+      if (p.window->energy[term] != 0 || n.window->energy[term] != 0)
+        v.statistics.push_back({name, p.window->energy[term], n.window->energy[term],
+                                p.window->batches > 0 && n.window->batches > 0
+                                    ? std::hypot(p.window->error[term], n.window->error[term])
+                                    : NAN});
+  if (p.revolutions > 0)
+    v.revolutions_needed = WindowStatistics::fewest + scene.run.discard / (p.observed / p.revolutions);
+  const auto cost = [](const Result& r) {
+    const double error = r.first_touches ? r.first_touches->greatest() : NAN;
+    return CostAndError{r.cpu_seconds, std::isfinite(error) ? error : NAN};
+  };
+  v.penalty = cost(p);
+  v.nonsmooth = cost(n);
+  return v;
+}
 
 Comparison compare(const Scene& scene, const CompareSetup& setup, const std::filesystem::path& folder) {
   Comparison c;
@@ -195,6 +250,7 @@ Comparison compare(const Scene& scene, const CompareSetup& setup, const std::fil
                            c.penalty.revolutions > 0 ? c.penalty.observed / c.penalty.revolutions : INFINITY,
                            c.joints);
   find_not_matched(scene, c);
+  c.verdict = verdict(comparison_values(scene, c));
 
   auto document = to_json(c);
   document["provenance"] = provenance(scene);
@@ -217,6 +273,7 @@ nlohmann::json to_json(const Comparison& c) {
     restitution = restitution && c.not_matched[k].empty();
   }
   nlohmann::json j = {
+      {"verdict", c.verdict},
       {"restitution_matched", restitution},
       {"not_matched", open},
       {"penalty", to_json(c.penalty)},

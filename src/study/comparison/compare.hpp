@@ -23,6 +23,7 @@
 #include <vector>
 
 #include "io/files/output_estimate.hpp"
+#include "study/verdicts/verdicts.hpp"
 #include "values/result.hpp"
 #include "values/stop.hpp"
 
@@ -39,6 +40,8 @@ struct ImpactPair {
 struct Pairing {
   std::vector<ImpactPair> pairs;  ///< in the order of time
   double horizon = 0;             ///< s, time of the last pair
+  bool complete = false;          ///< whether all contact onsets of both runs are paired
+  bool cut = false;               ///< whether it ends where the list of a run's events is truncated
   std::string ended_by;           ///< reason for the end of the horizon
 };
 
@@ -62,6 +65,7 @@ struct Comparison {
   std::optional<Result> ideal;  ///< with all clearances closed; absent if the scene has none
   Pairing pairing;
   std::vector<std::string> joints;
+  std::string verdict;  ///< conclusion in two sentences
 };
 
 /// Options of compare().
@@ -80,6 +84,8 @@ Comparison compare(const Scene& scene, const CompareSetup& setup, const std::fil
 
 /// The tables as text of at most 80 columns, or as Markdown.
 std::string comparison_table(const Scene& scene, const Comparison& comparison, bool markdown);
+/// The values from which the verdict follows.
+ComparisonValues comparison_values(const Scene& scene, const Comparison& comparison);
 /// The contents of comparison.json, without provenance.
 nlohmann::json to_json(const Comparison& comparison);
 

@@ -105,9 +105,7 @@ std::string about_window(const Result& r) {
          fmt::format(";\n±: standard error, from {} batches of {:.3g} s", r.window->batches, r.window->batch);
 }
 
-}  // namespace
-
-std::string comparison_table(const Scene& scene, const Comparison& c, bool markdown) {
+std::string tables(const Scene& scene, const Comparison& c, bool markdown) {
   std::string out = markdown ? "# " : "";
   out += (scene.mechanism.title.empty() ? scene.file.string() : scene.mechanism.title) + "\n\n";
   const auto& p = c.penalty;
@@ -198,6 +196,14 @@ std::string comparison_table(const Scene& scene, const Comparison& c, bool markd
                impulse(x.penalty), impulse(x.nonsmooth)});
   }
   return out + pairs.text + (markdown ? "\n" : "") + "v: approach speed, m/s; P: normal impulse, N s\n";
+}
+
+}  // namespace
+
+std::string comparison_table(const Scene& scene, const Comparison& c, bool markdown) {
+  auto out = tables(scene, c, markdown);
+  if (markdown && !c.verdict.empty()) out += "\n## Verdict\n\n" + c.verdict + "\n";
+  return out;
 }
 
 }  // namespace freeplay

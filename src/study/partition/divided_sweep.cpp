@@ -83,7 +83,7 @@ Division divided_sweep(const Study& study, const Conduct& conduct, const char* v
               [&study, verb](const std::filesystem::path& folder) {
                 Results results(folder / fmt::format("{}.db", verb), study);
                 results.derive(study);
-                if (verb == std::string_view("sweep")) write_sweep_document(study, folder);
+                if (verb == std::string_view("sweep")) write_sweep_document(study, results, folder);
               }};
 }
 

@@ -68,6 +68,9 @@ nlohmann::json provenance(const Study& study) {
                                       .given = study_text(study),
                                       .program = program_identity()});
   document["study"] = study.text;
+  document["study_file"] = study.file.string();
+  document["study_title"] = study.title;
+  if (study.reach == Reach::anywhere) document["allow_outside"] = true;
   return document;
 }
 

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <functional>
+#include <nlohmann/json.hpp>
 
 #include "io/files/output_file.hpp"
 #include "study/sweep/intervals.hpp"
@@ -186,6 +187,38 @@ std::string sweep_table(const Study& study, const std::vector<RunRow>& runs) {
     out += table + "\n";
   }
   return out;
+}
+
+SweepValues sweep_values(const Study& study, const std::vector<RunRow>& runs, std::size_t failed) {
+  SweepValues v{runs.size() + failed, failed, "", "", {}};
+  const auto shown = columns_of(study, runs);
+  const auto metric = TurnMetrics::ratio_median;
+  v.statistic = shown.empty() ? std::string(TurnMetrics::names()[metric]) : shown.front().name;
+  for (std::size_t m = 0; m < TurnMetrics::count; ++m)
+    if (v.statistic == TurnMetrics::names()[m]) v.unit = unit_of(static_cast<TurnMetrics::Name>(m));
+  const Cells cells(runs);
+  for (const auto& variant : study.variants)
+    for (const auto& [values, formulation] : places(variant, runs)) {
+      CellValue cell{"", formulation};
+      for (std::size_t i = 0; i < values.size(); ++i)
+        cell.place += fmt::format("{}{} = {:.4g}{}{}", i > 0 ? ", " : "", study.axes[i].name,
+                                  values[i] * study.axes[i].scale, study.axes[i].unit.empty() ? "" : " ",
+                                  study.axes[i].unit);
+      if (study.variants.size() > 1) cell.place += (cell.place.empty() ? "" : ", ") + variant.name;
+      Interval of_starts;
+      if (shown.empty()) {
+        of_starts = cells.of(variant.name, formulation, values, metric);
+      } else {
+        std::vector<double> found;
+        for (const auto* r : cells.at(variant.name, formulation, values))
+          found.push_back(shown.front().of(*r));
+        of_starts = interval(found);
+      }
+      if (of_starts.count > 0)
+        cell.mean = of_starts.mean, cell.low = of_starts.low, cell.high = of_starts.high;
+      v.cells.push_back(std::move(cell));
+    }
+  return v;
 }
 
 void write_export(const Study& study, const Results& results, const std::filesystem::path& file) {

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "study/store/results.hpp"
+#include "study/verdicts/verdicts.hpp"
 
 namespace freeplay {
 
@@ -13,6 +14,10 @@ namespace freeplay {
 /// the accelerations. Otherwise the measures and derived columns, or, without these, the contact
 /// metrics, in as many tables as their columns need.
 std::string sweep_table(const Study& study, const std::vector<RunRow>& runs);
+
+/// The values of the verdict: the first measure or derived column, else the median peak or the
+/// first contact metric, of each cell. `failed`: number of failed runs of the study.
+SweepValues sweep_values(const Study& study, const std::vector<RunRow>& runs, std::size_t failed);
 
 /// The view `named` as CSV, one run a line with named columns; absent values are empty. `file` is
 /// in the study's result folder.
