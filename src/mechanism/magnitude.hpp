@@ -56,6 +56,8 @@ inline constexpr std::array magnitudes{
     Magnitude{"V s/rad", 1e-30, 1e30, beyond},
     Magnitude{"N m s/rad", 0, 1e45, beyond},
     Magnitude{"N m/rad", 0, 1e45, beyond},
+    Magnitude{"N m/rad s", 0, 1e45, beyond},
+    Magnitude{"N/m s", 0, 1e45, beyond},
     Magnitude{"rad or m", 0, 1e9, "as angles and lengths"},
     Magnitude{"of x", 0, 1e15, "as times, angles and speeds"},
     Magnitude{"of y", 0, 1e45, beyond},
