@@ -34,7 +34,8 @@
 
 namespace freeplay::reference {
 
-/// x(t) with x‴ + a x″ + b x′ + c x = 0, or of second order if a third coefficient is absent.
+/// x(t) of a linear equation of second or third order, by the distinct roots of its characteristic
+/// polynomial.
 class LinearResponse {
  public:
   using C = std::complex<double>;

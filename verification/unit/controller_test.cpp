@@ -170,18 +170,18 @@ TEST_CASE("modes of a controlled joint are those of its control loop", "[control
 }
 
 TEST_CASE("rk4 keeps its fourth order across the limit of a controller", "[controller][order]") {
-  // One crossing, at 58 ms, in steps that do not end there.
+  // One crossing, at 62 ms, in steps that do not end there.
   const reference::LimitedStep course{0.05, 20, 1.8, 5, 1};
   auto scene = parse_scene(controlled_rotor +
                                "[drives.servo]\njoint = \"main\"\ntarget_angle = 1\nproportional = 20\n"
-                               "derivative = 1.8\ntorque_limit = 5\n[run]\nduration = 0.2\n",
+                               "derivative = 1.8\ntorque_limit = 5\n[run]\nduration = 0.21\n",
                            "s");
   scene.penalty.integrator = Integrator::rk4;
-  std::vector<double> steps{8e-3, 4e-3, 2e-3, 1e-3}, errors;
+  std::vector<double> steps{7e-3, 3.5e-3, 1.75e-3, 0.875e-3}, errors;
   for (const double h : steps) {
     scene.penalty.step = h;
     errors.push_back(
-        std::abs(test::simulate(scene, Family::penalty).final_state.q[2] - (1 - course.error(0.2))));
+        std::abs(test::simulate(scene, Family::penalty).final_state.q[2] - (1 - course.error(0.21))));
   }
   CAPTURE(errors);
   const double p = test::observed_order(steps, errors);
