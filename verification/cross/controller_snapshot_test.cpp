@@ -44,8 +44,12 @@ TEST_CASE("a controlled axis continues from any step bit for bit", "[controller]
   using namespace snapshots;
   check({controlled_axis(), "penalty", {}, {flight, contact}});
   check({controlled_axis(), "penalty", {"penalty.integrator=rosenbrock4"}, {flight, contact}});
-  for (const auto* scheme : {"automatic", "event-driven"})
-    check({controlled_axis(), "nonsmooth", {fmt::format("nonsmooth.scheme={}", scheme)}, {flight}});
+  check({controlled_axis(), "nonsmooth", {"nonsmooth.scheme=automatic"}, {flight}});
+  // Without restitution, since events do not resolve an accumulation of impacts.
+  check({controlled_axis(),
+         "nonsmooth",
+         {"nonsmooth.scheme=event-driven", "surfaces.steel.restitution=0"},
+         {flight, contact}});
   check({controlled_axis(), "nonsmooth", {"nonsmooth.scheme=moreau-jean", "nonsmooth.step=2e-4"}, {flight}});
   check({controlled_axis(), "nonsmooth", {"nonsmooth.scheme=moreau-jean"}, {flight}});
 }
