@@ -23,6 +23,7 @@ ModeEvent EventSearch::find(EventDynamics& d, Method& m) {
   d.work.rejected = m.rejected;
   find_mode_events(d, m, first);
   find_phase_events(d, m, first);
+  find_limit_events(d, m, first);
   return first;
 }
 
@@ -122,6 +123,14 @@ void EventSearch::find_phase_events(EventDynamics& d, const Method& m, ModeEvent
                                 first.kind == ModeEvent::Kind::none ? INFINITY : first.t, unseen,
                                 [&](double t) -> const std::vector<double>& { return at(m, t); });
   if (c.phase >= 0) first = {c.up ? ModeEvent::Kind::phase_up : ModeEvent::Kind::phase_down, c.phase, c.t};
+}
+
+void EventSearch::find_limit_events(EventDynamics& d, const Method& m, ModeEvent& first) {
+  const auto c =
+      limits_.first(d.system, d.state_offset(), m, first.kind == ModeEvent::Kind::none ? INFINITY : first.t,
+                    Limits::rounding, [&](double t) -> const Vector& { return at(m, t); });
+  if (c.found())
+    first = {c.border > 0 ? ModeEvent::Kind::limit_up : ModeEvent::Kind::limit_down, c.limiter, c.t};
 }
 
 /// Lists the values that must stay positive in the present mode, from the last evaluation of the
@@ -235,6 +244,10 @@ void EventSearch::land_on(EventDynamics& d, Method& m, ModeEvent& event) {
   if (event.is_phase()) {
     Phases::Crossing c{event.index, event.kind == ModeEvent::Kind::phase_up, event.t};
     d.phases.land(d.system, m, d, c);
+    event.t = c.t;
+  } else if (event.is_limit()) {
+    Limits::Crossing c{event.index, event.kind == ModeEvent::Kind::limit_up ? 1.0 : -1.0, event.t};
+    limits_.land(d.system, d.state_offset(), m, d, c);
     event.t = c.t;
   } else if (event.kind != ModeEvent::Kind::gap || d.contacts[event.index].resting ||
              marks_[event.index].allowance > 0)

@@ -6,7 +6,8 @@
 //   - the normal force of a closed contact reaches zero, or the friction of a sticking contact
 //     reaches its limit;
 //   - sliding stops;
-//   - an angle reaches a kink of a torque table.
+//   - an angle reaches a kink of a torque table;
+//   - the demand of a controller reaches its limit.
 //
 // The earliest of these is the event. If a step is too long for the bounds to be conclusive, it is
 // repeated with a shorter length. The search owns its state between steps (gaps at a step's end,
@@ -20,6 +21,7 @@
 
 #include "formulations/event_driven/event_dynamics.hpp"
 #include "formulations/integrators/crossing.hpp"
+#include "formulations/integrators/limits.hpp"
 #include "formulations/integrators/relieved.hpp"
 
 namespace freeplay {
@@ -28,12 +30,26 @@ struct ModeEvent {
   /// gap: an open contact closes; force: the force of a closed contact reaches zero; stick:
   /// friction of a sticking contact reaches its limit; slip: sliding of a contact stops;
   /// slide_stick and slide_slip: the same for joints with friction; phase_down and phase_up: an
-  /// angle or distance reaches the lower or upper end of its piece.
-  enum class Kind { none, gap, force, stick, slip, slide_stick, slide_slip, phase_down, phase_up };
+  /// angle or distance reaches the lower or upper end of its piece; limit_down and limit_up: the
+  /// demand of a controller reaches its negative or positive limit.
+  enum class Kind {
+    none,
+    gap,
+    force,
+    stick,
+    slip,
+    slide_stick,
+    slide_slip,
+    phase_down,
+    phase_up,
+    limit_down,
+    limit_up
+  };
   Kind kind = Kind::none;
-  int index = -1;  ///< of the contact, preloaded joint or phase
+  int index = -1;  ///< of the contact, preloaded joint, phase or controller
   double t = 0;    ///< s
   bool is_phase() const { return kind == Kind::phase_down || kind == Kind::phase_up; }
+  bool is_limit() const { return kind == Kind::limit_down || kind == Kind::limit_up; }
   /// The friction of a sticking contact or joint has reached its limit.
   bool ends_sticking() const { return kind == Kind::stick || kind == Kind::slide_stick; }
   template <class M>
@@ -90,6 +106,7 @@ class EventSearch {
   bool find_gap_events(EventDynamics& d, Method& m, ModeEvent& first);
   void find_mode_events(EventDynamics& d, const Method& m, ModeEvent& first);
   void find_phase_events(EventDynamics& d, const Method& m, ModeEvent& first);
+  void find_limit_events(EventDynamics& d, const Method& m, ModeEvent& first);
   std::optional<Dip> find_dip(EventDynamics& d, const Method& m, std::size_t i, double start, double middle,
                               double end, double shift);
   void land_on(EventDynamics& d, Method& m, ModeEvent& event);
@@ -104,6 +121,7 @@ class EventSearch {
   std::vector<ModeEvent> watched_;  // meaning of the monitored values
   Vector before_, middle_, after_, between_, slope_;
   mutable Vector scratch_;
+  Limits limits_;
 };
 
 }  // namespace freeplay

@@ -20,6 +20,7 @@
 
 #include "formulations/integrators/crossing.hpp"
 #include "formulations/integrators/curve_limit.hpp"
+#include "formulations/integrators/limits.hpp"
 #include "formulations/integrators/methods.hpp"
 #include "formulations/penalty/dynamics.hpp"
 #include "formulations/probe.hpp"
@@ -154,6 +155,7 @@ class PenaltyStepper {
       return step(run_end);
     }
     find_phase_event(first);
+    find_limit_event(first);
     if constexpr (Method::fixed_step) keep_pulse();
     const bool cut = first.found();
     if (cut)
@@ -317,7 +319,8 @@ class PenaltyStepper {
     enum class Kind { gap, slide, impact } kind = Kind::gap;
     double t = 0, boundary = 0;
     Phases::Crossing crossing = {};  // or an angle reaches a kink of its table
-    bool found() const { return contact >= 0 || crossing.phase >= 0; }
+    Limits::Crossing limit = {};     // or the demand of a controller its limit
+    bool found() const { return contact >= 0 || crossing.phase >= 0 || limit.found(); }
   };
 
   Sample sampled(int k, const ContactRow& row, const Vector& x) const {
@@ -359,6 +362,7 @@ class PenaltyStepper {
   /// directly after end_[k] is set.
   void find_gap_event(int k, Event& first);
   void find_phase_event(Event& first);
+  void find_limit_event(Event& first);
 
   /// Finds where the sliding speed of a closed contact leaves its zone within the step.
   void find_slide_event(int k, Event& first);
@@ -432,6 +436,7 @@ class PenaltyStepper {
   std::vector<char> unloaded_;
   std::vector<Sample> end_;  // of the whole step, before it is shortened to an event
   mutable Vector scratch_;
+  Limits limits_;
   // components of the state on which a contact's gap and rates depend
   std::vector<std::vector<int>> seen_;
   Extremes extremes_;

@@ -19,7 +19,9 @@ void PenaltyStepper<Method>::apply_impact(int k) {
 template <class Method>
 void PenaltyStepper<Method>::land(Event& event) {
   ++f_.work.events;
-  if (event.contact < 0)
+  if (event.limit.found())
+    limits_.land(f_.system(), f_.state_offset(), method_, f_, event.limit);
+  else if (event.contact < 0)
     f_.phases.land(f_.system(), method_, f_, event.crossing);
   else if (event.kind != Event::Kind::gap)
     land_at(method_, f_, event.t);
@@ -32,6 +34,10 @@ void PenaltyStepper<Method>::land(Event& event) {
 
 template <class Method>
 void PenaltyStepper<Method>::change_mode(const Event& event) {
+  if (event.limit.found()) {
+    restart_ = true;
+    return;
+  }
   if (event.contact < 0) {
     f_.phases.cross(f_.system(), event.crossing);
     restart_ = true;

@@ -93,6 +93,22 @@ void PenaltyStepper<Method>::find_phase_event(Event& first) {
 }
 
 template <class Method>
+void PenaltyStepper<Method>::find_limit_event(Event& first) {
+  const auto crossing =
+      limits_.first(f_.system(), f_.state_offset(), method_, first.found() ? first.t : INFINITY,
+                    Limits::rounding, [&](double t) -> const Vector& {
+                      if (t >= method_.t) return method_.x;
+                      method_.interpolate(t, scratch_);
+                      return scratch_;
+                    });
+  if (crossing.found()) {
+    first = {};
+    first.t = crossing.t;
+    first.limit = crossing;
+  }
+}
+
+template <class Method>
 void PenaltyStepper<Method>::find_slide_event(int k, Event& first) {
   const auto& c = f_.contacts()[k];
   if (!c.closed || !c.rubs()) return;

@@ -83,6 +83,21 @@ std::optional<double> OnsetSearch::first_kink(const MoreauStepper& moreau, const
   return std::nullopt;
 }
 
+std::optional<double> OnsetSearch::first_limit(const MoreauStepper& moreau, const StepPair& pair) {
+  const auto n = static_cast<std::size_t>(system_.n());
+  const auto z = moreau.z();
+  const Limits::Interval step{pair.start.t, moreau.t()};
+  x_.resize(2 * n + z.size());
+  const auto at = [&](double t) -> const std::vector<double>& {
+    pair.interpolate(moreau, t, x_.data(), x_.data() + n);
+    const double s = (t - step.t_old) / (step.t - step.t_old);
+    for (std::size_t k = 0; k < z.size(); ++k) x_[2 * n + k] = pair.start.z[k] + s * (z[k] - pair.start.z[k]);
+    return x_;
+  };
+  const auto found = limits_.first(system_, 2 * system_.n(), step, INFINITY, 10 * tolerance_, at);
+  return found.found() ? std::optional(found.t) : std::nullopt;
+}
+
 std::optional<double> OnsetSearch::kink_in(const Half& half, const MoreauStepper& moreau,
                                            const StepPair& pair) {
   std::optional<double> first;

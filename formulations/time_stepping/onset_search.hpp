@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "formulations/integrators/crossing.hpp"
+#include "formulations/integrators/limits.hpp"
 #include "formulations/time_stepping/step_pair.hpp"
 
 namespace freeplay {
@@ -25,6 +26,9 @@ class OnsetSearch {
   /// piece to another. If the step begins within the tolerance of a kink, the present piece is the
   /// one that the motion enters.
   std::optional<double> first_kink(const MoreauStepper& moreau, const StepPair& pair);
+
+  /// The first time in the step at which the demand of a controller reaches its limit.
+  std::optional<double> first_limit(const MoreauStepper& moreau, const StepPair& pair);
 
   /// A gap up to this value (m) counts as at its onset.
   double near(int contact, const double* q) const;
@@ -50,7 +54,8 @@ class OnsetSearch {
   const System& system_;
   double tolerance_, length_;
   Evaluation e_;
-  std::vector<double> q_, v_;
+  std::vector<double> q_, v_, x_;
+  Limits limits_;
   MotionBounds bounds_;
   bool bounded_ = true;
   double unseen_ = 0;

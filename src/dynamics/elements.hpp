@@ -5,6 +5,7 @@
 #include "dynamics/elements/bump_stop.hpp"
 #include "dynamics/elements/bushing.hpp"
 #include "dynamics/elements/cam_contact.hpp"
+#include "dynamics/elements/controller.hpp"
 #include "dynamics/elements/dc_motor.hpp"
 #include "dynamics/elements/disc_contact.hpp"
 #include "dynamics/elements/effort_drive.hpp"

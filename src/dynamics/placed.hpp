@@ -17,7 +17,7 @@ struct Placed {
   Dynamics<Facts> facts;
   Link link;
   int element = -1;  ///< index in System::force_elements()
-  int state = -1;    ///< index of its first-order state; −1: none
+  int state = -1;    ///< index of its (first) first-order state; −1: none
   int phase = -1;    ///< index of its phase in System::phases; −1: none
 };
 

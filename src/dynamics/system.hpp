@@ -118,6 +118,10 @@ class System {
   template <class T>
   void flow(std::type_identity_t<T> t, const T* q, const T* v, const T* z, T* dz,
             const Reading& reading = {}) const;
+  /// Number of drives with a limited demand.
+  int limiters() const { return limiters_; }
+  /// Their demands over their limits, limiters() values: at ±1 the force of a drive has a kink.
+  void saturations(double t, const double* q, const double* v, const double* z, double* list) const;
   /// Whether ż of any state depends on the velocities (motors).
   bool has_velocity_flows() const { return velocity_flows_; }
   /// Potential energy of gravity and springs (J). Constant forces and torques count as loads.
@@ -286,7 +290,7 @@ class System {
   Link crank_;
   bool velocity_forces_ = false, velocity_flows_ = false, loads_work_ = false, sweeps_ = false,
        spring_kinks_ = false;
-  int points_ = 0;
+  int points_ = 0, limiters_ = 0;
   bool rare_rows_ = false,
        acts_ = false;  // rare_rows_: has rare kinds of rows; acts_: a drive or load applies a force
   double longest_arm_ = 0, longest_turn_ = 0.3;

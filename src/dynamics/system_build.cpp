@@ -203,6 +203,7 @@ void System::add(Builder& builder, const Element& element, int joint) {
   }
   if constexpr (Acts<Element>) carried.force = true;
   if constexpr (requires { dynamics.has_state(); }) carried.states = dynamics.has_state();
+  if constexpr (requires { dynamics.states(); }) carried.states = dynamics.states();
   contact_joints_.resize(pairs_.size(), joint);
   carried_.push_back(std::move(carried));
 }
@@ -230,6 +231,13 @@ void System::place_load(Builder& builder, const Element& element) {
         state_scales_.push_back(facts.state_scale());
         if constexpr (requires { facts.needs_velocity(); }) velocity_flows_ = true;
       }
+    if constexpr (requires { facts.states(); })
+      if (facts.states() > 0) {
+        placed.state = states();
+        for (int k = 0; k < facts.states(); ++k) state_scales_.push_back(facts.state_scale(k));
+        velocity_flows_ |= facts.needs_velocity();
+      }
+    if constexpr (requires { facts.limiters(); }) limiters_ += facts.limiters();
     const auto hold = [&](Phase phase) {
       placed.phase = phases();
       (phase.swept ? sweeps_ : spring_kinks_) = true;

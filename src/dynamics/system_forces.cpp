@@ -53,6 +53,18 @@ void System::flow(std::type_identity_t<T> t, const T* q, const T* v, const T* z,
   for_each_item(placed_->lists, [&]<class Facts>(const Placed<Facts>& x) {
     if constexpr (requires { x.facts.has_state(); })
       if (x.state >= 0) dz[x.state] = x.facts.flow(motion.of(x.phase), x.link, z[x.state]);
+    if constexpr (requires { x.facts.states(); })
+      if (x.state >= 0) x.facts.template flow<T>(motion, z + x.state, dz + x.state);
+  });
+}
+
+void System::saturations(double t, const double* q, const double* v, const double* z, double* list) const {
+  const Evaluation none;
+  const Motion<double> motion{t, q, v, none, {}};
+  for_each_item(placed_->lists, [&]<class Facts>(const Placed<Facts>& x) {
+    if constexpr (requires { x.facts.saturation(motion, z); })
+      if (const auto share = x.facts.saturation(motion, x.state < 0 ? nullptr : z + x.state))
+        *list++ = *share;
   });
 }
 

@@ -111,8 +111,8 @@ std::string Curve::refusal(Use use) const {
   return "";
 }
 
-Piecewise CurveOr::lay(const std::vector<Curve>& curves) const {
-  if (curve >= 0) return curves[static_cast<std::size_t>(curve)].lay();
+Piecewise CurveOr::lay(const std::vector<Curve>& curves, Curve::Use use) const {
+  if (curve >= 0) return curves[static_cast<std::size_t>(curve)].lay(use);
   Piecewise::Stretch s;
   s.c[0] = constant;
   return Piecewise({s});

@@ -143,7 +143,7 @@ struct CurveOr {
   int curve = -1;  ///< index into Mechanism::curves; −1: use the constant
 
   /// The value as a piecewise function.
-  Piecewise lay(const std::vector<Curve>& curves) const;
+  Piecewise lay(const std::vector<Curve>& curves, Curve::Use use = Curve::Use::value) const;
 };
 
 }  // namespace freeplay

@@ -14,6 +14,7 @@
 #include "mechanism/elements/bump_stop.hpp"
 #include "mechanism/elements/bushing.hpp"
 #include "mechanism/elements/cam_contact.hpp"
+#include "mechanism/elements/controller.hpp"
 #include "mechanism/elements/dc_motor.hpp"
 #include "mechanism/elements/disc_contact.hpp"
 #include "mechanism/elements/effort_drive.hpp"
@@ -46,7 +47,7 @@ using Joint =
 using Contact = std::variant<PlaneContact, DiscContact, CamContact, TravelStop, AngleStop>;
 /// Any kind of drive.
 using Drive = std::variant<SpeedDrive, TorqueDrive, MotionDrive, TorqueCurveDrive, ForceDrive, DcMotor,
-                           InductionMotor, Governor>;
+                           InductionMotor, Governor, AngleController, PositionController>;
 /// Any kind of load.
 using Load = std::variant<ForceLoad, TorqueLoad, SpringDamper, TorsionalSpringDamper, JointFriction, Bushing,
                           BumpStop, TorsionalBumpStop>;

@@ -142,6 +142,7 @@ Findings rescaling();
 Findings films();
 Findings assembly();
 Findings driving();
+Findings controllers();
 Findings equilibrium();
 Findings springs();
 Findings cams();

@@ -31,6 +31,7 @@ constexpr ClaimSet sets[] = {
     {"promises", "Output rows, pairs of impacts, equal restitution", promises},
     {"assembly", "Assembly of mechanisms", assembly},
     {"driving", "Prescribed motions, forces by curves, motors", driving},
+    {"controllers", "Control of angles and positions", controllers},
     {"equilibrium", "Equilibria and small oscillations", equilibrium},
     {"joint-friction", "Friction in ideal joints", joint_friction},
     {"groups", "Groups of equal discs", groups},

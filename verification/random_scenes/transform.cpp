@@ -155,7 +155,8 @@ Scene mirrored(Scene scene) {
                           [](ForceDrive& d) { need_time(d.against); },
                           [&](DcMotor& d) { scale(m, d.voltage, 1, -1); },
                           [](InductionMotor& d) { d.synchronous_speed = -d.synchronous_speed; },
-                          [&](Governor& d) { scale(m, d.target, 1, -1); }},
+                          [&](Governor& d) { scale(m, d.target, 1, -1); },
+                          [&](AngleController& d) { scale(m, d.target, 1, -1); }, [](PositionController&) {}},
                drive);
   for (auto& load : m.loads)
     std::visit(
@@ -210,6 +211,12 @@ Scene rescaled(Scene scene, const Units& u) {
   };
   const auto maybe = [](std::optional<double>& x, double factor) {
     if (x) *x *= factor;
+  };
+  const auto scale_law = [&](ControlLaw& d, double stiffness) {
+    d.proportional *= stiffness;
+    d.derivative *= stiffness * T;
+    d.integral *= stiffness / T;
+    maybe(d.lag, T), maybe(d.tracking_time, T);
   };
   const auto backlash = [&](std::optional<Backlash>& b) {
     if (b) b->normal *= L, maybe(b->stiffness, force / L);
@@ -311,6 +318,16 @@ Scene rescaled(Scene scene, const Units& u) {
                             d.proportional *= torque * T;
                             d.integral *= torque;
                             maybe(d.limit, torque);
+                          },
+                          [&](AngleController& d) {
+                            scale(m, d.target, T, 1);
+                            scale_law(d, torque);
+                            maybe(d.limit, torque);
+                          },
+                          [&](PositionController& d) {
+                            scale(m, d.target, T, L);
+                            scale_law(d, force / L);
+                            maybe(d.limit, force);
                           }},
                drive);
   for (auto& load : m.loads)

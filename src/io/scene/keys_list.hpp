@@ -120,8 +120,12 @@ class KeysList {
   void maybe_curve(const Key& key, int&, Curve::Use = Curve::Use::value) { add(key, "text", "–"); }
   void moving_joint(const Key& key, int&) { add(key, "text", "required"); }
   void maybe_joint(const Key& key, int&) { add(key, "text", "–"); }
+  template <class J>
+  void maybe_joint_of(const Key& key, int&) {
+    add(key, "text", "–");
+  }
   void joint_place(const Key& key, double&, int) { add(key, "number", std::string(key.fallback)); }
-  void number_or_curve(const Key& key, CurveOr&, const Range& = any_number) {
+  void number_or_curve(const Key& key, CurveOr&, const Range& = any_number, Curve::Use = Curve::Use::value) {
     add(key, "number or text", "required");
   }
   void pairs(const Key& key, TorqueDrive::Table&) { add(key, "points or file", "–"); }

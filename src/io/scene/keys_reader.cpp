@@ -139,9 +139,9 @@ void KeysReader::curve(const Key& key, int& curve, Curve::Use use) {
   if (const auto why = mechanism_.curves[static_cast<std::size_t>(curve)].refusal(use); !why.empty())
     s_.fail(key.name, fmt::format("the curve {} {}", toml_quoted(name), why));
   named_.push_back({std::string(key.name), curve,
-                    use == Curve::Use::place  ? (slides_ ? "m" : "rad")
-                    : use == Curve::Use::rate ? (slides_ ? "m/s" : "rad/s")
-                                              : key.unit});
+                    !key.unit.empty()          ? key.unit
+                    : use == Curve::Use::place ? (slides_ ? "m" : "rad")
+                                               : (slides_ ? "m/s" : "rad/s")});
 }
 
 void KeysReader::settle() const {
@@ -173,12 +173,13 @@ void KeysReader::settle() const {
 
 /// A text without a blank that is the name of a curve, or does not begin like a number, names a
 /// curve; any other text is a number with its unit.
-void KeysReader::number_or_curve(const Key& key, CurveOr& x, const Range& range) {
+void KeysReader::number_or_curve(const Key& key, CurveOr& x, const Range& range, Curve::Use use) {
   const auto names_one = [&](const std::string& text) {
     return text.find(' ') == std::string::npos &&
            (!begins_with_number(text) || index_of(mechanism_.curves, text, own_name) >= 0);
   };
-  if (!s_.has(key.name) || (s_.is_text(key.name) && names_one(s_.text(key.name)))) return curve(key, x.curve);
+  if (!s_.has(key.name) || (s_.is_text(key.name) && names_one(s_.text(key.name))))
+    return curve(key, x.curve, use);
   x.constant = s_.number(key, range);
 }
 

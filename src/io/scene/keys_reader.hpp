@@ -137,7 +137,8 @@ class KeysReader {
     if (s_.has(key.name)) curve(key, index, use);
   }
   /// A number, or the name of a curve.
-  void number_or_curve(const Key& key, CurveOr& x, const Range& range = any_number);
+  void number_or_curve(const Key& key, CurveOr& x, const Range& range = any_number,
+                       Curve::Use use = Curve::Use::value);
   /// A list of points whose first column increases, listed in the scene or in a file that it names.
   /// May be absent.
   void pairs(const Key& key, TorqueDrive::Table& table);
@@ -178,6 +179,11 @@ class KeysReader {
     if (!s_.has(key.name)) return;
     joint<RevoluteJoint>(key, index);
     follows_ = true;
+  }
+  /// A joint of kind J; may be absent.
+  template <class J>
+  void maybe_joint_of(const Key& key, int& index) {
+    if (s_.has(key.name)) joint<J>(key, index);
   }
   /// Angle of a joint, or position along its axis. If the key is absent, it follows from the
   /// positions of the bodies.

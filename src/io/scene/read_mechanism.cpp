@@ -4,6 +4,8 @@
 
 #include <fmt/format.h>
 
+#include <type_traits>
+
 #include "io/scene/keys_reader.hpp"
 
 namespace freeplay {
@@ -76,6 +78,32 @@ void read_groups(Section& root, Mechanism& m) {
   }
 }
 
+/// A controller shares its joint with no prescribed motion and no other controller.
+void refuse_second_control(const Mechanism& m, const Section& s) {
+  struct Driven {
+    int joint;
+    bool controlled, prescribed;
+  };
+  const auto driven = [](const Drive& drive) {
+    return std::visit(
+        []<class D>(const D& d) -> Driven {
+          return {d.joint, std::is_base_of_v<ControlLaw, D>,
+                  std::is_same_v<D, SpeedDrive> || std::is_same_v<D, MotionDrive>};
+        },
+        drive);
+  };
+  const auto last = driven(m.drives.back());
+  for (std::size_t k = 0; k + 1 < m.drives.size(); ++k) {
+    const auto other = driven(m.drives[k]);
+    if (other.joint != last.joint) continue;
+    if ((last.controlled && (other.controlled || other.prescribed)) || (other.controlled && last.prescribed))
+      s.fail("joint",
+             fmt::format("\"{}\" is driven by drives.{} already; a controller shares its joint with no "
+                         "prescribed motion and no other controller",
+                         name_of(m.joints[static_cast<std::size_t>(last.joint)]), name_of(m.drives[k])));
+  }
+}
+
 }  // namespace
 
 Mechanism read_mechanism(Section& root) {
@@ -114,6 +142,7 @@ Mechanism read_mechanism(Section& root) {
   const std::string* crank = nullptr;
   for (auto& [name, s] : root.children("drives")) {
     m.drives.push_back(read_element<Drive>(name, scope, s));
+    refuse_second_control(m, s);
     const bool counts = std::visit(
         [](const auto& d) {
           if constexpr (requires { d.crank; }) return d.crank;

@@ -141,8 +141,13 @@ class KeysWriter {
   void maybe_joint(const Key& key, int index) {
     if (index >= 0) joint<RevoluteJoint>(key, index);
   }
+  template <class J>
+  void maybe_joint_of(const Key& key, int index) {
+    if (index >= 0) joint<J>(key, index);
+  }
   void joint_place(const Key& key, double place, int) { put(key.name, place); }
-  void number_or_curve(const Key& key, const CurveOr& x, const Range& = any_number) {
+  void number_or_curve(const Key& key, const CurveOr& x, const Range& = any_number,
+                       Curve::Use = Curve::Use::value) {
     x.curve < 0 ? put(key.name, x.constant) : curve(key, x.curve);
   }
   void length(const Key&, const Key& seconds, double x) { put(seconds.name, x); }

@@ -1,0 +1,166 @@
+// Dynamics of mechanism/elements/controller.hpp, which states the equations. The states of a
+// controller are its integral z, if it has one, and then its lagging torque or force M.
+#pragma once
+
+#include <algorithm>
+#include <cmath>
+#include <optional>
+#include <variant>
+#include <vector>
+
+#include "dynamics/argument.hpp"
+#include "dynamics/curve_reader.hpp"
+#include "dynamics/elements/dynamics.hpp"
+#include "mechanism/elements/controller.hpp"
+#include "mechanism/piecewise.hpp"
+
+namespace freeplay {
+
+/// Both kinds of controller; Joint: the kind of joint that they drive.
+template <class Facts, class Joint>
+struct ControllerDynamics : Facts {
+  static constexpr bool slides = std::is_same_v<Joint, TranslationalJoint>;
+  Piecewise course = {};  ///< set by prepare(), as are the following
+  Link sensed = {};       ///< of the joint that is fed back
+  Vec2 axis{1, 0}, sensed_axis{1, 0};
+  double error_scale = 1;  ///< rad or m
+
+  void prepare(const auto& mechanism) {
+    const auto& on = std::get<Joint>(mechanism.joints[this->joint]);
+    const auto& by = std::get<Joint>(mechanism.joints[this->fed_back()]);
+    course = Facts::course(mechanism);
+    sensed = {by.between[0], by.between[1], by.at[0], by.at[1]};
+    if constexpr (slides) {
+      axis = on.axis;
+      sensed_axis = by.axis;
+    }
+    std::vector<double> q(3 * mechanism.bodies.size()), v(q.size());
+    for (std::size_t b = 0; b < mechanism.bodies.size(); ++b) {
+      q[3 * b] = mechanism.bodies[b].position.x();
+      q[3 * b + 1] = mechanism.bodies[b].position.y();
+      q[3 * b + 2] = mechanism.bodies[b].angle;
+    }
+    const double from = course.value(0.0);
+    error_scale = std::max(course.greatest().value, std::abs(from - state(q.data(), v.data()).place));
+    if (!(error_scale > 0)) error_scale = slides ? 1e-3 : 1;
+  }
+  auto link(auto& b) const {
+    if constexpr (slides) {
+      const auto& on = std::get<Joint>(b.mechanism().joints[this->joint]);
+      return b.free_link(on.between, on.at);
+    } else {
+      return b.joint_link(this->joint);
+    }
+  }
+  bool does_work() const { return true; }
+  bool needs_velocity() const { return this->derivative > 0; }
+  int states() const { return (this->integral > 0) + this->lag.has_value(); }
+  /// Scale of errors of a state: the values of z and M at the error scale.
+  double state_scale(int k) const {
+    if (k == 0 && this->integral > 0) return error_scale * this->proportional / this->integral;
+    const double most = this->proportional * error_scale;
+    return this->limit ? std::min(*this->limit, most) : most;
+  }
+  double next_knot(double t) const { return course.next_knot(t); }
+  std::optional<CurveReader> reader(const Link& link) const {
+    return reader_of(this->name, course, Argument::time, link);
+  }
+
+  int limiters() const { return this->limit.has_value(); }
+  /// u over the limit: at ±1 the torque or force has a kink.
+  std::optional<double> saturation(const auto& m, const double* z) const {
+    if (!this->limit) return {};
+    return demand<double>(m, z).u / *this->limit;
+  }
+  template <class T>
+  void flow(const auto& m, const T* z, T* dz) const {
+    const auto d = demand<T>(m, z);
+    const T held = saturated(d.u);
+    if (this->integral > 0) {
+      *dz = d.error;
+      if (this->limit) *dz -= (d.u - held) / (this->integral * tracking());
+      ++dz, ++z;
+    }
+    if (this->lag) *dz = (held - *z) / *this->lag;
+  }
+  /// `z` is nullptr without a state.
+  template <class T>
+  void act(const auto& m, const auto& link, const T* z, auto& out) const {
+    const T effort = this->lag ? z[this->integral > 0] : saturated(demand<T>(m, z).u);
+    if constexpr (slides) {
+      const AlongAxis<T> on(link, axis, m.q, m.e);
+      out.pull(link, on.arms, Vec2Of<T>{effort * on.axis.x(), effort * on.axis.y()});
+      out.power.drive += effort * on.rate(link, m.v);
+    } else {
+      out.couple(link, effort);
+      out.power.drive += effort * m.spin(link);
+    }
+  }
+
+ private:
+  template <class T>
+  struct Place {
+    T place = 0, rate = 0;
+  };
+  template <class T>
+  struct Demand {
+    T error = 0, u = 0;
+  };
+
+  double tracking() const { return this->tracking_time.value_or(this->proportional / this->integral); }
+  template <class T>
+  T saturated(const T& u) const {
+    if (this->limit && u > T(*this->limit)) return *this->limit;
+    if (this->limit && u < T(-*this->limit)) return -*this->limit;
+    return u;
+  }
+  /// s and ṡ = a·ḋ + ω_i perp a·d of the joint that is fed back. (flow() has no placed bodies.)
+  template <class T>
+  Place<T> state(const T* q, const T* v) const {
+    if constexpr (!slides) {
+      return {theta(q, sensed.j) - theta(q, sensed.i), omega(v, sensed.j) - omega(v, sensed.i)};
+    } else {
+      using std::cos, std::sin;
+      const auto turned = [&](int body, const Vec2& s) -> Vec2Of<T> {
+        if (body == ground || s.is_zero()) return {T(s.x()), T(s.y())};
+        const T c = cos(q[3 * body + 2]), n = sin(q[3 * body + 2]);
+        return {c * s.x() - n * s.y(), n * s.x() + c * s.y()};
+      };
+      Arms<T> a{turned(sensed.i, sensed.si), turned(sensed.j, sensed.sj), {T(0), T(0)}};
+      a.d = {a.rj.x() - a.ri.x(), a.rj.y() - a.ri.y()};
+      if (sensed.i != ground) a.d -= Vec2Of<T>{q[3 * sensed.i], q[3 * sensed.i + 1]};
+      if (sensed.j != ground) a.d += Vec2Of<T>{q[3 * sensed.j], q[3 * sensed.j + 1]};
+      const auto along = turned(sensed.i, sensed_axis);
+      a.ri += a.d;
+      return {dot(along, a.d), dot(along, freeplay::relative_velocity(sensed, a, v))};
+    }
+  }
+  /// Over a time step, the means of the target and of its rate.
+  template <class T>
+  Demand<T> demand(const auto& m, const T* z) const {
+    const auto now = state(m.q, m.v);
+    Demand<T> d;
+    Jet<T> goal;
+    bool swept = false;
+    if constexpr (std::is_same_v<T, double>)
+      if (const auto* s = m.reading.sweep) {
+        const double from = m.t - 0.5 * s->h, to = m.t + 0.5 * s->h;
+        goal.value = course.mean(from, to);
+        goal.slope = (course.value(to) - course.value(from)) / s->h;
+        swept = true;
+      }
+    if (!swept) goal = course.jet(m.t);
+    d.error = goal.value - now.place;
+    d.u = this->proportional * d.error;
+    if (this->derivative > 0) d.u += this->derivative * (goal.slope - now.rate);
+    if (this->integral > 0) d.u += this->integral * *z;
+    return d;
+  }
+};
+
+template <>
+struct Dynamics<AngleController> : ControllerDynamics<AngleController, RevoluteJoint> {};
+template <>
+struct Dynamics<PositionController> : ControllerDynamics<PositionController, TranslationalJoint> {};
+
+}  // namespace freeplay
