@@ -123,7 +123,7 @@ std::filesystem::path friction_laws(const std::filesystem::path& folder) {
   const auto c = read_curves(folder / "friction.csv", "speed", "coefficient", 1e3, 1);
   Figure f{.name = "friction_laws", .blocks = c.blocks, .source = "laws.json"};
   f.script.add(
-      "set key bottom right Left reverse\nset xrange [-5:5]\nset yrange [-1.1:1.1]\nset xlabel 'Sliding speed (mm/s)'\nset ylabel "
+      "set key bottom right Left reverse\nset autoscale xfix\nset yrange [*<-1.1:1.1<*]\nset xlabel 'Sliding speed (mm/s)'\nset ylabel "
       "'{}'\n",
       Word("Friction force / (µ F_N)", "Friction force / ($\\mu F_N$)"));
   plot(c, any, f.script);
