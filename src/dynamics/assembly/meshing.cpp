@@ -91,11 +91,16 @@ bool in_mesh(const Mechanism& mechanism, const std::vector<double>& q) {
 std::vector<double> pose_without_teeth(const Mechanism& mechanism, std::vector<double> q,
                                        const StopToken& stop) {
   auto m = without_teeth(mechanism);
+  const auto given = q;
   if (no_position(q)) q = hung(m, q);
   State rough{.q = std::move(q), .v = {}};
   rough.v.assign(rough.q.size(), 0);
   start_from(m, rough);
-  return assemble(m, RunOptions::Start::ideal, nullptr, stop).q;
+  try {
+    return assemble(m, RunOptions::Start::ideal, nullptr, stop).q;
+  } catch (const ModelError&) {
+    return given;
+  }
 }
 
 void set_phases(Mechanism& mechanism) {

@@ -19,7 +19,7 @@ struct Mechanism;
 bool in_mesh(const Mechanism& mechanism, const std::vector<double>& q);
 
 /// The pose, from rough positions q, in which all joints but gears and racks are closed and have no
-/// clearance. Throws ModelError if there is none.
+/// clearance; q itself if there is none.
 std::vector<double> pose_without_teeth(const Mechanism& mechanism, std::vector<double> q,
                                        const StopToken& stop = {});
 
