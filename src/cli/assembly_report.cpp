@@ -128,8 +128,10 @@ void whole_turn(const Mechanism& mechanism, const State& start, Lines& lines) {
   for (const auto& output : survey->outputs) {
     const double travel = output.slides ? output.travel : output.travel * 180 / std::numbers::pi;
     std::string said;
-    for (const auto& d : output.dead_centres)
-      said += (said.empty() ? "dead centres at " : ", ") + at(d.angle);
+    auto centres = output.dead_centres;
+    if (survey->full)
+      std::ranges::sort(centres, {}, [&](const TurnExtreme& d) { return std::stod(at(d.angle)); });
+    for (const auto& d : centres) said += (said.empty() ? "dead centres at " : ", ") + at(d.angle);
     if (said.empty())
       said = "no dead centre";
     else

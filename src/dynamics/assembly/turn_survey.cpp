@@ -79,10 +79,13 @@ class Turn {
   std::size_t size() const { return samples_.size(); }
   double angle(std::size_t i) const { return samples_[i].first; }
   const std::vector<double>& pose(std::size_t i) const { return samples_[i].second; }
-  /// The pose at an angle near sample i.
-  std::vector<double> pose_near(std::size_t i, double angle) const {
-    auto q = pose(i);
-    best_pose(system_, length_, true, q, (angle - start_) / speed_);
+  /// The pose at an angle between the neighbours of sample i.
+  std::vector<double> pose_near(std::size_t i, double at) const {
+    const std::size_t low = (at < angle(i) && i > 0) || i + 1 == size() ? i - 1 : i;
+    const double share = (at - angle(low)) / (angle(low + 1) - angle(low));
+    auto q = pose(low);
+    for (std::size_t c = 0; c < q.size(); ++c) q[c] += share * (pose(low + 1)[c] - q[c]);
+    best_pose(system_, length_, true, q, (at - start_) / speed_);
     return q;
   }
 
@@ -151,7 +154,11 @@ std::vector<OutputMotion> outputs_of(const Mechanism& m, const Turn& turn, int d
       auto found = turn.locate(i, [&](const auto& q) { return sign * coordinate(joint, q); });
       found.value *= sign;
       low = std::min(low, found.value), high = std::max(high, found.value);
-      output.dead_centres.push_back(found);
+      // The first interval of a full turn repeats the last.
+      if (std::ranges::none_of(output.dead_centres, [&](const TurnExtreme& d) {
+            return std::abs(std::remainder(d.angle - found.angle, full_turn)) < 1e-3;
+          }))
+        output.dead_centres.push_back(found);
     }
     output.travel = high - low;
     list.push_back(std::move(output));

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
+#include <utility>
 #include <variant>
 #include <vector>
 
@@ -15,7 +16,7 @@ namespace freeplay {
 namespace {
 
 constexpr int places = 72;
-constexpr double most_followed_angle = 0.5;  // rad, rotation of a body within an interval
+constexpr double most_unexpected = 0.3;  // rad, deviation of an angle from uniform motion
 
 /// Sum of the clearances of the joints (m).
 double play(const Mechanism& m) {
@@ -53,23 +54,28 @@ FollowedTurn follow_turn(const System& system, std::vector<double> q, const Foll
   const double step = std::abs(how.interval), sign = how.interval < 0 ? -1 : 1;
   const double all = how.intervals * step, least = how.resolution * step;
   FollowedTurn turn{{0}, {q}};
-  double t = 0;
-  for (double h = step; t < all * (1 - 1e-9) && poses < most_poses; h = std::min(step, 2 * h)) {
+  double t = 0, last = 0;
+  auto before = q;
+  // The first intervals are short, so that fast gears are on the right tooth.
+  for (double h = step / 64; t < all * (1 - 1e-9) && poses < most_poses; h = std::min(step, 2 * h)) {
     h = std::min(h, all - t);
-    auto pose = q;
-    auto open = open_at(sign * (t + h), pose);
-    // A pose far from the previous one may belong to another branch.
-    while ((open || most_turned(system, pose, q) > most_followed_angle) && h > least) {
-      h /= 2;
-      pose = q;
+    std::vector<double> expected(q), pose;
+    std::optional<OpenJoint> open;
+    const auto solve = [&] {
+      for (std::size_t c = 0; c < q.size(); ++c)
+        expected[c] = q[c] + (last > 0 ? (q[c] - before[c]) * h / last : 0);
+      pose = expected;
       open = open_at(sign * (t + h), pose);
-    }
+      // A pose far from the expected one may belong to another branch.
+      return open || (last > 0 && most_turned(system, pose, expected) > most_unexpected);
+    };
+    while (solve() && h > least) h /= 2;
     if (open) {
       turn.open = open;
       return turn;
     }
-    t += h;
-    q = pose;
+    t += h, last = h;
+    before = std::exchange(q, pose);
     turn.t.push_back(sign * t);
     turn.q.push_back(q);
   }
