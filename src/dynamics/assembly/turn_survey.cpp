@@ -48,7 +48,8 @@ std::optional<Surveyed> turning(const Mechanism& mechanism, int joint, const std
     return s;
   }
   std::erase_if(m.drives, [&](const Drive& d) {
-    return std::visit([&](const auto& x) { return x.joint == joint; }, d);
+    const bool prescribed = std::holds_alternative<SpeedDrive>(d) || std::holds_alternative<MotionDrive>(d);
+    return !prescribed || std::visit([&](const auto& x) { return x.joint == joint; }, d);
   });
   const bool timed = std::ranges::any_of(m.drives, [](const Drive& d) {
     const auto* motion = std::get_if<MotionDrive>(&d);
