@@ -36,11 +36,11 @@ struct LawsRequest : Request {
   std::string scene;
   std::optional<double> restitution;
   std::vector<std::string> overrides;
-  double mass = 1;     ///< kg, effective mass of the impact that is drawn
-  double speed = 0.1;  ///< m/s, its approach speed
+  double mass = 1;                       ///< kg, effective mass of the impact that is drawn
+  double speed = 0.1;                    ///< m/s, its approach speed
   bool friction = false;                 ///< compare friction laws at one regularisation speed
   std::optional<double> regularisation;  ///< m/s, that speed
-  std::string output;  ///< result folder
+  std::string output;                    ///< result folder
 };
 
 std::string csv(const char* header, const std::vector<LawCurve>& curves) {
@@ -88,10 +88,10 @@ void print_friction(double v, const PenaltyOptions& options) {
       continue;
     }
     const bool second = law.v1_above_v0;
-    fmt::print("{}{}", padded(law.text, 14),
-               padded(fmt::format("friction_v{} = {:.4g}", second ? 1 : 0,
-                                  second ? o->friction_v1 : o->friction_v0),
-                      24));
+    fmt::print(
+        "{}{}", padded(law.text, 14),
+        padded(fmt::format("friction_v{} = {:.4g}", second ? 1 : 0, second ? o->friction_v1 : o->friction_v0),
+               24));
     for (const double at : {0.1, 0.5, 1.0, 2.0}) fmt::print("{:>8.4f}", make_friction(*o, 1).steady(at * v));
     fmt::print("{:>12.4g}\n", creep_speed(law, *o, 0.5));
   }

@@ -41,8 +41,9 @@ struct FlankImpact {
 
 inline GearsOnArmState gears_on_arm_flight(const GearsOnArm& m, const GearsOnArmState& y, long double h) {
   static const CooperVerner<long double> method;
-  const long double weight = m.gravity * (m.arm_mass * m.arm_centre + m.mass[0] * m.place[0] +
-                                          m.mass[1] * m.place[1]) / m.inertia_about_pivot();
+  const long double weight = m.gravity *
+                             (m.arm_mass * m.arm_centre + m.mass[0] * m.place[0] + m.mass[1] * m.place[1]) /
+                             m.inertia_about_pivot();
   const auto rates = [&](long double, const GearsOnArmState& s) {
     return GearsOnArmState{s[3], s[4], s[5], -weight * std::cos(s[0]), 0, 0};
   };
@@ -56,8 +57,8 @@ inline std::vector<FlankImpact> gears_on_arm_impacts(const GearsOnArm& m, GearsO
     return S * s[0] - m.base[0] * s[1] - m.base[1] * s[2];
   };
   const long double centred = middle(y), step = 1e-5L;
-  const long double effective = 1 / (S * S / J + m.base[0] * m.base[0] / m.inertia[0] +
-                                     m.base[1] * m.base[1] / m.inertia[1]);
+  const long double effective =
+      1 / (S * S / J + m.base[0] * m.base[0] / m.inertia[0] + m.base[1] * m.base[1] / m.inertia[1]);
   std::vector<FlankImpact> list;
   long double t = 0;
   while (static_cast<int>(list.size()) < count) {

@@ -43,7 +43,8 @@ std::string four_bar(double d, double a, double b, double c, double crank, doubl
 std::string slider_crank(double r, double l, double e, const std::string& drive = motor) {
   return "format = 2\n" + link("crank", 0.1) + link("rod", 0.0) + test::body("slider", 1.0, 0.01) +
          test::pin("A", "ground", "crank", {0, 0}, {-r / 2, 0}) +
-         test::pin("B", "crank", "rod", {r / 2, 0}, {-l / 2, 0}) + test::pin("C", "rod", "slider", {l / 2, 0}) +
+         test::pin("B", "crank", "rod", {r / 2, 0}, {-l / 2, 0}) +
+         test::pin("C", "rod", "slider", {l / 2, 0}) +
          test::guide("G", "ground", "slider", {1, 0}, {0.0, e}) + drive + test::run_for(1.0);
 }
 
@@ -128,8 +129,7 @@ TEST_CASE("a double-crank turns its output fully, without dead centres", "[whole
 TEST_CASE("slider-cranks have the range, dead centres and transmission angles of their triangle",
           "[whole-turn]") {
   const double r = 0.05, l = 0.12, e = 0.02;
-  for (const std::string drive :
-       {motor, std::string("[drives.motor]\njoint = \"A\"\ntorque = 1.0\n")}) {
+  for (const std::string drive : {motor, std::string("[drives.motor]\njoint = \"A\"\ntorque = 1.0\n")}) {
     const auto s = survey(slider_crank(r, l, e, drive));
     REQUIRE(s);
     CHECK(s->full);
@@ -140,8 +140,8 @@ TEST_CASE("slider-cranks have the range, dead centres and transmission angles of
     // Crank and rod in line: sin φ = e/(l + r), and sin(φ − π) = e/(l − r).
     const double outer = std::asin(e / (l + r)), inner = pi + std::asin(e / (l - r));
     const double first = out.dead_centres[0].angle, second = out.dead_centres[1].angle;
-    CHECK(std::min(apart(first, outer) + apart(second, inner),
-                   apart(first, inner) + apart(second, outer)) < 2 * located);
+    CHECK(std::min(apart(first, outer) + apart(second, inner), apart(first, inner) + apart(second, outer)) <
+          2 * located);
     CHECK(out.travel ==
           Approx(std::sqrt((l + r) * (l + r) - e * e) - std::sqrt((l - r) * (l - r) - e * e)).margin(1e-8));
     // cos μ = |r sin φ − e|/l.
@@ -184,7 +184,8 @@ TEST_CASE("undriven motions are named by independent joint coordinates", "[whole
   // A block on a guide, and a free body.
   const auto free = undriven("format = 2\n" + test::body("block", 1.0, 0.01) + test::body("disc", 1.0, 0.01) +
                              test::guide("G", "ground", "block") + test::run_for(1.0));
-  CHECK(free.coordinates == std::vector<std::string>{"sliding at G", "x of disc", "y of disc", "theta of disc"});
+  CHECK(free.coordinates ==
+        std::vector<std::string>{"sliding at G", "x of disc", "y of disc", "theta of disc"});
 }
 
 TEST_CASE("check reports the drive's turn within 80 columns", "[program][whole-turn]") {

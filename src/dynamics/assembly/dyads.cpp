@@ -58,7 +58,8 @@ class Growth {
         if (is_pin(joint_of(m_, k)) || is_guide(joint_of(m_, k))) carrier = k;
       }
       if (rows < 3) continue;
-      if (rod >= 0 && carrier >= 0 && rows_of(m_, carrier) == 2) found_.push_back({rod, {b, b}, {rod, carrier}});
+      if (rod >= 0 && carrier >= 0 && rows_of(m_, carrier) == 2)
+        found_.push_back({rod, {b, b}, {rod, carrier}});
       known_[static_cast<std::size_t>(b)] = 1;
       return true;
     }
@@ -98,8 +99,7 @@ double transmission_angle(const Mechanism& m, const Dyad& dyad, const std::vecto
   for (std::size_t n = 0; n < 2; ++n) {
     const auto& joint = joint_of(m, dyad.carried[n]);
     if (const auto* guide = std::get_if<TranslationalJoint>(&joint))
-      along[n] =
-          perp(place_of(q, guide->between[0], guide->axis) - place_of(q, guide->between[0], {0, 0}));
+      along[n] = perp(place_of(q, guide->between[0], guide->axis) - place_of(q, guide->between[0], {0, 0}));
     else if (dyad.carried[n] == dyad.joint)  // the other end of a rod
       along[n] = end_place(joint, bodies_of(joint)[0] == dyad.bodies[1] ? 1 : 0, q) - p;
     else

@@ -68,9 +68,10 @@ bool is_open(const Mechanism& m, const std::vector<double>& q) {
 
 std::string why_apart(const GearJoint& joint, const std::vector<double>& q) {
   const double distance = (end_place(joint, 1, q) - end_place(joint, 0, q)).norm();
-  return fmt::format("there the centres are too close for these gears, or too far apart: {:.6g} m instead of "
-                     "{:.6g} m",
-                     distance, joint.pitch(0) + (joint.internal ? -1 : 1) * joint.pitch(1));
+  return fmt::format(
+      "there the centres are too close for these gears, or too far apart: {:.6g} m instead of "
+      "{:.6g} m",
+      distance, joint.pitch(0) + (joint.internal ? -1 : 1) * joint.pitch(1));
 }
 std::string why_apart(const RackJoint&, const std::vector<double>&) {
   return "there the gear does not lie on the left of the rack's axis";
@@ -112,8 +113,7 @@ void set_phases(Mechanism& mechanism) {
   });
   if (!absent) return;
   std::vector<double> q;
-  for (const auto& b : mechanism.bodies)
-    q.insert(q.end(), {b.position.x(), b.position.y(), b.angle});
+  for (const auto& b : mechanism.bodies) q.insert(q.end(), {b.position.x(), b.position.y(), b.angle});
   if (!in_mesh(meshed, q)) q = pose_without_teeth(meshed, q);
   each_toothed(mechanism, [&](auto& joint) {
     if (joint.phase) return;

@@ -129,8 +129,7 @@ class Turn {
 double coordinate(const Joint& joint, const std::vector<double>& q) {
   const auto* slider = std::get_if<TranslationalJoint>(&joint);
   if (!slider) return relative_angle(joint, q);
-  const Vec2 axis =
-      place_of(q, slider->between[0], slider->axis) - place_of(q, slider->between[0], {0, 0});
+  const Vec2 axis = place_of(q, slider->between[0], slider->axis) - place_of(q, slider->between[0], {0, 0});
   return dot(axis, end_place(joint, 1, q) - end_place(joint, 0, q));
 }
 

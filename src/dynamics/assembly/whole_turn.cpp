@@ -95,9 +95,11 @@ std::optional<DeadPoint> dead_point(const Mechanism& mechanism, double duration)
   }
   const double length = std::max(system.longest_arm(), 1e-18), allowed = play(mechanism) + 1e-6 * length;
   const double whole = 2 * std::numbers::pi / std::abs(drive->speed);
-  const auto turn = follow_turn(
-      system, q,
-      {.length = length, .allowed = allowed, .interval = std::min(whole, duration) / places, .intervals = places});
+  const auto turn = follow_turn(system, q,
+                                {.length = length,
+                                 .allowed = allowed,
+                                 .interval = std::min(whole, duration) / places,
+                                 .intervals = places});
   if (!turn.open) return {};
   return DeadPoint{turn.t.back(), std::abs(drive->speed) * turn.t.back(), *turn.open};
 }

@@ -3,8 +3,8 @@
 #include <algorithm>
 #include <sstream>
 
-#include "dynamics/instruments.hpp"
 #include "dynamics/assembly/meshing.hpp"
+#include "dynamics/instruments.hpp"
 #include "dynamics/point_bodies.hpp"
 #include "io/files/visible.hpp"
 #include "io/scene/keys_reader.hpp"
