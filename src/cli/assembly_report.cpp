@@ -48,9 +48,13 @@ void left_free(const Mechanism& mechanism, const State& start, int motions, Line
     which = names.empty() ? "" : ", of " + listed(names);
     coordinates = listed(free.coordinates);
   }
+  const bool efforts = std::ranges::any_of(mechanism.drives, [](const Drive& d) {
+    return !std::holds_alternative<SpeedDrive>(d) && !std::holds_alternative<MotionDrive>(d);
+  });
   lines.emplace_back("  undriven motion",
-                     fmt::format("{} {} without a drive{}: determined by forces and inertia alone", motions,
-                                 motions == 1 ? "motion" : "motions", which));
+                     fmt::format("{} {} {}{}: determined by forces and inertia alone", motions,
+                                 motions == 1 ? "motion" : "motions",
+                                 efforts ? "that no drive prescribes" : "without a drive", which));
   if (!coordinates.empty()) lines.emplace_back("  undriven coordinates", coordinates);
 }
 
@@ -136,6 +140,8 @@ void whole_turn(const Mechanism& mechanism, const State& start, Lines& lines) {
       said = "no dead centre";
     else
       said += " deg";
+    if (survey->full && std::abs(output.turns) > 1e-6)
+      said += fmt::format("; {:.6g} turns per turn of the drive", output.turns);
     if (!output.dead_centres.empty() || !survey->full)
       said += fmt::format("; travel {:.6g} {}", travel, output.slides ? "m" : "deg");
     lines.emplace_back("  motion", output.joint + ": " + said);

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "dynamics/assembly/assembly.hpp"
+#include "dynamics/assembly/turn_survey.hpp"
 #include "facade/simulation.hpp"
 #include "io/scene/write_scene.hpp"
 #include "mechanism/scene.hpp"
@@ -97,6 +98,24 @@ TEST_CASE("epicyclic trains of two degrees of freedom follow Willis' equation", 
     const double bound = way.penalty() ? 1e-7 : 1e-10;
     CHECK(end.q[11] == Approx(wr * T).margin(bound));
     CHECK(end.q[8] == Approx(wp * T).margin(bound));
+  }
+}
+
+TEST_CASE("a turn of the drive turns epicyclic gears in the ratio of Willis, fast ones too",
+          "[gears][whole-turn]") {
+  // Sun driven, ring fixed: ω_c/ω_s = z_s/(z_s + z_r); carrier driven: the inverse. The teeth of a
+  // 5 degree interval of the carrier are 1.1 pitches of the sun.
+  for (const bool inverse : {false, true}) {
+    const auto scene = parse_scene(epicyclic(fmt::format("[drives.m]\njoint = \"{}\"\nspeed = -2.0\n",
+                                                         inverse ? "carrier_pin" : "sun_pin") +
+                                             test::run_for(1.0)),
+                                   "e.toml");
+    const auto s = survey_turn(scene.mechanism, assemble(scene.mechanism, RunOptions::Start::ideal).q);
+    REQUIRE(s);
+    CHECK(s->full);
+    REQUIRE(s->outputs.size() == 1);
+    CHECK(s->outputs[0].dead_centres.empty());
+    CHECK(s->outputs[0].turns == Approx(inverse ? 4 : 0.25).epsilon(1e-9));
   }
 }
 

@@ -124,6 +124,7 @@ TEST_CASE("a double-crank turns its output fully, without dead centres", "[whole
   CHECK(s->full);
   REQUIRE(s->outputs.size() == 1);
   CHECK(s->outputs[0].dead_centres.empty());
+  CHECK(s->outputs[0].turns == Approx(1));
 }
 
 TEST_CASE("slider-cranks have the range, dead centres and transmission angles of their triangle",

@@ -94,7 +94,8 @@ std::vector<double> pose_without_teeth(const Mechanism& mechanism, std::vector<d
   auto m = without_teeth(mechanism);
   const auto given = q;
   if (no_position(q)) q = hung(m, q);
-  State rough{.q = std::move(q), .v = {}};
+  State rough;
+  rough.q = std::move(q);
   rough.v.assign(rough.q.size(), 0);
   start_from(m, rough);
   try {

@@ -78,6 +78,9 @@ class Turn {
     std::ranges::sort(samples_, {}, [](const auto& s) { return s.first; });
   }
   std::size_t size() const { return samples_.size(); }
+  /// The samples at the start and a full turn from it, the lesser angle first; otherwise the ends.
+  std::size_t first() const { return speed_ > 0 ? start_sample() : 0; }
+  std::size_t last() const { return speed_ > 0 ? size() - 1 : start_sample(); }
   double angle(std::size_t i) const { return samples_[i].first; }
   const std::vector<double>& pose(std::size_t i) const { return samples_[i].second; }
   /// The pose at an angle between the neighbours of sample i.
@@ -120,6 +123,11 @@ class Turn {
   }
 
  private:
+  std::size_t start_sample() const {
+    const auto at = std::ranges::find(samples_, start_, [](const auto& s) { return s.first; });
+    return static_cast<std::size_t>(at - samples_.begin());
+  }
+
   const System& system_;
   double length_, speed_, start_;
   std::vector<std::pair<double, std::vector<double>>> samples_;
@@ -146,7 +154,8 @@ std::vector<OutputMotion> outputs_of(const Mechanism& m, const Turn& turn, int d
     for (std::size_t i = 0; i < turn.size(); ++i) s.push_back(coordinate(joint, turn.pose(i)));
     auto [low, high] = std::ranges::minmax(s);
     if (!(high - low > 1e-6 * (slides ? length : 1))) continue;  // at rest
-    OutputMotion output{name_of(joint), slides, 0, {}};
+    OutputMotion output;
+    output.joint = name_of(joint), output.slides = slides;
     for (std::size_t i = 1; i + 1 < s.size() && output.dead_centres.size() < most_located; ++i) {
       const double before = s[i - 1], here = s[i], after = s[i + 1];
       const double sign = here > before && here >= after ? 1 : here < before && here <= after ? -1 : 0;
@@ -161,6 +170,7 @@ std::vector<OutputMotion> outputs_of(const Mechanism& m, const Turn& turn, int d
         output.dead_centres.push_back(found);
     }
     output.travel = high - low;
+    if (!slides) output.turns = (s[turn.last()] - s[turn.first()]) / full_turn;
     list.push_back(std::move(output));
   }
   return list;
@@ -210,7 +220,9 @@ std::optional<TurnSurvey> survey_turn(const Mechanism& mechanism, const std::vec
   const auto& crank = m.joints[static_cast<std::size_t>(joint)];
   Turn turn(system, length, turned->speed, relative_angle(crank, q));
   const auto forward = follow_turn(system, q, how);
-  TurnSurvey survey{.joint = name_of(crank), .full = !forward.open, .outputs = {}, .transmission = {}};
+  TurnSurvey survey;
+  survey.joint = name_of(crank);
+  survey.full = !forward.open;
   // Of a full turn, one interval before the start, so that extrema at the start are inside.
   how.interval = -how.interval;
   if (survey.full) how.intervals = 1;

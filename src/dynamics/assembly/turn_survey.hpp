@@ -42,6 +42,7 @@ struct OutputMotion {
   std::string joint;
   bool slides = false;
   double travel = 0;                      ///< rad or m, between the extreme positions
+  double turns = 0;                       ///< of a pin in a full turn of the drive
   std::vector<TurnExtreme> dead_centres;  ///< in the order of the turn
 };
 
