@@ -6,6 +6,7 @@
 
 #include "dynamics/system.hpp"
 #include "formulations/contact/contact_law.hpp"
+#include "formulations/contact/friction_comparison.hpp"
 #include "formulations/contact/friction_law.hpp"
 #include "mechanism/laws.hpp"
 #include "mechanism/scene.hpp"
@@ -59,12 +60,13 @@ LawCurve delivered(const ContactLawFacts& law) {
   return curve;
 }
 
-LawCurve friction(const FrictionLawFacts& facts, PenaltyOptions options) {
+/// c/μ from −5 to 5 times `scale` (m/s).
+LawCurve friction(const FrictionLawFacts& facts, PenaltyOptions options, double scale) {
   options.friction = facts.law;
   const auto law = make_friction(options, 1);  // μ = 1, so that the curve is c/μ
   LawCurve curve{facts.text, {}};
   for (int k = -200; k <= 200; ++k) {
-    const double v = 5e-2 * std::max(options.friction_v1, options.friction_v0) * k / 2;
+    const double v = 5e-2 * scale * k / 2;
     curve.points.push_back({v, law.steady(v)});
   }
   return curve;
@@ -88,7 +90,14 @@ LawCurves law_curves(const Scene& scene, const ImpactSetting& setting) {
     curves.impacts.push_back({law.text, impact(make_contact_force(one, contact), setting)});
     if (law.kind == ContactKind::point) curves.delivered.push_back(delivered(law));
   }
-  for (const auto& law : friction_laws()) curves.friction.push_back(friction(law, scene.penalty));
+  const auto& given = scene.penalty;
+  for (const auto& law : friction_laws()) {
+    const auto& speed = setting.regularisation;
+    const auto options = speed ? regularised(law, given, *speed) : given;
+    if (options)
+      curves.friction.push_back(
+          friction(law, *options, speed ? *speed : std::max(given.friction_v1, given.friction_v0)));
+  }
   return curves;
 }
 

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <array>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -14,6 +15,9 @@ struct Scene;
 struct ImpactSetting {
   double mass = 1;     ///< kg
   double speed = 0.1;  ///< m/s, approach speed
+  /// m/s: friction laws with this regularisation speed (friction_comparison.hpp); empty: with the
+  /// keys of the scene
+  std::optional<double> regularisation = {};
 };
 
 struct LawCurve {
@@ -27,7 +31,9 @@ struct LawCurves {
   double restitution = 1;           ///< requested restitution
   std::vector<LawCurve> impacts;    ///< (δ in m, F in N) from contact onset to separation
   std::vector<LawCurve> delivered;  ///< (requested e, delivered ê) of the point laws
-  std::vector<LawCurve> friction;   ///< (v in m/s, c/μ) of sliding at constant speeds
+  /// (v in m/s, c/μ) of sliding at constant speeds; without laws that stick if all have the same
+  /// regularisation speed
+  std::vector<LawCurve> friction;
 };
 
 /// Curves of all laws for the first contact of the scene. Line contacts are omitted if its joint

@@ -8,15 +8,16 @@
 
 #include "dynamics/assembly/assembly.hpp"
 #include "dynamics/assembly/four_bar.hpp"
+#include "dynamics/assembly/turn_survey.hpp"
+#include "dynamics/assembly/undriven.hpp"
 #include "dynamics/planar.hpp"
 #include "dynamics/system.hpp"
 #include "mechanism/mechanism.hpp"
-#include "numerics/saddle_point.hpp"
 
 namespace freeplay::cli {
 namespace {
 
-constexpr std::size_t most_loops = 4, most_bodies = 20;
+constexpr std::size_t most_loops = 4, most_bodies = 20, most_named = 8;
 using Lines = std::vector<std::pair<std::string, std::string>>;
 
 struct Rank {
@@ -30,41 +31,31 @@ Rank rank_of(const Mechanism& mechanism, const State& start) {
   return {rows, rows - static_cast<int>(redundant.size())};
 }
 
-/// Bodies that can move with all drives fixed: those with a coordinate direction whose projection
-/// onto the null space of the constraint rows is not zero.
-std::vector<std::string> free_bodies(const Mechanism& mechanism, const State& start) {
-  auto ideal = idealised(mechanism);
-  ideal.loads.clear();
-  const System system(ideal);
-  auto e = system.make_evaluation();
-  system.place(0, start.q.data(), e);
-  SaddlePoint saddle(system.mass(), system.pattern(), SolvePath::automatic,
-                     {!redundant_rows(system, start.q).empty()});
-  std::vector<std::string> names;
-  if (!saddle.factor(e.G.data())) return names;
-  const auto n = static_cast<std::size_t>(system.n());
-  std::vector<double> force(n), moved(n), none(e.phi.size()), lambda(e.phi.size());
-  for (std::size_t b = 0; b < mechanism.bodies.size(); ++b) {
-    bool free = false;
-    for (std::size_t c = planar::coordinates * b; c < planar::coordinates * (b + 1); ++c) {
-      std::ranges::fill(force, 0.0);
-      force[c] = system.mass()[c];
-      saddle.solve(force.data(), none.data(), moved.data(), lambda.data());
-      free |= moved[c] > 1e-9;
-    }
-    if (free) names.push_back(mechanism.bodies[b].name);
-  }
-  return names;
+std::string listed(const std::vector<std::string>& names) {
+  std::string list;
+  for (std::size_t i = 0; i < std::min(names.size(), most_named); ++i)
+    list += (list.empty() ? "" : ", ") + names[i];
+  return names.size() > most_named ? fmt::format("{} and {} more", list, names.size() - most_named) : list;
 }
 
-/// Describes the motions that neither joints nor drives prescribe.
+/// Describes the motions that no drive prescribes.
 void left_free(const Mechanism& mechanism, const State& start, int motions, Lines& lines) {
-  std::string list;
-  if (mechanism.bodies.size() <= most_bodies)
-    for (const auto& name : free_bodies(mechanism, start)) list += (list.empty() ? "" : ", ") + name;
+  std::string which, coordinates;
+  if (mechanism.bodies.size() <= most_bodies) {
+    const auto free = undriven_motions(mechanism, start.q);
+    std::vector<std::string> names;
+    for (const int b : free.bodies) names.push_back(mechanism.bodies[static_cast<std::size_t>(b)].name);
+    which = names.empty() ? "" : ", of " + listed(names);
+    coordinates = listed(free.coordinates);
+  }
+  const bool efforts = std::ranges::any_of(mechanism.drives, [](const Drive& d) {
+    return !std::holds_alternative<SpeedDrive>(d) && !std::holds_alternative<MotionDrive>(d);
+  });
   lines.emplace_back("  undriven motion",
-                     fmt::format("{} {} without a drive{}: determined by forces and inertia alone", motions,
-                                 motions == 1 ? "motion" : "motions", list.empty() ? "" : ", of " + list));
+                     fmt::format("{} {} {}{}: determined by forces and inertia alone", motions,
+                                 motions == 1 ? "motion" : "motions",
+                                 efforts ? "that no drive prescribes" : "without a drive", which));
+  if (!coordinates.empty()) lines.emplace_back("  undriven coordinates", coordinates);
 }
 
 void mobility(const Mechanism& mechanism, const State& start, Lines& lines) {
@@ -84,7 +75,7 @@ void mobility(const Mechanism& mechanism, const State& start, Lines& lines) {
     said +=
         fmt::format("; {} with the drives' rows, {} of rank {}", n - driven.rank, driven.rows, driven.rank);
   lines.emplace_back("mobility", said);
-  if (driven.rows > joints.rows && driven.rank < n) left_free(mechanism, start, n - driven.rank, lines);
+  if (driven.rank < n) left_free(mechanism, start, n - driven.rank, lines);
 }
 
 std::string lengths(const Mechanism& mechanism, const FourBar& loop) {
@@ -115,6 +106,53 @@ void loops(const Mechanism& mechanism, const State& start, Lines& lines) {
     lines.emplace_back("", fmt::format("and {} more loops", all.size() - most_loops));
 }
 
+/// An angle of the drive (rad) in degrees, with a resolution of 0.01 degrees; of a full turn, from 0
+/// to 360.
+std::string degrees(double angle, bool full) {
+  double d = std::round(angle * 180 / std::numbers::pi * 100) / 100;
+  if (full) d -= 360 * std::floor(d / 360);
+  return fmt::format("{:.6g}", d + 0.0);
+}
+
+void whole_turn(const Mechanism& mechanism, const State& start, Lines& lines) {
+  const auto survey = survey_turn(mechanism, start.q);
+  if (!survey) return;
+  const auto at = [&](double angle) { return degrees(angle, survey->full); };
+  if (survey->full) {
+    lines.emplace_back("turn of the drive", survey->joint + " closes over a full turn");
+  } else {
+    std::string opens;
+    for (const auto* end : {&survey->below, &survey->above})
+      if (*end && opens.find((*end)->name) == opens.npos)
+        opens += (opens.empty() ? "" : ", ") + key_of(mechanism, **end);
+    lines.emplace_back("turn of the drive",
+                       fmt::format("{} closes from {} to {} deg; beyond, {} opens", survey->joint,
+                                   at(survey->lower), at(survey->upper), opens));
+  }
+  for (const auto& output : survey->outputs) {
+    const double travel = output.slides ? output.travel : output.travel * 180 / std::numbers::pi;
+    std::string said;
+    auto centres = output.dead_centres;
+    if (survey->full)
+      std::ranges::sort(centres, {}, [&](const TurnExtreme& d) { return std::stod(at(d.angle)); });
+    for (const auto& d : centres) said += (said.empty() ? "dead centres at " : ", ") + at(d.angle);
+    if (said.empty())
+      said = "no dead centre";
+    else
+      said += " deg";
+    if (survey->full && std::abs(output.turns) > 1e-6)
+      said += fmt::format("; {:.6g} turns per turn of the drive", output.turns);
+    if (!output.dead_centres.empty() || !survey->full)
+      said += fmt::format("; travel {:.6g} {}", travel, output.slides ? "m" : "deg");
+    lines.emplace_back("  motion", output.joint + ": " + said);
+  }
+  for (const auto& mu : survey->transmission)
+    lines.emplace_back("  transmission angle",
+                       fmt::format("{}: least {} deg at {} deg, greatest {} deg at {} deg", mu.joint,
+                                   degrees(mu.least.value, false), at(mu.least.angle),
+                                   degrees(mu.greatest.value, false), at(mu.greatest.angle)));
+}
+
 void angles(const Mechanism& mechanism, const State& start, Lines& lines) {
   for (const auto* list : {&mechanism.assembly.positive, &mechanism.assembly.negative})
     for (const auto& angle : *list) {
@@ -143,6 +181,7 @@ Lines assembly_report(const Mechanism& mechanism, const State& start) {
   Lines lines;
   mobility(mechanism, start, lines);
   loops(mechanism, start, lines);
+  whole_turn(mechanism, start, lines);
   angles(mechanism, start, lines);
   pose(mechanism, start, lines);
   return lines;

@@ -8,6 +8,8 @@
 #include "cli/film_report.hpp"
 #include "cli/verb.hpp"
 #include "formulations/contact/contact_law.hpp"
+#include "formulations/contact/friction_comparison.hpp"
+#include "formulations/contact/friction_law.hpp"
 #include "formulations/contact/law_curves.hpp"
 #include "formulations/make.hpp"
 #include "io/files/output_file.hpp"
@@ -16,6 +18,7 @@
 #include "io/scene/open_scene.hpp"
 #include "mechanism/error.hpp"
 #include "mechanism/laws.hpp"
+#include "mechanism/scene.hpp"
 #include "plots/drawing/figure.hpp"
 
 namespace freeplay::cli {
@@ -35,10 +38,12 @@ struct LawsRequest : Request {
   std::string scene;
   std::optional<double> restitution;
   std::vector<std::string> overrides;
-  double mass = 1;     ///< kg, effective mass of the impact that is drawn
-  double speed = 0.1;  ///< m/s, its approach speed
-  FilmRequest film;    ///< of a lubricated joint
-  std::string output;  ///< result folder
+  double mass = 1;                       ///< kg, effective mass of the impact that is drawn
+  double speed = 0.1;                    ///< m/s, its approach speed
+  bool friction = false;                 ///< compare friction laws at one regularisation speed
+  std::optional<double> regularisation;  ///< m/s, that speed
+  FilmRequest film;                      ///< of a lubricated joint
+  std::string output;                    ///< result folder
 };
 
 std::string csv(const char* header, const std::vector<LawCurve>& curves) {
@@ -63,14 +68,50 @@ void write_curves(const Scene& scene, const ImpactSetting& setting, const std::f
   write_json(folder / "laws.json", document);
 }
 
+/// The requested regularisation speed, or that of the law in force; else 1 mm/s.
+double regularisation_of(const LawsRequest& request, const PenaltyOptions& options) {
+  if (request.regularisation) {
+    if (!(*request.regularisation > 0)) throw SceneError("--regularisation must be greater than 0");
+    return *request.regularisation;
+  }
+  return regularisation_speed(facts_of(options.friction), options).value_or(1e-3);
+}
+
+/// Prints each friction law at the regularisation speed v (m/s).
+void print_friction(double v, const PenaltyOptions& options) {
+  fmt::print(
+      "Friction laws at the same regularisation speed v = {:.4g} m/s, at which each has\n95 % of its "
+      "kinetic friction. Columns: friction over kinetic friction at sliding\nspeeds, and the creep speed "
+      "(m/s) under half of the kinetic friction.\n\n{}{}{:>8}{:>8}{:>8}{:>8}{:>12}\n",
+      v, padded("law", 14), padded("key", 24), "0.1 v", "0.5 v", "v", "2 v", "creep");
+  for (const auto& law : friction_laws()) {
+    const auto o = regularised(law, options, v);
+    if (!o) {
+      fmt::print("{}sticks by a spring: no regularisation speed\n", padded(law.text, 14));
+      continue;
+    }
+    const bool second = law.v1_above_v0;
+    fmt::print(
+        "{}{}", padded(law.text, 14),
+        padded(fmt::format("friction_v{} = {:.4g}", second ? 1 : 0, second ? o->friction_v1 : o->friction_v0),
+               24));
+    for (const double at : {0.1, 0.5, 1.0, 2.0}) fmt::print("{:>8.4f}", make_friction(*o, 1).steady(at * v));
+    fmt::print("{:>12.4g}\n", creep_speed(law, *o, 0.5));
+  }
+  fmt::print("\nAmbrósio's law has friction_v0 = 0 here; other keys are as given, else defaults.\n");
+}
+
 int print_curves(const LawsRequest& request) {
   const auto scene = open_scene(request.scene, request.overrides);
   const auto folder = result_folder(request.output, "out/laws");
   if (!(request.mass > 0) || !(request.speed > 0))
     throw SceneError("--mass and --speed must be greater than 0");
   ResultSet set(folder, "laws");
-  write_curves(*scene, {request.mass, request.speed}, set.place());
+  ImpactSetting setting{.mass = request.mass, .speed = request.speed};
+  if (request.friction) setting.regularisation = regularisation_of(request, scene->penalty);
+  write_curves(*scene, setting, set.place());
   set.commit();
+  if (request.friction) print_friction(*setting.regularisation, scene->penalty);
   fmt::print("curves in {}\nfigures:\n", folder.string());
   for (const auto& path : plots::all(folder)) fmt::print("  {}\n", path.string());
   return 0;
@@ -133,6 +174,11 @@ int laws(const LawsRequest& request) {
   if (!request.film.joint.empty()) return print_film(request);
   if (!request.scene.empty()) return print_curves(request);
   if (request.restitution) return print_delivered(*request.restitution);
+  if (request.friction) {
+    const PenaltyOptions defaults;
+    print_friction(request.regularisation ? regularisation_of(request, defaults) : 1e-3, defaults);
+    return 0;
+  }
   return print_list();
 }
 
@@ -144,6 +190,14 @@ void laws_verb(Program& program) {
   const auto drawn = options.add("scene", request.scene, "plot the laws for the first contact of this scene");
   options.add("--restitution", request.restitution, "input restitution: print the effective one of each law")
       .excludes(drawn);
+  const auto friction = options.flag(
+      "--friction", request.friction,
+      "compare the friction laws at the same regularisation speed, at which each has 95 % of its "
+      "kinetic friction");
+  options
+      .add("--regularisation", request.regularisation,
+           "that speed, m/s; default: of the scene's law, else 1e-3")
+      .needs(friction);
   options.set(request.overrides).needs(drawn);
   options.add("--mass", request.mass, "mass of the plotted impact, kg").needs(drawn);
   options.add("--speed", request.speed, "its approach speed, m/s").needs(drawn);

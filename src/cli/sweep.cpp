@@ -5,7 +5,6 @@
 
 #include <cmath>
 #include <map>
-#include <nlohmann/json.hpp>
 
 #include "cli/default_folder.hpp"
 #include "cli/ending.hpp"
@@ -15,12 +14,10 @@
 #include "cli/wrapped.hpp"
 #include "io/files/folder_lock.hpp"
 #include "io/files/output_file.hpp"
-#include "io/files/run_json.hpp"
 #include "io/files/visible.hpp"
 #include "mechanism/error.hpp"
 #include "study/partition/divided_sweep.hpp"
 #include "study/settings/design.hpp"
-#include "study/settings/provenance.hpp"
 #include "study/sweep/sweep.hpp"
 #include "study/sweep/sweep_document.hpp"
 #include "study/sweep/sweep_table.hpp"

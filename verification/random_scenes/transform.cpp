@@ -110,15 +110,15 @@ Scene mirrored(Scene scene) {
                           [](GearJoint& j) {  // mirrored, the centres lie along −x at angle 0
                             flip_ends(j.at);
                             if (!j.clearance) swap_flank(j.flank);
-                            j.phase = -j.phase;
+                            j.phase = -*j.phase;
                             const auto mesh = j.mesh(1, 0);
-                            j.phase -= on_grid(mesh.sum() / mesh.Rj * std::numbers::pi);
+                            *j.phase -= on_grid(mesh.sum() / mesh.Rj * std::numbers::pi);
                           },
                           [](RackJoint& j) {
                             flip_ends(j.at);
                             if (!j.clearance) swap_flank(j.flank);
                             j.axis = flip_wall(j.axis);
-                            j.phase = -j.phase;
+                            j.phase = -*j.phase;
                           },
                           [](SlotJoint& j) { flip_ends(j.at), j.axis = flip(j.axis); },
                           [](RodJoint& j) { flip_ends(j.at); }},

@@ -10,6 +10,7 @@
 #include "dynamics/assembly/assembly_ipopt.hpp"
 #include "dynamics/assembly/equilibrium.hpp"
 #include "dynamics/assembly/four_bar.hpp"
+#include "dynamics/assembly/meshing.hpp"
 #include "dynamics/assembly/other_starts.hpp"
 #include "dynamics/planar.hpp"
 #include "dynamics/system.hpp"
@@ -216,7 +217,10 @@ void assemble_positions(const Mechanism& mechanism, const System& system, State&
   const Closing closing(mechanism, system, stop);
   std::vector<double> best;
   const auto given = s.q;
-  if (states_no_place(mechanism)) s.q = hung(mechanism, s.q);
+  if (!in_mesh(mechanism, s.q))
+    s.q = pose_without_teeth(mechanism, s.q, stop);
+  else if (states_no_place(mechanism))
+    s.q = hung(mechanism, s.q);
   const bool closed = closing.close(s.q, best);
   if (closed) closing.unwind_to(given, s.q);
   if (!from) {

@@ -92,6 +92,7 @@ std::vector<double> hang_all(const Mechanism& m, std::vector<double> q, const au
     auto now = placed;
     for (std::size_t k = 0; k < m.joints.size(); ++k) {
       const auto& joint = m.joints[k];
+      if (std::holds_alternative<GearJoint>(joint) || std::holds_alternative<RackJoint>(joint)) continue;
       const auto pair = bodies_of(joint);
       const auto before = [&](int body) { return body == ground || placed[static_cast<std::size_t>(body)]; };
       if (before(pair[0]) == before(pair[1])) continue;

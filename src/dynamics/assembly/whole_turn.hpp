@@ -2,19 +2,40 @@
 // for any mechanism). The mechanism is followed through 72 positions of the turn, each from the
 // previous pose by the best pose of closure.hpp with the drives held. If the best pose stays open
 // by more than the sum of the joints' clearances, the preceding interval is halved until the
-// position is known to 1e-3 of an interval.
+// position is known to 1e-3 of an interval. turn_survey.hpp follows the turn in the same way.
 #pragma once
 
 #include <optional>
+#include <vector>
 
 #include "dynamics/assembly/closure.hpp"
 
 namespace freeplay {
 
 struct Mechanism;
+class System;
 
 /// Greatest number of bodies for which a turn is followed; it then takes less than a second.
 inline constexpr std::size_t most_followed = 100;
+
+/// Closed poses at increasing or decreasing times of the drives.
+struct FollowedTurn {
+  std::vector<double> t;               ///< s
+  std::vector<std::vector<double>> q;  ///< the pose at each time
+  std::optional<OpenJoint> open = {};  ///< greatest gap beyond the last pose; empty: none
+};
+
+/// How a turn is followed.
+struct Following {
+  double length = 1;    ///< m, to which errors are related: converts angles
+  double allowed = 0;   ///< m, sum of gaps up to which a pose counts as closed
+  double interval = 0;  ///< s, of either sign
+  int intervals = 0;
+  double resolution = 1e-3;  ///< to which the end is located, relative to an interval
+};
+
+/// Follows a mechanism from its closed pose q at t = 0. At most 800 poses are solved for.
+FollowedTurn follow_turn(const System& system, std::vector<double> q, const Following& how);
 
 /// A position of the main drive beyond which the mechanism cannot be closed.
 struct DeadPoint {

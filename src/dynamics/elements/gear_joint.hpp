@@ -10,6 +10,7 @@ namespace freeplay {
 template <>
 struct Dynamics<GearJoint> : GearJoint {
   void build(auto& b) const {
+    if (!phase) return;
     const auto link = b.link(between, at);
     for (const int which : {0, 1})
       if (between[which] != ground) b.reach(pitch(which));

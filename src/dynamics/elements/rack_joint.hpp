@@ -10,6 +10,7 @@ namespace freeplay {
 template <>
 struct Dynamics<RackJoint> : RackJoint {
   void build(auto& b) const {
+    if (!phase) return;
     const auto link = b.link(between, at);
     if (between[0] != ground) b.reach(pitch_radius);
     if (!clearance) return b.mesh(link, RackMesh{mesh(side_of(flank), 0)}, name);

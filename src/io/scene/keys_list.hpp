@@ -173,8 +173,7 @@ class KeysList {
     add(key, "text", "required");
     return nullptr;
   }
-  template <class Of>
-  void from_bodies(const Key& key, double&, const std::array<int, 2>&, const char*, Of) {
+  void from_bodies(const Key& key, const std::optional<double>&) {
     add(key, "number", std::string(key.fallback));
   }
   void any_joint(const Key& key, int&, std::array<int, 2>&) { add(key, "text", "required"); }

@@ -210,17 +210,11 @@ class KeysReader {
     }
     return found;
   }
-  /// A value that, if its key is absent, `of` computes from the initial positions of two bodies.
-  /// `without` states the error if that is impossible.
-  template <class Of>
-  void from_bodies(const Key& key, double& x, const std::array<int, 2>& pair, const char* without, Of of) {
-    const auto body = [&](int b) {
-      return b == ground ? Body{} : mechanism_.bodies[static_cast<std::size_t>(b)];
-    };
-    if (s_.has(key.name)) return void(x = s_.number(key.name, any_number));
-    const std::optional<double> found = of(body(pair[0]), body(pair[1]));
-    if (!found) s_.lacks("", fmt::format("{} {}", key.name, without));
-    x = *found;
+  /// A value that, if its key is absent, follows from the positions of the bodies after all joints
+  /// are read (read_scene.cpp).
+  void from_bodies(const Key& key, std::optional<double>& x) {
+    x.reset();
+    if (s_.has(key.name)) x = s_.number(key.name, any_number);
   }
   /// Angle of a joint. If the key is absent, it follows from the angles of the bodies.
   void joint_angle(const Key& key, double& angle, int joint);

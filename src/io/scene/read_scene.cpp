@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <sstream>
 
+#include "dynamics/assembly/meshing.hpp"
 #include "dynamics/instruments.hpp"
 #include "dynamics/point_bodies.hpp"
 #include "io/files/visible.hpp"
@@ -154,7 +155,10 @@ Scene parse_scene(const std::string& text, const std::string& name, const std::v
   for (auto& [key, s] : root.children("instruments"))
     scene.instruments.push_back(read_instrument(scene.mechanism, scene.run.duration, key, s));
   root.done("a scene");
-  located_in(scene, [&] { check_point_bodies(scene.mechanism); });
+  located_in(scene, [&] {
+    check_point_bodies(scene.mechanism);
+    set_phases(scene.mechanism);
+  });
   scene.idle = source.idle;
   scene.files = source.files;
   return scene;

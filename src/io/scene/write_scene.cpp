@@ -195,10 +195,7 @@ class KeysWriter {
     text(key.name, name_of(joint));
     return &joint;
   }
-  template <class Of>
-  void from_bodies(const Key& key, double x, const std::array<int, 2>&, const char*, Of) {
-    put(key.name, x);
-  }
+  void from_bodies(const Key& key, const std::optional<double>& x) { put(key.name, x); }
   /// The joint by its index, or by its bodies if code gave only those.
   void any_joint(const Key& key, int index, const std::array<int, 2>& pair) {
     const auto& joints = mechanism_.joints;

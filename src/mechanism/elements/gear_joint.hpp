@@ -64,8 +64,9 @@ struct GearJoint {
   bool internal = false;                           ///< the first gear is a ring with internal teeth
   Flank flank = Flank::forward;                    ///< of an ideal pair
   /// rad, angle of the second body at which its teeth are centred in the gaps, if the first body is
-  /// at angle 0 and the line of centres is along x.
-  double phase = 0;
+  /// at angle 0 and the line of centres is along x. Empty: not in mesh, so that no tooth acts; the
+  /// reader of scenes sets it (dynamics/assembly/meshing.hpp).
+  std::optional<double> phase = 0;
   std::optional<Backlash> clearance = {};  ///< empty: an ideal joint
 
   std::string_view what() const { return clearance ? "a gear pair" : "a gear pair without backlash"; }
@@ -93,12 +94,10 @@ struct GearJoint {
     k.from_bodies(
         {"phase", "rad",
          "angle of the second body at which its teeth are centred in the gaps, with the first at angle 0 "
-         "and the second centre in the x direction from the first",
+         "and the second centre in the x direction from the first; if absent: the teeth are centred at the "
+         "bodies' positions or, if those are absent or out of mesh, where the other joints place the bodies",
          "from the bodies"},
-        j.phase, j.between,
-        "follows from the bodies' positions, and there the centres are too close for these gears, or too far "
-        "apart; give the bodies' position, or phase",
-        [&](const Body& one, const Body& two) { return j.phase_of(one, two, !k.when_given("backlash")); });
+        j.phase);
     if (auto* c = k.group("backlash", j.clearance)) {
       Backlash::keys(k, *c);
       k.check(j.flank == Flank::forward, "flank",
@@ -116,7 +115,7 @@ struct GearJoint {
     const double c = std::cos(pressure_angle), kind = internal ? -1 : 1;
     InvoluteFlank m{side, kind, c * pitch(0), kind * c * pitch(1)};
     m.rest = 0.5 * play - kind * m.involute(m.sum() / c);
-    m.phase = -m.Rj * phase;
+    m.phase = -m.Rj * phase.value_or(0);
     m.period = 2 * std::numbers::pi * (teeth ? m.Ri / teeth->x() : m.sum());
     return m;
   }

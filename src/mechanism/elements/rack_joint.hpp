@@ -24,8 +24,8 @@ struct RackJoint {
   double pressure_angle = pressure_angle_20;  ///< rad
   Flank flank = Flank::forward;               ///< of an ideal pair
   /// rad, angle of the gear minus that of the rack at which, at the rack's point, a tooth is
-  /// centred in a gap
-  double phase = 0;
+  /// centred in a gap; empty: not in mesh
+  std::optional<double> phase = 0;
   std::optional<Backlash> clearance = {};  ///< empty: an ideal joint
 
   std::string_view what() const { return clearance ? "a rack" : "a rack without backlash"; }
@@ -42,12 +42,9 @@ struct RackJoint {
     k.from_bodies(
         {"phase", "rad",
          "angle of the gear relative to the rack at which, opposite the rack's point, its teeth are "
-         "centred in the gaps",
+         "centred in the gaps; if absent: as for gears",
          "from the bodies"},
-        j.phase, j.between,
-        "follows from the bodies' positions, and there the gear does not lie on the left of the rack's axis; "
-        "give the bodies' position, or phase",
-        [&](const Body& one, const Body& two) { return j.phase_of(one, two, !k.when_given("backlash")); });
+        j.phase);
     if (auto* c = k.group("backlash", j.clearance)) {
       Backlash::keys(k, *c);
       k.check(j.flank == Flank::forward, "flank",
@@ -58,7 +55,7 @@ struct RackJoint {
   /// Facts of a flank: its side (+1 or −1) and the backlash (m).
   RackFlank mesh(double side, double play) const {
     const double c = std::cos(pressure_angle), s = std::sin(pressure_angle), base = c * pitch_radius;
-    RackFlank m{side, axis, c, s, base, 0.5 * play - s * pitch_radius, -base * phase};
+    RackFlank m{side, axis, c, s, base, 0.5 * play - s * pitch_radius, -base * phase.value_or(0)};
     if (tooth_module) m.period = std::numbers::pi * *tooth_module * c;
     return m;
   }

@@ -5,7 +5,6 @@
 #include <algorithm>
 #include <cmath>
 #include <functional>
-#include <nlohmann/json.hpp>
 
 #include "io/files/output_file.hpp"
 #include "study/sweep/intervals.hpp"

@@ -1,0 +1,130 @@
+#include "dynamics/assembly/meshing.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <optional>
+#include <type_traits>
+#include <utility>
+#include <variant>
+
+#include "dynamics/assembly/assembly.hpp"
+#include "dynamics/assembly/joint_places.hpp"
+#include "dynamics/assembly/other_starts.hpp"
+#include "dynamics/planar.hpp"
+#include "dynamics/system.hpp"
+#include "mechanism/error.hpp"
+#include "mechanism/mechanism.hpp"
+
+namespace freeplay {
+namespace {
+
+/// Calls see(joint) for each gear and rack.
+void each_toothed(auto& mechanism, auto see) {
+  for (auto& joint : mechanism.joints)
+    std::visit(
+        [&](auto& j) {
+          if constexpr (requires { j.phase; }) see(j);
+        },
+        joint);
+}
+
+/// The phase with which the teeth of a joint mesh at q; empty if they are too far apart.
+std::optional<double> phase_at(const auto& joint, const std::vector<double>& q) {
+  const auto body = [&](int index) {
+    Body b;
+    if (index == ground) return b;
+    b.position = planar::position(q.data(), static_cast<std::size_t>(index));
+    b.angle = planar::angle(q.data(), index);
+    return b;
+  };
+  return joint.phase_of(body(joint.between[0]), body(joint.between[1]), !joint.clearance);
+}
+
+/// The mechanism with ideal joints, without loads and teeth.
+Mechanism without_teeth(const Mechanism& mechanism) {
+  auto m = idealised(mechanism);
+  m.loads.clear();
+  each_toothed(m, [](auto& joint) { joint.phase.reset(); });
+  return m;
+}
+
+bool no_position(const std::vector<double>& q) {
+  for (std::size_t b = 0; b < q.size() / planar::coordinates; ++b)
+    if (!planar::position(q.data(), b).is_zero()) return false;
+  return true;
+}
+
+/// Whether a joint of `m`, not a drive, is open at q.
+bool is_open(const Mechanism& m, const std::vector<double>& q) {
+  const System system(m);
+  const double length = std::max(system.longest_arm(), 1e-18);
+  return std::ranges::any_of(open_joints(system, q, length), [&](const OpenJoint& o) {
+    return !o.drive && (o.angular ? length : 1) * o.amount > 1e-9 * length;
+  });
+}
+
+std::string why_apart(const GearJoint& joint, const std::vector<double>& q) {
+  const double distance = (end_place(joint, 1, q) - end_place(joint, 0, q)).norm();
+  return fmt::format(
+      "there the centres are too close for these gears, or too far apart: {:.6g} m instead of "
+      "{:.6g} m",
+      distance, joint.pitch(0) + (joint.internal ? -1 : 1) * joint.pitch(1));
+}
+std::string why_apart(const RackJoint&, const std::vector<double>&) {
+  return "there the gear does not lie on the left of the rack's axis";
+}
+
+}  // namespace
+
+bool in_mesh(const Mechanism& mechanism, const std::vector<double>& q) {
+  bool any = false, all = true;
+  each_toothed(mechanism, [&](const auto& joint) {
+    if (!joint.phase) return;
+    any = true;
+    all = all && phase_at(joint, q);
+  });
+  return !any || (all && !(no_position(q) && is_open(without_teeth(mechanism), q)));
+}
+
+std::vector<double> pose_without_teeth(const Mechanism& mechanism, std::vector<double> q,
+                                       const StopToken& stop) {
+  auto m = without_teeth(mechanism);
+  const auto given = q;
+  if (no_position(q)) q = hung(m, q);
+  State rough;
+  rough.q = std::move(q);
+  rough.v.assign(rough.q.size(), 0);
+  start_from(m, rough);
+  try {
+    return assemble(m, RunOptions::Start::ideal, nullptr, stop).q;
+  } catch (const ModelError&) {
+    return given;
+  }
+}
+
+void set_phases(Mechanism& mechanism) {
+  bool absent = false;
+  auto meshed = mechanism;
+  each_toothed(meshed, [&](auto& joint) {
+    absent = absent || !joint.phase;
+    joint.phase = joint.phase.value_or(0);
+  });
+  if (!absent) return;
+  std::vector<double> q;
+  for (const auto& b : mechanism.bodies) q.insert(q.end(), {b.position.x(), b.position.y(), b.angle});
+  if (!in_mesh(meshed, q)) q = pose_without_teeth(meshed, q);
+  each_toothed(mechanism, [&](auto& joint) {
+    if (joint.phase) return;
+    joint.phase = phase_at(joint, q);
+    if (!joint.phase)
+      throw ModelError("joints." + joint.name,
+                       fmt::format("phase follows from the bodies' positions, and {}; give the bodies' "
+                                   "position, or phase",
+                                   why_apart(joint, q)));
+  });
+}
+
+}  // namespace freeplay
