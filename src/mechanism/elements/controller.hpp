@@ -59,11 +59,14 @@ struct ControlLaw {
   }
   /// The joint that is fed back.
   int fed_back() const { return measured >= 0 ? measured : joint; }
+  /// The target as a function of time, rad or m.
   auto course(const auto& mechanism) const { return target.lay(mechanism.curves, Curve::Use::place); }
+  /// Greatest torque or force (N m, N) at an error as great as the target.
   double greatest_effort(const auto& mechanism) const {
     const double most = proportional * course(mechanism).greatest().value;
     return limit ? std::fmin(*limit, most) : most;
   }
+  /// Greatest rate of the target (rad/s, m/s).
   double greatest_rate(const auto& mechanism) const { return course(mechanism).greatest().slope; }
   /// Time scale (s) of the target's rate; infinite if the rate is constant.
   double change_time(const auto& mechanism) const {
@@ -85,6 +88,7 @@ struct AngleController : ControlLaw {
         d.target, any_number, Curve::Use::place);
     law_keys<RevoluteJoint>(k, d, {"N m/rad", "N m s/rad", "N m/rad s", "N m"}, "torque_limit");
   }
+  /// Greatest rate of the target (rad/s).
   double pace(const auto& mechanism) const { return greatest_rate(mechanism); }
 };
 
@@ -101,6 +105,7 @@ struct PositionController : ControlLaw {
                       d.target, any_number, Curve::Use::place);
     law_keys<TranslationalJoint>(k, d, {"N/m", "N s/m", "N/m s", "N"}, "force_limit");
   }
+  /// Greatest rate of the target (m/s).
   double slide_pace(const auto& mechanism) const { return greatest_rate(mechanism); }
 };
 
