@@ -82,7 +82,7 @@ void print_friction(double v, const PenaltyOptions& options) {
   fmt::print(
       "Friction laws at the same regularisation speed v = {:.4g} m/s, at which each has\n95 % of its "
       "kinetic friction. Columns: friction over kinetic friction at sliding\nspeeds, and the creep speed "
-      "(m/s) under half of the kinetic friction.\n\n{}{}{:>8}{:>8}{:>8}{:>8}{:>12}\n",
+      "(m/s) under half of the kinetic friction.\n\n{}{}{:>8}{:>8}{:>8}{:>8}{:>10}\n",
       v, padded("law", 14), padded("key", 24), "0.1 v", "0.5 v", "v", "2 v", "creep");
   for (const auto& law : friction_laws()) {
     const auto o = regularised(law, options, v);
@@ -96,7 +96,7 @@ void print_friction(double v, const PenaltyOptions& options) {
         padded(fmt::format("friction_v{} = {:.4g}", second ? 1 : 0, second ? o->friction_v1 : o->friction_v0),
                24));
     for (const double at : {0.1, 0.5, 1.0, 2.0}) fmt::print("{:>8.4f}", make_friction(*o, 1).steady(at * v));
-    fmt::print("{:>12.4g}\n", creep_speed(law, *o, 0.5));
+    fmt::print("{:>10.3g}\n", creep_speed(law, *o, 0.5));
   }
   fmt::print("\nAmbrósio's law has friction_v0 = 0 here; other keys are as given, else defaults.\n");
 }
