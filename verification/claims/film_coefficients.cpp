@@ -18,7 +18,14 @@
 namespace freeplay::verification {
 namespace {
 
-using namespace journal_scene;
+using journal_scene::by;
+using journal_scene::c;
+using journal_scene::film_ways;
+using journal_scene::journal;
+using journal_scene::L;
+using journal_scene::name_of;
+using journal_scene::R;
+using reference::JournalBearing;
 using reference::JournalCoefficients;
 
 Film law_of(const JournalBearing& b) {

@@ -14,8 +14,15 @@
 namespace freeplay::verification {
 namespace {
 
+using journal_scene::by;
+using journal_scene::c;
+using journal_scene::film_ways;
+using journal_scene::g;
+using journal_scene::journal;
+using journal_scene::L;
+using journal_scene::name_of;
+using journal_scene::R;
 using reference::JournalBearing;
-using namespace journal_scene;
 
 /// A shaft of nearly constant speed settles at the equilibrium of the cavitated film.
 void settles(Findings& f) {
