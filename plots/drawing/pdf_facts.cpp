@@ -32,7 +32,8 @@ std::string text_string(std::string_view utf8) {
 }
 
 /// The text between two marks behind a position; empty if they are absent.
-std::string text_between(const std::string& pdf, std::size_t from, std::string_view mark, std::string_view end) {
+std::string text_between(const std::string& pdf, std::size_t from, std::string_view mark,
+                         std::string_view end) {
   const auto at = pdf.find(mark, from);
   const auto to = at == pdf.npos ? at : pdf.find(end, at + mark.size());
   return to == pdf.npos ? "" : pdf.substr(at + mark.size(), to - at - mark.size());

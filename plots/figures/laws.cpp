@@ -137,11 +137,7 @@ std::filesystem::path friction_laws(const std::filesystem::path& folder) {
   const auto c = read_curves(folder / "friction.csv", "speed", "coefficient", 1e3, 1);
   Figure f{.name = "friction_laws", .blocks = c.blocks, .source = "laws.json"};
   f.script.add(
-      "set key bottom right Left reverse
-set autoscale xfix
-set yrange [*<-1.1:1.1<*]
-set xlabel 'sliding speed (mm/s)'
-set ylabel "
+      "set key bottom right Left reverse\nset autoscale xfix\nset yrange [*<-1.1:1.1<*]\nset xlabel 'sliding speed (mm/s)'\nset ylabel "
       "'{}'\n",
       Word("friction force F_T/(µF_N)", "friction force $F_T/(\\mu F_N)$"));
   plot(c, any, f.script);

@@ -115,7 +115,8 @@ void describe_sweep(const std::filesystem::path& folder, std::size_t axes, json&
           if (one.is_string()) set += " --set " + shell_word(one.get<std::string>());
       const auto scene = variant.value("scene", json());
       if (scene.is_string() && name.is_string())
-        document["variants"][name.get<std::string>()] = {{"scene", shell_word(scene.get<std::string>())}, {"set", set}};
+        document["variants"][name.get<std::string>()] = {{"scene", shell_word(scene.get<std::string>())},
+                                                         {"set", set}};
     }
   document["provenance"] = provenance_table({{"sweep", &facts}});
   document["scene"] =

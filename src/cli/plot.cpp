@@ -50,7 +50,8 @@ int plot_study(const PlotRequest& request, const std::filesystem::path& folder) 
   if (!request.section.empty() || request.from || request.to || request.fold || !request.units.empty())
     throw SceneError(
         "plot: --from, --to, --section, --unit and --fold are for runs, not for the results of a study");
-  plots::StudyPlot what{.folder = folder, .y = {}, .x = plots::columns_named(request.x), .name = request.name};
+  plots::StudyPlot what{
+      .folder = folder, .y = {}, .x = plots::columns_named(request.x), .name = request.name};
   for (const auto& list : request.y)
     for (const auto& name : plots::columns_named(list)) what.y.push_back(name);
   if (what.y.empty()) throw SceneError("--y: names nothing");
@@ -100,14 +101,16 @@ void plot_verb(Program& program) {
           "folders made by run or compare, plotted together; or one of sweep, ensemble, bifurcation or basin")
       .required();
   options
-      .add("--x,--over", request.x,
-           "abscissa: a column or an expression of columns; default t. Of a sweep: one axis for curves, two for "
-           "a map, AXIS,AXIS")
+      .add(
+          "--x,--over", request.x,
+          "abscissa: a column or an expression of columns; default t. Of a sweep: one axis for curves, two for "
+          "a map, AXIS,AXIS")
       .takes("COLUMN");
   options
-      .add("--y", request.y,
-           "columns or expressions of one panel; each --y adds a panel; of a study measures; a wrong name lists "
-           "all")
+      .add(
+          "--y", request.y,
+          "columns or expressions of one panel; each --y adds a panel; of a study measures; a wrong name lists "
+          "all")
       .takes("COLUMN[,COLUMN...]")
       .required()
       .one_each();

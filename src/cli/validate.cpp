@@ -120,7 +120,10 @@ void validate_verb(Program& program) {
       program.verb("validate", "compare a scene or a study with measurements", validate);
   options.add("scene", request.scene, "scene file, or study file with claims or its folder").required();
   const auto data =
-      options.add("--data", request.data, "CSV file with t or crank_angle, and acceleration, or in the form of signals.csv").takes("FILE");
+      options
+          .add("--data", request.data,
+               "CSV file with t or crank_angle, and acceleration, or in the form of signals.csv")
+          .takes("FILE");
   options.set(request.overrides, "override a key of the scene, KEY=VALUE; may be repeated").needs(data);
   options.output(request.output, "result folder; default out/NAME-validation, of a study out/NAME");
   options.flag("--as-given", request.as_given, "use the input restitution in the impact law, unmatched")

@@ -60,14 +60,14 @@ class Cycle final : public Observer {
   std::vector<double> q_, v_;
 };
 
-struct Outcome {
+struct ControlledRun {
   State end;
   double closure = 0, energy = 0;
 };
 
 /// `accuracy`: tolerance of adaptive time steps.
-Outcome controlled(const std::string& text, double duration, const Way& way, Observer* observer = nullptr,
-                   double accuracy = 1e-9) {
+ControlledRun controlled(const std::string& text, double duration, const Way& way,
+                         Observer* observer = nullptr, double accuracy = 1e-9) {
   auto scene = test::scene_by(way, text + test::run_for(duration), {"penalty.tolerance=1e-10"});
   scene.nonsmooth.step_tolerance = accuracy;
   scene.nonsmooth.tolerance = 1e-10;
@@ -78,8 +78,8 @@ Outcome controlled(const std::string& text, double duration, const Way& way, Obs
 }
 
 constexpr double J = 0.05, m = 2;  // kg m², kg
-const std::string rotor = test::body("rotor", 2.0, 0.05) + test::pin("main", "ground", "rotor") +
-                          "[drives.motor]\njoint = \"main\"\n";
+const std::string controlled_rotor = test::body("rotor", 2.0, 0.05) + test::pin("main", "ground", "rotor") +
+                                     "[drives.motor]\njoint = \"main\"\n";
 const std::string block = test::body("block", 2.0, 0.05) +
                           test::guide("guide", "ground", "block", {0.8, 0.6}) +
                           "[drives.motor]\njoint = \"guide\"\n";
@@ -95,7 +95,7 @@ double bound(const Way& way, double size, double rate) {
   return std::max(1.0, size) * (way.chosen() ? 1e-5 : 1e-7);
 }
 
-void balance(Findings& f, const char* subject, const Way& way, const Outcome& o) {
+void balance(Findings& f, const char* subject, const Way& way, const ControlledRun& o) {
   f.at_most(claim_name(subject, "error of the energy balance over the greatest work", way.name), "",
             o.closure / o.energy, way.chosen() ? 1e-5 : 1e-6, "0",
             "works are integrated at the tolerance, margin of 1000");
@@ -120,7 +120,7 @@ void steps_of_target(Findings& f) {
        reference::LinearResponse::third(1 / 0.02, 0.4 / (J * 0.02), 5 / (J * 0.02), e0, 0, 0), 0.3}};
   for (const auto& law : laws)
     for (const auto& way : control_ways) {
-      const auto o = controlled(rotor + "target_angle = 0.5\n" + law.keys, law.t, way);
+      const auto o = controlled(controlled_rotor + "target_angle = 0.5\n" + law.keys, law.t, way);
       f.within(claim_name(law.subject, "angle after 0.3 s", way.name), "rad", o.end.q[2],
                e0 - law.error.value(law.t), bound(way, e0, 50), law.source, reason);
       f.within(claim_name(law.subject, "speed after 0.3 s", way.name), "rad/s", o.end.v[2],
@@ -185,7 +185,8 @@ void limited(Findings& f) {
   const reference::LimitedStep course{J, 20, 1.8, 5, 1};
   for (const auto& way : control_ways) {
     const auto o = controlled(
-        rotor + "target_angle = 1\nproportional = 20\nderivative = 1.8\ntorque_limit = 5\n", 0.2, way);
+        controlled_rotor + "target_angle = 1\nproportional = 20\nderivative = 1.8\ntorque_limit = 5\n", 0.2,
+        way);
     f.within(claim_name(subject, "angle after 0.2 s", way.name), "rad", o.end.q[2], 1 - course.error(0.2),
              bound(way, 1, 50), "parabola until k_p e + k_d ė = limit, then roots of J s² + k_d s + k_p",
              reason);
@@ -201,7 +202,7 @@ void limited(Findings& f) {
   const auto y = axis.run({-0.5L, 0, 0, 0, 0, 0}, 0.8L);
   for (const auto& way : control_ways) {
     const auto o = controlled(
-        rotor +
+        controlled_rotor +
             "target_angle = 0.5\nproportional = 20\nderivative = 1\nintegral = 100\ntorque_limit = 3\nlag = 0.01\n",
         0.8, way);
     const char* const source = "references/feedback, linear pieces between switches";

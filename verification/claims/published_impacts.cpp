@@ -21,8 +21,8 @@ namespace {
 
 using Impacts = std::vector<reference::PublishedImpact>;
 constexpr const char* independent = "independent event-driven program, order 8 in long double";
-constexpr const char* event_driven = "event-driven";
-constexpr const char* penalty = "penalty";
+constexpr const char* event_scheme = "event-driven";
+constexpr const char* penalty_scheme = "penalty";
 
 Scene published_scene(const char* name, const std::vector<std::string>& overrides = {}) {
   return read_scene(test::published(name), overrides);
@@ -57,7 +57,7 @@ void all_impacts(Findings& f, const char* subject, const std::vector<Event>& fou
     const auto& e = exact[i];
     const auto& onset = found.at(i);
     const auto name = [&](const char* what) {
-      return claim_name(subject, fmt::format("{} of impact {}", what, i + 1), event_driven);
+      return claim_name(subject, fmt::format("{} of impact {}", what, i + 1), event_scheme);
     };
     f.within(name("time"), "s", onset.t, double(e.t), bound.time, independent, bound.reason);
     f.relative(name("approach speed"), "m/s", -onset.v_n_minus, double(-e.v_n_minus), bound.relative,
@@ -103,23 +103,23 @@ void oscillator_at_wall(Findings& f) {
   for (const int n : {1, 2, 10, 92}) {
     const auto e = exact.impact(n);
     const auto name = [&](const char* what) {
-      return claim_name(subject, fmt::format("{} of impact {}", what, n), event_driven);
+      return claim_name(subject, fmt::format("{} of impact {}", what, n), event_scheme);
     };
     const auto& onset = found.at(std::size_t(n - 1));
     const char* const reason = "tolerance 1e-12 per step, up to 1e5 steps; flights do not amplify errors";
     f.within(name("time"), "s", onset.t, double(e.t), 1e-11, closed, reason);
     f.relative(name("normal impulse"), "N s", onset.impulse_n, double(e.impulse), 1e-9, closed, reason);
   }
-  f.within(claim_name(subject, "published time of impact 92", event_driven), "s", found.at(91).t,
+  f.within(claim_name(subject, "published time of impact 92", event_scheme), "s", found.at(91).t,
            reference::published_impact_92, 1e-11, "LinearOscillatorED.ref of Siconos",
            "tolerances of the published program, about 1e-12 s");
-  f.within(claim_name(subject, "time of rest", event_driven), "s", found.back().t,
+  f.within(claim_name(subject, "time of rest", event_scheme), "s", found.back().t,
            double(exact.accumulation()), 1e-9, "sum of the flights",
            "required accuracy; the accumulation of impacts is ended in closed form");
-  f.within(claim_name(subject, "published time of rest", event_driven), "s", found.back().t,
+  f.within(claim_name(subject, "published time of rest", event_scheme), "s", found.back().t,
            reference::published_rest, 2e-6, "LinearOscillatorED.ref of Siconos",
            "flights that leave the wall below 1e-6 m/s last 2e-6 s together");
-  f.within(claim_name(subject, "position along the wall after 1 s", event_driven), "m", run.final_state.q[1],
+  f.within(claim_name(subject, "position along the wall after 1 s", event_scheme), "m", run.final_state.q[1],
            double(exact.along_wall(1)), 1e-11, "y₀ cos ωt", "tolerance 1e-12 of 1 m per step");
 
   const double h = 1e-6;
@@ -133,9 +133,9 @@ void oscillator_at_wall(Findings& f) {
     };
     f.within(name(steps_of(h).c_str()), "s", by_steps.at(std::size_t(n - 1)).t, double(e.t), 2 * n * h,
              closed, "an impact is located within h, and the flight begins up to v h from the wall");
-    f.within(name(penalty), "s", by_penalty.at(std::size_t(n - 1)).t, double(e.t), 1e-9 + 2e-6 * (n - 1),
-             closed, "contact times, 1e-6 s each for K = 1e10 N/m^1.5, margin of two");
-    f.relative(claim_name(subject, fmt::format("approach speed of impact {}", n), penalty), "m/s",
+    f.within(name(penalty_scheme), "s", by_penalty.at(std::size_t(n - 1)).t, double(e.t),
+             1e-9 + 2e-6 * (n - 1), closed, "contact times, 1e-6 s each for K = 1e10 N/m^1.5, margin of two");
+    f.relative(claim_name(subject, fmt::format("approach speed of impact {}", n), penalty_scheme), "m/s",
                -by_penalty.at(std::size_t(n - 1)).v_n_minus, double(e.approach), 1e-6, closed,
                "restitution 0.9 of the exact law; work of the spring within 1e-4 m of penetration");
   }
@@ -150,10 +150,10 @@ void pendulum_between_stops(Findings& f) {
   const auto found = onsets(test::simulate(scene, Family::penalty));
   double late = 1e-9;
   for (std::size_t i = 0; i < 3; ++i, late = 4 * (late + 4e-5))
-    f.within(claim_name(subject, fmt::format("time of impact {}", i + 1), penalty), "s", found.at(i).t,
+    f.within(claim_name(subject, fmt::format("time of impact {}", i + 1), penalty_scheme), "s", found.at(i).t,
              double(exact[i].t), late, independent,
              "contact times, 4e-5 s each for K = 1e10 N/m^1.5, times four per further impact");
-  f.relative(claim_name(subject, "normal impulse of impact 1", penalty), "N s", found.at(0).impulse_n,
+  f.relative(claim_name(subject, "normal impulse of impact 1", penalty_scheme), "N s", found.at(0).impulse_n,
              double(exact[0].impulse_n), 3e-4, independent,
              "acceleration of 10 m/s² during the contact time");
 }
@@ -204,10 +204,10 @@ void impacting_stick(Findings& f) {
              routh, reason);
   };
   claim(energetic, "event-driven, energetic law", 1e-11, 1e-11, "rounding");
-  claim(compliant, penalty, 4e-4, 2e-5,
+  claim(compliant, penalty_scheme, 4e-4, 2e-5,
         "weight during the contact time, 2e-5 s for K = 1e10 N/m^1.5, and the regularised friction below "
         "1e-3 m/s; margin of two");
-  f.within(claim_name(subject, "time of impact 1", penalty), "s", compliant.t, double(first.t), 1e-9,
+  f.within(claim_name(subject, "time of impact 1", penalty_scheme), "s", compliant.t, double(first.t), 1e-9,
            independent, "free flight, tolerance 1e-11 per step");
 }
 
@@ -223,18 +223,18 @@ void rocking_block(Findings& f) {
                double(exact.impulse_n), relative, fall, reason);
   };
   const auto first = onsets(test::simulate(scene, Family::nonsmooth)).at(0);
-  claim(first, event_driven, 1e-12, 1e-11, "rounding: the fall is a polynomial in time");
+  claim(first, event_scheme, 1e-12, 1e-11, "rounding: the fall is a polynomial in time");
   claim(onsets(test::simulate(stepped(scene, 1e-5), Family::nonsmooth)).at(0), steps_of(1e-5).c_str(), 1e-5,
         1e-4, "the step h; g h is 3.3e-5 of the approach speed, margin of three");
-  claim(onsets(test::simulate(scene, Family::penalty)).at(0), penalty, 1e-9, 1e-4,
+  claim(onsets(test::simulate(scene, Family::penalty)).at(0), penalty_scheme, 1e-9, 1e-4,
         "weight during the contact time, 3.2e-5 s for K = 1e10 N/m^1.5, margin of two");
   const char* const stored = "RockingBlockED_Lsodar_LZBimpact.ref of Siconos";
-  f.within(claim_name(subject, "published time of impact 1", event_driven), "s", first.t,
+  f.within(claim_name(subject, "published time of impact 1", event_scheme), "s", first.t,
            reference::published_fall, 1e-12, stored, "the published program is exact for a free fall");
-  f.within(claim_name(subject, "published approach speed of impact 1", event_driven), "m/s", -first.v_n_minus,
+  f.within(claim_name(subject, "published approach speed of impact 1", event_scheme), "m/s", -first.v_n_minus,
            reference::published_fall_speed, 1e-12, stored, "the published program is exact for a free fall");
   scene.mechanism.surfaces[0].restitution = 0.8;
-  f.within(claim_name(subject, "published impulse of impact 1, e = 0.8", event_driven), "N s",
+  f.within(claim_name(subject, "published impulse of impact 1, e = 0.8", event_scheme), "N s",
            onsets(test::simulate(scene, Family::nonsmooth)).at(0).impulse_n,
            reference::published_rebound + reference::published_fall_speed, 5e-5, stored,
            "impulse step 5e-5 N s of the published program");
@@ -249,9 +249,9 @@ void rocking_block(Findings& f) {
       {"bodies.block.points.A=[-0.5,-0.25]", "bodies.block.points.B=[0.5,-0.25]", "run.duration=0.6"});
   const auto found = onsets(test::simulate(wide, Family::nonsmooth), "B").at(0);
   const char* const reason = "tolerance 1e-12 per step, some hundred steps";
-  f.within(claim_name(standing, "time of the impact of corner B", event_driven), "s", found.t,
+  f.within(claim_name(standing, "time of the impact of corner B", event_scheme), "s", found.t,
            double(both.at(1).t), 1e-11, independent, reason);
-  f.relative(claim_name(standing, "normal impulse of corner B, corner A in contact", event_driven), "N s",
+  f.relative(claim_name(standing, "normal impulse of corner B, corner A in contact", event_scheme), "N s",
              found.impulse_n, double(both.at(1).impulse_n), 1e-9, independent, reason);
 }
 
@@ -292,7 +292,7 @@ void woodpecker(Findings& f) {
     f.relative(claim_name(subject, "energy lost in the period from peck 4", scheme), "J",
                energy_at(from) - energy_at(from + period), loss, relative, independent, reason);
   };
-  claim(scene, event_driven, 1e-10, 1e-8, "tolerance 1e-12 per step, some 1e4 steps");
+  claim(scene, event_scheme, 1e-10, 1e-8, "tolerance 1e-12 per step, some 1e4 steps");
   for (const double h : {1e-5, 2.5e-6})
     claim(stepped(scene, h), steps_of(h).c_str(), 5 * h, 1000 * h,
           "h for each of the five changes of contact of a peck; energy: weight times 0.3 m/s over 45 h");
@@ -312,7 +312,7 @@ void woodpecker_small_angles(Findings& f) {
   scene.run.duration = 0.29998;
   const auto end = test::simulate(scene, Family::nonsmooth).final_state;
   const double height = end.q[1], rate = end.v[5] / 1e-5;
-  const auto name = [&](const char* what) { return claim_name(subject, what, event_driven); };
+  const auto name = [&](const char* what) { return claim_name(subject, what, event_scheme); };
   const char* const rest = "nonlinear terms of a stretch of 1e-5, times ten per peck";
   f.within(name("height of the sleeve after 0.29998 s"), "m", height, double(linear.q[0]), 1e-6,
            "linear model in long double", rest);

@@ -126,8 +126,7 @@ TEST_CASE("validate: each outcome of a measured signal in words", "[verdicts]") 
   CHECK_THAT(verdict(std::vector{agrees}), !Contains("calibrate"));
   CHECK_THAT(verdict(std::vector{of_penalty(Outcome::undecided)}),
              Contains("Whether penalty agrees is unknown") && !Contains("Peaks"));
-  CHECK_THAT(verdict(std::vector{of_penalty(Outcome::stopped)}),
-             Contains("Penalty stopped early"));
+  CHECK_THAT(verdict(std::vector{of_penalty(Outcome::stopped)}), Contains("Penalty stopped early"));
 }
 
 TEST_CASE("validate: measured points and published findings in words", "[verdicts]") {
