@@ -408,7 +408,7 @@ TEST_CASE("a hundred errors are each reported in one line in the program's own w
   }
   all.push_back({"run --resume " + place + "nowhere", "nowhere"});
   make_folder(folder.path() / "cut");
-  file("cut/run.checkpoint", "freeplay checkpoint 4 10 0\n");
+  file("cut/run.checkpoint", "freeplay checkpoint 5 10 0\n");
   all.push_back({"run --resume " + place + "cut", "is damaged"});
   make_folder(folder.path() / "none");
   file("none/run.checkpoint", "nothing of the kind");

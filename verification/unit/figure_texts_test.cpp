@@ -6,6 +6,7 @@
 #include <catch2/catch.hpp>
 
 #include <algorithm>
+#include <iterator>
 #include <cctype>
 #include <regex>
 #include <string>
@@ -72,10 +73,25 @@ std::vector<std::string> texts_of(const std::filesystem::path& svg) {
   return list;
 }
 
+/// Words of the axis titles in a script. gnuplot omits a title that is wholly off the page.
+std::vector<std::string> titles_of(const std::filesystem::path& script) {
+  std::vector<std::string> list;
+  const auto text = test::file_text(script);
+  const std::regex title(R"(set [xy]2?label ["']([^"']*)["'])"), word("[A-Za-z]{3,}");
+  for (auto it = std::sregex_iterator(text.begin(), text.end(), title); it != std::sregex_iterator(); ++it) {
+    const std::string words = (*it)[1];
+    for (auto w = std::sregex_iterator(words.begin(), words.end(), word); w != std::sregex_iterator(); ++w)
+      list.push_back(w->str());
+  }
+  return list;
+}
+
 /// The faults of a page: words outside, overlapping words, and absent texts. A word's box has the
 /// height of the font's ascenders and descenders, which exceed its letters; an overlap of a fifth of
 /// the lower box is none of letters. The parts of F_x and 10^3 share their edges.
-std::vector<std::string> faults_of(const PaperPage& page, std::vector<std::string> texts) {
+std::vector<std::string> faults_of(const PaperPage& page, std::filesystem::path pdf) {
+  auto texts = texts_of(pdf.replace_extension(".svg"));
+  std::ranges::copy(titles_of(pdf.replace_extension(".gp")), std::back_inserter(texts));
   std::vector<std::string> faults;
   for (std::size_t i = 0; i < page.words.size(); ++i) {
     const auto& a = page.words[i];
@@ -108,11 +124,10 @@ void check_figures(const std::filesystem::path& figures, double width, const std
     if (entry.path().extension() != ".pdf") continue;
     ++count;
     const auto page = page_of(entry.path(), scratch);
-    auto svg = entry.path();
     CAPTURE(entry.path().filename().string());
     CHECK(page.width == Approx(width / 25.4 * 72).margin(1));  // gnuplot rounds to points
     CHECK(page.words.size() > 4);
-    CHECK(faults_of(page, texts_of(svg.replace_extension(".svg"))) == std::vector<std::string>{});
+    CHECK(faults_of(page, entry.path()) == std::vector<std::string>{});
   }
   CHECK(count > 0);
 }
@@ -126,7 +141,7 @@ void write_facts(const std::filesystem::path& folder) {
 
 }  // namespace
 
-TEST_CASE("texts that overlap, touch or leave the page are found", "[figures][texts]") {
+TEST_CASE("texts that overlap, touch or leave the page are found", "[figures][texts][program]") {
   test::TemporaryFolder folder;
   const auto& place = folder.path();
   write_facts(place);
@@ -137,7 +152,7 @@ TEST_CASE("texts that overlap, touch or leave the page are found", "[figures][te
                  script);
     plots::draw(f, place);
     const auto page = page_of(place / "figures/planted.pdf", place / "large.pdf");
-    return fmt::format("{}", fmt::join(faults_of(page, texts_of(place / "figures/planted.svg")), "\n"));
+    return fmt::format("{}", fmt::join(faults_of(page, place / "figures/planted.pdf"), "\n"));
   };
   const auto label = [](const char* text, double x) {
     return plots::Script()
@@ -157,7 +172,7 @@ TEST_CASE("texts that overlap, touch or leave the page are found", "[figures][te
 }
 
 TEST_CASE("texts of figures stay apart and on the page at the widths and sizes of journals",
-          "[figures][texts]") {
+          "[figures][texts][program]") {
   test::TemporaryFolder folder;
   const auto compared = folder.path() / "compared", single = folder.path() / "single";
   const auto scene = test::flores().string();
@@ -196,7 +211,7 @@ TEST_CASE("texts of figures stay apart and on the page at the widths and sizes o
     }
 }
 
-TEST_CASE("figures state their origin in their script and their PDF alone", "[figures][texts]") {
+TEST_CASE("figures state their origin in their script and their PDF alone", "[figures][texts][program]") {
   test::TemporaryFolder folder;
   const auto& place = folder.path();
   write_facts(place);

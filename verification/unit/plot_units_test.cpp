@@ -127,7 +127,7 @@ TEST_CASE("tics of an axis are few and short", "[figures][plot]") {
   CHECK(plots::key_grid({"penalty", "nonsmooth", "ideal joint"}, 35).rows == 2);
 }
 
-TEST_CASE("freeplay plot draws expressions, folded, in the requested units", "[figures][plot]") {
+TEST_CASE("freeplay plot draws expressions, folded, in the requested units", "[figures][plot][program]") {
   test::TemporaryFolder folder;
   const auto place = folder.path() / "run";
   write_turns(place);
@@ -176,7 +176,7 @@ TEST_CASE("freeplay plot draws expressions, folded, in the requested units", "[f
   refused("--y b.x --fold", "--fold: t is not an angle");
 }
 
-TEST_CASE("a style is a preset, a file, or beside the scene", "[figures][style]") {
+TEST_CASE("a style is a preset, a file, or beside the scene", "[figures][style][program]") {
   test::TemporaryFolder folder;
   const auto place = folder.path() / "run";
   write_turns(place);

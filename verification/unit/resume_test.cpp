@@ -371,7 +371,7 @@ TEST_CASE("resume: a folder that cannot be resumed is refused and stays unchange
     }
 
   // The checkpoint.
-  const std::string checkpoint = "run.checkpoint", head = "freeplay checkpoint 4 ";
+  const std::string checkpoint = "run.checkpoint", head = "freeplay checkpoint 5 ";
   const auto whole = test::file_text(cut / checkpoint);
   REQUIRE(whole.starts_with(head));
   const auto rewritten = [&](const std::string& bytes) {
@@ -387,7 +387,7 @@ TEST_CASE("resume: a folder that cannot be resumed is refused and stays unchange
   const auto sealed = [](const std::string& body) {
     std::uint64_t hash = 0xcbf29ce484222325u;
     for (const unsigned char c : body) hash = (hash ^ c) * 0x100000001b3u;
-    return fmt::format("freeplay checkpoint 4 {} {:016x}\n", body.size(), hash) + body;
+    return fmt::format("freeplay checkpoint 5 {} {:016x}\n", body.size(), hash) + body;
   };
   auto body = whole.substr(whole.find('\n') + 1);
   REQUIRE(sealed(body) == whole);

@@ -65,7 +65,7 @@ void plant_starts(const std::filesystem::path& database) {
 
 }  // namespace
 
-TEST_CASE("curves of a sweep have the mean, Student's interval and the units", "[figures][study]") {
+TEST_CASE("curves of a sweep have the mean, Student's interval and the units", "[figures][study][program]") {
   const test::BallStudy ball("values = [0.2, 0.4, 0.8]\nunit = \"%\"\nscale = 100", measures);
   const auto made = test::freeplay(fmt::format("sweep {} -o {}", ball.study.string(), ball.out.string()));
   CAPTURE(made.out, made.err);
@@ -129,7 +129,7 @@ TEST_CASE("curves of a sweep have the mean, Student's interval and the units", "
   }
 }
 
-TEST_CASE("units that name no measure are refused with their line", "[study]") {
+TEST_CASE("units that name no measure are refused with their line", "[study][program]") {
   const test::BallStudy ball("values = [0.2]", "[units]\nrise = \"m\"\n");
   const auto made = test::freeplay(fmt::format("sweep {} -o {}", ball.study.string(), ball.out.string()));
   CHECK(made.status == 2);
@@ -160,7 +160,7 @@ TEST_CASE("a map over two axes has each cell once, with edges midway", "[figures
   CHECK(plots::is_logarithmic({100, 10, 1}));
 }
 
-TEST_CASE("statistics of an ensemble are drawn as histograms over the starts", "[figures][study]") {
+TEST_CASE("statistics of an ensemble are drawn as histograms over the starts", "[figures][study][program]") {
   const test::TemporaryFolder folder;
   write_file(folder.path() / "ensemble.json", nlohmann::json{{"provenance", origin()}}.dump());
   write_file(folder.path() / "bands.csv",
@@ -189,7 +189,7 @@ TEST_CASE("statistics of an ensemble are drawn as histograms over the starts", "
                                                  Contains("statistics: pin.impacts energy"));
 }
 
-TEST_CASE("any column of a bifurcation or a basin is drawn", "[figures][study]") {
+TEST_CASE("any column of a bifurcation or a basin is drawn", "[figures][study][program]") {
   const test::TemporaryFolder folder;
   const nlohmann::json columns = {{{"name", "phase"}, {"unit", ""}}, {{"name", "approach"}, {"unit", "m/s"}}};
   const auto axis = [](const char* name) {
@@ -225,7 +225,7 @@ TEST_CASE("any column of a bifurcation or a basin is drawn", "[figures][study]")
   }
 }
 
-TEST_CASE("figures of the paper have its numbers, panels and units", "[figures][study]") {
+TEST_CASE("figures of the paper have its numbers, panels and units", "[figures][study][program]") {
   const test::TemporaryFolder folder;
   write_file(folder.path() / "paper.json", nlohmann::json{{"provenance", origin()}}.dump());
   std::string cells = "variant,formulation,clearance,speed,statistic,mean,low,high\n",
