@@ -15,6 +15,7 @@
 #include <vector>
 
 #include "mechanism/keys.hpp"
+#include "numerics/traced.hpp"
 
 namespace freeplay {
 
@@ -87,5 +88,6 @@ template <class T>
 T lifted(const T& x, double f, double df) {
   return x.chain(f, df);
 }
+inline Traced lifted(const Traced& x, double f, double) { return f + value_of(x); }  // throws
 
 }  // namespace freeplay
