@@ -15,26 +15,26 @@ namespace freeplay {
 template <class F>
 inline constexpr bool is_linear_combination = false;
 template <class... F>
-inline constexpr bool
-    is_linear_combination<boost::numeric::odeint::default_operations::scale_sum1<F...>> = true;
+inline constexpr bool is_linear_combination<boost::numeric::odeint::default_operations::scale_sum1<F...>> =
+    true;
 template <class... F>
-inline constexpr bool
-    is_linear_combination<boost::numeric::odeint::default_operations::scale_sum2<F...>> = true;
+inline constexpr bool is_linear_combination<boost::numeric::odeint::default_operations::scale_sum2<F...>> =
+    true;
 template <class... F>
-inline constexpr bool
-    is_linear_combination<boost::numeric::odeint::default_operations::scale_sum3<F...>> = true;
+inline constexpr bool is_linear_combination<boost::numeric::odeint::default_operations::scale_sum3<F...>> =
+    true;
 template <class... F>
-inline constexpr bool
-    is_linear_combination<boost::numeric::odeint::default_operations::scale_sum4<F...>> = true;
+inline constexpr bool is_linear_combination<boost::numeric::odeint::default_operations::scale_sum4<F...>> =
+    true;
 template <class... F>
-inline constexpr bool
-    is_linear_combination<boost::numeric::odeint::default_operations::scale_sum5<F...>> = true;
+inline constexpr bool is_linear_combination<boost::numeric::odeint::default_operations::scale_sum5<F...>> =
+    true;
 template <class... F>
-inline constexpr bool
-    is_linear_combination<boost::numeric::odeint::default_operations::scale_sum6<F...>> = true;
+inline constexpr bool is_linear_combination<boost::numeric::odeint::default_operations::scale_sum6<F...>> =
+    true;
 template <class... F>
-inline constexpr bool
-    is_linear_combination<boost::numeric::odeint::default_operations::scale_sum7<F...>> = true;
+inline constexpr bool is_linear_combination<boost::numeric::odeint::default_operations::scale_sum7<F...>> =
+    true;
 
 struct VectorAlgebra {
   using Vector = std::vector<double>;

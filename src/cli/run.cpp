@@ -33,14 +33,14 @@ struct RunRequest : Request {
   std::string scene;
   std::vector<std::string> overrides;
   std::string formulation;
-  std::string accuracy;    ///< fast, balanced or reference; empty: the scene's own settings
-  std::string output;      ///< result folder
-  bool forces = false;     ///< write forces.csv too
-  std::string resume;      ///< folder of an interrupted run
-  std::string from;        ///< run.json of a run to repeat
-  std::string law;         ///< plugin of contact laws and load forces
+  std::string accuracy;                      ///< fast, balanced or reference; empty: the scene's own settings
+  std::string output;                        ///< result folder
+  bool forces = false;                       ///< write forces.csv too
+  std::string resume;                        ///< folder of an interrupted run
+  std::string from;                          ///< run.json of a run to repeat
+  std::string law;                           ///< plugin of contact laws and load forces
   bool compile = false, no_compile = false;  ///< compile before the first step, or never
-  double checkpoint = 30;  ///< s of wall time between checkpoints
+  double checkpoint = 30;                    ///< s of wall time between checkpoints
   double most_output = default_output_limit / 1e9;  ///< GB
   RunFigures figures;
 };
@@ -199,7 +199,8 @@ void run_verb(Program& program) {
       .takes("SECONDS")
       .shows_default();
   options.limit_output(request.most_output);
-  options.flag("--compile", request.compile, "compile the mechanism before the first step, not after 100,000");
+  options.flag("--compile", request.compile,
+               "compile the mechanism before the first step, not after 100,000");
   options.flag("--no-compile", request.no_compile, "never compile the mechanism; the digits are the same");
   options
       .add("--plot", request.figures.plot,

@@ -51,8 +51,14 @@ bool System::contact_compiled(int k, const double* q, const double* v, const Eva
   const auto& contact = functions_->contacts[static_cast<std::size_t>(k)];
   if (!contact.function) return false;
   const double* in[] = {q, v, e.cosine.data(), e.sine.data()};
-  double* out[] = {&row.gap,     row.normal.value.data(), row.tangent.value.data(), row.film.value.data(),
-                   &row.gamma_n, &row.gamma_t,            &row.gamma_film,          &row.turn};
+  double* out[] = {&row.gap,
+                   row.normal.value.data(),
+                   row.tangent.value.data(),
+                   row.film.value.data(),
+                   &row.gamma_n,
+                   &row.gamma_t,
+                   &row.gamma_film,
+                   &row.turn};
   if (contact.function(functions_->constants.data(), in, out) != 0) {
     ++functions_->refused;
     return false;

@@ -63,7 +63,8 @@ class SystemTracer {
     trace.outputs(2, e.phi);
     trace.outputs(3, e.phi_t);
     trace.outputs(4, G_ = e.G);
-    for (std::size_t i = 0; i < G_.size(); ++i) fixed_.push_back(G_[i].node == trace.old(4, static_cast<int>(i)).node);
+    for (std::size_t i = 0; i < G_.size(); ++i)
+      fixed_.push_back(G_[i].node == trace.old(4, static_cast<int>(i)).node);
   }
   void rate(TracedObject& object) {
     Trace trace(object, "rate");
@@ -94,7 +95,8 @@ class SystemTracer {
     const auto of_pair = [&](int c) {
       return planar::body_of(c) == bodies[0] || planar::body_of(c) == bodies[1];
     };
-    const auto q = coordinates(trace, 0, at_.q, true, of_pair), v = coordinates(trace, 1, at_.v, false, of_pair);
+    const auto q = coordinates(trace, 0, at_.q, true, of_pair),
+               v = coordinates(trace, 1, at_.v, false, of_pair);
     auto e = fresh(trace);
     orient(trace, 2, e);
     ContactRowOf<Traced> row;
@@ -132,7 +134,8 @@ class SystemTracer {
 
  private:
   /// The inputs of an array. A still coordinate is its value, or its rate 0; a guard checks that.
-  std::vector<Traced> coordinates(Trace& trace, int array, const std::vector<double>& values, bool positions) {
+  std::vector<Traced> coordinates(Trace& trace, int array, const std::vector<double>& values,
+                                  bool positions) {
     return coordinates(trace, array, values, positions, [](int) { return true; });
   }
   std::vector<Traced> coordinates(Trace& trace, int array, const std::vector<double>& values, bool positions,
@@ -280,7 +283,8 @@ std::vector<double> quantities(const System& system, const State& at, SaddlePoin
 
 }  // namespace
 
-long differing_quantities(System& system, const SystemFunctions& functions, const State& near, RowFacts facts) {
+long differing_quantities(System& system, const SystemFunctions& functions, const State& near,
+                          RowFacts facts) {
   const auto still = still_coordinates(system, near);
   long differing = 0;
   for (unsigned seed = 0; seed < 5; ++seed) {

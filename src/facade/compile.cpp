@@ -16,7 +16,8 @@ Compile compile_choice(Compile asked) {
   if (asked != Compile::automatic || !named || !*named) return asked;
   for (const auto& [word, choice] : compile_words)
     if (word == named) return choice;
-  throw ModelError("FREEPLAY_COMPILE", fmt::format("must be \"automatic\", \"always\" or \"never\", is \"{}\"", named));
+  throw ModelError("FREEPLAY_COMPILE",
+                   fmt::format("must be \"automatic\", \"always\" or \"never\", is \"{}\"", named));
 }
 
 CompiledRun compile_system(System& system, const State& near, RowFacts facts, StopToken stop) {

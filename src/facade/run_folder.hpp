@@ -14,9 +14,9 @@
 
 #include "io/files/output_estimate.hpp"
 #include "mechanism/outside.hpp"
+#include "values/compile.hpp"
 #include "values/result.hpp"
 #include "values/state.hpp"
-#include "values/compile.hpp"
 #include "values/stop.hpp"
 
 namespace freeplay {

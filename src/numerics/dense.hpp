@@ -29,7 +29,7 @@ class DenseLu {
 
  private:
   static constexpr int most_small = 6;
-  int small_ = 0;                                 // rows; 0: lu_ is in force
+  int small_ = 0;                                  // rows; 0: lu_ is in force
   std::array<double, most_small * most_small> f_;  // factors by columns
   std::array<int, most_small> swap_;               // row exchanged with row k
   Eigen::PartialPivLU<Eigen::MatrixXd> lu_;

@@ -149,7 +149,7 @@ class SaddlePoint {
   RowFacts facts_;
   std::size_t rows_ = 0;
   const SolveFunctions* functions_ = nullptr;
-  bool compiled_ = false;  // whether the factors in force are those of `functions_`
+  bool compiled_ = false;                            // whether the factors in force are those of `functions_`
   std::vector<double> G_values_, factors_, ratios_;  // of compiled factors
 };
 

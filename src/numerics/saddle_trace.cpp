@@ -41,8 +41,8 @@ void cholesky(Factors& S, std::vector<Traced>& ratios) {
 
 }  // namespace
 
-bool SaddlePoint::trace(TracedObject& object, std::span<const double> G_values, const std::vector<bool>& constant,
-                        int& factors, std::vector<int>& ratios) const {
+bool SaddlePoint::trace(TracedObject& object, std::span<const double> G_values,
+                        const std::vector<bool>& constant, int& factors, std::vector<int>& ratios) const {
   for (const auto& part : parts_)
     if (!part.block.dense()) return false;
   std::vector<Factors> blocks;

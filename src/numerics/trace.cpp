@@ -80,7 +80,10 @@ Trace* Trace::active() {
 }
 
 Trace::Trace(TracedObject& object, std::string_view name)
-    : object_(object), name_(name), outer_(std::exchange(active_trace, this)), exceptions_(std::uncaught_exceptions()) {}
+    : object_(object),
+      name_(name),
+      outer_(std::exchange(active_trace, this)),
+      exceptions_(std::uncaught_exceptions()) {}
 
 Trace::~Trace() {
   active_trace = outer_;
@@ -176,7 +179,8 @@ Traced Trace::record(Operation operation, const Traced& a, const Traced& b) {
   }
   if (two) right = operand(b);
   // The rounding of a sum or product does not depend on the order of its two operands.
-  if ((operation == Operation::add || operation == Operation::multiply) && right < left) std::swap(left, right);
+  if ((operation == Operation::add || operation == Operation::multiply) && right < left)
+    std::swap(left, right);
   x.node = intern(operation, left, right);
   return x;
 }

@@ -133,7 +133,9 @@ void Trace::write() {
     const auto guards_until = [&](int node) {
       for (; g < guards_.size() && guard_part[g] == p && guards_[g].after <= node; ++g) {
         const auto& x = guards_[g];
-        const char* sign = x.relation == Relation::less ? " < " : x.relation == Relation::less_equal ? " <= " : " == ";
+        const char* sign = x.relation == Relation::less         ? " < "
+                           : x.relation == Relation::less_equal ? " <= "
+                                                                : " == ";
         text += std::string("if (") + (x.result ? "!" : "") + "(" + name_of(x.a) + sign + name_of(x.b) +
                 ")) return 1;\n";
       }

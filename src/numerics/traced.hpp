@@ -15,7 +15,22 @@
 
 namespace freeplay {
 
-enum class Operation { constant, input, add, subtract, multiply, divide, negate, sqrt, abs, sin, cos, exp, tanh, atan2 };
+enum class Operation {
+  constant,
+  input,
+  add,
+  subtract,
+  multiply,
+  divide,
+  negate,
+  sqrt,
+  abs,
+  sin,
+  cos,
+  exp,
+  tanh,
+  atan2
+};
 enum class Relation { less, less_equal, equal };
 
 /// Thrown if an evaluation uses a number in a way that no compiled function can follow; what()

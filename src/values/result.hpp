@@ -85,10 +85,10 @@ struct OnsetDoubt {
 
 /// Compiled functions of the mechanism in a run. They give the digits of the general ones.
 struct CompiledRun {
-  bool used = false;        ///< whether the run used them
-  double from = 0;          ///< s, time of the run from which on
-  std::string reason;       ///< why not
-  long refused = 0;         ///< calls that the general functions answered, because a guard failed
+  bool used = false;   ///< whether the run used them
+  double from = 0;     ///< s, time of the run from which on
+  std::string reason;  ///< why not
+  long refused = 0;    ///< calls that the general functions answered, because a guard failed
   std::vector<std::string> general_parts;  ///< parts that cannot be compiled, with the reasons
 };
 

@@ -31,7 +31,7 @@ struct CacheForTests {
   test::TemporaryFolder folder;
 };
 
-Result run_with(const Scene& scene, std::string_view formulation, Compile compile) {
+Result run_as(const Scene& scene, std::string_view formulation, Compile compile) {
   Simulation simulation(scene, formulation, {.compile = compile});
   return simulation.run();
 }
@@ -79,14 +79,15 @@ TEST_CASE("runs of compiled mechanisms have the digits of general runs", "[proce
     Scheme scheme = Scheme::event_driven;
     bool eliminate = true;
   };
-  for (const auto& c : {Case{"penalty"}, Case{"penalty", Integrator::rosenbrock4}, Case{"nonsmooth"},
-                        Case{"nonsmooth", {}, Scheme::moreau_jean}, Case{"penalty", Integrator::dopri5, {}, false}}) {
+  for (const auto& c :
+       {Case{"penalty"}, Case{"penalty", Integrator::rosenbrock4}, Case{"nonsmooth"},
+        Case{"nonsmooth", {}, Scheme::moreau_jean}, Case{"penalty", Integrator::dopri5, {}, false}}) {
     INFO(c.formulation << " " << static_cast<int>(c.integrator) << " " << static_cast<int>(c.scheme));
     scene.penalty.integrator = c.integrator;
     scene.nonsmooth.scheme = c.scheme;
     scene.run.eliminate = c.eliminate;
-    const auto general = run_with(scene, c.formulation, Compile::never);
-    const auto compiled = run_with(scene, c.formulation, Compile::always);
+    const auto general = run_as(scene, c.formulation, Compile::never);
+    const auto compiled = run_as(scene, c.formulation, Compile::always);
     CHECK(compiled.compiled.reason == "");
     CHECK(compiled.compiled.used);
     CHECK_FALSE(general.compiled.used);
@@ -142,8 +143,8 @@ TEST_CASE("elements that cannot be traced keep their templates, and the result s
   auto scene = read_scene(test::source_folder() / "cases/cam-follower/scene.toml");
   scene.run.duration = 0.01;
   scene.run.discard = 0;
-  const auto compiled = run_with(scene, "penalty", Compile::always),
-             general = run_with(scene, "penalty", Compile::never);
+  const auto compiled = run_as(scene, "penalty", Compile::always),
+             general = run_as(scene, "penalty", Compile::never);
   CHECK_FALSE(compiled.compiled.general_parts.empty());
   CHECK(compiled.final_state.q == general.final_state.q);
 }
@@ -162,10 +163,11 @@ TEST_CASE("without a compiler or a private cache a run takes the general path an
   const test::TemporaryFolder folder;
   const auto run = [&](const std::string& name) {
     const auto out = folder.path() / name;
-    const auto done = test::freeplay("run " + test::flores().string() +
-                                     " --formulation penalty --compile --no-figures --set run.revolutions=0.1 "
-                                     "--set run.discard=0 -o " +
-                                     out.string());
+    const auto done =
+        test::freeplay("run " + test::flores().string() +
+                       " --formulation penalty --compile --no-figures --set run.revolutions=0.1 "
+                       "--set run.discard=0 -o " +
+                       out.string());
     CHECK(done.status == 0);
     return test::file_text(out / "run.json");
   };

@@ -32,7 +32,7 @@ constexpr int most_objects = 1000;
 /// -O1: -O2 takes longer and gains little on straight code.
 const std::vector<std::string>& compiler() {
   static const std::vector<std::string> command{
-      "cc",      "-x",  "c",  "-std=c99", "-O1", "-fstrict-aliasing", "-ffp-contract=off", "-fno-math-errno",
+      "cc",    "-x", "c",      "-std=c99", "-O1", "-fstrict-aliasing", "-ffp-contract=off", "-fno-math-errno",
       "-fPIC", "-w", "-shared"};
   return command;
 }
@@ -81,7 +81,8 @@ Descriptor private_folder(const fs::path& folder) {
 /// The bytes of an object of the cache without its digest; empty if there is none that is whole and
 /// the user's own.
 std::string whole_object(const Descriptor& folder, const std::string& name) {
-  const Descriptor file(openat(folder.number(), name.c_str(), O_RDONLY | O_NOFOLLOW | O_NONBLOCK | O_CLOEXEC));
+  const Descriptor file(
+      openat(folder.number(), name.c_str(), O_RDONLY | O_NOFOLLOW | O_NONBLOCK | O_CLOEXEC));
   struct stat facts {};
   if (!file || fstat(file.number(), &facts) != 0 || !S_ISREG(facts.st_mode) || facts.st_uid != geteuid() ||
       (facts.st_mode & 022) != 0 || facts.st_size > largest_object)
@@ -109,7 +110,8 @@ void empty_if_full(const fs::path& folder) {
 }
 
 /// Compiles into the folder under a name of its own, appends the digest and renames.
-void compile(const fs::path& folder, const std::string& name, const std::string& text, const StopToken& stop) {
+void compile(const fs::path& folder, const std::string& name, const std::string& text,
+             const StopToken& stop) {
   static std::atomic<int> count{0};
   empty_if_full(folder);
   const auto partial = folder / fmt::format("{}.{}.{}.partial", name, getpid(), ++count);
@@ -149,8 +151,7 @@ CompiledObject compiled_object(const std::string& text, int functions, StopToken
     if (identity.empty()) throw Refused{"there is no C compiler `cc`"};
     const auto folder = user_cache() / "freeplay";
     const auto open_folder = private_folder(folder);
-    const auto name =
-        digest(fmt::format("{}\n{}\n{}", fmt::join(compiler(), " "), identity, text)) + ".so";
+    const auto name = digest(fmt::format("{}\n{}\n{}", fmt::join(compiler(), " "), identity, text)) + ".so";
     object.cached = !whole_object(open_folder, name).empty();
     if (!object.cached) {
       compile(folder, name, text, stop);
@@ -158,7 +159,8 @@ CompiledObject compiled_object(const std::string& text, int functions, StopToken
     }
     void* handle = dlopen((folder / name).c_str(), RTLD_NOW | RTLD_LOCAL);
     if (!handle) throw Refused{visible_brief(dlerror())};
-    object.library = std::shared_ptr<const void>(handle, [](const void* h) { dlclose(const_cast<void*>(h)); });
+    object.library =
+        std::shared_ptr<const void>(handle, [](const void* h) { dlclose(const_cast<void*>(h)); });
     object.table = static_cast<const CompiledFunction*>(dlsym(handle, "freeplay_functions"));
     int count = 0;
     while (object.table && object.table[count]) ++count;
