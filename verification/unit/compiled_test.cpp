@@ -38,7 +38,7 @@ Result run_as(const Scene& scene, std::string_view formulation, Compile compile)
 
 }  // namespace
 
-TEST_CASE("random scenes: compiled functions give the digits of the templates", "[process]") {
+TEST_CASE("random scenes: compiled functions give the digits of the templates", "[compiled][program]") {
   const CacheForTests cache;
   int compiled = 0, solved = 0;
   for (int index = 0; index < 60; ++index) {
@@ -68,7 +68,7 @@ TEST_CASE("random scenes: compiled functions give the digits of the templates", 
   CHECK(solved >= 30);
 }
 
-TEST_CASE("runs of compiled mechanisms have the digits of general runs", "[process]") {
+TEST_CASE("runs of compiled mechanisms have the digits of general runs", "[compiled][program]") {
   const CacheForTests cache;
   auto scene = read_scene(test::flores());
   scene.run.duration = 0.1;
@@ -99,7 +99,7 @@ TEST_CASE("runs of compiled mechanisms have the digits of general runs", "[proce
   }
 }
 
-TEST_CASE("a snapshot of a compiled run continues in a general one", "[process]") {
+TEST_CASE("a snapshot of a compiled run continues in a general one", "[compiled][program]") {
   const CacheForTests cache;
   auto scene = read_scene(test::flores());
   for (const char* formulation : {"penalty", "nonsmooth"}) {
@@ -115,7 +115,7 @@ TEST_CASE("a snapshot of a compiled run continues in a general one", "[process]"
   }
 }
 
-TEST_CASE("a guard that fails at run time leaves the state to the templates", "[process]") {
+TEST_CASE("a guard that fails at run time leaves the state to the templates", "[compiled][program]") {
   const CacheForTests cache;
   // A concentric journal has no normal. The trace is made beside that state, so its guard fails there.
   const auto scene = read_scene(test::flores());
@@ -138,7 +138,8 @@ TEST_CASE("a guard that fails at run time leaves the state to the templates", "[
   CHECK(e.sine[2] == std::sin(1e-3));
 }
 
-TEST_CASE("elements that cannot be traced keep their templates, and the result says so", "[process]") {
+TEST_CASE("elements that cannot be traced keep their templates, and the result says so",
+          "[compiled][program]") {
   const CacheForTests cache;
   auto scene = read_scene(test::source_folder() / "cases/cam-follower/scene.toml");
   scene.run.duration = 0.01;
@@ -149,7 +150,7 @@ TEST_CASE("elements that cannot be traced keep their templates, and the result s
   CHECK(compiled.final_state.q == general.final_state.q);
 }
 
-TEST_CASE("FREEPLAY_COMPILE decides where nothing else is asked", "[process]") {
+TEST_CASE("FREEPLAY_COMPILE decides where nothing else is asked", "[compiled]") {
   setenv("FREEPLAY_COMPILE", "never", 1);
   CHECK(compile_choice(Compile::automatic) == Compile::never);
   CHECK(compile_choice(Compile::always) == Compile::always);
@@ -157,9 +158,11 @@ TEST_CASE("FREEPLAY_COMPILE decides where nothing else is asked", "[process]") {
   CHECK_THROWS_AS(compile_choice(Compile::automatic), ModelError);
   unsetenv("FREEPLAY_COMPILE");
   CHECK(compile_choice(Compile::automatic) == Compile::automatic);
+  setenv("FREEPLAY_COMPILE", "never", 1);  // as for all tests
 }
 
-TEST_CASE("without a compiler or a private cache a run takes the general path and says why", "[process]") {
+TEST_CASE("without a compiler or a private cache a run takes the general path and says why",
+          "[compiled][program]") {
   const test::TemporaryFolder folder;
   const auto run = [&](const std::string& name) {
     const auto out = folder.path() / name;

@@ -75,7 +75,8 @@ std::optional<double> call(CompiledFunction f, const TracedObject& object, doubl
 
 }  // namespace
 
-TEST_CASE("a compiled function gives the digits of its template, and refuses the other branch", "[process]") {
+TEST_CASE("a compiled function gives the digits of its template, and refuses the other branch",
+          "[compiled][program]") {
   const PrivateCache cache;
   const auto object = traced_at(2, 3, 0.7), other = traced_at(0.5, 3, 0.7);
   const auto root = compiled_object(object.text(), 1), rest = compiled_object(other.text(), 1);
@@ -92,7 +93,7 @@ TEST_CASE("a compiled function gives the digits of its template, and refuses the
   CHECK_FALSE(call(*root.table, object, NAN, 1));  // no comparison holds for it
 }
 
-TEST_CASE("functions that differ in parameters only share their text", "[unit]") {
+TEST_CASE("functions that differ in parameters only share their text", "[compiled]") {
   const auto a = traced_at(2, 3, 0.7), b = traced_at(1.5, 2, 12.5), c = traced_at(0.5, 3, 0.7);
   CHECK(a.text() == b.text());
   CHECK(a.constants() != b.constants());
@@ -100,7 +101,7 @@ TEST_CASE("functions that differ in parameters only share their text", "[unit]")
   CHECK(a.text().find("0.7") == std::string::npos);
 }
 
-TEST_CASE("a trace folds zeros and ones, and shares equal operations", "[unit]") {
+TEST_CASE("a trace folds zeros and ones, and shares equal operations", "[compiled]") {
   TracedObject object;
   {
     Trace trace(object, "f");
@@ -124,7 +125,7 @@ TEST_CASE("a trace folds zeros and ones, and shares equal operations", "[unit]")
   CHECK(object.functions() == 1);
 }
 
-TEST_CASE("a long function is compiled in parts", "[process]") {
+TEST_CASE("a long function is compiled in parts", "[compiled][program]") {
   const PrivateCache cache;
   // Σ aₖ sin(k x) over many k: numbers of early parts are used in later ones.
   const auto sum = [](const auto& x) {
@@ -147,7 +148,7 @@ TEST_CASE("a long function is compiled in parts", "[process]") {
   for (const double x : {0.3, -0.2, 0.9}) CHECK(call(*compiled.table, object, x, 0) == sum(x));
 }
 
-TEST_CASE("the cache of compiled objects: found again, repaired, and private", "[process]") {
+TEST_CASE("the cache of compiled objects: found again, repaired, and private", "[compiled][program]") {
   const PrivateCache cache;
   const auto object = traced_at(2, 3, 0.7);
   const auto get = [&] { return compiled_object(object.text(), 1); };
