@@ -195,15 +195,8 @@ TracedSystem trace_system(const System& system, const State& near, RowFacts fact
   auto& object = s.object;
   s.eliminate = facts.eliminate;
   SystemTracer tracer(system, near);
-  // Forces and prescribed motions with kinks are evaluated on pieces that the formulations choose.
-  const auto smooth = [&] {
-    if (system.phases() > 0) throw NotTraceable("a table, curve or spring with kinks");
-  };
-  if (!traced(s.untraced, "constraint rows", [&] {
-        smooth();
-        tracer.place(object);
-      }))
-    return s;
+  // Elements with kinks look up the piece at a value, which throws.
+  if (!traced(s.untraced, "constraint rows", [&] { tracer.place(object); })) return s;
   s.place = true;
   s.rate = traced(s.untraced, "constraint rows", [&] { tracer.rate(object); });
   s.forces = traced(s.untraced, "drives and loads", [&] { tracer.forces(object); });
