@@ -281,7 +281,8 @@ long differing_quantities(System& system, const SystemFunctions& functions, cons
   const auto still = still_coordinates(system, near);
   long differing = 0;
   for (unsigned seed = 0; seed < 5; ++seed) {
-    const auto at = seed == 0 ? near : moved(system, near, still, seed);
+    auto at = seed == 0 ? near : moved(system, near, still, seed);
+    at.z.resize(static_cast<std::size_t>(system.states()));  // a given start may leave them out
     SaddlePoint general(system.mass(), system.pattern(), SolvePath::automatic, facts);
     system.attach({});
     const auto expected = quantities(system, at, general);

@@ -13,6 +13,8 @@
 
 #include <stdexcept>
 
+/// @cond internal
+
 namespace freeplay {
 
 enum class Operation {
@@ -87,3 +89,5 @@ inline Traced atan2(const Traced& y, const Traced& x) { return record(Operation:
 [[gnu::noinline]] double value_of(const Traced& x);
 
 }  // namespace freeplay
+
+/// @endcond
