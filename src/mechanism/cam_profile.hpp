@@ -88,6 +88,7 @@ template <class T>
 T lifted(const T& x, double f, double df) {
   return x.chain(f, df);
 }
-inline Traced lifted(const Traced& x, double f, double) { return f + value_of(x); }  // throws
+/// A profile is looked up by a value, so it cannot be traced: throws NotTraceable.
+inline Traced lifted(const Traced& x, double f, double) { return f + value_of(x); }
 
 }  // namespace freeplay
