@@ -29,6 +29,7 @@
 #include <vector>
 
 #include "dynamics/gap_motion.hpp"
+#include "formulations/integrators/vector_algebra.hpp"
 #include "values/memory.hpp"
 
 namespace freeplay {

@@ -27,6 +27,7 @@
 #include <cmath>
 #include <vector>
 
+#include "formulations/integrators/vector_algebra.hpp"
 #include "values/memory.hpp"
 
 namespace freeplay {

@@ -42,6 +42,7 @@ PenaltyDynamics::PenaltyDynamics(const System& system, const PenaltyOptions& opt
       coupled_(system),
       coupled_a_(terms_.coupled.size() * static_cast<std::size_t>(system.n())),
       coupled_lambda_(terms_.coupled.size() * static_cast<std::size_t>(system.rows())) {
+  saddle_.use(system.solve_functions());
   if (options.stabilisation == Stabilisation::baumgarte) {
     two_alpha_ = 2 * options.alpha;
     beta_squared_ = options.beta * options.beta;

@@ -34,13 +34,14 @@ struct RunRequest : Request {
   std::string scene;
   std::vector<std::string> overrides;
   std::string formulation;
-  std::string accuracy;    ///< fast, balanced or reference; empty: the scene's own settings
-  std::string output;      ///< result folder
-  bool forces = false;     ///< write forces.csv too
-  std::string resume;      ///< folder of an interrupted run
-  std::string from;        ///< run.json of a run to repeat
-  std::string law;         ///< plugin of contact laws and load forces
-  double checkpoint = 30;  ///< s of wall time between checkpoints
+  std::string accuracy;                      ///< fast, balanced or reference; empty: the scene's own settings
+  std::string output;                        ///< result folder
+  bool forces = false;                       ///< write forces.csv too
+  std::string resume;                        ///< folder of an interrupted run
+  std::string from;                          ///< run.json of a run to repeat
+  std::string law;                           ///< plugin of contact laws and load forces
+  bool compile = false, no_compile = false;  ///< compile before the first step, or never
+  double checkpoint = 30;                    ///< s of wall time between checkpoints
   double most_output = default_output_limit / 1e9;  ///< GB
   RunFigures figures;
 };
@@ -115,6 +116,10 @@ int run(const RunRequest& request) {
   RunPlan plan;
   plan.stop = request.stop;
   plan.checkpoint = request.checkpoint;
+  if (request.compile && request.no_compile)
+    throw SceneError("--compile and --no-compile exclude each other; give one of them or neither");
+  if (request.compile) plan.compile = Compile::always;
+  if (request.no_compile) plan.compile = Compile::never;
   plan.companion = true;
   plan.most_output = 1e9 * request.most_output;
   if (!request.law.empty()) {
@@ -205,6 +210,9 @@ void run_verb(Program& program) {
       .takes("SECONDS")
       .shows_default();
   options.limit_output(request.most_output);
+  options.flag("--compile", request.compile,
+               "compile the mechanism before the first step, not after 100,000");
+  options.flag("--no-compile", request.no_compile, "never compile the mechanism; the digits are the same");
   options
       .add("--plot", request.figures.plot,
            "column to plot over time in a separate figure; may be repeated; a wrong name lists all")

@@ -37,7 +37,9 @@ namespace freeplay {
 
 class Builder;
 struct Mechanism;
-struct PlacedElements;  // dynamics/placed.hpp
+struct PlacedElements;   // dynamics/placed.hpp
+struct SystemFunctions;  // dynamics/system_functions.hpp
+struct SolveFunctions;
 
 class System {
  public:
@@ -144,6 +146,8 @@ class System {
   /// empty and its gap is c.
   template <class T>
   void contact(int k, const T* q, const T* v, const EvaluationOf<T>& e, ContactRowOf<T>& row) const {
+    if constexpr (std::is_same_v<T, double>)
+      if (compiled_contacts_ && contact_compiled(k, q, v, e, row)) return;
     contact(pairs_[k], contact_facts_[k], q, v, e, row);
   }
   /// Gap and rows of a pair of a family.
@@ -219,6 +223,16 @@ class System {
                     double weight, Forces& out, const Reading& reading = {}) const;
   ///@}
 
+  /// @name Compiled functions (dynamics/system_functions.hpp), which give the same digits faster
+  ///@{
+  /// Uses them from now on; no function of the System may be running. Empty ones: none.
+  void attach(SystemFunctions functions);
+  /// Those of the saddle point, at an address that stays. They are empty until attach().
+  const SolveFunctions* solve_functions() const;
+  /// Calls of compiled functions that the templates answered.
+  long refused() const;
+  ///@}
+
   /// Angle of the main drive's joint (rad); 0 if there is none.
   double crank_angle(const double* q) const;
   /// The rows, contacts and states that each joint, contact, drive and load contributes, in the
@@ -252,6 +266,10 @@ class System {
     over(std::get<std::vector<MeshRow<RackMesh>>>(constraints_));
     over(std::get<std::vector<DistanceRow>>(constraints_));
   }
+  bool place_compiled(double t, const double* q, Evaluation& e) const;
+  bool rate_compiled(const double* q, const double* v, Evaluation& e) const;
+  bool forces_compiled(double t, const double* q, const double* v, const double* z, Evaluation& e) const;
+  bool contact_compiled(int k, const double* q, const double* v, const Evaluation& e, ContactRow& row) const;
   template <class T>
   void place_rows(std::type_identity_t<T> t, const T* q, EvaluationOf<T>& e) const;
   template <class Element>
@@ -290,6 +308,8 @@ class System {
   Link crank_;
   bool velocity_forces_ = false, velocity_flows_ = false, loads_work_ = false, sweeps_ = false,
        spring_kinks_ = false;
+  std::shared_ptr<SystemFunctions> functions_;
+  bool compiled_ = false, compiled_contacts_ = false;
   int points_ = 0, limiters_ = 0;
   bool rare_rows_ = false,
        acts_ = false;  // rare_rows_: has rare kinds of rows; acts_: a drive or load applies a force

@@ -8,6 +8,7 @@
 #include "dynamics/builder.hpp"
 #include "dynamics/placed.hpp"
 #include "dynamics/point_bodies.hpp"
+#include "dynamics/system_functions.hpp"
 
 namespace freeplay {
 
@@ -269,7 +270,10 @@ void System::place_load(Builder& builder, const Element& element) {
   }
 }
 
-System::System(const Mechanism& m) : placed_(std::make_shared<PlacedElements>()), gravity_(m.gravity) {
+System::System(const Mechanism& m)
+    : placed_(std::make_shared<PlacedElements>()),
+      gravity_(m.gravity),
+      functions_(std::make_shared<SystemFunctions>()) {
   check_point_bodies(m);
   G_.columns = 3 * static_cast<int>(m.bodies.size());
   for (const auto& b : m.bodies) {
@@ -355,5 +359,6 @@ EvaluationOf<T> System::make_evaluation() const {
 }
 template Evaluation System::make_evaluation() const;
 template EvaluationOf<Gradient> System::make_evaluation() const;
+template EvaluationOf<Traced> System::make_evaluation() const;
 
 }  // namespace freeplay

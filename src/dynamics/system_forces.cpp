@@ -4,6 +4,7 @@
 
 #include "dynamics/placed.hpp"
 #include "dynamics/system.hpp"
+#include "numerics/traced.hpp"
 
 namespace freeplay {
 
@@ -33,6 +34,8 @@ struct AppliedForces {
 template <class T>
 void System::forces(std::type_identity_t<T> t, const T* q, const T* v, const T* z, EvaluationOf<T>& e,
                     const Reading& reading) const {
+  if constexpr (std::is_same_v<T, double>)
+    if (compiled_ && forces_compiled(t, q, v, z, e)) return;
   std::ranges::copy(constant_force_, e.force.begin());
   e.power = {};
   if (!acts_) return;
@@ -102,6 +105,8 @@ template void System::forces(double, const double*, const double*, const double*
                              const Reading&) const;
 template void System::forces(Gradient, const Gradient*, const Gradient*, const Gradient*,
                              EvaluationOf<Gradient>&, const Reading&) const;
+template void System::forces(Traced, const Traced*, const Traced*, const Traced*, EvaluationOf<Traced>&,
+                             const Reading&) const;
 template void System::flow(double, const double*, const double*, const double*, double*,
                            const Reading&) const;
 template void System::flow(Gradient, const Gradient*, const Gradient*, const Gradient*, Gradient*,

@@ -3,6 +3,7 @@
 #include <cmath>
 
 #include "dynamics/system.hpp"
+#include "numerics/traced.hpp"
 
 namespace freeplay {
 
@@ -50,6 +51,8 @@ template <class T>
 void System::place(std::type_identity_t<T> t, const T* q, EvaluationOf<T>& e, const Piece* pieces) const {
   using std::cos, std::sin;
   e.pieces = pieces;
+  if constexpr (std::is_same_v<T, double>)
+    if (compiled_ && place_compiled(t, q, e)) return;
   for (std::size_t b = 0; b < e.cosine.size(); ++b) {
     const T theta = q[3 * b + 2];
     if constexpr (std::is_same_v<T, double>)
@@ -67,6 +70,8 @@ void System::place(std::type_identity_t<T> t, const T* q, EvaluationOf<T>& e, co
 
 template <class T>
 [[gnu::flatten]] void System::rate(const T* q, const T* v, EvaluationOf<T>& e) const {
+  if constexpr (std::is_same_v<T, double>)
+    if (compiled_ && rate_compiled(q, v, e)) return;
   each_row([&](const auto& row) {
     if constexpr (requires { row.rate(q, v, e); }) row.rate(q, v, e);
   });
@@ -133,7 +138,11 @@ double System::crank_angle(const double* q) const { return theta(q, crank_.j) - 
 
 template void System::place(double, const double*, Evaluation&, const Piece*) const;
 template void System::place(Gradient, const Gradient*, EvaluationOf<Gradient>&, const Piece*) const;
+template void System::place(Traced, const Traced*, EvaluationOf<Traced>&, const Piece*) const;
 template void System::rate(const double*, const double*, Evaluation&) const;
+template void System::rate(const Traced*, const Traced*, EvaluationOf<Traced>&) const;
+template void System::contact(const Pair&, const ContactFacts&, const Traced*, const Traced*,
+                              const EvaluationOf<Traced>&, ContactRowOf<Traced>&);
 template void System::rate(const Gradient*, const Gradient*, EvaluationOf<Gradient>&) const;
 template void System::contact(const Pair&, const ContactFacts&, const double*, const double*,
                               const Evaluation&, ContactRow&);

@@ -171,7 +171,8 @@ Result drive(Simulation& simulation, const RunPlan& plan, Recorders& recorders) 
   }
   for (auto* file : recorders.files()) file->settle();
   if (plan.companion)
-    add_companion(simulation, {.matched = plan.matched, .start = plan.start}, plan.stop, result);
+    add_companion(simulation, {.matched = plan.matched, .start = plan.start, .compile = plan.compile},
+                  plan.stop, result);
   auto document = to_json(result);
   document["provenance"] = provenance(simulation.scene(), simulation.identity());
   RunSet set(folder, recorders.names());
@@ -188,8 +189,9 @@ Result drive(Simulation& simulation, const RunPlan& plan, Recorders& recorders) 
 
 Result run_scene(const Scene& scene, const RunPlan& plan) {
   try {
-    Simulation simulation(scene, plan.formulation,
-                          {.matched = plan.matched, .start = plan.start, .stop = plan.stop});
+    Simulation simulation(
+        scene, plan.formulation,
+        {.matched = plan.matched, .start = plan.start, .stop = plan.stop, .compile = plan.compile});
     if (!plan.folder) {
       ContactStatistics statistics(scene.run.discard);
       Progress progress(plan.on_progress, scene.run.duration);
@@ -199,7 +201,8 @@ Result run_scene(const Scene& scene, const RunPlan& plan) {
           simulation.run({.observers = observers, .most_events = plan.most_events, .stop = plan.stop});
       statistics.into(result);
       if (plan.companion)
-        add_companion(simulation, {.matched = plan.matched, .start = plan.start}, plan.stop, result);
+        add_companion(simulation, {.matched = plan.matched, .start = plan.start, .compile = plan.compile},
+                      plan.stop, result);
       return result;
     }
     if (scene.run.forces) refuse_shared_names(simulation.layout());
@@ -255,8 +258,9 @@ Result resume_run(const std::filesystem::path& folder, const RunPlan& requested)
     plan.formulation = setup.formulation;
     plan.matched = setup.matched;
     plan.start = setup.start;
-    Simulation simulation(setup.scene, plan.formulation,
-                          {.matched = plan.matched, .start = plan.start, .stop = plan.stop});
+    Simulation simulation(
+        setup.scene, plan.formulation,
+        {.matched = plan.matched, .start = plan.start, .stop = plan.stop, .compile = plan.compile});
     simulation.restore(snapshot);
     Recorders recorders(simulation, folder, true);
     MemoryReader of_recorders(c.recorders);

@@ -14,6 +14,7 @@
 
 #include "io/files/output_estimate.hpp"
 #include "mechanism/outside.hpp"
+#include "values/compile.hpp"
 #include "values/result.hpp"
 #include "values/state.hpp"
 #include "values/stop.hpp"
@@ -36,6 +37,7 @@ struct RunPlan {
   /// called about 200 times a run with the completed fraction
   std::function<void(double)> on_progress = {};
   StopToken stop = {};
+  Compile compile = Compile::automatic;  ///< as SimulationOptions::compile
   /// Wall time between checkpoints, s; 0 disables them. A checkpoint is also written at the start
   /// and at an interruption, and removed when the run ends. A resumed run that is interrupted again
   /// can be resumed in either case.

@@ -11,6 +11,7 @@
 #include "dynamics/assembly/redundancy.hpp"
 #include "dynamics/system.hpp"
 #include "facade/assess.hpp"
+#include "facade/compile.hpp"
 #include "facade/identify.hpp"
 #include "facade/simulation.hpp"
 #include "formulations/make.hpp"
@@ -104,7 +105,10 @@ struct Simulation::Implementation {
         restitution(matched_restitution(family, options.matched, scene, system)),
         layout(layout_of(scene, system, start)),
         form(begun(start)),
-        sensors(scene.instruments, layout, start.q.size(), noise_of_run()) {}
+        sensors(scene.instruments, layout, start.q.size(), noise_of_run()),
+        compile(compile_choice(options.compile)) {
+    if (compile == Compile::always) compile_now(options.stop);
+  }
 
   /// A formulation that starts at this state. Its treatment of the constraint rows depends on the
   /// state.
@@ -139,6 +143,15 @@ struct Simulation::Implementation {
       undetermined.push_back(layout.forces[e].name);
     }
   }
+  /// Compiles the mechanism; the run continues with the same digits.
+  void compile_now(const StopToken& stop) {
+    const bool redundant = !redundant_rows(system, start.q).empty();
+    compiled = compile_system(system, start, {redundant, scene.run.eliminate}, stop);
+    compiled->from = form->state().t;
+  }
+  bool compiles_now() const {
+    return !compiled && compile == Compile::automatic && form->work().rhs >= compiles_after;
+  }
   Result summary(const Ending& ending) const;
 
   Scene scene;
@@ -151,6 +164,8 @@ struct Simulation::Implementation {
   Layout layout;
   std::unique_ptr<Formulation> form;
   Sensors sensors;
+  Compile compile;
+  std::optional<CompiledRun> compiled;  // once it was tried
   bool searched = false;
   bool running = false;
   std::vector<std::string> undetermined;
@@ -198,6 +213,14 @@ Result Simulation::Implementation::summary(const Ending& ending) const {
     r.notes.push_back(diagnostic<Diagnostic::own_load>(load, force->name, force->digest));
   r.assumed = assumed;
   r.undetermined = undetermined;
+  if (compiled) {
+    r.compiled = *compiled;
+    r.compiled.refused = system.refused();
+  } else {
+    r.compiled.reason = compile == Compile::never
+                            ? "not requested"
+                            : fmt::format("fewer than {} right-hand sides", compiles_after);
+  }
   const auto models = form->contact_models();
   for (int k = 0; k < system.reported(); ++k) {
     ContactSummary c;
@@ -220,6 +243,21 @@ Result Simulation::Implementation::summary(const Ending& ending) const {
 }
 
 namespace {
+
+/// Compiles the mechanism after a step, once the run is long enough.
+template <class Implementation>
+struct CompileObserver final : Observer {
+  CompileObserver(Implementation& s, StopToken stop) : simulation(s), token(std::move(stop)) {}
+  void step(const Step&) override {
+    if (!simulation.compiles_now()) return;
+    try {
+      simulation.compile_now(token);
+    } catch (const Interrupted&) {  // the run ends after this step
+    }
+  }
+  Implementation& simulation;
+  StopToken token;
+};
 
 /// Refuses run() and restore() while a run of the same simulation is in progress.
 class Running {
@@ -258,6 +296,8 @@ Result Simulation::run(const RunRequest& request) {
         return o->wants().forces || (o->wants().samples && s.sensors.wants_forces());
       }))
     s.find_undetermined();
+  CompileObserver compiler(s, request.stop);
+  if (!s.compiled && s.compile == Compile::automatic) observers.push_back(&compiler);
   Watch watch(s.layout, s.sensors, std::move(observers), request.stop);
   const Running running(s.running);
   s.layout.end = until;

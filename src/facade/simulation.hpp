@@ -19,6 +19,7 @@
 #include <vector>
 
 #include "simulation/observer.hpp"
+#include "values/compile.hpp"
 #include "values/identity.hpp"
 #include "values/ledger.hpp"
 #include "values/result.hpp"
@@ -44,6 +45,8 @@ struct SimulationOptions {
   /// Stop request during the assembly of the start: the constructor then throws Interrupted. Runs
   /// have a token of their own, RunRequest::stop.
   StopToken stop = {};
+  /// When it compiles its mechanism; `automatic` obeys the environment variable FREEPLAY_COMPILE.
+  Compile compile = Compile::automatic;
 };
 
 /// Parameters of one call of Simulation::run().

@@ -15,6 +15,7 @@
 #include <vector>
 
 #include "mechanism/keys.hpp"
+#include "numerics/traced.hpp"
 
 namespace freeplay {
 
@@ -87,5 +88,7 @@ template <class T>
 T lifted(const T& x, double f, double df) {
   return x.chain(f, df);
 }
+/// A profile is looked up by a value, so it cannot be traced: throws NotTraceable.
+inline Traced lifted(const Traced& x, double f, double) { return f + value_of(x); }
 
 }  // namespace freeplay

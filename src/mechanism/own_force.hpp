@@ -9,6 +9,7 @@
 #include <string>
 
 #include "numerics/dual.hpp"
+#include "numerics/traced.hpp"
 #include "values/vec2.hpp"
 
 namespace freeplay {
@@ -29,6 +30,10 @@ struct OwnForce {
   /// Calls the function: N, along the load's axes.
   Vec2 at(const std::string& load, double t, const Vec2& place, const Vec2& velocity) const {
     return force(context.get(), load.c_str(), t, place, velocity);
+  }
+  /// A function outside the program cannot be traced.
+  Vec2Of<Traced> at(const std::string&, const Traced&, const Vec2Of<Traced>&, const Vec2Of<Traced>&) const {
+    throw NotTraceable("a load force is a function outside the program");
   }
   /// The force with its derivatives by central differences. Steps of ∛ε relative to the size of the
   /// argument give errors of the order ∛ε².

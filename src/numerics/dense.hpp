@@ -6,6 +6,7 @@
 
 #include <Eigen/LU>
 #include <Eigen/QR>
+#include <array>
 #include <complex>
 #include <optional>
 
@@ -14,7 +15,8 @@ namespace freeplay {
 using ConstMatrix = Eigen::Ref<const Eigen::MatrixXd>;
 using ConstVector = Eigen::Ref<const Eigen::VectorXd>;
 
-/// P A = L U with partial pivoting. Reuses its memory for matrices of the same size.
+/// P A = L U with partial pivoting. Up to six rows it allocates nothing; the operations and their
+/// order are those of Eigen's decomposition. Reuses its memory for larger matrices of the same size.
 class DenseLu {
  public:
   void compute(const ConstMatrix& A);
@@ -26,6 +28,10 @@ class DenseLu {
   int sign() const;
 
  private:
+  static constexpr int most_small = 6;
+  int small_ = 0;                                  // rows; 0: lu_ is in force
+  std::array<double, most_small * most_small> f_;  // factors by columns
+  std::array<int, most_small> swap_;               // row exchanged with row k
   Eigen::PartialPivLU<Eigen::MatrixXd> lu_;
 };
 

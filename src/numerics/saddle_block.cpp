@@ -14,8 +14,6 @@ namespace {
 constexpr double relative_epsilon = 1e-9;
 // a smaller ratio of a pivot of S to its diagonal means dependent rows
 constexpr double pivot_ratio = 1e-12;
-// a smaller ratio loses more than six digits, which refinement restores
-constexpr double lossy_ratio = 1e-6;
 constexpr int most_iterations = 50;
 // Relative to the terms of a sum.
 constexpr double rounding = 16 * std::numeric_limits<double>::epsilon();
@@ -244,7 +242,7 @@ bool SaddleBlock::factor_dense() {
     const bool regular = cholesky(S_, pivot_ratio, ratio);
     if (first_pivot_ == 0) first_pivot_ = ratio;
     least_pivot_ = std::min(least_pivot_, std::max(ratio, 0.0));
-    lossy_ = ratio < lossy_ratio;
+    lossy_ = ratio < lossy_pivot;
     if (regular) return true;
     proximal_ = true;
     lossy_ = false;

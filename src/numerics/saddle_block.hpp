@@ -28,6 +28,10 @@
 
 namespace freeplay {
 
+/// A smaller ratio of a pivot of S to its diagonal loses more than six digits, which refinement
+/// restores.
+inline constexpr double lossy_pivot = 1e-6;
+
 enum class SolvePath { automatic, dense, sparse };
 
 class SaddleBlock {
@@ -66,6 +70,23 @@ class SaddleBlock {
   /// are satisfied to that accuracy.
   void expect_noise(double of_r) { noise_ = of_r; }
 
+  /// @name For compiled factors (saddle_trace.cpp)
+  ///@{
+  struct Product {  // S(row, col) += G_values[e1] G_values[e2] / M[c], entry = row + col·rows
+    int entry, e1, e2, c;
+  };
+  const std::vector<Product>& products() const { return products_; }
+  const CsrPattern& pattern() const { return G_; }
+  const std::vector<double>& mobility() const { return inverse_mass_; }
+  /// Records a successful factorisation elsewhere and its least pivot ratio.
+  void factored_elsewhere(double ratio) {
+    proximal_ = lossy_ = false;
+    epsilon_ = 0;
+    if (first_pivot_ == 0) first_pivot_ = ratio;
+    if (ratio < least_pivot_) least_pivot_ = ratio > 0 ? ratio : 0;
+  }
+  ///@}
+
   bool dense() const { return dense_; }
   /// Whether the last solve satisfied its constraint rows. With dependent rows of very different
   /// scale the proximal iteration may fail to.
@@ -82,9 +103,6 @@ class SaddleBlock {
 
  private:
   struct Klu;
-  struct Product {  // S(row, col) += G_values[e1] G_values[e2] / M[c]
-    int entry, e1, e2, c;
-  };
   bool factor_taken();
   bool factor_dense();
   bool factor_sparse();

@@ -46,7 +46,10 @@ SaddlePoint::SaddlePoint(std::span<const double> mass, const CsrPattern& G, Solv
     : part_of_column_(G.columns, -1),
       place_of_column_(G.columns, 0),
       free_mobility_(G.columns, 0.0),
-      whole_(G.columns, 0.0) {
+      whole_(G.columns, 0.0),
+      facts_(facts),
+      rows_(static_cast<std::size_t>(G.rows)),
+      G_values_(G.column.size()) {
   if (facts.eliminate && !facts.redundant) find_fixed(mass, G);
   std::vector<bool> gone_row(G.rows, false), gone(G.columns, false);
   for (const auto& x : fixed_) gone_row[x.row] = gone[x.column] = true;
@@ -111,6 +114,37 @@ SaddlePoint::SaddlePoint(std::span<const double> mass, const CsrPattern& G, Solv
 }
 
 bool SaddlePoint::factor(const double* G_values) {
+  compiled_ = functions_ && functions_->factor && factor_compiled(G_values);
+  return compiled_ || factor_blocks(G_values);
+}
+
+bool SaddlePoint::factor_compiled(const double* G_values) {
+  const auto& f = *functions_;
+  if (facts_.redundant || facts_.eliminate != f.eliminate) return false;
+  std::copy_n(G_values, G_values_.size(), G_values_.data());
+  factors_.resize(static_cast<std::size_t>(f.factors));
+  std::size_t all = 0;
+  for (const int count : f.ratios) all += static_cast<std::size_t>(count);
+  ratios_.resize(all);
+  const double* in[] = {G_values};
+  double* out[] = {factors_.data(), ratios_.data()};
+  if (f.factor(f.constants, in, out) != 0) return false;
+  const double* ratio = ratios_.data();
+  for (std::size_t p = 0; p < parts_.size(); ++p) {
+    double least = 1;
+    for (int i = 0; i < f.ratios[p]; ++i) least = std::min(least, *ratio++);
+    parts_[p].block.factored_elsewhere(least);
+  }
+  return true;
+}
+
+void SaddlePoint::use_blocks() {
+  if (!compiled_) return;
+  compiled_ = false;
+  if (!factor_blocks(G_values_.data())) converged_ = false;
+}
+
+bool SaddlePoint::factor_blocks(const double* G_values) {
   for (std::size_t i = 0; i < fixed_.size(); ++i) {
     fixed_value_[i] = G_values[fixed_[i].entry];
     if (!(std::abs(fixed_value_[i]) > 0) || !std::isfinite(fixed_value_[i])) return false;
@@ -176,6 +210,13 @@ void SaddlePoint::finish(const SparseRow& row, const double* a, double* lambda) 
 
 void SaddlePoint::solve(const double* f, const double* r, double* a, double* lambda, Multipliers which) {
   converged_ = true;
+  if (compiled_ && which == Multipliers::all) {
+    const double* in[] = {factors_.data(), G_values_.data(), f ? f : whole_.data(), r};
+    double* out[] = {a, lambda};
+    (r ? functions_->solve : functions_->respond)(functions_->constants, in, out);
+    return;
+  }
+  use_blocks();
   r = know(r, a);
   for (const int c : free_columns_) a[c] = f ? f[c] * inverse_mass_[c] : 0;
   for (auto& part : parts_) solve_part(part, f, r, a, lambda);
@@ -186,6 +227,20 @@ void SaddlePoint::respond(const SparseRow& row, const SparseRow* beside, double 
                           double* lambda, Multipliers which) {
   converged_ = true;
   double* whole = whole_.data();
+  const auto clear = [&] {
+    for (int i = 0; i < row.size; ++i) whole[row.column[i]] = 0;
+    if (beside)
+      for (int i = 0; i < beside->size; ++i) whole[beside->column[i]] = 0;
+  };
+  if (compiled_ && which == Multipliers::all) {
+    row.add_to(whole, 1);
+    if (beside) beside->add_to(whole, factor);
+    const double* in[] = {factors_.data(), G_values_.data(), whole};
+    double* out[] = {a, lambda};
+    functions_->respond(functions_->constants, in, out);
+    return clear();
+  }
+  use_blocks();
   std::fill_n(a, part_of_column_.size(), 0.0);
   row.add_to(whole, 1);
   if (beside) beside->add_to(whole, factor);
@@ -210,13 +265,12 @@ void SaddlePoint::respond(const SparseRow& row, const SparseRow* beside, double 
       for (const int k : parts_[p].at.rows) lambda[k] = 0;
   for (const auto& x : fixed_) a[x.column] = 0;
   if (which == Multipliers::all) finish(whole, a, lambda);
-  for (int i = 0; i < row.size; ++i) whole[row.column[i]] = 0;
-  if (beside)
-    for (int i = 0; i < beside->size; ++i) whole[beside->column[i]] = 0;
+  clear();
 }
 
 void SaddlePoint::respond_in(int part, std::span<const int> columns, std::span<const double> load,
                              double* a) {
+  use_blocks();
   auto& p = parts_[part];
   std::fill_n(f_.begin(), p.at.columns.size(), 0.0);
   for (std::size_t i = 0; i < columns.size(); ++i)

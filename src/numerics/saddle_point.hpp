@@ -22,6 +22,7 @@
 #include <vector>
 
 #include "numerics/saddle_block.hpp"
+#include "numerics/solve_functions.hpp"
 #include "numerics/sparse.hpp"
 
 namespace freeplay {
@@ -37,6 +38,15 @@ class SaddlePoint {
   /// `mass`: diagonal of M, G.columns entries.
   SaddlePoint(std::span<const double> mass, const CsrPattern& G, SolvePath path = SolvePath::automatic,
               RowFacts facts = {});
+
+  /// Uses compiled functions from the time on when `functions`, which must outlive this object, has
+  /// them. They give the same digits.
+  void use(const SolveFunctions* functions) { functions_ = functions; }
+  /// Traces these functions at values of G; those marked constant have these values always. Adds
+  /// nothing and returns false if a block has no dense path without dependent rows. Throws
+  /// NotTraceable near dependent rows.
+  bool trace(TracedObject& object, std::span<const double> G_values, const std::vector<bool>& constant,
+             int& factors, std::vector<int>& ratios) const;
 
   /// Factorises with new values of G. Returns false if that is impossible (values not finite).
   [[nodiscard]] bool factor(const double* G_values);
@@ -93,6 +103,7 @@ class SaddlePoint {
   template <class M>
   void serialize(M& m) {
     m.part("saddle point");
+    use_blocks();
     const auto fixed = fixed_value_.size(), couplings = coupling_value_.size();
     m(fixed_value_, coupling_value_, converged_);
     if (fixed_value_.size() != fixed || coupling_value_.size() != couplings)
@@ -113,6 +124,10 @@ class SaddlePoint {
   struct Coupling {  // an entry of a remaining row in the column of fixed_[fixed]
     int row, fixed, entry;
   };
+  bool factor_compiled(const double* G_values);
+  bool factor_blocks(const double* G_values);
+  /// Factorises the blocks if compiled factors are in force.
+  void use_blocks();
   void find_fixed(std::span<const double> mass, const CsrPattern& G);
   const double* know(const double* r, double* a);
   void solve_part(Part& part, const double* f, const double* r, double* a, double* lambda);
@@ -131,6 +146,11 @@ class SaddlePoint {
   std::vector<double> whole_;               // work vector: f of respond()
   int largest_ = 0;
   bool converged_ = true;
+  RowFacts facts_;
+  std::size_t rows_ = 0;
+  const SolveFunctions* functions_ = nullptr;
+  bool compiled_ = false;                            // whether the factors in force are those of `functions_`
+  std::vector<double> G_values_, factors_, ratios_;  // of compiled factors
 };
 
 }  // namespace freeplay

@@ -85,6 +85,15 @@ struct OnsetDoubt {
   double greatest() const { return missing ? INFINITY : std::max({time, speed, impulse}); }
 };
 
+/// Compiled functions of the mechanism in a run. They give the digits of the general ones.
+struct CompiledRun {
+  bool used = false;   ///< whether the run used them
+  double from = 0;     ///< s, time of the run from which on
+  std::string reason;  ///< why not
+  long refused = 0;    ///< calls that the general functions answered, because a guard failed
+  std::vector<std::string> general_parts;  ///< parts that cannot be compiled, with the reasons
+};
+
 /// Result of a run.
 struct Result {
   /// "penalty" or "nonsmooth"
@@ -116,6 +125,8 @@ struct Result {
   /// Ideal joints and drives whose reactions mechanics does not determine; found if forces were
   /// observed.
   std::vector<std::string> undetermined;
+  /// whether the mechanism was compiled
+  CompiledRun compiled;
   std::optional<Window> window;              ///< with a WindowStatistics observer
   std::optional<OnsetDoubt> first_touches;   ///< if a companion run was requested
   double wall_seconds = 0, cpu_seconds = 0;  ///< CPU time of the run's thread

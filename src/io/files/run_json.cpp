@@ -151,6 +151,13 @@ nlohmann::json to_json(const Result& s) {
       {"cost",
        {{"wall_s", s.wall_seconds}, {"cpu_s", s.cpu_seconds}, {"peak_memory_KiB", s.peak_memory_kib}}},
       {"notes", s.notes}};
+  auto& compiled = document["cost"]["compiled"];
+  compiled["used"] = s.compiled.used;
+  if (s.compiled.used)
+    compiled.update({{"from_s", s.compiled.from}, {"refused_calls", s.compiled.refused}});
+  else
+    compiled["reason"] = s.compiled.reason;
+  if (!s.compiled.general_parts.empty()) compiled["general_parts"] = s.compiled.general_parts;
   if (!s.assumed.empty()) document["assumed"] = s.assumed;
   if (s.window) {
     const auto& w = *s.window;

@@ -1,0 +1,47 @@
+#include "facade/compile.hpp"
+
+#include <fmt/format.h>
+
+#include <cstdlib>
+#include <string_view>
+
+#include "dynamics/system_functions.hpp"
+#include "io/files/compiled_object.hpp"
+#include "mechanism/error.hpp"
+
+namespace freeplay {
+
+Compile compile_choice(Compile asked) {
+  const char* named = std::getenv("FREEPLAY_COMPILE");
+  if (asked != Compile::automatic || !named || !*named) return asked;
+  for (const auto& [word, choice] : compile_words)
+    if (word == named) return choice;
+  throw ModelError("FREEPLAY_COMPILE",
+                   fmt::format("must be \"automatic\", \"always\" or \"never\", is \"{}\"", named));
+}
+
+CompiledRun compile_system(System& system, const State& near, RowFacts facts, StopToken stop) {
+  CompiledRun found;
+  const auto traced = trace_system(system, near, facts);
+  found.general_parts = traced.untraced;
+  if (traced.object.functions() == 0) {
+    found.reason = "no part of the mechanism can be compiled";
+    return found;
+  }
+  const auto object = compiled_object(traced.object.text(), traced.object.functions(), stop);
+  if (!object.library) {
+    found.reason = object.reason;
+    return found;
+  }
+  auto functions = traced.functions(object.table);
+  functions.object = object.library;
+  if (differing_quantities(system, functions, near, facts) > 0) {
+    found.reason = "the compiled functions give other digits, as with a program built for fused multiply-add";
+    return found;
+  }
+  system.attach(std::move(functions));
+  found.used = true;
+  return found;
+}
+
+}  // namespace freeplay

@@ -1,0 +1,28 @@
+// Compiled functions for the System of a simulation: when they are made, and what became of them.
+//
+// Compilation costs tenths of a second to seconds, and a compiled right-hand side saves a few
+// microseconds. A run of unknown work therefore compiles once it has evaluated as many right-hand
+// sides as a compilation costs: at worst the whole costs twice the better choice. The compiled
+// functions give the digits of the general ones, which is checked before they are used, so the
+// instant of the change has no effect on results.
+#pragma once
+
+#include "dynamics/system.hpp"
+#include "facade/simulation.hpp"
+#include "numerics/saddle_point.hpp"
+#include "values/result.hpp"
+
+namespace freeplay {
+
+/// Right-hand sides after which a run compiles its mechanism.
+inline constexpr long compiles_after = 100'000;
+
+/// The choice in force: `asked`, or if that is automatic the environment variable FREEPLAY_COMPILE.
+/// Throws ModelError if its value is no such word.
+Compile compile_choice(Compile asked);
+
+/// Traces, compiles and checks a System near a state, and attaches the functions. Returns what became
+/// of it; `from` is left to the caller.
+CompiledRun compile_system(System& system, const State& near, RowFacts facts, StopToken stop);
+
+}  // namespace freeplay

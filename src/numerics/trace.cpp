@@ -1,0 +1,198 @@
+#include "numerics/trace.hpp"
+
+#include <algorithm>
+#include <bit>
+#include <cmath>
+#include <exception>
+
+namespace freeplay {
+namespace {
+
+thread_local Trace* active_trace = nullptr;
+
+/// Arrays of old contents of outputs are numbered below those of inputs.
+constexpr int old_arrays = -1000;
+
+double value(Operation operation, double a, double b) {
+  switch (operation) {
+    case Operation::add:
+      return a + b;
+    case Operation::subtract:
+      return a - b;
+    case Operation::multiply:
+      return a * b;
+    case Operation::divide:
+      return a / b;
+    case Operation::negate:
+      return -a;
+    case Operation::sqrt:
+      return std::sqrt(a);
+    case Operation::abs:
+      return std::abs(a);
+    case Operation::sin:
+      return std::sin(a);
+    case Operation::cos:
+      return std::cos(a);
+    case Operation::exp:
+      return std::exp(a);
+    case Operation::tanh:
+      return std::tanh(a);
+    case Operation::atan2:
+      return std::atan2(a, b);
+    default:
+      throw std::logic_error("no operation of numbers");
+  }
+}
+
+bool result(double a, Relation relation, double b) {
+  switch (relation) {
+    case Relation::less:
+      return a < b;
+    case Relation::less_equal:
+      return a <= b;
+    default:
+      return a == b;
+  }
+}
+
+bool is(const Traced& x, double constant) { return x.is_constant() && x.value == constant; }
+
+}  // namespace
+
+Traced record(Operation operation, const Traced& a, const Traced& b) {
+  if (a.is_constant() && b.is_constant()) return {value(operation, a.value, b.value)};
+  return Trace::active()->record(operation, a, b);
+}
+
+bool compare(const Traced& a, Relation relation, const Traced& b) {
+  if (a.is_constant() && b.is_constant()) return result(a.value, relation, b.value);
+  return Trace::active()->compare(a, relation, b);
+}
+
+double value_of(const Traced& x) {
+  if (!x.is_constant()) throw NotTraceable("a table, curve, cam or tooth is looked up by a varying number");
+  return x.value;
+}
+
+Trace* Trace::active() {
+  if (!active_trace) throw std::logic_error("a traced number without a trace");
+  return active_trace;
+}
+
+Trace::Trace(TracedObject& object, std::string_view name)
+    : object_(object),
+      name_(name),
+      outer_(std::exchange(active_trace, this)),
+      exceptions_(std::uncaught_exceptions()) {}
+
+Trace::~Trace() {
+  active_trace = outer_;
+  if (std::uncaught_exceptions() == exceptions_) write();
+}
+
+int TracedObject::slot(double value) {
+  const auto [at, is_new] =
+      slot_.try_emplace(std::bit_cast<std::uint64_t>(value), static_cast<int>(constants_.size()));
+  if (is_new) constants_.push_back(value);
+  return at->second;
+}
+
+int Trace::intern(Operation operation, int a, int b) {
+  const auto [at, is_new] =
+      known_.try_emplace({static_cast<int>(operation), a, b}, static_cast<int>(nodes_.size()));
+  if (is_new) nodes_.push_back({operation, a, b});
+  return at->second;
+}
+
+/// 0 and ±1 are written into the text: they are structure rather than parameters.
+int Trace::node_of(const Traced& x) {
+  if (!x.is_constant()) return x.node;
+  for (const double plain : {0.0, 1.0, -1.0})
+    if (x.value == plain) return intern(Operation::constant, -1, static_cast<int>(plain));
+  return intern(Operation::constant, object_.slot(x.value), 0);
+}
+
+Traced Trace::input(int array, int index, double value) {
+  Traced x(value);
+  x.node = intern(Operation::input, array, index);
+  return x;
+}
+
+std::vector<Traced> Trace::inputs(int array, std::span<const double> values) {
+  std::vector<Traced> list;
+  for (const double x : values) list.push_back(input(array, static_cast<int>(list.size()), x));
+  return list;
+}
+
+Traced Trace::old(int array, int index) { return input(old_arrays + array, index, 0); }
+
+void Trace::output(int array, int index, const Traced& x) {
+  const int node = node_of(x);
+  if (node == old(array, index).node) return;
+  outputs_.push_back({array, index, node});
+}
+
+void Trace::outputs(int array, std::span<const Traced> x) {
+  for (std::size_t i = 0; i < x.size(); ++i) output(array, static_cast<int>(i), x[i]);
+}
+
+/// An output's old content is no operand, because it depends on earlier calls.
+int Trace::operand(const Traced& x) {
+  const int node = node_of(x);
+  if (nodes_[node].operation == Operation::input && nodes_[node].a < 0)
+    throw NotTraceable("an element reads a quantity that another element has not set");
+  return node;
+}
+
+Traced Trace::record(Operation operation, const Traced& a, const Traced& b) {
+  const auto negative = [&](const Traced& x) { return freeplay::record(Operation::negate, x); };
+  switch (operation) {
+    case Operation::add:
+      if (is(a, 0)) return b;
+      if (is(b, 0)) return a;
+      break;
+    case Operation::subtract:
+      if (is(b, 0)) return a;
+      if (is(a, 0)) return negative(b);
+      break;
+    case Operation::multiply:
+      if (is(a, 0) || is(b, 0)) return {0};
+      if (is(a, 1)) return b;
+      if (is(b, 1)) return a;
+      if (is(a, -1)) return negative(b);
+      if (is(b, -1)) return negative(a);
+      break;
+    case Operation::divide:
+      if (is(a, 0)) return {0};
+      if (is(b, 1)) return a;
+      if (is(b, -1)) return negative(a);
+      break;
+    default:
+      break;
+  }
+  Traced x(value(operation, a.value, b.value));
+  const bool two = operation <= Operation::divide || operation == Operation::atan2;
+  int left = operand(a), right = -1;
+  if (operation == Operation::negate && nodes_[left].operation == Operation::negate) {
+    x.node = nodes_[left].a;
+    return x;
+  }
+  if (two) right = operand(b);
+  // The rounding of a sum or product does not depend on the order of its two operands.
+  if ((operation == Operation::add || operation == Operation::multiply) && right < left)
+    std::swap(left, right);
+  x.node = intern(operation, left, right);
+  return x;
+}
+
+bool Trace::compare(const Traced& a, Relation relation, const Traced& b) {
+  const bool holds = result(a.value, relation, b.value);
+  const Guard guard{relation, operand(a), operand(b), holds, static_cast<int>(nodes_.size())};
+  const bool known = std::ranges::any_of(guards_, [&](const Guard& g) {
+    return g.relation == guard.relation && g.a == guard.a && g.b == guard.b;
+  });
+  if (!known) guards_.push_back(guard);
+  return holds;
+}
+
+}  // namespace freeplay

@@ -1,0 +1,93 @@
+// Traced: a number that records the operations on it. A template on the scalar, evaluated once with
+// Traced, leaves a graph of its operations in the Trace that is active in the thread (trace.hpp),
+// from which a compiled function is made (compiled_function.hpp).
+//
+// Each number carries its value at the sample at which the trace is made. A comparison returns its
+// result at the sample and records a guard: the compiled function refuses a state at which any
+// comparison has another result. Operations keep the order of the template, and only 0 and ±1 are
+// folded, so that the compiled function gives the digits of the template.
+//
+// The operators are never inlined: [[gnu::flatten]] of the templates would otherwise copy the
+// bookkeeping into each of them.
+#pragma once
+
+#include <stdexcept>
+
+/// @cond internal
+
+namespace freeplay {
+
+enum class Operation {
+  constant,
+  input,
+  add,
+  subtract,
+  multiply,
+  divide,
+  negate,
+  sqrt,
+  abs,
+  sin,
+  cos,
+  exp,
+  tanh,
+  atan2
+};
+enum class Relation { less, less_equal, equal };
+
+/// Thrown if an evaluation uses a number in a way that no compiled function can follow; what()
+/// names it.
+struct NotTraceable : std::runtime_error {
+  using std::runtime_error::runtime_error;
+};
+
+struct Traced {
+  double value = 0;  ///< at the sample
+  int node = -1;     ///< in the active Trace; −1: a constant, which no trace knows yet
+
+  Traced() = default;
+  Traced(double x) : value(x) {}
+  Traced& operator+=(const Traced& o);
+  Traced& operator-=(const Traced& o);
+  Traced& operator*=(const Traced& o);
+  Traced& operator/=(const Traced& o);
+  bool is_constant() const { return node < 0; }
+};
+
+/// @name Records an operation, or a comparison whose result is returned
+///@{
+[[gnu::noinline]] Traced record(Operation operation, const Traced& a, const Traced& b = {});
+[[gnu::noinline]] bool compare(const Traced& a, Relation relation, const Traced& b);
+///@}
+
+inline Traced operator+(const Traced& a, const Traced& b) { return record(Operation::add, a, b); }
+inline Traced operator-(const Traced& a, const Traced& b) { return record(Operation::subtract, a, b); }
+inline Traced operator*(const Traced& a, const Traced& b) { return record(Operation::multiply, a, b); }
+inline Traced operator/(const Traced& a, const Traced& b) { return record(Operation::divide, a, b); }
+inline Traced operator-(const Traced& a) { return record(Operation::negate, a); }
+inline Traced& Traced::operator+=(const Traced& o) { return *this = *this + o; }
+inline Traced& Traced::operator-=(const Traced& o) { return *this = *this - o; }
+inline Traced& Traced::operator*=(const Traced& o) { return *this = *this * o; }
+inline Traced& Traced::operator/=(const Traced& o) { return *this = *this / o; }
+
+inline bool operator<(const Traced& a, const Traced& b) { return compare(a, Relation::less, b); }
+inline bool operator>(const Traced& a, const Traced& b) { return compare(b, Relation::less, a); }
+inline bool operator<=(const Traced& a, const Traced& b) { return compare(a, Relation::less_equal, b); }
+inline bool operator>=(const Traced& a, const Traced& b) { return compare(b, Relation::less_equal, a); }
+inline bool operator==(const Traced& a, const Traced& b) { return compare(a, Relation::equal, b); }
+
+inline Traced sqrt(const Traced& x) { return record(Operation::sqrt, x); }
+inline Traced abs(const Traced& x) { return record(Operation::abs, x); }
+inline Traced sin(const Traced& x) { return record(Operation::sin, x); }
+inline Traced cos(const Traced& x) { return record(Operation::cos, x); }
+inline Traced exp(const Traced& x) { return record(Operation::exp, x); }
+inline Traced tanh(const Traced& x) { return record(Operation::tanh, x); }
+inline Traced atan2(const Traced& y, const Traced& x) { return record(Operation::atan2, y, x); }
+
+/// The value of a constant. Throws NotTraceable for any other number: a table, cam or tooth that is
+/// looked up by a value has no compiled function.
+[[gnu::noinline]] double value_of(const Traced& x);
+
+}  // namespace freeplay
+
+/// @endcond
