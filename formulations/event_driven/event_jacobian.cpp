@@ -15,6 +15,11 @@
 #include "formulations/event_driven/event_dynamics.hpp"
 
 namespace freeplay {
+namespace {
+
+constexpr int tangent_directions = static_cast<int>(std::tuple_size_v<decltype(Gradient::slope)>);
+
+}  // namespace
 
 struct EventDynamics::Tangent {
   EvaluationOf<Gradient> e;
@@ -53,7 +58,7 @@ void EventDynamics::begin_tangent(const Vector& x, double t) {
 }
 
 void EventDynamics::jacobian(const Vector& x, double t, double* J, double* dfdt) {
-  constexpr int chunk = Gradient::directions;
+  constexpr int chunk = tangent_directions;
   const int n = system.n(), N = size(), states = system.states();
   begin_tangent(x, t);
   auto& d = *tangent_;
@@ -70,7 +75,7 @@ void EventDynamics::jacobian(const Vector& x, double t, double* J, double* dfdt)
     }
     Gradient time = t;
     if (inputs < first + chunk) time.slope[inputs - first] = 1;
-    std::array<double*, Gradient::directions> columns{};
+    std::array<double*, tangent_directions> columns{};
     for (int s = 0; s < directions; ++s)
       columns[s] = first + s == inputs ? dfdt : J + static_cast<long>(N) * place_of(first + s);
     differentiate(x, time, directions, columns.data());
@@ -80,7 +85,7 @@ void EventDynamics::jacobian(const Vector& x, double t, double* J, double* dfdt)
 const EventDynamics::Vector& EventDynamics::directional(const Vector& x, double t,
                                                         std::span<const Vector> directions,
                                                         std::span<Vector> out) {
-  constexpr int chunk = Gradient::directions;
+  constexpr int chunk = tangent_directions;
   t = std::min(t, knot);
   const int n = system.n(), states = system.states(), count = static_cast<int>(directions.size());
   begin_tangent(x, t);
@@ -93,7 +98,7 @@ const EventDynamics::Vector& EventDynamics::directional(const Vector& x, double 
     };
     for (int i = 0; i < 2 * n; ++i) seed(d.state[i], i);
     for (int k = 0; k < states; ++k) seed(d.state[2 * n + k], state_offset() + k);
-    std::array<double*, Gradient::directions> columns{};
+    std::array<double*, tangent_directions> columns{};
     for (int s = 0; s < some; ++s) columns[s] = out[first + s].data();
     differentiate(x, t, some, columns.data());
   }

@@ -12,7 +12,6 @@ namespace freeplay {
 
 template <int N>
 struct Dual {
-  static constexpr int directions = N;
   double value = 0;
   std::array<double, N> slope{};
 
