@@ -4,7 +4,9 @@
 // the event-driven scheme once with all columns, and evaluates the quantities at its end.
 #pragma once
 
+#include <algorithm>
 #include <array>
+#include <cmath>
 #include <string>
 #include <vector>
 
@@ -30,6 +32,8 @@ struct VariedKey {
   double end_rate = 0;  ///< d(end of the run)/dp
   /// reason why there is no derivative from the start; empty: none
   std::string refused;
+  /// A significant change of the value, for tolerances.
+  double scale() const { return systems[0] ? std::max(std::abs(value), 1e3 * spacing) : 1; }
 };
 
 /// Terms of the energy balance with derivatives, as run.json names them.

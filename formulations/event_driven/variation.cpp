@@ -84,7 +84,8 @@ void Variation::take_mode(const EventDynamics& d) {
 
 void Variation::advance(const EventDynamics& d, double t_old, const Vector& x_old, double t) {
   const double h = t - t_old;
-  if (!(h > 0) || std::ranges::none_of(reasons_, [](const auto& r) { return r.empty(); })) return;
+  const bool all_closed = std::ranges::none_of(reasons_, [](const auto& r) { return r.empty(); });
+  if (!(h > 0) || (all_closed && integrands_.empty())) return;
   if (!mode_known_) take_mode(d);
   probe_->knot = d.knot;
   for (std::size_t c = 0; c < keys_.size(); ++c) {

@@ -215,7 +215,8 @@ void Variation::pass_impacts(const EventDynamics& d, const Passed& p, const std:
     const double rate = probe_->look(k, p.before, p.t).normal.dot(p.before.data() + n);
     const double away = probe_->gap_acceleration(k, p.before, p.t);
     const auto& facts = d.system.contact_facts(k);
-    if (away > 0 && rate * rate < 2 * away * grazing_depth * facts.measure())
+    if (away > 0 &&
+        rate * rate < 2 * away * grazing_depth * (facts.measure() > 0 ? facts.measure() : length_))
       refuse(
           fmt::format("t = {:.9g} s: contact {} grazes (approach {:.2g} m/s); grazing contacts have no "
                       "derivative",
@@ -224,7 +225,7 @@ void Variation::pass_impacts(const EventDynamics& d, const Passed& p, const std:
     const auto dt = event_times(p, {ModeEvent::Kind::gap, k, p.t}, before.f, speed);
     if (p.event.kind == ModeEvent::Kind::none)
       for (std::size_t c = 0; c < keys_.size(); ++c)
-        if (std::abs(dt[c]) > 1e-12 * duration_ / std::max(std::abs(keys_[c].spacing), 1e-300))
+        if (std::abs(dt[c]) * keys_[c].scale() > 1e-9 * duration_)
           refuse(c, fmt::format("t = {:.9g} s: contact {} closes at the start, so that {} has only a "
                                 "one-sided derivative",
                                 p.t, facts.name, keys_[c].name));
@@ -301,7 +302,7 @@ void Variation::keep_start(const EventDynamics& d, const Passed& p) {
       const auto a = along(*probe_, value, centre, p.after, p.t, S_[c], 0, speed).slope[0];
       const auto b = across(c, value, centre, p.after, p.t).slope[0];
       if (std::abs(a + b) > 1e-6 * (weight + std::abs(b)) &&
-          std::abs(a + b) * std::abs(keys_[c].spacing) > 1e-13 * (rates ? speed : length_))
+          std::abs(a + b) * keys_[c].scale() > 1e-9 * (rates ? speed : length_))
         refuse(c, fmt::format("t = {:.9g} s: {} of {} changes with {} at the start of contact, so that there "
                               "is only a one-sided derivative",
                               p.t, what, name, keys_[c].name));
