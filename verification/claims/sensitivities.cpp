@@ -9,6 +9,7 @@
 #include "verification/claims/claim.hpp"
 #include "verification/references/sensitivity.hpp"
 #include "verification/support/scene_text.hpp"
+#include "verification/support/support.hpp"
 
 namespace freeplay::verification {
 namespace {
@@ -56,7 +57,7 @@ restitution = 0.5
   const reference::BallDerivatives b{0.5L, 9.81L, 0.5L};
   const std::string source = "geometric series of flights";
   const Case bounces{f, "ball dropped from 0.5 m",
-                     sensitivities(parse_scene(text(0.72), "ball"),
+                     sensitivities(parse_scene(text(0.85), "ball"),
                                    {.of = {"event.1.t", "event.3.t", "event.3.v_n_minus",
                                            "energy.dissipated_in_contacts", "mean.table.fn"},
                                     .to = {"surfaces.hard.restitution", "initial.ball.y", "gravity[1]",
@@ -68,14 +69,22 @@ restitution = 0.5
   bounces.expect(1, 1, "s/m", b.time_by_height(3), source);
   bounces.expect(1, 2, "s³/m", -b.time_by_gravity(3), source);
   bounces.expect(2, 0, "m/s", -b.speed_by_restitution(3), source);
-  // Impacts at 0.319, 0.639 and 0.798 s: two before the end.
-  bounces.expect(3, 0, "J", 0.3L * b.loss_by_restitution(2), source);
-  bounces.expect(4, 0, "N", b.mean_force_by_restitution(2, 0.3L, 0.72L), "balance of momentum");
-  const Case rest{
-      f, "ball dropped from 0.5 m",
-      sensitivities(parse_scene(text(1), "ball"),
-                    {.of = {"event.16.t"}, .to = {"surfaces.hard.restitution", "initial.ball.y"}})};
-  f.within(claim_name("ball dropped from 0.5 m", "time of rest, event 16", "event-driven"), "s",
+  // Impacts at 0.319, 0.639 and 0.798 s.
+  bounces.expect(3, 0, "J", 0.3L * b.loss_by_restitution(3), source);
+  bounces.expect(4, 0, "N", b.mean_force_by_restitution(3, 0.3L, 0.85L), "balance of momentum");
+  // Programs that differentiate a discrete map or omit the motion of the event give 1 or −e here.
+  const Case once{
+      f, "ball dropped from 0.5 m, one impact",
+      sensitivities(parse_scene(text(0.5), "ball"), {.of = {"end.ball.y"}, .to = {"initial.ball.y"}})};
+  once.expect(0, 0, "", b.end_by_height(0.5L),
+              "uniform acceleration; the kind of case of brax issue 73 and diffrax issue 729");
+  // The last contact event is the onset of rest.
+  const auto scene = parse_scene(text(1), "ball");
+  const auto last = test::touches(test::simulate(scene, Family::nonsmooth)).size();
+  const Case rest{f, "ball dropped from 0.5 m",
+                  sensitivities(scene, {.of = {fmt::format("event.{}.t", last)},
+                                        .to = {"surfaces.hard.restitution", "initial.ball.y"}})};
+  f.within(claim_name("ball dropped from 0.5 m", "time of rest", "event-driven"), "s",
            rest.all.quantities[0].value, static_cast<double>(b.rest()), 1e-9, source,
            "the accumulation of impacts is ended in closed form");
   rest.expect(0, 0, "s", b.rest_by_restitution(), source, 1e-8,

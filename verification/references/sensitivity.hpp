@@ -39,6 +39,10 @@ struct BallDerivatives {
   /// t_∞ = t₁ (1 + e)/(1 − e)
   Extended rest() const { return first() * (1 + restitution) / (1 - restitution); }
   Extended rest_by_restitution() const { return 2 * first() / ((1 - restitution) * (1 - restitution)); }
+  /// Height at T after one impact, h = e v₁ (T − t₁) − g (T − t₁)²/2 with v₁ = √(2 g H), by H.
+  Extended end_by_height(Extended end) const {
+    return (1 + restitution) * gravity * (end - first()) / speed(1) - restitution;
+  }
   /// Energy lost in n impacts over the mass: g H (1 − e^(2n)).
   Extended loss_by_restitution(int n) const {
     return -2 * n * std::pow(restitution, Extended(2 * n - 1)) * gravity * height;
