@@ -35,10 +35,12 @@ std::vector<std::filesystem::path> draw_sensitivity(const std::filesystem::path&
   for (std::size_t q = 0; q < count; ++q) {
     const auto at = fmt::format("quantities.{}", q);
     Block block(document.text(at + ".name") + ": place, relative influence, half thickness");
+    const auto* influences = document.find(at + ".relative_influence");
+    if (!influences || !influences->is_object())
+      document.fail(at + ".relative_influence", "must be an object");
     for (std::size_t k = 0; k < rows; ++k) {
-      const auto& influences = quantities->at(q).at("relative_influence");
-      const auto found = influences.find(document.text(fmt::format("keys.{}.name", k)));
-      if (found == influences.end() || !found->is_number()) continue;
+      const auto found = influences->find(document.text(fmt::format("keys.{}.name", k)));
+      if (found == influences->end() || !found->is_number()) continue;
       const double place = static_cast<double>(k) - 0.4 + (static_cast<double>(q) + 0.5) * thickness;
       block.row({place, found->get<double>(), 0.45 * thickness});
     }
