@@ -14,11 +14,12 @@
 namespace freeplay::verification {
 namespace {
 
-constexpr double degree = M_PI / 180;
+constexpr double one_degree = M_PI / 180;
 
 /// Ten digits; differences of fourth order and rounding allow eleven.
 constexpr double ten_digits = 1e-10;
-const char* const why = "required: ten digits; differences of closed forms are exact to about 1e-11";
+const char* const ten_digits_reason =
+    "required: ten digits; differences of closed forms are exact to about 1e-11";
 
 struct Case {
   Findings& f;
@@ -26,7 +27,8 @@ struct Case {
   Sensitivities all;
 
   void expect(std::size_t quantity, std::size_t key, const std::string& unit, long double expected,
-              const std::string& source, double bound = ten_digits, const char* reason = why) const {
+              const std::string& source, double bound = ten_digits,
+              const char* reason = ten_digits_reason) const {
     const auto name = claim_name(
         subject, fmt::format("d({})/d({})", all.quantities[quantity].name, all.keys[key]), "event-driven");
     const double measured = all.quantities[quantity].derivatives[key];
@@ -37,7 +39,7 @@ struct Case {
   }
 };
 
-std::string scheme(const char* more = "") {
+std::string event_scheme(const char* more = "") {
   return fmt::format("[nonsmooth]\nscheme = \"event-driven\"\n{}", more);
 }
 
@@ -52,7 +54,7 @@ surface = "hard"
 [surfaces.hard]
 restitution = 0.5
 )" + test::run_for(duration, "start = \"given\"\n") +
-           scheme();
+           event_scheme();
   };
   const reference::BallDerivatives b{0.5L, 9.81L, 0.5L};
   const std::string source = "geometric series of flights";
@@ -96,7 +98,7 @@ restitution = 0.5
 void pendulum_and_wall(Findings& f) {
   const long double arm = 0.25L, mass = 0.8L, inertia = 0.01L + mass * arm * arm, g = 9.81L;
   const reference::PendulumWall p{std::sqrt(mass * g * arm / inertia), 60 * acosl(-1.0L) / 180, 0.6L};
-  const double lean = 60 * degree;
+  const double lean = 60 * one_degree;
   const auto text = fmt::format("gravity = [0, -9.81]\n{}{}",
                                 test::body("bar", 0.8, 0.01,
                                            fmt::format("position = [{:.17g}, {:.17g}]\nangle = {:.17g}\n",
@@ -110,7 +112,7 @@ surface = "hard"
 [surfaces.hard]
 restitution = 0.6
 )" + test::run_for(0.9, "start = \"given\"\n") +
-                    scheme("tolerance = 1e-13\n");
+                    event_scheme("tolerance = 1e-13\n");
   const Case c{
       f, "pendulum released at 60° against a wall at 0°",
       sensitivities(parse_scene(text, "pendulum"), {.of = {"event.1.t", "event.2.t"},
@@ -141,7 +143,7 @@ surface = "hard"
 restitution = 0.8
 friction = 0.1
 )" + test::run_for(0.6, "start = \"given\"\n") +
-                    scheme();
+                    event_scheme();
   const reference::ObliqueDrop d{0.5L, 6, 8, 0.8L, 0.1L, 0.6L};
   const Case c{
       f, "disc dropped onto an inclined plane",
@@ -177,7 +179,7 @@ surface = "wood"
 restitution = 0.3
 friction = 0.5
 )" + test::run_for(0.5, "start = \"given\"\n") +
-                    scheme();
+                    event_scheme();
   const reference::SlidingBlock b{1.5L, 3, 9, 0.5L};
   const Case c{f, "block that slides up a slope and sticks",
                sensitivities(parse_scene(text, "block"), {.of = {"end.block.x"},
@@ -199,7 +201,7 @@ radii = [0.1, 0.1]
 surface = "hard"
 [surfaces.hard]
 restitution = )" +
-         fmt::format("{}\n", e) + test::run_for(1, "start = \"given\"\n") + scheme();
+         fmt::format("{}\n", e) + test::run_for(1, "start = \"given\"\n") + event_scheme();
 }
 
 void head_on(Findings& f) {
