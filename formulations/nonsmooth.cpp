@@ -74,6 +74,8 @@ double tolerance_after_steps(const NonsmoothOptions& options) {
   return std::max(options.tolerance, 0.1 * options.step_tolerance);
 }
 
+}  // namespace
+
 EventDriven make_event_driven(const Scene& scene, const System& system,
                               const std::vector<double>& restitution, RowFacts facts, const State& state) {
   const auto scales = make_scales(scene.mechanism, system, state);
@@ -94,8 +96,6 @@ EventDriven make_event_driven(const Scene& scene, const System& system,
   if (scales.guessed) scheme.find_pace(scales.length);
   return scheme;
 }
-
-}  // namespace
 
 std::unique_ptr<Formulation> make_nonsmooth(const Scene& scene, const System& system, const State& state,
                                             const std::vector<double>& restitution) {

@@ -10,6 +10,8 @@
 namespace freeplay {
 
 struct Scene;
+struct RowFacts;
+class EventDriven;
 class System;
 
 /// Makes the nonsmooth formulation of a scene, started at `state`. `restitution`, if not empty,
@@ -17,5 +19,9 @@ class System;
 /// a surface has no coefficient of restitution.
 std::unique_ptr<Formulation> make_nonsmooth(const Scene& scene, const System& system, const State& state,
                                             const std::vector<double>& restitution);
+
+/// Makes the event-driven scheme of a scene, with one coefficient of restitution per contact.
+EventDriven make_event_driven(const Scene& scene, const System& system,
+                              const std::vector<double>& restitution, RowFacts facts, const State& state);
 
 }  // namespace freeplay

@@ -32,6 +32,8 @@
 /// - Result (values/result.hpp): final state, energy ledger, counters, events and notes of a run.
 /// - Snapshot (values/snapshot.hpp): the complete state of a run, from which it continues bit for
 ///   bit.
+/// - sensitivities() (facade/sensitivity.hpp): derivatives of results with respect to scene keys and
+///   initial values.
 /// - Outside (mechanism/outside.hpp): contact laws and load forces that the caller implements.
 ///
 /// Units: SI and radians throughout. No member takes another unit, except the text that
@@ -61,6 +63,7 @@
 /// link freeplay::freeplay. docs/reference/library.md has complete examples.
 #pragma once
 
+#include "facade/sensitivity.hpp"
 #include "facade/simulation.hpp"
 #include "mechanism/outside.hpp"
 #include "mechanism/scene.hpp"
@@ -69,5 +72,6 @@
 #include "simulation/trajectory.hpp"
 #include "values/identity.hpp"
 #include "values/result.hpp"
+#include "values/sensitivity.hpp"
 #include "values/snapshot.hpp"
 #include "values/stop.hpp"

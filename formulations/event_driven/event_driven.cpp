@@ -81,6 +81,11 @@ bool EventDriven::step(double t_end) {
   pending_ = last_.kind != ModeEvent::Kind::none;
   if (pending_) search_.land(d, method_, last_);
   if (!is_finite(method_.x)) return fail("the state is no longer finite; use a smaller nonsmooth.tolerance");
+  if (variation_) {
+    if (method_.relieved())
+      variation_->refuse("the implicit method has taken over because of films; it has no derivatives");
+    variation_->advance(d, method_.t_old, method_.x_old, method_.t);
+  }
   if (!pending_) {
     d.project(method_.x, method_.t, forces_.impulses_within());
     method_.renew(d);
@@ -125,6 +130,11 @@ bool EventDriven::change_mode() {
   auto& d = dynamics_;
   auto& x = method_.x;
   pending_ = false;
+  std::vector<double> before;
+  if (variation_) {
+    variation_->begin_event(d);
+    before = x;
+  }
   if (pace_length_ > 0) pace_.quicken(pace_length_ / greatest_speed(d.system, v()));
   if (last_.is_phase()) {
     d.phases.cross(d.system, {last_.index, last_.kind == ModeEvent::Kind::phase_up, method_.t});
@@ -149,6 +159,8 @@ bool EventDriven::change_mode() {
   ModeChoice::clear_forced(d);
   d.project(x, t, forces_.impulses_before());
   record(was_closed);
+  if (variation_)
+    variation_->pass(d, {last_, t, before, x, impacts_.in_impact(), impacts_.ended(), impacts_});
   method_.start(d, t, std::vector<double>(x));
   search_.mark_gaps(d, method_, true);
   return true;
@@ -224,6 +236,7 @@ bool EventDriven::choose(std::vector<int>& touching) {
 /// determined anew. A single contact stops the run instead, because such a scene studies this case.
 bool EventDriven::end_lockup(std::vector<int>& touching) {
   auto& d = dynamics_;
+  if (variation_) variation_->refuse(fmt::format("t = {:.9g} s: sliding locks up (Painlevé)", method_.t));
   if (hands_over_)
     return fail(d.lockup_proved() ? "Painlevé paradox: friction admits no finite force at a sliding contact"
                                   : "no solver found admissible forces at a sliding contact");

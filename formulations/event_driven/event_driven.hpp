@@ -17,6 +17,7 @@
 #pragma once
 
 #include <array>
+#include <memory>
 #include <optional>
 #include <span>
 #include <string>
@@ -24,6 +25,7 @@
 
 #include "formulations/automatic/handover.hpp"
 #include "formulations/event_driven/event_impacts.hpp"
+#include "formulations/event_driven/variation.hpp"
 #include "simulation/force_integral.hpp"
 
 namespace freeplay {
@@ -55,6 +57,18 @@ class EventDriven {
   bool in_contact() const;
   Handover hand_over() const;
   void take_over(const Handover& from);
+  ///@}
+
+  /// @name Derivatives of the motion; call vary() after start()
+  ///@{
+  void vary(std::vector<VariedKey> keys, std::vector<Column> integrands, double length, double duration) {
+    variation_ =
+        std::make_unique<Variation>(dynamics_, std::move(keys), std::move(integrands), length, duration);
+  }
+  Variation& variation() { return *variation_; }
+  const EventDynamics& dynamics() const { return dynamics_; }
+  /// The integrated vector.
+  const std::vector<double>& x() const { return method_.x; }
   ///@}
 
   template <class M>
@@ -152,6 +166,7 @@ class EventDriven {
   std::string failure_;
   bool hands_over_ = false;
   ModeBefore mode_before_;
+  std::unique_ptr<Variation> variation_;  // null unless derivatives are requested
 };
 
 }  // namespace freeplay

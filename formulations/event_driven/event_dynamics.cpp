@@ -80,6 +80,15 @@ std::unique_ptr<EventDynamics> EventDynamics::twin() const {
   return other;
 }
 
+std::unique_ptr<EventDynamics> EventDynamics::twin_of(const System& displaced) const {
+  std::vector<double> restitution;
+  for (int k = 0; k < displaced.contacts(); ++k)
+    restitution.push_back(displaced.contact_facts(k).surface.restitution.value_or(0));
+  auto other = std::make_unique<EventDynamics>(displaced, options_, restitution, facts(), speed_scale());
+  other->phases = phases;
+  return other;
+}
+
 void EventDynamics::take_mode(const EventDynamics& other) {
   for (std::size_t k = 0; k < contacts.size(); ++k) {
     contacts[k].closed = other.contacts[k].closed;

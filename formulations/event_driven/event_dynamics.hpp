@@ -10,6 +10,7 @@
 #pragma once
 
 #include <memory>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -18,6 +19,7 @@
 #include "formulations/event_driven/mode_equations.hpp"
 #include "formulations/event_driven/mode_motion.hpp"
 #include "formulations/event_driven/mode_projection.hpp"
+#include "numerics/dual.hpp"
 
 namespace freeplay {
 
@@ -35,6 +37,9 @@ class EventDynamics : public ModeEquations {
   void operator()(const Vector& x, Vector& dxdt, double t);
   /// ∂(dx/dt)/∂x (column-major, size() × size()) and ∂(dx/dt)/∂t in the present mode.
   void jacobian(const Vector& x, double t, double* J, double* dfdt);
+  /// Derivatives of dx/dt in the present mode along `directions` of x, at constant t. Returns dx/dt.
+  const Vector& directional(const Vector& x, double t, std::span<const Vector> directions,
+                            std::span<Vector> out);
   /// Allocates the work space of jacobian(), which otherwise does so at its first call.
   void reserve_jacobian();
   /// Forces and accelerations at x in the present mode.
@@ -79,6 +84,9 @@ class EventDynamics : public ModeEquations {
   /// Makes a second object for the same scene, which can evaluate without changing the state of
   /// this one.
   std::unique_ptr<EventDynamics> twin() const;
+  /// The same for a system of the same structure with another value of a parameter, whose surfaces
+  /// give the restitution.
+  std::unique_ptr<EventDynamics> twin_of(const System& displaced) const;
   /// Copies the mode of another object.
   void take_mode(const EventDynamics& other);
 
@@ -93,6 +101,9 @@ class EventDynamics : public ModeEquations {
   }
 
  private:
+  void begin_tangent(const Vector& x, double t);
+  void differentiate(const Vector& x, const Gradient& time, int directions, double* const* columns);
+
   NonsmoothOptions options_;
   ModeMotion motion_;
   ModeChoice choice_;

@@ -45,6 +45,8 @@ std::string EventImpacts::solve(EventDynamics& d, Vector& x, double t, const Mod
                                 std::vector<int>& touching, EventPace& pace, EventFindings& findings,
                                 WatchedForces& forces) {
   thrown_.clear();
+  in_impact_.clear();
+  ended_.clear();
   const double tiny = d.speed_tolerance();
   const auto& system = d.system;
   const double* v = x.data() + system.n();
@@ -96,6 +98,8 @@ std::string EventImpacts::solve(EventDynamics& d, Vector& x, double t, const Mod
   for (const int k : thrown_)
     if (!contains(staying, k)) staying.push_back(k);
   std::ranges::sort(staying);
+  in_impact_.swap(touching);
+  ended_ = over;
   touching = staying;
   return "";
 }

@@ -44,6 +44,11 @@ class EventImpacts {
   /// s, τ of a contact that is closed now because its impacts accumulate, else 0.
   double ending(int k) const { return ending_[static_cast<std::size_t>(k)]; }
 
+  /// Contacts of the impact in the present change of mode; empty if there was none.
+  const std::vector<int>& in_impact() const { return in_impact_; }
+  /// Those of them whose accumulation of bounces ended.
+  const std::vector<int>& ended() const { return ended_; }
+
   template <class M>
   void serialize(M& m) {
     m(crowd_, last_);
@@ -63,6 +68,7 @@ class EventImpacts {
   std::vector<int> thrown_;
   // contacts for which the mode is determined, to find the closing accelerations
   std::vector<int> decided_;
+  std::vector<int> in_impact_, ended_;
   int crowd_ = 0;            // number of impacts at one instant
   double last_ = -INFINITY;  // s
 };

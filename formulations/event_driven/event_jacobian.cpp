@@ -7,13 +7,19 @@
 //     M da + Gᵀdλ − Σ E_r ds_r = dF − dGᵀλ + Σ dE_r s_r,
 //     G da = dγ − dG a,   W_r da = dγ_r − dW_r a,
 //
-// with the same matrix as the mode.
+// with the same matrix as the mode. jacobian() takes the unit vectors as directions, directional()
+// any vectors, such as the columns of the variational equations (variation.hpp).
 #include <algorithm>
 
 #include "formulations/contact/film_force.hpp"
 #include "formulations/event_driven/event_dynamics.hpp"
 
 namespace freeplay {
+namespace {
+
+constexpr int tangent_directions = static_cast<int>(std::tuple_size_v<decltype(Gradient::slope)>);
+
+}  // namespace
 
 struct EventDynamics::Tangent {
   EvaluationOf<Gradient> e;
@@ -42,19 +48,22 @@ void EventDynamics::reserve_jacobian() {
   d.active.resize(static_cast<std::size_t>(rows.most()));
 }
 
-void EventDynamics::jacobian(const Vector& x, double t, double* J, double* dfdt) {
-  constexpr int chunk = static_cast<int>(std::tuple_size_v<decltype(Gradient::slope)>);
-  const int n = system.n(), m = system.rows(), N = size(), states = system.states();
+void EventDynamics::begin_tangent(const Vector& x, double t) {
   reserve_jacobian();
   auto& d = *tangent_;
   (*this)(x, d.slope, t);  // accelerations, multipliers and the matrix of the mode
   ++work.jacobians;
+  std::ranges::copy(a, d.acceleration.begin());
+  if (const int used = rows.used(); used > 0) std::copy_n(rows.x.data(), used, d.active.begin());
+}
+
+void EventDynamics::jacobian(const Vector& x, double t, double* J, double* dfdt) {
+  constexpr int chunk = tangent_directions;
+  const int n = system.n(), N = size(), states = system.states();
+  begin_tangent(x, t);
+  auto& d = *tangent_;
   std::fill(J, J + static_cast<long>(N) * N, 0.0);
   std::fill(dfdt, dfdt + N, 0.0);
-  std::ranges::copy(a, d.acceleration.begin());
-  const double* held = d.acceleration.data();
-  const int used = rows.used();
-  if (used > 0) std::copy_n(rows.x.data(), used, d.active.begin());
   const auto place_of = [&](int input) { return input < 2 * n ? input : state_offset() + input - 2 * n; };
 
   const int inputs = 2 * n + states;  // then time
@@ -66,93 +75,128 @@ void EventDynamics::jacobian(const Vector& x, double t, double* J, double* dfdt)
     }
     Gradient time = t;
     if (inputs < first + chunk) time.slope[inputs - first] = 1;
-    const Gradient *q = d.state.data(), *v = q + n, *z = v + n;
-    auto& de = d.e;
-    system.place(time, q, de, phases.pieces());
-    system.rate(q, v, de);
-    system.forces(time, q, v, z, de, {nullptr, phases.pieces()});
-    system.flow(time, q, v, z, d.flow.data(), {nullptr, phases.pieces()});
-    Gradient friction_power = 0, film_power = 0;
-    const auto take = [&](int active, const SparseRowOf<Gradient>& row, const Gradient& gamma) {
-      Gradient rest = gamma;
-      for (int i = 0; i < row.size; ++i) rest -= row.value[i] * held[row.column[i]];
-      d.sigma[active] = rest;
+    std::array<double*, tangent_directions> columns{};
+    for (int s = 0; s < directions; ++s)
+      columns[s] = first + s == inputs ? dfdt : J + static_cast<long>(N) * place_of(first + s);
+    differentiate(x, time, directions, columns.data());
+  }
+}
+
+const EventDynamics::Vector& EventDynamics::directional(const Vector& x, double t,
+                                                        std::span<const Vector> directions,
+                                                        std::span<Vector> out) {
+  constexpr int chunk = tangent_directions;
+  t = std::min(t, knot);
+  const int n = system.n(), states = system.states(), count = static_cast<int>(directions.size());
+  begin_tangent(x, t);
+  auto& d = *tangent_;
+  for (int first = 0; first < count; first += chunk) {
+    const int some = std::min(chunk, count - first);
+    const auto seed = [&](Gradient& y, int place) {
+      y = x[place];
+      for (int s = 0; s < some; ++s) y.slope[s] = directions[first + s][place];
     };
-    for (int k = 0; k < system.frictions(); ++k) {
-      const auto& p = preloaded[k];
-      const Gradient gamma = system.friction(k, q, v, de, d.slide);
-      d.slide.add_to(de.force.data(), p.lambda);
-      if (p.unknown >= 0) take(p.unknown, d.slide, gamma);
-      friction_power -= p.lambda * d.slide.dot(v);
+    for (int i = 0; i < 2 * n; ++i) seed(d.state[i], i);
+    for (int k = 0; k < states; ++k) seed(d.state[2 * n + k], state_offset() + k);
+    std::array<double*, tangent_directions> columns{};
+    for (int s = 0; s < some; ++s) columns[s] = out[first + s].data();
+    differentiate(x, t, some, columns.data());
+  }
+  return d.slope;
+}
+
+/// Derivatives of dx/dt in the directions that the tangent's state and the time have.
+void EventDynamics::differentiate(const Vector& x, const Gradient& time, int directions,
+                                  double* const* columns) {
+  const int n = system.n(), m = system.rows(), states = system.states(), used = rows.used();
+  auto& d = *tangent_;
+  const double* held = d.acceleration.data();
+  const Gradient *q = d.state.data(), *v = q + n, *z = v + n;
+  auto& de = d.e;
+  system.place(time, q, de, phases.pieces());
+  system.rate(q, v, de);
+  system.forces(time, q, v, z, de, {nullptr, phases.pieces()});
+  system.flow(time, q, v, z, d.flow.data(), {nullptr, phases.pieces()});
+  Gradient friction_power = 0, film_power = 0;
+  const auto take = [&](int active, const SparseRowOf<Gradient>& row, const Gradient& gamma) {
+    Gradient rest = gamma;
+    for (int i = 0; i < row.size; ++i) rest -= row.value[i] * held[row.column[i]];
+    d.sigma[active] = rest;
+  };
+  for (int k = 0; k < system.frictions(); ++k) {
+    const auto& p = preloaded[k];
+    const Gradient gamma = system.friction(k, q, v, de, d.slide);
+    d.slide.add_to(de.force.data(), p.lambda);
+    if (p.unknown >= 0) take(p.unknown, d.slide, gamma);
+    friction_power -= p.lambda * d.slide.dot(v);
+  }
+  for (const auto& f : films.list()) {
+    system.contact(f.contact, q, v, de, d.row);
+    const auto film = film_action(f.law, v, d.row);
+    if (!film) continue;
+    d.row.normal.add_to(de.force.data(), film->normal);
+    d.row.film.add_to(de.force.data(), film->tangential);
+    d.row.spin.add_to(de.force.data(), film->torque);
+    film_power += film->loss;
+  }
+  for (int k = 0; k < system.contacts(); ++k) {
+    const auto& c = contacts[k];
+    if (c.unknown < 0) continue;
+    system.contact(k, q, v, de, d.row);
+    d.row.normal.add_to(de.force.data(), c.lambda_n);
+    if (c.row.tangent.size > 0) d.row.tangent.add_to(de.force.data(), c.lambda_t);
+    take(c.unknown, d.row.normal, d.row.gamma_n);
+    if (c.tangent_unknown >= 0) take(c.tangent_unknown, d.row.tangent, d.row.gamma_t);
+    if (c.lambda_t != 0) friction_power -= c.lambda_t * d.row.tangent.dot(v);
+  }
+  for (int i = 0; i < n; ++i) d.reaction[i] = 0;
+  add_transposed(system.pattern(), de.G.data(), lambda.data(), d.reaction.data());
+  for (int i = 0; i < n; ++i) d.reaction[i] = de.force[i] - d.reaction[i];
+  for (int k = 0; k < m; ++k) {
+    d.r[k] = de.gamma[k];
+    for (int s = system.pattern().begin[k]; s < system.pattern().begin[k + 1]; ++s)
+      d.r[k] -= de.G[s] * held[system.pattern().column[s]];
+  }
+
+  for (int s = 0; s < directions; ++s) {
+    for (int i = 0; i < n; ++i) d.force[i] = d.reaction[i].slope[s];
+    for (int k = 0; k < m; ++k) d.side[k] = d.r[k].slope[s];
+    saddle.solve(d.force.data(), d.side.data(), d.a.data(), d.lambda.data());
+    if (used > 0) {
+      for (int r = 0; r < used; ++r) rows.b[r] = d.sigma[r].slope[s] - rows.row(r).dot(d.a.data());
+      rows.solve();
+      for (int r = 0; r < used; ++r) {
+        for (int i = 0; i < n; ++i) d.a[i] += rows.x[r] * rows.response(r)[i];
+        for (int k = 0; k < m; ++k) d.lambda[k] += rows.x[r] * rows.reaction(r)[k];
+      }
     }
-    for (const auto& f : films.list()) {
-      system.contact(f.contact, q, v, de, d.row);
-      const auto film = film_action(f.law, v, d.row);
-      if (!film) continue;
-      d.row.normal.add_to(de.force.data(), film->normal);
-      d.row.film.add_to(de.force.data(), film->tangential);
-      d.row.spin.add_to(de.force.data(), film->torque);
-      film_power += film->loss;
-    }
+    double* column = columns[s];
+    for (int i = 0; i < n; ++i) column[i] = d.state[n + i].slope[s];
+    std::ranges::copy(d.a, column + n);
+    double* integral = column + integral_offset();
+    integral[friction_loss] = friction_power.slope[s];
     for (int k = 0; k < system.contacts(); ++k) {
       const auto& c = contacts[k];
       if (c.unknown < 0) continue;
-      system.contact(k, q, v, de, d.row);
-      d.row.normal.add_to(de.force.data(), c.lambda_n);
-      if (c.row.tangent.size > 0) d.row.tangent.add_to(de.force.data(), c.lambda_t);
-      take(c.unknown, d.row.normal, d.row.gamma_n);
-      if (c.tangent_unknown >= 0) take(c.tangent_unknown, d.row.tangent, d.row.gamma_t);
-      if (c.lambda_t != 0) friction_power -= c.lambda_t * d.row.tangent.dot(v);
+      const double normal = rows.x[c.unknown];
+      double tangential = 0;
+      if (c.tangent_unknown >= 0)
+        tangential = rows.x[c.tangent_unknown];
+      else if (c.slip != 0)
+        tangential = -c.slip * *system.contact_facts(k).surface.friction * normal;
+      column[impulse_offset() + 2 * k] = normal;
+      column[impulse_offset() + 2 * k + 1] = tangential;
+      if (tangential != 0) integral[friction_loss] -= tangential * c.row.tangent.dot(x.data() + n);
     }
-    for (int i = 0; i < n; ++i) d.reaction[i] = 0;
-    add_transposed(system.pattern(), de.G.data(), lambda.data(), d.reaction.data());
-    for (int i = 0; i < n; ++i) d.reaction[i] = de.force[i] - d.reaction[i];
-    for (int k = 0; k < m; ++k) {
-      d.r[k] = de.gamma[k];
-      for (int s = system.pattern().begin[k]; s < system.pattern().begin[k + 1]; ++s)
-        d.r[k] -= de.G[s] * held[system.pattern().column[s]];
-    }
-
-    for (int s = 0; s < directions; ++s) {
-      for (int i = 0; i < n; ++i) d.force[i] = d.reaction[i].slope[s];
-      for (int k = 0; k < m; ++k) d.side[k] = d.r[k].slope[s];
-      saddle.solve(d.force.data(), d.side.data(), d.a.data(), d.lambda.data());
-      if (used > 0) {
-        for (int r = 0; r < used; ++r) rows.b[r] = d.sigma[r].slope[s] - rows.row(r).dot(d.a.data());
-        rows.solve();
-        for (int r = 0; r < used; ++r) {
-          for (int i = 0; i < n; ++i) d.a[i] += rows.x[r] * rows.response(r)[i];
-          for (int k = 0; k < m; ++k) d.lambda[k] += rows.x[r] * rows.reaction(r)[k];
-        }
-      }
-      const int input = first + s;
-      double* column = input == inputs ? dfdt : J + static_cast<long>(N) * place_of(input);
-      for (int i = 0; i < n; ++i) column[i] = input == n + i ? 1 : 0;
-      std::ranges::copy(d.a, column + n);
-      double* integral = column + integral_offset();
-      integral[friction_loss] = friction_power.slope[s];
-      for (int k = 0; k < system.contacts(); ++k) {
-        const auto& c = contacts[k];
-        if (c.unknown < 0) continue;
-        const double normal = rows.x[c.unknown];
-        double tangential = 0;
-        if (c.tangent_unknown >= 0)
-          tangential = rows.x[c.tangent_unknown];
-        else if (c.slip != 0)
-          tangential = -c.slip * *system.contact_facts(k).surface.friction * normal;
-        column[impulse_offset() + 2 * k] = normal;
-        column[impulse_offset() + 2 * k + 1] = tangential;
-        if (tangential != 0) integral[friction_loss] -= tangential * c.row.tangent.dot(x.data() + n);
-      }
-      for (const auto& p : preloaded)
-        if (p.unknown >= 0) integral[friction_loss] -= rows.x[p.unknown] * p.rate;
-      for (int k = 0; k < states; ++k) column[state_offset() + k] = d.flow[k].slope[s];
-      integral[drive] = de.power.drive.slope[s];
-      integral[load] = de.power.load.slope[s];
-      integral[damping] = -de.power.damping.slope[s];
-      for (int k = 0; k < m; ++k) integral[drive] += d.lambda[k] * e.phi_t[k];
-      if (films.any()) integral[film_loss] = film_power.slope[s];
-    }
+    for (const auto& p : preloaded)
+      if (p.unknown >= 0) integral[friction_loss] -= rows.x[p.unknown] * p.rate;
+    for (int k = 0; k < states; ++k) column[state_offset() + k] = d.flow[k].slope[s];
+    integral[drive] = de.power.drive.slope[s];
+    integral[load] = de.power.load.slope[s];
+    integral[damping] = -de.power.damping.slope[s];
+    for (int k = 0; k < m; ++k)
+      integral[drive] += d.lambda[k] * e.phi_t[k] + lambda[k] * de.phi_t[k].slope[s];
+    if (films.any()) integral[film_loss] = film_power.slope[s];
   }
 }
 

@@ -150,6 +150,7 @@ Findings joint_friction();
 Findings groups();
 Findings published_cases();
 Findings tangential_compliance();
+Findings sensitivity_claims();
 
 // Parts of the set "published-cases", in files of their own.
 void published_smooth(Findings& f);

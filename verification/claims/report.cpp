@@ -19,6 +19,7 @@ constexpr ClaimSet sets[] = {
     {"mechanisms", "Published mechanisms", mechanisms},
     {"published-cases", "Cases of other programs", published_cases},
     {"tangential-compliance", "Tangential compliance of contacts", tangential_compliance},
+    {"sensitivities", "Derivatives through impacts and friction", sensitivity_claims},
     {"gears", "Gears, racks, slots and end stops", gears},
     {"oracle", "The paper's slider-crank against an independent derivation", oracle},
     {"forces", "Reaction forces, sensors and undetermined reactions", forces},

@@ -34,6 +34,7 @@ const std::vector<Members>& all_members() {
       {"modes", {"modes.json", "modes.csv", "equilibrium.csv", "static_forces.csv"}},
       {"drift", {"drift.json", "drift.csv", "figures/drift*"}},
       {"poincare", {"section.json", "section.csv", "figures/poincare*"}},
+      {"sensitivity", {"sensitivity.json", "figures/sensitivity*"}},
       {"bifurcation", {"bifurcation.json", "bifurcation.csv", "figures/bifurcation*"}},
       {"basin", {"basin.json", "basin.csv", "figures/basin*"}},
       {"check", {"pose.json", "pose.csv", "figures/pose*"}},

@@ -1,0 +1,346 @@
+// Variation: derivatives across events.
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "formulations/event_driven/event_impacts.hpp"
+#include "formulations/event_driven/variation.hpp"
+
+namespace freeplay {
+namespace {
+
+/// Share of a contact's measure up to which a rebound into the body would not count as an impact: the
+/// contact grazes.
+constexpr double grazing_depth = 1e-6;
+
+bool among(const std::vector<int>& list, int k) { return std::ranges::find(list, k) != list.end(); }
+
+std::vector<double> rhs(EventDynamics& f, const std::vector<double>& x, double t) {
+  std::vector<double> out(x.size());
+  f(x, out, t);
+  return out;
+}
+
+/// The function whose root is the event, at a state.
+double event_value(EventDynamics& f, const ModeEvent& event, const std::vector<double>& x, double t) {
+  using Kind = ModeEvent::Kind;
+  const int k = event.index;
+  const double* v = x.data() + f.system.n();
+  switch (event.kind) {
+    case Kind::gap:
+      return f.look(k, x, t).gap;
+    case Kind::slip:
+      return f.look(k, x, t).tangent.dot(v);
+    case Kind::slide_slip:
+      return f.slide_rate(k, x, t);
+    default:
+      break;
+  }
+  rhs(f, x, t);
+  if (event.kind == Kind::force) return f.contacts[k].lambda_n;
+  if (event.kind == Kind::slide_stick) return f.preloaded[k].bound - std::abs(f.preloaded[k].lambda);
+  return *f.system.contact_facts(k).surface.friction * f.contacts[k].lambda_n -
+         std::abs(f.contacts[k].lambda_t);
+}
+
+}  // namespace
+
+/// The state after the projection onto the mode and the impact, followed by the energy lost in it and
+/// its impulses in the integrands.
+Variation::Function Variation::jump_of(const std::vector<int>& in_impact,
+                                       const std::vector<int>& ended) const {
+  return [this, &in_impact, &ended](EventDynamics& f, const Vector& x, double t) {
+    auto y = x;
+    f.contact_loss = 0;
+    f.project(y, t);
+    f.measure_speeds(y);
+    auto impulses = f.system.make_forces();
+    if (!in_impact.empty()) {
+      if (!f.apply_impact(y, t, {in_impact, ended}).empty()) std::ranges::fill(y, __builtin_nan(""));
+      f.report_impact(y, in_impact, impulses);
+    }
+    y.push_back(f.contact_loss);
+    for (const auto& c : integrands_)
+      y.push_back(c.of == Column::Of::force          ? impulses.elements[c.index].*c.force
+                  : c.of == Column::Of::acceleration ? impulses.acceleration[c.index]
+                                                     : 0);
+    return y;
+  };
+}
+
+Variation::Side Variation::side(EventDynamics& f, const Vector& x, double t) const {
+  Side s{rhs(f, x, t), {}};
+  if (!integrands_.empty()) s.integrands = integrands()(f, x, t);
+  return s;
+}
+
+void Variation::begin_event(const EventDynamics& d) { take_mode(d); }
+
+void Variation::pass(const EventDynamics& d, const Passed& p) {
+  mode_known_ = false;
+  const auto before = side(*probe_, p.before, p.t);
+  after_->take_mode(d);
+  after_->knot = d.knot;
+  const auto after = side(*after_, p.after, p.t);
+  std::vector<int> onsets;
+  for (const int k : p.in_impact) {
+    if (probe_->contacts[k].closed) continue;
+    const int slot = d.impulse_offset() + 2 * k;
+    if (p.impacts.rate(k) < -d.speed_tolerance())
+      onsets.push_back(k);
+    else if (p.after[slot] > p.before[slot])
+      refuse(
+          fmt::format("t = {:.9g} s: contact {} touches another contact's impact without approach; the "
+                      "motion there depends on the order of impacts",
+                      p.t, d.system.contact_facts(k).name));
+  }
+  using Kind = ModeEvent::Kind;
+  if (!onsets.empty()) return pass_impacts(d, p, onsets, before, after);
+  if (p.event.kind == Kind::gap)
+    refuse(fmt::format("t = {:.9g} s: contact {} closes without approach (grazing)", p.t,
+                       d.system.contact_facts(p.event.index).name));
+  const int n = d.system.n();
+  double change = 0, scale = 0;
+  for (int i = n; i < 2 * n; ++i) {
+    change = std::max(change, std::abs(after.f[i] - before.f[i]));
+    scale = std::max({scale, std::abs(after.f[i]), std::abs(before.f[i])});
+  }
+  const double speed = std::max(d.greatest(p.before.data() + n), d.speed_scale());
+  Vector dt(keys_.size());
+  if (p.event.kind != Kind::none && change > 1e-7 * scale) {
+    if (p.event.is_phase())
+      refuse(
+          fmt::format("t = {:.9g} s: a force of an element jumps there; derivatives across such jumps are "
+                      "not available",
+                      p.t));
+    else
+      dt = event_times(p, p.event, before.f, speed);
+  }
+  jump(p, p.in_impact, p.before, before, after, dt, speed);
+  if (p.event.kind == Kind::none) keep_start(d, p);
+}
+
+/// dt of each column for a root of the event's function.
+Variation::Vector Variation::event_times(const Passed& p, const ModeEvent& event, const Vector& f,
+                                         double speed) {
+  const Function value = [&](EventDynamics& g, const Vector& x, double t) {
+    return Vector{event_value(g, event, x, t)};
+  };
+  const auto centre = value(*probe_, p.before, p.t);
+  const bool gap = event.kind == ModeEvent::Kind::gap;
+  const int n = probe_->system.n();
+  const auto row = gap ? probe_->look(event.index, p.before, p.t).normal : SparseRow{};
+  double rate = 0;
+  if (gap) {
+    rate = row.dot(p.before.data() + n);
+  } else {
+    const auto d = along(*probe_, value, centre, p.before, p.t, f, 1, speed);
+    rate = d.slope[0];
+    if (!d.smooth || !(std::abs(rate) * duration_ > 1e-9 * std::abs(centre[0])))
+      refuse(
+          fmt::format("t = {:.9g} s: a friction limit or the end of sliding is reached tangentially", p.t));
+  }
+  Vector dt(keys_.size());
+  for (std::size_t c = 0; c < keys_.size(); ++c) {
+    if (!open(c)) continue;
+    const auto part = across(c, value, centre, p.before, p.t);
+    double slope = part.slope[0];
+    if (gap)
+      slope += row.dot(S_[c].data());
+    else
+      slope += along(*probe_, value, centre, p.before, p.t, S_[c], 0, speed).slope[0];
+    dt[c] = -slope / rate;
+    if (!part.smooth || !std::isfinite(dt[c]))
+      refuse(c, fmt::format("t = {:.9g} s: the time of this event has no derivative", p.t));
+  }
+  return dt;
+}
+
+/// S across an event: a jump of the state with impacts of these contacts.
+void Variation::jump(const Passed& p, const std::vector<int>& in_impact, const Vector& x, const Side& before,
+                     const Side& after, const Vector& dt, double speed) {
+  const auto map = jump_of(in_impact, p.ended);
+  const auto now = map(*probe_, x, p.t);
+  for (std::size_t i = 0; i < integrands_.size(); ++i) integrals_[i] += now[size_ + 1 + i];
+  for (std::size_t c = 0; c < keys_.size(); ++c) {
+    if (!open(c)) continue;
+    auto dx = S_[c];
+    for (std::size_t i = 0; i < size_; ++i) dx[i] += dt[c] * before.f[i];
+    const auto slope = total(c, map, x, p.t, dx, dt[c], speed);
+    if (!open(c)) continue;
+    for (std::size_t i = 0; i < size_; ++i) S_[c][i] = slope[i] - dt[c] * after.f[i];
+    loss_[c] += slope[size_];
+    for (std::size_t i = 0; i < integrands_.size(); ++i)
+      integral_rates_[c][i] += slope[size_ + 1 + i] + dt[c] * (before.integrands[i] - after.integrands[i]);
+  }
+}
+
+/// Whether the impact of one of these contacts changes the rate of another.
+bool Variation::coupled(const Passed& p, const std::vector<int>& onsets, const std::vector<int>& closed) {
+  const int n = probe_->system.n();
+  for (const int a : onsets) {
+    auto one = closed;
+    one.push_back(a);
+    const auto y = jump_of(one, p.ended)(*probe_, p.before, p.t);
+    for (const int b : onsets) {
+      if (a == b) continue;
+      const auto& row = probe_->look(b, p.before, p.t);
+      const double *v = p.before.data() + n, *w = y.data() + n;
+      const double change = std::max(std::abs(row.normal.dot(w) - row.normal.dot(v)),
+                                     std::abs(row.tangent.dot(w) - row.tangent.dot(v)));
+      if (change > 1e-9 * std::abs(row.normal.dot(v))) return true;
+    }
+  }
+  return false;
+}
+
+void Variation::pass_impacts(const EventDynamics& d, const Passed& p, const std::vector<int>& onsets,
+                             const Side& before, const Side& after) {
+  const int n = d.system.n();
+  std::vector<int> closed;
+  for (const int k : p.in_impact)
+    if (probe_->contacts[k].closed) closed.push_back(k);
+  if (onsets.size() > 1) {
+    const bool stays = std::ranges::any_of(onsets, [&](int k) { return d.contacts[k].closed; });
+    if (stays || coupled(p, onsets, closed))
+      refuse(
+          fmt::format("t = {:.9g} s: contacts {} and {} have simultaneous impacts that act on each other; "
+                      "the motion there depends on their order",
+                      p.t, d.system.contact_facts(onsets[0]).name, d.system.contact_facts(onsets[1]).name));
+  }
+  auto x = p.before;
+  for (std::size_t i = 0; i < onsets.size(); ++i) {
+    const int k = onsets[i];
+    const double rate = probe_->look(k, p.before, p.t).normal.dot(p.before.data() + n);
+    const double away = probe_->gap_acceleration(k, p.before, p.t);
+    const auto& facts = d.system.contact_facts(k);
+    if (away > 0 &&
+        rate * rate < 2 * away * grazing_depth * (facts.measure() > 0 ? facts.measure() : length_))
+      refuse(
+          fmt::format("t = {:.9g} s: contact {} grazes (approach {:.2g} m/s); grazing contacts have no "
+                      "derivative",
+                      p.t, facts.name, -rate));
+    const double speed = std::abs(rate);
+    const auto dt = event_times(p, {ModeEvent::Kind::gap, k, p.t}, before.f, speed);
+    if (p.event.kind == ModeEvent::Kind::none)
+      for (std::size_t c = 0; c < keys_.size(); ++c)
+        if (std::abs(dt[c]) * keys_[c].scale() > 1e-9 * duration_)
+          refuse(c, fmt::format("t = {:.9g} s: contact {} closes at the start, so that {} has only a "
+                                "one-sided derivative",
+                                p.t, facts.name, keys_[c].name));
+    // The derivatives of time, approach rate and impulse.
+    const int slot = d.impulse_offset() + 2 * k;
+    Onset onset{k,
+                d.contacts[k].closed,
+                p.t + p.impacts.ending(k),
+                p.impacts.rate(k),
+                p.after[slot] - p.before[slot],
+                {},
+                {},
+                {},
+                {}};
+    const Function rate_of = [&](EventDynamics& f, const Vector& y, double t) {
+      return Vector{f.look(k, y, t).normal.dot(y.data() + n)};
+    };
+    auto one = closed;
+    one.push_back(k);
+    std::ranges::sort(one);
+    // Remaining time of an accumulation of bounces (event_impacts.hpp).
+    const std::vector<int> none;
+    const auto bounce = jump_of(one, none);
+    const Function remaining = [&](EventDynamics& f, const Vector& y, double t) {
+      auto z = bounce(f, y, t);
+      z.resize(y.size());
+      const double u = f.look(k, z, t).normal.dot(z.data() + n), e = -u / rate_of(f, y, t)[0];
+      return Vector{-2 * u / f.gap_acceleration(k, z, t) / (1 - e)};
+    };
+    const bool ends = among(p.ended, k);
+    const auto was = S_;
+    for (std::size_t c = 0; c < keys_.size(); ++c) {
+      onset.dt.push_back(dt[c]);
+      onset.drate.push_back(NAN);
+      if (!open(c)) continue;
+      auto dx = S_[c];
+      for (std::size_t j = 0; j < size_; ++j) dx[j] += dt[c] * before.f[j];
+      onset.drate[c] = total(c, rate_of, p.before, p.t, dx, dt[c], speed)[0];
+      if (ends && open(c)) onset.dt[c] += total(c, remaining, p.before, p.t, dx, dt[c], speed)[0];
+    }
+    // Between uncoupled impacts the mode is the one before.
+    auto y = jump_of(one, p.ended)(*probe_, x, p.t);
+    y.resize(size_);
+    const auto here = i == 0 ? before : side(*probe_, x, p.t);
+    const auto next = i + 1 == onsets.size() ? after : side(*probe_, y, p.t);
+    jump(p, one, x, here, next, dt, speed);
+    for (std::size_t c = 0; c < keys_.size(); ++c) {
+      const bool known = open(c);
+      onset.dimpulse.push_back(known && !onset.lasting
+                                   ? S_[c][slot] + dt[c] * next.f[slot] - was[c][slot] - dt[c] * here.f[slot]
+                                   : NAN);
+      if (!known) onset.dt[c] = onset.drate[c] = NAN;
+      onset.reasons.push_back(reasons_[c]);
+    }
+    onsets_.push_back(std::move(onset));
+    x = y;
+  }
+}
+
+/// At a start or knot, contacts close that were open before: S must keep them closed. Otherwise the
+/// neighbouring motions separate or approach on one side.
+void Variation::keep_start(const EventDynamics& d, const Passed& p) {
+  const int n = d.system.n();
+  const auto check = [&](const char* what, const std::string& name, const Function& value,
+                         const SparseRow& row, bool rates) {
+    const auto centre = value(*probe_, p.after, p.t);
+    double weight = 0;
+    const double speed = std::max(d.greatest(p.after.data() + n), d.speed_scale());
+    for (std::size_t c = 0; c < keys_.size(); ++c) {
+      if (!open(c)) continue;
+      weight = 0;
+      for (int i = 0; i < row.size; ++i)
+        weight += std::abs(row.value[i] * S_[c][(rates ? n : 0) + row.column[i]]);
+      const auto a = along(*probe_, value, centre, p.after, p.t, S_[c], 0, speed).slope[0];
+      const auto b = across(c, value, centre, p.after, p.t).slope[0];
+      if (std::abs(a + b) > 1e-6 * (weight + std::abs(b)) &&
+          std::abs(a + b) * keys_[c].scale() > 1e-9 * (rates ? speed : length_))
+        refuse(c, fmt::format("t = {:.9g} s: {} of {} changes with {} at the start of contact, so that there "
+                              "is only a one-sided derivative",
+                              p.t, what, name, keys_[c].name));
+    }
+  };
+  for (int k = 0; k < d.system.contacts(); ++k) {
+    const auto& contact = d.contacts[k];
+    if (!contact.closed || probe_->contacts[k].closed) continue;
+    const auto row = probe_->look(k, p.after, p.t);
+    const auto& name = d.system.contact_facts(k).name;
+    check(
+        "the gap", name,
+        [k](EventDynamics& f, const Vector& x, double t) { return Vector{f.look(k, x, t).gap}; }, row.normal,
+        false);
+    check(
+        "the gap rate", name,
+        [k, n](EventDynamics& f, const Vector& x, double t) {
+          return Vector{f.look(k, x, t).normal.dot(x.data() + n)};
+        },
+        row.normal, true);
+    if (row.tangent.size == 0 || std::abs(row.tangent.dot(p.after.data() + n)) > d.slide_tolerance())
+      continue;
+    check(
+        "the sliding rate", name,
+        [k, n](EventDynamics& f, const Vector& x, double t) {
+          return Vector{f.look(k, x, t).tangent.dot(x.data() + n)};
+        },
+        row.tangent, true);
+  }
+  for (int k = 0; k < d.system.frictions(); ++k) {
+    if (std::abs(probe_->slide_rate(k, p.after, p.t)) > d.preloaded[k].share * d.slide_tolerance() ||
+        (probe_->preloaded[k].slip == 0 && d.preloaded[k].slip == 0))
+      continue;
+    check(
+        "the sliding rate", d.system.friction_facts(k).name,
+        [k](EventDynamics& f, const Vector& x, double t) { return Vector{f.slide_rate(k, x, t)}; },
+        probe_->preloaded[k].row, true);
+  }
+}
+
+}  // namespace freeplay

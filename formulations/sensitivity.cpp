@@ -1,0 +1,170 @@
+#include "formulations/sensitivity.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "dynamics/assembly/assembly.hpp"
+#include "formulations/event_driven/event_driven.hpp"
+#include "formulations/nonsmooth.hpp"
+#include "mechanism/scene.hpp"
+
+namespace freeplay {
+namespace {
+
+using Of = VariedQuantity::Of;
+
+/// Least length over which gaps are curved: the least clearance, else the least radius or arm.
+double curved_length(const System& system) {
+  double least = INFINITY;
+  for (int k = 0; k < system.contacts(); ++k) {
+    const auto& facts = system.contact_facts(k);
+    const double length = facts.has_clearance ? facts.clearance : facts.measure();
+    if (length > 0) least = std::min(least, length);
+  }
+  if (std::isfinite(least)) return least;
+  return system.longest_arm() > 0 ? system.longest_arm() : 1;
+}
+
+double energy_of(EnergyTerm term, EventDynamics& f, const std::vector<double>& x) {
+  const double* integral = x.data() + f.integral_offset();
+  switch (term) {
+    case EnergyTerm::kinetic:
+      return f.system.kinetic(x.data() + f.system.n());
+    case EnergyTerm::potential:
+      return f.system.potential(x.data());
+    case EnergyTerm::drive:
+      return integral[EventDynamics::drive];
+    case EnergyTerm::load:
+      return integral[EventDynamics::load];
+    case EnergyTerm::damping:
+      return integral[EventDynamics::damping];
+    case EnergyTerm::friction:
+      return integral[EventDynamics::friction_loss];
+    case EnergyTerm::film:
+      return f.films.any() ? integral[EventDynamics::film_loss] : 0;
+    case EnergyTerm::contact:
+      break;
+  }
+  return 0;
+}
+
+/// Value and derivatives of a quantity of one contact event.
+void take_event(const VariedQuantity& q, const std::vector<Variation::Onset>& onsets,
+                const std::vector<std::string>& ended, Sensitivity& s) {
+  if (q.event > onsets.size()) {
+    for (auto& reason : s.reasons)
+      reason = fmt::format("the run has {} contact event{}", onsets.size(), onsets.size() == 1 ? "" : "s");
+    for (std::size_t c = 0; c < ended.size(); ++c)
+      if (!ended[c].empty()) s.reasons[c] = ended[c];
+    return;
+  }
+  const auto& onset = onsets[q.event - 1];
+  s.reasons = onset.reasons;
+  switch (q.of) {
+    case Of::event_time:
+      s.value = onset.t;
+      s.derivatives = onset.dt;
+      return;
+    case Of::event_rate:
+      s.value = onset.rate;
+      s.derivatives = onset.drate;
+      return;
+    default:
+      if (onset.lasting) {
+        for (auto& reason : s.reasons)
+          if (reason.empty())
+            reason = "the event begins a lasting contact, which has no impulse at its beginning";
+        return;
+      }
+      s.value = onset.impulse;
+      s.derivatives = onset.dimpulse;
+  }
+}
+
+}  // namespace
+
+Sensitivities run_sensitivities(SensitivityRun run) {
+  const auto& system = run.system;
+  std::vector<double> restitution;
+  for (int k = 0; k < system.contacts(); ++k)
+    restitution.push_back(system.contact_facts(k).surface.restitution.value_or(0));
+  const RowFacts facts{!redundant_rows(system, run.start.q).empty(), run.scene.run.eliminate};
+  auto scheme = make_event_driven(run.scene, system, restitution, facts, run.start);
+  ContactLog log(system.contacts(), system.reported());
+  scheme.start(run.start, log);
+  Sensitivities all;
+  for (const auto& key : run.keys) {
+    all.keys.push_back(key.name);
+    all.key_values.push_back(key.value);
+  }
+  std::vector<Column> integrands;
+  for (const auto& q : run.quantities)
+    if (q.of == Of::mean) integrands.push_back(q.column);
+  const auto keys = run.keys.size();
+  scheme.vary(std::move(run.keys), integrands, curved_length(system), run.end - run.start.t);
+  auto& variation = scheme.variation();
+  while (scheme.t() < run.end) {
+    if (run.stop()) throw Interrupted();
+    if (!scheme.step(run.end)) {
+      all.stopped = scheme.failure();
+      variation.refuse(all.stopped);
+      break;
+    }
+    log.advance(scheme.t());
+    log.drain([](const auto&) {});
+  }
+  auto onsets = variation.onsets();
+  std::ranges::stable_sort(onsets, {}, &Variation::Onset::t);
+  std::vector<std::string> ended;
+  for (std::size_t c = 0; c < keys; ++c) ended.push_back(variation.reason(c));
+  const auto& d = scheme.dynamics();
+  std::size_t integral = 0;
+  for (const auto& q : run.quantities) {
+    auto& s = all.quantities.emplace_back();
+    s.name = q.name;
+    s.derivatives.assign(keys, NAN);
+    s.reasons.assign(keys, "");
+    switch (q.of) {
+      case Of::event_time:
+      case Of::event_rate:
+      case Of::event_impulse:
+        take_event(q, onsets, ended, s);
+        break;
+      case Of::mean:
+        s.value = variation.mean(integral, run.start.t, scheme.t());
+        s.derivatives = variation.mean_derivatives(integral++, d, scheme.x(), run.start.t, scheme.t());
+        s.reasons = ended;
+        break;
+      case Of::energy:
+        if (q.term == EnergyTerm::contact) {
+          s.value = d.contact_loss;
+          s.reasons = ended;
+          for (std::size_t c = 0; c < keys; ++c)
+            if (ended[c].empty()) s.derivatives[c] = variation.contact_loss()[c];
+          break;
+        }
+        s.derivatives = variation.end_derivatives(
+            d, scheme.x(), scheme.t(),
+            [&](EventDynamics& f, const Variation::Vector& x, double) {
+              return Variation::Vector{energy_of(q.term, f, x)};
+            },
+            s.value, s.reasons);
+        break;
+      case Of::end:
+        s.derivatives = variation.end_derivatives(
+            d, scheme.x(), scheme.t(),
+            [&](EventDynamics& f, const Variation::Vector& x, double t) {
+              return Variation::Vector{observed(q.column, f, x, t)};
+            },
+            s.value, s.reasons);
+        break;
+    }
+  }
+  const auto rhs = scheme.work().rhs;
+  all.cost = rhs > 0 ? static_cast<double>(variation.evaluations()) / static_cast<double>(rhs) : 0;
+  return all;
+}
+
+}  // namespace freeplay

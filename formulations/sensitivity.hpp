@@ -1,0 +1,79 @@
+// Derivatives of the results of a nonsmooth run by its variational equations (event_driven/variation.hpp).
+//
+// The caller (facade/sensitivity.hpp) builds the systems at displaced values of the keys; this file runs
+// the event-driven scheme once with all columns, and evaluates the quantities at its end.
+#pragma once
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <string>
+#include <vector>
+
+#include "simulation/columns.hpp"
+#include "values/sensitivity.hpp"
+#include "values/state.hpp"
+#include "values/stop.hpp"
+
+namespace freeplay {
+
+struct Scene;
+class System;
+
+/// A parameter: its systems at displaced values, and derivatives of the start.
+struct VariedKey {
+  std::string name;
+  double value = 0;    ///< SI
+  double spacing = 0;  ///< of the displaced values
+  /// at value + difference_places[i] · spacing; null for initial values, which have no displaced systems
+  std::array<const System*, 4> systems{};
+  /// d(q, v, z)/dp of the start
+  std::vector<double> start;
+  double end_rate = 0;  ///< d(end of the run)/dp
+  /// reason why there is no derivative from the start; empty: none
+  std::string refused;
+  /// A significant change of the value, for tolerances.
+  double scale() const { return systems[0] ? std::max(std::abs(value), 1e3 * spacing) : 1; }
+};
+
+/// Terms of the energy balance with derivatives, as run.json names them.
+enum class EnergyTerm { kinetic, potential, drive, load, damping, contact, friction, film };
+struct EnergyName {
+  EnergyTerm term;
+  const char* text;
+};
+inline constexpr std::array energy_quantities{EnergyName{EnergyTerm::kinetic, "kinetic"},
+                                              EnergyName{EnergyTerm::potential, "potential"},
+                                              EnergyName{EnergyTerm::drive, "work_of_drives"},
+                                              EnergyName{EnergyTerm::load, "work_of_loads"},
+                                              EnergyName{EnergyTerm::damping, "dissipated_in_dampers"},
+                                              EnergyName{EnergyTerm::contact, "dissipated_in_contacts"},
+                                              EnergyName{EnergyTerm::friction, "dissipated_by_friction"},
+                                              EnergyName{EnergyTerm::film, "dissipated_in_films"}};
+
+/// A quantity whose derivatives are requested.
+struct VariedQuantity {
+  /// event_*: of the contact event with this number, from 1; end, mean: of a column; energy: at the end
+  enum class Of { event_time, event_rate, event_impulse, end, mean, energy };
+  std::string name;
+  Of of = Of::end;
+  std::size_t event = 0;
+  Column column = {};
+  EnergyTerm term = EnergyTerm::kinetic;
+};
+
+struct SensitivityRun {
+  const Scene& scene;
+  const System& system;
+  State start;
+  double end = 0;  ///< s
+  std::vector<VariedKey> keys;
+  std::vector<VariedQuantity> quantities;
+  StopToken stop;
+};
+
+/// Runs the scene by the event-driven scheme with the variational equations of all keys. Throws
+/// Interrupted if a stop is requested.
+Sensitivities run_sensitivities(SensitivityRun run);
+
+}  // namespace freeplay

@@ -1,0 +1,126 @@
+// freeplay sensitivity: derivatives of results with respect to keys of a scene.
+#include "facade/sensitivity.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <nlohmann/json.hpp>
+#include <string>
+#include <vector>
+
+#include "cli/default_folder.hpp"
+#include "cli/ending.hpp"
+#include "cli/verb.hpp"
+#include "cli/wrapped.hpp"
+#include "facade/identify.hpp"
+#include "io/files/result_set.hpp"
+#include "io/files/run_json.hpp"
+#include "mechanism/scene.hpp"
+#include "plots/drawing/figure.hpp"
+#include "values/family.hpp"
+
+namespace freeplay::cli {
+namespace {
+
+struct SensitivityVerb : Request {
+  std::string scene, formulation = "nonsmooth";
+  std::vector<std::string> overrides, of, to;
+  std::string output;  ///< result folder
+};
+
+nlohmann::json number_or_null(double x) { return std::isfinite(x) ? nlohmann::json(x) : nlohmann::json(); }
+
+/// (p/Q) dQ/dp, the relative change of the quantity per relative change of the key.
+double influence(const Sensitivities& all, const Sensitivity& q, std::size_t key) {
+  return q.derivatives[key] * all.key_values[key] / q.value;
+}
+
+nlohmann::json quantity_json(const Sensitivities& all, const Sensitivity& q) {
+  nlohmann::json derivatives = nlohmann::json::object(), influences = derivatives, reasons = derivatives;
+  std::string first;
+  double condition = 0;
+  bool differentiable = true;
+  for (std::size_t i = 0; i < all.keys.size(); ++i) {
+    const bool known = std::isfinite(q.derivatives[i]);
+    derivatives[all.keys[i]] = number_or_null(q.derivatives[i]);
+    influences[all.keys[i]] = number_or_null(influence(all, q, i));
+    differentiable = differentiable && known;
+    if (known && std::isfinite(influence(all, q, i)))
+      condition = std::max(condition, std::abs(influence(all, q, i)));
+    if (q.reasons[i].empty()) continue;
+    reasons[all.keys[i]] = q.reasons[i];
+    if (first.empty()) first = q.reasons[i];
+  }
+  return {{"name", q.name},
+          {"value", number_or_null(q.value)},
+          {"derivatives", derivatives},
+          {"relative_influence", influences},
+          {"condition", number_or_null(condition)},
+          {"differentiable", differentiable},
+          {"reason", first},
+          {"reasons", reasons}};
+}
+
+int sensitivity(const SensitivityVerb& request) try {
+  const auto scene = read_scene(request.scene, request.overrides);
+  const auto folder = result_folder(request.output, default_folder(scene.file, "-sensitivity"));
+  const auto all = sensitivities(
+      scene, {.of = request.of, .to = request.to, .formulation = request.formulation, .stop = request.stop});
+  ResultSet set(folder, "sensitivity");
+  nlohmann::json document;
+  document["quantities"] = nlohmann::json::array();
+  for (const auto& q : all.quantities) document["quantities"].push_back(quantity_json(all, q));
+  document["keys"] = nlohmann::json::array();
+  for (std::size_t i = 0; i < all.keys.size(); ++i)
+    document["keys"].push_back({{"name", all.keys[i]}, {"value", all.key_values[i]}});
+  document["formulation"] = request.formulation;
+  document["cost_over_run"] = all.cost;
+  document["stopped"] = all.stopped;
+  document["provenance"] = provenance(scene, identify(scene, family_of(request.formulation), std::nullopt));
+  write_json(set.place() / "sensitivity.json", document);
+  set.commit();
+  for (const auto& q : all.quantities) {
+    fmt::print("{} = {:.12g}\n", q.name, q.value);
+    for (std::size_t i = 0; i < all.keys.size(); ++i)
+      if (std::isfinite(q.derivatives[i]))
+        fmt::print("  by {:<36} {:>22.14g}   relative {:.4g}\n", all.keys[i], q.derivatives[i],
+                   influence(all, q, i));
+      else
+        fmt::print("{}", wrapped(fmt::format("  by {:<36} no derivative: {}\n", all.keys[i], q.reasons[i])));
+  }
+  fmt::print("results in {}\n", folder.string());
+  for (const auto& path : plots::all(folder)) fmt::print("figure: {}\n", path.string());
+  if (all.stopped.empty()) return 0;
+  fmt::print(stderr, "{}: stopped: {}\n", request.formulation, all.stopped);
+  return 1;
+} catch (const Interrupted&) {
+  return interrupted(Kept::nothing);
+}
+
+}  // namespace
+
+void sensitivity_verb(Program& program) {
+  auto [options, request] = program.verb(
+      "sensitivity", "compute derivatives of results with respect to keys of a scene", sensitivity);
+  options.scene(request.scene).required();
+  options
+      .add("--of", request.of,
+           "event.N.t, event.N.v_n_minus, event.N.impulse_n (N-th contact event), end.COLUMN, mean.COLUMN "
+           "or energy.KEY")
+      .takes("QUANTITY")
+      .required();
+  options
+      .add(
+          "--to", request.to,
+          "keys of the scene with one number, as surfaces.steel.restitution or gravity[1], or initial.COLUMN")
+      .takes("KEY")
+      .required();
+  options.add("--formulation", request.formulation, "penalty or nonsmooth")
+      .one_of(family_names())
+      .shows_default();
+  options.set(request.overrides);
+  options.output(request.output, "result folder; default out/NAME-sensitivity");
+}
+
+}  // namespace freeplay::cli

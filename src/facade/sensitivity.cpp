@@ -1,0 +1,291 @@
+#include "facade/sensitivity.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <charconv>
+#include <cmath>
+#include <memory>
+#include <optional>
+#include <string_view>
+
+#include "dynamics/assembly/assembly.hpp"
+#include "dynamics/system.hpp"
+#include "facade/identify.hpp"
+#include "facade/simulation.hpp"
+#include "formulations/event_driven/differences.hpp"
+#include "formulations/sensitivity.hpp"
+#include "io/scene/toml_value.hpp"
+#include "io/scene/write_scene.hpp"
+#include "mechanism/scene.hpp"
+
+namespace freeplay {
+namespace {
+
+/// Spacing of displaced values relative to the value: truncation errors of fourth order and rounding
+/// errors are then both below 1e-12.
+constexpr double relative_spacing = 5e-4;
+/// Greatest displacement of a journal by a displaced value, over its clearance. The direction of contact
+/// turns by this angle.
+constexpr double most_turn = 3e-3;
+
+/// A key of the scene with one number, and how to write another value.
+struct NumberKey {
+  std::string key;                   ///< without indices
+  std::string text;                  ///< value of the key
+  std::size_t begin = 0, end = 0;    ///< the number within the text
+  double value = 0, neighbours = 0;  ///< neighbours: greatest absolute number of its list
+};
+
+/// Position of the number with these indices in a TOML value.
+std::optional<std::pair<std::size_t, std::size_t>> find_number(const std::string& text,
+                                                               const std::vector<std::size_t>& indices) {
+  std::size_t at = 0;
+  for (const std::size_t index : indices) {
+    at = text.find_first_not_of(' ', at);
+    if (at == text.npos || text[at] != '[') return {};
+    ++at;
+    std::size_t passed = 0;
+    for (int depth = 0; passed < index && at < text.size(); ++at) {
+      if (text[at] == '[') ++depth;
+      if (text[at] == ']' && --depth < 0) return {};
+      if (text[at] == ',' && depth == 0) ++passed;
+    }
+    if (passed < index) return {};
+  }
+  at = text.find_first_not_of(' ', at);
+  if (at == text.npos) return {};
+  const auto end = std::min(text.find_first_of(",] #", at), text.size());
+  return std::pair{at, end};
+}
+
+std::optional<double> number_of(std::string_view text) {
+  if (text.starts_with('+')) text.remove_prefix(1);
+  double x = 0;
+  const auto [rest, error] = std::from_chars(text.data(), text.data() + text.size(), x);
+  if (error != std::errc() || rest != text.data() + text.size() || !std::isfinite(x)) return {};
+  return x;
+}
+
+/// Value of a key in a scene: in the canonical text, or as the scene's own text spells it.
+std::string value_text(const Scene& scene, const std::string& key) {
+  for (const auto& text : {to_toml(scene), scene.text})
+    for (const auto& line : canonical_lines(text)) {
+      const auto last = line.key.find_last_not_of(' ');
+      if (!line.value.empty() && line.key.substr(0, last + 1) == key) return line.value;
+    }
+  throw ModelError(key, "has no value in this scene; state it there, or correct the name");
+}
+
+NumberKey number_key(const Scene& scene, const std::string& name) {
+  NumberKey k;
+  const auto bracket = name.find('[');
+  k.key = name.substr(0, bracket);
+  std::vector<std::size_t> indices;
+  for (std::size_t at = bracket; at < name.size();) {
+    const auto close = name.find(']', at);
+    const auto index = close == name.npos ? std::nullopt : number_of(name.substr(at + 1, close - at - 1));
+    if (name[at] != '[' || !index || *index < 0 || *index > 1e6 || *index != std::floor(*index))
+      throw ModelError(name, "must end with indices such as [0] or [1][0]");
+    indices.push_back(static_cast<std::size_t>(*index));
+    at = close + 1;
+  }
+  for (const char* settings : {"nonsmooth.", "penalty."})
+    if (name.starts_with(settings))
+      throw ModelError(name, "is a numerical setting, not a property of the mechanism");
+  k.text = value_text(scene, k.key);
+  const auto place = find_number(k.text, indices);
+  const auto value =
+      place ? number_of(std::string_view(k.text).substr(place->first, place->second - place->first))
+            : std::nullopt;
+  if (!value)
+    throw ModelError(name, fmt::format("is not one number, but {}; {}", k.text,
+                                       k.text.starts_with('[') ? "add indices such as [0] or [1][0]"
+                                                               : "name a key with a number"));
+  k.begin = place->first;
+  k.end = place->second;
+  k.value = *value;
+  if (!indices.empty())
+    for (std::size_t at = 0; at < k.text.size();) {
+      const auto from = k.text.find_first_not_of("[], ", at);
+      if (from == k.text.npos) break;
+      at = std::min(k.text.find_first_of("[], ", from), k.text.size());
+      if (const auto x = number_of(std::string_view(k.text).substr(from, at - from)))
+        k.neighbours = std::max(k.neighbours, std::abs(*x));
+    }
+  return k;
+}
+
+/// A scene with another value of a key, with its system and start.
+struct DisplacedScene {
+  DisplacedScene(const Scene& given, const NumberKey& k, double value, const StopToken& stop) : scene(given) {
+    scene.set(k.key, k.text.substr(0, k.begin) + toml_number(value) + k.text.substr(k.end));
+    system = std::make_unique<System>(scene.mechanism);
+    start = assemble(scene.mechanism, scene.run.start, nullptr, stop);
+  }
+  Scene scene;
+  std::unique_ptr<System> system;
+  State start;
+};
+
+std::vector<double> all_of(const State& s) {
+  auto all = s.q;
+  all.insert(all.end(), s.v.begin(), s.v.end());
+  all.insert(all.end(), s.z.begin(), s.z.end());
+  return all;
+}
+
+/// Greatest displacement of a journal between two systems at one configuration, over its clearance.
+double turn_between(const System& a, const System& b, const State& at) {
+  auto here = a.make_evaluation(), there = b.make_evaluation();
+  a.place(at.t, at.q.data(), here);
+  b.place(at.t, at.q.data(), there);
+  double most = 0;
+  for (int k = 0; k < a.contacts(); ++k) {
+    if (!a.contact_facts(k).has_clearance) continue;
+    const auto x = a.eccentricity(k, at.q.data(), here), y = b.eccentricity(k, at.q.data(), there);
+    most = std::max(most, std::hypot(x.x() - y.x(), x.y() - y.y()) / a.contact_facts(k).clearance);
+  }
+  return most;
+}
+
+using DisplacedScenes = std::array<std::unique_ptr<DisplacedScene>, 4>;
+
+/// Builds the displaced scenes of a key. A key at the end of its range, or one whose start cannot be
+/// assembled beside it, has no derivative.
+VariedKey vary(const Scene& scene, const System& system, const State& start, const std::string& name,
+               const StopToken& stop, DisplacedScenes& displaced) {
+  const auto k = number_key(scene, name);
+  VariedKey v{.name = name, .value = k.value, .start = {}, .refused = {}};
+  const double scale = k.value != 0 ? std::abs(k.value) : k.neighbours > 0 ? k.neighbours : 1;
+  v.spacing = relative_spacing * scale;
+  std::string reason;
+  for (int tries = 0; tries < 8; ++tries) {
+    reason.clear();
+    try {
+      for (std::size_t i = 0; i < displaced.size(); ++i)
+        displaced[i] =
+            std::make_unique<DisplacedScene>(scene, k, k.value + difference_places[i] * v.spacing, stop);
+    } catch (const ModelError& e) {
+      reason = fmt::format("values beside {} are not possible: {}", k.value, e.message);
+      v.spacing *= 0.1;
+      continue;
+    }
+    const double turn = turn_between(system, *displaced[3]->system, start);
+    if (turn <= most_turn) break;
+    v.spacing *= 0.9 * most_turn / turn;
+  }
+  const auto same = [&](const auto& d) {
+    const auto& s = *d->system;
+    return s.n() == system.n() && s.rows() == system.rows() && s.contacts() == system.contacts() &&
+           s.states() == system.states() && s.frictions() == system.frictions();
+  };
+  if (reason.empty() && !std::ranges::all_of(displaced, same))
+    reason = "other values change the mechanism's parts";
+  if (!reason.empty()) {
+    v.refused = reason;
+    return v;
+  }
+  const auto from =
+      difference(v.spacing, all_of(start), [&](std::size_t i) { return all_of(displaced[i]->start); });
+  const auto ends = difference(v.spacing, {scene.run.duration},
+                               [&](std::size_t i) { return std::vector{displaced[i]->scene.run.duration}; });
+  if (!from.smooth || !ends.smooth) v.refused = "the start changes with a kink or a jump at this value";
+  v.start = from.slope;
+  v.end_rate = ends.slope[0];
+  for (std::size_t i = 0; i < displaced.size(); ++i) v.systems[i] = displaced[i]->system.get();
+  return v;
+}
+
+const Column* find_column(const std::vector<Column>& columns, const std::string& name) {
+  const auto found = std::ranges::find(columns, name, &Column::name);
+  return found == columns.end() ? nullptr : &*found;
+}
+
+VariedKey initial_value(const Layout& layout, const State& start, const std::string& name) {
+  const auto columns = trajectory_columns(layout);
+  const auto* column = find_column(columns, name.substr(name.find('.') + 1));
+  if (!column || (column->of != Column::Of::position && column->of != Column::Of::velocity))
+    throw ModelError(name, "must be initial.BODY.PART with PART x, y, theta, vx, vy or omega");
+  const bool rate = column->of == Column::Of::velocity;
+  VariedKey v{.name = name, .value = (rate ? start.v : start.q)[column->index], .start = {}, .refused = {}};
+  v.start.resize(start.q.size() + start.v.size() + start.z.size());
+  v.start[column->index + (rate ? start.q.size() : 0)] = 1;
+  return v;
+}
+
+VariedQuantity event_quantity(const std::string& name) {
+  VariedQuantity q{.name = name, .column = {}};
+  const auto first = name.find('.'), second = name.find('.', first + 1);
+  const auto number = number_of(name.substr(first + 1, second - first - 1));
+  const auto part = second == name.npos ? "" : name.substr(second + 1);
+  using Of = VariedQuantity::Of;
+  const std::pair<const char*, Of> parts[] = {
+      {"t", Of::event_time}, {"v_n_minus", Of::event_rate}, {"impulse_n", Of::event_impulse}};
+  const auto found = std::ranges::find_if(parts, [&](const auto& p) { return part == p.first; });
+  if (!number || *number < 1 || *number > 1e9 || *number != std::floor(*number) || found == std::end(parts))
+    throw ModelError(name, "must be event.N.t, event.N.v_n_minus or event.N.impulse_n with N from 1");
+  q.of = found->second;
+  q.event = static_cast<std::size_t>(*number);
+  return q;
+}
+
+VariedQuantity quantity_of(const Layout& layout, const std::string& name) {
+  if (name.starts_with("event.")) return event_quantity(name);
+  VariedQuantity q{.name = name, .column = {}};
+  const auto rest = name.substr(std::min(name.find('.') + 1, name.size()));
+  if (name.starts_with("energy.")) {
+    q.of = VariedQuantity::Of::energy;
+    for (const auto& e : energy_quantities) {
+      if (rest != e.text) continue;
+      q.term = e.term;
+      return q;
+    }
+    std::string words;
+    for (const auto& e : energy_quantities) words += fmt::format("{}{}", words.empty() ? "" : ", ", e.text);
+    throw ModelError(name, "must be energy. and one of " + words);
+  }
+  if (name.starts_with("peak."))
+    throw ModelError(name,
+                     "peaks of instruments have no derivatives yet; use event., end., mean. or energy.");
+  if (!name.starts_with("end.") && !name.starts_with("mean."))
+    throw ModelError(name, "must begin with event., end., mean. or energy.");
+  q.of = name.starts_with("end.") ? VariedQuantity::Of::end : VariedQuantity::Of::mean;
+  for (const auto& columns : {trajectory_columns(layout), force_columns(layout)})
+    if (const auto* c = find_column(columns, rest);
+        c && c->of != Column::Of::time && c->of != Column::Of::mean) {
+      q.column = *c;
+      return q;
+    }
+  throw ModelError(name, fmt::format("\"{}\" is no column of trajectory.csv or forces.csv", rest));
+}
+
+}  // namespace
+
+Sensitivities sensitivities(const Scene& scene, const SensitivityRequest& request) {
+  if (family_of(request.formulation) == Family::penalty)
+    throw ModelError("formulation", "\"penalty\" has no derivatives yet; use \"nonsmooth\"");
+  if (scene.nonsmooth.scheme_in_force() == Scheme::moreau_jean)
+    throw ModelError("nonsmooth.scheme",
+                     "time stepping has no derivatives yet; set it to \"event-driven\" or \"automatic\"");
+  Simulation simulation(scene, request.formulation, {.start = {}, .stop = request.stop});
+  const auto& layout = simulation.layout();
+  const auto& given = simulation.scene();
+  const System system(given.mechanism);
+  SensitivityRun run{.scene = given,
+                     .system = system,
+                     .start = simulation.state(),
+                     .end = given.run.duration,
+                     .keys = {},
+                     .quantities = {},
+                     .stop = request.stop};
+  for (const auto& name : request.of) run.quantities.push_back(quantity_of(layout, name));
+  std::vector<DisplacedScenes> displaced(request.to.size());
+  for (std::size_t i = 0; i < request.to.size(); ++i)
+    run.keys.push_back(request.to[i].starts_with("initial.")
+                           ? initial_value(layout, run.start, request.to[i])
+                           : vary(given, system, run.start, request.to[i], request.stop, displaced[i]));
+  return run_sensitivities(std::move(run));
+}
+
+}  // namespace freeplay

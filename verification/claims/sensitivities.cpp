@@ -1,0 +1,247 @@
+// Derivatives of event-driven motions against closed forms, and published cases in which
+// differentiable simulators give wrong derivatives through impacts.
+#include <fmt/format.h>
+
+#include <cmath>
+
+#include "facade/sensitivity.hpp"
+#include "mechanism/scene.hpp"
+#include "verification/claims/claim.hpp"
+#include "verification/references/sensitivity.hpp"
+#include "verification/support/scene_text.hpp"
+#include "verification/support/support.hpp"
+
+namespace freeplay::verification {
+namespace {
+
+constexpr double one_degree = M_PI / 180;
+
+/// Ten digits; differences of fourth order and rounding allow eleven.
+constexpr double ten_digits = 1e-10;
+const char* const ten_digits_reason =
+    "required: ten digits; differences of closed forms are exact to about 1e-11";
+
+struct Case {
+  Findings& f;
+  std::string subject;
+  Sensitivities all;
+
+  void expect(std::size_t quantity, std::size_t key, const std::string& unit, long double expected,
+              const std::string& source, double bound = ten_digits,
+              const char* reason = ten_digits_reason) const {
+    const auto name = claim_name(
+        subject, fmt::format("d({})/d({})", all.quantities[quantity].name, all.keys[key]), "event-driven");
+    const double measured = all.quantities[quantity].derivatives[key];
+    if (expected == 0 || bound < 0)
+      f.within(name, unit, measured, static_cast<double>(expected), std::abs(bound), source, reason);
+    else
+      f.relative(name, unit, measured, static_cast<double>(expected), bound, source, reason);
+  }
+};
+
+std::string event_scheme(const char* more = "") {
+  return fmt::format("[nonsmooth]\nscheme = \"event-driven\"\n{}", more);
+}
+
+void dropped_ball(Findings& f) {
+  const auto text = [](double duration) {
+    return "gravity = [0, -9.81]\n" + test::body("ball", 0.3, 3e-4, "position = [0, 0.55]\n") +
+           R"([contacts.table]
+type = "plane"
+between = ["ground", "ball"]
+radius = 0.05
+surface = "hard"
+[surfaces.hard]
+restitution = 0.5
+)" + test::run_for(duration, "start = \"given\"\n") +
+           event_scheme();
+  };
+  const reference::BallDerivatives b{0.5L, 9.81L, 0.5L};
+  const std::string source = "geometric series of flights";
+  const Case bounces{f, "ball dropped from 0.5 m",
+                     sensitivities(parse_scene(text(0.85), "ball"),
+                                   {.of = {"event.1.t", "event.3.t", "event.3.v_n_minus",
+                                           "energy.dissipated_in_contacts", "mean.table.fn"},
+                                    .to = {"surfaces.hard.restitution", "initial.ball.y", "gravity[1]",
+                                           "bodies.ball.mass"}})};
+  bounces.expect(0, 0, "s", 0, source, 1e-15, "the restitution does not act before the first impact");
+  bounces.expect(0, 1, "s/m", b.time_by_height(1), source);
+  bounces.expect(0, 2, "s³/m", -b.time_by_gravity(1), source);
+  bounces.expect(1, 0, "s", b.time_by_restitution(3), source);
+  bounces.expect(1, 1, "s/m", b.time_by_height(3), source);
+  bounces.expect(1, 2, "s³/m", -b.time_by_gravity(3), source);
+  bounces.expect(2, 0, "m/s", -b.speed_by_restitution(3), source);
+  // Impacts at 0.319, 0.639 and 0.798 s.
+  bounces.expect(3, 0, "J", 0.3L * b.loss_by_restitution(3), source);
+  bounces.expect(4, 0, "N", b.mean_force_by_restitution(3, 0.3L, 0.85L), "balance of momentum");
+  // Programs that differentiate a discrete map or omit the motion of the event give 1 or −e here.
+  const Case once{
+      f, "ball dropped from 0.5 m, one impact",
+      sensitivities(parse_scene(text(0.5), "ball"), {.of = {"end.ball.y"}, .to = {"initial.ball.y"}})};
+  once.expect(0, 0, "", b.end_by_height(0.5L),
+              "uniform acceleration; the kind of case of brax issue 73 and diffrax issue 729");
+  // The last contact event is the onset of rest.
+  const auto scene = parse_scene(text(1), "ball");
+  const auto last = test::touches(test::simulate(scene, Family::nonsmooth)).size();
+  const Case rest{f, "ball dropped from 0.5 m",
+                  sensitivities(scene, {.of = {fmt::format("event.{}.t", last)},
+                                        .to = {"surfaces.hard.restitution", "initial.ball.y"}})};
+  f.within(claim_name("ball dropped from 0.5 m", "time of rest", "event-driven"), "s",
+           rest.all.quantities[0].value, static_cast<double>(b.rest()), 1e-9, source,
+           "the accumulation of impacts is ended in closed form");
+  rest.expect(0, 0, "s", b.rest_by_restitution(), source, 1e-8,
+              "the tail of the accumulation ends at bounces of 1e-9 of the radius");
+  rest.expect(0, 1, "s/m", b.rest() / (2 * b.height), source, 1e-8,
+              "the tail of the accumulation ends at bounces of 1e-9 of the radius");
+}
+
+void pendulum_and_wall(Findings& f) {
+  const long double arm = 0.25L, mass = 0.8L, inertia = 0.01L + mass * arm * arm, g = 9.81L;
+  const reference::PendulumWall p{std::sqrt(mass * g * arm / inertia), 60 * acosl(-1.0L) / 180, 0.6L};
+  const double lean = 60 * one_degree;
+  const auto text = fmt::format("gravity = [0, -9.81]\n{}{}",
+                                test::body("bar", 0.8, 0.01,
+                                           fmt::format("position = [{:.17g}, {:.17g}]\nangle = {:.17g}\n",
+                                                       0.25 * std::sin(lean), -0.25 * std::cos(lean), lean)),
+                                test::pin("pivot", "ground", "bar", {0, 0}, {0, 0.25})) +
+                    R"([contacts.wall]
+type = "angle-stop"
+joint = "pivot"
+lower = 0.0
+surface = "hard"
+[surfaces.hard]
+restitution = 0.6
+)" + test::run_for(0.9, "start = \"given\"\n") +
+                    event_scheme("tolerance = 1e-13\n");
+  const Case c{
+      f, "pendulum released at 60° against a wall at 0°",
+      sensitivities(parse_scene(text, "pendulum"), {.of = {"event.1.t", "event.2.t"},
+                                                    .to = {"surfaces.hard.restitution", "initial.bar.theta",
+                                                           "gravity[1]", "contacts.wall.lower"}})};
+  const std::string source = "complete elliptic integrals";
+  const double bound = 1e-10;
+  const char* reason = "required: ten digits; tolerance 1e-13 per step";
+  c.expect(0, 3, "s/rad", p.first_by_wall(), source, bound, reason);
+  c.expect(1, 0, "s", p.second_by_restitution(), source, bound, reason);
+  c.expect(1, 2, "s³/m", -p.second_by_gravity(9.81L), source, bound, reason);
+  // initial.bar.theta is projected onto the pin by the least mass-weighted change:
+  // dθ₀ = J δθ/(J + m a²).
+  const long double share = 0.01L / inertia;
+  c.expect(0, 1, "s/rad", p.first_by_amplitude() * share, source, bound, reason);
+  c.expect(1, 1, "s/rad", p.second_by_amplitude() * share, source, bound, reason);
+}
+
+void oblique_drop(Findings& f) {
+  const auto text = "gravity = [6, -8]\n" +
+                    test::body("disc", 0.3, 0.3 * 0.4 * 0.0025, "position = [0, 0.55]\n") +
+                    R"([contacts.plane]
+type = "plane"
+between = ["ground", "disc"]
+radius = 0.05
+surface = "hard"
+[surfaces.hard]
+restitution = 0.8
+friction = 0.1
+)" + test::run_for(0.6, "start = \"given\"\n") +
+                    event_scheme();
+  const reference::ObliqueDrop d{0.5L, 6, 8, 0.8L, 0.1L, 0.6L};
+  const Case c{
+      f, "disc dropped onto an inclined plane",
+      sensitivities(parse_scene(text, "drop"), {.of = {"end.disc.x"},
+                                                .to = {"surfaces.hard.friction", "surfaces.hard.restitution",
+                                                       "initial.disc.y", "gravity[0]", "gravity[1]"}})};
+  const std::string source = "uniform acceleration, Coulomb's and Newton's impact laws";
+  c.expect(0, 0, "m", d.by_friction(), source);
+  c.expect(0, 1, "m", d.by_restitution(), source);
+  c.expect(0, 2, "", d.by_height(), source);
+  c.expect(0, 3, "s²", d.by_along(), source);
+  c.expect(0, 4, "s²", -d.by_normal(), source);
+}
+
+void sliding_block(Findings& f) {
+  const auto text = R"(gravity = [-3, -9]
+[bodies.block]
+mass = 2
+inertia = 0.01
+position = [0, 0.05]
+velocity = [1.5, 0]
+[contacts.rear]
+type = "plane"
+between = ["ground", "block"]
+at = [[0, 0], [-0.1, -0.05]]
+surface = "wood"
+[contacts.front]
+type = "plane"
+between = ["ground", "block"]
+at = [[0, 0], [0.1, -0.05]]
+surface = "wood"
+[surfaces.wood]
+restitution = 0.3
+friction = 0.5
+)" + test::run_for(0.5, "start = \"given\"\n") +
+                    event_scheme();
+  const reference::SlidingBlock b{1.5L, 3, 9, 0.5L};
+  const Case c{f, "block that slides up a slope and sticks",
+               sensitivities(parse_scene(text, "block"), {.of = {"end.block.x"},
+                                                          .to = {"initial.block.vx", "surfaces.wood.friction",
+                                                                 "gravity[0]", "bodies.block.mass"}})};
+  const std::string source = "uniform deceleration to rest";
+  c.expect(0, 0, "s", b.by_speed(), source);
+  c.expect(0, 1, "m", b.by_friction(), source);
+  c.expect(0, 2, "s²", -b.by_along(), source);
+  c.expect(0, 3, "m/kg", 0, source, 1e-12, "rounding: the mass cancels");
+}
+
+std::string two_discs(double e, double mass2) {
+  return test::body("one", 1, 0.004, "position = [-0.5, 0]\nvelocity = [1, 0]\n") +
+         test::body("two", mass2, 0.004, "position = [0, 0]\n") + R"([contacts.pair]
+type = "discs"
+between = ["one", "two"]
+radii = [0.1, 0.1]
+surface = "hard"
+[surfaces.hard]
+restitution = )" +
+         fmt::format("{}\n", e) + test::run_for(1, "start = \"given\"\n") + event_scheme();
+}
+
+void head_on(Findings& f) {
+  const Case equal{f, "equal discs that collide head-on, e = 1",
+                   sensitivities(parse_scene(two_discs(1, 1), "discs"),
+                                 {.of = {"end.two.x", "end.two.vx", "end.one.vx"},
+                                  .to = {"initial.one.x", "initial.two.x", "initial.one.vx"}})};
+  const std::string nimble =
+      "exchange of velocities; nimblephysics issue 97 reports 0.75, 0.25, 0.91 and 0.08 for 1, 0, 1 and 0";
+  equal.expect(0, 0, "", 1, nimble);
+  equal.expect(0, 1, "", 0, nimble, 1e-10);
+  equal.expect(1, 2, "", 1, nimble);
+  equal.expect(2, 2, "", 0, nimble, 1e-10);
+  const reference::HeadOn h{1, 2, -0.5L, 0, 1, 0.2L, 0.7L, 1};
+  const Case c{f, "discs of 1 and 2 kg that collide head-on, e = 0.7",
+               sensitivities(parse_scene(two_discs(0.7, 2), "discs"),
+                             {.of = {"end.two.vx", "end.two.x", "event.1.impulse_n", "event.1.t"},
+                              .to = {"surfaces.hard.restitution", "bodies.one.mass", "initial.one.x",
+                                     "initial.two.x", "initial.one.vx", "contacts.pair.radii[0]"}})};
+  const std::string source = "balance of momentum and Newton's law";
+  c.expect(0, 0, "m/s", h.after2_by_restitution(), source);
+  c.expect(0, 1, "m/(s kg)", h.after2_by_mass1(), source);
+  c.expect(0, 4, "", h.after2_by_v1(), source);
+  c.expect(1, 2, "", h.end2_by_x1(), source);
+  c.expect(1, 3, "", h.end2_by_x2(), source);
+  c.expect(2, 1, "m/s", h.impulse_by_mass1(), source);
+  c.expect(3, 5, "s/m", -1, source);
+  c.expect(3, 4, "s²/m", -h.contact(), source);
+}
+
+}  // namespace
+
+Findings sensitivity_claims() {
+  Findings f;
+  dropped_ball(f);
+  pendulum_and_wall(f);
+  oblique_drop(f);
+  sliding_block(f);
+  head_on(f);
+  return f;
+}
+
+}  // namespace freeplay::verification
