@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <exception>
 #include <iterator>
 
 #include "io/files/digest.hpp"
@@ -307,14 +308,20 @@ std::vector<std::filesystem::path> all(const std::filesystem::path& folder, cons
 #undef FIGURES
   };
   std::vector<std::filesystem::path> made;
+  std::exception_ptr failure;  // the first one; later figures are drawn all the same
   for (const auto* drawing : drawings) {
     if (stop()) break;
     if (std::ranges::none_of(drawing->needs,
                              [&](const char* f) { return std::filesystem::exists(folder / f); }))
       continue;
-    const auto paths = drawing->draw(folder);
-    made.insert(made.end(), paths.begin(), paths.end());
+    try {
+      const auto paths = drawing->draw(folder);
+      made.insert(made.end(), paths.begin(), paths.end());
+    } catch (const OutputError&) {
+      if (!failure) failure = std::current_exception();
+    }
   }
+  if (failure) std::rethrow_exception(failure);
   return made;
 }
 

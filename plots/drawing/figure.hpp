@@ -96,7 +96,7 @@ struct Drawing {
 #undef FIGURES
 
 /// Draws all figures that the result files of a folder allow. A stop request ends the loop after
-/// the current figure.
+/// the current figure. If figures fail, the others are drawn before the first OutputError is thrown.
 std::vector<std::filesystem::path> all(const std::filesystem::path& folder);
 std::vector<std::filesystem::path> all(const std::filesystem::path& folder, const StopToken& stop);
 

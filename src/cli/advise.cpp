@@ -57,7 +57,7 @@ void table(const Advice& advice) {
   }
 }
 
-/// Prints what the chosen setting guarantees, and its limits.
+/// Prints what was measured for the chosen setting, and its limits.
 void promise(const Advice& advice, double error) {
   std::string keys, text;
   for (const auto& k : advice.tried[advice.chosen].setting.keys()) keys += "\n  --set " + k;
@@ -67,28 +67,28 @@ void promise(const Advice& advice, double error) {
       "accurate one{}\n",
       100 * error, keys);
   if (advice.by_events)
-    text += fmt::format("guaranteed: each of the {} contact events to t = {:.4g} s within {:.3g} %\n",
+    text += fmt::format("measured: each of the {} contact events to t = {:.4g} s within {:.3g} %\n",
                         advice.reference.touches.size(), advice.reference.touches.back().t, 100 * error);
   if (!advice.to_the_end && advice.statistics.empty())
     text +=
-        "not guaranteed: later motion; single contact events are unpredictable there, and perturbed starts "
+        "not assessed: later motion; single contact events are unpredictable there, and perturbed starts "
         "give no statistics\n";
   for (const auto& s : advice.statistics)
     text += fmt::format("  {}: {:.3g}, error {:.2g} ± {:.2g} %; scatter of one run {:.2g} %\n", s.name,
                         s.reference, 100 * s.difference, 100 * s.error, 100 * s.scatter);
   if (!advice.statistics.empty())
-    text += advice.promised() <= error
-                ? fmt::format("guaranteed: these statistics of the whole run within {:.2g} %\n",
-                              100 * advice.promised())
-                : fmt::format(
-                      "not guaranteed: {:.3g} % for these statistics; their sampling error allows {:.2g} "
-                      "%\n",
-                      100 * error, 100 * advice.promised());
+    text +=
+        advice.promised() <= error
+            ? fmt::format(
+                  "measured: these statistics of the whole run within {:.2g} % (difference and two standard errors)\n",
+                  100 * advice.promised())
+            : fmt::format("not shown: {:.3g} % for these statistics; their sampling error allows {:.2g} %\n",
+                          100 * error, 100 * advice.promised());
   fmt::print("{}", wrapped(text));
 }
 
 /// The chosen setting for the verdict.
-ChosenSetting chosen(const Advice& advice, const char* formulation) {
+ChosenSetting chosen(const Advice& advice, const char* formulation, double duration) {
   if (advice.chosen < 0) return {formulation, ""};
   const auto& m = advice.tried[advice.chosen];
   const auto& r = advice.reference;
@@ -97,7 +97,8 @@ ChosenSetting chosen(const Advice& advice, const char* formulation) {
           m.cpu,
           advice.by_events ? r.touches.back().t : r.state_time,
           advice.to_the_end,
-          advice.statistics.empty() ? NAN : advice.promised()};
+          advice.statistics.empty() ? NAN : advice.promised(),
+          duration};
 }
 
 int advise(const AdviseRequest& request) {
@@ -139,7 +140,7 @@ int advise(const AdviseRequest& request) {
       promise(advice, request.error / 100);
       status = 0;
     }
-    settings.push_back(chosen(advice, formulation));
+    settings.push_back(chosen(advice, formulation, scene->run.duration));
     fmt::print("({:.1f} s)\n\n", advice.seconds);
   }
   fmt::print("{}", wrapped(verdict(settings, request.error / 100, request.scene) + "\n", 0));

@@ -3,6 +3,7 @@
 
 #include <fmt/format.h>
 
+#include <cstdio>
 #include <filesystem>
 
 #include "cli/accuracy.hpp"
@@ -56,10 +57,11 @@ int compare(const CompareRequest& request) {
     fmt::print("{}", wrapped("start: " + assumed + "\n", 7));
   fmt::print("{}\n", wrapped(comparison_table(*scene, comparison, false)));
   say_undetermined(comparison.penalty);
+  fmt::print("{}\nresults in {}\n", wrapped(comparison.verdict + "\n", 0), folder.string());
+  std::fflush(stdout);
   const auto figures = plots::all(folder);
-  fmt::print("results in {}\n{}", folder.string(), figures.empty() ? "" : "figures:\n");
+  if (!figures.empty()) fmt::print("figures:\n");
   for (const auto& path : figures) fmt::print("  {}\n", path.string());
-  fmt::print("\n{}", wrapped(comparison.verdict + "\n", 0));
   return status;
 }
 

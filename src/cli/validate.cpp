@@ -56,9 +56,16 @@ std::string verdicts(const Validation& v) {
   std::string out;
   for (const auto& a : v.models) {
     if (a.ending.status != Ending::Status::finished) continue;
-    out += fmt::format(
-        "{} {}{}\n", a.formulation, text_of(a.verdict),
-        a.verdict == Agreement::Verdict::undecided ? ": the file has one revolution and no uncertainty" : "");
+    std::string more;
+    if (a.verdict == Agreement::Verdict::undecided)
+      more = std::isnan(a.rms_expected)
+                 ? ": the file has one revolution and no uncertainty"
+                 : fmt::format(": {:g} times the uncertainty and scatter exceeds the measured signal",
+                               told_difference);
+    if (a.verdict == Agreement::Verdict::agrees)
+      more = fmt::format(" in the mean revolution, within {:g} times the uncertainty and scatter",
+                         told_difference);
+    out += fmt::format("{} {}{}\n", a.formulation, text_of(a.verdict), more);
     for (const auto& f : a.findings) out += "  " + f + "\n";
   }
   return out;

@@ -6,6 +6,7 @@
 
 using namespace freeplay;
 using Catch::Matchers::Contains;
+using Catch::Matchers::StartsWith;
 using Outcome = SignalAgreement::Outcome;
 
 namespace {
@@ -58,9 +59,9 @@ TEST_CASE("compare: two sentences on events, statistics, cost and the next step"
   CHECK_THAT(text,
              Contains("; beyond, the statistics agree within 3 standard errors or 1 % (greatest difference "
                       "18 %, share of free flight of pin: 0.1 and 0.12)"));
-  CHECK_THAT(text,
-             Contains("CPU time: penalty 0.5 s, nonsmooth 0.25 s; which is cheaper for the same accuracy is "
-                      "unknown, since the accuracy of both is; `freeplay advise rig.toml` measures it."));
+  CHECK_THAT(
+      text, Contains("CPU time: penalty 0.5 s, nonsmooth 0.25 s; the errors of both are unknown, so costs at "
+                     "equal accuracy cannot be compared; see `freeplay advise rig.toml`."));
 
   v.statistics[0].error = 0.006;
   CHECK_THAT(verdict(v),
@@ -83,7 +84,53 @@ TEST_CASE("compare: two sentences on events, statistics, cost and the next step"
   CHECK_THAT(verdict(v), Contains("No single contact event of the two runs agrees;"));
   v.events = {.contacts = false};
   v.statistics.clear();
-  CHECK_THAT(verdict(v), Contains("The scene has no contacts, so there are no single events to compare."));
+  CHECK_THAT(verdict(v), Contains("No contacts were compared, since the scene has none."));
+  v.final_length = 2e-5, v.final_angle = 3e-4;
+  CHECK_THAT(verdict(v), Contains("the final positions differ by at most 2e-05 m and 0.0003 rad."));
+}
+
+TEST_CASE("compare: statistics without power give no agreement", "[verdicts]") {
+  auto v = two_runs();
+  // Four impacts in one run: neither agreement nor difference is stated.
+  for (auto& s : v.statistics) s.few = true;
+  CHECK_THAT(verdict(v), Contains("; beyond, too few impacts to compare statistics. ") &&
+                             !Contains("statistics agree") && !Contains("statistics differ"));
+  // 3 ± 3 against 4 ± 4: the standard error 5 exceeds half of the mean 3.5.
+  v.statistics = {{"impacts per second of pin", 3, 4, 5}};
+  CHECK_THAT(verdict(v), Contains("the standard errors of 1 statistic exceed half of the values") &&
+                             !Contains("agree within 3"));
+  v.statistics.push_back({"share of free flight of pin", 0.1, 0.1, 0.01});
+  CHECK_THAT(verdict(v), Contains("; the other statistics agree within 3 standard errors or 1 % "
+                                  "(no difference beyond rounding)"));
+  // Batches of a transient are no sample.
+  v.statistics = {{.name = "energy, J", .penalty = 2, .nonsmooth = 2.2, .error = 1, .transient = true}};
+  CHECK_THAT(verdict(v), Contains("energies of this single transient have no standard error (greatest "
+                                  "difference 9.5 %, energy, J: 2 and 2.2)"));
+}
+
+TEST_CASE("compare: energies below a thousandth of the energy turned over do not decide", "[verdicts]") {
+  auto v = two_runs();
+  const auto energy = [](double turnover) {
+    return StatisticPair{
+        .name = "energy, J", .penalty = 1e-3, .nonsmooth = 0, .error = 1e-5, .turnover = turnover};
+  };
+  v.statistics.push_back(energy(0.9));
+  CHECK_THAT(verdict(v), Contains("most in energy, J: 0.001 and 0 (200 %)"));
+  v.statistics.back() = energy(1.1);
+  CHECK_THAT(verdict(v), Contains("the statistics agree") && !Contains("energy"));
+}
+
+TEST_CASE("compare: warnings of the runs, and differences of rounding", "[verdicts]") {
+  auto v = two_runs();
+  v.doubts = {{"penalty", "contacts add 3 J"},
+              {"penalty", "penetration at pin reached 45 % of the clearance", true}};
+  CHECK_THAT(verdict(v), StartsWith("Penalty is not reliable here (penetration at pin reached 45 % of the "
+                                    "clearance): see warnings. Single contact events"));
+  v.doubts.pop_back();
+  CHECK_THAT(verdict(v), StartsWith("Penalty may be wrong (contacts add 3 J): see warnings."));
+  v.events = {.pairs = 1, .horizon = 1e-3, .time = 1e-16, .speed = 5e-15, .impulse = 0.037};
+  CHECK_THAT(verdict(v),
+             Contains("(1 pair: times to rounding, approach speeds to rounding, impulses within 3.7 %)"));
 }
 
 TEST_CASE("compare: which run is cheaper is said only for known errors", "[verdicts]") {
@@ -95,10 +142,10 @@ TEST_CASE("compare: which run is cheaper is said only for known errors", "[verdi
   CHECK_THAT(said({2, 1e-3}, {1, 1e-3}),
              Contains("nonsmooth is cheaper for the same accuracy (errors 0.1 % and 0.1 %)"));
   CHECK_THAT(said({1, 1e-4}, {2, 1e-3}), Contains("penalty is cheaper for the same accuracy"));
-  CHECK_THAT(said({1, 1e-2}, {2, 1e-3}), Contains("the faster run is also the less accurate") &&
+  CHECK_THAT(said({1, 1e-2}, {2, 1e-3}), Contains("the faster run has the greater error") &&
                                              !Contains("is cheaper for the same accuracy ("));
   CHECK_THAT(said({1, 1e-3}, {1.1, 1e-3}), Contains("they cost about the same"));
-  CHECK_THAT(said({1, NAN}, {2, 1e-3}), Contains("unknown, since the accuracy of penalty is"));
+  CHECK_THAT(said({1, NAN}, {2, 1e-3}), Contains("the error of penalty is unknown, so costs"));
   CHECK_THAT(said({1, 1e-3}, {2, 1e-3}), !Contains("freeplay advise"));
 }
 
@@ -119,14 +166,35 @@ TEST_CASE("validate: each outcome of a measured signal in words", "[verdicts]") 
       differs{"nonsmooth", Outcome::differs, "the sign is opposite", 3, 0.5, 1.3};
   const auto text = verdict({agrees, differs});
   CHECK(sentences(text) == 2);
-  CHECK_THAT(text,
-             Contains("Nonsmooth differs from the measurement: the sign is opposite; penalty agrees with the "
-                      "measured mean revolution (difference 0.2 m/s², uncertainty and scatter 0.5 m/s²)."));
-  CHECK_THAT(text, Contains("median peak is 1.05 (penalty) and 1.3 (nonsmooth) of the measured one; fit"));
+  CHECK_THAT(
+      text,
+      Contains("Nonsmooth differs from the measurement: the sign is opposite; penalty agrees with the "
+               "measured mean revolution (difference 0.2 m/s², within 2 times the uncertainty and scatter of "
+               "0.5 m/s²)."));
+  CHECK_THAT(text, Contains("median peak is 1.05 (penalty) and 1.3 (nonsmooth) times the measured one; fit"));
   CHECK_THAT(verdict(std::vector{agrees}), !Contains("calibrate"));
   CHECK_THAT(verdict(std::vector{of_penalty(Outcome::undecided)}),
-             Contains("Whether penalty agrees is unknown") && !Contains("Peaks"));
+             Contains("Whether penalty agrees is unknown") && !Contains("peak"));
   CHECK_THAT(verdict(std::vector{of_penalty(Outcome::stopped)}), Contains("Penalty stopped early"));
+}
+
+TEST_CASE("validate: no agreement with other peaks, or without power", "[verdicts]") {
+  const SignalAgreement peaks{"penalty", Outcome::agrees, "", 6.98, 4.43, 3.71};
+  CHECK_THAT(
+      verdict(std::vector{peaks}),
+      StartsWith(
+          "Penalty does not fit the peaks: its median peak is 3.71 times the measured one; its mean "
+          "revolution differs by 6.98 m/s², within 2 times the uncertainty and scatter of 4.43 m/s².") &&
+          Contains("calibrate") && !Contains("agrees"));
+  // 1.3 is within 10 % or twice its standard error of 0.2, not of 0.1.
+  CHECK((SignalAgreement{"", Outcome::agrees, "", 0, 1, 1.3, 0.2}.peaks_fit()));
+  CHECK_FALSE((SignalAgreement{"", Outcome::agrees, "", 0, 1, 1.3, 0.1}.peaks_fit()));
+  const SignalAgreement open{"penalty", Outcome::undecided, "", 9, 8, NAN, 0, 12};
+  CHECK_THAT(
+      verdict(std::vector{open}),
+      Contains("No verdict on penalty: 2 times the uncertainty and scatter of 8 m/s² is larger than the "
+               "measured signal (rms 12 m/s²)") &&
+          !Contains("agrees"));
 }
 
 TEST_CASE("validate: measured points and published findings in words", "[verdicts]") {
@@ -147,17 +215,22 @@ TEST_CASE("validate: measured points and published findings in words", "[verdict
 
 TEST_CASE("advise: the cheaper formulation per simulated second", "[verdicts]") {
   // Costs of 2 s and 1 s a simulated second: the shorter run is not the cheaper one.
-  const ChosenSetting penalty{"penalty", "dopri5 1e-8", 0.2, 0.1, false, 0.03},
+  const ChosenSetting penalty{"penalty", "dopri5 1e-8", 0.2, 0.1, false, 0.03, 1},
       nonsmooth{"nonsmooth", "automatic 1e-6", 0.5, 0.5, true};
   const auto text = verdict({penalty, nonsmooth}, 0.01, "rig.toml");
   CHECK(sentences(text) == 2);
   CHECK_THAT(
       text,
       Contains("Within 1 % nonsmooth is cheaper (CPU time per simulated second: nonsmooth automatic 1e-6, "
-               "1 s; penalty dopri5 1e-8, 2 s)."));
+               "1 s; penalty dopri5 1e-8, 2 s; settings chosen by right-hand sides + 10 Jacobians)."));
   CHECK_THAT(text,
-             Contains("Penalty: single events are predictable up to t = 100 ms, statistics to 3 %; the error "
+             Contains("Penalty: evaluated over the first 100 ms of 1 s, later statistics to 3 %; the error "
                       "excludes the difference of the formulations"));
+  // All events lie in the first hundredth of the run.
+  CHECK_THAT(
+      verdict({ChosenSetting{"penalty", "a", 0.1, 9.4e-3, true, NAN, 1}, ChosenSetting{"nonsmooth", ""}},
+              0.01, "s"),
+      Contains("evaluated over the first 9.4 ms of 1 s, which contain all compared events"));
   CHECK_THAT(verdict({penalty, ChosenSetting{"nonsmooth", "a", 0.22, 0.1, true}}, 0.01, "s"),
              Contains("cost about the same"));
   CHECK_THAT(verdict({penalty, ChosenSetting{"nonsmooth", ""}}, 0.01, "s"),
@@ -195,7 +268,16 @@ TEST_CASE("sweep: range of the statistic, and difference of the formulations", "
   CHECK(
       verdict(v) ==
       "All 4 runs finished; peak_max ranges from 10 m/s² (c = 1 mm, penalty) to 21 m/s² (c = 2 mm, nonsmooth). The "
-      "formulations are at most 18 % apart (c = 1 mm); their 95 % intervals overlap in 1 of 2 cells.");
+      "formulations differ in peak_max by at most 2 m/s², 18 % (c = 1 mm); their 95 % intervals overlap in 1 of 2 cells.");
+  // No relative difference from zero; cells where both are zero are no cells to compare.
+  SweepValues zero{4, 0, "peak_max", "m/s²", {}};
+  zero.cells = {{"c = 1 mm", "penalty", 0, 0, 0},
+                {"c = 1 mm", "nonsmooth", 0, 0, 0},
+                {"c = 2 mm", "penalty", 0, 0, 0},
+                {"c = 2 mm", "nonsmooth", 0.5, 0.4, 0.6}};
+  CHECK_THAT(verdict(zero),
+             Contains("differ in peak_max by at most 0.5 m/s² (c = 2 mm); their 95 % intervals "
+                      "overlap in 0 of 1 cells."));
   v.cells[1].low = v.cells[1].high = NAN;
   CHECK_THAT(verdict(v), Contains("is unknown, since some cells have one start") && !Contains("overlap"));
   v.failed = 1;

@@ -13,6 +13,7 @@
 #include "mechanism/scene.hpp"
 #include "study/calibration/data_units.hpp"
 #include "study/runs/ideal_turn.hpp"
+#include "study/runs/long_run.hpp"
 #include "values/family.hpp"
 
 namespace freeplay {
@@ -92,9 +93,13 @@ void assess(const TurnMetrics& measured, double uncertainty, bool datum, Agreeme
   a.phase = about(al.phase * to_degrees, combined(al.phase_error, relative / al.slope) * to_degrees);
   a.moved = datum ? 0 : a.phase.mean;
   a.mean_turn = bin_means(moved(mean_of(a.metrics.turns), a.moved / to_degrees), mean_bins);
-  double squares = 0;
-  for (int i = 0; i < mean_bins; ++i) squares += std::pow(a.mean_turn[i] - measured.mean_turn[i], 2);
+  double squares = 0, own = 0;
+  for (int i = 0; i < mean_bins; ++i) {
+    squares += std::pow(a.mean_turn[i] - measured.mean_turn[i], 2);
+    own += std::pow(measured.mean_turn[i], 2);
+  }
   a.rms_difference = std::sqrt(squares / mean_bins);
+  a.rms_measured = std::sqrt(own / mean_bins);
   a.rms_expected = combined(al.difference_error, uncertainty);
   const auto& A = a.metrics.spectrum;
   const auto& B = measured.spectrum;
@@ -106,6 +111,14 @@ void assess(const TurnMetrics& measured, double uncertainty, bool datum, Agreeme
   a.spectral_distance = std::sqrt(apart / size);
   const auto ratio = [&](TurnMetrics::Name m) { return a.metrics.value[m] / measured.value[m]; };
   a.peak_ratio = ratio(TurnMetrics::peak_median);
+  // The standard error of a median is √(π/2) σ/√n for normal deviates.
+  const auto of_median = [](const TurnMetrics& m) {
+    if (m.peaks.size() < 2) return 0.0;
+    const auto [mean, variance] = moments(m.peaks);
+    return std::sqrt(std::numbers::pi / 2 * variance / static_cast<double>(m.peaks.size())) / mean;
+  };
+  a.peak_error = a.peak_ratio * std::hypot(of_median(measured), of_median(a.metrics),
+                                           uncertainty / measured.value[TurnMetrics::peak_median]);
   a.greatest_ratio = ratio(TurnMetrics::peak_max);
   a.loss_angle = whole_circle(a.metrics.value[TurnMetrics::loss_angle] + a.moved);
   a.return_angle = whole_circle(a.metrics.value[TurnMetrics::return_angle] + a.moved);
@@ -126,9 +139,10 @@ void assess(const TurnMetrics& measured, double uncertainty, bool datum, Agreeme
     a.findings.push_back(
         fmt::format("the mean revolutions differ by {:.4g} m/s², {:.3g} times the uncertainty and scatter",
                     a.rms_difference, a.rms_difference / a.rms_expected));
-  a.verdict = !a.findings.empty()          ? Agreement::Verdict::differs
-              : std::isnan(a.rms_expected) ? Agreement::Verdict::undecided
-                                           : Agreement::Verdict::agrees;
+  const bool decides = told_difference * a.rms_expected < a.rms_measured;  // false for NaN
+  a.verdict = !a.findings.empty() ? Agreement::Verdict::differs
+              : decides           ? Agreement::Verdict::agrees
+                                  : Agreement::Verdict::undecided;
 }
 
 SignalAgreement::Outcome outcome_of(Agreement::Verdict verdict) {
@@ -181,7 +195,7 @@ Validation validate(const std::filesystem::path& file, const std::vector<std::st
     const bool finished = a.ending.status == Ending::Status::finished;
     models.push_back({a.formulation, finished ? outcome_of(a.verdict) : SignalAgreement::Outcome::stopped,
                       a.findings.empty() ? "" : a.findings.front(), a.rms_difference, a.rms_expected,
-                      finished ? a.peak_ratio : NAN});
+                      finished ? a.peak_ratio : NAN, a.peak_error, a.rms_measured});
   }
   v.conclusion = verdict(models);
   return v;

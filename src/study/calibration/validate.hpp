@@ -36,11 +36,13 @@ struct Agreement {
   Interval phase;
   double moved = 0;           ///< degrees, applied shift: the phase without a datum, else 0
   double peak_ratio = 0;      ///< median peak of a turn, computed over measured
+  double peak_error = 0;      ///< standard error of peak_ratio, from the scatter of the peaks
   double greatest_ratio = 0;  ///< greatest peak, computed over measured
   double rms_difference = 0;  ///< m/s², of the difference of the mean turns
   /// m/s², standard deviation of that difference expected from the file's uncertainty and the
   /// scatter of the turns; NaN with a single turn and no uncertainty.
   double rms_expected = NAN;
+  double rms_measured = 0;  ///< m/s², of the measured mean turn
   /// ‖A − B‖/‖B‖ over harmonics of the crank below 0.4 of the file's sampling rate.
   double spectral_distance = 0;
   /// Degrees, of the computed contact, in the measurement's datum.
@@ -50,12 +52,13 @@ struct Agreement {
   std::vector<std::string> findings;  ///< differences beyond doubt, as text
   TurnMetrics metrics;
   Ending ending;
-  /// `agrees`: no difference beyond doubt. `undecided`: the uncertainty is unknown.
+  /// `agrees`: no difference of the mean turns beyond doubt. `undecided`: the uncertainty is unknown,
+  /// or twice its value exceeds the measured signal, so that zero would agree too.
   enum class Verdict { agrees, differs, undecided } verdict = Verdict::undecided;
 };
 /// Least size of a reported difference, in addition to its interval: gain 2 %, phase 1°, and for
 /// mean turns twice the standard error.
-inline constexpr double told_gain = 0.02, told_phase = 1, told_difference = 2;
+inline constexpr double told_gain = 0.02, told_phase = 1, told_difference = agreement_factor;
 
 /// Compares the turns of a run with those of a measurement; sets the members of `a` that depend on
 /// the signals. `datum`: the file gives angles. `uncertainty`: m/s², standard deviation, assumed

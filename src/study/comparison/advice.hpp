@@ -12,7 +12,7 @@
 // many. Beyond the horizon a setting is assessed by statistics over the whole run from slightly
 // perturbed starts: the flight share, the impacts per turn and the dissipated power must not differ
 // from those of a fine setting by more than the requested error plus 3.6 standard errors of the
-// difference. The error that can be guaranteed for statistics is their difference plus twice its
+// difference. The bound of the error of statistics is their difference plus twice its
 // standard error, even if the requested error is smaller.
 #pragma once
 
@@ -49,7 +49,7 @@ struct Advice {
   };
   /// Settings with correct contact onsets, but with this statistic outside its bound.
   std::vector<Refused> refused;
-  /// Greatest relative error of statistics that can be guaranteed; infinite without statistics.
+  /// Greatest bound of the relative errors of statistics; infinite without statistics.
   double promised() const;
   double seconds = 0;  ///< s, wall time
 };

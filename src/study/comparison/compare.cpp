@@ -14,6 +14,7 @@
 #include "simulation/touches.hpp"
 #include "simulation/windows.hpp"
 #include "values/diagnostic.hpp"
+#include "values/warning.hpp"
 
 namespace freeplay {
 namespace {
@@ -154,6 +155,17 @@ void find_not_matched(const Scene& scene, Comparison& c) {
   }
 }
 
+/// Impacts of a run below which their statistics are not compared.
+constexpr long fewest_impacts = 10;
+
+/// Energy turned over in the window: the greatest of the works, the dissipation and the change of
+/// the stored energy.
+double turned_over(const Window& w) {
+  const auto& e = w.energy;
+  return std::max({std::abs(e[Window::drives]), std::abs(e[Window::loads]), std::abs(e[Window::stored]),
+                   e[Window::dampers] + e[Window::contacts] + e[Window::friction] + e[Window::films]});
+}
+
 }  // namespace
 
 ComparisonValues comparison_values(const Scene& scene, const Comparison& c) {
@@ -183,20 +195,45 @@ ComparisonValues comparison_values(const Scene& scene, const Comparison& c) {
   // The share of impacts is not compared: an impact law has none.
   for (std::size_t k = 0; k < c.joints.size(); ++k) {
     const auto &a = p.contacts[k], &b = n.contacts[k];
-    v.statistics.push_back({"share of free flight of " + c.joints[k], a.flight_fraction, b.flight_fraction,
-                            std::hypot(a.flight_error, b.flight_error)});
+    const bool few = std::min(a.counted_impacts, b.counted_impacts) < fewest_impacts;
+    v.statistics.push_back({.name = "share of free flight of " + c.joints[k],
+                            .penalty = a.flight_fraction,
+                            .nonsmooth = b.flight_fraction,
+                            .error = std::hypot(a.flight_error, b.flight_error),
+                            .few = few});
     v.statistics.push_back(
-        {(p.revolutions > 0 ? "impacts per revolution of " : "impacts per second of ") + c.joints[k],
-         a.impacts_per_revolution, b.impacts_per_revolution, std::hypot(a.impacts_error, b.impacts_error)});
+        {.name = (p.revolutions > 0 ? "impacts per revolution of " : "impacts per second of ") + c.joints[k],
+         .penalty = a.impacts_per_revolution,
+         .nonsmooth = b.impacts_per_revolution,
+         .error = std::hypot(a.impacts_error, b.impacts_error),
+         .few = few});
   }
   if (p.window && n.window)
     for (const auto& [term, name] : {std::pair{Window::contacts, "energy dissipated in contacts, J"},
                                      {Window::friction, "energy dissipated by friction, J"}})
       if (p.window->energy[term] != 0 || n.window->energy[term] != 0)
-        v.statistics.push_back({name, p.window->energy[term], n.window->energy[term],
-                                p.window->batches > 0 && n.window->batches > 0
-                                    ? std::hypot(p.window->error[term], n.window->error[term])
-                                    : NAN});
+        v.statistics.push_back({.name = name,
+                                .penalty = p.window->energy[term],
+                                .nonsmooth = n.window->energy[term],
+                                .error = p.window->batches > 0 && n.window->batches > 0
+                                             ? std::hypot(p.window->error[term], n.window->error[term])
+                                             : NAN,
+                                .turnover = std::max(turned_over(*p.window), turned_over(*n.window)),
+                                .transient = !(p.revolutions > 0)});
+  for (const auto* run : {&p, &n})
+    for (const auto& note : run->notes)
+      if (is_warning(note)) {
+        const auto text = note.substr(std::min(warning_prefix.size(), note.size()));
+        v.doubts.push_back(
+            {run->formulation, text.substr(0, text.find_first_of(";:")), text.starts_with("penetration")});
+      }
+  if (c.joints.empty() && p.final_state.q.size() == n.final_state.q.size()) {
+    v.final_length = v.final_angle = 0;
+    for (std::size_t i = 0; i < p.final_state.q.size(); ++i) {
+      auto& most = i % 3 == 2 ? v.final_angle : v.final_length;
+      most = std::max(most, std::abs(p.final_state.q[i] - n.final_state.q[i]));
+    }
+  }
   if (p.revolutions > 0)
     v.revolutions_needed = WindowStatistics::fewest + scene.run.discard / (p.observed / p.revolutions);
   const auto cost = [](const Result& r) {

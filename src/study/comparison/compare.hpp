@@ -65,7 +65,7 @@ struct Comparison {
   std::optional<Result> ideal;  ///< with all clearances closed; absent if the scene has none
   Pairing pairing;
   std::vector<std::string> joints;
-  std::string verdict;  ///< conclusion in two sentences
+  std::string verdict;  ///< conclusion in words
 };
 
 /// Options of compare().

@@ -4,6 +4,7 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
+#include <cmath>
 #include <map>
 
 namespace freeplay {
@@ -16,7 +17,22 @@ constexpr double notable = 0.01;   // relative difference
 // CPU times measured once scatter by about this share on a busy machine.
 constexpr double alike = 0.2;
 
-std::string percent(double x) { return fmt::format("{:.2g} %", 100 * x); }
+// Differences below this share of the value are rounding.
+constexpr double rounding = 1e-10;
+// Energies below this share of the energy turned over do not decide.
+constexpr double negligible_share = 1e-3;
+// Accepted relative difference of median peaks.
+constexpr double peak_accepted = 0.1;
+
+std::string percent(double x) {
+  return std::abs(x) >= 0.995 ? fmt::format("{:.0f} %", 100 * x) : fmt::format("{:.2g} %", 100 * x);
+}
+
+/// "within 3 %", or "to rounding".
+std::string within(double relative, const std::string& size) {
+  return relative < rounding ? "to rounding" : "within " + size;
+}
+std::string within(double relative) { return within(relative, percent(relative)); }
 
 /// A value with an SI prefix for small times: 5.72 ms.
 std::string seconds(double t) {
@@ -40,48 +56,94 @@ std::string listed(const std::vector<std::string>& names, std::size_t most = 4) 
   return fmt::format("{} and {}", fmt::join(names.begin(), names.end() - 1, ", "), names.back());
 }
 
-std::string events_in_words(const EventAgreement& e) {
-  if (!e.contacts) return "The scene has no contacts, so there are no single events to compare";
+std::string events_in_words(const ComparisonValues& v) {
+  const auto& e = v.events;
+  if (!e.contacts) {
+    std::string text = "No contacts were compared, since the scene has none";
+    if (std::isfinite(v.final_length))
+      text += fmt::format("; the final positions differ by at most {:.2g} m and {:.2g} rad", v.final_length,
+                          v.final_angle);
+    return text;
+  }
   if (e.pairs == 0)
     return e.to_the_end ? "Neither run has a contact event"
                         : "No single contact event of the two runs agrees";
-  auto text = fmt::format("Single contact events agree {} ({}: times within {}, approach speeds within {}",
-                          e.to_the_end ? "to the end of the run" : "up to t = " + seconds(e.horizon),
-                          plural(e.pairs, "pair"), seconds(e.time), percent(e.speed));
-  if (std::isfinite(e.impulse)) text += ", impulses within " + percent(e.impulse);
+  auto text = fmt::format(
+      "Single contact events agree {} ({}: times {}, approach speeds {}",
+      e.to_the_end ? "to the end of the run" : "up to t = " + seconds(e.horizon), plural(e.pairs, "pair"),
+      within(e.horizon > 0 ? e.time / e.horizon : e.time, seconds(e.time)), within(e.speed));
+  if (std::isfinite(e.impulse)) text += ", impulses " + within(e.impulse);
   return text + (e.cut ? "); later events were not stored" : ")");
 }
 
-std::string statistics_in_words(const ComparisonValues& v) {
-  const auto& list = v.statistics;
-  if (list.empty()) return "";
-  const auto values = [](const StatisticPair& s) {
-    return fmt::format("{}: {:.3g} and {:.3g}", s.name, s.penalty, s.nonsmooth);
-  };
+using Statistics = std::vector<StatisticPair>;
+
+std::string values(const StatisticPair& s) {
+  return fmt::format("{}: {:.3g} and {:.3g}", s.name, s.penalty, s.nonsmooth);
+}
+
+/// "greatest difference 18 %, share of free flight of pin: 0.1 and 0.12", or equal values.
+std::string greatest(const Statistics& list) {
   const auto most = std::ranges::max_element(list, {}, &StatisticPair::relative);
+  return most->relative() < rounding
+             ? "no difference beyond rounding"
+             : fmt::format("greatest difference {}, {}", percent(most->relative()), values(*most));
+}
+
+/// Statistics with a standard error, or without any.
+std::string of_batches(const Statistics& list, const char* which) {
   if (std::ranges::any_of(list, [](const auto& s) { return std::isnan(s.error); }))
-    return fmt::format(
-        "whether the statistics agree is unknown without standard errors (greatest difference {}, {})",
-        percent(most->relative()), values(*most));
+    return fmt::format("whether {} agree is unknown without standard errors ({})", which, greatest(list));
   const auto worst =
       std::ranges::max_element(list, {}, [](const auto& s) { return s.differs() ? s.relative() : -1; });
   if (worst->differs())
-    return fmt::format("the statistics differ by more than {:g} standard errors, most in {} ({})",
-                       significant, values(*worst), percent(worst->relative()));
-  return fmt::format("the statistics agree within {:g} standard errors or {} (greatest difference {}, {})",
-                     significant, percent(notable), percent(most->relative()), values(*most));
+    return fmt::format("{} differ by more than {:g} standard errors, most in {} ({})", which, significant,
+                       values(*worst), percent(worst->relative()));
+  return fmt::format("{} agree within {:g} standard errors or {} ({})", which, significant, percent(notable),
+                     greatest(list));
+}
+
+std::string statistics_in_words(const ComparisonValues& v) {
+  Statistics compared, transient;
+  std::vector<std::string> parts;
+  std::size_t few = 0, scattered = 0;
+  for (const auto& s : v.statistics)
+    if (s.negligible())
+      continue;
+    else if (s.transient)
+      transient.push_back(s);
+    else if (s.few)
+      ++few;
+    else if (s.weak())
+      ++scattered;
+    else
+      compared.push_back(s);
+  if (few > 0)
+    parts.push_back(fmt::format("too few impacts to compare {}",
+                                compared.empty() ? "statistics" : plural(few, "statistic")));
+  if (scattered > 0)
+    parts.push_back(
+        fmt::format("the standard errors of {} exceed half of the values, too large for a comparison",
+                    plural(scattered, "statistic")));
+  if (!compared.empty())
+    parts.push_back(of_batches(compared, parts.empty() ? "the statistics" : "the other statistics"));
+  if (!transient.empty())
+    parts.push_back(
+        fmt::format("energies of this single transient have no standard error ({})", greatest(transient)));
+  return fmt::format("{}", fmt::join(parts, "; "));
 }
 
 /// The cheaper of two runs, if their errors support a statement.
-std::string cost_in_words(const CostAndError& p, const CostAndError& n) {
+std::string cost_in_words(const CostAndError& p, const CostAndError& n, const std::string& scene) {
   auto text = fmt::format("CPU time: penalty {:.2g} s, nonsmooth {:.2g} s; ", p.cpu, n.cpu);
   std::vector<std::string> unknown;
   for (const auto& [run, name] : {std::pair{&p, "penalty"}, {&n, "nonsmooth"}})
     if (std::isnan(run->error)) unknown.emplace_back(name);
   if (!unknown.empty())
     return text +
-           fmt::format("which is cheaper for the same accuracy is unknown, since the accuracy of {} is",
-                       unknown.size() == 2 ? "both" : unknown.front());
+           fmt::format(
+               "the {} unknown, so costs at equal accuracy cannot be compared; see `freeplay advise {}`",
+               unknown.size() == 2 ? "errors of both are" : "error of " + unknown.front() + " is", scene);
   const auto errors = fmt::format("(errors {} and {})", percent(p.error), percent(n.error));
   if (std::abs(p.cpu - n.cpu) <= alike * std::max(p.cpu, n.cpu))
     return text + "they cost about the same " + errors;
@@ -89,8 +151,7 @@ std::string cost_in_words(const CostAndError& p, const CostAndError& n) {
   if ((first ? p : n).error <= (first ? n : p).error)
     return text +
            fmt::format("{} is cheaper for the same accuracy {}", first ? "penalty" : "nonsmooth", errors);
-  return text +
-         "the faster run is also the less accurate, so which is cheaper for the same accuracy is unknown " +
+  return text + "the faster run has the greater error, so costs at equal accuracy cannot be compared " +
          errors;
 }
 
@@ -110,35 +171,54 @@ std::vector<std::string> with(const std::vector<T>& list, Outcome outcome, std::
 
 }  // namespace
 
+double StatisticPair::difference() const { return std::abs(penalty - nonsmooth); }
+
 double StatisticPair::relative() const {
   const double size = 0.5 * (std::abs(penalty) + std::abs(nonsmooth));
-  return size > 0 ? std::abs(penalty - nonsmooth) / size : 0;
+  return size > 0 ? difference() / size : 0;
 }
 
-bool StatisticPair::differs() const {
-  return std::abs(penalty - nonsmooth) > significant * error && relative() > notable;
+bool StatisticPair::differs() const { return difference() > significant * error && relative() > notable; }
+
+bool StatisticPair::weak() const { return error > 0.5 * 0.5 * (std::abs(penalty) + std::abs(nonsmooth)); }
+
+bool StatisticPair::negligible() const {
+  return std::max(std::abs(penalty), std::abs(nonsmooth)) < negligible_share * turnover;
 }
 
 std::string verdict(const ComparisonValues& v) {
+  // One statement for each formulation, on its penetration if that is too deep.
+  std::string doubts;
+  for (const auto* formulation : {"penalty", "nonsmooth"}) {
+    const Doubt* worst = nullptr;
+    for (const auto& d : v.doubts)
+      if (d.formulation == formulation && (!worst || (d.too_deep && !worst->too_deep))) worst = &d;
+    if (worst)
+      doubts += fmt::format("{} {} ({}): see warnings. ", capital(formulation),
+                            worst->too_deep ? "is not reliable here" : "may be wrong", worst->reason);
+  }
   if (!v.stopped.empty())
-    return fmt::format(
-        "{}, so statistics and costs cannot be compared; {}. Resolve the reason above first, or "
-        "shorten run.duration.",
-        capital(v.stopped),
-        v.events.pairs > 0 ? "before that, s" + events_in_words(v.events).substr(1)
-                           : "no contact events agree before that");
-  auto text = events_in_words(v.events);
+    return doubts +
+           fmt::format(
+               "{}, so statistics and costs cannot be compared; {}. Resolve the reason above first, or "
+               "shorten run.duration.",
+               capital(v.stopped),
+               v.events.pairs > 0 ? "before that, s" + events_in_words(v).substr(1)
+                                  : "no contact events agree before that");
+  auto text = doubts + events_in_words(v);
   if (const auto statistics = statistics_in_words(v); !statistics.empty())
     text += (v.events.to_the_end || v.events.pairs == 0 ? "; " : "; beyond, ") + statistics;
-  text += ". " + cost_in_words(v.penalty, v.nonsmooth);
-  std::vector<std::string> next;
-  if (std::isnan(v.penalty.error) || std::isnan(v.nonsmooth.error))
-    next.push_back(fmt::format("`freeplay advise {}` measures it", v.scene));
+  text += ". " + cost_in_words(v.penalty, v.nonsmooth, v.scene);
   if (v.revolutions_needed > 0 &&
       std::ranges::any_of(v.statistics, [](const auto& s) { return std::isnan(s.error); }))
-    next.push_back(fmt::format("a run of at least {:g} revolutions gives the standard errors",
-                               std::ceil(v.revolutions_needed)));
-  return text + (next.empty() ? "" : "; " + listed(next)) + ".";
+    text += fmt::format("; a run of at least {:g} revolutions gives the standard errors",
+                        std::ceil(v.revolutions_needed));
+  return text + ".";
+}
+
+bool SignalAgreement::peaks_fit() const {
+  return !std::isfinite(peak_ratio) ||
+         std::abs(peak_ratio - 1) <= std::max(peak_accepted, agreement_factor * peak_error);
 }
 
 std::string verdict(const std::vector<SignalAgreement>& models) {
@@ -149,14 +229,26 @@ std::string verdict(const std::vector<SignalAgreement>& models) {
   for (const auto& m : models)
     if (m.outcome == Outcome::differs)
       add(fmt::format("{} differs from the measurement: {}", m.formulation, m.finding));
-  for (const auto& m : models)
-    if (m.outcome == Outcome::agrees)
+  for (const auto& m : models) {
+    const auto errors =
+        fmt::format("{:g} times the uncertainty and scatter of {:.3g} m/s²", agreement_factor, m.expected);
+    if (m.outcome == Outcome::agrees && m.peaks_fit())
+      add(fmt::format("{} agrees with the measured mean revolution (difference {:.3g} m/s², within {})",
+                      m.formulation, m.difference, errors));
+    if (m.outcome == Outcome::agrees && !m.peaks_fit())
       add(
-          fmt::format("{} agrees with the measured mean revolution (difference {:.3g} m/s², uncertainty and "
-                      "scatter {:.3g} m/s²)",
-                      m.formulation, m.difference, m.expected));
-  if (const auto names = with(models, Outcome::undecided, &SignalAgreement::formulation); !names.empty())
-    add("whether " + listed(names) +
+          fmt::format("{} does not fit the peaks: its median peak is {:.3g} times the measured one; its mean "
+                      "revolution differs by {:.3g} m/s², within {}",
+                      m.formulation, m.peak_ratio, m.difference, errors));
+    if (m.outcome == Outcome::undecided && std::isfinite(m.expected))
+      add(fmt::format("no verdict on {}: {} is larger than the measured signal (rms {:.3g} m/s²)",
+                      m.formulation, errors, m.signal));
+  }
+  std::vector<std::string> open;
+  for (const auto& m : models)
+    if (m.outcome == Outcome::undecided && !std::isfinite(m.expected)) open.push_back(m.formulation);
+  if (!open.empty())
+    add("whether " + listed(open) +
         " agrees is unknown, since the file has one revolution and no column uncertainty");
   text = capital(text) + ".";
   std::vector<std::string> ratios;
@@ -164,12 +256,11 @@ std::string verdict(const std::vector<SignalAgreement>& models) {
   for (const auto& m : models)
     if (std::isfinite(m.peak_ratio)) {
       ratios.push_back(fmt::format("{:.3g} ({})", m.peak_ratio, m.formulation));
-      off = off || std::abs(m.peak_ratio - 1) > 0.1;
+      off = off || !m.peaks_fit();
     }
   if (!ratios.empty())
-    text += fmt::format(
-        " Peaks are not part of this verdict: the models' median peak is {} of the measured one{}.",
-        listed(ratios), off ? "; fit the unknown parameters with `freeplay calibrate`" : "");
+    text += fmt::format(" The models' median peak is {} times the measured one{}.", listed(ratios),
+                        off ? "; fit the unknown parameters with `freeplay calibrate`" : "");
   return text;
 }
 
@@ -210,7 +301,10 @@ std::string verdict(const std::vector<ChosenSetting>& settings, double error, co
         "No setting of the formulations reaches {}: accept a greater --error, or shorten run.duration.",
         percent(error));
   const auto until = [](const ChosenSetting& s) {
-    return s.whole ? std::string("over the whole run") : "up to t = " + seconds(s.until);
+    if (s.whole && !(s.until < 0.99 * s.duration)) return std::string("evaluated over the whole run");
+    return "evaluated over the first " + seconds(s.until) +
+           (std::isfinite(s.duration) ? " of " + seconds(s.duration) : "") +
+           (s.whole ? ", which contain all compared events" : "");
   };
   const auto rate = [](const ChosenSetting& s) { return s.cpu / s.until; };
   std::string text;
@@ -220,20 +314,23 @@ std::string verdict(const std::vector<ChosenSetting>& settings, double error, co
   } else {
     const bool swap = rate(*found[1]) < rate(*found[0]);
     const auto &cheap = *found[swap ? 1 : 0], &dear = *found[swap ? 0 : 1];
-    const auto costs =
-        fmt::format("CPU time per simulated second: {} {}, {:.2g} s; {} {}, {:.2g} s", cheap.formulation,
-                    cheap.label, rate(cheap), dear.formulation, dear.label, rate(dear));
+    const auto costs = fmt::format(
+        "CPU time per simulated second: {} {}, {:.2g} s; {} {}, {:.2g} s; settings chosen by "
+        "right-hand sides + 10 Jacobians",
+        cheap.formulation, cheap.label, rate(cheap), dear.formulation, dear.label, rate(dear));
     text = rate(cheap) >= (1 - alike) * rate(dear)
                ? fmt::format("Within {} both formulations cost about the same ({}).", percent(error), costs)
                : fmt::format("Within {} {} is cheaper ({}).", percent(error), cheap.formulation, costs);
   }
   std::vector<std::string> open;
-  for (const auto* s : found)
+  for (const auto* s : found) {
+    std::vector<std::string> of;
+    if (found.size() > 1 && (!s->whole || s->until < 0.99 * s->duration)) of.push_back(until(*s));
     if (!s->whole)
-      open.push_back(fmt::format("{}: single events are predictable {}, {}", s->formulation, until(*s),
-                                 std::isfinite(s->later)
-                                     ? "statistics to " + percent(s->later)
-                                     : std::string("the accuracy of later statistics is unknown")));
+      of.push_back(std::isfinite(s->later) ? "later statistics to " + percent(s->later)
+                                           : std::string("the accuracy of later statistics is unknown"));
+    if (!of.empty()) open.push_back(fmt::format("{}: {}", s->formulation, fmt::join(of, ", ")));
+  }
   return text +
          fmt::format(
              " {}{}he error excludes the difference of the formulations, which `freeplay compare {}` shows.",
@@ -295,21 +392,27 @@ std::string verdict(const SweepValues& v) {
   for (const auto& [place, list] : at) {
     if (list.size() != 2) continue;
     const auto &a = *list[0], &b = *list[1];
+    if (a.mean == 0 && b.mean == 0) continue;
     ++pairs;
     if (std::isfinite(a.low) && std::isfinite(b.low)) ++known, apart += a.low > b.high || b.low > a.high;
-    if (const StatisticPair pair{place, a.mean, b.mean}; pairs == 1 || pair.relative() > greatest.relative())
-      greatest = pair;
+    const StatisticPair pair{place, a.mean, b.mean};
+    if (pairs == 1 || pair.difference() > greatest.difference()) greatest = pair;
   }
   if (pairs == 0) return text;
-  const auto size = fmt::format("at most {} apart{}", percent(greatest.relative()),
-                                greatest.name.empty() ? "" : " (" + greatest.name + ")");
+  const auto at_place = greatest.name.empty() ? "" : " (" + greatest.name + ")";
+  auto size = fmt::format("in {} by at most {:.3g}{}", v.statistic, greatest.difference(), unit);
+  if (greatest.relative() < rounding)
+    size = fmt::format("in {} by rounding only", v.statistic);
+  else if (greatest.penalty != 0 && greatest.nonsmooth != 0)
+    size += ", " + percent(greatest.relative());
+  size += at_place;
   if (known < pairs)
     return text + fmt::format(
-                      " The formulations are {}; whether that exceeds the scatter of starts is unknown, "
+                      " The formulations differ {}; whether that exceeds the scatter of starts is unknown, "
                       "since {} one start (study.starts).",
                       size, known == 0 ? "each cell has" : "some cells have");
-  return text + fmt::format(" The formulations are {}; their 95 % intervals overlap in {} of {} cells.", size,
-                            pairs - apart, pairs);
+  return text + fmt::format(" The formulations differ {}; their 95 % intervals overlap in {} of {} cells.",
+                            size, pairs - apart, pairs);
 }
 
 }  // namespace freeplay

@@ -1,5 +1,5 @@
 // Verdicts: the conclusions of compare, validate, advise, calibrate and sweep in words. Each
-// function takes the numbers of a result and returns one or two sentences that they support. What
+// function takes the numbers of a result and returns a few sentences that they support. What
 // the numbers leave open is called unknown, with the command or key that determines it.
 //
 // The functions know no file, scene or run: the verbs and study/comparison fill the structures, so
@@ -31,11 +31,25 @@ struct EventAgreement {
 struct StatisticPair {
   std::string name;
   double penalty = 0, nonsmooth = 0;
-  double error = NAN;  ///< standard error of the difference; NaN: unknown
+  double error = NAN;         ///< standard error of the difference; NaN: unknown
+  double turnover = 0;        ///< J, energy turned over, for energies
+  bool few = false;           ///< too few impacts for a statistic
+  bool transient = false;     ///< of a motion without revolutions: batches give no standard error
+  double difference() const;  ///< |difference|
   /// |difference| over the mean size of the two; 0 if both are 0.
   double relative() const;
   /// Whether they differ by more than 3 standard errors and by more than 1 %.
   bool differs() const;
+  /// Whether the standard error exceeds half of the mean size: almost any value would agree.
+  bool weak() const;
+  /// Whether both are below a thousandth of the energy turned over.
+  bool negligible() const;
+};
+
+/// A warning of a run.
+struct Doubt {
+  std::string formulation, reason;
+  bool too_deep = false;  ///< it states that contacts penetrate beyond the limit of the formulation
 };
 
 /// Cost of a run, and the relative error of its contact events; NaN: unknown.
@@ -53,10 +67,16 @@ struct ComparisonValues {
   /// Revolutions after which statistics have standard errors; 0: longer runs give none.
   double revolutions_needed = 0;
   CostAndError penalty, nonsmooth;
+  std::vector<Doubt> doubts = {};
+  /// m, rad: greatest difference of the final positions and angles; NaN: not compared.
+  double final_length = NAN, final_angle = NAN;
 };
 std::string verdict(const ComparisonValues& v);
 
 // Measurements (validate)
+
+/// Mean revolutions agree within this multiple of the combined standard uncertainty.
+inline constexpr double agreement_factor = 2;
 
 /// One formulation against a measured signal.
 struct SignalAgreement {
@@ -65,6 +85,10 @@ struct SignalAgreement {
   std::string finding;                      ///< the first significant difference
   double difference = NAN, expected = NAN;  ///< m/s², of the mean revolutions; explained by the errors
   double peak_ratio = NAN;                  ///< median peak, model over measurement
+  double peak_error = 0;                    ///< standard error of `peak_ratio`
+  double signal = NAN;                      ///< m/s², rms of the measured mean revolution
+  /// Whether the median peaks agree within 10 %, or within twice their standard error.
+  bool peaks_fit() const;
 };
 std::string verdict(const std::vector<SignalAgreement>& models);
 
@@ -89,11 +113,12 @@ std::string verdict(const FindingCount& count);
 /// The setting that advise chose for one formulation.
 struct ChosenSetting {
   std::string formulation;
-  std::string label;   ///< empty: no setting keeps the error
-  double cpu = 0;      ///< s, up to `until`
-  double until = 0;    ///< s, end of the time in which single events, or the state, are compared
-  bool whole = false;  ///< whether that is the whole run
-  double later = NAN;  ///< error of statistics of the whole run that can be guaranteed; NaN: unknown
+  std::string label;      ///< empty: no setting keeps the error
+  double cpu = 0;         ///< s, up to `until`
+  double until = 0;       ///< s, end of the time in which single events, or the state, are compared
+  bool whole = false;     ///< whether that is the whole run
+  double later = NAN;     ///< error bound of statistics of the whole run; NaN: unknown
+  double duration = NAN;  ///< s, of the run
 };
 /// `error`: requested relative error.
 std::string verdict(const std::vector<ChosenSetting>& settings, double error, const std::string& scene);
