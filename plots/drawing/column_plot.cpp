@@ -208,18 +208,31 @@ std::string with_unit(const std::string& name, const std::string& unit) {
   return unit.empty() ? name : fmt::format("{} ({})", name, unit);
 }
 
-/// Removes the key of each panel whose curves the key of the first panel already names.
-void join_keys(std::vector<Panel>& panels, const std::vector<std::vector<std::string>>& looks) {
-  for (std::size_t k = 1; k < panels.size(); ++k) {
-    const auto in_first = [&](std::size_t i) {
-      for (std::size_t j = 0; j < looks[0].size(); ++j)
-        if (panels[0].curves[j].title == panels[k].curves[i].title && looks[0][j] == looks[k][i]) return true;
-      return false;
-    };
-    std::size_t known = 0;
-    while (known < looks[k].size() && in_first(known)) ++known;
-    if (known < looks[k].size()) continue;
-    for (auto& curve : panels[k].curves) curve.title.clear();
+/// A curve as "with lines …", and whether its panel shows one column only.
+struct CurveLook {
+  Script how;
+  bool one;
+};
+
+/// Panels of one column each name the runs. The first of them names all; the others have no key.
+void join_keys(std::vector<Panel>& panels, std::vector<std::vector<CurveLook>>& looks) {
+  const auto one = [](const std::vector<CurveLook>& panel) { return !panel.empty() && panel[0].one; };
+  const auto first = static_cast<std::size_t>(std::ranges::find_if(looks, one) - looks.begin());
+  for (std::size_t k = first + 1; k < panels.size(); ++k) {
+    if (!one(looks[k])) continue;
+    auto &named = panels[first].curves, &curves = panels[k].curves;
+    for (std::size_t i = 0; i < curves.size(); ++i) {
+      if (curves[i].title.empty()) continue;
+      const auto same = std::ranges::find(named, curves[i].title, &PanelCurve::title);
+      const auto& how = looks[k][i].how;
+      if (same == named.end()) {
+        named.push_back({Script().add("keyentry {}", how), curves[i].title});
+        looks[first].push_back(looks[k][i]);
+      } else if (looks[first][static_cast<std::size_t>(same - named.begin())].how.text() != how.text()) {
+        continue;  // another mark: the panel names it again
+      }
+      curves[i].title.clear();
+    }
   }
 }
 
@@ -317,7 +330,7 @@ std::filesystem::path draw_columns(const ColumnPlot& plot) {
   Limits across;
   bool drawn = false;
   const auto style = style_of(plot.folders.front());
-  std::vector<std::vector<std::string>> looks(panels.size());
+  std::vector<std::vector<CurveLook>> looks(panels.size());
   for (const auto& panel : panels) {
     Panel shown{.title = title_of(panel.formulas, panel.unit.name), .axis = {}, .curves = {}};
     const bool one = panel.formulas.size() == 1, alone = one && panel.points.size() == 1;
@@ -336,7 +349,7 @@ std::filesystem::path draw_columns(const ColumnPlot& plot) {
       const bool compared = plot.folders.size() == 1, dashed = !one && runs.size() > 1 && !style.monochrome &&
                                                                panel.formulas.size() <= std::size(dashes);
       const auto by_run = static_cast<std::size_t>(run.style - 1);
-      const auto look = compared && one ? by_run : i;
+      const auto look = !one ? i : compared ? by_run : static_cast<std::size_t>(&run - runs.data());
       const auto colour = 1 + (compared && dashed ? by_run : look) % 9;
       const auto dash = alone ? 0 : (compared && dashed ? panel.of[i] : look) % std::size(dashes);
       PanelCurve curve;
@@ -346,7 +359,7 @@ std::filesystem::path draw_columns(const ColumnPlot& plot) {
       else
         how.add("lines lw 1.2 dt {} lc rgb C{}", dashes[dash], colour);
       curve.what.add("DATA index {} using 1:2 with {}", f.blocks.size(), how);
-      looks[static_cast<std::size_t>(&panel - panels.data())].push_back(how.text());
+      looks[static_cast<std::size_t>(&panel - panels.data())].push_back({how, one});
       if (!alone)
         curve.title = one ? run.title : runs.size() == 1 ? formula.text : formula.text + ", " + run.title;
       shown.curves.push_back(std::move(curve));

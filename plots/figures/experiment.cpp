@@ -236,7 +236,7 @@ class Experiment {
     Script plot;
     f.script.add(
         "set logscale y\nset ylabel 'Greatest acceleration (m/s²)'\nset xlabel 'Crank speed (rpm)'\nset "
-        "xrange [90:250]\nset key outside top center horizontal\n");
+        "xrange [90:252]\nset rmargin at screen 1-X(1.7)\nset key outside top center horizontal\n");
     for (double c : clearances_)
       for (const auto& [family, formulation] : families) {
         const bool penalty = family == Family::penalty;

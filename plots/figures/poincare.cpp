@@ -55,8 +55,9 @@ std::vector<std::filesystem::path> draw_poincare(const std::filesystem::path& fo
   PanelStack stack{.abscissa = across.shown,
                    .panels = {{.title = up.shown.title,
                                .axis = up.shown.axis,
-                               .curves = {{Script().add("DATA index 0 using 1:2 with points pt 7 ps 0.35 "
-                                                        "lc rgb C1"),
+                               .curves = {{Script().add("DATA index 0 using 1:2 with points pt 7 ps {} "
+                                                        "lc rgb C1",
+                                                        points.x.size() < 50 ? 0.8 : 0.35),
                                            ""}}}},
                    .each = 8.4};
   f.blocks.push_back(std::move(block));

@@ -113,10 +113,10 @@ std::filesystem::path sweep_curves(const StudyPlot& plot, const SweepRuns& runs,
   const auto style = style_of(plot.folder);
   const double scale = style.font_size / Style::usual_font_size, width = width_of(f, style);
   // Above the first panel, in texts of 0.88 of the usual size.
-  const double key_letters = (width / scale - 2.4) / (0.88 * letter_width), key_line = 0.27;
+  const double key_letters = (width / scale - 0.6) / (0.88 * letter_width), key_line = 0.27;
   std::vector<std::string> titles;
   for (const auto& g : groups.list())
-    titles.push_back(shortened(groups.full_title(g), static_cast<std::size_t>(key_letters) - 6));
+    titles.push_back(shortened(groups.full_title(g), static_cast<std::size_t>(key_letters) - 5));
   const auto key = key_grid(keyed ? titles : std::vector<std::string>{}, key_letters);
   const double above = key_line * static_cast<double>(key.rows);
   // A narrow figure shrinks in height, but its key does not.
@@ -125,7 +125,7 @@ std::filesystem::path sweep_curves(const StudyPlot& plot, const SweepRuns& runs,
   f.script.add("set multiplot layout {},1 margins X(2.0),1-X(0.4),Y(1.4),1-Y({:.4g}) spacing 0,Y(1.4)\n",
                quantities.size(), 0.4 + above);
   f.script.add(
-      "set xlabel {} noenhanced\n{}set offsets graph 0.02, graph 0.02, 0, 0\nset key at graph 0.5, screen 1-Y(0.15) center "
+      "set xlabel {} noenhanced\n{}set offsets graph 0.02, graph 0.02, 0, 0\nset key at screen 0.5, screen 1-Y(0.15) center "
       "top horizontal maxcols {} maxrows {} samplen 2 spacing 1 font SMALL\n{}",
       label_of_axis(axis), axis_commands("x", abscissae, is_logarithmic(abscissae)), key.columns,
       std::max<std::size_t>(key.rows, 1), keyed ? Word("") : Word("unset key\n"));
