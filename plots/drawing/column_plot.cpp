@@ -12,6 +12,7 @@
 #include "io/scene/quantity.hpp"
 #include "mechanism/error.hpp"
 #include "plots/drawing/axis.hpp"
+#include "plots/drawing/column_title.hpp"
 #include "plots/drawing/figure.hpp"
 #include "plots/drawing/panels.hpp"
 #include "plots/tables/run_facts.hpp"
@@ -136,37 +137,6 @@ void refuse_unused(const ColumnPlot& plot, const std::vector<bool>& used, const 
   }
 }
 
-Script words_of(const ColumnQuantity& q) {
-  Script script;
-  script.add("'{}{}", q.mean ? Word("mean ") : Word(""), q.name);
-  return script.add("{}{}'", *q.symbol.text() ? Word(" ") : Word(""), q.symbol);
-}
-
-std::size_t length_of(const ColumnQuantity& q) {
-  return (q.mean ? 5 : 0) + letters(q.name.text()) + (*q.symbol.text() ? 1 + letters(q.symbol.text()) : 0);
-}
-
-/// Title of an axis of some formulas. One column is named by its element and quantity; several by
-/// their common quantity, as the key names them.
-AxisTitle title_of(const std::vector<ColumnFormula>& formulas, const std::string& unit) {
-  const auto& first = formulas.front();
-  if (formulas.size() == 1 && first.expression) return AxisTitle::plain(first.text, unit);
-  const auto same = [&](auto key) {
-    return std::ranges::all_of(formulas, [&](const ColumnFormula& f) {
-      return !f.expression && key(f.columns[0].quantity) == key(first.columns[0].quantity);
-    });
-  };
-  const auto name = [](const ColumnQuantity& q) { return std::string_view(q.name.text()); };
-  const auto symbol = [](const ColumnQuantity& q) { return std::string_view(q.symbol.text()); };
-  if (first.expression || !same(name)) return {Script().add("''"), 0, unit};
-  auto q = first.columns[0].quantity;
-  if (!same(symbol)) q.symbol = "";
-  if (name(q).empty()) return AxisTitle::plain(first.text, unit);
-  const auto element = first.columns[0].element();
-  if (formulas.size() > 1 || element.empty()) return {words_of(q), length_of(q), unit};
-  return AxisTitle::of(element, words_of(q), length_of(q), unit);
-}
-
 /// Whether both axes are lengths, as for the path of a point; the axes then have the same scale.
 bool is_path(const ColumnFormula& x, const std::vector<ColumnPanel>& panels,
              const std::optional<Crossing>& section) {
@@ -236,6 +206,34 @@ Block block_of(const std::string& heading, const Points& p, double x_size, doubl
 
 std::string with_unit(const std::string& name, const std::string& unit) {
   return unit.empty() ? name : fmt::format("{} ({})", name, unit);
+}
+
+/// A curve as "with lines …", and whether its panel shows one column only.
+struct CurveLook {
+  Script how;
+  bool one;
+};
+
+/// Panels of one column each name the runs. The first of them names all; the others have no key.
+void join_keys(std::vector<Panel>& panels, std::vector<std::vector<CurveLook>>& looks) {
+  const auto one = [](const std::vector<CurveLook>& panel) { return !panel.empty() && panel[0].one; };
+  const auto first = static_cast<std::size_t>(std::ranges::find_if(looks, one) - looks.begin());
+  for (std::size_t k = first + 1; k < panels.size(); ++k) {
+    if (!one(looks[k])) continue;
+    auto &named = panels[first].curves, &curves = panels[k].curves;
+    for (std::size_t i = 0; i < curves.size(); ++i) {
+      if (curves[i].title.empty()) continue;
+      const auto same = std::ranges::find(named, curves[i].title, &PanelCurve::title);
+      const auto& how = looks[k][i].how;
+      if (same == named.end()) {
+        named.push_back({Script().add("keyentry {}", how), curves[i].title});
+        looks[first].push_back(looks[k][i]);
+      } else if (looks[first][static_cast<std::size_t>(same - named.begin())].how.text() != how.text()) {
+        continue;  // another mark: the panel names it again
+      }
+      curves[i].title.clear();
+    }
+  }
 }
 
 }  // namespace
@@ -331,6 +329,8 @@ std::filesystem::path draw_columns(const ColumnPlot& plot) {
                    .equal_scales = path && x_unit.size == panels[0].unit.size};
   Limits across;
   bool drawn = false;
+  const auto style = style_of(plot.folders.front());
+  std::vector<std::vector<CurveLook>> looks(panels.size());
   for (const auto& panel : panels) {
     Panel shown{.title = title_of(panel.formulas, panel.unit.name), .axis = {}, .curves = {}};
     const bool one = panel.formulas.size() == 1, alone = one && panel.points.size() == 1;
@@ -344,18 +344,22 @@ std::filesystem::path draw_columns(const ColumnPlot& plot) {
                             points, x_unit.size, panel.unit.size, plot.fold, across, up);
       const bool events = !formula.columns.empty() && formula.columns[0].file == "events.csv";
       const bool fixed = !points.x.empty() && Limits(points.x).range() == 0 && Limits(points.y).range() == 0;
-      // With one column each formulation has its usual line style; with several each curve has its
-      // own.
-      const auto look =
-          static_cast<std::size_t>(one && plot.folders.size() == 1 ? run.style - 1 : static_cast<int>(i));
+      // The runs of a comparison keep the colours of the formulations. Dashes distinguish the
+      // columns, in a panel of one column the formulations. Otherwise each curve has its own look.
+      const bool compared = plot.folders.size() == 1, dashed = !one && runs.size() > 1 && !style.monochrome &&
+                                                               panel.formulas.size() <= std::size(dashes);
+      const auto by_run = static_cast<std::size_t>(run.style - 1);
+      const auto look = !one ? i : compared ? by_run : static_cast<std::size_t>(&run - runs.data());
+      const auto colour = 1 + (compared && dashed ? by_run : look) % 9;
+      const auto dash = alone ? 0 : (compared && dashed ? panel.of[i] : look) % std::size(dashes);
       PanelCurve curve;
-      curve.what.add("DATA index {} using 1:2 with ", f.blocks.size());
+      Script how;
       if (plot.section || events || fixed)
-        curve.what.add("points pt {} ps {} lc rgb C{}", fixed ? 7 : 6 + look % 8, fixed ? 1.0 : 0.8,
-                       1 + look % 9);
+        how.add("points pt {} ps {} lc rgb C{}", fixed ? 7 : 6 + look % 8, fixed ? 1.0 : 0.8, colour);
       else
-        curve.what.add("lines lw 1.2 dt {} lc rgb C{}", alone ? dashes[0] : dashes[look % std::size(dashes)],
-                       1 + look % 9);
+        how.add("lines lw 1.2 dt {} lc rgb C{}", dashes[dash], colour);
+      curve.what.add("DATA index {} using 1:2 with {}", f.blocks.size(), how);
+      looks[static_cast<std::size_t>(&panel - panels.data())].push_back({how, one});
       if (!alone)
         curve.title = one ? run.title : runs.size() == 1 ? formula.text : formula.text + ", " + run.title;
       shown.curves.push_back(std::move(curve));
@@ -377,7 +381,8 @@ std::filesystem::path draw_columns(const ColumnPlot& plot) {
     axis.low = 0, axis.high = full_turn / x_unit.size;
   else if (!path && across.most > across.least)
     axis.low = across.least, axis.high = across.most;
-  add_panels(f, style_of(plot.folders.front()), std::move(stack));
+  join_keys(stack.panels, looks);
+  add_panels(f, style, std::move(stack));
   return draw(f, plot.folders.front());
 }
 

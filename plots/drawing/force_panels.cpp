@@ -129,7 +129,9 @@ std::filesystem::path stack(const ForceTable& table, const std::filesystem::path
       for (std::size_t r = 0; r < runs.size(); ++r)
         if (runs[r].style == style && !p.runs[r].empty())
           panel.curves.push_back({Script().add("DATA index {} using 1:{} with lines ls {}{}", r, k + 2, style,
-                                               style == 3 ? Word(" lw 1.4") : Word(" lw 1.1")),
+                                               runs.size() == 1 ? Word(" lw 1.1 dt 1")
+                                               : style == 3     ? Word(" lw 1.4")
+                                                                : Word(" lw 1.1")),
                                   k == 0 && runs.size() > 1 ? runs[r].title : ""});
     stack.panels.push_back(std::move(panel));
   }

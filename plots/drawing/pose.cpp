@@ -6,6 +6,9 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
+#include <string>
+#include <utility>
+#include <vector>
 
 #include "io/files/input_file.hpp"
 #include "plots/drawing/axis.hpp"
@@ -198,6 +201,68 @@ void links(const std::vector<Shape>& shapes, Sheet& sheet, std::map<std::string,
                                                body_colours[colour[name] % std::size(body_colours)]));
 }
 
+/// Where a name is relative to its body.
+struct NamePlace {
+  bool left;
+  double up;  ///< heights of a letter
+};
+
+/// Places of names: each is above or below its body, to the right or the left, such that it is off
+/// the links, its own first of all, off other names and within the frame.
+class NamePlaces {
+ public:
+  /// `unit`: length of a cm at the usual text size, in m of the mechanism.
+  NamePlaces(const std::vector<Shape>& shapes, const Frame& frame, double unit)
+      : frame_(frame), letter_(0.88 * letter_width * unit), line_(line_height * unit) {
+    const Shape* last = nullptr;
+    for (const auto& s : shapes) {
+      if (s.kind == "link" && last && last->name == s.name) links_.push_back({last, &s});
+      last = s.kind == "link" ? &s : nullptr;
+    }
+  }
+  NamePlace of(const Shape& mass, double up) {
+    NamePlace best{false, up};
+    Box taken{};
+    double least = INFINITY;
+    for (const NamePlace place : {NamePlace{false, up}, {true, up}, {false, -up}, {true, -up}}) {
+      const double near = 0.9 * letter_, far = near + letter_ * static_cast<double>(letters(mass.name)),
+                   middle = mass.y + place.up * line_;
+      const Box box{place.left ? mass.x - far : mass.x + near, place.left ? mass.x - near : mass.x + far,
+                    middle - 0.45 * line_, middle + 0.45 * line_};
+      if (const double faults = faults_of(box, mass.name); faults < least)
+        least = faults, best = place, taken = box;
+    }
+    names_.push_back(taken);
+    return best;
+  }
+
+ private:
+  struct Box {
+    double left, right, low, high;
+  };
+  double faults_of(const Box& box, const std::string& name) const {
+    double faults = 0;
+    if (box.right > frame_.right + line_ || box.left < frame_.left - line_) faults += 10;
+    for (const auto& other : names_)
+      if (box.left < other.right && other.left < box.right && box.low < other.high && other.low < box.high)
+        faults += 5;
+    for (const auto& [from, to] : links_) {
+      bool crosses = false;
+      for (int i = 0; i <= 200 && !crosses; ++i) {
+        const double x = from->x + (to->x - from->x) * i / 200, y = from->y + (to->y - from->y) * i / 200;
+        crosses = x > box.left && x < box.right && y > box.low && y < box.high;
+      }
+      if (crosses) faults += from->name == name ? 3 : 1;
+    }
+    return faults;
+  }
+
+  Frame frame_;
+  double letter_, line_;
+  std::vector<std::pair<const Shape*, const Shape*>> links_;
+  std::vector<Box> names_;
+};
+
 std::vector<std::filesystem::path> draw_pose(const std::filesystem::path& folder) {
   const auto shapes = read(folder / "pose.csv");
   if (shapes.empty()) return {};
@@ -216,8 +281,9 @@ std::vector<std::filesystem::path> draw_pose(const std::filesystem::path& folder
       "set size ratio -1\nset clip two\nset xrange [{}:{}]\nset yrange [{}:{}]\nset xlabel 'x (m)'\nset ylabel 'y (m)'\n"
       "unset key\nset xtics {}\nset ytics {}\n",
       frame.left - 3 * u, frame.right + 3 * u, frame.low - 3 * u, frame.high + 3 * u,
-      with_tics({frame.left - 3 * u, frame.right + 3 * u}, 10, (f.width_cm / unit - 2.5) / letter_width).step,
-      with_tics({frame.low - 3 * u, frame.high + 3 * u}, (f.height_cm / unit - 2) / (1.45 * line_height))
+      with_tics({frame.left - 3 * u, frame.right + 3 * u}, 8, (f.width_cm / unit - 2.5) / letter_width).step,
+      with_tics({frame.low - 3 * u, frame.high + 3 * u},
+                std::min(8.0, (f.height_cm / unit - 2) / (1.45 * line_height)))
           .step);
   f.caption = JsonFile(folder / "pose.json").text("title");
   Sheet sheet(f);
@@ -236,24 +302,21 @@ std::vector<std::filesystem::path> draw_pose(const std::filesystem::path& folder
   sheet.curve(points(shapes, "pin"), with("with points pt 7 ps 0.9 lc rgb '#ffffff'"));
   sheet.curve(points(shapes, "pin"), with("with points pt 6 ps 0.9 lw 1.5 lc rgb '#000000'"));
   sheet.curve(points(shapes, "mass"), with("with points pt 1 ps 1.2 lw 1.2 lc rgb '#000000'"));
-  std::vector<const Shape*> named;
+  const double per_cm =
+      std::max(wide / (f.width_cm - 2.5 * unit), tall / std::max(f.height_cm - 2 * unit, 1.0));
+  NamePlaces places(shapes, frame, per_cm * unit);
+  std::size_t count = 0;
   for (const auto& s : shapes) {
-    if (s.kind != "mass" || named.size() >= most_names) continue;
-    // A name is above its body, higher above a slider or a bearing. It is below if another name is
-    // already there, and to the left near the right edge.
-    const bool taken = std::ranges::any_of(named, [&](const Shape* other) {
-      return std::abs(other->x - s.x) < 6 * u && std::abs(other->y - s.y) < 2 * u;
-    });
-    const bool left = s.x > frame.right - 0.1 * (frame.right - frame.left);
+    if (s.kind != "mass" || ++count > most_names) continue;
+    // A name is higher above a slider or a bearing.
     const bool wide_part = std::ranges::any_of(shapes, [&](const Shape& part) {
       return (part.kind == "slider" || part.kind == "loose") &&
              std::hypot(part.x - s.x, part.y - s.y) < 2 * u;
     });
-    const double up = wide_part ? 2.1 : 0.9;
+    const auto place = places.of(s, wide_part ? 2.1 : 0.9);
     f.script.add("set label {} at {},{} {} offset {},{} font SMALL tc rgb {} noenhanced front\n", s.name, s.x,
-                 s.y, left ? Word("right") : Word("left"), left ? -0.9 : 0.9, taken ? -up : up,
+                 s.y, place.left ? Word("right") : Word("left"), place.left ? -0.9 : 0.9, place.up,
                  body_colours[colour[s.name] % std::size(body_colours)]);
-    named.push_back(&s);
   }
   sheet.finish();
   return {draw(f, folder)};

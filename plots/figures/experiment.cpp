@@ -144,7 +144,7 @@ class Experiment {
     const double c = paper_clearance(), n = paper_speed();
     f.script.add(
         "set multiplot layout 2,1 margins X(1.9),1-X(0.5),Y(1.15),1-Y(1) spacing 0,Y(0.7)\n{}set key at screen "
-        "1-X(0.5),1-Y(0.15) horizontal\nset format x ''\nset ylabel 'Position (m)'\nset label 1 '{:.2f} mm, {:.0f} "
+        "1-X(0.5),1-Y(0.15) horizontal maxrows 1\nset format x ''\nset ylabel 'Position (m)'\nset label 1 '{:.2f} mm, {:.0f} "
         "rpm' at screen X(1.9),1-Y(0.45)\n",
         angles, 1e3 * c, n);
     add_curves(f, traces_, c, n, Script().add("1:3"), true);
@@ -175,8 +175,8 @@ class Experiment {
         f.script.add("set ylabel '{} (m/s²)'\n", spectrum ? Word("Amplitude") : Word("Acceleration"));
       else
         f.script.add("unset ylabel\n");
-      f.script.add("{}\n",
-                   i == 0 ? Word("set key at screen 1-X(0.4),1-Y(0.15) horizontal") : Word("unset key"));
+      f.script.add("{}\n", i == 0 ? Word("set key at screen 1-X(0.4),1-Y(0.15) horizontal maxrows 1")
+                                  : Word("unset key"));
       add_curves(f, spectrum ? spectra_ : traces_, c, n, Script().add("1:2"), i == 0);
     }
     f.script.add("unset multiplot\n");
@@ -198,7 +198,7 @@ class Experiment {
       f.script.add("x0 = 0; a0 = 1e9\nset title '{:.2f} mm, {:.0f} rpm' offset 0,-0.8\n",
                    1e3 * clearances_[i], n);
       f.script.add("{}\n", i + 1 == last ? Word("set format x\nset xlabel 'Crank angle (°)'\nunset key")
-                                         : Word("set key at screen 1-X(0.4),1-Y(0.15) horizontal"));
+                                         : Word("set key at screen 1-X(0.4),1-Y(0.15) horizontal maxrows 1"));
       add_curves(f, traces_, clearances_[i], n, rate, i + 1 != last);
     }
     f.script.add("unset multiplot\n");
@@ -236,7 +236,7 @@ class Experiment {
     Script plot;
     f.script.add(
         "set logscale y\nset ylabel 'Greatest acceleration (m/s²)'\nset xlabel 'Crank speed (rpm)'\nset "
-        "xrange [90:280]\nset key outside top center horizontal\n");
+        "xrange [90:252]\nset rmargin at screen 1-X(1.7)\nset key outside top center horizontal\n");
     for (double c : clearances_)
       for (const auto& [family, formulation] : families) {
         const bool penalty = family == Family::penalty;

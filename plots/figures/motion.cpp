@@ -45,6 +45,7 @@ std::vector<std::filesystem::path> draw_motion(const std::filesystem::path& fold
   PanelStack stack{.abscissa = {time_title(), {table.t.front(), std::max(table.t.back(), span.to)}},
                    .panels = {},
                    .each = 3.2};
+  double extent[] = {0, 0, 0};
   for (std::size_t k = 0; k < 3; ++k) {
     Panel panel{.title = titles[k], .axis = {}, .curves = {}};
     double least = INFINITY, most = -INFINITY;
@@ -56,7 +57,16 @@ std::vector<std::filesystem::path> draw_motion(const std::filesystem::path& fold
                               k == 0 ? table.bodies[b] : ""});
     }
     panel.axis = axis_of(least, most);
+    extent[k] = most - least;
     stack.panels.push_back(std::move(panel));
+  }
+  // A motion along one axis leaves the other coordinate constant: a range small beside the motion.
+  for (const std::size_t k : {0u, 1u}) {
+    const double other = extent[1 - k];
+    if (!(extent[k] <= 1e-9 * other) || other <= 0) continue;
+    auto& axis = stack.panels[k].axis;
+    const double middle = 0.5 * (axis.low + axis.high);
+    axis.low = middle - 0.1 * other, axis.high = middle + 0.1 * other;
   }
   add_panels(f, style_of(folder), std::move(stack));
   return {draw(f, folder)};

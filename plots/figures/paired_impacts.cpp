@@ -1,6 +1,6 @@
 // The impacts of both formulations up to the horizon: approach speed over time, and below it the
 // differences of each pair relative to the nonsmooth value (time: relative to the interval since
-// the previous impact).
+// the previous impact). Differences at the level of rounding errors are not drawn.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -25,7 +25,8 @@ std::vector<std::filesystem::path> draw_paired_impacts(const std::filesystem::pa
       nonsmooth("nonsmooth: t (ms), approach speed (m/s)");
   Block difference("number, |difference| of time / interval, of approach speed, of impulse");
   double before = 0, interval = NAN, least = INFINITY, most = 0, least_share = INFINITY, most_share = 0;
-  int number = 0;
+  constexpr double rounding = 1e-9;  // relative; far below all differences of the formulations
+  int number = 0, rounded = 0;
   for (std::size_t i = 0; i < pairs->size(); ++i) {
     const auto get = [&](const char* run, const char* key) {
       return comparison.number(fmt::format("pairing.pairs.{}.{}.{}", i, run, key));
@@ -41,8 +42,10 @@ std::vector<std::filesystem::path> draw_paired_impacts(const std::filesystem::pa
     // Simultaneous impacts share the interval before them, as in TouchComparison.
     if (tn - before > 1e-6 * tn) interval = tn - before;
     const double shown[] = {std::abs(tp - tn) / interval, share(vp, vn), share(Pp, Pn)};
-    for (const double x : shown)
-      if (x > 0) least_share = std::min(least_share, x), most_share = std::max(most_share, x);
+    for (const double x : shown) {
+      rounded += x < rounding;
+      if (x >= rounding) least_share = std::min(least_share, x), most_share = std::max(most_share, x);
+    }
     difference.row({static_cast<double>(++number), shown[0], shown[1], shown[2]});
     before = tn;
   }
@@ -57,14 +60,15 @@ std::vector<std::filesystem::path> draw_paired_impacts(const std::filesystem::pa
   Panel shares{.title = AxisTitle::of("relative difference", ""),
                // a margin between points and frame
                .axis = least_share < INFINITY ? decades_of(0.8 * least_share, 1.25 * most_share)
-                                              : decades_of(1e-16, 1),
+                                              : decades_of(rounding, 1),
                .curves = {{Script().add("DATA index 2 using 1:2 with points pt 4 lc rgb C3"), "time"},
                           {Script().add("DATA index 2 using 1:3 with points pt 8 lc rgb C1"), "speed"},
                           {Script().add("DATA index 2 using 1:4 with points pt 2 lc rgb C2"), "impulse"}}};
   PanelStack stack{
       .abscissa = {AxisTitle::of("impact number", ""), {0.5, number + 0.5, std::ceil(number / 10.0)}},
       .panels = {std::move(speed), std::move(shares)},
-      .each = 3.8};
+      .each = number == 1 ? 2.6 : 3.8};
+  if (rounded > 0) f.caption = fmt::format("Differences below {:g}, not drawn: {}.", rounding, rounded);
   add_panels(f, style_of(folder), std::move(stack));
   return {draw(f, folder)};
 }

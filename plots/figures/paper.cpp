@@ -13,6 +13,7 @@
 #include <set>
 
 #include "mechanism/error.hpp"
+#include "plots/drawing/axis.hpp"
 #include "plots/drawing/figure.hpp"
 #include "plots/tables/table.hpp"
 
@@ -94,6 +95,7 @@ void add_panel(Figure& f, const std::map<std::string, LastTurn>& turns, Quantity
 }
 
 constexpr Word axes_of_angle = "set xrange [0:360]\nset xtics 90\nset xlabel 'Crank angle (°)'\n";
+constexpr Word key_above_panel = "set key at graph 1,screen 1-Y(0.15) horizontal maxrows 1\n";
 constexpr Word key_on_top = "set key at screen 1-X(0.4),1-Y(0.15) horizontal maxrows 1\n";
 
 std::filesystem::path figure_5(const std::filesystem::path& folder, const Turns& turns,
@@ -105,7 +107,12 @@ std::filesystem::path figure_5(const std::filesystem::path& folder, const Turns&
   const double c = closest(clearances, clearance_of_paper);
   const auto& here = turns.at.at(c);
   f.script.add("set multiplot layout 2,2 margins X(1.9),1-X(0.4),Y(1.5),1-Y(1.3) spacing X(2.1),Y(2)\n{}{}",
-               axes_of_angle, key_on_top);
+               axes_of_angle, key_above_panel);
+  double least = INFINITY, most = -INFINITY;
+  for (const auto& [name, turn] : here)
+    for (const double x : turn.position) least = std::min(least, x), most = std::max(most, x);
+  const auto positions = axis_of(least, most);
+  f.script.add("set yrange [{:.6g}:{:.6g}]\n", positions.low, positions.high);
   const std::vector<const char*> ideal{"ideal"}, both{"penalty", "nonsmooth"};
   const auto loose = [&](const Word& letter) {
     return Script().add("'{} {:.2f} mm, {:.0f} rpm'", letter, 1e3 * c, turns.speed);
@@ -113,9 +120,9 @@ std::filesystem::path figure_5(const std::filesystem::path& folder, const Turns&
   const auto tight = [&](const Word& letter) {
     return Script().add("'{} ideal joint, {:.0f} rpm'", letter, turns.speed);
   };
-  add_panel(f, here, &LastTurn::position, tight("(a)"), "Position (m)", ideal, false);
+  add_panel(f, here, &LastTurn::position, tight("(a)"), "Position (m)", ideal, true);
   add_panel(f, here, &LastTurn::position, loose("(b)"), "Position (m)", both, true);
-  f.script.add("unset key\n");
+  f.script.add("unset key\nset yrange [*:*]\n");
   add_panel(f, here, &LastTurn::acceleration, tight("(c)"), "Acceleration (m/s²)", ideal, false);
   add_panel(f, here, &LastTurn::acceleration, loose("(d)"), "Acceleration (m/s²)", both, false);
   f.script.add("unset multiplot\n");

@@ -1,6 +1,6 @@
 // Heat maps: values in the cells of a grid over two axes, as coloured rectangles whose edges are
-// midway between neighbouring values; or coloured points for values that form no grid. Panels of
-// the same quantity share one colour scale.
+// midway between neighbouring values, or, for values of unequal distances, as equal rectangles; or
+// coloured points for values that form no grid. Panels of the same quantity share one colour scale.
 #pragma once
 
 #include <array>

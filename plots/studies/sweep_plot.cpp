@@ -9,7 +9,10 @@
 #include <tuple>
 
 #include "mechanism/error.hpp"
+#include "plots/drawing/axis.hpp"
 #include "plots/drawing/figure.hpp"
+#include "plots/drawing/panels.hpp"
+#include "plots/drawing/style.hpp"
 #include "plots/studies/heat_map.hpp"
 #include "plots/studies/study_plot.hpp"
 #include "plots/studies/sweep_runs.hpp"
@@ -107,16 +110,25 @@ std::filesystem::path sweep_curves(const StudyPlot& plot, const SweepRuns& runs,
   Figure f{
       .name = name_of_plot(plot, "sweep", "_" + axis.name), .source = "sweep.json", .formats = plot.formats};
   const bool keyed = groups.list().size() > 1;
-  constexpr std::size_t key_columns = 3;
-  const double key_rows = keyed ? std::ceil(static_cast<double>(groups.list().size()) / key_columns) : 0;
-  f.height_cm = 1.6 + 6.2 * static_cast<double>(quantities.size()) + 0.5 * key_rows;
-  f.script.add("set multiplot layout {},1 margins X(2.0),1-X(0.4),Y(1.4),1-Y({}) spacing 0,Y(1.4)\n",
-               quantities.size(), 0.4 + 0.5 * key_rows);
+  const auto style = style_of(plot.folder);
+  const double scale = style.font_size / Style::usual_font_size, width = width_of(f, style);
+  // Above the first panel, in texts of 0.88 of the usual size.
+  const double key_letters = (width / scale - 0.6) / (0.88 * letter_width), key_line = 0.27;
+  std::vector<std::string> titles;
+  for (const auto& g : groups.list())
+    titles.push_back(shortened(groups.full_title(g), static_cast<std::size_t>(key_letters) - 5));
+  const auto key = key_grid(keyed ? titles : std::vector<std::string>{}, key_letters);
+  const double above = key_line * static_cast<double>(key.rows);
+  // A narrow figure shrinks in height, but its key does not.
+  f.height_cm = 1.6 + 6.2 * static_cast<double>(quantities.size()) +
+                scale * above / std::sqrt(width / f.width_cm * std::max(1.0, scale));
+  f.script.add("set multiplot layout {},1 margins X(2.0),1-X(0.4),Y(1.4),1-Y({:.4g}) spacing 0,Y(1.4)\n",
+               quantities.size(), 0.4 + above);
   f.script.add(
-      "set xlabel {} noenhanced\n{}set offsets graph 0.02, graph 0.02, 0, 0\nset key at graph 0.5, graph 1.02 center "
-      "bottom horizontal maxcols {} samplen 3 font SMALL\n{}",
-      label_of_axis(axis), axis_commands("x", abscissae, is_logarithmic(abscissae)), key_columns,
-      keyed ? Word("") : Word("unset key\n"));
+      "set xlabel {} noenhanced\n{}set offsets graph 0.02, graph 0.02, 0, 0\nset key at screen 0.5, screen 1-Y(0.15) center "
+      "top horizontal maxcols {} maxrows {} samplen 2 spacing 1 font SMALL\n{}",
+      label_of_axis(axis), axis_commands("x", abscissae, is_logarithmic(abscissae)), key.columns,
+      std::max<std::size_t>(key.rows, 1), keyed ? Word("") : Word("unset key\n"));
   constexpr Word marks[] = {"7", "5", "9", "13", "11", "6", "4", "8", "12"};
   for (const auto& q : quantities) {
     Script curves;
@@ -148,7 +160,8 @@ std::filesystem::path sweep_curves(const StudyPlot& plot, const SweepRuns& runs,
           "{0}DATA index {1} using 1:2:3:4 with yerrorbars lc rgb C{5} dt 1 ps 0 notitle, DATA index {1} using 1:2 "
           "with {2} {3} title {4} noenhanced",
           curves.empty() ? Word("plot ") : Word(", "), f.blocks.size(),
-          scattered ? Word("points") : Word("linespoints"), look, groups.full_title(g),
+          scattered ? Word("points") : Word("linespoints"), look,
+          titles[static_cast<std::size_t>(&g - groups.list().data())],
           single ? (penalty ? std::size_t{1} : std::size_t{2}) : number);
       f.blocks.push_back(std::move(block));
     }

@@ -58,6 +58,14 @@ constexpr ColumnFacts known_columns[] = {
     {"duration", "s", "duration", ""},
     {"t_uncertainty", "s", "uncertainty of time", ""}};
 
+/// Further columns of sections.
+constexpr ColumnFacts section_columns[] = {{".ex_c", "", "eccentricity", {"e_x/c", "$e_x/c$"}},
+                                           {".ey_c", "", "eccentricity", {"e_y/c", "$e_y/c$"}},
+                                           {".angle", "rad", "angle", {"θ", "$\\theta$"}},
+                                           {".rate", "rad/s", "angular velocity", {"ω", "$\\omega$"}},
+                                           {"phase", "", "phase in the period", ""},
+                                           {"approach", "m/s", "approach speed", {"|v_N|", "$|v_N|$"}}};
+
 const ColumnFacts* facts_of_column(std::string_view column) {
   if (column.ends_with("_mean")) column.remove_suffix(5);
   const auto dot = column.rfind('.');
@@ -113,6 +121,14 @@ constexpr const char* angle_name = "crank_angle";
 constexpr const char *signal_file = "signals.csv", *event_file = "events.csv";
 
 }  // namespace
+
+ColumnQuantity quantity_of_column(const std::string& column) {
+  const auto dot = column.rfind('.');
+  const auto end = dot == column.npos ? column : column.substr(dot);
+  for (const auto& facts : section_columns)
+    if (facts.end == end) return {facts.quantity, facts.symbol};
+  return column_of(column, "").quantity;
+}
 
 std::string_view unit_of_column(std::string_view column) {
   const auto* facts = facts_of_column(column);

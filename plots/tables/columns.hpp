@@ -32,6 +32,9 @@ struct ColumnQuantity {
   bool mean = false;  ///< over the time since the row before
 };
 
+/// Quantity of a column of a result file or a section by its name; without a name if unknown.
+ColumnQuantity quantity_of_column(const std::string& column);
+
 /// A column and its file.
 struct Column {
   std::string name;

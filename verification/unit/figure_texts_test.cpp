@@ -8,7 +8,9 @@
 #include <algorithm>
 #include <cctype>
 #include <iterator>
+#include <map>
 #include <regex>
+#include <sstream>
 #include <string>
 #include <vector>
 
@@ -73,15 +75,32 @@ std::vector<std::string> texts_of(const std::filesystem::path& svg) {
   return list;
 }
 
-/// Words of the axis titles in a script. gnuplot omits a title that is wholly off the page.
+/// Words of the axis titles that are in effect at a plot command of a script: a later command of the
+/// same panel may replace or unset a title. gnuplot omits a title that is wholly off the page.
 std::vector<std::string> titles_of(const std::filesystem::path& script) {
   std::vector<std::string> list;
-  const auto text = test::file_text(script);
-  const std::regex title(R"(set [xy]2?label ["']([^"']*)["'])"), word("[A-Za-z]{3,}");
-  for (auto it = std::sregex_iterator(text.begin(), text.end(), title); it != std::sregex_iterator(); ++it) {
-    const std::string words = (*it)[1];
-    for (auto w = std::sregex_iterator(words.begin(), words.end(), word); w != std::sregex_iterator(); ++w)
-      list.push_back(w->str());
+  std::map<std::string, std::vector<std::string>> current;  // of each axis, its pieces of text
+  const std::regex command(R"(^\s*(set|unset)\s+([xy]2?label)\b(.*))"), plot(R"(^\s*plot\b)"),
+      piece(R"re('([^']*)'|"((?:[^"\\]|\\.)*)")re"), escape(R"(\\(?:[0-7]{3}|.))"), word("[A-Za-z]{3,}"),
+      look(R"(\s(font|offset|tc|rotate|textcolor)\s.*)");
+  std::istringstream lines(test::file_text(script));
+  for (std::string line; std::getline(lines, line);) {
+    std::smatch found;
+    if (std::regex_search(line, found, command)) {
+      auto& pieces = current[found[2]];
+      const std::string rest = std::regex_replace(found[3].str(), look, "");
+      // A command with options alone changes the look of a title only.
+      const std::sregex_iterator first(rest.begin(), rest.end(), piece);
+      if (found[1] == "unset" || found[3].length() == 0 || first != std::sregex_iterator()) pieces.clear();
+      for (auto it = first; it != std::sregex_iterator(); ++it)
+        pieces.push_back(std::regex_replace((*it)[1].str() + (*it)[2].str(), escape, " "));
+    } else if (std::regex_search(line, plot)) {
+      for (const auto& [axis, pieces] : current)
+        for (const auto& words : pieces)
+          for (auto w = std::sregex_iterator(words.begin(), words.end(), word); w != std::sregex_iterator();
+               ++w)
+            list.push_back(w->str());
+    }
   }
   return list;
 }
@@ -165,6 +184,12 @@ TEST_CASE("texts that overlap, touch or leave the page are found", "[figures][te
              Contains("outside: gudgeon"));
   CHECK_THAT(faults(plots::Script().add("set ylabel 'approach speed' offset -9\n")),
              Contains("absent: approach"));
+  // Titles that no plot shows: replaced, unset, or set after the plot of the panel before.
+  CHECK(faults(plots::Script().add("set ylabel 'approach speed' offset -9\nset ylabel 'speed' offset 0\n"))
+            .empty());
+  CHECK(faults(plots::Script().add("set ylabel 'approach speed' offset -9\nunset ylabel\n")).empty());
+  CHECK_THAT(faults(plots::Script().add("set ylabel {}.' '.'speed' offset -9\n", plots::Marked{"rod:"})),
+             Contains("absent: rod") && Contains("absent: speed"));
   CHECK_THAT(faults(plots::Script().add("set xtics 0.02\n")), Contains("overlap") || Contains("absent"));
   CHECK_THAT(faults(plots::Script().add("set ytics 0.02\n")), Contains("overlap"));
   CHECK_THAT(faults(plots::Script().add("set xtics 0.1\nset format x '%.3f'\n")),

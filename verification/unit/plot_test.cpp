@@ -14,6 +14,7 @@
 #include "io/files/output_file.hpp"
 #include "mechanism/error.hpp"
 #include "plots/drawing/column_plot.hpp"
+#include "plots/drawing/column_title.hpp"
 #include "plots/drawing/spectrum.hpp"
 #include "plots/tables/clearance_joints.hpp"
 #include "simulation/columns.hpp"
@@ -136,6 +137,26 @@ TEST_CASE("columns are selected by name, joined by time, and cut", "[figures][pl
   CHECK_THROWS_WITH(read("t", "b.y", 0, 1, plots::crossing_of("b.z=1")), Contains("unknown column b.z"));
 }
 
+TEST_CASE("axes of several columns or an expression are titled by their quantity", "[figures][plot]") {
+  const auto title = [](const std::vector<std::string>& names, const char* unit) {
+    std::vector<plots::Column> all;
+    for (const char* name : {"p.fx", "p.fn", "p.fy", "b.x", "b.ex", "b.ey"})
+      all.push_back(
+          {name, "", "", std::string(plots::unit_of_column(name)), plots::quantity_of_column(name)});
+    std::vector<plots::ColumnFormula> formulas;
+    for (const auto& name : names) formulas.push_back(plots::formula_of(name, all));
+    return plots::title_of(formulas, unit).label(60).text();
+  };
+  CHECK(title({"p.fx", "p.fn"}, "N") == "'force'.' '.\"(N)\"");
+  CHECK_THAT(title({"b.x", "b.ex"}, "µm"), Contains("'length'"));
+  CHECK_THAT(title({"hypot(p.fx, p.fy)"}, "N"), Contains("\"p:\"") && Contains("'force |F|'"));
+  // The components of two elements are no vector.
+  CHECK_THAT(title({"hypot(b.ex, b.x)"}, "m"), Contains("hypot(b.ex, b.x)"));
+  CHECK_THAT(title({"p.fx*b.x"}, "N m"), Contains("p.fx \\302\\267 b.x"));
+  CHECK_THAT(plots::title_of_column("C.ex_c", "").label(60).text(), Contains("'eccentricity e_x/c'"));
+  CHECK_THAT(plots::title_of_column("approach", "m/s").label(60).text(), Contains("approach speed"));
+}
+
 TEST_CASE("freeplay plot draws the requested columns and lists the available ones", "[figures][plot]") {
   test::TemporaryFolder folder;
   const auto one = folder.path() / "one", two = folder.path() / "two";
@@ -154,6 +175,8 @@ TEST_CASE("freeplay plot draws the requested columns and lists the available one
                          Contains("set ylabel \"b:\".' '.'position y'") &&
                          Contains("set ylabel \"p:\".' '.'force F_x'") && Contains("title \"one\"") &&
                          Contains("title \"two\""));
+  // The three panels show the same runs: one key names them.
+  CHECK(count(script, "title \"one\"") == 1);
   const auto data = data_of(one / "figures/mine.dat");
   REQUIRE(data.size() == 6);
   REQUIRE(data[0].size() == 9);

@@ -160,6 +160,34 @@ TEST_CASE("a map over two axes has each cell once, with edges midway", "[figures
   CHECK(plots::is_logarithmic({100, 10, 1}));
 }
 
+TEST_CASE("cells of unequal steps are equal, and one scale has one colour bar", "[figures][study]") {
+  const test::TemporaryFolder folder;
+  plots::HeatMap map{.x = "x", .y = "y", .grid = true, .heading = "x, y, value", .panels = {}};
+  for (const char* quantity : {"v", "v"}) {
+    auto& panel = map.panels.emplace_back(plots::HeatPanel{"", quantity, {}});
+    for (const double x : {0.05, 0.1, 0.2, 0.4})
+      for (const double y : {1.0, 2.0, 3.0}) panel.cells.push_back({x, y, x * y});
+  }
+  plots::Figure f{.name = "map", .source = "sweep.json"};
+  plots::add_heat_map(f, map, plots::Style{});
+  write_file(folder.path() / "map.dat", f.blocks[0].text());
+  const auto rows = blocks_of(folder.path() / "map.dat")[0];
+  REQUIRE(rows.size() == 12);
+  // 0.2 is the third of four values; the steps of y are equal.
+  CHECK(rows[7] == std::vector<double>{0.2, 2, 0.2 * 2, 1.5, 2.5, 1.5, 2.5});
+  const auto& script = f.script.text();
+  CHECK_THAT(script, Contains("set xtics (\"0.05\" 0, \"0.1\" 1, \"0.2\" 2, \"0.4\" 3)") &&
+                         Contains("set xrange [-0.5:3.5]") && Contains("set yrange [0.5:3.5]"));
+  const auto without = script.find("unset colorbox"), with = script.find("\nset colorbox");
+  CHECK(without < with);
+  CHECK(with != script.npos);
+  // Scales of their own have bars of their own.
+  map.panels[1].quantity = "w";
+  plots::Figure two{.name = "map", .source = "sweep.json"};
+  plots::add_heat_map(two, map, plots::Style{});
+  CHECK_THAT(two.script.text(), !Contains("unset colorbox"));
+}
+
 TEST_CASE("statistics of an ensemble are drawn as histograms over the starts", "[figures][study][program]") {
   const test::TemporaryFolder folder;
   write_file(folder.path() / "ensemble.json", nlohmann::json{{"provenance", origin()}}.dump());
