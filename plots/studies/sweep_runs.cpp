@@ -92,7 +92,9 @@ std::string unknown_name(const char* what, const std::string& name,
   std::vector<std::string> all;
   for (const auto& [kind, names] : lists) all.insert(all.end(), names.begin(), names.end());
   auto said = fmt::format("unknown {} {}", what, visible_brief(name, 60));
-  if (const auto near = nearest_word(name, all); !near.empty())
+  if (name.find_first_of("+*/^()") != name.npos)
+    said += "; a study is plotted by names, not by expressions; a sweep may define one in [derived]";
+  else if (const auto near = nearest_word(name, all); !near.empty())
     said += fmt::format("; did you mean {}?", near);
   for (const auto& [kind, names] : lists) {
     if (names.empty()) continue;

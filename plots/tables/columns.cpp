@@ -165,6 +165,23 @@ std::vector<std::string> columns_named(std::string_view list) {
   return names;
 }
 
+namespace {
+
+/// Remark for a text that names a column of forces.csv where no run has that file; else empty.
+std::string without_forces(const std::string& text, const std::vector<Column>& all) {
+  if (std::ranges::any_of(all, [](const Column& c) { return c.file == "forces.csv"; })) return "";
+  for (const std::string_view end :
+       {".torque", ".power", ".fx", ".fy", ".fn", ".ft", ".m", ".ax", ".ay", ".alpha"})
+    for (auto at = text.find(end); at != text.npos; at = text.find(end, at + 1)) {
+      const auto rest = std::string_view(text).substr(at + end.size());
+      if (rest.empty() || rest.starts_with("_mean") || std::string_view(" +-*/^),<>=").find(rest.front()) != std::string_view::npos)
+        return "; forces, torques and accelerations of bodies need a run with --forces";
+    }
+  return "";
+}
+
+}  // namespace
+
 ColumnFormula formula_of(const std::string& text, const std::vector<Column>& all) {
   if (const auto it = std::ranges::find(all, text, &Column::name); it != all.end())
     return {text, it->unit, {*it}};
@@ -191,7 +208,8 @@ ColumnFormula formula_of(const std::string& text, const std::vector<Column>& all
     formula.expression = std::make_shared<const Expression>(text, names);
     formula.unit = si_unit(dimension_of(*formula.expression, dimensions));
   } catch (const ExpressionError& e) {
-    throw SceneError(fmt::format("\"{}\": {}", visible_brief(text, 60), visible_brief(e.what(), 400)));
+    throw SceneError(fmt::format("\"{}\": {}{}", visible_brief(text, 60), visible_brief(e.what(), 400),
+                                 without_forces(text, all)));
   } catch (const std::invalid_argument& e) {
     throw SceneError(fmt::format("\"{}\": {}", visible_brief(text, 60), e.what()));
   }
@@ -208,7 +226,10 @@ std::string no_column(const std::string& name, const std::vector<Column>& all) {
   for (const auto& c : all) names.push_back(c.name);
   const auto near = nearest_word(name, names);
   std::string said = fmt::format("unknown column {}", visible_brief(name, 60));
-  if (!near.empty()) said += fmt::format("; did you mean {}?", near);
+  if (const auto remark = without_forces(name, all); !remark.empty())
+    said += remark;
+  else if (!near.empty())
+    said += fmt::format("; did you mean {}?", near);
   constexpr std::size_t widest = 1000;
   for (const char* file : {"", "trajectory.csv", "forces.csv", signal_file, event_file}) {
     std::size_t width = widest;

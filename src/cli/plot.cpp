@@ -1,5 +1,6 @@
 // freeplay plot: plots any columns of result folders together, or measures of a study.
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <filesystem>
 #include <string>
@@ -28,13 +29,35 @@ struct PlotRequest : Request {
   std::optional<double> from, to;
 };
 
-/// The folder of a study's results: the folder itself, that of its database, or the default folder
-/// of a study file. Empty if the word names none of these.
+/// Default folders of the results of a study file: of sweep, bifurcation and basin, and of ensemble.
+std::vector<std::filesystem::path> default_folders(const std::filesystem::path& file) {
+  std::vector<std::filesystem::path> list;
+  for (const char* suffix : {"", "-bifurcation", "-basin", "-ensemble"})
+    list.push_back(default_folder(file, suffix));
+  return list;
+}
+
+/// The folder of a study's results: the folder itself, that of its database, or a default folder of
+/// a study file. Empty if the word names none of these. Throws SceneError for a file without
+/// results, and for one with results in several folders.
 std::filesystem::path folder_of_study(const std::string& word) {
   std::filesystem::path named(word);
   if (std::filesystem::is_regular_file(named)) {
     if (named.extension() == ".db") named = named.has_parent_path() ? named.parent_path() : ".";
-    if (named.extension() == ".toml") named = default_folder(named, "");
+    if (named.extension() == ".toml") {
+      std::vector<std::string> found, tried;
+      for (const auto& folder : default_folders(named)) {
+        tried.push_back(folder.string());
+        if (plots::holds_study_results(real_folder(folder))) found.push_back(folder.string());
+      }
+      if (found.empty())
+        throw SceneError(fmt::format("{}: has no results of a study in {}; give the folder of the results",
+                                     visible_brief(word, 60), fmt::join(tried, ", ")));
+      if (found.size() > 1)
+        throw SceneError(fmt::format("{}: has results in {}; give one of these folders",
+                                     visible_brief(word, 60), fmt::join(found, " and ")));
+      named = found.front();
+    }
   }
   const auto folder = real_folder(named);
   // A run in the same folder is plotted by its columns.

@@ -168,8 +168,8 @@ int run(const RunRequest& request) {
                  on_film(c.name) ? "on the film" : "flight", 100 * c.flight_fraction, 100 * c.impact_fraction,
                  100 * c.lasting_fraction);
     const auto delivered = c.model.restitution_delivered;
-    fmt::print("{} impacts;\n  restitution: input {:.4g}, effective {};\n  greatest penetration {}\n",
-               c.impacts, c.model.restitution_asked,
+    fmt::print("{} impact{};\n  restitution: input {:.4g}, effective {};\n  greatest penetration {}\n",
+               c.impacts, c.impacts == 1 ? "" : "s", c.model.restitution_asked,
                std::isnan(delivered) ? "unknown" : fmt::format("{:.4g}", delivered), penetration(c));
     if (c.film) print_film_summary(*c.film);
   }

@@ -10,9 +10,12 @@
 #include <set>
 #include <sstream>
 #include <string>
+#include <string_view>
+#include <vector>
 
 #include "io/files/input_file.hpp"
 #include "io/files/visible.hpp"
+#include "io/scene/points_file.hpp"
 #include "measure/turns.hpp"
 #include "mechanism/error.hpp"
 
@@ -31,6 +34,41 @@ std::vector<std::string> fields(const std::string& line) {
   for (std::string field; std::getline(in, field, ',');) list.push_back(trimmed(field));
   if (!line.empty() && line.back() == ',') list.emplace_back();
   return list;
+}
+
+/// A column of the header, "acceleration" or "acceleration (m/s²)", and the spellings of its unit.
+struct KnownColumn {
+  std::string_view name;
+  std::vector<std::string_view> units;  ///< the first is named in messages
+};
+const KnownColumn known_columns[] = {
+    {"t", {"s"}},
+    {"crank_angle", {"degrees", "deg", "°", "degree"}},
+    {"acceleration", {"m/s²", "m/s^2", "m/s2", "m/s**2", "m s^-2", "m·s⁻²"}},
+    {"value", {"m/s²", "m/s^2", "m/s2", "m/s**2", "m s^-2", "m·s⁻²"}},
+    {"uncertainty", {"m/s²", "m/s^2", "m/s2", "m/s**2", "m s^-2", "m·s⁻²"}}};
+
+/// The names of a header without their units in brackets. `fail` throws an error for a unit that is
+/// not the expected one.
+template <class Fail>
+std::vector<std::string> names_of(const std::vector<std::string>& header, bool long_format, const Fail& fail) {
+  std::vector<std::string> names;
+  for (const auto& field : header) {
+    names.push_back(field);
+    const auto open = field.find_first_of("([");
+    if (open == field.npos || open == 0 || (field.back() != ')' && field.back() != ']')) continue;
+    auto name = trimmed(field.substr(0, open));
+    const auto unit = trimmed(field.substr(open + 1, field.size() - open - 2));
+    if (name == "time" || name == "Time") name = "t";
+    const auto* known = std::ranges::find(known_columns, name, &KnownColumn::name);
+    if (known == std::end(known_columns)) continue;
+    const bool radians = long_format && name == "crank_angle";
+    if (radians ? unit != "rad" : std::ranges::find(known->units, unit) == known->units.end())
+      fail(fmt::format("column {}: the unit \"{}\" is not accepted; it must be in {}", name, visible(unit),
+                       radians ? "rad" : known->units.front()));
+    names.back() = name;
+  }
+  return names;
 }
 
 /// Unit of the last digit of a written number.
@@ -84,7 +122,10 @@ Measurement read_measurement(const std::filesystem::path& file, double speed, do
   LineReader in(file);
   std::string line;
   if (!in.next(line)) fail(0, "is empty; expected a header with t or crank_angle, and acceleration");
-  const auto names = fields(line);
+  if (const auto what = wrong_separator(line); !what.empty()) fail(1, what);
+  const auto header = fields(line);
+  const bool has_channels = std::ranges::find(header, "channel") != header.end();
+  const auto names = names_of(header, has_channels, [&](const std::string& what) { fail(1, what); });
   const auto place = [&](const char* name) {
     const auto it = std::ranges::find(names, name);
     return it == names.end() ? -1 : static_cast<int>(it - names.begin());
@@ -98,7 +139,7 @@ Measurement read_measurement(const std::filesystem::path& file, double speed, do
     fail(1,
          fmt::format("the header must name acceleration (m/s²) and one of t (s) and crank_angle (degrees), "
                      "or channel, t and value as in signals.csv, is \"{}\"",
-                     trimmed(line)));
+                     visible(trimmed(line))));
   ChannelChoice choice(in_rows ? place("channel") : -1, channel);
 
   Measurement m;

@@ -2,6 +2,7 @@
 // `crank_angle` (degrees, continuous or wrapped at 360), one column `acceleration` (m/s²), and
 // optionally `uncertainty` (m/s²). Or in the long format of signals.csv: `channel`, `t` (s), `value`
 // (m/s²), optionally `crank_angle` (rad) and `uncertainty`; the samples of one channel are read.
+// A name may be followed by its unit in brackets, as in "t (s)" or "time [s]".
 //
 // The samples are kept as measured, without interpolation. The crank angle is that of the scene in
 // either order of the lines: where it runs against the crank's speed, the last line is the

@@ -171,8 +171,11 @@ TEST_CASE("freeplay plot draws expressions, folded, in the requested units", "[f
   refused("--y b.x --unit y1=kg", "is a mass (kg), but axis y1 is a length (m)");
   refused("--y b.x --unit furlong", "is not a known unit");
   refused("--y 'b.x + b.vx'", "+ needs equal dimensions, is of a length (m) and a speed (m/s)");
+  refused("--y 'b.x - 1e-3'", "of a length (m) and a pure number; numbers have no unit");
   refused("--y 'b.x < 1e-3'", "is true or false");
   refused("--y 'hypot(b.z, b.x)'", "did you mean b.x?");
+  refused("--y motor.torque", "unknown column motor.torque; forces, torques and accelerations of bodies need");
+  refused("--y '2*motor.torque'", "need a run with --forces");
   refused("--y b.x --fold", "--fold: t is not an angle");
 }
 

@@ -237,6 +237,8 @@ TEST_CASE("any column of a bifurcation or a basin is drawn", "[figures][study][p
                Contains("set ylabel \"approach (m/s)\""));
     CHECK_THROWS_WITH(plots::draw_study({.folder = folder.path(), .y = {"speed"}, .x = {}}),
                       Contains("columns: phase approach period"));
+    CHECK_THROWS_WITH(plots::draw_study({.folder = folder.path(), .y = {"approach/phase"}, .x = {}}),
+                      Contains("by names, not by expressions"));
   }
   SECTION("basin") {
     write_file(folder.path() / "basin.json",

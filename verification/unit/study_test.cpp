@@ -238,6 +238,20 @@ TEST_CASE("measured files: accepted and refused forms", "[study]") {
   CHECK(angles.sampling == Approx(100));
   CHECK(angles.start_angle == Approx(40));
 
+  // Units in brackets, in any of the usual spellings; another unit is refused by name.
+  const auto headed = [&](const std::string& head) {
+    return file(head, [&](int i) { return fmt::format("{},{}", 0.01 * i, wave(0.01 * i)); });
+  };
+  for (const char* head : {"t (s),acceleration (m/s²)", "time [s],acceleration [m/s^2]", "t(s),acceleration"})
+    CHECK(read_measurement(headed(head), speed, 10).acceleration == good.acceleration);
+  CHECK_THAT(says(headed("t (s),acceleration (g)")),
+             Contains("data.csv:1: column acceleration: the unit \"g\" is not accepted; it must be in m/s²"));
+  CHECK_THAT(says(headed("t (ms),acceleration")), Contains("column t") && Contains("must be in s"));
+  CHECK_THAT(says(headed("crank_angle (rad),acceleration")), Contains("must be in degrees"));
+  CHECK_THAT(says(headed("time,acceleration (m/s²)")), Contains("the header must name"));
+  CHECK_THAT(says(file("t;acceleration", [](int i) { return fmt::format("0,{:02};1,5", i); })),
+             Contains("data.csv:1: the columns are separated by semicolons") && Contains("decimal comma"));
+
   CHECK_THAT(says(folder.path() / "none.csv"), Contains("no such file"));
   CHECK_THAT(says(file("acceleration", [](int) { return "1"; })),
              Contains("data.csv:1: the header must name"));

@@ -8,6 +8,7 @@
 #include <cmath>
 #include <optional>
 #include <sstream>
+#include <utility>
 
 #include "io/scene/toml_value.hpp"
 
@@ -41,6 +42,17 @@ void for_each_line(const std::string& text, const Use& use) {
 
 }  // namespace
 
+std::string wrong_separator(const std::string& header) {
+  if (header.find(',') != header.npos) return "";
+  for (const auto& [sign, word] : {std::pair{';', "semicolons"}, {'\t', "tabs"}})
+    if (header.find(sign) != header.npos)
+      return fmt::format(
+          "the columns are separated by {}; separate them by commas, and write numbers with a decimal "
+          "point, not a decimal comma",
+          word);
+  return "";
+}
+
 std::optional<double> number_in(const std::string& field) {
   double x = 0;
   const auto* end = field.data() + field.size();
@@ -58,6 +70,8 @@ TextTable read_text_table(const std::string& text, const std::function<void(cons
     table.rows.push_back(std::move(list));
     table.line.push_back(number);
   });
+  if (table.header.size() == 1)
+    if (const auto what = wrong_separator(table.header.front()); !what.empty()) fail(what);
   if (table.header.empty()) fail("has no header with the names of its columns");
   return table;
 }
@@ -71,6 +85,9 @@ std::vector<std::pair<double, double>> read_points(const std::string& text,
   for_each_line(text, [&](long number, const std::vector<std::string>& list) {
     if (header.empty()) {
       header = list;
+      if (header.size() == 1)
+        if (const auto what = wrong_separator(header.front()); !what.empty())
+          fail(fmt::format("line {}: {}", number, what));
       if (header.size() < 2) fail(fmt::format("line {}: expected a header of at least two columns", number));
       if (std::ranges::all_of(header, [](const std::string& field) { return number_in(field).has_value(); }))
         fail(fmt::format("line {}: expected a header with the names of the columns, found numbers", number));

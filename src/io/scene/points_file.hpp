@@ -25,6 +25,8 @@ struct TextTable {
 };
 /// Reads the whole text; `fail` throws an error if it has no header.
 TextTable read_text_table(const std::string& text, const std::function<void(const std::string&)>& fail);
+/// Message for a header whose separator is not a comma; empty for any other.
+std::string wrong_separator(const std::string& header);
 /// The number of a field that contains nothing else.
 std::optional<double> number_in(const std::string& field);
 

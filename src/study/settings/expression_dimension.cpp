@@ -50,7 +50,8 @@ class ExpressionDimension {
     if (a == b || (a == angle && b == pure)) return a;
     if (a == pure && b == angle) return b;
     throw std::invalid_argument(
-        fmt::format("{} needs equal dimensions, is of {} and {}", what, name_of(a), name_of(b)));
+        fmt::format("{} needs equal dimensions, is of {} and {}{}", what, name_of(a), name_of(b),
+                    a == pure || b == pure ? "; numbers have no unit: multiply or divide by one" : ""));
   }
   static void need(const char* what, const Dimension& a, bool fits, const char* wanted) {
     if (!fits) throw std::invalid_argument(fmt::format("{} needs {}, is of {}", what, wanted, name_of(a)));
