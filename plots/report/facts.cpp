@@ -198,8 +198,12 @@ json provenance_table(const std::vector<RunFacts>& files) {
                                    {"provenance.scene_file", "scene"},
                                    {"provenance.format_note", "format"}}) {
     json row = {what};
-    for (const auto& file : files) row.push_back(file.json->text_or_empty(path));
-    table["rows"].push_back(row);
+    bool said = false;
+    for (const auto& file : files) {
+      row.push_back(file.json->text_or_empty(path));
+      said = said || !row.back().get_ref<const std::string&>().empty();
+    }
+    if (said) table["rows"].push_back(row);
   }
   json made = {"program"};
   for (const auto& file : files) {

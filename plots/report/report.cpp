@@ -53,6 +53,14 @@ std::vector<std::string> commands(const JsonFile& file, const std::string& formu
           "freeplay run " + shell_word(scene) + " --formulation " + shell_word(formulation) + set + forces};
 }
 
+/// The parts of comparison.md without the verdict, which the page shows on top.
+json without_verdict(json parts, const std::string& verdict) {
+  for (const auto& text : {verdict, std::string("Verdict")})
+    if (!parts.empty() && parts.back().contains("text") && parts.back()["text"] == text)
+      parts.erase(parts.size() - 1);
+  return parts;
+}
+
 json runs_document(const std::filesystem::path& folder, const std::vector<plots::RunFolder>& runs) {
   const bool comparison = std::filesystem::exists(folder / "comparison.json");
   std::list<JsonFile> files;
@@ -71,7 +79,8 @@ json runs_document(const std::filesystem::path& folder, const std::vector<plots:
             {{"doubtful", false}, {"text", "not matched in " + contact + ": " + why.dump()}});
     if (const auto verdict = both.text_or_empty("verdict"); !verdict.empty()) document["verdict"] = verdict;
     if (std::filesystem::exists(folder / "comparison.md"))
-      document["comparison"] = markdown_tables(folder / "comparison.md");
+      document["comparison"] =
+          without_verdict(markdown_tables(folder / "comparison.md"), both.text_or_empty("verdict"));
     if (const auto* pairs = both.find("pairing.horizon_s"); pairs && pairs->is_number())
       document["horizon"] = pairs->get<double>();
   }

@@ -45,13 +45,26 @@ json sparkline(Statement& of_run, const std::string& run) {
   return numbers(thinned.column(0), 3);
 }
 
+/// The option -o of a study's command; empty for the default folder out/NAME of the study file.
+std::string output_of(const char* verb, const std::filesystem::path& file,
+                      const std::filesystem::path& folder) {
+  const auto place = std::filesystem::absolute(folder).lexically_normal();
+  const auto name = place.filename().string();
+  const bool in_out = place.parent_path().filename() == "out";
+  auto usual = file.stem() == "study" || file.stem() == "scene" ? file.parent_path().filename().string()
+                                                                : file.stem().string();
+  if (std::string_view(verb) != "sweep") usual += fmt::format("-{}", verb);
+  if (in_out && name == usual) return "";
+  return " -o " + shell_word(in_out ? "out/" + name : name);
+}
+
 /// The command that repeats a study. STUDY stands for its file if an older version wrote the folder.
 std::string command_of(const char* verb, const JsonFile* facts, const std::filesystem::path& folder) {
   const auto file = facts ? facts->text_or_empty("provenance.study_file") : "";
   const auto* outside = facts ? facts->find("provenance.allow_outside") : nullptr;
-  return fmt::format("freeplay {} {}{} -o {}", verb, file.empty() ? "STUDY" : shell_word(file),
+  return fmt::format("freeplay {} {}{}{}", verb, file.empty() ? "STUDY" : shell_word(file),
                      outside && outside->is_boolean() && outside->get<bool>() ? " --allow-outside" : "",
-                     shell_word(folder.filename().string()));
+                     output_of(verb, file, folder));
 }
 
 /// The titles of a study and of its scene.

@@ -174,7 +174,8 @@ std::string without_forces(const std::string& text, const std::vector<Column>& a
        {".torque", ".power", ".fx", ".fy", ".fn", ".ft", ".m", ".ax", ".ay", ".alpha"})
     for (auto at = text.find(end); at != text.npos; at = text.find(end, at + 1)) {
       const auto rest = std::string_view(text).substr(at + end.size());
-      if (rest.empty() || rest.starts_with("_mean") || std::string_view(" +-*/^),<>=").find(rest.front()) != std::string_view::npos)
+      if (rest.empty() || rest.starts_with("_mean") ||
+          std::string_view(" +-*/^),<>=").find(rest.front()) != std::string_view::npos)
         return "; forces, torques and accelerations of bodies need a run with --forces";
     }
   return "";

@@ -39,6 +39,12 @@ void say_bearing(const std::string& joint, const Film& film) {
              film.kind == Film::Kind::short_bearing ? "short" : "long",
              film.cavitated ? "half-Sommerfeld film" : "full film", film.length / (2 * film.radius),
              film.radius / film.clearance, film.viscosity);
+  // Ocvirk's approximation neglects the pressure flow around the journal.
+  constexpr double longest = 0.5;  // L/D
+  if (film.kind == Film::Kind::short_bearing && film.length / (2 * film.radius) > longest * (1 + 1e-9))
+    fmt::print(
+        "The short-bearing film is accurate for L/D up to 0.5; beyond, it overestimates\nthe load that the "
+        "film carries, so the eccentricity is underestimated.\n\n");
 }
 
 /// Four coefficients of a matrix as columns or fields.

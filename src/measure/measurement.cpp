@@ -41,17 +41,17 @@ struct KnownColumn {
   std::string_view name;
   std::vector<std::string_view> units;  ///< the first is named in messages
 };
-const KnownColumn known_columns[] = {
-    {"t", {"s"}},
-    {"crank_angle", {"degrees", "deg", "°", "degree"}},
-    {"acceleration", {"m/s²", "m/s^2", "m/s2", "m/s**2", "m s^-2", "m·s⁻²"}},
-    {"value", {"m/s²", "m/s^2", "m/s2", "m/s**2", "m s^-2", "m·s⁻²"}},
-    {"uncertainty", {"m/s²", "m/s^2", "m/s2", "m/s**2", "m s^-2", "m·s⁻²"}}};
+const KnownColumn known_columns[] = {{"t", {"s"}},
+                                     {"crank_angle", {"degrees", "deg", "°", "degree"}},
+                                     {"acceleration", {"m/s²", "m/s^2", "m/s2", "m/s**2", "m s^-2", "m·s⁻²"}},
+                                     {"value", {"m/s²", "m/s^2", "m/s2", "m/s**2", "m s^-2", "m·s⁻²"}},
+                                     {"uncertainty", {"m/s²", "m/s^2", "m/s2", "m/s**2", "m s^-2", "m·s⁻²"}}};
 
 /// The names of a header without their units in brackets. `fail` throws an error for a unit that is
 /// not the expected one.
 template <class Fail>
-std::vector<std::string> names_of(const std::vector<std::string>& header, bool long_format, const Fail& fail) {
+std::vector<std::string> names_of(const std::vector<std::string>& header, bool long_format,
+                                  const Fail& fail) {
   std::vector<std::string> names;
   for (const auto& field : header) {
     names.push_back(field);

@@ -174,8 +174,10 @@ TEST_CASE("freeplay plot draws expressions, folded, in the requested units", "[f
   refused("--y 'b.x - 1e-3'", "of a length (m) and a pure number; numbers have no unit");
   refused("--y 'b.x < 1e-3'", "is true or false");
   refused("--y 'hypot(b.z, b.x)'", "did you mean b.x?");
-  refused("--y motor.torque", "unknown column motor.torque; forces, torques and accelerations of bodies need");
-  refused("--y '2*motor.torque'", "need a run with --forces");
+  // Without forces.csv the message says how to have a force.
+  const std::vector<plots::Column> bare{{"t", "", "s", ""}, {"b.x", "trajectory.csv", "m", ""}};
+  for (const char* text : {"d.torque", "2*d.torque", "d.torque_mean"})
+    CHECK_THROWS_WITH(plots::formula_of(text, bare), Contains("need a run with --forces"));
   refused("--y b.x --fold", "--fold: t is not an angle");
 }
 

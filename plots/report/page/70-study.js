@@ -46,7 +46,7 @@ function drawSpark(canvas, values) {
 
 /** Box with the parameters of the selected run or point and the command that repeats its run. */
 function chosenBox() {
-  const box = element('pre', '', 'Click a point to show its parameters and command.');
+  const box = element('pre', '', data.kind === 'bifurcation' ? 'Click a point to show its parameters and command.' : 'Click a cell or point to show its parameters and command.');
   box.id = 'chosen';
   return box;
 }

@@ -98,7 +98,8 @@ std::vector<std::pair<std::string, std::vector<std::string>>> restitutions(const
 
 /// The time over which statistics are taken, and the source of their errors.
 std::string about_window(const Result& r) {
-  std::string text = r.revolutions > 0 ? fmt::format("{:.4g} revolutions", r.revolutions)
+  std::string text = r.revolutions > 0 ? fmt::format("{:.4g} revolution{}", r.revolutions,
+                                                     std::abs(r.revolutions - 1) < 5e-5 ? "" : "s")
                                        : fmt::format("{:.4g} s", r.observed);
   if (!r.window || r.window->batches == 0) return text + ": one window, no error bar";
   return text +
