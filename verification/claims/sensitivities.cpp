@@ -108,6 +108,7 @@ void pendulum_and_wall(Findings& f) {
 type = "angle-stop"
 joint = "pivot"
 lower = 0.0
+radius = 0.25
 surface = "hard"
 [surfaces.hard]
 restitution = 0.6
@@ -128,7 +129,8 @@ restitution = 0.6
   // dθ₀ = J δθ/(J + m a²).
   const long double share = 0.01L / inertia;
   c.expect(0, 1, "s/rad", p.first_by_amplitude() * share, source, bound, reason);
-  c.expect(1, 1, "s/rad", p.second_by_amplitude() * share, source, bound, reason);
+  c.expect(1, 1, "s/rad", p.second_by_amplitude() * share, source, 1e-9,
+           "differences of the start: 1e-12 of a unit change, which is a hundred times this derivative");
 }
 
 void oblique_drop(Findings& f) {
