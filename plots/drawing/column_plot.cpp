@@ -226,7 +226,7 @@ void join_keys(std::vector<Panel>& panels, std::vector<std::vector<CurveLook>>& 
       const auto same = std::ranges::find(named, curves[i].title, &PanelCurve::title);
       const auto& how = looks[k][i].how;
       if (same == named.end()) {
-        named.push_back({Script().add("keyentry {}", how), curves[i].title});
+        named.push_back({Script().add("keyentry with {}", how), curves[i].title});
         looks[first].push_back(looks[k][i]);
       } else if (looks[first][static_cast<std::size_t>(same - named.begin())].how.text() != how.text()) {
         continue;  // another mark: the panel names it again

@@ -73,7 +73,7 @@ TEST_CASE("the dimension of an expression follows from its names", "[figures][pl
   CHECK(unit("f * v") == "W");
   CHECK(unit("sqrt(x^2 + x * x)") == "m");
   CHECK(unit("a.b - pi / 2") == "rad");
-  CHECK(unit("sin(a.b) * n + 1") == "");
+  CHECK(unit("sin(a.b) * n + 1").empty());
   CHECK(unit("f / x") == "N/m");
   for (const char* text : {"x + v", "x + 1", "hypot(x, f)", "max(x, v)", "sin(x)", "exp(f)", "2^x", "x^n"}) {
     CAPTURE(text);

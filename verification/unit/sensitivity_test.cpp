@@ -84,14 +84,14 @@ surface = 's'
 type = 'plane'
 between = ['ground', 'disc']
 at = [[-0.6, 0], [0, 0]]
-normal = [1, 0.1]
+axis = [1, 0.1]
 radius = {}
 surface = 's'
 [contacts.right]
 type = 'plane'
 between = ['ground', 'disc']
 at = [[0.6, 0], [0, 0]]
-normal = [-1, 0.2]
+axis = [-1, 0.2]
 radius = {}
 surface = 's'
 [surfaces.s]

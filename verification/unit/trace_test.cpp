@@ -12,6 +12,7 @@
 #include <string>
 
 #include "io/files/compiled_object.hpp"
+#include "io/files/output_file.hpp"
 #include "verification/support/support.hpp"
 
 using namespace freeplay;
@@ -166,15 +167,24 @@ TEST_CASE("the cache of compiled objects: found again, repaired, and private", "
   REQUIRE(stat(cache.objects().c_str(), &facts) == 0);
   CHECK((facts.st_mode & 0777) == 0700);
   const auto file = cache.only_object();
+  // Another file under the same name: the loaded object must keep its bytes.
+  const auto replace = [&](const std::string& bytes) {
+    const auto other = cache.folder.path() / "other";
+    write_file(other, bytes);
+    fs::permissions(other, fs::perms::owner_read | fs::perms::owner_write);
+    fs::rename(other, file);
+  };
+  auto bytes = test::file_text(file);
 
   SECTION("a truncated object is compiled again") {
-    fs::resize_file(file, fs::file_size(file) / 2);
+    replace(bytes.substr(0, bytes.size() / 2));
     const auto repaired = get();
     works(repaired);
     CHECK_FALSE(repaired.cached);
   }
   SECTION("a changed object is compiled again") {
-    std::fstream(file, std::ios::in | std::ios::out | std::ios::binary).seekp(64).put('!');
+    bytes[64] ^= 1;
+    replace(bytes);
     CHECK_FALSE(get().cached);
   }
   SECTION("an object that others may write is not loaded") {
