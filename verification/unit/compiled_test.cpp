@@ -52,7 +52,7 @@ TEST_CASE("random scenes: compiled functions give the digits of the templates", 
     const auto traced = trace_system(system, start, facts);
     if (traced.object.functions() == 0) continue;
     const auto object = compiled_object(traced.object.text(), traced.object.functions());
-    REQUIRE(object.reason == "");
+    REQUIRE(object.reason.empty());
     auto functions = traced.functions(object.table);
     functions.object = object.library;
     ++compiled;
@@ -88,7 +88,7 @@ TEST_CASE("runs of compiled mechanisms have the digits of general runs", "[compi
     scene.run.eliminate = c.eliminate;
     const auto general = run_as(scene, c.formulation, Compile::never);
     const auto compiled = run_as(scene, c.formulation, Compile::always);
-    CHECK(compiled.compiled.reason == "");
+    CHECK(compiled.compiled.reason.empty());
     CHECK(compiled.compiled.used);
     CHECK_FALSE(general.compiled.used);
     CHECK(compiled.final_state.q == general.final_state.q);

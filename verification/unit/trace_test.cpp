@@ -81,8 +81,8 @@ TEST_CASE("a compiled function gives the digits of its template, and refuses the
   const PrivateCache cache;
   const auto object = traced_at(2, 3, 0.7), other = traced_at(0.5, 3, 0.7);
   const auto root = compiled_object(object.text(), 1), rest = compiled_object(other.text(), 1);
-  REQUIRE(root.reason == "");
-  REQUIRE(rest.reason == "");
+  REQUIRE(root.reason.empty());
+  REQUIRE(rest.reason.empty());
   for (double x = 0.25; x < 4; x += 0.25)
     for (double y = 0.5; y < 3; y += 0.37) {
       const double expected = polynomial_or_root(x, y, 0.7);
@@ -145,7 +145,7 @@ TEST_CASE("a long function is compiled in parts", "[compiled][program]") {
   }
   CHECK(object.text().find("f_1(") != std::string::npos);
   const auto compiled = compiled_object(object.text(), 1);
-  REQUIRE(compiled.reason == "");
+  REQUIRE(compiled.reason.empty());
   for (const double x : {0.3, -0.2, 0.9}) CHECK(call(*compiled.table, object, x, 0) == sum(x));
 }
 
@@ -154,7 +154,7 @@ TEST_CASE("the cache of compiled objects: found again, repaired, and private", "
   const auto object = traced_at(2, 3, 0.7);
   const auto get = [&] { return compiled_object(object.text(), 1); };
   const auto works = [&](const CompiledObject& o) {
-    REQUIRE(o.reason == "");
+    REQUIRE(o.reason.empty());
     CHECK(call(*o.table, object, 2, 3) == polynomial_or_root(2.0, 3.0, 0.7));
   };
   auto first = get();
