@@ -81,8 +81,8 @@ double regularisation_of(const LawsRequest& request, const PenaltyOptions& optio
 void print_friction(double v, const PenaltyOptions& options) {
   fmt::print(
       "Friction laws at the same regularisation speed v = {:.4g} m/s, at which\neach has 95 % of its "
-      "kinetic friction. Columns: friction over kinetic friction at\nsliding speeds, and the creep speed "
-      "(m/s) under half of the kinetic friction.\n\n{}{}{:>8}{:>8}{:>8}{:>8}{:>10}\n",
+      "kinetic friction. Columns: friction over kinetic\nfriction at sliding speeds, and the creep speed "
+      "(m/s) under half of the kinetic\nfriction.\n\n{}{}{:>8}{:>8}{:>8}{:>8}{:>10}\n",
       v, padded("law", 14), padded("key", 24), "0.1 v", "0.5 v", "v", "2 v", "creep");
   for (const auto& law : friction_laws()) {
     const auto o = regularised(law, options, v);

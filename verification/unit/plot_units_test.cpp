@@ -146,8 +146,7 @@ TEST_CASE("freeplay plot draws expressions, folded, in the requested units", "[f
   }
   auto script = test::file_text(place / "figures/mine.gp");
   CHECK_THAT(script, Contains("set xrange [0:360]") && Contains("'crank angle'") &&
-                         Contains("\"(\\302\\260)\"") && Contains("\"hypot(p.fx, p.fy)\"") &&
-                         Contains("\"(N)\""));
+                         Contains("\"(\\302\\260)\"") && Contains("force |F|") && Contains("\"(N)\""));
   // x is at most 3 mm: in mm by itself, in µm on request.
   REQUIRE(run("--y b.x").status == 0);
   CHECK(rows_of(place / "figures/mine.dat")[10].second == Approx(3));

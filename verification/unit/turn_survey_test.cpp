@@ -130,7 +130,7 @@ TEST_CASE("a double-crank turns its output fully, without dead centres", "[whole
 TEST_CASE("slider-cranks have the range, dead centres and transmission angles of their triangle",
           "[whole-turn]") {
   const double r = 0.05, l = 0.12, e = 0.02;
-  for (const std::string drive : {motor, std::string("[drives.motor]\njoint = \"A\"\ntorque = 1.0\n")}) {
+  for (const std::string& drive : {motor, std::string("[drives.motor]\njoint = \"A\"\ntorque = 1.0\n")}) {
     const auto s = survey(slider_crank(r, l, e, drive));
     REQUIRE(s);
     CHECK(s->full);
