@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <functional>
 #include <string>
 #include <vector>
 
@@ -23,10 +24,13 @@ class System;
 /// A parameter: its systems at displaced values, and derivatives of the start.
 struct VariedKey {
   std::string name;
-  double value = 0;    ///< SI
-  double spacing = 0;  ///< of the displaced values
+  double value = 0;           ///< SI
+  double spacing = 0;         ///< of the displaced values
+  double impact_spacing = 0;  ///< greatest spacing across impacts and projections, at most `spacing`
   /// at value + difference_places[i] · spacing; null for initial values, which have no displaced systems
   std::array<const System*, 4> systems{};
+  /// Builds the system at another value; it lives as long as those of `systems`.
+  std::function<const System*(double value)> system_at = {};
   /// d(q, v, z)/dp of the start
   std::vector<double> start;
   double end_rate = 0;  ///< d(end of the run)/dp

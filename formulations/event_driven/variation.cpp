@@ -21,6 +21,9 @@ constexpr double dopri_a[6][5] = {
 };
 constexpr double dopri_b[6] = {35.0 / 384, 0, 500.0 / 1113, 125.0 / 192, -2187.0 / 6784, 11.0 / 84};
 
+/// Ratio of the spacings of differences that are tried in turn.
+constexpr double closer = 0.03;
+
 void add_multiple(std::vector<double>& y, double factor, const std::vector<double>& x) {
   for (std::size_t i = 0; i < y.size(); ++i) y[i] += factor * x[i];
 }
@@ -45,8 +48,11 @@ Variation::Variation(const EventDynamics& d, std::vector<VariedKey> keys, std::v
     const auto& key = keys_[c];
     reasons_[c] = key.refused;
     auto& displaced = displaced_.emplace_back();
-    for (std::size_t i = 0; i < displaced.size(); ++i)
-      if (key.systems[i]) displaced[i] = d.twin_of(*key.systems[i]);
+    if (key.systems[0]) {
+      auto& first = displaced.emplace_back();
+      first.spacing = key.spacing;
+      for (std::size_t i = 0; i < first.dynamics.size(); ++i) first.dynamics[i] = d.twin_of(*key.systems[i]);
+    }
     auto& column = S_.emplace_back(size_);
     if (!key.refused.empty()) continue;
     std::copy_n(key.start.begin(), 2 * n, column.begin());
@@ -77,9 +83,26 @@ void Variation::take_mode(const EventDynamics& d) {
   };
   take(*probe_);
   for (auto& list : displaced_)
-    for (auto& f : list)
-      if (f) take(*f);
+    for (auto& level : list)
+      for (auto& f : level.dynamics) take(*f);
   mode_known_ = true;
+}
+
+/// Adds dynamics at closer values, in the present mode; false if they would be lost in rounding.
+bool Variation::displace_closer(std::size_t c) {
+  const auto& key = keys_[c];
+  const double spacing = displaced_[c].size() == 1 && key.impact_spacing < key.spacing
+                             ? key.impact_spacing
+                             : displaced_[c].back().spacing * closer;
+  if (!key.system_at || spacing < 1e-9 * std::abs(key.value)) return false;
+  Displaced next{spacing, {}};
+  for (std::size_t i = 0; i < next.dynamics.size(); ++i) {
+    next.dynamics[i] = probe_->twin_of(*key.system_at(key.value + difference_places[i] * spacing));
+    next.dynamics[i]->take_mode(*probe_);
+    next.dynamics[i]->knot = probe_->knot;
+  }
+  displaced_[c].push_back(std::move(next));
+  return true;
 }
 
 void Variation::advance(const EventDynamics& d, double t_old, const Vector& x_old, double t) {
@@ -89,8 +112,8 @@ void Variation::advance(const EventDynamics& d, double t_old, const Vector& x_ol
   if (!mode_known_) take_mode(d);
   probe_->knot = d.knot;
   for (std::size_t c = 0; c < keys_.size(); ++c) {
-    for (auto& f : displaced_[c])
-      if (f) f->knot = d.knot;
+    for (auto& level : displaced_[c])
+      for (auto& f : level.dynamics) f->knot = d.knot;
     if (keys_[c].systems[2] && keys_[c].systems[2]->next_knot(t_old) != d.system.next_knot(t_old))
       refuse(c, fmt::format("t = {:.9g} s: {} moves a knot of a table or curve in time; derivatives with "
                             "respect to such keys are not available",
@@ -180,8 +203,8 @@ Variation::Vector Variation::mean_derivatives(std::size_t i, const EventDynamics
 /// f_p at a fixed state and mode. A parameter that changes no digit of f has no part.
 void Variation::parameter_part(std::size_t c, const Vector& x, double t, const Vector& f, Vector& out) {
   out.assign(size_, 0);
-  auto& list = displaced_[c];
-  if (!list[0]) return;
+  if (displaced_[c].empty()) return;
+  auto& list = displaced_[c].front().dynamics;
   std::array<Vector, 4> values;
   for (const std::size_t i : {2U, 1U, 0U, 3U}) {
     values[i].resize(size_);
@@ -212,14 +235,38 @@ double Variation::spacing(const EventDynamics& f, const Vector& dx, double dt, d
   return most > 0 ? 1 / most : 0;
 }
 
+/// At most h, so that the rates of approaching contacts change by little: what an impact does depends on
+/// their ratios.
+double Variation::within_rates(double h, EventDynamics& f, const Vector& x, double t, const Vector& dx,
+                               double dt) {
+  const int n = f.system.n();
+  const auto rates = [&](int k, const Vector& y, double at) {
+    const auto& row = f.look(k, y, at);
+    return std::pair{row.normal.dot(y.data() + n), row.tangent.dot(y.data() + n)};
+  };
+  for (const int k : approaching_) {
+    const auto [rate, sliding] = rates(k, x, t);
+    const double most = 1e-2 * std::abs(rate), most_sliding = std::max(most, 1e-2 * std::abs(sliding));
+    // Rates are nearly linear once their changes are small.
+    for (int pass = 0; pass < 2; ++pass) {
+      auto y = x;
+      add_multiple(y, h, dx);
+      const auto [there, sliding_there] = rates(k, y, t + h * dt);
+      h /= std::max({1.0, std::abs(there - rate) / most, std::abs(sliding_there - sliding) / most_sliding});
+    }
+  }
+  return h;
+}
+
 /// Derivative along (dx, dt) at constant p. If a kink is within the differences, closer ones are tried.
 Difference Variation::along(EventDynamics& f, const Function& value, const Vector& centre, const Vector& x,
                             double t, const Vector& dx, double dt, double speed) {
   Difference d{Vector(centre.size()), true};
   double h = spacing(f, dx, dt, speed);
   if (h == 0) return d;
+  h = within_rates(h, f, x, t, dx, dt);
   Vector y;
-  for (int tries = 0; tries < 3; ++tries, h *= 0.03) {
+  for (int tries = 0; tries < 3; ++tries, h *= closer) {
     d = difference(h, centre, [&](std::size_t i) {
       y = x;
       add_multiple(y, difference_places[i] * h, dx);
@@ -230,21 +277,30 @@ Difference Variation::along(EventDynamics& f, const Function& value, const Vecto
   return d;
 }
 
-/// Derivative with respect to p at a fixed state.
+/// Derivative with respect to p at a fixed state. If a kink is within the differences, closer ones are tried.
 Difference Variation::across(std::size_t c, const Function& value, const Vector& centre, const Vector& x,
                              double t) {
   auto& list = displaced_[c];
-  if (!list[0]) return {Vector(centre.size()), true};
-  return difference(keys_[c].spacing, centre, [&](std::size_t i) { return value(*list[i], x, t); });
+  Difference d{Vector(centre.size()), true};
+  if (list.empty()) return d;
+  const std::size_t first = keys_[c].impact_spacing < keys_[c].spacing ? 1 : 0;
+  for (std::size_t level = first; level < first + 3; ++level) {
+    if (level == list.size() && !displace_closer(c)) break;
+    const auto& f = list[level].dynamics;
+    d = difference(list[level].spacing, centre, [&](std::size_t i) { return value(*f[i], x, t); });
+    if (d.smooth) break;
+  }
+  return d;
 }
 
-/// Total derivative of a function along column c; ends the column at a kink.
+/// Total derivative of a function along column c; ends the column at a kink. Without kinks, rounding errors
+/// of a function that nearly vanishes cannot pass for one.
 Variation::Vector Variation::total(std::size_t c, const Function& value, const Vector& x, double t,
-                                   const Vector& dx, double dt, double speed) {
+                                   const Vector& dx, double dt, double speed, bool may_have_kinks) {
   const auto centre = value(*probe_, x, t);
   auto d = along(*probe_, value, centre, x, t, dx, dt, speed);
   const auto p = across(c, value, centre, x, t);
-  if (!d.smooth || !p.smooth)
+  if (may_have_kinks && (!d.smooth || !p.smooth))
     refuse(c, fmt::format("t = {:.9g} s: the impact law or a constraint has a kink there, so the one-sided "
                           "derivatives differ",
                           t));

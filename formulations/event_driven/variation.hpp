@@ -13,7 +13,8 @@
 // that the motion itself takes, so that S is the derivative of the computed motion at fixed step
 // lengths. Derivatives with respect to p at a fixed state, and those of h and J, are differences of
 // fourth order of closed forms at a fixed mode (differences.hpp). For this, each parameter has four
-// systems with displaced values. No trajectory is differenced.
+// systems with displaced values, and closer ones where a kink is within the first. No trajectory is
+// differenced.
 //
 // A column ends where there is no derivative, with a reason (refuse()). A stepper owns a Variation only
 // if derivatives are requested; it reads the stepper's data and changes no digit of the motion.
@@ -90,6 +91,11 @@ class Variation {
   long evaluations() const { return evaluations_; }
 
  private:
+  /// The dynamics at displaced values of a key; closer ones follow where they were needed.
+  struct Displaced {
+    double spacing = 0;
+    std::array<std::unique_ptr<EventDynamics>, 4> dynamics;
+  };
   /// Right-hand side and integrands on one side of an event.
   struct Side {
     Vector f, integrands;
@@ -99,14 +105,16 @@ class Variation {
   Function integrands() const;
   void integrate(double weight, const Vector& x, double t);
   void take_mode(const EventDynamics& dynamics);
+  bool displace_closer(std::size_t c);
   bool open(std::size_t c) const { return reasons_[c].empty(); }
   void refuse(std::size_t c, const std::string& reason);
   double spacing(const EventDynamics& f, const Vector& dx, double dt, double speed) const;
+  double within_rates(double h, EventDynamics& f, const Vector& x, double t, const Vector& dx, double dt);
   Difference along(EventDynamics& f, const Function& value, const Vector& centre, const Vector& x, double t,
                    const Vector& dx, double dt, double speed);
   Difference across(std::size_t c, const Function& value, const Vector& centre, const Vector& x, double t);
   Vector total(std::size_t c, const Function& value, const Vector& x, double t, const Vector& dx, double dt,
-               double speed);
+               double speed, bool may_have_kinks = true);
   void parameter_part(std::size_t c, const Vector& x, double t, const Vector& f, Vector& out);
   Vector event_times(const Passed& p, const ModeEvent& event, const Vector& slope, double speed);
   void jump(const Passed& p, const std::vector<int>& in_impact, const Vector& x, const Side& before,
@@ -118,11 +126,12 @@ class Variation {
 
   std::vector<VariedKey> keys_;
   std::unique_ptr<EventDynamics> probe_, after_;  // of the nominal system; after_: in the mode after an event
-  std::vector<std::array<std::unique_ptr<EventDynamics>, 4>> displaced_;  // null for initial values
-  std::vector<Vector> S_;                                                 // columns, of the integrated vector
+  std::vector<std::vector<Displaced>> displaced_;  // empty for initial values
+  std::vector<Vector> S_;                          // columns, of the integrated vector
   std::vector<std::string> reasons_;
   Vector loss_;  // d(energy lost in contacts)/dp
   std::vector<Onset> onsets_;
+  std::vector<int> approaching_;  // contacts of the impact whose derivatives are formed
   std::vector<Column> integrands_;
   Vector integrals_;                    // ∫ of the integrands
   std::vector<Vector> integral_rates_;  // their derivatives, one list for each column

@@ -210,6 +210,7 @@ void Variation::pass_impacts(const EventDynamics& d, const Passed& p, const std:
                       p.t, d.system.contact_facts(onsets[0]).name, d.system.contact_facts(onsets[1]).name));
   }
   auto x = p.before;
+  const double speed = std::max(d.greatest(p.before.data() + n), d.speed_scale());
   for (std::size_t i = 0; i < onsets.size(); ++i) {
     const int k = onsets[i];
     const double rate = probe_->look(k, p.before, p.t).normal.dot(p.before.data() + n);
@@ -221,7 +222,7 @@ void Variation::pass_impacts(const EventDynamics& d, const Passed& p, const std:
           fmt::format("t = {:.9g} s: contact {} grazes (approach {:.2g} m/s); grazing contacts have no "
                       "derivative",
                       p.t, facts.name, -rate));
-    const double speed = std::abs(rate);
+    approaching_.assign(1, k);
     const auto dt = event_times(p, {ModeEvent::Kind::gap, k, p.t}, before.f, speed);
     if (p.event.kind == ModeEvent::Kind::none)
       for (std::size_t c = 0; c < keys_.size(); ++c)
@@ -263,8 +264,9 @@ void Variation::pass_impacts(const EventDynamics& d, const Passed& p, const std:
       if (!open(c)) continue;
       auto dx = S_[c];
       for (std::size_t j = 0; j < size_; ++j) dx[j] += dt[c] * before.f[j];
-      onset.drate[c] = total(c, rate_of, p.before, p.t, dx, dt[c], speed)[0];
-      if (ends && open(c)) onset.dt[c] += total(c, remaining, p.before, p.t, dx, dt[c], speed)[0];
+      // Kinks of the impact are found by jump().
+      onset.drate[c] = total(c, rate_of, p.before, p.t, dx, dt[c], speed, false)[0];
+      if (ends) onset.dt[c] += total(c, remaining, p.before, p.t, dx, dt[c], speed, false)[0];
     }
     // Between uncoupled impacts the mode is the one before.
     auto y = jump_of(one, p.ended)(*probe_, x, p.t);
@@ -283,6 +285,7 @@ void Variation::pass_impacts(const EventDynamics& d, const Passed& p, const std:
     onsets_.push_back(std::move(onset));
     x = y;
   }
+  approaching_.clear();
 }
 
 /// At a start or knot, contacts close that were open before: S must keep them closed. Otherwise the

@@ -116,16 +116,14 @@ NumberKey number_key(const Scene& scene, const std::string& name) {
   return k;
 }
 
-/// A scene with another value of a key, with its system and start.
+/// A scene with another value of a key, with its system.
 struct DisplacedScene {
-  DisplacedScene(const Scene& given, const NumberKey& k, double value, const StopToken& stop) : scene(given) {
+  DisplacedScene(const Scene& given, const NumberKey& k, double value) : scene(given) {
     scene.set(k.key, k.text.substr(0, k.begin) + toml_number(value) + k.text.substr(k.end));
     system = std::make_unique<System>(scene.mechanism);
-    start = assemble(scene.mechanism, scene.run.start, nullptr, stop);
   }
   Scene scene;
   std::unique_ptr<System> system;
-  State start;
 };
 
 std::vector<double> all_of(const State& s) {
@@ -149,7 +147,26 @@ double turn_between(const System& a, const System& b, const State& at) {
   return most;
 }
 
-using DisplacedScenes = std::array<std::unique_ptr<DisplacedScene>, 4>;
+/// Greatest displacement of a point by the projection onto the constraints of the other system until the end
+/// of the run, over the least clearance.
+double shift_between(const System& a, const System& b, const State& at, double end) {
+  double least = INFINITY, most = 0;
+  for (int k = 0; k < a.contacts(); ++k)
+    if (a.contact_facts(k).has_clearance) least = std::min(least, a.contact_facts(k).clearance);
+  auto here = a.make_evaluation(), there = b.make_evaluation();
+  for (const double share : {0.0, 0.25, 0.5, 0.75, 1.0}) {
+    const double t = at.t + share * (end - at.t);
+    a.place(t, at.q.data(), here);
+    b.place(t, at.q.data(), there);
+    for (int k = 0; k < a.rows(); ++k)
+      most = std::max(
+          most, std::abs(here.phi[k] - there.phi[k]) * (a.is_angle_row(k) ? a.longest_arm() : 1) / least);
+  }
+  return most;
+}
+
+/// The displaced scenes of a key; the first four are those of VariedKey::systems.
+using DisplacedScenes = std::vector<std::unique_ptr<DisplacedScene>>;
 
 /// Builds the displaced scenes of a key. A key at the end of its range, or one whose start cannot be
 /// assembled beside it, has no derivative.
@@ -159,41 +176,52 @@ VariedKey vary(const Scene& scene, const System& system, const State& start, con
   VariedKey v{.name = name, .value = k.value, .start = {}, .refused = {}};
   const double scale = k.value != 0 ? std::abs(k.value) : k.neighbours > 0 ? k.neighbours : 1;
   v.spacing = relative_spacing * scale;
-  std::string reason;
-  for (int tries = 0; tries < 8; ++tries) {
-    reason.clear();
-    try {
-      for (std::size_t i = 0; i < displaced.size(); ++i)
-        displaced[i] =
-            std::make_unique<DisplacedScene>(scene, k, k.value + difference_places[i] * v.spacing, stop);
-    } catch (const ModelError& e) {
-      reason = fmt::format("values beside {} are not possible: {}", k.value, e.message);
-      v.spacing *= 0.1;
-      continue;
-    }
-    const double turn = turn_between(system, *displaced[3]->system, start);
-    if (turn <= most_turn) break;
-    v.spacing *= 0.9 * most_turn / turn;
-  }
   const auto same = [&](const auto& d) {
     const auto& s = *d->system;
     return s.n() == system.n() && s.rows() == system.rows() && s.contacts() == system.contacts() &&
            s.states() == system.states() && s.frictions() == system.frictions();
   };
+  std::string reason;
+  std::vector<std::vector<double>> starts;
+  for (int tries = 0; tries < 8; ++tries) {
+    reason.clear();
+    displaced.clear();
+    starts.clear();
+    try {
+      for (const int place : difference_places) {
+        const auto& d =
+            *displaced.emplace_back(std::make_unique<DisplacedScene>(scene, k, k.value + place * v.spacing));
+        starts.push_back(all_of(assemble(d.scene.mechanism, d.scene.run.start, nullptr, stop)));
+      }
+    } catch (const ModelError& e) {
+      reason = fmt::format("values beside {} are not possible: {}", k.value, e.message);
+      v.spacing *= 0.1;
+      continue;
+    }
+    if (!std::ranges::all_of(displaced, same)) break;
+    const double turn = turn_between(system, *displaced[3]->system, start);
+    if (turn <= most_turn) break;
+    v.spacing *= 0.9 * most_turn / turn;
+  }
   if (reason.empty() && !std::ranges::all_of(displaced, same))
     reason = "other values change the mechanism's parts";
   if (!reason.empty()) {
     v.refused = reason;
     return v;
   }
-  const auto from =
-      difference(v.spacing, all_of(start), [&](std::size_t i) { return all_of(displaced[i]->start); });
+  const auto from = difference(v.spacing, all_of(start), [&](std::size_t i) { return starts[i]; });
   const auto ends = difference(v.spacing, {scene.run.duration},
                                [&](std::size_t i) { return std::vector{displaced[i]->scene.run.duration}; });
   if (!from.smooth || !ends.smooth) v.refused = "the start changes with a kink or a jump at this value";
+  const double shift = shift_between(system, *displaced[3]->system, start, scene.run.duration);
+  v.impact_spacing = shift <= most_turn ? v.spacing : v.spacing * most_turn / shift;
   v.start = from.slope;
   v.end_rate = ends.slope[0];
-  for (std::size_t i = 0; i < displaced.size(); ++i) v.systems[i] = displaced[i]->system.get();
+  for (std::size_t i = 0; i < v.systems.size(); ++i) v.systems[i] = displaced[i]->system.get();
+  v.system_at = [&scene, k, &displaced](double value) {
+    displaced.push_back(std::make_unique<DisplacedScene>(scene, k, value));
+    return displaced.back()->system.get();
+  };
   return v;
 }
 
