@@ -23,7 +23,7 @@ from .errors import (
     SnapshotError,
 )
 from .results import Comparison, Run, read_comparison, read_run
-from .running import Simulation, Stop, check, compare, run
+from .running import Sensitivities, Simulation, Stop, check, compare, run, sensitivity
 from .scene import Scene, Table, read_scene
 from .studies import Study, read_study, sweep
 
@@ -40,6 +40,7 @@ __all__ = [
     "Run",
     "Scene",
     "SceneError",
+    "Sensitivities",
     "Simulation",
     "SnapshotError",
     "Stop",
@@ -52,5 +53,6 @@ __all__ = [
     "read_scene",
     "read_study",
     "run",
+    "sensitivity",
     "sweep",
 ]

@@ -9,8 +9,11 @@ import tempfile
 import threading
 import warnings
 from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Optional, Union
+
+import pandas as pd
 
 from . import _freeplay
 from .errors import DoubtfulWarning, FailedWarning, Interrupted
@@ -226,6 +229,64 @@ def compare(
     if flag.is_set():
         raise Interrupted()
     return Comparison(folder, keep)
+
+
+@dataclass(frozen=True)
+class Sensitivities:
+    """Derivatives of results of a run, in SI units.
+
+    values: a Series, quantity to value.
+    keys: a Series, key to value.
+    jacobian: a frame with one row per quantity and one column per key; NaN where there is no derivative.
+    reasons: a frame of the same shape; the reason where there is no derivative, else "".
+    stopped: the reason why the run stopped before its end, or "".
+    """
+
+    values: pd.Series
+    keys: pd.Series
+    jacobian: pd.DataFrame
+    reasons: pd.DataFrame
+    stopped: str
+
+    @property
+    def influence(self) -> pd.DataFrame:
+        """(p/Q) dQ/dp: the relative change of a quantity for a relative change of a key."""
+        return self.jacobian.mul(self.keys, axis="columns").div(self.values, axis="index")
+
+
+def sensitivity(
+    scene: SceneLike,
+    of: Sequence[str],
+    to: Sequence[str],
+    formulation: str = "nonsmooth",
+    *,
+    set: Optional[Mapping[str, Any]] = None,
+    stop: Optional[Stop] = None,
+) -> Sensitivities:
+    """Runs a scene once with its variational equations, as `freeplay sensitivity` does.
+
+    of: quantities, such as "event.1.t", "end.slider.x", "energy.dissipated_in_contacts".
+    to: keys of the scene with one number, such as "joints.gudgeon.clearance", or "initial.slider.vx".
+
+    Returns Sensitivities. Raises SceneError for an unknown quantity or key.
+    """
+    wanted = _scene(scene)
+    if set:
+        wanted = wanted.with_(set)
+    flag = (stop or Stop())._flag
+    found = _freeplay.sensitivities_of(wanted._handle, list(of), list(to), formulation, flag, _here())
+    if found["pressed"]:
+        _interrupt(None)
+    if flag.is_set():
+        raise Interrupted()
+    names, keys = found["names"], found["keys"]
+    return Sensitivities(
+        pd.Series(found["values"], index=names, dtype=float),
+        pd.Series(found["key_values"], index=keys, dtype=float),
+        pd.DataFrame(found["derivatives"], index=names, columns=keys, dtype=float),
+        pd.DataFrame(found["reasons"], index=names, columns=keys),
+        found["stopped"],
+    )
 
 
 def check(scene: SceneLike, *, set: Optional[Mapping[str, Any]] = None) -> dict[str, Any]:

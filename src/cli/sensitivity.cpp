@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <charconv>
 #include <cmath>
 #include <nlohmann/json.hpp>
 #include <string>
@@ -25,7 +26,7 @@ namespace {
 
 struct SensitivityVerb : Request {
   std::string scene, formulation = "nonsmooth";
-  std::vector<std::string> overrides, of, to;
+  std::vector<std::string> overrides, of, to, spread;
   std::string output;  ///< result folder
 };
 
@@ -34,6 +35,30 @@ nlohmann::json number_or_null(double x) { return std::isfinite(x) ? nlohmann::js
 /// (p/Q) dQ/dp, the relative change of the quantity per relative change of the key.
 double influence(const Sensitivities& all, const Sensitivity& q, std::size_t key) {
   return q.derivatives[key] * all.key_values[key] / q.value;
+}
+
+/// Standard deviations of the keys from KEY=VALUE; keys that are not in `to` are appended there.
+std::vector<double> deviations_of(const std::vector<std::string>& spread, std::vector<std::string>& to) {
+  std::vector<double> deviations(to.size());
+  for (const auto& text : spread) {
+    const auto equals = text.rfind('=');
+    double value = 0;
+    const char* end = text.data() + text.size();
+    const auto [rest, error] = equals == text.npos
+                                   ? std::from_chars_result{text.data(), std::errc::invalid_argument}
+                                   : std::from_chars(text.data() + equals + 1, end, value);
+    if (error != std::errc() || rest != end || !(value >= 0) || !std::isfinite(value))
+      throw SceneError(fmt::format(
+          "--spread {}: must be KEY=DEVIATION, with a standard deviation of at least 0 in SI units", text));
+    const auto key = text.substr(0, equals);
+    const auto place = static_cast<std::size_t>(std::ranges::find(to, key) - to.begin());
+    if (place == to.size()) {
+      to.push_back(key);
+      deviations.push_back(0);
+    }
+    deviations[place] = value;
+  }
+  return deviations;
 }
 
 nlohmann::json quantity_json(const Sensitivities& all, const Sensitivity& q) {
@@ -65,15 +90,25 @@ nlohmann::json quantity_json(const Sensitivities& all, const Sensitivity& q) {
 int sensitivity(const SensitivityVerb& request) try {
   const auto scene = read_scene(request.scene, request.overrides);
   const auto folder = result_folder(request.output, default_folder(scene.file, "-sensitivity"));
+  auto to = request.to;
+  const auto deviations = deviations_of(request.spread, to);
+  if (to.empty()) throw SceneError("--to or --spread must name at least one key");
   const auto all = sensitivities(
-      scene, {.of = request.of, .to = request.to, .formulation = request.formulation, .stop = request.stop});
+      scene, {.of = request.of, .to = to, .formulation = request.formulation, .stop = request.stop});
   ResultSet set(folder, "sensitivity");
   nlohmann::json document;
   document["quantities"] = nlohmann::json::array();
-  for (const auto& q : all.quantities) document["quantities"].push_back(quantity_json(all, q));
+  for (const auto& q : all.quantities) {
+    document["quantities"].push_back(quantity_json(all, q));
+    if (!request.spread.empty())
+      document["quantities"].back()["standard_deviation"] =
+          number_or_null(propagated_deviation(q, deviations));
+  }
   document["keys"] = nlohmann::json::array();
-  for (std::size_t i = 0; i < all.keys.size(); ++i)
+  for (std::size_t i = 0; i < all.keys.size(); ++i) {
     document["keys"].push_back({{"name", all.keys[i]}, {"value", all.key_values[i]}});
+    if (!request.spread.empty()) document["keys"].back()["standard_deviation"] = deviations[i];
+  }
   document["formulation"] = request.formulation;
   document["cost_over_run"] = all.cost;
   document["stopped"] = all.stopped;
@@ -88,6 +123,9 @@ int sensitivity(const SensitivityVerb& request) try {
                    influence(all, q, i));
       else
         fmt::print("{}", wrapped(fmt::format("  by {:<36} no derivative: {}\n", all.keys[i], q.reasons[i])));
+    if (const double sigma = propagated_deviation(q, deviations);
+        !request.spread.empty() && std::isfinite(sigma))
+      fmt::print("  standard deviation {:.4g} (first order)\n", sigma);
   }
   fmt::print("results in {}\n", folder.string());
   for (const auto& path : plots::all(folder)) fmt::print("figure: {}\n", path.string());
@@ -114,8 +152,11 @@ void sensitivity_verb(Program& program) {
       .add(
           "--to", request.to,
           "keys of the scene with one number, as surfaces.steel.restitution or gravity[1], or initial.COLUMN")
-      .takes("KEY")
-      .required();
+      .takes("KEY");
+  options
+      .add("--spread", request.spread,
+           "standard deviations of keys, in SI units, for first-order standard deviations of the quantities")
+      .takes("KEY=DEVIATION");
   options.add("--formulation", request.formulation, "penalty or nonsmooth")
       .one_of(family_names())
       .shows_default();

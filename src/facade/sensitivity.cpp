@@ -316,4 +316,14 @@ Sensitivities sensitivities(const Scene& scene, const SensitivityRequest& reques
   return run_sensitivities(std::move(run));
 }
 
+double propagated_deviation(const Sensitivity& quantity, const std::vector<double>& deviations) {
+  double sum = 0;
+  for (std::size_t i = 0; i < deviations.size(); ++i) {
+    if (deviations[i] == 0) continue;
+    const double part = quantity.derivatives[i] * deviations[i];
+    sum += part * part;
+  }
+  return std::sqrt(sum);
+}
+
 }  // namespace freeplay

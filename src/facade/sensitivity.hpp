@@ -35,4 +35,9 @@ struct SensitivityRequest {
 /// derivatives.
 Sensitivities sensitivities(const Scene& scene, const SensitivityRequest& request);
 
+/// Standard deviation of a quantity, to first order, if the keys have independent errors with these standard
+/// deviations (SI, one for each key): the root of Σ (dQ/dp σ_p)². NaN without a derivative by a key whose
+/// deviation is not 0.
+double propagated_deviation(const Sensitivity& quantity, const std::vector<double>& deviations);
+
 }  // namespace freeplay

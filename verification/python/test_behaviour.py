@@ -302,6 +302,27 @@ class Running(unittest.TestCase):
 
 
 class Studies(unittest.TestCase):
+    def test_sensitivity(self):
+        ball = {
+            "gravity": [0.0, -9.81],
+            "bodies": {"ball": {"mass": 0.3, "inertia": 3e-4, "position": [0.0, 0.55]}},
+            "contacts": {"table": {"type": "plane", "between": ["ground", "ball"], "radius": 0.05, "surface": "hard"}},
+            "surfaces": {"hard": {"restitution": 0.5}},
+            "run": {"duration": 0.4, "start": "given"},
+            "nonsmooth": {"scheme": "event-driven"},
+        }
+        found = fp.sensitivity(ball, ["event.1.t", "event.1.v_n_minus"], ["initial.ball.y", "surfaces.hard.restitution"])
+        # t = sqrt(2 h/g), u = -sqrt(2 g h)
+        g, h = 9.81, 0.5
+        t, u = (2 * h / g) ** 0.5, -((2 * g * h) ** 0.5)
+        self.assertAlmostEqual(found.values["event.1.t"], t, delta=1e-9)
+        self.assertAlmostEqual(found.jacobian.loc["event.1.t", "initial.ball.y"], 1 / (g * t), delta=1e-8)
+        self.assertAlmostEqual(found.jacobian.loc["event.1.v_n_minus", "initial.ball.y"], g / u, delta=1e-8)
+        self.assertEqual(found.jacobian.loc["event.1.t", "surfaces.hard.restitution"], 0)
+        self.assertAlmostEqual(found.influence.loc["event.1.t", "initial.ball.y"], 0.55 / (2 * h), delta=1e-8)
+        with self.assertRaises(fp.SceneError):
+            fp.sensitivity(ball, ["event.0.t"], ["bodies.ball.mass"])
+
     def test_compare(self):
         with tempfile.TemporaryDirectory() as folder:
             kept = fp.compare(short(), output=folder)

@@ -9,9 +9,11 @@
 #include <string>
 #include <vector>
 
+#include "io/files/output_file.hpp"
 #include "mechanism/scene.hpp"
 #include "verification/random_scenes/numbers.hpp"
 #include "verification/support/scene_text.hpp"
+#include "verification/support/support.hpp"
 #include "verification/support/texts.hpp"
 
 using namespace freeplay;
@@ -323,6 +325,28 @@ surface = "s"
 restitution = 1
 )" + test::run_for(0.1, "start = \"given\"\n[nonsmooth]\nscheme = \"event-driven\"\n");
   CHECK_THAT(reason(cradle, "end.three.vx", "initial.one.vx"), Contains("depends on the order of impacts"));
+}
+
+TEST_CASE("tolerances of a drop propagate to the time of contact", "[sensitivity][program]") {
+  // t = sqrt(2 h/g): σ_t = t/2 sqrt((σ_h/h)² + (σ_g/g)²). The radius shifts h.
+  const double g = 9.81, h = 0.5, sigma_h = 1e-3, sigma_g = 0.02, t = std::sqrt(2 * h / g);
+  const auto s = of(ball("position = [0, 0.55]\n"), {"event.1.t"}, {"initial.ball.y", "gravity[1]"});
+  CHECK(propagated_deviation(s.quantities[0], {sigma_h, sigma_g}) ==
+        Approx(0.5 * t * std::hypot(sigma_h / h, sigma_g / g)).epsilon(1e-8));
+  CHECK(propagated_deviation(s.quantities[0], {0, 0}) == 0);
+  test::TemporaryFolder folder;
+  const auto scene = (folder.path() / "ball.toml").string();
+  write_file(scene, ball("position = [0, 0.55]\n"));
+  const auto run = [&](const std::string& words) {
+    return test::freeplay(
+        fmt::format("sensitivity {} --of event.1.t -o {}/out {}", scene, folder.path().string(), words));
+  };
+  const auto told = run("--spread initial.ball.y=1e-3");
+  CHECK(told.status == 0);
+  CHECK_THAT(told.out, Contains(fmt::format("standard deviation {:.4g} (first order)", sigma_h / (g * t))));
+  CHECK_THAT(run("--spread initial.ball.y").err, Contains("must be KEY=DEVIATION"));
+  CHECK_THAT(run("--spread initial.ball.y=-1").err, Contains("must be KEY=DEVIATION"));
+  CHECK_THAT(run("").err, Contains("must name at least one key"));
 }
 
 TEST_CASE("derivatives of random scenes equal extrapolated differences of runs", "[sensitivity]") {

@@ -97,7 +97,8 @@ TEST_CASE("compare: statistics without power give no agreement", "[verdicts]") {
                              !Contains("statistics agree") && !Contains("statistics differ"));
   // 3 ± 3 against 4 ± 4: the standard error 5 exceeds half of the mean 3.5.
   v.statistics = {{"impacts per second of pin", 3, 4, 5}};
-  CHECK_THAT(verdict(v), Contains("the standard errors of 1 statistic exceed half of the values") &&
+  CHECK_THAT(verdict(v), Contains("the standard errors of 1 statistic (impacts per second of pin) exceed "
+                                  "half of the values") &&
                              !Contains("agree within 3"));
   v.statistics.push_back({"share of free flight of pin", 0.1, 0.1, 0.01});
   CHECK_THAT(verdict(v), Contains("; the other statistics agree within 3 standard errors or 1 % "

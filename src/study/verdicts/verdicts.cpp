@@ -106,7 +106,8 @@ std::string of_batches(const Statistics& list, const char* which) {
 std::string statistics_in_words(const ComparisonValues& v) {
   Statistics compared, transient;
   std::vector<std::string> parts;
-  std::size_t few = 0, scattered = 0;
+  std::size_t few = 0;
+  std::vector<std::string> scattered;
   for (const auto& s : v.statistics)
     if (s.negligible())
       continue;
@@ -115,16 +116,16 @@ std::string statistics_in_words(const ComparisonValues& v) {
     else if (s.few)
       ++few;
     else if (s.weak())
-      ++scattered;
+      scattered.push_back(s.name);
     else
       compared.push_back(s);
   if (few > 0)
     parts.push_back(fmt::format("too few impacts to compare {}",
                                 compared.empty() ? "statistics" : plural(few, "statistic")));
-  if (scattered > 0)
+  if (!scattered.empty())
     parts.push_back(
-        fmt::format("the standard errors of {} exceed half of the values, too large for a comparison",
-                    plural(scattered, "statistic")));
+        fmt::format("the standard errors of {} ({}) exceed half of the values, too large for a comparison",
+                    plural(scattered.size(), "statistic"), listed(scattered)));
   if (!compared.empty())
     parts.push_back(of_batches(compared, parts.empty() ? "the statistics" : "the other statistics"));
   if (!transient.empty())
