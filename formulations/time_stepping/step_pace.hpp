@@ -31,6 +31,12 @@ class StepPace {
     return calm_speed > 0 && fastest > 1e3 * calm_speed && gains > calm_gains;
   }
 
+  /// m/s, the mechanism's own speed if a body moves far faster than it: a prescribed motion drives a locked
+  /// mechanism, whose speeds grow without limit; else 0.
+  double far_exceeded() const {
+    return !scales_.guessed && fastest > 1e3 * scales_.fastest ? scales_.fastest : 0;
+  }
+
   /// @name Serialized state
   ///@{
   double fastest = 0;                 // m/s

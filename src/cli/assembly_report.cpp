@@ -146,6 +146,15 @@ void whole_turn(const Mechanism& mechanism, const State& start, Lines& lines) {
       said += fmt::format("; travel {:.6g} {}", travel, output.slides ? "m" : "deg");
     lines.emplace_back("  motion", output.joint + ": " + said);
   }
+  for (const auto& drive : mechanism.drives)
+    if (const auto* servo = std::get_if<AngleController>(&drive))
+      for (const auto& output : survey->outputs)
+        if (survey->full && output.turns < 0 && name_of(mechanism.joints[servo->joint]) == survey->joint &&
+            name_of(mechanism.joints[servo->fed_back()]) == output.joint)
+          lines.emplace_back("  positive feedback",
+                             fmt::format("drives.{} measures {}, which turns against {}: the error grows; "
+                                         "exchange the bodies of {} or measure another joint",
+                                         servo->name, output.joint, survey->joint, output.joint));
   for (const auto& mu : survey->transmission)
     lines.emplace_back("  transmission angle",
                        fmt::format("{}: least {} deg at {} deg, greatest {} deg at {} deg", mu.joint,

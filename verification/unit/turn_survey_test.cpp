@@ -13,6 +13,7 @@
 #include "dynamics/assembly/assembly.hpp"
 #include "dynamics/assembly/turn_survey.hpp"
 #include "dynamics/assembly/undriven.hpp"
+#include "io/files/output_file.hpp"
 #include "mechanism/scene.hpp"
 #include "verification/support/scene_text.hpp"
 #include "verification/support/support.hpp"
@@ -202,4 +203,107 @@ TEST_CASE("check reports the drive's turn within 80 columns", "[program][whole-t
     column = ch == '\n' ? 0 : column + ((ch & 0xC0) != 0x80);
     REQUIRE(column <= 80);
   }
+}
+
+TEST_CASE("a mechanism that its drive locks stops with the reason", "[whole-turn][program]") {
+  // Grashof: the longest link 240 mm and the shortest 160 mm exceed the sum of the others: no full turn.
+  const std::string text = R"(gravity = [0, -9.81]
+[bodies.crank]
+mass = 0.3
+inertia = 2e-4
+points = { o = [0, 0], b = [0.16, 0] }
+[bodies.coupler]
+mass = 0.5
+inertia = 3e-3
+points = { b = [0, 0], c = [0.22, 0], mass_centre = [0.11, 0.02] }
+[bodies.rocker]
+mass = 0.4
+inertia = 1.2e-3
+angle = "80 deg"
+points = { d = [0, 0], c = [0.15, 0], mass_centre = [0.075, 0] }
+[joints.A]
+type = "revolute"
+between = ["ground", "crank"]
+at = [[0, 0], "o"]
+[joints.B]
+type = "revolute"
+between = ["crank", "coupler"]
+at = ["b", "b"]
+clearance = 1.5e-4
+bearing_radius = 0.008
+surface = "steel"
+[joints.C]
+type = "revolute"
+between = ["coupler", "rocker"]
+at = ["c", "c"]
+clearance = 3e-4
+bearing_radius = 0.008
+surface = "steel"
+[joints.D]
+type = "revolute"
+between = ["ground", "rocker"]
+at = [[0.24, 0.02], "d"]
+[surfaces.steel]
+restitution = 0.6
+friction = 0.08
+[drives.motor]
+joint = "A"
+speed_rpm = 180
+[run]
+duration = 0.2
+start = "ideal"
+[nonsmooth]
+scheme = "automatic"
+)";
+  test::TemporaryFolder folder;
+  const auto scene = folder.path() / "locked.toml";
+  write_file(scene, text);
+  const auto ran = test::freeplay(
+      fmt::format("run {} --formulation nonsmooth -o {}/out", scene.string(), folder.path().string()));
+  CHECK(ran.status == 1);
+  CHECK_THAT(ran.err,
+             Contains("cannot make a full turn") && Contains("a drive moves it beyond the configuration"));
+}
+
+TEST_CASE("check names a controller whose measured joint turns against the driven one",
+          "[whole-turn][program]") {
+  const auto said = [](const char* between) {
+    test::TemporaryFolder folder;
+    const auto scene = folder.path() / "axis.toml";
+    write_file(scene, fmt::format(R"([bodies.motor]
+mass = 0.4
+inertia = 1e-4
+[bodies.load]
+mass = 3.0
+inertia = 0.01
+position = [0.04, 0]
+[joints.shaft]
+type = "revolute"
+between = ["ground", "motor"]
+[joints.bearing]
+type = "revolute"
+between = [{}]
+at = [{}]
+[joints.mesh]
+type = "gear"
+between = ["motor", "load"]
+teeth = [20, 60]
+module = 1e-3
+[drives.servo]
+joint = "shaft"
+measured = "bearing"
+target_angle = 1.0
+proportional = 2.0
+[run]
+duration = 1
+start = "given"
+)",
+                                  between,
+                                  std::string(between).starts_with("\"g") ? "[0.04, 0], [0, 0]"
+                                                                          : "[0, 0], [0.04, 0]"));
+    return test::freeplay("check " + scene.string()).out;
+  };
+  CHECK_THAT(said("\"ground\", \"load\""),
+             Contains("-0.333333 turns") && Contains("positive feedback") && Contains("drives.servo"));
+  CHECK_THAT(said("\"load\", \"ground\""), Contains("0.333333 turns") && !Contains("positive feedback"));
 }
