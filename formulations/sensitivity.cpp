@@ -102,7 +102,7 @@ class VariedRun {
   std::string go() {
     while (scheme_.t() < run_.end) {
       if (run_.stop()) throw Interrupted();
-      if (!scheme_.step(run_.end)) {
+      if (!scheme_.step(std::min(run_.end, scheme_.t() + run_.longest_step))) {
         scheme_.variation().refuse(scheme_.failure());
         return scheme_.failure();
       }

@@ -70,6 +70,8 @@ struct SensitivityRun {
   std::vector<VariedKey> keys;
   std::vector<VariedQuantity> quantities;
   StopToken stop;
+  /// s. The method chooses steps for the motion alone; derivatives may vary faster, as about a rest.
+  double longest_step = INFINITY;
 };
 
 /// Runs the scene by the event-driven scheme with the variational equations of all keys. Throws

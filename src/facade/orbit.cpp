@@ -38,8 +38,16 @@ constexpr double least_share = 1e-3;
 /// Directions in which the residual changes less than this, relative, are neutral: the mechanism has a
 /// family of periodic motions along them.
 constexpr double neutral = 1e-9;
-/// Multipliers closer to the unit circle than this do not decide about stability.
-constexpr double undecided = 1e-6;
+/// Multipliers closer to the unit circle than this do not decide about stability. A double multiplier
+/// is known to the square root of the error of the map.
+constexpr double undecided = 1e-5;
+/// Steps of the variational equations: at least this number over all periods, and then twice as many
+/// until the derivative of the map changes by less than `settled`.
+constexpr int fewest_steps = 64, most_steps = 1 << 16;
+constexpr double settled = 1e-8;
+/// A motion without a drive that would change the state by less than this in a period, in error scales
+/// of unit tolerance, is an equilibrium.
+constexpr double at_rest = 1e-3;
 
 /// Period of the explicit dependence on time.
 struct Excitation {
@@ -163,7 +171,8 @@ class ReturnMap {
         return fmt::format("contact {} overlaps there", system_.contact_facts(k).name);
     return {};
   }
-  Point at(const State& s) const {
+  /// `steps`: least number of steps.
+  Point at(const State& s, int steps = fewest_steps) const {
     Point p;
     p.state = s;
     p.end = run_end_state({.scene = scene_,
@@ -172,7 +181,8 @@ class ReturnMap {
                            .end = s.t + length_,
                            .keys = directions(),
                            .quantities = {},
-                           .stop = stop_});
+                           .stop = stop_,
+                           .longest_step = length_ / steps});
     p.failure = p.end.stopped.empty() ? p.end.refused : p.end.stopped;
     if (p.failure.empty()) compare(p);
     return p;
@@ -286,6 +296,27 @@ bool wound(const System& system, const Point& p) {
   return turned && std::abs(p.end.potential - before) > 1e-6 * size;
 }
 
+/// Refines the steps until the derivative of the map no longer depends on them. Returns the reason if it
+/// always does.
+std::string refine(const ReturnMap& map, Point& p) {
+  for (int steps = 2 * fewest_steps; steps <= most_steps; steps *= 2) {
+    auto finer = map.at(p.state, steps);
+    if (!finer.failure.empty()) return finer.failure;
+    const double change = (finer.map - p.map).cwiseAbs().maxCoeff();
+    p = std::move(finer);
+    if (change <= settled * std::max(1.0, p.map.cwiseAbs().maxCoeff())) return {};
+  }
+  return fmt::format("the derivative of the return map still changes between {} and {} steps per motion",
+                     most_steps / 2, most_steps);
+}
+
+bool is_equilibrium(const Point& p) {
+  const auto& rate = p.end.columns.back();
+  for (std::size_t i = 0; i < rate.size(); ++i)
+    if (std::abs(rate[i]) > at_rest * p.end.scales[i]) return false;
+  return true;
+}
+
 void take_multipliers(const Point& p, bool autonomous, Orbit& found) {
   const auto values = general_eigen(p.map).values;
   found.multipliers.assign(values.begin(), values.end());
@@ -335,6 +366,7 @@ Orbit orbit(const Scene& scene, const OrbitRequest& request) {
                      "the drives determine the motion of all bodies: it has no degrees of freedom whose "
                      "stability could be computed");
   auto p = map.at(start);
+  if (!p.failure.empty()) p.failure = fmt::format("from the section at t = {:.9g} s: {}", start.t, p.failure);
   const double accepted = accepted_errors * given.nonsmooth.tolerance;
   std::string reason = p.failure;
   while (p.failure.empty() && found.iterations < most_iterations) {
@@ -358,10 +390,14 @@ Orbit orbit(const Scene& scene, const OrbitRequest& request) {
     return found;
   }
   if (autonomous) found.period = map.length() / request.periods;
-  if (wound(system, p)) {
+  if (autonomous && is_equilibrium(p))
+    found.failure = "the state found is an equilibrium; start with more motion, or give another period";
+  else if (wound(system, p))
     found.failure = "bodies advance by whole turns against a torsional spring: the motion is not periodic";
-    return found;
-  }
+  else
+    found.failure = refine(map, p);
+  if (!found.failure.empty()) return found;
+  found.residual = p.greatest;
   for (const auto& onset : p.end.onsets)
     found.impacts.push_back({onset.t, system.contact_facts(onset.contact).name, -onset.rate});
   take_multipliers(p, autonomous, found);
