@@ -366,7 +366,8 @@ Orbit orbit(const Scene& scene, const OrbitRequest& request) {
                      "the drives determine the motion of all bodies: it has no degrees of freedom whose "
                      "stability could be computed");
   auto p = map.at(start);
-  if (!p.failure.empty()) p.failure = fmt::format("from the section at t = {:.9g} s: {}", start.t, p.failure);
+  if (!p.end.refused.empty() && p.end.stopped.empty())
+    p.failure += "; a fraction of a period in settle moves the section";
   const double accepted = accepted_errors * given.nonsmooth.tolerance;
   std::string reason = p.failure;
   while (p.failure.empty() && found.iterations < most_iterations) {
