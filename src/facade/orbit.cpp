@@ -2,8 +2,9 @@
 //
 //     x(u) = Π(x_k + B u),   B = diag(Z, (2π/N T) Z, scales of states),   Zᵀ M Z = 1, G Z = 0,
 //
-// where Π is the projection onto the constraints. Π changes x orthogonally to B in the mass metric, so
-// that Bᵀ M S B is the derivative of the map in these coordinates (docs/theory/orbits.md).
+// where Π is the projection onto the constraints, among them the contacts that are closed at the section.
+// Π changes x orthogonally to B in the mass metric, so that Bᵀ M S B is the derivative of the map in these
+// coordinates (docs/theory/orbits.md).
 #include "facade/orbit.hpp"
 
 #include <fmt/format.h>
@@ -19,6 +20,7 @@
 #include "dynamics/system.hpp"
 #include "facade/identify.hpp"
 #include "facade/simulation.hpp"
+#include "formulations/event_driven/differences.hpp"
 #include "formulations/sensitivity.hpp"
 #include "mechanism/scene.hpp"
 #include "numerics/dense.hpp"
@@ -38,6 +40,9 @@ constexpr double least_share = 1e-3;
 /// Directions in which the residual changes less than this, relative, are neutral: the mechanism has a
 /// family of periodic motions along them.
 constexpr double neutral = 1e-9;
+/// A contact is closed at the section if its gap, relative to its measure, and its rate, relative to the
+/// greatest speed, are below this.
+constexpr double closed_gap = 1e-8;
 /// Multipliers closer to the unit circle than this do not decide about stability. A double multiplier
 /// is known to the square root of the error of the map.
 constexpr double undecided = 1e-5;
@@ -129,26 +134,41 @@ struct Point {
 class ReturnMap {
  public:
   ReturnMap(const Scene& scene, const System& system, double length, bool autonomous, StopToken stop)
-      : scene_(scene), system_(system), stop_(stop), autonomous_(autonomous), length_(length) {}
+      : scene_(scene), system_(system), stop_(stop), autonomous_(autonomous), length_(length) {
+    if (system.longest_arm() > 0) curved_ = system.longest_arm();
+    for (int k = 0; k < system.contacts(); ++k)
+      if (system.contact_facts(k).has_clearance)
+        curved_ = std::min(curved_, system.contact_facts(k).clearance);
+  }
 
   bool autonomous() const { return autonomous_; }
+  bool has_closed() const { return !closed_.empty(); }
   double length() const { return length_; }
   void set_length(double length) { length_ = length; }
-  /// Sets the local coordinates at a state: columns of the basis are directions of (q, v, z).
-  void chart(const State& s) {
+  /// The contacts that are closed at a state, to rounding and to the errors of the method.
+  void take_closed(const State& s) {
     auto e = system_.make_evaluation();
     system_.place(s.t, s.q.data(), e);
-    const auto& pattern = system_.pattern();
-    const int n = system_.n();
-    MatrixXd rows = MatrixXd::Zero(n, system_.rows());
-    for (int k = 0; k < system_.rows(); ++k) {
-      for (int i = pattern.begin[k]; i < pattern.begin[k + 1]; ++i)
-        rows(pattern.column[i], k) = e.G[i] / std::sqrt(system_.mass()[pattern.column[i]]);
-      if (const double size = rows.col(k).norm(); size > 0) rows.col(k) /= size;
+    double fastest = 0;
+    for (const double v : s.v) fastest = std::max(fastest, std::abs(v));
+    for (int k = 0; k < system_.contacts(); ++k) {
+      ContactRow row;
+      system_.contact(k, s.q.data(), s.v.data(), e, row);
+      if (std::abs(row.gap) < closed_gap * system_.contact_facts(k).measure() &&
+          std::abs(row.normal.dot(s.v.data())) < closed_gap * fastest)
+        closed_.push_back(k);
     }
+  }
+  /// Sets the local coordinates at a state: columns of the basis are directions of (q, v, z).
+  void chart(const State& s) {
+    const int n = system_.n();
     roots_ = VectorXd(n);
     for (int i = 0; i < n; ++i) roots_[i] = std::sqrt(system_.mass()[i]);
-    basis_ = system_.rows() > 0 ? orthogonal_complement(rows, 1e-9) : MatrixXd::Identity(n, n);
+    MatrixXd rows = weighted_rows(system_, closed_, s);
+    for (Eigen::Index k = 0; k < rows.cols(); ++k)
+      if (const double size = rows.col(k).norm(); size > 0) rows.col(k) /= size;
+    basis_ = MatrixXd::Identity(n, n);
+    if (rows.cols() > 0) basis_ = orthogonal_complement(rows, 1e-9);
   }
   /// Number of local coordinates.
   Eigen::Index size() const { return 2 * basis_.cols() + system_.states(); }
@@ -163,11 +183,11 @@ class ReturnMap {
     }
     for (int k = 0; k < system_.states(); ++k)
       s.z[static_cast<std::size_t>(k)] += u[2 * f + k] * system_.state_scale(k);
-    if (!project_onto_constraints(system_, s)) return "the mechanism cannot be closed there";
+    if (!project_onto_constraints(system_, closed_, s)) return "the mechanism cannot be closed there";
     auto e = system_.make_evaluation();
     system_.place(s.t, s.q.data(), e);
     for (int k = 0; k < system_.contacts(); ++k)
-      if (system_.gap(k, s.q.data(), e) < 0)
+      if (std::ranges::find(closed_, k) == closed_.end() && system_.gap(k, s.q.data(), e) < 0)
         return fmt::format("contact {} overlaps there", system_.contact_facts(k).name);
     return {};
   }
@@ -179,7 +199,7 @@ class ReturnMap {
                            .system = system_,
                            .start = s,
                            .end = s.t + length_,
-                           .keys = directions(),
+                           .keys = directions(s),
                            .quantities = {},
                            .stop = stop_,
                            .longest_step = length_ / steps});
@@ -190,19 +210,29 @@ class ReturnMap {
 
  private:
   double time_unit() const { return length_ / whole_turn; }
-  std::vector<VariedKey> directions() const {
-    const auto n = static_cast<Eigen::Index>(system_.n()), f = basis_.cols();
+  /// Derivatives of the projected state with respect to the local coordinates.
+  std::vector<VariedKey> directions(const State& s) const {
+    const auto n = static_cast<Eigen::Index>(system_.n());
+    const auto all = [](const State& state) {
+      auto list = state.q;
+      list.insert(list.end(), state.v.begin(), state.v.end());
+      list.insert(list.end(), state.z.begin(), state.z.end());
+      return list;
+    };
     std::vector<VariedKey> list;
     for (Eigen::Index c = 0; c < size(); ++c) {
-      VectorXd column = VectorXd::Zero(2 * n + system_.states());
-      if (c < f)
-        column.head(n) = basis_.col(c).cwiseQuotient(roots_);
-      else if (c < 2 * f)
-        column.segment(n, n) = basis_.col(c - f).cwiseQuotient(roots_) / time_unit();
-      else
-        column[2 * n + c - 2 * f] = system_.state_scale(static_cast<int>(c - 2 * f));
-      list.push_back(
-          {.name = "the state of the section", .start = {column.begin(), column.end()}, .refused = {}});
+      const VectorXd unit = VectorXd::Unit(size(), c);
+      const VectorXd dq = (basis_ * unit.head(basis_.cols())).cwiseQuotient(roots_);
+      double most = 0;
+      for (Eigen::Index i = 0; i < n; ++i)
+        most = std::max(most, std::abs(dq[i]) / (system_.is_angle(static_cast<int>(i)) ? 1 : curved_));
+      const double spacing = most > 0 ? 1e-3 / most : 1;
+      const auto d = difference(spacing, all(s), [&](std::size_t i) {
+        State moved = s;
+        move(difference_places[i] * spacing * unit, moved);
+        return all(moved);
+      });
+      list.push_back({.name = "the state of the section", .start = d.slope, .refused = {}});
     }
     if (autonomous_) {
       list.push_back({.name = "the period",
@@ -248,6 +278,8 @@ class ReturnMap {
   double length_;   // s, of all periods
   MatrixXd basis_;  // M^(1/2) Z
   VectorXd roots_;  // diagonal of M^(1/2)
+  std::vector<int> closed_;
+  double curved_ = 1;  // m, length over which the constraints are curved
 };
 
 /// The Newton step: local coordinates, then the relative change of the period if that is unknown. Of
@@ -299,6 +331,7 @@ bool wound(const System& system, const Point& p) {
 /// Refines the steps until the derivative of the map no longer depends on them. Returns the reason if it
 /// always does.
 std::string refine(const ReturnMap& map, Point& p) {
+  if (map.size() == 0) return {};
   for (int steps = 2 * fewest_steps; steps <= most_steps; steps *= 2) {
     auto finer = map.at(p.state, steps);
     if (!finer.failure.empty()) return finer.failure;
@@ -318,6 +351,8 @@ bool is_equilibrium(const Point& p) {
 }
 
 void take_multipliers(const Point& p, bool autonomous, Orbit& found) {
+  found.stable = true;
+  if (p.map.size() == 0) return;
   const auto values = general_eigen(p.map).values;
   found.multipliers.assign(values.begin(), values.end());
   std::ranges::stable_sort(found.multipliers, [](const auto& a, const auto& b) {
@@ -360,8 +395,13 @@ Orbit orbit(const Scene& scene, const OrbitRequest& request) {
   }
   ReturnMap map(given, system, found.period * request.periods, autonomous, request.stop);
   auto start = simulation.state();
+  map.take_closed(start);
   map.chart(start);
-  if (map.size() == 0)
+  if (const auto why = map.move(VectorXd::Zero(map.size()), start); !why.empty()) {
+    found.failure = fmt::format("t = {:.9g} s, at the section: {}", start.t, why);
+    return found;
+  }
+  if (map.size() == 0 && !map.has_closed())
     throw ModelError("",
                      "the drives determine the motion of all bodies: it has no degrees of freedom whose "
                      "stability could be computed");
@@ -370,7 +410,7 @@ Orbit orbit(const Scene& scene, const OrbitRequest& request) {
     p.failure += "; a fraction of a period in settle moves the section";
   const double accepted = accepted_errors * given.nonsmooth.tolerance;
   std::string reason = p.failure;
-  while (p.failure.empty() && found.iterations < most_iterations) {
+  while (map.size() > 0 && p.failure.empty() && found.iterations < most_iterations) {
     const double before = p.greatest;
     if (before == 0 || !advance(map, p, reason)) break;
     ++found.iterations;
