@@ -13,11 +13,11 @@
 #include <cmath>
 #include <numbers>
 #include <utility>
-#include <variant>
 #include <vector>
 
 #include "dynamics/assembly/projection.hpp"
 #include "dynamics/system.hpp"
+#include "facade/excitation.hpp"
 #include "facade/identify.hpp"
 #include "facade/simulation.hpp"
 #include "formulations/event_driven/differences.hpp"
@@ -54,72 +54,6 @@ constexpr double settled = 1e-8;
 /// of unit tolerance, is an equilibrium.
 constexpr double at_rest = 1e-3;
 
-/// Period of the explicit dependence on time.
-struct Excitation {
-  bool any = false;   ///< whether the equations depend on time
-  double period = 0;  ///< s; 0: none found
-  std::string why;    ///< reason why none was found
-};
-
-/// Period of a function of time; 0 if it has none. A prescribed motion of constant rate turns its joint.
-double period_of(const Piecewise& course) {
-  if (course.period() > 0) return course.period();
-  if (!course.knots().empty()) return 0;
-  if (const double length = course.variation(0); std::isfinite(length)) return length;
-  const double rate = std::abs(course.jet(0.0).slope);
-  return rate > 0 ? whole_turn / rate : 0;
-}
-
-Excitation excitation_of(const Mechanism& mechanism, const System& system) {
-  Excitation found;
-  std::vector<double> periods;
-  const auto add = [&](const std::string& name, double period) {
-    found.any = true;
-    if (period > 0)
-      periods.push_back(period);
-    else if (found.why.empty())
-      found.why = fmt::format("\"{}\" is not a periodic function of time", name);
-  };
-  for (const auto& drive : mechanism.drives) {
-    if (const auto* speed = std::get_if<SpeedDrive>(&drive); speed && speed->speed != 0)
-      add(speed->name, whole_turn / std::abs(speed->speed));
-    if (const auto* torque = std::get_if<TorqueDrive>(&drive))
-      if (torque->against == TorqueDrive::Against::time && torque->table.size() > 1) add(torque->name, 0);
-  }
-  for (const auto& reader : system.curve_readers())
-    if (reader.of == CurveReader::Of::time) add(reader.name, period_of(reader.course));
-  if (periods.empty() || !found.why.empty()) return found;
-  const double longest = std::ranges::max(periods);
-  for (const double period : periods) {
-    const double ratio = longest / period;
-    if (std::abs(ratio - std::round(ratio)) > 1e-9 * ratio) {
-      found.why = fmt::format("the drives have periods of {:.9g} s and {:.9g} s", longest, period);
-      return found;
-    }
-  }
-  found.period = longest;
-  return found;
-}
-
-/// The period of the section (s).
-double section_period(const Excitation& excitation, const std::optional<double>& given) {
-  if (given && !(*given > 0 && std::isfinite(*given)))
-    throw ModelError("period", "must be a positive number of seconds");
-  if (excitation.period > 0) {
-    if (given && std::abs(*given - excitation.period) > 1e-9 * excitation.period)
-      throw ModelError("period",
-                       fmt::format("{} s contradicts the drives, whose period is {:.12g} s; omit it", *given,
-                                   excitation.period));
-    return excitation.period;
-  }
-  if (given) return *given;
-  throw ModelError("period", excitation.any
-                                 ? fmt::format("is not known: {}; give the period of the drives in seconds",
-                                               excitation.why)
-                                 : "is not known: nothing in the scene depends on time; give an estimate of "
-                                   "the period of the motion in seconds");
-}
-
 /// The return map near one state of the section.
 struct Point {
   State state;
@@ -154,7 +88,8 @@ class ReturnMap {
     for (int k = 0; k < system_.contacts(); ++k) {
       ContactRow row;
       system_.contact(k, s.q.data(), s.v.data(), e, row);
-      if (std::abs(row.gap) < closed_gap * system_.contact_facts(k).measure() &&
+      const double measure = system_.contact_facts(k).measure();
+      if (std::abs(row.gap) < closed_gap * (measure > 0 ? measure : curved_) &&
           std::abs(row.normal.dot(s.v.data())) < closed_gap * fastest)
         closed_.push_back(k);
     }
