@@ -7,6 +7,7 @@
 
 #include "dynamics/assembly/assembly.hpp"
 #include "formulations/event_driven/event_driven.hpp"
+#include "formulations/integrators/tolerance.hpp"
 #include "formulations/nonsmooth.hpp"
 #include "mechanism/scene.hpp"
 
@@ -83,17 +84,55 @@ void take_event(const VariedQuantity& q, const std::vector<Variation::Onset>& on
   }
 }
 
+/// A run of the event-driven scheme with its variational equations.
+class VariedRun {
+ public:
+  VariedRun(SensitivityRun& run, const std::vector<Column>& integrands)
+      : run_(run),
+        restitution_(restitution_of(run.system)),
+        scheme_(make_event_driven(run.scene, run.system, restitution_,
+                                  {!redundant_rows(run.system, run.start.q).empty(), run.scene.run.eliminate},
+                                  run.start)),
+        log_(run.system.contacts(), run.system.reported()) {
+    scheme_.start(run.start, log_);
+    scheme_.vary(std::move(run.keys), integrands, curved_length(run.system), run.end - run.start.t);
+  }
+  EventDriven& scheme() { return scheme_; }
+  /// Runs to the end. Returns the reason of an earlier stop, else nothing.
+  std::string go() {
+    while (scheme_.t() < run_.end) {
+      if (run_.stop()) throw Interrupted();
+      if (!scheme_.step(std::min(run_.end, scheme_.t() + run_.longest_step))) {
+        scheme_.variation().refuse(scheme_.failure());
+        return scheme_.failure();
+      }
+      log_.advance(scheme_.t());
+      log_.drain([](const auto&) {});
+    }
+    return {};
+  }
+  std::vector<Variation::Onset> onsets() {
+    auto list = scheme_.variation().onsets();
+    std::ranges::stable_sort(list, {}, &Variation::Onset::t);
+    return list;
+  }
+
+ private:
+  static std::vector<double> restitution_of(const System& system) {
+    std::vector<double> list;
+    for (int k = 0; k < system.contacts(); ++k)
+      list.push_back(system.contact_facts(k).surface.restitution.value_or(0));
+    return list;
+  }
+  SensitivityRun& run_;
+  std::vector<double> restitution_;
+  EventDriven scheme_;
+  ContactLog log_;
+};
+
 }  // namespace
 
 Sensitivities run_sensitivities(SensitivityRun run) {
-  const auto& system = run.system;
-  std::vector<double> restitution;
-  for (int k = 0; k < system.contacts(); ++k)
-    restitution.push_back(system.contact_facts(k).surface.restitution.value_or(0));
-  const RowFacts facts{!redundant_rows(system, run.start.q).empty(), run.scene.run.eliminate};
-  auto scheme = make_event_driven(run.scene, system, restitution, facts, run.start);
-  ContactLog log(system.contacts(), system.reported());
-  scheme.start(run.start, log);
   Sensitivities all;
   for (const auto& key : run.keys) {
     all.keys.push_back(key.name);
@@ -103,20 +142,11 @@ Sensitivities run_sensitivities(SensitivityRun run) {
   for (const auto& q : run.quantities)
     if (q.of == Of::mean) integrands.push_back(q.column);
   const auto keys = run.keys.size();
-  scheme.vary(std::move(run.keys), integrands, curved_length(system), run.end - run.start.t);
+  VariedRun motion(run, integrands);
+  auto& scheme = motion.scheme();
   auto& variation = scheme.variation();
-  while (scheme.t() < run.end) {
-    if (run.stop()) throw Interrupted();
-    if (!scheme.step(run.end)) {
-      all.stopped = scheme.failure();
-      variation.refuse(all.stopped);
-      break;
-    }
-    log.advance(scheme.t());
-    log.drain([](const auto&) {});
-  }
-  auto onsets = variation.onsets();
-  std::ranges::stable_sort(onsets, {}, &Variation::Onset::t);
+  all.stopped = motion.go();
+  const auto onsets = motion.onsets();
   std::vector<std::string> ended;
   for (std::size_t c = 0; c < keys; ++c) ended.push_back(variation.reason(c));
   const auto& d = scheme.dynamics();
@@ -165,6 +195,42 @@ Sensitivities run_sensitivities(SensitivityRun run) {
   const auto rhs = scheme.work().rhs;
   all.cost = rhs > 0 ? static_cast<double>(variation.evaluations()) / static_cast<double>(rhs) : 0;
   return all;
+}
+
+EndState run_end_state(SensitivityRun run) {
+  VariedRun motion(run, {});
+  auto& scheme = motion.scheme();
+  const auto& system = run.system;
+  EndState end;
+  end.stopped = motion.go();
+  const auto& x = scheme.x();
+  const auto n = static_cast<std::size_t>(system.n()), states = static_cast<std::size_t>(system.states());
+  const auto offset = static_cast<std::size_t>(scheme.dynamics().state_offset());
+  const auto parts = [&](const std::vector<double>& all) {
+    std::vector<double> list(all.begin(), all.begin() + static_cast<long>(2 * n));
+    list.insert(list.end(), all.begin() + static_cast<long>(offset),
+                all.begin() + static_cast<long>(offset + states));
+    return list;
+  };
+  const auto values = parts(x);
+  end.state = {scheme.t(), {}, {}, {}};
+  end.state.q.assign(values.begin(), values.begin() + static_cast<long>(n));
+  end.state.v.assign(values.begin() + static_cast<long>(n), values.begin() + static_cast<long>(2 * n));
+  end.state.z.assign(values.begin() + static_cast<long>(2 * n), values.end());
+  auto norm = motion_norm(system, make_scales(run.scene.mechanism, system, run.start), 1);
+  add_states(norm, system, static_cast<int>(2 * n));
+  for (std::size_t i = 0; i < values.size(); ++i)
+    end.scales.push_back(norm.absolute[i] + norm.relative[i] * std::abs(values[i]));
+  end.potential = system.potential(x.data());
+  end.kinetic = system.kinetic(x.data() + n);
+  auto& variation = scheme.variation();
+  for (std::size_t c = 0; c < variation.keys().size(); ++c)
+    if (end.refused.empty()) end.refused = variation.reason(c);
+  if (end.refused.empty())
+    for (const auto& column : variation.end_columns(scheme.dynamics(), x, scheme.t()))
+      end.columns.push_back(parts(column));
+  for (const auto& onset : motion.onsets()) end.onsets.push_back({onset.contact, onset.t, onset.rate});
+  return end;
 }
 
 }  // namespace freeplay

@@ -74,10 +74,29 @@ struct SensitivityRun {
   std::vector<VariedKey> keys;
   std::vector<VariedQuantity> quantities;
   StopToken stop;
+  /// s. The method chooses steps for the motion alone; derivatives may vary faster, as about a rest.
+  double longest_step = INFINITY;
 };
 
 /// Runs the scene by the event-driven scheme with the variational equations of all keys. Throws
 /// Interrupted if a stop is requested.
 Sensitivities run_sensitivities(SensitivityRun run);
+
+/// The state at the end of a run, with derivatives.
+struct EndState {
+  struct Onset {
+    int contact = 0;
+    double t = 0, rate = 0;  ///< s; m/s, rate of the gap, negative
+  };
+  State state;
+  std::vector<std::vector<double>> columns;  ///< d(q, v, z)/dp, one list for each key
+  std::vector<double> scales;                ///< of (q, v, z), as the tolerance of the scheme has them
+  std::vector<Onset> onsets;                 ///< of contacts, in the order of time
+  double potential = 0, kinetic = 0;         ///< J
+  std::string stopped;                       ///< reason of a stop before the end; empty if there is none
+  std::string refused;                       ///< reason why a derivative does not exist; empty if all do
+};
+/// Likewise, for the state at the end of the run; the quantities are not evaluated.
+EndState run_end_state(SensitivityRun run);
 
 }  // namespace freeplay

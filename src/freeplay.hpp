@@ -34,6 +34,7 @@
 ///   bit.
 /// - sensitivities() (facade/sensitivity.hpp): derivatives of results with respect to scene keys and
 ///   initial values.
+/// - orbit() (facade/orbit.hpp): periodic motions and their Floquet multipliers.
 /// - Outside (mechanism/outside.hpp): contact laws and load forces that the caller implements.
 ///
 /// Units: SI and radians throughout. No member takes another unit, except the text that
@@ -63,6 +64,7 @@
 /// link freeplay::freeplay. docs/reference/library.md has complete examples.
 #pragma once
 
+#include "facade/orbit.hpp"
 #include "facade/sensitivity.hpp"
 #include "facade/simulation.hpp"
 #include "mechanism/outside.hpp"
@@ -71,6 +73,7 @@
 #include "simulation/statistics.hpp"
 #include "simulation/trajectory.hpp"
 #include "values/identity.hpp"
+#include "values/orbit.hpp"
 #include "values/result.hpp"
 #include "values/sensitivity.hpp"
 #include "values/snapshot.hpp"

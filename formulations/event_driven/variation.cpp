@@ -308,6 +308,17 @@ Variation::Vector Variation::total(std::size_t c, const Function& value, const V
   return d.slope;
 }
 
+std::vector<Variation::Vector> Variation::end_columns(const EventDynamics& d, const Vector& x, double t) {
+  take_mode(d);
+  mode_known_ = false;
+  Vector f(size_);
+  (*probe_)(x, f, t);
+  auto columns = S_;
+  for (std::size_t c = 0; c < keys_.size(); ++c)
+    if (open(c)) add_multiple(columns[c], keys_[c].end_rate, f);
+  return columns;
+}
+
 Variation::Vector Variation::end_derivatives(const EventDynamics& d, const Vector& x, double t,
                                              const Function& value, double& now,
                                              std::vector<std::string>& reasons) {

@@ -81,6 +81,9 @@ class Variation {
   /// Value and derivatives of a function at the end of the run, at x and t in the present mode.
   Vector end_derivatives(const EventDynamics& dynamics, const Vector& x, double t, const Function& value,
                          double& now, std::vector<std::string>& reasons);
+  /// dx/dp of all columns at the end of the run, at x and t in the present mode. A column without a
+  /// derivative is zero.
+  std::vector<Vector> end_columns(const EventDynamics& dynamics, const Vector& x, double t);
   /// Sum of the energies lost in contacts, which x does not contain.
   const Vector& contact_loss() const { return loss_; }
   /// Mean of the i-th integrand from `begin` to `end` (s), and its derivatives at the end of the run. The

@@ -151,6 +151,7 @@ Findings groups();
 Findings published_cases();
 Findings tangential_compliance();
 Findings sensitivity_claims();
+Findings orbits();
 
 // Parts of the set "published-cases", in files of their own.
 void published_smooth(Findings& f);

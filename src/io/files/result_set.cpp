@@ -35,6 +35,7 @@ const std::vector<Members>& all_members() {
       {"drift", {"drift.json", "drift.csv", "figures/drift*"}},
       {"poincare", {"section.json", "section.csv", "figures/poincare*"}},
       {"sensitivity", {"sensitivity.json", "figures/sensitivity*"}},
+      {"orbit", {"orbit.json"}},
       {"bifurcation", {"bifurcation.json", "bifurcation.csv", "figures/bifurcation*"}},
       {"basin", {"basin.json", "basin.csv", "figures/basin*"}},
       {"check", {"pose.json", "pose.csv", "figures/pose*"}},

@@ -1,0 +1,118 @@
+// freeplay orbit: a periodic motion of a scene, and its stability.
+#include "facade/orbit.hpp"
+
+#include <fmt/format.h>
+
+#include <cmath>
+#include <nlohmann/json.hpp>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "cli/default_folder.hpp"
+#include "cli/ending.hpp"
+#include "cli/verb.hpp"
+#include "cli/wrapped.hpp"
+#include "facade/identify.hpp"
+#include "io/files/result_set.hpp"
+#include "io/files/run_json.hpp"
+#include "io/scene/located.hpp"
+#include "mechanism/scene.hpp"
+#include "values/family.hpp"
+
+namespace freeplay::cli {
+namespace {
+
+struct OrbitVerb : Request {
+  std::string scene, formulation = "nonsmooth";
+  std::vector<std::string> overrides;
+  int periods = 1;
+  double settle = OrbitRequest{}.settle;
+  std::optional<double> period;
+  std::string output;  ///< result folder
+};
+
+/// The state by the names of trajectory.csv, which has the bodies in the mechanism's order.
+nlohmann::json state_json(const Scene& scene, const State& s) {
+  nlohmann::json list = {{"t", s.t}};
+  static constexpr const char* parts[2][3] = {{"x", "y", "theta"}, {"vx", "vy", "omega"}};
+  for (std::size_t i = 0; i < s.q.size(); ++i) {
+    const auto& body = scene.mechanism.bodies[i / 3].name;
+    list[fmt::format("{}.{}", body, parts[0][i % 3])] = s.q[i];
+    list[fmt::format("{}.{}", body, parts[1][i % 3])] = s.v[i];
+  }
+  if (!s.z.empty()) list["first_order_states"] = s.z;
+  return list;
+}
+
+nlohmann::json orbit_json(const Scene& scene, const Orbit& found) {
+  nlohmann::json impacts = nlohmann::json::array(), multipliers = impacts;
+  for (const auto& i : found.impacts)
+    impacts.push_back({{"time", i.t}, {"joint", i.joint}, {"speed", i.speed}});
+  for (const auto& m : found.multipliers) multipliers.push_back({m.real(), m.imag()});
+  return {{"period_s", found.period},   {"periods", found.periods},
+          {"residual", found.residual}, {"state", state_json(scene, found.state)},
+          {"impacts", impacts},         {"multipliers", multipliers},
+          {"stable", found.stable},     {"iterations", found.iterations}};
+}
+
+void print(const Orbit& found) {
+  fmt::print("periodic motion of {} x {:.9g} s, {}, residual {:.2g} after {} Newton steps\n", found.periods,
+             found.period, found.stable ? "stable" : "not stable", found.residual, found.iterations);
+  fmt::print("{} contact onset{} per motion\n", found.impacts.size(), found.impacts.size() == 1 ? "" : "s");
+  for (const auto& m : found.multipliers)
+    fmt::print("  multiplier {:>16.10g} {:>+16.10g} i   modulus {:.10g}\n", m.real(), m.imag(), std::abs(m));
+}
+
+int find_orbit(const OrbitVerb& request) try {
+  const auto scene = read_scene(request.scene, request.overrides);
+  const auto folder = result_folder(request.output, default_folder(scene.file, "-orbit"));
+  const auto found = located_in(scene, [&] {
+    return orbit(scene, {.formulation = request.formulation,
+                         .periods = request.periods,
+                         .settle = request.settle,
+                         .period = request.period,
+                         .stop = request.stop});
+  });
+  if (!found.failure.empty()) {
+    fmt::print(stderr, "{}", wrapped("no periodic motion found: " + found.failure + "\n"));
+    return 1;
+  }
+  ResultSet set(folder, "orbit");
+  auto document = orbit_json(scene, found);
+  document["formulation"] = request.formulation;
+  document["provenance"] = provenance(scene, identify(scene, family_of(request.formulation), std::nullopt));
+  write_json(set.place() / "orbit.json", document);
+  set.commit();
+  print(found);
+  fmt::print("results in {}\n", folder.string());
+  return 0;
+} catch (const Interrupted&) {
+  return interrupted(Kept::nothing);
+}
+
+}  // namespace
+
+void orbit_verb(Program& program) {
+  auto [options, request] = program.verb("orbit", "find a periodic motion and its stability", find_orbit);
+  options.scene(request.scene).required();
+  options.add("--formulation", request.formulation, "penalty or nonsmooth")
+      .one_of(family_names())
+      .shows_default();
+  options.add("--periods", request.periods, "periods of the drive after which the motion repeats")
+      .between(1, 100'000)
+      .shows_default();
+  options.add("--settle", request.settle, "periods of the drive from the scene's start to the first guess")
+      .number([](double x) { return x >= 0; }, "must be 0 or greater")
+      .shows_default();
+  options
+      .add("--period", request.period,
+           "period of the drives in seconds, if the scene does not show it; without a drive, an estimate of "
+           "that of the motion")
+      .takes("SECONDS")
+      .number([](double x) { return x > 0; }, "must be greater than 0");
+  options.set(request.overrides);
+  options.output(request.output, "result folder; default out/NAME-orbit");
+}
+
+}  // namespace freeplay::cli

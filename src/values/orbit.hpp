@@ -1,0 +1,37 @@
+// A periodic motion of a mechanism.
+#pragma once
+
+#include <cmath>
+#include <complex>
+#include <string>
+#include <vector>
+
+#include "values/state.hpp"
+
+namespace freeplay {
+
+/// Onset of a contact within a periodic motion.
+struct OrbitImpact {
+  double t = 0;       ///< s
+  std::string joint;  ///< joint with clearance or contact
+  double speed = 0;   ///< m/s, approach speed
+};
+
+/// A periodic motion, or the reason why none was found.
+struct Orbit {
+  double period = 0;  ///< s, of the drive; without a drive, of the motion over `periods`
+  int periods = 1;    ///< number of periods after which the state returns
+  /// Greatest change of a coordinate, rate or first-order state over the periods, relative to its error
+  /// scale (docs/theory/orbits.md); of the last iterate if there is a failure.
+  double residual = NAN;
+  State state;  ///< at the section
+  /// contact onsets within the periods, in the order of time
+  std::vector<OrbitImpact> impacts;
+  /// Floquet multipliers of the mechanism's own degrees of freedom, largest modulus first
+  std::vector<std::complex<double>> multipliers;
+  bool stable = false;  ///< whether all multipliers are inside the unit circle
+  int iterations = 0;   ///< of Newton's method
+  std::string failure;  ///< why no periodic motion was found; empty if one was
+};
+
+}  // namespace freeplay
