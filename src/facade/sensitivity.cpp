@@ -13,7 +13,7 @@
 #include "dynamics/system.hpp"
 #include "facade/identify.hpp"
 #include "facade/simulation.hpp"
-#include "formulations/event_driven/differences.hpp"
+#include "formulations/differences.hpp"
 #include "formulations/sensitivity.hpp"
 #include "io/scene/toml_value.hpp"
 #include "io/scene/write_scene.hpp"
