@@ -14,6 +14,7 @@
 #include "facade/identify.hpp"
 #include "facade/simulation.hpp"
 #include "formulations/differences.hpp"
+#include "formulations/make.hpp"
 #include "formulations/sensitivity.hpp"
 #include "io/scene/toml_value.hpp"
 #include "io/scene/write_scene.hpp"
@@ -77,7 +78,11 @@ std::string value_text(const Scene& scene, const std::string& key) {
   throw ModelError(key, "has no value in this scene; state it there, or correct the name");
 }
 
-NumberKey number_key(const Scene& scene, const std::string& name) {
+/// Settings of the penalty formulation that are no property of a contact law.
+constexpr std::array numerical_settings{"penalty.alpha", "penalty.beta", "penalty.tolerance", "penalty.step",
+                                        "penalty.v0_floor"};
+
+NumberKey number_key(const Scene& scene, const std::string& name, Family family) {
   NumberKey k;
   const auto bracket = name.find('[');
   k.key = name.substr(0, bracket);
@@ -90,8 +95,9 @@ NumberKey number_key(const Scene& scene, const std::string& name) {
     indices.push_back(static_cast<std::size_t>(*index));
     at = close + 1;
   }
+  const bool law = family == Family::penalty && std::ranges::find(numerical_settings, name) == numerical_settings.end();
   for (const char* settings : {"nonsmooth.", "penalty."})
-    if (name.starts_with(settings))
+    if (name.starts_with(settings) && !(law && name.starts_with("penalty.")))
       throw ModelError(name, "is a numerical setting, not a property of the mechanism");
   k.text = value_text(scene, k.key);
   const auto place = find_number(k.text, indices);
@@ -118,10 +124,13 @@ NumberKey number_key(const Scene& scene, const std::string& name) {
 
 /// A scene with another value of a key, with its system and start.
 struct DisplacedScene {
-  DisplacedScene(const Scene& given, const NumberKey& k, double value, const StopToken& stop) : scene(given) {
+  DisplacedScene(const Scene& given, const NumberKey& k, double value, Family family, const StopToken& stop)
+      : scene(given) {
     scene.set(k.key, k.text.substr(0, k.begin) + toml_number(value) + k.text.substr(k.end));
     system = std::make_unique<System>(scene.mechanism);
-    start = assemble(scene.mechanism, scene.run.start, nullptr, stop);
+    const bool rests = scene.run.start == RunOptions::Start::equilibrium;
+    start = assemble(scene.mechanism, scene.run.start, nullptr, stop,
+                     rests ? compliances(family, scene, *system) : Compliances{});
   }
   Scene scene;
   std::unique_ptr<System> system;
@@ -154,8 +163,8 @@ using DisplacedScenes = std::array<std::unique_ptr<DisplacedScene>, 4>;
 /// Builds the displaced scenes of a key. A key at the end of its range, or one whose start cannot be
 /// assembled beside it, has no derivative.
 VariedKey vary(const Scene& scene, const System& system, const State& start, const std::string& name,
-               const StopToken& stop, DisplacedScenes& displaced) {
-  const auto k = number_key(scene, name);
+               Family family, const StopToken& stop, DisplacedScenes& displaced) {
+  const auto k = number_key(scene, name, family);
   VariedKey v{.name = name, .value = k.value, .start = {}, .refused = {}};
   const double scale = k.value != 0 ? std::abs(k.value) : k.neighbours > 0 ? k.neighbours : 1;
   v.spacing = relative_spacing * scale;
@@ -165,7 +174,7 @@ VariedKey vary(const Scene& scene, const System& system, const State& start, con
     try {
       for (std::size_t i = 0; i < displaced.size(); ++i)
         displaced[i] =
-            std::make_unique<DisplacedScene>(scene, k, k.value + difference_places[i] * v.spacing, stop);
+            std::make_unique<DisplacedScene>(scene, k, k.value + difference_places[i] * v.spacing, family, stop);
     } catch (const ModelError& e) {
       reason = fmt::format("values beside {} are not possible: {}", k.value, e.message);
       v.spacing *= 0.1;
@@ -193,7 +202,10 @@ VariedKey vary(const Scene& scene, const System& system, const State& start, con
   if (!from.smooth || !ends.smooth) v.refused = "the start changes with a kink or a jump at this value";
   v.start = from.slope;
   v.end_rate = ends.slope[0];
-  for (std::size_t i = 0; i < displaced.size(); ++i) v.systems[i] = displaced[i]->system.get();
+  for (std::size_t i = 0; i < displaced.size(); ++i) {
+    v.systems[i] = displaced[i]->system.get();
+    v.scenes[i] = &displaced[i]->scene;
+  }
   return v;
 }
 
@@ -263,9 +275,8 @@ VariedQuantity quantity_of(const Layout& layout, const std::string& name) {
 }  // namespace
 
 Sensitivities sensitivities(const Scene& scene, const SensitivityRequest& request) {
-  if (family_of(request.formulation) == Family::penalty)
-    throw ModelError("formulation", "\"penalty\" has no derivatives yet; use \"nonsmooth\"");
-  if (scene.nonsmooth.scheme_in_force() == Scheme::moreau_jean)
+  const auto family = family_of(request.formulation);
+  if (family == Family::nonsmooth && scene.nonsmooth.scheme_in_force() == Scheme::moreau_jean)
     throw ModelError("nonsmooth.scheme",
                      "time stepping has no derivatives yet; set it to \"event-driven\" or \"automatic\"");
   Simulation simulation(scene, request.formulation, {.start = {}, .stop = request.stop});
@@ -284,8 +295,8 @@ Sensitivities sensitivities(const Scene& scene, const SensitivityRequest& reques
   for (std::size_t i = 0; i < request.to.size(); ++i)
     run.keys.push_back(request.to[i].starts_with("initial.")
                            ? initial_value(layout, run.start, request.to[i])
-                           : vary(given, system, run.start, request.to[i], request.stop, displaced[i]));
-  return run_sensitivities(std::move(run));
+                           : vary(given, system, run.start, request.to[i], family, request.stop, displaced[i]));
+  return run_sensitivities(run, family);
 }
 
 }  // namespace freeplay
