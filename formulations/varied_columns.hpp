@@ -163,6 +163,8 @@ class VariedColumns {
   bool strict_integrands_ = true;
   std::size_t size_;
   std::array<Vector, 6> f_;  // of advance_stages()
+  /// s, dt of each column: in advance_stages(), S is the derivative at times that change by it.
+  Vector shifts_;
   long evaluations_ = 0;
 
  private:
@@ -187,7 +189,8 @@ VariedColumns<Dynamics>::VariedColumns(std::unique_ptr<Dynamics> probe, std::vec
       integral_rates_(keys_.size(), Vector(integrands_.size())),
       length_(length),
       duration_(duration),
-      size_(static_cast<std::size_t>(probe_->size())) {
+      size_(static_cast<std::size_t>(probe_->size())),
+      shifts_(keys_.size()) {
   const int n = probe_->system.n();
   for (std::size_t c = 0; c < keys_.size(); ++c) {
     const auto& key = keys_[c];
@@ -229,7 +232,10 @@ void VariedColumns<Dynamics>::advance_stages(double t_old, const Vector& x_old, 
       if (!open(c)) continue;
       for (std::size_t j = 0; j < i; ++j) add_multiple(seeds_[c], h * Stages::a[i][j], slopes_[j][c]);
     }
-    f_[i] = probe_->directional(stage_, at, seeds_, slopes_[i]);
+    if constexpr (requires { probe_->directional(stage_, at, seeds_, shifts_, slopes_[i]); })
+      f_[i] = probe_->directional(stage_, at, seeds_, shifts_, slopes_[i]);
+    else
+      f_[i] = probe_->directional(stage_, at, seeds_, slopes_[i]);
     evaluations_ += 1 + static_cast<long>(keys_.size());
     for (std::size_t c = 0; c < keys_.size(); ++c) {
       if (!open(c)) continue;
@@ -255,7 +261,7 @@ void VariedColumns<Dynamics>::integrate(double weight, const Vector& x, double t
   for (std::size_t c = 0; c < keys_.size(); ++c)
     if (open(c))
       add_multiple(integral_rates_[c], weight,
-                   total(c, value, x, t, seeds_[c], 0, speed, strict_integrands_));
+                   total(c, value, x, t, seeds_[c], shifts_[c], speed, strict_integrands_));
 }
 
 /// d(I/T) = dI/T + (c(T) − I/T) dT/T, with T the length of the run.

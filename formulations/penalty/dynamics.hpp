@@ -157,10 +157,10 @@ class PenaltyDynamics {
   ///
   ///     M v̇ + Gᵀλ = F,   G v̇ = r     ⇒     M dv̇ + Gᵀdλ = dF − dGᵀ λ,   G dv̇ = dr − dG v̇.
   void jacobian(const Vector& x, double t, double* J, double* dfdt);
-  /// Derivatives of dx/dt along `directions` of x, at constant t, exact to rounding. Returns dx/dt. The
+  /// Derivatives of dx/dt along `directions` of x and `times` of t, exact to rounding. Returns dx/dt. The
   /// directions continue after x with (v₀, mass) of each contact, on which dx/dt depends.
   const Vector& directional(const Vector& x, double t, std::span<const Vector> directions,
-                            std::span<Vector> out);
+                            std::span<const double> times, std::span<Vector> out);
   /// Evaluates the anchors of all closed contacts at x.
   void anchor(const Vector& x, double t, std::vector<ContactAnchor>& out);
   /// Anchors of the nominal system, if this one is displaced; null otherwise.

@@ -38,9 +38,10 @@ void ExtendedPenalty::operator()(const Vector& x, Vector& dxdt, double t) {
 
 const ExtendedPenalty::Vector& ExtendedPenalty::directional(const Vector& x, double t,
                                                             std::span<const Vector> directions,
+                                                            std::span<const double> times,
                                                             std::span<Vector> out) {
   prepare(x, t);
-  slope_ = f_->directional(x, t, directions, out);
+  slope_ = f_->directional(x, t, directions, times, out);
   slope_.resize(x.size());
   for (auto& column : out) std::fill(column.begin() + retained_offset(), column.end(), 0.0);
   return slope_;

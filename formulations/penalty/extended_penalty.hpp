@@ -37,7 +37,7 @@ class ExtendedPenalty {
 
   void operator()(const Vector& x, Vector& dxdt, double t);
   const Vector& directional(const Vector& x, double t, std::span<const Vector> directions,
-                            std::span<Vector> out);
+                            std::span<const double> times, std::span<Vector> out);
   void take_mode(const PenaltyDynamics& other);
   /// [x, retained data] in the present mode.
   Vector extended(const Vector& x) const;

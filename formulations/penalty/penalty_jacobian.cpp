@@ -58,6 +58,7 @@ void PenaltyDynamics::jacobian(const Vector& x, double t, double* J, double* dfd
 
 const PenaltyDynamics::Vector& PenaltyDynamics::directional(const Vector& x, double t,
                                                             std::span<const Vector> directions,
+                                                            std::span<const double> times,
                                                             std::span<Vector> out) {
   constexpr int chunk = penalty_directions;
   t = std::min(t, knot);
@@ -82,7 +83,9 @@ const PenaltyDynamics::Vector& PenaltyDynamics::directional(const Vector& x, dou
     }
     std::array<double*, penalty_directions> columns{};
     for (int s = 0; s < some; ++s) columns[s] = out[first + s].data();
-    differentiate(t, some, columns.data());
+    Gradient time = t;
+    for (int s = 0; s < some; ++s) time.slope[s] = times[first + s];
+    differentiate(time, some, columns.data());
   }
   return d.slope;
 }

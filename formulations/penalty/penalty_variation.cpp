@@ -14,6 +14,10 @@ namespace {
 
 /// Share of a contact's measure up to which a contact counts as grazing.
 constexpr double least_approach = 1e-6;
+/// Least tolerance with which a step is repeated; rounding errors are below it.
+constexpr double least_closure = 1e-11;
+/// Number of steps within which a gap is near its zero.
+constexpr double near_steps = 30;
 /// Parts of a step at most; a step that needs more is too stiff for an explicit method.
 constexpr int most_parts = 1024;
 
@@ -121,13 +125,53 @@ void PenaltyVariation::end_step() {
     const int count = parts(x, t_old, h, run_.x());
     if (count > most_parts)
       refuse(fmt::format("t = {:.9g} s: the motion is too stiff for the explicit method of derivatives", t_old));
+    const bool shifted = choose_shifts(x, t_old, h);
+    if (shifted) shift(x, t_old, 1);
     for (int i = 0; i < std::min(count, most_parts); ++i) {
       const double length = h / count;
       advance_stages(t_old + i * length, x, length);
       for (std::size_t s = 0; s < f_.size(); ++s) add_multiple(x, length * DormandPrince::b[s], f_[s]);
     }
+    if (shifted) shift(x, t_old + h, -1);
   }
   pass();
+}
+
+/// dt of each column for the next step: that of the gap nearest to its zero, if it is near.
+bool PenaltyVariation::choose_shifts(const Vector& x, double t, double h) {
+  int nearest = -1;
+  double least = near_steps * h;
+  for (int k = 0; k < probe_->system.contacts(); ++k) {
+    if (!probe_->contacts()[k].closed) continue;
+    const double away = std::abs(probe_->row(k, x, t).gap), rate = std::abs(probe_->gap_rate(k, x, t));
+    if (rate > 1e-6 * probe_->speed_scale() && away < least * rate) {
+      least = away / rate;
+      nearest = k;
+    }
+  }
+  std::ranges::fill(shifts_, 0.0);
+  if (nearest < 0) return false;
+  const auto normal = probe_->row(nearest, x, t).normal;
+  const double rate = probe_->gap_rate(nearest, x, t);
+  const Function gap = [nearest](ExtendedPenalty& f, const Vector& y, double at) {
+    return Vector{f.row(nearest, y, at).gap};
+  };
+  const auto centre = gap(*probe_, x, t);
+  for (std::size_t c = 0; c < keys_.size(); ++c)
+    if (open(c)) shifts_[c] = -(normal.dot(S_[c].data()) + across(c, gap, centre, x, t).slope[0]) / rate;
+  return true;
+}
+
+void PenaltyVariation::shift(const Vector& x, double t, double sign) {
+  probe_->touch(true);
+  const auto here = side(*probe_, x, t);
+  probe_->touch(false);
+  for (std::size_t c = 0; c < keys_.size(); ++c) {
+    if (!open(c)) continue;
+    add_multiple(S_[c], sign * shifts_[c], here.f);
+    add_multiple(integral_rates_[c], sign * shifts_[c], here.integrands);
+  }
+  if (sign < 0) std::ranges::fill(shifts_, 0.0);
 }
 
 /// The number of equal parts, a power of two, in which Dormand and Prince's stages repeat the step to
@@ -137,11 +181,12 @@ int PenaltyVariation::parts(const Vector& x, double t, double h, const Vector& e
   std::array<Vector, 6> f;
   f.fill(Vector(x.size()));
   Vector stage, last;
+  const double tolerance = std::max(norm_.tolerance, least_closure);
   const auto error = [&](const Vector& a, const Vector& b) {
     double most = 0;
     for (std::size_t i = 0; i < norm_.absolute.size(); ++i) {
       const double e = std::abs(a[i] - b[i]) /
-                       (norm_.tolerance * (norm_.absolute[i] + norm_.relative[i] * std::abs(b[i])));
+                       (tolerance * (norm_.absolute[i] + norm_.relative[i] * std::abs(b[i])));
       most = e <= most ? most : e;  // keeps a NaN
     }
     return most;

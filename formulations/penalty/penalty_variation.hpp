@@ -8,7 +8,12 @@
 // Where v₀ changes during a contact, it is w (contact_law.hpp).
 //
 // S is integrated by Dormand and Prince's stages over each step of the run, in as many equal parts as
-// repeat that step within its tolerance, whatever the integrator of the run.
+// repeat that step within its tolerance, whatever the integrator of the run. Near zero depth, where forces
+// such as δ^(3/2) are not smooth, the times change with p as well, by dt = −(dg/dp)/ġ of the gap g:
+//
+//     Y = S + f dt,     Ẏ = f_x Y + f_t dt + f_p.
+//
+// The depth then has no derivative there, and Y is as smooth as the motion.
 #pragma once
 
 #include <memory>
@@ -54,6 +59,9 @@ class PenaltyVariation : public VariedColumns<ExtendedPenalty> {
   Vector with_retained(const PenaltyDynamics& d) const;
   void begin(const Scene& scene, double t);
   int parts(const Vector& x, double t, double h, const Vector& end);
+  bool choose_shifts(const Vector& x, double t, double h);
+  /// Adds `sign` times f dt at a state to S, and to the integrals.
+  void shift(const Vector& x, double t, double sign);
   void pass();
   /// A function of the state whose root is the event, and dt of each column.
   Vector event_times(const Function& value, const Vector& x, double t, const Vector& f);

@@ -58,17 +58,20 @@ RandomCase compliant(int i, Draw& r) {
     REQUIRE(at != c.text.npos);
     c.text.replace(at, what.size(), with);
   };
-  const char* const laws[] = {"exact", "hunt-crossley", "flores", "lankarani-nikravesh"};
+  const char* const laws[] = {"exact", "hunt-crossley", "flores", "lankarani-nikravesh", "kelvin-voigt"};
   const char* const frictions[] = {"ambrosio", "threlfall", "lugre", "brown-mcphee"};
-  const int law = static_cast<int>(r.between(0, 3.999)), friction = static_cast<int>(r.between(0, 3.999));
+  const int law = static_cast<int>(r.between(0, 4.999)), friction = static_cast<int>(r.between(0, 3.999));
+  const auto viscous = law < 4 ? std::string()
+                               : fmt::format("kelvin_stiffness = {:.6g}\nkelvin_damping = {:.6g}\n",
+                                             std::pow(10, r.between(5, 6)), r.between(1, 30));
   replace("[nonsmooth]\nscheme = 'event-driven'\ntolerance = 1e-12\n",
-          fmt::format("[penalty]\ncontact = '{}'\nfriction = '{}'\nfriction_v0 = 1e-2\n{}integrator = '{}'\n"
+          fmt::format("[penalty]\ncontact = '{}'\n{}friction = '{}'\nfriction_v0 = 1e-2\n{}integrator = '{}'\n"
                       "tolerance = 1e-13\nv0_floor = 1e-4\n",
-                      laws[law], frictions[friction], friction == 0 ? "friction_v1 = 3e-2\n" : "",
-                      i % 8 < 4 ? "dopri5" : "adams-bashforth-moulton"));
+                      laws[law], viscous, frictions[friction], friction == 0 ? "friction_v1 = 3e-2\n" : "",
+                      i % 8 < 4 ? "dopri5" : "adams_bashforth_moulton"));
   replace("[surfaces.s]\n", fmt::format("[surfaces.s]\nyoung = {:.6g}\npoisson = 0.3\n",
                                         std::pow(10, r.between(7, 9))));
-  c.keys.emplace_back("surfaces.s.young");
+  c.keys.emplace_back(law < 4 ? "surfaces.s.young" : "penalty.kelvin_damping");
   return c;
 }
 
@@ -97,7 +100,7 @@ TEST_CASE("penalty runs without derivatives are refused with the reason", "[sens
 TEST_CASE("derivatives through a damped contact scale like the contact", "[sensitivity]") {
   // Derivatives are exact at fixed steps of tolerance 1e-13; the beginning of a contact, where S grows as
   // the square root of the depth, leaves about 1e-9.
-  for (const char* integrator : {"dopri5", "adams-bashforth-moulton", "bulirsch-stoer", "rk4"}) {
+  for (const char* integrator : {"dopri5", "adams_bashforth_moulton", "bulirsch_stoer", "rk4"}) {
     const bool fixed = std::string(integrator) == "rk4";
     const auto text = between_walls(fmt::format("contact = \"hunt-crossley\"\nintegrator = \"{}\"\n{}", integrator,
                                                 fixed ? "step = 1e-6\n" : "tolerance = 1e-13\n"));
