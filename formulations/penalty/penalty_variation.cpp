@@ -209,13 +209,13 @@ int PenaltyVariation::parts(const Vector& x, double t, double h, const Vector& e
   return 2 * most_parts;
 }
 
-/// dt of each column for a root of the function; NaN where it has none.
+/// dt of each column for a root of the function.
 PenaltyVariation::Vector PenaltyVariation::event_times(const Function& value, const Vector& x, double t,
                                                        const Vector& f) {
   const auto centre = value(*probe_, x, t);
   const double speed = curved_speed(*probe_, x);
   const double rate = along(*probe_, value, centre, x, t, f, 1, speed).slope[0];
-  Vector dt(keys_.size(), NAN);
+  Vector dt(keys_.size());
   for (std::size_t c = 0; c < keys_.size(); ++c)
     if (open(c))
       dt[c] = -(along(*probe_, value, centre, x, t, S_[c], 0, speed).slope[0] +
@@ -416,17 +416,23 @@ void PenaltyVariation::change_impact(int k, const Vector& x, double t, const Sid
     return Vector{f.touch_speed(k, y, at)};
   };
   Vector dt(keys_.size());
-  if (jumps && (!begins || !(std::abs(rate) > 1e-6 * w)))
+  if (begins) {
+    // It begins where the contact is compressed again, or where w exceeds v₀. The mass is that of this
+    // instant. At its end, w does not change with time.
+    const auto slot = static_cast<std::size_t>(d.size() + 2 * k);
+    const bool turns = std::abs(rate) <= 1e-6 * w;
+    if (!turns && std::abs(w - x[slot]) > 1e-6 * w)
+      refuse(fmt::format("t = {:.9g} s: an impact on contact {} begins between steps", t,
+                         contact_name(d.system(), k)));
+    const Function value = [k, slot, turns](ExtendedPenalty& f, const Vector& y, double at) {
+      return Vector{turns ? f.gap_rate(k, y, at) : f.touch_speed(k, y, at) - y[slot]};
+    };
+    probe_->geometric = turns;
+    dt = event_times(value, x, t, before.f);
+    probe_->geometric = false;
+  } else if (jumps) {
     refuse(fmt::format("t = {:.9g} s: the damping of contact {} jumps during contact", t,
                        contact_name(d.system(), k)));
-  if (jumps) {
-    // It begins where w exceeds v₀; the effective mass changes there.
-    const auto slot = static_cast<std::size_t>(d.size() + 2 * k);
-    dt = event_times(
-        [k, slot](ExtendedPenalty& f, const Vector& y, double at) {
-          return Vector{f.touch_speed(k, y, at) - y[slot]};
-        },
-        x, t, before.f);
   }
   retain(k, x, t, before.f, dt, w, touch_speed_of, begins);
   if (jumps) jump(before, after, dt);

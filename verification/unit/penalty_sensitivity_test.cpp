@@ -4,6 +4,8 @@
 
 #include <catch2/catch.hpp>
 #include <cmath>
+#include <cstdlib>
+#include <fstream>
 #include <string>
 #include <vector>
 
@@ -64,13 +66,17 @@ RandomCase compliant(int i, Draw& r) {
   const auto viscous = law < 4 ? std::string()
                                : fmt::format("kelvin_stiffness = {:.6g}\nkelvin_damping = {:.6g}\n",
                                              std::pow(10, r.between(5, 6)), r.between(1, 30));
-  replace("[nonsmooth]\nscheme = 'event-driven'\ntolerance = 1e-12\n",
-          fmt::format("[penalty]\ncontact = '{}'\n{}friction = '{}'\nfriction_v0 = 1e-2\n{}integrator = '{}'\n"
+  replace("[nonsmooth]\nscheme = \"event-driven\"\ntolerance = 1e-12\n",
+          fmt::format("[penalty]\ncontact = \"{}\"\n{}friction = \"{}\"\nfriction_v0 = 1e-2\n{}"
+                      "integrator = \"{}\"\n"
                       "tolerance = 1e-13\nv0_floor = 1e-4\n",
                       laws[law], viscous, frictions[friction], friction == 0 ? "friction_v1 = 3e-2\n" : "",
                       i % 8 < 4 ? "dopri5" : "adams_bashforth_moulton"));
   replace("[surfaces.s]\n", fmt::format("[surfaces.s]\nyoung = {:.6g}\npoisson = 0.3\n",
                                         std::pow(10, r.between(7, 9))));
+  if (i % 4 == 1) replace("type = \"angle-stop\"\n", fmt::format("type = \"angle-stop\"\nstiffness = {:.6g}\n",
+                                                           std::pow(10, r.between(5, 7))));
+  if (std::getenv("FP_TEXT")) { std::ofstream(fmt::format("case{}.toml", i)) << c.text; }
   c.keys.emplace_back(law < 4 ? "surfaces.s.young" : "penalty.kelvin_damping");
   return c;
 }
