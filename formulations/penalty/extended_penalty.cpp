@@ -83,6 +83,15 @@ double ExtendedPenalty::touch_speed(int k, const Vector& x, double t) {
   return std::sqrt(rate * rate + 2 / f_->contacts()[k].mass * elastic_energy(k, at));
 }
 
+double ExtendedPenalty::unclamped_force(int k, const Vector& x, double t) {
+  prepare(x, t);
+  const auto& at = row(k, x, t);
+  const auto& c = f_->contacts()[k];
+  const double delta = std::max(0.0, -at.gap), rate = -at.normal.dot(x.data() + system.n());
+  const double v0 = c.in_impact ? c.law.touch_speed(delta, rate, c.mass) : c.v0;
+  return c.law.elastic.force(delta) * (1 + c.law.chi / v0 * rate) + c.law.viscous * rate;
+}
+
 double ExtendedPenalty::stored_energy(const Vector& x, double t) {
   prepare(x, t);
   double sum = 0;

@@ -50,6 +50,8 @@ class ExtendedPenalty {
   double effective_mass(int k, const Vector& x, double t) { return f_->effective_mass(row(k, x, t)); }
   /// w of a closed contact (contact_law.hpp).
   double touch_speed(int k, const Vector& x, double t);
+  /// Force (N) of a closed contact before it is clamped at zero.
+  double unclamped_force(int k, const Vector& x, double t);
   /// Energy (J) stored in closed contacts that dissipate.
   double stored_energy(const Vector& x, double t);
   double observed(const Column& column, const Vector& x, double t);

@@ -125,16 +125,60 @@ void PenaltyVariation::end_step() {
     const int count = parts(x, t_old, h, run_.x());
     if (count > most_parts)
       refuse(fmt::format("t = {:.9g} s: the motion is too stiff for the explicit method of derivatives", t_old));
-    const bool shifted = choose_shifts(x, t_old, h);
-    if (shifted) shift(x, t_old, 1);
-    for (int i = 0; i < std::min(count, most_parts); ++i) {
-      const double length = h / count;
-      advance_stages(t_old + i * length, x, length);
-      for (std::size_t s = 0; s < f_.size(); ++s) add_multiple(x, length * DormandPrince::b[s], f_[s]);
-    }
-    if (shifted) shift(x, t_old + h, -1);
+    const auto clamp = clamp_within(x, t_old, h, run_.x());
+    const double first = clamp.value_or(h);
+    advance(x, t_old, first, std::min(count, most_parts));
+    if (first < h) advance(x, t_old + first, h - first, std::min(count, most_parts));
   }
   pass();
+}
+
+/// Dormand and Prince's stages of a step of x.
+void PenaltyVariation::stages(const Vector& x, double t, double h, std::array<Vector, 6>& f) {
+  Vector stage;
+  for (std::size_t s = 0; s < f.size(); ++s) {
+    stage = x;
+    for (std::size_t j = 0; j < s; ++j) add_multiple(stage, h * DormandPrince::a[s][j], f[j]);
+    f[s].resize(x.size());
+    (*probe_)(stage, f[s], t + DormandPrince::c[s] * h);
+  }
+  evaluations_ += 6;
+}
+
+/// The time from t at which a contact force reaches or leaves its clamp at zero, a kink of f, in a step from
+/// x to `end`.
+std::optional<double> PenaltyVariation::clamp_within(const Vector& x, double t, double h, const Vector& end) {
+  auto last = end;
+  last.resize(x.size());
+  std::copy(x.begin() + static_cast<long>(end.size()), x.end(), last.begin() + static_cast<long>(end.size()));
+  for (int k = 0; k < probe_->system.contacts(); ++k) {
+    const auto& c = probe_->contacts()[k];
+    if (!c.closed || !c.law.dissipates()) continue;
+    const double before = probe_->unclamped_force(k, x, t), after = probe_->unclamped_force(k, last, t + h);
+    if (before == 0 || after == 0 || (before < 0) == (after < 0)) continue;
+    const double s = bracketed_root(
+        [&](double length) {
+          stages(x, t, length, trial_);
+          auto y = x;
+          for (std::size_t i = 0; i < trial_.size(); ++i) add_multiple(y, length * DormandPrince::b[i], trial_[i]);
+          return probe_->unclamped_force(k, y, t + length);
+        },
+        0.0, h, before, after);
+    if (s > 1e-6 * h && s < (1 - 1e-6) * h) return s;
+  }
+  return {};
+}
+
+/// Advances x and S in equal parts.
+void PenaltyVariation::advance(Vector& x, double t, double h, int count) {
+  const bool shifted = choose_shifts(x, t, h);
+  if (shifted) shift(x, t, 1);
+  for (int i = 0; i < count; ++i) {
+    const double length = h / count;
+    advance_stages(t + i * length, x, length);
+    for (std::size_t s = 0; s < f_.size(); ++s) add_multiple(x, length * DormandPrince::b[s], f_[s]);
+  }
+  if (shifted) shift(x, t + h, -1);
 }
 
 /// dt of each column for the next step: that of the gap nearest to its zero, if it is near.
@@ -177,10 +221,7 @@ void PenaltyVariation::shift(const Vector& x, double t, double sign) {
 /// The number of equal parts, a power of two, in which Dormand and Prince's stages repeat the step to
 /// `end`, or agree with themselves where the run's method has a greater error.
 int PenaltyVariation::parts(const Vector& x, double t, double h, const Vector& end) {
-  using Stages = DormandPrince;
-  std::array<Vector, 6> f;
-  f.fill(Vector(x.size()));
-  Vector stage, last;
+  Vector last;
   const double tolerance = std::max(norm_.tolerance, least_closure);
   const auto error = [&](const Vector& a, const Vector& b) {
     double most = 0;
@@ -195,14 +236,9 @@ int PenaltyVariation::parts(const Vector& x, double t, double h, const Vector& e
     auto y = x;
     const double length = h / count;
     for (int i = 0; i < count; ++i) {
-      for (std::size_t s = 0; s < f.size(); ++s) {
-        stage = y;
-        for (std::size_t j = 0; j < s; ++j) add_multiple(stage, length * Stages::a[s][j], f[j]);
-        (*probe_)(stage, f[s], t + i * length + Stages::c[s] * length);
-      }
-      for (std::size_t s = 0; s < f.size(); ++s) add_multiple(y, length * Stages::b[s], f[s]);
+      stages(y, t + i * length, length, trial_);
+      for (std::size_t s = 0; s < trial_.size(); ++s) add_multiple(y, length * DormandPrince::b[s], trial_[s]);
     }
-    evaluations_ += 6L * count;
     if (error(y, end) <= 10 || (!last.empty() && error(y, last) <= 1)) return count;
     last = std::move(y);
   }

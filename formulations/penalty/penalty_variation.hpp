@@ -8,7 +8,8 @@
 // Where v₀ changes during a contact, it is w (contact_law.hpp).
 //
 // S is integrated by Dormand and Prince's stages over each step of the run, in as many equal parts as
-// repeat that step within its tolerance, whatever the integrator of the run. Near zero depth, where forces
+// repeat that step within its tolerance, whatever the integrator of the run, and to the instant at which
+// a contact force reaches its clamp at zero. Near zero depth, where forces
 // such as δ^(3/2) are not smooth, the times change with p as well, by dt = −(dg/dp)/ġ of the gap g:
 //
 //     Y = S + f dt,     Ẏ = f_x Y + f_t dt + f_p.
@@ -16,6 +17,7 @@
 // The depth then has no derivative there, and Y is as smooth as the motion.
 #pragma once
 
+#include <array>
 #include <memory>
 #include <optional>
 #include <string>
@@ -59,6 +61,9 @@ class PenaltyVariation : public VariedColumns<ExtendedPenalty> {
   Vector with_retained(const PenaltyDynamics& d) const;
   void begin(const Scene& scene, double t);
   int parts(const Vector& x, double t, double h, const Vector& end);
+  void stages(const Vector& x, double t, double h, std::array<Vector, 6>& f);
+  std::optional<double> clamp_within(const Vector& x, double t, double h, const Vector& end);
+  void advance(Vector& x, double t, double h, int count);
   bool choose_shifts(const Vector& x, double t, double h);
   /// Adds `sign` times f dt at a state to S, and to the integrals.
   void shift(const Vector& x, double t, double sign);
@@ -79,6 +84,7 @@ class PenaltyVariation : public VariedColumns<ExtendedPenalty> {
   std::unique_ptr<ExtendedPenalty> after_;  // of the nominal system, in the mode after an event
   Vector retained_;                         // before the step
   std::vector<std::optional<Impulse>> impulses_;  // of the present contacts
+  std::array<Vector, 6> trial_;                   // stages
 };
 
 }  // namespace freeplay
