@@ -119,9 +119,9 @@ struct Finished {
 
 /// Evaluates all quantities at the end of a run in the present mode `d`. `contact_loss` gives the energy
 /// lost in contacts if the integrated vector does not contain it.
-template <class Variation, class Present, class EnergyOf, class ContactLoss, class Prepare>
+template <class Variation, class Present, class EnergyOf, class ContactLoss>
 void take_quantities(const SensitivityRun& run, Variation& variation, const Present& d, const Finished& end,
-                     EnergyOf energy_of, ContactLoss contact_loss, Prepare prepare, Sensitivities& all) {
+                     EnergyOf energy_of, ContactLoss contact_loss, Sensitivities& all) {
   const auto keys = run.keys.size();
   auto onsets = variation.onsets();
   std::ranges::stable_sort(onsets, {}, &VariedOnset::t);
@@ -138,7 +138,6 @@ void take_quantities(const SensitivityRun& run, Variation& variation, const Pres
     s.name = q.name;
     s.derivatives.assign(keys, NAN);
     s.reasons.assign(keys, "");
-    prepare(q);
     switch (q.of) {
       case Of::event_time:
       case Of::event_rate:
@@ -207,7 +206,7 @@ void run_event_driven(const SensitivityRun& run, Sensitivities& all) {
           if (ended[c].empty()) s.derivatives[c] = variation.contact_loss()[c];
         return true;
       },
-      [](const VariedQuantity&) {}, all);
+      all);
   all.cost = cost_of(variation.evaluations(), scheme.work().rhs);
 }
 
@@ -233,12 +232,6 @@ void run_penalty(const SensitivityRun& run, Sensitivities& all) {
         return energy_of(term, f, y, t);
       },
       [](Sensitivity&, const std::vector<std::string>&) { return false; },
-      [&](const VariedQuantity& q) {
-        const bool forces = q.of == Of::energy ? q.term == EnergyTerm::contact
-                                               : q.column.of == Column::Of::force ||
-                                                     q.column.of == Column::Of::acceleration;
-        variation.geometric(!forces);
-      },
       all);
   all.cost = cost_of(variation.evaluations(), steps.dynamics().work.rhs);
 }

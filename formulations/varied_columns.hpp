@@ -10,7 +10,8 @@
 // there is no derivative, with a reason (refuse()).
 //
 // A Dynamics has the members system, knot, size(), state_offset(), operator() and directional(), and
-// these functions of its namespace:
+// these functions of its namespace (optionally pin() and unpin(), between which it is evaluated beside one
+// state):
 //
 //     take_varied_mode(f, dynamics)        copies the mode
 //     observed(column, f, x, t)            value of a column of trajectory.csv or forces.csv
@@ -328,6 +329,7 @@ Difference VariedColumns<Dynamics>::along(Dynamics& f, const Function& value, co
   Difference d{Vector(centre.size()), true};
   double h = spacing(f, x, dx, dt, speed);
   if (h == 0) return d;
+  if constexpr (requires { f.pin(x, t); }) f.pin(x, t);
   Vector y;
   for (int tries = 0; tries < 3; ++tries, h *= 0.03) {
     d = difference(h, centre, [&](std::size_t i) {
@@ -337,6 +339,7 @@ Difference VariedColumns<Dynamics>::along(Dynamics& f, const Function& value, co
     });
     if (d.smooth) break;
   }
+  if constexpr (requires { f.pin(x, t); }) f.unpin();
   return d;
 }
 

@@ -30,6 +30,12 @@ const std::vector<ContactAnchor>& ExtendedPenalty::anchors_at(const Vector& x, d
   return anchors_;
 }
 
+void ExtendedPenalty::pin(const Vector& x, double t) {
+  anchors_at(x, t);
+  pinned_ = true;
+  f_->anchors = &anchors_;
+}
+
 void ExtendedPenalty::operator()(const Vector& x, Vector& dxdt, double t) {
   prepare(x, t);
   (*f_)(x, dxdt, t);
@@ -71,7 +77,7 @@ double ExtendedPenalty::gap_acceleration(int k, const Vector& x, const Vector& s
 
 double ExtendedPenalty::elastic_energy(int k, const ContactRow& at) const {
   const auto& elastic = f_->contacts()[k].law.elastic;
-  if (!nominal_) return elastic.energy(std::max(0.0, -at.gap));
+  if (!f_->anchors) return elastic.energy(std::max(0.0, -at.gap));
   const auto& anchor = (*f_->anchors)[static_cast<std::size_t>(k)];
   return elastic.energy(anchor.delta) + anchor.elastic * (-at.gap - anchor.delta);
 }
@@ -135,32 +141,8 @@ double ExtendedPenalty::greatest(const double* rates) const {
   return most;
 }
 
-double ExtendedPenalty::least_depth(const Vector& x) const {
-  double least = INFINITY;
-  bool placed = false;
-  for (int k = 0; k < system.contacts(); ++k) {
-    if (!f_->contacts()[k].closed) continue;
-    if (!placed) system.place(0, x.data(), e_);
-    placed = true;
-    if (const double gap = system.gap(k, x.data(), e_); gap < 0) least = std::min(least, -gap);
-  }
-  return least;
-}
-
-double curved_length(const ExtendedPenalty& f, const std::vector<double>& x, double length) {
-  // At less than a millionth, forces do not count, but rounding does.
-  return f.geometric ? length : std::clamp(f.least_depth(x), 1e-6 * length, length);
-}
-
 double curved_speed(const ExtendedPenalty& f, const std::vector<double>& x) {
   double speed = std::max(f.greatest(x.data() + f.system.n()), f.speed_scale());
-  for (const auto& c : f.contacts()) {
-    if (!c.closed) continue;
-    speed = std::min(speed, c.v0);
-    if (!c.friction) continue;
-    for (const double v : {c.friction->v0, c.friction->v1})
-      if (v > 0) speed = std::min(speed, v);
-  }
   for (int k = 0; k < f.system.frictions(); ++k)
     if (const auto& v = f.system.friction_facts(k).regularisation) speed = std::min(speed, *v);
   return speed;

@@ -2,7 +2,8 @@
 // contact are constant between its events, but depend on parameters like the rest of the state.
 //
 // An object of a displaced system evaluates contact forces beside the anchors of the nominal one
-// (ContactAnchor).
+// (ContactAnchor). So does a nominal object at displaced states (pin()), so that differences may be long
+// against the depth of a contact.
 #pragma once
 
 #include <memory>
@@ -63,17 +64,19 @@ class ExtendedPenalty {
     f_->touching = on;
     anchored_.clear();
   }
+  /// @name From here on, evaluations beside x use the anchors at x
+  ///@{
+  void pin(const Vector& x, double t);
+  void unpin() {
+    pinned_ = false;
+    f_->anchors = nullptr;
+  }
+  ///@}
   /// Greatest absolute rate; angles count at the longest arm.
   double greatest(const double* rates) const;
   double speed_scale() const { return speed_scale_; }
-  /// Least depth (m) of the closed contacts at x.
-  double least_depth(const Vector& x) const;
-
   const System& system;
   double knot = INFINITY;
-  /// Whether the functions that are differentiated depend on positions and rates alone. Contact forces
-  /// are curved over the depth of the contact.
-  bool geometric = false;
 
  private:
   void prepare(const Vector& x, double t);
@@ -83,6 +86,7 @@ class ExtendedPenalty {
   std::unique_ptr<PenaltyDynamics> f_;
   mutable Evaluation e_;
   ExtendedPenalty* nominal_;
+  bool pinned_ = false;
   double speed_scale_;
   std::vector<ContactAnchor> anchors_;
   Vector anchored_, slope_;  // anchored_: x and t of the anchors
@@ -92,7 +96,7 @@ inline double observed(const Column& column, ExtendedPenalty& f, const std::vect
   return f.observed(column, x, t);
 }
 inline void take_varied_mode(ExtendedPenalty& f, const PenaltyDynamics& dynamics) { f.take_mode(dynamics); }
-double curved_length(const ExtendedPenalty& f, const std::vector<double>& x, double length);
+inline double curved_length(const ExtendedPenalty&, const std::vector<double>&, double length) { return length; }
 double curved_speed(const ExtendedPenalty& f, const std::vector<double>& x);
 double further_spacing(const ExtendedPenalty& f, const std::vector<double>& x, const std::vector<double>& dx);
 

@@ -380,11 +380,7 @@ void PenaltyVariation::retain(int k, const Vector& x, double t, const Vector& f,
     add_multiple(dx, dt[c], f);
     const double change = floored ? 0 : total(c, speed_of, x, t, dx, dt[c], scale)[0];
     double mass = S_[c][slot + 1];
-    if (new_mass) {
-      const bool was = std::exchange(probe_->geometric, true);
-      mass = total(c, mass_of, x, t, dx, dt[c], scale)[0];
-      probe_->geometric = was;
-    }
+    if (new_mass) mass = total(c, mass_of, x, t, dx, dt[c], scale)[0];
     if (!open(c)) continue;
     S_[c][slot] = change;
     S_[c][slot + 1] = mass;
@@ -401,7 +397,6 @@ void PenaltyVariation::begin_contact(int k, const Vector& x, double t, const Sid
   const Function approach_of = [k](ExtendedPenalty& f, const Vector& y, double at) {
     return Vector{-f.gap_rate(k, y, at)};
   };
-  probe_->geometric = true;
   Onset onset{k, true, t, rate, NAN, {}, {}, {}, {}};
   Impulse impulse{onsets_.size(), x[slot], {}};
   for (std::size_t c = 0; c < keys_.size(); ++c) {
@@ -414,7 +409,6 @@ void PenaltyVariation::begin_contact(int k, const Vector& x, double t, const Sid
     impulse.slope.push_back(S_[c][slot] + dt[c] * before.f[slot]);
   }
   retain(k, x, t, before.f, dt, -rate, approach_of, true);
-  probe_->geometric = false;
   for (std::size_t c = 0; c < keys_.size(); ++c) {
     onset.dt.push_back(open(c) ? dt[c] : NAN);
     onset.dimpulse.push_back(NAN);
@@ -463,9 +457,7 @@ void PenaltyVariation::change_impact(int k, const Vector& x, double t, const Sid
     const Function value = [k, slot, turns](ExtendedPenalty& f, const Vector& y, double at) {
       return Vector{turns ? f.gap_rate(k, y, at) : f.touch_speed(k, y, at) - y[slot]};
     };
-    probe_->geometric = turns;
     dt = event_times(value, x, t, before.f);
-    probe_->geometric = false;
   } else if (jumps) {
     refuse(fmt::format("t = {:.9g} s: the damping of contact {} jumps during contact", t,
                        contact_name(d.system(), k)));

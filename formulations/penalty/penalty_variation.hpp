@@ -40,8 +40,6 @@ class PenaltyVariation : public VariedColumns<ExtendedPenalty> {
   void begin_step();
   /// After a step: advances S, and passes the event at its end, if there is one.
   void end_step();
-  /// Whether functions that are asked for next depend on positions and rates alone, not on contact forces.
-  void geometric(bool on) { probe_->geometric = on; }
   /// The vector at the end, with the retained data.
   Vector x() const { return with_retained(run_.dynamics()); }
 
