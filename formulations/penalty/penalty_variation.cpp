@@ -16,6 +16,8 @@ namespace {
 constexpr double least_approach = 1e-6;
 /// Least tolerance with which a step is repeated; rounding errors are below it.
 constexpr double least_closure = 1e-11;
+/// Half length of the part of a step around a kink of a contact force, over the step.
+constexpr double kink_share = 2e-3;
 /// Number of steps within which a gap is near its zero.
 constexpr double near_steps = 30;
 /// Parts of a step at most; a step that needs more is too stiff for an explicit method.
@@ -125,10 +127,16 @@ void PenaltyVariation::end_step() {
     const int count = parts(x, t_old, h, run_.x());
     if (count > most_parts)
       refuse(fmt::format("t = {:.9g} s: the motion is too stiff for the explicit method of derivatives", t_old));
-    const auto clamp = clamp_within(x, t_old, h, run_.x());
-    const double first = clamp.value_or(h);
-    advance(x, t_old, first, std::min(count, most_parts));
-    if (first < h) advance(x, t_old + first, h - first, std::min(count, most_parts));
+    const int used = std::min(count, most_parts);
+    double done = 0;
+    // A short part around a kink, with stages on both of its sides.
+    if (const auto clamp = clamp_within(x, t_old, h, run_.x()))
+      for (const double to : {*clamp - kink_share * h, *clamp + kink_share * h})
+        if (to > done && to < h) {
+          advance(x, t_old + done, to - done, used);
+          done = to;
+        }
+    advance(x, t_old + done, h - done, used);
   }
   pass();
 }
