@@ -231,8 +231,7 @@ void run_penalty(const SensitivityRun& run, Sensitivities& all) {
       [](EnergyTerm term, ExtendedPenalty& f, const std::vector<double>& y, double t) {
         return energy_of(term, f, y, t);
       },
-      [](Sensitivity&, const std::vector<std::string>&) { return false; },
-      all);
+      [](Sensitivity&, const std::vector<std::string>&) { return false; }, all);
   all.cost = cost_of(variation.evaluations(), steps.dynamics().work.rhs);
 }
 

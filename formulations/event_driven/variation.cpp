@@ -5,8 +5,8 @@
 namespace freeplay {
 namespace {
 
-std::vector<std::array<std::unique_ptr<EventDynamics>, 4>> displaced_twins(const EventDynamics& d,
-                                                                           const std::vector<VariedKey>& keys) {
+std::vector<std::array<std::unique_ptr<EventDynamics>, 4>> displaced_twins(
+    const EventDynamics& d, const std::vector<VariedKey>& keys) {
   std::vector<std::array<std::unique_ptr<EventDynamics>, 4>> all;
   for (const auto& key : keys) {
     auto& displaced = all.emplace_back();
@@ -18,8 +18,8 @@ std::vector<std::array<std::unique_ptr<EventDynamics>, 4>> displaced_twins(const
 
 }  // namespace
 
-Variation::Variation(const EventDynamics& d, const std::vector<VariedKey>& keys, std::vector<Column> integrands,
-                     double length, double duration)
+Variation::Variation(const EventDynamics& d, const std::vector<VariedKey>& keys,
+                     std::vector<Column> integrands, double length, double duration)
     : VariedColumns(d.twin(), keys, displaced_twins(d, keys), std::move(integrands), length, duration),
       after_(d.twin()),
       loss_(keys.size()) {}

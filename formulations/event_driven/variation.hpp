@@ -39,7 +39,9 @@ inline void take_varied_mode(EventDynamics& f, const EventDynamics& dynamics) {
   f.take_mode(dynamics);
   for (auto& c : f.contacts) c.resting = false;
 }
-inline double curved_length(const EventDynamics&, const std::vector<double>&, double length) { return length; }
+inline double curved_length(const EventDynamics&, const std::vector<double>&, double length) {
+  return length;
+}
 inline double curved_speed(const EventDynamics& f, const std::vector<double>& x) {
   return std::max(f.greatest(x.data() + f.system.n()), f.speed_scale());
 }
@@ -62,8 +64,8 @@ class Variation : public VariedColumns<EventDynamics> {
 
   /// `integrands`: columns whose means are needed; `length` (m) and `duration` (s): scales over which
   /// functions of the state and of time are curved.
-  Variation(const EventDynamics& dynamics, const std::vector<VariedKey>& keys,
-            std::vector<Column> integrands, double length, double duration);
+  Variation(const EventDynamics& dynamics, const std::vector<VariedKey>& keys, std::vector<Column> integrands,
+            double length, double duration);
 
   /// Advances S over a step of constant mode.
   void advance(const EventDynamics& dynamics, double t_old, const Vector& x_old, double t);

@@ -84,7 +84,8 @@ void PenaltyDynamics::evaluate(const T* q, const T* v, const T* bristle, const T
     T force;
     if (anchor)
       force = c.force(anchor->delta, anchor->rate, value_of(elastic)) +
-              anchor->normal_by_delta * (delta - anchor->delta) + anchor->normal_by_rate * (rate - anchor->rate);
+              anchor->normal_by_delta * (delta - anchor->delta) +
+              anchor->normal_by_rate * (rate - anchor->rate);
     else if (!terms.retained.empty())
       force = c.force(delta, rate, elastic, terms.retained[2 * k], terms.retained[2 * k + 1]);
     else

@@ -54,7 +54,8 @@ const ExtendedPenalty::Vector& ExtendedPenalty::directional(const Vector& x, dou
 }
 
 void ExtendedPenalty::take_mode(const PenaltyDynamics& other) {
-  for (std::size_t k = 0; k < f_->contacts().size(); ++k) f_->contacts()[k].mode() = other.contacts()[k].mode();
+  for (std::size_t k = 0; k < f_->contacts().size(); ++k)
+    f_->contacts()[k].mode() = other.contacts()[k].mode();
   f_->phases = other.phases;
   knot = other.knot;
   anchored_.clear();
@@ -137,7 +138,8 @@ double ExtendedPenalty::observed(const Column& column, const Vector& x, double t
 double ExtendedPenalty::greatest(const double* rates) const {
   const double arm = system.longest_arm();
   double most = 0;
-  for (int i = 0; i < system.n(); ++i) most = std::max(most, (system.is_angle(i) ? arm : 1) * std::abs(rates[i]));
+  for (int i = 0; i < system.n(); ++i)
+    most = std::max(most, (system.is_angle(i) ? arm : 1) * std::abs(rates[i]));
   return most;
 }
 
@@ -148,7 +150,8 @@ double curved_speed(const ExtendedPenalty& f, const std::vector<double>& x) {
   return speed;
 }
 
-double further_spacing(const ExtendedPenalty& f, const std::vector<double>& x, const std::vector<double>& dx) {
+double further_spacing(const ExtendedPenalty& f, const std::vector<double>& x,
+                       const std::vector<double>& dx) {
   double most = 0;
   for (std::size_t i = static_cast<std::size_t>(f.retained_offset()); i < x.size(); ++i)
     if (dx[i] != 0) most = std::max(most, std::abs(dx[i]) / (1e-3 * std::abs(x[i])));

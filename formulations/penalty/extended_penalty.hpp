@@ -96,7 +96,9 @@ inline double observed(const Column& column, ExtendedPenalty& f, const std::vect
   return f.observed(column, x, t);
 }
 inline void take_varied_mode(ExtendedPenalty& f, const PenaltyDynamics& dynamics) { f.take_mode(dynamics); }
-inline double curved_length(const ExtendedPenalty&, const std::vector<double>&, double length) { return length; }
+inline double curved_length(const ExtendedPenalty&, const std::vector<double>&, double length) {
+  return length;
+}
 double curved_speed(const ExtendedPenalty& f, const std::vector<double>& x);
 double further_spacing(const ExtendedPenalty& f, const std::vector<double>& x, const std::vector<double>& dx);
 

@@ -75,7 +75,8 @@ void PenaltyVariation::begin(const Scene& scene, double t) {
     refuse("penalty.friction = \"mindlin\" has no derivatives: its friction depends on its history");
   if (scene.penalty.own) refuse("a contact law of a program has no derivatives");
   if (d.projects()) refuse("penalty.stabilisation = \"projection\" has no derivatives; use \"baumgarte\"");
-  if (system.limiters() > 0) refuse("controllers with a limit have no derivatives in the penalty formulation");
+  if (system.limiters() > 0)
+    refuse("controllers with a limit have no derivatives in the penalty formulation");
   take_mode(d);
   const auto x = this->x();
   const Side still{Vector(x.size()), Vector(integrands_.size())};
@@ -88,7 +89,9 @@ void PenaltyVariation::begin(const Scene& scene, double t) {
         return Vector{f.row(k, y, at).gap};
       };
       for (std::size_t c = 0; c < keys_.size(); ++c)
-        if (open(c) && std::abs(total(c, value, x, t, S_[c], 0, probe_->speed_scale())[0]) * keys_[c].scale() > 1e-9 * length_)
+        if (open(c) &&
+            std::abs(total(c, value, x, t, S_[c], 0, probe_->speed_scale())[0]) * keys_[c].scale() >
+                1e-9 * length_)
           refuse(c, fmt::format("t = {:.9g} s: contact {} closes at the start, so that {} has only a "
                                 "one-sided derivative",
                                 t, contact_name(system, k), keys_[c].name));
@@ -126,7 +129,8 @@ void PenaltyVariation::end_step() {
     x.insert(x.end(), retained_.begin(), retained_.end());
     const int count = parts(x, t_old, h, run_.x());
     if (count > most_parts)
-      refuse(fmt::format("t = {:.9g} s: the motion is too stiff for the explicit method of derivatives", t_old));
+      refuse(
+          fmt::format("t = {:.9g} s: the motion is too stiff for the explicit method of derivatives", t_old));
     const int used = std::min(count, most_parts);
     double done = 0;
     // A short part around a kink, with stages on both of its sides.
@@ -168,7 +172,8 @@ std::optional<double> PenaltyVariation::clamp_within(const Vector& x, double t, 
         [&](double length) {
           stages(x, t, length, trial_);
           auto y = x;
-          for (std::size_t i = 0; i < trial_.size(); ++i) add_multiple(y, length * DormandPrince::b[i], trial_[i]);
+          for (std::size_t i = 0; i < trial_.size(); ++i)
+            add_multiple(y, length * DormandPrince::b[i], trial_[i]);
           return probe_->unclamped_force(k, y, t + length);
         },
         0.0, h, before, after);
@@ -234,8 +239,8 @@ int PenaltyVariation::parts(const Vector& x, double t, double h, const Vector& e
   const auto error = [&](const Vector& a, const Vector& b) {
     double most = 0;
     for (std::size_t i = 0; i < norm_.absolute.size(); ++i) {
-      const double e = std::abs(a[i] - b[i]) /
-                       (tolerance * (norm_.absolute[i] + norm_.relative[i] * std::abs(b[i])));
+      const double e =
+          std::abs(a[i] - b[i]) / (tolerance * (norm_.absolute[i] + norm_.relative[i] * std::abs(b[i])));
       most = e <= most ? most : e;  // keeps a NaN
     }
     return most;
@@ -245,7 +250,8 @@ int PenaltyVariation::parts(const Vector& x, double t, double h, const Vector& e
     const double length = h / count;
     for (int i = 0; i < count; ++i) {
       stages(y, t + i * length, length, trial_);
-      for (std::size_t s = 0; s < trial_.size(); ++s) add_multiple(y, length * DormandPrince::b[s], trial_[s]);
+      for (std::size_t s = 0; s < trial_.size(); ++s)
+        add_multiple(y, length * DormandPrince::b[s], trial_[s]);
     }
     if (error(y, end) <= 10 || (!last.empty() && error(y, last) <= 1)) return count;
     last = std::move(y);
@@ -299,14 +305,15 @@ void PenaltyVariation::pass() {
   }
   const bool jumps = !(change <= 1e-7 * scale);
   if (jumps && !same)
-    refuse(fmt::format("t = {:.9g} s: a force of an element jumps there; derivatives across such jumps are not "
-                       "available",
-                       t));
+    refuse(
+        fmt::format("t = {:.9g} s: a force of an element jumps there; derivatives across such jumps are not "
+                    "available",
+                    t));
   if (jumps && changes.size() > 1)
-    refuse(fmt::format("t = {:.9g} s: contacts {} and {} change at the same time, and a contact force jumps; "
-                       "the motion there depends on their order",
-                       t, contact_name(d.system(), changes[0].contact),
-                       contact_name(d.system(), changes[1].contact)));
+    refuse(fmt::format(
+        "t = {:.9g} s: contacts {} and {} change at the same time, and a contact force jumps; "
+        "the motion there depends on their order",
+        t, contact_name(d.system(), changes[0].contact), contact_name(d.system(), changes[1].contact)));
   for (const auto& [k, gap] : changes) {
     if (!gap) {
       change_impact(k, x, t, before, after, jumps);
@@ -323,13 +330,15 @@ void PenaltyVariation::pass() {
     const auto& facts = d.system().contact_facts(k);
     const double measure = facts.measure() > 0 ? facts.measure() : length_;
     if (onset && away > 0 && rate * rate < 2 * away * least_approach * measure)
-      refuse(fmt::format("t = {:.9g} s: contact {} grazes (approach {:.2g} m/s); grazing contacts have no "
-                         "derivative",
-                         t, facts.name, -rate));
+      refuse(
+          fmt::format("t = {:.9g} s: contact {} grazes (approach {:.2g} m/s); grazing contacts have no "
+                      "derivative",
+                      t, facts.name, -rate));
     const bool steady = std::abs(rate) > 1e-12 * probe_->speed_scale();
     if (!steady && jumps)
-      refuse(fmt::format("t = {:.9g} s: contact {} opens or closes without relative speed, and its force jumps",
-                         t, facts.name));
+      refuse(
+          fmt::format("t = {:.9g} s: contact {} opens or closes without relative speed, and its force jumps",
+                      t, facts.name));
     Vector dt(keys_.size());
     for (std::size_t c = 0; c < keys_.size(); ++c)
       if (open(c) && steady)
@@ -342,14 +351,16 @@ void PenaltyVariation::pass() {
       auto& last = onsets_.back();
       last.dt = last.drate = Vector(keys_.size(), NAN);
       for (auto& reason : last.reasons)
-        if (reason.empty()) reason = fmt::format("t = {:.9g} s: contact {} closes without approach", t, facts.name);
+        if (reason.empty())
+          reason = fmt::format("t = {:.9g} s: contact {} closes without approach", t, facts.name);
     }
     if (jumps) jump(before, after, dt);
     if (d.bristles() == 0) continue;
     const auto bristle = static_cast<std::size_t>(d.bristle_offset() + k);
     if (onset && !steady && after.f[bristle] != 0)
-      refuse(fmt::format("t = {:.9g} s: contact {} closes without approach, so that its bristle has no derivative",
-                         t, facts.name));
+      refuse(fmt::format(
+          "t = {:.9g} s: contact {} closes without approach, so that its bristle has no derivative", t,
+          facts.name));
     for (std::size_t c = 0; c < keys_.size(); ++c)
       if (open(c)) S_[c][bristle] = onset ? -after.f[bristle] * dt[c] : 0;
   }
@@ -368,16 +379,17 @@ void PenaltyVariation::jump(const Side& before, const Side& after, const Vector&
 }
 
 /// Derivatives of v₀, which is the value `speed` of a function or else the floor, and of a new mass.
-void PenaltyVariation::retain(int k, const Vector& x, double t, const Vector& f, const Vector& dt, double speed,
-                              const Function& speed_of, bool new_mass) {
+void PenaltyVariation::retain(int k, const Vector& x, double t, const Vector& f, const Vector& dt,
+                              double speed, const Function& speed_of, bool new_mass) {
   const auto& d = run_.dynamics();
   const auto slot = static_cast<std::size_t>(d.size() + 2 * k);
   const bool floored = !(speed > v0_floor_);
   if (!(d.contacts()[k].law.chi > 0)) return;  // the force does not depend on them
   if (floored && !floor_given_)
-    refuse(fmt::format("t = {:.9g} s: contact {} begins below the least v₀, which depends on the scene's speeds; "
-                       "set penalty.v0_floor for derivatives",
-                       t, contact_name(d.system(), k)));
+    refuse(fmt::format(
+        "t = {:.9g} s: contact {} begins below the least v₀, which depends on the scene's speeds; "
+        "set penalty.v0_floor for derivatives",
+        t, contact_name(d.system(), k)));
   const Function mass_of = [k](ExtendedPenalty& g, const Vector& y, double at) {
     return Vector{g.effective_mass(k, y, at)};
   };

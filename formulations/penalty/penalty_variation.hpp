@@ -79,8 +79,8 @@ class PenaltyVariation : public VariedColumns<ExtendedPenalty> {
   ErrorNorm norm_;
   double v0_floor_;
   bool floor_given_ = false;
-  std::unique_ptr<ExtendedPenalty> after_;  // of the nominal system, in the mode after an event
-  Vector retained_;                         // before the step
+  std::unique_ptr<ExtendedPenalty> after_;        // of the nominal system, in the mode after an event
+  Vector retained_;                               // before the step
   std::vector<std::optional<Impulse>> impulses_;  // of the present contacts
   std::array<Vector, 6> trial_;                   // stages
 };

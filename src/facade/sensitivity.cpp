@@ -95,7 +95,8 @@ NumberKey number_key(const Scene& scene, const std::string& name, Family family)
     indices.push_back(static_cast<std::size_t>(*index));
     at = close + 1;
   }
-  const bool law = family == Family::penalty && std::ranges::find(numerical_settings, name) == numerical_settings.end();
+  const bool law =
+      family == Family::penalty && std::ranges::find(numerical_settings, name) == numerical_settings.end();
   for (const char* settings : {"nonsmooth.", "penalty."})
     if (name.starts_with(settings) && !(law && name.starts_with("penalty.")))
       throw ModelError(name, "is a numerical setting, not a property of the mechanism");
@@ -173,8 +174,8 @@ VariedKey vary(const Scene& scene, const System& system, const State& start, con
     reason.clear();
     try {
       for (std::size_t i = 0; i < displaced.size(); ++i)
-        displaced[i] =
-            std::make_unique<DisplacedScene>(scene, k, k.value + difference_places[i] * v.spacing, family, stop);
+        displaced[i] = std::make_unique<DisplacedScene>(scene, k, k.value + difference_places[i] * v.spacing,
+                                                        family, stop);
     } catch (const ModelError& e) {
       reason = fmt::format("values beside {} are not possible: {}", k.value, e.message);
       v.spacing *= 0.1;
@@ -293,9 +294,9 @@ Sensitivities sensitivities(const Scene& scene, const SensitivityRequest& reques
   for (const auto& name : request.of) run.quantities.push_back(quantity_of(layout, name));
   std::vector<DisplacedScenes> displaced(request.to.size());
   for (std::size_t i = 0; i < request.to.size(); ++i)
-    run.keys.push_back(request.to[i].starts_with("initial.")
-                           ? initial_value(layout, run.start, request.to[i])
-                           : vary(given, system, run.start, request.to[i], family, request.stop, displaced[i]));
+    run.keys.push_back(request.to[i].starts_with("initial.") ? initial_value(layout, run.start, request.to[i])
+                                                             : vary(given, system, run.start, request.to[i],
+                                                                    family, request.stop, displaced[i]));
   return run_sensitivities(run, family);
 }
 

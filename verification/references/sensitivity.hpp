@@ -164,9 +164,7 @@ struct SpringBounce {
   Extended ratio() const { return speed() * frequency() / gravity; }
   Extended angle() const { return 2 * std::acos(Extended(-1)) - 2 * std::atan(ratio()); }
   Extended duration() const { return angle() / frequency(); }
-  Extended second() const {
-    return std::sqrt(2 * height / gravity) + duration() + 2 * speed() / gravity;
-  }
+  Extended second() const { return std::sqrt(2 * height / gravity) + duration() + 2 * speed() / gravity; }
   /// d(θ/ω)/dω
   Extended duration_by_frequency() const {
     return -2 * speed() / gravity / (1 + ratio() * ratio()) / frequency() -
@@ -178,8 +176,7 @@ struct SpringBounce {
   Extended duration_by_speed() const { return -2 / gravity / (1 + ratio() * ratio()); }
   Extended second_by_height() const {
     const Extended by_height = speed() / (2 * height);
-    return std::sqrt(2 * height / gravity) / (2 * height) +
-           (duration_by_speed() + 2 / gravity) * by_height;
+    return std::sqrt(2 * height / gravity) / (2 * height) + (duration_by_speed() + 2 / gravity) * by_height;
   }
   Extended impulse_by_mass() const {
     return 2 * speed() + gravity * duration() + mass * gravity * second_by_mass();
@@ -195,9 +192,7 @@ struct ScaledContact {
   Extended first, between, speed, delivered, exponent, duration;  ///< duration: T
 
   Extended second_by_mass(Extended mass) const { return duration / ((exponent + 1) * mass); }
-  Extended second_by_stiffness(Extended stiffness) const {
-    return -duration / ((exponent + 1) * stiffness);
-  }
+  Extended second_by_stiffness(Extended stiffness) const { return -duration / ((exponent + 1) * stiffness); }
   Extended second_by_speed() const {
     return -first / (speed * speed) + (1 - exponent) / (exponent + 1) * duration / speed -
            between / (delivered * speed * speed);

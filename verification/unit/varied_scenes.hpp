@@ -23,8 +23,8 @@ struct RandomCase {
   std::vector<std::string> quantities, keys;
 };
 
-inline const std::vector<std::string> events{"event.1.t", "event.1.v_n_minus", "event.1.impulse_n", "event.3.t",
-                                      "event.3.impulse_n"};
+inline const std::vector<std::string> events{"event.1.t", "event.1.v_n_minus", "event.1.impulse_n",
+                                             "event.3.t", "event.3.impulse_n"};
 
 inline std::vector<std::string> with_events(std::vector<std::string> more) {
   more.insert(more.end(), events.begin(), events.end());
@@ -239,7 +239,8 @@ inline std::vector<double> values_at(const RandomCase& c, const std::string& key
     scene.set(name, list);
   }
   std::vector<double> values;
-  for (const auto& q : sensitivities(scene, {.of = c.quantities, .to = {}, .formulation = formulation}).quantities)
+  for (const auto& q :
+       sensitivities(scene, {.of = c.quantities, .to = {}, .formulation = formulation}).quantities)
     values.push_back(q.value);
   return values;
 }
