@@ -9,7 +9,9 @@
 #include "formulations/event_driven/event_driven.hpp"
 #include "formulations/integrators/tolerance.hpp"
 #include "formulations/nonsmooth.hpp"
+#include "formulations/penalty/penalty_variation.hpp"
 #include "mechanism/scene.hpp"
+#include "values/family.hpp"
 
 namespace freeplay {
 namespace {
@@ -51,9 +53,33 @@ double energy_of(EnergyTerm term, EventDynamics& f, const std::vector<double>& x
   return 0;
 }
 
-/// Value and derivatives of a quantity of one contact event.
-void take_event(const VariedQuantity& q, const std::vector<Variation::Onset>& onsets,
-                const std::vector<std::string>& ended, Sensitivity& s) {
+double energy_of(EnergyTerm term, ExtendedPenalty& f, const std::vector<double>& x, double t) {
+  using Sum = PenaltyDynamics;
+  const double* integral = x.data() + f.integral_offset();
+  switch (term) {
+    case EnergyTerm::kinetic:
+      return f.system.kinetic(x.data() + f.system.n());
+    case EnergyTerm::potential:
+      return f.system.potential(x.data());
+    case EnergyTerm::drive:
+      return integral[Sum::drive];
+    case EnergyTerm::load:
+      return integral[Sum::load];
+    case EnergyTerm::damping:
+      return integral[Sum::damping];
+    case EnergyTerm::friction:
+      return integral[Sum::friction_loss];
+    case EnergyTerm::film:
+      return integral[Sum::film_loss];
+    case EnergyTerm::contact:
+      break;
+  }
+  return integral[Sum::contact_work] - f.stored_energy(x, t);
+}
+
+/// Value and derivatives of a quantity of one contact event. `ended`: reasons of the columns.
+void take_event(const VariedQuantity& q, const std::vector<VariedOnset>& onsets,
+                const std::vector<std::string>& ended, const char* lasting, Sensitivity& s) {
   if (q.event > onsets.size()) {
     for (auto& reason : s.reasons)
       reason = fmt::format("the run has {} contact event{}", onsets.size(), onsets.size() == 1 ? "" : "s");
@@ -75,19 +101,20 @@ void take_event(const VariedQuantity& q, const std::vector<Variation::Onset>& on
     default:
       if (onset.lasting) {
         for (auto& reason : s.reasons)
-          if (reason.empty())
-            reason = "the event begins a lasting contact, which has no impulse at its beginning";
+          if (reason.empty()) reason = lasting;
         return;
       }
       s.value = onset.impulse;
       s.derivatives = onset.dimpulse;
+      for (std::size_t c = 0; c < ended.size(); ++c)
+        if (s.reasons[c].empty() && std::isnan(s.derivatives[c])) s.reasons[c] = ended[c];
   }
 }
 
 /// A run of the event-driven scheme with its variational equations.
 class VariedRun {
  public:
-  VariedRun(SensitivityRun& run, const std::vector<Column>& integrands)
+  VariedRun(const SensitivityRun& run, const std::vector<Column>& integrands)
       : run_(run),
         restitution_(restitution_of(run.system)),
         scheme_(make_event_driven(run.scene, run.system, restitution_,
@@ -95,7 +122,7 @@ class VariedRun {
                                   run.start)),
         log_(run.system.contacts(), run.system.reported()) {
     scheme_.start(run.start, log_);
-    scheme_.vary(std::move(run.keys), integrands, curved_length(run.system), run.end - run.start.t);
+    scheme_.vary(run.keys, integrands, curved_length(run.system), run.end - run.start.t);
   }
   EventDriven& scheme() { return scheme_; }
   /// Runs to the end. Returns the reason of an earlier stop, else nothing.
@@ -111,9 +138,9 @@ class VariedRun {
     }
     return {};
   }
-  std::vector<Variation::Onset> onsets() {
+  std::vector<VariedOnset> onsets() {
     auto list = scheme_.variation().onsets();
-    std::ranges::stable_sort(list, {}, &Variation::Onset::t);
+    std::ranges::stable_sort(list, {}, &VariedOnset::t);
     return list;
   }
 
@@ -124,32 +151,34 @@ class VariedRun {
       list.push_back(system.contact_facts(k).surface.restitution.value_or(0));
     return list;
   }
-  SensitivityRun& run_;
+  const SensitivityRun& run_;
   std::vector<double> restitution_;
   EventDriven scheme_;
   ContactLog log_;
 };
 
-}  // namespace
+/// Facts of a finished run.
+struct Finished {
+  const std::vector<double>& x;
+  double t;
+  const char* lasting;  ///< why a contact has no impulse
+};
 
-Sensitivities run_sensitivities(SensitivityRun run) {
-  Sensitivities all;
-  for (const auto& key : run.keys) {
-    all.keys.push_back(key.name);
-    all.key_values.push_back(key.value);
-  }
-  std::vector<Column> integrands;
-  for (const auto& q : run.quantities)
-    if (q.of == Of::mean) integrands.push_back(q.column);
+/// Evaluates all quantities at the end of a run in the present mode `d`. `contact_loss` gives the energy
+/// lost in contacts if the integrated vector does not contain it.
+template <class Variation, class Present, class EnergyOf, class ContactLoss>
+void take_quantities(const SensitivityRun& run, Variation& variation, const Present& d, const Finished& end,
+                     EnergyOf energy_of, ContactLoss contact_loss, Sensitivities& all) {
   const auto keys = run.keys.size();
-  VariedRun motion(run, integrands);
-  auto& scheme = motion.scheme();
-  auto& variation = scheme.variation();
-  all.stopped = motion.go();
-  const auto onsets = motion.onsets();
+  auto onsets = variation.onsets();
+  std::ranges::stable_sort(onsets, {}, &VariedOnset::t);
   std::vector<std::string> ended;
   for (std::size_t c = 0; c < keys; ++c) ended.push_back(variation.reason(c));
-  const auto& d = scheme.dynamics();
+  using Function = typename Variation::Function;
+  using Vector = typename Variation::Vector;
+  const auto at_end = [&](const Function& value, Sensitivity& s) {
+    s.derivatives = variation.end_derivatives(d, end.x, end.t, value, s.value, s.reasons);
+  };
   std::size_t integral = 0;
   for (const auto& q : run.quantities) {
     auto& s = all.quantities.emplace_back();
@@ -160,40 +189,95 @@ Sensitivities run_sensitivities(SensitivityRun run) {
       case Of::event_time:
       case Of::event_rate:
       case Of::event_impulse:
-        take_event(q, onsets, ended, s);
+        take_event(q, onsets, ended, end.lasting, s);
         break;
       case Of::mean:
-        s.value = variation.mean(integral, run.start.t, scheme.t());
-        s.derivatives = variation.mean_derivatives(integral++, d, scheme.x(), run.start.t, scheme.t());
+        s.value = variation.mean(integral, run.start.t, end.t);
+        s.derivatives = variation.mean_derivatives(integral++, d, end.x, run.start.t, end.t);
         s.reasons = ended;
         break;
       case Of::energy:
-        if (q.term == EnergyTerm::contact) {
-          s.value = d.contact_loss;
-          s.reasons = ended;
-          for (std::size_t c = 0; c < keys; ++c)
-            if (ended[c].empty()) s.derivatives[c] = variation.contact_loss()[c];
-          break;
-        }
-        s.derivatives = variation.end_derivatives(
-            d, scheme.x(), scheme.t(),
-            [&](EventDynamics& f, const Variation::Vector& x, double) {
-              return Variation::Vector{energy_of(q.term, f, x)};
-            },
-            s.value, s.reasons);
+        if (q.term == EnergyTerm::contact && contact_loss(s, ended)) break;
+        at_end([&](auto& f, const Vector& x, double t) { return Vector{energy_of(q.term, f, x, t)}; }, s);
         break;
       case Of::end:
-        s.derivatives = variation.end_derivatives(
-            d, scheme.x(), scheme.t(),
-            [&](EventDynamics& f, const Variation::Vector& x, double t) {
-              return Variation::Vector{observed(q.column, f, x, t)};
-            },
-            s.value, s.reasons);
+        at_end([&](auto& f, const Vector& x, double t) { return Vector{observed(q.column, f, x, t)}; }, s);
         break;
     }
   }
-  const auto rhs = scheme.work().rhs;
-  all.cost = rhs > 0 ? static_cast<double>(variation.evaluations()) / static_cast<double>(rhs) : 0;
+}
+
+std::vector<Column> integrands_of(const SensitivityRun& run) {
+  std::vector<Column> integrands;
+  for (const auto& q : run.quantities)
+    if (q.of == Of::mean) integrands.push_back(q.column);
+  return integrands;
+}
+
+double cost_of(long evaluations, long rhs) {
+  return rhs > 0 ? static_cast<double>(evaluations) / static_cast<double>(rhs) : 0;
+}
+
+void run_event_driven(const SensitivityRun& run, Sensitivities& all) {
+  VariedRun motion(run, integrands_of(run));
+  auto& scheme = motion.scheme();
+  auto& variation = scheme.variation();
+  all.stopped = motion.go();
+  const auto& d = scheme.dynamics();
+  take_quantities(
+      run, variation, d,
+      {scheme.x(), scheme.t(), "the event begins a lasting contact, which has no impulse at its beginning"},
+      [](EnergyTerm term, EventDynamics& f, const std::vector<double>& x, double) {
+        return energy_of(term, f, x);
+      },
+      [&](Sensitivity& s, const std::vector<std::string>& ended) {
+        s.value = d.contact_loss;
+        s.reasons = ended;
+        for (std::size_t c = 0; c < ended.size(); ++c)
+          if (ended[c].empty()) s.derivatives[c] = variation.contact_loss()[c];
+        return true;
+      },
+      all);
+  all.cost = cost_of(variation.evaluations(), scheme.work().rhs);
+}
+
+void run_penalty(const SensitivityRun& run, Sensitivities& all) {
+  const auto parts = make_penalty_parts(run.scene, run.system, run.start);
+  auto& steps = *parts.steps;
+  PenaltyVariation variation(parts, run.scene, run.start, run.keys, integrands_of(run),
+                             curved_length(run.system), run.end - run.start.t);
+  while (steps.t() < run.end) {
+    if (run.stop()) throw Interrupted();
+    variation.begin_step();
+    if (!steps.step(run.end)) {
+      all.stopped = steps.failure();
+      variation.refuse(all.stopped);
+      break;
+    }
+    variation.end_step();
+  }
+  const auto x = variation.x();
+  take_quantities(
+      run, variation, steps.dynamics(), {x, steps.t(), "the contact lasts to the end of the run"},
+      [](EnergyTerm term, ExtendedPenalty& f, const std::vector<double>& y, double t) {
+        return energy_of(term, f, y, t);
+      },
+      [](Sensitivity&, const std::vector<std::string>&) { return false; }, all);
+  all.cost = cost_of(variation.evaluations(), steps.dynamics().work.rhs);
+}
+
+}  // namespace
+
+Sensitivities run_sensitivities(const SensitivityRun& run, Family family) {
+  Sensitivities all;
+  for (const auto& key : run.keys) {
+    all.keys.push_back(key.name);
+    all.key_values.push_back(key.value);
+  }
+  if (family == Family::penalty)
+    run_penalty(run, all);
+  else
+    run_event_driven(run, all);
   return all;
 }
 

@@ -1,7 +1,8 @@
-// Derivatives of the results of a nonsmooth run by its variational equations (event_driven/variation.hpp).
+// Derivatives of the results of a run by its variational equations (event_driven/variation.hpp,
+// penalty/penalty_variation.hpp).
 //
 // The caller (facade/sensitivity.hpp) builds the systems at displaced values of the keys; this file runs
-// the event-driven scheme once with all columns, and evaluates the quantities at its end.
+// the formulation once with all columns, and evaluates the quantities at its end.
 #pragma once
 
 #include <algorithm>
@@ -20,6 +21,7 @@ namespace freeplay {
 
 struct Scene;
 class System;
+enum class Family;
 
 /// A parameter: its systems at displaced values, and derivatives of the start.
 struct VariedKey {
@@ -31,6 +33,7 @@ struct VariedKey {
   std::array<const System*, 4> systems{};
   /// Builds the system at another value; it lives as long as those of `systems`.
   std::function<const System*(double value)> system_at = {};
+  std::array<const Scene*, 4> scenes{};  ///< of the same values
   /// d(q, v, z)/dp of the start
   std::vector<double> start;
   double end_rate = 0;  ///< d(end of the run)/dp
@@ -78,9 +81,9 @@ struct SensitivityRun {
   double longest_step = INFINITY;
 };
 
-/// Runs the scene by the event-driven scheme with the variational equations of all keys. Throws
-/// Interrupted if a stop is requested.
-Sensitivities run_sensitivities(SensitivityRun run);
+/// Runs the scene by the event-driven scheme or by the penalty formulation, with the variational equations
+/// of all keys. Throws Interrupted if a stop is requested.
+Sensitivities run_sensitivities(const SensitivityRun& run, Family family);
 
 /// The state at the end of a run, with derivatives.
 struct EndState {

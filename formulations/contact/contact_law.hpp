@@ -52,8 +52,8 @@ struct ContactForce {
   }
   /// The speed (m/s) at which a mass m would meet the contact from free flight to reach this depth
   /// and rate without loss: w² = δ̇² + 2U(δ)/m.
-  template <class T>
-  T touch_speed(const T& delta, const T& rate, double mass) const {
+  template <class T, class Mass>
+  T touch_speed(const T& delta, const T& rate, const Mass& mass) const {
     using std::sqrt;
     return sqrt(rate * rate + 2 / mass * elastic.energy(delta));
   }

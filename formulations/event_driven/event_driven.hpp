@@ -61,9 +61,9 @@ class EventDriven {
 
   /// @name Derivatives of the motion; call vary() after start()
   ///@{
-  void vary(std::vector<VariedKey> keys, std::vector<Column> integrands, double length, double duration) {
-    variation_ =
-        std::make_unique<Variation>(dynamics_, std::move(keys), std::move(integrands), length, duration);
+  void vary(const std::vector<VariedKey>& keys, std::vector<Column> integrands, double length,
+            double duration) {
+    variation_ = std::make_unique<Variation>(dynamics_, keys, std::move(integrands), length, duration);
   }
   Variation& variation() { return *variation_; }
   const EventDynamics& dynamics() const { return dynamics_; }

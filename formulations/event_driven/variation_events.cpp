@@ -69,12 +69,6 @@ Variation::Function Variation::jump_of(const std::vector<int>& in_impact,
   };
 }
 
-Variation::Side Variation::side(EventDynamics& f, const Vector& x, double t) const {
-  Side s{rhs(f, x, t), {}};
-  if (!integrands_.empty()) s.integrands = integrands()(f, x, t);
-  return s;
-}
-
 void Variation::begin_event(const EventDynamics& d) { take_mode(d); }
 
 void Variation::pass(const EventDynamics& d, const Passed& p) {

@@ -1,5 +1,5 @@
-// Right-hand side of the penalty formulation, its Jacobian, the projection onto the constraints,
-// and the report of forces. dynamics.hpp has the equations.
+// Right-hand side of the penalty formulation, the projection onto the constraints, and the report of
+// forces. dynamics.hpp has the equations.
 #include "formulations/penalty/dynamics.hpp"
 
 #include <algorithm>
@@ -75,17 +75,38 @@ void PenaltyDynamics::evaluate(const T* q, const T* v, const T* bristle, const T
         terms.film_loss += film->loss;
       }
     if (!c.closed) continue;
-    if (!(row.gap < 0)) continue;
-    const T delta = -row.gap, rate = -row.normal.dot(v);
-    const T elastic = c.law.elastic.force(delta);
-    const T force = c.force(delta, rate, elastic);
+    const auto* anchor = anchors ? &(*anchors)[static_cast<std::size_t>(k)] : nullptr;
+    if (anchor ? !anchor->pressed : !(row.gap < 0) && !touching) continue;
+    const T rate = -row.normal.dot(v);
+    T delta = -row.gap;
+    if (touching && delta < 0) delta = 0;
+    const T elastic = c.law.elastic.force(anchor ? T(anchor->delta) : delta);
+    T force;
+    if (anchor)
+      force = c.force(anchor->delta, anchor->rate, value_of(elastic)) +
+              anchor->normal_by_delta * (delta - anchor->delta) +
+              anchor->normal_by_rate * (rate - anchor->rate);
+    else if (!terms.retained.empty())
+      force = c.force(delta, rate, elastic, terms.retained[2 * k], terms.retained[2 * k + 1]);
+    else
+      force = c.force(delta, rate, elastic);
     row.normal.add_to(e.force.data(), force);
     impulse[0] = force;
     if (c.law.dissipates()) terms.contact_work += force * rate;
     if (!c.rubs()) continue;
     const T v_t = row.tangent.dot(v), z = bristles_ ? bristle[k] : T(0);
-    const T tangential = c.tangential_force(force, v_t, z);
-    if (bristles_) terms.bristle_rate[k] = c.bristle_rate(delta, rate, elastic, v_t, z);
+    T tangential;
+    if (anchor) {
+      tangential = c.tangential_force(T(anchor->normal), T(anchor->v_t), z) +
+                   anchor->tangential_by_normal * (force - anchor->normal) +
+                   anchor->tangential_by_v_t * (v_t - anchor->v_t);
+      if (bristles_)
+        terms.bristle_rate[k] = c.bristle_rate(delta, rate, elastic, T(anchor->v_t), z) +
+                                anchor->bristle_by_v_t * (v_t - anchor->v_t);
+    } else {
+      tangential = c.tangential_force(force, v_t, z);
+      if (bristles_) terms.bristle_rate[k] = c.bristle_rate(delta, rate, elastic, v_t, z);
+    }
     row.tangent.add_to(e.force.data(), tangential);
     impulse[1] = tangential;
     terms.friction_loss -= tangential * v_t;
@@ -109,6 +130,9 @@ void PenaltyDynamics::evaluate(const T* q, const T* v, const T* bristle, const T
     terms.r[k] = e.gamma[k] - two_alpha_ * terms.rate[k] - beta_squared_ * e.phi[k];
   }
 }
+
+template void PenaltyDynamics::evaluate(const Gradient*, const Gradient*, const Gradient*, const Gradient*,
+                                        const Gradient&, PenaltyTerms<Gradient>&) const;
 
 void PenaltyDynamics::operator()(const Vector& x, Vector& dxdt, double t) {
   t = std::min(t, knot);
@@ -196,95 +220,6 @@ bool PenaltyDynamics::add_coupled(double* a) {
     terms_.friction_loss -= f * terms_.coupled[static_cast<std::size_t>(k)].u;
   }
   return true;
-}
-
-void PenaltyDynamics::reserve_jacobian() {
-  const int n = system_.n(), m = system_.rows(), N = size();
-  if (!tangent_)
-    tangent_ = std::make_unique<Tangent>(Tangent{PenaltyTerms<Gradient>(system_, bristles_),
-                                                 std::vector<Gradient>(2 * n + bristles_ + system_.states()),
-                                                 std::vector<Gradient>(std::max(n, m)), Vector(N), Vector(n),
-                                                 Vector(m), Vector(n), Vector(m), Vector(n),
-                                                 Vector(static_cast<std::size_t>(coupled_.size()))});
-}
-
-void PenaltyDynamics::jacobian(const Vector& x, double t, double* J, double* dfdt) {
-  constexpr int chunk = static_cast<int>(std::tuple_size_v<decltype(Gradient::slope)>);
-  const int n = system_.n(), m = system_.rows(), N = size();
-  reserve_jacobian();
-  auto& d = *tangent_;
-  (*this)(x, d.slope, t);  // computes a and λ and factorises the matrix of their equations
-  ++work.jacobians;
-  const auto& a = d.acceleration;
-  std::copy_n(d.slope.begin() + n, n, d.acceleration.begin());
-  std::fill(J, J + static_cast<long>(N) * N, 0.0);
-  if (coupled_.size() > 0) coupled_.prepare_follow();
-  const auto place_of = [&](int input) { return input < 2 * n ? input : bristle_offset() + input - 2 * n; };
-
-  const int inputs = 2 * n + bristles_ + system_.states();  // then time
-  for (int first = 0; first <= inputs; first += chunk) {
-    const int directions = std::min(chunk, inputs + 1 - first);
-    for (int i = 0; i < inputs; ++i) {
-      d.state[i] = x[place_of(i)];
-      if (i >= first && i < first + chunk) d.state[i].slope[i - first] = 1;
-    }
-    Gradient time = t;
-    if (inputs < first + chunk) time.slope[inputs - first] = 1;
-    auto& terms = d.terms;
-    evaluate(d.state.data(), d.state.data() + n, d.state.data() + 2 * n, d.state.data() + 2 * n + bristles_,
-             time, terms);
-
-    // Derivatives of joint friction −factor·S(λ) with the reaction S held fixed. The loop over
-    // directions below adds the part due to the change of S.
-    for (int k = 0; k < coupled_.size(); ++k) {
-      auto& c = terms.coupled[static_cast<std::size_t>(k)];
-      c.factor = -coupled_.support(k) * c.factor;  // now the force
-      c.row.add_to(terms.e.force.data(), c.factor);
-    }
-
-    // Residuals of the derivatives of M a + Gᵀλ = F and G a = r at fixed a and λ.
-    for (int i = 0; i < n; ++i) d.reaction[i] = 0;
-    add_transposed(system_.pattern(), terms.e.G.data(), lambda_.data(), d.reaction.data());
-    for (int i = 0; i < n; ++i) d.reaction[i] = terms.e.force[i] - d.reaction[i];
-    for (int k = 0; k < m; ++k)
-      for (int e = system_.pattern().begin[k]; e < system_.pattern().begin[k + 1]; ++e)
-        terms.r[k] -= terms.e.G[e] * a[system_.pattern().column[e]];
-
-    for (int s = 0; s < directions; ++s) {
-      for (int i = 0; i < n; ++i) d.force[i] = d.reaction[i].slope[s];
-      for (int k = 0; k < m; ++k) d.r[k] = terms.r[k].slope[s];
-      saddle_.solve(d.force.data(), d.r.data(), d.a.data(), d.lambda.data());
-      double loss = terms.friction_loss.slope[s];
-      if (coupled_.size() > 0) coupled_.follow(d.lambda.data(), d.friction.data());
-      for (int k = 0; k < coupled_.size(); ++k) {
-        const auto& c = terms.coupled[static_cast<std::size_t>(k)];
-        const double df = d.friction[k];
-        for (int i = 0; i < n; ++i) d.a[i] += df * response(k)[i];
-        for (int i = 0; i < m; ++i) d.lambda[i] += df * reaction(k)[i];
-        loss -= (c.factor.slope[s] + df) * c.u.value + c.factor.value * c.u.slope[s];
-      }
-      const int input = first + s;
-      double* column = input == inputs ? dfdt : J + static_cast<long>(N) * place_of(input);
-      for (int i = 0; i < n; ++i) column[i] = input == n + i ? 1 : 0;
-      std::ranges::copy(d.a, column + n);
-      for (int k = 0; k < 2 * system_.contacts(); ++k)
-        column[impulse_offset() + k] = terms.impulse_rate[k].slope[s];
-      for (int k = 0; k < bristles_; ++k) column[bristle_offset() + k] = terms.bristle_rate[k].slope[s];
-      for (int k = 0; k < system_.states(); ++k) column[state_offset() + k] = terms.flow[k].slope[s];
-      double* integral = column + integral_offset();
-      integral[drive] = terms.e.power.drive.slope[s];
-      integral[load] = terms.e.power.load.slope[s];
-      integral[damping] = -terms.e.power.damping.slope[s];
-      integral[contact_work] = terms.contact_work.slope[s];
-      integral[friction_loss] = loss;
-      integral[film_loss] = terms.film_loss.slope[s];
-      integral[stabilisation] = 0;
-      for (int k = 0; k < m; ++k) {
-        integral[drive] += d.lambda[k] * terms.e.phi_t[k].value + lambda_[k] * terms.e.phi_t[k].slope[s];
-        integral[stabilisation] -= d.lambda[k] * terms.rate[k].value + lambda_[k] * terms.rate[k].slope[s];
-      }
-    }
-  }
 }
 
 void PenaltyDynamics::report(const Vector& x, double t, Vector& dxdt, Forces& out) {

@@ -14,6 +14,8 @@
 #include <algorithm>
 #include <memory>
 #include <optional>
+#include <span>
+#include <utility>
 #include <vector>
 
 #include "dynamics/system.hpp"
@@ -47,6 +49,8 @@ struct PenaltyTerms {
     T factor = 0, u = 0;
   };
   std::vector<Coupled> coupled;
+  /// (v₀, mass) of each contact as variables; empty: the numbers of its mode
+  std::vector<T> retained;
 
   PenaltyTerms(const System& system, int bristles)
       : e(system.make_evaluation<T>()),
@@ -91,8 +95,13 @@ struct PenaltyContact : PenaltyMode {
   const PenaltyMode& mode() const { return *this; }
   template <class T>
   T force(const T& delta, const T& rate, const T& elastic) const {
-    return in_impact ? law.force(delta, elastic, rate, law.touch_speed(delta, rate, mass))
-                     : law.force(delta, elastic, rate, v0);
+    return force(delta, rate, elastic, v0, mass);
+  }
+  /// The same for other retained data, which may have derivatives.
+  template <class T, class Retained>
+  T force(const T& delta, const T& rate, const T& elastic, const Retained& speed, const Retained& m) const {
+    return in_impact ? law.force(delta, elastic, rate, law.touch_speed(delta, rate, m))
+                     : law.force(delta, elastic, rate, speed);
   }
   /// F_N (N) at a gap (m) and its rate, while closed.
   double normal_force(double gap, double rate) const {
@@ -117,6 +126,18 @@ struct PenaltyContact : PenaltyMode {
   double zone_tolerance() const { return 1e-9 * (shear ? 1 : std::max(friction->v0, friction->v1)); }
 };
 
+/// A closed contact at a nominal state, and the derivatives of its forces there. Beside it, for a
+/// displaced value of a parameter, forces of the displaced law at the nominal depth and rates change
+/// linearly with the displaced depth and rates: the derivative with respect to the parameter is the same,
+/// and displacements may be long against the depth.
+struct ContactAnchor {
+  bool pressed = false;
+  double delta = 0, rate = 0, v_t = 0;
+  double normal = 0, normal_by_delta = 0, normal_by_rate = 0;
+  double tangential_by_normal = 0, tangential_by_v_t = 0, bristle_by_v_t = 0;
+  double elastic = 0;  ///< F_el (N)
+};
+
 class PenaltyDynamics {
  public:
   using Vector = std::vector<double>;
@@ -136,6 +157,16 @@ class PenaltyDynamics {
   ///
   ///     M v̇ + Gᵀλ = F,   G v̇ = r     ⇒     M dv̇ + Gᵀdλ = dF − dGᵀ λ,   G dv̇ = dr − dG v̇.
   void jacobian(const Vector& x, double t, double* J, double* dfdt);
+  /// Derivatives of dx/dt along `directions` of x and `times` of t, exact to rounding. Returns dx/dt. The
+  /// directions continue after x with (v₀, mass) of each contact, on which dx/dt depends.
+  const Vector& directional(const Vector& x, double t, std::span<const Vector> directions,
+                            std::span<const double> times, std::span<Vector> out);
+  /// Evaluates the anchors of all closed contacts at x.
+  void anchor(const Vector& x, double t, std::vector<ContactAnchor>& out);
+  /// Anchors of the nominal system, if this one is displaced; null otherwise.
+  const std::vector<ContactAnchor>* anchors = nullptr;
+  /// Whether closed contacts without depth exert the limit of their force from within contact.
+  bool touching = false;
   /// Allocates the work space of jacobian(), which otherwise does so at its first call.
   void reserve_jacobian();
 
@@ -182,6 +213,13 @@ class PenaltyDynamics {
   std::unique_ptr<PenaltyDynamics> twin() const {
     auto other = std::make_unique<PenaltyDynamics>(system_, options_, contacts_, facts_);
     for (auto& c : other->contacts_) c.closed = false;
+    other->phases = phases;
+    return other;
+  }
+  /// Makes an object for a system of the same structure with another value of a parameter.
+  std::unique_ptr<PenaltyDynamics> twin_of(const System& displaced, const PenaltyOptions& options,
+                                           std::vector<PenaltyContact> contacts) const {
+    auto other = std::make_unique<PenaltyDynamics>(displaced, options, std::move(contacts), facts_);
     other->phases = phases;
     return other;
   }
@@ -248,6 +286,8 @@ class PenaltyDynamics {
   double friction_residual_ = 0;
 
   bool add_coupled(double* a);
+  void begin_tangent(const Vector& x, double t);
+  void differentiate(const Gradient& time, int directions, double* const* columns);
   double rounding_of_rows(const double* q, const double* v) const;
   double* response(int k) { return coupled_a_.data() + static_cast<long>(k) * system_.n(); }
   double* reaction(int k) { return coupled_lambda_.data() + static_cast<long>(k) * system_.rows(); }

@@ -11,6 +11,7 @@
 #include "formulations/integrators/scaled_methods.hpp"
 #include "formulations/integrators/tolerance.hpp"
 #include "formulations/marched.hpp"
+#include "formulations/penalty/penalty_steps.hpp"
 #include "formulations/penalty/stepper.hpp"
 #include "mechanism/scene.hpp"
 #include "values/diagnostic.hpp"
@@ -54,7 +55,7 @@ std::vector<PenaltyContact> make_contacts(const Scene& scene, const System& syst
 }
 
 template <class Method>
-class Penalty final : public Marched<PenaltyStepper<Method>> {
+class Penalty final : public Marched<PenaltyStepper<Method>>, public PenaltySteps {
   using Base = Marched<PenaltyStepper<Method>>;
   using Base::system_, Base::stepper_;
 
@@ -66,6 +67,13 @@ class Penalty final : public Marched<PenaltyStepper<Method>> {
                               {!redundant_rows(system, state.q).empty(), scene.run.eliminate}),
               std::move(method), v0_floor, pace}),
         scene_(scene) {}
+  bool step(double end) override { return stepper_.step(end); }
+  std::string failure() const override { return stepper_.failure(); }
+  double t_old() const override { return stepper_.t_old(); }
+  double t() const override { return stepper_.t(); }
+  const std::vector<double>& x_old() const override { return stepper_.x_old(); }
+  const std::vector<double>& x() const override { return stepper_.x(); }
+  const PenaltyDynamics& dynamics() const override { return stepper_.dynamics(); }
   std::vector<ContactModel> contact_models() const override {
     std::vector<ContactModel> models;
     for (int k = 0; k < system_.contacts(); ++k) {
@@ -207,6 +215,43 @@ ErrorNorm make_norm(const Scene& scene, const System& system, const Scales& s) {
   return norm;
 }
 
+Scales scales_of(const Scene& scene, const System& system, const State& state) {
+  refuse_undetermined_friction(system, state);
+  return make_scales(scene.mechanism, system, state);
+}
+
+double floor_of(const Scene& scene, const Scales& scales) {
+  return scene.penalty.v0_floor.value_or(1e-3 * scales.speed);
+}
+
+/// Wanted: a base of Penalty.
+template <class Wanted>
+std::unique_ptr<Wanted> make_as(const Scene& scene, const System& system, const State& state,
+                                const Scales& scales) {
+  const auto& options = scene.penalty;
+  const auto with = [&](auto method) -> std::unique_ptr<Wanted> {
+    return std::make_unique<Penalty<decltype(method)>>(scene, system, state, std::move(method),
+                                                       floor_of(scene, scales), scales.time);
+  };
+  const auto norm = make_norm(scene, system, scales);
+  const double first = 1e-3 * scales.time;
+  const auto relieved = [&](auto method) {
+    return with(Relieved<decltype(method)>(std::move(method), norm, first));
+  };
+  switch (options.integrator) {
+    case Integrator::rk4:
+      return relieved(Rk4(options.step));
+    case Integrator::bulirsch_stoer:
+      return relieved(BulirschStoer(norm, first));
+    case Integrator::adams_bashforth_moulton:
+      return relieved(Adams(norm, first));
+    case Integrator::rosenbrock4:
+      return with(Rosenbrock(norm, first));
+    default:
+      return relieved(Dopri5(norm, first));
+  }
+}
+
 }  // namespace
 
 double delivered_by(const Scene& scene, const ContactFacts& contact) {
@@ -232,31 +277,18 @@ Compliances penalty_compliances(const Scene& scene, const System& system) {
 }
 
 std::unique_ptr<Formulation> make_penalty(const Scene& scene, const System& system, const State& state) {
-  refuse_undetermined_friction(system, state);
-  const auto& options = scene.penalty;
-  const auto scales = make_scales(scene.mechanism, system, state);
-  const double floor = options.v0_floor.value_or(1e-3 * scales.speed);
-  const auto with = [&](auto method) -> std::unique_ptr<Formulation> {
-    return std::make_unique<Penalty<decltype(method)>>(scene, system, state, std::move(method), floor,
-                                                       scales.time);
-  };
-  const auto norm = make_norm(scene, system, scales);
-  const double first = 1e-3 * scales.time;
-  const auto relieved = [&](auto method) {
-    return with(Relieved<decltype(method)>(std::move(method), norm, first));
-  };
-  switch (options.integrator) {
-    case Integrator::rk4:
-      return relieved(Rk4(options.step));
-    case Integrator::bulirsch_stoer:
-      return relieved(BulirschStoer(norm, first));
-    case Integrator::adams_bashforth_moulton:
-      return relieved(Adams(norm, first));
-    case Integrator::rosenbrock4:
-      return with(Rosenbrock(norm, first));
-    default:
-      return relieved(Dopri5(norm, first));
-  }
+  return make_as<Formulation>(scene, system, state, scales_of(scene, system, state));
+}
+
+PenaltyParts make_penalty_parts(const Scene& scene, const System& system, const State& state) {
+  const auto scales = scales_of(scene, system, state);
+  return {make_as<PenaltySteps>(scene, system, state, scales), make_norm(scene, system, scales),
+          floor_of(scene, scales), scales.speed};
+}
+
+std::unique_ptr<PenaltyDynamics> displaced_penalty(const PenaltyDynamics& nominal, const Scene& scene,
+                                                   const System& system, const State& state) {
+  return nominal.twin_of(system, scene.penalty, make_contacts(scene, system, state));
 }
 
 }  // namespace freeplay

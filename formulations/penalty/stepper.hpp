@@ -215,6 +215,8 @@ class PenaltyStepper {
   std::string failure() const;
 
   const PenaltyDynamics& dynamics() const { return f_; }
+  const Vector& x() const { return method_.x; }
+  const Vector& x_old() const { return method_.x_old; }
   /// How often an implicit step replaced the chosen method.
   long reliefs() const { return method_.reliefs(); }
   /// Greatest possible depth of an undetected contact between the evaluated times, over its

@@ -13,7 +13,8 @@
 #include "dynamics/system.hpp"
 #include "facade/identify.hpp"
 #include "facade/simulation.hpp"
-#include "formulations/event_driven/differences.hpp"
+#include "formulations/differences.hpp"
+#include "formulations/make.hpp"
 #include "formulations/sensitivity.hpp"
 #include "io/scene/toml_value.hpp"
 #include "io/scene/write_scene.hpp"
@@ -77,7 +78,11 @@ std::string value_text(const Scene& scene, const std::string& key) {
   throw ModelError(key, "has no value in this scene; state it there, or correct the name");
 }
 
-NumberKey number_key(const Scene& scene, const std::string& name) {
+/// Settings of the penalty formulation that are no property of a contact law.
+constexpr std::array numerical_settings{"penalty.alpha", "penalty.beta", "penalty.tolerance", "penalty.step",
+                                        "penalty.v0_floor"};
+
+NumberKey number_key(const Scene& scene, const std::string& name, Family family) {
   NumberKey k;
   const auto bracket = name.find('[');
   k.key = name.substr(0, bracket);
@@ -90,8 +95,10 @@ NumberKey number_key(const Scene& scene, const std::string& name) {
     indices.push_back(static_cast<std::size_t>(*index));
     at = close + 1;
   }
+  const bool law =
+      family == Family::penalty && std::ranges::find(numerical_settings, name) == numerical_settings.end();
   for (const char* settings : {"nonsmooth.", "penalty."})
-    if (name.starts_with(settings))
+    if (name.starts_with(settings) && !(law && name.starts_with("penalty.")))
       throw ModelError(name, "is a numerical setting, not a property of the mechanism");
   k.text = value_text(scene, k.key);
   const auto place = find_number(k.text, indices);
@@ -171,8 +178,8 @@ using DisplacedScenes = std::vector<std::unique_ptr<DisplacedScene>>;
 /// Builds the displaced scenes of a key. A key at the end of its range, or one whose start cannot be
 /// assembled beside it, has no derivative.
 VariedKey vary(const Scene& scene, const System& system, const State& start, const std::string& name,
-               const StopToken& stop, DisplacedScenes& displaced) {
-  const auto k = number_key(scene, name);
+               Family family, const StopToken& stop, DisplacedScenes& displaced) {
+  const auto k = number_key(scene, name, family);
   VariedKey v{.name = name, .value = k.value, .start = {}, .refused = {}};
   const double scale = k.value != 0 ? std::abs(k.value) : k.neighbours > 0 ? k.neighbours : 1;
   v.spacing = relative_spacing * scale;
@@ -191,7 +198,9 @@ VariedKey vary(const Scene& scene, const System& system, const State& start, con
       for (const int place : difference_places) {
         const auto& d =
             *displaced.emplace_back(std::make_unique<DisplacedScene>(scene, k, k.value + place * v.spacing));
-        starts.push_back(all_of(assemble(d.scene.mechanism, d.scene.run.start, nullptr, stop)));
+        const bool rests = d.scene.run.start == RunOptions::Start::equilibrium;
+        starts.push_back(all_of(assemble(d.scene.mechanism, d.scene.run.start, nullptr, stop,
+                                         rests ? compliances(family, d.scene, *d.system) : Compliances{})));
       }
     } catch (const ModelError& e) {
       reason = fmt::format("values beside {} are not possible: {}", k.value, e.message);
@@ -217,7 +226,10 @@ VariedKey vary(const Scene& scene, const System& system, const State& start, con
   v.impact_spacing = shift <= most_turn ? v.spacing : v.spacing * most_turn / shift;
   v.start = from.slope;
   v.end_rate = ends.slope[0];
-  for (std::size_t i = 0; i < v.systems.size(); ++i) v.systems[i] = displaced[i]->system.get();
+  for (std::size_t i = 0; i < v.systems.size(); ++i) {
+    v.systems[i] = displaced[i]->system.get();
+    v.scenes[i] = &displaced[i]->scene;
+  }
   v.system_at = [&scene, k, &displaced](double value) {
     displaced.push_back(std::make_unique<DisplacedScene>(scene, k, value));
     return displaced.back()->system.get();
@@ -291,9 +303,8 @@ VariedQuantity quantity_of(const Layout& layout, const std::string& name) {
 }  // namespace
 
 Sensitivities sensitivities(const Scene& scene, const SensitivityRequest& request) {
-  if (family_of(request.formulation) == Family::penalty)
-    throw ModelError("formulation", "\"penalty\" has no derivatives yet; use \"nonsmooth\"");
-  if (scene.nonsmooth.scheme_in_force() == Scheme::moreau_jean)
+  const auto family = family_of(request.formulation);
+  if (family == Family::nonsmooth && scene.nonsmooth.scheme_in_force() == Scheme::moreau_jean)
     throw ModelError("nonsmooth.scheme",
                      "time stepping has no derivatives yet; set it to \"event-driven\" or \"automatic\"");
   Simulation simulation(scene, request.formulation, {.start = {}, .stop = request.stop});
@@ -310,10 +321,10 @@ Sensitivities sensitivities(const Scene& scene, const SensitivityRequest& reques
   for (const auto& name : request.of) run.quantities.push_back(quantity_of(layout, name));
   std::vector<DisplacedScenes> displaced(request.to.size());
   for (std::size_t i = 0; i < request.to.size(); ++i)
-    run.keys.push_back(request.to[i].starts_with("initial.")
-                           ? initial_value(layout, run.start, request.to[i])
-                           : vary(given, system, run.start, request.to[i], request.stop, displaced[i]));
-  return run_sensitivities(std::move(run));
+    run.keys.push_back(request.to[i].starts_with("initial.") ? initial_value(layout, run.start, request.to[i])
+                                                             : vary(given, system, run.start, request.to[i],
+                                                                    family, request.stop, displaced[i]));
+  return run_sensitivities(run, family);
 }
 
 double propagated_deviation(const Sensitivity& quantity, const std::vector<double>& deviations) {

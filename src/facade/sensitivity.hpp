@@ -25,7 +25,7 @@ struct SensitivityRequest {
   /// Keys of the scene with one number; a number within a list is NAME[i] or NAME[i][j], counted from 0.
   /// Or initial.COLUMN, a coordinate or rate of a body at the start.
   std::vector<std::string> to;
-  std::string formulation = "nonsmooth";  ///< "nonsmooth"; others are refused
+  std::string formulation = "nonsmooth";  ///< "penalty" or "nonsmooth"
   /// Stop request; the function then throws Interrupted.
   StopToken stop = {};
 };

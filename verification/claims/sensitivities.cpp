@@ -1,4 +1,4 @@
-// Derivatives of event-driven motions against closed forms, and published cases in which
+// Derivatives of event-driven and penalty motions against closed forms, and published cases in which
 // differentiable simulators give wrong derivatives through impacts.
 #include <fmt/format.h>
 
@@ -25,12 +25,13 @@ struct Case {
   Findings& f;
   std::string subject;
   Sensitivities all;
+  std::string formulation = "event-driven";
 
   void expect(std::size_t quantity, std::size_t key, const std::string& unit, long double expected,
               const std::string& source, double bound = ten_digits,
               const char* reason = ten_digits_reason) const {
     const auto name = claim_name(
-        subject, fmt::format("d({})/d({})", all.quantities[quantity].name, all.keys[key]), "event-driven");
+        subject, fmt::format("d({})/d({})", all.quantities[quantity].name, all.keys[key]), formulation);
     const double measured = all.quantities[quantity].derivatives[key];
     if (expected == 0 || bound < 0)
       f.within(name, unit, measured, static_cast<double>(expected), std::abs(bound), source, reason);
@@ -251,6 +252,62 @@ void speed_of_rig(Findings& f) {
   }
 }
 
+std::string ball_on_spring(double stiffness, double restitution) {
+  return "gravity = [0, -9.81]\n" + test::body("ball", 0.3, 3e-4, "position = [0, 0.55]\n") +
+         fmt::format(R"([contacts.table]
+type = "plane"
+between = ["ground", "ball"]
+radius = 0.05
+stiffness = {}
+surface = "hard"
+[surfaces.hard]
+restitution = {}
+)",
+                     stiffness, restitution) +
+         test::run_for(1, "start = \"given\"\n[penalty]\nintegrator = \"dopri5\"\ntolerance = 1e-13\n");
+}
+
+void ball_and_spring(Findings& f) {
+  const reference::SpringBounce b{0.5L, 9.81L, 0.3L, 1e5L};
+  const Case c{f, "ball dropped from 0.5 m onto a spring",
+               sensitivities(parse_scene(ball_on_spring(1e5, 1), "spring"),
+                             {.of = {"event.2.t", "event.1.impulse_n"},
+                              .to = {"contacts.table.stiffness", "bodies.ball.mass", "initial.ball.y"},
+                              .formulation = "penalty"}),
+               "penalty"};
+  const std::string source = "undamped oscillation under gravity";
+  constexpr double bound = 1e-9;
+  const char* reason = "tolerance 1e-13 per step, some hundred steps, and ten times that for derivatives";
+  f.relative(claim_name(c.subject, "event.2.t", "penalty"), "s", c.all.quantities[0].value,
+             static_cast<double>(b.second()), bound, source, reason);
+  c.expect(0, 0, "s m/N", b.second_by_stiffness(), source, bound, reason);
+  c.expect(0, 1, "s/kg", b.second_by_mass(), source, bound, reason);
+  c.expect(0, 2, "s/m", b.second_by_height(), source, bound, reason);
+  c.expect(1, 0, "s m", b.impulse_by_stiffness(), source, 1e-8,
+           "the impulse changes by the weight alone, a hundredth of its value");
+  c.expect(1, 1, "m/s", b.impulse_by_mass(), source, bound, reason);
+}
+
+/// As the stiffness grows, derivatives tend to those of the impact law with the duration of contact, as
+/// K^(−1/2).
+void rigid_limit(Findings& f) {
+  const reference::BallDerivatives b{0.5L, 9.81L, 0.5L};
+  const auto apart = [&](double stiffness) {
+    const auto all =
+        sensitivities(parse_scene(ball_on_spring(stiffness, 0.5), "limit"),
+                      {.of = {"event.3.t"}, .to = {"surfaces.hard.restitution"}, .formulation = "penalty"});
+    return all.quantities[0].derivatives[0] - static_cast<double>(b.time_by_restitution(3));
+  };
+  const double soft = apart(1e6), hard = apart(1e8);
+  const std::string subject = "ball dropped from 0.5 m, exact damping, linear spring";
+  const std::string source = "duration of contact, proportional to K^(-1/2)";
+  f.relative(claim_name(subject, "d(event.3.t)/de less its rigid limit, 1e6 over 1e8 N/m", "penalty"), "",
+             soft / hard, 10, 0.02, source,
+             "the next order is the speed change by gravity during contact over the speed, 5e-3 at 1e6 N/m");
+  f.within(claim_name(subject, "d(event.3.t)/de less its rigid limit at 1e8 N/m", "penalty"), "s", hard, 0,
+           1e-3, source, "two contacts of 2e-4 s each, whose duration changes by its order per unit of e");
+}
+
 }  // namespace
 
 Findings sensitivity_claims() {
@@ -261,6 +318,8 @@ Findings sensitivity_claims() {
   sliding_block(f);
   head_on(f);
   speed_of_rig(f);
+  ball_and_spring(f);
+  rigid_limit(f);
   return f;
 }
 

@@ -151,4 +151,52 @@ struct HeadOn {
   Extended impulse_by_mass1() const { return v1 * (1 + restitution) * mass2 * mass2 / (total() * total()); }
 };
 
+/// A ball dropped from rest at the height H above a linear spring K without damping. In contact,
+/// m δ̈ = m g − K δ with δ̇ = v₀ = √(2 g H) at its beginning:
+///     δ = (g/ω²) (1 − cos ωτ) + (v₀/ω) sin ωτ,  ω² = K/m,
+/// which vanishes at ωτ = θ with tan(θ/2) = −v₀ ω/g, that is θ = 2π − 2 atan(v₀ ω/g). The ball leaves with
+/// v₀; the second contact begins at t₂ = √(2H/g) + θ/ω + 2 v₀/g. Impulse of the contact: 2 m v₀ + m g θ/ω.
+struct SpringBounce {
+  Extended height, gravity, mass, stiffness;
+
+  Extended speed() const { return std::sqrt(2 * gravity * height); }
+  Extended frequency() const { return std::sqrt(stiffness / mass); }
+  Extended ratio() const { return speed() * frequency() / gravity; }
+  Extended angle() const { return 2 * std::acos(Extended(-1)) - 2 * std::atan(ratio()); }
+  Extended duration() const { return angle() / frequency(); }
+  Extended second() const { return std::sqrt(2 * height / gravity) + duration() + 2 * speed() / gravity; }
+  /// d(θ/ω)/dω
+  Extended duration_by_frequency() const {
+    return -2 * speed() / gravity / (1 + ratio() * ratio()) / frequency() -
+           angle() / (frequency() * frequency());
+  }
+  /// ω changes by ω/(2K) per K and by −ω/(2m) per m.
+  Extended second_by_stiffness() const { return duration_by_frequency() * frequency() / (2 * stiffness); }
+  Extended second_by_mass() const { return -duration_by_frequency() * frequency() / (2 * mass); }
+  Extended duration_by_speed() const { return -2 / gravity / (1 + ratio() * ratio()); }
+  Extended second_by_height() const {
+    const Extended by_height = speed() / (2 * height);
+    return std::sqrt(2 * height / gravity) / (2 * height) + (duration_by_speed() + 2 / gravity) * by_height;
+  }
+  Extended impulse_by_mass() const {
+    return 2 * speed() + gravity * duration() + mass * gravity * second_by_mass();
+  }
+  Extended impulse_by_stiffness() const { return mass * gravity * second_by_stiffness(); }
+};
+
+/// A ball without gravity meets a wall at the distance L with the speed v, and leaves with ê v towards
+/// another at the distance B from the first. For F = K δⁿ (1 + χ δ̇/v₀), lengths and times of the contact
+/// scale: its duration is T = C(χ, n) (m/K)^(1/(n+1)) v^((1−n)/(n+1)), and ê does not depend on m, K and v.
+///     t₂ = L/v + T + B/(ê v)
+struct ScaledContact {
+  Extended first, between, speed, delivered, exponent, duration;  ///< duration: T
+
+  Extended second_by_mass(Extended mass) const { return duration / ((exponent + 1) * mass); }
+  Extended second_by_stiffness(Extended stiffness) const { return -duration / ((exponent + 1) * stiffness); }
+  Extended second_by_speed() const {
+    return -first / (speed * speed) + (1 - exponent) / (exponent + 1) * duration / speed -
+           between / (delivered * speed * speed);
+  }
+};
+
 }  // namespace freeplay::reference

@@ -1,0 +1,252 @@
+#include "formulations/penalty/penalty_variation.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+#include "formulations/integrators/crossing.hpp"
+#include "mechanism/scene.hpp"
+
+namespace freeplay {
+namespace {
+
+/// Least tolerance with which a step is repeated; rounding errors are below it.
+constexpr double least_closure = 1e-11;
+/// Half length of the part of a step around a kink of a contact force, over the step.
+constexpr double kink_share = 2e-3;
+/// Number of steps within which a gap is near its zero.
+constexpr double near_steps = 30;
+/// Parts of a step at most; a step that needs more is too stiff for an explicit method.
+constexpr int most_parts = 1024;
+
+}  // namespace
+
+PenaltyVariation::Twins PenaltyVariation::make_twins(const PenaltyParts& run, const State& start,
+                                                     const std::vector<VariedKey>& keys) {
+  const auto& d = run.steps->dynamics();
+  Twins twins{std::make_unique<ExtendedPenalty>(d.twin(), run.speed_scale), {}};
+  for (const auto& key : keys) {
+    auto& displaced = twins.displaced.emplace_back();
+    for (std::size_t i = 0; i < displaced.size(); ++i)
+      if (key.systems[i])
+        displaced[i] = std::make_unique<ExtendedPenalty>(
+            displaced_penalty(d, *key.scenes[i], *key.systems[i], start), run.speed_scale, twins.probe.get());
+  }
+  return twins;
+}
+
+PenaltyVariation::PenaltyVariation(const PenaltyParts& run, const Scene& scene, const State& start,
+                                   const std::vector<VariedKey>& keys, std::vector<Column> integrands,
+                                   double length, double duration)
+    : PenaltyVariation(make_twins(run, start, keys), run, keys, std::move(integrands), length, duration) {
+  begin(scene, start.t);
+}
+
+PenaltyVariation::PenaltyVariation(Twins twins, const PenaltyParts& run, const std::vector<VariedKey>& keys,
+                                   std::vector<Column> integrands, double length, double duration)
+    : VariedColumns(std::move(twins.probe), keys, std::move(twins.displaced), std::move(integrands), length,
+                    duration),
+      run_(*run.steps),
+      norm_(run.norm),
+      v0_floor_(run.v0_floor),
+      after_(std::make_unique<ExtendedPenalty>(run_.dynamics().twin(), run.speed_scale)),
+      impulses_(run_.dynamics().contacts().size()) {
+  strict_integrands_ = false;
+}
+
+/// The derivatives of the start: contacts that are closed there.
+void PenaltyVariation::begin(const Scene& scene, double t) {
+  const auto& d = run_.dynamics();
+  const auto& system = d.system();
+  floor_given_ = scene.penalty.v0_floor.has_value();
+  if (std::ranges::any_of(d.contacts(), [](const auto& c) { return c.shear.has_value(); }))
+    refuse("penalty.friction = \"mindlin\" has no derivatives: its friction depends on its history");
+  if (scene.penalty.own) refuse("a contact law of a program has no derivatives");
+  if (d.projects()) refuse("penalty.stabilisation = \"projection\" has no derivatives; use \"baumgarte\"");
+  if (system.limiters() > 0)
+    refuse("controllers with a limit have no derivatives in the penalty formulation");
+  take_mode(d);
+  const auto x = this->x();
+  const Side still{Vector(x.size()), Vector(integrands_.size())};
+  const Vector dt(keys_.size());
+  for (int k = 0; k < system.contacts(); ++k) {
+    if (!d.contacts()[k].closed) continue;
+    const double gap = probe_->row(k, x, t).gap;
+    if (std::abs(gap) <= 4 * gap_rounding(system, k, x.data())) {
+      const Function value = [k](ExtendedPenalty& f, const Vector& y, double at) {
+        return Vector{f.row(k, y, at).gap};
+      };
+      for (std::size_t c = 0; c < keys_.size(); ++c)
+        if (open(c) &&
+            std::abs(total(c, value, x, t, S_[c], 0, probe_->speed_scale())[0]) * keys_[c].scale() >
+                1e-9 * length_)
+          refuse(c, fmt::format("t = {:.9g} s: contact {} closes at the start, so that {} has only a "
+                                "one-sided derivative",
+                                t, system.contact_facts(k).name, keys_[c].name));
+    }
+    begin_contact(k, x, t, still, dt);
+  }
+  // The work done on contacts that are compressed at the start.
+  const Function stored = [](ExtendedPenalty& f, const Vector& y, double at) {
+    return Vector{f.stored_energy(y, at)};
+  };
+  const auto work = static_cast<std::size_t>(d.integral_offset() + PenaltyDynamics::contact_work);
+  for (std::size_t c = 0; c < keys_.size(); ++c)
+    if (open(c)) S_[c][work] = total(c, stored, x, t, S_[c], 0, curved_speed(*probe_, x))[0];
+}
+
+PenaltyVariation::Vector PenaltyVariation::with_retained(const PenaltyDynamics& d) const {
+  auto x = run_.x();
+  for (const auto& c : d.contacts()) x.insert(x.end(), {c.v0, c.mass});
+  return x;
+}
+
+void PenaltyVariation::begin_step() {
+  const auto& d = run_.dynamics();
+  take_mode(d);
+  retained_.clear();
+  for (const auto& c : d.contacts()) retained_.insert(retained_.end(), {c.v0, c.mass});
+}
+
+void PenaltyVariation::end_step() {
+  const double t_old = run_.t_old(), h = run_.t() - t_old;
+  const bool needed = !all_closed() || !integrands_.empty();
+  if (h > 0 && needed) {
+    take_knot(probe_->system, t_old, run_.dynamics().knot);
+    auto x = run_.x_old();
+    x.insert(x.end(), retained_.begin(), retained_.end());
+    const int count = parts(x, t_old, h, run_.x());
+    if (count > most_parts)
+      refuse(
+          fmt::format("t = {:.9g} s: the motion is too stiff for the explicit method of derivatives", t_old));
+    const int used = std::min(count, most_parts);
+    double done = 0;
+    // A short part around a kink, with stages on both of its sides.
+    if (const auto clamp = clamp_within(x, t_old, h, run_.x()))
+      for (const double to : {*clamp - kink_share * h, *clamp + kink_share * h})
+        if (to > done && to < h) {
+          advance(x, t_old + done, to - done, used);
+          done = to;
+        }
+    advance(x, t_old + done, h - done, used);
+  }
+  pass();
+}
+
+/// Dormand and Prince's stages of a step of x.
+void PenaltyVariation::stages(const Vector& x, double t, double h, std::array<Vector, 6>& f) {
+  Vector stage;
+  for (std::size_t s = 0; s < f.size(); ++s) {
+    stage = x;
+    for (std::size_t j = 0; j < s; ++j) add_multiple(stage, h * DormandPrince::a[s][j], f[j]);
+    f[s].resize(x.size());
+    (*probe_)(stage, f[s], t + DormandPrince::c[s] * h);
+  }
+  evaluations_ += 6;
+}
+
+/// The time from t at which a contact force reaches or leaves its clamp at zero, a kink of f, in a step from
+/// x to `end`.
+std::optional<double> PenaltyVariation::clamp_within(const Vector& x, double t, double h, const Vector& end) {
+  auto last = end;
+  last.resize(x.size());
+  std::copy(x.begin() + static_cast<long>(end.size()), x.end(), last.begin() + static_cast<long>(end.size()));
+  for (int k = 0; k < probe_->system.contacts(); ++k) {
+    const auto& c = probe_->contacts()[k];
+    if (!c.closed || !c.law.dissipates()) continue;
+    const double before = probe_->unclamped_force(k, x, t), after = probe_->unclamped_force(k, last, t + h);
+    if (before == 0 || after == 0 || (before < 0) == (after < 0)) continue;
+    const double s = bracketed_root(
+        [&](double length) {
+          stages(x, t, length, trial_);
+          auto y = x;
+          for (std::size_t i = 0; i < trial_.size(); ++i)
+            add_multiple(y, length * DormandPrince::b[i], trial_[i]);
+          return probe_->unclamped_force(k, y, t + length);
+        },
+        0.0, h, before, after);
+    if (s > 1e-6 * h && s < (1 - 1e-6) * h) return s;
+  }
+  return {};
+}
+
+/// Advances x and S in equal parts.
+void PenaltyVariation::advance(Vector& x, double t, double h, int count) {
+  const bool shifted = choose_shifts(x, t, h);
+  if (shifted) shift(x, t, 1);
+  for (int i = 0; i < count; ++i) {
+    const double length = h / count;
+    advance_stages(t + i * length, x, length);
+    for (std::size_t s = 0; s < f_.size(); ++s) add_multiple(x, length * DormandPrince::b[s], f_[s]);
+  }
+  if (shifted) shift(x, t + h, -1);
+}
+
+/// dt of each column for the next step: that of the gap nearest to its zero, if it is near.
+bool PenaltyVariation::choose_shifts(const Vector& x, double t, double h) {
+  int nearest = -1;
+  double least = near_steps * h;
+  for (int k = 0; k < probe_->system.contacts(); ++k) {
+    if (!probe_->contacts()[k].closed) continue;
+    const double away = std::abs(probe_->row(k, x, t).gap), rate = std::abs(probe_->gap_rate(k, x, t));
+    if (rate > 1e-6 * probe_->speed_scale() && away < least * rate) {
+      least = away / rate;
+      nearest = k;
+    }
+  }
+  std::ranges::fill(shifts_, 0.0);
+  if (nearest < 0) return false;
+  const auto normal = probe_->row(nearest, x, t).normal;
+  const double rate = probe_->gap_rate(nearest, x, t);
+  const Function gap = [nearest](ExtendedPenalty& f, const Vector& y, double at) {
+    return Vector{f.row(nearest, y, at).gap};
+  };
+  const auto centre = gap(*probe_, x, t);
+  for (std::size_t c = 0; c < keys_.size(); ++c)
+    if (open(c)) shifts_[c] = -(normal.dot(S_[c].data()) + across(c, gap, centre, x, t).slope[0]) / rate;
+  return true;
+}
+
+void PenaltyVariation::shift(const Vector& x, double t, double sign) {
+  probe_->touch(true);
+  const auto here = side(*probe_, x, t);
+  probe_->touch(false);
+  for (std::size_t c = 0; c < keys_.size(); ++c) {
+    if (!open(c)) continue;
+    add_multiple(S_[c], sign * shifts_[c], here.f);
+    add_multiple(integral_rates_[c], sign * shifts_[c], here.integrands);
+  }
+  if (sign < 0) std::ranges::fill(shifts_, 0.0);
+}
+
+/// The number of equal parts, a power of two, in which Dormand and Prince's stages repeat the step to
+/// `end`, or agree with themselves where the run's method has a greater error.
+int PenaltyVariation::parts(const Vector& x, double t, double h, const Vector& end) {
+  Vector last;
+  const double tolerance = std::max(norm_.tolerance, least_closure);
+  const auto error = [&](const Vector& a, const Vector& b) {
+    double most = 0;
+    for (std::size_t i = 0; i < norm_.absolute.size(); ++i) {
+      const double e =
+          std::abs(a[i] - b[i]) / (tolerance * (norm_.absolute[i] + norm_.relative[i] * std::abs(b[i])));
+      most = e <= most ? most : e;  // keeps a NaN
+    }
+    return most;
+  };
+  for (int count = 1; count <= most_parts; count *= 2) {
+    auto y = x;
+    const double length = h / count;
+    for (int i = 0; i < count; ++i) {
+      stages(y, t + i * length, length, trial_);
+      for (std::size_t s = 0; s < trial_.size(); ++s)
+        add_multiple(y, length * DormandPrince::b[s], trial_[s]);
+    }
+    if (error(y, end) <= 10 || (!last.empty() && error(y, last) <= 1)) return count;
+    last = std::move(y);
+  }
+  return 2 * most_parts;
+}
+
+}  // namespace freeplay

@@ -1,0 +1,88 @@
+// PenaltyVariation: derivatives of a penalty motion (varied_columns.hpp). The integrated vector has v₀ and
+// the mass of each contact as constant states (extended_penalty.hpp). At an event
+//
+//     h(x, t; p) = 0:     dt = −(h_x S⁻ + h_p)/ḣ⁻,     S⁺ = S⁻ + (f⁻ − f⁺) dt,
+//
+// where h is the gap at contact onset and separation. Most laws have no force at zero depth, so that f is
+// continuous and S does not jump. v₀ = −ġ of an onset has the derivative of −ġ along (S⁻ + f⁻ dt, dt, p).
+// Where v₀ changes during a contact, it is w (contact_law.hpp).
+//
+// S is integrated by Dormand and Prince's stages over each step of the run, in as many equal parts as
+// repeat that step within its tolerance, whatever the integrator of the run, and to the instant at which
+// a contact force reaches its clamp at zero. Near zero depth, where forces
+// such as δ^(3/2) are not smooth, the times change with p as well, by dt = −(dg/dp)/ġ of the gap g:
+//
+//     Y = S + f dt,     Ẏ = f_x Y + f_t dt + f_p.
+//
+// The depth then has no derivative there, and Y is as smooth as the motion.
+#pragma once
+
+#include <array>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "formulations/penalty/extended_penalty.hpp"
+#include "formulations/penalty/penalty_steps.hpp"
+#include "formulations/varied_columns.hpp"
+
+namespace freeplay {
+
+class PenaltyVariation : public VariedColumns<ExtendedPenalty> {
+ public:
+  /// `run`: after its start at the time t. Other arguments as for VariedColumns.
+  PenaltyVariation(const PenaltyParts& run, const Scene& scene, const State& start,
+                   const std::vector<VariedKey>& keys, std::vector<Column> integrands, double length,
+                   double duration);
+
+  /// Keeps the mode before a step.
+  void begin_step();
+  /// After a step: advances S, and passes the event at its end, if there is one.
+  void end_step();
+  /// The vector at the end, with the retained data.
+  Vector x() const { return with_retained(run_.dynamics()); }
+
+ private:
+  struct Impulse {
+    std::size_t onset = 0;
+    double begin = 0;
+    Vector slope;  // of `begin`
+  };
+  struct Twins {
+    std::unique_ptr<ExtendedPenalty> probe;
+    std::vector<Displaced> displaced;  ///< refer to the probe
+  };
+  static Twins make_twins(const PenaltyParts& run, const State& start, const std::vector<VariedKey>& keys);
+  PenaltyVariation(Twins twins, const PenaltyParts& run, const std::vector<VariedKey>& keys,
+                   std::vector<Column> integrands, double length, double duration);
+  Vector with_retained(const PenaltyDynamics& d) const;
+  void begin(const Scene& scene, double t);
+  int parts(const Vector& x, double t, double h, const Vector& end);
+  void stages(const Vector& x, double t, double h, std::array<Vector, 6>& f);
+  std::optional<double> clamp_within(const Vector& x, double t, double h, const Vector& end);
+  void advance(Vector& x, double t, double h, int count);
+  bool choose_shifts(const Vector& x, double t, double h);
+  /// Adds `sign` times f dt at a state to S, and to the integrals.
+  void shift(const Vector& x, double t, double sign);
+  void pass();
+  /// A function of the state whose root is the event, and dt of each column.
+  Vector event_times(const Function& value, const Vector& x, double t, const Vector& f);
+  void begin_contact(int k, const Vector& x, double t, const Side& before, const Vector& dt);
+  void end_contact(int k, const Vector& x, const Side& before, const Vector& dt);
+  void retain(int k, const Vector& x, double t, const Vector& f, const Vector& dt, double speed,
+              const Function& speed_of, bool new_mass);
+  void change_impact(int k, const Vector& x, double t, const Side& before, const Side& after, bool jumps);
+  void jump(const Side& before, const Side& after, const Vector& dt);
+
+  const PenaltySteps& run_;
+  ErrorNorm norm_;
+  double v0_floor_;
+  bool floor_given_ = false;
+  std::unique_ptr<ExtendedPenalty> after_;        // of the nominal system, in the mode after an event
+  Vector retained_;                               // before the step
+  std::vector<std::optional<Impulse>> impulses_;  // of the present contacts
+  std::array<Vector, 6> trial_;                   // stages
+};
+
+}  // namespace freeplay

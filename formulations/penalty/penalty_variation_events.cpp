@@ -1,0 +1,252 @@
+// PenaltyVariation: derivatives across events.
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+#include "formulations/penalty/penalty_variation.hpp"
+
+namespace freeplay {
+namespace {
+
+/// Share of a contact's measure up to which a contact counts as grazing.
+constexpr double least_approach = 1e-6;
+
+bool same_pieces(const System& system, const Phases& a, const Phases& b) {
+  for (int k = 0; k < system.phases(); ++k)
+    if (a.pieces()[k].low != b.pieces()[k].low || a.pieces()[k].high != b.pieces()[k].high) return false;
+  return true;
+}
+
+}  // namespace
+
+/// dt of each column for a root of the function.
+PenaltyVariation::Vector PenaltyVariation::event_times(const Function& value, const Vector& x, double t,
+                                                       const Vector& f) {
+  const auto centre = value(*probe_, x, t);
+  const double speed = curved_speed(*probe_, x);
+  const double rate = along(*probe_, value, centre, x, t, f, 1, speed).slope[0];
+  Vector dt(keys_.size());
+  for (std::size_t c = 0; c < keys_.size(); ++c)
+    if (open(c))
+      dt[c] = -(along(*probe_, value, centre, x, t, S_[c], 0, speed).slope[0] +
+                across(c, value, centre, x, t).slope[0]) /
+              rate;
+  return dt;
+}
+
+void PenaltyVariation::pass() {
+  const auto& d = run_.dynamics();
+  const double t = run_.t();
+  struct Changed {
+    int contact;
+    bool gap;
+  };
+  std::vector<Changed> changes;
+  for (int k = 0; k < d.system().contacts(); ++k) {
+    const auto &was = probe_->contacts()[k], &now = d.contacts()[k];
+    if (was.closed != now.closed)
+      changes.push_back({k, true});
+    else if (was.closed && was.in_impact != now.in_impact)
+      changes.push_back({k, false});
+  }
+  const bool same = same_pieces(d.system(), probe_->phases(), d.phases);
+  if (changes.empty() && same) return;
+  auto x = run_.x();
+  x.insert(x.end(), retained_.begin(), retained_.end());
+  after_->take_mode(d);
+  probe_->touch(true);
+  after_->touch(true);
+  const auto before = side(*probe_, x, t), after = side(*after_, with_retained(d), t);
+  const int n = d.system().n();
+  double change = 0, scale = 0;
+  for (int i = n; i < 2 * n; ++i) {
+    change = std::max(change, std::abs(after.f[i] - before.f[i]));
+    scale = std::max({scale, std::abs(after.f[i]), std::abs(before.f[i])});
+  }
+  const bool jumps = !(change <= 1e-7 * scale);
+  if (jumps && !same)
+    refuse(
+        fmt::format("t = {:.9g} s: a force of an element jumps there; derivatives across such jumps are not "
+                    "available",
+                    t));
+  if (jumps && changes.size() > 1)
+    refuse(
+        fmt::format("t = {:.9g} s: contacts {} and {} change at the same time, and a contact force jumps; "
+                    "the motion there depends on their order",
+                    t, d.system().contact_facts(changes[0].contact).name,
+                    d.system().contact_facts(changes[1].contact).name));
+  for (const auto& [k, gap] : changes) {
+    if (!gap) {
+      change_impact(k, x, t, before, after, jumps);
+      continue;
+    }
+    const bool onset = d.contacts()[k].closed;
+    const auto& row = probe_->row(k, x, t);
+    const auto normal = row.normal;
+    const Function value = [k = k](ExtendedPenalty& f, const Vector& y, double at) {
+      return Vector{f.row(k, y, at).gap};
+    };
+    const Vector centre{row.gap};
+    const double rate = normal.dot(x.data() + n), away = probe_->gap_acceleration(k, x, before.f, t);
+    const auto& facts = d.system().contact_facts(k);
+    const double measure = facts.measure() > 0 ? facts.measure() : length_;
+    if (onset && away > 0 && rate * rate < 2 * away * least_approach * measure)
+      refuse(
+          fmt::format("t = {:.9g} s: contact {} grazes (approach {:.2g} m/s); grazing contacts have no "
+                      "derivative",
+                      t, facts.name, -rate));
+    const bool steady = std::abs(rate) > 1e-12 * probe_->speed_scale();
+    if (!steady && jumps)
+      refuse(
+          fmt::format("t = {:.9g} s: contact {} opens or closes without relative speed, and its force jumps",
+                      t, facts.name));
+    Vector dt(keys_.size());
+    for (std::size_t c = 0; c < keys_.size(); ++c)
+      if (open(c) && steady)
+        dt[c] = -(normal.dot(S_[c].data()) + across(c, value, centre, x, t).slope[0]) / rate;
+    if (onset)
+      begin_contact(k, x, t, before, dt);
+    else
+      end_contact(k, x, before, dt);
+    if (onset && !steady) {
+      auto& last = onsets_.back();
+      last.dt = last.drate = Vector(keys_.size(), NAN);
+      for (auto& reason : last.reasons)
+        if (reason.empty())
+          reason = fmt::format("t = {:.9g} s: contact {} closes without approach", t, facts.name);
+    }
+    if (jumps) jump(before, after, dt);
+    if (d.bristles() == 0) continue;
+    const auto bristle = static_cast<std::size_t>(d.bristle_offset() + k);
+    if (onset && !steady && after.f[bristle] != 0)
+      refuse(fmt::format(
+          "t = {:.9g} s: contact {} closes without approach, so that its bristle has no derivative", t,
+          facts.name));
+    for (std::size_t c = 0; c < keys_.size(); ++c)
+      if (open(c)) S_[c][bristle] = onset ? -after.f[bristle] * dt[c] : 0;
+  }
+  probe_->touch(false);
+  after_->touch(false);
+}
+
+/// S across an event where f jumps.
+void PenaltyVariation::jump(const Side& before, const Side& after, const Vector& dt) {
+  for (std::size_t c = 0; c < keys_.size(); ++c) {
+    if (!open(c)) continue;
+    for (std::size_t i = 0; i < size_; ++i) S_[c][i] += dt[c] * (before.f[i] - after.f[i]);
+    for (std::size_t i = 0; i < integrands_.size(); ++i)
+      integral_rates_[c][i] += dt[c] * (before.integrands[i] - after.integrands[i]);
+  }
+}
+
+/// Derivatives of v₀, which is the value `speed` of a function or else the floor, and of a new mass.
+void PenaltyVariation::retain(int k, const Vector& x, double t, const Vector& f, const Vector& dt,
+                              double speed, const Function& speed_of, bool new_mass) {
+  const auto& d = run_.dynamics();
+  const auto slot = static_cast<std::size_t>(d.size() + 2 * k);
+  const bool floored = !(speed > v0_floor_);
+  if (!(d.contacts()[k].law.chi > 0)) return;  // the force does not depend on them
+  if (floored && !floor_given_)
+    refuse(fmt::format(
+        "t = {:.9g} s: contact {} begins below the least v₀, which depends on the scene's speeds; "
+        "set penalty.v0_floor for derivatives",
+        t, d.system().contact_facts(k).name));
+  const Function mass_of = [k](ExtendedPenalty& g, const Vector& y, double at) {
+    return Vector{g.effective_mass(k, y, at)};
+  };
+  const double scale = std::max(std::abs(speed), v0_floor_);
+  for (std::size_t c = 0; c < keys_.size(); ++c) {
+    if (!open(c)) continue;
+    auto dx = S_[c];
+    add_multiple(dx, dt[c], f);
+    const double change = floored ? 0 : total(c, speed_of, x, t, dx, dt[c], scale)[0];
+    double mass = S_[c][slot + 1];
+    if (new_mass) mass = total(c, mass_of, x, t, dx, dt[c], scale)[0];
+    if (!open(c)) continue;
+    S_[c][slot] = change;
+    S_[c][slot + 1] = mass;
+  }
+}
+
+void PenaltyVariation::begin_contact(int k, const Vector& x, double t, const Side& before, const Vector& dt) {
+  const auto& d = run_.dynamics();
+  const auto slot = static_cast<std::size_t>(d.impulse_offset() + 2 * k);
+  const double rate = probe_->gap_rate(k, x, t);
+  const Function rate_of = [k](ExtendedPenalty& f, const Vector& y, double at) {
+    return Vector{f.gap_rate(k, y, at)};
+  };
+  const Function approach_of = [k](ExtendedPenalty& f, const Vector& y, double at) {
+    return Vector{-f.gap_rate(k, y, at)};
+  };
+  Onset onset{k, true, t, rate, NAN, {}, {}, {}, {}};
+  Impulse impulse{onsets_.size(), x[slot], {}};
+  for (std::size_t c = 0; c < keys_.size(); ++c) {
+    onset.drate.push_back(NAN);
+    if (open(c)) {
+      auto dx = S_[c];
+      add_multiple(dx, dt[c], before.f);
+      onset.drate[c] = total(c, rate_of, x, t, dx, dt[c], std::max(std::abs(rate), v0_floor_))[0];
+    }
+    impulse.slope.push_back(S_[c][slot] + dt[c] * before.f[slot]);
+  }
+  retain(k, x, t, before.f, dt, -rate, approach_of, true);
+  for (std::size_t c = 0; c < keys_.size(); ++c) {
+    onset.dt.push_back(open(c) ? dt[c] : NAN);
+    onset.dimpulse.push_back(NAN);
+    if (!open(c)) onset.drate[c] = NAN;
+    onset.reasons.push_back(reasons_[c]);
+  }
+  onsets_.push_back(std::move(onset));
+  impulses_[static_cast<std::size_t>(k)] = std::move(impulse);
+}
+
+void PenaltyVariation::end_contact(int k, const Vector& x, const Side& before, const Vector& dt) {
+  const auto& d = run_.dynamics();
+  const auto slot = static_cast<std::size_t>(d.impulse_offset() + 2 * k),
+             retained = static_cast<std::size_t>(d.size() + 2 * k);
+  auto& impulse = impulses_[static_cast<std::size_t>(k)];
+  if (impulse) {
+    auto& onset = onsets_[impulse->onset];
+    onset.lasting = false;
+    onset.impulse = x[slot] - impulse->begin;
+    for (std::size_t c = 0; c < keys_.size(); ++c) {
+      if (open(c)) onset.dimpulse[c] = S_[c][slot] + dt[c] * before.f[slot] - impulse->slope[c];
+    }
+    impulse.reset();
+  }
+  for (std::size_t c = 0; c < keys_.size(); ++c) S_[c][retained] = S_[c][retained + 1] = 0;
+}
+
+/// An impact on a closed contact begins or ends.
+void PenaltyVariation::change_impact(int k, const Vector& x, double t, const Side& before, const Side& after,
+                                     bool jumps) {
+  const auto& d = run_.dynamics();
+  const bool begins = d.contacts()[k].in_impact;
+  const double rate = probe_->gap_rate(k, x, t), w = probe_->touch_speed(k, x, t);
+  const Function touch_speed_of = [k](ExtendedPenalty& f, const Vector& y, double at) {
+    return Vector{f.touch_speed(k, y, at)};
+  };
+  Vector dt(keys_.size());
+  if (begins) {
+    // It begins where the contact is compressed again, or where w exceeds v₀. The mass is that of this
+    // instant. At its end, w does not change with time.
+    const auto slot = static_cast<std::size_t>(d.size() + 2 * k);
+    const bool turns = std::abs(rate) <= 1e-6 * w;
+    if (!turns && std::abs(w - x[slot]) > 1e-6 * w)
+      refuse(fmt::format("t = {:.9g} s: an impact on contact {} begins between steps", t,
+                         d.system().contact_facts(k).name));
+    const Function value = [k, slot, turns](ExtendedPenalty& f, const Vector& y, double at) {
+      return Vector{turns ? f.gap_rate(k, y, at) : f.touch_speed(k, y, at) - y[slot]};
+    };
+    dt = event_times(value, x, t, before.f);
+  } else if (jumps) {
+    refuse(fmt::format("t = {:.9g} s: the damping of contact {} jumps during contact", t,
+                       d.system().contact_facts(k).name));
+  }
+  retain(k, x, t, before.f, dt, w, touch_speed_of, begins);
+  if (jumps) jump(before, after, dt);
+}
+
+}  // namespace freeplay

@@ -1,0 +1,471 @@
+// VariedColumns: what the variational equations of both formulations share. With x the integrated
+// vector, S = dx/dp has one column per parameter, and
+//
+//     Ṡ = f_x S + f_p
+//
+// within a mode. f_x S is exact to rounding (Dynamics::directional). Ṡ is integrated by the stages of
+// Dormand and Prince. Derivatives with respect to p at a fixed state, and those of functions of the
+// state, are differences of fourth order of closed forms at a fixed mode (differences.hpp). For this, each
+// parameter has four systems with displaced values, and closer ones where a kink is within the first. No
+// trajectory is differenced. A column ends where there is no derivative, with a reason (refuse()).
+//
+// A Dynamics has the members system, knot, size(), state_offset(), operator() and directional(), and
+// these functions of its namespace (optionally pin() and unpin(), between which it is evaluated beside one
+// state):
+//
+//     take_varied_mode(f, dynamics)        copies the mode
+//     observed(column, f, x, t)            value of a column of trajectory.csv or forces.csv
+//     curved_length(f, x, length)          length (m) and
+//     curved_speed(f, x)                   speed (m/s) over which functions of the state are curved there
+//     further_spacing(f, x, dx)            inverse of the greatest step along dx by other components
+//
+// Subclasses add the events (event_driven/variation.hpp, penalty/penalty_variation.hpp).
+#pragma once
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <functional>
+#include <memory>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "dynamics/system.hpp"
+#include "formulations/differences.hpp"
+#include "formulations/sensitivity.hpp"
+
+namespace freeplay {
+
+/// Contact onset: value and derivatives of time, approach rate and normal impulse.
+struct VariedOnset {
+  int contact = 0;
+  bool lasting = false;
+  double t = 0, rate = 0, impulse = 0;
+  std::vector<double> dt, drate, dimpulse;  ///< one for each key; NaN where there is none
+  std::vector<std::string> reasons;
+};
+
+/// Dormand and Prince's coefficients of the six stages of the result of fifth order.
+struct DormandPrince {
+  static constexpr double c[6] = {0, 1.0 / 5, 3.0 / 10, 4.0 / 5, 8.0 / 9, 1};
+  static constexpr double a[6][5] = {
+      {},
+      {1.0 / 5},
+      {3.0 / 40, 9.0 / 40},
+      {44.0 / 45, -56.0 / 15, 32.0 / 9},
+      {19372.0 / 6561, -25360.0 / 2187, 64448.0 / 6561, -212.0 / 729},
+      {9017.0 / 3168, -355.0 / 33, 46732.0 / 5247, 49.0 / 176, -5103.0 / 18656},
+  };
+  static constexpr double b[6] = {35.0 / 384, 0, 500.0 / 1113, 125.0 / 192, -2187.0 / 6784, 11.0 / 84};
+};
+
+template <class Dynamics>
+class VariedColumns {
+ public:
+  using Vector = std::vector<double>;
+  /// A function of the state, evaluated with the dynamics of the nominal or of a displaced system.
+  using Function = std::function<Vector(Dynamics&, const Vector& x, double t)>;
+  using Onset = VariedOnset;
+
+  /// From now on all columns have no derivative, for this reason.
+  void refuse(const std::string& reason) {
+    for (std::size_t c = 0; c < keys_.size(); ++c) refuse(c, reason);
+  }
+  /// The reason why a column has ended; empty if it has not.
+  const std::string& reason(std::size_t c) const { return reasons_[c]; }
+  const std::vector<Onset>& onsets() const { return onsets_; }
+  /// Value and derivatives of a function at the end of the run, at x and t in the present mode of
+  /// `dynamics`.
+  template <class Present>
+  Vector end_derivatives(const Present& dynamics, const Vector& x, double t, const Function& value,
+                         double& now, std::vector<std::string>& reasons);
+  /// Mean of the i-th integrand from `begin` to `end` (s), and its derivatives at the end of the run. The
+  /// mean of a force includes the impulses of impacts.
+  double mean(std::size_t i, double begin, double end) const { return integrals_[i] / (end - begin); }
+  template <class Present>
+  Vector mean_derivatives(std::size_t i, const Present& dynamics, const Vector& x, double begin, double end);
+  long evaluations() const { return evaluations_; }
+
+ protected:
+  using Displaced = std::array<std::unique_ptr<Dynamics>, 4>;
+  /// `probe`: of the nominal system; `displaced`: null for initial values; `integrands`: columns whose
+  /// means are needed; `length` (m) and `duration` (s): scales over which functions of the state and of
+  /// time are curved.
+  VariedColumns(std::unique_ptr<Dynamics> probe, std::vector<VariedKey> keys,
+                std::vector<Displaced> displaced, std::vector<Column> integrands, double length,
+                double duration);
+  ~VariedColumns() = default;
+
+  /// Right-hand side and integrands on one side of an event.
+  struct Side {
+    Vector f, integrands;
+  };
+  Side side(Dynamics& f, const Vector& x, double t) const {
+    Side s{Vector(x.size()), {}};
+    f(x, s.f, t);
+    if (!integrands_.empty()) s.integrands = integrands()(f, x, t);
+    return s;
+  }
+  Function integrands() const {
+    return [this](Dynamics& f, const Vector& x, double t) {
+      Vector list;
+      for (const auto& c : integrands_) list.push_back(observed(c, f, x, t));
+      return list;
+    };
+  }
+  bool open(std::size_t c) const { return reasons_[c].empty(); }
+  bool all_closed() const {
+    return std::ranges::none_of(reasons_, [](const auto& r) { return r.empty(); });
+  }
+  void refuse(std::size_t c, const std::string& reason) {
+    if (!open(c)) return;
+    reasons_[c] = reason;
+    std::ranges::fill(S_[c], 0.0);
+  }
+  /// Copies the mode to all objects.
+  template <class Present>
+  void take_mode(const Present& dynamics) {
+    take_varied_mode(*probe_, dynamics);
+    each_displaced([&](Dynamics& f) { take_varied_mode(f, dynamics); });
+  }
+  template <class Visit>
+  void each_displaced(Visit visit) {
+    for (auto& list : displaced_)
+      for (auto& f : list)
+        if (f) visit(*f);
+    for (auto& levels : closer_)
+      for (auto& level : levels)
+        for (auto& f : level.dynamics) visit(*f);
+  }
+  /// Before a step from t_old that ends at the knot or before.
+  void take_knot(const System& system, double t_old, double knot);
+  /// Advances S over a step of constant mode; f_ has the stages of x.
+  void advance_stages(double t_old, const Vector& x_old, double h);
+  double spacing(const Dynamics& f, const Vector& x, const Vector& dx, double dt, double speed) const;
+  Difference along(Dynamics& f, const Function& value, const Vector& centre, const Vector& x, double t,
+                   const Vector& dx, double dt, double speed);
+  double within_rates(double h, Dynamics& f, const Vector& x, double t, const Vector& dx, double dt);
+  Difference across(std::size_t c, const Function& value, const Vector& centre, const Vector& x, double t);
+  /// Total derivative of a function along column c; ends the column at a kink if `strict`. Rounding errors
+  /// of a smooth function that nearly vanishes can pass for a kink.
+  Vector total(std::size_t c, const Function& value, const Vector& x, double t, const Vector& dx, double dt,
+               double speed, bool strict = true);
+
+  static void add_multiple(Vector& y, double factor, const Vector& x) {
+    for (std::size_t i = 0; i < y.size(); ++i) y[i] += factor * x[i];
+  }
+
+  std::vector<VariedKey> keys_;
+  std::unique_ptr<Dynamics> probe_;
+  std::vector<Displaced> displaced_;
+  /// The dynamics of another value of a parameter, in the present mode; without it there are no closer values.
+  std::function<std::unique_ptr<Dynamics>(const System&)> twin_of_;
+  std::vector<int> approaching_;  // contacts of the impact whose derivatives are formed
+  std::vector<Vector> S_;         // columns, of the integrated vector
+  std::vector<std::string> reasons_;
+  std::vector<Onset> onsets_;
+  std::vector<Column> integrands_;
+  Vector integrals_;                    // ∫ of the integrands
+  std::vector<Vector> integral_rates_;  // their derivatives, one list for each column
+  double length_, duration_;
+  /// Whether a kink of an integrand ends a column; a kink of a continuous integrand at an instant does
+  /// not change the derivative of its integral.
+  bool strict_integrands_ = true;
+  std::size_t size_;
+  std::array<Vector, 6> f_;  // of advance_stages()
+  /// s, dt of each column: in advance_stages(), S is the derivative at times that change by it.
+  Vector shifts_;
+  long evaluations_ = 0;
+
+ private:
+  /// Ratio of the spacings of differences that are tried in turn.
+  static constexpr double ratio = 0.03;
+  /// Displaced dynamics at closer values, where they were needed.
+  struct Closer {
+    double spacing = 0;
+    Displaced dynamics;
+  };
+  bool displace_closer(std::size_t c);
+  std::vector<std::vector<Closer>> closer_;
+  void integrate(double weight, const Vector& x, double t);
+  void parameter_part(std::size_t c, const Vector& x, double t, const Vector& f, Vector& out);
+
+  Vector stage_, part_;
+  std::array<std::vector<Vector>, 6> slopes_;
+  std::vector<Vector> seeds_;
+};
+
+template <class Dynamics>
+VariedColumns<Dynamics>::VariedColumns(std::unique_ptr<Dynamics> probe, std::vector<VariedKey> keys,
+                                       std::vector<Displaced> displaced, std::vector<Column> integrands,
+                                       double length, double duration)
+    : keys_(std::move(keys)),
+      probe_(std::move(probe)),
+      displaced_(std::move(displaced)),
+      reasons_(keys_.size()),
+      integrands_(std::move(integrands)),
+      integrals_(integrands_.size()),
+      integral_rates_(keys_.size(), Vector(integrands_.size())),
+      length_(length),
+      duration_(duration),
+      size_(static_cast<std::size_t>(probe_->size())),
+      shifts_(keys_.size()) {
+  const int n = probe_->system.n();
+  for (std::size_t c = 0; c < keys_.size(); ++c) {
+    const auto& key = keys_[c];
+    reasons_[c] = key.refused;
+    auto& column = S_.emplace_back(size_);
+    if (!key.refused.empty()) continue;
+    std::copy_n(key.start.begin(), 2 * n, column.begin());
+    std::copy(key.start.begin() + 2 * n, key.start.end(), column.begin() + probe_->state_offset());
+  }
+  if (!probe_->system.reactive_frictions().empty())
+    refuse("joint friction depends on the joint's reaction; derivatives of such friction are not available");
+  for (auto& f : f_) f.resize(size_);
+  for (auto& list : slopes_) list.assign(keys_.size(), Vector(size_));
+  seeds_ = S_;
+  closer_.resize(keys_.size());
+}
+
+/// Adds dynamics at closer values, in the present mode; false if they would be lost in rounding.
+template <class Dynamics>
+bool VariedColumns<Dynamics>::displace_closer(std::size_t c) {
+  const auto& key = keys_[c];
+  const double spacing = !closer_[c].empty()                ? closer_[c].back().spacing * ratio
+                         : key.impact_spacing < key.spacing ? key.impact_spacing
+                                                            : key.spacing * ratio;
+  if (!twin_of_ || !key.system_at || spacing < 1e-9 * std::abs(key.value)) return false;
+  Closer next{spacing, {}};
+  for (std::size_t i = 0; i < next.dynamics.size(); ++i) {
+    next.dynamics[i] = twin_of_(*key.system_at(key.value + difference_places[i] * spacing));
+  }
+  closer_[c].push_back(std::move(next));
+  return true;
+}
+
+template <class Dynamics>
+void VariedColumns<Dynamics>::take_knot(const System& system, double t_old, double knot) {
+  probe_->knot = knot;
+  each_displaced([&](Dynamics& f) { f.knot = knot; });
+  for (std::size_t c = 0; c < keys_.size(); ++c) {
+    if (keys_[c].systems[2] && keys_[c].systems[2]->next_knot(t_old) != system.next_knot(t_old))
+      refuse(c, fmt::format("t = {:.9g} s: {} moves a knot of a table or curve in time; derivatives with "
+                            "respect to such keys are not available",
+                            t_old, keys_[c].name));
+  }
+}
+
+template <class Dynamics>
+void VariedColumns<Dynamics>::advance_stages(double t_old, const Vector& x_old, double h) {
+  using Stages = DormandPrince;
+  for (std::size_t i = 0; i < f_.size(); ++i) {
+    const double at = t_old + Stages::c[i] * h;
+    stage_ = x_old;
+    for (std::size_t j = 0; j < i; ++j) add_multiple(stage_, h * Stages::a[i][j], f_[j]);
+    for (std::size_t c = 0; c < keys_.size(); ++c) {
+      seeds_[c] = S_[c];
+      if (!open(c)) continue;
+      for (std::size_t j = 0; j < i; ++j) add_multiple(seeds_[c], h * Stages::a[i][j], slopes_[j][c]);
+    }
+    if constexpr (requires { probe_->directional(stage_, at, seeds_, shifts_, slopes_[i]); })
+      f_[i] = probe_->directional(stage_, at, seeds_, shifts_, slopes_[i]);
+    else
+      f_[i] = probe_->directional(stage_, at, seeds_, slopes_[i]);
+    evaluations_ += 1 + static_cast<long>(keys_.size());
+    for (std::size_t c = 0; c < keys_.size(); ++c) {
+      if (!open(c)) continue;
+      parameter_part(c, stage_, at, f_[i], part_);
+      add_multiple(slopes_[i][c], 1, part_);
+    }
+    if (!integrands_.empty() && Stages::b[i] != 0) integrate(h * Stages::b[i], stage_, at);
+  }
+  for (std::size_t c = 0; c < keys_.size(); ++c) {
+    if (!open(c)) continue;
+    for (std::size_t i = 0; i < f_.size(); ++i) add_multiple(S_[c], h * Stages::b[i], slopes_[i][c]);
+    if (!std::ranges::all_of(S_[c], [](double s) { return std::isfinite(s); }))
+      refuse(c, fmt::format("t = {:.9g} s: the derivative is no longer finite", t_old + h));
+  }
+}
+
+/// Adds a stage of the quadrature of the integrands and of their derivatives along seeds_.
+template <class Dynamics>
+void VariedColumns<Dynamics>::integrate(double weight, const Vector& x, double t) {
+  const auto value = integrands();
+  const double speed = curved_speed(*probe_, x);
+  add_multiple(integrals_, weight, value(*probe_, x, t));
+  for (std::size_t c = 0; c < keys_.size(); ++c)
+    if (open(c))
+      add_multiple(integral_rates_[c], weight,
+                   total(c, value, x, t, seeds_[c], shifts_[c], speed, strict_integrands_));
+}
+
+/// d(I/T) = dI/T + (c(T) − I/T) dT/T, with T the length of the run.
+template <class Dynamics>
+template <class Present>
+std::vector<double> VariedColumns<Dynamics>::mean_derivatives(std::size_t i, const Present& d,
+                                                              const Vector& x, double begin, double end) {
+  take_mode(d);
+  const double length = end - begin, now = observed(integrands_[i], *probe_, x, end);
+  Vector list;
+  for (std::size_t c = 0; c < keys_.size(); ++c)
+    list.push_back(open(c)
+                       ? (integral_rates_[c][i] + (now - integrals_[i] / length) * keys_[c].end_rate) / length
+                       : NAN);
+  return list;
+}
+
+/// f_p at a fixed state and mode. A parameter that changes no digit of f has no part.
+template <class Dynamics>
+void VariedColumns<Dynamics>::parameter_part(std::size_t c, const Vector& x, double t, const Vector& f,
+                                             Vector& out) {
+  out.assign(size_, 0);
+  auto& list = displaced_[c];
+  if (!list[0]) return;
+  std::array<Vector, 4> values;
+  for (const std::size_t i : {2U, 1U, 0U, 3U}) {
+    values[i].resize(size_);
+    (*list[i])(x, values[i], t);
+    ++evaluations_;
+    if (i == 2 && values[2] == f) return;
+  }
+  const double h = keys_[c].spacing;
+  for (std::size_t k = 0; k < size_; ++k)
+    out[k] = (8 * (values[2][k] - values[1][k]) - (values[3][k] - values[0][k])) / (12 * h);
+}
+
+/// The greatest step along (dx, dt) that is small against the lengths, speeds and times over which
+/// functions of the state are curved; 0 if the direction vanishes.
+template <class Dynamics>
+double VariedColumns<Dynamics>::spacing(const Dynamics& f, const Vector& x, const Vector& dx, double dt,
+                                        double speed) const {
+  const auto& system = f.system;
+  const int n = system.n();
+  const double length = curved_length(f, x, length_);
+  const double arm = std::max(system.longest_arm(), length);
+  double most = std::abs(dt) / (1e-5 * duration_);
+  for (int i = 0; i < n; ++i) {
+    const double unit = system.is_angle(i) ? arm : 1;
+    most = std::max(
+        {most, unit * std::abs(dx[i]) / (3e-3 * length), unit * std::abs(dx[n + i]) / (1e-2 * speed)});
+    if (system.is_angle(i)) most = std::max(most, std::abs(dx[i]) / 3e-3);
+  }
+  for (int k = 0; k < system.states(); ++k)
+    most = std::max(most, std::abs(dx[f.state_offset() + k]) / (1e-3 * system.state_scale(k)));
+  most = std::max(most, further_spacing(f, x, dx));
+  return most > 0 ? 1 / most : 0;
+}
+
+/// At most h, so that the rates of approaching contacts change by little: what an impact does depends on
+/// their ratios.
+template <class Dynamics>
+double VariedColumns<Dynamics>::within_rates(double h, Dynamics& f, const Vector& x, double t,
+                                             const Vector& dx, double dt) {
+  if constexpr (requires { f.look(0, x, t).tangent; }) {
+    const int n = f.system.n();
+    const auto rates = [&](int k, const Vector& y, double at) {
+      const auto& row = f.look(k, y, at);
+      return std::pair{row.normal.dot(y.data() + n), row.tangent.dot(y.data() + n)};
+    };
+    for (const int k : approaching_) {
+      const auto [rate, sliding] = rates(k, x, t);
+      const double most = 1e-2 * std::abs(rate), most_sliding = std::max(most, 1e-2 * std::abs(sliding));
+      // Rates are nearly linear once their changes are small.
+      for (int pass = 0; pass < 2; ++pass) {
+        auto y = x;
+        add_multiple(y, h, dx);
+        const auto [there, sliding_there] = rates(k, y, t + h * dt);
+        h /= std::max({1.0, std::abs(there - rate) / most, std::abs(sliding_there - sliding) / most_sliding});
+      }
+    }
+  }
+  return h;
+}
+
+/// Derivative along (dx, dt) at constant p. If a kink is within the differences, closer ones are tried.
+template <class Dynamics>
+Difference VariedColumns<Dynamics>::along(Dynamics& f, const Function& value, const Vector& centre,
+                                          const Vector& x, double t, const Vector& dx, double dt,
+                                          double speed) {
+  Difference d{Vector(centre.size()), true};
+  double h = spacing(f, x, dx, dt, speed);
+  if (h == 0) return d;
+  h = within_rates(h, f, x, t, dx, dt);
+  if constexpr (requires { f.pin(x, t); }) f.pin(x, t);
+  Vector y;
+  for (int tries = 0; tries < 3; ++tries, h *= ratio) {
+    d = difference(h, centre, [&](std::size_t i) {
+      y = x;
+      add_multiple(y, difference_places[i] * h, dx);
+      return value(f, y, t + difference_places[i] * h * dt);
+    });
+    if (d.smooth) break;
+  }
+  if constexpr (requires { f.pin(x, t); }) f.unpin();
+  return d;
+}
+
+/// Derivative with respect to p at a fixed state. If a kink is within the differences, closer ones are tried.
+template <class Dynamics>
+Difference VariedColumns<Dynamics>::across(std::size_t c, const Function& value, const Vector& centre,
+                                           const Vector& x, double t) {
+  Difference d{Vector(centre.size()), true};
+  if (!displaced_[c][0]) return d;
+  const auto at = [&](double spacing, const Displaced& list) {
+    d = difference(spacing, centre, [&](std::size_t i) { return value(*list[i], x, t); });
+    return d.smooth;
+  };
+  if (!(twin_of_ && keys_[c].impact_spacing < keys_[c].spacing) && at(keys_[c].spacing, displaced_[c]))
+    return d;
+  for (std::size_t level = 0; level < 3; ++level) {
+    if (level == closer_[c].size() && !displace_closer(c)) break;
+    if (at(closer_[c][level].spacing, closer_[c][level].dynamics)) break;
+  }
+  return d;
+}
+
+template <class Dynamics>
+std::vector<double> VariedColumns<Dynamics>::total(std::size_t c, const Function& value, const Vector& x,
+                                                   double t, const Vector& dx, double dt, double speed,
+                                                   bool strict) {
+  const auto centre = value(*probe_, x, t);
+  auto d = along(*probe_, value, centre, x, t, dx, dt, speed);
+  const auto p = across(c, value, centre, x, t);
+  if (strict && (!d.smooth || !p.smooth))
+    refuse(c, fmt::format("t = {:.9g} s: the impact law or a constraint has a kink there, so the one-sided "
+                          "derivatives differ",
+                          t));
+  add_multiple(d.slope, 1, p.slope);
+  return d.slope;
+}
+
+template <class Dynamics>
+template <class Present>
+std::vector<double> VariedColumns<Dynamics>::end_derivatives(const Present& d, const Vector& x, double t,
+                                                             const Function& value, double& now,
+                                                             std::vector<std::string>& reasons) {
+  take_mode(d);
+  reasons = reasons_;
+  now = value(*probe_, x, t)[0];
+  Vector f(size_);
+  (*probe_)(x, f, t);
+  const double speed = curved_speed(*probe_, x);
+  Vector list;
+  for (std::size_t c = 0; c < keys_.size(); ++c) {
+    list.push_back(NAN);
+    if (!open(c)) continue;
+    auto dx = S_[c];
+    add_multiple(dx, keys_[c].end_rate, f);
+    list[c] = total(c, value, x, t, dx, keys_[c].end_rate, speed)[0];
+    // A kink of one quantity does not end the column for the others.
+    if (!open(c)) {
+      reasons[c] = std::exchange(reasons_[c], "");
+      list[c] = NAN;
+    }
+  }
+  return list;
+}
+
+}  // namespace freeplay
