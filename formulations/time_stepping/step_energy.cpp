@@ -62,8 +62,10 @@ void account_step(StepData& s, const ContactSet& contacts, const StepProblem& pr
                   const ImpulseResponses& responses, const FilmStep& films, bool in_impact, bool fixed) {
   const double h = s.length();
   auto& integrals = s.totals.integrals;
-  for (int i = 0; i < s.system.n(); ++i) s.v_mean[i] = 0.5 * (s.v_old[i] + s.v[i]);
-  account_rows(s);
+  if (!s.whole) {
+    for (int i = 0; i < s.system.n(); ++i) s.v_mean[i] = 0.5 * (s.v_old[i] + s.v[i]);
+    account_rows(s);
+  }
   if (films.any()) integrals.film += films.loss(s.v_old.data(), s.v.data());
   double approach = 0;  // Σ P_N |u_N⁻|
   for (const int k : contacts.live())

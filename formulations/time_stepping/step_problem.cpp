@@ -11,10 +11,40 @@ using Multipliers = SaddlePoint::Multipliers;
 
 namespace {
 
+/// assemble() by the compiled functions of each contact.
+bool assemble_whole(ContactProblem& problem, StepData& s, const ContactSet& contacts,
+                    ImpulseResponses& responses) {
+  double* D = problem.D.data();
+  const auto size = problem.D.rows();
+  const auto put = [&](int r, int c, double x) { D[r + c * size] = D[c + r * size] = x; };
+  for (const int k : contacts.live()) {
+    const auto& c = contacts[k];
+    if (c.unknown < 0) continue;
+    const auto& u = problem.unknowns[static_cast<std::size_t>(c.unknown)];
+    const int n = u.normal, t = u.tangent < 0 ? n : u.tangent;
+    const double* own =
+        s.kernel.respond(s, k,
+                         {responses.row(n).value.data(), responses.row(t).value.data(), responses.response(n),
+                          responses.reaction(n), responses.response(t), responses.reaction(t)});
+    if (!own) return false;
+    put(n, n, own[0]);
+    const auto cross = [&](int r) {
+      for (int x = 0; x < n; ++x) put(r, x, responses.row(r).dot(responses.response(x)));
+    };
+    cross(n);
+    if (u.tangent < 0) continue;
+    put(t, n, own[1]);
+    put(t, t, own[2]);
+    cross(t);
+  }
+  return true;
+}
+
 /// Computes D of few contacts, with the responses to their rows.
-void assemble(ContactProblem& problem, StepData& s, ImpulseResponses& responses, FilmStep& films,
-              Multipliers which) {
+void assemble(ContactProblem& problem, StepData& s, const ContactSet& contacts, ImpulseResponses& responses,
+              FilmStep& films, Multipliers which) {
   const int rows = problem.rows;
+  if (s.whole && assemble_whole(problem, s, contacts, responses)) return;
   for (int r = 0; r < rows; ++r) {
     s.saddle.respond(responses.row(r), nullptr, 0, responses.response(r), responses.reaction(r), which);
     if (films.any()) films.relax(responses.response(r), responses.reaction(r));
@@ -113,7 +143,7 @@ bool StepProblem::solve(StepData& s, ContactSet& contacts, ImpulseResponses& res
       if (u.normal >= 0) responses.row(u.normal).add_to(s.force.data(), u.impulse_n);
       if (u.tangent >= 0) responses.row(u.tangent).add_to(s.force.data(), u.impulse_t);
     }
-    s.saddle.finish(s.force.data(), s.v.data(), s.lambda.data());
+    if (!s.whole) s.saddle.finish(s.force.data(), s.v.data(), s.lambda.data());
   }
   return true;
 }
@@ -184,7 +214,7 @@ void StepProblem::collect(StepData& s, ContactSet& contacts, ImpulseResponses& r
 bool StepProblem::solve_contacts(StepData& s, ContactSet& contacts, ImpulseResponses& responses,
                                  FilmStep& films) {
   if (!islands_)
-    assemble(problem, s, responses, films, late_multipliers_ ? Multipliers::kept : Multipliers::all);
+    assemble(problem, s, contacts, responses, films, late_multipliers_ ? Multipliers::kept : Multipliers::all);
   const auto result = islands_             ? solve_islands(s, responses)
                       : bounds_.size() > 0 ? bounds_.solve(s, *this, responses)
                                            : solve_laws(s);
