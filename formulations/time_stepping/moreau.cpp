@@ -92,6 +92,7 @@ bool MoreauStepper::evaluate_middle() {
   const auto& system = d.system;
   const double h = d.length();
   d.whole = fixed() && !forces_.watching() && !responses_.many() && d.kernel.middle(d, contacts_);
+  d.free = d.whole;
   if (d.whole) {
     ++d.totals.work.steps;
     ++d.totals.work.factorisations;
@@ -237,7 +238,7 @@ bool MoreauStepper::solve_velocities(const double* v_force) {
 bool MoreauStepper::end_step() {
   auto& d = data_;
   record_.record(d, contacts_, problem_, responses_);
-  if (d.whole && !d.kernel.end(d, contacts_)) {
+  if (d.whole && !d.kernel.end(d)) {
     d.whole = false;
     d.saddle.finish(d.force.data(), d.v.data(), d.lambda.data());
     advance_positions();
@@ -251,8 +252,8 @@ bool MoreauStepper::end_step() {
     const double h = d.length();
     for (double& multiplier : d.lambda) multiplier /= h;  // lambda was an impulse until here
   }
-  double sum = 0;
-  for (int i = 0; i < d.system.n(); ++i) sum += d.q[i] + d.v[i];
+  double sum = d.whole ? d.kernel.sum() : 0;
+  for (int i = 0; !d.whole && i < d.system.n(); ++i) sum += d.q[i] + d.v[i];
   if (!std::isfinite(sum))
     return d.fail(
         fmt::format("t = {:.9g} s: the state is no longer finite; use a smaller "

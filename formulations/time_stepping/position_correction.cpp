@@ -111,7 +111,10 @@ void PositionCorrection::bring_back(StepData& s, ContactSet& contacts, const Ste
     auto& most = extremes.penetration[contacts.told_as(k)];
     if (contacts.in_reach(c, s.reach)) most = std::max(most, -c.gap);
   }
-  keep_residuals(s.system, s.end, extremes);
+  if (s.whole)
+    s.kernel.keep_residuals(s, extremes);
+  else
+    keep_residuals(s.system, s.end, extremes);
 }
 
 /// Adds a contact's gap to the problem; its row is at this place.
@@ -178,7 +181,7 @@ bool PositionCorrection::open_gaps(StepData& s, ContactSet& contacts, const Step
   if (result.solved) {
     for (const auto& u : problem_.unknowns)
       if (u.impulse_n > 0) responses.push(place(u.normal), u.impulse_n, s.q.data());
-    if (s.whole && s.kernel.reached(s, contacts)) return true;
+    if (s.whole && s.kernel.reached(s)) return true;
     place_end(s);
     return false;
   }

@@ -53,6 +53,7 @@ struct StepData {
   StepReach reach = StepReach::all;
   StepKernel kernel;
   bool whole = false;  // the kernel has evaluated the middle of this step, and will do its end
+  bool free = false;   // in such a step: v is without impulses of contacts
   ContactLog* log = nullptr;
   RunTotals totals;
   std::string failure;  // reason of the last failed step

@@ -1,5 +1,8 @@
 #include "formulations/time_stepping/step_kernel.hpp"
 
+#include <algorithm>
+#include <cmath>
+
 #include "dynamics/system_functions.hpp"
 #include "formulations/time_stepping/contact_set.hpp"
 #include "formulations/time_stepping/step_data.hpp"
@@ -20,80 +23,88 @@ bool refuse(SystemFunctions& f) {
 
 }  // namespace
 
+/// Collects the arguments, if they are not those of the last step.
+void StepKernel::prepare(StepData& s, ContactSet& contacts) {
+  const auto& f = s.system.functions();
+  if (step_ == &s && contacts_ == contacts.all().data() && functions_ == f.object.get()) return;
+  step_ = &s;
+  contacts_ = contacts.all().data();
+  functions_ = f.object.get();
+  auto &e = s.middle, &end = s.end;
+  const auto room = s.saddle.compiled_room();
+  std::ranges::copy(e.G, room.G);  // the functions write entries that are not constant
+  rates_.resize(contacts.all().size());
+  auto& works = s.totals.integrals;
+  middle_out_ = {s.q_mid.data(), e.cosine.data(), e.sine.data(), e.phi_t.data(),
+                 e.G.data(),     e.gamma.data(),  room.factors,  room.ratios,
+                 s.force.data(), nullptr,         s.lambda.data(), room.G};
+  end_in_ = {&s.t,           &h_,        s.q_mid.data(), nullptr,        nullptr,         s.lambda.data(),
+             s.force.data(), e.phi_t.data(), e.G.data(), room.factors, e.cosine.data(), e.sine.data(),
+             &works.drive,   &works.stabilisation};
+  end_out_ = {s.dq.data(),  nullptr,              s.lambda.data(), s.v_mean.data(),
+              &works.drive, &works.stabilisation, end.phi.data(),  &sum_};
+  reached_out_ = {end.phi.data()};
+  for (std::size_t k = 0; k < rates_.size(); ++k) {
+    auto& c = contacts.all()[k];
+    for (double* x : {&c.row.gap, c.row.normal.value.data(), c.row.tangent.value.data(), &c.row.gamma_n,
+                      &c.row.gamma_t, &rates_[k].normal})
+      middle_out_.push_back(x);
+    end_out_.push_back(&c.gap);
+    reached_out_.push_back(&c.gap);
+  }
+  angle_rows_.clear();
+  for (int k = 0; k < s.system.rows(); ++k) angle_rows_.push_back(s.system.is_angle_row(k));
+}
+
 bool StepKernel::middle(StepData& s, ContactSet& contacts) {
   auto& f = s.system.functions();
-  if (!f.step.middle) return false;
-  const auto room = s.saddle.compiled_room();
-  if (!room.factors) return false;
-  const double h = s.length(), t = s.t_old + 0.5 * h;
-  auto& e = s.middle;
-  const double* in[] = {&t, &h, s.q_old.data(), s.v_old.data()};
-  const auto count = static_cast<std::size_t>(s.system.contacts());
-  out_.resize(11 + 5 * count);
-  double** out = out_.data();
-  for (double* x : {s.q_mid.data(), e.cosine.data(), e.sine.data(), e.phi_t.data(), e.G.data(), e.gamma.data(),
-                    room.factors, room.ratios, s.force.data(), s.v.data(), s.lambda.data()})
-    *out++ = x;
-  for (auto& c : contacts.all()) {
-    *out++ = &c.row.gap;
-    *out++ = c.row.normal.value.data();
-    *out++ = c.row.tangent.value.data();
-    *out++ = &c.row.gamma_n;
-    *out++ = &c.row.gamma_t;
-  }
-  if (f.step.middle(f.solve.constants, in, out_.data()) != 0) return refuse(f);
-  for (std::size_t k = 0; k < count; ++k) {
+  if (!f.step.middle || !s.saddle.compiled_room().G) return false;
+  prepare(s, contacts);
+  h_ = s.length();
+  const double t = s.t_old + 0.5 * h_;
+  const double* in[] = {&t, &h_, s.q_old.data(), s.v_old.data()};
+  middle_out_[9] = s.v.data();
+  if (f.step.middle(f.solve.constants, in, middle_out_.data()) != 0) return refuse(f);
+  for (std::size_t k = 0; k < rates_.size(); ++k) {
     auto& row = contacts[static_cast<int>(k)].row;
     const auto& pattern = f.contacts[k].pattern;
     take_shape(row.normal, pattern.normal);
     take_shape(row.tangent, pattern.tangent);
   }
-  s.saddle.take_compiled(e.G.data());
+  s.saddle.take_compiled();
   return true;
 }
 
 const double* StepKernel::respond(const StepData& s, int contact, const Response& at) {
   const auto& f = s.system.functions();
-  const double* in[] = {s.saddle.compiled_factors(), s.middle.G.data(), at.normal, at.tangent};
+  const double* in[] = {end_in_[9], end_in_[8], at.normal, at.tangent};
   double* out[] = {at.a_n, at.lambda_n, at.a_t, at.lambda_t, D_};
   if (f.step.responses[static_cast<std::size_t>(contact)](f.solve.constants, in, out) != 0) return nullptr;
   return D_;
 }
 
-bool StepKernel::end(StepData& s, ContactSet& contacts) {
+bool StepKernel::end(StepData& s) {
   auto& f = s.system.functions();
-  const double h = s.length();
-  auto& works = s.totals.integrals;
-  const auto& e = s.middle;
-  const double* in[] = {&s.t,
-                        &h,
-                        s.q_mid.data(),
-                        s.v_old.data(),
-                        s.v.data(),
-                        s.lambda.data(),
-                        s.force.data(),
-                        e.phi_t.data(),
-                        e.G.data(),
-                        s.saddle.compiled_factors(),
-                        e.cosine.data(),
-                        e.sine.data(),
-                        &works.drive,
-                        &works.stabilisation};
-  out_.clear();
-  for (double* x : {s.dq.data(), s.q.data(), s.lambda.data(), s.v_mean.data(), &works.drive,
-                    &works.stabilisation, s.end.phi.data()})
-    out_.push_back(x);
-  for (auto& c : contacts.all()) out_.push_back(&c.gap);
-  return f.step.end(f.solve.constants, in, out_.data()) == 0 || refuse(f);
+  end_in_[3] = s.v_old.data();
+  end_in_[4] = s.v.data();
+  end_out_[1] = s.q.data();
+  return f.step.end(f.solve.constants, end_in_.data(), end_out_.data()) == 0 || refuse(f);
 }
 
-bool StepKernel::reached(StepData& s, ContactSet& contacts) {
+bool StepKernel::reached(StepData& s) {
   auto& f = s.system.functions();
   const double* in[] = {&s.t, s.q.data(), s.q_mid.data(), s.middle.cosine.data(), s.middle.sine.data()};
-  out_.clear();
-  out_.push_back(s.end.phi.data());
-  for (auto& c : contacts.all()) out_.push_back(&c.gap);
-  return f.step.reached(f.solve.constants, in, out_.data()) == 0 || refuse(f);
+  if (f.step.reached(f.solve.constants, in, reached_out_.data()) != 0) return refuse(f);
+  for (const double x : s.q) sum_ += x - x;
+  return true;
+}
+
+void StepKernel::keep_residuals(const StepData& s, Extremes& extremes) const {
+  const double* phi = s.end.phi.data();
+  for (const char angle : angle_rows_) {
+    double& worst = angle ? extremes.constraint_angle : extremes.constraint_length;
+    worst = std::max(worst, std::abs(*phi++));
+  }
 }
 
 }  // namespace freeplay

@@ -9,13 +9,18 @@
 namespace freeplay {
 
 class ContactSet;
-struct ContactUnknown;
+struct Extremes;
 struct StepData;
 
 class StepKernel {
  public:
   /// Evaluates the middle of the step, factorises there, and computes v and λ without contacts.
   bool middle(StepData& step, ContactSet& contacts);
+  /// Rates of a contact's rows at v without contacts and at v₀, after middle().
+  struct Rates {
+    double normal, tangent, normal_old, tangent_old;
+  };
+  const Rates& rates(int contact) const { return rates_[static_cast<std::size_t>(contact)]; }
   /// Responses and reactions to both rows of a contact, and its entries of D.
   struct Response {
     const double *normal, *tangent;  ///< entries of the rows
@@ -25,13 +30,26 @@ class StepKernel {
   const double* respond(const StepData& step, int contact, const Response& at);
   /// Computes q, corrected onto Φ = 0, all multipliers, gaps and works, from v with all impulses. q
   /// before the correction is in step.dq.
-  bool end(StepData& step, ContactSet& contacts);
+  bool end(StepData& step);
   /// Evaluates the constraints and gaps at another q.
-  bool reached(StepData& step, ContactSet& contacts);
+  bool reached(StepData& step);
+
+  /// The sum of all q and v after end(), to see whether they are finite.
+  double sum() const { return sum_; }
+  /// Updates the greatest |Φ| so far after end() or reached().
+  void keep_residuals(const StepData& step, Extremes& extremes) const;
 
  private:
-  std::vector<double*> out_;  // work space
-  double D_[3] = {};
+  void prepare(StepData& step, ContactSet& contacts);
+
+  // arguments of the compiled functions that stay from step to step, and of which data they are
+  std::vector<double*> middle_out_, end_out_, reached_out_;
+  std::vector<const double*> end_in_;
+  const StepData* step_ = nullptr;
+  const void *contacts_ = nullptr, *functions_ = nullptr;
+  std::vector<Rates> rates_;
+  std::vector<char> angle_rows_;
+  double D_[3] = {}, sum_ = 0, h_ = 0;
 };
 
 }  // namespace freeplay

@@ -122,10 +122,11 @@ bool StepProblem::solve(StepData& s, ContactSet& contacts, ImpulseResponses& res
     if (!first) {
       s.v = v_free_;
       s.lambda = lambda_free_;
+      s.free = s.whole;
     }
     collect(s, contacts, responses);
     if (problem.unknowns.empty()) break;
-    if (first) {
+    if (first && contacts.waiting()) {
       v_free_ = s.v;
       lambda_free_ = s.lambda;
     }
@@ -148,12 +149,13 @@ bool StepProblem::solve(StepData& s, ContactSet& contacts, ImpulseResponses& res
   return true;
 }
 
-int StepProblem::add_row(const SparseRow& row, double end_rate_bias, int place, const double* v,
+/// `rate`: of the row at v.
+int StepProblem::add_row(const SparseRow& row, double rate, double end_rate_bias, int place,
                          ImpulseResponses& responses) {
   const int r = problem.rows++;
   if (islands_) place_.push_back(place);
   responses.row(islands_ ? place : r) = row;
-  problem.b[r] = row.dot(v) + end_rate_bias;
+  problem.b[r] = rate + end_rate_bias;
   return r;
 }
 
@@ -179,21 +181,25 @@ void StepProblem::collect(StepData& s, ContactSet& contacts, ImpulseResponses& r
     auto& c = contacts[k];
     c.unknown = -1;
     if (!c.active) continue;
-    c.u_n_minus = c.row.normal.dot(s.v_old.data()) + c.bias_n;
+    const StepKernel::Rates* rates = s.free ? &s.kernel.rates(k) : nullptr;
+    c.u_n_minus = (rates ? rates->normal_old : c.row.normal.dot(s.v_old.data())) + c.bias_n;
     ContactUnknown u;
     const int place = islands_ ? responses.first(k) : 0;
-    u.normal = add_row(c.row.normal, -c.bias_n, place, s.v.data(), responses);
+    u.normal = add_row(c.row.normal, rates ? rates->normal : c.row.normal.dot(s.v.data()), -c.bias_n, place,
+                       responses);
     u.target_n = all && !c.soft ? -c.restitution * c.u_n_minus : 0;
     const bool guess = heap ? !in_impact_last(c) : !any;
     u.impulse_n = guess ? c.last_n : 0;
     if (c.row.tangent.size > 0) {
       const auto& surface = contacts.facts(k).surface;
-      u.tangent = add_row(c.row.tangent, -c.bias_t, place + 1, s.v.data(), responses);
+      u.tangent = add_row(c.row.tangent, rates ? rates->tangent : c.row.tangent.dot(s.v.data()), -c.bias_t,
+                          place + 1, responses);
       u.friction = *surface.friction;
       u.impulse_t = guess ? c.last_t : 0;
       // Reversal of sliding is for impacts only; it would drive back a lasting contact.
       if (c.u_n_minus < 0 && c.steps == 0 && all && !c.soft)
-        u.target_t = -surface.tangential_restitution * (c.row.tangent.dot(s.v_old.data()) + c.bias_t);
+        u.target_t = -surface.tangential_restitution *
+                     ((rates ? rates->tangent_old : c.row.tangent.dot(s.v_old.data())) + c.bias_t);
     }
     c.unknown = static_cast<int>(problem.unknowns.size());
     problem.unknowns.push_back(u);
@@ -202,8 +208,8 @@ void StepProblem::collect(StepData& s, ContactSet& contacts, ImpulseResponses& r
   for (int k = 0; k < s.system.frictions(); ++k) {
     ContactUnknown u;
     if (islands_) id_.push_back(k);
-    u.tangent = add_row(slides[k], -0.5 * h * slide_gamma[k], islands_ ? responses.friction(k) : 0,
-                        s.v.data(), responses);
+    u.tangent = add_row(slides[k], slides[k].dot(s.v.data()), -0.5 * h * slide_gamma[k],
+                        islands_ ? responses.friction(k) : 0, responses);
     u.bound = h * s.system.friction_facts(k).bound;
     u.impulse_t = slide_last[k];
     problem.unknowns.push_back(u);
@@ -229,6 +235,7 @@ bool StepProblem::solve_contacts(StepData& s, ContactSet& contacts, ImpulseRespo
   if (islands_ ? islands_->doubtful() : problem.doubtful()) note_painleve(s, contacts, result);
   if (!islands_) {
     act(problem, s, responses);
+    s.free = false;
     return true;
   }
   for (const auto& c : problem.unknowns)

@@ -68,7 +68,7 @@ class StepProblem {
   void set_slide_scale(double scale) { bounds_.slide_scale = scale; }
 
  private:
-  int add_row(const SparseRow& row, double end_rate_bias, int place, const double* v,
+  int add_row(const SparseRow& row, double rate, double end_rate_bias, int place,
               ImpulseResponses& responses);
   void collect(StepData& step, ContactSet& contacts, ImpulseResponses& responses);
   bool solve_contacts(StepData& step, ContactSet& contacts, ImpulseResponses& responses, FilmStep& films);

@@ -77,15 +77,19 @@ void SystemTracer::step_middle(TracedObject& object, const SaddlePoint& saddle) 
   trace.outputs(8, f);
   trace.outputs(9, a);
   trace.outputs(10, lambda);
+  put_changed(trace, 11, e.G, fresh.G);
   for (int k = 0; k < system_.contacts(); ++k) {
     auto& row = step_rows_.emplace_back();
     system_.contact(k, middle.data(), v.data(), e, row);
-    const int array = 11 + 5 * k;
+    const int array = 12 + 6 * k;
     trace.output(array, 0, row.gap);
     put_row(trace, array + 1, row.normal);
     put_row(trace, array + 2, row.tangent);
     trace.output(array + 3, 0, row.gamma_n);
     trace.output(array + 4, 0, row.gamma_t);
+    const List rates{row.normal.dot(a.data()), row.tangent.dot(a.data()), row.normal.dot(v.data()),
+                     row.tangent.dot(v.data())};
+    trace.outputs(array + 5, rates);
   }
   step_G_ = e.G;
   step_phi_t_ = e.phi_t;
@@ -105,8 +109,9 @@ void SystemTracer::step_end(TracedObject& object, const SaddlePoint& saddle) {
   Trace trace(object, "step_end");
   // A while after the start: the angle of a driven crank is not exactly 0.
   const auto t = trace.input(0, 0, at_.t + 1e-6), h = trace.input(1, 0, 1e-5);
-  const auto middle = coordinates(trace, 2, at_.q, true), v_old = coordinates(trace, 3, at_.v, false),
-             v = coordinates(trace, 4, at_.v, false);
+  // step_middle has checked the coordinates that stay.
+  const auto middle = known_coordinates(trace, 2, at_.q, true),
+             v_old = known_coordinates(trace, 3, at_.v, false), v = coordinates(trace, 4, at_.v, false);
   const auto n = middle.size(), m = static_cast<std::size_t>(system_.rows());
   auto lambda = trace.inputs(5, std::vector<double>(m, 1));
   const auto f = trace.inputs(6, std::vector<double>(n, 1));
@@ -142,13 +147,16 @@ void SystemTracer::step_end(TracedObject& object, const SaddlePoint& saddle) {
   trace.output(4, 0, drive);
   trace.output(5, 0, stabilisation);
   trace.outputs(6, e.phi);
-  put_gaps(trace, 7, q, e);
+  Traced sum;
+  for (std::size_t i = 0; i < n; ++i) sum += q[i] + v[i];
+  trace.output(7, 0, sum);
+  put_gaps(trace, 8, q, e);
 }
 
 void SystemTracer::step_reached(TracedObject& object) {
   Trace trace(object, "step_reached");
   const auto t = trace.input(0, 0, at_.t);
-  const auto q = coordinates(trace, 1, at_.q, true), middle = coordinates(trace, 2, at_.q, true);
+  const auto q = coordinates(trace, 1, at_.q, true), middle = known_coordinates(trace, 2, at_.q, true);
   auto from = system_.make_evaluation<Traced>(), e = from;
   orient(trace, 3, from);
   system_.place_near(t, q.data(), middle.data(), from, e);

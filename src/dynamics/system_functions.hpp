@@ -26,12 +26,13 @@ class System;
 ///
 ///     middle:    in t₀ + h/2, h, q₀, v₀
 ///                out q_m, cosine, sine, Φ_t, G, γ, F, pivot ratios, M v₀ + h f, v and λ without
-///                contacts; gap, rows and γ's of each contact
+///                contacts, G again; of each contact gap, rows, γ's, and its normal and tangential rates
+///                at v and at v₀
 ///     response:  in F, G, normal and tangent row of a contact
 ///                out response and reaction to each row; D_NN, D_TN, D_TT
 ///     end:       in t, h, q_m, v₀, v, λ, h f + all impulses, Φ_t, G, F, cosine, sine; works
 ///                out q before and after its correction onto Φ = 0, λ/h, (v₀ + v)/2, works of drives
-///                and of stabilisation, Φ, gap of each contact
+///                and of stabilisation, Φ, Σ q + v, gap of each contact
 ///     reached:   in t, q, q_m, cosine, sine      out Φ, gap of each contact
 ///
 /// All are null unless no part of the system has its own way of taking part in a step: states of

@@ -123,6 +123,13 @@ class SystemTracer {
   void step_end(TracedObject& object, const SaddlePoint& saddle);
   void step_reached(TracedObject& object);
   void step_response(TracedObject& object, const SaddlePoint& saddle, int contact);
+  /// coordinates() without guards, for arrays that another function has checked.
+  List known_coordinates(Trace& trace, int array, const std::vector<double>& values, bool positions) const {
+    auto list = trace.inputs(array, values);
+    for (std::size_t c = 0; c < list.size(); ++c)
+      if (still_[c]) list[c] = positions ? *still_[c] : 0;
+    return list;
+  }
   List inputs_like(Trace& trace, int array, const List& known) const;
   void put_gaps(Trace& trace, int array, const List& q, const EvaluationOf<Traced>& e);
   /// The inputs of an array. A still coordinate is its value, or its rate 0; a guard checks that.

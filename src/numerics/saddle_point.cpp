@@ -125,12 +125,11 @@ SaddlePoint::CompiledRoom SaddlePoint::compiled_room() {
     factors_.resize(static_cast<std::size_t>(f.factors));
     ratios_.resize(static_cast<std::size_t>(std::accumulate(f.ratios.begin(), f.ratios.end(), 0)));
   }
-  return {factors_.data(), ratios_.data()};
+  return {G_values_.data(), factors_.data(), ratios_.data()};
 }
 
-void SaddlePoint::take_compiled(const double* G_values) {
+void SaddlePoint::take_compiled() {
   compiled_ = true;
-  std::copy_n(G_values, G_values_.size(), G_values_.data());
   const double* ratio = ratios_.data();
   for (std::size_t p = 0; p < parts_.size(); ++p) {
     double least = 1;
@@ -141,11 +140,12 @@ void SaddlePoint::take_compiled(const double* G_values) {
 
 bool SaddlePoint::factor_compiled(const double* G_values) {
   const auto room = compiled_room();
-  if (!room.factors) return false;
+  if (!room.G) return false;
   const double* in[] = {G_values};
   double* out[] = {room.factors, room.ratios};
   if (functions_->factor(functions_->constants, in, out) != 0) return false;
-  take_compiled(G_values);
+  std::copy_n(G_values, G_values_.size(), room.G);
+  take_compiled();
   return true;
 }
 

@@ -61,13 +61,14 @@ class SaddlePoint {
   void trace_finish(const std::vector<Traced>& G, const std::vector<Traced>& f, const std::vector<Traced>& a,
                     std::vector<Traced>& lambda) const;
   ///@}
-  /// Where a larger function puts F and the pivot ratios; null if its rows are eliminated otherwise.
+  /// Where a larger function puts G, F and the pivot ratios; null if its rows are eliminated
+  /// otherwise.
   struct CompiledRoom {
-    double *factors = nullptr, *ratios = nullptr;
+    double *G = nullptr, *factors = nullptr, *ratios = nullptr;
   };
   CompiledRoom compiled_room();
-  /// Takes the factors that such a function has put there, which are those of G_values.
-  void take_compiled(const double* G_values);
+  /// Uses what such a function has put there.
+  void take_compiled();
   const double* compiled_factors() const { return factors_.data(); }
 
   /// Factorises with new values of G. Returns false if that is impossible (values not finite).
