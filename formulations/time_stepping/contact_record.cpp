@@ -76,6 +76,11 @@ void ContactRecord::record(StepData& s, ContactSet& contacts, StepProblem& probl
     c.t_pressed = s.t;
     c.impulse_n += u->impulse_n;
     c.impulse_t += u->impulse_t;
+    if (const auto* pushed = s.kernel.pushed(k); pushed && s.whole) {
+      c.u_n_plus = pushed->normal - c.bias_n;
+      c.u_t_plus = c.row.tangent.size > 0 ? pushed->tangent - c.bias_t : 0;
+      continue;
+    }
     c.u_n_plus = c.row.normal.dot(s.v.data()) - c.bias_n;
     c.u_t_plus = c.row.tangent.size > 0 ? c.row.tangent.dot(s.v.data()) - c.bias_t : 0;
   }

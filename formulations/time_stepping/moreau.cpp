@@ -238,7 +238,8 @@ bool MoreauStepper::solve_velocities(const double* v_force) {
 bool MoreauStepper::end_step() {
   auto& d = data_;
   record_.record(d, contacts_, problem_, responses_);
-  if (d.whole && !d.kernel.end(d)) {
+  const bool divided = d.whole && d.kernel.end(d);  // whether lambda has been divided by h
+  if (d.whole && !divided) {
     d.whole = false;
     d.saddle.finish(d.force.data(), d.v.data(), d.lambda.data());
     advance_positions();
@@ -248,10 +249,9 @@ bool MoreauStepper::end_step() {
   if (fixed()) resolution_.assess(d, contacts_);
   correction_.bring_back(d, contacts_, problem_, responses_, films_);
   if (d.smooth() && !end_rates_.meet(d, contacts_, problem_, responses_, forces_)) return false;
-  if (!d.whole) {
-    const double h = d.length();
+  const double h = d.length();
+  if (!divided)
     for (double& multiplier : d.lambda) multiplier /= h;  // lambda was an impulse until here
-  }
   double sum = d.whole ? d.kernel.sum() : 0;
   for (int i = 0; !d.whole && i < d.system.n(); ++i) sum += d.q[i] + d.v[i];
   if (!std::isfinite(sum))

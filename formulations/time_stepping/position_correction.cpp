@@ -80,7 +80,8 @@ PositionCorrection::PositionCorrection(const StepData& step, double tolerance, b
 void PositionCorrection::bring_back(StepData& s, ContactSet& contacts, const StepProblem& problem,
                                     ImpulseResponses& responses, FilmStep& films) {
   if (islands_) islands_->use(s.saddle);
-  const double potential = s.system.potential(s.whole ? s.dq.data() : s.q.data());
+  const bool potential = s.system.has_potential();
+  const double before = potential ? s.system.potential(s.whole ? s.dq.data() : s.q.data()) : 0;
   if (!s.whole) {
     if (films.any()) films.displace(s.q.data(), [&](int k) { return contacts[k].unknown >= 0; });
     place_end(s);
@@ -102,7 +103,7 @@ void PositionCorrection::bring_back(StepData& s, ContactSet& contacts, const Ste
   }
   if (moved) looked = open_gaps(s, contacts, problem, responses, films.any());
   if (s.smooth()) draw_closed(s, contacts, problem, responses);
-  s.totals.integrals.stabilisation += s.system.potential(s.q.data()) - potential;
+  if (potential) s.totals.integrals.stabilisation += s.system.potential(s.q.data()) - before;
   if (moved) contacts.keep_near(0, s.q.data(), nullptr, nullptr, s, responses);
   auto& extremes = s.totals.extremes;
   for (const int k : contacts.live()) {
@@ -111,10 +112,9 @@ void PositionCorrection::bring_back(StepData& s, ContactSet& contacts, const Ste
     auto& most = extremes.penetration[contacts.told_as(k)];
     if (contacts.in_reach(c, s.reach)) most = std::max(most, -c.gap);
   }
-  if (s.whole)
-    s.kernel.keep_residuals(s, extremes);
-  else
-    keep_residuals(s.system, s.end, extremes);
+  if (!s.whole) return keep_residuals(s.system, s.end, extremes);
+  extremes.constraint_length = std::max(extremes.constraint_length, s.kernel.residuals()[0]);
+  extremes.constraint_angle = std::max(extremes.constraint_angle, s.kernel.residuals()[1]);
 }
 
 /// Adds a contact's gap to the problem; its row is at this place.
@@ -183,8 +183,10 @@ bool PositionCorrection::open_gaps(StepData& s, ContactSet& contacts, const Step
       if (u.impulse_n > 0) responses.push(place(u.normal), u.impulse_n, s.q.data());
     if (s.whole && s.kernel.reached(s)) return true;
     place_end(s);
+    s.whole = false;
     return false;
   }
+  s.whole = false;
   const double before = deepest(s, contacts);
   compromise(s, responses);
   move(s, s.dq);

@@ -23,15 +23,16 @@ bool refuse(SystemFunctions& f) {
 
 }  // namespace
 
-/// Collects the arguments, if they are not those of the last step.
+/// Collects the arguments; step_ stays null if rows are eliminated otherwise.
 void StepKernel::prepare(StepData& s, ContactSet& contacts) {
   const auto& f = s.system.functions();
-  if (step_ == &s && contacts_ == contacts.all().data() && functions_ == f.object.get()) return;
+  step_ = nullptr;
+  const auto room = s.saddle.compiled_room();
+  if (!room.G) return;
   step_ = &s;
   contacts_ = contacts.all().data();
   functions_ = f.object.get();
-  auto &e = s.middle, &end = s.end;
-  const auto room = s.saddle.compiled_room();
+  auto& e = s.middle;
   std::ranges::copy(e.G, room.G);  // the functions write entries that are not constant
   rates_.resize(contacts.all().size());
   auto& works = s.totals.integrals;
@@ -42,8 +43,8 @@ void StepKernel::prepare(StepData& s, ContactSet& contacts) {
              s.force.data(), e.phi_t.data(), e.G.data(), room.factors, e.cosine.data(), e.sine.data(),
              &works.drive,   &works.stabilisation};
   end_out_ = {s.dq.data(),  nullptr,              s.lambda.data(), s.v_mean.data(),
-              &works.drive, &works.stabilisation, end.phi.data(),  &sum_};
-  reached_out_ = {end.phi.data()};
+              &works.drive, &works.stabilisation, residuals_.data(), &sum_};
+  reached_out_ = {residuals_.data()};
   for (std::size_t k = 0; k < rates_.size(); ++k) {
     auto& c = contacts.all()[k];
     for (double* x : {&c.row.gap, c.row.normal.value.data(), c.row.tangent.value.data(), &c.row.gamma_n,
@@ -52,14 +53,16 @@ void StepKernel::prepare(StepData& s, ContactSet& contacts) {
     end_out_.push_back(&c.gap);
     reached_out_.push_back(&c.gap);
   }
-  angle_rows_.clear();
-  for (int k = 0; k < s.system.rows(); ++k) angle_rows_.push_back(s.system.is_angle_row(k));
 }
 
 bool StepKernel::middle(StepData& s, ContactSet& contacts) {
   auto& f = s.system.functions();
-  if (!f.step.middle || !s.saddle.compiled_room().G) return false;
-  prepare(s, contacts);
+  if (!f.step.middle) return false;
+  if (step_ != &s || contacts_ != contacts.all().data() || functions_ != f.object.get()) {
+    prepare(s, contacts);
+    if (!step_) return false;
+  }
+  pushed_ = -1;
   h_ = s.length();
   const double t = s.t_old + 0.5 * h_;
   const double* in[] = {&t, &h_, s.q_old.data(), s.v_old.data()};
@@ -78,9 +81,19 @@ bool StepKernel::middle(StepData& s, ContactSet& contacts) {
 const double* StepKernel::respond(const StepData& s, int contact, const Response& at) {
   const auto& f = s.system.functions();
   const double* in[] = {end_in_[9], end_in_[8], at.normal, at.tangent};
-  double* out[] = {at.a_n, at.lambda_n, at.a_t, at.lambda_t, D_};
+  double* out[] = {at.a_n, at.lambda_n, at.a_t, at.lambda_t, D_.data()};
   if (f.step.responses[static_cast<std::size_t>(contact)](f.solve.constants, in, out) != 0) return nullptr;
-  return D_;
+  return D_.data();
+}
+
+void StepKernel::push(StepData& s, int contact, const double* impulses, const Response& at) {
+  const auto& f = s.system.functions();
+  double *v = s.v.data(), *lambda = s.lambda.data(), *force = s.force.data();
+  const double* in[] = {impulses, at.a_n, at.lambda_n, at.a_t, at.lambda_t, at.normal,
+                        at.tangent, v, lambda, force, s.v_old.data()};
+  double* out[] = {v, lambda, force, &pushed_rates_.normal};
+  f.step.pushes[static_cast<std::size_t>(contact)](f.solve.constants, in, out);
+  pushed_ = contact;
 }
 
 bool StepKernel::end(StepData& s) {
@@ -97,14 +110,6 @@ bool StepKernel::reached(StepData& s) {
   if (f.step.reached(f.solve.constants, in, reached_out_.data()) != 0) return refuse(f);
   for (const double x : s.q) sum_ += x - x;
   return true;
-}
-
-void StepKernel::keep_residuals(const StepData& s, Extremes& extremes) const {
-  const double* phi = s.end.phi.data();
-  for (const char angle : angle_rows_) {
-    double& worst = angle ? extremes.constraint_angle : extremes.constraint_length;
-    worst = std::max(worst, std::abs(*phi++));
-  }
 }
 
 }  // namespace freeplay

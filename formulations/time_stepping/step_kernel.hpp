@@ -4,12 +4,12 @@
 // the general path then does that part of the step.
 #pragma once
 
+#include <array>
 #include <vector>
 
 namespace freeplay {
 
 class ContactSet;
-struct Extremes;
 struct StepData;
 
 class StepKernel {
@@ -28,6 +28,13 @@ class StepKernel {
   };
   /// D_NN, D_TN, D_TT; null: the general path.
   const double* respond(const StepData& step, int contact, const Response& at);
+  /// Adds the impulses of the only active contact to v, λ and force, with its present responses.
+  void push(StepData& step, int contact, const double* impulses, const Response& at);
+  /// Rates of that contact's rows at v and at the mean velocity; null for others.
+  struct Pushed {
+    double normal, tangent, normal_mean, tangent_mean;
+  };
+  const Pushed* pushed(int contact) const { return contact == pushed_ ? &pushed_rates_ : nullptr; }
   /// Computes q, corrected onto Φ = 0, all multipliers, gaps and works, from v with all impulses. q
   /// before the correction is in step.dq.
   bool end(StepData& step);
@@ -36,8 +43,8 @@ class StepKernel {
 
   /// The sum of all q and v after end(), to see whether they are finite.
   double sum() const { return sum_; }
-  /// Updates the greatest |Φ| so far after end() or reached().
-  void keep_residuals(const StepData& step, Extremes& extremes) const;
+  /// The greatest |Φ| in m and in rad after end() or reached().
+  const std::array<double, 2>& residuals() const { return residuals_; }
 
  private:
   void prepare(StepData& step, ContactSet& contacts);
@@ -48,8 +55,11 @@ class StepKernel {
   const StepData* step_ = nullptr;
   const void *contacts_ = nullptr, *functions_ = nullptr;
   std::vector<Rates> rates_;
-  std::vector<char> angle_rows_;
-  double D_[3] = {}, sum_ = 0, h_ = 0;
+  Pushed pushed_rates_{};
+  int pushed_ = -1;
+  std::array<double, 2> residuals_{};
+  std::array<double, 3> D_{};
+  double sum_ = 0, h_ = 0;
 };
 
 }  // namespace freeplay

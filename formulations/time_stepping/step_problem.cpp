@@ -11,6 +11,13 @@ using Multipliers = SaddlePoint::Multipliers;
 
 namespace {
 
+/// Where the responses to the rows of a contact are.
+StepKernel::Response response_of(const ContactUnknown& u, ImpulseResponses& responses) {
+  const int n = u.normal, t = u.tangent < 0 ? n : u.tangent;
+  return {responses.row(n).value.data(), responses.row(t).value.data(), responses.response(n),
+          responses.reaction(n),         responses.response(t),         responses.reaction(t)};
+}
+
 /// assemble() by the compiled functions of each contact.
 bool assemble_whole(ContactProblem& problem, StepData& s, const ContactSet& contacts,
                     ImpulseResponses& responses) {
@@ -22,10 +29,7 @@ bool assemble_whole(ContactProblem& problem, StepData& s, const ContactSet& cont
     if (c.unknown < 0) continue;
     const auto& u = problem.unknowns[static_cast<std::size_t>(c.unknown)];
     const int n = u.normal, t = u.tangent < 0 ? n : u.tangent;
-    const double* own =
-        s.kernel.respond(s, k,
-                         {responses.row(n).value.data(), responses.row(t).value.data(), responses.response(n),
-                          responses.reaction(n), responses.response(t), responses.reaction(t)});
+    const double* own = s.kernel.respond(s, k, response_of(u, responses));
     if (!own) return false;
     put(n, n, own[0]);
     const auto cross = [&](int r) {
@@ -115,6 +119,7 @@ void StepProblem::begin(StepData& s) {
 bool StepProblem::solve(StepData& s, ContactSet& contacts, ImpulseResponses& responses, FilmStep& films) {
   const bool heap = islands_ && s.system.rows() == 0;
   contacts.begin(s, islands_ != nullptr);
+  pushed_ = false;
   if (islands_) islands_->clear();
   // Impulses of other elements may close a gap that the free motion leaves open: check again with
   // them.
@@ -139,7 +144,7 @@ bool StepProblem::solve(StepData& s, ContactSet& contacts, ImpulseResponses& res
         }
   }
   if (islands_) react_to_all(s, responses);
-  if (late_multipliers_) {
+  if (late_multipliers_ && !pushed_) {
     for (const auto& u : problem.unknowns) {
       if (u.normal >= 0) responses.row(u.normal).add_to(s.force.data(), u.impulse_n);
       if (u.tangent >= 0) responses.row(u.tangent).add_to(s.force.data(), u.impulse_t);
@@ -157,6 +162,16 @@ int StepProblem::add_row(const SparseRow& row, double rate, double end_rate_bias
   responses.row(islands_ ? place : r) = row;
   problem.b[r] = rate + end_rate_bias;
   return r;
+}
+
+/// Adds the impulses of a single contact by its compiled function, if no other contact may still join.
+bool StepProblem::push_whole(StepData& s, const ContactSet& contacts, ImpulseResponses& responses) {
+  if (!s.whole || problem.unknowns.size() != 1 || contacts.waiting()) return false;
+  const auto& u = problem.unknowns.front();
+  for (const int k : contacts.live())
+    if (contacts[k].unknown == 0)
+      s.kernel.push(s, k, &u.impulse_n, response_of(u, responses));
+  return pushed_ = true;
 }
 
 /// Sets up the contact problem of the active contacts and the joints with friction.
@@ -234,7 +249,7 @@ bool StepProblem::solve_contacts(StepData& s, ContactSet& contacts, ImpulseRespo
   }
   if (islands_ ? islands_->doubtful() : problem.doubtful()) note_painleve(s, contacts, result);
   if (!islands_) {
-    act(problem, s, responses);
+    if (!push_whole(s, contacts, responses)) act(problem, s, responses);
     s.free = false;
     return true;
   }

@@ -95,13 +95,18 @@ void SystemTracer::step_middle(TracedObject& object, const SaddlePoint& saddle) 
   step_phi_t_ = e.phi_t;
 }
 
-/// Gaps of all contacts at q.
-void SystemTracer::put_gaps(Trace& trace, int array, const List& q, const EvaluationOf<Traced>& e) {
+void SystemTracer::put_end(Trace& trace, int array, int gaps, const List& q, const EvaluationOf<Traced>& e) {
+  List worst(2);
+  for (std::size_t k = 0; k < e.phi.size(); ++k) {
+    auto& x = worst[system_.is_angle_row(static_cast<int>(k)) ? 1 : 0];
+    x = max(x, abs(e.phi[k]));
+  }
+  trace.outputs(array, worst);
   const List rest(q.size());
   for (int k = 0; k < system_.contacts(); ++k) {
     ContactRowOf<Traced> row;
     system_.contact(k, q.data(), rest.data(), e, row);
-    trace.output(array + k, 0, row.gap);
+    trace.output(gaps + k, 0, row.gap);
   }
 }
 
@@ -146,11 +151,10 @@ void SystemTracer::step_end(TracedObject& object, const SaddlePoint& saddle) {
   trace.outputs(3, mean);
   trace.output(4, 0, drive);
   trace.output(5, 0, stabilisation);
-  trace.outputs(6, e.phi);
   Traced sum;
   for (std::size_t i = 0; i < n; ++i) sum += q[i] + v[i];
   trace.output(7, 0, sum);
-  put_gaps(trace, 8, q, e);
+  put_end(trace, 6, 8, q, e);
 }
 
 void SystemTracer::step_reached(TracedObject& object) {
@@ -160,36 +164,63 @@ void SystemTracer::step_reached(TracedObject& object) {
   auto from = system_.make_evaluation<Traced>(), e = from;
   orient(trace, 3, from);
   system_.place_near(t, q.data(), middle.data(), from, e);
-  trace.outputs(0, e.phi);
-  put_gaps(trace, 1, q, e);
+  put_end(trace, 0, 1, q, e);
 }
 
 void SystemTracer::step_response(TracedObject& object, const SaddlePoint& saddle, int contact) {
-  Trace trace(object, "step_response_" + std::to_string(contact));
-  const auto F = inputs_like(trace, 0, step_F_), G = inputs_like(trace, 1, step_G_);
   const auto& sample = step_rows_[static_cast<std::size_t>(contact)];
-  const auto n = static_cast<std::size_t>(system_.n());
-  const List none(static_cast<std::size_t>(system_.rows()));
-  const auto respond = [&](const SparseRowOf<Traced>& row, int array, List& a) {
-    List f(n), lambda;
-    row.add_to(f.data(), Traced(1));
-    saddle.trace_solution(G, F, f, none, a, lambda);
-    trace.outputs(array, a);
-    trace.outputs(array + 1, lambda);
-  };
-  const auto row_of = [&](const SparseRowOf<Traced>& row, int array) {
+  const auto n = static_cast<std::size_t>(system_.n()), m = static_cast<std::size_t>(system_.rows());
+  const auto row_of = [](Trace& trace, const SparseRowOf<Traced>& row, int array) {
     auto x = row;
     for (int i = 0; i < x.size; ++i) x.value[i] = trace.input(array, i, row.value[i].value);
     return x;
   };
-  const auto normal = row_of(sample.normal, 2), tangent = row_of(sample.tangent, 3);
-  List a, b;
-  respond(normal, 0, a);
-  trace.output(4, 0, normal.dot(a.data()));
-  if (tangent.size == 0) return;
-  respond(tangent, 2, b);
-  trace.output(4, 1, tangent.dot(a.data()));
-  trace.output(4, 2, tangent.dot(b.data()));
+  List a(n), a_reaction(m), b(n), b_reaction(m);
+  {
+    Trace trace(object, "step_response_" + std::to_string(contact));
+    const auto F = inputs_like(trace, 0, step_F_), G = inputs_like(trace, 1, step_G_);
+    const auto respond = [&](const SparseRowOf<Traced>& row, int array, List& x, List& lambda) {
+      List f(n);
+      row.add_to(f.data(), Traced(1));
+      saddle.trace_solution(G, F, f, List(m), x, lambda);
+      trace.outputs(array, x);
+      trace.outputs(array + 1, lambda);
+    };
+    const auto normal = row_of(trace, sample.normal, 2), tangent = row_of(trace, sample.tangent, 3);
+    respond(normal, 0, a, a_reaction);
+    trace.output(4, 0, normal.dot(a.data()));
+    if (tangent.size > 0) {
+      respond(tangent, 2, b, b_reaction);
+      trace.output(4, 1, tangent.dot(a.data()));
+      trace.output(4, 2, tangent.dot(b.data()));
+    }
+  }
+  Trace trace(object, "step_push_" + std::to_string(contact));
+  const auto P = trace.inputs(0, std::vector<double>(2, 1));
+  a = inputs_like(trace, 1, a);
+  a_reaction = inputs_like(trace, 2, a_reaction);
+  b = inputs_like(trace, 3, b);
+  b_reaction = inputs_like(trace, 4, b_reaction);
+  const auto normal = row_of(trace, sample.normal, 5), tangent = row_of(trace, sample.tangent, 6);
+  auto v = trace.inputs(7, at_.v), lambda = trace.inputs(8, std::vector<double>(m, 1)),
+       f = trace.inputs(9, std::vector<double>(n, 1));
+  const auto v_old = trace.inputs(10, at_.v);
+  const auto put = [&](int array, const List& before, const List& x) {
+    for (std::size_t i = 0; i < x.size(); ++i)
+      if (x[i].node != before[i].node) trace.output(array, static_cast<int>(i), x[i]);
+  };
+  const auto v_before = v, lambda_before = lambda, f_before = f;
+  for (std::size_t i = 0; i < n; ++i) v[i] = v[i] + P[0] * a[i] + P[1] * b[i];
+  for (std::size_t k = 0; k < m; ++k) lambda[k] = lambda[k] + P[0] * a_reaction[k] + P[1] * b_reaction[k];
+  normal.add_to(f.data(), P[0]);
+  tangent.add_to(f.data(), P[1]);
+  put(0, v_before, v);
+  put(1, lambda_before, lambda);
+  put(2, f_before, f);
+  List mean(n);
+  for (std::size_t i = 0; i < n; ++i) mean[i] = 0.5 * (v_old[i] + v[i]);
+  trace.outputs(3, List{normal.dot(v.data()), tangent.dot(v.data()), normal.dot(mean.data()),
+                        tangent.dot(mean.data())});
 }
 
 }  // namespace freeplay

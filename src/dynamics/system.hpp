@@ -129,6 +129,8 @@ class System {
   bool has_velocity_flows() const { return velocity_flows_; }
   /// Potential energy of gravity and springs (J). Constant forces and torques count as loads.
   double potential(const double* q) const;
+  /// Whether potential() may differ from 0.
+  bool has_potential() const { return acts_ || gravity_.x() != 0 || gravity_.y() != 0; }
   double kinetic(const double* v) const;
 
   /// Bounds on the second derivative of contact k's gap within a step with these bounds of motion;

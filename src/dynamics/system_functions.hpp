@@ -30,16 +30,18 @@ class System;
 ///                at v and at v₀
 ///     response:  in F, G, normal and tangent row of a contact
 ///                out response and reaction to each row; D_NN, D_TN, D_TT
+///     push:      in impulses of a contact, its responses, reactions and rows, v, λ, h f, v₀
+///                out v, λ, h f with the impulses; its rates at v and at (v₀ + v)/2
 ///     end:       in t, h, q_m, v₀, v, λ, h f + all impulses, Φ_t, G, F, cosine, sine; works
 ///                out q before and after its correction onto Φ = 0, λ/h, (v₀ + v)/2, works of drives
-///                and of stabilisation, Φ, Σ q + v, gap of each contact
-///     reached:   in t, q, q_m, cosine, sine      out Φ, gap of each contact
+///                and of stabilisation, residuals, Σ q + v, gap of each contact
+///     reached:   in t, q, q_m, cosine, sine      out residuals, gap of each contact
 ///
-/// All are null unless no part of the system has its own way of taking part in a step: states of
+/// The residuals are the greatest |Φ| in m and in rad. All are null unless no part of the system has its own way of taking part in a step: states of
 /// elements, curves, dampers, joint friction, films.
 struct StepFunctions {
   CompiledFunction middle = nullptr, end = nullptr, reached = nullptr;
-  std::vector<CompiledFunction> responses;  ///< of each contact
+  std::vector<CompiledFunction> responses, pushes;  ///< of each contact
 };
 
 struct SystemFunctions {

@@ -111,7 +111,10 @@ SystemFunctions TracedSystem::functions(const CompiledFunction* table) const {
     f.step.middle = *table++;
     f.step.end = *table++;
     f.step.reached = *table++;
-    for (std::size_t k = 0; k < contacts.size(); ++k) f.step.responses.push_back(*table++);
+    for (std::size_t k = 0; k < contacts.size(); ++k) {
+      f.step.responses.push_back(*table++);
+      f.step.pushes.push_back(*table++);
+    }
   }
   return f;
 }

@@ -131,7 +131,8 @@ class SystemTracer {
     return list;
   }
   List inputs_like(Trace& trace, int array, const List& known) const;
-  void put_gaps(Trace& trace, int array, const List& q, const EvaluationOf<Traced>& e);
+  /// Outputs the residuals to `array`, and the gaps at q to the arrays from `gaps` on.
+  void put_end(Trace& trace, int array, int gaps, const List& q, const EvaluationOf<Traced>& e);
   /// The inputs of an array. A still coordinate is its value, or its rate 0; a guard checks that.
   std::vector<Traced> coordinates(Trace& trace, int array, const std::vector<double>& values,
                                   bool positions) {
