@@ -28,7 +28,7 @@ void StepKernel::prepare(StepData& s, ContactSet& contacts) {
   const auto& f = s.system.functions();
   step_ = nullptr;
   const auto room = s.saddle.compiled_room();
-  if (!room.G) return;
+  if (!room.usable) return;
   step_ = &s;
   contacts_ = contacts.all().data();
   functions_ = f.object.get();

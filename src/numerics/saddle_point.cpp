@@ -125,7 +125,7 @@ SaddlePoint::CompiledRoom SaddlePoint::compiled_room() {
     factors_.resize(static_cast<std::size_t>(f.factors));
     ratios_.resize(static_cast<std::size_t>(std::accumulate(f.ratios.begin(), f.ratios.end(), 0)));
   }
-  return {G_values_.data(), factors_.data(), ratios_.data()};
+  return {true, G_values_.data(), factors_.data(), ratios_.data()};
 }
 
 void SaddlePoint::take_compiled() {
@@ -140,7 +140,7 @@ void SaddlePoint::take_compiled() {
 
 bool SaddlePoint::factor_compiled(const double* G_values) {
   const auto room = compiled_room();
-  if (!room.G) return false;
+  if (!room.usable) return false;
   const double* in[] = {G_values};
   double* out[] = {room.factors, room.ratios};
   if (functions_->factor(functions_->constants, in, out) != 0) return false;

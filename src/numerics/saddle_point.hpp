@@ -61,9 +61,10 @@ class SaddlePoint {
   void trace_finish(const std::vector<Traced>& G, const std::vector<Traced>& f, const std::vector<Traced>& a,
                     std::vector<Traced>& lambda) const;
   ///@}
-  /// Where a larger function puts G, F and the pivot ratios; null if its rows are eliminated
+  /// Where a larger function puts G, F and the pivot ratios. Not `usable` if its rows are eliminated
   /// otherwise.
   struct CompiledRoom {
+    bool usable = false;
     double *G = nullptr, *factors = nullptr, *ratios = nullptr;
   };
   CompiledRoom compiled_room();
