@@ -64,8 +64,13 @@ bool ContactProblem::alone(ContactSolution& s, double size) {
   const double Pn = c.impulse_n, Pt = c.impulse_t;
   if (!std::isfinite(Pn) || !std::isfinite(Pt)) return false;
   s.residual_rate = contact_residual(
-      unknowns, [&](std::size_t) { return RowState{bn + nn * Pn + nt * Pt, nn, Pn}; },
-      [&](std::size_t) { return RowState{bt + D(t, n) * Pn + tt * Pt, tt, Pt}; });
+      unknowns,
+      [&](std::size_t) {
+        return RowState{bn + nn * Pn + nt * Pt, nn, Pn};
+      },
+      [&](std::size_t) {
+        return RowState{bt + D(t, n) * Pn + tt * Pt, tt, Pt};
+      });
   if (!std::isfinite(s.residual_rate) ||
       !(s.residual_rate <= tolerance_ * size || s.residual_rate <= attainable()))
     return false;

@@ -36,14 +36,26 @@ void StepKernel::prepare(StepData& s, ContactSet& contacts) {
   std::ranges::copy(e.G, room.G);  // the functions write entries that are not constant
   rates_.resize(contacts.all().size());
   auto& works = s.totals.integrals;
-  middle_out_ = {s.q_mid.data(), e.cosine.data(), e.sine.data(), e.phi_t.data(),
-                 e.G.data(),     e.gamma.data(),  room.factors,  room.ratios,
+  middle_out_ = {s.q_mid.data(), e.cosine.data(), e.sine.data(),   e.phi_t.data(),
+                 e.G.data(),     e.gamma.data(),  room.factors,    room.ratios,
                  s.force.data(), nullptr,         s.lambda.data(), room.G};
-  end_in_ = {&s.t,           &h_,        s.q_mid.data(), nullptr,        nullptr,         s.lambda.data(),
-             s.force.data(), e.phi_t.data(), e.G.data(), room.factors, e.cosine.data(), e.sine.data(),
-             &works.drive,   &works.stabilisation};
-  end_out_ = {s.dq.data(),  nullptr,              s.lambda.data(), s.v_mean.data(),
-              &works.drive, &works.stabilisation, residuals_.data(), &sum_};
+  end_in_ = {&s.t,
+             &h_,
+             s.q_mid.data(),
+             nullptr,
+             nullptr,
+             s.lambda.data(),
+             s.force.data(),
+             e.phi_t.data(),
+             e.G.data(),
+             room.factors,
+             e.cosine.data(),
+             e.sine.data(),
+             &works.drive,
+             &works.stabilisation};
+  end_out_ = {s.dq.data(),       nullptr,      s.lambda.data(),
+              s.v_mean.data(),   &works.drive, &works.stabilisation,
+              residuals_.data(), &sum_};
   reached_out_ = {residuals_.data()};
   for (std::size_t k = 0; k < rates_.size(); ++k) {
     auto& c = contacts.all()[k];
@@ -89,8 +101,8 @@ const double* StepKernel::respond(const StepData& s, int contact, const Response
 void StepKernel::push(StepData& s, int contact, const double* impulses, const Response& at) {
   const auto& f = s.system.functions();
   double *v = s.v.data(), *lambda = s.lambda.data(), *force = s.force.data();
-  const double* in[] = {impulses, at.a_n, at.lambda_n, at.a_t, at.lambda_t, at.normal,
-                        at.tangent, v, lambda, force, s.v_old.data()};
+  const double* in[] = {impulses,   at.a_n, at.lambda_n, at.a_t, at.lambda_t,   at.normal,
+                        at.tangent, v,      lambda,      force,  s.v_old.data()};
   double* out[] = {v, lambda, force, &pushed_rates_.normal};
   f.step.pushes[static_cast<std::size_t>(contact)](f.solve.constants, in, out);
   pushed_ = contact;

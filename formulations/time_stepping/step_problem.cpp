@@ -169,8 +169,7 @@ bool StepProblem::push_whole(StepData& s, const ContactSet& contacts, ImpulseRes
   if (!s.whole || problem.unknowns.size() != 1 || contacts.waiting()) return false;
   const auto& u = problem.unknowns.front();
   for (const int k : contacts.live())
-    if (contacts[k].unknown == 0)
-      s.kernel.push(s, k, &u.impulse_n, response_of(u, responses));
+    if (contacts[k].unknown == 0) s.kernel.push(s, k, &u.impulse_n, response_of(u, responses));
   return pushed_ = true;
 }
 
@@ -235,7 +234,8 @@ void StepProblem::collect(StepData& s, ContactSet& contacts, ImpulseResponses& r
 bool StepProblem::solve_contacts(StepData& s, ContactSet& contacts, ImpulseResponses& responses,
                                  FilmStep& films) {
   if (!islands_)
-    assemble(problem, s, contacts, responses, films, late_multipliers_ ? Multipliers::kept : Multipliers::all);
+    assemble(problem, s, contacts, responses, films,
+             late_multipliers_ ? Multipliers::kept : Multipliers::all);
   const auto result = islands_             ? solve_islands(s, responses)
                       : bounds_.size() > 0 ? bounds_.solve(s, *this, responses)
                                            : solve_laws(s);

@@ -132,8 +132,7 @@ void SystemTracer::step_end(TracedObject& object, const SaddlePoint& saddle) {
   const auto& pattern = system_.pattern();
   for (std::size_t k = 0; k < m; ++k) {
     drive += lambda[k] * phi_t[k];
-    stabilisation -=
-        lambda[k] * (row_dot(pattern, G.data(), static_cast<int>(k), mean.data()) + phi_t[k]);
+    stabilisation -= lambda[k] * (row_dot(pattern, G.data(), static_cast<int>(k), mean.data()) + phi_t[k]);
   }
   trace.outputs(0, q);
   auto e = system_.make_evaluation<Traced>();

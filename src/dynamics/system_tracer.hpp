@@ -174,7 +174,7 @@ class SystemTracer {
   Evaluation sample_;
   std::vector<Traced> cosine_, sine_, G_;
   std::vector<bool> fixed_;
-  List step_G_, step_F_, step_phi_t_;     // of step_middle(): constants have no node
+  List step_G_, step_F_, step_phi_t_;  // of step_middle(): constants have no node
   std::vector<ContactRowOf<Traced>> step_rows_;
 };
 

@@ -21,8 +21,7 @@ Compile compile_choice(Compile asked) {
                    fmt::format("must be \"automatic\", \"always\" or \"never\", is \"{}\"", named));
 }
 
-CompiledRun compile_system(System& system, const State& near, RowFacts facts, StopToken stop,
-                           bool steps) {
+CompiledRun compile_system(System& system, const State& near, RowFacts facts, StopToken stop, bool steps) {
   CompiledRun found;
   const auto traced = trace_system(system, near, facts, steps);
   found.general_parts = traced.untraced;

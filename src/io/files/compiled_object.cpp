@@ -34,8 +34,17 @@ constexpr int most_objects = 1000;
 /// fused multiply-add.
 const std::vector<std::string>& compiler() {
   static const std::vector<std::string> command = [] {
-    std::vector<std::string> c{"cc",    "-x",     "c",      "-std=c99", "-O1", "-fstrict-aliasing", "-ffp-contract=off",
-                               "-fno-math-errno", "-fPIC", "-w",       "-shared"};
+    std::vector<std::string> c{"cc",
+                               "-x",
+                               "c",
+                               "-std=c99",
+                               "-O1",
+                               "-fstrict-aliasing",
+                               "-ffp-contract=off",
+                               "-fno-math-errno",
+                               "-fPIC",
+                               "-w",
+                               "-shared"};
 #if defined(__x86_64__)
     if (__builtin_cpu_supports("avx")) c.emplace_back("-mavx");
 #endif
