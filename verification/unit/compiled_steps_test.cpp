@@ -27,7 +27,7 @@ struct StepCacheForTests {
   test::TemporaryFolder folder;
 };
 
-void check_same(const Result& a, const Result& b) {
+void check_same_run(const Result& a, const Result& b) {
   CHECK(a.final_state.q == b.final_state.q);
   CHECK(a.final_state.v == b.final_state.v);
   CHECK(a.work.steps == b.work.steps);
@@ -87,7 +87,7 @@ TEST_CASE("runs in compiled steps: impacts, two clearances, and friction that st
     const auto found = Simulation(scene, "nonsmooth", by_compiled).run();
     CHECK(found.compiled.used);
     CHECK(found.compiled.refused < found.work.steps / 100);
-    check_same(found, Simulation(scene, "nonsmooth", by_general).run());
+    check_same_run(found, Simulation(scene, "nonsmooth", by_general).run());
     Simulation first(scene, "nonsmooth", by_compiled), second(scene, "nonsmooth", by_general);
     first.run({.until = 0.1});
     second.restore(first.snapshot());
