@@ -52,10 +52,42 @@ void ContactProblem::finish(ContactSolution& s, double size) const {
   s.residual = size > 0 ? s.residual_rate / size : s.residual_rate;
 }
 
+/// A single unknown whose closed form holds: the way of solve() in this case. Returns false if that
+/// must look further.
+bool ContactProblem::alone(ContactSolution& s, double size) {
+  auto& c = unknowns.front();
+  const int n = c.normal, t = c.tangent;
+  const bool least_known = least == Least::never || least == Least::where_singular;
+  if (n < 0 || t < 0 || solver_ != LcpSolver::automatic || !least_known) return false;
+  const double nn = D(n, n), nt = D(n, t), tt = D(t, t), bn = b[n], bt = b[t];
+  if (singular_pair(*this, c) || !solve_one(c, bn, bt, nn, nt, tt)) return false;
+  const double Pn = c.impulse_n, Pt = c.impulse_t;
+  if (!std::isfinite(Pn) || !std::isfinite(Pt)) return false;
+  s.residual_rate = contact_residual(
+      unknowns,
+      [&](std::size_t) {
+        return RowState{bn + nn * Pn + nt * Pt, nn, Pn};
+      },
+      [&](std::size_t) {
+        return RowState{bt + D(t, n) * Pn + tt * Pt, tt, Pt};
+      });
+  if (!std::isfinite(s.residual_rate) ||
+      !(s.residual_rate <= tolerance_ * size || s.residual_rate <= attainable()))
+    return false;
+  s.pivots = SolverSummary{}.iterations;
+  s.residual = size > 0 ? s.residual_rate / size : s.residual_rate;
+  if (Pn > 0 && nn <= c.friction * std::abs(nt)) look_for_others(s);
+  return true;
+}
+
 ContactSolution ContactProblem::solve() {
   ContactSolution s;
   if (unknowns.empty()) return s;
   const double size = std::max(scale(), least_scale), accepted = tolerance_ * size;
+  if (unknowns.size() == 1) {
+    if (alone(s, size)) return s;
+    s = {};
+  }
   s.solved = false;
   if (static_cast<int>(unknowns.size()) > most_for_lemke && solver_ == LcpSolver::automatic &&
       by_islands(s)) {

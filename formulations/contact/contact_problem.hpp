@@ -66,6 +66,7 @@ class ContactProblem : public ContactEquations {
 
  private:
   std::array<Solver*, 4> order() const;
+  bool alone(ContactSolution& s, double size);
   bool by_islands(ContactSolution& s);
   bool by_modes(ContactSolution& s);
   void finish(ContactSolution& s, double size) const;

@@ -59,8 +59,8 @@ void ContactRecord::record(StepData& s, ContactSet& contacts, StepProblem& probl
       if (s.log->is_open(k) && !(s.smooth() && c.closed) && leaves(s, c)) log_leave(s, contacts, k);
       continue;
     }
-    const double tangent_minus = c.row.tangent.size > 0 ? c.row.tangent.dot(s.v_old.data()) + c.bias_t : 0;
     if (c.steps++ == 0) {
+      const double tangent_minus = c.row.tangent.size > 0 ? c.row.tangent.dot(s.v_old.data()) + c.bias_t : 0;
       in_impact_ = true;
       // The onset is where the gap at the step's beginning closes at its rate there.
       const double closing = c.row.normal.dot(s.v_old.data()) + 0.5 * h * c.row.gamma_n;
@@ -76,6 +76,11 @@ void ContactRecord::record(StepData& s, ContactSet& contacts, StepProblem& probl
     c.t_pressed = s.t;
     c.impulse_n += u->impulse_n;
     c.impulse_t += u->impulse_t;
+    if (const auto* pushed = s.kernel.pushed(k); pushed && s.whole) {
+      c.u_n_plus = pushed->normal - c.bias_n;
+      c.u_t_plus = c.row.tangent.size > 0 ? pushed->tangent - c.bias_t : 0;
+      continue;
+    }
     c.u_n_plus = c.row.normal.dot(s.v.data()) - c.bias_n;
     c.u_t_plus = c.row.tangent.size > 0 ? c.row.tangent.dot(s.v.data()) - c.bias_t : 0;
   }

@@ -48,12 +48,15 @@ void ContactSet::begin(const StepData& s, bool many) {
 bool ContactSet::activate(StepData& s, ImpulseResponses& responses) {
   const double h = s.length();
   bool added = false;
+  waiting_ = near_ != nullptr;
   keep_near(h, s.q_old.data(), s.v_old.data(), s.v.data(), s, responses);
   for (const int k : live_) {
     auto& c = contacts_[k];
     if (c.active || c.row.normal.size == 0 || !in_reach(c, s.reach)) continue;
-    const double end_gap = c.row.gap + 0.5 * h * (c.row.normal.dot(s.v.data()) - 0.25 * h * c.row.gamma_n);
+    const double rate = s.free ? s.kernel.rates(k).normal : c.row.normal.dot(s.v.data());
+    const double end_gap = c.row.gap + 0.5 * h * (rate - 0.25 * h * c.row.gamma_n);
     added |= c.active = end_gap <= (c.closed ? slack : 0);
+    waiting_ |= !c.active;
   }
   return added;
 }

@@ -77,6 +77,8 @@ class ContactSet {
   /// Adds contacts whose gaps the motion v would have closed by the end of the step. Returns true
   /// if any was added.
   bool activate(StepData& step, ImpulseResponses& responses);
+  /// Whether contacts might still be added.
+  bool waiting() const { return waiting_; }
   /// Determines which active contacts are in impact, and the rate bias of all. Returns true if any
   /// is in impact.
   bool find_impacts(StepData& step);
@@ -151,6 +153,7 @@ class ContactSet {
   std::vector<int> live_;
   std::unique_ptr<Near> near_;
   std::vector<double> a_gamma_;
+  bool waiting_ = false;
 };
 
 }  // namespace freeplay

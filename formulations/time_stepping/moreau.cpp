@@ -91,6 +91,14 @@ bool MoreauStepper::evaluate_middle() {
   auto& d = data_;
   const auto& system = d.system;
   const double h = d.length();
+  d.whole = fixed() && !forces_.watching() && !responses_.many() && d.kernel.middle(d, contacts_);
+  d.free = d.whole;
+  if (d.whole) {
+    ++d.totals.work.steps;
+    ++d.totals.work.factorisations;
+    ++d.totals.work.rhs;
+    return true;
+  }
   for (int i = 0; i < system.n(); ++i) d.q_mid[i] = d.q_old[i] + 0.5 * h * d.v_old[i];
   system.place(d.t_old + 0.5 * h, d.q_mid.data(), d.middle);
   if (system.has_motions()) system.step_motions(d.t_old, d.t, d.middle);
@@ -122,14 +130,20 @@ bool MoreauStepper::evaluate_middle() {
 /// Computes v⁺ and z⁺ with their impulses, and q⁺.
 bool MoreauStepper::solve_step() {
   auto& d = data_;
+  if (d.whole) return problem_.solve(d, contacts_, responses_, films_);
   if (d.system.has_velocity_flows()) d.z_old = d.z;
   if (!advance_states(d.v_old.data()) || !solve_velocities(d.v_old.data())) return false;
   const bool implicit = d.system.has_velocity_forces() || d.system.sweeps() || films_.any();
   if (implicit && !settle_mean_velocity()) return false;
   if (films_.any()) films_.finish(d.v_old.data(), d.v.data());
+  advance_positions();
+  return true;
+}
+
+void MoreauStepper::advance_positions() {
+  auto& d = data_;
   const double h = d.length();
   for (int i = 0; i < d.system.n(); ++i) d.q[i] = d.q_mid[i] + 0.5 * h * d.v[i];
-  return true;
 }
 
 /// Damper forces, and the values of swept tables, belong to the mean velocity: fixed-point
@@ -224,15 +238,22 @@ bool MoreauStepper::solve_velocities(const double* v_force) {
 bool MoreauStepper::end_step() {
   auto& d = data_;
   record_.record(d, contacts_, problem_, responses_);
+  const bool divided = d.whole && d.kernel.end(d);  // whether lambda has been divided by h
+  if (d.whole && !divided) {
+    d.whole = false;
+    d.saddle.finish(d.force.data(), d.v.data(), d.lambda.data());
+    advance_positions();
+  }
   if (forces_.watching()) forces_.collect(d, contacts_, problem_, responses_, films_);
   account_step(d, contacts_, problem_, responses_, films_, record_.in_impact(), fixed());
   if (fixed()) resolution_.assess(d, contacts_);
   correction_.bring_back(d, contacts_, problem_, responses_, films_);
   if (d.smooth() && !end_rates_.meet(d, contacts_, problem_, responses_, forces_)) return false;
   const double h = d.length();
-  for (double& multiplier : d.lambda) multiplier /= h;  // lambda was an impulse until here
-  double sum = 0;
-  for (int i = 0; i < d.system.n(); ++i) sum += d.q[i] + d.v[i];
+  if (!divided)
+    for (double& multiplier : d.lambda) multiplier /= h;  // lambda was an impulse until here
+  double sum = d.whole ? d.kernel.sum() : 0;
+  for (int i = 0; !d.whole && i < d.system.n(); ++i) sum += d.q[i] + d.v[i];
   if (!std::isfinite(sum))
     return d.fail(
         fmt::format("t = {:.9g} s: the state is no longer finite; use a smaller "

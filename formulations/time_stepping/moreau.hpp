@@ -139,6 +139,7 @@ class MoreauStepper {
   MidpointTerms terms() const;
   bool evaluate_middle();
   bool solve_step();
+  void advance_positions();
   bool settle_mean_velocity();
   bool advance_states(const double* v_mean);
   bool solve_velocities(const double* v_force);

@@ -80,36 +80,41 @@ PositionCorrection::PositionCorrection(const StepData& step, double tolerance, b
 void PositionCorrection::bring_back(StepData& s, ContactSet& contacts, const StepProblem& problem,
                                     ImpulseResponses& responses, FilmStep& films) {
   if (islands_) islands_->use(s.saddle);
-  const double potential = s.system.potential(s.q.data());
-  if (films.any()) films.displace(s.q.data(), [&](int k) { return contacts[k].unknown >= 0; });
-  place_end(s);
-  if (s.system.has_motions()) book_leads(s);
-  if (s.system.rows() > 0) meet_constraints(s);
-  contacts.keep_near(0, s.q.data(), nullptr, nullptr, s, responses);
-  look(s, contacts);
+  const bool potential = s.system.has_potential();
+  const double before = potential ? s.system.potential(s.whole ? s.dq.data() : s.q.data()) : 0;
+  if (!s.whole) {
+    if (films.any()) films.displace(s.q.data(), [&](int k) { return contacts[k].unknown >= 0; });
+    place_end(s);
+    if (s.system.has_motions()) book_leads(s);
+    if (s.system.rows() > 0) meet_constraints(s);
+    contacts.keep_near(0, s.q.data(), nullptr, nullptr, s, responses);
+    look(s, contacts);
+  }
   const bool held = islands_ && hold_lasting(s, contacts, problem, responses);
   if (held) {
     place_end(s);
     look(s, contacts);
   }
   const double rounding = islands_ ? rounding_of_places(s) : 0;
-  bool moved = false;
+  bool moved = false, looked = false;
   for (const int k : contacts.live()) {
     const auto& c = contacts[k];
     moved |= c.gap < -rounding && contacts.in_reach(c, s.reach) && !(held && c.held);
   }
-  if (moved) open_gaps(s, contacts, problem, responses, films.any());
+  if (moved) looked = open_gaps(s, contacts, problem, responses, films.any());
   if (s.smooth()) draw_closed(s, contacts, problem, responses);
-  s.totals.integrals.stabilisation += s.system.potential(s.q.data()) - potential;
+  if (potential) s.totals.integrals.stabilisation += s.system.potential(s.q.data()) - before;
   if (moved) contacts.keep_near(0, s.q.data(), nullptr, nullptr, s, responses);
   auto& extremes = s.totals.extremes;
   for (const int k : contacts.live()) {
     auto& c = contacts[k];
-    if (moved || s.smooth()) c.gap = contacts.gap(k, s.q.data(), s.end);
+    if ((moved && !looked) || s.smooth()) c.gap = contacts.gap(k, s.q.data(), s.end);
     auto& most = extremes.penetration[contacts.told_as(k)];
     if (contacts.in_reach(c, s.reach)) most = std::max(most, -c.gap);
   }
-  keep_residuals(s.system, s.end, extremes);
+  if (!s.whole) return keep_residuals(s.system, s.end, extremes);
+  extremes.constraint_length = std::max(extremes.constraint_length, s.kernel.residuals()[0]);
+  extremes.constraint_angle = std::max(extremes.constraint_angle, s.kernel.residuals()[1]);
 }
 
 /// Adds a contact's gap to the problem; its row is at this place.
@@ -149,7 +154,8 @@ bool PositionCorrection::hold_lasting(StepData& s, ContactSet& contacts, const S
   return true;
 }
 
-void PositionCorrection::open_gaps(StepData& s, ContactSet& contacts, const StepProblem& problem,
+/// Returns true if it has also set the gaps of all contacts.
+bool PositionCorrection::open_gaps(StepData& s, ContactSet& contacts, const StepProblem& problem,
                                    ImpulseResponses& responses, bool films) {
   problem_.clear();
   place_.clear();
@@ -175,9 +181,12 @@ void PositionCorrection::open_gaps(StepData& s, ContactSet& contacts, const Step
   if (result.solved) {
     for (const auto& u : problem_.unknowns)
       if (u.impulse_n > 0) responses.push(place(u.normal), u.impulse_n, s.q.data());
+    if (s.whole && s.kernel.reached(s)) return true;
     place_end(s);
-    return;
+    s.whole = false;
+    return false;
   }
+  s.whole = false;
   const double before = deepest(s, contacts);
   compromise(s, responses);
   move(s, s.dq);
@@ -187,6 +196,7 @@ void PositionCorrection::open_gaps(StepData& s, ContactSet& contacts, const Step
     for (int i = 0; i < s.system.n(); ++i) s.q[i] -= s.dq[i];
     place_end(s);
   }
+  return false;
 }
 
 ContactSolution PositionCorrection::solve(const ImpulseResponses& responses) {

@@ -8,6 +8,7 @@
 
 #include "dynamics/system.hpp"
 #include "formulations/time_stepping/step_diagnostics.hpp"
+#include "formulations/time_stepping/step_kernel.hpp"
 #include "numerics/saddle_point.hpp"
 #include "simulation/contact_log.hpp"
 #include "values/ledger.hpp"
@@ -50,6 +51,9 @@ struct StepData {
   std::vector<double> dq, dlambda;  // work space: a displacement and its multipliers
   double t = 0, t_old = 0;          // s
   StepReach reach = StepReach::all;
+  StepKernel kernel;
+  bool whole = false;  // the kernel has evaluated the middle of this step, and will do its end
+  bool free = false;   // in such a step: v is without impulses of contacts
   ContactLog* log = nullptr;
   RunTotals totals;
   std::string failure;  // reason of the last failed step

@@ -35,11 +35,15 @@ void account_rows(StepData& s) {
 }
 
 /// Losses of contacts and friction; returns their total energy gain.
-double account_contacts(StepData& s, const StepProblem& problem, const ImpulseResponses& responses) {
+double account_contacts(StepData& s, const StepProblem& problem, const ImpulseResponses& responses,
+                        const StepKernel::Pushed* pushed) {
   auto& integrals = s.totals.integrals;
   double gain = 0;
   for (const auto& c : problem.problem.unknowns) {
-    const auto mean_rate = [&](int row) { return responses.row(problem.place(row)).dot(s.v_mean.data()); };
+    const auto mean_rate = [&](int row) {
+      if (pushed) return row == c.normal ? pushed->normal_mean : pushed->tangent_mean;
+      return responses.row(problem.place(row)).dot(s.v_mean.data());
+    };
     double work = 0;
     if (c.normal >= 0) {
       const double normal = c.impulse_n * mean_rate(c.normal);
@@ -62,14 +66,19 @@ void account_step(StepData& s, const ContactSet& contacts, const StepProblem& pr
                   const ImpulseResponses& responses, const FilmStep& films, bool in_impact, bool fixed) {
   const double h = s.length();
   auto& integrals = s.totals.integrals;
-  for (int i = 0; i < s.system.n(); ++i) s.v_mean[i] = 0.5 * (s.v_old[i] + s.v[i]);
-  account_rows(s);
+  if (!s.whole) {
+    for (int i = 0; i < s.system.n(); ++i) s.v_mean[i] = 0.5 * (s.v_old[i] + s.v[i]);
+    account_rows(s);
+  }
   if (films.any()) integrals.film += films.loss(s.v_old.data(), s.v.data());
   double approach = 0;  // Σ P_N |u_N⁻|
+  const StepKernel::Pushed* pushed = nullptr;
   for (const int k : contacts.live())
-    if (const auto* u = problem.unknown_of(contacts[k]))
+    if (const auto* u = problem.unknown_of(contacts[k])) {
       approach += u->impulse_n * std::max(0.0, -contacts[k].u_n_minus);
-  const double gain = account_contacts(s, problem, responses);
+      if (s.whole) pushed = s.kernel.pushed(k);
+    }
+  const double gain = account_contacts(s, problem, responses, pushed);
   // Lasting contacts may add a gain of h² times forces per step; a greater gain is from an impact
   // that raised the energy. Adaptive steps over impacts are the shortest steps.
   if (in_impact)

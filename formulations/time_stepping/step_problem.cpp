@@ -11,10 +11,44 @@ using Multipliers = SaddlePoint::Multipliers;
 
 namespace {
 
+/// Where the responses to the rows of a contact are.
+StepKernel::Response response_of(const ContactUnknown& u, ImpulseResponses& responses) {
+  const int n = u.normal, t = u.tangent < 0 ? n : u.tangent;
+  return {responses.row(n).value.data(), responses.row(t).value.data(), responses.response(n),
+          responses.reaction(n),         responses.response(t),         responses.reaction(t)};
+}
+
+/// assemble() by the compiled functions of each contact.
+bool assemble_whole(ContactProblem& problem, StepData& s, const ContactSet& contacts,
+                    ImpulseResponses& responses) {
+  double* D = problem.D.data();
+  const auto size = problem.D.rows();
+  const auto put = [&](int r, int c, double x) { D[r + c * size] = D[c + r * size] = x; };
+  for (const int k : contacts.live()) {
+    const auto& c = contacts[k];
+    if (c.unknown < 0) continue;
+    const auto& u = problem.unknowns[static_cast<std::size_t>(c.unknown)];
+    const int n = u.normal, t = u.tangent < 0 ? n : u.tangent;
+    const double* own = s.kernel.respond(s, k, response_of(u, responses));
+    if (!own) return false;
+    put(n, n, own[0]);
+    const auto cross = [&](int r) {
+      for (int x = 0; x < n; ++x) put(r, x, responses.row(r).dot(responses.response(x)));
+    };
+    cross(n);
+    if (u.tangent < 0) continue;
+    put(t, n, own[1]);
+    put(t, t, own[2]);
+    cross(t);
+  }
+  return true;
+}
+
 /// Computes D of few contacts, with the responses to their rows.
-void assemble(ContactProblem& problem, StepData& s, ImpulseResponses& responses, FilmStep& films,
-              Multipliers which) {
+void assemble(ContactProblem& problem, StepData& s, const ContactSet& contacts, ImpulseResponses& responses,
+              FilmStep& films, Multipliers which) {
   const int rows = problem.rows;
+  if (s.whole && assemble_whole(problem, s, contacts, responses)) return;
   for (int r = 0; r < rows; ++r) {
     s.saddle.respond(responses.row(r), nullptr, 0, responses.response(r), responses.reaction(r), which);
     if (films.any()) films.relax(responses.response(r), responses.reaction(r));
@@ -85,6 +119,7 @@ void StepProblem::begin(StepData& s) {
 bool StepProblem::solve(StepData& s, ContactSet& contacts, ImpulseResponses& responses, FilmStep& films) {
   const bool heap = islands_ && s.system.rows() == 0;
   contacts.begin(s, islands_ != nullptr);
+  pushed_ = false;
   if (islands_) islands_->clear();
   // Impulses of other elements may close a gap that the free motion leaves open: check again with
   // them.
@@ -92,10 +127,11 @@ bool StepProblem::solve(StepData& s, ContactSet& contacts, ImpulseResponses& res
     if (!first) {
       s.v = v_free_;
       s.lambda = lambda_free_;
+      s.free = s.whole;
     }
     collect(s, contacts, responses);
     if (problem.unknowns.empty()) break;
-    if (first) {
+    if (first && contacts.waiting()) {
       v_free_ = s.v;
       lambda_free_ = s.lambda;
     }
@@ -108,23 +144,33 @@ bool StepProblem::solve(StepData& s, ContactSet& contacts, ImpulseResponses& res
         }
   }
   if (islands_) react_to_all(s, responses);
-  if (late_multipliers_) {
+  if (late_multipliers_ && !pushed_) {
     for (const auto& u : problem.unknowns) {
       if (u.normal >= 0) responses.row(u.normal).add_to(s.force.data(), u.impulse_n);
       if (u.tangent >= 0) responses.row(u.tangent).add_to(s.force.data(), u.impulse_t);
     }
-    s.saddle.finish(s.force.data(), s.v.data(), s.lambda.data());
+    if (!s.whole) s.saddle.finish(s.force.data(), s.v.data(), s.lambda.data());
   }
   return true;
 }
 
-int StepProblem::add_row(const SparseRow& row, double end_rate_bias, int place, const double* v,
+/// `rate`: of the row at v.
+int StepProblem::add_row(const SparseRow& row, double rate, double end_rate_bias, int place,
                          ImpulseResponses& responses) {
   const int r = problem.rows++;
   if (islands_) place_.push_back(place);
   responses.row(islands_ ? place : r) = row;
-  problem.b[r] = row.dot(v) + end_rate_bias;
+  problem.b[r] = rate + end_rate_bias;
   return r;
+}
+
+/// Adds the impulses of a single contact by its compiled function, if no other contact may still join.
+bool StepProblem::push_whole(StepData& s, const ContactSet& contacts, ImpulseResponses& responses) {
+  if (!s.whole || problem.unknowns.size() != 1 || contacts.waiting()) return false;
+  const auto& u = problem.unknowns.front();
+  for (const int k : contacts.live())
+    if (contacts[k].unknown == 0) s.kernel.push(s, k, &u.impulse_n, response_of(u, responses));
+  return pushed_ = true;
 }
 
 /// Sets up the contact problem of the active contacts and the joints with friction.
@@ -149,21 +195,25 @@ void StepProblem::collect(StepData& s, ContactSet& contacts, ImpulseResponses& r
     auto& c = contacts[k];
     c.unknown = -1;
     if (!c.active) continue;
-    c.u_n_minus = c.row.normal.dot(s.v_old.data()) + c.bias_n;
+    const StepKernel::Rates* rates = s.free ? &s.kernel.rates(k) : nullptr;
+    c.u_n_minus = (rates ? rates->normal_old : c.row.normal.dot(s.v_old.data())) + c.bias_n;
     ContactUnknown u;
     const int place = islands_ ? responses.first(k) : 0;
-    u.normal = add_row(c.row.normal, -c.bias_n, place, s.v.data(), responses);
+    u.normal = add_row(c.row.normal, rates ? rates->normal : c.row.normal.dot(s.v.data()), -c.bias_n, place,
+                       responses);
     u.target_n = all && !c.soft ? -c.restitution * c.u_n_minus : 0;
     const bool guess = heap ? !in_impact_last(c) : !any;
     u.impulse_n = guess ? c.last_n : 0;
     if (c.row.tangent.size > 0) {
       const auto& surface = contacts.facts(k).surface;
-      u.tangent = add_row(c.row.tangent, -c.bias_t, place + 1, s.v.data(), responses);
+      u.tangent = add_row(c.row.tangent, rates ? rates->tangent : c.row.tangent.dot(s.v.data()), -c.bias_t,
+                          place + 1, responses);
       u.friction = *surface.friction;
       u.impulse_t = guess ? c.last_t : 0;
       // Reversal of sliding is for impacts only; it would drive back a lasting contact.
       if (c.u_n_minus < 0 && c.steps == 0 && all && !c.soft)
-        u.target_t = -surface.tangential_restitution * (c.row.tangent.dot(s.v_old.data()) + c.bias_t);
+        u.target_t = -surface.tangential_restitution *
+                     ((rates ? rates->tangent_old : c.row.tangent.dot(s.v_old.data())) + c.bias_t);
     }
     c.unknown = static_cast<int>(problem.unknowns.size());
     problem.unknowns.push_back(u);
@@ -172,8 +222,8 @@ void StepProblem::collect(StepData& s, ContactSet& contacts, ImpulseResponses& r
   for (int k = 0; k < s.system.frictions(); ++k) {
     ContactUnknown u;
     if (islands_) id_.push_back(k);
-    u.tangent = add_row(slides[k], -0.5 * h * slide_gamma[k], islands_ ? responses.friction(k) : 0,
-                        s.v.data(), responses);
+    u.tangent = add_row(slides[k], slides[k].dot(s.v.data()), -0.5 * h * slide_gamma[k],
+                        islands_ ? responses.friction(k) : 0, responses);
     u.bound = h * s.system.friction_facts(k).bound;
     u.impulse_t = slide_last[k];
     problem.unknowns.push_back(u);
@@ -184,7 +234,8 @@ void StepProblem::collect(StepData& s, ContactSet& contacts, ImpulseResponses& r
 bool StepProblem::solve_contacts(StepData& s, ContactSet& contacts, ImpulseResponses& responses,
                                  FilmStep& films) {
   if (!islands_)
-    assemble(problem, s, responses, films, late_multipliers_ ? Multipliers::kept : Multipliers::all);
+    assemble(problem, s, contacts, responses, films,
+             late_multipliers_ ? Multipliers::kept : Multipliers::all);
   const auto result = islands_             ? solve_islands(s, responses)
                       : bounds_.size() > 0 ? bounds_.solve(s, *this, responses)
                                            : solve_laws(s);
@@ -198,7 +249,8 @@ bool StepProblem::solve_contacts(StepData& s, ContactSet& contacts, ImpulseRespo
   }
   if (islands_ ? islands_->doubtful() : problem.doubtful()) note_painleve(s, contacts, result);
   if (!islands_) {
-    act(problem, s, responses);
+    if (!push_whole(s, contacts, responses)) act(problem, s, responses);
+    s.free = false;
     return true;
   }
   for (const auto& c : problem.unknowns)

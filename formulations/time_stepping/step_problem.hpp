@@ -68,8 +68,9 @@ class StepProblem {
   void set_slide_scale(double scale) { bounds_.slide_scale = scale; }
 
  private:
-  int add_row(const SparseRow& row, double end_rate_bias, int place, const double* v,
+  int add_row(const SparseRow& row, double rate, double end_rate_bias, int place,
               ImpulseResponses& responses);
+  bool push_whole(StepData& step, const ContactSet& contacts, ImpulseResponses& responses);
   void collect(StepData& step, ContactSet& contacts, ImpulseResponses& responses);
   bool solve_contacts(StepData& step, ContactSet& contacts, ImpulseResponses& responses, FilmStep& films);
   ContactSolution solve_islands(StepData& step, ImpulseResponses& responses);
@@ -82,6 +83,7 @@ class StepProblem {
   ReactionBounds bounds_;
   std::vector<double> v_free_, lambda_free_;
   bool late_multipliers_;
+  bool pushed_ = false;  // the impulses of this step were added to its force already
 };
 
 }  // namespace freeplay

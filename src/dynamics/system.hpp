@@ -102,8 +102,9 @@ class System {
   /// Equivalent to place() for a configuration near q_from, at which `from` was placed. Sines and
   /// cosines are continued from there to rounding accuracy, so that a time step calls the math
   /// library once for each body.
-  void place_near(double t, const double* q, const double* q_from, const Evaluation& from,
-                  Evaluation& e) const;
+  template <class T>
+  void place_near(std::type_identity_t<T> t, const T* q, const T* q_from, const EvaluationOf<T>& from,
+                  EvaluationOf<T>& e) const;
   /// Fills gamma; needs place().
   template <class T>
   void rate(const T* q, const T* v, EvaluationOf<T>& e) const;
@@ -128,6 +129,8 @@ class System {
   bool has_velocity_flows() const { return velocity_flows_; }
   /// Potential energy of gravity and springs (J). Constant forces and torques count as loads.
   double potential(const double* q) const;
+  /// Whether potential() may differ from 0.
+  bool has_potential() const { return acts_ || gravity_.x() != 0 || gravity_.y() != 0; }
   double kinetic(const double* v) const;
 
   /// Bounds on the second derivative of contact k's gap within a step with these bounds of motion;
@@ -229,6 +232,7 @@ class System {
   void attach(SystemFunctions functions);
   /// Those of the saddle point, at an address that stays. They are empty until attach().
   const SolveFunctions* solve_functions() const;
+  SystemFunctions& functions() const { return *functions_; }
   /// Calls of compiled functions that the templates answered.
   long refused() const;
   ///@}

@@ -21,6 +21,29 @@ namespace freeplay {
 
 class System;
 
+/// Functions of a step of h from (q₀, v₀) at t₀ by the midpoint rule (formulations/time_stepping/,
+/// which has the general path). q_m = q₀ + (h/2) v₀; `middle` stands for the evaluations there.
+///
+///     middle:    in t₀ + h/2, h, q₀, v₀
+///                out q_m, cosine, sine, Φ_t, G, γ, F, pivot ratios, M v₀ + h f, v and λ without
+///                contacts, G again; of each contact gap, rows, γ's, and its normal and tangential rates
+///                at v and at v₀
+///     response:  in F, G, normal and tangent row of a contact
+///                out response and reaction to each row; D_NN, D_TN, D_TT
+///     push:      in impulses of a contact, its responses, reactions and rows, v, λ, h f, v₀
+///                out v, λ, h f with the impulses; its rates at v and at (v₀ + v)/2
+///     end:       in t, h, q_m, v₀, v, λ, h f + all impulses, Φ_t, G, F, cosine, sine; works
+///                out q before and after its correction onto Φ = 0, λ/h, (v₀ + v)/2, works of drives
+///                and of stabilisation, residuals, Σ q + v, gap of each contact
+///     reached:   in t, q, q_m, cosine, sine      out residuals, gap of each contact
+///
+/// The residuals are the greatest |Φ| in m and in rad. All are null unless no part of the system has its own way of taking part in a step: states of
+/// elements, curves, dampers, joint friction, films.
+struct StepFunctions {
+  CompiledFunction middle = nullptr, end = nullptr, reached = nullptr;
+  std::vector<CompiledFunction> responses, pushes;  ///< of each contact
+};
+
 struct SystemFunctions {
   struct Contact {
     CompiledFunction function = nullptr;
@@ -29,6 +52,7 @@ struct SystemFunctions {
   CompiledFunction place = nullptr, rate = nullptr, forces = nullptr;
   std::vector<Contact> contacts;  ///< one for each contact, or none
   SolveFunctions solve;
+  StepFunctions step;
   std::vector<double> constants;
   std::shared_ptr<const void> object;  ///< keeps the functions loaded
   long refused = 0;                    ///< calls in which a guard failed
@@ -41,7 +65,8 @@ struct TracedSystem {
     ContactRow pattern;
   };
   TracedObject object;
-  bool place = false, rate = false, forces = false, solves = false;  ///< whether it is traced
+  /// whether it is traced
+  bool place = false, rate = false, forces = false, solves = false, steps = false;
   std::vector<Contact> contacts;
   int factors = 0;          ///< of the saddle point (SolveFunctions)
   std::vector<int> ratios;  ///< likewise
@@ -55,7 +80,8 @@ struct TracedSystem {
 
 /// Traces a System near a state. Coordinates that one constraint row alone holds at a constant
 /// value are constants, and guards check their values. `facts`: those of the saddle points.
-TracedSystem trace_system(const System& system, const State& near, RowFacts facts);
+/// `steps`: also the functions of StepFunctions.
+TracedSystem trace_system(const System& system, const State& near, RowFacts facts, bool steps = false);
 
 /// Number of quantities in which compiled functions and templates differ at a state and at four
 /// others near it; a sign of zero is no difference. Detaches all functions.

@@ -16,25 +16,27 @@ constexpr double longest_continued_turn = 1.0 / 128;
 
 }  // namespace
 
-void System::place_near(double t, const double* q, const double* q_from, const Evaluation& from,
-                        Evaluation& e) const {
-  const double *cosine = from.cosine.data(), *sine = from.sine.data();
+template <class T>
+void System::place_near(std::type_identity_t<T> t, const T* q, const T* q_from, const EvaluationOf<T>& from,
+                        EvaluationOf<T>& e) const {
+  using std::abs, std::cos, std::sin;
+  const T *cosine = from.cosine.data(), *sine = from.sine.data();
   const auto bodies = e.cosine.size();
   for (std::size_t b = 0; b < bodies; ++b) {
-    const double theta = q[3 * b + 2], turn = theta - q_from[3 * b + 2];
-    if (theta == 0) {
+    const T theta = q[3 * b + 2], turn = theta - q_from[3 * b + 2];
+    if (theta == T(0)) {
       e.cosine[b] = 1;
       e.sine[b] = theta;
-    } else if (std::abs(turn) <= longest_continued_turn) {
+    } else if (abs(turn) <= T(longest_continued_turn)) {
       // cos(θ + δ) = c − (s sin δ + c (1 − cos δ)), and similarly the sine. The correction is
       // small, and so is its rounding error.
-      const double square = turn * turn, c = cosine[b], s = sine[b];
-      const double sin = turn - turn * square * (1.0 / 6 - square * (1.0 / 120)),
-                   less = square * (0.5 - square * (1.0 / 24 - square * (1.0 / 720)));
-      e.cosine[b] = c - (s * sin + c * less);
-      e.sine[b] = s + (c * sin - s * less);
+      const T square = turn * turn, c = cosine[b], s = sine[b];
+      const T turned = turn - turn * square * (1.0 / 6 - square * (1.0 / 120)),
+              less = square * (0.5 - square * (1.0 / 24 - square * (1.0 / 720)));
+      e.cosine[b] = c - (s * turned + c * less);
+      e.sine[b] = s + (c * turned - s * less);
     } else {
-      const double c = std::cos(theta), s = std::sin(theta);
+      const T c = cos(theta), s = sin(theta);
       e.cosine[b] = c;
       e.sine[b] = s;
     }
@@ -139,6 +141,9 @@ double System::crank_angle(const double* q) const { return theta(q, crank_.j) - 
 template void System::place(double, const double*, Evaluation&, const Piece*) const;
 template void System::place(Gradient, const Gradient*, EvaluationOf<Gradient>&, const Piece*) const;
 template void System::place(Traced, const Traced*, EvaluationOf<Traced>&, const Piece*) const;
+template void System::place_near(double, const double*, const double*, const Evaluation&, Evaluation&) const;
+template void System::place_near(Traced, const Traced*, const Traced*, const EvaluationOf<Traced>&,
+                                 EvaluationOf<Traced>&) const;
 template void System::rate(const double*, const double*, Evaluation&) const;
 template void System::rate(const Traced*, const Traced*, EvaluationOf<Traced>&) const;
 template void System::contact(const Pair&, const ContactFacts&, const Traced*, const Traced*,

@@ -6,6 +6,7 @@
 #include <string_view>
 
 #include "dynamics/system_functions.hpp"
+#include "formulations/time_stepping/step_check.hpp"
 #include "io/files/compiled_object.hpp"
 #include "mechanism/error.hpp"
 
@@ -20,9 +21,9 @@ Compile compile_choice(Compile asked) {
                    fmt::format("must be \"automatic\", \"always\" or \"never\", is \"{}\"", named));
 }
 
-CompiledRun compile_system(System& system, const State& near, RowFacts facts, StopToken stop) {
+CompiledRun compile_system(System& system, const State& near, RowFacts facts, StopToken stop, bool steps) {
   CompiledRun found;
-  const auto traced = trace_system(system, near, facts);
+  const auto traced = trace_system(system, near, facts, steps);
   found.general_parts = traced.untraced;
   if (traced.object.functions() == 0) {
     found.reason = "no part of the mechanism can be compiled";
@@ -35,7 +36,8 @@ CompiledRun compile_system(System& system, const State& near, RowFacts facts, St
   }
   auto functions = traced.functions(object.table);
   functions.object = object.library;
-  if (differing_quantities(system, functions, near, facts) > 0) {
+  if (differing_quantities(system, functions, near, facts) > 0 ||
+      (functions.step.middle && differing_steps(system, functions, near, facts) > 0)) {
     found.reason = "the compiled functions give other digits, as with a program built for fused multiply-add";
     return found;
   }

@@ -23,6 +23,8 @@ Compile compile_choice(Compile asked);
 
 /// Traces, compiles and checks a System near a state, and attaches the functions. Returns what became
 /// of it; `from` is left to the caller.
-CompiledRun compile_system(System& system, const State& near, RowFacts facts, StopToken stop);
+/// `steps`: also whole time steps of fixed length.
+CompiledRun compile_system(System& system, const State& near, RowFacts facts, StopToken stop,
+                           bool steps = false);
 
 }  // namespace freeplay

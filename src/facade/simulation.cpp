@@ -146,7 +146,10 @@ struct Simulation::Implementation {
   /// Compiles the mechanism; the run continues with the same digits.
   void compile_now(const StopToken& stop) {
     const bool redundant = !redundant_rows(system, start.q).empty();
-    compiled = compile_system(system, start, {redundant, scene.run.eliminate}, stop);
+    const auto& time_stepping = scene.nonsmooth;
+    const bool steps = family == Family::nonsmooth && time_stepping.step &&
+                       time_stepping.scheme_in_force() == Scheme::moreau_jean;
+    compiled = compile_system(system, start, {redundant, scene.run.eliminate}, stop, steps);
     compiled->from = form->state().t;
   }
   bool compiles_now() const {

@@ -118,23 +118,34 @@ bool SaddlePoint::factor(const double* G_values) {
   return compiled_ || factor_blocks(G_values);
 }
 
-bool SaddlePoint::factor_compiled(const double* G_values) {
+SaddlePoint::CompiledRoom SaddlePoint::compiled_room() {
   const auto& f = *functions_;
-  if (facts_.redundant || facts_.eliminate != f.eliminate) return false;
-  std::copy_n(G_values, G_values_.size(), G_values_.data());
-  factors_.resize(static_cast<std::size_t>(f.factors));
-  std::size_t all = 0;
-  for (const int count : f.ratios) all += static_cast<std::size_t>(count);
-  ratios_.resize(all);
-  const double* in[] = {G_values};
-  double* out[] = {factors_.data(), ratios_.data()};
-  if (f.factor(f.constants, in, out) != 0) return false;
+  if (facts_.redundant || facts_.eliminate != f.eliminate) return {};
+  if (factors_.size() != static_cast<std::size_t>(f.factors)) {
+    factors_.resize(static_cast<std::size_t>(f.factors));
+    ratios_.resize(static_cast<std::size_t>(std::accumulate(f.ratios.begin(), f.ratios.end(), 0)));
+  }
+  return {true, G_values_.data(), factors_.data(), ratios_.data()};
+}
+
+void SaddlePoint::take_compiled() {
+  compiled_ = true;
   const double* ratio = ratios_.data();
   for (std::size_t p = 0; p < parts_.size(); ++p) {
     double least = 1;
-    for (int i = 0; i < f.ratios[p]; ++i) least = std::min(least, *ratio++);
+    for (int i = 0; i < functions_->ratios[p]; ++i) least = std::min(least, *ratio++);
     parts_[p].block.factored_elsewhere(least);
   }
+}
+
+bool SaddlePoint::factor_compiled(const double* G_values) {
+  const auto room = compiled_room();
+  if (!room.usable) return false;
+  const double* in[] = {G_values};
+  double* out[] = {room.factors, room.ratios};
+  if (functions_->factor(functions_->constants, in, out) != 0) return false;
+  std::copy_n(G_values, G_values_.size(), room.G);
+  take_compiled();
   return true;
 }
 
@@ -196,6 +207,11 @@ void SaddlePoint::finish(const double* f, const double* a, double* lambda) const
     for (const auto& x : fixed_) lambda[x.row] = f[x.column] - x.mass * a[x.column];
   else
     for (const auto& x : fixed_) lambda[x.row] = 0 - x.mass * a[x.column];
+  if (compiled_) {
+    for (const auto& x : couplings_) lambda[fixed_[x.fixed].row] -= G_values_[x.entry] * lambda[x.row];
+    for (const auto& x : fixed_) lambda[x.row] /= G_values_[x.entry];
+    return;
+  }
   const double* value = coupling_value_.data();
   for (const auto& x : couplings_) lambda[fixed_[x.fixed].row] -= *value++ * lambda[x.row];
   value = fixed_value_.data();
@@ -210,7 +226,7 @@ void SaddlePoint::finish(const SparseRow& row, const double* a, double* lambda) 
 
 void SaddlePoint::solve(const double* f, const double* r, double* a, double* lambda, Multipliers which) {
   converged_ = true;
-  if (compiled_ && which == Multipliers::all) {
+  if (compiled_) {
     const double* in[] = {factors_.data(), G_values_.data(), f ? f : whole_.data(), r};
     double* out[] = {a, lambda};
     (r ? functions_->solve : functions_->respond)(functions_->constants, in, out);
@@ -232,7 +248,7 @@ void SaddlePoint::respond(const SparseRow& row, const SparseRow* beside, double 
     if (beside)
       for (int i = 0; i < beside->size; ++i) whole[beside->column[i]] = 0;
   };
-  if (compiled_ && which == Multipliers::all) {
+  if (compiled_) {
     row.add_to(whole, 1);
     if (beside) beside->add_to(whole, factor);
     const double* in[] = {factors_.data(), G_values_.data(), whole};

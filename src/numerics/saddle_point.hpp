@@ -47,6 +47,30 @@ class SaddlePoint {
   /// NotTraceable near dependent rows.
   bool trace(TracedObject& object, std::span<const double> G_values, const std::vector<bool>& constant,
              int& factors, std::vector<int>& ratios) const;
+  /// @name Parts of it, to be recorded within larger functions (dynamics/step_trace.cpp)
+  ///@{
+  /// F at G, the entries of all blocks in turn. `ratios` gets the pivot ratios, `counts` their number
+  /// for each block.
+  std::vector<Traced> trace_factors(const std::vector<Traced>& G, std::vector<Traced>& ratios,
+                                    std::vector<int>& counts) const;
+  /// solve(); without the multipliers of eliminated rows.
+  void trace_solution(const std::vector<Traced>& G, const std::vector<Traced>& F,
+                      const std::vector<Traced>& f, std::vector<Traced> r, std::vector<Traced>& a,
+                      std::vector<Traced>& lambda) const;
+  /// finish()
+  void trace_finish(const std::vector<Traced>& G, const std::vector<Traced>& f, const std::vector<Traced>& a,
+                    std::vector<Traced>& lambda) const;
+  ///@}
+  /// Where a larger function puts G, F and the pivot ratios. Not `usable` if its rows are eliminated
+  /// otherwise.
+  struct CompiledRoom {
+    bool usable = false;
+    double *G = nullptr, *factors = nullptr, *ratios = nullptr;
+  };
+  CompiledRoom compiled_room();
+  /// Uses what such a function has put there.
+  void take_compiled();
+  const double* compiled_factors() const { return factors_.data(); }
 
   /// Factorises with new values of G. Returns false if that is impossible (values not finite).
   [[nodiscard]] bool factor(const double* G_values);

@@ -39,6 +39,8 @@ double value(Operation operation, double a, double b) {
       return std::tanh(a);
     case Operation::atan2:
       return std::atan2(a, b);
+    case Operation::max:
+      return std::max(a, b);
     default:
       throw std::logic_error("no operation of numbers");
   }
@@ -171,7 +173,7 @@ Traced Trace::record(Operation operation, const Traced& a, const Traced& b) {
       break;
   }
   Traced x(value(operation, a.value, b.value));
-  const bool two = operation <= Operation::divide || operation == Operation::atan2;
+  const bool two = operation <= Operation::divide || operation >= Operation::atan2;
   int left = operand(a), right = -1;
   if (operation == Operation::negate && nodes_[left].operation == Operation::negate) {
     x.node = nodes_[left].a;

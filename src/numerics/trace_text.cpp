@@ -69,6 +69,8 @@ std::string Trace::expression(const Node& n) const {
       return call("tanh");
     case Operation::atan2:
       return "atan2(" + name_of(n.a) + ", " + name_of(n.b) + ")";
+    case Operation::max:
+      return name_of(n.a) + " < " + name_of(n.b) + " ? " + name_of(n.b) + " : " + name_of(n.a);
     default:
       return "";
   }

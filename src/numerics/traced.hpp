@@ -31,7 +31,8 @@ enum class Operation {
   cos,
   exp,
   tanh,
-  atan2
+  atan2,
+  max
 };
 enum class Relation { less, less_equal, equal };
 
@@ -82,6 +83,8 @@ inline Traced sin(const Traced& x) { return record(Operation::sin, x); }
 inline Traced cos(const Traced& x) { return record(Operation::cos, x); }
 inline Traced exp(const Traced& x) { return record(Operation::exp, x); }
 inline Traced tanh(const Traced& x) { return record(Operation::tanh, x); }
+/// std::max(a, b)
+inline Traced max(const Traced& a, const Traced& b) { return record(Operation::max, a, b); }
 inline Traced atan2(const Traced& y, const Traced& x) { return record(Operation::atan2, y, x); }
 
 /// The value of a constant. Throws NotTraceable for any other number: a table, cam or tooth that is

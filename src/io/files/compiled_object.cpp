@@ -30,10 +30,26 @@ constexpr off_t largest_object = 64 << 20;   // bytes
 constexpr int most_objects = 1000;
 
 /// -O1: -O2 takes longer and gains little on straight code.
+/// AVX saves moves; its operations on one number have the digits of the base instruction set, unlike
+/// fused multiply-add.
 const std::vector<std::string>& compiler() {
-  static const std::vector<std::string> command{
-      "cc",    "-x", "c",      "-std=c99", "-O1", "-fstrict-aliasing", "-ffp-contract=off", "-fno-math-errno",
-      "-fPIC", "-w", "-shared"};
+  static const std::vector<std::string> command = [] {
+    std::vector<std::string> c{"cc",
+                               "-x",
+                               "c",
+                               "-std=c99",
+                               "-O1",
+                               "-fstrict-aliasing",
+                               "-ffp-contract=off",
+                               "-fno-math-errno",
+                               "-fPIC",
+                               "-w",
+                               "-shared"};
+#if defined(__x86_64__)
+    if (__builtin_cpu_supports("avx")) c.emplace_back("-mavx");
+#endif
+    return c;
+  }();
   return command;
 }
 

@@ -1,0 +1,181 @@
+// SystemTracer: records the functions of a System (system_functions.hpp) at a sample near a state.
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "dynamics/planar.hpp"
+#include "dynamics/system.hpp"
+#include "numerics/saddle_point.hpp"
+#include "values/state.hpp"
+
+namespace freeplay {
+
+/// Coordinates that one constraint row alone holds at a constant value, at rest: their values.
+std::vector<std::optional<double>> still_coordinates(const System& system, const State& at);
+/// A state near another one, so that no comparison at it is a tie: journals are not concentric and
+/// nothing is at rest. Still coordinates stay.
+State moved(const System& system, const State& from, const std::vector<std::optional<double>>& still,
+            unsigned seed, double size = 1e-3);
+
+class SystemTracer {
+ public:
+  /// `size`: of the sample's distance from `near`, see moved().
+  SystemTracer(const System& system, const State& near, double size = 1e-3)
+      : system_(system),
+        still_(still_coordinates(system, near)),
+        at_(moved(system, near, still_, 1, size)),
+        sample_(system.make_evaluation()) {
+    system.place(at_.t, at_.q.data(), sample_);
+  }
+
+  void place(TracedObject& object) {
+    Trace trace(object, "place");
+    const auto t = trace.input(0, 0, at_.t);
+    const auto q = coordinates(trace, 1, at_.q, true);
+    auto e = fresh(trace);
+    system_.place(t, q.data(), e);
+    trace.outputs(0, cosine_ = e.cosine);
+    trace.outputs(1, sine_ = e.sine);
+    trace.outputs(2, e.phi);
+    trace.outputs(3, e.phi_t);
+    trace.outputs(4, G_ = e.G);
+    for (std::size_t i = 0; i < G_.size(); ++i)
+      fixed_.push_back(G_[i].node == trace.old(4, static_cast<int>(i)).node);
+  }
+  void rate(TracedObject& object) {
+    Trace trace(object, "rate");
+    const auto q = coordinates(trace, 0, at_.q, true), v = coordinates(trace, 1, at_.v, false);
+    auto e = fresh(trace);
+    orient(trace, 2, e);
+    for (std::size_t k = 0; k < e.gamma.size(); ++k) e.gamma[k] = trace.old(0, static_cast<int>(k));
+    system_.rate(q.data(), v.data(), e);
+    trace.outputs(0, e.gamma);
+  }
+  void forces(TracedObject& object) {
+    Trace trace(object, "forces");
+    const auto t = trace.input(0, 0, at_.t);
+    const auto q = coordinates(trace, 1, at_.q, true), v = coordinates(trace, 2, at_.v, false);
+    const auto z = trace.inputs(3, at_.z);
+    auto e = fresh(trace);
+    orient(trace, 4, e);
+    system_.forces(t, q.data(), v.data(), z.data(), e);
+    trace.outputs(0, e.force);
+    trace.output(1, 0, e.power.drive);
+    trace.output(2, 0, e.power.load);
+    trace.output(3, 0, e.power.damping);
+  }
+  /// `pattern` gets the columns of the rows, and the values of the spin row.
+  void contact(TracedObject& object, int k, const std::string& name, ContactRow& pattern) {
+    Trace trace(object, name);
+    const auto& bodies = system_.contact_facts(k).bodies;
+    const auto of_pair = [&](int c) {
+      return planar::body_of(c) == bodies[0] || planar::body_of(c) == bodies[1];
+    };
+    const auto q = coordinates(trace, 0, at_.q, true, of_pair),
+               v = coordinates(trace, 1, at_.v, false, of_pair);
+    auto e = fresh(trace);
+    orient(trace, 2, e);
+    ContactRowOf<Traced> row;
+    system_.contact(k, q.data(), v.data(), e, row);
+    const auto put = [&](int array, const SparseRowOf<Traced>& from, SparseRow& to) {
+      to.size = from.size;
+      to.column = from.column;
+      for (int i = 0; i < from.size; ++i) {
+        to.value[i] = from.value[i].value;
+        if (array >= 0)
+          trace.output(array, i, from.value[i]);
+        else
+          (void)value_of(from.value[i]);
+      }
+    };
+    trace.output(0, 0, row.gap);
+    put(1, row.normal, pattern.normal);
+    put(2, row.tangent, pattern.tangent);
+    put(3, row.film, pattern.film);
+    put(-1, row.spin, pattern.spin);
+    trace.output(4, 0, row.gamma_n);
+    trace.output(5, 0, row.gamma_t);
+    if (row.film.size == 0) return;  // nobody reads these without a film
+    trace.output(6, 0, row.gamma_film);
+    trace.output(7, 0, row.turn);
+  }
+  /// @name Steps of the midpoint rule (system_functions.hpp), in step_trace.cpp
+  ///@{
+  /// Whether steps of a system can be one function.
+  static bool steps(const System& system);
+  /// Records all functions of a step, or throws NotTraceable with none of them in the object.
+  void step(TracedObject& object, const SaddlePoint& saddle);
+  ///@}
+  /// Values of G at the sample, and whether they are constant.
+  std::vector<double> G() const { return sample_.G; }
+  std::vector<bool> fixed() const {
+    auto fixed = fixed_;
+    for (std::size_t i = 0; i < G_.size(); ++i)
+      if (G_[i].is_constant()) fixed[i] = true;
+    return fixed;
+  }
+
+ private:
+  using List = std::vector<Traced>;
+  void step_middle(TracedObject& object, const SaddlePoint& saddle);
+  void step_end(TracedObject& object, const SaddlePoint& saddle);
+  void step_reached(TracedObject& object);
+  void step_response(TracedObject& object, const SaddlePoint& saddle, int contact);
+  /// coordinates() without guards, for arrays that another function has checked.
+  List known_coordinates(Trace& trace, int array, const std::vector<double>& values, bool positions) const {
+    auto list = trace.inputs(array, values);
+    for (std::size_t c = 0; c < list.size(); ++c)
+      if (still_[c]) list[c] = positions ? *still_[c] : 0;
+    return list;
+  }
+  List inputs_like(Trace& trace, int array, const List& known) const;
+  /// Outputs the residuals to `array`, and the gaps at q to the arrays from `gaps` on.
+  void put_end(Trace& trace, int array, int gaps, const List& q, const EvaluationOf<Traced>& e);
+  /// The inputs of an array. A still coordinate is its value, or its rate 0; a guard checks that.
+  std::vector<Traced> coordinates(Trace& trace, int array, const std::vector<double>& values,
+                                  bool positions) {
+    return coordinates(trace, array, values, positions, [](int) { return true; });
+  }
+  std::vector<Traced> coordinates(Trace& trace, int array, const std::vector<double>& values, bool positions,
+                                  auto takes) {
+    auto list = trace.inputs(array, values);
+    for (std::size_t c = 0; c < list.size(); ++c)
+      if (still_[c] && takes(static_cast<int>(c))) {
+        const Traced value(positions ? *still_[c] : 0);
+        (void)(list[c] == value);
+        list[c] = value;
+      }
+    return list;
+  }
+  /// An evaluation whose matrix entries are the old ones until they are set.
+  EvaluationOf<Traced> fresh(Trace& trace) const {
+    auto e = system_.make_evaluation<Traced>();
+    const auto old = [&](int array, std::vector<Traced>& list) {
+      for (std::size_t i = 0; i < list.size(); ++i) list[i] = trace.old(array, static_cast<int>(i));
+    };
+    old(3, e.phi_t);
+    old(4, e.G);
+    return e;
+  }
+  /// The bodies' orientations as inputs `array` and array + 1, or constants for still bodies.
+  void orient(Trace& trace, int array, EvaluationOf<Traced>& e) const {
+    for (std::size_t b = 0; b < e.cosine.size(); ++b) {
+      const int at = static_cast<int>(b);
+      e.cosine[b] = cosine_[b].is_constant() ? cosine_[b] : trace.input(array, at, sample_.cosine[b]);
+      e.sine[b] = sine_[b].is_constant() ? sine_[b] : trace.input(array + 1, at, sample_.sine[b]);
+    }
+  }
+
+  const System& system_;
+  std::vector<std::optional<double>> still_;
+  State at_;
+  Evaluation sample_;
+  std::vector<Traced> cosine_, sine_, G_;
+  std::vector<bool> fixed_;
+  List step_G_, step_F_, step_phi_t_;  // of step_middle(): constants have no node
+  std::vector<ContactRowOf<Traced>> step_rows_;
+};
+
+}  // namespace freeplay

@@ -1,0 +1,97 @@
+// Compiled time steps (dynamics/step_trace.cpp) against the general path of time stepping. The
+// expected digits are those of the general path, which other tests compare with closed forms.
+#include <catch2/catch.hpp>
+#include <cstdlib>
+#include <string>
+#include <variant>
+
+#include "dynamics/assembly/assembly.hpp"
+#include "dynamics/assembly/redundancy.hpp"
+#include "dynamics/system.hpp"
+#include "dynamics/system_functions.hpp"
+#include "facade/simulation.hpp"
+#include "formulations/time_stepping/step_check.hpp"
+#include "io/files/compiled_object.hpp"
+#include "mechanism/scene.hpp"
+#include "verification/random_scenes/scene.hpp"
+#include "verification/support/support.hpp"
+
+using namespace freeplay;
+namespace rs = freeplay::verification::random_scenes;
+
+namespace {
+
+struct StepCacheForTests {
+  StepCacheForTests() { setenv("XDG_CACHE_HOME", folder.path().c_str(), 1); }
+  ~StepCacheForTests() { unsetenv("XDG_CACHE_HOME"); }
+  test::TemporaryFolder folder;
+};
+
+void check_same_run(const Result& a, const Result& b) {
+  CHECK(a.final_state.q == b.final_state.q);
+  CHECK(a.final_state.v == b.final_state.v);
+  CHECK(a.work.steps == b.work.steps);
+  CHECK(a.work.lcp_solves == b.work.lcp_solves);
+  CHECK(a.events.size() == b.events.size());
+  CHECK(a.ledger.closure() == b.ledger.closure());
+  CHECK(a.ledger.drive == b.ledger.drive);
+  CHECK(a.ledger.friction == b.ledger.friction);
+  CHECK(a.ledger.stabilisation == b.ledger.stabilisation);
+}
+
+}  // namespace
+
+TEST_CASE("random scenes: compiled steps have the digits of general ones", "[compiled][program]") {
+  const StepCacheForTests cache;
+  int whole = 0, contacts = 0, noticed = 0;
+  for (int index = 0; index < 60; ++index) {
+    const auto drawn = rs::draw(11, index);
+    INFO(drawn.kind << " " << index);
+    const auto scene = rs::scene_for(drawn, rs::ways(drawn.suite).front());
+    System system(scene.mechanism);
+    const auto start = assemble(scene.mechanism, scene.run.start);
+    const RowFacts facts{!redundant_rows(system, start.q).empty(), true};
+    const auto traced = trace_system(system, start, facts, true);
+    if (!traced.steps) continue;
+    const auto object = compiled_object(traced.object.text(), traced.object.functions());
+    REQUIRE(object.reason.empty());
+    auto functions = traced.functions(object.table);
+    functions.object = object.library;
+    ++whole;
+    contacts += system.contacts() > 0;
+    CHECK(differing_steps(system, functions, start, facts) == 0);
+    for (double& k : functions.constants)
+      if (k == 0.5) k = 0.51;
+    noticed += differing_steps(system, functions, start, facts) > 0;
+  }
+  CHECK(whole >= 15);
+  CHECK(contacts >= 10);
+  CHECK(noticed >= whole - 2);  // the factor of the rates has no effect on a body at rest
+}
+
+TEST_CASE("runs in compiled steps: impacts, two clearances, and friction that sticks",
+          "[compiled][program]") {
+  const StepCacheForTests cache;
+  for (const char* name : {"flores2011", "four-bar", "block-on-slope"}) {
+    INFO(name);
+    auto scene = read_scene(test::source_folder() / "cases" / name / "scene.toml");
+    scene.nonsmooth.scheme = Scheme::moreau_jean;
+    scene.nonsmooth.step = 2e-5;
+    scene.run.duration = 0.2;
+    scene.run.discard = 0;
+    if (name == std::string("four-bar")) {
+      auto& joints = scene.mechanism.joints;
+      std::get<RevoluteJoint>(joints[1]).clearance = std::get<RevoluteJoint>(joints[2]).clearance;
+    }
+    const SimulationOptions by_compiled{.compile = Compile::always}, by_general{.compile = Compile::never};
+    const auto found = Simulation(scene, "nonsmooth", by_compiled).run();
+    CHECK(found.compiled.used);
+    CHECK(found.compiled.refused < found.work.steps / 100);
+    check_same_run(found, Simulation(scene, "nonsmooth", by_general).run());
+    Simulation first(scene, "nonsmooth", by_compiled), second(scene, "nonsmooth", by_general);
+    first.run({.until = 0.1});
+    second.restore(first.snapshot());
+    second.run();
+    CHECK(second.state().q == found.final_state.q);
+  }
+}
