@@ -109,6 +109,23 @@ TEST_CASE("compare: statistics without power give no agreement", "[verdicts]") {
                                   "difference 9.5 %, energy, J: 2 and 2.2)"));
 }
 
+TEST_CASE("compare: single extreme values are stated with their difference", "[verdicts]") {
+  auto v = two_runs();
+  CHECK_THAT(verdict(v), !Contains("fastest approach"));
+  // 2 (0.0640 − 0.0572)/(0.0640 + 0.0572) = 11.2 %; 2 (0.0936 − 0.0721)/(0.0936 + 0.0721) = 25.95 %.
+  v.approaches = {{"pin", 0.0572, 0.0640}};
+  v.impulses = {{"pin", 0.0936, 0.0721}};
+  CHECK_THAT(verdict(v), Contains("; the fastest approach and the greatest impulse, single values without "
+                                  "standard error, differ by 11 % and 26 %. CPU time"));
+  // Of several contacts the one with the greatest difference: 2 (2 − 1)/(2 + 1) = 67 %.
+  v.approaches.push_back({"guide", 1, 2});
+  v.impulses.push_back({"guide", 1, 1});
+  CHECK_THAT(verdict(v), Contains("differ by at most 67 % (guide) and 26 % (pin). CPU time"));
+  v.impulses = {{"pin", 0, 0}, {"guide", 0, 0}};
+  CHECK_THAT(verdict(v), Contains("; the fastest approach, a single value without standard error, differs by "
+                                  "at most 67 % (guide). CPU time"));
+}
+
 TEST_CASE("compare: energies below a thousandth of the energy turned over do not decide", "[verdicts]") {
   auto v = two_runs();
   const auto energy = [](double turnover) {
