@@ -189,11 +189,25 @@ TEST_CASE("validate: each outcome of a measured signal in words", "[verdicts]") 
       Contains("Nonsmooth differs from the measurement: the sign is opposite; penalty agrees with the "
                "measured mean revolution (difference 0.2 m/s², within 2 times the uncertainty and scatter of "
                "0.5 m/s²)."));
-  CHECK_THAT(text, Contains("median peak is 1.05 (penalty) and 1.3 (nonsmooth) times the measured one; fit"));
+  CHECK_THAT(text, Contains("Peaks are judged by the median of the revolutions: it is 1.05 (penalty) and 1.3 "
+                            "(nonsmooth) times the measured one; fit"));
   CHECK_THAT(verdict(std::vector{agrees}), !Contains("calibrate"));
   CHECK_THAT(verdict(std::vector{of_penalty(Outcome::undecided)}),
              Contains("Whether penalty agrees is unknown") && !Contains("peak"));
   CHECK_THAT(verdict(std::vector{of_penalty(Outcome::stopped)}), Contains("Penalty stopped early"));
+}
+
+TEST_CASE("validate: a greatest peak beyond 10 % is stated with that of the median", "[verdicts]") {
+  SignalAgreement penalty{"penalty", Outcome::agrees, "", 0.2, 0.5, 1.05},
+      nonsmooth{"nonsmooth", Outcome::agrees, "", 0.2, 0.5, 1.02};
+  penalty.greatest_ratio = 1.09;
+  nonsmooth.greatest_ratio = 1.79;
+  CHECK_THAT(verdict({penalty, nonsmooth}),
+             Contains("times the measured one; the greatest peak, a single value, is 1.79 (nonsmooth) times "
+                      "the measured one.") &&
+                 !Contains("1.09") && !Contains("calibrate"));
+  penalty.greatest_ratio = 0.89;
+  CHECK_THAT(verdict({penalty, nonsmooth}), Contains("is 0.89 (penalty) and 1.79 (nonsmooth) times"));
 }
 
 TEST_CASE("validate: no agreement with other peaks, or without power", "[verdicts]") {

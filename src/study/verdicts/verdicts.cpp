@@ -274,17 +274,22 @@ std::string verdict(const std::vector<SignalAgreement>& models) {
     add("whether " + listed(open) +
         " agrees is unknown, since the file has one revolution and no column uncertainty");
   text = capital(text) + ".";
-  std::vector<std::string> ratios;
+  std::vector<std::string> ratios, greatest;
   bool off = false;
   for (const auto& m : models)
     if (std::isfinite(m.peak_ratio)) {
       ratios.push_back(fmt::format("{:.3g} ({})", m.peak_ratio, m.formulation));
       off = off || !m.peaks_fit();
+      if (std::abs(m.greatest_ratio - 1) > peak_accepted)
+        greatest.push_back(fmt::format("{:.3g} ({})", m.greatest_ratio, m.formulation));
     }
-  if (!ratios.empty())
-    text += fmt::format(" The models' median peak is {} times the measured one{}.", listed(ratios),
-                        off ? "; fit the unknown parameters with `freeplay calibrate`" : "");
-  return text;
+  if (ratios.empty()) return text;
+  text += fmt::format(" Peaks are judged by the median of the revolutions: it is {} times the measured one",
+                      listed(ratios));
+  if (!greatest.empty())
+    text +=
+        fmt::format("; the greatest peak, a single value, is {} times the measured one", listed(greatest));
+  return text + (off ? "; fit the unknown parameters with `freeplay calibrate`." : ".");
 }
 
 std::string verdict(const std::vector<PointsAgreement>& models) {

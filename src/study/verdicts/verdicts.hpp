@@ -91,6 +91,7 @@ struct SignalAgreement {
   double peak_ratio = NAN;                  ///< median peak, model over measurement
   double peak_error = 0;                    ///< standard error of `peak_ratio`
   double signal = NAN;                      ///< m/s², rms of the measured mean revolution
+  double greatest_ratio = NAN;              ///< greatest peak, model over measurement; not judged
   /// Whether the median peaks agree within 10 %, or within twice their standard error.
   bool peaks_fit() const;
 };
