@@ -11,6 +11,7 @@
 #include "mechanism/error.hpp"
 #include "plots/report/facts.hpp"
 #include "plots/report/thinning.hpp"
+#include "plots/studies/sweep_runs.hpp"
 #include "plots/tables/table.hpp"
 #include "study/store/database.hpp"
 
@@ -91,13 +92,24 @@ json axis_of(const JsonFile& facts, const std::string& at) {
   return axis_of(axis && axis->is_object() ? *axis : json::object());
 }
 
-/// The statistic that the matrix shows first: a measure or derived column of the study, else the
-/// median peak.
-std::string first_statistic(const std::vector<std::string>& names, std::size_t axes) {
+/// Measures and derived columns of the study, which the page shows before the statistics.
+std::vector<std::string> own_columns(const std::vector<std::string>& names, std::size_t axes) {
   const auto statistics = TurnMetrics::names();
+  std::vector<std::string> own;
   for (std::size_t k = axes; k < names.size(); ++k)
-    if (std::ranges::find(statistics, names[k]) == std::end(statistics)) return names[k];
-  return std::string(statistics[TurnMetrics::ratio_median]);
+    if (std::ranges::find(statistics, names[k]) == std::end(statistics)) own.push_back(names[k]);
+  return own;
+}
+
+/// Adds the units of these columns, as the figures state them.
+void add_units(const std::filesystem::path& folder, const std::vector<std::string>& columns, json& document) {
+  try {
+    const plots::SweepRuns runs(folder);
+    for (const auto& name : columns)
+      if (const auto& unit = runs.quantity(name).unit; !unit.empty()) document["units"][name] = unit;
+  } catch (const SceneError&) {
+    // Without a finished run, or without a value of a column, there is no number to which a unit applies.
+  }
 }
 
 /// Adds titles, units and commands from sweep.json, which older versions did not write.
@@ -177,9 +189,13 @@ json sweep_document(const std::filesystem::path& folder) {
         if (rows.name(k) == text) run[text] = rows.text(k);
       if (rows.name(k) == "start") run["start"] = rows.whole(k);
     }
-    for (const int place : places)
-      run["values"].push_back(
-          rows.absent(place) || rows.is_text(place) ? json() : json(rounded(rows.number(place), 6)));
+    for (std::size_t k = 0; k < places.size(); ++k) {
+      const bool none = rows.absent(places[k]) || rows.is_text(places[k]);
+      // Values of axes have all digits: they stand in the command that repeats the run.
+      run["values"].push_back(none       ? json()
+                              : k < axes ? json(rows.number(places[k]))
+                                         : json(rounded(rows.number(places[k]), 6)));
+    }
     run.erase("texts");
     run["key"] = key;
     run["line"] = sparkline(trace, key);
@@ -187,8 +203,11 @@ json sweep_document(const std::filesystem::path& folder) {
   }
   document["columns"] = names;
   document["axes"] = axes;
-  document["first"] = first_statistic(names, axes);
+  const auto own = own_columns(names, axes);
+  document["first"] = own.empty() ? std::string(statistics[TurnMetrics::ratio_median]) : own.front();
+  document["own"] = own;
   describe_sweep(folder, axes, document);
+  if (std::filesystem::exists(folder / "sweep.json")) add_units(folder, own, document);
   return document;
 }
 
@@ -204,6 +223,8 @@ json attractors_document(const std::filesystem::path& folder, const std::string&
   const auto is_word = [&](std::size_t k) {
     return names[k] == "branch" || names[k] == "kind" || names[k] == "doubt";
   };
+  // Coordinates of the axes, with enough digits for the command that repeats the run.
+  const auto is_axis = [](const std::string& name) { return name == "value" || name == "x" || name == "y"; };
   long all = 0;
   std::size_t kept = 0;
   while (rows.next()) {
@@ -219,8 +240,9 @@ json attractors_document(const std::filesystem::path& folder, const std::string&
   document["all"] = all;
   document["columns"] = json::array();
   for (std::size_t k = 0; k < names.size(); ++k)
-    document["columns"].push_back(is_word(k) ? json{{"name", names[k]}, {"words", words_of[k]}}
-                                             : json{{"name", names[k]}, {"y", numbers(numbers_of[k], 6)}});
+    document["columns"].push_back(
+        is_word(k) ? json{{"name", names[k]}, {"words", words_of[k]}}
+                   : json{{"name", names[k]}, {"y", numbers(numbers_of[k], is_axis(names[k]) ? 15 : 6)}});
   for (const char* part : {"axis", "x", "y"})
     if (facts.find(kind + "." + part)) document[part] = axis_of(facts, kind + "." + part);
   document["formulation"] = facts.text_or_empty(kind + ".formulation");

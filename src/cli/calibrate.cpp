@@ -22,6 +22,7 @@
 #include "plots/drawing/figure.hpp"
 #include "study/partition/divided_sweep.hpp"
 #include "study/settings/provenance.hpp"
+#include "study/sweep/sweep_document.hpp"
 #include "study/verdicts/verdicts.hpp"
 
 namespace freeplay::cli {
@@ -33,13 +34,24 @@ std::string show(const Estimate& e) {
 }
 
 /// Text of an unknown's value and interval; states whether it is open at a limit of the range.
-std::string show_unknown(const Estimate& e) {
-  if (!std::isfinite(e.low)) return fmt::format("{:.4g}, no interval: the fit is rejected", e.value);
+std::string show_unknown(const Estimate& e, const std::string& name) {
+  const auto unit = name.empty() ? "" : " " + name;
+  if (!std::isfinite(e.low)) return fmt::format("{:.4g}{}, no interval: the fit is rejected", e.value, unit);
   if (e.open_low && e.open_high)
-    return fmt::format("{:.4g}, open: no part of its range is excluded", e.value);
-  return show(e) + (e.open_low    ? ", open below: the lower end of the range is not excluded"
-                    : e.open_high ? ", open above: the upper end of the range is not excluded"
-                                  : "");
+    return fmt::format("{:.4g}{}, open: no part of its range is excluded", e.value, unit);
+  return show(e) + unit +
+         (e.open_low    ? ", open below: the lower end of the range is not excluded"
+          : e.open_high ? ", open above: the upper end of the range is not excluded"
+                        : "");
+}
+
+/// Unit of a target's statistic or measure; empty: none is stated.
+std::string unit_of_target(const Study& study, std::size_t target) {
+  const auto& name = study.calibration->targets[target].statistic;
+  for (std::size_t m = 0; m < TurnMetrics::count; ++m)
+    if (name == TurnMetrics::names()[m]) return std::string(unit_of(static_cast<TurnMetrics::Name>(m)));
+  const auto it = std::ranges::find(study.units, name, &std::pair<std::string, std::string>::first);
+  return it == study.units.end() ? "" : it->second;
 }
 
 nlohmann::json json_of(const Estimate& e) { return {{"value", e.value}, {"low", e.low}, {"high", e.high}}; }
@@ -58,6 +70,7 @@ nlohmann::json json_of(const Study& study, const Fit& f) {
   const auto& c = *study.calibration;
   for (std::size_t i = 0; i < c.unknowns.size(); ++i) {
     auto& u = j["unknowns"][c.unknowns[i].name] = json_of(f.unknowns[i]);
+    u["unit"] = c.unknowns[i].unit;
     u["open_low"] = f.unknowns[i].open_low;
     u["open_high"] = f.unknowns[i].open_high;
   }
@@ -104,6 +117,7 @@ nlohmann::json to_json(const Study& study, const CalibrationResult& r, const nlo
   j["provenance"] = origin;
   for (std::size_t i = 0; i < c.targets.size(); ++i)
     j["targets"][c.targets[i].name] = {{"statistic", c.targets[i].statistic},
+                                       {"unit", unit_of_target(study, i)},
                                        {"measured", r.measured[i]},
                                        {"tolerance", c.targets[i].tolerance},
                                        {"surface_error_of_logarithm", r.surface_error[i]},
@@ -139,15 +153,17 @@ struct CalibrateRequest : Request {
 
 /// calibration.csv: outcomes of all points over each unknown, and the 95 % range of each measured
 /// value.
-std::string points_table(const Calibration& c, const CalibrationResult& r) {
-  std::string out = "target,unknown,at,outcome,measured,low,high\n";
+std::string points_table(const Study& study, const CalibrationResult& r) {
+  const auto& c = *study.calibration;
+  std::string out = "target,unknown,at,outcome,measured,low,high,target_unit,unknown_unit\n";
   for (const auto& o : r.outcomes) {
     const double known = std::hypot(c.targets[o.target].tolerance, std::sqrt(r.at_optimum[o.target].scatter));
     for (std::size_t j = 0; j < c.unknowns.size(); ++j)
-      out += fmt::format("{},{},{},{},{},{},{}\n", c.targets[o.target].name, c.unknowns[j].name,
+      out += fmt::format("{},{},{},{},{},{},{},{},{}\n", c.targets[o.target].name, c.unknowns[j].name,
                          unscaled(c.unknowns[j], o.xi[static_cast<Eigen::Index>(j)]), o.value,
                          r.measured[o.target], r.measured[o.target] * std::exp(-1.96 * known),
-                         r.measured[o.target] * std::exp(1.96 * known));
+                         r.measured[o.target] * std::exp(1.96 * known), unit_of_target(study, o.target),
+                         c.unknowns[j].unit);
   }
   return out;
 }
@@ -226,8 +242,7 @@ int calibrate(const CalibrateRequest& request) {
   const auto fit = [&](const Fit& f, const std::string& title) {
     fmt::print("\n{}\n", title);
     for (std::size_t j = 0; j < c.unknowns.size(); ++j)
-      fmt::print("  {:<16} {}{}{}\n", c.unknowns[j].name, show_unknown(f.unknowns[j]),
-                 c.unknowns[j].unit.empty() ? "" : " " + c.unknowns[j].unit,
+      fmt::print("  {:<16} {}{}\n", c.unknowns[j].name, show_unknown(f.unknowns[j], c.unknowns[j].unit),
                  f.at_bound(j) ? ", AT ITS BOUND" : "");
     if (f.rejected)
       fmt::print(
@@ -247,7 +262,7 @@ int calibrate(const CalibrateRequest& request) {
   };
   fit(r.all, "Fitted to all");
   for (std::size_t i = 0; i < r.left_out.size(); ++i) fit(r.left_out[i], "Without " + c.targets[i].name);
-  write_file(folder / "calibration.csv", points_table(c, r));
+  write_file(folder / "calibration.csv", points_table(study, r));
   write_file(folder / "misfit.csv", misfit_table(c, r));
   write_json(folder / "calibration.json", to_json(study, r, origin));
   fmt::print("\nresults in {}\n", folder.string());

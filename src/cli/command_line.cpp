@@ -13,6 +13,7 @@
 #include "cli/help.hpp"
 #include "cli/verb.hpp"
 #include "io/files/identity.hpp"
+#include "io/scene/quantity.hpp"
 #include "io/scene/spelling.hpp"
 #include "study/settings/settings.hpp"
 #include "version.hpp"
@@ -159,6 +160,19 @@ Option& Option::number(bool (*holds)(double), const char* must) {
 }
 Option& Option::percentage(bool (*holds)(double), const char* must) {
   option_->transform(number_that(holds, must, true));
+  return *this;
+}
+Option& Option::quantity(const char* unit) {
+  option_->transform(CLI::Validator(
+      [unit](std::string& text) {
+        char* end = nullptr;
+        std::strtod(text.c_str(), &end);
+        if (end != text.c_str() && *end == 0) return std::string();
+        const auto read = read_quantity(text, unit);
+        if (read.wrong.empty()) text = fmt::format("{}", read.value);
+        return read.wrong;
+      },
+      ""));
   return *this;
 }
 Option& Option::shows_default() {

@@ -197,19 +197,27 @@ void laws_verb(Program& program) {
   options
       .add("--regularisation", request.regularisation,
            "that speed, m/s; default: of the scene's law, else 1e-3")
+      .quantity("m/s")
       .needs(friction);
   options.set(request.overrides).needs(drawn);
-  options.add("--mass", request.mass, "mass of the plotted impact, kg").needs(drawn);
-  options.add("--speed", request.speed, "its approach speed, m/s").needs(drawn);
+  options.add("--mass", request.mass, "mass of the plotted impact, kg").quantity("kg").needs(drawn);
+  options.add("--speed", request.speed, "its approach speed, m/s").quantity("m/s").needs(drawn);
   const auto film = options
                         .add("--film", request.film.joint,
                              "lubricated joint: print Sommerfeld number, eccentricity, attitude angle, "
                              "stiffness and damping in steady running")
                         .takes("JOINT")
                         .needs(drawn);
-  options.add("--load", request.film.load, "its load, N; without load: a table over the eccentricity ratio")
+  options
+      .add("--load", request.film.load,
+           "its load, N, or with a unit (\"0.8 kN\"); without load: a table over the eccentricity ratio")
+      .quantity("N")
       .needs(film);
-  options.add("--rpm", request.film.rpm, "speed of its journal, the bearing at rest, rpm").needs(film);
+  options
+      .add("--rpm", request.film.rpm,
+           "speed of its journal, the bearing at rest, rpm, or with a unit (\"300 rad/s\")")
+      .quantity("rpm")
+      .needs(film);
   options.output(request.output, "result folder; default out/laws, with --film none").needs(drawn);
 }
 

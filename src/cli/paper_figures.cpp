@@ -61,6 +61,9 @@ int paper_figures(const PaperRequest& request, const Conduct& conduct) {
   const auto planned = plan(study, conduct);
   if (conduct.stop()) return interrupted(Kept::nothing);
   Results results(folder / "sweep.db", study, conduct.stop);
+  fmt::print(stderr,
+             "figures of {}: {} runs of {} variants, without those already stored in {}; takes minutes\n",
+             request.paper, planned.size(), study.variants.size(), folder.string());
   Progress progress;
   const auto summary =
       sweep(study, planned, conduct, results, set.lock(), request.threads, [&](const SweepProgress& p) {

@@ -70,9 +70,12 @@ int plot_study(const PlotRequest& request, const std::filesystem::path& folder) 
   if (request.folders.size() > 1)
     throw SceneError(fmt::format("{}: is a study, which is plotted alone; give one folder",
                                  visible_brief(request.folders.front(), 60)));
-  if (!request.section.empty() || request.from || request.to || request.fold || !request.units.empty())
+  if (!request.units.empty())
     throw SceneError(
-        "plot: --from, --to, --section, --unit and --fold are for runs, not for the results of a study");
+        "plot: --unit is for runs; a study states units in its file, for example\n  [derived] speed_mm = "
+        "\"1000*speed\" with [units] speed_mm = \"mm/s\". Then repeat `freeplay sweep`.");
+  if (!request.section.empty() || request.from || request.to || request.fold)
+    throw SceneError("plot: --from, --to, --section and --fold are for runs, not for the results of a study");
   plots::StudyPlot what{
       .folder = folder, .y = {}, .x = plots::columns_named(request.x), .name = request.name};
   for (const auto& list : request.y)

@@ -95,8 +95,8 @@ std::string penetration(const ContactSummary& c) {
                      c.measure == "radius" ? "radius of curvature" : "longest arm");
 }
 
-void print_film_summary(const FilmSummary& f) {
-  fmt::print(
+std::string film_summary(const FilmSummary& f) {
+  return fmt::format(
       "  film: eccentricity ratio mean {:.3f}, greatest {:.3f}; least thickness {:.3g} m;\n  load mean "
       "{:.4g} N, greatest {:.4g} N; Sommerfeld number {:.4g}; power loss mean {:.3g} W\n",
       f.mean_ratio, f.greatest_ratio, f.least_thickness, f.mean_load, f.greatest_load, f.sommerfeld,
@@ -162,16 +162,18 @@ int run(const RunRequest& request) {
   if (!summary.assumed.empty()) fmt::print("{}", wrapped("start: " + summary.assumed + "\n", 7));
   const auto on_film = [&](const std::string& joint) { return std::ranges::count(films, joint) > 0; };
   for (const auto& c : summary.contacts) {
-    fmt::print("{}: ", c.name);
+    auto text = c.name + ": ";
     if (!std::isnan(c.flight_fraction))  // of one pair
-      fmt::print("{} {:.2f} %, impacts {:.2f} %, sustained contact {:.2f} %; ",
-                 on_film(c.name) ? "on the film" : "flight", 100 * c.flight_fraction, 100 * c.impact_fraction,
-                 100 * c.lasting_fraction);
+      text += fmt::format("{} {:.2f} %, impacts {:.2f} %, sustained contact {:.2f} %; ",
+                          on_film(c.name) ? "on the film" : "flight", 100 * c.flight_fraction,
+                          100 * c.impact_fraction, 100 * c.lasting_fraction);
     const auto delivered = c.model.restitution_delivered;
-    fmt::print("{} impact{};\n  restitution: input {:.4g}, effective {};\n  greatest penetration {}\n",
-               c.impacts, c.impacts == 1 ? "" : "s", c.model.restitution_asked,
-               std::isnan(delivered) ? "unknown" : fmt::format("{:.4g}", delivered), penetration(c));
-    if (c.film) print_film_summary(*c.film);
+    text +=
+        fmt::format("{} impact{};\n  restitution: input {:.4g}, effective {};\n  greatest penetration {}\n",
+                    c.impacts, c.impacts == 1 ? "" : "s", c.model.restitution_asked,
+                    std::isnan(delivered) ? "unknown" : fmt::format("{:.4g}", delivered), penetration(c));
+    if (c.film) text += film_summary(*c.film);
+    fmt::print("{}", wrapped(text));
   }
   if (std::isfinite(summary.ledger.closure()))
     fmt::print("energy balance closes to {:.2g} J of {:.3g} J\n", summary.ledger.closure(),

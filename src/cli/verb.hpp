@@ -44,6 +44,8 @@ class Option {
   Option& number(bool (*holds)(double), const char* must);
   /// Likewise for a percentage, with or without "%".
   Option& percentage(bool (*holds)(double), const char* must);
+  /// Accepts a number in `unit`, or a text with a unit of its dimension, as keys of scenes do.
+  Option& quantity(const char* unit);
   Option& shows_default();
   /// The option takes one value each time, and does not consume the following words.
   Option& one_each();

@@ -57,6 +57,23 @@ TEST_CASE("lines are broken at the last space before column 80 without loss", "[
   CHECK(cli::wrapped("word " + exact.substr(4)) == "word\n  " + exact.substr(4));
 }
 
+TEST_CASE("lines about each contact of a run fit 80 columns", "[layout][program]") {
+  // Names of gears with their flank, and the sentences on a film.
+  for (const char* words : {"epicyclic-gear/scene.toml --set run.duration=0.02",
+                            "lubricated-pin/scene.toml --set run.revolutions=1 --set run.discard=0"}) {
+    test::TemporaryFolder folder;
+    const auto made = test::freeplay(fmt::format("run {} --formulation penalty --no-figures -o {}",
+                                                 (test::source_folder() / "cases").string() + "/" + words,
+                                                 (folder.path() / "out").string()));
+    CAPTURE(words, made.err);
+    REQUIRE(made.status == 0);
+    for (const auto& line : lines_of(made.out)) {
+      CAPTURE(line);
+      if (!line.starts_with("results in ")) CHECK(width(line) <= 80);
+    }
+  }
+}
+
 TEST_CASE("the comparison table fits 80 columns, each number under its heading", "[layout]") {
   auto scene = read_scene(test::flores());
   scene.run.duration = 0.3;

@@ -53,6 +53,17 @@ TEST_CASE("freeplay laws --film reports the steady running of a lubricated joint
   CHECK(j["stiffness_N_per_m"][0][1].get<double>() > 0);
   CHECK(j["stiffness_N_per_m"][1][0].get<double>() < 0);
 
+  // 2000 N at 1500 rpm in other units.
+  const auto in_units = [](const std::string& load_and_speed) {
+    const auto text = test::freeplay("laws " + pin_scene() + " --film gudgeon " + load_and_speed);
+    CAPTURE(text.err);
+    CHECK(text.status == 0);
+    return text.out;
+  };
+  const auto plain = in_units("--load 2000 --rpm 1500");
+  CHECK(in_units("--load '2 kN' --rpm '1500 rpm'") == plain);
+  CHECK_THAT(plain, Contains("eccentricity ratio"));
+
   const auto chart = test::freeplay("laws " + pin_scene() + " --film gudgeon -o " + out);
   REQUIRE(chart.status == 0);
   std::ifstream csv(folder.path() / "film/film.csv");
@@ -73,6 +84,8 @@ TEST_CASE("freeplay laws --film refuses joints without film and loads beyond its
   CHECK_THAT(refused(" --film gudgeon --load 1"), Contains("--load and --rpm must be given together"));
   CHECK_THAT(refused(" --film gudgeon --load 1 --rpm 0"), Contains("must be greater than 0"));
   CHECK_THAT(refused(" --film gudgeon --load 1e9 --rpm 100"), Contains("the film carries at most"));
+  CHECK_THAT(refused(" --film gudgeon --load '800 kg' --rpm 100"),
+             Contains("--load") && Contains("is a mass, must be a force"));
   CHECK_THAT(refused(" --load 1 --rpm 100"), Contains("--film"));
 }
 

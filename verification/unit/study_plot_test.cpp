@@ -104,6 +104,15 @@ TEST_CASE("curves of a sweep have the mean, Student's interval and the units", "
     CHECK_THAT(two, Contains("set ylabel \"share (of h)\""));
     CHECK_THAT(two, Contains("set ylabel \"touches\" noenhanced"));
   }
+  SECTION("the table is headed by the study's title, else by its scene, not by its restitution") {
+    CHECK_THAT(made.out, !Contains("as given"));
+  }
+  SECTION("--unit is refused with the way to state units") {
+    const auto refused = plot("--y highest --unit mm");
+    CHECK(refused.status == 2);
+    CHECK_THAT(refused.err, Contains("--unit is for runs") && Contains("[units] speed_mm = \"mm/s\""));
+    CHECK_THAT(plot("--y highest --fold").err, Contains("--fold are for runs"));
+  }
   SECTION("the database and the study's own figure name stand for the folder") {
     const auto by_file = test::freeplay(fmt::format("plot {} --y highest", (ball.out / "sweep.db").string()));
     CHECK(by_file.status == 0);

@@ -46,6 +46,8 @@ reduce = "max"
       json::array({{{"name", "radius"}, {"key", "contacts.table.radius"}, {"unit", "mm"}, {"scale", 1e3}}}));
   CHECK(page["variants"]["soft"] == json{{"scene", scene}, {"set", " --set surfaces.hard.young=1e9"}});
   CHECK(page["units"]["peak_max"] == "m/s²");
+  CHECK(page["units"]["highest"] == "m");  // of the column ball.y
+  CHECK(page["own"] == json{"highest"});
   CHECK(page["first"] == "highest");  // the study's own measure precedes the statistics of turns
   // The page shows the words with which the command ends.
   const auto verdict = page["verdict"].get<std::string>();
@@ -54,6 +56,24 @@ reduce = "max"
   // A folder of an older version has no sweep.json.
   std::filesystem::remove(desk.folder.path() / "out/sweep.json");
   CHECK(report::document_of(desk.folder.path() / "out")["commands"] == json{"freeplay sweep STUDY -o out"});
+}
+
+TEST_CASE("page of a sweep: values of axes have all digits", "[report][program]") {
+  // The command of a cell repeats the run, so its key is the double of the study, not six digits of it.
+  const test::StudyDesk desk("bouncing-ball");
+  REQUIRE(desk.sweep(R"(scene = "scene.toml"
+duration = 0.1
+formulations = ["nonsmooth"]
+[axes.radius]
+key = "contacts.table.radius"
+values = [0.050123456789012345]
+[measure.highest]
+column = "ball.y"
+reduce = "max"
+)")
+              .status == 0);
+  const auto page = report::document_of(desk.folder.path() / "out");
+  CHECK(page["runs"][0]["values"][0].get<double>() == 0.050123456789012345);
 }
 
 TEST_CASE("the start transient is the discarded time, else the beginning of the first turn", "[report]") {

@@ -109,6 +109,23 @@ TEST_CASE("compare: statistics without power give no agreement", "[verdicts]") {
                                   "difference 9.5 %, energy, J: 2 and 2.2)"));
 }
 
+TEST_CASE("compare: single extreme values are stated with their difference", "[verdicts]") {
+  auto v = two_runs();
+  CHECK_THAT(verdict(v), !Contains("fastest approach"));
+  // 2 (0.0640 − 0.0572)/(0.0640 + 0.0572) = 11.2 %; 2 (0.0936 − 0.0721)/(0.0936 + 0.0721) = 25.95 %.
+  v.approaches = {{"pin", 0.0572, 0.0640}};
+  v.impulses = {{"pin", 0.0936, 0.0721}};
+  CHECK_THAT(verdict(v), Contains("; the fastest approach and the greatest impulse, single values without "
+                                  "standard error, differ by 11 % and 26 %. CPU time"));
+  // Of several contacts the one with the greatest difference: 2 (2 − 1)/(2 + 1) = 67 %.
+  v.approaches.push_back({"guide", 1, 2});
+  v.impulses.push_back({"guide", 1, 1});
+  CHECK_THAT(verdict(v), Contains("differ by at most 67 % (guide) and 26 % (pin). CPU time"));
+  v.impulses = {{"pin", 0, 0}, {"guide", 0, 0}};
+  CHECK_THAT(verdict(v), Contains("; the fastest approach, a single value without standard error, differs by "
+                                  "at most 67 % (guide). CPU time"));
+}
+
 TEST_CASE("compare: energies below a thousandth of the energy turned over do not decide", "[verdicts]") {
   auto v = two_runs();
   const auto energy = [](double turnover) {
@@ -172,11 +189,25 @@ TEST_CASE("validate: each outcome of a measured signal in words", "[verdicts]") 
       Contains("Nonsmooth differs from the measurement: the sign is opposite; penalty agrees with the "
                "measured mean revolution (difference 0.2 m/s², within 2 times the uncertainty and scatter of "
                "0.5 m/s²)."));
-  CHECK_THAT(text, Contains("median peak is 1.05 (penalty) and 1.3 (nonsmooth) times the measured one; fit"));
+  CHECK_THAT(text, Contains("Peaks are judged by the median of the revolutions: it is 1.05 (penalty) and 1.3 "
+                            "(nonsmooth) times the measured one; fit"));
   CHECK_THAT(verdict(std::vector{agrees}), !Contains("calibrate"));
   CHECK_THAT(verdict(std::vector{of_penalty(Outcome::undecided)}),
              Contains("Whether penalty agrees is unknown") && !Contains("peak"));
   CHECK_THAT(verdict(std::vector{of_penalty(Outcome::stopped)}), Contains("Penalty stopped early"));
+}
+
+TEST_CASE("validate: a greatest peak beyond 10 % is stated with that of the median", "[verdicts]") {
+  SignalAgreement penalty{"penalty", Outcome::agrees, "", 0.2, 0.5, 1.05},
+      nonsmooth{"nonsmooth", Outcome::agrees, "", 0.2, 0.5, 1.02};
+  penalty.greatest_ratio = 1.09;
+  nonsmooth.greatest_ratio = 1.79;
+  CHECK_THAT(verdict({penalty, nonsmooth}),
+             Contains("times the measured one; the greatest peak, a single value, is 1.79 (nonsmooth) times "
+                      "the measured one.") &&
+                 !Contains("1.09") && !Contains("calibrate"));
+  penalty.greatest_ratio = 0.89;
+  CHECK_THAT(verdict({penalty, nonsmooth}), Contains("is 0.89 (penalty) and 1.79 (nonsmooth) times"));
 }
 
 TEST_CASE("validate: no agreement with other peaks, or without power", "[verdicts]") {

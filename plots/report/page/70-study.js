@@ -4,7 +4,7 @@
 /** A value as text; "–" if there is none. */
 const cellText = (x) => (x === null ? '–' : shown(x, 5));
 
-// The axes of a sweep are shown in the study's units; `raw` has the values of the scene's keys.
+// The axes of a sweep are shown in the study's units; `raw` has the values of the scene's keys, with all digits.
 const axisOf = (k) => (data.axis_facts && data.axis_facts[k]) || {};
 const withUnit = (name, unit) => (unit ? `${name}, ${unit}` : name);
 if (data.kind === 'sweep')
@@ -13,6 +13,9 @@ if (data.kind === 'sweep')
     run.values = run.values.map((x, k) => (k < data.axes && x !== null ? Number((x * (axisOf(k).scale || 1)).toPrecision(9)) : x));
   }
 const columnTitle = (k) => withUnit(data.columns[k], k < data.axes ? axisOf(k).unit : (data.units || {})[data.columns[k]]);
+
+/** Above this ratio of positive values the colours are logarithmic, as in the figures of `freeplay plot`. */
+const mostLinearRatio = 100;
 
 /** Colour of a value on the scale of the matrix; `part` from 0 to 1. */
 function shade(part) {
@@ -62,6 +65,9 @@ function makeSweep(section) {
     option.value = k;
     choice.append(option);
   });
+  // The study's own measures precede the statistics, here and in the table.
+  const own = (k) => k < axes.length || (data.own || []).includes(names[k]);
+  const order = [...names.keys()].filter((k) => told[k]).sort((a, b) => own(b) - own(a));
   const first = names.indexOf(data.first);
   if (first >= axes.length && told[first]) choice.value = first;
   head.append(element('h2', '', `Runs of the study: ${list.length} of ${data.all}`), choice);
@@ -105,7 +111,7 @@ function makeSweep(section) {
                 sparks.push([canvas, traced.line]);
               }
               const mean = numbers.length ? numbers.reduce((a, b) => a + b) / numbers.length : null;
-              cell.append(element('div', '', cellText(mean)));
+              cell.append(element('div', '', shown(mean, 3)));
               if (mean !== null) shaded.push([cell, mean]);
               cell.className = 'click';
               cell.addEventListener('click', () => choose(found[0]));
@@ -119,8 +125,9 @@ function makeSweep(section) {
         matrix.append(box);
       }
     const low = Math.min(...shaded.map(([, v]) => v)), high = Math.max(...shaded.map(([, v]) => v));
-    shaded = shaded.map(([cell, v]) => [cell, high > low ? (v - low) / (high - low) : 0]);
-    if (shaded.length) key.append(`${columnTitle(statistic)} (mean over starts): `, cellText(low), scale, cellText(high));
+    const logarithmic = low > 0 && high > mostLinearRatio * low, place = logarithmic ? Math.log : (v) => v;
+    shaded = shaded.map(([cell, v]) => [cell, high > low ? (place(v) - place(low)) / (place(high) - place(low)) : 0]);
+    if (shaded.length) key.append(`${columnTitle(statistic)} (mean over starts${logarithmic ? '; logarithmic colours' : ''}): `, cellText(low), scale, cellText(high));
     redraw();
   };
   choice.addEventListener('change', draw);
@@ -138,7 +145,7 @@ function makeSweep(section) {
       columnOf: (name) => ({ y: list.map((run) => run.values[names.indexOf(name)]) }),
     });
   } else section.append(chosen);
-  sweepTable(section, names.map((_, k) => columnTitle(k)).filter((_, k) => told[k]), names.map((_, k) => k).filter((k) => told[k]), choose);
+  sweepTable(section, order.map(columnTitle), order, choose);
 }
 
 /** All runs as a table. A click on the head of a column sorts it. */
@@ -172,6 +179,7 @@ function makeScatter(section, x, ys, tell, options) {
   const columnOf = options.columnOf || columnNamed;
   const head = element('div', 'row'), choice = element('select', 'controls'), chosen = options.chosen || chosenBox(), canvas = element('canvas');
   choice.setAttribute('aria-label', 'column');
+  choice.hidden = ys.length < 2;
   for (const name of ys) { const option = element('option', '', name); option.value = name; choice.append(option); }
   canvas.id = 'diagram';
   canvas.tabIndex = 0;
@@ -196,7 +204,13 @@ function makeScatter(section, x, ys, tell, options) {
     c.textAlign = 'left';
     points = a.map((v, i) => (v === null || b[i] === null ? null : [toX(v), toY(b[i])]));
     const size = options.size || (points.length > 2000 ? 2 : points.length > 200 ? 3 : 5);
-    points.forEach((p, i) => { if (p) { c.fillStyle = options.colour(i); c.fillRect(p[0] - 0.5 * size, p[1] - 0.5 * size, size, size); } });
+    // Cells of a grid touch each other.
+    const cell = (list, of) => {
+      const at = [...new Set(list)].filter((v) => v !== null).sort((u, v) => u - v).map(of);
+      return Math.max(size, ...at.slice(1).map((v, i) => Math.abs(v - at[i]))) + 0.5;
+    };
+    const across = options.cells ? cell(a, toX) : size, up = options.cells ? cell(b, toY) : size;
+    points.forEach((p, i) => { if (p) { c.fillStyle = options.colour(i); c.fillRect(p[0] - 0.5 * across, p[1] - 0.5 * up, across, up); } });
     if (at >= 0 && points[at]) ring(c, points[at], 7, colours.ink);
   };
   const choose = (i) => { at = i; chosen.textContent = tell(i, choice.value); redraw(); };
@@ -219,7 +233,7 @@ function makeScatter(section, x, ys, tell, options) {
 function commandOf(sets) {
   const formulation = data.formulation || 'nonsmooth';
   return `freeplay run ${data.scene_file} --formulation ${formulation}${data.overrides || ''}` +
-    sets.map(([axis, value]) => ` --set ${axis.key}=${Number((value / (axis.scale || 1)).toPrecision(6))}`).join('');
+    sets.map(([axis, value]) => ` --set ${axis.key}=${Number((value / (axis.scale || 1)).toPrecision(15))}`).join('');
 }
 
 function makeDiagram(section) {
@@ -246,16 +260,34 @@ function makeDiagram(section) {
   }
 }
 
+/** Key of the attractors' colours, with the period and the section of the first cell of each, and its share of the cells. */
+function basinKey(attractor, colourOf) {
+  const key = element('p', 'row small key'), all = attractor.y.length;
+  const others = data.columns.filter((column) => column.y && !['x', 'y', 'attractor', 'period', 't'].includes(column.name));
+  for (const a of [...new Set(attractor.y.map((v) => (v !== null && v >= 0 ? v : null)))].sort((u, v) => (u === null) - (v === null) || u - v)) {
+    const same = (v) => (v !== null && v >= 0 ? v : null) === a, first = attractor.y.findIndex(same);
+    const period = columnNamed('period'), count = attractor.y.filter(same).length;
+    const facts = [...(period && a !== null ? [`period ${cellText(period.y[first])}`] : []), ...(a !== null ? others.map((column) => `${column.name} = ${cellText(column.y[first])}`) : [])];
+    const word = element('strong', '', a === null ? 'no attractor found' : `attractor ${a}`);
+    watch(() => { word.style.color = colourOf(a); });
+    key.append(word, ` ${facts.join(', ')}${facts.length ? '; ' : ''}${shown(100 * count / all, 3)} % of the cells `);
+  }
+  return key;
+}
+
 function makeBasin(section) {
   const attractor = columnNamed('attractor'), axes = [data.x, data.y];
   if (!columnNamed('x') || !columnNamed('y') || !axes[0] || !axes[1]) return;
   const named = (axis) => axis.name + (axis.unit ? ', ' + axis.unit : '');
+  const colourOf = (a) => (a !== null && a >= 0 ? bodyColour(a) : colours.soft);
   makeScatter(section, 'x', ['y'], (i) => [
     ...data.columns.map((column) => `${{ x: named(axes[0]), y: named(axes[1]) }[column.name] || column.name} = ${column.words ? column.words[i] : cellText(column.y[i])}`),
     commandOf([[axes[0], columnNamed('x').y[i]], [axes[1], columnNamed('y').y[i]]])].join('\n'), {
     title: `Basin over ${named(axes[0])} → and ${named(axes[1])} ↑`, size: 8,
-    colour: (i) => (attractor && attractor.y[i] !== null && attractor.y[i] >= 0 ? bodyColour(attractor.y[i]) : colours.soft),
+    cells: true,
+    colour: (i) => colourOf(attractor ? attractor.y[i] : null),
   });
+  if (attractor) section.append(basinKey(attractor, colourOf));
 }
 
 function makeStudy(section) {

@@ -195,7 +195,8 @@ Validation validate(const std::filesystem::path& file, const std::vector<std::st
     const bool finished = a.ending.status == Ending::Status::finished;
     models.push_back({a.formulation, finished ? outcome_of(a.verdict) : SignalAgreement::Outcome::stopped,
                       a.findings.empty() ? "" : a.findings.front(), a.rms_difference, a.rms_expected,
-                      finished ? a.peak_ratio : NAN, a.peak_error, a.rms_measured});
+                      finished ? a.peak_ratio : NAN, a.peak_error, a.rms_measured,
+                      finished ? a.greatest_ratio : NAN});
   }
   v.conclusion = verdict(models);
   return v;

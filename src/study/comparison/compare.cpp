@@ -183,14 +183,10 @@ ComparisonValues comparison_values(const Scene& scene, const Comparison& c) {
   e.to_the_end = c.pairing.complete;
   e.cut = c.pairing.cut;
   for (const auto& [a, b] : c.pairing.pairs) {
-    const auto relative = [](double x, double y) {
-      const double size = std::max(std::abs(x), std::abs(y));
-      return size > 0 ? std::abs(x - y) / size : 0;
-    };
     e.time = std::max(e.time, std::abs(a.t - b.t));
-    e.speed = std::max(e.speed, relative(a.v_n_minus, b.v_n_minus));
+    e.speed = std::max(e.speed, relative_difference(a.v_n_minus, b.v_n_minus));
     if (a.kind == EventKind::impact && b.kind == EventKind::impact)
-      e.impulse = std::fmax(e.impulse, relative(a.impulse_n, b.impulse_n));
+      e.impulse = std::fmax(e.impulse, relative_difference(a.impulse_n, b.impulse_n));
   }
   // The share of impacts is not compared: an impact law has none.
   for (std::size_t k = 0; k < c.joints.size(); ++k) {
@@ -207,6 +203,8 @@ ComparisonValues comparison_values(const Scene& scene, const Comparison& c) {
          .nonsmooth = b.impacts_per_revolution,
          .error = std::hypot(a.impacts_error, b.impacts_error),
          .few = few});
+    v.approaches.push_back({c.joints[k], a.fastest_approach, b.fastest_approach});
+    v.impulses.push_back({c.joints[k], a.greatest_impulse, b.greatest_impulse});
   }
   if (p.window && n.window)
     for (const auto& [term, name] : {std::pair{Window::contacts, "energy dissipated in contacts, J"},

@@ -82,7 +82,7 @@ struct CompareSetup {
 /// writes comparison.json and comparison.md. Throws SceneError or OutputError.
 Comparison compare(const Scene& scene, const CompareSetup& setup, const std::filesystem::path& folder);
 
-/// The tables as text of at most 80 columns, or as Markdown.
+/// The tables as text of at most 80 columns with sentences of any length, or as Markdown.
 std::string comparison_table(const Scene& scene, const Comparison& comparison, bool markdown);
 /// The values from which the verdict follows.
 ComparisonValues comparison_values(const Scene& scene, const Comparison& comparison);

@@ -12,6 +12,8 @@
 namespace freeplay {
 namespace {
 
+constexpr int joint_width = 12;  // of the table of pairs, columns
+
 /// A table of text cells, for a terminal or as Markdown.
 class Table {
  public:
@@ -57,11 +59,23 @@ std::string two_digits(double x) {
   return fmt::format("{:.0f}", std::round(x / unit) * unit);
 }
 
+/// A value below its standard error, with its own digits: 0.31 ± 4.1, (0.82 ± 1.2)e-10.
+std::string below_error(double value, double error, const char* unit) {
+  if (value != 0 && std::abs(value) < 0.01 * error)
+    return fmt::format("{:.1g} ± {}{}", value, two_digits(error), unit);
+  if (error >= 1e-3 && error < 1e5)
+    return fmt::format("{} ± {}{}", two_digits(value), two_digits(error), unit);
+  const int power = static_cast<int>(std::floor(std::log10(error)));
+  const double scale = std::pow(10, power);
+  return fmt::format("({} ± {:.1f})e{}{}", two_digits(value / scale), error / scale, power, unit);
+}
+
 /// A value with its standard error, both rounded to the first digit of the error (to the second if
 /// the first is 1). Without an error: two digits, the precision of a single window.
 std::string with_error(double value, double error, const char* unit = "") {
   if (!std::isfinite(error) || !std::isfinite(value)) return two_digits(value) + unit;
   if (error <= 1e-12 * std::abs(value)) return fmt::format("{:.4g} ± 0{}", value, unit);
+  if (error > std::abs(value)) return below_error(value, error, unit);
   int place = static_cast<int>(std::floor(std::log10(error)));
   if (error / std::pow(10, place) < 1.95) --place;
   const double size = std::max(std::abs(value), error);
@@ -86,7 +100,7 @@ std::vector<std::pair<std::string, std::vector<std::string>>> restitutions(const
   std::vector<std::pair<std::string, std::vector<std::string>>> list;
   for (std::size_t k = 0; k < c.joints.size(); ++k) {
     const auto& p = c.penalty.contacts[k].model;
-    const auto what = fmt::format("input {:.3g}, effective {:.4g} (contact law),\n{:.4g} (impact law); {}",
+    const auto what = fmt::format("input {:.3g}, effective {:.4g} (contact law), {:.4g} (impact law); {}",
                                   p.restitution_asked, p.restitution_delivered,
                                   c.nonsmooth.contacts[k].model.restitution_delivered, matching(c, k));
     auto same = std::ranges::find(list, what, [](const auto& item) { return item.first; });
@@ -102,8 +116,9 @@ std::string about_window(const Result& r) {
                                                      std::abs(r.revolutions - 1) < 5e-5 ? "" : "s")
                                        : fmt::format("{:.4g} s", r.observed);
   if (!r.window || r.window->batches == 0) return text + ": one window, no error bar";
-  return text +
-         fmt::format(";\n±: standard error, from {} batches of {:.3g} s", r.window->batches, r.window->batch);
+  return text + fmt::format(";\n±: standard error, from {} batches of {:.3g} s{}", r.window->batches,
+                            r.window->batch,
+                            r.revolutions > 0 ? "" : "; none for energies of a single transient");
 }
 
 std::string tables(const Scene& scene, const Comparison& c, bool markdown) {
@@ -150,7 +165,8 @@ std::string tables(const Scene& scene, const Comparison& c, bool markdown) {
     const auto of = [&](const Result& r) { return r.window ? r.window->energy[term] : 0; };
     if (always || of(p) != 0 || of(n) != 0)
       line(fmt::format("energy: {}, J", what), [&](const Result& r) {
-        return with_error(of(r), r.window && r.window->batches > 0 ? r.window->error[term] : NAN);
+        const bool sampled = r.window && r.window->batches > 0 && r.revolutions > 0;
+        return with_error(of(r), sampled ? r.window->error[term] : NAN);
       });
   };
   energy(Window::drives, "work of drives", true);
@@ -179,9 +195,10 @@ std::string tables(const Scene& scene, const Comparison& c, bool markdown) {
 
   out += fmt::format("\n{}Impacts paired up to the horizon t = {:.6g} ms;\n{}\n{}", markdown ? "## " : "",
                      1e3 * c.pairing.horizon, c.pairing.ended_by, markdown ? "\n" : "");
-  Table pairs(markdown, {12, 11, 11, 11, 9, 9, 9, 8});
+  Table pairs(markdown, {joint_width, 11, 11, 11, 9, 9, 9, 8});
   pairs.head({"joint", "t pen. ms", "nonsmooth", "diff us", "v pen.", "nonsm.", "P pen.", "nonsm."});
   std::size_t shown = 0;
+  const std::string* previous = nullptr;
   for (const auto& x : c.pairing.pairs) {
     if (!markdown && ++shown > 20) {
       pairs.text += fmt::format("... {} more in comparison.md\n", c.pairing.pairs.size() - 20);
@@ -190,7 +207,12 @@ std::string tables(const Scene& scene, const Comparison& c, bool markdown) {
     const auto impulse = [](const ContactEvent& e) {
       return e.kind == EventKind::impact ? fmt::format("{:.5f}", e.impulse_n) : std::string("lasting");
     };
-    pairs.row({c.joints[x.penalty.contact], fmt::format("{:.5f}", 1e3 * x.penalty.t),
+    const auto& name = c.joints[x.penalty.contact];
+    // On a terminal, a name that needs a line of its own is printed once for consecutive pairs.
+    const bool repeated =
+        !markdown && name.size() >= std::size_t{joint_width} && previous && *previous == name;
+    previous = &name;
+    pairs.row({repeated ? "" : name, fmt::format("{:.5f}", 1e3 * x.penalty.t),
                fmt::format("{:.5f}", 1e3 * x.nonsmooth.t),
                fmt::format("{:.2f}", 1e6 * (x.nonsmooth.t - x.penalty.t)),
                fmt::format("{:.5f}", -x.penalty.v_n_minus), fmt::format("{:.5f}", -x.nonsmooth.v_n_minus),

@@ -258,7 +258,13 @@ Study read_study(const std::filesystem::path& file, Reach reach) {
     study.variants.push_back(v);
   }
   if (study.variants.empty())
-    study.variants.push_back({"given", "as given", study.scene, {}, both, study.starts, study.revolutions});
+    study.variants.push_back({"given",
+                              study.title.empty() ? "the scene without variants" : study.title,
+                              study.scene,
+                              {},
+                              both,
+                              study.starts,
+                              study.revolutions});
   if (root.has("calibrate")) study.calibration = read_calibration(root.child("calibrate"), study);
   if (root.has("bifurcation")) study.bifurcation = read_bifurcation(root.child("bifurcation"), study.axes);
   if (root.has("basin")) study.basin = read_basin(root.child("basin"), study.axes);

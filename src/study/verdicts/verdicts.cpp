@@ -134,6 +134,25 @@ std::string statistics_in_words(const ComparisonValues& v) {
   return fmt::format("{}", fmt::join(parts, "; "));
 }
 
+/// "the fastest approach and the greatest impulse, single values without standard error, differ by
+/// 11 % and 26 %": for each quantity the contact with the greatest difference.
+std::string extremes_in_words(const ComparisonValues& v) {
+  std::vector<std::string> names, sizes;
+  for (const auto& [name, list] :
+       {std::pair{"the fastest approach", &v.approaches}, {"the greatest impulse", &v.impulses}}) {
+    if (list->empty()) continue;
+    const auto& most = *std::ranges::max_element(*list, {}, &StatisticPair::relative);
+    if (most.relative() < rounding) continue;
+    names.emplace_back(name);
+    sizes.push_back(percent(most.relative()) + (list->size() > 1 ? fmt::format(" ({})", most.name) : ""));
+  }
+  if (names.empty()) return "";
+  return fmt::format("{}, {} without standard error, {} by {}{}", listed(names),
+                     names.size() > 1 ? "single values" : "a single value",
+                     names.size() > 1 ? "differ" : "differs",
+                     std::max(v.approaches.size(), v.impulses.size()) > 1 ? "at most " : "", listed(sizes));
+}
+
 /// The cheaper of two runs, if their errors support a statement.
 std::string cost_in_words(const CostAndError& p, const CostAndError& n, const std::string& scene) {
   auto text = fmt::format("CPU time: penalty {:.2g} s, nonsmooth {:.2g} s; ", p.cpu, n.cpu);
@@ -174,10 +193,12 @@ std::vector<std::string> with(const std::vector<T>& list, Outcome outcome, std::
 
 double StatisticPair::difference() const { return std::abs(penalty - nonsmooth); }
 
-double StatisticPair::relative() const {
-  const double size = 0.5 * (std::abs(penalty) + std::abs(nonsmooth));
-  return size > 0 ? difference() / size : 0;
+double relative_difference(double a, double b) {
+  const double size = 0.5 * (std::abs(a) + std::abs(b));
+  return size > 0 ? std::abs(a - b) / size : 0;
 }
+
+double StatisticPair::relative() const { return relative_difference(penalty, nonsmooth); }
 
 bool StatisticPair::differs() const { return difference() > significant * error && relative() > notable; }
 
@@ -209,6 +230,7 @@ std::string verdict(const ComparisonValues& v) {
   auto text = doubts + events_in_words(v);
   if (const auto statistics = statistics_in_words(v); !statistics.empty())
     text += (v.events.to_the_end || v.events.pairs == 0 ? "; " : "; beyond, ") + statistics;
+  if (const auto extremes = extremes_in_words(v); !extremes.empty()) text += "; " + extremes;
   text += ". " + cost_in_words(v.penalty, v.nonsmooth, v.scene);
   if (v.revolutions_needed > 0 &&
       std::ranges::any_of(v.statistics, [](const auto& s) { return std::isnan(s.error); }))
@@ -252,17 +274,22 @@ std::string verdict(const std::vector<SignalAgreement>& models) {
     add("whether " + listed(open) +
         " agrees is unknown, since the file has one revolution and no column uncertainty");
   text = capital(text) + ".";
-  std::vector<std::string> ratios;
+  std::vector<std::string> ratios, greatest;
   bool off = false;
   for (const auto& m : models)
     if (std::isfinite(m.peak_ratio)) {
       ratios.push_back(fmt::format("{:.3g} ({})", m.peak_ratio, m.formulation));
       off = off || !m.peaks_fit();
+      if (std::abs(m.greatest_ratio - 1) > peak_accepted)
+        greatest.push_back(fmt::format("{:.3g} ({})", m.greatest_ratio, m.formulation));
     }
-  if (!ratios.empty())
-    text += fmt::format(" The models' median peak is {} times the measured one{}.", listed(ratios),
-                        off ? "; fit the unknown parameters with `freeplay calibrate`" : "");
-  return text;
+  if (ratios.empty()) return text;
+  text += fmt::format(" Peaks are judged by the median of the revolutions: it is {} times the measured one",
+                      listed(ratios));
+  if (!greatest.empty())
+    text +=
+        fmt::format("; the greatest peak, a single value, is {} times the measured one", listed(greatest));
+  return text + (off ? "; fit the unknown parameters with `freeplay calibrate`." : ".");
 }
 
 std::string verdict(const std::vector<PointsAgreement>& models) {

@@ -27,6 +27,9 @@ struct EventAgreement {
   double impulse = NAN;     ///< greatest relative difference of impulses; NaN: no pair of impacts
 };
 
+/// |a − b| over the mean of |a| and |b|, the relative difference of compare; 0 if both are 0.
+double relative_difference(double a, double b);
+
 /// A statistic of both runs.
 struct StatisticPair {
   std::string name;
@@ -36,8 +39,7 @@ struct StatisticPair {
   bool few = false;           ///< too few impacts for a statistic
   bool transient = false;     ///< of a motion without revolutions: batches give no standard error
   double difference() const;  ///< |difference|
-  /// |difference| over the mean size of the two; 0 if both are 0.
-  double relative() const;
+  double relative() const;    ///< relative_difference() of the two
   /// Whether they differ by more than 3 standard errors and by more than 1 %.
   bool differs() const;
   /// Whether the standard error exceeds half of the mean size: almost any value would agree.
@@ -64,6 +66,8 @@ struct ComparisonValues {
   std::string stopped;  ///< which runs stopped early, with their times; empty: none
   EventAgreement events;
   std::vector<StatisticPair> statistics;
+  /// Fastest approach and greatest impulse of each contact: single values without standard error.
+  std::vector<StatisticPair> approaches, impulses;
   /// Revolutions after which statistics have standard errors; 0: longer runs give none.
   double revolutions_needed = 0;
   CostAndError penalty, nonsmooth;
@@ -87,6 +91,7 @@ struct SignalAgreement {
   double peak_ratio = NAN;                  ///< median peak, model over measurement
   double peak_error = 0;                    ///< standard error of `peak_ratio`
   double signal = NAN;                      ///< m/s², rms of the measured mean revolution
+  double greatest_ratio = NAN;              ///< greatest peak, model over measurement; not judged
   /// Whether the median peaks agree within 10 %, or within twice their standard error.
   bool peaks_fit() const;
 };
