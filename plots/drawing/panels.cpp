@@ -15,9 +15,9 @@ constexpr double between = 0.28;  // panels without texts between them
 constexpr double key_line = 0.34, name_line = 0.36;
 constexpr double tic_line = 0.42;  // labels of a horizontal axis
 constexpr double least_panel = 1.1;
-constexpr double second_line = 0.12;  // more room for a title of two lines
+constexpr double second_line = 0.12;        // more room for a title of two lines
 constexpr double bar_gap = 0.2, bar = 0.3;  // scale of colours
-constexpr std::size_t sample = 5;  // letters that gnuplot adds to a title of a key: sample and gaps
+constexpr std::size_t sample = 5;           // letters that gnuplot adds to a title of a key: sample and gaps
 
 /// Letters of a line of this length (cm at the usual text size).
 std::size_t letters_in(double length) {
@@ -144,6 +144,9 @@ class Grid {
   KeyGrid top_key() const { return key_grid(titles_of(stack_.key), (width_ - 4 * edge) / letter_width); }
   double top() const { return stack_.key.empty() ? 0 : key_line * static_cast<double>(top_key().rows) + 0.1; }
 
+  /// From the top of a band to its first text.
+  double pad(const Band& band) const { return &band == bands_.data() ? 0.1 : band.key_rows > 0 ? 0.12 : 0; }
+
   /// One pass: margins for the present size of the panels.
   void measure(std::optional<double> page) {
     const double plot = this->plot();
@@ -159,8 +162,8 @@ class Grid {
       band.key_rows = std::max(band.key_rows, key_of(i).rows);
       band.named = band.named || !panel.name.empty();
       const double title_lines = abscissa(i).title.fits(letters_below()) ? 1 : 2;
-      band.below = std::max(
-          band.below, labelled(i) ? tic_line + line_height * title_lines + edge + 0.1 : between);
+      band.below =
+          std::max(band.below, labelled(i) ? tic_line + line_height * title_lines + edge + 0.1 : between);
       auto& side = next[column(i)];
       const auto label = [](const Axis& axis) {
         return letter_width * static_cast<double>(longest_label(axis));
@@ -175,7 +178,7 @@ class Grid {
     }
     for (auto& band : bands_) {
       const bool first = &band == bands_.data();
-      band.above = (first ? 0.25 : 0.1) + key_line * static_cast<double>(band.key_rows) +
+      band.above = pad(band) + (first ? 0.15 : 0.1) + key_line * static_cast<double>(band.key_rows) +
                    (band.named ? name_line : 0) + (band.key_rows > 0 || band.named ? 0.08 : 0);
     }
     const auto rows = static_cast<double>(bands_.size());
@@ -225,7 +228,7 @@ void Grid::add(Script& script) const {
         "set lmargin at screen X({0:.4g}) + {1}*ACROSS\nset rmargin at screen X({0:.4g}) + {2}*ACROSS\n"
         "set tmargin at screen 1 - Y({3:.4g}) - {4}*PANEL\nset bmargin at screen 1 - Y({3:.4g}) - {5}*PANEL\n",
         right, k, k + 1, down, row, row + 1);
-    const double name_top = down - band.above + (row == 0 ? 0.1 : 0);
+    const double name_top = down - band.above + pad(band);
     const double key_top = name_top + (band.named ? name_line : 0);
     const auto key = key_of(i);
     if (key.rows > 0)
@@ -235,10 +238,9 @@ void Grid::add(Script& script) const {
     else
       script.add("unset key\n");
     if (!panel.name.empty())
-      script.add(
-          "set label 1 {} at graph 0, screen 1 - Y({:.4g}) - {}*PANEL left noenhanced\n",
-          shortened(panel.name, letters_in(plot() + sides_[k].right - edge)),
-          name_top + 0.5 * name_line, row);
+      script.add("set label 1 {} at graph 0, screen 1 - Y({:.4g}) - {}*PANEL left noenhanced\n",
+                 shortened(panel.name, letters_in(plot() + sides_[k].right - edge)),
+                 name_top + 0.5 * name_line, row);
     auto x = across(i);
     if (!labelled(i))
       for (auto& tic : x.tics) tic.label.clear();

@@ -67,13 +67,13 @@ bool add_bifurcation(Figure& f, const std::filesystem::path& folder, const std::
   bool points = false, without = false;
   for (const std::size_t k : {0u, 2u, 1u}) {
     if (blocks[k].empty()) continue;
-    panel.curves.push_back({Script().add("DATA index {} using 1:2 with points pt {} ps {} lw 0.6 lc rgb {}",
-                                         f.blocks.size(), branch_marks[k], k == 2 ? 0.6 : 0.3,
-                                         branch_colours[k]),
-                            ""});
-    panel.curves.push_back({Script().add("keyentry with points pt {} ps 0.8 lc rgb {}", branch_marks[k],
-                                         branch_colours[k]),
-                            titles[k]});
+    panel.curves.push_back(
+        {Script().add("DATA index {} using 1:2 with points pt {} ps {} lw 0.6 lc rgb {}", f.blocks.size(),
+                      branch_marks[k], k == 2 ? 0.6 : 0.3, branch_colours[k]),
+         ""});
+    panel.curves.push_back(
+        {Script().add("keyentry with points pt {} ps 0.8 lc rgb {}", branch_marks[k], branch_colours[k]),
+         titles[k]});
     f.blocks.push_back(blocks[k]);
     points = true;
   }
@@ -95,11 +95,11 @@ bool add_bifurcation(Figure& f, const std::filesystem::path& folder, const std::
   panel.before.add("set y2range [0:1]\n");
   if (!points) panel.before.add("{}set format y ''\n", no_points);
   const double margin = across.range() > 0 ? 0.01 * across.range() : 1;
-  add_panels(f, style_of(folder),
-             {.abscissa = {axis_title(document, "bifurcation.axis"),
-                           {across.least - margin, across.most + margin}},
-              .panels = {std::move(panel)},
-              .each = 7.5});
+  add_panels(
+      f, style_of(folder),
+      {.abscissa = {axis_title(document, "bifurcation.axis"), {across.least - margin, across.most + margin}},
+       .panels = {std::move(panel)},
+       .each = 7.5});
   return true;
 }
 
@@ -142,9 +142,7 @@ std::vector<std::filesystem::path> draw_basin(const std::filesystem::path& folde
   const auto style = style_of(folder);
   Figure f{.name = "basin", .source = "basin.json"};
   const Limits across(x), up(y);
-  Panel panel{.title = axis_title(document, "basin.y"),
-              .axis = {up.least - dy, up.most + dy},
-              .curves = {}};
+  Panel panel{.title = axis_title(document, "basin.y"), .axis = {up.least - dy, up.most + dy}, .curves = {}};
   for (const auto& [a, block] : cells) {
     std::string title = "failed";
     if (a >= 0) {

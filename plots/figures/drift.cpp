@@ -34,8 +34,8 @@ std::vector<std::filesystem::path> draw_drift(const std::filesystem::path& folde
   const auto panel = [&](AxisTitle title, const Limits& limits, int column) {
     Panel p{.title = std::move(title), .axis = decades_of(limits.least, limits.most), .curves = {}};
     for (std::size_t i = 0; i < names.size(); ++i)
-      p.curves.push_back({Script().add("DATA index {0} using 1:(${1} > {2} ? ${1} : {2}) with lines ls {3}", i,
-                                       column, least, i + 1),
+      p.curves.push_back({Script().add("DATA index {0} using 1:(${1} > {2} ? ${1} : {2}) with lines ls {3}",
+                                       i, column, least, i + 1),
                           column == 2 ? names[i] : ""});
     return p;
   };

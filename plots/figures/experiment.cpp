@@ -44,9 +44,9 @@ CellQuantity amplitude_shown() { return {AxisTitle::of("amplitude", "m/s²"), 1,
 
 /// Numbers of the figures in the paper.
 constexpr std::pair<std::string_view, int> paper_numbers[] = {
-    {"positions", 5},       {"clearances", 6},        {"clearance_spectra", 7},
-    {"speeds", 8},          {"speed_spectra", 9},     {"peaks_clearance", 10},
-    {"motions", 11},        {"peaks_speed", 12},      {"surface", 13}};
+    {"positions", 5}, {"clearances", 6},    {"clearance_spectra", 7},
+    {"speeds", 8},    {"speed_spectra", 9}, {"peaks_clearance", 10},
+    {"motions", 11},  {"peaks_speed", 12},  {"surface", 13}};
 constexpr std::size_t most_cells = 4;  ///< clearances or speeds of a figure
 constexpr const char* measured_source =
     " Measured: the values that the text of Flores et al. (2011), Nonlinear Dynamics 65, 383-398, states.";
@@ -125,7 +125,8 @@ class Experiment {
   Figure begin(const char* what, const std::string& caption) const {
     if (paper_.empty())
       return {.name = fmt::format("experiment_{}", what), .source = "experiment.json", .caption = caption};
-    const auto number = std::ranges::find(paper_numbers, what, &std::pair<std::string_view, int>::first)->second;
+    const auto number =
+        std::ranges::find(paper_numbers, what, &std::pair<std::string_view, int>::first)->second;
     return {.name = fmt::format("figure_{:02}", number),
             .source = paper_,
             .caption = fmt::format("Flores et al. (2011), figure {}. {}", number, caption)};
@@ -167,8 +168,7 @@ class Experiment {
         block.row({row[0], row[shown.column]});
         if (!shown.spectrum || row[shown.column] > 0) limits.hold(row[shown.column]);
       }
-      panel.curves.push_back(
-          {data(f, block).add(" using 1:2 with lines ls {}", line_of(formulation)), ""});
+      panel.curves.push_back({data(f, block).add(" using 1:2 with lines ls {}", line_of(formulation)), ""});
     }
     panel.axis = shown.spectrum ? decades_of(limits.least, limits.most) : axis_of(limits.least, limits.most);
     return panel;
@@ -206,16 +206,17 @@ class Experiment {
     const double c = paper_clearance(), n = paper_speed();
     auto f = begin("motion", fmt::format("Position and acceleration of the slider, clearance {}, {}.",
                                          clearance_text(c), speed_text(n)));
-    return draw_panels(
-        f, {panel(f, c, n, position_shown(), ""), panel(f, c, n, acceleration_shown(), "")}, 1);
+    return draw_panels(f, {panel(f, c, n, position_shown(), ""), panel(f, c, n, acceleration_shown(), "")},
+                       1);
   }
 
   std::filesystem::path positions() {
     const double c = paper_clearance(), n = paper_speed();
-    auto f = begin("positions",
-                   fmt::format("Position and acceleration of the slider in the last turn at {}, with the ideal "
-                               "joint and with a clearance of {}.",
-                               speed_text(n), clearance_text(c)));
+    auto f =
+        begin("positions",
+              fmt::format("Position and acceleration of the slider in the last turn at {}, with the ideal "
+                          "joint and with a clearance of {}.",
+                          speed_text(n), clearance_text(c)));
     std::vector<Panel> list;
     for (const auto& shown : {position_shown(), acceleration_shown()}) {
       list.push_back(panel(f, c, n, shown, letter(list.size()) + "ideal", {"ideal"}));
@@ -229,27 +230,31 @@ class Experiment {
 
   std::filesystem::path motions() {
     const double n = paper_speed();
-    auto f = begin("motions", fmt::format("Velocity and acceleration of the slider in the last turn at {}, for "
-                                          "each clearance. The velocity is the difference quotient of the position.",
-                                          speed_text(n)));
+    auto f = begin("motions",
+                   fmt::format("Velocity and acceleration of the slider in the last turn at {}, for "
+                               "each clearance. The velocity is the difference quotient of the position.",
+                               speed_text(n)));
     std::vector<Panel> list;
     for (std::size_t i = 0; i < std::min(clearances_.size(), most_cells); ++i)
       for (const auto& shown : {velocity_shown(), acceleration_shown()})
-        list.push_back(panel(f, clearances_[i], n, shown, letter(list.size()) + clearance_text(clearances_[i])));
+        list.push_back(
+            panel(f, clearances_[i], n, shown, letter(list.size()) + clearance_text(clearances_[i])));
     return draw_panels(f, std::move(list), 2);
   }
 
   std::filesystem::path panels(const char* what, bool along_clearance, const CellQuantity& shown) {
     const double c = paper_clearance(), n = paper_speed();
     auto f = begin(what, fmt::format("{} of the slider for each {}, {}.",
-                                     shown.spectrum ? "Spectrum over the harmonics of the crank, acceleration" : "Acceleration",
+                                     shown.spectrum ? "Spectrum over the harmonics of the crank, acceleration"
+                                                    : "Acceleration",
                                      along_clearance ? "clearance" : "crank speed",
                                      along_clearance ? speed_text(n) : "clearance " + clearance_text(c)));
     const auto& values = along_clearance ? clearances_ : speeds_;
     std::vector<Panel> list;
     for (std::size_t i = 0; i < std::min(values.size(), most_cells); ++i)
-      list.push_back(panel(f, along_clearance ? values[i] : c, along_clearance ? n : values[i], shown,
-                           letter(i) + (along_clearance ? clearance_text(values[i]) : speed_text(values[i]))));
+      list.push_back(
+          panel(f, along_clearance ? values[i] : c, along_clearance ? n : values[i], shown,
+                letter(i) + (along_clearance ? clearance_text(values[i]) : speed_text(values[i]))));
     return draw_panels(f, std::move(list), 2, shown.spectrum);
   }
 
@@ -260,8 +265,7 @@ class Experiment {
     std::vector<Panel> list;
     for (std::size_t i = clearances_.size() - std::min<std::size_t>(clearances_.size(), 2);
          i < clearances_.size(); ++i)
-      list.push_back(
-          panel(f, clearances_[i], n, velocity_shown(), clearance_text(clearances_[i])));
+      list.push_back(panel(f, clearances_[i], n, velocity_shown(), clearance_text(clearances_[i])));
     return draw_panels(f, std::move(list), 1);
   }
 
@@ -287,9 +291,10 @@ class Experiment {
   static void add_means(Figure& f, Panel& panel, const Block& block, Family family, double shift,
                         const Script& colour, const std::string& title) {
     const bool penalty = family == Family::penalty;
-    panel.curves.push_back({data(f, block).add(" using ($1{}{}):2:3:4 with yerrorlines ls {}{}",
-                                               penalty ? Word("-") : Word("+"), shift, penalty ? 1 : 2, colour),
-                            title});
+    panel.curves.push_back(
+        {data(f, block).add(" using ($1{}{}):2:3:4 with yerrorlines ls {}{}", penalty ? Word("-") : Word("+"),
+                            shift, penalty ? 1 : 2, colour),
+         title});
   }
 
   /// Holds the means and the upper ends of the intervals; lower ends may be negative.
@@ -300,10 +305,11 @@ class Experiment {
   }
 
   std::filesystem::path peaks_by_clearance() {
-    auto f = begin("peaks_clearance",
-                   fmt::format("Greatest acceleration over that of the ideal mechanism at {}: 95 % quantile over "
-                               "the turns, mean over the starts with its 95 % interval.{}",
-                               speed_text(paper_speed()), measured_source));
+    auto f =
+        begin("peaks_clearance",
+              fmt::format("Greatest acceleration over that of the ideal mechanism at {}: 95 % quantile over "
+                          "the turns, mean over the starts with its 95 % interval.{}",
+                          speed_text(paper_speed()), measured_source));
     Panel panel{.title = AxisTitle::of("greatest acceleration / ideal", ""), .axis = {}, .curves = {}};
     Limits limits;
     for (const auto& [family, formulation] : families) {
@@ -320,17 +326,18 @@ class Experiment {
 
   std::filesystem::path peaks_by_speed() {
     constexpr Word colours[] = {" lc rgb C1", " lc rgb C2", " lc rgb C4", " lc rgb C5"};
-    auto f = begin("peaks_speed",
-                   fmt::format("Greatest acceleration over the crank speed for each clearance: 95 % quantile over "
-                               "the turns, mean over the starts with its 95 % interval.{} They hold for 0.10, "
-                               "0.25 and 1.00 mm, from below.",
-                               measured_source));
+    auto f =
+        begin("peaks_speed",
+              fmt::format("Greatest acceleration over the crank speed for each clearance: 95 % quantile over "
+                          "the turns, mean over the starts with its 95 % interval.{} They hold for 0.10, "
+                          "0.25 and 1.00 mm, from below.",
+                          measured_source));
     Panel panel{.title = AxisTitle::of("greatest acceleration", "m/s²"), .axis = {}, .curves = {}};
     Limits limits;
     for (const auto& [family, formulation] : families)
-      panel.curves.push_back({Script().add("keyentry with linespoints ls {} lc rgb 0x555555",
-                                           family == Family::penalty ? 1 : 2),
-                              formulation});
+      panel.curves.push_back(
+          {Script().add("keyentry with linespoints ls {} lc rgb 0x555555", family == Family::penalty ? 1 : 2),
+           formulation});
     for (std::size_t i = 0; i < clearances_.size(); ++i)
       for (const auto& [family, formulation] : families) {
         Block block(fmt::format("{}, clearance {} m: speed, mean, low, high", formulation, clearances_[i]));
@@ -349,18 +356,20 @@ class Experiment {
   }
 
   std::filesystem::path surface() {
-    auto f = begin("surface", "Greatest acceleration over clearance and crank speed: 95 % quantile over the turns.");
+    auto f = begin("surface",
+                   "Greatest acceleration over clearance and crank speed: 95 % quantile over the turns.");
     HeatMap map{.x = AxisTitle::of("clearance", "mm"),
                 .y = AxisTitle::of("crank speed", "rpm"),
                 .grid = true,
-                .heading = "clearance (mm), speed (rpm), 95 % quantile over revolutions of the greatest "
-                           "acceleration (m/s^2), 95 % interval",
+                .heading =
+                    "clearance (mm), speed (rpm), 95 % quantile over revolutions of the greatest "
+                    "acceleration (m/s^2), 95 % interval",
                 .panels = {}};
     for (const auto& [family, formulation] : families) {
-      auto& cells = map.panels
-                        .emplace_back(HeatPanel{
-                            formulation, "", AxisTitle::of("greatest acceleration", "m/s²"), {}})
-                        .cells;
+      auto& cells =
+          map.panels
+              .emplace_back(HeatPanel{formulation, "", AxisTitle::of("greatest acceleration", "m/s²"), {}})
+              .cells;
       for (const double c : clearances_)
         for (const double n : speeds_)
           if (const auto it = greatest_.find({formulation, c, n}); it != greatest_.end()) {

@@ -19,11 +19,10 @@ std::vector<std::filesystem::path> draw_film(const std::filesystem::path& folder
     const char* name;
     Word symbol;
   };
-  constexpr Coefficient all[] = {
-      {"K_xx", {"K_{xx}", "$K_{xx}$"}},     {"K_xy", {"K_{xy}", "$K_{xy}$"}},
-      {"K_yx", {"|K_{yx}|", "$|K_{yx}|$"}}, {"K_yy", {"K_{yy}", "$K_{yy}$"}},
-      {"C_xx", {"C_{xx}", "$C_{xx}$"}},     {"C_xy", {"C_{xy}", "$C_{xy}$"}},
-      {"C_yx", {"C_{yx}", "$C_{yx}$"}},     {"C_yy", {"C_{yy}", "$C_{yy}$"}}};
+  constexpr Coefficient all[] = {{"K_xx", {"K_{xx}", "$K_{xx}$"}},     {"K_xy", {"K_{xy}", "$K_{xy}$"}},
+                                 {"K_yx", {"|K_{yx}|", "$|K_{yx}|$"}}, {"K_yy", {"K_{yy}", "$K_{yy}$"}},
+                                 {"C_xx", {"C_{xx}", "$C_{xx}$"}},     {"C_xy", {"C_{xy}", "$C_{xy}$"}},
+                                 {"C_yx", {"C_{yx}", "$C_{yx}$"}},     {"C_yy", {"C_{yy}", "$C_{yy}$"}}};
   Panel panels[] = {{.title = AxisTitle::of("stiffness", "W/c"), .axis = {}, .curves = {}},
                     {.title = AxisTitle::of("damping", "W/(c ω)"), .axis = {}, .curves = {}}};
   Limits across, up[2];
@@ -38,7 +37,8 @@ std::vector<std::filesystem::path> draw_film(const std::filesystem::path& folder
   }
   for (std::size_t k = 0; k < std::size(all); ++k)
     panels[k / 4].curves.push_back(
-        {Script().add("DATA index 0 using 1:{} with lines ls {}", k + 2, k % 4 + 1), all[k].name, all[k].symbol});
+        {Script().add("DATA index 0 using 1:{} with lines ls {}", k + 2, k % 4 + 1), all[k].name,
+         all[k].symbol});
   for (std::size_t k = 0; k < 2; ++k) panels[k].axis = decades_of(up[k].least, up[k].most);
   add_panels(f, style_of(folder),
              {.abscissa = {AxisTitle::of("Sommerfeld number", ""), decades_of(across.least, across.most)},

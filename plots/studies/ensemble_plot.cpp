@@ -85,8 +85,8 @@ Panel histogram(Figure& f, const std::filesystem::path& folder, const std::strin
                   known ? fmt::format("mean {:.4g} ± {:.2g} (95 %)", of_starts.mean,
                                       0.5 * (of_starts.high - of_starts.low))
                         : fmt::format("{:.4g}, one start", of_starts.mean)}},
-      .abscissa = Abscissa{title_of_number(statistic, unit.name),
-                           {across.least - margin, across.most + margin}}};
+      .abscissa =
+          Abscissa{title_of_number(statistic, unit.name), {across.least - margin, across.most + margin}}};
   f.caption += fmt::format("{}{}: {} starts.", f.caption.empty() ? "" : " ", statistic, values.size());
   f.blocks.push_back(std::move(bars));
   f.blocks.push_back(std::move(mean));

@@ -126,7 +126,8 @@ std::filesystem::path sweep_curves(const StudyPlot& plot, const SweepRuns& runs,
   if (across.low == across.high)
     across = axis_of(across.low, across.high);
   else if (across.logarithmic)
-    across.low /= std::pow(across.high / across.low, 0.02), across.high *= std::pow(across.high / across.low, 0.02);
+    across.low /= std::pow(across.high / across.low, 0.02),
+        across.high *= std::pow(across.high / across.low, 0.02);
   else if (const double margin = 0.02 * (across.high - across.low); margin > 0)
     across.low -= margin, across.high += margin;
   PanelStack stack{.abscissa = {title_of_axis(axis), across}, .panels = {}, .each = 5.0};
@@ -169,9 +170,8 @@ std::filesystem::path sweep_curves(const StudyPlot& plot, const SweepRuns& runs,
     }
     if (panel.curves.empty()) throw SceneError(fmt::format("--y {}: no run has a value", q.name));
     // On a logarithmic axis, intervals may extend below the least mean by any factor and are cut.
-    panel.axis = means.least > 0 && ends.most > most_linear * means.least
-                     ? decades_of(means.least, ends.most)
-                     : axis_of(ends.least, ends.most);
+    panel.axis = means.least > 0 && ends.most > most_linear * means.least ? decades_of(means.least, ends.most)
+                                                                          : axis_of(ends.least, ends.most);
     stack.panels.push_back(std::move(panel));
   }
   add_panels(f, style, std::move(stack));
@@ -189,9 +189,10 @@ std::filesystem::path sweep_map(const StudyPlot& plot, const SweepRuns& runs, st
               .panels = {}};
   for (const auto& q : quantities_of(plot, runs))
     for (const auto& g : groups.list()) {
-      auto& panel = map.panels.emplace_back(HeatPanel{
-          groups.list().size() > 1 ? groups.full_title(g) : "", name_with_unit(q.name, q.unit),
-          title_of_quantity(q), {}});
+      auto& panel = map.panels.emplace_back(HeatPanel{groups.list().size() > 1 ? groups.full_title(g) : "",
+                                                      name_with_unit(q.name, q.unit),
+                                                      title_of_quantity(q),
+                                                      {}});
       for (const auto* cell : g.cells) {
         const auto s = runs.at(*cell, q);
         panel.cells.push_back({cell->values[x] * x_axis.scale, cell->values[y] * y_axis.scale, s.mean, s.low,
