@@ -32,6 +32,12 @@ int digits_of(const Axis& axis) {
       1 + static_cast<int>(std::floor(std::log10(size)) - std::floor(std::log10(axis.step) + 1e-9)), 6, 15);
 }
 
+/// Place of a value between the ends of an axis, 0 to 1.
+double share_of(const Axis& axis, double x) {
+  return axis.logarithmic ? std::log(x / axis.low) / std::log(axis.high / axis.low)
+                          : (x - axis.low) / (axis.high - axis.low);
+}
+
 double nearest_tic(double x, double step) { return std::round(x / step) * step; }
 
 /// Steps 1, 2, 5 times powers of ten, or parts of a turn, in increasing order from `least`.
@@ -147,6 +153,11 @@ Axis decades_of(double least, double greatest) {
 }
 
 std::size_t longest_label(const Axis& axis) {
+  if (!axis.tics.empty()) {
+    std::size_t most = 1;
+    for (const auto& tic : axis.tics) most = std::max(most, letters(tic.label));
+    return most;
+  }
   if (axis.logarithmic) return 4;  // 10 with two smaller letters
   std::size_t most = 1;
   const double first = std::ceil(axis.low / axis.step - 1e-9),
@@ -160,6 +171,21 @@ std::size_t longest_label(const Axis& axis) {
 Axis with_tics(Axis axis, double most, double width) {
   if (axis.step > 0) return axis;
   most = std::max(most, 1.0);
+  if (!axis.tics.empty()) {
+    const Tic* last = nullptr;
+    const auto touches = [&](const Tic& tic) {
+      if (!last) return false;
+      const double apart = share_of(axis, tic.at) - share_of(axis, last->at);
+      const auto both = static_cast<double>(letters(tic.label) + letters(last->label));
+      return width > 0 ? width * apart < 0.5 * both + 1.2 : most * apart < 1;
+    };
+    std::vector<Tic> kept;
+    kept.reserve(axis.tics.size());
+    for (const auto& tic : axis.tics)
+      if (!touches(tic)) last = &kept.emplace_back(tic);
+    axis.tics = std::move(kept);
+    return axis;
+  }
   if (axis.logarithmic) {
     const double decades = std::log10(axis.high / axis.low);
     axis.step = std::pow(10, std::max(1.0, std::ceil(decades / most)));
@@ -168,6 +194,7 @@ Axis with_tics(Axis axis, double most, double width) {
   if (!(axis.high > axis.low)) axis.high = axis.low + 1;
   const double range = axis.high - axis.low;
   axis.step = axis.turn ? 15 : std::pow(10, std::floor(std::log10(range / 20)));
+  if (axis.whole) axis.step = std::max(axis.step, 1.0);
   // Letters between the middles of two labels, less those of a label.
   const auto gap = [&] { return width * axis.step / range - static_cast<double>(longest_label(axis)); };
   const auto room = [&] { return range / axis.step <= most && (width <= 0 || gap() >= 1.7); };
@@ -186,6 +213,15 @@ Axis with_tics(Axis axis, double most, double width) {
 
 Script commands(const Axis& axis, Word name) {
   Script script;
+  if (!axis.tics.empty()) {
+    script.add("{0} logscale {1}\nset format {1}\nset {1}range [{2:.12g}:{3:.12g}]\nset {1}tics (",
+               axis.logarithmic ? Word("set") : Word("unset"), name, axis.low, axis.high);
+    for (const auto& tic : axis.tics) {
+      if (&tic != axis.tics.data()) script.add(", ");
+      script.add_tic(tic.label, tic.at);
+    }
+    return script.add(")\n");
+  }
   if (axis.logarithmic)
     return script.add(
         "set logscale {0}\nset format {0} {1}\nset {0}range [{2:.6g}:{3:.6g}]\nset {0}tics {4:.6g}\n", name,

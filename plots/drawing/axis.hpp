@@ -5,9 +5,13 @@
 // journals are narrower.
 #pragma once
 
+#include <algorithm>
+#include <cmath>
 #include <cstddef>
+#include <limits>
 #include <string>
 #include <string_view>
+#include <vector>
 
 #include "plots/drawing/script.hpp"
 
@@ -54,12 +58,36 @@ struct AxisTitle {
   bool fits(std::size_t most) const;
 };
 
+/// Least and greatest of some values; values that are not finite are omitted.
+struct Limits {
+  double least = std::numeric_limits<double>::infinity(), most = -least;
+  Limits() = default;
+  explicit Limits(const std::vector<double>& values) {
+    for (const double v : values) hold(v);
+  }
+  void hold(double v) {
+    if (!std::isfinite(v)) return;
+    least = std::min(least, v), most = std::max(most, v);
+  }
+  double range() const { return most - least; }
+  double size() const { return std::max(std::abs(least), std::abs(most)); }  ///< of a value
+};
+
+/// A tic at a value with its label.
+struct Tic {
+  double at;
+  std::string label;
+};
+
 /// The range of an axis and the distance of its tics.
 struct Axis {
   double low = 0, high = 1;
   double step = 0;  ///< 0: chosen by tics_of
   bool logarithmic = false;
-  bool turn = false;  ///< degrees: tics at parts of a turn
+  bool turn = false;   ///< degrees: tics at parts of a turn
+  bool whole = false;  ///< tics at whole numbers only
+  /// In increasing order, instead of tics at equal distances; with_tics() removes those that touch.
+  std::vector<Tic> tics = {};
 };
 /// A linear axis over values, with a margin. A constant gets a range about it that rounding does
 /// not fill: values that differ by less than 1e-4 of their size need no more than five digits.

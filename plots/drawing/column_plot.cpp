@@ -177,17 +177,6 @@ double read_curves(std::vector<ColumnPanel>& panels, const ColumnFormula& x, con
   return greatest;
 }
 
-/// Least and greatest value of an axis.
-struct Limits {
-  double least = INFINITY, most = -INFINITY;
-  Limits() = default;
-  explicit Limits(const std::vector<double>& values) {
-    for (const double v : values) hold(v);
-  }
-  double range() const { return most - least; }
-  void hold(double v) { least = std::min(least, v), most = std::max(most, v); }
-};
-
 /// A block of data in the shown units. A folded curve has a gap where the angle wraps.
 Block block_of(const std::string& heading, const Points& p, double x_size, double y_size, bool fold,
                Limits& across, Limits& up) {

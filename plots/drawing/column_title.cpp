@@ -101,4 +101,10 @@ AxisTitle title_of_column(const std::string& column, const std::string& unit) {
       {{.text = column, .unit = "", .columns = {{column, "", "", "", quantity_of_column(column)}}}}, unit);
 }
 
+AxisTitle title_of_number(const std::string& path, const std::string& unit) {
+  if (*quantity_of_column(path).name.text()) return title_of_column(path, unit);
+  const auto number = number_of_run(path);
+  return AxisTitle::plain((number.element.empty() ? "" : number.element + ": ") + number.words, unit);
+}
+
 }  // namespace freeplay::plots

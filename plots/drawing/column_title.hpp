@@ -17,4 +17,7 @@ AxisTitle title_of(const std::vector<ColumnFormula>& formulas, const std::string
 /// Title of the axis of a column of a result file or a section: its element, quantity and symbol.
 AxisTitle title_of_column(const std::string& column, const std::string& unit);
 
+/// Title of the axis of a number of run.json: its element and words, in the shown unit.
+AxisTitle title_of_number(const std::string& path, const std::string& unit);
+
 }  // namespace freeplay::plots

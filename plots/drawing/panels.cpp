@@ -2,6 +2,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <optional>
+#include <utility>
 
 namespace freeplay::plots {
 namespace {
@@ -13,36 +15,258 @@ constexpr double between = 0.28;  // panels without texts between them
 constexpr double key_line = 0.34, name_line = 0.36;
 constexpr double tic_line = 0.42;  // labels of a horizontal axis
 constexpr double least_panel = 1.1;
-constexpr std::size_t sample = 5;  // letters that gnuplot adds to a title of a key: sample and gaps
-
-/// Bands of a panel above and below its frame (cm at the usual text size).
-struct Band {
-  double above, below;
-  KeyGrid key;
-};
+constexpr double second_line = 0.12;        // more room for a title of two lines
+constexpr double bar_gap = 0.2, bar = 0.3;  // scale of colours
+constexpr std::size_t sample = 5;           // letters that gnuplot adds to a title of a key: sample and gaps
 
 /// Letters of a line of this length (cm at the usual text size).
 std::size_t letters_in(double length) {
   return static_cast<std::size_t>(std::max(length / letter_width, 3.0));
 }
 
-std::vector<std::string> titles_of(const Panel& panel) {
+std::vector<std::string> titles_of(const std::vector<PanelCurve>& curves) {
   std::vector<std::string> list;
-  for (const auto& curve : panel.curves)
+  for (const auto& curve : curves)
     if (!curve.title.empty()) list.push_back(curve.title);
   return list;
 }
 
-Script curves_of(const Panel& panel, std::size_t most) {
+/// A plot command; with `keyed`, of the key alone. `most`: letters of a title.
+Script curves_of(const std::vector<PanelCurve>& curves, std::size_t most, bool keyed = false) {
   Script plot;
-  for (const auto& curve : panel.curves) {
-    plot.add("{}{} ", plot.empty() ? Word("plot ") : Word(", "), curve.what);
+  if (keyed) plot.add("plot -1 notitle");
+  for (const auto& curve : curves) {
+    plot.add("{}{}{} ", plot.empty() ? Word("plot ") : Word(", "), keyed ? Word("keyentry ") : Word(""),
+             curve.what);
     if (curve.title.empty())
       plot.add("notitle");
+    else if (*curve.symbol.text())
+      plot.add("title '{}'", curve.symbol);
     else
       plot.add("title {} noenhanced", shortened(curve.title, most));
   }
   return plot.add("\n");
+}
+
+bool same(const AxisTitle& a, const AxisTitle& b) {
+  return a.text.text() == b.text.text() && a.unit == b.unit;
+}
+
+/// The sizes of a grid of panels, cm at the usual text size. The margins depend on the labels, and
+/// these on the size of the panels.
+class Grid {
+ public:
+  /// `width`, `height`: of the page; `each`: of a panel.
+  Grid(PanelStack& stack, std::size_t columns, double width, double each, std::optional<double> height)
+      : stack_(stack), width_(width), columns_(columns), sides_(columns) {
+    const auto& panels = stack.panels;
+    height_ = each;
+    for (const auto& panel : panels)  // grow for titles that do not fit even without their unit
+      for (const auto* title : {&panel.title, panel.colours ? &panel.colours->title : nullptr})
+        if (const double needs = title ? letter_width * static_cast<double>(title->length + 1) : 0;
+            needs > height_)
+          height_ = std::min(needs, 2 * each);
+    for (int pass = 0; pass < 3; ++pass) measure(height);
+    if (stack.equal_scales) extend_axes();
+  }
+
+  /// Whether the labels below the panels and the names above them have room.
+  bool has_room() const {
+    for (std::size_t i = 0; i < stack_.panels.size(); ++i) {
+      const auto axis = across(i);
+      const double room = plot() + 2 * least_right, name = plot() + sides_[column(i)].right - edge;
+      if (plot() < letter_width * (2 * static_cast<double>(longest_label(axis)) + 3.4) ||
+          room < letter_width * static_cast<double>(abscissa(i).title.length) ||
+          name < letter_width * static_cast<double>(letters(stack_.panels[i].name)))
+        return false;
+    }
+    return true;
+  }
+
+  double page_height() const { return fixed() + static_cast<double>(bands_.size()) * height_; }
+
+  /// Adds the commands of all panels.
+  void add(Script& script) const;
+
+ private:
+  static constexpr double least_right = 0.3;
+  struct Side {
+    double left = 1.6, right = 0.45;
+  };
+  /// Bands of a row above and below its frames.
+  struct Band {
+    double above = 0, below = 0;
+    std::size_t key_rows = 0;
+    bool named = false;
+  };
+
+  std::size_t column(std::size_t i) const { return i % columns_; }
+  const Abscissa& abscissa(std::size_t i) const {
+    const auto& panel = stack_.panels[i];
+    return panel.abscissa ? *panel.abscissa : stack_.abscissa;
+  }
+  bool labelled(std::size_t i) const {
+    return stack_.panels[i].abscissa || i + columns_ >= stack_.panels.size();
+  }
+  /// Whether the panel has a title of its ordinate.
+  bool titled(std::size_t i) const {
+    return column(i) == 0 || !same(stack_.panels[i].title, stack_.panels[i - 1].title);
+  }
+  /// Whether the panel has a bar of its colours.
+  bool barred(std::size_t i) const {
+    const auto& mine = stack_.panels[i].colours;
+    if (!mine) return false;
+    if (i + 1 == stack_.panels.size() || column(i + 1) == 0) return true;
+    const auto& next = stack_.panels[i + 1].colours;
+    return !next || !same(mine->title, next->title) || mine->axis.low != next->axis.low ||
+           mine->axis.high != next->axis.high;
+  }
+  double sides() const {
+    double sum = 0;
+    for (const auto& side : sides_) sum += side.left + side.right;
+    return sum;
+  }
+  double fixed() const {
+    double sum = top();
+    for (const auto& band : bands_) sum += band.above + band.below;
+    return sum;
+  }
+  double plot() const { return std::max((width_ - sides()) / static_cast<double>(columns_), 1.0); }
+  /// Letters of a title below a panel; side by side, it may extend over the margins.
+  std::size_t letters_below() const { return letters_in(plot() + (columns_ > 1 ? 2 * least_right : 0)); }
+  Axis across(std::size_t i) const { return with_tics(abscissa(i).axis, 10, plot() / letter_width); }
+  Axis up(const Axis& axis) const { return with_tics(axis, height_ / (1.45 * line_height)); }
+  double lines_of(const AxisTitle& title) const { return title.fits(letters_in(height_)) ? 1 : 2; }
+  KeyGrid key_of(std::size_t i) const {
+    return key_grid(titles_of(stack_.panels[i].curves), plot() / letter_width);
+  }
+  /// The key of the whole figure, and its height with the gap below.
+  KeyGrid top_key() const { return key_grid(titles_of(stack_.key), (width_ - 4 * edge) / letter_width); }
+  double top() const { return stack_.key.empty() ? 0 : key_line * static_cast<double>(top_key().rows) + 0.1; }
+
+  /// From the top of a band to its first text.
+  double pad(const Band& band) const { return &band == bands_.data() ? 0.1 : band.key_rows > 0 ? 0.12 : 0; }
+
+  /// One pass: margins for the present size of the panels.
+  void measure(std::optional<double> page) {
+    const double plot = this->plot();
+    if (stack_.equal_scales) {
+      const auto &x = stack_.abscissa.axis, &y = stack_.panels.front().axis;
+      height_ = std::clamp(plot * (y.high - y.low) / (x.high - x.low), 0.3 * plot, 1.2 * plot);
+    }
+    bands_.assign((stack_.panels.size() + columns_ - 1) / columns_, {});
+    std::vector<Side> next(columns_, {0, least_right});
+    for (std::size_t i = 0; i < stack_.panels.size(); ++i) {
+      const auto& panel = stack_.panels[i];
+      auto& band = bands_[i / columns_];
+      band.key_rows = std::max(band.key_rows, key_of(i).rows);
+      band.named = band.named || !panel.name.empty();
+      const double title_lines = abscissa(i).title.fits(letters_below()) ? 1 : 2;
+      band.below =
+          std::max(band.below, labelled(i) ? tic_line + line_height * title_lines + edge + 0.1 : between);
+      auto& side = next[column(i)];
+      const auto label = [](const Axis& axis) {
+        return letter_width * static_cast<double>(longest_label(axis));
+      };
+      const double lines = titled(i) ? lines_of(panel.title) : 0;
+      side.left = std::max(side.left, label(up(panel.axis)) + line_height * lines +
+                                          (lines > 1 ? second_line : 0) + tic_gap + edge + 0.18);
+      side.right = std::max(side.right, 0.5 * label(across(i)) + edge);
+      if (barred(i))
+        side.right = std::max(side.right, bar_gap + bar + tic_gap + label(up(panel.colours->axis)) +
+                                              line_height * lines_of(panel.colours->title) + edge + 0.18);
+    }
+    for (auto& band : bands_) {
+      const bool first = &band == bands_.data();
+      band.above = pad(band) + (first ? 0.15 : 0.1) + key_line * static_cast<double>(band.key_rows) +
+                   (band.named ? name_line : 0) + (band.key_rows > 0 || band.named ? 0.08 : 0);
+    }
+    const auto rows = static_cast<double>(bands_.size());
+    if (page) height_ = std::max(*page - fixed(), least_panel * rows) / rows;
+    sides_ = std::move(next);
+  }
+
+  /// The axis with room to spare becomes longer, for equal scales.
+  void extend_axes() {
+    auto &x = stack_.abscissa.axis, &y = stack_.panels.front().axis;
+    const double per_cm = std::max((x.high - x.low) / plot(), (y.high - y.low) / height_);
+    for (auto& [axis, length] : {std::pair<Axis&, double>(x, plot()), {y, height_}}) {
+      const double more = 0.5 * (per_cm * length - (axis.high - axis.low));
+      axis.low -= more, axis.high += more;
+    }
+  }
+
+  PanelStack& stack_;
+  double width_, height_ = 0;
+  std::size_t columns_;
+  std::vector<Side> sides_;
+  std::vector<Band> bands_;
+};
+
+void Grid::add(Script& script) const {
+  script.add("set multiplot\nPANEL = (1 - Y({:.4g}))/{}\nACROSS = (1 - X({:.4g}))/{}\n", fixed(),
+             bands_.size(), sides(), columns_);
+  if (!stack_.key.empty()) {
+    const auto key = top_key();
+    script.add(
+        "set lmargin at screen X({0:.4g})\nset rmargin at screen 1 - X({0:.4g})\nset tmargin at screen 1\nset bmargin at screen 0\n"
+        "unset border\nunset tics\nset xrange [0:1]\nset yrange [0:1]\nset key at screen 0.5, screen 1 - Y({1:.4g}) center top "
+        "horizontal maxcols {2} maxrows {3} samplen 2 spacing 1\n{4}set border\nset xtics nomirror\nset ytics nomirror\n",
+        edge, 0.1, key.columns, key.rows, curves_of(stack_.key, letters_in(width_) - sample, true));
+  }
+  double down = top(), right = 0;
+  for (std::size_t i = 0; i < stack_.panels.size(); ++i) {
+    const auto& panel = stack_.panels[i];
+    const auto row = i / columns_, k = column(i);
+    const auto& band = bands_[row];
+    if (k == 0) {
+      right = 0;
+      down += band.above + (row > 0 ? bands_[row - 1].below : 0);
+    }
+    right += sides_[k].left + (k > 0 ? sides_[k - 1].right : 0);
+    script.add(
+        "set lmargin at screen X({0:.4g}) + {1}*ACROSS\nset rmargin at screen X({0:.4g}) + {2}*ACROSS\n"
+        "set tmargin at screen 1 - Y({3:.4g}) - {4}*PANEL\nset bmargin at screen 1 - Y({3:.4g}) - {5}*PANEL\n",
+        right, k, k + 1, down, row, row + 1);
+    const double name_top = down - band.above + pad(band);
+    const double key_top = name_top + (band.named ? name_line : 0);
+    const auto key = key_of(i);
+    if (key.rows > 0)
+      script.add(
+          "set key at graph 0.5, screen 1 - Y({:.4g}) - {}*PANEL center top horizontal maxcols {} maxrows {} samplen 2 spacing 1\n",
+          key_top, row, key.columns, key.rows);
+    else
+      script.add("unset key\n");
+    if (!panel.name.empty())
+      script.add("set label 1 {} at graph 0, screen 1 - Y({:.4g}) - {}*PANEL left noenhanced\n",
+                 shortened(panel.name, letters_in(plot() + sides_[k].right - edge)),
+                 name_top + 0.5 * name_line, row);
+    auto x = across(i);
+    if (!labelled(i))
+      for (auto& tic : x.tics) tic.label.clear();
+    script.add("{}", commands(x, "x"));
+    if (labelled(i))
+      script.add("set xlabel {}\n", abscissa(i).title.label(letters_below()));
+    else
+      script.add("set format x ''\nunset xlabel\n");
+    script.add("{}", commands(up(panel.axis), "y"));
+    if (titled(i))
+      script.add("set ylabel {}{}\n", panel.title.label(letters_in(height_)),
+                 lines_of(panel.title) > 1 ? Word(" offset -0.6") : Word(" offset 0"));
+    else
+      script.add("unset ylabel\n");
+    if (barred(i))
+      script.add(
+          "set colorbox user origin screen X({:.4g}) + {}*ACROSS, screen 1 - Y({:.4g}) - {}*PANEL size screen X({}), screen PANEL\n"
+          "set cblabel {} offset 0.8\n",
+          right + bar_gap, k + 1, down, row + 1, bar, panel.colours->title.label(letters_in(height_)));
+    else if (panel.colours)
+      script.add("unset colorbox\n");
+    if (panel.colours) script.add("{}", commands(up(panel.colours->axis), "cb"));
+    script.add("{}{}", panel.before, curves_of(panel.curves, letters_in(plot()) - sample));
+    if (!panel.name.empty()) script.add("unset label 1\n");
+  }
+  script.add("unset multiplot\n");
 }
 
 }  // namespace
@@ -63,104 +287,16 @@ AxisTitle crank_title() { return AxisTitle::of("crank angle", "°"); }
 void add_panels(Figure& f, const Style& style, PanelStack stack) {
   const double scale = style.font_size / Style::usual_font_size;
   const double width = width_of(f, style) / scale;  // all lengths are cm at the usual text size
-  const auto count = static_cast<double>(stack.panels.size());
-  const double shrink = std::min(1.0, std::sqrt(width / f.width_cm));
-  double height = stack.each * shrink;
-  // Titles that do not fit beside their panel break before their unit, and the panel grows up to
-  // twice its height for the rest.
-  for (const auto& panel : stack.panels)
-    if (const double needs = letter_width * static_cast<double>(panel.title.length + 1); needs > height)
-      height = std::min(needs, 2 * stack.each * shrink);
-
-  // The margins depend on the labels, and these on the size of the panels.
-  double left = 1.6, right = 0.45;
-  std::vector<Band> bands;
-  double fixed = 0;
-  for (int pass = 0; pass < 3; ++pass) {
-    const double plot = std::max(width - left - right, 1.0);
-    auto across = stack.abscissa;
-    across.axis = with_tics(across.axis, 10, plot / letter_width);
-    if (stack.equal_scales) {
-      auto &x = across.axis, &y = stack.panels.front().axis;
-      const double tall = std::clamp(plot * (y.high - y.low) / (x.high - x.low), 0.3 * plot, 1.2 * plot);
-      height = tall;
-    }
-    bands.clear();
-    fixed = 0;
-    double widest = 0;
-    for (std::size_t i = 0; i < stack.panels.size(); ++i) {
-      auto& panel = stack.panels[i];
-      const bool labelled = panel.abscissa || i + 1 == stack.panels.size();
-      const auto key = key_grid(titles_of(panel), plot / letter_width);
-      const auto& below = panel.abscissa ? *panel.abscissa : stack.abscissa;
-      const double title_lines = below.title.fits(letters_in(plot)) ? 1 : 2;
-      bands.push_back({(i == 0 ? 0.25 : 0.1) + key_line * static_cast<double>(key.rows) +
-                           (panel.name.empty() ? 0 : name_line) +
-                           (key.rows > 0 || !panel.name.empty() ? 0.08 : 0),
-                       labelled ? tic_line + line_height * title_lines + edge + 0.1 : between, key});
-      fixed += bands.back().above + bands.back().below;
-      auto axis = with_tics(panel.axis, height / (1.45 * line_height));
-      const double lines = panel.title.fits(letters_in(height)) ? 1 : 2;
-      widest =
-          std::max(widest, letter_width * static_cast<double>(longest_label(axis)) + line_height * lines);
-    }
-    if (style.height) height = std::max(0.1 * *style.height / scale - fixed, least_panel * count) / count;
-    left = widest + tic_gap + edge + 0.18;
-    right = std::max(0.3, 0.5 * letter_width * static_cast<double>(longest_label(across.axis)) + edge);
-    for (const auto& panel : stack.panels)
-      if (panel.abscissa) {
-        const auto axis = with_tics(panel.abscissa->axis, 10, plot / letter_width);
-        right = std::max(right, 0.5 * letter_width * static_cast<double>(longest_label(axis)) + edge);
-      }
-  }
-  const double plot = std::max(width - left - right, 1.0);
-  if (stack.equal_scales) {  // the axis with room to spare becomes longer
-    auto &x = stack.abscissa.axis, &y = stack.panels.front().axis;
-    const double per_cm = std::max((x.high - x.low) / plot, (y.high - y.low) / height);
-    const auto widen = [](Axis& axis, double range) {
-      const double more = 0.5 * (range - (axis.high - axis.low));
-      axis.low -= more, axis.high += more;
-    };
-    widen(x, per_cm * plot);
-    widen(y, per_cm * height);
-  }
+  const double each = stack.each * std::min(1.0, std::sqrt(width / f.width_cm));
+  std::optional<double> height;
+  if (style.height) height = 0.1 * *style.height / scale;
+  auto columns = std::clamp<std::size_t>(stack.columns, 1, stack.panels.size());
+  while (columns > 1 && !Grid(stack, columns, width, each, height).has_room()) --columns;
+  const Grid grid(stack, columns, width, each, height);
   f.width_cm = width_of(f, style);
-  f.height_cm = style.height ? 0.1 * *style.height : scale * (fixed + count * height);
+  f.height_cm = height ? 0.1 * *style.height : scale * grid.page_height();
   f.sized = true;
-
-  f.script.add(
-      "set multiplot\nset lmargin at screen X({:.4g})\nset rmargin at screen 1-X({:.4g})\nPANEL = (1 - Y({:.4g}))/{}\n",
-      left, right, fixed, stack.panels.size());
-  double down = 0;
-  for (std::size_t i = 0; i < stack.panels.size(); ++i) {
-    const auto& panel = stack.panels[i];
-    const auto& band = bands[i];
-    down += band.above;
-    f.script.add(
-        "set tmargin at screen 1 - Y({0:.4g}) - {1}*PANEL\nset bmargin at screen 1 - Y({0:.4g}) - {2}*PANEL\n",
-        down, i, i + 1);
-    const double key_top = down - band.above + (i == 0 ? 0.1 : 0) + (panel.name.empty() ? 0 : name_line);
-    if (band.key.rows > 0)
-      f.script.add(
-          "set key at graph 0.5, screen 1 - Y({:.4g}) - {}*PANEL center top horizontal maxcols {} maxrows {} samplen 2 spacing 1\n",
-          key_top, i, band.key.columns, band.key.rows);
-    else
-      f.script.add("unset key\n");
-    if (!panel.name.empty())
-      f.script.add("set label 1 {} at graph 0, screen 1 - Y({:.4g}) - {}*PANEL left noenhanced\n",
-                   shortened(panel.name, letters_in(plot)), key_top - 0.5 * name_line, i);
-    const auto& below = panel.abscissa ? *panel.abscissa : stack.abscissa;
-    f.script.add("{}", commands(with_tics(below.axis, 10, plot / letter_width), "x"));
-    if (panel.abscissa || i + 1 == stack.panels.size())
-      f.script.add("set xlabel {}\n", below.title.label(letters_in(plot)));
-    else
-      f.script.add("set format x ''\nunset xlabel\n");
-    f.script.add("{}set ylabel {}\n{}", commands(with_tics(panel.axis, height / (1.45 * line_height)), "y"),
-                 panel.title.label(letters_in(height)), curves_of(panel, letters_in(plot) - sample));
-    if (!panel.name.empty()) f.script.add("unset label 1\n");
-    down += band.below;
-  }
-  f.script.add("unset multiplot\n");
+  grid.add(f.script);
 }
 
 }  // namespace freeplay::plots

@@ -1,7 +1,8 @@
-// Stacked panels over one abscissa, or each over its own, laid out such that no text overlaps
-// another or the edge of the page: margins follow the labels of the tics, keys have the rows that
-// their titles need and stand above their panels, titles of axes break before the unit, and a panel
-// is as high as its title.
+// Panels in a grid of rows and columns, over one abscissa or each over its own, laid out such that
+// no text overlaps another or the edge of the page: margins follow the labels of the tics, keys have
+// the rows that their titles need and stand above their panels, titles of axes break before the
+// unit, and a panel is as high as its title. A grid whose panels are narrower than their labels
+// has fewer columns.
 #pragma once
 
 #include <optional>
@@ -18,9 +19,10 @@ namespace freeplay::plots {
 struct PanelCurve {
   Script what;        ///< data and style: DATA index 0 using 1:2 with lines
   std::string title;  ///< in the key; "": none
+  Word symbol{""};    ///< shown instead of the title, with markup
 };
 
-/// The horizontal axis of a panel.
+/// The horizontal axis of a panel, or its scale of colours.
 struct Abscissa {
   AxisTitle title;
   Axis axis;
@@ -33,14 +35,20 @@ struct Panel {
   std::vector<PanelCurve> curves;
   std::string name = {};  ///< above the panel
   std::optional<Abscissa> abscissa = {};
+  std::optional<Abscissa> colours = {};  ///< on the right, one for neighbours of the same scale
+  Script before = {};                    ///< commands before the curves
 };
 
-/// The panels of a figure, from the top.
+/// The panels of a figure, row by row from the top.
 struct PanelStack {
   Abscissa abscissa;  ///< of all panels without their own
   std::vector<Panel> panels;
   double each = 3.1;          ///< cm, height of a panel in a figure of usual width
   bool equal_scales = false;  ///< one panel whose axes have the same scale
+  /// Panels side by side, at most. A title that a panel shares with its left neighbour is not
+  /// repeated.
+  std::size_t columns = 1;
+  std::vector<PanelCurve> key = {};  ///< above the grid, of curves in all panels: with lines …
 };
 
 /// The title of an axis of time, and of the crank angle.

@@ -86,9 +86,9 @@ double finite(double x) {
   return x;
 }
 
-Script& Script::add_tic(std::string_view text, std::size_t at) {
-  text_ += fmt::format("{} {}", tic_literal(text), at);
-  tex_ += fmt::format("{} {}", in_quotes(doubled(in_tex(text))), at);
+Script& Script::add_tic(std::string_view text, double at) {
+  text_ += fmt::format("{} {:.12g}", tic_literal(text), finite(at));
+  tex_ += fmt::format("{} {:.12g}", in_quotes(doubled(in_tex(text))), at);
   return *this;
 }
 

@@ -102,7 +102,11 @@ class Script {
     return *this;
   }
   /// Appends a tic of an axis.
-  Script& add_tic(std::string_view text, std::size_t at);
+  Script& add_tic(std::string_view text, double at);
+  template <class I>
+  requires counts<I> Script& add_tic(std::string_view text, I at) {
+    return add_tic(text, static_cast<double>(at));
+  }
   bool empty() const { return text_.empty(); }
   const std::string& text() const { return text_; }
   const std::string& tex() const { return tex_; }

@@ -8,7 +8,9 @@
 #include <nlohmann/json.hpp>
 
 #include "io/files/input_file.hpp"
+#include "plots/drawing/column_title.hpp"
 #include "plots/drawing/figure.hpp"
+#include "plots/drawing/panels.hpp"
 #include "plots/drawing/style.hpp"
 #include "plots/figures/attractors.hpp"
 #include "plots/tables/table.hpp"
@@ -16,11 +18,8 @@
 namespace freeplay::plots {
 namespace {
 
-std::string with_unit(const std::string& name, const std::string& unit) {
-  return name + (unit.empty() ? "" : " (" + unit + ")");
-}
-std::string axis_label(const JsonFile& document, const std::string& path) {
-  return with_unit(document.text(path + ".name"), document.text(path + ".unit"));
+AxisTitle axis_title(const JsonFile& document, const std::string& path) {
+  return AxisTitle::plain(document.text(path + ".name"), document.text(path + ".unit"));
 }
 
 /// Upward branch: dots of the first colour, drawn over the rings of the second colour of the
@@ -34,7 +33,7 @@ int place_of(const std::string& branch) { return branch == "up" ? 1 : branch == 
 
 std::vector<std::filesystem::path> draw_bifurcation(const std::filesystem::path& folder) {
   const JsonFile document(folder / "bifurcation.json");
-  Figure f{.name = "bifurcation", .height_cm = 10, .source = "bifurcation.json"};
+  Figure f{.name = "bifurcation", .source = "bifurcation.json"};
   if (!add_bifurcation(f, folder, document.text("bifurcation.columns.0.name"),
                        document.text("bifurcation.columns.0.unit")))
     return {};
@@ -51,30 +50,30 @@ bool add_bifurcation(Figure& f, const std::filesystem::path& folder, const std::
   Block blocks[] = {Block("random starts"), Block("swept upwards"), Block("swept downwards")};
   Block none[] = {Block("random starts, no points"), Block("swept upwards, no points"),
                   Block("swept downwards, no points")};
-  double least = INFINITY, most = -INFINITY;  // of all values, including those without points
+  Limits across, up;  // across: of all values, including those without points
   while (rows.next()) {
     const double x = rows.number(value), y = rows.number(at);
-    if (std::isfinite(x)) {
-      least = std::min(least, x);
-      most = std::max(most, x);
-    }
+    across.hold(x);
+    if (std::isfinite(x)) up.hold(y);
     const auto k = static_cast<std::size_t>(place_of(rows.name(branch)));
     if (std::isfinite(x) && std::isfinite(y))
       blocks[k].row({x, y});
     else if (std::isfinite(x))
       none[k].row({x, 0.012 + 0.016 * static_cast<double>(k)});
   }
-  constexpr Word titles[] = {"random starts", "swept upwards", "swept downwards"};
-  Script plot;
+  constexpr const char* titles[] = {"random starts", "swept upwards", "swept downwards"};
+  Panel panel{.title = title_of_column(column, unit), .axis = axis_of(up.least, up.most), .curves = {}};
+  if (column == "phase") panel.axis = {0, 1};
   bool points = false, without = false;
-  const auto opening = [&] { return plot.empty() ? Word("plot ") : Word(", "); };
   for (const std::size_t k : {0u, 2u, 1u}) {
     if (blocks[k].empty()) continue;
-    plot.add(
-        "{}DATA index {} using 1:2 with points pt {} ps {} lw 0.6 lc rgb {} notitle, keyentry with points pt {} ps 0.8 lc rgb {} "
-        "title '{}'",
-        opening(), f.blocks.size(), branch_marks[k], k == 2 ? 0.6 : 0.3, branch_colours[k], branch_marks[k],
-        branch_colours[k], titles[k]);
+    panel.curves.push_back(
+        {Script().add("DATA index {} using 1:2 with points pt {} ps {} lw 0.6 lc rgb {}", f.blocks.size(),
+                      branch_marks[k], k == 2 ? 0.6 : 0.3, branch_colours[k]),
+         ""});
+    panel.curves.push_back(
+        {Script().add("keyentry with points pt {} ps 0.8 lc rgb {}", branch_marks[k], branch_colours[k]),
+         titles[k]});
     f.blocks.push_back(blocks[k]);
     points = true;
   }
@@ -82,23 +81,25 @@ bool add_bifurcation(Figure& f, const std::filesystem::path& folder, const std::
   // without runs.
   for (std::size_t k = 0; k < 3; ++k) {
     if (none[k].empty()) continue;
-    plot.add("{}DATA index {} using 1:2 axes x1y2 with points pt 5 ps 0.3 lc rgb {} notitle", opening(),
-             f.blocks.size(), branch_colours[k]);
+    panel.curves.push_back(
+        {Script().add("DATA index {} using 1:2 axes x1y2 with points pt 5 ps 0.3 lc rgb {}", f.blocks.size(),
+                      branch_colours[k]),
+         ""});
     f.blocks.push_back(none[k]);
     without = true;
   }
   if (f.blocks.empty()) return false;
   if (without)
-    plot.add(", keyentry with points pt 5 ps 0.6 lc rgb 0x888888 title 'no points (at the bottom)'");
-  f.script.add(
-      "set xlabel {} noenhanced\nset ylabel {} noenhanced\nset key outside top center horizontal samplen 1\n"
-      "set xrange [{}:{}]\nset autoscale yfix\nset offsets 0, 0, graph 0.04, graph 0.04\n",
-      axis_label(document, "bifurcation.axis"), with_unit(column, unit),
-      least - (most > least ? 0.01 * (most - least) : 1), most + (most > least ? 0.01 * (most - least) : 1));
-  f.script.add("set y2range [0:1]\n");
-  if (!points) f.script.add("{}set yrange [0:1]\nset format y ''\n", no_points);
-  if (column == "phase") f.script.add("set offsets 0, 0, 0, 0\nset yrange [0:1]\n");
-  f.script.add("{}\n", plot);
+    panel.curves.push_back(
+        {Script().add("keyentry with points pt 5 ps 0.6 lc rgb 0x888888"), "no points (at the bottom)"});
+  panel.before.add("set y2range [0:1]\n");
+  if (!points) panel.before.add("{}set format y ''\n", no_points);
+  const double margin = across.range() > 0 ? 0.01 * across.range() : 1;
+  add_panels(
+      f, style_of(folder),
+      {.abscissa = {axis_title(document, "bifurcation.axis"), {across.least - margin, across.most + margin}},
+       .panels = {std::move(panel)},
+       .each = 7.5});
   return true;
 }
 
@@ -139,8 +140,9 @@ std::vector<std::filesystem::path> draw_basin(const std::filesystem::path& folde
     cells.try_emplace(a, Block("x, y, half a cell")).first->second.row({x[i], y[i], dx, dy});
   }
   const auto style = style_of(folder);
-  Figure f{.name = "basin", .height_cm = 11, .source = "basin.json"};
-  Script plot;
+  Figure f{.name = "basin", .source = "basin.json"};
+  const Limits across(x), up(y);
+  Panel panel{.title = axis_title(document, "basin.y"), .axis = {up.least - dy, up.most + dy}, .curves = {}};
   for (const auto& [a, block] : cells) {
     std::string title = "failed";
     if (a >= 0) {
@@ -149,15 +151,16 @@ std::vector<std::filesystem::path> draw_basin(const std::filesystem::path& folde
       if (const auto cycle = document.text(path + "cycle"); !cycle.empty() && cycle.size() < 60)
         title += ": " + cycle;
     }
-    plot.add(
-        "{}DATA index {} using 1:2:3:4 with boxxyerror fs solid noborder lc rgb 0x{:06x} title {} noenhanced",
-        plot.empty() ? Word("plot ") : Word(", "), f.blocks.size(), colour_of(style, a), title);
+    panel.curves.push_back(
+        {Script().add("DATA index {} using 1:2:3:4 with boxxyerror fs solid noborder lc rgb 0x{:06x}",
+                      f.blocks.size(), colour_of(style, a)),
+         std::move(title)});
     f.blocks.push_back(block);
   }
-  f.script.add(
-      "set xlabel {} noenhanced\nset ylabel {} noenhanced\nset key outside top center vertical maxrows 4\n"
-      "set autoscale noextend\n{}\n",
-      axis_label(document, "basin.x"), axis_label(document, "basin.y"), plot);
+  add_panels(f, style,
+             {.abscissa = {axis_title(document, "basin.x"), {across.least - dx, across.most + dx}},
+              .panels = {std::move(panel)},
+              .each = 8.4});
   return {draw(f, folder)};
 }
 

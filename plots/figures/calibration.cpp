@@ -4,10 +4,10 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <cmath>
-#include <map>
+#include <utility>
 
 #include "plots/drawing/figure.hpp"
+#include "plots/drawing/panels.hpp"
 #include "plots/tables/table.hpp"
 
 namespace freeplay::plots {
@@ -29,34 +29,36 @@ std::filesystem::path targets(const std::filesystem::path& folder) {
   const auto &target = table.text("target"), &unknown = table.text("unknown");
   const auto rows = distinct(target), columns = distinct(unknown);
   Figure f{.name = "calibration_targets", .source = "calibration.json"};
-  f.height_cm = 3 + 4 * static_cast<double>(rows.size());
-  f.script.add(
-      "set multiplot layout {},{} margins X(2.2),1-X(0.5),Y(1.4),1-Y(0.5) spacing X(2),Y(1.3)\nunset key\n",
-      rows.size(), columns.size());
+  PanelStack stack{.abscissa = {}, .panels = {}, .each = 3.2, .columns = columns.size()};
   for (const auto& r : rows)
     for (const auto& c : columns) {
       Block points("unknown, outcome"), measured("unknown, measured, low, high");
-      double least = INFINITY, greatest = -INFINITY, value = 0, low = 0, high = 0;
+      Limits across, up;
+      double value = 0, low = 0, high = 0;
       for (std::size_t i = 0; i < table.rows(); ++i) {
         if (target[i] != r || unknown[i] != c) continue;
         points.row({table.column("at")[i], table.column("outcome")[i]});
-        least = std::min(least, table.column("at")[i]);
-        greatest = std::max(greatest, table.column("at")[i]);
-        value = table.column("measured")[i];
-        low = table.column("low")[i];
-        high = table.column("high")[i];
+        across.hold(table.column("at")[i]);
+        value = table.column("measured")[i], low = table.column("low")[i], high = table.column("high")[i];
+        for (const double y : {table.column("outcome")[i], value, low, high}) up.hold(y);
       }
       if (points.empty()) continue;
-      measured.row({least, value, low, high}).row({greatest, value, low, high});
-      f.script.add(
-          "set xlabel {} noenhanced\nset ylabel {} noenhanced\nset xtics {:.6g}\nplot DATA index {} using 1:3:4 with filledcurves fs "
-          "transparent solid 0.25 noborder lc rgb C2, '' index {} using 1:2 with lines lc rgb C2, '' index {} using 1:2 "
-          "with points pt 7 ps 0.35 lc rgb C1\n",
-          c, r, tic_step(greatest - least), f.blocks.size() + 1, f.blocks.size() + 1, f.blocks.size());
+      measured.row({across.least, value, low, high}).row({across.most, value, low, high});
+      const auto k = f.blocks.size();
+      stack.panels.push_back(
+          {.title = AxisTitle::plain(r, ""),
+           .axis = axis_of(up.least, up.most),
+           .curves = {{Script().add("DATA index {} using 1:3:4 with filledcurves fs transparent solid 0.25 "
+                                    "noborder lc rgb C2",
+                                    k + 1),
+                       ""},
+                      {Script().add("DATA index {} using 1:2 with lines lc rgb C2", k + 1), ""},
+                      {Script().add("DATA index {} using 1:2 with points pt 7 ps 0.35 lc rgb C1", k), ""}},
+           .abscissa = Abscissa{AxisTitle::plain(c, ""), axis_of(across.least, across.most)}});
       f.blocks.push_back(points);
       f.blocks.push_back(measured);
     }
-  f.script.add("unset multiplot\n");
+  add_panels(f, style_of(folder), std::move(stack));
   return draw(f, folder);
 }
 
@@ -65,46 +67,43 @@ std::vector<std::filesystem::path> misfit(const std::filesystem::path& folder) {
   const auto &x = table.column("x"), &y = table.column("y"), &excess = table.column("excess");
   const auto &x_name = table.text("x_name"), &y_name = table.text("y_name");
   Figure f{.name = "calibration_misfit", .source = "calibration.json"};
-  struct Panel {
+  struct Pair {
     std::string x, y;
-    double left, right, bottom, top;
+    Limits across, up;
   };
-  std::vector<Panel> panels;
+  std::vector<Pair> panels;
   for (std::size_t i = 0; i < table.rows(); ++i) {
     if (panels.empty() || panels.back().x != x_name[i] || panels.back().y != y_name[i]) {
       if (panels.size() == most_targets) break;
-      panels.push_back({x_name[i], y_name[i], x[i], x[i], y[i], y[i]});
+      panels.push_back({x_name[i], y_name[i], {}, {}});
       f.blocks.emplace_back("x, y, f - min f");
     } else if (x[i] != x[i - 1]) {
       f.blocks.back().gap();
     }
     auto& p = panels.back();
-    p.left = std::min(p.left, x[i]), p.right = std::max(p.right, x[i]);
-    p.bottom = std::min(p.bottom, y[i]), p.top = std::max(p.top, y[i]);
+    p.across.hold(x[i]), p.up.hold(y[i]);
     f.blocks.back().row({x[i], y[i], std::clamp(excess[i], -1e3, 1e3)});
   }
   if (panels.empty()) return {};
-  f.height_cm = panels.size() > 2 ? 14 : 8;
   f.script.add("set contour base\nunset surface\n");
   for (std::size_t k = 0; k < panels.size(); ++k)
     f.script.add(
         "set cntrparam levels discrete 5.99\nset table $wide{}\nsplot DATA index {} using 1:2:3\nunset table\n"
         "set cntrparam levels discrete 2.30\nset table $near{}\nsplot DATA index {} using 1:2:3\nunset table\n",
         k, k, k, k);
-  f.script.add(
-      "unset contour\nset multiplot layout {},{} margins X(2.2),1-X(0.5),Y(1.4),1-Y(1.1) spacing X(2.2),Y(1.6)\n"
-      "set key center at graph 0.5, graph 1.07 horizontal maxrows 1 samplen 2 font SMALL\n",
-      panels.size() > 2 ? 2 : 1, panels.size() > 1 ? 2 : 1);
+  f.script.add("unset contour\nset surface\n");
+  PanelStack stack{.abscissa = {}, .panels = {}, .each = 4.4, .columns = 2};
   for (std::size_t k = 0; k < panels.size(); ++k) {
     const auto& p = panels[k];
-    f.script.add(
-        "set xlabel {} noenhanced\nset ylabel {} noenhanced\nset xrange [{}:{}]\nset yrange [{}:{}]\n"
-        "plot $wide{} using 1:2 with lines lw 1.5 lc rgb C2 title {}, $near{} using 1:2 with lines lw 1.5 lc rgb C1 "
-        "title {}\n",
-        p.x, p.y, p.left, p.right, p.bottom, p.top, k, Word("'95 %'", "'95\\,\\%'"), k,
-        Word("'68 %'", "'68\\,\\%'"));
+    const bool keyed = k == 0;
+    stack.panels.push_back(
+        {.title = AxisTitle::plain(p.y, ""),
+         .axis = {p.up.least, p.up.most},
+         .curves = {{Script().add("$wide{} using 1:2 with lines lw 1.5 lc rgb C2", k), keyed ? "95 %" : ""},
+                    {Script().add("$near{} using 1:2 with lines lw 1.5 lc rgb C1", k), keyed ? "68 %" : ""}},
+         .abscissa = Abscissa{AxisTitle::plain(p.x, ""), {p.across.least, p.across.most}}});
   }
-  f.script.add("unset multiplot\n");
+  add_panels(f, style_of(folder), std::move(stack));
   return {draw(f, folder)};
 }
 

@@ -4,8 +4,11 @@
 
 #include <algorithm>
 
+#include "plots/drawing/column_title.hpp"
 #include "plots/drawing/figure.hpp"
+#include "plots/drawing/panels.hpp"
 #include "plots/figures/ensemble.hpp"
+#include "plots/tables/columns.hpp"
 #include "plots/tables/table.hpp"
 
 namespace freeplay::plots {
@@ -20,35 +23,46 @@ std::vector<std::filesystem::path> draw_ensemble(const std::filesystem::path& fo
 }  // namespace
 
 bool add_bands(Figure& f, const std::filesystem::path& folder, const std::vector<std::string>& chosen) {
+  constexpr const char* quantiles[] = {"q05", "q25", "q50", "q75", "q95"};
   const Table table(folder / "bands.csv", {"column"}, {"t", "q05", "q25", "q50", "q75", "q95"});
   const auto& name = table.text("column");
   std::vector<std::string> names;
-  for (std::size_t i = 0; i < table.rows(); ++i) {
-    if (!chosen.empty() && std::ranges::find(chosen, name[i]) == chosen.end()) continue;
-    if (names.empty() || names.back() != name[i]) {
-      if (names.size() == most_bands) break;
-      names.push_back(name[i]);
-      f.blocks.emplace_back(name[i] + ": t (s), quantiles 5, 25, 50, 75, 95 %");
-    }
-    std::vector<double> row;
-    for (const char* column : {"t", "q05", "q25", "q50", "q75", "q95"})
-      row.push_back(table.column(column)[i]);
-    f.blocks.back().row(row);
-  }
+  for (const auto& n : name)
+    if ((chosen.empty() || std::ranges::find(chosen, n) != chosen.end()) &&
+        std::ranges::find(names, n) == names.end() && names.size() < most_bands)
+      names.push_back(n);
   if (names.empty()) return false;
-  f.height_cm = 3 + 5 * static_cast<double>(names.size());
-  f.script.add(
-      "set multiplot layout {},1 margins X(2.4),1-X(0.4),Y(1.15),1-Y(1.1) spacing 0,Y(1.6)\n"
-      "set style fill transparent solid 0.25 noborder\nset key center at graph 0.5, graph 1.09 "
-      "horizontal maxrows 1 samplen 2 font SMALL\nset xlabel 'Time (s)'\n",
-      names.size());
-  for (std::size_t i = 0; i < names.size(); ++i)
-    f.script.add(
-        "set ylabel {0} noenhanced\nplot DATA index {1} using 1:2:6 with filledcurves lc rgb C2 title {2}, '' index {1} "
-        "using 1:3:5 with filledcurves lc rgb C1 title {3}, '' index {1} using 1:4 with lines lw 1.5 lc rgb C1 title {4}\n"
-        "unset key\n",
-        names[i], i, Word("'5 to 95 %'"), Word("'25 to 75 %'"), Word("'median'"));
-  f.script.add("unset multiplot\n");
+  PanelStack stack{.abscissa = {time_title(), {}}, .panels = {}, .each = names.size() == 1 ? 6.0 : 3.6};
+  Limits time;
+  for (const auto& column : names) {
+    Limits values;
+    for (std::size_t i = 0; i < table.rows(); ++i)
+      if (name[i] == column) values.hold(table.column("q05")[i]), values.hold(table.column("q95")[i]);
+    const auto unit = fitting_unit(unit_of_column(column), values.size());
+    Block block(fmt::format("{} ({}): t (s), quantiles 5, 25, 50, 75, 95 %", column, unit.name));
+    for (std::size_t i = 0; i < table.rows(); ++i) {
+      if (name[i] != column) continue;
+      std::vector<double> row{table.column("t")[i]};
+      for (const char* q : quantiles) row.push_back(table.column(q)[i] / unit.size);
+      time.hold(row[0]);
+      block.row(row);
+    }
+    const auto k = f.blocks.size();
+    const bool keyed = k == 0;
+    stack.panels.push_back(
+        {.title = title_of_column(column, unit.name),
+         .axis = axis_of(values.least / unit.size, values.most / unit.size),
+         .curves = {{Script().add("DATA index {} using 1:2:6 with filledcurves lc rgb C2", k),
+                     keyed ? "5 to 95 %" : ""},
+                    {Script().add("DATA index {} using 1:3:5 with filledcurves lc rgb C1", k),
+                     keyed ? "25 to 75 %" : ""},
+                    {Script().add("DATA index {} using 1:4 with lines lw 1.5 lc rgb C1", k),
+                     keyed ? "median" : ""}}});
+    f.blocks.push_back(std::move(block));
+  }
+  stack.abscissa.axis = {time.least, time.most};
+  f.script.add("set style fill transparent solid 0.25 noborder\n");
+  add_panels(f, style_of(folder), std::move(stack));
   return true;
 }
 

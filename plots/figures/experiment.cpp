@@ -1,6 +1,9 @@
 // Figures of a study of the test matrix (axes clearance and speed). They show the content of
 // figures 5 to 13 of Flores et al. 2011 as computed by the model in both formulations, with the
-// measured values stated in the text of the paper. paper.cpp draws them by the paper's numbers.
+// measured values stated in the text of the paper; `figures --paper` draws them by its numbers. The
+// velocity is the difference quotient of the position signal,
+//
+//     v_i = (x_{i+1} − x_{i−1}) n/60 · 360/(φ_{i+1} − φ_{i−1}),    n: rpm, φ: degrees of the crank.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -8,7 +11,10 @@
 #include <map>
 
 #include "mechanism/error.hpp"
+#include "plots/drawing/axis.hpp"
 #include "plots/drawing/figure.hpp"
+#include "plots/drawing/heat_map.hpp"
+#include "plots/drawing/panels.hpp"
 #include "plots/figures/paper.hpp"
 #include "plots/tables/table.hpp"
 #include "values/family.hpp"
@@ -25,13 +31,25 @@ struct Key {
 /// Selected columns of one variant of a table, by formulation and cell.
 using Cells = std::map<Key, std::vector<std::vector<double>>>;
 
-constexpr Word angles = "set xrange [0:360]\nset xtics 90\n";
+/// A quantity of a table of cells: its column after the abscissa.
+struct CellQuantity {
+  AxisTitle title;
+  std::size_t column;
+  bool spectrum = false;
+};
+CellQuantity acceleration_shown() { return {AxisTitle::of("acceleration", "m/s²"), 1}; }
+CellQuantity position_shown() { return {AxisTitle::of("position", "m"), 2}; }
+CellQuantity velocity_shown() { return {AxisTitle::of("velocity", "m/s"), 3}; }
+CellQuantity amplitude_shown() { return {AxisTitle::of("amplitude", "m/s²"), 1, true}; }
 
 /// Numbers of the figures in the paper.
 constexpr std::pair<std::string_view, int> paper_numbers[] = {
-    {"clearances", 6},       {"clearance_spectra", 7}, {"speeds", 8},  {"speed_spectra", 9},
-    {"peaks_clearance", 10}, {"peaks_speed", 12},      {"surface", 13}};
-constexpr Word paper_letters[] = {"(a) ", "(b) ", "(c) ", "(d) "};
+    {"positions", 5}, {"clearances", 6},    {"clearance_spectra", 7},
+    {"speeds", 8},    {"speed_spectra", 9}, {"peaks_clearance", 10},
+    {"motions", 11},  {"peaks_speed", 12},  {"surface", 13}};
+constexpr std::size_t most_cells = 4;  ///< clearances or speeds of a figure
+constexpr const char* measured_source =
+    " Measured: the values that the text of Flores et al. (2011), Nonlinear Dynamics 65, 383-398, states.";
 
 class Experiment {
  public:
@@ -39,6 +57,7 @@ class Experiment {
   Experiment(const std::filesystem::path& folder, const std::string& variant, const std::string& paper = "")
       : folder_(folder), variant_(variant), paper_(paper) {
     traces_ = read("traces.csv", {"angle", "acceleration", "position"}, "");
+    for (auto& [key, turn] : traces_) add_velocity(turn, key.speed);
     spectra_ = read("spectra.csv", {"harmonic", "amplitude"}, "");
     peaks_ = read("cells.csv", {"mean", "low", "high"}, "ratio_95");
     greatest_ = read("cells.csv", {"mean", "low", "high"}, "peak_95");
@@ -56,21 +75,23 @@ class Experiment {
 
   std::vector<std::filesystem::path> all() {
     return {motion(),
-            panels("clearances", true, false),
-            panels("clearance_spectra", true, true),
-            panels("speeds", false, false),
-            panels("speed_spectra", false, true),
+            panels("clearances", true, acceleration_shown()),
+            panels("clearance_spectra", true, amplitude_shown()),
+            panels("speeds", false, acceleration_shown()),
+            panels("speed_spectra", false, amplitude_shown()),
             velocities(),
             peaks_by_clearance(),
             peaks_by_speed(),
             surface()};
   }
   std::vector<std::filesystem::path> numbered() {
-    return {panels("clearances", true, false),
-            panels("clearance_spectra", true, true),
-            panels("speeds", false, false),
-            panels("speed_spectra", false, true),
+    return {positions(),
+            panels("clearances", true, acceleration_shown()),
+            panels("clearance_spectra", true, amplitude_shown()),
+            panels("speeds", false, acceleration_shown()),
+            panels("speed_spectra", false, amplitude_shown()),
             peaks_by_clearance(),
+            motions(),
             peaks_by_speed(),
             surface()};
   }
@@ -93,11 +114,22 @@ class Experiment {
     }
     return cells;
   }
-  Figure begin(const char* what, double height) const {
+  /// The velocity after the columns of a turn, by differences of the position over the angle.
+  static void add_velocity(std::vector<std::vector<double>>& turn, double speed) {
+    for (std::size_t i = 0; i < turn.size(); ++i) {
+      const auto &before = turn[i > 0 ? i - 1 : i], &after = turn[std::min(i + 1, turn.size() - 1)];
+      const double degrees = after[0] - before[0];
+      turn[i].push_back(degrees > 0 ? (after[2] - before[2]) * speed / 60 * 360 / degrees : NAN);
+    }
+  }
+  Figure begin(const char* what, const std::string& caption) const {
     if (paper_.empty())
-      return {.name = fmt::format("experiment_{}", what), .height_cm = height, .source = "experiment.json"};
-    const auto* number = std::ranges::find(paper_numbers, what, &std::pair<std::string_view, int>::first);
-    return {.name = fmt::format("figure_{:02}", number->second), .height_cm = height, .source = paper_};
+      return {.name = fmt::format("experiment_{}", what), .source = "experiment.json", .caption = caption};
+    const auto number =
+        std::ranges::find(paper_numbers, what, &std::pair<std::string_view, int>::first)->second;
+    return {.name = fmt::format("figure_{:02}", number),
+            .source = paper_,
+            .caption = fmt::format("Flores et al. (2011), figure {}. {}", number, caption)};
   }
   /// Adds a block and returns the beginning of its plot command.
   static Script data(Figure& f, const Block& block) {
@@ -110,23 +142,54 @@ class Experiment {
   double paper_speed() const { return nearest(speeds_, 200); }
   double paper_clearance() const { return nearest(clearances_, 0.25e-3); }
 
-  /// Adds the curves of one cell: both formulations, drawn over the ideal mechanism.
-  static void add_curves(Figure& f, const Cells& cells, double c, double n, const Script& use, bool titles) {
-    Script plot;
-    const std::pair<const char*, int> styles[] = {{"ideal", 3}, {"penalty", 1}, {"nonsmooth", 2}};
-    for (const auto& [formulation, line] : styles) {
+  static std::string clearance_text(double c) { return fmt::format("{:.2f} mm", 1e3 * c); }
+  static std::string speed_text(double n) { return fmt::format("{:.0f} rpm", n); }
+  /// "(a) " … for the panels of the paper.
+  std::string letter(std::size_t i) const {
+    return paper_.empty() ? "" : fmt::format("({}) ", static_cast<char>('a' + i));
+  }
+
+  static int line_of(std::string_view formulation) {
+    return formulation == "ideal" ? 3 : formulation == "penalty" ? 1 : 2;
+  }
+
+  /// The panel of one cell: these formulations, drawn over the ideal mechanism.
+  Panel panel(Figure& f, double c, double n, const CellQuantity& shown, const std::string& name,
+              const std::vector<const char*>& formulations = {"ideal", "penalty", "nonsmooth"}) const {
+    const auto& cells = shown.spectrum ? spectra_ : traces_;
+    Panel panel{.title = shown.title, .axis = {}, .curves = {}, .name = name};
+    Limits limits;
+    for (const char* formulation : formulations) {
       const auto it = cells.find({formulation, c, n});
       if (it == cells.end()) continue;
-      Block block(fmt::format("{}, clearance {} m, {} rpm", formulation, c, n));
-      for (const auto& row : it->second) block.row(row);
-      plot.add("{}{} using {} with lines ls {} ", plot.empty() ? Word("plot ") : Word(", "), data(f, block),
-               use, line);
-      if (titles)
-        plot.add("title {}", formulation);
-      else
-        plot.add("notitle");
+      Block block(fmt::format("{}, clearance {} m, {} rpm: {}, value", formulation, c, n,
+                              shown.spectrum ? "harmonic" : "crank angle (degrees)"));
+      for (const auto& row : it->second) {
+        block.row({row[0], row[shown.column]});
+        if (!shown.spectrum || row[shown.column] > 0) limits.hold(row[shown.column]);
+      }
+      panel.curves.push_back({data(f, block).add(" using 1:2 with lines ls {}", line_of(formulation)), ""});
     }
-    f.script.add("{}\n", plot);
+    panel.axis = shown.spectrum ? decades_of(limits.least, limits.most) : axis_of(limits.least, limits.most);
+    return panel;
+  }
+
+  /// Draws panels over the crank angle, or over the harmonic.
+  std::filesystem::path draw_panels(Figure& f, std::vector<Panel> panels, std::size_t columns,
+                                    bool spectrum = false) const {
+    const Abscissa harmonics{AxisTitle::of("harmonic", ""), {0, 100}},
+        turn{crank_title(), {.low = 0, .high = 360, .turn = true}};
+    std::vector<PanelCurve> key;
+    for (const char* formulation : {"ideal", "penalty", "nonsmooth"})
+      if (!spectrum || formulation != std::string_view("ideal"))
+        key.push_back({Script().add("with lines ls {}", line_of(formulation)), formulation});
+    add_panels(f, style_of(folder_),
+               {.abscissa = spectrum ? harmonics : turn,
+                .panels = std::move(panels),
+                .each = 3.8,
+                .columns = columns,
+                .key = std::move(key)});
+    return draw(f, folder_);
   }
 
   /// Adds one point with its interval, after the columns `before`.
@@ -140,150 +203,181 @@ class Experiment {
   }
 
   std::filesystem::path motion() {
-    auto f = begin("motion", 12);
     const double c = paper_clearance(), n = paper_speed();
-    f.script.add(
-        "set multiplot layout 2,1 margins X(1.9),1-X(0.5),Y(1.15),1-Y(1) spacing 0,Y(0.7)\n{}set key at screen "
-        "1-X(0.5),1-Y(0.15) horizontal maxrows 1\nset format x ''\nset ylabel 'Position (m)'\nset label 1 '{:.2f} mm, {:.0f} "
-        "rpm' at screen X(1.9),1-Y(0.45)\n",
-        angles, 1e3 * c, n);
-    add_curves(f, traces_, c, n, Script().add("1:3"), true);
-    f.script.add(
-        "unset key\nunset label 1\nset format x\nset xlabel 'Crank angle (°)'\nset ylabel 'Acceleration "
-        "(m/s²)'\n");
-    add_curves(f, traces_, c, n, Script().add("1:2"), false);
-    f.script.add("unset multiplot\n");
-    return draw(f, folder_);
+    auto f = begin("motion", fmt::format("Position and acceleration of the slider, clearance {}, {}.",
+                                         clearance_text(c), speed_text(n)));
+    return draw_panels(f, {panel(f, c, n, position_shown(), ""), panel(f, c, n, acceleration_shown(), "")},
+                       1);
   }
 
-  std::filesystem::path panels(const char* what, bool along_clearance, bool spectrum) {
-    auto f = begin(what, 13);
-    f.script.add("set multiplot layout 2,2 margins X(1.8),1-X(0.4),Y(1.15),1-Y(1.3) spacing X(1.7),Y(2)\n");
-    if (spectrum)
-      f.script.add(
-          "set logscale y\nset format y '%g'\nset xlabel 'Harmonic of the crank'\nset xrange "
-          "[0:100]\n");
-    else
-      f.script.add("{}set xlabel 'Crank angle (°)'\n", angles);
-    const auto& values = along_clearance ? clearances_ : speeds_;
-    for (std::size_t i = 0; i < std::min<std::size_t>(values.size(), 4); ++i) {
-      const double c = along_clearance ? values[i] : paper_clearance(),
-                   n = along_clearance ? paper_speed() : values[i];
-      f.script.add("set title '{}{:.2f} mm, {:.0f} rpm' offset 0,-0.8\n",
-                   paper_.empty() ? Word("") : paper_letters[i], 1e3 * c, n);
-      if (i % 2 == 0)
-        f.script.add("set ylabel '{} (m/s²)'\n", spectrum ? Word("Amplitude") : Word("Acceleration"));
-      else
-        f.script.add("unset ylabel\n");
-      f.script.add("{}\n", i == 0 ? Word("set key at screen 1-X(0.4),1-Y(0.15) horizontal maxrows 1")
-                                  : Word("unset key"));
-      add_curves(f, spectrum ? spectra_ : traces_, c, n, Script().add("1:2"), i == 0);
+  std::filesystem::path positions() {
+    const double c = paper_clearance(), n = paper_speed();
+    auto f =
+        begin("positions",
+              fmt::format("Position and acceleration of the slider in the last turn at {}, with the ideal "
+                          "joint and with a clearance of {}.",
+                          speed_text(n), clearance_text(c)));
+    std::vector<Panel> list;
+    for (const auto& shown : {position_shown(), acceleration_shown()}) {
+      list.push_back(panel(f, c, n, shown, letter(list.size()) + "ideal", {"ideal"}));
+      list.push_back(
+          panel(f, c, n, shown, letter(list.size()) + clearance_text(c), {"penalty", "nonsmooth"}));
     }
-    f.script.add("unset multiplot\n");
-    return draw(f, folder_);
+    const auto &ideal = list[0].axis, &loose = list[1].axis;
+    list[0].axis = list[1].axis = {std::min(ideal.low, loose.low), std::max(ideal.high, loose.high)};
+    return draw_panels(f, std::move(list), 2);
+  }
+
+  std::filesystem::path motions() {
+    const double n = paper_speed();
+    auto f = begin("motions",
+                   fmt::format("Velocity and acceleration of the slider in the last turn at {}, for "
+                               "each clearance. The velocity is the difference quotient of the position.",
+                               speed_text(n)));
+    std::vector<Panel> list;
+    for (std::size_t i = 0; i < std::min(clearances_.size(), most_cells); ++i)
+      for (const auto& shown : {velocity_shown(), acceleration_shown()})
+        list.push_back(
+            panel(f, clearances_[i], n, shown, letter(list.size()) + clearance_text(clearances_[i])));
+    return draw_panels(f, std::move(list), 2);
+  }
+
+  std::filesystem::path panels(const char* what, bool along_clearance, const CellQuantity& shown) {
+    const double c = paper_clearance(), n = paper_speed();
+    auto f = begin(what, fmt::format("{} of the slider for each {}, {}.",
+                                     shown.spectrum ? "Spectrum over the harmonics of the crank, acceleration"
+                                                    : "Acceleration",
+                                     along_clearance ? "clearance" : "crank speed",
+                                     along_clearance ? speed_text(n) : "clearance " + clearance_text(c)));
+    const auto& values = along_clearance ? clearances_ : speeds_;
+    std::vector<Panel> list;
+    for (std::size_t i = 0; i < std::min(values.size(), most_cells); ++i)
+      list.push_back(
+          panel(f, along_clearance ? values[i] : c, along_clearance ? n : values[i], shown,
+                letter(i) + (along_clearance ? clearance_text(values[i]) : speed_text(values[i]))));
+    return draw_panels(f, std::move(list), 2, shown.spectrum);
   }
 
   std::filesystem::path velocities() {
-    auto f = begin("velocity", 12);
-    f.script.add(
-        "set multiplot layout 2,1 margins X(1.9),1-X(0.5),Y(1.15),1-Y(1.3) spacing 0,Y(1)\n{}set format x ''\nset "
-        "ylabel 'Velocity (m/s)'\n",
-        angles);
     const double n = paper_speed();
-    // Finite differences of the position signal; the first sample of a curve has no value.
-    const auto rate = Script().add(
-        "1:(d = $3 - x0, s = ($1 - a0)/360*{}, x0 = $3, a0 = $1, (s > 0 && s < 0.01) ? d/s : 1/0)", 60 / n);
-    const auto last = clearances_.size();
-    for (std::size_t i = last >= 2 ? last - 2 : 0; i < last; ++i) {
-      f.script.add("x0 = 0; a0 = 1e9\nset title '{:.2f} mm, {:.0f} rpm' offset 0,-0.8\n",
-                   1e3 * clearances_[i], n);
-      f.script.add("{}\n", i + 1 == last ? Word("set format x\nset xlabel 'Crank angle (°)'\nunset key")
-                                         : Word("set key at screen 1-X(0.4),1-Y(0.15) horizontal maxrows 1"));
-      add_curves(f, traces_, clearances_[i], n, rate, i + 1 != last);
+    auto f = begin("velocity", fmt::format("Velocity of the slider at {}, for the two greatest clearances.",
+                                           speed_text(n)));
+    std::vector<Panel> list;
+    for (std::size_t i = clearances_.size() - std::min<std::size_t>(clearances_.size(), 2);
+         i < clearances_.size(); ++i)
+      list.push_back(panel(f, clearances_[i], n, velocity_shown(), clearance_text(clearances_[i])));
+    return draw_panels(f, std::move(list), 1);
+  }
+
+  /// Means with their intervals in a logarithmic panel, and the measured points. The title of the
+  /// points states whether the fit used them.
+  std::filesystem::path peaks(Figure& f, Panel panel, const std::vector<std::pair<double, double>>& measured,
+                              Abscissa abscissa, Limits limits) const {
+    Block block("measured");
+    for (const auto& [x, y] : measured) {
+      block.row({x, y});
+      limits.hold(y);
     }
-    f.script.add("unset multiplot\n");
+    panel.curves.push_back({data(f, block).add(" using 1:2 with points pt 7 ps 1.2 lc rgb C3"),
+                            variant_ == "calibrated" ? "measured, used in the fit" : "measured"});
+    panel.axis = decades_of(limits.least, limits.most);
+    add_panels(f, style_of(folder_),
+               {.abscissa = std::move(abscissa), .panels = {std::move(panel)}, .each = 7.0});
     return draw(f, folder_);
   }
 
-  /// Plot command of the measured points. The title states whether the fit used them.
-  Script measured(Figure& f, const Block& block) const {
-    return Script().add("{} using 1:2 with points pt 7 ps 1.4 lc rgb C3 title 'measured{}'\n", data(f, block),
-                        variant_ == "calibrated" ? Word(", used in the fit") : Word(""));
+  /// Adds the means and intervals of one curve. The abscissae are shifted in the figure only, to
+  /// separate the two formulations.
+  static void add_means(Figure& f, Panel& panel, const Block& block, Family family, double shift,
+                        const Script& colour, const std::string& title) {
+    const bool penalty = family == Family::penalty;
+    panel.curves.push_back(
+        {data(f, block).add(" using ($1{}{}):2:3:4 with yerrorlines ls {}{}", penalty ? Word("-") : Word("+"),
+                            shift, penalty ? 1 : 2, colour),
+         title});
+  }
+
+  /// Holds the means and the upper ends of the intervals; lower ends may be negative.
+  static void hold(Limits& limits, const Cells& cells, const Key& key) {
+    const auto it = cells.find(key);
+    if (it == cells.end()) return;
+    for (const auto& row : it->second) limits.hold(row[0]), limits.hold(row[2]);
   }
 
   std::filesystem::path peaks_by_clearance() {
-    auto f = begin("peaks_clearance", 9);
-    Script plot;
+    auto f =
+        begin("peaks_clearance",
+              fmt::format("Greatest acceleration over that of the ideal mechanism at {}: 95 % quantile over "
+                          "the turns, mean over the starts with its 95 % interval.{}",
+                          speed_text(paper_speed()), measured_source));
+    Panel panel{.title = AxisTitle::of("greatest acceleration / ideal", ""), .axis = {}, .curves = {}};
+    Limits limits;
     for (const auto& [family, formulation] : families) {
       Block block("clearance, mean, low, high");
-      const bool penalty = family == Family::penalty;
-      for (double c : clearances_) add_point(peaks_, {formulation, c, paper_speed()}, {1e3 * c}, block);
-      // The abscissae are shifted in the figure only, to separate the two formulations.
-      plot.add("{} using ($1{}0.004):2:3:4 with yerrorlines ls {} title {}, ", data(f, block),
-               penalty ? Word("-") : Word("+"), penalty ? 1 : 2, formulation);
+      for (const double c : clearances_) {
+        add_point(peaks_, {formulation, c, paper_speed()}, {1e3 * c}, block);
+        hold(limits, peaks_, {formulation, c, paper_speed()});
+      }
+      add_means(f, panel, block, family, 0.004, {}, formulation);
     }
-    plot.add("{}",
-             measured(f, Block("measured: X7, X6, X8").row({0.10, 3.5}).row({0.25, 4}).row({1.00, 20})));
-    f.script.add(
-        "set logscale y\nset ylabel 'Greatest acceleration / ideal'\nset xlabel 'Clearance (mm)'\nset "
-        "xrange [0:1.1]\nset yrange [1:100]\nset key outside top center horizontal\nplot {}",
-        plot);
-    return draw(f, folder_);
+    return peaks(f, std::move(panel), {{0.10, 3.5}, {0.25, 4}, {1.00, 20}},  // X7, X6, X8
+                 {AxisTitle::of("clearance", "mm"), {0, 1.1e3 * clearances_.back()}}, limits);
   }
 
   std::filesystem::path peaks_by_speed() {
-    auto f = begin("peaks_speed", 9);
-    Script plot;
-    f.script.add(
-        "set logscale y\nset ylabel 'Greatest acceleration (m/s²)'\nset xlabel 'Crank speed (rpm)'\nset "
-        "xrange [90:252]\nset rmargin at screen 1-X(1.7)\nset key outside top center horizontal\n");
-    for (double c : clearances_)
+    constexpr Word colours[] = {" lc rgb C1", " lc rgb C2", " lc rgb C4", " lc rgb C5"};
+    auto f =
+        begin("peaks_speed",
+              fmt::format("Greatest acceleration over the crank speed for each clearance: 95 % quantile over "
+                          "the turns, mean over the starts with its 95 % interval.{} They hold for 0.10, "
+                          "0.25 and 1.00 mm, from below.",
+                          measured_source));
+    Panel panel{.title = AxisTitle::of("greatest acceleration", "m/s²"), .axis = {}, .curves = {}};
+    Limits limits;
+    for (const auto& [family, formulation] : families)
+      panel.curves.push_back(
+          {Script().add("keyentry with linespoints ls {} lc rgb 0x555555", family == Family::penalty ? 1 : 2),
+           formulation});
+    for (std::size_t i = 0; i < clearances_.size(); ++i)
       for (const auto& [family, formulation] : families) {
-        const bool penalty = family == Family::penalty;
-        Block block("speed, mean, low, high");
-        double end = NAN;
-        for (double n : speeds_) {
-          add_point(greatest_, {formulation, c, n}, {n}, block);
-          if (const auto it = greatest_.find({formulation, c, n}); it != greatest_.end())
-            end = it->second[0][0];
+        Block block(fmt::format("{}, clearance {} m: speed, mean, low, high", formulation, clearances_[i]));
+        for (const double n : speeds_) {
+          add_point(greatest_, {formulation, clearances_[i], n}, {n}, block);
+          hold(limits, greatest_, {formulation, clearances_[i], n});
         }
-        plot.add("{}{} using ($1{}1):2:3:4 with yerrorlines ls {} ",
-                 plot.empty() ? Word("plot ") : Word(", "), data(f, block), penalty ? Word("-") : Word("+"),
-                 penalty ? 1 : 2);
-        if (c == clearances_.front())
-          plot.add("title {}", formulation);
-        else
-          plot.add("notitle");
-        if (penalty && std::isfinite(end))
-          f.script.add("set label '{:.2f} mm' at {},{} left\n", 1e3 * c, speeds_.back() + 4, end);
+        add_means(f, panel, block, family, 1, Script().add("{}", colours[i % std::size(colours)]),
+                  family == Family::penalty ? clearance_text(clearances_[i]) : "");
       }
+    const double margin = std::max(0.06 * (speeds_.back() - speeds_.front()), 2.0);
     // X7, X6, X8 times r ω² (1 + r/l) = 25.59 m/s² of the ideal mechanism at 200 rpm.
-    f.script.add("{}, {}", plot,
-                 measured(f, Block("measured").row({200, 89.6}).row({200, 102.4}).row({200, 511.8})));
-    return draw(f, folder_);
+    return peaks(f, std::move(panel), {{200, 89.6}, {200, 102.4}, {200, 511.8}},
+                 {AxisTitle::of("crank speed", "rpm"), {speeds_.front() - margin, speeds_.back() + margin}},
+                 limits);
   }
 
   std::filesystem::path surface() {
-    auto f = begin("surface", 9);
-    f.script.add(
-        "unset bmargin\nset multiplot layout 1,2\nunset key\nset xlabel 'Clearance (mm)' offset 0,-0.5\nset ylabel 'Speed "
-        "(rpm)' offset -1,-0.7\nset view 62,320,1,0.9\nset ticslevel "
-        "0\nset ytics 100,50,250 offset -0.2,-0.6\nset xtics 0.25,0.25,1 offset 0,-0.2\n");
-    double top = 0;
-    for (const auto& [key, rows] : greatest_) top = std::max(top, rows[0][0]);
-    f.script.add("set zrange [0:{}]\n", 1.1 * top);
+    auto f = begin("surface",
+                   "Greatest acceleration over clearance and crank speed: 95 % quantile over the turns.");
+    HeatMap map{.x = AxisTitle::of("clearance", "mm"),
+                .y = AxisTitle::of("crank speed", "rpm"),
+                .grid = true,
+                .heading =
+                    "clearance (mm), speed (rpm), 95 % quantile over revolutions of the greatest "
+                    "acceleration (m/s^2), 95 % interval",
+                .panels = {}};
     for (const auto& [family, formulation] : families) {
-      Block block(
-          "clearance (mm), speed (rpm), 95 % quantile over revolutions of the greatest acceleration (m/s^2)");
-      for (double c : clearances_) {
-        for (double n : speeds_) add_point(greatest_, {formulation, c, n}, {1e3 * c, n}, block);
-        if (c != clearances_.back()) block.gap();
-      }
-      f.script.add("set title {}\nsplot {} using 1:2:3 with linespoints ls {}\n",
-                   fmt::format("{}: greatest acceleration (m/s²)", formulation), data(f, block),
-                   family == Family::penalty ? 1 : 2);
+      auto& cells =
+          map.panels
+              .emplace_back(HeatPanel{formulation, "", AxisTitle::of("greatest acceleration", "m/s²"), {}})
+              .cells;
+      for (const double c : clearances_)
+        for (const double n : speeds_)
+          if (const auto it = greatest_.find({formulation, c, n}); it != greatest_.end()) {
+            const auto& row = it->second.front();
+            cells.push_back({1e3 * c, n, row[0], row[1], row[2]});
+          }
     }
-    f.script.add("unset multiplot\n");
+    add_heat_map(f, map, style_of(folder_));
     return draw(f, folder_);
   }
 
@@ -293,6 +387,15 @@ class Experiment {
   std::vector<double> clearances_, speeds_;
 };
 
+/// The variant of the tables that is drawn: "calibrated" if it exists, otherwise the first; "" for
+/// tables without rows.
+std::string variant_to_draw(const std::filesystem::path& folder) {
+  const Table table(folder / "cells.csv", {"variant"}, {});
+  const auto& variants = table.text("variant");
+  if (variants.empty()) return "";
+  return std::ranges::find(variants, "calibrated") != variants.end() ? "calibrated" : variants.front();
+}
+
 std::vector<std::filesystem::path> draw_experiment(const std::filesystem::path& folder) {
   const auto variant = variant_to_draw(folder);
   if (variant.empty()) return {};
@@ -301,19 +404,23 @@ std::vector<std::filesystem::path> draw_experiment(const std::filesystem::path& 
 
 }  // namespace
 
-std::string variant_to_draw(const std::filesystem::path& folder) {
-  const Table table(folder / "cells.csv", {"variant"}, {});
-  const auto& variants = table.text("variant");
-  if (variants.empty()) return "";
-  return std::ranges::find(variants, "calibrated") != variants.end() ? "calibrated" : variants.front();
-}
-
-std::vector<std::filesystem::path> draw_matrix_of_paper(const std::filesystem::path& folder,
-                                                        const std::string& variant,
-                                                        const std::string& source) {
+std::vector<std::filesystem::path> draw_flores2011(const std::filesystem::path& folder,
+                                                   const std::string& source) {
+  const auto variant = variant_to_draw(folder);
+  if (variant.empty())
+    throw SceneError(fmt::format("{}: has no rows to draw", (folder / "cells.csv").string()));
   return Experiment(folder, variant, source).numbered();
 }
 
+namespace {
+
+std::vector<std::filesystem::path> draw_paper(const std::filesystem::path& folder) {
+  return draw_flores2011(folder, "paper.json");
+}
+
+}  // namespace
+
 const Drawing experiment{{"experiment.json"}, draw_experiment};
+const Drawing paper_figures{{"paper.json"}, draw_paper};
 
 }  // namespace freeplay::plots

@@ -1,7 +1,9 @@
 // Stiffness and damping of a lubricated joint in steady running over the Sommerfeld number.
 #include <cmath>
+#include <iterator>
 
 #include "plots/drawing/figure.hpp"
+#include "plots/drawing/panels.hpp"
 #include "plots/tables/table.hpp"
 
 namespace freeplay::plots {
@@ -11,34 +13,37 @@ std::vector<std::filesystem::path> draw_film(const std::filesystem::path& folder
   if (!std::filesystem::exists(folder / "film.csv")) return {};  // of a single load
   const Table table(folder / "film.csv", {},
                     {"sommerfeld_number", "K_xx", "K_xy", "K_yx", "K_yy", "C_xx", "C_xy", "C_yx", "C_yy"});
-  Figure f{.name = "film_coefficients", .height_cm = 14, .source = "film.json"};
+  Figure f{.name = "film_coefficients", .source = "film.json"};
   f.blocks.emplace_back("Sommerfeld number, magnitudes of K c/W (4) and C cω/W (4)");
-  for (std::size_t i = 0; i < table.column("K_xx").size(); ++i)
-    f.blocks.back().row({table.column("sommerfeld_number")[i], std::abs(table.column("K_xx")[i]),
-                         std::abs(table.column("K_xy")[i]), std::abs(table.column("K_yx")[i]),
-                         std::abs(table.column("K_yy")[i]), std::abs(table.column("C_xx")[i]),
-                         std::abs(table.column("C_xy")[i]), std::abs(table.column("C_yx")[i]),
-                         std::abs(table.column("C_yy")[i])});
-  const Word names[] = {Word("K_{xx}", "$K_{xx}$"),     Word("K_{xy}", "$K_{xy}$"),
-                        Word("|K_{yx}|", "$|K_{yx}|$"), Word("K_{yy}", "$K_{yy}$"),
-                        Word("C_{xx}", "$C_{xx}$"),     Word("C_{xy}", "$C_{xy}$"),
-                        Word("C_{yx}", "$C_{yx}$"),     Word("C_{yy}", "$C_{yy}$")};
-  const auto curves = [&](int first) {
-    f.script.add("plot ");
-    for (int k = 0; k < 4; ++k)
-      f.script.add("{}DATA index 0 using 1:{} with lines ls {} title '{}'", k > 0 ? Word(", ") : Word(""),
-                   first + k, k + 1, names[first + k - 2]);
-    f.script.add("\n");
+  struct Coefficient {
+    const char* name;
+    Word symbol;
   };
-  f.script.add(
-      "set multiplot layout 2,1 margins X(1.9),1-X(0.4),Y(1.5),1-Y(0.9) spacing 0,Y(1.9)\nset logscale xy\nset format x {}\n"
-      "set key center at graph 0.5, graph 1.08 horizontal maxrows 1 samplen 2 font SMALL\n"
-      "set xlabel 'Sommerfeld number'\nset ylabel 'Stiffness (W/c)'\n",
-      powers);
-  curves(2);
-  f.script.add("unset label 100\nset ylabel '{}'\n", Word("Damping (W/(c ω))", "Damping ($W/(c\\omega)$)"));
-  curves(6);
-  f.script.add("unset multiplot\n");
+  constexpr Coefficient all[] = {{"K_xx", {"K_{xx}", "$K_{xx}$"}},     {"K_xy", {"K_{xy}", "$K_{xy}$"}},
+                                 {"K_yx", {"|K_{yx}|", "$|K_{yx}|$"}}, {"K_yy", {"K_{yy}", "$K_{yy}$"}},
+                                 {"C_xx", {"C_{xx}", "$C_{xx}$"}},     {"C_xy", {"C_{xy}", "$C_{xy}$"}},
+                                 {"C_yx", {"C_{yx}", "$C_{yx}$"}},     {"C_yy", {"C_{yy}", "$C_{yy}$"}}};
+  Panel panels[] = {{.title = AxisTitle::of("stiffness", "W/c"), .axis = {}, .curves = {}},
+                    {.title = AxisTitle::of("damping", "W/(c ω)"), .axis = {}, .curves = {}}};
+  Limits across, up[2];
+  for (std::size_t i = 0; i < table.rows(); ++i) {
+    std::vector<double> row{table.column("sommerfeld_number")[i]};
+    across.hold(row[0]);
+    for (std::size_t k = 0; k < std::size(all); ++k) {
+      row.push_back(std::abs(table.column(all[k].name)[i]));
+      if (row.back() > 0) up[k / 4].hold(row.back());
+    }
+    f.blocks.back().row(row);
+  }
+  for (std::size_t k = 0; k < std::size(all); ++k)
+    panels[k / 4].curves.push_back(
+        {Script().add("DATA index 0 using 1:{} with lines ls {}", k + 2, k % 4 + 1), all[k].name,
+         all[k].symbol});
+  for (std::size_t k = 0; k < 2; ++k) panels[k].axis = decades_of(up[k].least, up[k].most);
+  add_panels(f, style_of(folder),
+             {.abscissa = {AxisTitle::of("Sommerfeld number", ""), decades_of(across.least, across.most)},
+              .panels = {panels[0], panels[1]},
+              .each = 5.0});
   return {draw(f, folder)};
 }
 

@@ -7,9 +7,10 @@
 
 #include "io/files/input_file.hpp"
 #include "mechanism/error.hpp"
+#include "plots/drawing/column_title.hpp"
 #include "plots/drawing/figure.hpp"
+#include "plots/drawing/heat_map.hpp"
 #include "plots/figures/attractors.hpp"
-#include "plots/studies/heat_map.hpp"
 #include "plots/studies/study_plot.hpp"
 #include "plots/studies/sweep_runs.hpp"
 #include "plots/tables/table.hpp"
@@ -45,8 +46,8 @@ void refuse_axes(const StudyPlot& plot, const char* what) {
   if (!plot.x.empty()) throw SceneError(fmt::format("--x: the axes of {} are those of its study", what));
 }
 
-std::string axis_of_document(const JsonFile& document, const std::string& path) {
-  return name_with_unit(document.text(path + ".name"), document.text_or_empty(path + ".unit"));
+AxisTitle axis_of_document(const JsonFile& document, const std::string& path) {
+  return AxisTitle::plain(document.text(path + ".name"), document.text_or_empty(path + ".unit"));
 }
 
 }  // namespace
@@ -78,7 +79,8 @@ std::filesystem::path draw_basin_of(const StudyPlot& plot) {
   for (const auto& name : plot.y) {
     const auto column = known_column(all, name);
     const Table table(plot.folder / "basin.csv", {}, {"x", "y", column.name});
-    auto& panel = map.panels.emplace_back(HeatPanel{"", name_with_unit(column.name, column.unit), {}});
+    auto& panel = map.panels.emplace_back(HeatPanel{
+        "", name_with_unit(column.name, column.unit), title_of_column(column.name, column.unit), {}});
     for (std::size_t i = 0; i < table.rows(); ++i)
       panel.cells.push_back({table.column("x")[i], table.column("y")[i], table.column(column.name)[i]});
   }

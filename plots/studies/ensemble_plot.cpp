@@ -6,10 +6,13 @@
 #include <cmath>
 
 #include "mechanism/error.hpp"
+#include "plots/drawing/column_title.hpp"
 #include "plots/drawing/figure.hpp"
+#include "plots/drawing/panels.hpp"
 #include "plots/figures/ensemble.hpp"
 #include "plots/studies/study_plot.hpp"
 #include "plots/studies/sweep_runs.hpp"
+#include "plots/tables/columns.hpp"
 #include "plots/tables/table.hpp"
 #include "study/sweep/intervals.hpp"
 
@@ -42,9 +45,11 @@ std::vector<double> values_over_starts(const std::filesystem::path& folder, cons
   return values;
 }
 
-void add_histogram(Figure& f, const std::filesystem::path& folder, const std::string& statistic) {
-  const auto values = values_over_starts(folder, statistic);
+Panel histogram(Figure& f, const std::filesystem::path& folder, const std::string& statistic) {
+  auto values = values_over_starts(folder, statistic);
   if (values.empty()) throw SceneError(fmt::format("--y {}: no start has a value", statistic));
+  const auto unit = fitting_unit(number_of_run(statistic).unit, Limits(values).size());
+  for (double& x : values) x /= unit.size;
   const auto of_starts = interval(values);
   const auto classes =
       of_starts.greatest > of_starts.least
@@ -64,16 +69,28 @@ void add_histogram(Figure& f, const std::filesystem::path& folder, const std::st
   Block mean(fmt::format("{}: mean and its 95 % interval, at the top of the panel", statistic));
   mean.row({of_starts.mean, 0.93 * top, known ? of_starts.low : of_starts.mean,
             known ? of_starts.high : of_starts.mean});
-  f.script.add(
-      "set xlabel {} noenhanced\nset yrange [0:{:.8g}]\nplot DATA index {} using 1:2:3 with boxes lc rgb C1 fs "
-      "solid 0.35 border notitle, DATA index {} using 1:2:3:4 with xerrorbars lc rgb C2 lw 1.6 pt 7 ps 0.8 "
-      "title {} noenhanced\n",
-      statistic, top, f.blocks.size(), f.blocks.size() + 1,
-      known ? fmt::format("mean {:.4g} ± {:.2g} (95 %), {} starts", of_starts.mean,
-                          0.5 * (of_starts.high - of_starts.low), values.size())
-            : fmt::format("{:.4g}, {} start", of_starts.mean, values.size()));
+  Limits across({from, from + width * static_cast<double>(classes)});
+  if (known) across.hold(of_starts.low), across.hold(of_starts.high);
+  const double margin = 0.03 * across.range();
+  Axis up{0, top};
+  up.whole = true;
+  Panel panel{
+      .title = AxisTitle::of("number of starts", ""),
+      .axis = up,
+      .curves = {{Script().add("DATA index {} using 1:2:3 with boxes lc rgb C1 fs solid 0.35 border",
+                               f.blocks.size()),
+                  ""},
+                 {Script().add("DATA index {} using 1:2:3:4 with xerrorbars lc rgb C2 lw 1.6 pt 7 ps 0.8",
+                               f.blocks.size() + 1),
+                  known ? fmt::format("mean {:.4g} ± {:.2g} (95 %)", of_starts.mean,
+                                      0.5 * (of_starts.high - of_starts.low))
+                        : fmt::format("{:.4g}, one start", of_starts.mean)}},
+      .abscissa =
+          Abscissa{title_of_number(statistic, unit.name), {across.least - margin, across.most + margin}}};
+  f.caption += fmt::format("{}{}: {} starts.", f.caption.empty() ? "" : " ", statistic, values.size());
   f.blocks.push_back(std::move(bars));
   f.blocks.push_back(std::move(mean));
+  return panel;
 }
 
 }  // namespace
@@ -104,13 +121,9 @@ std::filesystem::path draw_ensemble_of(const StudyPlot& plot) {
   if (plot.y.size() > most_histograms)
     throw SceneError(fmt::format("{} statistics, but a figure has at most {} panels; draw several figures",
                                  plot.y.size(), most_histograms));
-  f.height_cm = 1.5 + 5.5 * static_cast<double>(plot.y.size());
-  f.script.add(
-      "set multiplot layout {},1 margins X(1.9),1-X(0.5),Y(1.5),1-Y(0.9) spacing 0,Y(2.4)\nset key at graph "
-      "0.5, graph 1.02 center bottom horizontal samplen 2 font SMALL\nset ylabel 'Number of starts'\n",
-      plot.y.size());
-  for (const auto& name : plot.y) add_histogram(f, plot.folder, name);
-  f.script.add("unset multiplot\n");
+  PanelStack stack{.abscissa = {}, .panels = {}, .each = 4.0};
+  for (const auto& name : plot.y) stack.panels.push_back(histogram(f, plot.folder, name));
+  add_panels(f, style_of(plot.folder), std::move(stack));
   return draw(f, plot.folder);
 }
 

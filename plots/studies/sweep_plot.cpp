@@ -10,10 +10,11 @@
 
 #include "mechanism/error.hpp"
 #include "plots/drawing/axis.hpp"
+#include "plots/drawing/column_title.hpp"
 #include "plots/drawing/figure.hpp"
+#include "plots/drawing/heat_map.hpp"
 #include "plots/drawing/panels.hpp"
 #include "plots/drawing/style.hpp"
-#include "plots/studies/heat_map.hpp"
 #include "plots/studies/study_plot.hpp"
 #include "plots/studies/sweep_runs.hpp"
 
@@ -85,6 +86,16 @@ class Groups {
 
 std::string label_of_axis(const SweepAxis& axis) { return name_with_unit(axis.name, axis.unit); }
 
+AxisTitle title_of_axis(const SweepAxis& axis) { return AxisTitle::plain(axis.name, axis.unit); }
+
+/// Title of a quantity: the words of a number of run.json, else its name.
+AxisTitle title_of_quantity(const SweepQuantity& q) {
+  if (!q.column.empty()) return title_of_number(q.column, q.unit);
+  auto name = q.name;
+  if (q.of == SweepQuantity::Of::statistic) std::ranges::replace(name, '_', ' ');
+  return AxisTitle::plain(name, q.unit);
+}
+
 /// Quantities of the plot.
 std::vector<SweepQuantity> quantities_of(const StudyPlot& plot, const SweepRuns& runs) {
   std::vector<SweepQuantity> list;
@@ -111,28 +122,19 @@ std::filesystem::path sweep_curves(const StudyPlot& plot, const SweepRuns& runs,
       .name = name_of_plot(plot, "sweep", "_" + axis.name), .source = "sweep.json", .formats = plot.formats};
   const bool keyed = groups.list().size() > 1;
   const auto style = style_of(plot.folder);
-  const double scale = style.font_size / Style::usual_font_size, width = width_of(f, style);
-  // Above the first panel, in texts of 0.88 of the usual size.
-  const double key_letters = (width / scale - 0.6) / (0.88 * letter_width), key_line = 0.27;
-  std::vector<std::string> titles;
-  for (const auto& g : groups.list())
-    titles.push_back(shortened(groups.full_title(g), static_cast<std::size_t>(key_letters) - 5));
-  const auto key = key_grid(keyed ? titles : std::vector<std::string>{}, key_letters);
-  const double above = key_line * static_cast<double>(key.rows);
-  // A narrow figure shrinks in height, but its key does not.
-  f.height_cm = 1.6 + 6.2 * static_cast<double>(quantities.size()) +
-                scale * above / std::sqrt(width / f.width_cm * std::max(1.0, scale));
-  f.script.add("set multiplot layout {},1 margins X(2.0),1-X(0.4),Y(1.4),1-Y({:.4g}) spacing 0,Y(1.4)\n",
-               quantities.size(), 0.4 + above);
-  f.script.add(
-      "set xlabel {} noenhanced\n{}set offsets graph 0.02, graph 0.02, 0, 0\nset key at screen 0.5, screen 1-Y(0.15) center "
-      "top horizontal maxcols {} maxrows {} samplen 2 spacing 1 font SMALL\n{}",
-      label_of_axis(axis), axis_commands("x", abscissae, is_logarithmic(abscissae)), key.columns,
-      std::max<std::size_t>(key.rows, 1), keyed ? Word("") : Word("unset key\n"));
+  auto across = axis_at(abscissae);
+  if (across.low == across.high)
+    across = axis_of(across.low, across.high);
+  else if (across.logarithmic)
+    across.low /= std::pow(across.high / across.low, 0.02),
+        across.high *= std::pow(across.high / across.low, 0.02);
+  else if (const double margin = 0.02 * (across.high - across.low); margin > 0)
+    across.low -= margin, across.high += margin;
+  PanelStack stack{.abscissa = {title_of_axis(axis), across}, .panels = {}, .each = 5.0};
   constexpr Word marks[] = {"7", "5", "9", "13", "11", "6", "4", "8", "12"};
   for (const auto& q : quantities) {
-    Script curves;
-    double least = INFINITY, greatest = -INFINITY;
+    Panel panel{.title = title_of_quantity(q), .axis = {}, .curves = {}};
+    Limits means, ends;
     std::string past;
     std::size_t colour = 0;
     for (const auto& g : groups.list()) {
@@ -145,8 +147,8 @@ std::filesystem::path sweep_curves(const StudyPlot& plot, const SweepRuns& runs,
         const auto s = runs.at(*cell, q);
         if (s.count == 0) continue;
         block.row({cell->values[x] * axis.scale, s.mean, s.low, s.high, static_cast<double>(s.count)});
-        least = std::min(least, s.mean);
-        greatest = std::max({greatest, s.mean, std::isfinite(s.high) ? s.high : s.mean});
+        means.hold(s.mean);
+        for (const double x : {s.mean, s.low, s.high}) ends.hold(x);
       }
       if (block.empty()) continue;
       // One pair of curves has the styles of the formulations, further ones a colour for each pair.
@@ -156,40 +158,41 @@ std::filesystem::path sweep_curves(const StudyPlot& plot, const SweepRuns& runs,
       const Script look = single ? Script().add("ls {}", penalty ? 1 : 2)
                                  : Script().add("lc rgb C{} dt {} pt {} lw 1.3", number, penalty ? 2 : 1,
                                                 marks[(colour - 1) % std::size(marks)]);
-      curves.add(
-          "{0}DATA index {1} using 1:2:3:4 with yerrorbars lc rgb C{5} dt 1 ps 0 notitle, DATA index {1} using 1:2 "
-          "with {2} {3} title {4} noenhanced",
-          curves.empty() ? Word("plot ") : Word(", "), f.blocks.size(),
-          scattered ? Word("points") : Word("linespoints"), look,
-          titles[static_cast<std::size_t>(&g - groups.list().data())],
-          single ? (penalty ? std::size_t{1} : std::size_t{2}) : number);
+      panel.curves.push_back(
+          {Script().add("DATA index {} using 1:2:3:4 with yerrorbars lc rgb C{} dt 1 ps 0", f.blocks.size(),
+                        single ? (penalty ? std::size_t{1} : std::size_t{2}) : number),
+           ""});
+      // The first panel names the curves of all.
+      panel.curves.push_back({Script().add("DATA index {} using 1:2 with {} {}", f.blocks.size(),
+                                           scattered ? Word("points") : Word("linespoints"), look),
+                              keyed && stack.panels.empty() ? groups.full_title(g) : ""});
       f.blocks.push_back(std::move(block));
     }
-    if (curves.empty()) throw SceneError(fmt::format("--y {}: no run has a value", q.name));
+    if (panel.curves.empty()) throw SceneError(fmt::format("--y {}: no run has a value", q.name));
     // On a logarithmic axis, intervals may extend below the least mean by any factor and are cut.
-    if (least > 0 && greatest > most_linear * least)
-      f.script.add("set logscale y\nset yrange [{:.6g}:{:.6g}]\n", least / 2, greatest * 1.3);
-    else
-      f.script.add("unset logscale y\nset yrange [*:*]\n");
-    f.script.add("set ylabel {} noenhanced\n{}\nunset key\n", name_with_unit(q.name, q.unit), curves);
+    panel.axis = means.least > 0 && ends.most > most_linear * means.least ? decades_of(means.least, ends.most)
+                                                                          : axis_of(ends.least, ends.most);
+    stack.panels.push_back(std::move(panel));
   }
-  f.script.add("unset multiplot\n");
+  add_panels(f, style, std::move(stack));
   return draw(f, plot.folder);
 }
 
 std::filesystem::path sweep_map(const StudyPlot& plot, const SweepRuns& runs, std::size_t x, std::size_t y) {
   const auto &x_axis = runs.axes()[x], &y_axis = runs.axes()[y];
   const Groups groups(runs, {x, y});
-  HeatMap map{.x = label_of_axis(x_axis),
-              .y = label_of_axis(y_axis),
+  HeatMap map{.x = title_of_axis(x_axis),
+              .y = title_of_axis(y_axis),
               .grid = std::ranges::none_of(runs.axes(), &SweepAxis::drawn),
               .heading = fmt::format("{}, {}, mean, 95 % interval, starts", label_of_axis(x_axis),
                                      label_of_axis(y_axis)),
               .panels = {}};
   for (const auto& q : quantities_of(plot, runs))
     for (const auto& g : groups.list()) {
-      auto& panel = map.panels.emplace_back(HeatPanel{
-          groups.list().size() > 1 ? groups.full_title(g) : "", name_with_unit(q.name, q.unit), {}});
+      auto& panel = map.panels.emplace_back(HeatPanel{groups.list().size() > 1 ? groups.full_title(g) : "",
+                                                      name_with_unit(q.name, q.unit),
+                                                      title_of_quantity(q),
+                                                      {}});
       for (const auto* cell : g.cells) {
         const auto s = runs.at(*cell, q);
         panel.cells.push_back({cell->values[x] * x_axis.scale, cell->values[y] * y_axis.scale, s.mean, s.low,

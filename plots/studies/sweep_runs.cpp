@@ -20,20 +20,6 @@
 namespace freeplay::plots {
 namespace {
 
-/// Unit of a number of run.json, whose name ends with it, or whose table's name does.
-std::string_view unit_in_path(std::string_view path) {
-  constexpr std::pair<std::string_view, std::string_view> endings[] = {
-      {"_m_per_s", "m/s"}, {"_N_s", "N s"}, {"_J", "J"}, {"_rad", "rad"}, {"_m", "m"}, {"_s", "s"}};
-  while (true) {
-    const auto dot = path.rfind('.');
-    const auto name = dot == path.npos ? path : path.substr(dot + 1);
-    for (const auto& [ending, unit] : endings)
-      if (name.ends_with(ending)) return unit;
-    if (dot == path.npos) return "";
-    path = path.substr(0, dot);
-  }
-}
-
 /// The scene of the sweep; null if this program cannot read it.
 std::shared_ptr<const Scene> scene_of_sweep(const JsonFile& document) {
   try {
@@ -53,7 +39,7 @@ std::string unit_of_measure(const JsonFile& document, const Scene* scene, const 
   const auto column = document.text(path + "column");
   auto unit = scene ? unit_of_instrument(*scene, column) : "";
   if (unit.empty()) unit = unit_of_column(column);
-  return std::string(unit.empty() ? unit_in_path(column) : unit);
+  return std::string(unit.empty() ? number_of_run(column).unit : unit);
 }
 
 const nlohmann::json& list_of(const JsonFile& document, const char* path) {
@@ -132,8 +118,12 @@ SweepRuns::SweepRuns(const std::filesystem::path& folder) {
   std::size_t place = 0;
   for (std::size_t i = 0; i < list_of(document, "sweep.measures").size(); ++i) {
     const auto path = fmt::format("sweep.measures.{}.", i);
+    auto column = document.text(path + "column");
+    if (document.text(path + "reduce") != "last" || number_of_run(column).element.empty() ||
+        *quantity_of_column(column).name.text())
+      column.clear();  // not a number of run.json
     quantities_.push_back({document.text(path + "name"), unit_of_measure(document, scene.get(), path),
-                           SweepQuantity::Of::measure, place++});
+                           SweepQuantity::Of::measure, place++, std::move(column)});
   }
   for (std::size_t i = 0; i < list_of(document, "sweep.derived").size(); ++i) {
     const auto path = fmt::format("sweep.derived.{}.", i);

@@ -22,7 +22,8 @@ struct SweepQuantity {
   enum class Of { statistic, measure, derived };
   std::string name, unit;
   Of of = Of::statistic;
-  std::size_t place = 0;  ///< in RunRow::metric, or in RunRow::measures
+  std::size_t place = 0;    ///< in RunRow::metric, or in RunRow::measures
+  std::string column = {};  ///< the number of run.json that a measure shows as it is; else empty
 };
 
 /// One cell of the study: runs that differ in their start only.

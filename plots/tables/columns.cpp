@@ -130,6 +130,23 @@ ColumnQuantity quantity_of_column(const std::string& column) {
   return column_of(column, "").quantity;
 }
 
+RunNumber number_of_run(const std::string& path) {
+  constexpr std::pair<std::string_view, std::string_view> endings[] = {
+      {"_rad_per_s", "rad/s"}, {"_m_per_s", "m/s"}, {"_N_s", "N s"}, {"_J", "J"}, {"_N", "N"}, {"_W", "W"},
+      {"_rad", "rad"},         {"_m", "m"},         {"_s", "s"}};
+  const auto dot = path.rfind('.');
+  RunNumber number{dot == path.npos ? "" : path.substr(0, dot), path.substr(dot + 1), ""};
+  // The unit ends the name, or that of its table.
+  for (auto* text : {&number.words, &number.element})
+    for (const auto& [ending, unit] : endings)
+      if (number.unit.empty() && text->ends_with(ending)) {
+        number.unit = unit;
+        text->resize(text->size() - ending.size());
+      }
+  std::ranges::replace(number.words, '_', ' ');
+  return number;
+}
+
 std::string_view unit_of_column(std::string_view column) {
   const auto* facts = facts_of_column(column);
   return facts ? facts->unit : "";

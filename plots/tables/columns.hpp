@@ -35,6 +35,12 @@ struct ColumnQuantity {
 /// Quantity of a column of a result file or a section by its name; without a name if unknown.
 ColumnQuantity quantity_of_column(const std::string& column);
 
+/// A number of run.json by its path: pin, "greatest impulse" and N s for pin.greatest_impulse_N_s.
+struct RunNumber {
+  std::string element, words, unit;
+};
+RunNumber number_of_run(const std::string& path);
+
 /// A column and its file.
 struct Column {
   std::string name;

@@ -17,6 +17,8 @@
 #include "io/files/child.hpp"
 #include "io/files/output_file.hpp"
 #include "plots/drawing/figure.hpp"
+#include "verification/support/ball_study.hpp"
+#include "verification/support/study_results.hpp"
 #include "verification/support/support.hpp"
 
 using namespace freeplay;
@@ -233,6 +235,55 @@ TEST_CASE("texts of figures stay apart and on the page at the widths and sizes o
       draw(both + " --y slider.x,rod.x,crank.x --y gudgeon.gap --y slider.vx");
       check_figures(compared / "figures", width, folder.path() / "large.pdf");
       check_figures(single / "figures", width, folder.path() / "large.pdf");
+    }
+}
+
+TEST_CASE("texts of figures of papers and studies stay apart and on the page", "[figures][texts][program]") {
+  const test::BallStudy ball(
+      "values = [0.05, 0.1, 0.2, 0.4]\n[axes.mass]\nkey = \"bodies.ball.mass\"\n"
+      "values = [0.2, 0.3, 0.4]\nunit = \"kg\"",
+      "[measure.hardest]\ncolumn = \"table.fastest_approach_m_per_s\"\nreduce = \"last\"\n"
+      "[measure.highest]\ncolumn = \"ball.y\"\nreduce = \"max\"\n");
+  const auto& place = ball.folder.path();
+  const auto swept = test::freeplay(fmt::format("sweep {} -o {}", ball.study.string(), ball.out.string()));
+  CAPTURE(swept.err);
+  REQUIRE(swept.status == 0);
+  const auto paper = place / "paper", ensemble = place / "ensemble", bifurcation = place / "bifurcation",
+             basin = place / "basin";
+  test::put_paper_result(paper, 1e3);
+  test::put_ensemble(ensemble);
+  test::put_bifurcation(bifurcation);
+  test::put_basin(basin);
+  for (const int width : {84, 174})
+    for (const int size : {7, 9}) {
+      CAPTURE(width, size);
+      const auto style = place / "style.toml";
+      write_file(style,
+                 fmt::format("width = {}\nfont_size = {}\nformat = [\"pdf\", \"svg\"]\n", width, size));
+      const auto draw = [&](const std::string& verb, const std::filesystem::path& folder,
+                            const std::string& rest = {}) {
+        const auto end =
+            test::freeplay(fmt::format("{} {} {} --style {}", verb, folder.string(), rest, style.string()));
+        CAPTURE(verb, rest, end.err);
+        REQUIRE(end.status == 0);
+      };
+      std::filesystem::remove_all(ball.out / "figures");
+      draw("plot", ball.out, "--y hardest,highest --x e");
+      draw("plot", ball.out, "--y hardest --x mass");
+      draw("plot", ball.out, "--y hardest,highest --x e,mass");
+      draw("plot", ensemble, "--y gudgeon.fastest_approach_m_per_s,gudgeon.impacts");
+      draw("plot", bifurcation, "--y approach");
+      draw("plot", basin, "--y axle.angle");
+      for (const auto& folder : {paper, ensemble, bifurcation, basin}) draw("figures", folder);
+      for (const auto& folder : {ball.out, paper, ensemble, bifurcation, basin}) {
+        check_figures(folder / "figures", width, place / "large.pdf");
+        // Keys and their symbols, which are no texts, stand above the panels that add_panels() measures.
+        for (const auto& entry : std::filesystem::directory_iterator(folder / "figures"))
+          if (entry.path().extension() == ".gp") {
+            CAPTURE(entry.path().filename().string());
+            CHECK_THAT(test::file_text(entry.path()), Contains("\nPANEL = "));
+          }
+      }
     }
 }
 

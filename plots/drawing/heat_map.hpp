@@ -3,24 +3,25 @@
 // coloured points for values that form no grid. Panels of the same quantity share one colour scale.
 #pragma once
 
-#include <array>
 #include <string>
 #include <vector>
 
+#include "plots/drawing/axis.hpp"
 #include "plots/drawing/figure.hpp"
 
 namespace freeplay::plots {
 
 struct HeatPanel {
-  std::string title;     ///< above the panel; may be empty
-  std::string quantity;  ///< label of the colour scale, with the unit
+  std::string title;   ///< above the panel; may be empty
+  std::string name;    ///< of the quantity with its unit, for the data file
+  AxisTitle quantity;  ///< of the colour scale
   /// x, y, value, and further columns that only the data file shows; values that are not finite are
   /// omitted
   std::vector<std::vector<double>> cells;
 };
 
 struct HeatMap {
-  std::string x, y;  ///< labels of the axes
+  AxisTitle x, y;
   bool grid = true;
   std::string heading;  ///< names of the columns, for the data file
   std::vector<HeatPanel> panels;
@@ -29,7 +30,7 @@ struct HeatMap {
 /// The most panels of one figure.
 inline constexpr std::size_t most_heat_panels = 6;
 
-/// Adds blocks and commands to a figure, and sets its height. Throws SceneError if no cell has a
+/// Adds blocks and commands to a figure, and sets its size. Throws SceneError if no cell has a
 /// value, or for too many panels.
 void add_heat_map(Figure& f, const HeatMap& map, const Style& style);
 
@@ -37,7 +38,8 @@ void add_heat_map(Figure& f, const HeatMap& map, const Style& style);
 /// decade or more, with ratios that differ less than their differences do.
 bool is_logarithmic(std::vector<double> values);
 
-/// Commands for the scale of an axis, x or y, and for tics at the values if they are few.
-Script axis_commands(const Word& axis, std::vector<double> values, bool logarithmic);
+/// An axis from the least to the greatest of these values, with tics at them if they are few or if
+/// it is logarithmic.
+Axis axis_at(std::vector<double> values);
 
 }  // namespace freeplay::plots
