@@ -142,8 +142,9 @@ class VariedColumns {
   }
   /// Before a step from t_old that ends at the knot or before.
   void take_knot(const System& system, double t_old, double knot);
-  /// Advances S over a step of constant mode; f_ has the stages of x.
-  void advance_stages(double t_old, const Vector& x_old, double h);
+  /// Advances S over a step of constant mode, in halves where S varies faster than the motion, as about a
+  /// rest. Returns x at its end.
+  Vector advance_stages(double t_old, const Vector& x_old, double h, int halvings = 0);
   double spacing(const Dynamics& f, const Vector& x, const Vector& dx, double dt, double speed) const;
   Difference along(Dynamics& f, const Function& value, const Vector& centre, const Vector& x, double t,
                    const Vector& dx, double dt, double speed);
@@ -189,6 +190,7 @@ class VariedColumns {
     Displaced dynamics;
   };
   bool displace_closer(std::size_t c);
+  bool varies_fast(double h) const;
   std::vector<std::vector<Closer>> closer_;
   void integrate(double weight, const Vector& x, double t);
   void parameter_part(std::size_t c, const Vector& x, double t, const Vector& f, Vector& out);
@@ -258,9 +260,35 @@ void VariedColumns<Dynamics>::take_knot(const System& system, double t_old, doub
   }
 }
 
+/// Whether the stages of a column differ from its embedded formula of third order by so much that the result
+/// of fifth order may be wrong by more than about 1e-8. The weights fulfil the conditions of third order.
 template <class Dynamics>
-void VariedColumns<Dynamics>::advance_stages(double t_old, const Vector& x_old, double h) {
+bool VariedColumns<Dynamics>::varies_fast(double h) const {
+  constexpr double third[6] = {7.0 / 72, 0, 4.0 / 9, 11.0 / 24, 0, 0};
+  constexpr double accepted = 3e-6;
+  const auto n = static_cast<std::size_t>(probe_->system.n());
+  for (std::size_t c = 0; c < keys_.size(); ++c) {
+    if (!open(c)) continue;
+    double error[2] = {}, size[2] = {};  // of positions and rates
+    for (std::size_t k = 0; k < 2 * n; ++k) {
+      double e = 0;
+      for (std::size_t i = 0; i < 6; ++i) e += (DormandPrince::b[i] - third[i]) * slopes_[i][c][k];
+      const bool rate = k >= n;
+      error[rate] = std::max(error[rate], std::abs(h * e));
+      size[rate] = std::max({size[rate], std::abs(S_[c][k]), std::abs(h * slopes_[0][c][k])});
+    }
+    if (error[0] > accepted * size[0] || error[1] > accepted * size[1]) return true;
+  }
+  return false;
+}
+
+template <class Dynamics>
+std::vector<double> VariedColumns<Dynamics>::advance_stages(double t_old, const Vector& x_old, double h,
+                                                            int halvings) {
   using Stages = DormandPrince;
+  constexpr int most_halvings = 16;
+  const auto integrals = integrals_;
+  const auto rates = integrals_.empty() ? std::vector<Vector>() : integral_rates_;
   for (std::size_t i = 0; i < f_.size(); ++i) {
     const double at = t_old + Stages::c[i] * h;
     stage_ = x_old;
@@ -282,12 +310,24 @@ void VariedColumns<Dynamics>::advance_stages(double t_old, const Vector& x_old, 
     }
     if (!integrands_.empty() && Stages::b[i] != 0) integrate(h * Stages::b[i], stage_, at);
   }
+  if (varies_fast(h)) {
+    if (halvings < most_halvings) {
+      integrals_ = integrals;
+      if (!rates.empty()) integral_rates_ = rates;
+      const auto middle = advance_stages(t_old, x_old, 0.5 * h, halvings + 1);
+      return advance_stages(t_old + 0.5 * h, middle, 0.5 * h, halvings + 1);
+    }
+    refuse(fmt::format("t = {:.9g} s: derivatives vary faster than steps can follow", t_old));
+  }
   for (std::size_t c = 0; c < keys_.size(); ++c) {
     if (!open(c)) continue;
     for (std::size_t i = 0; i < f_.size(); ++i) add_multiple(S_[c], h * Stages::b[i], slopes_[i][c]);
     if (!std::ranges::all_of(S_[c], [](double s) { return std::isfinite(s); }))
       refuse(c, fmt::format("t = {:.9g} s: the derivative is no longer finite", t_old + h));
   }
+  auto x = x_old;
+  for (std::size_t i = 0; i < f_.size(); ++i) add_multiple(x, h * Stages::b[i], f_[i]);
+  return x;
 }
 
 /// Adds a stage of the quadrature of the integrands and of their derivatives along seeds_.

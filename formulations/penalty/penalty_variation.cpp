@@ -178,8 +178,7 @@ void PenaltyVariation::advance(Vector& x, double t, double h, int count) {
   if (shifted) shift(x, t, 1);
   for (int i = 0; i < count; ++i) {
     const double length = h / count;
-    advance_stages(t + i * length, x, length);
-    for (std::size_t s = 0; s < f_.size(); ++s) add_multiple(x, length * DormandPrince::b[s], f_[s]);
+    x = advance_stages(t + i * length, x, length);
   }
   if (shifted) shift(x, t + h, -1);
 }

@@ -54,7 +54,7 @@ std::vector<std::filesystem::path> draw_sensitivity(const std::filesystem::path&
   if (plot.empty()) return {};
   f.script.add(
       "set xlabel 'Relative influence (p/Q) dQ/dp'\nset yrange [{}:-0.6]\nset ytics ({}) font SMALL noenhanced\n"
-      "set xzeroaxis\nset arrow 1 from 0, graph 0 to 0, graph 1 nohead lc rgb 0x888888\n"
+      "set arrow 1 from 0, graph 0 to 0, graph 1 nohead lc rgb 0x888888\n"
       "set key outside top center horizontal font SMALL\n{}\n",
       static_cast<double>(rows) - 0.4, ticks, plot);
   return {draw(f, folder)};

@@ -101,6 +101,25 @@ restitution = 1
   CHECK_THAT(reason(cradle, "end.three.vx", "initial.one.vx"), Contains("depends on the order of impacts"));
 }
 
+TEST_CASE("derivatives about a rest follow small oscillations", "[sensitivity]") {
+  // A hanging pendulum at rest needs no steps of its own. d(end.theta)/d(initial.theta) = cos(ω t) and
+  // d(end.omega)/d(initial.theta) = −ω sin(ω t), ω² = m g l/(J + m l²).
+  const std::string text =
+      "gravity = [0, -9.81]\n" + test::body("bar", 2, 0.05, "position = [0, -0.4]\n") + R"([joints.pivot]
+type = "revolute"
+between = ["ground", "bar"]
+at = [[0, 0], [0, 0.4]]
+)" + test::run_for(3, "start = \"given\"\n[nonsmooth]\nscheme = \"event-driven\"\n");
+  const double omega = std::sqrt(2 * 9.81 * 0.4 / (0.05 + 2 * 0.16));
+  // The initial rate keeps the constraint: v_x = 0.4 ω.
+  const auto s = of(text, {"end.bar.theta", "end.bar.omega"}, {"initial.bar.omega", "initial.bar.vx"});
+  const auto by_rate = [&](std::size_t q) {
+    return s.quantities[q].derivatives[0] + 0.4 * s.quantities[q].derivatives[1];
+  };
+  CHECK(by_rate(0) == Approx(std::sin(3 * omega) / omega).margin(1e-6));
+  CHECK(by_rate(1) == Approx(std::cos(3 * omega)).margin(1e-6));
+}
+
 TEST_CASE("tolerances of a drop propagate to the time of contact", "[sensitivity][program]") {
   // t = sqrt(2 h/g): σ_t = t/2 sqrt((σ_h/h)² + (σ_g/g)²). The radius shifts h.
   const double g = 9.81, h = 0.5, sigma_h = 1e-3, sigma_g = 0.02, t = std::sqrt(2 * h / g);
