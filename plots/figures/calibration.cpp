@@ -25,7 +25,7 @@ std::vector<std::string> distinct(const std::vector<std::string>& list) {
 
 std::filesystem::path targets(const std::filesystem::path& folder) {
   const Table table(folder / "calibration.csv", {}, {"at", "outcome", "measured", "low", "high"},
-                    {"target", "unknown"});
+                    {"target", "unknown", "target_unit", "unknown_unit"});
   const auto &target = table.text("target"), &unknown = table.text("unknown");
   const auto rows = distinct(target), columns = distinct(unknown);
   Figure f{.name = "calibration_targets", .source = "calibration.json"};
@@ -35,9 +35,11 @@ std::filesystem::path targets(const std::filesystem::path& folder) {
       Block points("unknown, outcome"), measured("unknown, measured, low, high");
       Limits across, up;
       double value = 0, low = 0, high = 0;
+      std::string target_unit, unknown_unit;
       for (std::size_t i = 0; i < table.rows(); ++i) {
         if (target[i] != r || unknown[i] != c) continue;
         points.row({table.column("at")[i], table.column("outcome")[i]});
+        target_unit = table.text("target_unit")[i], unknown_unit = table.text("unknown_unit")[i];
         across.hold(table.column("at")[i]);
         value = table.column("measured")[i], low = table.column("low")[i], high = table.column("high")[i];
         for (const double y : {table.column("outcome")[i], value, low, high}) up.hold(y);
@@ -46,7 +48,7 @@ std::filesystem::path targets(const std::filesystem::path& folder) {
       measured.row({across.least, value, low, high}).row({across.most, value, low, high});
       const auto k = f.blocks.size();
       stack.panels.push_back(
-          {.title = AxisTitle::plain(r, ""),
+          {.title = AxisTitle::plain(r, target_unit),
            .axis = axis_of(up.least, up.most),
            .curves = {{Script().add("DATA index {} using 1:3:4 with filledcurves fs transparent solid 0.25 "
                                     "noborder lc rgb C2",
@@ -54,7 +56,7 @@ std::filesystem::path targets(const std::filesystem::path& folder) {
                        ""},
                       {Script().add("DATA index {} using 1:2 with lines lc rgb C2", k + 1), ""},
                       {Script().add("DATA index {} using 1:2 with points pt 7 ps 0.35 lc rgb C1", k), ""}},
-           .abscissa = Abscissa{AxisTitle::plain(c, ""), axis_of(across.least, across.most)}});
+           .abscissa = Abscissa{AxisTitle::plain(c, unknown_unit), axis_of(across.least, across.most)}});
       f.blocks.push_back(points);
       f.blocks.push_back(measured);
     }

@@ -1,6 +1,7 @@
 // The impacts of both formulations up to the horizon: approach speed over time, and below it the
-// differences of each pair relative to the nonsmooth value (time: relative to the interval since
-// the previous impact). Differences at the level of rounding errors are not drawn.
+// differences of each pair relative to the mean of both values, as in the verdict of compare (time:
+// relative to the interval since the previous impact). Differences at the level of rounding errors are
+// not drawn.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -38,7 +39,9 @@ std::vector<std::filesystem::path> draw_paired_impacts(const std::filesystem::pa
     most = std::max({most, vp, vn});
     penalty.row({1e3 * tp, vp});
     nonsmooth.row({1e3 * tn, vn});
-    const auto share = [](double a, double b) { return a > 0 && b > 0 ? std::abs(a / b - 1) : NAN; };
+    const auto share = [](double a, double b) {
+      return a > 0 && b > 0 ? 2 * std::abs(a - b) / (a + b) : NAN;
+    };
     // Simultaneous impacts share the interval before them, as in TouchComparison.
     if (tn - before > 1e-6 * tn) interval = tn - before;
     const double shown[] = {std::abs(tp - tn) / interval, share(vp, vn), share(Pp, Pn)};

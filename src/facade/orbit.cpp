@@ -20,7 +20,7 @@
 #include "facade/excitation.hpp"
 #include "facade/identify.hpp"
 #include "facade/simulation.hpp"
-#include "formulations/event_driven/differences.hpp"
+#include "formulations/differences.hpp"
 #include "formulations/sensitivity.hpp"
 #include "mechanism/scene.hpp"
 #include "numerics/dense.hpp"
