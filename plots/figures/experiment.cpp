@@ -231,12 +231,15 @@ class Experiment {
   std::filesystem::path motions() {
     const double n = paper_speed();
     auto f = begin("motions",
-                   fmt::format("Velocity and acceleration of the slider in the last turn at {}, for "
+                   fmt::format("Velocity v and acceleration a of the slider in the last turn at {}, for "
                                "each clearance. The velocity is the difference quotient of the position.",
                                speed_text(n)));
+    // Symbols leave room for two columns in a narrow figure.
+    auto v = velocity_shown(), a = acceleration_shown();
+    v.title = AxisTitle::of({"v", "$v$"}, "m/s"), a.title = AxisTitle::of({"a", "$a$"}, "m/s²");
     std::vector<Panel> list;
     for (std::size_t i = 0; i < std::min(clearances_.size(), most_cells); ++i)
-      for (const auto& shown : {velocity_shown(), acceleration_shown()})
+      for (const auto& shown : {v, a})
         list.push_back(
             panel(f, clearances_[i], n, shown, letter(list.size()) + clearance_text(clearances_[i])));
     return draw_panels(f, std::move(list), 2);

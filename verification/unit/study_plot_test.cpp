@@ -288,11 +288,12 @@ TEST_CASE("figures of the paper have its numbers, panels and units", "[figures][
   for (const auto& row : eleven[0]) CHECK_THAT(row[1], WithinRel(0.1 * 200 / 60, 1e-9));
   CHECK_THAT(eleven[23][0][1], WithinRel(200 * 1e-3, 1e-12));
   const auto script = test::file_text(folder.path() / "figures/figure_11.gp");
-  CHECK_THAT(script, Contains("CAPTION = \"Flores et al. (2011), figure 11. Velocity and acceleration of the "
-                              "slider in the last turn at 200 rpm"));
+  CHECK_THAT(script,
+             Contains("CAPTION = \"Flores et al. (2011), figure 11. Velocity v and acceleration a of the "
+                      "slider in the last turn at 200 rpm"));
   const auto twelve = test::file_text(folder.path() / "figures/figure_12.gp");
   // A long caption is several literals.
   CHECK_THAT(std::regex_replace(twelve, std::regex(R"("\."|"\.\s*")"), ""),
              Contains("Measured: the values that"));
-  CHECK_THAT(script, Contains("(h) 1.00 mm") && Contains("velocity") && Contains("(m/s)"));
+  CHECK_THAT(script, Contains("(h) 1.00 mm") && Contains("set ylabel 'v'.' '.\"(m/s)\""));
 }
