@@ -69,6 +69,15 @@ struct VariedQuantity {
   EnergyTerm term = EnergyTerm::kinetic;
 };
 
+/// Contact onset: value and derivatives of time, approach rate and normal impulse.
+struct VariedOnset {
+  int contact = 0;
+  bool lasting = false;
+  double t = 0, rate = 0, impulse = 0;
+  std::vector<double> dt, drate, dimpulse;  ///< one for each key; NaN where there is none
+  std::vector<std::string> reasons;
+};
+
 struct SensitivityRun {
   const Scene& scene;
   const System& system;

@@ -35,32 +35,10 @@
 
 #include "dynamics/system.hpp"
 #include "formulations/differences.hpp"
+#include "formulations/dormand_prince.hpp"
 #include "formulations/sensitivity.hpp"
 
 namespace freeplay {
-
-/// Contact onset: value and derivatives of time, approach rate and normal impulse.
-struct VariedOnset {
-  int contact = 0;
-  bool lasting = false;
-  double t = 0, rate = 0, impulse = 0;
-  std::vector<double> dt, drate, dimpulse;  ///< one for each key; NaN where there is none
-  std::vector<std::string> reasons;
-};
-
-/// Dormand and Prince's coefficients of the six stages of the result of fifth order.
-struct DormandPrince {
-  static constexpr double c[6] = {0, 1.0 / 5, 3.0 / 10, 4.0 / 5, 8.0 / 9, 1};
-  static constexpr double a[6][5] = {
-      {},
-      {1.0 / 5},
-      {3.0 / 40, 9.0 / 40},
-      {44.0 / 45, -56.0 / 15, 32.0 / 9},
-      {19372.0 / 6561, -25360.0 / 2187, 64448.0 / 6561, -212.0 / 729},
-      {9017.0 / 3168, -355.0 / 33, 46732.0 / 5247, 49.0 / 176, -5103.0 / 18656},
-  };
-  static constexpr double b[6] = {35.0 / 384, 0, 500.0 / 1113, 125.0 / 192, -2187.0 / 6784, 11.0 / 84};
-};
 
 template <class Dynamics>
 class VariedColumns {
@@ -190,7 +168,14 @@ class VariedColumns {
     Displaced dynamics;
   };
   bool displace_closer(std::size_t c);
-  bool varies_fast(double h) const;
+  bool varies_fast(double h) const {
+    const auto n = static_cast<std::size_t>(probe_->system.n());
+    for (std::size_t c = 0; c < keys_.size(); ++c)
+      if (open(c) &&
+          DormandPrince::varies_fast(S_[c], h, n, [&](std::size_t i) { return slopes_[i][c].data(); }))
+        return true;
+    return false;
+  }
   std::vector<std::vector<Closer>> closer_;
   void integrate(double weight, const Vector& x, double t);
   void parameter_part(std::size_t c, const Vector& x, double t, const Vector& f, Vector& out);
@@ -258,28 +243,6 @@ void VariedColumns<Dynamics>::take_knot(const System& system, double t_old, doub
                             "respect to such keys are not available",
                             t_old, keys_[c].name));
   }
-}
-
-/// Whether the stages of a column differ from its embedded formula of third order by so much that the result
-/// of fifth order may be wrong by more than about 1e-8. The weights fulfil the conditions of third order.
-template <class Dynamics>
-bool VariedColumns<Dynamics>::varies_fast(double h) const {
-  constexpr double third[6] = {7.0 / 72, 0, 4.0 / 9, 11.0 / 24, 0, 0};
-  constexpr double accepted = 3e-6;
-  const auto n = static_cast<std::size_t>(probe_->system.n());
-  for (std::size_t c = 0; c < keys_.size(); ++c) {
-    if (!open(c)) continue;
-    double error[2] = {}, size[2] = {};  // of positions and rates
-    for (std::size_t k = 0; k < 2 * n; ++k) {
-      double e = 0;
-      for (std::size_t i = 0; i < 6; ++i) e += (DormandPrince::b[i] - third[i]) * slopes_[i][c][k];
-      const bool rate = k >= n;
-      error[rate] = std::max(error[rate], std::abs(h * e));
-      size[rate] = std::max({size[rate], std::abs(S_[c][k]), std::abs(h * slopes_[0][c][k])});
-    }
-    if (error[0] > accepted * size[0] || error[1] > accepted * size[1]) return true;
-  }
-  return false;
 }
 
 template <class Dynamics>
