@@ -23,13 +23,14 @@ struct DormandPrince {
 
   /// Whether the stages of a column S differ from the embedded formula of third order by so much that the
   /// result of fifth order may be wrong by more than about 1e-8. `slope(i)`: derivatives of stage i; n:
-  /// coordinates, which rates follow.
+  /// coordinates, which rates follow. `floor`: negligible derivatives of coordinates and of rates.
   template <class Slope>
-  static bool varies_fast(const std::vector<double>& S, double h, std::size_t n, Slope slope) {
+  static bool varies_fast(const std::vector<double>& S, double h, std::size_t n, const double (&floor)[2],
+                          Slope slope) {
     // The weights fulfil all conditions of third order, since stages 3 and 4 have stage order 2.
     constexpr double third[6] = {7.0 / 72, 0, 4.0 / 9, 11.0 / 24, 0, 0};
     constexpr double accepted = 3e-6;
-    double error[2] = {}, size[2] = {};  // of coordinates and rates
+    double error[2] = {}, size[2] = {floor[0], floor[1]};
     for (std::size_t k = 0; k < 2 * n; ++k) {
       double e = 0;
       for (std::size_t i = 0; i < 6; ++i) e += (b[i] - third[i]) * slope(i)[k];
@@ -37,6 +38,7 @@ struct DormandPrince {
       error[rate] = std::max(error[rate], std::abs(h * e));
       size[rate] = std::max({size[rate], std::abs(S[k]), std::abs(h * slope(0)[k])});
     }
+    size[0] = std::max(size[0], h * size[1]);
     return error[0] > accepted * size[0] || error[1] > accepted * size[1];
   }
 };

@@ -168,12 +168,15 @@ class VariedColumns {
     Displaced dynamics;
   };
   bool displace_closer(std::size_t c);
-  bool varies_fast(double h) const {
+  bool varies_fast(double h, double speed) const {
+    constexpr double negligible = 1e-6;  // of lengths and speeds, by a significant change of the key
     const auto n = static_cast<std::size_t>(probe_->system.n());
-    for (std::size_t c = 0; c < keys_.size(); ++c)
+    for (std::size_t c = 0; c < keys_.size(); ++c) {
+      const double share = negligible / keys_[c].scale(), floor[2] = {share * length_, share * speed};
       if (open(c) &&
-          DormandPrince::varies_fast(S_[c], h, n, [&](std::size_t i) { return slopes_[i][c].data(); }))
+          DormandPrince::varies_fast(S_[c], h, n, floor, [&](std::size_t i) { return slopes_[i][c].data(); }))
         return true;
+    }
     return false;
   }
   std::vector<std::vector<Closer>> closer_;
@@ -273,7 +276,7 @@ std::vector<double> VariedColumns<Dynamics>::advance_stages(double t_old, const 
     }
     if (!integrands_.empty() && Stages::b[i] != 0) integrate(h * Stages::b[i], stage_, at);
   }
-  if (varies_fast(h)) {
+  if (varies_fast(h, curved_speed(*probe_, x_old))) {
     if (halvings < most_halvings) {
       integrals_ = integrals;
       if (!rates.empty()) integral_rates_ = rates;

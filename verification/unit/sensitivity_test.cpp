@@ -144,7 +144,7 @@ TEST_CASE("tolerances of a drop propagate to the time of contact", "[sensitivity
 
 TEST_CASE("derivatives of random scenes equal extrapolated differences of runs", "[sensitivity]") {
   const auto found = compare_random(
-      100, 20261125, [](int i, Draw& r) { return random_case(i, r); }, "nonsmooth", 1e-6);
+      100, 20261125, [](int i, auto& r) { return random_case(i, r); }, "nonsmooth", 1e-6);
   WARN(found.summary);
   CHECK(found.compared > 500);
 }
