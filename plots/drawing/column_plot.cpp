@@ -312,6 +312,9 @@ std::filesystem::path draw_columns(const ColumnPlot& plot) {
            .source = std::filesystem::exists(plot.folders.front() / "comparison.json") ? "comparison.json"
                                                                                        : "run.json",
            .formats = plot.formats};
+  for (const auto& list : plot.panels)
+    for (const auto& y : list) f.caption += (f.caption.empty() ? "" : ", ") + y;
+  f.caption += fmt::format(" over {}{}.", plot.x, plot.fold ? ", folded over a turn" : "");
   PanelStack stack{.abscissa = {},
                    .panels = {},
                    .each = panels.size() == 1 ? 7.0 : 3.4,

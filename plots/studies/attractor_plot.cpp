@@ -1,5 +1,6 @@
 // Chosen columns of a bifurcation diagram over its parameter, and of a basin over its grid.
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <cmath>
@@ -85,6 +86,7 @@ std::filesystem::path draw_basin_of(const StudyPlot& plot) {
       panel.cells.push_back({table.column("x")[i], table.column("y")[i], table.column(column.name)[i]});
   }
   Figure f{.name = name_of_plot(plot, "basin"), .source = "basin.json", .formats = plot.formats};
+  f.caption = fmt::format("{} of the attractor reached from each start.", fmt::join(plot.y, ", "));
   if (map.panels.size() == 1) f.width_cm = 13;
   add_heat_map(f, map, style_of(plot.folder));
   return draw(f, plot.folder);

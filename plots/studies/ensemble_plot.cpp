@@ -1,6 +1,7 @@
 // Chosen columns of an ensemble as bands over time, or chosen statistics as histograms over the
 // starts. A histogram of n values has ⌈2 n^⅓⌉ classes of equal width (Rice's rule), at most 40.
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <cmath>
@@ -113,6 +114,7 @@ std::filesystem::path draw_ensemble_of(const StudyPlot& plot) {
     if (plot.y.size() > most_bands)
       throw SceneError(fmt::format("{} columns, but a figure has at most {} panels; draw several figures",
                                    plot.y.size(), most_bands));
+    f.caption = fmt::format("{}: quantiles of the starts over time.", fmt::join(plot.y, ", "));
     add_bands(f, plot.folder, plot.y);
     return draw(f, plot.folder);
   }

@@ -120,6 +120,7 @@ std::filesystem::path sweep_curves(const StudyPlot& plot, const SweepRuns& runs,
   for (const auto& cell : runs.cells()) abscissae.push_back(cell.values[x] * axis.scale);
   Figure f{
       .name = name_of_plot(plot, "sweep", "_" + axis.name), .source = "sweep.json", .formats = plot.formats};
+  f.caption = fmt::format("{} over {}.", fmt::join(plot.y, ", "), axis.name);
   const bool keyed = groups.list().size() > 1;
   const auto style = style_of(plot.folder);
   auto across = axis_at(abscissae);
@@ -202,6 +203,7 @@ std::filesystem::path sweep_map(const StudyPlot& plot, const SweepRuns& runs, st
   Figure f{.name = name_of_plot(plot, "sweep", fmt::format("_{}-{}", x_axis.name, y_axis.name)),
            .source = "sweep.json",
            .formats = plot.formats};
+  f.caption = fmt::format("{} over {} and {}.", fmt::join(plot.y, ", "), x_axis.name, y_axis.name);
   if (map.panels.size() == 1) f.width_cm = 12;
   add_heat_map(f, map, style_of(plot.folder));
   return draw(f, plot.folder);
