@@ -34,7 +34,7 @@ class StepPace {
   /// m/s, the mechanism's own speed if a body moves far faster than it: a prescribed motion drives a locked
   /// mechanism, whose speeds grow without limit; else 0.
   double far_exceeded() const {
-    return !scales_.guessed && fastest > 1e3 * scales_.fastest ? scales_.fastest : 0;
+    return !scales_.guessed && fastest > 1e4 * scales_.fastest ? scales_.fastest : 0;
   }
 
   /// @name Serialized state

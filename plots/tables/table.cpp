@@ -114,7 +114,7 @@ Table::Table(const std::filesystem::path& file, const std::vector<std::string>& 
     if (++rows_ > most_rows)
       throw SceneError(
           fmt::format("{}: has more than {} rows and is not a table of freeplay", file.string(), most_rows));
-    for (const auto& t : taken) t.list->push_back(t.name ? in.name(t.place) : in.label(t.place));
+    for (const auto& t : taken) t.list->push_back(t.name ? in.name(t.place) : in.maybe_label(t.place));
     for (const auto& [place, list] : counted) list->push_back(in.number(place));
   }
 }

@@ -46,7 +46,7 @@ class Rows {
   std::size_t count_ = 0;  // number of fields in the row
 };
 
-/// Selected columns of a small table, read as a whole.
+/// Selected columns of a small table, read as a whole. Labels may be empty.
 class Table {
  public:
   Table(const std::filesystem::path& file, const std::vector<std::string>& names,

@@ -132,10 +132,11 @@ TEST_CASE("a style sets sizes on paper in every format, and is kept", "[figures]
     CHECK(first != script.npos);
     CHECK(script.find(terminal, first + 1) == script.npos);
   }
-  // Without it the figure has its default size again.
+  // Without it the figure has its default width again, and the height that its panels need.
   remove_file(place / "figures/style.toml");
   REQUIRE(test::freeplay("figures " + place.string()).status == 0);
-  CHECK(pixels(figure(".png")) == std::pair{1600, 1300});
+  CHECK(pixels(figure(".png")).first == 1600);
+  CHECK(pixels(figure(".png")).second > 600);
   CHECK_THAT(test::file_text(figure(".gp")), Contains("SIZE = 7 "));
   // No file of the older style remains.
   for (const char* suffix : {".svg", ".eps", "_latex.tex", "_latex.pdf", "_latex.gp"}) {
