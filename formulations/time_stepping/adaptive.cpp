@@ -128,15 +128,17 @@ double AdaptiveMoreau::curve_limit() const {
 bool AdaptiveMoreau::step(double t_end) {
   auto& start = pair_.start;
   moreau_.keep(start);
-  if (pace_.runs_away(moreau_.extremes().gains))
+  const double usual = pace_.far_exceeded();
+  const auto gains = moreau_.extremes().gains;
+  if (pace_.runs_away(gains) || (usual > 0 && gains > 0))
     return fail(fmt::format(
         "t = {:.9g} s: impacts increased a speed from {:.2g} m/s to {:.2g} m/s: Newton's impact law with "
         "friction can increase energy; try nonsmooth.impact_law = \"energetic\"",
-        start.t, pace_.calm_speed, pace_.fastest));
-  if (const double usual = pace_.far_exceeded(); usual > 0)
+        start.t, usual > 0 ? usual : pace_.calm_speed, pace_.fastest));
+  if (usual > 0)
     return fail(fmt::format(
-        "t = {:.9g} s: a speed reaches {:.2g} m/s in a mechanism that moves at {:.2g} m/s: a drive moves it beyond "
-        "the configuration in which it locks (see freeplay check), or impacts increase energy",
+        "t = {:.9g} s: a speed reaches {:.2g} m/s in a mechanism that moves at {:.2g} m/s: a drive moves it "
+        "beyond the configuration in which it locks (see freeplay check)",
         start.t, pace_.fastest, usual));
   // If only rounding separates the state from the next kink or end, time advances without a step.
   const double rounding = std::max(16 * 2.3e-16 * std::abs(start.t), 1e-14 * first_step());
