@@ -92,7 +92,8 @@ void PenaltyVariation::begin(const Scene& scene, double t) {
   const Function stored = [](ExtendedPenalty& f, const Vector& y, double at) {
     return Vector{f.stored_energy(y, at)};
   };
-  const auto work = static_cast<std::size_t>(d.integral_offset() + PenaltyDynamics::contact_work);
+  const auto work =
+      static_cast<std::size_t>(d.integral_offset()) + static_cast<std::size_t>(PenaltyDynamics::contact_work);
   for (std::size_t c = 0; c < keys_.size(); ++c)
     if (open(c)) S_[c][work] = total(c, stored, x, t, S_[c], 0, curved_speed(*probe_, x))[0];
 }
