@@ -30,7 +30,9 @@ double curved_length(const System& system) {
   return system.longest_arm() > 0 ? system.longest_arm() : 1;
 }
 
-double energy_of(EnergyTerm term, EventDynamics& f, const std::vector<double>& x) {
+/// A term of the energy balance, except the loss in contacts. `Sums` names the integrals within x.
+template <class Sums, class Dynamics>
+double summed_energy(EnergyTerm term, Dynamics& f, const std::vector<double>& x) {
   const double* integral = x.data() + f.integral_offset();
   switch (term) {
     case EnergyTerm::kinetic:
@@ -38,43 +40,21 @@ double energy_of(EnergyTerm term, EventDynamics& f, const std::vector<double>& x
     case EnergyTerm::potential:
       return f.system.potential(x.data());
     case EnergyTerm::drive:
-      return integral[EventDynamics::drive];
+      return integral[Sums::drive];
     case EnergyTerm::load:
-      return integral[EventDynamics::load];
+      return integral[Sums::load];
     case EnergyTerm::damping:
-      return integral[EventDynamics::damping];
+      return integral[Sums::damping];
     case EnergyTerm::friction:
-      return integral[EventDynamics::friction_loss];
+      return integral[Sums::friction_loss];
     case EnergyTerm::film:
-      return f.films.any() ? integral[EventDynamics::film_loss] : 0;
+      if constexpr (requires { f.films.any(); })  // else x has the sum in any case
+        if (!f.films.any()) return 0;
+      return integral[Sums::film_loss];
     case EnergyTerm::contact:
       break;
   }
   return 0;
-}
-
-double energy_of(EnergyTerm term, ExtendedPenalty& f, const std::vector<double>& x, double t) {
-  using Sum = PenaltyDynamics;
-  const double* integral = x.data() + f.integral_offset();
-  switch (term) {
-    case EnergyTerm::kinetic:
-      return f.system.kinetic(x.data() + f.system.n());
-    case EnergyTerm::potential:
-      return f.system.potential(x.data());
-    case EnergyTerm::drive:
-      return integral[Sum::drive];
-    case EnergyTerm::load:
-      return integral[Sum::load];
-    case EnergyTerm::damping:
-      return integral[Sum::damping];
-    case EnergyTerm::friction:
-      return integral[Sum::friction_loss];
-    case EnergyTerm::film:
-      return integral[Sum::film_loss];
-    case EnergyTerm::contact:
-      break;
-  }
-  return integral[Sum::contact_work] - f.stored_energy(x, t);
 }
 
 /// Value and derivatives of a quantity of one contact event. `ended`: reasons of the columns.
@@ -228,7 +208,7 @@ void run_event_driven(const SensitivityRun& run, Sensitivities& all) {
       run, variation, d,
       {scheme.x(), scheme.t(), "the event begins a lasting contact, which has no impulse at its beginning"},
       [](EnergyTerm term, EventDynamics& f, const std::vector<double>& x, double) {
-        return energy_of(term, f, x);
+        return summed_energy<EventDynamics>(term, f, x);
       },
       [&](Sensitivity& s, const std::vector<std::string>& ended) {
         s.value = d.contact_loss;
@@ -260,7 +240,9 @@ void run_penalty(const SensitivityRun& run, Sensitivities& all) {
   take_quantities(
       run, variation, steps.dynamics(), {x, steps.t(), "the contact lasts to the end of the run"},
       [](EnergyTerm term, ExtendedPenalty& f, const std::vector<double>& y, double t) {
-        return energy_of(term, f, y, t);
+        if (term != EnergyTerm::contact) return summed_energy<PenaltyDynamics>(term, f, y);
+        return y[static_cast<std::size_t>(f.integral_offset()) + PenaltyDynamics::contact_work] -
+               f.stored_energy(y, t);
       },
       [](Sensitivity&, const std::vector<std::string>&) { return false; }, all);
   all.cost = cost_of(variation.evaluations(), steps.dynamics().work.rhs);

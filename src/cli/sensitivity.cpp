@@ -116,11 +116,14 @@ int sensitivity(const SensitivityVerb& request) try {
   write_json(set.place() / "sensitivity.json", document);
   set.commit();
   for (const auto& q : all.quantities) {
-    fmt::print("{} = {:.12g}\n", q.name, q.value);
+    fmt::print("{}{}\n", q.name,
+               std::isfinite(q.value) ? fmt::format(" = {:.12g}", q.value) : ": not reached");
     for (std::size_t i = 0; i < all.keys.size(); ++i)
       if (std::isfinite(q.derivatives[i]))
-        fmt::print("  by {:<36} {:>22.14g}   relative {:.4g}\n", all.keys[i], q.derivatives[i],
-                   influence(all, q, i));
+        fmt::print("  by {:<36} {:>22.14g}{}\n", all.keys[i], q.derivatives[i],
+                   std::isfinite(influence(all, q, i))
+                       ? fmt::format("   relative {:.4g}", influence(all, q, i))
+                       : "");
       else
         fmt::print("{}", wrapped(fmt::format("  by {:<36} no derivative: {}\n", all.keys[i], q.reasons[i])));
     if (const double sigma = propagated_deviation(q, deviations);

@@ -257,10 +257,11 @@ struct Compared {
   std::string summary;
 };
 
-/// Compares the derivatives of `scenes` random cases with respect to one random key each.
-template <class MakeCase>
+/// Compares the derivatives of `scenes` random cases with respect to one random key each; `bound_of`: relative
+/// bound for a key.
+template <class MakeCase, class BoundOf>
 Compared compare_random(int scenes, unsigned seed, MakeCase make_case, const std::string& formulation,
-                        double bound) {
+                        BoundOf bound_of) {
   int compared = 0, refused = 0, unresolved = 0;
   double worst = 0;
   for (int i = 0; i < scenes; ++i) {
@@ -295,6 +296,7 @@ Compared compare_random(int scenes, unsigned seed, MakeCase make_case, const std
       const double own = std::max(std::abs(fine - coarse), std::abs(finest - fine));
       const double error = std::max(0.0, std::abs(measured - expected) - 2 * own) / scale;
       worst = std::max(worst, error);
+      const double bound = bound_of(c.keys[key]);
       if (!(error < bound)) {
         CAPTURE(i, c.quantities[q], c.keys[key], measured, expected, own, error);
         CHECK(error < bound);
