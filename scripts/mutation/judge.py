@@ -5,7 +5,7 @@ a source; for a header the UNITS nearest ones, and all of them if these do not d
 The linked programs are tested by the parts of scripts/check (files of tests and sets of claims),
 one per core. Parts whose sources include the header of the file come first, then the others, the
 shortest first. Thus most faults are detected early, and a surviving fault has passed every part
-except the [long] ones.
+except the [long] ones and those that take longer than asked.
 """
 import concurrent.futures
 import os
@@ -121,11 +121,12 @@ class Copy:
 class Suite:
     """The parts of scripts/check."""
 
-    def __init__(self, copy):
+    def __init__(self, copy, within):
         self.copy, self.program = copy, copy.built / "freeplay-tests"
         listed = subprocess.run([self.program, "-#", "--list-tags", CHOSEN], capture_output=True, text=True).stdout
         took = dict(reversed(line.split()) for line in (copy.built / "test-seconds").read_text().splitlines())
         self.seconds = {part: float(took.get(part, 60)) for part in re.findall(r"\[#(.*)\]$", listed, re.M)}
+        self.seconds = {part: took for part, took in self.seconds.items() if took <= within}
         self.sources = {path.stem: path.read_text() for path in (copy.root / "verification").rglob("*_test.cpp")}
 
     def order(self, file):

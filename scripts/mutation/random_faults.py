@@ -6,6 +6,8 @@ resumed. Of the checkout only the page is changed.
 
   --draw        prints the faults and changes nothing
   --again       tests the surviving faults again with the current tests
+  --within S    leaves out parts of the suite that take more than S seconds, which a fault that
+                survives would wait for: the share caught is then a lower bound
   --first N     tests at most N further faults; writes the page only if all faults of --random are done
   --tree CLONE  uses this clone and its build instead of a copy under build/
 """
@@ -80,7 +82,7 @@ def code(text):
     return "`` " + cell(text) + " ``" if "`" in text else "`" + cell(text) + "`"
 
 
-def page(seed, judged, refused):
+def page(seed, judged, refused, within):
     """Writes the section on random faults in docs/verification/mutations.md."""
     same = equivalents()
     how = {f.key: ("equivalent" if f.key in same and v["how"] in ("survives", "crash", "same") else v["how"]) for f, v in judged}
@@ -95,7 +97,8 @@ def page(seed, judged, refused):
              f"Written by `scripts/mutations --random {len(judged)} --seed {seed}`: {len(judged)} faults on lines drawn from all code of "
              "src/ and formulations/, each compiled",
              "and linked in a copy and judged by the tests and the sets of claims (but for [long], and for the tests that build against the "
-             "installed library), up to the first that fails.",
+             "installed library), up to the first that fails."
+             + (f" Parts that take more than {within:g} s are left out: the share is a lower bound." if within < math.inf else ""),
              f"**{caught} of {real} that change anything are caught: {caught / real:.0%}, with 95 % confidence {low:.0%} to {high:.0%} "
              "(Wilson's interval).**",
              f"{refused} more were drawn that the compiler refuses. A fault took {seconds / len(judged):.0f} s. *Time*: a part did not end in "
@@ -141,6 +144,7 @@ def main():
     parse = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parse.add_argument("--random", type=int, required=True, metavar="N")
     parse.add_argument("--seed", type=int, default=1)
+    parse.add_argument("--within", type=float, default=math.inf, metavar="S")
     parse.add_argument("--first", type=int, default=10**9)
     parse.add_argument("--tree")
     parse.add_argument("--draw", action="store_true")
@@ -154,7 +158,7 @@ def main():
     copy = Copy(ROOT, PLACE, asked.tree)
     if not copy.prepare():
         sys.exit(f"without a fault the copy does not build: see {copy.log}")
-    suite = Suite(copy)
+    suite = Suite(copy, asked.within)
     verdicts = Verdicts(asked.again)
     judged, refused, left = [], 0, asked.first
     for n, fault in enumerate(order(ROOT, asked.seed)):
@@ -185,7 +189,7 @@ def main():
     if len(judged) < asked.random:
         print(f"{len(judged)} of {asked.random} judged; the same command goes on")
         return 1
-    caught, real = page(asked.seed, judged, refused)
+    caught, real = page(asked.seed, judged, refused, asked.within)
     low, high = interval(caught, real)
     print(f"{caught} of {real} caught: {caught / real:.0%}, with 95 % confidence {low:.0%} to {high:.0%}")
     return 0 if caught >= 0.95 * real else 1
