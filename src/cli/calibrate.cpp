@@ -20,6 +20,7 @@
 #include "io/files/result_set.hpp"
 #include "io/files/run_json.hpp"
 #include "plots/drawing/figure.hpp"
+#include "study/calibration/quantity_fit.hpp"
 #include "study/partition/divided_sweep.hpp"
 #include "study/settings/provenance.hpp"
 #include "study/sweep/sweep_document.hpp"
@@ -200,9 +201,16 @@ void print_identifiability(const Calibration& c, const CalibrationResult& r) {
 
 int calibrate(const CalibrateRequest& request) {
   const auto study = read_study(request.scene, request.reach);
-  require_signal(study, "calibrate");
+  const bool quantities = study.calibration && fits_quantities(*study.calibration);
+  if (!quantities) require_signal(study, "calibrate");
   const auto folder = result_folder(request.output, default_folder(study.file, ""));
   const auto origin = provenance(study);  // reads all named files
+  if (quantities && !request.shards.requested()) {
+    make_folder(folder);
+    const FolderLock lock(folder, "calibrate");
+    settle_result_sets(folder);
+    return calibrate_quantities(study, folder, origin, request.stop);
+  }
   auto plan = plan_calibration(study, request.conduct());
   if (request.stop()) return interrupted(Kept::nothing);
   // The points; fits follow after the merge, by the verb without these options.

@@ -352,6 +352,11 @@ bool contradicts(const std::vector<double>& outcomes, double measured, double to
 CalibrationPlan plan_calibration(const Study& study, const Conduct& conduct) {
   if (!study.calibration) throw SceneError(fmt::format("{}: has no [calibrate]", study.file.string()));
   const auto& c = *study.calibration;
+  if (c.targets.front().is_quantity())
+    throw SceneError(fmt::format(
+        "{}: calibrate.targets.{}: \"{}\" is a quantity of one run; only `freeplay calibrate` on one machine "
+        "fits those",
+        study.file.string(), c.targets.front().name, c.targets.front().statistic));
   const auto n = static_cast<int>(c.unknowns.size());
   if (c.points < ResponseSurface::coefficients(n) + 2)
     throw SceneError(fmt::format("{}: calibrate.points must be at least {} for {} unknowns, is {}",

@@ -46,6 +46,21 @@ std::filesystem::path named_file(Section& s, const char* key, const Study& study
   return file;
 }
 
+/// A target such as event.1.t, which is fitted with its derivatives.
+Target quantity_target(Section& t, Target x) {
+  x.value = t.number("value", any_number);
+  if (t.has("deviation") == t.has("tolerance"))
+    t.fail("", "needs exactly one of deviation (SI units) and tolerance (relative)");
+  if (t.has("deviation"))
+    x.deviation = t.number("deviation", positive);
+  else
+    x.tolerance = t.number("tolerance", positive);
+  if (x.deviation == 0 && x.value == 0)
+    t.fail("tolerance", "is relative to value, which is 0; give deviation instead");
+  t.done("a target");
+  return x;
+}
+
 Calibration read_calibration(Section s, const Study& study) {
   Calibration c;
   c.formulation = families[s.choice("formulation", family_names(), 1)].text;
@@ -72,6 +87,10 @@ Calibration read_calibration(Section s, const Study& study) {
     x.name = name;
     if (t.has("set")) x.overrides = t.names("set");
     x.statistic = t.text("statistic");
+    if (x.is_quantity()) {
+      c.targets.push_back(quantity_target(t, std::move(x)));
+      continue;
+    }
     const auto& known = TurnMetrics::names();
     const bool measure =
         std::ranges::find(study.measures, x.statistic, &Measure::name) != study.measures.end();
@@ -99,6 +118,13 @@ Calibration read_calibration(Section s, const Study& study) {
   }
   if (c.unknowns.empty()) s.fail("unknowns", "must name at least one unknown");
   if (c.targets.empty()) s.fail("targets", "must name at least one target");
+  const auto other = std::ranges::find_if(
+      c.targets, [&](const Target& t) { return t.is_quantity() != c.targets.front().is_quantity(); });
+  if (other != c.targets.end())
+    s.fail("targets." + other->name + ".statistic",
+           fmt::format("\"{}\" and \"{}\" are a quantity of one run and a statistic, which are fitted by "
+                       "different methods; calibrate them in two studies",
+                       other->statistic, c.targets.front().statistic));
   s.done("[calibrate]");
   return c;
 }

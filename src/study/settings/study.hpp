@@ -85,19 +85,23 @@ struct Stretches {
   }
 };
 
-/// A statistic that calibration fits: of the scene with some keys set, as measured.
+/// A measured value that calibration fits: of the scene with some keys set.
 struct Target {
   std::string name;
   std::vector<std::string> overrides;
-  std::string statistic;       ///< one of TurnMetrics, or a measure of the study
+  /// One of TurnMetrics, a measure of the study, or a quantity of facade/sensitivity.hpp such as
+  /// event.1.t, whose name contains a dot.
+  std::string statistic;
   double value = 0;            ///< measured value; computed from `data` if that is given
   double tolerance = 0;        ///< relative standard uncertainty
+  double deviation = 0;        ///< standard uncertainty in SI units of a quantity; 0: by `tolerance`
   std::filesystem::path data;  ///< signals file from which the statistic is computed
   /// Properties of that file, set when it is read.
   double sampling = 0;  ///< Hz
   double noise = 0;     ///< m/s², standard deviation of the noise of each sample
   int turns = 0;        ///< number of turns of a run and of each segment of the file
   Stretches stretches;  ///< segments whose mean statistic is `value`
+  bool is_quantity() const { return statistic.find('.') != std::string::npos; }
 };
 
 /// Parameters of a calibration (study/calibration/calibrate.hpp).

@@ -1,0 +1,231 @@
+// Calibration to quantities of one run: parameters behind times that follow from a closed form or a
+// run are recovered; contradictions, a horizon and errors are reported.
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <catch2/catch.hpp>
+#include <cmath>
+#include <fstream>
+#include <functional>
+#include <nlohmann/json.hpp>
+
+#include "facade/simulation.hpp"
+#include "io/files/output_file.hpp"
+#include "io/scene/open_scene.hpp"
+#include "mechanism/scene.hpp"
+#include "study/calibration/quantity_fit.hpp"
+#include "verification/references/bouncing_ball.hpp"
+#include "verification/support/support.hpp"
+
+using namespace freeplay;
+using Catch::Matchers::Contains;
+
+namespace {
+
+constexpr double restitution = 0.62, radius = 0.043;
+/// The ball of verification/scenes/bouncing_ball.toml: its centre starts 0.55 m above the floor.
+const reference::BouncingBall dropped{0.55 - radius, 9.81, restitution};
+
+std::string unknown(const std::string& name, const std::string& key, double low, double high) {
+  return fmt::format("[calibrate.unknowns.{}]\nkey = \"{}\"\nlow = {}\nhigh = {}\n", name, key, low, high);
+}
+std::string target(const std::string& statistic, double value, double deviation) {
+  auto name = statistic;
+  std::ranges::replace(name, '.', '_');
+  return fmt::format("[calibrate.targets.{}]\nstatistic = \"{}\"\nvalue = {}\ndeviation = {}\n", name,
+                     statistic, value, deviation);
+}
+std::string ball_head() {
+  return fmt::format("scene = \"{}\"\n", test::scene_file("bouncing_ball").string()) +
+         unknown("restitution", "surfaces.rubber.restitution", 0.3, 0.9) +
+         unknown("radius", "contacts.floor.radius", 0.02, 0.08);
+}
+const std::string longer = "set = [\"run.duration=2.0\"]\n";
+std::string ball_times(int count, double deviation) {
+  std::string text;
+  for (int k = 1; k <= count; ++k)
+    text += target(fmt::format("event.{}.t", k), reference::ball_impact(dropped, k).t, deviation) + longer;
+  return text;
+}
+
+struct Desk {
+  test::TemporaryFolder folder;
+  Study study(const std::string& text) const {
+    write_file(folder.path() / "study.toml", text);
+    return read_study(folder.path() / "study.toml", Reach::anywhere);
+  }
+};
+
+/// Nelder and Mead's minimum of f over [−1, 1]² from the centre; returns the number of evaluations until
+/// the simplex is smaller than `size`. Source: Computer Journal 7 (1965) 308.
+int nelder_mead(const std::function<double(const Eigen::Vector2d&)>& f, double size, Eigen::Vector2d& best) {
+  int count = 0;
+  const auto at = [&](const Eigen::Vector2d& x) {
+    ++count;
+    return x.cwiseAbs().maxCoeff() > 1 ? INFINITY : f(x);
+  };
+  std::array<std::pair<double, Eigen::Vector2d>, 3> s;
+  for (int k = 0; k < 3; ++k) {
+    const Eigen::Vector2d x =
+        k == 0 ? Eigen::Vector2d(0, 0) : Eigen::Vector2d(0.3 * Eigen::Vector2d::Unit(k - 1));
+    s[k] = {at(x), x};
+  }
+  const auto less = [](const auto& a, const auto& b) { return a.first < b.first; };
+  for (std::ranges::sort(s, less); (s[2].second - s[0].second).norm() > size && count < 2000;
+       std::ranges::sort(s, less)) {
+    const Eigen::Vector2d middle = (s[0].second + s[1].second) / 2, way = middle - s[2].second;
+    const auto tried = [&](double factor) {
+      const Eigen::Vector2d x = middle + factor * way;
+      return std::pair{at(x), x};
+    };
+    const auto mirrored = tried(1);
+    if (mirrored.first < s[0].first) {
+      const auto farther = tried(2);
+      s[2] = farther.first < mirrored.first ? farther : mirrored;
+    } else if (mirrored.first < s[1].first) {
+      s[2] = mirrored;
+    } else if (const auto nearer = tried(mirrored.first < s[2].first ? 0.5 : -0.5);
+               nearer.first < s[2].first) {
+      s[2] = nearer;
+    } else {
+      for (int k : {1, 2}) {
+        const Eigen::Vector2d x = (s[0].second + s[k].second) / 2;
+        s[k] = {at(x), x};
+      }
+    }
+  }
+  best = s[0].second;
+  return count;
+}
+
+}  // namespace
+
+TEST_CASE("restitution and radius of a ball follow from the times of its impacts", "[calibrate]") {
+  const Desk desk;
+  const auto fit = fit_quantities(desk.study(ball_head() + ball_times(5, 1e-6)), {});
+  CAPTURE(fit.squares, fit.runs, fit.iterations);
+  // The times are exact to 1e-14 s. The prior moves the minimum by 0.1 ξσ² over ranges squared,
+  // below 1e-9 of a range.
+  CHECK(fit.unknowns[0].value == Approx(restitution).epsilon(0).margin(1e-8));
+  CHECK(fit.unknowns[1].value == Approx(radius).epsilon(0).margin(1e-8));
+  CHECK(fit.squares < 1e-3);
+  CHECK_FALSE(fit.rejected);
+  CHECK_FALSE(fit.beyond);
+  CHECK(fit.horizon == 5);
+  CHECK(fit.unknowns[0].low < restitution);
+  CHECK(fit.unknowns[0].high > restitution);
+}
+
+TEST_CASE("intervals of a linear problem are those of its normal equations", "[calibrate]") {
+  // t₁ = √(2H/g) determines the radius alone: σ_r = σ_t |dr/dt| = σ_t g t₁. The interval is ±1.96 σ_r,
+  // to the square of σ_r over the height, 1e-5.
+  const Desk desk;
+  const double deviation = 1e-4;
+  const auto fit = fit_quantities(desk.study(ball_head() + ball_times(2, deviation)), {});
+  const double expected = 1.959964 * deviation * 9.81 * dropped.first_time();
+  CHECK((fit.unknowns[1].high - fit.unknowns[1].low) / 2 == Approx(expected).epsilon(1e-3));
+}
+
+TEST_CASE("times that no value of the unknowns gives are rejected", "[calibrate]") {
+  const Desk desk;
+  const auto text = ball_head() + ball_times(4, 1e-6) +
+                    target("event.5.t", reference::ball_impact(dropped, 5).t + 1e-3, 1e-6) + longer;
+  const auto fit = fit_quantities(desk.study(text), {});
+  CHECK(fit.rejected);
+  CHECK(std::isnan(fit.unknowns[0].low));
+}
+
+TEST_CASE("events that earlier ones do not determine lie beyond the horizon", "[calibrate]") {
+  // With σ = 40 ms for each time, the interval between the last impacts, 0.08 s, is not determined to a
+  // quarter.
+  const Desk desk;
+  const auto fit = fit_quantities(desk.study(ball_head() + ball_times(5, 0.04)), {});
+  CHECK(fit.beyond);
+  CHECK(fit.horizon >= 2);
+  CHECK(fit.horizon < 5);
+  CHECK_FALSE(fit.targets[4].used);
+  CHECK(fit.targets[4].model_deviation > 0.02);
+}
+
+TEST_CASE("clearance and restitution of a slider-crank follow from its first contact events", "[calibrate]") {
+  // Synthetic measurement: times of a run with known values. A fit without derivatives of the same
+  // misfit needs many more runs.
+  const double clearance = 0.31e-3, e = 0.52;
+  const std::vector<std::string> settings{"nonsmooth.scheme=\"event-driven\"", "run.duration=0.03"};
+  const auto run = [&](double c, double restitution) {
+    auto with = settings;
+    with.push_back(fmt::format("joints.gudgeon.clearance={}", c));
+    with.push_back(fmt::format("surfaces.steel.restitution={}", restitution));
+    Simulation simulation(*open_scene(test::scene_file("gudgeon"), with, true), "nonsmooth");
+    return simulation.run().events;
+  };
+  const auto measured = run(clearance, e);
+  REQUIRE(measured.size() > 4);
+  const double deviation = 1e-6;
+  std::string text = fmt::format("scene = \"{}\"\n", test::scene_file("gudgeon").string()) +
+                     unknown("clearance", "joints.gudgeon.clearance", 0.2e-3, 0.5e-3) +
+                     unknown("restitution", "surfaces.steel.restitution", 0.3, 0.8);
+  for (int k = 1; k <= 4; ++k) {
+    text += target(fmt::format("event.{}.t", k), measured[static_cast<std::size_t>(k - 1)].t, deviation);
+    text += "set = ['nonsmooth.scheme=\"event-driven\"', \"run.duration=0.03\"]\n";
+  }
+  const Desk desk;
+  const auto study = desk.study(text);
+  const auto fit = fit_quantities(study, {});
+  CAPTURE(fit.squares, fit.runs, fit.iterations, fit.horizon);
+  CHECK(fit.unknowns[0].value == Approx(clearance).epsilon(1e-6));
+  CHECK(fit.unknowns[1].value == Approx(e).epsilon(1e-6));
+  CHECK_FALSE(fit.rejected);
+  CHECK(fit.horizon == 4);
+
+  const auto& c = *study.calibration;
+  const auto misfit = [&](const Eigen::Vector2d& xi) {
+    const auto events = run(unscaled(c.unknowns[0], xi[0]), unscaled(c.unknowns[1], xi[1]));
+    double sum = 0.1 * xi.squaredNorm();
+    for (std::size_t k = 0; k < 4; ++k) {
+      if (k >= events.size()) return double(INFINITY);
+      sum += std::pow((events[k].t - measured[k].t) / deviation, 2);
+    }
+    return sum;
+  };
+  Eigen::Vector2d best;
+  const int without = nelder_mead(misfit, 1e-6, best);
+  INFO(fmt::format("runs with derivatives {}, runs without {}; restitution without {}", fit.runs, without,
+                   unscaled(c.unknowns[1], best[1])));
+  CHECK(without > 2 * fit.runs);
+}
+
+TEST_CASE("calibrate reports errors of targets that are quantities", "[calibrate]") {
+  const Desk desk;
+  const auto wrong = [&](const std::string& text) {
+    try {
+      fit_quantities(desk.study(ball_head() + text), {});
+      return std::string("no error");
+    } catch (const std::exception& e) {
+      return std::string(e.what());
+    }
+  };
+  CHECK_THAT(wrong("[calibrate.targets.a]\nstatistic = \"event.1.t\"\nvalue = 0.3\n"),
+             Contains("exactly one of deviation"));
+  CHECK_THAT(wrong("[calibrate.targets.a]\nstatistic = \"event.1.t\"\nvalue = 0.0\ntolerance = 0.1\n"),
+             Contains("give deviation instead"));
+  CHECK_THAT(wrong(target("event.1.time", 0.3, 1e-3)), Contains("event.1.time: must be event.N.t"));
+  CHECK_THAT(wrong(target("event.90.t", 0.3, 1e-3)), Contains("does not reach event.90.t"));
+  CHECK_THAT(
+      wrong(target("event.1.t", 0.3, 1e-3) + "[calibrate.targets.b]\nstatistic = \"rms\"\nvalue = 1.0\n"),
+      Contains("calibrate them in two studies"));
+}
+
+TEST_CASE("the command calibrates to times of impacts", "[calibrate][program]") {
+  const Desk desk;
+  const auto place = desk.folder.path().string();
+  desk.study(ball_head() + ball_times(5, 1e-6));
+  const auto run = test::freeplay("calibrate " + place + "/study.toml --allow-outside -o " + place + "/out");
+  CAPTURE(run.out, run.err);
+  CHECK(run.status == 0);
+  std::ifstream in(desk.folder.path() / "out/calibration.json");
+  const auto json = nlohmann::json::parse(in);
+  CHECK(json["fitted_to_all"]["unknowns"]["restitution"]["value"].get<double>() == Approx(restitution));
+  CHECK(json["fitted_to_all"]["fitted"]["event_5_t"]["residual"].get<double>() == Approx(0).margin(1e-3));
+}
