@@ -96,3 +96,14 @@ TEST_CASE("a long name of a contact is printed once for consecutive pairs", "[co
   CHECK(count(comparison_table(scene, c, false), "\nmesh.backward\n") == 2);
   CHECK(count(comparison_table(scene, c, true), "\n| mesh.backward | ") == 3);
 }
+
+TEST_CASE("compare ends with status 1 if either formulation stops", "[compare][program]") {
+  // A step of 0.1 s, a third of a turn, moves the journal far through its bearing.
+  const test::TemporaryFolder folder;
+  const auto run = test::freeplay("compare " + test::scene_file("gudgeon").string() +
+                                  " --set nonsmooth.step=0.1 --set run.duration=0.2 -o " +
+                                  (folder.path() / "out").string());
+  CAPTURE(run.out, run.err);
+  CHECK(run.status == 1);
+  CHECK_THAT(run.err, Contains("nonsmooth: stopped"));
+}
