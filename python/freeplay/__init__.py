@@ -23,7 +23,7 @@ from .errors import (
     SnapshotError,
 )
 from .results import Comparison, Run, read_comparison, read_run
-from .running import Sensitivities, Simulation, Stop, check, compare, run, sensitivity
+from .running import Orbit, Sensitivities, Simulation, Stop, check, compare, orbit, run, sensitivity
 from .scene import Scene, Table, read_scene
 from .studies import Study, read_study, sweep
 
@@ -36,6 +36,7 @@ __all__ = [
     "FailedWarning",
     "FreeplayError",
     "Interrupted",
+    "Orbit",
     "OutputError",
     "Run",
     "Scene",
@@ -48,6 +49,7 @@ __all__ = [
     "Table",
     "check",
     "compare",
+    "orbit",
     "read_comparison",
     "read_run",
     "read_scene",

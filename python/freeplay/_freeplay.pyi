@@ -74,6 +74,9 @@ def compare_into(scene: Scene, folder: Path, matched: bool, flag: StopFlag, here
 def sensitivities_of(
     scene: Scene, of: list[str], to: list[str], formulation: str, flag: StopFlag, here: bool
 ) -> dict[str, Any]: ...
+def orbit_of(
+    scene: Scene, formulation: str, periods: int, settle: float, period: Optional[float], flag: StopFlag, here: bool
+) -> dict[str, Any]: ...
 def run_into(
     scene: Scene, formulation: str, folder: Path, matched: bool, companion: bool, flag: StopFlag, here: bool
 ) -> bool: ...

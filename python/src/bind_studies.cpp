@@ -1,9 +1,11 @@
+#include <pybind11/complex.h>
 #include <pybind11/stl.h>
 #include <pybind11/stl/filesystem.h>
 
 #include "dynamics/assembly/assembly.hpp"
 #include "dynamics/assembly/redundancy.hpp"
 #include "dynamics/system.hpp"
+#include "facade/orbit.hpp"
 #include "facade/run_folder.hpp"
 #include "facade/sensitivity.hpp"
 #include "formulations/make.hpp"
@@ -99,6 +101,43 @@ py::dict sensitivities_of(const Scene& scene, const std::vector<std::string>& of
   return d;
 }
 
+/// A periodic motion; an interrupted search has none.
+py::dict orbit_of(const Scene& scene, const std::string& formulation, int periods, double settle,
+                  std::optional<double> period, StopFlag& flag, bool here) {
+  const UnderWay working;
+  Orbit found;
+  bool pressed = false;
+  {
+    const py::gil_scoped_release unlocked;
+    const CtrlC ctrl_c(flag, here);
+    try {
+      found = orbit(scene, {.formulation = formulation,
+                            .periods = periods,
+                            .settle = settle,
+                            .period = period,
+                            .stop = flag.token()});
+    } catch (const Interrupted&) {
+      flag.requested = true;
+    }
+    pressed = ctrl_c.pressed();
+  }
+  py::list impacts;
+  for (const auto& i : found.impacts) impacts.append(py::make_tuple(i.t, i.joint, i.speed));
+  py::dict d;
+  d["period"] = found.period;
+  d["periods"] = found.periods;
+  d["residual"] = found.residual;
+  d["t"] = found.state.t;
+  d["q"] = found.state.q;
+  d["v"] = found.state.v;
+  d["impacts"] = impacts;
+  d["multipliers"] = found.multipliers;
+  d["stable"] = found.stable;
+  d["failure"] = found.failure;
+  d["pressed"] = pressed;
+  return d;
+}
+
 bool compare_into(const Scene& scene, const std::filesystem::path& named, bool matched, StopFlag& flag,
                   bool here) {
   const UnderWay working(true);
@@ -175,6 +214,8 @@ void bind_studies(py::module_& m) {
         py::arg("flag"), py::arg("here"));
   m.def("sensitivities_of", &sensitivities_of, py::arg("scene"), py::arg("of"), py::arg("to"),
         py::arg("formulation"), py::arg("flag"), py::arg("here"));
+  m.def("orbit_of", &orbit_of, py::arg("scene"), py::arg("formulation"), py::arg("periods"),
+        py::arg("settle"), py::arg("period"), py::arg("flag"), py::arg("here"));
   m.def("run_into", &run_into, py::arg("scene"), py::arg("formulation"), py::arg("folder"),
         py::arg("matched"), py::arg("companion"), py::arg("flag"), py::arg("here"));
   m.def("sweep_into", &sweep_into, py::arg("file"), py::arg("folder"), py::arg("anywhere"),

@@ -323,6 +323,44 @@ class Studies(unittest.TestCase):
         with self.assertRaises(fp.SceneError):
             fp.sensitivity(ball, ["event.0.t"], ["bodies.ball.mass"])
 
+    def test_orbit(self):
+        oscillator = {
+            "gravity": [0.0, 0.0],
+            "bodies": {"mass": {"mass": 1.0, "inertia": 0.01, "position": [0.0, 0.0]}},
+            "joints": {
+                "rail": {
+                    "type": "translational",
+                    "between": ["ground", "mass"],
+                    "at": [[0.0, 0.0], [0.0, 0.0]],
+                    "axis": [1.0, 0.0],
+                }
+            },
+            "springs": {
+                "spring": {
+                    "between": ["ground", "mass"],
+                    "at": [[-1.0, 0.0], [0.0, 0.0]],
+                    "stiffness": 100.0,
+                    "free_length": 1.0,
+                    "damping": 4.0,
+                }
+            },
+            "contacts": {"stop": {"type": "travel-stop", "joint": "rail", "upper": 10.0, "surface": "hard"}},
+            "surfaces": {"hard": {"restitution": 0.5}},
+            "curves": {"force": {"shape": "harmonic", "amplitude": 5.0, "period": 1.0}},
+            "drives": {"shaker": {"joint": "rail", "force": "force", "against": "time"}},
+            "run": {"duration": 1.0, "start": "given"},
+            "nonsmooth": {"scheme": "event-driven"},
+        }
+        found = fp.orbit(oscillator, settle=2)
+        self.assertEqual(found.failure, "")
+        self.assertTrue(found.stable)
+        self.assertEqual(len(found.impacts), 0)
+        # exp(lambda T) with lambda^2 + 4 lambda + 100 = 0 and T = 1 s
+        self.assertAlmostEqual(abs(found.multipliers[0]), np.exp(-2), delta=1e-7)
+        self.assertAlmostEqual(abs(np.angle(found.multipliers[0])), abs(np.angle(np.exp(96**0.5 * 1j))), delta=1e-6)
+        with self.assertRaises(fp.SceneError):
+            fp.orbit(oscillator, set={"nonsmooth.scheme": "moreau-jean"})
+
     def test_compare(self):
         with tempfile.TemporaryDirectory() as folder:
             kept = fp.compare(short(), output=folder)
