@@ -419,7 +419,8 @@ QuantityFit fit_quantities(const Study& study, const StopToken& stop,
     } catch (const Interrupted&) {
       throw;
     } catch (const std::runtime_error& e) {
-      if (k == 0 && model.runs() == 0) throw;  // the study is wrong
+      if (k == 0 && model.runs() == 0)  // the study is wrong
+        throw SceneError(fmt::format("{}: [calibrate]: {}", study.file.string(), e.what()));
       if (reason.empty()) reason = e.what();
     }
     if (any && !best.rejected) break;
