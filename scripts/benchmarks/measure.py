@@ -30,11 +30,11 @@ def call(command):
     return done.stdout, after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime
 
 
-def run(freeplay, scene, folder, formulation="nonsmooth", **settings):
-    """Calls `freeplay run` with settings such as run__duration=1 and results in `folder`;
+def run(freeplay, scene, folder, formulation="nonsmooth", *options, **settings):
+    """Calls `freeplay run` with options, settings such as run__duration=1 and results in `folder`;
     returns run.json."""
     sets = [x for key, value in settings.items() for x in ("--set", f"{key.replace('__', '.')}={value}")]
-    call([freeplay, "run", scene, "--formulation", formulation, "--no-figures", "-o", folder, *sets])
+    call([freeplay, "run", scene, "--formulation", formulation, "--no-figures", "-o", folder, *options, *sets])
     return json.loads((Path(folder) / "run.json").read_text())
 
 
