@@ -10,6 +10,7 @@
 #include "formulations/integrators/tolerance.hpp"
 #include "formulations/nonsmooth.hpp"
 #include "formulations/penalty/penalty_variation.hpp"
+#include "formulations/step_variation.hpp"
 #include "mechanism/scene.hpp"
 #include "values/family.hpp"
 
@@ -91,15 +92,24 @@ void take_event(const VariedQuantity& q, const std::vector<VariedOnset>& onsets,
   }
 }
 
+std::vector<double> restitution_of(const System& system) {
+  std::vector<double> list;
+  for (int k = 0; k < system.contacts(); ++k)
+    list.push_back(system.contact_facts(k).surface.restitution.value_or(0));
+  return list;
+}
+
+RowFacts row_facts(const SensitivityRun& run) {
+  return {!redundant_rows(run.system, run.start.q).empty(), run.scene.run.eliminate};
+}
+
 /// A run of the event-driven scheme with its variational equations.
 class VariedRun {
  public:
   VariedRun(const SensitivityRun& run, const std::vector<Column>& integrands)
       : run_(run),
         restitution_(restitution_of(run.system)),
-        scheme_(make_event_driven(run.scene, run.system, restitution_,
-                                  {!redundant_rows(run.system, run.start.q).empty(), run.scene.run.eliminate},
-                                  run.start)),
+        scheme_(make_event_driven(run.scene, run.system, restitution_, row_facts(run), run.start)),
         log_(run.system.contacts(), run.system.reported()) {
     scheme_.start(run.start, log_);
     scheme_.vary(run.keys, integrands, curved_length(run.system), run.end - run.start.t);
@@ -125,12 +135,6 @@ class VariedRun {
   }
 
  private:
-  static std::vector<double> restitution_of(const System& system) {
-    std::vector<double> list;
-    for (int k = 0; k < system.contacts(); ++k)
-      list.push_back(system.contact_facts(k).surface.restitution.value_or(0));
-    return list;
-  }
   const SensitivityRun& run_;
   std::vector<double> restitution_;
   EventDriven scheme_;
@@ -221,6 +225,49 @@ void run_event_driven(const SensitivityRun& run, Sensitivities& all) {
   all.cost = cost_of(variation.evaluations(), scheme.work().rhs);
 }
 
+void run_time_stepping(const SensitivityRun& run, Sensitivities& all) {
+  const auto& options = run.scene.nonsmooth;
+  if (!run.system.families().empty())
+    throw ModelError("nonsmooth.scheme", "groups of many bodies have no derivatives");
+  const auto scales = make_scales(run.scene.mechanism, run.system, run.start);
+  const auto restitution = restitution_of(run.system);
+  MoreauStepper stepper(run.system, options, *options.step, restitution, row_facts(run));
+  ContactLog log(run.system.contacts(), run.system.reported());
+  stepper.start(run.start, log);
+  EventDynamics mode(run.system, options, restitution, row_facts(run), scales.speed);
+  StepVariation variation(mode, run.keys, integrands_of(run), curved_length(run.system),
+                          run.end - run.start.t, options.tolerance * scales.length);
+  variation.start(run.start);
+  while (stepper.t() < run.end) {
+    if (run.stop()) throw Interrupted();
+    if (!stepper.step(run.end)) {
+      all.stopped = stepper.failure();
+      variation.refuse(all.stopped);
+      break;
+    }
+    variation.end_step(stepper);
+    log.advance(stepper.t());
+    log.drain([](const auto&) {});
+  }
+  variation.finish();
+  take_quantities(
+      run, variation, mode,
+      {variation.x(), stepper.t(),
+       "the event begins a lasting contact, which has no impulse at its beginning"},
+      [](EnergyTerm term, EventDynamics& f, const std::vector<double>& x, double) {
+        return summed_energy<EventDynamics>(term, f, x);
+      },
+      [&](Sensitivity& s, const std::vector<std::string>& ended) {
+        s.value = stepper.integrals().contact;
+        s.reasons = ended;
+        for (std::size_t c = 0; c < ended.size(); ++c)
+          if (ended[c].empty()) s.derivatives[c] = variation.contact_loss()[c];
+        return true;
+      },
+      all);
+  all.cost = cost_of(variation.evaluations(), stepper.work().rhs);
+}
+
 void run_penalty(const SensitivityRun& run, Sensitivities& all) {
   const auto parts = make_penalty_parts(run.scene, run.system, run.start);
   auto& steps = *parts.steps;
@@ -258,6 +305,8 @@ Sensitivities run_sensitivities(const SensitivityRun& run, Family family) {
   }
   if (family == Family::penalty)
     run_penalty(run, all);
+  else if (run.scene.nonsmooth.scheme_in_force() == Scheme::moreau_jean)
+    run_time_stepping(run, all);
   else
     run_event_driven(run, all);
   return all;

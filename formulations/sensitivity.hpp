@@ -1,5 +1,5 @@
 // Derivatives of the results of a run by its variational equations (event_driven/variation.hpp,
-// penalty/penalty_variation.hpp).
+// penalty/penalty_variation.hpp, step_variation.hpp).
 //
 // The caller (facade/sensitivity.hpp) builds the systems at displaced values of the keys; this file runs
 // the formulation once with all columns, and evaluates the quantities at its end.
@@ -90,8 +90,8 @@ struct SensitivityRun {
   double longest_step = INFINITY;
 };
 
-/// Runs the scene by the event-driven scheme or by the penalty formulation, with the variational equations
-/// of all keys. Throws Interrupted if a stop is requested.
+/// Runs the scene by the event-driven scheme, by time stepping with fixed steps or by the penalty formulation,
+/// with the variational equations of all keys. Throws Interrupted if a stop is requested.
 Sensitivities run_sensitivities(const SensitivityRun& run, Family family);
 
 /// The state at the end of a run, with derivatives.

@@ -80,7 +80,7 @@ class Variation : public VariedColumns<EventDynamics> {
   /// Sum of the energies lost in contacts, which x does not contain.
   const Vector& contact_loss() const { return loss_; }
 
- private:
+ protected:
   Function jump_of(const std::vector<int>& in_impact, const std::vector<int>& ended) const;
   void take_mode(const EventDynamics& dynamics) {
     VariedColumns::take_mode(dynamics);
@@ -92,8 +92,10 @@ class Variation : public VariedColumns<EventDynamics> {
   void pass_impacts(const EventDynamics& d, const Passed& p, const std::vector<int>& onsets,
                     const Side& before, const Side& after);
   void keep_start(const EventDynamics& d, const Passed& p);
-  bool coupled(const Passed& p, const std::vector<int>& onsets, const std::vector<int>& closed);
+  bool coupled(const Vector& x, double t, const std::vector<int>& ended, const std::vector<int>& onsets,
+               const std::vector<int>& closed);
 
+ private:
   std::unique_ptr<EventDynamics> after_;  // of the nominal system, in the mode after an event
   Vector loss_;                           // d(energy lost in contacts)/dp
   bool mode_known_ = false;

@@ -171,16 +171,17 @@ void Variation::jump(const Passed& p, const std::vector<int>& in_impact, const V
 }
 
 /// Whether the impact of one of these contacts changes the rate of another.
-bool Variation::coupled(const Passed& p, const std::vector<int>& onsets, const std::vector<int>& closed) {
+bool Variation::coupled(const Vector& x, double t, const std::vector<int>& ended,
+                        const std::vector<int>& onsets, const std::vector<int>& closed) {
   const int n = probe_->system.n();
   for (const int a : onsets) {
     auto one = closed;
     one.push_back(a);
-    const auto y = jump_of(one, p.ended)(*probe_, p.before, p.t);
+    const auto y = jump_of(one, ended)(*probe_, x, t);
     for (const int b : onsets) {
       if (a == b) continue;
-      const auto& row = probe_->look(b, p.before, p.t);
-      const double *v = p.before.data() + n, *w = y.data() + n;
+      const auto& row = probe_->look(b, x, t);
+      const double *v = x.data() + n, *w = y.data() + n;
       const double change = std::max(std::abs(row.normal.dot(w) - row.normal.dot(v)),
                                      std::abs(row.tangent.dot(w) - row.tangent.dot(v)));
       if (change > 1e-9 * std::abs(row.normal.dot(v))) return true;
@@ -197,7 +198,7 @@ void Variation::pass_impacts(const EventDynamics& d, const Passed& p, const std:
     if (probe_->contacts[k].closed) closed.push_back(k);
   if (onsets.size() > 1) {
     const bool stays = std::ranges::any_of(onsets, [&](int k) { return d.contacts[k].closed; });
-    if (stays || coupled(p, onsets, closed))
+    if (stays || coupled(p.before, p.t, p.ended, onsets, closed))
       refuse(
           fmt::format("t = {:.9g} s: contacts {} and {} have simultaneous impacts that act on each other; "
                       "the motion there depends on their order",

@@ -1,0 +1,431 @@
+#include "formulations/step_variation.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+namespace freeplay {
+namespace {
+
+/// Relative distance from the friction limit below which a contact slips; the error of contact problems is
+/// smaller.
+constexpr double limit_error = 1e-6;
+/// A contact that opens for so many steps only, and closes slower than gravity-like accelerations explain, has
+/// not separated: the gap is rounding or the error of a step.
+constexpr long unresolved_steps = 3;
+constexpr double unresolved_flight = 3;  // steps
+
+/// Direction of sliding at the end of a step; 0: it sticks. Of several contacts that stick, some may be at their
+/// limits.
+int direction(double impulse_t, double limit, double sliding, double none) {
+  if (std::abs(impulse_t) < limit * (1 - limit_error) || std::abs(sliding) <= none) return 0;
+  return sliding > 0 ? 1 : -1;
+}
+
+}  // namespace
+
+StepVariation::StepVariation(EventDynamics& mode, const std::vector<VariedKey>& keys,
+                             std::vector<Column> integrands, double length, double duration,
+                             double position_error)
+    : Variation(mode, keys, std::move(integrands), length, duration),
+      mode_(mode),
+      impacts_(mode.system.contacts(), position_error),
+      last_closed_(static_cast<std::size_t>(mode.system.contacts()), -2 * unresolved_steps) {}
+
+void StepVariation::start(const State& state) {
+  const auto& system = mode_.system;
+  x_.assign(size_, 0);
+  std::ranges::copy(state.q, x_.begin());
+  std::ranges::copy(state.v, x_.begin() + system.n());
+  std::ranges::copy(state.z, x_.begin() + mode_.state_offset());
+  for (auto& c : mode_.contacts) c.closed = false;
+  for (auto& p : mode_.preloaded) p.slip = 1;
+  mode_.phases.start(system, state.q.data(), state.v.data());
+  mode_.measure_speeds(x_);
+  at_start_ = impacts_.touching(mode_, x_, state.t, {});
+  if (system.limiters() > 0)
+    refuse(
+        "controllers with a limit have no derivatives in time stepping; use nonsmooth.scheme = "
+        "\"event-driven\"");
+}
+
+StepVariation::Vector StepVariation::vector_of(const MoreauStepper& stepper) const {
+  const auto& system = mode_.system;
+  const auto n = system.n();
+  Vector x(size_);
+  std::copy_n(stepper.q(), n, x.begin());
+  std::copy_n(stepper.v(), n, x.begin() + n);
+  std::ranges::copy(stepper.z(), x.begin() + mode_.state_offset());
+  double* integral = x.data() + mode_.integral_offset();
+  const auto& sums = stepper.integrals();
+  integral[EventDynamics::drive] = sums.drive;
+  integral[EventDynamics::load] = sums.load;
+  integral[EventDynamics::damping] = sums.damping;
+  integral[EventDynamics::friction_loss] = sums.friction;
+  if (mode_.films.any()) integral[EventDynamics::film_loss] = sums.film;
+  return x;
+}
+
+StepVariation::Step StepVariation::step_of(const MoreauStepper& stepper) const {
+  const auto& system = mode_.system;
+  const double none = 1e-9 * mode_.speed_scale();
+  Step s{stepper.t_old(), stepper.t(), x_, {}, {}};
+  for (int k = 0; k < system.contacts(); ++k) {
+    const auto& c = stepper.contacts()[k];
+    Contact to;
+    to.pressed = c.last_n > 0;
+    to.onset = to.pressed && c.steps == 1;
+    if (to.pressed && c.row.tangent.size > 0)
+      to.slip = direction(c.last_t, *system.contact_facts(k).surface.friction * c.last_n, c.u_t_plus, none);
+    to.t = c.t_onset;
+    to.rate = c.u_n_minus;
+    to.leaving = c.u_n_plus;
+    to.impulse = c.last_n;
+    s.contacts.push_back(to);
+  }
+  for (int k = 0; k < system.frictions(); ++k) {
+    const auto& u = stepper.problem().friction(k);
+    s.slips.push_back(direction(u.impulse_t, u.bound, stepper.problem().rate(u.tangent), none));
+  }
+  return s;
+}
+
+void StepVariation::end_step(const MoreauStepper& stepper) {
+  auto s = step_of(stepper);
+  x_ = vector_of(stepper);
+  if (last_) follow(*last_, &s);
+  last_ = std::move(s);
+}
+
+void StepVariation::finish() {
+  if (last_) follow(*last_, nullptr);
+  last_.reset();
+}
+
+void StepVariation::follow(const Step& s, const Step* next) {
+  ++count_;
+  const bool any = std::ranges::any_of(s.contacts, [](const auto& c) { return c.onset; });
+  if (all_closed() && integrands_.empty()) {
+    for (int k = 0; any && k < mode_.system.contacts(); ++k)
+      if (s.contacts[static_cast<std::size_t>(k)].onset) record(s, k, "");
+    return;
+  }
+  const double h = s.t - s.t_old;
+  auto x = s.x_old;
+  double t = s.t_old;
+  follow_phases(x, t, h);
+  if (first_) close_at_start(s);
+  first_ = false;
+  if (any) {
+    begin_mode();
+    t = pass_onsets(s, next, x);
+  } else {
+    enter_mode(s, x, t);
+    t = reverse(s, x);
+  }
+  advance(x, t, s.t);
+  for (std::size_t k = 0; k < last_closed_.size(); ++k)
+    if (mode_.contacts[k].closed) last_closed_[k] = count_;
+}
+
+/// Projects the columns of the start onto the constraints, with contacts that are closed there without approach.
+void StepVariation::close_at_start(const Step& s) {
+  begin_mode();
+  for (const int k : at_start_) {
+    const auto& c = s.contacts[static_cast<std::size_t>(k)];
+    if (!c.pressed || impacts_.rate(k) < -mode_.speed_tolerance()) continue;
+    mode_.contacts[k].closed = true;
+    mode_.contacts[k].slip = c.slip;
+  }
+  for (std::size_t k = 0; k < s.slips.size(); ++k) mode_.preloaded[k].slip = s.slips[k];
+  const std::vector<int> none;
+  pass(mode_, {{}, s.t_old, s.x_old, s.x_old, none, none, impacts_});
+}
+
+/// Pieces of torque tables and one-way forces at the beginning of a step. A force that jumps between them has
+/// no derivative.
+void StepVariation::follow_phases(const Vector& x, double t, double h) {
+  if (!mode_.phases.any()) return;
+  const auto before = mode_.phases;
+  const double *q = x.data(), *v = q + mode_.system.n();
+  mode_.phases.start(mode_.system, q, v);
+  auto now = mode_.phases;
+  for (int k = 0; k < mode_.system.phases(); ++k)
+    for (const bool up : {false, true}) {
+      if (!(before.rest(mode_.system, k, up, x).value < 0)) continue;
+      mode_.phases = before;
+      begin_mode();
+      const auto rest = [&](const Vector& y, double) {
+        const auto w = before.rest(mode_.system, k, up, y);
+        return std::pair{w.value, w.rate};
+      };
+      const auto tau = root_within(x, t, 2 * h, rest);
+      const auto y = tau ? flow(x, t, *tau) : x;
+      Vector f(size_), g(size_);
+      (*probe_)(y, f, t);
+      mode_.phases = now;
+      begin_mode();
+      (*probe_)(y, g, t);
+      double change = 0, scale = 0;
+      for (std::size_t i = static_cast<std::size_t>(mode_.system.n()); i < size_; ++i) {
+        change = std::max(change, std::abs(g[i] - f[i]));
+        scale = std::max({scale, std::abs(f[i]), std::abs(g[i])});
+      }
+      if (change > 1e-4 * scale)
+        refuse(
+            fmt::format("t = {:.9g} s: a force of an element jumps there; derivatives across such jumps are "
+                        "not available",
+                        t));
+    }
+  mode_.phases = now;
+}
+
+/// The mode of a step without onset. Reversals of sliding follow in reverse().
+void StepVariation::enter_mode(const Step& s, const Vector& x, double t) {
+  bool more = false;
+  for (std::size_t k = 0; k < s.contacts.size(); ++k) {
+    auto& c = mode_.contacts[k];
+    const auto& to = s.contacts[k];
+    more = more || (to.pressed && (!c.closed || (c.slip != 0 && to.slip == 0)));
+    if (!(c.closed && to.pressed && c.slip * to.slip < 0)) c.slip = to.slip;
+    c.closed = to.pressed;
+  }
+  for (std::size_t k = 0; k < s.slips.size(); ++k) {
+    auto& p = mode_.preloaded[k];
+    more = more || (p.slip != 0 && s.slips[k] == 0);
+    if (p.slip * s.slips[k] >= 0) p.slip = s.slips[k];
+  }
+  begin_mode();
+  if (more) project_columns(x, t);
+}
+
+/// Passes reversals of sliding in a step. Returns the time reached.
+double StepVariation::reverse(const Step& s, Vector& x) {
+  using Kind = ModeEvent::Kind;
+  std::vector<ModeEvent> events;
+  for (int k = 0; k < mode_.system.contacts(); ++k)
+    if (mode_.contacts[k].closed && mode_.contacts[k].slip != s.contacts[static_cast<std::size_t>(k)].slip)
+      events.push_back({Kind::slip, k, 0});
+  for (int k = 0; k < mode_.system.frictions(); ++k)
+    if (mode_.preloaded[k].slip != s.slips[static_cast<std::size_t>(k)])
+      events.push_back({Kind::slide_slip, k, 0});
+  if (events.empty()) return s.t_old;
+  if (events.size() > 1)
+    refuse(
+        fmt::format("t = {:.9g} s: several contacts reverse their sliding within one step; use a smaller "
+                    "nonsmooth.step",
+                    s.t_old));
+  double t = s.t_old;
+  const double h = s.t - s.t_old;
+  for (auto& event : events) {
+    const int k = event.index;
+    const bool contact = event.kind == Kind::slip;
+    const auto sliding = [&](const Vector& y, double at) {
+      const double rate = contact ? probe_->look(k, y, at).tangent.dot(y.data() + mode_.system.n())
+                                  : probe_->slide_rate(k, y, at);
+      Vector f(size_), z = y;
+      (*probe_)(y, f, at);
+      add_multiple(z, 1e-6 * h, f);
+      const double later = contact ? probe_->look(k, z, at).tangent.dot(z.data() + mode_.system.n())
+                                   : probe_->slide_rate(k, z, at);
+      return std::pair{rate, (later - rate) / (1e-6 * h)};
+    };
+    const auto tau = root_within(x, t, 2 * h, sliding);
+    if (!tau)
+      refuse(fmt::format(
+          "t = {:.9g} s: the reversal of sliding is not resolved; use a smaller nonsmooth.step", t));
+    advance(x, t, t + tau.value_or(0));
+    event.t = t;
+    begin_mode();
+    (contact ? mode_.contacts[k].slip : mode_.preloaded[k].slip) =
+        contact ? s.contacts[static_cast<std::size_t>(k)].slip : s.slips[static_cast<std::size_t>(k)];
+    const std::vector<int> none;
+    pass(mode_, {event, t, x, x, none, none, impacts_});
+    begin_mode();
+  }
+  return t;
+}
+
+/// Passes the contact onsets of a step. Returns the time reached.
+double StepVariation::pass_onsets(const Step& s, const Step* next, Vector& x) {
+  const auto& system = mode_.system;
+  const int n = system.n();
+  const double h = s.t - s.t_old;
+  std::vector<Impact> list;
+  for (int k = 0; k < system.contacts(); ++k) {
+    const auto& c = s.contacts[static_cast<std::size_t>(k)];
+    if (!c.onset || (count_ == 1 && mode_.contacts[k].closed) || closes_again(s, k)) continue;
+    const auto gap = [&](const Vector& y, double at) {
+      const auto& row = probe_->look(k, y, at);
+      return std::pair{row.gap, row.normal.dot(y.data() + n)};
+    };
+    const auto tau = gap(x, s.t_old).second < 0 ? root_within(x, s.t_old, 1.5 * h, gap) : std::nullopt;
+    if (!tau) {
+      const auto why = fmt::format(
+          "t = {:.9g} s: contact {} is pressed without approach, or its gap does not "
+          "close within the step; use a smaller nonsmooth.step",
+          s.t_old, system.contact_facts(k).name);
+      refuse(why);
+      record(s, k, why);
+      continue;
+    }
+    const auto after = next ? next->contacts[static_cast<std::size_t>(k)] : Contact{};
+    list.push_back({k, s.t_old + *tau, after.pressed && !after.onset});
+  }
+  std::ranges::sort(list, {}, &Impact::t);
+  if (list.size() > 1) {
+    std::vector<int> onsets, closed;
+    for (const auto& i : list) onsets.push_back(i.contact);
+    for (int k = 0; k < system.contacts(); ++k)
+      if (mode_.contacts[k].closed) closed.push_back(k);
+    if (coupled(x, s.t_old, {}, onsets, closed))
+      refuse(
+          fmt::format("t = {:.9g} s: contacts {} and {} have impacts within one step that act on each other; "
+                      "use a smaller nonsmooth.step",
+                      s.t_old, system.contact_facts(onsets[0]).name, system.contact_facts(onsets[1]).name));
+  }
+  double t = s.t_old;
+  for (const auto& impact : list) {
+    advance(x, t, impact.t);
+    pass_impact(s, next, impact, &impact == &list.back(), x);
+  }
+  return t;
+}
+
+/// Whether a contact that has been closed closes again before a flight could be resolved. It stays closed.
+bool StepVariation::closes_again(const Step& s, int k) {
+  const auto& x = s.x_old;
+  if (count_ - last_closed_[static_cast<std::size_t>(k)] > unresolved_steps) return false;
+  const double rate = probe_->look(k, x, s.t_old).normal.dot(x.data() + mode_.system.n());
+  const double closing = probe_->gap_acceleration(k, x, s.t_old);
+  if (!(-rate <= unresolved_flight * std::abs(closing) * (s.t - s.t_old))) return false;
+  mode_.contacts[k].closed = true;
+  mode_.contacts[k].slip = s.contacts[static_cast<std::size_t>(k)].slip;
+  begin_mode();
+  project_columns(x, s.t_old);
+  record(s, k,
+         fmt::format("t = {:.9g} s: contact {} closes again before its flight is resolved by the steps",
+                     s.t_old, mode_.system.contact_facts(k).name));
+  return true;
+}
+
+/// One impact, or the onset of a lasting contact, at the state x, which is replaced by the state after it.
+void StepVariation::pass_impact(const Step& s, const Step* next, const Impact& impact, bool last, Vector& x) {
+  const auto& system = mode_.system;
+  const int k = impact.contact, n = system.n();
+  const double t = impact.t, h = s.t - s.t_old;
+  const auto& c = s.contacts[static_cast<std::size_t>(k)];
+  const auto& name = system.contact_facts(k).name;
+  begin_mode();
+  const bool at_start = count_ == 1 && std::ranges::find(at_start_, k) != at_start_.end();
+  const ModeEvent event{at_start ? ModeEvent::Kind::none : ModeEvent::Kind::gap, k, t};
+  std::vector<int> in_impact, ended;
+  for (int j = 0; j < system.contacts(); ++j)
+    if (mode_.contacts[j].closed || j == k) in_impact.push_back(j);
+  if (impact.lasting) {
+    ended.push_back(k);
+    const double closing = probe_->gap_acceleration(k, x, t);
+    if (c.leaving > unresolved_flight * std::abs(closing) * h)
+      refuse(
+          fmt::format("t = {:.9g} s: contact {} rebounds and is pressed again within one step; use a smaller "
+                      "nonsmooth.step",
+                      t, name));
+  }
+  auto after = x;
+  mode_.project(after, t);
+  mode_.measure_speeds(after);
+  impacts_.touching(mode_, after, t, event);
+  const auto pushed = after;
+  if (const auto why = mode_.apply_impact(after, t, {in_impact, ended}); !why.empty())
+    refuse(fmt::format("t = {:.9g} s: {}", t, why));
+  for (int j = 0; next && j < system.contacts(); ++j) {
+    auto& m = mode_.contacts[j];
+    const auto& to = next->contacts[static_cast<std::size_t>(j)];
+    if (j == k) {
+      m.closed = impact.lasting;
+      m.slip = to.slip;
+      continue;
+    }
+    if (!m.closed) continue;
+    const auto& row = probe_->look(j, pushed, t);
+    const double *v = pushed.data() + n, *w = after.data() + n;
+    const double change = std::max(std::abs(row.normal.dot(w) - row.normal.dot(v)),
+                                   std::abs(row.tangent.dot(w) - row.tangent.dot(v)));
+    if (!last && change <= 1e-9 * std::abs(c.rate)) continue;
+    m.closed = to.pressed;
+    if (to.pressed) m.slip = to.slip;
+  }
+  for (std::size_t j = 0; next && last && j < s.slips.size(); ++j) mode_.preloaded[j].slip = next->slips[j];
+  mode_.project(after, t);
+  const auto known = onsets_.size();
+  pass(mode_, {event, t, x, after, in_impact, ended, impacts_});
+  if (onsets_.size() == known)
+    record(s, k, fmt::format("t = {:.9g} s: contact {} closes without approach", t, name));
+  auto& onset = onsets_.back();
+  onset.t = c.t;
+  onset.rate = c.rate;
+  onset.impulse = c.impulse;
+  onset.lasting = impact.lasting;
+  begin_mode();
+  project_columns(after, t);
+  x = after;
+}
+
+/// x after the time h, which may be negative, in the present mode.
+StepVariation::Vector StepVariation::flow(const Vector& x, double t, double h) {
+  using Stages = DormandPrince;
+  std::array<Vector, 6> f;
+  for (std::size_t i = 0; i < f.size(); ++i) {
+    auto stage = x;
+    for (std::size_t j = 0; j < i; ++j) add_multiple(stage, h * Stages::a[i][j], f[j]);
+    f[i].resize(size_);
+    (*probe_)(stage, f[i], t + Stages::c[i] * h);
+  }
+  evaluations_ += static_cast<long>(f.size());
+  auto y = x;
+  for (std::size_t i = 0; i < f.size(); ++i) add_multiple(y, h * Stages::b[i], f[i]);
+  return y;
+}
+
+/// The time from t, at most `most` in either direction, at which a value with this rate vanishes on the motion
+/// from x, by Newton's method.
+template <class Value>
+std::optional<double> StepVariation::root_within(const Vector& x, double t, double most, Value value) {
+  double tau = 0;
+  for (int i = 0; i < 12; ++i) {
+    const auto [y, rate] = value(tau == 0 ? x : flow(x, t, tau), t + tau);
+    const double change = -y / rate;
+    tau += change;
+    if (!(std::abs(tau) <= most)) return {};
+    if (std::abs(change) <= 1e-8 * most) return tau;
+  }
+  return {};
+}
+
+/// S after the projection onto the present mode.
+void StepVariation::project_columns(const Vector& x, double t) {
+  const std::vector<int> none;
+  const Side still{Vector(size_), Vector(integrands_.size())};
+  const double speed = std::max(mode_.greatest(x.data() + mode_.system.n()), mode_.speed_scale());
+  jump({{}, t, x, x, none, none, impacts_}, none, x, still, still, Vector(keys_.size()), speed);
+}
+
+void StepVariation::advance(Vector& x, double& t, double to) {
+  if (to == t) return;
+  take_knot(mode_.system, t, INFINITY);
+  x = advance_stages(t, x, to - t);
+  t = to;
+}
+
+/// A contact onset without derivatives.
+void StepVariation::record(const Step& s, int k, const std::string& why) {
+  const auto& c = s.contacts[static_cast<std::size_t>(k)];
+  const Vector unknown(keys_.size(), NAN);
+  Onset onset{k, false, c.t, c.rate, c.impulse, unknown, unknown, unknown, reasons_};
+  for (auto& reason : onset.reasons)
+    if (reason.empty()) reason = why;
+  onsets_.push_back(std::move(onset));
+}
+
+}  // namespace freeplay

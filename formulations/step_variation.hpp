@@ -1,0 +1,90 @@
+// StepVariation: derivatives of time stepping with fixed steps h, along its own trajectory.
+//
+// The derivative of the discrete map does not converge at impacts: a contact acts over whole steps, and the
+// number of the step does not change with p. In its place, S = dx/dp follows the variational equations of
+// the event-driven scheme (event_driven/variation.hpp). Each step is followed from its own beginning,
+//
+//     Ṡ = f_x S + f_p     from the stepped state, in the mode that the step's impulses show,
+//
+// and at a contact onset to the instant t* at which that motion closes the gap. There S jumps as at an event,
+// with the impact law at that state, and Ṡ continues to the end of the step. The stepped state and this motion
+// differ by O(h³) in a smooth step and by O(h) in a step with an impact; the next step begins at the stepped
+// state, which has no derivative of its own. The error of S is therefore of first order in h.
+//
+// Modes: a contact is closed while its impulses follow each other step by step. If this begins with a contact
+// onset, the accumulation of its bounces is shorter than a step, and the impact is without restitution.
+// Where a contact begins to stick, S is projected onto the new constraint by the least mass-weighted change; this
+// equals the jump by saltation, because friction changes the accelerations in the same direction.
+#pragma once
+
+#include <optional>
+#include <utility>
+#include <vector>
+
+#include "formulations/event_driven/variation.hpp"
+#include "formulations/time_stepping/moreau.hpp"
+
+namespace freeplay {
+
+class StepVariation : public Variation {
+ public:
+  /// `mode`: the mechanism, whose mode follows the steps; it must outlive this object. `position_error`: gap
+  /// (m) up to which a contact is closed at the start. Other arguments as for Variation.
+  StepVariation(EventDynamics& mode, const std::vector<VariedKey>& keys, std::vector<Column> integrands,
+                double length, double duration, double position_error);
+
+  void start(const State& state);
+  /// After each step. A step is followed once the next one is known.
+  void end_step(const MoreauStepper& stepper);
+  /// After the last step.
+  void finish();
+  /// The vector at the end.
+  const Vector& x() const { return x_; }
+
+ private:
+  struct Contact {
+    bool pressed = false;  ///< has an impulse in this step
+    bool onset = false;    ///< its first one
+    int slip = 0;
+    double t = 0, rate = 0, leaving = 0, impulse = 0;  ///< as the contact log has them
+  };
+  struct Step {
+    double t_old = 0, t = 0;
+    Vector x_old;
+    std::vector<Contact> contacts;
+    std::vector<int> slips;  ///< of joints with friction
+  };
+  struct Impact {
+    int contact;
+    double t;
+    bool lasting;
+  };
+  Vector vector_of(const MoreauStepper& stepper) const;
+  Step step_of(const MoreauStepper& stepper) const;
+  void follow(const Step& s, const Step* next);
+  void close_at_start(const Step& s);
+  void follow_phases(const Vector& x, double t, double h);
+  void enter_mode(const Step& s, const Vector& x, double t);
+  double reverse(const Step& s, Vector& x);
+  double pass_onsets(const Step& s, const Step* next, Vector& x);
+  bool closes_again(const Step& s, int k);
+  void pass_impact(const Step& s, const Step* next, const Impact& impact, bool last, Vector& x);
+  Vector flow(const Vector& x, double t, double h);
+  template <class Value>
+  std::optional<double> root_within(const Vector& x, double t, double h, Value value);
+  void project_columns(const Vector& x, double t);
+  void advance(Vector& x, double& t, double to);
+  void record(const Step& s, int k, const std::string& why);
+  void begin_mode() { begin_event(mode_); }
+
+  EventDynamics& mode_;
+  EventImpacts impacts_;
+  Vector x_;  // at the end of the last step
+  std::optional<Step> last_;
+  bool first_ = true;
+  std::vector<int> at_start_;      // contacts that are closed at the start
+  std::vector<long> last_closed_;  // number of the last step in which a contact was closed
+  long count_ = 0;                 // of followed steps
+};
+
+}  // namespace freeplay
