@@ -55,6 +55,11 @@ class VariedColumns {
   /// The reason why a column has ended; empty if it has not.
   const std::string& reason(std::size_t c) const { return reasons_[c]; }
   const std::vector<Onset>& onsets() const { return onsets_; }
+  void forget_onsets() { onsets_.clear(); }
+  /// dx/dp of all columns. A caller may replace them between steps (tangent_run.hpp).
+  std::vector<Vector>& columns() { return S_; }
+  /// Ends a column, for this reason.
+  void end_column(std::size_t c, const std::string& reason) { refuse(c, reason); }
   /// Value and derivatives of a function at the end of the run, at x and t in the present mode of
   /// `dynamics`.
   template <class Present>

@@ -35,6 +35,7 @@
 /// - sensitivities() (facade/sensitivity.hpp): derivatives of results with respect to scene keys and
 ///   initial values.
 /// - orbit() (facade/orbit.hpp): periodic motions and their Floquet multipliers.
+/// - lyapunov() (facade/lyapunov.hpp): Lyapunov exponents of a motion with impacts.
 /// - Outside (mechanism/outside.hpp): contact laws and load forces that the caller implements.
 ///
 /// Units: SI and radians throughout. No member takes another unit, except the text that
@@ -64,6 +65,7 @@
 /// link freeplay::freeplay. docs/reference/library.md has complete examples.
 #pragma once
 
+#include "facade/lyapunov.hpp"
 #include "facade/orbit.hpp"
 #include "facade/sensitivity.hpp"
 #include "facade/simulation.hpp"
@@ -73,6 +75,7 @@
 #include "simulation/statistics.hpp"
 #include "simulation/trajectory.hpp"
 #include "values/identity.hpp"
+#include "values/lyapunov.hpp"
 #include "values/orbit.hpp"
 #include "values/result.hpp"
 #include "values/sensitivity.hpp"

@@ -66,9 +66,12 @@ class EventDriven {
     variation_ = std::make_unique<Variation>(dynamics_, keys, std::move(integrands), length, duration);
   }
   Variation& variation() { return *variation_; }
+  const Variation& variation() const { return *variation_; }
   const EventDynamics& dynamics() const { return dynamics_; }
   /// The integrated vector.
   const std::vector<double>& x() const { return method_.x; }
+  /// The integrated vector at a time within the last step.
+  const std::vector<double>& x_at(double t) const { return search_.at(method_, t); }
   ///@}
 
   template <class M>

@@ -50,6 +50,19 @@ std::vector<Variation::Vector> Variation::end_columns(const EventDynamics& d, co
   return columns;
 }
 
+void Variation::project_columns(const EventDynamics& d, const Vector& x, double t) {
+  take_mode(d);
+  mode_known_ = false;
+  const Function projected = [](EventDynamics& f, const Vector& y, double at) {
+    auto z = y;
+    f.project(z, at);
+    return z;
+  };
+  const double speed = curved_speed(*probe_, x);
+  for (std::size_t c = 0; c < keys_.size(); ++c)
+    if (open(c)) S_[c] = total(c, projected, x, t, S_[c], 0, speed, false);
+}
+
 double observed(const Column& column, EventDynamics& f, const std::vector<double>& x, double t) {
   using Of = Column::Of;
   const int n = f.system.n();

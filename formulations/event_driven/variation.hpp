@@ -21,6 +21,7 @@
 #pragma once
 
 #include <algorithm>
+#include <functional>
 #include <memory>
 #include <string>
 #include <vector>
@@ -73,6 +74,11 @@ class Variation : public VariedColumns<EventDynamics> {
   /// Keeps the mode before an event.
   void begin_event(const EventDynamics& dynamics);
   void pass(const EventDynamics& dynamics, const Passed& passed);
+  /// Called at each event, with the dynamics in the mode after it.
+  std::function<void(const EventDynamics&, const Passed&)> on_event;
+  /// Projects the columns onto the constraints of the present mode, as the motion is projected: removes
+  /// their drift. x and t are the present ones.
+  void project_columns(const EventDynamics& dynamics, const Vector& x, double t);
   const std::vector<VariedKey>& keys() const { return keys_; }
   /// dx/dp of all columns at the end of the run, at x and t in the present mode. A column without a
   /// derivative is zero.

@@ -72,6 +72,7 @@ Variation::Function Variation::jump_of(const std::vector<int>& in_impact,
 void Variation::begin_event(const EventDynamics& d) { take_mode(d); }
 
 void Variation::pass(const EventDynamics& d, const Passed& p) {
+  if (on_event) on_event(d, p);
   mode_known_ = false;
   const auto before = side(*probe_, p.before, p.t);
   after_->take_mode(d);

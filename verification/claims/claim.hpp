@@ -153,6 +153,7 @@ Findings tangential_compliance();
 Findings sensitivity_claims();
 Findings orbits();
 Findings compiled_mechanisms();
+Findings lyapunov_exponents();
 
 // Parts of the set "published-cases", in files of their own.
 void published_smooth(Findings& f);

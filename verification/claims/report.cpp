@@ -22,6 +22,7 @@ constexpr ClaimSet sets[] = {
     {"sensitivities", "Derivatives through impacts and friction", sensitivity_claims},
     {"orbits", "Periodic motions and their multipliers", orbits},
     {"compiled", "Compiled mechanisms against general evaluation", compiled_mechanisms},
+    {"lyapunov", "Lyapunov exponents through impacts", lyapunov_exponents},
     {"gears", "Gears, racks, slots and end stops", gears},
     {"oracle", "The paper's slider-crank against an independent derivation", oracle},
     {"forces", "Reaction forces, sensors and undetermined reactions", forces},

@@ -36,6 +36,7 @@ const std::vector<Members>& all_members() {
       {"poincare", {"section.json", "section.csv", "figures/poincare*"}},
       {"sensitivity", {"sensitivity.json", "figures/sensitivity*"}},
       {"orbit", {"orbit.json"}},
+      {"lyapunov", {"lyapunov.json", "lyapunov.csv", "figures/lyapunov*"}},
       {"bifurcation", {"bifurcation.json", "bifurcation.csv", "figures/bifurcation*"}},
       {"basin", {"basin.json", "basin.csv", "figures/basin*"}},
       {"check", {"pose.json", "pose.csv", "figures/pose*"}},

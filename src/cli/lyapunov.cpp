@@ -1,0 +1,144 @@
+// freeplay lyapunov: the Lyapunov exponents of a scene's motion.
+#include "facade/lyapunov.hpp"
+
+#include <fmt/format.h>
+
+#include <cmath>
+#include <nlohmann/json.hpp>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "cli/default_folder.hpp"
+#include "cli/ending.hpp"
+#include "cli/verb.hpp"
+#include "cli/wrapped.hpp"
+#include "facade/identify.hpp"
+#include "io/files/output_file.hpp"
+#include "io/files/result_set.hpp"
+#include "io/files/run_json.hpp"
+#include "io/scene/located.hpp"
+#include "mechanism/scene.hpp"
+#include "plots/drawing/figure.hpp"
+#include "values/family.hpp"
+
+namespace freeplay::cli {
+namespace {
+
+struct LyapunovVerb : Request {
+  std::string scene, formulation = "nonsmooth";
+  std::vector<std::string> overrides;
+  int batches = LyapunovRequest{}.batches;
+  std::optional<double> transient;
+  std::string output;  ///< result folder
+};
+
+nlohmann::json finite_or_null(double x) { return std::isfinite(x) ? nlohmann::json(x) : nlohmann::json(); }
+
+nlohmann::json lyapunov_json(const Lyapunov& found) {
+  auto list = nlohmann::json::array();
+  for (const auto& e : found.exponents)
+    list.push_back({{"per_s", finite_or_null(e.value)},
+                    {"standard_error_per_s", finite_or_null(e.error)},
+                    {"per_period", finite_or_null(found.period > 0 ? e.value * found.period : NAN)},
+                    {"reason", e.reason}});
+  return {{"exponents", list},
+          {"period_s", finite_or_null(found.period > 0 ? found.period : NAN)},
+          {"sum_per_s", finite_or_null(found.sum)},
+          {"sum_standard_error_per_s", finite_or_null(found.sum_error)},
+          {"sum_predicted_per_s", finite_or_null(found.predicted)},
+          {"divergence_per_s", finite_or_null(found.divergence)},
+          {"impacts_part_per_s", finite_or_null(found.impact_part)},
+          {"not_predicted", found.unpredicted},
+          {"impacts", found.impacts},
+          {"transient_s", found.transient},
+          {"duration_s", found.duration},
+          {"batches", found.batches},
+          {"cost_over_run", found.cost},
+          {"stopped", found.stopped}};
+}
+
+/// The means from the end of the transient to each time; empty fields where they are −∞ or unknown.
+std::string course_csv(const Lyapunov& found) {
+  std::string text = "t";
+  for (std::size_t i = 1; i <= found.exponents.size(); ++i) text += fmt::format(",exponent_{}", i);
+  text += ",sum,sum_predicted\n";
+  const auto field = [&](double x) { text += std::isfinite(x) ? fmt::format(",{:.17g}", x) : ","; };
+  for (const auto& s : found.course) {
+    text += fmt::format("{:.17g}", s.t);
+    for (const double x : s.exponents) field(x);
+    field(s.sum);
+    field(s.predicted);
+    text += "\n";
+  }
+  return text;
+}
+
+void print_spectrum(const Lyapunov& found) {
+  fmt::print("{} Lyapunov exponents over {:.6g} s after {:.6g} s, {} batches, {} contact onsets\n",
+             found.exponents.size(), found.duration, found.transient, found.batches, found.impacts);
+  for (const auto& e : found.exponents)
+    if (std::isfinite(e.value))
+      fmt::print("  {:>16.9g} 1/s  ± {:<10.2g}{}\n", e.value, e.error,
+                 found.period > 0 ? fmt::format("  {:.9g} per period", e.value * found.period) : "");
+    else
+      fmt::print("{}", wrapped(fmt::format("  minus infinity: {}\n", e.reason)));
+  if (!std::isfinite(found.sum)) return;
+  fmt::print("sum {:.9g} ± {:.2g} 1/s\n", found.sum, found.sum_error);
+  if (found.unpredicted.empty())
+    fmt::print("predicted by divergence and impacts: {:.9g} 1/s (impacts {:.9g})\n", found.predicted,
+               found.impact_part);
+}
+
+int find_lyapunov(const LyapunovVerb& request) try {
+  const auto scene = read_scene(request.scene, request.overrides);
+  const auto folder = result_folder(request.output, default_folder(scene.file, "-lyapunov"));
+  const auto found = located_in(scene, [&] {
+    return lyapunov(scene, {.formulation = request.formulation,
+                            .batches = request.batches,
+                            .transient = request.transient,
+                            .stop = request.stop});
+  });
+  if (!found.failure.empty()) {
+    fmt::print(stderr, "{}", wrapped("no Lyapunov exponents: " + found.failure + "\n"));
+    return 1;
+  }
+  ResultSet set(folder, "lyapunov");
+  auto document = lyapunov_json(found);
+  document["formulation"] = request.formulation;
+  document["provenance"] = provenance(scene, identify(scene, family_of(request.formulation), std::nullopt));
+  write_json(set.place() / "lyapunov.json", document);
+  write_file(set.place() / "lyapunov.csv", course_csv(found));
+  set.commit();
+  print_spectrum(found);
+  fmt::print("results in {}\n", folder.string());
+  for (const auto& path : plots::all(folder)) fmt::print("figure: {}\n", path.string());
+  if (found.stopped.empty()) return 0;
+  fmt::print(stderr, "{}", wrapped("the run ended early: " + found.stopped + "\n"));
+  return 1;
+} catch (const Interrupted&) {
+  return interrupted(Kept::nothing);
+}
+
+}  // namespace
+
+void lyapunov_verb(Program& program) {
+  auto [options, request] =
+      program.verb("lyapunov", "compute the Lyapunov exponents of a motion with impacts", find_lyapunov);
+  options.scene(request.scene).required();
+  options.add("--formulation", request.formulation, "penalty or nonsmooth")
+      .one_of(family_names())
+      .shows_default();
+  options.add("--batches", request.batches, "number of batches for the standard errors")
+      .between(fewest_batches, 10'000)
+      .shows_default();
+  options
+      .add("--transient", request.transient,
+           "time excluded at the beginning; default: run.discard, at least a tenth of the run")
+      .takes("SECONDS")
+      .number([](double x) { return x >= 0; }, "must be 0 or greater");
+  options.set(request.overrides);
+  options.output(request.output, "result folder; default out/NAME-lyapunov");
+}
+
+}  // namespace freeplay::cli

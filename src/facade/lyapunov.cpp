@@ -1,0 +1,221 @@
+// The tangent vectors are replaced by an orthonormal basis after every few steps (QR), from their last
+// components to the first. With r_ii the stretching factors,
+//
+//     λ_i = (1/τ) Σ ln r_ii
+//
+// over the time τ after the transient (Benettin, Galgani, Giorgilli and Strelcyn, Meccanica 15 (1980) 9
+// and 21). The standard error follows from the means of batches of equal length.
+#include "facade/lyapunov.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <numeric>
+#include <optional>
+#include <vector>
+
+#include "dynamics/system.hpp"
+#include "facade/excitation.hpp"
+#include "facade/identify.hpp"
+#include "facade/simulation.hpp"
+#include "formulations/tangent_run.hpp"
+#include "mechanism/scene.hpp"
+#include "values/family.hpp"
+
+namespace freeplay {
+namespace {
+
+/// Steps between two orthonormalisations, unless contacts close; in explicit steps a factor of stretching
+/// is about e at most.
+constexpr int steps_between = 8;
+/// Points of the course of the means, for each batch.
+constexpr int samples_of_batch = 10;
+/// Share of the transient without tangent vectors, until the motion is near its attractor.
+constexpr double plain_share = 0.5;
+
+double batch_error(const std::vector<double>& means) {
+  const auto count = static_cast<double>(means.size());
+  const double mean = std::accumulate(means.begin(), means.end(), 0.0) / count;
+  double squares = 0;
+  for (const double x : means) squares += (x - mean) * (x - mean);
+  return std::sqrt(squares / (count * (count - 1)));
+}
+
+/// Sums of logarithms up to a time.
+struct Sums {
+  double t = 0;
+  std::vector<double> logs;
+  double flow = 0, impacts = 0;
+  long onsets = 0;
+  double predicted() const { return flow + impacts; }
+};
+
+class Spectrum {
+ public:
+  explicit Spectrum(TangentRun& run) : run_(run) {}
+
+  void begin() {
+    run_.vary(run_.full());
+    sums_.logs.assign(run_.collapsed().size(), 0);
+    run_.orthonormalise();
+  }
+  /// To t (s), where the vectors are orthonormal. Returns false if the run ends before, with a failure.
+  bool advance(double t) {
+    int steps = 0;
+    long onsets = run_.onsets();
+    while (run_.t() < t) {
+      if (!run_.step(t)) return false;
+      run_.forget_onsets();
+      if (++steps < steps_between && run_.onsets() == onsets && run_.t() < t) continue;
+      steps = 0;
+      onsets = run_.onsets();
+      const auto logs = run_.orthonormalise();
+      for (std::size_t i = 0; i < logs.size(); ++i) sums_.logs[i] += logs[i];
+    }
+    return true;
+  }
+  Sums sums() const {
+    auto s = sums_;
+    s.t = run_.t();
+    s.flow = run_.predicted().flow;
+    s.impacts = run_.predicted().impacts;
+    s.onsets = run_.onsets();
+    return s;
+  }
+
+ private:
+  TangentRun& run_;
+  Sums sums_;
+};
+
+/// The mean growth from one sum to another; −∞ from the collapse of the vector on.
+double growth(double from, double to, double time) {
+  return std::isfinite(to) ? (to - from) / time : -INFINITY;
+}
+
+double total(const std::vector<double>& logs) { return std::accumulate(logs.begin(), logs.end(), 0.0); }
+
+/// The exponents from the sums at the ends of the batches; `order`: their places among the vectors.
+std::vector<std::size_t> take_exponents(const std::vector<Sums>& ends, const TangentRun& run,
+                                        Lyapunov& found) {
+  const auto& first = ends.front();
+  const auto& last = ends.back();
+  const double length = last.t - first.t;
+  std::vector<LyapunovExponent> list(first.logs.size());
+  const auto means = [&](auto value) {
+    std::vector<double> all;
+    for (std::size_t b = 1; b < ends.size(); ++b)
+      all.push_back((value(ends[b]) - value(ends[b - 1])) / (ends[b].t - ends[b - 1].t));
+    return all;
+  };
+  for (std::size_t i = 0; i < list.size(); ++i) {
+    list[i].reason = run.collapsed()[i];
+    if (!list[i].reason.empty()) {
+      list[i].value = -INFINITY;
+      continue;
+    }
+    list[i].value = (last.logs[i] - first.logs[i]) / length;
+    list[i].error = batch_error(means([i](const Sums& s) { return s.logs[i]; }));
+  }
+  std::vector<std::size_t> order(list.size());
+  std::iota(order.begin(), order.end(), 0);
+  std::ranges::stable_sort(order, [&](auto a, auto b) { return list[a].value > list[b].value; });
+  for (const auto i : order) found.exponents.push_back(list[i]);
+  found.duration = length;
+  found.batches = static_cast<int>(ends.size()) - 1;
+  found.impacts = last.onsets - first.onsets;
+  found.sum = growth(total(first.logs), total(last.logs), length);
+  if (std::isfinite(found.sum))
+    found.sum_error = batch_error(means([](const Sums& s) { return total(s.logs); }));
+  found.unpredicted = run.predicted().unknown;
+  if (found.unpredicted.empty()) {
+    found.divergence = (last.flow - first.flow) / length;
+    found.impact_part = (last.impacts - first.impacts) / length;
+    found.predicted = found.divergence + found.impact_part;
+  }
+  return order;
+}
+
+void check(const Scene& scene, const LyapunovRequest& request) {
+  if (family_of(request.formulation) == Family::penalty)
+    throw ModelError("formulation", "\"penalty\" has no Lyapunov exponents yet; use \"nonsmooth\"");
+  if (scene.nonsmooth.scheme_in_force() == Scheme::moreau_jean)
+    throw ModelError("nonsmooth.scheme",
+                     "time stepping has no derivatives yet; set it to \"event-driven\" or \"automatic\"");
+  if (request.batches < fewest_batches)
+    throw ModelError("batches", fmt::format("must be {} or greater", fewest_batches));
+  if (request.transient && !(*request.transient >= 0 && *request.transient < scene.run.duration))
+    throw ModelError("transient",
+                     fmt::format("must be at least 0 and less than the duration of the run, {:.9g} s",
+                                 scene.run.duration));
+}
+
+/// To the end of the transient, where the vectors have aligned. Returns false if the run ends before.
+bool pass_transient(TangentRun& run, Spectrum& spectrum, double until, double first_step) {
+  // The first step determines the mode: contacts that are closed there have no own coordinates.
+  const double plain = plain_share * until;
+  do {
+    if (!run.step(std::max(plain, first_step))) return false;
+  } while (run.t() < plain);
+  spectrum.begin();
+  return spectrum.advance(until);
+}
+
+}  // namespace
+
+Lyapunov lyapunov(const Scene& scene, const LyapunovRequest& request) {
+  check(scene, request);
+  Simulation simulation(scene, request.formulation, {.start = {}, .stop = request.stop});
+  const auto& given = simulation.scene();
+  const System system(given.mechanism);
+  const double end = given.run.duration;
+  Lyapunov found;
+  found.transient = request.transient.value_or(std::max(given.run.discard, 0.1 * end));
+  found.period = excitation_of(given.mechanism, system).period;
+  TangentRun run({.scene = given,
+                  .system = system,
+                  .start = simulation.state(),
+                  .end = end,
+                  .restitution = {},
+                  .stop = request.stop});
+  if (run.full().empty())
+    throw ModelError("", "the drives determine the motion of all bodies: it has no degrees of freedom");
+  Spectrum spectrum(run);
+  if (!pass_transient(run, spectrum, found.transient, 1e-6 * end)) {
+    found.failure = run.failure();
+    return found;
+  }
+  std::vector<Sums> ends{spectrum.sums()}, samples;
+  const double begin = run.t(), length = (end - begin) / request.batches;
+  for (int b = 0; b < request.batches && found.stopped.empty(); ++b) {
+    for (int s = 1; s <= samples_of_batch && found.stopped.empty(); ++s) {
+      const bool last = b + 1 == request.batches && s == samples_of_batch;
+      if (spectrum.advance(last ? end : begin + (b + static_cast<double>(s) / samples_of_batch) * length))
+        samples.push_back(spectrum.sums());
+      else
+        found.stopped = run.failure();
+    }
+    if (found.stopped.empty()) ends.push_back(samples.back());
+  }
+  if (static_cast<int>(ends.size()) <= fewest_batches) {
+    found.failure = fmt::format("{}; only {} of {} batches are complete", found.stopped, ends.size() - 1,
+                                request.batches);
+    return found;
+  }
+  const auto order = take_exponents(ends, run, found);
+  for (const auto& s : samples) {
+    if (s.t > ends.back().t) break;
+    auto& point = found.course.emplace_back();
+    point.t = s.t;
+    for (const auto i : order)
+      point.exponents.push_back(growth(ends.front().logs[i], s.logs[i], s.t - begin));
+    point.sum = growth(total(ends.front().logs), total(s.logs), s.t - begin);
+    if (found.unpredicted.empty())
+      point.predicted = (s.predicted() - ends.front().predicted()) / (s.t - begin);
+  }
+  found.cost = run.cost();
+  return found;
+}
+
+}  // namespace freeplay
