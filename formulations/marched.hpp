@@ -1,5 +1,5 @@
 // Marched<Stepper>: the part of the Formulation interface that all formulations share. It owns the
-// stepper and the contact log, runs the stepper with march(), keeps the energy ledger and
+// stepper and the contact log, runs the stepper with March, keeps the energy ledger and
 // serializes both for snapshots. Subclasses add the contact models and the notes to the user.
 #pragma once
 
@@ -25,7 +25,7 @@ inline void unseen_note(double unseen, std::vector<std::string>& notes) {
   if (unseen > seen_depth) notes.push_back(diagnostic<Diagnostic::missed_contact>(unseen));
 }
 
-/// A Stepper provides the functions that march() uses, and start(state, log), q(), work(),
+/// A Stepper provides the functions that March uses, and start(state, log), q(), work(),
 /// extremes(), integrals() (the energy ledger without kinetic and gravitational energy) and
 /// outside_work() (the work of drives and of loads). Each subclass defines its contact models and
 /// its notes.
@@ -42,11 +42,22 @@ class Marched : public Formulation {
         system_.kinetic(state.v.data()) + system_.potential(state.q.data()) + stepper_.integrals().elastic;
   }
   Family family() const final { return family_; }
-  Ending run(double t_end, Watch& watch) final {
-    auto ending = march(*this, system_, stepper_, t_end, log_, watch);
+  using Steps = March<Marched, Stepper>;
+  /// The loop of a run to t_end.
+  Steps march(double t_end, Watch& watch) { return {*this, system_, stepper_, t_end, log_, watch}; }
+  Ending finish(const Steps& steps, Watch& watch) {
     watch.drain(log_);
-    return ending;
+    return steps.ending();
   }
+  Ending run(double t_end, Watch& watch) final {
+    auto steps = march(t_end, watch);
+    while (steps.step()) {
+    }
+    return finish(steps, watch);
+  }
+  /// For lanes, which make some steps in its place.
+  Stepper& stepper() { return stepper_; }
+  double& passed() { return passed_; }
   void save(MemoryWriter& m) final { serialize(m); }
   void load(MemoryReader& m) final { serialize(m); }
   State state() const final {

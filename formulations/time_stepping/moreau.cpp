@@ -42,7 +42,9 @@ MoreauStepper::MoreauStepper(const System& system, const NonsmoothOptions& optio
       end_rates_(system, contact_rows(system)),
       record_(system, step),
       resolution_(system),
-      flow_(system.states()) {
+      flow_(system.states()),
+      automatic_solver_(options.solver == LcpSolver::automatic),
+      tolerance_(options.lcp_tolerance) {
   mean_.last.resize(system.n());
 }
 

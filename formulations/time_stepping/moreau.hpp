@@ -104,6 +104,7 @@ class MoreauStepper {
   const double* v() const { return data_.v.data(); }
   const double* v_old() const { return data_.v_old.data(); }
   const double* q() const { return data_.q.data(); }
+  double fixed_length() const { return step_; }
   std::span<const double> z() const { return data_.z; }
   void interpolate(double t, double* q, double* v) const;
   /// The impacts of the last step, at the mean of their times weighted by normal impulse.
@@ -135,6 +136,7 @@ class MoreauStepper {
   double nearest_singular() const { return data_.saddle.nearest_singular(); }
 
  private:
+  friend class LaneGroup;  // makes ordinary steps of several steppers together
   bool fixed() const { return step_ > 0; }
   MidpointTerms terms() const;
   bool evaluate_middle();
@@ -163,6 +165,8 @@ class MoreauStepper {
   std::vector<double> flow_;  // rates of first-order states
   double t_start_ = 0;
   long index_ = 0;
+  bool automatic_solver_;
+  double tolerance_;  // of contact problems
 };
 
 }  // namespace freeplay

@@ -2,32 +2,59 @@
 
 #include <algorithm>
 #include <cmath>
+#include <memory>
 #include <vector>
 
+#include "dynamics/lane_functions.hpp"
 #include "dynamics/system_functions.hpp"
 #include "dynamics/system_tracer.hpp"
+#include "formulations/time_stepping/lane_group.hpp"
 #include "formulations/time_stepping/moreau.hpp"
 
 namespace freeplay {
 namespace {
 
-/// The quantities of some steps of h (s), in one order.
-std::vector<double> stepped(const System& system, const State& from, double h, RowFacts facts) {
-  constexpr int steps = 20;
-  ContactLog log(system.contacts(), system.reported());
-  MoreauStepper stepper(system, {}, h, std::vector<double>(static_cast<std::size_t>(system.reported()), 0.5),
-                        facts);
-  stepper.start(from, log);
-  std::vector<double> all;
-  for (int i = 0; i < steps && stepper.step(INFINITY); ++i) {
+constexpr int steps_compared = 20;
+
+/// A stepper with its log.
+struct OneStepper {
+  OneStepper(const System& system, const State& from, double h, RowFacts facts)
+      : log(system.contacts(), system.reported()),
+        stepper(system, {}, h, std::vector<double>(static_cast<std::size_t>(system.reported()), 0.5), facts) {
+    stepper.start(from, log);
+  }
+  /// Products with 0 vanish in compiled functions, so a motion that overflows is another one.
+  bool overflows() const {
+    return std::ranges::any_of(stepper.data().v, [](double v) { return !(std::abs(v) <= 1e50); });
+  }
+  /// Appends its quantities in one order; without multipliers, which steps in lanes do not keep.
+  void put(std::vector<double>& all) const {
     const auto& d = stepper.data();
-    // Products with 0 vanish in compiled functions, so a motion that overflows is another one.
-    if (std::ranges::any_of(d.v, [](double v) { return std::abs(v) > 1e50; })) break;
-    for (const auto* list : {&d.q, &d.v, &d.lambda}) all.insert(all.end(), list->begin(), list->end());
+    for (const auto* list : {&d.q, &d.v}) all.insert(all.end(), list->begin(), list->end());
     for (const auto& c : stepper.contacts().all()) all.insert(all.end(), {c.gap, c.last_n, c.last_t});
     const auto& works = stepper.integrals();
     all.insert(all.end(), {works.drive, works.load, works.contact, works.friction, works.stabilisation,
                            stepper.extremes().constraint_length, stepper.extremes().constraint_angle});
+  }
+  ContactLog log;
+  MoreauStepper stepper;
+};
+
+long count_differing(const std::vector<double>& found, const std::vector<double>& expected) {
+  long differing = found.size() != expected.size() ? 1 : 0;
+  for (std::size_t i = 0; i < found.size() && i < expected.size(); ++i)
+    if (!(found[i] == expected[i] || (std::isnan(found[i]) && std::isnan(expected[i])))) ++differing;
+  return differing;
+}
+
+/// The quantities of some steps of h (s), in one order.
+std::vector<double> stepped(const System& system, const State& from, double h, RowFacts facts) {
+  OneStepper one(system, from, h, facts);
+  std::vector<double> all;
+  for (int i = 0; i < steps_compared && one.stepper.step(INFINITY) && !one.overflows(); ++i) {
+    one.put(all);
+    const auto& lambda = one.stepper.data().lambda;
+    all.insert(all.end(), lambda.begin(), lambda.end());
   }
   return all;
 }
@@ -44,11 +71,49 @@ long differing_steps(System& system, const SystemFunctions& functions, const Sta
     const auto expected = stepped(system, at, h, facts);
     system.attach(functions);
     const auto found = stepped(system, at, h, facts);
-    if (found.size() != expected.size()) ++differing;
-    for (std::size_t i = 0; i < found.size() && i < expected.size(); ++i)
-      if (!(found[i] == expected[i] || (std::isnan(found[i]) && std::isnan(expected[i])))) ++differing;
+    differing += count_differing(found, expected);
   }
   system.attach({});
+  return differing;
+}
+
+long differing_lanes(const LaneFunctions& functions, const std::vector<LaneCheck>& lanes, RowFacts facts) {
+  long differing = 0;
+  for (unsigned seed = 0; seed < 4; ++seed) {
+    const double h = seed < 3 ? 1e-5 : 1e-3;
+    std::vector<std::unique_ptr<OneStepper>> alone, together;
+    std::vector<LaneGroup::Member> members;
+    std::vector<double> passed(lanes.size());
+    for (std::size_t i = 0; i < lanes.size(); ++i) {
+      const auto& lane = lanes[i];
+      const auto still = still_coordinates(*lane.system, *lane.near);
+      const auto at = seed == 0 ? *lane.near : moved(*lane.system, *lane.near, still, seed);
+      alone.push_back(std::make_unique<OneStepper>(*lane.system, at, h, facts));
+      together.push_back(std::make_unique<OneStepper>(*lane.system, at, h, facts));
+      members.push_back({&together.back()->stepper, lane.constants, &passed[i]});
+    }
+    LaneGroup group(functions, members);
+    unsigned inside = 0;
+    for (int step = 0; step < steps_compared; ++step) {
+      const unsigned leaving = inside == 0 ? 0 : group.advance(inside, 1);
+      std::vector<double> found, expected;
+      for (std::size_t i = 0; i < lanes.size(); ++i) {
+        const int lane = static_cast<int>(i);
+        const bool made = (inside >> i & 1) != 0 && (leaving >> i & 1) == 0;
+        if ((inside >> i & 1) != 0) group.store(lane);
+        inside &= ~(1u << i);
+        if (!alone[i]->stepper.step(INFINITY)) return differing;
+        if (!made && !together[i]->stepper.step(INFINITY)) return differing + 1;
+        if (alone[i]->overflows()) continue;
+        alone[i]->put(expected);
+        together[i]->put(found);
+        if (!group.ready(lane)) continue;
+        group.load(lane);
+        inside |= 1u << i;
+      }
+      differing += count_differing(found, expected);
+    }
+  }
   return differing;
 }
 

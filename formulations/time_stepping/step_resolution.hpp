@@ -43,6 +43,9 @@ class StepResolution {
     if (!greatest_.empty()) assess_bend(step);
   }
 
+  /// Whether there is nothing to assess.
+  bool idle() const { return !passes_ && greatest_.empty(); }
+
   Passage passage;
   Bend bend;
 

@@ -138,6 +138,7 @@ int ensemble(const EnsembleVerb& request) {
                           {"turn", plan.how.turn},
                           {"play", plan.how.play},
                           {"steps", all.steps},
+                          {"steps_in_lanes", all.in_lanes},
                           {"wall_seconds", all.wall_seconds},
                           {"cpu_seconds", all.cpu_seconds}};
   document["provenance"] = provenance(*scene, identify(*scene, plan.formulation, true));

@@ -70,6 +70,7 @@ void SystemTracer::step_middle(TracedObject& object, const SaddlePoint& saddle) 
   for (std::size_t i = 0; i < n; ++i) f[i] = system_.mass()[i] * v[i] + h * e.force[i];
   for (std::size_t k = 0; k < r.size(); ++k) r[k] = -e.phi_t[k] + 0.5 * h * e.gamma[k];
   saddle.trace_solution(e.G, step_F_, f, r, a, lambda);
+  const bool lanes = object.lanes() > 0;
   trace.outputs(0, middle);
   trace.outputs(1, e.cosine);
   trace.outputs(2, e.sine);
@@ -77,11 +78,11 @@ void SystemTracer::step_middle(TracedObject& object, const SaddlePoint& saddle) 
   put_changed(trace, 4, e.G, fresh.G);
   put_changed(trace, 5, e.gamma, fresh.gamma);
   put_changed(trace, 6, step_F_, List(step_F_.size()));
-  trace.outputs(7, ratios);
+  if (!lanes) trace.outputs(7, ratios);
   trace.outputs(8, f);
   trace.outputs(9, a);
   trace.outputs(10, lambda);
-  put_changed(trace, 11, e.G, fresh.G);
+  if (!lanes) put_changed(trace, 11, e.G, fresh.G);
   for (int k = 0; k < system_.contacts(); ++k) {
     auto& row = step_rows_.emplace_back();
     system_.contact(k, middle.data(), v.data(), e, row);
@@ -95,17 +96,22 @@ void SystemTracer::step_middle(TracedObject& object, const SaddlePoint& saddle) 
                      row.tangent.dot(v.data())};
     trace.outputs(array + 5, rates);
   }
+  if (lanes) lanes_middle(trace, h, ratios, a);
   step_G_ = e.G;
   step_phi_t_ = e.phi_t;
 }
 
-void SystemTracer::put_end(Trace& trace, int array, int gaps, const List& q, const EvaluationOf<Traced>& e) {
+SystemTracer::List SystemTracer::residuals(const EvaluationOf<Traced>& e) const {
   List worst(2);
   for (std::size_t k = 0; k < e.phi.size(); ++k) {
     auto& x = worst[system_.is_angle_row(static_cast<int>(k)) ? 1 : 0];
     x = max(x, abs(e.phi[k]));
   }
-  trace.outputs(array, worst);
+  return worst;
+}
+
+void SystemTracer::put_end(Trace& trace, int array, int gaps, const List& q, const EvaluationOf<Traced>& e) {
+  trace.outputs(array, residuals(e));
   const List rest(q.size());
   for (int k = 0; k < system_.contacts(); ++k) {
     ContactRowOf<Traced> row;
@@ -148,14 +154,17 @@ void SystemTracer::step_end(TracedObject& object, const SaddlePoint& saddle) {
     for (std::size_t i = 0; i < n; ++i) q[i] += dq[i];
     system_.place_near(t, q.data(), middle.data(), from, e);
   }
-  for (auto& x : lambda) x /= h;
   trace.outputs(1, q);
-  trace.outputs(2, lambda);
-  trace.outputs(3, mean);
+  if (object.lanes() == 0) {
+    for (auto& x : lambda) x /= h;
+    trace.outputs(2, lambda);
+    trace.outputs(3, mean);
+  }
   trace.output(4, 0, drive);
   trace.output(5, 0, stabilisation);
   Traced sum;
   for (std::size_t i = 0; i < n; ++i) sum += q[i] + v[i];
+  if (object.lanes() > 0) return lanes_end(trace, q, v, drive, sum, e);
   trace.output(7, 0, sum);
   put_end(trace, 6, 8, q, e);
 }
@@ -170,22 +179,30 @@ void SystemTracer::step_reached(TracedObject& object) {
   put_end(trace, 0, 1, q, e);
 }
 
+/// The response to a row.
+void SystemTracer::response(const SaddlePoint& saddle, const List& G, const List& F,
+                            const SparseRowOf<Traced>& row, List& a, List& lambda) const {
+  List f(static_cast<std::size_t>(system_.n()));
+  row.add_to(f.data(), Traced(1));
+  saddle.trace_solution(G, F, f, List(static_cast<std::size_t>(system_.rows())), a, lambda);
+}
+
+/// A row whose entries are inputs.
+SparseRowOf<Traced> SystemTracer::row_of(Trace& trace, const SparseRowOf<Traced>& row, int array) {
+  auto x = row;
+  for (int i = 0; i < x.size; ++i) x.value[i] = trace.input(array, i, row.value[i].value);
+  return x;
+}
+
 void SystemTracer::step_response(TracedObject& object, const SaddlePoint& saddle, int contact) {
   const auto& sample = step_rows_[static_cast<std::size_t>(contact)];
   const auto n = static_cast<std::size_t>(system_.n()), m = static_cast<std::size_t>(system_.rows());
-  const auto row_of = [](Trace& trace, const SparseRowOf<Traced>& row, int array) {
-    auto x = row;
-    for (int i = 0; i < x.size; ++i) x.value[i] = trace.input(array, i, row.value[i].value);
-    return x;
-  };
   List a(n), a_reaction(m), b(n), b_reaction(m);
   {
     Trace trace(object, "step_response_" + std::to_string(contact));
     const auto F = inputs_like(trace, 0, step_F_), G = inputs_like(trace, 1, step_G_);
     const auto respond = [&](const SparseRowOf<Traced>& row, int array, List& x, List& lambda) {
-      List f(n);
-      row.add_to(f.data(), Traced(1));
-      saddle.trace_solution(G, F, f, List(m), x, lambda);
+      response(saddle, G, F, row, x, lambda);
       trace.outputs(array, x);
       trace.outputs(array + 1, lambda);
     };

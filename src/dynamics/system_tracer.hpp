@@ -108,6 +108,10 @@ class SystemTracer {
   /// Records all functions of a step, or throws NotTraceable with none of them in the object.
   void step(TracedObject& object, const SaddlePoint& saddle);
   ///@}
+  /// Records the functions of LaneFunctions, in lane_trace.cpp.
+  void lanes(TracedObject& object, const SaddlePoint& saddle);
+  int lane_factors() const { return static_cast<int>(step_F_.size()); }
+  int lane_ratios() const { return lane_ratios_; }
   /// Values of G at the sample, and whether they are constant.
   std::vector<double> G() const { return sample_.G; }
   std::vector<bool> fixed() const {
@@ -123,6 +127,15 @@ class SystemTracer {
   void step_end(TracedObject& object, const SaddlePoint& saddle);
   void step_reached(TracedObject& object);
   void step_response(TracedObject& object, const SaddlePoint& saddle, int contact);
+  void response(const SaddlePoint& saddle, const List& G, const List& F, const SparseRowOf<Traced>& row, List& a,
+                List& lambda) const;
+  static SparseRowOf<Traced> row_of(Trace& trace, const SparseRowOf<Traced>& row, int array);
+  /// The greatest |Φ| in m and in rad.
+  List residuals(const EvaluationOf<Traced>& e) const;
+  void lanes_middle(Trace& trace, const Traced& h, const List& ratios, const List& v);
+  void lanes_contact(TracedObject& object, const SaddlePoint& saddle, int contact);
+  void lanes_end(Trace& trace, const List& q, const List& v, const Traced& drive, const Traced& sum,
+                 const EvaluationOf<Traced>& e);
   /// coordinates() without guards, for arrays that another function has checked.
   List known_coordinates(Trace& trace, int array, const std::vector<double>& values, bool positions) const {
     auto list = trace.inputs(array, values);
@@ -176,6 +189,7 @@ class SystemTracer {
   std::vector<bool> fixed_;
   List step_G_, step_F_, step_phi_t_;  // of step_middle(): constants have no node
   std::vector<ContactRowOf<Traced>> step_rows_;
+  int lane_ratios_ = 0;
 };
 
 }  // namespace freeplay

@@ -46,4 +46,28 @@ CompiledRun compile_system(System& system, const State& near, RowFacts facts, St
   return found;
 }
 
+CompiledLanes compile_lanes(const std::vector<LaneCandidate>& candidates, StopToken stop) {
+  CompiledLanes found;
+  std::string text;
+  std::vector<LaneCheck> checks;
+  for (const auto& candidate : candidates) {
+    found.lanes.push_back(
+        trace_lanes(*candidate.system, *candidate.near, candidate.facts, lanes_of_machine()));
+    const auto& lanes = found.lanes.back();
+    const auto own = lanes.traced ? lanes.object.text() : std::string();
+    if (found.lanes.size() == 1) text = own;
+    found.fits.push_back(lanes.traced && own == text);
+  }
+  for (std::size_t i = 0; i < candidates.size(); ++i)
+    if (found.fits[i])
+      checks.push_back({candidates[i].system, candidates[i].near, &found.lanes[i].object.constants()});
+  if (checks.size() < 2) return found;
+  const auto object = compiled_object(text, found.lanes.front().object.functions(), stop);
+  if (!object.library) return found;
+  auto functions = found.lanes.front().functions(object.table);
+  functions.object = object.library;
+  if (differing_lanes(functions, checks, candidates.front().facts) == 0) found.functions = std::move(functions);
+  return found;
+}
+
 }  // namespace freeplay

@@ -7,6 +7,9 @@
 // instant of the change has no effect on results.
 #pragma once
 
+#include <vector>
+
+#include "dynamics/lane_functions.hpp"
 #include "dynamics/system.hpp"
 #include "facade/simulation.hpp"
 #include "numerics/saddle_point.hpp"
@@ -26,5 +29,22 @@ Compile compile_choice(Compile asked);
 /// `steps`: also whole time steps of fixed length.
 CompiledRun compile_system(System& system, const State& near, RowFacts facts, StopToken stop,
                            bool steps = false);
+
+/// A system that may run in lanes, with its compiled functions attached.
+struct LaneCandidate {
+  const System* system;
+  const State* near;
+  RowFacts facts;
+};
+/// Functions of steps in lanes for systems of one structure.
+struct CompiledLanes {
+  LaneFunctions functions;         ///< lanes = 0: there are none
+  std::vector<TracedLanes> lanes;  ///< of each candidate
+  /// Whether each candidate has a lane: it has the structure of the first one.
+  std::vector<bool> fits;
+};
+/// Traces all candidates, and compiles and checks the functions of those with the structure of the
+/// first one.
+CompiledLanes compile_lanes(const std::vector<LaneCandidate>& candidates, StopToken stop);
 
 }  // namespace freeplay

@@ -14,6 +14,7 @@
 #include "facade/compile.hpp"
 #include "facade/identify.hpp"
 #include "facade/simulation.hpp"
+#include "formulations/lanes.hpp"
 #include "formulations/make.hpp"
 #include "io/files/digest.hpp"
 #include "io/files/identity.hpp"
@@ -143,13 +144,13 @@ struct Simulation::Implementation {
       undetermined.push_back(layout.forces[e].name);
     }
   }
+  RowFacts facts() const { return {!redundant_rows(system, start.q).empty(), scene.run.eliminate}; }
   /// Compiles the mechanism; the run continues with the same digits.
   void compile_now(const StopToken& stop) {
-    const bool redundant = !redundant_rows(system, start.q).empty();
     const auto& time_stepping = scene.nonsmooth;
     const bool steps = family == Family::nonsmooth && time_stepping.step &&
                        time_stepping.scheme_in_force() == Scheme::moreau_jean;
-    compiled = compile_system(system, start, {redundant, scene.run.eliminate}, stop, steps);
+    compiled = compile_system(system, start, facts(), stop, steps);
     compiled->from = form->state().t;
   }
   bool compiles_now() const {
@@ -278,6 +279,60 @@ class Running {
   bool& flag_;
 };
 
+/// A run in progress: its observers, and the clocks.
+template <class Implementation>
+struct Underway {
+  Underway(Implementation& s, const RunRequest& request)
+      : simulation(s),
+        until(end_of(s, request)),
+        list(request.most_events),
+        compiler(s, request.stop),
+        watch(s.layout, s.sensors, observers_of(request), request.stop),
+        running(s.running) {
+    s.layout.end = until;
+    wall = std::chrono::steady_clock::now();
+    cpu = thread_seconds();
+    watch.begin(s.form->state());
+  }
+  static double end_of(const Implementation& s, const RunRequest& request) {
+    const double until = request.until.value_or(s.scene.run.duration);
+    if (!std::isfinite(until) || until < s.form->state().t)
+      throw ModelError("until", fmt::format("must not be before the present time {} s, is {} s",
+                                            s.form->state().t, until));
+    return until;
+  }
+  std::vector<Observer*> observers_of(const RunRequest& request) {
+    auto observers = request.observers;
+    if (request.keep_events) observers.push_back(&list);
+    if (std::ranges::any_of(observers, [&](const Observer* o) {
+          return o->wants().forces || (o->wants().samples && simulation.sensors.wants_forces());
+        }))
+      simulation.find_undetermined();
+    if (!simulation.compiled && simulation.compile == Compile::automatic) observers.push_back(&compiler);
+    return observers;
+  }
+  Result finish(const Ending& ending) {
+    auto& s = simulation;
+    watch.end(ending, s.form->state().t, s.form->log());
+    auto result = s.summary(ending);
+    result.wall_seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - wall).count();
+    result.cpu_seconds = thread_seconds() - cpu;
+    result.peak_memory_kib = peak_memory_kib();
+    result.events = std::move(list.events);
+    result.events_seen = list.seen;
+    return result;
+  }
+
+  Implementation& simulation;
+  double until;
+  EventList list;
+  CompileObserver<Implementation> compiler;
+  Watch watch;
+  Running running;
+  std::chrono::steady_clock::time_point wall;
+  double cpu = 0;  // s
+};
+
 }  // namespace
 
 Simulation::Simulation(Scene scene, std::string_view formulation, SimulationOptions options)
@@ -287,37 +342,48 @@ Simulation::Simulation(Simulation&&) noexcept = default;
 Simulation& Simulation::operator=(Simulation&&) noexcept = default;
 
 Result Simulation::run(const RunRequest& request) {
-  auto& s = *it_;
-  const double until = request.until.value_or(s.scene.run.duration);
-  if (!std::isfinite(until) || until < s.form->state().t)
-    throw ModelError(
-        "until", fmt::format("must not be before the present time {} s, is {} s", s.form->state().t, until));
-  EventList list(request.most_events);
-  auto observers = request.observers;
-  if (request.keep_events) observers.push_back(&list);
-  if (std::ranges::any_of(observers, [&](const Observer* o) {
-        return o->wants().forces || (o->wants().samples && s.sensors.wants_forces());
-      }))
-    s.find_undetermined();
-  CompileObserver compiler(s, request.stop);
-  if (!s.compiled && s.compile == Compile::automatic) observers.push_back(&compiler);
-  Watch watch(s.layout, s.sensors, std::move(observers), request.stop);
-  const Running running(s.running);
-  s.layout.end = until;
-
-  const auto wall = std::chrono::steady_clock::now();
-  const double cpu = thread_seconds();
-  watch.begin(s.form->state());
-  const auto ending = s.form->run(until, watch);
-  watch.end(ending, s.form->state().t, s.form->log());
-  auto result = s.summary(ending);
-  result.wall_seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - wall).count();
-  result.cpu_seconds = thread_seconds() - cpu;
-  result.peak_memory_kib = peak_memory_kib();
-  result.events = std::move(list.events);
-  result.events_seen = list.seen;
-  return result;
+  Underway<Implementation> run(*it_, request);
+  return run.finish(it_->form->run(run.until, run.watch));
 }
+
+std::vector<Result> Simulation::run_together(const std::vector<Together>& all, long& in_lanes) {
+  std::vector<std::unique_ptr<Underway<Implementation>>> runs;
+  std::vector<LaneCandidate> candidates;
+  std::vector<std::size_t> who;
+  for (const auto& one : all) {
+    auto& s = *one.simulation->it_;
+    runs.push_back(std::make_unique<Underway<Implementation>>(s, one.request));
+    if (!fits_lanes(*s.form)) continue;
+    candidates.push_back({&s.system, &s.start, s.facts()});
+    who.push_back(runs.size() - 1);
+  }
+  const auto compiled = compile_lanes(candidates, all.front().request.stop);
+  const auto width = static_cast<std::size_t>(compiled.functions.lanes);
+  std::vector<std::optional<Ending>> endings(all.size());
+  for (std::size_t next = 0; width > 0 && next < who.size();) {
+    std::vector<LaneRun> group;
+    std::vector<std::size_t> members;
+    for (; next < who.size() && group.size() < width; ++next) {
+      if (!compiled.fits[next]) continue;
+      const auto k = who[next];
+      auto& run = *runs[k];
+      group.push_back({all[k].simulation->it_->form.get(), run.until, &run.watch, all[k].next_shown,
+                       &compiled.lanes[next].object.constants()});
+      members.push_back(k);
+    }
+    if (group.empty()) break;
+    const auto found = run_in_lanes(compiled.functions, group, in_lanes);
+    for (std::size_t i = 0; i < members.size(); ++i) endings[members[i]] = found[i];
+  }
+  std::vector<Result> results;
+  for (std::size_t k = 0; k < all.size(); ++k) {
+    auto& run = *runs[k];
+    results.push_back(run.finish(endings[k] ? *endings[k] : all[k].simulation->it_->form->run(run.until, run.watch)));
+  }
+  return results;
+}
+
+int Simulation::most_together() { return lanes_of_machine(); }
 
 const Scene& Simulation::scene() const { return it_->scene; }
 const Layout& Simulation::layout() const { return it_->layout; }

@@ -13,6 +13,7 @@
 #pragma once
 
 #include <cstddef>
+#include <functional>
 #include <memory>
 #include <optional>
 #include <string_view>
@@ -89,6 +90,22 @@ class Simulation {
   /// see Result::ending. An exception from an observer leaves run(); then restore a snapshot before
   /// running again.
   Result run(const RunRequest& request = {});
+
+  /// A simulation and its request, for run_together().
+  struct Together {
+    Simulation* simulation;  ///< not owned
+    RunRequest request;      ///< as for run()
+    /// The observers need only the steps from the last one before this time (s) on; they get all events
+    /// in any case. Asked again after each step that they have seen.
+    std::function<double()> next_shown;
+  };
+  /// Runs simulations of one structure, such as perturbed starts of a mechanism, as run() does one
+  /// after the other, with the same digits. Fixed time steps of compiled mechanisms are made in lanes:
+  /// together, wherever no observer sees them (docs/theory/compiled.md). `in_lanes` counts those steps.
+  /// An exception of any of them leaves all.
+  static std::vector<Result> run_together(const std::vector<Together>& all, long& in_lanes);
+  /// Greatest number of simulations that run_together() can step together on this machine.
+  static int most_together();
 
   /// The scene as given to the constructor.
   const Scene& scene() const;

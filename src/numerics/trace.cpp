@@ -41,6 +41,16 @@ double value(Operation operation, double a, double b) {
       return std::atan2(a, b);
     case Operation::max:
       return std::max(a, b);
+    case Operation::less:
+      return a < b ? 1 : 0;
+    case Operation::less_equal:
+      return a <= b ? 1 : 0;
+    case Operation::equal:
+      return a == b ? 1 : 0;
+    case Operation::both:
+      return a != 0 && b != 0 ? 1 : 0;
+    case Operation::either:
+      return a != 0 || b != 0 ? 1 : 0;
     default:
       throw std::logic_error("no operation of numbers");
   }
@@ -71,6 +81,18 @@ bool compare(const Traced& a, Relation relation, const Traced& b) {
   return Trace::active()->compare(a, relation, b);
 }
 
+Traced holds(const Traced& a, Relation relation, const Traced& b) {
+  return record(relation == Relation::less         ? Operation::less
+                : relation == Relation::less_equal ? Operation::less_equal
+                                                   : Operation::equal,
+                a, b);
+}
+
+Traced select(const Traced& condition, const Traced& a, const Traced& b) {
+  if (condition.is_constant()) return condition.value != 0 ? a : b;
+  return Trace::active()->choose(condition, a, b);
+}
+
 double value_of(const Traced& x) {
   if (!x.is_constant()) throw NotTraceable("a table, curve, cam or tooth is looked up by a varying number");
   return x.value;
@@ -99,10 +121,10 @@ int TracedObject::slot(double value) {
   return at->second;
 }
 
-int Trace::intern(Operation operation, int a, int b) {
+int Trace::intern(Operation operation, int a, int b, int c) {
   const auto [at, is_new] =
-      known_.try_emplace({static_cast<int>(operation), a, b}, static_cast<int>(nodes_.size()));
-  if (is_new) nodes_.push_back({operation, a, b});
+      known_.try_emplace({static_cast<int>(operation), a, b, c}, static_cast<int>(nodes_.size()));
+  if (is_new) nodes_.push_back({operation, a, b, c});
   return at->second;
 }
 
@@ -169,6 +191,14 @@ Traced Trace::record(Operation operation, const Traced& a, const Traced& b) {
       if (is(b, 1)) return a;
       if (is(b, -1)) return negative(a);
       break;
+    case Operation::both:
+      if (a.is_constant()) return a.value != 0 ? b : a;
+      if (b.is_constant()) return b.value != 0 ? a : b;
+      break;
+    case Operation::either:
+      if (a.is_constant()) return a.value != 0 ? a : b;
+      if (b.is_constant()) return b.value != 0 ? b : a;
+      break;
     default:
       break;
   }
@@ -185,6 +215,21 @@ Traced Trace::record(Operation operation, const Traced& a, const Traced& b) {
     std::swap(left, right);
   x.node = intern(operation, left, right);
   return x;
+}
+
+Traced Trace::choose(const Traced& condition, const Traced& a, const Traced& b) {
+  Traced x(condition.value != 0 ? a.value : b.value);
+  const int on = operand(condition), left = operand(a);
+  x.node = intern(Operation::select, on, left, operand(b));
+  return x;
+}
+
+void Trace::require(const Traced& condition) {
+  if (condition.is_constant()) {
+    if (condition.value == 0) throw NotTraceable("a condition never holds");
+    return;
+  }
+  guards_.push_back({Relation::equal, operand(condition), -1, true, static_cast<int>(nodes_.size())});
 }
 
 bool Trace::compare(const Traced& a, Relation relation, const Traced& b) {

@@ -17,16 +17,59 @@ constexpr std::string_view head =
     "double sqrt(double); double fabs(double); double sin(double); double cos(double);\n"
     "double exp(double); double tanh(double); double atan2(double, double);\n";
 
-constexpr std::string_view parameters = "const double *k, const double *const *in, double *const *out";
-
 std::string number(int i) { return std::to_string(i); }
+
+std::string parameters(int lanes) {
+  const std::string type = lanes > 0 ? "lanes" : "double";
+  return "const " + type + " *k, const " + type + " *const *in, " + type + " *const *out";
+}
+
+/// Joins f(lane) of all lanes.
+std::string each(int lanes, const char* between, auto f) {
+  std::string list;
+  for (int i = 0; i < lanes; ++i) list += (i > 0 ? between : "") + std::string(f("[" + number(i) + "]"));
+  return list;
+}
+
+/// Types and functions of lanes. Functions of the math library are called for each lane. A square root
+/// is rounded correctly, alone and in lanes.
+std::string head_of_lanes(int lanes) {
+  const auto size = "__attribute__((vector_size(" + number(8 * lanes) + ")));\n";
+  std::string text = "typedef double lanes " + size + "typedef long long marks " + size;
+  const auto value = [&](const char* x) { return "{" + each(lanes, ", ", [&](const auto&) { return x; }) + "};\n"; };
+  text += std::string("static const lanes l0 = ") + value("0.0") + "static const lanes l1 = " + value("1.0") +
+          "static const lanes lm = " + value("-1.0");
+  text +=
+      "static inline lanes select(marks m, lanes a, lanes b) {\n"
+      "return (lanes)((m & (marks)a) | (~m & (marks)b));\n}\n"
+      "static inline lanes fabs_l(lanes x) { return (lanes)((marks)x & 0x7fffffffffffffffLL); }\n";
+  const auto function = [&](const std::string& name, bool two) {
+    text += "static inline lanes " + name + "_l(lanes x" + (two ? ", lanes y" : "") + ") {\nreturn (lanes){" +
+            each(lanes, ", ", [&](const auto& at) { return name + "(x" + at + (two ? ", y" + at : "") + ")"; }) +
+            "};\n}\n";
+  };
+  for (const char* name : {"sin", "cos", "exp", "tanh"}) function(name, false);
+  function("atan2", true);
+  const char* root = lanes == 8 ? "__AVX512F__" : lanes == 4 ? "__AVX__" : nullptr;
+  if (root)
+    text += std::string("#ifdef ") + root + "\nstatic inline lanes sqrt_l(lanes x) { return " +
+            (lanes == 8 ? "__builtin_ia32_sqrtpd512_mask(x, x, -1, 4)" : "__builtin_ia32_sqrtpd256(x)") +
+            "; }\n#else\n";
+  function("sqrt", false);
+  if (root) text += "#endif\n";
+  text += "static inline int bits(marks m) {\nreturn ";
+  for (int i = 0; i < lanes; ++i)
+    text += (i > 0 ? " | " : "") + ("(int)(m[" + number(i) + "] & " + number(1 << i) + ")");
+  return text + ";\n}\n";
+}
 
 }  // namespace
 
 std::string TracedObject::text() const {
   std::string text(head);
+  if (lanes_ > 0) text += head_of_lanes(lanes_);
   text += functions_;
-  text += "int (*const freeplay_functions[])(" + std::string(parameters) + ") = {";
+  text += "int (*const freeplay_functions[])(" + parameters(lanes_) + ") = {";
   for (const auto& name : names_) text += name + ", ";
   text += "0};\nconst int freeplay_abi = 1;\n";
   return text;
@@ -35,13 +78,23 @@ std::string TracedObject::text() const {
 std::string Trace::name_of(int node) const {
   const auto& n = nodes_[static_cast<std::size_t>(node)];
   if (n.operation != Operation::constant) return "x" + number(node);
-  if (n.a < 0) return n.b < 0 ? "-1.0" : n.b > 0 ? "1.0" : "0.0";
+  if (n.a < 0) {
+    if (object_.lanes() > 0) return n.b < 0 ? "lm" : n.b > 0 ? "l1" : "l0";
+    return n.b < 0 ? "-1.0" : n.b > 0 ? "1.0" : "0.0";
+  }
   return "k[" + number(n.a) + "]";
 }
 
 std::string Trace::expression(const Node& n) const {
   const auto infix = [&](const char* sign) { return name_of(n.a) + sign + name_of(n.b); };
-  const auto call = [&](const char* name) { return std::string(name) + "(" + name_of(n.a) + ")"; };
+  const bool lanes = object_.lanes() > 0;
+  const auto call = [&](const char* name) {
+    return name + std::string(lanes ? "_l(" : "(") + name_of(n.a) + (n.b < 0 ? "" : ", " + name_of(n.b)) + ")";
+  };
+  const auto choice = [&](const std::string& condition, int a, int b) {
+    return lanes ? "select(" + condition + ", " + name_of(a) + ", " + name_of(b) + ")"
+                 : condition + " ? " + name_of(a) + " : " + name_of(b);
+  };
   switch (n.operation) {
     case Operation::input:
       return "in[" + number(n.a) + "][" + number(n.b) + "]";
@@ -68,24 +121,59 @@ std::string Trace::expression(const Node& n) const {
     case Operation::tanh:
       return call("tanh");
     case Operation::atan2:
-      return "atan2(" + name_of(n.a) + ", " + name_of(n.b) + ")";
+      return call("atan2");
     case Operation::max:
-      return name_of(n.a) + " < " + name_of(n.b) + " ? " + name_of(n.b) + " : " + name_of(n.a);
+      return choice(infix(" < "), n.b, n.a);
+    case Operation::less:
+      return infix(" < ");
+    case Operation::less_equal:
+      return infix(" <= ");
+    case Operation::equal:
+      return infix(" == ");
+    case Operation::both:
+      return infix(" & ");
+    case Operation::either:
+      return infix(" | ");
+    case Operation::select:
+      return choice(name_of(n.a), n.b, n.c);
     default:
       return "";
   }
 }
 
+bool Trace::is_condition(int node) const {
+  const auto operation = nodes_[static_cast<std::size_t>(node)].operation;
+  return operation >= Operation::less && operation <= Operation::either;
+}
+
+/// The condition under which a guard fails.
+std::string Trace::failing(const Guard& x) const {
+  const char* no = object_.lanes() > 0 ? "~" : "!";
+  if (x.b < 0) return no + name_of(x.a);
+  const char* sign = x.relation == Relation::less         ? " < "
+                     : x.relation == Relation::less_equal ? " <= "
+                                                          : " == ";
+  return std::string(x.result ? no : "") + "(" + name_of(x.a) + sign + name_of(x.b) + ")";
+}
+
 void Trace::write() {
+  auto& text = object_.functions_;
+  const int lanes = object_.lanes();
+  const std::string type = lanes > 0 ? "lanes" : "double";
+  const char* end = lanes > 0 ? "return bits(bad);\n}\n" : "return 0;\n}\n";
   const auto size = nodes_.size();
   std::vector<bool> needed(size, false);
   for (const auto& o : outputs_) needed[o.node] = true;
-  for (const auto& g : guards_) needed[g.a] = needed[g.b] = true;
+  for (const auto& g : guards_) {
+    needed[g.a] = true;
+    if (g.b >= 0) needed[g.b] = true;
+  }
   const auto operands = [&](std::size_t i, auto f) {
     const auto& n = nodes_[i];
     if (n.operation == Operation::constant || n.operation == Operation::input) return;
     f(n.a);
     if (n.b >= 0) f(n.b);
+    if (n.c >= 0) f(n.c);
   };
   for (std::size_t i = size; i-- > 0;)
     if (needed[i]) operands(i, [&](int operand) { needed[operand] = true; });
@@ -111,9 +199,14 @@ void Trace::write() {
   for (std::size_t g = 0; g < guards_.size(); ++g) {
     guard_part[g] = parts == 1 ? 0 : part_at(guards_[g].after);
     use(guards_[g].a, guard_part[g]);
-    use(guards_[g].b, guard_part[g]);
+    if (guards_[g].b >= 0) use(guards_[g].b, guard_part[g]);
   }
   for (const auto& o : outputs_) use(o.node, parts - 1);
+  const auto define = [&](int node, const std::string& value, bool stored) {
+    const std::string kind = !is_condition(node) ? type : lanes > 0 ? "marks" : "int";
+    return "const " + kind + " x" + number(node) + " = " + (stored && lanes > 0 ? "(" + kind + ")" : "") + value +
+           ";\n";
+  };
   const auto passed = [&](std::size_t i) {
     return needed[i] && nodes_[i].operation != Operation::constant && last[i] > part[i];
   };
@@ -122,44 +215,44 @@ void Trace::write() {
   for (std::size_t i = 0; i < size; ++i)
     if (passed(i)) place[i] = places++;
 
-  auto& text = object_.functions_;
   std::size_t g = 0;
   for (int p = 0; p < parts; ++p) {
     if (parts == 1)
-      text += "static int " + name_ + "(" + std::string(parameters) + ") {\n";
+      text += "static int " + name_ + "(" + parameters(lanes) + ") {\n";
     else
-      text += "static int " + name_ + "_" + number(p) + "(" + std::string(parameters) + ", double *w) {\n";
+      text += "static int " + name_ + "_" + number(p) + "(" + parameters(lanes) + ", " + type + " *w) {\n";
+    if (lanes > 0) text += "marks bad = {0};\n";
     for (std::size_t i = 0; i < size; ++i)
       if (passed(i) && part[i] < p && last[i] >= p)
-        text += "const double x" + number(static_cast<int>(i)) + " = w[" + number(place[i]) + "];\n";
+        text += define(static_cast<int>(i), "w[" + number(place[i]) + "]", true);
     const auto guards_until = [&](int node) {
       for (; g < guards_.size() && guard_part[g] == p && guards_[g].after <= node; ++g) {
-        const auto& x = guards_[g];
-        const char* sign = x.relation == Relation::less         ? " < "
-                           : x.relation == Relation::less_equal ? " <= "
-                                                                : " == ";
-        text += std::string("if (") + (x.result ? "!" : "") + "(" + name_of(x.a) + sign + name_of(x.b) +
-                ")) return 1;\n";
+        const auto fails = failing(guards_[g]);
+        text += lanes > 0 ? "bad |= " + fails + ";\n" : "if (" + fails + ") return 1;\n";
       }
     };
     for (std::size_t i = 0; i < size; ++i) {
       const int node = static_cast<int>(i);
       if (!needed[i] || nodes_[i].operation == Operation::constant || part[i] != p) continue;
       guards_until(node);
-      text += "const double x" + number(node) + " = " + expression(nodes_[i]) + ";\n";
-      if (passed(i)) text += "w[" + number(place[i]) + "] = x" + number(node) + ";\n";
+      text += define(node, expression(nodes_[i]), false);
+      if (passed(i))
+        text += "w[" + number(place[i]) + "] = " + (lanes > 0 ? "(lanes)x" : "x") + number(node) + ";\n";
     }
     guards_until(static_cast<int>(size));
     if (p == parts - 1)
       for (const auto& o : outputs_)
         text += "out[" + number(o.array) + "][" + number(o.index) + "] = " + name_of(o.node) + ";\n";
-    text += "return 0;\n}\n";
+    text += end;
   }
   if (parts > 1) {
-    text += "static int " + name_ + "(" + std::string(parameters) + ") {\ndouble w[" +
-            number(std::max(places, 1)) + "];\n";
-    for (int p = 0; p < parts; ++p) text += "if (" + name_ + "_" + number(p) + "(k, in, out, w)) return 1;\n";
-    text += "return 0;\n}\n";
+    text += "static int " + name_ + "(" + parameters(lanes) + ") {\n" + type + " w[" +
+            number(std::max(places, 1)) + "];\n" + (lanes > 0 ? "int failed = 0;\n" : "");
+    for (int p = 0; p < parts; ++p) {
+      const auto call = name_ + "_" + number(p) + "(k, in, out, w)";
+      text += lanes > 0 ? "failed |= " + call + ";\n" : "if (" + call + ") return 1;\n";
+    }
+    text += lanes > 0 ? "return failed;\n}\n" : "return 0;\n}\n";
   }
   object_.names_.push_back(name_);
   object_.operations_ += count;

@@ -32,7 +32,14 @@ enum class Operation {
   exp,
   tanh,
   atan2,
-  max
+  max,
+  // conditions, of which both operands of `both` and `either` are some; and select
+  less,
+  less_equal,
+  equal,
+  both,
+  either,
+  select
 };
 enum class Relation { less, less_equal, equal };
 
@@ -86,6 +93,16 @@ inline Traced tanh(const Traced& x) { return record(Operation::tanh, x); }
 /// std::max(a, b)
 inline Traced max(const Traced& a, const Traced& b) { return record(Operation::max, a, b); }
 inline Traced atan2(const Traced& y, const Traced& x) { return record(Operation::atan2, y, x); }
+
+/// @name Conditions, which are part of the function: it has both results, and no guard. Their value is 1
+/// or 0
+///@{
+[[gnu::noinline]] Traced holds(const Traced& a, Relation relation, const Traced& b);
+inline Traced both(const Traced& a, const Traced& b) { return record(Operation::both, a, b); }
+inline Traced either(const Traced& a, const Traced& b) { return record(Operation::either, a, b); }
+/// `a` where the condition holds, else `b`.
+[[gnu::noinline]] Traced select(const Traced& condition, const Traced& a, const Traced& b);
+///@}
 
 /// The value of a constant. Throws NotTraceable for any other number: a table, cam or tooth that is
 /// looked up by a value has no compiled function.

@@ -1,4 +1,5 @@
-// The stepping loop, one instance for each kind of stepper. It makes no virtual call, no allocation
+// The stepping loop, one instance for each kind of stepper. A run calls it to the end; runs in lanes
+// (formulations/lanes.hpp) call it for single steps. It makes no virtual call, no allocation
 // and no string, except to show a step to observers.
 #pragma once
 
@@ -8,6 +9,7 @@
 #include <limits>
 #include <stdexcept>
 #include <string>
+#include <utility>
 
 #include "dynamics/system.hpp"
 #include "simulation/formulation.hpp"
@@ -109,29 +111,56 @@ inline std::string crawl_reason(const System& system, const Progress& progress, 
       nearest.empty() ? "" : "increase this clearance, omit this contact, or ");
 }
 
-/// Steps until t_end and shows each step to the observers. A Stepper also has step(t_end), which
-/// advances by one step, not beyond t_end, and returns false on failure; failure() then gives the
-/// reason.
+/// March: steps until t_end and shows each step to the observers. A Stepper also has step(t_end),
+/// which advances by one step, not beyond t_end, and returns false on failure; failure() then gives
+/// the reason.
 template <class Owner, class Stepper>
-Ending march(Owner& owner, const System& system, Stepper& stepper, double t_end, ContactLog& log,
-             Watch& watch) {
-  StepOf<Owner, Stepper> step(owner, system, stepper, watch);
-  stepper.watch_forces(watch.wants_forces());
-  Progress progress(stepper.t(), t_end);
-  while (stepper.t() < t_end) {
-    if (watch.stop()) return {Ending::Status::interrupted, "interrupted"};
-    if (!stepper.step(t_end)) return {Ending::Status::failed, stepper.failure()};
-    owner.keep_passed();
-    if (progress.crawls(stepper.t()))
-      return {Ending::Status::failed, crawl_reason(system, progress, stepper.t(), stepper.q())};
-    log.advance(stepper.t());
-    watch.drain(log);
-    if (!watch.any()) continue;
-    step.renew();
-    watch.step(step);
-    if (step.cut()) return {Ending::Status::interrupted, "interrupted"};  // also in the last step
+class March {
+ public:
+  March(Owner& owner, const System& system, Stepper& stepper, double t_end, ContactLog& log, Watch& watch)
+      : owner_(owner),
+        system_(system),
+        stepper_(stepper),
+        log_(log),
+        watch_(watch),
+        step_(owner, system, stepper, watch),
+        progress_(stepper.t(), t_end),
+        t_end_(t_end) {
+    stepper.watch_forces(watch.wants_forces());
   }
-  return {};
-}
+  /// Makes one step. Returns false at the end of the run.
+  bool step() {
+    if (!(stepper_.t() < t_end_)) return false;
+    if (watch_.stop()) return end({Ending::Status::interrupted, "interrupted"});
+    if (!stepper_.step(t_end_)) return end({Ending::Status::failed, stepper_.failure()});
+    owner_.keep_passed();
+    if (progress_.crawls(stepper_.t()))
+      return end({Ending::Status::failed, crawl_reason(system_, progress_, stepper_.t(), stepper_.q())});
+    log_.advance(stepper_.t());
+    watch_.drain(log_);
+    if (!watch_.any()) return true;
+    step_.renew();
+    watch_.step(step_);
+    if (step_.cut()) return end({Ending::Status::interrupted, "interrupted"});  // also in the last step
+    return true;
+  }
+  const Ending& ending() const { return ending_; }
+
+ private:
+  bool end(Ending ending) {
+    ending_ = std::move(ending);
+    return false;
+  }
+
+  Owner& owner_;
+  const System& system_;
+  Stepper& stepper_;
+  ContactLog& log_;
+  Watch& watch_;
+  StepOf<Owner, Stepper> step_;
+  Progress progress_;
+  double t_end_;
+  Ending ending_;
+};
 
 }  // namespace freeplay

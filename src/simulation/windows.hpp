@@ -29,6 +29,9 @@ class WindowStatistics final : public Observer {
   /// values.
   void into(Result& result) const;
 
+  /// Time (s) up to which steps change nothing, except the last one before it.
+  double next() const { return std::isnan(before_.t) ? -INFINITY : start_of(marks_.size()); }
+
   void begin(const Layout& layout, const State& state) override;
   void step(const Step& step) override;
   void event(const Event& event) override { count(event, batches_, since_); }

@@ -10,11 +10,13 @@
 #include <chrono>
 #include <cmath>
 #include <map>
+#include <memory>
 #include <mutex>
 #include <numeric>
 #include <optional>
 #include <set>
 
+#include "facade/compile.hpp"
 #include "facade/simulation.hpp"
 #include "io/files/visible.hpp"
 #include "mechanism/error.hpp"
@@ -43,9 +45,10 @@ class Sampled final : public Observer {
     contacts_.resize(layout.contacts.size());
     for (const auto& c : columns_) places_ |= c.of == Column::Of::contact;
   }
+  /// Time (s) before which no step is recorded.
+  double next() const { return next_ < times_.size() ? times_[next_] - slack() : INFINITY; }
   void step(const Step& step) override {
-    // The last time may exceed the end of the last step by rounding.
-    const double slack = 1e-12 * times_.back();
+    const double slack = this->slack();
     for (; next_ < times_.size() && times_[next_] <= step.t1 + slack; ++next_) {
       const double t = std::clamp(times_[next_], step.t0, step.t1);
       step.state(t, q_, v_);
@@ -55,6 +58,8 @@ class Sampled final : public Observer {
   }
 
  private:
+  /// The last time may exceed the end of the last step by rounding.
+  double slack() const { return 1e-12 * times_.back(); }
   double value(const Column& c, double t) const {
     switch (c.of) {
       case Column::Of::position:
@@ -164,18 +169,23 @@ Starts::Starts(const Scene& scene, const EnsemblePlan& plan) : scene_(scene), pl
   near_ = near_pose(scene, plan.stop);
 }
 
-StartOutcome Starts::make(int start) const {
-  const double began = thread_seconds();
-  StartOutcome out;
-  try {
-    const auto moved = perturbed(scene_, near_, plan_.stop, plan_.seed, start, plan_.how);
-    Simulation simulation(moved, plan_.formulation, {.matched = true, .stop = plan_.stop});
-    out.rows.assign(times_.size() * columns_.size(), std::nan(""));
-    Sampled sampled(columns_, times_, out.rows.data());
-    ContactStatistics contacts(moved.run.discard);
-    WindowStatistics window(moved.run.discard, moved.run.duration);
-    auto run = simulation.run(
-        {.observers = {&contacts, &window, &sampled}, .keep_events = false, .stop = plan_.stop});
+/// One start: its simulation and observers.
+struct Starts::Run {
+  Run(const Starts& all, int start, Compile compile)
+      : scene(perturbed(all.scene_, all.near_, all.plan_.stop, all.plan_.seed, start, all.plan_.how)),
+        simulation(scene, all.plan_.formulation,
+                   {.matched = true, .stop = all.plan_.stop, .compile = compile}),
+        rows(all.times_.size() * all.columns_.size(), std::nan("")),
+        sampled(all.columns_, all.times_, rows.data()),
+        contacts(scene.run.discard),
+        window(scene.run.discard, scene.run.duration) {}
+  Run(const Run&) = delete;
+  RunRequest request(const StopToken& stop) {
+    return {.observers = {&contacts, &window, &sampled}, .keep_events = false, .stop = stop};
+  }
+  StartOutcome outcome(Result run) {
+    StartOutcome out;
+    out.rows = std::move(rows);
     out.interrupted = run.ending.status == Ending::Status::interrupted;
     if (run.ending.status != Ending::Status::finished) {
       out.failure = run.ending.reason.empty() ? "did not finish" : run.ending.reason;
@@ -187,14 +197,88 @@ StartOutcome Starts::make(int start) const {
                     [](const auto& n) { return !std::isfinite(n.second) || of_the_machine(n.first); });
     }
     out.steps = run.work.steps;
+    return out;
+  }
+
+  Scene scene;
+  Simulation simulation;
+  std::vector<double> rows;
+  Sampled sampled;
+  ContactStatistics contacts;
+  WindowStatistics window;
+};
+
+namespace {
+
+/// The outcome of f(), or of what it throws.
+template <class F>
+StartOutcome outcome_of(F f) {
+  StartOutcome out;
+  try {
+    out = f();
   } catch (const Interrupted&) {
     out.interrupted = true;
     out.failure = "interrupted";
   } catch (const ModelError& e) {
     out.failure = e.what();
   }
+  return out;
+}
+
+/// Right-hand sides of all starts together above which lanes are worth their compilations.
+constexpr double lanes_after = 1e6;
+
+}  // namespace
+
+StartOutcome Starts::make(int start) const {
+  const double began = thread_seconds();
+  auto out = outcome_of([&] {
+    Run run(*this, start, Compile::automatic);
+    return run.outcome(run.simulation.run(run.request(plan_.stop)));
+  });
   out.cpu_seconds = thread_seconds() - began;
   return out;
+}
+
+std::size_t Starts::in_group() const {
+  const auto& o = scene_.nonsmooth;
+  const auto choice = compile_choice(Compile::automatic);
+  if (plan_.formulation != "nonsmooth" || choice == Compile::never || !o.step ||
+      o.scheme_in_force() != Scheme::moreau_jean)
+    return 1;
+  const double steps = scene_.run.duration / *o.step * plan_.starts;
+  return choice == Compile::always || steps > lanes_after ? static_cast<std::size_t>(Simulation::most_together())
+                                                          : 1;
+}
+
+std::vector<StartOutcome> Starts::make_together(const std::vector<int>& starts) const {
+  if (starts.size() == 1) return {make(starts.front())};
+  const double began = thread_seconds();
+  std::vector<StartOutcome> outcomes(starts.size());
+  std::vector<std::unique_ptr<Run>> runs(starts.size());
+  std::vector<Simulation::Together> all;
+  for (std::size_t i = 0; i < starts.size(); ++i)
+    outcomes[i] = outcome_of([&] {
+      runs[i] = std::make_unique<Run>(*this, starts[i], Compile::always);
+      auto& run = *runs[i];
+      all.push_back({&run.simulation, run.request(plan_.stop),
+                     [&run] { return std::min(run.window.next(), run.sampled.next()); }});
+      return StartOutcome();
+    });
+  if (all.empty()) return outcomes;
+  long in_lanes = 0;
+  auto results = Simulation::run_together(all, in_lanes);
+  double steps = 0;
+  for (std::size_t i = 0, next = 0; i < starts.size(); ++i) {
+    if (!runs[i]) continue;
+    outcomes[i] = outcome_of([&] { return runs[i]->outcome(std::move(results[next++])); });
+    steps += static_cast<double>(outcomes[i].steps);
+  }
+  for (auto& out : outcomes) {
+    out.cpu_seconds = (thread_seconds() - began) / static_cast<double>(starts.size());
+    if (steps > 0) out.in_lanes = static_cast<double>(in_lanes) * static_cast<double>(out.steps) / steps;
+  }
+  return outcomes;
 }
 
 Ensemble Starts::together(const std::vector<StartOutcome>& outcomes) const {
@@ -206,6 +290,7 @@ Ensemble Starts::together(const std::vector<StartOutcome>& outcomes) const {
     all.failures.push_back(o.failure);
     all.cpu_seconds += o.cpu_seconds;
     all.steps += o.steps;
+    all.in_lanes += o.in_lanes;
   }
   if (all.interrupted) return all;
   put_statistics(all, outcomes);
@@ -223,18 +308,28 @@ void Starts::make_all(const std::vector<int>& starts,
                       const std::function<bool(std::size_t, StartOutcome&)>& find,
                       const std::function<void(std::size_t, StartOutcome&, bool)>& done) const {
   std::mutex guard;
+  const auto width = in_group();
+  const auto groups = (starts.size() + width - 1) / width;
   oneapi::tbb::task_arena arena(plan_.threads > 0 ? plan_.threads : oneapi::tbb::task_arena::automatic);
   arena.execute([&] {
-    oneapi::tbb::parallel_for(std::size_t{0}, starts.size(), [&](std::size_t place) {
+    oneapi::tbb::parallel_for(std::size_t{0}, groups, [&](std::size_t group) {
       if (plan_.stop()) return;
-      StartOutcome outcome;
-      const bool found = [&] {
+      std::vector<std::size_t> places;
+      std::vector<int> list;
+      for (auto place = group * width; place < std::min((group + 1) * width, starts.size()); ++place) {
         const std::lock_guard lock(guard);
-        return find(place, outcome);
-      }();
-      if (!found) outcome = make(starts[place]);
+        StartOutcome outcome;
+        if (find(place, outcome)) {
+          done(place, outcome, true);
+        } else {
+          places.push_back(place);
+          list.push_back(starts[place]);
+        }
+      }
+      if (list.empty()) return;
+      auto outcomes = make_together(list);
       const std::lock_guard lock(guard);
-      done(place, outcome, found);
+      for (std::size_t i = 0; i < places.size(); ++i) done(places[i], outcomes[i], false);
     });
   });
 }

@@ -60,6 +60,7 @@ struct Ensemble {
   std::vector<std::string> failures;         ///< for each start its error; empty if it finished
   double wall_seconds = 0, cpu_seconds = 0;  ///< s; CPU: of the runs, including their starts
   long steps = 0;
+  double in_lanes = 0;  ///< of these steps, those made together with other starts
   bool interrupted = false;
 
   std::size_t finished() const;
@@ -76,6 +77,7 @@ struct StartOutcome {
   std::string failure = {};  ///< empty if it finished
   double cpu_seconds = 0;
   long steps = 0;
+  double in_lanes = 0;  ///< its share of the steps made together
   bool interrupted = false;
 };
 
@@ -88,6 +90,9 @@ class Starts {
   /// Refers to the scene, which must not change. Throws as run_ensemble().
   Starts(const Scene& scene, const EnsemblePlan& plan);
   StartOutcome make(int start) const;
+  /// Makes starts in one thread, where possible in lanes (docs/theory/compiled.md). Each has the digits
+  /// of make().
+  std::vector<StartOutcome> make_together(const std::vector<int>& starts) const;
   /// Runs these starts on the plan's threads. Calls `find` first, then `done`, also for interrupted
   /// starts. Both receive the index in the list and are called by one thread at a time.
   void make_all(const std::vector<int>& starts,
@@ -98,6 +103,10 @@ class Starts {
   const EnsemblePlan& plan() const { return plan_; }
 
  private:
+  struct Run;
+  /// Number of starts that one thread makes together.
+  std::size_t in_group() const;
+
   const Scene& scene_;
   EnsemblePlan plan_;
   std::vector<Column> columns_;

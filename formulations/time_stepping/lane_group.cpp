@@ -1,0 +1,323 @@
+#include "formulations/time_stepping/lane_group.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+#include <utility>
+
+#include "dynamics/system_functions.hpp"
+#include "formulations/time_stepping/moreau.hpp"
+
+namespace freeplay {
+namespace {
+
+constexpr int row_size = SparseRow::max_size;
+
+/// The start of a room of doubles at a multiple of 64 bytes.
+double* aligned(std::vector<double>& room, std::size_t size) {
+  room.assign(size + 8, 0);
+  const auto address = reinterpret_cast<std::uintptr_t>(room.data());
+  return room.data() + (64 - address % 64) % 64 / sizeof(double);
+}
+
+}  // namespace
+
+LaneGroup::LaneGroup(LaneFunctions functions, std::vector<Member> members)
+    : functions_(std::move(functions)),
+      members_(std::move(members)),
+      width_(functions_.lanes),
+      contacts_(static_cast<int>(functions_.contacts.size())),
+      times_(static_cast<std::size_t>(width_)) {
+  const auto& d = members_.front().stepper->data_;
+  const auto& system = d.system;
+  const int n = system.n(), m = system.rows(), K = contacts_, bodies = system.bodies(),
+            entries = static_cast<int>(d.middle.G.size());
+  const auto state = [&](Block& q, Block& v, Block& drive, Block& stabilisation, Block& gaps, Block& records,
+                         Block& totals, Block& ratios) {
+    return std::vector<std::pair<Block*, int>>{{&q, n},
+                                               {&v, n},
+                                               {&drive, 1},
+                                               {&stabilisation, 1},
+                                               {&gaps, K},
+                                               {&records, K * lane_record_size},
+                                               {&totals, lane_total_size},
+                                               {&ratios, functions_.ratios}};
+  };
+  const auto blocks = state(q_, v_, drive_, stabilisation_, gaps_, records_, totals_, ratios_);
+  divide(state_room_, blocks);
+  divide(saved_room_, state(saved_q_, saved_v_, saved_drive_, saved_stabilisation_, saved_gaps_,
+                            saved_records_, saved_totals_, saved_ratios_));
+  for (const auto& [block, size] : blocks) state_size_ += static_cast<std::size_t>(size * width_);
+  divide(work_room_, {{&middle_q_, n},
+                      {&cosine_, bodies},
+                      {&sine_, bodies},
+                      {&phi_t_, m},
+                      {&G_, entries},
+                      {&gamma_, m},
+                      {&factors_, functions_.factors},
+                      {&force_, n},
+                      {&lambda_, m},
+                      {&middle_gap_, K},
+                      {&normal_, K * row_size},
+                      {&tangent_, K * row_size},
+                      {&gamma_n_, K},
+                      {&gamma_t_, K},
+                      {&rates_, 4 * K},
+                      {&reach_, K},
+                      {&free_q_, n},
+                      {&t_middle_, 1},
+                      {&t_end_, 1},
+                      {&h_, 1},
+                      {&acts_, K},
+                      {&facts_, 2 * K},
+                      {&unused_, 1}});
+  const auto constants = members_.front().constants->size();
+  constants_ = aligned(constants_room_, constants * static_cast<std::size_t>(width_));
+  for (std::size_t i = 0; i < constants; ++i)
+    for (int lane = 0; lane < width_; ++lane) {
+      const auto member = std::min(static_cast<std::size_t>(lane), members_.size() - 1);
+      constants_[i * static_cast<std::size_t>(width_) + static_cast<std::size_t>(lane)] =
+          (*members_[member].constants)[i];
+    }
+  potential_ = system.has_potential();
+  q_one_.resize(static_cast<std::size_t>(n));
+  q_free_one_.resize(static_cast<std::size_t>(n));
+  connect();
+}
+
+/// Gives each block its place in a room.
+void LaneGroup::divide(std::vector<double>& room, const std::vector<std::pair<Block*, int>>& blocks) const {
+  int size = 0;
+  for (const auto& [block, count] : blocks) size += count * width_;
+  double* next = aligned(room, static_cast<std::size_t>(size));
+  for (const auto& [block, count] : blocks) {
+    *block = {next, count};
+    next += count * width_;
+  }
+}
+
+/// Collects the arguments of the functions.
+void LaneGroup::connect() {
+  const auto part = [&](const Block& block, int i) { return block.data + i * width_; };
+  middle_in_ = {t_middle_.data, h_.data, saved_q_.data, saved_v_.data, saved_ratios_.data};
+  middle_out_ = {middle_q_.data, cosine_.data, sine_.data,   phi_t_.data, G_.data,     gamma_.data,
+                 factors_.data,  unused_.data, force_.data,  v_.data,     lambda_.data, unused_.data};
+  end_in_ = {t_end_.data,  h_.data,     middle_q_.data, saved_v_.data, v_.data,     lambda_.data, force_.data,
+             phi_t_.data,  G_.data,     factors_.data,  cosine_.data,  sine_.data,  drive_.data,
+             stabilisation_.data, totals_.data};
+  end_out_ = {free_q_.data, q_.data,      unused_.data, unused_.data, drive_.data, stabilisation_.data,
+              unused_.data, unused_.data};
+  for (int k = 0; k < contacts_; ++k) {
+    for (double* x : {part(middle_gap_, k), part(normal_, row_size * k), part(tangent_, row_size * k),
+                      part(gamma_n_, k), part(gamma_t_, k), part(rates_, 4 * k)})
+      middle_out_.push_back(x);
+    end_out_.push_back(part(gaps_, k));
+    double *record = part(records_, lane_record_size * k);
+    contact_in_.push_back({h_.data, factors_.data, G_.data, part(normal_, row_size * k),
+                           part(tangent_, row_size * k), part(rates_, 4 * k), gamma_n_.data, gamma_t_.data,
+                           middle_gap_.data, normal_.data, v_.data, lambda_.data, force_.data, saved_v_.data,
+                           part(acts_, k), part(facts_, 2 * k), record, totals_.data});
+    contact_out_.push_back({v_.data, lambda_.data, force_.data, record, totals_.data});
+  }
+  middle_out_.push_back(reach_.data);
+  middle_out_.push_back(ratios_.data);
+  end_out_.push_back(totals_.data);
+}
+
+bool LaneGroup::fits(const MoreauStepper& s) {
+  return s.fixed() && !s.responses_.many() && !s.films_.any() && s.automatic_solver_ && s.resolution_.idle() &&
+         s.data_.system.functions().step.middle != nullptr;
+}
+
+bool LaneGroup::ready(int lane) const {
+  const auto& s = *members_[static_cast<std::size_t>(lane)].stepper;
+  const auto& log = *s.data_.log;
+  if (s.forces_.watching() || log.has_pending() || s.data_.reach != StepReach::all) return false;
+  int closed = 0;
+  for (int k = 0; k < contacts_; ++k) {
+    const auto& c = s.contacts_[k];
+    if (c.soft || c.closed) return false;
+    if (c.steps == 0 && !log.is_open(k)) continue;
+    if (c.steps == 0 || std::isfinite(log.undecided_since(k)) || ++closed > 1) return false;
+  }
+  return true;
+}
+
+void LaneGroup::load(int lane) {
+  const auto& member = members_[static_cast<std::size_t>(lane)];
+  const auto& s = *member.stepper;
+  const auto& d = s.data_;
+  auto& time = times_[static_cast<std::size_t>(lane)];
+  time = {.t = d.t, .t_start = s.t_start_, .step = s.step_, .index = s.index_};
+  const auto put = [&](const Block& block, const std::vector<double>& list) {
+    for (int i = 0; i < block.size; ++i) at(block, i, lane) = list[static_cast<std::size_t>(i)];
+  };
+  put(q_, d.q);
+  put(v_, d.v);
+  const auto& works = d.totals.integrals;
+  const auto& extremes = d.totals.extremes;
+  at(drive_, 0, lane) = works.drive;
+  at(stabilisation_, 0, lane) = works.stabilisation;
+  at(totals_, lane_contact_loss, lane) = works.contact;
+  at(totals_, lane_friction_loss, lane) = works.friction;
+  at(totals_, lane_lcp_residual, lane) = extremes.lcp_residual;
+  at(totals_, lane_lcp_residual_rate, lane) = extremes.lcp_residual_rate;
+  at(totals_, lane_constraint_length, lane) = extremes.constraint_length;
+  at(totals_, lane_constraint_angle, lane) = extremes.constraint_angle;
+  at(totals_, lane_passed, lane) = *member.passed;
+  for (int i = 0; i < ratios_.size; ++i) at(ratios_, i, lane) = 1;
+  for (int k = 0; k < contacts_; ++k) {
+    const auto& c = s.contacts_[k];
+    if (c.steps > 0) time.contact = k;
+    at(gaps_, k, lane) = c.gap;
+    at(facts_, 2 * k, lane) = c.restitution;
+    at(facts_, 2 * k + 1, lane) = s.tolerance_;
+    const auto record = [&](int i) -> double& { return at(records_, lane_record_size * k + i, lane); };
+    record(lane_impulse_n) = c.impulse_n;
+    record(lane_impulse_t) = c.impulse_t;
+    record(lane_last_n) = c.last_n;
+    record(lane_last_t) = c.last_t;
+    record(lane_u_n_minus) = c.u_n_minus;
+    record(lane_u_n_plus) = c.u_n_plus;
+    record(lane_u_t_plus) = c.u_t_plus;
+    record(lane_bias_n) = c.bias_n;
+    record(lane_bias_t) = c.bias_t;
+  }
+}
+
+void LaneGroup::store(int lane) {
+  const auto& member = members_[static_cast<std::size_t>(lane)];
+  const auto& time = times_[static_cast<std::size_t>(lane)];
+  if (time.steps == 0) return;
+  auto& s = *member.stepper;
+  auto& d = s.data_;
+  d.t = time.t;
+  s.index_ = time.index;
+  const auto take = [&](const Block& block, std::vector<double>& list) {
+    for (int i = 0; i < block.size; ++i) list[static_cast<std::size_t>(i)] = at(block, i, lane);
+  };
+  take(q_, d.q);
+  take(v_, d.v);
+  auto& works = d.totals.integrals;
+  auto& extremes = d.totals.extremes;
+  works.drive = at(drive_, 0, lane);
+  works.stabilisation = at(stabilisation_, 0, lane);
+  works.contact = at(totals_, lane_contact_loss, lane);
+  works.friction = at(totals_, lane_friction_loss, lane);
+  extremes.lcp_residual = at(totals_, lane_lcp_residual, lane);
+  extremes.lcp_residual_rate = at(totals_, lane_lcp_residual_rate, lane);
+  extremes.constraint_length = at(totals_, lane_constraint_length, lane);
+  extremes.constraint_angle = at(totals_, lane_constraint_angle, lane);
+  *member.passed = at(totals_, lane_passed, lane);
+  auto& work = d.totals.work;
+  work.steps += time.steps;
+  work.factorisations += time.steps;
+  work.rhs += time.steps;
+  work.lcp_solves += time.pressed;
+  if (const auto room = d.saddle.compiled_room(); room.usable) {
+    for (int i = 0; i < ratios_.size; ++i) room.ratios[i] = at(ratios_, i, lane);
+    d.saddle.take_compiled();
+  }
+  for (int k = 0; k < contacts_; ++k) {
+    auto& c = s.contacts_[k];
+    c.gap = at(gaps_, k, lane);
+    if (k != time.contact) continue;
+    const auto record = [&](int i) { return at(records_, lane_record_size * k + i, lane); };
+    c.impulse_n = record(lane_impulse_n);
+    c.impulse_t = record(lane_impulse_t);
+    c.last_n = record(lane_last_n);
+    c.last_t = record(lane_last_t);
+    c.u_n_minus = record(lane_u_n_minus);
+    c.u_n_plus = record(lane_u_n_plus);
+    c.u_t_plus = record(lane_u_t_plus);
+    c.bias_n = record(lane_bias_n);
+    c.bias_t = record(lane_bias_t);
+    c.steps += static_cast<int>(time.pressed);
+    c.t_pressed = time.t;
+  }
+}
+
+void LaneGroup::set_times() {
+  for (int lane = 0; lane < width_; ++lane) {
+    const auto& time = times_[static_cast<std::size_t>(lane)];
+    const double t = time.t_start + static_cast<double>(time.index + 1) * time.step, h = t - time.t;
+    at(t_end_, 0, lane) = t;
+    at(h_, 0, lane) = h;
+    at(t_middle_, 0, lane) = time.t + 0.5 * h;
+  }
+}
+
+/// The contacts' impulses. Returns the bits of lanes where other contacts act than the one that is
+/// closed, or where it is not solved.
+unsigned LaneGroup::meet_contacts(unsigned lanes) {
+  unsigned other = 0;
+  for (int k = 0; k < contacts_; ++k) {
+    unsigned acting = 0;
+    for (int lane = 0; lane < width_; ++lane) {
+      const bool acts = at(reach_, k, lane) <= 0, closed = times_[static_cast<std::size_t>(lane)].contact == k;
+      if (acts) acting |= 1u << lane;
+      if (acts != closed) other |= 1u << lane;
+      at(acts_, k, lane) = acts ? 1 : 0;
+    }
+    acting &= lanes & ~other;
+    if (acting == 0) continue;
+    const auto which = static_cast<std::size_t>(k);
+    other |= acting & static_cast<unsigned>(functions_.contacts[which](constants_, contact_in_[which].data(),
+                                                                       contact_out_[which].data()));
+  }
+  return other;
+}
+
+/// The work of the correction of positions against gravity and springs.
+void LaneGroup::account_potential(unsigned lanes) {
+  for (int lane = 0; lane < static_cast<int>(members_.size()); ++lane) {
+    if ((lanes >> lane & 1) == 0) continue;
+    for (int i = 0; i < q_.size; ++i) {
+      q_one_[static_cast<std::size_t>(i)] = at(q_, i, lane);
+      q_free_one_[static_cast<std::size_t>(i)] = at(free_q_, i, lane);
+    }
+    const auto& system = members_[static_cast<std::size_t>(lane)].stepper->data_.system;
+    const double before = system.potential(q_free_one_.data());
+    at(stabilisation_, 0, lane) += system.potential(q_one_.data()) - before;
+  }
+}
+
+/// Takes back the present step of these lanes.
+void LaneGroup::restore(unsigned lanes) {
+  const auto quantities = state_size_ / static_cast<std::size_t>(width_);
+  for (int lane = 0; lane < width_; ++lane) {
+    if ((lanes >> lane & 1) == 0) continue;
+    for (std::size_t i = 0; i < quantities; ++i) {
+      const auto place = i * static_cast<std::size_t>(width_) + static_cast<std::size_t>(lane);
+      q_.data[place] = saved_q_.data[place];
+    }
+  }
+}
+
+unsigned LaneGroup::advance(unsigned lanes, long most) {
+  for (done_ = 0; done_ < most; ++done_) {
+    std::memcpy(saved_q_.data, q_.data, state_size_ * sizeof(double));
+    set_times();
+    auto bad = static_cast<unsigned>(functions_.middle(constants_, middle_in_.data(), middle_out_.data()));
+    bad |= meet_contacts(lanes);
+    if ((bad & lanes) != lanes) {
+      bad |= static_cast<unsigned>(functions_.end(constants_, end_in_.data(), end_out_.data()));
+      if (potential_) account_potential(lanes & ~bad);
+    }
+    bad &= lanes;
+    for (int lane = 0; lane < width_; ++lane) {
+      if ((bad >> lane & 1) != 0) continue;
+      auto& time = times_[static_cast<std::size_t>(lane)];
+      time.t = at(t_end_, 0, lane);
+      ++time.index;
+      ++time.steps;
+      time.pressed += time.contact >= 0 ? 1 : 0;
+    }
+    if (bad == 0) continue;
+    restore(bad);
+    return bad;
+  }
+  return 0;
+}
+
+}  // namespace freeplay

@@ -1,0 +1,86 @@
+// LaneGroup: makes ordinary fixed steps of several MoreauSteppers together, by the functions of
+// dynamics/lane_functions.hpp. Each stepper has a lane while its steps are ordinary; all its data that
+// such steps change are then in the group. A lane whose next step is not ordinary is stored back, and
+// the stepper makes that step itself. Both ways give the same digits.
+//
+// Usage: ready() tells whether a lane may be loaded; load(), advance(), store().
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "dynamics/lane_functions.hpp"
+
+namespace freeplay {
+
+class MoreauStepper;
+
+class LaneGroup {
+ public:
+  /// A stepper, the constants of its functions, and its greatest energy (EnergyLedger::passed), which
+  /// its owner keeps. Pointers, not owned.
+  struct Member {
+    MoreauStepper* stepper;
+    const std::vector<double>* constants;
+    double* passed;
+  };
+  /// At most as many members as the functions have lanes.
+  LaneGroup(LaneFunctions functions, std::vector<Member> members);
+  LaneGroup(const LaneGroup&) = delete;
+
+  /// Whether steps of this stepper can be in a group at all.
+  static bool fits(const MoreauStepper& stepper);
+  /// Whether the next step may be ordinary: no contact has only just closed or opened.
+  bool ready(int lane) const;
+  double t(int lane) const { return times_[static_cast<std::size_t>(lane)].t; }
+  void load(int lane);
+  void store(int lane);
+  /// Makes steps of these lanes (a bit for each) until `most` are done or a lane's step is not
+  /// ordinary. Returns the bits of those lanes; the other lanes have made that step.
+  unsigned advance(unsigned lanes, long most);
+  /// Number of steps of the last advance() that all its lanes have made.
+  long done() const { return done_; }
+
+ private:
+  /// An array of the functions: `size` quantities of all lanes.
+  struct Block {
+    double* data = nullptr;
+    int size = 0;
+  };
+  struct Times {
+    double t = 0, t_start = 0, step = 1;  // s
+    long index = 0;
+    long steps = 0, pressed = 0;  // since load(): all steps, and those of a contact
+    int contact = -1;             // that is closed
+  };
+  void divide(std::vector<double>& room, const std::vector<std::pair<Block*, int>>& blocks) const;
+  void connect();
+  double& at(const Block& block, int i, int lane) const { return block.data[i * width_ + lane]; }
+  void set_times();
+  unsigned meet_contacts(unsigned lanes);
+  void account_potential(unsigned lanes);
+  void restore(unsigned lanes);
+
+  LaneFunctions functions_;
+  std::vector<Member> members_;
+  int width_, contacts_;
+  std::vector<Times> times_;
+  std::vector<double> constants_room_, state_room_, saved_room_, work_room_;
+  std::size_t state_size_ = 0;
+  double* constants_ = nullptr;
+  // Changed by steps; `saved` has their values before the present one.
+  Block q_, v_, drive_, stabilisation_, gaps_, records_, totals_, ratios_;
+  Block saved_q_, saved_v_, saved_drive_, saved_stabilisation_, saved_gaps_, saved_records_, saved_totals_,
+      saved_ratios_;
+  Block middle_q_, cosine_, sine_, phi_t_, G_, gamma_, factors_, force_, lambda_, middle_gap_, normal_,
+      tangent_, gamma_n_, gamma_t_, rates_, reach_, free_q_, t_middle_, t_end_, h_, acts_, facts_, unused_;
+  std::vector<const double*> middle_in_, end_in_;
+  std::vector<double*> middle_out_, end_out_;
+  std::vector<std::vector<const double*>> contact_in_;
+  std::vector<std::vector<double*>> contact_out_;
+  bool potential_ = false;
+  std::vector<double> q_one_, q_free_one_;  // of one lane
+  long done_ = 0;
+};
+
+}  // namespace freeplay

@@ -1,0 +1,83 @@
+// Compiled functions of steps of the midpoint rule in lanes (numerics/trace.hpp): trajectories of
+// mechanisms of one structure, side by side. They do ordinary steps only: at most one contact acts,
+// and it was closed before the step and stays closed, with a solution in closed form; no gap is
+// negative at the end. A bit of the result marks each lane whose step is another one; the single path
+// (formulations/time_stepping/) then makes that step. All digits are those of the single path.
+//
+// The functions are those of StepFunctions (system_functions.hpp) with these differences. Below, K is
+// the number of contacts, and records and totals are as in the enumerations.
+//
+//     middle:    in also lowest pivot ratios so far
+//                out no pivot ratios and no second G; also, after the contacts, the gap that each contact
+//                would have at the end without impulses, and the lowest ratios
+//     contact:   response, solution and push of a contact in one,
+//                in h, F, G, the contact's normal and tangent row, rates, γ_n and γ_t of all contacts,
+//                gaps, normal rows of all contacts, v, λ, h f, v₀, whether it acts (1 or 0), its
+//                coefficient of restitution and the tolerance, its record, totals
+//                out v, λ, h f, record, totals; all unchanged where it does not act
+//     end:       in also totals
+//                out no λ/h, mean velocity, residuals and sum; also totals, after the gaps
+#pragma once
+
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "numerics/saddle_point.hpp"
+#include "numerics/trace.hpp"
+#include "values/state.hpp"
+
+namespace freeplay {
+
+class System;
+
+/// Quantities of a contact that the steps in lanes change.
+enum LaneRecord {
+  lane_impulse_n,
+  lane_impulse_t,
+  lane_last_n,
+  lane_last_t,
+  lane_u_n_minus,
+  lane_u_n_plus,
+  lane_u_t_plus,
+  lane_bias_n,
+  lane_bias_t,
+  lane_record_size
+};
+/// Totals of a run that the steps in lanes change.
+enum LaneTotal {
+  lane_contact_loss,
+  lane_friction_loss,
+  lane_lcp_residual,
+  lane_lcp_residual_rate,
+  lane_constraint_length,
+  lane_constraint_angle,
+  lane_passed,
+  lane_total_size
+};
+
+/// The functions, and the sizes of their arrays.
+struct LaneFunctions {
+  int lanes = 0;
+  CompiledFunction middle = nullptr, end = nullptr;
+  std::vector<CompiledFunction> contacts;
+  int factors = 0, ratios = 0;
+  std::shared_ptr<const void> object;  ///< keeps the functions loaded
+};
+
+/// The traced functions of one System. Systems with the same text share the compiled functions, each
+/// lane with its own constants.
+struct TracedLanes {
+  TracedObject object{0};
+  bool traced = false;
+  int factors = 0, ratios = 0;
+  LaneFunctions functions(const CompiledFunction* table) const;
+};
+
+/// Traces a System near a state; `traced` is false if it has no such functions.
+TracedLanes trace_lanes(const System& system, const State& near, RowFacts facts, int lanes);
+
+/// Number of lanes that fill a vector register of this machine.
+int lanes_of_machine();
+
+}  // namespace freeplay

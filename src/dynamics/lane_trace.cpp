@@ -1,0 +1,248 @@
+// Traces the functions of steps in lanes (lane_functions.hpp). The operations and their order are those
+// of formulations/time_stepping and formulations/contact/closed_form.cpp for the steps that lanes do.
+#include <array>
+
+#include "dynamics/lane_functions.hpp"
+#include "dynamics/system_functions.hpp"
+#include "dynamics/system_tracer.hpp"
+
+namespace freeplay {
+namespace {
+
+/// As in closed_form.cpp.
+constexpr double same_freedom = 1e-12;
+
+Traced less(const Traced& a, const Traced& b) { return holds(a, Relation::less, b); }
+Traced at_most(const Traced& a, const Traced& b) { return holds(a, Relation::less_equal, b); }
+/// std::min(a, b)
+Traced least(const Traced& a, const Traced& b) { return select(less(b, a), b, a); }
+
+/// The impulses of one contact in closed form, and what the step requires of them.
+struct ClosedForm {
+  Traced normal, tangent;    // N s
+  Traced residual, residual_rate;
+  std::vector<Traced> conditions;
+};
+
+/// ContactProblem::solve() of a contact with friction, where it is pressed and regular.
+ClosedForm with_friction(const std::array<Traced, 3>& D, const Traced& bn0, const Traced& bt,
+                         const Traced& target, const Traced& friction, const Traced& tolerance) {
+  ClosedForm s;
+  const auto &nn = D[0], &nt = D[1], &tt = D[2];
+  const auto need = [&](const Traced& condition) { s.conditions.push_back(condition); };
+  const Traced bn = bn0 - target;
+  need(less(bn, 0));
+  const Traced determinant = nn * tt - nt * nt;
+  need(less(Traced(same_freedom) * nn * tt, determinant));
+  const Traced Pn = (-bn * tt + bt * nt) / determinant, Pt = (-bt * nn + bn * nt) / determinant;
+  const Traced sticks = both(at_most(0, Pn), at_most(abs(Pt), friction * Pn));
+  std::array<Traced, 2> slips, P, T;
+  for (int i = 0; i < 2; ++i) {
+    const Traced s_mu = i == 0 ? friction : -friction, slope = nn - s_mu * nt;
+    P[i] = -bn / slope;
+    T[i] = i == 0 ? -(friction * P[i]) : friction * P[i];
+    const Traced rate = bt + nt * P[i] + tt * T[i];
+    slips[i] = both(less(0, slope), both(at_most(0, P[i]), at_most(0, i == 0 ? rate : -rate)));
+  }
+  need(either(sticks, either(slips[0], slips[1])));
+  s.normal = select(sticks, Pn, select(slips[0], P[0], P[1]));
+  s.tangent = select(sticks, Pt, select(slips[0], T[0], T[1]));
+  need(less(0, s.normal));
+  need(less(friction * abs(nt), nn));  // no other motion
+  const Traced u = bt + nt * s.normal + tt * s.tangent, bound = friction * s.normal;
+  const Traced signed_bound = select(less(u, 0), -bound, bound);
+  const std::array<Traced, 3> x{least(abs(nn) * s.normal, bn0 + nn * s.normal + nt * s.tangent - target),
+                                least(abs(u), tt * abs(s.tangent + signed_bound)),
+                                tt * max(0, abs(s.tangent) - bound)};
+  Traced unfinished = s.tangent - s.tangent;
+  for (const auto& one : x) {
+    s.residual_rate = max(s.residual_rate, abs(one));
+    unfinished += one - one;
+  }
+  need(holds(unfinished, Relation::equal, 0));
+  const Traced size = max(max(max(Traced(0), abs(bn0)), abs(target)), abs(bt));
+  need(both(less(0, size), at_most(s.residual_rate, tolerance * size)));
+  s.residual = s.residual_rate / size;
+  return s;
+}
+
+/// The same without friction.
+ClosedForm frictionless(const Traced& nn, const Traced& bn0, const Traced& target, const Traced& tolerance) {
+  ClosedForm s;
+  const auto need = [&](const Traced& condition) { s.conditions.push_back(condition); };
+  s.normal = -(bn0 - target) / nn;
+  need(less(0, s.normal));
+  need(less(0, nn));
+  const Traced x = least(abs(nn) * s.normal, bn0 + nn * s.normal - target);
+  s.residual_rate = max(0, abs(x));
+  need(holds(x - x, Relation::equal, 0));
+  const Traced size = max(max(Traced(0), abs(bn0)), abs(target));
+  need(both(less(0, size), at_most(s.residual_rate, tolerance * size)));
+  s.residual = s.residual_rate / size;
+  return s;
+}
+
+}  // namespace
+
+void SystemTracer::lanes(TracedObject& object, const SaddlePoint& saddle) {
+  step_middle(object, saddle);
+  step_end(object, saddle);
+  for (int k = 0; k < system_.contacts(); ++k) lanes_contact(object, saddle, k);
+}
+
+void SystemTracer::lanes_middle(Trace& trace, const Traced& h, const List& ratios, const List& v) {
+  const int after = 12 + 6 * system_.contacts();
+  for (int k = 0; k < system_.contacts(); ++k) {
+    const auto& row = step_rows_[static_cast<std::size_t>(k)];
+    trace.output(after, k, row.gap + 0.5 * h * (row.normal.dot(v.data()) - 0.25 * h * row.gamma_n));
+  }
+  lane_ratios_ = static_cast<int>(ratios.size());
+  for (std::size_t i = 0; i < ratios.size(); ++i) {
+    const int at = static_cast<int>(i);
+    trace.output(after + 1, at, least(trace.input(4, at, 1), ratios[i]));
+  }
+}
+
+void SystemTracer::lanes_contact(TracedObject& object, const SaddlePoint& saddle, int contact) {
+  const auto& sample = step_rows_[static_cast<std::size_t>(contact)];
+  const auto n = static_cast<std::size_t>(system_.n()), m = static_cast<std::size_t>(system_.rows());
+  Trace trace(object, "lanes_contact_" + std::to_string(contact));
+  const auto h = trace.input(0, 0, 1e-5);
+  const auto F = inputs_like(trace, 1, step_F_), G = inputs_like(trace, 2, step_G_);
+  const auto normal = row_of(trace, sample.normal, 3), tangent = row_of(trace, sample.tangent, 4);
+  const bool rubs = tangent.size > 0;
+  const auto rates = trace.inputs(5, std::vector<double>(3, 1));  // normal and tangential at v, normal at v₀
+  const auto of_all = [&](int array, int k) { return trace.input(array, k, 1); };
+  auto v = trace.inputs(10, at_.v), lambda = trace.inputs(11, std::vector<double>(m, 1)),
+       f = trace.inputs(12, std::vector<double>(n, 1));
+  const auto v_old = trace.inputs(13, at_.v);
+  const auto acts = less(0, trace.input(14, 0, 1));
+  const auto restitution = trace.input(15, 0, 0.5), tolerance = trace.input(15, 1, 1e-10);
+  const auto record = trace.inputs(16, std::vector<double>(lane_record_size, 1)),
+             totals = trace.inputs(17, std::vector<double>(lane_total_size, 1));
+
+  List a(n), a_reaction(m), b(n), b_reaction(m);
+  response(saddle, G, F, normal, a, a_reaction);
+  const Traced nn = normal.dot(a.data());
+  std::array<Traced, 3> D{nn, 0, 0};
+  if (rubs) {
+    D[1] = tangent.dot(a.data());
+    response(saddle, G, F, tangent, b, b_reaction);
+    D[2] = tangent.dot(b.data());
+  }
+  const Traced bias_n = 0.5 * h * of_all(6, contact), bias_t = 0.5 * h * of_all(7, contact);
+  const Traced u_n_minus = rates[2] + bias_n, target = -restitution * u_n_minus;
+  const Traced bn = rates[0] + -bias_n;
+  const auto s = rubs ? with_friction(D, bn, rates[1] + -bias_t, target,
+                                      *system_.contact_facts(contact).surface.friction, tolerance)
+                      : frictionless(nn, bn, target, tolerance);
+  for (const auto& condition : s.conditions) trace.require(condition);
+
+  const auto put = [&](int array, const List& before, const List& x) {
+    for (std::size_t i = 0; i < x.size(); ++i)
+      if (x[i].node != before[i].node)
+        trace.output(array, static_cast<int>(i), select(acts, x[i], before[i]));
+  };
+  const auto v_before = v, lambda_before = lambda, f_before = f;
+  for (std::size_t i = 0; i < n; ++i) v[i] = v[i] + s.normal * a[i] + s.tangent * b[i];
+  for (std::size_t k = 0; k < m; ++k)
+    lambda[k] = lambda[k] + s.normal * a_reaction[k] + s.tangent * b_reaction[k];
+  normal.add_to(f.data(), s.normal);
+  tangent.add_to(f.data(), s.tangent);
+  put(0, v_before, v);
+  put(1, lambda_before, lambda);
+  put(2, f_before, f);
+  List mean(n);
+  for (std::size_t i = 0; i < n; ++i) mean[i] = 0.5 * (v_old[i] + v[i]);
+
+  // No other contact may act then.
+  for (int k = 0; k < system_.contacts(); ++k) {
+    if (k == contact) continue;
+    const auto& pattern = step_rows_[static_cast<std::size_t>(k)].normal;
+    Traced rate;
+    for (int i = 0; i < pattern.size; ++i)
+      rate += of_all(9, SparseRow::max_size * k + i) * v[static_cast<std::size_t>(pattern.column[i])];
+    trace.require(less(0, of_all(8, k) + 0.5 * h * (rate - 0.25 * h * of_all(6, k))));
+  }
+
+  auto now = record, sums = totals;
+  now[lane_impulse_n] += s.normal;
+  now[lane_last_n] = s.normal;
+  now[lane_u_n_minus] = u_n_minus;
+  now[lane_u_n_plus] = normal.dot(v.data()) - bias_n;
+  now[lane_bias_n] = bias_n;
+  now[lane_bias_t] = bias_t;
+  sums[lane_contact_loss] -= s.normal * normal.dot(mean.data());
+  if (rubs) {
+    now[lane_impulse_t] += s.tangent;
+    now[lane_last_t] = s.tangent;
+    now[lane_u_t_plus] = tangent.dot(v.data()) - bias_t;
+    sums[lane_friction_loss] -= s.tangent * tangent.dot(mean.data());
+  }
+  sums[lane_lcp_residual] = max(sums[lane_lcp_residual], s.residual);
+  sums[lane_lcp_residual_rate] = max(sums[lane_lcp_residual_rate], s.residual_rate);
+  put(3, record, now);
+  put(4, totals, sums);
+}
+
+void SystemTracer::lanes_end(Trace& trace, const List& q, const List& v, const Traced& drive,
+                             const Traced& sum, const EvaluationOf<Traced>& e) {
+  const List rest(q.size());
+  for (int k = 0; k < system_.contacts(); ++k) {
+    ContactRowOf<Traced> row;
+    system_.contact(k, q.data(), rest.data(), e, row);
+    trace.output(8 + k, 0, row.gap);
+    trace.require(at_most(0, row.gap));
+  }
+  trace.require(holds(sum - sum, Relation::equal, 0));
+  const auto totals = trace.inputs(14, std::vector<double>(lane_total_size, 1));
+  const int array = 8 + system_.contacts();
+  const auto worst = residuals(e);
+  trace.output(array, lane_constraint_length, max(totals[lane_constraint_length], worst[0]));
+  trace.output(array, lane_constraint_angle, max(totals[lane_constraint_angle], worst[1]));
+  Traced kinetic;
+  for (std::size_t i = 0; i < v.size(); ++i) kinetic += Traced(0.5 * system_.mass()[i]) * v[i] * v[i];
+  trace.output(array, lane_passed, max(max(totals[lane_passed], kinetic), abs(drive)));
+}
+
+LaneFunctions TracedLanes::functions(const CompiledFunction* table) const {
+  LaneFunctions f;
+  f.lanes = object.lanes();
+  f.factors = factors;
+  f.ratios = ratios;
+  f.middle = *table++;
+  f.end = *table++;
+  while (*table) f.contacts.push_back(*table++);
+  return f;
+}
+
+TracedLanes trace_lanes(const System& system, const State& near, RowFacts facts, int lanes) {
+  TracedLanes found;
+  found.object = TracedObject(lanes);
+  if (facts.redundant || !SystemTracer::steps(system) || system.has_loads()) return found;
+  const SaddlePoint saddle(system.mass(), system.pattern(), SolvePath::automatic, facts);
+  if (!saddle.dense()) return found;
+  try {
+    SystemTracer tracer(system, near, 1e-6);
+    TracedObject unused;
+    tracer.place(unused);
+    std::vector<int> counts;
+    tracer.lanes(found.object, saddle);
+    found.factors = tracer.lane_factors();
+    found.ratios = tracer.lane_ratios();
+    found.traced = true;
+  } catch (const NotTraceable&) {
+    found.traced = false;
+  }
+  return found;
+}
+
+int lanes_of_machine() {
+#if defined(__x86_64__)
+  return __builtin_cpu_supports("avx512f") ? 8 : 4;
+#else
+  return 4;
+#endif
+}
+
+}  // namespace freeplay
