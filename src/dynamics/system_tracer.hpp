@@ -134,6 +134,8 @@ class SystemTracer {
   List residuals(const EvaluationOf<Traced>& e) const;
   void lanes_middle(Trace& trace, const Traced& h, const List& ratios, const List& v);
   void lanes_contact(TracedObject& object, const SaddlePoint& saddle, int contact);
+  void lanes_open(TracedObject& object, const SaddlePoint& saddle, int contact);
+  Traced gap_at(int contact, const List& q, const EvaluationOf<Traced>& e) const;
   void lanes_end(Trace& trace, const List& q, const List& v, const Traced& drive, const Traced& sum,
                  const EvaluationOf<Traced>& e);
   /// coordinates() without guards, for arrays that another function has checked.
