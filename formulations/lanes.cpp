@@ -15,9 +15,9 @@ namespace {
 using Laned = Marched<MoreauStepper>;
 
 /// Ordinary steps that are worth the way into a lane and out of it.
-constexpr double fewest_steps = 8;
+constexpr double fewest_ordinary = 8;
 /// After as many steps, stop requests are looked for.
-constexpr double most_steps = 1000;
+constexpr double most_at_once = 1000;
 
 struct Lane {
   const LaneRun* run = nullptr;  // null: none
@@ -31,7 +31,7 @@ struct Lane {
   double unseen() const {
     const auto& s = formulation->stepper();
     const double end = std::min(run->next_shown(), run->until);
-    return std::min(std::floor((end - s.t()) / s.fixed_length() - 1.01), most_steps);
+    return std::min(std::floor((end - s.t()) / s.fixed_length() - 1.01), most_at_once);
   }
 };
 
@@ -65,7 +65,7 @@ std::vector<Ending> run_in_lanes(const LaneFunctions& functions, const std::vect
   const auto walk = [&](int i, Lane& lane) {
     while (lane.steps->step()) {
       lane.left = lane.unseen();
-      if (!(lane.left >= fewest_steps && group.ready(i))) continue;
+      if (!(lane.left >= fewest_ordinary && group.ready(i))) continue;
       group.load(i);
       lane.inside = true;
       return;
@@ -74,7 +74,7 @@ std::vector<Ending> run_in_lanes(const LaneFunctions& functions, const std::vect
   };
   for (;;) {
     unsigned inside = 0;
-    double most = most_steps;
+    double most = most_at_once;
     for (int i = 0; i < functions.lanes; ++i) {
       auto& lane = lanes[static_cast<std::size_t>(i)];
       while (!lane.inside && (lane.run || next < runs.size())) {

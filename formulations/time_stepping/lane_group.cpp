@@ -83,7 +83,8 @@ void LaneGroup::enter(int lane, const Member& member) {
   const auto& list = *member.constants;
   const auto width = static_cast<std::size_t>(width_);
   if (!constants_) constants_ = aligned(constants_room_, list.size() * width);
-  for (std::size_t i = 0; i < list.size(); ++i) constants_[i * width + static_cast<std::size_t>(lane)] = list[i];
+  for (std::size_t i = 0; i < list.size(); ++i)
+    constants_[i * width + static_cast<std::size_t>(lane)] = list[i];
 }
 
 /// Gives each block its place in a room.
@@ -101,27 +102,28 @@ void LaneGroup::divide(std::vector<double>& room, const std::vector<std::pair<Bl
 void LaneGroup::connect() {
   const auto part = [&](const Block& block, int i) { return block.data + i * width_; };
   middle_in_ = {t_middle_.data, h_.data, saved_q_.data, saved_v_.data, saved_ratios_.data};
-  middle_out_ = {middle_q_.data, cosine_.data, sine_.data,   phi_t_.data, G_.data,     gamma_.data,
-                 factors_.data,  unused_.data, force_.data,  v_.data,     lambda_.data, unused_.data};
-  end_in_ = {t_end_.data,  h_.data,     middle_q_.data, saved_v_.data, v_.data,     lambda_.data, force_.data,
-             phi_t_.data,  G_.data,     factors_.data,  cosine_.data,  sine_.data,  drive_.data,
-             stabilisation_.data, totals_.data};
-  end_out_ = {free_q_.data, q_.data,      unused_.data, unused_.data, drive_.data, stabilisation_.data,
-              unused_.data, unused_.data};
+  middle_out_ = {middle_q_.data, cosine_.data, sine_.data,  phi_t_.data, G_.data,      gamma_.data,
+                 factors_.data,  unused_.data, force_.data, v_.data,     lambda_.data, unused_.data};
+  end_in_ = {
+      t_end_.data, h_.data, middle_q_.data, saved_v_.data, v_.data,    lambda_.data, force_.data,
+      phi_t_.data, G_.data, factors_.data,  cosine_.data,  sine_.data, drive_.data,  stabilisation_.data,
+      totals_.data};
+  end_out_ = {free_q_.data,        q_.data,      unused_.data, unused_.data, drive_.data,
+              stabilisation_.data, unused_.data, unused_.data};
   for (int k = 0; k < contacts_; ++k) {
     for (double* x : {part(middle_gap_, k), part(normal_, row_size * k), part(tangent_, row_size * k),
                       part(gamma_n_, k), part(gamma_t_, k), part(rates_, 4 * k)})
       middle_out_.push_back(x);
     end_out_.push_back(part(gaps_, k));
-    double *record = part(records_, lane_record_size * k);
+    double* record = part(records_, lane_record_size * k);
     contact_in_.push_back({h_.data, factors_.data, G_.data, part(normal_, row_size * k),
                            part(tangent_, row_size * k), part(rates_, 4 * k), gamma_n_.data, gamma_t_.data,
                            middle_gap_.data, normal_.data, v_.data, lambda_.data, force_.data, saved_v_.data,
                            part(acts_, k), part(facts_, 2 * k), record, totals_.data});
     contact_out_.push_back({v_.data, lambda_.data, force_.data, record, totals_.data});
     open_in_.push_back({t_end_.data, middle_q_.data, cosine_.data, sine_.data, factors_.data, G_.data,
-                        part(normal_, row_size * k), q_.data, gaps_.data, part(opens_, k), totals_.data, record,
-                        part(facts_, 2 * k)});
+                        part(normal_, row_size * k), q_.data, gaps_.data, part(opens_, k), totals_.data,
+                        record, part(facts_, 2 * k)});
     open_out_.push_back({q_.data, gaps_.data, totals_.data, record});
   }
   middle_out_.push_back(reach_.data);
@@ -130,8 +132,8 @@ void LaneGroup::connect() {
 }
 
 bool LaneGroup::fits(const MoreauStepper& s) {
-  return s.fixed() && !s.responses_.many() && !s.films_.any() && s.automatic_solver_ && s.resolution_.idle() &&
-         s.data_.system.functions().step.middle != nullptr;
+  return s.fixed() && !s.responses_.many() && !s.films_.any() && s.automatic_solver_ &&
+         s.resolution_.idle() && s.data_.system.functions().step.middle != nullptr;
 }
 
 bool LaneGroup::ready(int lane) const {
@@ -261,7 +263,8 @@ unsigned LaneGroup::meet_contacts(unsigned lanes) {
   for (int k = 0; k < contacts_; ++k) {
     unsigned acting = 0;
     for (int lane = 0; lane < width_; ++lane) {
-      const bool acts = at(reach_, k, lane) <= 0, closed = times_[static_cast<std::size_t>(lane)].contact == k;
+      const bool acts = at(reach_, k, lane) <= 0,
+                 closed = times_[static_cast<std::size_t>(lane)].contact == k;
       if (acts) acting |= 1u << lane;
       if (acts != closed) other |= 1u << lane;
       at(acts_, k, lane) = acts ? 1 : 0;

@@ -76,7 +76,8 @@ class LaneGroup {
   Block saved_q_, saved_v_, saved_drive_, saved_stabilisation_, saved_gaps_, saved_records_, saved_totals_,
       saved_ratios_;
   Block middle_q_, cosine_, sine_, phi_t_, G_, gamma_, factors_, force_, lambda_, middle_gap_, normal_,
-      tangent_, gamma_n_, gamma_t_, rates_, reach_, free_q_, t_middle_, t_end_, h_, acts_, opens_, facts_, unused_;
+      tangent_, gamma_n_, gamma_t_, rates_, reach_, free_q_, t_middle_, t_end_, h_, acts_, opens_, facts_,
+      unused_;
   std::vector<const double*> middle_in_, end_in_;
   std::vector<double*> middle_out_, end_out_;
   std::vector<std::vector<const double*>> contact_in_, open_in_;

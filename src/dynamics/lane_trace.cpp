@@ -19,7 +19,7 @@ Traced least(const Traced& a, const Traced& b) { return select(less(b, a), b, a)
 
 /// The impulses of one contact in closed form, and what the step requires of them.
 struct ClosedForm {
-  Traced normal, tangent;    // N s
+  Traced normal, tangent;  // N s
   Traced residual, residual_rate;
   std::vector<Traced> conditions;
 };

@@ -127,8 +127,8 @@ class SystemTracer {
   void step_end(TracedObject& object, const SaddlePoint& saddle);
   void step_reached(TracedObject& object);
   void step_response(TracedObject& object, const SaddlePoint& saddle, int contact);
-  void response(const SaddlePoint& saddle, const List& G, const List& F, const SparseRowOf<Traced>& row, List& a,
-                List& lambda) const;
+  void response(const SaddlePoint& saddle, const List& G, const List& F, const SparseRowOf<Traced>& row,
+                List& a, List& lambda) const;
   static SparseRowOf<Traced> row_of(Trace& trace, const SparseRowOf<Traced>& row, int array);
   /// The greatest |Φ| in m and in rad.
   List residuals(const EvaluationOf<Traced>& e) const;

@@ -375,7 +375,8 @@ std::vector<Result> Simulation::run_together(const std::vector<Together>& all, l
   std::vector<Result> results;
   for (std::size_t k = 0; k < all.size(); ++k) {
     auto& run = *runs[k];
-    results.push_back(run.finish(endings[k] ? *endings[k] : all[k].simulation->it_->form->run(run.until, run.watch)));
+    results.push_back(
+        run.finish(endings[k] ? *endings[k] : all[k].simulation->it_->form->run(run.until, run.watch)));
   }
   return results;
 }

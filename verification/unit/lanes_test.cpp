@@ -1,7 +1,7 @@
 // Runs in lanes (formulations/lanes.hpp) against each run alone in the general evaluation. The expected
 // digits are those of the general evaluation, which other tests compare with closed forms.
-#include <catch2/catch.hpp>
 #include <fmt/format.h>
+#include <catch2/catch.hpp>
 
 #include <cmath>
 #include <cstdlib>
@@ -27,7 +27,8 @@ struct LaneCacheForTests {
 /// four bars that hang on loose pins.
 class LaneScenes {
  public:
-  LaneScenes(unsigned seed, int index) : random_(seed + 7919 * static_cast<unsigned>(index)), kind_(index % 3) {
+  LaneScenes(unsigned seed, int index)
+      : random_(seed + 7919 * static_cast<unsigned>(index)), kind_(index % 3) {
     loose_ = kind_ == 2 ? 15 : 1 + static_cast<int>(random_() % 7);
     bars_ = 1 + index / 3 % 4;
     rubs_ = random_() % 4 != 0;
@@ -61,7 +62,8 @@ class LaneScenes {
   std::string pin(const char* name, const std::string& ends, int bit) {
     auto text = fmt::format("[joints.{}]\ntype = \"revolute\"\n{}\n", name, ends);
     if ((loose_ >> bit & 1) != 0)
-      text += fmt::format("clearance = {}\nbearing_radius = 0.01\nsurface = \"steel\"\n", between(1e-4, 8e-4));
+      text +=
+          fmt::format("clearance = {}\nbearing_radius = 0.01\nsurface = \"steel\"\n", between(1e-4, 8e-4));
     return text;
   }
   std::string driven() {
@@ -111,7 +113,7 @@ class LaneScenes {
   double sizes_[3], angle_, step_;
 };
 
-void check_same(const Result& a, const Result& b) {
+void check_same_in_lanes(const Result& a, const Result& b) {
   CHECK(a.ending.status == b.ending.status);
   CHECK(a.final_state.t == b.final_state.t);
   CHECK(a.final_state.q == b.final_state.q);
@@ -138,8 +140,8 @@ void check_same(const Result& a, const Result& b) {
     CHECK(p.contact == q.contact);
     CHECK(std::vector{p.t, p.crank_angle, p.v_n_minus, p.v_n_plus, p.v_t_minus, p.v_t_plus, p.impulse_n,
                       p.impulse_t, p.duration} == std::vector{q.t, q.crank_angle, q.v_n_minus, q.v_n_plus,
-                                                              q.v_t_minus, q.v_t_plus, q.impulse_n, q.impulse_t,
-                                                              q.duration});
+                                                              q.v_t_minus, q.v_t_plus, q.impulse_n,
+                                                              q.impulse_t, q.duration});
   }
 }
 
@@ -160,16 +162,16 @@ void compare_lanes(unsigned seed, int index, double steps, LaneCounts& counts) {
     together.emplace_back(scene, "nonsmooth", SimulationOptions{.compile = Compile::always});
   std::vector<Simulation::Together> all;
   for (std::size_t i = 0; i < together.size(); ++i)
-    all.push_back({&together[i],
-                   {.until = kind.step() * (steps - 7.3 * static_cast<double>(i))},
-                   [] { return INFINITY; }});
+    all.push_back({&together[i], {.until = kind.step() * (steps - 7.3 * static_cast<double>(i))}, [] {
+                     return INFINITY;
+                   }});
   long in_lanes = 0;
   const auto found = Simulation::run_together(all, in_lanes);
   REQUIRE(found.size() == scenes.size());
   for (std::size_t i = 0; i < found.size(); ++i) {
     INFO("scene " << index << ", lane " << i);
     Simulation alone(scenes[i], "nonsmooth", {.compile = Compile::never});
-    check_same(found[i], alone.run({.until = all[i].request.until}));
+    check_same_in_lanes(found[i], alone.run({.until = all[i].request.until}));
     counts.steps += found[i].work.steps;
     counts.events += static_cast<long>(found[i].events.size());
   }
@@ -195,15 +197,17 @@ TEST_CASE("fifty random scenes with one to four contacts: lanes and runs alone",
   const LaneCacheForTests cache;
   LaneCounts counts;
   for (int index = 0; index < 50; ++index) compare_lanes(17, index, 20000, counts);
-  UNSCOPED_INFO(fmt::format("{} scenes, {} in lanes, {} of {} steps, {} events; with 1 to 4 contacts: {} {} {} {}",
-                            counts.scenes, counts.laned, counts.in_lanes, counts.steps, counts.events,
-                            counts.by_contacts[1], counts.by_contacts[2], counts.by_contacts[3],
-                            counts.by_contacts[4]));
-  for (int contacts = 1; contacts <= 4; ++contacts) CHECK(counts.by_contacts[static_cast<std::size_t>(contacts)] > 0);
+  UNSCOPED_INFO(fmt::format(
+      "{} scenes, {} in lanes, {} of {} steps, {} events; with 1 to 4 contacts: {} {} {} {}", counts.scenes,
+      counts.laned, counts.in_lanes, counts.steps, counts.events, counts.by_contacts[1],
+      counts.by_contacts[2], counts.by_contacts[3], counts.by_contacts[4]));
+  for (int contacts = 1; contacts <= 4; ++contacts)
+    CHECK(counts.by_contacts[static_cast<std::size_t>(contacts)] > 0);
   CHECK(counts.laned >= 45);
   WARN(fmt::format("{} of {} steps in lanes, {} of {} scenes, {} events; with 1 to 4 contacts: {} {} {} {}",
                    counts.in_lanes, counts.steps, counts.laned, counts.scenes, counts.events,
-                   counts.by_contacts[1], counts.by_contacts[2], counts.by_contacts[3], counts.by_contacts[4]));
+                   counts.by_contacts[1], counts.by_contacts[2], counts.by_contacts[3],
+                   counts.by_contacts[4]));
 }
 
 TEST_CASE("runs of different structures together are runs alone", "[lanes][compiled][program]") {
@@ -219,5 +223,6 @@ TEST_CASE("runs of different structures together are runs alone", "[lanes][compi
   const auto found = Simulation::run_together(all, in_lanes);
   CHECK(in_lanes > 0);
   for (std::size_t i = 0; i < scenes.size(); ++i)
-    check_same(found[i], Simulation(scenes[i], "nonsmooth", {.compile = Compile::never}).run({.until = 0.01}));
+    check_same_in_lanes(found[i],
+                        Simulation(scenes[i], "nonsmooth", {.compile = Compile::never}).run({.until = 0.01}));
 }
