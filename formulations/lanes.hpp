@@ -26,8 +26,8 @@ struct LaneRun {
 /// Whether a formulation may run in lanes: time stepping of fixed steps with compiled functions.
 bool fits_lanes(Formulation& formulation);
 
-/// Runs all, at most as many as the functions have lanes, each to its end. `in_lanes` counts the steps
-/// that were made together.
+/// Runs all, each to its end; a run that ends leaves its lane to the next one. `in_lanes` counts the
+/// steps that were made together.
 std::vector<Ending> run_in_lanes(const LaneFunctions& functions, const std::vector<LaneRun>& runs,
                                  long& in_lanes);
 

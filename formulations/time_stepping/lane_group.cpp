@@ -22,13 +22,13 @@ double* aligned(std::vector<double>& room, std::size_t size) {
 
 }  // namespace
 
-LaneGroup::LaneGroup(LaneFunctions functions, std::vector<Member> members)
+LaneGroup::LaneGroup(LaneFunctions functions, const MoreauStepper& like)
     : functions_(std::move(functions)),
-      members_(std::move(members)),
+      members_(static_cast<std::size_t>(functions_.lanes)),
       width_(functions_.lanes),
       contacts_(static_cast<int>(functions_.contacts.size())),
       times_(static_cast<std::size_t>(width_)) {
-  const auto& d = members_.front().stepper->data_;
+  const auto& d = like.data_;
   const auto& system = d.system;
   const int n = system.n(), m = system.rows(), K = contacts_, bodies = system.bodies(),
             entries = static_cast<int>(d.middle.G.size());
@@ -69,20 +69,22 @@ LaneGroup::LaneGroup(LaneFunctions functions, std::vector<Member> members)
                       {&t_end_, 1},
                       {&h_, 1},
                       {&acts_, K},
+                      {&opens_, K},
                       {&facts_, 2 * K},
                       {&unused_, 1}});
-  const auto constants = members_.front().constants->size();
-  constants_ = aligned(constants_room_, constants * static_cast<std::size_t>(width_));
-  for (std::size_t i = 0; i < constants; ++i)
-    for (int lane = 0; lane < width_; ++lane) {
-      const auto member = std::min(static_cast<std::size_t>(lane), members_.size() - 1);
-      constants_[i * static_cast<std::size_t>(width_) + static_cast<std::size_t>(lane)] =
-          (*members_[member].constants)[i];
-    }
   potential_ = system.has_potential();
   q_one_.resize(static_cast<std::size_t>(n));
   q_free_one_.resize(static_cast<std::size_t>(n));
   connect();
+}
+
+void LaneGroup::enter(int lane, const Member& member) {
+  members_[static_cast<std::size_t>(lane)] = member;
+  const auto& list = *member.constants;
+  const auto width = static_cast<std::size_t>(width_);
+  if (!constants_) constants_ = aligned(constants_room_, list.size() * width);
+  for (std::size_t i = 0; i < list.size(); ++i)
+    constants_[i * width + static_cast<std::size_t>(lane)] = list[i];
 }
 
 /// Gives each block its place in a room.
@@ -100,24 +102,29 @@ void LaneGroup::divide(std::vector<double>& room, const std::vector<std::pair<Bl
 void LaneGroup::connect() {
   const auto part = [&](const Block& block, int i) { return block.data + i * width_; };
   middle_in_ = {t_middle_.data, h_.data, saved_q_.data, saved_v_.data, saved_ratios_.data};
-  middle_out_ = {middle_q_.data, cosine_.data, sine_.data,   phi_t_.data, G_.data,     gamma_.data,
-                 factors_.data,  unused_.data, force_.data,  v_.data,     lambda_.data, unused_.data};
-  end_in_ = {t_end_.data,  h_.data,     middle_q_.data, saved_v_.data, v_.data,     lambda_.data, force_.data,
-             phi_t_.data,  G_.data,     factors_.data,  cosine_.data,  sine_.data,  drive_.data,
-             stabilisation_.data, totals_.data};
-  end_out_ = {free_q_.data, q_.data,      unused_.data, unused_.data, drive_.data, stabilisation_.data,
-              unused_.data, unused_.data};
+  middle_out_ = {middle_q_.data, cosine_.data, sine_.data,  phi_t_.data, G_.data,      gamma_.data,
+                 factors_.data,  unused_.data, force_.data, v_.data,     lambda_.data, unused_.data};
+  end_in_ = {
+      t_end_.data, h_.data, middle_q_.data, saved_v_.data, v_.data,    lambda_.data, force_.data,
+      phi_t_.data, G_.data, factors_.data,  cosine_.data,  sine_.data, drive_.data,  stabilisation_.data,
+      totals_.data};
+  end_out_ = {free_q_.data,        q_.data,      unused_.data, unused_.data, drive_.data,
+              stabilisation_.data, unused_.data, unused_.data};
   for (int k = 0; k < contacts_; ++k) {
     for (double* x : {part(middle_gap_, k), part(normal_, row_size * k), part(tangent_, row_size * k),
                       part(gamma_n_, k), part(gamma_t_, k), part(rates_, 4 * k)})
       middle_out_.push_back(x);
     end_out_.push_back(part(gaps_, k));
-    double *record = part(records_, lane_record_size * k);
+    double* record = part(records_, lane_record_size * k);
     contact_in_.push_back({h_.data, factors_.data, G_.data, part(normal_, row_size * k),
                            part(tangent_, row_size * k), part(rates_, 4 * k), gamma_n_.data, gamma_t_.data,
                            middle_gap_.data, normal_.data, v_.data, lambda_.data, force_.data, saved_v_.data,
                            part(acts_, k), part(facts_, 2 * k), record, totals_.data});
     contact_out_.push_back({v_.data, lambda_.data, force_.data, record, totals_.data});
+    open_in_.push_back({t_end_.data, middle_q_.data, cosine_.data, sine_.data, factors_.data, G_.data,
+                        part(normal_, row_size * k), q_.data, gaps_.data, part(opens_, k), totals_.data,
+                        record, part(facts_, 2 * k)});
+    open_out_.push_back({q_.data, gaps_.data, totals_.data, record});
   }
   middle_out_.push_back(reach_.data);
   middle_out_.push_back(ratios_.data);
@@ -125,8 +132,8 @@ void LaneGroup::connect() {
 }
 
 bool LaneGroup::fits(const MoreauStepper& s) {
-  return s.fixed() && !s.responses_.many() && !s.films_.any() && s.automatic_solver_ && s.resolution_.idle() &&
-         s.data_.system.functions().step.middle != nullptr;
+  return s.fixed() && !s.responses_.many() && !s.films_.any() && s.automatic_solver_ &&
+         s.resolution_.idle() && s.data_.system.functions().step.middle != nullptr;
 }
 
 bool LaneGroup::ready(int lane) const {
@@ -182,6 +189,7 @@ void LaneGroup::load(int lane) {
     record(lane_u_t_plus) = c.u_t_plus;
     record(lane_bias_n) = c.bias_n;
     record(lane_bias_t) = c.bias_t;
+    record(lane_penetration) = extremes.penetration[static_cast<std::size_t>(k)];
   }
 }
 
@@ -232,6 +240,7 @@ void LaneGroup::store(int lane) {
     c.u_t_plus = record(lane_u_t_plus);
     c.bias_n = record(lane_bias_n);
     c.bias_t = record(lane_bias_t);
+    extremes.penetration[static_cast<std::size_t>(k)] = record(lane_penetration);
     c.steps += static_cast<int>(time.pressed);
     c.t_pressed = time.t;
   }
@@ -254,7 +263,8 @@ unsigned LaneGroup::meet_contacts(unsigned lanes) {
   for (int k = 0; k < contacts_; ++k) {
     unsigned acting = 0;
     for (int lane = 0; lane < width_; ++lane) {
-      const bool acts = at(reach_, k, lane) <= 0, closed = times_[static_cast<std::size_t>(lane)].contact == k;
+      const bool acts = at(reach_, k, lane) <= 0,
+                 closed = times_[static_cast<std::size_t>(lane)].contact == k;
       if (acts) acting |= 1u << lane;
       if (acts != closed) other |= 1u << lane;
       at(acts_, k, lane) = acts ? 1 : 0;
@@ -268,9 +278,31 @@ unsigned LaneGroup::meet_contacts(unsigned lanes) {
   return other;
 }
 
+/// Corrects negative gaps. Returns the bits of lanes where it is not the closed contact's, or is not
+/// solved.
+unsigned LaneGroup::open_gaps(unsigned lanes) {
+  unsigned other = 0;
+  for (int k = 0; k < contacts_; ++k) {
+    unsigned deep = 0;
+    for (int lane = 0; lane < width_; ++lane) {
+      const bool opens = at(gaps_, k, lane) < 0;
+      at(opens_, k, lane) = opens ? 1 : 0;
+      if (!opens) continue;
+      deep |= 1u << lane;
+      if (times_[static_cast<std::size_t>(lane)].contact != k) other |= 1u << lane;
+    }
+    deep &= lanes & ~other;
+    if (deep == 0) continue;
+    const auto which = static_cast<std::size_t>(k);
+    other |= deep & static_cast<unsigned>(
+                        functions_.opens[which](constants_, open_in_[which].data(), open_out_[which].data()));
+  }
+  return other;
+}
+
 /// The work of the correction of positions against gravity and springs.
 void LaneGroup::account_potential(unsigned lanes) {
-  for (int lane = 0; lane < static_cast<int>(members_.size()); ++lane) {
+  for (int lane = 0; lane < width_; ++lane) {
     if ((lanes >> lane & 1) == 0) continue;
     for (int i = 0; i < q_.size; ++i) {
       q_one_[static_cast<std::size_t>(i)] = at(q_, i, lane);
@@ -302,6 +334,7 @@ unsigned LaneGroup::advance(unsigned lanes, long most) {
     bad |= meet_contacts(lanes);
     if ((bad & lanes) != lanes) {
       bad |= static_cast<unsigned>(functions_.end(constants_, end_in_.data(), end_out_.data()));
+      bad |= open_gaps(lanes & ~bad);
       if (potential_) account_potential(lanes & ~bad);
     }
     bad &= lanes;

@@ -3,7 +3,8 @@
 // such steps change are then in the group. A lane whose next step is not ordinary is stored back, and
 // the stepper makes that step itself. Both ways give the same digits.
 //
-// Usage: ready() tells whether a lane may be loaded; load(), advance(), store().
+// Usage: enter() gives a lane its stepper; ready() tells whether it may be loaded; load(), advance(),
+// store().
 #pragma once
 
 #include <cstdint>
@@ -24,12 +25,13 @@ class LaneGroup {
     const std::vector<double>* constants;
     double* passed;
   };
-  /// At most as many members as the functions have lanes.
-  LaneGroup(LaneFunctions functions, std::vector<Member> members);
+  /// `like`: any of the steppers.
+  LaneGroup(LaneFunctions functions, const MoreauStepper& like);
   LaneGroup(const LaneGroup&) = delete;
 
   /// Whether steps of this stepper can be in a group at all.
   static bool fits(const MoreauStepper& stepper);
+  void enter(int lane, const Member& member);
   /// Whether the next step may be ordinary: no contact has only just closed or opened.
   bool ready(int lane) const;
   double t(int lane) const { return times_[static_cast<std::size_t>(lane)].t; }
@@ -58,6 +60,7 @@ class LaneGroup {
   double& at(const Block& block, int i, int lane) const { return block.data[i * width_ + lane]; }
   void set_times();
   unsigned meet_contacts(unsigned lanes);
+  unsigned open_gaps(unsigned lanes);
   void account_potential(unsigned lanes);
   void restore(unsigned lanes);
 
@@ -73,11 +76,12 @@ class LaneGroup {
   Block saved_q_, saved_v_, saved_drive_, saved_stabilisation_, saved_gaps_, saved_records_, saved_totals_,
       saved_ratios_;
   Block middle_q_, cosine_, sine_, phi_t_, G_, gamma_, factors_, force_, lambda_, middle_gap_, normal_,
-      tangent_, gamma_n_, gamma_t_, rates_, reach_, free_q_, t_middle_, t_end_, h_, acts_, facts_, unused_;
+      tangent_, gamma_n_, gamma_t_, rates_, reach_, free_q_, t_middle_, t_end_, h_, acts_, opens_, facts_,
+      unused_;
   std::vector<const double*> middle_in_, end_in_;
   std::vector<double*> middle_out_, end_out_;
-  std::vector<std::vector<const double*>> contact_in_;
-  std::vector<std::vector<double*>> contact_out_;
+  std::vector<std::vector<const double*>> contact_in_, open_in_;
+  std::vector<std::vector<double*>> contact_out_, open_out_;
   bool potential_ = false;
   std::vector<double> q_one_, q_free_one_;  // of one lane
   long done_ = 0;

@@ -82,7 +82,6 @@ long differing_lanes(const LaneFunctions& functions, const std::vector<LaneCheck
   for (unsigned seed = 0; seed < 4; ++seed) {
     const double h = seed < 3 ? 1e-5 : 1e-3;
     std::vector<std::unique_ptr<OneStepper>> alone, together;
-    std::vector<LaneGroup::Member> members;
     std::vector<double> passed(lanes.size());
     for (std::size_t i = 0; i < lanes.size(); ++i) {
       const auto& lane = lanes[i];
@@ -90,9 +89,10 @@ long differing_lanes(const LaneFunctions& functions, const std::vector<LaneCheck
       const auto at = seed == 0 ? *lane.near : moved(*lane.system, *lane.near, still, seed);
       alone.push_back(std::make_unique<OneStepper>(*lane.system, at, h, facts));
       together.push_back(std::make_unique<OneStepper>(*lane.system, at, h, facts));
-      members.push_back({&together.back()->stepper, lane.constants, &passed[i]});
     }
-    LaneGroup group(functions, members);
+    LaneGroup group(functions, together.front()->stepper);
+    for (std::size_t i = 0; i < lanes.size(); ++i)
+      group.enter(static_cast<int>(i), {&together[i]->stepper, lanes[i].constants, &passed[i]});
     unsigned inside = 0;
     for (int step = 0; step < steps_compared; ++step) {
       const unsigned leaving = inside == 0 ? 0 : group.advance(inside, 1);

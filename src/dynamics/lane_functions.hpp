@@ -1,7 +1,7 @@
 // Compiled functions of steps of the midpoint rule in lanes (numerics/trace.hpp): trajectories of
 // mechanisms of one structure, side by side. They do ordinary steps only: at most one contact acts,
 // and it was closed before the step and stays closed, with a solution in closed form; no gap is
-// negative at the end. A bit of the result marks each lane whose step is another one; the single path
+// negative at the end, except that of this contact. A bit of the result marks each lane whose step is another one; the single path
 // (formulations/time_stepping/) then makes that step. All digits are those of the single path.
 //
 // The functions are those of StepFunctions (system_functions.hpp) with these differences. Below, K is
@@ -17,6 +17,10 @@
 //                out v, λ, h f, record, totals; all unchanged where it does not act
 //     end:       in also totals
 //                out no λ/h, mean velocity, residuals and sum; also totals, after the gaps
+//     open:      moves bodies apart where the gap of a contact is negative at the end,
+//                in t, q_m, cosine, sine, F, G, normal row, q, gaps, whether it is to be opened (1 or 0),
+//                totals, record, facts as above
+//                out q, gaps, totals, record; all unchanged elsewhere
 #pragma once
 
 #include <memory>
@@ -42,6 +46,7 @@ enum LaneRecord {
   lane_u_t_plus,
   lane_bias_n,
   lane_bias_t,
+  lane_penetration,
   lane_record_size
 };
 /// Totals of a run that the steps in lanes change.
@@ -60,7 +65,7 @@ enum LaneTotal {
 struct LaneFunctions {
   int lanes = 0;
   CompiledFunction middle = nullptr, end = nullptr;
-  std::vector<CompiledFunction> contacts;
+  std::vector<CompiledFunction> contacts, opens;  ///< of each contact
   int factors = 0, ratios = 0;
   std::shared_ptr<const void> object;  ///< keeps the functions loaded
 };

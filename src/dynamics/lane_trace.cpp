@@ -19,7 +19,7 @@ Traced least(const Traced& a, const Traced& b) { return select(less(b, a), b, a)
 
 /// The impulses of one contact in closed form, and what the step requires of them.
 struct ClosedForm {
-  Traced normal, tangent;    // N s
+  Traced normal, tangent;  // N s
   Traced residual, residual_rate;
   std::vector<Traced> conditions;
 };
@@ -88,6 +88,7 @@ void SystemTracer::lanes(TracedObject& object, const SaddlePoint& saddle) {
   step_middle(object, saddle);
   step_end(object, saddle);
   for (int k = 0; k < system_.contacts(); ++k) lanes_contact(object, saddle, k);
+  for (int k = 0; k < system_.contacts(); ++k) lanes_open(object, saddle, k);
 }
 
 void SystemTracer::lanes_middle(Trace& trace, const Traced& h, const List& ratios, const List& v) {
@@ -187,22 +188,71 @@ void SystemTracer::lanes_contact(TracedObject& object, const SaddlePoint& saddle
 
 void SystemTracer::lanes_end(Trace& trace, const List& q, const List& v, const Traced& drive,
                              const Traced& sum, const EvaluationOf<Traced>& e) {
-  const List rest(q.size());
+  Traced open(1);
   for (int k = 0; k < system_.contacts(); ++k) {
-    ContactRowOf<Traced> row;
-    system_.contact(k, q.data(), rest.data(), e, row);
-    trace.output(8 + k, 0, row.gap);
-    trace.require(at_most(0, row.gap));
+    const auto gap = gap_at(k, q, e);
+    trace.output(8 + k, 0, gap);
+    open = both(open, at_most(0, gap));
   }
   trace.require(holds(sum - sum, Relation::equal, 0));
   const auto totals = trace.inputs(14, std::vector<double>(lane_total_size, 1));
   const int array = 8 + system_.contacts();
   const auto worst = residuals(e);
-  trace.output(array, lane_constraint_length, max(totals[lane_constraint_length], worst[0]));
-  trace.output(array, lane_constraint_angle, max(totals[lane_constraint_angle], worst[1]));
+  for (const int i : {0, 1}) {
+    const auto& most = totals[lane_constraint_length + i];
+    trace.output(array, lane_constraint_length + i, select(open, max(most, worst[i]), most));
+  }
   Traced kinetic;
   for (std::size_t i = 0; i < v.size(); ++i) kinetic += Traced(0.5 * system_.mass()[i]) * v[i] * v[i];
   trace.output(array, lane_passed, max(max(totals[lane_passed], kinetic), abs(drive)));
+}
+
+Traced SystemTracer::gap_at(int contact, const List& q, const EvaluationOf<Traced>& e) const {
+  const List rest(q.size());
+  ContactRowOf<Traced> row;
+  system_.contact(contact, q.data(), rest.data(), e, row);
+  return row.gap;
+}
+
+/// PositionCorrection::open_gaps() of the contact that acts.
+void SystemTracer::lanes_open(TracedObject& object, const SaddlePoint& saddle, int contact) {
+  const auto& sample = step_rows_[static_cast<std::size_t>(contact)];
+  Trace trace(object, "lanes_open_" + std::to_string(contact));
+  const auto t = trace.input(0, 0, at_.t);
+  const auto middle = known_coordinates(trace, 1, at_.q, true);
+  auto from = system_.make_evaluation<Traced>(), e = from;
+  orient(trace, 2, from);
+  const auto F = inputs_like(trace, 4, step_F_), G = inputs_like(trace, 5, step_G_);
+  const auto normal = row_of(trace, sample.normal, 6);
+  const auto q_before = known_coordinates(trace, 7, at_.q, true);
+  const auto gap = trace.input(8, contact, -1e-12);
+  const auto opens = less(0, trace.input(9, 0, 1));
+  const auto totals = trace.inputs(10, std::vector<double>(lane_total_size, 1));
+  const auto deepest = trace.input(11, lane_penetration, 0), tolerance = trace.input(12, 1, 1e-10);
+  List a, ignored;
+  response(saddle, G, F, normal, a, ignored);
+  const Traced D = normal.dot(a.data()), P = -gap / D;
+  trace.require(both(less(0, P), less(0, D)));
+  const Traced x = least(abs(D) * P, gap + D * P);
+  trace.require(at_most(max(0, abs(x)), tolerance * abs(gap)));
+  auto q = q_before;
+  for (std::size_t i = 0; i < q.size(); ++i) q[i] += P * a[i];
+  system_.place_near(t, q.data(), middle.data(), from, e);
+  for (std::size_t i = 0; i < q.size(); ++i)
+    if (q[i].node != q_before[i].node) trace.output(0, static_cast<int>(i), select(opens, q[i], q_before[i]));
+  for (int k = 0; k < system_.contacts(); ++k) {
+    const auto now = gap_at(k, q, e);
+    trace.output(1, k, select(opens, now, trace.input(8, k, 1)));
+    if (k == contact)
+      trace.output(3, lane_penetration, select(opens, max(deepest, -now), deepest));
+    else
+      trace.require(at_most(0, now));
+  }
+  const auto worst = residuals(e);
+  for (const int i : {0, 1}) {
+    const auto& most = totals[lane_constraint_length + i];
+    trace.output(2, lane_constraint_length + i, select(opens, max(most, worst[i]), most));
+  }
 }
 
 LaneFunctions TracedLanes::functions(const CompiledFunction* table) const {
@@ -213,6 +263,8 @@ LaneFunctions TracedLanes::functions(const CompiledFunction* table) const {
   f.middle = *table++;
   f.end = *table++;
   while (*table) f.contacts.push_back(*table++);
+  f.opens.assign(f.contacts.begin() + static_cast<long>(f.contacts.size() / 2), f.contacts.end());
+  f.contacts.resize(f.opens.size());
   return f;
 }
 

@@ -127,13 +127,15 @@ class SystemTracer {
   void step_end(TracedObject& object, const SaddlePoint& saddle);
   void step_reached(TracedObject& object);
   void step_response(TracedObject& object, const SaddlePoint& saddle, int contact);
-  void response(const SaddlePoint& saddle, const List& G, const List& F, const SparseRowOf<Traced>& row, List& a,
-                List& lambda) const;
+  void response(const SaddlePoint& saddle, const List& G, const List& F, const SparseRowOf<Traced>& row,
+                List& a, List& lambda) const;
   static SparseRowOf<Traced> row_of(Trace& trace, const SparseRowOf<Traced>& row, int array);
   /// The greatest |Φ| in m and in rad.
   List residuals(const EvaluationOf<Traced>& e) const;
   void lanes_middle(Trace& trace, const Traced& h, const List& ratios, const List& v);
   void lanes_contact(TracedObject& object, const SaddlePoint& saddle, int contact);
+  void lanes_open(TracedObject& object, const SaddlePoint& saddle, int contact);
+  Traced gap_at(int contact, const List& q, const EvaluationOf<Traced>& e) const;
   void lanes_end(Trace& trace, const List& q, const List& v, const Traced& drive, const Traced& sum,
                  const EvaluationOf<Traced>& e);
   /// coordinates() without guards, for arrays that another function has checked.

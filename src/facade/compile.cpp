@@ -59,14 +59,15 @@ CompiledLanes compile_lanes(const std::vector<LaneCandidate>& candidates, StopTo
     found.fits.push_back(lanes.traced && own == text);
   }
   for (std::size_t i = 0; i < candidates.size(); ++i)
-    if (found.fits[i])
+    if (found.fits[i] && checks.size() < static_cast<std::size_t>(lanes_of_machine()))
       checks.push_back({candidates[i].system, candidates[i].near, &found.lanes[i].object.constants()});
   if (checks.size() < 2) return found;
   const auto object = compiled_object(text, found.lanes.front().object.functions(), stop);
   if (!object.library) return found;
   auto functions = found.lanes.front().functions(object.table);
   functions.object = object.library;
-  if (differing_lanes(functions, checks, candidates.front().facts) == 0) found.functions = std::move(functions);
+  if (differing_lanes(functions, checks, candidates.front().facts) == 0)
+    found.functions = std::move(functions);
   return found;
 }
 

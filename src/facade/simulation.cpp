@@ -358,27 +358,25 @@ std::vector<Result> Simulation::run_together(const std::vector<Together>& all, l
     who.push_back(runs.size() - 1);
   }
   const auto compiled = compile_lanes(candidates, all.front().request.stop);
-  const auto width = static_cast<std::size_t>(compiled.functions.lanes);
   std::vector<std::optional<Ending>> endings(all.size());
-  for (std::size_t next = 0; width > 0 && next < who.size();) {
-    std::vector<LaneRun> group;
+  if (compiled.functions.lanes > 0) {
+    std::vector<LaneRun> lanes;
     std::vector<std::size_t> members;
-    for (; next < who.size() && group.size() < width; ++next) {
-      if (!compiled.fits[next]) continue;
-      const auto k = who[next];
-      auto& run = *runs[k];
-      group.push_back({all[k].simulation->it_->form.get(), run.until, &run.watch, all[k].next_shown,
-                       &compiled.lanes[next].object.constants()});
+    for (std::size_t i = 0; i < who.size(); ++i) {
+      if (!compiled.fits[i]) continue;
+      const auto k = who[i];
+      lanes.push_back({all[k].simulation->it_->form.get(), runs[k]->until, &runs[k]->watch, all[k].next_shown,
+                       &compiled.lanes[i].object.constants()});
       members.push_back(k);
     }
-    if (group.empty()) break;
-    const auto found = run_in_lanes(compiled.functions, group, in_lanes);
+    const auto found = run_in_lanes(compiled.functions, lanes, in_lanes);
     for (std::size_t i = 0; i < members.size(); ++i) endings[members[i]] = found[i];
   }
   std::vector<Result> results;
   for (std::size_t k = 0; k < all.size(); ++k) {
     auto& run = *runs[k];
-    results.push_back(run.finish(endings[k] ? *endings[k] : all[k].simulation->it_->form->run(run.until, run.watch)));
+    results.push_back(
+        run.finish(endings[k] ? *endings[k] : all[k].simulation->it_->form->run(run.until, run.watch)));
   }
   return results;
 }

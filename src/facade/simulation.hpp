@@ -102,7 +102,7 @@ class Simulation {
   /// Runs simulations of one structure, such as perturbed starts of a mechanism, as run() does one
   /// after the other, with the same digits. Fixed time steps of compiled mechanisms are made in lanes:
   /// together, wherever no observer sees them (docs/theory/compiled.md). `in_lanes` counts those steps.
-  /// An exception of any of them leaves all.
+  /// Times of each result are those of all. An exception of any of them leaves all.
   static std::vector<Result> run_together(const std::vector<Together>& all, long& in_lanes);
   /// Greatest number of simulations that run_together() can step together on this machine.
   static int most_together();

@@ -25,7 +25,7 @@ std::string parameters(int lanes) {
 }
 
 /// Joins f(lane) of all lanes.
-std::string each(int lanes, const char* between, auto f) {
+std::string of_each(int lanes, const char* between, auto f) {
   std::string list;
   for (int i = 0; i < lanes; ++i) list += (i > 0 ? between : "") + std::string(f("[" + number(i) + "]"));
   return list;
@@ -36,7 +36,9 @@ std::string each(int lanes, const char* between, auto f) {
 std::string head_of_lanes(int lanes) {
   const auto size = "__attribute__((vector_size(" + number(8 * lanes) + ")));\n";
   std::string text = "typedef double lanes " + size + "typedef long long marks " + size;
-  const auto value = [&](const char* x) { return "{" + each(lanes, ", ", [&](const auto&) { return x; }) + "};\n"; };
+  const auto value = [&](const char* x) {
+    return "{" + of_each(lanes, ", ", [&](const auto&) { return x; }) + "};\n";
+  };
   text += std::string("static const lanes l0 = ") + value("0.0") + "static const lanes l1 = " + value("1.0") +
           "static const lanes lm = " + value("-1.0");
   text +=
@@ -45,7 +47,8 @@ std::string head_of_lanes(int lanes) {
       "static inline lanes fabs_l(lanes x) { return (lanes)((marks)x & 0x7fffffffffffffffLL); }\n";
   const auto function = [&](const std::string& name, bool two) {
     text += "static inline lanes " + name + "_l(lanes x" + (two ? ", lanes y" : "") + ") {\nreturn (lanes){" +
-            each(lanes, ", ", [&](const auto& at) { return name + "(x" + at + (two ? ", y" + at : "") + ")"; }) +
+            of_each(lanes, ", ",
+                    [&](const auto& at) { return name + "(x" + at + (two ? ", y" + at : "") + ")"; }) +
             "};\n}\n";
   };
   for (const char* name : {"sin", "cos", "exp", "tanh"}) function(name, false);
@@ -89,7 +92,8 @@ std::string Trace::expression(const Node& n) const {
   const auto infix = [&](const char* sign) { return name_of(n.a) + sign + name_of(n.b); };
   const bool lanes = object_.lanes() > 0;
   const auto call = [&](const char* name) {
-    return name + std::string(lanes ? "_l(" : "(") + name_of(n.a) + (n.b < 0 ? "" : ", " + name_of(n.b)) + ")";
+    return name + std::string(lanes ? "_l(" : "(") + name_of(n.a) + (n.b < 0 ? "" : ", " + name_of(n.b)) +
+           ")";
   };
   const auto choice = [&](const std::string& condition, int a, int b) {
     return lanes ? "select(" + condition + ", " + name_of(a) + ", " + name_of(b) + ")"
@@ -204,8 +208,8 @@ void Trace::write() {
   for (const auto& o : outputs_) use(o.node, parts - 1);
   const auto define = [&](int node, const std::string& value, bool stored) {
     const std::string kind = !is_condition(node) ? type : lanes > 0 ? "marks" : "int";
-    return "const " + kind + " x" + number(node) + " = " + (stored && lanes > 0 ? "(" + kind + ")" : "") + value +
-           ";\n";
+    return "const " + kind + " x" + number(node) + " = " + (stored && lanes > 0 ? "(" + kind + ")" : "") +
+           value + ";\n";
   };
   const auto passed = [&](std::size_t i) {
     return needed[i] && nodes_[i].operation != Operation::constant && last[i] > part[i];

@@ -227,6 +227,8 @@ StartOutcome outcome_of(F f) {
 
 /// Right-hand sides of all starts together above which lanes are worth their compilations.
 constexpr double lanes_after = 1e6;
+/// Steps of the starts that one thread makes before their results are kept.
+constexpr double steps_in_group = 1e7;
 
 }  // namespace
 
@@ -246,9 +248,13 @@ std::size_t Starts::in_group() const {
   if (plan_.formulation != "nonsmooth" || choice == Compile::never || !o.step ||
       o.scheme_in_force() != Scheme::moreau_jean)
     return 1;
-  const double steps = scene_.run.duration / *o.step * plan_.starts;
-  return choice == Compile::always || steps > lanes_after ? static_cast<std::size_t>(Simulation::most_together())
-                                                          : 1;
+  const double steps = scene_.run.duration / *o.step;
+  if (choice != Compile::always && steps * plan_.starts < lanes_after) return 1;
+  const int lanes = Simulation::most_together(),
+            threads = plan_.threads > 0 ? plan_.threads : oneapi::tbb::this_task_arena::max_concurrency();
+  // Several for each lane, so that no lane stays empty while others run, as long as no thread waits
+  const double rounds = std::min(plan_.starts / (2.0 * threads * lanes), steps_in_group / (steps * lanes));
+  return static_cast<std::size_t>(lanes * std::clamp(static_cast<int>(rounds), 1, 8));
 }
 
 std::vector<StartOutcome> Starts::make_together(const std::vector<int>& starts) const {

@@ -1,0 +1,228 @@
+// Runs in lanes (formulations/lanes.hpp) against each run alone in the general evaluation. The expected
+// digits are those of the general evaluation, which other tests compare with closed forms.
+#include <fmt/format.h>
+#include <catch2/catch.hpp>
+
+#include <cmath>
+#include <cstdlib>
+#include <random>
+#include <string>
+#include <vector>
+
+#include "facade/simulation.hpp"
+#include "mechanism/scene.hpp"
+#include "verification/support/support.hpp"
+
+using namespace freeplay;
+
+namespace {
+
+struct LaneCacheForTests {
+  LaneCacheForTests() { setenv("XDG_CACHE_HOME", folder.path().c_str(), 1); }
+  ~LaneCacheForTests() { unsetenv("XDG_CACHE_HOME"); }
+  test::TemporaryFolder folder;
+};
+
+/// Random mechanisms: four-bars and slider-cranks with one to three loose pins, and chains of one to
+/// four bars that hang on loose pins.
+class LaneScenes {
+ public:
+  LaneScenes(unsigned seed, int index)
+      : random_(seed + 7919 * static_cast<unsigned>(index)), kind_(index % 3) {
+    loose_ = kind_ == 2 ? 15 : 1 + static_cast<int>(random_() % 7);
+    bars_ = 1 + index / 3 % 4;
+    rubs_ = random_() % 4 != 0;
+    heavy_ = kind_ == 2 || random_() % 2 == 0;
+    for (double& x : sizes_) x = between(0.95, 1.05);
+    angle_ = between(0, 360);
+    step_ = index % 2 == 0 ? 1e-5 : 5e-5;
+  }
+  /// A scene of the mechanism with parameters of its own.
+  Scene scene() {
+    std::string text = fmt::format("format = 2\ngravity = [0, {}]\n", heavy_ ? -9.81 : 0.0);
+    if (kind_ == 2)
+      text += chain();
+    else
+      text += kind_ == 0 ? four_bar() : slider_crank();
+    text += fmt::format("[surfaces.steel]\nrestitution = {}\n", between(0, 0.9));
+    if (rubs_) text += fmt::format("friction = {}\n", between(0.01, 0.4));
+    text += fmt::format("[nonsmooth]\nscheme = \"moreau-jean\"\nstep = {}\n", step_);
+    return parse_scene(text, "");
+  }
+  double step() const { return step_; }
+
+ private:
+  double between(double a, double b) { return a + (b - a) * static_cast<double>(random_()) / 4294967296.0; }
+  std::string bar(const char* name, double length, const std::string& more = "") {
+    const double mass = between(0.1, 2);
+    return fmt::format(
+        "[bodies.{}]\nmass = {}\ninertia = {}\n{}points = {{ a = [0, 0], b = [{}, 0], mass_centre = [{}, 0] }}\n",
+        name, mass, mass * length * length / 12, more, length, 0.5 * length);
+  }
+  std::string pin(const char* name, const std::string& ends, int bit) {
+    auto text = fmt::format("[joints.{}]\ntype = \"revolute\"\n{}\n", name, ends);
+    if ((loose_ >> bit & 1) != 0)
+      text +=
+          fmt::format("clearance = {}\nbearing_radius = 0.01\nsurface = \"steel\"\n", between(1e-4, 8e-4));
+    return text;
+  }
+  std::string driven() {
+    return fmt::format(
+        "[drives.motor]\njoint = \"A\"\nspeed = \"{} rpm\"\ninitial_angle = \"{} deg\"\n[run]\nduration = 0.05\n"
+        "start = \"ideal\"\n",
+        between(100, 600), angle_);
+  }
+  std::string four_bar() {
+    return bar("crank", 0.1 * sizes_[0]) + bar("coupler", 0.35 * sizes_[1]) + bar("rocker", 0.3 * sizes_[2]) +
+           "[joints.A]\ntype = \"revolute\"\nbetween = [\"ground\", \"crank\"]\nat = [[0, 0], \"a\"]\n" +
+           pin("B", "between = [\"crank\", \"coupler\"]\nat = [\"b\", \"a\"]", 0) +
+           pin("C", "between = [\"coupler\", \"rocker\"]\nat = [\"b\", \"b\"]", 1) +
+           pin("D", "between = [\"ground\", \"rocker\"]\nat = [[0.4, 0], \"a\"]", 2) +
+           "[assembly]\nbranch = \"open\"\n" + driven();
+  }
+  std::string slider_crank() {
+    loose_ = 1 + loose_ % 3;
+    return bar("crank", 0.05 * sizes_[0]) + bar("rod", 0.3 * sizes_[1]) +
+           fmt::format("[bodies.slider]\nmass = {}\ninertia = 0.001\n", between(0.3, 2)) +
+           "[joints.A]\ntype = \"revolute\"\nbetween = [\"ground\", \"crank\"]\nat = [[0, 0], \"a\"]\n" +
+           pin("B", "between = [\"crank\", \"rod\"]\nat = [\"b\", \"a\"]", 0) +
+           pin("C", "between = [\"rod\", \"slider\"]\nat = [\"b\", [0, 0]]", 1) +
+           "[joints.guide]\ntype = \"translational\"\nbetween = [\"ground\", \"slider\"]\nat = [[0, 0], [0, 0]]\n"
+           "axis = [1, 0]\n" +
+           driven();
+  }
+  std::string chain() {
+    std::string text, before = "ground", joints;
+    for (int i = 0; i < bars_; ++i) {
+      const auto name = fmt::format("bar{}", i);
+      text += bar(name.c_str(), 0.2 * sizes_[0],
+                  fmt::format("angle = \"{} deg\"\nangular_velocity = {}\n", -90 + 40 * (i % 2 == 0 ? 1 : -1),
+                              between(-2, 2)));
+      joints += pin(fmt::format("pin{}", i).c_str(),
+                    fmt::format("between = [\"{}\", \"{}\"]\nat = [{}, \"a\"]", before, name,
+                                i == 0 ? "[0, 0]" : "\"b\""),
+                    i);
+      before = name;
+    }
+    return text + joints + "[run]\nduration = 0.05\nstart = \"ideal\"\n";
+  }
+
+  std::mt19937 random_;
+  int kind_, loose_, bars_;
+  bool rubs_, heavy_;
+  double sizes_[3], angle_, step_;
+};
+
+void check_same_in_lanes(const Result& a, const Result& b) {
+  CHECK(a.ending.status == b.ending.status);
+  CHECK(a.final_state.t == b.final_state.t);
+  CHECK(a.final_state.q == b.final_state.q);
+  CHECK(a.final_state.v == b.final_state.v);
+  const auto &l = a.ledger, &m = b.ledger;
+  CHECK(std::vector{l.kinetic, l.potential, l.initial, l.drive, l.load, l.contact, l.friction, l.passed,
+                    l.stabilisation} == std::vector{m.kinetic, m.potential, m.initial, m.drive, m.load,
+                                                    m.contact, m.friction, m.passed, m.stabilisation});
+  const auto &w = a.work, &x = b.work;
+  CHECK(std::vector{w.steps, w.rhs, w.factorisations, w.lcp_solves, w.lcp_retries, w.pivots, w.events} ==
+        std::vector{x.steps, x.rhs, x.factorisations, x.lcp_solves, x.lcp_retries, x.pivots, x.events});
+  const auto &e = a.extremes, &f = b.extremes;
+  CHECK(std::vector{e.constraint_length, e.constraint_angle, e.lcp_residual, e.lcp_residual_rate,
+                    e.greatest_gain, e.greatest_kinetic} ==
+        std::vector{f.constraint_length, f.constraint_angle, f.lcp_residual, f.lcp_residual_rate,
+                    f.greatest_gain, f.greatest_kinetic});
+  CHECK(e.shortest_flight == f.shortest_flight);
+  CHECK(e.penetration == f.penetration);
+  CHECK(a.notes == b.notes);
+  REQUIRE(a.events.size() == b.events.size());
+  for (std::size_t i = 0; i < a.events.size(); ++i) {
+    const auto &p = a.events[i], &q = b.events[i];
+    CHECK(p.kind == q.kind);
+    CHECK(p.contact == q.contact);
+    CHECK(std::vector{p.t, p.crank_angle, p.v_n_minus, p.v_n_plus, p.v_t_minus, p.v_t_plus, p.impulse_n,
+                      p.impulse_t, p.duration} == std::vector{q.t, q.crank_angle, q.v_n_minus, q.v_n_plus,
+                                                              q.v_t_minus, q.v_t_plus, q.impulse_n,
+                                                              q.impulse_t, q.duration});
+  }
+}
+
+/// Totals over scenes.
+struct LaneCounts {
+  long steps = 0, in_lanes = 0, events = 0;
+  int scenes = 0, laned = 0;
+  std::vector<int> by_contacts = std::vector<int>(5);
+};
+
+void compare_lanes(unsigned seed, int index, double steps, LaneCounts& counts) {
+  LaneScenes kind(seed, index);
+  std::vector<Scene> scenes;
+  // One more than there are lanes, so that one starts in a lane that another has left.
+  for (int i = 0; i <= Simulation::most_together(); ++i) scenes.push_back(kind.scene());
+  std::vector<Simulation> together;
+  for (const auto& scene : scenes)
+    together.emplace_back(scene, "nonsmooth", SimulationOptions{.compile = Compile::always});
+  std::vector<Simulation::Together> all;
+  for (std::size_t i = 0; i < together.size(); ++i)
+    all.push_back({&together[i], {.until = kind.step() * (steps - 7.3 * static_cast<double>(i))}, [] {
+                     return INFINITY;
+                   }});
+  long in_lanes = 0;
+  const auto found = Simulation::run_together(all, in_lanes);
+  REQUIRE(found.size() == scenes.size());
+  for (std::size_t i = 0; i < found.size(); ++i) {
+    INFO("scene " << index << ", lane " << i);
+    Simulation alone(scenes[i], "nonsmooth", {.compile = Compile::never});
+    check_same_in_lanes(found[i], alone.run({.until = all[i].request.until}));
+    counts.steps += found[i].work.steps;
+    counts.events += static_cast<long>(found[i].events.size());
+  }
+  ++counts.scenes;
+  counts.laned += in_lanes > 0;
+  counts.in_lanes += in_lanes;
+  ++counts.by_contacts[together.front().layout().contacts.size()];
+}
+
+}  // namespace
+
+TEST_CASE("runs in lanes have the digits of runs alone", "[lanes][compiled][program]") {
+  const LaneCacheForTests cache;
+  LaneCounts counts;
+  for (const int index : {0, 1, 3, 11}) compare_lanes(5, index, 2000, counts);
+  CHECK(counts.laned == 4);
+  CHECK(counts.events > 20);
+  // Between impacts, and in contact with one pin, all steps are made in lanes.
+  CHECK(counts.in_lanes > counts.steps / 4);
+}
+
+TEST_CASE("fifty random scenes with one to four contacts: lanes and runs alone", "[lanes][.]") {
+  const LaneCacheForTests cache;
+  LaneCounts counts;
+  for (int index = 0; index < 50; ++index) compare_lanes(17, index, 20000, counts);
+  UNSCOPED_INFO(fmt::format(
+      "{} scenes, {} in lanes, {} of {} steps, {} events; with 1 to 4 contacts: {} {} {} {}", counts.scenes,
+      counts.laned, counts.in_lanes, counts.steps, counts.events, counts.by_contacts[1],
+      counts.by_contacts[2], counts.by_contacts[3], counts.by_contacts[4]));
+  for (int contacts = 1; contacts <= 4; ++contacts)
+    CHECK(counts.by_contacts[static_cast<std::size_t>(contacts)] > 0);
+  CHECK(counts.laned >= 45);
+  WARN(fmt::format("{} of {} steps in lanes, {} of {} scenes, {} events; with 1 to 4 contacts: {} {} {} {}",
+                   counts.in_lanes, counts.steps, counts.laned, counts.scenes, counts.events,
+                   counts.by_contacts[1], counts.by_contacts[2], counts.by_contacts[3],
+                   counts.by_contacts[4]));
+}
+
+TEST_CASE("runs of different structures together are runs alone", "[lanes][compiled][program]") {
+  const LaneCacheForTests cache;
+  LaneScenes first(5, 0), second(5, 1);
+  const std::vector<Scene> scenes{first.scene(), second.scene(), first.scene()};
+  std::vector<Simulation> together;
+  for (const auto& scene : scenes)
+    together.emplace_back(scene, "nonsmooth", SimulationOptions{.compile = Compile::always});
+  std::vector<Simulation::Together> all;
+  for (auto& simulation : together) all.push_back({&simulation, {.until = 0.01}, [] { return INFINITY; }});
+  long in_lanes = 0;
+  const auto found = Simulation::run_together(all, in_lanes);
+  CHECK(in_lanes > 0);
+  for (std::size_t i = 0; i < scenes.size(); ++i)
+    check_same_in_lanes(found[i],
+                        Simulation(scenes[i], "nonsmooth", {.compile = Compile::never}).run({.until = 0.01}));
+}
