@@ -1,7 +1,5 @@
 // Traces the functions of a step of the midpoint rule (system_functions.hpp). The operations and
 // their order are those of formulations/time_stepping; inputs that nothing changes are constants.
-#include <cmath>
-
 #include "dynamics/system_functions.hpp"
 #include "dynamics/system_tracer.hpp"
 
@@ -29,8 +27,6 @@ bool SystemTracer::steps(const System& system) {
     if (system.contact_facts(k).lubricant) return false;
     rows += system.has_friction(k) ? 2 : 1;
   }
-  // A step takes the mean of a table over its length, and a compiled one would take its value.
-  if (system.next_knot(-INFINITY) < INFINITY) return false;
   return system.n() > 0 && rows <= most_rows && system.states() == 0 && system.frictions() == 0 &&
          system.families().empty() && system.curve_readers().empty() && !system.has_motions() &&
          !system.has_velocity_forces() && !system.sweeps();

@@ -64,7 +64,11 @@ TracedSystem trace_system(const System& system, const State& near, RowFacts fact
   if (!traced(s.untraced, "constraint rows", [&] { tracer.place(object); })) return s;
   s.place = true;
   s.rate = traced(s.untraced, "constraint rows", [&] { tracer.rate(object); });
-  s.forces = traced(s.untraced, "drives and loads", [&] { tracer.forces(object); });
+  s.forces = traced(s.untraced, "drives and loads", [&] {
+    // Time stepping takes the mean of a table over a step, which begins before its first knot.
+    if (system.next_knot(-INFINITY) < INFINITY) throw NotTraceable("a table or curve of time");
+    tracer.forces(object);
+  });
   for (int k = 0; k < system.contacts(); ++k) {
     auto& contact = s.contacts.emplace_back();
     contact.traced = traced(s.untraced, system.contact_facts(k).name, [&] {

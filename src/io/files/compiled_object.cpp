@@ -12,6 +12,7 @@
 #include <cstring>
 #include <filesystem>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 #include "io/files/child.hpp"
@@ -143,7 +144,8 @@ void compile(const fs::path& folder, const std::string& name, const std::string&
       fs::remove(file, ignored);
     }
   } remove{partial};
-  Child child{.command = compiler(), .input = text, .seconds = longest_compilation, .stop = stop};
+  const auto named = fmt::format("{}\nconst char freeplay_name[] = \"{}\";\n", text, name);
+  Child child{.command = compiler(), .input = named, .seconds = longest_compilation, .stop = stop};
   child.command.insert(child.command.end(), {"-o", partial.string(), "-", "-lm"});
   const auto end = run_child(child);
   if (end.late) throw Refused{fmt::format("cc took more than {} s", longest_compilation)};
@@ -163,6 +165,15 @@ void compile(const fs::path& folder, const std::string& name, const std::string&
     throw refused(folder, std::strerror(errno));
 }
 
+/// Loads an object. Null if it was compiled under another name: its functions have other arguments.
+std::shared_ptr<void> loaded(const fs::path& file, const std::string& name) {
+  void* handle = dlopen(file.c_str(), RTLD_NOW | RTLD_LOCAL);
+  if (!handle) throw Refused{visible_brief(dlerror())};
+  std::shared_ptr<void> library(handle, dlclose);
+  const auto* own = static_cast<const char*>(dlsym(handle, "freeplay_name"));
+  return own && own == name ? library : nullptr;
+}
+
 }  // namespace
 
 CompiledObject compiled_object(const std::string& text, int functions, StopToken stop) {
@@ -173,16 +184,15 @@ CompiledObject compiled_object(const std::string& text, int functions, StopToken
     const auto folder = user_cache() / "freeplay";
     const auto open_folder = private_folder(folder);
     const auto name = digest(fmt::format("{}\n{}\n{}", fmt::join(compiler(), " "), identity, text)) + ".so";
-    object.cached = !whole_object(open_folder, name).empty();
-    if (!object.cached) {
+    auto library = whole_object(open_folder, name).empty() ? nullptr : loaded(folder / name, name);
+    object.cached = library != nullptr;
+    if (!library) {
       compile(folder, name, text, stop);
-      if (whole_object(open_folder, name).empty()) throw refused(folder / name, "was changed meanwhile");
+      if (!whole_object(open_folder, name).empty()) library = loaded(folder / name, name);
+      if (!library) throw refused(folder / name, "was changed meanwhile");
     }
-    void* handle = dlopen((folder / name).c_str(), RTLD_NOW | RTLD_LOCAL);
-    if (!handle) throw Refused{visible_brief(dlerror())};
-    object.library =
-        std::shared_ptr<const void>(handle, [](const void* h) { dlclose(const_cast<void*>(h)); });
-    object.table = static_cast<const CompiledFunction*>(dlsym(handle, "freeplay_functions"));
+    object.table = static_cast<const CompiledFunction*>(dlsym(library.get(), "freeplay_functions"));
+    object.library = std::move(library);
     int count = 0;
     while (object.table && object.table[count]) ++count;
     if (count != functions) throw refused(folder / name, "has other functions");

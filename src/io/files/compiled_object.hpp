@@ -5,7 +5,8 @@
 // object is a digest of the text, the compiler and its flags. The folder must belong to the user and
 // be closed to all others, and no component below the user's cache may be a symbolic link; otherwise
 // nothing is loaded. Each object ends with a digest of its bytes, so that a truncated one is
-// compiled again. Objects appear by rename: two processes may write the same one.
+// compiled again, and holds its own name, so that an object of another text is never called.
+// Objects appear by rename: two processes may write the same one.
 //
 // Contraction to fused multiply-add is off, and the text fixes the order of all operations: the
 // digits do not depend on the compiler.

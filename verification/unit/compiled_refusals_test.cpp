@@ -1,0 +1,196 @@
+// Compiled mechanisms where they must not be used: pivots that degenerate, tables of time, objects
+// of another user or of another structure. The expected digits are those of the general evaluation.
+#include <unistd.h>
+
+#include <catch2/catch.hpp>
+#include <cmath>
+#include <cstdlib>
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "dynamics/assembly/assembly.hpp"
+#include "dynamics/system.hpp"
+#include "dynamics/system_functions.hpp"
+#include "facade/simulation.hpp"
+#include "io/files/compiled_object.hpp"
+#include "io/scene/open_scene.hpp"
+#include "mechanism/scene.hpp"
+#include "numerics/saddle_point.hpp"
+#include "verification/support/support.hpp"
+
+using namespace freeplay;
+namespace fs = std::filesystem;
+
+namespace {
+
+struct RefusalCache {
+  RefusalCache() { setenv("XDG_CACHE_HOME", folder.path().c_str(), 1); }
+  ~RefusalCache() { unsetenv("XDG_CACHE_HOME"); }
+  std::vector<fs::path> objects() const {
+    std::vector<fs::path> list;
+    for (const auto& entry : fs::directory_iterator(folder.path() / "freeplay")) list.push_back(entry.path());
+    return list;
+  }
+  test::TemporaryFolder folder;
+};
+
+/// A slider-crank without a drive, whose rod is as long as its crank: the rows are dependent where
+/// the crank is at 90°.
+const char* const equal_lengths = R"(
+[bodies.crank]
+mass = 1
+inertia = 0.1
+[bodies.rod]
+mass = 2
+inertia = 0.3
+[bodies.slider]
+mass = 3
+inertia = 0.2
+[joints.main]
+type = "revolute"
+between = ["ground", "crank"]
+[joints.pin]
+type = "revolute"
+between = ["crank", "rod"]
+at = [[0.1, 0], [-0.05, 0]]
+[joints.gudgeon]
+type = "revolute"
+between = ["rod", "slider"]
+at = [[0.05, 0], [0, 0]]
+[joints.guide]
+type = "translational"
+between = ["ground", "slider"]
+axis = [1, 0]
+[run]
+duration = 0.1
+start = "given"
+)";
+
+State at_crank_angle(double angle) {
+  const double x = 0.1 * std::cos(angle), y = 0.1 * std::sin(angle);
+  return {0, {0, 0, angle, 1.5 * x, 0.5 * y, -angle, 2 * x, 0, 0}, std::vector<double>(9), {}};
+}
+
+/// The text of a pendulum of this length (m).
+std::string pendulum(double length) {
+  return "gravity = [0, -9.81]\n[bodies.bar]\nmass = 1\ninertia = 0.1\n[joints.pin]\ntype = \"revolute\"\n"
+         "between = [\"ground\", \"bar\"]\nat = [[0, 0], [" +
+         std::to_string(length) + ", 0.1]]\n[run]\nduration = 1\nstart = \"assembled\"\n";
+}
+
+TracedSystem traced_of(const Scene& scene, const System& system) {
+  return trace_system(system, assemble(scene.mechanism, scene.run.start), {});
+}
+
+}  // namespace
+
+TEST_CASE("a torque table of time: steps across its knots take the mean, also in compiled runs",
+          "[compiled][program]") {
+  const RefusalCache cache;
+  // The pulse of 1 N m lasts 1 ms, after the middle of a step of 5 ms. The rotor of 0.1 kg m² gains 0.01 rad/s,
+  // and none if the table is evaluated at the middle.
+  auto scene = parse_scene(R"(
+[bodies.rotor]
+mass = 1
+inertia = 0.1
+[joints.pin]
+type = "revolute"
+between = ["ground", "rotor"]
+[drives.motor]
+joint = "pin"
+against = "time"
+torque_table = [[0.0131, 0.0], [0.0131001, 1.0], [0.0141, 1.0], [0.0141001, 0.0]]
+[run]
+duration = 0.05
+start = "given"
+[nonsmooth]
+scheme = "moreau-jean"
+step = 5e-3
+)",
+                           "pulse");
+  const auto compiled = Simulation(scene, "nonsmooth", {.compile = Compile::always}).run();
+  CHECK(compiled.compiled.used);
+  CHECK(compiled.final_state.v[2] == Approx(0.01).epsilon(1e-9));
+  CHECK(compiled.final_state.v ==
+        Simulation(scene, "nonsmooth", {.compile = Compile::never}).run().final_state.v);
+}
+
+TEST_CASE("pivots that degenerate leave the linear system to the general path", "[compiled][program]") {
+  const RefusalCache cache;
+  const auto scene = parse_scene(equal_lengths, "equal lengths");
+  System system(scene.mechanism);
+  const auto traced = trace_system(system, at_crank_angle(1), {});
+  REQUIRE(traced.solves);
+  const auto object = compiled_object(traced.object.text(), traced.object.functions());
+  REQUIRE(object.reason.empty());
+  auto functions = traced.functions(object.table);
+  functions.object = object.library;
+  system.attach(functions);
+  const double pi = std::acos(-1.0);
+  for (const double angle : {1.0, 1.5, 0.5 * pi - 1e-9}) {
+    INFO(angle);
+    const auto at = at_crank_angle(angle);
+    auto e = system.make_evaluation();
+    system.place(0, at.q.data(), e);
+    std::vector<double> factors(static_cast<std::size_t>(traced.factors)), ratios(100);
+    const double* in[] = {e.G.data()};
+    double* out[] = {factors.data(), ratios.data()};
+    const bool degenerate = angle > 1.55;
+    CHECK((functions.solve.factor(functions.constants.data(), in, out) != 0) == degenerate);
+    SaddlePoint general(system.mass(), system.pattern()), fast(system.mass(), system.pattern());
+    fast.use(system.solve_functions());
+    const std::vector<double> f(9, 1.0), r(e.phi.size(), 0.5);
+    std::vector<double> a[2], lambda[2];
+    for (const int i : {0, 1}) {
+      auto& saddle = i == 0 ? general : fast;
+      a[i].resize(9);
+      lambda[i].resize(r.size());
+      REQUIRE(saddle.factor(e.G.data()));
+      saddle.solve(f.data(), r.data(), a[i].data(), lambda[i].data());
+    }
+    CHECK(a[0] == a[1]);
+    CHECK(lambda[0] == lambda[1]);
+    CHECK(general.singular() == fast.singular());
+  }
+}
+
+TEST_CASE("an object of another structure under the name of this one is not called", "[compiled][program]") {
+  const RefusalCache cache;
+  const auto bar = parse_scene(pendulum(0.5), "bar"), crank = parse_scene(equal_lengths, "crank");
+  System pendulum_system(bar.mechanism), crank_system(crank.mechanism);
+  const auto of_bar = traced_of(bar, pendulum_system);
+  const auto of_crank = trace_system(crank_system, at_crank_angle(1), {});
+  REQUIRE(of_bar.object.functions() == of_crank.object.functions());
+  REQUIRE(compiled_object(of_bar.object.text(), of_bar.object.functions()).reason.empty());
+  const auto first = cache.objects();
+  REQUIRE(first.size() == 1);
+  REQUIRE(compiled_object(of_crank.object.text(), of_crank.object.functions()).reason.empty());
+  for (const auto& file : cache.objects())
+    if (file != first[0]) fs::rename(file, first[0]);
+  const auto object = compiled_object(of_bar.object.text(), of_bar.object.functions());
+  REQUIRE(object.reason.empty());
+  CHECK_FALSE(object.cached);
+  auto functions = of_bar.functions(object.table);
+  functions.object = object.library;
+  const auto start = assemble(bar.mechanism, bar.run.start);
+  CHECK(differing_quantities(pendulum_system, functions, start, {}) == 0);
+  CHECK(compiled_object(of_bar.object.text(), of_bar.object.functions()).cached);
+}
+
+TEST_CASE("objects and cache folders of another user are not used", "[compiled][program]") {
+  if (geteuid() != 0) return;  // only root can give files away
+  const RefusalCache cache;
+  const auto bar = parse_scene(pendulum(0.5), "bar");
+  const System system(bar.mechanism);
+  const auto traced = traced_of(bar, system);
+  const auto get = [&] { return compiled_object(traced.object.text(), traced.object.functions()); };
+  REQUIRE(get().reason.empty());
+  CHECK(get().cached);
+  REQUIRE(chown(cache.objects()[0].c_str(), 65534, 65534) == 0);
+  CHECK_FALSE(get().cached);
+  CHECK(get().cached);  // the new one
+  REQUIRE(chown((cache.folder.path() / "freeplay").c_str(), 65534, 65534) == 0);
+  CHECK(get().reason.find("belongs to another user") != std::string::npos);
+  CHECK_FALSE(get().library);
+}
