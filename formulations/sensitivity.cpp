@@ -9,6 +9,7 @@
 #include "formulations/event_driven/event_driven.hpp"
 #include "formulations/integrators/tolerance.hpp"
 #include "formulations/nonsmooth.hpp"
+#include "formulations/peak_search.hpp"
 #include "formulations/penalty/penalty_variation.hpp"
 #include "formulations/step_variation.hpp"
 #include "mechanism/scene.hpp"
@@ -163,7 +164,7 @@ void take_quantities(const SensitivityRun& run, Variation& variation, const Pres
   const auto at_end = [&](const Function& value, Sensitivity& s) {
     s.derivatives = variation.end_derivatives(d, end.x, end.t, value, s.value, s.reasons);
   };
-  std::size_t integral = 0;
+  std::size_t integral = 0, peak = 0;
   for (const auto& q : run.quantities) {
     auto& s = all.quantities.emplace_back();
     s.name = q.name;
@@ -180,6 +181,13 @@ void take_quantities(const SensitivityRun& run, Variation& variation, const Pres
         s.derivatives = variation.mean_derivatives(integral++, d, end.x, run.start.t, end.t);
         s.reasons = ended;
         break;
+      case Of::peak: {
+        const auto found = variation.peak(peak++, d, end.x, end.t);
+        s.value = found.y;
+        s.derivatives = found.slope;
+        s.reasons = found.reasons;
+        break;
+      }
       case Of::energy:
         if (q.term == EnergyTerm::contact && contact_loss(s, ended)) break;
         at_end([&](auto& f, const Vector& x, double t) { return Vector{energy_of(q.term, f, x, t)}; }, s);
@@ -198,6 +206,13 @@ std::vector<Column> integrands_of(const SensitivityRun& run) {
   return integrands;
 }
 
+std::vector<PeakChannel> channels_of(const SensitivityRun& run) {
+  std::vector<PeakChannel> channels;
+  for (const auto& q : run.quantities)
+    if (q.of == Of::peak) channels.push_back(q.channel);
+  return channels;
+}
+
 double cost_of(long evaluations, long rhs) {
   return rhs > 0 ? static_cast<double>(evaluations) / static_cast<double>(rhs) : 0;
 }
@@ -206,6 +221,7 @@ void run_event_driven(const SensitivityRun& run, Sensitivities& all) {
   VariedRun motion(run, integrands_of(run));
   auto& scheme = motion.scheme();
   auto& variation = scheme.variation();
+  variation.watch_peaks(channels_of(run));
   all.stopped = motion.go();
   const auto& d = scheme.dynamics();
   take_quantities(
@@ -237,6 +253,7 @@ void run_time_stepping(const SensitivityRun& run, Sensitivities& all) {
   EventDynamics mode(run.system, options, restitution, row_facts(run), scales.speed);
   StepVariation variation(mode, run.keys, integrands_of(run), curved_length(run.system),
                           run.end - run.start.t, options.tolerance * scales.length);
+  variation.watch_peaks(channels_of(run));
   variation.start(run.start);
   while (stepper.t() < run.end) {
     if (run.stop()) throw Interrupted();
@@ -273,6 +290,7 @@ void run_penalty(const SensitivityRun& run, Sensitivities& all) {
   auto& steps = *parts.steps;
   PenaltyVariation variation(parts, run.scene, run.start, run.keys, integrands_of(run),
                              curved_length(run.system), run.end - run.start.t);
+  variation.watch_peaks(channels_of(run));
   while (steps.t() < run.end) {
     if (run.stop()) throw Interrupted();
     variation.begin_step();

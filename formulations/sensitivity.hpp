@@ -8,7 +8,9 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <complex>
 #include <functional>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -58,15 +60,27 @@ inline constexpr std::array energy_quantities{EnergyName{EnergyTerm::kinetic, "k
                                               EnergyName{EnergyTerm::friction, "dissipated_by_friction"},
                                               EnergyName{EnergyTerm::film, "dissipated_in_films"}};
 
+/// The signal of an instrument: Σ weights · positions, or Σ weights · accelerations through a low-pass with these
+/// poles and residues (simulation/instrument.hpp).
+struct PeakChannel {
+  std::string name;
+  bool filtered = false;
+  std::vector<double> weights;  ///< one for each coordinate
+  std::vector<std::complex<double>> poles, residues;
+  std::optional<double> range;  ///< full scale
+};
+
 /// A quantity whose derivatives are requested.
 struct VariedQuantity {
-  /// event_*: of the contact event with this number, from 1; end, mean: of a column; energy: at the end
-  enum class Of { event_time, event_rate, event_impulse, end, mean, energy };
+  /// event_*: of the contact event with this number, from 1; end, mean: of a column; energy: at the end; peak:
+  /// of an instrument
+  enum class Of { event_time, event_rate, event_impulse, end, mean, energy, peak };
   std::string name;
   Of of = Of::end;
   std::size_t event = 0;
   Column column = {};
   EnergyTerm term = EnergyTerm::kinetic;
+  PeakChannel channel = {};
 };
 
 /// Contact onset: value and derivatives of time, approach rate and normal impulse.

@@ -4,6 +4,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
+
+#include "formulations/peak_search.hpp"
 
 namespace freeplay {
 namespace {
@@ -106,7 +109,7 @@ void StepVariation::finish() {
 void StepVariation::follow(const Step& s, const Step* next) {
   ++count_;
   const bool any = std::ranges::any_of(s.contacts, [](const auto& c) { return c.onset; });
-  if (all_closed() && integrands_.empty()) {
+  if (idle()) {
     for (int k = 0; any && k < mode_.system.contacts(); ++k)
       if (s.contacts[static_cast<std::size_t>(k)].onset) record(s, k, "");
     return;
@@ -114,6 +117,7 @@ void StepVariation::follow(const Step& s, const Step* next) {
   const double h = s.t - s.t_old;
   auto x = s.x_old;
   double t = s.t_old;
+  if (!first_) peaks_.jump(followed_, x);
   follow_phases(x, t, h);
   if (first_) close_at_start(s);
   first_ = false;
@@ -125,6 +129,7 @@ void StepVariation::follow(const Step& s, const Step* next) {
     t = reverse(s, x);
   }
   advance(x, t, s.t);
+  followed_ = x;
   for (std::size_t k = 0; k < last_closed_.size(); ++k)
     if (mode_.contacts[k].closed) last_closed_[k] = count_;
 }
@@ -406,15 +411,22 @@ std::optional<double> StepVariation::root_within(const Vector& x, double t, doub
 /// S after the projection onto the present mode.
 void StepVariation::project_columns(const Vector& x, double t) {
   const std::vector<int> none;
-  const Side still{Vector(size_), Vector(integrands_.size())};
+  const auto map = jump_of(none, none);
   const double speed = std::max(mode_.greatest(x.data() + mode_.system.n()), mode_.speed_scale());
-  jump({{}, t, x, x, none, none, impacts_}, none, x, still, still, Vector(keys_.size()), speed);
+  for (std::size_t c = 0; c < keys_.size(); ++c) {
+    if (!open(c)) continue;
+    auto slope = total(c, map, x, t, S_[c], 0, speed);
+    if (!open(c)) continue;
+    slope.resize(size_);
+    if (peaks_.any()) peaks_.change(c, S_[c], slope);
+    S_[c] = std::move(slope);
+  }
 }
 
 void StepVariation::advance(Vector& x, double& t, double to) {
   if (to == t) return;
   take_knot(mode_.system, t, INFINITY);
-  x = advance_stages(t, x, to - t);
+  x = advance_watched(t, x, to - t);
   t = to;
 }
 

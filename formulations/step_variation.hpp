@@ -79,7 +79,8 @@ class StepVariation : public Variation {
 
   EventDynamics& mode_;
   EventImpacts impacts_;
-  Vector x_;  // at the end of the last step
+  Vector x_;         // at the end of the last step
+  Vector followed_;  // the end of the motion that S follows, in the last followed step
   std::optional<Step> last_;
   bool first_ = true;
   std::vector<int> at_start_;      // contacts that are closed at the start

@@ -37,6 +37,7 @@
 #include "formulations/differences.hpp"
 #include "formulations/dormand_prince.hpp"
 #include "formulations/sensitivity.hpp"
+#include "formulations/varied_peaks.hpp"
 
 namespace freeplay {
 
@@ -71,6 +72,11 @@ class VariedColumns {
   template <class Present>
   Vector mean_derivatives(std::size_t i, const Present& dynamics, const Vector& x, double begin, double end);
   long evaluations() const { return evaluations_; }
+  /// Signals whose peaks are needed; called before the run.
+  void watch_peaks(std::vector<PeakChannel> channels) { peaks_.watch(std::move(channels), keys_.size()); }
+  /// The peak of a signal at the end of the run, at x and t in the present mode of `dynamics`.
+  template <class Present>
+  VariedPeaks::Peak peak(std::size_t i, const Present& dynamics, const Vector& x, double t);
 
  protected:
   using Displaced = std::array<std::unique_ptr<Dynamics>, 4>;
@@ -100,8 +106,10 @@ class VariedColumns {
     };
   }
   bool open(std::size_t c) const { return reasons_[c].empty(); }
-  bool all_closed() const {
-    return std::ranges::none_of(reasons_, [](const auto& r) { return r.empty(); });
+  /// Whether steps need not be followed.
+  bool idle() const {
+    return integrands_.empty() && !peaks_.any() &&
+           std::ranges::none_of(reasons_, [](const auto& r) { return r.empty(); });
   }
   void refuse(std::size_t c, const std::string& reason) {
     if (!open(c)) return;
@@ -128,6 +136,13 @@ class VariedColumns {
   /// Advances S over a step of constant mode, in halves where S varies faster than the motion, as about a
   /// rest. Returns x at its end.
   Vector advance_stages(double t_old, const Vector& x_old, double h, int halvings = 0);
+  /// The same, and finds peaks of signals within the step.
+  Vector advance_watched(double t_old, const Vector& x_old, double h);
+  /// A possible peak of signal i at a state; `dt`: of each column, the derivative of the time.
+  void add_peak(std::size_t i, double t, const Vector& x, double rate, const Vector& dt);
+  /// Possible peaks at an event at x, where the rates of signals change.
+  void add_event_peaks(double t, const Vector& x, const Vector& f, const Vector& after, const Vector& f_after,
+                       const Vector& dt);
   double spacing(const Dynamics& f, const Vector& x, const Vector& dx, double dt, double speed) const;
   Difference along(Dynamics& f, const Function& value, const Vector& centre, const Vector& x, double t,
                    const Vector& dx, double dt, double speed);
@@ -163,8 +178,23 @@ class VariedColumns {
   /// s, dt of each column: in advance_stages(), S is the derivative at times that change by it.
   Vector shifts_;
   long evaluations_ = 0;
+  VariedPeaks peaks_;
 
  private:
+  Vector advance_part(double t_old, const Vector& x_old, double h);
+  /// What a step changes, to repeat it.
+  struct Place {
+    std::vector<Vector> S, integral_rates;
+    Vector integrals;
+    std::vector<VariedPeaks::Modes> modes;
+  };
+  Place place() const { return {S_, integral_rates_, integrals_, peaks_.modes}; }
+  void go_back(const Place& p) {
+    S_ = p.S;
+    integral_rates_ = p.integral_rates;
+    integrals_ = p.integrals;
+    peaks_.modes = p.modes;
+  }
   /// Ratio of the spacings of differences that are tried in turn.
   static constexpr double ratio = 0.03;
   /// Displaced dynamics at closer values, where they were needed.
@@ -298,6 +328,7 @@ std::vector<double> VariedColumns<Dynamics>::advance_stages(double t_old, const 
   }
   auto x = x_old;
   for (std::size_t i = 0; i < f_.size(); ++i) add_multiple(x, h * Stages::b[i], f_[i]);
+  if (peaks_.any()) peaks_.advance(h, f_, slopes_);
   return x;
 }
 

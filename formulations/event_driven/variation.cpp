@@ -2,6 +2,8 @@
 
 #include <utility>
 
+#include "formulations/peak_search.hpp"
+
 namespace freeplay {
 namespace {
 
@@ -33,10 +35,10 @@ Variation::Variation(const EventDynamics& d, const std::vector<VariedKey>& keys,
 
 void Variation::advance(const EventDynamics& d, double t_old, const Vector& x_old, double t) {
   const double h = t - t_old;
-  if (!(h > 0) || (all_closed() && integrands_.empty())) return;
+  if (!(h > 0) || idle()) return;
   if (!mode_known_) take_mode(d);
   take_knot(d.system, t_old, d.knot);
-  advance_stages(t_old, x_old, h);
+  advance_watched(t_old, x_old, h);
 }
 
 std::vector<Variation::Vector> Variation::end_columns(const EventDynamics& d, const Vector& x, double t) {

@@ -6,6 +6,7 @@
 
 #include "formulations/event_driven/event_impacts.hpp"
 #include "formulations/event_driven/variation.hpp"
+#include "formulations/peak_search.hpp"
 
 namespace freeplay {
 namespace {
@@ -158,17 +159,20 @@ void Variation::jump(const Passed& p, const std::vector<int>& in_impact, const V
   const auto map = jump_of(in_impact, p.ended);
   const auto now = map(*probe_, x, p.t);
   for (std::size_t i = 0; i < integrands_.size(); ++i) integrals_[i] += now[size_ + 1 + i];
+  if (peaks_.any()) add_event_peaks(p.t, x, before.f, now, after.f, dt);
   for (std::size_t c = 0; c < keys_.size(); ++c) {
     if (!open(c)) continue;
     auto dx = S_[c];
     for (std::size_t i = 0; i < size_; ++i) dx[i] += dt[c] * before.f[i];
     const auto slope = total(c, map, x, p.t, dx, dt[c], speed);
     if (!open(c)) continue;
+    if (peaks_.any()) peaks_.jump(c, {x, now, dx, slope, before.f, after.f, dt[c]});
     for (std::size_t i = 0; i < size_; ++i) S_[c][i] = slope[i] - dt[c] * after.f[i];
     loss_[c] += slope[size_];
     for (std::size_t i = 0; i < integrands_.size(); ++i)
       integral_rates_[c][i] += slope[size_ + 1 + i] + dt[c] * (before.integrands[i] - after.integrands[i]);
   }
+  peaks_.jump(x, now);
 }
 
 /// Whether the impact of one of these contacts changes the rate of another.

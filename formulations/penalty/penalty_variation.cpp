@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "formulations/integrators/crossing.hpp"
+#include "formulations/peak_search.hpp"
 #include "mechanism/scene.hpp"
 
 namespace freeplay {
@@ -113,7 +114,7 @@ void PenaltyVariation::begin_step() {
 
 void PenaltyVariation::end_step() {
   const double t_old = run_.t_old(), h = run_.t() - t_old;
-  const bool needed = !all_closed() || !integrands_.empty();
+  const bool needed = !idle();
   if (h > 0 && needed) {
     take_knot(probe_->system, t_old, run_.dynamics().knot);
     auto x = run_.x_old();
@@ -179,7 +180,7 @@ void PenaltyVariation::advance(Vector& x, double t, double h, int count) {
   if (shifted) shift(x, t, 1);
   for (int i = 0; i < count; ++i) {
     const double length = h / count;
-    x = advance_stages(t + i * length, x, length);
+    x = advance_watched(t + i * length, x, length);
   }
   if (shifted) shift(x, t + h, -1);
 }
@@ -217,6 +218,7 @@ void PenaltyVariation::shift(const Vector& x, double t, double sign) {
     if (!open(c)) continue;
     add_multiple(S_[c], sign * shifts_[c], here.f);
     add_multiple(integral_rates_[c], sign * shifts_[c], here.integrands);
+    if (peaks_.any()) peaks_.shift(c, sign * shifts_[c], here.f);
   }
   if (sign < 0) std::ranges::fill(shifts_, 0.0);
 }

@@ -135,6 +135,8 @@ void PenaltyVariation::pass() {
 void PenaltyVariation::jump(const Side& before, const Side& after, const Vector& dt) {
   for (std::size_t c = 0; c < keys_.size(); ++c) {
     if (!open(c)) continue;
+    // Velocities are continuous; accelerations jump.
+    if (peaks_.any()) peaks_.jump(c, {before.f, before.f, before.f, before.f, before.f, after.f, dt[c]});
     for (std::size_t i = 0; i < size_; ++i) S_[c][i] += dt[c] * (before.f[i] - after.f[i]);
     for (std::size_t i = 0; i < integrands_.size(); ++i)
       integral_rates_[c][i] += dt[c] * (before.integrands[i] - after.integrands[i]);

@@ -147,8 +147,8 @@ void sensitivity_verb(Program& program) {
   options.scene(request.scene).required();
   options
       .add("--of", request.of,
-           "event.N.t, event.N.v_n_minus, event.N.impulse_n (N-th contact event), end.COLUMN, mean.COLUMN "
-           "or energy.KEY")
+           "event.N.t, event.N.v_n_minus, event.N.impulse_n (N-th contact event), end.COLUMN, mean.COLUMN, "
+           "peak.CHANNEL or energy.KEY")
       .takes("QUANTITY")
       .required();
   options

@@ -19,6 +19,7 @@
 #include "io/scene/toml_value.hpp"
 #include "io/scene/write_scene.hpp"
 #include "mechanism/scene.hpp"
+#include "simulation/instrument.hpp"
 
 namespace freeplay {
 namespace {
@@ -270,8 +271,40 @@ VariedQuantity event_quantity(const std::string& name) {
   return q;
 }
 
-VariedQuantity quantity_of(const Layout& layout, const std::string& name) {
+VariedQuantity peak_quantity(const Scene& scene, const System& system, const std::string& name) {
+  const auto channel = name.substr(name.find('.') + 1);
+  const auto found = std::ranges::find(scene.instruments, channel, &Instrument::name);
+  if (found == scene.instruments.end())
+    throw ModelError(name, fmt::format("\"{}\" is no instrument of the scene", channel));
+  const Channel measured(*found);
+  if (measured.sensing() == Sensing::force)
+    throw ModelError(name,
+                     "peaks of forces have no derivatives yet; use an instrument of a motion, or mean.");
+  VariedQuantity q{.name = name, .of = VariedQuantity::Of::peak, .column = {}};
+  q.channel.name = channel;
+  q.channel.range = found->range;
+  q.channel.filtered = measured.sensing() == Sensing::velocity;
+  // Instruments measure linear functions.
+  const auto n = static_cast<std::size_t>(system.n());
+  for (std::size_t i = 0; i < n; ++i) {
+    std::vector<double> unit(n);
+    unit[i] = 1;
+    q.channel.weights.push_back(measured.measure(unit.data()));
+  }
+  if (!q.channel.filtered) return q;
+  if (found->order == 1)
+    throw ModelError(name,
+                     "impacts make the signal of a low-pass of first order jump; use order = 2 or more");
+  const LowPass low(found->bandwidth, found->order);
+  q.channel.poles.assign(low.poles().begin(), low.poles().end());
+  q.channel.residues.assign(low.residues().begin(), low.residues().end());
+  return q;
+}
+
+VariedQuantity quantity_of(const Scene& scene, const System& system, const Layout& layout,
+                           const std::string& name) {
   if (name.starts_with("event.")) return event_quantity(name);
+  if (name.starts_with("peak.")) return peak_quantity(scene, system, name);
   VariedQuantity q{.name = name, .column = {}};
   const auto rest = name.substr(std::min(name.find('.') + 1, name.size()));
   if (name.starts_with("energy.")) {
@@ -285,11 +318,8 @@ VariedQuantity quantity_of(const Layout& layout, const std::string& name) {
     for (const auto& e : energy_quantities) words += fmt::format("{}{}", words.empty() ? "" : ", ", e.text);
     throw ModelError(name, "must be energy. and one of " + words);
   }
-  if (name.starts_with("peak."))
-    throw ModelError(name,
-                     "peaks of instruments have no derivatives yet; use event., end., mean. or energy.");
   if (!name.starts_with("end.") && !name.starts_with("mean."))
-    throw ModelError(name, "must begin with event., end., mean. or energy.");
+    throw ModelError(name, "must begin with event., end., mean., peak. or energy.");
   q.of = name.starts_with("end.") ? VariedQuantity::Of::end : VariedQuantity::Of::mean;
   for (const auto& columns : {trajectory_columns(layout), force_columns(layout)})
     if (const auto* c = find_column(columns, rest);
@@ -320,7 +350,7 @@ Sensitivities sensitivities(const Scene& scene, const SensitivityRequest& reques
                      .keys = {},
                      .quantities = {},
                      .stop = request.stop};
-  for (const auto& name : request.of) run.quantities.push_back(quantity_of(layout, name));
+  for (const auto& name : request.of) run.quantities.push_back(quantity_of(given, system, layout, name));
   std::vector<DisplacedScenes> displaced(request.to.size());
   for (std::size_t i = 0; i < request.to.size(); ++i)
     run.keys.push_back(request.to[i].starts_with("initial.") ? initial_value(layout, run.start, request.to[i])

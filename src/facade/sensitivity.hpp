@@ -20,7 +20,7 @@ struct Scene;
 
 /// Quantities and keys of a sensitivity analysis.
 struct SensitivityRequest {
-  /// event.N.t, event.N.v_n_minus, event.N.impulse_n, end.COLUMN, mean.COLUMN or energy.KEY
+  /// event.N.t, event.N.v_n_minus, event.N.impulse_n, end.COLUMN, mean.COLUMN, peak.CHANNEL or energy.KEY
   std::vector<std::string> of;
   /// Keys of the scene with one number; a number within a list is NAME[i] or NAME[i][j], counted from 0.
   /// Or initial.COLUMN, a coordinate or rate of a body at the start.

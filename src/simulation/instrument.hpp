@@ -29,6 +29,7 @@
 #include <array>
 #include <complex>
 #include <cstdint>
+#include <span>
 
 #include "dynamics/instruments.hpp"
 
@@ -47,6 +48,15 @@ class LowPass {
     for (int k = 0; k < modes_; ++k) z_[k] += dv;
   }
   double output() const;
+  /// @name Poles of the upper half plane and the real pole, with residues; a pair has twice its own
+  ///@{
+  std::span<const std::complex<double>> poles() const {
+    return {pole_.data(), static_cast<std::size_t>(modes_)};
+  }
+  std::span<const std::complex<double>> residues() const {
+    return {residue_.data(), static_cast<std::size_t>(modes_)};
+  }
+  ///@}
   /// Saves or restores the modes; poles and residues are computed by the constructor.
   template <class M>
   void serialize(M& m) {

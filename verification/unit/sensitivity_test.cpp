@@ -58,7 +58,7 @@ std::string reason(const std::string& text, const std::string& quantity, const s
 TEST_CASE("quantities and keys without derivatives are refused", "[sensitivity]") {
   CHECK_THAT(refusal("event.0.t", "bodies.ball.mass"), Contains("event.0.t: must be event.N.t"));
   CHECK_THAT(refusal("end.ball.q", "bodies.ball.mass"), Contains("is no column of trajectory.csv"));
-  CHECK_THAT(refusal("peak.a", "bodies.ball.mass"), Contains("peak.a: peaks of instruments"));
+  CHECK_THAT(refusal("peak.a", "bodies.ball.mass"), Contains("peak.a: \"a\" is no instrument"));
   CHECK_THAT(refusal("energy.lost", "bodies.ball.mass"), Contains("dissipated_in_contacts"));
   CHECK_THAT(refusal("end.ball.y", "bodies.ball.weight"), Contains("bodies.ball.weight: has no value"));
   CHECK_THAT(refusal("end.ball.y", "gravity"), Contains("gravity: is not one number"));

@@ -1,0 +1,143 @@
+// Derivatives of peaks of instruments' signals: closed forms at interior peaks, at impacts and at the end of the
+// run, and the low-pass of an accelerometer.
+#include <fmt/format.h>
+
+#include <catch2/catch.hpp>
+#include <cmath>
+#include <string>
+#include <vector>
+
+#include "facade/sensitivity.hpp"
+#include "mechanism/scene.hpp"
+#include "verification/support/scene_text.hpp"
+#include "verification/support/support.hpp"
+#include "verification/support/texts.hpp"
+
+using namespace freeplay;
+using Catch::Matchers::Contains;
+
+namespace {
+
+constexpr double pi = 3.14159265358979323846;
+
+/// A ball between two walls at x = −1 and x = right, without friction; it starts at x = 0.
+std::string between_walls(double right, const std::string& velocity, double duration,
+                          const std::string& instrument, const std::string& gravity = "[0, 0]") {
+  return "gravity = " + gravity + "\n" +
+         test::body("ball", 0.3, 3e-4, "position = [0, 0]\nvelocity = " + velocity) +
+         fmt::format(R"(
+[contacts.right]
+type = "plane"
+between = ["ground", "ball"]
+at = [[{}, 0], [0, 0]]
+axis = [0, 1]
+radius = 0.05
+stiffness = 1e5
+surface = "hard"
+[contacts.left]
+type = "plane"
+between = ["ground", "ball"]
+at = [[-1, 0], [0, 0]]
+axis = [0, -1]
+radius = 0.05
+stiffness = 1e5
+surface = "hard"
+[surfaces.hard]
+restitution = 0.8
+)",
+                     right) +
+         instrument + test::run_for(duration, "start = \"given\"\n");
+}
+
+const std::string gauge =
+    "[instruments.gauge]\ntype = \"lvdt\"\nbody = \"ball\"\naxis = [1, 0]\nsampling = 1e4\n";
+const std::string pickup =
+    "[instruments.pickup]\ntype = \"accelerometer\"\nbody = \"ball\"\naxis = [1, 0]\nbandwidth = 200\norder = 2\n"
+    "sampling = 1e4\n";
+
+Sensitivities of(const std::string& text, const std::string& quantity, std::vector<std::string> keys,
+                 const std::string& formulation = "nonsmooth", const std::vector<std::string>& options = {}) {
+  return sensitivities(parse_scene(text, "peak", options),
+                       {.of = {quantity}, .to = std::move(keys), .formulation = formulation});
+}
+
+}  // namespace
+
+TEST_CASE("peaks of positions have closed derivatives", "[sensitivity]") {
+  // thrown against a constant force: x = v²/(2 g) at t = v/g, g = 4
+  const auto thrown = of(between_walls(3, "[2, 0]", 0.9, gauge, "[-4, 0]"), "peak.gauge",
+                         {"initial.ball.vx", "gravity[0]", "initial.ball.x"})
+                          .quantities[0];
+  CHECK(thrown.value == Approx(0.5).epsilon(1e-10));
+  CHECK(thrown.derivatives[0] == Approx(0.5).epsilon(1e-9));
+  CHECK(thrown.derivatives[1] == Approx(4.0 / 32).epsilon(1e-9));
+  CHECK(thrown.derivatives[2] == Approx(1).epsilon(1e-9));
+  // at the impact: x = right − radius, whatever the speed
+  const auto hit =
+      of(between_walls(0.6, "[2, 0]", 0.5, gauge), "peak.gauge",
+         {"contacts.right.at[0][0]", "contacts.right.radius", "initial.ball.vx", "initial.ball.x"})
+          .quantities[0];
+  CHECK(hit.value == Approx(0.55).epsilon(1e-10));
+  CHECK(hit.derivatives[0] == Approx(1).epsilon(1e-9));
+  CHECK(hit.derivatives[1] == Approx(-1).epsilon(1e-9));
+  CHECK(std::abs(hit.derivatives[2]) < 1e-9);
+  CHECK(std::abs(hit.derivatives[3]) < 1e-9);
+  // at the end: x = v T
+  const auto end =
+      of(between_walls(3, "[2, 0]", 0.5, gauge), "peak.gauge", {"initial.ball.vx", "run.duration"})
+          .quantities[0];
+  CHECK(end.value == Approx(1).epsilon(1e-10));
+  CHECK(end.derivatives[0] == Approx(0.5).epsilon(1e-9));
+  CHECK(end.derivatives[1] == Approx(2).epsilon(1e-9));
+}
+
+TEST_CASE("two equal peaks have no derivative", "[sensitivity]") {
+  const auto q =
+      of(between_walls(1, "[2, 0]", 2.2, gauge), "peak.gauge", {"contacts.right.at[0][0]"}).quantities[0];
+  CHECK(std::isnan(q.derivatives[0]));
+  CHECK_THAT(q.reasons[0], Contains("two peaks of gauge are equal"));
+  CHECK_THAT(test::refusal_of<std::exception>(
+                 [] { of(between_walls(1, "[2, 0]", 1, gauge), "peak.x", {"gravity[0]"}); }),
+             Contains("is no instrument of the scene"));
+}
+
+// A jump D of the velocity gives D ω √2 exp(−ωt/√2) sin(ωt/√2) behind a low-pass of second order, with its greatest
+// value D ω exp(−π/4); D = (1 + e) v.
+TEST_CASE("the peak of an accelerometer's signal has its closed derivatives", "[sensitivity]") {
+  const double omega = 2 * pi * 200, peak = omega * std::exp(-pi / 4), e = 0.8, v = 2;
+  const auto text = between_walls(0.6, "[2, 0]", 0.5, pickup);
+  const std::vector<std::string> keys{"surfaces.hard.restitution", "initial.ball.vx", "bodies.ball.mass"};
+  const auto check = [&](const Sensitivity& q, double bound) {
+    CHECK(q.value == Approx((1 + e) * v * peak).epsilon(bound));
+    CHECK(q.derivatives[0] == Approx(v * peak).epsilon(bound));
+    CHECK(q.derivatives[1] == Approx((1 + e) * peak).epsilon(bound));
+    CHECK(std::abs(q.derivatives[2]) < bound * q.value);
+  };
+  // Quadrature of the low-pass, with ω h = 0.1: 1e-9 for each part.
+  check(of(text, "peak.pickup", keys).quantities[0], 1e-8);
+  // Free flight: the steps have no error but that of the impact's instant, which does not matter here.
+  check(of(text, "peak.pickup", keys, "nonsmooth", {"nonsmooth.scheme=moreau-jean", "nonsmooth.step=1e-3"})
+            .quantities[0],
+        1e-6);
+  // A range below the peak clips it.
+  const auto clipped =
+      of(text, "peak.pickup", keys, "nonsmooth", {"instruments.pickup.range=100"}).quantities[0];
+  CHECK_THAT(clipped.reasons[0], Contains("exceeds the range"));
+}
+
+TEST_CASE("the peak of an accelerometer's signal in a penalty run equals differences of runs",
+          "[sensitivity]") {
+  const auto text =
+      between_walls(0.6, "[2, 0]", 0.4, pickup) + "[penalty]\nintegrator = \"dopri5\"\ntolerance = 1e-12\n";
+  for (const std::string key : {"contacts.right.stiffness", "surfaces.hard.restitution"}) {
+    const auto all = of(text, "peak.pickup", {key}, "penalty");
+    const double p = all.key_values[0], h = 1e-3 * p;
+    const auto at = [&](double x) {
+      return of(text, "peak.pickup", {}, "penalty", {fmt::format("{}={:.17g}", key, x)}).quantities[0].value;
+    };
+    const double slope = (8 * (at(p + h) - at(p - h)) - (at(p + 2 * h) - at(p - 2 * h))) / (12 * h);
+    CAPTURE(key);
+    // error of the differences: 1e-10 of the value, a thousandth of which is the change
+    CHECK(all.quantities[0].derivatives[0] == Approx(slope).epsilon(1e-6));
+  }
+}
