@@ -295,7 +295,7 @@ EndState run_end_state(SensitivityRun run) {
   if (end.refused.empty())
     for (const auto& column : variation.end_columns(scheme.dynamics(), x, scheme.t()))
       end.columns.push_back(parts(column));
-  for (const auto& onset : motion.onsets()) end.onsets.push_back({onset.contact, onset.t, onset.rate});
+  for (const auto& onset : motion.onsets()) end.onsets.push_back({onset.contact, onset.t, onset.rate, onset.dt, onset.drate});
   return end;
 }
 

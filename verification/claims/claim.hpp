@@ -152,6 +152,7 @@ Findings published_cases();
 Findings tangential_compliance();
 Findings sensitivity_claims();
 Findings orbits();
+Findings branches();
 
 // Parts of the set "published-cases", in files of their own.
 void published_smooth(Findings& f);

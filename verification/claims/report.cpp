@@ -21,6 +21,7 @@ constexpr ClaimSet sets[] = {
     {"tangential-compliance", "Tangential compliance of contacts", tangential_compliance},
     {"sensitivities", "Derivatives through impacts and friction", sensitivity_claims},
     {"orbits", "Periodic motions and their multipliers", orbits},
+    {"branches", "Branches of periodic motions and their bifurcations", branches},
     {"gears", "Gears, racks, slots and end stops", gears},
     {"oracle", "The paper's slider-crank against an independent derivation", oracle},
     {"forces", "Reaction forces, sensors and undetermined reactions", forces},

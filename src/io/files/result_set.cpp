@@ -36,6 +36,8 @@ const std::vector<Members>& all_members() {
       {"poincare", {"section.json", "section.csv", "figures/poincare*"}},
       {"sensitivity", {"sensitivity.json", "figures/sensitivity*"}},
       {"orbit", {"orbit.json"}},
+      {"continue",
+       {"continue.json", "branch.csv", "branch_impacts.csv", "bifurcations.csv", "figures/branch*"}},
       {"bifurcation", {"bifurcation.json", "bifurcation.csv", "figures/bifurcation*"}},
       {"basin", {"basin.json", "basin.csv", "figures/basin*"}},
       {"check", {"pose.json", "pose.csv", "figures/pose*"}},
