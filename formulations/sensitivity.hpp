@@ -111,5 +111,7 @@ struct EndState {
 };
 /// Likewise, for the state at the end of the run; the quantities are not evaluated.
 EndState run_end_state(SensitivityRun run);
+/// The same by a formulation.
+EndState run_end_state(SensitivityRun run, Family family);
 
 }  // namespace freeplay

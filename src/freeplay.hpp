@@ -35,6 +35,7 @@
 /// - sensitivities() (facade/sensitivity.hpp): derivatives of results with respect to scene keys and
 ///   initial values.
 /// - orbit() (facade/orbit.hpp): periodic motions and their Floquet multipliers.
+/// - continue_orbit() (facade/continuation.hpp): branches of periodic motions and their bifurcations.
 /// - Outside (mechanism/outside.hpp): contact laws and load forces that the caller implements.
 ///
 /// Units: SI and radians throughout. No member takes another unit, except the text that
@@ -64,6 +65,7 @@
 /// link freeplay::freeplay. docs/reference/library.md has complete examples.
 #pragma once
 
+#include "facade/continuation.hpp"
 #include "facade/orbit.hpp"
 #include "facade/sensitivity.hpp"
 #include "facade/simulation.hpp"
@@ -72,6 +74,7 @@
 #include "simulation/observer.hpp"
 #include "simulation/statistics.hpp"
 #include "simulation/trajectory.hpp"
+#include "values/branch.hpp"
 #include "values/identity.hpp"
 #include "values/orbit.hpp"
 #include "values/result.hpp"

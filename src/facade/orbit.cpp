@@ -91,9 +91,8 @@ bool is_equilibrium(const ReturnPoint& p) {
 }  // namespace
 
 Orbit orbit(const Scene& scene, const OrbitRequest& request) {
-  if (family_of(request.formulation) == Family::penalty)
-    throw ModelError("formulation", "\"penalty\" has no derivatives yet; use \"nonsmooth\"");
-  if (scene.nonsmooth.scheme_in_force() == Scheme::moreau_jean)
+  const auto family = family_of(request.formulation);
+  if (family == Family::nonsmooth && scene.nonsmooth.scheme_in_force() == Scheme::moreau_jean)
     throw ModelError("nonsmooth.scheme",
                      "time stepping has no derivatives yet; set it to \"event-driven\" or \"automatic\"");
   if (request.periods < 1) throw ModelError("periods", "must be 1 or greater");
@@ -117,7 +116,7 @@ Orbit orbit(const Scene& scene, const OrbitRequest& request) {
       return found;
     }
   }
-  ReturnMap map(given, system, found.period * request.periods, autonomous, request.stop);
+  ReturnMap map(given, system, found.period * request.periods, autonomous, request.stop, family);
   auto start = simulation.state();
   map.take_closed(start);
   map.chart(start);
@@ -133,7 +132,8 @@ Orbit orbit(const Scene& scene, const OrbitRequest& request) {
   int steps = fewest_map_steps;
   if (!p.end.refused.empty() && p.end.stopped.empty())
     p.failure += "; a fraction of a period in settle moves the section";
-  const double accepted = accepted_errors * given.nonsmooth.tolerance;
+  const double accepted =
+      accepted_errors * (family == Family::penalty ? given.penalty.tolerance : given.nonsmooth.tolerance);
   std::string reason = p.failure;
   while (map.size() > 0 && p.failure.empty() && found.iterations < most_iterations) {
     const double before = p.greatest;

@@ -31,8 +31,9 @@ constexpr double settled = 1e-8;
 
 }  // namespace
 
-ReturnMap::ReturnMap(const Scene& scene, const System& system, double length, bool autonomous, StopToken stop)
-    : scene_(scene), system_(system), stop_(stop), autonomous_(autonomous), length_(length) {
+ReturnMap::ReturnMap(const Scene& scene, const System& system, double length, bool autonomous, StopToken stop,
+                     Family family)
+    : scene_(scene), system_(system), stop_(stop), autonomous_(autonomous), length_(length), family_(family) {
   if (system.longest_arm() > 0) curved_ = system.longest_arm();
   for (int k = 0; k < system.contacts(); ++k)
     if (system.contact_facts(k).has_clearance) curved_ = std::min(curved_, system.contact_facts(k).clearance);
@@ -44,6 +45,7 @@ double ReturnMap::time_unit() const { return length_ / turn_of_map; }
 
 void ReturnMap::take_closed(const State& s) {
   closed_.clear();
+  if (family_ == Family::penalty) return;  // a closed contact has a depth, and shift() refuses it
   auto e = system_.make_evaluation();
   system_.place(s.t, s.q.data(), e);
   double fastest = 0;
@@ -145,7 +147,7 @@ ReturnPoint ReturnMap::run(const State& s, double length, int steps, const MapKe
                                  return s.t +
                                         (key->length && to_return ? key->length(scene, system) : length);
                                }};
-    keys.push_back(vary(scene_, system_, from, key->name, Family::nonsmooth, displaced));
+    keys.push_back(vary(scene_, system_, from, key->name, family_, displaced));
   }
   ReturnPoint p;
   p.state = s;
@@ -157,7 +159,8 @@ ReturnPoint ReturnMap::run(const State& s, double length, int steps, const MapKe
                          .keys = std::move(keys),
                          .quantities = {},
                          .stop = stop_,
-                         .longest_step = length_ / steps});
+                         .longest_step = length_ / steps},
+                        family_);
   p.failure = p.end.stopped.empty() ? p.end.refused : p.end.stopped;
   return p;
 }

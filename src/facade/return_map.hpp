@@ -19,6 +19,7 @@
 
 #include "formulations/sensitivity.hpp"
 #include "numerics/dense.hpp"
+#include "values/family.hpp"
 #include "values/state.hpp"
 #include "values/stop.hpp"
 
@@ -51,7 +52,8 @@ struct MapKey {
 class ReturnMap {
  public:
   /// `length`: N T (s); `autonomous`: whether T is unknown.
-  ReturnMap(const Scene& scene, const System& system, double length, bool autonomous, StopToken stop);
+  ReturnMap(const Scene& scene, const System& system, double length, bool autonomous, StopToken stop,
+            Family family = Family::nonsmooth);
 
   bool autonomous() const { return autonomous_; }
   double length() const { return length_; }
@@ -89,7 +91,8 @@ class ReturnMap {
   const System& system_;
   StopToken stop_;
   bool autonomous_;
-  double length_;          // s, of all periods
+  double length_;  // s, of all periods
+  Family family_;
   Eigen::MatrixXd basis_;  // M^(1/2) Z
   Eigen::VectorXd roots_;  // diagonal of M^(1/2)
   std::vector<int> closed_;
