@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "dynamics/assembly/assembly.hpp"
 #include "formulations/event_driven/event_driven.hpp"
@@ -330,15 +331,15 @@ Sensitivities run_sensitivities(const SensitivityRun& run, Family family) {
   return all;
 }
 
-EndState run_end_state(SensitivityRun run) {
-  VariedRun motion(run, {});
-  auto& scheme = motion.scheme();
+namespace {
+
+/// Fills an EndState from the integrated vector x, its columns and its onsets at the end of a run.
+template <class Variation, class Present>
+void take_end(const SensitivityRun& run, Variation& variation, const Present& d, const std::vector<double>& x,
+              double t, int state_offset, EndState& end) {
   const auto& system = run.system;
-  EndState end;
-  end.stopped = motion.go();
-  const auto& x = scheme.x();
   const auto n = static_cast<std::size_t>(system.n()), states = static_cast<std::size_t>(system.states());
-  const auto offset = static_cast<std::size_t>(scheme.dynamics().state_offset());
+  const auto offset = static_cast<std::size_t>(state_offset);
   const auto parts = [&](const std::vector<double>& all) {
     std::vector<double> list(all.begin(), all.begin() + static_cast<long>(2 * n));
     list.insert(list.end(), all.begin() + static_cast<long>(offset),
@@ -346,7 +347,7 @@ EndState run_end_state(SensitivityRun run) {
     return list;
   };
   const auto values = parts(x);
-  end.state = {scheme.t(), {}, {}, {}};
+  end.state = {t, {}, {}, {}};
   end.state.q.assign(values.begin(), values.begin() + static_cast<long>(n));
   end.state.v.assign(values.begin() + static_cast<long>(n), values.begin() + static_cast<long>(2 * n));
   end.state.z.assign(values.begin() + static_cast<long>(2 * n), values.end());
@@ -356,13 +357,48 @@ EndState run_end_state(SensitivityRun run) {
     end.scales.push_back(norm.absolute[i] + norm.relative[i] * std::abs(values[i]));
   end.potential = system.potential(x.data());
   end.kinetic = system.kinetic(x.data() + n);
-  auto& variation = scheme.variation();
-  for (std::size_t c = 0; c < variation.keys().size(); ++c)
+  for (std::size_t c = 0; c < run.keys.size(); ++c)
     if (end.refused.empty()) end.refused = variation.reason(c);
   if (end.refused.empty())
-    for (const auto& column : variation.end_columns(scheme.dynamics(), x, scheme.t()))
-      end.columns.push_back(parts(column));
-  for (const auto& onset : motion.onsets()) end.onsets.push_back({onset.contact, onset.t, onset.rate});
+    for (const auto& column : variation.end_columns(d, x, t)) end.columns.push_back(parts(column));
+  auto onsets = variation.onsets();
+  std::ranges::stable_sort(onsets, {}, &VariedOnset::t);
+  for (const auto& onset : onsets)
+    end.onsets.push_back({onset.contact, onset.t, onset.rate, onset.dt, onset.drate});
+}
+
+EndState penalty_end_state(const SensitivityRun& run) {
+  const auto parts = make_penalty_parts(run.scene, run.system, run.start);
+  auto& steps = *parts.steps;
+  PenaltyVariation variation(parts, run.scene, run.start, run.keys, {}, curved_length(run.system),
+                             run.end - run.start.t);
+  EndState end;
+  while (steps.t() < run.end) {
+    if (run.stop()) throw Interrupted();
+    variation.begin_step();
+    if (!steps.step(std::min(run.end, steps.t() + run.longest_step))) {
+      end.stopped = steps.failure();
+      variation.refuse(end.stopped);
+      break;
+    }
+    variation.end_step();
+  }
+  take_end(run, variation, steps.dynamics(), variation.x(), steps.t(), steps.dynamics().state_offset(), end);
+  return end;
+}
+
+}  // namespace
+
+EndState run_end_state(SensitivityRun run) { return run_end_state(std::move(run), Family::nonsmooth); }
+
+EndState run_end_state(SensitivityRun run, Family family) {
+  if (family == Family::penalty) return penalty_end_state(run);
+  VariedRun motion(run, {});
+  auto& scheme = motion.scheme();
+  EndState end;
+  end.stopped = motion.go();
+  take_end(run, scheme.variation(), scheme.dynamics(), scheme.x(), scheme.t(),
+           scheme.dynamics().state_offset(), end);
   return end;
 }
 

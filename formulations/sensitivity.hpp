@@ -112,7 +112,8 @@ Sensitivities run_sensitivities(const SensitivityRun& run, Family family);
 struct EndState {
   struct Onset {
     int contact = 0;
-    double t = 0, rate = 0;  ///< s; m/s, rate of the gap, negative
+    double t = 0, rate = 0;         ///< s; m/s, rate of the gap, negative
+    std::vector<double> dt, drate;  ///< one for each key; NaN where there is none
   };
   State state;
   std::vector<std::vector<double>> columns;  ///< d(q, v, z)/dp, one list for each key
@@ -124,5 +125,7 @@ struct EndState {
 };
 /// Likewise, for the state at the end of the run; the quantities are not evaluated.
 EndState run_end_state(SensitivityRun run);
+/// The same by a formulation.
+EndState run_end_state(SensitivityRun run, Family family);
 
 }  // namespace freeplay

@@ -66,6 +66,18 @@ class VariedColumns {
   template <class Present>
   Vector end_derivatives(const Present& dynamics, const Vector& x, double t, const Function& value,
                          double& now, std::vector<std::string>& reasons);
+  /// dx/dp of all columns at the end of the run, at x and t in the present mode. A column without a
+  /// derivative is zero.
+  template <class Present>
+  std::vector<Vector> end_columns(const Present& dynamics, const Vector& x, double t) {
+    take_mode(dynamics);
+    Vector f(size_);
+    (*probe_)(x, f, t);
+    auto columns = S_;
+    for (std::size_t c = 0; c < keys_.size(); ++c)
+      if (open(c)) add_multiple(columns[c], keys_[c].end_rate, f);
+    return columns;
+  }
   /// Mean of the i-th integrand from `begin` to `end` (s), and its derivatives at the end of the run. The
   /// mean of a force includes the impulses of impacts.
   double mean(std::size_t i, double begin, double end) const { return integrals_[i] / (end - begin); }

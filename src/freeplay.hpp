@@ -36,6 +36,7 @@
 ///   initial values.
 /// - orbit() (facade/orbit.hpp): periodic motions and their Floquet multipliers.
 /// - lyapunov() (facade/lyapunov.hpp): Lyapunov exponents of a motion with impacts.
+/// - continue_orbit() (facade/continuation.hpp): branches of periodic motions and their bifurcations.
 /// - Outside (mechanism/outside.hpp): contact laws and load forces that the caller implements.
 ///
 /// Units: SI and radians throughout. No member takes another unit, except the text that
@@ -65,6 +66,7 @@
 /// link freeplay::freeplay. docs/reference/library.md has complete examples.
 #pragma once
 
+#include "facade/continuation.hpp"
 #include "facade/lyapunov.hpp"
 #include "facade/orbit.hpp"
 #include "facade/sensitivity.hpp"
@@ -74,6 +76,7 @@
 #include "simulation/observer.hpp"
 #include "simulation/statistics.hpp"
 #include "simulation/trajectory.hpp"
+#include "values/branch.hpp"
 #include "values/identity.hpp"
 #include "values/lyapunov.hpp"
 #include "values/orbit.hpp"

@@ -42,14 +42,8 @@ void Variation::advance(const EventDynamics& d, double t_old, const Vector& x_ol
 }
 
 std::vector<Variation::Vector> Variation::end_columns(const EventDynamics& d, const Vector& x, double t) {
-  take_mode(d);
   mode_known_ = false;
-  Vector f(size_);
-  (*probe_)(x, f, t);
-  auto columns = S_;
-  for (std::size_t c = 0; c < keys_.size(); ++c)
-    if (open(c)) add_multiple(columns[c], keys_[c].end_rate, f);
-  return columns;
+  return VariedColumns::end_columns(d, x, t);
 }
 
 void Variation::project_columns(const EventDynamics& d, const Vector& x, double t) {

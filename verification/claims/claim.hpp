@@ -154,6 +154,7 @@ Findings sensitivity_claims();
 Findings orbits();
 Findings compiled_mechanisms();
 Findings lyapunov_exponents();
+Findings branches();
 
 // Parts of the set "published-cases", in files of their own.
 void published_smooth(Findings& f);

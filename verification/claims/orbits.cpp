@@ -10,8 +10,8 @@
 #include "facade/orbit.hpp"
 #include "mechanism/scene.hpp"
 #include "verification/claims/claim.hpp"
+#include "verification/claims/orbit_scenes.hpp"
 #include "verification/references/orbits.hpp"
-#include "verification/support/scene_text.hpp"
 
 namespace freeplay::verification {
 namespace {
@@ -20,7 +20,6 @@ using Pair = std::array<std::complex<long double>, 2>;
 
 constexpr double resolved = 1e-8;
 const char* const resolved_reason = "required: eight digits; tolerance 1e-12 per step";
-const char* const scheme = "[nonsmooth]\nscheme = \"event-driven\"\ntolerance = 1e-12\n";
 
 struct OrbitCase {
   Findings& f;
@@ -57,41 +56,11 @@ struct OrbitCase {
   }
 };
 
-/// The scene begins beside the periodic motion by this share of its height and velocity.
-std::string shaken_ball(const reference::ShakenBall& b, long double beside) {
-  const long double after = b.period() - b.impact_time();
-  return fmt::format("gravity = [0, {:.17g}]\n", -static_cast<double>(b.gravity)) +
-         test::body("table", 1, 0.01) +
-         test::body("ball", 0.3, 3e-4,
-                    fmt::format("position = [0, {:.17g}]\nvelocity = [0, {:.17g}]\n",
-                                static_cast<double>(0.05L + b.height(after) * (1 + beside)),
-                                static_cast<double>(b.velocity(after) * (1 + beside)))) +
-         test::guide("guide", "ground", "table", {0, 1}) + test::guide("rail", "ground", "ball", {0, 1}) +
-         fmt::format(R"([contacts.pair]
-type = "plane"
-between = ["table", "ball"]
-radius = 0.05
-surface = "hard"
-[surfaces.hard]
-restitution = {:.17g}
-[curves.shake]
-shape = "harmonic"
-amplitude = {:.17g}
-period = {:.17g}
-phase = {:.17g}
-[drives.shaker]
-joint = "guide"
-position = "shake"
-)",
-                     static_cast<double>(b.restitution), static_cast<double>(b.amplitude),
-                     static_cast<double>(b.period() / b.number), static_cast<double>(b.start)) +
-         test::run_for(1) + scheme;
-}
-
 OrbitCase ball_case(Findings& f, const std::string& subject, const reference::ShakenBall& b,
                     double settle = 0, long double beside = 1e-3L) {
-  return {f, subject,
-          orbit(parse_scene(shaken_ball(b, beside), "ball"), {.periods = b.number, .settle = settle})};
+  return {
+      f, subject,
+      orbit(parse_scene(scenes::shaken_ball(b, beside), "ball"), {.periods = b.number, .settle = settle})};
 }
 
 void balls(Findings& f) {
@@ -132,42 +101,9 @@ void balls(Findings& f) {
   }
 }
 
-/// The force is F sin(Ωt) in the time of the scene, which begins one part in a thousand beside the
-/// periodic motion.
 OrbitCase oscillator_case(Findings& f, const std::string& subject, const reference::ImpactOscillator& o,
                           long double& impact) {
-  const auto m = o.motion();
-  const long double turn = 2 * std::acos(-1.0L), cycle = turn / o.frequency;
-  impact = (m.psi + turn / 4) / o.frequency;
-  impact -= cycle * std::floor(impact / cycle);
-  const long double after = o.period() - impact;
-  const auto text =
-      test::body("mass", static_cast<double>(o.mass), 0.01,
-                 fmt::format("position = [{:.17g}, 0]\nvelocity = [{:.17g}, 0]\n",
-                             static_cast<double>(o.position(m, after) - 1e-3L * std::abs(o.stop)),
-                             static_cast<double>(o.velocity(m, after)))) +
-      test::guide("rail", "ground", "mass") +
-      test::spring("spring", "ground", "mass", {-1, 0}, {0, 0}, static_cast<double>(o.stiffness), 1,
-                   fmt::format("damping = {:.17g}\n", static_cast<double>(o.damping))) +
-      fmt::format(R"([contacts.stop]
-type = "travel-stop"
-joint = "rail"
-upper = {:.17g}
-surface = "hard"
-[surfaces.hard]
-restitution = {:.17g}
-[curves.force]
-shape = "harmonic"
-amplitude = {:.17g}
-period = {:.17g}
-[drives.shaker]
-joint = "rail"
-force = "force"
-against = "time"
-)",
-                  static_cast<double>(o.stop), static_cast<double>(o.restitution),
-                  static_cast<double>(o.force), static_cast<double>(cycle)) +
-      test::run_for(1) + scheme;
+  const auto text = scenes::impact_oscillator(o, impact);
   return {f, subject, orbit(parse_scene(text, "oscillator"), {.periods = o.number, .settle = 0})};
 }
 

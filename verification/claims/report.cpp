@@ -23,6 +23,7 @@ constexpr ClaimSet sets[] = {
     {"orbits", "Periodic motions and their multipliers", orbits},
     {"compiled", "Compiled mechanisms against general evaluation", compiled_mechanisms},
     {"lyapunov", "Lyapunov exponents through impacts", lyapunov_exponents},
+    {"branches", "Branches of periodic motions and their bifurcations", branches},
     {"gears", "Gears, racks, slots and end stops", gears},
     {"oracle", "The paper's slider-crank against an independent derivation", oracle},
     {"forces", "Reaction forces, sensors and undetermined reactions", forces},

@@ -112,6 +112,18 @@ struct ImpactOscillator {
                ((-o.decay * o.A + o.rate * o.B) * c + (-o.decay * o.B - o.rate * o.A) * s) +
            frequency * (-o.C * std::sin(frequency * t) + o.S * std::cos(frequency * t));
   }
+  /// Force at which both motions coincide (a multiplier 1): the quadratic equation for A has one root.
+  long double fold() const {
+    const auto m = motion();
+    const long double s = m.S / m.A;
+    return stop * std::abs(s) / std::sqrt(1 + s * s) * resistance();
+  }
+  /// Force at which the steady oscillation reaches the stop without impact, X = d.
+  long double grazing() const { return stop * resistance(); }
+  /// F/X of the steady oscillation.
+  long double resistance() const {
+    return std::hypot(stiffness - mass * frequency * frequency, damping * frequency);
+  }
   long double determinant() const { return restitution * restitution * std::exp(-damping / mass * period()); }
   /// Of the free oscillation over T, followed by the impact, whose time varies with the state:
   ///     dx⁺ = −e dx⁻,   dv⁺ = −e dv⁻ + (a⁺ + e a⁻)/v⁻ dx⁻.

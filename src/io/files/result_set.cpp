@@ -37,6 +37,8 @@ const std::vector<Members>& all_members() {
       {"sensitivity", {"sensitivity.json", "figures/sensitivity*"}},
       {"orbit", {"orbit.json"}},
       {"lyapunov", {"lyapunov.json", "lyapunov.csv", "figures/lyapunov*"}},
+      {"continue",
+       {"continue.json", "branch.csv", "branch_impacts.csv", "bifurcations.csv", "figures/branch*"}},
       {"bifurcation", {"bifurcation.json", "bifurcation.csv", "figures/bifurcation*"}},
       {"basin", {"basin.json", "basin.csv", "figures/basin*"}},
       {"check", {"pose.json", "pose.csv", "figures/pose*"}},

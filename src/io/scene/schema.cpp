@@ -144,6 +144,21 @@ constexpr SchemaKey study_keys[] = {
     {"study.basin.tolerance", "number", "", "0.001",
      "tolerance for equal points, relative to a column's scale"},
     {"study.basin.most_period", "number", "", "16", "longest period of the search"},
+    {"study.continue.key", "text", "", "", "key of the scene with one number; KEY[i] within a list"},
+    {"study.continue.from", "number", "", "",
+     "value of the key at which the branch begins; units as in scenes"},
+    {"study.continue.to", "number", "", "", "other end of the range of the key"},
+    {"study.continue.step", "number", "", "a fiftieth of the range", "greatest step of the key"},
+    {"study.continue.set", "names", "", "[]", "keys of the scene, KEY=VALUE"},
+    {"study.continue.periods", "number", "", "1", "periods of the drive after which the motion repeats"},
+    {"study.continue.settle", "number", "", "10", "periods of the drive before the first guess"},
+    {"study.continue.period", "number", "s", "of the drive",
+     "period of the drives; without a drive, an estimate of that of the motion"},
+    {"study.continue.follow_doubled", "number", "", "1",
+     "number of successive period doublings whose branches are followed"},
+    {"study.continue.most_points", "number", "", "2000", "most motions of a branch"},
+    {"study.continue.scale", "number", "", "1", "factor of the values of the key in the figure"},
+    {"study.continue.unit", "text", "", "", "unit of the scaled values"},
 };
 
 /// Keys of a figure style, read by plots/drawing/style.cpp.
@@ -269,6 +284,7 @@ constexpr std::pair<std::string_view, std::string_view> tables[] = {
     {"study.calibrate.targets.*", "a target"},
     {"study.bifurcation", "[bifurcation]"},
     {"study.basin", "[basin]"},
+    {"study.continue", "[continue]"},
     {"style", "a style"}};
 
 }  // namespace

@@ -227,6 +227,7 @@ SceneError in_study(const Study& study, const SceneError& error) {
   };
   set_in("bifurcation", study.bifurcation);
   set_in("basin", study.basin);
+  set_in("continue", study.continuation);
   for (const auto& axis : study.axes) {
     look({"axes"}, axis.name, axis.key + "=");
     for (const auto& key : axis.others) look({"axes"}, axis.name, key + "=");
@@ -294,6 +295,7 @@ Study read_study(const std::filesystem::path& file, Reach reach) {
   if (root.has("calibrate")) study.calibration = read_calibration(root.child("calibrate"), study);
   if (root.has("bifurcation")) study.bifurcation = read_bifurcation(root.child("bifurcation"), study.axes);
   if (root.has("basin")) study.basin = read_basin(root.child("basin"), study.axes);
+  if (root.has("continue")) study.continuation = read_continuation(root.child("continue"));
   root.done("a study");
   require_expressions(study);
   double runs = 0;

@@ -16,6 +16,7 @@
 #include "mechanism/keys.hpp"
 #include "study/attractors/attractor_plan.hpp"
 #include "study/runs/perturb.hpp"
+#include "study/settings/continuation_plan.hpp"
 #include "study/settings/measure.hpp"
 
 namespace freeplay {
@@ -152,6 +153,7 @@ struct Study {
   std::optional<Calibration> calibration;
   std::optional<BifurcationPlan> bifurcation;
   std::optional<BasinPlan> basin;
+  std::optional<ContinuationPlan> continuation;
 };
 
 /// The settings that affect every run, with the values in force, one line KEY = VALUE each.

@@ -1,0 +1,149 @@
+// Branches of periodic motions over one key: stable motions as full lines, unstable ones dashed, bifurcations
+// marked, over the points of a bifurcation diagram if the folder has one.
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <nlohmann/json.hpp>
+
+#include "io/files/input_file.hpp"
+#include "plots/drawing/column_title.hpp"
+#include "plots/drawing/figure.hpp"
+#include "plots/drawing/panels.hpp"
+#include "plots/drawing/style.hpp"
+#include "plots/tables/table.hpp"
+
+namespace freeplay::plots {
+namespace {
+
+struct Mark {
+  const char* kind;
+  const char* title;
+  Word look;
+};
+constexpr Mark marks[] = {{"fold", "fold", "pt 9 ps 1.0 lc rgb C4"},
+                          {"flip", "period doubling", "pt 7 ps 0.9 lc rgb C5"},
+                          {"torus", "torus", "pt 5 ps 0.9 lc rgb C6"},
+                          {"grazing", "grazing impact", "pt 2 ps 1.0 lw 2 lc rgb C7"},
+                          {"liftoff", "lift-off", "pt 13 ps 1.1 lc rgb C8"},
+                          {"sequence", "other sequence", "pt 11 ps 1.0 lc rgb C9"}};
+
+/// Column of the ordinate: that of the bifurcation diagram if it is one of impacts, else the approach speed.
+std::string ordinate(const std::filesystem::path& folder) {
+  if (!std::filesystem::exists(folder / "bifurcation.json")) return "approach";
+  const JsonFile diagram(folder / "bifurcation.json");
+  const auto name = diagram.text("bifurcation.columns.0.name");
+  return name == "phase" ? name : "approach";
+}
+
+std::vector<std::filesystem::path> draw_branch(const std::filesystem::path& folder) {
+  const JsonFile document(folder / "continue.json");
+  const double scale = document.number("continue.scale");
+  const auto column = ordinate(folder);
+  // Points by branch and motion; a motion with several impacts has several curves.
+  Rows rows(folder / "branch_impacts.csv");
+  const auto branch = rows.place("branch"), point = rows.place("point"), value = rows.place("parameter"),
+             stable = rows.place("stable"), at = rows.place(column);
+  struct Motion {
+    double x = 0, stable = 0;
+    std::vector<double> y;
+  };
+  std::map<std::pair<int, int>, Motion> motions;
+  Limits across, up;
+  while (rows.next()) {
+    auto& m = motions[{static_cast<int>(rows.number(branch)), static_cast<int>(rows.number(point))}];
+    m.x = scale * rows.number(value);
+    m.stable = rows.number(stable);
+    m.y.push_back(rows.number(at));
+    across.hold(m.x);
+    up.hold(m.y.back());
+  }
+  if (motions.empty()) return {};
+  Figure f{.name = "branch", .height_cm = 10, .source = "continue.json"};
+  Block cloud("brute force: parameter, " + column);
+  if (std::filesystem::exists(folder / "bifurcation.csv")) {
+    Rows points(folder / "bifurcation.csv");
+    const auto x = points.place("value"), y = points.place(column);
+    while (points.next())
+      if (std::isfinite(points.number(y))) {
+        cloud.row({points.number(x), points.number(y)});
+        up.hold(points.number(y));
+      }
+  }
+  Block solid("stable: parameter, " + column), dashed("unstable: parameter, " + column);
+  // The i-th impact of successive motions is a curve; it ends where the number of impacts, the stability or
+  // the circle of phases is passed.
+  for (auto m = motions.begin(); m != motions.end(); ++m) {
+    const auto next = std::next(m);
+    if (next == motions.end() || next->first.first != m->first.first ||
+        next->second.y.size() != m->second.y.size())
+      continue;
+    auto& block = m->second.stable > 0 && next->second.stable > 0 ? solid : dashed;
+    for (std::size_t i = 0; i < m->second.y.size(); ++i) {
+      // After a move of the section the same impacts begin with another one.
+      const double here = m->second.y[i];
+      double there = next->second.y[i];
+      for (const double y : next->second.y)
+        if (std::abs(y - here) < std::abs(there - here)) there = y;
+      if (column == "phase" && std::abs(there - here) > 0.5) continue;
+      block.row({m->second.x, here}).row({next->second.x, there}).gap();
+    }
+  }
+  std::map<std::string, Block> found;
+  Rows events(folder / "bifurcations.csv");
+  const auto kind = events.place("kind"), where = events.place("parameter"), of = events.place("branch"),
+             number = events.place("point");
+  while (events.next()) {
+    // The motions beside the bifurcation give its ordinate.
+    const double x = scale * events.number(where);
+    const auto next =
+        motions.find({static_cast<int>(events.number(of)), static_cast<int>(events.number(number))});
+    auto before =
+        next == motions.end()
+            ? motions.find({static_cast<int>(events.number(of)), static_cast<int>(events.number(number)) - 1})
+            : std::prev(next);
+    if (before == motions.end()) continue;
+    auto& block = found.try_emplace(events.name(kind), Block(events.name(kind) + ": parameter, " + column))
+                      .first->second;
+    for (std::size_t i = 0; i < before->second.y.size(); ++i) {
+      double y = before->second.y[i];
+      if (next != motions.end() && next->second.y.size() == before->second.y.size() &&
+          next->second.x != before->second.x) {
+        const double share =
+            std::clamp((x - before->second.x) / (next->second.x - before->second.x), 0.0, 1.0);
+        y += share * (next->second.y[i] - y);
+      }
+      block.row({x, y});
+    }
+  }
+  Panel panel{.title = title_of_column(column, column == "phase" ? "" : "m/s"),
+              .axis = axis_of(up.least, up.most),
+              .curves = {}};
+  if (column == "phase") panel.axis = {0, 1};
+  const auto add = [&](const Block& block, const Script& look, const std::string& title) {
+    if (block.empty()) return;
+    panel.curves.push_back({Script().add("DATA index {} using 1:2 with {}", f.blocks.size(), look), title});
+    f.blocks.push_back(block);
+  };
+  add(cloud, Script().add("points pt 7 ps 0.25 lc rgb 0xb0b6bc"), "settled motions");
+  add(solid, Script().add("lines lw 2.2 lc rgb C1"), "stable");
+  add(dashed, Script().add("lines lw 1.6 dt (6,4) lc rgb C2"), "unstable");
+  for (const auto& m : marks)
+    if (const auto it = found.find(m.kind); it != found.end())
+      add(it->second, Script().add("points {}", m.look), m.title);
+  const double margin = across.range() > 0 ? 0.02 * across.range() : 1;
+  const auto key = document.text("continue.key");
+  add_panels(f, style_of(folder),
+             {.abscissa = {AxisTitle::plain(key, document.text("continue.unit")),
+                           {across.least - margin, across.most + margin}},
+              .panels = {std::move(panel)},
+              .each = 7.5});
+  return {draw(f, folder)};
+}
+
+}  // namespace
+
+const Drawing branch{{"continue.json"}, draw_branch};
+
+}  // namespace freeplay::plots

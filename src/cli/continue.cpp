@@ -1,0 +1,225 @@
+// freeplay continue: branches of periodic motions over one key of a scene, and their bifurcations.
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <nlohmann/json.hpp>
+#include <string>
+
+#include "cli/default_folder.hpp"
+#include "cli/ending.hpp"
+#include "cli/progress.hpp"
+#include "cli/verb.hpp"
+#include "cli/wrapped.hpp"
+#include "facade/continuation.hpp"
+#include "io/files/output_file.hpp"
+#include "io/files/result_set.hpp"
+#include "io/files/run_json.hpp"
+#include "io/scene/located.hpp"
+#include "mechanism/scene.hpp"
+#include "plots/drawing/figure.hpp"
+#include "study/settings/provenance.hpp"
+#include "study/settings/study.hpp"
+
+namespace freeplay::cli {
+namespace {
+
+struct ContinueVerb : Request {
+  std::string study;
+  Reach reach = Reach::beside;
+  std::string output;  ///< result folder
+};
+
+double greatest_modulus(const Orbit& o) {
+  return o.multipliers.empty() ? 0 : std::abs(o.multipliers.front());
+}
+std::complex<double> first_multiplier(const Orbit& o) {
+  return o.multipliers.empty() ? std::complex<double>(0) : o.multipliers.front();
+}
+
+/// Phase of an impact in the period of the drive.
+double phase_in(double t, double period) {
+  const double phase = t / period - std::floor(t / period);
+  return phase < 1 ? phase : 0;
+}
+
+std::string kind_name(const Bifurcation& b) { return bifurcation_names[static_cast<std::size_t>(b.kind)]; }
+
+/// Tables of a continuation, row by row.
+struct BranchTables {
+  std::string branch, impacts,
+      bifurcations =
+          "kind,parameter,period_s,branch,point,periods,multiplier_re,multiplier_im,joint,follows,new_branch,"
+          "residual\n";
+
+  explicit BranchTables(const Scene& scene) {
+    branch =
+        "branch,point,parameter,period_s,stable,greatest_modulus,multiplier_re,multiplier_im,periods,impacts,"
+        "least_speed,t";
+    for (const char* part : {"x", "y", "theta", "vx", "vy", "omega"})
+      for (const auto& body : scene.mechanism.bodies) branch += fmt::format(",{}.{}", body.name, part);
+    branch += "\n";
+    impacts = "branch,point,parameter,stable,t,phase,joint,approach\n";
+  }
+  static std::string row(const BranchPoint& p) {
+    const auto& o = p.orbit;
+    double slowest = NAN;
+    for (const auto& i : o.impacts) slowest = std::isnan(slowest) ? i.speed : std::min(slowest, i.speed);
+    const auto first = first_multiplier(o);
+    auto text = fmt::format("{},{},{},{},{},{},{},{},{},{},{},{}", p.branch, p.number, p.parameter, o.period,
+                            o.stable ? 1 : 0, greatest_modulus(o), first.real(), first.imag(), o.periods,
+                            o.impacts.size(), slowest, o.state.t);
+    for (const auto* list : {&o.state.q, &o.state.v})
+      for (std::size_t part = 0; part < 3; ++part)
+        for (std::size_t i = part; i < list->size(); i += 3) text += fmt::format(",{}", (*list)[i]);
+    return text + "\n";
+  }
+  static std::string impact_rows(const BranchPoint& p) {
+    std::string text;
+    for (const auto& i : p.orbit.impacts)
+      text += fmt::format("{},{},{},{},{},{},{},{}\n", p.branch, p.number, p.parameter,
+                          p.orbit.stable ? 1 : 0, i.t, phase_in(i.t, p.orbit.period), i.joint, i.speed);
+    return text;
+  }
+  static std::string row(const Bifurcation& b) {
+    const auto first = first_multiplier(b.at.orbit);
+    return fmt::format("{},{},{},{},{},{},{},{},{},{},{},{}\n", kind_name(b), b.at.parameter,
+                       b.at.orbit.period, b.at.branch, b.at.number, b.at.orbit.periods, first.real(),
+                       first.imag(), b.joint, b.follows, b.new_branch, b.residual);
+  }
+};
+
+nlohmann::json finite(double x) { return std::isfinite(x) ? nlohmann::json(x) : nlohmann::json(); }
+
+nlohmann::json continuation_json(const ContinuationPlan& plan, const Branches& found) {
+  nlohmann::json document = {{"key", plan.key},     {"from", plan.from}, {"to", plan.to},
+                             {"scale", plan.scale}, {"unit", plan.unit}, {"periods", plan.periods}};
+  auto branches = nlohmann::json::array(), bifurcations = branches;
+  for (const auto& e : found.ends)
+    branches.push_back(
+        {{"branch", e.branch}, {"points", e.points}, {"begins", e.begins}, {"ends", e.reason}});
+  for (const auto& b : found.bifurcations) {
+    auto multipliers = nlohmann::json::array();
+    for (const auto& m : b.at.orbit.multipliers) multipliers.push_back({m.real(), m.imag()});
+    bifurcations.push_back({{"kind", kind_name(b)},
+                            {"parameter", b.at.parameter},
+                            {"period_s", b.at.orbit.period},
+                            {"branch", b.at.branch},
+                            {"joint", b.joint},
+                            {"follows", b.follows},
+                            {"new_branch", b.new_branch},
+                            {"residual", finite(b.residual)},
+                            {"multipliers", multipliers},
+                            {"t", b.at.orbit.state.t},
+                            {"q", b.at.orbit.state.q},
+                            {"v", b.at.orbit.state.v}});
+  }
+  document["branches"] = branches;
+  document["bifurcations"] = bifurcations;
+  return document;
+}
+
+void print(const ContinuationPlan& plan, const Branches& found) {
+  for (const auto& e : found.ends)
+    fmt::print("{}", wrapped(fmt::format("branch {}, from {}: {} motions; ends: {}\n", e.branch, e.begins,
+                                         e.points, e.reason)));
+  if (!found.bifurcations.empty())
+    fmt::print("{:<9}{:>7} {:>20} {:>14}  {}\n", "kind", "branch", plan.key.substr(plan.key.rfind('.') + 1),
+               "period, s", "follows");
+  for (const auto& b : found.bifurcations)
+    fmt::print("{:<9}{:>7} {:>20.12g} {:>14.9g}  {}{}\n", kind_name(b), b.at.branch, b.at.parameter,
+               b.at.orbit.period, b.follows,
+               b.new_branch > 0 ? fmt::format(" (branch {})", b.new_branch) : std::string());
+}
+
+int continue_branches(const ContinueVerb& request) try {
+  const auto study = read_study(request.study, request.reach);
+  if (!study.continuation)
+    throw SceneError(
+        fmt::format("{}: has no table [continue]; see docs/theory/continuation.md", request.study));
+  const auto& plan = *study.continuation;
+  const auto scene = [&] {
+    try {
+      return read_scene(study.scene, plan.overrides, study.reach == Reach::anywhere);
+    } catch (const SceneError& e) {
+      throw in_study(study, e);
+    }
+  }();
+  const auto folder = result_folder(request.output, default_folder(study.file, "-continue"));
+  nlohmann::json document;
+  document["provenance"] = provenance(study);
+  document["provenance"]["scene_file"] = study.scene.lexically_normal().string();
+  ResultSet set(folder, "continue");
+  BranchTables tables(scene);
+  // Rows so far, which remain if the process is killed.
+  const auto rows = folder / "branch.csv", marks = folder / "bifurcations.csv";
+  Branches found;
+  {
+    OutputFile live(rows), live_marks(marks);
+    live.keep();
+    live_marks.keep();
+    live.write(tables.branch);
+    live_marks.write(tables.bifurcations);
+    Progress progress;
+    ContinuationRequest what{.key = plan.key,
+                             .from = plan.from,
+                             .to = plan.to,
+                             .step = plan.step,
+                             .periods = plan.periods,
+                             .settle = plan.settle,
+                             .period = plan.period,
+                             .follow_doubled = plan.follow_doubled,
+                             .most_points = plan.most_points,
+                             .stop = request.stop};
+    what.on_point = [&](const BranchPoint& p) {
+      const auto row = BranchTables::row(p);
+      live.write(row);
+      live.settle();
+      tables.branch += row;
+      tables.impacts += BranchTables::impact_rows(p);
+      progress.show(fmt::format("branch {}, motion {}", p.branch, p.number),
+                    std::abs((p.parameter - plan.from) / (plan.to - plan.from)));
+    };
+    what.on_bifurcation = [&](const Bifurcation& b) {
+      const auto row = BranchTables::row(b);
+      live_marks.write(row);
+      live_marks.settle();
+      tables.bifurcations += row;
+    };
+    found = located_in(scene, [&] { return continue_orbit(scene, what); });
+    progress.clear();
+  }
+  const auto partial = [](std::filesystem::path path) { return path += ".partial"; };
+  if (!found.failure.empty()) {
+    remove_file(partial(rows));
+    remove_file(partial(marks));
+    fmt::print(stderr, "{}", wrapped("no periodic motion found at the start: " + found.failure + "\n"));
+    return 1;
+  }
+  document["continue"] = continuation_json(plan, found);
+  write_json(set.place() / "continue.json", document);
+  write_file(set.place() / "branch.csv", tables.branch);
+  write_file(set.place() / "branch_impacts.csv", tables.impacts);
+  write_file(set.place() / "bifurcations.csv", tables.bifurcations);
+  set.commit();
+  remove_file(partial(rows));
+  remove_file(partial(marks));
+  print(plan, found);
+  fmt::print("results in {}\n", folder.string());
+  for (const auto& path : plots::all(folder)) fmt::print("figure: {}\n", path.string());
+  return 0;
+} catch (const Interrupted&) {
+  return interrupted(Kept::nothing);
+}
+
+}  // namespace
+
+void continue_verb(Program& program) {
+  auto [options, request] = program.verb(
+      "continue", "follow a periodic motion over one key, to its bifurcations", continue_branches);
+  options.add("study", request.study, "study file with a table [continue]").required();
+  options.output(request.output, "result folder; default out/NAME-continue");
+  options.allow_outside(request.reach);
+}
+
+}  // namespace freeplay::cli

@@ -1,0 +1,182 @@
+#include "facade/branch_events.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <complex>
+#include <limits>
+#include <utility>
+
+namespace freeplay {
+namespace {
+
+using Eigen::VectorXd;
+
+constexpr int most_locations = 40;
+/// A bifurcation is located to this share of the bracket, or until the test function vanishes to rounding.
+constexpr double located_share = 1e-12;
+/// A pair with a smaller imaginary part is real: no torus begins there.
+constexpr double complex_part = 1e-6;
+/// Most motions in an extrapolation to a grazing impact.
+constexpr std::size_t most_extrapolated = 6;
+
+/// Multipliers without that of a shift along the motion.
+std::vector<std::complex<double>> decisive(const BranchSolver& solver, const BranchMotion& m) {
+  auto list = m.multipliers.values;
+  if (solver.setup().autonomous && !list.empty())
+    list.erase(std::ranges::min_element(list, {}, [](const auto& x) { return std::abs(x - 1.0); }));
+  return list;
+}
+
+double fold_test(const BranchSolver&, const BranchMotion& m) { return m.tangent_key(); }
+
+double flip_test(const BranchSolver& solver, const BranchMotion& m) {
+  std::complex<double> product = 1;
+  for (const auto& x : decisive(solver, m)) product *= (1.0 + x) / (1 + std::abs(x));
+  return product.real();
+}
+
+double torus_test(const BranchSolver& solver, const BranchMotion& m) {
+  const auto list = decisive(solver, m);
+  std::complex<double> product = 1;
+  for (std::size_t i = 0; i < list.size(); ++i)
+    for (std::size_t j = 0; j < i; ++j) {
+      const auto pair = list[i] * list[j];
+      product *= (1.0 - pair) / (1 + std::abs(pair));
+    }
+  return product.real();
+}
+
+/// Whether the pair with a product nearest 1 is complex.
+bool has_complex_pair(const BranchSolver& solver, const BranchMotion& m) {
+  const auto list = decisive(solver, m);
+  double least = INFINITY;
+  bool is_complex = false;
+  for (std::size_t i = 0; i < list.size(); ++i)
+    for (std::size_t j = 0; j < i; ++j)
+      if (const double beside = std::abs(1.0 - list[i] * list[j]); beside < least) {
+        least = beside;
+        is_complex = std::abs(list[i].imag()) > complex_part;
+      }
+  return is_complex;
+}
+
+/// The zero of a test function between arclengths 0 and `distance` by the Illinois method.
+template <class Test>
+std::optional<BranchEvent> locate(const BranchSolver& solver, const BranchMotion& base, double distance,
+                                  double at_base, double at_next, Test test) {
+  double a = 0, fa = at_base, b = distance, fb = at_next;
+  std::optional<BranchEvent> best;
+  std::string reason;
+  for (int i = 0; i < most_locations && b - a > located_share * distance; ++i) {
+    double s = (a * fb - b * fa) / (fb - fa);
+    if (!(s > a && s < b)) s = 0.5 * (a + b);
+    auto m = solver.along(base, s, reason);
+    if (!m) return best;
+    const double f = test(*m);
+    const double last = best ? best->residual : INFINITY, before = best ? best->distance : INFINITY;
+    if (std::abs(f) <= std::abs(last) || !best)
+      best = BranchEvent{.distance = s, .motion = std::move(*m), .residual = f};
+    if (f == 0 || std::abs(s - before) < located_share * distance) break;
+    if ((f > 0) == (fb > 0)) {
+      b = s;
+      fb = f;
+      fa *= 0.5;
+    } else {
+      a = b;
+      fa = fb;
+      b = s;
+      fb = f;
+    }
+    if (a > b) {
+      std::swap(a, b);
+      std::swap(fa, fb);
+    }
+  }
+  return best;
+}
+
+}  // namespace
+
+std::vector<BranchEvent> events_between(BranchSolver& solver, const BranchMotion& base, double distance,
+                                        BranchMotion& next) {
+  using Test = double (*)(const BranchSolver&, const BranchMotion&);
+  static constexpr std::pair<BifurcationKind, Test> tests[] = {{BifurcationKind::fold, fold_test},
+                                                               {BifurcationKind::flip, flip_test},
+                                                               {BifurcationKind::torus, torus_test}};
+  std::vector<BranchEvent> list;
+  bool refined = false;
+  for (const auto& [kind, test] : tests) {
+    const double before = test(solver, base), after = test(solver, next);
+    if (!(before * after < 0)) continue;
+    if (!refined && !solver.refine_motion(next).empty()) continue;
+    refined = true;
+    auto found =
+        locate(solver, base, distance, before, after, [&](const BranchMotion& m) { return test(solver, m); });
+    if (!found || (kind == BifurcationKind::torus && !has_complex_pair(solver, found->motion))) continue;
+    found->kind = kind;
+    list.push_back(std::move(*found));
+  }
+  std::ranges::stable_sort(list, {}, &BranchEvent::distance);
+  return list;
+}
+
+std::optional<BranchEvent> reach_key(const BranchSolver& solver, const BranchMotion& base, double distance,
+                                     const BranchMotion& next, double value) {
+  const auto beside = [&](const BranchMotion& m) { return (m.parameter - value) / solver.setup().range(); };
+  return locate(solver, base, distance, beside(base), beside(next), beside);
+}
+
+VectorXd doubling_direction(const BranchMotion& flip) {
+  const auto eigen = general_eigen(flip.point.map);
+  Eigen::Index nearest = 0;
+  for (Eigen::Index i = 1; i < eigen.values.size(); ++i)
+    if (std::abs(eigen.values[i] + 1.0) < std::abs(eigen.values[nearest] + 1.0)) nearest = i;
+  return eigen.vectors.col(nearest).real().normalized();
+}
+
+SlowOnset slowest_onset(const BranchMotion& m) {
+  SlowOnset slow;
+  double fastest = 0;
+  for (const double v : m.point.state.v) fastest = std::max(fastest, std::abs(v));
+  for (std::size_t i = 0; i < m.point.end.onsets.size(); ++i) {
+    const double speed = -m.point.end.onsets[i].rate;
+    fastest = std::max(fastest, speed);
+    if (std::isnan(slow.speed) || speed < slow.speed) slow = {i, speed, NAN};
+  }
+  slow.share = slow.speed / fastest;
+  return slow;
+}
+
+Grazing grazing_of(const std::vector<BranchMotion>& motions, std::size_t onset) {
+  const auto count = std::min(motions.size(), most_extrapolated);
+  const auto* first = motions.data() + (motions.size() - count);
+  std::vector<double> v(count);
+  for (std::size_t i = 0; i < count; ++i) v[i] = -first[i].point.end.onsets[onset].rate;
+  // Neville's scheme at v = 0; `error`: change by the last motion.
+  double change = 0;
+  const auto at_zero = [&](auto value) {
+    std::vector<double> y(count);
+    for (std::size_t i = 0; i < count; ++i) y[i] = value(first[i]);
+    change = std::numeric_limits<double>::infinity();
+    for (std::size_t k = 1; k < count; ++k) {
+      const double before = y[count - k];
+      for (std::size_t i = 0; i + k < count; ++i)
+        y[i] = (v[i] * y[i + 1] - v[i + k] * y[i]) / (v[i] - v[i + k]);
+      change = std::abs(y[count - 1 - k] - before);
+    }
+    return y.front();
+  };
+  Grazing g{.onset = onset, .state = first[count - 1].point.state};
+  g.parameter = at_zero([](const BranchMotion& m) { return m.parameter; });
+  g.error = change;
+  g.period = at_zero([](const BranchMotion& m) { return m.model->map.length(); });
+  for (std::size_t i = 0; i < g.state.q.size(); ++i) {
+    g.state.q[i] = at_zero([&](const BranchMotion& m) { return m.point.state.q[i]; });
+    g.state.v[i] = at_zero([&](const BranchMotion& m) { return m.point.state.v[i]; });
+  }
+  for (std::size_t i = 0; i < g.state.z.size(); ++i)
+    g.state.z[i] = at_zero([&](const BranchMotion& m) { return m.point.state.z[i]; });
+  return g;
+}
+
+}  // namespace freeplay

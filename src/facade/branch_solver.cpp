@@ -1,0 +1,294 @@
+#include "facade/branch_solver.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+#include <utility>
+
+#include "facade/excitation.hpp"
+#include "facade/varied_key.hpp"
+#include "mechanism/error.hpp"
+#include "values/family.hpp"
+
+namespace freeplay {
+namespace {
+
+using Eigen::MatrixXd, Eigen::VectorXd;
+
+constexpr int most_corrections = 12;
+/// A motion is accepted as periodic if its residual is at most this times nonsmooth.tolerance.
+constexpr double accepted_residual = 1e3;
+/// Newton's method has converged if its step is below this.
+constexpr double negligible_step = 1e-11;
+/// Directions with less influence than this, relative, are neutral (facade/orbit.cpp).
+constexpr double neutral_direction = 1e-9;
+
+double map_length(const BranchSetup& setup, int periods, const Scene& scene, const System& system) {
+  return periods * section_period(excitation_of(scene.mechanism, system), setup.period);
+}
+
+Scene with_key(const Scene& given, const BranchSetup& setup, double parameter) {
+  Scene scene = given;
+  set_number_key(scene, setup.key, Family::nonsmooth, parameter);
+  return scene;
+}
+
+/// Times of onsets after the section, s.
+std::vector<double> onset_times(const BranchMotion& m) {
+  std::vector<double> list;
+  for (const auto& onset : m.point.end.onsets) list.push_back(onset.t - m.point.state.t);
+  return list;
+}
+
+std::vector<double> difference_of(const State& a, const State& b) {
+  auto list = all_of(a);
+  const auto other = all_of(b);
+  for (std::size_t i = 0; i < list.size(); ++i) list[i] -= other[i];
+  return list;
+}
+
+/// Length of a tangent without the part of the period.
+double length_of(const VectorXd& tangent, Eigen::Index local) {
+  return std::hypot(tangent.head(local).norm(), tangent[tangent.size() - 1]);
+}
+
+}  // namespace
+
+BranchModel::BranchModel(const Scene& given, const BranchSetup& setup, int periods, double parameter)
+    : scene(with_key(given, setup, parameter)),
+      system(scene.mechanism),
+      map(scene, system, setup.autonomous ? 1 : map_length(setup, periods, scene, system), setup.autonomous,
+          setup.stop) {}
+
+std::vector<int> BranchMotion::sequence() const {
+  std::vector<int> list;
+  for (const auto& onset : point.end.onsets) list.push_back(onset.contact);
+  return list;
+}
+
+BranchSolver::BranchSolver(const Scene& given, BranchSetup setup, int periods)
+    : given_(given), setup_(std::move(setup)), periods_(periods) {}
+
+MapKey BranchSolver::key() const {
+  MapKey k{.name = setup_.key};
+  if (!setup_.autonomous)
+    k.length = [this](const Scene& scene, const System& system) {
+      return map_length(setup_, periods_, scene, system);
+    };
+  return k;
+}
+
+std::shared_ptr<BranchModel> BranchSolver::model(double parameter, const std::vector<int>& closed,
+                                                 double length) const {
+  auto m = std::make_shared<BranchModel>(given_, setup_, periods_, parameter);
+  m->map.set_closed(closed);
+  if (setup_.autonomous) m->map.set_length(length);
+  return m;
+}
+
+/// Rows: the map over σ, then the condition. Columns: u/σ, ln T if unknown, ξ.
+MatrixXd BranchSolver::system_at(const BranchCondition& c, const BranchModel& m, const ReturnPoint& p) const {
+  const auto f = m.map.size(), extra = static_cast<Eigen::Index>(setup_.autonomous ? 1 : 0);
+  MatrixXd A(f + 1, f + extra + 1);
+  A.topLeftCorner(f, f) = p.map - MatrixXd::Identity(f, f);
+  if (setup_.autonomous) A.block(0, f, f, 1) = p.flow / scale_;
+  A.topRightCorner(f, 1) = p.by_key * (setup_.range() / scale_);
+  const auto local = c.base.model->map.size();
+  const auto tangent = c.tangent.head(local);
+  const auto part = [&](std::size_t column) {
+    return tangent.dot(c.base.model->map.local(p.starts[column])) / scale_;
+  };
+  for (Eigen::Index k = 0; k < f; ++k) A(f, k) = part(static_cast<std::size_t>(k)) * scale_;
+  if (setup_.autonomous) A(f, f) = 0;
+  A(f, f + extra) = part(p.starts.size() - 1) * setup_.range() + c.tangent[c.tangent.size() - 1];
+  return A;
+}
+
+std::optional<BranchMotion> BranchSolver::solve(const BranchCondition& c, const BranchGuess& guess,
+                                                std::string& reason) const {
+  const auto by = key();
+  BranchMotion m;
+  m.parameter = guess.parameter;
+  State s = guess.state;
+  double length = guess.length, before = INFINITY, step = INFINITY;
+  std::vector<double> shift(all_of(s).size());
+  try {
+    for (; m.iterations <= most_corrections; ++m.iterations) {
+      if (setup_.stop()) throw Interrupted();
+      m.model = model(m.parameter, c.base.model->map.closed(), length);
+      auto& map = m.model->map;
+      reason = map.shift(shift, s);
+      if (!reason.empty()) return {};
+      map.chart(s);
+      m.point = map.at(s, steps_, &by);
+      reason = m.point.failure;
+      if (!reason.empty()) return {};
+      const double accepted = accepted_residual * m.model->scene.nonsmooth.tolerance;
+      const auto f = map.size();
+      if (f != c.base.model->map.size()) {
+        reason = "the number of degrees of freedom changes";
+        return {};
+      }
+      const double beside =
+          c.tangent.head(f).dot(c.base.model->map.local(difference_of(s, c.base.point.state))) / scale_ +
+          c.tangent[c.tangent.size() - 1] * (m.parameter - c.base.parameter) / setup_.range() - c.distance;
+      const auto A = system_at(c, *m.model, m.point);
+      const MinimumNorm inverse(A, neutral_direction);
+      if (m.point.greatest <= accepted && std::abs(beside) < 1e-9 &&
+          (step < negligible_step || m.point.greatest > 0.5 * before)) {
+        m.multipliers = multipliers_of(m.point, setup_.autonomous);
+        VectorXd ahead = VectorXd::Zero(f + 1);
+        ahead[f] = 1;
+        m.tangent = inverse.solve(ahead);
+        m.tangent /= length_of(m.tangent, f);
+        return m;
+      }
+      if (m.iterations > 1 && m.point.greatest > 10 * before && m.point.greatest > accepted) break;
+      before = m.point.greatest;
+      VectorXd rest(f + 1);
+      rest.head(f) = -m.point.residual / scale_;
+      rest[f] = -beside;
+      const VectorXd change = inverse.solve(rest);
+      step = length_of(change, f);
+      shift = map.displacement(scale_ * change.head(f));
+      m.parameter += setup_.range() * change[change.size() - 1];
+      if (setup_.autonomous) {
+        const double ratio = 1 + change[f];
+        if (!(ratio > 0.5 && ratio < 2)) break;
+        length = map.length() * ratio;
+      }
+    }
+  } catch (const ModelError& e) {
+    reason = e.what();
+    return {};
+  }
+  reason = fmt::format("Newton's method does not converge; its residual is {:.3g}", m.point.greatest);
+  return {};
+}
+
+std::optional<BranchMotion> BranchSolver::along(const BranchMotion& base, double distance,
+                                                std::string& reason) const {
+  const auto f = base.model->map.size();
+  const VectorXd step = distance * base.tangent;
+  BranchGuess guess{base.point.state, base.parameter + setup_.range() * step[step.size() - 1],
+                    base.model->map.length() * (setup_.autonomous ? 1 + step[f] : 1)};
+  const auto moved = base.model->map.displacement(scale_ * step.head(f));
+  const auto n = guess.state.q.size();
+  for (std::size_t i = 0; i < n; ++i) {
+    guess.state.q[i] += moved[i];
+    guess.state.v[i] += moved[n + i];
+  }
+  for (std::size_t k = 0; k < guess.state.z.size(); ++k) guess.state.z[k] += moved[2 * n + k];
+  return solve({base, base.tangent, distance}, guess, reason);
+}
+
+std::optional<BranchMotion> BranchSolver::at_key(const BranchMotion& base, const BranchGuess& guess,
+                                                 std::string& reason) const {
+  VectorXd tangent = VectorXd::Zero(base.tangent.size());
+  tangent[tangent.size() - 1] = 1;
+  return solve({base, tangent, (guess.parameter - base.parameter) / setup_.range()}, guess, reason);
+}
+
+std::optional<BranchMotion> BranchSolver::begin(const State& near, double parameter, double length,
+                                                bool rising, std::string& reason) {
+  BranchMotion base;
+  base.parameter = parameter;
+  base.model = model(parameter, {}, length);
+  auto& map = base.model->map;
+  map.take_closed(near);
+  base.point.state = near;
+  map.chart(near);
+  if (map.size() == 0) {
+    reason = "the motion has no degrees of freedom at the section";
+    return {};
+  }
+  base.tangent = VectorXd::Zero(map.size() + (setup_.autonomous ? 1 : 0) + 1);
+  auto m = at_key(base, {near, parameter, length}, reason);
+  if (!m) return {};
+  reason = refine_motion(*m);
+  if (!reason.empty()) return {};
+  if (!rising) m->tangent = -m->tangent;
+  if (margin(*m) < 0.5) reason = recentre(*m);
+  if (!reason.empty()) return {};
+  const auto f = m->model->map.size();
+  const double u = m->tangent.head(f).norm(), xi = std::abs(m->tangent_key());
+  if (u > 0 && xi > 0) {
+    const double ratio = u / xi;
+    scale_ *= ratio;
+    m->tangent.head(f) /= ratio;
+    m->tangent /= length_of(m->tangent, f);
+  }
+  return m;
+}
+
+std::string BranchSolver::refine_motion(BranchMotion& m) {
+  const auto by = key();
+  int steps = steps_;
+  const auto why = refine(m.model->map, m.point, steps, &by);
+  steps_ = std::max(steps_, steps / 2);
+  m.multipliers = multipliers_of(m.point, setup_.autonomous);
+  return why;
+}
+
+double BranchSolver::margin(const BranchMotion& m) {
+  double least = 0.5;
+  const double length = m.model->map.length();
+  for (const double t : onset_times(m)) least = std::min({least, t / length, 1 - t / length});
+  return least;
+}
+
+std::string BranchSolver::recentre(BranchMotion& m) const {
+  const auto times = onset_times(m);
+  if (times.empty()) return {};
+  const auto& map = m.model->map;
+  const double length = map.length();
+  double begin = times.back() - length, longest = times.front() - begin, at = begin + 0.5 * longest;
+  for (std::size_t i = 1; i < times.size(); ++i)
+    if (times[i] - times[i - 1] > longest) {
+      longest = times[i] - times[i - 1];
+      at = times[i - 1] + 0.5 * longest;
+    }
+  const double start = m.point.state.t;
+  if (at < 0) at += length;
+  if (at == 0) return {};
+  const auto by = key();
+  const auto part = map.until(m.point.state, start + at, steps_, &by);
+  if (!part.failure.empty()) return part.failure;
+  const auto f = map.size();
+  std::vector<double> ahead(all_of(m.point.state).size());
+  for (std::size_t c = 0; c < part.end.columns.size(); ++c) {
+    const double share = c + 1 < part.end.columns.size() ? scale_ * m.tangent[static_cast<Eigen::Index>(c)]
+                                                         : setup_.range() * m.tangent_key();
+    for (std::size_t i = 0; i < ahead.size(); ++i) ahead[i] += share * part.end.columns[c][i];
+  }
+  State s = part.end.state;
+  // The same phase in the first period, where rounding errors of times and turns are least.
+  if (const double periods = std::floor(s.t / length + 1e-9); periods != 0) {
+    const double whole = 2 * std::numbers::pi;
+    for (std::size_t i = 2; i < s.q.size(); i += 3)
+      s.q[i] -= periods * whole * std::round((m.point.end.state.q[i] - m.point.state.q[i]) / whole);
+    s.t -= periods * length;
+  }
+  BranchMotion moved;
+  moved.parameter = m.parameter;
+  moved.model = model(m.parameter, {}, length);
+  auto& there = moved.model->map;
+  there.take_closed(s);
+  if (auto why = there.shift(std::vector<double>(ahead.size()), s); !why.empty()) return why;
+  there.chart(s);
+  moved.point = there.at(s, steps_, &by);
+  if (!moved.point.failure.empty()) return moved.point.failure;
+  moved.multipliers = multipliers_of(moved.point, setup_.autonomous);
+  moved.iterations = m.iterations;
+  const auto g = there.size();
+  moved.tangent = VectorXd::Zero(g + m.tangent.size() - f);
+  moved.tangent.tail(m.tangent.size() - f) = m.tangent.tail(m.tangent.size() - f);
+  moved.tangent.head(g) = there.local(ahead) / scale_;
+  moved.tangent /= length_of(moved.tangent, g);
+  m = std::move(moved);
+  return {};
+}
+
+}  // namespace freeplay

@@ -1,0 +1,326 @@
+#include "facade/continuation.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <deque>
+#include <optional>
+#include <utility>
+#include <vector>
+
+#include "facade/branch_events.hpp"
+#include "facade/branch_solver.hpp"
+#include "facade/excitation.hpp"
+#include "facade/orbit.hpp"
+#include "facade/varied_key.hpp"
+#include "mechanism/error.hpp"
+#include "mechanism/scene.hpp"
+#include "values/family.hpp"
+
+namespace freeplay {
+namespace {
+
+/// Shortest step, relative to the greatest one; below it the branch ends.
+constexpr double least_step = 1e-6;
+/// Steps grow and shrink by these factors, according to the number of Newton iterations.
+constexpr double growth = 1.5, reduction = 0.5;
+constexpr int few_iterations = 4, many_iterations = 7;
+/// Cosine of the greatest angle between tangents of successive motions.
+constexpr double least_cosine = 0.9;
+/// Least share of an approach speed that remains after a step, so that a grazing impact is approached in
+/// geometric steps; and its share of the greatest speed from which the grazing motion is extrapolated.
+constexpr double remaining_speed = 0.4, grazing_speed = 1e-3;
+/// The section is moved if a contact onset comes nearer than this share of the period.
+constexpr double least_margin = 0.02;
+/// Distance from a bifurcation at which the motions that follow are searched, relative to the range.
+constexpr double beside[] = {1e-4, 1e-3, 1e-2};
+/// Amplitudes of the first motion of doubled period, in units of the tangent.
+constexpr double doubled_amplitudes[] = {1e-2, 3e-2, 1e-3};
+constexpr int most_branches = 12;
+/// Where the tangent has a smaller part along the key, steps are bounded by the state.
+constexpr double least_share_of_key = 0.2;
+constexpr double default_step = 0.02;  // of the range
+
+/// A branch that is still to be followed.
+struct Begun {
+  BranchSolver solver;
+  BranchMotion motion;
+  std::string begins;
+  int number = 1, doublings = 0;
+};
+
+class Continuation {
+ public:
+  Continuation(const Scene& scene, const ContinuationRequest& request) : scene_(scene), request_(request) {}
+
+  Branches run() {
+    BranchSetup setup{.key = request_.key,
+                      .from = request_.from,
+                      .to = request_.to,
+                      .period = request_.period,
+                      .autonomous = false,
+                      .stop = request_.stop};
+    Scene first = scene_;
+    set_number_key(first, setup.key, Family::nonsmooth, setup.from);
+    const System system(first.mechanism);
+    setup.autonomous = !excitation_of(first.mechanism, system).any;
+    const auto found = orbit(first, {.periods = request_.periods,
+                                     .settle = request_.settle,
+                                     .period = request_.period,
+                                     .stop = request_.stop});
+    if (!found.failure.empty()) {
+      result_.failure = fmt::format("{} = {:.9g}: {}", setup.key, setup.from, found.failure);
+      return std::move(result_);
+    }
+    BranchSolver solver(scene_, setup, request_.periods);
+    std::string reason;
+    auto motion =
+        solver.begin(found.state, setup.from, found.period * found.periods, setup.to > setup.from, reason);
+    if (!motion) {
+      result_.failure = fmt::format("{} = {:.9g}: {}", setup.key, setup.from, reason);
+      return std::move(result_);
+    }
+    branches_.push_back({std::move(solver), std::move(*motion), "start", ++count_, 0});
+    while (!branches_.empty()) {
+      auto next = std::move(branches_.front());
+      branches_.pop_front();
+      follow(next);
+    }
+    return std::move(result_);
+  }
+
+ private:
+  /// Arclength along which the key changes by the greatest step.
+  double greatest_step(const BranchMotion& m) const {
+    const double share =
+        request_.step ? *request_.step / std::abs(request_.to - request_.from) : default_step;
+    return share / std::max(std::abs(m.tangent_key()), least_share_of_key);
+  }
+  Orbit orbit_of(const BranchSolver& solver, const BranchMotion& m) const {
+    Orbit o;
+    o.periods = solver.periods();
+    o.period = m.model->map.length() / o.periods;
+    o.residual = m.point.greatest;
+    o.state = m.point.state;
+    for (const auto& onset : m.point.end.onsets)
+      o.impacts.push_back({onset.t, m.model->system.contact_facts(onset.contact).name, -onset.rate});
+    o.multipliers = m.multipliers.values;
+    o.stable = m.multipliers.stable;
+    o.iterations = m.iterations;
+    return o;
+  }
+  BranchPoint point_of(const Begun& b, const BranchMotion& m, int number) const {
+    return {b.number, number, m.parameter, orbit_of(b.solver, m)};
+  }
+  void add(BranchPoint p) {
+    if (request_.on_point) request_.on_point(p);
+    result_.points.push_back(std::move(p));
+  }
+  void add(Bifurcation b) {
+    if (request_.on_bifurcation) request_.on_bifurcation(b);
+    result_.bifurcations.push_back(std::move(b));
+  }
+
+  void follow(Begun& b) {
+    BranchMotion base = b.motion;
+    std::vector<BranchMotion> last{base};  // with the same sequence
+    int count = 0;
+    double step = 0.5 * greatest_step(base);
+    std::string ends;
+    add(point_of(b, base, count++));
+    while (ends.empty()) {
+      if (count >= request_.most_points) {
+        ends = fmt::format("{} motions", count);
+        break;
+      }
+      std::string reason;
+      auto next = b.solver.along(base, step, reason);
+      if (next) reason = unsuitable(base, *next);
+      if (!reason.empty()) {
+        step *= reduction;
+        if (step > least_step * greatest_step(base)) continue;
+        ends = last_words(b, last, reason, count);
+        break;
+      }
+      const auto bound = bound_between(base, *next);
+      auto events = events_between(b.solver, base, step, *next);
+      double reach = step;
+      if (bound) {
+        if (auto edge = reach_key(b.solver, base, step, *next, *bound)) {
+          reach = edge->distance;
+          next = std::move(edge->motion);
+        }
+        ends = "the range of the key ends";
+      }
+      for (auto& e : events)
+        if (e.distance <= reach) report(b, e, count);
+      add(point_of(b, *next, count++));
+      if (next->iterations <= few_iterations) step = step * growth;
+      if (next->iterations >= many_iterations) step *= reduction;
+      base = std::move(*next);
+      step = std::min(step, greatest_step(base));
+      if (last.size() >= 8) last.erase(last.begin());
+      last.push_back(base);
+      if (!ends.empty()) break;
+      if (const auto slow = slowest_onset(base); slow.share < grazing_speed && falling(last, slow.onset)) {
+        ends = graze(b, last, slow.onset, count);
+        break;
+      }
+      if (BranchSolver::margin(base) < least_margin && b.solver.recentre(base).empty()) last = {base};
+    }
+    result_.ends.push_back({b.number, count, b.begins, ends});
+  }
+
+  /// Why a motion cannot follow another one; empty if it can.
+  std::string unsuitable(const BranchMotion& base, const BranchMotion& next) const {
+    if (base.sequence() != next.sequence()) return "the order of contact onsets changes";
+    for (std::size_t i = 0; i < base.point.end.onsets.size(); ++i)
+      if (next.point.end.onsets[i].rate > remaining_speed * base.point.end.onsets[i].rate)
+        return fmt::format("the approach speed of {} comes to 0",
+                           base.model->system.contact_facts(base.point.end.onsets[i].contact).name);
+    const auto f = base.model->map.size();
+    // Both tangents in the coordinates of the first: local coordinates belong to each state.
+    const auto ahead = next.model->map.displacement(next.tangent.head(f));
+    const double cosine =
+        base.tangent.head(f).dot(base.model->map.local(ahead)) + base.tangent_key() * next.tangent_key();
+    if (cosine < least_cosine) return "the tangent of the branch turns too fast";
+    return {};
+  }
+
+  std::optional<double> bound_between(const BranchMotion& base, const BranchMotion& next) const {
+    for (const double bound : {request_.from, request_.to})
+      if ((base.parameter - bound) * (next.parameter - bound) < 0) return bound;
+    return {};
+  }
+
+  static bool falling(const std::vector<BranchMotion>& motions, std::size_t onset) {
+    if (motions.size() < 2) return false;
+    const auto speed = [&](const BranchMotion& m) { return -m.point.end.onsets[onset].rate; };
+    return speed(motions.back()) < speed(motions[motions.size() - 2]);
+  }
+
+  void report(const Begun& b, BranchEvent& e, int count) {
+    Bifurcation found{.kind = e.kind, .at = point_of(b, e.motion, count), .joint = {}, .follows = {}};
+    found.residual = e.residual;
+    if (e.kind == BifurcationKind::fold) found.follows = "the branch turns back";
+    if (e.kind == BifurcationKind::torus) found.follows = "a quasi-periodic motion";
+    if (e.kind == BifurcationKind::flip) {
+      found.follows = "a motion of doubled period";
+      if (b.doublings < request_.follow_doubled && count_ < most_branches) {
+        if (auto doubled = double_period(b, e.motion)) {
+          found.new_branch = doubled->number;
+          branches_.push_back(std::move(*doubled));
+        }
+      }
+    }
+    add(std::move(found));
+  }
+
+  /// The first motion of the branch of doubled period.
+  std::optional<Begun> double_period(const Begun& b, const BranchMotion& flip) {
+    BranchSolver solver(scene_, b.solver.setup(), 2 * b.solver.periods());
+    solver.set_scale(b.solver.scale());
+    solver.set_steps(b.solver.steps());
+    auto direction = flip.model->map.displacement(doubling_direction(flip));
+    BranchMotion base;
+    base.parameter = flip.parameter;
+    base.point.state = flip.point.state;
+    base.model = std::make_shared<BranchModel>(scene_, solver.setup(), solver.periods(), flip.parameter);
+    auto& map = base.model->map;
+    map.set_closed(flip.model->map.closed());
+    map.set_length(2 * flip.model->map.length());
+    map.chart(base.point.state);
+    const auto f = map.size();
+    base.tangent = Eigen::VectorXd::Zero(flip.tangent.size());
+    base.tangent.head(f) = map.local(direction).normalized();
+    for (const double amplitude : doubled_amplitudes) {
+      std::string reason;
+      auto m = solver.along(base, amplitude, reason);
+      if (!m || m->sequence().size() != 2 * flip.sequence().size()) continue;
+      const auto half = m->model->map.until(m->point.state, m->point.state.t + 0.5 * m->model->map.length(),
+                                            solver.steps(), nullptr);
+      if (!half.failure.empty()) continue;
+      auto change = all_of(half.end.state);
+      const auto start = all_of(m->point.state);
+      for (std::size_t i = 0; i < change.size(); ++i) change[i] -= start[i];
+      if (m->model->map.local(change).norm() < 0.1 * amplitude * solver.scale()) continue;
+      return Begun{std::move(solver), std::move(*m), fmt::format("flip at {:.9g}", flip.parameter), ++count_,
+                   b.doublings + 1};
+    }
+    return {};
+  }
+
+  /// Reports a grazing impact and the motions without it. Returns the end of the branch in words.
+  std::string graze(Begun& b, const std::vector<BranchMotion>& motions, std::size_t onset, int count) {
+    const auto g = grazing_of(motions, onset);
+    const auto& m = motions.back();
+    Bifurcation found{
+        .kind = BifurcationKind::grazing, .at = point_of(b, m, count), .joint = {}, .follows = {}};
+    found.at.parameter = g.parameter;
+    found.at.orbit.period = g.period / b.solver.periods();
+    found.at.orbit.state = g.state;
+    found.joint = found.at.orbit.impacts[onset].joint;
+    found.at.orbit.impacts[onset].speed = 0;
+    found.residual = g.error;
+    auto without = m.sequence();
+    without.erase(without.begin() + static_cast<std::ptrdiff_t>(onset));
+    const double range = b.solver.setup().range();
+    // The side of the motions with the impact: the slope of the key at speed 0.
+    const double with_impact = m.parameter > g.parameter ? 1 : -1;
+    for (const double side : {-with_impact, with_impact}) {
+      auto motion = beside_grazing(b.solver, m, g, side * range, without);
+      if (!motion) continue;
+      if (motion->tangent_key() * side < 0) motion->tangent = -motion->tangent;
+      found.follows =
+          side == with_impact ? "turns back without this impact" : "continues without this impact";
+      if (count_ < most_branches) {
+        found.new_branch = ++count_;
+        branches_.push_back({b.solver, std::move(*motion), fmt::format("grazing at {:.9g}", g.parameter),
+                             found.new_branch, b.doublings});
+      }
+      break;
+    }
+    if (found.follows.empty()) found.follows = "no motion without this impact is found nearby";
+    const auto joint = found.joint;
+    add(std::move(found));
+    return fmt::format("the impact of {} grazes", joint);
+  }
+
+  std::optional<BranchMotion> beside_grazing(const BranchSolver& solver, const BranchMotion& m,
+                                             const Grazing& g, double side,
+                                             const std::vector<int>& without) const {
+    for (const double share : beside) {
+      std::string reason;
+      auto motion = solver.at_key(m, {g.state, g.parameter + side * share, g.period}, reason);
+      if (motion && motion->sequence() == without) return motion;
+    }
+    return {};
+  }
+
+  /// The end of a branch whose steps have become too short.
+  std::string last_words(Begun& b, const std::vector<BranchMotion>& last, const std::string& reason,
+                         int count) {
+    const auto& m = last.back();
+    (void)b, (void)count;
+    return fmt::format("no further motion is found at {} = {:.9g}: {}", request_.key, m.parameter, reason);
+  }
+
+  const Scene& scene_;
+  const ContinuationRequest& request_;
+  Branches result_;
+  std::deque<Begun> branches_;
+  int count_ = 0;
+};
+
+}  // namespace
+
+Branches continue_orbit(const Scene& scene, const ContinuationRequest& request) {
+  number_of_key(scene, request.key, Family::nonsmooth);
+  if (!(std::isfinite(request.from) && std::isfinite(request.to)) || request.from == request.to)
+    throw ModelError("continue.to", "must differ from continue.from");
+  if (request.step && !(*request.step > 0)) throw ModelError("continue.step", "must be greater than 0");
+  return Continuation(scene, request).run();
+}
+
+}  // namespace freeplay

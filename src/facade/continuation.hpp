@@ -1,0 +1,46 @@
+// Continuation of periodic motions in one key of a scene, with their bifurcations
+// (docs/theory/continuation.md).
+//
+// Usage:
+//
+//     const auto found = freeplay::continue_orbit(scene, {.key = "curves.shake.amplitude",
+//                                                         .from = 1e-3, .to = 5e-3});
+//     for (const auto& b : found.bifurcations) use(b.kind, b.at.parameter);
+#pragma once
+
+#include <functional>
+#include <optional>
+#include <string>
+
+#include "values/branch.hpp"
+#include "values/stop.hpp"
+
+namespace freeplay {
+
+struct Scene;
+
+/// Which branch is computed.
+struct ContinuationRequest {
+  std::string key;  ///< of the scene, as SensitivityRequest::to names it
+  double from = 0;  ///< SI, value at which the branch begins
+  double to = 0;    ///< SI, other end of the range
+  /// Greatest step of the key, SI; default: a fiftieth of the range.
+  std::optional<double> step = {};
+  int periods = 1;                    ///< periods of the drive after which the motion repeats
+  double settle = 10;                 ///< periods of the drive before the first guess
+  std::optional<double> period = {};  ///< s, as OrbitRequest::period
+  int follow_doubled = 1;             ///< number of successive period doublings that are followed
+  int most_points = 2000;             ///< of each branch
+  /// Called for each motion and each bifurcation as soon as it is known.
+  std::function<void(const BranchPoint&)> on_point = {};
+  std::function<void(const Bifurcation&)> on_bifurcation = {};
+  /// Stop request; the function then throws Interrupted.
+  StopToken stop = {};
+};
+
+/// Follows the branch from the periodic motion at `from` round folds to one end of the range, and the branches
+/// that begin at its bifurcations. If there is no first motion, Branches::failure has the reason. Throws
+/// ModelError for an unknown key and for a scheme without derivatives.
+Branches continue_orbit(const Scene& scene, const ContinuationRequest& request);
+
+}  // namespace freeplay

@@ -1,0 +1,226 @@
+#include "facade/return_map.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include "dynamics/assembly/projection.hpp"
+#include "dynamics/system.hpp"
+#include "facade/varied_key.hpp"
+#include "formulations/differences.hpp"
+#include "mechanism/error.hpp"
+#include "values/family.hpp"
+
+namespace freeplay {
+namespace {
+
+using Eigen::MatrixXd, Eigen::VectorXd;
+
+constexpr double turn_of_map = 2 * std::numbers::pi;
+/// A contact is closed at the section if its gap, relative to its measure, and its rate, relative to the
+/// greatest speed, are below this.
+constexpr double closed_gap = 1e-8;
+/// Multipliers closer to the unit circle than this do not decide about stability. A double multiplier
+/// is known to the square root of the error of the map.
+constexpr double undecided = 1e-5;
+/// Steps are doubled up to `most_steps` until the derivative of the map changes by less than `settled`.
+constexpr int most_steps = 1 << 16;
+constexpr double settled = 1e-8;
+
+}  // namespace
+
+ReturnMap::ReturnMap(const Scene& scene, const System& system, double length, bool autonomous, StopToken stop,
+                     Family family)
+    : scene_(scene), system_(system), stop_(stop), autonomous_(autonomous), length_(length), family_(family) {
+  if (system.longest_arm() > 0) curved_ = system.longest_arm();
+  for (int k = 0; k < system.contacts(); ++k)
+    if (system.contact_facts(k).has_clearance) curved_ = std::min(curved_, system.contact_facts(k).clearance);
+}
+
+Eigen::Index ReturnMap::size() const { return 2 * basis_.cols() + system_.states(); }
+
+double ReturnMap::time_unit() const { return length_ / turn_of_map; }
+
+void ReturnMap::take_closed(const State& s) {
+  closed_.clear();
+  if (family_ == Family::penalty) return;  // a closed contact has a depth, and shift() refuses it
+  auto e = system_.make_evaluation();
+  system_.place(s.t, s.q.data(), e);
+  double fastest = 0;
+  for (const double v : s.v) fastest = std::max(fastest, std::abs(v));
+  for (int k = 0; k < system_.contacts(); ++k) {
+    ContactRow row;
+    system_.contact(k, s.q.data(), s.v.data(), e, row);
+    const double measure = system_.contact_facts(k).measure();
+    if (std::abs(row.gap) < closed_gap * (measure > 0 ? measure : curved_) &&
+        std::abs(row.normal.dot(s.v.data())) < closed_gap * fastest)
+      closed_.push_back(k);
+  }
+}
+
+void ReturnMap::chart(const State& s) {
+  const int n = system_.n();
+  roots_ = VectorXd(n);
+  for (int i = 0; i < n; ++i) roots_[i] = std::sqrt(system_.mass()[i]);
+  MatrixXd rows = weighted_rows(system_, closed_, s);
+  for (Eigen::Index k = 0; k < rows.cols(); ++k)
+    if (const double size = rows.col(k).norm(); size > 0) rows.col(k) /= size;
+  basis_ = MatrixXd::Identity(n, n);
+  if (rows.cols() > 0) basis_ = orthogonal_complement(rows, 1e-9);
+}
+
+std::vector<double> ReturnMap::displacement(const VectorXd& u) const {
+  const auto f = basis_.cols();
+  const auto n = roots_.size();
+  std::vector<double> list(static_cast<std::size_t>(2 * n + system_.states()));
+  Eigen::Map<VectorXd> all(list.data(), static_cast<Eigen::Index>(list.size()));
+  all.head(n) = (basis_ * u.head(f)).cwiseQuotient(roots_);
+  all.segment(n, n) = (basis_ * u.segment(f, f)).cwiseQuotient(roots_) / time_unit();
+  for (int k = 0; k < system_.states(); ++k) all[2 * n + k] = u[2 * f + k] * system_.state_scale(k);
+  return list;
+}
+
+std::string ReturnMap::shift(const std::vector<double>& difference, State& s) const {
+  const auto n = s.q.size();
+  for (std::size_t i = 0; i < n; ++i) {
+    s.q[i] += difference[i];
+    s.v[i] += difference[n + i];
+  }
+  for (std::size_t k = 0; k < s.z.size(); ++k) s.z[k] += difference[2 * n + k];
+  if (!project_onto_constraints(system_, closed_, s)) return "the mechanism cannot be closed there";
+  auto e = system_.make_evaluation();
+  system_.place(s.t, s.q.data(), e);
+  for (int k = 0; k < system_.contacts(); ++k)
+    if (std::ranges::find(closed_, k) == closed_.end() && system_.gap(k, s.q.data(), e) < 0)
+      return fmt::format("contact {} overlaps there", system_.contact_facts(k).name);
+  return {};
+}
+
+VectorXd ReturnMap::local(const std::vector<double>& difference) const {
+  const Eigen::Map<const VectorXd> all(difference.data(), static_cast<Eigen::Index>(difference.size()));
+  const auto n = static_cast<Eigen::Index>(system_.n()), f = basis_.cols();
+  VectorXd u(size());
+  u.head(f) = basis_.transpose() * all.head(n).cwiseProduct(roots_);
+  u.segment(f, f) = basis_.transpose() * all.segment(n, n).cwiseProduct(roots_) * time_unit();
+  for (int k = 0; k < system_.states(); ++k) u[2 * f + k] = all[2 * n + k] / system_.state_scale(k);
+  return u;
+}
+
+VariedKey ReturnMap::direction(const State& s, Eigen::Index c) const {
+  const VectorXd unit = VectorXd::Unit(size(), c);
+  const VectorXd dq = (basis_ * unit.head(basis_.cols())).cwiseQuotient(roots_);
+  double most = 0;
+  for (int i = 0; i < system_.n(); ++i)
+    most = std::max(most, std::abs(dq[i]) / (system_.is_angle(i) ? 1 : curved_));
+  const double spacing = most > 0 ? 1e-3 / most : 1;
+  const auto d = difference(spacing, all_of(s), [&](std::size_t i) {
+    State moved = s;
+    move(difference_places[i] * spacing * unit, moved);
+    return all_of(moved);
+  });
+  return {.name = "the state of the section", .start = d.slope, .refused = {}};
+}
+
+ReturnPoint ReturnMap::run(const State& s, double length, int steps, const MapKey* key,
+                           bool to_return) const {
+  std::vector<VariedKey> keys;
+  for (Eigen::Index c = 0; c < size(); ++c) keys.push_back(direction(s, c));
+  if (autonomous_ && to_return) {
+    keys.push_back({.name = "the period", .start = std::vector<double>(all_of(s).size()), .refused = {}});
+    keys.back().end_rate = length;
+  }
+  DisplacedScenes displaced;
+  if (key) {
+    const VariedStart from{.start = s,
+                           .end = s.t + length,
+                           .of =
+                               [&](const Scene&, const System& system) {
+                                 State moved = s;
+                                 if (!project_onto_constraints(system, closed_, moved))
+                                   throw ModelError(key->name, "the mechanism cannot be closed there");
+                                 return all_of(moved);
+                               },
+                           .end_of =
+                               [&](const Scene& scene, const System& system) {
+                                 return s.t +
+                                        (key->length && to_return ? key->length(scene, system) : length);
+                               }};
+    keys.push_back(vary(scene_, system_, from, key->name, family_, displaced));
+  }
+  ReturnPoint p;
+  p.state = s;
+  for (const auto& k : keys) p.starts.push_back(k.start);
+  p.end = run_end_state({.scene = scene_,
+                         .system = system_,
+                         .start = s,
+                         .end = s.t + length,
+                         .keys = std::move(keys),
+                         .quantities = {},
+                         .stop = stop_,
+                         .longest_step = length_ / steps},
+                        family_);
+  p.failure = p.end.stopped.empty() ? p.end.refused : p.end.stopped;
+  return p;
+}
+
+ReturnPoint ReturnMap::at(const State& s, int steps, const MapKey* key) const {
+  auto p = run(s, length_, steps, key, true);
+  if (p.failure.empty()) compare(p, key != nullptr);
+  return p;
+}
+
+ReturnPoint ReturnMap::until(const State& s, double t, int steps, const MapKey* key) const {
+  return run(s, t - s.t, steps, key, false);
+}
+
+void ReturnMap::compare(ReturnPoint& p, bool with_key) const {
+  std::vector<double> change;
+  const auto append = [&](const std::vector<double>& to, const std::vector<double>& from) {
+    for (std::size_t i = 0; i < to.size(); ++i) change.push_back(to[i] - from[i]);
+  };
+  append(p.end.state.q, p.state.q);
+  append(p.end.state.v, p.state.v);
+  append(p.end.state.z, p.state.z);
+  for (int i = 2; i < system_.n(); i += 3)
+    change[static_cast<std::size_t>(i)] = std::remainder(change[static_cast<std::size_t>(i)], turn_of_map);
+  for (std::size_t i = 0; i < change.size(); ++i)
+    p.greatest = std::max(p.greatest, std::abs(change[i]) / p.end.scales[i]);
+  p.residual = local(change);
+  p.map.resize(size(), size());
+  for (Eigen::Index c = 0; c < size(); ++c) p.map.col(c) = local(p.end.columns[static_cast<std::size_t>(c)]);
+  if (autonomous_) p.flow = local(p.end.columns[static_cast<std::size_t>(size())]);
+  if (with_key) p.by_key = local(p.end.columns.back()) - local(p.starts.back());
+}
+
+std::string refine(const ReturnMap& map, ReturnPoint& p, int& steps, const MapKey* key) {
+  if (map.size() == 0) return {};
+  for (; steps <= most_steps / 2;) {
+    steps *= 2;
+    auto finer = map.at(p.state, steps, key);
+    if (!finer.failure.empty()) return finer.failure;
+    const double change = (finer.map - p.map).cwiseAbs().maxCoeff();
+    p = std::move(finer);
+    if (change <= settled * std::max(1.0, p.map.cwiseAbs().maxCoeff())) return {};
+  }
+  return fmt::format("the derivative of the return map still changes between {} and {} steps per motion",
+                     most_steps / 2, most_steps);
+}
+
+Multipliers multipliers_of(const ReturnPoint& p, bool autonomous) {
+  Multipliers found;
+  if (p.map.size() == 0) return found;
+  const auto values = general_eigen(p.map).values;
+  found.values.assign(values.begin(), values.end());
+  std::ranges::stable_sort(found.values, [](const auto& a, const auto& b) {
+    return std::pair(std::abs(a), a.imag()) > std::pair(std::abs(b), b.imag());
+  });
+  auto decisive = found.values;
+  if (autonomous && !decisive.empty())  // that of a shift along the motion
+    decisive.erase(std::ranges::min_element(decisive, {}, [](const auto& m) { return std::abs(m - 1.0); }));
+  found.stable = std::ranges::all_of(decisive, [](const auto& m) { return std::abs(m) < 1 - undecided; });
+  return found;
+}
+
+}  // namespace freeplay

@@ -1,0 +1,114 @@
+// The return map P of the section t = t₀ mod N T of an event-driven mechanism, and its derivative in local
+// coordinates
+//
+//     x(u) = Π(x_k + B u),   B = diag(Z, (2π/N T) Z, scales of states),   Zᵀ M Z = 1, G Z = 0,
+//
+// where Π is the projection onto the constraints, among them the contacts that are closed at the section.
+// Π changes x orthogonally to B in the mass metric, so that Bᵀ M S B is the derivative of the map in these
+// coordinates (docs/theory/orbits.md).
+//
+// Use: construct; take_closed() and chart() at a state of the section; then at() evaluates the map there.
+// A ReturnMap refers to its scene and system.
+#pragma once
+
+#include <complex>
+#include <functional>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "formulations/sensitivity.hpp"
+#include "numerics/dense.hpp"
+#include "values/family.hpp"
+#include "values/state.hpp"
+#include "values/stop.hpp"
+
+namespace freeplay {
+
+/// Steps of the variational equations over all periods: at least this number.
+inline constexpr int fewest_map_steps = 64;
+
+/// The return map near one state of the section.
+struct ReturnPoint {
+  State state;
+  EndState end;
+  Eigen::VectorXd residual;  ///< P(x) − x in local coordinates
+  Eigen::MatrixXd map;       ///< derivative of the map in local coordinates
+  Eigen::VectorXd flow;      ///< by the relative change of the period, if that is unknown
+  Eigen::VectorXd by_key;    ///< derivative of the residual with respect to the key, if there is one
+  /// d(q, v, z)/du of the state, one list for each column of EndState::columns
+  std::vector<std::vector<double>> starts;
+  double greatest = 0;  ///< Orbit::residual
+  std::string failure;
+};
+
+/// A key of the scene on which the map depends.
+struct MapKey {
+  std::string name;
+  /// s, N T in a scene with another value; without it N T does not depend on the key.
+  std::function<double(const Scene&, const System&)> length = {};
+};
+
+class ReturnMap {
+ public:
+  /// `length`: N T (s); `autonomous`: whether T is unknown.
+  ReturnMap(const Scene& scene, const System& system, double length, bool autonomous, StopToken stop,
+            Family family = Family::nonsmooth);
+
+  bool autonomous() const { return autonomous_; }
+  double length() const { return length_; }
+  void set_length(double length) { length_ = length; }
+  /// The contacts that count as closed at the section.
+  const std::vector<int>& closed() const { return closed_; }
+  void set_closed(std::vector<int> contacts) { closed_ = std::move(contacts); }
+  /// The contacts that are closed at a state, to rounding and to the errors of the method.
+  void take_closed(const State& s);
+  /// Sets the local coordinates at a state: columns of the basis are directions of (q, v, z).
+  void chart(const State& s);
+  /// Number of local coordinates.
+  Eigen::Index size() const;
+  /// Local coordinates of a difference of (q, v, z).
+  Eigen::VectorXd local(const std::vector<double>& difference) const;
+  /// B u, a difference of (q, v, z).
+  std::vector<double> displacement(const Eigen::VectorXd& u) const;
+  /// Adds a difference of (q, v, z) to a state and projects it; a failure if it cannot be assembled or a
+  /// contact overlaps.
+  std::string shift(const std::vector<double>& difference, State& s) const;
+  /// The state at local coordinates u; failures likewise.
+  std::string move(const Eigen::VectorXd& u, State& s) const { return shift(displacement(u), s); }
+  /// The map at a state. `steps`: least number of steps; `key`: may be null.
+  ReturnPoint at(const State& s, int steps = fewest_map_steps, const MapKey* key = nullptr) const;
+  /// The motion to another time t (s) of the section, whose columns carry a tangent of a branch along.
+  ReturnPoint until(const State& s, double t, int steps, const MapKey* key) const;
+
+ private:
+  ReturnPoint run(const State& s, double length, int steps, const MapKey* key, bool to_return) const;
+  double time_unit() const;
+  VariedKey direction(const State& s, Eigen::Index c) const;
+  void compare(ReturnPoint& p, bool with_key) const;
+
+  const Scene& scene_;
+  const System& system_;
+  StopToken stop_;
+  bool autonomous_;
+  double length_;  // s, of all periods
+  Family family_;
+  Eigen::MatrixXd basis_;  // M^(1/2) Z
+  Eigen::VectorXd roots_;  // diagonal of M^(1/2)
+  std::vector<int> closed_;
+  double curved_ = 1;  // m, length over which the constraints are curved
+};
+
+/// Evaluates the map with more steps, from `steps` on, until its derivative no longer depends on them;
+/// `steps` is then their number. Returns the reason if it always does.
+std::string refine(const ReturnMap& map, ReturnPoint& p, int& steps, const MapKey* key = nullptr);
+
+/// Floquet multipliers, the greatest modulus first, and whether they show a stable motion. Without a drive, one
+/// multiplier belongs to a shift along the motion and is left out of the decision.
+struct Multipliers {
+  std::vector<std::complex<double>> values;
+  bool stable = true;
+};
+Multipliers multipliers_of(const ReturnPoint& p, bool autonomous);
+
+}  // namespace freeplay

@@ -1,0 +1,59 @@
+// A key of a scene as the parameter of variational equations: its value, and the scenes and systems at
+// displaced values beside it (formulations/sensitivity.hpp).
+#pragma once
+
+#include <functional>
+#include <memory>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "dynamics/system.hpp"
+#include "formulations/sensitivity.hpp"
+#include "mechanism/scene.hpp"
+#include "values/state.hpp"
+
+namespace freeplay {
+
+/// A scene with another value of a key, with its system.
+struct DisplacedScene {
+  Scene scene;
+  std::unique_ptr<System> system;
+};
+/// The displaced scenes of a key; the first four are those of VariedKey::systems.
+using DisplacedScenes = std::vector<std::unique_ptr<DisplacedScene>>;
+
+/// Start and end of a run as functions of a key.
+struct VariedStart {
+  State start;
+  double end = 0;  ///< s
+  /// (q, v, z) of the start in a displaced scene. A ModelError means that it has none.
+  std::function<std::vector<double>(const Scene&, const System&)> of;
+  /// s, end of the run in a displaced scene
+  std::function<double(const Scene&, const System&)> end_of;
+};
+
+/// (q, v, z) of a state.
+inline std::vector<double> all_of(const State& s) {
+  auto all = s.q;
+  all.insert(all.end(), s.v.begin(), s.v.end());
+  all.insert(all.end(), s.z.begin(), s.z.end());
+  return all;
+}
+
+/// The finite number that is the whole text, with an optional sign.
+std::optional<double> number_of(std::string_view text);
+
+/// Value of a key with one number. `name`: KEY, or KEY[i] or KEY[i][j] for a number within a list. Throws
+/// ModelError if it is not a number or no property of the mechanism.
+double number_of_key(const Scene& scene, const std::string& name, Family family);
+/// Sets it to another value (SI).
+void set_number_key(Scene& scene, const std::string& name, Family family, double value);
+
+/// Builds the displaced scenes of a key. A key at the end of its range, or one whose start cannot be
+/// assembled beside it, has no derivative.
+VariedKey vary(const Scene& scene, const System& system, const VariedStart& from, const std::string& name,
+               Family family, DisplacedScenes& displaced);
+
+}  // namespace freeplay

@@ -1,0 +1,54 @@
+// Branches of periodic motions over one key of a scene, and their bifurcations.
+#pragma once
+
+#include <array>
+#include <cmath>
+#include <string>
+#include <vector>
+
+#include "values/enumerators.hpp"
+#include "values/orbit.hpp"
+
+namespace freeplay {
+
+/// fold: a multiplier 1, the branch turns back; flip: −1, the period doubles; torus: a complex pair of modulus
+/// 1; grazing: the approach speed of an impact comes to 0, or a contact is just missed; liftoff: the force of a
+/// lasting contact comes to 0; sequence: the order of contact onsets changes.
+enum class BifurcationKind { fold, flip, torus, grazing, liftoff, sequence };
+inline constexpr std::array<const char*, enumerators<BifurcationKind>()> bifurcation_names{
+    "fold", "flip", "torus", "grazing", "liftoff", "sequence"};
+
+/// One periodic motion of a branch.
+struct BranchPoint {
+  int branch = 1;        ///< number of the branch, from 1
+  int number = 0;        ///< within the branch, from 0
+  double parameter = 0;  ///< SI, value of the key
+  Orbit orbit;
+};
+
+/// A bifurcation on a branch.
+struct Bifurcation {
+  BifurcationKind kind = BifurcationKind::fold;
+  BranchPoint at;
+  std::string joint;      ///< contact of a grazing, lift-off or sequence
+  std::string follows;    ///< what follows, in words; may be empty
+  int new_branch = 0;     ///< number of the branch that begins there; 0: none
+  double residual = NAN;  ///< of the condition that defines it
+};
+
+/// End of a branch.
+struct BranchEnd {
+  int branch = 1, points = 0;
+  std::string begins;  ///< "start", or the bifurcation at which it begins
+  std::string reason;  ///< why it ends
+};
+
+/// All branches of a continuation, or the reason why it could not begin.
+struct Branches {
+  std::vector<BranchPoint> points;
+  std::vector<Bifurcation> bifurcations;
+  std::vector<BranchEnd> ends;
+  std::string failure;
+};
+
+}  // namespace freeplay

@@ -1,0 +1,152 @@
+// Bifurcations of periodic motions on branches over one key, against closed forms.
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <string>
+#include <vector>
+
+#include "facade/continuation.hpp"
+#include "mechanism/scene.hpp"
+#include "verification/claims/claim.hpp"
+#include "verification/claims/orbit_scenes.hpp"
+#include "verification/references/orbits.hpp"
+
+namespace freeplay::verification {
+namespace {
+
+constexpr double eight_digits = 1e-8;
+const char* const required = "required: eight digits; tolerance 1e-12 per step";
+
+struct BranchCase {
+  Findings& f;
+  std::string subject;
+  Branches found;
+
+  std::string name(const std::string& quantity) const {
+    return claim_name(subject, quantity, "event-driven");
+  }
+  std::vector<const Bifurcation*> of(BifurcationKind kind) const {
+    std::vector<const Bifurcation*> list;
+    for (const auto& b : found.bifurcations)
+      if (b.kind == kind) list.push_back(&b);
+    return list;
+  }
+  /// The only bifurcation of its kind; null if there are none or several.
+  const Bifurcation* only(BifurcationKind kind, const std::string& source) const {
+    const auto list = of(kind);
+    f.within(name(fmt::format("number of bifurcations of kind {}",
+                              bifurcation_names[static_cast<std::size_t>(kind)])),
+             "", static_cast<double>(list.size()), 1, 0, source, "counted");
+    return list.size() == 1 ? list.front() : nullptr;
+  }
+  void expect(const Bifurcation* b, const std::string& quantity, const char* unit, long double value,
+              const std::string& source, double bound = eight_digits, const char* why = required) const {
+    f.relative(name(quantity), unit, b ? b->at.parameter : NAN, static_cast<double>(value), bound, source,
+               why);
+  }
+  void expect_multiplier(const Bifurcation* b, const std::string& at, double value,
+                         const std::string& source) const {
+    const bool has = b && !b->at.orbit.multipliers.empty();
+    f.within(name("multiplier at the " + at), "", has ? b->at.orbit.multipliers.front().real() : NAN, value,
+             eight_digits, source, required);
+  }
+  /// Multipliers of all motions of a branch against those at the same value of the key.
+  template <class Expected>
+  void expect_path(int branch, Expected expected, const std::string& quantity, double bound,
+                   const std::string& source, const char* why) const {
+    double worst = found.points.empty() ? NAN : 0;
+    for (const auto& p : found.points) {
+      if (p.branch != branch) continue;
+      const double value = expected(p);
+      worst = std::isfinite(value) ? std::max(worst, value) : NAN;
+    }
+    f.at_most(name(quantity), "", worst, bound, source, why);
+  }
+};
+
+void shaken_balls(Findings& f) {
+  const std::string source = "flight and impact in closed form";
+  for (const auto& [subject, ball] :
+       {std::pair<const char*, reference::ShakenBall>{
+            "ball on a shaken table, e = 0.5", {0.0032L, 20 * reference::ShakenBall::pi(), 9.81L, 0.5L}},
+        {"ball that meets a shaken table in each second period, e = 0.6",
+         {0.0075L, 20 * reference::ShakenBall::pi(), 9.81L, 0.6L, 2}}}) {
+    const auto scene = parse_scene(scenes::shaken_ball(ball, 1e-4L), "ball");
+    const auto from = static_cast<double>(ball.amplitude);
+    const auto request = [&](long double to) {
+      return ContinuationRequest{.key = "curves.shake.amplitude",
+                                 .from = from,
+                                 .to = static_cast<double>(to),
+                                 .periods = ball.number,
+                                 .settle = 0};
+    };
+    // Downwards round the fold and back to the start on the unstable side.
+    const BranchCase down{f, fmt::format("{}, amplitude lowered", subject),
+                          continue_orbit(scene, request(ball.fold() * 0.9L))};
+    const auto* fold = down.only(BifurcationKind::fold, source);
+    down.expect(fold, "amplitude of the fold", "m", ball.fold(), source);
+    down.expect_multiplier(fold, "fold", 1, source);
+    bool rising = true;
+    double last = INFINITY;
+    down.expect_path(
+        1,
+        [&](const BranchPoint& p) {
+          rising = rising && p.parameter < last;
+          last = p.parameter;
+          auto same = ball;
+          same.amplitude = p.parameter;
+          same.rising = rising;
+          if (p.orbit.multipliers.size() != 2) return static_cast<double>(NAN);
+          const auto sum = p.orbit.multipliers[0] + p.orbit.multipliers[1];
+          return std::abs(sum.real() - static_cast<double>(same.trace()));
+        },
+        "greatest error of the sum of multipliers along the branch", 1e-6, source,
+        "1e-8 of the map, which next to the fold depends on the root of the distance to it");
+    const BranchCase up{f, fmt::format("{}, amplitude raised", subject),
+                        continue_orbit(scene, request(ball.flip() * 1.1L))};
+    const auto* flip = up.only(BifurcationKind::flip, source);
+    up.expect(flip, "amplitude of the period doubling", "m", ball.flip(), source);
+    up.expect_multiplier(flip, "period doubling", -1, source);
+    const auto doubled = std::ranges::find(up.found.points, 2, &BranchPoint::branch);
+    const bool has = doubled != up.found.points.end();
+    f.within(up.name("periods of the branch that begins at the period doubling"), "",
+             has ? doubled->orbit.periods : NAN, 2 * ball.number, 0, "definition", "counted");
+    f.within(up.name("stability of the first motion of doubled period"), "",
+             has ? doubled->orbit.stable : NAN, 1, 0,
+             "the bifurcation is supercritical: the attractors of the sweep double there", "yes or no");
+  }
+}
+
+void impact_oscillator(Findings& f) {
+  const std::string source = "linear oscillation with two matching conditions";
+  const reference::ImpactOscillator o{0.5L, 1, 200, 6, 30, 0.02L, 0.7L};
+  long double impact = 0;
+  const auto scene = parse_scene(scenes::impact_oscillator(o, impact), "oscillator");
+  const BranchCase c{
+      f, "oscillator with a stop at 20 mm, 30 rad/s, force lowered",
+      continue_orbit(scene, {.key = "curves.force.amplitude", .from = 6, .to = 0.5, .settle = 0})};
+  const auto* fold = c.only(BifurcationKind::fold, source);
+  c.expect(fold, "force of the fold", "N", o.fold(), source);
+  c.expect_multiplier(fold, "fold", 1, source);
+  const auto* grazing = c.only(BifurcationKind::grazing, source);
+  c.expect(grazing, "force of the grazing impact", "N", o.grazing(), source, 1e-7,
+           "extrapolated from approach speeds of 1e-3 of the greatest speed");
+  const bool without = grazing && grazing->new_branch > 0;
+  f.within(c.name("branch without impact begins there"), "", without ? 1 : 0, 1, 0, source, "yes or no");
+  c.expect_path(
+      without ? grazing->new_branch : 0,
+      [](const BranchPoint& p) { return static_cast<double>(p.orbit.impacts.size()); },
+      "impacts on the branch after the grazing impact", 0, source, "counted");
+}
+
+}  // namespace
+
+Findings branches() {
+  Findings f;
+  shaken_balls(f);
+  impact_oscillator(f);
+  return f;
+}
+
+}  // namespace freeplay::verification

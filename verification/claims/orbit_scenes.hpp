@@ -1,0 +1,83 @@
+// Scenes whose periodic motions have closed forms (verification/references/orbits.hpp).
+#pragma once
+
+#include <fmt/format.h>
+
+#include <cmath>
+#include <string>
+
+#include "verification/references/orbits.hpp"
+#include "verification/support/scene_text.hpp"
+
+namespace freeplay::verification::scenes {
+
+inline const char* const event_driven = "[nonsmooth]\nscheme = \"event-driven\"\ntolerance = 1e-12\n";
+
+/// The scene begins beside the periodic motion by this share of its height and velocity.
+inline std::string shaken_ball(const reference::ShakenBall& b, long double beside) {
+  const long double after = b.period() - b.impact_time();
+  return fmt::format("gravity = [0, {:.17g}]\n", -static_cast<double>(b.gravity)) +
+         test::body("table", 1, 0.01) +
+         test::body("ball", 0.3, 3e-4,
+                    fmt::format("position = [0, {:.17g}]\nvelocity = [0, {:.17g}]\n",
+                                static_cast<double>(0.05L + b.height(after) * (1 + beside)),
+                                static_cast<double>(b.velocity(after) * (1 + beside)))) +
+         test::guide("guide", "ground", "table", {0, 1}) + test::guide("rail", "ground", "ball", {0, 1}) +
+         fmt::format(R"([contacts.pair]
+type = "plane"
+between = ["table", "ball"]
+radius = 0.05
+surface = "hard"
+[surfaces.hard]
+restitution = {:.17g}
+[curves.shake]
+shape = "harmonic"
+amplitude = {:.17g}
+period = {:.17g}
+phase = {:.17g}
+[drives.shaker]
+joint = "guide"
+position = "shake"
+)",
+                     static_cast<double>(b.restitution), static_cast<double>(b.amplitude),
+                     static_cast<double>(b.period() / b.number), static_cast<double>(b.start)) +
+         test::run_for(1) + event_driven;
+}
+
+/// The force is F sin(Ωt) in the time of the scene, which begins one part in a thousand beside the
+/// periodic motion. `impact`: s, its time.
+inline std::string impact_oscillator(const reference::ImpactOscillator& o, long double& impact) {
+  const auto m = o.motion();
+  const long double turn = 2 * std::acos(-1.0L), cycle = turn / o.frequency;
+  impact = (m.psi + turn / 4) / o.frequency;
+  impact -= cycle * std::floor(impact / cycle);
+  const long double after = o.period() - impact;
+  return test::body("mass", static_cast<double>(o.mass), 0.01,
+                    fmt::format("position = [{:.17g}, 0]\nvelocity = [{:.17g}, 0]\n",
+                                static_cast<double>(o.position(m, after) - 1e-3L * std::abs(o.stop)),
+                                static_cast<double>(o.velocity(m, after)))) +
+         test::guide("rail", "ground", "mass") +
+         test::spring("spring", "ground", "mass", {-1, 0}, {0, 0}, static_cast<double>(o.stiffness), 1,
+                      fmt::format("damping = {:.17g}\n", static_cast<double>(o.damping))) +
+         fmt::format(R"([contacts.stop]
+type = "travel-stop"
+joint = "rail"
+upper = {:.17g}
+surface = "hard"
+[surfaces.hard]
+restitution = {:.17g}
+[curves.force]
+shape = "harmonic"
+amplitude = {:.17g}
+period = {:.17g}
+[drives.shaker]
+joint = "rail"
+force = "force"
+against = "time"
+)",
+                     static_cast<double>(o.stop), static_cast<double>(o.restitution),
+                     static_cast<double>(o.force), static_cast<double>(cycle)) +
+         test::run_for(1) + event_driven;
+}
+
+}  // namespace freeplay::verification::scenes
