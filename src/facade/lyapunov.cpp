@@ -90,7 +90,7 @@ class Spectrum {
 };
 
 /// The mean growth from one sum to another; −∞ from the collapse of the vector on.
-double growth(double from, double to, double time) {
+double mean_growth(double from, double to, double time) {
   return std::isfinite(to) ? (to - from) / time : -INFINITY;
 }
 
@@ -125,7 +125,7 @@ std::vector<std::size_t> take_exponents(const std::vector<Sums>& ends, const Tan
   found.duration = length;
   found.batches = static_cast<int>(ends.size()) - 1;
   found.impacts = last.onsets - first.onsets;
-  found.sum = growth(total(first.logs), total(last.logs), length);
+  found.sum = mean_growth(total(first.logs), total(last.logs), length);
   if (std::isfinite(found.sum))
     found.sum_error = batch_error(means([](const Sums& s) { return total(s.logs); }));
   found.unpredicted = run.predicted().unknown;
@@ -209,8 +209,8 @@ Lyapunov lyapunov(const Scene& scene, const LyapunovRequest& request) {
     auto& point = found.course.emplace_back();
     point.t = s.t;
     for (const auto i : order)
-      point.exponents.push_back(growth(ends.front().logs[i], s.logs[i], s.t - begin));
-    point.sum = growth(total(ends.front().logs), total(s.logs), s.t - begin);
+      point.exponents.push_back(mean_growth(ends.front().logs[i], s.logs[i], s.t - begin));
+    point.sum = mean_growth(total(ends.front().logs), total(s.logs), s.t - begin);
     if (found.unpredicted.empty())
       point.predicted = (s.predicted() - ends.front().predicted()) / (s.t - begin);
   }
