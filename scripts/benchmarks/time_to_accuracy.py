@@ -5,9 +5,9 @@
 The error of a run is the greatest error of its first eight contact onsets (fewer if a scene's time has fewer),
 divided by their mean interval. The reference of nonsmooth runs is event-driven with a tolerance of 1e-13, that of
 penalty runs Bulirsch–Stoer with 1e-12; a second run (1e-12; dopri5) shows the accuracy of the references. A scheme's
-settings become finer by factors of ten or three until the error is below 1e-8 or the next run would take more than a second.
-The time is the CPU time of the run without reading the scene, assembly and compilation, the least of five rounds in
-which general and compiled runs alternate. Their digits are the same.
+settings become finer by factors of ten or three until the error is below 1e-8 or the next run would take more than a
+second. The time is the CPU time of the run without reading the scene, assembly and compilation, the least of three rounds
+in which general and compiled runs alternate. Their digits are the same.
 """
 import csv
 import json
@@ -21,7 +21,7 @@ from measure import ROOT, Table, in_turn, program, run
 CONTACTS = 8
 ERRORS = (1e-3, 1e-5, 1e-8)
 LONGEST = 1.0  # s
-ROUNDS = 5
+ROUNDS = 3
 
 EXACT = {"penalty__contact": "exact"}
 SCENES = {
@@ -136,7 +136,7 @@ def draw(found, figure):
     colours = ("#0b3c8c", "#3d9be0", "#c8500a", "#e0a030", "#1b7837", "#7b3294", "#8c510a", "#b2182b", "#777777")
     text = [f"set terminal pngcairo size 1800,1500 font 'DejaVu Sans,15'; set output '{figure}'",
             "set multiplot layout 2,2; set logscale xy; set format '10^{%T}'; set grid lc rgb '#d4d4d4'",
-            "set xlabel 'CPU time (ms)'; set ylabel 'error of contact times'; set yrange [1e-13:1]"]
+            "set xlabel 'CPU time (ms)'; set ylabel 'error of contact times'; set yrange [1e-14:1]"]
     for i, (scene, ladders) in enumerate(found.items()):
         key = "bottom left font ',11' samplen 2" if i == 0 else "off"
         text.append(f"set title '{scene}'; set key {key}")
@@ -145,7 +145,7 @@ def draw(found, figure):
             for column, dash, point in ((1, 1, 7), (2, "(6,5)", 6)):
                 title = f"title '{scheme}' noenhanced" if column == 1 else "notitle"
                 lines.append(f"'-' with linespoints lw 2 dt {dash} pt {point} ps 0.8 lc rgb '{colour}' {title}")
-                data += [f"{1e3 * x[column]} {max(x[0], 1e-13)}" for x in ladder if x[0] < 1] + ["e"]
+                data += [f"{1e3 * x[column]} {max(x[0], 2e-14)}" for x in ladder if x[0] < 1] + ["e"]
         text.append("plot " + ", ".join(lines))
         text += data
     subprocess.run(["gnuplot"], input="\n".join(text) + "\n", text=True, check=True)
