@@ -47,8 +47,12 @@ struct ContactForce {
   T force(const T& delta, const T& elastic_force, const T& rate, const V0& v0) const {
     if (own()) [[unlikely]]
       return elastic.own_force(delta, rate, v0);
-    const T f = elastic_force * (1 + chi / v0 * rate) + viscous * rate;
+    const T f = unclamped(elastic_force, rate, v0);
     return f < 0 ? T(0) : f;  // a NaN stays NaN
+  }
+  template <class T, class V0>
+  T unclamped(const T& elastic_force, const T& rate, const V0& v0) const {
+    return elastic_force * (1 + chi / v0 * rate) + viscous * rate;
   }
   /// The speed (m/s) at which a mass m would meet the contact from free flight to reach this depth
   /// and rate without loss: w² = δ̇² + 2U(δ)/m.

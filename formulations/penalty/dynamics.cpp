@@ -83,7 +83,7 @@ void PenaltyDynamics::evaluate(const T* q, const T* v, const T* bristle, const T
     const T elastic = c.law.elastic.force(anchor ? T(anchor->delta) : delta);
     T force;
     if (anchor)
-      force = c.force(anchor->delta, anchor->rate, value_of(elastic)) +
+      force = c.force_in_piece(anchor->delta, anchor->rate, value_of(elastic), anchor->normal > 0) +
               anchor->normal_by_delta * (delta - anchor->delta) +
               anchor->normal_by_rate * (rate - anchor->rate);
     else if (!terms.retained.empty())

@@ -103,6 +103,12 @@ struct PenaltyContact : PenaltyMode {
     return in_impact ? law.force(delta, elastic, rate, law.touch_speed(delta, rate, m))
                      : law.force(delta, elastic, rate, speed);
   }
+  /// The same on one side of the clamp at zero: `presses`, without the clamp; else zero.
+  double force_in_piece(double delta, double rate, double elastic, bool presses) const {
+    if (law.own()) return force(delta, rate, elastic);
+    if (!presses) return 0;
+    return law.unclamped(elastic, rate, in_impact ? law.touch_speed(delta, rate, mass) : v0);
+  }
   /// F_N (N) at a gap (m) and its rate, while closed.
   double normal_force(double gap, double rate) const {
     const double delta = std::max(0.0, -gap);
@@ -129,7 +135,7 @@ struct PenaltyContact : PenaltyMode {
 /// A closed contact at a nominal state, and the derivatives of its forces there. Beside it, for a
 /// displaced value of a parameter, forces of the displaced law at the nominal depth and rates change
 /// linearly with the displaced depth and rates: the derivative with respect to the parameter is the same,
-/// and displacements may be long against the depth.
+/// and displacements may be long against the depth. They are on the nominal side of the clamp at zero.
 struct ContactAnchor {
   bool pressed = false;
   double delta = 0, rate = 0, v_t = 0;

@@ -96,7 +96,7 @@ double ExtendedPenalty::unclamped_force(int k, const Vector& x, double t) {
   const auto& c = f_->contacts()[k];
   const double delta = std::max(0.0, -at.gap), rate = -at.normal.dot(x.data() + system.n());
   const double v0 = c.in_impact ? c.law.touch_speed(delta, rate, c.mass) : c.v0;
-  return c.law.elastic.force(delta) * (1 + c.law.chi / v0 * rate) + c.law.viscous * rate;
+  return c.law.unclamped(c.law.elastic.force(delta), rate, v0);
 }
 
 double ExtendedPenalty::stored_energy(const Vector& x, double t) {

@@ -15,8 +15,10 @@ namespace {
 
 /// Least tolerance with which a step is repeated; rounding errors are below it.
 constexpr double least_closure = 1e-11;
-/// Half length of the part of a step around a kink of a contact force, over the step.
-constexpr double kink_share = 2e-3;
+/// Distances from a kink of a contact force at which parts of a step end, over the step. Each part has its stages on
+/// one side of the kink, since their error is a smaller share of a shorter part. In the last part, around the kink,
+/// the weights of the stages give 0.54 to its first half: an error of 0.04 times its length.
+constexpr double kink_shares[] = {3e-3, 9e-6, 2.7e-8};
 /// Number of steps within which a gap is near its zero.
 constexpr double near_steps = 30;
 /// Parts of a step at most; a step that needs more is too stiff for an explicit method.
@@ -125,13 +127,17 @@ void PenaltyVariation::end_step() {
           fmt::format("t = {:.9g} s: the motion is too stiff for the explicit method of derivatives", t_old));
     const int used = std::min(count, most_parts);
     double done = 0;
-    // A short part around a kink, with stages on both of its sides.
-    if (const auto clamp = clamp_within(x, t_old, h, run_.x()))
-      for (const double to : {*clamp - kink_share * h, *clamp + kink_share * h})
+    if (const auto clamp = clamp_within(x, t_old, h, run_.x())) {
+      Vector ends;
+      for (const double share : kink_shares)
+        for (const double side : {-1, 1}) ends.push_back(*clamp + side * share * h);
+      std::ranges::sort(ends);
+      for (const double to : ends)
         if (to > done && to < h) {
           advance(x, t_old + done, to - done, used);
           done = to;
         }
+    }
     advance(x, t_old + done, h - done, used);
   }
   pass();

@@ -125,6 +125,26 @@ TEST_CASE("the peak of an accelerometer's signal has its closed derivatives", "[
   CHECK_THAT(clipped.reasons[0], Contains("exceeds the range"));
 }
 
+// Two impacts 0.625 ms apart: the second one turns the signal of the first, h(τ) = ω √2 exp(−ωτ/√2) sin(ωτ/√2), so
+// that the peak is (1 + e) v h(τ) at the second impact, with τ = L/(e v) and L = 1 mm.
+TEST_CASE("a peak at an impact changes with the instants of the impacts", "[sensitivity]") {
+  const double e = 0.8, v = 2, L = 1e-3, tau = L / (e * v), k = 2 * pi * 200 / std::sqrt(2.0);
+  const double h = 2 * k * std::exp(-k * tau) * std::sin(k * tau),
+               slope = 2 * k * k * std::exp(-k * tau) * (std::cos(k * tau) - std::sin(k * tau));
+  auto text = between_walls(0.0505, "[2, 0]", 1.5e-3, pickup);
+  text.replace(text.find("[[-1, 0]"), 8, "[[-0.0505, 0]");
+  const auto q =
+      of(text, "peak.pickup",
+         {"surfaces.hard.restitution", "initial.ball.vx", "contacts.right.at[0][0]", "initial.ball.x"})
+          .quantities[0];
+  const double bound = 1e-8;  // as above
+  CHECK(q.value == Approx((1 + e) * v * h).epsilon(bound));
+  CHECK(q.derivatives[0] == Approx(v * h - (1 + e) * v * slope * tau / e).epsilon(bound));
+  CHECK(q.derivatives[1] == Approx((1 + e) * (h - slope * tau)).epsilon(bound));
+  CHECK(q.derivatives[2] == Approx((1 + e) * v * slope / (e * v)).epsilon(bound));
+  CHECK(std::abs(q.derivatives[3]) < bound * q.value / L);
+}
+
 TEST_CASE("the peak of an accelerometer's signal in a penalty run equals differences of runs",
           "[sensitivity]") {
   const auto text =

@@ -33,15 +33,10 @@ struct Convergence {
   int compared = 0, refused = 0;
   std::string reason;  ///< of one refusal
   double order() const { return order_of(errors); }
-  /// Least squares of log₂ error.
   static double order_of(const std::vector<double>& errors) {
-    double sum = 0, weight = 0;
-    for (int i = 0; i < levels; ++i) {
-      const double x = i - 0.5 * (levels - 1);
-      sum -= x * std::log2(errors[static_cast<std::size_t>(i)]);
-      weight += x * x;
-    }
-    return sum / weight;
+    std::vector<double> steps;
+    for (int i = 0; i < levels; ++i) steps.push_back(std::pow(0.5, i));
+    return test::observed_order(steps, errors);
   }
   std::string text() const {
     std::string list;
