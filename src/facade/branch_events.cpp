@@ -18,6 +18,8 @@ constexpr double located_share = 1e-12;
 constexpr double complex_part = 1e-6;
 /// Most motions in an extrapolation to a grazing impact.
 constexpr std::size_t most_extrapolated = 6;
+/// Least ratio of their approach speeds.
+constexpr double least_ratio = 1.25;
 
 /// Multipliers without that of a shift along the motion.
 std::vector<std::complex<double>> decisive(const BranchSolver& solver, const BranchMotion& m) {
@@ -148,15 +150,23 @@ SlowOnset slowest_onset(const BranchMotion& m) {
 }
 
 Grazing grazing_of(const std::vector<BranchMotion>& motions, std::size_t onset) {
-  const auto count = std::min(motions.size(), most_extrapolated);
-  const auto* first = motions.data() + (motions.size() - count);
-  std::vector<double> v(count);
-  for (std::size_t i = 0; i < count; ++i) v[i] = -first[i].point.end.onsets[onset].rate;
+  // The last motion, and earlier ones of increasing speed that are well apart.
+  std::vector<const BranchMotion*> chosen;
+  std::vector<double> v;
+  for (auto m = motions.rbegin(); m != motions.rend() && chosen.size() < most_extrapolated; ++m) {
+    const double speed = -m->point.end.onsets[onset].rate;
+    if (!v.empty() && speed < least_ratio * v.back()) continue;
+    chosen.push_back(&*m);
+    v.push_back(speed);
+  }
+  std::ranges::reverse(chosen);
+  std::ranges::reverse(v);
+  const auto count = chosen.size();
   // Neville's scheme at v = 0; `error`: change by the last motion.
   double change = 0;
   const auto at_zero = [&](auto value) {
     std::vector<double> y(count);
-    for (std::size_t i = 0; i < count; ++i) y[i] = value(first[i]);
+    for (std::size_t i = 0; i < count; ++i) y[i] = value(*chosen[i]);
     change = std::numeric_limits<double>::infinity();
     for (std::size_t k = 1; k < count; ++k) {
       const double before = y[count - k];
@@ -166,7 +176,7 @@ Grazing grazing_of(const std::vector<BranchMotion>& motions, std::size_t onset) 
     }
     return y.front();
   };
-  Grazing g{.onset = onset, .state = first[count - 1].point.state};
+  Grazing g{.onset = onset, .state = motions.back().point.state};
   g.parameter = at_zero([](const BranchMotion& m) { return m.parameter; });
   g.error = change;
   g.period = at_zero([](const BranchMotion& m) { return m.model->map.length(); });

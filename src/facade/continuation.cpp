@@ -31,6 +31,10 @@ constexpr double least_cosine = 0.9;
 /// Least share of an approach speed that remains after a step, so that a grazing impact is approached in
 /// geometric steps; and its share of the greatest speed from which the grazing motion is extrapolated.
 constexpr double remaining_speed = 0.4, grazing_speed = 1e-3;
+/// Derivatives end at slow impacts whose penetration without the impact would be negligible. A branch that ends
+/// at a speed below this share is extrapolated as well, once its steps are this short.
+constexpr double slow_speed = 0.05, slow_step = 0.02;
+constexpr std::size_t most_kept = 32;
 /// The section is moved if a contact onset comes nearer than this share of the period.
 constexpr double least_margin = 0.02;
 /// Distance from a bifurcation at which the motions that follow are searched, relative to the range.
@@ -139,8 +143,12 @@ class Continuation {
       if (next) reason = unsuitable(base, *next);
       if (!reason.empty()) {
         step *= reduction;
-        if (step > least_step * greatest_step(base)) continue;
-        ends = last_words(b, last, reason, count);
+        const auto slow = slowest_onset(base);
+        const bool slowing = slow.share < slow_speed && falling(last, slow.onset);
+        if (step > (slowing ? slow_step : least_step) * greatest_step(base)) continue;
+        ends = slowing ? graze(b, last, slow.onset, count)
+                       : fmt::format("no further motion is found at {} = {:.9g}: {}", request_.key,
+                                     base.parameter, reason);
         break;
       }
       const auto bound = bound_between(base, *next);
@@ -160,7 +168,7 @@ class Continuation {
       if (next->iterations >= many_iterations) step *= reduction;
       base = std::move(*next);
       step = std::min(step, greatest_step(base));
-      if (last.size() >= 8) last.erase(last.begin());
+      if (last.size() >= most_kept) last.erase(last.begin());
       last.push_back(base);
       if (!ends.empty()) break;
       if (const auto slow = slowest_onset(base); slow.share < grazing_speed && falling(last, slow.onset)) {
@@ -296,14 +304,6 @@ class Continuation {
       if (motion && motion->sequence() == without) return motion;
     }
     return {};
-  }
-
-  /// The end of a branch whose steps have become too short.
-  std::string last_words(Begun& b, const std::vector<BranchMotion>& last, const std::string& reason,
-                         int count) {
-    const auto& m = last.back();
-    (void)b, (void)count;
-    return fmt::format("no further motion is found at {} = {:.9g}: {}", request_.key, m.parameter, reason);
   }
 
   const Scene& scene_;
