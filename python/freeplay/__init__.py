@@ -22,8 +22,9 @@ from .errors import (
     SceneError,
     SnapshotError,
 )
+from .motions import Branches, Lyapunov, Orbit, Sensitivities, continue_orbit, lyapunov, orbit, sensitivity
 from .results import Comparison, Run, read_comparison, read_run
-from .running import Orbit, Sensitivities, Simulation, Stop, check, compare, orbit, run, sensitivity
+from .running import Simulation, Stop, check, compare, run
 from .scene import Scene, Table, read_scene
 from .studies import Study, read_study, sweep
 
@@ -31,11 +32,13 @@ from .studies import Study, read_study, sweep
 __version__ = _freeplay.version()
 
 __all__ = [
+    "Branches",
     "Comparison",
     "DoubtfulWarning",
     "FailedWarning",
     "FreeplayError",
     "Interrupted",
+    "Lyapunov",
     "Orbit",
     "OutputError",
     "Run",
@@ -49,6 +52,8 @@ __all__ = [
     "Table",
     "check",
     "compare",
+    "continue_orbit",
+    "lyapunov",
     "orbit",
     "read_comparison",
     "read_run",

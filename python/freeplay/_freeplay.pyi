@@ -77,6 +77,22 @@ def sensitivities_of(
 def orbit_of(
     scene: Scene, formulation: str, periods: int, settle: float, period: Optional[float], flag: StopFlag, here: bool
 ) -> dict[str, Any]: ...
+def branches_of(
+    scene: Scene,
+    key: str,
+    start: float,
+    end: float,
+    step: Optional[float],
+    periods: int,
+    settle: float,
+    period: Optional[float],
+    follow_doubled: int,
+    flag: StopFlag,
+    here: bool,
+) -> dict[str, Any]: ...
+def lyapunov_of(
+    scene: Scene, formulation: str, batches: int, transient: Optional[float], flag: StopFlag, here: bool
+) -> dict[str, Any]: ...
 def run_into(
     scene: Scene, formulation: str, folder: Path, matched: bool, companion: bool, flag: StopFlag, here: bool
 ) -> bool: ...

@@ -9,13 +9,8 @@ import tempfile
 import threading
 import warnings
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Optional, Union
-
-import numpy as np
-import pandas as pd
-from numpy.typing import NDArray
 
 from . import _freeplay
 from .errors import DoubtfulWarning, FailedWarning, Interrupted
@@ -231,126 +226,6 @@ def compare(
     if flag.is_set():
         raise Interrupted()
     return Comparison(folder, keep)
-
-
-@dataclass(frozen=True)
-class Sensitivities:
-    """Derivatives of results of a run, in SI units.
-
-    values: a Series, quantity to value.
-    keys: a Series, key to value.
-    jacobian: a frame with one row per quantity and one column per key; NaN where there is no derivative.
-    reasons: a frame of the same shape; the reason where there is no derivative, else "".
-    stopped: the reason why the run stopped before its end, or "".
-    """
-
-    values: pd.Series
-    keys: pd.Series
-    jacobian: pd.DataFrame
-    reasons: pd.DataFrame
-    stopped: str
-
-    @property
-    def influence(self) -> pd.DataFrame:
-        """(p/Q) dQ/dp: the relative change of a quantity for a relative change of a key."""
-        return self.jacobian.mul(self.keys, axis="columns").div(self.values, axis="index")
-
-
-def sensitivity(
-    scene: SceneLike,
-    of: Sequence[str],
-    to: Sequence[str],
-    formulation: str = "nonsmooth",
-    *,
-    set: Optional[Mapping[str, Any]] = None,
-    stop: Optional[Stop] = None,
-) -> Sensitivities:
-    """Runs a scene once with its variational equations, as `freeplay sensitivity` does.
-
-    of: quantities, such as "event.1.t", "end.slider.x", "energy.dissipated_in_contacts".
-    to: keys of the scene with one number, such as "joints.gudgeon.clearance", or "initial.slider.vx".
-
-    Returns Sensitivities. Raises SceneError for an unknown quantity or key.
-    """
-    wanted = _scene(scene)
-    if set:
-        wanted = wanted.with_(set)
-    flag = (stop or Stop())._flag
-    found = _freeplay.sensitivities_of(wanted._handle, list(of), list(to), formulation, flag, _here())
-    if found["pressed"]:
-        _interrupt(None)
-    if flag.is_set():
-        raise Interrupted()
-    names, keys = found["names"], found["keys"]
-    return Sensitivities(
-        pd.Series(found["values"], index=names, dtype=float),
-        pd.Series(found["key_values"], index=keys, dtype=float),
-        pd.DataFrame(found["derivatives"], index=names, columns=keys, dtype=float),
-        pd.DataFrame(found["reasons"], index=names, columns=keys),
-        found["stopped"],
-    )
-
-
-@dataclass(frozen=True)
-class Orbit:
-    """A periodic motion, in SI units.
-
-    period: of the drive; without a drive, of the motion over `periods`.
-    residual: greatest change over the periods, relative to its error scale.
-    t, q, v: time, coordinates and rates at the section.
-    impacts: a frame of the contact onsets within the periods: t, joint, speed.
-    multipliers: Floquet multipliers of the mechanism's own degrees of freedom, largest modulus first.
-    stable: whether all multipliers are inside the unit circle.
-    failure: the reason why no periodic motion was found, or "".
-    """
-
-    period: float
-    periods: int
-    residual: float
-    t: float
-    q: NDArray[np.float64]
-    v: NDArray[np.float64]
-    impacts: pd.DataFrame
-    multipliers: NDArray[np.complex128]
-    stable: bool
-    failure: str
-
-
-def orbit(
-    scene: SceneLike,
-    formulation: str = "nonsmooth",
-    *,
-    periods: int = 1,
-    settle: float = 10,
-    period: Optional[float] = None,
-    set: Optional[Mapping[str, Any]] = None,
-    stop: Optional[Stop] = None,
-) -> Orbit:
-    """Searches a periodic motion near the scene's motion after `settle` periods of the drive, as
-    `freeplay orbit` does. `period` (s): an estimate, required for a mechanism without a drive.
-
-    Raises SceneError for a scheme without derivatives, and if the period is not known."""
-    wanted = _scene(scene)
-    if set:
-        wanted = wanted.with_(set)
-    flag = (stop or Stop())._flag
-    found = _freeplay.orbit_of(wanted._handle, formulation, periods, settle, period, flag, _here())
-    if found["pressed"]:
-        _interrupt(None)
-    if flag.is_set():
-        raise Interrupted()
-    return Orbit(
-        found["period"],
-        found["periods"],
-        found["residual"],
-        found["t"],
-        np.array(found["q"], dtype=float),
-        np.array(found["v"], dtype=float),
-        pd.DataFrame(found["impacts"], columns=["t", "joint", "speed"]),
-        np.array(found["multipliers"], dtype=complex),
-        found["stable"],
-        found["failure"],
-    )
 
 
 def check(scene: SceneLike, *, set: Optional[Mapping[str, Any]] = None) -> dict[str, Any]:

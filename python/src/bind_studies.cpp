@@ -1,13 +1,10 @@
-#include <pybind11/complex.h>
 #include <pybind11/stl.h>
 #include <pybind11/stl/filesystem.h>
 
 #include "dynamics/assembly/assembly.hpp"
 #include "dynamics/assembly/redundancy.hpp"
 #include "dynamics/system.hpp"
-#include "facade/orbit.hpp"
 #include "facade/run_folder.hpp"
-#include "facade/sensitivity.hpp"
 #include "formulations/make.hpp"
 #include "io/files/output_file.hpp"
 #include "io/files/result_set.hpp"
@@ -62,79 +59,6 @@ py::dict check(const Scene& scene) {
     }
   }
   d["restitution_delivered"] = available;
-  return d;
-}
-
-/// All derivatives of a run, as lists; an interrupted run has no quantities.
-py::dict sensitivities_of(const Scene& scene, const std::vector<std::string>& of,
-                          const std::vector<std::string>& to, const std::string& formulation, StopFlag& flag,
-                          bool here) {
-  const UnderWay working;
-  Sensitivities found;
-  bool pressed = false;
-  {
-    const py::gil_scoped_release unlocked;
-    const CtrlC ctrl_c(flag, here);
-    try {
-      found = sensitivities(scene, {.of = of, .to = to, .formulation = formulation, .stop = flag.token()});
-    } catch (const Interrupted&) {
-      flag.requested = true;
-    }
-    pressed = ctrl_c.pressed();
-  }
-  py::dict d;
-  d["keys"] = found.keys;
-  d["key_values"] = found.key_values;
-  py::list names, values, derivatives, reasons;
-  for (const auto& q : found.quantities) {
-    names.append(q.name);
-    values.append(q.value);
-    derivatives.append(q.derivatives);
-    reasons.append(q.reasons);
-  }
-  d["names"] = names;
-  d["values"] = values;
-  d["derivatives"] = derivatives;
-  d["reasons"] = reasons;
-  d["stopped"] = found.stopped;
-  d["pressed"] = pressed;
-  return d;
-}
-
-/// A periodic motion; an interrupted search has none.
-py::dict orbit_of(const Scene& scene, const std::string& formulation, int periods, double settle,
-                  std::optional<double> period, StopFlag& flag, bool here) {
-  const UnderWay working;
-  Orbit found;
-  bool pressed = false;
-  {
-    const py::gil_scoped_release unlocked;
-    const CtrlC ctrl_c(flag, here);
-    try {
-      found = orbit(scene, {.formulation = formulation,
-                            .periods = periods,
-                            .settle = settle,
-                            .period = period,
-                            .stop = flag.token()});
-    } catch (const Interrupted&) {
-      flag.requested = true;
-    }
-    pressed = ctrl_c.pressed();
-  }
-  py::list impacts;
-  for (const auto& i : found.impacts) impacts.append(py::make_tuple(i.t, i.joint, i.speed));
-  py::dict d;
-  d["period"] = found.period;
-  d["periods"] = found.periods;
-  d["residual"] = found.residual;
-  d["t"] = found.state.t;
-  d["q"] = found.state.q;
-  d["v"] = found.state.v;
-  d["impacts"] = impacts;
-  d["multipliers"] = found.multipliers;
-  d["stable"] = found.stable;
-  d["failure"] = found.failure;
-  d["pressed"] = pressed;
   return d;
 }
 
@@ -212,10 +136,6 @@ void bind_studies(py::module_& m) {
   m.def("check", &check, py::arg("scene"));
   m.def("compare_into", &compare_into, py::arg("scene"), py::arg("folder"), py::arg("matched"),
         py::arg("flag"), py::arg("here"));
-  m.def("sensitivities_of", &sensitivities_of, py::arg("scene"), py::arg("of"), py::arg("to"),
-        py::arg("formulation"), py::arg("flag"), py::arg("here"));
-  m.def("orbit_of", &orbit_of, py::arg("scene"), py::arg("formulation"), py::arg("periods"),
-        py::arg("settle"), py::arg("period"), py::arg("flag"), py::arg("here"));
   m.def("run_into", &run_into, py::arg("scene"), py::arg("formulation"), py::arg("folder"),
         py::arg("matched"), py::arg("companion"), py::arg("flag"), py::arg("here"));
   m.def("sweep_into", &sweep_into, py::arg("file"), py::arg("folder"), py::arg("anywhere"),

@@ -8,6 +8,7 @@ PYBIND11_MODULE(_freeplay, m) {
   freeplay::python::register_errors();
   freeplay::python::bind_runs(m);
   freeplay::python::bind_studies(m);
+  freeplay::python::bind_motions(m);
   m.def("version", [] { return std::string(freeplay::version); });
   m.def("commit", [] { return std::string(freeplay::commit); });
   m.def("refuse_forked", &freeplay::python::refuse_forked);

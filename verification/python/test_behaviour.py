@@ -301,6 +301,35 @@ class Running(unittest.TestCase):
         self.assertLess(least, 1e-3)
 
 
+OSCILLATOR = {
+    "gravity": [0.0, 0.0],
+    "bodies": {"mass": {"mass": 1.0, "inertia": 0.01, "position": [0.0, 0.0]}},
+    "joints": {
+        "rail": {
+            "type": "translational",
+            "between": ["ground", "mass"],
+            "at": [[0.0, 0.0], [0.0, 0.0]],
+            "axis": [1.0, 0.0],
+        }
+    },
+    "springs": {
+        "spring": {
+            "between": ["ground", "mass"],
+            "at": [[-1.0, 0.0], [0.0, 0.0]],
+            "stiffness": 100.0,
+            "free_length": 1.0,
+            "damping": 4.0,
+        }
+    },
+    "contacts": {"stop": {"type": "travel-stop", "joint": "rail", "upper": 10.0, "surface": "hard"}},
+    "surfaces": {"hard": {"restitution": 0.5}},
+    "curves": {"force": {"shape": "harmonic", "amplitude": 5.0, "period": 1.0}},
+    "drives": {"shaker": {"joint": "rail", "force": "force", "against": "time"}},
+    "run": {"duration": 1.0, "start": "given"},
+    "nonsmooth": {"scheme": "event-driven"},
+}
+
+
 class Studies(unittest.TestCase):
     def test_sensitivity(self):
         ball = {
@@ -324,34 +353,7 @@ class Studies(unittest.TestCase):
             fp.sensitivity(ball, ["event.0.t"], ["bodies.ball.mass"])
 
     def test_orbit(self):
-        oscillator = {
-            "gravity": [0.0, 0.0],
-            "bodies": {"mass": {"mass": 1.0, "inertia": 0.01, "position": [0.0, 0.0]}},
-            "joints": {
-                "rail": {
-                    "type": "translational",
-                    "between": ["ground", "mass"],
-                    "at": [[0.0, 0.0], [0.0, 0.0]],
-                    "axis": [1.0, 0.0],
-                }
-            },
-            "springs": {
-                "spring": {
-                    "between": ["ground", "mass"],
-                    "at": [[-1.0, 0.0], [0.0, 0.0]],
-                    "stiffness": 100.0,
-                    "free_length": 1.0,
-                    "damping": 4.0,
-                }
-            },
-            "contacts": {"stop": {"type": "travel-stop", "joint": "rail", "upper": 10.0, "surface": "hard"}},
-            "surfaces": {"hard": {"restitution": 0.5}},
-            "curves": {"force": {"shape": "harmonic", "amplitude": 5.0, "period": 1.0}},
-            "drives": {"shaker": {"joint": "rail", "force": "force", "against": "time"}},
-            "run": {"duration": 1.0, "start": "given"},
-            "nonsmooth": {"scheme": "event-driven"},
-        }
-        found = fp.orbit(oscillator, settle=2)
+        found = fp.orbit(OSCILLATOR, settle=2)
         self.assertEqual(found.failure, "")
         self.assertTrue(found.stable)
         self.assertEqual(len(found.impacts), 0)
@@ -359,7 +361,28 @@ class Studies(unittest.TestCase):
         self.assertAlmostEqual(abs(found.multipliers[0]), np.exp(-2), delta=1e-7)
         self.assertAlmostEqual(abs(np.angle(found.multipliers[0])), abs(np.angle(np.exp(96**0.5 * 1j))), delta=1e-6)
         with self.assertRaises(fp.SceneError):
-            fp.orbit(oscillator, set={"nonsmooth.scheme": "moreau-jean"})
+            fp.orbit(OSCILLATOR, set={"nonsmooth.scheme": "moreau-jean"})
+
+    def test_continue_orbit(self):
+        found = fp.continue_orbit(OSCILLATOR, "curves.force.amplitude", 5.0, 6.0, settle=2)
+        self.assertEqual(found.failure, "")
+        self.assertGreater(len(found.points), 5)
+        # The multipliers of a linear oscillator do not depend on the force, and its motion is proportional to it.
+        self.assertLess(np.ptp(found.points["greatest_modulus"]), 1e-6)
+        first, last = found.orbits[0], found.orbits[-1]
+        ratio = found.points["parameter"].iloc[-1] / found.points["parameter"].iloc[0]
+        self.assertAlmostEqual(last.q[0], ratio * first.q[0], delta=1e-7)
+        self.assertEqual(len(found.bifurcations), 0)
+
+    def test_lyapunov(self):
+        found = fp.lyapunov(OSCILLATOR, set={"run.duration": 40.0})
+        self.assertEqual(found.failure, "")
+        # x'' + 4 x' + 100 x = f(t): both exponents are -2/s, up to the phase at the ends of 36 s.
+        self.assertEqual(len(found.exponents), 2)
+        for value in found.exponents["value"]:
+            self.assertAlmostEqual(value, -2, delta=0.1)
+        self.assertAlmostEqual(found.sum, -4, delta=1e-6)
+        self.assertAlmostEqual(found.sum_predicted, -4, delta=1e-6)
 
     def test_compare(self):
         with tempfile.TemporaryDirectory() as folder:

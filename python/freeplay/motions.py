@@ -1,0 +1,271 @@
+"""Derivatives of runs, periodic motions, their branches, and Lyapunov exponents."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any, Optional
+
+import numpy as np
+import pandas as pd
+from numpy.typing import NDArray
+
+from . import _freeplay
+from .errors import Interrupted
+from .running import SceneLike, Stop, _here, _interrupt, _scene
+
+
+def _searched(stop: Optional[Stop], call: Callable[[_freeplay.StopFlag], dict[str, Any]]) -> dict[str, Any]:
+    flag = (stop or Stop())._flag
+    found = call(flag)
+    if found["pressed"]:
+        _interrupt(None)
+    if flag.is_set():
+        raise Interrupted()
+    return found
+
+
+@dataclass(frozen=True)
+class Sensitivities:
+    """Derivatives of results of a run, in SI units.
+
+    values: a Series, quantity to value.
+    keys: a Series, key to value.
+    jacobian: a frame with one row per quantity and one column per key; NaN where there is no derivative.
+    reasons: a frame of the same shape; the reason where there is no derivative, else "".
+    stopped: the reason why the run stopped before its end, or "".
+    """
+
+    values: pd.Series
+    keys: pd.Series
+    jacobian: pd.DataFrame
+    reasons: pd.DataFrame
+    stopped: str
+
+    @property
+    def influence(self) -> pd.DataFrame:
+        """(p/Q) dQ/dp: the relative change of a quantity for a relative change of a key."""
+        return self.jacobian.mul(self.keys, axis="columns").div(self.values, axis="index")
+
+
+def sensitivity(
+    scene: SceneLike,
+    of: Sequence[str],
+    to: Sequence[str],
+    formulation: str = "nonsmooth",
+    *,
+    set: Optional[Mapping[str, Any]] = None,
+    stop: Optional[Stop] = None,
+) -> Sensitivities:
+    """Runs a scene once with its variational equations, as `freeplay sensitivity` does.
+
+    of: quantities, such as "event.1.t", "end.slider.x", "energy.dissipated_in_contacts".
+    to: keys of the scene with one number, such as "joints.gudgeon.clearance", or "initial.slider.vx".
+
+    Returns Sensitivities. Raises SceneError for an unknown quantity or key.
+    """
+    wanted = _scene(scene)
+    if set:
+        wanted = wanted.with_(set)
+    found = _searched(
+        stop, lambda flag: _freeplay.sensitivities_of(wanted._handle, list(of), list(to), formulation, flag, _here())
+    )
+    names, keys = found["names"], found["keys"]
+    return Sensitivities(
+        pd.Series(found["values"], index=names, dtype=float),
+        pd.Series(found["key_values"], index=keys, dtype=float),
+        pd.DataFrame(found["derivatives"], index=names, columns=keys, dtype=float),
+        pd.DataFrame(found["reasons"], index=names, columns=keys),
+        found["stopped"],
+    )
+
+
+@dataclass(frozen=True)
+class Orbit:
+    """A periodic motion, in SI units.
+
+    period: of the drive; without a drive, of the motion over `periods`.
+    residual: greatest change over the periods, relative to its error scale.
+    t, q, v: time, coordinates and rates at the section.
+    impacts: a frame of the contact onsets within the periods: t, joint, speed.
+    multipliers: Floquet multipliers of the mechanism's own degrees of freedom, largest modulus first.
+    stable: whether all multipliers are inside the unit circle.
+    failure: the reason why no periodic motion was found, or "".
+    """
+
+    period: float
+    periods: int
+    residual: float
+    t: float
+    q: NDArray[np.float64]
+    v: NDArray[np.float64]
+    impacts: pd.DataFrame
+    multipliers: NDArray[np.complex128]
+    stable: bool
+    failure: str
+
+
+def _orbit(found: Mapping[str, Any]) -> Orbit:
+    return Orbit(
+        found["period"],
+        found["periods"],
+        found["residual"],
+        found["t"],
+        np.array(found["q"], dtype=float),
+        np.array(found["v"], dtype=float),
+        pd.DataFrame(found["impacts"], columns=["t", "joint", "speed"]),
+        np.array(found["multipliers"], dtype=complex),
+        found["stable"],
+        found["failure"],
+    )
+
+
+def orbit(
+    scene: SceneLike,
+    formulation: str = "nonsmooth",
+    *,
+    periods: int = 1,
+    settle: float = 10,
+    period: Optional[float] = None,
+    set: Optional[Mapping[str, Any]] = None,
+    stop: Optional[Stop] = None,
+) -> Orbit:
+    """Searches a periodic motion near the scene's motion after `settle` periods of the drive, as
+    `freeplay orbit` does. `period` (s): an estimate, required for a mechanism without a drive.
+
+    Raises SceneError for a scheme without derivatives, and if the period is not known."""
+    wanted = _scene(scene)
+    if set:
+        wanted = wanted.with_(set)
+    return _orbit(
+        _searched(
+            stop,
+            lambda flag: _freeplay.orbit_of(wanted._handle, formulation, periods, settle, period, flag, _here()),
+        )
+    )
+
+
+@dataclass(frozen=True)
+class Branches:
+    """Branches of periodic motions over one key, in SI units.
+
+    points: a frame with one row per motion: branch, point, parameter, period, stable, greatest_modulus, impacts.
+    orbits: the motions, one Orbit per row of points.
+    bifurcations: a frame: kind, parameter, period, branch, joint, follows, new_branch.
+    ends: a frame: branch, points, begins, reason.
+    failure: the reason why there is no first motion, or "".
+    """
+
+    points: pd.DataFrame
+    orbits: list[Orbit]
+    bifurcations: pd.DataFrame
+    ends: pd.DataFrame
+    failure: str
+
+
+def continue_orbit(
+    scene: SceneLike,
+    key: str,
+    start: float,
+    end: float,
+    *,
+    step: Optional[float] = None,
+    periods: int = 1,
+    settle: float = 10,
+    period: Optional[float] = None,
+    follow_doubled: int = 1,
+    set: Optional[Mapping[str, Any]] = None,
+    stop: Optional[Stop] = None,
+) -> Branches:
+    """Follows the periodic motion at key = start towards end, round folds, as `freeplay continue` does.
+
+    step: greatest change of the key; default: a fiftieth of the range. Raises SceneError for an unknown key
+    and for a scheme without derivatives."""
+    wanted = _scene(scene)
+    if set:
+        wanted = wanted.with_(set)
+    found = _searched(
+        stop,
+        lambda flag: _freeplay.branches_of(
+            wanted._handle, key, start, end, step, periods, settle, period, follow_doubled, flag, _here()
+        ),
+    )
+    orbits = [_orbit(p) for p in found["points"]]
+    points = pd.DataFrame(
+        [
+            [
+                p["branch"],
+                p["point"],
+                p["parameter"],
+                o.period,
+                o.stable,
+                max(map(abs, o.multipliers), default=0.0),
+                len(o.impacts),
+            ]
+            for p, o in zip(found["points"], orbits)
+        ],
+        columns=["branch", "point", "parameter", "period", "stable", "greatest_modulus", "impacts"],
+    )
+    return Branches(
+        points,
+        orbits,
+        pd.DataFrame(
+            found["bifurcations"],
+            columns=["kind", "parameter", "period", "branch", "joint", "follows", "new_branch"],
+        ),
+        pd.DataFrame(found["ends"], columns=["branch", "points", "begins", "reason"]),
+        found["failure"],
+    )
+
+
+@dataclass(frozen=True)
+class Lyapunov:
+    """Lyapunov exponents of a motion, 1/s.
+
+    exponents: a frame, greatest first: value (-inf where perturbations vanish), standard_error, reason.
+    sum, sum_predicted: of all exponents, and from the divergence of the flow and the impacts alone.
+    impacts: contact onsets after the transient.
+    transient, duration: excluded and evaluated time, s.
+    stopped: the reason of an early end, or "". failure: why there are no exponents, or "".
+    """
+
+    exponents: pd.DataFrame
+    sum: float
+    sum_predicted: float
+    impacts: int
+    transient: float
+    duration: float
+    stopped: str
+    failure: str
+
+
+def lyapunov(
+    scene: SceneLike,
+    formulation: str = "nonsmooth",
+    *,
+    batches: int = 20,
+    transient: Optional[float] = None,
+    set: Optional[Mapping[str, Any]] = None,
+    stop: Optional[Stop] = None,
+) -> Lyapunov:
+    """Computes the Lyapunov exponents of the scene's motion through impacts, as `freeplay lyapunov` does.
+
+    batches: number of batch means for the standard errors. transient (s): default run.discard, at least a
+    tenth of the run. Raises SceneError for a scheme without derivatives."""
+    wanted = _scene(scene)
+    if set:
+        wanted = wanted.with_(set)
+    found = _searched(
+        stop,
+        lambda flag: _freeplay.lyapunov_of(wanted._handle, formulation, batches, transient, flag, _here()),
+    )
+    return Lyapunov(
+        pd.DataFrame({"value": found["values"], "standard_error": found["errors"], "reason": found["reasons"]}),
+        found["sum"],
+        found["sum_predicted"],
+        found["impacts"],
+        found["transient"],
+        found["duration"],
+        found["stopped"],
+        found["failure"],
+    )
