@@ -13,8 +13,9 @@ struct LaneFunctions;
 struct SystemFunctions;
 
 /// Number of quantities in which fixed steps by `functions` and without them differ, from a state
-/// and from others near it; a sign of zero is no difference. Detaches all functions.
-long differing_steps(System& system, const SystemFunctions& functions, const State& near, RowFacts facts);
+/// and from others near it, at most `states`; a sign of zero is no difference. Detaches all functions.
+long differing_steps(System& system, const SystemFunctions& functions, const State& near, RowFacts facts,
+                     int states = 4);
 
 /// A system in a lane; nothing is owned.
 struct LaneCheck {

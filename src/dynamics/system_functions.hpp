@@ -83,9 +83,11 @@ struct TracedSystem {
 /// `steps`: also the functions of StepFunctions.
 TracedSystem trace_system(const System& system, const State& near, RowFacts facts, bool steps = false);
 
-/// Number of quantities in which compiled functions and templates differ at a state and at four
-/// others near it; a sign of zero is no difference. Detaches all functions.
-long differing_quantities(System& system, const SystemFunctions& functions, const State& near,
-                          RowFacts facts);
+/// A state and others near it.
+inline constexpr int states_compared = 5;
+/// Number of quantities in which compiled functions and templates differ at the first `states` of
+/// them; a sign of zero is no difference. Detaches all functions.
+long differing_quantities(System& system, const SystemFunctions& functions, const State& near, RowFacts facts,
+                          int states = states_compared);
 
 }  // namespace freeplay

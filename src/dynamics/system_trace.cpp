@@ -162,11 +162,11 @@ std::vector<double> quantities(const System& system, const State& at, SaddlePoin
 
 }  // namespace
 
-long differing_quantities(System& system, const SystemFunctions& functions, const State& near,
-                          RowFacts facts) {
+long differing_quantities(System& system, const SystemFunctions& functions, const State& near, RowFacts facts,
+                          int states) {
   const auto still = still_coordinates(system, near);
   long differing = 0;
-  for (unsigned seed = 0; seed < 5; ++seed) {
+  for (unsigned seed = 0; seed < static_cast<unsigned>(states); ++seed) {
     auto at = seed == 0 ? near : moved(system, near, still, seed);
     at.z.resize(static_cast<std::size_t>(system.states()));  // a given start may leave them out
     SaddlePoint general(system.mass(), system.pattern(), SolvePath::automatic, facts);

@@ -21,53 +21,61 @@ Compile compile_choice(Compile asked) {
                    fmt::format("must be \"automatic\", \"always\" or \"never\", is \"{}\"", named));
 }
 
-CompiledRun compile_system(System& system, const State& near, RowFacts facts, StopToken stop, bool steps) {
+CompiledRun compile_system(System& system, const State& near, RowFacts facts, StopToken stop, bool steps,
+                           std::shared_ptr<const CompiledStructure>* structure) {
   CompiledRun found;
-  const auto traced = trace_system(system, near, facts, steps);
+  auto traced = trace_system(system, near, facts, steps);
   found.general_parts = traced.untraced;
+  auto mine = structure ? std::move(*structure) : nullptr;
+  const bool known =
+      mine && mine->traced.object.same_structure(traced.object) && mine->traced.steps == traced.steps;
   if (traced.object.functions() == 0) {
     found.reason = "no part of the mechanism can be compiled";
     return found;
   }
-  const auto object = compiled_object(traced.object.text(), traced.object.functions(), stop);
-  if (!object.library) {
-    found.reason = object.reason;
-    return found;
+  if (!known) {
+    auto object = compiled_object(traced.object.text(), traced.object.functions(), stop);
+    if (!object.library) {
+      found.reason = object.reason;
+      return found;
+    }
+    mine = std::make_shared<const CompiledStructure>(
+        CompiledStructure{traced, std::move(object.library), object.table});
   }
-  auto functions = traced.functions(object.table);
-  functions.object = object.library;
-  if (differing_quantities(system, functions, near, facts) > 0 ||
-      (functions.step.middle && differing_steps(system, functions, near, facts) > 0)) {
+  auto functions = traced.functions(mine->table);
+  functions.object = mine->library;
+  const int states = known ? 1 : states_compared;
+  if (differing_quantities(system, functions, near, facts, states) > 0 ||
+      (functions.step.middle && differing_steps(system, functions, near, facts, states) > 0)) {
     found.reason = "the compiled functions give other digits, as with a program built for fused multiply-add";
     return found;
   }
   system.attach(std::move(functions));
+  if (structure) *structure = std::move(mine);
   found.used = true;
   return found;
 }
 
 CompiledLanes compile_lanes(const std::vector<LaneCandidate>& candidates, StopToken stop) {
   CompiledLanes found;
-  std::string text;
+  const int width = lanes_of_machine();
   std::vector<LaneCheck> checks;
+  found.lanes.reserve(candidates.size());
   for (const auto& candidate : candidates) {
-    found.lanes.push_back(
-        trace_lanes(*candidate.system, *candidate.near, candidate.facts, lanes_of_machine()));
-    const auto& lanes = found.lanes.back();
-    const auto own = lanes.traced ? lanes.object.text() : std::string();
-    if (found.lanes.size() == 1) text = own;
-    found.fits.push_back(lanes.traced && own == text);
+    const auto& lanes =
+        found.lanes.emplace_back(trace_lanes(*candidate.system, *candidate.near, candidate.facts, width));
+    const bool fits = lanes.traced && lanes.object.same_structure(found.lanes.front().object);
+    found.fits.push_back(fits);
+    if (fits && checks.size() < static_cast<std::size_t>(width))
+      checks.push_back({candidate.system, candidate.near, &lanes.object.constants()});
   }
-  for (std::size_t i = 0; i < candidates.size(); ++i)
-    if (found.fits[i] && checks.size() < static_cast<std::size_t>(lanes_of_machine()))
-      checks.push_back({candidates[i].system, candidates[i].near, &found.lanes[i].object.constants()});
   if (checks.size() < 2) return found;
-  const auto object = compiled_object(text, found.lanes.front().object.functions(), stop);
+  const auto& first = found.lanes.front();
+  const auto object = compiled_object(first.object.text(), first.object.functions(), stop);
   if (!object.library) return found;
-  auto functions = found.lanes.front().functions(object.table);
+  auto functions = first.functions(object.table);
   functions.object = object.library;
-  if (differing_lanes(functions, checks, candidates.front().facts) == 0)
-    found.functions = std::move(functions);
+  if (differing_lanes(functions, checks, candidates.front().facts) == 0) found.functions = std::move(functions);
   return found;
 }
 

@@ -7,10 +7,12 @@
 // instant of the change has no effect on results.
 #pragma once
 
+#include <memory>
 #include <vector>
 
 #include "dynamics/lane_functions.hpp"
 #include "dynamics/system.hpp"
+#include "dynamics/system_functions.hpp"
 #include "facade/simulation.hpp"
 #include "numerics/saddle_point.hpp"
 #include "values/result.hpp"
@@ -24,11 +26,19 @@ inline constexpr long compiles_after = 100'000;
 /// Throws ModelError if its value is no such word.
 Compile compile_choice(Compile asked);
 
+/// A traced System and its compiled object, which others of the same structure may use.
+struct CompiledStructure {
+  TracedSystem traced;
+  std::shared_ptr<const void> library;
+  const CompiledFunction* table = nullptr;
+};
 /// Traces, compiles and checks a System near a state, and attaches the functions. Returns what became
 /// of it; `from` is left to the caller.
-/// `steps`: also whole time steps of fixed length.
+/// `steps`: also whole time steps of fixed length. `structure`: another one or null, and on return
+/// that of this System; with an equal one nothing is compiled, and the check has one state only.
 CompiledRun compile_system(System& system, const State& near, RowFacts facts, StopToken stop,
-                           bool steps = false);
+                           bool steps = false,
+                           std::shared_ptr<const CompiledStructure>* structure = nullptr);
 
 /// A system that may run in lanes, with its compiled functions attached.
 struct LaneCandidate {

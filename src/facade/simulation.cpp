@@ -108,6 +108,7 @@ struct Simulation::Implementation {
         form(begun(start)),
         sensors(scene.instruments, layout, start.q.size(), noise_of_run()),
         compile(compile_choice(options.compile)) {
+    if (options.like && options.like->it_) structure = options.like->it_->structure;
     if (compile == Compile::always) compile_now(options.stop);
   }
 
@@ -150,7 +151,7 @@ struct Simulation::Implementation {
     const auto& time_stepping = scene.nonsmooth;
     const bool steps = family == Family::nonsmooth && time_stepping.step &&
                        time_stepping.scheme_in_force() == Scheme::moreau_jean;
-    compiled = compile_system(system, start, facts(), stop, steps);
+    compiled = compile_system(system, start, facts(), stop, steps, &structure);
     compiled->from = form->state().t;
   }
   bool compiles_now() const {
@@ -170,6 +171,7 @@ struct Simulation::Implementation {
   Sensors sensors;
   Compile compile;
   std::optional<CompiledRun> compiled;  // once it was tried
+  std::shared_ptr<const CompiledStructure> structure;
   bool searched = false;
   bool running = false;
   std::vector<std::string> undetermined;

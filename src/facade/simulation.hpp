@@ -32,6 +32,8 @@ namespace freeplay {
 
 struct Scene;
 
+class Simulation;
+
 /// Options of a Simulation that the scene does not contain.
 struct SimulationOptions {
   /// Whether contacts of the nonsmooth formulation take the coefficient of restitution that the
@@ -48,6 +50,10 @@ struct SimulationOptions {
   StopToken stop = {};
   /// When it compiles its mechanism; `automatic` obeys the environment variable FREEPLAY_COMPILE.
   Compile compile = Compile::automatic;
+  /// A compiled simulation, not owned, such as another start of the same mechanism. If it has the same
+  /// structure, the new one shares its compiled functions and is compiled faster. Used in the
+  /// constructor only.
+  const Simulation* like = nullptr;
 };
 
 /// Parameters of one call of Simulation::run().

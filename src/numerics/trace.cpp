@@ -4,6 +4,7 @@
 #include <bit>
 #include <cmath>
 #include <exception>
+#include <utility>
 
 namespace freeplay {
 namespace {
@@ -105,13 +106,13 @@ Trace* Trace::active() {
 
 Trace::Trace(TracedObject& object, std::string_view name)
     : object_(object),
-      name_(name),
+      f_{.name = std::string(name), .nodes = {}, .guards = {}, .outputs = {}},
       outer_(std::exchange(active_trace, this)),
       exceptions_(std::uncaught_exceptions()) {}
 
 Trace::~Trace() {
   active_trace = outer_;
-  if (std::uncaught_exceptions() == exceptions_) write();
+  if (std::uncaught_exceptions() == exceptions_) object_.functions_.push_back(std::move(f_));
 }
 
 int TracedObject::slot(double value) {
@@ -123,8 +124,8 @@ int TracedObject::slot(double value) {
 
 int Trace::intern(Operation operation, int a, int b, int c) {
   const auto [at, is_new] =
-      known_.try_emplace({static_cast<int>(operation), a, b, c}, static_cast<int>(nodes_.size()));
-  if (is_new) nodes_.push_back({operation, a, b, c});
+      known_.try_emplace(std::array{static_cast<int>(operation), a, b, c}, static_cast<int>(f_.nodes.size()));
+  if (is_new) f_.nodes.push_back({operation, a, b, c});
   return at->second;
 }
 
@@ -153,7 +154,7 @@ Traced Trace::old(int array, int index) { return input(old_arrays + array, index
 void Trace::output(int array, int index, const Traced& x) {
   const int node = node_of(x);
   if (node == old(array, index).node) return;
-  outputs_.push_back({array, index, node});
+  f_.outputs.push_back({array, index, node});
 }
 
 void Trace::outputs(int array, std::span<const Traced> x) {
@@ -163,7 +164,7 @@ void Trace::outputs(int array, std::span<const Traced> x) {
 /// An output's old content is no operand, because it depends on earlier calls.
 int Trace::operand(const Traced& x) {
   const int node = node_of(x);
-  if (nodes_[node].operation == Operation::input && nodes_[node].a < 0)
+  if (f_.nodes[node].operation == Operation::input && f_.nodes[node].a < 0)
     throw NotTraceable("an element reads a quantity that another element has not set");
   return node;
 }
@@ -205,8 +206,8 @@ Traced Trace::record(Operation operation, const Traced& a, const Traced& b) {
   Traced x(value(operation, a.value, b.value));
   const bool two = operation <= Operation::divide || operation >= Operation::atan2;
   int left = operand(a), right = -1;
-  if (operation == Operation::negate && nodes_[left].operation == Operation::negate) {
-    x.node = nodes_[left].a;
+  if (operation == Operation::negate && f_.nodes[left].operation == Operation::negate) {
+    x.node = f_.nodes[left].a;
     return x;
   }
   if (two) right = operand(b);
@@ -229,16 +230,16 @@ void Trace::require(const Traced& condition) {
     if (condition.value == 0) throw NotTraceable("a condition never holds");
     return;
   }
-  guards_.push_back({Relation::equal, operand(condition), -1, true, static_cast<int>(nodes_.size())});
+  f_.guards.push_back({Relation::equal, operand(condition), -1, true, static_cast<int>(f_.nodes.size())});
 }
 
 bool Trace::compare(const Traced& a, Relation relation, const Traced& b) {
   const bool holds = result(a.value, relation, b.value);
-  const Guard guard{relation, operand(a), operand(b), holds, static_cast<int>(nodes_.size())};
-  const bool known = std::ranges::any_of(guards_, [&](const Guard& g) {
+  const TracedFunction::Guard guard{relation, operand(a), operand(b), holds, static_cast<int>(f_.nodes.size())};
+  const bool known = std::ranges::any_of(f_.guards, [&](const TracedFunction::Guard& g) {
     return g.relation == guard.relation && g.a == guard.a && g.b == guard.b;
   });
-  if (!known) guards_.push_back(guard);
+  if (!known) f_.guards.push_back(guard);
   return holds;
 }
 

@@ -24,14 +24,13 @@
 //     object.text();
 #pragma once
 
+#include <array>
+#include <cstddef>
 #include <cstdint>
-#include <map>
 #include <span>
 #include <string>
 #include <string_view>
-#include <tuple>
 #include <unordered_map>
-#include <utility>
 #include <vector>
 
 #include "numerics/traced.hpp"
@@ -42,6 +41,32 @@ namespace freeplay {
 /// outputs are then undefined. With lanes: bit i for lane i.
 using CompiledFunction = int (*)(const double* constants, const double* const* in, double* const* out);
 
+/// The graph of one function. Numbers of nodes refer to `nodes`.
+struct TracedFunction {
+  struct Node {
+    Operation operation;
+    int a, b;  // operands; of an input its array and index; of a constant its slot
+    int c;     // third operand, −1: none
+    bool operator==(const Node&) const = default;
+  };
+  struct Guard {
+    Relation relation;
+    int a, b;  // b = −1: a is a condition
+    bool result;
+    int after;  // number of nodes when it was recorded
+    bool operator==(const Guard&) const = default;
+  };
+  struct Output {
+    int array, index, node;
+    bool operator==(const Output&) const = default;
+  };
+  std::string name;
+  std::vector<Node> nodes;
+  std::vector<Guard> guards;
+  std::vector<Output> outputs;
+  bool operator==(const TracedFunction&) const = default;
+};
+
 /// The functions of one compiled object and the constants that they share.
 class TracedObject {
  public:
@@ -51,9 +76,11 @@ class TracedObject {
   /// C text of all functions, and of the table `freeplay_functions` of them in their order.
   std::string text() const;
   const std::vector<double>& constants() const { return constants_; }
-  int functions() const { return static_cast<int>(names_.size()); }
-  /// Number of operations of all functions.
-  long operations() const { return operations_; }
+  int functions() const { return static_cast<int>(functions_.size()); }
+  /// Number of operations of all functions that their results need.
+  long operations() const;
+  /// Whether the text of another object is the same; its constants may differ. Faster than the texts.
+  bool same_structure(const TracedObject& o) const { return lanes_ == o.lanes_ && functions_ == o.functions_; }
 
  private:
   friend class Trace;
@@ -61,9 +88,7 @@ class TracedObject {
 
   std::vector<double> constants_;
   std::unordered_map<std::uint64_t, int> slot_;  // by the bits of the value
-  std::vector<std::string> names_;
-  std::string functions_;
-  long operations_ = 0;
+  std::vector<TracedFunction> functions_;
   int lanes_;
 };
 
@@ -93,37 +118,22 @@ class Trace {
   static Trace* active();
 
  private:
-  struct Node {
-    Operation operation;
-    int a, b;  // operands; of an input its array and index; of a constant its slot
-    int c;     // third operand, −1: none
-  };
-  struct Guard {
-    Relation relation;
-    int a, b;  // b = −1: a is a condition
-    bool result;
-    int after;  // number of nodes when it was recorded
-  };
-  struct Output {
-    int array, index, node;
+  struct Hash {
+    std::size_t operator()(const std::array<int, 4>& key) const {
+      std::size_t h = 0;
+      for (const int x : key) h = (h ^ static_cast<unsigned>(x)) * 0x9e3779b97f4a7c15u;
+      return h ^ h >> 32;
+    }
   };
   int node_of(const Traced& x);
   int operand(const Traced& x);
   int intern(Operation operation, int a, int b, int c = -1);
-  std::string name_of(int node) const;
-  std::string expression(const Node& node) const;
-  std::string failing(const Guard& guard) const;
-  bool is_condition(int node) const;
-  void write();
 
   TracedObject& object_;
-  std::string name_;
+  TracedFunction f_;
   Trace* outer_;
   int exceptions_;
-  std::vector<Node> nodes_;
-  std::map<std::tuple<int, int, int, int>, int> known_;
-  std::vector<Guard> guards_;
-  std::vector<Output> outputs_;
+  std::unordered_map<std::array<int, 4>, int, Hash> known_;  // nodes
 };
 
 }  // namespace freeplay

@@ -3,7 +3,9 @@
 // a compiler grows faster than the length of a function; numbers that a later part needs are passed
 // in an array.
 #include <algorithm>
-#include <map>
+#include <string>
+#include <string_view>
+#include <vector>
 
 #include "numerics/trace.hpp"
 
@@ -66,31 +68,42 @@ std::string head_of_lanes(int lanes) {
   return text + ";\n}\n";
 }
 
-}  // namespace
+/// The text of one function.
+class FunctionText {
+ public:
+  FunctionText(const TracedFunction& f, int lanes)
+      : name_(f.name), nodes_(f.nodes), guards_(f.guards), outputs_(f.outputs), lanes_(lanes) {}
+  /// Appends it; returns the number of operations.
+  long append(std::string& text) const;
 
-std::string TracedObject::text() const {
-  std::string text(head);
-  if (lanes_ > 0) text += head_of_lanes(lanes_);
-  text += functions_;
-  text += "int (*const freeplay_functions[])(" + parameters(lanes_) + ") = {";
-  for (const auto& name : names_) text += name + ", ";
-  text += "0};\nconst int freeplay_abi = 1;\n";
-  return text;
-}
+ private:
+  using Node = TracedFunction::Node;
+  using Guard = TracedFunction::Guard;
+  std::string name_of(int node) const;
+  std::string expression(const Node& node) const;
+  std::string failing(const Guard& guard) const;
+  bool is_condition(int node) const;
 
-std::string Trace::name_of(int node) const {
+  const std::string& name_;
+  const std::vector<Node>& nodes_;
+  const std::vector<Guard>& guards_;
+  const std::vector<TracedFunction::Output>& outputs_;
+  int lanes_;
+};
+
+std::string FunctionText::name_of(int node) const {
   const auto& n = nodes_[static_cast<std::size_t>(node)];
   if (n.operation != Operation::constant) return "x" + number(node);
   if (n.a < 0) {
-    if (object_.lanes() > 0) return n.b < 0 ? "lm" : n.b > 0 ? "l1" : "l0";
+    if (lanes_ > 0) return n.b < 0 ? "lm" : n.b > 0 ? "l1" : "l0";
     return n.b < 0 ? "-1.0" : n.b > 0 ? "1.0" : "0.0";
   }
   return "k[" + number(n.a) + "]";
 }
 
-std::string Trace::expression(const Node& n) const {
+std::string FunctionText::expression(const Node& n) const {
   const auto infix = [&](const char* sign) { return name_of(n.a) + sign + name_of(n.b); };
-  const bool lanes = object_.lanes() > 0;
+  const bool lanes = lanes_ > 0;
   const auto call = [&](const char* name) {
     return name + std::string(lanes ? "_l(" : "(") + name_of(n.a) + (n.b < 0 ? "" : ", " + name_of(n.b)) +
            ")";
@@ -145,14 +158,14 @@ std::string Trace::expression(const Node& n) const {
   }
 }
 
-bool Trace::is_condition(int node) const {
+bool FunctionText::is_condition(int node) const {
   const auto operation = nodes_[static_cast<std::size_t>(node)].operation;
   return operation >= Operation::less && operation <= Operation::either;
 }
 
 /// The condition under which a guard fails.
-std::string Trace::failing(const Guard& x) const {
-  const char* no = object_.lanes() > 0 ? "~" : "!";
+std::string FunctionText::failing(const Guard& x) const {
+  const char* no = lanes_ > 0 ? "~" : "!";
   if (x.b < 0) return no + name_of(x.a);
   const char* sign = x.relation == Relation::less         ? " < "
                      : x.relation == Relation::less_equal ? " <= "
@@ -160,9 +173,8 @@ std::string Trace::failing(const Guard& x) const {
   return std::string(x.result ? no : "") + "(" + name_of(x.a) + sign + name_of(x.b) + ")";
 }
 
-void Trace::write() {
-  auto& text = object_.functions_;
-  const int lanes = object_.lanes();
+long FunctionText::append(std::string& text) const {
+  const int lanes = lanes_;
   const std::string type = lanes > 0 ? "lanes" : "double";
   const char* end = lanes > 0 ? "return bits(bad);\n}\n" : "return 0;\n}\n";
   const auto size = nodes_.size();
@@ -258,8 +270,26 @@ void Trace::write() {
     }
     text += lanes > 0 ? "return failed;\n}\n" : "return 0;\n}\n";
   }
-  object_.names_.push_back(name_);
-  object_.operations_ += count;
+  return count;
+}
+
+}  // namespace
+
+std::string TracedObject::text() const {
+  std::string text(head);
+  if (lanes_ > 0) text += head_of_lanes(lanes_);
+  for (const auto& f : functions_) FunctionText(f, lanes_).append(text);
+  text += "int (*const freeplay_functions[])(" + parameters(lanes_) + ") = {";
+  for (const auto& f : functions_) text += f.name + ", ";
+  text += "0};\nconst int freeplay_abi = 1;\n";
+  return text;
+}
+
+long TracedObject::operations() const {
+  long sum = 0;
+  std::string ignored;
+  for (const auto& f : functions_) sum += FunctionText(f, lanes_).append(ignored);
+  return sum;
 }
 
 }  // namespace freeplay

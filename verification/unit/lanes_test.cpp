@@ -193,7 +193,7 @@ TEST_CASE("runs in lanes have the digits of runs alone", "[lanes][compiled][prog
   CHECK(counts.in_lanes > counts.steps / 4);
 }
 
-TEST_CASE("fifty random scenes with one to four contacts: lanes and runs alone", "[lanes][.]") {
+TEST_CASE("fifty random scenes with one to four contacts: lanes and runs alone", "[lanes][program][.]") {
   const LaneCacheForTests cache;
   LaneCounts counts;
   for (int index = 0; index < 50; ++index) compare_lanes(17, index, 20000, counts);

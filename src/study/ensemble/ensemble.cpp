@@ -171,10 +171,14 @@ Starts::Starts(const Scene& scene, const EnsemblePlan& plan) : scene_(scene), pl
 
 /// One start: its simulation and observers.
 struct Starts::Run {
-  Run(const Starts& all, int start, Compile compile)
+  /// `like`: another one, or null.
+  Run(const Starts& all, int start, Compile compile, const Run* like = nullptr)
       : scene(perturbed(all.scene_, all.near_, all.plan_.stop, all.plan_.seed, start, all.plan_.how)),
         simulation(scene, all.plan_.formulation,
-                   {.matched = true, .stop = all.plan_.stop, .compile = compile}),
+                   {.matched = true,
+                    .stop = all.plan_.stop,
+                    .compile = compile,
+                    .like = like ? &like->simulation : nullptr}),
         rows(all.times_.size() * all.columns_.size(), std::nan("")),
         sampled(all.columns_, all.times_, rows.data()),
         contacts(scene.run.discard),
@@ -263,10 +267,12 @@ std::vector<StartOutcome> Starts::make_together(const std::vector<int>& starts) 
   std::vector<StartOutcome> outcomes(starts.size());
   std::vector<std::unique_ptr<Run>> runs(starts.size());
   std::vector<Simulation::Together> all;
+  const Run* like = nullptr;
   for (std::size_t i = 0; i < starts.size(); ++i)
     outcomes[i] = outcome_of([&] {
-      runs[i] = std::make_unique<Run>(*this, starts[i], Compile::always);
+      runs[i] = std::make_unique<Run>(*this, starts[i], Compile::always, like);
       auto& run = *runs[i];
+      if (!like) like = &run;
       all.push_back({&run.simulation, run.request(plan_.stop),
                      [&run] { return std::min(run.window.next(), run.sampled.next()); }});
       return StartOutcome();
