@@ -24,7 +24,9 @@ void System::place_near(std::type_identity_t<T> t, const T* q, const T* q_from, 
   const auto bodies = e.cosine.size();
   for (std::size_t b = 0; b < bodies; ++b) {
     const T theta = q[3 * b + 2], turn = theta - q_from[3 * b + 2];
-    if (theta == T(0)) {
+    // An angle that comes to exactly 0. For one that stays 0 the continuation below gives the same, and
+    // compiled functions need no other branch.
+    if (abs(theta) < abs(turn) * T(1e-300)) {
       e.cosine[b] = 1;
       e.sine[b] = theta;
     } else if (abs(turn) <= T(longest_continued_turn)) {

@@ -116,6 +116,38 @@ step = 5e-3
         Simulation(scene, "nonsmooth", {.compile = Compile::never}).run().final_state.v);
 }
 
+TEST_CASE("compiled steps are not refused for a body whose angle stays 0", "[compiled][program]") {
+  const RefusalCache cache;
+  const auto scene = parse_scene(R"(
+gravity = [0, -9.81]
+[bodies.ball]
+mass = 1
+inertia = 0.1
+position = [0, 0.2]
+[contacts.table]
+type = "plane"
+between = ["ground", "ball"]
+radius = 0.05
+surface = "s"
+[surfaces.s]
+restitution = 0.5
+[run]
+duration = 0.4
+start = "given"
+[nonsmooth]
+scheme = "moreau-jean"
+step = 1e-3
+)",
+                                 "ball");
+  const auto compiled = Simulation(scene, "nonsmooth", {.compile = Compile::always}).run(),
+             general = Simulation(scene, "nonsmooth", {.compile = Compile::never}).run();
+  CHECK(compiled.compiled.used);
+  CHECK(compiled.compiled.refused == 0);
+  CHECK(compiled.final_state.q == general.final_state.q);
+  CHECK(compiled.final_state.v == general.final_state.v);
+  CHECK(compiled.ledger.closure() == general.ledger.closure());
+}
+
 TEST_CASE("pivots that degenerate leave the linear system to the general path", "[compiled][program]") {
   const RefusalCache cache;
   const auto scene = parse_scene(equal_lengths, "equal lengths");
