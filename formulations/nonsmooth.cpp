@@ -97,6 +97,13 @@ EventDriven make_event_driven(const Scene& scene, const System& system,
   return scheme;
 }
 
+AdaptiveMoreau make_adaptive(const Scene& scene, const System& system, const std::vector<double>& restitution,
+                             RowFacts facts, const State& state) {
+  const auto scales = make_scales(scene.mechanism, system, state);
+  return {system, MoreauStepper(system, scene.nonsmooth, 0, restitution, facts),
+          motion_norm(system, scales, scene.nonsmooth.step_tolerance), scales};
+}
+
 std::unique_ptr<Formulation> make_nonsmooth(const Scene& scene, const System& system, const State& state,
                                             const std::vector<double>& restitution) {
   refuse_undetermined_friction(system, state);
@@ -132,11 +139,7 @@ std::unique_ptr<Formulation> make_nonsmooth(const Scene& scene, const System& sy
             fmt::format("is above {:g}, which nonsmooth.impact_law = \"compliant\" cannot resolve; "
                         "its limit for rigid contacts is \"energetic\"",
                         stiffest_shear));
-  const auto adaptive = [&] {
-    const auto scales = make_scales(scene.mechanism, system, state);
-    return AdaptiveMoreau(system, MoreauStepper(system, scene.nonsmooth, 0, e, facts),
-                          motion_norm(system, scales, scene.nonsmooth.step_tolerance), scales);
-  };
+  const auto adaptive = [&] { return make_adaptive(scene, system, e, facts, state); };
   switch (scene.nonsmooth.scheme_in_force()) {
     case Scheme::moreau_jean:
       if (!scene.nonsmooth.step) return with(adaptive());

@@ -11,6 +11,7 @@ namespace freeplay {
 
 struct Scene;
 struct RowFacts;
+class AdaptiveMoreau;
 class EventDriven;
 class System;
 
@@ -23,5 +24,9 @@ std::unique_ptr<Formulation> make_nonsmooth(const Scene& scene, const System& sy
 /// Makes the event-driven scheme of a scene, with one coefficient of restitution per contact.
 EventDriven make_event_driven(const Scene& scene, const System& system,
                               const std::vector<double>& restitution, RowFacts facts, const State& state);
+
+/// Likewise adaptive time stepping.
+AdaptiveMoreau make_adaptive(const Scene& scene, const System& system, const std::vector<double>& restitution,
+                             RowFacts facts, const State& state);
 
 }  // namespace freeplay

@@ -13,6 +13,7 @@
 #include "formulations/peak_search.hpp"
 #include "formulations/penalty/penalty_variation.hpp"
 #include "formulations/step_variation.hpp"
+#include "formulations/time_stepping/adaptive.hpp"
 #include "mechanism/scene.hpp"
 #include "values/family.hpp"
 
@@ -242,13 +243,14 @@ void run_event_driven(const SensitivityRun& run, Sensitivities& all) {
   all.cost = cost_of(variation.evaluations(), scheme.work().rhs);
 }
 
-void run_time_stepping(const SensitivityRun& run, Sensitivities& all) {
+const MoreauStepper& moreau_of(const MoreauStepper& stepper) { return stepper; }
+const MoreauStepper& moreau_of(const AdaptiveMoreau& stepper) { return stepper.moreau(); }
+
+template <class Stepper>
+void run_steps(const SensitivityRun& run, Stepper stepper, Sensitivities& all) {
   const auto& options = run.scene.nonsmooth;
-  if (!run.system.families().empty())
-    throw ModelError("nonsmooth.scheme", "groups of many bodies have no derivatives");
   const auto scales = make_scales(run.scene.mechanism, run.system, run.start);
   const auto restitution = restitution_of(run.system);
-  MoreauStepper stepper(run.system, options, *options.step, restitution, row_facts(run));
   ContactLog log(run.system.contacts(), run.system.reported());
   stepper.start(run.start, log);
   EventDynamics mode(run.system, options, restitution, row_facts(run), scales.speed);
@@ -263,7 +265,7 @@ void run_time_stepping(const SensitivityRun& run, Sensitivities& all) {
       variation.refuse(all.stopped);
       break;
     }
-    variation.end_step(stepper);
+    variation.end_step(moreau_of(stepper), stepper.t_old());
     log.advance(stepper.t());
     log.drain([](const auto&) {});
   }
@@ -284,6 +286,17 @@ void run_time_stepping(const SensitivityRun& run, Sensitivities& all) {
       },
       all);
   all.cost = cost_of(variation.evaluations(), stepper.work().rhs);
+}
+
+void run_time_stepping(const SensitivityRun& run, Sensitivities& all) {
+  const auto& options = run.scene.nonsmooth;
+  if (!run.system.families().empty())
+    throw ModelError("nonsmooth.scheme", "groups of many bodies have no derivatives");
+  const auto restitution = restitution_of(run.system);
+  if (options.step)
+    run_steps(run, MoreauStepper(run.system, options, *options.step, restitution, row_facts(run)), all);
+  else
+    run_steps(run, make_adaptive(run.scene, run.system, restitution, row_facts(run), run.start), all);
 }
 
 void run_penalty(const SensitivityRun& run, Sensitivities& all) {

@@ -104,7 +104,7 @@ struct SensitivityRun {
   double longest_step = INFINITY;
 };
 
-/// Runs the scene by the event-driven scheme, by time stepping with fixed steps or by the penalty formulation,
+/// Runs the scene by the event-driven scheme, by time stepping or by the penalty formulation,
 /// with the variational equations of all keys. Throws Interrupted if a stop is requested.
 Sensitivities run_sensitivities(const SensitivityRun& run, Family family);
 

@@ -70,15 +70,16 @@ StepVariation::Vector StepVariation::vector_of(const MoreauStepper& stepper) con
   return x;
 }
 
-StepVariation::Step StepVariation::step_of(const MoreauStepper& stepper) const {
+StepVariation::Step StepVariation::step_of(const MoreauStepper& stepper, double t_old) const {
   const auto& system = mode_.system;
   const double none = 1e-9 * mode_.speed_scale();
-  Step s{stepper.t_old(), stepper.t(), x_, {}, {}};
+  Step s{t_old, stepper.t(), x_, {}, {}};
   for (int k = 0; k < system.contacts(); ++k) {
     const auto& c = stepper.contacts()[k];
     Contact to;
     to.pressed = c.last_n > 0;
-    to.onset = to.pressed && c.steps == 1;
+    const auto* before = last_ ? &last_->contacts[static_cast<std::size_t>(k)] : nullptr;
+    to.onset = to.pressed && !(before && before->pressed && before->t == c.t_onset);
     if (to.pressed && c.row.tangent.size > 0)
       to.slip = direction(c.last_t, *system.contact_facts(k).surface.friction * c.last_n, c.u_t_plus, none);
     to.t = c.t_onset;
@@ -94,8 +95,8 @@ StepVariation::Step StepVariation::step_of(const MoreauStepper& stepper) const {
   return s;
 }
 
-void StepVariation::end_step(const MoreauStepper& stepper) {
-  auto s = step_of(stepper);
+void StepVariation::end_step(const MoreauStepper& stepper, double t_old) {
+  auto s = step_of(stepper, t_old);
   x_ = vector_of(stepper);
   if (last_) follow(*last_, &s);
   last_ = std::move(s);
@@ -403,7 +404,7 @@ std::optional<double> StepVariation::root_within(const Vector& x, double t, doub
     const double change = -y / rate;
     tau += change;
     if (!(std::abs(tau) <= most)) return {};
-    if (std::abs(change) <= 1e-8 * most) return tau;
+    if (std::abs(change) <= std::max(1e-8 * most, 1e-15 * duration_)) return tau;
   }
   return {};
 }

@@ -1,4 +1,4 @@
-// StepVariation: derivatives of time stepping with fixed steps h, along its own trajectory.
+// StepVariation: derivatives of time stepping with steps h, fixed or adaptive, along its own trajectory.
 //
 // The derivative of the discrete map does not converge at impacts: a contact acts over whole steps, and the
 // number of the step does not change with p. In its place, S = dx/dp follows the variational equations of
@@ -9,7 +9,8 @@
 // and at a contact onset to the instant t* at which that motion closes the gap. There S jumps as at an event,
 // with the impact law at that state, and Ṡ continues to the end of the step. The stepped state and this motion
 // differ by O(h³) in a smooth step and by O(h) in a step with an impact; the next step begins at the stepped
-// state, which has no derivative of its own. The error of S is therefore of first order in h.
+// state, which has no derivative of its own. The error of S is therefore of first order in h; with adaptive
+// steps, of the order of the tolerance that determines the steps over impacts.
 //
 // Modes: a contact is closed while its impulses follow each other step by step. If this begins with a contact
 // onset, the accumulation of its bounces is shorter than a step, and the impact is without restitution.
@@ -34,8 +35,8 @@ class StepVariation : public Variation {
                 double length, double duration, double position_error);
 
   void start(const State& state);
-  /// After each step. A step is followed once the next one is known.
-  void end_step(const MoreauStepper& stepper);
+  /// After each step, which began at t_old. A step is followed once the next one is known.
+  void end_step(const MoreauStepper& stepper, double t_old);
   /// After the last step.
   void finish();
   /// The vector at the end.
@@ -60,7 +61,7 @@ class StepVariation : public Variation {
     bool lasting;
   };
   Vector vector_of(const MoreauStepper& stepper) const;
-  Step step_of(const MoreauStepper& stepper) const;
+  Step step_of(const MoreauStepper& stepper, double t_old) const;
   void follow(const Step& s, const Step* next);
   void close_at_start(const Step& s);
   void follow_phases(const Vector& x, double t, double h);

@@ -100,6 +100,7 @@ class Variation : public VariedColumns<EventDynamics> {
   void keep_start(const EventDynamics& d, const Passed& p);
   bool coupled(const Vector& x, double t, const std::vector<int>& ended, const std::vector<int>& onsets,
                const std::vector<int>& closed);
+  double change_by_order(const Passed& p, int a, int b, const std::vector<int>& closed);
 
  private:
   std::unique_ptr<EventDynamics> after_;  // of the nominal system, in the mode after an event

@@ -92,6 +92,8 @@ class AdaptiveMoreau {
   bool singular() const { return moreau_.singular(); }
   double nearest_singular() const { return moreau_.nearest_singular(); }
 
+  /// The stepper at the end of the last accepted step.
+  const MoreauStepper& moreau() const { return moreau_; }
   /// Whether the next step is a step over an impact.
   bool impact_next() const { return impacting_; }
   /// s: no impact since then.

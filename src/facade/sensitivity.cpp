@@ -114,11 +114,6 @@ VariedQuantity quantity_of(const Scene& scene, const System& system, const Layou
 
 Sensitivities sensitivities(const Scene& scene, const SensitivityRequest& request) {
   const auto family = family_of(request.formulation);
-  if (family == Family::nonsmooth && scene.nonsmooth.scheme_in_force() == Scheme::moreau_jean &&
-      !scene.nonsmooth.step)
-    throw ModelError("nonsmooth.step",
-                     "is missing: adaptive time stepping has no derivatives; set a fixed step, or "
-                     "nonsmooth.scheme = \"event-driven\" or \"automatic\"");
   Simulation simulation(scene, request.formulation, {.start = {}, .stop = request.stop});
   const auto& layout = simulation.layout();
   const auto& given = simulation.scene();

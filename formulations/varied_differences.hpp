@@ -1,0 +1,150 @@
+// Differences of VariedColumns (varied_columns.hpp): derivatives with respect to a parameter at a fixed state, and along
+// a direction of the state at a fixed parameter. Each is a central difference of fourth order of a closed form
+// (differences.hpp), with a spacing that is small against the lengths, speeds and ratios of rates on which it depends.
+#pragma once
+
+#include "formulations/varied_columns.hpp"
+
+namespace freeplay {
+
+/// Adds dynamics at closer values, in the present mode; false if they would be lost in rounding.
+template <class Dynamics>
+bool VariedColumns<Dynamics>::displace_closer(std::size_t c) {
+  const auto& key = keys_[c];
+  const double spacing = !closer_[c].empty()                ? closer_[c].back().spacing * ratio
+                         : key.impact_spacing < key.spacing ? key.impact_spacing
+                                                            : key.spacing * ratio;
+  if (!twin_of_ || !key.system_at || spacing < 1e-9 * std::abs(key.value)) return false;
+  Closer next{spacing, {}};
+  for (std::size_t i = 0; i < next.dynamics.size(); ++i) {
+    next.dynamics[i] = twin_of_(*key.system_at(key.value + difference_places[i] * spacing));
+  }
+  closer_[c].push_back(std::move(next));
+  return true;
+}
+
+/// f_p at a fixed state and mode. A parameter that changes no digit of f has no part.
+template <class Dynamics>
+void VariedColumns<Dynamics>::parameter_part(std::size_t c, const Vector& x, double t, const Vector& f,
+                                             Vector& out) {
+  out.assign(size_, 0);
+  auto& list = displaced_[c];
+  if (!list[0]) return;
+  std::array<Vector, 4> values;
+  for (const std::size_t i : {2U, 1U, 0U, 3U}) {
+    values[i].resize(size_);
+    (*list[i])(x, values[i], t);
+    ++evaluations_;
+    if (i == 2 && values[2] == f) return;
+  }
+  const double h = keys_[c].spacing;
+  for (std::size_t k = 0; k < size_; ++k)
+    out[k] = (8 * (values[2][k] - values[1][k]) - (values[3][k] - values[0][k])) / (12 * h);
+}
+
+/// The greatest step along (dx, dt) that is small against the lengths, speeds and times over which
+/// functions of the state are curved; 0 if the direction vanishes.
+template <class Dynamics>
+double VariedColumns<Dynamics>::spacing(const Dynamics& f, const Vector& x, const Vector& dx, double dt,
+                                        double speed) const {
+  const auto& system = f.system;
+  const int n = system.n();
+  const double length = curved_length(f, x, length_);
+  const double arm = std::max(system.longest_arm(), length);
+  double most = std::abs(dt) / (1e-5 * duration_);
+  for (int i = 0; i < n; ++i) {
+    const double unit = system.is_angle(i) ? arm : 1;
+    most = std::max(
+        {most, unit * std::abs(dx[i]) / (3e-3 * length), unit * std::abs(dx[n + i]) / (1e-2 * speed)});
+    if (system.is_angle(i)) most = std::max(most, std::abs(dx[i]) / 3e-3);
+  }
+  for (int k = 0; k < system.states(); ++k)
+    most = std::max(most, std::abs(dx[f.state_offset() + k]) / (1e-3 * system.state_scale(k)));
+  most = std::max(most, further_spacing(f, x, dx));
+  return most > 0 ? 1 / most : 0;
+}
+
+/// At most h, so that the rates of approaching contacts change by little: what an impact does depends on
+/// their ratios.
+template <class Dynamics>
+double VariedColumns<Dynamics>::within_rates(double h, Dynamics& f, const Vector& x, double t,
+                                             const Vector& dx, double dt) {
+  if constexpr (requires { f.look(0, x, t).tangent; }) {
+    const int n = f.system.n();
+    const auto rates = [&](int k, const Vector& y, double at) {
+      const auto& row = f.look(k, y, at);
+      return std::pair{row.normal.dot(y.data() + n), row.tangent.dot(y.data() + n)};
+    };
+    for (const int k : approaching_) {
+      const auto [rate, sliding] = rates(k, x, t);
+      const double most = 1e-2 * std::abs(rate), most_sliding = std::max(most, 1e-2 * std::abs(sliding));
+      // Rates are nearly linear once their changes are small.
+      for (int pass = 0; pass < 2; ++pass) {
+        auto y = x;
+        add_multiple(y, h, dx);
+        const auto [there, sliding_there] = rates(k, y, t + h * dt);
+        h /= std::max({1.0, std::abs(there - rate) / most, std::abs(sliding_there - sliding) / most_sliding});
+      }
+    }
+  }
+  return h;
+}
+
+/// Derivative along (dx, dt) at constant p. If a kink is within the differences, closer ones are tried.
+template <class Dynamics>
+Difference VariedColumns<Dynamics>::along(Dynamics& f, const Function& value, const Vector& centre,
+                                          const Vector& x, double t, const Vector& dx, double dt,
+                                          double speed) {
+  Difference d{Vector(centre.size()), true};
+  double h = spacing(f, x, dx, dt, speed);
+  if (h == 0) return d;
+  h = within_rates(h, f, x, t, dx, dt);
+  if constexpr (requires { f.pin(x, t); }) f.pin(x, t);
+  Vector y;
+  for (int tries = 0; tries < 3; ++tries, h *= ratio) {
+    d = difference(h, centre, [&](std::size_t i) {
+      y = x;
+      add_multiple(y, difference_places[i] * h, dx);
+      return value(f, y, t + difference_places[i] * h * dt);
+    });
+    if (d.smooth) break;
+  }
+  if constexpr (requires { f.pin(x, t); }) f.unpin();
+  return d;
+}
+
+/// Derivative with respect to p at a fixed state. If a kink is within the differences, closer ones are tried.
+template <class Dynamics>
+Difference VariedColumns<Dynamics>::across(std::size_t c, const Function& value, const Vector& centre,
+                                           const Vector& x, double t) {
+  Difference d{Vector(centre.size()), true};
+  if (!displaced_[c][0]) return d;
+  const auto at = [&](double spacing, const Displaced& list) {
+    d = difference(spacing, centre, [&](std::size_t i) { return value(*list[i], x, t); });
+    return d.smooth;
+  };
+  if (!(twin_of_ && keys_[c].impact_spacing < keys_[c].spacing) && at(keys_[c].spacing, displaced_[c]))
+    return d;
+  for (std::size_t level = 0; level < 3; ++level) {
+    if (level == closer_[c].size() && !displace_closer(c)) break;
+    if (at(closer_[c][level].spacing, closer_[c][level].dynamics)) break;
+  }
+  return d;
+}
+
+template <class Dynamics>
+std::vector<double> VariedColumns<Dynamics>::total(std::size_t c, const Function& value, const Vector& x,
+                                                   double t, const Vector& dx, double dt, double speed,
+                                                   bool strict) {
+  const auto centre = value(*probe_, x, t);
+  auto d = along(*probe_, value, centre, x, t, dx, dt, speed);
+  const auto p = across(c, value, centre, x, t);
+  if (strict && (!d.smooth || !p.smooth))
+    refuse(c, fmt::format("t = {:.9g} s: the impact law or a constraint has a kink there, so the one-sided "
+                          "derivatives differ",
+                          t));
+  add_multiple(d.slope, 1, p.slope);
+  return d.slope;
+}
+
+}  // namespace freeplay
