@@ -171,7 +171,7 @@ double turned_over(const Window& w) {
 }
 
 /// The prediction may take this number of evaluations, about a second, even if the runs took fewer.
-constexpr long least_evaluations = 300'000;
+constexpr long least_evaluations = 1'000'000;
 
 /// The predicted horizon. It needs the events of the whole nonsmooth run.
 void predict(const Scene& scene, const CompareSetup& setup, Comparison& c) {
