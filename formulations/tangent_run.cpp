@@ -74,7 +74,8 @@ TangentRun::TangentRun(const Plan& plan)
       scheme_(make_event_driven(
           plan.scene, plan.system, restitution_,
           {!redundant_rows(plan.system, plan.start.q).empty(), plan.scene.run.eliminate}, plan.start)),
-      log_(plan.system.contacts(), plan.system.reported()) {
+      log_(plan.system.contacts(), plan.system.reported()),
+      predict_(plan.predict) {
   const double time = make_scales(plan.scene.mechanism, plan.system, plan.start).time;
   if (time > 0 && std::isfinite(time)) time_ = time;
   dissipative_ = system_.has_velocity_forces() || system_.states() > 0 || system_.has_velocity_flows() ||
@@ -167,11 +168,11 @@ void TangentRun::vary(const std::vector<Vector>& vectors) {
   scheme_.vary(keys, {}, least_curved_length(system_), duration);
   scheme_.variation().on_event = [this](const EventDynamics& d, const Variation::Passed& p) {
     predict_event(d, p);
-    if (on_event) on_event(d, p);
   };
   collapsed_.assign(vectors.size(), "");
   varied_ = true;
   predicted_ = {};
+  if (!predict_) leave_unknown("not requested");
   if (reduced(scheme_.dynamics())) leave_unknown("contacts last or joints stick, without own coordinates");
   scheme_.variation().project_columns(scheme_.dynamics(), scheme_.x(), scheme_.t());
 }

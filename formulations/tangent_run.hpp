@@ -30,6 +30,7 @@
 #include <functional>
 #include <memory>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "formulations/event_driven/event_driven.hpp"
@@ -52,6 +53,7 @@ class TangentRun {
     /// of each contact; empty: those of the surfaces
     std::vector<double> restitution = {};
     StopToken stop = {};
+    bool predict = true;  ///< whether predicted() is needed
   };
   using Vector = std::vector<double>;
   /// Logarithms of the growth of a volume of all own coordinates.
@@ -89,9 +91,13 @@ class TangentRun {
   void forget_onsets() { scheme_.variation().forget_onsets(); }
   /// Evaluations for the tangent vectors over those of the run.
   double cost() const;
+  /// Both together.
+  long evaluations() const { return scheme_.work().rhs + (varied_ ? scheme_.variation().evaluations() : 0); }
 
-  /// Called at each event after vary().
-  std::function<void(const EventDynamics&, const Variation::Passed&)> on_event;
+  /// From now on, after vary(); see Variation::impact_error.
+  void respond_to(std::function<Variation::ImpactError(int contact)> error) {
+    scheme_.variation().impact_error = std::move(error);
+  }
 
  private:
   Eigen::MatrixXd own_motions(const Vector& x, double t) const;
@@ -114,7 +120,7 @@ class TangentRun {
   ContactLog log_;
   std::unique_ptr<EventDynamics> probe_;  // in the mode of the last step
   double time_ = 1;                       // T, s
-  bool varied_ = false, dissipative_ = false;
+  bool predict_, varied_ = false, dissipative_ = false;
   long onset_count_ = 0;
   std::vector<std::string> collapsed_;
   Predicted predicted_;

@@ -76,6 +76,12 @@ class Variation : public VariedColumns<EventDynamics> {
   void pass(const EventDynamics& dynamics, const Passed& passed);
   /// Called at each event, with the dynamics in the mode after it.
   std::function<void(const EventDynamics&, const Passed&)> on_event;
+  /// Errors of impacts, to which the columns respond as to those of a parameter: an impact is late by
+  /// `delay` (s), and its change of the velocities too great by the share `excess`.
+  struct ImpactError {
+    double delay = 0, excess = 0;
+  };
+  std::function<ImpactError(int contact)> impact_error;
   /// Projects the columns onto the constraints of the present mode, as the motion is projected: removes
   /// their drift. x and t are the present ones.
   void project_columns(const EventDynamics& dynamics, const Vector& x, double t);

@@ -309,7 +309,13 @@ void Variation::pass_impacts(const EventDynamics& d, const Passed& p, const std:
     y.resize(size_);
     const auto here = i == 0 ? before : side(*probe_, x, p.t);
     const auto next = i + 1 == onsets.size() ? after : side(*probe_, y, p.t);
-    jump(p, one, x, here, next, dt, speed);
+    const auto error = impact_error ? impact_error(k) : ImpactError();
+    auto late = dt;
+    for (double& time : late) time += error.delay;
+    jump(p, one, x, here, next, late, speed);
+    for (std::size_t c = 0; c < keys_.size() && error.excess != 0; ++c)
+      for (std::size_t j = 0; j < static_cast<std::size_t>(n) && open(c); ++j)
+        S_[c][n + j] += error.excess * (y[n + j] - x[n + j]);
     for (std::size_t c = 0; c < keys_.size(); ++c) {
       const bool known = open(c);
       onset.dimpulse.push_back(known && !onset.lasting

@@ -13,6 +13,7 @@
 #include "mechanism/scene.hpp"
 #include "simulation/touches.hpp"
 #include "simulation/windows.hpp"
+#include "study/comparison/predicted_horizon.hpp"
 #include "values/diagnostic.hpp"
 #include "values/warning.hpp"
 
@@ -155,6 +156,9 @@ void find_not_matched(const Scene& scene, Comparison& c) {
   }
 }
 
+/// s, period of the drive; infinite without revolutions.
+double turn_of(const Result& r) { return r.revolutions > 0 ? r.observed / r.revolutions : INFINITY; }
+
 /// Impacts of a run below which their statistics are not compared.
 constexpr long fewest_impacts = 10;
 
@@ -164,6 +168,32 @@ double turned_over(const Window& w) {
   const auto& e = w.energy;
   return std::max({std::abs(e[Window::drives]), std::abs(e[Window::loads]), std::abs(e[Window::stored]),
                    e[Window::dampers] + e[Window::contacts] + e[Window::friction] + e[Window::films]});
+}
+
+/// The prediction may take this number of evaluations, about a second, even if the runs took fewer.
+constexpr long least_evaluations = 1'000'000;
+
+/// The predicted horizon. It needs the events of the whole nonsmooth run.
+void predict(const Scene& scene, const CompareSetup& setup, Comparison& c) {
+  if (c.joints.empty()) return;
+  if (c.nonsmooth.events_cut()) {
+    c.predicted.reason = "the list of the nonsmooth run's events is truncated";
+    return;
+  }
+  PredictionBasis basis{
+      .pairing = c.pairing,
+      .nonsmooth = {c.nonsmooth.events.begin(), c.nonsmooth.events.end()},
+      .restitution = {},
+      .end = c.nonsmooth.t_end,
+      .turn = turn_of(c.penalty),
+      .most_evaluations = std::max(least_evaluations, c.penalty.work.rhs + c.nonsmooth.work.rhs)};
+  for (const auto& contact : c.nonsmooth.contacts)
+    basis.restitution.push_back(contact.model.restitution_delivered);
+  try {
+    c.predicted = predict_horizon(scene, basis, setup.stop);
+  } catch (const Interrupted&) {
+    c.predicted.reason = "interrupted";
+  }
 }
 
 }  // namespace
@@ -279,11 +309,11 @@ Comparison compare(const Scene& scene, const CompareSetup& setup, const std::fil
     }
   }
   const auto known = [](const Result& r) { return r.events_cut() ? r.events.back().t : INFINITY; };
-  c.pairing = pair_impacts({c.penalty.events.begin(), c.penalty.events.end()},
-                           {c.nonsmooth.events.begin(), c.nonsmooth.events.end()},
-                           static_cast<int>(c.joints.size()), std::min(known(c.penalty), known(c.nonsmooth)),
-                           c.penalty.revolutions > 0 ? c.penalty.observed / c.penalty.revolutions : INFINITY,
-                           c.joints);
+  c.pairing =
+      pair_impacts({c.penalty.events.begin(), c.penalty.events.end()},
+                   {c.nonsmooth.events.begin(), c.nonsmooth.events.end()}, static_cast<int>(c.joints.size()),
+                   std::min(known(c.penalty), known(c.nonsmooth)), turn_of(c.penalty), c.joints);
+  predict(scene, setup, c);
   find_not_matched(scene, c);
   c.verdict = verdict(comparison_values(scene, c));
 
@@ -307,13 +337,19 @@ nlohmann::json to_json(const Comparison& c) {
     if (!c.not_matched[k].empty()) open[c.joints[k]] = c.not_matched[k];
     restitution = restitution && c.not_matched[k].empty();
   }
-  nlohmann::json j = {
-      {"verdict", c.verdict},
-      {"restitution_matched", restitution},
-      {"not_matched", open},
-      {"penalty", to_json(c.penalty)},
-      {"nonsmooth", to_json(c.nonsmooth)},
-      {"pairing", {{"horizon_s", c.pairing.horizon}, {"ended_by", c.pairing.ended_by}, {"pairs", pairs}}}};
+  nlohmann::json j = {{"verdict", c.verdict},
+                      {"restitution_matched", restitution},
+                      {"not_matched", open},
+                      {"penalty", to_json(c.penalty)},
+                      {"nonsmooth", to_json(c.nonsmooth)},
+                      {"pairing",
+                       {{"horizon_s", c.pairing.horizon},
+                        {"ended_by", c.pairing.ended_by},
+                        {"predicted_horizon_s",
+                         std::isfinite(c.predicted.t) ? nlohmann::json(c.predicted.t) : nlohmann::json()},
+                        {"predicted_to_the_end", c.predicted.to_the_end},
+                        {"not_predicted", c.predicted.reason},
+                        {"pairs", pairs}}}};
   if (c.ideal) j["ideal"] = to_json(*c.ideal);
   return j;
 }

@@ -53,6 +53,13 @@ Pairing pair_impacts(const std::vector<ContactEvent>& penalty, const std::vector
                      int joints, double until = INFINITY, double turn = INFINITY,
                      const std::vector<std::string>& names = {});
 
+/// The horizon that the growth of differences predicts (predicted_horizon.hpp).
+struct PredictedHorizon {
+  double t = NAN;           ///< s, time of the last pair; NaN without a prediction
+  bool to_the_end = false;  ///< whether all contact onsets would be paired
+  std::string reason;       ///< why there is no prediction; empty if there is one
+};
+
 /// Results of both formulations.
 struct Comparison {
   bool matched = true;  ///< whether the impact law took the delivered values
@@ -64,6 +71,7 @@ struct Comparison {
   Result penalty, nonsmooth;
   std::optional<Result> ideal;  ///< with all clearances closed; absent if the scene has none
   Pairing pairing;
+  PredictedHorizon predicted;
   std::vector<std::string> joints;
   std::string verdict;  ///< conclusion in words
 };
