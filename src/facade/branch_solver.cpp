@@ -223,6 +223,26 @@ std::optional<BranchMotion> BranchSolver::begin(const State& near, double parame
   return m;
 }
 
+std::optional<EndState> BranchSolver::beside(const BranchMotion& m, const VectorXd& u, double xi) const {
+  try {
+    const auto there = model(m.parameter + xi * setup_.range(), m.model->map.closed(), m.model->map.length());
+    State s = m.point.state;
+    if (!there->map.shift(m.model->map.displacement(scale_ * u), s).empty()) return {};
+    auto end = run_end_state({.scene = there->scene,
+                              .system = there->system,
+                              .start = s,
+                              .end = s.t + there->map.length(),
+                              .keys = {},
+                              .quantities = {},
+                              .stop = setup_.stop,
+                              .longest_step = there->map.length() / fewest_map_steps});
+    if (!end.stopped.empty()) return {};
+    return end;
+  } catch (const ModelError&) {
+    return {};
+  }
+}
+
 std::string BranchSolver::refine_motion(BranchMotion& m) {
   const auto by = key();
   int steps = steps_;

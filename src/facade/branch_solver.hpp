@@ -96,6 +96,9 @@ class BranchSolver {
                                      std::string& reason) const;
   std::optional<BranchMotion> solve(const BranchCondition& condition, const BranchGuess& guess,
                                     std::string& reason) const;
+  /// The end of a run that begins beside a motion, by u/σ and ξ, without derivatives; nullopt if it cannot begin
+  /// or stops.
+  std::optional<EndState> beside(const BranchMotion& m, const Eigen::VectorXd& u, double xi) const;
   /// Evaluates the map with more steps until its derivative is settled.
   std::string refine_motion(BranchMotion& m);
   /// Least distance in time of a contact onset from the section, over N T; ½ without onsets.

@@ -11,6 +11,7 @@
 
 #include "facade/branch_events.hpp"
 #include "facade/branch_solver.hpp"
+#include "facade/branch_touch.hpp"
 #include "facade/excitation.hpp"
 #include "facade/orbit.hpp"
 #include "facade/varied_key.hpp"
@@ -22,7 +23,7 @@ namespace freeplay {
 namespace {
 
 /// Shortest step, relative to the greatest one; below it the branch ends.
-constexpr double least_step = 1e-6;
+constexpr double least_step = 1e-8;
 /// Steps grow and shrink by these factors, according to the number of Newton iterations.
 constexpr double growth = 1.5, reduction = 0.5;
 constexpr int few_iterations = 4, many_iterations = 7;
@@ -146,9 +147,13 @@ class Continuation {
         const auto slow = slowest_onset(base);
         const bool slowing = slow.share < slow_speed && falling(last, slow.onset);
         if (step > (slowing ? slow_step : least_step) * greatest_step(base)) continue;
-        ends = slowing ? graze(b, last, slow.onset, count)
-                       : fmt::format("no further motion is found at {} = {:.9g}: {}", request_.key,
-                                     base.parameter, reason);
+        if (slowing)
+          ends = graze(b, last, slow.onset, count);
+        else if (const auto touch = touch_ahead(b.solver, base, step))
+          ends = begin_touch(b, base, *touch, step, count);
+        else
+          ends = fmt::format("no further motion is found at {} = {:.9g}: {}", request_.key, base.parameter,
+                             reason);
         break;
       }
       const auto bound = bound_between(base, *next);
@@ -293,6 +298,30 @@ class Continuation {
     const auto joint = found.joint;
     add(std::move(found));
     return fmt::format("the impact of {} grazes", joint);
+  }
+
+  /// Reports the contact that a branch begins to touch, and the motions with this impact. Returns the end of the
+  /// branch in words.
+  std::string begin_touch(Begun& b, const BranchMotion& m, const Touch& touch, double step, int count) {
+    Bifurcation found{
+        .kind = BifurcationKind::grazing, .at = point_of(b, m, count), .joint = {}, .follows = {}};
+    found.joint = m.model->system.contact_facts(touch.contact).name;
+    found.residual = step * b.solver.setup().range() * std::abs(m.tangent_key());
+    std::string reason;
+    if (auto motion = first_with_impact(b.solver, m, touch, reason)) {
+      const bool onwards = (motion->parameter - m.parameter) * m.tangent_key() > 0;
+      found.follows = onwards ? "continues with this impact" : "turns back with this impact";
+      if (count_ < most_branches) {
+        found.new_branch = ++count_;
+        branches_.push_back({b.solver, std::move(*motion), fmt::format("grazing at {:.9g}", m.parameter),
+                             found.new_branch, b.doublings});
+      }
+    } else {
+      found.follows = "no motion with this impact is found nearby";
+    }
+    const auto joint = found.joint;
+    add(std::move(found));
+    return fmt::format("it begins to touch {}", joint);
   }
 
   std::optional<BranchMotion> beside_grazing(const BranchSolver& solver, const BranchMotion& m,

@@ -1,4 +1,4 @@
-// Periodic motions of event-driven mechanisms and their stability (docs/theory/orbits.md).
+// Periodic motions and their stability (docs/theory/orbits.md).
 //
 // Usage:
 //
@@ -18,7 +18,7 @@ struct Scene;
 
 /// Which periodic motion is searched.
 struct OrbitRequest {
-  std::string formulation = "nonsmooth";  ///< "nonsmooth"; others are refused
+  std::string formulation = "nonsmooth";  ///< "penalty" or "nonsmooth"
   int periods = 1;                        ///< periods of the drive after which the state returns, ≥ 1
   /// Periods of the drive from the scene's start to the section, ≥ 0; a fraction selects the phase
   /// of the section.

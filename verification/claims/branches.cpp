@@ -26,15 +26,15 @@ struct BranchCase {
   std::string name(const std::string& quantity) const {
     return claim_name(subject, quantity, "event-driven");
   }
-  std::vector<const Bifurcation*> of(BifurcationKind kind) const {
+  std::vector<const Bifurcation*> of(BifurcationKind kind, int branch) const {
     std::vector<const Bifurcation*> list;
     for (const auto& b : found.bifurcations)
-      if (b.kind == kind && b.at.branch == 1) list.push_back(&b);
+      if (b.kind == kind && b.at.branch == branch) list.push_back(&b);
     return list;
   }
-  /// The only bifurcation of its kind on the first branch; null if there are none or several.
-  const Bifurcation* only(BifurcationKind kind, const std::string& source) const {
-    const auto list = of(kind);
+  /// The only bifurcation of its kind on a branch; null if there are none or several.
+  const Bifurcation* only(BifurcationKind kind, const std::string& source, int branch = 1) const {
+    const auto list = of(kind, branch);
     f.within(name(fmt::format("number of bifurcations of kind {}",
                               bifurcation_names[static_cast<std::size_t>(kind)])),
              "", static_cast<double>(list.size()), 1, 0, source, "counted");
@@ -134,6 +134,18 @@ void impact_oscillator(Findings& f) {
       without ? grazing->new_branch : 0,
       [](const BranchPoint& p) { return static_cast<double>(p.orbit.impacts.size()); },
       "impacts on the branch after the grazing impact", 0, source, "counted");
+
+  // Raised from a motion without impact: it begins to touch the stop, where the branch with impact turns back to
+  // the same fold.
+  const BranchCase r{
+      f, "oscillator with a stop at 20 mm, 30 rad/s, force raised",
+      continue_orbit(scene, {.key = "curves.force.amplitude", .from = 1, .to = 6, .settle = 20})};
+  const auto* touch = r.only(BifurcationKind::grazing, source);
+  r.expect(touch, "force at which the motion begins to touch", "N", o.grazing(), source, 1e-7,
+           "steps are halved to 2e-10 of the range, and impacts are resolved from penetrations of 1e-6 m on");
+  const int next = touch ? touch->new_branch : 0;
+  const auto* turn = r.only(BifurcationKind::fold, source, next);
+  r.expect(turn, "force of the fold on the branch that begins there", "N", o.fold(), source);
 }
 
 }  // namespace

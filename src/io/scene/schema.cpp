@@ -144,10 +144,10 @@ constexpr SchemaKey study_keys[] = {
     {"study.basin.tolerance", "number", "", "0.001",
      "tolerance for equal points, relative to a column's scale"},
     {"study.basin.most_period", "number", "", "16", "longest period of the search"},
-    {"study.continue.key", "text", "", "", "key of the scene with one number; KEY[i] within a list"},
-    {"study.continue.from", "number", "", "",
+    {"study.continue.key", "text", "", "required", "key of the scene with one number; KEY[i] within a list"},
+    {"study.continue.from", "number", "", "required",
      "value of the key at which the branch begins; units as in scenes"},
-    {"study.continue.to", "number", "", "", "other end of the range of the key"},
+    {"study.continue.to", "number", "", "required", "other end of the range of the key"},
     {"study.continue.step", "number", "", "a fiftieth of the range", "greatest step of the key"},
     {"study.continue.set", "names", "", "[]", "keys of the scene, KEY=VALUE"},
     {"study.continue.periods", "number", "", "1", "periods of the drive after which the motion repeats"},
@@ -158,7 +158,7 @@ constexpr SchemaKey study_keys[] = {
      "number of successive period doublings whose branches are followed"},
     {"study.continue.most_points", "number", "", "2000", "most motions of a branch"},
     {"study.continue.scale", "number", "", "1", "factor of the values of the key in the figure"},
-    {"study.continue.unit", "text", "", "", "unit of the scaled values"},
+    {"study.continue.unit", "text", "", "\"\"", "unit of the scaled values"},
 };
 
 /// Keys of a figure style, read by plots/drawing/style.cpp.

@@ -1,0 +1,81 @@
+// Continuation of periodic motions: refusals, ends of branches, and the order of what is reported.
+#include <catch2/catch.hpp>
+#include <cmath>
+#include <string>
+#include <vector>
+
+#include "facade/continuation.hpp"
+#include "mechanism/scene.hpp"
+#include "verification/claims/orbit_scenes.hpp"
+#include "verification/references/orbits.hpp"
+#include "verification/support/texts.hpp"
+
+using namespace freeplay;
+using Catch::Matchers::Contains;
+
+namespace {
+
+const reference::ShakenBall table_ball{0.0032L, 20 * reference::ShakenBall::pi(), 9.81L, 0.5L};
+
+Scene table_scene(const std::vector<std::string>& options = {}) {
+  return parse_scene(verification::scenes::shaken_ball(table_ball, 1e-4L), "s.toml", options);
+}
+
+std::string continuation_refusal(const Scene& scene, const ContinuationRequest& request) {
+  return test::refusal_of<std::exception>([&] { continue_orbit(scene, request); });
+}
+
+}  // namespace
+
+TEST_CASE("requests of branches that cannot be followed are refused", "[orbit]") {
+  const auto scene = table_scene();
+  CHECK_THAT(continuation_refusal(scene, {.key = "curves.shake.height", .from = 1, .to = 2}),
+             Contains("curves.shake.height"));
+  CHECK_THAT(continuation_refusal(scene, {.key = "curves.shake.amplitude", .from = 1e-3, .to = 1e-3}),
+             Contains("must differ from"));
+  CHECK_THAT(
+      continuation_refusal(scene, {.key = "curves.shake.amplitude", .from = 3e-3, .to = 4e-3, .step = -1.0}),
+      Contains("must be greater than 0"));
+  CHECK_THAT(continuation_refusal(table_scene({"nonsmooth.scheme=moreau-jean", "nonsmooth.step=1e-4"}),
+                                  {.key = "curves.shake.amplitude", .from = 3e-3, .to = 4e-3}),
+             Contains("time stepping has no derivatives yet"));
+  CHECK_THAT(continuation_refusal(scene, {.key = "nonsmooth.tolerance", .from = 1e-9, .to = 1e-8}),
+             Contains("numerical setting"));
+}
+
+TEST_CASE("a branch ends at both ends of the range and reports what it meets in order", "[orbit]") {
+  // From a stable motion over the fold at 2.602 mm back to the start, which is met on the unstable side.
+  std::vector<double> values;
+  std::vector<std::size_t> folds;  // number of motions reported before each
+  ContinuationRequest request{.key = "curves.shake.amplitude", .from = 2.7e-3, .to = 2.5e-3, .settle = 0};
+  request.on_point = [&](const BranchPoint& p) {
+    CHECK(p.branch == 1);
+    CHECK(p.number == static_cast<int>(values.size()));
+    values.push_back(p.parameter);
+  };
+  request.on_bifurcation = [&](const Bifurcation& b) {
+    CHECK(b.kind == BifurcationKind::fold);
+    CHECK(b.at.number == static_cast<int>(values.size()));
+    folds.push_back(values.size());
+  };
+  const auto found = continue_orbit(table_scene(), request);
+  CHECK(found.failure.empty());
+  REQUIRE(folds.size() == 1);
+  REQUIRE(values.size() > folds[0]);
+  CHECK(values.front() == 2.7e-3);
+  CHECK(std::abs(values.back() - 2.7e-3) < 1e-12);
+  for (const double x : values) CHECK(x > static_cast<double>(table_ball.fold()) * (1 - 1e-9));
+  for (std::size_t i = 1; i < folds[0]; ++i) CHECK(values[i] < values[i - 1]);
+  for (std::size_t i = folds[0] + 1; i < values.size(); ++i) CHECK(values[i] > values[i - 1]);
+  for (const auto& p : found.points) CHECK(p.orbit.stable == (p.number < static_cast<int>(folds[0])));
+  REQUIRE(found.ends.size() == 1);
+  CHECK_THAT(found.ends[0].reason, Contains("range of the key ends"));
+}
+
+TEST_CASE("a continuation without a first motion has its reason", "[orbit]") {
+  const auto found =
+      continue_orbit(table_scene({"bodies.ball.position=[0, 0.5]"}),
+                     {.key = "curves.shake.amplitude", .from = 10e-3, .to = 9e-3, .settle = 0});
+  CHECK_THAT(found.failure, Contains("curves.shake.amplitude = 0.01"));
+  CHECK(found.points.empty());
+}
