@@ -251,7 +251,8 @@ TEST_CASE("an ensemble has the same statistics and bands with and without lanes"
   const auto equal = [](double a, double b) { return a == b || (std::isnan(a) && std::isnan(b)); };
   REQUIRE(lanes.finished() == 11);
   for (std::size_t k = 0; k < lanes.runs.size(); ++k)
-    for (std::size_t i = 0; i < lanes.statistics.size(); ++i) CHECK(equal(lanes.runs[k][i], alone.runs[k][i]));
+    for (std::size_t i = 0; i < lanes.statistics.size(); ++i)
+      CHECK(equal(lanes.runs[k][i], alone.runs[k][i]));
   REQUIRE(lanes.bands.size() == alone.bands.size());
   for (std::size_t i = 0; i < lanes.bands.size(); ++i) {
     CHECK(lanes.bands[i].of.mean == alone.bands[i].of.mean);
@@ -259,7 +260,8 @@ TEST_CASE("an ensemble has the same statistics and bands with and without lanes"
   }
 }
 
-TEST_CASE("functions in lanes: each lane has its constants, choices and guards", "[lanes][compiled][program]") {
+TEST_CASE("functions in lanes: each lane has its constants, choices and guards",
+          "[lanes][compiled][program]") {
   const LaneCacheForTests cache;
   constexpr int lanes = 4;
   const auto object_of = [&](double factor) {
@@ -294,7 +296,8 @@ TEST_CASE("functions in lanes: each lane has its constants, choices and guards",
   CHECK(compiled.table[0](constants, in, outs) == 0b1100);
   const auto y = [&](int lane) {
     const double a = x[lane], b = x[lanes + lane];
-    return factors[static_cast<std::size_t>(lane)] * std::sin(a) * std::cos(a) + std::sqrt(b) / std::atan2(a, b);
+    return factors[static_cast<std::size_t>(lane)] * std::sin(a) * std::cos(a) +
+           std::sqrt(b) / std::atan2(a, b);
   };
   CHECK(out[0] == std::max(y(0), 2.0));
   CHECK(out[1] == -std::abs(y(1)));
