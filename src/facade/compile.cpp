@@ -75,7 +75,8 @@ CompiledLanes compile_lanes(const std::vector<LaneCandidate>& candidates, StopTo
   if (!object.library) return found;
   auto functions = first.functions(object.table);
   functions.object = object.library;
-  if (differing_lanes(functions, checks, candidates.front().facts) == 0) found.functions = std::move(functions);
+  if (differing_lanes(functions, checks, candidates.front().facts) == 0)
+    found.functions = std::move(functions);
   return found;
 }
 

@@ -37,8 +37,7 @@ struct CompiledStructure {
 /// `steps`: also whole time steps of fixed length. `structure`: another one or null, and on return
 /// that of this System; with an equal one nothing is compiled, and the check has one state only.
 CompiledRun compile_system(System& system, const State& near, RowFacts facts, StopToken stop,
-                           bool steps = false,
-                           std::shared_ptr<const CompiledStructure>* structure = nullptr);
+                           bool steps = false, std::shared_ptr<const CompiledStructure>* structure = nullptr);
 
 /// A system that may run in lanes, with its compiled functions attached.
 struct LaneCandidate {

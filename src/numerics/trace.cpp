@@ -235,7 +235,8 @@ void Trace::require(const Traced& condition) {
 
 bool Trace::compare(const Traced& a, Relation relation, const Traced& b) {
   const bool holds = result(a.value, relation, b.value);
-  const TracedFunction::Guard guard{relation, operand(a), operand(b), holds, static_cast<int>(f_.nodes.size())};
+  const TracedFunction::Guard guard{relation, operand(a), operand(b), holds,
+                                    static_cast<int>(f_.nodes.size())};
   const bool known = std::ranges::any_of(f_.guards, [&](const TracedFunction::Guard& g) {
     return g.relation == guard.relation && g.a == guard.a && g.b == guard.b;
   });

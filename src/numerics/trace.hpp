@@ -80,7 +80,9 @@ class TracedObject {
   /// Number of operations of all functions that their results need.
   long operations() const;
   /// Whether the text of another object is the same; its constants may differ. Faster than the texts.
-  bool same_structure(const TracedObject& o) const { return lanes_ == o.lanes_ && functions_ == o.functions_; }
+  bool same_structure(const TracedObject& o) const {
+    return lanes_ == o.lanes_ && functions_ == o.functions_;
+  }
 
  private:
   friend class Trace;

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 #include <catch2/catch.hpp>
 
+#include <algorithm>
 #include <cmath>
 #include <cstdlib>
 #include <random>
@@ -10,7 +11,11 @@
 #include <vector>
 
 #include "facade/simulation.hpp"
+#include "io/files/compiled_object.hpp"
+#include "io/scene/open_scene.hpp"
 #include "mechanism/scene.hpp"
+#include "numerics/trace.hpp"
+#include "study/ensemble/ensemble.hpp"
 #include "verification/support/support.hpp"
 
 using namespace freeplay;
@@ -225,4 +230,75 @@ TEST_CASE("runs of different structures together are runs alone", "[lanes][compi
   for (std::size_t i = 0; i < scenes.size(); ++i)
     check_same_in_lanes(found[i],
                         Simulation(scenes[i], "nonsmooth", {.compile = Compile::never}).run({.until = 0.01}));
+}
+
+TEST_CASE("an ensemble has the same statistics and bands with and without lanes",
+          "[lanes][ensemble][compiled][program]") {
+  const LaneCacheForTests cache;
+  const auto scene = open_scene(test::flores(), {"run.revolutions=0.2", "run.discard=0.05"});
+  const EnsemblePlan plan{.starts = 11, .rows = 11, .threads = 2};
+  const auto with = [&](const char* choice) {
+    setenv("FREEPLAY_COMPILE", choice, 1);
+    auto all = run_ensemble(*scene, plan, {});
+    unsetenv("FREEPLAY_COMPILE");
+    return all;
+  };
+  const auto lanes = with("always"), alone = with("never");
+  CHECK(alone.in_lanes == 0);
+  CHECK(lanes.in_lanes > 0.8 * static_cast<double>(lanes.steps));
+  CHECK(lanes.steps == alone.steps);
+  CHECK(lanes.statistics == alone.statistics);
+  const auto equal = [](double a, double b) { return a == b || (std::isnan(a) && std::isnan(b)); };
+  REQUIRE(lanes.finished() == 11);
+  for (std::size_t k = 0; k < lanes.runs.size(); ++k)
+    for (std::size_t i = 0; i < lanes.statistics.size(); ++i)
+      CHECK(equal(lanes.runs[k][i], alone.runs[k][i]));
+  REQUIRE(lanes.bands.size() == alone.bands.size());
+  for (std::size_t i = 0; i < lanes.bands.size(); ++i) {
+    CHECK(lanes.bands[i].of.mean == alone.bands[i].of.mean);
+    CHECK(lanes.bands[i].quantile == alone.bands[i].quantile);
+  }
+}
+
+TEST_CASE("functions in lanes: each lane has its constants, choices and guards",
+          "[lanes][compiled][program]") {
+  const LaneCacheForTests cache;
+  constexpr int lanes = 4;
+  const auto object_of = [&](double factor) {
+    TracedObject object(lanes);
+    {
+      Trace trace(object, "f");
+      const auto x = trace.inputs(0, std::vector{0.3, 2.0});
+      const auto y = Traced(factor) * sin(x[0]) * cos(x[0]) + sqrt(x[1]) / atan2(x[0], x[1]);
+      (void)(x[0] < x[1]);
+      trace.require(either(holds(x[1], Relation::less, 7), holds(x[1], Relation::equal, 9)));
+      const auto small = both(holds(x[0], Relation::less_equal, 0.5), holds(0, Relation::less, x[0]));
+      trace.output(0, 0, select(small, max(y, x[1]), -abs(y)));
+    }
+    return object;
+  };
+  const std::vector<double> factors{1.5, 2.5, 3.5, 4.5};
+  alignas(64) double constants[64], x[2 * lanes] = {0.3, 0.7, 0.5, 3.0, 2.0, 9.0, 8.0, 2.5}, out[lanes];
+  const auto first = object_of(factors[0]);
+  for (int lane = 0; lane < lanes; ++lane) {
+    const auto object = object_of(factors[static_cast<std::size_t>(lane)]);
+    CHECK(object.same_structure(first));
+    CHECK(object.text() == first.text());
+    for (std::size_t i = 0; i < object.constants().size(); ++i)
+      constants[i * lanes + static_cast<std::size_t>(lane)] = object.constants()[i];
+  }
+  CHECK_FALSE(first.same_structure(TracedObject(lanes)));
+  const auto compiled = compiled_object(first.text(), 1);
+  REQUIRE(compiled.reason.empty());
+  const double* in[] = {x};
+  double* outs[] = {out};
+  // Lane 2 fails by 8, which is neither below 7 nor 9; lane 3 because 3 is not below 2.5.
+  CHECK(compiled.table[0](constants, in, outs) == 0b1100);
+  const auto y = [&](int lane) {
+    const double a = x[lane], b = x[lanes + lane];
+    return factors[static_cast<std::size_t>(lane)] * std::sin(a) * std::cos(a) +
+           std::sqrt(b) / std::atan2(a, b);
+  };
+  CHECK(out[0] == std::max(y(0), 2.0));
+  CHECK(out[1] == -std::abs(y(1)));
 }
