@@ -33,8 +33,8 @@ PenaltyDynamics::PenaltyDynamics(const System& system, const PenaltyOptions& opt
       contacts_(std::move(contacts)),
       saddle_(system.mass(), system.pattern(), SolvePath::automatic, facts),
       terms_(system, bristles_),
-      probe_(system.make_evaluation()),
-      end_(system.make_evaluation()),
+      probe_{system.make_evaluation(), Vector(system.n())},
+      end_{system.make_evaluation(), Vector(system.n())},
       lambda_(system.rows()),
       r_(system.rows()),
       scratch_(system.n()),
@@ -279,30 +279,37 @@ void PenaltyDynamics::project(Vector& x, double t) {
   x[integral_offset() + stabilisation] += system_.kinetic(v) + system_.potential(q) - before;
 }
 
+Evaluation& PenaltyDynamics::placed(const Vector& x, double t) {
+  if (end_.is_at(x, t)) return end_.e;
+  probe_.place(system_, x, t);
+  return probe_.e;
+}
+
 const ContactRow& PenaltyDynamics::contact_row(int k, const Vector& x, double t) {
-  system_.place(t, x.data(), probe_);
-  system_.contact(k, x.data(), x.data() + system_.n(), probe_, row_);
+  last_ = &placed(x, t);
+  system_.contact(k, x.data(), x.data() + system_.n(), *last_, row_);
   return row_;
 }
 
 const ContactRow& PenaltyDynamics::row_alone(int k, const Vector& x) {
+  probe_.t = NAN;  // no longer that of one state
   for (const int body : system_.contact_facts(k).bodies)
     if (body != ground) {
       const double angle = planar::angle(x.data(), body);
-      probe_.cosine[static_cast<std::size_t>(body)] = std::cos(angle);
-      probe_.sine[static_cast<std::size_t>(body)] = std::sin(angle);
+      probe_.e.cosine[static_cast<std::size_t>(body)] = std::cos(angle);
+      probe_.e.sine[static_cast<std::size_t>(body)] = std::sin(angle);
     }
-  system_.contact(k, x.data(), x.data() + system_.n(), probe_, row_);
+  system_.contact(k, x.data(), x.data() + system_.n(), probe_.e, row_);
   return row_;
 }
 
 const ContactRow& PenaltyDynamics::end_row(int k, const Vector& x) {
-  system_.contact(k, x.data(), x.data() + system_.n(), end_, row_);
+  system_.contact(k, x.data(), x.data() + system_.n(), end_.e, row_);
   return row_;
 }
 
 double PenaltyDynamics::effective_mass(const ContactRow& row) {
-  if (!saddle_.factor(probe_.G.data())) return 0;
+  if (!saddle_.factor(last_->G.data())) return 0;
   saddle_.respond(row.normal, nullptr, 0, scratch_.data(), impulse_.data());
   const double mobility = row.normal.dot(scratch_.data());
   return mobility > 0 ? 1 / mobility : 0;
@@ -311,13 +318,12 @@ double PenaltyDynamics::effective_mass(const ContactRow& row) {
 PenaltyDynamics::Stored PenaltyDynamics::elastic_energy(const Vector& x, double t) {
   Stored sum;
   const auto n = static_cast<std::size_t>(system_.n());
-  bool placed = false;
+  const Evaluation* at = nullptr;
   for (int k = 0; k < system_.contacts(); ++k) {
     const auto& c = contacts_[k];
     if (!c.closed) continue;
-    if (!placed) system_.place(t, x.data(), probe_);
-    placed = true;
-    system_.contact(k, x.data(), x.data() + system_.n(), probe_, row_);
+    if (!at) at = &placed(x, t);
+    system_.contact(k, x.data(), x.data() + system_.n(), *at, row_);
     const double delta = std::max(0.0, -row_.gap), energy = c.law.elastic.energy(delta);
     sum.all += energy;
     if (c.law.dissipates()) sum.dissipative += energy;

@@ -12,6 +12,8 @@
 #pragma once
 
 #include <algorithm>
+#include <cmath>
+#include <cstring>
 #include <memory>
 #include <optional>
 #include <span>
@@ -191,12 +193,12 @@ class PenaltyDynamics {
   const ContactRow& row_alone(int k, const Vector& x);
   /// @name All contacts at one state, which is evaluated once
   ///@{
-  void place_end(const Vector& x, double t) { system_.place(t, x.data(), end_); }
+  void place_end(const Vector& x, double t) { end_.place(system_, x, t); }
   /// Contact k at the x of the last place_end().
   const ContactRow& end_row(int k, const Vector& x);
   /// Bounds of the motion of its gap within a step that ends there.
   GapMotion gap_motion(int k, const MotionBounds& bounds, const Vector& x) const {
-    return system_.gap_motion(k, bounds, x.data(), end_);
+    return system_.gap_motion(k, bounds, x.data(), end_.e);
   }
   ///@}
   /// Effective mass of an impact at contact k, 1/(W_Nᵀ A W_N) with the constraints kept, at the
@@ -273,8 +275,24 @@ class PenaltyDynamics {
   std::vector<PenaltyContact> contacts_;
   SaddlePoint saddle_;
   PenaltyTerms<double> terms_;
-  Evaluation probe_, end_;  // of contact_row() and of place_end()
-  ContactRow row_;          // the result of the last contact_row()
+  /// The evaluation at one state, which is not repeated at the same state.
+  struct Placed {
+    Evaluation e;
+    std::vector<double> q;
+    double t = NAN;
+    bool is_at(const Vector& x, double at) const {
+      return t == at && std::memcmp(q.data(), x.data(), q.size() * sizeof(double)) == 0;
+    }
+    void place(const System& system, const Vector& x, double at) {
+      if (is_at(x, at)) return;
+      system.place(at, x.data(), e);
+      std::copy_n(x.data(), q.size(), q.data());
+      t = at;
+    }
+  };
+  Placed probe_, end_;          // of contact_row() and of place_end()
+  Evaluation* last_ = nullptr;  // that of the last contact_row()
+  ContactRow row_;              // the result of the last contact_row()
   std::vector<double> lambda_, r_, scratch_;
   // of the rows, in project() and effective_mass(); lambda_: reactions
   std::vector<double> impulse_;
@@ -292,6 +310,8 @@ class PenaltyDynamics {
   double friction_residual_ = 0;
 
   bool add_coupled(double* a);
+  /// place() at any state x, by one of the two evaluations.
+  Evaluation& placed(const Vector& x, double t);
   void begin_tangent(const Vector& x, double t);
   void differentiate(const Gradient& time, int directions, double* const* columns);
   double rounding_of_rows(const double* q, const double* v) const;

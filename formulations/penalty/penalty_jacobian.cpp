@@ -153,13 +153,12 @@ void PenaltyDynamics::differentiate(const Gradient& time, int directions, double
 void PenaltyDynamics::anchor(const Vector& x, double t, std::vector<ContactAnchor>& out) {
   const double* v = x.data() + system_.n();
   out.assign(contacts_.size(), {});
-  bool placed = false;
+  const Evaluation* at = nullptr;
   for (int k = 0; k < system_.contacts(); ++k) {
     const auto& c = contacts_[k];
     if (!c.closed) continue;
-    if (!placed) system_.place(std::min(t, knot), x.data(), probe_);
-    placed = true;
-    system_.contact(k, x.data(), v, probe_, row_);
+    if (!at) at = &placed(x, std::min(t, knot));
+    system_.contact(k, x.data(), v, *at, row_);
     auto& a = out[static_cast<std::size_t>(k)];
     a.pressed = row_.gap < 0 || touching;
     a.delta = std::max(0.0, -row_.gap);
