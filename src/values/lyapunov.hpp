@@ -31,11 +31,12 @@ struct Lyapunov {
   double cost = 0;          ///< evaluations for the tangent vectors over those of the run
   /// Means from the end of the transient to a time.
   struct Sample {
-    double t = 0;
+    double t = 0;                   ///< s
     std::vector<double> exponents;  ///< in the order of `exponents`; −∞ where they are
-    double sum = 0, predicted = NAN;
+    double sum = 0;                 ///< 1/s, of the exponents
+    double predicted = NAN;         ///< 1/s, the predicted sum; NaN if there is none
   };
-  std::vector<Sample> course;
+  std::vector<Sample> course;  ///< convergence of the means, in the order of time
   /// why the run ended before its duration; the results then cover the complete batches before
   std::string stopped;
   std::string failure;  ///< why there are no exponents; empty if there are

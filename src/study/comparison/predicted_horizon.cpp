@@ -12,8 +12,8 @@ namespace freeplay {
 namespace {
 
 /// An onset of the event-driven run is that of the nonsmooth run if their times differ by less than this
-/// share of the time since the start.
-constexpr double same_onset = 1e-4;
+/// share of the time since the onset before: steps of time stepping displace onsets.
+constexpr double same_onset = 0.05;
 
 /// The paired impacts of each contact, with their mean at the end.
 struct PenaltyImpact {
@@ -61,10 +61,11 @@ std::vector<ContactEvent> displaced(const PredictionBasis& basis, const Growth& 
     const auto k = static_cast<std::size_t>(e.contact);
     if (is_onset(e)) {
       auto& i = next[k];
+      const double near = same_onset * (e.t - last[k]);
       while (i < growth.onsets.size() &&
-             (growth.onsets[i].contact != e.contact || growth.onsets[i].t < e.t * (1 - same_onset)))
+             (growth.onsets[i].contact != e.contact || growth.onsets[i].t < e.t - near))
         ++i;
-      if (i == growth.onsets.size() || std::abs(growth.onsets[i].t - e.t) > same_onset * e.t) {
+      if (i == growth.onsets.size() || growth.onsets[i].t > e.t + near) {
         until = e.t;
         break;
       }
@@ -104,7 +105,7 @@ PredictedHorizon predict_horizon(const Scene& scene, const PredictionBasis& basi
     for (const auto& i : impacts[k]) request.errors[k].push_back(i.error);
   try {
     const auto growth = growth_of_impact_errors(scene, request);
-    double until = growth.parted || !growth.ended.empty() ? growth.until : INFINITY;
+    double until = growth.ended.empty() ? INFINITY : growth.until;
     const auto moved = displaced(basis, growth, impacts, until);
     const auto pairs =
         pair_impacts(moved, basis.nonsmooth, static_cast<int>(basis.restitution.size()), until, basis.turn);
