@@ -4,8 +4,12 @@
 
 #include <algorithm>
 #include <cmath>
+#include <filesystem>
 #include <map>
 #include <nlohmann/json.hpp>
+#include <string>
+#include <utility>
+#include <vector>
 
 #include "io/files/input_file.hpp"
 #include "plots/drawing/column_title.hpp"
@@ -71,6 +75,14 @@ std::vector<std::filesystem::path> draw_branch(const std::filesystem::path& fold
         up.hold(points.number(y));
       }
   }
+  std::map<std::pair<int, int>, double> located;  // bifurcations by the motion that follows
+  {
+    Rows list(folder / "bifurcations.csv");
+    const auto where = list.place("parameter"), of = list.place("branch"), number = list.place("point");
+    while (list.next())
+      located[{static_cast<int>(list.number(of)), static_cast<int>(list.number(number))}] =
+          scale * list.number(where);
+  }
   Block solid("stable: parameter, " + column), dashed("unstable: parameter, " + column);
   // The i-th impact of successive motions is a curve; it ends where the number of impacts, the stability or
   // the circle of phases is passed.
@@ -79,7 +91,14 @@ std::vector<std::filesystem::path> draw_branch(const std::filesystem::path& fold
     if (next == motions.end() || next->first.first != m->first.first ||
         next->second.y.size() != m->second.y.size())
       continue;
-    auto& block = m->second.stable > 0 && next->second.stable > 0 ? solid : dashed;
+    // Where stability changes, the bifurcation divides the segment.
+    double share = 1;
+    if (m->second.stable != next->second.stable) {
+      const auto at_next = located.find(next->first);
+      share = at_next == located.end() || next->second.x == m->second.x
+                  ? 0.5
+                  : std::clamp((at_next->second - m->second.x) / (next->second.x - m->second.x), 0.0, 1.0);
+    }
     for (std::size_t i = 0; i < m->second.y.size(); ++i) {
       // After a move of the section the same impacts begin with another one.
       const double here = m->second.y[i];
@@ -87,7 +106,11 @@ std::vector<std::filesystem::path> draw_branch(const std::filesystem::path& fold
       for (const double y : next->second.y)
         if (std::abs(y - here) < std::abs(there - here)) there = y;
       if (column == "phase" && std::abs(there - here) > 0.5) continue;
-      block.row({m->second.x, here}).row({next->second.x, there}).gap();
+      const double x = m->second.x + share * (next->second.x - m->second.x),
+                   y = here + share * (there - here);
+      (m->second.stable > 0 ? solid : dashed).row({m->second.x, here}).row({x, y}).gap();
+      if (share < 1)
+        (next->second.stable > 0 ? solid : dashed).row({x, y}).row({next->second.x, there}).gap();
     }
   }
   std::map<std::string, Block> found;
@@ -126,9 +149,9 @@ std::vector<std::filesystem::path> draw_branch(const std::filesystem::path& fold
     panel.curves.push_back({Script().add("DATA index {} using 1:2 with {}", f.blocks.size(), look), title});
     f.blocks.push_back(block);
   };
-  add(cloud, Script().add("points pt 7 ps 0.25 lc rgb 0xb0b6bc"), "settled motions");
   add(solid, Script().add("lines lw 2.2 lc rgb C1"), "stable");
   add(dashed, Script().add("lines lw 1.6 dt (6,4) lc rgb C2"), "unstable");
+  add(cloud, Script().add("points pt 7 ps 0.25 lc rgb 0x555555"), "settled motions");
   for (const auto& m : marks)
     if (const auto it = found.find(m.kind); it != found.end())
       add(it->second, Script().add("points {}", m.look), m.title);

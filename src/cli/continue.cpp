@@ -3,6 +3,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <complex>
+#include <filesystem>
 #include <nlohmann/json.hpp>
 #include <string>
 
@@ -16,10 +18,13 @@
 #include "io/files/result_set.hpp"
 #include "io/files/run_json.hpp"
 #include "io/scene/located.hpp"
+#include "mechanism/error.hpp"
 #include "mechanism/scene.hpp"
 #include "plots/drawing/figure.hpp"
+#include "study/settings/continuation_plan.hpp"
 #include "study/settings/provenance.hpp"
 #include "study/settings/study.hpp"
+#include "values/branch.hpp"
 
 namespace freeplay::cli {
 namespace {

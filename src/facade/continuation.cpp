@@ -36,6 +36,8 @@ constexpr double remaining_speed = 0.4, grazing_speed = 1e-3;
 /// at a speed below this share is extrapolated as well, once its steps are this short.
 constexpr double slow_speed = 0.05, slow_step = 0.02;
 constexpr std::size_t most_kept = 32;
+/// Most changes of the order of onsets on a branch.
+constexpr int most_changes = 20;
 /// The section is moved if a contact onset comes nearer than this share of the period.
 constexpr double least_margin = 0.02;
 /// Distance from a bifurcation at which the motions that follow are searched, relative to the range.
@@ -132,6 +134,7 @@ class Continuation {
     std::vector<BranchMotion> last{base};  // with the same sequence
     int count = 0;
     double step = 0.5 * greatest_step(base);
+    int changes = 0;  // of the order of onsets
     std::string ends;
     add(point_of(b, base, count++));
     while (ends.empty()) {
@@ -151,7 +154,15 @@ class Continuation {
           ends = graze(b, last, slow.onset, count);
         else if (const auto touch = touch_ahead(b.solver, base, step))
           ends = begin_touch(b, base, *touch, step, count);
-        else
+        else if (next && base.sequence() != next->sequence() && changes++ < most_changes) {
+          ends = pass_order(b, base, *next, count);
+          if (!ends.empty()) break;
+          add(point_of(b, *next, count++));
+          base = std::move(*next);
+          last = {base};
+          step = slow_step * greatest_step(base);
+          continue;
+        } else
           ends = fmt::format("no further motion is found at {} = {:.9g}: {}", request_.key, base.parameter,
                              reason);
         break;
@@ -298,6 +309,24 @@ class Continuation {
     const auto joint = found.joint;
     add(std::move(found));
     return fmt::format("the impact of {} grazes", joint);
+  }
+
+  /// Reports that contact onsets change their order between two motions next to each other. The branch continues
+  /// with the other order; returns a reason if the motions are not near each other.
+  std::string pass_order(const Begun& b, const BranchMotion& before, const BranchMotion& after, int count) {
+    Bifurcation found{
+        .kind = BifurcationKind::sequence, .at = point_of(b, before, count), .joint = {}, .follows = {}};
+    const auto old = before.sequence(), now = after.sequence();
+    if (old.size() != now.size())
+      return fmt::format("the number of contact onsets changes at {} = {:.9g}", request_.key,
+                         before.parameter);
+    const auto place = std::ranges::mismatch(old, now).in1 - old.begin();
+    found.joint = found.at.orbit.impacts[static_cast<std::size_t>(place)].joint;
+    found.residual = std::abs(after.parameter - before.parameter);
+    found.follows = fmt::format("{} comes first",
+                                after.model->system.contact_facts(now[static_cast<std::size_t>(place)]).name);
+    add(std::move(found));
+    return {};
   }
 
   /// Reports the contact that a branch begins to touch, and the motions with this impact. Returns the end of the
