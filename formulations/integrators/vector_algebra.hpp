@@ -101,14 +101,12 @@ struct VectorAlgebra {
   template <class F, class... Y>
   static void over(F f, std::size_t n, double* x, Y*... y) {
     std::size_t i = 0;
-    if constexpr (is_linear_combination<F>) {
-#pragma GCC unroll 4
-      for (; i < (n & ~std::size_t{1}); i += 2) {
+    if constexpr (is_linear_combination<F>)
+      for (; i + 2 <= n; i += 2) {
         Pair sum;
         f(sum, *reinterpret_cast<const Pair*>(y + i)...);
         *reinterpret_cast<Pair*>(x + i) = sum;
       }
-    }
     for (; i < n; ++i) f(x[i], y[i]...);
   }
 };
