@@ -68,7 +68,7 @@ std::vector<std::vector<double>> joe_kuo(int count) {
 }  // namespace
 
 TEST_CASE("the first Sobol points are those of Joe and Kuo", "[design]") {
-  const auto points = unit_points(Draw::sobol, 6, 500, 1);
+  const auto points = unit_points(DrawMethod::sobol, 6, 500, 1);
   // As printed beside their generator, without the origin: the first coordinates of the first
   // points.
   const std::vector<std::vector<double>> printed{
@@ -77,12 +77,12 @@ TEST_CASE("the first Sobol points are those of Joe and Kuo", "[design]") {
   for (std::size_t i = 0; i < printed.size(); ++i)
     CHECK(std::vector(points[i].begin(), points[i].begin() + 3) == printed[i]);
   CHECK(points == joe_kuo(500));
-  CHECK(points == unit_points(Draw::sobol, 6, 500, 2));  // no random numbers are used
+  CHECK(points == unit_points(DrawMethod::sobol, 6, 500, 2));  // no random numbers are used
 }
 
 TEST_CASE("a Latin hypercube has one point in each stratum of each coordinate", "[design]") {
   for (const int n : {1, 2, 7, 100}) {
-    const auto points = unit_points(Draw::latin_hypercube, 3, n, 5);
+    const auto points = unit_points(DrawMethod::latin_hypercube, 3, n, 5);
     for (std::size_t d = 0; d < 3; ++d) {
       std::set<int> strata;
       for (const auto& p : points) strata.insert(static_cast<int>(p[d] * n));
@@ -91,9 +91,9 @@ TEST_CASE("a Latin hypercube has one point in each stratum of each coordinate", 
       CHECK(*strata.rbegin() == n - 1);
     }
   }
-  const auto points = unit_points(Draw::latin_hypercube, 2, 100, 5);
-  CHECK(points == unit_points(Draw::latin_hypercube, 2, 100, 5));
-  CHECK(points != unit_points(Draw::latin_hypercube, 2, 100, 6));
+  const auto points = unit_points(DrawMethod::latin_hypercube, 2, 100, 5);
+  CHECK(points == unit_points(DrawMethod::latin_hypercube, 2, 100, 5));
+  CHECK(points != unit_points(DrawMethod::latin_hypercube, 2, 100, 6));
   // Not along a diagonal: the strata of two coordinates are permuted relative to each other. For
   // two independent permutations of 100 the correlation has the standard deviation 1/√99.
   double sum = 0;
@@ -102,7 +102,7 @@ TEST_CASE("a Latin hypercube has one point in each stratum of each coordinate", 
 }
 
 TEST_CASE("random points are uniform and independent", "[design]") {
-  const auto points = unit_points(Draw::random, 2, 10000, 3);
+  const auto points = unit_points(DrawMethod::random, 2, 10000, 3);
   double mean = 0, square = 0, product = 0;
   for (const auto& p : points) {
     CHECK((p[0] >= 0 && p[0] < 1));
@@ -113,8 +113,8 @@ TEST_CASE("random points are uniform and independent", "[design]") {
   CHECK(std::abs(mean - 0.5) < 5 * std::sqrt(1 / 12.0 / 10000));
   CHECK(std::abs(square - 1 / 3.0) < 5 * std::sqrt(4 / 45.0 / 10000));
   CHECK(std::abs(product - 0.25) < 5 * std::sqrt(7 / 144.0 / 10000));
-  CHECK(points == unit_points(Draw::random, 2, 10000, 3));
-  CHECK(points != unit_points(Draw::random, 2, 10000, 4));
+  CHECK(points == unit_points(DrawMethod::random, 2, 10000, 3));
+  CHECK(points != unit_points(DrawMethod::random, 2, 10000, 4));
 }
 
 TEST_CASE("axes of a study: lists, ranges, units, several keys", "[design][study]") {

@@ -216,7 +216,7 @@ TEST_CASE("derivatives of random stepped scenes are of first order", "[sensitivi
   int compared = 0, scenes = 0;
   std::vector<double> means(levels, 1);
   for (int i = 0; i < 12; ++i) {
-    test::varied::Draw r(20261126, i);
+    Draw r(20261126, i);
     const auto c = random_case(i, r);
     const auto found = converge(c, parse_scene(c.text, "random").run.duration / 300, 4);
     UNSCOPED_INFO(i << ": " << found.text());

@@ -37,18 +37,18 @@ void add(Cell& cell, const Axis& axis, double value, std::optional<std::size_t> 
 
 }  // namespace
 
-std::vector<std::vector<double>> unit_points(Draw how, std::size_t dimensions, int count,
+std::vector<std::vector<double>> unit_points(DrawMethod how, std::size_t dimensions, int count,
                                              std::uint64_t seed) {
   std::vector<std::vector<double>> points(static_cast<std::size_t>(count), std::vector<double>(dimensions));
   if (dimensions == 0) return points;
   std::mt19937_64 engine(seed);
   engine.discard(8);
   switch (how) {
-    case Draw::random:
+    case DrawMethod::random:
       for (auto& p : points)
         for (auto& x : p) x = uniform(engine);
       break;
-    case Draw::latin_hypercube:
+    case DrawMethod::latin_hypercube:
       for (std::size_t d = 0; d < dimensions; ++d) {
         std::vector<std::size_t> stratum(points.size());
         std::iota(stratum.begin(), stratum.end(), std::size_t{0});
@@ -60,7 +60,7 @@ std::vector<std::vector<double>> unit_points(Draw how, std::size_t dimensions, i
               within((static_cast<double>(stratum[i]) + uniform(engine)) / static_cast<double>(count));
       }
       break;
-    case Draw::sobol: {
+    case DrawMethod::sobol: {
       boost::random::sobol sequence(dimensions);
       for (auto& p : points)
         for (auto& x : p) x = static_cast<double>(sequence() >> 11) * 0x1p-53;
@@ -81,8 +81,8 @@ std::vector<Cell> cells(const Study& study) {
   const auto drawn = static_cast<std::size_t>(
       std::ranges::count_if(study.axes, [](const Axis& a) { return a.drawn.has_value(); }));
   // If no axis is drawn, there is one point without coordinates.
-  const auto points =
-      unit_points(study.sampling.value_or(Draw::random), drawn, drawn > 0 ? study.samples : 1, study.seed);
+  const auto points = unit_points(study.sampling.value_or(DrawMethod::random), drawn,
+                                  drawn > 0 ? study.samples : 1, study.seed);
   std::optional<Expression> where;
   if (!study.where.empty() && !study.axes.empty()) where.emplace(study.where, names_of(study, false));
   std::vector<Cell> all;

@@ -19,7 +19,8 @@
 namespace freeplay {
 
 /// `count` points of `dimensions` coordinates in [0, 1). Sobol's sequence ignores `seed`.
-std::vector<std::vector<double>> unit_points(Draw how, std::size_t dimensions, int count, std::uint64_t seed);
+std::vector<std::vector<double>> unit_points(DrawMethod how, std::size_t dimensions, int count,
+                                             std::uint64_t seed);
 
 /// One combination of the axes' values.
 struct Cell {

@@ -39,9 +39,10 @@ struct Axis {
 };
 
 /// Choice of the points of drawn axes (study/settings/design.hpp).
-enum class Draw { random, latin_hypercube, sobol };
-inline constexpr auto draw_names = complete<Draw>(
-    {{Draw::random, "random"}, {Draw::latin_hypercube, "latin-hypercube"}, {Draw::sobol, "sobol"}});
+enum class DrawMethod { random, latin_hypercube, sobol };
+inline constexpr auto draw_names = complete<DrawMethod>({{DrawMethod::random, "random"},
+                                                         {DrawMethod::latin_hypercube, "latin-hypercube"},
+                                                         {DrawMethod::sobol, "sobol"}});
 
 /// A derived column: an expression of the other columns of a run and of columns derived before it.
 struct Derived {
@@ -142,7 +143,7 @@ struct Study {
   Perturbation perturbation;
   double flight_angle = 2, impact_speed = 0.01, line_share = 0.05;
   std::vector<Axis> axes;
-  std::optional<Draw> sampling;
+  std::optional<DrawMethod> sampling;
   int samples = 0;
   std::string where;  ///< condition for the cells of the axes; empty: none
   std::vector<Measure> measures;
