@@ -118,7 +118,6 @@ void StepVariation::follow(const Step& s, const Step* next) {
   const double h = s.t - s.t_old;
   auto x = s.x_old;
   double t = s.t_old;
-  if (!first_) peaks_.jump(followed_, x);
   follow_phases(x, t, h);
   if (first_) close_at_start(s);
   first_ = false;
@@ -130,7 +129,6 @@ void StepVariation::follow(const Step& s, const Step* next) {
     t = reverse(s, x);
   }
   advance(x, t, s.t);
-  followed_ = x;
   for (std::size_t k = 0; k < last_closed_.size(); ++k)
     if (mode_.contacts[k].closed) last_closed_[k] = count_;
 }
@@ -266,7 +264,9 @@ double StepVariation::pass_onsets(const Step& s, const Step* next, Vector& x) {
       const auto& row = probe_->look(k, y, at);
       return std::pair{row.gap, row.normal.dot(y.data() + n)};
     };
-    const auto tau = gap(x, s.t_old).second < 0 ? root_within(x, s.t_old, 1.5 * h, gap) : std::nullopt;
+    // A bounce that is shorter than the steps may have its highest point in this one.
+    const double from = gap(x, s.t_old).second < 0 ? 0 : h;
+    const auto tau = root_within(x, s.t_old, 1.5 * h, gap, from);
     if (!tau) {
       const auto why = fmt::format(
           "t = {:.9g} s: contact {} is pressed without approach, or its gap does not "
@@ -395,10 +395,10 @@ StepVariation::Vector StepVariation::flow(const Vector& x, double t, double h) {
 }
 
 /// The time from t, at most `most` in either direction, at which a value with this rate vanishes on the motion
-/// from x, by Newton's method.
+/// from x, by Newton's method from tau.
 template <class Value>
-std::optional<double> StepVariation::root_within(const Vector& x, double t, double most, Value value) {
-  double tau = 0;
+std::optional<double> StepVariation::root_within(const Vector& x, double t, double most, Value value,
+                                                 double tau) {
   for (int i = 0; i < 12; ++i) {
     const auto [y, rate] = value(tau == 0 ? x : flow(x, t, tau), t + tau);
     const double change = -y / rate;

@@ -72,7 +72,7 @@ class StepVariation : public Variation {
   void pass_impact(const Step& s, const Step* next, const Impact& impact, bool last, Vector& x);
   Vector flow(const Vector& x, double t, double h);
   template <class Value>
-  std::optional<double> root_within(const Vector& x, double t, double h, Value value);
+  std::optional<double> root_within(const Vector& x, double t, double most, Value value, double tau = 0);
   void project_columns(const Vector& x, double t);
   void advance(Vector& x, double& t, double to);
   void record(const Step& s, int k, const std::string& why);
@@ -80,8 +80,7 @@ class StepVariation : public Variation {
 
   EventDynamics& mode_;
   EventImpacts impacts_;
-  Vector x_;         // at the end of the last step
-  Vector followed_;  // the end of the motion that S follows, in the last followed step
+  Vector x_;  // at the end of the last step
   std::optional<Step> last_;
   bool first_ = true;
   std::vector<int> at_start_;      // contacts that are closed at the start

@@ -145,6 +145,20 @@ TEST_CASE("a peak at an impact changes with the instants of the impacts", "[sens
   CHECK(std::abs(q.derivatives[3]) < bound * q.value / L);
 }
 
+// A ball dropped from rest: (1 + e) √(2 g H) ω exp(−π/4), less the weight, which passes the low-pass: −g.
+TEST_CASE("the peak of a stepped impact under gravity converges", "[sensitivity]") {
+  const std::string ball =
+      "gravity = [-9.81, 0]\n" + test::body("ball", 0.3, 3e-4, "position = [0.5, 0]\n") +
+      "[contacts.table]\ntype = \"plane\"\nbetween = [\"ground\", \"ball\"]\naxis = [0, -1]\n"
+      "radius = 0.05\nsurface = \"hard\"\n[surfaces.hard]\nrestitution = 0.5\n" +
+      pickup + test::run_for(0.4, "start = \"given\"\n");
+  const double H = 0.45, peak = 1.5 * std::sqrt(2 * 9.81 * H) * 2 * pi * 200 * std::exp(-pi / 4);
+  const auto s = of(ball, "peak.pickup", {"initial.ball.x"}, "nonsmooth",
+                    {"nonsmooth.scheme=moreau-jean", "nonsmooth.step=1e-3"});
+  CHECK(s.quantities[0].value == Approx(peak - 9.81).epsilon(1e-6));
+  CHECK(s.quantities[0].derivatives[0] == Approx(peak / (2 * H)).epsilon(1e-3));
+}
+
 TEST_CASE("the peak of an accelerometer's signal in a penalty run equals differences of runs",
           "[sensitivity]") {
   const auto text =

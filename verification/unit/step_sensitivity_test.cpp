@@ -153,20 +153,27 @@ TEST_CASE("derivatives of stepped motions with friction and a pivot are of first
     CHECK(found.order() > 0.8);
     CHECK(found.order() < 1.3);
   };
-  check(
-      "disc on an incline",
-      {"gravity = [6, -8]\n" + test::body("disc", 0.3, 3e-4, "position = [0, 0.55]\n") + R"([contacts.plane]
+  const auto incline = [](double restitution, double duration) {
+    return "gravity = [6, -8]\n" + test::body("disc", 0.3, 3e-4, "position = [0, 0.55]\n") +
+           fmt::format(R"([contacts.plane]
 type = "plane"
 between = ["ground", "disc"]
 radius = 0.05
 surface = "hard"
 [surfaces.hard]
-restitution = 0.8
+restitution = {}
 friction = 0.1
-)" + test::run_for(1.5, "start = \"given\"\n"),
-       {"event.2.t", "end.disc.x", "end.disc.vx", "end.disc.y", "energy.dissipated_by_friction"},
-       {"surfaces.hard.friction", "surfaces.hard.restitution", "initial.disc.y", "gravity[0]", "gravity[1]"}},
-      2e-3, 15);
+)",
+                       restitution) +
+           test::run_for(duration, "start = \"given\"\n");
+  };
+  const std::vector<std::string> keys{"surfaces.hard.friction", "surfaces.hard.restitution", "initial.disc.y",
+                                      "gravity[0]", "gravity[1]"};
+  check("disc on an incline",
+        {incline(0.8, 1.5),
+         {"event.2.t", "end.disc.x", "end.disc.vx", "end.disc.y", "energy.dissipated_by_friction"},
+         keys},
+        2e-3, 15);
   const double lean = 60 * std::acos(-1.0) / 180;
   check("pendulum against a wall",
         {"gravity = [0, -9.81]\n" +
