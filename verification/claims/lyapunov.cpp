@@ -17,7 +17,7 @@
 namespace freeplay::verification {
 namespace {
 
-const char* const event_scheme = "[nonsmooth]\nscheme = \"event-driven\"\ntolerance = 1e-12\n";
+const char* const exponents_scheme = "[nonsmooth]\nscheme = \"event-driven\"\ntolerance = 1e-12\n";
 
 struct Place {
   long double x, y;
@@ -38,7 +38,7 @@ std::string scatterer(const std::vector<Place>& centres, long double radius, Pla
         i + 1, static_cast<double>(centres[i].x), static_cast<double>(centres[i].y),
         static_cast<double>(radius / 2), static_cast<double>(radius / 2));
   return text + "[surfaces.hard]\nrestitution = 1\n" + test::run_for(static_cast<double>(duration)) +
-         event_scheme;
+         exponents_scheme;
 }
 
 std::string wall(const std::string& name, const char* at, const char* axis) {
@@ -115,7 +115,7 @@ void billiard_claims(Findings& f) {
                         "radii = [0.25, 0.25]\nsurface = \"hard\"\n") +
                     wall("left", "-1, 0", "0, -1") + wall("right", "1, 0", "0, 1") +
                     wall("low", "0, -1", "1, 0") + wall("high", "0, 1", "-1, 0") +
-                    "[surfaces.hard]\nrestitution = 1\n" + test::run_for(20'000) + event_scheme;
+                    "[surfaces.hard]\nrestitution = 1\n" + test::run_for(20'000) + exponents_scheme;
   const auto found = lyapunov(parse_scene(text, "billiard"), {.batches = 40, .transient = 50});
   const auto expected = reference::SinaiBilliard{1, 0.5}.exponent(2'000'000, 1);
   const std::string subject = "point in a square with a disc (Sinai billiard)";
@@ -167,7 +167,7 @@ position = "shake"
 )",
                   static_cast<double>(b.amplitude), static_cast<double>(b.period()),
                   static_cast<double>(b.start)) +
-      test::run_for(30) + event_scheme;
+      test::run_for(30) + exponents_scheme;
   const auto found = lyapunov(parse_scene(text, "ball"), {.batches = 10, .transient = 20});
   const std::string subject = "ball on a shaken table, period 1, 1 % below period doubling";
   const auto period = static_cast<double>(b.period());

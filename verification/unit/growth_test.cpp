@@ -17,19 +17,20 @@ using namespace freeplay;
 
 namespace {
 
-constexpr double speed = 0.5, gap = 0.2, restitution = 0.8;
+constexpr double first_speed = 0.5, wall_distance = 0.2, wall_restitution = 0.8;
 
 /// A point on a rail between two walls.
-std::string between_walls(double duration) {
+std::string ball_between_walls(double duration) {
   const auto wall = [](const char* name, double at, const char* axis) {
     return fmt::format(
         "[contacts.{}]\ntype = \"plane\"\nbetween = [\"ground\", \"ball\"]\nat = [[{:.17g}, 0], [0, 0]]\n"
         "axis = [{}]\nsurface = \"s\"\nstiffness = 1e8\n",
         name, at, axis);
   };
-  return test::body("ball", 1, 0.01, fmt::format("velocity = [{:.17g}, 0]\n", speed)) +
-         test::guide("rail", "ground", "ball") + wall("left", 0, "0, -1") + wall("right", gap, "0, 1") +
-         fmt::format("[surfaces.s]\nrestitution = {:.17g}\n", restitution) + test::run_for(duration) +
+  return test::body("ball", 1, 0.01, fmt::format("velocity = [{:.17g}, 0]\n", first_speed)) +
+         test::guide("rail", "ground", "ball") + wall("left", 0, "0, -1") +
+         wall("right", wall_distance, "0, 1") +
+         fmt::format("[surfaces.s]\nrestitution = {:.17g}\n", wall_restitution) + test::run_for(duration) +
          "[nonsmooth]\nscheme = \"event-driven\"\ntolerance = 1e-12\n";
 }
 
@@ -58,15 +59,15 @@ TEST_CASE("differences between two walls grow as in closed form", "[growth]") {
   // An impact that is late by δ ends beyond the wall by u δ, and the ball returns with e u: the next onset
   // is late by δ (1 + 1/e) more. An impulse too great by ε changes the speed e u by (1 + e) u ε, that is,
   // relatively by (1 + e) ε/e, and the approach rate of the next impact likewise.
-  const double delay = 1e-5, excess = 1e-6, e = restitution;
-  const auto scene = parse_scene(between_walls(3), "walls");
+  const double delay = 1e-5, excess = 1e-6, e = wall_restitution;
+  const auto scene = parse_scene(ball_between_walls(3), "walls");
   const auto found = growth_of_impact_errors(scene, {.errors = {{{delay, excess}}, {{delay, excess}}},
                                                      .restitution = {e, e},
                                                      .end = 3,
                                                      .most_evaluations = 1'000'000});
   CHECK(found.ended.empty());
   REQUIRE(found.onsets.size() >= 4);
-  double change = 0, share = 0, t = gap / speed, u = speed;
+  double change = 0, share = 0, t = wall_distance / first_speed, u = first_speed;
   for (const auto& o : found.onsets) {
     CAPTURE(o.t, o.t_change);
     CHECK(std::abs(o.t - t) < 1e-12);
@@ -74,8 +75,8 @@ TEST_CASE("differences between two walls grow as in closed form", "[growth]") {
     CHECK(std::abs(o.rate_change + share * u) < 1e-8 * (excess + share) * u);
     share += (1 + e) / e * excess;
     u *= e;
-    t += gap / u;
-    change += delay * (1 + 1 / e) - share * gap / u;
+    t += wall_distance / u;
+    change += delay * (1 + 1 / e) - share * wall_distance / u;
   }
 }
 

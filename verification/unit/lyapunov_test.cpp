@@ -24,8 +24,8 @@ namespace {
 
 const std::string by_events = "[nonsmooth]\nscheme = \"event-driven\"\ntolerance = 1e-12\n";
 
-std::string refused(const std::string& text, const LyapunovRequest& request,
-                    const std::vector<std::string>& options = {}) {
+std::string refused_exponents(const std::string& text, const LyapunovRequest& request,
+                              const std::vector<std::string>& options = {}) {
   return test::refusal_of<std::exception>([&] { lyapunov(parse_scene(text, "s.toml", options), request); });
 }
 
@@ -181,29 +181,30 @@ std::string spinning_disc(Draw& r) {
          shaking(r.between(0.005, 0.01), r.between(0.08, 0.15)) + test::run_for(8) + by_events;
 }
 
-struct Kind {
+struct SceneKind {
   const char* name;
   std::string (*scene)(Draw&);
 };
-constexpr Kind kinds[] = {{"disc in a shaking box", disc_in_box},
-                          {"two masses with a stop", masses_with_stop},
-                          {"pendulums with a stop", pendulum_with_stop},
-                          {"column of two balls", column_of_balls},
-                          {"spinning disc with friction", spinning_disc}};
+constexpr SceneKind scene_kinds[] = {{"disc in a shaking box", disc_in_box},
+                                     {"two masses with a stop", masses_with_stop},
+                                     {"pendulums with a stop", pendulum_with_stop},
+                                     {"column of two balls", column_of_balls},
+                                     {"spinning disc with friction", spinning_disc}};
 
 }  // namespace
 
 TEST_CASE("requests without Lyapunov exponents are refused", "[lyapunov]") {
   const auto ball = dropped(0.9, 1);
-  CHECK_THAT(refused(ball, {.formulation = "penalty"}),
+  CHECK_THAT(refused_exponents(ball, {.formulation = "penalty"}),
              Contains("\"penalty\" has no Lyapunov exponents yet"));
-  CHECK_THAT(refused(ball, {}, {"nonsmooth.scheme=moreau-jean", "nonsmooth.step=1e-4"}),
+  CHECK_THAT(refused_exponents(ball, {}, {"nonsmooth.scheme=moreau-jean", "nonsmooth.step=1e-4"}),
              Contains("time stepping has no derivatives yet"));
-  CHECK_THAT(refused(ball, {.batches = 3}), Contains("batches: must be 4 or greater"));
-  CHECK_THAT(refused(ball, {.transient = 2}), Contains("transient: must be at least 0 and less than"));
+  CHECK_THAT(refused_exponents(ball, {.batches = 3}), Contains("batches: must be 4 or greater"));
+  CHECK_THAT(refused_exponents(ball, {.transient = 2}),
+             Contains("transient: must be at least 0 and less than"));
   const auto crank = test::body("crank", 1, 0.01) + test::pin("main", "ground", "crank") +
                      "[drives.motor]\njoint = \"main\"\nspeed = 10\n" + test::run_for(1) + by_events;
-  CHECK_THAT(refused(crank, {}), Contains("no degrees of freedom"));
+  CHECK_THAT(refused_exponents(crank, {}), Contains("no degrees of freedom"));
 }
 
 TEST_CASE("a grazing impact ends the run with its reason", "[lyapunov]") {
@@ -255,14 +256,14 @@ TEST_CASE("a contact that is closed at the start leaves the other exponents", "[
 }
 
 TEST_CASE("the sum of the exponents of random scenes follows from divergence and impacts", "[lyapunov]") {
-  int compared[std::size(kinds)] = {};
+  int compared[std::size(scene_kinds)] = {};
   long impacts = 0;
   double worst = 0;
   for (int i = 0; i < 40; ++i) {
-    const auto which = static_cast<std::size_t>(i) % std::size(kinds);
+    const auto which = static_cast<std::size_t>(i) % std::size(scene_kinds);
     Draw r(20261127, i);
-    const auto text = kinds[which].scene(r);
-    CAPTURE(i, kinds[which].name, text);
+    const auto text = scene_kinds[which].scene(r);
+    CAPTURE(i, scene_kinds[which].name, text);
     const auto found = lyapunov(parse_scene(text, "random"), {});
     CAPTURE(found.failure, found.unpredicted);
     if (!found.failure.empty() || !found.unpredicted.empty() || found.impacts == 0) continue;

@@ -110,10 +110,11 @@ std::vector<std::pair<std::string, std::vector<std::string>>> restitutions(const
   return list;
 }
 
-/// The horizon that follows from the difference in the first impact.
+/// A line with the horizon that growth of differences predicts; empty if that was not tried.
 std::string predicted(const PredictedHorizon& p) {
-  if (!p.reason.empty()) return "predicted horizon: none, " + p.reason;
-  return fmt::format("predicted horizon: t = {:.4g} ms{}", 1e3 * p.t, p.to_the_end ? ", all events" : "");
+  if (!p.reason.empty()) return "predicted horizon: none, " + p.reason + "\n";
+  if (std::isnan(p.t)) return {};
+  return fmt::format("predicted horizon: t = {:.4g} ms{}\n", 1e3 * p.t, p.to_the_end ? ", all events" : "");
 }
 
 /// The time over which statistics are taken, and the source of their errors.
@@ -200,7 +201,7 @@ std::string tables(const Scene& scene, const Comparison& c, bool markdown) {
   if (c.pairing.pairs.empty()) return out + fmt::format("\nNo impacts are paired: {}\n", c.pairing.ended_by);
 
   out +=
-      fmt::format("\n{}Impacts paired up to the horizon t = {:.6g} ms;\n{}\n{}{}\n", markdown ? "## " : "",
+      fmt::format("\n{}Impacts paired up to the horizon t = {:.6g} ms;\n{}\n{}{}", markdown ? "## " : "",
                   1e3 * c.pairing.horizon, c.pairing.ended_by, predicted(c.predicted), markdown ? "\n" : "");
   Table pairs(markdown, {joint_width, 11, 11, 11, 9, 9, 9, 8});
   pairs.head({"joint", "t pen. ms", "nonsmooth", "diff us", "v pen.", "nonsm.", "P pen.", "nonsm."});
