@@ -31,9 +31,8 @@ struct ContinuationRequest {
   std::optional<double> period = {};  ///< s, as OrbitRequest::period
   int follow_doubled = 1;             ///< number of successive period doublings that are followed
   int most_points = 2000;             ///< of each branch
-  /// Called for each motion and each bifurcation as soon as it is known.
-  std::function<void(const BranchPoint&)> on_point = {};
-  std::function<void(const Bifurcation&)> on_bifurcation = {};
+  std::function<void(const BranchPoint&)> on_point = {};        ///< called for each motion when it is known
+  std::function<void(const Bifurcation&)> on_bifurcation = {};  ///< likewise for each bifurcation
   /// Stop request; the function then throws Interrupted.
   StopToken stop = {};
 };

@@ -94,7 +94,7 @@ Orbit orbit(const Scene& scene, const OrbitRequest& request) {
   const auto family = family_of(request.formulation);
   if (family == Family::nonsmooth && scene.nonsmooth.scheme_in_force() == Scheme::moreau_jean)
     throw ModelError("nonsmooth.scheme",
-                     "time stepping has no derivatives yet; set it to \"event-driven\" or \"automatic\"");
+                     "orbits of time stepping are not available; set it to \"event-driven\" or \"automatic\"");
   if (request.periods < 1) throw ModelError("periods", "must be 1 or greater");
   if (!(request.settle >= 0) || !std::isfinite(request.settle))
     throw ModelError("settle", "must be 0 or greater");

@@ -59,7 +59,7 @@ VariedQuantity peak_quantity(const Scene& scene, const System& system, const std
   const Channel measured(*found);
   if (measured.sensing() == Sensing::force)
     throw ModelError(name,
-                     "peaks of forces have no derivatives yet; use an instrument of a motion, or mean.");
+                     "peaks of forces have no derivatives; use an instrument of a motion, or mean.");
   VariedQuantity q{.name = name, .of = VariedQuantity::Of::peak, .column = {}};
   q.channel.name = channel;
   q.channel.range = found->range;

@@ -23,32 +23,33 @@ struct BranchPoint {
   int branch = 1;        ///< number of the branch, from 1
   int number = 0;        ///< within the branch, from 0
   double parameter = 0;  ///< SI, value of the key
-  Orbit orbit;
+  Orbit orbit;           ///< the motion, with its multipliers
 };
 
 /// A bifurcation on a branch.
 struct Bifurcation {
-  BifurcationKind kind = BifurcationKind::fold;
-  BranchPoint at;
-  std::string joint;      ///< contact of a grazing, lift-off or sequence
-  std::string follows;    ///< what follows, in words; may be empty
-  int new_branch = 0;     ///< number of the branch that begins there; 0: none
-  double residual = NAN;  ///< of the condition that defines it
+  BifurcationKind kind = BifurcationKind::fold;  ///< as above
+  BranchPoint at;                                ///< the motion at the bifurcation
+  std::string joint;                             ///< contact of a grazing, lift-off or sequence
+  std::string follows;                           ///< what follows, in words; may be empty
+  int new_branch = 0;                            ///< number of the branch that begins there; 0: none
+  double residual = NAN;                         ///< of the condition that defines it
 };
 
 /// End of a branch.
 struct BranchEnd {
-  int branch = 1, points = 0;
+  int branch = 1;      ///< number of the branch
+  int points = 0;      ///< number of its motions
   std::string begins;  ///< "start", or the bifurcation at which it begins
   std::string reason;  ///< why it ends
 };
 
 /// All branches of a continuation, or the reason why it could not begin.
 struct Branches {
-  std::vector<BranchPoint> points;
-  std::vector<Bifurcation> bifurcations;
-  std::vector<BranchEnd> ends;
-  std::string failure;
+  std::vector<BranchPoint> points;        ///< of all branches, in their order
+  std::vector<Bifurcation> bifurcations;  ///< in the order of their location
+  std::vector<BranchEnd> ends;            ///< one for each branch
+  std::string failure;                    ///< why there is no first motion; empty if there is one
 };
 
 }  // namespace freeplay
