@@ -38,7 +38,7 @@ TEST_CASE("requests of branches that cannot be followed are refused", "[orbit]")
       Contains("must be greater than 0"));
   CHECK_THAT(continuation_refusal(table_scene({"nonsmooth.scheme=moreau-jean", "nonsmooth.step=1e-4"}),
                                   {.key = "curves.shake.amplitude", .from = 3e-3, .to = 4e-3}),
-             Contains("time stepping has no derivatives yet"));
+             Contains("orbits of time stepping are not available"));
   CHECK_THAT(continuation_refusal(scene, {.key = "nonsmooth.tolerance", .from = 1e-9, .to = 1e-8}),
              Contains("numerical setting"));
 }

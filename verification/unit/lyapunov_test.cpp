@@ -198,7 +198,7 @@ TEST_CASE("requests without Lyapunov exponents are refused", "[lyapunov]") {
   CHECK_THAT(refused_exponents(ball, {.formulation = "penalty"}),
              Contains("\"penalty\" has no Lyapunov exponents yet"));
   CHECK_THAT(refused_exponents(ball, {}, {"nonsmooth.scheme=moreau-jean", "nonsmooth.step=1e-4"}),
-             Contains("time stepping has no derivatives yet"));
+             Contains("exponents of time stepping are not available"));
   CHECK_THAT(refused_exponents(ball, {.batches = 3}), Contains("batches: must be 4 or greater"));
   CHECK_THAT(refused_exponents(ball, {.transient = 2}),
              Contains("transient: must be at least 0 and less than"));

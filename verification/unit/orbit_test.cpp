@@ -277,7 +277,7 @@ Eigen::MatrixXd differenced(const Scene& scene, const char* formulation, const R
 TEST_CASE("requests without a periodic motion are refused", "[orbit]") {
   const auto ball = ball_on_table();
   CHECK_THAT(refusal(ball, {}, {"nonsmooth.scheme=moreau-jean", "nonsmooth.step=1e-4"}),
-             Contains("time stepping has no derivatives yet"));
+             Contains("orbits of time stepping are not available"));
   CHECK_THAT(refusal(ball, {.periods = 0}), Contains("periods: must be 1 or greater"));
   CHECK_THAT(refusal(ball, {.settle = -1}), Contains("settle: must be 0 or greater"));
   CHECK_THAT(refusal(ball, {.period = 0.2}), Contains("contradicts the drives, whose period is 0.1 s"));
