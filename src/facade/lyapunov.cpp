@@ -141,8 +141,9 @@ void check(const Scene& scene, const LyapunovRequest& request) {
   if (family_of(request.formulation) == Family::penalty)
     throw ModelError("formulation", "\"penalty\" has no Lyapunov exponents yet; use \"nonsmooth\"");
   if (scene.nonsmooth.scheme_in_force() == Scheme::moreau_jean)
-    throw ModelError("nonsmooth.scheme",
-                     "exponents of time stepping are not available; set it to \"event-driven\" or \"automatic\"");
+    throw ModelError(
+        "nonsmooth.scheme",
+        "exponents of time stepping are not available; set it to \"event-driven\" or \"automatic\"");
   if (request.batches < fewest_batches)
     throw ModelError("batches", fmt::format("must be {} or greater", fewest_batches));
   if (request.transient && !(*request.transient >= 0 && *request.transient < scene.run.duration))

@@ -93,8 +93,9 @@ bool is_equilibrium(const ReturnPoint& p) {
 Orbit orbit(const Scene& scene, const OrbitRequest& request) {
   const auto family = family_of(request.formulation);
   if (family == Family::nonsmooth && scene.nonsmooth.scheme_in_force() == Scheme::moreau_jean)
-    throw ModelError("nonsmooth.scheme",
-                     "orbits of time stepping are not available; set it to \"event-driven\" or \"automatic\"");
+    throw ModelError(
+        "nonsmooth.scheme",
+        "orbits of time stepping are not available; set it to \"event-driven\" or \"automatic\"");
   if (request.periods < 1) throw ModelError("periods", "must be 1 or greater");
   if (!(request.settle >= 0) || !std::isfinite(request.settle))
     throw ModelError("settle", "must be 0 or greater");

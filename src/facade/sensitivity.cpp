@@ -58,8 +58,7 @@ VariedQuantity peak_quantity(const Scene& scene, const System& system, const std
     throw ModelError(name, fmt::format("\"{}\" is no instrument of the scene", channel));
   const Channel measured(*found);
   if (measured.sensing() == Sensing::force)
-    throw ModelError(name,
-                     "peaks of forces have no derivatives; use an instrument of a motion, or mean.");
+    throw ModelError(name, "peaks of forces have no derivatives; use an instrument of a motion, or mean.");
   VariedQuantity q{.name = name, .of = VariedQuantity::Of::peak, .column = {}};
   q.channel.name = channel;
   q.channel.range = found->range;
