@@ -312,8 +312,9 @@ OSCILLATOR = {
             "axis": [1.0, 0.0],
         }
     },
-    "springs": {
+    "loads": {
         "spring": {
+            "type": "spring-damper",
             "between": ["ground", "mass"],
             "at": [[-1.0, 0.0], [0.0, 0.0]],
             "stiffness": 100.0,
