@@ -187,7 +187,7 @@ class Running(unittest.TestCase):
             run = fp.run(scene, formulation, loads={"hand": spring})
             self.assertAlmostEqual(run.trajectory["block.x"].iloc[-1], expected, delta=1e-5)
             self.assertIn("hand", run.info["notes"][-1])
-        with self.assertRaisesRegex(fp.SceneError, "they are hand"):
+        with self.assertRaisesRegex(fp.SceneError, "such loads are hand"):
             fp.run(scene, "penalty", loads={"foot": spring})
         with self.assertRaisesRegex(TypeError, "two numbers"):
             fp.run(scene, "penalty", loads={"hand": lambda t, place, velocity: 1.0})
