@@ -15,6 +15,7 @@ namespace freeplay {
 /// 1; grazing: the approach speed of an impact comes to 0, or a contact is just missed; liftoff: the force of a
 /// lasting contact comes to 0; sequence: the order of contact onsets changes.
 enum class BifurcationKind { fold, flip, torus, grazing, liftoff, sequence };
+/// Names in bifurcations.csv.
 inline constexpr std::array<const char*, enumerators<BifurcationKind>()> bifurcation_names{
     "fold", "flip", "torus", "grazing", "liftoff", "sequence"};
 
