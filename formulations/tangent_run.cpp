@@ -138,7 +138,8 @@ VectorXd TangentRun::own(const MatrixXd& Z, const Vector& column) const {
   u.segment(f, f) = time_ * (Z.transpose() * dv);
   for (int k = 0; k < system_.states(); ++k)
     u[2 * f + k] =
-        column[static_cast<std::size_t>(scheme_.dynamics().state_offset() + k)] / system_.state_scale(k);
+        column[static_cast<std::size_t>(scheme_.dynamics().state_offset()) + static_cast<std::size_t>(k)] /
+        system_.state_scale(k);
   return u;
 }
 
@@ -284,7 +285,7 @@ double TangentRun::divergence(const Vector& x, double t) {
     for (int i = 0; i < n; ++i) sum += Z(i, j) * std::sqrt(system_.mass()[i]) * change[n + i];
   }
   for (int k = 0; k < system_.states(); ++k) {
-    const auto place = static_cast<std::size_t>(probe_->state_offset() + k);
+    const auto place = static_cast<std::size_t>(probe_->state_offset()) + static_cast<std::size_t>(k);
     Vector along(x.size());
     along[place] = 1;
     sum += slope(small_change * system_.state_scale(k), along)[place];

@@ -9,6 +9,12 @@
 namespace freeplay {
 namespace {
 
+/// x − x: NaN for an infinite or undefined x.
+Traced zero_if_finite(const Traced& x) {
+  const Traced& same = x;
+  return x - same;
+}
+
 /// As in closed_form.cpp.
 constexpr double same_freedom = 1e-12;
 
@@ -54,10 +60,10 @@ ClosedForm with_friction(const std::array<Traced, 3>& D, const Traced& bn0, cons
   const std::array<Traced, 3> x{least(abs(nn) * s.normal, bn0 + nn * s.normal + nt * s.tangent - target),
                                 least(abs(u), tt * abs(s.tangent + signed_bound)),
                                 tt * max(0, abs(s.tangent) - bound)};
-  Traced unfinished = s.tangent - s.tangent;
+  Traced unfinished = zero_if_finite(s.tangent);
   for (const auto& one : x) {
     s.residual_rate = max(s.residual_rate, abs(one));
-    unfinished += one - one;
+    unfinished += zero_if_finite(one);
   }
   need(holds(unfinished, Relation::equal, 0));
   const Traced size = max(max(max(Traced(0), abs(bn0)), abs(target)), abs(bt));
@@ -75,7 +81,7 @@ ClosedForm frictionless(const Traced& nn, const Traced& bn0, const Traced& targe
   need(less(0, nn));
   const Traced x = least(abs(nn) * s.normal, bn0 + nn * s.normal - target);
   s.residual_rate = max(0, abs(x));
-  need(holds(x - x, Relation::equal, 0));
+  need(holds(zero_if_finite(x), Relation::equal, 0));
   const Traced size = max(max(Traced(0), abs(bn0)), abs(target));
   need(both(less(0, size), at_most(s.residual_rate, tolerance * size)));
   s.residual = s.residual_rate / size;
@@ -194,7 +200,7 @@ void SystemTracer::lanes_end(Trace& trace, const List& q, const List& v, const T
     trace.output(8 + k, 0, gap);
     open = both(open, at_most(0, gap));
   }
-  trace.require(holds(sum - sum, Relation::equal, 0));
+  trace.require(holds(zero_if_finite(sum), Relation::equal, 0));
   const auto totals = trace.inputs(14, std::vector<double>(lane_total_size, 1));
   const int array = 8 + system_.contacts();
   const auto worst = residuals(e);

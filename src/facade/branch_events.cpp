@@ -107,7 +107,8 @@ std::vector<BranchEvent> events_between(BranchSolver& solver, const BranchMotion
                                                                {BifurcationKind::torus, torus_test}};
   std::vector<BranchEvent> list;
   bool refined = false;
-  for (const auto& [kind, test] : tests) {
+  for (const auto& [kind, function] : tests) {
+    const Test test = function;
     const double before = test(solver, base), after = test(solver, next);
     if (!(before * after < 0)) continue;
     if (!refined && !solver.refine_motion(next).empty()) continue;
