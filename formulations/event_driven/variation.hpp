@@ -98,7 +98,7 @@ class Variation : public VariedColumns<EventDynamics> {
     VariedColumns::take_mode(dynamics);
     mode_known_ = true;
   }
-  Vector event_times(const Passed& p, const ModeEvent& event, const Vector& slope, double speed);
+  Vector event_times(const Passed& p, const ModeEvent& event, const Vector& f, double speed);
   void jump(const Passed& p, const std::vector<int>& in_impact, const Vector& x, const Side& before,
             const Side& after, const Vector& dt, double speed);
   void pass_impacts(const EventDynamics& d, const Passed& p, const std::vector<int>& onsets,

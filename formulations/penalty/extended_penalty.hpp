@@ -81,7 +81,7 @@ class ExtendedPenalty {
  private:
   void prepare(const Vector& x, double t);
   const std::vector<ContactAnchor>& anchors_at(const Vector& x, double t);
-  double elastic_energy(int k, const ContactRow& row) const;
+  double elastic_energy(int k, const ContactRow& at) const;
 
   std::unique_ptr<PenaltyDynamics> f_;
   mutable Evaluation e_;

@@ -119,7 +119,7 @@ void PenaltyVariation::pass() {
     }
     if (jumps) jump(before, after, dt);
     if (d.bristles() == 0) continue;
-    const auto bristle = static_cast<std::size_t>(d.bristle_offset() + k);
+    const auto bristle = static_cast<std::size_t>(d.bristle_offset()) + static_cast<std::size_t>(k);
     if (onset && !steady && after.f[bristle] != 0)
       refuse(fmt::format(
           "t = {:.9g} s: contact {} closes without approach, so that its bristle has no derivative", t,
@@ -147,7 +147,7 @@ void PenaltyVariation::jump(const Side& before, const Side& after, const Vector&
 void PenaltyVariation::retain(int k, const Vector& x, double t, const Vector& f, const Vector& dt,
                               double speed, const Function& speed_of, bool new_mass) {
   const auto& d = run_.dynamics();
-  const auto slot = static_cast<std::size_t>(d.size() + 2 * k);
+  const auto slot = static_cast<std::size_t>(d.size()) + 2 * static_cast<std::size_t>(k);
   const bool floored = !(speed > v0_floor_);
   if (!(d.contacts()[k].law.chi > 0)) return;  // the force does not depend on them
   if (floored && !floor_given_)
@@ -174,7 +174,7 @@ void PenaltyVariation::retain(int k, const Vector& x, double t, const Vector& f,
 
 void PenaltyVariation::begin_contact(int k, const Vector& x, double t, const Side& before, const Vector& dt) {
   const auto& d = run_.dynamics();
-  const auto slot = static_cast<std::size_t>(d.impulse_offset() + 2 * k);
+  const auto slot = static_cast<std::size_t>(d.impulse_offset()) + 2 * static_cast<std::size_t>(k);
   const double rate = probe_->gap_rate(k, x, t);
   const Function rate_of = [k](ExtendedPenalty& f, const Vector& y, double at) {
     return Vector{f.gap_rate(k, y, at)};
@@ -206,8 +206,8 @@ void PenaltyVariation::begin_contact(int k, const Vector& x, double t, const Sid
 
 void PenaltyVariation::end_contact(int k, const Vector& x, const Side& before, const Vector& dt) {
   const auto& d = run_.dynamics();
-  const auto slot = static_cast<std::size_t>(d.impulse_offset() + 2 * k),
-             retained = static_cast<std::size_t>(d.size() + 2 * k);
+  const auto slot = static_cast<std::size_t>(d.impulse_offset()) + 2 * static_cast<std::size_t>(k),
+             retained = static_cast<std::size_t>(d.size()) + 2 * static_cast<std::size_t>(k);
   auto& impulse = impulses_[static_cast<std::size_t>(k)];
   if (impulse) {
     auto& onset = onsets_[impulse->onset];
@@ -234,7 +234,7 @@ void PenaltyVariation::change_impact(int k, const Vector& x, double t, const Sid
   if (begins) {
     // It begins where the contact is compressed again, or where w exceeds v₀. The mass is that of this
     // instant. At its end, w does not change with time.
-    const auto slot = static_cast<std::size_t>(d.size() + 2 * k);
+    const auto slot = static_cast<std::size_t>(d.size()) + 2 * static_cast<std::size_t>(k);
     const bool turns = std::abs(rate) <= 1e-6 * w;
     if (!turns && std::abs(w - x[slot]) > 1e-6 * w)
       refuse(fmt::format("t = {:.9g} s: an impact on contact {} begins between steps", t,
