@@ -18,12 +18,8 @@
 #include "values/family.hpp"
 
 namespace freeplay {
-namespace {
 
-using Of = VariedQuantity::Of;
-
-/// Least length over which gaps are curved: the least clearance, else the least radius or arm.
-double curved_length(const System& system) {
+double least_curved_length(const System& system) {
   double least = INFINITY;
   for (int k = 0; k < system.contacts(); ++k) {
     const auto& facts = system.contact_facts(k);
@@ -33,6 +29,10 @@ double curved_length(const System& system) {
   if (std::isfinite(least)) return least;
   return system.longest_arm() > 0 ? system.longest_arm() : 1;
 }
+
+namespace {
+
+using Of = VariedQuantity::Of;
 
 /// A term of the energy balance, except the loss in contacts. `Sums` names the integrals within x.
 template <class Sums, class Dynamics>
@@ -115,7 +115,7 @@ class VariedRun {
         scheme_(make_event_driven(run.scene, run.system, restitution_, row_facts(run), run.start)),
         log_(run.system.contacts(), run.system.reported()) {
     scheme_.start(run.start, log_);
-    scheme_.vary(run.keys, integrands, curved_length(run.system), run.end - run.start.t);
+    scheme_.vary(run.keys, integrands, least_curved_length(run.system), run.end - run.start.t);
   }
   EventDriven& scheme() { return scheme_; }
   /// Runs to the end. Returns the reason of an earlier stop, else nothing.
@@ -254,7 +254,7 @@ void run_steps(const SensitivityRun& run, Stepper stepper, Sensitivities& all) {
   ContactLog log(run.system.contacts(), run.system.reported());
   stepper.start(run.start, log);
   EventDynamics mode(run.system, options, restitution, row_facts(run), scales.speed);
-  StepVariation variation(mode, run.keys, integrands_of(run), curved_length(run.system),
+  StepVariation variation(mode, run.keys, integrands_of(run), least_curved_length(run.system),
                           run.end - run.start.t, options.tolerance * scales.length);
   variation.watch_peaks(channels_of(run));
   variation.start(run.start);
@@ -303,7 +303,7 @@ void run_penalty(const SensitivityRun& run, Sensitivities& all) {
   const auto parts = make_penalty_parts(run.scene, run.system, run.start);
   auto& steps = *parts.steps;
   PenaltyVariation variation(parts, run.scene, run.start, run.keys, integrands_of(run),
-                             curved_length(run.system), run.end - run.start.t);
+                             least_curved_length(run.system), run.end - run.start.t);
   variation.watch_peaks(channels_of(run));
   while (steps.t() < run.end) {
     if (run.stop()) throw Interrupted();
@@ -383,7 +383,7 @@ void take_end(const SensitivityRun& run, Variation& variation, const Present& d,
 EndState penalty_end_state(const SensitivityRun& run) {
   const auto parts = make_penalty_parts(run.scene, run.system, run.start);
   auto& steps = *parts.steps;
-  PenaltyVariation variation(parts, run.scene, run.start, run.keys, {}, curved_length(run.system),
+  PenaltyVariation variation(parts, run.scene, run.start, run.keys, {}, least_curved_length(run.system),
                              run.end - run.start.t);
   EndState end;
   while (steps.t() < run.end) {

@@ -45,6 +45,9 @@ struct VariedKey {
   double scale() const { return systems[0] ? std::max(std::abs(value), 1e3 * spacing) : 1; }
 };
 
+/// Least length (m) over which gaps are curved: the least clearance, else the least radius or arm.
+double least_curved_length(const System& system);
+
 /// Terms of the energy balance with derivatives, as run.json names them.
 enum class EnergyTerm { kinetic, potential, drive, load, damping, contact, friction, film };
 struct EnergyName {

@@ -11,6 +11,7 @@
 #include "formulations/differences.hpp"
 #include "formulations/integrators/tolerance.hpp"
 #include "formulations/nonsmooth.hpp"
+#include "formulations/sensitivity.hpp"
 #include "mechanism/scene.hpp"
 
 namespace freeplay {
@@ -31,18 +32,6 @@ std::vector<double> surface_restitutions(const System& system) {
   for (int k = 0; k < system.contacts(); ++k)
     list.push_back(system.contact_facts(k).surface.restitution.value_or(0));
   return list;
-}
-
-/// Least length over which gaps are curved.
-double least_curved_length(const System& system) {
-  double least = INFINITY;
-  for (int k = 0; k < system.contacts(); ++k) {
-    const auto& facts = system.contact_facts(k);
-    const double length = facts.has_clearance ? facts.clearance : facts.measure();
-    if (length > 0) least = std::min(least, length);
-  }
-  if (std::isfinite(least)) return least;
-  return system.longest_arm() > 0 ? system.longest_arm() : 1;
 }
 
 /// ln|det A| as the sum of the logarithms of the lengths that orthogonalisation leaves; −∞ if a column

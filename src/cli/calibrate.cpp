@@ -205,12 +205,8 @@ int calibrate(const CalibrateRequest& request) {
   if (!quantities) require_signal(study, "calibrate");
   const auto folder = result_folder(request.output, default_folder(study.file, ""));
   const auto origin = provenance(study);  // reads all named files
-  if (quantities && !request.shards.requested()) {
-    make_folder(folder);
-    const FolderLock lock(folder, "calibrate");
-    settle_result_sets(folder);
+  if (quantities && !request.shards.requested())
     return calibrate_quantities(study, folder, origin, request.stop);
-  }
   auto plan = plan_calibration(study, request.conduct());
   if (request.stop()) return interrupted(Kept::nothing);
   // The points; fits follow after the merge, by the verb without these options.

@@ -8,7 +8,9 @@
 #include "cli/ending.hpp"
 #include "cli/progress.hpp"
 #include "cli/wrapped.hpp"
+#include "io/files/folder_lock.hpp"
 #include "io/files/output_file.hpp"
+#include "io/files/result_set.hpp"
 #include "io/files/run_json.hpp"
 #include "study/calibration/quantity_fit.hpp"
 
@@ -79,6 +81,9 @@ int calibrate_quantities(const Study& study, const std::filesystem::path& folder
       study, stop, [&](int runs) { progress.show(fmt::format("{} runs with derivatives", runs), 0); });
   progress.clear();
   const auto conclusion = conclusion_of(c, f);
+  make_folder(folder);
+  const FolderLock lock(folder, "calibrate");
+  settle_result_sets(folder);
   write_json(folder / "calibration.json", document_of(study, f, origin, conclusion));
   fmt::print("{} runs with derivatives, {} iterations\n", f.runs, f.iterations);
   fmt::print("\nUnknowns (95 % interval)\n");

@@ -10,14 +10,13 @@
 #include "facade/orbit.hpp"
 #include "mechanism/scene.hpp"
 #include "verification/claims/claim.hpp"
+#include "verification/claims/orbit_scenes.hpp"
 #include "verification/references/lyapunov.hpp"
 #include "verification/references/orbits.hpp"
 #include "verification/support/scene_text.hpp"
 
 namespace freeplay::verification {
 namespace {
-
-const char* const exponents_scheme = "[nonsmooth]\nscheme = \"event-driven\"\ntolerance = 1e-12\n";
 
 struct Place {
   long double x, y;
@@ -38,7 +37,7 @@ std::string scatterer(const std::vector<Place>& centres, long double radius, Pla
         i + 1, static_cast<double>(centres[i].x), static_cast<double>(centres[i].y),
         static_cast<double>(radius / 2), static_cast<double>(radius / 2));
   return text + "[surfaces.hard]\nrestitution = 1\n" + test::run_for(static_cast<double>(duration)) +
-         exponents_scheme;
+         scenes::event_driven;
 }
 
 std::string wall(const std::string& name, const char* at, const char* axis) {
@@ -115,7 +114,7 @@ void billiard_claims(Findings& f) {
                         "radii = [0.25, 0.25]\nsurface = \"hard\"\n") +
                     wall("left", "-1, 0", "0, -1") + wall("right", "1, 0", "0, 1") +
                     wall("low", "0, -1", "1, 0") + wall("high", "0, 1", "-1, 0") +
-                    "[surfaces.hard]\nrestitution = 1\n" + test::run_for(20'000) + exponents_scheme;
+                    "[surfaces.hard]\nrestitution = 1\n" + test::run_for(20'000) + scenes::event_driven;
   const auto found = lyapunov(parse_scene(text, "billiard"), {.batches = 40, .transient = 50});
   const auto expected = reference::SinaiBilliard{1, 0.5}.exponent(2'000'000, 1);
   const std::string subject = "point in a square with a disc (Sinai billiard)";
@@ -140,35 +139,8 @@ void ball_claims(Findings& f) {
   reference::ShakenBall b{0, omega, 9.81L, 0.5L};
   b.amplitude = 0.99L * b.flip();  // real multipliers
   const auto pair = reference::multipliers(b.trace(), b.determinant());
-  const long double after = b.period() - b.impact_time();
-  const auto text =
-      fmt::format("gravity = [0, {:.17g}]\n", -static_cast<double>(b.gravity)) +
-      test::body("table", 1, 0.01) +
-      test::body(
-          "ball", 0.3, 3e-4,
-          fmt::format("position = [0, {:.17g}]\nvelocity = [0, {:.17g}]\n",
-                      static_cast<double>(0.05L + b.height(after)), static_cast<double>(b.velocity(after)))) +
-      test::guide("guide", "ground", "table", {0, 1}) + test::guide("rail", "ground", "ball", {0, 1}) +
-      fmt::format(R"([contacts.pair]
-type = "plane"
-between = ["table", "ball"]
-radius = 0.05
-surface = "hard"
-[surfaces.hard]
-restitution = 0.5
-[curves.shake]
-shape = "harmonic"
-amplitude = {:.17g}
-period = {:.17g}
-phase = {:.17g}
-[drives.shaker]
-joint = "guide"
-position = "shake"
-)",
-                  static_cast<double>(b.amplitude), static_cast<double>(b.period()),
-                  static_cast<double>(b.start)) +
-      test::run_for(30) + exponents_scheme;
-  const auto found = lyapunov(parse_scene(text, "ball"), {.batches = 10, .transient = 20});
+  const auto found =
+      lyapunov(parse_scene(scenes::shaken_ball(b, 0, 30), "ball"), {.batches = 10, .transient = 20});
   const std::string subject = "ball on a shaken table, period 1, 1 % below period doubling";
   const auto period = static_cast<double>(b.period());
   for (std::size_t i = 0; i < 2; ++i)

@@ -13,8 +13,8 @@ namespace freeplay::verification::scenes {
 
 inline const char* const event_driven = "[nonsmooth]\nscheme = \"event-driven\"\ntolerance = 1e-12\n";
 
-/// The scene begins beside the periodic motion by this share of its height and velocity.
-inline std::string shaken_ball(const reference::ShakenBall& b, long double beside) {
+/// The scene begins beside the periodic motion by this share of its height and velocity. `duration`: s.
+inline std::string shaken_ball(const reference::ShakenBall& b, long double beside, double duration = 1) {
   const long double after = b.period() - b.impact_time();
   return fmt::format("gravity = [0, {:.17g}]\n", -static_cast<double>(b.gravity)) +
          test::body("table", 1, 0.01) +
@@ -41,7 +41,7 @@ position = "shake"
 )",
                      static_cast<double>(b.restitution), static_cast<double>(b.amplitude),
                      static_cast<double>(b.period() / b.number), static_cast<double>(b.start)) +
-         test::run_for(1) + event_driven;
+         test::run_for(duration) + event_driven;
 }
 
 /// The force is F sin(Ωt) in the time of the scene, which begins one part in a thousand beside the
