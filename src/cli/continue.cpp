@@ -6,6 +6,7 @@
 #include <complex>
 #include <filesystem>
 #include <nlohmann/json.hpp>
+#include <optional>
 #include <string>
 
 #include "cli/default_folder.hpp"
@@ -160,11 +161,17 @@ int continue_branches(const ContinueVerb& request) try {
   const auto rows = folder / "branch.csv", marks = folder / "bifurcations.csv";
   Branches found;
   {
-    OutputFile live(rows), live_marks(marks);
-    live.keep();
-    live_marks.keep();
-    live.write(tables.branch);
-    live_marks.write(tables.bifurcations);
+    std::optional<OutputFile> live, live_marks;  // from the first motion on
+    const auto append = [](std::optional<OutputFile>& file, const std::filesystem::path& path,
+                           const std::string& head, const std::string& row) {
+      if (!file) {
+        file.emplace(path);
+        file->keep();
+        file->write(head);
+      }
+      file->write(row);
+      file->settle();
+    };
     Progress progress;
     ContinuationRequest what{.key = plan.key,
                              .from = plan.from,
@@ -178,8 +185,7 @@ int continue_branches(const ContinueVerb& request) try {
                              .stop = request.stop};
     what.on_point = [&](const BranchPoint& p) {
       const auto row = BranchTables::row(p);
-      live.write(row);
-      live.settle();
+      append(live, rows, tables.branch, row);
       tables.branch += row;
       tables.impacts += BranchTables::impact_rows(p);
       progress.show(fmt::format("branch {}, motion {}", p.branch, p.number),
@@ -187,11 +193,21 @@ int continue_branches(const ContinueVerb& request) try {
     };
     what.on_bifurcation = [&](const Bifurcation& b) {
       const auto row = BranchTables::row(b);
-      live_marks.write(row);
-      live_marks.settle();
+      append(live_marks, marks, tables.bifurcations, row);
       tables.bifurcations += row;
     };
-    found = located_in(scene, [&] { return continue_orbit(scene, what); });
+    try {
+      found = located_in(scene, [&] { return continue_orbit(scene, what); });
+    } catch (const Interrupted&) {
+      progress.clear();
+      if (!live) throw;
+      fmt::print(
+          stderr, "{}",
+          wrapped(fmt::format("interrupted; the rows so far are in {}.partial; the same command starts "
+                              "again\n",
+                              rows.string())));
+      return 1;
+    }
     progress.clear();
   }
   const auto partial = [](std::filesystem::path path) { return path += ".partial"; };

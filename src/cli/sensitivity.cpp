@@ -17,6 +17,7 @@
 #include "facade/identify.hpp"
 #include "io/files/result_set.hpp"
 #include "io/files/run_json.hpp"
+#include "io/scene/located.hpp"
 #include "mechanism/scene.hpp"
 #include "plots/drawing/figure.hpp"
 #include "values/family.hpp"
@@ -93,8 +94,10 @@ int sensitivity(const SensitivityVerb& request) try {
   auto to = request.to;
   const auto deviations = deviations_of(request.spread, to);
   if (to.empty()) throw SceneError("--to or --spread must name at least one key");
-  const auto all = sensitivities(
-      scene, {.of = request.of, .to = to, .formulation = request.formulation, .stop = request.stop});
+  const auto all = located_in(scene, [&] {
+    return sensitivities(
+        scene, {.of = request.of, .to = to, .formulation = request.formulation, .stop = request.stop});
+  });
   ResultSet set(folder, "sensitivity");
   nlohmann::json document;
   document["quantities"] = nlohmann::json::array();
