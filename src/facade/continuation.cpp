@@ -10,8 +10,8 @@
 #include <vector>
 
 #include "facade/branch_events.hpp"
+#include "facade/branch_grazing.hpp"
 #include "facade/branch_solver.hpp"
-#include "facade/branch_touch.hpp"
 #include "facade/excitation.hpp"
 #include "facade/orbit.hpp"
 #include "facade/varied_key.hpp"
@@ -152,8 +152,8 @@ class Continuation {
         if (step > (slowing ? slow_step : least_step) * greatest_step(base)) continue;
         if (slowing)
           ends = graze(b, last, slow.onset, count);
-        else if (const auto touch = touch_ahead(b.solver, base, step))
-          ends = begin_touch(b, base, *touch, step, count);
+        else if (const auto grazed = new_contact_ahead(b.solver, base, step))
+          ends = begin_contact(b, base, *grazed, step, count);
         else if (next && base.sequence() != next->sequence() && changes++ < most_changes) {
           ends = pass_order(b, base, *next, count);
           if (!ends.empty()) break;
@@ -331,13 +331,14 @@ class Continuation {
 
   /// Reports the contact that a branch begins to touch, and the motions with this impact. Returns the end of the
   /// branch in words.
-  std::string begin_touch(Begun& b, const BranchMotion& m, const Touch& touch, double step, int count) {
+  std::string begin_contact(Begun& b, const BranchMotion& m, const NewContact& grazed, double step,
+                            int count) {
     Bifurcation found{
         .kind = BifurcationKind::grazing, .at = point_of(b, m, count), .joint = {}, .follows = {}};
-    found.joint = m.model->system.contact_facts(touch.contact).name;
+    found.joint = m.model->system.contact_facts(grazed.contact).name;
     found.residual = step * b.solver.setup().range() * std::abs(m.tangent_key());
     std::string reason;
-    if (auto motion = first_with_impact(b.solver, m, touch, reason)) {
+    if (auto motion = first_with_impact(b.solver, m, grazed, reason)) {
       const bool onwards = (motion->parameter - m.parameter) * m.tangent_key() > 0;
       found.follows = onwards ? "continues with this impact" : "turns back with this impact";
       if (count_ < most_branches) {

@@ -1,13 +1,17 @@
 // Continuation of periodic motions: refusals, ends of branches, and the order of what is reported.
 #include <catch2/catch.hpp>
 #include <cmath>
+#include <filesystem>
 #include <string>
 #include <vector>
 
 #include "facade/continuation.hpp"
+#include "io/files/output_file.hpp"
 #include "mechanism/scene.hpp"
 #include "verification/claims/orbit_scenes.hpp"
 #include "verification/references/orbits.hpp"
+#include "verification/support/scene_text.hpp"
+#include "verification/support/support.hpp"
 #include "verification/support/texts.hpp"
 
 using namespace freeplay;
@@ -78,4 +82,23 @@ TEST_CASE("a continuation without a first motion has its reason", "[orbit]") {
                      {.key = "curves.shake.amplitude", .from = 10e-3, .to = 9e-3, .settle = 0});
   CHECK_THAT(found.failure, Contains("curves.shake.amplitude = 0.01"));
   CHECK(found.points.empty());
+}
+
+TEST_CASE("a continuation that cannot start leaves no files", "[orbit][program]") {
+  // The ball's speed contradicts its guide, which lies along x.
+  const test::TemporaryFolder folder;
+  const auto place = folder.path().string();
+  write_file(folder.path() / "scene.toml",
+             test::body("ball", 1, 0.01, "velocity = [0, 1]\n") +
+                 test::guide("rail", "ground", "ball", {1, 0}) +
+                 "[curves.push]\nshape = \"harmonic\"\namplitude = 1\nperiod = 0.1\n"
+                 "[drives.shaker]\njoint = \"rail\"\nforce = \"push\"\nagainst = \"time\"\n" +
+                 test::run_for(1, "start = \"given\"\n[nonsmooth]\nscheme = \"event-driven\"\n"));
+  write_file(folder.path() / "study.toml",
+             "scene = \"scene.toml\"\n[continue]\nkey = \"curves.push.amplitude\"\nfrom = 1\nto = 2\n");
+  const auto run = test::freeplay("continue " + place + "/study.toml -o " + place + "/out");
+  CAPTURE(run.out, run.err);
+  CHECK(run.status == 2);
+  CHECK_THAT(run.err, Contains("velocities"));
+  CHECK_FALSE(std::filesystem::exists(folder.path() / "out"));
 }

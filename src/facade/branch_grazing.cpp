@@ -1,4 +1,4 @@
-#include "facade/branch_touch.hpp"
+#include "facade/branch_grazing.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -13,7 +13,7 @@ constexpr double displaced[] = {1e-5, 1e-4};
 /// Approach speeds of the first motion with an impact, over the greatest speed.
 constexpr double first_speeds[] = {2e-2, 5e-2, 1e-1};
 /// A contact is just touched if its approach speed is below this share of the greatest speed.
-constexpr double touching_speed = 0.05;
+constexpr double grazing_speed = 0.05;
 
 /// The onset of `longer` without which both lists are equal.
 std::optional<std::size_t> added(const std::vector<int>& shorter, const std::vector<int>& longer) {
@@ -30,30 +30,32 @@ double greatest_speed(const BranchMotion& m) {
   return fastest;
 }
 
-std::optional<Touch> touch_of(const BranchMotion& m, const EndState& end) {
+std::optional<NewContact> new_contact_of(const BranchMotion& m, const EndState& end) {
   std::vector<int> sequence;
   for (const auto& onset : end.onsets) sequence.push_back(onset.contact);
   const auto at = added(m.sequence(), sequence);
   if (!at) return {};
-  return Touch{*at, sequence[*at], -end.onsets[*at].rate};
+  return NewContact{*at, sequence[*at], -end.onsets[*at].rate};
 }
 
 }  // namespace
 
-std::optional<Touch> touch_ahead(const BranchSolver& solver, const BranchMotion& m, double distance) {
+std::optional<NewContact> new_contact_ahead(const BranchSolver& solver, const BranchMotion& m,
+                                            double distance) {
   const auto f = m.model->map.size();
   for (const double factor : {1.0, 4.0, 16.0, 64.0, 256.0, 4096.0}) {
     const auto end =
         solver.beside(m, factor * distance * m.tangent.head(f), factor * distance * m.tangent_key());
     if (!end) continue;
-    if (const auto touch = touch_of(m, *end); touch && touch->speed < touching_speed * greatest_speed(m))
-      return touch;
+    if (const auto grazed = new_contact_of(m, *end);
+        grazed && grazed->speed < grazing_speed * greatest_speed(m))
+      return grazed;
   }
   return {};
 }
 
 std::optional<BranchMotion> first_with_impact(const BranchSolver& solver, const BranchMotion& m,
-                                              const Touch& touch, std::string& reason) {
+                                              const NewContact& grazed, std::string& reason) {
   const auto& map = m.model->map;
   const auto f = map.size();
   const double range = solver.setup().range(), scale = solver.scale();
@@ -67,8 +69,8 @@ std::optional<BranchMotion> first_with_impact(const BranchSolver& solver, const 
         double xi = 0;
         (k < f ? u[k] : xi) = sign * size;
         const auto end = solver.beside(m, u, xi);
-        const auto found = end ? touch_of(m, *end) : std::nullopt;
-        if (!found || found->contact != touch.contact) continue;
+        const auto found = end ? new_contact_of(m, *end) : std::nullopt;
+        if (!found || found->contact != grazed.contact) continue;
         kappa[k] = found->speed * found->speed / (sign * size);
         if (fastest > 0 && found->speed > fastest) continue;
         fastest = found->speed;

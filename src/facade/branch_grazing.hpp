@@ -22,17 +22,18 @@
 namespace freeplay {
 
 /// A contact that a motion begins to touch.
-struct Touch {
+struct NewContact {
   std::size_t onset = 0;  ///< index of its onset among those of the motions that touch it
   int contact = 0;
   double speed = 0;  ///< m/s, of approach, at the motion at which it was found
 };
 /// The contact that the branch touches within `distance` after a motion; nullopt if the order of onsets does not
 /// change there by one slow onset.
-std::optional<Touch> touch_ahead(const BranchSolver& solver, const BranchMotion& m, double distance);
+std::optional<NewContact> new_contact_ahead(const BranchSolver& solver, const BranchMotion& m,
+                                            double distance);
 
 /// The first motion with this impact beside a motion that just touches, with the tangent away from it.
 std::optional<BranchMotion> first_with_impact(const BranchSolver& solver, const BranchMotion& m,
-                                              const Touch& touch, std::string& reason);
+                                              const NewContact& grazed, std::string& reason);
 
 }  // namespace freeplay
