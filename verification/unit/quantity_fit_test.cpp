@@ -125,6 +125,42 @@ TEST_CASE("intervals of a linear problem are those of its normal equations", "[c
   const auto fit = fit_quantities(desk.study(ball_head() + ball_times(2, deviation)), {});
   const double expected = 1.959964 * deviation * 9.81 * dropped.first_time();
   CHECK((fit.unknowns[1].high - fit.unknowns[1].low) / 2 == Approx(expected).epsilon(1e-3));
+  // As many times as unknowns: the fitted motion has the deviation of the measurement.
+  for (const auto& t : fit.targets) CHECK(t.model_deviation == Approx(deviation).epsilon(1e-3));
+}
+
+TEST_CASE("a misfit is rejected from the 99 % quantile of its distribution on", "[calibrate]") {
+  // Three times, tₙ = t₁ (1, 1 + 2e, 1 + 2e + 2e²), and two unknowns, t₁ and e. A shift δ of the last one leaves
+  // χ² = (n₃ δ/σ)²/|n|² with one degree of freedom, where n is orthogonal to the derivatives of the times. The
+  // quantile is 6.635.
+  const double e = restitution, t1 = dropped.first_time(), sigma = 1e-6;
+  const Eigen::Vector3d n = Eigen::Vector3d(1, 1 + 2 * e, 1 + 2 * e + 2 * e * e)
+                                .cross(Eigen::Vector3d(0, 2 * t1, 2 * t1 + 4 * e * t1))
+                                .normalized();
+  const Desk desk;
+  for (const double squares : {6.3, 7.0}) {
+    const double shift = sigma * std::sqrt(squares) / std::abs(n[2]);
+    const auto text = ball_head() + ball_times(2, sigma) +
+                      target("event.3.t", reference::ball_impact(dropped, 3).t + shift, sigma) + longer;
+    const auto fit = fit_quantities(desk.study(text), {});
+    CHECK(fit.degrees == 1);
+    CHECK(fit.squares == Approx(squares).epsilon(0.01));
+    CHECK(fit.rejected == (squares > 6.635));
+  }
+}
+
+TEST_CASE("intervals that reach the end of a range are named", "[calibrate]") {
+  // The standard deviation of the radius is 0.3 mm, and the range ends 0.1 mm beyond the value.
+  const Desk desk;
+  const auto head = fmt::format("scene = \"{}\"\n", test::scene_file("bouncing_ball").string()) +
+                    unknown("restitution", "surfaces.rubber.restitution", 0.3, 0.9) +
+                    unknown("radius", "contacts.floor.radius", 0.02, radius + 1e-4);
+  const auto fit = fit_quantities(desk.study(head + ball_times(2, 1e-4)), {});
+  CHECK_FALSE(fit.unknowns[0].open_low);
+  CHECK_FALSE(fit.unknowns[0].open_high);
+  CHECK_FALSE(fit.unknowns[1].open_low);
+  CHECK(fit.unknowns[1].open_high);
+  CHECK(fit.unknowns[1].high == Approx(radius + 1e-4).epsilon(1e-12));
 }
 
 TEST_CASE("times that no value of the unknowns gives are rejected", "[calibrate]") {
