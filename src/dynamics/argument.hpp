@@ -12,6 +12,7 @@
 #include "dynamics/phase.hpp"
 #include "mechanism/argument.hpp"
 #include "mechanism/piecewise.hpp"
+#include "numerics/choice.hpp"
 
 namespace freeplay {
 
@@ -27,10 +28,10 @@ template <class T, class M, class Rate>
 T read_at(const Piecewise& y, Argument x, const M& m, const T& place, Rate rate) {
   if (y.is_constant()) return y.value(T(0));
   if (x == Argument::speed) return y.value(rate(m.v));
-  if constexpr (std::is_same_v<T, double>)
+  if constexpr (is_place<T>)
     if (const auto* s = m.reading.sweep) {
       if (x == Argument::time) return y.mean(m.t - 0.5 * s->h, m.t + 0.5 * s->h);
-      const double from = place - 0.5 * s->h * rate(s->start);
+      const T from = place - 0.5 * s->h * rate(s->start);
       return y.mean(from, from + s->h * rate(s->mean));
     }
   if (x == Argument::time) return y.value(m.t);

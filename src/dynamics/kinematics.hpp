@@ -2,10 +2,13 @@
 // Only src/dynamics knows that a body has the coordinates x, y, θ.
 #pragma once
 
+#include <array>
 #include <cmath>
+#include <type_traits>
 #include <vector>
 
 #include "mechanism/body.hpp"
+#include "numerics/choice.hpp"
 #include "values/vec2.hpp"
 
 namespace freeplay {
@@ -19,6 +22,11 @@ struct LoadPower {
 };
 
 struct Piece;
+template <class P>
+struct PieceOf;
+/// Piece, or traced numbers in its place.
+template <class T>
+using PieceFor = std::conditional_t<is_traced<T>, PieceOf<Traced>, Piece>;
 
 /// Quantities that a System computes at one state.
 template <class T>
@@ -29,7 +37,7 @@ struct EvaluationOf {
   std::vector<T> G;                  ///< values in the order of System::pattern()
   std::vector<T> force;              ///< generalised forces, n entries
   LoadPower<T> power;
-  const Piece* pieces = nullptr;  ///< pieces of System::phases that the last place() used
+  const PieceFor<T>* pieces = nullptr;  ///< pieces of System::phases that the last place() used
 };
 using Evaluation = EvaluationOf<double>;
 
@@ -93,22 +101,36 @@ Vec2Of<T> relative_velocity(const Link& link, const Arms<T>& a, const T* v) {
 }
 
 /// Data of a whole time step, for functions that must not be sampled at its midpoint alone.
-struct Sweep {
-  double h = 0;  ///< s
+template <class P>
+struct SweepOf {
+  P h = 0;  ///< s
   /// Rates at its start, from which the positions at its midpoint were computed.
-  const double* start = nullptr;
-  const double* mean = nullptr;  ///< mean rates of the step, as far as they are known
+  const P* start = nullptr;
+  const P* mean = nullptr;  ///< mean rates of the step, as far as they are known
 };
+using Sweep = SweepOf<double>;
 
 /// The interval between two kinks of a table of an angle (rad, full turns included) or of a force
 /// of a distance (m). An end without a further kink is infinite.
-struct Piece {
-  double low = 0, high = 0;
+template <class P>
+struct PieceOf {
+  P low = 0, high = 0;
   /// A place within the interval.
-  double inside() const {
-    if (low > -INFINITY && high < INFINITY) return 0.5 * (low + high);
-    return low > -INFINITY ? low + 1 : high < INFINITY ? high - 1 : 0;
+  P inside() const {
+    const auto from = is_below(-INFINITY, low), to = is_below(high, INFINITY);
+    return choose(
+        from,
+        [&] {
+          return choose(
+              to, [&]() -> P { return 0.5 * (low + high); }, [&]() -> P { return low + 1; });
+        },
+        [&] {
+          return choose(
+              to, [&]() -> P { return high - 1; }, [&]() -> P { return 0; });
+        });
   }
+};
+struct Piece : PieceOf<double> {
   template <class M>
   void serialize(M& m) {
     m(low, high);
@@ -118,10 +140,12 @@ struct Piece {
 /// How tables are evaluated: at a point, by their mean over a time step (sweep), or on fixed pieces
 /// (one for each of System::phases), so that they are smooth however far a stage of the integrator
 /// reaches.
-struct Reading {
-  const Sweep* sweep = nullptr;
-  const Piece* pieces = nullptr;
+template <class P>
+struct ReadingOf {
+  const SweepOf<P>* sweep = nullptr;
+  const PieceFor<P>* pieces = nullptr;
 };
+struct Reading : ReadingOf<double> {};
 
 /// A state as drives and loads see it.
 template <class T>
@@ -130,9 +154,9 @@ struct Motion {
   const T* q;
   const T* v;  ///< nullptr if velocities are not known
   const EvaluationOf<T>& e;
-  Reading reading = {};
+  ReadingOf<PlaceOf<T>> reading = {};
   /// Piece of the element being evaluated, if it is restricted to one.
-  const Piece* piece = nullptr;
+  const PieceFor<T>* piece = nullptr;
 
   Arms<T> arms(const Link& link) const { return freeplay::arms(link, q, e); }
   Vec2Of<T> relative_velocity(const Link& link, const Arms<T>& a) const {
@@ -148,9 +172,9 @@ struct Motion {
     return m;
   }
   /// θ_j − θ_i at the start and at the end of the time step.
-  std::array<double, 2> swept(const Link& link) const {
+  std::array<T, 2> swept(const Link& link) const {
     const auto& s = *reading.sweep;
-    const double from = angle(link) - 0.5 * s.h * (omega(s.start, link.j) - omega(s.start, link.i));
+    const T from = angle(link) - 0.5 * s.h * (omega(s.start, link.j) - omega(s.start, link.i));
     return {from, from + s.h * (omega(s.mean, link.j) - omega(s.mean, link.i))};
   }
 };

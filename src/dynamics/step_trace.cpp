@@ -28,8 +28,8 @@ bool SystemTracer::steps(const System& system) {
     rows += system.has_friction(k) ? 2 : 1;
   }
   return system.n() > 0 && rows <= most_rows && system.states() == 0 && system.frictions() == 0 &&
-         system.families().empty() && system.curve_readers().empty() && !system.has_motions() &&
-         !system.has_velocity_forces() && !system.sweeps();
+         system.families().empty() && !system.has_motions() && !system.has_velocity_forces() &&
+         !system.sweeps();
 }
 
 void SystemTracer::step(TracedObject& object, const SaddlePoint& saddle) {
@@ -62,7 +62,8 @@ void SystemTracer::step_middle(TracedObject& object, const SaddlePoint& saddle) 
   system_.rate(middle.data(), v.data(), e);
   std::vector<int> counts;
   step_F_ = saddle.trace_factors(e.G, ratios, counts);
-  system_.forces(t, middle.data(), v.data(), static_cast<const Traced*>(nullptr), e);
+  const SweepOf<Traced> sweep{h, v.data(), v.data()};
+  system_.forces(t, middle.data(), v.data(), nullptr, e, {&sweep});
   for (std::size_t i = 0; i < n; ++i) f[i] = system_.mass()[i] * v[i] + h * e.force[i];
   for (std::size_t k = 0; k < r.size(); ++k) r[k] = -e.phi_t[k] + 0.5 * h * e.gamma[k];
   saddle.trace_solution(e.G, step_F_, f, r, a, lambda);

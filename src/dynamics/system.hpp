@@ -112,6 +112,9 @@ class System {
   template <class T>
   void forces(std::type_identity_t<T> t, const T* q, const T* v, const T* z, EvaluationOf<T>& e,
               const Reading& reading = {}) const;
+  /// The same in a trace, with traced readings.
+  void forces(const Traced& t, const Traced* q, const Traced* v, const Traced* z, EvaluationOf<Traced>& e,
+              const ReadingOf<Traced>& reading) const;
   /// Number of first-order states of elements (State::z), in the order of their elements. Their
   /// initial value is 0.
   int states() const { return static_cast<int>(state_scales_.size()); }
@@ -272,7 +275,11 @@ class System {
   }
   bool place_compiled(double t, const double* q, Evaluation& e) const;
   bool rate_compiled(const double* q, const double* v, Evaluation& e) const;
-  bool forces_compiled(double t, const double* q, const double* v, const double* z, Evaluation& e) const;
+  bool forces_compiled(double t, const double* q, const double* v, const double* z, Evaluation& e,
+                       const Reading& reading) const;
+  /// Adds the forces of drives and loads.
+  template <class T>
+  void apply(const Motion<T>& motion, const T* z, EvaluationOf<T>& e) const;
   bool contact_compiled(int k, const double* q, const double* v, const Evaluation& e, ContactRow& row) const;
   template <class T>
   void place_rows(std::type_identity_t<T> t, const T* q, EvaluationOf<T>& e) const;

@@ -19,29 +19,43 @@ const SolveFunctions* System::solve_functions() const { return &functions_->solv
 long System::refused() const { return functions_->refused; }
 
 bool System::place_compiled(double t, const double* q, Evaluation& e) const {
-  if (!functions_->place) return false;
-  const double* in[] = {&t, q};
-  double* out[] = {e.cosine.data(), e.sine.data(), e.phi.data(), e.phi_t.data(), e.G.data()};
-  if (functions_->place(functions_->constants.data(), in, out) == 0) return true;
+  const auto* pieces = functions_->place_reads_pieces ? e.pieces : nullptr;
+  const auto function = pieces ? functions_->place_in_pieces : functions_->place;
+  if (!function) return false;
+  const double* in[] = {&t, q, pieces ? &pieces->low : nullptr};
+  double* out[] = {e.cosine.data(), e.sine.data(), e.phi.data(), e.phi_t.data(), e.G.data(), e.bend.data()};
+  if (function(functions_->constants.data(), in, out) == 0) return true;
   ++functions_->refused;
   return false;
 }
 
 bool System::rate_compiled(const double* q, const double* v, Evaluation& e) const {
   if (!functions_->rate) return false;
-  const double* in[] = {q, v, e.cosine.data(), e.sine.data()};
+  const double* in[] = {q, v, e.cosine.data(), e.sine.data(), e.bend.data()};
   double* out[] = {e.gamma.data()};
   if (functions_->rate(functions_->constants.data(), in, out) == 0) return true;
   ++functions_->refused;
   return false;
 }
 
-bool System::forces_compiled(double t, const double* q, const double* v, const double* z,
-                             Evaluation& e) const {
-  if (!functions_->forces || !v || (!z && states() > 0)) return false;
-  const double* in[] = {&t, q, v, z, e.cosine.data(), e.sine.data()};
+bool System::forces_compiled(double t, const double* q, const double* v, const double* z, Evaluation& e,
+                             const Reading& reading) const {
+  static_assert(sizeof(Piece) == 2 * sizeof(double));
+  const auto& f = *functions_;
+  const auto* pieces = f.reads_pieces ? reading.pieces : nullptr;
+  const auto* sweep = f.reads_steps ? reading.sweep : nullptr;
+  const auto function = pieces ? f.forces_in_pieces : sweep ? f.forces_over_step : f.forces;
+  if (!function || !v || (!z && states() > 0)) return false;
+  const double* in[] = {&t, q, v, z, e.cosine.data(), e.sine.data(), nullptr, nullptr, nullptr};
+  if (pieces) {
+    in[6] = &pieces->low;
+  } else if (sweep) {
+    in[6] = &sweep->h;
+    in[7] = sweep->start;
+    in[8] = sweep->mean;
+  }
   double* out[] = {e.force.data(), &e.power.drive, &e.power.load, &e.power.damping};
-  if (functions_->forces(functions_->constants.data(), in, out) == 0) return true;
+  if (function(f.constants.data(), in, out) == 0) return true;
   ++functions_->refused;
   return false;
 }

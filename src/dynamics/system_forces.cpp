@@ -35,11 +35,23 @@ template <class T>
 void System::forces(std::type_identity_t<T> t, const T* q, const T* v, const T* z, EvaluationOf<T>& e,
                     const Reading& reading) const {
   if constexpr (std::is_same_v<T, double>)
-    if (compiled_ && forces_compiled(t, q, v, z, e)) return;
+    if (compiled_ && forces_compiled(t, q, v, z, e, reading)) return;
+  if constexpr (is_traced<T>)
+    apply(Motion<T>{t, q, v, e}, z, e);
+  else
+    apply(Motion<T>{t, q, v, e, reading}, z, e);
+}
+
+void System::forces(const Traced& t, const Traced* q, const Traced* v, const Traced* z,
+                    EvaluationOf<Traced>& e, const ReadingOf<Traced>& reading) const {
+  apply(Motion<Traced>{t, q, v, e, reading}, z, e);
+}
+
+template <class T>
+void System::apply(const Motion<T>& motion, const T* z, EvaluationOf<T>& e) const {
   std::ranges::copy(constant_force_, e.force.begin());
   e.power = {};
   if (!acts_) return;
-  const Motion<T> motion{t, q, v, e, reading};
   const AppliedForces<T> out{e.force, e.power};
   for_each_item(placed_->lists, [&]<class Facts>(const Placed<Facts>& x) {
     if constexpr (Acts<Facts>)

@@ -3,9 +3,10 @@
 // the digits of the templates; where a guard fails (a comparison has another result than at the
 // sample, numerics/traced.hpp), the templates are evaluated.
 //
-//     place:    in t, q                          out cosine, sine, Φ, Φ_t, G
-//     rate:     in q, v, cosine, sine            out γ
+//     place:    in t, q                          out cosine, sine, Φ, Φ_t, G, y″ of motions
+//     rate:     in q, v, cosine, sine, y″        out γ
 //     forces:   in t, q, v, z, cosine, sine      out f, powers
+//         in pieces: also in ends of pieces      over a step: also in h, rates at its start, mean rates
 //     contact:  in q, v, cosine, sine            out gap, γ's, entries of the rows
 #pragma once
 
@@ -50,6 +51,9 @@ struct SystemFunctions {
     ContactRow pattern;  ///< sizes and columns of its rows
   };
   CompiledFunction place = nullptr, rate = nullptr, forces = nullptr;
+  /// As Reading says; used if tables or curves depend on it.
+  CompiledFunction place_in_pieces = nullptr, forces_in_pieces = nullptr, forces_over_step = nullptr;
+  bool place_reads_pieces = false, reads_pieces = false, reads_steps = false;
   std::vector<Contact> contacts;  ///< one for each contact, or none
   SolveFunctions solve;
   StepFunctions step;
@@ -67,6 +71,9 @@ struct TracedSystem {
   TracedObject object;
   /// whether it is traced
   bool place = false, rate = false, forces = false, solves = false, steps = false;
+  bool place_in_pieces = false, forces_in_pieces = false, forces_over_step = false;
+  /// Whether rows and forces depend on them (Reading).
+  bool place_reads_pieces = false, reads_pieces = false, reads_steps = false;
   std::vector<Contact> contacts;
   int factors = 0;          ///< of the saddle point (SolveFunctions)
   std::vector<int> ratios;  ///< likewise

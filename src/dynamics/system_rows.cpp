@@ -54,7 +54,7 @@ template <class T>
 template <class T>
 void System::place(std::type_identity_t<T> t, const T* q, EvaluationOf<T>& e, const Piece* pieces) const {
   using std::cos, std::sin;
-  e.pieces = pieces;
+  if constexpr (!is_traced<T>) e.pieces = pieces;  // a trace has set its own
   if constexpr (std::is_same_v<T, double>)
     if (compiled_ && place_compiled(t, q, e)) return;
   for (std::size_t b = 0; b < e.cosine.size(); ++b) {

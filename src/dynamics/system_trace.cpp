@@ -63,12 +63,23 @@ TracedSystem trace_system(const System& system, const State& near, RowFacts fact
   // Elements with kinks look up the piece at a value, which throws.
   if (!traced(s.untraced, "constraint rows", [&] { tracer.place(object); })) return s;
   s.place = true;
+  s.place_reads_pieces = system.has_motions() && system.phases() > 0;
+  if (s.place_reads_pieces)
+    s.place_in_pieces =
+        traced(s.untraced, "constraint rows in pieces", [&] { tracer.place_in_pieces(object); });
   s.rate = traced(s.untraced, "constraint rows", [&] { tracer.rate(object); });
-  s.forces = traced(s.untraced, "drives and loads", [&] {
-    // Time stepping takes the mean of a table over a step, which begins before its first knot.
-    if (system.next_knot(-INFINITY) < INFINITY) throw NotTraceable("a table or curve of time");
-    tracer.forces(object);
-  });
+  using Reads = SystemTracer::Reads;
+  const auto forces = [&](Reads reads) { return [&, reads] { tracer.forces(object, reads); }; };
+  s.forces = traced(s.untraced, "drives and loads", forces(Reads::points));
+  s.reads_pieces = system.phases() > 0;
+  if (s.forces && s.reads_pieces)
+    s.forces_in_pieces = traced(s.untraced, "drives and loads in pieces", forces(Reads::pieces));
+  if (s.forces) {
+    s.forces_over_step = traced(s.untraced, "drives and loads over steps", forces(Reads::steps));
+    s.reads_steps = !s.forces_over_step || object.last_reads_from(6);
+    if (!s.reads_steps) object.drop_last();
+    s.forces_over_step = s.forces_over_step && s.reads_steps;
+  }
   for (int k = 0; k < system.contacts(); ++k) {
     auto& contact = s.contacts.emplace_back();
     contact.traced = traced(s.untraced, system.contact_facts(k).name, [&] {
@@ -99,8 +110,14 @@ SystemFunctions TracedSystem::functions(const CompiledFunction* table) const {
   SystemFunctions f;
   f.constants = object.constants();
   if (place) f.place = *table++;
+  f.place_reads_pieces = place_reads_pieces;
+  if (place_in_pieces) f.place_in_pieces = *table++;
   if (rate) f.rate = *table++;
+  f.reads_pieces = reads_pieces;
+  f.reads_steps = reads_steps;
   if (forces) f.forces = *table++;
+  if (forces_in_pieces) f.forces_in_pieces = *table++;
+  if (forces_over_step) f.forces_over_step = *table++;
   for (const auto& contact : contacts)
     f.contacts.push_back({contact.traced ? *table++ : nullptr, contact.pattern});
   if (solves) {
@@ -134,8 +151,34 @@ std::vector<double> quantities(const System& system, const State& at, SaddlePoin
   system.place(at.t, q, e);
   system.rate(q, v, e);
   system.forces(at.t, q, v, at.z.data(), e);
-  for (const auto* list : {&e.cosine, &e.sine, &e.phi, &e.phi_t, &e.G, &e.gamma, &e.force}) put(*list);
-  put(std::array{e.power.drive, e.power.load, e.power.damping});
+  for (const auto* list : {&e.cosine, &e.sine, &e.phi, &e.phi_t, &e.G, &e.gamma, &e.bend}) put(*list);
+  const auto put_forces = [&] {
+    put(e.force);
+    put(std::array{e.power.drive, e.power.load, e.power.damping});
+  };
+  put_forces();
+  std::vector<Piece> pieces;
+  for (int k = 0; k < system.phases(); ++k) {
+    const auto& phase = system.phase(k);
+    const double x = phase.at(q, v).value;
+    pieces.push_back(phase.piece(x, true));
+    // A stage may be beyond its piece.
+    if (k == 0 && pieces[0].high < INFINITY) pieces[0] = phase.piece(pieces[0].high, true);
+  }
+  if (!pieces.empty()) {
+    system.place(at.t, q, e, pieces.data());
+    for (const auto* list : {&e.phi, &e.phi_t, &e.G, &e.bend}) put(*list);
+    system.forces(at.t, q, v, at.z.data(), e, {nullptr, pieces.data()});
+    put_forces();
+  }
+  system.place(at.t, q, e);
+  {
+    auto mean = at.v;
+    for (double& x : mean) x *= 1.001;
+    const Sweep sweep{1e-5, v, mean.data()};
+    system.forces(at.t, q, v, at.z.data(), e, {&sweep});
+    put_forces();
+  }
   std::vector<double> a(e.force.size()), lambda(e.gamma.size());
   const bool regular = saddle.factor(e.G.data());
   const auto solution = [&] {

@@ -1,6 +1,7 @@
 // SystemTracer: records the functions of a System (system_functions.hpp) at a sample near a state.
 #pragma once
 
+#include <array>
 #include <optional>
 #include <string>
 #include <vector>
@@ -41,8 +42,25 @@ class SystemTracer {
     trace.outputs(2, e.phi);
     trace.outputs(3, e.phi_t);
     trace.outputs(4, G_ = e.G);
+    trace.outputs(5, e.bend);
     for (std::size_t i = 0; i < G_.size(); ++i)
       fixed_.push_back(G_[i].node == trace.old(4, static_cast<int>(i)).node);
+  }
+  /// The same with curves on pieces (Reading).
+  void place_in_pieces(TracedObject& object) const {
+    Trace trace(object, "place_in_pieces");
+    const auto t = trace.input(0, 0, at_.t);
+    const auto q = coordinates(trace, 1, at_.q, true);
+    const auto pieces = pieces_at(trace, 2);
+    auto e = fresh(trace);
+    e.pieces = pieces.data();
+    system_.place(t, q.data(), e);
+    trace.outputs(0, e.cosine);
+    trace.outputs(1, e.sine);
+    trace.outputs(2, e.phi);
+    trace.outputs(3, e.phi_t);
+    trace.outputs(4, e.G);
+    trace.outputs(5, e.bend);
   }
   void rate(TracedObject& object) {
     Trace trace(object, "rate");
@@ -50,17 +68,34 @@ class SystemTracer {
     auto e = fresh(trace);
     orient(trace, 2, e);
     for (std::size_t k = 0; k < e.gamma.size(); ++k) e.gamma[k] = trace.old(0, static_cast<int>(k));
+    e.bend = trace.inputs(4, sample_.bend);
     system_.rate(q.data(), v.data(), e);
     trace.outputs(0, e.gamma);
   }
-  void forces(TracedObject& object) {
-    Trace trace(object, "forces");
+  /// The ways in which tables are evaluated (Reading): at the state, on pieces, or by means over steps.
+  enum class Reads { points, pieces, steps };
+  static constexpr std::array forces_names{"forces", "forces_in_pieces", "forces_over_step"};
+  void forces(TracedObject& object, Reads reads = Reads::points) {
+    Trace trace(object, forces_names[static_cast<std::size_t>(reads)]);
     const auto t = trace.input(0, 0, at_.t);
     const auto q = coordinates(trace, 1, at_.q, true), v = coordinates(trace, 2, at_.v, false);
     const auto z = trace.inputs(3, at_.z);
     auto e = fresh(trace);
     orient(trace, 4, e);
-    system_.forces(t, q.data(), v.data(), z.data(), e);
+    std::vector<PieceOf<Traced>> pieces;
+    SweepOf<Traced> sweep;
+    List start, mean;
+    ReadingOf<Traced> reading;
+    if (reads == Reads::pieces) {
+      pieces = pieces_at(trace, 6);
+      reading.pieces = pieces.data();
+    } else if (reads == Reads::steps) {
+      start = trace.inputs(7, at_.v);
+      mean = trace.inputs(8, at_.v);
+      sweep = {trace.input(6, 0, 1e-5), start.data(), mean.data()};
+      reading.sweep = &sweep;
+    }
+    system_.forces(t, q.data(), v.data(), z.data(), e, reading);
     trace.outputs(0, e.force);
     trace.output(1, 0, e.power.drive);
     trace.output(2, 0, e.power.load);
@@ -150,11 +185,11 @@ class SystemTracer {
   void put_end(Trace& trace, int array, int gaps, const List& q, const EvaluationOf<Traced>& e);
   /// The inputs of an array. A still coordinate is its value, or its rate 0; a guard checks that.
   std::vector<Traced> coordinates(Trace& trace, int array, const std::vector<double>& values,
-                                  bool positions) {
+                                  bool positions) const {
     return coordinates(trace, array, values, positions, [](int) { return true; });
   }
   std::vector<Traced> coordinates(Trace& trace, int array, const std::vector<double>& values, bool positions,
-                                  auto takes) {
+                                  auto takes) const {
     auto list = trace.inputs(array, values);
     for (std::size_t c = 0; c < list.size(); ++c)
       if (still_[c] && takes(static_cast<int>(c))) {
@@ -163,6 +198,16 @@ class SystemTracer {
         list[c] = value;
       }
     return list;
+  }
+  /// The ends of a piece of each phase, as inputs.
+  std::vector<PieceOf<Traced>> pieces_at(Trace& trace, int array) const {
+    std::vector<PieceOf<Traced>> pieces;
+    for (int k = 0; k < system_.phases(); ++k) {
+      const auto& phase = system_.phase(k);
+      const auto piece = phase.piece(phase.at(at_.q.data(), at_.v.data()).value, true);
+      pieces.push_back({trace.input(array, 2 * k, piece.low), trace.input(array, 2 * k + 1, piece.high)});
+    }
+    return pieces;
   }
   /// An evaluation whose matrix entries are the old ones until they are set.
   EvaluationOf<Traced> fresh(Trace& trace) const {

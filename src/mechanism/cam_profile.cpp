@@ -38,29 +38,18 @@ std::vector<double> solve_cyclic(const std::vector<double>& a, const std::vector
 
 }  // namespace
 
-CamProfile::Value CamProfile::value(const Piece& p, double u) {
-  Value y;
-  const auto* c = p.c;
-  y.h = c[0] + u * (c[1] + u * (c[2] + u * (c[3] + u * (c[4] + u * c[5]))));
-  y.d1 = c[1] + u * (2 * c[2] + u * (3 * c[3] + u * (4 * c[4] + u * 5 * c[5])));
-  y.d2 = 2 * c[2] + u * (6 * c[3] + u * (12 * c[4] + u * 20 * c[5]));
-  y.d3 = 6 * c[3] + u * (24 * c[4] + u * 60 * c[5]);
-  if (p.w == 0) return y;
-  const double co = std::cos(p.w * u), si = std::sin(p.w * u), w = p.w;
-  const double even = p.A * co + p.B * si, odd = p.B * co - p.A * si;
-  y.h += even;
-  y.d1 += w * odd;
-  y.d2 -= w * w * even;
-  y.d3 -= w * w * w * odd;
-  return y;
-}
-
-CamProfile::Value CamProfile::at(double phi) const {
-  const double first = pieces_.front().begin;
-  const double x = phi - turn * std::floor((phi - first) / turn);
-  const auto after = std::ranges::upper_bound(pieces_, x, {}, &Piece::begin);
-  const auto& p = after == pieces_.begin() ? *after : *(after - 1);
-  return value(p, std::clamp(x - p.begin, 0.0, p.width));
+CamProfile::PieceOf<Traced> CamProfile::piece(const Traced& i) const {
+  const auto entry = [&](auto member) {
+    return entry_of(pieces_.size(), i, [&](std::size_t k) { return member(pieces_[k]); });
+  };
+  PieceOf<Traced> p;
+  p.begin = entry([](const Piece& x) { return x.begin; });
+  p.width = entry([](const Piece& x) { return x.width; });
+  for (std::size_t n = 0; n < std::size(p.c); ++n) p.c[n] = entry([n](const Piece& x) { return x.c[n]; });
+  p.A = entry([](const Piece& x) { return x.A; });
+  p.B = entry([](const Piece& x) { return x.B; });
+  p.w = entry([](const Piece& x) { return x.w; });
+  return p;
 }
 
 /// A rise over the width, or a return: the same with u → width − u.

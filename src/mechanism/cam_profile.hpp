@@ -11,10 +11,13 @@
 // Lifts of a table are joined by the periodic cubic spline, whose second derivative is continuous.
 #pragma once
 
+#include <cmath>
+#include <cstddef>
 #include <utility>
 #include <vector>
 
 #include "mechanism/keys.hpp"
+#include "numerics/choice.hpp"
 #include "numerics/traced.hpp"
 
 namespace freeplay {
@@ -34,10 +37,13 @@ class CamProfile {
   /// rad, a full turn
   static constexpr double turn = 6.283185307179586;
   /// h (m) and its derivatives with respect to φ (m/rad, ...).
-  struct Value {
+  template <class P>
+  struct ValueOf {
     /// lift and derivatives, as above
-    double h = 0, d1 = 0, d2 = 0, d3 = 0;
+    P h = 0, d1 = 0, d2 = 0, d3 = 0;
   };
+  /// Of a number.
+  using Value = ValueOf<double>;
   /// Upper bounds of |h′| and |h″| over a turn, valid between samples too.
   struct Bounds {
     /// m/rad, m/rad²
@@ -51,7 +57,9 @@ class CamProfile {
   static CamProfile through(const std::vector<std::pair<double, double>>& points);
 
   /// Lift and derivatives at an angle (rad).
-  Value at(double phi) const;
+  Value at(double phi) const { return at_place(phi); }
+  /// The same in a trace.
+  ValueOf<Traced> at(const Traced& phi) const { return at_place(phi); }
   /// Bounds over the turn.
   const Bounds& bounds() const { return bounds_; }
   /// rad, width of the narrowest piece with varying lift.
@@ -66,12 +74,50 @@ class CamProfile {
   }
 
  private:
-  struct Piece {
-    double begin = 0, width = 0;
-    double c[6] = {0, 0, 0, 0, 0, 0};
-    double A = 0, B = 0, w = 0;
+  /// P: double, or the traced entries of a table of pieces.
+  template <class P>
+  struct PieceOf {
+    P begin = 0, width = 0;
+    P c[6] = {0, 0, 0, 0, 0, 0};
+    P A = 0, B = 0, w = 0;
   };
-  static Value value(const Piece& p, double u);
+  using Piece = PieceOf<double>;
+  template <class P>
+  static ValueOf<P> value(const PieceOf<P>& p, const P& u) {
+    using std::cos, std::sin;
+    ValueOf<P> y;
+    const auto* c = p.c;
+    y.h = c[0] + u * (c[1] + u * (c[2] + u * (c[3] + u * (c[4] + u * c[5]))));
+    y.d1 = c[1] + u * (2 * c[2] + u * (3 * c[3] + u * (4 * c[4] + u * 5 * c[5])));
+    y.d2 = 2 * c[2] + u * (6 * c[3] + u * (12 * c[4] + u * 20 * c[5]));
+    y.d3 = 6 * c[3] + u * (24 * c[4] + u * 60 * c[5]);
+    if (vanishes(p.w)) return y;
+    const P angle = p.w * u, co = cos(angle), si = sin(angle);
+    const P w = p.w, even = p.A * co + p.B * si, odd = p.B * co - p.A * si;
+    y.h += even;
+    y.d1 += w * odd;
+    y.d2 -= w * w * even;
+    y.d3 -= w * w * w * odd;
+    return y;
+  }
+  const Piece& piece(std::size_t i) const { return pieces_[i]; }
+  PieceOf<Traced> piece(const Traced& i) const;
+  template <class P>
+  ValueOf<P> at_place(const P& phi) const {
+    const double first = pieces_.front().begin;
+    const P x = phi - turn * floor_of((phi - first) / turn);
+    const auto& p =
+        piece(interval_of(pieces_.size() - 1, x, [&](std::size_t k) { return pieces_[k + 1].begin; }));
+    // std::clamp(x - begin, 0, width)
+    const P from = x - p.begin;
+    const P u = choose(
+        is_below(from, 0), [] { return P(0); },
+        [&] {
+          return choose(
+              is_below(p.width, from), [&] { return P(p.width); }, [&] { return from; });
+        });
+    return value<P>(p, u);
+  }
   static Piece ramp(CamLaw law, double lift, double begin, double width, bool down);
   int samples() const { return pieces_.size() > 64 ? 16 : 1024; }
   void finish();
@@ -85,10 +131,9 @@ class CamProfile {
 inline double lifted(double, double f, double) { return f; }
 /// A function value f with derivative df at x, as a value of type T.
 template <class T>
-T lifted(const T& x, double f, double df) {
-  return x.chain(f, df);
-}
-/// A profile is looked up by a value, so it cannot be traced: throws NotTraceable.
-inline Traced lifted(const Traced& x, double f, double) { return f + value_of(x); }
+requires requires(const T& x) { x.chain(0.0, 0.0); }
+T lifted(const T& x, double f, double df) { return x.chain(f, df); }
+/// A traced value depends on x already.
+inline Traced lifted(const Traced&, const Traced& f, const Traced&) { return f; }
 
 }  // namespace freeplay

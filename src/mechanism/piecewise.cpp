@@ -30,6 +30,45 @@ Piecewise Piecewise::antiderivative(double at, double value) const {
   return F;
 }
 
+Piecewise::StretchOf<Traced> Piecewise::stretch(const Traced& index) const {
+  const auto entry = [&](auto member) {
+    return entry_of(stretches_.size(), index, [&](std::size_t k) { return member(stretches_[k]); });
+  };
+  StretchOf<Traced> s;
+  for (std::size_t n = 0; n < terms; ++n) s.c[n] = entry([n](const Stretch& x) { return x.c[n]; });
+  s.amplitude = entry([](const Stretch& x) { return x.amplitude; });
+  s.rate = entry([](const Stretch& x) { return x.rate; });
+  s.phase = entry([](const Stretch& x) { return x.phase; });
+  s.origin = entry([](const Stretch& x) { return x.origin; });
+  return s;
+}
+
+Traced Piecewise::mean(const Traced& a, const Traced& b) const {
+  const auto back = is_below(b, a);
+  const Traced low = select(back, b, a), high = select(back, a, b), width = high - low;
+  const Traced rounding = 1e-12 * max(Traced(1), max(abs(low), abs(high)));
+  require(is_below(rounding, width));
+  if (period_ > 0) require(is_below(width, period_));
+  // A distance from the knots that exceeds their rounding errors.
+  const auto p = find(low);
+  const auto count = stretches_.size();
+  const auto end = [&](bool upper) {
+    return entry_of(count, p.index, [&](std::size_t k) {
+      if (upper)
+        return k + 1 < count ? stretches_[k + 1].begin
+               : period_ > 0 ? stretches_[0].begin + period_
+                             : INFINITY;
+      return k > 0 || period_ > 0 ? stretches_[k].begin : -INFINITY;
+    });
+  };
+  if (count > 1 || period_ > 0) {
+    require(is_below(end(false) + p.shift + rounding, low));
+    require(is_below(high + rounding, end(true) + p.shift));
+  }
+  const Traced half = 0.5 * width;
+  return width * level(low + half, half) / width;
+}
+
 Jet<double> Piecewise::greatest() const {
   constexpr int samples = 64;
   Jet<double> most;

@@ -12,6 +12,7 @@
 #include <cstddef>
 #include <vector>
 
+#include "numerics/choice.hpp"
 #include "numerics/dual.hpp"
 
 namespace freeplay {
@@ -26,13 +27,16 @@ class Piecewise {
  public:
   static constexpr int terms = 7;
   static_assert(terms % 2 == 1);
-  struct Stretch {
+  /// P: double, or the traced entries of a table of stretches.
+  template <class P>
+  struct StretchOf {
     /// End of the previous stretch; of the first stretch, read only if the function repeats.
-    double begin = 0;
-    std::array<double, terms> c{};
-    double amplitude = 0, rate = 0, phase = 0;
-    double origin = 0;  ///< u = x − origin
+    P begin = 0;
+    std::array<P, terms> c{};
+    P amplitude = 0, rate = 0, phase = 0;
+    P origin = 0;  ///< u = x − origin
   };
+  using Stretch = StretchOf<double>;
 
   Piecewise() : Piecewise({Stretch{}}) {}
   /// `stretches`: at least one, in increasing order.
@@ -51,28 +55,28 @@ class Piecewise {
   ///@{
   template <class T>
   T value(const T& x) const {
-    return value(x, value_of(x));
+    return value(x, place_of(x));
   }
   template <class T>
-  T value(const T& x, double within) const {
+  T value(const T& x, const PlaceOf<T>& within) const {
     using std::sin;
     const auto p = find(within);
-    const auto& s = *p.stretch;
+    const auto& s = stretch(p.index);
     const T u = x - (s.origin + p.shift);
     T y = s.c[terms - 1];
     for (int n = terms - 2; n >= 0; --n) y = y * u + s.c[n];
-    if (s.amplitude != 0) y += s.amplitude * sin(s.rate * u + s.phase);
+    if (!vanishes(s.amplitude)) y += s.amplitude * sin(s.rate * u + s.phase);
     return y + p.above;
   }
   template <class T>
   Jet<T> jet(const T& x) const {
-    return jet(x, value_of(x));
+    return jet(x, place_of(x));
   }
   template <class T>
-  Jet<T> jet(const T& x, double within) const {
+  Jet<T> jet(const T& x, const PlaceOf<T>& within) const {
     using std::cos, std::sin;
     const auto p = find(within);
-    const auto& s = *p.stretch;
+    const auto& s = stretch(p.index);
     const T u = x - (s.origin + p.shift);
     Jet<T> j{T(s.c[terms - 1]), T(0), T(0)};
     for (int n = terms - 2; n >= 0; --n) {
@@ -80,7 +84,7 @@ class Piecewise {
       j.slope = j.slope * u + j.value;
       j.value = j.value * u + s.c[n];
     }
-    if (s.amplitude != 0) {
+    if (!vanishes(s.amplitude)) {
       const T angle = s.rate * u + s.phase;
       const T up = s.amplitude * sin(angle), along = s.amplitude * cos(angle);
       j.value += up;
@@ -108,6 +112,8 @@ class Piecewise {
     if (!(std::abs(b - a) > 1e-12 * std::max(1.0, std::abs(middle)))) return value(middle);
     return integral(a, b) / (b - a);
   }
+  /// The same in a trace, whose guards require that no knot is between a and b, and a ≠ b.
+  Traced mean(const Traced& a, const Traced& b) const;
   /// F with F′ = f and F(at) = value.
   Piecewise antiderivative(double at, double value) const;
 
@@ -134,7 +140,7 @@ class Piecewise {
   /// The length over which the stretch at x varies (dynamics/curve_reader.hpp); infinite for a
   /// straight line.
   double variation(double x) const {
-    const auto& s = *find(x).stretch;
+    const auto& s = stretches_[find(x).index];
     if (s.amplitude != 0) return 6.283185307179586 / std::abs(s.rate);
     int degree = terms - 1;
     while (degree > 0 && s.c[static_cast<std::size_t>(degree)] == 0) --degree;
@@ -155,18 +161,23 @@ class Piecewise {
   Jet<double> greatest() const;
 
  private:
+  template <class P>
   struct Place {
-    const Stretch* stretch;
-    double shift, above;  ///< of its period
+    IndexOf<P> index;  ///< of the stretch
+    P shift, above;    ///< of its period
   };
   static bool behind(double x, const Stretch& s) { return x < s.begin; }
-  Place find(double x) const {
-    double turns = 0;
-    if (period_ > 0) turns = std::floor((x - stretches_.front().begin) / period_);
-    const double shift = turns * period_;
-    const auto next = std::upper_bound(stretches_.begin() + 1, stretches_.end(), x - shift, behind);
-    return {&*(next - 1), shift, turns * gain_};
+  template <class P>
+  Place<P> find(const P& x) const {
+    P turns = 0;
+    if (period_ > 0) turns = floor_of((x - stretches_.front().begin) / period_);
+    const P shift = turns * period_;
+    return {interval_of(stretches_.size() - 1, P(x - shift),
+                        [&](std::size_t k) { return stretches_[k + 1].begin; }),
+            shift, turns * gain_};
   }
+  const Stretch& stretch(std::size_t index) const { return stretches_[index]; }
+  StretchOf<Traced> stretch(const Traced& index) const;
   double by_stretches(double a, double b) const {
     double sum = 0, at = a;
     while (at < b) {
@@ -180,18 +191,21 @@ class Piecewise {
   /// there:
   ///     Σ_k even f⁽ᵏ⁾ dᵏ/(k + 1)!    and    A sin(·) sin(ωd)/(ωd).
   /// A difference of two integrals would lose most digits over a short interval.
-  double level(double middle, double d) const {
+  template <class P>
+  P level(const P& middle, const P& d) const {
+    using std::sin;
     const auto p = find(middle);
-    const auto& s = *p.stretch;
-    const double u = middle - (s.origin + p.shift);
+    const auto& s = stretch(p.index);
+    const P u = middle - (s.origin + p.shift);
     auto t = s.c;  // f⁽ᵏ⁾/k! by repeated Horner schemes
     for (int k = 0; k < terms; ++k)
       for (int n = terms - 2; n >= k; --n) t[n] += u * t[n + 1];
-    double y = 0;
+    P y = 0;
     for (int k = terms - 1; k >= 0; k -= 2) y = y * d * d + t[k] / (k + 1);
-    if (s.amplitude != 0) {
-      const double w = s.rate * d;
-      y += s.amplitude * std::sin(s.rate * u + s.phase) * (w != 0 ? std::sin(w) / w : 1);
+    if (!vanishes(s.amplitude)) {
+      const P w = s.rate * d, ratio = choose(
+                                  is_equal(w, 0), [&] { return P(1); }, [&] { return P(sin(w) / w); });
+      y += s.amplitude * sin(s.rate * u + s.phase) * ratio;
     }
     return y + p.above;
   }

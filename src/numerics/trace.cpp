@@ -38,6 +38,10 @@ double value(Operation operation, double a, double b) {
       return std::exp(a);
     case Operation::tanh:
       return std::tanh(a);
+    case Operation::floor:
+      return std::floor(a);
+    case Operation::round:
+      return std::round(a);
     case Operation::atan2:
       return std::atan2(a, b);
     case Operation::max:
@@ -94,8 +98,25 @@ Traced select(const Traced& condition, const Traced& a, const Traced& b) {
   return Trace::active()->choose(condition, a, b);
 }
 
+void require(const Traced& condition) {
+  if (!condition.is_constant()) return Trace::active()->require(condition);
+  if (condition.value == 0) throw NotTraceable("a condition never holds");
+}
+
+Traced locate(const Traced& x, std::span<const double> knots) {
+  const auto found = static_cast<double>(std::ranges::upper_bound(knots, x.value) - knots.begin());
+  if (x.is_constant() || knots.empty()) return {found};
+  return Trace::active()->look_up(Operation::locate, x, knots, found);
+}
+
+Traced pick(const Traced& index, std::span<const double> column) {
+  const double found = column[static_cast<std::size_t>(index.value)];
+  if (index.is_constant() || std::ranges::all_of(column, [](double x) { return x == 0; })) return {found};
+  return Trace::active()->look_up(Operation::pick, index, column, found);
+}
+
 double value_of(const Traced& x) {
-  if (!x.is_constant()) throw NotTraceable("a table, curve, cam or tooth is looked up by a varying number");
+  if (!x.is_constant()) throw NotTraceable("a place is found by iteration");
   return x.value;
 }
 
@@ -119,6 +140,35 @@ int TracedObject::slot(double value) {
   const auto [at, is_new] =
       slot_.try_emplace(std::bit_cast<std::uint64_t>(value), static_cast<int>(constants_.size()));
   if (is_new) constants_.push_back(value);
+  return at->second;
+}
+
+std::vector<bool> TracedFunction::needed() const {
+  std::vector<bool> list(nodes.size(), false);
+  const auto mark = [&](int node) { list[static_cast<std::size_t>(node)] = true; };
+  for (const auto& o : outputs) mark(o.node);
+  for (const auto& g : guards) {
+    mark(g.a);
+    if (g.b >= 0) mark(g.b);
+  }
+  for (std::size_t i = nodes.size(); i-- > 0;)
+    if (list[i]) nodes[i].each_operand(mark);
+  return list;
+}
+
+bool TracedObject::last_reads_from(int array) const {
+  const auto& f = functions_.back();
+  const auto needed = f.needed();
+  for (std::size_t i = 0; i < f.nodes.size(); ++i)
+    if (needed[i] && f.nodes[i].operation == Operation::input && f.nodes[i].a >= array) return true;
+  return false;
+}
+
+int TracedObject::table(std::span<const double> values) {
+  std::vector<std::uint64_t> bits;
+  for (const double x : values) bits.push_back(std::bit_cast<std::uint64_t>(x));
+  const auto [at, is_new] = tables_.try_emplace(std::move(bits), static_cast<int>(constants_.size()));
+  if (is_new) constants_.insert(constants_.end(), values.begin(), values.end());
   return at->second;
 }
 
@@ -225,11 +275,14 @@ Traced Trace::choose(const Traced& condition, const Traced& a, const Traced& b) 
   return x;
 }
 
+Traced Trace::look_up(Operation operation, const Traced& x, std::span<const double> values, double found) {
+  Traced result(found);
+  result.node = intern(operation, operand(x), object_.table(values), static_cast<int>(values.size()));
+  return result;
+}
+
 void Trace::require(const Traced& condition) {
-  if (condition.is_constant()) {
-    if (condition.value == 0) throw NotTraceable("a condition never holds");
-    return;
-  }
+  if (condition.is_constant()) return freeplay::require(condition);
   f_.guards.push_back({Relation::equal, operand(condition), -1, true, static_cast<int>(f_.nodes.size())});
 }
 

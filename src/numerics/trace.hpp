@@ -27,6 +27,7 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <map>
 #include <span>
 #include <string>
 #include <string_view>
@@ -47,7 +48,16 @@ struct TracedFunction {
     Operation operation;
     int a, b;  // operands; of an input its array and index; of a constant its slot
     int c;     // third operand, −1: none
+    // A look-up has one operand a; b is the first slot of its table, c the number of entries.
     bool operator==(const Node&) const = default;
+    /// Calls f with each operand.
+    void each_operand(auto f) const {
+      if (operation == Operation::constant || operation == Operation::input) return;
+      f(a);
+      if (operation == Operation::locate || operation == Operation::pick) return;
+      if (b >= 0) f(b);
+      if (c >= 0) f(c);
+    }
   };
   struct Guard {
     Relation relation;
@@ -65,6 +75,8 @@ struct TracedFunction {
   std::vector<Guard> guards;
   std::vector<Output> outputs;
   bool operator==(const TracedFunction&) const = default;
+  /// The nodes on which outputs and guards depend.
+  std::vector<bool> needed() const;
 };
 
 /// The functions of one compiled object and the constants that they share.
@@ -79,6 +91,10 @@ class TracedObject {
   int functions() const { return static_cast<int>(functions_.size()); }
   /// Number of operations of all functions that their results need.
   long operations() const;
+  /// Whether the last function depends on entries of an input array from this one on.
+  bool last_reads_from(int array) const;
+  /// Removes the last function.
+  void drop_last() { functions_.pop_back(); }
   /// Whether the text of another object is the same; its constants may differ. Faster than the texts.
   bool same_structure(const TracedObject& o) const {
     return lanes_ == o.lanes_ && functions_ == o.functions_;
@@ -87,9 +103,12 @@ class TracedObject {
  private:
   friend class Trace;
   int slot(double value);
+  /// First of the slots of a table.
+  int table(std::span<const double> values);
 
   std::vector<double> constants_;
   std::unordered_map<std::uint64_t, int> slot_;  // by the bits of the value
+  std::map<std::vector<std::uint64_t>, int> tables_;
   std::vector<TracedFunction> functions_;
   int lanes_;
 };
@@ -116,6 +135,7 @@ class Trace {
   /// Used by Traced.
   Traced record(Operation operation, const Traced& a, const Traced& b);
   Traced choose(const Traced& condition, const Traced& a, const Traced& b);
+  Traced look_up(Operation operation, const Traced& x, std::span<const double> values, double found);
   bool compare(const Traced& a, Relation relation, const Traced& b);
   static Trace* active();
 

@@ -17,7 +17,13 @@ constexpr int longest_part = 2000;  // operations
 constexpr std::string_view head =
     "/* Written by Freeplay. Functions of one mechanism. */\n"
     "double sqrt(double); double fabs(double); double sin(double); double cos(double);\n"
-    "double exp(double); double tanh(double); double atan2(double, double);\n";
+    "double exp(double); double tanh(double); double atan2(double, double);\n"
+    "double floor(double); double round(double);\n";
+
+/// std::upper_bound among n numbers.
+constexpr std::string_view search =
+    "static int locate(const double *k, int n, double x) {\nint i = 0;\nwhile (n > 0) {\nconst int half = n / 2;\n"
+    "if (x < k[i + half]) n = half; else { i += half + 1; n -= half + 1; }\n}\nreturn i;\n}\n";
 
 std::string number(int i) { return std::to_string(i); }
 
@@ -53,7 +59,7 @@ std::string head_of_lanes(int lanes) {
                     [&](const auto& at) { return name + "(x" + at + (two ? ", y" + at : "") + ")"; }) +
             "};\n}\n";
   };
-  for (const char* name : {"sin", "cos", "exp", "tanh"}) function(name, false);
+  for (const char* name : {"sin", "cos", "exp", "tanh", "floor", "round"}) function(name, false);
   function("atan2", true);
   const char* root = lanes == 8 ? "__AVX512F__" : lanes == 4 ? "__AVX__" : nullptr;
   if (root)
@@ -68,11 +74,31 @@ std::string head_of_lanes(int lanes) {
   return text + ";\n}\n";
 }
 
+/// Look-ups of lanes, of which each has its own table.
+std::string look_ups_of_lanes(int lanes) {
+  const auto type = "static inline ";
+  std::string text =
+      "static int locate(const lanes *k, int n, double x, int lane) {\nint i = 0;\nwhile (n > 0) {\n";
+  text += "const int half = n / 2;\n";
+  text += "if (x < k[i + half][lane]) n = half; else { i += half + 1; n -= half + 1; }\n}\nreturn i;\n}\n";
+  text += std::string(type) + "marks locate_l(const lanes *k, int n, lanes x) {\nreturn (marks){";
+  for (int i = 0; i < lanes; ++i)
+    text += (i > 0 ? ", " : "") + ("locate(k, n, x[" + number(i) + "], " + number(i) + ")");
+  text += std::string("};\n}\n") + type + "lanes pick_l(const lanes *k, marks i) {\nreturn (lanes){" +
+          of_each(lanes, ", ", [&](const auto& at) { return "k[i" + at + "]" + at; }) + "};\n}\n";
+  return text;
+}
+
 /// The text of one function.
 class FunctionText {
  public:
   FunctionText(const TracedFunction& f, int lanes)
-      : name_(f.name), nodes_(f.nodes), guards_(f.guards), outputs_(f.outputs), lanes_(lanes) {}
+      : name_(f.name),
+        nodes_(f.nodes),
+        guards_(f.guards),
+        outputs_(f.outputs),
+        needed_(f.needed()),
+        lanes_(lanes) {}
   /// Appends it; returns the number of operations.
   long append(std::string& text) const;
 
@@ -82,12 +108,13 @@ class FunctionText {
   std::string name_of(int node) const;
   std::string expression(const Node& node) const;
   std::string failing(const Guard& guard) const;
-  bool is_condition(int node) const;
+  bool is_whole(int node) const;
 
   const std::string& name_;
   const std::vector<Node>& nodes_;
   const std::vector<Guard>& guards_;
   const std::vector<TracedFunction::Output>& outputs_;
+  const std::vector<bool> needed_;
   int lanes_;
 };
 
@@ -137,6 +164,10 @@ std::string FunctionText::expression(const Node& n) const {
       return call("exp");
     case Operation::tanh:
       return call("tanh");
+    case Operation::floor:
+      return call("floor");
+    case Operation::round:
+      return call("round");
     case Operation::atan2:
       return call("atan2");
     case Operation::max:
@@ -153,14 +184,21 @@ std::string FunctionText::expression(const Node& n) const {
       return infix(" | ");
     case Operation::select:
       return choice(name_of(n.a), n.b, n.c);
+    case Operation::locate:
+      return std::string(lanes ? "locate_l" : "locate") + "(k + " + number(n.b) + ", " + number(n.c) + ", " +
+             name_of(n.a) + ")";
+    case Operation::pick:
+      return lanes ? "pick_l(k + " + number(n.b) + ", " + name_of(n.a) + ")"
+                   : "k[" + number(n.b) + " + " + name_of(n.a) + "]";
     default:
       return "";
   }
 }
 
-bool FunctionText::is_condition(int node) const {
+/// Whether a node is a condition or an index.
+bool FunctionText::is_whole(int node) const {
   const auto operation = nodes_[static_cast<std::size_t>(node)].operation;
-  return operation >= Operation::less && operation <= Operation::either;
+  return (operation >= Operation::less && operation <= Operation::either) || operation == Operation::locate;
 }
 
 /// The condition under which a guard fails.
@@ -178,21 +216,7 @@ long FunctionText::append(std::string& text) const {
   const std::string type = lanes > 0 ? "lanes" : "double";
   const char* end = lanes > 0 ? "return bits(bad);\n}\n" : "return 0;\n}\n";
   const auto size = nodes_.size();
-  std::vector<bool> needed(size, false);
-  for (const auto& o : outputs_) needed[o.node] = true;
-  for (const auto& g : guards_) {
-    needed[g.a] = true;
-    if (g.b >= 0) needed[g.b] = true;
-  }
-  const auto operands = [&](std::size_t i, auto f) {
-    const auto& n = nodes_[i];
-    if (n.operation == Operation::constant || n.operation == Operation::input) return;
-    f(n.a);
-    if (n.b >= 0) f(n.b);
-    if (n.c >= 0) f(n.c);
-  };
-  for (std::size_t i = size; i-- > 0;)
-    if (needed[i]) operands(i, [&](int operand) { needed[operand] = true; });
+  const auto& needed = needed_;
 
   // The part of each node, and the last part that uses it. Constants belong to no part.
   std::vector<int> part(size, 0), last(size, 0);
@@ -211,7 +235,7 @@ long FunctionText::append(std::string& text) const {
   std::vector<int> guard_part(guards_.size());
   const auto use = [&](int node, int by) { last[node] = std::max(last[node], by); };
   for (std::size_t i = 0; i < size; ++i)
-    if (needed[i]) operands(i, [&](int operand) { use(operand, part[i]); });
+    if (needed[i]) nodes_[i].each_operand([&](int operand) { use(operand, part[i]); });
   for (std::size_t g = 0; g < guards_.size(); ++g) {
     guard_part[g] = parts == 1 ? 0 : part_at(guards_[g].after);
     use(guards_[g].a, guard_part[g]);
@@ -219,7 +243,7 @@ long FunctionText::append(std::string& text) const {
   }
   for (const auto& o : outputs_) use(o.node, parts - 1);
   const auto define = [&](int node, const std::string& value, bool stored) {
-    const std::string kind = !is_condition(node) ? type : lanes > 0 ? "marks" : "int";
+    const std::string kind = !is_whole(node) ? type : lanes > 0 ? "marks" : "int";
     return "const " + kind + " x" + number(node) + " = " + (stored && lanes > 0 ? "(" + kind + ")" : "") +
            value + ";\n";
   };
@@ -278,6 +302,7 @@ long FunctionText::append(std::string& text) const {
 std::string TracedObject::text() const {
   std::string text(head);
   if (lanes_ > 0) text += head_of_lanes(lanes_);
+  if (!tables_.empty()) text += lanes_ > 0 ? look_ups_of_lanes(lanes_) : std::string(search);
   for (const auto& f : functions_) FunctionText(f, lanes_).append(text);
   text += "int (*const freeplay_functions[])(" + parameters(lanes_) + ") = {";
   for (const auto& f : functions_) text += f.name + ", ";

@@ -11,6 +11,7 @@
 // bookkeeping into each of them.
 #pragma once
 
+#include <span>
 #include <stdexcept>
 
 /// @cond internal
@@ -31,6 +32,8 @@ enum class Operation {
   cos,
   exp,
   tanh,
+  floor,
+  round,
   atan2,
   max,
   // conditions, of which both operands of `both` and `either` are some; and select
@@ -39,8 +42,16 @@ enum class Operation {
   equal,
   both,
   either,
-  select
+  select,
+  // look-ups in a table of constants (locate(), pick()): the first result is a whole number
+  locate,
+  pick
 };
+/// Whether the values of an operation are constant between jumps: their derivative is 0.
+constexpr bool is_constant_between_jumps(Operation operation) {
+  return operation == Operation::floor || operation == Operation::round || operation == Operation::locate ||
+         operation == Operation::pick;
+}
 enum class Relation { less, less_equal, equal };
 
 /// Thrown if an evaluation uses a number in a way that no compiled function can follow; what()
@@ -90,6 +101,8 @@ inline Traced sin(const Traced& x) { return record(Operation::sin, x); }
 inline Traced cos(const Traced& x) { return record(Operation::cos, x); }
 inline Traced exp(const Traced& x) { return record(Operation::exp, x); }
 inline Traced tanh(const Traced& x) { return record(Operation::tanh, x); }
+inline Traced floor(const Traced& x) { return record(Operation::floor, x); }
+inline Traced round(const Traced& x) { return record(Operation::round, x); }
 /// std::max(a, b)
 inline Traced max(const Traced& a, const Traced& b) { return record(Operation::max, a, b); }
 inline Traced atan2(const Traced& y, const Traced& x) { return record(Operation::atan2, y, x); }
@@ -102,10 +115,20 @@ inline Traced both(const Traced& a, const Traced& b) { return record(Operation::
 inline Traced either(const Traced& a, const Traced& b) { return record(Operation::either, a, b); }
 /// `a` where the condition holds, else `b`.
 [[gnu::noinline]] Traced select(const Traced& condition, const Traced& a, const Traced& b);
+/// Adds a guard that fails where the condition does not hold.
+[[gnu::noinline]] void require(const Traced& condition);
 ///@}
 
-/// The value of a constant. Throws NotTraceable for any other number: a table, cam or tooth that is
-/// looked up by a value has no compiled function.
+/// @name Look-ups. The numbers of a table are constants of the function, its size is structure
+///@{
+/// Number of knots, increasing, that are at most x: std::upper_bound. Only pick() may use it.
+[[gnu::noinline]] Traced locate(const Traced& x, std::span<const double> knots);
+/// Entry `index` of a column.
+[[gnu::noinline]] Traced pick(const Traced& index, std::span<const double> column);
+///@}
+
+/// The value of a constant. Throws NotTraceable for any other number: a search by iteration has no
+/// compiled function.
 [[gnu::noinline]] double value_of(const Traced& x);
 
 }  // namespace freeplay

@@ -3,6 +3,7 @@
 
 #include "dynamics/elements/dynamics.hpp"
 #include "mechanism/elements/bump_stop.hpp"
+#include "numerics/choice.hpp"
 
 namespace freeplay {
 
@@ -12,24 +13,41 @@ struct BumpForce : Bump {
   struct Push {
     T force = 0;    ///< on the second body, along the limited coordinate
     T damping = 0;  ///< W, ≤ 0
+    friend Push select(const Traced& condition, const Push& a, const Push& b) {
+      return {select(condition, a.force, b.force), select(condition, a.damping, b.damping)};
+    }
   };
   /// `piece`: interval between two limits to which a step is restricted (dynamics/phase.hpp). It
   /// decides whether the stop acts: the force jumps by damping ẏ at a limit, where rounding puts
   /// `at` on either side.
   template <class T>
-  Push<T> push(const T& at, const T& speed, const Piece* piece) const {
+  Push<T> push(const T& at, const T& speed, const PieceFor<T>* piece) const {
     const auto one = [&](const T& y, const T& rate, double sign) -> Push<T> {
       const T spring = stiffness * y, f = spring + damping * rate;
       // Beyond the piece the formula continues, also to negative values, without a jump at the
       // limit. Otherwise stages of a long step that find no force there would agree that there is
       // none.
-      const T size = value_of(y) < 0 ? (rate > T(0) ? f : spring) : f > T(0) ? f : T(0);
+      const T size = choose(
+          is_below(y, 0),
+          [&] {
+            return choose(
+                is_below(0, rate), [&] { return f; }, [&] { return spring; });
+          },
+          [&] {
+            return choose(
+                is_below(0, f), [&] { return f; }, [&] { return T(0); });
+          });
       return {-sign * size, -(size - spring) * rate};
     };
-    const double place = piece ? piece->inside() : value_of(at);
-    if (upper && place > *upper) return one(at - T(*upper), speed, 1);
-    if (lower && place < *lower) return one(T(*lower) - at, -speed, -1);
-    return {};
+    const PlaceOf<T> place = piece ? piece->inside() : place_of(at);
+    const auto below = [&]() -> Push<T> {
+      if (!lower) return {};
+      return choose(
+          is_below(place, *lower), [&] { return one(T(*lower) - at, -speed, -1); }, [] { return Push<T>{}; });
+    };
+    if (!upper) return below();
+    return choose(
+        is_below(*upper, place), [&] { return one(at - T(*upper), speed, 1); }, below);
   }
   double energy(double at) const {
     const double y = upper && at > *upper ? at - *upper : lower && at < *lower ? *lower - at : 0;

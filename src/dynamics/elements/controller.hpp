@@ -13,6 +13,7 @@
 #include "dynamics/elements/dynamics.hpp"
 #include "mechanism/elements/controller.hpp"
 #include "mechanism/piecewise.hpp"
+#include "numerics/choice.hpp"
 
 namespace freeplay {
 
@@ -110,9 +111,7 @@ struct ControllerDynamics : Facts {
   double tracking() const { return this->tracking_time.value_or(this->proportional / this->integral); }
   template <class T>
   T saturated(const T& u) const {
-    if (this->limit && u > T(*this->limit)) return *this->limit;
-    if (this->limit && u < T(-*this->limit)) return -*this->limit;
-    return u;
+    return this->limit ? limited(u, *this->limit) : u;
   }
   /// s and ṡ = a·ḋ + ω_i perp a·d of the joint that is fed back. (flow() has no placed bodies.)
   template <class T>
@@ -142,9 +141,9 @@ struct ControllerDynamics : Facts {
     Demand<T> d;
     Jet<T> goal;
     bool swept = false;
-    if constexpr (std::is_same_v<T, double>)
+    if constexpr (is_place<T>)
       if (const auto* s = m.reading.sweep) {
-        const double from = m.t - 0.5 * s->h, to = m.t + 0.5 * s->h;
+        const T from = m.t - 0.5 * s->h, to = m.t + 0.5 * s->h;
         goal.value = course.mean(from, to);
         goal.slope = (course.value(to) - course.value(from)) / s->h;
         swept = true;

@@ -6,6 +6,7 @@
 #include "dynamics/elements/dynamics.hpp"
 #include "mechanism/elements/dc_motor.hpp"
 #include "mechanism/piecewise.hpp"
+#include "numerics/choice.hpp"
 
 namespace freeplay {
 
@@ -44,7 +45,7 @@ struct Dynamics<DcMotor> : DcMotor {
   template <class T>
   T excess(const auto& m, const auto& link) const {
     const T speed = m.spin(link), emf = emf_constant.value_or(torque_constant) * speed;
-    if constexpr (std::is_same_v<T, double>)
+    if constexpr (is_place<T>)
       if (const auto* s = m.reading.sweep) return supply.mean(m.t - 0.5 * s->h, m.t + 0.5 * s->h) - emf;
     return supply.value(m.t) - emf;
   }

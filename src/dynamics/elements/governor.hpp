@@ -6,6 +6,7 @@
 #include "dynamics/elements/dynamics.hpp"
 #include "mechanism/elements/governor.hpp"
 #include "mechanism/piecewise.hpp"
+#include "numerics/choice.hpp"
 
 namespace freeplay {
 
@@ -39,8 +40,7 @@ struct Dynamics<Governor> : Governor {
   void act(const auto& m, const auto& link, const T* z, auto& out) const {
     T torque = proportional * lacking<T>(m, link);
     if (z) torque += integral * *z;
-    if (limit && torque > T(*limit)) torque = *limit;
-    if (limit && torque < T(-*limit)) torque = -*limit;
+    if (limit) torque = limited(torque, *limit);
     out.couple(link, torque);
     out.power.drive += torque * m.spin(link);
   }
@@ -49,7 +49,7 @@ struct Dynamics<Governor> : Governor {
   template <class T>
   T lacking(const auto& m, const auto& link) const {
     const T speed = m.spin(link);
-    if constexpr (std::is_same_v<T, double>)
+    if constexpr (is_place<T>)
       if (const auto* s = m.reading.sweep) return course.mean(m.t - 0.5 * s->h, m.t + 0.5 * s->h) - speed;
     return course.value(m.t) - speed;
   }

@@ -7,6 +7,7 @@
 
 #include "dynamics/kinematics.hpp"
 #include "mechanism/elements/spring_law.hpp"
+#include "numerics/choice.hpp"
 #include "numerics/dual.hpp"
 
 namespace freeplay {
@@ -14,7 +15,7 @@ namespace freeplay {
 struct SpringForce : SpringLaw {
   /// E, with the line or polynomial that is valid at `at`.
   template <class T>
-  T elastic(double stiffness, double rest, const T& s, double at) const {
+  T elastic(double stiffness, double rest, const T& s, const PlaceOf<T>& at) const {
     if (!table.empty()) return line(table, segment(table, at), s);
     const T x = s - rest;
     return preload.value_or(0) + x * (stiffness + cubic.value_or(0) * x * x);
@@ -22,29 +23,24 @@ struct SpringForce : SpringLaw {
   template <class T>
   T damper(double damping, const T& rate) const {
     if (damping_table.empty()) return damping * rate;
-    return line(damping_table, segment(damping_table, value_of(rate)), rate);
+    return line(damping_table, segment(damping_table, place_of(rate)), rate);
   }
   /// F, and the part of it that is not a derivative of U.
   template <class T>
   struct Force {
     T whole{0}, damping{0};
+    friend Force select(const Traced& condition, const Force& a, const Force& b) {
+      return {select(condition, a.whole, b.whole), select(condition, a.damping, b.damping)};
+    }
   };
   /// `rate` is used only if there is a damper.
   template <class T>
   Force<T> force(double stiffness, double rest, double damper_rate, const T& s, const T& rate,
-                 const Piece* piece) const {
-    const double at = piece ? piece->inside() : value_of(s);
-    if (one_way && !acts(elastic(stiffness, rest, at, at))) return {};
-    const T e = elastic(stiffness, rest, s, at);
-    if (!damps(damper_rate)) return {e, T(0)};
-    const T resists = damper(damper_rate, rate);
-    if (one_way && !acts(value_of(e))) {  // beyond the piece, without a jump at its end
-      const bool tautens = *one_way == OneWay::pull ? resists > T(0) : resists < T(0);
-      return {tautens ? e + resists : e, tautens ? resists : T(0)};
-    }
-    T whole = e + resists;
-    if (one_way && !acts(value_of(whole))) whole = T(0);
-    return {whole, whole - e};
+                 const PieceFor<T>* piece) const {
+    const PlaceOf<T> at = piece ? piece->inside() : place_of(s);
+    const auto taut = [&] { return force_at(stiffness, rest, damper_rate, s, rate, at); };
+    if (!one_way) return taut();
+    return choose(pushes_back(elastic(stiffness, rest, at, at)), taut, [] { return Force<T>{}; });
   }
 
   /// Places, increasing, where E changes its slope or, for a one-sided spring, its sign. Places
@@ -100,17 +96,51 @@ struct SpringForce : SpringLaw {
   }
 
  private:
-  static std::size_t segment(const SpringTable& t, double s) {
-    const auto after = std::ranges::upper_bound(t, s, {}, &std::pair<double, double>::first);
-    const auto i = after == t.begin() ? 0 : after - t.begin() - 1;
-    return std::min(static_cast<std::size_t>(i), t.size() - 2);
+  /// The force where the spring acts; `at`: a place on the line that is valid.
+  template <class T>
+  Force<T> force_at(double stiffness, double rest, double damper_rate, const T& s, const T& rate,
+                    const PlaceOf<T>& at) const {
+    const T e = elastic(stiffness, rest, s, at);
+    if (!damps(damper_rate)) return {e, T(0)};
+    const T resists = damper(damper_rate, rate);
+    const T whole = e + resists;
+    if (!one_way) return {whole, whole - e};
+    const auto inside = [&]() -> Force<T> {
+      const T some = choose(
+          pushes_back(whole), [&] { return whole; }, [] { return T(0); });
+      return {some, some - e};
+    };
+    const auto beyond = [&] {  // the piece, without a jump at its end
+      return choose(
+          pushes_back(resists),
+          [&]() -> Force<T> {
+            return {whole, resists};
+          },
+          [&]() -> Force<T> {
+            return {e, T(0)};
+          });
+    };
+    return choose(pushes_back(e), inside, beyond);
+  }
+  /// Whether a one-sided spring exerts a force of this sign.
+  template <class T>
+  auto pushes_back(const T& force) const {
+    return *one_way == OneWay::pull ? is_below(0, force) : is_below(force, 0);
+  }
+  /// The index of the line that is valid at s.
+  template <class P>
+  static auto segment(const SpringTable& t, const P& s) {
+    return interval_of(t.size() - 2, s, [&](std::size_t i) { return t[i + 1].first; });
   }
   static double slope(const SpringTable& t, std::size_t i) {
     return (t[i + 1].second - t[i].second) / (t[i + 1].first - t[i].first);
   }
-  template <class T>
-  static T line(const SpringTable& t, std::size_t i, const T& s) {
-    return t[i].second + slope(t, i) * (s - t[i].first);
+  template <class T, class Index>
+  static T line(const SpringTable& t, const Index& i, const T& s) {
+    const auto entry = [&](auto f) { return entry_of(t.size() - 1, i, f); };
+    return entry([&](std::size_t k) { return t[k].second; }) +
+           entry([&](std::size_t k) { return slope(t, k); }) *
+               (s - entry([&](std::size_t k) { return t[k].first; }));
   }
   /// ∫ of the acting part of a line.
   double area(double a, double ea, double b, double eb) const {

@@ -5,6 +5,7 @@
 #include "dynamics/elements/dynamics.hpp"
 #include "mechanism/elements/torque_drive.hpp"
 #include "mechanism/piecewise.hpp"
+#include "numerics/choice.hpp"
 
 namespace freeplay {
 
@@ -68,29 +69,58 @@ struct Dynamics<TorqueDrive> : TorqueDrive {
   template <class T>
   T demand(const auto& m, const auto& link) const {
     if (table.size() == 1) return table[0].second;
-    if constexpr (std::is_same_v<T, double>)
-      if (m.reading.sweep) return mean(m, link);
+    if constexpr (is_place<T>)
+      if (m.reading.sweep) return mean<T>(m, link);
     if (against == Against::time) return interpolate(m.t);
     const T angle = m.angle(link);
     if (!m.piece) return interpolate_periodic(angle);
     // The line through two places within the piece, also beyond its ends.
-    const double third = (m.piece->high - m.piece->low) / 3, at = m.piece->low + third;
-    const double u = interpolate_periodic(at), slope = (interpolate_periodic(at + third) - u) / third;
+    using P = PlaceOf<T>;
+    const P third = (m.piece->high - m.piece->low) / 3, at = m.piece->low + third;
+    const P u = interpolate_periodic(at), slope = (interpolate_periodic(P(at + third)) - u) / third;
     return u + slope * (angle - at);
   }
   /// The table's mean over the interval that a time step covers, so that no pulse falls between two
   /// steps. With the mean rates of the step, the work of an angle's table is exact for the angle
   /// covered.
-  double mean(const auto& m, const auto& link) const {
+  template <class T>
+  T mean(const auto& m, const auto& link) const {
     const bool time = against == Against::time;
     const auto [from, to] =
-        time ? std::array{m.t - 0.5 * m.reading.sweep->h, m.t + 0.5 * m.reading.sweep->h} : m.swept(link);
-    const double middle = 0.5 * (from + to), width = std::abs(to - from);
-    if (!(width > 1e-12 * std::max(1.0, std::abs(middle))))
-      return time ? interpolate(middle) : interpolate_periodic(middle);
-    const double a = middle - 0.5 * width, whole = time ? 0 : std::floor(width / turn);
-    double sum = whole > 0 ? whole * integral(a, a + turn) : 0;
-    return (sum + integral(a, a + (width - whole * turn))) / width;
+        time ? std::array{T(m.t - 0.5 * m.reading.sweep->h), T(m.t + 0.5 * m.reading.sweep->h)}
+             : m.swept(link);
+    const T middle = 0.5 * (from + to);
+    if constexpr (is_traced<T>) {
+      const T width = abs(to - from), a = middle - 0.5 * width;
+      require(is_below(1e-12 * max(Traced(1), abs(middle)), width));
+      return integral_between_knots(a, T(a + width)) / width;
+    } else {
+      const double width = std::abs(to - from);
+      if (!(width > 1e-12 * std::max(1.0, std::abs(middle))))
+        return time ? interpolate(middle) : interpolate_periodic(middle);
+      const double a = middle - 0.5 * width, whole = time ? 0 : std::floor(width / turn);
+      double sum = whole > 0 ? whole * integral(a, a + turn) : 0;
+      return (sum + integral(a, a + (width - whole * turn))) / width;
+    }
+  }
+  /// The same as integral() in a trace, whose guards require that no knot is between a and b.
+  Traced integral_between_knots(const Traced& a, const Traced& b) const {
+    const bool time = against == Against::time;
+    const auto n = table.size();
+    const Traced turns = time ? Traced(0) : turn * floor((a - table.front().first) / turn);
+    const auto next = interval_of(n, Traced(a - turns), [&](std::size_t k) { return table[k].first; });
+    const auto knot = [&](std::size_t before) {
+      return entry_of(n + 1, next, [&](std::size_t k) {
+        const std::size_t i = k + 1 - before;  // one more than the index
+        if (i == 0) return time ? -INFINITY : table[n - 1].first - turn;
+        return i <= n ? table[i - 1].first : time ? INFINITY : table[0].first + turn;
+      });
+    };
+    const Traced rounding = 1e-12 * max(Traced(1), max(abs(a), abs(b)));
+    require(is_below(knot(1) + turns + rounding, a));
+    require(is_below(b + rounding, knot(0) + turns));
+    const auto value = [&](const Traced& x) { return time ? interpolate(x) : interpolate_periodic(x); };
+    return 0.5 * (b - a) * (value(a) + value(b));
   }
   /// Integral from a to b, at most one turn apart. The trapezoidal rule between knots is exact for
   /// a piecewise linear table.
@@ -117,20 +147,30 @@ struct Dynamics<TorqueDrive> : TorqueDrive {
   }
   template <class T>
   T interpolate(const T& x) const {
-    if (x <= table.front().first) return table.front().second;
-    if (x >= table.back().first) return table.back().second;
-    const auto hi = std::ranges::upper_bound(table, value_of(x), {}, &std::pair<double, double>::first);
-    const auto lo = hi - 1;
-    return lo->second + (hi->second - lo->second) / (hi->first - lo->first) * (x - lo->first);
+    const auto n = table.size();
+    const auto line = [&] {
+      const auto i = interval_of(n - 2, place_of(x), [&](std::size_t k) { return table[k + 1].first; });
+      const auto entry = [&](auto f) { return entry_of(n - 1, i, f); };
+      const auto slope = [&](std::size_t k) {
+        return (table[k + 1].second - table[k].second) / (table[k + 1].first - table[k].first);
+      };
+      return T(entry([&](std::size_t k) { return table[k].second; }) +
+               entry(slope) * (x - entry([&](std::size_t k) { return table[k].first; })));
+    };
+    const auto &first = table.front(), &last = table.back();
+    const auto up = [&] { return choose(is_below(x, last.first), line, [&] { return T(last.second); }); };
+    return choose(is_below(first.first, x), up, [&] { return T(first.second); });
   }
   /// One turn of a table of the angle, closed by a line from its last point to its first.
   template <class T>
   T interpolate_periodic(const T& angle) const {
     const double first = table.front().first, last = table.back().first;
-    const T x = angle - turn * std::floor((value_of(angle) - first) / turn);
-    if (x <= last) return interpolate(x);
-    return table.back().second +
-           (table.front().second - table.back().second) / (first + turn - last) * (x - last);
+    const T x = angle - turn * floor_of((place_of(angle) - first) / turn);
+    const auto closing = [&] {
+      return T(table.back().second +
+               (table.front().second - table.back().second) / (first + turn - last) * (x - last));
+    };
+    return choose(is_below(last, x), closing, [&] { return interpolate(x); });
   }
 };
 

@@ -22,6 +22,7 @@
 #include "dynamics/gap_motion.hpp"
 #include "dynamics/kinematics.hpp"
 #include "mechanism/mesh.hpp"
+#include "numerics/choice.hpp"
 
 namespace freeplay {
 
@@ -57,7 +58,7 @@ struct InvoluteMesh : InvoluteFlank {
     if (a > 1e-9 * S) {
       n = {d.x() / a, d.y() / a};
       along = S * atan2(c * d.y() - s * d.x(), c * d.x() + s * d.y());
-      if (std::isfinite(period)) along -= T(period * std::round(value_of(along) / period));
+      if (std::isfinite(period)) along -= T(period * round_of(place_of(along) / period));
     }
     const Vec2Of<T> t = perp(n);
     f.gap = rest + side * along;

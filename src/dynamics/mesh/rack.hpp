@@ -23,7 +23,7 @@ struct RackMesh : RackFlank {
     FlankOf<T> f;
     f.along = {along * A.x() - sine * left.x(), along * A.y() - sine * left.y()};
     T x = cosine * dot(A, d) - base * (theta(q, link.i) - theta(q, link.j)) - phase;
-    if (std::isfinite(period)) x -= T(period * std::round(value_of(x) / period));
+    if (std::isfinite(period)) x -= T(period * round_of(place_of(x) / period));
     f.gap = rest - sine * dot(left, d) + side * x;
     f.turn_i = T(-side * base);
     f.turn_j = dot(perp(f.along), d) + side * base;

@@ -15,6 +15,7 @@
 
 #include "dynamics/pairs/pair.hpp"
 #include "mechanism/cam_profile.hpp"
+#include "numerics/choice.hpp"
 
 namespace freeplay {
 
@@ -51,7 +52,7 @@ struct CamFlatPair {
     const int i = link.i, j = link.j;
     const Vec2Of<T> tau = turned(j, axis, e), u = -perp(tau);
     const T psi = angle_in_cam(u, e);
-    const auto y = profile.at(value_of(psi));
+    const auto y = profile.at(place_of(psi));
     const T H = base_radius + lifted(psi, y.h, y.d1), H1 = lifted(psi, y.d1, y.d2),
             H2 = lifted(psi, y.d2, y.d3);
     const Vec2Of<T> rate = relative_velocity(link, a, v);
