@@ -11,8 +11,9 @@
 #include <random>
 #include <set>
 
+#include "formulations/integrators/adams.hpp"
+#include "formulations/integrators/bulirsch_stoer.hpp"
 #include "formulations/integrators/rosenbrock.hpp"
-#include "formulations/integrators/scaled_methods.hpp"
 #include "numerics/saddle_point.hpp"
 
 using namespace freeplay;
