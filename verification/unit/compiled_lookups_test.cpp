@@ -55,6 +55,10 @@ TracedObject traced_look_ups(double size, int lanes = 0) {
 /// Places around knots, halves and limits.
 std::vector<double> places() {
   std::vector<double> list{-INFINITY, INFINITY, NAN, -0.0, 1e-320, 1e15};
+  // Knots of the function alone and of the lanes, and halves.
+  for (const double knot : knots)
+    for (const double share : {1.5, 0.5, 0.75, 0.875, 0.5 / 7})
+      for (const double y : {share * knot, std::nextafter(share * knot, 9.0)}) list.push_back(y);
   for (double x = -2.5; x <= 2.5; x += 1.0 / 56)
     for (const double y : {x, std::nextafter(x, -9.0), std::nextafter(x, 9.0)}) list.push_back(y);
   return list;

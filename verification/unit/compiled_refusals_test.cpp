@@ -111,6 +111,10 @@ step = 5e-3
                            "pulse");
   const auto compiled = Simulation(scene, "nonsmooth", {.compile = Compile::always}).run();
   CHECK(compiled.compiled.used);
+  CHECK(compiled.compiled.general_parts.empty());
+  // One step of ten has knots; it evaluates forces twice or three times.
+  CHECK(compiled.compiled.refused >= 1);
+  CHECK(compiled.compiled.refused <= 4);
   CHECK(compiled.final_state.v[2] == Approx(0.01).epsilon(1e-9));
   CHECK(compiled.final_state.v ==
         Simulation(scene, "nonsmooth", {.compile = Compile::never}).run().final_state.v);
