@@ -9,6 +9,7 @@
 #include "dynamics/assembly/assembly.hpp"
 #include "formulations/event_driven/event_driven.hpp"
 #include "formulations/integrators/tolerance.hpp"
+#include "formulations/least_forces.hpp"
 #include "formulations/nonsmooth.hpp"
 #include "formulations/peak_search.hpp"
 #include "formulations/penalty/penalty_variation.hpp"
@@ -118,14 +119,16 @@ class VariedRun {
     scheme_.vary(run.keys, integrands, least_curved_length(run.system), run.end - run.start.t);
   }
   EventDriven& scheme() { return scheme_; }
-  /// Runs to the end. Returns the reason of an earlier stop, else nothing.
-  std::string go() {
+  /// Runs to the end, and calls `after` after each step. Returns the reason of an earlier stop, else nothing.
+  template <class After>
+  std::string go(After after) {
     while (scheme_.t() < run_.end) {
       if (run_.stop()) throw Interrupted();
       if (!scheme_.step(std::min(run_.end, scheme_.t() + run_.longest_step))) {
         scheme_.variation().refuse(scheme_.failure());
         return scheme_.failure();
       }
+      after();
       log_.advance(scheme_.t());
       log_.drain([](const auto&) {});
     }
@@ -224,7 +227,7 @@ void run_event_driven(const SensitivityRun& run, Sensitivities& all) {
   auto& scheme = motion.scheme();
   auto& variation = scheme.variation();
   variation.watch_peaks(channels_of(run));
-  all.stopped = motion.go();
+  all.stopped = motion.go([] {});
   const auto& d = scheme.dynamics();
   take_quantities(
       run, variation, d,
@@ -409,7 +412,9 @@ EndState run_end_state(SensitivityRun run, Family family) {
   VariedRun motion(run, {});
   auto& scheme = motion.scheme();
   EndState end;
-  end.stopped = motion.go();
+  LeastForces forces(scheme);
+  end.stopped = motion.go([&] { forces.add_step(scheme); });
+  end.lasting = forces.lasting();
   take_end(run, scheme.variation(), scheme.dynamics(), scheme.x(), scheme.t(),
            scheme.dynamics().state_offset(), end);
   return end;

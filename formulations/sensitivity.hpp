@@ -118,10 +118,17 @@ struct EndState {
     double t = 0, rate = 0;         ///< s; m/s, rate of the gap, negative
     std::vector<double> dt, drate;  ///< one for each key; NaN where there is none
   };
+  /// A contact that was closed during the whole run, and its normal force.
+  struct Lasting {
+    int contact = 0;
+    double least = INFINITY, greatest = 0;  ///< N
+    double t = NAN;                         ///< s, of the least one
+  };
   State state;
   std::vector<std::vector<double>> columns;  ///< d(q, v, z)/dp, one list for each key
   std::vector<double> scales;                ///< of (q, v, z), as the tolerance of the scheme has them
   std::vector<Onset> onsets;                 ///< of contacts, in the order of time
+  std::vector<Lasting> lasting;              ///< in the order of contacts; of event-driven runs only
   double potential = 0, kinetic = 0;         ///< J
   std::string stopped;                       ///< reason of a stop before the end; empty if there is none
   std::string refused;                       ///< reason why a derivative does not exist; empty if all do

@@ -61,7 +61,7 @@ struct BranchTables {
   explicit BranchTables(const Scene& scene) {
     branch =
         "branch,point,parameter,period_s,stable,greatest_modulus,multiplier_re,multiplier_im,periods,impacts,"
-        "least_speed,t";
+        "least_speed,least_force,t";
     for (const char* part : {"x", "y", "theta", "vx", "vy", "omega"})
       for (const auto& body : scene.mechanism.bodies) branch += fmt::format(",{}.{}", body.name, part);
     branch += "\n";
@@ -69,12 +69,14 @@ struct BranchTables {
   }
   static std::string row(const BranchPoint& p) {
     const auto& o = p.orbit;
-    double slowest = NAN;
+    double slowest = NAN, weakest = NAN;
     for (const auto& i : o.impacts) slowest = std::isnan(slowest) ? i.speed : std::min(slowest, i.speed);
+    for (const auto& c : o.lasting)
+      weakest = std::isnan(weakest) ? c.least_force : std::min(weakest, c.least_force);
     const auto first = first_multiplier(o);
-    auto text = fmt::format("{},{},{},{},{},{},{},{},{},{},{},{}", p.branch, p.number, p.parameter, o.period,
-                            o.stable ? 1 : 0, greatest_modulus(o), first.real(), first.imag(), o.periods,
-                            o.impacts.size(), slowest, o.state.t);
+    auto text = fmt::format("{},{},{},{},{},{},{},{},{},{},{},{},{}", p.branch, p.number, p.parameter,
+                            o.period, o.stable ? 1 : 0, greatest_modulus(o), first.real(), first.imag(),
+                            o.periods, o.impacts.size(), slowest, weakest, o.state.t);
     for (const auto* list : {&o.state.q, &o.state.v})
       for (std::size_t part = 0; part < 3; ++part)
         for (std::size_t i = part; i < list->size(); i += 3) text += fmt::format(",{}", (*list)[i]);

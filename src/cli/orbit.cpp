@@ -46,20 +46,30 @@ nlohmann::json state_json(const Scene& scene, const State& s) {
 }
 
 nlohmann::json orbit_json(const Scene& scene, const Orbit& found) {
-  nlohmann::json impacts = nlohmann::json::array(), multipliers = impacts;
+  nlohmann::json impacts = nlohmann::json::array(), lasting = impacts, multipliers = impacts;
   for (const auto& i : found.impacts)
     impacts.push_back({{"time", i.t}, {"joint", i.joint}, {"speed", i.speed}});
+  for (const auto& c : found.lasting)
+    lasting.push_back({{"joint", c.joint}, {"least_force", c.least_force}, {"time", c.t}});
   for (const auto& m : found.multipliers) multipliers.push_back({m.real(), m.imag()});
-  return {{"period_s", found.period},   {"periods", found.periods},
-          {"residual", found.residual}, {"state", state_json(scene, found.state)},
-          {"impacts", impacts},         {"multipliers", multipliers},
-          {"stable", found.stable},     {"iterations", found.iterations}};
+  return {{"period_s", found.period},
+          {"periods", found.periods},
+          {"residual", found.residual},
+          {"state", state_json(scene, found.state)},
+          {"impacts", impacts},
+          {"lasting", lasting},
+          {"multipliers", multipliers},
+          {"stable", found.stable},
+          {"iterations", found.iterations}};
 }
 
 void print(const Orbit& found) {
   fmt::print("periodic motion of {} x {:.9g} s, {}, residual {:.2g} after {} Newton steps\n", found.periods,
              found.period, found.stable ? "stable" : "not stable", found.residual, found.iterations);
   fmt::print("{} contact onset{} per motion\n", found.impacts.size(), found.impacts.size() == 1 ? "" : "s");
+  for (const auto& c : found.lasting)
+    fmt::print("{} is closed during the whole motion, with at least {:.6g} N at t = {:.9g} s\n", c.joint,
+               c.least_force, c.t);
   for (const auto& m : found.multipliers)
     fmt::print("  multiplier {:>16.10g} {:>+16.10g} i   modulus {:.10g}\n", m.real(), m.imag(), std::abs(m));
 }

@@ -16,9 +16,9 @@ constexpr int most_locations = 40;
 constexpr double located_share = 1e-12;
 /// A pair with a smaller imaginary part is real: no torus begins there.
 constexpr double complex_part = 1e-6;
-/// Most motions in an extrapolation to a grazing impact.
+/// Most motions in an extrapolation to a grazing impact or lift-off.
 constexpr std::size_t most_extrapolated = 6;
-/// Least ratio of their approach speeds.
+/// Least ratio of their approach speeds or forces.
 constexpr double least_ratio = 1.25;
 
 /// Multipliers without that of a shift along the motion.
@@ -29,7 +29,7 @@ std::vector<std::complex<double>> decisive(const BranchSolver& solver, const Bra
   return list;
 }
 
-double fold_test(const BranchSolver&, const BranchMotion& m) { return m.tangent_key(); }
+double fold_test(const BranchMotion& m) { return m.tangent_key(); }
 
 double flip_test(const BranchSolver& solver, const BranchMotion& m) {
   std::complex<double> product = 1;
@@ -46,20 +46,6 @@ double torus_test(const BranchSolver& solver, const BranchMotion& m) {
       product *= (1.0 - pair) / (1 + std::abs(pair));
     }
   return product.real();
-}
-
-/// Whether the pair with a product nearest 1 is complex.
-bool has_complex_pair(const BranchSolver& solver, const BranchMotion& m) {
-  const auto list = decisive(solver, m);
-  double least = INFINITY;
-  bool is_complex = false;
-  for (std::size_t i = 0; i < list.size(); ++i)
-    for (std::size_t j = 0; j < i; ++j)
-      if (const double beside = std::abs(1.0 - list[i] * list[j]); beside < least) {
-        least = beside;
-        is_complex = std::abs(list[i].imag()) > complex_part;
-      }
-  return is_complex;
 }
 
 /// The zero of a test function between arclengths 0 and `distance` by the Illinois method.
@@ -99,22 +85,36 @@ std::optional<BranchEvent> locate(const BranchSolver& solver, const BranchMotion
 
 }  // namespace
 
+bool has_complex_pair(const BranchSolver& solver, const BranchMotion& m) {
+  const auto list = decisive(solver, m);
+  double least = INFINITY;
+  bool is_complex = false;
+  for (std::size_t i = 0; i < list.size(); ++i)
+    for (std::size_t j = 0; j < i; ++j)
+      if (const double beside = std::abs(1.0 - list[i] * list[j]); beside < least) {
+        least = beside;
+        is_complex = std::abs(list[i].imag()) > complex_part;
+      }
+  return is_complex;
+}
+
+double bifurcation_test(BifurcationKind kind, const BranchSolver& solver, const BranchMotion& m) {
+  if (kind == BifurcationKind::flip) return flip_test(solver, m);
+  if (kind == BifurcationKind::torus) return torus_test(solver, m);
+  return fold_test(m);
+}
+
 std::vector<BranchEvent> events_between(BranchSolver& solver, const BranchMotion& base, double distance,
                                         BranchMotion& next) {
-  using Test = double (*)(const BranchSolver&, const BranchMotion&);
-  static constexpr std::pair<BifurcationKind, Test> tests[] = {{BifurcationKind::fold, fold_test},
-                                                               {BifurcationKind::flip, flip_test},
-                                                               {BifurcationKind::torus, torus_test}};
   std::vector<BranchEvent> list;
   bool refined = false;
-  for (const auto& [kind, function] : tests) {
-    const Test test = function;
-    const double before = test(solver, base), after = test(solver, next);
+  for (const auto kind : {BifurcationKind::fold, BifurcationKind::flip, BifurcationKind::torus}) {
+    const auto test = [&](const BranchMotion& m) { return bifurcation_test(kind, solver, m); };
+    const double before = test(base), after = test(next);
     if (!(before * after < 0)) continue;
     if (!refined && !solver.refine_motion(next).empty()) continue;
     refined = true;
-    auto found =
-        locate(solver, base, distance, before, after, [&](const BranchMotion& m) { return test(solver, m); });
+    auto found = locate(solver, base, distance, before, after, test);
     if (!found || (kind == BifurcationKind::torus && !has_complex_pair(solver, found->motion))) continue;
     found->kind = kind;
     list.push_back(std::move(*found));
@@ -137,28 +137,63 @@ VectorXd doubling_direction(const BranchMotion& flip) {
   return eigen.vectors.col(nearest).real().normalized();
 }
 
-SlowOnset slowest_onset(const BranchMotion& m) {
-  SlowOnset slow;
+std::vector<Positive> positive_quantities(const BranchMotion& m) {
+  std::vector<Positive> list;
   double fastest = 0;
   for (const double v : m.point.state.v) fastest = std::max(fastest, std::abs(v));
+  for (const auto& onset : m.point.end.onsets) fastest = std::max(fastest, -onset.rate);
   for (std::size_t i = 0; i < m.point.end.onsets.size(); ++i) {
     const double speed = -m.point.end.onsets[i].rate;
-    fastest = std::max(fastest, speed);
-    if (std::isnan(slow.speed) || speed < slow.speed) slow = {i, speed, NAN};
+    list.push_back({BifurcationKind::grazing, i, speed, speed / fastest});
   }
-  slow.share = slow.speed / fastest;
-  return slow;
+  for (std::size_t i = 0; i < m.point.end.lasting.size(); ++i) {
+    const auto& contact = m.point.end.lasting[i];
+    list.push_back({BifurcationKind::liftoff, i, contact.least, contact.least / contact.greatest});
+  }
+  return list;
 }
 
-Grazing grazing_of(const std::vector<BranchMotion>& motions, std::size_t onset) {
-  // The last motion, and earlier ones of increasing speed that are well apart.
+Positive least_positive(const BranchMotion& m) {
+  const auto list = positive_quantities(m);
+  return list.empty() ? Positive() : *std::ranges::min_element(list, {}, &Positive::share);
+}
+
+std::string contact_name(const BranchMotion& m, const Positive& p) {
+  const auto& end = m.point.end;
+  return m.model->system
+      .contact_facts(p.kind == BifurcationKind::grazing ? end.onsets[p.index].contact
+                                                        : end.lasting[p.index].contact)
+      .name;
+}
+
+Orbit branch_orbit(int periods, const BranchMotion& m) {
+  Orbit o;
+  o.periods = periods;
+  o.period = m.model->map.length() / periods;
+  o.residual = m.point.greatest;
+  o.state = m.point.state;
+  const auto& system = m.model->system;
+  for (const auto& onset : m.point.end.onsets)
+    o.impacts.push_back({onset.t, system.contact_facts(onset.contact).name, -onset.rate});
+  for (const auto& contact : m.point.end.lasting)
+    o.lasting.push_back({system.contact_facts(contact.contact).name, contact.least, contact.t});
+  o.multipliers = m.multipliers.values;
+  o.stable = m.multipliers.stable;
+  o.iterations = m.iterations;
+  return o;
+}
+
+Vanished extrapolated(const std::vector<BranchMotion>& motions, const Positive& quantity) {
+  // The last motion, and earlier ones of increasing values that are well apart.
   std::vector<const BranchMotion*> chosen;
   std::vector<double> v;
   for (auto m = motions.rbegin(); m != motions.rend() && chosen.size() < most_extrapolated; ++m) {
-    const double speed = -m->point.end.onsets[onset].rate;
-    if (!v.empty() && speed < least_ratio * v.back()) continue;
+    const double value = quantity.kind == BifurcationKind::grazing
+                             ? -m->point.end.onsets[quantity.index].rate
+                             : m->point.end.lasting[quantity.index].least;
+    if (!v.empty() && value < least_ratio * v.back()) continue;
     chosen.push_back(&*m);
-    v.push_back(speed);
+    v.push_back(value);
   }
   std::ranges::reverse(chosen);
   std::ranges::reverse(v);
@@ -177,7 +212,7 @@ Grazing grazing_of(const std::vector<BranchMotion>& motions, std::size_t onset) 
     }
     return y.front();
   };
-  Grazing g{.onset = onset, .state = motions.back().point.state};
+  Vanished g{.state = motions.back().point.state};
   g.parameter = at_zero([](const BranchMotion& m) { return m.parameter; });
   g.error = change;
   g.period = at_zero([](const BranchMotion& m) { return m.model->map.length(); });

@@ -8,9 +8,12 @@
 //
 // Source: Kuznetsov, Elements of Applied Bifurcation Theory, 3rd ed. (2004), section 10.2. A grazing impact is
 // located in its approach speed v: state and key are smooth functions of v, whereas the derivative of the map
-// grows as 1/v (Nordmark, J. Sound Vib. 145 (1991) 279).
+// grows as 1/v (Nordmark, J. Sound Vib. 145 (1991) 279). Lift-off is located in the least force λ of a lasting
+// contact likewise: state and key are smooth functions of λ > 0, and no motion has λ < 0.
 #pragma once
 
+#include <cmath>
+#include <cstddef>
 #include <optional>
 #include <string>
 #include <vector>
@@ -28,6 +31,11 @@ struct BranchEvent {
   double residual = 0;  ///< of the test function
 };
 
+/// Value of the test function of a fold, flip or torus at a motion.
+double bifurcation_test(BifurcationKind kind, const BranchSolver& solver, const BranchMotion& m);
+/// Whether the pair of multipliers with a product nearest 1 is complex.
+bool has_complex_pair(const BranchSolver& solver, const BranchMotion& m);
+
 /// Bifurcations between a motion and the one at the arclength `distance`, in their order. Refines the steps of
 /// the solver.
 std::vector<BranchEvent> events_between(BranchSolver& solver, const BranchMotion& base, double distance,
@@ -40,21 +48,33 @@ std::optional<BranchEvent> reach_key(const BranchSolver& solver, const BranchMot
 /// The tangent of the branch of doubled period at a flip, in coordinates of the motion.
 Eigen::VectorXd doubling_direction(const BranchMotion& flip);
 
-/// An impact whose approach speed decreases to 0 along a branch.
-struct Grazing {
-  std::size_t onset = 0;  ///< index of the onset
+/// A quantity that is positive in all motions of a branch: the approach speed of an onset (m/s), or the least
+/// normal force of a lasting contact (N). The branch ends where it comes to 0.
+struct Positive {
+  BifurcationKind kind = BifurcationKind::grazing;  ///< grazing or liftoff
+  std::size_t index = 0;                            ///< of the onset, or in EndState::lasting
+  double value = NAN;
+  double share = NAN;  ///< of the greatest speed of the motion, or of the contact's greatest force
+  bool same(const Positive& other) const { return kind == other.kind && index == other.index; }
+};
+/// All of a motion.
+std::vector<Positive> positive_quantities(const BranchMotion& m);
+/// That with the least share, if any; NaN share: none.
+Positive least_positive(const BranchMotion& m);
+
+/// Name of its contact.
+std::string contact_name(const BranchMotion& m, const Positive& p);
+/// A motion of N periods as a result.
+Orbit branch_orbit(int periods, const BranchMotion& m);
+
+/// A motion whose positive quantity is 0.
+struct Vanished {
   double parameter = 0, period = 0;
   double error = 0;  ///< estimated, of the parameter
   State state;       ///< of the section
 };
-/// Extrapolates motions of decreasing approach speed of one onset to speed 0. `motions`: the last ones of a
-/// branch with the same sequence.
-Grazing grazing_of(const std::vector<BranchMotion>& motions, std::size_t onset);
-/// The onset with the least approach speed relative to the fastest one, if any; NaN speed: none.
-struct SlowOnset {
-  std::size_t onset = 0;
-  double speed = NAN, share = NAN;
-};
-SlowOnset slowest_onset(const BranchMotion& m);
+/// Extrapolates motions with decreasing values of a quantity to 0. `motions`: the last ones of a branch with the
+/// same sequence.
+Vanished extrapolated(const std::vector<BranchMotion>& motions, const Positive& quantity);
 
 }  // namespace freeplay

@@ -200,7 +200,7 @@ std::optional<BranchMotion> BranchSolver::begin(const State& near, double parame
   map.take_closed(near);
   base.point.state = near;
   map.chart(near);
-  if (map.size() == 0) {
+  if (map.size() == 0 && map.closed().empty()) {
     reason = "the motion has no degrees of freedom at the section";
     return {};
   }

@@ -29,12 +29,13 @@ constexpr double growth = 1.5, reduction = 0.5;
 constexpr int few_iterations = 4, many_iterations = 7;
 /// Cosine of the greatest angle between tangents of successive motions.
 constexpr double least_cosine = 0.9;
-/// Least share of an approach speed that remains after a step, so that a grazing impact is approached in
-/// geometric steps; and its share of the greatest speed from which the grazing motion is extrapolated.
-constexpr double remaining_speed = 0.4, grazing_speed = 1e-3;
+/// Least share of an approach speed or of the least force of a lasting contact that remains after a step, so that
+/// a grazing impact or lift-off is approached in geometric steps; and its share of the greatest one from which
+/// the motion there is extrapolated.
+constexpr double remaining_share = 0.4, vanishing_share = 1e-3;
 /// Derivatives end at slow impacts whose penetration without the impact would be negligible. A branch that ends
 /// at a speed below this share is extrapolated as well, once its steps are this short.
-constexpr double slow_speed = 0.05, slow_step = 0.02;
+constexpr double slow_share = 0.05, slow_step = 0.02;
 constexpr std::size_t most_kept = 32;
 /// Most changes of the order of onsets on a branch.
 constexpr int most_changes = 20;
@@ -104,21 +105,8 @@ class Continuation {
         request_.step ? *request_.step / std::abs(request_.to - request_.from) : default_step;
     return share / std::max(std::abs(m.tangent_key()), least_share_of_key);
   }
-  Orbit orbit_of(const BranchSolver& solver, const BranchMotion& m) const {
-    Orbit o;
-    o.periods = solver.periods();
-    o.period = m.model->map.length() / o.periods;
-    o.residual = m.point.greatest;
-    o.state = m.point.state;
-    for (const auto& onset : m.point.end.onsets)
-      o.impacts.push_back({onset.t, m.model->system.contact_facts(onset.contact).name, -onset.rate});
-    o.multipliers = m.multipliers.values;
-    o.stable = m.multipliers.stable;
-    o.iterations = m.iterations;
-    return o;
-  }
   BranchPoint point_of(const Begun& b, const BranchMotion& m, int number) const {
-    return {b.number, number, m.parameter, orbit_of(b.solver, m)};
+    return {b.number, number, m.parameter, branch_orbit(b.solver.periods(), m)};
   }
   void add(BranchPoint p) {
     if (request_.on_point) request_.on_point(p);
@@ -147,11 +135,12 @@ class Continuation {
       if (next) reason = unsuitable(base, *next);
       if (!reason.empty()) {
         step *= reduction;
-        const auto slow = slowest_onset(base);
-        const bool slowing = slow.share < slow_speed && falling(last, slow.onset);
+        const auto least = least_positive(base);
+        const bool slowing =
+            least.kind == BifurcationKind::grazing && least.share < slow_share && falling(last, least);
         if (step > (slowing ? slow_step : least_step) * greatest_step(base)) continue;
         if (slowing)
-          ends = graze(b, last, slow.onset, count);
+          ends = vanish(b, last, least, count);
         else if (const auto grazed = new_contact_ahead(b.solver, base, step))
           ends = begin_contact(b, base, *grazed, step, count);
         else if (next && base.sequence() != next->sequence() && changes++ < most_changes) {
@@ -187,8 +176,8 @@ class Continuation {
       if (last.size() >= most_kept) last.erase(last.begin());
       last.push_back(base);
       if (!ends.empty()) break;
-      if (const auto slow = slowest_onset(base); slow.share < grazing_speed && falling(last, slow.onset)) {
-        ends = graze(b, last, slow.onset, count);
+      if (const auto least = least_positive(base); least.share < vanishing_share && falling(last, least)) {
+        ends = vanish(b, last, least, count);
         break;
       }
       if (BranchSolver::margin(base) < least_margin && b.solver.recentre(base).empty()) last = {base};
@@ -199,10 +188,13 @@ class Continuation {
   /// Why a motion cannot follow another one; empty if it can.
   std::string unsuitable(const BranchMotion& base, const BranchMotion& next) const {
     if (base.sequence() != next.sequence()) return "the order of contact onsets changes";
-    for (std::size_t i = 0; i < base.point.end.onsets.size(); ++i)
-      if (next.point.end.onsets[i].rate > remaining_speed * base.point.end.onsets[i].rate)
-        return fmt::format("the approach speed of {} comes to 0",
-                           base.model->system.contact_facts(base.point.end.onsets[i].contact).name);
+    const auto was = positive_quantities(base), now = positive_quantities(next);
+    if (was.size() != now.size()) return "a lasting contact separates, or a contact begins to last";
+    for (std::size_t i = 0; i < was.size(); ++i)
+      if (now[i].value < remaining_share * was[i].value)
+        return fmt::format("the {} of {} comes to 0",
+                           was[i].kind == BifurcationKind::grazing ? "approach speed" : "least force",
+                           contact_name(base, was[i]));
     const auto f = base.model->map.size();
     // Both tangents in the coordinates of the first: local coordinates belong to each state.
     const auto ahead = next.model->map.displacement(next.tangent.head(f));
@@ -218,10 +210,12 @@ class Continuation {
     return {};
   }
 
-  static bool falling(const std::vector<BranchMotion>& motions, std::size_t onset) {
+  /// Whether a quantity of the last motion is less than that of the motion before.
+  static bool falling(const std::vector<BranchMotion>& motions, const Positive& last) {
     if (motions.size() < 2) return false;
-    const auto speed = [&](const BranchMotion& m) { return -m.point.end.onsets[onset].rate; };
-    return speed(motions.back()) < speed(motions[motions.size() - 2]);
+    return std::ranges::any_of(positive_quantities(motions[motions.size() - 2]), [&](const Positive& before) {
+      return before.same(last) && last.value < before.value;
+    });
   }
 
   void report(const Begun& b, BranchEvent& e, int count) {
@@ -275,18 +269,29 @@ class Continuation {
     return {};
   }
 
-  /// Reports a grazing impact and the motions without it. Returns the end of the branch in words.
-  std::string graze(Begun& b, const std::vector<BranchMotion>& motions, std::size_t onset, int count) {
-    const auto g = grazing_of(motions, onset);
+  /// Reports a grazing impact or a lift-off. Returns the end of the branch in words.
+  std::string vanish(Begun& b, const std::vector<BranchMotion>& motions, const Positive& quantity,
+                     int count) {
+    const auto g = extrapolated(motions, quantity);
     const auto& m = motions.back();
-    Bifurcation found{
-        .kind = BifurcationKind::grazing, .at = point_of(b, m, count), .joint = {}, .follows = {}};
+    Bifurcation found{.kind = quantity.kind, .at = point_of(b, m, count), .joint = {}, .follows = {}};
     found.at.parameter = g.parameter;
     found.at.orbit.period = g.period / b.solver.periods();
     found.at.orbit.state = g.state;
-    found.joint = found.at.orbit.impacts[onset].joint;
-    found.at.orbit.impacts[onset].speed = 0;
+    found.joint = contact_name(m, quantity);
     found.residual = g.error;
+    if (quantity.kind == BifurcationKind::grazing) return graze(b, m, g, quantity.index, std::move(found));
+    found.at.orbit.lasting[quantity.index].least_force = 0;
+    found.follows = "the contact separates for a part of the motion";
+    const auto joint = found.joint;
+    add(std::move(found));
+    return fmt::format("{} lifts off", joint);
+  }
+
+  /// Reports a grazing impact and the motions without it. Returns the end of the branch in words.
+  std::string graze(Begun& b, const BranchMotion& m, const Vanished& g, std::size_t onset,
+                    Bifurcation found) {
+    found.at.orbit.impacts[onset].speed = 0;
     auto without = m.sequence();
     without.erase(without.begin() + static_cast<std::ptrdiff_t>(onset));
     const double range = b.solver.setup().range();
@@ -355,7 +360,7 @@ class Continuation {
   }
 
   std::optional<BranchMotion> beside_grazing(const BranchSolver& solver, const BranchMotion& m,
-                                             const Grazing& g, double side,
+                                             const Vanished& g, double side,
                                              const std::vector<int>& without) const {
     for (const double share : beside) {
       std::string reason;

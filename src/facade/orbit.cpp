@@ -167,6 +167,8 @@ Orbit orbit(const Scene& scene, const OrbitRequest& request) {
   found.residual = p.greatest;
   for (const auto& onset : p.end.onsets)
     found.impacts.push_back({onset.t, system.contact_facts(onset.contact).name, -onset.rate});
+  for (const auto& contact : p.end.lasting)
+    found.lasting.push_back({system.contact_facts(contact.contact).name, contact.least, contact.t});
   auto multipliers = multipliers_of(p, autonomous);
   found.multipliers = std::move(multipliers.values);
   found.stable = multipliers.stable;

@@ -17,6 +17,13 @@ struct OrbitImpact {
   double speed = 0;   ///< m/s, approach speed
 };
 
+/// A contact that is closed during the whole motion.
+struct OrbitContact {
+  std::string joint;       ///< joint with clearance or contact
+  double least_force = 0;  ///< N, least normal force
+  double t = 0;            ///< s, when it has it
+};
+
 /// A periodic motion, or the reason why none was found.
 struct Orbit {
   double period = 0;  ///< s, of the drive; without a drive, of the motion over `periods`
@@ -27,6 +34,8 @@ struct Orbit {
   State state;  ///< at the section
   /// contact onsets within the periods, in the order of time
   std::vector<OrbitImpact> impacts;
+  /// contacts that last during the whole motion; of event-driven runs
+  std::vector<OrbitContact> lasting;
   /// Floquet multipliers of the mechanism's own degrees of freedom, largest modulus first
   std::vector<std::complex<double>> multipliers;
   bool stable = false;  ///< whether all multipliers are inside the unit circle

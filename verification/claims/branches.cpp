@@ -2,7 +2,9 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <complex>
 #include <string>
 #include <utility>
 #include <vector>
@@ -12,6 +14,7 @@
 #include "verification/claims/claim.hpp"
 #include "verification/claims/orbit_scenes.hpp"
 #include "verification/references/orbits.hpp"
+#include "verification/references/two_mass_oscillator.hpp"
 
 namespace freeplay::verification {
 namespace {
@@ -149,12 +152,84 @@ void impact_oscillator(Findings& f) {
   r.expect(turn, "force of the fold on the branch that begins there", "N", o.fold(), source);
 }
 
+void liftoffs(Findings& f) {
+  const std::string source = "forced linear oscillation in closed form";
+  for (const auto& [subject, table] :
+       {std::pair<const char*, reference::LoadedTable>{"body on a shaken table", {60, 9.81L, 0.3L}},
+        {"body with a sprung second one on a shaken table", {60, 9.81L, 0.3L, 0.2L, 1000, 0.8L}}}) {
+    const long double expected = table.liftoff();
+    const BranchCase c{f, subject,
+                       continue_orbit(parse_scene(scenes::loaded_table(table, 0.8L * expected), "table"),
+                                      {.key = "curves.shake.amplitude",
+                                       .from = static_cast<double>(0.8L * expected),
+                                       .to = static_cast<double>(1.2L * expected),
+                                       .step = static_cast<double>(0.2L * expected),
+                                       .settle = 0})};
+    const auto* liftoff = c.only(BifurcationKind::liftoff, source);
+    c.expect(liftoff, "amplitude at which the contact lifts off", "m", expected, source);
+    // The least force falls linearly with the amplitude.
+    c.expect_path(
+        1,
+        [&](const BranchPoint& p) {
+          const auto weight = static_cast<double>((table.mass + table.upper) * table.gravity);
+          const double force = weight * (1 - p.parameter / static_cast<double>(expected));
+          return p.orbit.lasting.size() == 1 ? std::abs(p.orbit.lasting[0].least_force - force) / weight
+                                             : NAN;
+        },
+        "greatest error of the least force over the weight along the branch", eight_digits, source, required);
+    if (table.upper > 0 && liftoff) {
+      const auto exact = std::complex<double>(table.multiplier());
+      const auto& found = liftoff->at.orbit.multipliers;
+      f.within(c.name("distance of the multiplier from the oscillator's"), "",
+               found.size() == 2 ? std::abs(std::complex<double>(found[0].real(), std::abs(found[0].imag())) -
+                                            std::complex<double>(exact.real(), std::abs(exact.imag())))
+                                 : NAN,
+               0, eight_digits, source, required);
+    }
+  }
+}
+
+void torus(Findings& f) {
+  const std::string source = "matrix exponential, and Hurwitz's condition for the characteristic polynomial";
+  const reference::TwoMassOscillator o{1, 3, 2, 2, 0.2L, 0.2L, 1, 1.7135L, 0.742L};
+  const BranchCase c{f, "two masses with a stop, restitution raised",
+                     continue_orbit(parse_scene(scenes::two_mass_oscillator(o), "masses"),
+                                    {.key = "surfaces.hard.restitution",
+                                     .from = static_cast<double>(o.restitution),
+                                     .to = 0.755,
+                                     .step = 0.01,
+                                     .settle = 0})};
+  const auto* torus = c.only(BifurcationKind::torus, source);
+  c.expect(torus, "restitution at which a torus begins", "", o.torus(0.7L, 0.8L), source);
+  const bool has = torus && !torus->at.orbit.multipliers.empty();
+  f.within(c.name("modulus of the multiplier at the torus"), "",
+           has ? std::abs(torus->at.orbit.multipliers.front()) : NAN, 1, eight_digits, source, required);
+  // Coefficients of the characteristic polynomial of all multipliers.
+  c.expect_path(
+      1,
+      [&](const BranchPoint& p) {
+        auto same = o;
+        same.restitution = p.parameter;
+        const auto expected = same.motion().polynomial;
+        std::array<std::complex<double>, 5> found{1};
+        for (const auto& x : p.orbit.multipliers)
+          for (std::size_t i = 4; i > 0; --i) found[i] -= x * found[i - 1];
+        double worst = p.orbit.multipliers.size() == 4 ? 0 : NAN;
+        for (std::size_t i = 1; i < 5; ++i)
+          worst = std::max(worst, std::abs(found[i] - static_cast<double>(expected[i])));
+        return worst;
+      },
+      "greatest error of the characteristic polynomial along the branch", eight_digits, source, required);
+}
+
 }  // namespace
 
 Findings branches() {
   Findings f;
   shaken_balls(f);
   impact_oscillator(f);
+  liftoffs(f);
+  torus(f);
   return f;
 }
 

@@ -7,6 +7,7 @@
 #include <string>
 
 #include "verification/references/orbits.hpp"
+#include "verification/references/two_mass_oscillator.hpp"
 #include "verification/support/scene_text.hpp"
 
 namespace freeplay::verification::scenes {
@@ -44,6 +45,46 @@ position = "shake"
          test::run_for(duration) + event_driven;
 }
 
+/// The bodies rest on the table at the middle of its stroke.
+inline std::string loaded_table(const reference::LoadedTable& b, long double amplitude) {
+  const double radius = 0.05, length = 0.3, start = 2;
+  const auto A = static_cast<double>(amplitude), w = static_cast<double>(b.frequency);
+  const double at = A * std::sin(start) + radius;
+  const auto moving = [&](double height) {
+    return fmt::format("position = [0, {:.17g}]\nvelocity = [0, {:.17g}]\n", height, A * w * std::cos(start));
+  };
+  std::string text =
+      fmt::format("gravity = [0, {:.17g}]\n", -static_cast<double>(b.gravity)) +
+      test::body("table", 1, 0.01) + test::body("lower", static_cast<double>(b.mass), 0.01, moving(at)) +
+      test::guide("guide", "ground", "table", {0, 1}) + test::guide("rail", "ground", "lower", {0, 1});
+  if (b.upper > 0) {
+    const auto M = static_cast<double>(b.upper), k = static_cast<double>(b.stiffness);
+    text += test::body("upper", M, 0.01, moving(at + length - M * static_cast<double>(b.gravity) / k)) +
+            test::guide("upper_rail", "ground", "upper", {0, 1}) +
+            test::spring("spring", "lower", "upper", {0, 0}, {0, 0}, k, length,
+                         fmt::format("damping = {:.17g}\n", static_cast<double>(b.damping)));
+  }
+  return text +
+         fmt::format(R"([contacts.pair]
+type = "plane"
+between = ["table", "lower"]
+radius = {:.17g}
+surface = "hard"
+[surfaces.hard]
+restitution = 0.5
+[curves.shake]
+shape = "harmonic"
+amplitude = {:.17g}
+period = {:.17g}
+phase = {:.17g}
+[drives.shaker]
+joint = "guide"
+position = "shake"
+)",
+                     radius, A, static_cast<double>(b.period()), start) +
+         test::run_for(1, "start = \"assembled\"\n") + event_driven;
+}
+
 /// The force is F sin(Ωt) in the time of the scene, which begins one part in a thousand beside the
 /// periodic motion. `impact`: s, its time.
 inline std::string impact_oscillator(const reference::ImpactOscillator& o, long double& impact) {
@@ -77,6 +118,45 @@ against = "time"
 )",
                      static_cast<double>(o.stop), static_cast<double>(o.restitution),
                      static_cast<double>(o.force), static_cast<double>(cycle)) +
+         test::run_for(1) + event_driven;
+}
+
+/// The scene begins half a period after the impact.
+inline std::string two_mass_oscillator(const reference::TwoMassOscillator& o) {
+  const auto m = o.motion();
+  const auto y = o.at(m, o.period() / 2);
+  const auto number = [](long double x) { return static_cast<double>(x); };
+  const auto moving = [&](std::size_t i, double at) {
+    return fmt::format("position = [{:.17g}, 0]\nvelocity = [{:.17g}, 0]\n", at + number(y[i]),
+                       number(y[i + 2]));
+  };
+  const auto damped = [&](long double damping) {
+    return fmt::format("damping = {:.17g}\n", number(damping));
+  };
+  return test::body("first", number(o.m1), 0.01, moving(0, 0)) +
+         test::body("second", number(o.m2), 0.01, moving(1, 10)) + test::guide("rail", "ground", "first") +
+         test::guide("second_rail", "ground", "second", {1, 0}) +
+         test::spring("spring", "ground", "first", {-10, 0}, {0, 0}, number(o.k1), 10, damped(o.d1)) +
+         test::spring("coupling", "first", "second", {0, 0}, {0, 0}, number(o.k2), 10, damped(o.d2)) +
+         fmt::format(R"([contacts.stop]
+type = "travel-stop"
+joint = "rail"
+upper = 0
+surface = "hard"
+[surfaces.hard]
+restitution = {:.17g}
+[curves.force]
+shape = "harmonic"
+amplitude = {:.17g}
+period = {:.17g}
+phase = {:.17g}
+[drives.shaker]
+joint = "rail"
+force = "force"
+against = "time"
+)",
+                     number(o.restitution), number(o.force), number(o.period()),
+                     number(m.phase + o.frequency * o.period() / 2)) +
          test::run_for(1) + event_driven;
 }
 

@@ -18,6 +18,34 @@ inline std::array<std::complex<long double>, 2> multipliers(long double trace, l
   return {{greater, determinant / greater}};
 }
 
+/// A body of mass m on a table at the height A sin(ωt + φ₀), which carries a second one of mass M on a spring of
+/// stiffness k with damping d; M = 0: none.
+///
+/// While the contact lasts, M z̈ + d ż + k z = M A ω² sin(ωt + φ₀) for the change z of the spring's length. The
+/// force of the contact is (m + M) g + (m + M) ÿ + M z̈ with the table's height y. It oscillates with the
+/// amplitude A ω² |m + M + M² ω²/(k − M ω² + i d ω)| about (m + M) g.
+struct LoadedTable {
+  long double frequency, gravity;  ///< ω in rad/s
+  long double mass, upper = 0, stiffness = 0, damping = 0;
+
+  static long double pi() { return std::acos(-1.0L); }
+  long double period() const { return 2 * pi() / frequency; }
+  long double shaken_mass() const {
+    if (upper == 0) return mass;
+    const long double w = frequency;
+    const std::complex<long double> resistance(stiffness - upper * w * w, damping * w);
+    return std::abs(mass + upper + upper * upper * w * w / resistance);
+  }
+  /// Amplitude at which the contact force comes to 0 once per period.
+  long double liftoff() const { return (mass + upper) * gravity / (frequency * frequency * shaken_mass()); }
+  /// One of the two conjugate multipliers, those of the oscillator: exp(s T) with M s² + d s + k = 0.
+  std::complex<long double> multiplier() const {
+    const long double decay = damping / (2 * upper);
+    return std::exp(-decay * period()) *
+           std::exp(std::complex<long double>(0, std::sqrt(stiffness / upper - decay * decay) * period()));
+  }
+};
+
 /// A ball on a table at the height A sin(ωt + φ₀), one impact in n periods: T = 2πn/ω, at the phase φ.
 ///
 /// The flight lasts T and ends at the height at which it began, so v⁺ = gT/2 = −v⁻. With the table's
