@@ -24,6 +24,7 @@ struct LaneCheck {
   const std::vector<double>* constants;  ///< of its traced functions
 };
 /// The same for steps in lanes against those of each system alone.
-long differing_lanes(const LaneFunctions& functions, const std::vector<LaneCheck>& lanes, RowFacts facts);
+long differing_lanes(const LaneFunctions& functions, const std::vector<LaneCheck>& lanes, RowFacts facts,
+                     int states = 4);
 
 }  // namespace freeplay

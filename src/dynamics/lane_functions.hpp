@@ -74,13 +74,16 @@ struct LaneFunctions {
 /// lane with its own constants.
 struct TracedLanes {
   TracedObject object{0};
+  TracedObject place;  ///< the function that places the sample
   bool traced = false;
   int factors = 0, ratios = 0;
   LaneFunctions functions(const CompiledFunction* table) const;
 };
 
-/// Traces a System near a state; `traced` is false if it has no such functions.
-TracedLanes trace_lanes(const System& system, const State& near, RowFacts facts, int lanes);
+/// Traces a System near a state; `traced` is false if it has no such functions. `like`: as for
+/// trace_system().
+TracedLanes trace_lanes(const System& system, const State& near, RowFacts facts, int lanes,
+                        const TracedLanes* like = nullptr);
 
 /// Number of lanes that fill a vector register of this machine.
 int lanes_of_machine();

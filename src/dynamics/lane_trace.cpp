@@ -274,17 +274,17 @@ LaneFunctions TracedLanes::functions(const CompiledFunction* table) const {
   return f;
 }
 
-TracedLanes trace_lanes(const System& system, const State& near, RowFacts facts, int lanes) {
+TracedLanes trace_lanes(const System& system, const State& near, RowFacts facts, int lanes,
+                        const TracedLanes* like) {
   TracedLanes found;
-  found.object = TracedObject(lanes);
+  found.object = TracedObject(lanes, like ? &like->object : nullptr);
+  found.place = TracedObject(0, like ? &like->place : nullptr);
   if (facts.redundant || !SystemTracer::steps(system) || system.has_loads()) return found;
   const SaddlePoint saddle(system.mass(), system.pattern(), SolvePath::automatic, facts);
   if (!saddle.dense()) return found;
   try {
     SystemTracer tracer(system, near, 1e-6);
-    TracedObject unused;
-    tracer.place(unused);
-    std::vector<int> counts;
+    tracer.place(found.place);
     tracer.lanes(found.object, saddle);
     found.factors = tracer.lane_factors();
     found.ratios = tracer.lane_ratios();

@@ -87,8 +87,10 @@ struct TracedSystem {
 
 /// Traces a System near a state. Coordinates that one constraint row alone holds at a constant
 /// value are constants, and guards check their values. `facts`: those of the saddle points.
-/// `steps`: also the functions of StepFunctions.
-TracedSystem trace_system(const System& system, const State& near, RowFacts facts, bool steps = false);
+/// `steps`: also the functions of StepFunctions. `like`: that of a System that probably has the same
+/// structure, or null; it makes no difference but in time.
+TracedSystem trace_system(const System& system, const State& near, RowFacts facts, bool steps = false,
+                          const TracedSystem* like = nullptr);
 
 /// A state and others near it.
 inline constexpr int states_compared = 5;

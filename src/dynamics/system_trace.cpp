@@ -55,8 +55,10 @@ bool traced(std::vector<std::string>& untraced, const std::string& what, F f) {
 
 }  // namespace
 
-TracedSystem trace_system(const System& system, const State& near, RowFacts facts, bool steps) {
+TracedSystem trace_system(const System& system, const State& near, RowFacts facts, bool steps,
+                          const TracedSystem* like) {
   TracedSystem s;
+  if (like) s.object = TracedObject(0, &like->object);
   auto& object = s.object;
   s.eliminate = facts.eliminate;
   SystemTracer tracer(system, near);
@@ -99,7 +101,7 @@ TracedSystem trace_system(const System& system, const State& near, RowFacts fact
     s.steps = traced(s.untraced, "time steps", [&] {
       // The correction onto the constraints must be as small as in a run.
       SystemTracer close(system, near, 1e-6);
-      TracedObject unused;
+      TracedObject unused(0, &object);
       close.place(unused);
       close.step(object, saddle);
     });

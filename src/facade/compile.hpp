@@ -8,6 +8,8 @@
 #pragma once
 
 #include <memory>
+#include <mutex>
+#include <utility>
 #include <vector>
 
 #include "dynamics/lane_functions.hpp"
@@ -26,16 +28,40 @@ inline constexpr long compiles_after = 100'000;
 /// Throws ModelError if its value is no such word.
 Compile compile_choice(Compile asked);
 
+/// Functions of steps in lanes that have been compiled and checked.
+struct LaneStructure {
+  TracedLanes traced;  ///< of the first system
+  LaneFunctions functions;
+};
+/// Holds a LaneStructure, once it is made. Safe for concurrent use.
+class LaneShelf {
+ public:
+  std::shared_ptr<const LaneStructure> get() const {
+    const std::lock_guard lock(mutex_);
+    return made_;
+  }
+  void set(std::shared_ptr<const LaneStructure> made) {
+    const std::lock_guard lock(mutex_);
+    made_ = std::move(made);
+  }
+
+ private:
+  mutable std::mutex mutex_;
+  std::shared_ptr<const LaneStructure> made_;
+};
+
 /// A traced System and its compiled object, which others of the same structure may use.
 struct CompiledStructure {
   TracedSystem traced;
   std::shared_ptr<const void> library;
   const CompiledFunction* table = nullptr;
+  std::shared_ptr<LaneShelf> lanes = std::make_shared<LaneShelf>();
 };
 /// Traces, compiles and checks a System near a state, and attaches the functions. Returns what became
 /// of it; `from` is left to the caller.
 /// `steps`: also whole time steps of fixed length. `structure`: another one or null, and on return
-/// that of this System; with an equal one nothing is compiled, and the check has one state only.
+/// that of this System; with an equal one nothing is compiled, and the check has one state only, or
+/// none if the constants are equal, too.
 CompiledRun compile_system(System& system, const State& near, RowFacts facts, StopToken stop,
                            bool steps = false, std::shared_ptr<const CompiledStructure>* structure = nullptr);
 
@@ -53,7 +79,9 @@ struct CompiledLanes {
   std::vector<bool> fits;
 };
 /// Traces all candidates, and compiles and checks the functions of those with the structure of the
-/// first one.
-CompiledLanes compile_lanes(const std::vector<LaneCandidate>& candidates, StopToken stop);
+/// first one. `shelf`: where these functions are kept, or null; if they are there already, nothing is
+/// compiled, and the check has one state only.
+CompiledLanes compile_lanes(const std::vector<LaneCandidate>& candidates, StopToken stop,
+                            LaneShelf* shelf = nullptr);
 
 }  // namespace freeplay

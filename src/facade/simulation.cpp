@@ -98,7 +98,7 @@ long peak_memory_kib() {
 /// Never moved: formulation and sensors refer to scene, system and layout.
 struct Simulation::Implementation {
   Implementation(Scene given, std::string_view formulation, const SimulationOptions& options)
-      : scene(checked(std::move(given))),
+      : scene(options.checked ? std::move(given) : checked(std::move(given))),
         family(family_of(formulation)),
         given_start(options.start),
         system(scene.mechanism),
@@ -132,6 +132,8 @@ struct Simulation::Implementation {
   /// Seed of the run's noise, from its identity without the program: equal runs of different
   /// program versions have equal noise.
   std::uint64_t noise_of_run() const {
+    if (std::ranges::none_of(scene.instruments, [](const Instrument& i) { return i.noise.has_value(); }))
+      return 0;
     auto all = identity();
     all.program.clear();
     return checksum(all.digest());
@@ -145,7 +147,10 @@ struct Simulation::Implementation {
       undetermined.push_back(layout.forces[e].name);
     }
   }
-  RowFacts facts() const { return {!redundant_rows(system, start.q).empty(), scene.run.eliminate}; }
+  RowFacts facts() {
+    if (!redundant) redundant = !redundant_rows(system, start.q).empty();
+    return {*redundant, scene.run.eliminate};
+  }
   /// Compiles the mechanism; the run continues with the same digits.
   void compile_now(const StopToken& stop) {
     const auto& time_stepping = scene.nonsmooth;
@@ -172,6 +177,7 @@ struct Simulation::Implementation {
   Compile compile;
   std::optional<CompiledRun> compiled;  // once it was tried
   std::shared_ptr<const CompiledStructure> structure;
+  std::optional<bool> redundant;  // whether constraint rows are, at the start; once it was asked
   bool searched = false;
   bool running = false;
   std::vector<std::string> undetermined;
@@ -197,6 +203,7 @@ void Simulation::Implementation::load(const std::vector<std::byte>& memory) {
     start = std::move(begin);
     layout = std::move(there);
     searched = false;
+    redundant.reset();
     undetermined.clear();
   }
   form = std::move(loaded);
@@ -359,7 +366,9 @@ std::vector<Result> Simulation::run_together(const std::vector<Together>& all, l
     candidates.push_back({&s.system, &s.start, s.facts()});
     who.push_back(runs.size() - 1);
   }
-  const auto compiled = compile_lanes(candidates, all.front().request.stop);
+  const auto& shared = all.front().simulation->it_->structure;
+  const auto compiled =
+      compile_lanes(candidates, all.front().request.stop, shared ? shared->lanes.get() : nullptr);
   std::vector<std::optional<Ending>> endings(all.size());
   if (compiled.functions.lanes > 0) {
     std::vector<LaneRun> lanes;

@@ -54,6 +54,10 @@ struct SimulationOptions {
   /// structure, the new one shares its compiled functions and is compiled faster. Used in the
   /// constructor only.
   const Simulation* like = nullptr;
+  /// Whether the caller guarantees that the scene satisfies the rules of parse_scene(): it has been read,
+  /// and only start, drives' initial angles or run were changed since. Otherwise the constructor
+  /// applies the rules, which costs about as much as reading the scene.
+  bool checked = false;
 };
 
 /// Parameters of one call of Simulation::run().

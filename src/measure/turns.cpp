@@ -142,7 +142,7 @@ void TurnMeter::peaks(TurnMetrics& m, int turns) const {
   const std::size_t all = first_of(turns);
   for (int k = 0; k < turns; ++k) {
     double peak = 0;
-    for (auto i = first_of(k); i < first_of(k + 1); ++i) {
+    for (auto i = first_of(k), end = first_of(k + 1); i < end; ++i) {
       peak = std::max(peak, std::abs(acceleration_[i]));
       squares += acceleration_[i] * acceleration_[i];
     }
@@ -270,7 +270,12 @@ void TurnMeter::last_turn(TurnMetrics& m) const {
     }
   for (std::size_t i = first; i < first + count; ++i)
     m.last_turn.push_back({degrees(times_[i]), acceleration_[i], i < position_.size() ? position_[i] : nan});
-  std::ranges::sort(m.last_turn, {}, &TracePoint::angle);
+  // The angles increase or decrease, but for one step over 0.
+  auto& turn = m.last_turn;
+  if (rules_.speed < 0) std::ranges::reverse(turn);
+  std::ranges::rotate(turn, std::ranges::min_element(turn, {}, &TracePoint::angle));
+  const auto above = [](const TracePoint& a, const TracePoint& b) { return !(a.angle < b.angle); };
+  if (std::ranges::adjacent_find(turn, above) != turn.end()) std::ranges::sort(turn, {}, &TracePoint::angle);
 }
 
 int whole_turns(std::size_t n, double span, double turn) {

@@ -125,15 +125,31 @@ Trace* Trace::active() {
   return active_trace;
 }
 
+bool TracedObject::same_structure(const TracedObject& o) const {
+  return lanes_ == o.lanes_ && std::ranges::equal(functions_, o.functions_, [](const auto& a, const auto& b) {
+           return a == b || *a == *b;
+         });
+}
+
 Trace::Trace(TracedObject& object, std::string_view name)
     : object_(object),
-      f_{.name = std::string(name), .nodes = {}, .guards = {}, .outputs = {}},
+      f_(std::make_shared<TracedFunction>()),
       outer_(std::exchange(active_trace, this)),
-      exceptions_(std::uncaught_exceptions()) {}
+      exceptions_(std::uncaught_exceptions()) {
+  const auto place = object.functions_.size();
+  if (place < object.like_.size() && object.like_[place]->name == name) like_ = object.like_[place];
+  f_->name = name;
+}
 
 Trace::~Trace() {
   active_trace = outer_;
-  if (std::uncaught_exceptions() == exceptions_) object_.functions_.push_back(std::move(f_));
+  if (std::uncaught_exceptions() != exceptions_) return;
+  if (like_ && next_ == like_->path.size() && f_->guards == like_->guards && f_->outputs == like_->outputs) {
+    object_.functions_.push_back(std::move(like_));
+    return;
+  }
+  stop_following();
+  object_.functions_.push_back(std::move(f_));
 }
 
 int TracedObject::slot(double value) {
@@ -157,7 +173,7 @@ std::vector<bool> TracedFunction::needed() const {
 }
 
 bool TracedObject::last_reads_from(int array) const {
-  const auto& f = functions_.back();
+  const auto& f = *functions_.back();
   const auto needed = f.needed();
   for (std::size_t i = 0; i < f.nodes.size(); ++i)
     if (needed[i] && f.nodes[i].operation == Operation::input && f.nodes[i].a >= array) return true;
@@ -172,11 +188,41 @@ int TracedObject::table(std::span<const double> values) {
   return at->second;
 }
 
+/// The slot of a constant, without looking it up if it is the expected one.
+int Trace::slot(double value) {
+  if (const auto* next = like_ ? expected() : nullptr; next && next->operation == Operation::constant) {
+    const auto& known = object_.constants_;
+    const auto at = static_cast<std::size_t>(next->a);  // large if negative
+    if (at < known.size() && std::bit_cast<std::uint64_t>(known[at]) == std::bit_cast<std::uint64_t>(value))
+      return next->a;
+  }
+  return object_.slot(value);
+}
+
 int Trace::intern(Operation operation, int a, int b, int c) {
-  const auto [at, is_new] =
-      known_.try_emplace(std::array{static_cast<int>(operation), a, b, c}, static_cast<int>(f_.nodes.size()));
-  if (is_new) f_.nodes.push_back({operation, a, b, c});
+  const TracedFunction::Node node{operation, a, b, c};
+  if (like_) {
+    // All calls so far were those of like_, so an equal call has the same node.
+    if (const auto* next = expected(); next && *next == node) {
+      const int found = like_->path[next_++];
+      followed_ = std::max(followed_, found + 1);
+      return found;
+    }
+    stop_following();
+  }
+  const auto [at, is_new] = known_.try_emplace(std::array{static_cast<int>(operation), a, b, c}, size());
+  if (is_new) f_->nodes.push_back(node);
+  f_->path.push_back(at->second);
   return at->second;
+}
+
+void Trace::stop_following() {
+  if (!like_) return;
+  f_->nodes.assign(like_->nodes.begin(), like_->nodes.begin() + followed_);
+  f_->path.assign(like_->path.begin(), like_->path.begin() + static_cast<long>(next_));
+  like_ = nullptr;
+  for (const auto& n : f_->nodes)
+    known_.emplace(std::array{static_cast<int>(n.operation), n.a, n.b, n.c}, static_cast<int>(known_.size()));
 }
 
 /// 0 and ±1 are written into the text: they are structure rather than parameters.
@@ -184,7 +230,7 @@ int Trace::node_of(const Traced& x) {
   if (!x.is_constant()) return x.node;
   for (const double plain : {0.0, 1.0, -1.0})
     if (x.value == plain) return intern(Operation::constant, -1, static_cast<int>(plain));
-  return intern(Operation::constant, object_.slot(x.value), 0);
+  return intern(Operation::constant, slot(x.value), 0);
 }
 
 Traced Trace::input(int array, int index, double value) {
@@ -204,7 +250,7 @@ Traced Trace::old(int array, int index) { return input(old_arrays + array, index
 void Trace::output(int array, int index, const Traced& x) {
   const int node = node_of(x);
   if (node == old(array, index).node) return;
-  f_.outputs.push_back({array, index, node});
+  f_->outputs.push_back({array, index, node});
 }
 
 void Trace::outputs(int array, std::span<const Traced> x) {
@@ -214,7 +260,7 @@ void Trace::outputs(int array, std::span<const Traced> x) {
 /// An output's old content is no operand, because it depends on earlier calls.
 int Trace::operand(const Traced& x) {
   const int node = node_of(x);
-  if (f_.nodes[node].operation == Operation::input && f_.nodes[node].a < 0)
+  if (nodes()[node].operation == Operation::input && nodes()[node].a < 0)
     throw NotTraceable("an element reads a quantity that another element has not set");
   return node;
 }
@@ -256,8 +302,8 @@ Traced Trace::record(Operation operation, const Traced& a, const Traced& b) {
   Traced x(value(operation, a.value, b.value));
   const bool two = operation <= Operation::divide || operation >= Operation::atan2;
   int left = operand(a), right = -1;
-  if (operation == Operation::negate && f_.nodes[left].operation == Operation::negate) {
-    x.node = f_.nodes[left].a;
+  if (operation == Operation::negate && nodes()[left].operation == Operation::negate) {
+    x.node = nodes()[left].a;
     return x;
   }
   if (two) right = operand(b);
@@ -283,17 +329,16 @@ Traced Trace::look_up(Operation operation, const Traced& x, std::span<const doub
 
 void Trace::require(const Traced& condition) {
   if (condition.is_constant()) return freeplay::require(condition);
-  f_.guards.push_back({Relation::equal, operand(condition), -1, true, static_cast<int>(f_.nodes.size())});
+  f_->guards.push_back({Relation::equal, operand(condition), -1, true, size()});
 }
 
 bool Trace::compare(const Traced& a, Relation relation, const Traced& b) {
   const bool holds = result(a.value, relation, b.value);
-  const TracedFunction::Guard guard{relation, operand(a), operand(b), holds,
-                                    static_cast<int>(f_.nodes.size())};
-  const bool known = std::ranges::any_of(f_.guards, [&](const TracedFunction::Guard& g) {
+  const TracedFunction::Guard guard{relation, operand(a), operand(b), holds, size()};
+  const bool known = std::ranges::any_of(f_->guards, [&](const TracedFunction::Guard& g) {
     return g.relation == guard.relation && g.a == guard.a && g.b == guard.b;
   });
-  if (!known) f_.guards.push_back(guard);
+  if (!known) f_->guards.push_back(guard);
   return holds;
 }
 

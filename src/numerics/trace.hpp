@@ -22,12 +22,18 @@
 //       trace.output(0, 3, x);                             // output array 0, entry 3
 //     }                                                    // appends the function to the object
 //     object.text();
+//
+// An object may follow another one, `like`. As long as its functions record the same operations in the
+// same order, each call is compared with that of the other function instead of being looked up, and the
+// functions are shared. At the first difference the function is recorded as usual, so the result is the
+// same in any case.
 #pragma once
 
 #include <array>
 #include <cstddef>
 #include <cstdint>
 #include <map>
+#include <memory>
 #include <span>
 #include <string>
 #include <string_view>
@@ -74,16 +80,24 @@ struct TracedFunction {
   std::vector<Node> nodes;
   std::vector<Guard> guards;
   std::vector<Output> outputs;
-  bool operator==(const TracedFunction&) const = default;
   /// The nodes on which outputs and guards depend.
   std::vector<bool> needed() const;
+  /// The node of each call of Trace::intern(), in their order. It follows from the calls, so it is not
+  /// compared.
+  std::vector<int> path;
+  bool operator==(const TracedFunction& o) const {
+    return name == o.name && nodes == o.nodes && guards == o.guards && outputs == o.outputs;
+  }
 };
 
 /// The functions of one compiled object and the constants that they share.
 class TracedObject {
  public:
-  /// `lanes`: number of lanes, a power of two; 0: functions of plain numbers.
-  explicit TracedObject(int lanes = 0) : lanes_(lanes) {}
+  /// `lanes`: number of lanes, a power of two; 0: functions of plain numbers. `like`: an object to
+  /// follow, or null.
+  explicit TracedObject(int lanes = 0, const TracedObject* like = nullptr) : lanes_(lanes) {
+    if (like) like_ = like->functions_;
+  }
   int lanes() const { return lanes_; }
   /// C text of all functions, and of the table `freeplay_functions` of them in their order.
   std::string text() const;
@@ -96,12 +110,11 @@ class TracedObject {
   /// Removes the last function.
   void drop_last() { functions_.pop_back(); }
   /// Whether the text of another object is the same; its constants may differ. Faster than the texts.
-  bool same_structure(const TracedObject& o) const {
-    return lanes_ == o.lanes_ && functions_ == o.functions_;
-  }
+  bool same_structure(const TracedObject& o) const;
 
  private:
   friend class Trace;
+  using Functions = std::vector<std::shared_ptr<const TracedFunction>>;
   int slot(double value);
   /// First of the slots of a table.
   int table(std::span<const double> values);
@@ -109,7 +122,7 @@ class TracedObject {
   std::vector<double> constants_;
   std::unordered_map<std::uint64_t, int> slot_;  // by the bits of the value
   std::map<std::vector<std::uint64_t>, int> tables_;
-  std::vector<TracedFunction> functions_;
+  Functions functions_, like_;
   int lanes_;
 };
 
@@ -150,9 +163,20 @@ class Trace {
   int node_of(const Traced& x);
   int operand(const Traced& x);
   int intern(Operation operation, int a, int b, int c = -1);
+  int slot(double value);
+  const std::vector<TracedFunction::Node>& nodes() const { return like_ ? like_->nodes : f_->nodes; }
+  int size() const { return like_ ? followed_ : static_cast<int>(f_->nodes.size()); }
+  /// The node of the next call if it is that of `like_`, or null.
+  const TracedFunction::Node* expected() const {
+    return next_ < like_->path.size() ? &like_->nodes[static_cast<std::size_t>(like_->path[next_])] : nullptr;
+  }
+  void stop_following();
 
   TracedObject& object_;
-  TracedFunction f_;
+  std::shared_ptr<TracedFunction> f_;
+  std::shared_ptr<const TracedFunction> like_;  // while it is followed; its nodes are not in f_
+  std::size_t next_ = 0;                        // call in the path of like_
+  int followed_ = 0;                            // nodes of like_ that were recorded
   Trace* outer_;
   int exceptions_;
   std::unordered_map<std::array<int, 4>, int, Hash> known_;  // nodes

@@ -303,9 +303,9 @@ std::string TracedObject::text() const {
   std::string text(head);
   if (lanes_ > 0) text += head_of_lanes(lanes_);
   if (!tables_.empty()) text += lanes_ > 0 ? look_ups_of_lanes(lanes_) : std::string(search);
-  for (const auto& f : functions_) FunctionText(f, lanes_).append(text);
+  for (const auto& f : functions_) FunctionText(*f, lanes_).append(text);
   text += "int (*const freeplay_functions[])(" + parameters(lanes_) + ") = {";
-  for (const auto& f : functions_) text += f.name + ", ";
+  for (const auto& f : functions_) text += f->name + ", ";
   text += "0};\nconst int freeplay_abi = 1;\n";
   return text;
 }
@@ -313,7 +313,7 @@ std::string TracedObject::text() const {
 long TracedObject::operations() const {
   long sum = 0;
   std::string ignored;
-  for (const auto& f : functions_) sum += FunctionText(f, lanes_).append(ignored);
+  for (const auto& f : functions_) sum += FunctionText(*f, lanes_).append(ignored);
   return sum;
 }
 

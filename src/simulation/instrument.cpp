@@ -29,14 +29,24 @@ void LowPass::reset(double input) {
   for (int k = 0; k < modes_; ++k) z_[k] = -input / pole_[k];
 }
 
-void LowPass::advance(double h, double a) {
-  if (std::abs(h - h_) > 1e-9 * h) {  // steps that differ by rounding share their coefficients
-    h_ = h;
+void LowPass::prepare(double h) {
+  h_ = h;
+  auto known = std::ranges::find(prepared_, h, &Prepared::h);
+  if (known == prepared_.end()) {
+    known = prepared_.begin() + static_cast<std::ptrdiff_t>(oldest_++ % prepared_.size());
+    known->h = h;
     for (int k = 0; k < modes_; ++k) {
-      decay_[k] = std::exp(pole_[k] * h);
-      gain_[k] = (decay_[k] - 1.0) / pole_[k];
+      known->decay[k] = std::exp(pole_[k] * h);
+      known->gain[k] = (known->decay[k] - 1.0) / pole_[k];
     }
   }
+  decay_ = known->decay;
+  gain_ = known->gain;
+}
+
+void LowPass::advance(double h, double a) {
+  // Steps that differ by rounding share their coefficients.
+  if (std::abs(h - h_) > 1e-9 * h) prepare(h);
   for (int k = 0; k < modes_; ++k) z_[k] = decay_[k] * z_[k] + gain_[k] * a;
 }
 

@@ -68,9 +68,19 @@ class LowPass {
 
  private:
   using Complex = std::complex<double>;
+  /// Sets decay_ and gain_ for steps of h (s).
+  void prepare(double h);
+
   int modes_ = 0;  // poles of the upper half plane, and the real pole of an odd order
   std::array<Complex, (highest_order + 1) / 2> pole_, residue_, z_, decay_, gain_;
   double h_ = -1;  // step for which decay_ and gain_ are valid
+  // Those of the last lengths, which return in each step of a run with fixed steps.
+  struct Prepared {
+    double h = -1;
+    std::array<Complex, (highest_order + 1) / 2> decay, gain;
+  };
+  std::array<Prepared, 4> prepared_;
+  std::size_t oldest_ = 0;
 };
 
 /// Samples of one instrument at multiples of its sampling period. Filtered channels are advanced

@@ -171,14 +171,12 @@ Starts::Starts(const Scene& scene, const EnsemblePlan& plan) : scene_(scene), pl
 
 /// One start: its simulation and observers.
 struct Starts::Run {
-  /// `like`: another one, or null.
-  Run(const Starts& all, int start, Compile compile, const Run* like = nullptr)
+  /// `like`: a simulation of another start, or null.
+  Run(const Starts& all, int start, Compile compile, const Simulation* like = nullptr)
       : scene(perturbed(all.scene_, all.near_, all.plan_.stop, all.plan_.seed, start, all.plan_.how)),
-        simulation(scene, all.plan_.formulation,
-                   {.matched = true,
-                    .stop = all.plan_.stop,
-                    .compile = compile,
-                    .like = like ? &like->simulation : nullptr}),
+        simulation(
+            scene, all.plan_.formulation,
+            {.matched = true, .stop = all.plan_.stop, .compile = compile, .like = like, .checked = true}),
         rows(all.times_.size() * all.columns_.size(), std::nan("")),
         sampled(all.columns_, all.times_, rows.data()),
         contacts(scene.run.discard),
@@ -246,6 +244,17 @@ StartOutcome Starts::make(int start) const {
   return out;
 }
 
+Starts::~Starts() = default;
+
+const Simulation& Starts::model() const {
+  std::call_once(model_made_, [&] {
+    model_ = std::make_unique<const Simulation>(
+        scene_, plan_.formulation,
+        SimulationOptions{.matched = true, .stop = plan_.stop, .compile = Compile::always});
+  });
+  return *model_;
+}
+
 std::size_t Starts::in_group() const {
   const auto& o = scene_.nonsmooth;
   const auto choice = compile_choice(Compile::automatic);
@@ -267,12 +276,12 @@ std::vector<StartOutcome> Starts::make_together(const std::vector<int>& starts) 
   std::vector<StartOutcome> outcomes(starts.size());
   std::vector<std::unique_ptr<Run>> runs(starts.size());
   std::vector<Simulation::Together> all;
-  const Run* like = nullptr;
+  const Simulation* like = nullptr;
   for (std::size_t i = 0; i < starts.size(); ++i)
     outcomes[i] = outcome_of([&] {
-      runs[i] = std::make_unique<Run>(*this, starts[i], Compile::always, like);
+      runs[i] = std::make_unique<Run>(*this, starts[i], Compile::always, like ? like : &model());
       auto& run = *runs[i];
-      if (!like) like = &run;
+      if (!like) like = &run.simulation;
       all.push_back({&run.simulation, run.request(plan_.stop),
                      [&run] { return std::min(run.window.next(), run.sampled.next()); }});
       return StartOutcome();

@@ -10,6 +10,8 @@
 #include <cstdint>
 #include <functional>
 #include <map>
+#include <memory>
+#include <mutex>
 #include <string>
 #include <vector>
 
@@ -21,6 +23,7 @@
 namespace freeplay {
 
 struct Scene;
+class Simulation;
 
 /// Quantiles of a band.
 inline constexpr std::array<double, 5> band_levels{0.05, 0.25, 0.5, 0.75, 0.95};
@@ -89,6 +92,7 @@ class Starts {
  public:
   /// Refers to the scene, which must not change. Throws as run_ensemble().
   Starts(const Scene& scene, const EnsemblePlan& plan);
+  ~Starts();
   StartOutcome make(int start) const;
   /// Makes starts in one thread, where possible in lanes (docs/theory/compiled.md). Each has the digits
   /// of make().
@@ -106,12 +110,16 @@ class Starts {
   struct Run;
   /// Number of starts that one thread makes together.
   std::size_t in_group() const;
+  /// A compiled simulation of the scene itself, whose functions the starts share. Made at the first call.
+  const Simulation& model() const;
 
   const Scene& scene_;
   EnsemblePlan plan_;
   std::vector<Column> columns_;
   std::vector<double> times_;  // s, of the bands
   std::vector<double> near_;
+  mutable std::once_flag model_made_;
+  mutable std::unique_ptr<const Simulation> model_;
 };
 
 /// Runs an ensemble. Throws SceneError if starts cannot differ, a column does not exist, or the

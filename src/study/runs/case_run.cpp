@@ -214,7 +214,9 @@ CaseResult run_case(const Study& study, const Case& one, const Conduct& conduct)
   rules.impact_speed = study.impact_speed;
   rules.line_share = study.line_share;
   Simulation simulation(scene, one.formulation,
-                        {.matched = study.matched && conduct.matched, .stop = conduct.stop});
+                        {.matched = study.matched && conduct.matched,
+                         .stop = conduct.stop,
+                         .checked = one.sampling == 0});  // a sampling of the study is not checked yet
   set_contacts(study, scene, simulation.layout().contacts, rules);
   // The comparison with the ideal mechanism requires a motion whose period does not depend on the
   // clearance.

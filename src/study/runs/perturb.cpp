@@ -116,7 +116,7 @@ Scene perturbed(const Scene& scene, const std::vector<double>& near, const StopT
             scene.file.string(), motion->name));
     time = turned * 2 * std::numbers::pi / std::abs(drive->speed);
     ideal.run.duration = time;
-    Simulation simulation(ideal, "penalty", {.start = state, .stop = stop});
+    Simulation simulation(ideal, "penalty", {.start = state, .stop = stop, .checked = true});
     const auto ending = simulation.run({.until = time, .keep_events = false, .stop = stop}).ending;
     if (ending.status == Ending::Status::interrupted) throw Interrupted();
     if (ending.status == Ending::Status::failed)
