@@ -57,6 +57,7 @@ class Marched : public Formulation {
   }
   /// For lanes, which make some steps in its place.
   Stepper& stepper() { return stepper_; }
+  const System& system() const { return system_; }
   double& passed() { return passed_; }
   void save(MemoryWriter& m) final { serialize(m); }
   void load(MemoryReader& m) final { serialize(m); }

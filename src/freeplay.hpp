@@ -66,6 +66,7 @@
 /// link freeplay::freeplay. docs/reference/library.md has complete examples.
 #pragma once
 
+#include "facade/compiled_structures.hpp"
 #include "facade/continuation.hpp"
 #include "facade/lyapunov.hpp"
 #include "facade/orbit.hpp"

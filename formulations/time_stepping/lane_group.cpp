@@ -326,7 +326,34 @@ void LaneGroup::restore(unsigned lanes) {
   }
 }
 
+void LaneGroup::record(long most) {
+  const auto states = most > 0 ? static_cast<std::size_t>(most) + 1 : 0, lanes = members_.size();
+  motion_.resize(states * static_cast<std::size_t>(q_.size + v_.size) * lanes);
+  motion_times_.resize(states * lanes);
+}
+
+void LaneGroup::keep_motion(long step) {
+  if (motion_.empty()) return;
+  const auto at = static_cast<std::size_t>(step),
+             size = static_cast<std::size_t>((q_.size + v_.size) * width_);
+  std::memcpy(motion_.data() + at * size, q_.data, size * sizeof(double));  // and v_, which follows
+  for (std::size_t lane = 0; lane < times_.size(); ++lane)
+    motion_times_[at * times_.size() + lane] = times_[lane].t;
+}
+
+double LaneGroup::recorded(long step, int lane, std::vector<double>& q, std::vector<double>& v) const {
+  const auto at = static_cast<std::size_t>(step), width = times_.size();
+  const double* x = motion_.data() + at * (q.size() + v.size()) * width + lane;
+  for (auto* list : {&q, &v})
+    for (auto& value : *list) {
+      value = *x;
+      x += width_;
+    }
+  return motion_times_[at * width + static_cast<std::size_t>(lane)];
+}
+
 unsigned LaneGroup::advance(unsigned lanes, long most) {
+  keep_motion(0);
   for (done_ = 0; done_ < most; ++done_) {
     std::memcpy(saved_q_.data, q_.data, state_size_ * sizeof(double));
     set_times();
@@ -346,6 +373,7 @@ unsigned LaneGroup::advance(unsigned lanes, long most) {
       ++time.steps;
       time.pressed += time.contact >= 0 ? 1 : 0;
     }
+    keep_motion(done_ + 1);
     if (bad == 0) continue;
     restore(bad);
     return bad;

@@ -42,6 +42,11 @@ class LaneGroup {
   unsigned advance(unsigned lanes, long most);
   /// Number of steps of the last advance() that all its lanes have made.
   long done() const { return done_; }
+  /// Whether advance() records the motion of its steps, of which there are at most `most`; 0: no.
+  void record(long most);
+  /// The motion of a lane after `step` steps of the last advance(), 0 for its beginning. Returns the
+  /// time, s.
+  double recorded(long step, int lane, std::vector<double>& q, std::vector<double>& v) const;
 
  private:
   /// An array of the functions: `size` quantities of all lanes.
@@ -63,6 +68,7 @@ class LaneGroup {
   unsigned open_gaps(unsigned lanes);
   void account_potential(unsigned lanes);
   void restore(unsigned lanes);
+  void keep_motion(long step);
 
   LaneFunctions functions_;
   std::vector<Member> members_;
@@ -85,6 +91,7 @@ class LaneGroup {
   bool potential_ = false;
   std::vector<double> q_one_, q_free_one_;  // of one lane
   long done_ = 0;
+  std::vector<double> motion_, motion_times_;  // of recorded steps; empty: none
 };
 
 }  // namespace freeplay

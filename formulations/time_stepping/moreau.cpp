@@ -266,11 +266,8 @@ bool MoreauStepper::end_step() {
 
 void MoreauStepper::interpolate(double t, double* q, double* v) const {
   const auto& d = data_;
-  const double s = d.t > d.t_old ? (t - d.t_old) / (d.t - d.t_old) : 1;
-  for (int i = 0; i < d.system.n(); ++i) {
-    q[i] = d.q_old[i] + s * (d.q[i] - d.q_old[i]);
-    v[i] = d.v_old[i] + s * (d.v[i] - d.v_old[i]);
-  }
+  interpolate_step(d.t_old, d.t, t, {d.q_old.data(), d.q.data(), d.v_old.data(), d.v.data()}, d.system.n(), q,
+                   v);
 }
 
 /// Calls copy() on each member of a Place and the stepper's own data.

@@ -19,6 +19,20 @@ namespace freeplay {
 /// only contacts marked as closed, without restitution, so that the step is smooth.
 enum class StepReach { all, closed };
 
+/// The ends of a step.
+struct StepEnds {
+  const double *q_old, *q, *v_old, *v;
+};
+/// The state at a time t within the step from t_old to t_new, of n coordinates.
+inline void interpolate_step(double t_old, double t_new, double t, const StepEnds& d, int n, double* q,
+                             double* v) {
+  const double s = t_new > t_old ? (t - t_old) / (t_new - t_old) : 1;
+  for (int i = 0; i < n; ++i) {
+    q[i] = d.q_old[i] + s * (d.q[i] - d.q_old[i]);
+    v[i] = d.v_old[i] + s * (d.v[i] - d.v_old[i]);
+  }
+}
+
 /// Totals over the steps of a run.
 struct RunTotals {
   EnergyLedger integrals;

@@ -13,8 +13,8 @@
 #include "facade/assess.hpp"
 #include "facade/compile.hpp"
 #include "facade/identify.hpp"
+#include "facade/implementation.hpp"
 #include "facade/simulation.hpp"
-#include "formulations/lanes.hpp"
 #include "formulations/make.hpp"
 #include "io/files/digest.hpp"
 #include "io/files/identity.hpp"
@@ -95,93 +95,75 @@ long peak_memory_kib() {
 
 }  // namespace
 
-/// Never moved: formulation and sensors refer to scene, system and layout.
-struct Simulation::Implementation {
-  Implementation(Scene given, std::string_view formulation, const SimulationOptions& options)
-      : scene(options.checked ? std::move(given) : checked(std::move(given))),
-        family(family_of(formulation)),
-        given_start(options.start),
-        system(scene.mechanism),
-        start(start_of(scene, family, system, options, assumed)),
-        restitution(matched_restitution(family, options.matched, scene, system)),
-        layout(layout_of(scene, system, start)),
-        form(begun(start)),
-        sensors(scene.instruments, layout, start.q.size(), noise_of_run()),
-        compile(compile_choice(options.compile)) {
-    if (options.like && options.like->it_) structure = options.like->it_->structure;
-    if (compile == Compile::always) compile_now(options.stop);
-  }
+Simulation::Implementation::Implementation(Scene given, std::string_view formulation,
+                                           const SimulationOptions& options)
+    : scene(options.checked ? std::move(given) : checked(std::move(given))),
+      family(family_of(formulation)),
+      given_start(options.start),
+      system(scene.mechanism),
+      start(start_of(scene, family, system, options, assumed)),
+      restitution(matched_restitution(family, options.matched, scene, system)),
+      layout(layout_of(scene, system, start)),
+      form(begun(start)),
+      sensors(scene.instruments, layout, start.q.size(), noise_of_run()),
+      compile(compile_choice(options.compile)),
+      structures(options.structures) {
+  if (compile == Compile::always) compile_now(options.stop);
+}
 
-  /// A formulation that starts at this state. Its treatment of the constraint rows depends on the
-  /// state.
-  std::unique_ptr<Formulation> begun(const State& at) const {
-    return make(family, scene, system, at, restitution.value_or(std::vector<double>{}));
-  }
-  void save(MemoryWriter& m) {
-    m(start.t, start.q, start.v);
-    form->save(m);
-    m.part("sensors");
-    m(sensors);
-  }
-  void load(const std::vector<std::byte>& memory);
-  Identity identity() const {
-    auto found = identify(scene, family, restitution);
-    found.given = start_identity(given_start);
-    return found;
-  }
-  /// Seed of the run's noise, from its identity without the program: equal runs of different
-  /// program versions have equal noise.
-  std::uint64_t noise_of_run() const {
-    if (std::ranges::none_of(scene.instruments, [](const Instrument& i) { return i.noise.has_value(); }))
-      return 0;
-    auto all = identity();
-    all.program.clear();
-    return checksum(all.digest());
-  }
-  /// Finds the undetermined reactions once, when an observer first requests forces.
-  void find_undetermined() {
-    if (searched) return;
-    searched = true;
-    for (const int e : undetermined_elements(system, start)) {
-      layout.forces[e].determined = false;
-      undetermined.push_back(layout.forces[e].name);
-    }
-  }
-  RowFacts facts() {
-    if (!redundant) redundant = !redundant_rows(system, start.q).empty();
-    return {*redundant, scene.run.eliminate};
-  }
-  /// Compiles the mechanism; the run continues with the same digits.
-  void compile_now(const StopToken& stop) {
-    const auto& time_stepping = scene.nonsmooth;
-    const bool steps = family == Family::nonsmooth && time_stepping.step &&
-                       time_stepping.scheme_in_force() == Scheme::moreau_jean;
-    compiled = compile_system(system, start, facts(), stop, steps, &structure);
-    compiled->from = form->state().t;
-  }
-  bool compiles_now() const {
-    return !compiled && compile == Compile::automatic && form->work().rhs >= compiles_after;
-  }
-  Result summary(const Ending& ending) const;
+std::unique_ptr<Formulation> Simulation::Implementation::begun(const State& at) const {
+  return make(family, scene, system, at, restitution.value_or(std::vector<double>{}));
+}
 
-  Scene scene;
-  Family family;
-  std::optional<State> given_start;
-  System system;
-  std::string assumed;  // written by the initialisation of `start`, so declared before it
-  State start;
-  std::optional<std::vector<double>> restitution;  // from the penalty law, if matched
-  Layout layout;
-  std::unique_ptr<Formulation> form;
-  Sensors sensors;
-  Compile compile;
-  std::optional<CompiledRun> compiled;  // once it was tried
-  std::shared_ptr<const CompiledStructure> structure;
-  std::optional<bool> redundant;  // whether constraint rows are, at the start; once it was asked
-  bool searched = false;
-  bool running = false;
-  std::vector<std::string> undetermined;
-};
+Identity Simulation::Implementation::identity() const {
+  auto found = identify(scene, family, restitution);
+  found.given = start_identity(given_start);
+  return found;
+}
+
+/// Seed of the run's noise, from its identity without the program: equal runs of different
+/// program versions have equal noise.
+std::uint64_t Simulation::Implementation::noise_of_run() const {
+  if (std::ranges::none_of(scene.instruments, [](const Instrument& i) { return i.noise.has_value(); }))
+    return 0;
+  auto all = identity();
+  all.program.clear();
+  return checksum(all.digest());
+}
+
+/// Finds the undetermined reactions once, when an observer first requests forces.
+void Simulation::Implementation::find_undetermined() {
+  if (searched) return;
+  searched = true;
+  for (const int e : undetermined_elements(system, start)) {
+    layout.forces[e].determined = false;
+    undetermined.push_back(layout.forces[e].name);
+  }
+}
+
+RowFacts Simulation::Implementation::facts() {
+  if (!redundant) redundant = !redundant_rows(system, start.q).empty();
+  return {*redundant, scene.run.eliminate};
+}
+
+void Simulation::Implementation::compile_now(const StopToken& stop, bool only_known) {
+  const auto& time_stepping = scene.nonsmooth;
+  const bool steps = family == Family::nonsmooth && time_stepping.step &&
+                     time_stepping.scheme_in_force() == Scheme::moreau_jean;
+  compiled = compile_system(system, start, facts(), stop, steps, structures, only_known);
+  if (compiled) compiled->from = form->state().t;
+}
+
+void Simulation::Implementation::compile_if_long(const StopToken& stop) {
+  if (compiled || compile != Compile::automatic) return;
+  const long rhs = form->work().rhs;
+  if (rhs >= compiles_after) {
+    compile_now(stop);
+  } else if (!looked && structures && rhs >= attaches_after) {
+    looked = true;
+    if (structures->any()) compile_now(stop, true);
+  }
+}
 
 /// Restores into a new formulation and new sensors, which replace the current ones after everything
 /// was read.
@@ -255,94 +237,57 @@ Result Simulation::Implementation::summary(const Ending& ending) const {
   return r;
 }
 
+void Simulation::Implementation::Running::refuse(bool flag) {
+  if (flag) throw std::logic_error("an observer must not run or restore the simulation that it observes");
+}
+
 namespace {
 
-/// Compiles the mechanism after a step, once the run is long enough.
-template <class Implementation>
-struct CompileObserver final : Observer {
-  CompileObserver(Implementation& s, StopToken stop) : simulation(s), token(std::move(stop)) {}
-  void step(const Step&) override {
-    if (!simulation.compiles_now()) return;
-    try {
-      simulation.compile_now(token);
-    } catch (const Interrupted&) {  // the run ends after this step
-    }
-  }
-  Implementation& simulation;
-  StopToken token;
-};
-
-/// Refuses run() and restore() while a run of the same simulation is in progress.
-class Running {
- public:
-  explicit Running(bool& flag) : flag_(flag) {
-    refuse(flag);
-    flag_ = true;
-  }
-  ~Running() { flag_ = false; }
-  static void refuse(bool flag) {
-    if (flag) throw std::logic_error("an observer must not run or restore the simulation that it observes");
-  }
-
- private:
-  bool& flag_;
-};
-
-/// A run in progress: its observers, and the clocks.
-template <class Implementation>
-struct Underway {
-  Underway(Implementation& s, const RunRequest& request)
-      : simulation(s),
-        until(end_of(s, request)),
-        list(request.most_events),
-        compiler(s, request.stop),
-        watch(s.layout, s.sensors, observers_of(request), request.stop),
-        running(s.running) {
-    s.layout.end = until;
-    wall = std::chrono::steady_clock::now();
-    cpu = thread_seconds();
-    watch.begin(s.form->state());
-  }
-  static double end_of(const Implementation& s, const RunRequest& request) {
-    const double until = request.until.value_or(s.scene.run.duration);
-    if (!std::isfinite(until) || until < s.form->state().t)
-      throw ModelError("until", fmt::format("must not be before the present time {} s, is {} s",
-                                            s.form->state().t, until));
-    return until;
-  }
-  std::vector<Observer*> observers_of(const RunRequest& request) {
-    auto observers = request.observers;
-    if (request.keep_events) observers.push_back(&list);
-    if (std::ranges::any_of(observers, [&](const Observer* o) {
-          return o->wants().forces || (o->wants().samples && simulation.sensors.wants_forces());
-        }))
-      simulation.find_undetermined();
-    if (!simulation.compiled && simulation.compile == Compile::automatic) observers.push_back(&compiler);
-    return observers;
-  }
-  Result finish(const Ending& ending) {
-    auto& s = simulation;
-    watch.end(ending, s.form->state().t, s.form->log());
-    auto result = s.summary(ending);
-    result.wall_seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - wall).count();
-    result.cpu_seconds = thread_seconds() - cpu;
-    result.peak_memory_kib = peak_memory_kib();
-    result.events = std::move(list.events);
-    result.events_seen = list.seen;
-    return result;
-  }
-
-  Implementation& simulation;
-  double until;
-  EventList list;
-  CompileObserver<Implementation> compiler;
-  Watch watch;
-  Running running;
-  std::chrono::steady_clock::time_point wall;
-  double cpu = 0;  // s
-};
+/// The end of a run, s.
+double end_of_run(const RunRequest& request, double duration, double now) {
+  const double until = request.until.value_or(duration);
+  if (!std::isfinite(until) || until < now)
+    throw ModelError("until", fmt::format("must not be before the present time {} s, is {} s", now, until));
+  return until;
+}
 
 }  // namespace
+
+Simulation::Implementation::Underway::Underway(Implementation& s, const RunRequest& request)
+    : simulation(s),
+      until(end_of_run(request, s.scene.run.duration, s.form->state().t)),
+      list(request.most_events),
+      compiler(s, request.stop),
+      watch(s.layout, s.sensors, observers_of(request), request.stop),
+      running(s.running) {
+  s.layout.end = until;
+  wall = std::chrono::steady_clock::now();
+  cpu = thread_seconds();
+  watch.begin(s.form->state());
+}
+
+std::vector<Observer*> Simulation::Implementation::Underway::observers_of(const RunRequest& request) {
+  auto observers = request.observers;
+  if (request.keep_events) observers.push_back(&list);
+  if (std::ranges::any_of(observers, [&](const Observer* o) {
+        return o->wants().forces || (o->wants().samples && simulation.sensors.wants_forces());
+      }))
+    simulation.find_undetermined();
+  if (!simulation.compiled && simulation.compile == Compile::automatic) observers.push_back(&compiler);
+  return observers;
+}
+
+Result Simulation::Implementation::Underway::finish(const Ending& ending) {
+  auto& s = simulation;
+  watch.end(ending, s.form->state().t, s.form->log());
+  auto result = s.summary(ending);
+  result.wall_seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - wall).count();
+  result.cpu_seconds = thread_seconds() - cpu;
+  result.peak_memory_kib = peak_memory_kib();
+  result.events = std::move(list.events);
+  result.events_seen = list.seen;
+  return result;
+}
 
 Simulation::Simulation(Scene scene, std::string_view formulation, SimulationOptions options)
     : it_(std::make_unique<Implementation>(std::move(scene), formulation, options)) {}
@@ -351,48 +296,9 @@ Simulation::Simulation(Simulation&&) noexcept = default;
 Simulation& Simulation::operator=(Simulation&&) noexcept = default;
 
 Result Simulation::run(const RunRequest& request) {
-  Underway<Implementation> run(*it_, request);
+  Implementation::Underway run(*it_, request);
   return run.finish(it_->form->run(run.until, run.watch));
 }
-
-std::vector<Result> Simulation::run_together(const std::vector<Together>& all, long& in_lanes) {
-  std::vector<std::unique_ptr<Underway<Implementation>>> runs;
-  std::vector<LaneCandidate> candidates;
-  std::vector<std::size_t> who;
-  for (const auto& one : all) {
-    auto& s = *one.simulation->it_;
-    runs.push_back(std::make_unique<Underway<Implementation>>(s, one.request));
-    if (!fits_lanes(*s.form)) continue;
-    candidates.push_back({&s.system, &s.start, s.facts()});
-    who.push_back(runs.size() - 1);
-  }
-  const auto& shared = all.front().simulation->it_->structure;
-  const auto compiled =
-      compile_lanes(candidates, all.front().request.stop, shared ? shared->lanes.get() : nullptr);
-  std::vector<std::optional<Ending>> endings(all.size());
-  if (compiled.functions.lanes > 0) {
-    std::vector<LaneRun> lanes;
-    std::vector<std::size_t> members;
-    for (std::size_t i = 0; i < who.size(); ++i) {
-      if (!compiled.fits[i]) continue;
-      const auto k = who[i];
-      lanes.push_back({all[k].simulation->it_->form.get(), runs[k]->until, &runs[k]->watch, all[k].next_shown,
-                       &compiled.lanes[i].object.constants()});
-      members.push_back(k);
-    }
-    const auto found = run_in_lanes(compiled.functions, lanes, in_lanes);
-    for (std::size_t i = 0; i < members.size(); ++i) endings[members[i]] = found[i];
-  }
-  std::vector<Result> results;
-  for (std::size_t k = 0; k < all.size(); ++k) {
-    auto& run = *runs[k];
-    results.push_back(
-        run.finish(endings[k] ? *endings[k] : all[k].simulation->it_->form->run(run.until, run.watch)));
-  }
-  return results;
-}
-
-int Simulation::most_together() { return lanes_of_machine(); }
 
 const Scene& Simulation::scene() const { return it_->scene; }
 const Layout& Simulation::layout() const { return it_->layout; }
@@ -414,7 +320,7 @@ Snapshot Simulation::snapshot() const {
 }
 
 void Simulation::restore(const Snapshot& s) {
-  Running::refuse(it_->running);
+  Implementation::Running::refuse(it_->running);
   const auto refuse = [](const std::string& why) { throw SnapshotError("the snapshot " + why); };
   s.require_program();
   const auto own = identity();

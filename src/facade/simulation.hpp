@@ -30,9 +30,8 @@
 
 namespace freeplay {
 
+class CompiledStructures;
 struct Scene;
-
-class Simulation;
 
 /// Options of a Simulation that the scene does not contain.
 struct SimulationOptions {
@@ -50,10 +49,9 @@ struct SimulationOptions {
   StopToken stop = {};
   /// When it compiles its mechanism; `automatic` obeys the environment variable FREEPLAY_COMPILE.
   Compile compile = Compile::automatic;
-  /// A compiled simulation, not owned, such as another start of the same mechanism. If it has the same
-  /// structure, the new one shares its compiled functions and is compiled faster. Used in the
-  /// constructor only.
-  const Simulation* like = nullptr;
+  /// Compiled functions that it shares with others of the same structure, such as the runs of a study;
+  /// not owned.
+  CompiledStructures* structures = nullptr;
   /// Whether the caller guarantees that the scene satisfies the rules of parse_scene(): it has been read,
   /// and only start, drives' initial angles or run were changed since. Otherwise the constructor
   /// applies the rules, which costs about as much as reading the scene.
@@ -108,11 +106,18 @@ class Simulation {
     /// The observers need only the steps from the last one before this time (s) on; they get all events
     /// in any case. Asked again after each step that they have seen.
     std::function<double()> next_shown;
+    /// Observers of the request that need all steps, but only states, rates and contacts of them.
+    std::vector<Observer*> followers = {};
+    /// Called at its end with the number of its steps that were made in a lane.
+    std::function<void(Result result, long in_lanes)> ended = {};
   };
-  /// Runs simulations of one structure, such as perturbed starts of a mechanism, as run() does one
-  /// after the other, with the same digits. Fixed time steps of compiled mechanisms are made in lanes:
-  /// together, wherever no observer sees them (docs/theory/compiled.md). `in_lanes` counts those steps.
-  /// Times of each result are those of all. An exception of any of them leaves all.
+  /// Runs all simulations that `next` returns, with the digits of run(). Fixed time steps of compiled
+  /// simulations of one structure are made in lanes: together, wherever no observer sees them
+  /// (docs/theory/compiled.md). `next` is asked whenever a lane is empty, and when it had none, again
+  /// after each end of a run. It may return a simulation whose run has ended, for another one. An
+  /// exception of any run leaves all.
+  static void run_together(const std::function<std::optional<Together>()>& next);
+  /// The same for a list. Returns their results in its order; `in_lanes` counts the steps made in lanes.
   static std::vector<Result> run_together(const std::vector<Together>& all, long& in_lanes);
   /// Greatest number of simulations that run_together() can step together on this machine.
   static int most_together();
@@ -141,6 +146,7 @@ class Simulation {
 
  private:
   struct Implementation;
+  class Group;
   std::unique_ptr<Implementation> it_;
 };
 

@@ -18,6 +18,17 @@
 
 namespace freeplay {
 
+/// Geometry of all contacts at a state.
+inline void contact_places(const System& system, Evaluation& e, double t, std::span<const double> q,
+                           std::span<ContactPlace> out) {
+  if (system.contacts() == 0) return;
+  system.place(t, q.data(), e);
+  for (int k = 0; k < system.contacts(); ++k) {
+    const auto eccentricity = system.eccentricity(k, q.data(), e);
+    out[k] = {eccentricity.x(), eccentricity.y(), system.gap(k, q.data(), e)};
+  }
+}
+
 /// Adapts a stepper's last step to the interface Step. A Stepper has, for its last step: t_old(),
 /// t(), v_old(), v(), z(), interpolate(t, q, v) and multipliers(); in_impact() if it steps over
 /// impacts; and for forces forces(t, out), add_impulse(a, b, sum), before() and within() as in
@@ -42,12 +53,7 @@ class StepOf final : public Step {
   std::span<const double> z() const override { return stepper_.z(); }
   std::span<const double> multipliers() const override { return stepper_.multipliers(); }
   void contacts(double t, std::span<const double> q, std::span<ContactPlace> out) const override {
-    if (system_.contacts() == 0) return;
-    system_.place(t, q.data(), e_);
-    for (int k = 0; k < system_.contacts(); ++k) {
-      const auto eccentricity = system_.eccentricity(k, q.data(), e_);
-      out[k] = {eccentricity.x(), eccentricity.y(), system_.gap(k, q.data(), e_)};
-    }
+    contact_places(system_, e_, t, q, out);
   }
   EnergyLedger ledger() const override { return owner_.ledger(); }
   StepImpacts in_impact() const override {

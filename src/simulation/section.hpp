@@ -14,6 +14,7 @@
 // value once in every turn. Observation changes no digit of the run.
 #pragma once
 
+#include <cmath>
 #include <span>
 #include <vector>
 
@@ -72,6 +73,14 @@ class SectionPoints final : public Observer {
   long lost() const { return lost_; }
   /// Points beyond `most`.
   long beyond() const { return beyond_; }
+
+  /// Time (s) before which no step is needed, except the last one before it. Sections that follow() get
+  /// all steps otherwise.
+  double next() const {
+    return follows() ? INFINITY : rule_.from + static_cast<double>(index_) * rule_.period;
+  }
+  /// Whether it needs the states of all steps.
+  bool follows() const { return rule_.kind != SectionRule::Kind::period; }
 
   void begin(const Layout& layout, const State& state) override;
   void step(const Step& step) override;

@@ -27,6 +27,9 @@ class Watch {
     if (log.has_pending()) log.drain([this](const ContactEvent& e) { event(e); });
   }
   void step(const Step& step);
+  bool wants_samples() const { return wants_.samples; }
+  /// Samples of a step that no observer sees.
+  void sample(const Step& step) { sensors_.step(step, sink_); }
   void end(const Ending& ending, double t, const ContactLog& log);
 
  private:

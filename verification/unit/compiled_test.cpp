@@ -126,7 +126,7 @@ TEST_CASE("a guard that fails at run time leaves the state to the templates", "[
   auto e = system.make_evaluation();
   system.place(start.t, start.q.data(), e);
   system.contact(0, start.q.data(), start.v.data(), e, general);
-  REQUIRE(compile_system(system, start, {}, {}).used);
+  REQUIRE(compile_system(system, start, {}, {})->used);
   system.contact(0, start.q.data(), start.v.data(), e, compiled);
   CHECK(system.refused() == 1);
   CHECK(compiled.normal.size == general.normal.size);

@@ -6,6 +6,8 @@
 
 #include <atomic>
 #include <cmath>
+#include <deque>
+#include <exception>
 #include <mutex>
 
 #include "dynamics/assembly/assembly.hpp"
@@ -123,6 +125,7 @@ class Settling {
         }
         r_.columns = plan.columns;
         r_.period = plan.period;
+        company_.duration = plan.until;
       }
     requested_ = requested;
     for (const auto& c : r_.columns) r_.likeness.circles.push_back(c.column.circle());
@@ -132,69 +135,131 @@ class Settling {
 
   void run(int threads) {
     oneapi::tbb::task_arena arena(threads > 0 ? threads : oneapi::tbb::task_arena::automatic);
+    const int workers = arena.max_concurrency();
+    const int most = most_at_a_time(chains_.size(), workers);
+    company_.runs = total_;
     arena.execute([&] {
       oneapi::tbb::parallel_for(
-          oneapi::tbb::blocked_range<std::size_t>(0, chains_.size(), 1),
-          [&](const auto& range) {
-            for (auto i = range.begin(); i < range.end(); ++i) along(i);
-          },
+          oneapi::tbb::blocked_range<int>(0, workers, 1), [&](const auto&) { work(most); },
           oneapi::tbb::simple_partitioner());
     });
     r_.interrupted = stop_();
   }
 
  private:
+  /// How far a chain is.
+  struct Along {
+    std::size_t chain = 0, link = 0;
+    std::optional<Handed> handed = {};
+  };
+  /// The run of a link.
+  struct Run final : SectionSimulation {
+    Run(const Scene& s, const SectionRequest& request, const StopToken& stop, Company& company)
+        : SectionSimulation(s, request, stop, &company), angles_at_end(drive_angles(s, plan().until)) {}
+    std::string key;
+    Along along;
+    std::vector<double> angles_at_end;
+  };
+
   bool stopped() const { return stop_() || failed_; }
 
-  void along(std::size_t chain) try {
-    std::optional<Handed> handed;
-    for (std::size_t i = 0; i < chains_[chain].links.size() && !stopped(); ++i) {
-      auto& made = r_.chains[chain][i];
-      if (!one(chains_[chain], chains_[chain].links[i], handed, made)) return;
-      const std::lock_guard lock(mutex_);
-      if (on_progress_) on_progress_({++done_, total_});
+  /// Loop of one thread: goes along its chains while there are any.
+  void work(int most) {
+    std::deque<Along> waiting;  // for the next run of their chains
+    std::exception_ptr error;
+    const auto next = [&]() -> std::unique_ptr<StudyRun> {
+      try {
+        while (!stopped()) {
+          if (waiting.empty()) {
+            const auto chain = next_chain_++;
+            if (chain >= chains_.size()) return nullptr;
+            waiting.push_back({chain});
+          }
+          auto along = std::move(waiting.front());
+          waiting.pop_front();
+          if (auto run = next_of(along)) return run;
+        }
+      } catch (const Interrupted&) {  // during an assembly
+      } catch (...) {
+        failed_ = true;  // this thread and the others end their current runs
+        error = std::current_exception();
+      }
+      return nullptr;
+    };
+    try {
+      run_all(most, next, [&](StudyRun& run) {
+        if (auto along = keep(static_cast<Run&>(run))) waiting.push_back(std::move(*along));
+      });
+    } catch (const Interrupted&) {  // during a compilation
+    } catch (...) {
+      failed_ = true;
+      throw;
     }
-  } catch (const Interrupted&) {  // during an assembly
-  } catch (...) {
-    failed_ = true;
-    throw;
+    if (error) std::rethrow_exception(error);
   }
 
-  /// Executes one run of a chain; false if interrupted.
-  bool one(const Chain& chain, const ChainLink& link, std::optional<Handed>& handed, SettledRun& made) {
-    auto scene = scene_of(link);
-    auto requested = requested_;
-    if (handed) requested.start = located_in(scene, [&] { return take_over(scene, *handed, stop_); });
-    SectionSimulation simulation(scene, requested, stop_);
-    const auto& plan = simulation.plan();
-    const auto key = key_of(chain, link, simulation.identity(), plan);
-    made.branch = chain.branch;
-    made.values = link.values;
-    bool there = false;
+  /// The next run of a chain that is not stored; null at the end of the chain.
+  std::unique_ptr<StudyRun> next_of(Along& along) {
+    const auto& chain = chains_[along.chain];
+    for (; along.link < chain.links.size() && !stopped(); ++along.link) {
+      const auto& link = chain.links[along.link];
+      auto& made = r_.chains[along.chain][along.link];
+      auto scene = scene_of(link);
+      auto requested = requested_;
+      if (along.handed)
+        requested.start = located_in(scene, [&] { return take_over(scene, *along.handed, stop_); });
+      auto run = std::make_unique<Run>(scene, requested, stop_, company_);
+      run->key = key_of(chain, link, run->identity(), run->plan());
+      made.branch = chain.branch;
+      made.values = link.values;
+      bool there = false;
+      {
+        const std::lock_guard lock(mutex_);
+        there = store_.find(run->key, made);
+      }
+      if (!there) {
+        run->along = std::move(along);
+        return run;
+      }
+      hand_over(along, made, *run);
+      finish_one(made, r_.found);
+    }
+    return nullptr;
+  }
+
+  /// Keeps the result of a run. Returns where its chain goes on; nothing if it was interrupted.
+  std::optional<Along> keep(Run& one) {
+    auto& run = one.made();
+    if (run.ending.status == Ending::Status::interrupted) return {};
+    auto along = std::move(one.along);
+    auto& made = r_.chains[along.chain][along.link];
+    made.failure = run.ending.status == Ending::Status::failed ? run.ending.reason : "";
+    for (const auto& note : run.notes)
+      if (is_warning(note)) made.doubt += (made.doubt.empty() ? "" : "; ") + note;
+    made.t = std::move(run.t);
+    made.rows = std::move(run.rows);
+    made.end = std::move(run.end);
     {
       const std::lock_guard lock(mutex_);
-      there = store_.find(key, made);
+      store_.store(one.key, made, r_.columns);
+      r_.in_lanes += one.in_lanes;
     }
-    if (!there) {
-      const auto run = simulation.run();
-      if (run.ending.status == Ending::Status::interrupted) return false;
-      made.failure = run.ending.status == Ending::Status::failed ? run.ending.reason : "";
-      for (const auto& note : run.notes)
-        if (is_warning(note)) made.doubt += (made.doubt.empty() ? "" : "; ") + note;
-      made.t = run.t;
-      made.rows = run.rows;
-      made.end = run.end;
-      const std::lock_guard lock(mutex_);
-      store_.store(key, made, r_.columns);
-    }
+    hand_over(along, made, one);
+    ++along.link;
+    finish_one(made, r_.made);
+    return along;
+  }
+
+  /// After a failed run, the next value starts from the end of the last finished one.
+  static void hand_over(Along& along, const SettledRun& made, const Run& run) {
+    if (made.finished()) along.handed = Handed{made.end, run.angles_at_end};
+  }
+  void finish_one(SettledRun& made, std::size_t& count) {
     made.attractor = attractor_of(made.rows, r_.likeness);
-    {
-      const std::lock_guard lock(mutex_);
-      ++(there ? r_.found : r_.made);
-    }
-    // After a failed run, the next value starts from the end of the last finished one.
-    if (made.finished()) handed = Handed{made.end, drive_angles(scene, plan.until)};
-    return true;
+    const std::lock_guard lock(mutex_);
+    ++count;
+    ++done_;
+    if (on_progress_) on_progress_({done_, total_});
   }
 
   std::string key_of(const Chain& chain, const ChainLink& link, Identity identity,
@@ -217,6 +282,8 @@ class Settling {
   SettledRuns& r_;
   SectionRequest requested_;
   std::size_t total_ = 0, done_ = 0;
+  Company company_;
+  std::atomic<std::size_t> next_chain_{0};
   std::mutex mutex_;
   std::atomic<bool> failed_{false};
 };

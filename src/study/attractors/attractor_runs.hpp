@@ -41,6 +41,7 @@ struct SettledRuns {
   std::vector<NamedColumn> columns;
   Likeness likeness;
   std::size_t found = 0, made = 0;
+  long in_lanes = 0;  ///< steps of made runs that were made together with those of other runs
   double period = 0;  ///< s, of the first run; 0: none
   bool interrupted = false;
 };

@@ -405,6 +405,7 @@ CalibrationResult calibrate(CalibrationPlan planned, const Conduct& conduct, con
     result.sweep.interrupted = more.interrupted;
     result.sweep.ran += more.ran;
     result.sweep.failed += more.failed;
+    result.sweep.in_lanes += more.in_lanes;
     result.sweep.wall_seconds += more.wall_seconds;
     if (!more.interrupted) rows = results.runs(more.keys);
     return !more.interrupted;

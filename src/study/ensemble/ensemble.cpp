@@ -16,7 +16,6 @@
 #include <optional>
 #include <set>
 
-#include "facade/compile.hpp"
 #include "facade/simulation.hpp"
 #include "io/files/visible.hpp"
 #include "mechanism/error.hpp"
@@ -27,6 +26,7 @@
 #include "simulation/windows.hpp"
 #include "study/runs/measurer.hpp"
 #include "study/runs/near_pose.hpp"
+#include "study/runs/run_together.hpp"
 
 namespace freeplay {
 namespace {
@@ -170,136 +170,85 @@ Starts::Starts(const Scene& scene, const EnsemblePlan& plan) : scene_(scene), pl
 }
 
 /// One start: its simulation and observers.
-struct Starts::Run {
-  /// `like`: a simulation of another start, or null.
-  Run(const Starts& all, int start, Compile compile, const Simulation* like = nullptr)
-      : scene(perturbed(all.scene_, all.near_, all.plan_.stop, all.plan_.seed, start, all.plan_.how)),
-        simulation(
-            scene, all.plan_.formulation,
-            {.matched = true, .stop = all.plan_.stop, .compile = compile, .like = like, .checked = true}),
+struct Starts::Run final : StudyRun {
+  Run(const Starts& all, int start, std::size_t its_place, Company& company)
+      : place(its_place),
+        stop(all.plan_.stop),
+        scene(perturbed(all.scene_, all.near_, stop, all.plan_.seed, start, all.plan_.how)),
+        made(scene, all.plan_.formulation, options(all.plan_, company)),
         rows(all.times_.size() * all.columns_.size(), std::nan("")),
         sampled(all.columns_, all.times_, rows.data()),
         contacts(scene.run.discard),
-        window(scene.run.discard, scene.run.duration) {}
-  Run(const Run&) = delete;
-  RunRequest request(const StopToken& stop) {
+        window(scene.run.discard, scene.run.duration) {
+    outcome.cpu_seconds = thread_seconds() - began;
+  }
+  SimulationOptions options(const EnsemblePlan& plan, Company& company) const {
+    auto options = company.options(scene, plan.formulation);
+    options.matched = true;
+    options.stop = plan.stop;
+    options.checked = true;
+    return options;
+  }
+  Simulation& simulation() override { return made; }
+  RunRequest request() override {
     return {.observers = {&contacts, &window, &sampled}, .keep_events = false, .stop = stop};
   }
-  StartOutcome outcome(Result run) {
-    StartOutcome out;
-    out.rows = std::move(rows);
-    out.interrupted = run.ending.status == Ending::Status::interrupted;
+  double next_shown() const override { return std::min(window.next(), sampled.next()); }
+  bool take(Result run) override {
+    outcome.rows = std::move(rows);
+    outcome.interrupted = run.ending.status == Ending::Status::interrupted;
+    outcome.steps = run.work.steps;
+    outcome.cpu_seconds += run.cpu_seconds;
     if (run.ending.status != Ending::Status::finished) {
-      out.failure = run.ending.reason.empty() ? "did not finish" : run.ending.reason;
-    } else {
-      contacts.into(run);
-      window.into(run);
-      out.numbers = numbers_of(run);
-      std::erase_if(out.numbers,
-                    [](const auto& n) { return !std::isfinite(n.second) || of_the_machine(n.first); });
+      outcome.failure = run.ending.reason.empty() ? "did not finish" : run.ending.reason;
+      return false;
     }
-    out.steps = run.work.steps;
-    return out;
+    contacts.into(run);
+    window.into(run);
+    outcome.numbers = numbers_of(run);
+    std::erase_if(outcome.numbers,
+                  [](const auto& n) { return !std::isfinite(n.second) || of_the_machine(n.first); });
+    return false;
   }
 
+  const double began = thread_seconds();
+  std::size_t place;  // in the list
+  StopToken stop;
   Scene scene;
-  Simulation simulation;
+  Simulation made;
   std::vector<double> rows;
   Sampled sampled;
   ContactStatistics contacts;
   WindowStatistics window;
+  StartOutcome outcome;
 };
 
 namespace {
 
-/// The outcome of f(), or of what it throws.
+/// Calls f(); an error becomes the outcome's.
 template <class F>
-StartOutcome outcome_of(F f) {
-  StartOutcome out;
+void noting_errors(StartOutcome& outcome, F f) {
   try {
-    out = f();
+    f();
   } catch (const Interrupted&) {
-    out.interrupted = true;
-    out.failure = "interrupted";
+    outcome.interrupted = true;
+    outcome.failure = "interrupted";
   } catch (const ModelError& e) {
-    out.failure = e.what();
+    outcome.failure = e.what();
   }
-  return out;
 }
-
-/// Right-hand sides of all starts together above which lanes are worth their compilations.
-constexpr double lanes_after = 1e6;
-/// Steps of the starts that one thread makes before their results are kept.
-constexpr double steps_in_group = 1e7;
 
 }  // namespace
 
 StartOutcome Starts::make(int start) const {
-  const double began = thread_seconds();
-  auto out = outcome_of([&] {
-    Run run(*this, start, Compile::automatic);
-    return run.outcome(run.simulation.run(run.request(plan_.stop)));
+  StartOutcome outcome;
+  noting_errors(outcome, [&] {
+    Company alone;
+    Run run(*this, start, 0, alone);
+    run.take(run.made.run(run.request()));
+    outcome = std::move(run.outcome);
   });
-  out.cpu_seconds = thread_seconds() - began;
-  return out;
-}
-
-Starts::~Starts() = default;
-
-const Simulation& Starts::model() const {
-  std::call_once(model_made_, [&] {
-    model_ = std::make_unique<const Simulation>(
-        scene_, plan_.formulation,
-        SimulationOptions{.matched = true, .stop = plan_.stop, .compile = Compile::always});
-  });
-  return *model_;
-}
-
-std::size_t Starts::in_group() const {
-  const auto& o = scene_.nonsmooth;
-  const auto choice = compile_choice(Compile::automatic);
-  if (plan_.formulation != "nonsmooth" || choice == Compile::never || !o.step ||
-      o.scheme_in_force() != Scheme::moreau_jean)
-    return 1;
-  const double steps = scene_.run.duration / *o.step;
-  if (choice != Compile::always && steps * plan_.starts < lanes_after) return 1;
-  const int lanes = Simulation::most_together(),
-            threads = plan_.threads > 0 ? plan_.threads : oneapi::tbb::this_task_arena::max_concurrency();
-  // Several for each lane, so that no lane stays empty while others run, as long as no thread waits
-  const double rounds = std::min(plan_.starts / (2.0 * threads * lanes), steps_in_group / (steps * lanes));
-  return static_cast<std::size_t>(lanes * std::clamp(static_cast<int>(rounds), 1, 8));
-}
-
-std::vector<StartOutcome> Starts::make_together(const std::vector<int>& starts) const {
-  if (starts.size() == 1) return {make(starts.front())};
-  const double began = thread_seconds();
-  std::vector<StartOutcome> outcomes(starts.size());
-  std::vector<std::unique_ptr<Run>> runs(starts.size());
-  std::vector<Simulation::Together> all;
-  const Simulation* like = nullptr;
-  for (std::size_t i = 0; i < starts.size(); ++i)
-    outcomes[i] = outcome_of([&] {
-      runs[i] = std::make_unique<Run>(*this, starts[i], Compile::always, like ? like : &model());
-      auto& run = *runs[i];
-      if (!like) like = &run.simulation;
-      all.push_back({&run.simulation, run.request(plan_.stop),
-                     [&run] { return std::min(run.window.next(), run.sampled.next()); }});
-      return StartOutcome();
-    });
-  if (all.empty()) return outcomes;
-  long in_lanes = 0;
-  auto results = Simulation::run_together(all, in_lanes);
-  double steps = 0;
-  for (std::size_t i = 0, next = 0; i < starts.size(); ++i) {
-    if (!runs[i]) continue;
-    outcomes[i] = outcome_of([&] { return runs[i]->outcome(std::move(results[next++])); });
-    steps += static_cast<double>(outcomes[i].steps);
-  }
-  for (auto& out : outcomes) {
-    out.cpu_seconds = (thread_seconds() - began) / static_cast<double>(starts.size());
-    if (steps > 0) out.in_lanes = static_cast<double>(in_lanes) * static_cast<double>(out.steps) / steps;
-  }
-  return outcomes;
+  return outcome;
 }
 
 Ensemble Starts::together(const std::vector<StartOutcome>& outcomes) const {
@@ -329,29 +278,46 @@ void Starts::make_all(const std::vector<int>& starts,
                       const std::function<bool(std::size_t, StartOutcome&)>& find,
                       const std::function<void(std::size_t, StartOutcome&, bool)>& done) const {
   std::mutex guard;
-  const auto width = in_group();
-  const auto groups = (starts.size() + width - 1) / width;
+  std::atomic<std::size_t> next_place{0};
+  Company company;
+  company.runs = starts.size();
   oneapi::tbb::task_arena arena(plan_.threads > 0 ? plan_.threads : oneapi::tbb::task_arena::automatic);
-  arena.execute([&] {
-    oneapi::tbb::parallel_for(std::size_t{0}, groups, [&](std::size_t group) {
-      if (plan_.stop()) return;
-      std::vector<std::size_t> places;
-      std::vector<int> list;
-      for (auto place = group * width; place < std::min((group + 1) * width, starts.size()); ++place) {
+  const int workers = arena.max_concurrency(), most = most_at_a_time(starts.size(), workers);
+  const auto next = [&]() -> std::unique_ptr<StudyRun> {
+    while (!plan_.stop()) {
+      const auto place = next_place++;
+      if (place >= starts.size()) break;
+      StartOutcome outcome;
+      {
         const std::lock_guard lock(guard);
-        StartOutcome outcome;
         if (find(place, outcome)) {
           done(place, outcome, true);
-        } else {
-          places.push_back(place);
-          list.push_back(starts[place]);
+          continue;
         }
       }
-      if (list.empty()) return;
-      auto outcomes = make_together(list);
+      std::unique_ptr<Run> run;
+      noting_errors(outcome, [&] { run = std::make_unique<Run>(*this, starts[place], place, company); });
+      if (run) return run;
       const std::lock_guard lock(guard);
-      for (std::size_t i = 0; i < places.size(); ++i) done(places[i], outcomes[i], false);
-    });
+      done(place, outcome, false);
+    }
+    return nullptr;
+  };
+  arena.execute([&] {
+    oneapi::tbb::parallel_for(
+        oneapi::tbb::blocked_range<int>(0, workers, 1),
+        [&](const auto&) {
+          try {
+            run_all(most, next, [&](StudyRun& made) {
+              auto& run = static_cast<Run&>(made);
+              run.outcome.in_lanes = run.in_lanes;
+              const std::lock_guard lock(guard);
+              done(run.place, run.outcome, false);
+            });
+          } catch (const Interrupted&) {  // during a compilation
+          }
+        },
+        oneapi::tbb::simple_partitioner());
   });
 }
 

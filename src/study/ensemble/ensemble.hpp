@@ -10,8 +10,6 @@
 #include <cstdint>
 #include <functional>
 #include <map>
-#include <memory>
-#include <mutex>
 #include <string>
 #include <vector>
 
@@ -23,7 +21,6 @@
 namespace freeplay {
 
 struct Scene;
-class Simulation;
 
 /// Quantiles of a band.
 inline constexpr std::array<double, 5> band_levels{0.05, 0.25, 0.5, 0.75, 0.95};
@@ -63,7 +60,7 @@ struct Ensemble {
   std::vector<std::string> failures;         ///< for each start its error; empty if it finished
   double wall_seconds = 0, cpu_seconds = 0;  ///< s; CPU: of the runs, including their starts
   long steps = 0;
-  double in_lanes = 0;  ///< of these steps, those made together with other starts
+  long in_lanes = 0;  ///< of these steps, those made together with other starts
   bool interrupted = false;
 
   std::size_t finished() const;
@@ -80,7 +77,7 @@ struct StartOutcome {
   std::string failure = {};  ///< empty if it finished
   double cpu_seconds = 0;
   long steps = 0;
-  double in_lanes = 0;  ///< its share of the steps made together
+  long in_lanes = 0;  ///< steps made together with other starts
   bool interrupted = false;
 };
 
@@ -92,12 +89,9 @@ class Starts {
  public:
   /// Refers to the scene, which must not change. Throws as run_ensemble().
   Starts(const Scene& scene, const EnsemblePlan& plan);
-  ~Starts();
   StartOutcome make(int start) const;
-  /// Makes starts in one thread, where possible in lanes (docs/theory/compiled.md). Each has the digits
-  /// of make().
-  std::vector<StartOutcome> make_together(const std::vector<int>& starts) const;
-  /// Runs these starts on the plan's threads. Calls `find` first, then `done`, also for interrupted
+  /// Runs these starts on the plan's threads, where possible in lanes (docs/theory/compiled.md); each has
+  /// the digits of make(). Calls `find` first, then `done`, also for interrupted
   /// starts. Both receive the index in the list and are called by one thread at a time.
   void make_all(const std::vector<int>& starts,
                 const std::function<bool(std::size_t place, StartOutcome& outcome)>& find,
@@ -108,18 +102,12 @@ class Starts {
 
  private:
   struct Run;
-  /// Number of starts that one thread makes together.
-  std::size_t in_group() const;
-  /// A compiled simulation of the scene itself, whose functions the starts share. Made at the first call.
-  const Simulation& model() const;
 
   const Scene& scene_;
   EnsemblePlan plan_;
   std::vector<Column> columns_;
   std::vector<double> times_;  // s, of the bands
   std::vector<double> near_;
-  mutable std::once_flag model_made_;
-  mutable std::unique_ptr<const Simulation> model_;
 };
 
 /// Runs an ensemble. Throws SceneError if starts cannot differ, a column does not exist, or the

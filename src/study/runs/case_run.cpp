@@ -193,65 +193,119 @@ Scene scene_of(const Study& study, const Case& one, const Conduct& conduct) {
 std::shared_ptr<IdealMaxima> Conduct::known_of_none() { return std::make_shared<IdealMaxima>(); }
 std::shared_ptr<NearPoses> Conduct::near_none() { return std::make_shared<NearPoses>(); }
 
-CaseResult run_case(const Study& study, const Case& one, const Conduct& conduct) {
-  const double began = thread_seconds();
-  Scene given = unmoved(study, one);
-  TurnRules rules;
-  const auto [channel, lvdt] = channels(study, given, rules);
-  int every = 1;
-  // No coarser than the instrument's own rate, which its filter may need.
-  if (one.sampling > 0 && channel >= 0) {
-    auto& own = given.instruments[channel].sampling;
-    every = static_cast<int>(std::ceil(own / one.sampling * (1 - 1e-9)));
-    own = every * one.sampling;
-    if (lvdt >= 0) given.instruments[lvdt].sampling = own;
-    rules.sampling = own;
+struct CaseRun::Parts {
+  Parts(const Study& s, const Case& one, const Conduct& c, Company* company)
+      : study(s), stop(c.stop), given(unmoved(s, one)), instruments(instruments_of(s, one)) {
+    scene = moved(s, one, given, c);
+    set_turn(s, scene, rules);
+    rules.discard = scene.run.discard;
+    rules.flight_angle = s.flight_angle;
+    rules.impact_speed = s.impact_speed;
+    rules.line_share = s.line_share;
+    auto options = company ? company->options(scene, one.formulation) : SimulationOptions{};
+    options.matched = s.matched && c.matched;
+    options.stop = c.stop;
+    options.checked = one.sampling == 0;  // a sampling of the study is not checked yet
+    simulation.emplace(scene, one.formulation, options);
+    set_contacts(s, scene, simulation->layout().contacts, rules);
+    // The comparison with the ideal mechanism requires a motion whose period does not depend on the
+    // clearance.
+    rules.ideal_maximum = instruments.channel >= 0 && turns_at_a_speed(scene)
+                              ? (*c.ideals)(s, given, one.formulation, c)
+                              : std::nan("");
+    meter.emplace(rules);
+    feed.emplace(*meter, instruments.channel, instruments.lvdt, instruments.every,
+                 SampleNoise(one.noise, s.seed, one.start));
+    measurer.emplace(s, scene, simulation->layout(), counted_time(s, scene));
+    cpu += thread_seconds();
   }
-  const Scene scene = moved(study, one, given, conduct);
-  set_turn(study, scene, rules);
-  rules.discard = scene.run.discard;
-  rules.flight_angle = study.flight_angle;
-  rules.impact_speed = study.impact_speed;
-  rules.line_share = study.line_share;
-  Simulation simulation(scene, one.formulation,
-                        {.matched = study.matched && conduct.matched,
-                         .stop = conduct.stop,
-                         .checked = one.sampling == 0});  // a sampling of the study is not checked yet
-  set_contacts(study, scene, simulation.layout().contacts, rules);
-  // The comparison with the ideal mechanism requires a motion whose period does not depend on the
-  // clearance.
-  rules.ideal_maximum = channel >= 0 && turns_at_a_speed(scene)
-                            ? (*conduct.ideals)(study, given, one.formulation, conduct)
-                            : std::nan("");
 
-  TurnMeter meter(rules);
-  Feed feed(meter, channel, lvdt, every, {one.noise, study.seed, one.start});
-  RunRequest request{
-      .until = rules.discard, .observers = {&feed}, .keep_events = false, .stop = conduct.stop};
-  const Measurer measurer(study, scene, simulation.layout(), counted_time(study, scene));
-  for (auto* observer : measurer.observers()) request.observers.push_back(observer);
-  auto run = simulation.run(request);
-  const auto lost = [&] {
-    const auto l = simulation.ledger();
-    return l.contact + l.friction + l.film;
+  struct Instruments {
+    int channel, lvdt, every;
   };
-  const double before = lost();
-  if (run.ending.status == Ending::Status::finished) {
-    request.until = scene.run.duration;
-    run = simulation.run(request);
+  /// The instruments of the study. Sets their sampling in the scene and the rules.
+  Instruments instruments_of(const Study& s, const Case& one) {
+    const auto [channel, lvdt] = channels(s, given, rules);
+    Instruments found{channel, lvdt, 1};
+    // No coarser than the instrument's own rate, which its filter may need.
+    if (one.sampling > 0 && channel >= 0) {
+      auto& own = given.instruments[channel].sampling;
+      found.every = static_cast<int>(std::ceil(own / one.sampling * (1 - 1e-9)));
+      own = found.every * one.sampling;
+      if (lvdt >= 0) given.instruments[lvdt].sampling = own;
+      rules.sampling = own;
+    }
+    return found;
   }
+  /// J, in contacts since the start.
+  double lost() const {
+    const auto l = simulation->ledger();
+    return l.contact + l.friction + l.film;
+  }
+
+  double cpu = -thread_seconds();  // s, of this run
+  const Study& study;
+  StopToken stop;
+  TurnRules rules;
+  Scene given;  // with the scene's own start
+  Instruments instruments;
+  Scene scene;
+  std::optional<Simulation> simulation;
+  std::optional<TurnMeter> meter;
+  std::optional<Feed> feed;
+  std::optional<Measurer> measurer;
+  bool discarded = false;
+  double before = 0;  // J, lost in the discarded time
   CaseResult result;
+};
+
+CaseRun::CaseRun(const Study& study, const Case& one, const Conduct& conduct, Company* company)
+    : it_(std::make_unique<Parts>(study, one, conduct, company)) {}
+CaseRun::~CaseRun() = default;
+Simulation& CaseRun::simulation() { return *it_->simulation; }
+double CaseRun::next_shown() const { return it_->measurer->next_shown(); }
+std::vector<Observer*> CaseRun::followers() const { return it_->measurer->followers(); }
+CaseResult& CaseRun::made() { return it_->result; }
+
+RunRequest CaseRun::request() {
+  auto& p = *it_;
+  RunRequest request{.until = p.discarded ? p.scene.run.duration : p.rules.discard,
+                     .observers = {&*p.feed},
+                     .keep_events = false,
+                     .stop = p.stop};
+  for (auto* observer : p.measurer->observers()) request.observers.push_back(observer);
+  return request;
+}
+
+bool CaseRun::take(Result run) {
+  auto& p = *it_;
+  p.cpu += run.cpu_seconds;
+  const bool finished = run.ending.status == Ending::Status::finished;
+  if (!p.discarded) {
+    p.before = p.lost();
+    p.discarded = true;
+    if (finished) return true;
+  }
+  const double began = thread_seconds();
+  auto& result = p.result;
   result.ending = run.ending;
   result.notes = run.notes;
-  if (result.ending.status == Ending::Status::finished) {
-    feed.finish();
-    result.metrics = meter.finish(scene.run.duration, lost() - before);
-    result.contacts = simulation.layout().contacts;
-    result.measured = measurer.finish(run);
-  }
   result.work = run.work;
-  result.cpu_seconds = thread_seconds() - began;
-  return result;
+  if (finished) {
+    p.feed->finish();
+    result.metrics = p.meter->finish(p.scene.run.duration, p.lost() - p.before);
+    result.contacts = p.simulation->layout().contacts;
+    result.measured = p.measurer->finish(std::move(run));
+  }
+  result.cpu_seconds = p.cpu + thread_seconds() - began;
+  return false;
+}
+
+CaseResult run_case(const Study& study, const Case& one, const Conduct& conduct) {
+  CaseRun run(study, one, conduct);
+  while (run.take(run.simulation().run(run.request()))) {
+  }
+  return std::move(run.made());
 }
 
 }  // namespace freeplay

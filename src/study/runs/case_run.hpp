@@ -11,6 +11,7 @@
 
 #include "measure/turns.hpp"
 #include "study/runs/measurer.hpp"
+#include "study/runs/run_together.hpp"
 #include "study/settings/study.hpp"
 #include "values/identity.hpp"
 #include "values/result.hpp"
@@ -82,6 +83,26 @@ void require_signal(const Study& study, const char* by);
 /// Throws SceneError if a case cannot be run: its scene is invalid, cannot be assembled by its
 /// formulation, or lacks something that the study names.
 void require_runnable(const Study& study, const Case& one, const Conduct& conduct);
+/// A case that is ready to start: first the discarded time, then the evaluated one. Refers to the study
+/// and the case. The constructor throws SceneError.
+class CaseRun : public StudyRun {
+ public:
+  /// `company`: of its study; null: it is alone.
+  CaseRun(const Study& study, const Case& one, const Conduct& conduct, Company* company = nullptr);
+  ~CaseRun() override;
+  Simulation& simulation() override;
+  RunRequest request() override;
+  double next_shown() const override;
+  std::vector<Observer*> followers() const override;
+  bool take(Result result) override;
+  /// The result after its end.
+  CaseResult& made();
+
+ private:
+  struct Parts;
+  std::unique_ptr<Parts> it_;
+};
+
 /// Runs a case. Throws SceneError; a numerical failure is in CaseResult::ending.
 CaseResult run_case(const Study& study, const Case& one, const Conduct& conduct);
 

@@ -90,6 +90,8 @@ class Measurer::Rows final : public Observer {
     begins_ |= track.extremes() && of == Of::velocity;
   }
   bool any() const { return !rows_.empty() || !samples_.empty(); }
+  /// Whether it needs no more than the states of the steps.
+  bool follows() const { return !forces_wanted_ && !means_wanted_; }
 
   Wants wants() const override {
     return {forces_wanted_ || means_wanted_, !samples_.empty(), !rows_.empty()};
@@ -268,6 +270,7 @@ class Measurer::Points {
     }
   }
   Observer* observer() { return &*points_; }
+  const SectionPoints& points() const { return *points_; }
   void finish() {
     for (std::size_t i = 0; i < points_->size(); ++i) {
       const double t = points_->t(i), x = track_.measure.column == "t" ? t : points_->row(i)[0];
@@ -288,6 +291,7 @@ class Measurer::Statistics {
  public:
   explicit Statistics(CountedTime time) : contacts_(time.from), window_(time.from, time.to) {}
   std::vector<Observer*> observers() { return {&contacts_, &window_}; }
+  double next() const { return window_.next(); }
   std::map<std::string, double> numbers(Result& result) const {
     contacts_.into(result);
     window_.into(result);
@@ -343,6 +347,20 @@ std::vector<Observer*> Measurer::observers() const {
   for (const auto& p : points_) all.push_back(p->observer());
   if (statistics_)
     for (auto* o : statistics_->observers()) all.push_back(o);
+  return all;
+}
+
+double Measurer::next_shown() const {
+  double next = rows_->follows() ? INFINITY : -INFINITY;
+  for (const auto& p : points_) next = std::min(next, p->points().next());
+  return statistics_ ? std::min(next, statistics_->next()) : next;
+}
+
+std::vector<Observer*> Measurer::followers() const {
+  std::vector<Observer*> all;
+  if (rows_->any() && rows_->follows()) all.push_back(rows_.get());
+  for (const auto& p : points_)
+    if (p->points().follows()) all.push_back(p->observer());
   return all;
 }
 

@@ -47,6 +47,10 @@ class Measurer {
 
   /// Observers for all runs of the simulation up to the end of the window.
   std::vector<Observer*> observers() const;
+  /// Time (s) before which these need no step, except the last one before it and the steps of events.
+  double next_shown() const;
+  /// Those that need the states of all steps.
+  std::vector<Observer*> followers() const;
   /// Measures whose column is in no table, and may be a number of run.json.
   std::vector<Measure> numbers_of_runs() const;
   /// The values after the last run, in the order of the study. `result`: of that run.

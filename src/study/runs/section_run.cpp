@@ -48,28 +48,41 @@ Scene bare(const Scene& scene) {
 
 }  // namespace
 
-SectionSimulation::SectionSimulation(const Scene& scene, const SectionRequest& request, StopToken stop)
+SectionSimulation::SectionSimulation(const Scene& scene, const SectionRequest& request, StopToken stop,
+                                     Company* company)
     : stop_(stop),
       simulation_(located_in(scene,
                              [&] {
-                               return Simulation(bare(scene), request.formulation,
-                                                 {.start = request.start, .stop = stop});
+                               auto options = company ? company->options(scene, request.formulation)
+                                                      : SimulationOptions{};
+                               options.start = request.start;
+                               options.stop = stop;
+                               return Simulation(bare(scene), request.formulation, options);
                              })),
       plan_(located_in(scene, [&] { return plan_of(scene, simulation_.layout(), request); })) {}
 
-SectionRun SectionSimulation::run() {
-  SectionRun run;
-  run.plan = plan_;
+RunRequest SectionSimulation::request() {
   std::vector<StateColumn> columns;
   for (const auto& c : plan_.columns) columns.push_back(c.column);
-  SectionPoints points(plan_.rule, columns, plan_.discard);
-  const auto result =
-      simulation_.run({.until = plan_.until, .observers = {&points}, .keep_events = false, .stop = stop_});
-  run.ending = result.ending;
-  run.work = result.work;
-  run.cpu_seconds = result.cpu_seconds;
-  run.notes = result.notes;
-  run.end = simulation_.state();
+  points_ = std::make_unique<SectionPoints>(plan_.rule, columns, plan_.discard);
+  return {.until = plan_.until, .observers = {points_.get()}, .keep_events = false, .stop = stop_};
+}
+
+std::vector<Observer*> SectionSimulation::followers() const {
+  return points_->follows() ? std::vector<Observer*>{points_.get()} : std::vector<Observer*>{};
+}
+
+bool SectionSimulation::take(Result result) {
+  const auto& points = *points_;
+  auto& run = run_;
+  run = {.plan = plan_,
+         .ending = result.ending,
+         .t = {},
+         .rows = {},
+         .end = simulation_.state(),
+         .work = result.work,
+         .cpu_seconds = result.cpu_seconds,
+         .notes = std::move(result.notes)};
   if (points.lost() > 0) run.notes.push_back(diagnostic<Diagnostic::section_undecided>(points.lost()));
   if (points.beyond() > 0)
     run.notes.push_back(diagnostic<Diagnostic::section_cut>(points.beyond(), SectionPoints::most));
@@ -77,7 +90,12 @@ SectionRun SectionSimulation::run() {
     run.t.push_back(points.t(i));
     run.rows.insert(run.rows.end(), points.row(i).begin(), points.row(i).end());
   }
-  return run;
+  return false;
+}
+
+SectionRun SectionSimulation::run() {
+  take(simulation_.run(request()));
+  return std::move(run_);
 }
 
 }  // namespace freeplay

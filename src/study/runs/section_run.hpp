@@ -2,15 +2,19 @@
 // (simulation/section.hpp).
 //
 // Use: construct a SectionSimulation, which resolves the request and assembles the start; inspect
-// plan(); then call run() once. It owns the simulation.
+// plan(); then call run() once, or have it run with others (study/runs/run_together.hpp). It owns the
+// simulation.
 #pragma once
 
+#include <memory>
 #include <optional>
 #include <string>
 #include <vector>
 
 #include "facade/simulation.hpp"
 #include "io/scene/read_section.hpp"
+#include "simulation/section.hpp"
+#include "study/runs/run_together.hpp"
 
 namespace freeplay {
 
@@ -55,19 +59,31 @@ struct SectionRun {
 
 /// A section run that is ready to start. Throws SceneError if the scene cannot be run or does not
 /// suit the request, and Interrupted on a stop request during assembly.
-class SectionSimulation {
+class SectionSimulation : public StudyRun {
  public:
-  SectionSimulation(const Scene& scene, const SectionRequest& request, StopToken stop);
+  /// `company`: of its study; null: it is alone.
+  SectionSimulation(const Scene& scene, const SectionRequest& request, StopToken stop,
+                    Company* company = nullptr);
   const SectionPlan& plan() const { return plan_; }
   /// Identity of the run. It does not include the section.
   Identity identity() const { return simulation_.identity(); }
   /// Runs the simulation and returns the section points. Call once.
   SectionRun run();
 
+  Simulation& simulation() override { return simulation_; }
+  RunRequest request() override;
+  double next_shown() const override { return points_->next(); }
+  std::vector<Observer*> followers() const override;
+  bool take(Result result) override;
+  /// The run after its end.
+  SectionRun& made() { return run_; }
+
  private:
   StopToken stop_;
   Simulation simulation_;
   SectionPlan plan_;
+  std::unique_ptr<SectionPoints> points_;
+  SectionRun run_;
 };
 
 }  // namespace freeplay

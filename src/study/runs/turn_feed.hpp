@@ -51,7 +51,7 @@ class Feed final : public Observer {
  public:
   Feed(TurnMeter& meter, int acceleration, int position, int every = 1, const SampleNoise& noise = {0, 0, 0})
       : meter_(meter), acceleration_(acceleration), position_(position), every_(every), noise_(noise) {}
-  Wants wants() const override { return {.samples = true, .steps = false}; }
+  Wants wants() const override { return {.samples = acceleration_ >= 0 || position_ >= 0, .steps = false}; }
   void event(const Event& e) override { meter_.event(e); }
   void sample(std::size_t channel, double t, double value) override {
     if (static_cast<int>(channel) == acceleration_ && seen_++ % every_ == 0)

@@ -15,6 +15,7 @@
 #include <atomic>
 #include <chrono>
 #include <deque>
+#include <exception>
 #include <mutex>
 #include <optional>
 #include <thread>
@@ -50,6 +51,9 @@ class Sweep {
   SweepSummary run(int threads) {
     oneapi::tbb::task_arena arena(threads > 0 ? threads : oneapi::tbb::task_arena::automatic);
     workers_ = arena.max_concurrency();
+    const auto missing = summary_.total - summary_.found;
+    at_a_time_ = most_at_a_time(missing, workers_);
+    company_.runs = missing;
     try {
       while (!stopped()) {
         arena.execute([&] {
@@ -80,24 +84,46 @@ class Sweep {
   bool stopped() const { return conduct_.stop() || failed_; }
   double seconds() const { return std::chrono::duration<double>(Clock::now() - began_).count(); }
 
+  /// A run with its key.
+  struct Run final : CaseRun {
+    Run(std::string k, const Study& study, const Case& c, const Conduct& conduct, Company& company)
+        : CaseRun(study, c, conduct, &company), key(std::move(k)), what(c) {}
+    std::string key;
+    const Case& what;
+  };
+
   /// Loop of one thread: computes runs while there are any.
   void work() {
+    std::exception_ptr error;
+    const auto next_run = [&]() -> std::unique_ptr<StudyRun> {
+      if (stopped()) return nullptr;
+      const auto key = next();
+      if (!key) return nullptr;
+      try {
+        return std::make_unique<Run>(*key, study_, *cases_.at(*key), conduct_, company_);
+      } catch (const Interrupted&) {  // stopped during an assembly: no run
+        return nullptr;
+      } catch (...) {
+        failed_ = true;  // this thread and the others end their current runs
+        error = std::current_exception();
+        return nullptr;
+      }
+    };
     try {
-      while (!stopped()) {
-        const auto key = next();
-        if (!key) return;
-        const auto& one = *cases_.at(*key);
-        auto result = run_case(study_, one, conduct_);
+      run_all(at_a_time_, next_run, [&](StudyRun& of_study) {
+        auto& run = static_cast<Run&>(of_study);
+        auto& result = run.made();
         if (result.ending.status == Ending::Status::interrupted) return;
         result.metrics.turns = {};  // not stored
         result.metrics.mean_turn = {};
-        keep({*key, &one, std::move(result)});
-      }
-    } catch (const Interrupted&) {  // stopped during an assembly: no run
+        keep({run.key, &run.what, std::move(result)}, run.in_lanes);
+      });
+    } catch (const Interrupted&) {  // during a compilation
     } catch (...) {
-      failed_ = true;  // the other threads end their current runs
+      failed_ = true;
       throw;
     }
+    if (error) std::rethrow_exception(error);
   }
 
   /// Number of runs that all threads compute in the time of a batch, from the progress so far.
@@ -120,11 +146,12 @@ class Sweep {
     return key;
   }
 
-  void keep(MadeRun made) {
+  void keep(MadeRun made, long in_lanes) {
     std::vector<MadeRun> due;
     {
       const std::lock_guard lock(mutex_);
       ++summary_.ran;
+      summary_.in_lanes += in_lanes;
       ++done_;
       summary_.failed += made.result.ending.status == Ending::Status::failed;
       made_.push_back(std::move(made));
@@ -169,7 +196,8 @@ class Sweep {
   std::unordered_map<std::string, const Case*> cases_;
   std::optional<WorkList> work_;
   SweepSummary summary_;
-  int workers_ = 1;
+  int workers_ = 1, at_a_time_ = 1;
+  Company company_;
   std::mutex mutex_;  // guards the following members and the summary
   std::deque<std::string> claimed_;
   std::vector<MadeRun> made_;              // computed and not stored

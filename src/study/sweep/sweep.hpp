@@ -28,6 +28,7 @@ struct SweepSummary {
   std::size_t lost = 0;
   bool interrupted = false;
   double wall_seconds = 0;
+  long in_lanes = 0;           ///< steps of its runs that were made together with those of other runs
   std::set<std::string> keys;  ///< of all runs of the study
 };
 

@@ -1,0 +1,116 @@
+// The parts of a Simulation, and a run of it in progress. For simulation.cpp, and for together.cpp,
+// which runs several simulations in lanes.
+#pragma once
+
+#include <chrono>
+#include <memory>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "dynamics/system.hpp"
+#include "facade/compile.hpp"
+#include "facade/simulation.hpp"
+#include "mechanism/scene.hpp"
+#include "simulation/formulation.hpp"
+#include "simulation/sensors.hpp"
+#include "simulation/trajectory.hpp"
+#include "simulation/watch.hpp"
+
+namespace freeplay {
+
+/// Never moved: formulation and sensors refer to scene, system and layout.
+struct Simulation::Implementation {
+  class Running;
+  struct CompileObserver;
+  struct Underway;
+
+  Implementation(Scene given, std::string_view formulation, const SimulationOptions& options);
+
+  /// A formulation that starts at this state. Its treatment of the constraint rows depends on the
+  /// state.
+  std::unique_ptr<Formulation> begun(const State& at) const;
+  void save(MemoryWriter& m) {
+    m(start.t, start.q, start.v);
+    form->save(m);
+    m.part("sensors");
+    m(sensors);
+  }
+  void load(const std::vector<std::byte>& memory);
+  Identity identity() const;
+  std::uint64_t noise_of_run() const;
+  void find_undetermined();
+  RowFacts facts();
+  /// Compiles the mechanism; the run continues with the same digits. `only_known`: as compile_system().
+  void compile_now(const StopToken& stop, bool only_known = false);
+  /// Compiles it if the run is long enough by now.
+  void compile_if_long(const StopToken& stop);
+  Result summary(const Ending& ending) const;
+
+  Scene scene;
+  Family family;
+  std::optional<State> given_start;
+  System system;
+  std::string assumed;  // written by the initialisation of `start`, so declared before it
+  State start;
+  std::optional<std::vector<double>> restitution;  // from the penalty law, if matched
+  Layout layout;
+  std::unique_ptr<Formulation> form;
+  Sensors sensors;
+  Compile compile;
+  std::optional<CompiledRun> compiled;  // once it was tried
+  std::optional<TracedLanes> lanes;     // once it was in run_together()
+  CompiledStructures* structures = nullptr;
+  bool looked = false;            // whether they have the structure
+  std::optional<bool> redundant;  // whether constraint rows are, at the start; once it was asked
+  bool searched = false;
+  bool running = false;
+  std::vector<std::string> undetermined;
+};
+
+/// Refuses run() and restore() while a run of the same simulation is in progress.
+class Simulation::Implementation::Running {
+ public:
+  explicit Running(bool& flag) : flag_(flag) {
+    refuse(flag);
+    flag_ = true;
+  }
+  ~Running() { flag_ = false; }
+  Running(const Running&) = delete;
+  static void refuse(bool flag);
+
+ private:
+  bool& flag_;
+};
+
+/// Compiles the mechanism after a step, once the run is long enough.
+struct Simulation::Implementation::CompileObserver final : Observer {
+  CompileObserver(Implementation& s, StopToken stop) : simulation(s), token(std::move(stop)) {}
+  void step(const Step&) override {
+    try {
+      simulation.compile_if_long(token);
+    } catch (const Interrupted&) {  // the run ends after this step
+    }
+  }
+  Implementation& simulation;
+  StopToken token;
+};
+
+/// A run in progress: its observers, and the clocks.
+struct Simulation::Implementation::Underway {
+  Underway(Implementation& s, const RunRequest& request);
+  std::vector<Observer*> observers_of(const RunRequest& request);
+  Result finish(const Ending& ending);
+
+  Implementation& simulation;
+  double until;
+  EventList list;
+  CompileObserver compiler;
+  Watch watch;
+  Running running;
+  std::chrono::steady_clock::time_point wall;
+  double cpu = 0;  // s
+};
+
+}  // namespace freeplay
