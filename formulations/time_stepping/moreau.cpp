@@ -132,10 +132,11 @@ bool MoreauStepper::evaluate_middle() {
 /// Computes v⁺ and z⁺ with their impulses, and q⁺.
 bool MoreauStepper::solve_step() {
   auto& d = data_;
-  if (d.whole) return problem_.solve(d, contacts_, responses_, films_);
+  const bool implicit = d.system.has_velocity_forces() || d.system.sweeps() || films_.any();
+  if (d.whole)
+    return problem_.solve(d, contacts_, responses_, films_) && (!implicit || settle_mean_velocity());
   if (d.system.has_velocity_flows()) d.z_old = d.z;
   if (!advance_states(d.v_old.data()) || !solve_velocities(d.v_old.data())) return false;
-  const bool implicit = d.system.has_velocity_forces() || d.system.sweeps() || films_.any();
   if (implicit && !settle_mean_velocity()) return false;
   if (films_.any()) films_.finish(d.v_old.data(), d.v.data());
   advance_positions();
@@ -221,6 +222,8 @@ bool MoreauStepper::solve_velocities(const double* v_force) {
   auto& d = data_;
   const double h = d.length();
   ++d.totals.work.rhs;
+  d.free = d.whole && d.kernel.again(d, contacts_, v_force);
+  if (d.free) return problem_.solve(d, contacts_, responses_, films_);
   const Sweep sweep{h, d.v_old.data(), v_force};
   d.system.forces(d.t_old + 0.5 * h, d.q_mid.data(), v_force, d.z_mid.data(), d.middle, {&sweep});
   terms().sides(h, d.v_old.data(), d.force.data(), d.r.data());

@@ -1,6 +1,7 @@
 #include "formulations/time_stepping/step_kernel.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 
 #include "dynamics/system_functions.hpp"
@@ -65,6 +66,7 @@ void StepKernel::prepare(StepData& s, ContactSet& contacts) {
     end_out_.push_back(&c.gap);
     reached_out_.push_back(&c.gap);
   }
+  middle_out_.push_back(e.force.data());
 }
 
 bool StepKernel::middle(StepData& s, ContactSet& contacts) {
@@ -88,6 +90,25 @@ bool StepKernel::middle(StepData& s, ContactSet& contacts) {
   }
   s.saddle.take_compiled();
   return true;
+}
+
+bool StepKernel::again(StepData& s, const ContactSet& contacts, const double* v_mean) {
+  auto& f = s.system.functions();
+  pushed_ = -1;
+  const double t = s.t_old + 0.5 * h_;
+  auto& e = s.middle;
+  std::array<const double*, 11 + 2 * most_step_contacts> in{
+      &t,         &h_,        s.q_mid.data(), s.v_old.data(),  v_mean,       e.phi_t.data(),
+      e.G.data(), end_in_[9], e.gamma.data(), e.cosine.data(), e.sine.data()};
+  std::array<double*, 4 + most_step_contacts> out{e.force.data(), s.force.data(), s.v.data(),
+                                                  s.lambda.data()};
+  for (std::size_t k = 0; k < rates_.size(); ++k) {
+    const auto& row = contacts[static_cast<int>(k)].row;
+    in[11 + 2 * k] = row.normal.value.data();
+    in[12 + 2 * k] = row.tangent.value.data();
+    out[4 + k] = &rates_[k].normal;
+  }
+  return f.step.again(f.solve.constants, in.data(), out.data()) == 0 || refuse(f);
 }
 
 const double* StepKernel::respond(const StepData& s, int contact, const Response& at) {

@@ -16,6 +16,8 @@ class StepKernel {
  public:
   /// Evaluates the middle of the step, factorises there, and computes v and λ without contacts.
   bool middle(StepData& step, ContactSet& contacts);
+  /// Computes v and λ without contacts again, with the forces at a mean velocity.
+  bool again(StepData& step, const ContactSet& contacts, const double* v_mean);
   /// Rates of a contact's rows at v without contacts and at v₀, after middle().
   struct Rates {
     double normal, tangent, normal_old, tangent_old;

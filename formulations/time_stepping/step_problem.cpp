@@ -120,6 +120,7 @@ bool StepProblem::solve(StepData& s, ContactSet& contacts, ImpulseResponses& res
   const bool heap = islands_ && s.system.rows() == 0;
   contacts.begin(s, islands_ != nullptr);
   pushed_ = false;
+  const bool free = s.free;  // whether the compiled rates are those of the present v
   if (islands_) islands_->clear();
   // Impulses of other elements may close a gap that the free motion leaves open: check again with
   // them.
@@ -127,7 +128,7 @@ bool StepProblem::solve(StepData& s, ContactSet& contacts, ImpulseResponses& res
     if (!first) {
       s.v = v_free_;
       s.lambda = lambda_free_;
-      s.free = s.whole;
+      s.free = free;
     }
     collect(s, contacts, responses);
     if (problem.unknowns.empty()) break;

@@ -8,6 +8,7 @@ namespace {
 
 /// Number of contact rows up to which a step has one dense contact problem.
 constexpr int most_rows = 24;
+static_assert(most_step_contacts >= most_rows);
 
 /// Outputs the entries that are not the ones a new evaluation has.
 void put_changed(Trace& trace, int array, const std::vector<Traced>& x, const std::vector<Traced>& fresh) {
@@ -21,6 +22,8 @@ void put_row(Trace& trace, int array, const SparseRowOf<Traced>& row) {
 
 }  // namespace
 
+bool SystemTracer::iterates(const System& system) { return system.has_velocity_forces() || system.sweeps(); }
+
 bool SystemTracer::steps(const System& system) {
   int rows = 0;
   for (int k = 0; k < system.contacts(); ++k) {
@@ -28,13 +31,13 @@ bool SystemTracer::steps(const System& system) {
     rows += system.has_friction(k) ? 2 : 1;
   }
   return system.n() > 0 && rows <= most_rows && system.states() == 0 && system.frictions() == 0 &&
-         system.families().empty() && !system.has_motions() && !system.has_velocity_forces() &&
-         !system.sweeps();
+         system.families().empty() && !system.has_motions();
 }
 
 void SystemTracer::step(TracedObject& object, const SaddlePoint& saddle) {
   auto all = object;  // a part that cannot be traced leaves no other part behind
   step_middle(all, saddle);
+  if (iterates(system_)) step_again(all, saddle);
   step_end(all, saddle);
   step_reached(all);
   for (int k = 0; k < system_.contacts(); ++k) step_response(all, saddle, k);
@@ -94,8 +97,37 @@ void SystemTracer::step_middle(TracedObject& object, const SaddlePoint& saddle) 
     trace.outputs(array + 5, rates);
   }
   if (lanes) lanes_middle(trace, h, ratios, a);
+  if (!lanes && iterates(system_)) trace.outputs(12 + 6 * system_.contacts(), e.force);
+  step_gamma_ = e.gamma;
   step_G_ = e.G;
   step_phi_t_ = e.phi_t;
+}
+
+void SystemTracer::step_again(TracedObject& object, const SaddlePoint& saddle) {
+  Trace trace(object, "step_again");
+  const auto t = trace.input(0, 0, at_.t), h = trace.input(1, 0, 1e-5);
+  const auto middle = known_coordinates(trace, 2, at_.q, true),
+             v_old = known_coordinates(trace, 3, at_.v, false), mean = coordinates(trace, 4, at_.v, false);
+  const auto phi_t = inputs_like(trace, 5, step_phi_t_), G = inputs_like(trace, 6, step_G_),
+             F = inputs_like(trace, 7, step_F_), gamma = inputs_like(trace, 8, step_gamma_);
+  auto e = system_.make_evaluation<Traced>();
+  orient(trace, 9, e);
+  const SweepOf<Traced> sweep{h, v_old.data(), mean.data()};
+  system_.forces(t, middle.data(), mean.data(), nullptr, e, {&sweep});
+  List f(middle.size()), r(gamma.size()), a, lambda;
+  for (std::size_t i = 0; i < f.size(); ++i) f[i] = system_.mass()[i] * v_old[i] + h * e.force[i];
+  for (std::size_t k = 0; k < r.size(); ++k) r[k] = -phi_t[k] + 0.5 * h * gamma[k];
+  saddle.trace_solution(G, F, f, r, a, lambda);
+  trace.outputs(0, e.force);
+  trace.outputs(1, f);
+  trace.outputs(2, a);
+  trace.outputs(3, lambda);
+  for (int k = 0; k < system_.contacts(); ++k) {
+    const auto& sample = step_rows_[static_cast<std::size_t>(k)];
+    const auto normal = row_of(trace, sample.normal, 11 + 2 * k),
+               tangent = row_of(trace, sample.tangent, 12 + 2 * k);
+    trace.outputs(4 + k, List{normal.dot(a.data()), tangent.dot(a.data())});
+  }
 }
 
 SystemTracer::List SystemTracer::residuals(const EvaluationOf<Traced>& e) const {

@@ -22,6 +22,9 @@ namespace freeplay {
 
 class System;
 
+/// Most contacts of a mechanism whose steps are compiled whole.
+inline constexpr int most_step_contacts = 24;
+
 /// Functions of a step of h from (q₀, v₀) at t₀ by the midpoint rule (formulations/time_stepping/,
 /// which has the general path). q_m = q₀ + (h/2) v₀; `middle` stands for the evaluations there.
 ///
@@ -29,6 +32,9 @@ class System;
 ///                out q_m, cosine, sine, Φ_t, G, γ, F, pivot ratios, M v₀ + h f, v and λ without
 ///                contacts, G again; of each contact gap, rows, γ's, and its normal and tangential rates
 ///                at v and at v₀
+///                where forces depend on the mean velocity: f
+///     again:     in t₀ + h/2, h, q_m, v₀, mean velocity, Φ_t, G, F, γ, cosine, sine, rows of all contacts
+///                out f, M v₀ + h f, v and λ without contacts, rates of each contact at v
 ///     response:  in F, G, normal and tangent row of a contact
 ///                out response and reaction to each row; D_NN, D_TN, D_TT
 ///     push:      in impulses of a contact, its responses, reactions and rows, v, λ, h f, v₀
@@ -39,9 +45,10 @@ class System;
 ///     reached:   in t, q, q_m, cosine, sine      out residuals, gap of each contact
 ///
 /// The residuals are the greatest |Φ| in m and in rad. All are null unless no part of the system has its own way of taking part in a step: states of
-/// elements, curves, dampers, joint friction, films.
+/// elements, prescribed motions, joint friction, films.
 struct StepFunctions {
   CompiledFunction middle = nullptr, end = nullptr, reached = nullptr;
+  CompiledFunction again = nullptr;                 ///< only where forces depend on the mean velocity
   std::vector<CompiledFunction> responses, pushes;  ///< of each contact
 };
 
@@ -71,6 +78,7 @@ struct TracedSystem {
   TracedObject object;
   /// whether it is traced
   bool place = false, rate = false, forces = false, solves = false, steps = false;
+  bool steps_again = false;
   bool place_in_pieces = false, forces_in_pieces = false, forces_over_step = false;
   /// Whether rows and forces depend on them (Reading).
   bool place_reads_pieces = false, reads_pieces = false, reads_steps = false;

@@ -97,6 +97,7 @@ TracedSystem trace_system(const System& system, const State& near, RowFacts fact
     s.solves = saddle.trace(object, tracer.G(), tracer.fixed(), s.factors, s.ratios);
     if (!s.solves) s.untraced.emplace_back("linear system: a block has too many rows");
   });
+  s.steps_again = SystemTracer::iterates(system);
   if (steps && s.solves && s.untraced.empty() && SystemTracer::steps(system))
     s.steps = traced(s.untraced, "time steps", [&] {
       // The correction onto the constraints must be as small as in a run.
@@ -132,6 +133,7 @@ SystemFunctions TracedSystem::functions(const CompiledFunction* table) const {
   }
   if (steps) {
     f.step.middle = *table++;
+    if (steps_again) f.step.again = *table++;
     f.step.end = *table++;
     f.step.reached = *table++;
     for (std::size_t k = 0; k < contacts.size(); ++k) {

@@ -140,6 +140,8 @@ class SystemTracer {
   ///@{
   /// Whether steps of a system can be one function.
   static bool steps(const System& system);
+  /// Whether its steps iterate for the mean velocity, on which forces depend.
+  static bool iterates(const System& system);
   /// Records all functions of a step, or throws NotTraceable with none of them in the object.
   void step(TracedObject& object, const SaddlePoint& saddle);
   ///@}
@@ -159,6 +161,7 @@ class SystemTracer {
  private:
   using List = std::vector<Traced>;
   void step_middle(TracedObject& object, const SaddlePoint& saddle);
+  void step_again(TracedObject& object, const SaddlePoint& saddle);
   void step_end(TracedObject& object, const SaddlePoint& saddle);
   void step_reached(TracedObject& object);
   void step_response(TracedObject& object, const SaddlePoint& saddle, int contact);
@@ -234,7 +237,7 @@ class SystemTracer {
   Evaluation sample_;
   std::vector<Traced> cosine_, sine_, G_;
   std::vector<bool> fixed_;
-  List step_G_, step_F_, step_phi_t_;  // of step_middle(): constants have no node
+  List step_G_, step_F_, step_phi_t_, step_gamma_;  // of step_middle(): constants have no node
   std::vector<ContactRowOf<Traced>> step_rows_;
   int lane_ratios_ = 0;
 };

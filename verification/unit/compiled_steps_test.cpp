@@ -69,10 +69,11 @@ TEST_CASE("random scenes: compiled steps have the digits of general ones", "[com
   CHECK(noticed >= whole - 2);  // the factor of the rates has no effect on a body at rest
 }
 
-TEST_CASE("runs in compiled steps: impacts, two clearances, and friction that sticks",
+TEST_CASE("runs in compiled steps: impacts, two clearances, friction that sticks, dampers, and tables",
           "[compiled][program]") {
   const StepCacheForTests cache;
-  for (const char* name : {"flores2011", "four-bar", "block-on-slope"}) {
+  for (const char* name :
+       {"flores2011", "four-bar", "block-on-slope", "press", "spring-balance", "gear-rattle"}) {
     INFO(name);
     auto scene = read_scene(test::source_folder() / "cases" / name / "scene.toml");
     scene.nonsmooth.scheme = Scheme::moreau_jean;
