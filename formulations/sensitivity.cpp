@@ -117,6 +117,7 @@ class VariedRun {
         log_(run.system.contacts(), run.system.reported()) {
     scheme_.start(run.start, log_);
     scheme_.vary(run.keys, integrands, least_curved_length(run.system), run.end - run.start.t);
+    if (run.traced) scheme_.variation().trace(run.start);
   }
   EventDriven& scheme() { return scheme_; }
   /// Runs to the end, and calls `after` after each step. Returns the reason of an earlier stop, else nothing.

@@ -105,6 +105,8 @@ struct SensitivityRun {
   StopToken stop;
   /// s. The method chooses steps for the motion alone; derivatives may vary faster, as about a rest.
   double longest_step = INFINITY;
+  /// Whether the variational equations are evaluated by traced equations where that is possible.
+  bool traced = true;
 };
 
 /// Runs the scene by the event-driven scheme, by time stepping or by the penalty formulation,

@@ -7,7 +7,8 @@
 // Dormand and Prince. Derivatives with respect to p at a fixed state, and those of functions of the
 // state, are differences of fourth order of closed forms at a fixed mode (differences.hpp). For this, each
 // parameter has four systems with displaced values, and closer ones where a kink is within the first. No
-// trajectory is differenced. A column ends where there is no derivative, with a reason (refuse()).
+// trajectory is differenced. Where the equations can be traced (trace()), f_p is exact, too, but for the
+// differences of the constants in them. A column ends where there is no derivative, with a reason (refuse()).
 //
 // A Dynamics has the members system, knot, size(), state_offset(), operator() and directional(), and
 // these functions of its namespace (optionally pin() and unpin(), between which it is evaluated beside one
@@ -34,6 +35,7 @@
 #include <vector>
 
 #include "dynamics/system.hpp"
+#include "dynamics/system_tangent.hpp"
 #include "formulations/differences.hpp"
 #include "formulations/dormand_prince.hpp"
 #include "formulations/sensitivity.hpp"
@@ -84,6 +86,9 @@ class VariedColumns {
   template <class Present>
   Vector mean_derivatives(std::size_t i, const Present& dynamics, const Vector& x, double begin, double end);
   long evaluations() const { return evaluations_; }
+  /// From now on the variational equations are evaluated by traced equations where that is possible
+  /// (dynamics/system_tangent.hpp). They are traced near a state, such as the start.
+  void trace(const State& near);
   /// Signals whose peaks are needed; called before the run.
   void watch_peaks(std::vector<PeakChannel> channels) { peaks_.watch(std::move(channels), keys_.size()); }
   /// The peak of a signal at the end of the run, at x and t in the present mode of `dynamics`.
@@ -268,6 +273,15 @@ VariedColumns<Dynamics>::VariedColumns(std::unique_ptr<Dynamics> probe, std::vec
 }
 
 template <class Dynamics>
+void VariedColumns<Dynamics>::trace(const State& near) {
+  if constexpr (requires { probe_->use_tangent(nullptr); }) {
+    std::vector<SystemTangent::Parameter> parameters;
+    for (const auto& key : keys_) parameters.push_back({key.systems, key.spacing});
+    probe_->use_tangent(SystemTangent::trace(probe_->system, near, parameters));
+  }
+}
+
+template <class Dynamics>
 void VariedColumns<Dynamics>::take_knot(const System& system, double t_old, double knot) {
   probe_->knot = knot;
   each_displaced([&](Dynamics& f) { f.knot = knot; });
@@ -302,6 +316,8 @@ std::vector<double> VariedColumns<Dynamics>::advance_stages(double t_old, const 
     evaluations_ += 1 + static_cast<long>(keys_.size());
     for (std::size_t c = 0; c < keys_.size(); ++c) {
       if (!open(c)) continue;
+      if constexpr (requires { probe_->includes_parameter(c); })
+        if (probe_->includes_parameter(c)) continue;
       parameter_part(c, stage_, at, f_[i], part_);
       add_multiple(slopes_[i][c], 1, part_);
     }

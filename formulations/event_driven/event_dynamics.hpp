@@ -23,6 +23,8 @@
 
 namespace freeplay {
 
+class SystemTangent;
+
 class EventDynamics : public ModeEquations {
  public:
   /// film_loss: only if there are films.
@@ -40,6 +42,11 @@ class EventDynamics : public ModeEquations {
   /// Derivatives of dx/dt in the present mode along `directions` of x, at constant t. Returns dx/dt.
   const Vector& directional(const Vector& x, double t, std::span<const Vector> directions,
                             std::span<Vector> out);
+  /// From now on directional() evaluates traced equations where it can (dynamics/system_tangent.hpp).
+  void use_tangent(std::shared_ptr<SystemTangent> traced);
+  /// Whether the derivatives of the last directional() along the c-th direction include those with respect to the
+  /// c-th parameter of the SystemTangent.
+  bool includes_parameter(std::size_t c) const;
   /// Allocates the work space of jacobian(), which otherwise does so at its first call.
   void reserve_jacobian();
   /// Forces and accelerations at x in the present mode.
@@ -103,6 +110,10 @@ class EventDynamics : public ModeEquations {
  private:
   void begin_tangent(const Vector& x, double t);
   void differentiate(const Vector& x, const Gradient& time, int directions, double* const* columns);
+  bool differentiate_traced(const Vector& x, double t, std::span<const Vector> directions,
+                            std::span<Vector> out);
+  struct Slopes;
+  void respond(const Vector& x, const Slopes& slopes, double* column);
 
   NonsmoothOptions options_;
   ModeMotion motion_;
@@ -111,6 +122,10 @@ class EventDynamics : public ModeEquations {
   ModeProjection projection_;
   struct Tangent;  // work space of jacobian()
   std::shared_ptr<Tangent> tangent_;
+  struct TracedTangent;
+  std::shared_ptr<TracedTangent> traced_room_;
+  std::shared_ptr<SystemTangent> traced_;  // null: none
+  bool along_traced_ = false;
 };
 
 }  // namespace freeplay

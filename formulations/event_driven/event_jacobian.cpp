@@ -12,23 +12,9 @@
 #include <algorithm>
 
 #include "formulations/contact/film_force.hpp"
-#include "formulations/event_driven/event_dynamics.hpp"
+#include "formulations/event_driven/event_tangent.hpp"
 
 namespace freeplay {
-namespace {
-
-constexpr int tangent_directions = static_cast<int>(std::tuple_size_v<decltype(Gradient::slope)>);
-
-}  // namespace
-
-struct EventDynamics::Tangent {
-  EvaluationOf<Gradient> e;
-  ContactRowOf<Gradient> row;
-  SparseRowOf<Gradient> slide;
-  std::vector<Gradient> state, reaction, flow, sigma;  // sigma: γ_r − W_r a
-  std::vector<Gradient> r;
-  Vector slope, acceleration, active, force, side, a, lambda;
-};
 
 void EventDynamics::reserve_jacobian() {
   if (tangent_) return;
@@ -43,9 +29,11 @@ void EventDynamics::reserve_jacobian() {
   d.sigma.resize(static_cast<std::size_t>(rows.most()));
   d.r.resize(m);
   d.slope.resize(static_cast<std::size_t>(size()));
-  for (auto* x : {&d.acceleration, &d.force, &d.a}) x->resize(n);
-  for (auto* x : {&d.side, &d.lambda}) x->resize(m);
-  d.active.resize(static_cast<std::size_t>(rows.most()));
+  for (auto* x : {&d.acceleration, &d.slopes.force, &d.a}) x->resize(n);
+  for (auto* x : {&d.slopes.side, &d.lambda}) x->resize(m);
+  d.slopes.flow.resize(states);
+  d.slopes.rows.resize(static_cast<std::size_t>(rows.most()));
+  d.slopes.friction.assign(contacts.size(), 0);
 }
 
 void EventDynamics::begin_tangent(const Vector& x, double t) {
@@ -54,7 +42,6 @@ void EventDynamics::begin_tangent(const Vector& x, double t) {
   (*this)(x, d.slope, t);  // accelerations, multipliers and the matrix of the mode
   ++work.jacobians;
   std::ranges::copy(a, d.acceleration.begin());
-  if (const int used = rows.used(); used > 0) std::copy_n(rows.x.data(), used, d.active.begin());
 }
 
 void EventDynamics::jacobian(const Vector& x, double t, double* J, double* dfdt) {
@@ -90,6 +77,8 @@ const EventDynamics::Vector& EventDynamics::directional(const Vector& x, double 
   const int n = system.n(), states = system.states(), count = static_cast<int>(directions.size());
   begin_tangent(x, t);
   auto& d = *tangent_;
+  along_traced_ = traced_ && differentiate_traced(x, t, directions, out);
+  if (along_traced_) return d.slope;
   for (int first = 0; first < count; first += chunk) {
     const int some = std::min(chunk, count - first);
     const auto seed = [&](Gradient& y, int place) {
@@ -158,46 +147,56 @@ void EventDynamics::differentiate(const Vector& x, const Gradient& time, int dir
       d.r[k] -= de.G[s] * held[system.pattern().column[s]];
   }
 
+  auto& slopes = d.slopes;
   for (int s = 0; s < directions; ++s) {
-    for (int i = 0; i < n; ++i) d.force[i] = d.reaction[i].slope[s];
-    for (int k = 0; k < m; ++k) d.side[k] = d.r[k].slope[s];
-    saddle.solve(d.force.data(), d.side.data(), d.a.data(), d.lambda.data());
-    if (used > 0) {
-      for (int r = 0; r < used; ++r) rows.b[r] = d.sigma[r].slope[s] - rows.row(r).dot(d.a.data());
-      rows.solve();
-      for (int r = 0; r < used; ++r) {
-        for (int i = 0; i < n; ++i) d.a[i] += rows.x[r] * rows.response(r)[i];
-        for (int k = 0; k < m; ++k) d.lambda[k] += rows.x[r] * rows.reaction(r)[k];
-      }
-    }
-    double* column = columns[s];
-    for (int i = 0; i < n; ++i) column[i] = d.state[n + i].slope[s];
-    std::ranges::copy(d.a, column + n);
-    double* integral = column + integral_offset();
-    integral[friction_loss] = friction_power.slope[s];
-    for (int k = 0; k < system.contacts(); ++k) {
-      const auto& c = contacts[k];
-      if (c.unknown < 0) continue;
-      const double normal = rows.x[c.unknown];
-      double tangential = 0;
-      if (c.tangent_unknown >= 0)
-        tangential = rows.x[c.tangent_unknown];
-      else if (c.slip != 0)
-        tangential = -c.slip * *system.contact_facts(k).surface.friction * normal;
-      column[impulse_offset() + 2 * k] = normal;
-      column[impulse_offset() + 2 * k + 1] = tangential;
-      if (tangential != 0) integral[friction_loss] -= tangential * c.row.tangent.dot(x.data() + n);
-    }
-    for (const auto& p : preloaded)
-      if (p.unknown >= 0) integral[friction_loss] -= rows.x[p.unknown] * p.rate;
-    for (int k = 0; k < states; ++k) column[state_offset() + k] = d.flow[k].slope[s];
-    integral[drive] = de.power.drive.slope[s];
-    integral[load] = de.power.load.slope[s];
-    integral[damping] = -de.power.damping.slope[s];
-    for (int k = 0; k < m; ++k)
-      integral[drive] += d.lambda[k] * e.phi_t[k] + lambda[k] * de.phi_t[k].slope[s];
-    if (films.any()) integral[film_loss] = film_power.slope[s];
+    for (int i = 0; i < n; ++i) slopes.force[i] = d.reaction[i].slope[s];
+    for (int k = 0; k < m; ++k) slopes.side[k] = d.r[k].slope[s];
+    for (int r = 0; r < used; ++r) slopes.rows[r] = d.sigma[r].slope[s];
+    for (int k = 0; k < states; ++k) slopes.flow[k] = d.flow[k].slope[s];
+    slopes.drive = de.power.drive.slope[s];
+    for (int k = 0; k < m; ++k) slopes.drive += lambda[k] * de.phi_t[k].slope[s];
+    slopes.load = de.power.load.slope[s];
+    slopes.damping = de.power.damping.slope[s];
+    slopes.friction_power = friction_power.slope[s];
+    slopes.film_power = film_power.slope[s];
+    for (int i = 0; i < n; ++i) columns[s][i] = d.state[n + i].slope[s];
+    respond(x, slopes, columns[s]);
   }
+}
+
+/// Solves for the derivatives of accelerations and multipliers, and fills a column of dx/dt but for its rates.
+void EventDynamics::respond(const Vector& x, const Slopes& slopes, double* column) {
+  const int n = system.n(), m = system.rows(), states = system.states(), used = rows.used();
+  auto& d = *tangent_;
+  saddle.solve(slopes.force.data(), slopes.side.data(), d.a.data(), d.lambda.data());
+  if (used > 0) {
+    for (int r = 0; r < used; ++r) rows.b[r] = slopes.rows[r] - rows.row(r).dot(d.a.data());
+    rows.solve();
+    rows.apply(d.a.data(), d.lambda.data());
+  }
+  std::ranges::copy(d.a, column + n);
+  double* integral = column + integral_offset();
+  integral[friction_loss] = slopes.friction_power;
+  for (int k = 0; k < system.contacts(); ++k) {
+    const auto& c = contacts[k];
+    double normal = 0, tangential = 0;
+    if (c.unknown >= 0) normal = rows.x[c.unknown];
+    if (c.tangent_unknown >= 0)
+      tangential = rows.x[c.tangent_unknown];
+    else if (c.unknown >= 0 && c.slip != 0)
+      tangential = slopes.friction[k] - c.slip * *system.contact_facts(k).surface.friction * normal;
+    column[impulse_offset() + 2 * k] = normal;
+    column[impulse_offset() + 2 * k + 1] = tangential;
+    if (tangential != 0) integral[friction_loss] -= tangential * c.row.tangent.dot(x.data() + n);
+  }
+  for (const auto& p : preloaded)
+    if (p.unknown >= 0) integral[friction_loss] -= rows.x[p.unknown] * p.rate;
+  for (int k = 0; k < states; ++k) column[state_offset() + k] = slopes.flow[k];
+  integral[drive] = slopes.drive;
+  integral[load] = slopes.load;
+  integral[damping] = -slopes.damping;
+  for (int k = 0; k < m; ++k) integral[drive] += d.lambda[k] * e.phi_t[k];
+  if (films.any()) integral[film_loss] = slopes.film_power;
 }
 
 }  // namespace freeplay

@@ -28,7 +28,8 @@ namespace {
 struct SensitivityVerb : Request {
   std::string scene, formulation = "nonsmooth";
   std::vector<std::string> overrides, of, to, spread;
-  std::string output;  ///< result folder
+  std::string output;       ///< result folder
+  bool no_compile = false;  ///< general path for the variational equations
 };
 
 nlohmann::json number_or_null(double x) { return std::isfinite(x) ? nlohmann::json(x) : nlohmann::json(); }
@@ -95,8 +96,11 @@ int sensitivity(const SensitivityVerb& request) try {
   const auto deviations = deviations_of(request.spread, to);
   if (to.empty()) throw SceneError("--to or --spread must name at least one key");
   const auto all = located_in(scene, [&] {
-    return sensitivities(
-        scene, {.of = request.of, .to = to, .formulation = request.formulation, .stop = request.stop});
+    return sensitivities(scene, {.of = request.of,
+                                 .to = to,
+                                 .formulation = request.formulation,
+                                 .stop = request.stop,
+                                 .compile = request.no_compile ? Compile::never : Compile::automatic});
   });
   ResultSet set(folder, "sensitivity");
   nlohmann::json document;
@@ -163,6 +167,8 @@ void sensitivity_verb(Program& program) {
       .add("--spread", request.spread,
            "standard deviations of keys, in SI units, for first-order standard deviations of the quantities")
       .takes("KEY=DEVIATION");
+  options.flag("--no-compile", request.no_compile,
+               "evaluate the variational equations by the general path, as a reference");
   options.add("--formulation", request.formulation, "penalty or nonsmooth")
       .one_of(family_names())
       .shows_default();

@@ -123,5 +123,7 @@ template void System::flow(double, const double*, const double*, const double*, 
                            const Reading&) const;
 template void System::flow(Gradient, const Gradient*, const Gradient*, const Gradient*, Gradient*,
                            const Reading&) const;
+template void System::flow(Traced, const Traced*, const Traced*, const Traced*, Traced*,
+                           const Reading&) const;
 
 }  // namespace freeplay

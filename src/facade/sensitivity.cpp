@@ -7,6 +7,7 @@
 
 #include "dynamics/assembly/assembly.hpp"
 #include "dynamics/system.hpp"
+#include "facade/compile.hpp"
 #include "facade/identify.hpp"
 #include "facade/simulation.hpp"
 #include "facade/varied_key.hpp"
@@ -123,7 +124,8 @@ Sensitivities sensitivities(const Scene& scene, const SensitivityRequest& reques
                      .end = given.run.duration,
                      .keys = {},
                      .quantities = {},
-                     .stop = request.stop};
+                     .stop = request.stop,
+                     .traced = compile_choice(request.compile) != Compile::never};
   for (const auto& name : request.of) run.quantities.push_back(quantity_of(given, system, layout, name));
   std::vector<DisplacedScenes> displaced(request.to.size());
   const VariedStart from{.start = run.start,

@@ -11,6 +11,7 @@
 #include <string>
 #include <vector>
 
+#include "values/compile.hpp"
 #include "values/sensitivity.hpp"
 #include "values/stop.hpp"
 
@@ -28,6 +29,8 @@ struct SensitivityRequest {
   std::string formulation = "nonsmooth";  ///< "penalty" or "nonsmooth"
   /// Stop request; the function then throws Interrupted.
   StopToken stop = {};
+  /// `never`: the variational equations are evaluated by the general path (docs/theory/compiled.md).
+  Compile compile = Compile::automatic;
 };
 
 /// Runs the scene once and returns the quantities with all derivatives. A derivative that does not exist

@@ -14,7 +14,11 @@ thread_local Trace* active_trace = nullptr;
 /// Arrays of old contents of outputs are numbered below those of inputs.
 constexpr int old_arrays = -1000;
 
-double value(Operation operation, double a, double b) {
+bool is(const Traced& x, double constant) { return x.is_constant() && x.value == constant; }
+
+}  // namespace
+
+double result_of(Operation operation, double a, double b) {
   switch (operation) {
     case Operation::add:
       return a + b;
@@ -61,7 +65,7 @@ double value(Operation operation, double a, double b) {
   }
 }
 
-bool result(double a, Relation relation, double b) {
+bool relation_holds(double a, Relation relation, double b) {
   switch (relation) {
     case Relation::less:
       return a < b;
@@ -72,17 +76,13 @@ bool result(double a, Relation relation, double b) {
   }
 }
 
-bool is(const Traced& x, double constant) { return x.is_constant() && x.value == constant; }
-
-}  // namespace
-
 Traced record(Operation operation, const Traced& a, const Traced& b) {
-  if (a.is_constant() && b.is_constant()) return {value(operation, a.value, b.value)};
+  if (a.is_constant() && b.is_constant()) return {result_of(operation, a.value, b.value)};
   return Trace::active()->record(operation, a, b);
 }
 
 bool compare(const Traced& a, Relation relation, const Traced& b) {
-  if (a.is_constant() && b.is_constant()) return result(a.value, relation, b.value);
+  if (a.is_constant() && b.is_constant()) return relation_holds(a.value, relation, b.value);
   return Trace::active()->compare(a, relation, b);
 }
 
@@ -153,6 +153,10 @@ Trace::~Trace() {
 }
 
 int TracedObject::slot(double value) {
+  if (!shares_) {
+    constants_.push_back(value);
+    return static_cast<int>(constants_.size()) - 1;
+  }
   const auto [at, is_new] =
       slot_.try_emplace(std::bit_cast<std::uint64_t>(value), static_cast<int>(constants_.size()));
   if (is_new) constants_.push_back(value);
@@ -201,6 +205,10 @@ int Trace::slot(double value) {
 
 int Trace::intern(Operation operation, int a, int b, int c) {
   const TracedFunction::Node node{operation, a, b, c};
+  if (!object_.shares_) {
+    f_->nodes.push_back(node);
+    return size() - 1;
+  }
   if (like_) {
     // All calls so far were those of like_, so an equal call has the same node.
     if (const auto* next = expected(); next && *next == node) {
@@ -228,6 +236,7 @@ void Trace::stop_following() {
 /// 0 and ±1 are written into the text: they are structure rather than parameters.
 int Trace::node_of(const Traced& x) {
   if (!x.is_constant()) return x.node;
+  if (!object_.shares_) return intern(Operation::constant, object_.slot(x.value), 0);
   for (const double plain : {0.0, 1.0, -1.0})
     if (x.value == plain) return intern(Operation::constant, -1, static_cast<int>(plain));
   return intern(Operation::constant, slot(x.value), 0);
@@ -267,39 +276,39 @@ int Trace::operand(const Traced& x) {
 
 Traced Trace::record(Operation operation, const Traced& a, const Traced& b) {
   const auto negative = [&](const Traced& x) { return freeplay::record(Operation::negate, x); };
-  switch (operation) {
-    case Operation::add:
-      if (is(a, 0)) return b;
-      if (is(b, 0)) return a;
-      break;
-    case Operation::subtract:
-      if (is(b, 0)) return a;
-      if (is(a, 0)) return negative(b);
-      break;
-    case Operation::multiply:
-      if (is(a, 0) || is(b, 0)) return {0};
-      if (is(a, 1)) return b;
-      if (is(b, 1)) return a;
-      if (is(a, -1)) return negative(b);
-      if (is(b, -1)) return negative(a);
-      break;
-    case Operation::divide:
-      if (is(a, 0)) return {0};
-      if (is(b, 1)) return a;
-      if (is(b, -1)) return negative(a);
-      break;
-    case Operation::both:
-      if (a.is_constant()) return a.value != 0 ? b : a;
-      if (b.is_constant()) return b.value != 0 ? a : b;
-      break;
-    case Operation::either:
-      if (a.is_constant()) return a.value != 0 ? a : b;
-      if (b.is_constant()) return b.value != 0 ? b : a;
-      break;
-    default:
-      break;
-  }
-  Traced x(value(operation, a.value, b.value));
+  if (object_.shares_) switch (operation) {
+      case Operation::add:
+        if (is(a, 0)) return b;
+        if (is(b, 0)) return a;
+        break;
+      case Operation::subtract:
+        if (is(b, 0)) return a;
+        if (is(a, 0)) return negative(b);
+        break;
+      case Operation::multiply:
+        if (is(a, 0) || is(b, 0)) return {0};
+        if (is(a, 1)) return b;
+        if (is(b, 1)) return a;
+        if (is(a, -1)) return negative(b);
+        if (is(b, -1)) return negative(a);
+        break;
+      case Operation::divide:
+        if (is(a, 0)) return {0};
+        if (is(b, 1)) return a;
+        if (is(b, -1)) return negative(a);
+        break;
+      case Operation::both:
+        if (a.is_constant()) return a.value != 0 ? b : a;
+        if (b.is_constant()) return b.value != 0 ? a : b;
+        break;
+      case Operation::either:
+        if (a.is_constant()) return a.value != 0 ? a : b;
+        if (b.is_constant()) return b.value != 0 ? b : a;
+        break;
+      default:
+        break;
+    }
+  Traced x(result_of(operation, a.value, b.value));
   const bool two = operation <= Operation::divide || operation >= Operation::atan2;
   int left = operand(a), right = -1;
   if (operation == Operation::negate && nodes()[left].operation == Operation::negate) {
@@ -322,6 +331,7 @@ Traced Trace::choose(const Traced& condition, const Traced& a, const Traced& b) 
 }
 
 Traced Trace::look_up(Operation operation, const Traced& x, std::span<const double> values, double found) {
+  if (!object_.shares_) throw NotTraceable("derivatives of tables are not recorded");
   Traced result(found);
   result.node = intern(operation, operand(x), object_.table(values), static_cast<int>(values.size()));
   return result;
@@ -333,7 +343,7 @@ void Trace::require(const Traced& condition) {
 }
 
 bool Trace::compare(const Traced& a, Relation relation, const Traced& b) {
-  const bool holds = result(a.value, relation, b.value);
+  const bool holds = relation_holds(a.value, relation, b.value);
   const TracedFunction::Guard guard{relation, operand(a), operand(b), holds, size()};
   const bool known = std::ranges::any_of(f_->guards, [&](const TracedFunction::Guard& g) {
     return g.relation == guard.relation && g.a == guard.a && g.b == guard.b;

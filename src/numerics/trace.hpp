@@ -48,6 +48,10 @@ namespace freeplay {
 /// outputs are then undefined. With lanes: bit i for lane i.
 using CompiledFunction = int (*)(const double* constants, const double* const* in, double* const* out);
 
+/// The result of an operation on numbers; that of a condition is 1 or 0.
+double result_of(Operation operation, double a, double b);
+bool relation_holds(double a, Relation relation, double b);
+
 /// The graph of one function. Numbers of nodes refer to `nodes`.
 struct TracedFunction {
   struct Node {
@@ -98,11 +102,19 @@ class TracedObject {
   explicit TracedObject(int lanes = 0, const TracedObject* like = nullptr) : lanes_(lanes) {
     if (like) like_ = like->functions_;
   }
+  /// An object to be differentiated (trace_tangent.hpp): no constant is folded, and each use of one has a slot
+  /// of its own, so that the traces of two scenes that differ in parameters have the same slots.
+  static TracedObject unshared() {
+    TracedObject object;
+    object.shares_ = false;
+    return object;
+  }
   int lanes() const { return lanes_; }
   /// C text of all functions, and of the table `freeplay_functions` of them in their order.
   std::string text() const;
   const std::vector<double>& constants() const { return constants_; }
   int functions() const { return static_cast<int>(functions_.size()); }
+  const TracedFunction& function(int i) const { return *functions_[static_cast<std::size_t>(i)]; }
   /// Number of operations of all functions that their results need.
   long operations() const;
   /// Whether the last function depends on entries of an input array from this one on.
@@ -124,6 +136,7 @@ class TracedObject {
   std::map<std::vector<std::uint64_t>, int> tables_;
   Functions functions_, like_;
   int lanes_;
+  bool shares_ = true;
 };
 
 class Trace {

@@ -1,0 +1,251 @@
+#include "numerics/tangent_tape.hpp"
+
+#include <cmath>
+#include <stdexcept>
+#include <utility>
+
+namespace freeplay {
+
+namespace {
+
+template <class List>
+auto& at(List& list, int i) {
+  return list[static_cast<std::size_t>(i)];
+}
+
+}  // namespace
+
+/// Chooses and orders the steps of a tape, and the places of their results.
+class TangentTape::Builder {
+ public:
+  Builder(TangentTape& tape, const TracedFunction& f, const std::vector<double>& constants,
+          int first_direction)
+      : tape_(tape),
+        nodes_(f.nodes),
+        constants_(constants),
+        first_(first_direction),
+        needed_(f.nodes.size()),
+        wide_(f.nodes.size()),
+        uses_(f.nodes.size()),
+        place_(f.nodes.size(), -1) {
+    mark(f);
+    for (std::size_t i = 0; i < nodes_.size(); ++i)
+      if (needed_[i]) add(static_cast<int>(i));
+    for (auto g : f.guards) {
+      g.a = at(place_, g.a);
+      if (g.b >= 0) g.b = at(place_, g.b);
+      tape_.guards_.push_back(g);
+    }
+    for (const auto& o : f.outputs) tape_.outputs_.push_back({o.array, o.index, block(o.node)});
+    share_blocks();
+  }
+
+ private:
+  using Node = TracedFunction::Node;
+
+  void mark(const TracedFunction& f) {
+    for (std::size_t i = 0; i < nodes_.size(); ++i) {
+      const auto& n = nodes_[i];
+      wide_[i] = n.operation == Operation::input && n.a >= first_;
+      n.each_operand([&](int x) { wide_[i] = wide_[i] || at(wide_, x); });
+    }
+    const auto need = [&](int x) {
+      at(needed_, x) = true;
+      ++at(uses_, x);
+    };
+    for (const auto& o : f.outputs) need(o.node);
+    for (const auto& g : f.guards) {
+      need(g.a);
+      if (g.b >= 0) need(g.b);
+    }
+    for (std::size_t i = nodes_.size(); i-- > 0;)
+      if (needed_[i]) nodes_[i].each_operand(need);
+  }
+
+  void add(int i) {
+    if (at(wide_, i))
+      add_block(i);
+    else
+      add_value(i);
+  }
+  void add_value(int i) {
+    const auto& n = at(nodes_, i);
+    at(place_, i) = static_cast<int>(tape_.values_.size());
+    tape_.values_.push_back(n.operation != Operation::constant ? 0 : n.a < 0 ? n.b : at(constants_, n.a));
+    if (n.operation == Operation::constant) return;
+    const auto operand = [&](int x) { return x < 0 ? 0 : at(place_, x); };
+    if (n.operation == Operation::input)
+      tape_.value_steps_.push_back({n.operation, at(place_, i), n.a, n.b, 0});
+    else
+      tape_.value_steps_.push_back({n.operation, at(place_, i), operand(n.a), operand(n.b), operand(n.c)});
+  }
+  /// A product of a direction and a number that only this sum uses.
+  bool is_own_product(int i) const {
+    return at(wide_, i) && at(nodes_, i).operation == Operation::multiply && at(uses_, i) == 1;
+  }
+  std::pair<int, int> factors(int i) const {  // the direction first
+    const auto& n = at(nodes_, i);
+    return at(wide_, n.a) ? std::pair{n.a, n.b} : std::pair{n.b, n.a};
+  }
+  /// The block of a product, which is computed once another step needs it.
+  int block(int i) {
+    if (at(wide_, i) && at(place_, i) < 0) {
+      const auto [direction, number] = factors(i);
+      put(i, Kind::multiply, block(direction), -1, at(place_, number));
+    }
+    return at(wide_, i) ? at(place_, i) : -1;
+  }
+  void put(int i, Kind kind, int a, int b, int c) {
+    at(place_, i) = blocks_++;
+    tape_.block_steps_.push_back({kind, at(place_, i), a, b, c});
+  }
+  void add_block(int i) {
+    const auto& n = at(nodes_, i);
+    switch (n.operation) {
+      case Operation::input:
+        return put(i, Kind::input, n.a - first_, n.b, -1);
+      case Operation::add:
+      case Operation::subtract: {
+        const bool plus = n.operation == Operation::add;
+        int a = n.a, b = n.b;
+        if (plus && !is_own_product(b)) std::swap(a, b);
+        if (is_own_product(b) && a != b) {
+          const auto [direction, number] = factors(b);
+          return put(i, plus ? Kind::add_product : Kind::subtract_product, block(a), block(direction),
+                     at(place_, number));
+        }
+        return put(i, plus ? Kind::add : Kind::subtract, block(n.a), block(n.b), -1);
+      }
+      case Operation::negate:
+        return put(i, Kind::negate, block(n.a), -1, -1);
+      case Operation::multiply:
+        if (!is_own_product(i)) (void)block(i);
+        return;
+      case Operation::divide:
+        return put(i, Kind::divide, block(n.a), -1, at(place_, n.b));
+      case Operation::select:  // a number among the choices is 0
+        return put(i, Kind::select, block(n.b), block(n.c), at(place_, n.a));
+      default:
+        throw std::logic_error("a derivative is not linear in its directions");
+    }
+  }
+  /// Blocks take the places of others that no later step reads. Block 0 is zero.
+  void share_blocks() {
+    std::vector<int> last(static_cast<std::size_t>(blocks_), -1), home(static_cast<std::size_t>(blocks_), -1);
+    const int steps = static_cast<int>(tape_.block_steps_.size());
+    const auto blocks_of = [](const BlockStep& s, auto f) {
+      if (s.kind == Kind::input) return;
+      if (s.a >= 0) f(s.a);
+      if (s.b >= 0) f(s.b);
+    };
+    for (int i = 0; i < steps; ++i) blocks_of(at(tape_.block_steps_, i), [&](int x) { at(last, x) = i; });
+    for (const auto& o : tape_.outputs_) at(last, o.block) = steps;
+    std::vector<int> open;
+    int count = 1;
+    for (int i = 0; i < steps; ++i) {
+      auto& s = at(tape_.block_steps_, i);
+      const auto was = s;
+      if (s.kind != Kind::input) {
+        s.a = was.a < 0 ? 0 : at(home, was.a);
+        s.b = was.b < 0 ? 0 : at(home, was.b);
+      }
+      blocks_of(was, [&](int x) {
+        if (at(last, x) != i) return;
+        open.push_back(at(home, x));
+        at(last, x) = -1;  // once, if both operands are the same
+      });
+      if (open.empty()) {
+        s.out = count++;
+      } else {
+        s.out = open.back();
+        open.pop_back();
+      }
+      at(home, was.out) = s.out;
+    }
+    for (auto& o : tape_.outputs_) o.block = at(home, o.block);
+    tape_.blocks_.assign(static_cast<std::size_t>(count), Block::Zero());
+  }
+
+  TangentTape& tape_;
+  const std::vector<Node>& nodes_;
+  const std::vector<double>& constants_;
+  int first_, blocks_ = 0;
+  std::vector<char> needed_, wide_;
+  std::vector<int> uses_, place_;
+};
+
+TangentTape::TangentTape(const TracedFunction& f, const std::vector<double>& constants, int first_direction) {
+  const Builder builder(*this, f, constants, first_direction);
+}
+
+bool TangentTape::values(const double* const* in) {
+  double* v = values_.data();
+  for (const auto& s : value_steps_) {
+    double& y = v[s.out];
+    switch (s.operation) {
+      case Operation::input:
+        y = in[s.a][s.b];
+        break;
+      case Operation::add:
+        y = v[s.a] + v[s.b];
+        break;
+      case Operation::subtract:
+        y = v[s.a] - v[s.b];
+        break;
+      case Operation::multiply:
+        y = v[s.a] * v[s.b];
+        break;
+      case Operation::divide:
+        y = v[s.a] / v[s.b];
+        break;
+      case Operation::select:
+        y = v[s.a] != 0 ? v[s.b] : v[s.c];
+        break;
+      default:
+        y = result_of(s.operation, v[s.a], v[s.b]);
+    }
+  }
+  for (const auto& g : guards_)
+    if (g.b < 0 ? v[g.a] == 0 : relation_holds(v[g.a], g.relation, v[g.b]) != g.result) return false;
+  return true;
+}
+
+void TangentTape::directions(const Block* const* in, Block* const* out) {
+  Block* b = blocks_.data();
+  const double* v = values_.data();
+  for (const auto& s : block_steps_) {
+    Block& y = b[s.out];
+    switch (s.kind) {
+      case Kind::input:
+        y = in[s.a][s.b];
+        break;
+      case Kind::add:
+        y = b[s.a] + b[s.b];
+        break;
+      case Kind::subtract:
+        y = b[s.a] - b[s.b];
+        break;
+      case Kind::negate:
+        y = -b[s.a];
+        break;
+      case Kind::multiply:
+        y = b[s.a] * v[s.c];
+        break;
+      case Kind::divide:
+        y = b[s.a] / v[s.c];
+        break;
+      case Kind::select:
+        y = v[s.c] != 0 ? b[s.a] : b[s.b];
+        break;
+      case Kind::add_product:
+        y = b[s.a] + b[s.b] * v[s.c];
+        break;
+      case Kind::subtract_product:
+        y = b[s.a] - b[s.b] * v[s.c];
+        break;
+    }
+  }
+  for (const auto& o : outputs_) out[o.array][o.index] += b[o.block];
+}
+
+}  // namespace freeplay

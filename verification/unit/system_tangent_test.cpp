@@ -1,0 +1,221 @@
+// Traced derivatives: of operations against closed forms, and of the equations of motion in contact modes of
+// random scenes against derivatives by dual numbers and differences of the right-hand side.
+#include "dynamics/system_tangent.hpp"
+
+#include <catch2/catch.hpp>
+#include <cmath>
+#include <memory>
+#include <random>
+#include <string>
+#include <vector>
+
+#include "dynamics/assembly/assembly.hpp"
+#include "dynamics/assembly/redundancy.hpp"
+#include "dynamics/system.hpp"
+#include "dynamics/system_tracer.hpp"
+#include "facade/varied_key.hpp"
+#include "formulations/differences.hpp"
+#include "formulations/event_driven/event_dynamics.hpp"
+#include "mechanism/scene.hpp"
+#include "numerics/trace_tangent.hpp"
+#include "verification/random_scenes/scene.hpp"
+
+using namespace freeplay;
+namespace rs = freeplay::verification::random_scenes;
+
+namespace {
+
+using Vector = std::vector<double>;
+using Block = TangentTape::Block;
+
+}  // namespace
+
+TEST_CASE("derivatives of traced operations have their closed forms", "[compiled]") {
+  const double a = 0.7, b = -1.3, c = 2.5, d = 0.4;
+  auto object = TracedObject::unshared();
+  {
+    Trace trace(object, "f");
+    const auto x = trace.inputs(0, std::vector{a, b});
+    const Traced k(c), l(d);
+    trace.output(0, 0, sin(x[0]) * exp(k * x[1]) / sqrt(x[0] * x[0] + l));
+    trace.output(0, 1, atan2(x[0], x[1]) - tanh(k * x[0]));
+    trace.output(0, 2, max(x[0], x[1]) + abs(x[1] * l) + cos(-x[1]));
+    trace.output(0, 3, x[0] < x[1] ? x[0] : x[1] * x[0]);
+    trace.output(0, 4, Traced(0) * x[0] + k);
+  }
+  TangentInputs in;
+  in.values = {{a, b}};
+  in.directions = {2};
+  in.varied_values = 1;
+  in.varied_directions = 3;
+  int next = 0;  // each use of a constant is a slot; k is 2.5, l is 0.4
+  for (const double value : object.constants()) in.varied.push_back(value == c ? 0 : value == d ? 1 : -1);
+  for (const int index : in.varied) next += index >= 0;
+  REQUIRE(next == 5);
+  TracedObject derivative;
+  append_tangent(derivative, "df", object.function(0), object.constants(), in);
+  TangentTape tape(derivative.function(0), derivative.constants(), 2);
+
+  // Directions: x₀, x₁, k, l and the sum of all.
+  std::vector<Block> x(2, Block::Zero()), p(2, Block::Zero()), out(5, Block::Zero());
+  x[0][0] = x[1][1] = p[0][2] = p[1][3] = 1;
+  for (auto* list : {&x, &p})
+    for (auto& block : *list) block[4] = 1;
+  const double state[] = {a, b}, constants[] = {c, d};
+  const double* values[] = {state, constants};
+  const Block* directions[] = {x.data(), p.data()};
+  Block* results[] = {out.data()};
+  REQUIRE(tape.values(values));
+  tape.directions(directions, results);
+
+  const double root = std::sqrt(a * a + d), e = std::exp(c * b), s = std::sin(a), t = std::tanh(c * a);
+  const double r2 = a * a + b * b;
+  const Vector expected[] = {{std::cos(a) * e / root - s * e * a / std::pow(root, 3), s * c * e / root,
+                              s * b * e / root, -0.5 * s * e / std::pow(root, 3)},
+                             {b / r2 - c * (1 - t * t), -a / r2, -a * (1 - t * t), 0},
+                             {1, -d - std::sin(b), 0, std::abs(b)},
+                             {b, a, 0, 0},
+                             {0, 0, 1, 0}};
+  for (std::size_t i = 0; i < 5; ++i) {
+    double sum = 0;
+    for (std::size_t k = 0; k < 4; ++k) {
+      INFO(i << " " << k);
+      CHECK(out[i][static_cast<long>(k)] == Approx(expected[i][k]).epsilon(1e-14).margin(1e-15));
+      sum += expected[i][k];
+    }
+    CHECK(out[i][4] == Approx(sum).epsilon(1e-13).margin(1e-14));
+    CHECK(out[i][5] == 0);
+  }
+  // Where the comparison has another result, the function does not apply.
+  const double other[] = {b, a};
+  values[0] = other;
+  CHECK_FALSE(tape.values(values));
+}
+
+TEST_CASE("random scenes: traced derivatives in contact modes equal general ones",
+          "[compiled][sensitivity]") {
+  // By the state, both are exact to rounding. By a parameter, the general ones are differences of the
+  // right-hand side with an error of 1e-12 of the forces in it, which may exceed their sum.
+  constexpr double state_bound = 1e-9, parameter_bound = 1e-7;
+  int scenes = 0, closed = 0, keys = 0, covered = 0;
+  std::mt19937 engine(20261126);
+  std::uniform_real_distribution<double> uniform(-1, 1);
+  for (int index = 0; index < 150 && scenes < 60; ++index) {
+    const auto drawn = rs::draw(7, index);
+    const auto scene = rs::scene_for(drawn, rs::ways(drawn.suite).front());
+    const System system(scene.mechanism);
+    const auto start = assemble(scene.mechanism, scene.run.start);
+    const RowFacts facts{!redundant_rows(system, start.q).empty(), true};
+    if (facts.redundant || system.n() == 0) continue;
+    // The masses of a body and a point of a joint.
+    std::vector<std::string> names;
+    for (const auto& body : scene.mechanism.bodies) {
+      names = {"bodies." + body.name + ".mass", "bodies." + body.name + ".inertia"};
+      break;
+    }
+    for (const auto& facts_of : {system.contacts() > 0 ? system.contact_facts(0).name : std::string()})
+      for (const char* key : {".clearance", ".radius", ".at[1][0]"})
+        for (const char* kind : {"joints.", "contacts."}) names.push_back(kind + facts_of + key);
+    names.emplace_back("gravity[1]");
+    std::vector<std::vector<std::unique_ptr<System>>> displaced;
+    std::vector<SystemTangent::Parameter> parameters;
+    std::vector<std::string> varied;
+    for (const auto& name : names) {
+      try {
+        const double value = number_of_key(scene, name, Family::nonsmooth);
+        double h = 5e-4 * (value == 0 ? 0.1 : std::abs(value));
+        // A point that moves turns the normal of a contact by its displacement over the clearance.
+        if (name.ends_with(".at[1][0]")) h = std::min(h, 1e-3 * system.contact_facts(0).clearance);
+        std::vector<std::unique_ptr<System>> systems;
+        SystemTangent::Parameter p;
+        p.spacing = h;
+        for (std::size_t i = 0; i < 4; ++i) {
+          auto beside = scene;
+          set_number_key(beside, name, Family::nonsmooth, value + difference_places[i] * h);
+          systems.push_back(std::make_unique<System>(beside.mechanism));
+          p.systems[i] = systems.back().get();
+        }
+        if (p.systems[0]->n() != system.n() || p.systems[0]->contacts() != system.contacts()) continue;
+        displaced.push_back(std::move(systems));
+        parameters.push_back(p);
+        varied.push_back(name);
+      } catch (const std::exception&) {  // the scene has no such key
+      }
+    }
+    const std::shared_ptr<SystemTangent> traced = SystemTangent::trace(system, start, parameters);
+    if (!traced) continue;
+    const Vector restitution(static_cast<std::size_t>(system.contacts()), 0.5);
+    EventDynamics fast(system, scene.nonsmooth, restitution, facts, 1);
+    fast.use_tangent(traced);
+    if (system.frictions() > 0 || fast.films.any()) continue;
+    ++scenes;
+    INFO(drawn.kind << " " << index);
+
+    EventDynamics general(system, scene.nonsmooth, restitution, facts, 1);
+    std::vector<EventDynamics*> all{&fast, &general};
+    std::vector<std::vector<std::unique_ptr<EventDynamics>>> twins;
+    for (const auto& p : parameters) {
+      auto& list = twins.emplace_back();
+      for (const auto* s : p.systems) {
+        list.push_back(general.twin_of(*s));
+        all.push_back(list.back().get());
+      }
+    }
+    for (int mode = 0; mode < 3; ++mode) {
+      const int k = mode == 0 || system.contacts() == 0 ? -1 : static_cast<int>(engine() % system.contacts());
+      const int slip = k >= 0 && system.has_friction(k) ? static_cast<int>(engine() % 3) - 1 : 0;
+      for (auto* f : all)
+        for (int c = 0; c < system.contacts(); ++c) {
+          f->contacts[c].closed = c == k;
+          f->contacts[c].slip = c == k ? slip : 0;
+        }
+      const auto at = moved(system, start, still_coordinates(system, start), 11 + mode);
+      const auto size = static_cast<std::size_t>(fast.size()), n = at.q.size();
+      Vector x(size);
+      std::ranges::copy(at.q, x.begin());
+      std::ranges::copy(at.v, x.begin() + static_cast<long>(n));
+      std::ranges::copy(at.z, x.begin() + fast.state_offset());
+      std::vector<Vector> directions(parameters.size() + 3, Vector(size));
+      for (std::size_t c = parameters.size(); c < directions.size(); ++c)
+        for (std::size_t i = 0; i < size; ++i)
+          if (i < 2 * n || (i >= static_cast<std::size_t>(fast.state_offset()) &&
+                            i < static_cast<std::size_t>(fast.integral_offset())))
+            directions[c][i] = uniform(engine);
+      auto found = directions, expected = directions;
+      const auto f = fast.directional(x, at.t, directions, found);
+      general.directional(x, at.t, directions, expected);
+      if (!is_finite(f)) continue;  // no regular forces in this mode
+      closed += k >= 0;
+      const auto error = [&](const Vector& a, const Vector& b, double scale) {
+        double most = 0;
+        for (std::size_t i = 0; i < size; ++i) scale = std::max(scale, std::abs(b[i]));
+        for (std::size_t i = 0; i < size; ++i) most = std::max(most, std::abs(a[i] - b[i]));
+        return most / scale;
+      };
+      double size_of_f = 0;
+      for (const double y : f) size_of_f = std::max(size_of_f, std::abs(y));
+      for (std::size_t c = parameters.size(); c < directions.size(); ++c)
+        CHECK(error(found[c], expected[c], 1e-3 * size_of_f) < state_bound);
+      for (std::size_t c = 0; c < parameters.size(); ++c) {
+        ++keys;
+        if (!fast.includes_parameter(c)) continue;
+        ++covered;
+        Vector values[4], slope(size);
+        for (std::size_t i = 0; i < 4; ++i) {
+          values[i].resize(size);
+          (*twins[c][i])(x, values[i], at.t);
+        }
+        for (std::size_t i = 0; i < size; ++i)
+          slope[i] = (8 * (values[2][i] - values[1][i]) - (values[3][i] - values[0][i])) /
+                     (12 * parameters[c].spacing);
+        INFO(varied[c]);
+        const double unit = parameters[c].spacing / 5e-4;
+        CHECK(error(found[c], slope, 1e-3 * size_of_f / unit) < parameter_bound);
+      }
+    }
+  }
+  CAPTURE(scenes, closed, keys, covered);
+  CHECK(scenes >= 30);
+  CHECK(closed >= 40);
+  CHECK(covered >= 9 * keys / 10);
+}
