@@ -104,6 +104,12 @@ AdaptiveMoreau make_adaptive(const Scene& scene, const System& system, const std
           motion_norm(system, scales, scene.nonsmooth.step_tolerance), scales};
 }
 
+AutomaticStepper make_automatic(const Scene& scene, const System& system,
+                                const std::vector<double>& restitution, RowFacts facts, const State& state) {
+  return {make_event_driven(scene, system, restitution, facts, state),
+          make_adaptive(scene, system, restitution, facts, state), tolerance_after_steps(scene.nonsmooth)};
+}
+
 std::unique_ptr<Formulation> make_nonsmooth(const Scene& scene, const System& system, const State& state,
                                             const std::vector<double>& restitution) {
   refuse_undetermined_friction(system, state);
@@ -139,10 +145,9 @@ std::unique_ptr<Formulation> make_nonsmooth(const Scene& scene, const System& sy
             fmt::format("is above {:g}, which nonsmooth.impact_law = \"compliant\" cannot resolve; "
                         "its limit for rigid contacts is \"energetic\"",
                         stiffest_shear));
-  const auto adaptive = [&] { return make_adaptive(scene, system, e, facts, state); };
   switch (scene.nonsmooth.scheme_in_force()) {
     case Scheme::moreau_jean:
-      if (!scene.nonsmooth.step) return with(adaptive());
+      if (!scene.nonsmooth.step) return with(make_adaptive(scene, system, e, facts, state));
       return with(MoreauStepper(system, scene.nonsmooth, *scene.nonsmooth.step, e, facts));
     case Scheme::event_driven:
       return with(make_event_driven(scene, system, e, facts, state));
@@ -150,8 +155,7 @@ std::unique_ptr<Formulation> make_nonsmooth(const Scene& scene, const System& sy
       // Time stepping does not support all impact laws.
       if (!choice_of(scene.nonsmooth.impact_law).traits.time_stepping)
         return with(make_event_driven(scene, system, e, facts, state));
-      return with(AutomaticStepper(make_event_driven(scene, system, e, facts, state), adaptive(),
-                                   tolerance_after_steps(scene.nonsmooth)));
+      return with(make_automatic(scene, system, e, facts, state));
   }
   throw std::logic_error("no such scheme");
 }

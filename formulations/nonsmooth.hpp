@@ -12,6 +12,7 @@ namespace freeplay {
 struct Scene;
 struct RowFacts;
 class AdaptiveMoreau;
+class AutomaticStepper;
 class EventDriven;
 class System;
 
@@ -28,5 +29,9 @@ EventDriven make_event_driven(const Scene& scene, const System& system,
 /// Likewise adaptive time stepping.
 AdaptiveMoreau make_adaptive(const Scene& scene, const System& system, const std::vector<double>& restitution,
                              RowFacts facts, const State& state);
+
+/// Likewise the automatic scheme, for impact laws that time stepping has.
+AutomaticStepper make_automatic(const Scene& scene, const System& system,
+                                const std::vector<double>& restitution, RowFacts facts, const State& state);
 
 }  // namespace freeplay

@@ -6,15 +6,14 @@
 #include <cmath>
 #include <utility>
 
-#include "dynamics/assembly/assembly.hpp"
 #include "formulations/event_driven/event_driven.hpp"
 #include "formulations/integrators/tolerance.hpp"
-#include "formulations/least_forces.hpp"
 #include "formulations/nonsmooth.hpp"
 #include "formulations/peak_search.hpp"
 #include "formulations/penalty/penalty_variation.hpp"
 #include "formulations/step_variation.hpp"
 #include "formulations/time_stepping/adaptive.hpp"
+#include "formulations/varied_run.hpp"
 #include "mechanism/scene.hpp"
 #include "values/family.hpp"
 
@@ -96,58 +95,6 @@ void take_event(const VariedQuantity& q, const std::vector<VariedOnset>& onsets,
   }
 }
 
-std::vector<double> restitution_of(const System& system) {
-  std::vector<double> list;
-  for (int k = 0; k < system.contacts(); ++k)
-    list.push_back(system.contact_facts(k).surface.restitution.value_or(0));
-  return list;
-}
-
-RowFacts row_facts(const SensitivityRun& run) {
-  return {!redundant_rows(run.system, run.start.q).empty(), run.scene.run.eliminate};
-}
-
-/// A run of the event-driven scheme with its variational equations.
-class VariedRun {
- public:
-  VariedRun(const SensitivityRun& run, const std::vector<Column>& integrands)
-      : run_(run),
-        restitution_(restitution_of(run.system)),
-        scheme_(make_event_driven(run.scene, run.system, restitution_, row_facts(run), run.start)),
-        log_(run.system.contacts(), run.system.reported()) {
-    scheme_.start(run.start, log_);
-    scheme_.vary(run.keys, integrands, least_curved_length(run.system), run.end - run.start.t);
-    if (run.traced) scheme_.variation().trace(run.start);
-  }
-  EventDriven& scheme() { return scheme_; }
-  /// Runs to the end, and calls `after` after each step. Returns the reason of an earlier stop, else nothing.
-  template <class After>
-  std::string go(After after) {
-    while (scheme_.t() < run_.end) {
-      if (run_.stop()) throw Interrupted();
-      if (!scheme_.step(std::min(run_.end, scheme_.t() + run_.longest_step))) {
-        scheme_.variation().refuse(scheme_.failure());
-        return scheme_.failure();
-      }
-      after();
-      log_.advance(scheme_.t());
-      log_.drain([](const auto&) {});
-    }
-    return {};
-  }
-  std::vector<VariedOnset> onsets() {
-    auto list = scheme_.variation().onsets();
-    std::ranges::stable_sort(list, {}, &VariedOnset::t);
-    return list;
-  }
-
- private:
-  const SensitivityRun& run_;
-  std::vector<double> restitution_;
-  EventDriven scheme_;
-  ContactLog log_;
-};
-
 /// Facts of a finished run.
 struct Finished {
   const std::vector<double>& x;
@@ -224,9 +171,12 @@ double cost_of(long evaluations, long rhs) {
 }
 
 void run_event_driven(const SensitivityRun& run, Sensitivities& all) {
-  VariedRun motion(run, integrands_of(run));
+  VariedRun motion(
+      run, integrands_of(run),
+      make_event_driven(run.scene, run.system, restitution_of(run.system), row_facts(run), run.start));
   auto& scheme = motion.scheme();
   auto& variation = scheme.variation();
+  if (run.traced) variation.trace(run.start);
   variation.watch_peaks(channels_of(run));
   all.stopped = motion.go([] {});
   const auto& d = scheme.dynamics();
@@ -247,60 +197,29 @@ void run_event_driven(const SensitivityRun& run, Sensitivities& all) {
   all.cost = cost_of(variation.evaluations(), scheme.work().rhs);
 }
 
-const MoreauStepper& moreau_of(const MoreauStepper& stepper) { return stepper; }
-const MoreauStepper& moreau_of(const AdaptiveMoreau& stepper) { return stepper.moreau(); }
-
-template <class Stepper>
-void run_steps(const SensitivityRun& run, Stepper stepper, Sensitivities& all) {
-  const auto& options = run.scene.nonsmooth;
-  const auto scales = make_scales(run.scene.mechanism, run.system, run.start);
-  const auto restitution = restitution_of(run.system);
-  ContactLog log(run.system.contacts(), run.system.reported());
-  stepper.start(run.start, log);
-  EventDynamics mode(run.system, options, restitution, row_facts(run), scales.speed);
-  StepVariation variation(mode, run.keys, integrands_of(run), least_curved_length(run.system),
-                          run.end - run.start.t, options.tolerance * scales.length);
-  variation.watch_peaks(channels_of(run));
-  variation.start(run.start);
-  while (stepper.t() < run.end) {
-    if (run.stop()) throw Interrupted();
-    if (!stepper.step(run.end)) {
-      all.stopped = stepper.failure();
-      variation.refuse(all.stopped);
-      break;
-    }
-    variation.end_step(moreau_of(stepper), stepper.t_old());
-    log.advance(stepper.t());
-    log.drain([](const auto&) {});
-  }
-  variation.finish();
-  take_quantities(
-      run, variation, mode,
-      {variation.x(), stepper.t(),
-       "the event begins a lasting contact, which has no impulse at its beginning"},
-      [](EnergyTerm term, EventDynamics& f, const std::vector<double>& x, double) {
-        return summed_energy<EventDynamics>(term, f, x);
-      },
-      [&](Sensitivity& s, const std::vector<std::string>& ended) {
-        s.value = stepper.integrals().contact;
-        s.reasons = ended;
-        for (std::size_t c = 0; c < ended.size(); ++c)
-          if (ended[c].empty()) s.derivatives[c] = variation.contact_loss()[c];
-        return true;
-      },
-      all);
-  all.cost = cost_of(variation.evaluations(), stepper.work().rhs);
-}
-
 void run_time_stepping(const SensitivityRun& run, Sensitivities& all) {
-  const auto& options = run.scene.nonsmooth;
-  if (!run.system.families().empty())
-    throw ModelError("nonsmooth.scheme", "groups of many bodies have no derivatives");
-  const auto restitution = restitution_of(run.system);
-  if (options.step)
-    run_steps(run, MoreauStepper(run.system, options, *options.step, restitution, row_facts(run)), all);
-  else
-    run_steps(run, make_adaptive(run.scene, run.system, restitution, row_facts(run), run.start), all);
+  with_varied_steps(run, integrands_of(run), [&](auto& steps) {
+    auto& variation = steps.variation();
+    variation.watch_peaks(channels_of(run));
+    all.stopped = steps.go();
+    const auto& stepper = steps.stepper();
+    take_quantities(
+        run, variation, steps.mode(),
+        {variation.x(), stepper.t(),
+         "the event begins a lasting contact, which has no impulse at its beginning"},
+        [](EnergyTerm term, EventDynamics& f, const std::vector<double>& x, double) {
+          return summed_energy<EventDynamics>(term, f, x);
+        },
+        [&](Sensitivity& s, const std::vector<std::string>& ended) {
+          s.value = stepper.integrals().contact;
+          s.reasons = ended;
+          for (std::size_t c = 0; c < ended.size(); ++c)
+            if (ended[c].empty()) s.derivatives[c] = variation.contact_loss()[c];
+          return true;
+        },
+        all);
+    all.cost = cost_of(variation.evaluations(), stepper.work().rhs);
+  });
 }
 
 void run_penalty(const SensitivityRun& run, Sensitivities& all) {
@@ -346,79 +265,6 @@ Sensitivities run_sensitivities(const SensitivityRun& run, Family family) {
   else
     run_event_driven(run, all);
   return all;
-}
-
-namespace {
-
-/// Fills an EndState from the integrated vector x, its columns and its onsets at the end of a run.
-template <class Variation, class Present>
-void take_end(const SensitivityRun& run, Variation& variation, const Present& d, const std::vector<double>& x,
-              double t, int state_offset, EndState& end) {
-  const auto& system = run.system;
-  const auto n = static_cast<std::size_t>(system.n()), states = static_cast<std::size_t>(system.states());
-  const auto offset = static_cast<std::size_t>(state_offset);
-  const auto parts = [&](const std::vector<double>& all) {
-    std::vector<double> list(all.begin(), all.begin() + static_cast<long>(2 * n));
-    list.insert(list.end(), all.begin() + static_cast<long>(offset),
-                all.begin() + static_cast<long>(offset + states));
-    return list;
-  };
-  const auto values = parts(x);
-  end.state = {t, {}, {}, {}};
-  end.state.q.assign(values.begin(), values.begin() + static_cast<long>(n));
-  end.state.v.assign(values.begin() + static_cast<long>(n), values.begin() + static_cast<long>(2 * n));
-  end.state.z.assign(values.begin() + static_cast<long>(2 * n), values.end());
-  auto norm = motion_norm(system, make_scales(run.scene.mechanism, system, run.start), 1);
-  add_states(norm, system, static_cast<int>(2 * n));
-  for (std::size_t i = 0; i < values.size(); ++i)
-    end.scales.push_back(norm.absolute[i] + norm.relative[i] * std::abs(values[i]));
-  end.potential = system.potential(x.data());
-  end.kinetic = system.kinetic(x.data() + n);
-  for (std::size_t c = 0; c < run.keys.size(); ++c)
-    if (end.refused.empty()) end.refused = variation.reason(c);
-  if (end.refused.empty())
-    for (const auto& column : variation.end_columns(d, x, t)) end.columns.push_back(parts(column));
-  auto onsets = variation.onsets();
-  std::ranges::stable_sort(onsets, {}, &VariedOnset::t);
-  for (const auto& onset : onsets)
-    end.onsets.push_back({onset.contact, onset.t, onset.rate, onset.dt, onset.drate});
-}
-
-EndState penalty_end_state(const SensitivityRun& run) {
-  const auto parts = make_penalty_parts(run.scene, run.system, run.start);
-  auto& steps = *parts.steps;
-  PenaltyVariation variation(parts, run.scene, run.start, run.keys, {}, least_curved_length(run.system),
-                             run.end - run.start.t);
-  EndState end;
-  while (steps.t() < run.end) {
-    if (run.stop()) throw Interrupted();
-    variation.begin_step();
-    if (!steps.step(std::min(run.end, steps.t() + run.longest_step))) {
-      end.stopped = steps.failure();
-      variation.refuse(end.stopped);
-      break;
-    }
-    variation.end_step();
-  }
-  take_end(run, variation, steps.dynamics(), variation.x(), steps.t(), steps.dynamics().state_offset(), end);
-  return end;
-}
-
-}  // namespace
-
-EndState run_end_state(SensitivityRun run) { return run_end_state(std::move(run), Family::nonsmooth); }
-
-EndState run_end_state(SensitivityRun run, Family family) {
-  if (family == Family::penalty) return penalty_end_state(run);
-  VariedRun motion(run, {});
-  auto& scheme = motion.scheme();
-  EndState end;
-  LeastForces forces(scheme);
-  end.stopped = motion.go([&] { forces.add_step(scheme); });
-  end.lasting = forces.lasting();
-  take_end(run, scheme.variation(), scheme.dynamics(), scheme.x(), scheme.t(),
-           scheme.dynamics().state_offset(), end);
-  return end;
 }
 
 }  // namespace freeplay

@@ -113,7 +113,7 @@ struct SensitivityRun {
 /// with the variational equations of all keys. Throws Interrupted if a stop is requested.
 Sensitivities run_sensitivities(const SensitivityRun& run, Family family);
 
-/// The state at the end of a run, with derivatives.
+/// The state at the end of a run, with derivatives (end_state.cpp).
 struct EndState {
   struct Onset {
     int contact = 0;
@@ -132,12 +132,14 @@ struct EndState {
   std::vector<Onset> onsets;                 ///< of contacts, in the order of time
   std::vector<Lasting> lasting;              ///< in the order of contacts; of event-driven runs only
   double potential = 0, kinetic = 0;         ///< J
+  bool stepped = false;                      ///< whether time stepping made a step
   std::string stopped;                       ///< reason of a stop before the end; empty if there is none
   std::string refused;                       ///< reason why a derivative does not exist; empty if all do
 };
-/// Likewise, for the state at the end of the run; the quantities are not evaluated.
-EndState run_end_state(SensitivityRun run);
-/// The same by a formulation.
-EndState run_end_state(SensitivityRun run, Family family);
+/// Likewise by the scheme of the scene, for the state at the end of the run; the quantities are not
+/// evaluated.
+EndState run_end_state(const SensitivityRun& run, Family family);
+/// The same by the nonsmooth formulation.
+EndState run_end_state(const SensitivityRun& run);
 
 }  // namespace freeplay

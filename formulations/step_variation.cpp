@@ -53,6 +53,25 @@ void StepVariation::start(const State& state) {
         "\"event-driven\"");
 }
 
+void StepVariation::take_over(const Handover& from, const EventDynamics& mode, const Variation& events) {
+  start(from.state);
+  take_columns(events);
+  take_varied_mode(mode_, mode);
+  at_start_.clear();
+  first_ = false;
+  // A step of no length, whose contacts the first step compares with its own.
+  last_ = Step{from.state.t, from.state.t, x_, {}, {}};
+  for (int k = 0; k < mode_.system.contacts(); ++k) {
+    Contact c;
+    c.pressed = mode_.contacts[k].closed;
+    c.slip = mode_.contacts[k].slip;
+    c.t = from.contacts[static_cast<std::size_t>(k)].t_onset;
+    last_->contacts.push_back(c);
+    if (c.pressed) last_closed_[static_cast<std::size_t>(k)] = count_ + 1;
+  }
+  for (int k = 0; k < mode_.system.frictions(); ++k) last_->slips.push_back(mode_.preloaded[k].slip);
+}
+
 StepVariation::Vector StepVariation::vector_of(const MoreauStepper& stepper) const {
   const auto& system = mode_.system;
   const auto n = system.n();
@@ -109,6 +128,7 @@ void StepVariation::finish() {
 
 void StepVariation::follow(const Step& s, const Step* next) {
   ++count_;
+  if (s.t == s.t_old) return;
   const bool any = std::ranges::any_of(s.contacts, [](const auto& c) { return c.onset; });
   if (idle()) {
     for (int k = 0; any && k < mode_.system.contacts(); ++k)

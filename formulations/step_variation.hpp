@@ -22,6 +22,7 @@
 #include <utility>
 #include <vector>
 
+#include "formulations/automatic/handover.hpp"
 #include "formulations/event_driven/variation.hpp"
 #include "formulations/time_stepping/moreau.hpp"
 
@@ -35,6 +36,8 @@ class StepVariation : public Variation {
                 double length, double duration, double position_error);
 
   void start(const State& state);
+  /// Continues from a state and the columns of the event-driven scheme, in its mode.
+  void take_over(const Handover& from, const EventDynamics& mode, const Variation& events);
   /// After each step, which began at t_old. A step is followed once the next one is known.
   void end_step(const MoreauStepper& stepper, double t_old);
   /// After the last step.

@@ -61,6 +61,11 @@ class VariedColumns {
   void forget_onsets() { onsets_.clear(); }
   /// dx/dp of all columns. A caller may replace them between steps (tangent_run.hpp).
   std::vector<Vector>& columns() { return S_; }
+  /// Continues with the columns of another object.
+  void take_columns(const VariedColumns& from) {
+    S_ = from.S_;
+    reasons_ = from.reasons_;
+  }
   /// Ends a column, for this reason.
   void end_column(std::size_t c, const std::string& reason) { refuse(c, reason); }
   /// Value and derivatives of a function at the end of the run, at x and t in the present mode of

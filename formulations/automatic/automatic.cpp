@@ -23,6 +23,19 @@ void AutomaticStepper::start(const State& state, ContactLog& log) {
   costs_.begin({state.t, events_.work().factorisations});
 }
 
+void AutomaticStepper::vary(const std::vector<VariedKey>& keys, std::vector<Column> integrands, double length,
+                            double duration) {
+  events_.vary(keys, integrands, length, duration);
+  stepped_mode_ = events_.dynamics().twin();
+  stepped_ = std::make_unique<StepVariation>(*stepped_mode_, keys, std::move(integrands), length, duration,
+                                             events_.position_error());
+}
+
+void AutomaticStepper::refuse_derivatives(const std::string& reason) {
+  events_.refuse_derivatives(reason);
+  stepped_->refuse(reason);
+}
+
 void AutomaticStepper::watch_forces(bool on) {
   watching_ = on;
   events_.watch_forces(on);
@@ -56,6 +69,7 @@ bool AutomaticStepper::step(double t_end) {
     return false;
   }
   shown_ = true;
+  if (stepped_) stepped_->end_step(stepping_.moreau(), stepping_.t_old());
   stepping_.work().stepped += stepping_.t() - stepping_.t_old();
   if (times_.calm(stepping_.t(), stepping_.calm_since())) {
     return_to_events();
@@ -71,6 +85,7 @@ void AutomaticStepper::pass_on(const std::string& why) {
   costs_.end_events(progress());
   const auto from = events_.hand_over();
   stepping_.take_over(from, *log_);
+  if (stepped_) stepped_->take_over(from, events_.dynamics(), events_.variation());
   if (watching_) in_impact_.add(1, events_.before());
   steps_ = true;
   costs_.begin({from.state.t, from.work.factorisations});
@@ -79,6 +94,10 @@ void AutomaticStepper::pass_on(const std::string& why) {
 }
 
 void AutomaticStepper::return_to_events() {
+  if (stepped_) {
+    stepped_->finish();
+    events_.variation().continue_from(*stepped_);
+  }
   events_.take_over(stepping_.hand_over());
   steps_ = false;
   costs_.begin({stepping_.t(), events_.work().factorisations});

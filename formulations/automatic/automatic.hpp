@@ -12,12 +12,14 @@
 #pragma once
 
 #include <array>
+#include <memory>
 #include <string>
 #include <utility>
 #include <vector>
 
 #include "formulations/automatic/policy.hpp"
 #include "formulations/event_driven/event_driven.hpp"
+#include "formulations/step_variation.hpp"
 #include "formulations/time_stepping/adaptive.hpp"
 
 namespace freeplay {
@@ -30,6 +32,19 @@ class AutomaticStepper {
   void start(const State& state, ContactLog& log);
   bool step(double t_end);
   const std::string& failure() const { return failure_; }
+
+  /// @name Derivatives of the motion; call vary() after start()
+  ///@{
+  void vary(const std::vector<VariedKey>& keys, std::vector<Column> integrands, double length,
+            double duration);
+  void refuse_derivatives(const std::string& reason);
+  /// The schemes with their derivatives; the second one where time_steps() is true.
+  EventDriven& events() { return events_; }
+  StepVariation& stepped() { return *stepped_; }
+  const EventDynamics& stepped_mode() const { return *stepped_mode_; }
+  /// Whether time stepping makes the next step.
+  bool time_steps() const { return steps_; }
+  ///@}
 
   template <class M>
   void serialize(M& m) {
@@ -95,6 +110,8 @@ class AutomaticStepper {
   bool watching_ = false;
   Forces in_impact_;  // impulses that the event-driven scheme applied before it gave up
   std::string failure_;
+  std::unique_ptr<EventDynamics> stepped_mode_;  // both are null unless derivatives are requested
+  std::unique_ptr<StepVariation> stepped_;
 };
 
 }  // namespace freeplay

@@ -27,6 +27,7 @@ class EventImpacts {
   /// `position_error`: error accepted in a step (m); contacts whose gaps close within it of each
   /// other have simultaneous impacts.
   EventImpacts(int contacts, double position_error);
+  double position_error() const { return position_error_; }
 
   /// Called at the beginning of a change of mode: returns the closed contacts and computes their
   /// rates.

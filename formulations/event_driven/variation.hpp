@@ -74,6 +74,12 @@ class Variation : public VariedColumns<EventDynamics> {
   /// Keeps the mode before an event.
   void begin_event(const EventDynamics& dynamics);
   void pass(const EventDynamics& dynamics, const Passed& passed);
+  /// Continues with the columns of time stepping: the next event is no start, even if it has no kind.
+  void continue_from(const Variation& stepped) {
+    take_columns(stepped);
+    mode_known_ = false;
+    continued_ = true;
+  }
   /// Called at each event, with the dynamics in the mode after it.
   std::function<void(const EventDynamics&, const Passed&)> on_event;
   /// Errors of impacts, to which the columns respond as to those of a parameter: an impact is late by
@@ -111,7 +117,7 @@ class Variation : public VariedColumns<EventDynamics> {
  private:
   std::unique_ptr<EventDynamics> after_;  // of the nominal system, in the mode after an event
   Vector loss_;                           // d(energy lost in contacts)/dp
-  bool mode_known_ = false;
+  bool mode_known_ = false, continued_ = false;
 };
 
 }  // namespace freeplay

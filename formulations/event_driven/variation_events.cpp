@@ -93,7 +93,12 @@ void Variation::pass(const EventDynamics& d, const Passed& p) {
                       p.t, d.system.contact_facts(k).name));
   }
   using Kind = ModeEvent::Kind;
-  if (!onsets.empty()) return pass_impacts(d, p, onsets, before, after);
+  if (!onsets.empty()) {
+    pass_impacts(d, p, onsets, before, after);
+    continued_ = false;
+    return;
+  }
+  continued_ = false;
   if (p.event.kind == Kind::gap)
     refuse(fmt::format("t = {:.9g} s: contact {} closes without approach (grazing)", p.t,
                        d.system.contact_facts(p.event.index).name));
@@ -260,7 +265,7 @@ void Variation::pass_impacts(const EventDynamics& d, const Passed& p, const std:
                       p.t, facts.name, -rate));
     approaching_.assign(1, k);
     const auto dt = event_times(p, {ModeEvent::Kind::gap, k, p.t}, before.f, speed);
-    if (p.event.kind == ModeEvent::Kind::none)
+    if (p.event.kind == ModeEvent::Kind::none && !continued_)
       for (std::size_t c = 0; c < keys_.size(); ++c)
         if (std::abs(dt[c]) * keys_[c].scale() > 1e-9 * duration_)
           refuse(c, fmt::format("t = {:.9g} s: contact {} closes at the start, so that {} has only a "

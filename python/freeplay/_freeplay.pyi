@@ -75,7 +75,14 @@ def sensitivities_of(
     scene: Scene, of: list[str], to: list[str], formulation: str, flag: StopFlag, here: bool
 ) -> dict[str, Any]: ...
 def orbit_of(
-    scene: Scene, formulation: str, periods: int, settle: float, period: Optional[float], flag: StopFlag, here: bool
+    scene: Scene,
+    formulation: str,
+    periods: int,
+    settle: float,
+    period: Optional[float],
+    shift: list[str],
+    flag: StopFlag,
+    here: bool,
 ) -> dict[str, Any]: ...
 def branches_of(
     scene: Scene,

@@ -90,6 +90,9 @@ class Orbit:
     impacts: a frame of the contact onsets within the periods: t, joint, speed.
     multipliers: Floquet multipliers of the mechanism's own degrees of freedom, largest modulus first.
     stable: whether all multipliers are inside the unit circle.
+    step_error: greatest change of the end of the motion with finer time steps, in the unit of residual;
+        0 without time stepping.
+    shift: change of the coordinates of `shift` over the periods, m or rad.
     failure: the reason why no periodic motion was found, or "".
     """
 
@@ -102,6 +105,8 @@ class Orbit:
     impacts: pd.DataFrame
     multipliers: NDArray[np.complex128]
     stable: bool
+    step_error: float
+    shift: float
     failure: str
 
 
@@ -116,6 +121,8 @@ def _orbit(found: Mapping[str, Any]) -> Orbit:
         pd.DataFrame(found["impacts"], columns=["t", "joint", "speed"]),
         np.array(found["multipliers"], dtype=complex),
         found["stable"],
+        found["step_error"],
+        found["shift"],
         found["failure"],
     )
 
@@ -127,20 +134,24 @@ def orbit(
     periods: int = 1,
     settle: float = 10,
     period: Optional[float] = None,
+    shift: Sequence[str] = (),
     set: Optional[Mapping[str, Any]] = None,
     stop: Optional[Stop] = None,
 ) -> Orbit:
     """Searches a periodic motion near the scene's motion after `settle` periods of the drive, as
     `freeplay orbit` does. `period` (s): an estimate, required for a mechanism without a drive.
+    `shift`: coordinates, such as "bird.y", that may all change by the same amount.
 
-    Raises SceneError for a scheme without derivatives, and if the period is not known."""
+    Raises SceneError if the period is not known, and if a shift is no symmetry of the mechanism."""
     wanted = _scene(scene)
     if set:
         wanted = wanted.with_(set)
     return _orbit(
         _searched(
             stop,
-            lambda flag: _freeplay.orbit_of(wanted._handle, formulation, periods, settle, period, flag, _here()),
+            lambda flag: _freeplay.orbit_of(
+                wanted._handle, formulation, periods, settle, period, list(shift), flag, _here()
+            ),
         )
     )
 

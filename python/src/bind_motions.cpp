@@ -70,18 +70,22 @@ py::dict dict_of(const Orbit& o) {
   d["impacts"] = impacts;
   d["multipliers"] = o.multipliers;
   d["stable"] = o.stable;
+  d["step_error"] = o.step_error;
+  d["shift"] = o.shift;
   d["failure"] = o.failure;
   return d;
 }
 
 py::dict orbit_of(const Scene& scene, const std::string& formulation, int periods, double settle,
-                  std::optional<double> period, StopFlag& flag, bool here) {
+                  std::optional<double> period, const std::vector<std::string>& shift, StopFlag& flag,
+                  bool here) {
   bool pressed = false;
   const auto found = interruptible(flag, here, pressed, [&] {
     return orbit(scene, {.formulation = formulation,
                          .periods = periods,
                          .settle = settle,
                          .period = period,
+                         .shift = shift,
                          .stop = flag.token()});
   });
   auto d = dict_of(found);
@@ -162,7 +166,7 @@ void bind_motions(py::module_& m) {
   m.def("sensitivities_of", &sensitivities_of, py::arg("scene"), py::arg("of"), py::arg("to"),
         py::arg("formulation"), py::arg("flag"), py::arg("here"));
   m.def("orbit_of", &orbit_of, py::arg("scene"), py::arg("formulation"), py::arg("periods"),
-        py::arg("settle"), py::arg("period"), py::arg("flag"), py::arg("here"));
+        py::arg("settle"), py::arg("period"), py::arg("shift"), py::arg("flag"), py::arg("here"));
   m.def("branches_of", &branches_of, py::arg("scene"), py::arg("key"), py::arg("start"), py::arg("end"),
         py::arg("step"), py::arg("periods"), py::arg("settle"), py::arg("period"), py::arg("follow_doubled"),
         py::arg("flag"), py::arg("here"));

@@ -2,6 +2,7 @@
 #include "facade/orbit.hpp"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <cmath>
 #include <nlohmann/json.hpp>
@@ -25,7 +26,7 @@ namespace {
 
 struct OrbitVerb : Request {
   std::string scene, formulation = "nonsmooth";
-  std::vector<std::string> overrides;
+  std::vector<std::string> overrides, shift;
   int periods = 1;
   double settle = OrbitRequest{}.settle;
   std::optional<double> period;
@@ -82,6 +83,7 @@ int find_orbit(const OrbitVerb& request) try {
                          .periods = request.periods,
                          .settle = request.settle,
                          .period = request.period,
+                         .shift = request.shift,
                          .stop = request.stop});
   });
   if (!found.failure.empty()) {
@@ -92,9 +94,13 @@ int find_orbit(const OrbitVerb& request) try {
   auto document = orbit_json(scene, found);
   document["formulation"] = request.formulation;
   document["provenance"] = provenance(scene, identify(scene, family_of(request.formulation), std::nullopt));
+  if (!request.shift.empty()) document["shift"] = {{"coordinates", request.shift}, {"change", found.shift}};
+  if (found.step_error > 0) document["step_error"] = found.step_error;
   write_json(set.place() / "orbit.json", document);
   set.commit();
   print(found);
+  if (!request.shift.empty())
+    fmt::print("shift of {} per motion: {:.9g}\n", fmt::join(request.shift, ", "), found.shift);
   fmt::print("results in {}\n", folder.string());
   return 0;
 } catch (const Interrupted&) {
@@ -121,6 +127,13 @@ void orbit_verb(Program& program) {
            "that of the motion")
       .takes("SECONDS")
       .number([](double x) { return x > 0; }, "must be greater than 0");
+  options
+      .add(
+          "--shift", request.shift,
+          "a coordinate, BODY.x, BODY.y or BODY.theta, or x or y of all bodies, that need not return; may be "
+          "repeated: all these change by the same amount")
+      .takes("COORDINATE")
+      .one_each();
   options.set(request.overrides);
   options.output(request.output, "result folder; default out/NAME-orbit");
 }

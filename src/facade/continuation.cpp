@@ -384,6 +384,11 @@ Branches continue_orbit(const Scene& scene, const ContinuationRequest& request) 
   if (!(std::isfinite(request.from) && std::isfinite(request.to)) || request.from == request.to)
     throw ModelError("continue.to", "must differ from continue.from");
   if (request.step && !(*request.step > 0)) throw ModelError("continue.step", "must be greater than 0");
+  if (scene.nonsmooth.scheme_in_force() == Scheme::moreau_jean)
+    throw ModelError(
+        "nonsmooth.scheme",
+        "branches of orbits of time stepping are not available, because its return map has jumps; set "
+        "it to \"event-driven\" or \"automatic\"");
   return Continuation(scene, request).run();
 }
 

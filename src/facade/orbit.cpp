@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <numbers>
 #include <utility>
@@ -12,6 +13,7 @@
 #include "dynamics/system.hpp"
 #include "facade/excitation.hpp"
 #include "facade/identify.hpp"
+#include "facade/orbit_shift.hpp"
 #include "facade/return_map.hpp"
 #include "facade/simulation.hpp"
 #include "mechanism/scene.hpp"
@@ -26,6 +28,10 @@ constexpr int most_iterations = 40;
 /// A motion is accepted as periodic if its residual is at most this times nonsmooth.tolerance: the
 /// errors of the steps of some periods.
 constexpr double accepted_errors = 1e3;
+/// Where time stepping made steps, the return map has jumps as great as their errors. A motion is accepted
+/// up to this multiple of the change of its end under the finer steps below.
+constexpr double accepted_changes = 2;
+constexpr std::array finer_steps{0.5, 0.25};
 /// Newton steps are shortened at most to this share.
 constexpr double least_share = 1e-3;
 /// Directions in which the residual changes less than this, relative, are neutral: the mechanism has a
@@ -35,13 +41,23 @@ constexpr double neutral = 1e-9;
 /// of unit tolerance, is an equilibrium.
 constexpr double at_rest = 1e-3;
 
-/// The Newton step: local coordinates, then the relative change of the period if that is unknown. Of
-/// several solutions, it is the shortest one, so that neutral directions are not followed.
+/// The Newton step: local coordinates, then the relative change of the period if that is unknown. The state
+/// then moves orthogonally to the flow, so that only the period changes the phase. Of several solutions, it
+/// is the shortest one, so that neutral directions are not followed.
 VectorXd newton_step(const ReturnPoint& p) {
-  MatrixXd A(p.map.rows(), p.map.cols() + (p.flow.size() > 0 ? 1 : 0));
-  A.leftCols(p.map.cols()) = p.map - MatrixXd::Identity(p.map.rows(), p.map.cols());
-  if (p.flow.size() > 0) A.rightCols(1) = p.flow;
-  return MinimumNorm(A, neutral).solve(-p.residual);
+  const auto size = p.map.cols(), extra = static_cast<Eigen::Index>(p.flow.size() > 0 ? 1 : 0);
+  MatrixXd A = MatrixXd::Zero(size + extra, size + extra);
+  VectorXd change = VectorXd::Zero(size + extra);
+  A.topLeftCorner(size, size) = p.map - MatrixXd::Identity(size, size);
+  change.head(size) = -p.residual;
+  const double unit = extra > 0 && p.flow.norm() > 0 ? p.flow.norm() : 1;
+  if (extra > 0) {
+    A.topRightCorner(size, 1) = p.flow / unit;
+    A.bottomLeftCorner(1, size) = p.flow.transpose() / unit;
+  }
+  VectorXd step = MinimumNorm(A, neutral).solve(change);
+  if (extra > 0) step[size] /= unit;
+  return step;
 }
 
 /// A shortened Newton step that reduces the residual. Returns false and the reason if there is none.
@@ -71,31 +87,71 @@ bool advance(ReturnMap& map, ReturnPoint& p, std::string& reason) {
 }
 
 /// Whether removed whole turns of bodies have wound up a spring.
-bool wound(const System& system, const ReturnPoint& p) {
-  const double before = system.potential(p.state.q.data());
-  double size = std::max({std::abs(before), std::abs(p.end.potential), p.end.kinetic});
+bool wound(const System& system, const ReturnMap& map, const ReturnPoint& p) {
+  auto change = p.end.state.q;
+  for (std::size_t i = 0; i < change.size(); ++i) change[i] -= p.state.q[i];
+  map.remove_shift(change);
+  auto end = p.state.q;
+  for (std::size_t i = 0; i < end.size(); ++i) end[i] += change[i];
+  const double before = system.potential(p.state.q.data()), after = system.potential(end.data());
+  const double size = std::max({std::abs(before), std::abs(after), p.end.kinetic});
   bool turned = false;
   for (int i = 2; i < system.n(); i += 3)
     turned |= std::abs(p.end.state.q[static_cast<std::size_t>(i)] - p.state.q[static_cast<std::size_t>(i)]) >
               std::numbers::pi;
-  return turned && std::abs(p.end.potential - before) > 1e-6 * size;
+  return turned && std::abs(after - before) > 1e-6 * size;
 }
 
-bool is_equilibrium(const ReturnPoint& p) {
-  const auto& rate = p.end.columns.back();
+bool is_equilibrium(const ReturnMap& map, const ReturnPoint& p) {
+  auto rate = p.end.columns.back();
+  map.remove_shift(rate);
   for (std::size_t i = 0; i < rate.size(); ++i)
     if (std::abs(rate[i]) > at_rest * p.end.scales[i]) return false;
   return true;
+}
+
+/// Orbit::step_error. The errors of adaptive steps are of second order.
+double step_error(const Scene& scene, const System& system, const ReturnMap& map, const ReturnPoint& p,
+                  StopToken stop) {
+  double greatest = 0;
+  for (const double share : finer_steps) {
+    auto finer = scene;
+    if (finer.nonsmooth.step)
+      *finer.nonsmooth.step *= share;
+    else
+      finer.nonsmooth.step_tolerance *= share * share;
+    const auto end = run_end_state({.scene = finer,
+                                    .system = system,
+                                    .start = p.state,
+                                    .end = p.state.t + map.length(),
+                                    .keys = {},
+                                    .quantities = {},
+                                    .stop = stop},
+                                   Family::nonsmooth);
+    if (!end.stopped.empty()) continue;
+    const auto compare = [&](const std::vector<double>& a, const std::vector<double>& b, std::size_t from) {
+      for (std::size_t i = 0; i < a.size(); ++i)
+        greatest = std::max(greatest, std::abs(a[i] - b[i]) / p.end.scales[from + i]);
+    };
+    const auto n = end.state.q.size();
+    compare(end.state.q, p.end.state.q, 0);
+    compare(end.state.v, p.end.state.v, n);
+    compare(end.state.z, p.end.state.z, 2 * n);
+  }
+  return greatest;
+}
+
+/// Throws if the shift is no symmetry of the mechanism at a state.
+void check_shift(const System& system, const VectorXd& shift, const State& s) {
+  if (shift.size() == 0) return;
+  if (const auto what = changes_with_shift(system, shift, s); !what.empty())
+    throw ModelError("shift", fmt::format("{} changes if the coordinates are shifted together", what));
 }
 
 }  // namespace
 
 Orbit orbit(const Scene& scene, const OrbitRequest& request) {
   const auto family = family_of(request.formulation);
-  if (family == Family::nonsmooth && scene.nonsmooth.scheme_in_force() == Scheme::moreau_jean)
-    throw ModelError(
-        "nonsmooth.scheme",
-        "orbits of time stepping are not available; set it to \"event-driven\" or \"automatic\"");
   if (request.periods < 1) throw ModelError("periods", "must be 1 or greater");
   if (!(request.settle >= 0) || !std::isfinite(request.settle))
     throw ModelError("settle", "must be 0 or greater");
@@ -119,6 +175,9 @@ Orbit orbit(const Scene& scene, const OrbitRequest& request) {
   }
   ReturnMap map(given, system, found.period * request.periods, autonomous, request.stop, family);
   auto start = simulation.state();
+  const auto shift = request.shift.empty() ? VectorXd() : shift_of(given.mechanism, request.shift);
+  check_shift(system, shift, start);
+  map.set_shift(shift);
   map.take_closed(start);
   map.chart(start);
   if (const auto why = map.move(VectorXd::Zero(map.size()), start); !why.empty()) {
@@ -133,7 +192,7 @@ Orbit orbit(const Scene& scene, const OrbitRequest& request) {
   int steps = fewest_map_steps;
   if (!p.end.refused.empty() && p.end.stopped.empty())
     p.failure += "; a fraction of a period in settle moves the section";
-  const double accepted =
+  double accepted =
       accepted_errors * (family == Family::penalty ? given.penalty.tolerance : given.nonsmooth.tolerance);
   std::string reason = p.failure;
   while (map.size() > 0 && p.failure.empty() && found.iterations < most_iterations) {
@@ -144,6 +203,10 @@ Orbit orbit(const Scene& scene, const OrbitRequest& request) {
   }
   found.state = p.state;
   if (p.failure.empty()) found.residual = p.greatest;
+  if (p.end.stepped && p.failure.empty()) {
+    found.step_error = step_error(given, system, map, p, request.stop);
+    accepted = std::max(accepted, accepted_changes * found.step_error);
+  }
   if (!(found.residual <= accepted)) {
     found.failure =
         p.failure.empty()
@@ -157,14 +220,16 @@ Orbit orbit(const Scene& scene, const OrbitRequest& request) {
     return found;
   }
   if (autonomous) found.period = map.length() / request.periods;
-  if (autonomous && is_equilibrium(p))
+  if (autonomous && is_equilibrium(map, p))
     found.failure = "the state found is an equilibrium; start with more motion, or give another period";
-  else if (wound(system, p))
+  else if (wound(system, map, p))
     found.failure = "bodies advance by whole turns against a torsional spring: the motion is not periodic";
   else
     found.failure = refine(map, p, steps);
   if (!found.failure.empty()) return found;
   found.residual = p.greatest;
+  found.shift = p.shift;
+  check_shift(system, shift, p.end.state);
   for (const auto& onset : p.end.onsets)
     found.impacts.push_back({onset.t, system.contact_facts(onset.contact).name, -onset.rate});
   for (const auto& contact : p.end.lasting)

@@ -8,6 +8,7 @@
 
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "values/orbit.hpp"
 #include "values/stop.hpp"
@@ -25,13 +26,17 @@ struct OrbitRequest {
   double settle = 10;
   /// s; default: that of the drives. For a mechanism without a drive, an estimate, which is required.
   std::optional<double> period = {};
+  /// Coordinates (BODY.x, BODY.y, BODY.theta, or x or y of all bodies) that may all have changed by the
+  /// same amount after the periods, as the heights of a mechanism that descends a uniform pole. This
+  /// shift must leave all forces and gaps as they are.
+  std::vector<std::string> shift = {};
   /// Stop request; the function then throws Interrupted.
   StopToken stop = {};
 };
 
 /// Searches a periodic motion near the scene's motion after `settle` periods. If none is found,
-/// Orbit::failure has the reason. Throws ModelError for a scheme without derivatives, and if the
-/// period is not known.
+/// Orbit::failure has the reason. Throws ModelError if the period is not known, and if a shift is
+/// no symmetry.
 Orbit orbit(const Scene& scene, const OrbitRequest& request = {});
 
 }  // namespace freeplay

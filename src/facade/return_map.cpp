@@ -28,6 +28,8 @@ constexpr double undecided = 1e-5;
 /// Steps are doubled up to `most_steps` until the derivative of the map changes by less than `settled`.
 constexpr int most_steps = 1 << 16;
 constexpr double settled = 1e-8;
+/// Likewise where time stepping made steps, whose errors are greater.
+constexpr double settled_steps = 1e-4;
 
 }  // namespace
 
@@ -39,7 +41,7 @@ ReturnMap::ReturnMap(const Scene& scene, const System& system, double length, bo
     if (system.contact_facts(k).has_clearance) curved_ = std::min(curved_, system.contact_facts(k).clearance);
 }
 
-Eigen::Index ReturnMap::size() const { return 2 * basis_.cols() + system_.states(); }
+Eigen::Index ReturnMap::size() const { return shape_.cols() + basis_.cols() + system_.states(); }
 
 double ReturnMap::time_unit() const { return length_ / turn_of_map; }
 
@@ -69,16 +71,31 @@ void ReturnMap::chart(const State& s) {
     if (const double size = rows.col(k).norm(); size > 0) rows.col(k) /= size;
   basis_ = MatrixXd::Identity(n, n);
   if (rows.cols() > 0) basis_ = orthogonal_complement(rows, 1e-9);
+  shape_ = basis_;
+  if (shift_.size() == 0) return;
+  MatrixXd more(n, rows.cols() + 1);
+  more << rows, shift_.cwiseProduct(roots_).normalized();
+  shape_ = orthogonal_complement(more, 1e-9);
+}
+
+double ReturnMap::remove_shift(std::vector<double>& difference) const {
+  if (shift_.size() == 0) return 0;
+  const auto n = roots_.size();
+  Eigen::Map<VectorXd> change(difference.data(), n);
+  const VectorXd along = shift_.cwiseProduct(roots_);
+  const double part = along.dot(change.cwiseProduct(roots_)) / along.squaredNorm();
+  change -= part * shift_;
+  return part;
 }
 
 std::vector<double> ReturnMap::displacement(const VectorXd& u) const {
-  const auto f = basis_.cols();
+  const auto f = basis_.cols(), s = shape_.cols();
   const auto n = roots_.size();
   std::vector<double> list(static_cast<std::size_t>(2 * n + system_.states()));
   Eigen::Map<VectorXd> all(list.data(), static_cast<Eigen::Index>(list.size()));
-  all.head(n) = (basis_ * u.head(f)).cwiseQuotient(roots_);
-  all.segment(n, n) = (basis_ * u.segment(f, f)).cwiseQuotient(roots_) / time_unit();
-  for (int k = 0; k < system_.states(); ++k) all[2 * n + k] = u[2 * f + k] * system_.state_scale(k);
+  all.head(n) = (shape_ * u.head(s)).cwiseQuotient(roots_);
+  all.segment(n, n) = (basis_ * u.segment(s, f)).cwiseQuotient(roots_) / time_unit();
+  for (int k = 0; k < system_.states(); ++k) all[2 * n + k] = u[s + f + k] * system_.state_scale(k);
   return list;
 }
 
@@ -100,17 +117,17 @@ std::string ReturnMap::shift(const std::vector<double>& difference, State& s) co
 
 VectorXd ReturnMap::local(const std::vector<double>& difference) const {
   const Eigen::Map<const VectorXd> all(difference.data(), static_cast<Eigen::Index>(difference.size()));
-  const auto n = static_cast<Eigen::Index>(system_.n()), f = basis_.cols();
+  const auto n = static_cast<Eigen::Index>(system_.n()), f = basis_.cols(), s = shape_.cols();
   VectorXd u(size());
-  u.head(f) = basis_.transpose() * all.head(n).cwiseProduct(roots_);
-  u.segment(f, f) = basis_.transpose() * all.segment(n, n).cwiseProduct(roots_) * time_unit();
-  for (int k = 0; k < system_.states(); ++k) u[2 * f + k] = all[2 * n + k] / system_.state_scale(k);
+  u.head(s) = shape_.transpose() * all.head(n).cwiseProduct(roots_);
+  u.segment(s, f) = basis_.transpose() * all.segment(n, n).cwiseProduct(roots_) * time_unit();
+  for (int k = 0; k < system_.states(); ++k) u[s + f + k] = all[2 * n + k] / system_.state_scale(k);
   return u;
 }
 
 VariedKey ReturnMap::direction(const State& s, Eigen::Index c) const {
   const VectorXd unit = VectorXd::Unit(size(), c);
-  const VectorXd dq = (basis_ * unit.head(basis_.cols())).cwiseQuotient(roots_);
+  const VectorXd dq = (shape_ * unit.head(shape_.cols())).cwiseQuotient(roots_);
   double most = 0;
   for (int i = 0; i < system_.n(); ++i)
     most = std::max(most, std::abs(dq[i]) / (system_.is_angle(i) ? 1 : curved_));
@@ -185,6 +202,7 @@ void ReturnMap::compare(ReturnPoint& p, bool with_key) const {
   append(p.end.state.z, p.state.z);
   for (int i = 2; i < system_.n(); i += 3)
     change[static_cast<std::size_t>(i)] = std::remainder(change[static_cast<std::size_t>(i)], turn_of_map);
+  p.shift = remove_shift(change);
   for (std::size_t i = 0; i < change.size(); ++i)
     p.greatest = std::max(p.greatest, std::abs(change[i]) / p.end.scales[i]);
   p.residual = local(change);
@@ -202,7 +220,8 @@ std::string refine(const ReturnMap& map, ReturnPoint& p, int& steps, const MapKe
     if (!finer.failure.empty()) return finer.failure;
     const double change = (finer.map - p.map).cwiseAbs().maxCoeff();
     p = std::move(finer);
-    if (change <= settled * std::max(1.0, p.map.cwiseAbs().maxCoeff())) return {};
+    const double enough = p.end.stepped ? settled_steps : settled;
+    if (change <= enough * std::max(1.0, p.map.cwiseAbs().maxCoeff())) return {};
   }
   return fmt::format("the derivative of the return map still changes between {} and {} steps per motion",
                      most_steps / 2, most_steps);

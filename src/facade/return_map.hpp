@@ -7,6 +7,10 @@
 // Π changes x orthogonally to B in the mass metric, so that Bᵀ M S B is the derivative of the map in these
 // coordinates (docs/theory/orbits.md).
 //
+// With a shift d, a symmetry of the mechanism, states that differ by a multiple of d count as equal: the
+// displacements of the local coordinates are orthogonal to d in the mass metric, and P(x) − x is compared
+// without its component along d.
+//
 // Use: construct; take_closed() and chart() at a state of the section; then at() evaluates the map there.
 // A ReturnMap refers to its scene and system.
 #pragma once
@@ -39,6 +43,8 @@ struct ReturnPoint {
   /// d(q, v, z)/du of the state, one list for each column of EndState::columns
   std::vector<std::vector<double>> starts;
   double greatest = 0;  ///< Orbit::residual
+  /// Component of P(x) − x along the shift, in multiples of it; 0 without one.
+  double shift = 0;
   std::string failure;
 };
 
@@ -58,6 +64,10 @@ class ReturnMap {
   bool autonomous() const { return autonomous_; }
   double length() const { return length_; }
   void set_length(double length) { length_ = length; }
+  /// From the next chart() on, the motion returns up to a multiple of these displacements of q.
+  void set_shift(Eigen::VectorXd shift) { shift_ = std::move(shift); }
+  /// Removes the component of a difference of (q, v, z) along the shift. Returns its multiple.
+  double remove_shift(std::vector<double>& difference) const;
   /// The contacts that count as closed at the section.
   const std::vector<int>& closed() const { return closed_; }
   void set_closed(std::vector<int> contacts) { closed_ = std::move(contacts); }
@@ -94,6 +104,8 @@ class ReturnMap {
   double length_;  // s, of all periods
   Family family_;
   Eigen::MatrixXd basis_;  // M^(1/2) Z
+  Eigen::MatrixXd shape_;  // the same without the shift
+  Eigen::VectorXd shift_;  // empty: none
   Eigen::VectorXd roots_;  // diagonal of M^(1/2)
   std::vector<int> closed_;
   double curved_ = 1;  // m, length over which the constraints are curved

@@ -31,7 +31,11 @@ struct Orbit {
   /// Greatest change of a coordinate, rate or first-order state over the periods, relative to its error
   /// scale (docs/theory/orbits.md); of the last iterate if there is a failure.
   double residual = NAN;
-  State state;  ///< at the section
+  /// Likewise the greatest change of the end of the motion if time stepping makes finer steps, which
+  /// limits the residual; 0 if it makes none.
+  double step_error = 0;
+  State state;       ///< at the section
+  double shift = 0;  ///< m or rad, change of the coordinates of OrbitRequest::shift
   /// contact onsets within the periods, in the order of time
   std::vector<OrbitImpact> impacts;
   /// contacts that last during the whole motion; of event-driven runs

@@ -10,7 +10,13 @@
 #include "verification/references/two_mass_oscillator.hpp"
 #include "verification/support/scene_text.hpp"
 
-namespace freeplay::verification::scenes {
+namespace freeplay::verification {
+
+struct Findings;
+/// Claims about motions of time stepping and of the automatic scheme, and up to a shift (orbit_schemes.cpp).
+void orbits_of_schemes(Findings& f);
+
+namespace scenes {
 
 inline const char* const event_driven = "[nonsmooth]\nscheme = \"event-driven\"\ntolerance = 1e-12\n";
 
@@ -160,4 +166,5 @@ against = "time"
          test::run_for(1) + event_driven;
 }
 
-}  // namespace freeplay::verification::scenes
+}  // namespace scenes
+}  // namespace freeplay::verification

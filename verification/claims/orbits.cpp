@@ -160,6 +160,7 @@ Findings orbits() {
   balls(f);
   stiff_balls(f);
   oscillators(f);
+  orbits_of_schemes(f);
   return f;
 }
 

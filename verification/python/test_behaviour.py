@@ -361,8 +361,11 @@ class Studies(unittest.TestCase):
         # exp(lambda T) with lambda^2 + 4 lambda + 100 = 0 and T = 1 s
         self.assertAlmostEqual(abs(found.multipliers[0]), np.exp(-2), delta=1e-7)
         self.assertAlmostEqual(abs(np.angle(found.multipliers[0])), abs(np.angle(np.exp(96**0.5 * 1j))), delta=1e-6)
+        stepped = fp.orbit(OSCILLATOR, settle=2, set={"nonsmooth.scheme": "moreau-jean"})
+        self.assertGreater(stepped.step_error, 0)
+        self.assertAlmostEqual(abs(stepped.multipliers[0]), np.exp(-2), delta=1e-4)
         with self.assertRaises(fp.SceneError):
-            fp.orbit(OSCILLATOR, set={"nonsmooth.scheme": "moreau-jean"})
+            fp.orbit(OSCILLATOR, shift=["x"])
 
     def test_continue_orbit(self):
         found = fp.continue_orbit(OSCILLATOR, "curves.force.amplitude", 5.0, 6.0, settle=2)

@@ -1,0 +1,139 @@
+// The state at the end of a run and its derivatives, by each scheme.
+#include <algorithm>
+#include <cmath>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "dynamics/system.hpp"
+#include "formulations/automatic/automatic.hpp"
+#include "formulations/event_driven/event_driven.hpp"
+#include "formulations/integrators/tolerance.hpp"
+#include "formulations/least_forces.hpp"
+#include "formulations/nonsmooth.hpp"
+#include "formulations/penalty/penalty_variation.hpp"
+#include "formulations/sensitivity.hpp"
+#include "formulations/varied_run.hpp"
+#include "mechanism/scene.hpp"
+#include "values/family.hpp"
+
+namespace freeplay {
+namespace {
+
+/// Fills an EndState from the integrated vector x, its columns and its onsets at the end of a run.
+template <class Variation, class Present>
+void take_end(const SensitivityRun& run, Variation& variation, const Present& d, const std::vector<double>& x,
+              double t, EndState& end) {
+  const auto& system = run.system;
+  const auto n = static_cast<std::size_t>(system.n()), states = static_cast<std::size_t>(system.states());
+  const auto offset = static_cast<std::size_t>(d.state_offset());
+  const auto parts = [&](const std::vector<double>& all) {
+    std::vector<double> list(all.begin(), all.begin() + static_cast<long>(2 * n));
+    list.insert(list.end(), all.begin() + static_cast<long>(offset),
+                all.begin() + static_cast<long>(offset + states));
+    return list;
+  };
+  const auto values = parts(x);
+  end.state = {t, {}, {}, {}};
+  end.state.q.assign(values.begin(), values.begin() + static_cast<long>(n));
+  end.state.v.assign(values.begin() + static_cast<long>(n), values.begin() + static_cast<long>(2 * n));
+  end.state.z.assign(values.begin() + static_cast<long>(2 * n), values.end());
+  auto norm = motion_norm(system, make_scales(run.scene.mechanism, system, run.start), 1);
+  add_states(norm, system, static_cast<int>(2 * n));
+  for (std::size_t i = 0; i < values.size(); ++i)
+    end.scales.push_back(norm.absolute[i] + norm.relative[i] * std::abs(values[i]));
+  end.potential = system.potential(x.data());
+  end.kinetic = system.kinetic(x.data() + n);
+  for (std::size_t c = 0; c < run.keys.size(); ++c)
+    if (end.refused.empty()) end.refused = variation.reason(c);
+  if (end.refused.empty())
+    for (const auto& column : variation.end_columns(d, x, t)) end.columns.push_back(parts(column));
+}
+
+void add_onsets(const std::vector<VariedOnset>& onsets, EndState& end) {
+  for (const auto& onset : onsets)
+    end.onsets.push_back({onset.contact, onset.t, onset.rate, onset.dt, onset.drate});
+  std::ranges::stable_sort(end.onsets, {}, &EndState::Onset::t);
+}
+
+EndState by_events(const SensitivityRun& run) {
+  VariedRun motion(
+      run, {},
+      make_event_driven(run.scene, run.system, restitution_of(run.system), row_facts(run), run.start));
+  auto& scheme = motion.scheme();
+  if (run.traced) scheme.variation().trace(run.start);
+  EndState end;
+  LeastForces forces(scheme);
+  end.stopped = motion.go([&] { forces.add_step(scheme); });
+  end.lasting = forces.lasting();
+  take_end(run, scheme.variation(), scheme.dynamics(), scheme.x(), scheme.t(), end);
+  add_onsets(scheme.variation().onsets(), end);
+  return end;
+}
+
+EndState by_automatic_scheme(const SensitivityRun& run) {
+  VariedRun motion(
+      run, {}, make_automatic(run.scene, run.system, restitution_of(run.system), row_facts(run), run.start));
+  auto& scheme = motion.scheme();
+  EndState end;
+  end.stopped = motion.go([] {});
+  end.stepped = scheme.work().handovers > 0;
+  auto& events = scheme.events();
+  if (scheme.time_steps()) {
+    scheme.stepped().finish();
+    take_end(run, scheme.stepped(), scheme.stepped_mode(), scheme.stepped().x(), scheme.t(), end);
+  } else {
+    take_end(run, events.variation(), events.dynamics(), events.x(), scheme.t(), end);
+  }
+  add_onsets(events.variation().onsets(), end);
+  add_onsets(scheme.stepped().onsets(), end);
+  return end;
+}
+
+EndState by_time_stepping(const SensitivityRun& run) {
+  EndState end;
+  end.stepped = true;
+  with_varied_steps(run, {}, [&](auto& steps) {
+    end.stopped = steps.go();
+    auto& variation = steps.variation();
+    take_end(run, variation, steps.mode(), variation.x(), steps.stepper().t(), end);
+    add_onsets(variation.onsets(), end);
+  });
+  return end;
+}
+
+EndState by_contact_forces(const SensitivityRun& run) {
+  const auto parts = make_penalty_parts(run.scene, run.system, run.start);
+  auto& steps = *parts.steps;
+  PenaltyVariation variation(parts, run.scene, run.start, run.keys, {}, least_curved_length(run.system),
+                             run.end - run.start.t);
+  EndState end;
+  while (steps.t() < run.end) {
+    if (run.stop()) throw Interrupted();
+    variation.begin_step();
+    if (!steps.step(std::min(run.end, steps.t() + run.longest_step))) {
+      end.stopped = steps.failure();
+      variation.refuse(end.stopped);
+      break;
+    }
+    variation.end_step();
+  }
+  take_end(run, variation, steps.dynamics(), variation.x(), steps.t(), end);
+  add_onsets(variation.onsets(), end);
+  return end;
+}
+
+}  // namespace
+
+EndState run_end_state(const SensitivityRun& run) { return run_end_state(run, Family::nonsmooth); }
+
+EndState run_end_state(const SensitivityRun& run, Family family) {
+  if (family == Family::penalty) return by_contact_forces(run);
+  const auto& options = run.scene.nonsmooth;
+  const auto scheme = options.scheme_in_force();
+  if (scheme == Scheme::moreau_jean) return by_time_stepping(run);
+  // Impact laws that time stepping does not have stay event-driven.
+  return scheme == Scheme::automatic && options.chooses_steps() ? by_automatic_scheme(run) : by_events(run);
+}
+
+}  // namespace freeplay
