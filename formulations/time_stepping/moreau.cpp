@@ -99,6 +99,7 @@ bool MoreauStepper::evaluate_middle() {
     ++d.totals.work.steps;
     ++d.totals.work.factorisations;
     ++d.totals.work.rhs;
+    problem_.begin(d);
     return true;
   }
   for (int i = 0; i < system.n(); ++i) d.q_mid[i] = d.q_old[i] + 0.5 * h * d.v_old[i];

@@ -18,7 +18,7 @@ StepKernel::Response response_of(const ContactUnknown& u, ImpulseResponses& resp
           responses.reaction(n),         responses.response(t),         responses.reaction(t)};
 }
 
-/// assemble() by the compiled functions of each contact.
+/// assemble() by the compiled functions of each contact; friction of joints follows the contacts.
 bool assemble_whole(ContactProblem& problem, StepData& s, const ContactSet& contacts,
                     ImpulseResponses& responses) {
   double* D = problem.D.data();
@@ -40,6 +40,11 @@ bool assemble_whole(ContactProblem& problem, StepData& s, const ContactSet& cont
     put(t, n, own[1]);
     put(t, t, own[2]);
     cross(t);
+  }
+  for (int r = problem.rows - s.system.frictions(); r < problem.rows; ++r) {
+    s.saddle.respond(responses.row(r), nullptr, 0, responses.response(r), responses.reaction(r),
+                     Multipliers::kept);
+    for (int x = 0; x <= r; ++x) put(r, x, responses.row(r).dot(responses.response(x)));
   }
   return true;
 }
@@ -167,7 +172,8 @@ int StepProblem::add_row(const SparseRow& row, double rate, double end_rate_bias
 
 /// Adds the impulses of a single contact by its compiled function, if no other contact may still join.
 bool StepProblem::push_whole(StepData& s, const ContactSet& contacts, ImpulseResponses& responses) {
-  if (!s.whole || problem.unknowns.size() != 1 || contacts.waiting()) return false;
+  if (!s.whole || problem.unknowns.size() != 1 || contacts.waiting() || s.system.frictions() > 0)
+    return false;
   const auto& u = problem.unknowns.front();
   for (const int k : contacts.live())
     if (contacts[k].unknown == 0) s.kernel.push(s, k, &u.impulse_n, response_of(u, responses));

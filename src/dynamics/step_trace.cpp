@@ -25,12 +25,14 @@ void put_row(Trace& trace, int array, const SparseRowOf<Traced>& row) {
 bool SystemTracer::iterates(const System& system) { return system.has_velocity_forces() || system.sweeps(); }
 
 bool SystemTracer::steps(const System& system) {
-  int rows = 0;
+  int rows = system.frictions();
   for (int k = 0; k < system.contacts(); ++k) {
     if (system.contact_facts(k).lubricant) return false;
     rows += system.has_friction(k) ? 2 : 1;
   }
-  return system.n() > 0 && rows <= most_rows && system.states() == 0 && system.frictions() == 0 &&
+  const bool frictions =
+      system.frictions() == 0 || (system.reactive_frictions().empty() && !iterates(system));
+  return system.n() > 0 && rows <= most_rows && system.states() == 0 && frictions &&
          system.families().empty() && !system.has_motions();
 }
 

@@ -44,8 +44,10 @@ inline constexpr int most_step_contacts = 24;
 ///                and of stabilisation, residuals, Σ q + v, gap of each contact
 ///     reached:   in t, q, q_m, cosine, sine      out residuals, gap of each contact
 ///
-/// The residuals are the greatest |Φ| in m and in rad. All are null unless no part of the system has its own way of taking part in a step: states of
-/// elements, prescribed motions, joint friction, films.
+/// The residuals are the greatest |Φ| in m and in rad. All are null unless no part of the system has
+/// its own way of taking part in a step: states of elements, prescribed motions, films, joint friction that
+/// depends on reactions, or beside forces at a mean velocity. Friction with a given force takes part by its
+/// row, as in the general path.
 struct StepFunctions {
   CompiledFunction middle = nullptr, end = nullptr, reached = nullptr;
   CompiledFunction again = nullptr;                 ///< only where forces depend on the mean velocity

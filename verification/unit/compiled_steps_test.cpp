@@ -69,21 +69,24 @@ TEST_CASE("random scenes: compiled steps have the digits of general ones", "[com
   CHECK(noticed >= whole - 2);  // the factor of the rates has no effect on a body at rest
 }
 
-TEST_CASE("runs in compiled steps: impacts, two clearances, friction that sticks, dampers, and tables",
+TEST_CASE("runs in compiled steps: impacts, clearances, sticking, dampers, tables, and friction of a joint",
           "[compiled][program]") {
   const StepCacheForTests cache;
-  for (const char* name :
-       {"flores2011", "four-bar", "block-on-slope", "press", "spring-balance", "gear-rattle"}) {
+  for (const std::string name :
+       {"flores2011/scene", "four-bar/scene", "block-on-slope/scene", "press/scene", "spring-balance/scene",
+        "gear-rattle/scene", "flores2011-experiment/guide"}) {
     INFO(name);
-    auto scene = read_scene(test::source_folder() / "cases" / name / "scene.toml");
+    auto scene = read_scene(test::source_folder() / "cases" / (name + ".toml"));
     scene.nonsmooth.scheme = Scheme::moreau_jean;
     scene.nonsmooth.step = 2e-5;
     scene.run.duration = 0.2;
     scene.run.discard = 0;
-    if (name == std::string("four-bar")) {
+    if (name == "four-bar/scene") {
       auto& joints = scene.mechanism.joints;
       std::get<RevoluteJoint>(joints[1]).clearance = std::get<RevoluteJoint>(joints[2]).clearance;
     }
+    const System system(scene.mechanism);
+    CHECK(trace_system(system, assemble(scene.mechanism, scene.run.start), {}, true).steps);
     const SimulationOptions by_compiled{.compile = Compile::always}, by_general{.compile = Compile::never};
     const auto found = Simulation(scene, "nonsmooth", by_compiled).run();
     CHECK(found.compiled.used);
