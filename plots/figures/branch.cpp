@@ -1,5 +1,6 @@
 // Branches of periodic motions over one key: stable motions as full lines, unstable ones dashed, bifurcations
-// marked, over the points of a bifurcation diagram if the folder has one.
+// marked, over the points of a bifurcation diagram if the folder has one. Motions without impacts show the least
+// force of their lasting contacts.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -33,8 +34,10 @@ constexpr Mark marks[] = {{"fold", "fold", "pt 9 ps 1.0 lc rgb C4"},
                           {"liftoff", "lift-off", "pt 13 ps 1.1 lc rgb C8"},
                           {"sequence", "other sequence", "pt 11 ps 1.0 lc rgb C9"}};
 
-/// Column of the ordinate: that of the bifurcation diagram if it is one of impacts, else the approach speed.
+/// Column of the ordinate: that of the bifurcation diagram if it is one of impacts, else the approach speed; without
+/// impacts, the least force of the lasting contacts.
 std::string ordinate(const std::filesystem::path& folder) {
+  if (!Rows(folder / "branch_impacts.csv").next()) return "least_force";
   if (!std::filesystem::exists(folder / "bifurcation.json")) return "approach";
   const JsonFile diagram(folder / "bifurcation.json");
   const auto name = diagram.text("bifurcation.columns.0.name");
@@ -46,7 +49,9 @@ std::vector<std::filesystem::path> draw_branch(const std::filesystem::path& fold
   const double scale = document.number("continue.scale");
   const auto column = ordinate(folder);
   // Points by branch and motion; a motion with several impacts has several curves.
-  Rows rows(folder / "branch_impacts.csv");
+  const bool forces = column == "least_force";
+  Rows rows(folder / (forces ? "branch.csv" : "branch_impacts.csv"));
+  if (!rows.has(column)) return {};
   const auto branch = rows.place("branch"), point = rows.place("point"), value = rows.place("parameter"),
              stable = rows.place("stable"), at = rows.place(column);
   struct Motion {
@@ -56,6 +61,7 @@ std::vector<std::filesystem::path> draw_branch(const std::filesystem::path& fold
   std::map<std::pair<int, int>, Motion> motions;
   Limits across, up;
   while (rows.next()) {
+    if (std::isnan(rows.number(at))) continue;
     auto& m = motions[{static_cast<int>(rows.number(branch)), static_cast<int>(rows.number(point))}];
     m.x = scale * rows.number(value);
     m.stable = rows.number(stable);
@@ -66,7 +72,7 @@ std::vector<std::filesystem::path> draw_branch(const std::filesystem::path& fold
   if (motions.empty()) return {};
   Figure f{.name = "branch", .height_cm = 10, .source = "continue.json"};
   Block cloud("brute force: parameter, " + column);
-  if (std::filesystem::exists(folder / "bifurcation.csv")) {
+  if (!forces && std::filesystem::exists(folder / "bifurcation.csv")) {
     Rows points(folder / "bifurcation.csv");
     const auto x = points.place("value"), y = points.place(column);
     while (points.next())
@@ -140,7 +146,9 @@ std::vector<std::filesystem::path> draw_branch(const std::filesystem::path& fold
       block.row({x, y});
     }
   }
-  Panel panel{.title = title_of_column(column, column == "phase" ? "" : "m/s"),
+  Panel panel{.title = title_of_column(column, column == "phase" ? ""
+                                               : forces          ? "N"
+                                                                 : "m/s"),
               .axis = axis_of(up.least, up.most),
               .curves = {}};
   if (column == "phase") panel.axis = {0, 1};

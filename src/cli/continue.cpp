@@ -97,6 +97,20 @@ struct BranchTables {
   }
 };
 
+std::string curve_rows(const Branches& found) {
+  std::string text =
+      "curve,kind,parameter,second,period_s,periods,stable,greatest_modulus,multiplier_re,multiplier_im,joint,"
+      "residual\n";
+  for (const auto& c : found.curve_points) {
+    const auto first = first_multiplier(c.orbit);
+    text += fmt::format("{},{},{},{},{},{},{},{},{},{},{},{}\n", c.curve,
+                        bifurcation_names[static_cast<std::size_t>(c.kind)], c.parameter, c.second,
+                        c.orbit.period, c.orbit.periods, c.orbit.stable ? 1 : 0, greatest_modulus(c.orbit),
+                        first.real(), first.imag(), c.joint, c.residual);
+  }
+  return text;
+}
+
 nlohmann::json finite(double x) { return std::isfinite(x) ? nlohmann::json(x) : nlohmann::json(); }
 
 nlohmann::json continuation_json(const ContinuationPlan& plan, const Branches& found) {
@@ -121,6 +135,18 @@ nlohmann::json continuation_json(const ContinuationPlan& plan, const Branches& f
                             {"t", b.at.orbit.state.t},
                             {"q", b.at.orbit.state.q},
                             {"v", b.at.orbit.state.v}});
+  }
+  if (plan.second) {
+    const auto& second = *plan.second;
+    auto curves = nlohmann::json::array();
+    for (const auto& c : found.curves)
+      curves.push_back({{"curve", c.curve},
+                        {"kind", bifurcation_names[static_cast<std::size_t>(c.kind)]},
+                        {"points", c.points},
+                        {"parameter", c.parameter},
+                        {"ends", {c.reasons[0], c.reasons[1]}}});
+    document["second"] = {{"key", second.key},     {"from", second.from}, {"to", second.to},
+                          {"scale", second.scale}, {"unit", second.unit}, {"curves", curves}};
   }
   document["branches"] = branches;
   document["bifurcations"] = bifurcations;
@@ -184,7 +210,11 @@ int continue_branches(const ContinueVerb& request) try {
                              .period = plan.period,
                              .follow_doubled = plan.follow_doubled,
                              .most_points = plan.most_points,
+                             .second = {},
                              .stop = request.stop};
+    if (plan.second)
+      what.second = SecondKey{plan.second->key, plan.second->from, plan.second->to, plan.second->step,
+                              plan.second->kinds};
     what.on_point = [&](const BranchPoint& p) {
       const auto row = BranchTables::row(p);
       append(live, rows, tables.branch, row);
@@ -224,6 +254,7 @@ int continue_branches(const ContinueVerb& request) try {
   write_file(set.place() / "branch.csv", tables.branch);
   write_file(set.place() / "branch_impacts.csv", tables.impacts);
   write_file(set.place() / "bifurcations.csv", tables.bifurcations);
+  if (plan.second) write_file(set.place() / "curves.csv", curve_rows(found));
   set.commit();
   remove_file(partial(rows));
   remove_file(partial(marks));

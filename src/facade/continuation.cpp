@@ -9,6 +9,7 @@
 #include <utility>
 #include <vector>
 
+#include "facade/branch_curves.hpp"
 #include "facade/branch_events.hpp"
 #include "facade/branch_grazing.hpp"
 #include "facade/branch_solver.hpp"
@@ -49,6 +50,8 @@ constexpr int most_branches = 12;
 /// Where the tangent has a smaller part along the key, steps are bounded by the state.
 constexpr double least_share_of_key = 0.2;
 constexpr double default_step = 0.02;  // of the range
+/// Distance from the chords of a curve, over the ranges of both keys, within which a bifurcation is on it.
+constexpr double same_curve = 2e-3;
 
 /// A branch that is still to be followed.
 struct Begun {
@@ -95,6 +98,7 @@ class Continuation {
       branches_.pop_front();
       follow(next);
     }
+    for (auto& start : curve_starts_) follow_curve(std::move(start));
     return std::move(result_);
   }
 
@@ -223,6 +227,7 @@ class Continuation {
     found.residual = e.residual;
     if (e.kind == BifurcationKind::fold) found.follows = "the branch turns back";
     if (e.kind == BifurcationKind::torus) found.follows = "a quasi-periodic motion";
+    keep_curve({e.kind, b.solver, e.motion, {}, e.motion.parameter});
     if (e.kind == BifurcationKind::flip) {
       found.follows = "a motion of doubled period";
       if (b.doublings < request_.follow_doubled && count_ < most_branches) {
@@ -280,6 +285,7 @@ class Continuation {
     found.at.orbit.state = g.state;
     found.joint = contact_name(m, quantity);
     found.residual = g.error;
+    keep_curve({quantity.kind, b.solver, m, quantity, g.parameter});
     if (quantity.kind == BifurcationKind::grazing) return graze(b, m, g, quantity.index, std::move(found));
     found.at.orbit.lasting[quantity.index].least_force = 0;
     found.follows = "the contact separates for a part of the motion";
@@ -370,8 +376,42 @@ class Continuation {
     return {};
   }
 
+  void keep_curve(CurveStart start) {
+    if (!request_.second) return;
+    const auto& kinds = request_.second->kinds;
+    if (kinds.empty() || std::ranges::find(kinds, start.kind) != kinds.end())
+      curve_starts_.push_back(std::move(start));
+  }
+
+  /// Follows the curve of a bifurcation over both keys, unless an earlier curve passes through it.
+  void follow_curve(CurveStart start) {
+    const auto& second = *request_.second;
+    const double at = number_of_key(scene_, second.key, Family::nonsmooth);
+    const double p = start.parameter / std::abs(request_.to - request_.from),
+                 r = at / std::abs(second.to - second.from);
+    const auto& list = result_.curve_points;
+    for (std::size_t i = 1; i < list.size(); ++i) {
+      if (list[i].kind != start.kind || list[i].curve != list[i - 1].curve) continue;
+      const auto place = [&](const CurvePoint& c) {
+        return Eigen::Vector2d(c.parameter / std::abs(request_.to - request_.from) - p,
+                               c.second / std::abs(second.to - second.from) - r);
+      };
+      const auto a = place(list[i - 1]), chord = Eigen::Vector2d(place(list[i]) - a);
+      const double share = std::clamp(-a.dot(chord) / chord.squaredNorm(), 0.0, 1.0);
+      if ((a + share * chord).norm() < same_curve) return;
+    }
+    auto [points, ends] = BifurcationCurve(scene_, second, std::move(start)).follow();
+    ends.curve = static_cast<int>(result_.curves.size()) + 1;
+    for (auto& point : points) {
+      point.curve = ends.curve;
+      result_.curve_points.push_back(std::move(point));
+    }
+    result_.curves.push_back(std::move(ends));
+  }
+
   const Scene& scene_;
   const ContinuationRequest& request_;
+  std::vector<CurveStart> curve_starts_;
   Branches result_;
   std::deque<Begun> branches_;
   int count_ = 0;
@@ -389,6 +429,19 @@ Branches continue_orbit(const Scene& scene, const ContinuationRequest& request) 
         "nonsmooth.scheme",
         "branches of orbits of time stepping are not available, because its return map has jumps; set "
         "it to \"event-driven\" or \"automatic\"");
+  if (const auto& second = request.second) {
+    const double at = number_of_key(scene, second->key, Family::nonsmooth);
+    if (second->key == request.key) throw ModelError("continue.second", "must differ from continue.key");
+    if (!(at >= std::min(second->from, second->to) && at <= std::max(second->from, second->to)))
+      throw ModelError("continue.second",
+                       fmt::format("{} = {:.9g} in the scene; it must be from continue.second_from to "
+                                   "continue.second_to",
+                                   second->key, at));
+    if (!(std::isfinite(second->from) && std::isfinite(second->to)) || second->from == second->to)
+      throw ModelError("continue.second_to", "must differ from continue.second_from");
+    if (second->step && !(*second->step > 0))
+      throw ModelError("continue.second_step", "must be greater than 0");
+  }
   return Continuation(scene, request).run();
 }
 

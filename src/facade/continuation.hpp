@@ -11,6 +11,7 @@
 #include <functional>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "values/branch.hpp"
 #include "values/stop.hpp"
@@ -19,6 +20,14 @@ namespace freeplay {
 
 struct Scene;
 
+/// A second key, over which the bifurcations of the branches are followed.
+struct SecondKey {
+  std::string key;                          ///< likewise; its value in the scene is within the range
+  double from = 0, to = 0;                  ///< SI, range
+  std::optional<double> step = {};          ///< greatest step, SI; default: a fiftieth of the range
+  std::vector<BifurcationKind> kinds = {};  ///< that are followed; empty: all but sequence
+};
+
 /// Which branch is computed.
 struct ContinuationRequest {
   std::string key;  ///< of the scene, as SensitivityRequest::to names it
@@ -26,11 +35,12 @@ struct ContinuationRequest {
   double to = 0;    ///< SI, other end of the range
   /// Greatest step of the key, SI; default: a fiftieth of the range.
   std::optional<double> step = {};
-  int periods = 1;                    ///< periods of the drive after which the motion repeats
-  double settle = 10;                 ///< periods of the drive before the first guess
-  std::optional<double> period = {};  ///< s, as OrbitRequest::period
-  int follow_doubled = 1;             ///< number of successive period doublings that are followed
-  int most_points = 2000;             ///< of each branch
+  int periods = 1;                       ///< periods of the drive after which the motion repeats
+  double settle = 10;                    ///< periods of the drive before the first guess
+  std::optional<double> period = {};     ///< s, as OrbitRequest::period
+  int follow_doubled = 1;                ///< number of successive period doublings that are followed
+  int most_points = 2000;                ///< of each branch
+  std::optional<SecondKey> second = {};  ///< for curves over two keys
   std::function<void(const BranchPoint&)> on_point = {};        ///< called for each motion when it is known
   std::function<void(const Bifurcation&)> on_bifurcation = {};  ///< likewise for each bifurcation
   /// Stop request; the function then throws Interrupted.

@@ -45,11 +45,32 @@ struct BranchEnd {
   std::string reason;  ///< why it ends
 };
 
+/// A bifurcation on a curve over two keys.
+struct CurvePoint {
+  int curve = 1;                                 ///< number of the curve, from 1
+  BifurcationKind kind = BifurcationKind::fold;  ///< the same along a curve; not sequence
+  double parameter = 0, second = 0;              ///< SI, values of both keys
+  Orbit orbit;            ///< the motion; at a grazing impact or lift-off a motion beside it
+  std::string joint;      ///< contact of a grazing or lift-off
+  double residual = NAN;  ///< of the condition; at a grazing or lift-off estimated error of the parameter
+};
+
+/// Ends of a curve.
+struct CurveEnds {
+  int curve = 1;                                 ///< number of the curve
+  BifurcationKind kind = BifurcationKind::fold;  ///< of all its points
+  int points = 0;                                ///< their number
+  double parameter = 0;                          ///< SI, value of the first key at which it begins
+  std::string reasons[2];                        ///< why it ends: the first point, the last point
+};
+
 /// All branches of a continuation, or the reason why it could not begin.
 struct Branches {
   std::vector<BranchPoint> points;        ///< of all branches, in their order
   std::vector<Bifurcation> bifurcations;  ///< in the order of their location
   std::vector<BranchEnd> ends;            ///< one for each branch
+  std::vector<CurvePoint> curve_points;   ///< of all curves over two keys, along each curve
+  std::vector<CurveEnds> curves;          ///< one for each curve
   std::string failure;                    ///< why there is no first motion; empty if there is one
 };
 

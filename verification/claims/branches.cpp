@@ -21,6 +21,7 @@ namespace {
 
 constexpr double eight_digits = 1e-8;
 const char* const required = "required: eight digits; tolerance 1e-12 per step";
+const char* const enough_digits = "required: eight digits; tolerance 1e-10 per step";
 
 struct BranchCase {
   Findings& f;
@@ -189,6 +190,77 @@ void liftoffs(Findings& f) {
   }
 }
 
+/// Greatest relative error of the first key along the only curve of a kind; NaN if there is not exactly one.
+template <class Expected>
+double curve_error(const Branches& found, BifurcationKind kind, std::size_t fewest, Expected expected) {
+  if (found.curves.size() != 1 || found.curve_points.size() < fewest) return NAN;
+  double worst = 0;
+  for (const auto& p : found.curve_points) {
+    if (p.kind != kind) return NAN;
+    const auto value = static_cast<double>(expected(p.second));
+    worst = greatest(worst, std::abs(p.parameter / value - 1));
+  }
+  return worst;
+}
+
+void curves(Findings& f) {
+  const reference::ShakenBall ball{0.0032L, 20 * reference::ShakenBall::pi(), 9.81L, 0.5L};
+  const auto with = [&](double e) {
+    auto same = ball;
+    same.restitution = e;
+    return same;
+  };
+  const std::vector<std::string> enough{"nonsmooth.tolerance=1e-10"};
+  // From a motion beside the bifurcation at e = 0.5 over it, then along the curve.
+  const auto branch = [&](long double at, long double side, BifurcationKind kind) {
+    auto near = ball;
+    near.amplitude = (1 + 0.02L * side) * at;
+    return continue_orbit(parse_scene(scenes::shaken_ball(near, 1e-6L), "ball", enough),
+                          {.key = "curves.shake.amplitude",
+                           .from = static_cast<double>(near.amplitude),
+                           .to = static_cast<double>((1 - 0.02L * side) * at),
+                           .settle = 0,
+                           .follow_doubled = 0,
+                           .second = SecondKey{"surfaces.hard.restitution", 0.5, 0.52, 0.02, {kind}}});
+  };
+  const std::string source = "flight and impact in closed form";
+  f.at_most(
+      "ball on a shaken table: greatest relative error of the amplitude of the fold, restitution 0.5 to 0.52 "
+      "[event-driven]",
+      "",
+      curve_error(branch(ball.fold(), 1, BifurcationKind::fold), BifurcationKind::fold, 4,
+                  [&](double e) { return with(e).fold(); }),
+      eight_digits, source, enough_digits);
+  f.at_most(
+      "ball on a shaken table: greatest relative error of the amplitude of the period doubling, restitution "
+      "0.5 to 0.52 [event-driven]",
+      "",
+      curve_error(branch(ball.flip(), -1, BifurcationKind::flip), BifurcationKind::flip, 4,
+                  [&](double e) { return with(e).flip(); }),
+      eight_digits, source, enough_digits);
+  const reference::LoadedTable table{60, 9.81L, 0.3L, 0.2L, 1000, 0.8L};
+  const auto loaded = [&](double period) {
+    auto same = table;
+    same.frequency = 2 * reference::LoadedTable::pi() / period;
+    return same;
+  };
+  const double period = static_cast<double>(table.period());
+  f.at_most(
+      "body with a sprung second one on a shaken table: greatest relative error of the amplitude at which the "
+      "contact lifts off, period raised by 5 % [event-driven]",
+      "",
+      curve_error(continue_orbit(
+                      parse_scene(scenes::loaded_table(table, 0.9L * table.liftoff()), "table", enough),
+                      {.key = "curves.shake.amplitude",
+                       .from = static_cast<double>(0.9L * table.liftoff()),
+                       .to = static_cast<double>(1.6L * table.liftoff()),
+                       .step = static_cast<double>(0.2L * table.liftoff()),
+                       .settle = 0,
+                       .second = SecondKey{"curves.shake.period", period, 1.05 * period, 0.05 * period, {}}}),
+                  BifurcationKind::liftoff, 4, [&](double T) { return loaded(T).liftoff(); }),
+      eight_digits, "forced linear oscillation in closed form", enough_digits);
+}
+
 void torus(Findings& f) {
   const std::string source = "matrix exponential, and Hurwitz's condition for the characteristic polynomial";
   const reference::TwoMassOscillator o{1, 3, 2, 2, 0.2L, 0.2L, 1, 1.7135L, 0.742L};
@@ -230,6 +302,7 @@ Findings branches() {
   impact_oscillator(f);
   liftoffs(f);
   torus(f);
+  curves(f);
   return f;
 }
 

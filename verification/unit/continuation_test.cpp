@@ -45,6 +45,11 @@ TEST_CASE("requests of branches that cannot be followed are refused", "[orbit]")
              Contains("orbits of time stepping are not available"));
   CHECK_THAT(continuation_refusal(scene, {.key = "nonsmooth.tolerance", .from = 1e-9, .to = 1e-8}),
              Contains("numerical setting"));
+  ContinuationRequest curve{.key = "curves.shake.amplitude", .from = 3e-3, .to = 4e-3};
+  curve.second = SecondKey{.key = "surfaces.hard.restitution", .from = 0.6, .to = 0.7};
+  CHECK_THAT(continuation_refusal(scene, curve), Contains("= 0.5 in the scene"));
+  curve.second = SecondKey{.key = curve.key, .from = 1e-3, .to = 4e-3};
+  CHECK_THAT(continuation_refusal(scene, curve), Contains("must differ from continue.key"));
 }
 
 TEST_CASE("a branch ends at both ends of the range and reports what it meets in order", "[orbit]") {

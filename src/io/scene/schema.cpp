@@ -159,6 +159,16 @@ constexpr SchemaKey study_keys[] = {
     {"study.continue.most_points", "number", "", "2000", "most motions of a branch"},
     {"study.continue.scale", "number", "", "1", "factor of the values of the key in the figure"},
     {"study.continue.unit", "text", "", "\"\"", "unit of the scaled values"},
+    {"study.continue.second", "text", "", "–",
+     "second key, over which the bifurcations are followed: curves of both keys; its value in the scene is the start"},
+    {"study.continue.second_from", "number", "", "required", "with second: one end of its range"},
+    {"study.continue.second_to", "number", "", "required", "with second: other end of its range"},
+    {"study.continue.second_step", "number", "", "a fiftieth of the range",
+     "with second: greatest step; that of the first key has the same share of its range"},
+    {"study.continue.second_scale", "number", "", "1", "with second: factor of its values in the figure"},
+    {"study.continue.second_unit", "text", "", "\"\"", "with second: unit of the scaled values"},
+    {"study.continue.curves", "names", "", "all",
+     "with second: kinds that are followed: \"fold\", \"flip\", \"torus\", \"grazing\", \"liftoff\""},
 };
 
 /// Keys of a figure style, read by plots/drawing/style.cpp.

@@ -2,6 +2,8 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+
 #include "io/scene/schema.hpp"
 #include "io/scene/section.hpp"
 #include "study/settings/study_parts.hpp"
@@ -12,6 +14,31 @@ namespace {
 constexpr Range doublings{
     [](double x) { return x >= 0 && x <= 10 && x == static_cast<double>(static_cast<int>(x)); },
     "a whole number from 0 to 10"};
+
+SecondKeyPlan read_second_key(Section& s, const std::string& first) {
+  SecondKeyPlan p;
+  p.key = s.text("second");
+  if (p.key == first) s.fail("second", "must differ from key");
+  const auto number_of_key = [&](const char* name, const Range& range) {
+    return s.number(Key{name, unit_of(p.key), {}}, range);
+  };
+  p.from = number_of_key("second_from", any_number);
+  p.to = number_of_key("second_to", any_number);
+  if (p.from == p.to) s.fail("second_to", fmt::format("must differ from second_from = {}", p.from));
+  if (s.has("second_step")) p.step = number_of_key("second_step", positive);
+  if (s.has("curves"))
+    for (const auto& name : s.names("curves")) {
+      const auto known = std::ranges::find_if(bifurcation_names, [&](const char* n) { return name == n; });
+      const auto kind = static_cast<BifurcationKind>(known - bifurcation_names.begin());
+      if (known == bifurcation_names.end() || kind == BifurcationKind::sequence)
+        s.fail("curves",
+               fmt::format("\"{}\" is no kind of curve; use fold, flip, torus, grazing or liftoff", name));
+      p.kinds.push_back(kind);
+    }
+  p.scale = s.number("second_scale", positive, p.scale);
+  p.unit = s.text("second_unit", p.unit);
+  return p;
+}
 
 }  // namespace
 
@@ -36,6 +63,7 @@ ContinuationPlan read_continuation(Section s) {
   p.most_points = static_cast<int>(s.number("most_points", study_count, p.most_points));
   p.scale = s.number("scale", positive, p.scale);
   p.unit = s.text("unit", p.unit);
+  if (s.has("second")) p.second = read_second_key(s, p.key);
   s.done("[continue]");
   return p;
 }

@@ -5,9 +5,21 @@
 #include <string>
 #include <vector>
 
+#include "values/branch.hpp"
+
 namespace freeplay {
 
 class Section;
+
+/// A second key, over which bifurcations are followed.
+struct SecondKeyPlan {
+  std::string key;
+  double from = 0, to = 0;             ///< SI
+  std::optional<double> step;          ///< SI
+  std::vector<BifurcationKind> kinds;  ///< empty: all
+  double scale = 1;                    ///< displayed value = value · scale
+  std::string unit;                    ///< of the displayed value
+};
 
 /// Parameters of a continuation (facade/continuation.hpp).
 struct ContinuationPlan {
@@ -21,6 +33,7 @@ struct ContinuationPlan {
   int follow_doubled = 1, most_points = 2000;
   double scale = 1;  ///< displayed value = value · scale
   std::string unit;  ///< of the displayed value
+  std::optional<SecondKeyPlan> second;
 };
 
 /// Throws SceneError.

@@ -1,0 +1,78 @@
+// Curves of bifurcations over two keys: the first key along the abscissa, the second one along the ordinate.
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <filesystem>
+#include <nlohmann/json.hpp>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "io/files/input_file.hpp"
+#include "plots/drawing/figure.hpp"
+#include "plots/drawing/panels.hpp"
+#include "plots/drawing/style.hpp"
+#include "plots/tables/table.hpp"
+
+namespace freeplay::plots {
+namespace {
+
+struct CurveKind {
+  const char* kind;
+  const char* title;
+  Word look;
+};
+constexpr CurveKind curve_kinds[] = {{"fold", "fold", "lw 2 lc rgb C4"},
+                                     {"flip", "period doubling", "lw 2 dt (8,3) lc rgb C5"},
+                                     {"torus", "torus", "lw 2 dt (2,3) lc rgb C6"},
+                                     {"grazing", "grazing impact", "lw 2 dt (8,3,2,3) lc rgb C7"},
+                                     {"liftoff", "lift-off", "lw 2.4 lc rgb C1"}};
+
+std::vector<std::filesystem::path> draw_curves(const std::filesystem::path& folder) {
+  const JsonFile document(folder / "continue.json");
+  const double scale = document.number("continue.scale"), second_scale = document.number("second.scale");
+  std::array<std::vector<Block>, std::size(curve_kinds)> blocks;
+  Limits across, up;
+  Rows rows(folder / "curves.csv");
+  const auto curve = rows.place("curve"), kind = rows.place("kind"), x = rows.place("parameter"),
+             y = rows.place("second");
+  std::string last;
+  while (rows.next()) {
+    const auto of =
+        std::ranges::find_if(curve_kinds, [&](const auto& k) { return rows.name(kind) == k.kind; });
+    if (of == std::end(curve_kinds)) continue;
+    auto& list = blocks[static_cast<std::size_t>(of - curve_kinds)];
+    if (list.empty()) list.emplace_back(std::string(of->title) + ": first key, second key");
+    if (rows.name(curve) != last) list.front().gap();
+    last = rows.name(curve);
+    const double px = scale * rows.number(x), py = second_scale * rows.number(y);
+    list.front().row({px, py});
+    across.hold(px);
+    up.hold(py);
+  }
+  if (!(across.range() > 0)) return {};
+  Figure f{.name = "curves", .height_cm = 10, .source = "continue.json"};
+  Panel panel{.title = AxisTitle::plain(document.text("second.key"), document.text("second.unit")),
+              .axis = axis_of(up.least, up.most),
+              .curves = {}};
+  for (std::size_t i = 0; i < blocks.size(); ++i) {
+    if (blocks[i].empty()) continue;
+    panel.curves.push_back(
+        {Script().add("DATA index {} using 1:2 with lines {}", f.blocks.size(), curve_kinds[i].look),
+         curve_kinds[i].title});
+    f.blocks.push_back(std::move(blocks[i].front()));
+  }
+  const double margin = 0.02 * across.range();
+  add_panels(f, style_of(folder),
+             {.abscissa = {AxisTitle::plain(document.text("continue.key"), document.text("continue.unit")),
+                           {across.least - margin, across.most + margin}},
+              .panels = {std::move(panel)},
+              .each = 7.5});
+  return {draw(f, folder)};
+}
+
+}  // namespace
+
+const Drawing curves{{"curves.csv"}, draw_curves};
+
+}  // namespace freeplay::plots

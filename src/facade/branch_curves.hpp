@@ -1,0 +1,71 @@
+// Curves of bifurcations over two keys p₁, p₂ (docs/theory/continuation.md#curves-over-two-keys).
+//
+// A curve is followed in the plane of (p₁/R₁, p₂/R₂) with the ranges R of the keys. From a point, the key that
+// changes more along the curve takes a step; at its new value the bifurcation is located along the branch over
+// the other key, as on a branch over one key: by the zero of a test function, or by motions with small values of
+// a positive quantity (branch_events.hpp). So each point costs a few motions, and a curve can turn in either key.
+#pragma once
+
+#include <array>
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "facade/branch_events.hpp"
+#include "facade/branch_solver.hpp"
+#include "facade/continuation.hpp"
+#include "values/branch.hpp"
+
+namespace freeplay {
+
+/// A bifurcation from which a curve begins.
+struct CurveStart {
+  BifurcationKind kind = BifurcationKind::fold;
+  BranchSolver solver;     ///< over the first key
+  BranchMotion motion;     ///< at the bifurcation; of a positive quantity, with a small value
+  Positive quantity = {};  ///< of a grazing impact or lift-off
+  double parameter = 0;    ///< of the first key
+};
+
+class BifurcationCurve {
+ public:
+  /// `scene`: with the value of the second key at the start.
+  BifurcationCurve(const Scene& scene, const SecondKey& second, CurveStart start);
+  /// Follows the curve from its start to both sides. The points are ordered along it; their `curve` is 1.
+  std::pair<std::vector<CurvePoint>, CurveEnds> follow();
+
+ private:
+  using Plane = std::array<double, 2>;  // p/R
+  struct Located {
+    Plane at{};
+    BranchMotion motion;
+    double residual = 0;
+    int free = 0;      // the key along which it was located
+    double slope = 0;  // of the test function or positive quantity, by arclength
+  };
+
+  std::vector<Located> follow(const Located& from, double side, std::string& reason) const;
+  BranchSolver solver(int free, double fixed) const;
+  std::optional<Located> locate(const std::vector<Located>& points, double ahead, int free, const Plane& near,
+                                std::string& reason) const;
+  bool zero(const BranchSolver& solver, Located& p, std::string& reason) const;
+  bool vanishing(const BranchSolver& solver, Located& p, std::string& reason) const;
+  std::optional<BranchMotion> along(const BranchSolver& solver, const BranchMotion& m, double distance,
+                                    std::string& reason) const;
+  double test(const BranchSolver& solver, const BranchMotion& m) const;
+  bool is_positive() const {
+    return start_.kind == BifurcationKind::grazing || start_.kind == BifurcationKind::liftoff;
+  }
+  CurvePoint point_of(const Located& p) const;
+
+  const Scene& scene_;
+  const SecondKey& second_;
+  CurveStart start_;
+  std::array<std::string, 2> keys_;
+  std::array<double, 2> low_{},
+      high_{};  // SI, bounds of the curve: of the first key beyond the branch's range
+  Plane range_{};
+};
+
+}  // namespace freeplay
