@@ -1,6 +1,7 @@
 #include "formulations/event_driven/active_rows.hpp"
 
 #include <algorithm>
+#include <cmath>
 
 namespace freeplay {
 
@@ -43,6 +44,13 @@ void ActiveRows::fill_symmetric() {
 }
 
 void ActiveRows::solve() {
+  if (used_ == 1 && std::abs(K(0, 0)) > 0 && std::isfinite(K(0, 0))) {  // as below
+    x.resize(1);
+    x[0] = b[0] / K(0, 0);
+    dependent_ = false;
+    turn_ = K(0, 0) < 0 ? -1 : 1;
+    return;
+  }
   const auto active = K.topLeftCorner(used_, used_);
   lu_.compute(active);
   dependent_ = !(lu_.pivot_ratio() > 1e-11);

@@ -11,11 +11,13 @@ EventDynamics::EventDynamics(const System& s, const NonsmoothOptions& options,
       choice_(options, coupled.size()),
       impact_(options, *this) {}
 
-void EventDynamics::operator()(const Vector& x, Vector& dxdt, double t) {
+void EventDynamics::rate(const Vector& x, Vector& dxdt, double t, bool compiled) {
   t = std::min(t, knot);
   const int n = system.n(), m = system.rows();
   const double* v = x.data() + n;
-  if (!motion_.solve(*this, x, t)) {
+  ModeMotion::Compiled known{};
+  compiled = compiled && motion_.solve_compiled(*this, x, t, known);
+  if (!compiled && !motion_.solve(*this, x, t)) {
     std::ranges::fill(dxdt, __builtin_nan(""));  // the step is rejected
     return;
   }
@@ -27,14 +29,18 @@ void EventDynamics::operator()(const Vector& x, Vector& dxdt, double t) {
   integral[damping] = -e.power.damping;
   integral[friction_loss] = 0;
   if (films.any()) integral[film_loss] = films.loss();
-  for (int k = 0; k < m; ++k) integral[drive] += lambda[k] * e.phi_t[k];
+  if (compiled)
+    integral[drive] = known.drive;
+  else
+    for (int k = 0; k < m; ++k) integral[drive] += lambda[k] * e.phi_t[k];
   system.flow(t, x.data(), v, x.data() + state_offset(), dxdt.data() + state_offset(),
               {nullptr, phases.pieces()});
   double* impulse = dxdt.data() + impulse_offset();
   for (const auto& c : contacts) {
     *impulse++ = c.lambda_n;
     *impulse++ = c.lambda_t;
-    if (c.lambda_t != 0) integral[friction_loss] -= c.lambda_t * c.row.tangent.dot(v);
+    if (c.lambda_t != 0)
+      integral[friction_loss] -= c.lambda_t * (compiled ? known.sliding : c.row.tangent.dot(v));
   }
   for (const auto& p : preloaded) integral[friction_loss] -= p.lambda * p.rate;
 }

@@ -36,7 +36,7 @@ class EventDynamics : public ModeEquations {
   int size() const { return integral_offset() + integrals + films.any(); }
 
   /// dx/dt in the present mode.
-  void operator()(const Vector& x, Vector& dxdt, double t);
+  void operator()(const Vector& x, Vector& dxdt, double t) { rate(x, dxdt, t, true); }
   /// ∂(dx/dt)/∂x (column-major, size() × size()) and ∂(dx/dt)/∂t in the present mode.
   void jacobian(const Vector& x, double t, double* J, double* dfdt);
   /// Derivatives of dx/dt in the present mode along `directions` of x, at constant t. Returns dx/dt.
@@ -108,6 +108,8 @@ class EventDynamics : public ModeEquations {
   }
 
  private:
+  /// operator(); `compiled`: by compiled functions if there are any. Otherwise `rows` has the active rows.
+  void rate(const Vector& x, Vector& dxdt, double t, bool compiled);
   void begin_tangent(const Vector& x, double t);
   void differentiate(const Vector& x, const Gradient& time, int directions, double* const* columns);
   bool differentiate_traced(const Vector& x, double t, std::span<const Vector> directions,

@@ -39,7 +39,7 @@ void EventDynamics::reserve_jacobian() {
 void EventDynamics::begin_tangent(const Vector& x, double t) {
   reserve_jacobian();
   auto& d = *tangent_;
-  (*this)(x, d.slope, t);  // accelerations, multipliers and the matrix of the mode
+  rate(x, d.slope, t, false);  // accelerations, multipliers and the matrix of the mode
   ++work.jacobians;
   std::ranges::copy(a, d.acceleration.begin());
 }

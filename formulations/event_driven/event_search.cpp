@@ -6,6 +6,14 @@
 
 namespace freeplay {
 
+namespace {
+
+bool any_open(const EventDynamics& d) {
+  return std::ranges::any_of(d.contacts, [](const ModeContact& c) { return !c.closed; });
+}
+
+}  // namespace
+
 EventSearch::EventSearch(const EventDynamics& dynamics)
     : marks_(static_cast<std::size_t>(dynamics.system.contacts())),
       slope_(static_cast<std::size_t>(dynamics.size())),
@@ -92,8 +100,9 @@ ModeEvent EventSearch::shorten_until_bounded(EventDynamics& d, Method& m) {
 bool EventSearch::find_gap_events(EventDynamics& d, Method& m, ModeEvent& first) {
   const auto& system = d.system;
   if (!(m.t > m.t_old)) return true;
-  if (system.contacts() > 0) m.enclose(static_cast<std::size_t>(system.n()), bounds_);
   step_unseen_ = 0;
+  if (!any_open(d)) return true;
+  m.enclose(static_cast<std::size_t>(system.n()), bounds_);
   for (int k = 0; k < system.contacts(); ++k) {
     if (d.contacts[k].closed) continue;
     const auto motion = narrowed(
@@ -118,7 +127,7 @@ void EventSearch::find_phase_events(EventDynamics& d, const Method& m, ModeEvent
   if (!d.phases.any()) return;
   double unseen = 0;
   const auto& system = d.system;
-  if (system.contacts() == 0) m.enclose(static_cast<std::size_t>(system.n()), bounds_);
+  if (!any_open(d)) m.enclose(static_cast<std::size_t>(system.n()), bounds_);
   const auto c = d.phases.first(system, m.t_old, m.t, m.x_old, m.x, bounds_,
                                 first.kind == ModeEvent::Kind::none ? INFINITY : first.t, unseen,
                                 [&](double t) -> const std::vector<double>& { return at(m, t); });

@@ -62,8 +62,7 @@ ModeEquations::ModeEquations(const System& s, const std::vector<double>& restitu
 void ModeEquations::place(const double* q, double t) {
   if (t == placed_t_ && std::equal(placed_.begin(), placed_.end(), q)) return;
   system.place(t, q, e, phases.pieces());
-  placed_t_ = t;
-  std::copy(q, q + system.n(), placed_.begin());
+  placed(q, t);
 }
 
 bool ModeEquations::solve_free(const Vector& x, double t) {

@@ -125,7 +125,13 @@ class ModeEquations {
 
   /// Evaluates the system at q (m, rad) and t (s), unless this was the last evaluation.
   void place(const double* q, double t);
-  /// Called if a phase moves to another piece.
+  /// Called when e is that of q (m, rad) and t (s).
+  void placed(const double* q, double t) {
+    e.pieces = phases.pieces();
+    placed_t_ = t;
+    std::copy(q, q + system.n(), placed_.begin());
+  }
+  /// Called if a phase moves to another piece, or if e is undefined.
   void forget_place() { placed_t_ = __builtin_nan(""); }
   /// Computes accelerations in `a` with all contacts open, friction of slipping joints as forces
   /// and joints at rest without friction. Returns false if there are none, with the reason in

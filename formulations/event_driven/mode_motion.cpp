@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <utility>
 
+#include "dynamics/system_functions.hpp"
+
 namespace freeplay {
 
 bool ModeMotion::solve(ModeEquations& d, const Vector& x, double t) {
@@ -37,6 +39,48 @@ bool ModeMotion::solve(ModeEquations& d, const Vector& x, double t) {
   }
   for (auto& p : d.preloaded)
     if (p.unknown >= 0) p.lambda = rows.x[p.unknown];
+  return true;
+}
+
+bool ModeMotion::solve_compiled(ModeEquations& d, const Vector& x, double t, Compiled& found) {
+  const auto& system = d.system;
+  if (!system.functions().motion.motion) return false;
+  int closed = -1;
+  for (int k = 0; k < system.contacts(); ++k) {
+    const auto& c = d.contacts[k];
+    if (!c.closed) continue;
+    if (closed >= 0 || (c.slip == 0 && system.has_friction(k))) return false;
+    closed = k;
+  }
+  const bool slides = closed >= 0 && d.contacts[closed].slip != 0;
+  if (slides && orientation_ < 0) return false;
+  const double *q = x.data(), *v = q + system.n();
+  const MotionKernel::At at{t, q, v, q + d.state_offset()};
+  d.forget_place();
+  if (!kernel_.motion(system, d.saddle, d.e, at, d.a.data(), d.lambda.data(), found.drive)) return false;
+  d.placed(q, t);
+  for (auto& c : d.contacts) {
+    c.unknown = c.tangent_unknown = -1;
+    c.lambda_n = c.lambda_t = 0;
+  }
+  d.rows.clear();
+  if (closed >= 0) {
+    auto& c = d.contacts[closed];
+    const double factor = slides ? -c.slip * *system.contact_facts(closed).surface.friction : 0;
+    MotionKernel::Slide slide{};
+    if (!kernel_.slide(system, closed, at, factor, c.row, d.a.data(), d.lambda.data(), slide)) return false;
+    if (slides) {
+      orientation_ = 1;
+      if (std::exchange(pole_, false)) d.trouble.clear();
+      c.lambda_t = factor * slide.force;
+    }
+    c.unknown = 0;
+    c.lambda_n = slide.force;
+    c.mobility = slide.mobility;
+    found = {slide.drive, slide.sliding};
+  }
+  ++d.work.rhs;
+  ++d.work.factorisations;
   return true;
 }
 

@@ -11,6 +11,7 @@
 
 #include <vector>
 
+#include "dynamics/motion_kernel.hpp"
 #include "formulations/event_driven/mode_equations.hpp"
 
 namespace freeplay {
@@ -23,6 +24,13 @@ class ModeMotion {
   /// contacts and joints. Returns false if there are none, with the reason in d.trouble if it is
   /// known.
   bool solve(ModeEquations& d, const Vector& x, double t);
+  /// The same by compiled functions, if there are any for the mode: no contact is closed, or one that
+  /// slides or has no friction. d.rows is then empty. The power of drives has the reactions' part,
+  /// `sliding` is u_T of the closed contact.
+  struct Compiled {
+    double drive, sliding;
+  };
+  bool solve_compiled(ModeEquations& d, const Vector& x, double t, Compiled& found);
   /// The same for a report of forces; a pole does not stop it.
   bool solve_for_report(ModeEquations& d, const Vector& x, double t);
   /// Whether the last evaluation was beyond a pole of its forces (Painlevé).
@@ -41,6 +49,7 @@ class ModeMotion {
   bool add_coupled(ModeEquations& d);
 
   bool reporting_ = false;
+  MotionKernel kernel_;
   int orientation_ = 0;  // sign of the determinant of the active rows, since the mode began
   bool pole_ = false;
   // Of add_coupled(): the row forces without this friction, those per unit of each friction force,

@@ -4,6 +4,8 @@
 #include <cstring>
 #include <utility>
 
+#include "formulations/integrators/wide_registers.hpp"
+
 namespace freeplay {
 
 /// The arrays of a pass over all components (AdamsHistory).
@@ -122,23 +124,15 @@ template <class Pass>
 void plain_pass(const AdamsSums& s, const double* in, double* out, double* greatest) {
   Pass::run(s, in, out, greatest);
 }
-#ifdef __x86_64__
-/// The same operations, four at a time. (Without fused multiply-add, which would change digits.)
 template <class Pass>
-[[gnu::target("avx2")]] void wide_pass(const AdamsSums& s, const double* in, double* out, double* greatest) {
+FREEPLAY_WIDE void wide_pass(const AdamsSums& s, const double* in, double* out, double* greatest) {
   Pass::run(s, in, out, greatest);
 }
-bool has_wide_passes() { return __builtin_cpu_supports("avx2"); }
-#else
-template <class Pass>
-constexpr AdamsPass wide_pass = plain_pass<Pass>;
-bool has_wide_passes() { return false; }
-#endif
 
 /// The passes of all orders.
 template <template <int> class Pass, int... K>
 std::array<AdamsPass, sizeof...(K)> passes_of(std::integer_sequence<int, K...>) {
-  if (has_wide_passes()) return {wide_pass<Pass<K + 1>>...};
+  if (has_wide_registers) return {wide_pass<Pass<K + 1>>...};
   return {plain_pass<Pass<K + 1>>...};
 }
 template <template <int> class Pass>

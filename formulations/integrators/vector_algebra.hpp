@@ -1,4 +1,4 @@
-// Algebra of Boost.Odeint for std::vector<double>: its linear combinations, two entries at a time.
+// Algebra of Boost.Odeint for std::vector<double>: its linear combinations, two or four entries at a time.
 // Each entry is computed by the same operations in the same order as with Odeint's own algebra, so
 // the digits are the same.
 #pragma once
@@ -8,6 +8,8 @@
 #include <boost/numeric/odeint/algebra/range_algebra.hpp>
 #include <cstddef>
 #include <vector>
+
+#include "formulations/integrators/wide_registers.hpp"
 
 namespace freeplay {
 
@@ -91,8 +93,9 @@ struct VectorAlgebra {
 
  private:
   using Rare = boost::numeric::odeint::range_algebra;
-  /// Two adjacent doubles at any address of a double.
+  /// Adjacent doubles at any address of a double.
   using Pair = double __attribute__((vector_size(16), aligned(8), may_alias));
+  using Quad = double __attribute__((vector_size(32), aligned(8), may_alias));
 
   template <class F, class... Y>
   static void each(F f, Vector& x, Y&... y) {
@@ -101,12 +104,24 @@ struct VectorAlgebra {
   template <class F, class... Y>
   static void over(F f, std::size_t n, double* x, Y*... y) {
     std::size_t i = 0;
-    if constexpr (is_linear_combination<F>)
+    if constexpr (is_linear_combination<F>) {
+      if (has_wide_registers) return over_wide(f, n, x, y...);
       for (; i + 2 <= n; i += 2) {
         Pair sum;
         f(sum, *reinterpret_cast<const Pair*>(y + i)...);
         *reinterpret_cast<Pair*>(x + i) = sum;
       }
+    }
+    for (; i < n; ++i) f(x[i], y[i]...);
+  }
+  template <class F, class... Y>
+  FREEPLAY_WIDE static void over_wide(F f, std::size_t n, double* x, Y*... y) {
+    std::size_t i = 0;
+    for (; i + 4 <= n; i += 4) {
+      Quad sum;
+      f(sum, *reinterpret_cast<const Quad*>(y + i)...);
+      *reinterpret_cast<Quad*>(x + i) = sum;
+    }
     for (; i < n; ++i) f(x[i], y[i]...);
   }
 };

@@ -35,6 +35,9 @@ PenaltyDynamics::PenaltyDynamics(const System& system, const PenaltyOptions& opt
       terms_(system, bristles_),
       probe_{system.make_evaluation(), Vector(system.n())},
       end_{system.make_evaluation(), Vector(system.n())},
+      end_rows_(contacts_.size()),
+      end_known_(contacts_.size()),
+      evaluated_(2 * static_cast<std::size_t>(system.n())),
       lambda_(system.rows()),
       r_(system.rows()),
       scratch_(system.n()),
@@ -51,12 +54,13 @@ PenaltyDynamics::PenaltyDynamics(const System& system, const PenaltyOptions& opt
 
 template <class T>
 void PenaltyDynamics::evaluate(const T* q, const T* v, const T* bristle, const T* z, const T& t,
-                               PenaltyTerms<T>& terms) const {
+                               PenaltyTerms<T>& terms, bool known) const {
   auto& e = terms.e;
-  auto& row = terms.row;
-  system_.place(t, q, e, phases.pieces());
-  system_.rate(q, v, e);
-  system_.forces(t, q, v, z, e, {nullptr, phases.pieces()});
+  if (!known) {
+    system_.place(t, q, e, phases.pieces());
+    system_.rate(q, v, e);
+    system_.forces(t, q, v, z, e, {nullptr, phases.pieces()});
+  }
   system_.flow(t, q, v, z, terms.flow.data(), {nullptr, phases.pieces()});
   terms.contact_work = terms.friction_loss = terms.film_loss = 0;
 
@@ -66,6 +70,7 @@ void PenaltyDynamics::evaluate(const T* q, const T* v, const T* bristle, const T
     if (bristles_) terms.bristle_rate[k] = 0;
     const auto& c = contacts_[k];
     if (!c.closed && !c.film) continue;
+    auto& row = terms.rows[static_cast<std::size_t>(k)];
     system_.contact(k, q, v, e, row);
     if (c.film)
       if (const auto film = film_action(*c.film, v, row)) {
@@ -125,26 +130,32 @@ void PenaltyDynamics::evaluate(const T* q, const T* v, const T* bristle, const T
     terms.slide.add_to(e.force.data(), force);
     terms.friction_loss -= force * u;
   }
-  for (int k = 0; k < system_.rows(); ++k) {
+  for (int k = 0; !known && k < system_.rows(); ++k) {
     terms.rate[k] = row_dot(system_.pattern(), e.G.data(), k, v) + e.phi_t[k];
     terms.r[k] = e.gamma[k] - two_alpha_ * terms.rate[k] - beta_squared_ * e.phi[k];
   }
 }
 
 template void PenaltyDynamics::evaluate(const Gradient*, const Gradient*, const Gradient*, const Gradient*,
-                                        const Gradient&, PenaltyTerms<Gradient>&) const;
+                                        const Gradient&, PenaltyTerms<Gradient>&, bool) const;
 
 void PenaltyDynamics::operator()(const Vector& x, Vector& dxdt, double t) {
   t = std::min(t, knot);
   ++work.rhs;
   const int n = system_.n(), m = system_.rows();
-  const double* v = x.data() + n;
-  evaluate(x.data(), v, x.data() + bristle_offset(), x.data() + state_offset(), t, terms_);
-  const auto& e = terms_.e;
+  const double *q = x.data(), *v = q + n, *z = q + state_offset();
+  auto& e = terms_.e;
+  const double baumgarte[] = {two_alpha_, beta_squared_};
+  const bool known =
+      kernel_.state(system_, saddle_, e, {t, q, v, z}, baumgarte, terms_.rate.data(), terms_.r.data());
+  if (known) e.pieces = phases.pieces();
+  evaluate(q, v, q + bristle_offset(), z, t, terms_, known);
+  std::copy(q, q + 2 * n, evaluated_.begin());
+  evaluated_t_ = t;
   ++work.factorisations;
   double* a = dxdt.data() + n;
   if (facts_.redundant) saddle_.expect_noise(rounding_of_rows(x.data(), v));
-  if (saddle_.factor(e.G.data()))
+  if (known || saddle_.factor(e.G.data()))
     saddle_.solve(e.force.data(), terms_.r.data(), a, lambda_.data());
   else
     std::fill(a, a + n, __builtin_nan(""));  // the step is rejected
@@ -264,6 +275,7 @@ void PenaltyDynamics::project(Vector& x, double t) {
   const int n = system_.n(), m = system_.rows();
   double* q = x.data();
   double* v = q + n;
+  evaluated_t_ = NAN;
   const double before = system_.kinetic(v) + system_.potential(q);
   const auto move = [&](double* y, auto residual) {
     for (int k = 0; k < m; ++k) r_[k] = -residual(k);
@@ -303,9 +315,33 @@ const ContactRow& PenaltyDynamics::row_alone(int k, const Vector& x) {
   return row_;
 }
 
+void PenaltyDynamics::place_end(const Vector& x, double t) {
+  if (end_.is_at(x, t)) return;
+  std::ranges::fill(end_known_, 0);
+  // A step ends with a right-hand side at its end. Pieces of curves may be others there.
+  const bool evaluated = evaluated_t_ == t && !phases.any() &&
+                         std::memcmp(evaluated_.data(), x.data(), evaluated_.size() * sizeof(double)) == 0;
+  if (!evaluated) return end_.place(system_, x, t);
+  const auto& e = terms_.e;
+  std::ranges::copy(e.cosine, end_.e.cosine.begin());
+  std::ranges::copy(e.sine, end_.e.sine.begin());
+  std::ranges::copy(e.G, end_.e.G.begin());
+  std::copy_n(x.data(), end_.q.size(), end_.q.data());
+  end_.t = t;
+  for (std::size_t k = 0; k < contacts_.size(); ++k)
+    if (contacts_[k].closed) {
+      end_rows_[k] = terms_.rows[k];
+      end_known_[k] = 1;
+    }
+}
+
 const ContactRow& PenaltyDynamics::end_row(int k, const Vector& x) {
-  system_.contact(k, x.data(), x.data() + system_.n(), end_.e, row_);
-  return row_;
+  auto& row = end_rows_[static_cast<std::size_t>(k)];
+  if (end_known_[static_cast<std::size_t>(k)] == 0) {
+    system_.contact(k, x.data(), x.data() + system_.n(), end_.e, row);
+    end_known_[static_cast<std::size_t>(k)] = 1;
+  }
+  return row;
 }
 
 double PenaltyDynamics::effective_mass(const ContactRow& row) {
@@ -318,19 +354,18 @@ double PenaltyDynamics::effective_mass(const ContactRow& row) {
 PenaltyDynamics::Stored PenaltyDynamics::elastic_energy(const Vector& x, double t) {
   Stored sum;
   const auto n = static_cast<std::size_t>(system_.n());
-  const Evaluation* at = nullptr;
+  const bool at_end = end_.is_at(x, t);
   for (int k = 0; k < system_.contacts(); ++k) {
     const auto& c = contacts_[k];
     if (!c.closed) continue;
-    if (!at) at = &placed(x, t);
-    system_.contact(k, x.data(), x.data() + system_.n(), *at, row_);
-    const double delta = std::max(0.0, -row_.gap), energy = c.law.elastic.energy(delta);
+    const auto& row = at_end ? end_row(k, x) : contact_row(k, x, t);
+    const double delta = std::max(0.0, -row.gap), energy = c.law.elastic.energy(delta);
     sum.all += energy;
     if (c.law.dissipates()) sum.dissipative += energy;
     if (c.shear) {
       const double elastic = c.law.elastic.force(delta);
       const double y = c.zone == 0 ? x[bristle_offset() + k]
-                                   : c.shear->mu * c.force(delta, -row_.normal.dot(&x[n]), elastic);
+                                   : c.shear->mu * c.force(delta, -row.normal.dot(&x[n]), elastic);
       sum.shear += c.shear->energy(delta, elastic, y);
     }
   }

@@ -20,6 +20,7 @@
 #include <utility>
 #include <vector>
 
+#include "dynamics/motion_kernel.hpp"
 #include "dynamics/system.hpp"
 #include "formulations/contact/contact_law.hpp"
 #include "formulations/contact/coupled_friction.hpp"
@@ -38,7 +39,7 @@ namespace freeplay {
 template <class T>
 struct PenaltyTerms {
   EvaluationOf<T> e;
-  ContactRowOf<T> row;
+  std::vector<ContactRowOf<T>> rows;  ///< of each closed or lubricated contact
   SparseRowOf<T> slide;
   std::vector<T> impulse_rate;  ///< (F_N, F_T) of each contact
   std::vector<T> bristle_rate, flow;
@@ -56,6 +57,7 @@ struct PenaltyTerms {
 
   PenaltyTerms(const System& system, int bristles)
       : e(system.make_evaluation<T>()),
+        rows(static_cast<std::size_t>(system.contacts())),
         impulse_rate(2 * system.contacts()),
         bristle_rate(bristles),
         flow(system.states()),
@@ -193,8 +195,8 @@ class PenaltyDynamics {
   const ContactRow& row_alone(int k, const Vector& x);
   /// @name All contacts at one state, which is evaluated once
   ///@{
-  void place_end(const Vector& x, double t) { end_.place(system_, x, t); }
-  /// Contact k at the x of the last place_end().
+  void place_end(const Vector& x, double t);
+  /// Contact k at the x of the last place_end(), except its γ, which may be those of other velocities.
   const ContactRow& end_row(int k, const Vector& x);
   /// Bounds of the motion of its gap within a step that ends there.
   GapMotion gap_motion(int k, const MotionBounds& bounds, const Vector& x) const {
@@ -290,7 +292,13 @@ class PenaltyDynamics {
       t = at;
     }
   };
-  Placed probe_, end_;          // of contact_row() and of place_end()
+  Placed probe_, end_;  // of contact_row() and of place_end(): no Φ and Φ_t
+  std::vector<ContactRow> end_rows_;
+  std::vector<char> end_known_;  // whether end_rows_ are those of end_
+  /// The state of the last right-hand side, which terms_ are of; t: NaN if they are not.
+  std::vector<double> evaluated_;
+  double evaluated_t_ = NAN;
+  MotionKernel kernel_;
   Evaluation* last_ = nullptr;  // that of the last contact_row()
   ContactRow row_;              // the result of the last contact_row()
   std::vector<double> lambda_, r_, scratch_;
@@ -318,9 +326,10 @@ class PenaltyDynamics {
   double* response(int k) { return coupled_a_.data() + static_cast<long>(k) * system_.n(); }
   double* reaction(int k) { return coupled_lambda_.data() + static_cast<long>(k) * system_.rows(); }
 
+  /// `known`: the evaluation of the System, rate and r.
   template <class T>
-  void evaluate(const T* q, const T* v, const T* bristle, const T* z, const T& t,
-                PenaltyTerms<T>& terms) const;
+  void evaluate(const T* q, const T* v, const T* bristle, const T* z, const T& t, PenaltyTerms<T>& terms,
+                bool known = false) const;
 };
 
 }  // namespace freeplay

@@ -16,6 +16,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstring>
 #include <tuple>
 #include <vector>
 
@@ -30,18 +31,22 @@ struct Watched {
   double value = 0, rate = 0;
 };
 
-/// Bounds on the rate and the acceleration of one coordinate over a step.
+/// Bounds on the rate and the acceleration of one coordinate over a step. T is double, or a vector of
+/// them for several coordinates.
+template <class T>
 struct CubicBounds {
-  double speed, acceleration;
+  T speed, acceleration;
 };
 /// Bounds for the cubic through rates and accelerations at both ends of a step of length h, which
 /// lies within its control points. If the cubic through positions and rates bends more, its bound
 /// is used.
-inline CubicBounds cubic_bounds(double h, double q0, double v0, double a0, double q1, double v1, double a1) {
-  const auto size = [](double x) { return x < 0 ? -x : x; };
-  const auto more = [](double x, double y) { return x < y ? y : x; };
+template <class T>
+CubicBounds<T> cubic_bounds(double h, const T& q0, const T& v0, const T& a0, const T& q1, const T& v1,
+                            const T& a1) {
+  const auto size = [](const T& x) -> T { return x < T{} ? -x : x; };
+  const auto more = [](const T& x, const T& y) -> T { return x < y ? y : x; };
   const double third = h / 3, per = 1 / h;
-  const double slope = 6 * per * (q1 - q0) - 3 * (v0 + v1), tilt = v1 - v0;
+  const T slope = 6 * per * (q1 - q0) - 3.0 * (v0 + v1), tilt = v1 - v0;
   return {
       more(more(size(v0), size(v1)), more(size(v0 + third * a0), size(v1 - third * a1))),
       more(more(more(size(a0), size(a1)), size(3 * per * tilt - a0 - a1)), per * (size(slope) + size(tilt)))};
@@ -58,11 +63,20 @@ struct MotionBounds {
     duration = h;
     speed.resize(n);
     acceleration.resize(n);
-    for (std::size_t i = 0; i < n; ++i) {
-      const auto b = cubic_bounds(h, q0[i], v0[i], a0[i], q1[i], v1[i], a1[i]);
-      speed[i] = b.speed;
-      acceleration[i] = b.acceleration;
-    }
+    using Pair = double __attribute__((vector_size(16)));
+    const auto bound = [&]<class T>(std::size_t i, const T&) {
+      const auto at = [i](const double* x) {
+        T value;
+        std::memcpy(&value, x + i, sizeof value);
+        return value;
+      };
+      const auto b = cubic_bounds(h, at(q0), at(v0), at(a0), at(q1), at(v1), at(a1));
+      std::memcpy(&speed[i], &b.speed, sizeof(T));
+      std::memcpy(&acceleration[i], &b.acceleration, sizeof(T));
+    };
+    std::size_t i = 0;
+    for (; i + 2 <= n; i += 2) bound(i, Pair{});
+    if (i < n) bound(i, 0.0);
   }
   /// Widens the bounds for an interpolant whose rate of coordinate i differs from that cubic by up
   /// to `apart`, and whose derivative differs by up to `steep` times that over the step's length.

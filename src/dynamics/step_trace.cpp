@@ -10,17 +10,16 @@ namespace {
 constexpr int most_rows = 24;
 static_assert(most_step_contacts >= most_rows);
 
-/// Outputs the entries that are not the ones a new evaluation has.
-void put_changed(Trace& trace, int array, const std::vector<Traced>& x, const std::vector<Traced>& fresh) {
+}  // namespace
+
+void SystemTracer::put_changed(Trace& trace, int array, const List& x, const List& fresh) {
   for (std::size_t i = 0; i < x.size(); ++i)
     if (!x[i].is_constant() || x[i].value != fresh[i].value) trace.output(array, static_cast<int>(i), x[i]);
 }
 
-void put_row(Trace& trace, int array, const SparseRowOf<Traced>& row) {
+void SystemTracer::put_row(Trace& trace, int array, const SparseRowOf<Traced>& row) {
   for (int i = 0; i < row.size; ++i) trace.output(array, i, row.value[i]);
 }
-
-}  // namespace
 
 bool SystemTracer::iterates(const System& system) { return system.has_velocity_forces() || system.sweeps(); }
 

@@ -54,6 +54,27 @@ struct StepFunctions {
   std::vector<CompiledFunction> responses, pushes;  ///< of each contact
 };
 
+/// Functions of a right-hand side, which evaluate everything at one state (dynamics/motion_kernel.hpp).
+///
+///     motion:  in t, q, v, z
+///              out cosine, sine, Φ, Φ_t, G, γ, f, powers, F, least pivot ratio of each block, G again,
+///              a, λ, power of drives
+///     state:   in t, q, v, z, (2α, β²)
+///              out as before, but G v + Φ_t and γ − 2α (G v + Φ_t) − β² Φ in place of a and λ
+///     slide:   in F, G, q, v, cosine, sine, a, λ, −s μ, power of drives, Φ_t
+///              out gap, rows and γ's of a contact; a, λ with its force; mobility, λ_N, power of
+///              drives, u_T
+///
+/// The slide is that of the only closed contact, or its contact without friction. The power of drives
+/// has the reactions' part.
+struct MotionFunctions {
+  CompiledFunction motion = nullptr, state = nullptr;
+  std::vector<CompiledFunction> slides;  ///< of each contact
+};
+
+/// The scheme for which larger functions are traced besides those of a System.
+enum class TracedFor { any, fixed_steps, event_driven, penalty };
+
 struct SystemFunctions {
   struct Contact {
     CompiledFunction function = nullptr;
@@ -69,6 +90,7 @@ struct SystemFunctions {
   std::vector<double> constants;
   std::shared_ptr<const void> object;  ///< keeps the functions loaded
   long refused = 0;                    ///< calls in which a guard failed
+  MotionFunctions motion;
 };
 
 /// The traced functions of a System, before they are compiled.
@@ -84,6 +106,11 @@ struct TracedSystem {
   bool place_in_pieces = false, forces_in_pieces = false, forces_over_step = false;
   /// Whether rows and forces depend on them (Reading).
   bool place_reads_pieces = false, reads_pieces = false, reads_steps = false;
+  bool motion = false, state = false;
+  /// Whether functions of another one may be called with the constants of this one.
+  bool same_structure(const TracedSystem& o) const {
+    return steps == o.steps && motion == o.motion && state == o.state && object.same_structure(o.object);
+  }
   std::vector<Contact> contacts;
   int factors = 0;          ///< of the saddle point (SolveFunctions)
   std::vector<int> ratios;  ///< likewise
@@ -97,10 +124,10 @@ struct TracedSystem {
 
 /// Traces a System near a state. Coordinates that one constraint row alone holds at a constant
 /// value are constants, and guards check their values. `facts`: those of the saddle points.
-/// `steps`: also the functions of StepFunctions. `like`: that of a System that probably has the same
-/// structure, or null; it makes no difference but in time.
-TracedSystem trace_system(const System& system, const State& near, RowFacts facts, bool steps = false,
-                          const TracedSystem* like = nullptr);
+/// `like`: that of a System that probably has the same structure, or null; it makes no difference but in
+/// time.
+TracedSystem trace_system(const System& system, const State& near, RowFacts facts,
+                          TracedFor scheme = TracedFor::any, const TracedSystem* like = nullptr);
 
 /// A state and others near it.
 inline constexpr int states_compared = 5;

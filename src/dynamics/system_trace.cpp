@@ -55,7 +55,7 @@ bool traced(std::vector<std::string>& untraced, const std::string& what, F f) {
 
 }  // namespace
 
-TracedSystem trace_system(const System& system, const State& near, RowFacts facts, bool steps,
+TracedSystem trace_system(const System& system, const State& near, RowFacts facts, TracedFor scheme,
                           const TracedSystem* like) {
   TracedSystem s;
   if (like) s.object = TracedObject(0, &like->object);
@@ -98,7 +98,8 @@ TracedSystem trace_system(const System& system, const State& near, RowFacts fact
     if (!s.solves) s.untraced.emplace_back("linear system: a block has too many rows");
   });
   s.steps_again = SystemTracer::iterates(system);
-  if (steps && s.solves && s.untraced.empty() && SystemTracer::steps(system))
+  if (!s.solves || !s.untraced.empty()) return s;
+  if (scheme == TracedFor::fixed_steps && SystemTracer::steps(system))
     s.steps = traced(s.untraced, "time steps", [&] {
       // The correction onto the constraints must be as small as in a run.
       SystemTracer close(system, near, 1e-6);
@@ -106,6 +107,11 @@ TracedSystem trace_system(const System& system, const State& near, RowFacts fact
       close.place(unused);
       close.step(object, saddle);
     });
+  // Forces of films and of joints with friction come between the state and the solution.
+  if (scheme == TracedFor::event_driven && SystemTracer::motions(system))
+    s.motion = traced(s.untraced, "right-hand sides", [&] { tracer.motion(object, saddle); });
+  if (scheme == TracedFor::penalty && SystemTracer::points(system))
+    s.state = traced(s.untraced, "right-hand sides", [&] { tracer.state(object, saddle); });
   return s;
 }
 
@@ -141,6 +147,11 @@ SystemFunctions TracedSystem::functions(const CompiledFunction* table) const {
       f.step.pushes.push_back(*table++);
     }
   }
+  if (motion) {
+    f.motion.motion = *table++;
+    for (std::size_t k = 0; k < contacts.size(); ++k) f.motion.slides.push_back(*table++);
+  }
+  if (state) f.motion.state = *table++;
   return f;
 }
 

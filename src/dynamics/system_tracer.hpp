@@ -145,6 +145,16 @@ class SystemTracer {
   /// Records all functions of a step, or throws NotTraceable with none of them in the object.
   void step(TracedObject& object, const SaddlePoint& saddle);
   ///@}
+  /// @name Right-hand sides (system_functions.hpp), in motion_trace.cpp
+  ///@{
+  /// Whether right-hand sides depend on the state alone, and not on pieces of tables and curves.
+  static bool points(const System& system);
+  /// Whether the right-hand sides of the event-driven scheme can be one function.
+  static bool motions(const System& system);
+  /// Record all functions, or throw NotTraceable with none of them in the object.
+  void motion(TracedObject& object, const SaddlePoint& saddle);
+  void state(TracedObject& object, const SaddlePoint& saddle);
+  ///@}
   /// Records the functions of LaneFunctions, in lane_trace.cpp.
   void lanes(TracedObject& object, const SaddlePoint& saddle);
   int lane_factors() const { return static_cast<int>(step_F_.size()); }
@@ -160,6 +170,8 @@ class SystemTracer {
 
  private:
   using List = std::vector<Traced>;
+  void slide(TracedObject& object, const SaddlePoint& saddle, int contact) const;
+  EvaluationOf<Traced> whole_state(Trace& trace, const SaddlePoint& saddle, List& v);
   void step_middle(TracedObject& object, const SaddlePoint& saddle);
   void step_again(TracedObject& object, const SaddlePoint& saddle);
   void step_end(TracedObject& object, const SaddlePoint& saddle);
@@ -167,6 +179,9 @@ class SystemTracer {
   void step_response(TracedObject& object, const SaddlePoint& saddle, int contact);
   void response(const SaddlePoint& saddle, const List& G, const List& F, const SparseRowOf<Traced>& row,
                 List& a, List& lambda) const;
+  /// Outputs the entries that are not those of a new evaluation.
+  static void put_changed(Trace& trace, int array, const List& x, const List& fresh);
+  static void put_row(Trace& trace, int array, const SparseRowOf<Traced>& row);
   static SparseRowOf<Traced> row_of(Trace& trace, const SparseRowOf<Traced>& row, int array);
   /// The greatest |Φ| in m and in rad.
   List residuals(const EvaluationOf<Traced>& e) const;

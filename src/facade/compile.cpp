@@ -5,6 +5,7 @@
 #include <cstdlib>
 #include <string_view>
 
+#include "dynamics/motion_kernel.hpp"
 #include "dynamics/system_functions.hpp"
 #include "formulations/time_stepping/step_check.hpp"
 #include "io/files/compiled_object.hpp"
@@ -34,8 +35,7 @@ std::shared_ptr<const CompiledStructure> CompiledStructures::latest() const {
 std::shared_ptr<const CompiledStructure> CompiledStructures::find(const TracedSystem& traced) {
   const std::lock_guard lock(mutex_);
   for (const auto& one : all_)
-    if (one->traced.steps == traced.steps && one->traced.object.same_structure(traced.object))
-      return latest_ = one;
+    if (one->traced.same_structure(traced)) return latest_ = one;
   return nullptr;
 }
 
@@ -46,10 +46,10 @@ void CompiledStructures::add(std::shared_ptr<const CompiledStructure> structure)
 }
 
 std::optional<CompiledRun> compile_system(System& system, const State& near, RowFacts facts, StopToken stop,
-                                          bool steps, CompiledStructures* structures, bool only_known) {
+                                          TracedFor scheme, CompiledStructures* structures, bool only_known) {
   CompiledRun found;
   const auto like = structures ? structures->latest() : nullptr;
-  auto traced = trace_system(system, near, facts, steps, like ? &like->traced : nullptr);
+  auto traced = trace_system(system, near, facts, scheme, like ? &like->traced : nullptr);
   found.general_parts = traced.untraced;
   if (traced.object.functions() == 0) {
     found.reason = "no part of the mechanism can be compiled";
@@ -72,6 +72,7 @@ std::optional<CompiledRun> compile_system(System& system, const State& near, Row
   const bool same = known && structure->traced.object.constants() == traced.object.constants();
   const int states = same ? 0 : known ? 1 : states_compared;
   if (differing_quantities(system, functions, near, facts, states) > 0 ||
+      differing_motions(system, functions, near, facts, states) > 0 ||
       (functions.step.middle && differing_steps(system, functions, near, facts, states) > 0)) {
     found.reason = "the compiled functions give other digits, as with a program built for fused multiply-add";
     return found;

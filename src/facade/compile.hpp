@@ -39,11 +39,11 @@ struct CompiledStructure {
 };
 /// Traces, compiles and checks a System near a state, and attaches the functions. Returns what became
 /// of it; `from` is left to the caller. Nothing if `only_known` is set and `structures` do not have it.
-/// `steps`: also whole time steps of fixed length. `structures`: known ones, to which it is added, or
+/// `scheme`: of the run. `structures`: known ones, to which it is added, or
 /// null; of a known one nothing is compiled, and the check has one state only, or none if its constants
 /// are equal, too.
 std::optional<CompiledRun> compile_system(System& system, const State& near, RowFacts facts, StopToken stop,
-                                          bool steps = false, CompiledStructures* structures = nullptr,
+                                          TracedFor scheme = TracedFor::any, CompiledStructures* structures = nullptr,
                                           bool only_known = false);
 
 /// A system that may run in lanes, with its compiled functions attached.

@@ -147,10 +147,13 @@ RowFacts Simulation::Implementation::facts() {
 }
 
 void Simulation::Implementation::compile_now(const StopToken& stop, bool only_known) {
-  const auto& time_stepping = scene.nonsmooth;
-  const bool steps = family == Family::nonsmooth && time_stepping.step &&
-                     time_stepping.scheme_in_force() == Scheme::moreau_jean;
-  compiled = compile_system(system, start, facts(), stop, steps, structures, only_known);
+  const auto& nonsmooth = scene.nonsmooth;
+  auto scheme = TracedFor::penalty;
+  if (family == Family::nonsmooth) {
+    const bool fixed = nonsmooth.scheme_in_force() == Scheme::moreau_jean;
+    scheme = !fixed ? TracedFor::event_driven : nonsmooth.step ? TracedFor::fixed_steps : TracedFor::any;
+  }
+  compiled = compile_system(system, start, facts(), stop, scheme, structures, only_known);
   if (compiled) compiled->from = form->state().t;
 }
 

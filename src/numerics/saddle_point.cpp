@@ -138,6 +138,11 @@ void SaddlePoint::take_compiled() {
   }
 }
 
+void SaddlePoint::take_compiled(const double* least) {
+  compiled_ = true;
+  for (auto& part : parts_) part.block.factored_elsewhere(*least++);
+}
+
 bool SaddlePoint::factor_compiled(const double* G_values) {
   const auto room = compiled_room();
   if (!room.usable) return false;

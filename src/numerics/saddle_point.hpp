@@ -70,6 +70,8 @@ class SaddlePoint {
   CompiledRoom compiled_room();
   /// Uses what such a function has put there.
   void take_compiled();
+  /// The same, where it gives the least pivot ratio of each block.
+  void take_compiled(const double* least);
   const double* compiled_factors() const { return factors_.data(); }
 
   /// Factorises with new values of G. Returns false if that is impossible (values not finite).

@@ -51,7 +51,7 @@ TEST_CASE("random scenes: compiled steps have the digits of general ones", "[com
     System system(scene.mechanism);
     const auto start = assemble(scene.mechanism, scene.run.start);
     const RowFacts facts{!redundant_rows(system, start.q).empty(), true};
-    const auto traced = trace_system(system, start, facts, true);
+    const auto traced = trace_system(system, start, facts, TracedFor::fixed_steps);
     if (!traced.steps) continue;
     const auto object = compiled_object(traced.object.text(), traced.object.functions());
     REQUIRE(object.reason.empty());

@@ -1,0 +1,189 @@
+#include "dynamics/motion_kernel.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "dynamics/system_functions.hpp"
+#include "dynamics/system_tracer.hpp"
+
+namespace freeplay {
+
+/// Collects the addresses; they are not usable if rows are eliminated otherwise.
+bool MotionKernel::prepare(const System& system, SaddlePoint& saddle, Evaluation& e) {
+  saddle_ = &saddle;
+  e_ = &e;
+  object_ = system.functions().object.get();
+  const auto room = saddle.compiled_room();
+  usable_ = room.usable;
+  if (!usable_) return false;
+  std::ranges::copy(e.G, room.G);  // the functions write entries that are not constant
+  least_.assign(static_cast<std::size_t>(saddle.blocks()), 1);
+  out_ = {e.cosine.data(), e.sine.data(),  e.phi.data(),   e.phi_t.data(), e.G.data(),
+          e.gamma.data(),  e.force.data(), &e.power.drive, &e.power.load,  &e.power.damping,
+          room.factors,    least_.data(),  room.G};
+  return true;
+}
+
+bool MotionKernel::call(CompiledFunction function, const System& system, SaddlePoint& saddle, Evaluation& e,
+                        const double* const* in, double* first, double* second, double* drive) {
+  auto& functions = system.functions();
+  if (saddle_ == &saddle && e_ == &e && object_ == functions.object.get()) {
+    if (!usable_) return false;
+  } else if (!prepare(system, saddle, e)) {
+    return false;
+  }
+  out_[13] = first;
+  out_[14] = second;
+  out_[15] = drive;
+  if (function(functions.constants.data(), in, out_.data()) != 0) {
+    ++functions.refused;
+    return false;
+  }
+  saddle.take_compiled(least_.data());
+  return true;
+}
+
+bool MotionKernel::motion(const System& system, SaddlePoint& saddle, Evaluation& e, const At& at, double* a,
+                          double* lambda, double& drive) {
+  const auto function = system.functions().motion.motion;
+  if (!function) return false;
+  const double* in[] = {&at.t, at.q, at.v, at.z};
+  return call(function, system, saddle, e, in, a, lambda, &drive);
+}
+
+bool MotionKernel::state(const System& system, SaddlePoint& saddle, Evaluation& e, const At& at,
+                         const double* terms, double* rate, double* r) {
+  const auto function = system.functions().motion.state;
+  if (!function) return false;
+  const double* in[] = {&at.t, at.q, at.v, at.z, terms};
+  return call(function, system, saddle, e, in, rate, r, nullptr);
+}
+
+bool MotionKernel::slide(const System& system, int k, const At& at, double factor, ContactRow& row, double* a,
+                         double* lambda, Slide& found) {
+  auto& functions = system.functions();
+  const auto contact = static_cast<std::size_t>(k);
+  const double* in[] = {out_[10], out_[12], at.q,    at.v,    out_[0], out_[1],
+                        a,        lambda,   &factor, out_[7], out_[3]};
+  double* out[] = {&row.gap, row.normal.value.data(), row.tangent.value.data(), &row.gamma_n, &row.gamma_t, a,
+                   lambda,   &found.mobility};
+  if (functions.motion.slides[contact](functions.constants.data(), in, out) != 0) {
+    ++functions.refused;
+    return false;
+  }
+  const auto& pattern = functions.contacts[contact].pattern;
+  row.normal.size = pattern.normal.size;
+  row.normal.column = pattern.normal.column;
+  row.tangent.size = pattern.tangent.size;
+  row.tangent.column = pattern.tangent.column;
+  row.film.size = row.spin.size = 0;
+  return true;
+}
+
+namespace {
+
+/// All quantities at one state, in one order; `kernel`: by the compiled functions, else by the templates.
+std::vector<double> motion_quantities(const System& system, const SystemFunctions& asked, const State& at,
+                                      RowFacts facts, bool compiled) {
+  SaddlePoint saddle(system.mass(), system.pattern(), SolvePath::automatic, facts);
+  if (compiled) saddle.use(system.solve_functions());
+  std::vector<double> all;
+  const auto put = [&](const auto& list) { all.insert(all.end(), list.begin(), list.end()); };
+  const double *q = at.q.data(), *v = at.v.data();
+  auto e = system.make_evaluation();
+  const auto n = e.force.size(), m = e.gamma.size();
+  std::vector<double> a(n), lambda(m), rate(m), r(m);
+  constexpr std::array terms{10.0, 25.0};
+  const double factor = -0.03;
+  MotionKernel kernel;
+  const MotionKernel::At place{at.t, q, v, at.z.data()};
+  const auto put_state = [&] {
+    for (const auto* list : {&e.cosine, &e.sine, &e.phi, &e.phi_t, &e.G, &e.gamma, &e.force}) put(*list);
+    put(std::array{e.power.drive, e.power.load, e.power.damping, saddle.nearest_singular()});
+  };
+  const auto evaluate = [&] {
+    system.place(at.t, q, e);
+    system.rate(q, v, e);
+    system.forces(at.t, q, v, at.z.data(), e);
+    return saddle.factor(e.G.data());
+  };
+  if (asked.motion.state) {
+    const bool known =
+        compiled ? kernel.state(system, saddle, e, place, terms.data(), rate.data(), r.data()) : evaluate();
+    if (!known && compiled) return {};
+    if (!compiled)
+      for (std::size_t k = 0; k < m; ++k) {
+        rate[k] = row_dot(system.pattern(), e.G.data(), static_cast<int>(k), v) + e.phi_t[k];
+        r[k] = e.gamma[k] - terms[0] * rate[k] - terms[1] * e.phi[k];
+      }
+    saddle.solve(e.force.data(), r.data(), a.data(), lambda.data());
+    put_state();
+    for (const auto* list : {&rate, &r, &a, &lambda}) put(*list);
+  }
+  if (!asked.motion.motion) return all;
+  double drive = 0;
+  const auto free = [&] {
+    if (compiled) return kernel.motion(system, saddle, e, place, a.data(), lambda.data(), drive);
+    if (!evaluate()) return false;
+    saddle.solve(e.force.data(), e.gamma.data(), a.data(), lambda.data());
+    drive = e.power.drive;
+    for (std::size_t k = 0; k < m; ++k) drive += lambda[k] * e.phi_t[k];
+    return true;
+  };
+  for (int k = -1; k < system.contacts(); ++k) {
+    if (!free()) return {};
+    if (k < 0) put_state();
+    ContactRow row;
+    MotionKernel::Slide slide{};
+    if (k >= 0 && compiled) {
+      if (!kernel.slide(system, k, place, factor, row, a.data(), lambda.data(), slide)) return {};
+    } else if (k >= 0) {
+      std::vector<double> x(n), reaction(m);
+      system.contact(k, q, v, e, row);
+      saddle.respond(row.normal, row.tangent.size > 0 ? &row.tangent : nullptr, factor, x.data(),
+                     reaction.data());
+      slide.mobility = row.normal.dot(x.data());
+      slide.force = (row.gamma_n - row.normal.dot(a.data())) / slide.mobility;
+      slide.drive = e.power.drive;
+      for (std::size_t i = 0; i < n; ++i) a[i] += slide.force * x[i];
+      for (std::size_t i = 0; i < m; ++i) {
+        lambda[i] += slide.force * reaction[i];
+        slide.drive += lambda[i] * e.phi_t[i];
+      }
+      slide.sliding = row.tangent.dot(v);
+    }
+    put(a);
+    put(lambda);
+    put(std::array{drive, row.gap, row.gamma_n, row.gamma_t, slide.mobility, slide.force, slide.drive,
+                   slide.sliding});
+    for (const auto* x : {&row.normal, &row.tangent})
+      for (int i = 0; i < x->size; ++i) put(std::array{static_cast<double>(x->column[i]), x->value[i]});
+  }
+  return all;
+}
+
+}  // namespace
+
+long differing_motions(System& system, const SystemFunctions& functions, const State& near, RowFacts facts,
+                       int states) {
+  if (!functions.motion.motion && !functions.motion.state) return 0;
+  const auto still = still_coordinates(system, near);
+  long differing = 0;
+  // At the start itself a journal may be concentric, where no function is used.
+  for (unsigned seed = 1; seed <= static_cast<unsigned>(states); ++seed) {
+    auto at = moved(system, near, still, seed);
+    at.z.resize(static_cast<std::size_t>(system.states()));
+    system.attach({});
+    const auto expected = motion_quantities(system, functions, at, facts, false);
+    system.attach(functions);
+    const auto found = motion_quantities(system, functions, at, facts, true);
+    if (found.empty()) continue;  // a guard failed
+    if (found.size() != expected.size()) ++differing;
+    for (std::size_t i = 0; i < found.size() && i < expected.size(); ++i)
+      if (!(found[i] == expected[i] || (std::isnan(found[i]) && std::isnan(expected[i])))) ++differing;
+  }
+  system.attach({});
+  return differing;
+}
+
+}  // namespace freeplay

@@ -1,0 +1,108 @@
+// Compiled right-hand sides (dynamics/motion_trace.cpp) against the templates of System and the
+// general solution of the linear system, and whole runs with and without them. The expected digits are
+// those of the general path, which other tests compare with closed forms.
+#include <catch2/catch.hpp>
+#include <cstdlib>
+#include <string>
+
+#include "dynamics/assembly/assembly.hpp"
+#include "dynamics/assembly/redundancy.hpp"
+#include "dynamics/motion_kernel.hpp"
+#include "dynamics/system.hpp"
+#include "dynamics/system_functions.hpp"
+#include "facade/simulation.hpp"
+#include "io/files/compiled_object.hpp"
+#include "mechanism/scene.hpp"
+#include "verification/random_scenes/scene.hpp"
+#include "verification/support/support.hpp"
+
+using namespace freeplay;
+namespace rs = freeplay::verification::random_scenes;
+
+namespace {
+
+struct MotionCacheForTests {
+  MotionCacheForTests() { setenv("XDG_CACHE_HOME", folder.path().c_str(), 1); }
+  ~MotionCacheForTests() { unsetenv("XDG_CACHE_HOME"); }
+  test::TemporaryFolder folder;
+};
+
+}  // namespace
+
+TEST_CASE("random scenes: compiled right-hand sides have the digits of general ones", "[compiled][program]") {
+  const MotionCacheForTests cache;
+  int whole = 0, contacts = 0, jointed = 0, noticed = 0;
+  for (int index = 0; index < 24; ++index) {
+    const auto drawn = rs::draw(12, index);
+    INFO(drawn.kind << " " << index);
+    const auto scene = rs::scene_for(drawn, rs::ways(drawn.suite).front());
+    System system(scene.mechanism);
+    const auto start = assemble(scene.mechanism, scene.run.start);
+    const RowFacts facts{!redundant_rows(system, start.q).empty(), true};
+    for (const auto scheme : {TracedFor::event_driven, TracedFor::penalty}) {
+      const auto traced = trace_system(system, start, facts, scheme);
+      if (!traced.motion && !traced.state) continue;
+      CHECK(traced.motion == (scheme == TracedFor::event_driven));
+      const auto object = compiled_object(traced.object.text(), traced.object.functions());
+      REQUIRE(object.reason.empty());
+      auto functions = traced.functions(object.table);
+      functions.object = object.library;
+      ++whole;
+      contacts += system.contacts() > 0;
+      CHECK(differing_motions(system, functions, start, facts, 3) == 0);
+      for (double& k : functions.constants)
+        for (const double mass : system.mass())
+          if (k == 1 / mass) k *= 1 + 1e-12;
+      if (system.rows() == 0) continue;  // free bodies without forces have no accelerations
+      ++jointed;
+      noticed += differing_motions(system, functions, start, facts, 3) > 0;
+    }
+  }
+  CAPTURE(whole, contacts, jointed, noticed);
+  CHECK(whole >= 15);
+  CHECK(contacts >= 10);
+  CHECK(jointed >= 10);
+  CHECK(noticed == jointed);
+}
+
+TEST_CASE("runs with compiled right-hand sides: impacts, two clearances, and friction that sticks",
+          "[compiled][program]") {
+  const MotionCacheForTests cache;
+  for (const char* name : {"flores2011", "four-bar", "block-on-slope"})
+    for (const char* formulation : {"nonsmooth", "penalty"}) {
+      const bool stiff = name != std::string("block-on-slope");  // it has no stiffness of its contacts
+      if (!stiff && formulation == std::string("penalty")) continue;
+      CAPTURE(name, formulation);
+      auto scene = read_scene(test::source_folder() / "cases" / name / "scene.toml");
+      scene.nonsmooth.scheme = Scheme::event_driven;
+      scene.run.duration = 0.1;
+      scene.run.discard = 0;
+      if (name == std::string("four-bar")) {
+        auto& joints = scene.mechanism.joints;
+        std::get<RevoluteJoint>(joints[1]).clearance = std::get<RevoluteJoint>(joints[2]).clearance;
+      }
+      const SimulationOptions by_compiled{.compile = Compile::always}, by_general{.compile = Compile::never};
+      const auto a = Simulation(scene, formulation, by_compiled).run(),
+                 b = Simulation(scene, formulation, by_general).run();
+      CHECK(a.compiled.used);
+      CHECK(a.compiled.refused <= a.work.rhs / 50);
+      CHECK(a.final_state.q == b.final_state.q);
+      CHECK(a.final_state.v == b.final_state.v);
+      CHECK(a.work.rhs == b.work.rhs);
+      CHECK(a.work.factorisations == b.work.factorisations);
+      CHECK(a.work.steps == b.work.steps);
+      CHECK(a.events.size() == b.events.size());
+      CHECK(a.ledger.drive == b.ledger.drive);
+      CHECK(a.ledger.friction == b.ledger.friction);
+      CHECK(a.ledger.closure() == b.ledger.closure());
+      Simulation first(scene, formulation, by_compiled), second(scene, formulation, by_general),
+          whole(scene, formulation, by_general);
+      first.run({.until = 0.05});
+      second.restore(first.snapshot());
+      second.run();
+      whole.run({.until = 0.05});
+      whole.run();
+      CHECK(second.state().q == whole.state().q);
+      CHECK(second.state().v == whole.state().v);
+    }
+}
