@@ -69,8 +69,10 @@ void ActiveRows::share(const Eigen::VectorXd& weight) {
 
 void ActiveRows::apply(double* a, double* lambda) const {
   for (int r = 0; r < used_; ++r) {
-    for (int i = 0; i < n_; ++i) a[i] += x[r] * response(r)[i];
-    for (int k = 0; k < m_; ++k) lambda[k] += x[r] * reaction(r)[k];
+    const double force = x[r];
+    const double *own = response(r), *reactions = reaction(r);
+    for (int i = 0; i < n_; ++i) a[i] += force * own[i];
+    for (int k = 0; k < m_; ++k) lambda[k] += force * reactions[k];
   }
 }
 

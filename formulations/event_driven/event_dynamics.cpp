@@ -33,8 +33,9 @@ void EventDynamics::rate(const Vector& x, Vector& dxdt, double t, bool compiled)
     integral[drive] = known.drive;
   else
     for (int k = 0; k < m; ++k) integral[drive] += lambda[k] * e.phi_t[k];
-  system.flow(t, x.data(), v, x.data() + state_offset(), dxdt.data() + state_offset(),
-              {nullptr, phases.pieces()});
+  if (system.states() > 0)
+    system.flow(t, x.data(), v, x.data() + state_offset(), dxdt.data() + state_offset(),
+                {nullptr, phases.pieces()});
   double* impulse = dxdt.data() + impulse_offset();
   for (const auto& c : contacts) {
     *impulse++ = c.lambda_n;

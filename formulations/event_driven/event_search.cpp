@@ -145,11 +145,12 @@ void EventSearch::find_limit_events(EventDynamics& d, const Method& m, ModeEvent
 /// Lists the values that must stay positive in the present mode, from the last evaluation of the
 /// dynamics.
 void EventSearch::watch(const EventDynamics& d, const Vector& x, Vector& values) {
-  values.clear();
-  watched_.clear();
+  std::size_t number = 0;
   const auto put = [&](ModeEvent::Kind kind, int k, double value) {
-    watched_.push_back({kind, k, 0});
-    values.push_back(value);
+    if (number == watched_.size()) watched_.emplace_back();
+    if (number == values.size()) values.emplace_back();
+    watched_[number] = {kind, k, 0};
+    values[number++] = value;
   };
   const double* v = x.data() + d.system.n();
   for (int k = 0; k < d.system.contacts(); ++k) {
@@ -170,6 +171,8 @@ void EventSearch::watch(const EventDynamics& d, const Vector& x, Vector& values)
     else
       put(ModeEvent::Kind::slide_slip, k, p.slip * p.rate);
   }
+  watched_.resize(number);
+  values.resize(number);
 }
 
 void EventSearch::values_at(EventDynamics& d, const Method& m, double t, Vector& values) {

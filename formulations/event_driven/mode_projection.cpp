@@ -32,8 +32,11 @@ void ModeProjection::move(ModeEquations& d, double* y) {
     for (int r = 0; r < rows.used(); ++r) rows.b[r] = -rows.b[r] - rows.row(r).dot(change_.data());
     rows.fill_symmetric();
     rows.solve();
-    for (int r = 0; r < rows.used(); ++r)
-      for (int i = 0; i < n; ++i) change_[i] += rows.x[r] * rows.response(r)[i];
+    for (int r = 0; r < rows.used(); ++r) {
+      const double force = rows.x[r];
+      const double* response = rows.response(r);
+      for (int i = 0; i < n; ++i) change_[i] += force * response[i];
+    }
   }
   for (int i = 0; i < n; ++i) y[i] += change_[i];
 }

@@ -168,17 +168,18 @@ void PenaltyDynamics::operator()(const Vector& x, Vector& dxdt, double t) {
   std::ranges::copy(terms_.bristle_rate, dxdt.begin() + bristle_offset());
   std::ranges::copy(terms_.flow, dxdt.begin() + state_offset());
   double* integral = dxdt.data() + integral_offset();
-  integral[drive] = e.power.drive;
   integral[load] = e.power.load;
   integral[damping] = -e.power.damping;
   integral[contact_work] = terms_.contact_work;
   integral[friction_loss] = terms_.friction_loss;
   integral[film_loss] = terms_.film_loss;
-  integral[stabilisation] = 0;
+  double driving = e.power.drive, stabilising = 0;
   for (int k = 0; k < m; ++k) {
-    integral[drive] += lambda_[k] * e.phi_t[k];
-    integral[stabilisation] -= lambda_[k] * terms_.rate[k];
+    driving += lambda_[k] * e.phi_t[k];
+    stabilising -= lambda_[k] * terms_.rate[k];
   }
+  integral[drive] = driving;
+  integral[stabilisation] = stabilising;
 }
 
 /// Bound of the rounding error of r (m/s², rad/s²), from the magnitudes of γ and of Baumgarte's
@@ -330,7 +331,10 @@ void PenaltyDynamics::place_end(const Vector& x, double t) {
   end_.t = t;
   for (std::size_t k = 0; k < contacts_.size(); ++k)
     if (contacts_[k].closed) {
-      end_rows_[k] = terms_.rows[k];
+      const auto& row = terms_.rows[k];
+      end_rows_[k].gap = row.gap;
+      end_rows_[k].normal = row.normal;
+      end_rows_[k].tangent = row.tangent;
       end_known_[k] = 1;
     }
 }

@@ -196,7 +196,7 @@ class PenaltyDynamics {
   /// @name All contacts at one state, which is evaluated once
   ///@{
   void place_end(const Vector& x, double t);
-  /// Contact k at the x of the last place_end(), except its γ, which may be those of other velocities.
+  /// Gap, normal and tangent of contact k at the x of the last place_end().
   const ContactRow& end_row(int k, const Vector& x);
   /// Bounds of the motion of its gap within a step that ends there.
   GapMotion gap_motion(int k, const MotionBounds& bounds, const Vector& x) const {

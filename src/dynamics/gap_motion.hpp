@@ -43,8 +43,8 @@ struct CubicBounds {
 template <class T>
 CubicBounds<T> cubic_bounds(double h, const T& q0, const T& v0, const T& a0, const T& q1, const T& v1,
                             const T& a1) {
-  const auto size = [](const T& x) -> T { return x < T{} ? -x : x; };
   const auto more = [](const T& x, const T& y) -> T { return x < y ? y : x; };
+  const auto size = [&](const T& x) -> T { return more(x, -x); };
   const double third = h / 3, per = 1 / h;
   const T slope = 6 * per * (q1 - q0) - 3.0 * (v0 + v1), tilt = v1 - v0;
   return {

@@ -24,8 +24,10 @@ bool MotionKernel::prepare(const System& system, SaddlePoint& saddle, Evaluation
   return true;
 }
 
-bool MotionKernel::call(CompiledFunction function, const System& system, SaddlePoint& saddle, Evaluation& e,
-                        const double* const* in, double* first, double* second, double* drive) {
+[[gnu::always_inline]] inline bool MotionKernel::call(CompiledFunction function, const System& system,
+                                                      SaddlePoint& saddle, Evaluation& e,
+                                                      const double* const* in, double* first, double* second,
+                                                      double* drive) {
   auto& functions = system.functions();
   if (saddle_ == &saddle && e_ == &e && object_ == functions.object.get()) {
     if (!usable_) return false;
@@ -72,10 +74,13 @@ bool MotionKernel::slide(const System& system, int k, const At& at, double facto
     return false;
   }
   const auto& pattern = functions.contacts[contact].pattern;
-  row.normal.size = pattern.normal.size;
-  row.normal.column = pattern.normal.column;
-  row.tangent.size = pattern.tangent.size;
-  row.tangent.column = pattern.tangent.column;
+  const auto take_shape = [](SparseRow& to, const SparseRow& from) {
+    if (to.size == from.size) return;  // the columns of a pair never change
+    to.size = from.size;
+    to.column = from.column;
+  };
+  take_shape(row.normal, pattern.normal);
+  take_shape(row.tangent, pattern.tangent);
   row.film.size = row.spin.size = 0;
   return true;
 }
