@@ -38,6 +38,7 @@ template <class F>
   if (to) std::memcpy(to + i, out, (n - i) * sizeof(double));
 }
 
+// NOLINTNEXTLINE(readability-non-const-parameter)
 [[gnu::always_inline]] inline Pack& pack(double* x) { return *reinterpret_cast<Pack*>(x); }
 [[gnu::always_inline]] inline const Pack& pack(const double* x) { return *reinterpret_cast<const Pack*>(x); }
 
@@ -75,7 +76,7 @@ struct Correction {
           for (int i = 0; i < K; ++i) d -= beta[i] * pack(phi + pack_size * i);
           const Pack size = reinterpret_cast<Pack>(reinterpret_cast<PackBits>(d) & 0x7fffffffffffffff);
           most = size > most ? size : most;
-          undefined += d - d;
+          undefined += d * 0.0;
           const Pack y = pack(s.y_new + at) + weight * d;
           pack(s.y_new + at) = y;
           pack(out) = y * scale;
@@ -222,15 +223,13 @@ void AdamsHistory::choose_order(double h) {
   const double below = order_ >= 2 ? error(order_ - 1) : 3 * here,
                further = order_ > 2 ? error(order_ - 2) : 3 * here;
   if (order_ < most_order && order_ < known) error_above_ = error(order_ + 1);
-  if (known < order_) {
+  const bool lower = (order_ == 2 && below <= 0.5 * here) || (order_ > 2 && further < here && below < here) ||
+                     (order_ > 1 && below < here && error_above_ != 0);
+  const bool higher = order_ < most_order && error_above_ < (0.5 - 0.25 * order_ / most_order) * here;
+  if (known < order_ || (higher && !lower))
     ++order_;
-  } else if ((order_ == 2 && below <= 0.5 * here) || (order_ > 2 && further < here && below < here)) {
+  else if (lower)
     --order_;
-  } else if (order_ > 1 && below < here && error_above_ != 0) {
-    --order_;
-  } else if (order_ < most_order && error_above_ < (0.5 - 0.25 * order_ / most_order) * here) {
-    ++order_;
-  }
 }
 
 }  // namespace freeplay
