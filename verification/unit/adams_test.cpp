@@ -14,7 +14,7 @@ using namespace freeplay;
 namespace {
 
 /// A chain of n oscillators of the first order, driven, and stiffer in every other interval of time.
-struct Chain {
+struct OscillatorChain {
   bool stiff = false;
   long calls = 0;
   void operator()(const Vector& x, Vector& dxdt, double t) {
@@ -45,9 +45,10 @@ struct OdeintAdjuster {
   static double threshold() { return 0.9; }
 };
 
-class Reference {
+class OdeintReference {
  public:
-  Reference(const ErrorNorm& norm, double first) : norm_(norm), stepper_({norm.tolerance}), dt_(first) {}
+  OdeintReference(const ErrorNorm& norm, double first)
+      : norm_(norm), stepper_({norm.tolerance}), dt_(first) {}
   void restart(const Vector& x, double t, double h) {
     x_ = x;
     t_ = t;
@@ -60,7 +61,7 @@ class Reference {
     for (std::size_t i = 0; i < x.size(); ++i) y_[i] = x[i] / scale_[i];
     stepper_.reset();
   }
-  void step(Chain& f) {
+  void step(OscillatorChain& f) {
     const auto scaled = [&](const Vector& y, Vector& dydt, double t) {
       Vector x(y.size()), slope(y.size());
       for (std::size_t i = 0; i < y.size(); ++i) x[i] = y[i] * scale_[i];
@@ -95,9 +96,9 @@ TEST_CASE("the method of Adams has the digits of Odeint's stepper", "[integrator
       norm.absolute.assign(n < 5 ? n : n - 2, 0.5);  // the last ones have no error control
       norm.relative.assign(norm.absolute.size(), 1);
       const double first = 1e-4;
-      Chain f, g;
+      OscillatorChain f, g;
       Adams method(norm, first);
-      Reference reference(norm, first);
+      OdeintReference reference(norm, first);
       Vector x(n);
       for (std::size_t i = 0; i < n; ++i) x[i] = std::cos(static_cast<double>(i));
       method.start(f, 0, x);
