@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cstdlib>
 #include <string_view>
 
@@ -87,8 +88,9 @@ std::optional<LaneFunctions> compile_lanes(const std::vector<LaneCandidate>& can
   std::vector<LaneCheck> checks;
   for (const auto& one : candidates)
     checks.push_back({one.system, one.near, &one.traced->object.constants()});
-  if (checks.size() < 2) return {};
+  if (checks.empty()) return {};
   const auto& first = *candidates.front().traced;
+  if (static_cast<int>(checks.size()) < std::min(2, first.object.lanes())) return {};
   const auto object = compiled_object(first.object.text(), first.object.functions(), stop);
   if (!object.library) return {};
   auto functions = first.functions(object.table);

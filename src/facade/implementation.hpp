@@ -3,6 +3,7 @@
 #pragma once
 
 #include <chrono>
+#include <cmath>
 #include <memory>
 #include <optional>
 #include <string>
@@ -12,8 +13,10 @@
 #include "dynamics/system.hpp"
 #include "facade/compile.hpp"
 #include "facade/simulation.hpp"
+#include "formulations/single_lane.hpp"
 #include "mechanism/scene.hpp"
 #include "simulation/formulation.hpp"
+#include "simulation/occasional.hpp"
 #include "simulation/sensors.hpp"
 #include "simulation/trajectory.hpp"
 #include "simulation/watch.hpp"
@@ -44,6 +47,8 @@ struct Simulation::Implementation {
   RowFacts facts();
   /// Compiles the mechanism; the run continues with the same digits. `only_known`: as compile_system().
   void compile_now(const StopToken& stop, bool only_known = false);
+  /// Compiles the functions of single_lane.hpp. Null before the mechanism is compiled.
+  const SingleLane* single_lane(const StopToken& stop);
   /// Compiles it if the run is long enough by now.
   void compile_if_long(const StopToken& stop);
   Result summary(const Ending& ending) const;
@@ -61,6 +66,7 @@ struct Simulation::Implementation {
   Compile compile;
   std::optional<CompiledRun> compiled;  // once it was tried
   std::optional<TracedLanes> lanes;     // once it was in run_together()
+  std::optional<SingleLane> single;     // once it was tried
   CompiledStructures* structures = nullptr;
   bool looked = false;            // whether they have the structure
   std::optional<bool> redundant;  // whether constraint rows are, at the start; once it was asked
@@ -85,7 +91,7 @@ class Simulation::Implementation::Running {
 };
 
 /// Compiles the mechanism after a step, once the run is long enough.
-struct Simulation::Implementation::CompileObserver final : Observer {
+struct Simulation::Implementation::CompileObserver final : Observer, Occasional {
   CompileObserver(Implementation& s, StopToken stop) : simulation(s), token(std::move(stop)) {}
   void step(const Step&) override {
     try {
@@ -93,6 +99,7 @@ struct Simulation::Implementation::CompileObserver final : Observer {
     } catch (const Interrupted&) {  // the run ends after this step
     }
   }
+  double next() const override { return simulation.compiled ? INFINITY : -INFINITY; }
   Implementation& simulation;
   StopToken token;
 };
@@ -102,11 +109,15 @@ struct Simulation::Implementation::Underway {
   Underway(Implementation& s, const RunRequest& request);
   std::vector<Observer*> observers_of(const RunRequest& request);
   Result finish(const Ending& ending);
+  /// Time (s) up to which no observer needs steps, except the last one before it.
+  double next_shown() const;
 
   Implementation& simulation;
   double until;
   EventList list;
   CompileObserver compiler;
+  bool every_step = false;                    // whether an observer needs it
+  std::vector<const Occasional*> occasional;  // those that need some
   Watch watch;
   Running running;
   std::chrono::steady_clock::time_point wall;

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <array>
 #include <chrono>
+#include <cmath>
 #include <nlohmann/json.hpp>
 #include <vector>
 
@@ -19,6 +20,7 @@
 #include "io/files/sealed.hpp"
 #include "io/scene/located.hpp"
 #include "simulation/film_statistics.hpp"
+#include "simulation/occasional.hpp"
 #include "simulation/statistics.hpp"
 #include "simulation/windows.hpp"
 #include "values/diagnostic.hpp"
@@ -29,7 +31,7 @@ namespace {
 
 constexpr int checkpoint_version = 5;
 /// Calls the progress function about 200 times a run.
-class Progress final : public Observer {
+class Progress final : public Observer, public Occasional {
  public:
   Progress(std::function<void(double)> show, double duration) : show_(std::move(show)), duration_(duration) {}
   void step(const Step& step) override {
@@ -37,6 +39,7 @@ class Progress final : public Observer {
     next_ = step.t1 + duration_ / 200;
     show_(step.t1 / duration_);
   }
+  double next() const override { return next_; }
 
  private:
   std::function<void(double)> show_;
@@ -119,13 +122,14 @@ void write_checkpoint(const Simulation& simulation, const RunPlan& plan, Recorde
 
 /// Writes checkpoints. Must be the last observer of a run: the recorders have then received the
 /// step.
-class Checkpoints final : public Observer {
+class Checkpoints final : public Observer, public Occasional {
  public:
   Checkpoints(const Simulation& simulation, const RunPlan& plan, Recorders& recorders)
       : simulation_(simulation), plan_(plan), recorders_(recorders), last_(Clock::now()) {}
   void step(const Step& step) override {
     cut_ = step.cut();
-    if (!(plan_.checkpoint > 0) || cut_ || ++steps_ % 64 != 0) return;
+    if (!(plan_.checkpoint > 0) || cut_ || step.t1 < next_) return;
+    next_ = step.t1 + 64 * (step.t1 - step.t0);
     const auto now = Clock::now();
     if (std::chrono::duration<double>(now - last_).count() < plan_.checkpoint) return;
     write_checkpoint(simulation_, plan_, recorders_);
@@ -135,6 +139,7 @@ class Checkpoints final : public Observer {
   /// A stop request arrived while the recorders processed the last step. They have part of it only,
   /// so the run can be continued from the previous checkpoint only.
   bool cut() const { return cut_; }
+  double next() const override { return plan_.checkpoint > 0 ? next_ : INFINITY; }
 
  private:
   using Clock = std::chrono::steady_clock;
@@ -142,7 +147,7 @@ class Checkpoints final : public Observer {
   const RunPlan& plan_;
   Recorders& recorders_;
   Clock::time_point last_;
-  long steps_ = 0;
+  double next_ = -INFINITY;  // s, before which the clock is not read
   bool cut_ = false;
 };
 

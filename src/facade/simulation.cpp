@@ -15,13 +15,16 @@
 #include "facade/identify.hpp"
 #include "facade/implementation.hpp"
 #include "facade/simulation.hpp"
+#include "formulations/lanes.hpp"
 #include "formulations/make.hpp"
+#include "formulations/single_lane.hpp"
 #include "io/files/digest.hpp"
 #include "io/files/identity.hpp"
 #include "io/scene/write_scene.hpp"
 #include "mechanism/outside.hpp"
 #include "mechanism/scene.hpp"
 #include "simulation/clock.hpp"
+#include "simulation/occasional.hpp"
 #include "simulation/sensors.hpp"
 #include "simulation/trajectory.hpp"
 #include "simulation/watch.hpp"
@@ -157,6 +160,21 @@ void Simulation::Implementation::compile_now(const StopToken& stop, bool only_kn
   if (compiled) compiled->from = form->state().t;
 }
 
+const SingleLane* Simulation::Implementation::single_lane(const StopToken& stop) {
+  if (single || !compiled) return single ? &*single : nullptr;
+  single.emplace();
+  // Runs of a study share lanes with each other.
+  if (!compiled->used || structures || !fits_lanes(*form)) return &*single;
+  const auto traced = trace_lanes(system, start, facts(), 1);
+  if (!traced.traced) return &*single;
+  try {
+    if (auto made = compile_lanes({{&system, &start, facts(), &traced}}, stop))
+      *single = {std::move(*made), traced.object.constants()};
+  } catch (const Interrupted&) {  // the run ends after this step
+  }
+  return &*single;
+}
+
 void Simulation::Implementation::compile_if_long(const StopToken& stop) {
   if (compiled || compile != Compile::automatic) return;
   const long rhs = form->work().rhs;
@@ -277,7 +295,20 @@ std::vector<Observer*> Simulation::Implementation::Underway::observers_of(const 
       }))
     simulation.find_undetermined();
   if (!simulation.compiled && simulation.compile == Compile::automatic) observers.push_back(&compiler);
+  for (const auto* o : observers) {
+    const auto wants = o->wants();
+    const auto* some = dynamic_cast<const Occasional*>(o);
+    if (wants.forces || wants.samples || (wants.steps && !some)) every_step = true;
+    if (wants.steps && some) occasional.push_back(some);
+  }
   return observers;
+}
+
+double Simulation::Implementation::Underway::next_shown() const {
+  double next = INFINITY;
+  if (every_step) return -next;
+  for (const auto* o : occasional) next = std::min(next, o->next());
+  return next;
 }
 
 Result Simulation::Implementation::Underway::finish(const Ending& ending) {
@@ -300,7 +331,9 @@ Simulation& Simulation::operator=(Simulation&&) noexcept = default;
 
 Result Simulation::run(const RunRequest& request) {
   Implementation::Underway run(*it_, request);
-  return run.finish(it_->form->run(run.until, run.watch));
+  return run.finish(run_in_single_lane(
+      *it_->form, run.until, run.watch, [&] { return run.next_shown(); },
+      [&] { return run.every_step ? nullptr : it_->single_lane(request.stop); }));
 }
 
 const Scene& Simulation::scene() const { return it_->scene; }

@@ -299,12 +299,14 @@ long FunctionText::append(std::string& text) const {
 
 }  // namespace
 
+/// One lane is a plain number.
 std::string TracedObject::text() const {
+  const int wide = lanes_ > 1 ? lanes_ : 0;
   std::string text(head);
-  if (lanes_ > 0) text += head_of_lanes(lanes_);
-  if (!tables_.empty()) text += lanes_ > 0 ? look_ups_of_lanes(lanes_) : std::string(search);
-  for (const auto& f : functions_) FunctionText(*f, lanes_).append(text);
-  text += "int (*const freeplay_functions[])(" + parameters(lanes_) + ") = {";
+  if (wide > 0) text += head_of_lanes(wide);
+  if (!tables_.empty()) text += wide > 0 ? look_ups_of_lanes(wide) : std::string(search);
+  for (const auto& f : functions_) FunctionText(*f, wide).append(text);
+  text += "int (*const freeplay_functions[])(" + parameters(wide) + ") = {";
   for (const auto& f : functions_) text += f->name + ", ";
   text += "0};\nconst int freeplay_abi = 1;\n";
   return text;

@@ -26,6 +26,7 @@ class TrajectoryRows {
   /// `fresh`: the start is the first row; otherwise a run is continued.
   void begin(const Layout& layout, const State& state, bool fresh, RowSink& sink);
   void step(const Step& step, RowSink& sink);
+  double next() const { return grid_.next(); }  ///< s, time of the next row
   template <class M>
   void serialize(M& m) {
     m(grid_);

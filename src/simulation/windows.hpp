@@ -13,11 +13,12 @@
 #include <cmath>
 #include <vector>
 
+#include "simulation/occasional.hpp"
 #include "simulation/statistics.hpp"
 
 namespace freeplay {
 
-class WindowStatistics final : public Observer {
+class WindowStatistics final : public Observer, public Occasional {
  public:
   static constexpr int fewest = 4;  ///< batches needed for a standard error
   static constexpr int most = 16;   ///< batches stored
@@ -29,8 +30,7 @@ class WindowStatistics final : public Observer {
   /// values.
   void into(Result& result) const;
 
-  /// Time (s) up to which steps change nothing, except the last one before it.
-  double next() const { return std::isnan(before_.t) ? -INFINITY : start_of(marks_.size()); }
+  double next() const override { return std::isnan(before_.t) ? -INFINITY : start_of(marks_.size()); }
 
   void begin(const Layout& layout, const State& state) override;
   void step(const Step& step) override;

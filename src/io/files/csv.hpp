@@ -10,6 +10,7 @@
 
 #include "io/files/output_file.hpp"
 #include "simulation/observer.hpp"
+#include "simulation/occasional.hpp"
 #include "simulation/table_rows.hpp"
 
 namespace freeplay {
@@ -51,9 +52,10 @@ class FileObserver : public Observer {
 };
 
 /// trajectory.csv: state and contact positions at multiples of the output step.
-class TrajectoryCsv final : public FileObserver, RowSink {
+class TrajectoryCsv final : public FileObserver, public Occasional, RowSink {
  public:
   using FileObserver::FileObserver;
+  double next() const override { return rows_.next(); }
   void begin(const Layout& layout, const State& state) override;
   void step(const Step& step) override;
   void save(MemoryWriter& m) override;
