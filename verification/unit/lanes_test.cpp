@@ -94,8 +94,12 @@ class LaneScenes {
            pin("C", "between = [\"rod\", \"slider\"]\nat = [\"b\", [0, 0]]", 1) +
            "[joints.guide]\ntype = \"translational\"\nbetween = [\"ground\", \"slider\"]\nat = [[0, 0], [0, 0]]\n"
            "axis = [1, 0]\n" +
-           driven();
+           (heavy_ ? rope : "") + driven();
   }
+  // It slackens twice in each turn.
+  static constexpr const char* rope =
+      "[loads.rope]\ntype = \"spring-damper\"\nbetween = [\"ground\", \"slider\"]\nstiffness = 200\n"
+      "free_length = 0.3\none_way = \"pull\"\n";
   std::string chain() {
     std::string text, before = "ground", joints;
     for (int i = 0; i < bars_; ++i) {
