@@ -107,7 +107,7 @@ class FunctionText {
   using Guard = TracedFunction::Guard;
   std::string name_of(int node) const;
   std::string expression(const Node& node) const;
-  std::string failing(const Guard& guard) const;
+  std::string failing(const Guard& x) const;
   bool is_whole(int node) const;
 
   const std::string& name_;
