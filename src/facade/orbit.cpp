@@ -87,19 +87,18 @@ bool advance(ReturnMap& map, ReturnPoint& p, std::string& reason) {
 }
 
 /// Whether removed whole turns of bodies have wound up a spring.
-bool wound(const System& system, const ReturnMap& map, const ReturnPoint& p) {
-  auto change = p.end.state.q;
-  for (std::size_t i = 0; i < change.size(); ++i) change[i] -= p.state.q[i];
-  map.remove_shift(change);
-  auto end = p.state.q;
-  for (std::size_t i = 0; i < end.size(); ++i) end[i] += change[i];
-  const double before = system.potential(p.state.q.data()), after = system.potential(end.data());
-  const double size = std::max({std::abs(before), std::abs(after), p.end.kinetic});
+bool wound(const System& system, const ReturnPoint& p) {
+  constexpr double turn = 2 * std::numbers::pi;
+  auto unwound = p.end.state.q;
   bool turned = false;
-  for (int i = 2; i < system.n(); i += 3)
-    turned |= std::abs(p.end.state.q[static_cast<std::size_t>(i)] - p.state.q[static_cast<std::size_t>(i)]) >
-              std::numbers::pi;
-  return turned && std::abs(after - before) > 1e-6 * size;
+  for (std::size_t i = 2; i < unwound.size(); i += 3) {
+    const double turns = std::round((unwound[i] - p.state.q[i]) / turn);
+    turned |= turns != 0;
+    unwound[i] -= turns * turn;
+  }
+  const double before = system.potential(unwound.data());
+  const double size = std::max({std::abs(before), std::abs(p.end.potential), p.end.kinetic});
+  return turned && std::abs(p.end.potential - before) > 1e-6 * size;
 }
 
 bool is_equilibrium(const ReturnMap& map, const ReturnPoint& p) {
@@ -199,7 +198,10 @@ Orbit orbit(const Scene& scene, const OrbitRequest& request) {
     const double before = p.greatest;
     if (before == 0 || !advance(map, p, reason)) break;
     ++found.iterations;
-    if (p.greatest <= accepted && p.greatest > 0.5 * before) break;
+    if (p.greatest <= 0.5 * before) continue;
+    if (p.greatest <= accepted) break;
+    // The search has come to the errors of the steps, or it converges slowly.
+    if (p.end.stepped && p.greatest <= step_error(given, system, map, p, request.stop)) break;
   }
   found.state = p.state;
   if (p.failure.empty()) found.residual = p.greatest;
@@ -222,7 +224,7 @@ Orbit orbit(const Scene& scene, const OrbitRequest& request) {
   if (autonomous) found.period = map.length() / request.periods;
   if (autonomous && is_equilibrium(map, p))
     found.failure = "the state found is an equilibrium; start with more motion, or give another period";
-  else if (wound(system, map, p))
+  else if (wound(system, p))
     found.failure = "bodies advance by whole turns against a torsional spring: the motion is not periodic";
   else
     found.failure = refine(map, p, steps);

@@ -7,6 +7,7 @@
 #include <string>
 
 #include "verification/references/orbits.hpp"
+#include "verification/references/published/woodpecker.hpp"
 #include "verification/references/two_mass_oscillator.hpp"
 #include "verification/support/scene_text.hpp"
 
@@ -164,6 +165,58 @@ against = "time"
                      number(o.restitution), number(o.force), number(o.period()),
                      number(m.phase + o.frequency * o.period() / 2)) +
          test::run_for(1) + event_driven;
+}
+
+/// The woodpecker toy (cases/published/woodpecker) with its arms divided by `stretch`, inertias and stiffness by
+/// its square, and the same clearances: with a small stretch the published model, which is linear in the angles.
+inline std::string stretched_woodpecker(const reference::Woodpecker& toy) {
+  const auto number = [](long double x) { return static_cast<double>(x); };
+  const double a = -0.1034 * number(toy.stretch), b = -0.2788 * number(toy.stretch),
+               rate = -7.4583 * number(toy.stretch);
+  const double L = number(toy.l_M), G = number(toy.l_G);
+  const auto edge = [&](const char* name, double height) {
+    return fmt::format(R"([contacts.{}]
+type = "plane"
+between = ["ground", "sleeve"]
+at = [[{:.17g}, 0], [{:.17g}, {:.17g}]]
+axis = [0, -1]
+surface = "edge"
+)",
+                       name, number(toy.r_O), number(toy.r_M), height);
+  };
+  return "gravity = [0, -9.81]\n" +
+         test::body("sleeve", number(toy.sleeve), number(toy.J_M),
+                    fmt::format("angle = {:.17g}\nvelocity = [0, -0.3411]\n", a)) +
+         test::body(
+             "bird", number(toy.bird), number(toy.J_S),
+             fmt::format("position = [{:.17g}, {:.17g}]\nangle = {:.17g}\nvelocity = [{:.17g}, {:.17g}]\n"
+                         "angular_velocity = {:.17g}\n",
+                         L * std::cos(a) + G * std::cos(b), L * std::sin(a) + G * std::sin(b), b,
+                         -G * std::sin(b) * rate, -0.3411 + G * std::cos(b) * rate, rate)) +
+         R"([joints.pole]
+type = "slot"
+between = ["ground", "sleeve"]
+axis = [0, 1]
+)" + test::pin("hinge", "sleeve", "bird", {L, 0}, {-G, 0}) +
+         fmt::format(R"([loads.spring]
+type = "torsional-spring-damper"
+between = ["sleeve", "bird"]
+stiffness = {:.17g}
+[contacts.beak]
+type = "plane"
+between = ["ground", "bird"]
+at = [[{:.17g}, 0], [{:.17g}, {:.17g}]]
+axis = [0, -1]
+surface = "beak"
+[surfaces.beak]
+restitution = 0.5
+friction = 0.3
+[surfaces.edge]
+restitution = 0
+friction = 0.3
+)",
+                     number(toy.spring), number(toy.r_beak), -number(toy.l_S), number(toy.h_S)) +
+         edge("lower", -number(toy.h_M)) + edge("upper", number(toy.h_M)) + test::run_for(1) + event_driven;
 }
 
 }  // namespace scenes

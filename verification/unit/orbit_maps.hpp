@@ -237,6 +237,36 @@ inline Eigen::MatrixXd differenced(const Scene& scene, const char* formulation, 
   return D;
 }
 
+/// Derivative of a return map with jumps: slopes at the centre of cubic polynomials through `count` displacements
+/// within ±h (least squares), and their standard deviations from the residuals.
+struct Fitted {
+  Eigen::MatrixXd D, deviation;
+};
+inline Fitted fitted(const Scene& scene, const RandomMap& m, const Orbit& found, double h, int count) {
+  const auto centre = m.own(found.state);
+  const auto n = static_cast<Eigen::Index>(centre.size());
+  const double until = found.state.t + found.periods * found.period;
+  Fitted fit{Eigen::MatrixXd(n, n), Eigen::MatrixXd(n, n)};
+  for (Eigen::Index j = 0; j < n; ++j) {
+    Eigen::MatrixXd X(count, 4), Y(count, n);
+    for (int i = 0; i < count; ++i) {
+      const double share = (2.0 * i + 1 - count) / count;
+      auto moved = centre;
+      moved[static_cast<std::size_t>(j)] += share * h;
+      const auto end = map_of(scene, "nonsmooth", m, found.state, until, moved);
+      for (Eigen::Index k = 0; k < 4; ++k) X(i, k) = std::pow(share, static_cast<double>(k));
+      for (Eigen::Index k = 0; k < n; ++k) Y(i, k) = end[static_cast<std::size_t>(k)];
+    }
+    const Eigen::MatrixXd inverse = (X.transpose() * X).inverse(), C = inverse * X.transpose() * Y;
+    const Eigen::MatrixXd rest = Y - X * C;
+    for (Eigen::Index k = 0; k < n; ++k) {
+      fit.D(k, j) = C(1, k) / h;
+      fit.deviation(k, j) = std::sqrt(rest.col(k).squaredNorm() / (count - 4) * inverse(1, 1)) / h;
+    }
+  }
+  return fit;
+}
+
 /// Greatest difference of the sums of powers of the multipliers from those of D, relative. They do not depend
 /// on the order of multipliers, and are smooth where two coincide.
 inline double apart(const std::vector<std::complex<double>>& multipliers, const Eigen::MatrixXd& D) {
@@ -252,6 +282,22 @@ inline double apart(const std::vector<std::complex<double>>& multipliers, const 
     worst = std::max(worst, std::abs(sum - power.trace()) / scale);
   }
   return worst;
+}
+
+/// Greatest change of the sums of powers if the entries of D change by three deviations of random signs.
+inline double spread(const std::vector<std::complex<double>>& multipliers, const Fitted& fit) {
+  Draw r(20261129, 0);
+  const double here = apart(multipliers, fit.D);
+  double most = 0;
+  for (int i = 0; i < 16; ++i) {
+    auto D = fit.D;
+    for (auto& x : D.reshaped()) {
+      const auto k = &x - D.data();
+      x += (r.between(-1, 1) > 0 ? 3 : -3) * fit.deviation.data()[k];
+    }
+    most = std::max(most, std::abs(apart(multipliers, D) - here));
+  }
+  return most;
 }
 
 }  // namespace freeplay::verification::maps
