@@ -227,6 +227,7 @@ void run_penalty(const SensitivityRun& run, Sensitivities& all) {
   auto& steps = *parts.steps;
   PenaltyVariation variation(parts, run.scene, run.start, run.keys, integrands_of(run),
                              least_curved_length(run.system), run.end - run.start.t);
+  if (run.traced) variation.trace(run.start);
   variation.watch_peaks(channels_of(run));
   while (steps.t() < run.end) {
     if (run.stop()) throw Interrupted();

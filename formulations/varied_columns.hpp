@@ -91,9 +91,6 @@ class VariedColumns {
   template <class Present>
   Vector mean_derivatives(std::size_t i, const Present& dynamics, const Vector& x, double begin, double end);
   long evaluations() const { return evaluations_; }
-  /// From now on the variational equations are evaluated by traced equations where that is possible
-  /// (dynamics/system_tangent.hpp). They are traced near a state, such as the start.
-  void trace(const State& near);
   /// Signals whose peaks are needed; called before the run.
   void watch_peaks(std::vector<PeakChannel> channels) { peaks_.watch(std::move(channels), keys_.size()); }
   /// The peak of a signal at the end of the run, at x and t in the present mode of `dynamics`.
@@ -127,6 +124,8 @@ class VariedColumns {
       return list;
     };
   }
+  /// The traced equations of the nominal system near a state, with all keys as parameters; null if there are none.
+  std::unique_ptr<SystemTangent> traced(const State& near, SystemTangent::Use use) const;
   bool open(std::size_t c) const { return reasons_[c].empty(); }
   /// Whether steps need not be followed.
   bool idle() const {
@@ -278,12 +277,11 @@ VariedColumns<Dynamics>::VariedColumns(std::unique_ptr<Dynamics> probe, std::vec
 }
 
 template <class Dynamics>
-void VariedColumns<Dynamics>::trace(const State& near) {
-  if constexpr (requires { probe_->use_tangent(nullptr); }) {
-    std::vector<SystemTangent::Parameter> parameters;
-    for (const auto& key : keys_) parameters.push_back({key.systems, key.spacing});
-    probe_->use_tangent(SystemTangent::trace(probe_->system, near, parameters));
-  }
+std::unique_ptr<SystemTangent> VariedColumns<Dynamics>::traced(const State& near,
+                                                               SystemTangent::Use use) const {
+  std::vector<SystemTangent::Parameter> parameters;
+  for (const auto& key : keys_) parameters.push_back({key.systems, key.spacing});
+  return SystemTangent::trace(probe_->system, near, parameters, use);
 }
 
 template <class Dynamics>

@@ -12,6 +12,7 @@
 #pragma once
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstring>
 #include <memory>
@@ -33,6 +34,8 @@
 #include "simulation/formulation.hpp"
 
 namespace freeplay {
+
+class SystemTangent;
 
 /// Quantities that depend on the state alone and are evaluated before the reactions; T is double,
 /// or Gradient for derivatives. Forces are in e.force.
@@ -171,6 +174,17 @@ class PenaltyDynamics {
   /// directions continue after x with (v₀, mass) of each contact, on which dx/dt depends.
   const Vector& directional(const Vector& x, double t, std::span<const Vector> directions,
                             std::span<const double> times, std::span<Vector> out);
+  /// From now on directional() evaluates traced equations where it can (dynamics/system_tangent.hpp).
+  /// `displaced`: of each parameter, dynamics with the contact laws at difference_places · spacing beside its value;
+  /// null: of none.
+  struct DisplacedLaws {
+    std::array<PenaltyDynamics*, 4> at{};
+    double spacing = 0;
+  };
+  void use_tangent(std::shared_ptr<SystemTangent> traced, std::vector<DisplacedLaws> displaced);
+  /// Whether the derivatives of the last directional() along the c-th direction include those with respect to the
+  /// c-th parameter.
+  bool includes_parameter(std::size_t c) const;
   /// Evaluates the anchors of all closed contacts at x.
   void anchor(const Vector& x, double t, std::vector<ContactAnchor>& out);
   /// Anchors of the nominal system, if this one is displaced; null otherwise.
@@ -322,6 +336,11 @@ class PenaltyDynamics {
   Evaluation& placed(const Vector& x, double t);
   void begin_tangent(const Vector& x, double t);
   void differentiate(const Gradient& time, int directions, double* const* columns);
+  bool differentiate_traced(const Vector& x, double t, std::span<const Vector> directions,
+                            std::span<const double> times, std::span<Vector> out);
+  struct PressedContact;
+  struct TracedTangent;
+  std::shared_ptr<TracedTangent> traced_;  // null: none
   double rounding_of_rows(const double* q, const double* v) const;
   double* response(int k) { return coupled_a_.data() + static_cast<long>(k) * system_.n(); }
   double* reaction(int k) { return coupled_lambda_.data() + static_cast<long>(k) * system_.rows(); }

@@ -39,6 +39,8 @@ class ExtendedPenalty {
   void operator()(const Vector& x, Vector& dxdt, double t);
   const Vector& directional(const Vector& x, double t, std::span<const Vector> directions,
                             std::span<const double> times, std::span<Vector> out);
+  bool includes_parameter(std::size_t c) const { return f_->includes_parameter(c); }
+  PenaltyDynamics& dynamics() { return *f_; }
   void take_mode(const PenaltyDynamics& other);
   /// [x, retained data] in the present mode.
   Vector extended(const Vector& x) const;

@@ -66,6 +66,7 @@ const PenaltyDynamics::Vector& PenaltyDynamics::directional(const Vector& x, dou
             count = static_cast<int>(directions.size());
   begin_tangent(x, t);
   auto& d = *tangent_;
+  if (traced_ && differentiate_traced(x, t, directions, times, out)) return d.slope;
   d.terms.retained.resize(2 * static_cast<std::size_t>(system_.contacts()));
   for (int first = 0; first < count; first += chunk) {
     const int some = std::min(chunk, count - first);

@@ -59,6 +59,17 @@ PenaltyVariation::PenaltyVariation(Twins twins, const PenaltyParts& run, const s
   strict_integrands_ = false;
 }
 
+void PenaltyVariation::trace(const State& near) {
+  std::vector<PenaltyDynamics::DisplacedLaws> laws;
+  for (std::size_t c = 0; c < keys_.size(); ++c) {
+    auto& displaced = laws.emplace_back();
+    displaced.spacing = keys_[c].spacing;
+    for (std::size_t i = 0; i < displaced.at.size(); ++i)
+      if (displaced_[c][i]) displaced.at[i] = &displaced_[c][i]->dynamics();
+  }
+  probe_->dynamics().use_tangent(traced(near, SystemTangent::Use::penalty), std::move(laws));
+}
+
 /// The derivatives of the start: contacts that are closed there.
 void PenaltyVariation::begin(const Scene& scene, double t) {
   const auto& d = run_.dynamics();

@@ -29,7 +29,9 @@ List ones(Trace& trace, int array, int size) {
 
 using enum SystemTangent::Array;
 
-void trace_motion(TracedObject& object, const System& system, const State& at) {
+using Use = SystemTangent::Use;
+
+void trace_motion(TracedObject& object, const System& system, const State& at, Use use) {
   if (system.next_knot(-INFINITY) < INFINITY) throw NotTraceable("a table or curve of time");
   Trace trace(object, "motion");
   const auto t = trace.input(of_t, 0, at.t);
@@ -45,11 +47,13 @@ void trace_motion(TracedObject& object, const System& system, const State& at) {
   auto& side = e.gamma;
   const auto& p = system.pattern();
   for (std::size_t i = 0; i < force.size(); ++i) force[i] -= Traced(system.mass()[i]) * a[i];
+  List rate = e.phi_t;
   for (std::size_t k = 0; k < side.size(); ++k) {
     for (int s = p.begin[k]; s < p.begin[k + 1]; ++s) {
       const auto c = static_cast<std::size_t>(p.column[s]);
       force[c] -= e.G[s] * lambda[k];
       side[k] -= e.G[s] * a[c];
+      rate[k] += e.G[s] * v[c];
     }
     e.power.drive += lambda[k] * e.phi_t[k];
   }
@@ -57,9 +61,12 @@ void trace_motion(TracedObject& object, const System& system, const State& at) {
   trace.outputs(1, side);
   trace.outputs(2, flow);
   trace.outputs(3, std::array{e.power.drive, e.power.load, e.power.damping});
+  if (use != Use::penalty) return;
+  trace.outputs(4, rate);
+  trace.outputs(5, e.phi);
 }
 
-void trace_contact(TracedObject& object, const System& system, const State& at, int k) {
+void trace_contact(TracedObject& object, const System& system, const State& at, int k, Use use) {
   const auto& facts = system.contact_facts(k);
   if (facts.lubricant) throw NotTraceable("a lubricated joint");
   Trace trace(object, "contact");
@@ -80,33 +87,39 @@ void trace_contact(TracedObject& object, const System& system, const State& at, 
     for (int i = 0; i < w.size; ++i) force[w.column[i]] += w.value[i] * f;
   };
   push(row.normal, normal);
-  trace.output(1, 0, rest(row.normal, row.gamma_n));
+  const bool modes = use == Use::modes;
+  if (modes) {
+    trace.output(1, 0, rest(row.normal, row.gamma_n));
+  } else {
+    trace.output(3, 0, row.gap);
+    trace.output(3, 1, row.normal.dot(v.data()));
+  }
   if (row.tangent.size > 0) {
-    const Traced friction = sticking - slip * Traced(*facts.surface.friction) * normal;
+    const Traced friction = modes ? sticking - slip * Traced(*facts.surface.friction) * normal : sticking;
     push(row.tangent, friction);
-    trace.output(1, 1, rest(row.tangent, row.gamma_t));
+    if (modes) trace.output(1, 1, rest(row.tangent, row.gamma_t));
     trace.output(2, 0, row.tangent.dot(v.data()));
-    trace.output(2, 1, friction);
+    if (modes) trace.output(2, 1, friction);
   }
   for (const auto& [c, f] : force) trace.output(0, c, f);
 }
 
 /// The motion and then each contact.
-TracedObject trace_all(const System& system, const State& at) {
+TracedObject trace_all(const System& system, const State& at, Use use) {
   auto object = TracedObject::unshared();
-  trace_motion(object, system, at);
-  for (int k = 0; k < system.contacts(); ++k) trace_contact(object, system, at, k);
+  trace_motion(object, system, at, use);
+  for (int k = 0; k < system.contacts(); ++k) trace_contact(object, system, at, k, use);
   return object;
 }
 
 }  // namespace
 
 std::unique_ptr<SystemTangent> SystemTangent::trace(const System& system, const State& near,
-                                                    std::span<const Parameter> parameters) {
+                                                    std::span<const Parameter> parameters, Use use) {
   const auto sample = moved(system, near, still_coordinates(system, near), 1);
   try {
-    const auto nominal = trace_all(system, sample);
-    std::unique_ptr<SystemTangent> all(new SystemTangent(system));
+    const auto nominal = trace_all(system, sample, use);
+    std::unique_ptr<SystemTangent> all(new SystemTangent(system, use));
     all->vary(nominal, sample, parameters);
     return all;
   } catch (const NotTraceable&) {
@@ -126,7 +139,7 @@ void SystemTangent::vary(const TracedObject& nominal, const State& sample,
     if (!parameter.systems[0]) continue;
     std::vector<TracedObject> displaced;
     try {
-      for (const auto* system : parameter.systems) displaced.push_back(trace_all(*system, sample));
+      for (const auto* system : parameter.systems) displaced.push_back(trace_all(*system, sample, use_));
     } catch (const NotTraceable&) {
     }
     covered_[p] = displaced.size() == parameter.systems.size() &&
@@ -224,22 +237,30 @@ bool SystemTangent::begin(const Point& point, int contact, const ContactForce& f
 
 SystemTangent::MotionSlopes SystemTangent::make_slopes() const {
   const auto blocks = [](int size) { return std::vector<Block>(static_cast<std::size_t>(size)); };
-  return {blocks(system_.n()), blocks(system_.rows()), blocks(system_.states()), blocks(powers)};
+  const int rows = use_ == Use::penalty ? system_.rows() : 0;
+  return {blocks(system_.n()), blocks(system_.rows()), blocks(system_.states()),
+          blocks(powers),      blocks(rows),           blocks(rows)};
 }
 
 void SystemTangent::motion(const Directions& d, MotionSlopes& out) {
-  for (auto* list : {&out.force, &out.side, &out.flow, &out.power}) std::ranges::fill(*list, Block::Zero());
-  Block* to[] = {out.force.data(), out.side.data(), out.flow.data(), out.power.data()};
+  Block* to[6];
+  int i = 0;
+  for (auto* list : {&out.force, &out.side, &out.flow, &out.power, &out.rate, &out.place}) {
+    std::ranges::fill(*list, Block::Zero());
+    to[i++] = list->data();
+  }
   motion_.directions(inputs(d).data(), to);
 }
 
 void SystemTangent::contact(int k, const Directions& d, MotionSlopes& motion, ContactSlopes& out) {
-  std::array<Block, 2> sliding{Block::Zero(), Block::Zero()};
+  std::array<Block, 2> sliding{Block::Zero(), Block::Zero()}, approach = sliding;
   for (auto& block : out.side) block = Block::Zero();
-  Block* to[] = {motion.force.data(), out.side.data(), sliding.data()};
+  Block* to[] = {motion.force.data(), out.side.data(), sliding.data(), approach.data()};
   contacts_[static_cast<std::size_t>(k)].directions(inputs(d).data(), to);
   out.slide = sliding[0];
   out.friction = sliding[1];
+  out.gap = approach[0];
+  out.rate = approach[1];
 }
 
 }  // namespace freeplay

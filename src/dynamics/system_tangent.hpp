@@ -5,6 +5,11 @@
 //     motion:    f − Gᵀλ − M a,   γ − G a,   ż,   powers of drives (Φ_t included), loads and dampers
 //     contact:   W_N λ_N + W_T λ_T,   γ_N − W_N a,   γ_T − W_T a,   W_T v,   λ_T
 //
+// of contact modes, or for contact forces that depend on the state (penalty formulation)
+//
+//     motion:    likewise, and   G v + Φ_t,   Φ
+//     contact:   W_N F_N + W_T F_T,   g,   W_N v,   W_T v
+//
 // with λ_T = λ_T0 − s μ λ_N: s = ±1 and λ_T0 = 0 of a sliding contact, s = 0 of a sticking one. The
 // derivatives of a and of the multipliers follow from these residuals by the linear system that the state
 // itself has (formulations/event_driven/event_jacobian.cpp).
@@ -43,8 +48,9 @@ class SystemTangent {
     std::array<const System*, 4> systems{};
     double spacing = 0;
   };
+  enum class Use { modes, penalty };
   static std::unique_ptr<SystemTangent> trace(const System& system, const State& near,
-                                              std::span<const Parameter> parameters);
+                                              std::span<const Parameter> parameters, Use use = Use::modes);
 
   /// Whether derivatives with respect to a parameter are complete.
   bool covers(std::size_t parameter) const { return covered_[parameter]; }
@@ -72,10 +78,12 @@ class SystemTangent {
   enum Power { drive, load, damping, powers };
   struct MotionSlopes {
     std::vector<Block> force, side, flow, power;
+    std::vector<Block> rate, place;  ///< of G v + Φ_t and Φ, for penalty
   };
   struct ContactSlopes {
     std::array<Block, 2> side;  ///< of the normal and of the tangential row
     Block slide, friction;      ///< of W_T v and λ_T
+    Block gap, rate;            ///< of g and W_N v, for penalty
   };
   MotionSlopes make_slopes() const;
   /// At the state of begin().
@@ -105,7 +113,7 @@ class SystemTangent {
   };
 
  private:
-  explicit SystemTangent(const System& system) : system_(system) {}
+  SystemTangent(const System& system, Use use) : system_(system), use_(use) {}
   using Inputs = std::array<const double*, first_direction>;
   using BlockInputs = std::array<const Block*, arrays - first_direction>;
   Inputs inputs(const Point& point) const;
@@ -113,6 +121,7 @@ class SystemTangent {
   void vary(const TracedObject& nominal, const State& sample, std::span<const Parameter> parameters);
 
   const System& system_;
+  Use use_;
   TangentTape motion_;
   std::vector<TangentTape> contacts_;
   std::vector<bool> covered_;

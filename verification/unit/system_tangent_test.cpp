@@ -2,6 +2,7 @@
 // random scenes against derivatives by dual numbers and differences of the right-hand side.
 #include "dynamics/system_tangent.hpp"
 
+#include <algorithm>
 #include <catch2/catch.hpp>
 #include <cmath>
 #include <memory>
@@ -13,12 +14,14 @@
 #include "dynamics/assembly/redundancy.hpp"
 #include "dynamics/system.hpp"
 #include "dynamics/system_tracer.hpp"
+#include "facade/sensitivity.hpp"
 #include "facade/varied_key.hpp"
 #include "formulations/differences.hpp"
 #include "formulations/event_driven/event_dynamics.hpp"
 #include "mechanism/scene.hpp"
 #include "numerics/trace_tangent.hpp"
 #include "verification/random_scenes/scene.hpp"
+#include "verification/support/support.hpp"
 
 using namespace freeplay;
 namespace rs = freeplay::verification::random_scenes;
@@ -218,4 +221,38 @@ TEST_CASE("random scenes: traced derivatives in contact modes equal general ones
   CHECK(scenes >= 30);
   CHECK(closed >= 40);
   CHECK(covered >= 9 * keys / 10);
+}
+
+TEST_CASE("runs: traced and general variational equations give equal derivatives",
+          "[compiled][sensitivity]") {
+  // Each difference of the general path has an error of 1e-12; a few impacts multiply it by at most 1e3.
+  auto scene = read_scene(test::flores());
+  scene.run.discard = 0;
+  scene.run.duration = 0.02;
+  scene.nonsmooth.scheme = Scheme::event_driven;
+  for (const char* formulation : {"nonsmooth", "penalty"}) {
+    SensitivityRequest request{
+        .of = {"event.1.t", "event.4.t", "event.4.impulse_n", "end.slider.vx", "energy.work_of_drives"},
+        .to = {"joints.gudgeon.clearance", "bodies.slider.mass", "bodies.rod.inertia",
+               "drives.motor.speed_rpm", "surfaces.steel.restitution", "surfaces.steel.friction",
+               "joints.big_end.at[0][0]", "joints.gudgeon.at[0][0]", "initial.rod.omega"},
+        .formulation = formulation};
+    const auto traced = sensitivities(scene, request);
+    request.compile = Compile::never;
+    const auto general = sensitivities(scene, request);
+    int compared = 0;
+    for (std::size_t i = 0; i < traced.quantities.size(); ++i) {
+      const auto &a = traced.quantities[i], &b = general.quantities[i];
+      CHECK(a.value == b.value);
+      for (std::size_t c = 0; c < request.to.size(); ++c) {
+        INFO(formulation << " " << a.name << " " << request.to[c]);
+        REQUIRE(a.reasons[c] == b.reasons[c]);
+        if (!b.reasons[c].empty()) continue;
+        ++compared;
+        const double unit = std::abs(b.value) / std::max(std::abs(general.key_values[c]), 1e-3);
+        CHECK(std::abs(a.derivatives[c] - b.derivatives[c]) <= 1e-9 * (std::abs(b.derivatives[c]) + unit));
+      }
+    }
+    CHECK(compared >= 36);
+  }
 }
