@@ -7,7 +7,6 @@
 #include <cmath>
 
 #include "dynamics/assembly/assembly.hpp"
-#include "dynamics/assembly/projection.hpp"
 #include "formulations/differences.hpp"
 #include "formulations/integrators/tolerance.hpp"
 #include "formulations/nonsmooth.hpp"
@@ -19,11 +18,6 @@ namespace {
 
 using Eigen::MatrixXd, Eigen::VectorXd;
 
-/// A vector of which less than this remains beside those before it has collapsed: restitution 0, sticking
-/// or a lasting contact removes a coordinate, up to the errors of the differences at events (1e-12).
-constexpr double collapse = 1e-9;
-/// Directions of constraint rows closer than this to the span of others are dependent.
-constexpr double dependent_rows = 1e-9;
 /// Change of an approach rate in the differences of an impact law, relative.
 constexpr double small_change = 1e-3;
 
@@ -45,7 +39,7 @@ double log_volume(MatrixXd A) {
         A.col(j) -= part * A.col(i);
       }
     const double length = A.col(j).norm();
-    if (!(length > collapse)) return -INFINITY;
+    if (!(length > collapsed_share)) return -INFINITY;
     sum += std::log(length);
     A.col(j) /= length;
   }
@@ -64,9 +58,8 @@ TangentRun::TangentRun(const Plan& plan)
           plan.scene, plan.system, restitution_,
           {!redundant_rows(plan.system, plan.start.q).empty(), plan.scene.run.eliminate}, plan.start)),
       log_(plan.system.contacts(), plan.system.reported()),
+      own_(plan.scene, plan.system, plan.start),
       predict_(plan.predict) {
-  const double time = make_scales(plan.scene.mechanism, plan.system, plan.start).time;
-  if (time > 0 && std::isfinite(time)) time_ = time;
   dissipative_ = system_.has_velocity_forces() || system_.states() > 0 || system_.has_velocity_flows() ||
                  scheme_.dynamics().films.any();
   scheme_.start(plan.start, log_);
@@ -102,59 +95,15 @@ bool TangentRun::step(double t_end) {
   return true;
 }
 
-/// M^(1/2) Z in columns.
-MatrixXd TangentRun::own_motions(const Vector& x, double t) const {
-  const int n = system_.n();
-  if (system_.rows() == 0) return MatrixXd::Identity(n, n);
-  State s{t, {x.begin(), x.begin() + n}, {x.begin() + n, x.begin() + 2 * n}, {}};
-  MatrixXd rows = weighted_rows(system_, {}, s);
-  for (Eigen::Index k = 0; k < rows.cols(); ++k)
-    if (const double size = rows.col(k).norm(); size > 0) rows.col(k) /= size;
-  return orthogonal_complement(rows, dependent_rows);
-}
-
-/// Own coordinates u of a column of the integrated vector.
-VectorXd TangentRun::own(const MatrixXd& Z, const Vector& column) const {
-  const Eigen::Index n = system_.n(), f = Z.cols();
-  VectorXd dq(n), dv(n);
-  for (Eigen::Index i = 0; i < n; ++i) {
-    const double root = std::sqrt(system_.mass()[static_cast<std::size_t>(i)]);
-    dq[i] = root * column[static_cast<std::size_t>(i)];
-    dv[i] = root * column[static_cast<std::size_t>(n + i)];
-  }
-  VectorXd u(2 * f + system_.states());
-  u.head(f) = Z.transpose() * dq;
-  u.segment(f, f) = time_ * (Z.transpose() * dv);
-  for (int k = 0; k < system_.states(); ++k)
-    u[2 * f + k] =
-        column[static_cast<std::size_t>(scheme_.dynamics().state_offset()) + static_cast<std::size_t>(k)] /
-        system_.state_scale(k);
-  return u;
-}
-
 std::vector<TangentRun::Vector> TangentRun::full() const {
-  const auto Z = own_motions(scheme_.x(), scheme_.t());
-  const auto n = static_cast<std::size_t>(system_.n()), states = static_cast<std::size_t>(system_.states());
-  std::vector<Vector> list;
-  for (const bool rate : {false, true})
-    for (Eigen::Index j = 0; j < Z.cols(); ++j) {
-      auto& column = list.emplace_back(2 * n + states);
-      for (std::size_t i = 0; i < n; ++i)
-        column[(rate ? n : 0) + i] =
-            Z(static_cast<Eigen::Index>(i), j) / std::sqrt(system_.mass()[i]) / (rate ? time_ : 1);
-    }
-  for (std::size_t k = 0; k < states; ++k) {
-    auto& column = list.emplace_back(2 * n + states);
-    column[2 * n + k] = system_.state_scale(static_cast<int>(k));
-  }
-  return list;
+  return own_.basis(own_.motions(scheme_.x(), scheme_.t()));
 }
 
 void TangentRun::vary(const std::vector<Vector>& vectors) {
   std::vector<VariedKey> keys;
   for (const auto& vector : vectors) keys.push_back({.name = "the state", .start = vector, .refused = {}});
   // Times over which the functions of drives are curved: see Scales::time.
-  const double duration = std::min(end_ - scheme_.t(), 100 * time_);
+  const double duration = std::min(end_ - scheme_.t(), 100 * own_.time());
   scheme_.vary(keys, {}, least_curved_length(system_), duration);
   scheme_.variation().on_event = [this](const EventDynamics& d, const Variation::Passed& p) {
     predict_event(d, p);
@@ -184,7 +133,7 @@ void TangentRun::remove_drift(const MatrixXd& Z) {
   const Eigen::Index n = system_.n(), f = Z.cols();
   for (std::size_t j = 0; j < S.size(); ++j) {
     const VectorXd change = before[j] - own(Z, S[j]);
-    const VectorXd dq = Z * change.head(f), dv = Z * change.segment(f, f) / time_;
+    const VectorXd dq = Z * change.head(f), dv = Z * change.segment(f, f) / own_.time();
     for (Eigen::Index i = 0; i < n; ++i) {
       const auto k = static_cast<std::size_t>(i);
       S[j][k] += dq[i] / std::sqrt(system_.mass()[k]);
@@ -196,42 +145,19 @@ void TangentRun::remove_drift(const MatrixXd& Z) {
 std::vector<double> TangentRun::orthonormalise() {
   auto& variation = scheme_.variation();
   const auto& d = scheme_.dynamics();
-  const auto Z = own_motions(scheme_.x(), scheme_.t());
+  const auto Z = own_.motions(scheme_.x(), scheme_.t());
   auto& S = variation.columns();
   if (reduced(d))
     variation.project_columns(d, scheme_.x(), scheme_.t());
   else if (system_.rows() > 0)
     remove_drift(Z);
-  std::vector<VectorXd> u(S.size());
-  std::vector<double> logs(S.size(), -INFINITY);
-  for (std::size_t j = 0; j < S.size(); ++j) {
-    if (!collapsed_[j].empty()) continue;
-    // Impulses and works are sums of the motion and do not act on it.
-    std::fill(S[j].begin() + d.impulse_offset(), S[j].begin() + d.state_offset(), 0.0);
-    std::fill(S[j].begin() + d.integral_offset(), S[j].end(), 0.0);
-    u[j] = own(Z, S[j]);
-    const double before = u[j].norm();
-    for (int pass = 0; pass < 2; ++pass)
-      for (std::size_t i = 0; i < j; ++i) {
-        if (!collapsed_[i].empty()) continue;
-        const double part = u[i].dot(u[j]);
-        u[j] -= part * u[i];
-        for (std::size_t k = 0; k < S[j].size(); ++k) S[j][k] -= part * S[i][k];
-      }
-    const double length = u[j].norm();
-    if (!(length > collapse * std::max(1.0, before))) {
-      collapsed_[j] = fmt::format(
-          "a perturbation vanishes in finite time, t = {:.9g} s: a lasting contact, sticking or an impact "
-          "without rebound",
-          scheme_.t());
-      variation.end_column(j, collapsed_[j]);
-      continue;
-    }
-    u[j] /= length;
-    for (double& part : S[j]) part /= length;
-    logs[j] = std::log(length);
+  // Impulses and works are sums of the motion and do not act on it.
+  for (auto& column : S) {
+    std::fill(column.begin() + d.impulse_offset(), column.begin() + d.state_offset(), 0.0);
+    std::fill(column.begin() + d.integral_offset(), column.end(), 0.0);
   }
-  return logs;
+  return own_.orthonormalise(S, {Z, d.state_offset(), scheme_.t(), collapsed_,
+                                 [&](std::size_t j) { variation.end_column(j, collapsed_[j]); }});
 }
 
 double TangentRun::cost() const {
@@ -244,7 +170,7 @@ double TangentRun::cost() const {
 /// tr(Zᵀ ∂F/∂v Z) + tr(∂ż/∂z), by differences of the right-hand side along the own velocities: without
 /// tangent vectors, and without the dual numbers of their equations.
 double TangentRun::divergence(const Vector& x, double t) {
-  const auto Z = own_motions(x, t);
+  const auto Z = own_.motions(x, t);
   const int n = system_.n();
   const double speed = curved_speed(*probe_, x);
   const double arm = system_.longest_arm() > 0 ? system_.longest_arm() : 1;
@@ -303,7 +229,7 @@ void TangentRun::predict_event(const EventDynamics& d, const Variation::Passed& 
   const auto acceleration = [&](EventDynamics& f, const Vector& x) {
     Vector rate(x.size());
     f(x, rate, p.t);
-    const double h = 1e-6 * time_;
+    const double h = 1e-6 * own_.time();
     const auto at = [&](double s) {
       auto y = x;
       for (std::size_t i = 0; i < y.size(); ++i) y[i] += s * rate[i];
@@ -327,7 +253,7 @@ void TangentRun::predict_impact(const EventDynamics& d, const Variation::Passed&
     sum += std::log(std::abs(rate(k, p.after) / rate(k, p.before)));
     approach = std::min(approach, std::abs(rate(k, p.before)));
   }
-  const auto Z = own_motions(p.before, p.t);
+  const auto Z = own_.motions(p.before, p.t);
   const auto after_impact = [&](const Vector& y) {
     auto z = y;
     if (!probe_->apply_impact(z, p.t, {p.in_impact, p.ended}).empty()) z.assign(z.size(), NAN);

@@ -1,12 +1,7 @@
 // TangentRun: an event-driven run with tangent vectors of its motion, in the mechanism's own
-// coordinates. With G the Jacobian of the constraints of joints and drives and M the mass matrix,
-//
-//     G Z = 0,   Zᵀ M Z = 1,      u = (Zᵀ M δq, T Zᵀ M δv, δz/scale),
-//
-// so that a tangent vector has 2f components for f degrees of freedom, and one for each first-order
-// state. T is a constant time. Without applied forces that depend on velocities or first-order states the
-// motion preserves the volume of u (Liouville), since M δv and δq are conjugate. Therefore the growth of
-// a volume follows without tangent vectors from
+// coordinates u (own_coordinates.hpp). Without applied forces that depend on velocities or first-order
+// states the motion preserves the volume of u (Liouville), since M δv and δq are conjugate. Therefore the
+// growth of a volume follows without tangent vectors from
 //
 //     d ln|V|/dt = tr(Zᵀ ∂F/∂v Z) + tr(∂ż/∂z)                     within a mode,
 //     ln|V⁺/V⁻| = ln|det(∂v⁺/∂v⁻)| + Σ ln|ġ⁺/ġ⁻|                  at an impact,
@@ -34,6 +29,7 @@
 #include <vector>
 
 #include "formulations/event_driven/event_driven.hpp"
+#include "formulations/own_coordinates.hpp"
 #include "numerics/dense.hpp"
 #include "simulation/contact_log.hpp"
 #include "values/state.hpp"
@@ -74,11 +70,19 @@ class TangentRun {
   long onsets() const { return onset_count_; }
   const System& system() const { return system_; }
 
+  /// Whether tangent vectors can begin here.
+  bool may_vary() const { return true; }
   /// From now on, with these tangent vectors: displacements of (q, v, z), which are projected onto the
   /// constraints.
   void vary(const std::vector<Vector>& vectors);
   /// A basis of all own coordinates.
   std::vector<Vector> full() const;
+  /// Directions of the own motions (own_coordinates.hpp), and coordinates of the vectors along directions at
+  /// another state; those of full() are the unit vectors.
+  Eigen::MatrixXd directions() const { return own_.motions(scheme_.x(), scheme_.t()); }
+  Eigen::MatrixXd coordinates(const Eigen::MatrixXd& Z) {
+    return own_.of(Z, scheme_.variation().columns(), scheme_.dynamics().state_offset());
+  }
   /// Replaces the vectors by an orthonormal basis of their span, in their order (QR). Returns the
   /// logarithm of the stretching of each since it had unit length; −∞ from then on for one that has
   /// collapsed into the span of those before it.
@@ -100,8 +104,9 @@ class TangentRun {
   }
 
  private:
-  Eigen::MatrixXd own_motions(const Vector& x, double t) const;
-  Eigen::VectorXd own(const Eigen::MatrixXd& Z, const Vector& column) const;
+  Eigen::VectorXd own(const Eigen::MatrixXd& Z, const Vector& column) const {
+    return own_.of(Z, column, scheme_.dynamics().state_offset());
+  }
   void remove_drift(const Eigen::MatrixXd& Z);
   void predict_event(const EventDynamics& d, const Variation::Passed& p);
   void predict_impact(const EventDynamics& d, const Variation::Passed& p, const std::vector<int>& onsets);
@@ -119,7 +124,7 @@ class TangentRun {
   EventDriven scheme_;
   ContactLog log_;
   std::unique_ptr<EventDynamics> probe_;  // in the mode of the last step
-  double time_ = 1;                       // T, s
+  OwnCoordinates own_;
   bool predict_, varied_ = false, dissipative_ = false;
   long onset_count_ = 0;
   std::vector<std::string> collapsed_;

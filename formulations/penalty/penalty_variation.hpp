@@ -43,6 +43,11 @@ class PenaltyVariation : public VariedColumns<ExtendedPenalty> {
   void begin_step();
   /// After a step: advances S, and passes the event at its end, if there is one.
   void end_step();
+  /// Also leaves out the impulses of the present contacts.
+  void forget_onsets() {
+    VariedColumns::forget_onsets();
+    for (auto& impulse : impulses_) impulse.reset();
+  }
   /// The vector at the end, with the retained data.
   Vector x() const { return with_retained(run_.dynamics()); }
 

@@ -6,6 +6,9 @@
 #include <cmath>
 #include <map>
 #include <nlohmann/json.hpp>
+#include <string>
+#include <utility>
+#include <vector>
 
 #include "io/files/input_file.hpp"
 #include "plots/drawing/column_title.hpp"
@@ -35,15 +38,59 @@ std::vector<std::filesystem::path> draw_bifurcation(const std::filesystem::path&
   const JsonFile document(folder / "bifurcation.json");
   Figure f{.name = "bifurcation", .source = "bifurcation.json"};
   if (!add_bifurcation(f, folder, document.text("bifurcation.columns.0.name"),
-                       document.text("bifurcation.columns.0.unit")))
+                       document.text("bifurcation.columns.0.unit"), true))
     return {};
   return {draw(f, folder)};
+}
+
+/// The largest Lyapunov exponent of a run's attractor (1/s).
+struct ShownExponent {
+  int branch = 0;
+  double x = 0, value = 0, error = 0;
+};
+
+/// Exponents over the parameter, in the colours of their branches, with two standard errors.
+Panel exponent_panel(Figure& f, const std::vector<ShownExponent>& exponents) {
+  Block vanished("value whose exponent is minus infinity, height");
+  Block known[] = {Block("random starts: value, exponent (1/s), two standard errors"),
+                   Block("swept upwards: value, exponent (1/s), two standard errors"),
+                   Block("swept downwards: value, exponent (1/s), two standard errors")};
+  Limits up;
+  up.hold(0);
+  for (const auto& e : exponents) {
+    if (std::isnan(e.value)) continue;
+    if (std::isfinite(e.value))
+      known[e.branch].row({e.x, e.value, 2 * e.error});
+    else
+      vanished.row({e.x, 0.03});
+    up.hold(e.value - 2 * e.error);
+    up.hold(e.value + 2 * e.error);
+  }
+  Panel panel{.title = AxisTitle::plain("Exponent", "1/s"), .axis = axis_of(up.least, up.most), .curves = {}};
+  panel.before.add(
+      "set y2range [0:1]\nset arrow 1 from graph 0, first 0 to graph 1, first 0 nohead lc rgb 0x888888 dt 3\n");
+  for (const std::size_t k : {0u, 2u, 1u}) {
+    if (known[k].empty()) continue;
+    panel.curves.push_back(
+        {Script().add("DATA index {} using 1:2:3 with yerrorbars pt {} ps {} lw 0.8 lc rgb {}",
+                      f.blocks.size(), branch_marks[k], k == 2 ? 0.6 : 0.3, branch_colours[k]),
+         ""});
+    f.blocks.push_back(known[k]);
+  }
+  if (!vanished.empty()) {
+    panel.curves.push_back(
+        {Script().add("DATA index {} using 1:2 axes x1y2 with points pt 11 ps 0.5 lc rgb 0x888888",
+                      f.blocks.size()),
+         "minus infinity (at the bottom)"});
+    f.blocks.push_back(vanished);
+  }
+  return panel;
 }
 
 }  // namespace
 
 bool add_bifurcation(Figure& f, const std::filesystem::path& folder, const std::string& column,
-                     const std::string& unit) {
+                     const std::string& unit, bool with_exponents) {
   const JsonFile document(folder / "bifurcation.json");
   Rows rows(folder / "bifurcation.csv");
   const auto branch = rows.place("branch"), value = rows.place("value"), at = rows.place(column);
@@ -51,8 +98,18 @@ bool add_bifurcation(Figure& f, const std::filesystem::path& folder, const std::
   Block none[] = {Block("random starts, no points"), Block("swept upwards, no points"),
                   Block("swept downwards, no points")};
   Limits across, up;  // across: of all values, including those without points
+  with_exponents = with_exponents && rows.has("exponent");
+  const auto exponent = with_exponents ? rows.place("exponent") : 0,
+             error = with_exponents ? rows.place("exponent_error") : 0;
+  std::vector<ShownExponent> exponents;
+  std::string last;  // run of the last row
   while (rows.next()) {
     const double x = rows.number(value), y = rows.number(at);
+    if (with_exponents)
+      if (auto run = fmt::format("{} {}", rows.name(branch), x); run != last) {
+        exponents.push_back({place_of(rows.name(branch)), x, rows.number(exponent), rows.number(error)});
+        last = std::move(run);
+      }
     across.hold(x);
     if (std::isfinite(x)) up.hold(y);
     const auto k = static_cast<std::size_t>(place_of(rows.name(branch)));
@@ -95,11 +152,17 @@ bool add_bifurcation(Figure& f, const std::filesystem::path& folder, const std::
   panel.before.add("set y2range [0:1]\n");
   if (!points) panel.before.add("{}set format y ''\n", no_points);
   const double margin = across.range() > 0 ? 0.01 * across.range() : 1;
+  std::vector<Panel> panels{std::move(panel)};
+  double each = 7.5;
+  if (with_exponents) {
+    panels.push_back(exponent_panel(f, exponents));
+    each = 5.5;
+  }
   add_panels(
       f, style_of(folder),
       {.abscissa = {axis_title(document, "bifurcation.axis"), {across.least - margin, across.most + margin}},
-       .panels = {std::move(panel)},
-       .each = 7.5});
+       .panels = std::move(panels),
+       .each = each});
   return true;
 }
 
@@ -133,6 +196,10 @@ std::vector<std::filesystem::path> draw_basin(const std::filesystem::path& folde
   const Table table(folder / "basin.csv", {}, {"x", "y", "attractor"});
   const auto &x = table.column("x"), &y = table.column("y"), &attractor = table.column("attractor");
   if (table.rows() == 0) return {};
+  std::map<int, double> exponents;  // of the attractors
+  if (Rows rows(folder / "basin.csv"); rows.has("exponent"))
+    for (const auto number = rows.place("attractor"), value = rows.place("exponent"); rows.next();)
+      exponents.try_emplace(static_cast<int>(rows.number(number)), rows.number(value));
   const double dx = half_step(x), dy = half_step(y);
   std::map<int, Block> cells;
   for (std::size_t i = 0; i < table.rows(); ++i) {
@@ -148,6 +215,9 @@ std::vector<std::filesystem::path> draw_basin(const std::filesystem::path& folde
     if (a >= 0) {
       const auto path = fmt::format("basin.attractors.{}.", a);
       title = document.text(path + "kind");
+      if (const auto it = exponents.find(a); it != exponents.end() && !std::isnan(it->second))
+        title +=
+            std::isfinite(it->second) ? fmt::format(", exponent {:.3g} 1/s", it->second) : ", exponent -∞";
       if (const auto cycle = document.text(path + "cycle"); !cycle.empty() && cycle.size() < 60)
         title += ": " + cycle;
     }

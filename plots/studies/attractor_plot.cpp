@@ -32,6 +32,7 @@ std::vector<SectionColumn> columns_of_attractors(const JsonFile& document, const
     list.push_back({document.text(path + "name"), document.text_or_empty(path + "unit")});
   }
   list.push_back({"period", ""});
+  if (document.find(kind + ".exponent_periods")) list.push_back({"exponent", "1/s"});
   return list;
 }
 

@@ -16,6 +16,7 @@
 #include "io/files/result_set.hpp"
 #include "io/files/run_json.hpp"
 #include "plots/drawing/figure.hpp"
+#include "study/attractors/attractor_exponents.hpp"
 #include "study/attractors/attractor_table.hpp"
 #include "study/partition/divided_sweep.hpp"
 #include "study/settings/provenance.hpp"
@@ -70,11 +71,13 @@ Division divided(const Study& study, const AttractorPlan& plan, const Verb& verb
                 std::vector<Chain> chains;
                 for (const auto& unit : units) chains.push_back(all.at(unit.number));
                 AttractorStore store(lock.folder() / fmt::format("{}.db", verb.name), how.stop);
-                const auto runs = settle(study, plan, verb.name, chains, store, how.threads, how.stop,
-                                         [&](const ChainProgress& p) {
-                                           if (how.on_progress)
-                                             how.on_progress(p.done * units.size() / p.total);
-                                         });
+                auto runs = settle(study, plan, verb.name, chains, store, how.threads, how.stop,
+                                   [&](const ChainProgress& p) {
+                                     if (how.on_progress) how.on_progress(p.done * units.size() / p.total);
+                                   });
+                if (plan.exponents && !runs.interrupted)
+                  add_exponents(study, plan, chains, verb.classified(runs), store, how.threads, how.stop, {},
+                                runs);
                 MadeUnits made{.failed = 0, .reasons = {}, .interrupted = runs.interrupted};
                 for (const auto& chain : runs.chains)
                   for (const auto& run : chain)
@@ -102,15 +105,24 @@ int attractors(const AttractorsRequest& request, const Verb& verb) {
   ResultSet set(folder, verb.name);
   AttractorStore store(folder / fmt::format("{}.db", verb.name), request.stop);
   Progress progress;
-  const auto runs = settle(study, *plan, verb.name, verb.chains(study), store, request.threads, request.stop,
-                           [&](const ChainProgress& p) {
-                             progress.show(fmt::format("{} of {} runs", p.done, p.total),
-                                           static_cast<double>(p.done) / static_cast<double>(p.total));
-                           });
+  const auto show = [&](const char* what) {
+    return [&progress, what](const ChainProgress& p) {
+      progress.show(fmt::format("{} of {} {}", p.done, p.total, what),
+                    static_cast<double>(p.done) / static_cast<double>(p.total));
+    };
+  };
+  const auto chains = verb.chains(study);
+  auto runs = settle(study, *plan, verb.name, chains, store, request.threads, request.stop, show("runs"));
   progress.clear();
   fmt::print("{} runs from the store, {} new\n", runs.found, runs.made);
   if (runs.interrupted) return interrupted(Kept::runs);
   const auto classified = verb.classified(runs);
+  if (plan->exponents) {
+    add_exponents(study, *plan, chains, classified, store, request.threads, request.stop, show("exponents"),
+                  runs);
+    progress.clear();
+    if (runs.interrupted) return interrupted(Kept::runs);
+  }
   document[verb.name] = verb.json(study, runs, classified);
   write_json(set.place() / fmt::format("{}.json", verb.name), document);
   write_file(set.place() / fmt::format("{}.csv", verb.name), verb.csv(study, runs, classified));

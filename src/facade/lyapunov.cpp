@@ -11,6 +11,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
 #include <numeric>
 #include <optional>
 #include <vector>
@@ -19,8 +20,10 @@
 #include "facade/excitation.hpp"
 #include "facade/identify.hpp"
 #include "facade/simulation.hpp"
+#include "formulations/penalty/penalty_tangent_run.hpp"
 #include "formulations/tangent_run.hpp"
 #include "mechanism/scene.hpp"
+#include "numerics/dense.hpp"
 #include "values/family.hpp"
 
 namespace freeplay {
@@ -33,6 +36,10 @@ constexpr int steps_between = 8;
 constexpr int samples_of_batch = 10;
 /// Share of the transient without tangent vectors, until the motion is near its attractor.
 constexpr double plain_share = 0.5;
+/// Tangent vectors begin where Run::may_vary() holds, or at this share of the transient.
+constexpr double latest_share = 0.8;
+/// Multipliers below this are the errors of the differences at events (1e-12) and of nearly equal zeros.
+constexpr double vanished_multiplier = 1e-6;
 
 double batch_error(const std::vector<double>& means) {
   const auto count = static_cast<double>(means.size());
@@ -51,12 +58,15 @@ struct Sums {
   double predicted() const { return flow + impacts; }
 };
 
+/// `Run`: TangentRun or PenaltyTangentRun.
+template <class Run>
 class Spectrum {
  public:
-  explicit Spectrum(TangentRun& run) : run_(run) {}
+  /// `count`: number of vectors; 0: all.
+  Spectrum(Run& run, int count) : run_(run), count_(static_cast<std::size_t>(count)) {}
 
   void begin() {
-    run_.vary(run_.full());
+    run_.vary(vectors());
     sums_.logs.assign(run_.collapsed().size(), 0);
     run_.orthonormalise();
   }
@@ -85,7 +95,21 @@ class Spectrum {
   }
 
  private:
-  TangentRun& run_;
+  /// A basis, or vectors in general position: those of the greatest exponents grow fastest in any.
+  std::vector<std::vector<double>> vectors() const {
+    const auto all = run_.full();
+    if (count_ == 0 || count_ >= all.size()) return all;
+    std::vector<std::vector<double>> list(count_, std::vector<double>(all.front().size()));
+    for (std::size_t j = 0; j < count_; ++j)
+      for (std::size_t i = 0; i < all.size(); ++i) {
+        const double part = std::cos(static_cast<double>((i + 1) * (j + 1)));
+        for (std::size_t k = 0; k < all[i].size(); ++k) list[j][k] += part * all[i][k];
+      }
+    return list;
+  }
+
+  Run& run_;
+  std::size_t count_;
   Sums sums_;
 };
 
@@ -97,8 +121,8 @@ double mean_growth(double from, double to, double time) {
 double total(const std::vector<double>& logs) { return std::accumulate(logs.begin(), logs.end(), 0.0); }
 
 /// The exponents from the sums at the ends of the batches; `order`: their places among the vectors.
-std::vector<std::size_t> take_exponents(const std::vector<Sums>& ends, const TangentRun& run,
-                                        Lyapunov& found) {
+template <class Run>
+std::vector<std::size_t> take_exponents(const std::vector<Sums>& ends, const Run& run, Lyapunov& found) {
   const auto& first = ends.front();
   const auto& last = ends.back();
   const double length = last.t - first.t;
@@ -138,12 +162,8 @@ std::vector<std::size_t> take_exponents(const std::vector<Sums>& ends, const Tan
 }
 
 void check(const Scene& scene, const LyapunovRequest& request) {
-  if (family_of(request.formulation) == Family::penalty)
-    throw ModelError("formulation", "\"penalty\" has no Lyapunov exponents yet; use \"nonsmooth\"");
-  if (scene.nonsmooth.scheme_in_force() == Scheme::moreau_jean)
-    throw ModelError(
-        "nonsmooth.scheme",
-        "exponents of time stepping are not available; set it to \"event-driven\" or \"automatic\"");
+  require_exponents(scene, request.formulation);
+  if (request.exponents < 0) throw ModelError("exponents", "must be 0 or greater");
   if (request.batches < fewest_batches)
     throw ModelError("batches", fmt::format("must be {} or greater", fewest_batches));
   if (request.transient && !(*request.transient >= 0 && *request.transient < scene.run.duration))
@@ -152,40 +172,91 @@ void check(const Scene& scene, const LyapunovRequest& request) {
                                  scene.run.duration));
 }
 
-/// To the end of the transient, where the vectors have aligned. Returns false if the run ends before.
-bool pass_transient(TangentRun& run, Spectrum& spectrum, double until, double first_step) {
+/// To the end of the transient at `until` (s), where the vectors have aligned. Returns false if the run ends
+/// before.
+template <class Run>
+bool pass_transient(Run& run, Spectrum<Run>& spectrum, double until, double first_step) {
+  const double begin = run.t();
+  const double plain = begin + plain_share * (until - begin), latest = begin + latest_share * (until - begin);
   // The first step determines the mode: contacts that are closed there have no own coordinates.
-  const double plain = plain_share * until;
-  do {
-    if (!run.step(std::max(plain, first_step))) return false;
-  } while (run.t() < plain);
+  if (!run.step(std::max(plain, begin + first_step))) return false;
+  while (run.t() < plain)
+    if (!run.step(plain)) return false;
+  while (!run.may_vary() && run.t() < latest)
+    if (!run.step(latest)) return false;
   spectrum.begin();
   return spectrum.advance(until);
 }
 
-}  // namespace
+/// ln|μ| of the multipliers μ of a cycle from here, the greatest first; empty if the run or a vector ends.
+template <class Run>
+std::vector<double> cycle_logs(Run& run, double cycle) {
+  const double end = run.t() + cycle;
+  const auto Z = run.directions();
+  run.vary(run.full());
+  while (run.t() < end) {
+    if (!run.step(end)) return {};
+    run.forget_onsets();
+  }
+  const auto values = general_eigen(run.coordinates(Z)).values;
+  std::vector<double> logs;
+  for (const auto& multiplier : values)
+    logs.push_back(std::abs(multiplier) > vanished_multiplier ? std::log(std::abs(multiplier)) : -INFINITY);
+  std::ranges::sort(logs, std::greater());
+  return logs;
+}
 
-Lyapunov lyapunov(const Scene& scene, const LyapunovRequest& request) {
-  check(scene, request);
-  Simulation simulation(scene, request.formulation, {.start = {}, .stop = request.stop});
-  const auto& given = simulation.scene();
-  const System system(given.mechanism);
-  const double end = given.run.duration;
-  Lyapunov found;
-  found.transient = request.transient.value_or(std::max(given.run.discard, 0.1 * end));
-  found.period = excitation_of(given.mechanism, system).period;
-  TangentRun run({.scene = given,
-                  .system = system,
-                  .start = simulation.state(),
-                  .end = end,
-                  .restitution = {},
-                  .stop = request.stop});
+/// The exponents of a motion that repeats after request.cycle.
+template <class Run>
+void find_cycle_exponents(Run& run, const LyapunovRequest& request, Lyapunov& found) {
+  const double latest = found.transient + request.cycle;
+  while (run.t() < found.transient || (!run.may_vary() && run.t() < latest))
+    if (!run.step(run.t() < found.transient ? found.transient : latest)) {
+      found.failure = run.failure();
+      return;
+    }
+  std::vector<std::vector<double>> all;
+  for (int b = 0; b < request.batches; ++b) {
+    const long before = run.onsets();
+    all.push_back(cycle_logs(run, request.cycle));
+    if (all.back().empty()) {
+      found.failure = run.failure();
+      return;
+    }
+    found.impacts += run.onsets() - before;
+  }
+  found.batches = request.batches;
+  found.duration = request.batches * request.cycle;
+  found.unpredicted = "the motion is taken as periodic";
+  auto count = all.front().size();
+  if (request.exponents > 0) count = std::min(count, static_cast<std::size_t>(request.exponents));
+  for (std::size_t i = 0; i < count; ++i) {
+    auto& exponent = found.exponents.emplace_back();
+    std::vector<double> means;
+    for (const auto& logs : all) means.push_back(logs[i] / request.cycle);
+    exponent.value = std::accumulate(means.begin(), means.end(), 0.0) / request.batches;
+    if (std::isfinite(exponent.value))
+      exponent.error = batch_error(means);
+    else
+      exponent.reason =
+          "perturbations vanish within a cycle, to 1e-6 or less: a lasting contact, sticking or an impact "
+          "without rebound";
+  }
+  found.cost = run.cost();
+}
+
+template <class Run>
+void find_exponents(Run& run, const LyapunovRequest& request, double end, Lyapunov& found) {
   if (run.full().empty())
     throw ModelError("", "the drives determine the motion of all bodies: it has no degrees of freedom");
-  Spectrum spectrum(run);
+  if (request.cycle > 0) {
+    find_cycle_exponents(run, request, found);
+    return;
+  }
+  Spectrum<Run> spectrum(run, request.exponents);
   if (!pass_transient(run, spectrum, found.transient, 1e-6 * end)) {
     found.failure = run.failure();
-    return found;
+    return;
   }
   std::vector<Sums> ends{spectrum.sums()}, samples;
   const double begin = run.t(), length = (end - begin) / request.batches;
@@ -202,7 +273,7 @@ Lyapunov lyapunov(const Scene& scene, const LyapunovRequest& request) {
   if (static_cast<int>(ends.size()) <= fewest_batches) {
     found.failure = fmt::format("{}; only {} of {} batches are complete", found.stopped, ends.size() - 1,
                                 request.batches);
-    return found;
+    return;
   }
   const auto order = take_exponents(ends, run, found);
   for (const auto& s : samples) {
@@ -216,6 +287,40 @@ Lyapunov lyapunov(const Scene& scene, const LyapunovRequest& request) {
       point.predicted = (s.predicted() - ends.front().predicted()) / (s.t - begin);
   }
   found.cost = run.cost();
+}
+
+}  // namespace
+
+void require_exponents(const Scene& scene, const std::string& formulation) {
+  if (family_of(formulation) == Family::nonsmooth && scene.nonsmooth.scheme_in_force() == Scheme::moreau_jean)
+    throw ModelError(
+        "nonsmooth.scheme",
+        "exponents of time stepping are not available; set it to \"event-driven\" or \"automatic\"");
+}
+
+Lyapunov lyapunov(const Scene& scene, const LyapunovRequest& request) {
+  check(scene, request);
+  Simulation simulation(scene, request.formulation, {.start = request.start, .stop = request.stop});
+  const auto& given = simulation.scene();
+  const System system(given.mechanism);
+  const double end = given.run.duration;
+  Lyapunov found;
+  found.transient = request.transient.value_or(std::max(given.run.discard, 0.1 * end));
+  found.period = excitation_of(given.mechanism, system).period;
+  const TangentRun::Plan plan{.scene = given,
+                              .system = system,
+                              .start = simulation.state(),
+                              .end = end,
+                              .restitution = {},
+                              .stop = request.stop,
+                              .predict = request.exponents == 0};
+  if (family_of(request.formulation) == Family::penalty) {
+    PenaltyTangentRun run(plan);
+    find_exponents(run, request, end, found);
+  } else {
+    TangentRun run(plan);
+    find_exponents(run, request, end, found);
+  }
   return found;
 }
 

@@ -16,7 +16,7 @@ struct LyapunovExponent {
 
 /// The spectrum of a motion, or the reason why there is none.
 struct Lyapunov {
-  /// of the mechanism's own degrees of freedom, greatest first
+  /// of the mechanism's own degrees of freedom, greatest first; all, or as many as requested
   std::vector<LyapunovExponent> exponents;
   double period = 0;                  ///< s, of the drives; 0 without a known one
   double sum = NAN, sum_error = NAN;  ///< 1/s, of all exponents, and its standard error

@@ -48,6 +48,9 @@ void read_common(Section& s, AttractorPlan& p) {
   if (s.has("columns")) p.columns = s.names("columns");
   p.tolerance = s.number("tolerance", below_half, p.tolerance);
   p.most_period = static_cast<int>(s.number("most_period", some_periods, p.most_period));
+  p.exponents = s.flag("exponents", p.exponents);
+  p.exponent_periods = s.maybe_number("exponent_periods", some_periods);
+  if (p.exponent_periods && !p.exponents) s.fail("exponent_periods", "needs exponents = true");
 }
 
 /// Refuses a key that both the axis and `set` give.

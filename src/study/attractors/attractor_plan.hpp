@@ -21,6 +21,10 @@ struct AttractorPlan {
   std::vector<std::string> columns;
   double tolerance = 1e-3;
   int most_period = 16;
+  bool exponents = false;  ///< whether the largest Lyapunov exponents are computed
+  /// Periods over which they are averaged, at least; without it `keep`.
+  std::optional<double> exponent_periods;
+  double averaged() const { return exponent_periods.value_or(keep); }
 };
 
 /// Parameters of a bifurcation diagram.

@@ -11,6 +11,7 @@
 #include <mutex>
 
 #include "dynamics/assembly/assembly.hpp"
+#include "facade/lyapunov.hpp"
 #include "io/scene/located.hpp"
 #include "io/scene/toml_value.hpp"
 #include "mechanism/scene.hpp"
@@ -20,13 +21,6 @@
 namespace freeplay {
 namespace {
 
-/// End of a run, as start of the next one in its chain.
-struct Handed {
-  State state;
-  /// Rad, of the scene's drives; NaN for drives that prescribe no speed.
-  std::vector<double> drive_angles;
-};
-
 std::vector<double> drive_angles(const Scene& scene, double t) {
   std::vector<double> angles;
   for (const auto& drive : scene.mechanism.drives) {
@@ -34,20 +28,6 @@ std::vector<double> drive_angles(const Scene& scene, double t) {
     angles.push_back(speed ? speed->initial_angle + speed->speed * t : std::nan(""));
   }
   return angles;
-}
-
-/// Starts a scene from the end of the run of another value.
-State take_over(Scene& scene, const Handed& from, const StopToken& stop) {
-  for (std::size_t i = 0; i < scene.mechanism.drives.size() && i < from.drive_angles.size(); ++i)
-    if (auto* speed = std::get_if<SpeedDrive>(&scene.mechanism.drives[i]);
-        speed && !std::isnan(from.drive_angles[i]))
-      speed->initial_angle = from.drive_angles[i];
-  auto mechanism = scene.mechanism;
-  start_from(mechanism, from.state);
-  auto state = assemble(mechanism, RunOptions::Start::assembled, nullptr, stop);
-  state.t = 0;
-  if (from.state.z.size() == state.z.size() || state.z.empty()) state.z = from.state.z;
-  return state;
 }
 
 class Settling {
@@ -68,16 +48,7 @@ class Settling {
     }
   }
 
-  Scene scene_of(const ChainLink& link) const try {
-    auto overrides = plan_.overrides;
-    overrides.insert(overrides.end(), link.overrides.begin(), link.overrides.end());
-    auto scene = read_scene(study_.scene, overrides, study_.reach == Reach::anywhere);
-    if (link.start >= 0 && differ(scene, study_.perturbation))
-      scene = perturbed(scene, stop_, study_.seed, link.start, study_.perturbation);
-    return scene;
-  } catch (const SceneError& e) {
-    throw in_study(study_, e);
-  }
+  Scene scene_of(const ChainLink& link) const { return freeplay::scene_of(study_, plan_, link, stop_); }
 
   SectionRequest request(const char* table) const {
     const auto of = std::string(table) + ".";
@@ -102,6 +73,12 @@ class Settling {
     throw error_at(study_, {table, e.key.substr(table.size() + 1)}, e.message);
   }
 
+  void require_exponents_of(const Scene& scene, const char* table) const try {
+    require_exponents(scene, plan_.formulation);
+  } catch (const ModelError& e) {
+    throw error_at(study_, {table, "exponents"}, fmt::format("{}: {}", e.key, e.message));
+  }
+
   /// Reads all scenes; assembles the first one of each chain, which determines the columns.
   void check(const char* table) {
     auto requested = request(table);
@@ -111,6 +88,7 @@ class Settling {
         auto plain = chain.links[i];
         if (!first) plain.start = -1;
         const auto scene = scene_of(plain);
+        if (plan_.exponents) require_exponents_of(scene, table);
         if (chain.links[i].start > 0 && !differ(scene, study_.perturbation))
           throw error_at(
               study_, {table, "starts"},
@@ -217,6 +195,9 @@ class Settling {
         const std::lock_guard lock(mutex_);
         there = store_.find(run->key, made);
       }
+      made.key = run->key;
+      made.period = run->plan().period;
+      made.drive_angles = run->angles_at_end;
       if (!there) {
         run->along = std::move(along);
         return run;
@@ -289,6 +270,31 @@ class Settling {
 };
 
 }  // namespace
+
+State take_over(Scene& scene, const Handed& from, const StopToken& stop) {
+  for (std::size_t i = 0; i < scene.mechanism.drives.size() && i < from.drive_angles.size(); ++i)
+    if (auto* speed = std::get_if<SpeedDrive>(&scene.mechanism.drives[i]);
+        speed && !std::isnan(from.drive_angles[i]))
+      speed->initial_angle = from.drive_angles[i];
+  auto mechanism = scene.mechanism;
+  start_from(mechanism, from.state);
+  auto state = assemble(mechanism, RunOptions::Start::assembled, nullptr, stop);
+  state.t = 0;
+  if (from.state.z.size() == state.z.size() || state.z.empty()) state.z = from.state.z;
+  return state;
+}
+
+Scene scene_of(const Study& study, const AttractorPlan& plan, const ChainLink& link,
+               const StopToken& stop) try {
+  auto overrides = plan.overrides;
+  overrides.insert(overrides.end(), link.overrides.begin(), link.overrides.end());
+  auto scene = read_scene(study.scene, overrides, study.reach == Reach::anywhere);
+  if (link.start >= 0 && differ(scene, study.perturbation))
+    scene = perturbed(scene, stop, study.seed, link.start, study.perturbation);
+  return scene;
+} catch (const SceneError& e) {
+  throw in_study(study, e);
+}
 
 SettledRuns settle(const Study& study, const AttractorPlan& plan, const char* table,
                    const std::vector<Chain>& chains, AttractorStore& store, int threads, StopToken stop,

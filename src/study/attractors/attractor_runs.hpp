@@ -17,6 +17,8 @@
 
 namespace freeplay {
 
+struct Scene;
+
 /// One run: its scene, and its row in the results.
 struct ChainLink {
   std::vector<std::string> overrides;
@@ -51,6 +53,20 @@ struct SettledRuns {
 SettledRuns settle(const Study& study, const AttractorPlan& plan, const char* table,
                    const std::vector<Chain>& chains, AttractorStore& store, int threads, StopToken stop,
                    const std::function<void(const ChainProgress&)>& on_progress);
+
+/// End of a run, as start of another one.
+struct Handed {
+  State state;
+  /// Rad, of the scene's drives; NaN for drives that prescribe no speed.
+  std::vector<double> drive_angles;
+};
+
+/// Starts a scene from the end of a run, whose value may differ: sets the angles of its drives and returns
+/// the start.
+State take_over(Scene& scene, const Handed& from, const StopToken& stop);
+
+/// The scene of a run. Throws SceneError.
+Scene scene_of(const Study& study, const AttractorPlan& plan, const ChainLink& link, const StopToken& stop);
 
 /// KEY=VALUE of every key of an axis, for an index in its list of values.
 std::vector<std::string> settings_at(const Axis& axis, std::size_t place);

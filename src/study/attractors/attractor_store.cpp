@@ -1,5 +1,6 @@
 #include "study/attractors/attractor_store.hpp"
 
+#include <algorithm>
 #include <cmath>
 
 namespace freeplay {
@@ -15,6 +16,11 @@ const StoreForm form{
      "CREATE INDEX points_run ON points(run)",
      "CREATE TABLE ends (run TEXT REFERENCES runs(run) ON DELETE CASCADE, part TEXT, place INTEGER, value REAL)",
      "CREATE INDEX ends_run ON ends(run)"}};
+
+constexpr const char* exponent_definitions[] = {
+    "CREATE TABLE exponents (run TEXT REFERENCES runs(run) ON DELETE CASCADE, periods INTEGER, value REAL, "
+    "error REAL, reason TEXT)",
+    "CREATE INDEX exponents_run ON exponents(run)"};
 
 }  // namespace
 
@@ -62,6 +68,27 @@ void AttractorStore::store(const std::string& key, const SettledRun& run,
   put("v", run.end.v);
   put("z", run.end.z);
   whole.commit();
+}
+
+void AttractorStore::begin_exponents() {
+  Database::Transaction whole(database_);  // two processes may begin at the same time
+  const auto there = database_.schema();
+  for (const auto* definition : exponent_definitions)
+    if (std::ranges::find(there, definition, &SchemaObject::sql) == there.end())
+      database_.execute(definition);
+  whole.commit();
+}
+
+std::optional<AttractorExponent> AttractorStore::find_exponent(const std::string& key, long periods) const {
+  Statement s(database_, "SELECT value, error, reason FROM exponents WHERE run = ? AND periods = ?");
+  s.bind(key).bind(periods);
+  if (!s.step()) return {};
+  return AttractorExponent{s.number(0), s.number(1), s.text(2)};
+}
+
+void AttractorStore::store_exponent(const std::string& key, long periods, const AttractorExponent& e) {
+  Statement(database_, "INSERT INTO exponents VALUES (?, ?, ?, ?, ?)")
+      .put(key, periods, e.value, e.error, e.reason);
 }
 
 }  // namespace freeplay

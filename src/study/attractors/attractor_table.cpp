@@ -7,6 +7,7 @@
 #include <map>
 #include <nlohmann/json.hpp>
 #include <numeric>
+#include <optional>
 #include <set>
 
 namespace freeplay {
@@ -37,17 +38,52 @@ nlohmann::json common_json(const SettledRuns& runs, const AttractorPlan& plan) {
       failed += !run.finished();
       doubtful += !run.doubt.empty();
     }
-  return {{"section", plan.section},
-          {"formulation", plan.formulation},
-          {"period_s", runs.period},
-          {"discard_periods", plan.discard},
-          {"keep_periods", plan.keep},
-          {"tolerance", plan.tolerance},
-          {"most_period", plan.most_period},
-          {"columns", to_json(runs.columns)},
-          {"runs", all},
-          {"failed", failed},
-          {"doubtful", doubtful}};
+  nlohmann::json document = {{"section", plan.section},
+                             {"formulation", plan.formulation},
+                             {"period_s", runs.period},
+                             {"discard_periods", plan.discard},
+                             {"keep_periods", plan.keep},
+                             {"tolerance", plan.tolerance},
+                             {"most_period", plan.most_period},
+                             {"columns", to_json(runs.columns)},
+                             {"runs", all},
+                             {"failed", failed},
+                             {"doubtful", doubtful}};
+  if (plan.exponents) document["exponent_periods"] = plan.averaged();
+  return document;
+}
+
+nlohmann::json number_or_null(double x) { return std::isfinite(x) ? nlohmann::json(x) : nlohmann::json(); }
+
+/// As the list of lyapunov.json.
+nlohmann::json to_json(const AttractorExponent& e, double period) {
+  return {{"per_s", number_or_null(e.value)},
+          {"standard_error_per_s", number_or_null(e.error)},
+          {"per_period", number_or_null(period > 0 ? e.value * period : NAN)},
+          {"reason", e.reason}};
+}
+
+/// Fields of a table's row at its end.
+std::string exponent_fields(const SettledRun& run) {
+  return run.exponent ? fmt::format(",{},{}", run.exponent->value, run.exponent->error) : ",nan,nan";
+}
+constexpr const char* exponent_columns = ",exponent,exponent_error\n";
+
+/// Text "exponent 1.2 +- 0.1 1/s", in the notation of a terminal.
+std::string exponent_text(const AttractorExponent& e) {
+  if (std::isnan(e.value)) return "exponent unknown";
+  if (!std::isfinite(e.value)) return "exponent -inf";
+  return fmt::format("exponent {:.4g} +- {:.1g} 1/s", e.value, e.error);
+}
+
+/// Of each attractor of a basin.
+std::vector<std::optional<AttractorExponent>> exponents_of(const SettledRuns& runs,
+                                                           const Classified& classified) {
+  std::vector<std::optional<AttractorExponent>> list(classified.list.size());
+  each_run(runs, classified, [&](const SettledRun& run, int attractor) {
+    if (attractor >= 0 && run.exponent) list[static_cast<std::size_t>(attractor)] = run.exponent;
+  });
+  return list;
 }
 
 std::string shown(double x) { return fmt::format("{:.6g}", x); }
@@ -56,6 +92,7 @@ std::string shown(double x) { return fmt::format("{:.6g}", x); }
 struct Kinds {
   std::set<int> settled;  ///< attractors other than the aperiodic one
   bool aperiodic = false;
+  bool chaotic = false;  ///< a positive exponent, beyond twice its standard error
 };
 
 /// Text "WHAT: 0.3 to 0.5, 0.7 UNIT": intervals of values with this property; empty if there are
@@ -134,6 +171,7 @@ std::vector<Chain> basin_chains(const Study& study) {
 Classified told_at_each_value(const SettledRuns& runs) {
   std::map<double, std::vector<Attractor>> at;
   Classified classified;
+  classified.at_each_value = true;
   for (const auto& chain : runs.chains) {
     classified.of.emplace_back();
     for (const auto& run : chain)
@@ -162,20 +200,22 @@ std::string bifurcation_csv(const Study& study, const SettledRuns& runs, const C
   const auto& axis = study.axes[study.bifurcation->axis];
   std::string csv = "branch,value,attractor,period,t";
   for (const auto& c : runs.columns) csv += "," + c.name;
-  csv += "\n";
+  const bool exponents = study.bifurcation->exponents;
+  csv += exponents ? exponent_columns : "\n";
   each_run(runs, classified, [&](const SettledRun& run, int attractor) {
+    const auto tail = exponents ? exponent_fields(run) + "\n" : std::string("\n");
     const auto head =
         fmt::format("{},{},{},{}", run.branch, run.values[0] * axis.scale, attractor, run.attractor.period);
     if (run.t.empty()) {  // a row without points shows that it was run
       csv += head + ",nan";
       for (std::size_t j = 0; j < runs.columns.size(); ++j) csv += ",nan";
-      csv += "\n";
+      csv += tail;
     }
     for (std::size_t i = 0; i < run.t.size(); ++i) {
       csv += fmt::format("{},{}", head, run.t[i]);
       for (std::size_t j = 0; j < runs.columns.size(); ++j)
         csv += fmt::format(",{}", run.rows[i * runs.columns.size() + j]);
-      csv += "\n";
+      csv += tail;
     }
   });
   return csv;
@@ -193,6 +233,7 @@ nlohmann::json bifurcation_json(const Study& study, const SettledRuns& runs, con
                           {"points", run.t.size()}};
     if (!run.failure.empty()) one["failure"] = run.failure;
     if (!run.doubt.empty()) one["doubt"] = run.doubt;
+    if (run.exponent) one["exponent"] = to_json(*run.exponent, run.period);
     list.push_back(std::move(one));
   });
   document["at"] = std::move(list);
@@ -210,6 +251,7 @@ std::string bifurcation_text(const Study& study, const SettledRuns& runs, const 
   each_run(runs, classified, [&](const SettledRun& run, int attractor) {
     const double x = run.values[0] * axis.scale;
     auto& at = kinds[x];
+    at.chaotic |= run.exponent && run.exponent->value > 2 * run.exponent->error;
     if (run.finished() && run.attractor.period == Attractor::aperiodic) at.aperiodic = true;
     if (run.finished() && run.attractor.period != Attractor::aperiodic) at.settled.insert(attractor);
     const auto kind = run.finished() ? run.attractor.name() : "failed";
@@ -228,6 +270,7 @@ std::string bifurcation_text(const Study& study, const SettledRuns& runs, const 
                  [](const Kinds& k) { return k.settled.size() > 1; });
   text += listed("branches differ: coexisting attractors, or the discarded interval is too short", axis.unit,
                  kinds, [](const Kinds& k) { return k.settled.size() == 1 && k.aperiodic; });
+  text += listed("positive Lyapunov exponent", axis.unit, kinds, [](const Kinds& k) { return k.chaotic; });
   return text;
 }
 
@@ -235,14 +278,15 @@ std::string basin_csv(const Study& study, const SettledRuns& runs, const Classif
   const auto &x = study.axes[study.basin->x], &y = study.axes[study.basin->y];
   std::string csv = "x,y,attractor,period";
   for (const auto& c : runs.columns) csv += "," + c.name;
-  csv += "\n";
+  const bool exponents = study.basin->exponents;
+  csv += exponents ? exponent_columns : "\n";
   const auto width = runs.columns.size();
   each_run(runs, classified, [&](const SettledRun& run, int attractor) {
     csv += fmt::format("{},{},{},{}", run.values[0] * x.scale, run.values[1] * y.scale, attractor,
                        run.attractor.period);
     for (std::size_t j = 0; j < width; ++j)
       csv += fmt::format(",{}", run.t.empty() ? std::nan("") : run.rows[run.rows.size() - width + j]);
-    csv += "\n";
+    csv += exponents ? exponent_fields(run) + "\n" : std::string("\n");
   });
   return csv;
 }
@@ -252,15 +296,18 @@ nlohmann::json basin_json(const Study& study, const SettledRuns& runs, const Cla
   document["x"] = to_json(study.axes[study.basin->x]);
   document["y"] = to_json(study.axes[study.basin->y]);
   std::vector<std::size_t> cells(classified.list.size(), 0);
+  const auto exponents = exponents_of(runs, classified);
   each_run(runs, classified, [&](const SettledRun&, int attractor) {
     if (attractor >= 0) ++cells[static_cast<std::size_t>(attractor)];
   });
   auto list = nlohmann::json::array();
-  for (std::size_t a = 0; a < classified.list.size(); ++a)
+  for (std::size_t a = 0; a < classified.list.size(); ++a) {
     list.push_back({{"kind", classified.list[a].name()},
                     {"cycle", cycle(classified.list[a], runs.columns)},
                     {"points", classified.list[a].points},
                     {"cells", cells[a]}});
+    if (exponents[a]) list.back()["exponent"] = to_json(*exponents[a], runs.period);
+  }
   document["attractors"] = std::move(list);
   return document;
 }
@@ -273,10 +320,12 @@ std::string basin_text(const Study&, const SettledRuns& runs, const Classified& 
     if (attractor >= 0) ++cells[static_cast<std::size_t>(attractor)];
   });
   std::string text = fmt::format("{:<10}{:>8}{:>8}  {}\n", "attractor", "cells", "share", "kind");
+  const auto exponents = exponents_of(runs, classified);
   for (std::size_t a = 0; a < classified.list.size(); ++a) {
-    text += fmt::format("{:<10}{:>8}{:>7.1f}%  {}\n", a, cells[a],
+    text += fmt::format("{:<10}{:>8}{:>7.1f}%  {}{}\n", a, cells[a],
                         100.0 * static_cast<double>(cells[a]) / static_cast<double>(all),
-                        classified.list[a].name());
+                        classified.list[a].name(),
+                        exponents[a] ? ", " + exponent_text(*exponents[a]) : std::string());
     if (const auto points = cycle(classified.list[a], runs.columns); !points.empty())
       text += fmt::format("{:28}{}\n", "", points);
   }

@@ -22,6 +22,7 @@ std::vector<Chain> basin_chains(const Study& study);
 struct Classified {
   std::vector<Attractor> list;
   std::vector<std::vector<int>> of;  ///< in the shape of SettledRuns::chains
+  bool at_each_value = false;        ///< whether the numbers restart at each value
 };
 Classified told_at_each_value(const SettledRuns& runs);
 Classified told_at_all(const SettledRuns& runs);

@@ -17,7 +17,7 @@ constexpr std::array tables{
     "runs"sv,    "turn_rows"sv,      "flight_rows"sv, "impact_rows"sv, "measure_rows"sv, "cost_rows"sv,
     "work"sv,    "spectrum_blobs"sv, "trace_blobs"sv, "sweeps"sv,      "derived"sv,      "turns"sv,
     "flights"sv, "impacts"sv,        "measures"sv,    "spectra"sv,     "traces"sv,       "costs"sv,
-    "points"sv,  "ends"sv,           "numbers"sv};
+    "points"sv,  "ends"sv,           "numbers"sv,     "exponents"sv};
 constexpr std::array views{"named"sv,    "turns"sv,   "flights"sv, "impacts"sv,
                            "measures"sv, "spectra"sv, "traces"sv,  "costs"sv};
 constexpr std::array rows_of_runs{"turn_rows"sv, "flight_rows"sv,    "impact_rows"sv, "measure_rows"sv,
