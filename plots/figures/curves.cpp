@@ -30,7 +30,8 @@ constexpr CurveKind curve_kinds[] = {{"fold", "fold", "lw 2 lc rgb C4"},
 
 std::vector<std::filesystem::path> draw_curves(const std::filesystem::path& folder) {
   const JsonFile document(folder / "continue.json");
-  const double scale = document.number("continue.scale"), second_scale = document.number("second.scale");
+  const double scale = document.number("continue.scale"),
+               second_scale = document.number("continue.second.scale");
   std::array<std::vector<Block>, std::size(curve_kinds)> blocks;
   Limits across, up;
   Rows rows(folder / "curves.csv");
@@ -52,9 +53,10 @@ std::vector<std::filesystem::path> draw_curves(const std::filesystem::path& fold
   }
   if (!(across.range() > 0)) return {};
   Figure f{.name = "curves", .height_cm = 10, .source = "continue.json"};
-  Panel panel{.title = AxisTitle::plain(document.text("second.key"), document.text("second.unit")),
-              .axis = axis_of(up.least, up.most),
-              .curves = {}};
+  Panel panel{
+      .title = AxisTitle::plain(document.text("continue.second.key"), document.text("continue.second.unit")),
+      .axis = axis_of(up.least, up.most),
+      .curves = {}};
   for (std::size_t i = 0; i < blocks.size(); ++i) {
     if (blocks[i].empty()) continue;
     panel.curves.push_back(

@@ -97,18 +97,15 @@ struct BranchTables {
   }
 };
 
-std::string curve_rows(const Branches& found) {
-  std::string text =
-      "curve,kind,parameter,second,period_s,periods,stable,greatest_modulus,multiplier_re,multiplier_im,joint,"
-      "residual\n";
-  for (const auto& c : found.curve_points) {
-    const auto first = first_multiplier(c.orbit);
-    text += fmt::format("{},{},{},{},{},{},{},{},{},{},{},{}\n", c.curve,
-                        bifurcation_names[static_cast<std::size_t>(c.kind)], c.parameter, c.second,
-                        c.orbit.period, c.orbit.periods, c.orbit.stable ? 1 : 0, greatest_modulus(c.orbit),
-                        first.real(), first.imag(), c.joint, c.residual);
-  }
-  return text;
+constexpr const char* curve_head =
+    "curve,kind,parameter,second,period_s,periods,stable,greatest_modulus,multiplier_re,multiplier_im,joint,"
+    "residual\n";
+std::string curve_row(const CurvePoint& c) {
+  const auto first = first_multiplier(c.orbit);
+  return fmt::format("{},{},{},{},{},{},{},{},{},{},{},{}\n", c.curve,
+                     bifurcation_names[static_cast<std::size_t>(c.kind)], c.parameter, c.second,
+                     c.orbit.period, c.orbit.periods, c.orbit.stable ? 1 : 0, greatest_modulus(c.orbit),
+                     first.real(), first.imag(), c.joint, c.residual);
 }
 
 nlohmann::json finite(double x) { return std::isfinite(x) ? nlohmann::json(x) : nlohmann::json(); }
@@ -164,6 +161,10 @@ void print(const ContinuationPlan& plan, const Branches& found) {
     fmt::print("{:<9}{:>7} {:>20.12g} {:>14.9g}  {}{}\n", kind_name(b), b.at.branch, b.at.parameter,
                b.at.orbit.period, b.follows,
                b.new_branch > 0 ? fmt::format(" (branch {})", b.new_branch) : std::string());
+  for (const auto& c : found.curves)
+    fmt::print("{}", wrapped(fmt::format("curve {}, {} from {:.9g}: {} points; ends: {}; {}\n", c.curve,
+                                         bifurcation_names[static_cast<std::size_t>(c.kind)], c.parameter,
+                                         c.points, c.reasons[0], c.reasons[1])));
 }
 
 int continue_branches(const ContinueVerb& request) try {
@@ -186,10 +187,11 @@ int continue_branches(const ContinueVerb& request) try {
   ResultSet set(folder, "continue");
   BranchTables tables(scene);
   // Rows so far, which remain if the process is killed.
-  const auto rows = folder / "branch.csv", marks = folder / "bifurcations.csv";
+  const auto rows = folder / "branch.csv", marks = folder / "bifurcations.csv",
+             curves = folder / "curves.csv";
   Branches found;
   {
-    std::optional<OutputFile> live, live_marks;  // from the first motion on
+    std::optional<OutputFile> live, live_marks, live_curves;  // from the first motion on
     const auto append = [](std::optional<OutputFile>& file, const std::filesystem::path& path,
                            const std::string& head, const std::string& row) {
       if (!file) {
@@ -204,6 +206,7 @@ int continue_branches(const ContinueVerb& request) try {
     ContinuationRequest what{.key = plan.key,
                              .from = plan.from,
                              .to = plan.to,
+                             .start = plan.start,
                              .step = plan.step,
                              .periods = plan.periods,
                              .settle = plan.settle,
@@ -228,6 +231,11 @@ int continue_branches(const ContinueVerb& request) try {
       append(live_marks, marks, tables.bifurcations, row);
       tables.bifurcations += row;
     };
+    what.on_curve_point = [&](const CurvePoint& c) {
+      append(live_curves, curves, curve_head, curve_row(c));
+      progress.show(fmt::format("curve {}", c.curve),
+                    std::abs((c.second - plan.second->from) / (plan.second->to - plan.second->from)));
+    };
     try {
       found = located_in(scene, [&] { return continue_orbit(scene, what); });
     } catch (const Interrupted&) {
@@ -244,8 +252,7 @@ int continue_branches(const ContinueVerb& request) try {
   }
   const auto partial = [](std::filesystem::path path) { return path += ".partial"; };
   if (!found.failure.empty()) {
-    remove_file(partial(rows));
-    remove_file(partial(marks));
+    for (const auto& path : {rows, marks}) remove_file(partial(path));
     fmt::print(stderr, "{}", wrapped("no periodic motion found at the start: " + found.failure + "\n"));
     return 1;
   }
@@ -254,10 +261,13 @@ int continue_branches(const ContinueVerb& request) try {
   write_file(set.place() / "branch.csv", tables.branch);
   write_file(set.place() / "branch_impacts.csv", tables.impacts);
   write_file(set.place() / "bifurcations.csv", tables.bifurcations);
-  if (plan.second) write_file(set.place() / "curves.csv", curve_rows(found));
+  if (plan.second) {
+    std::string text = curve_head;
+    for (const auto& c : found.curve_points) text += curve_row(c);
+    write_file(set.place() / "curves.csv", text);
+  }
   set.commit();
-  remove_file(partial(rows));
-  remove_file(partial(marks));
+  for (const auto& path : {rows, marks, curves}) remove_file(partial(path));
   print(plan, found);
   fmt::print("results in {}\n", folder.string());
   for (const auto& path : plots::all(folder)) fmt::print("figure: {}\n", path.string());

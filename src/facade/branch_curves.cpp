@@ -53,8 +53,8 @@ void extrapolate(std::vector<double>& x, const std::vector<double>& before, doub
 
 }  // namespace
 
-BifurcationCurve::BifurcationCurve(const Scene& scene, const SecondKey& second, CurveStart start)
-    : scene_(scene), second_(second), start_(std::move(start)) {
+BifurcationCurve::BifurcationCurve(const Scene& scene, const SecondKey& second, CurveStart start, int number)
+    : scene_(scene), second_(second), start_(std::move(start)), number_(number) {
   const auto& setup = start_.solver.setup();
   keys_ = {setup.key, second.key};
   low_ = {std::min(setup.from, setup.to), std::min(second.from, second.to)};
@@ -220,8 +220,9 @@ std::optional<BifurcationCurve::Located> BifurcationCurve::locate(const std::vec
   return p;
 }
 
-std::vector<BifurcationCurve::Located> BifurcationCurve::follow(const Located& from, double side,
-                                                                std::string& reason) const {
+std::vector<BifurcationCurve::Located> BifurcationCurve::follow_to(
+    double side, const Located& from, const std::function<void(const CurvePoint&)>& on_point,
+    std::string& reason) const {
   std::vector<Located> points{from};
   Plane direction{0, side};
   const double greatest = second_.step ? *second_.step / range_[1] : default_step;
@@ -270,6 +271,7 @@ std::vector<BifurcationCurve::Located> BifurcationCurve::follow(const Located& f
       return points;
     }
     points.push_back(std::move(*next));
+    if (on_point) on_point(point_of(points.back()));
     direction = {chord[0] / size, chord[1] / size};
     last_step = size;
     if (!ends.empty()) {
@@ -283,7 +285,8 @@ std::vector<BifurcationCurve::Located> BifurcationCurve::follow(const Located& f
 }
 
 CurvePoint BifurcationCurve::point_of(const Located& p) const {
-  CurvePoint c{.kind = start_.kind,
+  CurvePoint c{.curve = number_,
+               .kind = start_.kind,
                .parameter = p.at[0] * range_[0],
                .second = p.at[1] * range_[1],
                .orbit = branch_orbit(start_.solver.periods(), p.motion),
@@ -293,15 +296,18 @@ CurvePoint BifurcationCurve::point_of(const Located& p) const {
   return c;
 }
 
-std::pair<std::vector<CurvePoint>, CurveEnds> BifurcationCurve::follow() {
+std::pair<std::vector<CurvePoint>, CurveEnds> BifurcationCurve::follow(
+    const std::function<void(const CurvePoint&)>& on_point) {
   const double second = number_of_key(scene_, second_.key, Family::nonsmooth);
   Located from{.at = {start_.parameter / range_[0], second / range_[1]}, .motion = start_.motion};
+  if (on_point) on_point(point_of(from));
   CurveEnds ends;
+  ends.curve = number_;
   ends.kind = start_.kind;
   ends.parameter = start_.parameter;
-  auto list = follow(from, -1, ends.reasons[0]);
+  auto list = follow_to(-1, from, on_point, ends.reasons[0]);
   std::ranges::reverse(list);
-  const auto up = follow(from, 1, ends.reasons[1]);
+  const auto up = follow_to(1, from, on_point, ends.reasons[1]);
   list.insert(list.end(), up.begin() + 1, up.end());
   std::vector<CurvePoint> points;
   for (const auto& p : list) points.push_back(point_of(p));

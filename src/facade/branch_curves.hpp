@@ -7,6 +7,7 @@
 #pragma once
 
 #include <array>
+#include <functional>
 #include <optional>
 #include <string>
 #include <utility>
@@ -31,9 +32,11 @@ struct CurveStart {
 class BifurcationCurve {
  public:
   /// `scene`: with the value of the second key at the start.
-  BifurcationCurve(const Scene& scene, const SecondKey& second, CurveStart start);
-  /// Follows the curve from its start to both sides. The points are ordered along it; their `curve` is 1.
-  std::pair<std::vector<CurvePoint>, CurveEnds> follow();
+  BifurcationCurve(const Scene& scene, const SecondKey& second, CurveStart start, int number);
+  /// Follows the curve from its start to both sides, and calls `on_point` for each point when it is known. The
+  /// result is ordered along the curve.
+  std::pair<std::vector<CurvePoint>, CurveEnds> follow(
+      const std::function<void(const CurvePoint&)>& on_point);
 
  private:
   using Plane = std::array<double, 2>;  // p/R
@@ -45,7 +48,9 @@ class BifurcationCurve {
     double slope = 0;  // of the test function or positive quantity, by arclength
   };
 
-  std::vector<Located> follow(const Located& from, double side, std::string& reason) const;
+  std::vector<Located> follow_to(double side, const Located& from,
+                                 const std::function<void(const CurvePoint&)>& on_point,
+                                 std::string& reason) const;
   BranchSolver solver(int free, double fixed) const;
   std::optional<Located> locate(const std::vector<Located>& points, double ahead, int free, const Plane& near,
                                 std::string& reason) const;
@@ -62,6 +67,7 @@ class BifurcationCurve {
   const Scene& scene_;
   const SecondKey& second_;
   CurveStart start_;
+  int number_;
   std::array<std::string, 2> keys_;
   std::array<double, 2> low_{},
       high_{};  // SI, bounds of the curve: of the first key beyond the branch's range

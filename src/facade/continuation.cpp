@@ -72,8 +72,9 @@ class Continuation {
                       .period = request_.period,
                       .autonomous = false,
                       .stop = request_.stop};
+    const double begin = request_.start.value_or(request_.from);
     Scene first = scene_;
-    set_number_key(first, setup.key, Family::nonsmooth, setup.from);
+    set_number_key(first, setup.key, Family::nonsmooth, begin);
     const System system(first.mechanism);
     setup.autonomous = !excitation_of(first.mechanism, system).any;
     const auto found = orbit(first, {.periods = request_.periods,
@@ -81,18 +82,22 @@ class Continuation {
                                      .period = request_.period,
                                      .stop = request_.stop});
     if (!found.failure.empty()) {
-      result_.failure = fmt::format("{} = {:.9g}: {}", setup.key, setup.from, found.failure);
+      result_.failure = fmt::format("{} = {:.9g}: {}", setup.key, begin, found.failure);
       return std::move(result_);
     }
     BranchSolver solver(scene_, setup, request_.periods);
     std::string reason;
     auto motion =
-        solver.begin(found.state, setup.from, found.period * found.periods, setup.to > setup.from, reason);
+        solver.begin(found.state, begin, found.period * found.periods, setup.to > setup.from, reason);
     if (!motion) {
-      result_.failure = fmt::format("{} = {:.9g}: {}", setup.key, setup.from, reason);
+      result_.failure = fmt::format("{} = {:.9g}: {}", setup.key, begin, reason);
       return std::move(result_);
     }
-    branches_.push_back({std::move(solver), std::move(*motion), "start", ++count_, 0});
+    branches_.push_back({solver, *motion, "start", ++count_, 0});
+    if (request_.start && *request_.start != request_.from && *request_.start != request_.to) {
+      motion->tangent = -motion->tangent;
+      branches_.push_back({std::move(solver), std::move(*motion), "start", ++count_, 0});
+    }
     while (!branches_.empty()) {
       auto next = std::move(branches_.front());
       branches_.pop_front();
@@ -400,12 +405,9 @@ class Continuation {
       const double share = std::clamp(-a.dot(chord) / chord.squaredNorm(), 0.0, 1.0);
       if ((a + share * chord).norm() < same_curve) return;
     }
-    auto [points, ends] = BifurcationCurve(scene_, second, std::move(start)).follow();
-    ends.curve = static_cast<int>(result_.curves.size()) + 1;
-    for (auto& point : points) {
-      point.curve = ends.curve;
-      result_.curve_points.push_back(std::move(point));
-    }
+    BifurcationCurve curve(scene_, second, std::move(start), static_cast<int>(result_.curves.size()) + 1);
+    auto [points, ends] = curve.follow(request_.on_curve_point);
+    for (auto& point : points) result_.curve_points.push_back(std::move(point));
     result_.curves.push_back(std::move(ends));
   }
 
@@ -423,6 +425,9 @@ Branches continue_orbit(const Scene& scene, const ContinuationRequest& request) 
   number_of_key(scene, request.key, Family::nonsmooth);
   if (!(std::isfinite(request.from) && std::isfinite(request.to)) || request.from == request.to)
     throw ModelError("continue.to", "must differ from continue.from");
+  if (request.start && !(*request.start >= std::min(request.from, request.to) &&
+                         *request.start <= std::max(request.from, request.to)))
+    throw ModelError("continue.start", "must be within continue.from and continue.to");
   if (request.step && !(*request.step > 0)) throw ModelError("continue.step", "must be greater than 0");
   if (scene.nonsmooth.scheme_in_force() == Scheme::moreau_jean)
     throw ModelError(

@@ -33,6 +33,8 @@ struct ContinuationRequest {
   std::string key;  ///< of the scene, as SensitivityRequest::to names it
   double from = 0;  ///< SI, value at which the branch begins
   double to = 0;    ///< SI, other end of the range
+  /// SI, value within the range at which the branch begins instead; it is then followed to both sides.
+  std::optional<double> start = {};
   /// Greatest step of the key, SI; default: a fiftieth of the range.
   std::optional<double> step = {};
   int periods = 1;                       ///< periods of the drive after which the motion repeats
@@ -43,6 +45,7 @@ struct ContinuationRequest {
   std::optional<SecondKey> second = {};  ///< for curves over two keys
   std::function<void(const BranchPoint&)> on_point = {};        ///< called for each motion when it is known
   std::function<void(const Bifurcation&)> on_bifurcation = {};  ///< likewise for each bifurcation
+  std::function<void(const CurvePoint&)> on_curve_point = {};   ///< likewise for each point of the curves
   /// Stop request; the function then throws Interrupted.
   StopToken stop = {};
 };

@@ -156,6 +156,8 @@ constexpr SchemaKey study_keys[] = {
     {"study.continue.from", "number", "", "required",
      "value of the key at which the branch begins; units as in scenes"},
     {"study.continue.to", "number", "", "required", "other end of the range of the key"},
+    {"study.continue.start", "number", "", "from",
+     "value within the range at which the branch begins; it is followed to both sides"},
     {"study.continue.step", "number", "", "a fiftieth of the range", "greatest step of the key"},
     {"study.continue.set", "names", "", "[]", "keys of the scene, KEY=VALUE"},
     {"study.continue.periods", "number", "", "1", "periods of the drive after which the motion repeats"},

@@ -51,6 +51,11 @@ ContinuationPlan read_continuation(Section s) {
   p.from = number_of_key("from");
   p.to = number_of_key("to");
   if (p.from == p.to) s.fail("to", fmt::format("must differ from from = {}", p.from));
+  if (s.has("start")) {
+    p.start = number_of_key("start");
+    if (!(*p.start >= std::min(p.from, p.to) && *p.start <= std::max(p.from, p.to)))
+      s.fail("start", fmt::format("must be from {} to {}", std::min(p.from, p.to), std::max(p.from, p.to)));
+  }
   if (s.has("step")) p.step = s.number(Key{"step", unit_of(p.key), {}}, positive);
   if (s.has("set")) p.overrides = s.names("set");
   for (const auto& set : p.overrides)

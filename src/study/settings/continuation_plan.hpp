@@ -25,7 +25,7 @@ struct SecondKeyPlan {
 struct ContinuationPlan {
   std::string key;
   double from = 0, to = 0;             ///< SI
-  std::optional<double> step;          ///< SI
+  std::optional<double> start, step;   ///< SI
   std::vector<std::string> overrides;  ///< keys of the scene, KEY=VALUE
   int periods = 1;
   double settle = 10;
