@@ -135,6 +135,12 @@ std::vector<std::filesystem::path> draw_branch(const std::filesystem::path& fold
     if (before == motions.end()) continue;
     auto& block = found.try_emplace(events.name(kind), Block(events.name(kind) + ": parameter, " + column))
                       .first->second;
+    if (forces && events.name(kind) == "liftoff") {
+      block.row({x, 0.0});
+      across.hold(x);
+      up.hold(0);
+      continue;
+    }
     for (std::size_t i = 0; i < before->second.y.size(); ++i) {
       double y = before->second.y[i];
       if (next != motions.end() && next->second.y.size() == before->second.y.size() &&
