@@ -13,7 +13,7 @@ namespace freeplay {
 namespace {
 
 /// Ordinary steps that are worth the way into the lane and out of it.
-constexpr double fewest_steps = 4;
+constexpr double fewest_lane_steps = 4;
 /// After as many steps, stop requests are looked for.
 constexpr double most_steps = 1000;
 
@@ -45,7 +45,7 @@ Ending run_in_single_lane(Formulation& formulation, double until, Watch& watch,
     }
     if (!group) continue;
     const double most = unseen();
-    if (most < fewest_steps || !group->ready(0)) continue;
+    if (most < fewest_lane_steps || !group->ready(0)) continue;
     group->load(0);
     group->advance(1, static_cast<long>(most));
     group->store(0);

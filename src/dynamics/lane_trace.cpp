@@ -279,8 +279,8 @@ TracedLanes trace_lanes(const System& system, const State& near, RowFacts facts,
   TracedLanes found;
   found.object = TracedObject(lanes, like ? &like->object : nullptr);
   found.place = TracedObject(0, like ? &like->place : nullptr);
-  if (facts.redundant || !SystemTracer::steps(system) || SystemTracer::iterates(system) || system.has_loads() ||
-      system.frictions() > 0)
+  if (facts.redundant || !SystemTracer::steps(system) || SystemTracer::iterates(system) ||
+      system.has_loads() || system.frictions() > 0)
     return found;
   const SaddlePoint saddle(system.mass(), system.pattern(), SolvePath::automatic, facts);
   if (!saddle.dense()) return found;

@@ -64,7 +64,8 @@ void System::flow(std::type_identity_t<T> t, const T* q, const T* v, const T* z,
                   const Reading& reading) const {
   if (state_scales_.empty()) return;
   const EvaluationOf<T> none;
-  const Motion<T> motion{t, q, v, none, reading};
+  Motion<T> motion{t, q, v, none};
+  if constexpr (!is_traced<T>) motion.reading = reading;
   for_each_item(placed_->lists, [&]<class Facts>(const Placed<Facts>& x) {
     if constexpr (requires { x.facts.has_state(); })
       if (x.state >= 0) dz[x.state] = x.facts.flow(motion.of(x.phase), x.link, z[x.state]);

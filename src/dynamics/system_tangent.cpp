@@ -32,7 +32,7 @@ using enum SystemTangent::Array;
 using Use = SystemTangent::Use;
 
 void trace_motion(TracedObject& object, const System& system, const State& at, Use use) {
-  if (system.next_knot(-INFINITY) < INFINITY) throw NotTraceable("a table or curve of time");
+  if (!SystemTracer::points(system)) throw NotTraceable("pieces of tables or curves");
   Trace trace(object, "motion");
   const auto t = trace.input(of_t, 0, at.t);
   const auto q = trace.inputs(of_q, at.q), v = trace.inputs(of_v, at.v), z = trace.inputs(of_z, at.z);

@@ -32,10 +32,6 @@ constexpr double levels[] = {4e-3, 2e-3, 1e-3};
 /// Greatest share of the last one.
 constexpr double greatest_last = 4e-3;
 
-double length_of(const VectorXd& tangent, Eigen::Index local) {
-  return std::hypot(tangent.head(local).norm(), tangent[tangent.size() - 1]);
-}
-
 /// Tangent for a search along another key: across the old one, as far as the state changes.
 void turn(VectorXd& tangent, Eigen::Index local) {
   auto& key = tangent[tangent.size() - 1];

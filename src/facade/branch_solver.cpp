@@ -49,12 +49,11 @@ std::vector<double> difference_of(const State& a, const State& b) {
   return list;
 }
 
-/// Length of a tangent without the part of the period.
+}  // namespace
+
 double length_of(const VectorXd& tangent, Eigen::Index local) {
   return std::hypot(tangent.head(local).norm(), tangent[tangent.size() - 1]);
 }
-
-}  // namespace
 
 BranchModel::BranchModel(const Scene& given, const BranchSetup& setup, int periods, double parameter)
     : scene(with_key(given, setup, parameter)),

@@ -119,4 +119,7 @@ class BranchSolver {
   int steps_ = fewest_map_steps;
 };
 
+/// Length of a tangent (state, period, key) without the part of the period; `local`: size of the state.
+double length_of(const Eigen::VectorXd& tangent, Eigen::Index local);
+
 }  // namespace freeplay

@@ -43,8 +43,8 @@ struct CompiledStructure {
 /// null; of a known one nothing is compiled, and the check has one state only, or none if its constants
 /// are equal, too.
 std::optional<CompiledRun> compile_system(System& system, const State& near, RowFacts facts, StopToken stop,
-                                          TracedFor scheme = TracedFor::any, CompiledStructures* structures = nullptr,
-                                          bool only_known = false);
+                                          TracedFor scheme = TracedFor::any,
+                                          CompiledStructures* structures = nullptr, bool only_known = false);
 
 /// A system that may run in lanes, with its compiled functions attached.
 struct LaneCandidate {
