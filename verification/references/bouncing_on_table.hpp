@@ -35,7 +35,7 @@
 
 namespace freeplay::reference {
 
-struct ShakenBall {
+struct BallOnTable {
   double restitution, gravity, omega;  ///< e in [0, 1); m/s²; rad/s
   int turns = 1;                       ///< n
 

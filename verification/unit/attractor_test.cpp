@@ -38,7 +38,7 @@ Study study_of(const test::TemporaryFolder& folder, const std::string& text) {
 
 /// The orbit of one impact in a period at the strength Γ, half a period before an impact: the ball
 /// at its top.
-std::string at_top(const reference::ShakenBall& ball, double strength) {
+std::string at_top(const reference::BallOnTable& ball, double strength) {
   const double phase = ball.phase(strength);
   return fmt::format(
       "\"curves.shake.phase={}\", \"bodies.ball.position=[0, {}]\", \"surfaces.hard.restitution={}\", "
@@ -142,7 +142,7 @@ TEST_CASE("the period of a bouncing ball doubles at the strength of its closed f
   // 0.05, which leaves 1e-7 after 300 periods.
   for (const double e : {0.7, 0.8, 0.9}) {
     CAPTURE(e);
-    const reference::ShakenBall ball{e, 9.81, std::sqrt(9810.0)};
+    const reference::BallOnTable ball{e, 9.81, std::sqrt(9810.0)};
     const double doubling = ball.doubling();
     const test::TemporaryFolder folder;
     const auto study = study_of(folder, ball_study(at_top(ball, 0.98 * doubling),
@@ -165,7 +165,7 @@ TEST_CASE("coexisting attractors, a resting and a bouncing ball, are both found"
   // The ball rests while Γ < 1; the orbit of one impact in a period exists from π (1 − e)/(1 + e)
   // on. With increasing Γ the ball rests; with decreasing Γ from 0.96 it bounces until the orbit
   // ceases to exist.
-  const reference::ShakenBall ball{0.8, 9.81, std::sqrt(9810.0)};
+  const reference::BallOnTable ball{0.8, 9.81, std::sqrt(9810.0)};
   REQUIRE(ball.birth() == Approx(0.349).margin(1e-3));
   std::vector<double> strengths = {0.33, 0.34};
   for (int i = 0; i <= 12; ++i) strengths.push_back(0.36 + 0.05 * i);
@@ -188,7 +188,7 @@ TEST_CASE("coexisting attractors, a resting and a bouncing ball, are both found"
 }
 
 TEST_CASE("a bifurcation study that is stopped and resumed gives the same points", "[attractors]") {
-  const reference::ShakenBall ball{0.8, 9.81, std::sqrt(9810.0)};
+  const reference::BallOnTable ball{0.8, 9.81, std::sqrt(9810.0)};
   const test::TemporaryFolder folder;
   const auto study = study_of(folder, ball_study(at_top(ball, 0.9), {0.5, 0.6, 0.7, 0.8, 0.9},
                                                  "discard = 20\nkeep = 10\nstarts = 1\n"));

@@ -86,7 +86,7 @@ TEST_CASE("runs in compiled steps: impacts, clearances, sticking, dampers, table
       std::get<RevoluteJoint>(joints[1]).clearance = std::get<RevoluteJoint>(joints[2]).clearance;
     }
     const System system(scene.mechanism);
-    CHECK(trace_system(system, assemble(scene.mechanism, scene.run.start), {}, true).steps);
+    CHECK(trace_system(system, assemble(scene.mechanism, scene.run.start), {}, TracedFor::fixed_steps).steps);
     const SimulationOptions by_compiled{.compile = Compile::always}, by_general{.compile = Compile::never};
     const auto found = Simulation(scene, "nonsmooth", by_compiled).run();
     CHECK(found.compiled.used);

@@ -162,7 +162,7 @@ TEST_CASE("a motion that reverses within a step gives two crossings or none", "[
 TEST_CASE("impacts of a ball on a shaking table have the phase of the closed form", "[section]") {
   const double gravity = 9.81, omega = std::sqrt(9810.0);
   for (const double e : {0.5, 0.8}) {
-    const reference::ShakenBall ball{e, gravity, omega};
+    const reference::BallOnTable ball{e, gravity, omega};
     const double strength = 0.5 * (ball.birth() + ball.doubling()), phase = ball.phase(strength);
     // The table is at the phase of an impact half a period before the start, where the ball is at
     // its top, displaced by a hundredth: the orbit is stable and the deviation decays.
