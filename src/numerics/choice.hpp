@@ -19,6 +19,7 @@
 
 namespace freeplay {
 
+/// Whether operations on numbers of this type are recorded.
 template <class T>
 inline constexpr bool is_traced = std::is_same_v<T, Traced>;
 /// The type of places in tables that belong to numbers of type T.
@@ -47,6 +48,7 @@ auto is_below(const A& a, const B& b) {
     return value_of(a) < value_of(b);
 }
 
+/// a = b, likewise.
 template <class A, class B>
 auto is_equal(const A& a, const B& b) {
   if constexpr (is_traced<A> || is_traced<B>)
@@ -60,6 +62,7 @@ template <class A, class B>
 auto choose(bool condition, A a, B b) {
   return condition ? a() : b();
 }
+/// The same for a traced condition.
 template <class A, class B>
 auto choose(const Traced& condition, A a, B b) {
   if (condition.is_constant()) return condition.value != 0 ? a() : b();
@@ -79,18 +82,25 @@ T limited(const T& x, double limit) {
 
 /// @name Whole numbers near a place
 ///@{
+
+/// Greatest whole number that is at most x.
 inline double floor_of(double x) { return std::floor(x); }
+/// The same for a traced number.
 inline Traced floor_of(const Traced& x) { return floor(x); }
+/// Nearest whole number; halves away from 0.
 inline double round_of(double x) { return std::round(x); }
+/// The same for a traced number.
 inline Traced round_of(const Traced& x) { return round(x); }
 ///@}
 
 /// Whether a number is 0 wherever it is evaluated, so that its terms may be omitted.
 inline bool vanishes(double x) { return x == 0; }
+/// The same for a traced number.
 inline bool vanishes(const Traced& x) { return x.is_constant() && x.value == 0; }
 
 /// @name Look-ups
 ///@{
+
 /// The type of the index of an entry at a place of type P.
 template <class P>
 using IndexOf = std::conditional_t<is_traced<P>, Traced, std::size_t>;
@@ -114,16 +124,19 @@ template <class Entry>
 double entry_of(std::size_t, std::size_t i, Entry entry) {
   return entry(i);
 }
+/// The entries as a list.
 template <class Entry>
 std::vector<double> column_of(std::size_t n, Entry entry) {
   std::vector<double> column;
   for (std::size_t i = 0; i < n; ++i) column.push_back(entry(i));
   return column;
 }
+/// The same, as an operation of a compiled function.
 template <class Knot>
 Traced interval_of(std::size_t n, const Traced& x, Knot knot) {
   return locate(x, column_of(n, knot));
 }
+/// The same, as an operation of a compiled function.
 template <class Entry>
 Traced entry_of(std::size_t n, const Traced& i, Entry entry) {
   return pick(i, column_of(n, entry));
