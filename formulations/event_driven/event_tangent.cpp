@@ -59,16 +59,9 @@ bool EventDynamics::differentiate_traced(const Vector& x, double t, std::span<co
   const SystemTangent::Block still = SystemTangent::Block::Zero();
   for (int first = 0; first < count; first += width) {
     const int some = std::min(width, count - first);
-    const auto seed = [&](std::vector<SystemTangent::Block>& blocks, int offset) {
-      for (std::size_t i = 0; i < blocks.size(); ++i) {
-        blocks[i].setZero();
-        for (int s = 0; s < some; ++s)
-          blocks[i][s] = directions[first + s][static_cast<std::size_t>(offset) + i];
-      }
-    };
-    seed(w.q, 0);
-    seed(w.v, n);
-    seed(w.z, state_offset());
+    SystemTangent::gather(directions, first, 0, w.q);
+    SystemTangent::gather(directions, first, n, w.v);
+    SystemTangent::gather(directions, first, state_offset(), w.z);
     const SystemTangent::Directions along{&still, w.q.data(), w.v.data(), w.z.data(), first};
     traced_->motion(along, w.motion);
     for (int k = 0; k < system.contacts(); ++k)

@@ -183,9 +183,7 @@ long differing_motions(System& system, const SystemFunctions& functions, const S
     system.attach(functions);
     const auto found = motion_quantities(system, functions, at, facts, true);
     if (found.empty()) continue;  // a guard failed
-    if (found.size() != expected.size()) ++differing;
-    for (std::size_t i = 0; i < found.size() && i < expected.size(); ++i)
-      if (!(found[i] == expected[i] || (std::isnan(found[i]) && std::isnan(expected[i])))) ++differing;
+    differing += differing_numbers(found, expected);
   }
   system.attach({});
   return differing;

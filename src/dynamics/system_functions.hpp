@@ -129,6 +129,9 @@ struct TracedSystem {
 TracedSystem trace_system(const System& system, const State& near, RowFacts facts,
                           TracedFor scheme = TracedFor::any, const TracedSystem* like = nullptr);
 
+/// Number of entries that are not equal; NaN equals NaN. Lists of other sizes differ in one more.
+long differing_numbers(const std::vector<double>& a, const std::vector<double>& b);
+
 /// A state and others near it.
 inline constexpr int states_compared = 5;
 /// Number of quantities in which compiled functions and templates differ at the first `states` of

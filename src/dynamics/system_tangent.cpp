@@ -114,6 +114,16 @@ TracedObject trace_all(const System& system, const State& at, Use use) {
 
 }  // namespace
 
+void SystemTangent::gather(std::span<const std::vector<double>> directions, int first, int offset,
+                           std::vector<Block>& blocks) {
+  const int some = std::min(TangentTape::width, static_cast<int>(directions.size()) - first);
+  for (std::size_t i = 0; i < blocks.size(); ++i) {
+    blocks[i].setZero();
+    for (int s = 0; s < some; ++s)
+      blocks[i][s] = directions[static_cast<std::size_t>(first + s)][static_cast<std::size_t>(offset) + i];
+  }
+}
+
 std::unique_ptr<SystemTangent> SystemTangent::trace(const System& system, const State& near,
                                                     std::span<const Parameter> parameters, Use use) {
   const auto sample = moved(system, near, still_coordinates(system, near), 1);

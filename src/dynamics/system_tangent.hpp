@@ -75,6 +75,10 @@ class SystemTangent {
     /// The first parameter of the block; −1: the parameters are constant.
     int first_parameter;
   };
+  /// Fills blocks with the entries from `offset` on of the directions from `first` on. Entries of a block without
+  /// a direction are 0.
+  static void gather(std::span<const std::vector<double>> directions, int first, int offset,
+                     std::vector<Block>& blocks);
   enum Power { drive, load, damping, powers };
   struct MotionSlopes {
     std::vector<Block> force, side, flow, power;

@@ -220,6 +220,13 @@ std::vector<double> quantities(const System& system, const State& at, SaddlePoin
 
 }  // namespace
 
+long differing_numbers(const std::vector<double>& a, const std::vector<double>& b) {
+  long differing = a.size() == b.size() ? 0 : 1;
+  for (std::size_t i = 0; i < a.size() && i < b.size(); ++i)
+    if (!(a[i] == b[i] || (std::isnan(a[i]) && std::isnan(b[i])))) ++differing;
+  return differing;
+}
+
 long differing_quantities(System& system, const SystemFunctions& functions, const State& near, RowFacts facts,
                           int states) {
   const auto still = still_coordinates(system, near);
@@ -234,9 +241,7 @@ long differing_quantities(System& system, const SystemFunctions& functions, cons
     SaddlePoint fast(system.mass(), system.pattern(), SolvePath::automatic, facts);
     fast.use(system.solve_functions());
     const auto found = quantities(system, at, fast);
-    if (found.size() != expected.size()) ++differing;
-    for (std::size_t i = 0; i < found.size() && i < expected.size(); ++i)
-      if (!(found[i] == expected[i] || (std::isnan(found[i]) && std::isnan(expected[i])))) ++differing;
+    differing += differing_numbers(found, expected);
   }
   system.attach({});
   return differing;
