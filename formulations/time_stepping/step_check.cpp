@@ -40,13 +40,6 @@ struct OneStepper {
   MoreauStepper stepper;
 };
 
-long count_differing(const std::vector<double>& found, const std::vector<double>& expected) {
-  long differing = found.size() != expected.size() ? 1 : 0;
-  for (std::size_t i = 0; i < found.size() && i < expected.size(); ++i)
-    if (!(found[i] == expected[i] || (std::isnan(found[i]) && std::isnan(expected[i])))) ++differing;
-  return differing;
-}
-
 /// The quantities of some steps of h (s), in one order.
 std::vector<double> stepped(const System& system, const State& from, double h, RowFacts facts) {
   OneStepper one(system, from, h, facts);
@@ -72,7 +65,7 @@ long differing_steps(System& system, const SystemFunctions& functions, const Sta
     const auto expected = stepped(system, at, h, facts);
     system.attach(functions);
     const auto found = stepped(system, at, h, facts);
-    differing += count_differing(found, expected);
+    differing += differing_numbers(found, expected);
   }
   system.attach({});
   return differing;
@@ -113,7 +106,7 @@ long differing_lanes(const LaneFunctions& functions, const std::vector<LaneCheck
         group.load(lane);
         inside |= 1u << i;
       }
-      differing += count_differing(found, expected);
+      differing += differing_numbers(found, expected);
     }
   }
   return differing;

@@ -17,22 +17,11 @@
 #include "plots/drawing/figure.hpp"
 #include "plots/drawing/panels.hpp"
 #include "plots/drawing/style.hpp"
+#include "plots/figures/bifurcation_looks.hpp"
 #include "plots/tables/table.hpp"
 
 namespace freeplay::plots {
 namespace {
-
-struct Mark {
-  const char* kind;
-  const char* title;
-  Word look;
-};
-constexpr Mark marks[] = {{"fold", "fold", "pt 9 ps 1.0 lc rgb C4"},
-                          {"flip", "period doubling", "pt 7 ps 0.9 lc rgb C5"},
-                          {"torus", "torus", "pt 5 ps 0.9 lc rgb C6"},
-                          {"grazing", "grazing impact", "pt 2 ps 1.0 lw 2 lc rgb C7"},
-                          {"liftoff", "lift-off", "pt 13 ps 1.1 lc rgb C8"},
-                          {"sequence", "other sequence", "pt 11 ps 1.0 lc rgb C9"}};
 
 /// Column of the ordinate: that of the bifurcation diagram if it is one of impacts, else the approach speed; without
 /// impacts, the least force of the lasting contacts.
@@ -166,9 +155,9 @@ std::vector<std::filesystem::path> draw_branch(const std::filesystem::path& fold
   add(solid, Script().add("lines lw 2.2 lc rgb C1"), "stable");
   add(dashed, Script().add("lines lw 1.6 dt (6,4) lc rgb C2"), "unstable");
   add(cloud, Script().add("points pt 7 ps 0.25 lc rgb 0x555555"), "settled motions");
-  for (const auto& m : marks)
+  for (const auto& m : bifurcation_looks)
     if (const auto it = found.find(m.kind); it != found.end())
-      add(it->second, Script().add("points {}", m.look), m.title);
+      add(it->second, Script().add("points {}", m.mark), m.title);
   const double margin = across.range() > 0 ? 0.02 * across.range() : 1;
   const auto key = document.text("continue.key");
   add_panels(f, style_of(folder),

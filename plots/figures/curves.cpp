@@ -12,27 +12,17 @@
 #include "plots/drawing/figure.hpp"
 #include "plots/drawing/panels.hpp"
 #include "plots/drawing/style.hpp"
+#include "plots/figures/bifurcation_looks.hpp"
 #include "plots/tables/table.hpp"
 
 namespace freeplay::plots {
 namespace {
 
-struct CurveKind {
-  const char* kind;
-  const char* title;
-  Word look;
-};
-constexpr CurveKind curve_kinds[] = {{"fold", "fold", "lw 2 lc rgb C4"},
-                                     {"flip", "period doubling", "lw 2 dt (8,3) lc rgb C5"},
-                                     {"torus", "torus", "lw 2 dt (2,3) lc rgb C6"},
-                                     {"grazing", "grazing impact", "lw 2 dt (8,3,2,3) lc rgb C7"},
-                                     {"liftoff", "lift-off", "lw 2.4 lc rgb C1"}};
-
 std::vector<std::filesystem::path> draw_curves(const std::filesystem::path& folder) {
   const JsonFile document(folder / "continue.json");
   const double scale = document.number("continue.scale"),
                second_scale = document.number("continue.second.scale");
-  std::array<std::vector<Block>, std::size(curve_kinds)> blocks;
+  std::array<std::vector<Block>, std::size(bifurcation_looks)> blocks;
   Limits across, up;
   Rows rows(folder / "curves.csv");
   const auto curve = rows.place("curve"), kind = rows.place("kind"), x = rows.place("parameter"),
@@ -40,9 +30,9 @@ std::vector<std::filesystem::path> draw_curves(const std::filesystem::path& fold
   std::string last;
   while (rows.next()) {
     const auto of =
-        std::ranges::find_if(curve_kinds, [&](const auto& k) { return rows.name(kind) == k.kind; });
-    if (of == std::end(curve_kinds)) continue;
-    auto& list = blocks[static_cast<std::size_t>(of - curve_kinds)];
+        std::ranges::find_if(bifurcation_looks, [&](const auto& k) { return rows.name(kind) == k.kind; });
+    if (of == std::end(bifurcation_looks)) continue;
+    auto& list = blocks[static_cast<std::size_t>(of - bifurcation_looks)];
     if (list.empty()) list.emplace_back(std::string(of->title) + ": first key, second key");
     if (rows.name(curve) != last) list.front().gap();
     last = rows.name(curve);
@@ -60,8 +50,8 @@ std::vector<std::filesystem::path> draw_curves(const std::filesystem::path& fold
   for (std::size_t i = 0; i < blocks.size(); ++i) {
     if (blocks[i].empty()) continue;
     panel.curves.push_back(
-        {Script().add("DATA index {} using 1:2 with lines {}", f.blocks.size(), curve_kinds[i].look),
-         curve_kinds[i].title});
+        {Script().add("DATA index {} using 1:2 with lines {}", f.blocks.size(), bifurcation_looks[i].line),
+         bifurcation_looks[i].title});
     f.blocks.push_back(std::move(blocks[i].front()));
   }
   const double margin = 0.02 * across.range();
