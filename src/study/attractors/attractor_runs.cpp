@@ -103,7 +103,7 @@ class Settling {
         }
         r_.columns = plan.columns;
         r_.period = plan.period;
-        company_.duration = plan.until;
+        compilation_.duration = plan.until;
       }
     requested_ = requested;
     for (const auto& c : r_.columns) r_.likeness.circles.push_back(c.column.circle());
@@ -115,7 +115,7 @@ class Settling {
     oneapi::tbb::task_arena arena(threads > 0 ? threads : oneapi::tbb::task_arena::automatic);
     const int workers = arena.max_concurrency();
     const int most = most_at_a_time(chains_.size(), workers);
-    company_.runs = total_;
+    compilation_.runs = total_;
     arena.execute([&] {
       oneapi::tbb::parallel_for(
           oneapi::tbb::blocked_range<int>(0, workers, 1), [&](const auto&) { work(most); },
@@ -132,8 +132,8 @@ class Settling {
   };
   /// The run of a link.
   struct Run final : SectionSimulation {
-    Run(const Scene& s, const SectionRequest& request, const StopToken& stop, Company& company)
-        : SectionSimulation(s, request, stop, &company), angles_at_end(drive_angles(s, plan().until)) {}
+    Run(const Scene& s, const SectionRequest& request, const StopToken& stop, SharedCompilation& compilation)
+        : SectionSimulation(s, request, stop, &compilation), angles_at_end(drive_angles(s, plan().until)) {}
     std::string key;
     Along along;
     std::vector<double> angles_at_end;
@@ -186,7 +186,7 @@ class Settling {
       auto requested = requested_;
       if (along.handed)
         requested.start = located_in(scene, [&] { return take_over(scene, *along.handed, stop_); });
-      auto run = std::make_unique<Run>(scene, requested, stop_, company_);
+      auto run = std::make_unique<Run>(scene, requested, stop_, compilation_);
       run->key = key_of(chain, link, run->identity(), run->plan());
       made.branch = chain.branch;
       made.values = link.values;
@@ -263,7 +263,7 @@ class Settling {
   SettledRuns& r_;
   SectionRequest requested_;
   std::size_t total_ = 0, done_ = 0;
-  Company company_;
+  SharedCompilation compilation_;
   std::atomic<std::size_t> next_chain_{0};
   std::mutex mutex_;
   std::atomic<bool> failed_{false};

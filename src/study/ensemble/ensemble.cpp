@@ -171,19 +171,19 @@ Starts::Starts(const Scene& scene, const EnsemblePlan& plan) : scene_(scene), pl
 
 /// One start: its simulation and observers.
 struct Starts::Run final : StudyRun {
-  Run(const Starts& all, int start, std::size_t its_place, Company& company)
+  Run(const Starts& all, int start, std::size_t its_place, SharedCompilation& compilation)
       : place(its_place),
         stop(all.plan_.stop),
         scene(perturbed(all.scene_, all.near_, stop, all.plan_.seed, start, all.plan_.how)),
-        made(scene, all.plan_.formulation, options(all.plan_, company)),
+        made(scene, all.plan_.formulation, options(all.plan_, compilation)),
         rows(all.times_.size() * all.columns_.size(), std::nan("")),
         sampled(all.columns_, all.times_, rows.data()),
         contacts(scene.run.discard),
         window(scene.run.discard, scene.run.duration) {
     outcome.cpu_seconds = thread_seconds() - began;
   }
-  SimulationOptions options(const EnsemblePlan& plan, Company& company) const {
-    auto options = company.options(scene, plan.formulation);
+  SimulationOptions options(const EnsemblePlan& plan, SharedCompilation& compilation) const {
+    auto options = compilation.options(scene, plan.formulation);
     options.matched = true;
     options.stop = plan.stop;
     options.checked = true;
@@ -243,7 +243,7 @@ void noting_errors(StartOutcome& outcome, F f) {
 StartOutcome Starts::make(int start) const {
   StartOutcome outcome;
   noting_errors(outcome, [&] {
-    Company alone;
+    SharedCompilation alone;
     Run run(*this, start, 0, alone);
     run.take(run.made.run(run.request()));
     outcome = std::move(run.outcome);
@@ -279,8 +279,8 @@ void Starts::make_all(const std::vector<int>& starts,
                       const std::function<void(std::size_t, StartOutcome&, bool)>& done) const {
   std::mutex guard;
   std::atomic<std::size_t> next_place{0};
-  Company company;
-  company.runs = starts.size();
+  SharedCompilation compilation;
+  compilation.runs = starts.size();
   oneapi::tbb::task_arena arena(plan_.threads > 0 ? plan_.threads : oneapi::tbb::task_arena::automatic);
   const int workers = arena.max_concurrency(), most = most_at_a_time(starts.size(), workers);
   const auto next = [&]() -> std::unique_ptr<StudyRun> {
@@ -296,7 +296,7 @@ void Starts::make_all(const std::vector<int>& starts,
         }
       }
       std::unique_ptr<Run> run;
-      noting_errors(outcome, [&] { run = std::make_unique<Run>(*this, starts[place], place, company); });
+      noting_errors(outcome, [&] { run = std::make_unique<Run>(*this, starts[place], place, compilation); });
       if (run) return run;
       const std::lock_guard lock(guard);
       done(place, outcome, false);

@@ -194,7 +194,7 @@ std::shared_ptr<IdealMaxima> Conduct::known_of_none() { return std::make_shared<
 std::shared_ptr<NearPoses> Conduct::near_none() { return std::make_shared<NearPoses>(); }
 
 struct CaseRun::Parts {
-  Parts(const Study& s, const Case& one, const Conduct& c, Company* company)
+  Parts(const Study& s, const Case& one, const Conduct& c, SharedCompilation* compilation)
       : study(s), stop(c.stop), given(unmoved(s, one)), instruments(instruments_of(s, one)) {
     scene = moved(s, one, given, c);
     set_turn(s, scene, rules);
@@ -202,7 +202,7 @@ struct CaseRun::Parts {
     rules.flight_angle = s.flight_angle;
     rules.impact_speed = s.impact_speed;
     rules.line_share = s.line_share;
-    auto options = company ? company->options(scene, one.formulation) : SimulationOptions{};
+    auto options = compilation ? compilation->options(scene, one.formulation) : SimulationOptions{};
     options.matched = s.matched && c.matched;
     options.stop = c.stop;
     options.checked = one.sampling == 0;  // a sampling of the study is not checked yet
@@ -259,8 +259,8 @@ struct CaseRun::Parts {
   CaseResult result;
 };
 
-CaseRun::CaseRun(const Study& study, const Case& one, const Conduct& conduct, Company* company)
-    : it_(std::make_unique<Parts>(study, one, conduct, company)) {}
+CaseRun::CaseRun(const Study& study, const Case& one, const Conduct& conduct, SharedCompilation* compilation)
+    : it_(std::make_unique<Parts>(study, one, conduct, compilation)) {}
 CaseRun::~CaseRun() = default;
 Simulation& CaseRun::simulation() { return *it_->simulation; }
 double CaseRun::next_shown() const { return it_->measurer->next_shown(); }

@@ -87,8 +87,9 @@ void require_runnable(const Study& study, const Case& one, const Conduct& conduc
 /// and the case. The constructor throws SceneError.
 class CaseRun : public StudyRun {
  public:
-  /// `company`: of its study; null: it is alone.
-  CaseRun(const Study& study, const Case& one, const Conduct& conduct, Company* company = nullptr);
+  /// `compilation`: of its study; null: it is alone.
+  CaseRun(const Study& study, const Case& one, const Conduct& conduct,
+          SharedCompilation* compilation = nullptr);
   ~CaseRun() override;
   Simulation& simulation() override;
   RunRequest request() override;

@@ -16,7 +16,7 @@ constexpr double lanes_after = 1e6;
 
 }  // namespace
 
-SimulationOptions Company::options(const Scene& scene, std::string_view formulation) {
+SimulationOptions SharedCompilation::options(const Scene& scene, std::string_view formulation) {
   SimulationOptions options{.structures = &structures};
   const auto& o = scene.nonsmooth;
   if (formulation == "nonsmooth" && o.step && o.scheme_in_force() == Scheme::moreau_jean &&

@@ -33,8 +33,8 @@ class StudyRun {
   long in_lanes = 0;  ///< steps made together with other runs
 };
 
-/// What the runs of a study share, to be compiled once.
-struct Company {
+/// Compiled functions that the runs of a study share.
+struct SharedCompilation {
   std::size_t runs = 1;  ///< their number
   double duration = 0;   ///< s, of each run; 0: that of its scene
   CompiledStructures structures;

@@ -49,12 +49,12 @@ Scene bare(const Scene& scene) {
 }  // namespace
 
 SectionSimulation::SectionSimulation(const Scene& scene, const SectionRequest& request, StopToken stop,
-                                     Company* company)
+                                     SharedCompilation* compilation)
     : stop_(stop),
       simulation_(located_in(scene,
                              [&] {
-                               auto options = company ? company->options(scene, request.formulation)
-                                                      : SimulationOptions{};
+                               auto options = compilation ? compilation->options(scene, request.formulation)
+                                                          : SimulationOptions{};
                                options.start = request.start;
                                options.stop = stop;
                                return Simulation(bare(scene), request.formulation, options);

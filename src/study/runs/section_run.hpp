@@ -61,9 +61,9 @@ struct SectionRun {
 /// suit the request, and Interrupted on a stop request during assembly.
 class SectionSimulation : public StudyRun {
  public:
-  /// `company`: of its study; null: it is alone.
+  /// `compilation`: of its study; null: it is alone.
   SectionSimulation(const Scene& scene, const SectionRequest& request, StopToken stop,
-                    Company* company = nullptr);
+                    SharedCompilation* compilation = nullptr);
   const SectionPlan& plan() const { return plan_; }
   /// Identity of the run. It does not include the section.
   Identity identity() const { return simulation_.identity(); }

@@ -53,7 +53,7 @@ class Sweep {
     workers_ = arena.max_concurrency();
     const auto missing = summary_.total - summary_.found;
     at_a_time_ = most_at_a_time(missing, workers_);
-    company_.runs = missing;
+    compilation_.runs = missing;
     try {
       while (!stopped()) {
         arena.execute([&] {
@@ -86,8 +86,9 @@ class Sweep {
 
   /// A run with its key.
   struct Run final : CaseRun {
-    Run(std::string k, const Study& study, const Case& c, const Conduct& conduct, Company& company)
-        : CaseRun(study, c, conduct, &company), key(std::move(k)), what(c) {}
+    Run(std::string k, const Study& study, const Case& c, const Conduct& conduct,
+        SharedCompilation& compilation)
+        : CaseRun(study, c, conduct, &compilation), key(std::move(k)), what(c) {}
     std::string key;
     const Case& what;
   };
@@ -100,7 +101,7 @@ class Sweep {
       const auto key = next();
       if (!key) return nullptr;
       try {
-        return std::make_unique<Run>(*key, study_, *cases_.at(*key), conduct_, company_);
+        return std::make_unique<Run>(*key, study_, *cases_.at(*key), conduct_, compilation_);
       } catch (const Interrupted&) {  // stopped during an assembly: no run
         return nullptr;
       } catch (...) {
@@ -197,7 +198,7 @@ class Sweep {
   std::optional<WorkList> work_;
   SweepSummary summary_;
   int workers_ = 1, at_a_time_ = 1;
-  Company company_;
+  SharedCompilation compilation_;
   std::mutex mutex_;  // guards the following members and the summary
   std::deque<std::string> claimed_;
   std::vector<MadeRun> made_;              // computed and not stored
