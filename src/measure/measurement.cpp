@@ -59,7 +59,7 @@ std::vector<std::string> names_of(const std::vector<std::string>& header, bool l
     if (open == field.npos || open == 0 || (field.back() != ')' && field.back() != ']')) continue;
     auto name = trimmed(field.substr(0, open));
     const auto unit = trimmed(field.substr(open + 1, field.size() - open - 2));
-    if (name == "time" || name == "Time") name = "t";
+    if (name == "time" || name == "Time") name.assign(1, 't');
     const auto* known = std::ranges::find(known_columns, name, &KnownColumn::name);
     if (known == std::end(known_columns)) continue;
     const bool radians = long_format && name == "crank_angle";

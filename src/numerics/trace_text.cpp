@@ -76,16 +76,17 @@ std::string head_of_lanes(int lanes) {
 
 /// Look-ups of lanes, of which each has its own table.
 std::string look_ups_of_lanes(int lanes) {
-  const auto type = "static inline ";
-  std::string text =
-      "static int locate(const lanes *k, int n, double x, int lane) {\nint i = 0;\nwhile (n > 0) {\n";
-  text += "const int half = n / 2;\n";
+  std::string text = "static int locate(const lanes *k, int n, double x, int lane) {\nint i = 0;\n";
+  text += "while (n > 0) {\nconst int half = n / 2;\n";
   text += "if (x < k[i + half][lane]) n = half; else { i += half + 1; n -= half + 1; }\n}\nreturn i;\n}\n";
-  text += std::string(type) + "marks locate_l(const lanes *k, int n, lanes x) {\nreturn (marks){";
-  for (int i = 0; i < lanes; ++i)
-    text += (i > 0 ? ", " : "") + ("locate(k, n, x[" + number(i) + "], " + number(i) + ")");
-  text += std::string("};\n}\n") + type + "lanes pick_l(const lanes *k, marks i) {\nreturn (lanes){" +
-          of_each(lanes, ", ", [&](const auto& at) { return "k[i" + at + "]" + at; }) + "};\n}\n";
+  text += "static inline marks locate_l(const lanes *k, int n, lanes x) {\nreturn (marks){";
+  for (int i = 0; i < lanes; ++i) {
+    if (i > 0) text += ", ";
+    text += "locate(k, n, x[" + number(i) + "], " + number(i) + ")";
+  }
+  text += "};\n}\nstatic inline lanes pick_l(const lanes *k, marks i) {\nreturn (lanes){";
+  text += of_each(lanes, ", ", [&](const auto& at) { return "k[i" + at + "]" + at; });
+  text += "};\n}\n";
   return text;
 }
 
