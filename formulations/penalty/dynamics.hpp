@@ -182,6 +182,10 @@ class PenaltyDynamics {
     double spacing = 0;
   };
   void use_tangent(std::shared_ptr<SystemTangent> traced, std::vector<DisplacedLaws> displaced);
+  /// From now on jacobian() evaluates equations that are traced near a state, where it can.
+  void trace_jacobian(const State& near);
+  /// Whether the last Jacobian or derivative is by traced equations.
+  bool jacobian_is_traced() const;
   /// Whether the derivatives of the last directional() along the c-th direction include those with respect to the
   /// c-th parameter.
   bool includes_parameter(std::size_t c) const;
@@ -338,6 +342,9 @@ class PenaltyDynamics {
   void differentiate(const Gradient& time, int directions, double* const* columns);
   bool differentiate_traced(const Vector& x, double t, std::span<const Vector> directions,
                             std::span<const double> times, std::span<Vector> out);
+  bool traced_jacobian(const Vector& x, double t, double* J, double* dfdt);
+  /// The place in x of an input of the equations: coordinates, rates, states of bristles and of elements.
+  int place_of_input(int i) const { return i < 2 * system_.n() ? i : bristle_offset() + i - 2 * system_.n(); }
   struct PressedContact;
   struct TracedTangent;
   std::shared_ptr<TracedTangent> traced_;  // null: none

@@ -55,6 +55,13 @@ std::vector<PenaltyContact> make_contacts(const Scene& scene, const System& syst
   return contacts;
 }
 
+PenaltyDynamics make_dynamics(const Scene& scene, const System& system, const State& state) {
+  PenaltyDynamics dynamics(system, scene.penalty, make_contacts(scene, system, state),
+                           {!redundant_rows(system, state.q).empty(), scene.run.eliminate});
+  if (scene.penalty.integrator == Integrator::rosenbrock4) dynamics.trace_jacobian(state);
+  return dynamics;
+}
+
 template <class Method>
 class Penalty final : public Marched<PenaltyStepper<Method>>, public PenaltySteps {
   using Base = Marched<PenaltyStepper<Method>>;
@@ -64,9 +71,7 @@ class Penalty final : public Marched<PenaltyStepper<Method>>, public PenaltyStep
   Penalty(const Scene& scene, const System& system, const State& state, Method method, double v0_floor,
           double pace)
       : Base(Family::penalty, system, state,
-             {PenaltyDynamics(system, scene.penalty, make_contacts(scene, system, state),
-                              {!redundant_rows(system, state.q).empty(), scene.run.eliminate}),
-              std::move(method), v0_floor, pace}),
+             {make_dynamics(scene, system, state), std::move(method), v0_floor, pace}),
         scene_(scene) {}
   bool step(double end) override { return stepper_.step(end); }
   std::string failure() const override { return stepper_.failure(); }

@@ -38,20 +38,20 @@ void PenaltyDynamics::jacobian(const Vector& x, double t, double* J, double* dfd
   auto& d = *tangent_;
   d.terms.retained.clear();
   std::fill(J, J + static_cast<long>(N) * N, 0.0);
-  const auto place_of = [&](int input) { return input < 2 * n ? input : bristle_offset() + input - 2 * n; };
+  if (traced_ && traced_jacobian(x, t, J, dfdt)) return;
 
   const int inputs = 2 * n + bristles_ + system_.states();  // then time
   for (int first = 0; first <= inputs; first += chunk) {
     const int directions = std::min(chunk, inputs + 1 - first);
     for (int i = 0; i < inputs; ++i) {
-      d.state[i] = x[place_of(i)];
+      d.state[i] = x[place_of_input(i)];
       if (i >= first && i < first + chunk) d.state[i].slope[i - first] = 1;
     }
     Gradient time = t;
     if (inputs < first + chunk) time.slope[inputs - first] = 1;
     std::array<double*, penalty_directions> columns{};
     for (int s = 0; s < directions; ++s)
-      columns[s] = first + s == inputs ? dfdt : J + static_cast<long>(N) * place_of(first + s);
+      columns[s] = first + s == inputs ? dfdt : J + static_cast<long>(N) * place_of_input(first + s);
     differentiate(time, directions, columns.data());
   }
 }
@@ -75,7 +75,7 @@ const PenaltyDynamics::Vector& PenaltyDynamics::directional(const Vector& x, dou
       for (int s = 0; s < some; ++s) y.slope[s] = directions[first + s][place];
     };
     for (int i = 0; i < inputs; ++i) {
-      const int place = i < 2 * n ? i : bristle_offset() + i - 2 * n;
+      const int place = place_of_input(i);
       seed(d.state[i], x[place], place);
     }
     for (int k = 0; k < system_.contacts(); ++k) {

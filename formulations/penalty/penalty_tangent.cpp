@@ -36,6 +36,9 @@ struct PenaltyDynamics::TracedTangent {
   std::vector<PressedContact> pressed;
   std::vector<SystemTangent::ContactSlopes> contacts;  // of the pressed ones
   bool in_force = false;
+  /// Of jacobian(): the directions of the inputs and then of time, their part of t, and the columns.
+  std::vector<Vector> units, columns;
+  Vector times;
 
   /// A law at the nominal state, by the parameter c; `value` evaluates it for a contact. Zero if it does not
   /// depend on c.
@@ -75,6 +78,34 @@ void PenaltyDynamics::use_tangent(std::shared_ptr<SystemTangent> traced,
   traced_->q = traced_->v = Blocks(n);
   traced_->z = Blocks(states);
   traced_->contacts.resize(contacts.size());
+  traced_->pressed.reserve(contacts.size());
+}
+
+bool PenaltyDynamics::jacobian_is_traced() const { return traced_ && traced_->in_force; }
+
+void PenaltyDynamics::trace_jacobian(const State& near) {
+  use_tangent(SystemTangent::trace(system_, near, {}, SystemTangent::Use::penalty), {});
+  if (!traced_) return;
+  reserve_jacobian();
+  auto& w = *traced_;
+  const auto inputs = static_cast<std::size_t>(2 * system_.n() + system_.states()),
+             all = static_cast<std::size_t>(size() + 2 * system_.contacts());
+  w.units.assign(inputs + 1, Vector(all));
+  w.columns.assign(inputs + 1, Vector(static_cast<std::size_t>(size())));
+  w.times.assign(inputs + 1, 0);
+  for (std::size_t i = 0; i < inputs; ++i)
+    w.units[i][static_cast<std::size_t>(place_of_input(static_cast<int>(i)))] = 1;
+  w.times[inputs] = 1;
+}
+
+/// jacobian() by the traced equations; J must be zero. False as for differentiate_traced().
+bool PenaltyDynamics::traced_jacobian(const Vector& x, double t, double* J, double* dfdt) {
+  auto& w = *traced_;
+  if (w.units.empty() || !differentiate_traced(x, t, w.units, w.times, w.columns)) return false;
+  for (std::size_t i = 0; i + 1 < w.columns.size(); ++i)
+    std::ranges::copy(w.columns[i], J + static_cast<long>(size()) * place_of_input(static_cast<int>(i)));
+  std::ranges::copy(w.columns.back(), dfdt);
+  return true;
 }
 
 /// False if the equations have another branch at this state than where they were traced.
@@ -147,7 +178,8 @@ bool PenaltyDynamics::differentiate_traced(const Vector& x, double t, std::span<
     SystemTangent::gather(directions, first, n, w.v);
     SystemTangent::gather(directions, first, state_offset(), w.z);
     for (int s = 0; s < some; ++s) time[s] = times[first + s];
-    const SystemTangent::Directions along{&time, w.q.data(), w.v.data(), w.z.data(), first};
+    const SystemTangent::Directions along{&time, w.q.data(), w.v.data(), w.z.data(),
+                                          w.displaced.empty() ? -1 : first};
     w.equations->motion(along, w.motion);
     for (std::size_t i = 0; i < w.pressed.size(); ++i)
       w.equations->contact(w.pressed[i].contact, along, w.motion, w.contacts[i]);

@@ -25,7 +25,7 @@ class Rosenbrock4 {
   Rosenbrock4& operator=(Rosenbrock4&&) noexcept;
 
   /// One step of length h from (x, t). The cost of the dense solves grows with the cube of the
-  /// size.
+  /// number of unknowns on which right-hand sides depend, without integrals of others (dx_i/dt = x_j).
   void step(const Problem& problem, const double* x, double t, double h, double* x_new, double* error);
 
  private:

@@ -249,7 +249,7 @@ TEST_CASE("an ensemble has the same statistics and bands with and without lanes"
   };
   const auto lanes = with("always"), alone = with("never");
   CHECK(alone.in_lanes == 0);
-  CHECK(lanes.in_lanes > 0.8 * static_cast<double>(lanes.steps));
+  CHECK(static_cast<double>(lanes.in_lanes) > 0.8 * static_cast<double>(lanes.steps));
   CHECK(lanes.steps == alone.steps);
   CHECK(lanes.statistics == alone.statistics);
   const auto equal = [](double a, double b) { return a == b || (std::isnan(a) && std::isnan(b)); };
