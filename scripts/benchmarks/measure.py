@@ -78,7 +78,7 @@ def siconos(folder, name):
         print("Siconos is not installed: left out")
         return None
     peer = Path(folder) / name
-    call(["g++", "-O2", "-std=c++17", "-w", *headers, ROOT / f"verification/timing/{name}.cpp", "-o", peer,
+    call(["g++", "-O2", "-std=c++17", "-w", f"-I{ROOT}", *headers, ROOT / f"verification/timing/{name}.cpp", "-o", peer,
           "-lsiconos_mechanics", "-lsiconos_kernel", "-lsiconos_numerics", "-lsiconos_externals"])
     return peer
 

@@ -8,6 +8,9 @@ penalty runs Bulirsch–Stoer with 1e-12; a second run (1e-12; dopri5) shows the
 settings become finer by factors of ten or three until the error is below 1e-8 or the next run would take more than a
 second. The time is the CPU time of the run without reading the scene, assembly and compilation, the least of three rounds
 in which general and compiled runs alternate. Their digits are the same.
+
+For the slider-crank two other programs make the steps of Moreau–Jean in the two coordinates of a derivation by hand:
+freeplay-hand-derived (whole process) and Siconos (its time stepping; Debian's libsiconos-mechanics-dev, with g++).
 """
 import csv
 import json
@@ -16,7 +19,7 @@ import subprocess
 import tempfile
 from pathlib import Path
 
-from measure import ROOT, Table, in_turn, program, run
+from measure import ROOT, Table, call, in_turn, program, run, siconos
 
 CONTACTS = 8
 ERRORS = (1e-3, 1e-5, 1e-8)
@@ -24,8 +27,9 @@ LONGEST = 1.0  # s
 ROUNDS = 3
 
 EXACT = {"penalty__contact": "exact"}
+RIG = "slider-crank, loose gudgeon pin"
 SCENES = {
-    "slider-crank, loose gudgeon pin": ("cases/flores2011/scene.toml", dict(EXACT, run__discard=0), 0.1),
+    RIG: ("cases/flores2011/scene.toml", dict(EXACT, run__discard=0), 0.1),
     "four-bar, two loose pins": ("verification/scenes/four_bar_two.toml", dict(EXACT), 0.5),
     "slider loose in its guide": ("cases/flores2010-translational/scene.toml", dict(EXACT), 0.02),
     "nine discs in a box": ("cases/discs-in-a-box/scene.toml",
@@ -64,7 +68,7 @@ REFERENCES = {"nonsmooth": (nonsmooth("event-driven", nonsmooth__tolerance=1e-13
 
 def onsets(folder):
     with open(Path(folder) / "events.csv") as table:
-        times = [float(e["t"]) for e in csv.DictReader(table) if e["kind"] != "separation"]
+        times = [float(e["t"]) for e in csv.DictReader(table) if e.get("kind") != "separation"]
     return sorted(times)[:CONTACTS]
 
 
@@ -93,6 +97,17 @@ class Runs:
         if len(times) < len(self.exact[formulation]):
             return float("inf")
         return max(abs(a - b) for a, b in zip(times, self.exact[formulation])) / self.interval(formulation)
+
+    def peers(self, contacts_of):
+        """The ladder of another program with fixed steps: `contacts_of(duration, step)` gives times and CPU seconds."""
+        for step in STEPS:
+            until = self.until["nonsmooth"]
+            times, seconds = contacts_of(until, step)
+            error = self.error("nonsmooth", sorted(times)[:CONTACTS])
+            least, _ = in_turn([lambda: (contacts_of(until, step)[1],)], ROUNDS if seconds < 0.1 else 2)[0]
+            yield error, least, None
+            if error < ERRORS[-1] or 3 * seconds > LONGEST:
+                return
 
     def call(self, formulation, settings, until, compiled=False):
         """CPU seconds of the run. A run that ends early has no events after its end."""
@@ -123,17 +138,32 @@ class Runs:
                 return
 
 
+def others(folder):
+    """Programs with fixed steps for the slider-crank."""
+    hand, peer = program("freeplay-hand-derived"), siconos(folder, "siconos_rig")
+
+    def by_hand(duration, step):
+        _, seconds = call([hand, "nonsmooth", duration, step, folder, 1])
+        return onsets(folder), seconds
+
+    def by_siconos(duration, step):
+        first, *times = call([peer, duration, step, CONTACTS])[0].splitlines()
+        return [float(t) for t in times], float(first.split()[1])
+    return {"by hand, fixed steps": by_hand} | ({"Siconos, fixed steps": by_siconos} if peer else {})
+
+
 def cell(ladder, error):
     """General and compiled CPU time in ms of the cheapest setting that reaches an error."""
     reached = [(g, c) for e, g, c in ladder if e <= error]
     if not reached:
         return "–"
-    return " / ".join(f"{1e3 * x:.3g}" for x in (min(g for g, c in reached), min(c for g, c in reached)))
+    return " / ".join(f"{1e3 * min(times):.3g}" for times in zip(*reached) if None not in times)
 
 
 def draw(found, figure):
     """Error over CPU time with gnuplot: lines in general, dashed compiled."""
-    colours = ("#0b3c8c", "#3d9be0", "#c8500a", "#e0a030", "#1b7837", "#7b3294", "#8c510a", "#b2182b", "#777777")
+    colours = ("#0b3c8c", "#3d9be0", "#c8500a", "#e0a030", "#1b7837", "#7b3294", "#8c510a", "#b2182b", "#777777", "#000000",
+               "#d02090")
     text = [f"set terminal pngcairo size 1800,1500 font 'DejaVu Sans,15'; set output '{figure}'",
             "set multiplot layout 2,2; set logscale xy; set format '10^{%T}'; set grid lc rgb '#d4d4d4'",
             "set xlabel 'CPU time (ms)'; set ylabel 'error of contact times'; set yrange [1e-14:1]"]
@@ -143,6 +173,8 @@ def draw(found, figure):
         lines, data = [], []
         for (scheme, ladder), colour in zip(ladders.items(), colours):
             for column, dash, point in ((1, 1, 7), (2, "(6,5)", 6)):
+                if any(x[column] is None for x in ladder):
+                    continue
                 title = f"title '{scheme}' noenhanced" if column == 1 else "notitle"
                 lines.append(f"'-' with linespoints lw 2 dt {dash} pt {point} ps 0.8 lc rgb '{colour}' {title}")
                 data += [f"{1e3 * x[column]} {max(x[0], 2e-14)}" for x in ladder if x[0] < 1] + ["e"]
@@ -158,6 +190,8 @@ def main(figure=None, kept=None):
         for scene in SCENES:
             runs = Runs(freeplay, folder, scene)
             found[scene] = {scheme: list(runs.ladder(scheme)) for scheme in SCHEMES}
+            if scene == RIG:
+                found[scene] |= {name: list(runs.peers(contacts)) for name, contacts in others(folder).items()}
             table = Table(scene, *(f"{e:.0e}" for e in ERRORS), "finest")
             for scheme, ladder in found[scene].items():
                 finest = min((x[0] for x in ladder), default=float("inf"))
