@@ -88,10 +88,11 @@ void PenaltyDynamics::trace_jacobian(const State& near) {
   if (!traced_) return;
   reserve_jacobian();
   auto& w = *traced_;
-  const auto inputs = static_cast<std::size_t>(2 * system_.n() + system_.states()),
-             all = static_cast<std::size_t>(size() + 2 * system_.contacts());
-  w.units.assign(inputs + 1, Vector(all));
-  w.columns.assign(inputs + 1, Vector(static_cast<std::size_t>(size())));
+  const auto n = static_cast<std::size_t>(system_.n()), states = static_cast<std::size_t>(system_.states()),
+             length = static_cast<std::size_t>(size());
+  const auto inputs = 2 * n + states;
+  w.units.assign(inputs + 1, Vector(length + 2 * contacts_.size()));
+  w.columns.assign(inputs + 1, Vector(length));
   w.times.assign(inputs + 1, 0);
   for (std::size_t i = 0; i < inputs; ++i)
     w.units[i][static_cast<std::size_t>(place_of_input(static_cast<int>(i)))] = 1;
@@ -184,7 +185,7 @@ bool PenaltyDynamics::differentiate_traced(const Vector& x, double t, std::span<
     for (std::size_t i = 0; i < w.pressed.size(); ++i)
       w.equations->contact(w.pressed[i].contact, along, w.motion, w.contacts[i]);
     for (int s = 0; s < some; ++s) {
-      const auto c = static_cast<std::size_t>(first + s);
+      const auto c = static_cast<std::size_t>(first) + static_cast<std::size_t>(s);
       const auto& direction = directions[c];
       double* column = out[c].data();
       std::fill(column + impulse_offset(), column + size(), 0.0);
