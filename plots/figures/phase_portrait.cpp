@@ -1,6 +1,5 @@
 // Phase portraits of the bodies of a run after its transient: the rate of a coordinate over this
-// coordinate. The coordinate is the angle, or x or y if the body rotates fully. A body that only
-// rotates steadily is omitted.
+// coordinate (plots/figures/phase_plane.hpp). A body that only rotates steadily is omitted.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -9,17 +8,12 @@
 
 #include "plots/drawing/axis.hpp"
 #include "plots/drawing/figure.hpp"
+#include "plots/figures/phase_plane.hpp"
 #include "plots/tables/run_table.hpp"
 
 namespace freeplay::plots {
-namespace {
 
-constexpr std::size_t bodies_drawn = 9, across = 3;
-constexpr long rows_drawn = 20'000;
-constexpr double least_cell = 3;  ///< cm at the usual text size, for portraits side by side
-
-/// The coordinate to draw: 0 x, 1 y, 2 angle; −1 if none of them moves.
-int coordinate_of(const std::array<std::vector<double>, 6>& m) {
+int phase_coordinate(const std::array<std::vector<double>, 6>& m) {
   const auto moves = [&](std::size_t k) {
     const auto [least, most] = std::ranges::minmax(m[k]);
     return most - least > 1e-6 * std::max({std::abs(least), std::abs(most), 1e-6});
@@ -29,11 +23,22 @@ int coordinate_of(const std::array<std::vector<double>, 6>& m) {
   return moves(k) && moves(3 + k) ? static_cast<int>(k) : -1;
 }
 
-double largest(const std::vector<double>& values) {
-  double g = 0;
-  for (const double v : values) g = std::max(g, std::abs(v));
-  return g;
+PhasePlane phase_plane(const std::array<std::vector<double>, 6>& motion, std::size_t k) {
+  const AxisTitle places[] = {AxisTitle::of({"x", "$x$"}, "m"), AxisTitle::of({"y", "$y$"}, "m"),
+                              AxisTitle::of({"θ", "$\\theta$"}, "rad")};
+  const AxisTitle rates[] = {AxisTitle::of({"v_x", "$v_x$"}, "m/s"), AxisTitle::of({"v_y", "$v_y$"}, "m/s"),
+                             AxisTitle::of({"ω", "$\\omega$"}, "rad/s")};
+  PhasePlane plane{fitting_unit(places[k].unit, Limits(motion[k]).size()),
+                   fitting_unit(rates[k].unit, Limits(motion[3 + k]).size()), places[k], rates[k]};
+  plane.place.unit = plane.place_unit.name, plane.rate.unit = plane.rate_unit.name;
+  return plane;
 }
+
+namespace {
+
+constexpr std::size_t bodies_drawn = 9, across = 3;
+constexpr long rows_drawn = 20'000;
+constexpr double least_cell = 3;  ///< cm at the usual text size, for portraits side by side
 
 std::vector<std::filesystem::path> draw_phase_portrait(const std::filesystem::path& folder) {
   if (std::filesystem::exists(folder / "comparison.json") || runs_in(folder).empty()) return {};
@@ -46,7 +51,7 @@ std::vector<std::filesystem::path> draw_phase_portrait(const std::filesystem::pa
   };
   std::vector<Panel> panels;
   for (std::size_t b = 0; b < table.bodies.size(); ++b)
-    if (const int k = coordinate_of(table.motion[b]); k >= 0)
+    if (const int k = phase_coordinate(table.motion[b]); k >= 0)
       panels.push_back({b, static_cast<std::size_t>(k)});
   if (panels.empty()) return {};
 
@@ -73,17 +78,11 @@ std::vector<std::filesystem::path> draw_phase_portrait(const std::filesystem::pa
   f.script.add(
       "set multiplot layout {},{} margins X(1.75),1-X(0.35),Y(1.2),1-Y(0.55) spacing X(2.05),Y(1.75)\nunset key\nset title offset 0,-0.7\n",
       rows, columns);
-  const AxisTitle places[] = {AxisTitle::of({"x", "$x$"}, "m"), AxisTitle::of({"y", "$y$"}, "m"),
-                              AxisTitle::of({"θ", "$\\theta$"}, "rad")};
-  const AxisTitle rates[] = {AxisTitle::of({"v_x", "$v_x$"}, "m/s"), AxisTitle::of({"v_y", "$v_y$"}, "m/s"),
-                             AxisTitle::of({"ω", "$\\omega$"}, "rad/s")};
   for (std::size_t p = 0; p < panels.size(); ++p) {
     const auto& [body, k] = panels[p];
     const auto &q = table.motion[body][k], &v = table.motion[body][3 + k];
-    const auto x_unit = fitting_unit(places[k].unit, largest(q)),
-               y_unit = fitting_unit(rates[k].unit, largest(v));
-    auto x_title = places[k], y_title = rates[k];
-    x_title.unit = x_unit.name, y_title.unit = y_unit.name;
+    const auto plane = phase_plane(table.motion[body], k);
+    const auto &x_unit = plane.place_unit, &y_unit = plane.rate_unit;
     Block block(fmt::format("{}: {} ({}), rate ({})", table.bodies[body],
                             k == 2   ? "theta"
                             : k == 1 ? "y"
@@ -100,8 +99,8 @@ std::vector<std::filesystem::path> draw_phase_portrait(const std::filesystem::pa
         commands(
             with_tics(axis_of(slowest / y_unit.size, fastest / y_unit.size), square / (1.45 * line_height)),
             "y"),
-        shortened(table.bodies[body], static_cast<std::size_t>(cell / letter_width) + 6), x_title.label(99),
-        y_title.label(99), p, 1 + body);
+        shortened(table.bodies[body], static_cast<std::size_t>(cell / letter_width) + 6),
+        plane.place.label(99), plane.rate.label(99), p, 1 + body);
     f.blocks.push_back(std::move(block));
   }
   f.script.add("unset multiplot\n");

@@ -58,12 +58,24 @@ std::vector<RunFolder> runs_in(const std::filesystem::path& folder) {
     add(folder / "penalty", "penalty", 1);
     add(folder / "nonsmooth", "nonsmooth", 2);
     add(folder / "ideal", "ideal joint", 3);
-  } else if (std::filesystem::exists(folder / "run.json")) {
+  } else {
+    // A folder of `freeplay orbit` has the run of the periodic motion in a folder of its own.
+    const auto run =
+        !std::filesystem::exists(folder / "run.json") && std::filesystem::exists(folder / "orbit.json")
+            ? folder / "motion"
+            : folder;
+    if (!std::filesystem::exists(run / "run.json")) return list;
     const auto family =
-        family_named(JsonFile(folder / "run.json").text("formulation")).value_or(Family::penalty);
-    add(folder, name_of(family), family == Family::penalty ? 1 : 2);
+        family_named(JsonFile(run / "run.json").text("formulation")).value_or(Family::penalty);
+    add(run, name_of(family), family == Family::penalty ? 1 : 2);
   }
   return list;
+}
+
+const char* source_of(const std::filesystem::path& folder) {
+  for (const char* name : {"comparison.json", "run.json"})
+    if (std::filesystem::exists(folder / name)) return name;
+  return "orbit.json";
 }
 
 double end_of(const std::filesystem::path& folder) {

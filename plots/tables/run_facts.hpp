@@ -37,8 +37,11 @@ struct RunFolder {
   std::string title;  ///< penalty, nonsmooth, ideal joint
   int style;          ///< its line style: 1, 2, 3
 };
-/// The runs with a trajectory: the folder itself, or the runs of a comparison in it.
+/// The runs with a trajectory: the folder itself, the runs of a comparison in it, or that of a periodic motion.
 std::vector<RunFolder> runs_in(const std::filesystem::path& folder);
+
+/// JSON file with the provenance of a folder of runs_in().
+const char* source_of(const std::filesystem::path& folder);
 
 /// Time of the last row of a run (s).
 double end_of(const std::filesystem::path& folder);

@@ -4,7 +4,9 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
+#include <algorithm>
 #include <cmath>
+#include <filesystem>
 #include <nlohmann/json.hpp>
 #include <optional>
 #include <string>
@@ -15,10 +17,12 @@
 #include "cli/verb.hpp"
 #include "cli/wrapped.hpp"
 #include "facade/identify.hpp"
+#include "facade/run_folder.hpp"
 #include "io/files/result_set.hpp"
 #include "io/files/run_json.hpp"
 #include "io/scene/located.hpp"
 #include "mechanism/scene.hpp"
+#include "plots/drawing/figure.hpp"
 #include "values/family.hpp"
 
 namespace freeplay::cli {
@@ -75,6 +79,24 @@ void print(const Orbit& found) {
     fmt::print("  multiplier {:>16.10g} {:>+16.10g} i   modulus {:.10g}\n", m.real(), m.imag(), std::abs(m));
 }
 
+/// Runs the motion over its periods, for figures, reports and films. Its folder can be repeated by
+/// `freeplay run --from`.
+void run_motion(const Scene& scene, const Orbit& found, const OrbitVerb& request,
+                const std::filesystem::path& folder) {
+  constexpr double rows_of_a_period = 1000, fewest_rows = 2000, most_rows = 20'000;
+  auto one = scene;
+  const double length = found.periods * found.period;
+  one.run.duration = found.state.t + length;
+  one.run.output_step = length / std::clamp(rows_of_a_period * found.periods, fewest_rows, most_rows);
+  one.run.discard = found.state.t;  // statistics of the motion alone
+  const auto result = run_scene(
+      one,
+      {.formulation = request.formulation, .start = found.state, .folder = folder, .stop = request.stop});
+  if (result.ending.status == Ending::Status::interrupted) throw Interrupted();
+  if (result.ending.status != Ending::Status::finished)
+    fmt::print(stderr, "{}", wrapped("the run of the motion stopped: " + result.ending.reason + "\n"));
+}
+
 int find_orbit(const OrbitVerb& request) try {
   const auto scene = read_scene(request.scene, request.overrides);
   const auto folder = result_folder(request.output, default_folder(scene.file, "-orbit"));
@@ -93,15 +115,19 @@ int find_orbit(const OrbitVerb& request) try {
   ResultSet set(folder, "orbit");
   auto document = orbit_json(scene, found);
   document["formulation"] = request.formulation;
+  document["settle"] = request.settle;
+  if (request.period) document["period_given_s"] = *request.period;
   document["provenance"] = provenance(scene, identify(scene, family_of(request.formulation), std::nullopt));
   if (!request.shift.empty()) document["shift"] = {{"coordinates", request.shift}, {"change", found.shift}};
   if (found.step_error > 0) document["step_error"] = found.step_error;
   write_json(set.place() / "orbit.json", document);
+  run_motion(scene, found, request, set.place() / "motion");
   set.commit();
   print(found);
   if (!request.shift.empty())
     fmt::print("shift of {} per motion: {:.9g}\n", fmt::join(request.shift, ", "), found.shift);
   fmt::print("results in {}\n", folder.string());
+  for (const auto& path : plots::all(folder)) fmt::print("figure: {}\n", path.string());
   return 0;
 } catch (const Interrupted&) {
   return interrupted(Kept::nothing);

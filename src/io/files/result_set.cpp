@@ -35,7 +35,7 @@ const std::vector<Members>& all_members() {
       {"drift", {"drift.json", "drift.csv", "figures/drift*"}},
       {"poincare", {"section.json", "section.csv", "figures/poincare*"}},
       {"sensitivity", {"sensitivity.json", "figures/sensitivity*"}},
-      {"orbit", {"orbit.json"}},
+      {"orbit", {"orbit.json", "motion/run.json", "motion/*.csv", "figures/orbit*", "figures/multipliers*"}},
       {"lyapunov", {"lyapunov.json", "lyapunov.csv", "figures/lyapunov*"}},
       {"continue",
        {"continue.json", "branch.csv", "branch_impacts.csv", "bifurcations.csv", "curves.csv",
