@@ -13,24 +13,29 @@ namespace {
 
 int digit(char c) { return c <= '9' ? c - '0' : c - 'a' + 10; }
 
-/// Converts hexadecimal digits to base 64 (RFC 4648), the form of a hash in a policy.
-std::string base64(std::string_view hex) {
-  constexpr std::string_view letters = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
-  std::string out;
-  const auto bytes = hex.size() / 2;
-  for (std::size_t i = 0; i < bytes; i += 3) {
-    unsigned group = 0;
-    for (std::size_t k = 0; k < 3; ++k) {
-      const auto at = 2 * (i + k);
-      group =
-          group << 8 | (i + k < bytes ? static_cast<unsigned>(16 * digit(hex[at]) + digit(hex[at + 1])) : 0u);
-    }
-    for (std::size_t k = 0; k < 4; ++k) out += i + k <= bytes ? letters[group >> (18 - 6 * k) & 63] : '=';
-  }
-  return out;
+/// The bytes of hexadecimal digits.
+std::string bytes_of(std::string_view hex) {
+  std::string bytes;
+  for (std::size_t i = 0; i + 1 < hex.size(); i += 2)
+    bytes += static_cast<char>(16 * digit(hex[i]) + digit(hex[i + 1]));
+  return bytes;
 }
 
 }  // namespace
+
+std::string base64(std::string_view bytes) {
+  constexpr std::string_view letters = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
+  std::string out;
+  out.reserve(4 * bytes.size() / 3 + 4);
+  for (std::size_t i = 0; i < bytes.size(); i += 3) {
+    unsigned group = 0;
+    for (std::size_t at = i; at < i + 3; ++at)
+      group = group << 8 | (at < bytes.size() ? static_cast<unsigned char>(bytes[at]) : 0u);
+    for (std::size_t k = 0; k < 4; ++k)
+      out += i + k <= bytes.size() ? letters[group >> (18 - 6 * k) & 63] : '=';
+  }
+  return out;
+}
 
 std::string embedded(const nlohmann::json& document) {
   const auto text = document.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace);
@@ -82,7 +87,8 @@ std::string page(const std::string& title, const nlohmann::json& document) {
   const std::array fillings{
       Filling{"{{policy}}",
               "default-src 'none'; img-src data:; base-uri 'none'; form-action 'none'; script-src 'sha256-" +
-                  base64(script_sha256) + "'; style-src 'sha256-" + base64(style_sha256) + "'"},
+                  base64(bytes_of(script_sha256)) + "'; style-src 'sha256-" + base64(bytes_of(style_sha256)) +
+                  "'"},
       Filling{"{{title}}", html_text(title)}, Filling{"{{style}}", std::string(page_style)},
       Filling{"{{data}}", embedded(document)}, Filling{"{{script}}", std::string(page_script)}};
   // Each mark occurs once, in this order. Inserted text is not searched for further marks.

@@ -19,6 +19,9 @@ std::string embedded(const nlohmann::json& document);
 /// Text escaped as the content of an element or of an attribute in quotes.
 std::string html_text(std::string_view text);
 
+/// Bytes in base 64 (RFC 4648).
+std::string base64(std::string_view bytes);
+
 /// The page of a document, with this title.
 std::string page(const std::string& title, const nlohmann::json& document);
 

@@ -12,6 +12,7 @@
 #include "plots/report/events.hpp"
 #include "plots/report/facts.hpp"
 #include "plots/report/motion.hpp"
+#include "plots/report/motions.hpp"
 #include "plots/report/page.hpp"
 #include "plots/report/study_page.hpp"
 #include "plots/tables/run_facts.hpp"
@@ -63,11 +64,12 @@ json without_verdict(json parts, const std::string& verdict) {
 
 json runs_document(const std::filesystem::path& folder, const std::vector<plots::RunFolder>& runs) {
   const bool comparison = std::filesystem::exists(folder / "comparison.json");
+  const bool periodic = runs.front().folder != folder && !comparison;
   std::list<JsonFile> files;
   std::vector<RunFacts> facts;
   for (const auto& run : runs) facts.push_back({run.title, &files.emplace_back(run.folder / "run.json")});
   const auto& first = files.front();
-  json document = {{"kind", comparison ? "comparison" : "run"}};
+  json document = {{"kind", comparison ? "comparison" : periodic ? "orbit" : "run"}};
   document["title"] = first.text_or_empty("provenance.title");
   document["notes"] = notes(facts);
   document["tables"] = json::array();
@@ -88,7 +90,9 @@ json runs_document(const std::filesystem::path& folder, const std::vector<plots:
   document["provenance"] = provenance_table(facts);
   document["scene"] = first.text_or_empty("provenance.scene");
   const bool forces = std::filesystem::exists(runs.front().folder / "forces.csv");
-  document["commands"] = commands(first, comparison ? "" : first.text_or_empty("formulation"), forces);
+  document["commands"] = json::array();  // those of a periodic motion are in orbit.json
+  if (!periodic)
+    document["commands"] = commands(first, comparison ? "" : first.text_or_empty("formulation"), forces);
   document["runs"] = json::array();
   const long numbers = numbers_of_a_page / static_cast<long>(runs.size());
   for (const auto& run : runs) document["runs"].push_back(run_part(run, numbers));
@@ -117,11 +121,14 @@ json document_of(const std::filesystem::path& folder) {
     document = runs_document(folder, runs);
   else if (holds_study(folder))
     document = study_document(folder);
+  else if (holds_motions(folder))
+    document = motions_document(folder);
   else
     throw SceneError(
         folder.string() +
-        ": contains no results to show; give a folder made by freeplay run, compare, sweep, bifurcation or "
-        "basin");
+        ": contains no results to show; give a folder made by freeplay run, compare, orbit, lyapunov, "
+        "continue, sweep, bifurcation or basin");
+  add_motions(folder, document);
   document["folder"] = folder.filename().string();
   make_visible(document);
   return document;

@@ -46,7 +46,9 @@ int make_report(const ReportRequest& request) {
 void report_verb(Program& program) {
   auto [options, request] = program.verb(
       "report", "write an interactive HTML report of a result folder, with animation", make_report);
-  options.add("folder", request.folder, "folder made by run, compare, sweep, bifurcation or basin")
+  options
+      .add("folder", request.folder,
+           "folder made by run, compare, orbit, lyapunov, continue, sweep, bifurcation or basin")
       .required();
   options.add("-o,--output", request.output, "file of the report; default report.html in the folder")
       .takes("FILE");

@@ -38,6 +38,16 @@ function makeNotes(section) {
   section.hidden = !section.childElementCount;
 }
 
+/** Figures of the folder, which the page contains as PNG. */
+function makePictures(section) {
+  for (const { title, png } of data.pictures || []) {
+    const picture = element('img', 'picture');
+    picture.alt = title;
+    picture.src = `data:image/png;base64,${png}`;
+    section.append(card(title, picture));
+  }
+}
+
 function makeTables(section) {
   if (data.comparison) {
     const box = card('Comparison');
@@ -46,7 +56,11 @@ function makeTables(section) {
       box.append(part.text !== undefined ? element('p', 'said', part.text) : scrolled(tableOf(part.head, part.rows)));
     section.append(box);
   }
-  for (const table of data.tables || []) section.append(card(table.title, scrolled(tableOf(table.head, table.rows))));
+  for (const table of data.tables || []) {
+    const box = card(table.title, scrolled(tableOf(table.head, table.rows)));
+    box.classList.toggle('wide', !!table.wide);
+    section.append(box);
+  }
 }
 
 const eventRows = 500;  // per page of the list
@@ -107,7 +121,7 @@ function makeAgain(section) {
   if (data.commands) section.append(element('pre', '', data.commands.join('\n')));
   if (data.provenance) section.append(scrolled(tableOf(data.provenance.head, data.provenance.rows)));
   if (data.scene) {
-    const details = element('details'), summary = element('summary', '', data.kind === 'bifurcation' || data.kind === 'basin' ? 'study and scene, as read' : 'the scene, as read');
+    const details = element('details'), summary = element('summary', '', ['bifurcation', 'basin', 'continue'].includes(data.kind) ? 'study and scene, as read' : 'the scene, as read');
     details.append(summary, element('pre', '', data.scene));
     section.append(details);
   }

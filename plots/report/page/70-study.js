@@ -291,7 +291,7 @@ function makeBasin(section) {
 }
 
 function makeStudy(section) {
-  if (runs.length || data.kind === 'run' || data.kind === 'comparison') return;
+  if (!['sweep', 'bifurcation', 'basin'].includes(data.kind)) return;
   section.hidden = false;
   if (data.kind === 'sweep') makeSweep(section);
   if (data.kind === 'bifurcation') makeDiagram(section);

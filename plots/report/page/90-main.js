@@ -18,7 +18,7 @@ window.addEventListener('beforeprint', () => { screenTheme = document.documentEl
 window.addEventListener('afterprint', () => { setTheme(screenTheme); drawAll(); });
 
 byId('title').textContent = data.title || data.folder;
-byId('subtitle').textContent = (data.scene_title && data.scene_title !== data.title ? data.scene_title + ' · ' : '') + { run: 'one run', comparison: 'both formulations of one scene', sweep: 'a study', bifurcation: 'a bifurcation diagram', basin: 'basins of attraction' }[data.kind] + ' · ' + data.folder;
+byId('subtitle').textContent = (data.scene_title && data.scene_title !== data.title ? data.scene_title + ' · ' : '') + { run: 'one run', comparison: 'both formulations of one scene', sweep: 'a study', bifurcation: 'a bifurcation diagram', basin: 'basins of attraction', orbit: 'a periodic motion', continue: 'branches of periodic motions', lyapunov: 'Lyapunov exponents' }[data.kind] + ' · ' + data.folder;
 
 const keyList = [['space', 'play or pause'], ['← →', 'a frame back or on; with shift ten'], ['P N', 'the event before, the next one'],
   ['Home End', 'beginning, end'], ['+ −', 'faster, slower'], ['O', 'runs side by side or overlaid'], ['F', 'forces'], ['Z', 'plots: whole time'], ['T', 'light or dark'], ['?', 'these keys']];
@@ -152,6 +152,7 @@ if (runs.length && runs.every((run) => run.motion.t.length)) {
   makeEvents(byId('events'));
 }
 makeStudy(byId('study'));
+makePictures(byId('tables'));
 makeTables(byId('tables'));
 makeAgain(byId('again'));
 window.addEventListener('resize', () => (runs.length ? fitViews() : redraw()));
