@@ -169,7 +169,8 @@ class Continuation {
       auto events = events_between(b.solver, base, step, *next);
       double reach = step;
       if (bound) {
-        if (auto edge = reach_key(b.solver, base, step, *next, *bound)) {
+        if (auto edge =
+                next->parameter == *bound ? std::nullopt : reach_key(b.solver, base, step, *next, *bound)) {
           reach = edge->distance;
           next = std::move(edge->motion);
         }
@@ -213,9 +214,10 @@ class Continuation {
     return {};
   }
 
+  /// The end of the range that the next motion reaches or passes. A branch may begin at an end.
   std::optional<double> bound_between(const BranchMotion& base, const BranchMotion& next) const {
     for (const double bound : {request_.from, request_.to})
-      if ((base.parameter - bound) * (next.parameter - bound) < 0) return bound;
+      if (base.parameter != bound && (base.parameter - bound) * (next.parameter - bound) <= 0) return bound;
     return {};
   }
 
