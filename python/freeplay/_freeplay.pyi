@@ -87,13 +87,16 @@ def orbit_of(
 def branches_of(
     scene: Scene,
     key: str,
-    start: float,
-    end: float,
+    from_: float,
+    to: float,
+    start: Optional[float],
     step: Optional[float],
     periods: int,
     settle: float,
     period: Optional[float],
     follow_doubled: int,
+    most_points: int,
+    second: Optional[tuple[str, float, float, Optional[float], list[str]]],
     flag: StopFlag,
     here: bool,
 ) -> dict[str, Any]: ...

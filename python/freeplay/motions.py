@@ -158,12 +158,15 @@ def orbit(
 
 @dataclass(frozen=True)
 class Branches:
-    """Branches of periodic motions over one key, in SI units.
+    """Branches of periodic motions over one key, and curves of their bifurcations over two, in SI units.
 
     points: a frame with one row per motion: branch, point, parameter, period, stable, greatest_modulus, impacts.
     orbits: the motions, one Orbit per row of points.
     bifurcations: a frame: kind, parameter, period, branch, joint, follows, new_branch.
     ends: a frame: branch, points, begins, reason.
+    curves: a frame with one row per point of the curves over two keys: curve, kind, parameter, second, period,
+        periods, stable, multiplier (of the greatest modulus), joint, residual.
+    curve_ends: a frame with one row per curve: curve, kind, points, parameter, first_reason, last_reason.
     failure: the reason why there is no first motion, or "".
     """
 
@@ -171,34 +174,72 @@ class Branches:
     orbits: list[Orbit]
     bifurcations: pd.DataFrame
     ends: pd.DataFrame
+    curves: pd.DataFrame
+    curve_ends: pd.DataFrame
     failure: str
 
 
 def continue_orbit(
     scene: SceneLike,
     key: str,
-    start: float,
-    end: float,
+    from_: float,
+    to: float,
     *,
+    start: Optional[float] = None,
     step: Optional[float] = None,
     periods: int = 1,
     settle: float = 10,
     period: Optional[float] = None,
     follow_doubled: int = 1,
+    most_points: int = 2000,
+    second: Optional[str] = None,
+    second_from: Optional[float] = None,
+    second_to: Optional[float] = None,
+    second_step: Optional[float] = None,
+    curves: Sequence[str] = (),
     set: Optional[Mapping[str, Any]] = None,
     stop: Optional[Stop] = None,
 ) -> Branches:
-    """Follows the periodic motion at key = start towards end, round folds, as `freeplay continue` does.
+    """Follows the periodic motion at key = from_ towards to, round folds, as `freeplay continue` does.
 
-    step: greatest change of the key; default: a fiftieth of the range. Raises SceneError for an unknown key
-    and for a scheme without derivatives."""
+    The names and meanings of the parameters are those of the table [continue], with from_ for `from`; numbers are
+    in SI units.
+
+    start: value of the key at which the branch begins instead; it is then followed to both ends.
+    step: greatest change of the key; default: a fiftieth of the range.
+    second, second_from, second_to: a second key and its range, over which the bifurcations are followed.
+    second_step: its greatest change; default: a fiftieth of its range.
+    curves: kinds of bifurcations that are followed: fold, flip, torus, grazing, liftoff; default: all of them.
+
+    Raises SceneError for an unknown key or kind and for a scheme without derivatives, TypeError for an incomplete
+    second key."""
     wanted = _scene(scene)
     if set:
         wanted = wanted.with_(set)
+    over: Optional[tuple[str, float, float, Optional[float], list[str]]] = None
+    if second is not None:
+        if second_from is None or second_to is None:
+            raise TypeError("continue_orbit: second needs second_from and second_to")
+        over = (second, second_from, second_to, second_step, list(curves))
+    elif curves or any(value is not None for value in (second_from, second_to, second_step)):
+        raise TypeError("continue_orbit: second_from, second_to, second_step and curves need second")
     found = _searched(
         stop,
         lambda flag: _freeplay.branches_of(
-            wanted._handle, key, start, end, step, periods, settle, period, follow_doubled, flag, _here()
+            wanted._handle,
+            key,
+            from_,
+            to,
+            start,
+            step,
+            periods,
+            settle,
+            period,
+            follow_doubled,
+            most_points,
+            over,
+            flag,
+            _here(),
         ),
     )
     orbits = [_orbit(p) for p in found["points"]]
@@ -225,6 +266,24 @@ def continue_orbit(
             columns=["kind", "parameter", "period", "branch", "joint", "follows", "new_branch"],
         ),
         pd.DataFrame(found["ends"], columns=["branch", "points", "begins", "reason"]),
+        pd.DataFrame(
+            found["curve_points"],
+            columns=[
+                "curve",
+                "kind",
+                "parameter",
+                "second",
+                "period",
+                "periods",
+                "stable",
+                "multiplier",
+                "joint",
+                "residual",
+            ],
+        ),
+        pd.DataFrame(
+            found["curves"], columns=["curve", "kind", "points", "parameter", "first_reason", "last_reason"]
+        ),
         found["failure"],
     )
 

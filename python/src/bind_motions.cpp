@@ -2,10 +2,18 @@
 #include <pybind11/complex.h>
 #include <pybind11/stl.h>
 
+#include <algorithm>
+#include <complex>
+#include <optional>
+#include <string>
+#include <tuple>
+#include <vector>
+
 #include "facade/continuation.hpp"
 #include "facade/lyapunov.hpp"
 #include "facade/orbit.hpp"
 #include "facade/sensitivity.hpp"
+#include "mechanism/error.hpp"
 #include "record.hpp"
 #include "stop.hpp"
 
@@ -93,24 +101,51 @@ py::dict orbit_of(const Scene& scene, const std::string& formulation, int period
   return d;
 }
 
+std::string name_of(BifurcationKind kind) { return bifurcation_names[static_cast<std::size_t>(kind)]; }
+
+/// The kinds of curves by their names.
+std::vector<BifurcationKind> kinds_of(const std::vector<std::string>& names) {
+  std::vector<BifurcationKind> kinds;
+  for (const auto& name : names) {
+    const auto known = std::ranges::find(bifurcation_names, name);
+    const auto kind = static_cast<BifurcationKind>(known - bifurcation_names.begin());
+    if (known == bifurcation_names.end() || kind == BifurcationKind::sequence)
+      throw ModelError("continue.curves",
+                       "\"" + name + "\" is no kind of curve; use fold, flip, torus, grazing or liftoff");
+    kinds.push_back(kind);
+  }
+  return kinds;
+}
+
+/// Key, range, greatest step and kinds of the curves over a second key.
+using SecondOf = std::tuple<std::string, double, double, std::optional<double>, std::vector<std::string>>;
+
 py::dict branches_of(const Scene& scene, const std::string& key, double from, double to,
-                     std::optional<double> step, int periods, double settle, std::optional<double> period,
-                     int follow_doubled, StopFlag& flag, bool here) {
+                     std::optional<double> start, std::optional<double> step, int periods, double settle,
+                     std::optional<double> period, int follow_doubled, int most_points,
+                     const std::optional<SecondOf>& second, StopFlag& flag, bool here) {
   bool pressed = false;
   const auto found = interruptible(flag, here, pressed, [&] {
     ContinuationRequest request;
     request.key = key;
     request.from = from;
     request.to = to;
+    request.start = start;
     request.step = step;
     request.periods = periods;
     request.settle = settle;
     request.period = period;
     request.follow_doubled = follow_doubled;
+    request.most_points = most_points;
+    if (second) {
+      const auto& [name, first, last, longest, kinds] = *second;
+      request.second =
+          SecondKey{.key = name, .from = first, .to = last, .step = longest, .kinds = kinds_of(kinds)};
+    }
     request.stop = flag.token();
     return continue_orbit(scene, request);
   });
-  py::list points, bifurcations, ends;
+  py::list points, bifurcations, ends, curve_points, curves;
   for (const auto& p : found.points) {
     auto d = dict_of(p.orbit);
     d["branch"] = p.branch;
@@ -119,11 +154,22 @@ py::dict branches_of(const Scene& scene, const std::string& key, double from, do
     points.append(d);
   }
   for (const auto& b : found.bifurcations)
-    bifurcations.append(py::make_tuple(bifurcation_names[static_cast<std::size_t>(b.kind)], b.at.parameter,
-                                       b.at.orbit.period, b.at.branch, b.joint, b.follows, b.new_branch));
+    bifurcations.append(py::make_tuple(name_of(b.kind), b.at.parameter, b.at.orbit.period, b.at.branch,
+                                       b.joint, b.follows, b.new_branch));
   for (const auto& e : found.ends) ends.append(py::make_tuple(e.branch, e.points, e.begins, e.reason));
+  for (const auto& c : found.curve_points) {
+    const auto& o = c.orbit;
+    const auto first = o.multipliers.empty() ? std::complex<double>(0) : o.multipliers.front();
+    curve_points.append(py::make_tuple(c.curve, name_of(c.kind), c.parameter, c.second, o.period, o.periods,
+                                       o.stable, first, c.joint, c.residual));
+  }
+  for (const auto& c : found.curves)
+    curves.append(
+        py::make_tuple(c.curve, name_of(c.kind), c.points, c.parameter, c.reasons[0], c.reasons[1]));
   py::dict d;
   d["points"] = points;
+  d["curve_points"] = curve_points;
+  d["curves"] = curves;
   d["bifurcations"] = bifurcations;
   d["ends"] = ends;
   d["failure"] = found.failure;
@@ -167,9 +213,10 @@ void bind_motions(py::module_& m) {
         py::arg("formulation"), py::arg("flag"), py::arg("here"));
   m.def("orbit_of", &orbit_of, py::arg("scene"), py::arg("formulation"), py::arg("periods"),
         py::arg("settle"), py::arg("period"), py::arg("shift"), py::arg("flag"), py::arg("here"));
-  m.def("branches_of", &branches_of, py::arg("scene"), py::arg("key"), py::arg("start"), py::arg("end"),
-        py::arg("step"), py::arg("periods"), py::arg("settle"), py::arg("period"), py::arg("follow_doubled"),
-        py::arg("flag"), py::arg("here"));
+  m.def("branches_of", &branches_of, py::arg("scene"), py::arg("key"), py::arg("from_"), py::arg("to"),
+        py::arg("start"), py::arg("step"), py::arg("periods"), py::arg("settle"), py::arg("period"),
+        py::arg("follow_doubled"), py::arg("most_points"), py::arg("second"), py::arg("flag"),
+        py::arg("here"));
   m.def("lyapunov_of", &lyapunov_of, py::arg("scene"), py::arg("formulation"), py::arg("batches"),
         py::arg("transient"), py::arg("flag"), py::arg("here"));
 }
