@@ -11,6 +11,7 @@
 #include <regex>
 
 #include "cli/help.hpp"
+#include "cli/shards.hpp"
 #include "cli/verb.hpp"
 #include "io/files/identity.hpp"
 #include "io/scene/quantity.hpp"
@@ -100,6 +101,7 @@ std::string stray(const CLI::App& program, const std::string& word) {
   std::vector<std::string> known;
   for (const auto* option : (verb ? *verb : program).get_options(nullptr))
     for (const auto& one : option->get_lnames()) known.push_back("--" + one);
+  if (verb && divides(name)) return fmt::format("{}: {}", name, why_undivided(verb->get_name()));
   return fmt::format("{}: unknown option of {}{}", name,
                      verb ? verb->get_name() : "the program (options follow the verb)",
                      meant(name, known, "there are"));

@@ -102,6 +102,21 @@ void declare_shards(Options& options, ShardOptions& into) {
   shard.excludes(merge);
 }
 
+bool divides(const std::string& option) {
+  return option == "--plan" || option == "--shard" || option == "--merge";
+}
+
+std::string why_undivided(const std::string& verb) {
+  if (verb == "continue")
+    return "a continuation cannot be divided, because each motion of a branch starts from the one before; divide "
+           "a chart by one study file for each branch (docs/how-to/cluster.md)";
+  if (verb == "tradeoff")
+    return "tradeoff cannot be divided, because it measures cost on one otherwise idle machine";
+  return fmt::format(
+      "{} cannot be divided; sweep, bifurcation, basin, calibrate and ensemble can (docs/how-to/cluster.md)",
+      verb);
+}
+
 int in_shards(const Division& study, const ShardOptions& requested, const std::filesystem::path& folder,
               int threads, StopToken stop) {
   if (requested.plan > 0) return plan_shards(study, requested, folder);

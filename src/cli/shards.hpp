@@ -22,6 +22,11 @@ struct ShardOptions {
 /// Declares the options.
 void declare_shards(Options& options, ShardOptions& into);
 
+/// Whether an option divides the work of a verb.
+bool divides(const std::string& option);
+/// Why a verb without these options cannot be divided, and what to do instead.
+std::string why_undivided(const std::string& verb);
+
 /// Exit status of a process that was stopped and can be continued by the same command.
 inline constexpr int stopped_status = 75;
 

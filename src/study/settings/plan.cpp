@@ -7,6 +7,10 @@
 namespace freeplay {
 
 std::vector<PlannedRun> plan(const Study& study, const Conduct& conduct) {
+  if (study.continuation && study.axes.empty())
+    throw error_at(study, {"continue"},
+                   "the study has no axes to sweep; run `freeplay continue`, which cannot be divided "
+                   "(docs/how-to/cluster.md)");
   std::vector<PlannedRun> runs;
   std::set<std::string> seen;
   Identity all_starts;
