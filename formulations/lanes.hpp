@@ -31,7 +31,7 @@ struct LaneRun {
   std::function<void(const Ending&, long in_lanes)> ended;
 };
 
-/// Whether a formulation may run in lanes: time stepping of fixed steps with compiled functions.
+/// Whether a formulation may run in lanes, if its mechanism has the functions: time stepping of fixed steps.
 bool fits_lanes(Formulation& formulation);
 
 /// Runs all that `next` returns, each to its end. It is asked whenever a lane is empty, and when it had

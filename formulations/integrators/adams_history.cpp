@@ -4,7 +4,7 @@
 #include <cstring>
 #include <utility>
 
-#include "formulations/integrators/wide_registers.hpp"
+#include "numerics/wide_registers.hpp"
 
 namespace freeplay {
 

@@ -9,7 +9,7 @@
 #include <cstddef>
 #include <vector>
 
-#include "formulations/integrators/wide_registers.hpp"
+#include "numerics/wide_registers.hpp"
 
 namespace freeplay {
 

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstring>
+#include <numeric>
 #include <utility>
 
 #include "dynamics/system_functions.hpp"
@@ -31,7 +32,8 @@ LaneGroup::LaneGroup(LaneFunctions functions, const MoreauStepper& like)
   const auto& d = like.data_;
   const auto& system = d.system;
   const int n = system.n(), m = system.rows(), K = contacts_, bodies = system.bodies(),
-            entries = static_cast<int>(d.middle.G.size());
+            entries = static_cast<int>(d.middle.G.size()),
+            all_ratios = std::accumulate(functions_.ratios.begin(), functions_.ratios.end(), 0);
   const auto state = [&](Block& q, Block& v, Block& drive, Block& stabilisation, Block& gaps, Block& records,
                          Block& totals, Block& ratios) {
     return std::vector<std::pair<Block*, int>>{{&q, n},
@@ -41,7 +43,7 @@ LaneGroup::LaneGroup(LaneFunctions functions, const MoreauStepper& like)
                                                {&gaps, K},
                                                {&records, K * lane_record_size},
                                                {&totals, lane_total_size},
-                                               {&ratios, functions_.ratios}};
+                                               {&ratios, all_ratios}};
   };
   const auto blocks = state(q_, v_, drive_, stabilisation_, gaps_, records_, totals_, ratios_);
   divide(state_room_, blocks);
@@ -75,6 +77,7 @@ LaneGroup::LaneGroup(LaneFunctions functions, const MoreauStepper& like)
   potential_ = system.has_potential();
   q_one_.resize(static_cast<std::size_t>(n));
   q_free_one_.resize(static_cast<std::size_t>(n));
+  least_.resize(functions_.ratios.size());
   connect();
 }
 
@@ -132,8 +135,7 @@ void LaneGroup::connect() {
 }
 
 bool LaneGroup::fits(const MoreauStepper& s) {
-  return s.fixed() && !s.responses_.many() && !s.films_.any() && s.automatic_solver_ &&
-         s.resolution_.idle() && s.data_.system.functions().step.middle != nullptr;
+  return s.fixed() && !s.responses_.many() && !s.films_.any() && s.automatic_solver_ && s.resolution_.idle();
 }
 
 bool LaneGroup::ready(int lane) const {
@@ -222,10 +224,13 @@ void LaneGroup::store(int lane) {
   work.factorisations += time.steps;
   work.rhs += time.steps;
   work.lcp_solves += time.pressed;
-  if (const auto room = d.saddle.compiled_room(); room.usable) {
-    for (int i = 0; i < ratios_.size; ++i) room.ratios[i] = at(ratios_, i, lane);
-    d.saddle.take_compiled();
+  int ratio = 0;
+  for (std::size_t block = 0; block < least_.size(); ++block) {
+    least_[block] = 1;
+    for (int i = 0; i < functions_.ratios[block]; ++i)
+      least_[block] = std::min(least_[block], at(ratios_, ratio++, lane));
   }
+  d.saddle.factored_elsewhere(least_.data());
   for (int k = 0; k < contacts_; ++k) {
     auto& c = s.contacts_[k];
     c.gap = at(gaps_, k, lane);
@@ -272,8 +277,8 @@ unsigned LaneGroup::meet_contacts(unsigned lanes) {
     acting &= lanes & ~other;
     if (acting == 0) continue;
     const auto which = static_cast<std::size_t>(k);
-    other |= acting & static_cast<unsigned>(functions_.contacts[which](constants_, contact_in_[which].data(),
-                                                                       contact_out_[which].data()));
+    other |= acting &
+             functions_.contacts[which](constants_, contact_in_[which].data(), contact_out_[which].data());
   }
   return other;
 }
@@ -294,8 +299,7 @@ unsigned LaneGroup::open_gaps(unsigned lanes) {
     deep &= lanes & ~other;
     if (deep == 0) continue;
     const auto which = static_cast<std::size_t>(k);
-    other |= deep & static_cast<unsigned>(
-                        functions_.opens[which](constants_, open_in_[which].data(), open_out_[which].data()));
+    other |= deep & functions_.opens[which](constants_, open_in_[which].data(), open_out_[which].data());
   }
   return other;
 }
@@ -357,10 +361,10 @@ unsigned LaneGroup::advance(unsigned lanes, long most) {
   for (done_ = 0; done_ < most; ++done_) {
     std::memcpy(saved_q_.data, q_.data, state_size_ * sizeof(double));
     set_times();
-    auto bad = static_cast<unsigned>(functions_.middle(constants_, middle_in_.data(), middle_out_.data()));
+    auto bad = functions_.middle(constants_, middle_in_.data(), middle_out_.data());
     bad |= meet_contacts(lanes);
     if ((bad & lanes) != lanes) {
-      bad |= static_cast<unsigned>(functions_.end(constants_, end_in_.data(), end_out_.data()));
+      bad |= functions_.end(constants_, end_in_.data(), end_out_.data());
       bad |= open_gaps(lanes & ~bad);
       if (potential_) account_potential(lanes & ~bad);
     }

@@ -89,7 +89,7 @@ class LaneGroup {
   std::vector<std::vector<const double*>> contact_in_, open_in_;
   std::vector<std::vector<double*>> contact_out_, open_out_;
   bool potential_ = false;
-  std::vector<double> q_one_, q_free_one_;  // of one lane
+  std::vector<double> q_one_, q_free_one_, least_;  // of one lane
   long done_ = 0;
   std::vector<double> motion_, motion_times_;  // of recorded steps; empty: none
 };

@@ -24,9 +24,10 @@
 #pragma once
 
 #include <memory>
-#include <string>
+#include <utility>
 #include <vector>
 
+#include "numerics/lane_tape.hpp"
 #include "numerics/saddle_point.hpp"
 #include "numerics/trace.hpp"
 #include "values/state.hpp"
@@ -61,13 +62,30 @@ enum LaneTotal {
   lane_total_size
 };
 
+/// A compiled function, or a tape (numerics/lane_tape.hpp), which one thread may use. Both give the same.
+class LaneFunction {
+ public:
+  LaneFunction() = default;
+  explicit LaneFunction(CompiledFunction compiled) : compiled_(compiled) {}
+  explicit LaneFunction(std::shared_ptr<LaneTape> tape) : tape_(std::move(tape)) {}
+  /// Returns a bit for each lane in which a guard failed.
+  unsigned operator()(const double* constants, const double* const* in, double* const* out) const {
+    return static_cast<unsigned>(compiled_ ? compiled_(constants, in, out) : (*tape_)(constants, in, out));
+  }
+
+ private:
+  CompiledFunction compiled_ = nullptr;
+  std::shared_ptr<LaneTape> tape_;
+};
+
 /// The functions, and the sizes of their arrays.
 struct LaneFunctions {
   int lanes = 0;
-  CompiledFunction middle = nullptr, end = nullptr;
-  std::vector<CompiledFunction> contacts, opens;  ///< of each contact
-  int factors = 0, ratios = 0;
-  std::shared_ptr<const void> object;  ///< keeps the functions loaded
+  LaneFunction middle, end;
+  std::vector<LaneFunction> contacts, opens;  ///< of each contact
+  int factors = 0;
+  std::vector<int> ratios;             ///< of each block of the linear system
+  std::shared_ptr<const void> object;  ///< keeps compiled functions loaded
 };
 
 /// The traced functions of one System. Systems with the same text share the compiled functions, each
@@ -76,8 +94,14 @@ struct TracedLanes {
   TracedObject object{0};
   TracedObject place;  ///< the function that places the sample
   bool traced = false;
-  int factors = 0, ratios = 0;
-  LaneFunctions functions(const CompiledFunction* table) const;
+  int factors = 0;
+  std::vector<int> ratios;
+  LaneFunctions compiled(const CompiledFunction* table) const;
+  /// The functions without a compiler, if LaneTape::usable(). Their lanes may be others than those of `object`.
+  LaneFunctions evaluated(int lanes) const;
+
+ private:
+  LaneFunctions functions(std::vector<LaneFunction> list) const;
 };
 
 /// Traces a System near a state; `traced` is false if it has no such functions. `like`: as for

@@ -103,7 +103,6 @@ void SystemTracer::lanes_middle(Trace& trace, const Traced& h, const List& ratio
     const auto& row = step_rows_[static_cast<std::size_t>(k)];
     trace.output(after, k, row.gap + 0.5 * h * (row.normal.dot(v.data()) - 0.25 * h * row.gamma_n));
   }
-  lane_ratios_ = static_cast<int>(ratios.size());
   for (std::size_t i = 0; i < ratios.size(); ++i) {
     const int at = static_cast<int>(i);
     trace.output(after + 1, at, least(trace.input(4, at, 1), ratios[i]));
@@ -261,16 +260,31 @@ void SystemTracer::lanes_open(TracedObject& object, const SaddlePoint& saddle, i
   }
 }
 
-LaneFunctions TracedLanes::functions(const CompiledFunction* table) const {
+LaneFunctions TracedLanes::functions(std::vector<LaneFunction> list) const {
   LaneFunctions f;
   f.lanes = object.lanes();
   f.factors = factors;
   f.ratios = ratios;
-  f.middle = *table++;
-  f.end = *table++;
-  while (*table) f.contacts.push_back(*table++);
-  f.opens.assign(f.contacts.begin() + static_cast<long>(f.contacts.size() / 2), f.contacts.end());
-  f.contacts.resize(f.opens.size());
+  const auto contacts = list.begin() + 2, opens = contacts + (list.end() - contacts) / 2;
+  f.middle = list[0];
+  f.end = list[1];
+  f.contacts.assign(contacts, opens);
+  f.opens.assign(opens, list.end());
+  return f;
+}
+
+LaneFunctions TracedLanes::compiled(const CompiledFunction* table) const {
+  std::vector<LaneFunction> list;
+  for (int i = 0; i < object.functions(); ++i) list.emplace_back(table[i]);
+  return functions(std::move(list));
+}
+
+LaneFunctions TracedLanes::evaluated(int lanes) const {
+  std::vector<LaneFunction> list;
+  for (int i = 0; i < object.functions(); ++i)
+    list.emplace_back(std::make_shared<LaneTape>(object.function(i), lanes));
+  auto f = functions(std::move(list));
+  f.lanes = lanes;
   return f;
 }
 

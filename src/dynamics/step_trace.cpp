@@ -98,6 +98,7 @@ void SystemTracer::step_middle(TracedObject& object, const SaddlePoint& saddle) 
     trace.outputs(array + 5, rates);
   }
   if (lanes) lanes_middle(trace, h, ratios, a);
+  lane_ratios_ = std::move(counts);
   if (!lanes && iterates(system_)) trace.outputs(12 + 6 * system_.contacts(), e.force);
   step_gamma_ = e.gamma;
   step_G_ = e.G;

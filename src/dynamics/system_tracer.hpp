@@ -158,7 +158,7 @@ class SystemTracer {
   /// Records the functions of LaneFunctions, in lane_trace.cpp.
   void lanes(TracedObject& object, const SaddlePoint& saddle);
   int lane_factors() const { return static_cast<int>(step_F_.size()); }
-  int lane_ratios() const { return lane_ratios_; }
+  const std::vector<int>& lane_ratios() const { return lane_ratios_; }
   /// Values of G at the sample, and whether they are constant.
   std::vector<double> G() const { return sample_.G; }
   std::vector<bool> fixed() const {
@@ -254,7 +254,7 @@ class SystemTracer {
   std::vector<bool> fixed_;
   List step_G_, step_F_, step_phi_t_, step_gamma_;  // of step_middle(): constants have no node
   std::vector<ContactRowOf<Traced>> step_rows_;
-  int lane_ratios_ = 0;
+  std::vector<int> lane_ratios_;  // of each block
 };
 
 }  // namespace freeplay

@@ -90,10 +90,13 @@ std::optional<LaneFunctions> compile_lanes(const std::vector<LaneCandidate>& can
     checks.push_back({one.system, one.near, &one.traced->object.constants()});
   if (checks.empty()) return {};
   const auto& first = *candidates.front().traced;
-  if (static_cast<int>(checks.size()) < std::min(2, first.object.lanes())) return {};
+  const bool alone = first.object.lanes() == 1;
+  if (!alone && checks.size() < 2) return {};
   const auto object = compiled_object(first.object.text(), first.object.functions(), stop);
-  if (!object.library) return {};
-  auto functions = first.functions(object.table);
+  if (!object.library && (alone || !LaneTape::usable())) return {};
+  auto functions = object.library
+                       ? first.compiled(object.table)
+                       : first.evaluated(checks.size() > LaneTape::few ? LaneTape::many : LaneTape::few);
   functions.object = object.library;
   if (differing_lanes(functions, checks, candidates.front().facts) > 0) return {};
   return functions;

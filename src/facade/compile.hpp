@@ -54,7 +54,8 @@ struct LaneCandidate {
   const TracedLanes* traced;  ///< trace_lanes() of it
 };
 /// Compiles and checks the functions of steps in lanes for systems of one structure, of which there are
-/// at least two, or one for functions of one lane. Without result if there are none.
+/// at least two, or one for functions of one lane. If they cannot be compiled, they are evaluated
+/// (LaneTape), except those of one lane. Without result if there are none.
 std::optional<LaneFunctions> compile_lanes(const std::vector<LaneCandidate>& candidates, StopToken stop);
 
 }  // namespace freeplay

@@ -111,9 +111,9 @@ class Simulation {
     /// Called at its end with the number of its steps that were made in a lane.
     std::function<void(Result result, long in_lanes)> ended = {};
   };
-  /// Runs all simulations that `next` returns, with the digits of run(). Fixed time steps of compiled
-  /// simulations of one structure are made in lanes: together, wherever no observer sees them
-  /// (docs/theory/compiled.md). `next` is asked whenever a lane is empty, and when it had none, again
+  /// Runs all simulations that `next` returns, with the digits of run(). Fixed time steps of
+  /// simulations of one structure for which compilation is requested (SimulationOptions::compile) are made in
+  /// lanes: together, wherever no observer sees them (docs/theory/compiled.md). `next` is asked whenever a lane is empty, and when it had none, again
   /// after each end of a run. It may return a simulation whose run has ended, for another one. An
   /// exception of any run leaves all.
   static void run_together(const std::function<std::optional<Together>()>& next);

@@ -53,10 +53,12 @@ class Simulation::Group {
         auto& s = m->simulation();
         candidates.push_back({&s.system, &s.start, s.facts(), &m->traced()});
       }
-      if (const auto functions = compile_lanes(candidates, first.front()->one.request.stop))
+      if (const auto functions = compile_lanes(candidates, first.front()->one.request.stop)) {
         together(*functions, std::move(first));
-      else
-        for (const auto& m : first) alone(m->one);
+        continue;
+      }
+      if (first.size() > 1) declined_ = std::make_shared<const TracedLanes>(first.front()->traced());
+      for (const auto& m : first) alone(m->one);
     }
   }
 
@@ -87,13 +89,15 @@ class Simulation::Group {
       if (!one) return nullptr;
       auto member = std::make_unique<Member>(Member{std::move(*one)});
       auto& s = member->simulation();
-      const bool fits = fits_lanes(*s.form);
+      // Runs for which no compilation was tried are too short, or shall be general.
+      const bool fits = s.compiled && fits_lanes(*s.form);
       if (fits && !s.lanes) {
-        s.lanes = trace_lanes(s.system, s.start, s.facts(), most_together(), like_.get());
+        const int lanes = s.compiled->used ? lanes_of_machine() : LaneTape::many;
+        s.lanes = trace_lanes(s.system, s.start, s.facts(), lanes, like_.get());
         if (!like_ || !s.lanes->object.same_structure(like_->object))
           like_ = std::make_shared<const TracedLanes>(*s.lanes);
       }
-      if (fits && s.lanes->traced) {
+      if (fits && s.lanes->traced && !(declined_ && member->like(declined_->object))) {
         clock_.skip();
         return member;
       }
@@ -107,7 +111,8 @@ class Simulation::Group {
   /// Runs of one structure, at most one for each lane. Those of other structures are kept for later.
   Members members_to_begin() {
     Members found, earlier = std::exchange(kept_, {});
-    while (found.size() < static_cast<std::size_t>(most_together()) && has_room()) {
+    const auto lanes = [&] { return found.empty() ? 1 : found.front()->traced().object.lanes(); };
+    while (found.size() < static_cast<std::size_t>(lanes()) && has_room()) {
       std::unique_ptr<Member> m;
       if (!earlier.empty()) {
         m = std::move(earlier.front());
@@ -172,6 +177,7 @@ class Simulation::Group {
   const std::function<std::optional<Together>()>& next_;
   Members kept_;
   std::shared_ptr<const TracedLanes> like_;  // of an earlier run, whose structure the next one probably has
+  std::shared_ptr<const TracedLanes> declined_;  // a structure without functions of lanes
   SharedClock clock_;
 };
 
@@ -194,6 +200,6 @@ std::vector<Result> Simulation::run_together(const std::vector<Together>& all, l
   return results;
 }
 
-int Simulation::most_together() { return lanes_of_machine(); }
+int Simulation::most_together() { return std::max(lanes_of_machine(), LaneTape::many); }
 
 }  // namespace freeplay

@@ -140,7 +140,7 @@ void SaddlePoint::take_compiled() {
 
 void SaddlePoint::take_compiled(const double* least) {
   compiled_ = true;
-  for (auto& part : parts_) part.block.factored_elsewhere(*least++);
+  factored_elsewhere(least);
 }
 
 bool SaddlePoint::factor_compiled(const double* G_values) {

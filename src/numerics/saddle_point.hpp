@@ -72,6 +72,10 @@ class SaddlePoint {
   void take_compiled();
   /// The same, where it gives the least pivot ratio of each block.
   void take_compiled(const double* least);
+  /// Records factors that steps in lanes have used since, by their least pivot ratios of each block.
+  void factored_elsewhere(const double* least) {
+    for (auto& part : parts_) part.block.factored_elsewhere(*least++);
+  }
   const double* compiled_factors() const { return factors_.data(); }
 
   /// Factorises with new values of G. Returns false if that is impossible (values not finite).

@@ -18,6 +18,7 @@
 #include "io/files/compiled_object.hpp"
 #include "mechanism/error.hpp"
 #include "mechanism/scene.hpp"
+#include "numerics/lane_tape.hpp"
 #include "verification/random_scenes/scene.hpp"
 #include "verification/support/support.hpp"
 
@@ -183,9 +184,26 @@ TEST_CASE("without a compiler or a private cache a run takes the general path an
   const std::string path = std::getenv("PATH"), home = std::getenv("HOME") ? std::getenv("HOME") : "/";
   setenv("XDG_CACHE_HOME", folder.path().c_str(), 1);
   CHECK(run("compiled").find("\"used\": true") != std::string::npos);
+  const auto ensemble = [&](const char* choice) {
+    setenv("FREEPLAY_COMPILE", choice, 1);
+    const auto out = folder.path() / choice;
+    // Its status is that of the figures, which need gnuplot.
+    (void)test::freeplay(
+        "ensemble " + test::flores().string() +
+        " --starts 5 --threads 1 --rows 5 --set run.revolutions=0.1 --set run.discard=0 -o " + out.string());
+    return out;
+  };
   setenv("PATH", "/nonexistent", 1);
   CHECK(run("no-compiler").find("no C compiler") != std::string::npos);
+  const auto lanes = ensemble("always"), alone = ensemble("never");
   setenv("PATH", path.c_str(), 1);
+  const auto has_lanes = [](const std::filesystem::path& out) {
+    return test::file_text(out / "ensemble.json").find("\"steps_in_lanes\": 0,") == std::string::npos;
+  };
+  CHECK(has_lanes(lanes) == LaneTape::usable());
+  CHECK_FALSE(has_lanes(alone));
+  for (const char* file : {"starts.csv", "statistics.csv", "bands.csv"})
+    CHECK(test::file_text(lanes / file) == test::file_text(alone / file));
   unsetenv("XDG_CACHE_HOME");
   unsetenv("HOME");
   CHECK(run("no-cache").find("there is no cache folder") != std::string::npos);

@@ -10,10 +10,12 @@
 #include <string>
 #include <vector>
 
+#include "dynamics/lane_functions.hpp"
 #include "facade/simulation.hpp"
 #include "io/files/compiled_object.hpp"
 #include "io/scene/open_scene.hpp"
 #include "mechanism/scene.hpp"
+#include "numerics/lane_tape.hpp"
 #include "numerics/trace.hpp"
 #include "study/ensemble/ensemble.hpp"
 #include "verification/support/support.hpp"
@@ -22,8 +24,11 @@ using namespace freeplay;
 
 namespace {
 
+/// A cache of compiled objects; with `none`, a place where there can be none, so that nothing is compiled.
 struct LaneCacheForTests {
-  LaneCacheForTests() { setenv("XDG_CACHE_HOME", folder.path().c_str(), 1); }
+  explicit LaneCacheForTests(bool none = false) {
+    setenv("XDG_CACHE_HOME", none ? "/dev/null" : folder.path().c_str(), 1);
+  }
   ~LaneCacheForTests() { unsetenv("XDG_CACHE_HOME"); }
   test::TemporaryFolder folder;
 };
@@ -161,11 +166,11 @@ struct LaneCounts {
   std::vector<int> by_contacts = std::vector<int>(5);
 };
 
-void compare_lanes(unsigned seed, int index, double steps, LaneCounts& counts) {
+void compare_lanes(unsigned seed, int index, double steps, int lanes, LaneCounts& counts) {
   LaneScenes kind(seed, index);
   std::vector<Scene> scenes;
   // One more than there are lanes, so that one starts in a lane that another has left.
-  for (int i = 0; i <= Simulation::most_together(); ++i) scenes.push_back(kind.scene());
+  for (int i = 0; i <= lanes; ++i) scenes.push_back(kind.scene());
   std::vector<Simulation> together;
   for (const auto& scene : scenes)
     together.emplace_back(scene, "nonsmooth", SimulationOptions{.compile = Compile::always});
@@ -195,17 +200,28 @@ void compare_lanes(unsigned seed, int index, double steps, LaneCounts& counts) {
 TEST_CASE("runs in lanes have the digits of runs alone", "[lanes][compiled][program]") {
   const LaneCacheForTests cache;
   LaneCounts counts;
-  for (const int index : {0, 1, 3, 11}) compare_lanes(5, index, 2000, counts);
+  for (const int index : {0, 1, 3, 11}) compare_lanes(5, index, 2000, lanes_of_machine(), counts);
   CHECK(counts.laned == 4);
   CHECK(counts.events > 20);
   // Between impacts, and in contact with one pin, all steps are made in lanes.
   CHECK(counts.in_lanes > counts.steps / 4);
 }
 
+TEST_CASE("runs in evaluated lanes have the digits of runs alone", "[lanes]") {
+  if (!LaneTape::usable()) return;
+  const LaneCacheForTests cache(true);
+  LaneCounts counts;
+  for (const int index : {0, 1}) compare_lanes(5, index, 2000, LaneTape::few - 1, counts);
+  for (const int index : {3, 11}) compare_lanes(5, index, 1000, LaneTape::many, counts);
+  CHECK(counts.laned == 4);
+  CHECK(counts.events > 20);
+  CHECK(counts.in_lanes > counts.steps / 4);
+}
+
 TEST_CASE("fifty random scenes with one to four contacts: lanes and runs alone", "[lanes][program][.]") {
   const LaneCacheForTests cache;
   LaneCounts counts;
-  for (int index = 0; index < 50; ++index) compare_lanes(17, index, 20000, counts);
+  for (int index = 0; index < 50; ++index) compare_lanes(17, index, 20000, lanes_of_machine(), counts);
   UNSCOPED_INFO(fmt::format(
       "{} scenes, {} in lanes, {} of {} steps, {} events; with 1 to 4 contacts: {} {} {} {}", counts.scenes,
       counts.laned, counts.in_lanes, counts.steps, counts.events, counts.by_contacts[1],

@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "io/files/folder_lock.hpp"
+#include "numerics/lane_tape.hpp"
 #include "study/attractors/attractor_runs.hpp"
 #include "study/attractors/attractor_table.hpp"
 #include "study/calibration/calibrate.hpp"
@@ -39,9 +40,9 @@ class LanesDesk {
     return read_study(folder_.path() / "study.toml");
   }
   /// A folder for results with a choice: "always" or "never".
-  std::filesystem::path results(const char* choice) const {
+  std::filesystem::path results(const char* choice, const char* name = nullptr) const {
     setenv("FREEPLAY_COMPILE", choice, 1);
-    const auto place = folder_.path() / choice;
+    const auto place = folder_.path() / (name ? name : choice);
     std::filesystem::create_directories(place);
     return place;
   }
@@ -188,6 +189,12 @@ TEST_CASE("a sweep has the same database with and without lanes", "[lanes][sweep
   CHECK(b.in_lanes == 0);
   CHECK(a.in_lanes > 10000);
   check_same_rows(lanes / "sweep.db", alone / "sweep.db");
+  if (!LaneTape::usable()) return;
+  setenv("XDG_CACHE_HOME", "/dev/null", 1);  // nothing is compiled
+  const auto evaluated = desk.results("always", "evaluated");
+  const auto c = swept_in(study, evaluated, 2);
+  CHECK(c.in_lanes > 10000);
+  check_same_rows(evaluated / "sweep.db", alone / "sweep.db");
 }
 
 TEST_CASE("a sweep of accelerations has the same database with and without lanes",
