@@ -61,6 +61,24 @@ double summed_energy(EnergyTerm term, Dynamics& f, const std::vector<double>& x)
   return 0;
 }
 
+/// Relative difference of times that rounding explains.
+constexpr double same_time = 1e-13;
+
+/// Which of two simultaneous events has a number depends on a key by which their times change differently.
+void refuse_ties(const VariedOnset& onset, const std::vector<VariedOnset>& onsets, Sensitivity& s) {
+  for (const auto& other : onsets) {
+    if (&other == &onset || std::abs(other.t - onset.t) > same_time * std::abs(onset.t)) continue;
+    for (std::size_t c = 0; c < s.reasons.size(); ++c) {
+      const double a = onset.dt[c], b = other.dt[c];
+      if (s.reasons[c].empty() && std::abs(a - b) > 1e-9 * std::max(std::abs(a), std::abs(b)))
+        s.reasons[c] = fmt::format(
+            "t = {:.9g} s: two contacts close at the same time, so that the number of each event depends on "
+            "this key",
+            onset.t);
+    }
+  }
+}
+
 /// Value and derivatives of a quantity of one contact event. `ended`: reasons of the columns.
 void take_event(const VariedQuantity& q, const std::vector<VariedOnset>& onsets,
                 const std::vector<std::string>& ended, const char* lasting, Sensitivity& s) {
@@ -73,15 +91,16 @@ void take_event(const VariedQuantity& q, const std::vector<VariedOnset>& onsets,
   }
   const auto& onset = onsets[q.event - 1];
   s.reasons = onset.reasons;
+  refuse_ties(onset, onsets, s);
   switch (q.of) {
     case Of::event_time:
       s.value = onset.t;
       s.derivatives = onset.dt;
-      return;
+      break;
     case Of::event_rate:
       s.value = onset.rate;
       s.derivatives = onset.drate;
-      return;
+      break;
     default:
       if (onset.lasting) {
         for (auto& reason : s.reasons)
@@ -93,6 +112,8 @@ void take_event(const VariedQuantity& q, const std::vector<VariedOnset>& onsets,
       for (std::size_t c = 0; c < ended.size(); ++c)
         if (s.reasons[c].empty() && std::isnan(s.derivatives[c])) s.reasons[c] = ended[c];
   }
+  for (std::size_t c = 0; c < ended.size(); ++c)
+    if (!s.reasons[c].empty()) s.derivatives[c] = NAN;
 }
 
 /// Facts of a finished run.
@@ -116,6 +137,13 @@ void take_quantities(const SensitivityRun& run, Variation& variation, const Pres
   using Vector = typename Variation::Vector;
   const auto at_end = [&](const Function& value, Sensitivity& s) {
     s.derivatives = variation.end_derivatives(d, end.x, end.t, value, s.value, s.reasons);
+    for (const auto& onset : onsets)
+      for (std::size_t c = 0; c < keys; ++c)
+        if (std::abs(onset.t - end.t) <= same_time * std::abs(end.t) && s.reasons[c].empty() &&
+            std::abs(onset.dt[c] - run.keys[c].end_rate) > 1e-12 * std::abs(end.t) / run.keys[c].scale()) {
+          s.reasons[c] = fmt::format("a contact closes at the end of the run, t = {:.9g} s", end.t);
+          s.derivatives[c] = NAN;
+        }
   };
   std::size_t integral = 0, peak = 0;
   for (const auto& q : run.quantities) {

@@ -30,6 +30,7 @@
 #include <cmath>
 #include <functional>
 #include <memory>
+#include <span>
 #include <string>
 #include <utility>
 #include <vector>
@@ -116,6 +117,30 @@ class VariedColumns {
     f(x, s.f, t);
     if (!integrands_.empty()) s.integrands = integrands()(f, x, t);
     return s;
+  }
+  /// Whether accelerations, or forces and powers, jump between the two sides of an event. Forces of a prescribed
+  /// motion may jump alone.
+  bool jumps(const Side& before, const Side& after) const {
+    const auto n = static_cast<std::size_t>(probe_->system.n());
+    const auto impulses = static_cast<std::size_t>(probe_->impulse_offset()),
+               contacts = static_cast<std::size_t>(probe_->system.contacts()),
+               works = static_cast<std::size_t>(probe_->integral_offset());
+    const auto differ = [](auto... lists) {
+      double change = 0, scale = 0;
+      const auto add = [&](std::span<const double> a, std::span<const double> b) {
+        for (std::size_t i = 0; i < a.size(); ++i) {
+          change = std::max(change, std::abs(b[i] - a[i]));
+          scale = std::max({scale, std::abs(a[i]), std::abs(b[i])});
+        }
+      };
+      (add(lists.first, lists.second), ...);
+      return !(change <= 1e-7 * scale);
+    };
+    using Pair = std::pair<std::span<const double>, std::span<const double>>;
+    const std::span<const double> f(before.f), g(after.f);
+    return differ(Pair{f.subspan(n, n), g.subspan(n, n)}) ||
+           differ(Pair{f.subspan(impulses, 2 * contacts), g.subspan(impulses, 2 * contacts)},
+                  Pair{f.subspan(works), g.subspan(works)}, Pair{before.integrands, after.integrands});
   }
   Function integrands() const {
     return [this](Dynamics& f, const Vector& x, double t) {

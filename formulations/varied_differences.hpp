@@ -43,7 +43,8 @@ void VariedColumns<Dynamics>::parameter_part(std::size_t c, const Vector& x, dou
 }
 
 /// The greatest step along (dx, dt) that is small against the lengths, speeds and times over which
-/// functions of the state are curved; 0 if the direction vanishes.
+/// functions of the state are curved; 0 if the direction vanishes. Functions are linear in works and impulses: a
+/// direction of these alone takes steps of their own size.
 template <class Dynamics>
 double VariedColumns<Dynamics>::spacing(const Dynamics& f, const Vector& x, const Vector& dx, double dt,
                                         double speed) const {
@@ -61,6 +62,16 @@ double VariedColumns<Dynamics>::spacing(const Dynamics& f, const Vector& x, cons
   for (int k = 0; k < system.states(); ++k)
     most = std::max(most, std::abs(dx[f.state_offset() + k]) / (1e-3 * system.state_scale(k)));
   most = std::max(most, further_spacing(f, x, dx));
+  if (most == 0) {
+    const auto size_of = [n](const Vector& y) {
+      double greatest = 0;
+      for (std::size_t i = 2 * static_cast<std::size_t>(n); i < y.size(); ++i)
+        greatest = std::max(greatest, std::abs(y[i]));
+      return greatest;
+    };
+    const double now = size_of(x);
+    most = size_of(dx) / (now > 0 ? now : 1);
+  }
   return most > 0 ? 1 / most : 0;
 }
 

@@ -102,15 +102,9 @@ void Variation::pass(const EventDynamics& d, const Passed& p) {
   if (p.event.kind == Kind::gap)
     refuse(fmt::format("t = {:.9g} s: contact {} closes without approach (grazing)", p.t,
                        d.system.contact_facts(p.event.index).name));
-  const int n = d.system.n();
-  double change = 0, scale = 0;
-  for (int i = n; i < 2 * n; ++i) {
-    change = std::max(change, std::abs(after.f[i] - before.f[i]));
-    scale = std::max({scale, std::abs(after.f[i]), std::abs(before.f[i])});
-  }
-  const double speed = std::max(d.greatest(p.before.data() + n), d.speed_scale());
+  const double speed = std::max(d.greatest(p.before.data() + d.system.n()), d.speed_scale());
   Vector dt(keys_.size());
-  if (p.event.kind != Kind::none && change > 1e-7 * scale) {
+  if (p.event.kind != Kind::none && jumps(before, after)) {
     if (p.event.is_phase())
       refuse(
           fmt::format("t = {:.9g} s: a force of an element jumps there; derivatives across such jumps are "

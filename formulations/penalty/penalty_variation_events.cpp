@@ -60,18 +60,13 @@ void PenaltyVariation::pass() {
   after_->touch(true);
   const auto before = side(*probe_, x, t), after = side(*after_, with_retained(d), t);
   const int n = d.system().n();
-  double change = 0, scale = 0;
-  for (int i = n; i < 2 * n; ++i) {
-    change = std::max(change, std::abs(after.f[i] - before.f[i]));
-    scale = std::max({scale, std::abs(after.f[i]), std::abs(before.f[i])});
-  }
-  const bool jumps = !(change <= 1e-7 * scale);
-  if (jumps && !same)
+  const bool jumped = jumps(before, after);
+  if (jumped && !same)
     refuse(
         fmt::format("t = {:.9g} s: a force of an element jumps there; derivatives across such jumps are not "
                     "available",
                     t));
-  if (jumps && changes.size() > 1)
+  if (jumped && changes.size() > 1)
     refuse(
         fmt::format("t = {:.9g} s: contacts {} and {} change at the same time, and a contact force jumps; "
                     "the motion there depends on their order",
@@ -79,7 +74,7 @@ void PenaltyVariation::pass() {
                     d.system().contact_facts(changes[1].contact).name));
   for (const auto& [k, gap] : changes) {
     if (!gap) {
-      change_impact(k, x, t, before, after, jumps);
+      change_impact(k, x, t, before, after, jumped);
       continue;
     }
     const bool onset = d.contacts()[k].closed;
@@ -98,7 +93,7 @@ void PenaltyVariation::pass() {
                       "derivative",
                       t, facts.name, -rate));
     const bool steady = std::abs(rate) > 1e-12 * probe_->speed_scale();
-    if (!steady && jumps)
+    if (!steady && jumped)
       refuse(
           fmt::format("t = {:.9g} s: contact {} opens or closes without relative speed, and its force jumps",
                       t, facts.name));
@@ -117,7 +112,7 @@ void PenaltyVariation::pass() {
         if (reason.empty())
           reason = fmt::format("t = {:.9g} s: contact {} closes without approach", t, facts.name);
     }
-    if (jumps) jump(before, after, dt);
+    if (jumped) jump(before, after, dt);
     if (d.bristles() == 0) continue;
     const auto bristle = static_cast<std::size_t>(d.bristle_offset()) + static_cast<std::size_t>(k);
     if (onset && !steady && after.f[bristle] != 0)

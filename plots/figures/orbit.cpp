@@ -26,8 +26,8 @@
 namespace freeplay::plots {
 namespace {
 
-constexpr std::size_t most_bodies = 9;
-constexpr long most_rows = 20'000;
+constexpr std::size_t most_curves = 9;
+constexpr long most_points = 20'000;
 /// A change of the rate between two rows about an impact is drawn as a jump from this share of its range on.
 constexpr double least_jump = 0.02;
 /// Multipliers within this distance of the unit circle do not count as inside (docs/theory/orbits.md).
@@ -53,7 +53,7 @@ std::vector<std::filesystem::path> draw_portraits(const std::filesystem::path& f
                                                   const JsonFile& document) {
   const auto run = folder / "motion";
   if (!std::filesystem::exists(run / "trajectory.csv")) return {};
-  const auto table = motion_of(run, {-INFINITY, INFINITY, ""}, most_bodies, most_rows);
+  const auto table = motion_of(run, {-INFINITY, INFINITY, ""}, most_curves, most_points);
   if (table.t.size() < 3) return {};
   const auto onsets = onsets_of(document);
   const bool is_stable = stable(document);

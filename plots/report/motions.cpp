@@ -86,7 +86,7 @@ json value_table(const std::string& title, const JsonFile& file,
 }
 
 /// Adds a table that is not empty; a wide one has the width of the page.
-void add(json& document, json table, bool wide = false) {
+void add_motion_table(json& document, json table, bool wide = false) {
   if (wide) table["wide"] = true;
   if (!table["rows"].empty()) document["tables"].push_back(std::move(table));
 }
@@ -105,20 +105,23 @@ json multipliers_table(const json& list) {
 }
 
 void add_orbit(const JsonFile& file, json& document) {
-  add(document, value_table("Periodic motion", file,
-                            {{"stable", "stable"},
-                             {"period, s", "period_s"},
-                             {"number of periods", "periods"},
-                             {"residual", "residual"},
-                             {"change with finer steps, in the unit of the residual", "step_error"},
-                             {"Newton steps", "iterations"},
-                             {"time of the section, s", "state.t"},
-                             {"change of the shifted coordinates, m or rad", "shift.change"}}));
-  add(document, multipliers_table(list_of(file, "multipliers")));
-  add(document, list_table("Contact onsets of the motion", list_of(file, "impacts"),
-                           {{"t, s", "time"}, {"joint", "joint"}, {"approach speed, m/s", "speed"}}));
-  add(document, list_table("Contacts that last during the whole motion", list_of(file, "lasting"),
-                           {{"joint", "joint"}, {"least force, N", "least_force"}, {"at t, s", "time"}}));
+  add_motion_table(document,
+                   value_table("Periodic motion", file,
+                               {{"stable", "stable"},
+                                {"period, s", "period_s"},
+                                {"number of periods", "periods"},
+                                {"residual", "residual"},
+                                {"change with finer steps, in the unit of the residual", "step_error"},
+                                {"Newton steps", "iterations"},
+                                {"time of the section, s", "state.t"},
+                                {"change of the shifted coordinates, m or rad", "shift.change"}}));
+  add_motion_table(document, multipliers_table(list_of(file, "multipliers")));
+  add_motion_table(document,
+                   list_table("Contact onsets of the motion", list_of(file, "impacts"),
+                              {{"t, s", "time"}, {"joint", "joint"}, {"approach speed, m/s", "speed"}}));
+  add_motion_table(document,
+                   list_table("Contacts that last during the whole motion", list_of(file, "lasting"),
+                              {{"joint", "joint"}, {"least force, N", "least_force"}, {"at t, s", "time"}}));
 }
 
 /// The list with values of a key at `name` in the unit of the study, which the head of the column names.
@@ -133,7 +136,8 @@ json scaled(json list, const char* name, const JsonFile& file) {
 void add_branches(const JsonFile& file, json& document) {
   const auto unit = file.text_or_empty("continue.unit");
   const auto key = file.text_or_empty("continue.key") + (unit.empty() ? "" : ", " + unit);
-  add(document,
+  add_motion_table(
+      document,
       list_table("Bifurcations", scaled(list_of(file, "continue.bifurcations"), "parameter", file),
                  {{"kind", "kind"},
                   {key, "parameter"},
@@ -144,7 +148,8 @@ void add_branches(const JsonFile& file, json& document) {
                   {"new branch", "new_branch"},
                   {"residual", "residual"}}),
       true);
-  add(document,
+  add_motion_table(
+      document,
       list_table("Branches of periodic motions", list_of(file, "continue.branches"),
                  {{"branch", "branch"}, {"motions", "points"}, {"begins at", "begins"}, {"ends", "ends"}}),
       true);
@@ -152,26 +157,26 @@ void add_branches(const JsonFile& file, json& document) {
   for (auto& curve : curves)
     if (curve.is_object() && curve.contains("ends") && curve["ends"].is_array() && curve["ends"].size() == 2)
       curve["first end"] = curve["ends"][0], curve["last end"] = curve["ends"][1];
-  add(document,
-      list_table("Curves over " + file.text_or_empty("continue.second.key"), curves,
-                 {{"curve", "curve"},
-                  {"kind", "kind"},
-                  {"begins at " + key, "parameter"},
-                  {"points", "points"},
-                  {"first end", "first end"},
-                  {"last end", "last end"}}),
-      true);
+  add_motion_table(document,
+                   list_table("Curves over " + file.text_or_empty("continue.second.key"), curves,
+                              {{"curve", "curve"},
+                               {"kind", "kind"},
+                               {"begins at " + key, "parameter"},
+                               {"points", "points"},
+                               {"first end", "first end"},
+                               {"last end", "last end"}}),
+                   true);
 }
 
 void add_exponents(const JsonFile& file, json& document) {
   auto list = list_of(file, "exponents");
   for (auto& e : list)
     if (e.is_object() && part(e, "per_s") == "–") e["per_s"] = "−∞";
-  add(document, list_table("Lyapunov exponents", list,
-                           {{"1/s", "per_s"},
-                            {"standard error, 1/s", "standard_error_per_s"},
-                            {"per period", "per_period"},
-                            {"reason", "reason"}}));
+  add_motion_table(document, list_table("Lyapunov exponents", list,
+                                        {{"1/s", "per_s"},
+                                         {"standard error, 1/s", "standard_error_per_s"},
+                                         {"per period", "per_period"},
+                                         {"reason", "reason"}}));
   auto sum = value_table("Sum of the exponents", file,
                          {{"sum, 1/s", "sum_per_s"},
                           {"its standard error, 1/s", "sum_standard_error_per_s"},
@@ -183,15 +188,15 @@ void add_exponents(const JsonFile& file, json& document) {
       found.is_number() && predicted.is_number())
     sum["rows"].push_back(
         {"sum minus prediction, 1/s", fmt::format("{:.3g}", found.get<double>() - predicted.get<double>())});
-  add(document, sum);
-  add(document, value_table("Run of the exponents", file,
-                            {{"excluded transient, s", "transient_s"},
-                             {"evaluated time, s", "duration_s"},
-                             {"batches", "batches"},
-                             {"contact onsets", "impacts"},
-                             {"period of the drives, s", "period_s"},
-                             {"time over that of a run alone", "cost_over_run"},
-                             {"ended early", "stopped"}}));
+  add_motion_table(document, sum);
+  add_motion_table(document, value_table("Run of the exponents", file,
+                                         {{"excluded transient, s", "transient_s"},
+                                          {"evaluated time, s", "duration_s"},
+                                          {"batches", "batches"},
+                                          {"contact onsets", "impacts"},
+                                          {"period of the drives, s", "period_s"},
+                                          {"time over that of a run alone", "cost_over_run"},
+                                          {"ended early", "stopped"}}));
 }
 
 /// The figures of one kind of results, as far as the folder has them.

@@ -1,0 +1,146 @@
+// Derivatives of works and impulses where a key changes forces but not the motion, and where a derivative does not
+// exist because contacts close together or at the end.
+#include <catch2/catch.hpp>
+#include <cmath>
+#include <numbers>
+#include <string>
+
+#include "facade/sensitivity.hpp"
+#include "mechanism/scene.hpp"
+
+using namespace freeplay;
+
+namespace {
+
+/// A carriage that moves by a harmonic curve pulls a block over a floor with a post.
+std::string dragged(double height, double duration, double phase) {
+  return R"(format = 2
+gravity = [0, -10]
+[bodies.carriage]
+mass = 1
+inertia = 0.01
+position = [0, 0.5]
+[bodies.block]
+mass = 2
+inertia = 0.01
+position = [0, )" +
+         std::to_string(height) + R"(]
+[joints.rail]
+type = "translational"
+between = ["ground", "carriage"]
+at = [[0, 0.5], [0, 0]]
+[joints.post]
+type = "translational"
+between = ["carriage", "block"]
+axis = [0, 1]
+[contacts.floor]
+type = "plane"
+between = ["ground", "block"]
+radius = 0.05
+surface = "s"
+[surfaces.s]
+restitution = 0.5
+friction = 0.3
+[curves.m]
+shape = "harmonic"
+amplitude = 0.1
+period = 1.0
+phase = )" +
+         std::to_string(phase) + R"(
+[drives.d]
+joint = "rail"
+position = "m"
+[run]
+duration = )" +
+         std::to_string(duration) + R"(
+start = "assembled"
+[nonsmooth]
+scheme = "event-driven"
+)";
+}
+
+Sensitivities of(const std::string& text, std::vector<std::string> quantities,
+                 std::vector<std::string> keys) {
+  return sensitivities(parse_scene(text), {.of = std::move(quantities), .to = std::move(keys)});
+}
+
+}  // namespace
+
+TEST_CASE("the work of friction in a prescribed motion is proportional to its coefficient", "[sensitivity]") {
+  // Neither the motion nor the normal forces depend on μ: the energy lost by friction is μ times a constant, also
+  // across an impact from a drop of 10 mm, and the drive supplies it.
+  for (const double height : {0.05, 0.06}) {
+    const auto all = of(dragged(height, 0.1, 0), {"energy.dissipated_by_friction", "energy.work_of_drives"},
+                        {"surfaces.s.friction"});
+    const double loss = all.quantities[0].value;
+    REQUIRE(loss > 0.01);
+    for (const auto& q : all.quantities) {
+      INFO(q.name << " " << height);
+      CHECK(q.reasons[0].empty());
+      CHECK(q.derivatives[0] == Approx(loss / 0.3).epsilon(1e-9));
+    }
+  }
+}
+
+TEST_CASE("the mean friction force jumps with the time of a reversal", "[sensitivity]") {
+  // The block slides with x = 0.1 sin(2π(t/P) + φ) and turns at t* = P(1/4 − φ/(2π)), here before the end T. Its
+  // friction is −μN before and μN after: ∫ F_T dt = μN (T − 2 t*) up to the sign of the tangent, with derivatives
+  // −2 μN ∂t*/∂p, ∂t*/∂P = 1/4 − φ/(2π), ∂t*/∂φ = −P/(2π).
+  const double phase = 0.2, end = 0.4, load = 0.3 * 20;
+  const auto all = of(dragged(0.05, end, phase), {"mean.floor.ft"}, {"curves.m.period", "curves.m.phase"});
+  const auto& q = all.quantities[0];
+  const double turn = 0.25 - phase / (2 * std::numbers::pi);
+  REQUIRE(turn < end);
+  const double sign = q.value / (load * (end - 2 * turn) / end) > 0 ? 1 : -1;
+  CHECK(sign * q.value == Approx(load * (end - 2 * turn) / end).epsilon(1e-9));
+  CHECK(sign * q.derivatives[0] == Approx(-2 * load * turn / end).epsilon(1e-8));
+  CHECK(sign * q.derivatives[1] == Approx(load / (std::numbers::pi * end)).epsilon(1e-8));
+}
+
+TEST_CASE("simultaneous contact events and those at the end have no derivative by a key that parts them",
+          "[sensitivity]") {
+  const std::string two = R"(format = 2
+gravity = [0, -10]
+[bodies.a]
+mass = 0.3
+inertia = 3e-4
+position = [0, 0.55]
+[bodies.b]
+mass = 0.5
+inertia = 3e-4
+position = [1, 0.55]
+[contacts.ta]
+type = "plane"
+between = ["ground", "a"]
+radius = 0.05
+surface = "hard"
+[contacts.tb]
+type = "plane"
+between = ["ground", "b"]
+radius = 0.05
+surface = "hard"
+[surfaces.hard]
+restitution = 0.5
+[run]
+start = "given"
+[nonsmooth]
+scheme = "event-driven"
+)";
+  const auto with = [&](double duration) {
+    auto scene = parse_scene(two);
+    scene.run.duration = duration;
+    return sensitivities(scene, {.of = {"event.1.t", "end.a.vy"}, .to = {"initial.a.y", "gravity[1]"}});
+  };
+  // Both fall for t = √(2h/g) = √0.1 s. Gravity moves both alike: ∂t/∂g = −t/(2g), g = −10 upwards.
+  const double fall = std::sqrt(0.1);
+  const auto all = with(0.5);
+  CHECK(all.quantities[0].value == Approx(fall).epsilon(1e-12));
+  CHECK_FALSE(all.quantities[0].reasons[0].empty());
+  CHECK(std::isnan(all.quantities[0].derivatives[0]));
+  CHECK(all.quantities[0].reasons[1].empty());
+  CHECK(all.quantities[0].derivatives[1] == Approx(fall / 20).epsilon(1e-10));
+  CHECK(all.quantities[1].reasons[0].empty());
+  // A run that ends with the impact.
+  const auto cut = with(fall);
+  for (const auto& reason : cut.quantities[1].reasons) CHECK_FALSE(reason.empty());
+}
