@@ -162,6 +162,7 @@ Findings lyapunov_exponents() {
   three_discs_claims(f);
   billiard_claims(f);
   ball_claims(f);
+  attractor_exponents(f);
   return f;
 }
 

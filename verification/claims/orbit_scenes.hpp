@@ -16,6 +16,8 @@ namespace freeplay::verification {
 struct Findings;
 /// Claims about motions of time stepping and of the automatic scheme, and up to a shift (orbit_schemes.cpp).
 void orbits_of_schemes(Findings& f);
+/// Claims about exponents of attractors (attractor_exponents.cpp).
+void attractor_exponents(Findings& f);
 
 namespace scenes {
 
