@@ -27,9 +27,10 @@ namespace freeplay::plots {
 namespace {
 
 constexpr std::size_t most_curves = 9;
-constexpr long most_points = 20'000;
-/// A change of the rate between two rows about an impact is drawn as a jump from this share of its range on.
-constexpr double least_jump = 0.02;
+constexpr long most_motion_points = 20'000;
+/// A change of the rate between two rows about an impact is drawn as a jump from this share of its range on, and if
+/// it is this multiple of the changes before and after it: contact forces of several rows are part of the curve.
+constexpr double least_jump = 0.02, least_ratio = 3;
 /// Multipliers within this distance of the unit circle do not count as inside (docs/theory/orbits.md).
 constexpr double beside_circle = 1e-5;
 
@@ -53,7 +54,7 @@ std::vector<std::filesystem::path> draw_portraits(const std::filesystem::path& f
                                                   const JsonFile& document) {
   const auto run = folder / "motion";
   if (!std::filesystem::exists(run / "trajectory.csv")) return {};
-  const auto table = motion_of(run, {-INFINITY, INFINITY, ""}, most_curves, most_points);
+  const auto table = motion_of(run, {-INFINITY, INFINITY, ""}, most_curves, most_motion_points);
   if (table.t.size() < 3) return {};
   const auto onsets = onsets_of(document);
   const bool is_stable = stable(document);
@@ -79,11 +80,14 @@ std::vector<std::filesystem::path> draw_portraits(const std::filesystem::path& f
     const auto columns =
         fmt::format("{} ({}), {} ({})", table.bodies[b], plane.place.unit, "rate", plane.rate.unit);
     Block curve("curve: " + columns), jump("jumps: " + columns), section("section: " + columns);
-    const double least = least_jump * range_of(v);
+    const auto change = [&](std::size_t i) { return i + 1 < v.size() ? std::abs(v[i + 1] - v[i]) : 0; };
+    const auto jumps_after = [&](std::size_t i) {
+      const double beside = std::max(i > 0 ? change(i - 1) : 0, change(i + 1));
+      return change(i) >= std::max(least_jump * range_of(v), least_ratio * beside) && change(i) > 0;
+    };
     for (std::size_t i = 0; i < q.size(); ++i) {
       curve.row(at(i));
-      if (i + 1 == q.size() || std::abs(v[i + 1] - v[i]) < least || !has_onset(table.t[i], table.t[i + 1]))
-        continue;
+      if (i + 1 == q.size() || !jumps_after(i) || !has_onset(table.t[i], table.t[i + 1])) continue;
       curve.gap();
       jump.row(at(i)).row(at(i + 1)).gap();
     }

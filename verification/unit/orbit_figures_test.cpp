@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 #include <catch2/catch.hpp>
 
+#include <algorithm>
 #include <cmath>
 #include <complex>
 #include <filesystem>
@@ -57,7 +58,8 @@ json provenance() {
 constexpr double period = 1.01, onset = 0.505;
 
 /// Body a falls with the rate −t from 3 m, and its rate changes by the period at the impact at half of it. Body b
-/// moves as 2 sin(2πt/T) without a jump. Rows at every hundredth of a second.
+/// moves as 2 sin(2πt/T) without a jump. The rate of body c rises over two rows after the impact, as by a soft
+/// contact. Rows at every hundredth of a second.
 void write_orbit(const std::filesystem::path& folder, bool stable) {
   make_folder(folder / "motion");
   write_file(folder / "orbit.json",
@@ -76,12 +78,15 @@ void write_orbit(const std::filesystem::path& folder, bool stable) {
                  .dump());
   write_file(folder / "motion/run.json",
              json{{"formulation", "nonsmooth"}, {"provenance", provenance()}}.dump());
-  std::string rows = "t,a.x,a.y,a.theta,a.vx,a.vy,a.omega,b.x,b.y,b.theta,b.vx,b.vy,b.omega\n";
+  std::string rows =
+      "t,a.x,a.y,a.theta,a.vx,a.vy,a.omega,b.x,b.y,b.theta,b.vx,b.vy,b.omega,"
+      "c.x,c.y,c.theta,c.vx,c.vy,c.omega\n";
   const double turn = 2 * std::acos(-1.0);
   for (int i = 0; i <= 101; ++i) {
     const double t = 0.01 * i, since = t < onset ? t : t - period;
-    rows += fmt::format("{},0,{},0,0,{},0,{},0,0,{},0,0\n", t, 3 - since * since / 2, -since,
-                        2 * std::sin(turn * t / period), 2 * turn / period * std::cos(turn * t / period));
+    rows += fmt::format("{},0,{},0,0,{},0,{},0,0,{},0,0,{},0,0,{},0,0\n", t, 3 - since * since / 2, -since,
+                        2 * std::sin(turn * t / period), 2 * turn / period * std::cos(turn * t / period), t,
+                        std::clamp(i - 50, 0, 2));
   }
   write_file(folder / "motion/trajectory.csv", rows);
 }
@@ -98,7 +103,7 @@ TEST_CASE("the figure of a periodic motion shows its jumps, its section and its 
   CHECK(made[0] == folder.path() / "figures/orbit.pdf");
   CHECK(made[1] == folder.path() / "figures/multipliers.pdf");
   const auto blocks = blocks_of(folder.path() / "figures/orbit.dat");
-  REQUIRE(blocks.size() == 5);  // of a: jump, curve, section; of b: curve, section
+  REQUIRE(blocks.size() == 7);  // of a: jump, curve, section; of b and c: curve, section
   REQUIRE(blocks[0].size() == 2);
   for (std::size_t end = 0; end < 2; ++end) {  // the rows about the onset, symmetric to it
     CHECK(blocks[0][end][0] == Approx(3 - 0.125).epsilon(1e-12));
