@@ -34,7 +34,8 @@ std::vector<Run> runs_of(const ColumnPlot& plot) {
   for (const auto& folder : plot.folders) {
     const auto runs = runs_in(folder);
     if (runs.empty())
-      throw SceneError(folder.string() + ": contains no run; give a folder made by freeplay run or compare");
+      throw SceneError(folder.string() +
+                       ": contains no run; give a folder made by freeplay run, compare or orbit");
     const auto name = std::filesystem::absolute(folder).lexically_normal().filename().string();
     for (const auto& run : runs)
       list.push_back({plot.folders.size() == 1 ? run.title

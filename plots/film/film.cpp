@@ -25,7 +25,7 @@ std::vector<FilmRun> runs_of(const Path& folder) {
   auto folders = plots::runs_in(folder);
   if (folders.empty())
     throw SceneError(folder.string() +
-                     ": contains no run to animate; give a folder made by freeplay run or compare");
+                     ": contains no run to animate; give a folder made by freeplay run, compare or orbit");
   // What a comparison is about are the two loose runs.
   if (folders.size() > 1) std::erase_if(folders, [](const auto& run) { return run.title == "ideal joint"; });
   std::vector<FilmRun> runs;

@@ -55,7 +55,7 @@ void animate_verb(Program& program) {
   auto [options, request] =
       program.verb("animate", "animate a run or a comparison: MP4, GIF or SVG frames", animate);
   auto& film = request.film;
-  options.add("folder", request.folder, "folder made by run or compare").required();
+  options.add("folder", request.folder, "folder made by run, compare or orbit").required();
   options.flag("--mp4", film.mp4, "write animation.mp4; default if ffmpeg is installed");
   options.flag("--gif", film.gif, "animation.gif");
   options.flag("--svg", film.svg, "write frame_000001.svg etc.; needs no ffmpeg");

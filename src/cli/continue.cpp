@@ -12,6 +12,7 @@
 #include "cli/default_folder.hpp"
 #include "cli/ending.hpp"
 #include "cli/progress.hpp"
+#include "cli/run_figures.hpp"
 #include "cli/verb.hpp"
 #include "cli/wrapped.hpp"
 #include "facade/continuation.hpp"
@@ -21,7 +22,6 @@
 #include "io/scene/located.hpp"
 #include "mechanism/error.hpp"
 #include "mechanism/scene.hpp"
-#include "plots/drawing/figure.hpp"
 #include "study/settings/continuation_plan.hpp"
 #include "study/settings/provenance.hpp"
 #include "study/settings/study.hpp"
@@ -270,7 +270,7 @@ int continue_branches(const ContinueVerb& request) try {
   for (const auto& path : {rows, marks, curves}) remove_file(partial(path));
   print(plan, found);
   fmt::print("results in {}\n", folder.string());
-  for (const auto& path : plots::all(folder)) fmt::print("figure: {}\n", path.string());
+  draw_results(folder);
   return 0;
 } catch (const Interrupted&) {
   return interrupted(Kept::nothing);

@@ -11,6 +11,7 @@
 
 #include "cli/default_folder.hpp"
 #include "cli/ending.hpp"
+#include "cli/run_figures.hpp"
 #include "cli/verb.hpp"
 #include "cli/wrapped.hpp"
 #include "facade/identify.hpp"
@@ -19,7 +20,6 @@
 #include "io/files/run_json.hpp"
 #include "io/scene/located.hpp"
 #include "mechanism/scene.hpp"
-#include "plots/drawing/figure.hpp"
 #include "values/family.hpp"
 
 namespace freeplay::cli {
@@ -112,7 +112,7 @@ int find_lyapunov(const LyapunovVerb& request) try {
   set.commit();
   print_spectrum(found);
   fmt::print("results in {}\n", folder.string());
-  for (const auto& path : plots::all(folder)) fmt::print("figure: {}\n", path.string());
+  draw_results(folder);
   if (found.stopped.empty()) return 0;
   fmt::print(stderr, "{}", wrapped("the run ended early: " + found.stopped + "\n"));
   return 1;

@@ -14,6 +14,7 @@
 
 #include "cli/default_folder.hpp"
 #include "cli/ending.hpp"
+#include "cli/run_figures.hpp"
 #include "cli/verb.hpp"
 #include "cli/wrapped.hpp"
 #include "facade/identify.hpp"
@@ -22,7 +23,6 @@
 #include "io/files/run_json.hpp"
 #include "io/scene/located.hpp"
 #include "mechanism/scene.hpp"
-#include "plots/drawing/figure.hpp"
 #include "values/family.hpp"
 
 namespace freeplay::cli {
@@ -127,7 +127,7 @@ int find_orbit(const OrbitVerb& request) try {
   if (!request.shift.empty())
     fmt::print("shift of {} per motion: {:.9g}\n", fmt::join(request.shift, ", "), found.shift);
   fmt::print("results in {}\n", folder.string());
-  for (const auto& path : plots::all(folder)) fmt::print("figure: {}\n", path.string());
+  draw_results(folder);
   return 0;
 } catch (const Interrupted&) {
   return interrupted(Kept::nothing);

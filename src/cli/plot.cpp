@@ -124,7 +124,7 @@ void plot_verb(Program& program) {
   options
       .add(
           "folder", request.folders,
-          "folders made by run or compare, plotted together; or one of sweep, ensemble, bifurcation or basin")
+          "folders made by run, compare or orbit, plotted together; or one of sweep, ensemble, bifurcation or basin")
       .required();
   options
       .add(

@@ -59,6 +59,14 @@ void require_figures(const RunFigures& figures, const Scene& scene, const std::s
   require_columns(figures, scene, formulation);
 }
 
+void draw_results(const std::filesystem::path& folder) {
+  try {
+    for (const auto& path : plots::all(folder)) fmt::print("figure: {}\n", path.string());
+  } catch (const OutputError& e) {
+    fmt::print(stderr, "figures: {}\n", e.what());
+  }
+}
+
 void draw_run(const RunFigures& figures, const std::filesystem::path& folder, const StopToken& stop) {
   const FolderLock lock(folder, "run");
   plots::remove_of_run(folder);

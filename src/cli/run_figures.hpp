@@ -1,4 +1,4 @@
-// Figures of a run, drawn by `freeplay run` from the completed result files.
+// Figures drawn from completed result files: those of a run by `freeplay run`, and those of other verbs.
 #pragma once
 
 #include <filesystem>
@@ -29,5 +29,9 @@ void require_figures(const RunFigures& figures, const Scene& scene, const std::s
 /// names. If no figure can be drawn, prints the reason; this is an error only if columns were
 /// requested.
 void draw_run(const RunFigures& figures, const std::filesystem::path& folder, const StopToken& stop);
+
+/// Draws the figures of a result folder and prints their paths. If they cannot be drawn, prints the reason: the
+/// results remain.
+void draw_results(const std::filesystem::path& folder);
 
 }  // namespace freeplay::cli
