@@ -26,8 +26,8 @@
 namespace freeplay::plots {
 namespace {
 
-constexpr std::size_t most_curves = 9;
-constexpr long most_motion_points = 20'000;
+constexpr std::size_t portrait_bodies = 9;
+constexpr long portrait_rows = 20'000;
 /// A change of the rate between two rows about an impact is drawn as a jump from this share of its range on, and if
 /// it is this multiple of the changes before and after it: contact forces of several rows are part of the curve.
 constexpr double least_jump = 0.02, least_ratio = 3;
@@ -45,7 +45,7 @@ std::vector<double> onsets_of(const JsonFile& document) {
   return times;
 }
 
-bool stable(const JsonFile& document) {
+bool shows_stable(const JsonFile& document) {
   const auto* value = document.find("stable");
   return value && value->is_boolean() && value->get<bool>();
 }
@@ -54,10 +54,10 @@ std::vector<std::filesystem::path> draw_portraits(const std::filesystem::path& f
                                                   const JsonFile& document) {
   const auto run = folder / "motion";
   if (!std::filesystem::exists(run / "trajectory.csv")) return {};
-  const auto table = motion_of(run, {-INFINITY, INFINITY, ""}, most_curves, most_motion_points);
+  const auto table = motion_of(run, {-INFINITY, INFINITY, ""}, portrait_bodies, portrait_rows);
   if (table.t.size() < 3) return {};
   const auto onsets = onsets_of(document);
-  const bool is_stable = stable(document);
+  const bool is_stable = shows_stable(document);
   const double rounding = 1e-9 * (table.t.back() - table.t.front());
   const auto has_onset = [&](double from, double to) {
     const auto first = std::ranges::lower_bound(onsets, from - rounding);
@@ -153,7 +153,7 @@ std::vector<std::filesystem::path> draw_multipliers(const std::filesystem::path&
   }
   Figure f{.name = "multipliers", .width_cm = 8, .source = "orbit.json"};
   f.caption = fmt::format("Floquet multipliers of a periodic motion, {}.",
-                          stable(document) ? "stable" : "not stable");
+                          shows_stable(document) ? "stable" : "not stable");
   Panel panel{
       .title = AxisTitle::of({"Im μ", "Im $\\mu$"}, ""), .axis = axis_of(up.least, up.most), .curves = {}};
   const auto add = [&](Block&& block, const Script& look, const char* title) {

@@ -19,11 +19,11 @@ namespace {
 using nlohmann::json;
 using Path = std::filesystem::path;
 
-constexpr std::size_t most_rows = 1000;                // of a table
+constexpr std::size_t most_table_rows = 1000;          // of a table
 constexpr std::uint64_t most_of_a_picture = 4u << 20;  // bytes
 
 /// A value of the files as text with up to nine digits; "–" if there is none.
-std::string digits(const json& value) {
+std::string nine_digits(const json& value) {
   if (value.is_number_float()) return fmt::format("{:.9g}", value.get<double>());
   if (value.is_number_integer()) return fmt::format("{}", value.get<std::int64_t>());
   if (value.is_boolean()) return value.get<bool>() ? "yes" : "no";
@@ -41,10 +41,10 @@ std::string error_digits(const json& value) {
   return value.is_number() ? fmt::format("{:.3g}", value.get<double>()) : "–";
 }
 
-/// digits() of a member of an object, error_digits() of an error.
+/// nine_digits() of a member of an object, error_digits() of an error.
 std::string part(const json& object, const char* key) {
   if (!object.is_object() || !object.contains(key)) return "–";
-  return is_error(key) ? error_digits(object.at(key)) : digits(object.at(key));
+  return is_error(key) ? error_digits(object.at(key)) : nine_digits(object.at(key));
 }
 
 json number_of(const JsonFile& file, const std::string& path) {
@@ -64,8 +64,8 @@ json list_table(const std::string& title, const json& list,
   json table = {{"title", title}, {"head", json::array()}, {"rows", json::array()}};
   for (const auto& column : columns) table["head"].push_back(column.first);
   for (const auto& one : list) {
-    if (table["rows"].size() == most_rows) {
-      table["title"] = fmt::format("{}, the first {} of {}", title, most_rows, list.size());
+    if (table["rows"].size() == most_table_rows) {
+      table["title"] = fmt::format("{}, the first {} of {}", title, most_table_rows, list.size());
       break;
     }
     auto row = json::array();
@@ -79,14 +79,17 @@ json list_table(const std::string& title, const json& list,
 json value_table(const std::string& title, const JsonFile& file,
                  const std::vector<std::pair<std::string, const char*>>& values) {
   json table = {{"title", title}, {"head", json::array()}, {"rows", json::array()}};
-  for (const auto& [name, path] : values)
-    if (const auto* value = file.find(path); value && !value->is_null() && *value != "")
-      table["rows"].push_back({name, is_error(path) ? error_digits(*value) : digits(*value)});
+  for (const auto& [name, path] : values) {
+    const auto* value = file.find(path);
+    if (!value || value->is_null()) continue;
+    if (const auto text = is_error(path) ? error_digits(*value) : nine_digits(*value); !text.empty())
+      table["rows"].push_back({name, text});
+  }
   return table;
 }
 
 /// Adds a table that is not empty; a wide one has the width of the page.
-void add_motion_table(json& document, json table, bool wide = false) {
+void add_table(json& document, json table, bool wide = false) {
   if (wide) table["wide"] = true;
   if (!table["rows"].empty()) document["tables"].push_back(std::move(table));
 }
@@ -98,30 +101,28 @@ json multipliers_table(const json& list) {
                 {"rows", json::array()}};
   for (const auto& m : list)
     if (m.is_array() && m.size() == 2 && m[0].is_number() && m[1].is_number() &&
-        table["rows"].size() < most_rows)
-      table["rows"].push_back(
-          {digits(m[0]), digits(m[1]), digits(std::hypot(m[0].get<double>(), m[1].get<double>()))});
+        table["rows"].size() < most_table_rows)
+      table["rows"].push_back({nine_digits(m[0]), nine_digits(m[1]),
+                               nine_digits(std::hypot(m[0].get<double>(), m[1].get<double>()))});
   return table;
 }
 
 void add_orbit(const JsonFile& file, json& document) {
-  add_motion_table(document,
-                   value_table("Periodic motion", file,
-                               {{"stable", "stable"},
-                                {"period, s", "period_s"},
-                                {"number of periods", "periods"},
-                                {"residual", "residual"},
-                                {"change with finer steps, in the unit of the residual", "step_error"},
-                                {"Newton steps", "iterations"},
-                                {"time of the section, s", "state.t"},
-                                {"change of the shifted coordinates, m or rad", "shift.change"}}));
-  add_motion_table(document, multipliers_table(list_of(file, "multipliers")));
-  add_motion_table(document,
-                   list_table("Contact onsets of the motion", list_of(file, "impacts"),
-                              {{"t, s", "time"}, {"joint", "joint"}, {"approach speed, m/s", "speed"}}));
-  add_motion_table(document,
-                   list_table("Contacts that last during the whole motion", list_of(file, "lasting"),
-                              {{"joint", "joint"}, {"least force, N", "least_force"}, {"at t, s", "time"}}));
+  add_table(document, value_table("Periodic motion", file,
+                                  {{"stable", "stable"},
+                                   {"period, s", "period_s"},
+                                   {"number of periods", "periods"},
+                                   {"residual", "residual"},
+                                   {"change with finer steps, in the unit of the residual", "step_error"},
+                                   {"Newton steps", "iterations"},
+                                   {"time of the section, s", "state.t"},
+                                   {"change of the shifted coordinates, m or rad", "shift.change"}}));
+  add_table(document, multipliers_table(list_of(file, "multipliers")));
+  add_table(document, list_table("Contact onsets of the motion", list_of(file, "impacts"),
+                                 {{"t, s", "time"}, {"joint", "joint"}, {"approach speed, m/s", "speed"}}));
+  add_table(document,
+            list_table("Contacts that last during the whole motion", list_of(file, "lasting"),
+                       {{"joint", "joint"}, {"least force, N", "least_force"}, {"at t, s", "time"}}));
 }
 
 /// The list with values of a key at `name` in the unit of the study, which the head of the column names.
@@ -136,19 +137,18 @@ json scaled(json list, const char* name, const JsonFile& file) {
 void add_branches(const JsonFile& file, json& document) {
   const auto unit = file.text_or_empty("continue.unit");
   const auto key = file.text_or_empty("continue.key") + (unit.empty() ? "" : ", " + unit);
-  add_motion_table(
-      document,
-      list_table("Bifurcations", scaled(list_of(file, "continue.bifurcations"), "parameter", file),
-                 {{"kind", "kind"},
-                  {key, "parameter"},
-                  {"period, s", "period_s"},
-                  {"branch", "branch"},
-                  {"joint", "joint"},
-                  {"what follows", "follows"},
-                  {"new branch", "new_branch"},
-                  {"residual", "residual"}}),
-      true);
-  add_motion_table(
+  add_table(document,
+            list_table("Bifurcations", scaled(list_of(file, "continue.bifurcations"), "parameter", file),
+                       {{"kind", "kind"},
+                        {key, "parameter"},
+                        {"period, s", "period_s"},
+                        {"branch", "branch"},
+                        {"joint", "joint"},
+                        {"what follows", "follows"},
+                        {"new branch", "new_branch"},
+                        {"residual", "residual"}}),
+            true);
+  add_table(
       document,
       list_table("Branches of periodic motions", list_of(file, "continue.branches"),
                  {{"branch", "branch"}, {"motions", "points"}, {"begins at", "begins"}, {"ends", "ends"}}),
@@ -157,26 +157,26 @@ void add_branches(const JsonFile& file, json& document) {
   for (auto& curve : curves)
     if (curve.is_object() && curve.contains("ends") && curve["ends"].is_array() && curve["ends"].size() == 2)
       curve["first end"] = curve["ends"][0], curve["last end"] = curve["ends"][1];
-  add_motion_table(document,
-                   list_table("Curves over " + file.text_or_empty("continue.second.key"), curves,
-                              {{"curve", "curve"},
-                               {"kind", "kind"},
-                               {"begins at " + key, "parameter"},
-                               {"points", "points"},
-                               {"first end", "first end"},
-                               {"last end", "last end"}}),
-                   true);
+  add_table(document,
+            list_table("Curves over " + file.text_or_empty("continue.second.key"), curves,
+                       {{"curve", "curve"},
+                        {"kind", "kind"},
+                        {"begins at " + key, "parameter"},
+                        {"points", "points"},
+                        {"first end", "first end"},
+                        {"last end", "last end"}}),
+            true);
 }
 
 void add_exponents(const JsonFile& file, json& document) {
   auto list = list_of(file, "exponents");
   for (auto& e : list)
     if (e.is_object() && part(e, "per_s") == "–") e["per_s"] = "−∞";
-  add_motion_table(document, list_table("Lyapunov exponents", list,
-                                        {{"1/s", "per_s"},
-                                         {"standard error, 1/s", "standard_error_per_s"},
-                                         {"per period", "per_period"},
-                                         {"reason", "reason"}}));
+  add_table(document, list_table("Lyapunov exponents", list,
+                                 {{"1/s", "per_s"},
+                                  {"standard error, 1/s", "standard_error_per_s"},
+                                  {"per period", "per_period"},
+                                  {"reason", "reason"}}));
   auto sum = value_table("Sum of the exponents", file,
                          {{"sum, 1/s", "sum_per_s"},
                           {"its standard error, 1/s", "sum_standard_error_per_s"},
@@ -188,15 +188,15 @@ void add_exponents(const JsonFile& file, json& document) {
       found.is_number() && predicted.is_number())
     sum["rows"].push_back(
         {"sum minus prediction, 1/s", fmt::format("{:.3g}", found.get<double>() - predicted.get<double>())});
-  add_motion_table(document, sum);
-  add_motion_table(document, value_table("Run of the exponents", file,
-                                         {{"excluded transient, s", "transient_s"},
-                                          {"evaluated time, s", "duration_s"},
-                                          {"batches", "batches"},
-                                          {"contact onsets", "impacts"},
-                                          {"period of the drives, s", "period_s"},
-                                          {"time over that of a run alone", "cost_over_run"},
-                                          {"ended early", "stopped"}}));
+  add_table(document, sum);
+  add_table(document, value_table("Run of the exponents", file,
+                                  {{"excluded transient, s", "transient_s"},
+                                   {"evaluated time, s", "duration_s"},
+                                   {"batches", "batches"},
+                                   {"contact onsets", "impacts"},
+                                   {"period of the drives, s", "period_s"},
+                                   {"time over that of a run alone", "cost_over_run"},
+                                   {"ended early", "stopped"}}));
 }
 
 /// The figures of one kind of results, as far as the folder has them.
@@ -214,7 +214,7 @@ void add_pictures(const Path& folder, const std::vector<std::pair<const char*, c
 }
 
 /// A command that repeats the results, to be called in the folder of the page.
-std::string command_of(const char* verb, const JsonFile& file) {
+std::string motion_command(const char* verb, const JsonFile& file) {
   const auto scene = file.text_or_empty("provenance.scene_file");
   const auto formulation = file.text_or_empty("formulation");
   return fmt::format("freeplay {} {}{}{}", verb, scene.empty() ? "SCENE" : shell_word(scene),
@@ -223,7 +223,7 @@ std::string command_of(const char* verb, const JsonFile& file) {
 }
 
 std::string orbit_command(const JsonFile& file) {
-  auto command = command_of("orbit", file);
+  auto command = motion_command("orbit", file);
   for (const auto& [option, path] :
        {std::pair{"--periods", "periods"}, {"--settle", "settle"}, {"--period", "period_given_s"}})
     if (const auto value = number_of(file, path); value.is_number())
@@ -239,15 +239,15 @@ std::string continue_command(const JsonFile& file) {
   return "freeplay continue " + (study.empty() ? "STUDY" : shell_word(study));
 }
 
-struct Kind {
+struct MotionKind {
   const char* name;  ///< as data.kind of the page
   const char* file;
   void (*add)(const JsonFile&, json&);
   std::string (*command)(const JsonFile&);
   std::vector<std::pair<const char*, const char*>> figures;
 };
-const std::vector<Kind>& kinds() {
-  static const std::vector<Kind> list = {
+const std::vector<MotionKind>& motion_kinds() {
+  static const std::vector<MotionKind> list = {
       {"orbit",
        "orbit.json",
        add_orbit,
@@ -261,7 +261,7 @@ const std::vector<Kind>& kinds() {
       {"lyapunov",
        "lyapunov.json",
        add_exponents,
-       [](const JsonFile& file) { return command_of("lyapunov", file); },
+       [](const JsonFile& file) { return motion_command("lyapunov", file); },
        {{"lyapunov", "Convergence of the exponents"}}}};
   return list;
 }
@@ -275,7 +275,7 @@ bool holds_motions(const Path& folder) {
 
 json motions_document(const Path& folder) {
   json document = {{"notes", json::array()}, {"tables", json::array()}};
-  for (const auto& kind : kinds()) {
+  for (const auto& kind : motion_kinds()) {
     if (!std::filesystem::exists(folder / kind.file)) continue;
     const JsonFile file(folder / kind.file);
     document["kind"] = kind.name;
@@ -295,7 +295,7 @@ json motions_document(const Path& folder) {
 void add_motions(const Path& folder, json& document) {
   json later = std::move(document["tables"]);
   document["tables"] = json::array();
-  for (const auto& kind : kinds()) {
+  for (const auto& kind : motion_kinds()) {
     if (!std::filesystem::exists(folder / kind.file)) continue;
     const JsonFile file(folder / kind.file);
     kind.add(file, document);
