@@ -1,6 +1,7 @@
 // The state at the end of a run and its derivatives, by each scheme.
 #include <algorithm>
 #include <cmath>
+#include <memory>
 #include <string>
 #include <utility>
 #include <vector>
@@ -11,6 +12,8 @@
 #include "formulations/integrators/tolerance.hpp"
 #include "formulations/least_forces.hpp"
 #include "formulations/nonsmooth.hpp"
+#include "formulations/penalty/dynamics.hpp"
+#include "formulations/penalty/penalty_steps.hpp"
 #include "formulations/penalty/penalty_variation.hpp"
 #include "formulations/sensitivity.hpp"
 #include "formulations/varied_run.hpp"
@@ -63,8 +66,18 @@ EndState by_events(const SensitivityRun& run) {
   auto& scheme = motion.scheme();
   if (run.traced) scheme.variation().trace(run.start);
   EndState end;
-  LeastForces forces(scheme);
-  end.stopped = motion.go([&] { forces.add_step(scheme); });
+  LeastForces forces(run.system.contacts());
+  const auto probe = scheme.dynamics().twin();
+  std::vector<double> slope(static_cast<std::size_t>(probe->size()));
+  end.stopped = motion.go([&] {
+    probe->take_mode(scheme.dynamics());
+    forces.add_step(
+        scheme.t_old(), scheme.t() - scheme.t_old(), [&](int k) { return probe->contacts[k].closed; },
+        [&](int k, double t) {
+          (*probe)(scheme.x_at(t), slope, t);
+          return probe->contacts[k].lambda_n;
+        });
+  });
   end.lasting = forces.lasting();
   take_end(run, scheme.variation(), scheme.dynamics(), scheme.x(), scheme.t(), end);
   add_onsets(scheme.variation().onsets(), end);
@@ -102,23 +115,77 @@ EndState by_time_stepping(const SensitivityRun& run) {
   return end;
 }
 
+/// Normal forces of the last step of a penalty run, in the modes before it.
+class PressingForces {
+ public:
+  explicit PressingForces(const PenaltySteps& steps)
+      : steps_(steps), probe_(steps.dynamics().twin()), x_(steps.x().size()) {}
+  void begin_step() {
+    for (std::size_t k = 0; k < probe_->contacts().size(); ++k)
+      probe_->contacts()[k].mode() = steps_.dynamics().contacts()[k].mode();
+  }
+  /// A contact that closes or opens at the end of the step is open within or after it.
+  bool closed(int k) const { return probe_->contacts()[k].closed && steps_.dynamics().contacts()[k].closed; }
+  double at(int k, double t) {
+    const int n = probe_->system().n();
+    steps_.interpolate(t, x_.data(), x_.data() + n);
+    const auto& row = probe_->contact_row(k, x_, t);
+    return probe_->contacts()[k].normal_force(row.gap, row.normal.dot(x_.data() + n));
+  }
+  /// Whether contact k began, ended, or had an impact at the end of the step.
+  bool changed(int k) const {
+    const auto &was = probe_->contacts()[k], &now = steps_.dynamics().contacts()[k];
+    return was.closed != now.closed || was.in_impact != now.in_impact;
+  }
+
+ private:
+  const PenaltySteps& steps_;
+  std::unique_ptr<PenaltyDynamics> probe_;
+  std::vector<double> x_;
+};
+
+/// What contacts retain, and its derivatives, after q, v and z.
+void add_retained(const PenaltyParts& parts, PenaltyVariation& variation, EndState& end) {
+  const auto& d = parts.steps->dynamics();
+  for (const auto& c : d.contacts()) {
+    end.contacts.push_back(c.mode());
+    end.retains.push_back(c.law.chi > 0);
+    end.scales.insert(end.scales.end(), {parts.speed_scale + c.v0, c.mass});
+  }
+  const auto columns = variation.end_columns(d, variation.x(), parts.steps->t());
+  for (std::size_t c = 0; c < end.columns.size(); ++c)
+    end.columns[c].insert(end.columns[c].end(), columns[c].begin() + d.size(), columns[c].end());
+}
+
 EndState by_contact_forces(const SensitivityRun& run) {
-  const auto parts = make_penalty_parts(run.scene, run.system, run.start);
+  const auto parts = make_penalty_parts(run.scene, run.system, run.start, run.contacts);
   auto& steps = *parts.steps;
   PenaltyVariation variation(parts, run.scene, run.start, run.keys, {}, least_curved_length(run.system),
                              run.end - run.start.t);
   EndState end;
+  end.renewed.resize(static_cast<std::size_t>(run.system.contacts()));
+  LeastForces least(run.system.contacts());
+  PressingForces forces(steps);
   while (steps.t() < run.end) {
     if (run.stop()) throw Interrupted();
     variation.begin_step();
+    forces.begin_step();
     if (!steps.step(std::min(run.end, steps.t() + run.longest_step))) {
       end.stopped = steps.failure();
       variation.refuse(end.stopped);
       break;
     }
     variation.end_step();
+    for (int k = 0; k < run.system.contacts(); ++k)
+      end.renewed[static_cast<std::size_t>(k)] |= forces.changed(k);
+    if (!run.keys.empty())
+      least.add_step(
+          steps.t_old(), steps.t() - steps.t_old(), [&](int k) { return forces.closed(k); },
+          [&](int k, double t) { return forces.at(k, t); });
   }
+  end.lasting = least.lasting();
   take_end(run, variation, steps.dynamics(), variation.x(), steps.t(), end);
+  add_retained(parts, variation, end);
   add_onsets(variation.onsets(), end);
   return end;
 }

@@ -4,8 +4,7 @@
 #include <array>
 #include <boost/math/tools/minima.hpp>
 #include <cmath>
-
-#include "formulations/event_driven/event_driven.hpp"
+#include <functional>
 
 namespace freeplay {
 namespace {
@@ -16,29 +15,16 @@ constexpr int bits = 26;
 
 }  // namespace
 
-LeastForces::LeastForces(const EventDriven& scheme)
-    : probe_(scheme.dynamics().twin()), slope_(static_cast<std::size_t>(probe_->size())) {}
-
-LeastForces::~LeastForces() = default;
-
-double LeastForces::force(const EventDriven& scheme, int contact, double t) {
-  (*probe_)(scheme.x_at(t), slope_, t);
-  return probe_->contacts[contact].lambda_n;
-}
-
-void LeastForces::add_step(const EventDriven& scheme) {
-  const double t0 = scheme.t_old(), h = scheme.t() - t0;
+void LeastForces::add_step(double t0, double h, const std::function<bool(int)>& closed,
+                           const std::function<double(int, double)>& force) {
   if (!(h > 0)) return;
-  const auto& d = scheme.dynamics();
   if (!begun_)
-    for (int k = 0; k < d.system.contacts(); ++k)
-      if (d.contacts[k].closed) list_.push_back({.contact = k});
+    for (int k = 0; k < contacts_; ++k)
+      if (closed(k)) list_.push_back({.contact = k});
   begun_ = true;
-  std::erase_if(list_, [&](const auto& one) { return !d.contacts[one.contact].closed; });
-  if (list_.empty()) return;
-  probe_->take_mode(d);
+  std::erase_if(list_, [&](const auto& one) { return !closed(one.contact); });
   for (auto& one : list_) {
-    const auto at = [&](double t) { return force(scheme, one.contact, t); };
+    const auto at = [&](double t) { return force(one.contact, t); };
     const auto take = [&](double t, double value) {
       if (value < one.least) one.least = value, one.t = t;
       one.greatest = std::max(one.greatest, value);

@@ -14,6 +14,7 @@
 #include <string>
 #include <vector>
 
+#include "formulations/penalty/penalty_mode.hpp"
 #include "simulation/columns.hpp"
 #include "values/sensitivity.hpp"
 #include "values/state.hpp"
@@ -36,7 +37,7 @@ struct VariedKey {
   /// Builds the system at another value; it lives as long as those of `systems`.
   std::function<const System*(double value)> system_at = {};
   std::array<const Scene*, 4> scenes{};  ///< of the same values
-  /// d(q, v, z)/dp of the start
+  /// d(q, v, z)/dp of the start; of a continued penalty run also that of (v₀, mass) of each contact
   std::vector<double> start;
   double end_rate = 0;  ///< d(end of the run)/dp
   /// reason why there is no derivative from the start; empty: none
@@ -107,6 +108,9 @@ struct SensitivityRun {
   double longest_step = INFINITY;
   /// Whether the variational equations are evaluated by traced equations where that is possible.
   bool traced = true;
+  /// Penalty runs: the modes of all contacts with which an earlier run ended that this one continues; empty:
+  /// contacts that are closed at the start begin there.
+  std::vector<PenaltyMode> contacts = {};
 };
 
 /// Runs the scene by the event-driven scheme, by time stepping or by the penalty formulation,
@@ -127,14 +131,19 @@ struct EndState {
     double t = NAN;                         ///< s, of the least one
   };
   State state;
-  std::vector<std::vector<double>> columns;  ///< d(q, v, z)/dp, one list for each key
-  std::vector<double> scales;                ///< of (q, v, z), as the tolerance of the scheme has them
-  std::vector<Onset> onsets;                 ///< of contacts, in the order of time
-  std::vector<Lasting> lasting;              ///< in the order of contacts; of event-driven runs only
-  double potential = 0, kinetic = 0;         ///< J
-  bool stepped = false;                      ///< whether time stepping made a step
-  std::string stopped;                       ///< reason of a stop before the end; empty if there is none
-  std::string refused;                       ///< reason why a derivative does not exist; empty if all do
+  /// d(q, v, z)/dp, one list for each key; of penalty runs also that of (v₀, mass) of each contact
+  std::vector<std::vector<double>> columns;
+  std::vector<double> scales;         ///< of the same, as the tolerance of the scheme has them
+  std::vector<Onset> onsets;          ///< of contacts, in the order of time
+  std::vector<Lasting> lasting;       ///< in the order of contacts; not of time stepping
+  std::vector<PenaltyMode> contacts;  ///< of all contacts; of penalty runs only
+  /// Of each contact of a penalty run: whether it began or had an impact, which renews v₀ and the mass, and
+  /// whether its force depends on them.
+  std::vector<char> renewed, retains;
+  double potential = 0, kinetic = 0;  ///< J
+  bool stepped = false;               ///< whether time stepping made a step
+  std::string stopped;                ///< reason of a stop before the end; empty if there is none
+  std::string refused;                ///< reason why a derivative does not exist; empty if all do
 };
 /// Likewise by the scheme of the scene, for the state at the end of the run; the quantities are not
 /// evaluated.

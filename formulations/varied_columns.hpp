@@ -291,7 +291,7 @@ VariedColumns<Dynamics>::VariedColumns(std::unique_ptr<Dynamics> probe, std::vec
     auto& column = S_.emplace_back(size_);
     if (!key.refused.empty()) continue;
     std::copy_n(key.start.begin(), 2 * n, column.begin());
-    std::copy(key.start.begin() + 2 * n, key.start.end(), column.begin() + probe_->state_offset());
+    std::copy_n(key.start.begin() + 2 * n, probe_->system.states(), column.begin() + probe_->state_offset());
   }
   if (!probe_->system.reactive_frictions().empty())
     refuse("joint friction depends on the joint's reaction; derivatives of such friction are not available");

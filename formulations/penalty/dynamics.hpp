@@ -29,6 +29,7 @@
 #include "formulations/contact/friction_law.hpp"
 #include "formulations/contact/shear_spring.hpp"
 #include "formulations/integrators/phases.hpp"
+#include "formulations/penalty/penalty_mode.hpp"
 #include "mechanism/options.hpp"
 #include "numerics/saddle_point.hpp"
 #include "simulation/formulation.hpp"
@@ -67,25 +68,6 @@ struct PenaltyTerms {
         rate(system.rows()),
         r(system.rows()),
         coupled(system.reactive_frictions().size()) {}
-};
-
-/// Data besides the state on which the force of a contact depends.
-struct PenaltyMode {
-  bool closed = false;
-  int zone = 0;   ///< of the friction law, while closed
-  double v0 = 1;  ///< m/s: δ̇ at the onset of the present contact, or w of its last impact
-  /// an impact on the closed contact with a greater speed than v₀ is in progress: w takes the place
-  /// of v₀ (see contact_law.hpp)
-  bool in_impact = false;
-  double mass = 1;  ///< kg, effective mass of that impact
-  /// closed without an impact, or has expanded since its onset: a further compression is a new
-  /// impact
-  bool eased = false;
-
-  template <class M>
-  void serialize(M& m) {
-    m(closed, zone, v0, in_impact, mass, eased);
-  }
 };
 
 /// One contact of the penalty formulation.

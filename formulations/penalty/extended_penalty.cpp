@@ -83,11 +83,11 @@ double ExtendedPenalty::elastic_energy(int k, const ContactRow& at) const {
   return elastic.energy(anchor.delta) + anchor.elastic * (-at.gap - anchor.delta);
 }
 
-double ExtendedPenalty::touch_speed(int k, const Vector& x, double t) {
+double ExtendedPenalty::squared_touch_speed(int k, const Vector& x, double t) {
   prepare(x, t);
   const auto& at = row(k, x, t);
   const double rate = at.normal.dot(x.data() + system.n());
-  return std::sqrt(rate * rate + 2 / f_->contacts()[k].mass * elastic_energy(k, at));
+  return rate * rate + 2 / f_->contacts()[k].mass * elastic_energy(k, at);
 }
 
 double ExtendedPenalty::unclamped_force(int k, const Vector& x, double t) {

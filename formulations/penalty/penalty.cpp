@@ -3,6 +3,9 @@
 #include <fmt/format.h>
 
 #include <cmath>
+#include <memory>
+#include <utility>
+#include <vector>
 
 #include "dynamics/assembly/assembly.hpp"
 #include "dynamics/assembly/redundancy.hpp"
@@ -80,6 +83,8 @@ class Penalty final : public Marched<PenaltyStepper<Method>>, public PenaltyStep
   const std::vector<double>& x_old() const override { return stepper_.x_old(); }
   const std::vector<double>& x() const override { return stepper_.x(); }
   const PenaltyDynamics& dynamics() const override { return stepper_.dynamics(); }
+  void interpolate(double t, double* q, double* v) const override { stepper_.interpolate(t, q, v); }
+  void resume(const std::vector<PenaltyMode>& modes) override { stepper_.resume(modes); }
   std::vector<ContactModel> contact_models() const override {
     std::vector<ContactModel> models;
     for (int k = 0; k < system_.contacts(); ++k) {
@@ -286,10 +291,13 @@ std::unique_ptr<Formulation> make_penalty(const Scene& scene, const System& syst
   return make_as<Formulation>(scene, system, state, scales_of(scene, system, state));
 }
 
-PenaltyParts make_penalty_parts(const Scene& scene, const System& system, const State& state) {
+PenaltyParts make_penalty_parts(const Scene& scene, const System& system, const State& state,
+                                const std::vector<PenaltyMode>& modes) {
   const auto scales = scales_of(scene, system, state);
-  return {make_as<PenaltySteps>(scene, system, state, scales), make_norm(scene, system, scales),
-          floor_of(scene, scales), scales.speed};
+  auto steps = make_as<PenaltySteps>(scene, system, state, scales);
+  steps->resume(modes);
+  return {std::move(steps), make_norm(scene, system, scales), floor_of(scene, scales), scales.speed,
+          !modes.empty()};
 }
 
 std::unique_ptr<PenaltyDynamics> displaced_penalty(const PenaltyDynamics& nominal, const Scene& scene,

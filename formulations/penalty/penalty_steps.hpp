@@ -25,6 +25,10 @@ class PenaltySteps {
   virtual const std::vector<double>& x_old() const = 0;
   virtual const std::vector<double>& x() const = 0;
   virtual const PenaltyDynamics& dynamics() const = 0;
+  /// q and v at a time of the last step.
+  virtual void interpolate(double t, double* q, double* v) const = 0;
+  /// See PenaltyStepper.
+  virtual void resume(const std::vector<PenaltyMode>& modes) = 0;
 };
 
 /// What a penalty run with derivatives is made of.
@@ -33,10 +37,12 @@ struct PenaltyParts {
   ErrorNorm norm;          ///< of its steps
   double v0_floor = 0;     ///< m/s
   double speed_scale = 0;  ///< m/s
+  bool resumed = false;    ///< whether contacts that are closed at the start continue an earlier run
 };
 
-/// As make_penalty().
-PenaltyParts make_penalty_parts(const Scene& scene, const System& system, const State& state);
+/// As make_penalty(). With `modes`, one for each contact, it continues a run that ended with them.
+PenaltyParts make_penalty_parts(const Scene& scene, const System& system, const State& state,
+                                const std::vector<PenaltyMode>& modes = {});
 
 /// Dynamics of a displaced scene of the same structure as `nominal`.
 std::unique_ptr<PenaltyDynamics> displaced_penalty(const PenaltyDynamics& nominal, const Scene& scene,

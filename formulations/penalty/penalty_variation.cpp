@@ -44,7 +44,7 @@ PenaltyVariation::PenaltyVariation(const PenaltyParts& run, const Scene& scene, 
                                    const std::vector<VariedKey>& keys, std::vector<Column> integrands,
                                    double length, double duration)
     : PenaltyVariation(make_twins(run, start, keys), run, keys, std::move(integrands), length, duration) {
-  begin(scene, start.t);
+  begin(scene, start.t, run.resumed);
 }
 
 PenaltyVariation::PenaltyVariation(Twins twins, const PenaltyParts& run, const std::vector<VariedKey>& keys,
@@ -71,7 +71,7 @@ void PenaltyVariation::trace(const State& near) {
 }
 
 /// The derivatives of the start: contacts that are closed there.
-void PenaltyVariation::begin(const Scene& scene, double t) {
+void PenaltyVariation::begin(const Scene& scene, double t, bool resumed) {
   const auto& d = run_.dynamics();
   const auto& system = d.system();
   floor_given_ = scene.penalty.v0_floor.has_value();
@@ -85,7 +85,14 @@ void PenaltyVariation::begin(const Scene& scene, double t) {
   const auto x = this->x();
   const Side still{Vector(x.size()), Vector(integrands_.size())};
   const Vector dt(keys_.size());
-  for (int k = 0; k < system.contacts(); ++k) {
+  const auto given = static_cast<std::size_t>(2 * system.n() + system.states());
+  for (std::size_t c = 0; c < keys_.size(); ++c)
+    for (std::size_t i = given; open(c) && i < keys_[c].start.size(); ++i)
+      S_[c][static_cast<std::size_t>(d.size()) + i - given] = keys_[c].start[i];
+  if (resumed && d.bristles() > 0 &&
+      std::ranges::any_of(d.contacts(), [](const auto& c) { return c.closed; }))
+    refuse("bristles of closed contacts have no derivatives at the start of a continued run");
+  for (int k = 0; !resumed && k < system.contacts(); ++k) {
     if (!d.contacts()[k].closed) continue;
     const double gap = probe_->row(k, x, t).gap;
     if (std::abs(gap) <= 4 * gap_rounding(system, k, x.data())) {

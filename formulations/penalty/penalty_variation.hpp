@@ -65,7 +65,7 @@ class PenaltyVariation : public VariedColumns<ExtendedPenalty> {
   PenaltyVariation(Twins twins, const PenaltyParts& run, const std::vector<VariedKey>& keys,
                    std::vector<Column> integrands, double length, double duration);
   Vector with_retained(const PenaltyDynamics& d) const;
-  void begin(const Scene& scene, double t);
+  void begin(const Scene& scene, double t, bool resumed);
   int parts(const Vector& x, double t, double h, const Vector& end);
   void stages(const Vector& x, double t, double h, std::array<Vector, 6>& f);
   std::optional<double> clamp_within(const Vector& x, double t, double h, const Vector& end);
@@ -79,7 +79,7 @@ class PenaltyVariation : public VariedColumns<ExtendedPenalty> {
   void begin_contact(int k, const Vector& x, double t, const Side& before, const Vector& dt);
   void end_contact(int k, const Vector& x, const Side& before, const Vector& dt);
   void retain(int k, const Vector& x, double t, const Vector& f, const Vector& dt, double speed,
-              const Function& speed_of, bool new_mass);
+              const Function& speed_of, bool squared, bool new_mass);
   void change_impact(int k, const Vector& x, double t, const Side& before, const Side& after, bool jumps);
   void jump(const Side& before, const Side& after, const Vector& dt);
 

@@ -138,9 +138,10 @@ void PenaltyVariation::jump(const Side& before, const Side& after, const Vector&
   }
 }
 
-/// Derivatives of v₀, which is the value `speed` of a function or else the floor, and of a new mass.
+/// Derivatives of v₀, which is `speed` or else the floor, and of a new mass. The function has the speed, or its
+/// square.
 void PenaltyVariation::retain(int k, const Vector& x, double t, const Vector& f, const Vector& dt,
-                              double speed, const Function& speed_of, bool new_mass) {
+                              double speed, const Function& speed_of, bool squared, bool new_mass) {
   const auto& d = run_.dynamics();
   const auto slot = static_cast<std::size_t>(d.size()) + 2 * static_cast<std::size_t>(k);
   const bool floored = !(speed > v0_floor_);
@@ -158,7 +159,9 @@ void PenaltyVariation::retain(int k, const Vector& x, double t, const Vector& f,
     if (!open(c)) continue;
     auto dx = S_[c];
     add_multiple(dx, dt[c], f);
-    const double change = floored ? 0 : total(c, speed_of, x, t, dx, dt[c], scale)[0];
+    // w² is smooth. Where it hardly changes along a column, the rounding of the gap would pass for a kink.
+    double change = floored ? 0 : total(c, speed_of, x, t, dx, dt[c], scale, !squared)[0];
+    if (squared) change /= 2 * speed;
     double mass = S_[c][slot + 1];
     if (new_mass) mass = total(c, mass_of, x, t, dx, dt[c], scale)[0];
     if (!open(c)) continue;
@@ -188,7 +191,7 @@ void PenaltyVariation::begin_contact(int k, const Vector& x, double t, const Sid
     }
     impulse.slope.push_back(S_[c][slot] + dt[c] * before.f[slot]);
   }
-  retain(k, x, t, before.f, dt, -rate, approach_of, true);
+  retain(k, x, t, before.f, dt, -rate, approach_of, false, true);
   for (std::size_t c = 0; c < keys_.size(); ++c) {
     onset.dt.push_back(open(c) ? dt[c] : NAN);
     onset.dimpulse.push_back(NAN);
@@ -221,9 +224,9 @@ void PenaltyVariation::change_impact(int k, const Vector& x, double t, const Sid
                                      bool jumps) {
   const auto& d = run_.dynamics();
   const bool begins = d.contacts()[k].in_impact;
-  const double rate = probe_->gap_rate(k, x, t), w = probe_->touch_speed(k, x, t);
-  const Function touch_speed_of = [k](ExtendedPenalty& f, const Vector& y, double at) {
-    return Vector{f.touch_speed(k, y, at)};
+  const double rate = probe_->gap_rate(k, x, t), w = std::sqrt(probe_->squared_touch_speed(k, x, t));
+  const Function square_of = [k](ExtendedPenalty& f, const Vector& y, double at) {
+    return Vector{f.squared_touch_speed(k, y, at)};
   };
   Vector dt(keys_.size());
   if (begins) {
@@ -235,14 +238,14 @@ void PenaltyVariation::change_impact(int k, const Vector& x, double t, const Sid
       refuse(fmt::format("t = {:.9g} s: an impact on contact {} begins between steps", t,
                          d.system().contact_facts(k).name));
     const Function value = [k, slot, turns](ExtendedPenalty& f, const Vector& y, double at) {
-      return Vector{turns ? f.gap_rate(k, y, at) : f.touch_speed(k, y, at) - y[slot]};
+      return Vector{turns ? f.gap_rate(k, y, at) : f.squared_touch_speed(k, y, at) - y[slot] * y[slot]};
     };
     dt = event_times(value, x, t, before.f);
   } else if (jumps) {
     refuse(fmt::format("t = {:.9g} s: the damping of contact {} jumps during contact", t,
                        d.system().contact_facts(k).name));
   }
-  retain(k, x, t, before.f, dt, w, touch_speed_of, begins);
+  retain(k, x, t, before.f, dt, w, square_of, true, begins);
   if (jumps) jump(before, after, dt);
 }
 

@@ -72,6 +72,9 @@ class PenaltyStepper {
         f_.elastic_energy(method_.x, state.t).dissipative;
   }
 
+  /// After start(): closed contacts continue an earlier run, with the data that they retained there.
+  void resume(const std::vector<PenaltyMode>& modes);
+
   template <class M>
   void serialize(M& m) {
     m.part("penalty stepper");

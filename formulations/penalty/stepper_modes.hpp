@@ -17,6 +17,17 @@ void PenaltyStepper<Method>::apply_impact(int k) {
 }
 
 template <class Method>
+void PenaltyStepper<Method>::resume(const std::vector<PenaltyMode>& modes) {
+  for (std::size_t k = 0; k < modes.size(); ++k) {
+    auto& c = f_.contacts()[k];
+    if (!c.closed || !modes[k].closed) continue;
+    const int zone = c.zone;  // follows from the state
+    c.mode() = modes[k];
+    c.zone = zone;
+  }
+}
+
+template <class Method>
 void PenaltyStepper<Method>::land(Event& event) {
   ++f_.work.events;
   if (event.limit.found())

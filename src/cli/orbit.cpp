@@ -54,8 +54,10 @@ nlohmann::json orbit_json(const Scene& scene, const Orbit& found) {
   nlohmann::json impacts = nlohmann::json::array(), lasting = impacts, multipliers = impacts;
   for (const auto& i : found.impacts)
     impacts.push_back({{"time", i.t}, {"joint", i.joint}, {"speed", i.speed}});
-  for (const auto& c : found.lasting)
+  for (const auto& c : found.lasting) {
     lasting.push_back({{"joint", c.joint}, {"least_force", c.least_force}, {"time", c.t}});
+    if (c.v0) lasting.back()["v0"] = *c.v0;
+  }
   for (const auto& m : found.multipliers) multipliers.push_back({m.real(), m.imag()});
   return {{"period_s", found.period},
           {"periods", found.periods},

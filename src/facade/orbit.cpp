@@ -65,7 +65,7 @@ bool advance(ReturnMap& map, ReturnPoint& p, std::string& reason) {
   const auto step = newton_step(p);
   const double length = map.length();
   for (double share = 1; share >= least_share; share *= 0.5) {
-    State s = p.state;
+    auto s = p.state;
     if (map.autonomous()) {
       const double ratio = 1 + share * step[step.size() - 1];
       if (!(ratio > 0.5 && ratio < 2)) continue;
@@ -147,6 +147,31 @@ void check_shift(const System& system, const VectorXd& shift, const State& s) {
     throw ModelError("shift", fmt::format("{} changes if the coordinates are shifted together", what));
 }
 
+/// The state of the section, after the periods to settle. Returns the reason of an earlier stop, else nothing.
+std::string settle(Simulation& simulation, const System& system, Family family, const OrbitRequest& request,
+                   double period, SectionState& section) {
+  const double end = simulation.t() + request.settle * period;
+  if (family == Family::penalty) {
+    const auto settled = run_end_state({.scene = simulation.scene(),
+                                        .system = system,
+                                        .start = simulation.state(),
+                                        .end = end,
+                                        .keys = {},
+                                        .quantities = {},
+                                        .stop = request.stop},
+                                       family);
+    section = {settled.state, settled.contacts};
+    return settled.stopped;
+  }
+  if (request.settle > 0) {
+    const auto result = simulation.run({.until = end, .keep_events = false, .stop = request.stop});
+    if (result.ending.status == Ending::Status::interrupted) throw Interrupted();
+    if (result.ending.status != Ending::Status::finished) return result.ending.reason;
+  }
+  section = simulation.state();
+  return {};
+}
+
 }  // namespace
 
 Orbit orbit(const Scene& scene, const OrbitRequest& request) {
@@ -162,24 +187,19 @@ Orbit orbit(const Scene& scene, const OrbitRequest& request) {
   found.periods = request.periods;
   found.period = section_period(excitation, request.period);
   const bool autonomous = !excitation.any;
-  if (request.settle > 0) {
-    const auto result = simulation.run({.until = simulation.t() + request.settle * found.period,
-                                        .keep_events = false,
-                                        .stop = request.stop});
-    if (result.ending.status == Ending::Status::interrupted) throw Interrupted();
-    if (result.ending.status != Ending::Status::finished) {
-      found.failure = fmt::format("the run before the section stopped: {}", result.ending.reason);
-      return found;
-    }
+  SectionState start;
+  if (const auto reason = settle(simulation, system, family, request, found.period, start); !reason.empty()) {
+    found.failure = "the run before the section stopped: " + reason;
+    return found;
   }
   ReturnMap map(given, system, found.period * request.periods, autonomous, request.stop, family);
-  auto start = simulation.state();
   const auto shift = request.shift.empty() ? VectorXd() : shift_of(given.mechanism, request.shift);
   check_shift(system, shift, start);
   map.set_shift(shift);
-  map.take_closed(start);
+  auto why = map.take_closed(start);
   map.chart(start);
-  if (const auto why = map.move(VectorXd::Zero(map.size()), start); !why.empty()) {
+  if (why.empty()) why = map.move(VectorXd::Zero(map.size()), start);
+  if (!why.empty()) {
     found.failure = fmt::format("t = {:.9g} s, at the section: {}", start.t, why);
     return found;
   }
@@ -235,7 +255,11 @@ Orbit orbit(const Scene& scene, const OrbitRequest& request) {
   for (const auto& onset : p.end.onsets)
     found.impacts.push_back({onset.t, system.contact_facts(onset.contact).name, -onset.rate});
   for (const auto& contact : p.end.lasting)
-    found.lasting.push_back({system.contact_facts(contact.contact).name, contact.least, contact.t});
+    found.lasting.push_back({system.contact_facts(contact.contact).name, contact.least, contact.t, {}});
+  for (const int k : map.constants())
+    for (auto& contact : found.lasting)
+      if (contact.joint == system.contact_facts(k).name)
+        contact.v0 = p.state.contacts[static_cast<std::size_t>(k)].v0;
   auto multipliers = multipliers_of(p, autonomous);
   found.multipliers = std::move(multipliers.values);
   found.stable = multipliers.stable;

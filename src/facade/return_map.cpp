@@ -31,6 +31,13 @@ constexpr double settled = 1e-8;
 /// Likewise where time stepping made steps, whose errors are greater.
 constexpr double settled_steps = 1e-4;
 
+/// (q, v, z), and (v₀, mass) of each contact.
+std::vector<double> list_of(const SectionState& s) {
+  auto all = all_of(s);
+  for (const auto& c : s.contacts) all.insert(all.end(), {c.v0, c.mass});
+  return all;
+}
+
 }  // namespace
 
 ReturnMap::ReturnMap(const Scene& scene, const System& system, double length, bool autonomous, StopToken stop,
@@ -41,13 +48,15 @@ ReturnMap::ReturnMap(const Scene& scene, const System& system, double length, bo
     if (system.contact_facts(k).has_clearance) curved_ = std::min(curved_, system.contact_facts(k).clearance);
 }
 
-Eigen::Index ReturnMap::size() const { return shape_.cols() + basis_.cols() + system_.states(); }
+Eigen::Index ReturnMap::size() const {
+  return shape_.cols() + basis_.cols() + system_.states() + static_cast<Eigen::Index>(retained_.size());
+}
 
 double ReturnMap::time_unit() const { return length_ / turn_of_map; }
 
-void ReturnMap::take_closed(const State& s) {
+std::string ReturnMap::take_closed(const SectionState& s) {
   closed_.clear();
-  if (family_ == Family::penalty) return;  // a closed contact has a depth, and shift() refuses it
+  if (family_ == Family::penalty) return take_retained(s);
   auto e = system_.make_evaluation();
   system_.place(s.t, s.q.data(), e);
   double fastest = 0;
@@ -60,6 +69,34 @@ void ReturnMap::take_closed(const State& s) {
         std::abs(row.normal.dot(s.v.data())) < closed_gap * fastest)
       closed_.push_back(k);
   }
+  return {};
+}
+
+std::string ReturnMap::take_retained(const SectionState& s) {
+  renewed_.clear();
+  constants_.clear();
+  retained_.clear();
+  if (std::ranges::none_of(s.contacts, &PenaltyMode::closed)) return {};
+  const auto end = run_end_state({.scene = scene_,
+                                  .system = system_,
+                                  .start = s,
+                                  .end = s.t + length_,
+                                  .keys = {},
+                                  .quantities = {},
+                                  .stop = stop_,
+                                  .contacts = s.contacts},
+                                 family_);
+  if (!end.stopped.empty()) return end.stopped;
+  for (std::size_t k = 0; k < s.contacts.size(); ++k) {
+    if (!s.contacts[k].closed || !end.retains[k]) continue;
+    if (!end.renewed[k]) {
+      constants_.push_back(static_cast<int>(k));
+      continue;
+    }
+    renewed_.push_back(static_cast<int>(k));
+    retained_.insert(retained_.end(), {s.contacts[k].v0, s.contacts[k].mass});
+  }
+  return {};
 }
 
 void ReturnMap::chart(const State& s) {
@@ -91,12 +128,43 @@ double ReturnMap::remove_shift(std::vector<double>& difference) const {
 std::vector<double> ReturnMap::displacement(const VectorXd& u) const {
   const auto f = basis_.cols(), s = shape_.cols();
   const auto n = roots_.size();
-  std::vector<double> list(static_cast<std::size_t>(2 * n + system_.states()));
+  std::vector<double> list(list_size());
   Eigen::Map<VectorXd> all(list.data(), static_cast<Eigen::Index>(list.size()));
   all.head(n) = (shape_ * u.head(s)).cwiseQuotient(roots_);
   all.segment(n, n) = (basis_ * u.segment(s, f)).cwiseQuotient(roots_) / time_unit();
   for (int k = 0; k < system_.states(); ++k) all[2 * n + k] = u[s + f + k] * system_.state_scale(k);
+  for (std::size_t i = 0; i < retained_.size(); ++i)
+    list[place_of_retained(i)] = u[s + f + system_.states() + static_cast<Eigen::Index>(i)] * retained_[i];
   return list;
+}
+
+std::size_t ReturnMap::list_size() const {
+  return static_cast<std::size_t>(2 * system_.n() + system_.states() +
+                                  (family_ == Family::penalty ? 2 * system_.contacts() : 0));
+}
+
+/// The place of retained_[i] in a list of (q, v, z, retained data).
+std::size_t ReturnMap::place_of_retained(std::size_t i) const {
+  return static_cast<std::size_t>(2 * system_.n() + system_.states() + 2 * renewed_[i / 2]) + i % 2;
+}
+
+std::string ReturnMap::move(const VectorXd& u, SectionState& s) const {
+  const auto difference = displacement(u);
+  if (const auto why = shift(difference, s); !why.empty() || family_ != Family::penalty) return why;
+  for (std::size_t i = 0; i < retained_.size(); ++i) {
+    auto& c = s.contacts[static_cast<std::size_t>(renewed_[i / 2])];
+    (i % 2 == 0 ? c.v0 : c.mass) += difference[place_of_retained(i)];
+  }
+  auto e = system_.make_evaluation();
+  system_.place(s.t, s.q.data(), e);
+  for (int k = 0; k < system_.contacts(); ++k) {
+    const auto& c = s.contacts[static_cast<std::size_t>(k)];
+    const auto& name = system_.contact_facts(k).name;
+    if (!(c.v0 > 0 && c.mass > 0)) return fmt::format("contact {} has no approach speed there", name);
+    if ((system_.gap(k, s.q.data(), e) < 0) != c.closed)
+      return fmt::format("contact {} {} there", name, c.closed ? "is open" : "overlaps");
+  }
+  return {};
 }
 
 std::string ReturnMap::shift(const std::vector<double>& difference, State& s) const {
@@ -107,6 +175,7 @@ std::string ReturnMap::shift(const std::vector<double>& difference, State& s) co
   }
   for (std::size_t k = 0; k < s.z.size(); ++k) s.z[k] += difference[2 * n + k];
   if (!project_onto_constraints(system_, closed_, s)) return "the mechanism cannot be closed there";
+  if (family_ == Family::penalty) return {};  // contacts may be compressed: move()
   auto e = system_.make_evaluation();
   system_.place(s.t, s.q.data(), e);
   for (int k = 0; k < system_.contacts(); ++k)
@@ -122,30 +191,33 @@ VectorXd ReturnMap::local(const std::vector<double>& difference) const {
   u.head(s) = shape_.transpose() * all.head(n).cwiseProduct(roots_);
   u.segment(s, f) = basis_.transpose() * all.segment(n, n).cwiseProduct(roots_) * time_unit();
   for (int k = 0; k < system_.states(); ++k) u[s + f + k] = all[2 * n + k] / system_.state_scale(k);
+  for (std::size_t i = 0; i < retained_.size(); ++i)
+    u[s + f + system_.states() + static_cast<Eigen::Index>(i)] =
+        difference[place_of_retained(i)] / retained_[i];
   return u;
 }
 
-VariedKey ReturnMap::direction(const State& s, Eigen::Index c) const {
+VariedKey ReturnMap::direction(const SectionState& s, Eigen::Index c) const {
   const VectorXd unit = VectorXd::Unit(size(), c);
   const VectorXd dq = (shape_ * unit.head(shape_.cols())).cwiseQuotient(roots_);
   double most = 0;
   for (int i = 0; i < system_.n(); ++i)
     most = std::max(most, std::abs(dq[i]) / (system_.is_angle(i) ? 1 : curved_));
   const double spacing = most > 0 ? 1e-3 / most : 1;
-  const auto d = difference(spacing, all_of(s), [&](std::size_t i) {
-    State moved = s;
+  const auto d = difference(spacing, list_of(s), [&](std::size_t i) {
+    SectionState moved = s;
     move(difference_places[i] * spacing * unit, moved);
-    return all_of(moved);
+    return list_of(moved);
   });
   return {.name = "the state of the section", .start = d.slope, .refused = {}};
 }
 
-ReturnPoint ReturnMap::run(const State& s, double length, int steps, const MapKey* key,
+ReturnPoint ReturnMap::run(const SectionState& s, double length, int steps, const MapKey* key,
                            bool to_return) const {
   std::vector<VariedKey> keys;
   for (Eigen::Index c = 0; c < size(); ++c) keys.push_back(direction(s, c));
   if (autonomous_ && to_return) {
-    keys.push_back({.name = "the period", .start = std::vector<double>(all_of(s).size()), .refused = {}});
+    keys.push_back({.name = "the period", .start = std::vector<double>(list_size()), .refused = {}});
     keys.back().end_rate = length;
   }
   DisplacedScenes displaced;
@@ -154,10 +226,10 @@ ReturnPoint ReturnMap::run(const State& s, double length, int steps, const MapKe
                            .end = s.t + length,
                            .of =
                                [&](const Scene&, const System& system) {
-                                 State moved = s;
+                                 SectionState moved = s;
                                  if (!project_onto_constraints(system, closed_, moved))
                                    throw ModelError(key->name, "the mechanism cannot be closed there");
-                                 return all_of(moved);
+                                 return list_of(moved);
                                },
                            .end_of =
                                [&](const Scene& scene, const System& system) {
@@ -176,20 +248,38 @@ ReturnPoint ReturnMap::run(const State& s, double length, int steps, const MapKe
                          .keys = std::move(keys),
                          .quantities = {},
                          .stop = stop_,
-                         .longest_step = length_ / steps},
+                         .longest_step = length_ / steps,
+                         .contacts = s.contacts},
                         family_);
   p.failure = p.end.stopped.empty() ? p.end.refused : p.end.stopped;
   return p;
 }
 
-ReturnPoint ReturnMap::at(const State& s, int steps, const MapKey* key) const {
+ReturnPoint ReturnMap::at(const SectionState& s, int steps, const MapKey* key) const {
   auto p = run(s, length_, steps, key, true);
+  if (p.failure.empty()) p.failure = compare_contacts(p);
   if (p.failure.empty()) compare(p, key != nullptr);
   return p;
 }
 
-ReturnPoint ReturnMap::until(const State& s, double t, int steps, const MapKey* key) const {
+ReturnPoint ReturnMap::until(const SectionState& s, double t, int steps, const MapKey* key) const {
   return run(s, t - s.t, steps, key, false);
+}
+
+/// The reason why the contacts at both ends of a penalty motion cannot be compared; empty without one.
+std::string ReturnMap::compare_contacts(const ReturnPoint& p) const {
+  for (std::size_t k = 0; k < p.state.contacts.size(); ++k) {
+    const auto &from = p.state.contacts[k], &to = p.end.contacts[k];
+    const auto& name = system_.contact_facts(static_cast<int>(k)).name;
+    if (from.closed != to.closed)
+      return fmt::format("contact {} is {} at the start of the motion and {} at its end", name,
+                         from.closed ? "closed" : "open", from.closed ? "open" : "closed");
+    if (!from.closed || !p.end.retains[k]) continue;
+    const bool renewed = std::ranges::find(renewed_, static_cast<int>(k)) != renewed_.end();
+    if (from.in_impact != to.in_impact || from.eased != to.eased || renewed != (p.end.renewed[k] != 0))
+      return fmt::format("contact {} has an impact only in some of the motions", name);
+  }
+  return {};
 }
 
 void ReturnMap::compare(ReturnPoint& p, bool with_key) const {
@@ -200,6 +290,11 @@ void ReturnMap::compare(ReturnPoint& p, bool with_key) const {
   append(p.end.state.q, p.state.q);
   append(p.end.state.v, p.state.v);
   append(p.end.state.z, p.state.z);
+  for (std::size_t k = 0; k < p.state.contacts.size(); ++k) {
+    const auto &from = p.state.contacts[k], &to = p.end.contacts[k];
+    const bool acts = from.closed && p.end.retains[k];
+    change.insert(change.end(), {acts ? to.v0 - from.v0 : 0, acts ? to.mass - from.mass : 0});
+  }
   for (int i = 2; i < system_.n(); i += 3)
     change[static_cast<std::size_t>(i)] = std::remainder(change[static_cast<std::size_t>(i)], turn_of_map);
   p.shift = remove_shift(change);

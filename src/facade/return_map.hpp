@@ -11,6 +11,10 @@
 // displacements of the local coordinates are orthogonal to d in the mass metric, and P(x) − x is compared
 // without its component along d.
 //
+// In penalty runs, closed contacts of the section are no constraints: their forces depend on the state and on
+// the v₀ and mass that they retain (penalty_mode.hpp). Those that are renewed within the motion are further
+// local coordinates, relative to their values. Others keep theirs: they are constants of the motion.
+//
 // Use: construct; take_closed() and chart() at a state of the section; then at() evaluates the map there.
 // A ReturnMap refers to its scene and system.
 #pragma once
@@ -32,9 +36,18 @@ namespace freeplay {
 /// Steps of the variational equations over all periods: at least this number.
 inline constexpr int fewest_map_steps = 64;
 
+/// A state of the section, in penalty runs with the modes of all contacts.
+struct SectionState : State {
+  std::vector<PenaltyMode> contacts;
+
+  SectionState() = default;
+  SectionState(State s, std::vector<PenaltyMode> modes = {})
+      : State(std::move(s)), contacts(std::move(modes)) {}
+};
+
 /// The return map near one state of the section.
 struct ReturnPoint {
-  State state;
+  SectionState state;
   EndState end;
   Eigen::VectorXd residual;  ///< P(x) − x in local coordinates
   Eigen::MatrixXd map;       ///< derivative of the map in local coordinates
@@ -71,8 +84,11 @@ class ReturnMap {
   /// The contacts that count as closed at the section.
   const std::vector<int>& closed() const { return closed_; }
   void set_closed(std::vector<int> contacts) { closed_ = std::move(contacts); }
-  /// The contacts that are closed at a state, to rounding and to the errors of the method.
-  void take_closed(const State& s);
+  /// The contacts that are closed at a state, to rounding and to the errors of the method. In penalty runs: the
+  /// closed contacts whose retained data the motion from there renews. Returns the reason if it fails.
+  std::string take_closed(const SectionState& s);
+  /// Closed contacts of the section that retain their data in a penalty run.
+  const std::vector<int>& constants() const { return constants_; }
   /// Sets the local coordinates at a state: columns of the basis are directions of (q, v, z).
   void chart(const State& s);
   /// Number of local coordinates.
@@ -85,16 +101,20 @@ class ReturnMap {
   /// contact overlaps.
   std::string shift(const std::vector<double>& difference, State& s) const;
   /// The state at local coordinates u; failures likewise.
-  std::string move(const Eigen::VectorXd& u, State& s) const { return shift(displacement(u), s); }
+  std::string move(const Eigen::VectorXd& u, SectionState& s) const;
   /// The map at a state. `steps`: least number of steps; `key`: may be null.
-  ReturnPoint at(const State& s, int steps = fewest_map_steps, const MapKey* key = nullptr) const;
+  ReturnPoint at(const SectionState& s, int steps = fewest_map_steps, const MapKey* key = nullptr) const;
   /// The motion to another time t (s) of the section, whose columns carry a tangent of a branch along.
-  ReturnPoint until(const State& s, double t, int steps, const MapKey* key) const;
+  ReturnPoint until(const SectionState& s, double t, int steps, const MapKey* key) const;
 
  private:
-  ReturnPoint run(const State& s, double length, int steps, const MapKey* key, bool to_return) const;
+  ReturnPoint run(const SectionState& s, double length, int steps, const MapKey* key, bool to_return) const;
   double time_unit() const;
-  VariedKey direction(const State& s, Eigen::Index c) const;
+  VariedKey direction(const SectionState& s, Eigen::Index c) const;
+  std::string take_retained(const SectionState& s);
+  std::size_t list_size() const;
+  std::size_t place_of_retained(std::size_t i) const;
+  std::string compare_contacts(const ReturnPoint& p) const;
   void compare(ReturnPoint& p, bool with_key) const;
 
   const Scene& scene_;
@@ -108,7 +128,9 @@ class ReturnMap {
   Eigen::VectorXd shift_;  // empty: none
   Eigen::VectorXd roots_;  // diagonal of M^(1/2)
   std::vector<int> closed_;
-  double curved_ = 1;  // m, length over which the constraints are curved
+  std::vector<int> renewed_, constants_;  // closed contacts of a penalty run
+  std::vector<double> retained_;          // (v₀, mass) of the renewed ones in take_closed()
+  double curved_ = 1;                     // m, length over which the constraints are curved
 };
 
 /// Evaluates the map with more steps, from `steps` on, until its derivative no longer depends on them;

@@ -3,6 +3,7 @@
 
 #include <cmath>
 #include <complex>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -22,6 +23,8 @@ struct OrbitContact {
   std::string joint;       ///< joint with clearance or contact
   double least_force = 0;  ///< N, least normal force
   double t = 0;            ///< s, when it has it
+  /// m/s, v₀ of the law of a penalty run, if the contact keeps it during the whole motion
+  std::optional<double> v0 = {};
 };
 
 /// A periodic motion, or the reason why none was found.
@@ -38,9 +41,10 @@ struct Orbit {
   double shift = 0;  ///< m or rad, change of the coordinates of OrbitRequest::shift
   /// contact onsets within the periods, in the order of time
   std::vector<OrbitImpact> impacts;
-  /// contacts that last during the whole motion; of event-driven runs
+  /// contacts that last during the whole motion; not of time stepping
   std::vector<OrbitContact> lasting;
-  /// Floquet multipliers of the mechanism's own degrees of freedom, largest modulus first
+  /// Floquet multipliers of the mechanism's own degrees of freedom, largest modulus first; in penalty runs
+  /// also of the retained data of contacts (docs/theory/orbits.md)
   std::vector<std::complex<double>> multipliers;
   bool stable = false;  ///< whether all multipliers are inside the unit circle
   int iterations = 0;   ///< of Newton's method

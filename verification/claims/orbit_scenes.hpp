@@ -18,6 +18,8 @@ struct Findings;
 void orbits_of_schemes(Findings& f);
 /// Claims about exponents of attractors (attractor_exponents.cpp).
 void attractor_exponents(Findings& f);
+/// Claims about motions of penalty runs whose contacts are closed at the section (orbit_contacts.cpp).
+void orbits_of_closed_contacts(Findings& f);
 
 namespace scenes {
 

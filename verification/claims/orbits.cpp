@@ -161,6 +161,7 @@ Findings orbits() {
   stiff_balls(f);
   oscillators(f);
   orbits_of_schemes(f);
+  orbits_of_closed_contacts(f);
   return f;
 }
 
