@@ -81,6 +81,7 @@ EndState by_events(const SensitivityRun& run) {
   end.lasting = forces.lasting();
   take_end(run, scheme.variation(), scheme.dynamics(), scheme.x(), scheme.t(), end);
   add_onsets(scheme.variation().onsets(), end);
+  end.fastest = motion.fastest();
   return end;
 }
 
@@ -100,6 +101,7 @@ EndState by_automatic_scheme(const SensitivityRun& run) {
   }
   add_onsets(events.variation().onsets(), end);
   add_onsets(scheme.stepped().onsets(), end);
+  end.fastest = motion.fastest();
   return end;
 }
 

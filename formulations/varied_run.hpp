@@ -4,6 +4,7 @@
 #pragma once
 
 #include <algorithm>
+#include <cmath>
 #include <string>
 #include <utility>
 #include <vector>
@@ -56,14 +57,18 @@ class VariedRun {
         return scheme_.failure();
       }
       after();
+      for (int i = 0; i < run_.system.n(); ++i) fastest_ = std::max(fastest_, std::abs(scheme_.v()[i]));
       log_.advance(scheme_.t());
       log_.drain([](const auto&) {});
     }
     return {};
   }
+  /// Greatest rate of a coordinate at the ends of the steps.
+  double fastest() const { return fastest_; }
 
  private:
   const SensitivityRun& run_;
+  double fastest_ = 0;
   Scheme scheme_;
   ContactLog log_;
 };

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <deque>
 #include <memory>
 
 #include "facade/varied_key.hpp"
@@ -19,6 +20,10 @@ using Eigen::VectorXd;
 /// Steps in the plane of both keys, each over its range: default, first and least one over the greatest.
 constexpr double default_step = 0.02, first_share = 0.1, least_share = 1e-3;
 constexpr double growth = 1.5, reduction = 0.5;
+/// Steps grow and shrink according to the iterations of Newton's method for the first motion of a point.
+constexpr int few_iterations = 5, many_iterations = 8;
+/// Points from which the next one is predicted.
+constexpr std::size_t most_nodes = 3;
 /// Cosine of the greatest angle between successive chords.
 constexpr double least_cosine = 0.9;
 constexpr int most_points = 1000;  // to each side
@@ -27,25 +32,15 @@ constexpr double located = 1e-8;
 constexpr int most_motions = 12;
 /// First arclength at an unknown slope.
 constexpr double first_arclength = 1e-4;
-/// Shares of a positive quantity of the motions from which its zero is extrapolated.
-constexpr double levels[] = {4e-3, 2e-3, 1e-3};
-/// Greatest share of the last one.
-constexpr double greatest_last = 4e-3;
-
-/// Tangent for a search along another key: across the old one, as far as the state changes.
-void turn(VectorXd& tangent, Eigen::Index local) {
-  auto& key = tangent[tangent.size() - 1];
-  const double state = tangent.head(local).norm();
-  if (state > 1e-6 * std::abs(key))
-    key = 0;
-  else
-    key = 1;
-  tangent /= length_of(tangent, local);
-}
-
-void extrapolate(std::vector<double>& x, const std::vector<double>& before, double share) {
-  for (std::size_t i = 0; i < x.size(); ++i) x[i] += share * (x[i] - before[i]);
-}
+/// A positive quantity is extrapolated to zero from motions with decreasing shares of it, by a polynomial: its
+/// error is of the order of their product. They begin at these shares of an approach speed and of a force.
+constexpr double top_speed = 5e-2, top_force = 3e-3, level_ratio = 1.4, extrapolation_error = 1e-8;
+constexpr std::size_t most_levels = 6;
+/// A motion is at a level if its share deviates by less than this, relative.
+constexpr double near_level = 0.2;
+constexpr int most_tries = 6;
+/// Least share of the quantity that remains after a step.
+constexpr double remaining_share = 0.4;
 
 }  // namespace
 
@@ -97,6 +92,7 @@ std::optional<BranchMotion> BifurcationCurve::along(const BranchSolver& solver, 
 bool BifurcationCurve::zero(const BranchSolver& solver, Located& p, std::string& reason) const {
   auto m = along(solver, p.motion, 0, reason);
   if (!m) return false;
+  p.iterations = m->iterations;
   double f = test(solver, *m), step = p.slope != 0 ? -f / p.slope : first_arclength;
   for (int i = 0; i < most_motions; ++i) {
     auto next = along(solver, *m, step, reason);
@@ -111,6 +107,7 @@ bool BifurcationCurve::zero(const BranchSolver& solver, Located& p, std::string&
       p.residual = f;
       p.at[static_cast<std::size_t>(p.free)] = m->parameter / range_[static_cast<std::size_t>(p.free)];
       p.motion = std::move(*m);
+      set_base(p, p.motion, solver.guess(p.motion, 0));
       if (start_.kind == BifurcationKind::torus && !has_complex_pair(solver, p.motion)) {
         reason = "the pair of multipliers becomes real";
         return false;
@@ -122,96 +119,140 @@ bool BifurcationCurve::zero(const BranchSolver& solver, Located& p, std::string&
   return false;
 }
 
+/// The motion along the branch whose share of the positive quantity is near `level`.
+std::optional<BranchMotion> BifurcationCurve::at_level(const BranchSolver& solver, BranchMotion m,
+                                                       double level, double& slope,
+                                                       std::string& reason) const {
+  for (int tries = 0; tries < most_tries; ++tries) {
+    const double f = test(solver, m), step = (std::max(level, remaining_share * f) - f) / slope;
+    auto next = along(solver, m, step, reason);
+    if (!next) return next;
+    const double value = test(solver, *next), found = (value - f) / step;
+    if (found * slope > 0) slope = found;
+    if (std::abs(value - level) < near_level * level) return next;
+    m = std::move(*next);
+  }
+  reason = "no motion with a small value of the quantity is found";
+  return {};
+}
+
 /// Moves along the branch to small values of the positive quantity, and extrapolates to zero.
 bool BifurcationCurve::vanishing(const BranchSolver& solver, Located& p, std::string& reason) const {
+  const double top = start_.kind == BifurcationKind::grazing ? top_speed : top_force;
   // To a motion of this kind: from the prediction to greater values.
-  double inwards = 0;
-  std::optional<BranchMotion> m = along(solver, p.motion, 0, reason);
-  const double unit = p.slope != 0 ? levels[0] / p.slope : first_arclength;
-  for (const double steps : {1.0, 3.0, 9.0, 27.0}) {
-    if (m) break;
-    inwards = steps * unit;
-    m = along(solver, p.motion, inwards, reason);
-  }
+  auto m = along(solver, p.motion, 0, reason);
+  for (const double share : {1.0, 3.0})
+    if (!m) m = along(solver, p.motion, share * top / p.slope, reason);
   if (!m) return false;
-  std::vector<BranchMotion> motions{*m};
-  if (p.slope == 0) {
-    const double f = test(solver, *m);
-    for (const double side : {1.0, -1.0}) {
-      auto next = along(solver, *m, side * first_arclength, reason);
-      if (!next) continue;
-      p.slope = side * (test(solver, *next) - f) / first_arclength;
-      break;
-    }
-    if (p.slope == 0) return false;
-  }
-  for (const double level : levels)
-    for (int tries = 0; tries < 3; ++tries) {
-      const double f = test(solver, motions.back());
-      double step = (level - f) / p.slope;
-      if (std::abs(f - level) < 0.2 * level) break;
-      auto next = along(solver, motions.back(), step, reason);
-      for (int halvings = 0; !next && halvings < 4; ++halvings)
-        next = along(solver, motions.back(), step *= 0.5, reason);
+  p.iterations = m->iterations;
+  if (std::abs(test(solver, *m) - top) > near_level * top) m = at_level(solver, *m, top, p.slope, reason);
+  if (!m) return false;
+  // Downwards as far as there are motions, then upwards from the first one.
+  std::deque<BranchMotion> motions{*m};
+  double product = test(solver, *m), slope = p.slope;
+  for (const double factor : {1 / level_ratio, level_ratio})
+    while (product > extrapolation_error && motions.size() < most_levels) {
+      const auto& last = factor < 1 ? motions.back() : motions.front();
+      auto next = at_level(solver, last, factor * test(solver, last), slope, reason);
       if (!next) break;
-      const double slope = (test(solver, *next) - f) / step;
-      if (slope * p.slope > 0) p.slope = slope;
-      motions.push_back(std::move(*next));
+      product *= test(solver, *next);
+      if (factor < 1)
+        motions.push_back(std::move(*next));
+      else
+        motions.push_front(std::move(*next));
     }
-  std::ranges::stable_sort(motions, std::greater(), [&](const auto& one) { return test(solver, one); });
-  if (motions.size() < 2 || !(test(solver, motions.back()) < greatest_last)) {
+  if (product > extrapolation_error) {
     if (reason.empty()) reason = "no motion with a small value of the quantity is found";
     return false;
   }
-  const auto end = extrapolated(motions, start_.quantity);
+  const auto end = extrapolated({motions.begin(), motions.end()}, start_.quantity);
   p.residual = end.error;
   p.at[static_cast<std::size_t>(p.free)] = end.parameter / range_[static_cast<std::size_t>(p.free)];
   p.motion = std::move(motions.back());
+  // The predictions need motions of equal values.
+  set_base(p, *m, solver.guess(*m, (top - test(solver, *m)) / p.slope));
   return true;
 }
 
-/// The bifurcation near a point of the plane. `ahead`: distance from the last point over that between the last
-/// two.
+void BifurcationCurve::set_base(Located& p, BranchMotion m, BranchGuess level) const {
+  p.base_at = p.at;
+  const auto of = static_cast<std::size_t>(p.free);
+  p.base_at[of] = level.parameter / range_[of];
+  p.level = std::move(level);
+  p.base = std::move(m);
+}
+
+/// The motion at which the search for the next bifurcation begins, by a polynomial through those of the last points
+/// of a curve: its values at the value `x` of a key, over its range.
+BifurcationCurve::Predicted BifurcationCurve::predicted(const std::vector<Located>& points, std::size_t key,
+                                                        double x) const {
+  std::vector<const Located*> nodes;
+  for (auto p = points.rbegin(); p != points.rend() && nodes.size() < most_nodes; ++p) {
+    if (nodes.size() > 1 &&
+        !((nodes[0]->base_at[key] - nodes[1]->base_at[key]) * (nodes[1]->base_at[key] - p->base_at[key]) > 0))
+      break;
+    nodes.push_back(&*p);
+  }
+  Predicted all{.state = nodes.front()->level.state, .at = 0, .length = 0};
+  auto& [state, at, length] = all;
+  for (auto* list : {&state.q, &state.v, &state.z}) std::ranges::fill(*list, 0.0);
+  for (const auto* node : nodes) {
+    double weight = 1;
+    for (const auto* other : nodes)
+      if (other != node) weight *= (x - other->base_at[key]) / (node->base_at[key] - other->base_at[key]);
+    const auto add = [weight](std::vector<double>& sum, const std::vector<double>& part) {
+      for (std::size_t i = 0; i < sum.size(); ++i) sum[i] += weight * part[i];
+    };
+    add(state.q, node->level.state.q);
+    add(state.v, node->level.state.v);
+    add(state.z, node->level.state.z);
+    at += weight * node->base_at[1 - key];
+    length += weight * node->level.length;
+  }
+  return all;
+}
+
+/// The bifurcation near a point of the plane. The search begins at a motion that is predicted from those of the
+/// last points, which have equal values of a positive quantity.
 std::optional<BifurcationCurve::Located> BifurcationCurve::locate(const std::vector<Located>& points,
-                                                                  double ahead, int free, const Plane& near,
+                                                                  int free, const Plane& near,
                                                                   std::string& reason) const {
   const auto& last = points.back();
-  const auto of = static_cast<std::size_t>(free);
-  const auto s = solver(free, near[1 - of] * range_[1 - of]);
+  const auto* before = points.size() > 1 ? &points[points.size() - 2] : nullptr;
+  const auto of = static_cast<std::size_t>(free), other = 1 - of;
+  const auto s = solver(free, near[other] * range_[other]);
   Located p;
   p.at = near;
   p.free = free;
+  p.slope = last.slope;
   auto& base = p.motion;
-  base.parameter = near[of] * range_[of];
-  // The motion next to the last bifurcation keeps its distance from it.
-  if (is_positive() && free == last.free) base.parameter += last.motion.parameter - last.at[of] * range_[of];
-  base.point.state = last.motion.point.state;
-  double length = last.motion.model->map.length();
-  if (points.size() > 1) {
-    const auto& before = points[points.size() - 2].motion;
-    extrapolate(base.point.state.q, before.point.state.q, ahead);
-    extrapolate(base.point.state.v, before.point.state.v, ahead);
-    extrapolate(base.point.state.z, before.point.state.z, ahead);
-    length += ahead * (length - before.model->map.length());
-  }
+  const auto begin = predicted(points, other, near[other]);
+  base.point.state = begin.state;
+  base.parameter = begin.at * range_[of];
   Scene scene = scene_;
-  set_number_key(scene, keys_[1 - of], Family::nonsmooth, near[1 - of] * range_[1 - of]);
+  set_number_key(scene, keys_[other], Family::nonsmooth, near[other] * range_[other]);
   base.model = std::make_shared<BranchModel>(scene, s.setup(), s.periods(), base.parameter);
   auto& map = base.model->map;
-  map.set_closed(last.motion.model->map.closed());
-  if (s.setup().autonomous) map.set_length(length);
-  reason = map.shift(std::vector<double>(last.motion.point.starts.front().size()), base.point.state);
+  map.set_closed(last.base.model->map.closed());
+  if (s.setup().autonomous) map.set_length(begin.length);
+  reason = map.shift(std::vector<double>(last.base.point.starts.front().size()), base.point.state);
   if (!reason.empty()) return {};
   map.chart(base.point.state);
   const auto f = map.size();
-  base.tangent = last.motion.tangent;
-  base.tangent.head(f) = map.local(last.motion.model->map.displacement(last.motion.tangent.head(f)));
-  base.tangent /= length_of(base.tangent, f);
-  p.slope = last.slope;
-  if (free != last.free) {
-    turn(base.tangent, f);
-    p.slope = 0;
+  auto& tangent = base.tangent = last.base.tangent;
+  tangent.head(f) = map.local(last.base.model->map.displacement(last.base.tangent.head(f)));
+  if (before && free != last.free) {
+    // The tangent along the other key: less the part along the curve by which the fixed key changes.
+    const double share = tangent[tangent.size() - 1] / (last.base_at[other] - before->base_at[other]);
+    auto change = all_of(last.level.state);
+    const auto earlier = all_of(before->level.state);
+    for (std::size_t i = 0; i < change.size(); ++i) change[i] -= earlier[i];
+    tangent.head(f) -= share / s.scale() * map.local(change);
+    tangent[tangent.size() - 1] = -share * (last.base_at[of] - before->base_at[of]);
   }
+  const double size = length_of(tangent, f);
+  tangent /= size;
+  p.slope /= size;
   if (!(is_positive() ? vanishing(s, p, reason) : zero(s, p, reason))) return {};
   return p;
 }
@@ -222,7 +263,7 @@ std::vector<BifurcationCurve::Located> BifurcationCurve::follow_to(
   std::vector<Located> points{from};
   Plane direction{0, side};
   const double greatest = second_.step ? *second_.step / range_[1] : default_step;
-  double step = first_share * greatest, last_step = 0;
+  double step = first_share * greatest;
   while (points.size() < most_points) {
     const auto& last = points.back();
     std::size_t stepped = std::abs(direction[1]) >= std::abs(direction[0]) ? 1 : 0;
@@ -245,8 +286,7 @@ std::vector<BifurcationCurve::Located> BifurcationCurve::follow_to(
     }
     std::optional<Located> next;
     try {
-      next =
-          locate(points, last_step > 0 ? length / last_step : 0, static_cast<int>(1 - stepped), near, reason);
+      next = locate(points, static_cast<int>(1 - stepped), near, reason);
     } catch (const ModelError& e) {
       reason = e.what();
     }
@@ -269,12 +309,12 @@ std::vector<BifurcationCurve::Located> BifurcationCurve::follow_to(
     points.push_back(std::move(*next));
     if (on_point) on_point(point_of(points.back()));
     direction = {chord[0] / size, chord[1] / size};
-    last_step = size;
     if (!ends.empty()) {
       reason = ends;
       return points;
     }
-    step = std::min(greatest, growth * step);
+    if (points.back().iterations <= few_iterations) step = std::min(greatest, growth * step);
+    if (points.back().iterations >= many_iterations) step *= reduction;
   }
   reason = fmt::format("{} points", most_points);
   return points;
@@ -295,12 +335,21 @@ CurvePoint BifurcationCurve::point_of(const Located& p) const {
 std::pair<std::vector<CurvePoint>, CurveEnds> BifurcationCurve::follow(
     const std::function<void(const CurvePoint&)>& on_point) {
   const double second = number_of_key(scene_, second_.key, Family::nonsmooth);
-  Located from{.at = {start_.parameter / range_[0], second / range_[1]}, .motion = start_.motion};
-  if (on_point) on_point(point_of(from));
   CurveEnds ends;
   ends.curve = number_;
   ends.kind = start_.kind;
   ends.parameter = start_.parameter;
+  Located from;
+  from.at = {start_.parameter / range_[0], second / range_[1]};
+  from.motion = start_.motion;
+  from.slope = start_.slope;
+  set_base(from, start_.motion, start_.solver.guess(start_.motion, 0));
+  std::string reason;
+  if (is_positive() && !vanishing(solver(0, second), from, reason)) {
+    ends.reasons[0] = ends.reasons[1] = reason;
+    return {{}, std::move(ends)};
+  }
+  if (on_point) on_point(point_of(from));
   auto list = follow_to(-1, from, on_point, ends.reasons[0]);
   std::ranges::reverse(list);
   const auto up = follow_to(1, from, on_point, ends.reasons[1]);

@@ -27,6 +27,7 @@ struct CurveStart {
   BranchMotion motion;     ///< at the bifurcation; of a positive quantity, with a small value
   Positive quantity = {};  ///< of a grazing impact or lift-off
   double parameter = 0;    ///< of the first key
+  double slope = 0;        ///< of the share of the quantity, by arclength
 };
 
 class BifurcationCurve {
@@ -43,6 +44,10 @@ class BifurcationCurve {
   struct Located {
     Plane at{};
     BranchMotion motion;
+    BranchMotion base;   // from which the next one is predicted
+    BranchGuess level;   // beside it, of an equal value of a positive quantity for all points
+    Plane base_at{};     // of `level`
+    int iterations = 0;  // for the first motion
     double residual = 0;
     int free = 0;      // the key along which it was located
     double slope = 0;  // of the test function or positive quantity, by arclength
@@ -52,9 +57,19 @@ class BifurcationCurve {
                                  const std::function<void(const CurvePoint&)>& on_point,
                                  std::string& reason) const;
   BranchSolver solver(int free, double fixed) const;
-  std::optional<Located> locate(const std::vector<Located>& points, double ahead, int free, const Plane& near,
+  std::optional<Located> locate(const std::vector<Located>& points, int free, const Plane& near,
                                 std::string& reason) const;
   bool zero(const BranchSolver& solver, Located& p, std::string& reason) const;
+  struct Predicted {
+    State state;
+    double at = 0;      // of the other key, over its range
+    double length = 0;  // s, N T
+  };
+
+  void set_base(Located& p, BranchMotion m, BranchGuess level) const;
+  Predicted predicted(const std::vector<Located>& points, std::size_t key, double x) const;
+  std::optional<BranchMotion> at_level(const BranchSolver& solver, BranchMotion m, double level,
+                                       double& slope, std::string& reason) const;
   bool vanishing(const BranchSolver& solver, Located& p, std::string& reason) const;
   std::optional<BranchMotion> along(const BranchSolver& solver, const BranchMotion& m, double distance,
                                     std::string& reason) const;

@@ -12,6 +12,8 @@ namespace {
 using Eigen::VectorXd;
 
 constexpr int most_locations = 40;
+/// The test function has reached its errors if it is not halved by this number of motions.
+constexpr int most_idle = 4;
 /// A bifurcation is located to this share of the bracket, or until the test function vanishes to rounding.
 constexpr double located_share = 1e-12;
 /// A pair with a smaller imaginary part is real: no torus begins there.
@@ -55,7 +57,9 @@ std::optional<BranchEvent> locate(const BranchSolver& solver, const BranchMotion
   double a = 0, fa = at_base, b = distance, fb = at_next;
   std::optional<BranchEvent> best;
   std::string reason;
-  for (int i = 0; i < most_locations && b - a > located_share * distance; ++i) {
+  double halved = INFINITY;  // the value from which the next one has to be halved
+  int idle = 0;
+  for (int i = 0; i < most_locations && idle < most_idle && b - a > located_share * distance; ++i) {
     double s = (a * fb - b * fa) / (fb - fa);
     if (!(s > a && s < b)) s = 0.5 * (a + b);
     auto m = solver.along(base, s, reason);
@@ -65,6 +69,11 @@ std::optional<BranchEvent> locate(const BranchSolver& solver, const BranchMotion
     if (std::abs(f) <= std::abs(last) || !best)
       best = BranchEvent{.distance = s, .motion = std::move(*m), .residual = f};
     if (f == 0 || std::abs(s - before) < located_share * distance) break;
+    ++idle;
+    if (std::abs(f) < 0.5 * halved) {
+      halved = std::abs(f);
+      idle = 0;
+    }
     if ((f > 0) == (fb > 0)) {
       b = s;
       fb = f;
@@ -137,11 +146,15 @@ VectorXd doubling_direction(const BranchMotion& flip) {
   return eigen.vectors.col(nearest).real().normalized();
 }
 
+double greatest_speed(const BranchMotion& m) {
+  double fastest = m.point.end.fastest;
+  for (const auto& onset : m.point.end.onsets) fastest = std::max(fastest, -onset.rate);
+  return fastest;
+}
+
 std::vector<Positive> positive_quantities(const BranchMotion& m) {
   std::vector<Positive> list;
-  double fastest = 0;
-  for (const double v : m.point.state.v) fastest = std::max(fastest, std::abs(v));
-  for (const auto& onset : m.point.end.onsets) fastest = std::max(fastest, -onset.rate);
+  const double fastest = greatest_speed(m);
   for (std::size_t i = 0; i < m.point.end.onsets.size(); ++i) {
     const double speed = -m.point.end.onsets[i].rate;
     list.push_back({BifurcationKind::grazing, i, speed, speed / fastest});
@@ -156,6 +169,20 @@ std::vector<Positive> positive_quantities(const BranchMotion& m) {
 Positive least_positive(const BranchMotion& m) {
   const auto list = positive_quantities(m);
   return list.empty() ? Positive() : *std::ranges::min_element(list, {}, &Positive::share);
+}
+
+bool falling(const std::vector<BranchMotion>& motions, const Positive& last) {
+  if (motions.size() < 2) return false;
+  return std::ranges::any_of(positive_quantities(motions[motions.size() - 2]), [&](const Positive& before) {
+    return before.same(last) && last.value < before.value;
+  });
+}
+
+double slope_of(const BranchSolver& solver, const BranchMotion& m, const BranchMotion& before,
+                const Positive& quantity) {
+  for (const auto& p : positive_quantities(before))
+    if (p.same(quantity)) return (p.share - quantity.share) / solver.distance(m, before);
+  return 0;
 }
 
 std::string contact_name(const BranchMotion& m, const Positive& p) {

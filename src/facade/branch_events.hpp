@@ -48,6 +48,9 @@ std::optional<BranchEvent> reach_key(const BranchSolver& solver, const BranchMot
 /// The tangent of the branch of doubled period at a flip, in coordinates of the motion.
 Eigen::VectorXd doubling_direction(const BranchMotion& flip);
 
+/// Greatest rate of a coordinate or gap rate of an onset during a motion, the unit of approach speeds.
+double greatest_speed(const BranchMotion& m);
+
 /// A quantity that is positive in all motions of a branch: the approach speed of an onset (m/s), or the least
 /// normal force of a lasting contact (N). The branch ends where it comes to 0.
 struct Positive {
@@ -61,6 +64,12 @@ struct Positive {
 std::vector<Positive> positive_quantities(const BranchMotion& m);
 /// That with the least share, if any; NaN share: none.
 Positive least_positive(const BranchMotion& m);
+
+/// Whether a quantity of the last motion is less than that of the motion before.
+bool falling(const std::vector<BranchMotion>& motions, const Positive& last);
+/// Derivative of the share of a quantity of a motion by arclength, from a motion before it.
+double slope_of(const BranchSolver& solver, const BranchMotion& m, const BranchMotion& before,
+                const Positive& quantity);
 
 /// Name of its contact.
 std::string contact_name(const BranchMotion& m, const Positive& p);

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "facade/branch_events.hpp"
+
 namespace freeplay {
 namespace {
 
@@ -21,13 +23,6 @@ std::optional<std::size_t> added(const std::vector<int>& shorter, const std::vec
   const auto [a, b] = std::ranges::mismatch(shorter, longer);
   const auto at = b - longer.begin();
   return std::equal(a, shorter.end(), b + 1) ? std::optional(static_cast<std::size_t>(at)) : std::nullopt;
-}
-
-double greatest_speed(const BranchMotion& m) {
-  double fastest = 0;
-  for (const double v : m.point.end.state.v) fastest = std::max(fastest, std::abs(v));
-  for (const auto& onset : m.point.end.onsets) fastest = std::max(fastest, -onset.rate);
-  return fastest;
 }
 
 std::optional<NewContact> new_contact_of(const BranchMotion& m, const EndState& end) {

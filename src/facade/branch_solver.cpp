@@ -22,6 +22,8 @@ constexpr int most_corrections = 12;
 constexpr double accepted_residual = 1e3;
 /// Newton's method has converged if its step is below this.
 constexpr double negligible_step = 1e-11;
+/// It diverges if it changes the key by more than this, over its range.
+constexpr double farthest_step = 1;
 /// Directions with less influence than this, relative, are neutral (facade/orbit.cpp).
 constexpr double neutral_direction = 1e-9;
 
@@ -87,6 +89,13 @@ std::shared_ptr<BranchModel> BranchSolver::model(double parameter, const std::ve
   return m;
 }
 
+/// τ · (x − x_k) − s
+double BranchSolver::excess(const BranchCondition& c, const State& s, double parameter) const {
+  const auto& map = c.base.model->map;
+  return c.tangent.head(map.size()).dot(map.local(difference_of(s, c.base.point.state))) / scale_ +
+         c.tangent[c.tangent.size() - 1] * (parameter - c.base.parameter) / setup_.range() - c.distance;
+}
+
 /// Rows: the map over σ, then the condition. Columns: u/σ, ln T if unknown, ξ.
 MatrixXd BranchSolver::system_at(const BranchCondition& c, const BranchModel& m, const ReturnPoint& p) const {
   const auto f = m.map.size(), extra = static_cast<Eigen::Index>(setup_.autonomous ? 1 : 0);
@@ -130,9 +139,7 @@ std::optional<BranchMotion> BranchSolver::solve(const BranchCondition& c, const 
         reason = "the number of degrees of freedom changes";
         return {};
       }
-      const double beside =
-          c.tangent.head(f).dot(c.base.model->map.local(difference_of(s, c.base.point.state))) / scale_ +
-          c.tangent[c.tangent.size() - 1] * (m.parameter - c.base.parameter) / setup_.range() - c.distance;
+      const double beside = excess(c, s, m.parameter);
       const auto A = system_at(c, *m.model, m.point);
       const MinimumNorm inverse(A, neutral_direction);
       if (m.point.greatest <= accepted && std::abs(beside) < 1e-9 &&
@@ -151,6 +158,7 @@ std::optional<BranchMotion> BranchSolver::solve(const BranchCondition& c, const 
       rest[f] = -beside;
       const VectorXd change = inverse.solve(rest);
       step = length_of(change, f);
+      if (std::abs(change[change.size() - 1]) > farthest_step) break;
       shift = map.displacement(scale_ * change.head(f));
       m.parameter += setup_.range() * change[change.size() - 1];
       if (setup_.autonomous) {
@@ -167,8 +175,7 @@ std::optional<BranchMotion> BranchSolver::solve(const BranchCondition& c, const 
   return {};
 }
 
-std::optional<BranchMotion> BranchSolver::along(const BranchMotion& base, double distance,
-                                                std::string& reason) const {
+BranchGuess BranchSolver::guess(const BranchMotion& base, double distance) const {
   const auto f = base.model->map.size();
   const VectorXd step = distance * base.tangent;
   BranchGuess guess{base.point.state, base.parameter + setup_.range() * step[step.size() - 1],
@@ -180,7 +187,12 @@ std::optional<BranchMotion> BranchSolver::along(const BranchMotion& base, double
     guess.state.v[i] += moved[n + i];
   }
   for (std::size_t k = 0; k < guess.state.z.size(); ++k) guess.state.z[k] += moved[2 * n + k];
-  return solve({base, base.tangent, distance}, guess, reason);
+  return guess;
+}
+
+std::optional<BranchMotion> BranchSolver::along(const BranchMotion& base, double distance,
+                                                std::string& reason) const {
+  return solve({base, base.tangent, distance}, guess(base, distance), reason);
 }
 
 std::optional<BranchMotion> BranchSolver::at_key(const BranchMotion& base, const BranchGuess& guess,

@@ -89,6 +89,12 @@ class BranchSolver {
   /// none.
   std::optional<BranchMotion> begin(const State& near, double parameter, double length, bool rising,
                                     std::string& reason);
+  /// Arclength of a motion from another one, along the tangent of the latter.
+  double distance(const BranchMotion& from, const BranchMotion& to) const {
+    return excess({from, from.tangent, 0}, to.point.state, to.parameter);
+  }
+  /// On the tangent of a motion, at the arclength `distance`.
+  BranchGuess guess(const BranchMotion& base, double distance) const;
   /// The motion at the arclength `distance` from a motion.
   std::optional<BranchMotion> along(const BranchMotion& base, double distance, std::string& reason) const;
   /// The motion at another value of the key near a guess.
@@ -109,6 +115,7 @@ class BranchSolver {
 
  private:
   std::shared_ptr<BranchModel> model(double parameter, const std::vector<int>& closed, double length) const;
+  double excess(const BranchCondition& c, const State& s, double parameter) const;
   Eigen::MatrixXd system_at(const BranchCondition& c, const BranchModel& model, const ReturnPoint& p) const;
   MapKey key() const;
 

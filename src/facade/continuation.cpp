@@ -221,14 +221,6 @@ class Continuation {
     return {};
   }
 
-  /// Whether a quantity of the last motion is less than that of the motion before.
-  static bool falling(const std::vector<BranchMotion>& motions, const Positive& last) {
-    if (motions.size() < 2) return false;
-    return std::ranges::any_of(positive_quantities(motions[motions.size() - 2]), [&](const Positive& before) {
-      return before.same(last) && last.value < before.value;
-    });
-  }
-
   void report(const Begun& b, BranchEvent& e, int count) {
     Bifurcation found{.kind = e.kind, .at = point_of(b, e.motion, count), .joint = {}, .follows = {}};
     found.residual = e.residual;
@@ -292,7 +284,8 @@ class Continuation {
     found.at.orbit.state = g.state;
     found.joint = contact_name(m, quantity);
     found.residual = g.error;
-    keep_curve({quantity.kind, b.solver, m, quantity, g.parameter});
+    const auto& before = motions[motions.size() - 2];
+    keep_curve({quantity.kind, b.solver, m, quantity, g.parameter, slope_of(b.solver, m, before, quantity)});
     if (quantity.kind == BifurcationKind::grazing) return graze(b, m, g, quantity.index, std::move(found));
     found.at.orbit.lasting[quantity.index].least_force = 0;
     found.follows = "the contact separates for a part of the motion";
@@ -316,11 +309,7 @@ class Continuation {
       if (motion->tangent_key() * side < 0) motion->tangent = -motion->tangent;
       found.follows =
           side == with_impact ? "turns back without this impact" : "continues without this impact";
-      if (count_ < most_branches) {
-        found.new_branch = ++count_;
-        branches_.push_back({b.solver, std::move(*motion), fmt::format("grazing at {:.9g}", g.parameter),
-                             found.new_branch, b.doublings});
-      }
+      begin_beside(b, std::move(*motion), found);
       break;
     }
     if (found.follows.empty()) found.follows = "no motion without this impact is found nearby";
@@ -357,19 +346,26 @@ class Continuation {
     found.residual = step * b.solver.setup().range() * std::abs(m.tangent_key());
     std::string reason;
     if (auto motion = first_with_impact(b.solver, m, grazed, reason)) {
+      const auto quantity = positive_quantities(*motion)[grazed.onset];
+      keep_curve({BifurcationKind::grazing, b.solver, *motion, quantity, m.parameter,
+                  -quantity.share / b.solver.distance(*motion, m)});
       const bool onwards = (motion->parameter - m.parameter) * m.tangent_key() > 0;
       found.follows = onwards ? "continues with this impact" : "turns back with this impact";
-      if (count_ < most_branches) {
-        found.new_branch = ++count_;
-        branches_.push_back({b.solver, std::move(*motion), fmt::format("grazing at {:.9g}", m.parameter),
-                             found.new_branch, b.doublings});
-      }
+      begin_beside(b, std::move(*motion), found);
     } else {
       found.follows = "no motion with this impact is found nearby";
     }
     const auto joint = found.joint;
     add(std::move(found));
     return fmt::format("it begins to touch {}", joint);
+  }
+
+  /// Begins a branch at a grazing impact.
+  void begin_beside(const Begun& b, BranchMotion motion, Bifurcation& found) {
+    if (count_ >= most_branches) return;
+    found.new_branch = ++count_;
+    branches_.push_back({b.solver, std::move(motion), fmt::format("grazing at {:.9g}", found.at.parameter),
+                         found.new_branch, b.doublings});
   }
 
   std::optional<BranchMotion> beside_grazing(const BranchSolver& solver, const BranchMotion& m,

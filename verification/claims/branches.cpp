@@ -261,6 +261,49 @@ void curves(Findings& f) {
       eight_digits, "forced linear oscillation in closed form", enough_digits);
 }
 
+/// Curves of grazing impacts, from a branch whose impact becomes slow, and from one that begins to touch the stop.
+void grazing_curves(Findings& f) {
+  const reference::ImpactOscillator o{0.5L, 1, 200, 4.9L, 30, 0.02L, 0.7L, 1, false};
+  const auto period = static_cast<double>(o.period());
+  long double impact = 0;
+  const auto text = scenes::impact_oscillator(o, impact);
+  const std::string tolerance = "nonsmooth.tolerance=1e-10";
+  // The steady oscillation without impacts, F/(k - m w² + i c w), at the start of the scene.
+  const auto steady =
+      static_cast<double>(o.force) /
+      std::complex<double>(static_cast<double>(o.stiffness - o.mass * o.frequency * o.frequency),
+                           static_cast<double>(o.damping * o.frequency));
+  const std::vector<std::string> without{
+      tolerance, fmt::format("bodies.mass.position=[{:.17g}, 0]", steady.imag()),
+      fmt::format("bodies.mass.velocity=[{:.17g}, 0]", static_cast<double>(o.frequency) * steady.real())};
+  for (const auto& [subject, options] :
+       {std::pair("with impact", std::vector{tolerance}), std::pair("without impact", without)})
+    f.at_most(
+        fmt::format("oscillator with a stop, from a motion {}: greatest relative error of the force of the "
+                    "grazing impact, period raised by 1 % [event-driven]",
+                    subject),
+        "",
+        curve_error(continue_orbit(parse_scene(text, "oscillator", options),
+                                   {.key = "curves.force.amplitude",
+                                    .from = static_cast<double>(o.force),
+                                    .to = 5.06,
+                                    .step = 0.01,
+                                    .settle = 0,
+                                    .second = SecondKey{"curves.force.period",
+                                                        period,
+                                                        1.01 * period,
+                                                        0.01 * period,
+                                                        {BifurcationKind::grazing}}}),
+                    BifurcationKind::grazing, 4,
+                    [&](double T) {
+                      auto other = o;
+                      other.frequency = 2 * reference::LoadedTable::pi() / T;
+                      return other.grazing();
+                    }),
+        1e-7, "steady oscillation of the amplitude of the stop",
+        "extrapolated by polynomials with errors of the order of 1e-8");
+}
+
 void torus(Findings& f) {
   const std::string source = "matrix exponential, and Hurwitz's condition for the characteristic polynomial";
   const reference::TwoMassOscillator o{1, 3, 2, 2, 0.2L, 0.2L, 1, 1.7135L, 0.742L};
@@ -292,6 +335,27 @@ void torus(Findings& f) {
         return worst;
       },
       "greatest error of the characteristic polynomial along the branch", eight_digits, source, required);
+  const auto period = static_cast<double>(o.period());
+  f.at_most(
+      "two masses with a stop: greatest relative error of the restitution at which a torus begins, period raised "
+      "by 0.2 % [event-driven]",
+      "",
+      curve_error(
+          continue_orbit(
+              parse_scene(scenes::two_mass_oscillator(o), "masses", {"nonsmooth.tolerance=1e-10"}),
+              {.key = "surfaces.hard.restitution",
+               .from = static_cast<double>(o.restitution),
+               .to = 0.755,
+               .step = 0.01,
+               .settle = 0,
+               .second = SecondKey{"curves.force.period", period, 1.002 * period, 0.002 * period, {}}}),
+          BifurcationKind::torus, 4,
+          [&](double T) {
+            auto other = o;
+            other.frequency = 2 * reference::TwoMassOscillator::pi() / T;
+            return other.torus(0.7L, 0.8L);
+          }),
+      eight_digits, source, enough_digits);
 }
 
 }  // namespace
@@ -303,6 +367,7 @@ Findings branches() {
   liftoffs(f);
   torus(f);
   curves(f);
+  grazing_curves(f);
   return f;
 }
 
