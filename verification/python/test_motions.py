@@ -1,0 +1,168 @@
+"""Periodic motions, their branches and Lyapunov exponents, against closed forms."""
+
+import unittest
+
+import numpy as np
+
+import freeplay as fp
+
+OSCILLATOR = {
+    "gravity": [0.0, 0.0],
+    "bodies": {"mass": {"mass": 1.0, "inertia": 0.01, "position": [0.0, 0.0]}},
+    "joints": {
+        "rail": {
+            "type": "translational",
+            "between": ["ground", "mass"],
+            "at": [[0.0, 0.0], [0.0, 0.0]],
+            "axis": [1.0, 0.0],
+        }
+    },
+    "loads": {
+        "spring": {
+            "type": "spring-damper",
+            "between": ["ground", "mass"],
+            "at": [[-1.0, 0.0], [0.0, 0.0]],
+            "stiffness": 100.0,
+            "free_length": 1.0,
+            "damping": 4.0,
+        }
+    },
+    "contacts": {"stop": {"type": "travel-stop", "joint": "rail", "upper": 10.0, "surface": "hard"}},
+    "surfaces": {"hard": {"restitution": 0.5}},
+    "curves": {"force": {"shape": "harmonic", "amplitude": 5.0, "period": 1.0}},
+    "drives": {"shaker": {"joint": "rail", "force": "force", "against": "time"}},
+    "run": {"duration": 1.0, "start": "given"},
+    "nonsmooth": {"scheme": "event-driven"},
+}
+
+
+class Motions(unittest.TestCase):
+    def test_orbit(self):
+        found = fp.orbit(OSCILLATOR, settle=2)
+        self.assertEqual(found.failure, "")
+        self.assertTrue(found.stable)
+        self.assertEqual(len(found.impacts), 0)
+        # exp(lambda T) with lambda^2 + 4 lambda + 100 = 0 and T = 1 s
+        self.assertAlmostEqual(abs(found.multipliers[0]), np.exp(-2), delta=1e-7)
+        self.assertAlmostEqual(abs(np.angle(found.multipliers[0])), abs(np.angle(np.exp(96**0.5 * 1j))), delta=1e-6)
+        stepped = fp.orbit(OSCILLATOR, settle=2, set={"nonsmooth.scheme": "moreau-jean"})
+        self.assertGreater(stepped.step_error, 0)
+        self.assertAlmostEqual(abs(stepped.multipliers[0]), np.exp(-2), delta=1e-4)
+        with self.assertRaises(fp.SceneError):
+            fp.orbit(OSCILLATOR, shift=["x"])
+        twice = fp.orbit(OSCILLATOR, settle=2, periods=2)
+        self.assertAlmostEqual(abs(twice.multipliers[0]), np.exp(-4), delta=1e-7)
+        with self.assertRaisesRegex(fp.SceneError, "contradicts"):
+            fp.orbit(OSCILLATOR, settle=2, period=2.0)
+        # Without force and damper the period is 2 pi/10 s at any amplitude.
+        free = {name: part for name, part in OSCILLATOR.items() if name not in ("curves", "drives")}
+        free["bodies"] = {"mass": {"mass": 1.0, "inertia": 0.01, "position": [0.05, 0.0]}}
+        swing = fp.orbit(free, settle=0, period=0.6, set={"loads.spring.damping": 0.0})
+        self.assertEqual(swing.failure, "")
+        self.assertAlmostEqual(swing.period, 2 * np.pi / 10, delta=1e-8)
+        # Without a contact the penalty formulation has the same motion.
+        smooth = {name: part for name, part in OSCILLATOR.items() if name not in ("contacts", "surfaces")}
+        stiff = fp.orbit(smooth, "penalty", settle=2)
+        self.assertAlmostEqual(abs(stiff.multipliers[0]), np.exp(-2), delta=1e-5)
+
+    def test_continue_orbit(self):
+        found = fp.continue_orbit(OSCILLATOR, "curves.force.amplitude", 5.0, 6.0, settle=2)
+        self.assertEqual(found.failure, "")
+        self.assertGreater(len(found.points), 5)
+        # The multipliers of a linear oscillator do not depend on the force, and its motion is proportional to it.
+        self.assertLess(np.ptp(found.points["greatest_modulus"]), 1e-6)
+        first, last = found.orbits[0], found.orbits[-1]
+        ratio = found.points["parameter"].iloc[-1] / found.points["parameter"].iloc[0]
+        self.assertAlmostEqual(last.q[0], ratio * first.q[0], delta=1e-7)
+        self.assertEqual(len(found.bifurcations), 0)
+        self.assertEqual((len(found.curves), len(found.curve_ends)), (0, 0))
+
+    def test_continue_orbit_over_two_keys(self):
+        # A body on a table that moves as A sin(w t + 2) lifts off at A w^2 = g.
+        g, period = 9.81, 0.1
+
+        def at(T):
+            return g * (T / (2 * np.pi)) ** 2
+
+        near, w = 0.9 * at(period), 2 * np.pi / period
+        rail = {"type": "translational", "axis": [0.0, 1.0]}
+        carried = {
+            "gravity": [0.0, -g],
+            "bodies": {
+                "table": {"mass": 1.0, "inertia": 0.01},
+                "load": {
+                    "mass": 0.3,
+                    "inertia": 0.01,
+                    "position": [0.0, 0.05 + near * np.sin(2)],
+                    "velocity": [0.0, near * w * np.cos(2)],
+                },
+            },
+            "joints": {
+                "guide": {"between": ["ground", "table"], **rail},
+                "rail": {"between": ["ground", "load"], **rail},
+            },
+            "contacts": {
+                "pair": {"type": "plane", "between": ["table", "load"], "radius": 0.05, "surface": "hard"}
+            },
+            "surfaces": {"hard": {"restitution": 0.5}},
+            "curves": {"shake": {"shape": "harmonic", "amplitude": near, "period": period, "phase": 2.0}},
+            "drives": {"shaker": {"joint": "guide", "position": "shake"}},
+            "run": {"duration": 1.0, "start": "assembled"},
+            "nonsmooth": {"scheme": "event-driven", "tolerance": 1e-10},
+        }
+        found = fp.continue_orbit(
+            carried,
+            "curves.shake.amplitude",
+            0.8 * at(period),
+            1.6 * at(period),
+            start=near,
+            step=0.2 * at(period),
+            settle=0,
+            second="curves.shake.period",
+            second_from=period,
+            second_to=1.02 * period,
+            second_step=0.01 * period,
+            curves=["liftoff"],
+        )
+        self.assertEqual(found.failure, "")
+        # The branch begins at the start and is followed to both sides.
+        self.assertAlmostEqual(found.points["parameter"].iloc[0], near, delta=1e-12)
+        self.assertAlmostEqual(found.points["parameter"].min(), 0.8 * at(period), delta=1e-9)
+        self.assertEqual(list(found.bifurcations["kind"]), ["liftoff"])
+        self.assertAlmostEqual(found.bifurcations["parameter"].iloc[0] / at(period), 1, delta=1e-8)
+        self.assertEqual(list(found.curve_ends["kind"]), ["liftoff"])
+        self.assertEqual(found.curve_ends["points"].sum(), len(found.curves))
+        self.assertGreater(len(found.curves), 3)
+        self.assertEqual(set(found.curves["joint"]), {"pair"})
+        # Eight digits, as the claims of curves over two keys have them.
+        error = found.curves["parameter"] / at(found.curves["second"]) - 1
+        self.assertLess(abs(error).max(), 1e-8)
+        with self.assertRaises(TypeError):
+            fp.continue_orbit(OSCILLATOR, "curves.force.amplitude", 5.0, 6.0, second="contacts.stop.upper")
+        with self.assertRaises(TypeError):
+            fp.continue_orbit(OSCILLATOR, "curves.force.amplitude", 5.0, 6.0, curves=["fold"])
+        with self.assertRaisesRegex(fp.SceneError, "no kind of curve"):
+            fp.continue_orbit(
+                OSCILLATOR,
+                "curves.force.amplitude",
+                5.0,
+                6.0,
+                second="contacts.stop.upper",
+                second_from=5.0,
+                second_to=15.0,
+                curves=["sequence"],
+            )
+
+    def test_lyapunov(self):
+        found = fp.lyapunov(OSCILLATOR, set={"run.duration": 40.0})
+        self.assertEqual(found.failure, "")
+        # x'' + 4 x' + 100 x = f(t): both exponents are -2/s, up to the phase at the ends of 36 s.
+        self.assertEqual(len(found.exponents), 2)
+        for value in found.exponents["value"]:
+            self.assertAlmostEqual(value, -2, delta=0.1)
+        self.assertAlmostEqual(found.sum, -4, delta=1e-6)
+        self.assertAlmostEqual(found.sum_predicted, -4, delta=1e-6)
+
+
+if __name__ == "__main__":
+    unittest.main()
