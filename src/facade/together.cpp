@@ -10,8 +10,6 @@
 
 namespace freeplay {
 
-namespace {
-
 /// Divides the CPU time of a thread equally among the runs that are in progress.
 class SharedClock {
  public:
@@ -36,8 +34,6 @@ class SharedClock {
   std::vector<double*> open_;
   double last_ = thread_seconds();
 };
-
-}  // namespace
 
 /// One call of run_together().
 class Simulation::Group {

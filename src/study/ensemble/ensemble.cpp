@@ -29,9 +29,6 @@
 #include "study/runs/run_together.hpp"
 
 namespace freeplay {
-namespace {
-
-constexpr double most_bytes = 2e9;
 
 /// Observer that records chosen columns at given times.
 class Sampled final : public Observer {
@@ -81,6 +78,10 @@ class Sampled final : public Observer {
   std::vector<double> q_, v_;
   std::vector<ContactPlace> contacts_;
 };
+
+namespace {
+
+constexpr double most_bytes = 2e9;
 
 std::vector<Column> chosen(const Layout& layout, const std::vector<std::string>& names) {
   std::vector<Column> all = trajectory_columns(layout), found;
