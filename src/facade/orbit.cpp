@@ -7,6 +7,7 @@
 #include <array>
 #include <cmath>
 #include <numbers>
+#include <string>
 #include <utility>
 #include <vector>
 
@@ -16,6 +17,7 @@
 #include "facade/orbit_shift.hpp"
 #include "facade/return_map.hpp"
 #include "facade/simulation.hpp"
+#include "formulations/sensitivity.hpp"
 #include "mechanism/scene.hpp"
 #include "numerics/dense.hpp"
 

@@ -25,6 +25,7 @@
 #include <utility>
 #include <vector>
 
+#include "formulations/penalty/penalty_mode.hpp"
 #include "formulations/sensitivity.hpp"
 #include "numerics/dense.hpp"
 #include "values/family.hpp"
