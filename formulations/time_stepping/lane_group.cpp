@@ -35,7 +35,7 @@ LaneGroup::LaneGroup(LaneFunctions functions, const MoreauStepper& like)
             entries = static_cast<int>(d.middle.G.size()),
             all_ratios = std::accumulate(functions_.ratios.begin(), functions_.ratios.end(), 0);
   const auto state = [&](Block& q, Block& v, Block& drive, Block& stabilisation, Block& gaps, Block& records,
-                         Block& totals, Block& ratios) {
+                         Block& totals, Block& slides, Block& ratios) {
     return std::vector<std::pair<Block*, int>>{{&q, n},
                                                {&v, n},
                                                {&drive, 1},
@@ -43,12 +43,13 @@ LaneGroup::LaneGroup(LaneFunctions functions, const MoreauStepper& like)
                                                {&gaps, K},
                                                {&records, K * lane_record_size},
                                                {&totals, lane_total_size},
+                                               {&slides, static_cast<int>(functions_.slides.size())},
                                                {&ratios, all_ratios}};
   };
-  const auto blocks = state(q_, v_, drive_, stabilisation_, gaps_, records_, totals_, ratios_);
+  const auto blocks = state(q_, v_, drive_, stabilisation_, gaps_, records_, totals_, slides_, ratios_);
   divide(state_room_, blocks);
   divide(saved_room_, state(saved_q_, saved_v_, saved_drive_, saved_stabilisation_, saved_gaps_,
-                            saved_records_, saved_totals_, saved_ratios_));
+                            saved_records_, saved_totals_, saved_slides_, saved_ratios_));
   for (const auto& [block, size] : blocks) state_size_ += static_cast<std::size_t>(size * width_);
   divide(work_room_, {{&middle_q_, n},
                       {&cosine_, bodies},
@@ -73,6 +74,11 @@ LaneGroup::LaneGroup(LaneFunctions functions, const MoreauStepper& like)
                       {&acts_, K},
                       {&opens_, K},
                       {&facts_, 2 * K},
+                      {&slide_row_, row_size},
+                      {&slide_gamma_, 1},
+                      {&slide_asked_, 1},
+                      {&slide_reach_, K},
+                      {&tolerance_, 1},
                       {&unused_, 1}});
   potential_ = system.has_potential();
   q_one_.resize(static_cast<std::size_t>(n));
@@ -119,18 +125,39 @@ void LaneGroup::connect() {
       middle_out_.push_back(x);
     end_out_.push_back(part(gaps_, k));
     double* record = part(records_, lane_record_size * k);
-    contact_in_.push_back({h_.data, factors_.data, G_.data, part(normal_, row_size * k),
-                           part(tangent_, row_size * k), part(rates_, 4 * k), gamma_n_.data, gamma_t_.data,
-                           middle_gap_.data, normal_.data, v_.data, lambda_.data, force_.data, saved_v_.data,
-                           part(acts_, k), part(facts_, 2 * k), record, totals_.data});
-    contact_out_.push_back({v_.data, lambda_.data, force_.data, record, totals_.data});
+    contact_in_.push_back({h_.data,
+                           factors_.data,
+                           G_.data,
+                           part(normal_, row_size * k),
+                           part(tangent_, row_size * k),
+                           part(rates_, 4 * k),
+                           gamma_n_.data,
+                           gamma_t_.data,
+                           middle_gap_.data,
+                           normal_.data,
+                           v_.data,
+                           lambda_.data,
+                           force_.data,
+                           saved_v_.data,
+                           part(acts_, k),
+                           part(facts_, 2 * k),
+                           record,
+                           totals_.data,
+                           slide_row_.data,
+                           slide_gamma_.data,
+                           slides_.data});
+    contact_out_.push_back({v_.data, lambda_.data, force_.data, record, totals_.data, slides_.data});
     open_in_.push_back({t_end_.data, middle_q_.data, cosine_.data, sine_.data, factors_.data, G_.data,
                         part(normal_, row_size * k), q_.data, gaps_.data, part(opens_, k), totals_.data,
                         record, part(facts_, 2 * k)});
     open_out_.push_back({q_.data, gaps_.data, totals_.data, record});
   }
-  middle_out_.push_back(reach_.data);
-  middle_out_.push_back(ratios_.data);
+  for (double* x : {reach_.data, ratios_.data, slide_row_.data, slide_gamma_.data}) middle_out_.push_back(x);
+  slide_in_ = {h_.data,         factors_.data, G_.data,          slide_row_.data, slide_gamma_.data,
+               slides_.data,    gamma_n_.data, middle_gap_.data, normal_.data,    unused_.data,
+               v_.data,         lambda_.data,  force_.data,      saved_v_.data,   slide_asked_.data,
+               tolerance_.data, totals_.data};
+  slide_out_ = {v_.data, lambda_.data, force_.data, totals_.data, slides_.data, slide_reach_.data};
   end_out_.push_back(totals_.data);
 }
 
@@ -147,6 +174,7 @@ bool LaneGroup::ready(int lane) const {
     const auto& c = s.contacts_[k];
     if (c.soft || c.closed) return false;
     if (c.steps == 0 && !log.is_open(k)) continue;
+    if (slides_.size > 0 && c.steps < 2) return false;  // the next step would not start from its impulses
     if (c.steps == 0 || std::isfinite(log.undecided_since(k)) || ++closed > 1) return false;
   }
   return true;
@@ -163,6 +191,8 @@ void LaneGroup::load(int lane) {
   };
   put(q_, d.q);
   put(v_, d.v);
+  put(slides_, s.problem_.slide_last);
+  at(tolerance_, 0, lane) = s.tolerance_;
   const auto& works = d.totals.integrals;
   const auto& extremes = d.totals.extremes;
   at(drive_, 0, lane) = works.drive;
@@ -208,6 +238,7 @@ void LaneGroup::store(int lane) {
   };
   take(q_, d.q);
   take(v_, d.v);
+  take(slides_, s.problem_.slide_last);
   auto& works = d.totals.integrals;
   auto& extremes = d.totals.extremes;
   works.drive = at(drive_, 0, lane);
@@ -223,7 +254,8 @@ void LaneGroup::store(int lane) {
   work.steps += time.steps;
   work.factorisations += time.steps;
   work.rhs += time.steps;
-  work.lcp_solves += time.pressed;
+  work.lcp_solves += time.solves;
+  if (slides_.size > 0) work.pivots += time.pressed;  // the first mode of each
   int ratio = 0;
   for (std::size_t block = 0; block < least_.size(); ++block) {
     least_[block] = 1;
@@ -253,7 +285,8 @@ void LaneGroup::store(int lane) {
 
 void LaneGroup::set_times() {
   for (int lane = 0; lane < width_; ++lane) {
-    const auto& time = times_[static_cast<std::size_t>(lane)];
+    auto& time = times_[static_cast<std::size_t>(lane)];
+    time.solves_now = 0;
     const double t = time.t_start + static_cast<double>(time.index + 1) * time.step, h = t - time.t;
     at(t_end_, 0, lane) = t;
     at(h_, 0, lane) = h;
@@ -261,26 +294,47 @@ void LaneGroup::set_times() {
   }
 }
 
-/// The contacts' impulses. Returns the bits of lanes where other contacts act than the one that is
-/// closed, or where it is not solved.
+/// The impulses of contacts and of a joint friction. Returns the bits of lanes where other contacts act than
+/// the one that is closed, or where they are not solved.
 unsigned LaneGroup::meet_contacts(unsigned lanes) {
-  unsigned other = 0;
+  unsigned other = 0, open = lanes;
   for (int k = 0; k < contacts_; ++k) {
-    unsigned acting = 0;
-    for (int lane = 0; lane < width_; ++lane) {
-      const bool acts = at(reach_, k, lane) <= 0,
-                 closed = times_[static_cast<std::size_t>(lane)].contact == k;
-      if (acts) acting |= 1u << lane;
-      if (acts != closed) other |= 1u << lane;
-      at(acts_, k, lane) = acts ? 1 : 0;
-    }
-    acting &= lanes & ~other;
-    if (acting == 0) continue;
-    const auto which = static_cast<std::size_t>(k);
-    other |= acting &
-             functions_.contacts[which](constants_, contact_in_[which].data(), contact_out_[which].data());
+    const unsigned acting = lanes_where([&](int lane) { return at(reach_, k, lane) <= 0; }),
+                   closed = closed_at(k);
+    // A joint friction may still press the closed contact.
+    other |= functions_.slides.empty() ? acting ^ closed : acting & ~closed;
+    open &= ~acting;
+    other |= press(k, acting & lanes & ~other);
   }
-  return other;
+  return other | slide(open & ~other);
+}
+
+/// The impulses of a contact that acts in these lanes. Returns the bits of those where it is not solved.
+unsigned LaneGroup::press(int contact, unsigned lanes) {
+  if (lanes == 0) return 0;
+  const auto k = static_cast<std::size_t>(contact);
+  for (int lane = 0; lane < width_; ++lane) {
+    const bool acts = (lanes >> lane & 1) != 0;
+    at(acts_, contact, lane) = acts ? 1 : 0;
+    times_[static_cast<std::size_t>(lane)].solves_now += acts ? 1 : 0;
+  }
+  return lanes & functions_.contacts[k](constants_, contact_in_[k].data(), contact_out_[k].data());
+}
+
+/// The impulse of the joint friction where no contact acts without it; and of a contact that acts with it. Returns
+/// the bits of lanes where it is not the closed one, or where they are not solved.
+unsigned LaneGroup::slide(unsigned lanes) {
+  if (functions_.slides.empty() || lanes == 0) return 0;
+  for (int lane = 0; lane < width_; ++lane) {
+    const bool asked = (lanes >> lane & 1) != 0;
+    at(slide_asked_, 0, lane) = asked ? 1 : 0;
+    times_[static_cast<std::size_t>(lane)].solves_now += asked ? 1 : 0;
+  }
+  unsigned other = lanes & functions_.slides.front()(constants_, slide_in_.data(), slide_out_.data());
+  for (int k = 0; k < contacts_; ++k)
+    other |= lanes_where([&](int lane) { return at(slide_reach_, k, lane) <= 0; }) ^ closed_at(k);
+  for (int k = 0; k < contacts_; ++k) other |= press(k, closed_at(k) & lanes & ~other);
+  return other & lanes;
 }
 
 /// Corrects negative gaps. Returns the bits of lanes where it is not the closed contact's, or is not
@@ -292,10 +346,9 @@ unsigned LaneGroup::open_gaps(unsigned lanes) {
     for (int lane = 0; lane < width_; ++lane) {
       const bool opens = at(gaps_, k, lane) < 0;
       at(opens_, k, lane) = opens ? 1 : 0;
-      if (!opens) continue;
-      deep |= 1u << lane;
-      if (times_[static_cast<std::size_t>(lane)].contact != k) other |= 1u << lane;
+      if (opens) deep |= 1u << lane;
     }
+    other |= deep & ~closed_at(k);
     deep &= lanes & ~other;
     if (deep == 0) continue;
     const auto which = static_cast<std::size_t>(k);
@@ -376,6 +429,7 @@ unsigned LaneGroup::advance(unsigned lanes, long most) {
       ++time.index;
       ++time.steps;
       time.pressed += time.contact >= 0 ? 1 : 0;
+      time.solves += time.solves_now;
     }
     keep_motion(done_ + 1);
     if (bad == 0) continue;

@@ -57,14 +57,27 @@ class LaneGroup {
   struct Times {
     double t = 0, t_start = 0, step = 1;  // s
     long index = 0;
-    long steps = 0, pressed = 0;  // since load(): all steps, and those of a contact
-    int contact = -1;             // that is closed
+    long steps = 0, pressed = 0;      // since load(): all steps, and those of a contact
+    long solves = 0, solves_now = 0;  // of the problem of contacts and friction; in the present step
+    int contact = -1;                 // that is closed
   };
   void divide(std::vector<double>& room, const std::vector<std::pair<Block*, int>>& blocks) const;
   void connect();
   double& at(const Block& block, int i, int lane) const { return block.data[i * width_ + lane]; }
   void set_times();
   unsigned meet_contacts(unsigned lanes);
+  /// The bits of the lanes for which f(lane) holds.
+  unsigned lanes_where(auto f) const {
+    unsigned bits = 0;
+    for (int lane = 0; lane < width_; ++lane)
+      if (f(lane)) bits |= 1u << lane;
+    return bits;
+  }
+  unsigned closed_at(int contact) const {
+    return lanes_where([&](int lane) { return times_[static_cast<std::size_t>(lane)].contact == contact; });
+  }
+  unsigned press(int contact, unsigned lanes);
+  unsigned slide(unsigned lanes);
   unsigned open_gaps(unsigned lanes);
   void account_potential(unsigned lanes);
   void restore(unsigned lanes);
@@ -78,14 +91,16 @@ class LaneGroup {
   std::size_t state_size_ = 0;
   double* constants_ = nullptr;
   // Changed by steps; `saved` has their values before the present one.
-  Block q_, v_, drive_, stabilisation_, gaps_, records_, totals_, ratios_;
+  Block q_, v_, drive_, stabilisation_, gaps_, records_, totals_, slides_, ratios_;
   Block saved_q_, saved_v_, saved_drive_, saved_stabilisation_, saved_gaps_, saved_records_, saved_totals_,
-      saved_ratios_;
+      saved_slides_, saved_ratios_;
   Block middle_q_, cosine_, sine_, phi_t_, G_, gamma_, factors_, force_, lambda_, middle_gap_, normal_,
       tangent_, gamma_n_, gamma_t_, rates_, reach_, free_q_, t_middle_, t_end_, h_, acts_, opens_, facts_,
-      unused_;
+      slide_row_, slide_gamma_, slide_asked_, slide_reach_, tolerance_, unused_;
   std::vector<const double*> middle_in_, end_in_;
   std::vector<double*> middle_out_, end_out_;
+  std::vector<const double*> slide_in_;
+  std::vector<double*> slide_out_;
   std::vector<std::vector<const double*>> contact_in_, open_in_;
   std::vector<std::vector<double*>> contact_out_, open_out_;
   bool potential_ = false;

@@ -21,6 +21,19 @@
 //                in t, q_m, cosine, sine, F, G, normal row, q, gaps, whether it is to be opened (1 or 0),
 //                totals, record, facts as above
 //                out q, gaps, totals, record; all unchanged elsewhere
+//
+// A joint with friction of a given force takes part in each step: middle has its row and γ as further
+// outputs, and contact its row, γ and last impulse as further inputs, and its impulse as output. The contact and
+// the joint then have the mode of their last impulses: both slide, or the contact has no friction. Where no
+// contact acts without impulses:
+//
+//     slide:     impulse of the joint friction,
+//                in h, F, G, its row, γ and last impulse, (6:) γ_n, gaps, normal rows of all contacts, (10:) v,
+//                λ, h f, v₀, whether it is asked for (1 or 0), tolerance, totals
+//                out v, λ, h f, totals, impulse; also the gap that each contact would have at the end
+//
+// If one of these gaps is not positive, v, λ, h f, the work and the impulse are unchanged, and the impulse is
+// computed with the contact. All is unchanged where it is not asked for.
 #pragma once
 
 #include <memory>
@@ -83,6 +96,7 @@ struct LaneFunctions {
   int lanes = 0;
   LaneFunction middle, end;
   std::vector<LaneFunction> contacts, opens;  ///< of each contact
+  std::vector<LaneFunction> slides;           ///< of the joint friction, or none
   int factors = 0;
   std::vector<int> ratios;             ///< of each block of the linear system
   std::shared_ptr<const void> object;  ///< keeps compiled functions loaded

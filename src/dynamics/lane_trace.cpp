@@ -1,100 +1,23 @@
 // Traces the functions of steps in lanes (lane_functions.hpp). The operations and their order are those
 // of formulations/time_stepping and formulations/contact/closed_form.cpp for the steps that lanes do.
 #include <array>
+#include <optional>
+#include <utility>
+#include <vector>
 
+#include "dynamics/lane_closed_forms.hpp"
 #include "dynamics/lane_functions.hpp"
 #include "dynamics/system_functions.hpp"
 #include "dynamics/system_tracer.hpp"
 
 namespace freeplay {
-namespace {
-
-/// x − x: NaN for an infinite or undefined x.
-Traced zero_if_finite(const Traced& x) {
-  const Traced& same = x;
-  return x - same;
-}
-
-/// As in closed_form.cpp.
-constexpr double same_freedom = 1e-12;
-
-Traced less(const Traced& a, const Traced& b) { return holds(a, Relation::less, b); }
-Traced at_most(const Traced& a, const Traced& b) { return holds(a, Relation::less_equal, b); }
-/// std::min(a, b)
-Traced least(const Traced& a, const Traced& b) { return select(less(b, a), b, a); }
-
-/// The impulses of one contact in closed form, and what the step requires of them.
-struct ClosedForm {
-  Traced normal, tangent;  // N s
-  Traced residual, residual_rate;
-  std::vector<Traced> conditions;
-};
-
-/// ContactProblem::solve() of a contact with friction, where it is pressed and regular.
-ClosedForm with_friction(const std::array<Traced, 3>& D, const Traced& bn0, const Traced& bt,
-                         const Traced& target, const Traced& friction, const Traced& tolerance) {
-  ClosedForm s;
-  const auto &nn = D[0], &nt = D[1], &tt = D[2];
-  const auto need = [&](const Traced& condition) { s.conditions.push_back(condition); };
-  const Traced bn = bn0 - target;
-  need(less(bn, 0));
-  const Traced determinant = nn * tt - nt * nt;
-  need(less(Traced(same_freedom) * nn * tt, determinant));
-  const Traced Pn = (-bn * tt + bt * nt) / determinant, Pt = (-bt * nn + bn * nt) / determinant;
-  const Traced sticks = both(at_most(0, Pn), at_most(abs(Pt), friction * Pn));
-  std::array<Traced, 2> slips, P, T;
-  for (int i = 0; i < 2; ++i) {
-    const Traced s_mu = i == 0 ? friction : -friction, slope = nn - s_mu * nt;
-    P[i] = -bn / slope;
-    T[i] = i == 0 ? -(friction * P[i]) : friction * P[i];
-    const Traced rate = bt + nt * P[i] + tt * T[i];
-    slips[i] = both(less(0, slope), both(at_most(0, P[i]), at_most(0, i == 0 ? rate : -rate)));
-  }
-  need(either(sticks, either(slips[0], slips[1])));
-  s.normal = select(sticks, Pn, select(slips[0], P[0], P[1]));
-  s.tangent = select(sticks, Pt, select(slips[0], T[0], T[1]));
-  need(less(0, s.normal));
-  need(less(friction * abs(nt), nn));  // no other motion
-  const Traced u = bt + nt * s.normal + tt * s.tangent, bound = friction * s.normal;
-  const Traced signed_bound = select(less(u, 0), -bound, bound);
-  const std::array<Traced, 3> x{least(abs(nn) * s.normal, bn0 + nn * s.normal + nt * s.tangent - target),
-                                least(abs(u), tt * abs(s.tangent + signed_bound)),
-                                tt * max(0, abs(s.tangent) - bound)};
-  Traced unfinished = zero_if_finite(s.tangent);
-  for (const auto& one : x) {
-    s.residual_rate = max(s.residual_rate, abs(one));
-    unfinished += zero_if_finite(one);
-  }
-  need(holds(unfinished, Relation::equal, 0));
-  const Traced size = max(max(max(Traced(0), abs(bn0)), abs(target)), abs(bt));
-  need(both(less(0, size), at_most(s.residual_rate, tolerance * size)));
-  s.residual = s.residual_rate / size;
-  return s;
-}
-
-/// The same without friction.
-ClosedForm frictionless(const Traced& nn, const Traced& bn0, const Traced& target, const Traced& tolerance) {
-  ClosedForm s;
-  const auto need = [&](const Traced& condition) { s.conditions.push_back(condition); };
-  s.normal = -(bn0 - target) / nn;
-  need(less(0, s.normal));
-  need(less(0, nn));
-  const Traced x = least(abs(nn) * s.normal, bn0 + nn * s.normal - target);
-  s.residual_rate = max(0, abs(x));
-  need(holds(zero_if_finite(x), Relation::equal, 0));
-  const Traced size = max(max(Traced(0), abs(bn0)), abs(target));
-  need(both(less(0, size), at_most(s.residual_rate, tolerance * size)));
-  s.residual = s.residual_rate / size;
-  return s;
-}
-
-}  // namespace
 
 void SystemTracer::lanes(TracedObject& object, const SaddlePoint& saddle) {
   step_middle(object, saddle);
   step_end(object, saddle);
   for (int k = 0; k < system_.contacts(); ++k) lanes_contact(object, saddle, k);
   for (int k = 0; k < system_.contacts(); ++k) lanes_open(object, saddle, k);
+  if (system_.frictions() > 0) lanes_slide(object, saddle);
 }
 
 void SystemTracer::lanes_middle(Trace& trace, const Traced& h, const List& ratios, const List& v) {
@@ -107,6 +30,81 @@ void SystemTracer::lanes_middle(Trace& trace, const Traced& h, const List& ratio
     const int at = static_cast<int>(i);
     trace.output(after + 1, at, least(trace.input(4, at, 1), ratios[i]));
   }
+  put_row(trace, after + 2, step_slide_);
+  if (step_slide_.size > 0) trace.output(after + 3, 0, step_slide_gamma_);
+}
+
+std::optional<SystemTracer::Slide> SystemTracer::slide_of(Trace& trace, int array, const Traced& h,
+                                                          const SaddlePoint& saddle, const List& G,
+                                                          const List& F) const {
+  if (system_.frictions() == 0) return {};
+  Slide s;
+  s.row = step_slide_;
+  s.last = trace.input(array + 2, 0, 1);
+  for (int i = 0; i < s.row.size; ++i)
+    if (auto& x = s.row.value[i]; !x.is_constant()) x = trace.input(array, i, x.value);
+  const auto gamma = step_slide_gamma_.is_constant() ? step_slide_gamma_
+                                                     : trace.input(array + 1, 0, step_slide_gamma_.value);
+  s.bias = -0.5 * h * gamma;
+  s.bound = h * system_.friction_facts(0).bound;
+  s.response.resize(static_cast<std::size_t>(system_.n()));
+  s.reaction.resize(static_cast<std::size_t>(system_.rows()));
+  response(saddle, G, F, s.row, s.response, s.reaction);
+  return s;
+}
+
+/// The gap of a contact at the end with velocities v. Its arrays: gaps, normal rows, γ_n of all contacts.
+Traced SystemTracer::reach_of(Trace& trace, int contact, int gaps, const Traced& h, const List& v) const {
+  const auto& pattern = step_rows_[static_cast<std::size_t>(contact)].normal;
+  const auto of_all = [&](int array, int k) { return trace.input(array, k, 1); };
+  Traced rate;
+  for (int i = 0; i < pattern.size; ++i)
+    rate +=
+        of_all(gaps + 1, SparseRow::max_size * contact + i) * v[static_cast<std::size_t>(pattern.column[i])];
+  return of_all(gaps, contact) + 0.5 * h * (rate - 0.25 * h * of_all(6, contact));
+}
+
+void SystemTracer::lanes_slide(TracedObject& object, const SaddlePoint& saddle) {
+  const auto n = static_cast<std::size_t>(system_.n()), m = static_cast<std::size_t>(system_.rows());
+  Trace trace(object, "lanes_slide");
+  const auto h = trace.input(0, 0, 1e-5);
+  const auto F = inputs_like(trace, 1, step_F_), G = inputs_like(trace, 2, step_G_);
+  const auto slide = slide_of(trace, 3, h, saddle, G, F);
+  const auto lambda = trace.inputs(11, std::vector<double>(m, 1));
+  auto v = trace.inputs(10, at_.v), f = trace.inputs(12, std::vector<double>(n, 1));
+  const auto v_old = trace.inputs(13, at_.v);
+  const auto asked = less(0, trace.input(14, 0, 1)), tolerance = trace.input(15, 0, 1e-10);
+  const auto totals = trace.inputs(16, std::vector<double>(lane_total_size, 1));
+  const auto s = sliding(slide->row.dot(slide->response.data()), slide->row.dot(v.data()) + slide->bias,
+                         slide->bound, tolerance);
+  for (const auto& condition : s.conditions) trace.require(condition);
+  const auto v_free = v;
+  for (std::size_t i = 0; i < n; ++i) v[i] += s.slide * slide->response[i];
+  Traced alone = asked;
+  for (int k = 0; k < system_.contacts(); ++k) {
+    const auto reach = reach_of(trace, k, 7, h, v);
+    trace.output(5, k, reach);
+    alone = both(alone, less(0, reach));
+  }
+  const auto put = [&](int array, int i, const Traced& condition, const Traced& x, const Traced& before) {
+    if (x.node != before.node) trace.output(array, i, select(condition, x, before));
+  };
+  List mean(n);
+  for (std::size_t i = 0; i < n; ++i) {
+    put(0, static_cast<int>(i), alone, v[i], v_free[i]);
+    mean[i] = 0.5 * (v_old[i] + v[i]);
+  }
+  for (std::size_t k = 0; k < m; ++k)
+    put(1, static_cast<int>(k), alone, lambda[k] + s.slide * slide->reaction[k], lambda[k]);
+  const auto force = f;
+  slide->row.add_to(f.data(), s.slide);
+  for (std::size_t i = 0; i < n; ++i) put(2, static_cast<int>(i), alone, f[i], force[i]);
+  const auto& loss = totals[lane_friction_loss];
+  put(3, lane_friction_loss, alone, loss - s.slide * slide->row.dot(mean.data()), loss);
+  for (const auto& [which, x] :
+       {std::pair{lane_lcp_residual, s.residual}, {lane_lcp_residual_rate, s.residual_rate}})
+    put(3, which, asked, max(totals[which], x), totals[which]);
+  put(4, 0, alone, s.slide, slide->last);
 }
 
 void SystemTracer::lanes_contact(TracedObject& object, const SaddlePoint& saddle, int contact) {
@@ -139,9 +137,32 @@ void SystemTracer::lanes_contact(TracedObject& object, const SaddlePoint& saddle
   const Traced bias_n = 0.5 * h * of_all(6, contact), bias_t = 0.5 * h * of_all(7, contact);
   const Traced u_n_minus = rates[2] + bias_n, target = -restitution * u_n_minus;
   const Traced bn = rates[0] + -bias_n;
-  const auto s = rubs ? with_friction(D, bn, rates[1] + -bias_t, target,
-                                      *system_.contact_facts(contact).surface.friction, tolerance)
-                      : frictionless(nn, bn, target, tolerance);
+  const auto& facts = system_.contact_facts(contact).surface;
+  const auto slide = slide_of(trace, 18, h, saddle, G, F);
+  LaneImpulses s;
+  if (slide) {
+    const auto& row = slide->row;
+    LaneMode mode{.nn = nn,
+                  .nt = D[1],
+                  .tt = D[2],
+                  .ns = row.dot(a.data()),
+                  .ts = row.dot(b.data()),
+                  .ss = row.dot(slide->response.data()),
+                  .bn = bn,
+                  .bt = rubs ? rates[1] + -bias_t : Traced(0),
+                  .bs = row.dot(v.data()) + slide->bias,
+                  .friction = {},
+                  .target = target,
+                  .bound = slide->bound,
+                  .last_n = record[lane_last_n],
+                  .last_t = record[lane_last_t],
+                  .last_s = slide->last};
+    if (rubs) mode.friction = *facts.friction;
+    s = with_slide(mode, tolerance);
+  } else {
+    s = rubs ? with_friction(D, bn, rates[1] + -bias_t, target, *facts.friction, tolerance)
+             : frictionless(nn, bn, target, tolerance);
+  }
   for (const auto& condition : s.conditions) trace.require(condition);
 
   const auto put = [&](int array, const List& before, const List& x) {
@@ -155,6 +176,11 @@ void SystemTracer::lanes_contact(TracedObject& object, const SaddlePoint& saddle
     lambda[k] = lambda[k] + s.normal * a_reaction[k] + s.tangent * b_reaction[k];
   normal.add_to(f.data(), s.normal);
   tangent.add_to(f.data(), s.tangent);
+  if (slide) {
+    for (std::size_t i = 0; i < n; ++i) v[i] += s.slide * slide->response[i];
+    for (std::size_t k = 0; k < m; ++k) lambda[k] += s.slide * slide->reaction[k];
+    slide->row.add_to(f.data(), s.slide);
+  }
   put(0, v_before, v);
   put(1, lambda_before, lambda);
   put(2, f_before, f);
@@ -162,14 +188,8 @@ void SystemTracer::lanes_contact(TracedObject& object, const SaddlePoint& saddle
   for (std::size_t i = 0; i < n; ++i) mean[i] = 0.5 * (v_old[i] + v[i]);
 
   // No other contact may act then.
-  for (int k = 0; k < system_.contacts(); ++k) {
-    if (k == contact) continue;
-    const auto& pattern = step_rows_[static_cast<std::size_t>(k)].normal;
-    Traced rate;
-    for (int i = 0; i < pattern.size; ++i)
-      rate += of_all(9, SparseRow::max_size * k + i) * v[static_cast<std::size_t>(pattern.column[i])];
-    trace.require(less(0, of_all(8, k) + 0.5 * h * (rate - 0.25 * h * of_all(6, k))));
-  }
+  for (int k = 0; k < system_.contacts(); ++k)
+    if (k != contact) trace.require(less(0, reach_of(trace, k, 8, h, v)));
 
   auto now = record, sums = totals;
   now[lane_impulse_n] += s.normal;
@@ -184,6 +204,10 @@ void SystemTracer::lanes_contact(TracedObject& object, const SaddlePoint& saddle
     now[lane_last_t] = s.tangent;
     now[lane_u_t_plus] = tangent.dot(v.data()) - bias_t;
     sums[lane_friction_loss] -= s.tangent * tangent.dot(mean.data());
+  }
+  if (slide) {
+    sums[lane_friction_loss] -= s.slide * slide->row.dot(mean.data());
+    trace.output(5, 0, select(acts, s.slide, slide->last));
   }
   sums[lane_lcp_residual] = max(sums[lane_lcp_residual], s.residual);
   sums[lane_lcp_residual_rate] = max(sums[lane_lcp_residual_rate], s.residual_rate);
@@ -265,11 +289,13 @@ LaneFunctions TracedLanes::functions(std::vector<LaneFunction> list) const {
   f.lanes = object.lanes();
   f.factors = factors;
   f.ratios = ratios;
-  const auto contacts = list.begin() + 2, opens = contacts + (list.end() - contacts) / 2;
+  const auto contacts = list.begin() + 2, opens = contacts + (list.end() - contacts) / 2,
+             end = list.end() - (list.end() - contacts) % 2;
   f.middle = list[0];
   f.end = list[1];
   f.contacts.assign(contacts, opens);
-  f.opens.assign(opens, list.end());
+  f.opens.assign(opens, end);
+  f.slides.assign(end, list.end());
   return f;
 }
 
@@ -294,7 +320,7 @@ TracedLanes trace_lanes(const System& system, const State& near, RowFacts facts,
   found.object = TracedObject(lanes, like ? &like->object : nullptr);
   found.place = TracedObject(0, like ? &like->place : nullptr);
   if (facts.redundant || !SystemTracer::steps(system) || SystemTracer::iterates(system) ||
-      system.has_loads() || system.frictions() > 0)
+      system.has_loads() || system.frictions() > 1)
     return found;
   const SaddlePoint saddle(system.mass(), system.pattern(), SolvePath::automatic, facts);
   if (!saddle.dense()) return found;

@@ -97,6 +97,8 @@ void SystemTracer::step_middle(TracedObject& object, const SaddlePoint& saddle) 
                      row.tangent.dot(v.data())};
     trace.outputs(array + 5, rates);
   }
+  if (lanes && system_.frictions() > 0)
+    step_slide_gamma_ = system_.friction(0, middle.data(), v.data(), e, step_slide_);
   if (lanes) lanes_middle(trace, h, ratios, a);
   lane_ratios_ = std::move(counts);
   if (!lanes && iterates(system_)) trace.outputs(12 + 6 * system_.contacts(), e.force);

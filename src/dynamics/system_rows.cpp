@@ -156,6 +156,8 @@ template void System::contact(const Pair&, const ContactFacts&, const double*, c
 template void System::contact(const Pair&, const ContactFacts&, const Gradient*, const Gradient*,
                               const EvaluationOf<Gradient>&, ContactRowOf<Gradient>&);
 template double System::friction(int, const double*, const double*, const Evaluation&, SparseRow&) const;
+template Traced System::friction(int, const Traced*, const Traced*, const EvaluationOf<Traced>&,
+                                 SparseRowOf<Traced>&) const;
 template Gradient System::friction(int, const Gradient*, const Gradient*, const EvaluationOf<Gradient>&,
                                    SparseRowOf<Gradient>&) const;
 

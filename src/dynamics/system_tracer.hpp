@@ -186,6 +186,16 @@ class SystemTracer {
   /// The greatest |Φ| in m and in rad.
   List residuals(const EvaluationOf<Traced>& e) const;
   void lanes_middle(Trace& trace, const Traced& h, const List& ratios, const List& v);
+  void lanes_slide(TracedObject& object, const SaddlePoint& saddle);
+  /// The joint friction with a given force, if there is one, from its row and γ as inputs from this array on.
+  struct Slide {
+    SparseRowOf<Traced> row;
+    Traced bias, bound, last;  // of its rate at the end, m/s; N s
+    List response, reaction;
+  };
+  std::optional<Slide> slide_of(Trace& trace, int array, const Traced& h, const SaddlePoint& saddle,
+                                const List& G, const List& F) const;
+  Traced reach_of(Trace& trace, int contact, int gaps, const Traced& h, const List& v) const;
   void lanes_contact(TracedObject& object, const SaddlePoint& saddle, int contact);
   void lanes_open(TracedObject& object, const SaddlePoint& saddle, int contact);
   Traced gap_at(int contact, const List& q, const EvaluationOf<Traced>& e) const;
@@ -254,6 +264,8 @@ class SystemTracer {
   std::vector<bool> fixed_;
   List step_G_, step_F_, step_phi_t_, step_gamma_;  // of step_middle(): constants have no node
   std::vector<ContactRowOf<Traced>> step_rows_;
+  SparseRowOf<Traced> step_slide_;  // of the joint friction
+  Traced step_slide_gamma_;
   std::vector<int> lane_ratios_;  // of each block
 };
 

@@ -37,8 +37,9 @@ struct LaneCacheForTests {
 /// four bars that hang on loose pins.
 class LaneScenes {
  public:
-  LaneScenes(unsigned seed, int index)
-      : random_(seed + 7919 * static_cast<unsigned>(index)), kind_(index % 3) {
+  /// `guided`: slider-cranks with friction in the guide.
+  LaneScenes(unsigned seed, int index, bool guided = false)
+      : random_(seed + 7919 * static_cast<unsigned>(index)), kind_(guided ? 1 : index % 3), guided_(guided) {
     loose_ = kind_ == 2 ? 15 : 1 + static_cast<int>(random_() % 7);
     bars_ = 1 + index / 3 % 4;
     rubs_ = random_() % 4 != 0;
@@ -99,7 +100,12 @@ class LaneScenes {
            pin("C", "between = [\"rod\", \"slider\"]\nat = [\"b\", [0, 0]]", 1) +
            "[joints.guide]\ntype = \"translational\"\nbetween = [\"ground\", \"slider\"]\nat = [[0, 0], [0, 0]]\n"
            "axis = [1, 0]\n" +
-           (heavy_ ? rope : "") + driven();
+           (heavy_ ? rope : "") +
+           (guided_ ? fmt::format("[loads.guide]\ntype = \"joint-friction\"\njoint = "
+                                  "\"guide\"\nforce = {}\nregularisation = 1e-3\n",
+                                  between(0.5, 20))
+                    : "") +
+           driven();
   }
   // It slackens twice in each turn.
   static constexpr const char* rope =
@@ -123,7 +129,7 @@ class LaneScenes {
 
   std::mt19937 random_;
   int kind_, loose_, bars_;
-  bool rubs_, heavy_;
+  bool guided_, rubs_, heavy_;
   double sizes_[3], angle_, step_;
 };
 
@@ -166,8 +172,9 @@ struct LaneCounts {
   std::vector<int> by_contacts = std::vector<int>(5);
 };
 
-void compare_lanes(unsigned seed, int index, double steps, int lanes, LaneCounts& counts) {
-  LaneScenes kind(seed, index);
+void compare_lanes(unsigned seed, int index, double steps, int lanes, LaneCounts& counts,
+                   bool guided = false) {
+  LaneScenes kind(seed, index, guided);
   std::vector<Scene> scenes;
   // One more than there are lanes, so that one starts in a lane that another has left.
   for (int i = 0; i <= lanes; ++i) scenes.push_back(kind.scene());
@@ -207,13 +214,23 @@ TEST_CASE("runs in lanes have the digits of runs alone", "[lanes][compiled][prog
   CHECK(counts.in_lanes > counts.steps / 4);
 }
 
-TEST_CASE("runs in evaluated lanes have the digits of runs alone", "[lanes]") {
+TEST_CASE("runs in evaluated lanes have the digits of runs alone", "[lanes][program]") {
   if (!LaneTape::usable()) return;
   const LaneCacheForTests cache(true);
   LaneCounts counts;
   for (const int index : {0, 1}) compare_lanes(5, index, 2000, LaneTape::few - 1, counts);
   for (const int index : {3, 11}) compare_lanes(5, index, 1000, LaneTape::many, counts);
   CHECK(counts.laned == 4);
+  CHECK(counts.events > 20);
+  CHECK(counts.in_lanes > counts.steps / 4);
+}
+
+TEST_CASE("slider-cranks with friction in the guide: lanes and runs alone", "[lanes][program]") {
+  if (!LaneTape::usable()) return;
+  const LaneCacheForTests cache(true);
+  LaneCounts counts;
+  for (const int index : {0, 1, 2, 3, 4, 5}) compare_lanes(7, index, 4000, LaneTape::few - 1, counts, true);
+  CHECK(counts.laned >= 4);
   CHECK(counts.events > 20);
   CHECK(counts.in_lanes > counts.steps / 4);
 }
