@@ -1,8 +1,12 @@
 // freeplay calibrate for targets that are quantities of one run: fit, calibration.json and summary.
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
+#include <algorithm>
 #include <cmath>
 #include <nlohmann/json.hpp>
+#include <string>
+#include <vector>
 
 #include "cli/calibrate.hpp"
 #include "cli/ending.hpp"
@@ -45,7 +49,7 @@ nlohmann::json document_of(const Study& study, const QuantityFit& f, const nlohm
     fit["correlation"].push_back(std::vector<double>(row.begin(), row.end()));
   fit["chi_squared"] = f.squares;
   fit["degrees_of_freedom"] = f.degrees;
-  fit["holds"] = !f.rejected;
+  fit["holds"] = f.holds();
   j["fitted_to_all"] = fit;
   j["method"] = "derivatives";
   j["runs"] = f.runs;
@@ -62,7 +66,25 @@ std::string conclusion_of(const Calibration& c, const QuantityFit& f) {
         "Rejected: the model cannot meet the fitted targets within their uncertainties (chi-squared {:.3g}, {} "
         "degrees of freedom).",
         f.squares, f.degrees);
-  std::string words = "The model meets the fitted targets:";
+  std::vector<std::string> open, missed;
+  for (std::size_t k = 0; k < c.unknowns.size(); ++k)
+    if (f.unknowns[k].open()) open.push_back(c.unknowns[k].name);
+  // With 3 standard deviations, one of 400 predictions is named that is right.
+  for (std::size_t i = 0; i < c.targets.size(); ++i)
+    if (const double residual = (f.targets[i].value - c.targets[i].value) / f.targets[i].deviation;
+        !f.targets[i].used && !(std::abs(residual) <= 3))
+      missed.push_back(std::isfinite(residual) ? fmt::format("{} ({:.2g})", c.targets[i].name, residual)
+                                               : c.targets[i].name + " (not reached)");
+  if (!open.empty())
+    return fmt::format(
+        "Not determined: the fitted targets exclude no part of the range of {}{}.",
+        fmt::join(open, " and of that of "),
+        missed.empty() ? "" : fmt::format("; the model does not meet {}", fmt::join(missed, ", ")));
+  std::string words = missed.empty() ? "The model meets the fitted targets:"
+                                     : fmt::format(
+                                           "The model meets the fitted targets, but not those beyond "
+                                           "the horizon (standard deviations): {}. From the fitted ones:",
+                                           fmt::join(missed, ", "));
   for (std::size_t k = 0; k < c.unknowns.size(); ++k) {
     const auto& e = f.unknowns[k];
     words += fmt::format("{} {} = {:.6g} ({:.6g}..{:.6g}){}{}", k > 0 ? "," : "", c.unknowns[k].name, e.value,
@@ -113,8 +135,8 @@ int calibrate_quantities(const Study& study, const std::filesystem::path& folder
                                                        : std::string("the fit")),
                              6));
   fmt::print("\nresults in {}\n\n", folder.string());
-  fmt::print(f.rejected ? stderr : stdout, "{}", wrapped(conclusion + "\n", 0));
-  return f.rejected ? 1 : 0;
+  fmt::print(f.holds() ? stdout : stderr, "{}", wrapped(conclusion + "\n", 0));
+  return f.holds() ? 0 : 1;
 } catch (const Interrupted&) {
   return interrupted(Kept::nothing);
 }

@@ -42,10 +42,10 @@ std::string ball_head() {
          unknown("radius", "contacts.floor.radius", 0.02, 0.08);
 }
 const std::string longer = "set = [\"run.duration=2.0\"]\n";
-std::string ball_times(int count, double deviation) {
+std::string ball_times(int count, double deviation, const reference::BouncingBall& ball = dropped) {
   std::string text;
   for (int k = 1; k <= count; ++k)
-    text += target(fmt::format("event.{}.t", k), reference::ball_impact(dropped, k).t, deviation) + longer;
+    text += target(fmt::format("event.{}.t", k), reference::ball_impact(ball, k).t, deviation) + longer;
   return text;
 }
 
@@ -115,6 +115,27 @@ TEST_CASE("restitution and radius of a ball follow from the times of its impacts
   CHECK(fit.horizon == 5);
   CHECK(fit.unknowns[0].low < restitution);
   CHECK(fit.unknowns[0].high > restitution);
+}
+
+TEST_CASE("a target that does not depend on the unknown does not end a fit", "[calibrate][program]") {
+  // The first impact does not depend on the restitution; the second one determines it. The scene's radius is
+  // 0.05 m.
+  const reference::BouncingBall ball{0.5, 9.81, restitution};
+  const Desk desk;
+  const auto head = fmt::format("scene = \"{}\"\n", test::scene_file("bouncing_ball").string()) +
+                    unknown("restitution", "surfaces.rubber.restitution", 0.3, 0.9);
+  const auto fit = fit_quantities(desk.study(head + ball_times(3, 1e-6, ball)), {});
+  CHECK(fit.unknowns[0].value == Approx(restitution).epsilon(0).margin(1e-8));  // as above
+  CHECK_FALSE(fit.beyond);
+  CHECK(fit.horizon == 3);
+  // Alone, it leaves the restitution open, and the command says so.
+  const auto place = desk.folder.path().string();
+  desk.study(head + ball_times(1, 1e-6, ball));
+  const auto run = test::freeplay("calibrate " + place + "/study.toml --allow-outside -o " + place + "/out");
+  CAPTURE(run.out, run.err);
+  CHECK(run.status == 1);
+  CHECK_THAT(run.err, Contains("Not determined") && Contains("restitution"));
+  CHECK_THAT(run.out, !Contains("meets"));
 }
 
 TEST_CASE("intervals of a linear problem are those of its normal equations", "[calibrate]") {

@@ -50,6 +50,8 @@ struct Estimate {
   double value = 0, low = 0, high = 0;  ///< NaN: no interval
   /// Of an unknown: the interval does not exclude this limit of its range.
   bool open_low = false, open_high = false;
+  /// No part of the range is excluded.
+  bool open() const { return open_low && open_high; }
 };
 
 /// Result of a fit to some of the targets.

@@ -5,6 +5,7 @@
 #include <coin/IpTNLP.hpp>
 
 #include <Eigen/Cholesky>
+#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <boost/math/distributions/chi_squared.hpp>
 #include <boost/math/distributions/normal.hpp>
@@ -181,6 +182,15 @@ struct Problem {
     const Matrix H = x.J.transpose() * x.J + Misfit::pull * Matrix::Identity(n, n);
     return H.llt().solve(Matrix::Identity(n, n));
   }
+  /// C of the combinations of unknowns that the targets determine: those to which JᵀJ gives at least the
+  /// weight w of the prior. 0 if there is none.
+  static Matrix determined_covariance(const Residuals& x) {
+    const Eigen::SelfAdjointEigenSolver<Matrix> H(x.J.transpose() * x.J);
+    const auto& weights = H.eigenvalues();
+    const Vector variances =
+        (weights.array() >= Misfit::pull).select((weights.array() + Misfit::pull).inverse(), 0.0);
+    return H.eigenvectors() * variances.asDiagonal() * H.eigenvectors().transpose();
+  }
 };
 
 /// f(ξ) for Ipopt. A point without value or derivative shortens the step.
@@ -324,9 +334,12 @@ QuantityFit fit_from(Vector xi, Problem problem) {
   std::size_t count = 0;
   for (auto stage = stages.begin(); stage != stages.end(); ++stage) {
     const int e = stage->first;
-    const bool determined = count >= c.unknowns.size();
+    // Unknowns that no earlier target determines put no event beyond the horizon: they may be determined by
+    // this one, as the restitution by the second impact.
+    const Matrix covariance = count >= c.unknowns.size() ? Problem::determined_covariance(problem.at(xi))
+                                                         : Matrix::Zero(xi.size(), xi.size());
+    const bool determined = !covariance.isZero(0);
     if (determined && e < std::numeric_limits<int>::max()) {
-      const auto covariance = Problem::covariance(problem.at(xi));
       const auto& p = model.at(xi);
       const bool known = std::ranges::all_of(stage->second, [&](std::size_t i) {
         const auto g = model.group(i);

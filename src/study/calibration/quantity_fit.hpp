@@ -7,13 +7,15 @@
 // with the weak prior w of Misfit, is minimised by Ipopt with the Gauss-Newton Hessian
 // 2 (JᵀJ + w), J_ij = ∂Q_i/∂ξ_j/σ_i.
 //
-// Contact events are added in the order of their numbers. Let C = (JᵀJ + w)⁻¹ from the events before.
+// Contact events are added in the order of their numbers. Let C = (JᵀJ + w)⁻¹ from the events before, of those
+// combinations of unknowns that they determine (JᵀJ ≥ w).
 // Event N is used if the standard deviation √(gᵀCg) of its predicted time t_N, with g = ∂t_N/∂ξ, is
 // at most a quarter of the intervals to its neighbours: beyond this horizon, the N-th event of the
 // model need not be the N-th of the measurement. Later targets are predicted, not fitted.
 #pragma once
 
 #include <Eigen/Core>
+#include <algorithm>
 #include <functional>
 #include <string>
 #include <vector>
@@ -44,6 +46,8 @@ struct QuantityFit {
   bool beyond = false;             ///< some targets lie beyond the horizon
   int runs = 0;                    ///< runs with derivatives
   int iterations = 0;              ///< of Ipopt, over all stages
+  /// The fit is not rejected and determines every unknown.
+  bool holds() const { return !rejected && std::ranges::none_of(unknowns, &Estimate::open); }
   bool at_bound(std::size_t unknown) const {
     return std::abs(xi[static_cast<Eigen::Index>(unknown)]) > 0.999;
   }
