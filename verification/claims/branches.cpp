@@ -112,7 +112,8 @@ void shaken_balls(Findings& f) {
     const auto doubled = std::ranges::find(up.found.points, 2, &BranchPoint::branch);
     const bool has = doubled != up.found.points.end();
     f.within(up.name("periods of the branch that begins at the period doubling"), "",
-             has ? doubled->orbit.periods : NAN, 2 * ball.number, 0, "definition", "counted");
+             has ? static_cast<double>(doubled->orbit.periods) : NAN, 2 * ball.number, 0, "definition",
+             "counted");
     f.within(up.name("stability of the first motion of doubled period"), "",
              has ? doubled->orbit.stable : NAN, 1, 0,
              "the bifurcation is supercritical: the attractors of the sweep double there", "yes or no");

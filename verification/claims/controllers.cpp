@@ -80,9 +80,9 @@ ControlledRun controlled(const std::string& text, double duration, const Way& wa
 constexpr double J = 0.05, m = 2;  // kg m², kg
 const std::string controlled_rotor = test::body("rotor", 2.0, 0.05) + test::pin("main", "ground", "rotor") +
                                      "[drives.motor]\njoint = \"main\"\n";
-const std::string block = test::body("block", 2.0, 0.05) +
-                          test::guide("guide", "ground", "block", {0.8, 0.6}) +
-                          "[drives.motor]\njoint = \"guide\"\n";
+const std::string driven_block = test::body("block", 2.0, 0.05) +
+                                 test::guide("guide", "ground", "block", {0.8, 0.6}) +
+                                 "[drives.motor]\njoint = \"guide\"\n";
 
 const char* const reason =
     "tolerance 1e-10 per step, margin of 1000; adaptive time steps: 1e-9 per step, some thousand steps; fixed steps: "
@@ -144,7 +144,7 @@ void followed_curve(Findings& f) {
   using C = std::complex<double>;
   const C s(0, W), H = (kd * s + kp) / (m * s * s + kd * s + kp), now = H * std::exp(s * t);
   const auto transient = reference::LinearResponse::second(kd / m, kp / m, -A * H.imag(), -A * W * H.real());
-  const std::string text = block +
+  const std::string text = driven_block +
                            "target_position = \"wave\"\nproportional = 800\nderivative = 20\n[curves.wave]\n"
                            "shape = \"harmonic\"\namplitude = 0.05\nfrequency = 3\n";
   for (const auto& way : control_ways) {
