@@ -85,7 +85,8 @@ void PenaltyVariation::begin(const Scene& scene, double t, bool resumed) {
   const auto x = this->x();
   const Side still{Vector(x.size()), Vector(integrands_.size())};
   const Vector dt(keys_.size());
-  const auto given = static_cast<std::size_t>(2 * system.n() + system.states());
+  const int own = 2 * system.n() + system.states();
+  const auto given = static_cast<std::size_t>(own);
   for (std::size_t c = 0; c < keys_.size(); ++c)
     for (std::size_t i = given; open(c) && i < keys_[c].start.size(); ++i)
       S_[c][static_cast<std::size_t>(d.size()) + i - given] = keys_[c].start[i];

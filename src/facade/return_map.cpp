@@ -139,13 +139,15 @@ std::vector<double> ReturnMap::displacement(const VectorXd& u) const {
 }
 
 std::size_t ReturnMap::list_size() const {
-  return static_cast<std::size_t>(2 * system_.n() + system_.states() +
-                                  (family_ == Family::penalty ? 2 * system_.contacts() : 0));
+  const int retained = family_ == Family::penalty ? 2 * system_.contacts() : 0;
+  const int entries = 2 * system_.n() + system_.states() + retained;
+  return static_cast<std::size_t>(entries);
 }
 
 /// The place of retained_[i] in a list of (q, v, z, retained data).
 std::size_t ReturnMap::place_of_retained(std::size_t i) const {
-  return static_cast<std::size_t>(2 * system_.n() + system_.states() + 2 * renewed_[i / 2]) + i % 2;
+  const int first = 2 * system_.n() + system_.states() + 2 * renewed_[i / 2];
+  return static_cast<std::size_t>(first) + i % 2;
 }
 
 std::string ReturnMap::move(const VectorXd& u, SectionState& s) const {
