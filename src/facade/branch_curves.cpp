@@ -21,7 +21,7 @@ using Eigen::VectorXd;
 constexpr double default_step = 0.02, first_share = 0.1, least_share = 1e-3;
 constexpr double growth = 1.5, reduction = 0.5;
 /// Steps grow and shrink according to the iterations of Newton's method for the first motion of a point.
-constexpr int few_iterations = 5, many_iterations = 8;
+constexpr int few_iterations = 2, many_iterations = 4;
 /// Points from which the next one is predicted.
 constexpr std::size_t most_nodes = 3;
 /// Cosine of the greatest angle between successive chords.

@@ -1,7 +1,6 @@
 #include "facade/branch_grazing.hpp"
 
 #include <algorithm>
-#include <cmath>
 
 #include "facade/branch_events.hpp"
 

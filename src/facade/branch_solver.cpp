@@ -18,10 +18,14 @@ namespace {
 using Eigen::MatrixXd, Eigen::VectorXd;
 
 constexpr int most_corrections = 12;
+/// Steps with the derivative of an earlier one, each of which reduces the residual at least by this factor. They
+/// have reached its errors if it is below this share of the accepted one.
+constexpr int most_simplified = 10;
+constexpr double simplified_reduction = 0.3, reached_share = 1e-2;
 /// A motion is accepted as periodic if its residual is at most this times nonsmooth.tolerance.
 constexpr double accepted_residual = 1e3;
-/// Newton's method has converged if its step is below this.
-constexpr double negligible_step = 1e-11;
+/// Newton's method has converged if its last step was below this: its error is of the order of the square.
+constexpr double negligible_step = 1e-8;
 /// It diverges if it changes the key by more than this, over its range.
 constexpr double farthest_step = 1;
 /// Directions with less influence than this, relative, are neutral (facade/orbit.cpp).
@@ -49,6 +53,10 @@ std::vector<double> difference_of(const State& a, const State& b) {
   const auto other = all_of(b);
   for (std::size_t i = 0; i < list.size(); ++i) list[i] -= other[i];
   return list;
+}
+
+std::string diverged(const BranchMotion& m) {
+  return fmt::format("Newton's method does not converge; its residual is {:.3g}", m.point.greatest);
 }
 
 }  // namespace
@@ -114,23 +122,67 @@ MatrixXd BranchSolver::system_at(const BranchCondition& c, const BranchModel& m,
   return A;
 }
 
+std::optional<BranchSolver::Residual> BranchSolver::residual(const BranchCondition& c,
+                                                             const BranchMotion& near,
+                                                             const BranchGuess& at) const {
+  const auto there = model(at.parameter, c.base.model->map.closed(), at.length);
+  Residual r{.start = at.state, .value = {}};
+  if (!there->map.shift(std::vector<double>(all_of(r.start).size()), r.start).empty()) return {};
+  const double length = there->map.length();
+  const auto end = run_end_state({.scene = there->scene,
+                                  .system = there->system,
+                                  .start = r.start,
+                                  .end = r.start.t + length,
+                                  .keys = {},
+                                  .quantities = {},
+                                  .stop = setup_.stop,
+                                  .longest_step = length / steps_});
+  if (!end.stopped.empty()) return {};
+  auto change = difference_of(end.state, r.start);
+  for (std::size_t i = 2; i < r.start.q.size(); i += 3)
+    change[i] = std::remainder(change[i], 2 * std::numbers::pi);
+  for (std::size_t i = 0; i < change.size(); ++i)
+    r.greatest = std::max(r.greatest, std::abs(change[i]) / end.scales[i]);
+  const auto f = near.model->map.size();
+  r.value = VectorXd(f + 1);
+  r.value.head(f) = near.model->map.local(change) / scale_;
+  r.value[f] = excess(c, r.start, at.parameter);
+  return r;
+}
+
+/// A guess changed by a step (state, period, key) in the coordinates of a motion.
+BranchGuess BranchSolver::moved(const BranchMotion& near, BranchGuess from, const VectorXd& step) const {
+  const auto f = near.model->map.size();
+  const auto by = near.model->map.displacement(scale_ * step.head(f));
+  const auto n = from.state.q.size();
+  for (std::size_t i = 0; i < n; ++i) {
+    from.state.q[i] += by[i];
+    from.state.v[i] += by[n + i];
+  }
+  for (std::size_t k = 0; k < from.state.z.size(); ++k) from.state.z[k] += by[2 * n + k];
+  from.parameter += setup_.range() * step[step.size() - 1];
+  if (setup_.autonomous) from.length *= 1 + step[f];
+  return from;
+}
+
 std::optional<BranchMotion> BranchSolver::solve(const BranchCondition& c, const BranchGuess& guess,
                                                 std::string& reason) const {
   const auto by = key();
   BranchMotion m;
-  m.parameter = guess.parameter;
-  State s = guess.state;
-  double length = guess.length, before = INFINITY, step = INFINITY;
-  std::vector<double> shift(all_of(s).size());
+  BranchGuess at = guess;
+  double before = INFINITY, step = INFINITY;
+  bool reached = false;  // the errors of the map
+  const std::vector<double> none(all_of(at.state).size());
   try {
     for (; m.iterations <= most_corrections; ++m.iterations) {
       if (setup_.stop()) throw Interrupted();
-      m.model = model(m.parameter, c.base.model->map.closed(), length);
+      m.parameter = at.parameter;
+      m.model = model(m.parameter, c.base.model->map.closed(), at.length);
       auto& map = m.model->map;
-      reason = map.shift(shift, s);
+      reason = map.shift(none, at.state);
       if (!reason.empty()) return {};
-      map.chart(s);
-      m.point = map.at(s, steps_, &by);
+      map.chart(at.state);
+      m.point = map.at(at.state, steps_, &by);
       reason = m.point.failure;
       if (!reason.empty()) return {};
       const double accepted = accepted_residual * m.model->scene.nonsmooth.tolerance;
@@ -139,11 +191,11 @@ std::optional<BranchMotion> BranchSolver::solve(const BranchCondition& c, const 
         reason = "the number of degrees of freedom changes";
         return {};
       }
-      const double beside = excess(c, s, m.parameter);
+      const double beside = excess(c, at.state, m.parameter);
       const auto A = system_at(c, *m.model, m.point);
       const MinimumNorm inverse(A, neutral_direction);
       if (m.point.greatest <= accepted && std::abs(beside) < 1e-9 &&
-          (step < negligible_step || m.point.greatest > 0.5 * before)) {
+          (reached || step < negligible_step || m.point.greatest > 0.5 * before)) {
         m.multipliers = multipliers_of(m.point, setup_.autonomous);
         VectorXd ahead = VectorXd::Zero(f + 1);
         ahead[f] = 1;
@@ -156,38 +208,48 @@ std::optional<BranchMotion> BranchSolver::solve(const BranchCondition& c, const 
       VectorXd rest(f + 1);
       rest.head(f) = -m.point.residual / scale_;
       rest[f] = -beside;
-      const VectorXd change = inverse.solve(rest);
-      step = length_of(change, f);
-      if (std::abs(change[change.size() - 1]) > farthest_step) break;
-      shift = map.displacement(scale_ * change.head(f));
-      m.parameter += setup_.range() * change[change.size() - 1];
-      if (setup_.autonomous) {
-        const double ratio = 1 + change[f];
-        if (!(ratio > 0.5 && ratio < 2)) break;
-        length = map.length() * ratio;
+      at.state = m.point.state;
+      at.length = map.length();
+      // Steps with this derivative are cheap: a run without variational equations costs a small part of one with
+      // them. The next evaluation with derivatives is where they have reached the errors of the map, or no
+      // longer reduce the residual fast.
+      double last = m.point.greatest;
+      reached = false;
+      for (int i = 0; i <= most_simplified; ++i) {
+        const VectorXd change = inverse.solve(rest);
+        const bool far = !(std::abs(change[change.size() - 1]) <= farthest_step) ||
+                         (setup_.autonomous && !(std::abs(change[f]) < 0.5));
+        if (far && i == 0) {
+          reason = diverged(m);
+          return {};
+        }
+        if (far) break;
+        at = moved(m, std::move(at), change);
+        step = length_of(change, f);
+        const auto r = i < most_simplified ? residual(c, m, at) : std::nullopt;
+        if (!r) break;
+        const bool reduced = r->greatest <= simplified_reduction * last;
+        reached = !reduced && r->greatest <= reached_share * accepted;
+        if (!reduced) break;
+        at.state = r->start;
+        rest = -r->value;
+        last = r->greatest;
+      }
+      if (last < before) {  // the last step was not Newton's
+        before = INFINITY;
+        step = INFINITY;
       }
     }
   } catch (const ModelError& e) {
     reason = e.what();
     return {};
   }
-  reason = fmt::format("Newton's method does not converge; its residual is {:.3g}", m.point.greatest);
+  reason = diverged(m);
   return {};
 }
 
 BranchGuess BranchSolver::guess(const BranchMotion& base, double distance) const {
-  const auto f = base.model->map.size();
-  const VectorXd step = distance * base.tangent;
-  BranchGuess guess{base.point.state, base.parameter + setup_.range() * step[step.size() - 1],
-                    base.model->map.length() * (setup_.autonomous ? 1 + step[f] : 1)};
-  const auto moved = base.model->map.displacement(scale_ * step.head(f));
-  const auto n = guess.state.q.size();
-  for (std::size_t i = 0; i < n; ++i) {
-    guess.state.q[i] += moved[i];
-    guess.state.v[i] += moved[n + i];
-  }
-  for (std::size_t k = 0; k < guess.state.z.size(); ++k) guess.state.z[k] += moved[2 * n + k];
-  return guess;
+  return moved(base, {base.point.state, base.parameter, base.model->map.length()}, distance * base.tangent);
 }
 
 std::optional<BranchMotion> BranchSolver::along(const BranchMotion& base, double distance,

@@ -115,6 +115,15 @@ class BranchSolver {
 
  private:
   std::shared_ptr<BranchModel> model(double parameter, const std::vector<int>& closed, double length) const;
+  /// A run from a guess without derivatives.
+  struct Residual {
+    State start;            // projected onto the constraints
+    Eigen::VectorXd value;  // of the map, in coordinates of another motion, over σ, then of the condition
+    double greatest = 0;    // as Orbit::residual
+  };
+  std::optional<Residual> residual(const BranchCondition& c, const BranchMotion& near,
+                                   const BranchGuess& at) const;
+  BranchGuess moved(const BranchMotion& near, BranchGuess from, const Eigen::VectorXd& step) const;
   double excess(const BranchCondition& c, const State& s, double parameter) const;
   Eigen::MatrixXd system_at(const BranchCondition& c, const BranchModel& model, const ReturnPoint& p) const;
   MapKey key() const;

@@ -27,7 +27,7 @@ namespace {
 constexpr double least_step = 1e-8;
 /// Steps grow and shrink by these factors, according to the number of Newton iterations.
 constexpr double growth = 1.5, reduction = 0.5;
-constexpr int few_iterations = 4, many_iterations = 7;
+constexpr int few_iterations = 2, many_iterations = 4;
 /// Cosine of the greatest angle between tangents of successive motions.
 constexpr double least_cosine = 0.9;
 /// Least share of an approach speed or of the least force of a lasting contact that remains after a step, so that

@@ -61,7 +61,7 @@ scheme = "event-driven"
 
 Sensitivities of(const std::string& text, std::vector<std::string> quantities,
                  std::vector<std::string> keys) {
-  return sensitivities(parse_scene(text), {.of = std::move(quantities), .to = std::move(keys)});
+  return sensitivities(parse_scene(text, "dragged.toml"), {.of = std::move(quantities), .to = std::move(keys)});
 }
 
 }  // namespace
@@ -127,7 +127,7 @@ start = "given"
 scheme = "event-driven"
 )";
   const auto with = [&](double duration) {
-    auto scene = parse_scene(two);
+    auto scene = parse_scene(two, "two.toml");
     scene.run.duration = duration;
     return sensitivities(scene, {.of = {"event.1.t", "end.a.vy"}, .to = {"initial.a.y", "gravity[1]"}});
   };
