@@ -79,7 +79,7 @@ void each_entry(const Step& s, int lanes) {
 
 // clang-format off
 #define FREEPLAY_QUADS _Pragma("GCC unroll 4") for (int i = 0; i < quads; ++i)
-#define FREEPLAY_NEXT goto*(++s)->code
+#define FREEPLAY_NEXT goto*(++s)->code  // NOLINT(bugprone-macro-parentheses)
 
 /// Does all steps for 4·quads lanes. Returns a bit for each lane in which a guard failed. Without
 /// steps: gives the address of each code.
@@ -350,7 +350,7 @@ LaneTape::LaneTape(const TracedFunction& f, int lanes)
       evaluate_(lanes == many ? evaluate<many / 4> : evaluate<few / 4>),
       nodes_(f.nodes),
       outputs_(f.outputs) {
-  Builder(calls_, f);
+  const Builder builder(calls_, f);
   rooms_.resize((calls_.size() + outputs_.size() + constants_of_structure) *
                 static_cast<std::size_t>(lanes / 4));
   for (int i = 0; i < constants_of_structure; ++i) std::fill_n(room(i), lanes, i - 1);
@@ -368,7 +368,7 @@ void LaneTape::assemble(const double* constants, const double* const* in, double
   std::copy_n(in, in_.size(), in_.begin());
   std::copy_n(out, out_.size(), out_.begin());
   steps_.clear();
-  Assembler(*this);
+  const Assembler assembler(*this);
 }
 
 int LaneTape::operator()(const double* constants, const double* const* in, double* const* out) {

@@ -55,7 +55,9 @@ class LaneTape {
   class Assembler;
   void assemble(const double* constants, const double* const* in, double* const* out);
 
-  double* room(int number) { return rooms_[static_cast<std::size_t>(number * (lanes_ / 4))].x; }
+  double* room(int number) {
+    return rooms_[static_cast<std::size_t>(number) * static_cast<std::size_t>(lanes_ / 4)].x;
+  }
 
   int lanes_;
   int (*evaluate_)(const Step* steps, const void* const** codes);
