@@ -122,6 +122,7 @@ surface = "hard"
 [surfaces.hard]
 restitution = 0.5
 [run]
+duration = 0.5
 start = "given"
 [nonsmooth]
 scheme = "event-driven"
