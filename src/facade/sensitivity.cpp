@@ -11,8 +11,10 @@
 #include "facade/identify.hpp"
 #include "facade/simulation.hpp"
 #include "facade/varied_key.hpp"
+#include "formulations/differences.hpp"
 #include "formulations/make.hpp"
 #include "formulations/sensitivity.hpp"
+#include "io/scene/spelling.hpp"
 #include "mechanism/scene.hpp"
 #include "simulation/instrument.hpp"
 
@@ -101,13 +103,71 @@ VariedQuantity quantity_of(const Scene& scene, const System& system, const Layou
   if (!name.starts_with("end.") && !name.starts_with("mean."))
     throw ModelError(name, "must begin with event., end., mean., peak. or energy.");
   q.of = name.starts_with("end.") ? VariedQuantity::Of::end : VariedQuantity::Of::mean;
+  std::vector<std::string> names;
   for (const auto& columns : {trajectory_columns(layout), force_columns(layout)})
-    if (const auto* c = find_column(columns, rest);
-        c && c->of != Column::Of::time && c->of != Column::Of::mean) {
-      q.column = *c;
-      return q;
+    for (const auto& c : columns) {
+      const bool varies = c.of != Column::Of::time && c.of != Column::Of::mean;
+      if (c.name() == rest && varies) {
+        q.column = c;
+        return q;
+      }
+      if (c.name() == rest)
+        throw ModelError(name,
+                         fmt::format("\"{}\" has no derivative: it is the time, or a mean over a row", rest));
+      if (varies) names.push_back(c.name());
     }
-  throw ModelError(name, fmt::format("\"{}\" is no column of trajectory.csv or forces.csv", rest));
+  throw ModelError(name, fmt::format("\"{}\" is no column of trajectory.csv or forces.csv{}", rest,
+                                     meant(rest, names, "there is")));
+}
+
+/// The peak of a quantity with respect to a key of its instrument, which leaves the motion alone: peaks of the
+/// same motion behind displaced instruments.
+struct VariedInstrument {
+  std::size_t quantity = 0, key = 0;
+  std::size_t first = 0;  ///< of its four quantities, one for each displaced value
+};
+
+bool same_signal(const PeakChannel& a, const PeakChannel& b) {
+  return a.filtered == b.filtered && a.weights == b.weights && a.poles == b.poles && a.residues == b.residues;
+}
+
+/// Adds the quantities behind displaced instruments to the run.
+std::vector<VariedInstrument> add_instruments(SensitivityRun& run) {
+  std::vector<VariedInstrument> varied;
+  const auto count = run.quantities.size();
+  for (std::size_t q = 0; q < count; ++q) {
+    if (run.quantities[q].of != VariedQuantity::Of::peak) continue;
+    for (std::size_t key = 0; key < run.keys.size(); ++key) {
+      const auto& k = run.keys[key];
+      std::vector<VariedQuantity> displaced;
+      for (std::size_t i = 0; i < k.scenes.size() && k.scenes[i]; ++i)
+        displaced.push_back(peak_quantity(*k.scenes[i], *k.systems[i], run.quantities[q].name));
+      if (std::ranges::all_of(
+              displaced, [&](const auto& d) { return same_signal(d.channel, run.quantities[q].channel); }))
+        continue;
+      varied.push_back({q, key, run.quantities.size()});
+      run.quantities.insert(run.quantities.end(), displaced.begin(), displaced.end());
+    }
+  }
+  return varied;
+}
+
+/// Adds the differences to the derivatives, and removes the added quantities.
+void take_instruments(const SensitivityRun& run, const std::vector<VariedInstrument>& varied,
+                      std::size_t count, Sensitivities& all) {
+  for (const auto& v : varied) {
+    auto& s = all.quantities[v.quantity];
+    const auto change = difference(run.keys[v.key].spacing, {s.value}, [&](std::size_t i) {
+      return std::vector{all.quantities[v.first + i].value};
+    });
+    s.derivatives[v.key] += change.slope[0];
+    if (change.smooth || !s.reasons[v.key].empty()) continue;
+    s.derivatives[v.key] = NAN;
+    s.reasons[v.key] = "the peak changes with a kink at this value of the instrument";
+  }
+  all.quantities.resize(count);
+  for (auto& q : all.quantities)
+    for (double& d : q.derivatives) d += 0.0;  // no −0
 }
 
 }  // namespace
@@ -141,7 +201,10 @@ Sensitivities sensitivities(const Scene& scene, const SensitivityRequest& reques
     run.keys.push_back(request.to[i].starts_with("initial.")
                            ? initial_value(layout, run.start, request.to[i])
                            : vary(given, system, from, request.to[i], family, displaced[i]));
-  return run_sensitivities(run, family);
+  const auto varied = add_instruments(run);
+  auto all = run_sensitivities(run, family);
+  take_instruments(run, varied, request.of.size(), all);
+  return all;
 }
 
 double propagated_deviation(const Sensitivity& quantity, const std::vector<double>& deviations) {

@@ -11,6 +11,7 @@
 #include <utility>
 
 #include "formulations/differences.hpp"
+#include "io/scene/open_scene.hpp"
 #include "io/scene/toml_value.hpp"
 #include "io/scene/write_scene.hpp"
 #include "mechanism/error.hpp"
@@ -58,11 +59,9 @@ std::optional<std::pair<std::size_t, std::size_t>> find_number(const std::string
 
 /// Value of a key in a scene: in the canonical text, or as the scene's own text spells it.
 std::string value_text(const Scene& scene, const std::string& key) {
-  for (const auto& text : {to_toml(scene), scene.text})
-    for (const auto& line : canonical_lines(text)) {
-      const auto last = line.key.find_last_not_of(' ');
-      if (!line.value.empty() && line.key.substr(0, last + 1) == key) return line.value;
-    }
+  for (const auto& line : canonical_lines(to_toml(scene)))
+    if (!line.value.empty() && line.key == key) return line.value;
+  if (const auto value = spelled_value(scene, key)) return *value;
   throw ModelError(key, "has no value in this scene; state it there, or correct the name");
 }
 
@@ -112,7 +111,22 @@ NumberKey number_key(const Scene& scene, const std::string& name, Family family)
 }
 
 void set_number(Scene& scene, const NumberKey& k, double value) {
-  scene.set(k.key, k.text.substr(0, k.begin) + toml_number(value) + k.text.substr(k.end));
+  const auto text = k.text.substr(0, k.begin) + toml_number(value) + k.text.substr(k.end);
+  try {
+    scene.set(k.key, text);
+  } catch (const SceneError&) {
+    // The text may state the fact by another key, as run.revolutions for run.duration: try the canonical text,
+    // which an empty text requests, and report the first error if that fails, too.
+    Scene canonical = scene;
+    canonical.text.clear();
+    try {
+      canonical.set(k.key, text);
+    } catch (const SceneError&) {
+      canonical.text.clear();
+    }
+    if (canonical.text.empty()) throw;
+    scene = std::move(canonical);
+  }
 }
 
 std::unique_ptr<DisplacedScene> displace(const Scene& scene, const NumberKey& k, double value) {

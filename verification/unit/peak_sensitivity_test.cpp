@@ -91,6 +91,31 @@ TEST_CASE("peaks of positions have closed derivatives", "[sensitivity]") {
   CHECK(end.derivatives[1] == Approx(2).epsilon(1e-9));
 }
 
+TEST_CASE("peaks have derivatives with respect to their instrument", "[sensitivity]") {
+  // The peak of a jump (1 + e) v of the velocity, as below, is proportional to the bandwidth. Behind an axis
+  // (cos φ, sin φ) it is proportional to cos φ = a₀/√(a₀² + a₁²).
+  const double peak = 1.8 * 2 * 2 * pi * 200 * std::exp(-pi / 4);
+  const std::vector<std::string> keys{"instruments.pickup.bandwidth", "instruments.pickup.axis[1]",
+                                      "surfaces.hard.restitution", "instruments.pickup.sampling"};
+  const auto text = between_walls(0.6, "[2, 0]", 0.5, pickup);
+  for (const bool stepped : {false, true}) {
+    std::vector<std::string> options{"instruments.pickup.axis=[0.8, 0.6]"};
+    if (stepped) options.insert(options.end(), {"nonsmooth.scheme=moreau-jean", "nonsmooth.step=1e-3"});
+    const auto q = of(text, "peak.pickup", keys, "nonsmooth", options).quantities[0];
+    CAPTURE(stepped);
+    // quadrature of the low-pass, 1e-9, over a displacement of 5e-4
+    CHECK(q.derivatives[0] == Approx(0.8 * peak / 200).epsilon(1e-5));
+    CHECK(q.derivatives[1] == Approx(-0.6 * 0.8 * peak).epsilon(1e-5));
+    CHECK(q.derivatives[2] == Approx(0.8 * peak / 1.8).epsilon(1e-5));
+    CHECK(q.derivatives[3] == 0);
+    CHECK_FALSE(std::signbit(q.derivatives[3]));
+  }
+  // A position: y of the ball at the peak of x, at the end.
+  const auto place =
+      of(between_walls(3, "[2, 0.5]", 0.5, gauge), "peak.gauge", {"instruments.gauge.axis[1]"}).quantities[0];
+  CHECK(place.derivatives[0] == Approx(0.25).epsilon(1e-9));
+}
+
 TEST_CASE("two equal peaks have no derivative", "[sensitivity]") {
   const auto q =
       of(between_walls(1, "[2, 0]", 2.2, gauge), "peak.gauge", {"contacts.right.at[0][0]"}).quantities[0];

@@ -55,6 +55,36 @@ std::string reason(const std::string& text, const std::string& quantity, const s
 
 }  // namespace
 
+TEST_CASE("keys are taken as the scene and its options spell them", "[sensitivity]") {
+  // x = −l cos φ with φ = 2π r after r revolutions, of an arm of length l at a constant speed Ω.
+  const std::string arm = R"(
+[bodies.arm]
+mass = 1
+inertia = 1e-3
+points = { hub = [-0.05, 0.0], tip = [
+  0.05, 0] }
+[joints.main]
+type = "revolute"
+between = ["ground", "arm"]
+at = [[0, 0], "hub"]
+[drives.motor]
+joint = "main"
+speed_rpm = 60
+[run]
+revolutions = 1.3
+)";
+  const double pi = 3.14159265358979323846, phi = 2 * pi * 0.6, dx = -0.05 * std::sin(phi);
+  const auto q = of(arm, {"end.arm.x"},
+                    {"run.revolutions", "run.duration", "drives.motor.speed", "bodies.arm.points.hub[0]"},
+                    {"run.revolutions=0.6"})
+                     .quantities[0];
+  CHECK(q.value == Approx(0.05 * std::cos(phi)).epsilon(1e-10));
+  CHECK(q.derivatives[0] == Approx(2 * pi * dx).epsilon(1e-9));
+  CHECK(q.derivatives[1] == Approx(2 * pi * dx).epsilon(1e-9));  // 60 rpm: one revolution a second
+  CHECK(q.derivatives[2] == Approx(0.6 * dx).epsilon(1e-9));
+  CHECK(q.derivatives[3] == Approx(-std::cos(phi)).epsilon(1e-9));
+}
+
 TEST_CASE("quantities and keys without derivatives are refused", "[sensitivity]") {
   CHECK_THAT(refusal("event.0.t", "bodies.ball.mass"), Contains("event.0.t: must be event.N.t"));
   CHECK_THAT(refusal("end.ball.q", "bodies.ball.mass"), Contains("is no column of trajectory.csv"));

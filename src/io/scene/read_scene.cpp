@@ -83,6 +83,19 @@ void apply_override(toml::table& root, SceneSource& source, const std::string& g
   source.order.push_back(key);
 }
 
+/// A value as one line of TOML; empty for a table or a date.
+std::string line_of(const toml::node& node) {
+  if (const auto* list = node.as_array()) {
+    std::string out;
+    for (const auto& item : *list) out += (out.empty() ? "" : ", ") + line_of(item);
+    return fmt::format("[{}]", out);
+  }
+  if (const auto text = node.value_exact<std::string>()) return toml_quoted(*text);
+  if (const auto on = node.value_exact<bool>()) return *on ? "true" : "false";
+  const auto x = node.value<double>();
+  return x ? toml_number(*x) : "";
+}
+
 std::optional<int> read_format(Section& root) {
   constexpr Range known{[](double x) { return x >= 1 && x <= newest_format && x == static_cast<int>(x); },
                         "1 or 2 (later versions may know more)"};
@@ -162,6 +175,18 @@ Scene parse_scene(const std::string& text, const std::string& name, const std::v
   scene.idle = source.idle;
   scene.files = source.files;
   return scene;
+}
+
+std::optional<std::string> spelled_value(const Scene& scene, const std::string& key) {
+  auto document = parse_toml(scene.text, scene.file.string());
+  SceneSource source{.name = scene.file.string()};
+  for (const auto& o : scene.overrides) apply_override(document, source, o);
+  const toml::node* node = &document;
+  std::istringstream segments(key);
+  for (std::string name; node && std::getline(segments, name, '.');)
+    node = node->is_table() ? node->as_table()->get(name) : nullptr;
+  const auto line = node ? line_of(*node) : "";
+  return line.empty() ? std::nullopt : std::optional(line);
 }
 
 Scene read_scene(const std::filesystem::path& file, const std::vector<std::string>& overrides, bool outside) {
