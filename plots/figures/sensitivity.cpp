@@ -55,8 +55,9 @@ std::vector<std::filesystem::path> draw_sensitivity(const std::filesystem::path&
   f.script.add(
       "set xlabel 'Relative influence (p/Q) dQ/dp'\nset yrange [{}:-0.6]\nset ytics ({}) font SMALL noenhanced\n"
       "set arrow 1 from 0, graph 0 to 0, graph 1 nohead lc rgb 0x888888\n"
-      "set key outside top center horizontal font SMALL\n{}\n",
-      static_cast<double>(rows) - 0.4, ticks, plot);
+      // In columns of this height: gnuplot drops entries that do not fit its own choice.
+      "set key outside top center vertical maxrows {} font SMALL\n{}\n",
+      static_cast<double>(rows) - 0.4, ticks, (f.blocks.size() + 1) / 2, plot);
   return {draw(f, folder)};
 }
 

@@ -44,8 +44,13 @@ class Sensitivities:
 
     @property
     def influence(self) -> pd.DataFrame:
-        """(p/Q) dQ/dp: the relative change of a quantity for a relative change of a key."""
-        return self.jacobian.mul(self.keys, axis="columns").div(self.values, axis="index")
+        """(p/Q) dQ/dp: the relative change of a quantity for a relative change of a key.
+
+        NaN where the value is zero: below 1e-10 of the greatest p dQ/dp.
+        """
+        change = self.jacobian.mul(self.keys, axis="columns")
+        nonzero = self.values.where(self.values.abs() > 1e-10 * change.abs().max(axis="columns"))
+        return change.div(nonzero, axis="index")
 
 
 def sensitivity(

@@ -34,14 +34,24 @@ struct SensitivityVerb : Request {
 
 nlohmann::json number_or_null(double x) { return std::isfinite(x) ? nlohmann::json(x) : nlohmann::json(); }
 
-/// (p/Q) dQ/dp, the relative change of the quantity per relative change of the key.
+/// A value below this part of its greatest change p dQ/dp is zero within the error of a run.
+constexpr double rounding_part = 1e-10;
+
+/// (p/Q) dQ/dp, the relative change of the quantity per relative change of the key. NaN without a derivative or if
+/// the value is zero.
 double influence(const Sensitivities& all, const Sensitivity& q, std::size_t key) {
-  return q.derivatives[key] * all.key_values[key] / q.value;
+  double greatest = 0;
+  for (std::size_t i = 0; i < all.keys.size(); ++i)
+    if (const double change = std::abs(q.derivatives[i] * all.key_values[i]); std::isfinite(change))
+      greatest = std::max(greatest, change);
+  return std::abs(q.value) > rounding_part * greatest ? q.derivatives[key] * all.key_values[key] / q.value
+                                                      : NAN;
 }
 
 /// Standard deviations of the keys from KEY=VALUE; keys that are not in `to` are appended there.
 std::vector<double> deviations_of(const std::vector<std::string>& spread, std::vector<std::string>& to) {
   std::vector<double> deviations(to.size());
+  std::vector<std::string> given;
   for (const auto& text : spread) {
     const auto equals = text.rfind('=');
     double value = 0;
@@ -51,8 +61,13 @@ std::vector<double> deviations_of(const std::vector<std::string>& spread, std::v
                                    : std::from_chars(text.data() + equals + 1, end, value);
     if (error != std::errc() || rest != end || !(value >= 0) || !std::isfinite(value))
       throw SceneError(fmt::format(
-          "--spread {}: must be KEY=DEVIATION, with a standard deviation of at least 0 in SI units", text));
+          "--spread {}: must be KEY=DEVIATION, with a standard deviation of at least 0 in the unit of the key",
+          text));
     const auto key = text.substr(0, equals);
+    if (std::ranges::find(given, key) != given.end())
+      throw SceneError(
+          fmt::format("--spread {}: {} has a deviation already; give one for each key", text, key));
+    given.push_back(key);
     const auto place = static_cast<std::size_t>(std::ranges::find(to, key) - to.begin());
     if (place == to.size()) {
       to.push_back(key);
@@ -66,15 +81,14 @@ std::vector<double> deviations_of(const std::vector<std::string>& spread, std::v
 nlohmann::json quantity_json(const Sensitivities& all, const Sensitivity& q) {
   nlohmann::json derivatives = nlohmann::json::object(), influences = derivatives, reasons = derivatives;
   std::string first;
-  double condition = 0;
+  double condition = NAN;
   bool differentiable = true;
   for (std::size_t i = 0; i < all.keys.size(); ++i) {
     const bool known = std::isfinite(q.derivatives[i]);
     derivatives[all.keys[i]] = number_or_null(q.derivatives[i]);
     influences[all.keys[i]] = number_or_null(influence(all, q, i));
     differentiable = differentiable && known;
-    if (known && std::isfinite(influence(all, q, i)))
-      condition = std::max(condition, std::abs(influence(all, q, i)));
+    condition = std::fmax(condition, std::abs(influence(all, q, i)));  // of those that exist
     if (q.reasons[i].empty()) continue;
     reasons[all.keys[i]] = q.reasons[i];
     if (first.empty()) first = q.reasons[i];
@@ -139,7 +153,11 @@ int sensitivity(const SensitivityVerb& request) try {
   }
   fmt::print("results in {}\n", folder.string());
   for (const auto& path : plots::all(folder)) fmt::print("figure: {}\n", path.string());
-  if (all.stopped.empty()) return 0;
+  if (all.stopped.empty()) {
+    if (std::ranges::any_of(all.quantities, [](const auto& q) { return std::isfinite(q.value); })) return 0;
+    fmt::print(stderr, "the run reaches none of the quantities\n");
+    return 1;
+  }
   fmt::print(stderr, "{}: stopped: {}\n", request.formulation, all.stopped);
   return 1;
 } catch (const Interrupted&) {
@@ -164,8 +182,9 @@ void sensitivity_verb(Program& program) {
           "keys of the scene with one number, as surfaces.steel.restitution or gravity[1], or initial.COLUMN")
       .takes("KEY");
   options
-      .add("--spread", request.spread,
-           "standard deviations of keys, in SI units, for first-order standard deviations of the quantities")
+      .add(
+          "--spread", request.spread,
+          "standard deviations of keys, in their units, for first-order standard deviations of the quantities")
       .takes("KEY=DEVIATION");
   options.flag("--no-compile", request.no_compile,
                "evaluate the variational equations by the general path, as a reference");
