@@ -347,7 +347,7 @@ std::pair<std::vector<CurvePoint>, CurveEnds> BifurcationCurve::follow(
   std::string reason;
   if (is_positive() && !vanishing(solver(0, second), from, reason)) {
     ends.reasons[0] = ends.reasons[1] = reason;
-    return {{}, std::move(ends)};
+    return {{}, ends};
   }
   if (on_point) on_point(point_of(from));
   auto list = follow_to(-1, from, on_point, ends.reasons[0]);

@@ -15,6 +15,7 @@
 #include "facade/excitation.hpp"
 #include "facade/identify.hpp"
 #include "facade/orbit_shift.hpp"
+#include "facade/orbit_shooting.hpp"
 #include "facade/return_map.hpp"
 #include "facade/simulation.hpp"
 #include "formulations/sensitivity.hpp"
@@ -216,15 +217,28 @@ Orbit orbit(const Scene& scene, const OrbitRequest& request) {
   double accepted =
       accepted_errors * (family == Family::penalty ? given.penalty.tolerance : given.nonsmooth.tolerance);
   std::string reason = p.failure;
-  while (map.size() > 0 && p.failure.empty() && found.iterations < most_iterations) {
-    const double before = p.greatest;
-    if (before == 0 || !advance(map, p, reason)) break;
-    ++found.iterations;
-    if (p.greatest <= 0.5 * before) continue;
-    if (p.greatest <= accepted) break;
-    // The search has come to the errors of the steps, or it converges slowly.
-    if (p.end.stepped && p.greatest <= step_error(given, system, map, p, request.stop)) break;
-  }
+  const auto search = [&] {
+    for (int i = 0; map.size() > 0 && p.failure.empty() && i < most_iterations; ++i) {
+      const double before = p.greatest;
+      if (before == 0 || !advance(map, p, reason)) return;
+      ++found.iterations;
+      if (p.greatest <= 0.5 * before) continue;
+      if (p.greatest <= accepted) return;
+      // The search has come to the errors of the steps, or it converges slowly.
+      if (p.end.stepped && p.greatest <= step_error(given, system, map, p, request.stop)) return;
+    }
+  };
+  search();
+  const bool several = request.periods > 1 && !autonomous && shift.size() == 0 && family == Family::nonsmooth;
+  if (several && p.failure.empty() && !p.end.stepped && !(p.greatest <= accepted))
+    if (const auto shot = shoot_periods(given, system, found.period, request.periods, start, request.stop)) {
+      found.iterations += shot->iterations;
+      map.take_closed(shot->first);
+      map.chart(shot->first);
+      p = map.at(shot->first);
+      reason = p.failure;
+      search();
+    }
   found.state = p.state;
   if (p.failure.empty()) found.residual = p.greatest;
   if (p.end.stepped && p.failure.empty()) {
@@ -236,7 +250,7 @@ Orbit orbit(const Scene& scene, const OrbitRequest& request) {
         p.failure.empty()
             ? fmt::format("Newton's method ends at a residual of {:.3g} after {} steps{}", found.residual,
                           found.iterations,
-                          found.iterations == most_iterations ? std::string()
+                          found.iterations >= most_iterations ? std::string()
                           : reason.empty() ? std::string(": no shorter step reduces it; try another number "
                                                          "of periods, or more periods to settle")
                                            : ": " + reason)

@@ -72,11 +72,13 @@ struct BranchCase {
 
 void shaken_balls(Findings& f) {
   const std::string source = "flight and impact in closed form";
-  for (const auto& [subject, ball] :
+  for (const auto& one :
        {std::pair<const char*, reference::ShakenBall>{
             "ball on a shaken table, e = 0.5", {0.0032L, 20 * reference::ShakenBall::pi(), 9.81L, 0.5L}},
         {"ball that meets a shaken table in each second period, e = 0.6",
          {0.0043L, 20 * reference::ShakenBall::pi(), 9.81L, 0.6L, 2}}}) {
+    const char* subject = one.first;
+    const auto& ball = one.second;
     const auto scene = parse_scene(scenes::shaken_ball(ball, 1e-4L), "ball");
     const auto from = static_cast<double>(ball.amplitude);
     const auto request = [&](long double to) {
@@ -156,9 +158,11 @@ void impact_oscillator(Findings& f) {
 
 void liftoffs(Findings& f) {
   const std::string source = "forced linear oscillation in closed form";
-  for (const auto& [subject, table] :
+  for (const auto& one :
        {std::pair<const char*, reference::LoadedTable>{"body on a shaken table", {60, 9.81L, 0.3L}},
         {"body with a sprung second one on a shaken table", {60, 9.81L, 0.3L, 0.2L, 1000, 0.8L}}}) {
+    const char* subject = one.first;
+    const auto& table = one.second;
     const long double expected = table.liftoff();
     const BranchCase c{f, subject,
                        continue_orbit(parse_scene(scenes::loaded_table(table, 0.8L * expected), "table"),
