@@ -9,8 +9,9 @@ namespace {
 constexpr double same_freedom = 1e-12;
 
 /// max |x| of residuals of the laws, which must be finite and small.
-void take_residuals(LaneImpulses& s, std::initializer_list<Traced> impulses, const std::vector<Traced>& residuals,
-            std::initializer_list<Traced> rates, const Traced& tolerance) {
+void take_residuals(LaneImpulses& s, std::initializer_list<Traced> impulses,
+                    const std::vector<Traced>& residuals, std::initializer_list<Traced> rates,
+                    const Traced& tolerance) {
   Traced unfinished, size;
   for (const auto& P : impulses) unfinished += zero_if_finite(P);
   for (const auto& x : residuals) {

@@ -46,9 +46,7 @@ class Rig : public LagrangianDS {
   void computeJacobianFIntq(double t) override { computeJacobianFIntq(t, _q[0], _q[1]); }
 
  private:
-  static double moment() {
-    return rig.rod_mass * rig.rod_centre * rig.crank_length * rig.speed * rig.speed;
-  }
+  static double moment() { return rig.rod_mass * rig.rod_centre * rig.crank_length * rig.speed * rig.speed; }
 };
 
 /// Contact frame: n = e/|e|, t = n turned by +90°.
