@@ -83,6 +83,21 @@ restitution = 0.5
       sensitivities(parse_scene(text(0.5), "ball"), {.of = {"end.ball.y"}, .to = {"initial.ball.y"}})};
   once.expect(0, 0, "", b.end_by_height(0.5L),
               "uniform acceleration; the kind of case of brax issue 73 and diffrax issue 729");
+  const auto elastic = "gravity = [0, 0]\n" +
+                       test::body("ball", 0.3, 3e-4, "position = [0, 2.95]\nvelocity = [0, -5]\n") +
+                       R"([contacts.floor]
+type = "plane"
+between = ["ground", "ball"]
+radius = 0.2
+surface = "hard"
+[surfaces.hard]
+restitution = 1
+)" + test::run_for(1, "start = \"given\"\n") +
+                       event_scheme();
+  const Case bounced{
+      f, "elastic ball without gravity, one impact",
+      sensitivities(parse_scene(elastic, "ball"), {.of = {"end.ball.y"}, .to = {"initial.ball.y"}})};
+  bounced.expect(0, 0, "", -1, "uniform motion; the kind of case of github.com/google/brax/issues/317");
   // The last contact event is the onset of rest.
   const auto scene = parse_scene(text(1), "ball");
   const auto last = test::touches(test::simulate(scene, Family::nonsmooth)).size();
