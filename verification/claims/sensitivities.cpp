@@ -47,18 +47,20 @@ std::string event_scheme(const char* more = "") {
 }
 
 void dropped_ball(Findings& f) {
-  const auto text = [](double duration) {
-    return "gravity = [0, -9.81]\n" + test::body("ball", 0.3, 3e-4, "position = [0, 0.55]\n") +
-           R"([contacts.table]
+  const auto ball = [](double gravity, const char* start, double restitution, double duration) {
+    return fmt::format("gravity = [0, {}]\n", gravity) + test::body("ball", 0.3, 3e-4, start) +
+           fmt::format(R"([contacts.table]
 type = "plane"
 between = ["ground", "ball"]
 radius = 0.05
 surface = "hard"
 [surfaces.hard]
-restitution = 0.5
-)" + test::run_for(duration, "start = \"given\"\n") +
-           event_scheme();
+restitution = {}
+)",
+                       restitution) +
+           test::run_for(duration, "start = \"given\"\n") + event_scheme();
   };
+  const auto text = [&](double duration) { return ball(-9.81, "position = [0, 0.55]\n", 0.5, duration); };
   const reference::BallDerivatives b{0.5L, 9.81L, 0.5L};
   const std::string source = "geometric series of flights";
   const Case bounces{f, "ball dropped from 0.5 m",
@@ -83,20 +85,10 @@ restitution = 0.5
       sensitivities(parse_scene(text(0.5), "ball"), {.of = {"end.ball.y"}, .to = {"initial.ball.y"}})};
   once.expect(0, 0, "", b.end_by_height(0.5L),
               "uniform acceleration; the kind of case of brax issue 73 and diffrax issue 729");
-  const auto elastic = "gravity = [0, 0]\n" +
-                       test::body("ball", 0.3, 3e-4, "position = [0, 2.95]\nvelocity = [0, -5]\n") +
-                       R"([contacts.floor]
-type = "plane"
-between = ["ground", "ball"]
-radius = 0.2
-surface = "hard"
-[surfaces.hard]
-restitution = 1
-)" + test::run_for(1, "start = \"given\"\n") +
-                       event_scheme();
   const Case bounced{
       f, "elastic ball without gravity, one impact",
-      sensitivities(parse_scene(elastic, "ball"), {.of = {"end.ball.y"}, .to = {"initial.ball.y"}})};
+      sensitivities(parse_scene(ball(0, "position = [0, 2.95]\nvelocity = [0, -5]\n", 1, 1), "ball"),
+                    {.of = {"end.ball.y"}, .to = {"initial.ball.y"}})};
   bounced.expect(0, 0, "", -1, "uniform motion; the kind of case of github.com/google/brax/issues/317");
   // The last contact event is the onset of rest.
   const auto scene = parse_scene(text(1), "ball");
