@@ -180,7 +180,7 @@ EndState by_contact_forces(const SensitivityRun& run) {
     variation.end_step();
     for (int k = 0; k < run.system.contacts(); ++k)
       if (forces.changed(k)) end.renewed[static_cast<std::size_t>(k)] = true;
-    if (!run.keys.empty())
+    if (std::isfinite(run.longest_step))  // not while settling
       least.add_step(
           steps.t_old(), steps.t() - steps.t_old(), [&](int k) { return forces.closed(k); },
           [&](int k, double t) { return forces.at(k, t); });

@@ -70,7 +70,7 @@ void refuse_ties(const VariedOnset& onset, const std::vector<VariedOnset>& onset
     if (&other == &onset || std::abs(other.t - onset.t) > same_time * std::abs(onset.t)) continue;
     for (std::size_t c = 0; c < s.reasons.size(); ++c) {
       const double a = onset.dt[c], b = other.dt[c];
-      if (s.reasons[c].empty() && std::abs(a - b) > 1e-9 * std::max(std::abs(a), std::abs(b)))
+      if (s.reasons[c].empty() && !(std::abs(a - b) <= 1e-9 * std::max(std::abs(a), std::abs(b))))
         s.reasons[c] = fmt::format(
             "t = {:.9g} s: two contacts close at the same time, so that the number of each event depends on "
             "this key",
@@ -140,7 +140,8 @@ void take_quantities(const SensitivityRun& run, Variation& variation, const Pres
     for (const auto& onset : onsets)
       for (std::size_t c = 0; c < keys; ++c)
         if (std::abs(onset.t - end.t) <= same_time * std::abs(end.t) && s.reasons[c].empty() &&
-            std::abs(onset.dt[c] - run.keys[c].end_rate) > 1e-12 * std::abs(end.t) / run.keys[c].scale()) {
+            !(std::abs(onset.dt[c] - run.keys[c].end_rate) <=
+              1e-12 * std::abs(end.t) / run.keys[c].scale())) {
           s.reasons[c] = fmt::format("a contact closes at the end of the run, t = {:.9g} s", end.t);
           s.derivatives[c] = NAN;
         }

@@ -37,7 +37,7 @@ int figures(const FiguresRequest& request) {
   if (made.empty())
     throw SceneError(request.folder +
                      ": contains no result files to draw; give a folder made by freeplay run, compare, "
-                     "orbit, laws, drift or validate");
+                     "orbit, continue, lyapunov, laws, drift or validate");
   for (const auto& path : made) fmt::print("{}\n", path.string());
   return 0;
 }
@@ -47,8 +47,9 @@ int figures(const FiguresRequest& request) {
 void figures_verb(Program& program) {
   auto [options, request] =
       program.verb("figures", "redraw the figures of a result folder, or draw those of a paper", figures);
-  auto folder = options.add("folder", request.folder,
-                            "folder made by run, compare, orbit, orbit, laws, drift or validate");
+  auto folder =
+      options.add("folder", request.folder,
+                  "folder made by run, compare, orbit, continue, lyapunov, laws, drift or validate");
   auto paper = options
                    .add("--paper", request.paper.paper,
                         "draw the figures of this paper by their numbers; makes the runs that are missing")

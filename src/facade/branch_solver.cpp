@@ -224,9 +224,12 @@ std::optional<BranchMotion> BranchSolver::solve(const BranchCondition& c, const 
           return {};
         }
         if (far) break;
+        const auto kept = at;
         at = moved(m, std::move(at), change);
         step = length_of(change, f);
-        const auto r = i < most_simplified ? residual(c, m, at) : std::nullopt;
+        if (i == most_simplified) break;
+        const auto r = residual(c, m, at);
+        if (i > 0 && (!r || r->greatest > last)) at = kept;
         if (!r) break;
         const bool reduced = r->greatest <= simplified_reduction * last;
         reached = !reduced && r->greatest <= reached_share * accepted;

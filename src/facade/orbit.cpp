@@ -217,8 +217,12 @@ Orbit orbit(const Scene& scene, const OrbitRequest& request) {
   double accepted =
       accepted_errors * (family == Family::penalty ? given.penalty.tolerance : given.nonsmooth.tolerance);
   std::string reason = p.failure;
+  bool exhausted = false;
   const auto search = [&] {
-    for (int i = 0; map.size() > 0 && p.failure.empty() && i < most_iterations; ++i) {
+    exhausted = false;
+    for (int i = 0; map.size() > 0 && p.failure.empty(); ++i) {
+      exhausted = i == most_iterations;
+      if (exhausted) return;
       const double before = p.greatest;
       if (before == 0 || !advance(map, p, reason)) return;
       ++found.iterations;
@@ -235,9 +239,13 @@ Orbit orbit(const Scene& scene, const OrbitRequest& request) {
       found.iterations += shot->iterations;
       map.take_closed(shot->first);
       map.chart(shot->first);
-      p = map.at(shot->first);
-      reason = p.failure;
-      search();
+      if (auto next = map.at(shot->first); next.failure.empty()) {
+        p = std::move(next);
+        search();
+      } else {
+        map.take_closed(p.state);
+        map.chart(p.state);
+      }
     }
   found.state = p.state;
   if (p.failure.empty()) found.residual = p.greatest;
@@ -250,7 +258,7 @@ Orbit orbit(const Scene& scene, const OrbitRequest& request) {
         p.failure.empty()
             ? fmt::format("Newton's method ends at a residual of {:.3g} after {} steps{}", found.residual,
                           found.iterations,
-                          found.iterations >= most_iterations ? std::string()
+                          exhausted        ? std::string()
                           : reason.empty() ? std::string(": no shorter step reduces it; try another number "
                                                          "of periods, or more periods to settle")
                                            : ": " + reason)

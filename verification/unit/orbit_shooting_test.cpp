@@ -1,5 +1,6 @@
 // Multiple shooting: unstable motions of several periods from starts at which the map of all periods is far from
 // linear.
+#include <algorithm>
 #include <catch2/catch.hpp>
 #include <cmath>
 #include <cstddef>
@@ -29,6 +30,9 @@ TEST_CASE("unstable motions of three periods of a ball on a table", "[orbit]") {
     REQUIRE(found.failure.empty());
     CHECK_FALSE(found.stable);
     REQUIRE(found.impacts.size() >= 2);
+    // Motions of one period have equal impacts.
+    const auto [least, most] = std::ranges::minmax(found.impacts, {}, &OrbitImpact::speed);
+    CHECK(most.speed - least.speed > 1e-3);
     for (std::size_t i = 0; i < found.impacts.size(); ++i) {
       const bool last = i + 1 == found.impacts.size();
       const auto &a = found.impacts[i], &b = last ? found.impacts.front() : found.impacts[i + 1];
