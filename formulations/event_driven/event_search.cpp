@@ -80,7 +80,7 @@ ModeEvent EventSearch::shorten_until_bounded(EventDynamics& d, Method& m) {
     first.t = m.t;
     double over = curve_overreach(d.system, m.t_old, m.x_old.data(), m.x_old.data() + d.system.n(), m.t,
                                   m.x.data(), m.x.data() + d.system.n(), Knots::located);
-    if (!(over > most_overreach)) {
+    if (!(over > 1)) {
       if ((find_gap_events(d, m, first) && (step_unseen_ <= seen_depth || halvings++ == most_halvings)) ||
           !is_finite(m.x)) {
         unseen_ = std::max(unseen_, step_unseen_);

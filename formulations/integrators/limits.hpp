@@ -2,18 +2,22 @@
 // its limit, so that the step can end there. With w the demand over the limit, the torque or force
 // is min(max(w, −1), 1) times the limit: it has a kink at w = ±1.
 //
-// The search looks at w at eight equal parts of the step, on its dense output. A demand that
-// crosses the limit and returns within a part is not found. The evaluated torque is limited in any
-// case, so that such a kink adds to the error of the step, which error control bounds. Values
-// within `margin` of ±1 belong to neither side: a step that begins at the limit begins on the side
-// that the motion enters. There is therefore no state beyond that of the motion.
+// The search represents w on the dense output of the step by a polynomial (step_course.hpp), whose
+// bounds exclude that a demand crosses a limit and returns unseen. Values within `margin` of ±1, or
+// within rounding, belong to neither side: a step that begins at the limit begins on the side that
+// the motion enters. There is therefore no state beyond that of the motion. Where the motion on both
+// sides leads back to the limit (an integral that stops there), the demand slides along it: a return
+// within a thousandth of the step is no crossing, and error control bounds the steps.
 #pragma once
 
+#include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstddef>
 #include <vector>
 
 #include "formulations/integrators/crossing.hpp"
+#include "formulations/integrators/step_course.hpp"
 
 namespace freeplay {
 
@@ -38,32 +42,35 @@ class Limits {
     Crossing found;
     const auto n = static_cast<std::size_t>(system.limiters());
     if (n == 0 || !(step.t > step.t_old)) return found;
-    const auto side = [&](double w) {
-      if (std::abs(std::abs(w) - 1) <= margin || std::isnan(w)) return none;
-      return w > 1 ? 1 : w < -1 ? -1 : 0;
-    };
-    last_.assign(n, {});
     found.t = before;
-    constexpr int parts = 8;
-    for (int k = 0; k <= parts; ++k) {
-      const double t = k < parts ? step.t_old + (step.t - step.t_old) * k / parts : step.t;
-      if (found.found() || !(t - (step.t - step.t_old) / parts < found.t)) break;
+    samples_.resize(n);
+    for (std::size_t k = 0; k <= StepCourse::degree; ++k) {
+      const double t = StepCourse::time(step.t_old, step.t, k);
       evaluate(system, offset, t, at(t));
-      now_ = w_;
-      for (std::size_t i = 0; i < n; ++i) {
-        const int here = side(now_[i]);
-        if (here == none) continue;
-        auto& was = last_[i];
-        if (was.side != none && was.side != here) {
-          const double border = was.side != 0 ? was.side : here;
-          const auto value = [&](double s) {
-            evaluate(system, offset, s, at(s));
-            return w_[i] - border;
-          };
-          const double root = bracketed_root(value, was.t, t, was.w - border, now_[i] - border);
-          if (root < found.t) found = {static_cast<int>(i), border, root};
-        }
-        was = {here, t, now_[i]};
+      for (std::size_t i = 0; i < n; ++i) samples_[i][k] = w_[i].share;
+    }
+    for (std::size_t i = 0; i < n; ++i) {
+      const StepCourse course(step.t_old, step.t, samples_[i]);
+      if (!std::isfinite(course.bend())) continue;
+      const double start = samples_[i].back(), rate = course.rate(step.t_old);
+      const double slack = std::max({margin, rounding * course.largest(), noise(w_[i], step.t, rate)});
+      for (const auto& end : ends(start, rate, slack)) {
+        if (!end.finite()) continue;
+        const auto left = [&](double w, double t) {
+          return Watched{end.sign * (w - end.border), end.sign * course.rate(t)};
+        };
+        const auto look = [&](double t) {
+          evaluate(system, offset, t, at(t));
+          return left(w_[i].share, t);
+        };
+        auto from = left(start, step.t_old);
+        const bool at_limit = std::abs(from.value) <= slack;
+        if (at_limit) from.value = 0;
+        double unseen = 0;
+        const auto t = first_loss(look, step.t_old, step.t, from, left(samples_[i].front(), step.t),
+                                  {GapMotion::Shape::straight, 0, course.bend(), 0}, slack, unseen);
+        if (!t || (at_limit && *t - step.t_old <= 1e-3 * (step.t - step.t_old))) continue;
+        if (*t < found.t) found = {static_cast<int>(i), end.border, *t};
       }
     }
     if (!found.found()) found.t = 0;
@@ -76,26 +83,38 @@ class Limits {
     land_on_gap(method, f, c.t, rounding, [&] {
       const auto i = static_cast<std::size_t>(c.limiter);
       evaluate(system, offset, method.t, method.x);
-      const double w = w_[i], ahead = 1e-3 * (method.t - method.t_old);
+      const double w = w_[i].share, ahead = 1e-3 * (method.t - method.t_old);
       moved_ = method.x;
       for (std::size_t k = 0; k < moved_.size(); ++k) moved_[k] += ahead * method.dxdt[k];
       evaluate(system, offset, method.t + ahead, moved_);
-      return Watched{w - c.border, (w_[i] - w) / ahead};
+      return Watched{w - c.border, (w_[i].share - w) / ahead};
     });
   }
 
  private:
-  static constexpr int none = 2;
-  struct Seen {
-    int side = none;
-    double t = 0, w = 0;
+  /// An end of the range of w on one side of a limit.
+  struct End {
+    int sign;       ///< 1: the lower end, −1: the upper end
+    double border;  ///< infinite: none
+    bool finite() const { return std::isfinite(border); }
   };
+  static std::array<End, 2> ends(double start, double rate, double slack) {
+    const bool at_limit = std::abs(std::abs(start) - 1) <= slack;
+    if (at_limit ? start * rate <= 0 : std::abs(start) <= 1) return {End{1, -1}, End{-1, 1}};
+    const int side = start > 0 ? 1 : -1;
+    return {End{side, static_cast<double>(side)}, End{-side, side * INFINITY}};
+  }
+  /// Rounding of w: of its terms, and of the time.
+  static double noise(const Saturation& w, double t, double rate) {
+    return 8e-16 * (w.terms + std::abs(t * rate));
+  }
   void evaluate(const System& system, int offset, double t, const std::vector<double>& x) {
     w_.resize(static_cast<std::size_t>(system.limiters()));
     system.saturations(t, x.data(), x.data() + system.n(), x.data() + offset, w_.data());
   }
-  std::vector<double> w_, now_, moved_;
-  std::vector<Seen> last_;
+  std::vector<Saturation> w_;
+  std::vector<double> moved_;
+  std::vector<std::array<double, StepCourse::degree + 1>> samples_;
 };
 
 }  // namespace freeplay

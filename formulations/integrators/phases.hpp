@@ -1,13 +1,15 @@
-// Phases: angles and distances at which tables and one-way forces have kinks. It keeps the present
-// piece of each, and finds the first crossing of a kink in a step. A method that samples a table
-// only at its stages may pass over whole pulses. Each table is therefore restricted to its present
-// piece, on which it is linear, and every kink is an event, located like a contact onset.
+// Phases: angles, distances and speeds at which tables and one-way forces have kinks. It keeps the
+// present piece of each, and finds the first crossing of a kink in a step. A method that samples a
+// table only at its stages may pass over whole pulses. Each table is therefore restricted to its
+// present piece, on which it is smooth, and every kink is an event, located like a contact onset. A
+// speed that approaches an equilibrium between two kinks crosses neither.
 #pragma once
 
 #include <optional>
 #include <vector>
 
 #include "formulations/integrators/crossing.hpp"
+#include "formulations/integrators/step_course.hpp"
 #include "values/memory.hpp"
 
 namespace freeplay {
@@ -36,14 +38,24 @@ class Phases {
   Crossing first(const System& system, double t0, double t1, const State& x0, const State& x1,
                  const MotionBounds& bounds, double before, double& unseen, At at) const {
     Crossing found{-1, false, before};
+    if (!(t1 > t0)) return found;
     for (int k = 0; k < static_cast<int>(pieces_.size()); ++k) {
+      const auto& phase = system.phase(k);
       const auto& piece = pieces_[static_cast<std::size_t>(k)];
+      StepCourse course;
+      if (phase.speed) course = course_of(system, k, t0, t1, x0, x1, at);
       for (const bool up : {false, true}) {
         if (!std::isfinite(up ? piece.high : piece.low)) continue;
-        const auto motion = system.phase(k).motion(bounds, piece, up, x1.data());
-        const auto left = [&](const State& x) { return rest(system, k, up, x); };
-        const auto t = first_loss([&](double s) { return left(at(s)); }, t0, t1, left(x0), left(x1), motion,
-                                  rounding(k), unseen);
+        const auto left = [&](const State& x, double t) {
+          auto now = rest(system, k, up, x);
+          if (phase.speed) now.rate = (up ? -1 : 1) * course.rate(t);
+          return now;
+        };
+        const auto motion = phase.speed ? GapMotion{GapMotion::Shape::straight, 0, course.bend(), 0}
+                                        : phase.motion(bounds, piece, up, x1.data());
+        const double noise = phase.speed ? course_rounding * std::max(1.0, course.largest()) : rounding(k);
+        const auto t = first_loss([&](double s) { return left(at(s), s); }, t0, t1, left(x0, t0),
+                                  left(x1, t1), motion, noise, unseen);
         if (t && *t < found.t) found = {k, up, *t};
       }
     }
@@ -52,12 +64,18 @@ class Phases {
   /// Ends the last step of `method` at a crossing.
   template <class Method, class F>
   void land(const System& system, Method& method, F& f, Crossing& c) const {
-    land_on_gap(method, f, c.t, rounding(c.phase), [&] { return rest(system, c.phase, c.up, method.x); });
+    const auto& phase = system.phase(c.phase);
+    land_on_gap(method, f, c.t, rounding(c.phase), [&] {
+      auto now = rest(system, c.phase, c.up, method.x);
+      if (phase.speed)  // without the terms of turning axes: Newton's method corrects the rest
+        now.rate = (c.up ? -1 : 1) * phase.at(method.x.data(), method.dxdt.data() + system.n()).value;
+      return now;
+    });
   }
   /// The pieces, for Reading::pieces.
   const Piece* pieces() const { return pieces_.data(); }
   /// Distance to the end of phase k's piece at a state, upwards or downwards, and its rate (rad,
-  /// rad/s).
+  /// rad/s; 0 for a speed).
   template <class State>
   Watched rest(const System& system, int k, bool up, const State& x) const {
     const auto now = system.phase(k).at(x.data(), x.data() + system.n());
@@ -79,6 +97,20 @@ class Phases {
   }
 
  private:
+  /// Rounding of a StepCourse and its bounds.
+  static constexpr double course_rounding = 1e-12;
+  template <class State, class At>
+  static StepCourse course_of(const System& system, int k, double t0, double t1, const State& x0,
+                              const State& x1, At at) {
+    const auto speed = [&](const State& x) {
+      return system.phase(k).at(x.data(), x.data() + system.n()).value;
+    };
+    std::array<double, StepCourse::degree + 1> w{};
+    w.front() = speed(x1);
+    for (std::size_t j = 1; j < StepCourse::degree; ++j) w[j] = speed(at(StepCourse::time(t0, t1, j)));
+    w.back() = speed(x0);
+    return {t0, t1, w};
+  }
   static double rounding(const Piece& piece) {
     const auto size = [](double x) { return std::isfinite(x) ? std::abs(x) : 0; };
     return 1e-15 * std::max({1.0, size(piece.low), size(piece.high)});

@@ -212,6 +212,7 @@ void PenaltyStepper<Method>::keep_pulse() {
   const auto n = static_cast<std::size_t>(system.n());
   pulses_.resize(static_cast<std::size_t>(system.phases()));
   for (int k = 0; k < system.phases(); ++k) {
+    if (system.phase(k).speed) continue;
     const auto rate = [&](const Vector& x, const double* v) { return system.phase(k).at(x.data(), v).rate; };
     const double a0 = rate(method_.x_old, method_.dxdt_old.data() + n),
                  a1 = rate(method_.x, method_.dxdt.data() + n);

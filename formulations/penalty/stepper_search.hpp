@@ -19,7 +19,7 @@ bool PenaltyStepper<Method>::step_within_curves(double t_end) {
       coarse_ = std::max({coarse_, h / limit, beyond});
       return true;
     }
-    if (!(beyond > most_overreach)) return true;
+    if (!(beyond > 1)) return true;
     t_end = method_.t_old + h / beyond;
     if (!(t_end > method_.t_old)) return true;  // time resolves no shorter step
     ++method_.rejected;

@@ -198,7 +198,7 @@ AdaptiveMoreau::Outcome AdaptiveMoreau::attempt(Attempt& a, double t_end) {
   }
   if (const double over = curve_overreach(system_, start.t, start.q.data(), start.v.data(), moreau_.t(),
                                           moreau_.q(), moreau_.v(), Knots::passed);
-      over > most_overreach && h > std::max(1e-3 * floor, a.least)) {
+      over > 1 && h > std::max(1e-3 * floor, a.least)) {
     a.landings = 0;
     return shorten(h / over);
   }

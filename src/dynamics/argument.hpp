@@ -27,7 +27,8 @@ struct ReadJoint {
 template <class T, class M, class Rate>
 T read_at(const Piecewise& y, Argument x, const M& m, const T& place, Rate rate) {
   if (y.is_constant()) return y.value(T(0));
-  if (x == Argument::speed) return y.value(rate(m.v));
+  const auto on_piece = [&](const T& at) { return m.piece ? y.value(at, m.piece->inside()) : y.value(at); };
+  if (x == Argument::speed) return on_piece(rate(m.v));
   if constexpr (is_place<T>)
     if (const auto* s = m.reading.sweep) {
       if (x == Argument::time) return y.mean(m.t - 0.5 * s->h, m.t + 0.5 * s->h);
@@ -35,17 +36,18 @@ T read_at(const Piecewise& y, Argument x, const M& m, const T& place, Rate rate)
       return y.mean(from, from + s->h * rate(s->mean));
     }
   if (x == Argument::time) return y.value(m.t);
-  return m.piece ? y.value(place, m.piece->inside()) : y.value(place);
+  return on_piece(place);
 }
 
 /// The kinks at which integrators must end steps, if there are any.
 inline std::optional<Phase> phase_of(const Piecewise& y, Argument x, const Link& link,
                                      const Vec2* axis = nullptr) {
-  if (x != Argument::angle && x != Argument::position) return {};
+  if (x == Argument::time) return {};
   auto knots = y.knots();
   if (knots.empty()) return {};
   Phase phase{link, std::move(knots), y.period()};
   phase.swept = true;
+  phase.speed = x == Argument::speed;
   if (axis) {
     phase.of = Phase::Of::travel;
     phase.axis = *axis;

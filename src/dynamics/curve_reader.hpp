@@ -27,7 +27,7 @@ struct CurveReader {
   /// x and its rate. If x is a speed, its rate is unknown here and given as 0.
   Watched argument(double t, const double* q, const double* v) const {
     if (of == Of::time) return {t, 1};
-    const auto now = place.at(q, v);
+    const auto now = place.place_at(q, v);
     return of == Of::place ? now : Watched{now.rate, 0};
   }
   /// The length over which y varies at x; at a knot, that of the stretch above or below.

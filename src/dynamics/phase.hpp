@@ -4,6 +4,9 @@
 //
 //     θ = θ_j − θ_i,     s = a·d,   ṡ = a·ḋ + ω_i perp a·d,   |d|
 //     |s̈| ≤ |d̈| + 2 |ω_i ḋ| + (ω_i² + |α_i|) |d|
+//
+// or the rate of one of these, whose own rate the state does not determine, or the speed b·v of
+// the second point along an axis b of the second body.
 #pragma once
 
 #include <cmath>
@@ -14,26 +17,41 @@
 
 namespace freeplay {
 
+/// The demand of a drive over its limit: at ±1 the force of the drive has a kink.
+struct Saturation {
+  double share = 0;
+  double terms = 0;  ///< sum of the sizes of its terms, over the limit
+};
+
 struct Phase {
   static constexpr double turn = 6.283185307179586;
-  enum class Of { angle, travel, distance };
+  enum class Of { angle, travel, distance, forward };
   Link link = {};
   std::vector<double> kinks = {};  ///< rad or m, increasing, within one period
   double period = 0;               ///< rad or m; 0: the kinks do not repeat
   Of of = Of::angle;
-  Vec2 axis{1, 0};  ///< axis a of a travel, in the first body's frame
+  Vec2 axis{1, 0};  ///< axis a of a travel, in the first body's frame; b, in the second body's
   /// True for a curve, whose time steps go from kink to kink (integrators/curve_limit.hpp). False
   /// for a spring, at whose kinks steps end.
   bool swept = false;
+  /// True if the coordinate is the rate of the angle, travel or distance; always for `forward`.
+  bool speed = false;
 
-  /// The coordinate and its rate.
+  /// The coordinate and its rate; the rate of a speed is given as 0.
   Watched at(const double* q, const double* v) const {
+    const auto now = place_at(q, v);
+    return speed ? Watched{now.rate, 0} : now;
+  }
+  /// The angle, travel or distance, and its rate.
+  Watched place_at(const double* q, const double* v) const {
     if (of == Of::angle) return {theta(q, link.j) - theta(q, link.i), omega(v, link.j) - omega(v, link.i)};
     const Placement placed{q};
     const auto arm = [&](int body, const Vec2& s) { return placed.point(body, s) - centre(q, body); };
     const Arms<double> a{arm(link.i, link.si), arm(link.j, link.sj),
                          placed.point(link.j, link.sj) - placed.point(link.i, link.si)};
     const Vec2 rate = freeplay::relative_velocity(link, a, v);
+    if (of == Of::forward)
+      return {0, dot(placed.point(link.j, link.sj + axis) - placed.point(link.j, link.sj), rate)};
     if (of == Of::travel) {
       const Vec2 along = placed.point(link.i, link.si + axis) - placed.point(link.i, link.si);
       return {dot(along, a.d), dot(along, rate) + omega(v, link.i) * dot(perp(along), a.d)};

@@ -126,8 +126,8 @@ class System {
             const Reading& reading = {}) const;
   /// Number of drives with a limited demand.
   int limiters() const { return limiters_; }
-  /// Their demands over their limits, limiters() values: at ±1 the force of a drive has a kink.
-  void saturations(double t, const double* q, const double* v, const double* z, double* list) const;
+  /// Their demands over their limits, limiters() entries.
+  void saturations(double t, const double* q, const double* v, const double* z, Saturation* list) const;
   /// Whether ż of any state depends on the velocities (motors).
   bool has_velocity_flows() const { return velocity_flows_; }
   /// Potential energy of gravity and springs (J). Constant forces and torques count as loads.

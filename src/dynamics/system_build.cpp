@@ -241,7 +241,7 @@ void System::place_load(Builder& builder, const Element& element) {
     if constexpr (requires { facts.limiters(); }) limiters_ += facts.limiters();
     const auto hold = [&](Phase phase) {
       placed.phase = phases();
-      (phase.swept ? sweeps_ : spring_kinks_) = true;
+      if (!phase.speed) (phase.swept ? sweeps_ : spring_kinks_) = true;
       phases_.push_back(std::move(phase));
     };
     if constexpr (requires { facts.angle_kinks(); })

@@ -74,13 +74,14 @@ void System::flow(std::type_identity_t<T> t, const T* q, const T* v, const T* z,
   });
 }
 
-void System::saturations(double t, const double* q, const double* v, const double* z, double* list) const {
+void System::saturations(double t, const double* q, const double* v, const double* z,
+                         Saturation* list) const {
   const Evaluation none;
   const Motion<double> motion{t, q, v, none, {}};
   for_each_item(placed_->lists, [&]<class Facts>(const Placed<Facts>& x) {
-    if constexpr (requires { x.facts.saturation(motion, z); })
-      if (const auto share = x.facts.saturation(motion, x.state < 0 ? nullptr : z + x.state))
-        *list++ = *share;
+    if constexpr (requires { x.facts.limiters(); })
+      if (x.facts.limiters() > 0)
+        *list++ = x.facts.saturation(motion, x.link, x.state < 0 ? nullptr : z + x.state);
   });
 }
 

@@ -68,10 +68,13 @@ struct ControllerDynamics : Facts {
   }
 
   int limiters() const { return this->limit.has_value(); }
-  /// u over the limit: at ±1 the torque or force has a kink.
-  std::optional<double> saturation(const auto& m, const double* z) const {
-    if (!this->limit) return {};
-    return demand<double>(m, z).u / *this->limit;
+  Saturation saturation(const auto& m, const Link&, const double* z) const {
+    const auto now = state(m.q, m.v);
+    const auto goal = course.jet(m.t);
+    double terms = this->proportional * (std::abs(goal.value) + std::abs(now.place)) +
+                   this->derivative * (std::abs(goal.slope) + std::abs(now.rate));
+    if (this->integral > 0) terms += this->integral * std::abs(*z);
+    return {demand<double>(m, z).u / *this->limit, terms / *this->limit};
   }
   template <class T>
   void flow(const auto& m, const T* z, T* dz) const {

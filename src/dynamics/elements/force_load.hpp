@@ -25,15 +25,19 @@ struct Dynamics<ForceLoad> : ForceLoad {
     return !own && factor >= 0 && against == Argument::time ? course.next_knot(t) : INFINITY;
   }
   std::optional<Phase> phase(const Link& link) const {
+    if (own || factor < 0) return {};
     const Vec2 along = force.is_zero() ? force : force.direction();
-    return own || factor < 0 ? std::nullopt
-                             : phase_of(course, against, read.or_own(link),
-                                        against == Argument::position ? &along : nullptr);
+    auto phase = phase_of(course, against, read.or_own(link), against == Argument::angle ? nullptr : &along);
+    if (phase && forward()) phase->of = Phase::Of::forward;
+    return phase;
   }
   std::optional<CurveReader> reader(const Link& link) const {
     if (own || factor < 0) return {};
     const Vec2 along = force.is_zero() ? force : force.direction();
-    return reader_of(name, course, against, read.or_own(link), against == Argument::angle ? nullptr : &along);
+    auto reader =
+        reader_of(name, course, against, read.or_own(link), against == Argument::angle ? nullptr : &along);
+    if (reader && forward()) reader->place.of = Phase::Of::forward;
+    return reader;
   }
 
   template <class T>
@@ -48,6 +52,7 @@ struct Dynamics<ForceLoad> : ForceLoad {
   }
 
  private:
+  bool forward() const { return axes == Axes::body && against == Argument::speed; }
   template <class T>
   Vec2Of<T> scaled(const auto& m, const auto& link, const Arms<T>& a, const Vec2Of<T>& f) const {
     const auto moves = [&](const T* v) { return dot(f, relative_velocity(link, a, v)) / force.norm(); };

@@ -29,6 +29,13 @@ struct Dynamics<Governor> : Governor {
     return reader_of(name, course, Argument::time, link);
   }
 
+  int limiters() const { return limit.has_value(); }
+  Saturation saturation(const auto& m, const Link& link, const double* z) const {
+    const double own = z ? integral * *z : 0, target = course.value(m.t), speed = m.spin(link);
+    return {(proportional * (target - speed) + own) / *limit,
+            (proportional * (std::abs(target) + std::abs(speed)) + std::abs(own)) / *limit};
+  }
+
   template <class T>
   T flow(const auto& m, const auto& link, const T& z) const {
     const T e = lacking<T>(m, link);

@@ -1,0 +1,146 @@
+// Narrow kinks of forces against speed and of limited controllers: no scheme may pass over them.
+// Every recorded row is compared with a closed form (references/kinked_forces.hpp).
+#include <fmt/format.h>
+#include <catch2/catch.hpp>
+
+#include <cmath>
+#include <random>
+#include <string>
+#include <vector>
+
+#include "verification/references/kinked_forces.hpp"
+#include "verification/support/motion_rows.hpp"
+#include "verification/support/scene_text.hpp"
+#include "verification/support/ways.hpp"
+
+using namespace freeplay;
+
+namespace {
+
+using test::Way;
+
+const std::vector<Way> all_ways = [] {
+  std::vector<Way> list{test::automatic, test::event_driven, test::chosen_steps};
+  for (const char* integrator : {"dopri5", "bulirsch_stoer", "adams_bashforth_moulton", "rosenbrock4"})
+    list.push_back({integrator, Family::penalty, {}, 0, {std::string("penalty.integrator=") + integrator}});
+  return list;
+}();
+
+/// Bound of a row's error over the greatest speed. Located kinks leave the tolerance of 1e-8 a step,
+/// over at most some thousand steps. Adaptive time stepping is of second order with a tolerance of
+/// 1e-6, and passes knots of speeds by up to a hundredth of the narrowest piece.
+double bound(const Way& way) { return way.stepping() ? 2e-3 : 2e-5; }
+
+test::MotionRows rows_of(const Way& way, const std::string& text, double apart) {
+  return test::motion_rows(test::scene_by(way, text), way.family, apart);
+}
+
+/// A body of mass m (kg), or inertia, under a force that is a table of its speed.
+std::string by_speed(bool turns, double m, double v, const std::vector<reference::SpeedCurve::Knot>& knots,
+                     double duration) {
+  std::string points;
+  for (const auto& k : knots) points += fmt::format("[{:.17g}, {:.17g}], ", k.v, k.force);
+  return (turns ? fmt::format("[bodies.it]\nmass = 1\ninertia = {:.17g}\nangular_velocity = {:.17g}\n"
+                              "[joints.j]\ntype = \"revolute\"\n",
+                              m, v)
+                : fmt::format("[bodies.it]\nmass = {:.17g}\ninertia = 1\nvelocity = [{:.17g}, 0]\n"
+                              "[joints.j]\ntype = \"translational\"\n",
+                              m, v)) +
+         fmt::format("between = [\"ground\", \"it\"]\n[drives.d]\njoint = \"j\"\n{} = \"c\"\nagainst = \"speed\"\n"
+                     "[curves.c]\nshape = \"table\"\npoints = [{}]\n"
+                     "[run]\nduration = {:.17g}\nstart = \"given\"\n",
+                     turns ? "torque_curve" : "force", points, duration);
+}
+
+void check_speed(bool turns, double m, double v, const std::vector<reference::SpeedCurve::Knot>& knots,
+                 double duration, double scale) {
+  for (const auto& way : all_ways) {
+    INFO(way.name);
+    const auto rows = rows_of(way, by_speed(turns, m, v, knots, duration), duration / 40);
+    REQUIRE(rows.rows.size() >= 40);
+    reference::SpeedCurve exact(knots, m, v);
+    CHECK(rows.worst([&](const test::MotionRow& r) {
+      exact.advance(r.t);
+      return (r.v[turns ? 2 : 0] - exact.v()) / scale;
+    }) < bound(way));
+  }
+}
+
+std::string controlled(const reference::SaturatedAxis& a, double duration) {
+  return fmt::format(
+      "[bodies.it]\nmass = 1\ninertia = {:.17g}\nangular_velocity = {:.17g}\n[joints.j]\ntype = \"revolute\"\n"
+      "between = [\"ground\", \"it\"]\n[drives.d]\njoint = \"j\"\nproportional = {:.17g}\nderivative = {:.17g}\n"
+      "target_angle = {:.17g}\ntorque_limit = {:.17g}\n[run]\nduration = {:.17g}\nstart = \"given\"\n",
+      a.J, a.speed, a.stiffness, a.damping, a.target, a.limit, duration);
+}
+
+void check_controller(const reference::SaturatedAxis& axis, double duration) {
+  const double pace = std::sqrt(2 * std::abs(axis.target) * axis.limit / axis.J) + std::abs(axis.speed);
+  for (const auto& way : all_ways) {
+    INFO(way.name);
+    const auto rows = rows_of(way, controlled(axis, duration), duration / 40);
+    REQUIRE(rows.rows.size() >= 40);
+    auto exact = axis;
+    double t = 0;
+    CHECK(rows.worst([&](const test::MotionRow& r) {
+      exact.advance(r.t - t);
+      t = r.t;
+      return (r.v[2] - exact.speed) / pace;
+    }) < bound(way));
+  }
+}
+
+}  // namespace
+
+TEST_CASE("kinks in steps: a narrow drive against speed holds a braked slider in every scheme") {
+  check_speed(false, 1, 1, {{-10, -1}, {0.499, -1}, {0.5, 1}, {0.501, -1}, {10, -1}}, 2, 1);
+}
+
+TEST_CASE("kinks in steps: random tables against speed with pieces of 1e-4 to 1e-1 of the range") {
+  std::mt19937_64 random(20261128);
+  const auto uniform = [&](double a, double b) { return std::uniform_real_distribution<double>(a, b)(random); };
+  for (int n = 0; n < 6; ++n) {
+    INFO("scene " << n);
+    const double m = std::pow(10, uniform(-2, 2)), V = std::pow(10, uniform(-1, 1)),
+                 width = V * std::pow(10, uniform(-4, -1));
+    std::vector<reference::SpeedCurve::Knot> knots{{-3 * V, m * V * uniform(-1, 1)}};
+    std::vector<double> places;
+    for (int k = 0; k < 5; ++k) places.push_back(uniform(-V, V));
+    std::ranges::sort(places);
+    for (const double v : places) {
+      if (v - knots.back().v < 4 * width) continue;
+      const double force = m * V * uniform(-1, 1);
+      if (uniform(0, 1) < 0.6)
+        for (const double side : {-1, 0, 1})
+          knots.push_back({v + side * width, side == 0 ? m * V * uniform(-2, 2) : force});
+      else
+        knots.push_back({v, force});
+    }
+    knots.push_back({3 * V, m * V * uniform(-1, 1)});
+    check_speed(n % 2 == 1, m, uniform(-V, V), knots, uniform(1, 4), V);
+  }
+}
+
+TEST_CASE("kinks in steps: a controller whose linear zone is narrow is followed through it") {
+  check_controller({9.852780376729157, 1735.357782308705, 0, 0.06940249334480664, 10.23785577439855},
+                   5.365314374424757);
+}
+
+TEST_CASE("kinks in steps: a saturated controller of great gain does not stop the integrators") {
+  check_controller({0.0028226615166461874, 9085.475527864346, 44.42911172701613 * 0.04, 0.02052527265518027,
+                    0.008194846600754481, 0, 0.1594812152315423},
+                   0.5624332614809124);
+}
+
+TEST_CASE("kinks in steps: random saturated controllers") {
+  std::mt19937_64 random(20261129);
+  const auto uniform = [&](double a, double b) { return std::uniform_real_distribution<double>(a, b)(random); };
+  for (int n = 0; n < 6; ++n) {
+    INFO("scene " << n);
+    const double J = std::pow(10, uniform(-3, 2)), w = std::pow(10, uniform(0, 2)), k = J * w * w,
+                 d = n % 2 == 0 ? 0 : 2 * uniform(0.02, 0.9) * J * w, target = std::pow(10, uniform(-2, 0)),
+                 limit = k * target * std::pow(10, uniform(-2.5, -0.3));
+    check_controller({J, k, d, target, limit, 0, uniform(-0.2, 0.2) * target * w},
+                     6 * std::sqrt(2 * target * J / limit));
+  }
+}
