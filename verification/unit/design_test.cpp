@@ -138,6 +138,8 @@ TEST_CASE("axes of a study: lists, ranges, units, several keys", "[design][study
   REQUIRE(one_value.size() == 2);
   CHECK(one_value[1].overrides ==
         std::vector<std::string>{"joints.a.clearance=0.0002", "joints.b.clearance=0.0002"});
+  const auto within = cells(desk.study("[axes.a]\nkey = \"joints.a.at[1][0]\"\nvalues = [\"2 mm\"]"));
+  CHECK(within.at(0).overrides == std::vector<std::string>{"joints.a.at[1][0]=0.002"});
   const auto own =
       cells(desk.study("[axes.a]\nkeys = [\"joints.a.clearance\", \"surfaces.s.restitution\"]\n"
                        "values = [[\"0.1 mm\", 0.5], [\"0.2 mm\", 0.25]]"));

@@ -95,6 +95,44 @@ TEST_CASE("overrides set any key", "[scene]") {
   REQUIRE(s.mechanism.loads.size() == 1);
 }
 
+TEST_CASE("an override sets one number of a list", "[scene]") {
+  const std::string text = scene() + R"([bodies.c]
+mass = 1
+inertia = 1
+points = { pin = [0.1, 0.2] }
+[joints.named]
+type = "revolute"
+between = ["b", "c"]
+at = [[0.3, 0], "pin"]
+)";
+  auto s = parse_scene(text, "s",
+                       {"bodies.a.position=[1, 2]", "bodies.a.position[1]=5 mm", "bodies.b.velocity[0]=3",
+                        "joints.named.at[1][1]=0.25", "gravity[1]=-1", "bodies.c.points.pin[0]=0.15"});
+  CHECK(s.mechanism.bodies[0].position == Vec2(1, 5e-3));
+  CHECK(s.mechanism.bodies[1].velocity == Vec2(3, 0));  // of a list that the file does not have
+  const auto& at = std::get<RevoluteJoint>(s.mechanism.joints.back()).at;
+  CHECK(at[0] == Vec2(0.3, 0));
+  CHECK(at[1] == Vec2(0.1, 0.25));  // one number in place of a name keeps the other
+  CHECK(s.mechanism.gravity.y() == -1);
+  s.set("bodies.a.position[0]", 4);
+  CHECK(s.mechanism.bodies[0].position == Vec2(4, 5e-3));
+  s.mechanism.bodies[0].position = {7, 8};  // a scene changed in code
+  s.set("bodies.a.position[0]", 9);
+  CHECK(s.mechanism.bodies[0].position == Vec2(9, 8));
+
+  const auto says = [&](const std::string& option) {
+    return test::refusal_of<SceneError>([&] { parse_scene(text, "s", {option}); });
+  };
+  CHECK_THAT(says("bodies.a.position[2]=1"), Contains("bodies.a.position has no such number"));
+  CHECK_THAT(says("bodies.a.mass[0]=1"), Contains("bodies.a.mass has no such number"));
+  CHECK_THAT(says("joints.named.at[1]=1"), Contains("joints.named.at has no such number"));
+  CHECK_THAT(says("bodies.a.position[x]=1"), Contains("must end with indices such as [0]"));
+  CHECK_THAT(says("bodies.a.position[0=1"), Contains("must end with indices such as [0]"));
+  CHECK_THAT(says("bodies.a.position[-1]=1"), Contains("must end with indices such as [0]"));
+  CHECK_THAT(says("bodies.z.position[0]=1"), Contains("bodies.z"));
+  CHECK_THAT(says("bodies.a.position[0]=heavy"), Contains("bodies.a.position: must be a number"));
+}
+
 TEST_CASE("invalid scenes are refused with place, key and remedy", "[scene]") {
   REQUIRE(refusal(scene()) == "accepted");
   const test::Edit list[] = {

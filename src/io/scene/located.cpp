@@ -19,7 +19,7 @@ SceneError located(const Scene& scene, const ModelError& error) {
     SceneSource source{.name = file};
     const auto document = parse_toml(scene.text, file);
     for (const auto& given : scene.overrides) {
-      source.order.push_back(given.substr(0, given.find('=')));
+      source.order.push_back(given.substr(0, given.find_first_of("[=")));
       source.overridden[source.order.back()] = given;
     }
     // The key itself, or the innermost table around it that the file contains.

@@ -320,10 +320,14 @@ const SchemaKey* find_key(std::string_view path) {
   return it == keys().end() ? nullptr : &*it;
 }
 
-std::string_view unit_of(const std::string& key) {
+std::string_view unit_of(const std::string& name) {
+  const auto key = name.substr(0, name.find('['));
   const auto first = key.find('.'), last = key.rfind('.');
   const auto* row = find_key(first == last ? key : key.substr(0, first) + ".*" + key.substr(last));
-  return row ? row->unit : "";
+  if (!row || key == name) return row ? row->unit : "";
+  const auto comma = row->unit.find(", ");  // of the columns of a list of points
+  if (comma == row->unit.npos) return row->unit;
+  return name.ends_with("[0]") ? row->unit.substr(0, comma) : row->unit.substr(comma + 2);
 }
 
 const std::vector<std::string>& keys_of(std::string_view table) {

@@ -33,9 +33,9 @@ bool of_scene(const SchemaKey& key);
 /// The key of a path such as joints.*.clearance, or nullptr.
 const SchemaKey* find_key(std::string_view path);
 
-/// Unit of a scene's key, given with its names as in joints.gudgeon.clearance; "" for an unknown
-/// key.
-std::string_view unit_of(const std::string& key);
+/// Unit of a scene's key, given with its names as in joints.gudgeon.clearance, or of a number within
+/// its list (joints.pin.at[0][1]); "" for an unknown key.
+std::string_view unit_of(const std::string& name);
 
 /// Names of keys and subtables that a table may contain ("joints.*", or "" for the root), in the
 /// order of the schema, with "*" if the author chooses names.

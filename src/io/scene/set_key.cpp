@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "io/files/visible.hpp"
-#include "io/scene/toml_value.hpp"
+#include "io/scene/stated_number.hpp"
 #include "io/scene/write_scene.hpp"
 #include "mechanism/outside.hpp"
 #include "mechanism/scene.hpp"
@@ -45,17 +45,6 @@ std::string make_way(const std::string& text, const std::string& set, std::strin
   return out;
 }
 
-/// Whether the scene equals what its text and overrides say. A canonical text counts as a scene
-/// built in code, since it does not keep the original spelling.
-bool stands_as_read(const Scene& scene, const std::string& facts) {
-  if (scene.text.empty() || scene.text == facts) return false;
-  try {
-    return to_toml(parse_scene(scene.text, scene.file.string(), scene.overrides, scene.outside)) == facts;
-  } catch (const SceneError&) {
-    return false;
-  }
-}
-
 /// Parses the scene with one more option. Earlier options that become unread by its choice are
 /// dropped, as are keys of the file.
 Scene parse_with(const Scene& scene, const std::string& given, const std::string& key) {
@@ -64,25 +53,36 @@ Scene parse_with(const Scene& scene, const std::string& given, const std::string
   for (;;) try {
       return parse_scene(scene.text, scene.file.string(), options, scene.outside);
     } catch (const UnreadKey& e) {
-      const auto sets = [&](const std::string& option) { return option.starts_with(e.key + "="); };
+      const auto sets = [&](const std::string& option) {
+        return option.starts_with(e.key) && option.find_first_of("[=") == e.key.size();
+      };
       if (e.key == key || std::erase_if(options, sets) == 0) throw;
     }
 }
 
 }  // namespace
 
+bool equals_its_text(const Scene& scene, const std::string& facts) {
+  if (scene.text.empty() || scene.text == facts) return false;
+  try {
+    return to_toml(parse_scene(scene.text, scene.file.string(), scene.overrides, scene.outside)) == facts;
+  } catch (const SceneError&) {
+    return false;
+  }
+}
+
 void Scene::set(const std::string& key, const std::string& value) try {
   if (key.find('=') != key.npos) throw SceneError("a key has no =");
   const auto given = key + "=" + value;
   const auto facts = to_toml(*this);
   Scene changed;
-  if (stands_as_read(*this, facts)) {
+  if (equals_its_text(*this, facts)) {
     changed = parse_with(*this, given, key);
   } else {
     // With `revolutions`, `discard` would count revolutions; keep its value in seconds.
     const bool in_revolutions = key == "run.revolutions";
-    changed =
-        parse_scene(make_way(facts, key, in_revolutions ? "run.discard" : ""), "scene in code", {given});
+    changed = parse_scene(make_way(facts, key.substr(0, key.find('[')), in_revolutions ? "run.discard" : ""),
+                          "scene in code", {given});
     if (in_revolutions) {
       changed.run.discard = run.discard;
       if (run.discard >= changed.run.duration)
