@@ -109,7 +109,7 @@ std::vector<BifurcationKind> kinds_of(const std::vector<std::string>& names) {
   for (const auto& name : names) {
     const auto known = std::ranges::find(bifurcation_names, name);
     const auto kind = static_cast<BifurcationKind>(known - bifurcation_names.begin());
-    if (known == bifurcation_names.end() || kind == BifurcationKind::sequence)
+    if (known == bifurcation_names.end() || kind >= BifurcationKind::sequence)
       throw ModelError("continue.curves",
                        "\"" + name + "\" is no kind of curve; use fold, flip, torus, grazing or liftoff");
     kinds.push_back(kind);

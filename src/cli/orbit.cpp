@@ -73,6 +73,8 @@ nlohmann::json orbit_json(const Scene& scene, const Orbit& found) {
 void print(const Orbit& found) {
   fmt::print("periodic motion of {} x {:.9g} s, {}, residual {:.2g} after {} Newton steps\n", found.periods,
              found.period, found.stable ? "stable" : "not stable", found.residual, found.iterations);
+  if (found.moved > 0)
+    fmt::print("the section was moved by {:.9g} s, away from a contact onset\n", found.moved);
   fmt::print("{} contact onset{} per motion\n", found.impacts.size(), found.impacts.size() == 1 ? "" : "s");
   for (const auto& c : found.lasting)
     fmt::print("{} is closed during the whole motion, with at least {:.6g} N at t = {:.9g} s\n", c.joint,
@@ -121,6 +123,7 @@ int find_orbit(const OrbitVerb& request) try {
   if (request.period) document["period_given_s"] = *request.period;
   document["provenance"] = provenance(scene, identify(scene, family_of(request.formulation), std::nullopt));
   if (!request.shift.empty()) document["shift"] = {{"coordinates", request.shift}, {"change", found.shift}};
+  if (found.moved > 0) document["section_moved_s"] = found.moved;
   if (found.step_error > 0) document["step_error"] = found.step_error;
   write_json(set.place() / "orbit.json", document);
   run_motion(scene, found, request, set.place() / "motion");

@@ -233,7 +233,7 @@ std::optional<BifurcationCurve::Located> BifurcationCurve::locate(const std::vec
   set_number_key(scene, keys_[other], Family::nonsmooth, near[other] * range_[other]);
   base.model = std::make_shared<BranchModel>(scene, s.setup(), s.periods(), base.parameter);
   auto& map = base.model->map;
-  map.set_closed(last.base.model->map.closed());
+  map.take_closed(last.base.model->map);
   if (s.setup().autonomous) map.set_length(begin.length);
   reason = map.shift(std::vector<double>(last.base.point.starts.front().size()), base.point.state);
   if (!reason.empty()) return {};

@@ -18,6 +18,10 @@ constexpr int most_idle = 4;
 constexpr double located_share = 1e-12;
 /// A pair with a smaller imaginary part is real: no torus begins there.
 constexpr double complex_part = 1e-6;
+/// Least modulus of an eigenvalue of a regular system.
+constexpr double least_eigenvalue = 1e-6;
+/// Greatest share of the ends of a bracket that is left at a zero.
+constexpr double jump_share = 0.1;
 /// Most motions in an extrapolation to a grazing impact or lift-off.
 constexpr std::size_t most_extrapolated = 6;
 /// Least ratio of their approach speeds or forces.
@@ -37,6 +41,18 @@ double flip_test(const BranchSolver& solver, const BranchMotion& m) {
   std::complex<double> product = 1;
   for (const auto& x : decisive(solver, m)) product *= (1.0 + x) / (1 + std::abs(x));
   return product.real();
+}
+
+/// The least modulus of the eigenvalues, with the sign of the determinant.
+double crossing_test(const BranchSolver& solver, const BranchMotion& m) {
+  if (solver.setup().autonomous) return NAN;  // the phase of the motion is free
+  std::complex<double> sign = 1;
+  double least = INFINITY;
+  for (const auto& x : general_eigen(solver.equations(m)).values) {
+    least = std::min(least, std::abs(x));
+    sign *= x / std::abs(x);
+  }
+  return std::copysign(least, sign.real());
 }
 
 double torus_test(const BranchSolver& solver, const BranchMotion& m) {
@@ -110,26 +126,50 @@ bool has_complex_pair(const BranchSolver& solver, const BranchMotion& m) {
 double bifurcation_test(BifurcationKind kind, const BranchSolver& solver, const BranchMotion& m) {
   if (kind == BifurcationKind::flip) return flip_test(solver, m);
   if (kind == BifurcationKind::torus) return torus_test(solver, m);
+  if (kind == BifurcationKind::crossing) return crossing_test(solver, m);
   return fold_test(m);
 }
 
 std::vector<BranchEvent> events_between(BranchSolver& solver, const BranchMotion& base, double distance,
-                                        BranchMotion& next) {
+                                        BranchMotion& next, const std::vector<BranchTest>& further) {
   std::vector<BranchEvent> list;
   bool refined = false;
-  for (const auto kind : {BifurcationKind::fold, BifurcationKind::flip, BifurcationKind::torus}) {
-    const auto test = [&](const BranchMotion& m) { return bifurcation_test(kind, solver, m); };
-    const double before = test(base), after = test(next);
+  auto tests = further;
+  for (const auto kind :
+       {BifurcationKind::fold, BifurcationKind::flip, BifurcationKind::torus, BifurcationKind::crossing})
+    tests.push_back(
+        {kind, "", [&, kind](const BranchMotion& m) { return bifurcation_test(kind, solver, m); }});
+  for (const auto& test : tests) {
+    const double before = test.value(base), after = test.value(next);
     if (!(before * after < 0)) continue;
+    // A family of motions has a vanishing determinant, whose sign is that of
+    // rounding errors.
+    const bool crosses = test.kind == BifurcationKind::crossing;
+    if (crosses && std::min(std::abs(before), std::abs(after)) < least_eigenvalue) continue;
     if (!refined && !solver.refine_motion(next).empty()) continue;
     refined = true;
-    auto found = locate(solver, base, distance, before, after, test);
-    if (!found || (kind == BifurcationKind::torus && !has_complex_pair(solver, found->motion))) continue;
-    found->kind = kind;
+    auto found = locate(solver, base, distance, before, after, test.value);
+    if (!found || (test.kind == BifurcationKind::torus && !has_complex_pair(solver, found->motion))) continue;
+    // A function that jumps has no zero.
+    const bool jumps =
+        !(std::abs(found->residual) <= jump_share * std::max(std::abs(before), std::abs(after)));
+    if (jumps && (crosses || test.kind == BifurcationKind::event)) continue;
+    found->kind = test.kind;
+    found->name = test.name;
     list.push_back(std::move(*found));
   }
   std::ranges::stable_sort(list, {}, &BranchEvent::distance);
   return list;
+}
+
+VectorXd crossing_direction(const BranchSolver& solver, const BranchMotion& m) {
+  const auto eigen = general_eigen(solver.equations(m));
+  Eigen::Index least = 0;
+  for (Eigen::Index i = 1; i < eigen.values.size(); ++i)
+    if (std::abs(eigen.values[i]) < std::abs(eigen.values[least])) least = i;
+  VectorXd direction = eigen.vectors.col(least).real();
+  direction /= length_of(direction, m.model->map.size());
+  return direction;
 }
 
 std::optional<BranchEvent> reach_key(const BranchSolver& solver, const BranchMotion& base, double distance,

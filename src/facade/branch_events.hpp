@@ -5,6 +5,7 @@
 //     fold    τ_ξ                      the key turns back
 //     flip    Π (1 + λ_i)
 //     torus   Π_{i<j} (1 − λ_i λ_j)    and a complex pair there
+//     crossing  det A                  of the system for the next motion, which is regular at a fold
 //
 // Source: Kuznetsov, Elements of Applied Bifurcation Theory, 3rd ed. (2004), section 10.2. A grazing impact is
 // located in its approach speed v: state and key are smooth functions of v, whereas the derivative of the map
@@ -14,6 +15,7 @@
 
 #include <cmath>
 #include <cstddef>
+#include <functional>
 #include <optional>
 #include <string>
 #include <vector>
@@ -28,7 +30,15 @@ struct BranchEvent {
   BifurcationKind kind = BifurcationKind::fold;
   double distance = 0;  ///< arclength from the motion before
   BranchMotion motion;
-  double residual = 0;  ///< of the test function
+  double residual = 0;    ///< of the test function
+  std::string name = {};  ///< of an event of the request
+};
+
+/// A function of the motions of a branch whose zeros are located.
+struct BranchTest {
+  BifurcationKind kind = BifurcationKind::event;
+  std::string name;
+  std::function<double(const BranchMotion&)> value;
 };
 
 /// Value of the test function of a fold, flip or torus at a motion.
@@ -36,11 +46,13 @@ double bifurcation_test(BifurcationKind kind, const BranchSolver& solver, const 
 /// Whether the pair of multipliers with a product nearest 1 is complex.
 bool has_complex_pair(const BranchSolver& solver, const BranchMotion& m);
 
-/// Bifurcations between a motion and the one at the arclength `distance`, in their order. Refines the steps of
-/// the solver.
+/// Bifurcations between a motion and the one at the arclength `distance`, and
+/// zeros of further tests, in their order. Refines the steps of the solver.
 std::vector<BranchEvent> events_between(BranchSolver& solver, const BranchMotion& base, double distance,
-                                        BranchMotion& next);
+                                        BranchMotion& next, const std::vector<BranchTest>& further);
 
+/// The direction of the other branch at a crossing, a tangent orthogonal to that of the motion.
+Eigen::VectorXd crossing_direction(const BranchSolver& solver, const BranchMotion& m);
 /// The motion at which the key has a value, between a motion and the one at the arclength `distance`.
 std::optional<BranchEvent> reach_key(const BranchSolver& solver, const BranchMotion& base, double distance,
                                      const BranchMotion& next, double value);

@@ -68,15 +68,9 @@ std::optional<BranchMotion> first_with_impact(const BranchSolver& solver, const 
         kappa[k] = found->speed * found->speed / (sign * size);
         if (fastest > 0 && found->speed > fastest) continue;
         fastest = found->speed;
-        auto change = end->state;
-        for (std::size_t i = 0; i < change.q.size(); ++i) {
-          change.q[i] -= m.point.end.state.q[i];
-          change.v[i] -= m.point.end.state.v[i];
-        }
-        for (std::size_t i = 0; i < change.z.size(); ++i) change.z[i] -= m.point.end.state.z[i];
-        auto list = change.q;
-        list.insert(list.end(), change.v.begin(), change.v.end());
-        list.insert(list.end(), change.z.begin(), change.z.end());
+        auto list = list_of({end->state, end->contacts});
+        const auto from = list_of({m.point.end.state, m.point.end.contacts});
+        for (std::size_t i = 0; i < list.size(); ++i) list[i] -= from[i];
         const VectorXd smooth = m.point.map * u + m.point.by_key * (xi * range / scale);
         c = (map.local(list) / scale - smooth) / found->speed;
       }

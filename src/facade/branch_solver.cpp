@@ -37,7 +37,7 @@ double map_length(const BranchSetup& setup, int periods, const Scene& scene, con
 
 Scene with_key(const Scene& given, const BranchSetup& setup, double parameter) {
   Scene scene = given;
-  set_number_key(scene, setup.key, Family::nonsmooth, parameter);
+  set_number_key(scene, setup.key, setup.family, parameter);
   return scene;
 }
 
@@ -48,15 +48,16 @@ std::vector<double> onset_times(const BranchMotion& m) {
   return list;
 }
 
-std::vector<double> difference_of(const State& a, const State& b) {
-  auto list = all_of(a);
-  const auto other = all_of(b);
+std::vector<double> difference_of(const SectionState& a, const SectionState& b) {
+  auto list = list_of(a);
+  const auto other = list_of(b);
   for (std::size_t i = 0; i < list.size(); ++i) list[i] -= other[i];
   return list;
 }
 
-std::string diverged(const BranchMotion& m) {
-  return fmt::format("Newton's method does not converge; its residual is {:.3g}", m.point.greatest);
+std::string diverged(const BranchMotion& m, double accepted) {
+  return fmt::format("Newton's method does not converge; its residual is {:.3g}, above {:.3g}",
+                     m.point.greatest, accepted);
 }
 
 }  // namespace
@@ -69,7 +70,7 @@ BranchModel::BranchModel(const Scene& given, const BranchSetup& setup, int perio
     : scene(with_key(given, setup, parameter)),
       system(scene.mechanism),
       map(scene, system, setup.autonomous ? 1 : map_length(setup, periods, scene, system), setup.autonomous,
-          setup.stop) {}
+          setup.stop, setup.family) {}
 
 std::vector<int> BranchMotion::sequence() const {
   std::vector<int> list;
@@ -89,16 +90,16 @@ MapKey BranchSolver::key() const {
   return k;
 }
 
-std::shared_ptr<BranchModel> BranchSolver::model(double parameter, const std::vector<int>& closed,
+std::shared_ptr<BranchModel> BranchSolver::model(double parameter, const ReturnMap* like,
                                                  double length) const {
   auto m = std::make_shared<BranchModel>(given_, setup_, periods_, parameter);
-  m->map.set_closed(closed);
+  if (like) m->map.take_closed(*like);
   if (setup_.autonomous) m->map.set_length(length);
   return m;
 }
 
 /// τ · (x − x_k) − s
-double BranchSolver::excess(const BranchCondition& c, const State& s, double parameter) const {
+double BranchSolver::excess(const BranchCondition& c, const SectionState& s, double parameter) const {
   const auto& map = c.base.model->map;
   return c.tangent.head(map.size()).dot(map.local(difference_of(s, c.base.point.state))) / scale_ +
          c.tangent[c.tangent.size() - 1] * (parameter - c.base.parameter) / setup_.range() - c.distance;
@@ -125,27 +126,15 @@ MatrixXd BranchSolver::system_at(const BranchCondition& c, const BranchModel& m,
 std::optional<BranchSolver::Residual> BranchSolver::residual(const BranchCondition& c,
                                                              const BranchMotion& near,
                                                              const BranchGuess& at) const {
-  const auto there = model(at.parameter, c.base.model->map.closed(), at.length);
+  const auto there = model(at.parameter, &c.base.model->map, at.length);
   Residual r{.start = at.state, .value = {}};
-  if (!there->map.shift(std::vector<double>(all_of(r.start).size()), r.start).empty()) return {};
-  const double length = there->map.length();
-  const auto end = run_end_state({.scene = there->scene,
-                                  .system = there->system,
-                                  .start = r.start,
-                                  .end = r.start.t + length,
-                                  .keys = {},
-                                  .quantities = {},
-                                  .stop = setup_.stop,
-                                  .longest_step = length / steps_});
-  if (!end.stopped.empty()) return {};
-  auto change = difference_of(end.state, r.start);
-  for (std::size_t i = 2; i < r.start.q.size(); i += 3)
-    change[i] = std::remainder(change[i], 2 * std::numbers::pi);
-  for (std::size_t i = 0; i < change.size(); ++i)
-    r.greatest = std::max(r.greatest, std::abs(change[i]) / end.scales[i]);
+  if (!there->map.shift(std::vector<double>(list_of(r.start).size()), r.start).empty()) return {};
+  const auto p = there->map.value(r.start, steps_);
+  if (!p.failure.empty()) return {};
+  r.greatest = p.greatest;
   const auto f = near.model->map.size();
   r.value = VectorXd(f + 1);
-  r.value.head(f) = near.model->map.local(change) / scale_;
+  r.value.head(f) = near.model->map.local(p.change) / scale_;
   r.value[f] = excess(c, r.start, at.parameter);
   return r;
 }
@@ -160,6 +149,11 @@ BranchGuess BranchSolver::moved(const BranchMotion& near, BranchGuess from, cons
     from.state.v[i] += by[n + i];
   }
   for (std::size_t k = 0; k < from.state.z.size(); ++k) from.state.z[k] += by[2 * n + k];
+  for (std::size_t k = 0; k < from.state.contacts.size(); ++k) {
+    const auto place = 2 * n + from.state.z.size() + 2 * k;
+    from.state.contacts[k].v0 += by[place];
+    from.state.contacts[k].mass += by[place + 1];
+  }
   from.parameter += setup_.range() * step[step.size() - 1];
   if (setup_.autonomous) from.length *= 1 + step[f];
   return from;
@@ -170,14 +164,14 @@ std::optional<BranchMotion> BranchSolver::solve(const BranchCondition& c, const 
   const auto by = key();
   BranchMotion m;
   BranchGuess at = guess;
-  double before = INFINITY, step = INFINITY;
+  double before = INFINITY, step = INFINITY, accepted = 0;
   bool reached = false;  // the errors of the map
-  const std::vector<double> none(all_of(at.state).size());
+  const std::vector<double> none(list_of(at.state).size());
   try {
     for (; m.iterations <= most_corrections; ++m.iterations) {
       if (setup_.stop()) throw Interrupted();
       m.parameter = at.parameter;
-      m.model = model(m.parameter, c.base.model->map.closed(), at.length);
+      m.model = model(m.parameter, &c.base.model->map, at.length);
       auto& map = m.model->map;
       reason = map.shift(none, at.state);
       if (!reason.empty()) return {};
@@ -185,7 +179,10 @@ std::optional<BranchMotion> BranchSolver::solve(const BranchCondition& c, const 
       m.point = map.at(at.state, steps_, &by);
       reason = m.point.failure;
       if (!reason.empty()) return {};
-      const double accepted = accepted_residual * m.model->scene.nonsmooth.tolerance;
+      const auto& given = m.model->scene;
+      accepted = std::max(map.rounding(m.point),
+                          accepted_residual * (setup_.family == Family::penalty ? given.penalty.tolerance
+                                                                                : given.nonsmooth.tolerance));
       const auto f = map.size();
       if (f != c.base.model->map.size()) {
         reason = "the number of degrees of freedom changes";
@@ -220,7 +217,7 @@ std::optional<BranchMotion> BranchSolver::solve(const BranchCondition& c, const 
         const bool far = !(std::abs(change[change.size() - 1]) <= farthest_step) ||
                          (setup_.autonomous && !(std::abs(change[f]) < 0.5));
         if (far && i == 0) {
-          reason = diverged(m);
+          reason = diverged(m, accepted);
           return {};
         }
         if (far) break;
@@ -247,7 +244,7 @@ std::optional<BranchMotion> BranchSolver::solve(const BranchCondition& c, const 
     reason = e.what();
     return {};
   }
-  reason = diverged(m);
+  reason = diverged(m, accepted);
   return {};
 }
 
@@ -267,13 +264,14 @@ std::optional<BranchMotion> BranchSolver::at_key(const BranchMotion& base, const
   return solve({base, tangent, (guess.parameter - base.parameter) / setup_.range()}, guess, reason);
 }
 
-std::optional<BranchMotion> BranchSolver::begin(const State& near, double parameter, double length,
+std::optional<BranchMotion> BranchSolver::begin(const SectionState& near, double parameter, double length,
                                                 bool rising, std::string& reason) {
   BranchMotion base;
   base.parameter = parameter;
-  base.model = model(parameter, {}, length);
+  base.model = model(parameter, nullptr, length);
   auto& map = base.model->map;
-  map.take_closed(near);
+  reason = map.take_closed(near);
+  if (!reason.empty()) return {};
   base.point.state = near;
   map.chart(near);
   if (map.size() == 0 && map.closed().empty()) {
@@ -301,8 +299,8 @@ std::optional<BranchMotion> BranchSolver::begin(const State& near, double parame
 
 std::optional<EndState> BranchSolver::beside(const BranchMotion& m, const VectorXd& u, double xi) const {
   try {
-    const auto there = model(m.parameter + xi * setup_.range(), m.model->map.closed(), m.model->map.length());
-    State s = m.point.state;
+    const auto there = model(m.parameter + xi * setup_.range(), &m.model->map, m.model->map.length());
+    auto s = m.point.state;
     if (!there->map.shift(m.model->map.displacement(scale_ * u), s).empty()) return {};
     auto end = run_end_state({.scene = there->scene,
                               .system = there->system,
@@ -311,7 +309,9 @@ std::optional<EndState> BranchSolver::beside(const BranchMotion& m, const Vector
                               .keys = {},
                               .quantities = {},
                               .stop = setup_.stop,
-                              .longest_step = there->map.length() / fewest_map_steps});
+                              .longest_step = there->map.length() / fewest_map_steps,
+                              .contacts = s.contacts},
+                             setup_.family);
     if (!end.stopped.empty()) return {};
     return end;
   } catch (const ModelError&) {
@@ -353,13 +353,13 @@ std::string BranchSolver::recentre(BranchMotion& m) const {
   const auto part = map.until(m.point.state, start + at, steps_, &by);
   if (!part.failure.empty()) return part.failure;
   const auto f = map.size();
-  std::vector<double> ahead(all_of(m.point.state).size());
+  std::vector<double> ahead(list_of(m.point.state).size());
   for (std::size_t c = 0; c < part.end.columns.size(); ++c) {
     const double share = c + 1 < part.end.columns.size() ? scale_ * m.tangent[static_cast<Eigen::Index>(c)]
                                                          : setup_.range() * m.tangent_key();
     for (std::size_t i = 0; i < ahead.size(); ++i) ahead[i] += share * part.end.columns[c][i];
   }
-  State s = part.end.state;
+  SectionState s(part.end.state, part.end.contacts);
   // The same phase in the first period, where rounding errors of times and turns are least.
   if (const double periods = std::floor(s.t / length + 1e-9); periods != 0) {
     const double whole = 2 * std::numbers::pi;
@@ -369,9 +369,9 @@ std::string BranchSolver::recentre(BranchMotion& m) const {
   }
   BranchMotion moved;
   moved.parameter = m.parameter;
-  moved.model = model(m.parameter, {}, length);
+  moved.model = model(m.parameter, nullptr, length);
   auto& there = moved.model->map;
-  there.take_closed(s);
+  if (auto why = there.take_closed(s); !why.empty()) return why;
   if (auto why = there.shift(std::vector<double>(ahead.size()), s); !why.empty()) return why;
   there.chart(s);
   moved.point = there.at(s, steps_, &by);

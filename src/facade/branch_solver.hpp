@@ -29,6 +29,7 @@ struct BranchSetup {
   double from = 0, to = 0;       ///< SI, range of the key
   std::optional<double> period;  ///< s, as given by the user
   bool autonomous = false;       ///< whether T is unknown
+  Family family = Family::nonsmooth;
   StopToken stop;
   double range() const { return std::abs(to - from); }
 };
@@ -65,7 +66,7 @@ struct BranchCondition {
 
 /// A first guess for Newton's method.
 struct BranchGuess {
-  State state;
+  SectionState state;
   double parameter = 0;
   double length = 0;  ///< s, N T; of no effect if the drives determine it
 };
@@ -87,7 +88,7 @@ class BranchSolver {
   /// without a contact onset. Its tangent points to increasing values of the key if `rising`; the scale σ is
   /// set such that both parts of the tangent have equal lengths. Returns nullopt and the reason if there is
   /// none.
-  std::optional<BranchMotion> begin(const State& near, double parameter, double length, bool rising,
+  std::optional<BranchMotion> begin(const SectionState& near, double parameter, double length, bool rising,
                                     std::string& reason);
   /// Arclength of a motion from another one, along the tangent of the latter.
   double distance(const BranchMotion& from, const BranchMotion& to) const {
@@ -105,6 +106,10 @@ class BranchSolver {
   /// The end of a run that begins beside a motion, by u/σ and ξ, without derivatives; nullopt if it cannot begin
   /// or stops.
   std::optional<EndState> beside(const BranchMotion& m, const Eigen::VectorXd& u, double xi) const;
+  /// The matrix of Newton's method for the next motion along the tangent of a motion.
+  Eigen::MatrixXd equations(const BranchMotion& m) const {
+    return system_at({m, m.tangent, 0}, *m.model, m.point);
+  }
   /// Evaluates the map with more steps until its derivative is settled.
   std::string refine_motion(BranchMotion& m);
   /// Least distance in time of a contact onset from the section, over N T; ½ without onsets.
@@ -114,17 +119,18 @@ class BranchSolver {
   std::string recentre(BranchMotion& m) const;
 
  private:
-  std::shared_ptr<BranchModel> model(double parameter, const std::vector<int>& closed, double length) const;
+  /// `like`: with the same closed contacts; null: none
+  std::shared_ptr<BranchModel> model(double parameter, const ReturnMap* like, double length) const;
   /// A run from a guess without derivatives.
   struct Residual {
-    State start;            // projected onto the constraints
+    SectionState start;     // projected onto the constraints
     Eigen::VectorXd value;  // of the map, in coordinates of another motion, over σ, then of the condition
     double greatest = 0;    // as Orbit::residual
   };
   std::optional<Residual> residual(const BranchCondition& c, const BranchMotion& near,
                                    const BranchGuess& at) const;
   BranchGuess moved(const BranchMotion& near, BranchGuess from, const Eigen::VectorXd& step) const;
-  double excess(const BranchCondition& c, const State& s, double parameter) const;
+  double excess(const BranchCondition& c, const SectionState& s, double parameter) const;
   Eigen::MatrixXd system_at(const BranchCondition& c, const BranchModel& model, const ReturnPoint& p) const;
   MapKey key() const;
 

@@ -14,6 +14,7 @@
 #include "facade/branch_grazing.hpp"
 #include "facade/branch_solver.hpp"
 #include "facade/excitation.hpp"
+#include "facade/identify.hpp"
 #include "facade/orbit.hpp"
 #include "facade/varied_key.hpp"
 #include "mechanism/error.hpp"
@@ -44,8 +45,11 @@ constexpr int most_changes = 20;
 constexpr double least_margin = 0.02;
 /// Distance from a bifurcation at which the motions that follow are searched, relative to the range.
 constexpr double beside[] = {1e-4, 1e-3, 1e-2};
-/// Amplitudes of the first motion of doubled period, in units of the tangent.
+/// Amplitudes of the first motion of doubled period or of a crossing branch, in
+/// units of the tangent.
 constexpr double doubled_amplitudes[] = {1e-2, 3e-2, 1e-3};
+/// Its greatest distance along the present branch, over the amplitude.
+constexpr double crossing_slope = 10;
 constexpr int most_branches = 12;
 /// Where the tangent has a smaller part along the key, steps are bounded by the state.
 constexpr double least_share_of_key = 0.2;
@@ -59,6 +63,7 @@ struct Begun {
   BranchMotion motion;
   std::string begins;
   int number = 1, doublings = 0;
+  int points = 0;  ///< of an earlier result
 };
 
 class Continuation {
@@ -71,24 +76,30 @@ class Continuation {
                       .to = request_.to,
                       .period = request_.period,
                       .autonomous = false,
+                      .family = family_of(request_.formulation),
                       .stop = request_.stop};
     const double begin = request_.start.value_or(request_.from);
     Scene first = scene_;
-    set_number_key(first, setup.key, Family::nonsmooth, begin);
+    set_number_key(first, setup.key, setup.family, begin);
     const System system(first.mechanism);
     setup.autonomous = !excitation_of(first.mechanism, system).any;
-    const auto found = orbit(first, {.periods = request_.periods,
-                                     .settle = request_.settle,
-                                     .period = request_.period,
-                                     .stop = request_.stop});
+    count_ = request_.branches;
+    if (!request_.restarts.empty()) return restart(setup);
+    SectionState section;
+    const auto found = orbit(first,
+                             {.formulation = request_.formulation,
+                              .periods = request_.periods,
+                              .settle = request_.settle,
+                              .period = request_.period,
+                              .stop = request_.stop},
+                             section);
     if (!found.failure.empty()) {
       result_.failure = fmt::format("{} = {:.9g}: {}", setup.key, begin, found.failure);
       return std::move(result_);
     }
     BranchSolver solver(scene_, setup, request_.periods);
     std::string reason;
-    auto motion =
-        solver.begin(found.state, begin, found.period * found.periods, setup.to > setup.from, reason);
+    auto motion = solver.begin(section, begin, found.period * found.periods, setup.to > setup.from, reason);
     if (!motion) {
       result_.failure = fmt::format("{} = {:.9g}: {}", setup.key, begin, reason);
       return std::move(result_);
@@ -98,6 +109,34 @@ class Continuation {
       motion->tangent = -motion->tangent;
       branches_.push_back({std::move(solver), std::move(*motion), "start", ++count_, 0});
     }
+    return follow_all();
+  }
+
+ private:
+  Branches restart(const BranchSetup& setup) {
+    const auto [low, high] = std::minmax(request_.from, request_.to);
+    for (const auto& r : request_.restarts) {
+      const auto& o = r.last.orbit;
+      if (r.rising ? r.last.parameter >= high : r.last.parameter <= low) continue;
+      BranchSolver solver(scene_, setup, o.periods);
+      std::string reason;
+      auto motion = solver.begin(o.state, r.last.parameter, o.period * o.periods, r.rising, reason);
+      if (motion)
+        branches_.push_back({std::move(solver), std::move(*motion), r.begins, r.last.branch,
+                             static_cast<int>(std::log2(o.periods / request_.periods)), r.last.number + 1});
+      else if (result_.failure.empty())
+        result_.failure =
+            fmt::format("branch {} at {} = {:.9g}: {}", r.last.branch, setup.key, r.last.parameter, reason);
+    }
+    if (!branches_.empty())
+      result_.failure.clear();
+    else if (result_.failure.empty())
+      result_.failure = fmt::format("no branch goes on within {} = {:.9g} to {:.9g}; give a longer range",
+                                    setup.key, low, high);
+    return follow_all();
+  }
+
+  Branches follow_all() {
     while (!branches_.empty()) {
       auto next = std::move(branches_.front());
       branches_.pop_front();
@@ -107,7 +146,6 @@ class Continuation {
     return std::move(result_);
   }
 
- private:
   /// Arclength along which the key changes by the greatest step.
   double greatest_step(const BranchMotion& m) const {
     const double share =
@@ -129,11 +167,15 @@ class Continuation {
   void follow(Begun& b) {
     BranchMotion base = b.motion;
     std::vector<BranchMotion> last{base};  // with the same sequence
-    int count = 0;
+    int count = b.points;
     double step = 0.5 * greatest_step(base);
     int changes = 0;  // of the order of onsets
     std::string ends;
-    add(point_of(b, base, count++));
+    if (count == 0) add(point_of(b, base, count++));
+    std::vector<BranchTest> tests;
+    for (const auto& event : request_.events)
+      tests.push_back({BifurcationKind::event, event.name,
+                       [&](const BranchMotion& m) { return event.value(point_of(b, m, count)); }});
     while (ends.empty()) {
       if (count >= request_.most_points) {
         ends = fmt::format("{} motions", count);
@@ -166,7 +208,7 @@ class Continuation {
         break;
       }
       const auto bound = bound_between(base, *next);
-      auto events = events_between(b.solver, base, step, *next);
+      auto events = events_between(b.solver, base, step, *next, tests);
       double reach = step;
       if (bound) {
         if (auto edge =
@@ -174,7 +216,7 @@ class Continuation {
           reach = edge->distance;
           next = std::move(edge->motion);
         }
-        ends = "the range of the key ends";
+        ends = branch_range_ends;
       }
       for (auto& e : events)
         if (e.distance <= reach) report(b, e, count);
@@ -226,6 +268,8 @@ class Continuation {
     found.residual = e.residual;
     if (e.kind == BifurcationKind::fold) found.follows = "the branch turns back";
     if (e.kind == BifurcationKind::torus) found.follows = "a quasi-periodic motion";
+    if (e.kind == BifurcationKind::event) found.follows = e.name;
+    if (e.kind == BifurcationKind::crossing) cross(b, e.motion, found);
     keep_curve({e.kind, b.solver, e.motion, {}, e.motion.parameter});
     if (e.kind == BifurcationKind::flip) {
       found.follows = "a motion of doubled period";
@@ -239,6 +283,25 @@ class Continuation {
     add(std::move(found));
   }
 
+  /// Begins both sides of the branch that crosses the present one.
+  void cross(const Begun& b, const BranchMotion& at, Bifurcation& found) {
+    found.follows = "branches cross; no motion of the other one is found nearby";
+    BranchMotion base = at;
+    base.tangent = crossing_direction(b.solver, at);
+    for (const double side : {1.0, -1.0})
+      for (const double amplitude : doubled_amplitudes) {
+        std::string reason;
+        auto m = count_ < most_branches ? b.solver.along(base, side * amplitude, reason) : std::nullopt;
+        if (!m || std::abs(b.solver.distance(at, *m)) > crossing_slope * amplitude) continue;
+        m->tangent *= side;
+        if (found.new_branch == 0) found.new_branch = count_ + 1;
+        found.follows = "branches cross";
+        branches_.push_back({b.solver, std::move(*m), fmt::format("crossing at {:.9g}", at.parameter),
+                             ++count_, b.doublings});
+        break;
+      }
+  }
+
   /// The first motion of the branch of doubled period.
   std::optional<Begun> double_period(const Begun& b, const BranchMotion& flip) {
     BranchSolver solver(scene_, b.solver.setup(), 2 * b.solver.periods());
@@ -250,7 +313,7 @@ class Continuation {
     base.point.state = flip.point.state;
     base.model = std::make_shared<BranchModel>(scene_, solver.setup(), solver.periods(), flip.parameter);
     auto& map = base.model->map;
-    map.set_closed(flip.model->map.closed());
+    map.take_closed(flip.model->map);
     map.set_length(2 * flip.model->map.length());
     map.chart(base.point.state);
     const auto f = map.size();
@@ -263,8 +326,8 @@ class Continuation {
       const auto half = m->model->map.until(m->point.state, m->point.state.t + 0.5 * m->model->map.length(),
                                             solver.steps(), nullptr);
       if (!half.failure.empty()) continue;
-      auto change = all_of(half.end.state);
-      const auto start = all_of(m->point.state);
+      auto change = list_of({half.end.state, half.end.contacts});
+      const auto start = list_of(m->point.state);
       for (std::size_t i = 0; i < change.size(); ++i) change[i] -= start[i];
       if (m->model->map.local(change).norm() < 0.1 * amplitude * solver.scale()) continue;
       return Begun{std::move(solver), std::move(*m), fmt::format("flip at {:.9g}", flip.parameter), ++count_,
@@ -373,7 +436,8 @@ class Continuation {
                                              const std::vector<int>& without) const {
     for (const double share : beside) {
       std::string reason;
-      auto motion = solver.at_key(m, {g.state, g.parameter + side * share, g.period}, reason);
+      auto motion =
+          solver.at_key(m, {{g.state, m.point.state.contacts}, g.parameter + side * share, g.period}, reason);
       if (motion && motion->sequence() == without) return motion;
     }
     return {};
@@ -381,6 +445,7 @@ class Continuation {
 
   void keep_curve(CurveStart start) {
     if (!request_.second) return;
+    if (start.kind >= BifurcationKind::sequence) return;
     const auto& kinds = request_.second->kinds;
     if (kinds.empty() || std::ranges::find(kinds, start.kind) != kinds.end())
       curve_starts_.push_back(std::move(start));
@@ -420,14 +485,18 @@ class Continuation {
 }  // namespace
 
 Branches continue_orbit(const Scene& scene, const ContinuationRequest& request) {
-  number_of_key(scene, request.key, Family::nonsmooth);
+  const auto family = family_of(request.formulation);
+  number_of_key(scene, request.key, family);
   if (!(std::isfinite(request.from) && std::isfinite(request.to)) || request.from == request.to)
     throw ModelError("continue.to", "must differ from continue.from");
   if (request.start && !(*request.start >= std::min(request.from, request.to) &&
                          *request.start <= std::max(request.from, request.to)))
     throw ModelError("continue.start", "must be within continue.from and continue.to");
   if (request.step && !(*request.step > 0)) throw ModelError("continue.step", "must be greater than 0");
-  if (scene.nonsmooth.scheme_in_force() == Scheme::moreau_jean)
+  if (family == Family::penalty && (request.second || !request.restarts.empty()))
+    throw ModelError(request.second ? "continue.second" : "continue.formulation",
+                     "curves over two keys and branches of an earlier result need the nonsmooth formulation");
+  if (family == Family::nonsmooth && scene.nonsmooth.scheme_in_force() == Scheme::moreau_jean)
     throw ModelError(
         "nonsmooth.scheme",
         "branches of orbits of time stepping are not available, because its return map has jumps; set "

@@ -28,21 +28,40 @@ struct SecondKey {
   std::vector<BifurcationKind> kinds = {};  ///< that are followed; empty: all but sequence
 };
 
+/// A quantity of motions whose zeros are located on the branches.
+struct BranchQuantity {
+  std::string name;
+  std::function<double(const BranchPoint&)> value;  ///< NaN: not defined for this motion
+};
+
+/// A branch of an earlier result, which goes on from its last motion.
+struct BranchRestart {
+  BranchPoint last;    ///< with the state, the period and the number of periods of its orbit
+  bool rising = true;  ///< whether the key increases along the branch
+  std::string begins;  ///< as BranchEnd::begins
+};
+
 /// Which branch is computed.
 struct ContinuationRequest {
-  std::string key;  ///< of the scene, as SensitivityRequest::to names it
-  double from = 0;  ///< SI, value at which the branch begins
-  double to = 0;    ///< SI, other end of the range
+  std::string formulation = "nonsmooth";  ///< or "penalty"
+  std::string key;                        ///< of the scene, as SensitivityRequest::to names it
+  double from = 0;                        ///< SI, value at which the branch begins
+  double to = 0;                          ///< SI, other end of the range
   /// SI, value within the range at which the branch begins instead; it is then followed to both sides.
   std::optional<double> start = {};
   /// Greatest step of the key, SI; default: a fiftieth of the range.
   std::optional<double> step = {};
-  int periods = 1;                       ///< periods of the drive after which the motion repeats
-  double settle = 10;                    ///< periods of the drive before the first guess
-  std::optional<double> period = {};     ///< s, as OrbitRequest::period
-  int follow_doubled = 1;                ///< number of successive period doublings that are followed
-  int most_points = 2000;                ///< of each branch
-  std::optional<SecondKey> second = {};  ///< for curves over two keys
+  int periods = 1;                          ///< periods of the drive after which the motion repeats
+  double settle = 10;                       ///< periods of the drive before the first guess
+  std::optional<double> period = {};        ///< s, as OrbitRequest::period
+  int follow_doubled = 1;                   ///< number of successive period doublings that are followed
+  int most_points = 2000;                   ///< of each branch
+  std::optional<SecondKey> second = {};     ///< for curves over two keys
+  std::vector<BranchQuantity> events = {};  ///< whose zeros are reported
+  /// Branches that go on, in place of a search at `from` or `start`. New ones
+  /// have numbers above `branches`.
+  std::vector<BranchRestart> restarts = {};
+  int branches = 0;
   std::function<void(const BranchPoint&)> on_point = {};        ///< called for each motion when it is known
   std::function<void(const Bifurcation&)> on_bifurcation = {};  ///< likewise for each bifurcation
   std::function<void(const CurvePoint&)> on_curve_point = {};   ///< likewise for each point of the curves
@@ -50,9 +69,11 @@ struct ContinuationRequest {
   StopToken stop = {};
 };
 
-/// Follows the branch from the periodic motion at `from` round folds to one end of the range, and the branches
-/// that begin at its bifurcations. If there is no first motion, Branches::failure has the reason. Throws
-/// ModelError for an unknown key and for a scheme without derivatives.
+/// Follows the branch from the periodic motion at `from` round folds to one end
+/// of the range, and the branches that begin at its bifurcations; or continues
+/// those of an earlier result. If there is no first motion, Branches::failure
+/// has the reason. Throws ModelError for an unknown key and for a scheme
+/// without derivatives.
 Branches continue_orbit(const Scene& scene, const ContinuationRequest& request);
 
 }  // namespace freeplay

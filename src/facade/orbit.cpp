@@ -35,6 +35,10 @@ constexpr double accepted_errors = 1e3;
 /// up to this multiple of the change of its end under the finer steps below.
 constexpr double accepted_changes = 2;
 constexpr std::array finer_steps{0.5, 0.25};
+/// If the search fails, the section is moved at most this number of times away
+/// from a contact onset that comes nearer to it than this share of the motion.
+constexpr int most_moves = 2;
+constexpr double near_section = 0.05;
 /// Newton steps are shortened at most to this share.
 constexpr double least_share = 1e-3;
 /// Directions in which the residual changes less than this, relative, are neutral: the mechanism has a
@@ -175,9 +179,46 @@ std::string settle(Simulation& simulation, const System& system, Family family, 
   return {};
 }
 
+/// The state in the middle of the longest interval without a contact onset, if
+/// one is near the section.
+std::optional<SectionState> later_section(const Scene& scene, const System& system, Family family,
+                                          const SectionState& start, double length, StopToken stop) {
+  const auto run_to = [&](double end) {
+    return run_end_state({.scene = scene,
+                          .system = system,
+                          .start = start,
+                          .end = end,
+                          .keys = {},
+                          .quantities = {},
+                          .stop = stop,
+                          .contacts = start.contacts},
+                         family);
+  };
+  const auto motion = run_to(start.t + length);
+  if (!motion.stopped.empty() || motion.onsets.empty()) return {};
+  double last = motion.onsets.back().t - length, longest = 0, middle = 0, least = length;
+  for (const auto& onset : motion.onsets) {
+    least = std::min({least, onset.t - start.t, start.t + length - onset.t});
+    if (onset.t - last > longest) {
+      longest = onset.t - last;
+      middle = last + 0.5 * longest;
+    }
+    last = onset.t;
+  }
+  if (least > near_section * length) return {};
+  const auto end = run_to(middle > start.t ? middle : middle + length);
+  if (!end.stopped.empty()) return {};
+  return SectionState(end.state, end.contacts);
+}
+
 }  // namespace
 
 Orbit orbit(const Scene& scene, const OrbitRequest& request) {
+  SectionState section;
+  return orbit(scene, request, section);
+}
+
+Orbit orbit(const Scene& scene, const OrbitRequest& request, SectionState& section) {
   const auto family = family_of(request.formulation);
   if (request.periods < 1) throw ModelError("periods", "must be 1 or greater");
   if (!(request.settle >= 0) || !std::isfinite(request.settle))
@@ -199,24 +240,26 @@ Orbit orbit(const Scene& scene, const OrbitRequest& request) {
   const auto shift = request.shift.empty() ? VectorXd() : shift_of(given.mechanism, request.shift);
   check_shift(system, shift, start);
   map.set_shift(shift);
-  auto why = map.take_closed(start);
-  map.chart(start);
-  if (why.empty()) why = map.move(VectorXd::Zero(map.size()), start);
-  if (!why.empty()) {
-    found.failure = fmt::format("t = {:.9g} s, at the section: {}", start.t, why);
-    return found;
-  }
-  if (map.size() == 0 && map.closed().empty())
-    throw ModelError("",
-                     "the drives determine the motion of all bodies: it has no degrees of freedom whose "
-                     "stability could be computed");
-  auto p = map.at(start);
-  int steps = fewest_map_steps;
-  if (!p.end.refused.empty() && p.end.stopped.empty())
-    p.failure += "; a fraction of a period in settle moves the section";
-  double accepted =
+  std::string why;
+  ReturnPoint p;
+  const auto begin = [&] {
+    why = map.take_closed(start);
+    map.chart(start);
+    if (why.empty()) why = map.move(VectorXd::Zero(map.size()), start);
+    if (!why.empty()) why = fmt::format("t = {:.9g} s, at the section: {}", start.t, why);
+    if (!why.empty()) return;
+    if (map.size() == 0 && map.closed().empty())
+      throw ModelError("",
+                       "the drives determine the motion of all bodies: it has no degrees of freedom whose "
+                       "stability could be computed");
+    p = map.at(start);
+    if (!p.end.refused.empty() && p.end.stopped.empty())
+      p.failure += "; a fraction of a period in settle moves the section";
+  };
+  const double errors =
       accepted_errors * (family == Family::penalty ? given.penalty.tolerance : given.nonsmooth.tolerance);
-  std::string reason = p.failure;
+  double accepted = errors;
+  std::string reason;
   bool exhausted = false;
   const auto search = [&] {
     exhausted = false;
@@ -227,12 +270,32 @@ Orbit orbit(const Scene& scene, const OrbitRequest& request) {
       if (before == 0 || !advance(map, p, reason)) return;
       ++found.iterations;
       if (p.greatest <= 0.5 * before) continue;
+      accepted = std::max(errors, map.rounding(p));
       if (p.greatest <= accepted) return;
       // The search has come to the errors of the steps, or it converges slowly.
       if (p.end.stepped && p.greatest <= step_error(given, system, map, p, request.stop)) return;
     }
   };
-  search();
+  const double settled = start.t;
+  for (int moves = 0;; ++moves) {
+    begin();
+    reason = p.failure;
+    if (why.empty()) search();
+    if (why.empty() && p.failure.empty()) accepted = std::max(errors, map.rounding(p));
+    const bool ends = p.end.stepped || (p.failure.empty() && p.greatest <= accepted);
+    if ((why.empty() && ends) || moves == most_moves) break;
+    auto later = later_section(given, system, family, start, map.length(), request.stop);
+    if (!later && why.empty())
+      later = later_section(given, system, family, p.state, map.length(), request.stop);
+    if (!later) break;
+    found.moved = later->t - settled;
+    start = std::move(*later);
+  }
+  if (!why.empty()) {
+    found.failure = why;
+    return found;
+  }
+  int steps = fewest_map_steps;
   const bool several = request.periods > 1 && !autonomous && shift.size() == 0 && family == Family::nonsmooth;
   if (several && p.failure.empty() && !p.end.stepped && !(p.greatest <= accepted))
     if (const auto shot = shoot_periods(given, system, found.period, request.periods, start, request.stop)) {
@@ -247,7 +310,7 @@ Orbit orbit(const Scene& scene, const OrbitRequest& request) {
         map.chart(p.state);
       }
     }
-  found.state = p.state;
+  found.state = section = p.state;
   if (p.failure.empty()) found.residual = p.greatest;
   if (p.end.stepped && p.failure.empty()) {
     found.step_error = step_error(given, system, map, p, request.stop);
@@ -256,8 +319,8 @@ Orbit orbit(const Scene& scene, const OrbitRequest& request) {
   if (!(found.residual <= accepted)) {
     found.failure =
         p.failure.empty()
-            ? fmt::format("Newton's method ends at a residual of {:.3g} after {} steps{}", found.residual,
-                          found.iterations,
+            ? fmt::format("Newton's method ends at a residual of {:.3g}, above {:.3g}, after {} steps{}",
+                          found.residual, accepted, found.iterations,
                           exhausted        ? std::string()
                           : reason.empty() ? std::string(": no shorter step reduces it; try another number "
                                                          "of periods, or more periods to settle")

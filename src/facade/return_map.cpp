@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <numbers>
 
 #include "dynamics/assembly/projection.hpp"
@@ -30,15 +31,16 @@ constexpr int most_steps = 1 << 16;
 constexpr double settled = 1e-8;
 /// Likewise where time stepping made steps, whose errors are greater.
 constexpr double settled_steps = 1e-4;
+/// Rounding errors of a motion of some hundred steps, over those of its state.
+constexpr double rounded_operations = 100;
 
-/// (q, v, z), and (v₀, mass) of each contact.
+}  // namespace
+
 std::vector<double> list_of(const SectionState& s) {
   auto all = all_of(s);
   for (const auto& c : s.contacts) all.insert(all.end(), {c.v0, c.mass});
   return all;
 }
-
-}  // namespace
 
 ReturnMap::ReturnMap(const Scene& scene, const System& system, double length, bool autonomous, StopToken stop,
                      Family family)
@@ -150,39 +152,33 @@ std::size_t ReturnMap::place_of_retained(std::size_t i) const {
   return static_cast<std::size_t>(first) + i % 2;
 }
 
-std::string ReturnMap::move(const VectorXd& u, SectionState& s) const {
-  const auto difference = displacement(u);
-  if (const auto why = shift(difference, s); !why.empty() || family_ != Family::penalty) return why;
-  for (std::size_t i = 0; i < retained_.size(); ++i) {
-    auto& c = s.contacts[static_cast<std::size_t>(renewed_[i / 2])];
-    (i % 2 == 0 ? c.v0 : c.mass) += difference[place_of_retained(i)];
-  }
-  auto e = system_.make_evaluation();
-  system_.place(s.t, s.q.data(), e);
-  for (int k = 0; k < system_.contacts(); ++k) {
-    const auto& c = s.contacts[static_cast<std::size_t>(k)];
-    const auto& name = system_.contact_facts(k).name;
-    if (!(c.v0 > 0 && c.mass > 0)) return fmt::format("contact {} has no approach speed there", name);
-    if ((system_.gap(k, s.q.data(), e) < 0) != c.closed)
-      return fmt::format("contact {} {} there", name, c.closed ? "is open" : "overlaps");
-  }
-  return {};
-}
-
-std::string ReturnMap::shift(const std::vector<double>& difference, State& s) const {
+std::string ReturnMap::shift(const std::vector<double>& difference, SectionState& s) const {
   const auto n = s.q.size();
   for (std::size_t i = 0; i < n; ++i) {
     s.q[i] += difference[i];
     s.v[i] += difference[n + i];
   }
   for (std::size_t k = 0; k < s.z.size(); ++k) s.z[k] += difference[2 * n + k];
+  for (std::size_t i = 0; i < retained_.size(); ++i) {
+    auto& c = s.contacts[static_cast<std::size_t>(renewed_[i / 2])];
+    (i % 2 == 0 ? c.v0 : c.mass) += difference[place_of_retained(i)];
+  }
   if (!project_onto_constraints(system_, closed_, s)) return "the mechanism cannot be closed there";
-  if (family_ == Family::penalty) return {};  // contacts may be compressed: move()
   auto e = system_.make_evaluation();
   system_.place(s.t, s.q.data(), e);
-  for (int k = 0; k < system_.contacts(); ++k)
-    if (std::ranges::find(closed_, k) == closed_.end() && system_.gap(k, s.q.data(), e) < 0)
-      return fmt::format("contact {} overlaps there", system_.contact_facts(k).name);
+  for (int k = 0; k < system_.contacts(); ++k) {
+    const auto& name = system_.contact_facts(k).name;
+    const bool overlaps = system_.gap(k, s.q.data(), e) < 0;
+    if (family_ != Family::penalty) {
+      if (overlaps && std::ranges::find(closed_, k) == closed_.end())
+        return fmt::format("contact {} overlaps there", name);
+      continue;
+    }
+    const auto& c = s.contacts[static_cast<std::size_t>(k)];
+    if (!(c.v0 > 0 && c.mass > 0)) return fmt::format("contact {} has no approach speed there", name);
+    if (overlaps != c.closed)
+      return fmt::format("contact {} {} there", name, c.closed ? "is open" : "overlaps");
+  }
   return {};
 }
 
@@ -264,6 +260,47 @@ ReturnPoint ReturnMap::at(const SectionState& s, int steps, const MapKey* key) c
   return p;
 }
 
+double ReturnMap::rounding(const ReturnPoint& p) const {
+  const auto n = p.state.q.size();
+  const double time = std::max(std::abs(p.state.t), std::abs(p.end.state.t));
+  double fastest = p.end.fastest;
+  for (const double v : p.state.v) fastest = std::max(fastest, std::abs(v));
+  auto rounded = list_of(p.state);
+  for (std::size_t i = 0; i < rounded.size(); ++i) rounded[i] = std::abs(rounded[i]);
+  for (std::size_t i = 0; i < n; ++i) {
+    rounded[i] += time * std::abs(p.state.v[i]);
+    rounded[n + i] += time * fastest / time_unit();
+  }
+  const VectorXd u = local(rounded).cwiseAbs();
+  double greatest = 0;
+  for (std::size_t i = 0; i < rounded.size(); ++i) {
+    double error = rounded[i];
+    for (Eigen::Index c = 0; c < u.size(); ++c)
+      error += std::abs(p.end.columns[static_cast<std::size_t>(c)][i]) * u[c];
+    greatest = std::max(greatest, error / p.end.scales[i]);
+  }
+  return rounded_operations * std::numeric_limits<double>::epsilon() * greatest;
+}
+
+ReturnPoint ReturnMap::value(const SectionState& s, int steps) const {
+  ReturnPoint p;
+  p.state = s;
+  p.end = run_end_state({.scene = scene_,
+                         .system = system_,
+                         .start = s,
+                         .end = s.t + length_,
+                         .keys = {},
+                         .quantities = {},
+                         .stop = stop_,
+                         .longest_step = length_ / steps,
+                         .contacts = s.contacts},
+                        family_);
+  p.failure = p.end.stopped;
+  if (p.failure.empty()) p.failure = compare_contacts(p);
+  if (p.failure.empty()) compare_states(p);
+  return p;
+}
+
 ReturnPoint ReturnMap::until(const SectionState& s, double t, int steps, const MapKey* key) const {
   return run(s, t - s.t, steps, key, false);
 }
@@ -284,8 +321,8 @@ std::string ReturnMap::compare_contacts(const ReturnPoint& p) const {
   return {};
 }
 
-void ReturnMap::compare(ReturnPoint& p, bool with_key) const {
-  std::vector<double> change;
+void ReturnMap::compare_states(ReturnPoint& p) const {
+  auto& change = p.change;
   const auto append = [&](const std::vector<double>& to, const std::vector<double>& from) {
     for (std::size_t i = 0; i < to.size(); ++i) change.push_back(to[i] - from[i]);
   };
@@ -302,7 +339,11 @@ void ReturnMap::compare(ReturnPoint& p, bool with_key) const {
   p.shift = remove_shift(change);
   for (std::size_t i = 0; i < change.size(); ++i)
     p.greatest = std::max(p.greatest, std::abs(change[i]) / p.end.scales[i]);
-  p.residual = local(change);
+}
+
+void ReturnMap::compare(ReturnPoint& p, bool with_key) const {
+  compare_states(p);
+  p.residual = local(p.change);
   p.map.resize(size(), size());
   for (Eigen::Index c = 0; c < size(); ++c) p.map.col(c) = local(p.end.columns[static_cast<std::size_t>(c)]);
   if (autonomous_) p.flow = local(p.end.columns[static_cast<std::size_t>(size())]);

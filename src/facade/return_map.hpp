@@ -46,14 +46,18 @@ struct SectionState : State {
       : State(std::move(s)), contacts(std::move(modes)) {}
 };
 
+/// (q, v, z), in penalty runs also (v₀, mass) of each contact.
+std::vector<double> list_of(const SectionState& s);
+
 /// The return map near one state of the section.
 struct ReturnPoint {
   SectionState state;
   EndState end;
-  Eigen::VectorXd residual;  ///< P(x) − x in local coordinates
-  Eigen::MatrixXd map;       ///< derivative of the map in local coordinates
-  Eigen::VectorXd flow;      ///< by the relative change of the period, if that is unknown
-  Eigen::VectorXd by_key;    ///< derivative of the residual with respect to the key, if there is one
+  std::vector<double> change;  ///< P(x) − x, as list_of(), without whole turns of bodies
+  Eigen::VectorXd residual;    ///< the same in local coordinates
+  Eigen::MatrixXd map;         ///< derivative of the map in local coordinates
+  Eigen::VectorXd flow;        ///< by the relative change of the period, if that is unknown
+  Eigen::VectorXd by_key;      ///< derivative of the residual with respect to the key, if there is one
   /// d(q, v, z)/du of the state, one list for each column of EndState::columns
   std::vector<std::vector<double>> starts;
   double greatest = 0;  ///< Orbit::residual
@@ -84,7 +88,13 @@ class ReturnMap {
   double remove_shift(std::vector<double>& difference) const;
   /// The contacts that count as closed at the section.
   const std::vector<int>& closed() const { return closed_; }
-  void set_closed(std::vector<int> contacts) { closed_ = std::move(contacts); }
+  /// Takes them, and those that retain data, from another map.
+  void take_closed(const ReturnMap& from) {
+    closed_ = from.closed_;
+    renewed_ = from.renewed_;
+    constants_ = from.constants_;
+    retained_ = from.retained_;
+  }
   /// The contacts that are closed at a state, to rounding and to the errors of the method. In penalty runs: the
   /// closed contacts whose retained data the motion from there renews. Returns the reason if it fails.
   std::string take_closed(const SectionState& s);
@@ -98,13 +108,18 @@ class ReturnMap {
   Eigen::VectorXd local(const std::vector<double>& difference) const;
   /// B u, a difference of (q, v, z).
   std::vector<double> displacement(const Eigen::VectorXd& u) const;
-  /// Adds a difference of (q, v, z) to a state and projects it; a failure if it cannot be assembled or a
+  /// Adds a difference, as list_of(), to a state and projects it; a failure if it cannot be assembled or a
   /// contact overlaps.
-  std::string shift(const std::vector<double>& difference, State& s) const;
+  std::string shift(const std::vector<double>& difference, SectionState& s) const;
   /// The state at local coordinates u; failures likewise.
-  std::string move(const Eigen::VectorXd& u, SectionState& s) const;
+  std::string move(const Eigen::VectorXd& u, SectionState& s) const { return shift(displacement(u), s); }
   /// The map at a state. `steps`: least number of steps; `key`: may be null.
   ReturnPoint at(const SectionState& s, int steps = fewest_map_steps, const MapKey* key = nullptr) const;
+  /// Residual of an exact motion by rounding errors, as ReturnPoint::greatest: rounded coordinates and times, carried
+  /// through the derivative of the map.
+  double rounding(const ReturnPoint& p) const;
+  /// The map at a state without its derivative.
+  ReturnPoint value(const SectionState& s, int steps) const;
   /// The motion to another time t (s) of the section, whose columns carry a tangent of a branch along.
   ReturnPoint until(const SectionState& s, double t, int steps, const MapKey* key) const;
 
@@ -116,6 +131,7 @@ class ReturnMap {
   std::size_t list_size() const;
   std::size_t place_of_retained(std::size_t i) const;
   std::string compare_contacts(const ReturnPoint& p) const;
+  void compare_states(ReturnPoint& p) const;
   void compare(ReturnPoint& p, bool with_key) const;
 
   const Scene& scene_;
@@ -145,5 +161,10 @@ struct Multipliers {
   bool stable = true;
 };
 Multipliers multipliers_of(const ReturnPoint& p, bool autonomous);
+
+struct OrbitRequest;
+struct Orbit;
+/// orbit() (facade/orbit.hpp), which also returns the state of the section with the modes of contacts.
+Orbit orbit(const Scene& scene, const OrbitRequest& request, SectionState& section);
 
 }  // namespace freeplay

@@ -11,13 +11,16 @@
 
 namespace freeplay {
 
-/// fold: a multiplier 1, the branch turns back; flip: −1, the period doubles; torus: a complex pair of modulus
-/// 1; grazing: the approach speed of an impact comes to 0, or a contact is just missed; liftoff: the force of a
-/// lasting contact comes to 0; sequence: the order of contact onsets changes.
-enum class BifurcationKind { fold, flip, torus, grazing, liftoff, sequence };
+/// fold: a multiplier 1, the branch turns back; flip: −1, the period doubles;
+/// torus: a complex pair of modulus 1; grazing: the approach speed of an impact
+/// comes to 0, or a contact is just missed; liftoff: the force of a lasting
+/// contact comes to 0; sequence: the order of contact onsets changes; crossing:
+/// a multiplier 1, branches cross; event: an expression of the request comes to
+/// 0. Curves over two keys follow those before `sequence`.
+enum class BifurcationKind { fold, flip, torus, grazing, liftoff, sequence, crossing, event };
 /// Names in bifurcations.csv.
 inline constexpr std::array<const char*, enumerators<BifurcationKind>()> bifurcation_names{
-    "fold", "flip", "torus", "grazing", "liftoff", "sequence"};
+    "fold", "flip", "torus", "grazing", "liftoff", "sequence", "crossing", "event"};
 
 /// One periodic motion of a branch.
 struct BranchPoint {
@@ -32,15 +35,18 @@ struct Bifurcation {
   BifurcationKind kind = BifurcationKind::fold;  ///< as above
   BranchPoint at;                                ///< the motion at the bifurcation
   std::string joint;                             ///< contact of a grazing, lift-off or sequence
-  std::string follows;                           ///< what follows, in words; may be empty
+  std::string follows;                           ///< what follows, in words; of an event its expression
   int new_branch = 0;                            ///< number of the branch that begins there; 0: none
   double residual = NAN;                         ///< of the condition that defines it
 };
 
+/// BranchEnd::reason at either end of the range.
+inline constexpr const char* branch_range_ends = "the range of the key ends";
+
 /// End of a branch.
 struct BranchEnd {
   int branch = 1;      ///< number of the branch
-  int points = 0;      ///< number of its motions
+  int points = 0;      ///< number of its motions, also of an earlier result
   std::string begins;  ///< "start", or the bifurcation at which it begins
   std::string reason;  ///< why it ends
 };

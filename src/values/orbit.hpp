@@ -38,6 +38,7 @@ struct Orbit {
   /// limits the residual; 0 if it makes none.
   double step_error = 0;
   State state;       ///< at the section
+  double moved = 0;  ///< s, by which the section was moved away from a contact onset
   double shift = 0;  ///< m or rad, change of the coordinates of OrbitRequest::shift
   /// contact onsets within the periods, in the order of time
   std::vector<OrbitImpact> impacts;

@@ -14,7 +14,9 @@
 #include "facade/simulation.hpp"
 #include "mechanism/scene.hpp"
 #include "numerics/dense.hpp"
+#include "verification/claims/orbit_scenes.hpp"
 #include "verification/random_scenes/numbers.hpp"
+#include "verification/references/orbits.hpp"
 #include "verification/references/sensitivity.hpp"
 #include "verification/support/scene_text.hpp"
 #include "verification/support/texts.hpp"
@@ -87,6 +89,22 @@ TEST_CASE("searches without a periodic motion end with the reason", "[orbit]") {
       orbit(parse_scene(pendulum, "s.toml", {"bodies.bar.position=[0, -0.2]", "bodies.bar.angle=0"}),
             {.settle = 0, .period = 1});
   CHECK_THAT(rest.failure, Contains("equilibrium"));
+}
+
+TEST_CASE("the section is moved away from an impact that falls on it", "[orbit]") {
+  const reference::ShakenBall ball{3.5e-3L, 60, 9.81L, 0.5L};
+  const auto scene = parse_scene(verification::scenes::shaken_ball(ball, 1e-3L, 5), "ball");
+  for (const double beside : {0.0, 1e-9, -1e-9, 1e-4, -1e-4}) {
+    INFO(beside);
+    const auto found =
+        orbit(scene, {.settle = static_cast<double>(ball.impact_time() / ball.period()) + beside});
+    INFO(found.failure);
+    REQUIRE(found.failure.empty());
+    REQUIRE(found.impacts.size() == 1);
+    CHECK(found.impacts[0].speed == Approx(static_cast<double>(ball.approach())).epsilon(1e-8));
+    const auto product = found.multipliers.at(0) * found.multipliers.at(1);
+    CHECK(product.real() == Approx(static_cast<double>(ball.determinant())).epsilon(1e-7));
+  }
 }
 
 TEST_CASE("a ball that its table carries has no degree of freedom at the section", "[orbit]") {
