@@ -7,6 +7,7 @@
 #include "io/scene/schema.hpp"
 #include "io/scene/section.hpp"
 #include "study/settings/study_parts.hpp"
+#include "values/family.hpp"
 
 namespace freeplay {
 namespace {
@@ -30,7 +31,7 @@ SecondKeyPlan read_second_key(Section& s, const std::string& first) {
     for (const auto& name : s.names("curves")) {
       const auto known = std::ranges::find_if(bifurcation_names, [&](const char* n) { return name == n; });
       const auto kind = static_cast<BifurcationKind>(known - bifurcation_names.begin());
-      if (known == bifurcation_names.end() || kind == BifurcationKind::sequence)
+      if (known == bifurcation_names.end() || kind >= BifurcationKind::sequence)
         s.fail("curves",
                fmt::format("\"{}\" is no kind of curve; use fold, flip, torus, grazing or liftoff", name));
       p.kinds.push_back(kind);
@@ -61,6 +62,7 @@ ContinuationPlan read_continuation(Section s) {
   for (const auto& set : p.overrides)
     if (set.substr(0, set.find_first_of(" =")) == p.key)
       s.fail("set", fmt::format("{} is varied by the continuation", p.key));
+  p.formulation = families[s.choice("formulation", family_names(), 1)].text;
   p.periods = static_cast<int>(s.number("periods", study_count, p.periods));
   p.settle = s.number("settle", non_negative, p.settle);
   p.period = s.maybe_number("period", positive);
@@ -68,6 +70,7 @@ ContinuationPlan read_continuation(Section s) {
   p.most_points = static_cast<int>(s.number("most_points", study_count, p.most_points));
   p.scale = s.number("scale", positive, p.scale);
   p.unit = s.text("unit", p.unit);
+  if (s.has("events")) p.events = s.names("events");
   if (s.has("second")) p.second = read_second_key(s, p.key);
   s.done("[continue]");
   return p;

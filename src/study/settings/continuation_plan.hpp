@@ -24,6 +24,7 @@ struct SecondKeyPlan {
 /// Parameters of a continuation (facade/continuation.hpp).
 struct ContinuationPlan {
   std::string key;
+  std::string formulation = "nonsmooth";
   double from = 0, to = 0;             ///< SI
   std::optional<double> start, step;   ///< SI
   std::vector<std::string> overrides;  ///< keys of the scene, KEY=VALUE
@@ -31,8 +32,9 @@ struct ContinuationPlan {
   double settle = 10;
   std::optional<double> period;  ///< s
   int follow_doubled = 1, most_points = 2000;
-  double scale = 1;  ///< displayed value = value · scale
-  std::string unit;  ///< of the displayed value
+  double scale = 1;                 ///< displayed value = value · scale
+  std::string unit;                 ///< of the displayed value
+  std::vector<std::string> events;  ///< expressions of the columns of branch.csv
   std::optional<SecondKeyPlan> second;
 };
 
