@@ -9,10 +9,38 @@
 #include "dynamics/motion_kernel.hpp"
 #include "dynamics/system_functions.hpp"
 #include "formulations/time_stepping/step_check.hpp"
-#include "io/files/compiled_object.hpp"
 #include "mechanism/error.hpp"
 
 namespace freeplay {
+namespace {
+
+/// Number of recorded operations; some of them are not needed by any result.
+double operations_of(const TracedObject& object) {
+  double sum = 0;
+  for (int i = 0; i < object.functions(); ++i) sum += static_cast<double>(object.function(i).nodes.size());
+  return sum;
+}
+
+/// The object of a trace, from the cache, or compiled if that takes at most `worth` (s).
+CompiledObject object_worth(const TracedObject& traced, double worth, const StopToken& stop) {
+  const double estimate = compile_seconds(traced);
+  const bool too_long = estimate > worth;
+  CompiledObject object;
+  if (estimate <= longest_estimate)
+    object = compiled_object(traced.text(), traced.functions(), stop, !too_long);
+  if (!object.library && too_long)
+    object.reason =
+        fmt::format("a compilation of {:.2g} operations takes about {:.2g} s, more than {}",
+                    operations_of(traced), estimate,
+                    worth < longest_estimate
+                        ? fmt::format("the rest of the run can save ({:.2g} s)", worth)
+                        : fmt::format("half the time limit of the compiler ({} s)", longest_compilation));
+  return object;
+}
+
+}  // namespace
+
+double compile_seconds(const TracedObject& object) { return 0.1 + 3e-4 * operations_of(object); }
 
 Compile compile_choice(Compile asked) {
   const char* named = std::getenv("FREEPLAY_COMPILE");
@@ -47,7 +75,8 @@ void CompiledStructures::add(std::shared_ptr<const CompiledStructure> structure)
 }
 
 std::optional<CompiledRun> compile_system(System& system, const State& near, RowFacts facts, StopToken stop,
-                                          TracedFor scheme, CompiledStructures* structures, bool only_known) {
+                                          TracedFor scheme, CompiledStructures* structures, bool only_known,
+                                          double worth) {
   CompiledRun found;
   const auto like = structures ? structures->latest() : nullptr;
   auto traced = trace_system(system, near, facts, scheme, like ? &like->traced : nullptr);
@@ -60,13 +89,14 @@ std::optional<CompiledRun> compile_system(System& system, const State& near, Row
   const bool known = structure != nullptr;
   if (!known && only_known) return {};
   if (!known) {
-    auto object = compiled_object(traced.object.text(), traced.object.functions(), stop);
-    if (!object.library) {
-      found.reason = object.reason;
-      return found;
-    }
+    auto object = object_worth(traced.object, std::min(worth, longest_estimate), stop);
     structure = std::make_shared<const CompiledStructure>(
-        CompiledStructure{traced, std::move(object.library), object.table});
+        CompiledStructure{traced, std::move(object.library), object.table, std::move(object.reason)});
+  }
+  if (!structure->library) {
+    found.reason = structure->reason;
+    if (structures && !known) structures->add(std::move(structure));
+    return found;
   }
   auto functions = traced.functions(structure->table);
   functions.object = structure->library;
@@ -92,7 +122,7 @@ std::optional<LaneFunctions> compile_lanes(const std::vector<LaneCandidate>& can
   const auto& first = *candidates.front().traced;
   const bool alone = first.object.lanes() == 1;
   if (!alone && checks.size() < 2) return {};
-  const auto object = compiled_object(first.object.text(), first.object.functions(), stop);
+  const auto object = object_worth(first.object, longest_estimate, stop);
   if (!object.library && (alone || !LaneTape::usable())) return {};
   auto functions = object.library
                        ? first.compiled(object.table)

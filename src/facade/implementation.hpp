@@ -2,6 +2,7 @@
 // which runs several simulations in lanes.
 #pragma once
 
+#include <algorithm>
 #include <chrono>
 #include <cmath>
 #include <memory>
@@ -15,6 +16,7 @@
 #include "facade/simulation.hpp"
 #include "formulations/single_lane.hpp"
 #include "mechanism/scene.hpp"
+#include "simulation/clock.hpp"
 #include "simulation/formulation.hpp"
 #include "simulation/occasional.hpp"
 #include "simulation/sensors.hpp"
@@ -45,12 +47,13 @@ struct Simulation::Implementation {
   std::uint64_t noise_of_run() const;
   void find_undetermined();
   RowFacts facts();
-  /// Compiles the mechanism; the run continues with the same digits. `only_known`: as compile_system().
-  void compile_now(const StopToken& stop, bool only_known = false);
+  /// Compiles the mechanism; the run continues with the same digits. `only_known` and `worth`: as
+  /// compile_system().
+  void compile_now(const StopToken& stop, bool only_known = false, double worth = longest_estimate);
   /// Compiles the functions of single_lane.hpp. Null before the mechanism is compiled.
   const SingleLane* single_lane(const StopToken& stop);
-  /// Compiles it if the run is long enough by now.
-  void compile_if_long(const StopToken& stop);
+  /// Compiles it if the run is long enough by now, and so is its rest.
+  void compile_if_long(const CompileObserver& run);
   Result summary(const Ending& ending) const;
 
   Scene scene;
@@ -92,15 +95,25 @@ class Simulation::Implementation::Running {
 
 /// Compiles the mechanism after a step, once the run is long enough.
 struct Simulation::Implementation::CompileObserver final : Observer, Occasional {
-  CompileObserver(Implementation& s, StopToken stop) : simulation(s), token(std::move(stop)) {}
+  CompileObserver(Implementation& s, double end, StopToken stop)
+      : simulation(s),
+        from(s.form->state().t),
+        until(std::max(end, s.scene.run.duration)),
+        token(std::move(stop)) {}
   void step(const Step&) override {
     try {
-      simulation.compile_if_long(token);
+      simulation.compile_if_long(*this);
     } catch (const Interrupted&) {  // the run ends after this step
     }
   }
   double next() const override { return simulation.compiled ? INFINITY : -INFINITY; }
+  /// s, CPU time of the rest of the run, if it goes on as before.
+  double left() const {
+    const double now = simulation.form->state().t;
+    return (thread_seconds() - began) * (until - now) / (now - from);
+  }
   Implementation& simulation;
+  double from, until, began = thread_seconds();
   StopToken token;
 };
 

@@ -5,10 +5,9 @@
 #include <link.h>
 
 #include <array>
-#include <cstring>
 #include <memory>
-#include <string_view>
 
+#include "io/files/compiled_object.hpp"
 #include "io/files/digest.hpp"
 #include "io/files/input_file.hpp"
 #include "io/files/visible.hpp"
@@ -45,27 +44,6 @@ Vec2 load_force(const void* context, const char* load, double t, const Vec2& pla
   return {f[0], f[1]};
 }
 
-/// Whether all segments that the loader maps lie within the file. The loader also maps pages beyond
-/// the end of a truncated file, and reading them ends the process by SIGBUS. (System V ABI,
-/// "Program Header": a segment has p_filesz bytes from p_offset on. The section table, which the
-/// loader does not need, is last in the output of linkers.)
-bool is_whole(std::string_view bytes) {
-  const auto at = [&]<class T>(T& into, std::uint64_t place) {
-    if (place > bytes.size() || bytes.size() - place < sizeof into) return false;
-    std::memcpy(&into, bytes.data() + place, sizeof into);
-    return true;
-  };
-  ElfW(Ehdr) header;
-  if (!at(header, 0)) return false;
-  for (std::uint64_t k = 0; k < header.e_phnum; ++k) {
-    ElfW(Phdr) segment;
-    if (!at(segment, header.e_phoff + k * header.e_phentsize)) return false;
-    if (segment.p_offset > bytes.size() || bytes.size() - segment.p_offset < segment.p_filesz) return false;
-  }
-  const std::uint64_t sections = std::uint64_t{header.e_shnum} * header.e_shentsize;
-  return header.e_shoff <= bytes.size() && bytes.size() - header.e_shoff >= sections;
-}
-
 }  // namespace
 
 Outside load_plugin(const std::filesystem::path& file) {
@@ -74,7 +52,8 @@ Outside load_plugin(const std::filesystem::path& file) {
     return SceneError(fmt::format("{}: is not a plugin of contact forces: {}", name, why));
   };
   const auto bytes = read_file(file, most_of_a_result);
-  if (bytes.starts_with(ELFMAG) && !is_whole(bytes)) throw refuse("it is incomplete; build or copy it again");
+  if (bytes.starts_with(ELFMAG) && !is_whole_object(bytes))
+    throw refuse("it is incomplete; build or copy it again");
   // With a slash in it the name is a file's, and is looked for nowhere else.
   void* handle = dlopen(std::filesystem::absolute(file).c_str(), RTLD_NOW | RTLD_LOCAL);
   if (!handle) throw refuse(visible_brief(dlerror()));

@@ -128,14 +128,14 @@ RowFacts Simulation::Implementation::facts() {
   return {*redundant, scene.run.eliminate};
 }
 
-void Simulation::Implementation::compile_now(const StopToken& stop, bool only_known) {
+void Simulation::Implementation::compile_now(const StopToken& stop, bool only_known, double worth) {
   const auto& nonsmooth = scene.nonsmooth;
   auto scheme = TracedFor::penalty;
   if (family == Family::nonsmooth) {
     const bool fixed = nonsmooth.scheme_in_force() == Scheme::moreau_jean;
     scheme = !fixed ? TracedFor::event_driven : nonsmooth.step ? TracedFor::fixed_steps : TracedFor::any;
   }
-  compiled = compile_system(system, start, facts(), stop, scheme, structures, only_known);
+  compiled = compile_system(system, start, facts(), stop, scheme, structures, only_known, worth);
   if (compiled) compiled->from = form->state().t;
 }
 
@@ -154,14 +154,15 @@ const SingleLane* Simulation::Implementation::single_lane(const StopToken& stop)
   return &*single;
 }
 
-void Simulation::Implementation::compile_if_long(const StopToken& stop) {
+void Simulation::Implementation::compile_if_long(const CompileObserver& run) {
   if (compiled || compile != Compile::automatic) return;
   const long rhs = form->work().rhs;
   if (rhs >= compiles_after) {
-    compile_now(stop);
+    // The other runs of a study use the functions, too.
+    compile_now(run.token, false, structures ? longest_estimate : most_saved * run.left());
   } else if (!looked && structures && rhs >= attaches_after) {
     looked = true;
-    if (structures->any()) compile_now(stop, true);
+    if (structures->any()) compile_now(run.token, true);
   }
 }
 
@@ -257,7 +258,7 @@ Simulation::Implementation::Underway::Underway(Implementation& s, const RunReque
     : simulation(s),
       until(end_of_run(request, s.scene.run.duration, s.form->state().t)),
       list(request.most_events),
-      compiler(s, request.stop),
+      compiler(s, until, request.stop),
       watch(s.layout, s.sensors, observers_of(request), request.stop),
       running(s.running) {
   s.layout.end = until;

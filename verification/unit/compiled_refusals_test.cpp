@@ -2,18 +2,22 @@
 // of another user or of another structure. The expected digits are those of the general evaluation.
 #include <unistd.h>
 
+#include <algorithm>
 #include <catch2/catch.hpp>
 #include <cmath>
 #include <cstdlib>
 #include <filesystem>
+#include <fstream>
 #include <string>
 #include <vector>
 
 #include "dynamics/assembly/assembly.hpp"
 #include "dynamics/system.hpp"
 #include "dynamics/system_functions.hpp"
+#include "facade/compile.hpp"
 #include "facade/simulation.hpp"
 #include "io/files/compiled_object.hpp"
+#include "io/files/digest.hpp"
 #include "io/scene/open_scene.hpp"
 #include "mechanism/scene.hpp"
 #include "numerics/saddle_point.hpp"
@@ -229,4 +233,138 @@ TEST_CASE("objects and cache folders of another user are not used", "[compiled][
   REQUIRE(chown((cache.folder.path() / "freeplay").c_str(), 65534, 65534) == 0);
   CHECK(get().reason.find("belongs to another user") != std::string::npos);
   CHECK_FALSE(get().library);
+}
+
+namespace {
+
+/// A `cc` that does its work and then something else, in a folder that is first in PATH. The number of
+/// its compilations is the number of lines of the file `log`.
+class OtherCompiler {
+ public:
+  explicit OtherCompiler(const std::string& then) : path_(std::getenv("PATH")) {
+    std::ofstream(place_.path() / "cc")
+        << "#!/bin/sh\nPATH=" << path_ << "\ncase $1 in -v) exec cc -v;; esac\necho >>"
+        << place_.path().string() << "/log\ncc \"$@\" || exit 1\n" + then + "\n";
+    fs::permissions(place_.path() / "cc", fs::perms::owner_all);
+    setenv("PATH", (place_.path().string() + ":" + path_).c_str(), 1);
+  }
+  ~OtherCompiler() { setenv("PATH", path_.c_str(), 1); }
+  long compilations() const {
+    const auto log = place_.path() / "log";
+    return fs::exists(log) ? std::ranges::count(test::file_text(log), '\n') : 0;
+  }
+
+ private:
+  test::TemporaryFolder place_;
+  std::string path_;
+};
+
+const char* const one_function =
+    "static int f(const double *k, const double *const *in, double *const *out) { out[0][0] = k[0]; return 0; }\n"
+    "int (*const freeplay_functions[])(const double *, const double *const *, double *const *) = {f, 0};\n";
+
+}  // namespace
+
+TEST_CASE("an object that the compiler left incomplete is not loaded", "[compiled][program]") {
+  const RefusalCache cache;
+  // The loader maps pages beyond the end of such a file; reading them would end this process by SIGBUS.
+  const OtherCompiler half("truncate -s 5000 object");
+  const auto object = compiled_object(one_function, 1);
+  CHECK_FALSE(object.library);
+  CHECK(object.reason == "cc left an incomplete object");
+  CHECK(cache.objects().empty());
+}
+
+TEST_CASE("a failed compilation is not repeated by the process", "[compiled][program]") {
+  const RefusalCache cache;
+  const OtherCompiler failing("exit 1");
+  for (const int i : {0, 1}) {
+    INFO(i);
+    const auto object = compiled_object(one_function, 1);
+    CHECK_FALSE(object.library);
+    CHECK(object.reason.starts_with("cc failed"));
+    CHECK(failing.compilations() == 1);
+  }
+}
+
+TEST_CASE("sealed objects that cannot be loaded are compiled again", "[compiled][program]") {
+  const RefusalCache cache;
+  REQUIRE(compiled_object(one_function, 1).library);
+  const auto file = cache.objects().at(0);
+  constexpr std::size_t seal = 32;
+  auto whole = test::file_text(file);
+  whole.resize(whole.size() - seal);
+  auto foreign = whole;
+  foreign[18] ^= 1;  // e_machine
+  for (const auto& bytes : {whole.substr(0, 5000), foreign, std::string("not an object")}) {
+    std::ofstream(file, std::ios::binary) << bytes << digest(bytes);
+    CHECK_FALSE(compiled_object(one_function, 1, {}, false).library);
+    const auto again = compiled_object(one_function, 1);
+    CHECK(again.library);
+    CHECK_FALSE(again.cached);
+    CHECK(compiled_object(one_function, 1).cached);
+  }
+}
+
+TEST_CASE("an empty entry in PATH does not execute tools of the working folder", "[compiled][program]") {
+  const RefusalCache cache;
+  const test::TemporaryFolder folder;
+  for (const char* tool : {"cc", "as", "ld", "collect2"}) {
+    std::ofstream(folder.path() / tool)
+        << "#!/bin/sh\n>" << (folder.path() / "executed").string() << "\nexit 1\n";
+    fs::permissions(folder.path() / tool, fs::perms::owner_all);
+  }
+  const std::string path = std::getenv("PATH");
+  const auto before = fs::current_path();
+  setenv("PATH", (":" + path).c_str(), 1);
+  fs::current_path(folder.path());
+  const auto done = test::freeplay("run " + test::flores().string() +
+                                   " --formulation penalty --compile --no-figures --set run.revolutions=0.02 "
+                                   "--set run.discard=0 -o out");
+  fs::current_path(before);
+  setenv("PATH", path.c_str(), 1);
+  CHECK(done.status == 0);
+  CHECK(test::file_text(folder.path() / "out/run.json").find("\"used\": true") != std::string::npos);
+  CHECK_FALSE(fs::exists(folder.path() / "executed"));
+}
+
+TEST_CASE("a mechanism whose compilation would take too long is not compiled, and the result says so",
+          "[compiled][program]") {
+  const RefusalCache cache;
+  // 3,000 springs have about 370,000 operations: 110 s, more than half the time limit of 120 s.
+  std::string text = "[bodies.b]\nmass = 1\ninertia = 0.1\nposition = [0.1, 0.2]\n";
+  for (int i = 0; i < 3000; ++i) {
+    const auto number = std::to_string(i);
+    text += "[loads.s" + number + "]\ntype = \"spring-damper\"\nbetween = [\"ground\", \"b\"]\nat = [[" +
+            number + ", 1], [0.1" + number + ", 0.1]]\nstiffness = 1\ndamping = 1\nfree_length = 1\n";
+  }
+  text += "[run]\nduration = 1e-4\nstart = \"given\"\n";
+  const OtherCompiler never("");
+  CompiledStructures structures;
+  for (const bool study : {false, true, true}) {
+    Simulation simulation(parse_scene(text, "springs"), "penalty",
+                          {.compile = Compile::always, .structures = study ? &structures : nullptr});
+    const auto made = simulation.run().compiled;
+    CHECK_FALSE(made.used);
+    CHECK(made.reason.find("more than half the time limit of the compiler (120 s)") != std::string::npos);
+  }
+  CHECK(structures.any());  // the failure is known
+  CHECK(never.compilations() == 0);
+}
+
+TEST_CASE("a run compiles only if its rest can save the time", "[compiled][program]") {
+  const RefusalCache cache;
+  const auto bar = parse_scene(pendulum(0.5), "bar");
+  const System system(bar.mechanism);
+  const double seconds = compile_seconds(traced_of(bar, system).object);
+  const auto start = assemble(bar.mechanism, bar.run.start);
+  const auto compiled = [&](double worth) {
+    System own(bar.mechanism);
+    return *compile_system(own, start, {}, {}, TracedFor::any, nullptr, false, worth);
+  };
+  const auto refused = compiled(0.9 * seconds);
+  CHECK_FALSE(refused.used);
+  CHECK(refused.reason.find("more than the rest of the run can save") != std::string::npos);
+  CHECK(compiled(1.1 * seconds).used);
+  CHECK(compiled(0.9 * seconds).used);  // from the cache
 }

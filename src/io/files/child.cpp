@@ -13,6 +13,7 @@
 #include <chrono>
 #include <csignal>
 #include <cstring>
+#include <ctime>
 
 #include "io/files/output_file.hpp"
 
@@ -41,19 +42,105 @@ struct Pipe {
   std::array<int, 2> ends{-1, -1};
 };
 
-/// Runs in the child between fork and exec. Only system calls are allowed there, because another
-/// thread of the parent may have held any lock at the fork.
-[[noreturn]] void become(char* const* command, const char* folder, pid_t parent, const Pipe& in,
-                         const Pipe* output, const Pipe& errors) {
+/// What a child needs between fork and exec, made before the fork: only system calls are allowed there,
+/// because another thread of the parent may have held any lock at the fork.
+struct Prepared {
+  explicit Prepared(const Child& child) : words(child.command) {
+    if (child.temporary) variables.push_back("TMPDIR=" + child.folder.string());
+    for (char** old = environ; *old; ++old)
+      if (std::ranges::none_of(variables, [&](const std::string& v) {
+            return std::string_view(*old).starts_with(v.substr(0, v.find('=') + 1));
+          }))
+        environment.push_back(*old);
+    for (auto& word : words) command.push_back(word.data());
+    for (auto& variable : variables) environment.push_back(variable.data());
+    command.push_back(nullptr);
+    environment.push_back(nullptr);
+  }
+  std::vector<std::string> words, variables;
+  std::vector<char*> command, environment;
+};
+
+/// What the guard's signal handler needs.
+volatile pid_t group = 0, starter = 0;
+const char* volatile temporary = nullptr;
+
+/// Ends the group of the command and waits for the end of its processes. Where nobody else can do that
+/// any more, removes the temporary folder.
+void end_group(int) {
+  kill(-group, SIGKILL);
+  while (waitpid(-group, nullptr, 0) > 0 || errno == EINTR) {
+  }
+  if (getppid() != starter && temporary) execl("/bin/rm", "rm", "-rf", "--", temporary, nullptr);
+  _exit(128 + SIGKILL);
+}
+
+[[noreturn]] void become(const Prepared& made) {
+  setpgid(0, 0);
   prctl(PR_SET_PDEATHSIG, SIGKILL);
-  if (getppid() != parent) _exit(127);
-  for (const int signal : {SIGPIPE, SIGXFSZ})
+  for (const int signal : {SIGTERM, SIGPIPE, SIGXFSZ})
     std::signal(signal, SIG_DFL);  // ignored signals stay ignored after exec
+  execvpe(made.command[0], made.command.data(), made.environment.data());
+  _exit(127);
+}
+
+/// The guard: a process between this one and the command. It has the command in a process group of its
+/// own, and ends that group when the command ends, on SIGTERM, and when this process ends.
+[[noreturn]] void guard(const Prepared& made, const char* folder, bool own, pid_t parent, const Pipe& in,
+                        const Pipe* output, const Pipe& errors) {
+  setpgid(0, 0);  // signals of a terminal are for this process, which decides
+  prctl(PR_SET_CHILD_SUBREAPER, 1);
+  sigset_t term;
+  sigemptyset(&term);
+  sigaddset(&term, SIGTERM);
+  sigprocmask(SIG_BLOCK, &term, nullptr);
+  starter = parent;
+  if (own) temporary = folder;
+  std::signal(SIGTERM, end_group);
+  std::signal(SIGCHLD, SIG_DFL);
+  prctl(PR_SET_PDEATHSIG, SIGTERM);
+  if (getppid() != parent) _exit(127);
   const int to = output ? output->ends[1] : open("/dev/null", O_WRONLY);
   if (to < 0 || dup2(in.ends[0], 0) < 0 || dup2(to, 1) < 0 || dup2(errors.ends[1], 2) < 0) _exit(127);
+  close_range(3, ~0U, 0);  // locks of files, and pipes to other children
   if (*folder && chdir(folder) != 0) _exit(127);
-  execvp(command[0], command);
-  _exit(127);
+  const pid_t id = fork();
+  if (id < 0) _exit(127);
+  if (id == 0) {
+    sigprocmask(SIG_UNBLOCK, &term, nullptr);
+    become(made);
+  }
+  setpgid(id, id);
+  group = id;
+  close_range(0, 2, 0);
+  sigprocmask(SIG_UNBLOCK, &term, nullptr);
+  siginfo_t info;
+  while (waitid(P_PID, static_cast<id_t>(id), &info, WEXITED | WNOWAIT) != 0 && errno == EINTR) {
+  }
+  sigprocmask(SIG_BLOCK, &term, nullptr);
+  kill(-id, SIGKILL);
+  int status = 0;
+  waitpid(id, &status, 0);
+  while (waitpid(-id, nullptr, 0) > 0) {
+  }
+  _exit(WIFEXITED(status) ? WEXITSTATUS(status) : 128 + WTERMSIG(status));
+}
+
+/// write() to a pipe that may have no reader: EPIPE without SIGPIPE, whatever this process does with
+/// the signal.
+ssize_t write_quietly(int to, std::string_view text) {
+  sigset_t broken, before, pending;
+  sigemptyset(&broken);
+  sigaddset(&broken, SIGPIPE);
+  sigpending(&pending);
+  pthread_sigmask(SIG_BLOCK, &broken, &before);
+  const auto gone = write(to, text.data(), text.size());
+  const int error = errno;
+  constexpr timespec at_once{};
+  if (gone < 0 && error == EPIPE && !sigismember(&pending, SIGPIPE)) sigtimedwait(&broken, nullptr, &at_once);
+  pthread_sigmask(SIG_SETMASK, &before, nullptr);
+  errno = error;
+  return gone;
 }
 
 /// Reads what is available from a pipe, and closes it at its end. False if nothing was read.
@@ -69,16 +156,15 @@ bool take(Pipe& pipe, std::string& text, std::size_t most) {
 
 ChildEnd run_child(const Child& child) {
   using Clock = std::chrono::steady_clock;
-  std::vector<char*> command;
-  auto words = child.command;
-  for (auto& word : words) command.push_back(word.data());
-  command.push_back(nullptr);
+  const Prepared made(child);
   const auto folder = child.folder.string();
 
   Pipe in, output, errors;
   const pid_t parent = getpid(), id = fork();
-  if (id < 0) throw OutputError(fmt::format("{}: cannot be started: {}", words[0], std::strerror(errno)));
-  if (id == 0) become(command.data(), folder.c_str(), parent, in, child.listen ? &output : nullptr, errors);
+  if (id < 0)
+    throw OutputError(fmt::format("{}: cannot be started: {}", made.words[0], std::strerror(errno)));
+  if (id == 0)
+    guard(made, folder.c_str(), child.temporary, parent, in, child.listen ? &output : nullptr, errors);
   in.close_end(0);
   output.close_end(1);
   errors.close_end(1);
@@ -95,18 +181,21 @@ ChildEnd run_child(const Child& child) {
         {{in.ends[1], POLLOUT, 0}, {errors.ends[0], POLLIN, 0}, {output.ends[0], POLLIN, 0}}};
     poll(waits.data(), waits.size(), pause);
     if (waits[0].revents) {
-      const auto gone = rest.empty() ? 0 : write(in.ends[1], rest.data(), rest.size());
+      const auto gone = rest.empty() ? 0 : write_quietly(in.ends[1], rest);
       if (gone > 0) rest.remove_prefix(static_cast<std::size_t>(gone));
       if (rest.empty() || (gone < 0 && errno != EAGAIN && errno != EINTR)) in.close_end(1);
     }
     if (waits[1].revents) take(errors, end.errors, most_errors);
     if (waits[2].revents) take(output, end.output, most_output);
-    interrupted = interrupted || child.stop();
-    end.late = end.late || Clock::now() > until;
-    if (interrupted || end.late) kill(id, SIGKILL);
-    // Do not wait for the end of its standard error: the child's own children may keep that open.
-    if (waitpid(id, &status, WNOHANG) != id) continue;
-    end.status = WIFEXITED(status) ? WEXITSTATUS(status) : 128 + WTERMSIG(status);
+    if (!interrupted && !end.late) {
+      interrupted = child.stop();
+      end.late = !interrupted && Clock::now() > until;
+      if (interrupted || end.late) kill(id, SIGTERM);
+    }
+    // Do not wait for the end of its standard error: a process that left its group may keep that open.
+    const pid_t ended = waitpid(id, &status, WNOHANG);
+    if (ended == 0 || (ended < 0 && errno == EINTR)) continue;
+    end.status = ended < 0 ? 127 : WIFEXITED(status) ? WEXITSTATUS(status) : 128 + WTERMSIG(status);
     break;
   }
   // Read the remaining output.

@@ -1,6 +1,7 @@
 // Child processes: runs another program (gnuplot, ffmpeg, a command of Slurm) within a time limit.
-// The child ends at the latest when this process ends. run_child() blocks, owns the pipes to the
-// child, and keeps no state afterwards.
+// The command has a process group of its own, which ends with it, at its time limit, on a stop request,
+// and when this process ends, even by SIGKILL. run_child() blocks, owns the pipes to the child, needs no
+// signal handlers (it raises no SIGPIPE), and keeps no state afterwards.
 #pragma once
 
 #include <filesystem>
@@ -21,6 +22,8 @@ struct Child {
   double seconds = 60;                ///< s, after which it is killed
   bool listen = false;                ///< whether its standard output is returned
   StopToken stop = {};                ///< stop request, which also kills it
+  /// Whether the folder is also its TMPDIR, and is removed if this process ends before it.
+  bool temporary = false;
 };
 
 /// How a child ended.

@@ -3,14 +3,19 @@
 #include <dlfcn.h>
 #include <fcntl.h>
 #include <fmt/format.h>
+#include <link.h>
 #include <sys/stat.h>
 #include <unistd.h>
 
 #include <atomic>
 #include <cerrno>
+#include <chrono>
+#include <cstdint>
 #include <cstdlib>
 #include <cstring>
 #include <filesystem>
+#include <map>
+#include <mutex>
 #include <string_view>
 #include <utility>
 #include <vector>
@@ -25,8 +30,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr double longest_compilation = 120;  // s
-constexpr off_t largest_object = 64 << 20;   // bytes
+constexpr off_t largest_object = 64 << 20;  // bytes
 /// Above this number of files the cache is emptied.
 constexpr int most_objects = 1000;
 
@@ -64,10 +68,11 @@ struct Refused {
   std::string reason;
 };
 
-/// The compiler's name, version and target; asked once.
-const std::string& compiler_identity() {
-  static const std::string identity = [] {
-    const auto end = run_child({.command = {"cc", "-v"}, .seconds = 10});
+/// The compiler's name, version and target; asked once. Like every compilation it works in a private
+/// folder, because PATH may name the working folder.
+const std::string& compiler_identity(const fs::path& folder) {
+  static const std::string identity = [&] {
+    const auto end = run_child({.command = {"cc", "-v"}, .folder = folder, .seconds = 10});
     return end.status == 0 ? end.errors : std::string();
   }();
   return identity;
@@ -120,82 +125,154 @@ std::string whole_object(const Descriptor& folder, const std::string& name) {
   if (bytes.size() < length) return "";
   const auto end = bytes.substr(bytes.size() - length);
   bytes.resize(bytes.size() - length);
-  return digest(bytes) == end ? bytes : "";
+  return digest(bytes) == end && is_whole_object(bytes) ? bytes : "";
 }
 
-void empty_if_full(const fs::path& folder) {
+/// Removes folders of compilations that nobody ended, and all objects if there are too many.
+void tidy(const fs::path& folder) {
+  constexpr std::chrono::hours abandoned{1};
   std::error_code failed;
   std::vector<fs::path> files;
-  for (const auto& entry : fs::directory_iterator(folder, failed)) files.push_back(entry.path());
+  for (const auto& entry : fs::directory_iterator(folder, failed)) {
+    if (!entry.is_directory(failed))
+      files.push_back(entry.path());
+    else if (entry.last_write_time(failed) < fs::file_time_type::clock::now() - abandoned)
+      fs::remove_all(entry.path(), failed);
+  }
   if (files.size() < most_objects) return;
   for (const auto& file : files) fs::remove(file, failed);
 }
 
-/// Compiles into the folder under a name of its own, appends the digest and renames.
+/// Compiles in a folder of its own below the cache folder, which the compiler also uses for its
+/// temporary files, appends the digest and renames.
 void compile(const fs::path& folder, const std::string& name, const std::string& text,
              const StopToken& stop) {
   static std::atomic<int> count{0};
-  empty_if_full(folder);
-  const auto partial = folder / fmt::format("{}.{}.{}.partial", name, getpid(), ++count);
+  tidy(folder);
+  const auto place = folder / fmt::format("{}.{}.{}.partial", name, getpid(), ++count);
+  if (mkdir(place.c_str(), 0700) != 0) throw refused(place, std::strerror(errno));
   struct Remove {
-    const fs::path& file;
+    const fs::path& folder;
     ~Remove() {
       std::error_code ignored;
-      fs::remove(file, ignored);
+      fs::remove_all(folder, ignored);
     }
-  } remove{partial};
+  } remove{place};
   const auto named = fmt::format("{}\nconst char freeplay_name[] = \"{}\";\n", text, name);
-  Child child{.command = compiler(), .input = named, .seconds = longest_compilation, .stop = stop};
-  child.command.insert(child.command.end(), {"-o", partial.string(), "-", "-lm"});
+  Child child{.command = compiler(),
+              .folder = place,
+              .input = named,
+              .seconds = longest_compilation,
+              .stop = stop,
+              .temporary = true};
+  child.command.insert(child.command.end(), {"-o", "object", "-", "-lm"});
   const auto end = run_child(child);
   if (end.late) throw Refused{fmt::format("cc took more than {} s", longest_compilation)};
   if (end.status != 0)
     throw Refused{fmt::format("cc failed: {}", visible_brief(end.errors.substr(0, end.errors.find('\n'))))};
-  const Descriptor file(open(partial.c_str(), O_RDWR | O_NOFOLLOW | O_CLOEXEC));
+  const auto object = place / "object";
+  const Descriptor file(open(object.c_str(), O_RDWR | O_NOFOLLOW | O_CLOEXEC));
   struct stat facts {};
   if (!file || fstat(file.number(), &facts) != 0 || facts.st_size > largest_object)
-    throw refused(partial, "cannot be read back");
+    throw refused(object, "cannot be read back");
   std::string bytes(static_cast<std::size_t>(facts.st_size), '\0');
   if (pread(file.number(), bytes.data(), bytes.size(), 0) != static_cast<ssize_t>(bytes.size()))
-    throw refused(partial, "cannot be read back");
+    throw refused(object, "cannot be read back");
+  if (!is_whole_object(bytes)) throw Refused{"cc left an incomplete object"};
   const auto end_mark = digest(bytes);
   if (pwrite(file.number(), end_mark.data(), end_mark.size(), facts.st_size) !=
           static_cast<ssize_t>(end_mark.size()) ||
-      fchmod(file.number(), 0600) != 0 || rename(partial.c_str(), (folder / name).c_str()) != 0)
+      fchmod(file.number(), 0600) != 0 || rename(object.c_str(), (folder / name).c_str()) != 0)
     throw refused(folder, std::strerror(errno));
 }
 
-/// Loads an object. Null if it was compiled under another name: its functions have other arguments.
-std::shared_ptr<void> loaded(const fs::path& file, const std::string& name) {
+/// Loads an object of the cache. Nothing if it is not whole, cannot be loaded, was compiled under
+/// another name (its functions have other arguments), or has another number of functions; `reason`
+/// then says so.
+CompiledObject loaded(const Descriptor& open_folder, const fs::path& file, int functions) {
+  const auto name = file.filename().string();
+  const auto unusable = [&](std::string why) { return CompiledObject{.reason = std::move(why)}; };
+  if (whole_object(open_folder, name).empty()) return unusable("is not there any more");
   void* handle = dlopen(file.c_str(), RTLD_NOW | RTLD_LOCAL);
-  if (!handle) throw Refused{visible_brief(dlerror())};
-  std::shared_ptr<void> library(handle, dlclose);
+  if (!handle) return unusable(visible_brief(dlerror()));
+  const std::shared_ptr<void> library(handle, dlclose);
   const auto* own = static_cast<const char*>(dlsym(handle, "freeplay_name"));
-  return own && own == name ? library : nullptr;
+  if (!own || own != name) return unusable("has another name");
+  const auto* table = static_cast<const CompiledFunction*>(dlsym(handle, "freeplay_functions"));
+  int count = 0;
+  while (table && table[count]) ++count;
+  if (count != functions) return unusable("has other functions");
+  return {.library = library, .table = table};
+}
+
+/// Compilations that failed in this process, with the reasons: the runs of a study do not repeat them.
+class Failures {
+ public:
+  std::string reason(const fs::path& file) const {
+    const std::lock_guard lock(mutex_);
+    const auto found = reasons_.find(file);
+    return found == reasons_.end() ? "" : found->second;
+  }
+  void add(const fs::path& file, const std::string& reason) {
+    const std::lock_guard lock(mutex_);
+    reasons_[file] = reason;
+  }
+
+ private:
+  mutable std::mutex mutex_;
+  std::map<fs::path, std::string> reasons_;
+};
+
+CompiledObject compiled_now(const Descriptor& open_folder, const fs::path& file, const std::string& text,
+                            int functions, const StopToken& stop) {
+  static Failures failures;
+  if (auto known = failures.reason(file); !known.empty()) throw Refused{std::move(known)};
+  try {
+    compile(file.parent_path(), file.filename(), text, stop);
+    auto object = loaded(open_folder, file, functions);
+    if (!object.library) throw refused(file, object.reason.c_str());
+    return object;
+  } catch (const Refused& r) {
+    failures.add(file, r.reason);
+    throw;
+  }
 }
 
 }  // namespace
 
-CompiledObject compiled_object(const std::string& text, int functions, StopToken stop) {
+/// All segments that the loader maps must lie within the file. The loader also maps pages beyond the end
+/// of a truncated file, and reading them ends the process by SIGBUS. (System V ABI, "Program Header": a
+/// segment has p_filesz bytes from p_offset on. The section table, which the loader does not need, is
+/// last in the output of linkers.)
+bool is_whole_object(std::string_view bytes) {
+  const auto at = [&]<class T>(T& into, std::uint64_t place) {
+    if (place > bytes.size() || bytes.size() - place < sizeof into) return false;
+    std::memcpy(&into, bytes.data() + place, sizeof into);
+    return true;
+  };
+  ElfW(Ehdr) header;
+  if (!bytes.starts_with(ELFMAG) || !at(header, 0)) return false;
+  for (std::uint64_t k = 0; k < header.e_phnum; ++k) {
+    ElfW(Phdr) segment;
+    if (!at(segment, header.e_phoff + k * header.e_phentsize)) return false;
+    if (segment.p_offset > bytes.size() || bytes.size() - segment.p_offset < segment.p_filesz) return false;
+  }
+  const std::uint64_t sections = std::uint64_t{header.e_shnum} * header.e_shentsize;
+  return header.e_shoff <= bytes.size() && bytes.size() - header.e_shoff >= sections;
+}
+
+CompiledObject compiled_object(const std::string& text, int functions, StopToken stop, bool may_compile) {
   CompiledObject object;
   try {
-    const auto& identity = compiler_identity();
-    if (identity.empty()) throw Refused{"there is no C compiler `cc`"};
     const auto folder = user_cache() / "freeplay";
     const auto open_folder = private_folder(folder);
+    const auto& identity = compiler_identity(folder);
+    if (identity.empty()) throw Refused{"there is no C compiler `cc`"};
     const auto name = digest(fmt::format("{}\n{}\n{}", fmt::join(compiler(), " "), identity, text)) + ".so";
-    auto library = whole_object(open_folder, name).empty() ? nullptr : loaded(folder / name, name);
-    object.cached = library != nullptr;
-    if (!library) {
-      compile(folder, name, text, stop);
-      if (!whole_object(open_folder, name).empty()) library = loaded(folder / name, name);
-      if (!library) throw refused(folder / name, "was changed meanwhile");
-    }
-    object.table = static_cast<const CompiledFunction*>(dlsym(library.get(), "freeplay_functions"));
-    object.library = std::move(library);
-    int count = 0;
-    while (object.table && object.table[count]) ++count;
-    if (count != functions) throw refused(folder / name, "has other functions");
+    object = loaded(open_folder, folder / name, functions);
+    object.cached = object.library != nullptr;
+    if (!object.cached && may_compile)
+      object = compiled_now(open_folder, folder / name, text, functions, stop);
   } catch (const Refused& r) {
     object = {};
     object.reason = r.reason;
