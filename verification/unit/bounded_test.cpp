@@ -329,6 +329,10 @@ TEST_CASE("a child process ends within its time limit", "[bounded]") {
   CHECK_THROWS_AS(run_child({.command = {"sleep", "100"}, .stop = StopToken(requested)}), Interrupted);
   CHECK(since(begun) < 5);
   impatient.join();
+  // A stop at the instant of the start: signal handlers of this process must not run in the new one.
+  for (int i = 0; i < 50; ++i)
+    CHECK_THROWS_AS(run_child({.command = {"sleep", "100"}, .stop = StopToken(requested)}), Interrupted);
+  CHECK(since(begun) < 30);
 }
 
 TEST_CASE("the compilation that is stopped", "[.][bounded][compiled][program]") {

@@ -75,25 +75,26 @@ void end_group(int) {
   _exit(128 + SIGKILL);
 }
 
-[[noreturn]] void become(const Prepared& made) {
+[[noreturn]] void become(const Prepared& made, const sigset_t& mask) {
   setpgid(0, 0);
   prctl(PR_SET_PDEATHSIG, SIGKILL);
   for (const int signal : {SIGTERM, SIGPIPE, SIGXFSZ})
     std::signal(signal, SIG_DFL);  // ignored signals stay ignored after exec
+  sigprocmask(SIG_SETMASK, &mask, nullptr);
   execvpe(made.command[0], made.command.data(), made.environment.data());
   _exit(127);
 }
 
 /// The guard: a process between this one and the command. It has the command in a process group of its
-/// own, and ends that group when the command ends, on SIGTERM, and when this process ends.
-[[noreturn]] void guard(const Prepared& made, const char* folder, bool own, pid_t parent, const Pipe& in,
-                        const Pipe* output, const Pipe& errors) {
+/// own, and ends that group when the command ends, on SIGTERM, and when this process ends. It starts with
+/// all signals blocked, because handlers of this process must not run there. `mask`: that of the command.
+[[noreturn]] void guard(const Prepared& made, const char* folder, bool own, pid_t parent,
+                        const sigset_t& mask, const Pipe& in, const Pipe* output, const Pipe& errors) {
   setpgid(0, 0);  // signals of a terminal are for this process, which decides
   prctl(PR_SET_CHILD_SUBREAPER, 1);
   sigset_t term;
   sigemptyset(&term);
   sigaddset(&term, SIGTERM);
-  sigprocmask(SIG_BLOCK, &term, nullptr);
   starter = parent;
   if (own) temporary = folder;
   std::signal(SIGTERM, end_group);
@@ -106,10 +107,7 @@ void end_group(int) {
   if (*folder && chdir(folder) != 0) _exit(127);
   const pid_t id = fork();
   if (id < 0) _exit(127);
-  if (id == 0) {
-    sigprocmask(SIG_UNBLOCK, &term, nullptr);
-    become(made);
-  }
+  if (id == 0) become(made, mask);
   setpgid(id, id);
   group = id;
   close_range(0, 2, 0);
@@ -160,11 +158,16 @@ ChildEnd run_child(const Child& child) {
   const auto folder = child.folder.string();
 
   Pipe in, output, errors;
+  sigset_t all, mask;
+  sigfillset(&all);
+  pthread_sigmask(SIG_SETMASK, &all, &mask);
   const pid_t parent = getpid(), id = fork();
-  if (id < 0)
-    throw OutputError(fmt::format("{}: cannot be started: {}", made.words[0], std::strerror(errno)));
   if (id == 0)
-    guard(made, folder.c_str(), child.temporary, parent, in, child.listen ? &output : nullptr, errors);
+    guard(made, folder.c_str(), child.temporary, parent, mask, in, child.listen ? &output : nullptr, errors);
+  const int error = errno;
+  pthread_sigmask(SIG_SETMASK, &mask, nullptr);
+  if (id < 0)
+    throw OutputError(fmt::format("{}: cannot be started: {}", made.words[0], std::strerror(error)));
   in.close_end(0);
   output.close_end(1);
   errors.close_end(1);
