@@ -234,3 +234,39 @@ duration = 0.5
              "joint = \"main\"\nvoltage = \"12V\"\nresistance = \"0.8 ohm\"\n"
              "torque_constant = \"50 N mm/A\"\ninductance = \"20 mH\"\n") == "accepted");
 }
+
+TEST_CASE("US and shop units have their legal values", "[quantities]") {
+  // NIST Special Publication 811, appendix B; slug = lbf s²/ft, lbf = lb · 9.80665 m/s².
+  CHECK(read("1 slug", "kg") == Approx(14.593902937206364).epsilon(4e-16));
+  CHECK(read("1 lbm", "kg") == Approx(0.45359237).epsilon(4e-16));
+  CHECK(read("16 oz", "kg") == Approx(0.45359237).epsilon(4e-16));
+  CHECK(read("3 mil", "m") == Approx(76.2e-6).epsilon(4e-16));
+  CHECK(read("3 thou", "m") == Approx(76.2e-6).epsilon(4e-16));
+  CHECK(read("3 inch", "m") == Approx(76.2e-3).epsilon(4e-16));
+  CHECK(read("25 micron", "m") == Approx(25e-6).epsilon(4e-16));
+  CHECK(read("60 RPM", "rad/s") == Approx(2 * pi).epsilon(4e-16));
+  CHECK(read("2 rps", "rad/s") == Approx(4 * pi).epsilon(4e-16));
+}
+
+TEST_CASE("a hyphen multiplies units, and pounds times a length are a torque", "[quantities]") {
+  CHECK(read("5 N-m", "N m") == 5);
+  CHECK(read("5 kN-m/rad", "N m/rad") == 5000);
+  CHECK(read("5 N-m-s/rad", "N m s/rad") == 5);
+  CHECK(read("5 kg-m2", "kg m2") == 5);
+  CHECK(read("5 s-1", "1/s") == 5);
+  CHECK(read("5 m s-2", "m/s2") == 5);
+  const double lbf = 4.4482216152605, inch = 0.0254, foot = 0.3048, lb = 0.45359237;
+  for (const char* unit : {"lb-in", "in-lb", "lbf-in", "in-lbf", "lb-inch"})
+    CHECK(read(std::string("3 ") + unit, "N m") == Approx(3 * lbf * inch).epsilon(1e-15));
+  for (const char* unit : {"ft-lb", "lb-ft", "ft-lbf"})
+    CHECK(read(std::string("3 ") + unit, "N m") == Approx(3 * lbf * foot).epsilon(1e-15));
+  CHECK(read("3 oz-in", "N m") == Approx(3 * lbf * inch / 16).epsilon(1e-15));
+  CHECK(read("3 ft-lb/rad", "N m/rad") == Approx(3 * lbf * foot).epsilon(1e-15));
+  CHECK(read("3 lb-in-s2", "kg m2") == Approx(3 * lbf * inch).epsilon(1e-15));
+  // With a power they are a moment of inertia.
+  CHECK(read("3 lb-in2", "kg m2") == Approx(3 * lb * inch * inch).epsilon(1e-15));
+  CHECK(read("3 lb-ft^2", "kg m2") == Approx(3 * lb * foot * foot).epsilon(1e-15));
+  CHECK(read("3 slug-ft2", "kg m2") == Approx(3 * lbf * foot).epsilon(1e-15));
+  for (const char* text : {"5 -m", "5 N-", "5 N--m", "5 N/-m", "5 N-1m-"})
+    CHECK_THAT(wrong(text, "N m"), Contains("is not a known unit"));
+}

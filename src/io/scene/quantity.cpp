@@ -46,15 +46,24 @@ constexpr NamedUnit units[] = {
     {"turn", "rad", 0, 2 * pi},
     {"turns", "rad", 0, 2 * pi},
     {"rpm", "rad/s", 0, 2 * pi, 60},
+    {"RPM", "rad/s", 0, 2 * pi, 60},
+    {"rps", "rad/s", 0, 2 * pi},
     {"min", "s", 0, 60},
     {"h", "s", 2, 36},
     {"t", "kg", 3},
     {"bar", "Pa", 5, 1, 1, true},
     {"P", "Pa s", -1, 1, 1, true},
+    {"micron", "m", -6},
     {"in", "m", -4, 254},
+    {"inch", "m", -4, 254},
+    {"mil", "m", -7, 254},
+    {"thou", "m", -7, 254},
     {"ft", "m", -4, 3048},
     {"lb", "kg", -8, 45359237},
+    {"lbm", "kg", -8, 45359237},
+    {"oz", "kg", -8, 45359237, 16},
     {"lbf", "N", -13, 44482216152605},
+    {"slug", "lbf s2/ft"},
     {"psi", "lbf/in2"},
     {"kgf", "N", -5, 980665},
 };
@@ -116,6 +125,7 @@ struct Unit {
 };
 
 std::optional<Unit> parse(std::string_view text, std::string& unknown);
+int power(std::string_view& text);
 
 /// Index of a base unit in Unit::powers.
 std::size_t base_of(std::string_view symbol) {
@@ -155,8 +165,37 @@ bool take(std::string_view& text, std::string_view piece) {
   return true;
 }
 
+/// Whether a hyphen at the beginning of the text joins two symbols, as in N-m; in s-1 it is a sign.
+bool joins(std::string_view text) {
+  return text.size() > 1 && text.front() == '-' && letters.find(text[1]) != letters.npos;
+}
+
+/// In units with a hyphen such as lb-in and ft-lb, pounds and ounces are forces; with a power, as in lb-in2,
+/// they are masses. Returns the force and removes these symbols, or returns nothing.
+std::optional<Unit> take_hyphenated_force(std::string_view& text) {
+  for (const std::string_view mass : {"lb", "oz"})
+    for (const std::string_view length : {"in", "inch", "ft"})
+      for (const bool mass_first : {true, false}) {
+        auto rest = text;
+        if (!take(rest, mass_first ? mass : length) || !take(rest, "-") ||
+            !take(rest, mass_first ? length : mass))
+          continue;
+        auto after = rest;
+        const bool ends = rest.empty() || letters.find(rest.front()) == letters.npos;
+        if (!ends || (mass_first && power(after) != 1)) continue;
+        text = rest;
+        Unit force = *factor(mass);
+        force.times(*factor("lbf"), 1);
+        force.times(*factor("lb"), -1);
+        force.times(*factor(length), 1);
+        return force;
+      }
+  return std::nullopt;
+}
+
 /// Reads the power after a symbol: 2, ^2, ², -1, ⁻¹. 1 if there is none, 0 if it is invalid.
 int power(std::string_view& text) {
+  if (joins(text)) return 1;
   constexpr std::pair<std::string_view, int> digits[] = {{"1", 1}, {"2", 2}, {"3", 3}, {"4", 4},
                                                          {"¹", 1}, {"²", 2}, {"³", 3}, {"⁴", 4}};
   const bool caret = take(text, "^");
@@ -173,12 +212,19 @@ std::optional<Unit> parse(std::string_view text, std::string& unknown) {
     return std::nullopt;
   };
   if (take(text, "1") && !text.empty() && text.front() != '/' && text.front() != ' ') return bad("1");
-  bool divides = false, wanting = false;
+  bool divides = false, wanting = false, any = false;
   while (!text.empty()) {
     if (take(text, " ") || take(text, "·") || take(text, "*")) continue;
     if (take(text, "/")) {
       if (divides) return bad("/");
       divides = wanting = true;
+      continue;
+    }
+    if (any && !wanting && joins(text)) text.remove_prefix(1);
+    any = true;
+    if (const auto force = take_hyphenated_force(text)) {
+      unit.times(*force, divides ? -1 : 1);
+      divides = wanting = false;
       continue;
     }
     std::size_t end = 0;
