@@ -8,6 +8,7 @@
 
 #include "dynamics/assembly/assembly.hpp"
 #include "dynamics/assembly/four_bar.hpp"
+#include "dynamics/assembly/meshing.hpp"
 #include "dynamics/assembly/turn_survey.hpp"
 #include "dynamics/assembly/undriven.hpp"
 #include "dynamics/planar.hpp"
@@ -184,6 +185,20 @@ void pose(const Mechanism& mechanism, const State& start, Lines& lines) {
     lines.emplace_back("", fmt::format("and {} more bodies", mechanism.bodies.size() - most_bodies));
 }
 
+void teeth(const Mechanism& mechanism, const State& start, Lines& lines) {
+  for (const auto& t : teeth_at(mechanism, start.q)) {
+    std::string said =
+        fmt::format("centres {:.6g} m apart, standard {:.6g} m; play along the line of action {:.4g} mm",
+                    t.distance, t.standard, t.ideal ? 0 : 1e3 * t.play);
+    if (t.contact_ratio) said += fmt::format("; contact ratio {:.3g}", *t.contact_ratio);
+    if (t.apart >= 0)
+      said += "; the tips of standard teeth do not reach each other, which the model ignores";
+    else if (t.contact_ratio && *t.contact_ratio < 1)
+      said += ", below 1: a pair of teeth parts before the next one meets, which the model ignores";
+    lines.emplace_back("gears " + t.name, said);
+  }
+}
+
 }  // namespace
 
 Lines assembly_report(const Mechanism& mechanism, const State& start) {
@@ -192,6 +207,7 @@ Lines assembly_report(const Mechanism& mechanism, const State& start) {
   loops(mechanism, start, lines);
   whole_turn(mechanism, start, lines);
   angles(mechanism, start, lines);
+  teeth(mechanism, start, lines);
   pose(mechanism, start, lines);
   return lines;
 }

@@ -6,6 +6,7 @@
 #include "cli/verb.hpp"
 #include "cli/wrapped.hpp"
 #include "dynamics/assembly/assembly.hpp"
+#include "dynamics/assembly/meshing.hpp"
 #include "dynamics/planar.hpp"
 #include "dynamics/system.hpp"
 #include "formulations/make.hpp"
@@ -147,6 +148,7 @@ int check(const CheckRequest& request) {
   const System system(scene.mechanism);
   std::string assumed;
   const State start = located_in(scene, [&] { return assemble(scene.mechanism, scene.run.start, &assumed); });
+  located_in(scene, [&] { require_mesh(scene.mechanism, start.q); });
   const auto redundant = redundant_rows(system, start.q);
   int tangents = 0;
   for (int k = 0; k < system.contacts(); ++k) tangents += system.has_friction(k);
@@ -189,10 +191,13 @@ int check(const CheckRequest& request) {
   if (!assumed.empty()) line("start", assumed);
   for (const auto& [what, said] : assembly_report(scene.mechanism, start)) line(what.c_str(), said);
 
+  const auto teeth = teeth_at(scene.mechanism, start.q);
   for (int k = 0; k < system.reported(); ++k) {
     const auto& facts = system.contact_facts(k);
     fmt::print("\n  contact {}: ", facts.name);
     if (facts.has_clearance) fmt::print("clearance {:.4g} mm, ", 1e3 * facts.clearance);
+    for (const auto& t : teeth)
+      if (facts.name.starts_with(t.name + ".")) fmt::print("here {:.4g} mm, ", 0.5e3 * t.play);
     if (facts.stiffness)
       fmt::print("stiffness {:.5g} N/m\n", *facts.stiffness);
     else if (facts.radius > 0)

@@ -8,6 +8,7 @@
 #include <string_view>
 
 #include "dynamics/assembly/assembly.hpp"
+#include "dynamics/assembly/meshing.hpp"
 #include "dynamics/assembly/redundancy.hpp"
 #include "dynamics/system.hpp"
 #include "facade/assess.hpp"
@@ -55,8 +56,10 @@ State start_of(const Scene& scene, Family family, const System& system, const Si
     // The compliance of contacts matters for an equilibrium only: other starts have no contact
     // load.
     const bool rests = scene.run.start == RunOptions::Start::equilibrium;
-    return assemble(scene.mechanism, scene.run.start, &assumed, options.stop,
-                    rests ? compliances(family, scene, system) : Compliances{});
+    auto start = assemble(scene.mechanism, scene.run.start, &assumed, options.stop,
+                          rests ? compliances(family, scene, system) : Compliances{});
+    require_mesh(scene.mechanism, start.q);
+    return start;
   }
   const auto n = static_cast<std::size_t>(system.n()), states = static_cast<std::size_t>(system.states());
   if (options.start->q.size() != n || options.start->v.size() != n)

@@ -6,6 +6,8 @@
 #include <random>
 #include <stdexcept>
 
+#include "dynamics/assembly/assembly.hpp"
+#include "dynamics/assembly/meshing.hpp"
 #include "dynamics/system.hpp"
 #include "facade/simulation.hpp"
 #include "io/scene/write_scene.hpp"
@@ -387,4 +389,55 @@ torque = 1.0
     // backlash.
     CHECK(run.final_state.q[3] == Approx(0.5 * 20 / 2.4 * 0.01).margin(1e-4));
   }
+}
+
+namespace {
+
+/// Two gears of 20 teeth of module 5 mm on pins at this distance (m); pitch circles touch at 0.1 m.
+std::string gears_at(double distance, const std::string& more = "",
+                     const std::string& size = "teeth = [20, 20]\nmodule = 5e-3\n") {
+  const auto place = std::to_string(distance);
+  return test::body("a", 1, 0.01) + test::body("b", 1, 0.01, "position = [" + place + ", 0]\n") +
+         test::pin("left", "ground", "a") + test::pin("right", "ground", "b", {distance, 0}) +
+         "[joints.mesh]\ntype = \"gear\"\nbetween = [\"a\", \"b\"]\n" + size + more +
+         "[surfaces.hard]\nrestitution = 0.5\n[drives.motor]\njoint = \"left\"\nspeed = 1\n" +
+         test::run_for(0.1);
+}
+
+TeethAtDistance teeth_of(const std::string& text) {
+  const auto scene = parse_scene(text, "gears");
+  return teeth_at(scene.mechanism, assemble(scene.mechanism, scene.run.start).q).at(0);
+}
+
+}  // namespace
+
+TEST_CASE("contact ratio and play of gears follow the distance of their centres", "[gears]") {
+  // Path of contact over base pitch, and play 2 S (inv α' − inv α), by hand; 1.557 is in the textbooks'
+  // tables for 20 teeth on 20.
+  const std::string backlash = "backlash = 1e-4\nsurface = \"hard\"\n";
+  const struct {
+    double distance, ratio, play;
+  } rows[] = {{0.1, 1.5568383, 0}, {0.101, 1.3656543, 0.7090003e-3}, {0.104, 0.8549690, 3.1017017e-3}};
+  for (const auto& row : rows) {
+    CAPTURE(row.distance);
+    const auto teeth = teeth_of(gears_at(row.distance, backlash));
+    CHECK(*teeth.contact_ratio == Approx(row.ratio).epsilon(1e-7));
+    CHECK(teeth.play == Approx(row.play + 1e-4).epsilon(1e-6));
+    CHECK(teeth.apart == Approx(row.distance - 0.11).epsilon(1e-9));
+  }
+}
+
+TEST_CASE("an ideal gear pair whose teeth do not reach each other is refused", "[gears]") {
+  const auto refusal = [](const std::string& text) {
+    return test::refusal_of([&] { Simulation(parse_scene(text, "gears"), "penalty", {}); });
+  };
+  const std::string circles = "pitch_radii = [0.05, 0.05]\n";
+  for (const std::string phase : {"", "phase = 0\n"})
+    for (const auto& size : {std::string("teeth = [20, 20]\nmodule = 5e-3\n"), circles}) {
+      CAPTURE(phase, size);
+      CHECK_THAT(refusal(gears_at(0.167, phase, size)), Contains("joints.mesh: ") && Contains("apart"));
+      CHECK(refusal(gears_at(0.1, phase, size)) == "accepted");
+      CHECK(refusal(gears_at(0.109, phase, size)) == "accepted");  // tips part at 0.11 m
+    }
+  CHECK_THAT(refusal(gears_at(0.1101, "phase = 0\n")), Contains("too far for the tips of the teeth to meet"));
 }

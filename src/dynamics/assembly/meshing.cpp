@@ -127,4 +127,36 @@ void set_phases(Mechanism& mechanism) {
   });
 }
 
+std::vector<TeethAtDistance> teeth_at(const Mechanism& mechanism, const std::vector<double>& q) {
+  std::vector<TeethAtDistance> list;
+  for (const auto& joint : mechanism.joints) {
+    const auto* gears = std::get_if<GearJoint>(&joint);
+    if (!gears || !gears->phase) continue;
+    const auto& g = *gears;
+    const double kind = g.internal ? -1 : 1, one = g.pitch(0), other = g.pitch(1),
+                 module = g.tooth_module.value_or(std::min(one, other) / 3), tip = one + kind * module,
+                 other_tip = other + module;
+    const auto flank = g.mesh(1, g.clearance ? g.clearance->normal : 0);
+    const double a = (end_place(g, 1, q) - end_place(g, 0, q)).norm(), S = flank.sum();
+    auto& t = list.emplace_back(TeethAtDistance{g.name, !g.clearance, a, one + kind * other});
+    t.apart = kind * (a - tip) - other_tip;
+    t.play = 2 * (kind * flank.involute(a) + flank.rest);
+    if (!g.teeth) continue;
+    const auto beyond = [](double r, double base) { return std::sqrt(std::max(r * r - base * base, 0.0)); };
+    t.contact_ratio =
+        (kind * (beyond(tip, flank.Ri) - beyond(a, S)) + beyond(other_tip, flank.Rj)) / flank.period;
+  }
+  return list;
+}
+
+void require_mesh(const Mechanism& mechanism, const std::vector<double>& q) {
+  for (const auto& t : teeth_at(mechanism, q))
+    if (t.ideal && t.apart >= 0)
+      throw ModelError(
+          "joints." + t.name,
+          fmt::format("the centres are {:.6g} m apart, {:.3g} m too far for the tips of the teeth to "
+                      "meet (the pitch circles touch at {:.6g} m); correct the places or the teeth",
+                      t.distance, t.apart, t.standard));
+}
+
 }  // namespace freeplay

@@ -6,6 +6,8 @@
 // and the assembly of all joints starts from it.
 #pragma once
 
+#include <optional>
+#include <string>
 #include <vector>
 
 #include "values/stop.hpp"
@@ -27,5 +29,25 @@ std::vector<double> pose_without_teeth(const Mechanism& mechanism, std::vector<d
 /// at pose_without_teeth() if those are not in mesh. Throws ModelError if the teeth are out of mesh
 /// there, too.
 void set_phases(Mechanism& mechanism);
+
+/// The teeth of a pair of gears at a distance of its centres. With standard tips, one module beyond the
+/// pitch circles, the contact ratio of external gears is (ISO 21771-1:2007)
+///
+///     ε = (√(r_a1² − r_b1²) + √(r_a2² − r_b2²) − √(a² − S²)) / p_b.
+struct TeethAtDistance {
+  std::string name;                       ///< of the joint
+  bool ideal = true;                      ///< whether it has no backlash
+  double distance = 0, standard = 0;      ///< m, of the centres
+  double apart = 0;                       ///< m, of the tips; negative while they overlap
+  double play = 0;                        ///< m, sum of the gaps of both flanks
+  std::optional<double> contact_ratio{};  ///< if the numbers of teeth are given
+};
+/// Those of all pairs in mesh at q. Pitch circles without numbers of teeth have the tips of six teeth on the
+/// smaller one.
+std::vector<TeethAtDistance> teeth_at(const Mechanism& mechanism, const std::vector<double>& q);
+
+/// Throws ModelError if the tips of an ideal pair do not overlap at q: its constraint would act through
+/// the air.
+void require_mesh(const Mechanism& mechanism, const std::vector<double>& q);
 
 }  // namespace freeplay
