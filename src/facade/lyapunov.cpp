@@ -22,6 +22,7 @@
 #include "facade/simulation.hpp"
 #include "formulations/penalty/penalty_tangent_run.hpp"
 #include "formulations/tangent_run.hpp"
+#include "mechanism/duration.hpp"
 #include "mechanism/scene.hpp"
 #include "numerics/dense.hpp"
 #include "values/family.hpp"
@@ -170,6 +171,7 @@ void check(const Scene& scene, const LyapunovRequest& request) {
     throw ModelError("transient",
                      fmt::format("must be at least 0 and less than the duration of the run, {:.9g} s",
                                  scene.run.duration));
+  require_duration("transient", request.transient.value_or(0));
 }
 
 /// To the end of the transient at `until` (s), where the vectors have aligned. Returns false if the run ends

@@ -19,6 +19,7 @@
 #include "facade/return_map.hpp"
 #include "facade/simulation.hpp"
 #include "formulations/sensitivity.hpp"
+#include "mechanism/duration.hpp"
 #include "mechanism/scene.hpp"
 #include "numerics/dense.hpp"
 
@@ -230,6 +231,8 @@ Orbit orbit(const Scene& scene, const OrbitRequest& request, SectionState& secti
   Orbit found;
   found.periods = request.periods;
   found.period = section_period(excitation, request.period);
+  require_duration("settle", request.settle * found.period);
+  require_duration("periods", request.periods * found.period);
   const bool autonomous = !excitation.any;
   SectionState start;
   if (const auto reason = settle(simulation, system, family, request, found.period, start); !reason.empty()) {

@@ -66,6 +66,8 @@ TEST_CASE("requests without a periodic motion are refused", "[orbit]") {
   const auto ball = ball_on_table();
   CHECK_THAT(refusal(ball, {.periods = 0}), Contains("periods: must be 1 or greater"));
   CHECK_THAT(refusal(ball, {.settle = -1}), Contains("settle: must be 0 or greater"));
+  for (const double settle : {1e-308, 1e-320, 1e-18, 1e11, 1e308})
+    CHECK_THAT(refusal(ball, {.settle = settle}), Contains("settle: makes a duration of"));
   CHECK_THAT(refusal(ball, {.period = 0.2}), Contains("contradicts the drives, whose period is 0.1 s"));
   CHECK_THAT(refusal(pendulum, {}), Contains("nothing in the scene depends on time"));
   // Two periods that have no common multiple among them.

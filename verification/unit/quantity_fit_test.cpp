@@ -269,6 +269,8 @@ TEST_CASE("calibrate reports errors of targets that are quantities", "[calibrate
              Contains("give deviation instead"));
   CHECK_THAT(wrong(target("event.1.time", 0.3, 1e-3)), Contains("event.1.time: must be event.N.t"));
   CHECK_THAT(wrong(target("event.90.t", 0.3, 1e-3)), Contains("does not reach event.90.t"));
+  for (const char* many : {"event.1001.t", "event.1000000000.t", "event.1e300.t"})
+    CHECK_THAT(wrong(target(many, 0.3, 1e-3)), Contains("only the first 1000 contact events can be targets"));
   CHECK_THAT(
       wrong(target("event.1.t", 0.3, 1e-3) + "[calibrate.targets.b]\nstatistic = \"rms\"\nvalue = 1.0\n"),
       Contains("calibrate them in two studies"));

@@ -260,6 +260,19 @@ TEST_CASE("a section with more points than can be stored is refused before the r
   CHECK(!std::filesystem::exists(folder.path() / "out"));
 }
 
+TEST_CASE("a section of impossibly short or long runs is refused", "[section][errors]") {
+  const auto scene = read_scene(test::source_folder() / "cases/ball-on-table/scene.toml");
+  for (const auto& [keep, discard] : {std::pair{1e-308, 0.0}, {1e-320, 0.0}, {1.0, 1e-300}, {1.0, 1e200}}) {
+    const SectionRequest request{.section = "every period",
+                                 .discard = discard,
+                                 .keep = keep,
+                                 .section_key = "s",
+                                 .periods_key = "periods"};
+    CHECK_THAT(test::refusal_of([&] { SectionSimulation(scene, request, {}); }),
+               Catch::Contains("periods: makes a duration of"));
+  }
+}
+
 TEST_CASE("poincare writes its points, its provenance and a figure, or nothing", "[section][figures]") {
   const test::TemporaryFolder folder;
   const auto out = folder.path() / "out";

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include "io/scene/located.hpp"
+#include "mechanism/duration.hpp"
 #include "mechanism/scene.hpp"
 #include "values/diagnostic.hpp"
 
@@ -27,6 +28,8 @@ SectionPlan plan_of(const Scene& scene, const Layout& layout, const SectionReque
         "s\"");
   p.discard = r.discard ? *r.discard * p.period : scene.run.discard;
   p.until = r.keep ? (r.discard.value_or(0) + *r.keep) * p.period : scene.run.duration;
+  require_duration(r.periods_key, p.discard);
+  require_duration(r.periods_key, p.until);
   if (!(p.until > p.discard))
     throw ModelError("run.duration",
                      fmt::format("{} s: is shorter than the {} s that are discarded", p.until, p.discard));

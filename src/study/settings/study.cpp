@@ -3,6 +3,8 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cstdlib>
+#include <string_view>
 
 #include "io/files/visible.hpp"
 #include "io/scene/schema.hpp"
@@ -46,6 +48,8 @@ std::filesystem::path named_file(Section& s, const char* key, const Study& study
   return file;
 }
 
+constexpr int most_events = 1000;  // of a fitted run
+
 /// A target such as event.1.t, which is fitted with its derivatives.
 Target quantity_target(Section& t, Target x) {
   x.value = t.number("value", any_number);
@@ -88,6 +92,12 @@ Calibration read_calibration(Section s, const Study& study) {
     if (t.has("set")) x.overrides = t.names("set");
     x.statistic = t.text("statistic");
     if (x.is_quantity()) {
+      // A fit needs the times of all events up to this one, and their derivatives.
+      constexpr std::string_view event = "event.";
+      if (x.statistic.starts_with(event) &&
+          std::strtod(x.statistic.c_str() + event.size(), nullptr) > most_events)
+        t.fail("statistic", fmt::format("\"{}\": only the first {} contact events can be targets",
+                                        x.statistic, most_events));
       c.targets.push_back(quantity_target(t, std::move(x)));
       continue;
     }
