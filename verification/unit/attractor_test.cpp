@@ -11,8 +11,10 @@
 #include <map>
 #include <numbers>
 
+#include "io/files/output_file.hpp"
 #include "study/attractors/attractor_table.hpp"
 #include "verification/references/bouncing_on_table.hpp"
+#include "verification/support/ball_study.hpp"
 #include "verification/support/support.hpp"
 #include "verification/support/texts.hpp"
 
@@ -208,6 +210,50 @@ TEST_CASE("a bifurcation study that is stopped and resumed gives the same points
   CHECK(contents(folder.path() / "parts.db") == contents(folder.path() / "whole.db"));
   CHECK(bifurcation_csv(study, again, told_at_each_value(again)) ==
         bifurcation_csv(study, whole, told_at_each_value(whole)));
+}
+
+TEST_CASE("a received database whose runs are not whole or have impossible values is refused",
+          "[attractors][security]") {
+  const reference::BallOnTable ball{0.8, 9.81, std::sqrt(9810.0)};
+  const test::TemporaryFolder folder;
+  const auto study = study_of(folder, ball_study(at_top(ball, 0.9), {0.8, 0.9}, "discard = 20\nkeep = 10\n"));
+  const auto good = folder.path() / "good.db", bad = folder.path() / "bad.db";
+  CHECK(run_bifurcation(study, good).made == 4);
+  const std::string first = " WHERE rowid = (SELECT min(rowid) FROM ";
+  std::vector<std::string> attacks{
+      "UPDATE points SET name = 'other'",
+      "UPDATE points SET point = 5",
+      "UPDATE points SET t = -1",
+      "UPDATE points SET t = 1e12",
+      "UPDATE ends SET part = 'z'",
+      "UPDATE ends SET value = 1e12",
+      "UPDATE ends SET value = NULL",
+      "UPDATE ends SET value = 9e999",
+      "UPDATE runs SET t_end = 1e12",
+      "UPDATE runs SET t_end = NULL",
+      "UPDATE runs SET t_end = 0.01",
+      "UPDATE runs SET failure = zeroblob(100000)",
+      "DELETE FROM ends",
+  };
+  for (const std::string table : {"points", "ends"}) {
+    attacks.push_back("DELETE FROM " + table + first + table + ")");
+    attacks.push_back("DELETE FROM " + table + " WHERE rowid = (SELECT max(rowid) FROM " + table + ")");
+    attacks.push_back("INSERT INTO " + table + " SELECT * FROM " + table);
+    for (const char* value : {"'text'", "zeroblob(8)", "zeroblob(100000)", "1e300"})
+      attacks.push_back("UPDATE " + table + " SET value = " + value);
+  }
+  for (const auto& sql : attacks) {
+    CAPTURE(sql);
+    std::filesystem::copy_file(good, bad, std::filesystem::copy_options::overwrite_existing);
+    test::execute(bad, sql);
+    try {
+      run_bifurcation(study, bad);
+      FAIL_CHECK("is used");
+    } catch (const OutputError& e) {
+      CHECK_THAT(e.what(), Catch::Contains("bad.db") && Catch::Contains("it is damaged"));
+    }
+  }
+  CHECK(run_bifurcation(study, good).made == 0);
 }
 
 TEST_CASE("basins of a rotor between two stops are bounded by the separatrix of its energy", "[attractors]") {

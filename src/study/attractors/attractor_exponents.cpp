@@ -1,7 +1,6 @@
 #include "study/attractors/attractor_exponents.hpp"
 
 #include <oneapi/tbb/parallel_for.h>
-#include <oneapi/tbb/task_arena.h>
 
 #include <algorithm>
 #include <cmath>
@@ -12,6 +11,7 @@
 #include "facade/lyapunov.hpp"
 #include "io/scene/located.hpp"
 #include "mechanism/scene.hpp"
+#include "study/runs/threads.hpp"
 
 namespace freeplay {
 namespace {
@@ -105,7 +105,7 @@ void add_exponents(const Study& study, const AttractorPlan& plan, const std::vec
     for (auto* member : attractor.members) member->exponent = exponent;
     if (on_progress) on_progress({++done, list.size()});
   };
-  oneapi::tbb::task_arena arena(threads > 0 ? threads : oneapi::tbb::task_arena::automatic);
+  Threads arena(threads);
   arena.execute([&] {
     oneapi::tbb::parallel_for(
         oneapi::tbb::blocked_range<std::size_t>(0, list.size(), 1),

@@ -2,7 +2,6 @@
 
 #include <fmt/format.h>
 #include <oneapi/tbb/parallel_for.h>
-#include <oneapi/tbb/task_arena.h>
 
 #include <atomic>
 #include <cmath>
@@ -16,6 +15,7 @@
 #include "io/scene/toml_value.hpp"
 #include "mechanism/scene.hpp"
 #include "study/runs/perturb.hpp"
+#include "study/runs/threads.hpp"
 #include "values/warning.hpp"
 
 namespace freeplay {
@@ -112,8 +112,8 @@ class Settling {
   }
 
   void run(int threads) {
-    oneapi::tbb::task_arena arena(threads > 0 ? threads : oneapi::tbb::task_arena::automatic);
-    const int workers = arena.max_concurrency();
+    Threads arena(threads);
+    const int workers = arena.count();
     const int most = most_at_a_time(chains_.size(), workers);
     compilation_.runs = total_;
     arena.execute([&] {
@@ -193,7 +193,8 @@ class Settling {
       bool there = false;
       {
         const std::lock_guard lock(mutex_);
-        there = store_.find(run->key, made);
+        const auto& start = run->simulation().state();
+        there = store_.find(run->key, {r_.columns, start.q.size(), start.z.size(), run->plan().until}, made);
       }
       made.key = run->key;
       made.period = run->plan().period;

@@ -1,12 +1,20 @@
 #include "study/attractors/attractor_store.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
+#include <tuple>
+
+#include "mechanism/magnitude.hpp"
+#include "simulation/section.hpp"
 
 namespace freeplay {
 namespace {
 
 using Statement = Database::Statement;
+
+constexpr double greatest_value = 1e45;  // as of forces, the greatest of all plausible ranges
 
 const StoreForm form{
     2,
@@ -27,25 +35,52 @@ constexpr const char* exponent_definitions[] = {
 AttractorStore::AttractorStore(const std::filesystem::path& file, StopToken stop)
     : RunStore(file, Database::Access::write, form, stop) {}
 
-bool AttractorStore::find(const std::string& key, SettledRun& run) const {
+bool AttractorStore::find(const std::string& key, const Expected& expected, SettledRun& run) const {
   Statement s(database_, "SELECT failure, doubt, t_end FROM runs WHERE run = ?");
   s.bind(key);
   if (!s.step()) return false;
+  const auto require = [&](bool holds, const char* what) {
+    if (!holds) database_.refuse(fmt::format("{} of run {:.12} are wrong; it is damaged", what, key));
+  };
   run.failure = s.text(0);
   run.doubt = s.text(1);
   run.end = {.t = s.number(2), .q = {}, .v = {}, .z = {}};
-  Statement points(database_, "SELECT point, t, value FROM points WHERE run = ? ORDER BY rowid");
+  // A run ends at the last of its steps, which rounding may move.
+  const double latest = expected.until * (1 + 1e-9);
+  require(run.end.t >= 0 && run.end.t <= latest &&
+              (!run.failure.empty() || run.end.t >= expected.until * (1 - 1e-9)),
+          "the times");
+  const auto width = expected.columns.size();
+  Statement points(database_, "SELECT point, name, t, value FROM points WHERE run = ? ORDER BY rowid");
   points.bind(key);
-  for (long last = -1; points.step(); last = points.whole(0)) {
-    if (points.whole(0) != last) run.t.push_back(points.number(1));
-    run.rows.push_back(points.number(2));
+  while (points.step()) {
+    const auto column = run.rows.size() % width, point = run.rows.size() / width;
+    require(point < SectionPoints::most && points.whole(0) == static_cast<long>(point) &&
+                points.text(1) == expected.columns[column].name,
+            "the points");
+    const double t = points.number(2);
+    if (column == 0) {
+      require(t >= (run.t.empty() ? 0 : run.t.back()) && t <= latest, "the times of points");
+      run.t.push_back(t);
+    }
+    require(t == run.t.back(), "the times of points");
+    run.rows.push_back(points.number(3));
+    require(!(std::abs(run.rows.back()) > greatest_value), "the points");
   }
-  Statement ends(database_, "SELECT part, value FROM ends WHERE run = ? ORDER BY rowid");
+  require(run.rows.size() == run.t.size() * width, "the points");
+  Statement ends(database_, "SELECT part, place, value FROM ends WHERE run = ? ORDER BY rowid");
   ends.bind(key);
-  while (ends.step()) {
-    const auto part = ends.text(0);
-    (part == "q" ? run.end.q : part == "v" ? run.end.v : run.end.z).push_back(ends.number(1));
-  }
+  const std::tuple<const char*, std::vector<double>&, std::size_t, double> parts[] = {
+      {"q", run.end.q, expected.coordinates, magnitude_of("m")->greatest},
+      {"v", run.end.v, expected.coordinates, magnitude_of("m/s")->greatest},
+      {"z", run.end.z, expected.states, greatest_value}};
+  for (const auto& [name, list, count, greatest] : parts)
+    for (std::size_t i = 0; i < count; ++i) {
+      require(ends.step() && ends.text(0) == name && ends.whole(1) == static_cast<long>(i), "the end values");
+      list.push_back(ends.number(2));
+      require(std::abs(list.back()) <= greatest, "the end values");
+    }
+  require(!ends.step(), "the end values");
   return true;
 }
 

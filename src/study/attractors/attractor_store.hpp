@@ -40,8 +40,14 @@ struct SettledRun {
 class AttractorStore : public RunStore {
  public:
   explicit AttractorStore(const std::filesystem::path& file, StopToken stop);
-  /// Reads a run; false if there is none with this key.
-  bool find(const std::string& key, SettledRun& run) const;
+  /// What a stored run of a scene must have.
+  struct Expected {
+    const std::vector<NamedColumn>& columns;  ///< of its points
+    std::size_t coordinates = 0, states = 0;  ///< of its end
+    double until = 0;                         ///< s, its end if it finished
+  };
+  /// Reads a run; false if there is none with this key. Refuses the file if the run is not as expected.
+  bool find(const std::string& key, const Expected& expected, SettledRun& run) const;
   void store(const std::string& key, const SettledRun& run, const std::vector<NamedColumn>& columns);
 
   /// @name Exponents, averaged over at least `periods`

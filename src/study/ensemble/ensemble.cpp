@@ -3,7 +3,6 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 #include <oneapi/tbb/parallel_for.h>
-#include <oneapi/tbb/task_arena.h>
 
 #include <algorithm>
 #include <atomic>
@@ -27,6 +26,7 @@
 #include "study/runs/measurer.hpp"
 #include "study/runs/near_pose.hpp"
 #include "study/runs/run_together.hpp"
+#include "study/runs/threads.hpp"
 
 namespace freeplay {
 
@@ -282,8 +282,8 @@ void Starts::make_all(const std::vector<int>& starts,
   std::atomic<std::size_t> next_place{0};
   SharedCompilation compilation;
   compilation.runs = starts.size();
-  oneapi::tbb::task_arena arena(plan_.threads > 0 ? plan_.threads : oneapi::tbb::task_arena::automatic);
-  const int workers = arena.max_concurrency(), most = most_at_a_time(starts.size(), workers);
+  Threads arena(plan_.threads);
+  const int workers = arena.count(), most = most_at_a_time(starts.size(), workers);
   const auto next = [&]() -> std::unique_ptr<StudyRun> {
     while (!plan_.stop()) {
       const auto place = next_place++;
@@ -292,6 +292,10 @@ void Starts::make_all(const std::vector<int>& starts,
       {
         const std::lock_guard lock(guard);
         if (find(place, outcome)) {
+          if (outcome.failure.empty() && outcome.rows.size() != times_.size() * columns_.size())
+            throw SceneError(
+                fmt::format("ensemble.db: start {} has {} values instead of {}: it is damaged; remove it",
+                            starts[place], outcome.rows.size(), times_.size() * columns_.size()));
           done(place, outcome, true);
           continue;
         }

@@ -31,6 +31,10 @@ constexpr std::chrono::milliseconds between_tries(10), patience(60000);
 // The slowest statement of a sweep of 10^6 runs creates the index of its impacts, and takes 5 s for
 // 746 MB on a local disk.
 constexpr double least_seconds = 120, bytes_a_second = 1e6;
+// SQLite's limit of 512 includes the ending of the journal.
+constexpr std::size_t longest_path = 503;
+// Reasons of failures and joined warnings are the longest texts.
+constexpr int longest_text = 1 << 14;
 // Instructions of the virtual machine between two checks of the time.
 constexpr int steps_between_looks = 100'000;  // of SQLite's machine, 5 ms
 
@@ -145,7 +149,13 @@ void Database::fail(int code) const {
         "a query takes more than {:.0f} s, the limit for its size; it is damaged, or the disk is too slow",
         allowed_seconds(file_)));
   if ((code & 0xff) == SQLITE_AUTH) refuse("it has parts that freeplay does not access");
-  const auto what = fmt::format("{}: cannot be read or written: {}", file_.string(), reason(code));
+  auto why = reason(code);
+  if ((code & 0xff) == SQLITE_CANTOPEN && std::filesystem::absolute(file_).string().size() > longest_path)
+    why =
+        fmt::format("its path has more than {} bytes, the limit of SQLite; use a shorter one", longest_path);
+  if (const int error = db_ ? sqlite3_system_errno(db_) : 0; (code & 0xff) == SQLITE_IOERR && error != 0)
+    why = fmt::format("disk error: {}", std::strerror(error));
+  const auto what = fmt::format("{}: cannot be read or written: {}", file_.string(), why);
   if (is_damage(code) && (access_ == Access::read || access_ == Access::sealed)) throw DamagedDatabase(what);
   throw OutputError(what);
 }
@@ -390,14 +400,27 @@ void Database::Statement::again() {
   spent_ = 0;
 }
 std::string Database::Statement::text(int column) const {
+  if (sqlite3_column_bytes(statement_, column) > longest_text)
+    owner_.refuse(
+        fmt::format("a text of more than {} bytes is in {}; it is damaged", longest_text, name(column)));
   const auto* t = reinterpret_cast<const char*>(sqlite3_column_text(statement_, column));
   return t ? std::string(t, static_cast<std::size_t>(sqlite3_column_bytes(statement_, column))) : "";
 }
 double Database::Statement::number(int column) const {
-  if (sqlite3_column_type(statement_, column) == SQLITE_NULL) return std::nan("");
+  if (absent(column)) return std::nan("");
+  require_number(column);
   return sqlite3_column_double(statement_, column);
 }
-long Database::Statement::whole(int column) const { return sqlite3_column_int64(statement_, column); }
+long Database::Statement::whole(int column) const {
+  require_number(column);
+  return sqlite3_column_int64(statement_, column);
+}
+/// SQLite stores values of any type in any column.
+void Database::Statement::require_number(int column) const {
+  const int type = sqlite3_column_type(statement_, column);
+  if (type == SQLITE_TEXT || type == SQLITE_BLOB)
+    owner_.refuse(fmt::format("a number is wanted in {}; it is damaged", name(column)));
+}
 int Database::Statement::columns() const { return sqlite3_column_count(statement_); }
 std::string Database::Statement::name(int column) const { return sqlite3_column_name(statement_, column); }
 bool Database::Statement::absent(int column) const {
@@ -409,6 +432,10 @@ bool Database::Statement::is_text(int column) const {
 template <class T>
 std::vector<T> Database::Statement::numbers(int column) const {
   const auto* blob = sqlite3_column_blob(statement_, column);
+  if (!absent(column) &&
+      (sqlite3_column_type(statement_, column) != SQLITE_BLOB ||
+       static_cast<std::size_t>(sqlite3_column_bytes(statement_, column)) % sizeof(T) != 0))
+    owner_.refuse(fmt::format("a list of numbers is wanted in {}; it is damaged", name(column)));
   std::vector<T> list(static_cast<std::size_t>(sqlite3_column_bytes(statement_, column)) / sizeof(T));
   if (!list.empty()) std::memcpy(list.data(), blob, list.size() * sizeof(T));
   return list;

@@ -10,7 +10,7 @@
 //                      file that is only read is opened read-only
 //     after opening    UTF-8; each definition is one of this program (study/store/schema.hpp);
 //                      consistent pages (quick_check to the first fault: 3 s for a cached gigabyte)
-//     in use           a statement ends after a time that grows with the file: 120 s, and a second
+//     in use           a column has the type that is read, and its texts at most 16 kB; a statement ends after a time that grows with the file: 120 s, and a second
 //                      for each megabyte
 //
 // The file is not changed before these checks have passed, except that SQLite rolls back an
@@ -69,6 +69,8 @@ class Database {
   /// Copies the database, as of one instant, into one file. Copies pages and executes nothing.
   /// Throws OutputError.
   void copy_to(const std::filesystem::path& file) const;
+  /// Throws SceneError or OutputError, as Database() does: the file cannot be used.
+  [[noreturn]] void refuse(const std::string& why) const;
 
   /// A prepared statement: bind values in order, then step through the rows.
   class Statement {
@@ -106,6 +108,7 @@ class Database {
     std::vector<double> doubles(int column) const;
 
    private:
+    void require_number(int column) const;
     Statement& bind_bytes(std::span<const std::byte> x);
     template <class T>
     std::vector<T> numbers(int column) const;
@@ -134,7 +137,6 @@ class Database {
  private:
   [[noreturn]] void fail() const;
   [[noreturn]] void fail(int code) const;
-  [[noreturn]] void refuse(const std::string& why) const;
   void open(const std::string& name, int flags);
   void configure();
   void require_own();

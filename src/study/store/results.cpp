@@ -123,7 +123,7 @@ std::vector<RunRow> Results::runs(const std::set<std::string>& keys) const {
   Statement s(database_, "SELECT * FROM named WHERE status = 'finished' ORDER BY " + order + ", start");
   while (s.step()) {
     if (!keys.empty() && !keys.contains(s.text(0))) continue;
-    RunRow r{s.text(0), s.text(1), s.text(2), static_cast<int>(s.number(3)), {}, {}, {}, {}};
+    RunRow r{s.text(0), s.text(1), s.text(2), static_cast<int>(s.whole(3)), {}, {}, {}, {}};
     int column = 4;
     for (std::size_t i = 0; i < axes_; ++i) r.values.push_back(s.number(column++));
     for (auto& x : r.metric) x = s.number(column++);

@@ -9,7 +9,6 @@
 #include "study/sweep/sweep.hpp"
 
 #include <oneapi/tbb/parallel_for.h>
-#include <oneapi/tbb/task_arena.h>
 
 #include <algorithm>
 #include <atomic>
@@ -20,6 +19,8 @@
 #include <optional>
 #include <thread>
 #include <unordered_map>
+
+#include "study/runs/threads.hpp"
 
 namespace freeplay {
 namespace {
@@ -49,8 +50,8 @@ class Sweep {
   }
 
   SweepSummary run(int threads) {
-    oneapi::tbb::task_arena arena(threads > 0 ? threads : oneapi::tbb::task_arena::automatic);
-    workers_ = arena.max_concurrency();
+    Threads arena(threads);
+    workers_ = arena.count();
     const auto missing = summary_.total - summary_.found;
     at_a_time_ = most_at_a_time(missing, workers_);
     compilation_.runs = missing;
