@@ -93,6 +93,7 @@ void print_spectrum(const Lyapunov& found) {
 int find_lyapunov(const LyapunovVerb& request) try {
   const auto scene = read_scene(request.scene, request.overrides);
   const auto folder = result_folder(request.output, default_folder(scene.file, "-lyapunov"));
+  ResultSet set(folder, "lyapunov");  // before the work, which a locked folder would waste
   const auto found = located_in(scene, [&] {
     return lyapunov(scene, {.formulation = request.formulation,
                             .batches = request.batches,
@@ -103,7 +104,6 @@ int find_lyapunov(const LyapunovVerb& request) try {
     fmt::print(stderr, "{}", wrapped("no Lyapunov exponents: " + found.failure + "\n"));
     return 1;
   }
-  ResultSet set(folder, "lyapunov");
   auto document = lyapunov_json(found);
   document["formulation"] = request.formulation;
   document["provenance"] = provenance(scene, identify(scene, family_of(request.formulation), std::nullopt));

@@ -104,6 +104,7 @@ void run_motion(const Scene& scene, const Orbit& found, const OrbitVerb& request
 int find_orbit(const OrbitVerb& request) try {
   const auto scene = read_scene(request.scene, request.overrides);
   const auto folder = result_folder(request.output, default_folder(scene.file, "-orbit"));
+  ResultSet set(folder, "orbit");  // before the work, which a locked folder would waste
   const auto found = located_in(scene, [&] {
     return orbit(scene, {.formulation = request.formulation,
                          .periods = request.periods,
@@ -116,7 +117,6 @@ int find_orbit(const OrbitVerb& request) try {
     fmt::print(stderr, "{}", wrapped("no periodic motion found: " + found.failure + "\n"));
     return 1;
   }
-  ResultSet set(folder, "orbit");
   auto document = orbit_json(scene, found);
   document["formulation"] = request.formulation;
   document["settle"] = request.settle;

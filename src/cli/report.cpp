@@ -2,8 +2,10 @@
 #include "plots/report/report.hpp"
 
 #include <fmt/format.h>
+#include <unistd.h>
 
 #include <filesystem>
+#include <optional>
 
 #include "cli/verb.hpp"
 #include "io/files/output_file.hpp"
@@ -31,9 +33,13 @@ int make_report(const ReportRequest& request) {
                        "report.html");
     file = real_folder(requested.has_parent_path() ? requested.parent_path() : ".") / requested.filename();
   }
-  const FolderLock lock(folder, "report");
-  settle_result_sets(folder);
-  settle_run(folder);
+  // The results of a folder that cannot be written are read as they are.
+  std::optional<FolderLock> lock;
+  if (file.parent_path() == folder || access(folder.c_str(), W_OK) == 0) {
+    lock.emplace(folder, "report");
+    settle_result_sets(folder);
+    settle_run(folder);
+  }
   const auto page = report::report_page(folder);
   make_folder(file.parent_path());
   write_file(file, page);

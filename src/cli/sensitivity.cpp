@@ -109,6 +109,7 @@ int sensitivity(const SensitivityVerb& request) try {
   auto to = request.to;
   const auto deviations = deviations_of(request.spread, to);
   if (to.empty()) throw SceneError("--to or --spread must name at least one key");
+  ResultSet set(folder, "sensitivity");  // before the work, which a locked folder would waste
   const auto all = located_in(scene, [&] {
     return sensitivities(scene, {.of = request.of,
                                  .to = to,
@@ -116,7 +117,6 @@ int sensitivity(const SensitivityVerb& request) try {
                                  .stop = request.stop,
                                  .compile = request.no_compile ? Compile::never : Compile::automatic});
   });
-  ResultSet set(folder, "sensitivity");
   nlohmann::json document;
   document["quantities"] = nlohmann::json::array();
   for (const auto& q : all.quantities) {

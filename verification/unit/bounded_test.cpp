@@ -19,10 +19,12 @@
 #include "facade/simulation.hpp"
 #include "io/files/child.hpp"
 #include "io/files/compiled_object.hpp"
+#include "io/files/folder_lock.hpp"
 #include "io/files/output_estimate.hpp"
 #include "io/files/output_file.hpp"
 #include "mechanism/error.hpp"
 #include "mechanism/scene.hpp"
+#include "verification/support/ball_study.hpp"
 #include "verification/support/support.hpp"
 
 using namespace freeplay;
@@ -256,6 +258,63 @@ TEST_CASE("output that cannot be printed or written ends the program with status
   refused(run + " -o /proc/none", "/proc/none: cannot make this folder");
   refused("ulimit -f 8; " + run + " -o " + at + "/large", "File too large");
   CHECK_FALSE(std::filesystem::exists(at + "/large/run.json"));
+}
+
+TEST_CASE("paths and folders that cannot serve are named in one line before any work", "[bounded][program]") {
+  test::TemporaryFolder place;
+  const auto& folder = place.path();
+  const auto refused = [](const std::string& line, const char* why) {
+    CAPTURE(line);
+    const auto [status, err] = shell(line);
+    CAPTURE(err);
+    CHECK(status != 0);
+    CHECK(std::ranges::count(err, '\n') == 1);
+    CHECK_THAT(err, Contains(why));
+  };
+  const auto odd = folder / "\xff",
+             deep = folder / std::string(200, 'd') / std::string(200, 'd') / std::string(200, 'd');
+  for (const auto& one : {odd, deep}) {
+    std::filesystem::create_directories(one);
+    test::put_ball_study(one, "values = [0.1, 0.2]");
+  }
+  refused("cd " + odd.string() + "; $F sweep study.toml --plan 2 -o " + odd.string() + "/out",
+          "is not UTF-8");
+  CHECK_FALSE(std::filesystem::exists(odd / "out" / "shards"));
+  CHECK(shell("cd " + odd.string() + "; $F sweep study.toml -o out >/dev/null").first == 0);
+  refused("cd " + deep.string() + "; $F sweep study.toml -o out >/dev/null", "more than 503 bytes");
+  // More threads than cores are used without a word of oneTBB.
+  const auto [status, err] = shell("cd " + deep.string() + "; $F sweep study.toml --threads 64 -o " +
+                                   folder.string() + "/out >/dev/null");
+  CHECK(status == 0);
+  CHECK(err.empty());
+}
+
+TEST_CASE("a report of a folder that cannot be written is written elsewhere", "[bounded][program]") {
+  test::TemporaryFolder place;
+  const auto results = place.path() / "results";
+  REQUIRE(test::freeplay("run " + (test::source_folder() / "cases/bouncing-ball/scene.toml").string() +
+                         " --formulation nonsmooth --no-figures -o " + results.string())
+              .status == 0);
+  std::filesystem::permissions(results, std::filesystem::perms(0555));
+  if (access(results.c_str(), W_OK) == 0) return;  // root writes everywhere
+  CHECK(test::freeplay("report " + results.string() + " -o " + (place.path() / "report.html").string())
+            .status == 0);
+  CHECK(std::filesystem::exists(place.path() / "report.html"));
+  CHECK(test::freeplay("report " + results.string()).status == 1);
+  std::filesystem::permissions(results, std::filesystem::perms(0755));
+}
+
+TEST_CASE("a command whose folder another one uses ends before its work", "[bounded][program]") {
+  test::TemporaryFolder folder;
+  const auto ball = (test::source_folder() / "cases/ball-on-table/scene.toml").string();
+  const FolderLock lock(folder.path(), "test");
+  for (const std::string verb : {"lyapunov", "orbit", "sensitivity --of event.1.t --to gravity[1]"}) {
+    CAPTURE(verb);
+    // The run would last for years.
+    const auto o = test::freeplay(verb + " " + ball + " --set run.duration=1e9 -o " + folder.path().string());
+    CHECK(o.status == 1);
+    CHECK_THAT(o.err, Contains("another freeplay process writes to this folder"));
+  }
 }
 
 TEST_CASE("Ctrl-C is obeyed in every phase, and complete files stay complete", "[bounded][program]") {

@@ -7,6 +7,7 @@
 #include <array>
 #include <charconv>
 #include <fstream>
+#include <nlohmann/json.hpp>
 
 #include "io/files/digest.hpp"
 #include "io/files/identity.hpp"
@@ -103,9 +104,17 @@ Manifest make_plan(const Division& study, const std::filesystem::path& folder, s
     throw SceneError(
         fmt::format("{}: contains runs made without a plan; give another folder with -o", database.string()));
   }
+  std::string record;
+  try {
+    record = nlohmann::json(m).dump(1) + "\n";
+  } catch (const nlohmann::json::type_error&) {
+    throw SceneError(
+        fmt::format("{}: the path is not UTF-8, so that a plan cannot store it; rename the folder",
+                    visible(shell_words(m.arguments))));
+  }
   make_folder(place);
   write_file(units_file(folder), text);
-  write_whole(place / "manifest.json", nlohmann::json(m).dump(1) + "\n");
+  write_whole(place / "manifest.json", record);
   return m;
 }
 
