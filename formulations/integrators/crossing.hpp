@@ -165,7 +165,7 @@ GapMotion narrowed(GapMotion m, const System& system, int k, const Method& metho
                    std::vector<double>& scratch) {
   const auto [i, j] = system.contact_facts(k).bodies;
   const bool straight = m.shape == GapMotion::Shape::straight;
-  if (system.longest_arm() > 0 || (straight && i != ground)) return m;
+  if (system.longest_arm() > 0 || m.shape == GapMotion::Shape::curved || (straight && i != ground)) return m;
   if (straight) {
     const SparseRow across = normal();
     const auto of = [&](const double* y) { return Vec2{across.dot(y), 0.0}; };

@@ -6,8 +6,10 @@
 //
 // Between two times h apart, |d| is convex up to a term of |d̈|: it is at most the greater end
 // value plus |d̈|h²/8, and −|d̈| ≤ |d|″ ≤ |d̈| + |ḋ|²/|d|. For the distance to a turning wall only
-// bounds on its second derivative are used. From these bounds event detection proves, without
-// sampling, that a gap or its rate keeps its sign.
+// bounds on its second derivative are used. The distance to a profile with hollows is the least of
+// several branches: its rate drops where the nearest point changes, which happens only beyond some
+// distance, the reach. There, only the bound on the rate is used. From these bounds event detection
+// proves, without sampling, that a gap or its rate keeps its sign.
 //
 // Usage: MotionBounds::enclose() bounds the motion of a step, System::gap_motion() gives the
 // GapMotion of a contact, and least(), rises() and falls() decide an interval between two instants
@@ -88,22 +90,26 @@ struct MotionBounds {
 
 /// Bounds on the curve of a monitored distance y within a step.
 struct GapMotion {
-  /// outside: y = |d| − rest. inside: y = rest − |d|. straight: distance along or to a wall.
-  enum class Shape { outside, inside, straight };
+  /// outside: y = |d| − rest. inside: y = rest − |d|. straight: distance along or to a wall. curved:
+  /// distance to a profile.
+  enum class Shape { outside, inside, straight, curved };
   Shape shape = Shape::straight;
-  double speed = 0;  ///< m/s, bound on |ḋ|
-  double bend = 0;   ///< m/s², bound on |d̈|; for a wall on |ÿ|
-  double rest = 0;   ///< m
+  double speed = 0;         ///< m/s, bound on |ḋ|; for a profile on |ẏ|
+  double bend = 0;          ///< m/s², bound on |d̈|; for a wall or a profile on |ÿ|
+  double rest = 0;          ///< m
+  double reach = INFINITY;  ///< m; `bend` holds below this distance
 
   /// The bounds of −y.
   GapMotion opposite() const {
     auto m = *this;
-    if (shape != Shape::straight) m.shape = shape == Shape::inside ? Shape::outside : Shape::inside;
+    if (shape == Shape::inside || shape == Shape::outside)
+      m.shape = shape == Shape::inside ? Shape::outside : Shape::inside;
     return m;
   }
 
   /// A lower bound of y between the states a and b, which are h apart in time.
   double least(const Watched& a, const Watched& b, double h) const {
+    if (beyond(a, b, h)) return 0.5 * (a.value + b.value - speed * h);
     // Inside, |d| is at most its greater end value plus the term of |d̈|. Outside, |d| may be
     // smaller between the ends.
     const double chord =
@@ -122,19 +128,23 @@ struct GapMotion {
   /// Whether y is proved to increase, or to decrease, throughout.
   bool rises(const Watched& a, const Watched& b, double h) const {
     const auto [down, up] = bends(a, b, h);
-    return one_way(a.rate, b.rate, h, down, up);
+    return !beyond(a, b, h) && one_way(a.rate, b.rate, h, down, up);
   }
   bool falls(const Watched& a, const Watched& b, double h) const {
     const auto [down, up] = bends(a, b, h);
-    return one_way(-a.rate, -b.rate, h, up, down);
+    return !beyond(a, b, h) && one_way(-a.rate, -b.rate, h, up, down);
   }
 
  private:
   struct Bends {
     double down, up;  ///< −down ≤ ÿ ≤ up
   };
+  /// Whether the distance may leave the reach.
+  bool beyond(const Watched& a, const Watched& b, double h) const {
+    return std::isfinite(reach) && 0.5 * (a.value + b.value + speed * h) > reach;
+  }
   Bends bends(const Watched& a, const Watched& b, double h) const {
-    if (shape == Shape::straight) return {bend, bend};
+    if (shape == Shape::straight || shape == Shape::curved) return {bend, bend};
     const double sign = shape == Shape::outside ? 1 : -1;
     const double length = std::max(rest + sign * a.value, rest + sign * b.value) - speed * h;
     const double swirl = length > 0 ? bend + speed * speed / length : INFINITY;

@@ -25,7 +25,8 @@ struct Dynamics<CamContact> : CamContact {
       b.pair(CamFlatPair{link, axis, base_radius, profile}, facts);
     else
       b.pair(
-          CamRollerPair{link, base_radius + roller_radius, roller_radius, curve.round, curve.hollow, profile},
+          CamRollerPair{
+              link, roller_radius, curve.round, curve.hollow, {base_radius + roller_radius, profile}},
           facts);
   }
 };

@@ -38,6 +38,7 @@ struct CamFlatPair {
     const double relative = of(bounds.speed, link.i) + turn, more = of(bounds.acceleration, link.i) + twist;
     const double reach = d.norm() + m.speed * bounds.duration;
     m.bend += 2 * turn * m.speed + (turn * turn + twist) * reach;
+    m.shape = GapMotion::Shape::curved;
     m.bend += profile.bounds().d1 * more + profile.bounds().d2 * relative * relative;
     return m;
   }

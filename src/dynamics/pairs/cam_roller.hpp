@@ -9,47 +9,45 @@
 //     v_T = τ·w − R (ω_j − ω_i)
 //     v̇_T = τ·d̈ − α_i u·d − 2 ω_i u·w + ω_i² τ·d − (τ·w)(u·w)/(ρ + g) − R (α_j − α_i)
 //
-// The nearest point is found by Newton's method from the polar angle of the centre; no state is
-// kept. For a concave pitch curve it is the nearest point while the centre is within the radius of
-// curvature.
+// The nearest point is that of the whole curve (dynamics/pitch_curve.hpp). It is unique, and these
+// derivatives hold, while g is less than the least radius of curvature of concave places. Farther
+// away the nearest point may change, and ġ drops there.
 #pragma once
 
 #include <algorithm>
 #include <cmath>
 
 #include "dynamics/pairs/pair.hpp"
-#include "mechanism/cam_profile.hpp"
+#include "dynamics/pitch_curve.hpp"
 
 namespace freeplay {
 
 struct CamRollerPair {
   Link link;
-  double pitch_radius = 0;  ///< m, base radius + R
-  double radius = 0;        ///< m, R
-  double least_round = 0;   ///< m, least radius of curvature where the pitch curve is convex
+  double radius = 0;       ///< m, R
+  double least_round = 0;  ///< m, least radius of curvature where the pitch curve is convex
   /// m, least radius where it is concave; infinite if it is nowhere concave
   double least_hollow = 0;
-  CamProfile profile;
+  PitchCurve curve;  ///< of radius base radius + R + h
 
-  double gap(const Vec2& d, const Evaluation& e) const {
-    const Vec2 c = in_cam(d, e);
-    const auto p = place(nearest(c));
-    return cross(c - p.at, p.slope) / p.slope.norm();
-  }
+  double gap(const Vec2& d, const Evaluation& e) const { return curve.nearest(in_cam(d, e)).gap(); }
   /// Bounds on the gap's second derivative within a step; d at its end.
   GapMotion motion(const MotionBounds& bounds, const Vec2& d) const {
     auto m = relative_motion(link, bounds);
     const double turn = omega(bounds.speed.data(), link.i), twist = omega(bounds.acceleration.data(), link.i);
     const double reach = d.norm() + m.speed * bounds.duration, w = m.speed + turn * reach;
     m.bend += twist * reach + 2 * turn * w + turn * turn * reach;
-    // Valid within the radius of a concave part. A centre farther away has a large gap and cannot
-    // touch in the next step.
+    m.shape = GapMotion::Shape::curved;
+    m.speed = w;
+    m.reach = 0.5 * least_hollow;
     m.bend += w * w * std::max(1 / least_round, 2 / least_hollow);
     return m;
   }
-  /// Rotation of the cam within a time h, as a share of the narrowest rise or return.
+  /// Motion within a time h as a share of the motion that could pass the contact undetected: the
+  /// narrowest rise or return of a turning cam, the diameter of the sharpest crest of the pitch curve.
   double passage(const double* v, double h) const {
-    return std::abs(omega(v, link.i)) * h / profile.narrowest();
+    return std::max(std::abs(omega(v, link.i)) * h / curve.profile().narrowest(),
+                    path(link, v, h) / (2 * least_round));
   }
 
   template <class T>
@@ -57,16 +55,15 @@ struct CamRollerPair {
             ContactRowOf<T>& row) const {
     const int i = link.i, j = link.j;
     const Vec2Of<T> c = in_cam(a.d, e);
-    const double at = nearest({value_of(c.x()), value_of(c.y())});
-    const auto p = place(at);
-    // Derivatives of the nearest point: one Newton step with those of c.
-    const double bend = dot(Vec2{value_of(c.x()), value_of(c.y())} - p.at, p.curl) - dot(p.slope, p.slope);
-    const T off = (c.x() - p.at.x()) * p.slope.x() + (c.y() - p.at.y()) * p.slope.y();
-    const T phi = at - (off - value_of(off)) / bend;
-    const auto y = profile.at(at);
-    const T r = pitch_radius + lifted(phi, y.h, y.d1), r1 = lifted(phi, y.d1, y.d2),
+    const auto p = curve.nearest({value_of(c.x()), value_of(c.y())});
+    // Derivatives of the nearest point: one Newton step with those of c. At a centre of curvature,
+    // where F'' = 0, it has none.
+    const T off = (c.x() - value_of(c.x())) * p.slope.x() + (c.y() - value_of(c.y())) * p.slope.y();
+    const T phi = p.phi + off / std::max(p.bend, 1e-12 * dot(p.slope, p.slope));
+    const auto& y = p.lift;
+    const T r = curve.offset() + lifted(phi, y.h, y.d1), r1 = lifted(phi, y.d1, y.d2),
             r2 = lifted(phi, y.d2, y.d3);
-    const T co = lifted(phi, std::cos(at), -std::sin(at)), si = lifted(phi, std::sin(at), std::cos(at));
+    const T co = lifted(phi, p.radial.x(), -p.radial.y()), si = lifted(phi, p.radial.y(), p.radial.x());
     const Vec2Of<T> radial{co, si}, round{-si, co};
     const Vec2Of<T> slope{r1 * radial.x() + r * round.x(), r1 * radial.y() + r * round.y()};
     const T square = slope.squared_norm(), length = slope.norm();
@@ -91,30 +88,6 @@ struct CamRollerPair {
   }
 
  private:
-  struct Place {
-    Vec2 at, slope, curl;  ///< p, p', p''
-  };
-  Place place(double phi) const {
-    const auto y = profile.at(phi);
-    const double r = pitch_radius + y.h;
-    const Vec2 e{std::cos(phi), std::sin(phi)}, f = perp(e);
-    return {r * e, y.d1 * e + r * f, (y.d2 - r) * e + 2 * y.d1 * f};
-  }
-  /// φ of the point nearest to c: Newton's method on (c − p)·p' = 0, whose slope is negative at a
-  /// minimum of the distance.
-  double nearest(const Vec2& c) const {
-    double phi = std::atan2(c.y(), c.x());
-    for (int i = 0; i < 30; ++i) {
-      const auto p = place(phi);
-      const Vec2 away = c - p.at;
-      const double length = dot(p.slope, p.slope);
-      const double bend = std::min(dot(away, p.curl) - length, -0.25 * length);
-      const double step = std::clamp(-dot(away, p.slope) / bend, -0.2, 0.2);
-      phi += step;
-      if (std::abs(step) <= 1e-15 * (1 + std::abs(phi))) break;
-    }
-    return phi;
-  }
   template <class T>
   Vec2Of<T> in_cam(const Vec2Of<T>& d, const EvaluationOf<T>& e) const {
     if (link.i == ground) return d;
