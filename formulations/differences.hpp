@@ -6,6 +6,9 @@
 // E(2h) = 4 E(h) up to h⁴, a kink at 0 has E(2h) = 2 E(h). A kink at 2h/3 has E(2h) = 4 E(h), too, but
 // there the slopes over ±h and ±2h differ by a sixth of the kink. The functions are closed forms at a fixed
 // mode (forces, an impact map, a gap), never a trajectory.
+//
+// Rounding errors violate these equations by an amount that does not depend on h, kinks by one that falls with h,
+// curvature by one that falls faster; is_rounding() compares two spacings.
 #pragma once
 
 #include <algorithm>
@@ -19,6 +22,8 @@ namespace freeplay {
 struct Difference {
   std::vector<double> slope;
   bool smooth = true;
+  std::vector<double> excess = {};  ///< by which each component violates the equations of a smooth function
+  double rounding = 0;              ///< excess that rounding of the greatest value explains
 };
 
 /// Multiples of the spacing h at which functions are evaluated.
@@ -32,24 +37,33 @@ Difference difference(double h, const std::vector<double>& centre, F value) {
   Difference d;
   const std::size_t size = centre.size();
   d.slope.resize(size);
+  d.excess.resize(size);
   double greatest = 0, change = 0;
   for (const double y : centre) greatest = std::max(greatest, std::abs(y));
+  d.rounding = 1e-13 * greatest;
   for (std::size_t k = 0; k < size; ++k) change = std::max(change, std::abs(f[3][k] - f[0][k]));
   for (std::size_t k = 0; k < size; ++k) {
     const double inner = f[2][k] - f[1][k], outer = f[3][k] - f[0][k];
     d.slope[k] = (8 * inner - outer) / (12 * h);
     const double near = f[2][k] - 2 * centre[k] + f[1][k], far = f[3][k] - 2 * centre[k] + f[0][k];
-    const double rounding = 1e-13 * greatest;
-    // Relative slope changes below 1e-5 are not seen; they do not matter to the digits that count.
-    if (!(std::abs(far - 4 * near) <=
-          rounding + 1e-5 * (std::abs(inner) + std::abs(outer)) + 0.02 * std::abs(far)))
-      d.smooth = false;
-    // With 1e-3 here, the term of fifth order is below 1e-7.
-    if (!(std::abs(outer - 2 * inner) <=
-          rounding + 1e-3 * (std::abs(inner) + std::abs(outer)) + 1e-4 * change))
-      d.smooth = false;
+    // Relative slope changes below 1e-5 are not seen; they do not matter to the digits that count. With 1e-3 in
+    // the second line, the term of fifth order is below 1e-7.
+    const double turns = std::abs(inner) + std::abs(outer);
+    d.excess[k] = std::fmax(std::abs(far - 4 * near) - 1e-5 * turns - 0.02 * std::abs(far),
+                            std::abs(outer - 2 * inner) - 1e-3 * turns - 1e-4 * change);
+    if (!(d.excess[k] <= d.rounding)) d.smooth = false;
   }
   return d;
+}
+
+/// Whether rounding explains that a difference is not smooth, by one whose spacing is smaller by `ratio`: a kink
+/// would violate the equations there by at most this part.
+inline bool is_rounding(const Difference& wide, const Difference& close, double ratio) {
+  for (std::size_t k = 0; k < wide.excess.size(); ++k)
+    if (!std::isfinite(close.slope[k]) ||
+        !(wide.excess[k] <= std::max(wide.rounding, close.excess[k] / (3 * ratio))))
+      return false;
+  return true;
 }
 
 }  // namespace freeplay

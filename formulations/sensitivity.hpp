@@ -106,6 +106,8 @@ struct SensitivityRun {
   StopToken stop;
   /// s. The method chooses steps for the motion alone; derivatives may vary faster, as about a rest.
   double longest_step = INFINITY;
+  /// Steps after which an event-driven run is stopped.
+  double most_steps = INFINITY;
   /// Whether the variational equations are evaluated by traced equations where that is possible.
   bool traced = true;
   /// Penalty runs: the modes of all contacts with which an earlier run ended that this one continues; empty:

@@ -47,10 +47,6 @@ void StepVariation::start(const State& state) {
   mode_.phases.start(system, state.q.data(), state.v.data());
   mode_.measure_speeds(x_);
   at_start_ = impacts_.touching(mode_, x_, state.t, {});
-  if (system.limiters() > 0)
-    refuse(
-        "controllers with a limit have no derivatives in time stepping; use nonsmooth.scheme = "
-        "\"event-driven\"");
 }
 
 void StepVariation::take_over(const Handover& from, const EventDynamics& mode, const Variation& events) {
@@ -139,6 +135,7 @@ void StepVariation::follow(const Step& s, const Step* next) {
   auto x = s.x_old;
   double t = s.t_old;
   follow_phases(x, t, h);
+  follow_limits(x, t, h);
   if (first_) close_at_start(s);
   first_ = false;
   if (any) {
@@ -146,7 +143,7 @@ void StepVariation::follow(const Step& s, const Step* next) {
     t = pass_onsets(s, next, x);
   } else {
     enter_mode(s, x, t);
-    t = reverse(s, x);
+    t = end_sliding(s, x);
   }
   advance(x, t, s.t);
   for (std::size_t k = 0; k < last_closed_.size(); ++k)
@@ -167,107 +164,142 @@ void StepVariation::close_at_start(const Step& s) {
   pass(mode_, {{}, s.t_old, s.x_old, s.x_old, none, none, impacts_});
 }
 
-/// Pieces of torque tables and one-way forces at the beginning of a step. A force that jumps between them has
-/// no derivative.
+/// Pieces of torque tables and one-way forces at the beginning of a step. Where a force jumps between them, S jumps by
+/// saltation at the state of the crossing, from which it differs by the length of a step at most.
 void StepVariation::follow_phases(const Vector& x, double t, double h) {
   if (!mode_.phases.any()) return;
-  const auto before = mode_.phases;
-  const double *q = x.data(), *v = q + mode_.system.n();
-  mode_.phases.start(mode_.system, q, v);
-  auto now = mode_.phases;
+  using Kind = ModeEvent::Kind;
+  const std::vector<int> none;
   for (int k = 0; k < mode_.system.phases(); ++k)
     for (const bool up : {false, true}) {
-      if (!(before.rest(mode_.system, k, up, x).value < 0)) continue;
-      mode_.phases = before;
-      begin_mode();
       const auto rest = [&](const Vector& y, double) {
-        const auto w = before.rest(mode_.system, k, up, y);
+        const auto w = mode_.phases.rest(mode_.system, k, up, y);
         return std::pair{w.value, w.rate};
       };
+      if (!(rest(x, t).first < 0)) continue;
+      begin_mode();
       const auto tau = root_within(x, t, 2 * h, rest);
       const auto y = tau ? flow(x, t, *tau) : x;
-      Vector f(size_), g(size_);
-      (*probe_)(y, f, t);
-      mode_.phases = now;
-      begin_mode();
-      (*probe_)(y, g, t);
-      double change = 0, scale = 0;
-      for (std::size_t i = static_cast<std::size_t>(mode_.system.n()); i < size_; ++i) {
-        change = std::max(change, std::abs(g[i] - f[i]));
-        scale = std::max({scale, std::abs(f[i]), std::abs(g[i])});
-      }
-      if (change > 1e-4 * scale)
-        refuse(
-            fmt::format("t = {:.9g} s: a force of an element jumps there; derivatives across such jumps are "
-                        "not available",
-                        t));
+      const ModeEvent event{up ? Kind::phase_up : Kind::phase_down, k, t + tau.value_or(0)};
+      mode_.phases.cross(mode_.system, {k, up, event.t});
+      pass(mode_, {event, event.t, y, y, none, none, impacts_});
     }
-  mode_.phases = now;
+  mode_.phases.start(mode_.system, x.data(), x.data() + mode_.system.n());
 }
 
-/// The mode of a step without onset. Reversals of sliding follow in reverse().
+/// Limits of controllers that the demand has passed in the step before. The rates of their states may jump there.
+void StepVariation::follow_limits(const Vector& x, double t, double h) {
+  using Kind = ModeEvent::Kind;
+  const std::vector<int> none;
+  demands_.resize(static_cast<std::size_t>(mode_.system.limiters()), NAN);
+  for (int k = 0; k < mode_.system.limiters(); ++k) {
+    const double now = demand(mode_, k, x, t),
+                 last = std::exchange(demands_[static_cast<std::size_t>(k)], now);
+    for (const double border : {-1.0, 1.0}) {
+      if (!((now - border) * (last - border) < 0)) continue;
+      begin_mode();
+      const auto left = [&](const Vector& y, double at) {
+        auto z = y;
+        Vector f(size_);
+        (*probe_)(y, f, at);
+        add_multiple(z, 1e-6 * h, f);
+        const double w = demand(mode_, k, y, at);
+        return std::pair{w - border, (demand(mode_, k, z, at + 1e-6 * h) - w) / (1e-6 * h)};
+      };
+      const auto tau = root_within(x, t, 2 * h, left);
+      const auto y = tau ? flow(x, t, *tau) : x;
+      const ModeEvent event{border > 0 ? Kind::limit_up : Kind::limit_down, k, t + tau.value_or(0)};
+      pass(mode_, {event, event.t, y, y, none, none, impacts_});
+    }
+  }
+}
+
+/// Whether a closed contact without an impulse in a step stays closed: its force presses it, and no flight that the
+/// steps could resolve begins. Steps of other lengths, such as the last one, may leave out an impulse.
+bool StepVariation::stays(const Step& s, int k, const Vector& x, double t) {
+  Vector f(size_);
+  (*probe_)(x, f, t);
+  const double rate = probe_->look(k, x, t).normal.dot(x.data() + mode_.system.n());
+  return probe_->pressure(k) > 0 && rate <= unresolved_flight * probe_->pressure(k) * (s.t - s.t_old);
+}
+
+/// The mode of a step without onset. Ends of sliding follow in end_sliding().
 void StepVariation::enter_mode(const Step& s, const Vector& x, double t) {
   bool more = false;
+  begin_mode();
   for (std::size_t k = 0; k < s.contacts.size(); ++k) {
     auto& c = mode_.contacts[k];
     const auto& to = s.contacts[k];
-    more = more || (to.pressed && (!c.closed || (c.slip != 0 && to.slip == 0)));
-    if (!(c.closed && to.pressed && c.slip * to.slip < 0)) c.slip = to.slip;
+    if (c.closed && !to.pressed && stays(s, static_cast<int>(k), x, t)) continue;
+    more = more || (to.pressed && !c.closed);
+    if (!(c.closed && to.pressed && c.slip != 0)) c.slip = to.slip;
     c.closed = to.pressed;
   }
-  for (std::size_t k = 0; k < s.slips.size(); ++k) {
-    auto& p = mode_.preloaded[k];
-    more = more || (p.slip != 0 && s.slips[k] == 0);
-    if (p.slip * s.slips[k] >= 0) p.slip = s.slips[k];
-  }
+  for (std::size_t k = 0; k < s.slips.size(); ++k)
+    if (mode_.preloaded[k].slip == 0) mode_.preloaded[k].slip = s.slips[k];
   begin_mode();
   if (more) project_columns(x, t);
 }
 
-/// Passes reversals of sliding in a step. Returns the time reached.
-double StepVariation::reverse(const Step& s, Vector& x) {
+/// Passes the end of sliding in a step, at a reversal or a beginning of sticking. Returns the time reached.
+double StepVariation::end_sliding(const Step& s, Vector& x) {
   using Kind = ModeEvent::Kind;
   std::vector<ModeEvent> events;
-  for (int k = 0; k < mode_.system.contacts(); ++k)
-    if (mode_.contacts[k].closed && mode_.contacts[k].slip != s.contacts[static_cast<std::size_t>(k)].slip)
-      events.push_back({Kind::slip, k, 0});
-  for (int k = 0; k < mode_.system.frictions(); ++k)
-    if (mode_.preloaded[k].slip != s.slips[static_cast<std::size_t>(k)])
-      events.push_back({Kind::slide_slip, k, 0});
+  bool turns = false;
+  for (int k = 0; k < mode_.system.contacts(); ++k) {
+    const auto& to = s.contacts[static_cast<std::size_t>(k)];
+    if (!mode_.contacts[k].closed || !to.pressed || mode_.contacts[k].slip == to.slip) continue;
+    events.push_back({Kind::slip, k, 0});
+    turns = turns || to.slip != 0;
+  }
+  for (int k = 0; k < mode_.system.frictions(); ++k) {
+    const int to = s.slips[static_cast<std::size_t>(k)];
+    if (mode_.preloaded[k].slip == to) continue;
+    events.push_back({Kind::slide_slip, k, 0});
+    turns = turns || to != 0;
+  }
   if (events.empty()) return s.t_old;
-  if (events.size() > 1)
+  if (events.size() > 1 && turns)
     refuse(
         fmt::format("t = {:.9g} s: several contacts reverse their sliding within one step; use a smaller "
                     "nonsmooth.step",
                     s.t_old));
+  // Contacts of one body begin to stick together.
+  auto& event = events[0];
   double t = s.t_old;
   const double h = s.t - s.t_old;
-  for (auto& event : events) {
-    const int k = event.index;
-    const bool contact = event.kind == Kind::slip;
-    const auto sliding = [&](const Vector& y, double at) {
-      const double rate = contact ? probe_->look(k, y, at).tangent.dot(y.data() + mode_.system.n())
-                                  : probe_->slide_rate(k, y, at);
-      Vector f(size_), z = y;
-      (*probe_)(y, f, at);
-      add_multiple(z, 1e-6 * h, f);
-      const double later = contact ? probe_->look(k, z, at).tangent.dot(z.data() + mode_.system.n())
-                                   : probe_->slide_rate(k, z, at);
-      return std::pair{rate, (later - rate) / (1e-6 * h)};
-    };
-    const auto tau = root_within(x, t, 2 * h, sliding);
-    if (!tau)
-      refuse(fmt::format(
-          "t = {:.9g} s: the reversal of sliding is not resolved; use a smaller nonsmooth.step", t));
-    advance(x, t, t + tau.value_or(0));
-    event.t = t;
-    begin_mode();
-    (contact ? mode_.contacts[k].slip : mode_.preloaded[k].slip) =
-        contact ? s.contacts[static_cast<std::size_t>(k)].slip : s.slips[static_cast<std::size_t>(k)];
+  const int k = event.index;
+  const bool contact = event.kind == Kind::slip;
+  const auto sliding = [&](const Vector& y, double at) {
+    const double rate = contact ? probe_->look(k, y, at).tangent.dot(y.data() + mode_.system.n())
+                                : probe_->slide_rate(k, y, at);
+    Vector f(size_), z = y;
+    (*probe_)(y, f, at);
+    add_multiple(z, 1e-6 * h, f);
+    const double later = contact ? probe_->look(k, z, at).tangent.dot(z.data() + mode_.system.n())
+                                 : probe_->slide_rate(k, z, at);
+    return std::pair{rate, (later - rate) / (1e-6 * h)};
+  };
+  const auto tau = root_within(x, t, 2 * h, sliding);
+  if (!tau && turns)
+    refuse(fmt::format("t = {:.9g} s: the reversal of sliding is not resolved; use a smaller nonsmooth.step",
+                       t));
+  advance(x, t, t + tau.value_or(0));
+  event.t = t;
+  begin_mode();
+  for (const auto& e : events) {
+    const auto place = static_cast<std::size_t>(e.index);
+    if (e.kind == Kind::slip)
+      mode_.contacts[e.index].slip = s.contacts[place].slip;
+    else
+      mode_.preloaded[e.index].slip = s.slips[place];
+  }
+  if (tau) {
     const std::vector<int> none;
     pass(mode_, {event, t, x, x, none, none, impacts_});
-    begin_mode();
   }
+  begin_mode();
+  if (!turns) project_columns(x, t);
   return t;
 }
 

@@ -14,8 +14,8 @@
 //
 // Modes: a contact is closed while its impulses follow each other step by step. If this begins with a contact
 // onset, the accumulation of its bounces is shorter than a step, and the impact is without restitution.
-// Where a contact begins to stick, S is projected onto the new constraint by the least mass-weighted change; this
-// equals the jump by saltation, because friction changes the accelerations in the same direction.
+// Where sliding ends, S jumps by saltation at the instant at which the motion from the beginning of the step ends it.
+// Where a contact closes without approach, S is projected onto the new constraint by the least mass-weighted change.
 #pragma once
 
 #include <optional>
@@ -68,8 +68,10 @@ class StepVariation : public Variation {
   void follow(const Step& s, const Step* next);
   void close_at_start(const Step& s);
   void follow_phases(const Vector& x, double t, double h);
+  void follow_limits(const Vector& x, double t, double h);
   void enter_mode(const Step& s, const Vector& x, double t);
-  double reverse(const Step& s, Vector& x);
+  bool stays(const Step& s, int k, const Vector& x, double t);
+  double end_sliding(const Step& s, Vector& x);
   double pass_onsets(const Step& s, const Step* next, Vector& x);
   bool closes_again(const Step& s, int k);
   void pass_impact(const Step& s, const Step* next, const Impact& impact, bool last, Vector& x);
@@ -89,6 +91,7 @@ class StepVariation : public Variation {
   std::vector<int> at_start_;      // contacts that are closed at the start
   std::vector<long> last_closed_;  // number of the last step in which a contact was closed
   long count_ = 0;                 // of followed steps
+  Vector demands_;                 // of controllers over their limits, at the beginning of the last step
 };
 
 }  // namespace freeplay

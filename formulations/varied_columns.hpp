@@ -39,6 +39,7 @@
 #include "dynamics/system_tangent.hpp"
 #include "formulations/differences.hpp"
 #include "formulations/dormand_prince.hpp"
+#include "formulations/integrators/crossing.hpp"
 #include "formulations/sensitivity.hpp"
 #include "formulations/varied_peaks.hpp"
 
@@ -98,6 +99,25 @@ class VariedColumns {
   template <class Present>
   VariedPeaks::Peak peak(std::size_t i, const Present& dynamics, const Vector& x, double t);
 
+  /// Demand of a controller over its limit.
+  static double demand(const Dynamics& f, int k, const Vector& x, double t) {
+    Vector all(static_cast<std::size_t>(f.system.limiters()));
+    f.system.saturations(t, x.data(), x.data() + f.system.n(), x.data() + f.state_offset(), all.data());
+    return all[static_cast<std::size_t>(k)];
+  }
+  /// Distance of the coordinate of a phase from a kink, which is the end of the nominal system's piece, for any system
+  /// of the same structure; NaN if it has other kinks.
+  template <class State>
+  static double from_kink(const System& nominal, const System& system, int k, double kink, const State& x) {
+    const auto &a = nominal.phase(k), &b = system.phase(k);
+    const double turns = a.period > 0 ? std::floor((kink - a.kinks.front()) / a.period + 1e-9) : 0;
+    const auto place = std::ranges::min_element(
+        a.kinks, {}, [&](double at) { return std::abs(at + turns * a.period - kink); });
+    if (a.kinks.size() != b.kinks.size()) return NAN;
+    return b.at(x.data(), x.data() + system.n()).value -
+           (b.kinks[static_cast<std::size_t>(place - a.kinks.begin())] + turns * b.period);
+  }
+
  protected:
   using Displaced = std::array<std::unique_ptr<Dynamics>, 4>;
   /// `probe`: of the nominal system; `displaced`: null for initial values; `integrands`: columns whose
@@ -118,12 +138,13 @@ class VariedColumns {
     if (!integrands_.empty()) s.integrands = integrands()(f, x, t);
     return s;
   }
-  /// Whether accelerations, or forces and powers, jump between the two sides of an event. Forces of a prescribed
-  /// motion may jump alone.
+  /// Whether accelerations, forces, rates of states or powers jump between the two sides of an event. Forces of a
+  /// prescribed motion may jump alone.
   bool jumps(const Side& before, const Side& after) const {
     const auto n = static_cast<std::size_t>(probe_->system.n());
     const auto impulses = static_cast<std::size_t>(probe_->impulse_offset()),
                contacts = static_cast<std::size_t>(probe_->system.contacts()),
+               states = static_cast<std::size_t>(probe_->system.states()),
                works = static_cast<std::size_t>(probe_->integral_offset());
     const auto differ = [](std::span<const double> a, std::span<const double> b) {
       double scale = 0;
@@ -136,8 +157,24 @@ class VariedColumns {
     const auto in = [&](std::size_t from, std::size_t count) {
       return differ(f.subspan(from, count), g.subspan(from, count));
     };
+    const auto flows = static_cast<std::size_t>(probe_->state_offset());
+    for (std::size_t k = flows; k < flows + states; ++k)
+      if (!(std::abs(g[k] - f[k]) <=
+            1e-7 * std::max(std::abs(f[k]), std::abs(g[k])) +
+                1e-12 * probe_->system.state_scale(static_cast<int>(k - flows)) / duration_))
+        return true;
     return in(n, n) || in(impulses, 2 * contacts) || in(works, f.size() - works) ||
            differ(before.integrands, after.integrands);
+  }
+  void take_sides_of_limit(Dynamics& next, int k, const Vector& x, const Vector& x_after, double t,
+                           Side& before, Side& after);
+  /// Depth (m) up to which a contact grazes: one that would separate again within it without an impact. Below it,
+  /// rounding and the curvature of the gap decide whether there is an impact.
+  template <class State>
+  static double grazing_depth(const System& system, int k, const State& x) {
+    const auto& facts = system.contact_facts(k);
+    const double size = facts.has_clearance ? facts.clearance : facts.radius;
+    return std::max(1e-6 * size, 1e3 * gap_rounding(system, k, x.data()));
   }
   Function integrands() const {
     return [this](Dynamics& f, const Vector& x, double t) {
@@ -213,9 +250,6 @@ class VariedColumns {
   Vector integrals_;                    // ∫ of the integrands
   std::vector<Vector> integral_rates_;  // their derivatives, one list for each column
   double length_, duration_;
-  /// Whether a kink of an integrand ends a column; a kink of a continuous integrand at an instant does
-  /// not change the derivative of its integral.
-  bool strict_integrands_ = true;
   std::size_t size_;
   std::array<Vector, 6> f_;  // of advance_stages()
   /// s, dt of each column: in advance_stages(), S is the derivative at times that change by it.
@@ -246,24 +280,17 @@ class VariedColumns {
     Displaced dynamics;
   };
   bool displace_closer(std::size_t c);
-  bool varies_fast(double h, double speed) const {
-    constexpr double negligible = 1e-6;  // of lengths and speeds, by a significant change of the key
-    const auto n = static_cast<std::size_t>(probe_->system.n());
-    for (std::size_t c = 0; c < keys_.size(); ++c) {
-      const double share = negligible / keys_[c].scale(), floor[2] = {share * length_, share * speed};
-      if (open(c) &&
-          DormandPrince::varies_fast(S_[c], h, n, floor, [&](std::size_t i) { return slopes_[i][c].data(); }))
-        return true;
-    }
-    return false;
-  }
+  Vector slopes_at(double t, std::vector<Vector>& slopes);
+  template <std::size_t stages>
+  double error_of(const double (&weights)[stages], double h, double speed) const;
+  bool varies_fast(const Vector& x_old, double t_old, double h);
   std::vector<std::vector<Closer>> closer_;
-  void integrate(double weight, const Vector& x, double t);
+  void integrate(double weight, std::size_t stage, const Vector& x, double t);
   void parameter_part(std::size_t c, const Vector& x, double t, const Vector& f, Vector& out);
 
   Vector stage_, part_;
   std::array<std::vector<Vector>, 6> slopes_;
-  std::vector<Vector> seeds_;
+  std::vector<Vector> seeds_, last_slopes_;  // last_slopes_: at the end of a step
 };
 
 template <class Dynamics>
@@ -294,6 +321,7 @@ VariedColumns<Dynamics>::VariedColumns(std::unique_ptr<Dynamics> probe, std::vec
     refuse("joint friction depends on the joint's reaction; derivatives of such friction are not available");
   for (auto& f : f_) f.resize(size_);
   for (auto& list : slopes_) list.assign(keys_.size(), Vector(size_));
+  last_slopes_ = slopes_[0];
   seeds_ = S_;
   closer_.resize(keys_.size());
 }
@@ -318,11 +346,84 @@ void VariedColumns<Dynamics>::take_knot(const System& system, double t_old, doub
   }
 }
 
+/// Right-hand side at stage_, and slopes of the columns seeds_ there.
+template <class Dynamics>
+std::vector<double> VariedColumns<Dynamics>::slopes_at(double t, std::vector<Vector>& slopes) {
+  Vector f;
+  if constexpr (requires { probe_->directional(stage_, t, seeds_, shifts_, slopes); })
+    f = probe_->directional(stage_, t, seeds_, shifts_, slopes);
+  else
+    f = probe_->directional(stage_, t, seeds_, slopes);
+  evaluations_ += 1 + static_cast<long>(keys_.size());
+  for (std::size_t c = 0; c < keys_.size(); ++c) {
+    if (!open(c)) continue;
+    if constexpr (requires { probe_->includes_parameter(c); })
+      if (probe_->includes_parameter(c)) continue;
+    parameter_part(c, stage_, t, f, part_);
+    add_multiple(slopes[c], 1, part_);
+  }
+  return f;
+}
+
+/// Greatest error of coordinates, rates and states in a step, over the greatest derivative of their kind, by the
+/// weights of an embedded formula.
+template <class Dynamics>
+template <std::size_t stages>
+double VariedColumns<Dynamics>::error_of(const double (&weights)[stages], double h, double speed) const {
+  constexpr double negligible = 1e-6;  // of lengths and speeds, by a significant change of the key
+  const auto n = static_cast<std::size_t>(probe_->system.n()),
+             states = static_cast<std::size_t>(probe_->system.states()),
+             offset = static_cast<std::size_t>(probe_->state_offset());
+  double greatest = 0;
+  for (std::size_t c = 0; c < keys_.size(); ++c) {
+    if (!open(c)) continue;
+    const double share = negligible / keys_[c].scale();
+    double error[2] = {}, size[2] = {share * length_, share * speed};
+    const auto error_in = [&](std::size_t k) {
+      double e = 0;
+      for (std::size_t i = 0; i < stages; ++i)
+        if (weights[i] != 0) e += weights[i] * (i < slopes_.size() ? slopes_[i] : last_slopes_)[c][k];
+      return std::abs(h * e);
+    };
+    for (std::size_t k = 0; k < 2 * n; ++k) {
+      const auto rate = static_cast<std::size_t>(k >= n);
+      error[rate] = std::max(error[rate], error_in(k));
+      size[rate] = std::max({size[rate], std::abs(S_[c][k]), std::abs(h * slopes_[0][c][k])});
+    }
+    size[0] = std::max(size[0], std::abs(h) * size[1]);
+    greatest = std::max({greatest, error[0] / size[0], error[1] / size[1]});
+    for (std::size_t k = offset; k < offset + states; ++k) {
+      const double least = share * probe_->system.state_scale(static_cast<int>(k - offset));
+      greatest = std::max(
+          greatest, error_in(k) / std::max({least, std::abs(S_[c][k]), std::abs(h * slopes_[0][c][k])}));
+    }
+  }
+  return greatest;
+}
+
+/// Whether the columns vary faster than the step resolves, as about a rest or at a kink of the forces.
+template <class Dynamics>
+bool VariedColumns<Dynamics>::varies_fast(const Vector& x_old, double t_old, double h) {
+  using Stages = DormandPrince;
+  constexpr double accepted = 1e-9;
+  const double speed = curved_speed(*probe_, x_old);
+  if (error_of(Stages::third, h, speed) <= accepted) return false;
+  stage_ = x_old;
+  for (std::size_t i = 0; i < f_.size(); ++i) add_multiple(stage_, h * Stages::b[i], f_[i]);
+  for (std::size_t c = 0; c < keys_.size(); ++c) {
+    seeds_[c] = S_[c];
+    for (std::size_t i = 0; open(c) && i < f_.size(); ++i)
+      add_multiple(seeds_[c], h * Stages::b[i], slopes_[i][c]);
+  }
+  slopes_at(t_old + h, last_slopes_);
+  return error_of(Stages::fourth, h, speed) > accepted;
+}
+
 template <class Dynamics>
 std::vector<double> VariedColumns<Dynamics>::advance_stages(double t_old, const Vector& x_old, double h,
                                                             int halvings) {
   using Stages = DormandPrince;
-  constexpr int most_halvings = 16;
+  constexpr int most_halvings = 24;  // a kink of the forces then has an error of 1e-7 of that of the step
   const auto integrals = integrals_;
   const auto rates = integrals_.empty() ? std::vector<Vector>() : integral_rates_;
   for (std::size_t i = 0; i < f_.size(); ++i) {
@@ -334,28 +435,14 @@ std::vector<double> VariedColumns<Dynamics>::advance_stages(double t_old, const 
       if (!open(c)) continue;
       for (std::size_t j = 0; j < i; ++j) add_multiple(seeds_[c], h * Stages::a[i][j], slopes_[j][c]);
     }
-    if constexpr (requires { probe_->directional(stage_, at, seeds_, shifts_, slopes_[i]); })
-      f_[i] = probe_->directional(stage_, at, seeds_, shifts_, slopes_[i]);
-    else
-      f_[i] = probe_->directional(stage_, at, seeds_, slopes_[i]);
-    evaluations_ += 1 + static_cast<long>(keys_.size());
-    for (std::size_t c = 0; c < keys_.size(); ++c) {
-      if (!open(c)) continue;
-      if constexpr (requires { probe_->includes_parameter(c); })
-        if (probe_->includes_parameter(c)) continue;
-      parameter_part(c, stage_, at, f_[i], part_);
-      add_multiple(slopes_[i][c], 1, part_);
-    }
-    if (!integrands_.empty() && Stages::b[i] != 0) integrate(h * Stages::b[i], stage_, at);
+    f_[i] = slopes_at(at, slopes_[i]);
+    if (!integrands_.empty() && Stages::b[i] != 0) integrate(h * Stages::b[i], i, stage_, at);
   }
-  if (varies_fast(h, curved_speed(*probe_, x_old))) {
-    if (halvings < most_halvings) {
-      integrals_ = integrals;
-      if (!rates.empty()) integral_rates_ = rates;
-      const auto middle = advance_stages(t_old, x_old, 0.5 * h, halvings + 1);
-      return advance_stages(t_old + 0.5 * h, middle, 0.5 * h, halvings + 1);
-    }
-    refuse(fmt::format("t = {:.9g} s: derivatives vary faster than steps can follow", t_old));
+  if (halvings < most_halvings && varies_fast(x_old, t_old, h)) {
+    integrals_ = integrals;
+    if (!rates.empty()) integral_rates_ = rates;
+    const auto middle = advance_stages(t_old, x_old, 0.5 * h, halvings + 1);
+    return advance_stages(t_old + 0.5 * h, middle, 0.5 * h, halvings + 1);
   }
   for (std::size_t c = 0; c < keys_.size(); ++c) {
     if (!open(c)) continue;
@@ -369,16 +456,31 @@ std::vector<double> VariedColumns<Dynamics>::advance_stages(double t_old, const 
   return x;
 }
 
-/// Adds a stage of the quadrature of the integrands and of their derivatives along seeds_.
+/// Adds a stage of the quadrature of the integrands and of their derivatives along seeds_. A kink of a continuous
+/// integrand at an instant does not change the derivative of its integral.
 template <class Dynamics>
-void VariedColumns<Dynamics>::integrate(double weight, const Vector& x, double t) {
+void VariedColumns<Dynamics>::integrate(double weight, std::size_t stage, const Vector& x, double t) {
+  using Of = Column::Of;
+  const auto n = static_cast<std::size_t>(probe_->system.n());
   const auto value = integrands();
   const double speed = curved_speed(*probe_, x);
   add_multiple(integrals_, weight, value(*probe_, x, t));
-  for (std::size_t c = 0; c < keys_.size(); ++c)
-    if (open(c))
-      add_multiple(integral_rates_[c], weight,
-                   total(c, value, x, t, seeds_[c], shifts_[c], speed, strict_integrands_));
+  const auto in_column = [](const Column& c) {
+    return c.of == Of::position || c.of == Of::velocity || c.of == Of::acceleration;
+  };
+  const bool differs = !std::ranges::all_of(integrands_, in_column);
+  for (std::size_t c = 0; c < keys_.size(); ++c) {
+    if (!open(c)) continue;
+    auto slope =
+        differs ? total(c, value, x, t, seeds_[c], shifts_[c], speed, false) : Vector(integrands_.size());
+    for (std::size_t i = 0; i < integrands_.size(); ++i) {
+      const auto& of = integrands_[i];
+      if (in_column(of))
+        slope[i] = of.of == Of::acceleration ? slopes_[stage][c][n + of.index]
+                                             : seeds_[c][of.index + (of.of == Of::velocity ? n : 0)];
+    }
+    add_multiple(integral_rates_[c], weight, slope);
+  }
 }
 
 /// d(I/T) = dI/T + (c(T) − I/T) dT/T, with T the length of the run.

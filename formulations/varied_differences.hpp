@@ -14,7 +14,7 @@ bool VariedColumns<Dynamics>::displace_closer(std::size_t c) {
   const double spacing = !closer_[c].empty()                ? closer_[c].back().spacing * ratio
                          : key.impact_spacing < key.spacing ? key.impact_spacing
                                                             : key.spacing * ratio;
-  if (!twin_of_ || !key.system_at || spacing < 1e-9 * std::abs(key.value)) return false;
+  if (!twin_of_ || !key.system_at || spacing < 2e-11 * std::abs(key.value)) return false;
   Closer next{spacing, {}};
   for (std::size_t i = 0; i < next.dynamics.size(); ++i) {
     next.dynamics[i] = twin_of_(*key.system_at(key.value + difference_places[i] * spacing));
@@ -101,6 +101,17 @@ double VariedColumns<Dynamics>::within_rates(double h, Dynamics& f, const Vector
   return h;
 }
 
+/// Of differences at decreasing spacings, none of which is smooth: the widest one whose violation is rounding, else the
+/// last one.
+inline Difference smooth_but_rounding(std::vector<Difference>& list, const std::vector<double>& spacings) {
+  for (std::size_t i = 0; i + 1 < list.size(); ++i)
+    if (is_rounding(list[i], list.back(), spacings[list.size() - 1] / spacings[i])) {
+      list[i].smooth = true;
+      return std::move(list[i]);
+    }
+  return std::move(list.back());
+}
+
 /// Derivative along (dx, dt) at constant p. If a kink is within the differences, closer ones are tried.
 template <class Dynamics>
 Difference VariedColumns<Dynamics>::along(Dynamics& f, const Function& value, const Vector& centre,
@@ -111,15 +122,18 @@ Difference VariedColumns<Dynamics>::along(Dynamics& f, const Function& value, co
   if (h == 0) return d;
   h = within_rates(h, f, x, t, dx, dt);
   if constexpr (requires { f.pin(x, t); }) f.pin(x, t);
-  Vector y;
-  for (int tries = 0; tries < 3; ++tries, h *= ratio) {
-    d = difference(h, centre, [&](std::size_t i) {
+  Vector y, spacings;
+  std::vector<Difference> list;
+  for (int tries = 0; tries < 4; ++tries, h *= ratio) {
+    spacings.push_back(h);
+    list.push_back(difference(h, centre, [&](std::size_t i) {
       y = x;
       add_multiple(y, difference_places[i] * h, dx);
       return value(f, y, t + difference_places[i] * h * dt);
-    });
-    if (d.smooth) break;
+    }));
+    if (list.back().smooth) break;
   }
+  d = list.back().smooth ? std::move(list.back()) : smooth_but_rounding(list, spacings);
   if constexpr (requires { f.pin(x, t); }) f.unpin();
   return d;
 }
@@ -128,19 +142,55 @@ Difference VariedColumns<Dynamics>::along(Dynamics& f, const Function& value, co
 template <class Dynamics>
 Difference VariedColumns<Dynamics>::across(std::size_t c, const Function& value, const Vector& centre,
                                            const Vector& x, double t) {
-  Difference d{Vector(centre.size()), true};
-  if (!displaced_[c][0]) return d;
-  const auto at = [&](double spacing, const Displaced& list) {
-    d = difference(spacing, centre, [&](std::size_t i) { return value(*list[i], x, t); });
-    return d.smooth;
+  if (!displaced_[c][0]) return {Vector(centre.size()), true};
+  Vector spacings;
+  std::vector<Difference> list;
+  const auto at = [&](double spacing, const Displaced& displaced) {
+    spacings.push_back(spacing);
+    list.push_back(difference(spacing, centre, [&](std::size_t i) { return value(*displaced[i], x, t); }));
+    return list.back().smooth;
   };
   if (!(twin_of_ && keys_[c].impact_spacing < keys_[c].spacing) && at(keys_[c].spacing, displaced_[c]))
-    return d;
-  for (std::size_t level = 0; level < 3; ++level) {
+    return list.back();
+  for (std::size_t level = 0; level < 4; ++level) {
     if (level == closer_[c].size() && !displace_closer(c)) break;
-    if (at(closer_[c][level].spacing, closer_[c][level].dynamics)) break;
+    if (at(closer_[c][level].spacing, closer_[c][level].dynamics)) return list.back();
   }
-  return d;
+  if (list.empty()) at(keys_[c].spacing, displaced_[c]);
+  return smooth_but_rounding(list, spacings);
+}
+
+/// The right-hand sides on both sides of a controller's limit; `next`: the dynamics after it. The demand is at the limit
+/// within rounding, which decides the side of an evaluation there; they are therefore extrapolated from both sides.
+template <class Dynamics>
+void VariedColumns<Dynamics>::take_sides_of_limit(Dynamics& next, int k, const Vector& x,
+                                                  const Vector& x_after, double t, Side& before,
+                                                  Side& after) {
+  const double h = 1e-3 * spacing(*probe_, x, before.f, 1, curved_speed(*probe_, x));
+  const auto beside = [&](Dynamics& f, Vector y, const Side& here, double way) {
+    add_multiple(y, way, here.f);
+    auto s = side(f, y, t + way);
+    add_multiple(y, way, here.f);
+    const auto far = side(f, y, t + 2 * way);
+    for (std::size_t i = 0; i < s.f.size(); ++i) s.f[i] = 2 * s.f[i] - far.f[i];
+    for (std::size_t i = 0; i < s.integrands.size(); ++i)
+      s.integrands[i] = 2 * s.integrands[i] - far.integrands[i];
+    return s;
+  };
+  const auto from = beside(*probe_, x, before, -h), to = beside(next, x_after, after, h);
+  const auto rate = [&](const Side& s) {
+    auto y = x, z = x;
+    add_multiple(y, h, s.f);
+    add_multiple(z, -h, s.f);
+    return demand(*probe_, k, y, t + h) - demand(*probe_, k, z, t - h);
+  };
+  if (rate(from) * rate(to) < 0)
+    refuse(fmt::format(
+        "t = {:.9g} s: the demand of a controller stays at its limit; derivatives along such motions "
+        "are not available",
+        t));
+  before = from;
+  after = to;
 }
 
 template <class Dynamics>

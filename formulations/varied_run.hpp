@@ -50,8 +50,9 @@ class VariedRun {
   /// Runs to the end, and calls `after` after each step. Returns the reason of an earlier stop, else nothing.
   template <class After>
   std::string go(After after) {
-    while (scheme_.t() < run_.end) {
+    for (double steps = 0; scheme_.t() < run_.end; ++steps) {
       if (run_.stop()) throw Interrupted();
+      if (steps >= run_.most_steps) return "the run takes too many steps";
       if (!scheme_.step(std::min(run_.end, scheme_.t() + run_.longest_step))) {
         scheme_.refuse_derivatives(scheme_.failure());
         return scheme_.failure();

@@ -12,10 +12,6 @@
 namespace freeplay {
 namespace {
 
-/// Share of a contact's measure up to which a rebound into the body would not count as an impact: the
-/// contact grazes.
-constexpr double grazing_depth = 1e-6;
-
 bool among(const std::vector<int>& list, int k) { return std::ranges::find(list, k) != list.end(); }
 
 std::vector<double> rhs(EventDynamics& f, const std::vector<double>& x, double t) {
@@ -24,8 +20,9 @@ std::vector<double> rhs(EventDynamics& f, const std::vector<double>& x, double t
   return out;
 }
 
-/// The function whose root is the event, at a state.
-double event_value(EventDynamics& f, const ModeEvent& event, const std::vector<double>& x, double t) {
+/// The function whose root is the event, at a state. `nominal`: in the mode before the event.
+double event_value(const EventDynamics& nominal, EventDynamics& f, const ModeEvent& event,
+                   const std::vector<double>& x, double t) {
   using Kind = ModeEvent::Kind;
   const int k = event.index;
   const double* v = x.data() + f.system.n();
@@ -36,6 +33,15 @@ double event_value(EventDynamics& f, const ModeEvent& event, const std::vector<d
       return f.look(k, x, t).tangent.dot(v);
     case Kind::slide_slip:
       return f.slide_rate(k, x, t);
+    case Kind::phase_down:
+    case Kind::phase_up: {
+      const auto& piece = nominal.phases.pieces()[k];
+      return VariedColumns<EventDynamics>::from_kink(
+          nominal.system, f.system, k, event.kind == Kind::phase_up ? piece.high : piece.low, x);
+    }
+    case Kind::limit_down:
+    case Kind::limit_up:
+      return VariedColumns<EventDynamics>::demand(f, k, x, t) - (event.kind == Kind::limit_up ? 1 : -1);
     default:
       break;
   }
@@ -76,10 +82,11 @@ void Variation::begin_event(const EventDynamics& d) { take_mode(d); }
 void Variation::pass(const EventDynamics& d, const Passed& p) {
   if (on_event) on_event(d, p);
   mode_known_ = false;
-  const auto before = side(*probe_, p.before, p.t);
+  auto before = side(*probe_, p.before, p.t);
   after_->take_mode(d);
   after_->knot = d.knot;
-  const auto after = side(*after_, p.after, p.t);
+  auto after = side(*after_, p.after, p.t);
+  if (p.event.is_limit()) take_sides_of_limit(*after_, p.event.index, p.before, p.after, p.t, before, after);
   std::vector<int> onsets;
   for (const int k : p.in_impact) {
     if (probe_->contacts[k].closed) continue;
@@ -95,6 +102,11 @@ void Variation::pass(const EventDynamics& d, const Passed& p) {
   using Kind = ModeEvent::Kind;
   if (!onsets.empty()) {
     pass_impacts(d, p, onsets, before, after);
+    // Contacts that others keep closed begin without an event of their own, whose time would have a derivative.
+    bool closes = false;
+    for (int k = 0; k < d.system.contacts(); ++k)
+      closes = closes || (d.contacts[k].closed && !probe_->contacts[k].closed);
+    if (closes) project_columns(d, p.after, p.t);
     continued_ = false;
     return;
   }
@@ -105,13 +117,7 @@ void Variation::pass(const EventDynamics& d, const Passed& p) {
   const double speed = std::max(d.greatest(p.before.data() + d.system.n()), d.speed_scale());
   Vector dt(keys_.size());
   if (p.event.kind != Kind::none && jumps(before, after)) {
-    if (p.event.is_phase())
-      refuse(
-          fmt::format("t = {:.9g} s: a force of an element jumps there; derivatives across such jumps are "
-                      "not available",
-                      p.t));
-    else
-      dt = event_times(p, p.event, before.f, speed);
+    dt = event_times(p, p.event, before.f, speed);
   }
   jump(p, p.in_impact, p.before, before, after, dt, speed);
   if (p.event.kind == Kind::none) keep_start(d, p);
@@ -121,7 +127,7 @@ void Variation::pass(const EventDynamics& d, const Passed& p) {
 Variation::Vector Variation::event_times(const Passed& p, const ModeEvent& event, const Vector& f,
                                          double speed) {
   const Function value = [&](EventDynamics& g, const Vector& x, double t) {
-    return Vector{event_value(g, event, x, t)};
+    return Vector{event_value(*probe_, g, event, x, t)};
   };
   const auto centre = value(*probe_, p.before, p.t);
   const bool gap = event.kind == ModeEvent::Kind::gap;
@@ -134,8 +140,10 @@ Variation::Vector Variation::event_times(const Passed& p, const ModeEvent& event
     const auto d = along(*probe_, value, centre, p.before, p.t, f, 1, speed);
     rate = d.slope[0];
     if (!d.smooth || !(std::abs(rate) * duration_ > 1e-9 * std::abs(centre[0])))
-      refuse(
-          fmt::format("t = {:.9g} s: a friction limit or the end of sliding is reached tangentially", p.t));
+      refuse(fmt::format("t = {:.9g} s: {} is reached tangentially", p.t,
+                         event.is_phase()   ? "a kink of an element's force"
+                         : event.is_limit() ? "the limit of a controller"
+                                            : "a friction limit or the end of sliding"));
   }
   Vector dt(keys_.size());
   for (std::size_t c = 0; c < keys_.size(); ++c) {
@@ -251,8 +259,7 @@ void Variation::pass_impacts(const EventDynamics& d, const Passed& p, const std:
     const double rate = probe_->look(k, p.before, p.t).normal.dot(p.before.data() + n);
     const double away = probe_->gap_acceleration(k, p.before, p.t);
     const auto& facts = d.system.contact_facts(k);
-    if (away > 0 &&
-        rate * rate < 2 * away * grazing_depth * (facts.measure() > 0 ? facts.measure() : length_))
+    if (away > 0 && rate * rate < 2 * away * grazing_depth(d.system, k, p.before))
       refuse(
           fmt::format("t = {:.9g} s: contact {} grazes (approach {:.2g} m/s); grazing contacts have no "
                       "derivative",

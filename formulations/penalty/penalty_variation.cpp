@@ -55,9 +55,7 @@ PenaltyVariation::PenaltyVariation(Twins twins, const PenaltyParts& run, const s
       norm_(run.norm),
       v0_floor_(run.v0_floor),
       after_(std::make_unique<ExtendedPenalty>(run_.dynamics().twin(), run.speed_scale)),
-      impulses_(run_.dynamics().contacts().size()) {
-  strict_integrands_ = false;
-}
+      impulses_(run_.dynamics().contacts().size()) {}
 
 void PenaltyVariation::trace(const State& near) {
   std::vector<PenaltyDynamics::DisplacedLaws> laws;
@@ -79,8 +77,6 @@ void PenaltyVariation::begin(const Scene& scene, double t, bool resumed) {
     refuse("penalty.friction = \"mindlin\" has no derivatives: its friction depends on its history");
   if (scene.penalty.own) refuse("a contact law of a program has no derivatives");
   if (d.projects()) refuse("penalty.stabilisation = \"projection\" has no derivatives; use \"baumgarte\"");
-  if (system.limiters() > 0)
-    refuse("controllers with a limit have no derivatives in the penalty formulation");
   take_mode(d);
   const auto x = this->x();
   const Side still{Vector(x.size()), Vector(integrands_.size())};

@@ -74,6 +74,7 @@ class PenaltyVariation : public VariedColumns<ExtendedPenalty> {
   /// Adds `sign` times f dt at a state to S, and to the integrals.
   void shift(const Vector& x, double t, double sign);
   void pass();
+  void pass_limits();
   /// A function of the state whose root is the event, and dt of each column.
   Vector event_times(const Function& value, const Vector& x, double t, const Vector& f);
   void begin_contact(int k, const Vector& x, double t, const Side& before, const Vector& dt);

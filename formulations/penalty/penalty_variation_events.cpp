@@ -5,18 +5,18 @@
 #include <cmath>
 #include <utility>
 
+#include "formulations/integrators/limits.hpp"
 #include "formulations/penalty/penalty_variation.hpp"
 
 namespace freeplay {
 namespace {
 
-/// Share of a contact's measure up to which a contact counts as grazing.
-constexpr double least_approach = 1e-6;
-
-bool same_pieces(const System& system, const Phases& a, const Phases& b) {
+/// The phases whose pieces differ.
+std::vector<int> other_pieces(const System& system, const Phases& a, const Phases& b) {
+  std::vector<int> list;
   for (int k = 0; k < system.phases(); ++k)
-    if (a.pieces()[k].low != b.pieces()[k].low || a.pieces()[k].high != b.pieces()[k].high) return false;
-  return true;
+    if (a.pieces()[k].low != b.pieces()[k].low || a.pieces()[k].high != b.pieces()[k].high) list.push_back(k);
+  return list;
 }
 
 }  // namespace
@@ -29,16 +29,20 @@ PenaltyVariation::Vector PenaltyVariation::event_times(const Function& value, co
   const double rate = along(*probe_, value, centre, x, t, f, 1, speed).slope[0];
   Vector dt(keys_.size());
   for (std::size_t c = 0; c < keys_.size(); ++c)
-    if (open(c))
+    if (open(c)) {
       dt[c] = -(along(*probe_, value, centre, x, t, S_[c], 0, speed).slope[0] +
                 across(c, value, centre, x, t).slope[0]) /
               rate;
+      if (!std::isfinite(dt[c]))
+        refuse(c, fmt::format("t = {:.9g} s: the time of this event has no derivative", t));
+    }
   return dt;
 }
 
 void PenaltyVariation::pass() {
   const auto& d = run_.dynamics();
   const double t = run_.t();
+  pass_limits();
   struct Changed {
     int contact;
     bool gap;
@@ -51,8 +55,8 @@ void PenaltyVariation::pass() {
     else if (was.closed && was.in_impact != now.in_impact)
       changes.push_back({k, false});
   }
-  const bool same = same_pieces(d.system(), probe_->phases(), d.phases);
-  if (changes.empty() && same) return;
+  const auto crossed = other_pieces(d.system(), probe_->phases(), d.phases);
+  if (changes.empty() && crossed.empty()) return;
   auto x = run_.x();
   x.insert(x.end(), retained_.begin(), retained_.end());
   after_->take_mode(d);
@@ -61,17 +65,20 @@ void PenaltyVariation::pass() {
   const auto before = side(*probe_, x, t), after = side(*after_, with_retained(d), t);
   const int n = d.system().n();
   const bool jumped = jumps(before, after);
-  if (jumped && !same)
-    refuse(
-        fmt::format("t = {:.9g} s: a force of an element jumps there; derivatives across such jumps are not "
-                    "available",
-                    t));
-  if (jumped && changes.size() > 1)
-    refuse(
-        fmt::format("t = {:.9g} s: contacts {} and {} change at the same time, and a contact force jumps; "
-                    "the motion there depends on their order",
-                    t, d.system().contact_facts(changes[0].contact).name,
-                    d.system().contact_facts(changes[1].contact).name));
+  if (jumped && changes.size() + crossed.size() > 1)
+    refuse(fmt::format(
+        "t = {:.9g} s: several forces change at the same time, and one of them jumps; the motion there "
+        "depends on their order",
+        t));
+  if (jumped && changes.empty()) {
+    const int k = crossed[0];
+    const auto &was = probe_->phases().pieces()[k], &now = d.phases.pieces()[k];
+    const double kink = now.low == was.high ? was.high : was.low;
+    const Function value = [&](ExtendedPenalty& f, const Vector& y, double) {
+      return Vector{from_kink(probe_->system, f.system, k, kink, y)};
+    };
+    jump(before, after, event_times(value, x, t, before.f));
+  }
   for (const auto& [k, gap] : changes) {
     if (!gap) {
       change_impact(k, x, t, before, after, jumped);
@@ -86,8 +93,7 @@ void PenaltyVariation::pass() {
     const Vector centre{row.gap};
     const double rate = normal.dot(x.data() + n), away = probe_->gap_acceleration(k, x, before.f, t);
     const auto& facts = d.system().contact_facts(k);
-    const double measure = facts.measure() > 0 ? facts.measure() : length_;
-    if (onset && away > 0 && rate * rate < 2 * away * least_approach * measure)
+    if (onset && away > 0 && rate * rate < 2 * away * grazing_depth(d.system(), k, x))
       refuse(
           fmt::format("t = {:.9g} s: contact {} grazes (approach {:.2g} m/s); grazing contacts have no "
                       "derivative",
@@ -124,6 +130,24 @@ void PenaltyVariation::pass() {
   }
   probe_->touch(false);
   after_->touch(false);
+}
+
+/// Limits of controllers at which a step ends. The rates of their states may jump there.
+void PenaltyVariation::pass_limits() {
+  const double t = run_.t();
+  auto x = run_.x();
+  x.insert(x.end(), retained_.begin(), retained_.end());
+  for (int k = 0; k < probe_->system.limiters(); ++k) {
+    const double w = demand(*probe_, k, x, t), border = w > 0 ? 1 : -1;
+    if (!(std::abs(w - border) <= 8 * Limits::rounding)) continue;
+    auto before = side(*probe_, x, t), after = before;
+    take_sides_of_limit(*probe_, k, x, x, t, before, after);
+    if (!jumps(before, after)) continue;
+    const Function value = [&](ExtendedPenalty& f, const Vector& y, double at) {
+      return Vector{demand(f, k, y, at) - border};
+    };
+    jump(before, after, event_times(value, x, t, before.f));
+  }
 }
 
 /// S across an event where f jumps.

@@ -33,6 +33,8 @@ class Sensitivities:
     keys: a Series, key to value.
     jacobian: a frame with one row per quantity and one column per key; NaN where there is no derivative.
     reasons: a frame of the same shape; the reason where there is no derivative, else "".
+    errors: a frame of the same shape; the estimated error of each derivative, inf if a run with other
+        settings has none.
     stopped: the reason why the run stopped before its end, or "".
     """
 
@@ -40,6 +42,7 @@ class Sensitivities:
     keys: pd.Series
     jacobian: pd.DataFrame
     reasons: pd.DataFrame
+    errors: pd.DataFrame
     stopped: str
 
     @property
@@ -62,7 +65,7 @@ def sensitivity(
     set: Optional[Mapping[str, Any]] = None,
     stop: Optional[Stop] = None,
 ) -> Sensitivities:
-    """Runs a scene once with its variational equations, as `freeplay sensitivity` does.
+    """Runs a scene with its variational equations, as `freeplay sensitivity` does.
 
     of: quantities, such as "event.1.t", "end.slider.x", "energy.dissipated_in_contacts".
     to: keys of the scene with one number, such as "joints.gudgeon.clearance", or "initial.slider.vx".
@@ -81,6 +84,7 @@ def sensitivity(
         pd.Series(found["key_values"], index=keys, dtype=float),
         pd.DataFrame(found["derivatives"], index=names, columns=keys, dtype=float),
         pd.DataFrame(found["reasons"], index=names, columns=keys),
+        pd.DataFrame(found["errors"], index=names, columns=keys, dtype=float),
         found["stopped"],
     )
 

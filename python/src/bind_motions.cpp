@@ -46,12 +46,13 @@ py::dict sensitivities_of(const Scene& scene, const std::vector<std::string>& of
   const auto found = interruptible(flag, here, pressed, [&] {
     return sensitivities(scene, {.of = of, .to = to, .formulation = formulation, .stop = flag.token()});
   });
-  py::list names, values, derivatives, reasons;
+  py::list names, values, derivatives, reasons, errors;
   for (const auto& q : found.quantities) {
     names.append(q.name);
     values.append(q.value);
     derivatives.append(q.derivatives);
     reasons.append(q.reasons);
+    errors.append(q.errors);
   }
   py::dict d;
   d["keys"] = found.keys;
@@ -60,6 +61,7 @@ py::dict sensitivities_of(const Scene& scene, const std::vector<std::string>& of
   d["values"] = values;
   d["derivatives"] = derivatives;
   d["reasons"] = reasons;
+  d["errors"] = errors;
   d["stopped"] = found.stopped;
   d["pressed"] = pressed;
   return d;
@@ -195,6 +197,7 @@ py::dict lyapunov_of(const Scene& scene, const std::string& formulation, int bat
   d["values"] = values;
   d["errors"] = errors;
   d["reasons"] = reasons;
+  d["errors"] = errors;
   d["sum"] = found.sum;
   d["sum_predicted"] = found.predicted;
   d["impacts"] = found.impacts;

@@ -79,7 +79,8 @@ std::vector<double> deviations_of(const std::vector<std::string>& spread, std::v
 }
 
 nlohmann::json quantity_json(const Sensitivities& all, const Sensitivity& q) {
-  nlohmann::json derivatives = nlohmann::json::object(), influences = derivatives, reasons = derivatives;
+  nlohmann::json derivatives = nlohmann::json::object(), influences = derivatives, reasons = derivatives,
+                 errors = derivatives, inexact = nlohmann::json::array();
   std::string first;
   double condition = NAN;
   bool differentiable = true;
@@ -87,6 +88,8 @@ nlohmann::json quantity_json(const Sensitivities& all, const Sensitivity& q) {
     const bool known = std::isfinite(q.derivatives[i]);
     derivatives[all.keys[i]] = number_or_null(q.derivatives[i]);
     influences[all.keys[i]] = number_or_null(influence(all, q, i));
+    errors[all.keys[i]] = number_or_null(q.errors[i]);
+    if (is_inexact(all, q, i)) inexact.push_back(all.keys[i]);
     differentiable = differentiable && known;
     condition = std::fmax(condition, std::abs(influence(all, q, i)));  // of those that exist
     if (q.reasons[i].empty()) continue;
@@ -96,6 +99,8 @@ nlohmann::json quantity_json(const Sensitivities& all, const Sensitivity& q) {
   return {{"name", q.name},
           {"value", number_or_null(q.value)},
           {"derivatives", derivatives},
+          {"error", errors},
+          {"inexact", inexact},
           {"relative_influence", influences},
           {"condition", number_or_null(condition)},
           {"differentiable", differentiable},
@@ -137,20 +142,31 @@ int sensitivity(const SensitivityVerb& request) try {
   write_json(set.place() / "sensitivity.json", document);
   set.commit();
   for (const auto& q : all.quantities) {
-    fmt::print("{}{}\n", q.name,
-               std::isfinite(q.value) ? fmt::format(" = {:.12g}", q.value) : ": not reached");
+    fmt::print("{}{}{}\n", q.name,
+               std::isfinite(q.value) ? fmt::format(" = {:.12g}", q.value) : ": not reached",
+               q.name.starts_with("peak.") ? " (of the continuous signal, not of its samples)" : "");
     for (std::size_t i = 0; i < all.keys.size(); ++i)
       if (std::isfinite(q.derivatives[i]))
-        fmt::print("  by {:<36} {:>22.14g}{}\n", all.keys[i], q.derivatives[i],
+        fmt::print("  by {:<36} {:>22.14g} ± {}{}{}\n", all.keys[i], q.derivatives[i],
+                   std::isfinite(q.errors[i]) ? fmt::format("{:<7.1e}", q.errors[i]) : "unknown",
                    std::isfinite(influence(all, q, i))
                        ? fmt::format("   relative {:.4g}", influence(all, q, i))
-                       : "");
+                       : "",
+                   is_inexact(all, q, i) ? "   INEXACT" : "");
       else
         fmt::print("{}", wrapped(fmt::format("  by {:<36} no derivative: {}\n", all.keys[i], q.reasons[i])));
     if (const double sigma = propagated_deviation(q, deviations);
         !request.spread.empty() && std::isfinite(sigma))
       fmt::print("  standard deviation {:.4g} (first order)\n", sigma);
   }
+  if (std::ranges::any_of(all.quantities, [&](const auto& q) {
+        for (std::size_t i = 0; i < all.keys.size(); ++i)
+          if (is_inexact(all, q, i)) return true;
+        return false;
+      }))
+    fmt::print(
+        "INEXACT: the error exceeds 1e-4 of the derivative's scale, or a run with other settings has no "
+        "derivative;\nuse a smaller tolerance or step\n");
   fmt::print("results in {}\n", folder.string());
   for (const auto& path : plots::all(folder)) fmt::print("figure: {}\n", path.string());
   if (all.stopped.empty()) {
@@ -173,7 +189,7 @@ void sensitivity_verb(Program& program) {
   options
       .add("--of", request.of,
            "event.N.t, event.N.v_n_minus, event.N.impulse_n (N-th contact event), end.COLUMN, mean.COLUMN, "
-           "peak.CHANNEL or energy.KEY")
+           "peak.CHANNEL (of the continuous signal, not of its samples) or energy.KEY")
       .takes("QUANTITY")
       .required();
   options

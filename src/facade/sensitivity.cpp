@@ -21,6 +21,9 @@
 namespace freeplay {
 namespace {
 
+/// Least error of a derivative over its scale: rounding, and differences of the constants in the equations.
+constexpr double rounding_share = 1e-11;
+
 const Column* find_column(const std::vector<Column>& columns, const std::string& name) {
   const auto found = std::ranges::find(columns, name, &Column::name);
   return found == columns.end() ? nullptr : &*found;
@@ -170,9 +173,15 @@ void take_instruments(const SensitivityRun& run, const std::vector<VariedInstrum
     for (double& d : q.derivatives) d += 0.0;  // no −0
 }
 
-}  // namespace
+/// A run with its derivatives.
+struct VariedScene {
+  Sensitivities found;
+  std::vector<double> spacings;  ///< of each key, across impacts; 0: the key has no displaced values
+};
 
-Sensitivities sensitivities(const Scene& scene, const SensitivityRequest& request) {
+/// Quantities with derivatives, by one run. `share`: of the spacing of displaced values.
+VariedScene derivatives_of(const Scene& scene, const SensitivityRequest& request, double share = 1,
+                           double most_steps = INFINITY) {
   const auto family = family_of(request.formulation);
   Simulation simulation(scene, request.formulation, {.start = {}, .stop = request.stop});
   const auto& layout = simulation.layout();
@@ -185,6 +194,7 @@ Sensitivities sensitivities(const Scene& scene, const SensitivityRequest& reques
                      .keys = {},
                      .quantities = {},
                      .stop = request.stop,
+                     .most_steps = most_steps,
                      .traced = compile_choice(request.compile) != Compile::never};
   for (const auto& name : request.of) run.quantities.push_back(quantity_of(given, system, layout, name));
   std::vector<DisplacedScenes> displaced(request.to.size());
@@ -197,14 +207,148 @@ Sensitivities sensitivities(const Scene& scene, const SensitivityRequest& reques
                                                       rests ? compliances(family, d, s) : Compliances{}));
                              },
                          .end_of = [](const Scene& d, const System&) { return d.run.duration; }};
-  for (std::size_t i = 0; i < request.to.size(); ++i)
+  VariedScene all;
+  for (std::size_t i = 0; i < request.to.size(); ++i) {
     run.keys.push_back(request.to[i].starts_with("initial.")
                            ? initial_value(layout, run.start, request.to[i])
-                           : vary(given, system, from, request.to[i], family, displaced[i]));
+                           : vary(given, system, from, request.to[i], family, displaced[i], share));
+    all.spacings.push_back(run.keys.back().systems[0] ? run.keys.back().impact_spacing : 0);
+  }
   const auto varied = add_instruments(run);
-  auto all = run_sensitivities(run, family);
-  take_instruments(run, varied, request.of.size(), all);
+  all.found = run_sensitivities(run, family);
+  take_instruments(run, varied, request.of.size(), all.found);
   return all;
+}
+
+/// Multiplies the tolerance or the step of the scheme in force.
+Scene coarser(const Scene& scene, Family family, double tolerance, double step) {
+  Scene other = scene;
+  const auto& n = scene.nonsmooth;
+  const auto& p = scene.penalty;
+  if (family == Family::penalty) {
+    if (choice_of(p.integrator).traits.adaptive)
+      other.set("penalty.tolerance", tolerance * p.tolerance);
+    else
+      other.set("penalty.step", step * p.step);
+  } else if (n.scheme_in_force() != Scheme::moreau_jean) {
+    other.set("nonsmooth.tolerance", tolerance * n.tolerance);
+  } else if (n.step) {
+    other.set("nonsmooth.step", step * *n.step);
+  } else {
+    other.set("nonsmooth.step_tolerance", tolerance * n.step_tolerance);
+  }
+  return other;
+}
+
+/// Differences of the quantities along one direction of all keys at once, by runs without derivatives. They have no
+/// part in common with the variational equations: an error of these shows, whatever its cause.
+class Direction {
+  /// An event-driven run in place of time stepping may have too many events.
+  static constexpr double most_steps = 1e5;
+  /// Relative change of a quantity by the number of bounces that end an accumulation.
+  static constexpr double noise = 2e-10;
+
+ public:
+  /// `keys`: those of the direction, with their steps.
+  Direction(const Scene& scene, const SensitivityRequest& request, const Sensitivities& found,
+            std::vector<double> steps)
+      : steps_(std::move(steps)) {
+    SensitivityRequest plain = request;
+    plain.to.clear();
+    plain.errors = false;
+    const auto family = family_of(request.formulation);
+    for (const double place : {-1.0, -0.5, 0.5, 1.0}) {
+      Scene other = scene;
+      for (std::size_t i = 0; i < steps_.size(); ++i)
+        if (steps_[i] != 0)
+          set_number_key(other, found.keys[i], family, found.key_values[i] + place * steps_[i]);
+      values_.push_back(derivatives_of(other, plain, 1, most_steps).found);
+    }
+  }
+  /// The difference between the derivative of a quantity along the direction and its differences, and the error of
+  /// these; NaN if a run does not reach the quantity or its own end.
+  std::pair<double, double> mismatch(const Sensitivities& found, std::size_t q) const {
+    if (!std::ranges::all_of(values_, [](const auto& v) { return v.stopped.empty(); })) return {NAN, NAN};
+    const auto at = [&](std::size_t i) { return values_[i].quantities[q].value; };
+    const double wide = 0.5 * (at(3) - at(0)), close = at(2) - at(1);
+    double along = 0;
+    for (std::size_t i = 0; i < steps_.size(); ++i)
+      if (steps_[i] != 0) along += steps_[i] * found.quantities[q].derivatives[i];
+    return {std::abs((4 * close - wide) / 3 - along),
+            std::abs(close - wide) + noise * std::abs(found.quantities[q].value)};
+  }
+
+ private:
+  std::vector<double> steps_;
+  std::vector<Sensitivities> values_;
+};
+
+/// Estimates of all errors: changes of the derivatives with the tolerance or the step and with the spacing of
+/// displaced values, and the difference from runs beside this one.
+void estimate_errors(const Scene& scene, const SensitivityRequest& request, VariedScene& all) {
+  const auto family = family_of(request.formulation);
+  auto& found = all.found;
+  const bool steps = family == Family::nonsmooth && scene.nonsmooth.scheme_in_force() == Scheme::moreau_jean;
+  std::vector<Sensitivities> others;
+  // Errors of first order lie anywhere below their bound, as the impacts lie in their steps: two runs.
+  for (const auto& [tolerance, step] : steps ? std::vector<std::pair<double, double>>{{10, 2}, {7, 1.37}}
+                                             : std::vector<std::pair<double, double>>{{10, 2}})
+    others.push_back(derivatives_of(coarser(scene, family, tolerance, step), request, 0.6).found);
+  for (std::size_t q = 0; q < found.quantities.size(); ++q) {
+    auto& s = found.quantities[q];
+    s.errors.assign(found.keys.size(), NAN);
+    for (std::size_t i = 0; i < found.keys.size(); ++i) {
+      if (!std::isfinite(s.derivatives[i])) continue;
+      s.errors[i] = rounding_share * derivative_scale(found, s, i);
+      for (const auto& other : others) {
+        const double change = std::abs(other.quantities[q].derivatives[i] - s.derivatives[i]);
+        s.errors[i] = std::isfinite(change) ? std::max(s.errors[i], change) : INFINITY;
+      }
+    }
+  }
+  std::vector<double> direction = all.spacings;
+  for (std::size_t i = 0; i < direction.size(); ++i) {
+    const bool whole = std::ranges::all_of(found.quantities, [&](const auto& s) {
+      return std::isfinite(s.derivatives[i]) ||
+             std::ranges::none_of(s.derivatives, [](double d) { return std::isfinite(d); });
+    });
+    // Other weights, so that errors of keys with one effect do not cancel.
+    direction[i] = whole ? direction[i] * (i % 2 == 0 ? 0.1 : -0.07) : 0;
+  }
+  Scene exact = scene;
+  if (steps) exact.set("nonsmooth.scheme", std::string("event-driven"));
+  const auto unexplained = [&](const std::vector<double>& along, auto take) {
+    try {
+      const Direction beside(exact, request, found, along);
+      for (std::size_t q = 0; q < found.quantities.size(); ++q) {
+        const auto [mismatch, own] = beside.mismatch(found, q);
+        double explained = 3 * own;
+        for (std::size_t i = 0; i < along.size(); ++i)
+          if (along[i] != 0) explained += std::abs(along[i]) * found.quantities[q].errors[i];
+        if (mismatch > explained) take(found.quantities[q], mismatch);
+      }
+    } catch (const ModelError&) {
+      // Beside the scene there is none in this direction: the estimates stay those of the settings.
+    }
+  };
+  bool any = false;
+  if (std::ranges::any_of(direction, [](double d) { return d != 0; }))
+    unexplained(direction, [&](const Sensitivity&, double) { any = true; });
+  for (std::size_t i = 0; any && i < direction.size(); ++i) {
+    if (direction[i] == 0) continue;
+    std::vector<double> one(direction.size());
+    one[i] = direction[i];
+    unexplained(one,
+                [&](Sensitivity& s, double mismatch) { s.errors[i] = mismatch / std::abs(direction[i]); });
+  }
+}
+
+}  // namespace
+
+Sensitivities sensitivities(const Scene& scene, const SensitivityRequest& request) {
+  auto all = derivatives_of(scene, request);
+  if (request.errors && !request.to.empty()) estimate_errors(scene, request, all);
+  return std::move(all.found);
 }
 
 double propagated_deviation(const Sensitivity& quantity, const std::vector<double>& deviations) {

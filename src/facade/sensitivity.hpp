@@ -29,11 +29,13 @@ struct SensitivityRequest {
   std::string formulation = "nonsmooth";  ///< "penalty" or "nonsmooth"
   /// Stop request; the function then throws Interrupted.
   StopToken stop = {};
+  /// Whether errors are estimated, which takes further runs (docs/theory/sensitivity.md).
+  bool errors = true;
   /// `never`: the variational equations are evaluated by the general path (docs/theory/compiled.md).
   Compile compile = Compile::automatic;
 };
 
-/// Runs the scene once and returns the quantities with all derivatives. A derivative that does not exist
+/// Runs the scene and returns the quantities with all derivatives and their errors. A derivative that does not exist
 /// is NaN, with a reason. Throws ModelError for an unknown quantity or key and for a scheme without
 /// derivatives.
 Sensitivities sensitivities(const Scene& scene, const SensitivityRequest& request);

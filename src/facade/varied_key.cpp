@@ -130,16 +130,32 @@ void set_number_key(Scene& scene, const std::string& name, Family family, double
 }
 
 VariedKey vary(const Scene& scene, const System& system, const VariedStart& from, const std::string& name,
-               Family family, DisplacedScenes& displaced) {
+               Family family, DisplacedScenes& displaced, double share) {
   require_property(name, family);
   const auto k = stated_number(scene, name);
   VariedKey v{.name = name, .value = k.value, .start = {}, .refused = {}};
   const double scale = k.value != 0 ? std::abs(k.value) : k.greatest > 0 ? k.greatest : 1;
-  v.spacing = relative_spacing * scale;
+  v.spacing = share * relative_spacing * scale;
   const auto same = [&](const auto& d) {
     const auto& s = *d->system;
     return s.n() == system.n() && s.rows() == system.rows() && s.contacts() == system.contacts() &&
            s.states() == system.states() && s.frictions() == system.frictions();
+  };
+  // Whether rounding alone makes the difference of the starts look unsmooth.
+  const auto only_rounds = [&](const Difference& wide) {
+    constexpr double ratio = 0.03;
+    try {
+      return is_rounding(wide,
+                         difference(ratio * v.spacing, all_of(from.start),
+                                    [&](std::size_t i) {
+                                      const auto d = displace(
+                                          scene, name, k.value + difference_places[i] * ratio * v.spacing);
+                                      return from.of(d->scene, *d->system);
+                                    }),
+                         ratio);
+    } catch (const ModelError&) {
+      return false;
+    }
   };
   // The start is a function of the key alone: its difference keeps the widest spacing over which the start is
   // nearly linear. The systems are compared at one configuration, where a displaced journal turns its contact.
@@ -170,15 +186,15 @@ VariedKey vary(const Scene& scene, const System& system, const VariedStart& from
       const auto ends = difference(v.spacing, {from.end}, [&](std::size_t i) {
         return std::vector{from.end_of(displaced[i]->scene, *displaced[i]->system)};
       });
-      is_smooth = begin.smooth && ends.smooth;
-      if (turn <= most_turn ||
+      is_smooth = ends.smooth && (begin.smooth || only_rounds(begin));
+      if (turn <= share * most_turn ||
           (is_smooth && is_straight(begin.slope, starts, v.spacing, from.start.q.size()))) {
         start = begin.slope;
         end = ends.slope;
       }
     }
-    if (turn <= most_turn) break;
-    v.spacing *= 0.9 * most_turn / turn;
+    if (turn <= share * most_turn) break;
+    v.spacing *= 0.9 * share * most_turn / turn;
   }
   if (!reason.empty()) {
     v.refused = reason;
@@ -186,7 +202,7 @@ VariedKey vary(const Scene& scene, const System& system, const VariedStart& from
   }
   if (!is_smooth || start.empty()) v.refused = "the start changes with a kink or a jump at this value";
   const double shift = shift_between(system, *displaced[3]->system, from.start, from.end);
-  v.impact_spacing = shift <= most_turn ? v.spacing : v.spacing * most_turn / shift;
+  v.impact_spacing = shift <= share * most_turn ? v.spacing : v.spacing * share * most_turn / shift;
   v.start = std::move(start);
   v.end_rate = end.empty() ? 0 : end[0];
   for (std::size_t i = 0; i < v.systems.size(); ++i) {

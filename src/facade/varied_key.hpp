@@ -52,8 +52,8 @@ double number_of_key(const Scene& scene, const std::string& name, Family family)
 void set_number_key(Scene& scene, const std::string& name, Family family, double value);
 
 /// Builds the displaced scenes of a key. A key at the end of its range, or one whose start cannot be
-/// assembled beside it, has no derivative.
+/// assembled beside it, has no derivative. `share`: of the spacing of the displaced values.
 VariedKey vary(const Scene& scene, const System& system, const VariedStart& from, const std::string& name,
-               Family family, DisplacedScenes& displaced);
+               Family family, DisplacedScenes& displaced, double share = 1);
 
 }  // namespace freeplay

@@ -17,6 +17,9 @@ struct Sensitivity {
   std::vector<double> derivatives;
   /// for each key, the reason why there is no derivative; empty if there is one
   std::vector<std::string> reasons;
+  /// for each key, an estimate of the error of the derivative; infinite if a run with other settings has no
+  /// derivative, NaN where there is no derivative or no estimate was requested
+  std::vector<double> errors = {};
 };
 
 /// All results of a sensitivity run.
@@ -33,5 +36,21 @@ struct Sensitivities {
   /// reason why the run stopped before its end; empty if it did not
   std::string stopped;
 };
+
+/// Scale of the derivative of a quantity with respect to a key: its size, or a thousandth of the change of the
+/// quantity with the value of any key or of the quantity itself, over the value of this key.
+inline double derivative_scale(const Sensitivities& all, const Sensitivity& q, std::size_t key) {
+  double change = std::isfinite(q.value) ? std::abs(q.value) : 0;
+  for (std::size_t i = 0; i < q.derivatives.size(); ++i)
+    if (const double part = std::abs(q.derivatives[i] * all.key_values[i]); part > change) change = part;
+  const double p = std::abs(all.key_values[key]);
+  const double least = 1e-3 * change / (p > 0 ? p : 1), size = std::abs(q.derivatives[key]);
+  return size > least ? size : least;
+}
+/// Whether the error of a derivative exceeds 1e-4 of its scale, or is unknown.
+inline bool is_inexact(const Sensitivities& all, const Sensitivity& q, std::size_t key) {
+  return std::isfinite(q.derivatives[key]) && key < q.errors.size() &&
+         !(q.errors[key] <= 1e-4 * derivative_scale(all, q, key));
+}
 
 }  // namespace freeplay

@@ -55,6 +55,11 @@ TEST_CASE("a value of zero and a missing derivative have no relative influence",
   // t = √(2H/g)
   CHECK(q[1]["relative_influence"]["gravity[1]"].get<double>() == Approx(-0.5));
   CHECK(q[1]["condition"].get<double>() == Approx(0.5));
+  CHECK(q[1]["error"]["gravity[1]"].get<double>() <
+        1e-6 * std::abs(q[1]["derivatives"]["gravity[1]"].get<double>()));
+  CHECK(q[1]["inexact"].empty());
+  CHECK_THAT(run.out, Contains(" ± "));
+  CHECK(q[2]["error"]["gravity[1]"].is_null());
   CHECK(q[2]["condition"].is_null());
 }
 

@@ -49,12 +49,12 @@ Sensitivities by_steps(const RandomCase& c, double step) {
   return sensitivities(
       parse_scene(c.text, "steps",
                   {"nonsmooth.scheme=moreau-jean", fmt::format("nonsmooth.step={:.17g}", step)}),
-      {.of = c.quantities, .to = c.keys});
+      {.of = c.quantities, .to = c.keys, .errors = false});
 }
 
 Sensitivities by_events(const RandomCase& c) {
   return sensitivities(parse_scene(c.text, "events", {"nonsmooth.scheme=event-driven"}),
-                       {.of = c.quantities, .to = c.keys});
+                       {.of = c.quantities, .to = c.keys, .errors = false});
 }
 
 /// Relative errors of all derivatives for steps from `coarsest` on. Derivatives that one of the runs refuses do
@@ -216,6 +216,67 @@ friction = 0.5
          {"end.block.x"},
          {"initial.block.vx", "surfaces.wood.friction", "gravity[0]"}},
         1e-2, 3);
+}
+
+TEST_CASE("the work of a belt on a sliding disc is differentiated through its end of sliding",
+          "[sensitivity]") {
+  // A disc at rest slides on a belt of speed V until it rolls: W = V²/(1/m + r²/I), for any friction. The power of the
+  // belt jumps at the end of sliding.
+  const double m = 2, inertia = 0.01, r = 0.05, V = 3, mobility = 1 / m + r * r / inertia;
+  const auto s = sensitivities(
+      parse_scene("gravity = [0, -9.81]\n" + test::body("belt", 5, 1, "velocity = [3, 0]\n") +
+                      test::body("disc", m, inertia, "position = [0, 0.05]\n") + R"([joints.guide]
+type = "translational"
+between = ["ground", "belt"]
+axis = [1, 0]
+[contacts.belt]
+type = "plane"
+between = ["belt", "disc"]
+radius = 0.05
+surface = "s"
+[surfaces.s]
+restitution = 0
+friction = 0.3
+[drives.m]
+joint = "guide"
+velocity = "v"
+[curves.v]
+value = 3
+)" + test::run_for(1, "start = \"given\"\n[nonsmooth]\nscheme = \"moreau-jean\"\nstep = 2e-4\n"),
+                  "belt"),
+      {.of = {"energy.work_of_drives"},
+       .to = {"bodies.disc.mass", "bodies.disc.inertia", "surfaces.s.friction"},
+       .errors = false});
+  const auto& q = s.quantities[0];
+  CHECK(q.value == Approx(V * V / mobility).epsilon(1e-3));
+  // First order: the sliding lasts for some 1000 steps.
+  CHECK(q.derivatives[0] == Approx(std::pow(V / (m * mobility), 2)).epsilon(5e-3));
+  CHECK(q.derivatives[1] == Approx(std::pow(V * r / (inertia * mobility), 2)).epsilon(5e-3));
+  CHECK(std::abs(q.derivatives[2]) < 5e-3 * q.value / 0.3);
+}
+
+TEST_CASE("errors of stepped derivatives bound the true ones", "[sensitivity]") {
+  const reference::BallDerivatives b{0.5L, 9.81L, 0.5L};
+  const auto c =
+      dropped_ball(0.85, {"event.2.t", "event.3.t"}, {"surfaces.hard.restitution", "initial.ball.y"});
+  int beyond = 0, all = 0;
+  for (int i = 0; i < 20; ++i) {
+    const auto s = sensitivities(parse_scene(c.text, "steps",
+                                             {"nonsmooth.scheme=moreau-jean",
+                                              fmt::format("nonsmooth.step={:.17g}", 1e-3 * (1 + 0.02 * i))}),
+                                 {.of = c.quantities, .to = c.keys});
+    for (std::size_t q = 0; q < 2; ++q)
+      for (std::size_t k = 0; k < 2; ++k) {
+        const int n = static_cast<int>(q) + 2;
+        const double exact = static_cast<double>(k == 0 ? b.time_by_restitution(n) : b.time_by_height(n));
+        if (!std::isfinite(s.quantities[q].derivatives[k])) continue;
+        ++all;
+        beyond += !(std::abs(s.quantities[q].derivatives[k] - exact) <= s.quantities[q].errors[k]);
+      }
+  }
+  CAPTURE(beyond, all);
+  CHECK(all > 60);
+  CHECK(beyond <= 0.05 * all);
 }
 
 // The geometric mean of the errors of the scenes, since few runs of each are made.

@@ -84,7 +84,8 @@ class Model {
   void evaluate(const Group& g, const Vector& xi) {
     const auto n = xi.size();
     auto overrides = g.overrides;
-    SensitivityRequest request{.of = {}, .to = {}, .formulation = c_.formulation, .stop = stop_};
+    SensitivityRequest request{
+        .of = {}, .to = {}, .formulation = c_.formulation, .stop = stop_, .errors = false};
     for (const auto i : g.targets) request.of.push_back(c_.targets[i].statistic);
     // One event more: the interval after the last one.
     for (int e = 1; g.events > 0 && e <= g.events + 1; ++e)
