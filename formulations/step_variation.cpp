@@ -170,21 +170,27 @@ void StepVariation::follow_phases(const Vector& x, double t, double h) {
   if (!mode_.phases.any()) return;
   using Kind = ModeEvent::Kind;
   const std::vector<int> none;
+  auto now = mode_.phases;
+  now.start(mode_.system, x.data(), x.data() + mode_.system.n());
   for (int k = 0; k < mode_.system.phases(); ++k)
-    for (const bool up : {false, true}) {
+    while (true) {
+      const auto &here = mode_.phases.pieces()[k], &there = now.pieces()[k];
+      if (here.low == there.low && here.high == there.high) break;
+      const bool up = there.low > here.low || there.high > here.high;
       const auto rest = [&](const Vector& y, double) {
         const auto w = mode_.phases.rest(mode_.system, k, up, y);
         return std::pair{w.value, w.rate};
       };
-      if (!(rest(x, t).first < 0)) continue;
       begin_mode();
       const auto tau = root_within(x, t, 2 * h, rest);
       const auto y = tau ? flow(x, t, *tau) : x;
       const ModeEvent event{up ? Kind::phase_up : Kind::phase_down, k, t + tau.value_or(0)};
+      const auto last = up ? here.high : here.low;
       mode_.phases.cross(mode_.system, {k, up, event.t});
       pass(mode_, {event, event.t, y, y, none, none, impacts_});
+      if (!(up ? mode_.phases.pieces()[k].low >= last : mode_.phases.pieces()[k].high <= last)) break;
     }
-  mode_.phases.start(mode_.system, x.data(), x.data() + mode_.system.n());
+  mode_.phases = std::move(now);
 }
 
 /// Limits of controllers that the demand has passed in the step before. The rates of their states may jump there.

@@ -101,9 +101,9 @@ class VariedColumns {
 
   /// Demand of a controller over its limit.
   static double demand(const Dynamics& f, int k, const Vector& x, double t) {
-    Vector all(static_cast<std::size_t>(f.system.limiters()));
+    std::vector<Saturation> all(static_cast<std::size_t>(f.system.limiters()));
     f.system.saturations(t, x.data(), x.data() + f.system.n(), x.data() + f.state_offset(), all.data());
-    return all[static_cast<std::size_t>(k)];
+    return all[static_cast<std::size_t>(k)].share;
   }
   /// Distance of the coordinate of a phase from a kink, which is the end of the nominal system's piece, for any system
   /// of the same structure; NaN if it has other kinks.

@@ -23,10 +23,12 @@ bool VariedColumns<Dynamics>::displace_closer(std::size_t c) {
   return true;
 }
 
-/// f_p at a fixed state and mode. A parameter that changes no digit of f has no part.
+/// f_p at a fixed state and mode. A parameter that changes no digit of f has no part. If the parameter moves a kink of f
+/// past the state, the values on the other side of it are left out.
 template <class Dynamics>
 void VariedColumns<Dynamics>::parameter_part(std::size_t c, const Vector& x, double t, const Vector& f,
                                              Vector& out) {
+  constexpr double kink = 1e-5, rounding = 1e-13;  // relative changes of the slope and of the value
   out.assign(size_, 0);
   auto& list = displaced_[c];
   if (!list[0]) return;
@@ -38,8 +40,16 @@ void VariedColumns<Dynamics>::parameter_part(std::size_t c, const Vector& x, dou
     if (i == 2 && values[2] == f) return;
   }
   const double h = keys_[c].spacing;
-  for (std::size_t k = 0; k < size_; ++k)
-    out[k] = (8 * (values[2][k] - values[1][k]) - (values[3][k] - values[0][k])) / (12 * h);
+  for (std::size_t k = 0; k < size_; ++k) {
+    const double inner = values[2][k] - values[1][k], above = values[3][k] - 2 * values[2][k] + f[k],
+                 below = values[0][k] - 2 * values[1][k] + f[k];
+    if (std::abs(above - below) <= kink * std::abs(inner) + rounding * std::abs(f[k]))
+      out[k] = (8 * inner - (values[3][k] - values[0][k])) / (12 * h);
+    else if (std::abs(above) < std::abs(below))
+      out[k] = (4 * values[2][k] - values[3][k] - 3 * f[k]) / (2 * h);
+    else
+      out[k] = (3 * f[k] - 4 * values[1][k] + values[0][k]) / (2 * h);
+  }
 }
 
 /// The greatest step along (dx, dt) that is small against the lengths, speeds and times over which

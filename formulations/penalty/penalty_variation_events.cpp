@@ -139,7 +139,7 @@ void PenaltyVariation::pass_limits() {
   x.insert(x.end(), retained_.begin(), retained_.end());
   for (int k = 0; k < probe_->system.limiters(); ++k) {
     const double w = demand(*probe_, k, x, t), border = w > 0 ? 1 : -1;
-    if (!(std::abs(w - border) <= 8 * Limits::rounding)) continue;
+    if (!(std::abs(w - border) <= 100 * Limits::rounding)) continue;
     auto before = side(*probe_, x, t), after = before;
     take_sides_of_limit(*probe_, k, x, x, t, before, after);
     if (!jumps(before, after)) continue;

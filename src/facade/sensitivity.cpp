@@ -313,7 +313,7 @@ void estimate_errors(const Scene& scene, const SensitivityRequest& request, Vari
              std::ranges::none_of(s.derivatives, [](double d) { return std::isfinite(d); });
     });
     // Other weights, so that errors of keys with one effect do not cancel.
-    direction[i] = whole ? direction[i] * (i % 2 == 0 ? 0.1 : -0.07) : 0;
+    direction[i] = whole ? direction[i] * (i % 2 == 0 ? 0.5 : -0.35) : 0;
   }
   Scene exact = scene;
   if (steps) exact.set("nonsmooth.scheme", std::string("event-driven"));

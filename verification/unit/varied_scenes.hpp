@@ -10,10 +10,10 @@
 #include <string>
 #include <vector>
 
+#include "facade/identify.hpp"
 #include "facade/sensitivity.hpp"
 #include "facade/varied_key.hpp"
 #include "mechanism/scene.hpp"
-#include "values/family.hpp"
 #include "verification/random_scenes/numbers.hpp"
 
 namespace freeplay::test::varied {
@@ -244,9 +244,8 @@ inline RandomCase with_elements(Draw& r) {
     text += toml("{} = [[{}, {}], [{}, {}], [{}, {}], [{}, {}]]\n", turns ? "torque_table" : "force_table",
                  rest - 1 * unit, -r.between(5, 8) * force, rest - 0.3 * unit, -r.between(0.5, 2) * force,
                  rest + 0.2 * unit, r.between(0.5, 2) * force, rest + 1 * unit, r.between(5, 8) * force);
-    c.keys.insert(c.keys.end(),
-                  turns ? std::vector<std::string>{"loads.s.torque_table[1][0]", "loads.s.torque_table[2][1]"}
-                        : std::vector<std::string>{"loads.s.force_table[1][0]", "loads.s.force_table[2][1]"});
+    const std::string table = turns ? "loads.s.torque_table" : "loads.s.force_table";
+    c.keys.insert(c.keys.end(), {table + "[1][0]", table + "[2][1]"});
   } else {
     text += toml("stiffness = {}\n{} = {}\n", r.between(2, 8) * rate, turns ? "free_angle" : "free_length",
                  rest + r.between(-0.3, 0.3) * unit);
