@@ -5,9 +5,11 @@
 
 #include <cmath>
 #include <nlohmann/json.hpp>
+#include <numbers>
 
 #include "cli/default_folder.hpp"
 #include "cli/ending.hpp"
+#include "cli/progress.hpp"
 #include "cli/validate.hpp"
 #include "cli/wrapped.hpp"
 #include "io/files/output_file.hpp"
@@ -37,8 +39,16 @@ std::string table(const Validation& v) {
   metric("greatest (m/s²)", TurnMetrics::peak_max);
   row("peak ratio, median", none, [](const Agreement& a) { return a.peak_ratio; });
   row("peak ratio, greatest", none, [](const Agreement& a) { return a.greatest_ratio; });
-  row("RMS difference of mean revolutions (m/s²)", none, [](const Agreement& a) { return a.rms_difference; });
-  row("explained by uncertainty and scatter (m/s²)", none, [](const Agreement& a) { return a.rms_expected; });
+  const auto property = [&](const char* what, Agreement::Name name, double unit = 1) {
+    row(what, none, [&](const Agreement& a) { return unit * a.properties[name].difference.size; });
+    row("  explained by uncertainty and scatter", none,
+        [&](const Agreement& a) { return unit * a.properties[name].difference.limit; });
+  };
+  property("difference of mean revolutions (m/s² rms)", Agreement::waveform);
+  property("difference of the mean signal (m/s²)", Agreement::offset);
+  property("difference of peaks (%)", Agreement::peaks, 100);
+  property("difference of peak angles (°)", Agreement::peak_angles, 180 / std::numbers::pi);
+  property("difference of spectra (m/s² rms)", Agreement::spectrum);
   row("spectral distance", none, [](const Agreement& a) { return a.spectral_distance; });
   metric("dominant lines", TurnMetrics::lines);
   row("gain (measured / model)", none, [](const Agreement& a) { return a.sign * a.gain.mean; });
@@ -54,36 +64,41 @@ std::string table(const Validation& v) {
 /// Findings for each formulation, one a line.
 std::string verdicts(const Validation& v) {
   std::string out;
+  for (const auto& r : v.remarks) out += "note: " + r + "\n";
   for (const auto& a : v.models) {
     if (a.ending.status != Ending::Status::finished) continue;
-    std::string more;
-    if (a.verdict == Agreement::Verdict::undecided)
-      more = std::isnan(a.rms_expected)
-                 ? ": the file has one revolution and no uncertainty"
-                 : fmt::format(": {:g} times the uncertainty and scatter exceeds the measured signal",
-                               told_difference);
-    if (a.verdict == Agreement::Verdict::agrees)
-      more = fmt::format(" in the mean revolution, within {:g} times the uncertainty and scatter",
-                         told_difference);
-    out += fmt::format("{} {}{}\n", a.formulation, text_of(a.verdict), more);
+    out += fmt::format("{} {}{}{}\n", a.formulation, text_of(a.verdict),
+                       a.starts > 1 ? fmt::format(" (of {} starts, the nearest)", a.starts) : "",
+                       a.power.empty() ? "" : ": " + a.power);
     for (const auto& f : a.findings) out += "  " + f + "\n";
+    for (const auto& r : a.remarks) out += "  note: " + r + "\n";
   }
   return out;
 }
 
 int validate_data(const ValidateRequest& request) {
   const auto folder = result_folder(request.output, default_folder(request.scene, "-validation"));
+  if (request.revolutions != 0 && !(request.revolutions >= 1 && request.revolutions <= 1e6))
+    throw SceneError("validate: --revolutions must be from 1 to 1e6");
   auto with = request.conduct();
   if (request.as_given) with.matched = false;
   ResultSet set(folder, "validate");
-  const auto v = freeplay::validate(request.scene, request.overrides, request.data, with);
+  Progress progress;
+  const ValidateSetup setup{
+      .revolutions = request.revolutions,
+      .on_progress = [&](const std::string& what, double done) { progress.show(what, done); }};
+  const auto v = freeplay::validate(request.scene, request.overrides, request.data, setup, with);
+  progress.clear();
   if (request.stop()) return interrupted(Kept::nothing);
   if (!v.plausibility.empty()) fmt::print(stderr, "{}", wrapped("question: " + v.plausibility + "\n", 10));
-  fmt::print("{} revolutions of {} at {:.4g} Hz; greatest ideal acceleration {:.4g} m/s²\n{}\n\n{}",
-             v.measured.peaks.size(), request.data, v.sampling, v.ideal_maximum,
-             request.as_given ? "both use the input restitution (--as-given)"
-                              : "nonsmooth uses the effective restitution of penalty (not with --as-given)",
-             table(v));
+  fmt::print(
+      "{} revolutions of {} at {:.4g} Hz; greatest ideal acceleration {:.4g} m/s²\n"
+      "{:.4g} revolutions of the models after {:.4g} discarded{}\n{}\n\n{}",
+      v.measured.peaks.size(), request.data, v.sampling, v.ideal_maximum, v.revolutions, v.discarded,
+      v.revolutions != v.stated ? fmt::format(" (the scene's own run has {:.4g})", v.stated) : "",
+      request.as_given ? "both use the input restitution (--as-given)"
+                       : "nonsmooth uses the effective restitution of penalty (not with --as-given)",
+      table(v));
   fmt::print("\n{}", wrapped(verdicts(v), 2));
   int status = 0;
   for (const auto& a : v.models)
@@ -134,6 +149,11 @@ void validate_verb(Program& program) {
   options.set(request.overrides, "override a key of the scene, KEY=VALUE; may be repeated").needs(data);
   options.output(request.output, "result folder; default out/NAME-validation, of a study out/NAME");
   options.flag("--as-given", request.as_given, "use the input restitution in the impact law, unmatched")
+      .needs(data);
+  options
+      .add("--revolutions", request.revolutions,
+           "compared revolutions of each model; default as many as the file has (20 to 200)")
+      .takes("N")
       .needs(data);
   options.allow_outside(request.reach).excludes(data);
   options

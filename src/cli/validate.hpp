@@ -17,6 +17,7 @@ struct ValidateRequest : Request {
   std::string data;
   std::vector<std::string> overrides;  ///< of a scene
   std::string output;                  ///< result folder
+  double revolutions = 0;              ///< compared, of each model; 0: chosen from the file
   bool as_given = false;               ///< the impact law takes the surfaces' restitution unchanged
   std::string document;                ///< folder for experiment.md of a study and its figures
 };

@@ -34,29 +34,33 @@ double curve(double phi) {
   return 20 * std::cos(phi) + 20.0 / 6 * std::cos(2 * phi) + 2 * std::cos(9 * phi - 0.3);
 }
 
-/// Four revolutions at one a second, with `points` samples each, that vary as a whole by ±`scatter`
+/// Revolutions at one a second, with `points` samples each, that vary as a whole by ±`scatter`
 /// of their size.
 template <class Signal>
-TurnMetrics turns(double points, double scatter, const Signal& signal) {
+TurnMetrics turns(double points, double scatter, const Signal& signal, int count = 4) {
   TurnRules rules;
   rules.speed = 2 * pi;
   rules.joint = -1;
   rules.ideal_maximum = 25;
   TurnMeter meter(rules);
-  for (int i = 0; i < static_cast<int>(4 * points) + 1; ++i) {
+  for (int i = 0; i < static_cast<int>(count * points) + 1; ++i) {
     const double t = i / points, sign = static_cast<int>(t + 1e-9) % 2 ? 1 : -1;
     meter.acceleration(t, (1 + sign * scatter) * signal(2 * pi * t));
   }
-  return meter.finish(4, NAN);
+  return meter.finish(count, NAN);
 }
 
 template <class Signal>
-Agreement assessed(double uncertainty, bool datum, const Signal& signal, double scatter = 0.01) {
+Agreement assessed(double uncertainty, bool datum, const Signal& signal, double scatter = 0.01,
+                   int count = 4) {
   Agreement a;
-  a.metrics = turns(400, scatter, curve);
-  assess(turns(60, scatter, signal), uncertainty, datum, a);
+  a.metrics = turns(400, scatter, curve, count);
+  assess(turns(60, scatter, signal, count), uncertainty, datum, a);
   return a;
 }
+
+/// m/s², of curve().
+const double rms = std::sqrt((400 + 400.0 / 36 + 4) / 2);
 
 }  // namespace
 
@@ -68,26 +72,29 @@ TEST_CASE("a measurement made from the model agrees with it at another sampling 
   // Gains 0.99, 1.01, 0.99, 1.01 of both: √(4·0.01²/(4·3)) of each mean.
   CHECK(a.gain.high - a.gain.mean == Approx(1.96 * 0.01 * std::sqrt(2.0 / 3)).epsilon(1e-6));
   CHECK(std::abs(a.phase.mean) < 1e-7);
-  CHECK(a.rms_difference < 1e-9);
-  CHECK(a.rms_expected ==
-        Approx(0.01 * std::sqrt((400 + 400.0 / 36 + 4) / 2) * std::sqrt(2.0 / 3)).epsilon(1e-6));
+  for (const auto& p : a.properties) CHECK(p.difference.size < 1e-7);
+  const auto& wave = a.properties[Agreement::waveform].difference;
+  CHECK(wave.expected == Approx(0.01 * rms * std::sqrt(2.0 / 3)).epsilon(1e-6));
+  // One direction, three degrees of freedom of each sample: F(1, 6) at 1 % is 13.745.
+  CHECK(wave.limit == Approx(wave.expected * std::sqrt(13.745)).epsilon(1e-4));
   CHECK(a.verdict == Agreement::Verdict::agrees);
 }
 
 TEST_CASE("sign, gain and phase are reported and not removed", "[chain][validate]") {
-  const double rms = std::sqrt((400 + 400.0 / 36 + 4) / 2);
   const auto reversed = assessed(0, false, [](double phi) { return -curve(phi); });
   CHECK(reversed.sign == -1);
   CHECK(reversed.sign_decided);
   CHECK(std::abs(reversed.phase.mean) < 1e-7);  // not the 180° that gives nearly the same fit
-  CHECK(reversed.rms_difference ==
-        Approx(2 * rms).epsilon(1e-3));  // bins are means: 1 − (9π/720)²/6 of the ninth
+  CHECK(reversed.properties[Agreement::waveform].difference.size == Approx(2 * rms).epsilon(1e-9));
   CHECK(reversed.verdict == Agreement::Verdict::differs);
+  CHECK(reversed.faulty_signal);
   CHECK_THAT(reversed.findings.at(0), Contains("opposite"));
 
   const auto larger = assessed(0, false, [](double phi) { return 1.1 * curve(phi); });
   CHECK(larger.gain.mean == Approx(1.1).epsilon(1e-9));
-  CHECK(larger.rms_difference == Approx(0.1 * rms).epsilon(1e-3));
+  CHECK(larger.properties[Agreement::waveform].difference.size == Approx(0.1 * rms).epsilon(1e-9));
+  CHECK(larger.properties[Agreement::peaks].difference.size == Approx(std::log(1.1)).epsilon(1e-9));
+  CHECK(larger.properties[Agreement::spectrum].difference.size == Approx(0.1 * rms).epsilon(1e-9));
   CHECK_THAT(larger.findings.at(0), Contains("1.1 (") && Contains("times the model's"));
 
   const auto late = [](double phi) { return curve(phi - 20 * pi / 180); };
@@ -95,26 +102,98 @@ TEST_CASE("sign, gain and phase are reported and not removed", "[chain][validate
   for (const auto* a : {&with_datum, &without}) CHECK(a->phase.mean == Approx(20).epsilon(1e-9));
   CHECK(with_datum.verdict == Agreement::Verdict::differs);
   CHECK_THAT(with_datum.findings.at(0), Contains("20° ("));
-  CHECK(with_datum.rms_difference > 1);
+  CHECK(with_datum.properties[Agreement::peak_angles].difference.size ==
+        Approx(2 * std::sin(10 * pi / 180)).epsilon(1e-4));  // the chord of 20°
   // A file of times contains no phase: the model is shifted, and reports it.
   CHECK(without.moved == Approx(20).epsilon(1e-9));
-  CHECK(without.rms_difference < 1e-9);
+  CHECK(without.properties[Agreement::waveform].difference.size < 1e-7);
   CHECK(without.verdict == Agreement::Verdict::agrees);
+}
+
+TEST_CASE("a constant offset of the measured signal is named apart from the waveform", "[chain][validate]") {
+  const auto offset = [](double phi) { return curve(phi) + 0.5; };
+  // 0.5 is beyond the limit of 0.1 (2.576 times, one direction), not of 1.
+  const auto sure = assessed(0.1, true, offset, 0), unsure = assessed(1, true, offset, 0);
+  CHECK(sure.shift == Approx(0.5).epsilon(1e-9));
+  CHECK(sure.properties[Agreement::waveform].difference.size < 1e-7);
+  CHECK(sure.properties[Agreement::offset].difference.limit == Approx(0.2576).epsilon(1e-3));
+  CHECK(sure.verdict == Agreement::Verdict::differs);
+  CHECK(sure.faulty_signal);
+  CHECK_THAT(sure.findings.at(0), Contains("constant offset of 0.5 m/s²"));
+  CHECK(unsure.verdict == Agreement::Verdict::agrees);
+  REQUIRE(unsure.remarks.size() == 1);
+  CHECK_THAT(unsure.remarks[0], Contains("constant offset of 0.5 m/s²") && Contains("within"));
 }
 
 TEST_CASE("the uncertainty of a measured file decides whether a difference is significant",
           "[chain][validate]") {
-  const auto offset = [](double phi) { return curve(phi) + 0.5; };
-  const auto sure = assessed(0.1, true, offset, 0), unsure = assessed(1, true, offset, 0);
-  CHECK(sure.rms_difference == Approx(0.5).epsilon(1e-9));
-  CHECK(sure.rms_expected == Approx(0.1).epsilon(1e-9));
-  CHECK_THAT(sure.findings.at(0), Contains("differ by 0.5 m/s², 5 times"));
-  CHECK(unsure.verdict == Agreement::Verdict::agrees);
-  // A gain of 1.04 is beyond an uncertainty of 1 % of the curve, and within one of 5 %.
-  const double rms = std::sqrt((400 + 400.0 / 36 + 4) / 2);
+  // A gain of 1.04 is beyond an uncertainty of 1 % of the curve (4 % > 2.576 %), and within 5 %.
   const auto larger = [](double phi) { return 1.04 * curve(phi); };
   CHECK(assessed(0.01 * rms, true, larger, 0).gain.low > 1);
+  CHECK(assessed(0.01 * rms, true, larger, 0).verdict == Agreement::Verdict::differs);
   CHECK(assessed(0.05 * rms, true, larger, 0).verdict == Agreement::Verdict::agrees);
+}
+
+TEST_CASE("peaks, their angles and the spectrum are compared beside the mean revolution",
+          "[chain][validate]") {
+  // Ringing that changes its sign with each revolution has no mean: 3 cos 19φ beside the curve.
+  const auto ringing = [](double phi) {
+    return curve(phi) + (static_cast<int>(phi / (2 * pi) + 1e-9) % 2 ? 3 : -3) * std::cos(19 * phi);
+  };
+  const auto a = assessed(0, true, ringing, 0, 20);
+  CHECK(a.properties[Agreement::waveform].difference.size < 1e-7);
+  CHECK_FALSE(a.properties[Agreement::waveform].differs());
+  // The octave of harmonics 16 to 31 has an amplitude of 3/√2, the model none.
+  CHECK(a.properties[Agreement::spectrum].difference.size == Approx(3 / std::sqrt(2.0)).epsilon(1e-9));
+  CHECK(a.verdict == Agreement::Verdict::differs);
+  CHECK_THAT(a.findings.back(), Contains("harmonics 16 to 31"));
+  // A pulse in the other half of the revolution moves the peaks there: −33 m/s² near 3 rad for 25 m/s² at 0.
+  const auto pulse = [](double phi) { return curve(phi) - 14 * std::exp(20 * (std::cos(phi - 3) - 1)); };
+  const auto b = assessed(0, true, pulse, 0.01, 20);
+  CHECK(b.properties[Agreement::peak_angles].differs());
+  CHECK(b.properties[Agreement::peaks].differs());
+}
+
+TEST_CASE("one measured revolution without uncertainty decides nothing", "[chain][validate]") {
+  Agreement a;
+  a.metrics = turns(400, 0.01, curve);
+  assess(turns(60, 0, curve, 1), 0, true, a);
+  CHECK(a.verdict == Agreement::Verdict::undecided);
+  CHECK(std::isnan(a.properties[Agreement::waveform].difference.limit));
+}
+
+TEST_CASE("a motion that changes with time is not stationary", "[chain][validate]") {
+  CHECK(unsteadiness(turns(60, 0.01, curve, 20), 0) == 0);
+  // From half time on 1.1 times as large: halves differ by a tenth of the rms.
+  const auto growing = [](double phi) { return (phi < 20 * pi ? 1 : 1.1) * curve(phi); };
+  CHECK(unsteadiness(turns(60, 0, growing, 20), 0) == Approx(0.1 * rms).epsilon(1e-6));
+  CHECK(unsteadiness(turns(60, 0, growing, 20), 0.1 * rms) == 0);
+}
+
+TEST_CASE("a model passes only if the test finds half and twice the clearance", "[chain][validate]") {
+  const auto judged = [](const std::vector<double>& found) {
+    std::vector<ClearanceTrial> trials;
+    for (const double f : trial_factors)
+      trials.push_back(
+          {"joints.pin.clearance", 1e-4, f, "penalty", true, std::ranges::find(found, f) != found.end()});
+    Agreement a;
+    a.verdict = Agreement::Verdict::agrees;
+    judge_power(trials, a);
+    return a;
+  };
+  const auto sharp = judged({0.5, 0.8, 0.9, 1.2, 1.5, 2});
+  CHECK(sharp.verdict == Agreement::Verdict::agrees);
+  CHECK(sharp.power ==
+        "the same test finds joints.pin.clearance from 1.2 times (0.12 mm) and up to 0.9 times "
+        "(0.09 mm) of its value");
+  // A factor that is found within others that are not does not count.
+  CHECK_THAT(judged({0.5, 1.1, 1.5, 2}).power, Contains("from 1.5 times (0.15 mm) and up to 0.5 times"));
+  const auto one_sided = judged({1.5, 2});
+  CHECK(one_sided.verdict == Agreement::Verdict::undecided);
+  CHECK_THAT(one_sided.power, Contains("from 1.5 times (0.15 mm), but no smaller one"));
+  const auto blind = judged({});
+  CHECK(blind.verdict == Agreement::Verdict::undecided);
+  CHECK_THAT(blind.power, Contains("also accepts half or twice joints.pin.clearance"));
 }
 
 TEST_CASE("peaks of model and measurement are compared at one sampling rate", "[chain][validate][slow]") {

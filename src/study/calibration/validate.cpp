@@ -1,15 +1,19 @@
 #include "study/calibration/validate.hpp"
 
 #include <fmt/format.h>
+#include <oneapi/tbb/parallel_for.h>
 
 #include <algorithm>
 #include <cmath>
+#include <cstdlib>
+#include <iterator>
+#include <mutex>
 #include <nlohmann/json.hpp>
 #include <numbers>
-#include <stdexcept>
+#include <optional>
 
 #include "dynamics/contacts.hpp"
-#include "measure/alignment.hpp"
+#include "io/scene/write_scene.hpp"
 #include "mechanism/scene.hpp"
 #include "study/calibration/data_units.hpp"
 #include "study/runs/ideal_turn.hpp"
@@ -45,117 +49,78 @@ Study study_of(const Scene& scene) {
   return study;
 }
 
+/// The keys of the scene's clearances and backlashes, with their values.
+std::vector<std::pair<std::string, double>> clearances(const Scene& scene) {
+  std::vector<std::pair<std::string, double>> found;
+  for (const auto& line : canonical_lines(to_toml(scene)))
+    if (line.key.ends_with(".clearance") || line.key.ends_with(".backlash"))
+      if (const double value = std::strtod(line.value.c_str(), nullptr); value > 0)
+        found.emplace_back(line.key, value);
+  return found;
+}
+
+/// Runs the model and compares it. Motions of one model may settle on different attractors, so that it
+/// differs only if the runs from all starts do; then the one with the smallest difference of the waveform is
+/// returned. Throws SceneError.
+Agreement compared(const Study& study, Case one, const Validation& v, bool datum, const Conduct& conduct) {
+  std::optional<Agreement> nearest;
+  const auto apart = [](const Agreement& a) { return a.properties[Agreement::waveform].difference.size; };
+  const int starts = has_starts(study, one) ? model_starts : 1;
+  for (one.start = 0; one.start < starts; ++one.start) {
+    auto run = run_case(study, one, conduct);
+    Agreement a;
+    a.formulation = one.formulation;
+    a.ending = run.ending;
+    a.metrics = std::move(run.metrics);
+    if (a.ending.status == Ending::Status::finished && a.metrics.turns.empty())
+      a.ending = {Ending::Status::failed, "no complete revolution was sampled after the discarded time"};
+    if (a.ending.status != Ending::Status::finished) return a;
+    assess(v.measured, v.uncertainty, datum, a);
+    a.starts = one.start + 1;
+    if (a.verdict != Agreement::Verdict::differs || a.faulty_signal) return a;
+    if (!nearest || apart(a) < apart(*nearest)) nearest = std::move(a);
+    nearest->starts = one.start + 1;
+  }
+  return *nearest;
+}
+
+/// "1.2 times (0.3 mm)"
+std::string clearance_text(const ClearanceTrial& t) {
+  return fmt::format("{:g} times ({:.3g} mm)", t.factor, 1e3 * t.factor * t.clearance);
+}
+
 }  // namespace
 
-Quiet quiet_stretch(const std::vector<double>& mean_turn, double ideal_maximum) {
-  const int n = static_cast<int>(mean_turn.size());
-  int best = 0, from = 0, run = 0;
-  for (int i = 0; i < 2 * n; ++i) {  // two revolutions, since an interval may wrap
-    run = std::abs(mean_turn[i % n]) <= 0.05 * ideal_maximum ? run + 1 : 0;
-    if (run > best && run <= n) {
-      best = run;
-      from = i - run + 1;
-    }
+void judge_power(const std::vector<ClearanceTrial>& trials, Agreement& a) {
+  bool passes = false;
+  a.power.clear();
+  for (auto first = trials.begin(); first != trials.end();) {
+    const auto last = std::find_if(first, trials.end(), [&](const auto& t) { return t.key != first->key; });
+    // The nearest factor on each side from which on outwards all trials are found.
+    const ClearanceTrial *above = nullptr, *below = nullptr;
+    for (auto t = last; t != first && (t - 1)->factor > 1 && (t - 1)->found; --t) above = &*(t - 1);
+    for (auto t = first; t != last && t->factor < 1 && t->found; ++t) below = &*t;
+    const auto& key = first->key;
+    passes = passes || (above && below);
+    a.power += a.power.empty() ? "" : "; ";
+    if (above && below)
+      a.power += fmt::format("the same test finds {} from {} and up to {} of its value", key,
+                             clearance_text(*above), clearance_text(*below));
+    else if (above || below)
+      a.power += fmt::format("the same test finds {} {} {}, but no {} one", key, above ? "from" : "up to",
+                             clearance_text(above ? *above : *below), above ? "smaller" : "greater");
+    else
+      a.power += fmt::format("the same test also accepts half or twice {}", key);
+    first = last;
   }
-  if (best == 0) return {std::nan(""), std::nan("")};
-  return {whole_circle(from * 360.0 / n), whole_circle((from + best) * 360.0 / n)};
-}
-
-const char* text_of(Agreement::Verdict verdict) {
-  switch (verdict) {
-    case Agreement::Verdict::agrees:
-      return "agrees";
-    case Agreement::Verdict::differs:
-      return "differs";
-    case Agreement::Verdict::undecided:
-      return "undecided";
-  }
-  throw std::logic_error("no such verdict");
-}
-
-void assess(const TurnMetrics& measured, double uncertainty, bool datum, Agreement& a) {
-  const auto al = align(measured.turns, a.metrics.turns);
-  const auto M = mean_of(measured.turns);
-  double power = 0;
-  for (std::size_t k = 1; k < M.size(); ++k) power += 2 * std::norm(M[k]);
-  const double relative = uncertainty / std::sqrt(power);
-  // A single turn has no scatter; without an uncertainty of the file nothing is known.
-  const auto combined = [](double scatter, double given) {
-    return given > 0 ? std::hypot(std::isnan(scatter) ? 0 : scatter, given) : scatter;
-  };
-  const auto about = [](double mean, double error) {
-    return Interval{1, mean, mean - 1.96 * error, mean + 1.96 * error, mean, mean};
-  };
-  a.sign = al.sign;
-  a.sign_decided = al.decided;
-  a.gain = about(al.gain, combined(al.gain_error, al.gain * relative));
-  const double to_degrees = 180 / std::numbers::pi;
-  a.phase = about(al.phase * to_degrees, combined(al.phase_error, relative / al.slope) * to_degrees);
-  a.moved = datum ? 0 : a.phase.mean;
-  a.mean_turn = bin_means(moved(mean_of(a.metrics.turns), a.moved / to_degrees), mean_bins);
-  double squares = 0, own = 0;
-  for (int i = 0; i < mean_bins; ++i) {
-    squares += std::pow(a.mean_turn[i] - measured.mean_turn[i], 2);
-    own += std::pow(measured.mean_turn[i], 2);
-  }
-  a.rms_difference = std::sqrt(squares / mean_bins);
-  a.rms_measured = std::sqrt(own / mean_bins);
-  a.rms_expected = combined(al.difference_error, uncertainty);
-  const auto& A = a.metrics.spectrum;
-  const auto& B = measured.spectrum;
-  double apart = 0, size = 0;
-  for (std::size_t h = 0; h < std::min(A.size(), B.size()); ++h) {
-    apart += (A[h] - B[h]) * (A[h] - B[h]);
-    size += B[h] * B[h];
-  }
-  a.spectral_distance = std::sqrt(apart / size);
-  const auto ratio = [&](TurnMetrics::Name m) { return a.metrics.value[m] / measured.value[m]; };
-  a.peak_ratio = ratio(TurnMetrics::peak_median);
-  // The standard error of a median is √(π/2) σ/√n for normal deviates.
-  const auto of_median = [](const TurnMetrics& m) {
-    if (m.peaks.size() < 2) return 0.0;
-    const auto [mean, variance] = moments(m.peaks);
-    return std::sqrt(std::numbers::pi / 2 * variance / static_cast<double>(m.peaks.size())) / mean;
-  };
-  a.peak_error = a.peak_ratio * std::hypot(of_median(measured), of_median(a.metrics),
-                                           uncertainty / measured.value[TurnMetrics::peak_median]);
-  a.greatest_ratio = ratio(TurnMetrics::peak_max);
-  a.loss_angle = whole_circle(a.metrics.value[TurnMetrics::loss_angle] + a.moved);
-  a.return_angle = whole_circle(a.metrics.value[TurnMetrics::return_angle] + a.moved);
-
-  const auto beyond = [](const Interval& x, double expected, double tolerated) {
-    return (x.low > expected || x.high < expected) && std::abs(x.mean - expected) > tolerated;
-  };
-  if (a.sign < 0 && a.sign_decided)
-    a.findings.emplace_back("the sign of the measured curve is opposite to the model's");
-  if (beyond(a.gain, 1, told_gain))
-    a.findings.push_back(fmt::format("the measured curve is {:.4g} ({:.4g}..{:.4g}) times the model's",
-                                     a.gain.mean, a.gain.low, a.gain.high));
-  if (datum && beyond(a.phase, 0, told_phase))
-    a.findings.push_back(
-        fmt::format("the model lags the measurement by {:.4g}° ({:.4g}..{:.4g}) of crank angle", a.phase.mean,
-                    a.phase.low, a.phase.high));
-  if (a.rms_difference > told_difference * a.rms_expected)
-    a.findings.push_back(
-        fmt::format("the mean revolutions differ by {:.4g} m/s², {:.3g} times the uncertainty and scatter",
-                    a.rms_difference, a.rms_difference / a.rms_expected));
-  const bool decides = told_difference * a.rms_expected < a.rms_measured;  // false for NaN
-  a.verdict = !a.findings.empty() ? Agreement::Verdict::differs
-              : decides           ? Agreement::Verdict::agrees
-                                  : Agreement::Verdict::undecided;
-}
-
-SignalAgreement::Outcome outcome_of(Agreement::Verdict verdict) {
-  using enum SignalAgreement::Outcome;
-  return verdict == Agreement::Verdict::agrees    ? agrees
-         : verdict == Agreement::Verdict::differs ? differs
-                                                  : undecided;
+  if (trials.empty()) a.power = "the scene has no clearance with which to measure the power of the test";
+  if (!passes && a.verdict == Agreement::Verdict::agrees) a.verdict = Agreement::Verdict::undecided;
 }
 
 Validation validate(const std::filesystem::path& file, const std::vector<std::string>& overrides,
-                    const std::filesystem::path& data, const Conduct& conduct) {
+                    const std::filesystem::path& data, const ValidateSetup& setup, const Conduct& conduct) {
   const auto scene = read_scene(file, overrides);
-  const auto study = study_of(scene);
+  auto study = study_of(scene);
   const auto* drive = main_drive(scene.mechanism);
   Validation v;
   const auto ideal = ideal_turn(study, scene, "penalty", conduct);
@@ -174,29 +139,80 @@ Validation validate(const std::filesystem::path& file, const std::vector<std::st
   v.measured = meter.finish(measured.time.back(), std::nan(""));
   v.plausibility = unit_plausibility(v.measured, ideal);
   v.quiet = quiet_stretch(v.measured.mean_turn, v.ideal_maximum);
+  v.stated = study.revolutions;
+  if (study.discard == 0) study.discard = 2;
+  study.revolutions = setup.revolutions > 0
+                          ? setup.revolutions
+                          : std::max(study.revolutions,
+                                     std::clamp(static_cast<double>(v.measured.peaks.size()), 20.0, 200.0));
+  v.revolutions = study.revolutions;
+  v.discarded = study.discard;
 
+  const auto run_all_of = [&](const std::vector<Case>& all, bool trial) {
+    std::vector<Agreement> results(all.size());
+    std::mutex guard;
+    std::size_t done = 0;
+    oneapi::tbb::parallel_for(std::size_t{0}, all.size(), [&](std::size_t i) {
+      try {
+        if (!conduct.stop()) results[i] = compared(study, all[i], v, measured.datum, conduct);
+      } catch (const SceneError& e) {
+        if (!trial) throw;
+        results[i].ending = {Ending::Status::failed, e.what()};  // impossible with this clearance
+      }
+      const std::lock_guard lock(guard);
+      ++done;
+      if (setup.on_progress)
+        setup.on_progress(trial ? "other clearances" : "models",
+                          static_cast<double>(done) / static_cast<double>(all.size()));
+    });
+    return results;
+  };
+  const Case stated{"", "", {}, 0, study.revolutions, file, overrides, measured.sampling};
+  std::vector<Case> cases;
   for (const auto& formulation : family_names()) {
-    const Case one{"", formulation, {}, 0, study.revolutions, file, overrides, measured.sampling};
-    auto run = run_case(study, one, conduct);
-    Agreement a;
-    a.formulation = formulation;
-    a.ending = run.ending;
-    a.metrics = std::move(run.metrics);
-    if (a.ending.status == Ending::Status::finished && a.metrics.turns.empty())
-      a.ending = {Ending::Status::failed, "no complete revolution was sampled after the discarded time"};
-    if (a.ending.status == Ending::Status::finished) {
-      assess(v.measured, v.uncertainty, measured.datum, a);
-      a.quiet = quiet_stretch(a.mean_turn, v.ideal_maximum);
+    cases.push_back(stated);
+    cases.back().formulation = formulation;
+  }
+  v.models = run_all_of(cases, false);
+  cases.clear();
+  if (const double d = unsteadiness(v.measured, v.uncertainty); d > 0)
+    v.remarks.push_back(
+        fmt::format("the measured revolutions change with time: the means of the first and "
+                    "second half differ by {:.3g} m/s²",
+                    d));
+  for (auto& a : v.models) {
+    if (a.ending.status != Ending::Status::finished) continue;
+    a.quiet = quiet_stretch(a.mean_turn, v.ideal_maximum);
+    if (const double d = unsteadiness(a.metrics, 0); d > 0) {
+      a.remarks.push_back(
+          fmt::format("the run is not stationary: the means of the first and second half of its "
+                      "revolutions differ by {:.3g} m/s²; raise run.discard or --revolutions",
+                      d));
     }
-    v.models.push_back(std::move(a));
+    if (a.verdict != Agreement::Verdict::agrees) continue;
+    for (const auto& [key, value] : clearances(scene))
+      for (const double factor : trial_factors) {
+        auto& one = cases.emplace_back(stated);
+        one.formulation = a.formulation;
+        one.overrides.push_back(fmt::format("{}={}", key, factor * value));
+        v.trials.push_back({key, value, factor, a.formulation});
+      }
+  }
+  const auto trials = run_all_of(cases, true);
+  for (std::size_t i = 0; i < trials.size(); ++i) {
+    v.trials[i].finished = trials[i].ending.status == Ending::Status::finished;
+    v.trials[i].found = v.trials[i].finished && trials[i].verdict == Agreement::Verdict::differs;
   }
   std::vector<SignalAgreement> models;
-  for (const auto& a : v.models) {
+  for (auto& a : v.models) {
+    std::vector<ClearanceTrial> own;
+    std::ranges::copy_if(v.trials, std::back_inserter(own),
+                         [&](const auto& t) { return t.formulation == a.formulation; });
+    if (a.verdict == Agreement::Verdict::agrees) judge_power(own, a);
+    const auto& wave = a.properties[Agreement::waveform].difference;
     const bool finished = a.ending.status == Ending::Status::finished;
     models.push_back({a.formulation, finished ? outcome_of(a.verdict) : SignalAgreement::Outcome::stopped,
-                      a.findings.empty() ? "" : a.findings.front(), a.rms_difference, a.rms_expected,
-                      finished ? a.peak_ratio : NAN, a.peak_error, a.rms_measured,
-                      finished ? a.greatest_ratio : NAN});
+                      a.findings, a.faulty_signal, wave.size, wave.limit, a.rms_measured, a.power});
   }
   v.conclusion = verdict(models);
   return v;
@@ -207,9 +223,30 @@ nlohmann::json to_json(const Validation& v) {
   const auto of = [](const Interval& x) {
     return nlohmann::json{{"value", x.mean}, {"low", x.low}, {"high", x.high}};
   };
+  const auto properties = [](const Agreement& a) {
+    nlohmann::json list;
+    for (std::size_t i = 0; i < Agreement::count; ++i) {
+      const auto& p = a.properties[i];
+      list[Agreement::names[i]] = {{"difference", p.difference.size},
+                                   {"expected", p.difference.expected},
+                                   {"limit", p.difference.limit},
+                                   {"least", p.least},
+                                   {"differs", p.differs()}};
+    }
+    return list;
+  };
+  nlohmann::json trials = nlohmann::json::array();
+  for (const auto& t : v.trials)
+    trials.push_back({{"key", t.key},
+                      {"clearance_m", t.factor * t.clearance},
+                      {"factor", t.factor},
+                      {"formulation", t.formulation},
+                      {"finished", t.finished},
+                      {"found", t.found}});
   for (const auto& a : v.models)
     models[a.formulation] = {{"ending", a.ending.reason},
                              {"verdict", text_of(a.verdict)},
+                             {"starts", a.starts},
                              {"findings", a.findings},
                              {"sign", a.sign},
                              {"sign_beyond_doubt", a.sign_decided},
@@ -218,8 +255,11 @@ nlohmann::json to_json(const Validation& v) {
                              {"moved_by_deg", a.moved},
                              {"peak_ratio_median", a.peak_ratio},
                              {"peak_ratio_greatest", a.greatest_ratio},
-                             {"rms_difference_m_per_s2", a.rms_difference},
-                             {"rms_expected_m_per_s2", a.rms_expected},
+                             {"rms_measured_m_per_s2", a.rms_measured},
+                             {"offset_m_per_s2", a.shift},
+                             {"properties", properties(a)},
+                             {"remarks", a.remarks},
+                             {"power", a.power},
                              {"spectral_distance", a.spectral_distance},
                              {"contact_lost_deg", a.loss_angle},
                              {"contact_found_deg", a.return_angle},
@@ -234,7 +274,11 @@ nlohmann::json to_json(const Validation& v) {
             {"peak_greatest_m_per_s2", v.measured.value[TurnMetrics::peak_max]},
             {"quiet_from_deg", v.quiet.from},
             {"quiet_to_deg", v.quiet.to}}},
+          {"model_revolutions", v.revolutions},
+          {"model_discarded_revolutions", v.discarded},
+          {"remarks", v.remarks},
           {"models", models},
+          {"other_clearances", trials},
           {"verdict", v.conclusion}};
 }
 

@@ -21,8 +21,6 @@ constexpr double alike = 0.2;
 constexpr double rounding = 1e-10;
 // Energies below this share of the energy turned over do not decide.
 constexpr double negligible_share = 1e-3;
-// Accepted relative difference of median peaks.
-constexpr double peak_accepted = 0.1;
 
 std::string percent(double x) {
   return std::abs(x) >= 0.995 ? fmt::format("{:.0f} %", 100 * x) : fmt::format("{:.2g} %", 100 * x);
@@ -73,7 +71,16 @@ std::string events_in_words(const ComparisonValues& v) {
       e.to_the_end ? "to the end of the run" : "up to t = " + seconds(e.horizon), plural(e.pairs, "pair"),
       within(e.horizon > 0 ? e.time / e.horizon : e.time, seconds(e.time)), within(e.speed));
   if (std::isfinite(e.impulse)) text += ", impulses " + within(e.impulse);
-  return text + (e.cut ? "); later events were not stored" : ")");
+  if (e.loaded > 0)
+    text += fmt::format(", {} mainly of the load, whose impulses are not compared",
+                        plural(static_cast<std::size_t>(e.loaded), "contact"));
+  if (e.merged > 0)
+    text += fmt::format(", {} that one run does not resolve",
+                        plural(static_cast<std::size_t>(e.merged), "further onset"));
+  return text + (e.cut ? "); later events were not stored"
+                 : e.overlapping
+                     ? "); impacts overlap in penalty there, so that events are not comparable one by one"
+                     : ")");
 }
 
 using Statistics = std::vector<StatisticPair>;
@@ -138,8 +145,8 @@ std::string statistics_in_words(const ComparisonValues& v) {
 /// 11 % and 26 %": for each quantity the contact with the greatest difference.
 std::string extremes_in_words(const ComparisonValues& v) {
   std::vector<std::string> names, sizes;
-  for (const auto& [name, list] :
-       {std::pair{"the fastest approach", &v.approaches}, {"the greatest impulse", &v.impulses}}) {
+  for (const auto& [name, list] : {std::pair{"the fastest approach", &v.approaches},
+                                   {"the greatest impulse (in penalty with the load)", &v.impulses}}) {
     if (list->empty()) continue;
     const auto& most = *std::ranges::max_element(*list, {}, &StatisticPair::relative);
     if (most.relative() < rounding) continue;
@@ -239,57 +246,47 @@ std::string verdict(const ComparisonValues& v) {
   return text + ".";
 }
 
-bool SignalAgreement::peaks_fit() const {
-  return !std::isfinite(peak_ratio) ||
-         std::abs(peak_ratio - 1) <= std::max(peak_accepted, agreement_factor * peak_error);
-}
-
 std::string verdict(const std::vector<SignalAgreement>& models) {
   std::string text;
-  const auto add = [&](const std::string& part) { text += (text.empty() ? "" : "; ") + part; };
+  const auto add = [&](const std::string& part) { text += (text.empty() ? "" : ". ") + capital(part); };
   if (const auto names = with(models, Outcome::stopped, &SignalAgreement::formulation); !names.empty())
     add(listed(names) + " stopped early and cannot be compared");
+  bool faulty = false, differs = false;
   for (const auto& m : models)
-    if (m.outcome == Outcome::differs)
-      add(fmt::format("{} differs from the measurement: {}", m.formulation, m.finding));
+    if (m.outcome == Outcome::differs) {
+      differs = true;
+      faulty = faulty || m.faulty_signal;
+      constexpr long most = 3;
+      const auto told = std::min(most, static_cast<long>(m.findings.size()));
+      add(fmt::format("{} differs from the measurement: {}", m.formulation,
+                      fmt::join(m.findings.begin(), m.findings.begin() + told, "; ")));
+    }
   for (const auto& m : models) {
-    const auto errors =
-        fmt::format("{:g} times the uncertainty and scatter of {:.3g} m/s²", agreement_factor, m.expected);
-    if (m.outcome == Outcome::agrees && m.peaks_fit())
-      add(fmt::format("{} agrees with the measured mean revolution (difference {:.3g} m/s², within {})",
-                      m.formulation, m.difference, errors));
-    if (m.outcome == Outcome::agrees && !m.peaks_fit())
+    if (m.outcome == Outcome::agrees)
       add(
-          fmt::format("{} does not fit the peaks: its median peak is {:.3g} times the measured one; its mean "
-                      "revolution differs by {:.3g} m/s², within {}",
-                      m.formulation, m.peak_ratio, m.difference, errors));
-    if (m.outcome == Outcome::undecided && std::isfinite(m.expected))
-      add(fmt::format("no verdict on {}: {} is larger than the measured signal (rms {:.3g} m/s²)",
-                      m.formulation, errors, m.signal));
+          fmt::format("{} agrees with the measurement in waveform, peaks, their angles and spectrum (mean "
+                      "revolutions: difference {:.3g} m/s², {:.3g} is explained); {}",
+                      m.formulation, m.difference, m.limit, m.power));
+    if (m.outcome == Outcome::undecided && m.limit < m.signal)
+      add(fmt::format("no verdict on {}, which does not differ from the measurement: {}", m.formulation,
+                      m.power));
+    if (m.outcome == Outcome::undecided && m.limit >= m.signal)
+      add(fmt::format(
+          "no verdict on {}: the uncertainty and scatter explain differences of {:.3g} m/s², more "
+          "than the measured signal (rms {:.3g} m/s²)",
+          m.formulation, m.limit, m.signal));
   }
   std::vector<std::string> open;
   for (const auto& m : models)
-    if (m.outcome == Outcome::undecided && !std::isfinite(m.expected)) open.push_back(m.formulation);
+    if (m.outcome == Outcome::undecided && !std::isfinite(m.limit)) open.push_back(m.formulation);
   if (!open.empty())
     add("whether " + listed(open) +
         " agrees is unknown, since the file has one revolution and no column uncertainty");
-  text = capital(text) + ".";
-  std::vector<std::string> ratios, greatest;
-  bool off = false;
-  for (const auto& m : models)
-    if (std::isfinite(m.peak_ratio)) {
-      ratios.push_back(fmt::format("{:.3g} ({})", m.peak_ratio, m.formulation));
-      off = off || !m.peaks_fit();
-      if (std::abs(m.greatest_ratio - 1) > peak_accepted)
-        greatest.push_back(fmt::format("{:.3g} ({})", m.greatest_ratio, m.formulation));
-    }
-  if (ratios.empty()) return text;
-  text += fmt::format(" Peaks are judged by the median of the revolutions: it is {} times the measured one",
-                      listed(ratios));
-  if (!greatest.empty())
-    text +=
-        fmt::format("; the greatest peak, a single value, is {} times the measured one", listed(greatest));
-  return text + (off ? "; fit the unknown parameters with `freeplay calibrate`." : ".");
+  if (faulty)
+    add("correct the measured signal first");
+  else if (differs)
+    add("fit the unknown parameters with `freeplay calibrate`");
+  return text + ".";
 }
 
 std::string verdict(const std::vector<PointsAgreement>& models) {

@@ -24,7 +24,11 @@ struct EventAgreement {
   bool cut = false;         ///< whether the pairing ends because a list of events is truncated
   double time = 0;          ///< s, greatest difference of times
   double speed = 0;         ///< greatest relative difference of approach speeds
-  double impulse = NAN;     ///< greatest relative difference of impulses; NaN: no pair of impacts
+  /// Greatest relative difference of impulses without loads; NaN: no pair of impacts.
+  double impulse = NAN;
+  int merged = 0;            ///< onsets that one run resolves and the other does not
+  int loaded = 0;            ///< pairs whose impulse is mainly that of the load
+  bool overlapping = false;  ///< whether impacts overlap in the penalty run at the end of the pairing
 };
 
 /// |a − b| over the mean of |a| and |b|, the relative difference of compare; 0 if both are 0.
@@ -79,21 +83,15 @@ std::string verdict(const ComparisonValues& v);
 
 // Measurements (validate)
 
-/// Mean revolutions agree within this multiple of the combined standard uncertainty.
-inline constexpr double agreement_factor = 2;
-
 /// One formulation against a measured signal.
 struct SignalAgreement {
   std::string formulation;
   enum class Outcome { agrees, differs, undecided, stopped } outcome = Outcome::undecided;
-  std::string finding;                      ///< the first significant difference
-  double difference = NAN, expected = NAN;  ///< m/s², of the mean revolutions; explained by the errors
-  double peak_ratio = NAN;                  ///< median peak, model over measurement
-  double peak_error = 0;                    ///< standard error of `peak_ratio`
-  double signal = NAN;                      ///< m/s², rms of the measured mean revolution
-  double greatest_ratio = NAN;              ///< greatest peak, model over measurement; not judged
-  /// Whether the median peaks agree within 10 %, or within twice their standard error.
-  bool peaks_fit() const;
+  std::vector<std::string> findings;     ///< significant differences
+  bool faulty_signal = false;            ///< the first concern the measured signal, not the model
+  double difference = NAN, limit = NAN;  ///< m/s², of the mean revolutions; explained by the errors
+  double signal = NAN;                   ///< m/s², rms of the measured mean revolution
+  std::string power;                     ///< which wrong clearances the same test finds
 };
 std::string verdict(const std::vector<SignalAgreement>& models);
 

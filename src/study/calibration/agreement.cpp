@@ -1,0 +1,255 @@
+#include "study/calibration/agreement.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <bit>
+#include <cmath>
+#include <numbers>
+#include <stdexcept>
+#include <utility>
+
+#include "measure/alignment.hpp"
+
+namespace freeplay {
+namespace {
+
+constexpr double to_degrees = 180 / std::numbers::pi;
+
+/// Vectors of each property, one for each turn.
+struct Features {
+  std::array<Samples, Agreement::count> of;
+  double peak = 0;    // m/s², mean
+  double spread = 0;  // mean chord from the peak to any angle with |a| ≥ peak − 2u
+};
+
+/// Number of octaves of the harmonics below `count`: 1, 2 to 3, 4 to 7, …
+std::size_t octaves(std::size_t count) { return std::bit_width(count - 1); }
+
+Features features(const std::vector<Harmonics>& turns, std::size_t count, double moved_by,
+                  double uncertainty) {
+  Features f;
+  const auto size = std::bit_ceil(4 * count);
+  Eigen::FFT<double> fft;
+  for (const auto& turn : turns) {
+    auto c = moved(turn, moved_by);
+    c.resize(count);
+    f.of[Agreement::offset].push_back({c[0].real()});
+    auto& wave = f.of[Agreement::waveform].emplace_back();
+    auto& bands = f.of[Agreement::spectrum].emplace_back(octaves(count));
+    for (std::size_t k = 1; k < count; ++k) {
+      wave.push_back(std::numbers::sqrt2 * c[k].real());
+      wave.push_back(std::numbers::sqrt2 * c[k].imag());
+      bands[std::bit_width(k) - 1] += 2 * std::norm(c[k]);
+    }
+    // |a| on a grid that resolves the highest harmonic.
+    std::vector<std::complex<double>> terms(size), values;
+    for (std::size_t k = 0; k < count; ++k) terms[k] = (k == 0 ? 1.0 : 2.0) * c[k];
+    fft.inv(values, terms);
+    std::vector<double> a;
+    for (const auto& z : values) a.push_back(std::abs(z.real()) * static_cast<double>(size));
+    const auto best = std::ranges::max_element(a) - a.begin();
+    const auto at = [&](std::ptrdiff_t i) { return a[static_cast<std::size_t>(i) % size]; };
+    const auto grid = static_cast<std::ptrdiff_t>(size);
+    const double before = at(best + grid - 1), after = at(best + 1), bend = before - 2 * at(best) + after;
+    const double off = bend < 0 ? 0.5 * (before - after) / bend : 0,
+                 cell = 2 * std::numbers::pi / static_cast<double>(size);
+    const double peak = at(best) - 0.25 * (before - after) * off,
+                 angle = cell * (static_cast<double>(best) + off);
+    f.of[Agreement::peaks].push_back({std::log(peak)});
+    f.of[Agreement::peak_angles].push_back({std::cos(angle), std::sin(angle)});
+    double chord = 0;
+    for (std::ptrdiff_t i = 0; i < grid; ++i)
+      if (at(i) >= peak - 2 * uncertainty)
+        chord = std::max(chord, 2 * std::abs(std::sin(0.5 * (cell * static_cast<double>(i) - angle))));
+    f.peak += peak / static_cast<double>(turns.size());
+    f.spread += (uncertainty > 0 ? chord : 0) / static_cast<double>(turns.size());
+  }
+  return f;
+}
+
+std::vector<double> mean_of(const Samples& x) {
+  std::vector<double> mean(x.front().size());
+  for (const auto& one : x)
+    for (std::size_t i = 0; i < mean.size(); ++i) mean[i] += one[i] / static_cast<double>(x.size());
+  return mean;
+}
+
+/// Makes differences of the octaves' powers differences of amplitudes, A − B = (A² − B²)/(A + B).
+/// Returns measured and computed amplitudes.
+std::pair<std::vector<double>, std::vector<double>> to_amplitudes(Samples& measured, Samples& model) {
+  auto a = mean_of(measured), b = mean_of(model);
+  for (auto* list : {&a, &b})
+    for (auto& x : *list) x = std::sqrt(x);
+  for (auto* list : {&measured, &model})
+    for (auto& one : *list)
+      for (std::size_t i = 0; i < a.size(); ++i) one[i] = a[i] + b[i] > 0 ? one[i] / (a[i] + b[i]) : 0;
+  return {a, b};
+}
+
+/// "250°", or "scattered" if the angles have no common direction.
+std::string direction(const Samples& angles) {
+  const auto mean = mean_of(angles);
+  return std::hypot(mean[0], mean[1]) < 0.5
+             ? "scattered"
+             : fmt::format("{:.4g}°", whole_circle(std::atan2(mean[1], mean[0]) * to_degrees));
+}
+
+std::string spectrum_text(const std::vector<double>& measured, const std::vector<double>& model,
+                          const MeanDifference& d) {
+  std::size_t most = 0;
+  const auto apart = [&](std::size_t i) { return std::abs(measured[i] - model[i]); };
+  for (std::size_t i = 1; i < measured.size(); ++i)
+    if (apart(i) > apart(most)) most = i;
+  return fmt::format(
+      "the spectra differ by {:.3g} m/s² ({:.3g} is explained), most in harmonics {} to {}: the model has "
+      "{:.3g} times the measured amplitude",
+      d.size, d.limit, 1u << most, (2u << most) - 1, model[most] / measured[most]);
+}
+
+void find_differences(const Features& measured, const Features& model, bool datum, Agreement& a,
+                      const std::string& spectra) {
+  const auto& p = a.properties;
+  const auto outside = [](const Interval& x, double expected, double least) {
+    return (x.low > expected || x.high < expected) && std::abs(x.mean - expected) > least;
+  };
+  if (a.sign < 0 && a.sign_decided)
+    a.findings.emplace_back("the sign of the measured curve is opposite to the model's");
+  const auto offset =
+      fmt::format("the measured signal has a constant offset of {:.3g} m/s² from the model's", a.shift);
+  if (p[Agreement::offset].differs())
+    a.findings.push_back(offset);
+  else if (const auto& d = p[Agreement::offset]; d.difference.size > d.least)
+    a.remarks.push_back(offset + ", within the uncertainty");
+  a.faulty_signal = !a.findings.empty();
+  if (const auto& d = p[Agreement::waveform]; d.differs()) {
+    // Gain and phase explain a difference of the waveform.
+    if (outside(a.gain, 1, least_amplitude))
+      a.findings.push_back(fmt::format("the measured curve is {:.4g} ({:.4g}..{:.4g}) times the model's",
+                                       a.gain.mean, a.gain.low, a.gain.high));
+    if (datum && outside(a.phase, 0, least_angle))
+      a.findings.push_back(
+          fmt::format("the model lags the measurement by {:.4g}° ({:.4g}..{:.4g}) of crank angle",
+                      a.phase.mean, a.phase.low, a.phase.high));
+    a.findings.push_back(fmt::format("the mean revolutions differ by {:.3g} m/s² ({:.3g} is explained)",
+                                     d.difference.size, d.difference.limit));
+  }
+  if (const auto& d = p[Agreement::peaks]; d.differs())
+    a.findings.push_back(fmt::format(
+        "the model's peaks are {:.3g} times the measured ones (a factor of {:.3g} is explained)",
+        std::exp(mean_of(model.of[Agreement::peaks])[0] - mean_of(measured.of[Agreement::peaks])[0]),
+        std::exp(d.difference.limit)));
+  if (p[Agreement::peak_angles].differs())
+    a.findings.push_back(fmt::format(
+        "the crank angles of the peaks differ: {} in the model, {} in the measurement",
+        direction(model.of[Agreement::peak_angles]), direction(measured.of[Agreement::peak_angles])));
+  if (p[Agreement::spectrum].differs()) a.findings.push_back(spectra);
+}
+
+}  // namespace
+
+Quiet quiet_stretch(const std::vector<double>& mean_turn, double ideal_maximum) {
+  const int n = static_cast<int>(mean_turn.size());
+  int best = 0, from = 0, run = 0;
+  for (int i = 0; i < 2 * n; ++i) {  // two revolutions, since an interval may wrap
+    run = std::abs(mean_turn[i % n]) <= 0.05 * ideal_maximum ? run + 1 : 0;
+    if (run > best && run <= n) {
+      best = run;
+      from = i - run + 1;
+    }
+  }
+  if (best == 0) return {std::nan(""), std::nan("")};
+  return {whole_circle(from * 360.0 / n), whole_circle((from + best) * 360.0 / n)};
+}
+
+const char* text_of(Agreement::Verdict verdict) {
+  switch (verdict) {
+    case Agreement::Verdict::agrees:
+      return "agrees";
+    case Agreement::Verdict::differs:
+      return "differs";
+    case Agreement::Verdict::undecided:
+      return "undecided";
+  }
+  throw std::logic_error("no such verdict");
+}
+
+SignalAgreement::Outcome outcome_of(Agreement::Verdict verdict) {
+  using enum SignalAgreement::Outcome;
+  return verdict == Agreement::Verdict::agrees    ? agrees
+         : verdict == Agreement::Verdict::differs ? differs
+                                                  : undecided;
+}
+
+void assess(const TurnMetrics& measured, double uncertainty, bool datum, Agreement& a) {
+  const auto al = align(measured.turns, a.metrics.turns);
+  const auto M = mean_of(measured.turns);
+  double power = 0;
+  for (std::size_t k = 1; k < M.size(); ++k) power += 2 * std::norm(M[k]);
+  a.rms_measured = std::sqrt(power);
+  const double relative = uncertainty / a.rms_measured;
+  // A single turn has no scatter; without an uncertainty of the file nothing is known.
+  const auto combined = [](double scatter, double given) {
+    return given > 0 ? std::hypot(std::isnan(scatter) ? 0 : scatter, given) : scatter;
+  };
+  const auto about = [](double mean, double error) {
+    return Interval{1, mean, mean - 1.96 * error, mean + 1.96 * error, mean, mean};
+  };
+  a.sign = al.sign;
+  a.sign_decided = al.decided;
+  a.gain = about(al.gain, combined(al.gain_error, al.gain * relative));
+  a.phase = about(al.phase * to_degrees, combined(al.phase_error, relative / al.slope) * to_degrees);
+  a.moved = datum ? 0 : a.phase.mean;
+  a.mean_turn = bin_means(moved(mean_of(a.metrics.turns), a.moved / to_degrees), mean_bins);
+
+  auto count = M.size();
+  for (const std::vector<Harmonics>* list : {&measured.turns, &std::as_const(a.metrics.turns)})
+    for (const auto& turn : *list) count = std::min(count, turn.size());
+  auto of_measured = features(measured.turns, count, 0, uncertainty),
+       of_model = features(a.metrics.turns, count, a.moved / to_degrees, uncertainty);
+  const auto [B, A] = to_amplitudes(of_measured.of[Agreement::spectrum], of_model.of[Agreement::spectrum]);
+  const double least = least_amplitude * a.rms_measured;
+  const std::array<double, Agreement::count> common{uncertainty, uncertainty, uncertainty / of_measured.peak,
+                                                    0.5 * of_model.spread, uncertainty},
+      leasts{least, least, std::log1p(least_amplitude), least_angle / to_degrees, least};
+  for (std::size_t i = 0; i < Agreement::count; ++i)
+    a.properties[i] = {difference_of_means(of_measured.of[i], of_model.of[i], common[i], property_error),
+                       leasts[i]};
+  // The scatter of a single measured revolution is unknown.
+  if (measured.turns.size() < 2 && uncertainty == 0)
+    for (auto& p : a.properties) p.difference.expected = p.difference.limit = NAN;
+  a.shift = mean_of(of_measured.of[Agreement::offset])[0] - mean_of(of_model.of[Agreement::offset])[0];
+
+  double apart = 0, size = 0;
+  for (std::size_t h = 0; h < std::min(a.metrics.spectrum.size(), measured.spectrum.size()); ++h) {
+    apart += std::pow(a.metrics.spectrum[h] - measured.spectrum[h], 2);
+    size += measured.spectrum[h] * measured.spectrum[h];
+  }
+  a.spectral_distance = std::sqrt(apart / size);
+  const auto ratio = [&](TurnMetrics::Name m) { return a.metrics.value[m] / measured.value[m]; };
+  a.peak_ratio = ratio(TurnMetrics::peak_median);
+  a.greatest_ratio = ratio(TurnMetrics::peak_max);
+  a.loss_angle = whole_circle(a.metrics.value[TurnMetrics::loss_angle] + a.moved);
+  a.return_angle = whole_circle(a.metrics.value[TurnMetrics::return_angle] + a.moved);
+
+  find_differences(of_measured, of_model, datum, a,
+                   spectrum_text(B, A, a.properties[Agreement::spectrum].difference));
+  const double limit = a.properties[Agreement::waveform].difference.limit;
+  a.verdict = !a.findings.empty()      ? Agreement::Verdict::differs
+              : limit < a.rms_measured ? Agreement::Verdict::agrees  // false for NaN
+                                       : Agreement::Verdict::undecided;
+}
+
+double unsteadiness(const TurnMetrics& turns, double uncertainty) {
+  const auto n = turns.turns.size();
+  if (n < 4) return 0;
+  auto count = turns.turns.front().size();
+  for (const auto& turn : turns.turns) count = std::min(count, turn.size());
+  const auto wave = features(turns.turns, count, 0, 0).of[Agreement::waveform];
+  const Samples first(wave.begin(), wave.begin() + static_cast<long>(n / 2)),
+      second(wave.begin() + static_cast<long>(n / 2), wave.end());
+  const auto d = difference_of_means(first, second, uncertainty, property_error);
+  return d.size > std::max(d.limit, least_amplitude * turns.value[TurnMetrics::mean_turn_rms]) ? d.size : 0;
+}
+
+}  // namespace freeplay

@@ -1,0 +1,104 @@
+// Agreement of a model with a measured acceleration, from the turns (revolutions of the crank) of
+// both. Five properties are compared, each a mean over the turns of a vector:
+//
+//     waveform      harmonics c_k, k ≥ 1          spectrum   power P_b of each octave of harmonics
+//     offset        c_0                           peaks      ln of the greatest |a| of a turn
+//     peak angles   (cos φ, sin φ) of that peak
+//
+// with its error from the scatter of both samples and the file's uncertainty
+// (measure/mean_difference.hpp). A property differs if its difference exceeds both the limit that a
+// right model exceeds with a probability of 1 %, and a least size. Peaks are those of the
+// band-limited signal, so that they do not depend on the instants of the samples.
+#pragma once
+
+#include <algorithm>
+#include <array>
+#include <string>
+#include <vector>
+
+#include "measure/mean_difference.hpp"
+#include "measure/turns.hpp"
+#include "study/sweep/intervals.hpp"
+#include "study/verdicts/verdicts.hpp"
+#include "values/result.hpp"
+
+namespace freeplay {
+
+/// Quiet interval of a mean turn: the longest interval with |a| at most 5 % of the greatest ideal
+/// acceleration. A slider without contact and friction produces it, in measurements and in runs.
+/// Degrees; NaN if there is none.
+struct Quiet {
+  double from = 0, to = 0;
+};
+/// The quiet interval of a mean turn, given in equal parts from crank angle 0.
+Quiet quiet_stretch(const std::vector<double>& mean_turn, double ideal_maximum);
+
+/// Probability that a property of a right model is found to differ; 5 % for all five.
+inline constexpr double property_error = 0.01;
+/// Least sizes of a reported difference: relative for amplitudes (gain, peaks, and of the signal's
+/// rms), degrees for phases and peak angles.
+inline constexpr double least_amplitude = 0.02, least_angle = 1;
+
+/// Comparison of one formulation with the measurement. Differences that are beyond doubt are
+/// reported, not corrected: a reversed, shifted or scaled curve is not changed. Only if the file gives
+/// times, and thus no datum of the crank angle, is the computed curve moved by the best-fitting
+/// phase. Angles of a file are used unchanged.
+struct Agreement {
+  std::string formulation;
+  int sign = 1;               ///< −1: the measured curve is reversed relative to the computed one
+  bool sign_decided = false;  ///< beyond doubt (measure/alignment.hpp)
+  /// Measured over computed mean turn; 95 % if turns scatter or the file has an uncertainty.
+  Interval gain;
+  /// Degrees of the computed crank angle behind the measured one, in [−180, 180).
+  Interval phase;
+  double moved = 0;  ///< degrees, applied shift: the phase without a datum, else 0
+
+  /// A compared property. Waveform, offset and spectrum in m/s², as root mean square; peaks as a
+  /// logarithm; peak angles as a chord of the unit circle.
+  struct Property {
+    MeanDifference difference;
+    double least = 0;  ///< least size of a reported difference
+    bool differs() const { return difference.size > std::max(difference.limit, least); }
+  };
+  enum Name { waveform, offset, peaks, peak_angles, spectrum, count };
+  static constexpr std::array<const char*, count> names{"waveform", "offset", "peaks", "peak_angles",
+                                                        "spectrum"};
+  std::array<Property, count> properties;
+
+  double shift = 0;           ///< m/s², mean of the measured signal less that of the computed one
+  double peak_ratio = 0;      ///< median peak of a turn, computed over measured
+  double greatest_ratio = 0;  ///< greatest peak, computed over measured; not judged
+  double rms_measured = 0;    ///< m/s², of the measured mean turn without its mean
+  /// ‖A − B‖/‖B‖ over harmonics of the crank below 0.4 of the file's sampling rate.
+  double spectral_distance = 0;
+  /// Degrees, of the computed contact, in the measurement's datum.
+  double loss_angle = 0, return_angle = 0;
+  Quiet quiet;                        ///< of the computed curve, in the measurement's datum
+  std::vector<double> mean_turn;      ///< computed, in the measurement's datum
+  std::vector<std::string> findings;  ///< differences beyond doubt, as text
+  std::vector<std::string> remarks;   ///< observations that do not decide
+  TurnMetrics metrics;
+  Ending ending;
+  bool faulty_signal = false;  ///< the measured signal is reversed or has an offset
+  /// `agrees`: no difference beyond doubt. `undecided`: the uncertainty is unknown, or the limit of
+  /// the waveform exceeds the measured signal, so that zero would agree too, or the test has no
+  /// power (validate.hpp).
+  enum class Verdict { agrees, differs, undecided } verdict = Verdict::undecided;
+  int starts = 1;     ///< number of starts that were run, until one did not differ
+  std::string power;  ///< which wrong clearances the same test finds, or why it decides nothing
+};
+
+/// Compares the turns of a run with those of a measurement; sets the members of `a` that depend on
+/// the signals. `datum`: the file gives angles. `uncertainty`: m/s², standard deviation, assumed
+/// not to average out.
+void assess(const TurnMetrics& measured, double uncertainty, bool datum, Agreement& a);
+/// Difference of the waveforms of the first and the second half of the turns, if it is beyond doubt
+/// and at least least_amplitude of their rms; m/s², else 0. The motion is then not stationary.
+double unsteadiness(const TurnMetrics& turns, double uncertainty);
+
+/// Name of a verdict: "agrees", "differs" or "undecided".
+const char* text_of(Agreement::Verdict verdict);
+/// Outcome of a comparison for the verdict in words.
+SignalAgreement::Outcome outcome_of(Agreement::Verdict verdict);
+
+}  // namespace freeplay
