@@ -34,7 +34,7 @@ std::vector<std::filesystem::path> draw_paired_impacts(const std::filesystem::pa
     };
     const double tp = get("penalty", "t_s"), tn = get("nonsmooth", "t_s");
     const double vp = -get("penalty", "v_n_minus_m_per_s"), vn = -get("nonsmooth", "v_n_minus_m_per_s");
-    const double Pp = get("penalty", "impulse_n_N_s"), Pn = get("nonsmooth", "impulse_n_N_s");
+    const double Pp = get("penalty", "impact_impulse_n_N_s"), Pn = get("nonsmooth", "impact_impulse_n_N_s");
     least = std::min({least, vp, vn});
     most = std::max({most, vp, vn});
     penalty.row({1e3 * tp, vp});

@@ -102,6 +102,57 @@ TEST_CASE("the horizon of the comparison ends for all contacts where the first o
              Contains("contact event 1 of guide"));
 }
 
+TEST_CASE("the load during an impact of the penalty run is separated from its impulse", "[compare]") {
+  // m = 2 kg, e = 0.5: the impact law has P = 2·1.5 v. The penalty contact lasts D with a load of 100 N
+  // (g̈₀ = −50 m/s²), which it carries beside the impact: P = 2·1.5 v + 100 D.
+  auto nonsmooth = impact(1, 1);
+  nonsmooth.impulse_n = 3;
+  auto penalty = nonsmooth;
+  penalty.duration = 1e-3;
+  penalty.impulse_n = 3 + 100 * 1e-3;
+  const auto light = pair_impacts({penalty}, {nonsmooth}, 1);
+  REQUIRE(light.pairs.size() == 1);
+  CHECK(light.pairs[0].load == Approx(0.1).epsilon(1e-12));
+  CHECK(light.pairs[0].impulse() == Approx(3).epsilon(1e-12));
+  CHECK_FALSE(light.pairs[0].loaded());
+  penalty.impulse_n = 3 + 3.1;
+  CHECK(pair_impacts({penalty}, {nonsmooth}, 1).pairs[0].loaded());
+  // The effective mass is unknown where another contact has an impact at the same instant.
+  auto other = impact(1, 1, 1);
+  CHECK(std::isnan(pair_impacts({penalty, other}, {nonsmooth, other}, 2).pairs[0].load));
+}
+
+TEST_CASE("onsets that only one run resolves are merged", "[compare]") {
+  // Bounces of 1, 0.5 and 0.25 ms within a penalty impact of 2 ms; the next impact is paired again.
+  auto soft = impact(1, 1);
+  soft.duration = 2e-3;
+  const std::vector<ContactEvent> penalty{soft, impact(1.5, 1)};
+  const std::vector<ContactEvent> nonsmooth{impact(1, 1), impact(1.001, 0.5), impact(1.0015, 0.25),
+                                            impact(1.00175, 0.1), impact(1.5, 1)};
+  const auto p = pair_impacts(penalty, nonsmooth, 1);
+  REQUIRE(p.pairs.size() == 2);
+  CHECK(p.complete);
+  CHECK(p.pairs[0].merged_nonsmooth == 3);
+  CHECK(p.pairs[0].merged_penalty == 0);
+  // A flight that is longer than any impact of the penalty run is not merged.
+  const std::vector<ContactEvent> apart{lasting(1, 1), separation(1.4, 0.4), impact(1.5, 1)};
+  const std::vector<ContactEvent> bounces{impact(1, 1), impact(1.2, 0.5), impact(1.5, 1)};
+  CHECK(pair_impacts(apart, bounces, 1).pairs.empty());
+}
+
+TEST_CASE("impacts that overlap in the penalty run are not comparable one by one", "[compare]") {
+  // Within the impact of the first contact (2 ms), the second begins, at a third of the nonsmooth speed.
+  auto soft = impact(1, 1);
+  soft.duration = 2e-3;
+  const auto p = pair_impacts({soft, impact(1.001, 0.3, 1)}, {impact(1, 1), impact(1.001, 1, 1)}, 2, INFINITY,
+                              INFINITY, {"rear", "front"});
+  CHECK(p.pairs.size() == 1);
+  CHECK(p.overlapping);
+  CHECK_THAT(p.ended_by, Contains("of front") && Contains("factor of two") &&
+                             Contains("within an impact at rear of the penalty run") &&
+                             Contains("not comparable one by one"));
+}
+
 TEST_CASE("compare reports restitution as matched only if all relevant properties match", "[compare]") {
   struct Case {
     double tangential, friction;

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <nlohmann/json.hpp>
 
@@ -64,8 +65,23 @@ struct Spread {
   }
 };
 
-/// Reason why two onsets do not correspond; empty if they do.
-std::string parted(const ContactOnset& a, const ContactOnset& b, const Spread& spread, double turn) {
+/// Onsets from `first` on that follow flights of at most `longest`, as one contact.
+struct Chain {
+  std::size_t next;  ///< first onset that does not belong to it
+  double end = 0;    ///< s
+};
+Chain chain(const std::vector<ContactOnset>& list, std::size_t first, double longest) {
+  Chain c{first + 1, list[first].event.t + list[first].lasted};
+  while (c.next < list.size() && list[c.next].flight <= longest && list[c.next].event.t <= c.end + longest) {
+    c.end = std::max(c.end, list[c.next].event.t + list[c.next].lasted);
+    ++c.next;
+  }
+  return c;
+}
+
+/// Reason why two onsets do not correspond; empty if they do. `ends`: of their chains; `longest`: T.
+std::string parted(const ContactOnset& a, const ContactOnset& b, const std::array<double, 2>& ends,
+                   double longest, const Spread& spread, double turn) {
   const double flight = std::min(a.flight, b.flight), apart = std::abs(a.event.t - b.event.t);
   if (!(apart <= 0.25 * flight)) return "the times differ by more than a quarter of the preceding flight";
   if (!(apart <= turn / 36)) return "the times differ by more than 10 degrees of a revolution";
@@ -74,7 +90,10 @@ std::string parted(const ContactOnset& a, const ContactOnset& b, const Spread& s
     return "the times differ ten times more than the preceding events explain";
   const double ratio = a.event.v_n_minus / b.event.v_n_minus;
   if (!(ratio < 2 && ratio > 0.5)) return "the approach speeds differ by a factor of two";
-  if (a.event.kind != b.event.kind && !(std::max(a.lasted, b.lasted) <= 0.25 * flight))
+  const double lasts_a = ends[0] - a.event.t, lasts_b = ends[1] - b.event.t;
+  const bool alike = std::abs(lasts_a - lasts_b) <= longest ||
+                     std::max(lasts_a, lasts_b) <= 2 * std::min(lasts_a, lasts_b);  // false for NaN
+  if (a.event.kind != b.event.kind && !alike && !(std::max(a.lasted, b.lasted) <= 0.25 * flight))
     return a.event.kind == EventKind::impact ? "an impact (penalty), onset of sustained contact (nonsmooth)"
                                              : "an impact (nonsmooth), onset of sustained contact (penalty)";
   return "";
@@ -96,36 +115,66 @@ Pairing pair_impacts(const std::vector<ContactEvent>& penalty, const std::vector
                      int joints, double until, double turn, const std::vector<std::string>& names) {
   Pairing p;
   const auto a = touches(penalty, joints), b = touches(nonsmooth, joints);
-  std::vector<std::size_t> next(joints);
+  std::vector<std::size_t> next_a(joints), next_b(joints);
+  std::vector<double> longest(joints);  // s, impact of the penalty run
+  for (const auto& e : penalty)
+    if (e.kind == EventKind::impact) longest[e.contact] = std::max(longest[e.contact], e.duration);
+  const auto alone = [&](const ContactEvent& e) {
+    return std::ranges::equal_range(nonsmooth, e.t, {}, &ContactEvent::t).size() == 1;
+  };
+  const auto name_of_contact = [&](int k) {
+    return names.empty() ? fmt::format("contact {}", k + 1) : names[static_cast<std::size_t>(k)];
+  };
   Spread spread;
-  double end = until;
+  double end = until, busy = -INFINITY;  // s, end of the latest impact of the penalty run
+  int busy_contact = -1;
   p.complete = until == INFINITY, p.cut = !p.complete;
   p.ended_by = until < INFINITY ? "the recorded events of a run end there" : "all contact events are paired";
   for (;;) {  // in the order of time; each pass takes a contact event from the lists
     int first = -1;
     double t = until;
-    for (int k = 0; k < joints; ++k)
-      for (const auto* list : {&a[k], &b[k]})
-        if (next[k] < list->size() && (*list)[next[k]].event.t < t) t = (*list)[next[k]].event.t, first = k;
+    const auto earliest = [&](int k, const std::vector<ContactOnset>& list, std::size_t next) {
+      if (next < list.size() && list[next].event.t < t) t = list[next].event.t, first = k;
+    };
+    for (int k = 0; k < joints; ++k) earliest(k, a[k], next_a[k]), earliest(k, b[k], next_b[k]);
     if (first < 0) break;
-    const auto i = next[first]++;
+    const auto &of_a = a[first], &of_b = b[first];
+    const auto i = next_a[first], j = next_b[first];
     std::string why;
-    if (i >= a[first].size() || i >= b[first].size())
-      why = fmt::format("it occurs in the {} run only", i < a[first].size() ? "penalty" : "nonsmooth");
-    else
-      why = parted(a[first][i], b[first][i], spread, turn);
+    std::array<Chain, 2> chains{};
+    if (i >= of_a.size() || j >= of_b.size()) {
+      why = fmt::format("it occurs in the {} run only", i < of_a.size() ? "penalty" : "nonsmooth");
+    } else {
+      chains = {chain(of_a, i, longest[first]), chain(of_b, j, longest[first])};
+      why = parted(of_a[i], of_b[j], {chains[0].end, chains[1].end}, longest[first], spread, turn);
+    }
     if (!why.empty()) {
       end = t;
       p.complete = p.cut = false;
-      std::string whose;
-      if (joints > 1)
-        whose = names.empty() ? fmt::format(" of contact {}", first + 1)
-                              : " of " + names[static_cast<std::size_t>(first)];
-      p.ended_by = fmt::format("contact event {}{} is unmatched: {}", i + 1, whose, why);
+      p.overlapping = t < busy && first != busy_contact;
+      p.ended_by = fmt::format("contact event {}{} is unmatched: {}", i + 1,
+                               joints > 1 ? " of " + name_of_contact(first) : "", why);
+      if (p.overlapping)
+        p.ended_by += fmt::format(
+            "; it falls within an impact at {} of the penalty run, so that events are not comparable one by one",
+            name_of_contact(busy_contact));
       break;
     }
-    spread.add(a[first][i], b[first][i]);
-    p.pairs.push_back({a[first][i].event, b[first][i].event});
+    const auto &x = of_a[i], &y = of_b[j];
+    spread.add(x, y);
+    auto& pair = p.pairs.emplace_back(ImpactPair{x.event, y.event});
+    next_a[first] = i + 1, next_b[first] = j + 1;
+    // Onsets within the contact of the other run.
+    while (next_a[first] < chains[0].next && of_a[next_a[first]].event.t < y.event.t + y.lasted)
+      ++next_a[first], ++pair.merged_penalty;
+    while (next_b[first] < chains[1].next && of_b[next_b[first]].event.t < x.event.t + x.lasted)
+      ++next_b[first], ++pair.merged_nonsmooth;
+    if (x.event.kind == EventKind::impact && x.event.t + x.event.duration > busy)
+      busy = x.event.t + x.event.duration, busy_contact = first;
+    const double change = y.event.v_n_plus - y.event.v_n_minus;
+    if (x.event.kind == EventKind::impact && y.event.kind == EventKind::impact && change > 0 &&
+        alone(y.event))
+      pair.load = x.event.impulse_n - y.event.impulse_n / change * (x.event.v_n_plus - x.event.v_n_minus);
   }
   std::erase_if(p.pairs, [&](const ImpactPair& x) { return std::max(x.penalty.t, x.nonsmooth.t) >= end; });
   std::ranges::sort(p.pairs, {}, [](const ImpactPair& x) { return x.nonsmooth.t; });
@@ -212,11 +261,15 @@ ComparisonValues comparison_values(const Scene& scene, const Comparison& c) {
   e.horizon = c.pairing.horizon;
   e.to_the_end = c.pairing.complete;
   e.cut = c.pairing.cut;
-  for (const auto& [a, b] : c.pairing.pairs) {
+  e.overlapping = c.pairing.overlapping;
+  for (const auto& pair : c.pairing.pairs) {
+    const auto &a = pair.penalty, &b = pair.nonsmooth;
+    e.merged += pair.merged_penalty + pair.merged_nonsmooth;
+    e.loaded += pair.loaded();
     e.time = std::max(e.time, std::abs(a.t - b.t));
     e.speed = std::max(e.speed, relative_difference(a.v_n_minus, b.v_n_minus));
-    if (a.kind == EventKind::impact && b.kind == EventKind::impact)
-      e.impulse = std::fmax(e.impulse, relative_difference(a.impulse_n, b.impulse_n));
+    if (a.kind == EventKind::impact && b.kind == EventKind::impact && !pair.loaded())
+      e.impulse = std::fmax(e.impulse, relative_difference(pair.impulse(), b.impulse_n));
   }
   // The share of impacts is not compared: an impact law has none.
   for (std::size_t k = 0; k < c.joints.size(); ++k) {
@@ -327,10 +380,17 @@ Comparison compare(const Scene& scene, const CompareSetup& setup, const std::fil
 
 nlohmann::json to_json(const Comparison& c) {
   nlohmann::json pairs = nlohmann::json::array();
-  for (const auto& p : c.pairing.pairs)
+  for (const auto& p : c.pairing.pairs) {
     pairs.push_back({{"joint", c.joints[p.penalty.contact]},
                      {"penalty", to_json(p.penalty)},
                      {"nonsmooth", to_json(p.nonsmooth)}});
+    auto& penalty = pairs.back()["penalty"];
+    penalty["impact_impulse_n_N_s"] = p.impulse();
+    penalty["load_impulse_n_N_s"] = std::isnan(p.load) ? nlohmann::json() : nlohmann::json(p.load);
+    penalty["merged"] = p.merged_penalty;
+    pairs.back()["nonsmooth"]["impact_impulse_n_N_s"] = p.nonsmooth.impulse_n;
+    pairs.back()["nonsmooth"]["merged"] = p.merged_nonsmooth;
+  }
   bool restitution = true;
   nlohmann::json open = nlohmann::json::object();
   for (std::size_t k = 0; k < c.not_matched.size(); ++k) {

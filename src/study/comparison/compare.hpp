@@ -12,6 +12,19 @@
 // impact corresponds to the beginning of a lasting contact if that lasts less than F/4. A contact
 // that is closed at the start has no onset. The first onset in any contact that violates this rule
 // ends the horizon: beyond it the motions have diverged, and single events are not comparable.
+//
+// Onsets that one run resolves and the other does not are merged: an onset that falls within the
+// contact of the other run belongs to the same pair, if the flight before it is not longer than the
+// longest impact T of the penalty run in this contact. A sequence of such onsets counts as one contact
+// up to its end, and corresponds to a lasting contact that ends within T or within a factor of two.
+//
+// Loads: an impact of the penalty run lasts, and its impulse contains that of the load. With g̈₀ the
+// acceleration of the gap without the contact force, and m the effective mass,
+//
+//     P = m (v⁺ − v⁻) + ∫ (−m g̈₀) dt,
+//
+// where −m g̈₀ is the force of a lasting contact. The first part is the impulse of the impact. m follows
+// from the impact of the nonsmooth run in the pair, m = P/(v⁺ − v⁻), if it is the only one at its instant.
 #pragma once
 
 #include <cmath>
@@ -34,6 +47,13 @@ struct Scene;
 /// Corresponding contact onsets of the two formulations.
 struct ImpactPair {
   ContactEvent penalty, nonsmooth;
+  int merged_penalty = 0, merged_nonsmooth = 0;  ///< further onsets of the same contact
+  /// N s, part of the load in the penalty run's impulse; NaN: unknown.
+  double load = NAN;
+  /// N s, penalty run's impulse without the load, if that is known.
+  double impulse() const { return penalty.impulse_n - (std::isnan(load) ? 0 : load); }
+  /// Whether the load exceeds the impact: the impulses cannot be compared.
+  bool loaded() const { return std::abs(load) > std::abs(impulse()); }
 };
 
 /// Result of the pairing.
@@ -43,6 +63,9 @@ struct Pairing {
   bool complete = false;          ///< whether all contact onsets of both runs are paired
   bool cut = false;               ///< whether it ends where the list of a run's events is truncated
   std::string ended_by;           ///< reason for the end of the horizon
+  /// Whether it ends within an impact of the penalty run at another contact: the nonsmooth run has impacts
+  /// in sequence there, so that events are not comparable one by one.
+  bool overlapping = false;
 };
 
 /// Pairs the contact onsets (impacts and beginnings of lasting contact) of two runs. `until`: s,

@@ -159,7 +159,7 @@ std::string tables(const Scene& scene, const Comparison& c, bool markdown) {
     line(name + (p.revolutions > 0 ? ": impacts per revolution *" : ": impacts per second *"),
          of([](const auto& x) { return with_error(x.impacts_per_revolution, x.impacts_error); }));
     line(name + ": fastest approach, m/s", of([](const auto& x) { return number(x.fastest_approach); }));
-    line(name + ": greatest impulse of an impact, N s",
+    line(name + ": greatest impulse of an impact, N s ***",
          of([](const auto& x) { return number(x.greatest_impulse); }));
     line(name + ": greatest penetration / " + p.contacts[k].measure + " **",
          of([](const auto& x) { return number(x.penetration_ratio); }));
@@ -195,6 +195,8 @@ std::string tables(const Scene& scene, const Comparison& c, bool markdown) {
                      c.joints.empty() ? "" : "* approach speed above 10 % of the maximum; ",
                      scene.run.discard, about_window(p));
   out += fmt::format("{} over the whole run (validity check)\n", markdown ? "\\*\\*" : "**");
+  if (!c.joints.empty())
+    out += fmt::format("{} in penalty with the load during the impact\n", markdown ? "\\*\\*\\*" : "***");
   for (const auto* run : {&p, &n})
     for (const auto& note : run->notes) out += fmt::format("{}: {}\n", run->formulation, note);
   if (c.joints.empty()) return out;
@@ -212,8 +214,8 @@ std::string tables(const Scene& scene, const Comparison& c, bool markdown) {
       pairs.text += fmt::format("... {} more in comparison.md\n", c.pairing.pairs.size() - 20);
       break;
     }
-    const auto impulse = [](const ContactEvent& e) {
-      return e.kind == EventKind::impact ? fmt::format("{:.5f}", e.impulse_n) : std::string("lasting");
+    const auto impulse = [](const ContactEvent& e, double value, bool loaded) {
+      return e.kind != EventKind::impact ? "lasting" : loaded ? "loaded" : fmt::format("{:.5f}", value);
     };
     const auto& name = c.joints[x.penalty.contact];
     // On a terminal, a name that needs a line of its own is printed once for consecutive pairs.
@@ -224,9 +226,12 @@ std::string tables(const Scene& scene, const Comparison& c, bool markdown) {
                fmt::format("{:.5f}", 1e3 * x.nonsmooth.t),
                fmt::format("{:.2f}", 1e6 * (x.nonsmooth.t - x.penalty.t)),
                fmt::format("{:.5f}", -x.penalty.v_n_minus), fmt::format("{:.5f}", -x.nonsmooth.v_n_minus),
-               impulse(x.penalty), impulse(x.nonsmooth)});
+               impulse(x.penalty, x.impulse(), x.loaded()),
+               impulse(x.nonsmooth, x.nonsmooth.impulse_n, false)});
   }
-  return out + pairs.text + (markdown ? "\n" : "") + "v: approach speed, m/s; P: normal impulse, N s\n";
+  return out + pairs.text + (markdown ? "\n" : "") +
+         "v: approach speed, m/s; P: normal impulse, N s, without the "
+         "load during the impact (loaded: the load exceeds it)\n";
 }
 
 }  // namespace

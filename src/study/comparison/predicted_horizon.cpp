@@ -25,7 +25,8 @@ std::vector<std::vector<PenaltyImpact>> impacts_of(const PredictionBasis& basis)
   std::vector<std::vector<PenaltyImpact>> list(contacts);
   std::vector<PenaltyImpact> sums(contacts + 1);
   std::vector<double> counts(contacts + 1);
-  for (const auto& [a, b] : basis.pairing.pairs) {
+  for (const auto& pair : basis.pairing.pairs) {
+    const auto &a = pair.penalty, &b = pair.nonsmooth;
     const auto k = static_cast<std::size_t>(b.contact);
     PenaltyImpact i;
     if (a.kind == EventKind::impact && a.v_n_minus < 0) {
