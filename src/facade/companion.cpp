@@ -14,18 +14,34 @@
 namespace freeplay {
 namespace {
 
-/// Records contact onsets. Requests the end of the run when it has enough of them or a time is
-/// reached.
+/// Whether an onset is that of a gap that a step has left after an impact without rebound: an impact is
+/// made up to a step early, so that a gap of at most |v⁻| h remains, which closes later. `e` moves v T/2 in
+/// the time T since that impact.
+bool closes_leftover(const ContactEvent& impact, const ContactEvent& e, double h) {
+  return impact.kind == EventKind::impact && std::abs(impact.v_n_plus) <= 1e-9 * std::abs(impact.v_n_minus) &&
+         0.5 * std::abs(e.v_n_minus) * (e.t - impact.t) <= std::abs(impact.v_n_minus) * h;
+}
+
+/// Records contact onsets, except those of a gap that a step has left. Requests the end of the run when it
+/// has enough of them or a time is reached.
 class FirstTouches final : public Observer {
  public:
-  FirstTouches(std::size_t enough, double until, const StopToken& requested)
-      : enough_(enough), until_(until), requested_(requested) {}
+  FirstTouches(std::size_t enough, double until, double step, const StopToken& requested)
+      : enough_(enough), until_(until), step_(step), requested_(requested) {}
   std::vector<ContactEvent> list;
   double t = 0;  ///< s, time reached
   StopToken token() const { return StopToken(done_); }
 
   void event(const Event& e) override {
-    if (is_onset(e) && list.size() < enough_) list.push_back(e);
+    if (!is_onset(e)) return;
+    const auto before = std::ranges::find_if(
+        last_, [&](const auto& x) { return x.contact == e.contact && x.bodies == e.bodies; });
+    const bool leftover = before != last_.end() && closes_leftover(*before, e, step_);
+    if (before == last_.end())
+      last_.push_back(e);
+    else
+      *before = e;
+    if (!leftover && list.size() < enough_) list.push_back(e);
   }
   void step(const Step& step) override {
     t = step.t1;
@@ -34,7 +50,8 @@ class FirstTouches final : public Observer {
 
  private:
   std::size_t enough_;
-  double until_;
+  double until_, step_;             // s
+  std::vector<ContactEvent> last_;  // onset of each contact
   StopToken requested_;
   std::atomic<bool> done_ = false;
 };
@@ -65,7 +82,7 @@ std::optional<OnsetDoubt> doubt_first_touches(const Scene& scene, const Simulati
   bare.instruments.clear();
   bare.run.forces = false;
   const double duration = scene.run.duration;
-  FirstTouches own(companion_touches, duration, stop);
+  FirstTouches own(companion_touches, duration, *scene.nonsmooth.step, stop);
   watch(bare, options, own);
   if (own.list.empty() || stop()) return {};
 
@@ -76,7 +93,7 @@ std::optional<OnsetDoubt> doubt_first_touches(const Scene& scene, const Simulati
   // Continue the refined run for a while longer: an onset that comes late is not missing.
   const double until = own.t + 0.25 * (own.t - (own.list.size() > 1 ? own.list.front().t : 0));
   // Simultaneous contacts may begin in another order: a few more onsets include them all.
-  FirstTouches finer(own.list.size() + 3, std::min(until, duration), stop);
+  FirstTouches finer(own.list.size() + 3, std::min(until, duration), *bare.nonsmooth.step, stop);
   watch(bare, options, finer);
   if (stop()) return {};
 

@@ -49,6 +49,28 @@ TEST_CASE("the difference of two lists of contacts is measured by interval, spee
   CHECK_FALSE(is_onset(touch(0, 0, 0)));
 }
 
+TEST_CASE("a gap that a step leaves after an impact without rebound is no contact event", "[companion]") {
+  // A ball falls 0.5 m onto a plane with e = 0 and stays there: one contact event, whatever the step.
+  const double g = 9.81, speed = std::sqrt(2 * g * 0.5);
+  auto scene = read_scene(test::scene_file("bouncing_ball"));
+  scene.mechanism.surfaces[0].restitution = 0;
+  scene.nonsmooth.scheme = Scheme::moreau_jean;
+  for (const double step : {1e-3, 7e-4, 3e-4, 1e-4, 3.3e-5}) {
+    CAPTURE(step);
+    scene.nonsmooth.step = step;
+    const auto doubt = doubt_first_touches(scene, {}, {});
+    REQUIRE(doubt);
+    CHECK(doubt->touches == 1);
+    CHECK_FALSE(doubt->missing);
+    // The speed is that of the beginning of a step, off by up to g h; the factor is at most 4.
+    CHECK(doubt->greatest() < 4 * g * step / speed + 1e-9);
+  }
+  // With a rebound the second contact event counts.
+  scene.mechanism.surfaces[0].restitution = 0.1;
+  scene.nonsmooth.step = 1e-4;
+  CHECK(doubt_first_touches(scene, {}, {})->touches > 1);
+}
+
 TEST_CASE("the error estimate of the first contacts covers their error", "[companion]") {
   int cases = 0;
   for (const auto* name :

@@ -62,6 +62,18 @@ TEST_CASE("a file appears complete or not at all", "[files]") {
   REQUIRE_THROWS_AS(OutputFile(folder.path() / "none" / "c.csv"), OutputError);
 }
 
+TEST_CASE("there is one zero in a file", "[files]") {
+  test::TemporaryFolder folder;
+  const auto path = folder.path() / "zero.csv";
+  OutputFile file(path);
+  for (const double x : {-0.0, 0.0, -1e-300}) {
+    file.number(x);
+    file.write("\n");
+  }
+  file.commit();
+  CHECK(test::file_text(path) == "0\n0\n-1e-300\n");
+}
+
 TEST_CASE("contact log: impacts, lasting contact, order, counts", "[events]") {
   ContactLog log(2);
   ContactStatistics statistics(0);

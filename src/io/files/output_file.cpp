@@ -151,7 +151,7 @@ void OutputFile::write(std::string_view text) {
 void OutputFile::number(double x) {
   if (!std::isfinite(x)) refuse(x);
   if (buffer_.size() - used_ < 32) flush();
-  const auto end = fmt::format_to(buffer_.data() + used_, FMT_COMPILE("{}"), x);
+  const auto end = fmt::format_to(buffer_.data() + used_, FMT_COMPILE("{}"), x + 0.0);  // −0 as 0
   used_ = static_cast<std::size_t>(end - buffer_.data());
 }
 
