@@ -46,10 +46,11 @@ std::string by_speed(bool turns, double m, double v, const std::vector<reference
                 : fmt::format("[bodies.it]\nmass = {:.17g}\ninertia = 1\nvelocity = [{:.17g}, 0]\n"
                               "[joints.j]\ntype = \"translational\"\n",
                               m, v)) +
-         fmt::format("between = [\"ground\", \"it\"]\n[drives.d]\njoint = \"j\"\n{} = \"c\"\nagainst = \"speed\"\n"
-                     "[curves.c]\nshape = \"table\"\npoints = [{}]\n"
-                     "[run]\nduration = {:.17g}\nstart = \"given\"\n",
-                     turns ? "torque_curve" : "force", points, duration);
+         fmt::format(
+             "between = [\"ground\", \"it\"]\n[drives.d]\njoint = \"j\"\n{} = \"c\"\nagainst = \"speed\"\n"
+             "[curves.c]\nshape = \"table\"\npoints = [{}]\n"
+             "[run]\nduration = {:.17g}\nstart = \"given\"\n",
+             turns ? "torque_curve" : "force", points, duration);
 }
 
 void check_speed(bool turns, double m, double v, const std::vector<reference::SpeedCurve::Knot>& knots,
@@ -98,7 +99,9 @@ TEST_CASE("kinks in steps: a narrow drive against speed holds a braked slider in
 
 TEST_CASE("kinks in steps: random tables against speed with pieces of 1e-4 to 1e-1 of the range") {
   std::mt19937_64 random(20261128);
-  const auto uniform = [&](double a, double b) { return std::uniform_real_distribution<double>(a, b)(random); };
+  const auto uniform = [&](double a, double b) {
+    return std::uniform_real_distribution<double>(a, b)(random);
+  };
   for (int n = 0; n < 6; ++n) {
     INFO("scene " << n);
     const double m = std::pow(10, uniform(-2, 2)), V = std::pow(10, uniform(-1, 1)),
@@ -134,7 +137,9 @@ TEST_CASE("kinks in steps: a saturated controller of great gain does not stop th
 
 TEST_CASE("kinks in steps: random saturated controllers") {
   std::mt19937_64 random(20261129);
-  const auto uniform = [&](double a, double b) { return std::uniform_real_distribution<double>(a, b)(random); };
+  const auto uniform = [&](double a, double b) {
+    return std::uniform_real_distribution<double>(a, b)(random);
+  };
   for (int n = 0; n < 6; ++n) {
     INFO("scene " << n);
     const double J = std::pow(10, uniform(-3, 2)), w = std::pow(10, uniform(0, 2)), k = J * w * w,

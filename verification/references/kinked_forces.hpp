@@ -38,8 +38,7 @@ class SpeedCurve {
       double to = INFINITY;
       if (r != 0 && !end) {
         const double knot = knots_[up ? piece_ + 1 : piece_].v, there = r + b * (knot - v_);
-        if (there * r > 0)
-          to = std::abs(there / r - 1) > 1e-12 ? std::log(there / r) / b : (knot - v_) / r;
+        if (there * r > 0) to = std::abs(there / r - 1) > 1e-12 ? std::log(there / r) / b : (knot - v_) / r;
         if (t_ + to < time) {
           move(to);
           v_ = knot;
