@@ -103,8 +103,8 @@ void end_group(int) {
   if (getppid() != parent) _exit(127);
   const int to = output ? output->ends[1] : open("/dev/null", O_WRONLY);
   if (to < 0 || dup2(in.ends[0], 0) < 0 || dup2(to, 1) < 0 || dup2(errors.ends[1], 2) < 0) _exit(127);
-  close_range(3, ~0U, 0);  // locks of files, and pipes to other children
-  if (*folder && chdir(folder) != 0) _exit(127);
+  if (*folder && chdir(folder) != 0) _exit(127);  // the folder may be named by a descriptor
+  close_range(3, ~0U, 0);                         // locks of files, and pipes to other children
   const pid_t id = fork();
   if (id < 0) _exit(127);
   if (id == 0) become(made, mask);
