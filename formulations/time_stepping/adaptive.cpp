@@ -272,12 +272,7 @@ bool AdaptiveMoreau::land_on_separation(Attempt& a, double shortest) {
   int first = -1;
   for (int k = 0; k < system_.contacts(); ++k) {
     const auto& before = pair_.start.contacts[static_cast<std::size_t>(k)];
-    // A contact that separates at the beginning is not held by a force that returns within the step.
-    if (before.closed && before.hold == -INFINITY && pair_.pressed_first(k) && a.h > 4 * shortest) {
-      refuse(a, 0.25 * a.h);
-      ++p.tries;
-      return true;
-    }
+    // A contact without force from the beginning has separated there.
     if (!before.closed || contact(k).row.normal.size == 0 || (!(before.hold > 0) && !pair_.pressed_first(k)))
       continue;
     if (first < 0 || contact(k).hold < contact(first).hold) first = k;
@@ -286,15 +281,9 @@ bool AdaptiveMoreau::land_on_separation(Attempt& a, double shortest) {
   const double hold = contact(first).hold;
   const int side = hold < 0 ? 1 : -1;
   if (side > 0) {
-    if (p.side == 0 || !(p.low < a.h)) {
-      p.low = p.side = 0;
-      p.low_hold = pair_.start.contacts[static_cast<std::size_t>(first)].hold;
-    }
+    if (p.side == 0) p.low_hold = pair_.start.contacts[static_cast<std::size_t>(first)].hold;
     if (p.side == side) p.low_hold *= 0.5;
-    p.high = a.h;
-    // A contact that has separated within the pair shows no force at its end: halve.
-    p.high_hold = contact(first).last_n > 0 ? hold : -p.low_hold;
-    p.contact = first;
+    p.high = a.h, p.high_hold = hold, p.contact = first;
   } else {
     if (!(p.high > a.h)) p.high = INFINITY;
     if (p.side == side) p.high_hold *= 0.5;
@@ -318,7 +307,7 @@ bool AdaptiveMoreau::land_on_separation(Attempt& a, double shortest) {
   const double width = p.high - p.low, share = p.low_hold > 0 ? p.low_hold / (p.low_hold - p.high_hold) : 0.5,
                to = p.low + width * std::clamp(share, 1e-3, 1 - 1e-3);
   if (std::min(width, std::abs(to - a.h)) <= std::max(1e-7 * p.high, shortest) || ++p.tries > 50) {
-    contact(p.contact).hold = -INFINITY;
+    contact(p.contact).hold = 0;
     return false;
   }
   refuse(a, std::max(to, shortest));
@@ -417,7 +406,6 @@ void AdaptiveMoreau::settle() {
       if (c.steps == 1) c.steps = 2;
     }
     if (c.closed && c.t_pressed < moreau_.t()) c.closed = false;
-    if (!c.closed) c.hold = 0;
     if (!c.closed && at_onset && c.row.normal.dot(moreau_.v()) < 0) impacting_ = true;
   }
   pace_.note_step(moreau_.t(), moreau_.extremes().gains);

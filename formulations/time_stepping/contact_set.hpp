@@ -42,7 +42,7 @@ struct StepContact {
   double t_onset = 0, t_left = 0;
   double t_pressed = 0;  // end of the last step with an impulse
   // m/s², of a closed contact at the end of an adaptive step: D times its force, or less the acceleration
-  // with which it separates; 0: neither is known; −∞: it separates there
+  // with which it separates; 0: neither is known
   double hold = 0;
   int steps = 0;                  // number of steps since the onset of the present contact
   double bias_n = 0, bias_t = 0;  // u⁻ − Wᵀv = Wᵀv⁺ − u⁺

@@ -95,8 +95,7 @@ double StepPair::weakest(const MoreauStepper& moreau, int k) const {
   const double square = C * C - 3 * B * E, steep = C + std::sqrt(std::max(square, 0.0));
   if (square < 0 || !(steep > std::abs(B))) return 0;  // no least value within
   const double x = -B / steep, least = A + x * (B + x * (C + x * E));
-  // The cubic lacks a twelfth of θ² of C, for steps of θ on either side of a sinusoid's extreme.
-  return least < std::abs(E) + 0.05 * C ? 0.5 * (1 + x) : 0;
+  return least < std::abs(E) ? 0.5 * (1 + x) : 0;  // E stands for the terms that the cubic lacks
 }
 
 void StepPair::extrapolate(MoreauStepper& moreau) {
