@@ -41,7 +41,6 @@ void AdaptiveMoreau::start(const State& state, ContactLog& log) {
   for (int k = 0; k < system_.contacts(); ++k) {
     auto& c = contact(k);
     c.t_left = -INFINITY;
-    c.hold = 0;
     system_.contact(k, state.q.data(), state.v.data(), e, c.row);
     if (c.row.normal.size == 0 || c.gap > near(k)) continue;
     const double rate = c.row.normal.dot(state.v.data()), none = tolerance_ * scales_.speed;
@@ -203,7 +202,6 @@ AdaptiveMoreau::Outcome AdaptiveMoreau::attempt(Attempt& a, double t_end) {
     a.landings = 0;
     return shorten(h / over);
   }
-  if (land_on_separation(a, std::max(1e-3 * floor, a.least))) return Outcome::again;
   const bool alike = pair_.alike();
   const double error = pair_.error(moreau_);
   const double factor = std::clamp(0.9 * std::pow(std::max(error, 1e-10), alike ? -1.0 / 3 : -0.5), 0.1, 4.0);
@@ -248,7 +246,7 @@ AdaptiveMoreau::Outcome AdaptiveMoreau::attempt(Attempt& a, double t_end) {
     found_.most_floored = std::max(found_.most_floored, error);
     found_.longest_floor = std::max(found_.longest_floor, h);
   }
-  h_ = a.landings > 0 || a.parting.tries > 0 || last ? std::max(h_, h * factor) : h * factor;
+  h_ = a.landings > 0 || last ? std::max(h_, h * factor) : h * factor;
   h_ = std::max(h_, 2 * floor);  // the reason for the short step lies behind
   settle();
   return Outcome::accepted;
@@ -261,56 +259,6 @@ bool AdaptiveMoreau::land_on_onset(Attempt& a, const OnsetSearch::Onset& onset) 
   if (a.landings >= 8 || !(rest > 0) || !(deep > near(onset.contact))) return false;
   refuse(a, onset.t - pair_.start.t);
   ++a.landings;
-  return true;
-}
-
-/// Whether the step is repeated to end where the first closed contact separates: by the secant of its
-/// force, halved where the same bound moves twice (Illinois method); or where its force may vanish and
-/// return within the step.
-bool AdaptiveMoreau::land_on_separation(Attempt& a, double shortest) {
-  auto& p = a.parting;
-  int first = -1;
-  for (int k = 0; k < system_.contacts(); ++k) {
-    const auto& before = pair_.start.contacts[static_cast<std::size_t>(k)];
-    // A contact without force from the beginning has separated there.
-    if (!before.closed || contact(k).row.normal.size == 0 || (!(before.hold > 0) && !pair_.pressed_first(k)))
-      continue;
-    if (first < 0 || contact(k).hold < contact(first).hold) first = k;
-  }
-  if (first < 0) return false;
-  const double hold = contact(first).hold;
-  const int side = hold < 0 ? 1 : -1;
-  if (side > 0) {
-    if (p.side == 0) p.low_hold = pair_.start.contacts[static_cast<std::size_t>(first)].hold;
-    if (p.side == side) p.low_hold *= 0.5;
-    p.high = a.h, p.high_hold = hold, p.contact = first;
-  } else {
-    if (!(p.high > a.h)) p.high = INFINITY;
-    if (p.side == side) p.high_hold *= 0.5;
-    p.low = a.h, p.low_hold = hold;
-  }
-  p.side = side;
-  if (!(p.high < INFINITY)) {
-    double share = 1;  // a step ends where a force may vanish and return
-    for (int k = 0; k < system_.contacts(); ++k)
-      if (const double at = pair_.weakest(moreau_, k); at > 0) share = std::min(share, at);
-    if (share == 1 || !(share * a.h > shortest) || ++p.tries > 8) return false;
-    refuse(a, share * a.h);
-    return true;
-  }
-  if (p.high <= shortest && !pair_.pressed_first(p.contact)) {  // it separates at the beginning
-    pair_.start.contacts[static_cast<std::size_t>(p.contact)].hold = 0;
-    p = {};
-    refuse(a, h_);
-    return true;
-  }
-  const double width = p.high - p.low, share = p.low_hold > 0 ? p.low_hold / (p.low_hold - p.high_hold) : 0.5,
-               to = p.low + width * std::clamp(share, 1e-3, 1 - 1e-3);
-  if (std::min(width, std::abs(to - a.h)) <= std::max(1e-7 * p.high, shortest) || ++p.tries > 50) {
-    contact(p.contact).hold = 0;
-    return false;
-  }
-  refuse(a, std::max(to, shortest));
   return true;
 }
 
@@ -384,7 +332,6 @@ void AdaptiveMoreau::close_after_impact() {
     // differ by the rotation of its row.
     const bool stays = c.last_n > 0 && (c.soft || c.restitution == 0);
     c.soft = false;
-    c.hold = 0;
     c.closed = (stays || std::abs(rate) <= none) &&
                c.gap <= 2 * near(k) + tolerance_ * system_.contact_facts(k).clearance;
     if (!c.closed) c.t_left = moreau_.t();

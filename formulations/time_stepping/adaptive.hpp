@@ -6,9 +6,6 @@
 // steps is taken, its error is estimated, and the result is extrapolated (step_pair.hpp). Steps
 // have a lower limit, the floor (step_pace.hpp).
 //
-// *Separation.* Where the force of a closed contact has changed its sign by the end of a pair, the
-// step is repeated until it ends where the force vanishes. The contact takes no part from there on.
-//
 // *Impacts.* The first contact onset on the path is located (onset_search.hpp), and the step is
 // repeated to end there. A short step over the impact follows, by the impact law and with all
 // contacts. Its length is tolerance × ℓ over the approach speed, so that the time of the impact
@@ -110,19 +107,12 @@ class AdaptiveMoreau {
     double least;  // s, rounding of times
     double h;      // s
     int landings = 0, halvings = 0;
-    /// Search for the length with which a step ends at the first separation.
-    struct Parting {
-      double low = 0, high = INFINITY;        // s: no contact separates within `low`, one within `high`
-      double low_hold = 0, high_hold = 0;     // m/s², see StepContact::hold; 0: unknown
-      int contact = -1, side = 0, tries = 0;  // the one that separates; the last bound that moved
-    } parting = {};
   };
   enum class Outcome { accepted, again, failed };
   Outcome attempt(Attempt& a, double t_end);
   void refuse(Attempt& a, double shorter);
   bool land_on_onset(Attempt& a, const OnsetSearch::Onset& onset);
   bool land_on_kink(Attempt& a, double floor);
-  bool land_on_separation(Attempt& a, double shortest);
   bool smooth_step(double t_end, double rounding);
   bool impact_step(double t_end);
   void close_after_impact();

@@ -40,17 +40,14 @@ struct StepContact {
   double impulse_n = 0, impulse_t = 0;  // since the onset of the present contact
   double last_n = 0, last_t = 0;        // of the last step, the initial guess of the next solve
   double t_onset = 0, t_left = 0;
-  double t_pressed = 0;  // end of the last step with an impulse
-  // m/s², of a closed contact at the end of an adaptive step: D times its force, or less the acceleration
-  // with which it separates; 0: neither is known
-  double hold = 0;
+  double t_pressed = 0;           // end of the last step with an impulse
   int steps = 0;                  // number of steps since the onset of the present contact
   double bias_n = 0, bias_t = 0;  // u⁻ − Wᵀv = Wᵀv⁺ − u⁺
   int unknown = -1;               // index in the contact problem of the step
   template <class M>
   void serialize(M& m) {
     m(active, closed, in_impact, held, soft, row, gap, u_n_minus, u_t_minus, u_n_plus, u_t_plus, impulse_n,
-      impulse_t, last_n, last_t, t_onset, t_left, t_pressed, hold, steps, bias_n, bias_t, unknown);
+      impulse_t, last_n, last_t, t_onset, t_left, t_pressed, steps, bias_n, bias_t, unknown);
   }
 };
 

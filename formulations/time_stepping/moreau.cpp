@@ -281,7 +281,6 @@ void MoreauStepper::each_kept(Self& s, P& p, Copy copy) {
   copy(d.q, p.q);
   copy(d.v, p.v);
   copy(d.z, p.z);
-  copy(d.lambda, p.lambda);
   copy(s.problem_.slide_last, p.slide_last);
   copy(s.contacts_.all(), p.contacts);
   copy(*d.log, p.log);

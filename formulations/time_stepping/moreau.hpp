@@ -61,7 +61,7 @@ class MoreauStepper {
   /// All data that a step changes, except the count of work; a rejected step is undone by restoring
   /// them.
   struct Place {
-    std::vector<double> q, v, z, lambda, slide_last;
+    std::vector<double> q, v, z, slide_last;
     std::vector<StepContact> contacts;
     ContactLog log;
     EnergyLedger integrals;

@@ -11,10 +11,9 @@ StepPair::StepPair(const System& system, const ErrorNorm& norm, double speed_sca
     : system_(system), norm_(norm), speed_scale_(speed_scale) {
   const auto n = static_cast<std::size_t>(system.n());
   for (auto* x : {&middle_q, &middle_v, &start.q, &start.v}) x->resize(n);
-  for (auto* place : {&start, &whole_, &end_})
+  for (auto* place : {&start, &whole_})
     place->log = ContactLog(system.contacts());  // with room for its events
   pressed_first_.resize(static_cast<std::size_t>(system.contacts()));
-  for (auto* x : {&holds_, &mean_first_, &mean_second_}) x->resize(pressed_first_.size());
 }
 
 bool StepPair::take(MoreauStepper& moreau, double h) {
@@ -29,13 +28,6 @@ bool StepPair::take(MoreauStepper& moreau, double h) {
     sum.add(1, moreau.smooth());
     sum.add(1, moreau.within());
   };
-  const auto take_means = [&](std::vector<double>& means) {
-    for (std::size_t k = 0; k < means.size(); ++k) {
-      const auto* u = moreau.problem().unknown_of(moreau.contacts().all()[k]);
-      means[k] =
-          u && u->normal >= 0 ? u->impulse_n * moreau.problem().D(u->normal, u->normal) / (0.5 * h) : 0;
-    }
-  };
   if (!moreau.advance(t, StepReach::closed)) return false;
   turned_ = note(modes_whole_);
   moreau.keep(whole_);
@@ -45,7 +37,6 @@ bool StepPair::take(MoreauStepper& moreau, double h) {
   if (!moreau.advance(middle_t, StepReach::closed)) return false;
   for (std::size_t k = 0; k < pressed_first_.size(); ++k)
     pressed_first_[k] = moreau.contacts().all()[k].last_n;
-  take_means(mean_first_);
   turned_ = std::max(turned_, note(modes_first_));
   std::copy_n(moreau.q(), system_.n(), middle_q.begin());
   std::copy_n(moreau.v(), system_.n(), middle_v.begin());
@@ -53,49 +44,8 @@ bool StepPair::take(MoreauStepper& moreau, double h) {
   if (!moreau.advance(t, StepReach::closed)) return false;
   lifted_ = lifted(moreau.contacts(), moreau.problem(), pressed_first_);
   turned_ = std::max(turned_, note(modes_second_));
-  take_means(mean_second_);
   add_to(smooth);
-  probe(moreau, h);
   return true;
-}
-
-void StepPair::probe(MoreauStepper& moreau, double h) {
-  auto& contacts = moreau.contacts().all();
-  if (std::none_of(contacts.begin(), contacts.begin() + static_cast<std::ptrdiff_t>(holds_.size()),
-                   [](const StepContact& c) { return c.closed; }))
-    return;
-  const double t = moreau.t() + 1e-5 * h, length = t - moreau.t();
-  if (!(length > 1e-6 * h)) return;  // time does not resolve it
-  double speed = speed_scale_;
-  for (int i = 0; i < system_.n(); ++i)
-    if (!system_.is_angle(i)) speed = std::max(speed, std::abs(moreau.v()[i]));
-  moreau.keep(end_);
-  const bool taken = moreau.advance(t, StepReach::closed);
-  for (std::size_t k = 0; k < holds_.size(); ++k) {
-    const auto& c = contacts[k];
-    holds_[k] = 0;
-    if (!taken || !c.closed || c.row.normal.size == 0) continue;
-    const auto* u = moreau.problem().unknown_of(c);
-    const double rate = u && u->impulse_n > 0 ? u->impulse_n * moreau.problem().D(u->normal, u->normal)
-                                              : -c.row.normal.dot(moreau.v());
-    if (std::abs(rate) > 1e-14 * speed) holds_[k] = rate / length;  // else rounding
-  }
-  moreau.go_back(end_);
-  for (std::size_t k = 0; k < holds_.size(); ++k) contacts[k].hold = holds_[k];
-}
-
-double StepPair::weakest(const MoreauStepper& moreau, int k) const {
-  const auto i = static_cast<std::size_t>(k);
-  const double before = start.contacts[i].hold, after = moreau.contacts()[k].hold;
-  const double first = mean_first_[i], second = mean_second_[i];
-  if (!(before > 0 && after > 0 && first > 0 && second > 0)) return 0;
-  // A + Bx + Cx² + Ex³ from x = −1 to 1
-  const double mean = 0.5 * (first + second), C = 1.5 * (0.5 * (before + after) - mean), A = mean - C / 3;
-  const double odd = 0.5 * (after - before), E = 2 * (odd - (second - first)), B = odd - E;
-  const double square = C * C - 3 * B * E, steep = C + std::sqrt(std::max(square, 0.0));
-  if (square < 0 || !(steep > std::abs(B))) return 0;  // no least value within
-  const double x = -B / steep, least = A + x * (B + x * (C + x * E));
-  return least < std::abs(E) ? 0.5 * (1 + x) : 0;  // E stands for the terms that the cubic lacks
 }
 
 void StepPair::extrapolate(MoreauStepper& moreau) {

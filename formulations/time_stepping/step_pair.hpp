@@ -3,11 +3,6 @@
 // nonsmooth.step_tolerance in the norm of the event-driven scheme's integrator. If the contacts
 // have the same modes in all three steps, the result is extrapolated. Otherwise the difference
 // itself is the error estimate.
-//
-// A contact that leaves the motion no freedom (a cam's follower) has right velocities and therefore a
-// right impulse in any step, even where its force has changed its sign. A probing step after the
-// pair, 1e-5 of its length, therefore finds the forces at its end (StepContact::hold). With the means
-// of the half steps they show whether a contact separates within the pair.
 #pragma once
 
 #include <vector>
@@ -29,12 +24,6 @@ class StepPair {
   /// Error estimate over the accepted error.
   double error(const MoreauStepper& moreau) const;
   void extrapolate(MoreauStepper& moreau);
-  /// Whether contact k is pressed in the first half step.
-  bool pressed_first(int k) const { return pressed_first_[static_cast<std::size_t>(k)] > 0; }
-  /// Share of the pair, in (0, 1), at which the force of contact k is least, if it may vanish there:
-  /// by the cubic through the forces at both ends and the means of the half steps. Not known (0) if
-  /// the forces at the ends are not positive.
-  double weakest(const MoreauStepper& moreau, int k) const;
 
   /// @name Forces of the pair
   ///@{
@@ -55,17 +44,15 @@ class StepPair {
 
  private:
   double difference(const MoreauStepper& moreau) const;
-  void probe(MoreauStepper& moreau, double h);
   double unseen_by_halves() const;
 
   const System& system_;
   ErrorNorm norm_;
   double speed_scale_;  // m/s
-  MoreauStepper::Place whole_, end_;
+  MoreauStepper::Place whole_;
   std::vector<signed char> modes_whole_, modes_first_, modes_second_;
-  std::vector<double> pressed_first_;                     // N s, of the contacts in the first half step
-  std::vector<double> holds_, mean_first_, mean_second_;  // m/s², of the contacts
-  double turned_ = 0, lifted_ = 0;                        // m/s; see step_modes.hpp
+  std::vector<double> pressed_first_;  // N s, of the contacts in the first half step
+  double turned_ = 0, lifted_ = 0;     // m/s; see step_modes.hpp
   bool watching_ = false;
   Forces whole_smooth_;
 };
