@@ -30,7 +30,7 @@ struct SecondKey {
 
 /// A quantity of motions whose zeros are located on the branches.
 struct BranchQuantity {
-  std::string name;  ///< in the branches' list of bifurcations
+  std::string name;                                 ///< in the branches' list of bifurcations
   std::function<double(const BranchPoint&)> value;  ///< NaN: not defined for this motion
 };
 
@@ -61,7 +61,7 @@ struct ContinuationRequest {
   /// Branches that go on, in place of a search at `from` or `start`. New ones
   /// have numbers above `branches`.
   std::vector<BranchRestart> restarts = {};
-  int branches = 0;  ///< number of the branches that exist already
+  int branches = 0;                                             ///< number of the branches that exist already
   std::function<void(const BranchPoint&)> on_point = {};        ///< called for each motion when it is known
   std::function<void(const Bifurcation&)> on_bifurcation = {};  ///< likewise for each bifurcation
   std::function<void(const CurvePoint&)> on_curve_point = {};   ///< likewise for each point of the curves

@@ -245,7 +245,7 @@ TEST_CASE("US and shop units have their legal values", "[quantities]") {
   CHECK(read("3 inch", "m") == Approx(76.2e-3).epsilon(4e-16));
   CHECK(read("25 micron", "m") == Approx(25e-6).epsilon(4e-16));
   CHECK(read("60 RPM", "rad/s") == Approx(2 * std::numbers::pi).epsilon(4e-16));
-  CHECK(read("2 rps", "rad/s") == Approx(4 * pi).epsilon(4e-16));
+  CHECK(read("2 rps", "rad/s") == Approx(4 * std::numbers::pi).epsilon(4e-16));
 }
 
 TEST_CASE("a hyphen multiplies units, and pounds times a length are a torque", "[quantities]") {
