@@ -24,11 +24,13 @@ bool VariedColumns<Dynamics>::displace_closer(std::size_t c) {
 }
 
 /// f_p at a fixed state and mode. A parameter that changes no digit of f has no part. If the parameter moves a kink of f
-/// past the state, the values on the other side of it are left out.
+/// past the state, the values on the other side of it are left out. The second differences about −h, 0 and h of a smooth
+/// function lie on a line up to its fourth derivative, those of a kink do not.
 template <class Dynamics>
 void VariedColumns<Dynamics>::parameter_part(std::size_t c, const Vector& x, double t, const Vector& f,
                                              Vector& out) {
-  constexpr double kink = 1e-5, rounding = 1e-13;  // relative changes of the slope and of the value
+  // Relative changes of the slope and of the value, and of second differences about a line.
+  constexpr double kink = 1e-5, rounding = 1e-13, bend = 0.02;
   out.assign(size_, 0);
   auto& list = displaced_[c];
   if (!list[0]) return;
@@ -42,8 +44,10 @@ void VariedColumns<Dynamics>::parameter_part(std::size_t c, const Vector& x, dou
   const double h = keys_[c].spacing;
   for (std::size_t k = 0; k < size_; ++k) {
     const double inner = values[2][k] - values[1][k], above = values[3][k] - 2 * values[2][k] + f[k],
-                 below = values[0][k] - 2 * values[1][k] + f[k];
-    if (std::abs(above - below) <= kink * std::abs(inner) + rounding * std::abs(f[k]))
+                 below = values[0][k] - 2 * values[1][k] + f[k],
+                 centre = values[2][k] - 2 * f[k] + values[1][k], least = rounding * std::abs(f[k]);
+    if (std::abs(above - below) <= kink * std::abs(inner) + least ||
+        std::abs(above + below - 2 * centre) <= bend * std::abs(above - below) + least)
       out[k] = (8 * inner - (values[3][k] - values[0][k])) / (12 * h);
     else if (std::abs(above) < std::abs(below))
       out[k] = (4 * values[2][k] - values[3][k] - 3 * f[k]) / (2 * h);

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <type_traits>
 
 #include "dynamics/assembly/assembly.hpp"
 #include "dynamics/system.hpp"
@@ -15,6 +16,9 @@
 #include "formulations/make.hpp"
 #include "formulations/sensitivity.hpp"
 #include "io/scene/spelling.hpp"
+#include "io/scene/stated_number.hpp"
+#include "io/scene/toml_value.hpp"
+#include "io/scene/write_scene.hpp"
 #include "mechanism/scene.hpp"
 #include "simulation/instrument.hpp"
 
@@ -220,22 +224,36 @@ VariedScene derivatives_of(const Scene& scene, const SensitivityRequest& request
   return all;
 }
 
+/// Sets an option. A scene changed in code remains one, because its text may state the keys in their units.
+template <class T>
+void set_option(Scene& scene, const std::string& key, T& place, const std::type_identity_t<T>& value,
+                const std::string& text) {
+  if (equals_its_text(scene, to_toml(scene)))
+    scene.set(key, text);
+  else
+    place = value;
+}
+
+void set_option(Scene& scene, const std::string& key, double& place, double value) {
+  set_option(scene, key, place, value, toml_number(value));
+}
+
 /// Multiplies the tolerance or the step of the scheme in force.
 Scene coarser(const Scene& scene, Family family, double tolerance, double step) {
   Scene other = scene;
-  const auto& n = scene.nonsmooth;
-  const auto& p = scene.penalty;
+  auto& n = other.nonsmooth;
+  auto& p = other.penalty;
   if (family == Family::penalty) {
     if (choice_of(p.integrator).traits.adaptive)
-      other.set("penalty.tolerance", tolerance * p.tolerance);
+      set_option(other, "penalty.tolerance", p.tolerance, tolerance * p.tolerance);
     else
-      other.set("penalty.step", step * p.step);
+      set_option(other, "penalty.step", p.step, step * p.step);
   } else if (n.scheme_in_force() != Scheme::moreau_jean) {
-    other.set("nonsmooth.tolerance", tolerance * n.tolerance);
+    set_option(other, "nonsmooth.tolerance", n.tolerance, tolerance * n.tolerance);
   } else if (n.step) {
-    other.set("nonsmooth.step", step * *n.step);
+    set_option(other, "nonsmooth.step", *n.step, step * *n.step);
   } else {
-    other.set("nonsmooth.step_tolerance", tolerance * n.step_tolerance);
+    set_option(other, "nonsmooth.step_tolerance", n.step_tolerance, tolerance * n.step_tolerance);
   }
   return other;
 }
@@ -316,7 +334,8 @@ void estimate_errors(const Scene& scene, const SensitivityRequest& request, Vari
     direction[i] = whole ? direction[i] * (i % 2 == 0 ? 0.5 : -0.35) : 0;
   }
   Scene exact = scene;
-  if (steps) exact.set("nonsmooth.scheme", std::string("event-driven"));
+  if (steps)
+    set_option(exact, "nonsmooth.scheme", exact.nonsmooth.scheme, Scheme::event_driven, "event-driven");
   const auto unexplained = [&](const std::vector<double>& along, auto take) {
     try {
       const Direction beside(exact, request, found, along);

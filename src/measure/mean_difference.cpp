@@ -77,13 +77,15 @@ MeanDifference difference_of_means(const Samples& x, const Samples& y, double co
   d.size = std::sqrt(d.size);
   SampleSpread v(x), w(y);
   if (x.size() < 2 && y.size() < 2 && !(common > 0)) return d;
+  const bool shared = x.size() < 2 || y.size() < 2;  // one estimate is both variances
   if (x.size() < 2 && y.size() > 1) v.take(w);
   if (y.size() < 2 && x.size() > 1) w.take(v);
   const double u = common * common, all = v.trace() + w.trace() + u;
   d.expected = std::sqrt(all);
-  const double vv = v.product(v), ww = w.product(w), both = vv + 2 * v.product(w) + ww + u * u;
+  const double vv = v.product(v), ww = w.product(w), estimated = vv + 2 * v.product(w) + ww,
+               both = estimated + u * u;
   constexpr double many = 1e6;
-  const double unknown = vv / v.freedom + ww / w.freedom;
+  const double unknown = shared ? estimated / v.freedom : vv / v.freedom + ww / w.freedom;
   const double f0 = unknown > 0 ? std::min(many, all * all / unknown) : many;
   d.limit = both > 0
                 ? std::sqrt(all * quantile(complement(

@@ -47,17 +47,13 @@ TEST_CASE("validate accepts a run against itself and detects a different clearan
     CHECK_THAT(o.out, Contains("peak ratio, median"));
     return test::read_json(folder.path() / (set.empty() ? "same" : "other") / "validation.json");
   };
-  const auto ratio = [](const nlohmann::json& v) {
-    return v["models"]["nonsmooth"]["peak_ratio_median"].get<double>();
+  const auto verdict = [](const nlohmann::json& v) {
+    return v["models"]["nonsmooth"]["verdict"].get<std::string>();
   };
-  const auto same = agreement(""), other = agreement(" --set joints.gudgeon.clearance=1e-3");
-  // The same run without its discarded first revolution: the mean over revolutions may differ by
-  // the weight of one revolution.
-  CHECK(ratio(same) == Approx(1).epsilon(0.1));
-  // Peaks grow with the clearance (X8 of the paper), beyond the difference of runs with the same
-  // clearance. A first bound, 1.6, assumed that the filtered median peak grows like a single
-  // impact, √c; it grew by 1.26.
-  CHECK(ratio(other) > 1.1);
+  // Five revolutions may be too few to find half a clearance, and then no verdict is given.
+  CHECK(verdict(agreement("")) != "differs");
+  // Four times the clearance: the test finds twice with these revolutions.
+  CHECK(verdict(agreement(" --set joints.gudgeon.clearance=1e-3")) == "differs");
   CHECK(std::filesystem::file_size(folder.path() / "same/figures/overlay.png") > 10000);
 }
 
