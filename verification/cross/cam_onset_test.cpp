@@ -173,6 +173,7 @@ Sum fly(unsigned seed, int count) {
       ++sum.runs;
       const bool done = run.ending.status == Ending::Status::finished;
       sum.stopped += !done;
+      if (!done) UNSCOPED_INFO(run.ending.reason);
       CHECK(done);
       const auto found = test::touches(run);
       sum.onsets += exact.has_value();
