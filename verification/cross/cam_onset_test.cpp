@@ -74,7 +74,7 @@ struct Flight {
     motion.ax = -gravity * std::cos(to);
     motion.ay = -gravity * std::sin(to);
     end = std::min(uniform(1, 3) * away / in, 20 / (0.1 + std::abs(motion.turn)));
-    size = std::ldexp(1, std::uniform_int_distribution(-20, 10)(engine));
+    size = std::ldexp(1, std::uniform_int_distribution(-10, 10)(engine));
   }
 
   /// kg; so that a compliant contact of any size takes about 0.1 ms: (m²/(R E*² v))^0.2 with R and v ~ size.
