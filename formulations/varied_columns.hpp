@@ -30,6 +30,7 @@
 #include <cmath>
 #include <functional>
 #include <memory>
+#include <optional>
 #include <span>
 #include <string>
 #include <utility>
@@ -228,6 +229,8 @@ class VariedColumns {
                    const Vector& dx, double dt, double speed);
   double within_rates(double h, Dynamics& f, const Vector& x, double t, const Vector& dx, double dt);
   Difference across(std::size_t c, const Function& value, const Vector& centre, const Vector& x, double t);
+  std::optional<Difference> together(std::size_t c, const Function& value, const Vector& centre,
+                                     const Vector& x, double t, const Vector& dx, double dt, double speed);
   /// Total derivative of a function along column c; ends the column at a kink if `strict`. Rounding errors
   /// of a smooth function that nearly vanishes can pass for a kink.
   Vector total(std::size_t c, const Function& value, const Vector& x, double t, const Vector& dx, double dt,

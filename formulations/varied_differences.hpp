@@ -207,6 +207,37 @@ void VariedColumns<Dynamics>::take_sides_of_limit(Dynamics& next, int k, const V
   after = to;
 }
 
+/// Derivative along (dx, dt) and p together. The two parts alone are larger by length over clearance if a key displaces a
+/// journal that the motion then carries back, and their errors with them. Nothing if the displaced values of p are
+/// farther apart than the state may move.
+template <class Dynamics>
+std::optional<Difference> VariedColumns<Dynamics>::together(std::size_t c, const Function& value,
+                                                            const Vector& centre, const Vector& x, double t,
+                                                            const Vector& dx, double dt, double speed) {
+  constexpr std::size_t levels = 2;
+  if constexpr (requires { probe_->pin(x, t); }) return {};
+  if (!displaced_[c][0]) return {};
+  double most = spacing(*probe_, x, dx, dt, speed);
+  if (most == 0) return {};
+  most = within_rates(most, *probe_, x, t, dx, dt);
+  Vector y;
+  const auto at = [&](double h, const Displaced& displaced) {
+    return difference(h, centre, [&](std::size_t i) {
+      y = x;
+      add_multiple(y, difference_places[i] * h, dx);
+      return value(*displaced[i], y, t + difference_places[i] * h * dt);
+    });
+  };
+  if (!(twin_of_ && keys_[c].impact_spacing < keys_[c].spacing) && keys_[c].spacing <= most)
+    if (auto d = at(keys_[c].spacing, displaced_[c]); d.smooth) return d;
+  for (std::size_t level = 0; level < levels; ++level) {
+    if (level == closer_[c].size() && !displace_closer(c)) break;
+    if (closer_[c][level].spacing > most) continue;
+    if (auto d = at(closer_[c][level].spacing, closer_[c][level].dynamics); d.smooth) return d;
+  }
+  return {};
+}
+
 template <class Dynamics>
 std::vector<double> VariedColumns<Dynamics>::total(std::size_t c, const Function& value, const Vector& x,
                                                    double t, const Vector& dx, double dt, double speed,
@@ -214,6 +245,12 @@ std::vector<double> VariedColumns<Dynamics>::total(std::size_t c, const Function
   const auto centre = value(*probe_, x, t);
   auto d = along(*probe_, value, centre, x, t, dx, dt, speed);
   const auto p = across(c, value, centre, x, t);
+  constexpr double cancelled = 30;
+  for (std::size_t k = 0; k < centre.size(); ++k)
+    if (std::abs(d.slope[k]) + std::abs(p.slope[k]) > cancelled * std::abs(d.slope[k] + p.slope[k])) {
+      if (auto both = together(c, value, centre, x, t, dx, dt, speed)) return std::move(both->slope);
+      break;
+    }
   if (strict && (!d.smooth || !p.smooth))
     refuse(c, fmt::format("t = {:.9g} s: the impact law or a constraint has a kink there, so the one-sided "
                           "derivatives differ",

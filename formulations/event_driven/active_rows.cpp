@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "numerics/least_squares.hpp"
+
 namespace freeplay {
 
 ActiveRows::ActiveRows(int n, int m, int most) : n_(n), m_(m), rows_(static_cast<std::size_t>(most)) {
@@ -65,6 +67,34 @@ void ActiveRows::share(const Eigen::VectorXd& weight) {
   const Eigen::VectorXd root = weight.cwiseSqrt();
   const Eigen::MatrixXd weighted = K.topLeftCorner(used_, used_) * root.asDiagonal();
   x = root.asDiagonal() * MinimumNorm(weighted, 1e-10).solve(b.head(used_));
+}
+
+/// x = x₀ + √W Q r with the orthonormal kernel Q of K √W, and the least r.
+bool ActiveRows::share_within(const Eigen::VectorXd& weight, const Eigen::MatrixXd& C,
+                              const Eigen::VectorXd& c) {
+  const double unit = std::max(x.cwiseAbs().maxCoeff(), 1e-300), margin = 1e-9;
+  Eigen::VectorXd h = -(C * x + c) / unit;
+  if (h.maxCoeff() <= 0) return true;
+  const Eigen::VectorXd root = weight.cwiseSqrt();
+  const Eigen::MatrixXd weighted = K.topLeftCorner(used_, used_) * root.asDiagonal();
+  const Eigen::MatrixXd free = root.asDiagonal() * orthogonal_complement(weighted.transpose(), 1e-10);
+  if (free.cols() == 0) return false;
+  Eigen::MatrixXd G = C * free;
+  for (Eigen::Index i = 0; i < G.rows(); ++i) {
+    h[i] += margin;
+    const double length = G.row(i).norm();
+    if (length <= 1e-10 * C.row(i).norm()) {  // no choice of x changes this condition
+      if (h[i] > 2 * margin) return false;
+      h[i] = -1;
+      continue;
+    }
+    G.row(i) /= length;
+    h[i] /= length;
+  }
+  Eigen::VectorXd r;
+  if (!least_distance(G, h, 0.1 * margin, r) || !((G * r - h).minCoeff() > -0.5 * margin)) return false;
+  x += unit * (free * r);
+  return true;
 }
 
 void ActiveRows::apply(double* a, double* lambda) const {

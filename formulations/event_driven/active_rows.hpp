@@ -45,6 +45,8 @@ class ActiveRows {
   /// The least x/√weight: if K is singular, forces are shared in proportion to the weights (one per
   /// row).
   void share(const Eigen::VectorXd& weight);
+  /// The least of these with C x + c ≥ 0. Returns false and keeps x if there are none.
+  bool share_within(const Eigen::VectorXd& weight, const Eigen::MatrixXd& C, const Eigen::VectorXd& c);
   bool dependent() const { return dependent_; }  ///< K was singular in the last solve()
   /// sign of the determinant of K in the last solve()
   int turn() const { return turn_; }

@@ -79,6 +79,7 @@ bool EventDriven::step(double t_end) {
   if (!step_until_lockup(t_end)) return false;
   last_ = search_.find(d, method_);
   pending_ = last_.kind != ModeEvent::Kind::none;
+  span_ = std::max(method_.t - method_.t_old, 0.5 * span_);
   if (pending_) search_.land(d, method_, last_);
   if (!is_finite(method_.x)) return fail("the state is no longer finite; use a smaller nonsmooth.tolerance");
   if (variation_) {
@@ -145,7 +146,6 @@ bool EventDriven::change_mode() {
   // appears as a separation.
   d.project(x, t, forces_.impulses_before());
   d.measure_speeds(x);
-  if (last_.ends_sticking()) slide_at_limits();
   std::vector<int> was_closed;
   for (int k = 0; k < d.system.contacts(); ++k)
     if (d.contacts[k].closed) was_closed.push_back(k);
@@ -156,7 +156,6 @@ bool EventDriven::change_mode() {
       !reason.empty())
     return pace_.exceeded() ? beyond(reason) : fail(reason);
   if (!choose(touching)) return false;
-  ModeChoice::clear_forced(d);
   d.project(x, t, forces_.impulses_before());
   record(was_closed);
   if (variation_)
@@ -166,68 +165,76 @@ bool EventDriven::change_mode() {
   return true;
 }
 
-/// All contacts and joints at their friction limit start to slip at the same event, as several
-/// contacts of one body do.
-void EventDriven::slide_at_limits() {
+/// The mode that follows where a force of the present mode has reached its limit. There the
+/// accelerations of the contacts that open or begin to slip vanish, and the problem in accelerations
+/// has several solutions up to rounding. Their jerks ẅ and the rates of the forces decide,
+///
+///     0 ≤ λ̇_N ⊥ g⃛ ≥ 0 (λ_N = 0),     0 ≤ (μλ_N − |λ_T|)˙ ⊥ −sgn(λ_T) ü_T ≥ 0 (|λ_T| = μλ_N),
+///
+/// together with the contacts that keep their state. This is the limit δ → 0 of the problem in
+/// accelerations at the state that the present mode reaches after a time δ, divided by δ: it is
+/// homogeneous. It is solved there, with δ well above the rounding of the forces and below the time
+/// in which they change. Returns nothing if the present mode remains consistent for all δ.
+std::optional<std::string> EventDriven::choose_ahead(const std::vector<int>& touching) {
   auto& d = dynamics_;
-  const auto way = [&](double force, double bound, bool this_one) {
-    return this_one || std::abs(force) >= bound * (1 - 1e-7) ? (force > 0 ? -1 : 1) : 0;
+  static constexpr int open = 2;
+  const auto mode = [&d] {
+    std::vector<int> list;
+    for (const auto& c : d.contacts) list.push_back(c.closed ? c.slip : open);
+    for (const auto& p : d.preloaded) list.push_back(p.slip);
+    return list;
   };
-  for (int k = 0; k < d.system.contacts(); ++k) {
-    auto& c = d.contacts[k];
-    if (!c.closed || c.slip != 0 || c.tangent_unknown < 0) continue;
-    c.forced = way(c.lambda_t, *d.system.contact_facts(k).surface.friction * c.lambda_n,
-                   last_.kind == ModeEvent::Kind::stick && last_.index == k);
-  }
-  for (int k = 0; k < d.system.frictions(); ++k) {
-    auto& p = d.preloaded[k];
-    if (p.slip == 0)
-      p.forced = way(p.lambda, p.bound, last_.kind == ModeEvent::Kind::slide_stick && last_.index == k);
-  }
-}
-
-/// Opens contacts whose force has just reached zero, unless the resulting accelerations would close
-/// them again; in that case returns nothing.
-std::optional<bool> EventDriven::open_unpressed(std::vector<int>& touching) {
-  auto& d = dynamics_;
-  const double none = std::max(1e-6 * d.acceleration_scale(), 1e-9 * d.centripetal_scale(v()));
-  auto pressed = touching;
-  std::erase_if(pressed, [&](int k) { return d.contacts[k].closed && d.pressure(k) <= none; });
-  if (pressed.size() == touching.size()) return {};
-  const auto open = [&](int k) {
-    return std::ranges::find(pressed, k) != pressed.end() ||
-           d.gap_acceleration(k, method_.x, method_.t) >= -none;
+  const auto sliding = [&] {
+    std::vector<int> list;
+    const auto& x = method_.x;
+    const auto put = [&](int slip, double rate, double zero) {
+      list.push_back(std::abs(rate) > zero ? slip : 0);
+    };
+    for (int k = 0; k < d.system.contacts(); ++k) {
+      const auto& c = d.contacts[k];
+      put(c.closed ? c.slip : 0, d.look(k, x, method_.t).tangent.dot(v()), d.slide_tolerance());
+    }
+    for (int k = 0; k < d.system.frictions(); ++k)
+      put(d.preloaded[k].slip, d.slide_rate(k, x, method_.t), d.preloaded[k].share * d.slide_tolerance());
+    return list;
   };
-  if (const auto reason = d.choose(method_.x, method_.t, pressed); !reason.empty() && !d.locked_up())
-    return fail(reason);
-  if (d.locked_up() || !std::ranges::all_of(touching, open)) return {};
-  touching = pressed;
-  return true;
+  const auto present = mode();
+  const auto slides = sliding();
+  const auto n = method_.x.size();
+  std::vector<std::vector<double>> ahead;
+  std::vector<double> slope(n), middle(n);
+  const double delays[] = {1e-3 * span_, 1e-5 * span_, 1e-2 * span_};
+  d(method_.x, slope, method_.t);
+  for (const double delay : delays) {  // midpoint rule
+    for (std::size_t i = 0; i < n; ++i) middle[i] = method_.x[i] + 0.5 * delay * slope[i];
+    ahead.emplace_back(n);
+    d(middle, ahead.back(), method_.t + 0.5 * delay);
+    for (std::size_t i = 0; i < n; ++i) ahead.back()[i] = method_.x[i] + delay * ahead.back()[i];
+  }
+  for (std::size_t k = 0; k < ahead.size(); ++k) {
+    if (!is_finite(ahead[k])) continue;
+    auto reason = d.choose(ahead[k], method_.t + delays[k], touching);
+    if (d.locked_up()) continue;
+    if (!reason.empty()) return reason;
+    const auto next = mode();
+    // Sliding that stops within δ is a later event.
+    bool stops = false;
+    for (std::size_t i = 0; i < next.size(); ++i)
+      stops = stops || (slides[i] != 0 && next[i] != open && next[i] != slides[i]);
+    if (!stops && next != present) return reason;
+  }
+  return {};
 }
 
 /// Determines the mode.
 bool EventDriven::choose(std::vector<int>& touching) {
   auto& d = dynamics_;
-  const auto& x = method_.x;
-  if (last_.kind == ModeEvent::Kind::force)
-    if (const auto decided = open_unpressed(touching)) return *decided;
-  auto reason = d.choose(x, method_.t, touching);
-  // Contacts at their friction limit have to slide in the direction of the limit. If the mode
-  // contradicts this by little, the projection has moved the force back below the limit by the
-  // error of the last step, and the contact continues to stick. Otherwise the order in which
-  // contacts begin to slip is not resolved.
-  if (ModeChoice::slip_forced(d)) {
-    constexpr double none = 1e-9, little = 1e-6;
-    const double back = reason.empty() ? d.slips_back(x, method_.t) : std::numeric_limits<double>::infinity();
-    if (back > none) {
-      ModeChoice::clear_forced(d);
-      if (back > little)
-        return beyond(
-            "several contacts reach their friction limit together, and events give no order in "
-            "which they slip");
-      reason = d.choose(x, method_.t, touching);
-    }
+  std::optional<std::string> decided;
+  if (last_.is_of_force() && impacts_.in_impact().empty()) {
+    decided = choose_ahead(touching);
+    d.counts.unresolved += !decided;
   }
+  const auto reason = decided ? *decided : d.choose(method_.x, method_.t, touching);
   return reason.empty() || (d.locked_up() && touching.size() > 1 ? end_lockup(touching) : fail(reason));
 }
 

@@ -108,7 +108,10 @@ void EventDynamics::take_mode(const EventDynamics& other) {
   phases = other.phases;
   forget_place();
   knot = other.knot;
-  for (std::size_t k = 0; k < preloaded.size(); ++k) preloaded[k].slip = other.preloaded[k].slip;
+  for (std::size_t k = 0; k < preloaded.size(); ++k) {
+    preloaded[k].slip = other.preloaded[k].slip;
+    preloaded[k].reaction = other.preloaded[k].reaction;
+  }
 }
 
 }  // namespace freeplay

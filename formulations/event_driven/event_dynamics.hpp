@@ -71,7 +71,6 @@ class EventDynamics : public ModeEquations {
   /// sliding contact, and whether this is proved (lockup_proved()).
   bool locked_up() const { return choice_.locked_up() || motion_.behind_pole(); }
   bool lockup_proved() const { return choice_.lockup_proved() || motion_.behind_pole(); }
-  double slips_back(const Vector& x, double t) { return ModeChoice::slips_back(*this, motion_, x, t); }
 
   /// Adds the impulses of an impact to v and to the impulses and works in x. Returns an empty text,
   /// or the reason of a failure.
@@ -103,7 +102,7 @@ class EventDynamics : public ModeEquations {
   void serialize(M& m) {
     m.part("event dynamics");
     ModeEquations::serialize(m);
-    m(contact_loss, stabilisation, counts.undecided, counts.wedged, choice_.modes_left(),
+    m(contact_loss, stabilisation, counts.undecided, counts.wedged, counts.unresolved, choice_.modes_left(),
       impact_.modes_left());
   }
 

@@ -45,6 +45,8 @@ void EventDriven::add_notes(std::vector<std::string>& notes) const {
     notes.push_back(diagnostic<Diagnostic::forces_unknown>(count));
   if (dynamics_.counts.wedged > 0)
     notes.push_back(diagnostic<Diagnostic::poisson_instead>(dynamics_.counts.wedged));
+  if (dynamics_.counts.unresolved > 0)
+    notes.push_back(diagnostic<Diagnostic::limit_unresolved>(dynamics_.counts.unresolved));
   if (dynamics_.counts.undecided > 0) notes.push_back(undecided_note(dynamics_.counts.undecided));
 }
 
@@ -132,7 +134,6 @@ void EventDriven::take_over(const Handover& from) {
     // Sliding contacts must not be held by the projection.
     const double slide = dynamics_.look(k, x, from.state.t).tangent.dot(from.state.v.data());
     c.slip = std::abs(slide) > dynamics_.slide_tolerance() ? (slide > 0 ? 1 : -1) : 0;
-    c.forced = 0;
     const double* impulse = x.data() + dynamics_.impulse_offset() + 2 * k;
     touches_[k].impulse_n = impulse[0] - was.impulse_n;
     touches_[k].impulse_t = impulse[1] - was.impulse_t;

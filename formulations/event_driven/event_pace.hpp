@@ -1,6 +1,6 @@
 // EventPace: checks whether events occur too fast for event-driven integration. Three kinds of
 // sequences may never end, and each has its own count: events in a very short time, changes of mode
-// in a very short time, and impacts between several contacts that alternate. Times are relative to
+// in a very short time, and impacts between several contacts whose intervals shrink. Times are relative to
 // the time scale of the scene.
 #pragma once
 
@@ -38,7 +38,7 @@ class EventPace {
   template <class M>
   void serialize(M& m) {
     m(time_scale_, span_, events_, thousand_since_, window_since_, slow_windows_, changes_, changes_since_,
-      impacts_, impacts_since_, first_, several_);
+      impacts_, impacts_since_, half_since_, first_, several_);
   }
 
  private:
@@ -50,10 +50,10 @@ class EventPace {
   int slow_windows_ = 0;  // number of consecutive windows of events in a very short time
   int changes_ = 0;       // of mode since the last impact, in a very short time
   double changes_since_ = -INFINITY;
-  int impacts_ = 0;  // in the present span
-  double impacts_since_ = -INFINITY;
-  int first_ = -1;        // contact in impact in the present span
-  bool several_ = false;  // more than one contact was
+  int impacts_ = 0;                                            // in the present span
+  double impacts_since_ = -INFINITY, half_since_ = -INFINITY;  // s; the latter of their second half
+  int first_ = -1;                                             // contact in impact in the present span
+  bool several_ = false;                                       // more than one contact was
   bool exceeded_ = false;
 };
 

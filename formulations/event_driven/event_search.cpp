@@ -210,6 +210,27 @@ std::optional<EventSearch::Dip> EventSearch::find_dip(EventDynamics& d, const Me
   return {};
 }
 
+/// A value that begins below this tolerance is zero to rounding, and must fall as far below zero for
+/// an event: the speed of a surface that has just begun to slide, or a force that remains at its
+/// limit.
+double EventSearch::tolerance_of(const EventDynamics& d, const ModeEvent& event) {
+  const auto k = static_cast<std::size_t>(event.index);
+  constexpr double of_force = 1e-8;
+  switch (event.kind) {
+    case ModeEvent::Kind::slip:
+      return d.slide_tolerance();
+    case ModeEvent::Kind::slide_slip:
+      return d.preloaded[k].share * d.slide_tolerance();
+    case ModeEvent::Kind::slide_stick:
+      return of_force * d.preloaded[k].bound;
+    case ModeEvent::Kind::stick:
+      // without friction, µ = 0, the limit is always reached
+      return of_force * std::max(std::abs(d.contacts[k].lambda_t), 1e-3 * d.contacts[k].lambda_n);
+    default:
+      return d.contacts[k].mobility > 0 ? of_force * d.acceleration_scale() / d.contacts[k].mobility : 0;
+  }
+}
+
 void EventSearch::find_mode_events(EventDynamics& d, const Method& m, ModeEvent& first) {
   if (watched_.empty()) return;
   const double t0 = m.t_old, t1 = m.t, tm = 0.5 * (t0 + t1);
@@ -230,15 +251,8 @@ void EventSearch::find_mode_events(EventDynamics& d, const Method& m, ModeEvent&
     if (event.t < first.t || first.kind == ModeEvent::Kind::none) first = event;
   };
   for (std::size_t i = 0; i < watched_.size(); ++i) {
-    const bool speed =
-        watched_[i].kind == ModeEvent::Kind::slip || watched_[i].kind == ModeEvent::Kind::slide_slip;
-    // A surface that has just begun to slide, or is at rest at its friction limit, is at rest
-    // within the tolerance.
-    const double tolerance =
-        watched_[i].kind == ModeEvent::Kind::slide_slip
-            ? d.preloaded[static_cast<std::size_t>(watched_[i].index)].share * d.slide_tolerance()
-            : d.slide_tolerance();
-    const bool fresh = speed && before_[i] <= tolerance;
+    const double tolerance = tolerance_of(d, watched_[i]);
+    const bool fresh = before_[i] <= tolerance;
     const double shift = fresh ? tolerance : 0;
     const double start = (fresh ? std::max(before_[i], 0.0) : before_[i]) + shift;
     if (middle_[i] + shift < 0)

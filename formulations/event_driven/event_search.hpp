@@ -50,8 +50,8 @@ struct ModeEvent {
   double t = 0;    ///< s
   bool is_phase() const { return kind == Kind::phase_down || kind == Kind::phase_up; }
   bool is_limit() const { return kind == Kind::limit_down || kind == Kind::limit_up; }
-  /// The friction of a sticking contact or joint has reached its limit.
-  bool ends_sticking() const { return kind == Kind::stick || kind == Kind::slide_stick; }
+  /// A contact force has reached zero, or the friction of a sticking contact or joint its limit.
+  bool is_of_force() const { return kind == Kind::force || kind == Kind::stick || kind == Kind::slide_stick; }
   template <class M>
   void serialize(M& m) {
     m(kind, index, t);
@@ -107,6 +107,7 @@ class EventSearch {
   void find_mode_events(EventDynamics& d, const Method& m, ModeEvent& first);
   void find_phase_events(EventDynamics& d, const Method& m, ModeEvent& first);
   void find_limit_events(EventDynamics& d, const Method& m, ModeEvent& first);
+  static double tolerance_of(const EventDynamics& d, const ModeEvent& event);
   std::optional<Dip> find_dip(EventDynamics& d, const Method& m, std::size_t i, double start, double middle,
                               double end, double shift);
   void land_on(EventDynamics& d, Method& m, ModeEvent& event);

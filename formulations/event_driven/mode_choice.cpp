@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 
 namespace freeplay {
 
@@ -18,7 +17,7 @@ void ModeChoice::open_all(ModeEquations& d, const Vector& x, double t) {
   for (int k = 0; k < d.system.frictions(); ++k) {
     const double u = d.slide_rate(k, x, t);
     auto& p = d.preloaded[k];
-    p.slip = std::abs(u) > p.share * d.slide_tolerance() ? (u > 0 ? 1 : -1) : p.forced;
+    p.slip = std::abs(u) > p.share * d.slide_tolerance() ? (u > 0 ? 1 : -1) : 0;
   }
 }
 
@@ -34,8 +33,9 @@ std::string ModeChoice::choose(ModeEquations& d, ModeMotion& motion, const Vecto
   d.trouble.clear();
   const auto solution = settle(d, x, t, candidates);
   if (!d.trouble.empty()) return d.trouble;
-  if (d.coupled.size() > 0 && solution.solved && other_motion(d, x, t, candidates))
-    return words_of(CoupledFriction::Outcome::several);
+  if (d.coupled.size() > 0 && solution.solved)
+    if (const auto motions = other_motion(d, x, t, candidates); !motions.empty())
+      return fmt::format("{}: {}", words_of(CoupledFriction::Outcome::several), motions);
   d.work.pivots += solution.pivots;
   d.work.lcp_retries += solution.retries;
   lockup_ = !solution.solved;
@@ -73,7 +73,7 @@ void ModeChoice::take(ModeEquations& d) {
 }
 
 /// Sets up the problem in accelerations of these contacts and of all joints at rest, from the
-/// result of solve_free(). A contact that slides or begins to slip includes its friction in the
+/// result of solve_free(). A contact that slides includes its friction in the
 /// column of its normal force.
 void ModeChoice::pose(ModeEquations& d, const Vector& x, const std::vector<int>& candidates) {
   const double* q = x.data();
@@ -98,7 +98,7 @@ void ModeChoice::pose(ModeEquations& d, const Vector& x, const std::vector<int>&
     if (c.row.tangent.size > 0) {
       mu = *d.system.contact_facts(k).surface.friction;
       const double rate = c.row.tangent.dot(v);
-      slip = std::abs(rate) > d.slide_tolerance() ? (rate > 0 ? 1 : -1) : c.forced;
+      slip = std::abs(rate) > d.slide_tolerance() ? (rate > 0 ? 1 : -1) : 0;
     }
     u.normal = add(c.row.normal, c.row.gamma_n, slip != 0 ? &c.row.tangent : nullptr, -slip * mu);
     if (c.row.tangent.size > 0 && slip == 0) {
@@ -168,7 +168,8 @@ ContactSolution ModeChoice::settle(ModeEquations& d, const Vector& x, double t,
         for (const auto& [row, force] : {std::pair{u.normal, u.impulse_n}, std::pair{u.tangent, u.impulse_t}})
           for (const int which : {0, 1})
             if (row >= 0) l[which] += force * d.rows.reaction(row)[bound.row + which];
-      const auto& p = d.preloaded[d.coupled.friction(i)];
+      auto& p = d.preloaded[d.coupled.friction(i)];
+      p.reaction = {l[0], l[1]};
       image_[i] = bound.coefficient(p.slip != 0 ? p.rate : 0) * bound.support(l[0], l[1]);
     }
   } while (bounds_.refine(image_));
@@ -181,10 +182,11 @@ ContactSolution ModeChoice::settle(ModeEquations& d, const Vector& x, double t,
   return solution;
 }
 
-/// Whether other initial bounds lead to another motion, where reactions grow faster than the
-/// friction that they bound. The problem is restored.
-bool ModeChoice::other_motion(ModeEquations& d, const Vector& x, double t,
-                              const std::vector<int>& candidates) {
+/// Describes the motion found and another one, if other initial bounds lead to one. There is none if
+/// reactions grow less than the friction that they bound, and no contact with friction takes part.
+/// The problem is restored.
+std::string ModeChoice::other_motion(ModeEquations& d, const Vector& x, double t,
+                                     const std::vector<int>& candidates) {
   const int coupled = d.coupled.size();
   std::vector<double> a(static_cast<std::size_t>(d.system.n())), l(static_cast<std::size_t>(d.system.rows()));
   for (int i = 0; i < coupled; ++i) {
@@ -193,41 +195,63 @@ bool ModeChoice::other_motion(ModeEquations& d, const Vector& x, double t,
     d.coupled.factor(i) = d.bound_of(i).coefficient(p.rate);
     d.coupled.column(i, l.data());
   }
-  if (d.coupled.gain() < 1) return false;
-  const auto forces = [&] {
-    std::vector<double> list;
-    for (const auto& p : d.preloaded) list.push_back(p.lambda);
-    for (std::size_t i = 0; i < resting_.size(); ++i)
-      list[static_cast<std::size_t>(resting_[i])] = problem_.unknowns[contacts_.size() + i].impulse_t;
+  const auto rough = [&](int k) { return d.contacts[k].row.tangent.size > 0; };
+  if (d.coupled.gain() < 1 && std::ranges::none_of(contacts_, rough)) return "";
+  const auto accelerations = [&] {
+    auto list = d.a;
+    for (const auto& u : problem_.unknowns)
+      for (const auto& [row, force] : {std::pair{u.normal, u.impulse_n}, std::pair{u.tangent, u.impulse_t}})
+        if (row >= 0)
+          for (std::size_t i = 0; i < list.size(); ++i) list[i] += force * d.rows.response(row)[i];
     return list;
   };
-  const auto found = forces();
-  const auto bounds = bounds_.bounds();
+  const auto found = accelerations();
+  const auto first = present_motion(d);
+  const double free = d.acceleration_scale();
+  const auto preloaded = d.preloaded;
   const auto unknowns = problem_.unknowns;
-  double size = bounds.maxCoeff();
+  double size = bounds_.bounds().maxCoeff();
   // force that would hold each joint alone
   for (std::size_t i = contacts_.size(); i < unknowns.size(); ++i)
     if (const int row = unknowns[i].tangent; problem_.D(row, row) > 0)
       size = std::max(size, std::abs(problem_.b[row]) / problem_.D(row, row));
-  bool other = false;
+  std::string other;
   for (const double from : {0.0, 100.0}) {
     for (int i = 0; i < coupled; ++i) d.preloaded[d.coupled.friction(i)].bound = from * size;
     const auto again = settle(d, x, t, candidates);
     d.trouble.clear();
     if (!again.solved) continue;
-    const auto now = forces();
-    for (std::size_t k = 0; k < now.size(); ++k) other = other || std::abs(now[k] - found[k]) > 1e-6 * size;
+    auto by = accelerations();
+    for (std::size_t k = 0; k < by.size(); ++k) by[k] -= found[k];
+    if (d.greatest(by.data()) > 1e-6 * std::max(free, d.greatest(found.data())))
+      other = first + "; or " + present_motion(d);
   }
-  for (int i = 0; i < coupled; ++i) d.preloaded[d.coupled.friction(i)].bound = bounds[i];
+  d.preloaded = preloaded;
   if (d.solve_free(x, t)) pose(d, x, candidates);
   problem_.unknowns = unknowns;
   return other;
 }
 
+/// What the contacts and joints of the problem do in its present solution.
+std::string ModeChoice::present_motion(const ModeEquations& d) const {
+  std::string text;
+  const double none = 1e-9 * problem_.scale();
+  for (std::size_t i = 0; i < problem_.unknowns.size(); ++i) {
+    const auto& u = problem_.unknowns[i];
+    const double rate = u.tangent >= 0 ? problem_.rate(u.tangent) : slips_[i];
+    text += fmt::format("{}{} {}", text.empty() ? "" : ", ", name_of_unknown(d, static_cast<int>(i)),
+                        u.normal >= 0 && !(u.impulse_n > 0) ? "open"
+                        : rate > none                       ? "sliding forwards"
+                        : rate < -none                      ? "sliding backwards"
+                                                            : "sticking");
+  }
+  return text;
+}
+
 std::string ModeChoice::name_of_unknown(const ModeEquations& d, int i) const {
   const auto contacts = static_cast<int>(contacts_.size());
   return i < contacts ? d.system.contact_facts(contacts_[i]).name
-                      : fmt::format("preloaded joint {}", resting_[i - contacts] + 1);
+                      : d.system.friction_facts(resting_[i - contacts]).name;
 }
 
 /// Reason why the problem in accelerations has no mode.
@@ -247,27 +271,6 @@ std::string ModeChoice::unsolved(const ModeEquations& d, const ContactSolution& 
       "Painlevé paradox: friction admits no acceleration in any contact mode (sliding: {}); time stepping "
       "finds a consistent impulse",
       sliding);
-}
-
-bool ModeChoice::slip_forced(const ModeEquations& d) {
-  const auto is = [](const auto& x) { return x.forced != 0; };
-  return std::ranges::any_of(d.contacts, is) || std::ranges::any_of(d.preloaded, is);
-}
-
-void ModeChoice::clear_forced(ModeEquations& d) {
-  for (auto& c : d.contacts) c.forced = 0;
-  for (auto& p : d.preloaded) p.forced = 0;
-}
-
-double ModeChoice::slips_back(ModeEquations& d, ModeMotion& motion, const Vector& x, double t) {
-  if (!motion.solve(d, x, t)) return std::numeric_limits<double>::infinity();
-  double back = 0;
-  for (const auto& c : d.contacts)
-    if (c.forced != 0 && c.closed)
-      back = std::max(back, -c.forced * (c.row.tangent.dot(d.a.data()) - c.row.gamma_t));
-  for (const auto& p : d.preloaded)
-    if (p.forced != 0) back = std::max(back, -p.forced * (p.row.dot(d.a.data()) - p.gamma));
-  return back / d.acceleration_scale();
 }
 
 }  // namespace freeplay

@@ -35,16 +35,6 @@ class ModeChoice {
   bool locked_up() const { return lockup_; }
   bool lockup_proved() const { return lockup_proved_; }
 
-  /// @name Contacts and joints at their friction limit (`forced`), where slip begins in a given
-  /// direction
-  ///@{
-  static bool slip_forced(const ModeEquations& d);
-  /// Greatest acceleration, over acceleration_scale(), with which one of them would begin to slide
-  /// in the opposite direction in the chosen mode; infinite if it is not known.
-  static double slips_back(ModeEquations& d, ModeMotion& motion, const Vector& x, double t);
-  static void clear_forced(ModeEquations& d);
-  ///@}
-
   long& modes_left() { return problem_.modes_left; }
 
  private:
@@ -52,8 +42,9 @@ class ModeChoice {
   void pose(ModeEquations& d, const Vector& x, const std::vector<int>& candidates);
   void pose_driven(const ModeEquations& d);
   ContactSolution settle(ModeEquations& d, const Vector& x, double t, const std::vector<int>& candidates);
-  bool other_motion(ModeEquations& d, const Vector& x, double t, const std::vector<int>& candidates);
+  std::string other_motion(ModeEquations& d, const Vector& x, double t, const std::vector<int>& candidates);
   void take(ModeEquations& d);
+  std::string present_motion(const ModeEquations& d) const;
   std::string name_of_unknown(const ModeEquations& d, int i) const;
   std::string unsolved(const ModeEquations& d, const ContactSolution& solution) const;
 

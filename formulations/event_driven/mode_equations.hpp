@@ -11,6 +11,7 @@
 #pragma once
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <string>
 #include <vector>
@@ -33,9 +34,6 @@ inline bool is_finite(const std::vector<double>& x) {
 struct ModeContact {
   bool closed = false;
   int slip = 0;  ///< of a closed contact with friction: 0 sticks, ±1 the sign of u_T
-  /// it has just reached its friction limit: slip begins in this direction in the next choice of
-  /// mode
-  int forced = 0;
   /// Closed without load: no force acts, and projection keeps the gap at zero until its rate
   /// exceeds rounding.
   bool resting = false;
@@ -46,22 +44,24 @@ struct ModeContact {
   int unknown = -1, tangent_unknown = -1;
   template <class M>
   void serialize(M& m) {
-    m(closed, slip, forced, resting, row, lambda_n, lambda_t, mobility, unknown, tangent_unknown);
+    m(closed, slip, resting, row, lambda_n, lambda_t, mobility, unknown, tangent_unknown);
   }
 };
 
 /// A joint with friction in a mode.
 struct ModeFriction {
-  int slip = 0, forced = 0;  ///< as for a contact
+  int slip = 0;  ///< as for a contact
   SparseRow row;
   double gamma = 0, rate = 0, lambda = 0;
   double bound = 0;  ///< N, at the last evaluation
+  /// reactions of its joint at the choice of the mode, where its bound depends on them
+  std::array<double, 2> reaction{};
   /// ratio of its sliding speed to the speed of the bodies, for the tolerance of zero sliding
   double share = 1;
   int unknown = -1;
   template <class M>
   void serialize(M& m) {
-    m(slip, forced, row, gamma, rate, lambda, bound, unknown);
+    m(slip, row, gamma, rate, lambda, bound, reaction[0], reaction[1], unknown);
   }
 };
 
@@ -114,6 +114,8 @@ class ModeEquations {
     long undecided = 0;   ///< problems whose uniqueness was not decided
     long wedged = 0;      ///< impacts by the energetic law that used Poisson's ratios
     long unreported = 0;  ///< instants at which no forces were found to report
+    /// forces at their limit that rounding left on neither side: the mode was kept
+    long unresolved = 0;
   } counts;
 
   /// @name The integrated vector

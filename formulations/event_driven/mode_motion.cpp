@@ -141,7 +141,8 @@ void ModeMotion::solve_rows(ModeEquations& d) {
 /// If sticking rows depend on each other, their forces are not unique. They are shared in
 /// proportion to each contact's friction limit (least Σ λ²/bound), so that no contact begins to
 /// slip while others could hold. A contact without apparent normal force keeps a small share,
-/// because its row may not be satisfied without its force.
+/// because its row may not be satisfied without its force. Where these forces exceed a limit, the
+/// nearest ones within all limits are taken, if there are any: sticking ends where none are left.
 void ModeMotion::share_friction(ModeEquations& d) {
   Eigen::VectorXd share = Eigen::VectorXd::Ones(d.rows.used());
   for (int k = 0; k < d.system.contacts(); ++k) {
@@ -152,7 +153,64 @@ void ModeMotion::share_friction(ModeEquations& d) {
   }
   for (const auto& p : d.preloaded)
     if (p.unknown >= 0) share[p.unknown] = p.bound;
-  d.rows.share((share / share.maxCoeff()).cwiseMax(1e-6));
+  share = (share / share.maxCoeff()).cwiseMax(1e-6);
+  d.rows.share(share);
+  const Eigen::VectorXd nearest = d.rows.x;
+  for (const bool of_choice : {false, true}) {
+    admit(d, of_choice);
+    if (d.rows.share_within(share, conditions_, constants_) || d.coupled.size() == 0) return;
+  }
+  d.rows.x = nearest;
+}
+
+/// Conditions of the mode on the forces x of the rows, conditions_ x + constants_ ≥ 0. A bound that
+/// depends on reactions is at least its tangent at any reactions, because the support force is a
+/// norm: at those of the choice of the mode, or at the present ones.
+void ModeMotion::admit(ModeEquations& d, bool of_choice) {
+  const auto& rows = d.rows;
+  const auto most = 3 * static_cast<Eigen::Index>(d.contacts.size() + d.preloaded.size());
+  conditions_.setZero(most, rows.used());
+  constants_.setZero(most);
+  Eigen::Index n = 0;
+  for (int k = 0; k < d.system.contacts(); ++k) {
+    const auto& c = d.contacts[k];
+    if (c.unknown < 0) continue;
+    conditions_(n++, c.unknown) = 1;
+    if (c.tangent_unknown < 0) continue;
+    for (const int side : {1, -1}) {
+      conditions_(n, c.unknown) = *d.system.contact_facts(k).surface.friction;
+      conditions_(n++, c.tangent_unknown) = side;
+    }
+  }
+  Eigen::RowVectorXd limit;
+  for (int k = 0; k < d.system.frictions(); ++k) {
+    const auto& p = d.preloaded[k];
+    if (p.unknown < 0) continue;
+    limit.setZero(rows.used());
+    double constant = p.bound;
+    if (const auto& bound = d.system.friction_facts(k).reaction) {
+      const double *free = d.lambda.data() + bound->row, mu = bound->coefficient(0.0);
+      double l[2] = {p.reaction[0], p.reaction[1]};
+      for (const int i : {0, 1}) {
+        if (of_choice) break;
+        l[i] = free[i];
+        for (int r = 0; r < rows.used(); ++r) l[i] += rows.x[r] * rows.reaction(r)[bound->row + i];
+      }
+      const auto slope = bound->slope(l[0], l[1]);
+      constant = mu * (slope[0] * free[0] + slope[1] * free[1]);
+      for (int r = 0; r < rows.used(); ++r) {
+        const double* by = rows.reaction(r) + bound->row;
+        limit[r] = mu * (slope[0] * by[0] + slope[1] * by[1]);
+      }
+    }
+    for (const int side : {1, -1}) {
+      conditions_.row(n) = limit;
+      conditions_(n, p.unknown) += side;
+      constants_[n++] = constant;
+    }
+  }
+  conditions_.conservativeResize(n, Eigen::NoChange);
+  constants_.conservativeResize(n);
 }
 
 /// Where D_NN − s μ D_NT of a sliding contact (of several rows, the determinant) approaches zero,

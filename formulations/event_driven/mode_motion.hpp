@@ -45,6 +45,7 @@ class ModeMotion {
   void hold_rows(ModeEquations& d, const Vector& x);
   void solve_rows(ModeEquations& d);
   void share_friction(ModeEquations& d);
+  void admit(ModeEquations& d, bool of_choice);
   bool passes_pole(ModeEquations& d);
   bool add_coupled(ModeEquations& d);
 
@@ -52,6 +53,8 @@ class ModeMotion {
   MotionKernel kernel_;
   int orientation_ = 0;  // sign of the determinant of the active rows, since the mode began
   bool pole_ = false;
+  Eigen::MatrixXd conditions_;  // of admit()
+  Eigen::VectorXd constants_;
   // Of add_coupled(): the row forces without this friction, those per unit of each friction force,
   // and the multipliers with them.
   Eigen::VectorXd held_forces_;

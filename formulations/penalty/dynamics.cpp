@@ -81,10 +81,10 @@ void PenaltyDynamics::evaluate(const T* q, const T* v, const T* bristle, const T
       }
     if (!c.closed) continue;
     const auto* anchor = anchors ? &(*anchors)[static_cast<std::size_t>(k)] : nullptr;
-    if (anchor ? !anchor->pressed : !(row.gap < 0) && !touching) continue;
+    if (anchor ? !anchor->pressed : !(row.gap < 0) && !touching && !c.jumps()) continue;
     const T rate = -row.normal.dot(v);
     T delta = -row.gap;
-    if (touching && delta < 0) delta = 0;
+    if (delta < 0) delta = 0;
     const T elastic = c.law.elastic.force(anchor ? T(anchor->delta) : delta);
     T force;
     if (anchor)

@@ -78,6 +78,8 @@ struct PenaltyContact : PenaltyMode {
   std::optional<Film> film;
 
   bool rubs() const { return friction || shear; }
+  /// Whether the force jumps at zero depth, where a damper acts at once.
+  bool jumps() const { return law.viscous > 0; }
   /// Whether its friction has a state.
   bool has_bristle() const { return shear || (friction && friction->has_state()); }
   PenaltyMode& mode() { return *this; }

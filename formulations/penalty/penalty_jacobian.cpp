@@ -161,7 +161,7 @@ void PenaltyDynamics::anchor(const Vector& x, double t, std::vector<ContactAncho
     if (!at) at = &placed(x, std::min(t, knot));
     system_.contact(k, x.data(), v, *at, row_);
     auto& a = out[static_cast<std::size_t>(k)];
-    a.pressed = row_.gap < 0 || touching;
+    a.pressed = row_.gap < 0 || touching || c.jumps();
     a.delta = std::max(0.0, -row_.gap);
     a.rate = -row_.normal.dot(v);
     a.elastic = c.law.elastic.force(a.delta);

@@ -136,14 +136,14 @@ bool PenaltyDynamics::differentiate_traced(const Vector& x, double t, std::span<
     auto& p = w.pressed.emplace_back();
     p.contact = k;
     system_.contact(k, q, v, e, p.row);
-    if (!(p.row.gap < 0) && !touching) {
+    if (!(p.row.gap < 0) && !touching && !c.jumps()) {
       w.pressed.pop_back();
       continue;
     }
     p.rate = -p.row.normal.dot(v);
-    Dual<4> delta(touching ? std::max(0.0, -p.row.gap) : -p.row.gap), rate(p.rate), speed(c.v0), mass(c.mass);
+    Dual<4> delta(std::max(0.0, -p.row.gap)), rate(p.rate), speed(c.v0), mass(c.mass);
     delta.slope[0] = rate.slope[1] = speed.slope[2] = mass.slope[3] = 1;
-    if (touching && -p.row.gap < 0) delta.slope[0] = 0;
+    if (-p.row.gap < 0) delta.slope[0] = 0;
     const auto elastic = c.law.elastic.force(delta);
     const auto normal = c.force(delta, rate, elastic, speed, mass);
     p.normal = normal.value;

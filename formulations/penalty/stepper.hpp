@@ -151,6 +151,7 @@ class PenaltyStepper {
       find_gap_event(k, first);
       find_slide_event(k, first);
       find_impact_event(k, first);
+      find_clamp_event(k, first);
     }
     if (Method::fixed_step && leaps()) {
       method_.start(f_, method_.t_old, Vector(method_.x_old));
@@ -320,8 +321,8 @@ class PenaltyStepper {
   struct Event {
     int contact = -1;
     // slide: the sliding speed reaches `boundary`; impact: an impact on a closed contact
-    // begins or ends
-    enum class Kind { gap, slide, impact } kind = Kind::gap;
+    // begins or ends; clamp: its force reaches zero, or leaves it
+    enum class Kind { gap, slide, impact, clamp } kind = Kind::gap;
     double t = 0, boundary = 0;
     Phases::Crossing crossing = {};  // or an angle reaches a kink of its table
     Limits::Crossing limit = {};     // or the demand of a controller its limit
@@ -397,6 +398,9 @@ class PenaltyStepper {
   /// greater w than its v₀, or is compressed again. It ends if the load no longer exceeds the
   /// damping, or the contact expands. An impact that differs by less than a hundredth is the same.
   void find_impact_event(int k, Event& first);
+  /// Finds where the force of a closed contact reaches zero, where it is clamped, or leaves zero again: its kink
+  /// there would limit the order of fixed steps.
+  void find_clamp_event(int k, Event& first);
   struct Instant {
     double t = 0;
     Sample at = {};

@@ -61,6 +61,8 @@ void PenaltyStepper<Method>::change_mode(const Event& event) {
     const bool up = event.boundary == c.zone_ends().high;
     enter_zone(event.contact, event.boundary + (up ? c.zone_tolerance() : -c.zone_tolerance()));
     restart_ = true;
+  } else if (event.kind == Event::Kind::clamp) {
+    restart_ = true;
   } else if (c.closed) {
     open(event.contact);
   } else {

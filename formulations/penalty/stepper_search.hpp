@@ -240,6 +240,24 @@ void PenaltyStepper<Method>::find_impact_event(int k, Event& first) {
 }
 
 template <class Method>
+void PenaltyStepper<Method>::find_clamp_event(int k, Event& first) {
+  constexpr double rounding = 1e-9;  // of the force's terms: the step begins at the kink
+  const auto& c = f_.contacts()[k];
+  if (!c.closed || c.law.own() || !c.law.dissipates() || !(method_.t > method_.t_old)) return;
+  const auto part = [&](const Sample& s) { return c.law.elastic.force(std::max(0.0, -s.gap)); };
+  const auto force = [&](const Sample& s) {
+    return c.law.unclamped(part(s), -s.rate, c.in_impact ? touch_speed(c, s) : c.v0);
+  };
+  const double before = force(mark_[k].at), after = force(end_[k]);
+  if (!(before * after < 0) ||
+      std::abs(before) <= rounding * (part(mark_[k].at) + c.law.viscous * std::abs(mark_[k].at.rate)))
+    return;
+  const double t = bracketed_root([&](double at) { return force(sample_at(k, at)); }, method_.t_old,
+                                  method_.t, before, after);
+  if (t < first.t || !first.found()) first = {k, Event::Kind::clamp, t, 0};
+}
+
+template <class Method>
 std::optional<double> PenaltyStepper<Method>::impact_between(int k, const Instant& before,
                                                              const Instant& after) {
   constexpr double same = 0.01;

@@ -18,9 +18,10 @@ class Check {
   void all() {
     for (const auto& b : m_.bodies) {
       table_ = "bodies." + b.name;
-      if (b.point && (b.inertia != 0 || b.angle != 0 || b.angular_velocity != 0))
+      const bool turned = b.angle.value_or(0) != 0;
+      if (b.point && (b.inertia != 0 || turned || b.angular_velocity.value_or(0) != 0))
         refuse(b.inertia != 0 ? "inertia"
-               : b.angle != 0 ? "angle"
+               : turned       ? "angle"
                               : "angular_velocity",
                "needs a body with rotation; a point body has a centre only");
     }

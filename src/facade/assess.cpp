@@ -4,8 +4,10 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <string>
 
+#include "dynamics/system.hpp"
 #include "values/diagnostic.hpp"
 
 namespace freeplay {
@@ -28,11 +30,31 @@ constexpr double doubtful_depth = 1e-3, greatest_depth = 1;
 
 }  // namespace
 
-void warn(Result& result, Family family, std::string_view finer) {
+double rounding_energy(const System& system, const State& start, double time) {
+  constexpr double few = 256 * std::numeric_limits<double>::epsilon();
+  const double length = system.longest_arm() > 0 ? system.longest_arm() : 1;
+  auto e = system.make_evaluation();
+  system.place(start.t, start.q.data(), e);
+  system.rate(start.q.data(), start.v.data(), e);
+  auto z = start.z;
+  z.resize(static_cast<std::size_t>(system.states()));
+  system.forces(start.t, start.q.data(), start.v.data(), z.data(), e, {});
+  double force = 0, acceleration = 0;
+  for (int c = 0; c < system.n(); ++c) {
+    const auto i = static_cast<std::size_t>(c);
+    const double arm = system.is_angle(c) ? length : 1, f = std::abs(e.force[i]) / arm;
+    if (!std::isfinite(f)) continue;
+    force += f;
+    acceleration = std::max(acceleration, f * arm * arm / system.mass()[i]);
+  }
+  return few * force * std::sqrt(length * acceleration) * time;
+}
+
+void warn(Result& result, Family family, std::string_view finer, double rounding) {
   const bool impact_law = family == Family::nonsmooth;
   const double scale = std::max(result.ledger.scale(), result.ledger.passed);
   // In a mechanism that never moved, the greatest kinetic energy before an impact may be rounding.
-  if (!(result.extremes.greatest_gain > 1e-12 * scale))
+  if (!(result.extremes.greatest_gain > std::max(1e-12 * scale, rounding)))
     result.extremes.gains = 0, result.extremes.greatest_gain = 0;
   // Physical contacts only dissipate. If they add a large share of the energy, they drive the
   // motion.
@@ -41,7 +63,8 @@ void warn(Result& result, Family family, std::string_view finer) {
   // is also compared with the kinetic energy before the impact.
   const double gain = result.extremes.greatest_gain, found = result.extremes.greatest_kinetic;
   const bool grows = found > 0 && gain > 0.1 * found;
-  const bool drives = impact_law && (std::max(given, gain) > 0.1 * scale || grows);
+  const bool drives =
+      impact_law && std::max(given, gain) > rounding && (std::max(given, gain) > 0.1 * scale || grows);
   if (result.extremes.gains > 0)
     // Newton's law with friction: Kane and Levinson, Dynamics (1985).
     result.notes.push_back(diagnostic_as<Diagnostic::impacts_add_energy>(
@@ -57,8 +80,8 @@ void warn(Result& result, Family family, std::string_view finer) {
     if (c.penetration_ratio > (impact_law ? doubtful_depth : 0.1))
       result.notes.push_back(impact_law ? diagnostic<Diagnostic::penetration>(depth(c), finer)
                                         : diagnostic<Diagnostic::penetration_of_force>(depth(c)));
-  if (std::abs(result.ledger.closure()) > 1e-3 * scale ||
-      std::abs(result.ledger.stabilisation) > 1e-3 * scale)
+  const double accepted = std::max(1e-3 * scale, rounding);
+  if (std::abs(result.ledger.closure()) > accepted || std::abs(result.ledger.stabilisation) > accepted)
     result.notes.push_back(diagnostic<Diagnostic::energy_balance>(result.ledger.closure(), scale,
                                                                   result.ledger.stabilisation, finer));
 }

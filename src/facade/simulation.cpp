@@ -235,7 +235,7 @@ Result Simulation::Implementation::summary(const Ending& ending) const {
   }
   const auto finer = family == Family::penalty ? fineness_key(scene.penalty)
                                                : fineness_key(scene.nonsmooth, r.work.handovers > 0);
-  warn(r, family, finer);
+  warn(r, family, finer, rounding_energy(system, start, r.t_end));
   refuse_too_deep(r, family, finer);
   refuse_not_finite(r);
   return r;

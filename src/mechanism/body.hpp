@@ -1,6 +1,7 @@
 // Facts of a moving body, and the index of the ground.
 #pragma once
 
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -18,6 +19,19 @@ struct NamedPoint {
   Vec2 at{0, 0};     ///< m, in the body's frame, from its centre of mass
 };
 
+/// A vector (m or m/s) that a scene may state; `{x, y}` states it.
+struct StatedVec2 : std::optional<Vec2> {
+  using std::optional<Vec2>::optional;
+  /// From its components.
+  constexpr StatedVec2(double x, double y) : std::optional<Vec2>(Vec2{x, y}) {}
+  /// Whether both are absent, or equal.
+  friend constexpr bool operator==(const StatedVec2& a, const StatedVec2& b) {
+    return a.has_value() == b.has_value() && (!a || *a == *b);
+  }
+  /// Whether it is stated with this value.
+  friend constexpr bool operator==(const StatedVec2& a, const Vec2& b) { return a && *a == b; }
+};
+
 /// A moving body: mass, inertia and initial motion.
 struct Body {
   static constexpr std::string_view what = "a body";
@@ -25,10 +39,13 @@ struct Body {
   double mass = 0;   ///< kg, > 0
   /// kg m², about the centre of mass, > 0; 0 for a point body
   double inertia = 0;
-  Vec2 position{0, 0};                  ///< m, initial centre of mass; may be rough
-  double angle = 0;                     ///< rad, initial; may be rough
-  Vec2 velocity{0, 0};                  ///< m/s, initial, of the centre of mass; may be rough
-  double angular_velocity = 0;          ///< rad/s, initial; may be rough
+  /// @name Initial values; the start keeps stated ones and determines absent ones (assembly.hpp)
+  ///@{
+  StatedVec2 position = {};                     ///< m, of the centre of mass
+  std::optional<double> angle = {};             ///< rad
+  StatedVec2 velocity = {};                     ///< m/s, of the centre of mass
+  std::optional<double> angular_velocity = {};  ///< rad/s
+  ///@}
   std::vector<NamedPoint> points = {};  ///< the elements that use them store coordinates
   bool of_group = false;                ///< made from a group, which states all its facts
   /// a mass without rotation: no inertia, no angle (point_bodies.hpp)
@@ -43,11 +60,13 @@ struct Body {
     if (turns)
       k.need({"inertia", "kg m²", "moment of inertia about the centre of mass, > 0; a point body has none"},
              b.inertia, positive);
-    k.take({"position", "m", "initial centre of mass; may be approximate"}, b.position);
-    if (turns) k.take({"angle", "rad", "initial angle; may be approximate"}, b.angle);
-    k.take({"velocity", "m/s", "initial velocity of the centre of mass; may be approximate"}, b.velocity);
+    k.take({"position", "m", "initial centre of mass", "the joints determine it"}, b.position);
+    if (turns) k.take({"angle", "rad", "initial angle", "the joints determine it"}, b.angle, any_number);
+    k.take({"velocity", "m/s", "initial velocity of the centre of mass", "the joints determine it"},
+           b.velocity);
     if (!turns) return;
-    k.take({"angular_velocity", "rad/s", "initial angular velocity; may be approximate"}, b.angular_velocity);
+    k.take({"angular_velocity", "rad/s", "initial angular velocity", "the joints determine it"},
+           b.angular_velocity, any_number);
     k.points({"points", "m",
               "named points for `at`, { A = [x, y], ... }, in a frame with the body's directions; the point "
               "mass_centre is the centre of mass (if absent: the origin)"},

@@ -28,9 +28,10 @@ struct Configuration {
   static constexpr std::string_view what = "[assembly]";
   std::optional<Branch> branch = {};                     ///< of the only four-bar loop
   std::vector<JointAngle> positive = {}, negative = {};  ///< angles required to have this sign
+  bool approximate = false;  ///< stated initial values may change by more than 1 % of their scale
 
   /// Whether anything is requested.
-  bool asks() const { return branch || !positive.empty() || !negative.empty(); }
+  bool asks() const { return branch || !positive.empty() || !negative.empty() || approximate; }
 
   static void keys(auto& k, auto& c) {
     k.choose({"branch", "", "pose of the mechanism's only four-bar loop: "}, c.branch);
@@ -40,6 +41,10 @@ struct Configuration {
          "in the requested pose"},
         c.positive);
     k.angles({"negative", "", "likewise, angles that are negative"}, c.negative);
+    k.flag({"approximate", "",
+            "true: stated initial values are approximate, and the start changes them as little as possible; "
+            "false: a change by more than 1 % is refused"},
+           c.approximate);
   }
 };
 

@@ -23,12 +23,12 @@ struct Group {
   static constexpr long most_listed = 300;
 
   std::string name;
-  double mass = 0;                     ///< kg, of each disc
-  double radius = 0;                   ///< m, > 0
-  std::optional<double> inertia = {};  ///< kg m²; default m r²/2, a solid disc
-  std::vector<Vec2> positions;         ///< m, initial centres
-  Vec2 velocity{0, 0};                 ///< m/s, initial, of all discs
-  double angular_velocity = 0;         ///< rad/s, initial, of all discs
+  double mass = 0;                              ///< kg, of each disc
+  double radius = 0;                            ///< m, > 0
+  std::optional<double> inertia = {};           ///< kg m²; default m r²/2, a solid disc
+  std::vector<Vec2> positions;                  ///< m, initial centres
+  StatedVec2 velocity = {};                     ///< m/s, initial, of all discs
+  std::optional<double> angular_velocity = {};  ///< rad/s, initial, of all discs
   /// m; the free space is on the left, going from point to point
   std::vector<Vec2> walls;
   std::vector<int> touches;              ///< indices of earlier groups
@@ -76,7 +76,7 @@ void Group::keys(auto& k, auto& g) {
            {"spacing", "m", "grid: from column to column and from row to row"},
            {"stagger", "m", "grid: by which every second row is moved along x"}, g.positions);
   k.take({"velocity", "m/s", "of every disc at the start"}, g.velocity);
-  k.take({"angular_velocity", "rad/s", "of every disc at the start"}, g.angular_velocity);
+  k.take({"angular_velocity", "rad/s", "of every disc at the start"}, g.angular_velocity, any_number);
   k.way({"walls", "m",
          "points of a polygon of walls of the ground: NAME-wall1 is the infinite line through the first two, "
          "and so on; the discs are on its left"},

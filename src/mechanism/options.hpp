@@ -296,8 +296,8 @@ struct NonsmoothOptions {
 ///@{
 inline constexpr auto start_names = complete<RunOptions::Start>(
     {{RunOptions::Start::assembled, "assembled",
-      "given positions and velocities are corrected to satisfy the "
-      "constraints"},
+      "stated positions and velocities are kept, and the constraints determine absent "
+      "ones"},
      {RunOptions::Start::ideal, "ideal", "the ideal joints' configuration and velocities"},
      {RunOptions::Start::given, "given", "as given"},
      {RunOptions::Start::equilibrium, "equilibrium", "at rest where the forces balance"}});

@@ -95,7 +95,7 @@ void degrees(const Looked& l, Found& found) {
     found.add(fmt::format("{} = {:.6g} rad is {:.3g} revolutions; {:.6g} degrees would be {:.6g}", key, x,
                           std::abs(x) / (2 * std::numbers::pi), x, x * std::numbers::pi / 180));
   };
-  for (const auto& b : l.m.bodies) ask(fmt::format("bodies.{}.angle", b.name), b.angle);
+  for (const auto& b : l.m.bodies) ask(fmt::format("bodies.{}.angle", b.name), b.angle.value_or(0));
   for (const auto& joint : l.m.joints)
     std::visit(
         [&](const auto& j) {
@@ -105,7 +105,7 @@ void degrees(const Looked& l, Found& found) {
   for (const auto& drive : l.m.drives)
     if (const auto* d = std::get_if<SpeedDrive>(&drive)) {
       const auto& [i, j] = bodies_of(l.m.joints[d->joint]);
-      const auto angle = [&](int body) { return body == ground ? 0 : l.m.bodies[body].angle; };
+      const auto angle = [&](int body) { return body == ground ? 0 : l.m.bodies[body].angle.value_or(0); };
       if (d->initial_angle != angle(j) - angle(i))  // else it follows from the bodies' angles
         ask(fmt::format("drives.{}.initial_angle", d->name), d->initial_angle);
     }

@@ -1,11 +1,15 @@
 // The set-valued contact laws against closed forms: the rest of a bouncing ball, a block that stops
 // on a slope, Painlevé's rod. The ball's impacts and time of rest are claims of "closed-forms",
 // energy over elastic impacts of "invariants".
+#include <fmt/format.h>
 #include <catch2/catch.hpp>
+#include <random>
 
 #include "mechanism/scene.hpp"
 #include "verification/references/block_on_slope.hpp"
 #include "verification/references/bouncing_ball.hpp"
+#include "verification/references/friction_oscillator.hpp"
+#include "verification/support/scene_text.hpp"
 #include "verification/support/support.hpp"
 #include "verification/support/ways.hpp"
 
@@ -153,4 +157,169 @@ TEST_CASE("a ball under a large load still bounces", "[analytic][event-driven]")
   CHECK(rest_time(run) == Approx(3 * fall).margin(1e-9).epsilon(0));
   CHECK(run.final_state.q[1] == Approx(0.05).margin(1e-14));
   CHECK(run.final_state.v[1] == Approx(0).margin(1e-14));
+}
+
+namespace {
+
+Scene scene_by(const std::string& text, Scheme scheme) {
+  auto scene = parse_scene(text, "scene");
+  scene.nonsmooth.scheme = scheme;
+  if (scheme == Scheme::moreau_jean) scene.nonsmooth.step = 1e-4;
+  return scene;
+}
+
+std::string plane(const std::string& name, const std::string& i, const std::string& j, Vec2 on_i, Vec2 on_j,
+                  Vec2 axis) {
+  return fmt::format(
+      "[contacts.{}]\ntype = \"plane\"\nbetween = [\"{}\", \"{}\"]\nat = [[{}, {}], [{}, {}]]\naxis = [{}, "
+      "{}]\nstiffness = 1e8\nsurface = \"s\"\n",
+      name, i, j, on_i.x(), on_i.y(), on_j.x(), on_j.y(), axis.x(), axis.y());
+}
+
+/// A force (N) along x at a height on a body; it grows from zero within `ramp` (s), if given.
+std::string push(const std::string& body, double force, double height, double ramp = 0) {
+  auto text = fmt::format("[loads.P]\ntype = \"force\"\nbody = \"{}\"\nat = [0, {}]\nforce = [{}, 0]\n", body,
+                          height, force);
+  if (ramp > 0)
+    text += fmt::format(
+        "factor = \"f\"\nagainst = \"time\"\n[curves.f]\nshape = \"table\"\npoints = [[0, 0], [{}, 1]]\n",
+        ramp);
+  return text;
+}
+
+std::string rub(const std::string& joint, const std::string& limit) {
+  return fmt::format("[loads.{0}]\ntype = \"joint-friction\"\njoint = \"{1}\"\n{2}\nregularisation = 1e-4\n",
+                     joint + "_rub", joint, limit);
+}
+
+constexpr const char* given = "start = \"given\"\n";
+
+bool notes_paradox(const Result& run) {
+  return std::ranges::any_of(run.notes,
+                             [](const std::string& n) { return n.find("Painlev") != std::string::npos; });
+}
+
+}  // namespace
+
+TEST_CASE("a friction oscillator sticks and slips as in closed form, however short its sticks are",
+          "[analytic][event-driven][friction-limit]") {
+  std::mt19937 random(4711);
+  const auto u = [&](double lo, double hi) { return std::uniform_real_distribution<double>(lo, hi)(random); };
+  for (int i = 0; i < 60; ++i) {
+    reference::FrictionOscillator o;
+    o.m = std::pow(10, u(-2, 2));
+    o.k = std::pow(10, u(0, 4));
+    const double w = std::sqrt(o.k / o.m);
+    o.bound = u(0.2, 3) * 0.01 * o.k;
+    o.amplitude = o.bound * (i % 2 == 0 ? u(0.8, 8) : u(0.95, 1.6));
+    o.omega = w * u(0.2, 2.5);
+    o.phase = i % 3 == 0 ? 0 : u(0, 6);
+    const reference::FrictionOscillator::State start{0, i % 5 == 0 ? 0 : u(-1, 1) * o.bound / o.k, 0};
+    const double f = o.omega / (2 * M_PI), end = u(3, 12) / f;
+    const auto text =
+        test::body("m", o.m, 1e-3, fmt::format("position = [{}, 0]\nvelocity = [0, 0]\n", start.x)) +
+        test::guide("rail", "ground", "m") +
+        test::spring("sp", "ground", "m", {-10, 0}, {0, 0}, o.k, 10, "damping = 0\n") +
+        rub("rail", fmt::format("force = {}", o.bound)) +
+        fmt::format(
+            "[drives.d]\njoint = \"rail\"\nforce = \"h\"\nagainst = \"time\"\n[curves.h]\nshape = "
+            "\"harmonic\"\namplitude = {}\nfrequency = {}\nphase = {}\n",
+            o.amplitude, f, o.phase) +
+        test::run_for(end, given);
+    auto scene = scene_by(text, Scheme::event_driven);
+    scene.nonsmooth.tolerance = 1e-11;
+    const auto run = test::simulate(scene, Family::nonsmooth);
+    const auto exact = o.at(end, start);
+    CAPTURE(i, run.ending.reason, exact.sticks);
+    REQUIRE(run.ending.status == Ending::Status::finished);
+    // Thousands of steps at 1e-11 of the coordinates, of which friction forgets the oldest.
+    const double size = std::max(o.amplitude / o.k, std::abs(exact.x));
+    CHECK(run.final_state.q[0] == Approx(exact.x).margin(1e-7 * size).epsilon(0));
+    CHECK(run.final_state.v[0] == Approx(exact.v).margin(1e-7 * size * std::max(w, o.omega)).epsilon(0));
+  }
+}
+
+TEST_CASE("blocks in a row reach their friction limits one after the other and start together",
+          "[analytic][event-driven][friction-limit]") {
+  // Each block takes the excess of those before it. The row starts when the push P t/T reaches the
+  // sum of the limits, at t₀, and then x = P (t − t₀)³/(6 T Σm).
+  for (const bool by_reaction : {false, true})
+    for (const int n : {2, 3, 5}) {
+      double limits = 0, mass = 0;
+      std::string text = "gravity = [0, -9.81]\n[surfaces.s]\nrestitution = 0.3\n";
+      for (int i = 0; i < n; ++i) {
+        const double m = 1 + 0.5 * ((3 * i) % 4), mu = 0.2 + 0.15 * ((2 * i) % 3);
+        limits += mu * m * 9.81;
+        mass += m;
+        const auto name = fmt::format("b{}", i), joint = fmt::format("j{}", i);
+        text += test::body(name, m, 0.1, fmt::format("position = [{}, 0]\n", i)) +
+                test::guide(joint, "ground", name) +
+                rub(joint, by_reaction ? fmt::format("friction = {}", mu)
+                                       : fmt::format("force = {}", mu * m * 9.81));
+        if (i > 0)
+          text += plane(fmt::format("c{}", i), fmt::format("b{}", i - 1), name, {0.5, 0}, {-0.5, 0}, {0, -1});
+      }
+      const double P = 2.5 * limits, late = 1 - limits / P, exact = P * late * late * late / (6 * mass);
+      const auto run =
+          test::simulate(scene_by(text + push("b0", P, 0, 1) + test::run_for(1, given), Scheme::event_driven),
+                         Family::nonsmooth);
+      CAPTURE(n, by_reaction, run.ending.reason);
+      REQUIRE(run.ending.status == Ending::Status::finished);
+      for (int i = 0; i < n; ++i)
+        // the default tolerance of 1e-8 a step
+        CHECK(run.final_state.q[static_cast<std::size_t>(3 * i)] - i == Approx(exact).epsilon(1e-6));
+    }
+}
+
+TEST_CASE("a drawer pushed off centre jams beyond e = L/(2 mu)", "[analytic][friction-limit]") {
+  // Two opposite corners carry N = P e/L each: a = P (1 − 2 μ e/L)/m, or rest.
+  const double L = 0.5, b = 0.1, mu = 0.4, m = 2, P = 30, duration = 0.4;
+  for (const auto scheme : {Scheme::event_driven, Scheme::automatic, Scheme::moreau_jean})
+    for (const double share : {-0.5, 0.9, 1.1, 3.0})
+      for (const double ramp : {0.0, duration}) {
+        const double e = share * L / (2 * mu), a = std::max(0.0, P * (1 - std::abs(share)) / m);
+        std::string text = test::body("m", m, m * (L * L + 4 * b * b) / 12);
+        for (const double x : {-L / 2, L / 2})
+          for (const double y : {-b, b})
+            text += plane(fmt::format("c{}{}", x > 0, y > 0), "ground", "m", {0, y}, {x, y},
+                          {y < 0 ? 1.0 : -1.0, 0});
+        text += fmt::format("[surfaces.s]\nrestitution = 0\nfriction = {}\n", mu) + push("m", P, e, ramp) +
+                test::run_for(duration, given);
+        const auto run = test::simulate(scene_by(text, scheme), Family::nonsmooth);
+        CAPTURE(static_cast<int>(scheme), share, ramp, run.ending.reason);
+        REQUIRE(run.ending.status == Ending::Status::finished);
+        CHECK(!notes_paradox(run));
+        const double exact = a * duration * duration / (ramp > 0 ? 6 : 2);
+        // the midpoint rule has h² of the ramp: (1e-4/0.4)² = 6e-8
+        CHECK(run.final_state.q[0] == Approx(exact).epsilon(1e-6).margin(1e-12));
+        CHECK(run.final_state.q[2] == Approx(0).margin(1e-9));
+      }
+}
+
+TEST_CASE("a wedge below its friction angle holds a block, with contacts or with guides",
+          "[analytic][friction-limit]") {
+  // Physics Forums, thread 784787: mu = 0.25 on all three faces. At 300 lbf statics has a solution,
+  // for example with the forces (N, T) = (470.8, -113.0) lbf on the face, (193.0, -44.0) at the wall
+  // and (444.0, 107.0) at the floor, each 4 lbf below its limit; sliding either way has none.
+  const double lb = 0.45359237, lbf = 4.4482216152605, foot = 0.3048, a = 10 * M_PI / 180;
+  for (const bool guided : {false, true})
+    for (const auto scheme : {Scheme::event_driven, Scheme::automatic, Scheme::moreau_jean}) {
+      auto text = "gravity = [0, -9.80665]\n" +
+                  test::body("block", 400 * lb, 4, fmt::format("position = [0, {}]\n", 2 * foot)) +
+                  test::body("wedge", 1e-3 * lb, 4e-5) + test::guide("wall", "ground", "block", {0, 1}) +
+                  test::guide("floor", "ground", "wedge") + rub("wall", "friction = 0.25") +
+                  rub("floor", "friction = 0.25") + push("wedge", -300 * lbf, 0);
+      if (guided)
+        text += test::guide("face", "wedge", "block", {std::cos(a), std::sin(a)}, {0, 0}, {0, -2 * foot}) +
+                rub("face", "friction = 0.25");
+      else
+        text += plane("face", "wedge", "block", {0, 0}, {0, -2 * foot}, {std::cos(a), std::sin(a)}) +
+                "[surfaces.s]\nrestitution = 0.1\nfriction = 0.25\n";
+      const auto run = test::simulate(scene_by(text + test::run_for(0.2, given), scheme), Family::nonsmooth);
+      CAPTURE(guided, static_cast<int>(scheme), run.ending.reason);
+      REQUIRE(run.ending.status == Ending::Status::finished);
+      CHECK(!notes_paradox(run));
+      CHECK(run.final_state.q[3] == Approx(0).margin(1e-12));
+      CHECK(run.final_state.q[1] == Approx(2 * foot).margin(1e-12));
+    }
 }

@@ -48,8 +48,8 @@ void pendulums(Findings& f) {
 
   const reference::HangingPair two{0.471, 0.0035, 0.15, 0.3, 0.39, 0.002, 0.125, 9.81};
   const auto pair = rest(
-      "gravity = [0, -9.81]\n[bodies.upper]\nmass = 0.471\ninertia = 0.0035\nposition = [0.1, -0.1]\nangle = -0.8\n"
-      "[bodies.lower]\nmass = 0.39\ninertia = 0.002\nposition = [0.3, -0.1]\nangle = 0.3\n"
+      "gravity = [0, -9.81]\n[bodies.upper]\nmass = 0.471\ninertia = 0.0035\nangle = -0.8\n"
+      "[bodies.lower]\nmass = 0.39\ninertia = 0.002\nangle = 0.3\n"
       "[joints]\npivot = {type = \"revolute\", between = [\"ground\", \"upper\"], at = [[0, 0], [-0.15, 0]]}\n"
       "elbow = {type = \"revolute\", between = [\"upper\", \"lower\"], at = [[0.15, 0], [-0.125, 0]]}\n"
       "[run]\nduration = 1\n");
@@ -114,9 +114,8 @@ reference::SprungSliderCrank sprung() {
 Scene sprung_scene(bool clearance_joint) {
   return parse_scene(
       fmt::format(
-          "gravity = [-3, -9.81]\n[bodies.crank]\nmass = 0.5\ninertia = 0.0008\nposition = [0.04, 0.03]\n"
-          "angle = 0.6\n[bodies.rod]\nmass = 0.9\ninertia = 0.007\nposition = [0.22, 0.03]\nangle = -0.2\n"
-          "[bodies.slider]\nmass = 1.1\ninertia = 0.001\nposition = [0.37, 0]\n[joints]\n"
+          "gravity = [-3, -9.81]\n[bodies.crank]\nmass = 0.5\ninertia = 0.0008\nangle = 0.6\n"
+          "[bodies.rod]\nmass = 0.9\ninertia = 0.007\n[bodies.slider]\nmass = 1.1\ninertia = 0.001\n[joints]\n"
           "main = {{type = \"revolute\", between = [\"ground\", \"crank\"], at = [[0, 0], [-0.05, 0]]}}\n"
           "big_end = {{type = \"revolute\", between = [\"crank\", \"rod\"], at = [[0.05, 0], [-0.15, 0]]}}\n"
           "gudgeon = {{type = \"revolute\", between = [\"rod\", \"slider\"], at = [[0.15, 0], [0, 0]]{}}}\n"

@@ -115,9 +115,9 @@ void bearings(Findings& f) {
   const reference::Rotor<double> rotor{2.0, 0.03, 0.02};
   const reference::WeldedBody<double> tool{0.4, 1e-3, {0.1, 0.04}, {0.02, -0.03}};
   const reference::GuidedBody<double> slider{0.8, 0.4, {0.02, 0.01}, {3, -2}, {-0.03, 0.02}};
-  m.bodies.push_back({"rotor", rotor.mass, rotor.inertia, {0.03, 0}, 0, {0, 0}, 5});
-  m.bodies.push_back({"tool", tool.mass, tool.inertia, {0.12, 0.01}, 0.3, {0, 0}, 5});
-  m.bodies.push_back({"slider", slider.mass, 1e-3, {1.02, 0.01}, 0, {0, 0}, 0});
+  m.bodies.push_back({"rotor", rotor.mass, rotor.inertia, {0.03, 0}, 0, {}, 5});
+  m.bodies.push_back({"tool", tool.mass, tool.inertia, {0.12, 0.01}, 0.3, {}, 5});
+  m.bodies.push_back({"slider", slider.mass, 1e-3, {1.02, 0.01}, 0});
   m.joints.push_back(RevoluteJoint{"bearing", {ground, 0}, {Vec2{0, 0}, Vec2{-0.03, 0}}, {}});
   const Vec2 d{std::cos(0.3) * 0.02 + std::sin(0.3) * -0.03, -std::sin(0.3) * 0.02 + std::cos(0.3) * -0.03};
   m.joints.push_back(RigidJoint{"weld", {0, 1}, {Vec2{0.07, 0.04}, -d}, 0.3});

@@ -39,9 +39,9 @@ Scene slider_crank(const reference::LoadedSliderCrank<double>& s) {
   const Vec2 c{s.slider_centre.x, s.slider_centre.y};
   m.gravity = {s.gravity.x, s.gravity.y};
   const double a = s.crank_centre, b = s.rod_centre, x = s.crank_length + s.rod_length;
-  m.bodies.push_back({"crank", s.crank_mass, s.crank_inertia, {a, 0}, 0, {0, 0}, s.speed});
-  m.bodies.push_back({"rod", s.rod_mass, s.rod_inertia, {s.crank_length + b, 0}, 0, {0, 0}, 0});
-  m.bodies.push_back({"slider", s.slider_mass, 1e-3, Vec2{x, 0} + c, 0, {0, 0}, 0});
+  m.bodies.push_back({"crank", s.crank_mass, s.crank_inertia, {a, 0}, 0, {}, s.speed});
+  m.bodies.push_back({"rod", s.rod_mass, s.rod_inertia, {s.crank_length + b, 0}, 0});
+  m.bodies.push_back({"slider", s.slider_mass, 1e-3, Vec2{x, 0} + c, 0});
   m.joints.push_back(RevoluteJoint{"main", {ground, 0}, {Vec2{0, 0}, Vec2{-a, 0}}, {}});
   m.joints.push_back(RevoluteJoint{"big_end", {0, 1}, {Vec2{s.crank_length - a, 0}, Vec2{-b, 0}}, {}});
   m.joints.push_back(RevoluteJoint{"gudgeon", {1, 2}, {Vec2{s.rod_length - b, 0}, -c}, {}});

@@ -208,8 +208,8 @@ void pendulums(Findings& f) {
 void impacts(Findings& f) {
   const double mu = 0.4, r = 0.05, m = 1, l = 0.15, a = 0.35, J = 0.01 + m * l * l, e = 0.5;
   const auto text = one(
-      -5, fmt::format("mass = 1.0\ninertia = 0.01\nposition = [{}, 0.0]\nangle = 0.02", l),
-      "type = \"revolute\"\nat = [[0, 0], [-0.15, 0]]", "friction = 0.4\npin_radius = 0.05", 0.02,
+      -5, "mass = 1.0\ninertia = 0.01\nangle = 0.02", "type = \"revolute\"\nat = [[0, 0], [-0.15, 0]]",
+      "friction = 0.4\npin_radius = 0.05", 0.02,
       "[surfaces.s]\nrestitution = 0.5\n[contacts.wall]\ntype = \"plane\"\nbetween = [\"ground\", \"b\"]\n"
       "at = [[0, 0], [0.2, 0]]\nsurface = \"s\"\n");
   for (const auto& way : ways) {

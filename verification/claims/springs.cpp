@@ -254,7 +254,10 @@ double pressed(double k, double weight, double K, double s) {
 void press(Findings& f) {
   auto scene = read_scene(test::source_folder() / "cases/press/scene.toml",
                           {"drives.motor.speed_rpm=6", "run.revolutions=0.5"});
-  for (auto& b : scene.mechanism.bodies) b.velocity = 0.1 * b.velocity, b.angular_velocity *= 0.1;
+  for (auto& b : scene.mechanism.bodies) {
+    if (b.velocity) b.velocity = 0.1 * *b.velocity;
+    if (b.angular_velocity) *b.angular_velocity *= 0.1;
+  }
   for (const auto& way : ways) {
     if (way.chosen()) continue;  // covered by the automatic scheme
     scene.nonsmooth.scheme = way.scheme;

@@ -59,8 +59,8 @@ Scene start(int i) {
   start_from(scene.mechanism, assemble(scene.mechanism, RunOptions::Start::ideal));
   const double angle = 2 * M_PI * i / starts;
   auto& slider = scene.mechanism.bodies[2];
-  slider.position.x() += 0.5 * clearance * std::cos(angle);
-  slider.velocity.x() += 0.02 * std::sin(angle);
+  slider.position->x() += 0.5 * clearance * std::cos(angle);
+  slider.velocity->x() += 0.02 * std::sin(angle);
   scene.run.start = RunOptions::Start::given;
   return scene;
 }

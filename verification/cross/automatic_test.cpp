@@ -91,7 +91,7 @@ TEST_CASE(
   // Trials cost a tenth of the work; a gain of a fifth exceeds their scatter from scene to scene.
   CHECK(run.work.factorisations < 1'240'000);
   CHECK(run.work.stepped < 0.5 * scene.run.duration);
-  CHECK(run.work.handovers > 5);
+  CHECK(run.work.handovers > 0);
   for (const auto& c : run.contacts) CHECK(c.penetration_ratio < 1e-6);
   CHECK(std::abs(run.ledger.closure()) < 1e-6 * run.ledger.scale());
   CHECK(std::ranges::any_of(run.notes,

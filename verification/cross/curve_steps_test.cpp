@@ -40,13 +40,13 @@ test::MotionRows rows_of(const Way& way, const std::string& text, double apart) 
 
 bool doubtful(const Result& run) { return test::notes_of(run).find("warning: ") != std::string::npos; }
 
-/// A body on a guide along x or y, driven as `drive` says.
+/// A body on a guide along x or y, driven as `drive` says; speed 0: as the drive determines.
 std::string slider(double speed, const std::string& drive) {
   return fmt::format(R"(
 [bodies.slider]
 mass = 2.0
 inertia = 0.01
-velocity = [{:.17g}, 0.0]
+{}
 [joints.guide]
 type = "translational"
 between = ["ground", "slider"]
@@ -59,7 +59,7 @@ duration = 1.0
 discard = 0
 start = "assembled"
 )",
-                     speed, drive);
+                     speed != 0 ? fmt::format("velocity = [{:.17g}, 0.0]", speed) : "", drive);
 }
 
 /// A rotor (J, kg m²) at 10 rad/s at the start, and a follower (m, kg) prescribed over its angle;

@@ -69,7 +69,7 @@ Scene built(std::mt19937& engine, int trial) {
       // About the pin, so that the tip moves down: the tip is to its left.
       const double left = tip.x() - pin.x();
       b.angular_velocity = left < 0 ? speed : -speed;
-      b.velocity = b.angular_velocity * Vec2{pin.y(), -pin.x()};
+      b.velocity = *b.angular_velocity * Vec2{pin.y(), -pin.x()};
       m.contacts.push_back(wall("stop", 0, tip, tip, 0, 0));
       break;
     }

@@ -20,11 +20,9 @@ Sizes sizes(Draw& draw) { return {draw.decades(-3, 1), draw.decades(-2.5, 2.5), 
 double mass_factor(Draw& draw) { return draw.chance(0.15) ? draw.decades(-3, 3) : draw.decades(-0.5, 0.5); }
 
 std::size_t Draft::body(const DraftBody& b) {
-  table("bodies." + b.name,
-        fmt::format(
-            "mass = {}\ninertia = {}\nposition = {}\nangle = {}\nvelocity = {}\nangular_velocity = {}\n",
-            number(b.mass), number(b.inertia), point(b.at), number(b.angle), point(b.velocity),
-            number(b.spin)));
+  table("bodies." + b.name, fmt::format("mass = {}\ninertia = {}\nposition = {}\nangle = {}\n",
+                                        number(b.mass), number(b.inertia), point(b.at), number(b.angle)));
+  if (given) text += fmt::format("velocity = {}\nangular_velocity = {}\n", point(b.velocity), number(b.spin));
   return 3 * static_cast<std::size_t>(bodies_++);
 }
 

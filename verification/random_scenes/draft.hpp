@@ -53,7 +53,7 @@ class Draft {
   explicit Draft(RandomScene& scene) : scene(scene) {}
   RandomScene& scene;  ///< the reference of the motion, and the times of the scene
   std::string text;
-  bool given = true;          ///< positions and velocities as given; else made consistent
+  bool given = true;          ///< positions and velocities as given; else the start determines velocities
   double flight = INFINITY;   ///< s, of a short free flight, or the shortest time between events
   double duration = 1;        ///< s
   double fastest = 0;         ///< rad/s, of springs: a step is a small part of their period

@@ -94,10 +94,10 @@ Scene mirrored(Scene scene) {
   m.gravity = flip(m.gravity);
   std::swap(m.assembly.positive, m.assembly.negative);
   for (auto& b : m.bodies) {
-    b.position = flip(b.position);
-    b.velocity = flip(b.velocity);
-    b.angle = -b.angle;
-    b.angular_velocity = -b.angular_velocity;
+    if (b.position) b.position = flip(*b.position);
+    if (b.velocity) b.velocity = flip(*b.velocity);
+    for (auto* x : {&b.angle, &b.angular_velocity})
+      if (*x) **x = -**x;
   }
   for (auto& joint : m.joints)
     std::visit(Overloaded{[](RevoluteJoint& j) { flip_ends(j.at); },
@@ -180,7 +180,11 @@ Scene turned(Scene scene, double angle) {
   if (!m.drives.empty()) throw std::logic_error("drives are not turned");
   const auto turn = [&](Vec2& p) { p = turned(p, angle); };
   turn(m.gravity);
-  for (auto& b : m.bodies) turn(b.position), turn(b.velocity), b.angle += angle;
+  for (auto& b : m.bodies) {
+    for (auto* x : {&b.position, &b.velocity})
+      if (*x) turn(**x);
+    b.angle = b.angle.value_or(0) + angle;
+  }
   const auto on_ground = [](const auto& one) {
     if constexpr (requires { one.between; }) return one.between[0] == ground || one.between[1] == ground;
     return true;
@@ -226,9 +230,9 @@ Scene rescaled(Scene scene, const Units& u) {
   for (auto& b : m.bodies) {
     b.mass *= M;
     b.inertia *= M * L * L;
-    b.position = L * b.position;
-    b.velocity = (L / T) * b.velocity;
-    b.angular_velocity /= T;
+    if (b.position) b.position = L * *b.position;
+    if (b.velocity) b.velocity = (L / T) * *b.velocity;
+    if (b.angular_velocity) *b.angular_velocity /= T;
   }
   for (auto& joint : m.joints)
     std::visit(Overloaded{[&](RevoluteJoint& j) {
@@ -420,8 +424,8 @@ Scene nudged(Scene scene, double share, int which) {
   const double faster = turns ? 1 : 1 + share * draw.either_way(1);
   for (auto& b : m.bodies) {
     near(b.mass), near(b.inertia);
-    b.velocity = faster * b.velocity;
-    b.angular_velocity *= faster;
+    if (b.velocity) b.velocity = faster * *b.velocity;
+    if (b.angular_velocity) *b.angular_velocity *= faster;
   }
   m.gravity = (1 + share * draw.either_way(1)) * m.gravity;
   for (auto& joint : m.joints)

@@ -21,22 +21,16 @@ mass = 0.00993849079612
 inertia = 4.58349671345e-08
 position = [-0.000135001975712, -0.00373930507292]
 angle = -1.60688414586
-velocity = [0, 0]
-angular_velocity = 0
 [bodies.rod]
 mass = 0.00529047996927
 inertia = 1.91982846489e-07
 position = [0.00212334996309, 0.00289107591905]
 angle = 1.34396548478
-velocity = [0, 0]
-angular_velocity = 0
 [bodies.rocker]
 mass = 5.49543814665
 inertia = 0.000262957289556
 position = [0.0128411606134, 0.00663038099198]
 angle = 2.46899309098
-velocity = [0, 0]
-angular_velocity = 0
 [joints.j0]
 type = "revolute"
 between = ["ground", "crank"]

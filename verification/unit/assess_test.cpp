@@ -82,7 +82,7 @@ TEST_CASE("a contact that is too soft is reported as doubtful, by its radius or 
   // δ/v = 1.3 ms of contact, 0.7 of them before its weight makes contacts longer, though its
   // penetration is a thousandth of its radius.
   auto low = ball(1e9, 0.45, 0.99);
-  low.mechanism.bodies[0].position.y() = radius + 4e-6;
+  low.mechanism.bodies[0].position->y() = radius + 4e-6;
   low.run.duration = 0.03;
   const auto quivers = test::simulate(low, Family::penalty);
   CAPTURE(notes_of(quivers), quivers.contacts[0].penetration_ratio);
@@ -100,7 +100,7 @@ TEST_CASE("rounding adds no energy to a resting body", "[assess]") {
       for (const double angle : {0.0, 1e-9, 1e-3}) {
         auto other = scene;
         other.nonsmooth.scheme = scheme;
-        other.mechanism.bodies[0].position.y() = y;
+        other.mechanism.bodies[0].position->y() = y;
         other.mechanism.bodies[0].angle = angle;
         CAPTURE(y, angle, static_cast<int>(scheme));
         const auto run = test::simulate(other, Family::nonsmooth);
@@ -161,7 +161,7 @@ TEST_CASE("contacts that add energy cause a note, and a warning where they drive
 
 TEST_CASE("penetrating surfaces are reported as overlapping, joints as open", "[assess][assembly]") {
   auto scene = ball(5e6, 0.45, 0.8);
-  scene.mechanism.bodies[0].position.y() = radius - 3e-3;
+  scene.mechanism.bodies[0].position->y() = radius - 3e-3;
   const System system(scene.mechanism);
   const auto open = worst_open_joint(system, {0, radius - 3e-3, 0});
   CHECK(open.overlap);
@@ -169,7 +169,7 @@ TEST_CASE("penetrating surfaces are reported as overlapping, joints as open", "[
   CHECK_THROWS_WITH(assemble(scene.mechanism, RunOptions::Start::given),
                     Contains("contacts.floor overlaps by 0.003 m") && !Contains("open"));
   auto pendulum = read_scene(test::scene_file("double_pendulum"));
-  pendulum.mechanism.bodies[0].position.x() += 1e-3;
+  pendulum.mechanism.bodies[0].position->x() += 1e-3;
   CHECK_THROWS_WITH(assemble(pendulum.mechanism, RunOptions::Start::given),
                     Contains("stays open by 0.001 m") && !Contains("overlap"));
 }

@@ -221,15 +221,15 @@ TEST_CASE("a start that fails to assemble is replaced by another, reported and r
                     Contains("assembly.branch: \"open\" is requested, but the pose found is crossed"));
 }
 
-TEST_CASE("mechanisms of several loops assemble with all bodies at the origin", "[assembly]") {
+TEST_CASE("mechanisms of several loops assemble without stated values", "[assembly]") {
   for (const auto* file : {"seven_body", "four_bar_two"}) {
     CAPTURE(file);
     auto scene = read_scene(test::scene_file(file));
     for (auto& body : scene.mechanism.bodies) {
-      body.position = {0, 0};
-      body.angle = 0;
-      body.velocity = {0, 0};
-      body.angular_velocity = 0;
+      body.position.reset();
+      body.angle.reset();
+      body.velocity.reset();
+      body.angular_velocity.reset();
     }
     const auto s = assemble(scene.mechanism, RunOptions::Start::ideal);
     CHECK(worst_open_joint(System(idealised(scene.mechanism)), s.q).amount < 1e-9);
@@ -270,7 +270,8 @@ duration = 1
   // Given whole revolutions are kept too: they would act on a torsional spring.
   const auto wound = parse_scene(text(a + 4 * M_PI, b), "s.toml");
   CHECK(assemble(wound.mechanism, wound.run.start).q[2] == Approx(a + 4 * M_PI).epsilon(1e-14));
-  // Where a position is given, the least displacement decides as usual.
-  const auto placed = parse_scene(text(a, b), "s.toml", {"bodies.upper.position=[1.1, 2]"});
-  CHECK(std::abs(assemble(placed.mechanism, placed.run.start).q[5] - b) > 1e-3);
+  // Where they contradict a position, the least displacement decides.
+  const auto placed =
+      parse_scene(text(a, b), "s.toml", {"bodies.upper.position=[1.1, 2]", "assembly.approximate=true"});
+  CHECK(std::abs(assemble(placed.mechanism, placed.run.start).q[2] - a) > 1e-3);
 }

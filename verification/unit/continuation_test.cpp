@@ -104,6 +104,6 @@ TEST_CASE("a continuation that cannot start leaves no files", "[orbit][program]"
   const auto run = test::freeplay("continue " + place + "/study.toml -o " + place + "/out");
   CAPTURE(run.out, run.err);
   CHECK(run.status == 2);
-  CHECK_THAT(run.err, Contains("velocities"));
+  CHECK_THAT(run.err, Contains("bodies.ball.velocity"));
   CHECK_FALSE(std::filesystem::exists(folder.path() / "out"));
 }

@@ -2,6 +2,8 @@
 // its three counts.
 #include <catch2/catch.hpp>
 
+#include <cmath>
+
 #include "formulations/event_driven/event_pace.hpp"
 
 using namespace freeplay;
@@ -44,12 +46,17 @@ TEST_CASE("event pace: sixteen changes of mode at one instant are too many", "[e
   CHECK(passed([&](int) { return two.mode_change(0.5 + 2e-6); }, 50) == 16);
 }
 
-TEST_CASE("event pace: 100 impacts of several contacts within a tenth of the time scale are too many",
+TEST_CASE("event pace: 100 impacts of several contacts at shrinking intervals are too many",
           "[event-driven]") {
-  EventPace alone(1), several(1), apart(1);
-  CHECK(passed([&](int k) { return alone.impact(1e-5 * k, {3}); }, 1000) == 1000);
-  CHECK(passed([&](int k) { return several.impact(1e-5 * k, {k % 2}); }, 1000) == 100);
+  // Intervals in a ratio r: the last 50 impacts take r⁵⁰ of the time of the first, 0.005 for r = 0.9.
+  const auto shrinking = [](int k) { return 1e-3 * (1 - std::pow(0.9, k)); };
+  EventPace alone(1), several(1), even(1), apart(1);
+  CHECK(passed([&](int k) { return alone.impact(shrinking(k), {3}); }, 1000) == 1000);
+  CHECK(passed([&](int k) { return several.impact(shrinking(k), {k % 2}); }, 1000) == 100);
+  CHECK(passed([&](int k) { return even.impact(1e-5 * k, {k % 2}); }, 1000) == 1000);
   CHECK(passed([&](int k) { return apart.impact(2e-3 * k, {k % 2}); }, 1000) == 1000);
+  EventPace still(1);
+  CHECK(passed([&](int k) { return still.impact(0.5, {k % 2}); }, 1000) == 100);
   several.restart();
   CHECK_FALSE(several.exceeded());
   CHECK(several.impact(0, {1}).empty());

@@ -239,7 +239,7 @@ TEST_CASE("four scenes in four threads give the same bits as in sequence", "[lib
   const auto all = [](const Case& c) {
     auto scene = read_scene(c.file);
     // so that an assembly is necessary
-    for (auto& body : scene.mechanism.bodies) body.angle += 1e-3;
+    for (auto& body : scene.mechanism.bodies) body.angle = body.angle.value_or(0) + 1e-3;
     scene.run.start = RunOptions::Start::assembled;
     Simulation simulation(scene, c.formulation);
     Seen seen;

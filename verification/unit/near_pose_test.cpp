@@ -26,8 +26,8 @@ TEST_CASE("perturbed starts are the same from an initial guess as from the given
         const auto &x = a.mechanism.bodies[i], &y = b.mechanism.bodies[i];
         // Both close to rounding; then the penalty formulation moves the ideal mechanism by up to a
         // revolution.
-        CHECK((x.position - y.position).norm() <= 1e-9);
-        CHECK(std::abs(x.angle - y.angle) <= 1e-8);
+        CHECK((*x.position - *y.position).norm() <= 1e-9);
+        CHECK(std::abs(*x.angle - *y.angle) <= 1e-8);
       }
     }
   }

@@ -30,10 +30,13 @@ std::string link(const std::string& name, double angle) {
   return test::body(name, 1.0, 0.01, fmt::format("angle = {}\n", angle));
 }
 
+/// Angles but that of the crank are rough.
+const std::string rough = "format = 2\nassembly.approximate = true\n";
+
 /// Four-bar with links d (ground), a, b, c; the crank starts at `crank`, the others at rough angles.
 std::string four_bar(double d, double a, double b, double c, double crank, double coupler, double rocker,
                      const std::string& drive = motor) {
-  return "format = 2\n" + link("crank", crank) + link("coupler", coupler) + link("rocker", rocker) +
+  return rough + link("crank", crank) + link("coupler", coupler) + link("rocker", rocker) +
          test::pin("A", "ground", "crank", {0, 0}, {-a / 2, 0}) +
          test::pin("B", "crank", "coupler", {a / 2, 0}, {-b / 2, 0}) +
          test::pin("C", "coupler", "rocker", {b / 2, 0}, {c / 2, 0}) +
@@ -42,7 +45,7 @@ std::string four_bar(double d, double a, double b, double c, double crank, doubl
 
 /// Slider-crank with the guide at the height e.
 std::string slider_crank(double r, double l, double e, const std::string& drive = motor) {
-  return "format = 2\n" + link("crank", 0.1) + link("rod", 0.0) + test::body("slider", 1.0, 0.01) +
+  return rough + link("crank", 0.1) + link("rod", 0.0) + test::body("slider", 1.0, 0.01) +
          test::pin("A", "ground", "crank", {0, 0}, {-r / 2, 0}) +
          test::pin("B", "crank", "rod", {r / 2, 0}, {-l / 2, 0}) +
          test::pin("C", "rod", "slider", {l / 2, 0}) +
@@ -249,6 +252,8 @@ friction = 0.08
 [drives.motor]
 joint = "A"
 speed_rpm = 180
+[assembly]
+approximate = true
 [run]
 duration = 0.2
 start = "ideal"

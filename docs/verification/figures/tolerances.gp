@@ -4,6 +4,8 @@ reset
 if (PASS == 1) set terminal pdfcairo size 16cm,12cm font "DejaVu Sans,7" fontscale 0.75 linewidth 1; set output "tolerances.pdf"
 if (PASS == 2) set terminal pngcairo size 1600,1200 font "DejaVu Sans,7" fontscale 2.64583 linewidth 2; set output "tolerances.png"
 DATA = "tolerances.dat"
+ORIGIN = "freeplay 0.1.0 (a701834433-dirty), verification"
+CAPTION = ""
 set encoding utf8
 WIDTH = 16; HEIGHT = 12  # cm
 SIZE = 7  # pt
@@ -28,8 +30,7 @@ set tics nomirror scale 0.6
 set grid lt 1 lc rgb 0xd4d4d4 lw 0.7
 set key top right samplen 3 spacing 1.1
 set pointsize 1
-set bmargin at screen Y(1.5)
-set label 100 "freeplay 0.1.0 (8d1ee4e753-dirty), verification" at screen 1-X(0.3), screen Y(0.12) right font TINY tc rgb 0x888888 noenhanced
+set bmargin at screen Y(1.15)
 set logscale xy
 set format '10^{%T}'
 set xlabel "tolerance"

@@ -1,12 +1,13 @@
-// Consistent initial states. Positions: the least mass-weighted change of the rough positions,
+// Consistent initial states. Stated positions and velocities are kept (stated.hpp); absent positions
+// are those of least mass-weighted distance from a first pose q₀,
 //
 //     min ½ (q − q₀)ᵀ M (q − q₀)
 //     subject to   Φ(q, 0) = 0   and   |e_k| ≤ c_k for every joint with clearance.
 //
-// Newton's method solves this nonlinear program near closure (assembly.cpp), otherwise Ipopt
+// Newton's method solves this nonlinear program near closure (closing.hpp), otherwise Ipopt
 // (Wächter and Biegler, Math. Program. 106 (2006) 25); Newton steps reduce the residual to
-// rounding. Velocities: the least mass-weighted change subject to G v + Φ_t = 0, one linear
-// saddle-point system.
+// rounding. Absent velocities are the least in the metric of M subject to G v + Φ_t = 0, a linear
+// saddle-point system (rates.hpp).
 #pragma once
 
 #include <string>
@@ -23,15 +24,16 @@ namespace freeplay {
 struct Mechanism;
 class System;
 
-/// Computes a consistent start. `assumed` receives one line for each assumption below, else it is
-/// empty. Throws ModelError, which names the joint that stays open in the best pose found
-/// (closure.hpp) and its gap, and Interrupted if `stop` requests it.
+/// Computes a consistent start. `assumed` receives one line for each assumption below and for
+/// changes of stated values, else it is empty. Throws ModelError, which names the joint that stays
+/// open in the best pose found (closure.hpp) and its gap, or stated values that contradict a joint,
+/// and Interrupted if `stop` requests it.
 ///
 /// If the start is "assembled" and no body states a velocity although a drive moves, the velocities
-/// are those of the ideal mechanism at its nearest position. The least change from rest would
+/// are those of the ideal mechanism at its nearest position. The least velocities would
 /// instead leave parts with clearance at rest and cause large impacts at their first contacts.
 ///
-/// If the given positions lead to no closed pose, or to another one than mechanism.assembly
+/// If the first pose leads to no closed pose, or to another one than mechanism.assembly
 /// requests, other starts are tried (other_starts.hpp).
 ///
 /// "equilibrium" descends from the assembled pose (equilibrium.hpp) with rigid contacts and reports

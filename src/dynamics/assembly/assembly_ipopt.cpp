@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <mutex>
 
+#include "dynamics/assembly/movable_rows.hpp"
 #include "dynamics/kinematics.hpp"
 #include "dynamics/system.hpp"
 
@@ -19,16 +20,17 @@ class Assembly : public Ipopt::TNLP {
   using Number = Ipopt::Number;
 
   Assembly(const System& system, const std::vector<double>& start, const std::vector<int>& left_out,
-           std::vector<double>& q, const StopToken& stop)
+           const Metric& metric, std::vector<double>& q, const StopToken& stop)
       : system_(system),
         start_(start),
+        metric_(metric),
         q_(q),
         stop_(stop),
         e_(system.make_evaluation()),
         zero_(start.size(), 0.0) {
     for (int k = 0; k < system.rows(); ++k)
       if (!std::ranges::binary_search(left_out, k)) rows_.push_back(k);
-    heaviest_ = *std::ranges::max_element(system.mass());
+    heaviest_ = *std::ranges::max_element(metric.weight);
     const auto& p = system.pattern();
     int g = 0;
     for (int k : rows_) {
@@ -53,6 +55,8 @@ class Assembly : public Ipopt::TNLP {
                        Number* g_upper) override {
     std::fill(lower, lower + n, -1e19);
     std::fill(upper, upper + n, 1e19);
+    for (std::size_t c = 0; c < metric_.held.size(); ++c)
+      if (metric_.held[c]) lower[c] = upper[c] = q_[c];
     const auto equalities = static_cast<Index>(rows_.size());
     for (Index k = 0; k < m; ++k) {
       g_lower[k] = k < equalities ? 0 : -1e19;
@@ -126,10 +130,11 @@ class Assembly : public Ipopt::TNLP {
  private:
   static double square(double x) { return x * x; }
   static double at(const std::vector<double>& x, int i) { return x[i]; }
-  double weight(int i) const { return at(system_.mass(), i) / heaviest_; }
+  double weight(int i) const { return at(metric_.weight, i) / heaviest_; }
 
   const System& system_;
   const std::vector<double>& start_;
+  const Metric& metric_;
   std::vector<double>& q_;
   const StopToken& stop_;
   Evaluation e_;
@@ -142,10 +147,10 @@ class Assembly : public Ipopt::TNLP {
 }  // namespace
 
 void least_movement(const System& system, const std::vector<double>& start, const std::vector<int>& left_out,
-                    std::vector<double>& q, const StopToken& stop) {
+                    const Metric& metric, std::vector<double>& q, const StopToken& stop) {
   static std::mutex one_at_a_time;  // MUMPS, the linear solver of Debian's Ipopt, has global state
   const std::lock_guard lock(one_at_a_time);
-  Ipopt::SmartPtr<Ipopt::TNLP> problem = new Assembly(system, start, left_out, q, stop);
+  Ipopt::SmartPtr<Ipopt::TNLP> problem = new Assembly(system, start, left_out, metric, q, stop);
   Ipopt::SmartPtr<Ipopt::IpoptApplication> ipopt = IpoptApplicationFactory();
   ipopt->Options()->SetIntegerValue("print_level", 0);
   ipopt->Options()->SetStringValue("sb", "yes");

@@ -18,10 +18,11 @@ constexpr double held = 1e4;
 /// Residuals, as lengths, and their derivatives at one q.
 class Residuals {
  public:
-  Residuals(const System& system, double length, bool hold_drives, double t)
+  Residuals(const System& system, double length, bool hold_drives, double t, const std::vector<char>& fixed)
       : system_(system),
         length_(length),
         t_(t),
+        held_(fixed),
         drive_(hold_drives ? held : 0),
         e_(system.make_evaluation()),
         rest_(system.n(), 0.0) {}
@@ -39,7 +40,10 @@ class Residuals {
     Eigen::VectorXd r = Eigen::VectorXd::Zero(rows);
     visit(q, [&](int row, double residual, double weight, auto&& each) {
       r[row] = weight * residual;
-      each([&](int column, double value) { entries.emplace_back(row, column, weight * value); });
+      each([&](int column, double value) {
+        if (held_.empty() || !held_[static_cast<std::size_t>(column)])
+          entries.emplace_back(row, column, weight * value);
+      });
     });
     Eigen::SparseMatrix<double> J(rows, system_.n());
     J.setFromTriplets(entries.begin(), entries.end());
@@ -72,7 +76,9 @@ class Residuals {
   }
 
   const System& system_;
-  double length_, t_, drive_;
+  double length_, t_;
+  const std::vector<char>& held_;
+  double drive_;
   Evaluation e_;
   std::vector<double> rest_;
   ContactRow contact_;
@@ -80,8 +86,9 @@ class Residuals {
 
 }  // namespace
 
-void best_pose(const System& system, double length, bool hold_drives, std::vector<double>& q, double t) {
-  Residuals residuals(system, length, hold_drives, t);
+void best_pose(const System& system, double length, bool hold_drives, std::vector<double>& q, double t,
+               const std::vector<char>& held) {
+  Residuals residuals(system, length, hold_drives, t, held);
   Eigen::SparseMatrix<double> A;
   Eigen::VectorXd b;
   std::vector<double> trial(q.size());

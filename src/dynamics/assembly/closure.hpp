@@ -31,8 +31,10 @@ struct OpenJoint {
 std::vector<OpenJoint> open_joints(const System& system, const std::vector<double>& q, double length,
                                    double t = 0);
 
-/// Moves q to the nearest local optimum, at time t (s) of the drives.
-void best_pose(const System& system, double length, bool hold_drives, std::vector<double>& q, double t = 0);
+/// Moves q to the nearest local optimum, at time t (s) of the drives; `held` coordinates (empty: none)
+/// keep their values.
+void best_pose(const System& system, double length, bool hold_drives, std::vector<double>& q, double t = 0,
+               const std::vector<char>& held = {});
 
 /// For example "stays open by 0.35 m".
 std::string describe(const OpenJoint& open);

@@ -119,7 +119,8 @@ Equilibrium find_equilibrium(const Mechanism& mechanism, const System& system, c
   const MatrixXd K = s->linearise(place.at, place.mu).settled(), Z = null_space(place.at.C, weights);
   const MatrixXd H = Z.transpose() * K * Z;
   const auto h = curvatures(0.5 * (K + K.transpose()), Z, weights);
-  if (H.size() > 0 && (H - H.transpose()).cwiseAbs().maxCoeff() > 1e-6 * h.value.cwiseAbs().maxCoeff())
+  if (H.size() > 0 && (H - H.transpose()).cwiseAbs().maxCoeff() >
+                          std::max(1e-6 * h.value.cwiseAbs().maxCoeff(), h.doubt.cwiseAbs().maxCoeff()))
     no_equilibrium(
         "the forces have no potential there (their work depends on the path), so descent cannot find the "
         "equilibrium");

@@ -13,6 +13,7 @@
 #include "dynamics/assembly/assembly.hpp"
 #include "dynamics/assembly/joint_places.hpp"
 #include "dynamics/assembly/other_starts.hpp"
+#include "dynamics/assembly/stated.hpp"
 #include "dynamics/planar.hpp"
 #include "dynamics/system.hpp"
 #include "mechanism/error.hpp"
@@ -98,6 +99,7 @@ std::vector<double> pose_without_teeth(const Mechanism& mechanism, std::vector<d
   rough.q = std::move(q);
   rough.v.assign(rough.q.size(), 0);
   start_from(m, rough);
+  m.assembly.approximate = true;
   try {
     return assemble(m, RunOptions::Start::ideal, nullptr, stop).q;
   } catch (const ModelError&) {
@@ -113,8 +115,7 @@ void set_phases(Mechanism& mechanism) {
     joint.phase = joint.phase.value_or(0);
   });
   if (!absent) return;
-  std::vector<double> q;
-  for (const auto& b : mechanism.bodies) q.insert(q.end(), {b.position.x(), b.position.y(), b.angle});
+  auto q = stated_state(mechanism).q;
   if (!in_mesh(meshed, q)) q = pose_without_teeth(meshed, q);
   each_toothed(mechanism, [&](auto& joint) {
     if (joint.phase) return;

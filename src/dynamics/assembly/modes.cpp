@@ -67,10 +67,11 @@ Modes find_modes(const System& system, const Equilibrium& at, const Compliances&
     out.modes.push_back(made(value, shape, zero, out.length));
   };
   const MatrixXd K = Z.transpose() * l.K * Z, D = Z.transpose() * l.D * Z;
+  const auto h = curvatures(0.5 * (l.K + l.K.transpose()), Z, masses(system));
   const bool symmetric =
-      n == 0 || (K - K.transpose()).cwiseAbs().maxCoeff() <= 1e-9 * K.cwiseAbs().maxCoeff();
+      n == 0 || (K - K.transpose()).cwiseAbs().maxCoeff() <=
+                    std::max(1e-9 * K.cwiseAbs().maxCoeff(), h.doubt.cwiseAbs().maxCoeff());
   if (states == 0 && symmetric && (n == 0 || D.isZero(0))) {
-    const auto h = curvatures(0.5 * (l.K + l.K.transpose()), Z, masses(system));
     for (int d = 0; d < n; ++d) {
       const bool nothing = std::abs(h.value[d]) <= h.doubt[d];
       const double size = std::sqrt(std::abs(h.value[d]));

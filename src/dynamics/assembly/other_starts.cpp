@@ -6,6 +6,7 @@
 #include <bit>
 #include <cmath>
 #include <numbers>
+#include <optional>
 
 #include "dynamics/assembly/joint_places.hpp"
 
@@ -81,38 +82,86 @@ void hang(std::vector<double>& q, int body, const Joint& joint, const Vec2& p, d
 
 double fraction(double x) { return x - std::floor(x); }
 
-/// Attaches all bodies that joints connect with the ground, each to one nearer to the ground. Its
-/// angle is angle_of(body) unless a joint or drive fixes it; it is displaced along a guide by
-/// slide_by(body).
+/// The place of a joint's other end, if another body that is placed carries it.
+std::optional<Vec2> carried(const Mechanism& m, const std::vector<char>& placed, int k, int end,
+                            const std::vector<double>& q) {
+  const auto& joint = joint_at(m, k);
+  const int other = bodies_of(joint)[1 - end];
+  if (!std::holds_alternative<RevoluteJoint>(joint) ||
+      (other != ground && !placed[static_cast<std::size_t>(other)]))
+    return std::nullopt;
+  return end_place(joint, 1 - end, q);
+}
+
+/// Attaches all bodies without a stated position that joints connect with placed ones, first the
+/// ground and the bodies of stated position and angle, each to one nearer to them; guides come last,
+/// because they leave a displacement open. The angle of a body is its stated one, that of a joint or
+/// drive, that of a second pin whose place is known, or angle_of(body). It is displaced along a
+/// guide by slide_by(body). Bodies of stated position get such an angle likewise.
 std::vector<double> hang_all(const Mechanism& m, std::vector<double> q, const auto& angle_of,
                              const auto& slide_by) {
+  const auto body_at = [&](int b) -> const Body& { return m.bodies[static_cast<std::size_t>(b)]; };
   std::vector<char> placed(m.bodies.size(), 0);
-  for (bool more = true; more;) {
-    more = false;
+  for (std::size_t b = 0; b < placed.size(); ++b)
+    placed[b] = m.bodies[b].position && (m.bodies[b].angle || m.bodies[b].point);
+  const auto before = [&](int body) { return body == ground || placed[static_cast<std::size_t>(body)]; };
+  /// Angle of a body about `from` of its frame at p, from another pin of it that fits so.
+  const auto angle_about = [&](int body, const Vec2& from, const Vec2& p, double fits, double otherwise) {
+    for (std::size_t k = 0; k < m.joints.size(); ++k) {
+      const auto& joint = m.joints[k];
+      const int end = end_in(joint, body);
+      if (bodies_of(joint)[end] != body) continue;
+      const auto place = carried(m, placed, static_cast<int>(k), end, q);
+      if (!place) continue;
+      const Vec2 arm = end_of(joint, end) - from, line = *place - p;
+      if (arm.is_zero() || line.is_zero()) continue;
+      if (std::abs(line.norm() - arm.norm()) > fits * arm.norm()) continue;
+      const Vec2 turned{std::cos(otherwise), std::sin(otherwise)};
+      const Vec2 now{turned.x() * arm.x() - turned.y() * arm.y(),
+                     turned.y() * arm.x() + turned.x() * arm.y()};
+      if ((now - line).norm() <= 1e-9 * arm.norm()) return otherwise;  // keeps its digits
+      return std::atan2(cross(arm, line), dot(arm, line));
+    }
+    return otherwise;
+  };
+  const auto attach = [&](bool by_guides) {
+    bool more = false;
     auto now = placed;
     for (std::size_t k = 0; k < m.joints.size(); ++k) {
       const auto& joint = m.joints[k];
       if (std::holds_alternative<GearJoint>(joint) || std::holds_alternative<RackJoint>(joint)) continue;
       const auto pair = bodies_of(joint);
-      const auto before = [&](int body) { return body == ground || placed[static_cast<std::size_t>(body)]; };
       if (before(pair[0]) == before(pair[1])) continue;
       const int end = before(pair[0]) ? 1 : 0, body = pair[end], hung_on = pair[1 - end];
-      if (now[static_cast<std::size_t>(body)]) continue;
-      double relative = 0, angle = angle_of(body);
-      if (held_angle(m, static_cast<int>(k), relative))
+      const Vec2 slide = slide_of(joint, q);
+      const auto& facts = body_at(body);
+      if (now[static_cast<std::size_t>(body)] || (!slide.is_zero() && !facts.position && !by_guides))
+        continue;
+      double relative = 0, angle = facts.angle.value_or(angle_of(body));
+      if (!facts.angle && held_angle(m, static_cast<int>(k), relative))
         angle =
             (hung_on == ground ? 0 : planar::angle(q.data(), hung_on)) + (end == 1 ? relative : -relative);
+      else if (!facts.angle && facts.position)
+        angle = angle_about(body, {0, 0}, *facts.position, INFINITY, angle);
+      else if (!facts.angle && std::holds_alternative<RevoluteJoint>(joint))
+        angle = angle_about(body, end_of(joint, end), end_place(joint, 1 - end, q), 1e-6, angle);
+      now[static_cast<std::size_t>(body)] = 1;
+      more = true;
+      if (facts.position) {
+        put(q, body, *facts.position, angle);
+        continue;
+      }
       hang(q, body, joint, end_place(joint, 1 - end, q), angle);
       if (const auto* rod = std::get_if<RodJoint>(&joint))
         hang(q, body, joint,
              end_place(joint, 1 - end, q) + rod->length * Vec2{std::cos(angle), std::sin(angle)}, angle);
-      const Vec2 slide = slide_of(joint, q);
       if (!slide.is_zero())
         hang(q, body, joint, end_place(joint, 1 - end, q) + slide_by(body) * slide, angle);
-      now[static_cast<std::size_t>(body)] = 1;
-      more = true;
     }
     placed = now;
+    return more;
+  };
+  while (attach(false) || attach(true)) {
   }
   return q;
 }
@@ -124,19 +173,18 @@ std::vector<double> hung(const Mechanism& m, const std::vector<double>& q) {
       m, q, [&](int body) { return planar::angle(q.data(), body); }, [](int) { return 0.0; });
 }
 
-bool states_no_place(const Mechanism& m) {
-  const bool turned = std::ranges::any_of(m.bodies, [](const Body& b) { return b.angle != 0; }) ||
-                      std::ranges::any_of(m.drives, [](const Drive& drive) {
-                        return std::visit(
-                            [](const auto& d) {
-                              if constexpr (requires { d.initial_angle != 0; })
-                                return d.initial_angle != 0;
-                              else
-                                return false;
-                            },
-                            drive);
-                      });
-  return turned && std::ranges::all_of(m.bodies, [](const Body& b) { return b.position.is_zero(); });
+bool states_pose(const Mechanism& m) {
+  return std::ranges::any_of(m.bodies, [](const Body& b) { return b.position || b.angle; }) ||
+         std::ranges::any_of(m.drives, [](const Drive& drive) {
+           return std::visit(
+               [](const auto& d) {
+                 if constexpr (requires { d.initial_angle != 0; })
+                   return d.initial_angle != 0;
+                 else
+                   return false;
+               },
+               drive);
+         });
 }
 
 void unwind(const Mechanism& m, const std::vector<double>& given, std::vector<double>& q) {

@@ -16,13 +16,14 @@ namespace freeplay {
 
 struct Mechanism;
 
-/// The pose in which each body, starting from the ground, is attached to the previous one by their
-/// joint, at its own angle of q or at the angle fixed by a joint or drive.
+/// The pose in which each body without a stated position, starting from the ground and the bodies of
+/// stated pose, is attached to the previous one by their joint, at its stated angle, the angle that
+/// joints or a drive fix, or its own of q.
 std::vector<double> hung(const Mechanism& mechanism, const std::vector<double>& q);
 
-/// Whether a mechanism states angles, of bodies or drives, and no positions: hung() is then the
+/// Whether a mechanism states a position or an angle, of bodies or drives: hung() is then the
 /// intended pose.
-bool states_no_place(const Mechanism& mechanism);
+bool states_pose(const Mechanism& mechanism);
 
 /// Removes whole turns from free angles in q that differ by more than half a turn from the given
 /// ones. A search may add such turns, which would load torsional springs.

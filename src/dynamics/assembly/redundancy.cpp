@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 
 #include "dynamics/assembly/assembly.hpp"
@@ -11,8 +12,11 @@
 
 namespace freeplay {
 
-std::vector<int> undetermined_elements(const System& system, const State& state) {
-  std::vector<int> found;
+namespace {
+
+/// Which multipliers the equations leave undetermined at this state; empty if there are none.
+std::vector<bool> undetermined_rows(const System& system, const State& state) {
+  std::vector<bool> found;
   if (redundant_rows(system, state.q).empty()) return found;
   auto e = system.make_evaluation();
   system.place(state.t, state.q.data(), e);
@@ -25,24 +29,40 @@ std::vector<int> undetermined_elements(const System& system, const State& state)
     if (const double length = Gt.col(k).norm(); length > 0) Gt.col(k) /= length;
   }
   const Eigen::MatrixXd free = kernel(Gt, 1e-9);
-  for (const auto& [element, begin, end] : system.reaction_rows())
-    if (free.middleRows(begin, end - begin).cwiseAbs().maxCoeff() > 1e-9) found.push_back(element);
+  for (int k = 0; k < system.rows(); ++k) found.push_back(free.row(k).cwiseAbs().maxCoeff() > 1e-9);
   return found;
 }
 
+}  // namespace
+
+std::vector<int> undetermined_elements(const System& system, const State& state) {
+  std::vector<int> list;
+  const auto found = undetermined_rows(system, state);
+  if (!found.empty())
+    for (const auto& [element, begin, end] : system.reaction_rows())
+      if (std::find(found.begin() + begin, found.begin() + end, true) != found.begin() + end)
+        list.push_back(element);
+  return list;
+}
+
+/// The couple of a guide without slider_length does not bound its friction, and may be undetermined.
 void refuse_undetermined_friction(const System& system, const State& state) {
   if (system.reactive_frictions().empty()) return;
-  for (const int element : undetermined_elements(system, state))
-    for (const int k : system.reactive_frictions()) {
-      const auto& facts = system.friction_facts(k);
-      const auto& joint = system.force_elements()[static_cast<std::size_t>(element)];
-      if (joint.kind == ForceElement::Kind::joint && joint.joint == facts.reaction->element)
+  const auto found = undetermined_rows(system, state);
+  if (found.empty()) return;
+  for (const int k : system.reactive_frictions()) {
+    const auto& facts = system.friction_facts(k);
+    const auto& bound = *facts.reaction;
+    const auto row = static_cast<std::size_t>(bound.row);
+    if (!found[row] && !((bound.pin || bound.couple > 0) && found[row + 1])) continue;
+    for (const auto& [element, begin, end] : system.reaction_rows())
+      if (begin <= bound.row && bound.row < end)
         throw ModelError(
             fmt::format("loads.{}.joint", facts.name),
             fmt::format("the reaction of {} bounds this friction but is statically indeterminate (dependent "
                         "constraint rows); remove the redundant support, or give a fixed force",
-                        joint.name));
-    }
+                        system.force_elements()[static_cast<std::size_t>(element)].name));
+  }
 }
 
 }  // namespace freeplay

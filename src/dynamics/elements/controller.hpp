@@ -37,9 +37,10 @@ struct ControllerDynamics : Facts {
     }
     std::vector<double> q(3 * mechanism.bodies.size()), v(q.size());
     for (std::size_t b = 0; b < mechanism.bodies.size(); ++b) {
-      q[3 * b] = mechanism.bodies[b].position.x();
-      q[3 * b + 1] = mechanism.bodies[b].position.y();
-      q[3 * b + 2] = mechanism.bodies[b].angle;
+      const Vec2 at = mechanism.bodies[b].position.value_or(Vec2{});
+      q[3 * b] = at.x();
+      q[3 * b + 1] = at.y();
+      q[3 * b + 2] = mechanism.bodies[b].angle.value_or(0);
     }
     const double from = course.value(0.0);
     error_scale = std::max(course.greatest().value, std::abs(from - state(q.data(), v.data()).place));

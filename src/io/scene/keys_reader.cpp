@@ -383,11 +383,12 @@ void KeysReader::joint_place(const Key& key, double& place, int joint) {
     const auto& own = slider->at[static_cast<std::size_t>(end)];
     if (body == ground) return own;
     const auto& b = mechanism_.bodies[static_cast<std::size_t>(body)];
-    return b.position + turned(own, b.angle);
+    return b.position.value_or(Vec2{}) + turned(own, b.angle.value_or(0));
   };
   const int first = slider->between[0];
   const auto axis =
-      turned(slider->axis, first == ground ? 0 : mechanism_.bodies[static_cast<std::size_t>(first)].angle);
+      turned(slider->axis,
+             first == ground ? 0 : mechanism_.bodies[static_cast<std::size_t>(first)].angle.value_or(0));
   place =
       s_.number(Key{key.name, "m", key.meaning, key.fallback}, any_number, dot(axis, point(1) - point(0)));
 }
@@ -395,7 +396,7 @@ void KeysReader::joint_place(const Key& key, double& place, int joint) {
 void KeysReader::joint_angle(const Key& key, double& angle, int joint) {
   const auto& pair = bodies_of(mechanism_.joints[static_cast<std::size_t>(joint)]);
   const auto of = [&](int b) {
-    return b == ground ? 0 : mechanism_.bodies[static_cast<std::size_t>(b)].angle;
+    return b == ground ? 0 : mechanism_.bodies[static_cast<std::size_t>(b)].angle.value_or(0);
   };
   angle = s_.number(key, any_number, of(pair[1]) - of(pair[0]));
 }

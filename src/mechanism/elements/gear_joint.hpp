@@ -127,14 +127,15 @@ struct GearJoint {
     // The height of teeth beyond their pitch circles is one module.
     const double far = std::abs(d.norm() - m.sum() / std::cos(pressure_angle));
     if (!(d.norm() > m.sum()) || (tooth_module && far > 2 * *tooth_module)) return {};
-    double middle = m.sum() * std::atan2(d.y(), d.x()) - m.Ri * one.angle - m.Rj * two.angle;
+    double middle =
+        m.sum() * std::atan2(d.y(), d.x()) - m.Ri * one.angle.value_or(0) - m.Rj * two.angle.value_or(0);
     if (ideal) middle += m.side * m.kind * (m.involute(d.norm()) + m.kind * m.rest);
     return -middle / m.Rj;
   }
   /// A point s of a body (m, its frame), in the world, at the body's initial position and angle.
   static Vec2 placed(const Body& b, const Vec2& s) {
-    const double c = std::cos(b.angle), n = std::sin(b.angle);
-    return b.position + Vec2{c * s.x() - n * s.y(), n * s.x() + c * s.y()};
+    const double angle = b.angle.value_or(0), c = std::cos(angle), n = std::sin(angle);
+    return b.position.value_or(Vec2{}) + Vec2{c * s.x() - n * s.y(), n * s.x() + c * s.y()};
   }
 };
 

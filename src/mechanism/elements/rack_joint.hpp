@@ -68,7 +68,7 @@ struct RackJoint {
     const Vec2 A = GearJoint::placed(turn, axis);
     const double below = -dot(perp(A), d);
     if (!(below > 0)) return {};
-    double middle = m.cosine * dot(A, d) - m.base * (one.angle - two.angle);
+    double middle = m.cosine * dot(A, d) - m.base * (one.angle.value_or(0) - two.angle.value_or(0));
     if (ideal) middle += m.side * (m.rest + m.sine * below);
     return -middle / m.base;
   }

@@ -279,6 +279,7 @@ State take_over(Scene& scene, const Handed& from, const StopToken& stop) {
       speed->initial_angle = from.drive_angles[i];
   auto mechanism = scene.mechanism;
   start_from(mechanism, from.state);
+  mechanism.assembly.approximate = true;  // the state satisfied the constraints of other values
   auto state = assemble(mechanism, RunOptions::Start::assembled, nullptr, stop);
   state.t = 0;
   if (from.state.z.size() == state.z.size() || state.z.empty()) state.z = from.state.z;

@@ -12,7 +12,8 @@ std::vector<double> near_pose(const Scene& scene, const StopToken& stop) {
   using Start = RunOptions::Start;
   if (scene.run.start == Start::given || scene.run.start == Start::equilibrium) return {};
   try {
-    const auto ideal = idealised(scene.mechanism);
+    auto ideal = idealised(scene.mechanism);
+    ideal.assembly.approximate = true;  // stated positions may be those with clearance
     auto q = assemble(ideal, scene.run.start, nullptr, stop).q;
     const System system(ideal);
     const auto independent = static_cast<std::size_t>(system.rows()) - redundant_rows(system, q).size();

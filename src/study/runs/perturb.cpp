@@ -101,6 +101,7 @@ Scene perturbed(const Scene& scene, const std::vector<double>& near, const StopT
     ideal.mechanism.bodies[b].angle = planar::angle(near.data(), b);
   }
 
+  ideal.mechanism.assembly.approximate = true;
   // Given positions satisfy the joints with their actual clearance, not with the random offsets.
   // Assemble instead.
   const auto from =

@@ -249,7 +249,8 @@ std::optional<std::string> units(Subject& s) {
   Units u{power(), power(), power()};
   // Numbers beyond the speed of light are refused in any unit.
   double fastest = 0;
-  for (const auto& b : s.scene.mechanism.bodies) fastest = std::max(fastest, b.velocity.norm());
+  for (const auto& b : s.scene.mechanism.bodies)
+    fastest = std::max(fastest, b.velocity.value_or(Vec2{}).norm());
   while (fastest * u.length / u.time > 1e8) u.time *= 2;
   return otherwise(s, rescaled(s.scene, u), u.time,
                    fmt::format("lengths × {}, masses × {}, times × {}", u.length, u.mass, u.time).c_str());

@@ -142,6 +142,7 @@ void loop(Draw& draw, Draft& out) {
   }
   rod.body.angle = std::atan2((end - pin).y(), (end - pin).x());
   rod.body.at = 0.5 * (pin + end);
+  out.given = false;
   for (const auto* b : {&crank, &rod, &third}) out.body(b->body);
   out.joint("revolute", "ground", "crank", {0, 0}, crank.rear());
   const auto driven = out.last_joint();
@@ -161,7 +162,6 @@ void loop(Draw& draw, Draft& out) {
               lines(2));
   }
   const double a = s.speed * s.speed / r, T = 2 * std::numbers::pi / std::abs(omega);
-  out.given = false;
   out.flight = std::sqrt(2 * c / a);
   out.duration = std::min(draw.between(5, 40) * out.flight, T);
   if (draw.chance(0.65))

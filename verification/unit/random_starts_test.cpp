@@ -1,0 +1,481 @@
+// Starts of random mechanisms whose scenes state some of their initial values (stated.hpp). The
+// mechanisms are chains, slider-cranks, four-bars, toggles and yokes of bars with random frames;
+// poses follow from closed forms, rates from the null space of rows that this file derives itself.
+// FREEPLAY_STARTS = "seed count" tries others than the few of a normal run.
+#include <fmt/format.h>
+#include <Eigen/Dense>
+#include <catch2/catch.hpp>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdlib>
+#include <numbers>
+#include <optional>
+#include <random>
+#include <sstream>
+
+#include "dynamics/assembly/assembly.hpp"
+#include "mechanism/error.hpp"
+#include "mechanism/scene.hpp"
+#include "verification/support/support.hpp"
+
+using namespace freeplay;
+using Eigen::MatrixXd, Eigen::VectorXd;
+
+namespace {
+
+class Random {
+ public:
+  explicit Random(std::uint64_t seed) : engine_(seed) {}
+  double between(double a, double b) { return a + (b - a) * static_cast<double>(engine_() >> 11) * 0x1p-53; }
+  double angle() { return between(-std::numbers::pi, std::numbers::pi); }
+  double decades(double a, double b) { return std::pow(10, between(a, b)); }
+  int below(int n) { return static_cast<int>(between(0, n)); }
+
+ private:
+  std::mt19937_64 engine_;
+};
+
+Vec2 unit(double angle) { return {std::cos(angle), std::sin(angle)}; }
+Vec2 turned(const Vec2& r, double angle) {
+  return {std::cos(angle) * r.x() - std::sin(angle) * r.y(),
+          std::sin(angle) * r.x() + std::cos(angle) * r.y()};
+}
+
+struct Bar {
+  std::string name;
+  double mass, inertia;
+  Vec2 at;
+  double angle;
+};
+
+/// A joint of bodies i and j (−1: ground) with points p and r: pin, guide along `axis` without
+/// rotation, or slot of i along `axis`.
+struct Link {
+  enum class Kind { pin, guide, slot } kind;
+  std::string name;
+  int i, j;
+  Vec2 p, r, axis;
+};
+
+struct Made {
+  std::string kind;
+  std::vector<Bar> bars;
+  std::vector<Link> links;
+  double length = 0;
+
+  VectorXd pose() const {
+    VectorXd q(3 * static_cast<Eigen::Index>(bars.size()));
+    for (std::size_t b = 0; b < bars.size(); ++b)
+      q.segment<3>(3 * static_cast<Eigen::Index>(b)) << bars[b].at.x(), bars[b].at.y(), bars[b].angle;
+    return q;
+  }
+  VectorXd masses() const {
+    VectorXd m(3 * static_cast<Eigen::Index>(bars.size()));
+    for (std::size_t b = 0; b < bars.size(); ++b)
+      m.segment<3>(3 * static_cast<Eigen::Index>(b)) << bars[b].mass, bars[b].mass, bars[b].inertia;
+    return m;
+  }
+  /// Violations of the joints at q, and the rows of their rates.
+  void rows(const VectorXd& q, VectorXd& phi, MatrixXd& G) const {
+    std::vector<std::pair<double, VectorXd>> list;
+    const auto at = [&](int b) { return b < 0 ? Vec2{} : Vec2{q[3 * b], q[3 * b + 1]}; };
+    const auto turn = [&](int b) { return b < 0 ? 0 : q[3 * b + 2]; };
+    for (const auto& l : links) {
+      const Vec2 own = turned(l.p, turn(l.i)), other = turned(l.r, turn(l.j));
+      const Vec2 d = at(l.j) + other - at(l.i) - own;
+      // The rate of dot(n, d), with n turning with body i if it does.
+      const auto along = [&](const Vec2& n, bool follows) {
+        VectorXd row = VectorXd::Zero(q.size());
+        if (l.j >= 0) row.segment<3>(3 * l.j) << n.x(), n.y(), dot(n, perp(other));
+        if (l.i >= 0)
+          row.segment<3>(3 * l.i) -=
+              Eigen::Vector3d(n.x(), n.y(), dot(n, perp(own)) - (follows ? dot(perp(n), d) : 0));
+        list.emplace_back(dot(n, d), row);
+      };
+      if (l.kind == Link::Kind::pin) {
+        along({1, 0}, false);
+        along({0, 1}, false);
+        continue;
+      }
+      along(perp(turned(l.axis, turn(l.i))), true);
+      if (l.kind != Link::Kind::guide) continue;
+      VectorXd row = VectorXd::Zero(q.size());
+      if (l.j >= 0) row[3 * l.j + 2] = 1;
+      if (l.i >= 0) row[3 * l.i + 2] = -1;
+      list.emplace_back(turn(l.j) - turn(l.i), row);
+    }
+    phi.resize(static_cast<Eigen::Index>(list.size()));
+    G.resize(phi.size(), q.size());
+    for (std::size_t k = 0; k < list.size(); ++k) {
+      phi[static_cast<Eigen::Index>(k)] = list[k].first;
+      G.row(static_cast<Eigen::Index>(k)) = list[k].second.transpose();
+    }
+  }
+};
+
+class Maker {
+ public:
+  explicit Maker(Random& r) : r_(r) {}
+
+  Made make() {
+    for (;;) {
+      made_ = {};
+      scale_ = r_.decades(-2, 1);
+      const Vec2 o{scale_ * r_.between(-1, 1), scale_ * r_.between(-1, 1)};
+      const int kind = r_.below(5);
+      const bool done = kind == 0   ? chain(o)
+                        : kind == 1 ? slider(o)
+                        : kind == 2 ? four_bar(o)
+                        : kind == 3 ? toggle(o)
+                                    : yoke(o);
+      if (done) {
+        made_.length = scale_;
+        return made_;
+      }
+    }
+  }
+
+ private:
+  struct Ends {
+    int body;
+    Vec2 near, far;  // of its frame
+  };
+  /// A bar between two points of the world.
+  Ends bar(const Vec2& a, const Vec2& b) {
+    const Vec2 line = b - a;
+    const double l = line.norm(), inside = r_.angle();
+    const Vec2 near = l * Vec2{r_.between(-0.7, 0.1), r_.between(-0.2, 0.2)};
+    const double mass = r_.decades(-1.5, 1.5);
+    double angle = std::atan2(line.y(), line.x()) - inside;
+    angle -= 2 * std::numbers::pi * std::round(angle / (2 * std::numbers::pi));
+    const Ends e{static_cast<int>(made_.bars.size()), turned(near, inside),
+                 turned(near, inside) + l * unit(inside)};
+    made_.bars.push_back({fmt::format("b{}", e.body), mass, mass * l * l * r_.between(0.03, 0.3),
+                          a - turned(e.near, angle), angle});
+    return e;
+  }
+  int block(const Vec2& at) {
+    const double mass = r_.decades(-1.5, 1.5);
+    made_.bars.push_back(
+        {fmt::format("b{}", made_.bars.size()), mass, mass * scale_ * scale_ * r_.between(0.01, 0.1), at, 0});
+    return static_cast<int>(made_.bars.size()) - 1;
+  }
+  void link(Link::Kind kind, int i, int j, const Vec2& p, const Vec2& r, const Vec2& axis = {1, 0}) {
+    const auto name = fmt::format("j{}", made_.links.size());
+    const bool swap = kind == Link::Kind::pin && r_.below(2) == 1;
+    made_.links.push_back(swap ? Link{kind, name, j, i, r, p, axis} : Link{kind, name, i, j, p, r, axis});
+  }
+  void pin(int i, int j, const Vec2& p, const Vec2& r) { link(Link::Kind::pin, i, j, p, r); }
+  /// The corner of a triangle on a–b with sides la and lb, on a random side.
+  std::optional<Vec2> corner(const Vec2& a, const Vec2& b, double la, double lb) {
+    const Vec2 d = b - a;
+    const double l = d.norm(), x = (l * l + la * la - lb * lb) / (2 * l), h = la * la - x * x;
+    if (!(h > 0.01 * la * la)) return std::nullopt;
+    return a + (x / l) * d + ((r_.below(2) == 1 ? 1 : -1) * std::sqrt(h) / l) * perp(d);
+  }
+  double side(double a, double b) { return scale_ * r_.between(a, b); }
+
+  bool chain(const Vec2& o) {
+    made_.kind = "chain";
+    const int n = 1 + r_.below(4);
+    Vec2 at = o, on = o;
+    int last = -1;
+    for (int i = 0; i < n; ++i) {
+      const Vec2 next = at + side(0.3, 1) * unit(r_.angle());
+      const auto e = bar(at, next);
+      pin(last, e.body, on, e.near);
+      last = e.body, on = e.far, at = next;
+    }
+    return true;
+  }
+  /// A slider at the end of a rod from p, on the body `from` at `on`.
+  bool slide(const Vec2& p, int from, const Vec2& on, double rod) {
+    const double course = r_.angle();
+    const Vec2 u = unit(course), foot = p + (rod * r_.between(-0.8, 0.8)) * perp(u);
+    const double across = (foot - p).norm(),
+                 s = (r_.below(2) == 1 ? 1 : -1) * std::sqrt(rod * rod - across * across);
+    const Vec2 end = foot + s * u;
+    const auto e = bar(p, end);
+    pin(from, e.body, on, e.near);
+    const Vec2 off{side(-0.1, 0.1), side(-0.1, 0.1)};
+    const int b = block(end - off);
+    pin(e.body, b, e.far, off);
+    link(Link::Kind::guide, -1, b, foot + side(-1, 1) * u, off, u);
+    return true;
+  }
+  bool slider(const Vec2& o) {
+    made_.kind = "slider-crank";
+    const Vec2 a = o + side(0.2, 0.5) * unit(r_.angle());
+    const auto crank = bar(o, a);
+    pin(-1, crank.body, o, crank.near);
+    return slide(a, crank.body, crank.far, side(0.6, 1.5));
+  }
+  bool four_bar(const Vec2& o) {
+    made_.kind = "four-bar";
+    const Vec2 d = o + side(0.5, 1) * unit(r_.angle()), a = o + side(0.2, 0.6) * unit(r_.angle());
+    const auto c = corner(a, d, side(0.3, 1.2), side(0.3, 1.2));
+    if (!c) return false;
+    const auto crank = bar(o, a), coupler = bar(a, *c), rocker = bar(d, *c);
+    pin(-1, crank.body, o, crank.near);
+    pin(crank.body, coupler.body, crank.far, coupler.near);
+    pin(coupler.body, rocker.body, coupler.far, rocker.far);
+    pin(-1, rocker.body, d, rocker.near);
+    return true;
+  }
+  bool toggle(const Vec2& o) {
+    made_.kind = "toggle";
+    const Vec2 d = o + side(0.5, 1) * unit(r_.angle()), a = o + side(0.2, 0.6) * unit(r_.angle());
+    const auto c = corner(a, d, side(0.3, 1.2), side(0.3, 1.2));
+    if (!c) return false;
+    const auto crank = bar(o, a), coupler = bar(a, *c), rocker = bar(d, *c);
+    pin(-1, crank.body, o, crank.near);
+    pin(crank.body, coupler.body, crank.far, coupler.near);
+    pin(coupler.body, rocker.body, coupler.far, rocker.far);
+    pin(-1, rocker.body, d, rocker.near);
+    return slide(*c, rocker.body, rocker.far, side(0.5, 1.2));
+  }
+  bool yoke(const Vec2& o) {
+    made_.kind = "yoke";
+    const double course = r_.angle(), slant = course + r_.between(0.6, 2.5);
+    const Vec2 u = unit(course), a = o + side(0.2, 0.6) * unit(r_.angle());
+    const auto crank = bar(o, a);
+    pin(-1, crank.body, o, crank.near);
+    const Vec2 p{side(-0.2, 0.2), side(-0.2, 0.2)}, r{side(-0.2, 0.2), side(-0.2, 0.2)};
+    // The slot passes through the crank's pin.
+    const Vec2 at = a - side(-0.5, 0.5) * unit(slant) - p;
+    const int b = block(at);
+    link(Link::Kind::guide, -1, b, at + r + side(-1, 1) * u, r, u);
+    link(Link::Kind::slot, b, crank.body, p, crank.far, unit(slant));
+    return true;
+  }
+
+  Random& r_;
+  Made made_;
+  double scale_ = 1;
+};
+
+/// Which values a scene states: position, angle, velocity and angular velocity of each body.
+using Stated = std::vector<std::array<bool, 4>>;
+
+std::string text_of(const Made& m, const VectorXd& q, const VectorXd& v, const Stated& stated, Random& r,
+                    const std::string& run) {
+  std::string text = "format = 2\n";
+  const auto body = [&](int b) {
+    return b < 0 ? std::string("ground") : m.bars[static_cast<std::size_t>(b)].name;
+  };
+  std::vector<int> order;
+  for (int b = 0; b < static_cast<int>(m.bars.size()); ++b) order.insert(order.begin() + r.below(b + 1), b);
+  for (const int b : order) {
+    const auto& facts = m.bars[static_cast<std::size_t>(b)];
+    const auto& s = stated[static_cast<std::size_t>(b)];
+    text += fmt::format("[bodies.{}]\nmass = {:.17g}\ninertia = {:.17g}\n", facts.name, facts.mass,
+                        facts.inertia);
+    if (s[0]) text += fmt::format("position = [{:.17g}, {:.17g}]\n", q[3 * b], q[3 * b + 1]);
+    if (s[1]) text += fmt::format("angle = {:.17g}\n", q[3 * b + 2]);
+    if (s[2]) text += fmt::format("velocity = [{:.17g}, {:.17g}]\n", v[3 * b], v[3 * b + 1]);
+    if (s[3]) text += fmt::format("angular_velocity = {:.17g}\n", v[3 * b + 2]);
+  }
+  for (const auto& l : m.links) {
+    const char* type = l.kind == Link::Kind::pin     ? "revolute"
+                       : l.kind == Link::Kind::guide ? "translational"
+                                                     : "slot";
+    text += fmt::format(
+        "[joints.{}]\ntype = \"{}\"\nbetween = [\"{}\", \"{}\"]\nat = [[{:.17g}, {:.17g}], [{:.17g}, {:.17g}]]\n",
+        l.name, type, body(l.i), body(l.j), l.p.x(), l.p.y(), l.r.x(), l.r.y());
+    if (l.kind != Link::Kind::pin) text += fmt::format("axis = [{:.17g}, {:.17g}]\n", l.axis.x(), l.axis.y());
+  }
+  if (r.below(3) == 0)
+    text += "[drives.motor]\njoint = \"j0\"\nvoltage = 12\nresistance = 1\ntorque_constant = 0.1\n";
+  return text + "[run]\nduration = 1\n" + run;
+}
+
+/// The state of a start in the order of the bars.
+struct Start {
+  VectorXd q, v;
+  std::string assumed, refused;
+};
+Start start_of(const Made& m, const std::string& text) {
+  Start s{VectorXd(3 * static_cast<Eigen::Index>(m.bars.size())), {}, {}, {}};
+  s.v = s.q;
+  const auto scene = parse_scene(text, "random.toml");
+  try {
+    const auto state = assemble(scene.mechanism, scene.run.start, &s.assumed);
+    for (std::size_t b = 0; b < m.bars.size(); ++b) {
+      const auto at = std::ranges::find(scene.mechanism.bodies, m.bars[b].name, &Body::name) -
+                      scene.mechanism.bodies.begin();
+      for (int c = 0; c < 3; ++c) {
+        const auto to = 3 * static_cast<Eigen::Index>(b) + c;
+        s.q[to] = state.q[static_cast<std::size_t>(3 * at + c)];
+        s.v[to] = state.v[static_cast<std::size_t>(3 * at + c)];
+      }
+    }
+  } catch (const ModelError& e) {
+    s.refused = e.what();
+  }
+  return s;
+}
+
+/// The least mass-weighted velocities of the absent coordinates, by a dense decomposition.
+VectorXd completed(const MatrixXd& G, const VectorXd& mass, const VectorXd& v,
+                   const std::vector<bool>& held) {
+  VectorXd all = VectorXd::Zero(v.size());
+  MatrixXd free = G;
+  for (Eigen::Index c = 0; c < v.size(); ++c) {
+    if (held[static_cast<std::size_t>(c)]) {
+      all[c] = v[c];
+      free.col(c).setZero();
+    } else {
+      free.col(c) /= std::sqrt(mass[c]);
+    }
+  }
+  VectorXd wanted = -(G * all);
+  for (Eigen::Index k = 0; k < free.rows(); ++k) {
+    const double size = free.row(k).norm();
+    free.row(k) /= size > 0 ? size : 1;
+    wanted[k] /= size > 0 ? size : 1;
+  }
+  Eigen::CompleteOrthogonalDecomposition<MatrixXd> decomposition;
+  decomposition.setThreshold(1e-9);
+  decomposition.compute(free);
+  const VectorXd x = decomposition.solve(wanted);
+  for (Eigen::Index c = 0; c < v.size(); ++c)
+    if (!held[static_cast<std::size_t>(c)]) all[c] = x[c] / std::sqrt(mass[c]);
+  return all;
+}
+
+struct Failures {
+  int silent = 0, refused = 0;
+  std::string first;
+  void add(bool is_refusal, const std::string& what, const std::string& text) {
+    ++(is_refusal ? refused : silent);
+    if (first.empty()) first = what + "\n" + text;
+    if (std::getenv("FREEPLAY_STARTS")) fmt::print("{}\n", what);
+  }
+};
+
+std::pair<std::uint64_t, int> wanted(std::uint64_t seed, int count) {
+  if (const char* asked = std::getenv("FREEPLAY_STARTS")) std::istringstream(asked) >> seed >> count;
+  return {seed, count};
+}
+
+}  // namespace
+
+TEST_CASE("random starts keep stated values and complete absent ones", "[assembly]") {
+  const auto [seed, count] = wanted(11, 60);
+  Random r(seed);
+  Maker maker(r);
+  Failures failures;
+  for (int n = 0; n < count; ++n) {
+    const Made m = maker.make();
+    const VectorXd q = m.pose(), mass = m.masses();
+    VectorXd phi;
+    MatrixXd G;
+    m.rows(q, phi, G);
+    REQUIRE(phi.cwiseAbs().maxCoeff() < 1e-13 * std::max(1.0, m.length));
+    const MatrixXd kernel = Eigen::FullPivLU<MatrixXd>(G).kernel();
+    VectorXd v = VectorXd::Zero(q.size());
+    for (Eigen::Index k = 0; k < kernel.cols(); ++k)
+      v += r.between(-3, 3) / kernel.col(k).norm() * kernel.col(k);
+    double speed = 0;
+    for (std::size_t b = 0; b < m.bars.size(); ++b) {
+      const auto i = 3 * static_cast<Eigen::Index>(b);
+      speed = std::max({speed, std::hypot(v[i], v[i + 1]), m.length * std::abs(v[i + 2])});
+    }
+    // Every value, or angles only, or each with probability one half.
+    const int mode = n % 3;
+    Stated stated(m.bars.size());
+    for (auto& s : stated)
+      for (std::size_t i = 0; i < 4; ++i)
+        s[i] = mode == 0 ? i == 1 || (i > 1 && r.below(2) == 1) : mode == 2 || r.below(2) == 1;
+    const char* const runs[] = {"", "start = \"assembled\"\n", "start = \"ideal\"\n", "start = \"given\"\n"};
+    const std::string run = runs[r.below(mode == 0 ? 3 : 4)];
+    const auto where = fmt::format("{} of seed {}: {}, mode {}", n, seed, m.kind, mode);
+    // Velocities belong to this pose only if the stated positions determine it.
+    auto positions = stated;
+    for (auto& s : positions) s[2] = s[3] = false;
+    auto text = text_of(m, q, v, positions, r, run);
+    const auto pose = start_of(m, text);
+    const auto refusal = [&](const Start& s) {
+      if (!s.refused.empty()) failures.add(true, where + ": " + s.refused, text);
+      return !s.refused.empty();
+    };
+    if (refusal(pose)) continue;
+    m.rows(pose.q, phi, G);
+    double moved = 0, change = 0;
+    for (Eigen::Index c = 0; c < q.size(); ++c) {
+      const double amount = std::abs(pose.q[c] - q[c]) / (c % 3 == 2 ? 1 : m.length);
+      moved = std::max(moved, amount);
+      if (positions[static_cast<std::size_t>(c / 3)][c % 3 == 2 ? 1 : 0]) change = std::max(change, amount);
+    }
+    if (!pose.assumed.empty() || change > 1e-9 || phi.cwiseAbs().maxCoeff() > 1e-12 * std::max(1.0, m.length))
+      failures.add(false,
+                   fmt::format("{}: stated pose changed by {:.2g}, open by {:.2g} {}", where, change,
+                               phi.cwiseAbs().maxCoeff(), pose.assumed),
+                   text);
+    if (mode != 1 && moved > 1e-8)
+      failures.add(false, fmt::format("{}: another pose, by {:.2g}", where, moved), text);
+    if (moved > 1e-9) continue;
+    text = text_of(m, q, v, stated, r, run);
+    const auto start = start_of(m, text);
+    if (refusal(start)) continue;
+    std::vector<bool> held;
+    for (const auto& s : stated) held.insert(held.end(), {s[2], s[2], s[3]});
+    m.rows(q, phi, G);
+    const VectorXd expected = completed(G, mass, v, held);
+    double worst = 0;
+    for (Eigen::Index c = 0; c < q.size(); ++c)
+      worst = std::max(worst, std::abs(start.v[c] - expected[c]) * (c % 3 == 2 ? m.length : 1) / speed);
+    if (!start.assumed.empty() || !(worst < 1e-7))
+      failures.add(false,
+                   fmt::format("{}: rates differ by {:.2g} of the speed {}", where, worst, start.assumed),
+                   text);
+  }
+  INFO(failures.first);
+  CHECK(failures.silent == 0);
+  CHECK(failures.refused == 0);
+}
+
+TEST_CASE("random contradictory starts are refused or reported", "[assembly]") {
+  const auto [seed, count] = wanted(12, 60);
+  Random r(seed);
+  Maker maker(r);
+  Failures failures;
+  for (int n = 0; n < count; ++n) {
+    const Made m = maker.make();
+    VectorXd q = m.pose(), phi;
+    MatrixXd G;
+    m.rows(q, phi, G);
+    const MatrixXd kernel = Eigen::FullPivLU<MatrixXd>(G).kernel();
+    VectorXd v = VectorXd::Zero(q.size());
+    for (Eigen::Index k = 0; k < kernel.cols(); ++k)
+      v += r.between(-3, 3) / kernel.col(k).norm() * kernel.col(k);
+    const bool rate = n % 2 == 1;
+    const double size = n % 3 == 0 ? 1e-13 : n % 3 == 1 ? 1e-6 : 0.2;
+    const auto c = r.below(static_cast<int>(q.size()));
+    if (rate) {
+      double speed = 0;
+      for (Eigen::Index i = 0; i < v.size(); ++i)
+        speed = std::max(speed, std::abs(v[i]) * (i % 3 == 2 ? m.length : 1));
+      v[c] += 2 * size * speed / (c % 3 == 2 ? m.length : 1);
+    } else {
+      q[c] += 2 * size * (c % 3 == 2 ? 1 : m.length);
+    }
+    const Stated stated(m.bars.size(), std::array<bool, 4>{true, true, rate, rate});
+    const auto text = text_of(m, q, v, stated, r, n % 5 == 0 ? "start = \"ideal\"\n" : "");
+    const auto start = start_of(m, text);
+    const auto where = fmt::format("{} of seed {}: {}, {} changed by {:.1g}", n, seed, m.kind, c, size);
+    const bool small = size<1e-12, large = size> 1e-2;
+    if (large && start.refused.find("joints.j") == std::string::npos)
+      failures.add(false, where + ": not refused: " + start.refused + start.assumed, text);
+    if (large && start.refused.find("bodies.b") == std::string::npos)
+      failures.add(false, where + ": no value named: " + start.refused, text);
+    if (!large && !start.refused.empty()) failures.add(true, where + ": " + start.refused, text);
+    if (!large && start.refused.empty() && small != start.assumed.empty())
+      failures.add(false, where + ": note: " + start.assumed, text);
+  }
+  INFO(failures.first);
+  CHECK(failures.silent == 0);
+  CHECK(failures.refused == 0);
+}
