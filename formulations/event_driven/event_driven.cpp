@@ -230,12 +230,33 @@ std::optional<std::string> EventDriven::choose_ahead(const std::vector<int>& tou
 bool EventDriven::choose(std::vector<int>& touching) {
   auto& d = dynamics_;
   std::optional<std::string> decided;
-  if (last_.is_of_force() && impacts_.in_impact().empty()) {
+  const bool of_force = last_.is_of_force() && impacts_.in_impact().empty();
+  if (of_force) {
     decided = choose_ahead(touching);
     d.counts.unresolved += !decided;
   }
   const auto reason = decided ? *decided : d.choose(method_.x, method_.t, touching);
-  return reason.empty() || (d.locked_up() && touching.size() > 1 ? end_lockup(touching) : fail(reason));
+  if (!reason.empty()) return d.locked_up() && touching.size() > 1 ? end_lockup(touching) : fail(reason);
+  if (of_force && !decided) slip_if_repeated();
+  return true;
+}
+
+/// Near a dead centre a joint moves too little for the problem in accelerations to tell stick from slip, while the
+/// force that would hold it grows beyond its limit. If it reaches the limit again and again at one instant, it slips.
+void EventDriven::slip_if_repeated() {
+  constexpr int most = 4;
+  if (last_.kind != ModeEvent::Kind::slide_stick) return;
+  kept_ = method_.t - kept_at_ <= pace_.instant() ? kept_ + 1 : 1;
+  kept_at_ = method_.t;
+  auto& p = dynamics_.preloaded[static_cast<std::size_t>(last_.index)];
+  if (kept_ < most || p.slip != 0) return;
+  const double delay = 1e-3 * span_;
+  auto ahead = method_.x;
+  std::vector<double> slope(ahead.size());
+  dynamics_(method_.x, slope, method_.t);
+  for (std::size_t i = 0; i < ahead.size(); ++i) ahead[i] += delay * slope[i];
+  dynamics_(ahead, slope, method_.t + delay);
+  if (std::abs(p.lambda) > p.bound) p.slip = p.lambda > 0 ? -1 : 1;
 }
 
 /// If friction admits no finite forces, or none are found, sliding ends by an impact without

@@ -83,8 +83,8 @@ class EventDriven {
     m(is_coarse_);
     if constexpr (M::reading)
       if (is_coarse_) method_ = coarse_;
-    m(method_, search_, touches_, pending_, last_, pace_, impacts_, findings_, span_, last_lockup_,
-      mode_before_);
+    m(method_, search_, touches_, pending_, last_, pace_, impacts_, findings_, span_, kept_, kept_at_,
+      last_lockup_, mode_before_);
     forces_.serialize(m, dynamics_);
   }
 
@@ -145,6 +145,7 @@ class EventDriven {
   bool change_mode();
   bool choose(std::vector<int>& touching);
   std::optional<std::string> choose_ahead(const std::vector<int>& touching);
+  void slip_if_repeated();
   bool end_lockup(std::vector<int>& touching);
   void record(const std::vector<int>& was_closed);
   void keep_mode();
@@ -166,6 +167,8 @@ class EventDriven {
   bool pending_ = false;  // the mode changes before the next step
   ModeEvent last_;
   double span_ = 0;  // s: length of recent steps, the time in which the forces of a mode change
+  int kept_ = 0;     // successive limits of joint friction whose mode was kept, and the last one's time
+  double kept_at_ = -INFINITY;
   double last_lockup_ = -INFINITY;  // s: a step was rejected there because of sliding contacts
   std::vector<double> finite_;      // the state before the last step, and its time
   double finite_t_ = 0;

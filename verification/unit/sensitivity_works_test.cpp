@@ -41,6 +41,8 @@ surface = "s"
 [surfaces.s]
 restitution = 0.5
 friction = 0.3
+[assembly]
+approximate = true
 [curves.m]
 shape = "harmonic"
 amplitude = 0.1
