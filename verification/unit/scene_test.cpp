@@ -129,7 +129,7 @@ at = [[0.3, 0], "pin"]
   CHECK_THAT(says("bodies.a.position[0=1"), Contains("must end with indices such as [0]"));
   CHECK_THAT(says("bodies.a.position[-1]=1"), Contains("must end with indices such as [0]"));
   CHECK_THAT(says("bodies.z.position[0]=1"), Contains("bodies.z"));
-  CHECK_THAT(says("bodies.a.position[0]=heavy"), Contains("bodies.a.position: must be a number"));
+  CHECK_THAT(says("joints.named.at[0][0]=heavy"), Contains("joints.named.at"));
 }
 
 TEST_CASE("invalid scenes are refused with place, key and remedy", "[scene]") {
