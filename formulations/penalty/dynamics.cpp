@@ -84,7 +84,7 @@ void PenaltyDynamics::evaluate(const T* q, const T* v, const T* bristle, const T
     if (anchor ? !anchor->pressed : !(row.gap < 0) && !touching && !c.jumps()) continue;
     const T rate = -row.normal.dot(v);
     T delta = -row.gap;
-    if (delta < 0) delta = 0;
+    if (delta < 0 && (touching || !anchor)) delta = 0;  // beside an anchor the force is linear
     const T elastic = c.law.elastic.force(anchor ? T(anchor->delta) : delta);
     T force;
     if (anchor)

@@ -271,7 +271,8 @@ TEST_CASE("blocks in a row reach their friction limits one after the other and s
     }
 }
 
-TEST_CASE("a drawer pushed off centre jams beyond e = L/(2 mu)", "[analytic][friction-limit]") {
+TEST_CASE("friction locks a drawer that is pushed off centre by more than L/(2 mu)",
+          "[analytic][friction-limit]") {
   // Two opposite corners carry N = P e/L each: a = P (1 − 2 μ e/L)/m, or rest.
   const double L = 0.5, b = 0.1, mu = 0.4, m = 2, P = 30, duration = 0.4;
   for (const auto scheme : {Scheme::event_driven, Scheme::automatic, Scheme::moreau_jean})

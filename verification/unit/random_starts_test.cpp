@@ -212,29 +212,30 @@ class Maker {
     pin(-1, crank.body, o, crank.near);
     return slide(a, crank.body, crank.far, side(0.6, 1.5));
   }
-  bool four_bar(const Vec2& o) {
-    made_.kind = "four-bar";
+  struct Corner {
+    Ends rocker;
+    Vec2 at;  // of the world
+  };
+  /// Crank, coupler and rocker; returns the rocker and the place of its end.
+  std::optional<Corner> loop(const Vec2& o) {
     const Vec2 d = o + side(0.5, 1) * unit(r_.angle()), a = o + side(0.2, 0.6) * unit(r_.angle());
     const auto c = corner(a, d, side(0.3, 1.2), side(0.3, 1.2));
-    if (!c) return false;
+    if (!c) return std::nullopt;
     const auto crank = bar(o, a), coupler = bar(a, *c), rocker = bar(d, *c);
     pin(-1, crank.body, o, crank.near);
     pin(crank.body, coupler.body, crank.far, coupler.near);
     pin(coupler.body, rocker.body, coupler.far, rocker.far);
     pin(-1, rocker.body, d, rocker.near);
-    return true;
+    return Corner{rocker, *c};
+  }
+  bool four_bar(const Vec2& o) {
+    made_.kind = "four-bar";
+    return loop(o).has_value();
   }
   bool toggle(const Vec2& o) {
     made_.kind = "toggle";
-    const Vec2 d = o + side(0.5, 1) * unit(r_.angle()), a = o + side(0.2, 0.6) * unit(r_.angle());
-    const auto c = corner(a, d, side(0.3, 1.2), side(0.3, 1.2));
-    if (!c) return false;
-    const auto crank = bar(o, a), coupler = bar(a, *c), rocker = bar(d, *c);
-    pin(-1, crank.body, o, crank.near);
-    pin(crank.body, coupler.body, crank.far, coupler.near);
-    pin(coupler.body, rocker.body, coupler.far, rocker.far);
-    pin(-1, rocker.body, d, rocker.near);
-    return slide(*c, rocker.body, rocker.far, side(0.5, 1.2));
+    const auto end = loop(o);
+    return end && slide(end->at, end->rocker.body, end->rocker.far, side(0.5, 1.2));
   }
   bool yoke(const Vec2& o) {
     made_.kind = "yoke";
