@@ -35,9 +35,10 @@ std::string show(const Estimate& e) {
 }
 
 /// Text of an unknown's value and interval; states whether it is open at a limit of the range.
-std::string show_unknown(const Estimate& e, const std::string& name) {
+std::string show_unknown(const Estimate& e, const std::string& name, bool settled) {
   const auto unit = name.empty() ? "" : " " + name;
-  if (!std::isfinite(e.low)) return fmt::format("{:.4g}{}, no interval: the fit is rejected", e.value, unit);
+  if (!std::isfinite(e.low))
+    return fmt::format("{:.4g}{}, no interval: the fit is {}", e.value, unit, settled ? "rejected" : "open");
   if (e.open_low && e.open_high)
     return fmt::format("{:.4g}{}, open: no part of its range is excluded", e.value, unit);
   return show(e) + unit +
@@ -87,13 +88,47 @@ nlohmann::json json_of(const Study& study, const Fit& f) {
   j["chi_squared"] = f.squares;
   j["degrees_of_freedom"] = f.degrees;
   j["correlation"] = rows_of(f.correlation);
+  j["settled"] = f.settled;
   j["holds"] = f.holds();
   return j;
+}
+
+/// A ridge in words: the combination that the targets determine, its ends, and what would separate the rest.
+std::string words_of(const Ridge& r, const Calibration& c) {
+  const auto& a = c.unknowns[r.along];
+  const auto with_unit = [](double x, const Unknown& u) {
+    return fmt::format("{:.4g}{}", x, u.unit.empty() ? "" : " " + u.unit);
+  };
+  std::vector<std::string> combinations,
+      ways{fmt::format("{} goes from {} to {}", a.name, with_unit(r.ends[r.along][0], a),
+                       with_unit(r.ends[r.along][1], a))};
+  for (std::size_t k = 0; k < c.unknowns.size(); ++k) {
+    if (!r.follows[k]) continue;
+    const auto& u = c.unknowns[k];
+    if (r.powers_of)
+      combinations.push_back(fmt::format("{} {} {}^{:.2g} to {:.2g} %", u.name, r.slope[k] > 0 ? "/" : "*",
+                                         a.name, std::abs(r.slope[k]), 100 * r.within[k]));
+    else
+      combinations.push_back(fmt::format("{} {} {:.3g} {} to {:.2g}", u.name, r.slope[k] > 0 ? "-" : "+",
+                                         std::abs(r.slope[k]), a.name, r.within[k]));
+    ways.push_back(
+        fmt::format("{} from {} to {}", u.name, with_unit(r.ends[k][0], u), with_unit(r.ends[k][1], u)));
+  }
+  return fmt::format(
+      "The targets determine {}, but not each unknown: along this ridge {}; {}.",
+      fmt::join(combinations, " and "), fmt::join(ways, " and "),
+      r.separator.empty()
+          ? std::string(
+                "no statistic of a run changes clearly along it, so a further measurement must separate them")
+          : fmt::format("{}, which changes by {:.2g} % along it, would separate them", r.separator,
+                        100 * r.change));
 }
 
 std::string conclusion(const Calibration& c, const CalibrationResult& r) {
   CalibrationValues v;
   v.rejected = r.all.rejected;
+  v.settled = r.all.settled;
+  if (r.ridge) v.ridge = words_of(*r.ridge, c);
   for (std::size_t i = 0; i < r.all.contradicted.size(); ++i)
     if (r.all.contradicted[i]) v.contradicted.push_back(c.targets[i].name);
   for (std::size_t j = 0; j < c.unknowns.size(); ++j) {
@@ -102,6 +137,10 @@ std::string conclusion(const Calibration& c, const CalibrationResult& r) {
         {c.unknowns[j].name, c.unknowns[j].unit, e.value, e.low, e.high, e.open_low || e.open_high});
   }
   for (std::size_t i = 0; i < r.left_out.size(); ++i) {
+    if (!r.left_out[i].holds()) {
+      v.unpredicted.push_back(c.targets[i].name);
+      continue;
+    }
     if (i >= r.left_out[i].predictive.size() || !std::isfinite(r.left_out[i].predictive[i].low)) continue;
     const auto& p = r.left_out[i].predictive[i];
     ++v.predictions;
@@ -135,6 +174,18 @@ nlohmann::json to_json(const Study& study, const CalibrationResult& r, const nlo
   }
   j["identifiability"]["correlation"] = rows_of(r.before.correlation);
   j["refinement"] = {{"rounds", r.rounds}, {"points", r.tried - c.points}, {"fine_enough", r.refined}};
+  if (r.ridge) {
+    auto& ridge = j["ridge"];
+    ridge = {{"along", c.unknowns[r.ridge->along].name},
+             {"separator", r.ridge->separator},
+             {"change_of_separator", r.ridge->change}};
+    for (std::size_t k = 0; k < c.unknowns.size(); ++k)
+      ridge["unknowns"][c.unknowns[k].name] = {{"from", r.ridge->ends[k][0]},
+                                               {"to", r.ridge->ends[k][1]},
+                                               {r.ridge->powers_of ? "power" : "slope", r.ridge->slope[k]},
+                                               {"within", r.ridge->within[k]},
+                                               {"follows", static_cast<bool>(r.ridge->follows[k])}};
+  }
   j["verdict"] = conclusion(c, r);
   j["fitted_to_all"] = json_of(study, r.all);
   for (std::size_t i = 0; i < r.left_out.size(); ++i)
@@ -246,7 +297,8 @@ int calibrate(const CalibrateRequest& request) {
   const auto fit = [&](const Fit& f, const std::string& title) {
     fmt::print("\n{}\n", title);
     for (std::size_t j = 0; j < c.unknowns.size(); ++j)
-      fmt::print("  {:<16} {}{}\n", c.unknowns[j].name, show_unknown(f.unknowns[j], c.unknowns[j].unit),
+      fmt::print("  {:<16} {}{}\n", c.unknowns[j].name,
+                 show_unknown(f.unknowns[j], c.unknowns[j].unit, f.settled),
                  f.at_bound(j) ? ", AT ITS BOUND" : "");
     if (f.rejected)
       fmt::print(

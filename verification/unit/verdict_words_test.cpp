@@ -270,8 +270,16 @@ TEST_CASE("calibrate: values with intervals, open ranges, prediction, rejection"
       Contains("The targets are met by friction = 0.05 (0.04 to 0.06) and clearance = 0.2 (0.1 to 0.3) mm "
                "(95 %); the range of clearance is not closed"));
   CHECK_THAT(text, Contains("2 of 3 targets lie inside"));
+  v.unpredicted = {"peak", "line"};
+  v.ridge = "The targets determine friction / clearance^0.9 to 5 %, but not each unknown.";
+  CHECK_THAT(verdict(v),
+             Contains("2 of 3 targets lie inside their 95 % interval; without peak or line the fit "
+                      "does not hold and predicts nothing.") &&
+                 Contains(v.ridge));
   v.predictions = 0;
   CHECK_THAT(verdict(v), Contains("so the fit is not tested"));
+  v.settled = false;
+  CHECK_THAT(verdict(v), Contains("Calibration open") && !Contains("0.05") && !Contains("met"));
   v.contradicted = {"peak"};
   CHECK_THAT(verdict(v), Contains("Calibration rejected: runs at the optimum disagree") && !Contains("0.05"));
   v.rejected = true;

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <boost/math/distributions/binomial.hpp>
 #include <boost/math/distributions/normal.hpp>
 #include <boost/math/distributions/students_t.hpp>
 #include <cmath>
@@ -148,6 +149,7 @@ double measured_statistic(const Study& study, Target& target, const Conduct& con
 /// for each target.
 struct Runs {
   std::vector<std::size_t> targets;
+  std::vector<int> point;  // numbers of the points whose runs finished
   std::vector<Eigen::VectorXd> xi;
   std::vector<Eigen::MatrixXd> outcomes;
 };
@@ -163,7 +165,7 @@ class Evidence {
         return name_of_run("", c.targets[r.targets.front()]) == name_of_run("", target);
       });
       if (same == runs_.end())
-        runs_.push_back({{i}, {}, {}});
+        runs_.push_back({{i}, {}, {}, {}});
       else
         same->targets.push_back(i);
       statistics_.push_back(statistic_of(study, target));
@@ -173,7 +175,7 @@ class Evidence {
   const Statistic& statistic(std::size_t target) const { return statistics_[target]; }
 
   void add(const std::vector<RunRow>& rows, const std::string& point, const Eigen::VectorXd& xi) {
-    ++tried_;
+    tried_.push_back(xi);
     for (auto& r : runs_) {
       std::vector<const RunRow*> own;
       const auto name = name_of_run(point, c_.targets[r.targets.front()]);
@@ -185,11 +187,36 @@ class Evidence {
         for (Eigen::Index k = 0; k < outcomes.cols(); ++k)
           outcomes(s, k) =
               statistics_[r.targets[static_cast<std::size_t>(k)]].of(*own[static_cast<std::size_t>(s)]);
+      r.point.push_back(static_cast<int>(tried_.size()) - 1);
       r.xi.push_back(xi);
       r.outcomes.push_back(outcomes);
     }
   }
-  int tried() const { return tried_; }
+  int tried() const { return static_cast<int>(tried_.size()); }
+  /// All points, one a row.
+  Eigen::MatrixXd points() const {
+    Eigen::MatrixXd all(tried_.size(), tried_.front().size());
+    for (std::size_t p = 0; p < tried_.size(); ++p)
+      all.row(static_cast<Eigen::Index>(p)) = tried_[p].transpose();
+    return all;
+  }
+  /// Outcomes at one point; none if a run failed or a statistic is not positive there.
+  std::optional<Misfit::Own> own(int point) const {
+    const auto m = static_cast<Eigen::Index>(c_.targets.size());
+    Misfit::Own all{Eigen::VectorXd(m), Eigen::VectorXd(m)};
+    for (const auto& r : runs_) {
+      const auto at = std::ranges::lower_bound(r.point, point);
+      if (at == r.point.end() || *at != point) return {};
+      const auto& outcomes = r.outcomes[static_cast<std::size_t>(at - r.point.begin())];
+      for (std::size_t k = 0; k < r.targets.size(); ++k) {
+        const double mean = outcomes.col(static_cast<Eigen::Index>(k)).mean();
+        if (!(mean > 0)) return {};
+        all.logarithms[static_cast<Eigen::Index>(r.targets[k])] = std::log(mean);
+        all.starts[static_cast<Eigen::Index>(r.targets[k])] = static_cast<double>(outcomes.rows());
+      }
+    }
+    return all;
+  }
   std::vector<CalibrationResult::Outcome> outcomes() const {
     std::vector<CalibrationResult::Outcome> all;
     for (const auto& r : runs_)
@@ -256,7 +283,7 @@ class Evidence {
     if (count < ResponseSurface::coefficients(n) + 2)
       throw std::runtime_error(
           fmt::format("calibration: the runs at {} of {} points failed for {}; {} points are needed",
-                      tried_ - count, tried_, target.name, ResponseSurface::coefficients(n) + 2));
+                      tried() - count, tried(), target.name, ResponseSurface::coefficients(n) + 2));
     Eigen::MatrixXd at(count, n);
     Eigen::VectorXd y(count), noise = Eigen::VectorXd::Ones(count);
     for (Eigen::Index p = 0; p < count; ++p) {
@@ -271,7 +298,7 @@ class Evidence {
     // Relative; equal where nothing scatters.
     const double mean = noise.mean();
     noise = mean > 0 ? Eigen::VectorXd((noise / mean).cwiseMax(1e-3)) : Eigen::VectorXd::Ones(count);
-    return {at, y, noise, scatter.known() ? mean : 0};
+    return {at, y, noise, scatter.known() ? mean : -1};
   }
 
   const Study& study_;
@@ -279,46 +306,144 @@ class Evidence {
   const std::vector<double>& measured_;
   std::vector<Runs> runs_;
   std::vector<Statistic> statistics_;
-  int tried_ = 0;
+  std::vector<Eigen::VectorXd> tried_;
 };
 
-/// Points for a refinement, from a sample of twice the fit's uncertainty: the optimum, then each
-/// time the point that is farthest from those chosen, in units of the sample's spread.
-Eigen::MatrixXd where_to_refine(const Misfit& misfit, const Fit& fit, int count) {
-  const auto points = sample(misfit, fit, 200, 2);
-  const Eigen::VectorXd scale =
-      (points.rowwise() - points.colwise().mean()).colwise().norm().cwiseMax(1e-6).cwiseInverse().transpose();
-  Eigen::MatrixXd chosen(count, points.cols());
-  chosen.row(0) = fit.xi.transpose();
-  Eigen::VectorXd nearest = Eigen::VectorXd::Constant(points.rows(), INFINITY);
-  for (int k = 1; k < count; ++k) {
-    for (Eigen::Index i = 0; i < points.rows(); ++i)
-      nearest[i] =
-          std::min(nearest[i], ((points.row(i) - chosen.row(k - 1)).transpose().cwiseProduct(scale)).norm());
-    Eigen::Index farthest = 0;
-    nearest.maxCoeff(&farthest);
-    chosen.row(k) = points.row(farthest);
+/// Greatest s_i² over the variance of the measurement, of all targets.
+double doubt(const Misfit& misfit, const Eigen::VectorXd& xi) {
+  double most = 0;
+  for (std::size_t i = 0; i < misfit.targets().size(); ++i) {
+    const auto parts = misfit.parts(i, xi);
+    most = std::max(most, parts.surface / (parts.scatter + std::pow(misfit.targets()[i].tolerance, 2)));
   }
-  return chosen;
+  return most;
 }
 
-/// Whether the error of each surface near the optimum is at most half of the measurement's
-/// uncertainty.
-bool fine_enough(const Misfit& misfit, const Fit& fit) {
-  const auto points = sample(misfit, fit, 20);
+/// Points for a refinement: the optimum, then each time the place with the greatest doubt, weighted by
+/// exp(−(f − min f)/8) and by its distance from those chosen.
+Eigen::MatrixXd where_to_refine(const Misfit& misfit, const Search& now, int count) {
+  std::vector<Eigen::VectorXd> chosen{now.best.xi};
+  std::vector<double> score;
+  std::vector<const Place*> places;
+  for (const auto& place : now.places)
+    if (place.value < now.best.value + 16 && places.size() < 400) {
+      places.push_back(&place);
+      score.push_back(std::min(4.0, doubt(misfit, place.xi)) * std::exp(-(place.value - now.best.value) / 8));
+    }
+  constexpr double apart = 0.1;  // of ξ
+  while (static_cast<int>(chosen.size()) < count) {
+    double most = 0;
+    const Place* next = nullptr;
+    for (std::size_t k = 0; k < places.size(); ++k) {
+      const double near = (places[k]->xi - chosen.back()).squaredNorm() / (apart * apart);
+      score[k] *= 1 - std::exp(-0.5 * near);
+      if (score[k] > most) most = score[k], next = places[k];
+    }
+    if (!next) break;
+    chosen.push_back(next->xi);
+  }
+  Eigen::MatrixXd points(chosen.size(), now.best.xi.size());
+  for (std::size_t k = 0; k < chosen.size(); ++k)
+    points.row(static_cast<Eigen::Index>(k)) = chosen[k].transpose();
+  return points;
+}
+
+/// Whether the error of each surface is at most half of the measurement's uncertainty, on average where f
+/// is within 4 of its minimum.
+bool fine_enough(const Misfit& misfit, const Search& now) {
   for (std::size_t i = 0; i < misfit.targets().size(); ++i) {
     double surface = 0, known = 0;
-    for (Eigen::Index p = 0; p < points.rows(); ++p) {
-      const auto parts = misfit.parts(i, points.row(p).transpose());
+    const auto look = [&](const Place& place) {
+      const auto parts = misfit.parts(i, place.xi);
       surface += parts.surface;
       known += parts.scatter + std::pow(misfit.targets()[i].tolerance, 2);
-    }
+    };
+    look(now.best);
+    for (std::size_t k = 0; k < now.places.size() && k < 100 && now.places[k].value < now.best.value + 4; ++k)
+      look(now.places[k]);
     if (surface > 0.25 * known) return false;
   }
   return true;
 }
 
+/// Forecasts of the targets at one point for the mean of some starts. An error below half of the
+/// measurement's uncertainty does not matter.
+std::vector<Forecast> forecasts(const Misfit& misfit, const Eigen::VectorXd& xi, int starts) {
+  std::vector<Forecast> list;
+  for (std::size_t i = 0; i < misfit.targets().size(); ++i) {
+    const auto& target = misfit.targets()[i];
+    const auto parts = misfit.parts(i, xi);
+    list.push_back({target.surface(xi), parts.surface + parts.run / starts +
+                                            0.25 * (parts.scatter + std::pow(target.tolerance, 2))});
+  }
+  return list;
+}
+
+/// Widens the intervals to all points whose own runs meet the targets although the surfaces differ from
+/// them by more than their errors.
+void widen(Fit& fit, const Misfit& misfit, const Evidence& evidence, const std::vector<Unknown>& unknowns) {
+  const auto points = evidence.points();
+  for (int p = 0; p < evidence.tried(); ++p) {
+    const auto own = evidence.own(p);
+    const Eigen::VectorXd xi = points.row(p).transpose();
+    if (!own || misfit.at(xi, fit.used, &*own).value > fit.least + fit.level) continue;
+    bool differ = false;
+    for (std::size_t i = 0; i < misfit.targets().size(); ++i) {
+      const auto parts = misfit.parts(i, xi);
+      const auto k = static_cast<Eigen::Index>(i);
+      const double off = own->logarithms[k] - misfit.targets()[i].surface(xi);
+      differ =
+          differ || (fit.used[i] && off * off > 2.58 * 2.58 * (parts.run / own->starts[k] + parts.surface));
+    }
+    for (std::size_t j = 0; differ && j < unknowns.size(); ++j) {
+      const double value = unscaled(unknowns[j], xi[static_cast<Eigen::Index>(j)]);
+      fit.unknowns[j].low = std::min(fit.unknowns[j].low, value);
+      fit.unknowns[j].high = std::max(fit.unknowns[j].high, value);
+    }
+  }
+}
+
+/// Names the statistic that differs most clearly between the ends of a ridge: by the difference of the
+/// means over the range of the starts, at least 5 times and by 5 %.
+void separate(Ridge& ridge, const Calibration& c, const std::vector<RunRow>& rows, const std::string& low,
+              const std::string& high) {
+  double clearest = 5;
+  for (std::size_t m = 0; m < TurnMetrics::count; ++m) {
+    const auto name = TurnMetrics::names()[m];
+    if (TurnMetrics::kind(static_cast<TurnMetrics::Name>(m)) != TurnMetrics::Kind::positive ||
+        std::ranges::find(c.targets, name, &Target::statistic) != c.targets.end())
+      continue;
+    std::vector<double> a, b;
+    for (const auto& row : rows) {
+      if (row.variant == low) a.push_back(std::log(row.metric[m]));
+      if (row.variant == high) b.push_back(std::log(row.metric[m]));
+    }
+    const auto s = interval(a), t = interval(b);
+    if (a.size() < 2 || b.size() < 2 || !std::isfinite(s.mean) || !std::isfinite(t.mean)) continue;
+    // 1e-3: below the accuracy of any sensor.
+    const double deviation = std::max({s.greatest - s.least, t.greatest - t.least, 1e-3});
+    const double change = t.mean - s.mean;
+    if (std::abs(change) > 0.05 && std::abs(change) / deviation > clearest) {
+      clearest = std::abs(change) / deviation;
+      ridge.separator = name;
+      ridge.change = std::expm1(std::abs(change));
+    }
+  }
+}
+
 }  // namespace
+
+bool predictions_hold(const std::vector<Forecast>& forecasts, const std::vector<double>& outcomes) {
+  int count = 0, outside = 0;
+  for (std::size_t k = 0; k < outcomes.size(); ++k) {
+    if (!std::isfinite(outcomes[k])) continue;  // the run failed
+    outside += std::abs(outcomes[k] - forecasts[k].value) > 1.96 * std::sqrt(forecasts[k].variance);
+    ++count;
+  }
+  // P(at least `outside`)
+  return outside == 0 ||
+         boost::math::cdf(boost::math::complement(boost::math::binomial(count, 0.05), outside - 1)) > 0.005;
+}
 
 Estimate one_more(std::vector<double> outcomes) {
   std::erase_if(outcomes, [](double x) { return !std::isfinite(x); });
@@ -418,20 +543,80 @@ CalibrationResult calibrate(CalibrationPlan planned, const Conduct& conduct, con
   const std::vector<bool> every(c.targets.size(), true);
   auto misfit = evidence.misfit(result);
   result.before = identifiability(misfit, points);
-  result.all = fit(misfit, every, c.unknowns);
-  while (!(result.refined = fine_enough(misfit, result.all)) && result.rounds < c.refinements) {
-    const auto more = where_to_refine(misfit, result.all, 2 * n + 2);
-    const auto name = [&](Eigen::Index k) { return fmt::format("refinement {} {:02}", result.rounds, k); };
+
+  // Runs more points, of `starts` starts each, and keeps whether they are as predicted.
+  bool held = false;
+  const auto try_points = [&](const std::string& what, const Eigen::MatrixXd& more, int starts) {
+    const auto name = [&](Eigen::Index k) { return fmt::format("{} {:02}", what, k); };
+    std::vector<std::vector<Forecast>> expected(c.targets.size());
     study.variants.clear();
-    for (Eigen::Index k = 0; k < more.rows(); ++k)
-      for (const auto& target : c.targets)
+    for (Eigen::Index k = 0; k < more.rows(); ++k) {
+      const auto list = forecasts(misfit, more.row(k).transpose(), starts);
+      for (std::size_t i = 0; i < c.targets.size(); ++i) {
+        expected[i].push_back(list[i]);
         study.variants.push_back(
-            variant_at(study, name(k), more.row(k).transpose(), target, c.starts, c.revolutions));
-    if (!run()) return result;
-    for (Eigen::Index k = 0; k < more.rows(); ++k) evidence.add(rows, name(k), more.row(k).transpose());
-    ++result.rounds;
+            variant_at(study, name(k), more.row(k).transpose(), c.targets[i], starts, c.revolutions));
+      }
+    }
+    if (!run()) return false;
+    std::vector<std::vector<double>> outcomes(c.targets.size());
+    for (Eigen::Index k = 0; k < more.rows(); ++k) {
+      evidence.add(rows, name(k), more.row(k).transpose());
+      const auto own = evidence.own(evidence.tried() - 1);
+      for (std::size_t i = 0; i < c.targets.size(); ++i)
+        outcomes[i].push_back(own ? own->logarithms[static_cast<Eigen::Index>(i)] : std::nan(""));
+    }
+    held = true;
+    for (std::size_t i = 0; i < c.targets.size(); ++i)
+      held = held && predictions_hold(expected[i], outcomes[i]);
     misfit = evidence.misfit(result);
-    result.all = fit(misfit, every, c.unknowns);
+    return true;
+  };
+  while (result.rounds < c.refinements) {
+    const auto now = search(misfit, every, evidence.points());
+    if (held && fine_enough(misfit, now)) break;
+    if (!try_points(fmt::format("refinement {}", result.rounds), where_to_refine(misfit, now, 4 * n + 4),
+                    c.starts))
+      return result;
+    ++result.rounds;
+  }
+  result.all = fit(misfit, every, c.unknowns, evidence.points());
+  std::string last;  // name of the last points of the profile
+  for (int round = 0; round < profile_rounds && c.refinements > 0; ++round) {
+    std::vector<Eigen::VectorXd> list{result.all.xi};
+    for (const auto row : result.all.ends.rowwise()) list.push_back(row.transpose());
+    for (std::size_t i = 0; i < c.targets.size() && c.targets.size() > 1 && c.leave_out; ++i) {
+      auto used = every;
+      used[i] = false;
+      list.push_back(search(misfit, used, evidence.points()).best.xi);
+    }
+    Eigen::MatrixXd more(list.size(), n);
+    for (std::size_t k = 0; k < list.size(); ++k)
+      more.row(static_cast<Eigen::Index>(k)) = list[k].transpose();
+    last = fmt::format("profile {}", round);
+    if (!try_points(last, more, std::max(c.starts, study.starts))) return result;
+    const auto before = result.all.ends;
+    result.all = fit(misfit, every, c.unknowns, evidence.points());
+    double moved = 0;
+    for (Eigen::Index j = 0; j < n; ++j) {
+      const auto at = [&](const Eigen::MatrixXd& ends, Eigen::Index end) { return ends(2 * j + end, j); };
+      const double width = at(result.all.ends, 1) - at(result.all.ends, 0);
+      for (Eigen::Index end : {0, 1})
+        moved = std::max(moved, std::abs(at(before, end) - at(result.all.ends, end)) / std::max(width, 0.02));
+    }
+    if (held && moved < 0.15) break;
+  }
+  result.all.settled = held || c.refinements == 0;
+  result.refined = fine_enough(misfit, search(misfit, every, evidence.points()));
+  widen(result.all, misfit, evidence, c.unknowns);
+  if (auto ridge = ridge_of(misfit, result.all, c.unknowns)) {
+    if (!last.empty()) {
+      const auto name = [&](std::size_t end) {
+        return name_of_run(fmt::format("{} {:02}", last, 1 + 2 * ridge->along + end), c.targets.front());
+      };
+      separate(*ridge, c, rows, name(0), name(1));
+    }
+    result.ridge = std::move(ridge);
   }
   result.tried = evidence.tried();
   result.outcomes = evidence.outcomes();
@@ -441,11 +626,11 @@ CalibrationResult calibrate(CalibrationPlan planned, const Conduct& conduct, con
           {x, y, misfit_map(misfit, result.all, static_cast<Eigen::Index>(x), static_cast<Eigen::Index>(y))});
   for (std::size_t i = 0; i < c.targets.size(); ++i)
     result.at_optimum.push_back(misfit.parts(i, result.all.xi));
-  if (c.targets.size() > 1)
+  if (c.targets.size() > 1 && c.leave_out)
     for (std::size_t i = 0; i < c.targets.size(); ++i) {
       auto used = every;
       used[i] = false;
-      result.left_out.push_back(fit(misfit, used, c.unknowns));
+      result.left_out.push_back(fit(misfit, used, c.unknowns, evidence.points()));
     }
 
   // Repeat each optimum with as many and as long runs as the study's own, and each draw with one

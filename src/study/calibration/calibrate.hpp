@@ -6,12 +6,17 @@
 // Algorithm:
 // 1. Run the points of a space-filling design.
 // 2. Evaluate what the targets can determine (Identifiability).
-// 3. Fit. While the error of a surface at the optimum exceeds half of the measurement's
-//    uncertainty, at most `refinements` times: run 2n + 2 more points, namely the optimum and
-//    points sampled from exp(−½f/2²), and make the surfaces anew from all points. The sample is
-//    twice as wide as the likelihood exp(−½f), so that a wrong surface that excludes the true value
-//    just beyond the interval is detected.
-// 4. Verify the prediction of the fit by runs at its optimum and at `draws` points of its
+// 3. Refine. The surfaces guide; runs judge. Each round runs 4n + 4 more points where f is within 16
+//    of its minimum, at the optimum and where the surfaces' errors are greatest, and compares each
+//    outcome with its prediction. Rounds end when the predictions hold within their errors
+//    (predictions_hold()) and these errors are below half of the measurement's uncertainty, or after
+//    `refinements` rounds.
+// 4. Fit. The ends of all intervals, the optimum and the optima without one target are run from
+//    several starts, at most `profile_rounds` times, until the predictions hold there and the ends
+//    stay. All runs belong to the surfaces. An interval is widened to every point whose own runs meet
+//    the targets although the surfaces exclude it. If the last predictions do not hold, the fit is
+//    open (Fit::settled): it excludes nothing.
+// 5. Verify the prediction of the fit by runs at its optimum and at `draws` points of its
 //    likelihood.
 //
 // Confidence intervals are those of the profile likelihood. The 95 % interval of ξ_j consists of
@@ -32,8 +37,11 @@
 #pragma once
 
 #include <algorithm>
+#include <array>
 #include <filesystem>
 #include <functional>
+#include <optional>
+#include <string>
 #include <vector>
 
 #include "study/calibration/misfit.hpp"
@@ -45,6 +53,9 @@ namespace freeplay {
 /// Number of runs at points of the likelihood.
 inline constexpr int draws = 12;
 
+/// Greatest number of rounds of runs at the ends of the intervals.
+inline constexpr int profile_rounds = 3;
+
 /// An estimated value with its 95 % interval.
 struct Estimate {
   double value = 0, low = 0, high = 0;  ///< NaN: no interval
@@ -52,6 +63,29 @@ struct Estimate {
   bool open_low = false, open_high = false;
   /// No part of the range is excluded.
   bool open() const { return open_low && open_high; }
+};
+
+/// A place in the ranges with its misfit f.
+struct Place {
+  Eigen::VectorXd xi;
+  double value = INFINITY;
+};
+
+/// What the targets determine of several unknowns that they do not determine one by one. Along a ridge
+/// of the likelihood the unknown `along` passes its interval, and every other one follows it,
+/// p_k ∝ p_along^powers[k] (or linearly, if a range contains values ≤ 0).
+struct Ridge {
+  std::size_t along = 0;
+  bool powers_of = true;  ///< powers; otherwise slopes dp_k/dp_along
+  std::vector<double> slope;
+  /// Half of the 95 % interval of each other unknown at a given value of `along`: relative if
+  /// `powers_of`, otherwise in its unit.
+  std::vector<double> within;
+  std::vector<bool> follows;                ///< unknowns whose interval is mainly the ridge
+  std::vector<std::array<double, 2>> ends;  ///< values of all unknowns at both ends of the ridge
+  /// The statistic that changes most clearly along the ridge and is no target; empty: none does.
+  std::string separator;
+  double change = 0;  ///< of that statistic from one end of the ridge to the other, relative
 };
 
 /// Result of a fit to some of the targets.
@@ -81,7 +115,11 @@ struct Fit {
   int degrees = 1;              ///< of χ²: number of targets less unknowns, at least 1
   bool rejected = false;        ///< whether `squares` exceeds the 99 % quantile of χ²
   double least = 0;             ///< f at the optimum
-  bool holds() const { return !rejected && std::ranges::none_of(contradicted, std::identity{}); }
+  double level = 0;             ///< t²
+  /// Points ξ at the ends of the profiles: row 2j is the lower end of unknown j, row 2j + 1 the upper one.
+  Eigen::MatrixXd ends;
+  bool settled = true;  ///< whether the last runs were as the surfaces predicted
+  bool holds() const { return settled && !rejected && std::ranges::none_of(contradicted, std::identity{}); }
   bool at_bound(std::size_t unknown) const {
     return std::abs(xi[static_cast<Eigen::Index>(unknown)]) > 0.999;
   }
@@ -111,9 +149,10 @@ struct CalibrationResult {
   std::vector<double> surface_spread;  ///< standard deviation of the outcomes of each surface
   /// For each surface: number of its points, those with a finished run.
   std::vector<int> points;
-  int tried = 0;           ///< number of points of the design and of refinements
-  int rounds = 0;          ///< number of refinements
-  Identifiability before;  ///< for the space-filling design
+  std::optional<Ridge> ridge;  ///< of the fit to all
+  int tried = 0;               ///< number of points of the design and of refinements
+  int rounds = 0;              ///< number of refinements
+  Identifiability before;      ///< for the space-filling design
   std::vector<Misfit::Parts>
       at_optimum;  ///< parts of each target's variance, at the optimum of the fit to all
   /// Whether each surface's error there is at most half of the measurement's uncertainty.
@@ -145,8 +184,32 @@ CalibrationPlan plan_calibration(const Study& study, const Conduct& conduct);
 CalibrationResult calibrate(CalibrationPlan plan, const Conduct& conduct, const FolderLock& lock, int threads,
                             const std::function<void(const SweepProgress&)>& on_progress);
 
-/// Minimises f over the used targets. Throws std::runtime_error if no minimum is found.
-Fit fit(const Misfit& misfit, const std::vector<bool>& used, const std::vector<Unknown>& unknowns);
+/// The minimum of f over the used targets, and places all over the ranges, sorted by f and denser where it
+/// is small.
+struct Search {
+  Place best;
+  std::vector<Place> places;
+};
+/// `near`: points of runs, one a row. Throws std::runtime_error if no minimum is found.
+Search search(const Misfit& misfit, const std::vector<bool>& used, const Eigen::MatrixXd& near);
+
+/// Minimises f over the used targets, and profiles it. Throws as search().
+Fit fit(const Misfit& misfit, const std::vector<bool>& used, const std::vector<Unknown>& unknowns,
+        const Eigen::MatrixXd& near = {});
+
+/// The ridge of a fit, if the interval of two or more unknowns is `ridge_ratio` times as wide as it would
+/// be for known values of the others.
+std::optional<Ridge> ridge_of(const Misfit& misfit, const Fit& fit, const std::vector<Unknown>& unknowns);
+inline constexpr double ridge_ratio = 2.5;
+
+/// Predicted outcome of a run, ln statistic, and the variance of the difference of the outcome.
+struct Forecast {
+  double value = 0, variance = 0;
+};
+/// Whether outcomes are as predicted: not more of them lie outside the 95 % intervals of their forecasts
+/// than happens once in 200 rounds (binomial distribution). The intervals of the unknowns need no more;
+/// errors at jumps of a statistic are not normal.
+bool predictions_hold(const std::vector<Forecast>& forecasts, const std::vector<double>& outcomes);
 
 /// f − min f on a grid over the ranges of two unknowns; x is the outer loop.
 std::vector<MisfitPoint> misfit_map(const Misfit& misfit, const Fit& fit, Eigen::Index x, Eigen::Index y);

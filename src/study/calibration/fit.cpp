@@ -17,11 +17,6 @@ namespace {
 
 using Vector = Eigen::VectorXd;
 
-struct Minimum {
-  Vector xi;
-  double value = INFINITY;
-};
-
 /// Minimises f in [−1, 1]ⁿ, with some unknowns fixed, by Newton's method with Levenberg damping and
 /// active bounds. f is smooth and inexpensive, so gradient and Hessian are central differences.
 class Minimiser {
@@ -29,8 +24,8 @@ class Minimiser {
   explicit Minimiser(std::function<double(const Vector&)> f) : f_(std::move(f)) {}
   double operator()(const Vector& xi) const { return f_(xi); }
   /// A minimum from this start; its value does not exceed that at the start.
-  Minimum from(const Vector& start, std::initializer_list<Eigen::Index> held = {}) const {
-    Minimum here{start, f_(start)};
+  Place from(const Vector& start, std::initializer_list<Eigen::Index> held = {}) const {
+    Place here{start, f_(start)};
     double damping = 1e-3;
     for (int i = 0; i < 60 && damping < 1e12; ++i) {
       const auto [g, H] = derivatives(here);
@@ -64,7 +59,7 @@ class Minimiser {
     Vector gradient;
     Eigen::MatrixXd hessian;
   };
-  Derivatives derivatives(const Minimum& here) const {
+  Derivatives derivatives(const Place& here) const {
     constexpr double step = 1e-4;
     const auto n = here.xi.size();
     Derivatives d{Vector(n), Eigen::MatrixXd(n, n)};
@@ -88,26 +83,45 @@ class Minimiser {
   std::function<double(const Vector&)> f_;
 };
 
-/// Points in the whole range, sorted by f, because f may have several minima.
-std::vector<Minimum> overview(const Minimiser& f, Eigen::Index n) {
+/// Standard normal deviates, equal on all machines (std::normal_distribution differs between libraries).
+class Normal {
+ public:
+  double uniform() { return (static_cast<double>(generator_() >> 11) + 0.5) * 0x1p-53; }
+  double operator()() { return boost::math::quantile(boost::math::normal(), uniform()); }
+
+ private:
+  std::mt19937_64 generator_{1};
+};
+
+/// Points in the whole range, denser where f is small, sorted by f, because f may have several minima and
+/// narrow ridges. `near`: points of runs, one a row.
+std::vector<Place> overview(const Minimiser& f, Eigen::Index n, const Eigen::MatrixXd& near) {
+  std::vector<Place> list;
+  const auto look = [&](const Vector& xi) {
+    if (const double value = f(xi); std::isfinite(value)) list.push_back({xi, value});
+  };
   const auto points = space_filling(static_cast<int>(n), 128 * static_cast<int>(n));
-  std::vector<Minimum> list;
-  for (Eigen::Index i = 0; i < points.rows(); ++i) {
-    const Vector xi = points.row(i).transpose();
-    list.push_back({xi, f(xi)});
+  for (Eigen::Index i = 0; i < points.rows(); ++i) look(points.row(i).transpose());
+  for (Eigen::Index i = 0; i < near.rows(); ++i) look(near.row(i).transpose());
+  look(Vector::Zero(n));
+  std::ranges::sort(list, {}, &Place::value);
+  Normal normal;
+  const std::size_t most = 48 * static_cast<std::size_t>(n);
+  for (const double width : {0.15, 0.08, 0.04, 0.02}) {
+    const auto kept = std::min(list.size(), most);
+    for (std::size_t k = 0; k < kept && list[k].value < list.front().value + 60; ++k)
+      look((list[k].xi + width * Vector::NullaryExpr(n, [&] { return normal(); })).cwiseMax(-1).cwiseMin(1));
+    std::ranges::sort(list, {}, &Place::value);
   }
-  list.push_back({Vector::Zero(n), f(Vector::Zero(n))});
-  std::erase_if(list, [](const Minimum& m) { return !std::isfinite(m.value); });
-  std::ranges::sort(list, {}, &Minimum::value);
   return list;
 }
 
-Minimum global(const Minimiser& f, const std::vector<Minimum>& points) {
-  Minimum best;
+Place global(const Minimiser& f, const std::vector<Place>& points) {
+  Place best;
   std::vector<Vector> starts;
   for (const auto& p : points) {
     if (starts.size() == 8) break;
-    if (std::ranges::any_of(starts, [&](const Vector& s) { return (s - p.xi).norm() < 0.3; })) continue;
+    if (std::ranges::any_of(starts, [&](const Vector& s) { return (s - p.xi).norm() < 0.2; })) continue;
     starts.push_back(p.xi);
     if (auto found = f.from(p.xi); found.value < best.value) best = std::move(found);
   }
@@ -123,7 +137,7 @@ constexpr int grid = 32;  // steps of a profile over the range
 /// range inside this interval is open.
 class Profile {
  public:
-  Profile(const Minimiser& f, const std::vector<Minimum>& points, const Minimum& best, Eigen::Index unknown,
+  Profile(const Minimiser& f, const std::vector<Place>& points, const Place& best, Eigen::Index unknown,
           double most)
       : f_(f), points_(points), best_(best), j_(unknown), most_(most), lowest_(best) {
     for (const int way : {-1, 1}) follow(way);
@@ -132,17 +146,19 @@ class Profile {
   double high() const { return ends_[1]; }
   bool open_low() const { return open_[0]; }
   bool open_high() const { return open_[1]; }
+  /// The places where the profile meets the level, or the ends of the range.
+  const std::array<Vector, 2>& places() const { return places_; }
   /// The least value found on the profile.
-  const Minimum& lowest() const { return lowest_; }
+  const Place& lowest() const { return lowest_; }
 
  private:
-  Minimum at(double x, const Vector& near) {
+  Place at(double x, const Vector& near) {
     Vector start = near;
     start[j_] = x;
     auto least = f_.from(start, {j_});
     // Also start from the best known point of this slice, which may lead to another minimum.
     const auto other =
-        std::ranges::find_if(points_, [&](const Minimum& m) { return std::abs(m.xi[j_] - x) < 2.0 / grid; });
+        std::ranges::find_if(points_, [&](const Place& m) { return std::abs(m.xi[j_] - x) < 2.0 / grid; });
     if (other != points_.end()) {
       start = other->xi;
       start[j_] = x;
@@ -153,8 +169,8 @@ class Profile {
   }
   void follow(int way) {
     const std::size_t end = way < 0 ? 0 : 1;
-    Minimum here = best_;
-    Minimum inside = best_, outside;
+    Place here = best_;
+    Place inside = best_, outside;
     ends_[end] = best_.xi[j_];
     bool crossed = false;
     while (way * here.xi[j_] < 1) {
@@ -170,10 +186,11 @@ class Profile {
       here = std::move(next);
     }
     open_[end] = !crossed;
-    ends_[end] = crossed ? between(inside, outside) : static_cast<double>(way);
+    places_[end] = here.xi;
+    ends_[end] = crossed ? between(inside, outside, places_[end]) : static_cast<double>(way);
   }
   /// Intersection of the profile with the level, by regula falsi (Illinois variant).
-  double between(Minimum inside, const Minimum& outside) {
+  double between(Place inside, const Place& outside, Vector& place) {
     const double level = best_.value + most_;
     double a = inside.xi[j_], b = outside.xi[j_], fa = inside.value - level, fb = outside.value - level;
     double x = a;
@@ -181,6 +198,7 @@ class Profile {
       x = (a * fb - b * fa) / (fb - fa);
       auto middle = at(x, inside.xi);
       const double fx = middle.value - level;
+      place = middle.xi;
       if (std::abs(fx) < 1e-6) break;
       if (fx <= 0) {
         a = x;
@@ -199,12 +217,13 @@ class Profile {
   }
 
   const Minimiser& f_;
-  const std::vector<Minimum>& points_;
-  Minimum best_;
+  const std::vector<Place>& points_;
+  Place best_;
   Eigen::Index j_;
   double most_;
-  Minimum lowest_;
+  Place lowest_;
   std::array<double, 2> ends_{};
+  std::array<Vector, 2> places_;
   std::array<bool, 2> open_{};
 };
 
@@ -231,22 +250,35 @@ double unscaled(const Unknown& u, double xi) {
   return u.logarithmic ? u.low * std::pow(u.high / u.low, s) : u.low + s * (u.high - u.low);
 }
 
-Fit fit(const Misfit& misfit, const std::vector<bool>& used, const std::vector<Unknown>& unknowns) {
+Search search(const Misfit& misfit, const std::vector<bool>& used, const Eigen::MatrixXd& near) {
+  const Minimiser f([&](const Vector& xi) { return misfit.at(xi, used).value; });
+  Search found;
+  found.places = overview(f, near.cols(), near);
+  found.best = global(f, found.places);
+  return found;
+}
+
+Fit fit(const Misfit& misfit, const std::vector<bool>& used, const std::vector<Unknown>& unknowns,
+        const Eigen::MatrixXd& near) {
   const auto n = static_cast<Eigen::Index>(unknowns.size());
   const Minimiser f([&](const Vector& xi) { return misfit.at(xi, used).value; });
-  const auto points = overview(f, n);
-  auto best = global(f, points);
+  const auto [first, points] = search(misfit, used, near.rows() > 0 ? near : Eigen::MatrixXd::Zero(1, n));
+  auto best = first;
   Fit found;
   found.used = used;
+  found.ends.resize(2 * n, n);
   // If a profile finds a lower value than the optimum, continue from there.
   for (int again = 0; again < 3; ++again) {
     const double t = student(misfit.freedom(best.xi, used));
+    found.level = t * t;
     found.unknowns.clear();
-    Minimum lowest = best;
+    Place lowest = best;
     for (Eigen::Index j = 0; j < n; ++j) {
       const Profile p(f, points, best, j, t * t);
       const auto at = [&](double xi) { return unscaled(unknowns[static_cast<std::size_t>(j)], xi); };
       found.unknowns.push_back({at(best.xi[j]), at(p.low()), at(p.high()), p.open_low(), p.open_high()});
+      for (Eigen::Index end : {0, 1})
+        found.ends.row(2 * j + end) = p.places()[static_cast<std::size_t>(end)].transpose();
       if (p.lowest().value < lowest.value) lowest = p.lowest();
     }
     if (lowest.value > best.value - 1e-3) break;
@@ -273,6 +305,38 @@ Fit fit(const Misfit& misfit, const std::vector<bool>& used, const std::vector<U
   return found;
 }
 
+std::optional<Ridge> ridge_of(const Misfit& misfit, const Fit& fit, const std::vector<Unknown>& unknowns) {
+  const auto n = static_cast<Eigen::Index>(unknowns.size());
+  if (n < 2) return {};
+  const auto width = [&](Eigen::Index j) { return fit.ends(2 * j + 1, j) - fit.ends(2 * j, j); };
+  Ridge r;
+  for (Eigen::Index j = 1; j < n; ++j)
+    if (width(j) > width(static_cast<Eigen::Index>(r.along))) r.along = static_cast<std::size_t>(j);
+  const auto a = static_cast<Eigen::Index>(r.along);
+  if (width(a) < 0.1) return {};
+  r.powers_of = std::ranges::all_of(unknowns, [](const Unknown& u) { return u.low > 0; });
+  const auto covariance = laplace(misfit, fit.xi, fit.used);
+  const auto value = [&](Eigen::Index k, Eigen::Index end) {
+    return unscaled(unknowns[static_cast<std::size_t>(k)], fit.ends(2 * a + end, k));
+  };
+  const auto scale = [&](double x) { return r.powers_of ? std::log(x) : x; };
+  bool any = false;
+  for (Eigen::Index k = 0; k < n; ++k) {
+    r.ends.push_back({value(k, 0), value(k, 1)});
+    r.slope.push_back((scale(value(k, 1)) - scale(value(k, 0))) / (scale(value(a, 1)) - scale(value(a, 0))));
+    // Of ξ_k for a given ξ_along, the others free.
+    const double of_k = covariance(k, k) - covariance(k, a) * covariance(k, a) / covariance(a, a);
+    const double half = 1.96 * std::sqrt(std::max(of_k, 0.0)), here = fit.xi[k];
+    const auto& u = unknowns[static_cast<std::size_t>(k)];
+    const double up = unscaled(u, here + half), down = unscaled(u, here - half);
+    r.within.push_back(r.powers_of && down > 0 ? std::sqrt(up / down) - 1 : 0.5 * (up - down));
+    const double moved = std::abs(fit.ends(2 * a + 1, k) - fit.ends(2 * a, k));
+    r.follows.push_back(k != a && moved > (ridge_ratio - 1) * 2 * half && moved > 0.05);
+    any = any || r.follows.back();
+  }
+  return any ? std::optional(r) : std::nullopt;
+}
+
 std::vector<MisfitPoint> misfit_map(const Misfit& misfit, const Fit& fit, Eigen::Index x, Eigen::Index y) {
   constexpr int steps = 30;
   const Minimiser f([&](const Vector& xi) { return misfit.at(xi, fit.used).value; });
@@ -295,11 +359,7 @@ std::vector<MisfitPoint> misfit_map(const Misfit& misfit, const Fit& fit, Eigen:
 Eigen::MatrixXd sample(const Misfit& misfit, const Fit& fit, int count, double width) {
   constexpr int between = 25;  // steps between two points of the sample
   const auto n = fit.xi.size();
-  std::mt19937_64 generator(1);
-  const auto uniform = [&] { return (static_cast<double>(generator() >> 11) + 0.5) * 0x1p-53; };
-  const auto normal = [&] {  // std::normal_distribution differs between libraries
-    return boost::math::quantile(boost::math::normal(), uniform());
-  };
+  Normal normal;
   // Optimal step for a normal distribution (Roberts, Gelman and Gilks, Ann. Appl. Probab. 7 (1997)
   // 110), limited to the ranges.
   Eigen::MatrixXd covariance = width * width * laplace(misfit, fit.xi, fit.used);
@@ -311,8 +371,8 @@ Eigen::MatrixXd sample(const Misfit& misfit, const Fit& fit, int count, double w
   Vector here = fit.xi;
   double value = fit.least;
   for (int k = 0; k < count * between; ++k) {
-    const Vector next = here + L * Vector::NullaryExpr(n, normal);
-    const double u = uniform();
+    const Vector next = here + L * Vector::NullaryExpr(n, [&] { return normal(); });
+    const double u = normal.uniform();
     if (next.lpNorm<Eigen::Infinity>() <= 1) {
       const double there = misfit.at(next, fit.used).value;
       if (there - value < -2 * width * width * std::log(u)) {

@@ -20,9 +20,11 @@ Misfit::Parts Misfit::parts(std::size_t target, const Eigen::VectorXd& xi) const
   const auto& t = targets_[target];
   const auto& runs = scatter_[static_cast<std::size_t>(t.runs)];
   const auto of_mean = [&](double scatter) { return scatter * t.stretches.share(scatter); };
-  if (!runs.known()) return {of_mean(t.surface.noise()), t.surface.variance(xi), t.surface.freedom()};
+  const double surface = t.surface.variance(xi);
+  if (!runs.known()) return {of_mean(t.surface.noise()), surface, t.surface.freedom(), t.surface.noise()};
   const auto local = runs.at(xi);
-  return {of_mean(local.covariance(t.column, t.column)), t.surface.variance(xi), local.freedom};
+  const double run = local.covariance(t.column, t.column);
+  return {of_mean(run), surface, local.freedom, run};
 }
 
 double Misfit::freedom(const Eigen::VectorXd& xi, const std::vector<bool>& used) const {
@@ -37,7 +39,7 @@ double Misfit::freedom(const Eigen::VectorXd& xi, const std::vector<bool>& used)
   return fewest;
 }
 
-Misfit::At Misfit::at(const Eigen::VectorXd& xi, const std::vector<bool>& used) const {
+Misfit::At Misfit::at(const Eigen::VectorXd& xi, const std::vector<bool>& used, const Own* own) const {
   const auto list = places(used);
   const auto m = static_cast<Eigen::Index>(list.size());
   At a{Eigen::VectorXd(m), Eigen::MatrixXd::Zero(m, m), 0, pull * xi.squaredNorm()};
@@ -45,12 +47,13 @@ Misfit::At Misfit::at(const Eigen::VectorXd& xi, const std::vector<bool>& used) 
   Eigen::VectorXd s(m), share(m);
   for (Eigen::Index i = 0; i < m; ++i) {
     const auto& t = targets_[list[i]];
-    a.residual[i] = t.logarithm - t.surface(xi);
-    s[i] = std::sqrt(t.surface.variance(xi));
+    a.residual[i] = t.logarithm - (own ? own->logarithms[static_cast<Eigen::Index>(list[i])] : t.surface(xi));
     auto& w = local[static_cast<std::size_t>(t.runs)];
     const auto& runs = scatter_[static_cast<std::size_t>(t.runs)];
     if (!w && runs.known()) w = runs.at(xi);
     const double scatter = w ? w->covariance(t.column, t.column) : t.surface.noise();
+    s[i] =
+        std::sqrt(own ? scatter / own->starts[static_cast<Eigen::Index>(list[i])] : t.surface.variance(xi));
     share[i] = t.stretches.share(scatter);
     a.covariance(i, i) = scatter * share[i] + s[i] * s[i] + t.tolerance * t.tolerance;
     for (Eigen::Index j = 0; j < i; ++j) {
@@ -85,24 +88,51 @@ Identifiability identifiability(const Misfit& misfit, const Eigen::MatrixXd& poi
   Identifiability found;
   found.sensitivity = Eigen::MatrixXd::Zero(m, n);
   Eigen::MatrixXd mean = Eigen::MatrixXd::Zero(n, n);
-  std::vector<std::vector<double>> sigma(static_cast<std::size_t>(n));
+  std::vector<std::vector<double>> widths(static_cast<std::size_t>(n));
+  // The surfaces at many places, each of which could be met if the truth were a point of the design.
+  const auto places = space_filling(static_cast<int>(n), 256 * static_cast<int>(n));
+  Eigen::MatrixXd outcomes(m, places.rows());
+  std::vector<Eigen::MatrixXd> precision;
+  for (Eigen::Index q = 0; q < places.rows(); ++q) {
+    const auto at = misfit.at(places.row(q).transpose(), all);
+    for (Eigen::Index i = 0; i < m; ++i)
+      outcomes(i, q) = misfit.targets()[static_cast<std::size_t>(i)].logarithm - at.residual[i];
+    precision.push_back(at.covariance.ldlt().solve(Eigen::MatrixXd::Identity(m, m)));
+  }
   for (Eigen::Index p = 0; p < points.rows(); ++p) {
     const Eigen::VectorXd xi = points.row(p).transpose();
     const auto J = misfit.jacobian(xi, all);
-    const auto V = misfit.at(xi, all).covariance;
+    const auto at = misfit.at(xi, all);
+    const auto& V = at.covariance;
     const Eigen::MatrixXd information =
         J.transpose() * V.ldlt().solve(J) + Misfit::pull * Eigen::MatrixXd::Identity(n, n);
     mean += information / static_cast<double>(points.rows());
     found.sensitivity +=
         (V.diagonal().cwiseInverse().asDiagonal() * J.cwiseAbs2()) / static_cast<double>(points.rows());
     const Eigen::MatrixXd covariance = information.inverse();
+    Eigen::VectorXd low = xi - 1.96 * covariance.diagonal().cwiseSqrt(),
+                    high = xi + 1.96 * covariance.diagonal().cwiseSqrt();
+    low = low.cwiseMax(-1);
+    high = high.cwiseMin(1);
+    Eigen::VectorXd here(m);
+    for (Eigen::Index i = 0; i < m; ++i)
+      here[i] = misfit.targets()[static_cast<std::size_t>(i)].logarithm - at.residual[i];
+    for (Eigen::Index q = 0; q < places.rows(); ++q) {
+      const Eigen::VectorXd apart = outcomes.col(q) - here, place = places.row(q).transpose();
+      if (apart.dot(precision[static_cast<std::size_t>(q)] * apart) +
+              Misfit::pull * (place - xi).squaredNorm() >
+          1.96 * 1.96)
+        continue;
+      low = low.cwiseMin(place);
+      high = high.cwiseMax(place);
+    }
     for (Eigen::Index j = 0; j < n; ++j)
-      sigma[static_cast<std::size_t>(j)].push_back(std::sqrt(covariance(j, j)));
+      widths[static_cast<std::size_t>(j)].push_back(0.5 * (high[j] - low[j]));
   }
   found.sensitivity = found.sensitivity.cwiseSqrt();
-  for (auto& list : sigma) {
+  for (auto& list : widths) {
     std::ranges::nth_element(list, list.begin() + static_cast<std::ptrdiff_t>(list.size() / 2));
-    found.left_open.push_back(std::min(1.0, 1.96 * list[list.size() / 2]));
+    found.left_open.push_back(list[list.size() / 2]);
   }
   const Eigen::MatrixXd covariance = mean.inverse();
   const Eigen::VectorXd scale = covariance.diagonal().cwiseSqrt().cwiseInverse();

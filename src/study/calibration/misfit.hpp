@@ -53,7 +53,12 @@ class Misfit {
     double squares = 0;          ///< rᵀV⁻¹r
     double value = 0;            ///< f
   };
-  At at(const Eigen::VectorXd& xi, const std::vector<bool>& used) const;
+  /// Outcomes of runs at one ξ, of all targets: logarithms of their means, and numbers of starts.
+  struct Own {
+    Eigen::VectorXd logarithms, starts;
+  };
+  /// `own`: replaces the surfaces and their errors, which are then √(W_ii/starts).
+  At at(const Eigen::VectorXd& xi, const std::vector<bool>& used, const Own* own = nullptr) const;
   /// ∂y_i/∂ξ_j of the used targets.
   Eigen::MatrixXd jacobian(const Eigen::VectorXd& xi, const std::vector<bool>& used) const;
 
@@ -62,6 +67,7 @@ class Misfit {
     double scatter = 0;  ///< W_ii p_i
     double surface = 0;  ///< s_i²
     double freedom = 0;  ///< degrees of freedom of W_ii
+    double run = 0;      ///< W_ii
   };
   Parts parts(std::size_t target, const Eigen::VectorXd& xi) const;
   /// Degrees of freedom from which V_ii is known, the least of the used targets (Satterthwaite).
@@ -79,9 +85,10 @@ struct Identifiability {
   /// Of each target (row) and unknown (column): root mean square of ∂y_i/∂ξ_j/√V_ii, in standard
   /// uncertainties over half the range.
   Eigen::MatrixXd sensitivity;
-  /// Of each unknown: expected 95 % interval over its range, median over the points,
-  ///
-  ///     min(1, 1.96 σ_j),   σ_j² = ((JᵀV⁻¹J + w)⁻¹)_jj.
+  /// Of each unknown: expected 95 % interval over its range, median over the points ξ_p. The interval
+  /// comprises ξ_pj ± 1.96 σ_j with σ_j² = ((JᵀV⁻¹J + w)⁻¹)_jj, and all places η of a space-filling set
+  /// whose statistics cannot be told from those at ξ_p, (y(η) − y(ξ_p))ᵀV(η)⁻¹(y(η) − y(ξ_p)) ≤ 1.96²:
+  /// a curved ridge, or a second minimum, is wider than the linear part.
   std::vector<double> left_open;
   Eigen::MatrixXd correlation;  ///< of the unknowns, from the mean of JᵀV⁻¹J + w
   /// Whether the interval is expected to exclude a substantial part of the range.

@@ -63,8 +63,15 @@ class Model {
   std::size_t group(std::size_t target) const { return group_[target]; }
   int runs() const { return runs_; }
 
+  /// Permits this many further runs; at() then throws. A search that finds no descent, such as one on a jump
+  /// of the misfit, ends so.
+  void permit(int runs) { last_ = runs_ + runs; }
+  bool exhausted() const { return runs_ >= last_; }
+
   const Point& at(const Vector& xi) {
     if (known_ && xi == xi_) return point_;
+    if (exhausted())
+      throw std::runtime_error(fmt::format("calibration: no minimum of the misfit in {} runs", runs_));
     known_ = false;
     const auto m = static_cast<Index>(c_.targets.size()), n = xi.size();
     point_ = {Vector(m), Matrix(m, n), {}, {}, {}};
@@ -145,7 +152,7 @@ class Model {
   Vector xi_;
   Point point_;
   bool known_ = false;
-  int runs_ = 0;
+  int runs_ = 0, last_ = std::numeric_limits<int>::max();
 };
 
 /// Residuals (Q − m)/σ of the used targets, and their derivatives.
@@ -260,7 +267,7 @@ class LeastSquares : public Ipopt::TNLP {
                              Number, Number, Number, Int, const Ipopt::IpoptData*,
                              Ipopt::IpoptCalculatedQuantities*) override {
     iterations_ += iteration > 0;
-    return !problem_.stop() && !converged();
+    return !problem_.stop() && !problem_.model.exhausted() && !converged();
   }
   /// Whether the Newton step from the last point reduces f by less than 1e-6, which moves no unknown by
   /// more than 1e-3 of its standard deviation. Ipopt's own tolerances do not know this scale, and the
@@ -411,6 +418,7 @@ QuantityFit fit_quantities(const Study& study, const StopToken& stop,
     problem.deviation.push_back(t.deviation > 0 ? t.deviation : t.tolerance * std::abs(t.value));
   // The centre of the ranges first; other starts only if its minimum is not consistent.
   constexpr int starts = 8;
+  constexpr int runs_each = 100;  // about ten times what a start needs
   const auto more = space_filling(n, starts);
   QuantityFit best;
   std::string reason;
@@ -418,6 +426,7 @@ QuantityFit fit_quantities(const Study& study, const StopToken& stop,
   for (int k = 0; k <= starts; ++k) {
     const Vector start = k == 0 ? Vector(Vector::Zero(n)) : Vector(more.row(k - 1).transpose());
     try {
+      model.permit(runs_each);
       auto fit = fit_from(start, problem);
       // A fit that reaches further is better; of equal reach, the one with less misfit.
       const auto reach = [](const QuantityFit& f) {

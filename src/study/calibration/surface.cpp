@@ -35,14 +35,21 @@ Eigen::MatrixXd basis_gradient(const Eigen::VectorXd& xi) {
   return g;
 }
 
-/// Matrix of exp(−½ Σ_j (ξ_j − η_j)²/ℓ_j²) for all pairs of rows.
-Eigen::MatrixXd correlation(const Eigen::MatrixXd& points, const Eigen::VectorXd& lengths) {
+/// κ(d) of the process, from d².
+double kernel(double square, bool rough) {
+  if (!rough) return std::exp(-0.5 * square);
+  const double d = std::sqrt(3 * square);
+  return (1 + d) * std::exp(-d);
+}
+
+/// Matrix of κ(d) for all pairs of rows.
+Eigen::MatrixXd correlation(const Eigen::MatrixXd& points, const Eigen::VectorXd& lengths, bool rough) {
   const Eigen::MatrixXd scaled = points * lengths.cwiseInverse().asDiagonal();
   const auto m = points.rows();
   Eigen::MatrixXd R(m, m);
   for (Eigen::Index i = 0; i < m; ++i)
     for (Eigen::Index j = 0; j <= i; ++j)
-      R(i, j) = R(j, i) = std::exp(-0.5 * (scaled.row(i) - scaled.row(j)).squaredNorm());
+      R(i, j) = R(j, i) = kernel((scaled.row(i) - scaled.row(j)).squaredNorm(), rough);
   return R;
 }
 
@@ -74,8 +81,8 @@ Eigen::MatrixXd rows_of_basis(const Eigen::MatrixXd& points) {
 }
 
 constexpr std::array warps_tried{0.0, 4.0, 20.0, -4.0, -20.0};
-constexpr std::array ratios{0.0, 0.03, 0.1, 0.3, 1.0, 3.0, 10.0, 30.0, 100.0, 1e3, 1e4};
-constexpr std::array lengths_tried{0.25, 0.35, 0.5, 0.7, 1.0, 1.4, 2.0, 2.8};
+constexpr std::array ratios{0.0, 0.03, 0.1, 0.3, 1.0, 3.0, 10.0, 30.0, 100.0, 1e3, 1e4, 1e5, 1e6};
+constexpr std::array lengths_tried{0.06, 0.12, 0.18, 0.25, 0.35, 0.5, 0.7, 1.0, 1.4, 2.0, 2.8};
 
 }  // namespace
 
@@ -123,7 +130,7 @@ ResponseSurface::ResponseSurface(const Eigen::MatrixXd& points, const Eigen::Vec
 
   lengths_ = Eigen::VectorXd::Ones(n);
   warps_ = Eigen::VectorXd::Zero(n);
-  Eigen::MatrixXd R = correlation(points_, lengths_);
+  Eigen::MatrixXd R = correlation(points_, lengths_, rough_);
   const auto prior = [](const Eigen::VectorXd& lengths, const Eigen::VectorXd& warps) {
     return -0.5 * ((lengths.array().log() / std::log(2.0)).square().sum() +
                    ((1 + warps.array().abs()).log() / std::log(5.0)).square().sum());
@@ -141,16 +148,48 @@ ResponseSurface::ResponseSurface(const Eigen::MatrixXd& points, const Eigen::Vec
       if (const double w = worth(R, B, lengths_, warps_, r); w > best) best = w, ratio_ = r;
   };
   try_ratios();
+  // Equal lengths first, from which the single ones are found.
+  for (const bool rough : {false, true})
+    for (const double l : lengths_tried) {
+      const Eigen::VectorXd lengths = Eigen::VectorXd::Constant(n, l);
+      const auto of = correlation(points_, lengths, rough);
+      for (const double r : {1.0, 30.0, 1e3, 1e5})
+        if (const double w = worth(of, B, lengths, warps_, r); w > best) {
+          best = w;
+          ratio_ = r;
+          lengths_ = lengths;
+          rough_ = rough;
+        }
+    }
+  R = correlation(points_, lengths_, rough_);
   // If the quadratic trend is exact, there is no process.
   const bool exact = Kriging(R, 0, c, B, outcomes, least).squares <= freedom_ * least;
   if (exact) ratio_ = 0;
+  const auto try_lengths = [&](bool rough) {
+    for (Eigen::Index j = 0; j < n; ++j) {
+      Eigen::VectorXd lengths = lengths_;
+      for (const double l : lengths_tried) {
+        lengths[j] = l;
+        const auto of = correlation(points_, lengths, rough);
+        for (const double r : {ratio_ > 0 ? ratio_ : 1.0, 3 * (ratio_ > 0 ? ratio_ : 1.0)})
+          if (const double w = worth(of, B, lengths, warps_, r); w > best) {
+            best = w;
+            ratio_ = r;
+            lengths_ = lengths;
+            rough_ = rough;
+          }
+      }
+    }
+    R = correlation(points_, lengths_, rough_);
+    try_ratios();
+  };
   for (int cycle = 0; cycle < 2 && !exact; ++cycle) {
     for (Eigen::Index j = 0; j < n; ++j) {
       Eigen::VectorXd warps = warps_;
       for (const double a : warps_tried) {
         warps[j] = a;
         const auto at = rows_warped(points, warps);
-        const auto of = correlation(at, lengths_);
+        const auto of = correlation(at, lengths_, rough_);
         const auto trend = rows_of_basis(at);
         for (const double r : {ratio_, ratio_ > 0 ? 0.3 * ratio_ : 1.0, ratio_ > 0 ? 3 * ratio_ : 10.0})
           if (const double w = worth(of, trend, lengths_, warps, r); w > best) {
@@ -162,21 +201,7 @@ ResponseSurface::ResponseSurface(const Eigen::MatrixXd& points, const Eigen::Vec
     }
     points_ = rows_warped(points, warps_);
     B = rows_of_basis(points_);
-    for (Eigen::Index j = 0; j < n; ++j) {
-      Eigen::VectorXd lengths = lengths_;
-      for (const double l : lengths_tried) {
-        lengths[j] = l;
-        const auto of = correlation(points_, lengths);
-        for (const double r : {ratio_ > 0 ? ratio_ : 1.0, 3 * (ratio_ > 0 ? ratio_ : 1.0)})
-          if (const double w = worth(of, B, lengths, warps_, r); w > best) {
-            best = w;
-            ratio_ = r;
-            lengths_ = lengths;
-          }
-      }
-    }
-    R = correlation(points_, lengths_);
-    try_ratios();
+    for (const bool rough : {rough_, !rough_}) try_lengths(rough);
   }
 
   const Kriging k(R, ratio_, c, B, outcomes, least);
@@ -198,15 +223,16 @@ ResponseSurface::ResponseSurface(const Eigen::MatrixXd& points, const Eigen::Vec
   noise_ = std::max({k.squares / freedom_, left_out, least_noise});
   error_ = std::sqrt(press / static_cast<double>(m));
   if (noise_ > 0) surprise_ /= noise_;
+  if (least_noise >= 0) roughness_ = std::max(0.0, noise_ - least_noise);
 }
 
-Eigen::VectorXd ResponseSurface::correlations(const Eigen::VectorXd& warped, double share) const {
-  return (-0.5 / (share * share) *
-          ((points_.rowwise() - warped.transpose()) * lengths_.cwiseInverse().asDiagonal())
-              .rowwise()
-              .squaredNorm())
-      .array()
-      .exp();
+Eigen::VectorXd ResponseSurface::squares(const Eigen::VectorXd& warped) const {
+  return ((points_.rowwise() - warped.transpose()) * lengths_.cwiseInverse().asDiagonal())
+      .rowwise()
+      .squaredNorm();
+}
+Eigen::VectorXd ResponseSurface::correlations(const Eigen::VectorXd& warped) const {
+  return squares(warped).unaryExpr([this](double x) { return kernel(x, rough_); });
 }
 
 double ResponseSurface::operator()(const Eigen::VectorXd& xi) const {
@@ -219,7 +245,11 @@ Eigen::VectorXd ResponseSurface::gradient(const Eigen::VectorXd& xi) const {
   const auto at = warped(xi, warps_);
   Eigen::VectorXd g = basis_gradient(at).transpose() * trend_;
   if (ratio_ > 0) {
-    const Eigen::VectorXd w = ratio_ * correlations(at).cwiseProduct(weights_);
+    // κ' = −κ d for the normal kernel and −3 d exp(−√3 d) for Matérn's.
+    const Eigen::VectorXd fall =
+        rough_ ? squares(at).unaryExpr([](double x) { return 3 * std::exp(-std::sqrt(3 * x)); }).eval()
+               : correlations(at);
+    const Eigen::VectorXd w = ratio_ * fall.cwiseProduct(weights_);
     for (Eigen::Index j = 0; j < at.size(); ++j)
       g[j] += w.dot(points_.col(j) - Eigen::VectorXd::Constant(points_.rows(), at[j])) /
               (lengths_[j] * lengths_[j]);
@@ -237,9 +267,10 @@ double ResponseSurface::variance(const Eigen::VectorXd& xi) const {
     process = ratio_ - r.dot(inverse_ * r);
     u -= solved_.transpose() * r;
   }
-  const auto near = correlations(at, 0.5);
-  const double worse = std::max(1.0, (1 + near.dot(surprise_)) / (1 + near.sum()));
-  return noise_ * worse * std::max(0.0, process + u.dot(trend_covariance_ * u));
+  const Eigen::VectorXd near = (-2 * squares(at)).array().exp();
+  const double local = std::min(25.0, (1 + near.dot(surprise_)) / (1 + near.sum()));
+  return noise_ * std::max(1.0, local) * std::max(0.0, process + u.dot(trend_covariance_ * u)) +
+         roughness_ * local;
 }
 
 Eigen::MatrixXd space_filling(int unknowns, int count) {

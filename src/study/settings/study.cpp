@@ -72,6 +72,7 @@ Calibration read_calibration(Section s, const Study& study) {
   c.starts = static_cast<int>(s.number("starts", count, c.starts));
   c.revolutions = s.number("revolutions", one_or_more, c.revolutions);
   c.refinements = static_cast<int>(s.number("refinements", whole, c.refinements));
+  c.leave_out = s.flag("leave_out", c.leave_out);
   for (auto& [name, table] : s.children("unknowns")) {
     auto& u = table;
     const auto key = u.text("key");

@@ -109,8 +109,9 @@ struct Target {
 /// Parameters of a calibration (study/calibration/calibrate.hpp).
 struct Calibration {
   std::string formulation = "nonsmooth";
-  int points = 64, starts = 2, refinements = 3;
+  int points = 64, starts = 2, refinements = 8;
   double revolutions = 20;
+  bool leave_out = true;  ///< also fit without each target
   std::vector<Unknown> unknowns;
   std::vector<Target> targets;
 };

@@ -45,13 +45,13 @@ std::string plural(std::size_t count, const char* what) {
 }
 
 /// "a", "a and b", "a, b and c"; at most `most` of them.
-std::string listed(const std::vector<std::string>& names, std::size_t most = 4) {
+std::string listed(const std::vector<std::string>& names, std::size_t most = 4, const char* last = "and") {
   if (names.size() > most)
-    return fmt::format("{} and {} more",
-                       fmt::join(names.begin(), names.begin() + static_cast<long>(most), ", "),
+    return fmt::format("{} {} {} more",
+                       fmt::join(names.begin(), names.begin() + static_cast<long>(most), ", "), last,
                        names.size() - most);
   if (names.size() < 2) return names.empty() ? "" : names.front();
-  return fmt::format("{} and {}", fmt::join(names.begin(), names.end() - 1, ", "), names.back());
+  return fmt::format("{} {} {}", fmt::join(names.begin(), names.end() - 1, ", "), last, names.back());
 }
 
 std::string events_in_words(const ComparisonValues& v) {
@@ -372,6 +372,9 @@ std::string verdict(const CalibrationValues& v) {
         "Calibration rejected: runs at the optimum disagree with the response surface of {}. Use more points or "
         "narrower ranges.",
         listed(v.contradicted));
+  if (!v.settled)
+    return "Calibration open: runs at new points differ from the response surfaces by more than the surfaces' "
+           "errors, so no value is excluded. Increase calibrate.refinements or narrow the ranges.";
   std::vector<std::string> values, open;
   for (const auto& u : v.unknowns) {
     const auto unit = u.unit.empty() ? "" : " " + u.unit;
@@ -384,11 +387,15 @@ std::string verdict(const CalibrationValues& v) {
   text += open.empty() ? "."
                        : "; the range of " + listed(open) +
                              " is not closed by these targets: add targets or widen it.";
+  if (!v.ridge.empty()) text += " " + v.ridge;
   if (v.predictions > 0)
-    text += fmt::format(" Predicted from the others, {} of {} targets {} inside their 95 % interval.",
+    text += fmt::format(" Predicted from the others, {} of {} targets {} inside their 95 % interval",
                         v.predicted, v.predictions, v.predicted == 1 ? "lies" : "lie");
   else
-    text += " No target was predicted from the others, so the fit is not tested.";
+    text += " No target was predicted from the others, so the fit is not tested";
+  text += v.unpredicted.empty() ? "."
+                                : fmt::format("; without {} the fit does not hold and predicts nothing.",
+                                              listed(v.unpredicted, 4, "or"));
   return text;
 }
 

@@ -138,8 +138,13 @@ struct FittedUnknown {
 struct CalibrationValues {
   bool rejected = false;                  ///< the targets contradict each other or the model
   std::vector<std::string> contradicted;  ///< targets that runs at the optimum do not meet
+  bool settled = true;                    ///< the last runs were as the response surfaces predicted
   std::vector<FittedUnknown> unknowns;
-  int predicted = 0, predictions = 0;  ///< targets left out: inside their predicted interval, all
+  std::string
+      ridge;  ///< what the targets determine of several unknowns together, a sentence; empty: each alone
+  /// Targets left out of a fit that holds: inside their predicted interval, all.
+  int predicted = 0, predictions = 0;
+  std::vector<std::string> unpredicted;  ///< targets without which the fit does not hold
 };
 std::string verdict(const CalibrationValues& v);
 
