@@ -35,10 +35,10 @@ std::string show(const Estimate& e) {
 }
 
 /// Text of an unknown's value and interval; states whether it is open at a limit of the range.
-std::string show_unknown(const Estimate& e, const std::string& name, bool settled) {
+std::string show_unknown(const Estimate& e, const std::string& name, bool decided) {
   const auto unit = name.empty() ? "" : " " + name;
   if (!std::isfinite(e.low))
-    return fmt::format("{:.4g}{}, no interval: the fit is {}", e.value, unit, settled ? "rejected" : "open");
+    return fmt::format("{:.4g}{}, no interval: the fit is {}", e.value, unit, decided ? "rejected" : "open");
   if (e.open_low && e.open_high)
     return fmt::format("{:.4g}{}, open: no part of its range is excluded", e.value, unit);
   return show(e) + unit +
@@ -298,7 +298,7 @@ int calibrate(const CalibrateRequest& request) {
     fmt::print("\n{}\n", title);
     for (std::size_t j = 0; j < c.unknowns.size(); ++j)
       fmt::print("  {:<16} {}{}\n", c.unknowns[j].name,
-                 show_unknown(f.unknowns[j], c.unknowns[j].unit, f.settled),
+                 show_unknown(f.unknowns[j], c.unknowns[j].unit, f.settled || f.rejected),
                  f.at_bound(j) ? ", AT ITS BOUND" : "");
     if (f.rejected)
       fmt::print(

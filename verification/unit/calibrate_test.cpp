@@ -91,6 +91,45 @@ TEST_CASE("a response surface follows a function that is not quadratic and estim
   }
 }
 
+TEST_CASE("the misfit does not depend on how well a surface is known", "[calibrate]") {
+  // Runs on the right half alone. f − rᵀV⁻¹r − w|ξ|² is the determinant of the measurement's uncertainty, the
+  // same on both sides. With the error of the surface in it, places without runs were worse by ln(1 + s²/U).
+  Eigen::MatrixXd points(30, 1);
+  Eigen::VectorXd outcomes(30);
+  std::mt19937_64 engine(3);
+  std::normal_distribution<double> noise(0, 0.01);
+  for (int i = 0; i < 30; ++i) {
+    points(i, 0) = i / 29.0;
+    outcomes[i] = std::sin(6 * points(i, 0)) + noise(engine);
+  }
+  const ResponseSurface surface(points, outcomes);
+  const Misfit misfit({{surface, 0, 0.01, {}, 0, 0, 0}}, {{}});
+  const auto determinant = [&](double x) {
+    const Eigen::VectorXd xi = Eigen::VectorXd::Constant(1, x);
+    const auto at = misfit.at(xi, {true});
+    return at.value - at.squares - Misfit::pull * x * x;
+  };
+  REQUIRE(surface.variance(Eigen::VectorXd::Constant(1, -0.5)) >
+          100 * surface.variance(Eigen::VectorXd::Constant(1, 0.5)));
+  CHECK(determinant(-0.5) == Approx(determinant(0.5)));
+  CHECK(determinant(0.5) == Approx(std::log(surface.noise() + 1e-4)));
+}
+
+TEST_CASE("the error of a surface does not exceed the spread of smooth outcomes", "[calibrate]") {
+  // Outcomes whose noise is a thousandth of the greatest: rounding errors of the kriging variance with an
+  // unbounded condition were errors of 100 where the outcomes differ by 0.01.
+  const auto points = space_filling(2, 120);
+  Eigen::VectorXd outcomes(120), noise(120);
+  for (int i = 0; i < 120; ++i) {
+    outcomes[i] = 0.01 * std::sin(2 * points(i, 0) + points(i, 1));
+    noise[i] = i % 40 == 0 ? 40 : 1e-3;
+  }
+  const ResponseSurface surface(points, outcomes, noise);
+  for (double x = -1; x <= 1; x += 0.25)
+    for (double y = -1; y <= 1; y += 0.25)
+      CHECK(std::sqrt(surface.variance(Eigen::Vector2d(x, y))) < surface.spread());
+}
+
 TEST_CASE("scatter that varies over the ranges is not averaged over them", "[calibrate]") {
   // Deviations of 0.2 for ξ₁ < −0.6 and 0.001 elsewhere, 40 points of two starts. With smoothing
   // over ½√2, W was 0.065 to 0.069 in the middle. With a width of a fifth,

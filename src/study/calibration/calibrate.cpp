@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <boost/math/distributions/binomial.hpp>
+#include <boost/math/distributions/chi_squared.hpp>
 #include <boost/math/distributions/normal.hpp>
 #include <boost/math/distributions/students_t.hpp>
 #include <cmath>
@@ -348,20 +349,25 @@ Eigen::MatrixXd where_to_refine(const Misfit& misfit, const Search& now, int cou
   return points;
 }
 
-/// Whether the error of each surface is at most half of the measurement's uncertainty, on average where f
-/// is within 4 of its minimum.
-bool fine_enough(const Misfit& misfit, const Search& now) {
-  for (std::size_t i = 0; i < misfit.targets().size(); ++i) {
-    double surface = 0, known = 0;
-    const auto look = [&](const Place& place) {
-      const auto parts = misfit.parts(i, place.xi);
-      surface += parts.surface;
-      known += parts.scatter + std::pow(misfit.targets()[i].tolerance, 2);
+/// Whether the error of each surface is at most half of the measurement's uncertainty at the optimum and at
+/// most places where f is within 4 of its minimum. At the others it is in V, so that they are not excluded.
+/// `rough`: the error includes the roughness of the outcomes, which more runs need not reduce.
+bool fine_enough(const Misfit& misfit, const Search& now, bool rough = true) {
+  for (const auto& target : misfit.targets()) {
+    const auto i = static_cast<std::size_t>(&target - misfit.targets().data());
+    const auto fine_at = [&](const Eigen::VectorXd& xi) {
+      const auto parts = misfit.parts(i, xi);
+      return (rough ? parts.surface : target.surface.reducible(xi)) <=
+             0.25 * (parts.scatter + target.tolerance * target.tolerance);
     };
-    look(now.best);
-    for (std::size_t k = 0; k < now.places.size() && k < 100 && now.places[k].value < now.best.value + 4; ++k)
-      look(now.places[k]);
-    if (surface > 0.25 * known) return false;
+    if (!fine_at(now.best.xi)) return false;
+    int fine = 0, all = 0;
+    for (const auto& place : now.places) {
+      if (all == 200 || place.value > now.best.value + 4) break;
+      fine += fine_at(place.xi);
+      ++all;
+    }
+    if (2 * fine < all) return false;
   }
   return true;
 }
@@ -401,6 +407,18 @@ void widen(Fit& fit, const Misfit& misfit, const Evidence& evidence, const std::
       fit.unknowns[j].high = std::max(fit.unknowns[j].high, value);
     }
   }
+}
+
+/// Whether the own runs of every point miss the targets at the level of Fit::rejected. If the surfaces do not
+/// predict runs, they cannot reject a fit alone.
+bool no_run_meets(const Fit& fit, const Misfit& misfit, const Evidence& evidence) {
+  const auto points = evidence.points();
+  const double most = boost::math::quantile(boost::math::chi_squared(fit.degrees), 0.99);
+  for (int p = 0; p < evidence.tried(); ++p)
+    if (const auto own = evidence.own(p);
+        own && misfit.at(points.row(p).transpose(), fit.used, &*own).squares <= most)
+      return false;
+  return true;
 }
 
 /// Names the statistic that differs most clearly between the ends of a ridge: by the difference of the
@@ -572,17 +590,33 @@ CalibrationResult calibrate(CalibrationPlan planned, const Conduct& conduct, con
     misfit = evidence.misfit(result);
     return true;
   };
-  while (result.rounds < c.refinements) {
-    const auto now = search(misfit, every, evidence.points());
-    if (held && fine_enough(misfit, now)) break;
-    if (!try_points(fmt::format("refinement {}", result.rounds), where_to_refine(misfit, now, 4 * n + 4),
-                    c.starts))
-      return result;
-    ++result.rounds;
-  }
-  result.all = fit(misfit, every, c.unknowns, evidence.points());
+  const auto refine = [&] {
+    while (result.rounds < c.refinements) {
+      const auto now = search(misfit, every, evidence.points());
+      if (held && fine_enough(misfit, now)) break;
+      if (!try_points(fmt::format("refinement {}", result.rounds), where_to_refine(misfit, now, 4 * n + 4),
+                      c.starts))
+        return false;
+      ++result.rounds;
+    }
+    return true;
+  };
   std::string last;  // name of the last points of the profile
-  for (int round = 0; round < profile_rounds && c.refinements > 0; ++round) {
+  for (int round = 0; round <= profile_rounds; ++round) {
+    if (!refine()) return result;
+    const auto before = result.all.ends;
+    result.all = fit(misfit, every, c.unknowns, evidence.points());
+    const auto now = search(misfit, every, evidence.points());
+    result.refined = fine_enough(misfit, now);
+    result.all.settled = c.refinements == 0 || (held && fine_enough(misfit, now, false));
+    double moved = round == 0 ? INFINITY : 0;
+    for (Eigen::Index j = 0; round > 0 && j < n; ++j) {
+      const auto at = [&](const Eigen::MatrixXd& ends, Eigen::Index end) { return ends(2 * j + end, j); };
+      const double width = at(result.all.ends, 1) - at(result.all.ends, 0);
+      for (Eigen::Index end : {0, 1})
+        moved = std::max(moved, std::abs(at(before, end) - at(result.all.ends, end)) / std::max(width, 0.02));
+    }
+    if ((held && result.refined && moved < 0.15) || round == profile_rounds || c.refinements == 0) break;
     std::vector<Eigen::VectorXd> list{result.all.xi};
     for (const auto row : result.all.ends.rowwise()) list.push_back(row.transpose());
     for (std::size_t i = 0; i < c.targets.size() && c.targets.size() > 1 && c.leave_out; ++i) {
@@ -595,19 +629,8 @@ CalibrationResult calibrate(CalibrationPlan planned, const Conduct& conduct, con
       more.row(static_cast<Eigen::Index>(k)) = list[k].transpose();
     last = fmt::format("profile {}", round);
     if (!try_points(last, more, std::max(c.starts, study.starts))) return result;
-    const auto before = result.all.ends;
-    result.all = fit(misfit, every, c.unknowns, evidence.points());
-    double moved = 0;
-    for (Eigen::Index j = 0; j < n; ++j) {
-      const auto at = [&](const Eigen::MatrixXd& ends, Eigen::Index end) { return ends(2 * j + end, j); };
-      const double width = at(result.all.ends, 1) - at(result.all.ends, 0);
-      for (Eigen::Index end : {0, 1})
-        moved = std::max(moved, std::abs(at(before, end) - at(result.all.ends, end)) / std::max(width, 0.02));
-    }
-    if (held && moved < 0.15) break;
   }
-  result.all.settled = held || c.refinements == 0;
-  result.refined = fine_enough(misfit, search(misfit, every, evidence.points()));
+  if (!held) result.all.rejected = result.all.rejected && no_run_meets(result.all, misfit, evidence);
   widen(result.all, misfit, evidence, c.unknowns);
   if (auto ridge = ridge_of(misfit, result.all, c.unknowns)) {
     if (!last.empty()) {
@@ -631,6 +654,7 @@ CalibrationResult calibrate(CalibrationPlan planned, const Conduct& conduct, con
       auto used = every;
       used[i] = false;
       result.left_out.push_back(fit(misfit, used, c.unknowns, evidence.points()));
+      result.left_out.back().settled = result.all.settled;
     }
 
   // Repeat each optimum with as many and as long runs as the study's own, and each draw with one

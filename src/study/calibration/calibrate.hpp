@@ -13,9 +13,10 @@
 //    `refinements` rounds.
 // 4. Fit. The ends of all intervals, the optimum and the optima without one target are run from
 //    several starts, at most `profile_rounds` times, until the predictions hold there and the ends
-//    stay. All runs belong to the surfaces. An interval is widened to every point whose own runs meet
-//    the targets although the surfaces exclude it. If the last predictions do not hold, the fit is
-//    open (Fit::settled): it excludes nothing.
+//    stay. Refinements continue in between as in step 3. All runs belong to the surfaces. An interval
+//    is widened to every point whose own runs meet the targets although the surfaces exclude it. If
+//    the last predictions do not hold, or the surfaces are still not as accurate as in step 3, the
+//    fit is open (Fit::settled): it excludes nothing.
 // 5. Verify the prediction of the fit by runs at its optimum and at `draws` points of its
 //    likelihood.
 //
@@ -118,7 +119,9 @@ struct Fit {
   double level = 0;             ///< t²
   /// Points ξ at the ends of the profiles: row 2j is the lower end of unknown j, row 2j + 1 the upper one.
   Eigen::MatrixXd ends;
-  bool settled = true;  ///< whether the last runs were as the surfaces predicted
+  /// Whether the last runs were as the surfaces predicted, and more runs would reduce no error of a surface
+  /// above half of the measurement's uncertainty. If not, the fit is open: it has no intervals.
+  bool settled = true;
   bool holds() const { return settled && !rejected && std::ranges::none_of(contradicted, std::identity{}); }
   bool at_bound(std::size_t unknown) const {
     return std::abs(xi[static_cast<Eigen::Index>(unknown)]) > 0.999;

@@ -116,31 +116,56 @@ std::vector<Place> overview(const Minimiser& f, Eigen::Index n, const Eigen::Mat
   return list;
 }
 
-Place global(const Minimiser& f, const std::vector<Place>& points) {
+/// The least minimum from starts that are apart. Adds all minima found to `places`, so that narrow ones,
+/// which a grid misses, are known to the profiles.
+Place global(const Minimiser& f, std::vector<Place>& places) {
+  constexpr std::size_t most = 24;
+  constexpr double apart = 0.1, above = 100;
   Place best;
+  std::vector<Place> minima;
   std::vector<Vector> starts;
-  for (const auto& p : points) {
-    if (starts.size() == 8) break;
-    if (std::ranges::any_of(starts, [&](const Vector& s) { return (s - p.xi).norm() < 0.2; })) continue;
+  for (const auto& p : places) {
+    if (starts.size() == most || p.value > best.value + above) break;
+    if (std::ranges::any_of(starts, [&](const Vector& s) { return (s - p.xi).norm() < apart; })) continue;
     starts.push_back(p.xi);
-    if (auto found = f.from(p.xi); found.value < best.value) best = std::move(found);
+    minima.push_back(f.from(p.xi));
+    if (minima.back().value < best.value) best = minima.back();
   }
   if (!std::isfinite(best.value))
     throw std::runtime_error(
         "calibration: the fit found no minimum; widen the ranges of the unknowns or use more points");
+  std::ranges::copy_if(minima, std::back_inserter(places),
+                       [](const Place& p) { return std::isfinite(p.value); });
+  std::ranges::sort(places, {}, &Place::value);
   return best;
 }
 
 constexpr int grid = 32;  // steps of a profile over the range
 
-/// The profile of one unknown: its interval where f is within `most` of the minimum. An end of the
-/// range inside this interval is open.
+/// The profile of one unknown: its interval, the hull of all values where f is within `most` of the minimum.
+/// An end of the range inside this interval is open. `known`: places sorted by f.
 class Profile {
  public:
-  Profile(const Minimiser& f, const std::vector<Place>& points, const Place& best, Eigen::Index unknown,
+  Profile(const Minimiser& f, const std::vector<Place>& known, const Place& best, Eigen::Index unknown,
           double most)
-      : f_(f), points_(points), best_(best), j_(unknown), most_(most), lowest_(best) {
-    for (const int way : {-1, 1}) follow(way);
+      : f_(f), known_(known), best_(best), j_(unknown), most_(most), lowest_(best) {
+    for (const int way : {-1, 1}) follow(way, best);
+  }
+  /// Extends the interval to known places within the level, and follows the profile from them: a second
+  /// minimum may be narrower than the steps of the profile.
+  void extend(const std::vector<Place>& known) {
+    for (const int way : {-1, 1}) {
+      const std::size_t end = way < 0 ? 0 : 1;
+      for (int again = 0; again < 4; ++again) {
+        const Place* farthest = nullptr;
+        for (const auto& place : known) {
+          if (place.value > best_.value + most_ || way * (place.xi[j_] - ends_[end]) < 1e-6) continue;
+          if (!farthest || way * (place.xi[j_] - farthest->xi[j_]) > 0) farthest = &place;
+        }
+        if (!farthest) break;
+        follow(way, *farthest);
+      }
+    }
   }
   double low() const { return ends_[0]; }
   double high() const { return ends_[1]; }
@@ -156,22 +181,24 @@ class Profile {
     Vector start = near;
     start[j_] = x;
     auto least = f_.from(start, {j_});
-    // Also start from the best known point of this slice, which may lead to another minimum.
-    const auto other =
-        std::ranges::find_if(points_, [&](const Place& m) { return std::abs(m.xi[j_] - x) < 2.0 / grid; });
-    if (other != points_.end()) {
-      start = other->xi;
+    // Also start from the best known places of this slice, which may lead to other minima.
+    std::vector<const Place*> others;
+    for (const auto& place : known_) {
+      if (others.size() == 3) break;
+      if (std::abs(place.xi[j_] - x) > 2.0 / grid ||
+          std::ranges::any_of(others, [&](const Place* o) { return (o->xi - place.xi).norm() < 0.2; }))
+        continue;
+      others.push_back(&place);
+      start = place.xi;
       start[j_] = x;
       if (auto found = f_.from(start, {j_}); found.value < least.value) least = std::move(found);
     }
     if (least.value < lowest_.value) lowest_ = least;
     return least;
   }
-  void follow(int way) {
+  void follow(int way, const Place& from) {
     const std::size_t end = way < 0 ? 0 : 1;
-    Place here = best_;
-    Place inside = best_, outside;
-    ends_[end] = best_.xi[j_];
+    Place here = from, inside = from, outside;
     bool crossed = false;
     while (way * here.xi[j_] < 1) {
       const double x = std::clamp(here.xi[j_] + way * 2.0 / grid, -1.0, 1.0);
@@ -217,7 +244,7 @@ class Profile {
   }
 
   const Minimiser& f_;
-  const std::vector<Place>& points_;
+  const std::vector<Place>& known_;
   Place best_;
   Eigen::Index j_;
   double most_;
@@ -262,8 +289,7 @@ Fit fit(const Misfit& misfit, const std::vector<bool>& used, const std::vector<U
         const Eigen::MatrixXd& near) {
   const auto n = static_cast<Eigen::Index>(unknowns.size());
   const Minimiser f([&](const Vector& xi) { return misfit.at(xi, used).value; });
-  const auto [first, points] = search(misfit, used, near.rows() > 0 ? near : Eigen::MatrixXd::Zero(1, n));
-  auto best = first;
+  auto [best, known] = search(misfit, used, near.rows() > 0 ? near : Eigen::MatrixXd::Zero(1, n));
   Fit found;
   found.used = used;
   found.ends.resize(2 * n, n);
@@ -271,10 +297,19 @@ Fit fit(const Misfit& misfit, const std::vector<bool>& used, const std::vector<U
   for (int again = 0; again < 3; ++again) {
     const double t = student(misfit.freedom(best.xi, used));
     found.level = t * t;
-    found.unknowns.clear();
     Place lowest = best;
+    std::vector<Profile> profiles;
+    for (Eigen::Index j = 0; j < n; ++j) profiles.emplace_back(f, known, best, j, t * t);
+    // The ends of one profile are places for the others.
+    auto places = known;
+    for (const auto& p : profiles)
+      for (const auto& xi : p.places())
+        if (const double value = f(xi); value <= best.value + t * t + 1e-3)
+          places.push_back({xi, std::min(value, best.value + t * t)});
+    found.unknowns.clear();
     for (Eigen::Index j = 0; j < n; ++j) {
-      const Profile p(f, points, best, j, t * t);
+      auto& p = profiles[static_cast<std::size_t>(j)];
+      p.extend(places);
       const auto at = [&](double xi) { return unscaled(unknowns[static_cast<std::size_t>(j)], xi); };
       found.unknowns.push_back({at(best.xi[j]), at(p.low()), at(p.high()), p.open_low(), p.open_high()});
       for (Eigen::Index end : {0, 1})

@@ -43,6 +43,7 @@ Misfit::At Misfit::at(const Eigen::VectorXd& xi, const std::vector<bool>& used, 
   const auto list = places(used);
   const auto m = static_cast<Eigen::Index>(list.size());
   At a{Eigen::VectorXd(m), Eigen::MatrixXd::Zero(m, m), 0, pull * xi.squaredNorm()};
+  Eigen::MatrixXd measurement = Eigen::MatrixXd::Zero(m, m);  // U
   std::vector<std::optional<Scatter::Local>> local(scatter_.size());
   Eigen::VectorXd s(m), share(m);
   for (Eigen::Index i = 0; i < m; ++i) {
@@ -55,21 +56,21 @@ Misfit::At Misfit::at(const Eigen::VectorXd& xi, const std::vector<bool>& used, 
     s[i] =
         std::sqrt(own ? scatter / own->starts[static_cast<Eigen::Index>(list[i])] : t.surface.variance(xi));
     share[i] = t.stretches.share(scatter);
-    a.covariance(i, i) = scatter * share[i] + s[i] * s[i] + t.tolerance * t.tolerance;
+    measurement(i, i) = scatter * share[i] + t.tolerance * t.tolerance;
+    a.covariance(i, i) = measurement(i, i) + s[i] * s[i];
     for (Eigen::Index j = 0; j < i; ++j) {
       const auto& u = targets_[list[j]];
       if (u.runs != t.runs || !w) continue;
       const double size = std::sqrt(w->covariance(t.column, t.column) * w->covariance(u.column, u.column));
       if (size == 0) continue;
-      double v = w->covariance(t.column, u.column) / size * s[i] * s[j];
-      if (u.source == t.source) v += w->covariance(t.column, u.column) * std::sqrt(share[i] * share[j]);
-      a.covariance(i, j) = a.covariance(j, i) = v;
+      const double both = w->covariance(t.column, u.column);
+      if (u.source == t.source) measurement(i, j) = measurement(j, i) = both * std::sqrt(share[i] * share[j]);
+      a.covariance(i, j) = a.covariance(j, i) = measurement(i, j) + both / size * s[i] * s[j];
     }
   }
   if (m == 0) return a;
-  const Eigen::LDLT<Eigen::MatrixXd> factors(a.covariance);
-  a.squares = a.residual.dot(factors.solve(a.residual));
-  a.value += a.squares + factors.vectorD().array().max(1e-300).log().sum();
+  a.squares = a.residual.dot(a.covariance.ldlt().solve(a.residual));
+  a.value += a.squares + Eigen::LDLT<Eigen::MatrixXd>(measurement).vectorD().array().max(1e-300).log().sum();
   return a;
 }
 

@@ -1,8 +1,12 @@
 // Misfit between the model at ξ and measured statistics. With m_i the measured value and y_i the
 // response surface of its logarithm,
 //
-//     r_i = ln m_i − y_i(ξ),     f(ξ) = rᵀV⁻¹r + ln det V + w |ξ|²,     exp(−½f): likelihood,
-//     V_ij = W_ij √(p_i p_j) + ρ_ij s_i s_j + δ_ij tolerance_i².
+//     r_i = ln m_i − y_i(ξ),     f(ξ) = rᵀV⁻¹r + ln det U + w |ξ|²,     exp(−½f): likelihood,
+//     U_ij = W_ij √(p_i p_j) + δ_ij tolerance_i²,     V_ij = U_ij + ρ_ij s_i s_j.
+//
+// The determinant contains the uncertainty U of the measurement alone. ln det V would add
+// Σ ln(1 + s_i²/U_ii), which depends on the number of runs nearby: the minimum would lie where the
+// surface is well known instead of where the targets are met, and a true value between the runs would be excluded.
 //
 // W(ξ) is the covariance of one run (study/calibration/scatter.hpp). The measurement is one
 // realisation of it (p = 1), or the mean of q segments (Stretches::share: p = 1/q for independent

@@ -82,6 +82,9 @@ Eigen::MatrixXd rows_of_basis(const Eigen::MatrixXd& points) {
 
 constexpr std::array warps_tried{0.0, 4.0, 20.0, -4.0, -20.0};
 constexpr std::array ratios{0.0, 0.03, 0.1, 0.3, 1.0, 3.0, 10.0, 30.0, 100.0, 1e3, 1e4, 1e5, 1e6};
+/// Greatest ratio m ρ/min c, which bounds the condition of K. Beyond, rounding errors of the kriging variance
+/// exceed the variance itself.
+constexpr double most_condition = 1e9;
 constexpr std::array lengths_tried{0.06, 0.12, 0.18, 0.25, 0.35, 0.5, 0.7, 1.0, 1.4, 2.0, 2.8};
 
 }  // namespace
@@ -94,7 +97,7 @@ struct ResponseSurface::Kriging {
   double squares = 0, log_likelihood = 0;   // squares: yᵀQy
 
   Kriging(const Eigen::MatrixXd& R, double ratio, const Eigen::VectorXd& c, const Eigen::MatrixXd& B,
-          const Eigen::VectorXd& y, double least) {
+          const Eigen::VectorXd& y, double least, double floor) {
     Eigen::MatrixXd sum = ratio * R;
     sum.diagonal() += c;
     K.compute(sum);
@@ -109,7 +112,9 @@ struct ResponseSurface::Kriging {
       return 2 * l.matrixLLT().diagonal().array().log().sum();
     };
     const Eigen::LLT<Eigen::MatrixXd> metric(B.transpose() * B);
-    log_likelihood = -0.5 * (freedom * std::log(squares / freedom + least) + log_determinant(K) +
+    // σ² is at least the noise between starts. With a smaller one ρ would be too great, and ρσ² with it.
+    const double noise = std::max(squares / freedom + least, floor);
+    log_likelihood = -0.5 * (freedom * (std::log(noise) - 1) + squares / noise + log_determinant(K) +
                              log_determinant(trend) - log_determinant(metric));
   }
 };
@@ -128,6 +133,7 @@ ResponseSurface::ResponseSurface(const Eigen::MatrixXd& points, const Eigen::Vec
   // Rounding of the outcomes, below which the likelihood has no meaning.
   const double least = std::pow(1e-12 * (outcomes.cwiseAbs().maxCoeff() + 1e-300), 2);
 
+  const double floor = std::max(least_noise, 0.0);
   lengths_ = Eigen::VectorXd::Ones(n);
   warps_ = Eigen::VectorXd::Zero(n);
   Eigen::MatrixXd R = correlation(points_, lengths_, rough_);
@@ -136,8 +142,10 @@ ResponseSurface::ResponseSurface(const Eigen::MatrixXd& points, const Eigen::Vec
                    ((1 + warps.array().abs()).log() / std::log(5.0)).square().sum());
   };
   const auto worth = [&](const Eigen::MatrixXd& of, const Eigen::MatrixXd& trend,
-                         const Eigen::VectorXd& lengths, const Eigen::VectorXd& warps, double ratio) {
-    const Kriging k(of, ratio, c, trend, outcomes, least);
+                         const Eigen::VectorXd& lengths, const Eigen::VectorXd& warps,
+                         double ratio) -> double {
+    if (static_cast<double>(m) * ratio > most_condition * c.minCoeff()) return -INFINITY;
+    const Kriging k(of, ratio, c, trend, outcomes, least, floor);
     return k.K.info() == Eigen::Success && std::isfinite(k.log_likelihood)
                ? k.log_likelihood + prior(lengths, warps)
                : -INFINITY;
@@ -163,7 +171,7 @@ ResponseSurface::ResponseSurface(const Eigen::MatrixXd& points, const Eigen::Vec
     }
   R = correlation(points_, lengths_, rough_);
   // If the quadratic trend is exact, there is no process.
-  const bool exact = Kriging(R, 0, c, B, outcomes, least).squares <= freedom_ * least;
+  const bool exact = Kriging(R, 0, c, B, outcomes, least, floor).squares <= freedom_ * least;
   if (exact) ratio_ = 0;
   const auto try_lengths = [&](bool rough) {
     for (Eigen::Index j = 0; j < n; ++j) {
@@ -204,18 +212,19 @@ ResponseSurface::ResponseSurface(const Eigen::MatrixXd& points, const Eigen::Vec
     for (const bool rough : {rough_, !rough_}) try_lengths(rough);
   }
 
-  const Kriging k(R, ratio_, c, B, outcomes, least);
+  const Kriging k(R, ratio_, c, B, outcomes, least, floor);
   trend_ = k.beta;
   weights_ = k.weights;
   solved_ = k.solved;
-  inverse_ = k.K.solve(Eigen::MatrixXd::Identity(m, m));
+  factors_ = k.K;
+  const Eigen::MatrixXd inverse = k.K.solve(Eigen::MatrixXd::Identity(m, m));
   trend_covariance_ = k.trend.solve(Eigen::MatrixXd::Identity(p, p));
   // Qy = K⁻¹(y − Bβ), and the diagonal of Q. With few degrees of freedom the likelihood's σ² may be
   // too small by chance; it must not be less than the leave-one-out estimate Σ (Qy)_p²/Q_pp/m.
   double press = 0, left_out = 0;
   surprise_.resize(m);
   for (Eigen::Index i = 0; i < m; ++i) {
-    const double q = inverse_(i, i) - solved_.row(i) * trend_covariance_ * solved_.row(i).transpose();
+    const double q = inverse(i, i) - solved_.row(i) * trend_covariance_ * solved_.row(i).transpose();
     press += std::pow(weights_[i] / q, 2);
     surprise_[i] = weights_[i] * weights_[i] / q;
     left_out += weights_[i] * weights_[i] / q / static_cast<double>(m);
@@ -258,19 +267,25 @@ Eigen::VectorXd ResponseSurface::gradient(const Eigen::VectorXd& xi) const {
   return g;
 }
 
-double ResponseSurface::variance(const Eigen::VectorXd& xi) const {
+double ResponseSurface::surprise_near(const Eigen::VectorXd& warped) const {
+  const Eigen::VectorXd near = (-2 * squares(warped)).array().exp();
+  return std::min(25.0, (1 + near.dot(surprise_)) / (1 + near.sum()));
+}
+
+double ResponseSurface::reducible(const Eigen::VectorXd& xi) const {
   const auto at = warped(xi, warps_);
   Eigen::VectorXd u = basis(at);
   double process = 0;
   if (ratio_ > 0) {
     const Eigen::VectorXd r = ratio_ * correlations(at);
-    process = ratio_ - r.dot(inverse_ * r);
+    process = ratio_ - factors_.matrixL().solve(r).squaredNorm();
     u -= solved_.transpose() * r;
   }
-  const Eigen::VectorXd near = (-2 * squares(at)).array().exp();
-  const double local = std::min(25.0, (1 + near.dot(surprise_)) / (1 + near.sum()));
-  return noise_ * std::max(1.0, local) * std::max(0.0, process + u.dot(trend_covariance_ * u)) +
-         roughness_ * local;
+  return noise_ * std::max(1.0, surprise_near(at)) * std::max(0.0, process + u.dot(trend_covariance_ * u));
+}
+
+double ResponseSurface::roughness(const Eigen::VectorXd& xi) const {
+  return roughness_ > 0 ? roughness_ * surprise_near(warped(xi, warps_)) : 0;
 }
 
 Eigen::MatrixXd space_filling(int unknowns, int count) {

@@ -52,7 +52,10 @@ class ResponseSurface {
   double operator()(const Eigen::VectorXd& xi) const;
   Eigen::VectorXd gradient(const Eigen::VectorXd& xi) const;
   /// Variance s² of the surface at ξ.
-  double variance(const Eigen::VectorXd& xi) const;
+  double variance(const Eigen::VectorXd& xi) const { return reducible(xi) + roughness(xi); }
+  /// The parts of s²: that which more runs near ξ reduce, and the roughness of the outcomes.
+  double reducible(const Eigen::VectorXd& xi) const;
+  double roughness(const Eigen::VectorXd& xi) const;
   /// Warps a_j.
   const Eigen::VectorXd& warps() const { return warps_; }
   /// σ²: variance of an outcome about the surface, for c = 1.
@@ -67,21 +70,22 @@ class ResponseSurface {
 
  private:
   Eigen::VectorXd squares(const Eigen::VectorXd& warped) const;  // d² to each point
+  double surprise_near(const Eigen::VectorXd& warped) const;     // h
   Eigen::VectorXd correlations(const Eigen::VectorXd& warped) const;
   struct Kriging;
 
-  Eigen::MatrixXd points_;            // warped
-  Eigen::VectorXd warps_;             // a_j
-  Eigen::VectorXd lengths_;           // ℓ_j
-  double ratio_ = 0;                  // ρ
-  bool rough_ = false;                // Matérn's κ
-  Eigen::VectorXd trend_;             // β
-  Eigen::VectorXd weights_;           // K⁻¹(y − Bβ)
-  Eigen::MatrixXd solved_;            // K⁻¹B
-  Eigen::MatrixXd inverse_;           // K⁻¹
-  Eigen::MatrixXd trend_covariance_;  // (BᵀK⁻¹B)⁻¹
-  Eigen::VectorXd surprise_;          // e_p²Q_pp/σ²
-  double roughness_ = 0;              // σ² − σ₀²
+  Eigen::MatrixXd points_;               // warped
+  Eigen::VectorXd warps_;                // a_j
+  Eigen::VectorXd lengths_;              // ℓ_j
+  double ratio_ = 0;                     // ρ
+  bool rough_ = false;                   // Matérn's κ
+  Eigen::VectorXd trend_;                // β
+  Eigen::VectorXd weights_;              // K⁻¹(y − Bβ)
+  Eigen::MatrixXd solved_;               // K⁻¹B
+  Eigen::LLT<Eigen::MatrixXd> factors_;  // of K
+  Eigen::MatrixXd trend_covariance_;     // (BᵀK⁻¹B)⁻¹
+  Eigen::VectorXd surprise_;             // e_p²Q_pp/σ²
+  double roughness_ = 0;                 // σ² − σ₀²
   double noise_ = 0, freedom_ = 0, error_ = 0, spread_ = 0;
 };
 

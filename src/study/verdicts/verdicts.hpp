@@ -138,7 +138,7 @@ struct FittedUnknown {
 struct CalibrationValues {
   bool rejected = false;                  ///< the targets contradict each other or the model
   std::vector<std::string> contradicted;  ///< targets that runs at the optimum do not meet
-  bool settled = true;                    ///< the last runs were as the response surfaces predicted
+  bool settled = true;                    ///< the response surfaces predict runs (Fit::settled)
   std::vector<FittedUnknown> unknowns;
   std::string
       ridge;  ///< what the targets determine of several unknowns together, a sentence; empty: each alone
