@@ -619,11 +619,21 @@ CalibrationResult calibrate(CalibrationPlan planned, const Conduct& conduct, con
     if ((held && result.refined && moved < 0.15) || round == profile_rounds || c.refinements == 0) break;
     std::vector<Eigen::VectorXd> list{result.all.xi};
     for (const auto row : result.all.ends.rowwise()) list.push_back(row.transpose());
+    const auto add = [&](const Eigen::VectorXd& xi) {
+      constexpr double apart = 0.01;
+      if (std::ranges::none_of(list,
+                               [&](const Eigen::VectorXd& other) { return (other - xi).norm() < apart; }))
+        list.push_back(xi);
+    };
     for (std::size_t i = 0; i < c.targets.size() && c.targets.size() > 1 && c.leave_out; ++i) {
       auto used = every;
       used[i] = false;
-      list.push_back(search(misfit, used, evidence.points()).best.xi);
+      add(search(misfit, used, evidence.points()).best.xi);
     }
+    // As many as in a refinement: the others where the surfaces need them.
+    const auto doubtful = where_to_refine(misfit, now, 4 * n + 4);
+    for (const auto row : doubtful.rowwise())
+      if (static_cast<int>(list.size()) < 4 * n + 4) add(row.transpose());
     Eigen::MatrixXd more(list.size(), n);
     for (std::size_t k = 0; k < list.size(); ++k)
       more.row(static_cast<Eigen::Index>(k)) = list[k].transpose();

@@ -12,11 +12,11 @@
 //    (predictions_hold()) and these errors are below half of the measurement's uncertainty, or after
 //    `refinements` rounds.
 // 4. Fit. The ends of all intervals, the optimum and the optima without one target are run from
-//    several starts, at most `profile_rounds` times, until the predictions hold there and the ends
-//    stay. Refinements continue in between as in step 3. All runs belong to the surfaces. An interval
-//    is widened to every point whose own runs meet the targets although the surfaces exclude it. If
-//    the last predictions do not hold, or the surfaces are still not as accurate as in step 3, the
-//    fit is open (Fit::settled): it excludes nothing.
+//    several starts, together with points as in step 3, at most `profile_rounds` times, until the
+//    predictions hold there and the ends stay. Refinements continue in between as in step 3. All
+//    runs belong to the surfaces. An interval is widened to every point whose own runs meet the
+//    targets although the surfaces exclude it. If the last predictions do not hold, or the surfaces
+//    are still not as accurate as in step 3, the fit is open (Fit::settled): it excludes nothing.
 // 5. Verify the prediction of the fit by runs at its optimum and at `draws` points of its
 //    likelihood.
 //
