@@ -280,7 +280,10 @@ TEST_CASE("calibrate: values with intervals, open ranges, prediction, rejection"
   CHECK_THAT(verdict(v), Contains("so the fit is not tested"));
   v.settled = false;
   CHECK_THAT(verdict(v), Contains("Calibration open") && !Contains("0.05") && !Contains("met"));
+  // An open fit excludes nothing, so it states no contradiction.
   v.contradicted = {"peak"};
+  CHECK_THAT(verdict(v), Contains("Calibration open"));
+  v.settled = true;
   CHECK_THAT(verdict(v), Contains("Calibration rejected: runs at the optimum disagree") && !Contains("0.05"));
   v.rejected = true;
   CHECK_THAT(verdict(v), Contains("Calibration rejected: no values of the unknowns"));
