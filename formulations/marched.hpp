@@ -70,14 +70,17 @@ class Marched : public Formulation {
     EnergyLedger l = stepper_.integrals();
     l.initial = initial_;
     l.passed = passed_;
+    l.exchanged = exchanged_;
     l.kinetic = system_.kinetic(stepper_.v());
     l.potential = system_.potential(stepper_.q());
     return l;
   }
-  /// Called after each step; see EnergyLedger::passed.
+  /// Called after each step; see EnergyLedger::passed and exchanged.
   void keep_passed() {
     const auto [drive, load] = stepper_.outside_work();
     passed_ = std::max({passed_, system_.kinetic(stepper_.v()), std::abs(drive), std::abs(load)});
+    exchanged_ += std::abs(drive - drive_) + std::abs(load - load_);
+    drive_ = drive, load_ = load;
   }
   const Work& work() const final { return stepper_.work(); }
   const Extremes& extremes() const final { return stepper_.extremes(); }
@@ -91,11 +94,11 @@ class Marched : public Formulation {
   template <class M>
   void serialize(M& m) {
     m.part(name_of(family_));
-    m(stepper_, log_, initial_, passed_);
+    m(stepper_, log_, initial_, passed_, exchanged_, drive_, load_);
   }
   Family family_;
   ContactLog log_;
-  double initial_ = 0, passed_ = 0;
+  double initial_ = 0, passed_ = 0, exchanged_ = 0, drive_ = 0, load_ = 0;
 };
 
 }  // namespace freeplay

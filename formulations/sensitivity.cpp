@@ -27,7 +27,7 @@ double least_curved_length(const System& system) {
     if (length > 0) least = std::min(least, length);
   }
   if (std::isfinite(least)) return least;
-  return system.longest_arm() > 0 ? system.longest_arm() : 1;
+  return system.size();
 }
 
 namespace {

@@ -173,7 +173,7 @@ double TangentRun::divergence(const Vector& x, double t) {
   const auto Z = own_.motions(x, t);
   const int n = system_.n();
   const double speed = curved_speed(*probe_, x);
-  const double arm = system_.longest_arm() > 0 ? system_.longest_arm() : 1;
+  const double arm = system_.size();
   Vector centre(x.size());
   (*probe_)(x, centre, t);
   const auto slope = [&](double h, const Vector& along) {

@@ -137,7 +137,7 @@ double feature_length(const System& system, const State& start, double arm) {
 
 Scales make_scales(const Mechanism& mechanism, const System& system, const State& start) {
   Scales s;
-  const double arm = system.longest_arm() > 0 ? system.longest_arm() : 1;
+  const double arm = system.size();
   s.length = arm;
   for (int k = 0; k < system.contacts(); ++k)
     s.length = std::min(s.length, system.contact_facts(k).clearance);

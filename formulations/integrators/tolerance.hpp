@@ -1,9 +1,9 @@
-// Scales of the accepted errors. ℓ is the smallest clearance (without contacts the longest arm), L
-// the longest arm, and V the greatest of ℓΩ (drives), √(gℓ) (gravity) and 10⁻³ ℓ/s. If neither
-// drives nor gravity set a speed, V is the greatest initial speed of a body relative to the bodies
-// that it may contact, or the greatest speed that loads and drives give a body of mass m within ℓ:
-// √(F ℓ/m) or, for drives against time without mean, their greatest impulse max |∫ F dt|/m. The
-// scales are
+// Scales of the accepted errors. L is the length of the mechanism, its longest arm if it has one
+// (System::size()), ℓ the smallest clearance (without contacts L), and V the greatest of ℓΩ
+// (drives), √(gℓ) (gravity) and 10⁻³ ℓ/s. If neither drives nor gravity set a speed, V is the
+// greatest initial speed of a body relative to the bodies that it may contact, or the greatest
+// speed that loads and drives give a body of mass m within ℓ: √(F ℓ/m) or, for drives against time
+// without mean, their greatest impulse max |∫ F dt|/m. The scales are
 //
 //     positions ℓ,    angles ℓ/L,    velocities V + |v|,    angular velocities V/L + |ω|.
 //

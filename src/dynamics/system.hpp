@@ -93,6 +93,9 @@ class System {
   bool has_velocity_forces() const { return velocity_forces_; }
   /// Greatest distance of a joint's point from its body's centre of mass (m); 0 if all are central.
   double longest_arm() const { return longest_arm_; }
+  /// Length of the mechanism (m): the longest arm; without arms the greatest radius of a contact
+  /// or, if all are sharp, a length of the motion (Builder::span()).
+  double size() const { return size_; }
 
   template <class T = double>
   EvaluationOf<T> make_evaluation() const;
@@ -324,7 +327,7 @@ class System {
   int points_ = 0, limiters_ = 0;
   bool rare_rows_ = false,
        acts_ = false;  // rare_rows_: has rare kinds of rows; acts_: a drive or load applies a force
-  double longest_arm_ = 0, longest_turn_ = 0.3;
+  double longest_arm_ = 0, size_ = 1, longest_turn_ = 0.3;
 };
 
 }  // namespace freeplay

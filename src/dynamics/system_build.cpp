@@ -18,6 +18,40 @@ Link Builder::link(const std::array<int, 2>& between, const std::array<Vec2, 2>&
   return free_link(between, at);
 }
 
+double Builder::span() const {
+  const auto& m = mechanism_;
+  const auto position = [&](int body) {
+    return body == ground ? Vec2{0, 0}
+                          : m.bodies[static_cast<std::size_t>(body)].position.value_or(Vec2{0, 0});
+  };
+  double most = 0;
+  const auto consider = [&](const auto& elements) {
+    for (const auto& element : elements)
+      std::visit(
+          [&](const auto& e) {
+            if constexpr (requires {
+                            e.between;
+                            e.at;
+                          })
+              most = std::max(most,
+                              (position(e.between[1]) - position(e.between[0]) + e.at[1] - e.at[0]).norm());
+            else if constexpr (requires { e.between; })
+              most = std::max(most, (position(e.between[1]) - position(e.between[0])).norm());
+          },
+          element);
+  };
+  consider(m.joints);
+  consider(m.contacts);
+  consider(m.loads);
+  const double g = m.gravity.norm();
+  for (const auto& b : m.bodies) {
+    if (most > 0 && &b == m.bodies.data()) break;
+    const double v = b.velocity.value_or(Vec2{0, 0}).norm();
+    most = std::max({most, g > 0 ? v * v / g : 0, std::sqrt(b.inertia / b.mass)});
+  }
+  return most > 0 ? most : 1;
+}
+
 int Builder::entry(int column, double constant) {
   s_.G_.column.push_back(column);
   s_.constant_G_.push_back(constant);
@@ -306,6 +340,12 @@ System::System(const Mechanism& m)
   each(m.loads, [&](const auto& load, int) { place_load(builder, load); });
   add_families();
   list_elements(m);
+  size_ = longest_arm_;
+  if (!(size_ > 0)) {
+    for (int k = 0; k < contacts(); ++k) size_ = std::max(size_, contact_facts(k).radius);
+    for (const auto& family : families_) size_ = std::max(size_, family.facts.radius);
+  }
+  if (!(size_ > 0)) size_ = builder.span();
 }
 
 /// Pairs of small groups become contacts; those of other groups become families.

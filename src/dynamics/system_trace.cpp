@@ -27,7 +27,7 @@ State moved(const System& system, const State& from, const std::vector<std::opti
   std::minstd_rand random(seed);
   std::uniform_real_distribution<double> around(-1, 1);
   State at = from;
-  const double length = system.longest_arm() > 0 ? system.longest_arm() : 1;
+  const double length = system.size();
   for (int c = 0; c < system.n(); ++c) {
     const double scale = system.is_angle(c) ? 1 : length, q = around(random), v = around(random);
     if (still[c]) continue;

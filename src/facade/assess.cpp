@@ -32,7 +32,7 @@ constexpr double doubtful_depth = 1e-3, greatest_depth = 1;
 
 double rounding_energy(const System& system, const State& start, double time) {
   constexpr double few = 256 * std::numeric_limits<double>::epsilon();
-  const double length = system.longest_arm() > 0 ? system.longest_arm() : 1;
+  const double length = system.size();
   auto e = system.make_evaluation();
   system.place(start.t, start.q.data(), e);
   system.rate(start.q.data(), start.v.data(), e);
@@ -80,7 +80,7 @@ void warn(Result& result, Family family, std::string_view finer, double rounding
     if (c.penetration_ratio > (impact_law ? doubtful_depth : 0.1))
       result.notes.push_back(impact_law ? diagnostic<Diagnostic::penetration>(depth(c), finer)
                                         : diagnostic<Diagnostic::penetration_of_force>(depth(c)));
-  const double accepted = std::max(1e-3 * scale, rounding);
+  const double accepted = std::max({1e-3 * scale, rounding, 1e-6 * result.ledger.exchanged});
   if (std::abs(result.ledger.closure()) > accepted || std::abs(result.ledger.stabilisation) > accepted)
     result.notes.push_back(diagnostic<Diagnostic::energy_balance>(result.ledger.closure(), scale,
                                                                   result.ledger.stabilisation, finer));

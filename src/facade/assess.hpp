@@ -16,7 +16,8 @@ class System;
 /// that add energy, an energy balance that does not close. `finer` is the key whose smaller value
 /// refines the steps of the run (fineness_key()). Energies are compared with the greatest energy
 /// that occurred during the run, because a motion may have dissipated most of it at the end. Energies
-/// below `rounding` (J) are not judged.
+/// below `rounding` (J) are not judged. The works of drives and loads are integrals without error
+/// control: where these reverse many times, the balance may be off by 1e-6 of the work exchanged.
 void warn(Result& result, Family family, std::string_view finer, double rounding = 0);
 
 /// Energy (J) that rounding of velocities exchanges with the forces f at the start within `time` (s),

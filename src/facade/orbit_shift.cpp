@@ -87,7 +87,7 @@ VectorXd shift_of(const Mechanism& mechanism, const std::vector<std::string>& co
 }
 
 std::string changes_with_shift(const System& system, const VectorXd& shift, const State& s) {
-  const double arm = system.longest_arm() > 0 ? system.longest_arm() : 1;
+  const double arm = system.size();
   bool lengths = false;
   for (int i = 0; i < system.n(); ++i) lengths |= shift[i] != 0 && !system.is_angle(i);
   const auto here = look_at(system, s, arm);

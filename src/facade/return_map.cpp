@@ -45,7 +45,7 @@ std::vector<double> list_of(const SectionState& s) {
 ReturnMap::ReturnMap(const Scene& scene, const System& system, double length, bool autonomous, StopToken stop,
                      Family family)
     : scene_(scene), system_(system), stop_(stop), autonomous_(autonomous), length_(length), family_(family) {
-  if (system.longest_arm() > 0) curved_ = system.longest_arm();
+  curved_ = system.size();
   for (int k = 0; k < system.contacts(); ++k)
     if (system.contact_facts(k).has_clearance) curved_ = std::min(curved_, system.contact_facts(k).clearance);
 }

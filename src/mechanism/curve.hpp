@@ -113,9 +113,11 @@ inline constexpr auto curve_shapes =
                             {Curve::Shape::table, "table"}});
 inline constexpr auto curve_profiles = complete<Curve::Profile>(
     {{Curve::Profile::polynomial, "polynomial", "3-4-5"}, {Curve::Profile::cycloidal, "cycloidal"}});
-inline constexpr auto curve_betweens =
-    complete<Curve::Between>({{Curve::Between::linear, "linear", "straight lines"},
-                              {Curve::Between::spline, "spline", "cubic, second derivative continuous"}});
+inline constexpr auto curve_betweens = complete<Curve::Between>(
+    {{Curve::Between::linear, "linear", "straight lines"},
+     {Curve::Between::spline, "spline",
+      "cubic, second derivative continuous; at ends that do not repeat, zero slope of a position, else "
+      "zero second derivative"}});
 constexpr std::span<const Choice<Curve::Shape>> choices(Curve::Shape) { return curve_shapes; }
 constexpr std::span<const Choice<Curve::Profile>> choices(Curve::Profile) { return curve_profiles; }
 constexpr std::span<const Choice<Curve::Between>> choices(Curve::Between) { return curve_betweens; }

@@ -28,6 +28,9 @@ struct EnergyLedger {
   /// Greatest kinetic energy, work of the drives or work of the loads at the end of any step so
   /// far: the scale of the balance for a motion that ends near rest. Not a term of the balance.
   double passed = 0;
+  /// Sum over the steps of |work of the drives| + |work of the loads|, the scale of the integration
+  /// error of both.
+  double exchanged = 0;
   /// Work of constraint forces along constraint errors, and of projections of the positions.
   double stabilisation = 0;
   /// Residual of the balance: the integration error of the energies.

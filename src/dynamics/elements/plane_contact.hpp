@@ -13,8 +13,8 @@ struct Dynamics<PlaneContact> : PlaneContact {
     facts.radius = radius;
     facts.stiffness = stiffness;
     facts.arm = b.longest_arm();
+    if (std::max(radius, facts.arm) == 0) facts.arm = b.span();
     facts.clearance = 1e-3 * std::max(radius, facts.arm);  // scale for tolerances
-    if (!(facts.clearance > 0)) facts.clearance = 1e-3;
     b.line(b.link(between, at), 1, axis, radius, radius, facts);
   }
 };
