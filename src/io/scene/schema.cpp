@@ -106,13 +106,13 @@ constexpr SchemaKey study_keys[] = {
     {"study.calibrate.unknowns.*.unit", "text", "", "\"\"", "as shown"},
     {"study.calibrate.targets.*.set", "names", "", "[]", "keys of the scene for this target, KEY=VALUE"},
     {"study.calibrate.targets.*.statistic", "text", "", "required",
-     "statistic of a run (docs/reference/study.md lists them), measure of the study, or quantity such as "
-     "event.1.t"},
+     "statistic of a run (docs/reference/study.md lists them), measure of the study, \"waveform\", or "
+     "quantity such as event.1.t"},
     {"study.calibrate.targets.*.value", "number", "", "–", "as measured"},
     {"study.calibrate.targets.*.data", "text", "", "–",
      "measured file for computing the statistic, in place of value"},
     {"study.calibrate.targets.*.tolerance", "number", "", "0.1",
-     "relative standard uncertainty of the value"},
+     "relative standard uncertainty of the value; of a waveform 0.01"},
     {"study.calibrate.targets.*.deviation", "number", "", "–",
      "standard uncertainty of a quantity in SI units, in place of tolerance"},
     {"study.bifurcation.axis", "text", "", "the first", "swept axis of the study"},

@@ -13,6 +13,7 @@
 
 #include "facade/simulation.hpp"
 #include "measure/measurement.hpp"
+#include "measure/waveform.hpp"
 #include "mechanism/scene.hpp"
 #include "study/calibration/data_units.hpp"
 #include "study/runs/ideal_turn.hpp"
@@ -36,7 +37,7 @@ struct Statistic {
 
 Statistic statistic_of(const Study& study, const Target& target) {
   const auto& names = TurnMetrics::names();
-  const auto measure = std::ranges::find(study.measures, target.statistic, &Measure::name);
+  const auto measure = std::ranges::find(study.measures, target.measure(), &Measure::name);
   if (measure != study.measures.end())
     return {TurnMetrics::count, static_cast<std::size_t>(measure - study.measures.begin())};
   return {static_cast<TurnMetrics::Name>(std::ranges::find(names, target.statistic) - names.begin())};
@@ -126,6 +127,13 @@ double measured_statistic(const Study& study, Target& target, const Conduct& con
   // statistic that depends on the number of turns.
   const auto whole = static_cast<int>(measured.peaks.size());
   target.turns = std::clamp(static_cast<int>(study.calibration->revolutions), 1, std::max(whole, 1));
+  if (target.is_waveform()) {
+    const auto expected = expected_difference(turns_of(data, speed), target.turns, target.tolerance);
+    if (!(expected.value > 0))
+      throw SceneError(fmt::format("{}: a waveform needs at least two revolutions", target.data.string()));
+    target.tolerance = expected.deviation;
+    return expected.value;
+  }
   target.stretches.count = std::max(1, whole / target.turns);
   const double stretch = target.turns * 2 * std::numbers::pi / std::abs(speed);
   // With rounded times, a sample at the end of a segment belongs to the next one.

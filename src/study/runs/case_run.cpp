@@ -17,6 +17,7 @@
 #include "mechanism/scene.hpp"
 #include "simulation/clock.hpp"
 #include "study/runs/ideal_turn.hpp"
+#include "study/runs/measured_files.hpp"
 #include "study/runs/near_pose.hpp"
 #include "study/runs/turn_feed.hpp"
 #include "study/settings/design.hpp"
@@ -192,6 +193,7 @@ Scene scene_of(const Study& study, const Case& one, const Conduct& conduct) {
 
 std::shared_ptr<IdealMaxima> Conduct::known_of_none() { return std::make_shared<IdealMaxima>(); }
 std::shared_ptr<NearPoses> Conduct::near_none() { return std::make_shared<NearPoses>(); }
+std::shared_ptr<MeasuredFiles> Conduct::read_none() { return std::make_shared<MeasuredFiles>(); }
 
 struct CaseRun::Parts {
   Parts(const Study& s, const Case& one, const Conduct& c, SharedCompilation* compilation)
@@ -217,6 +219,8 @@ struct CaseRun::Parts {
     feed.emplace(*meter, instruments.channel, instruments.lvdt, instruments.every,
                  SampleNoise(one.noise, s.seed, one.start));
     measurer.emplace(s, scene, simulation->layout(), counted_time(s, scene));
+    for (const auto& m : s.measures)
+      measured.push_back(m.waveform.empty() ? nullptr : (*c.files)(s, m, scene, rules.ideal_maximum));
     cpu += thread_seconds();
   }
 
@@ -254,6 +258,7 @@ struct CaseRun::Parts {
   std::optional<TurnMeter> meter;
   std::optional<Feed> feed;
   std::optional<Measurer> measurer;
+  std::vector<std::shared_ptr<const MeasuredTurns>> measured;  // of each measure; null: no waveform
   bool discarded = false;
   double before = 0;  // J, lost in the discarded time
   CaseResult result;
@@ -296,6 +301,10 @@ bool CaseRun::take(Result run) {
     result.metrics = p.meter->finish(p.scene.run.duration, p.lost() - p.before);
     result.contacts = p.simulation->layout().contacts;
     result.measured = p.measurer->finish(std::move(run));
+    for (std::size_t i = 0; i < p.measured.size(); ++i)
+      if (p.measured[i])
+        result.measured[i].value =
+            waveform_difference(*p.measured[i], result.metrics.turns, p.study.measures[i].tolerance);
   }
   result.cpu_seconds = p.cpu + thread_seconds() - began;
   return false;

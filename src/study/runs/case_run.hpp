@@ -21,6 +21,7 @@ namespace freeplay {
 
 struct Scene;
 class IdealMaxima;
+class MeasuredFiles;
 class NearPoses;
 
 /// Specification of one run.
@@ -58,8 +59,12 @@ struct Conduct {
   /// Cache of start poses, shared likewise.
   std::shared_ptr<NearPoses> poses = near_none();
 
+  /// Cache of measured files, shared likewise.
+  std::shared_ptr<MeasuredFiles> files = read_none();
+
   static std::shared_ptr<IdealMaxima> known_of_none();
   static std::shared_ptr<NearPoses> near_none();
+  static std::shared_ptr<MeasuredFiles> read_none();
 };
 
 /// All cases of a study: variants × cells × formulations × starts. If a scene has no property in

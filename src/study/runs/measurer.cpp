@@ -44,7 +44,7 @@ std::optional<Column> find(const std::vector<Column>& columns, const std::string
 /// Evaluation of one measure.
 class Measurer::Track {
  public:
-  enum class Of { row, channel, point, statistic };
+  enum class Of { row, channel, point, statistic, turns };
   Track(const Measure& m, Of of) : measure(m), kind(of), sums(m) {}
 
   void close(double begin) {
@@ -307,6 +307,10 @@ Measurer::Measurer(const Study& study, const Scene& scene, const Layout& layout,
     : rows_(std::make_unique<Rows>(time)) {
   const auto trajectory = trajectory_columns(layout), forces = force_columns(layout);
   for (const auto& m : study.measures) {
+    if (!m.waveform.empty()) {
+      tracks_.push_back(std::make_unique<Track>(m, Track::Of::turns));
+      continue;
+    }
     if (m.each_period && !(time.period > 0))
       throw wrong(study, m, "each",
                   "\"period\": no drive of the scene defines a period; give study.period (s)");

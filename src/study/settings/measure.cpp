@@ -30,6 +30,8 @@ Measure read_measure(const std::string& name, Section& s) {
 }
 
 std::string said(const Measure& m) {
+  if (!m.waveform.empty())
+    return fmt::format("measure.{} = [waveform {}, {}]\n", m.name, m.digest, toml_number(m.tolerance));
   auto text = fmt::format("measure.{} = [{}, {}", m.name, toml_quoted(m.column),
                           toml_quoted(reduce_names[static_cast<std::size_t>(m.reduce)].text));
   if (m.reduce == Reduce::quantile) text += ", " + toml_number(m.q);

@@ -13,6 +13,7 @@
 // and at the beginning of each period. For signals, rows are the samples, with equal weight.
 #pragma once
 
+#include <filesystem>
 #include <optional>
 #include <string>
 
@@ -42,6 +43,13 @@ struct Measure {
   double q = 0.5;  ///< probability of the quantile
   bool each_period = false;
   std::string at;  ///< text of the section; empty: none
+  /// @name Difference of the mean turn from that of a measured file (measure/waveform.hpp), instead
+  /// of a reduced column
+  ///@{
+  std::filesystem::path waveform = {};
+  std::string digest = {};  ///< of the file
+  double tolerance = 0;     ///< relative uncertainty of the file
+  ///@}
 };
 
 class Section;

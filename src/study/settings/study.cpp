@@ -6,6 +6,7 @@
 #include <cstdlib>
 #include <string_view>
 
+#include "io/files/digest.hpp"
 #include "io/files/visible.hpp"
 #include "io/scene/schema.hpp"
 #include "io/scene/section.hpp"
@@ -102,12 +103,24 @@ Calibration read_calibration(Section s, const Study& study) {
       c.targets.push_back(quantity_target(t, std::move(x)));
       continue;
     }
+    if (x.is_waveform()) {
+      if (!t.has("data")) t.fail("data", "is required for a waveform: the measured file");
+      if (study.accelerometer.empty()) t.fail("statistic", "\"waveform\" needs the study's accelerometer");
+      if (std::ranges::count(study.measures, x.measure(), &Measure::name) > 0)
+        t.fail("", fmt::format("the measure of a waveform is named {}, which the study has defined",
+                               x.measure()));
+      x.data = named_file(t, "data", study);
+      x.tolerance = t.number("tolerance", positive, 0.01);
+      t.done("a target");
+      c.targets.push_back(x);
+      continue;
+    }
     const auto& known = TurnMetrics::names();
     const bool measure =
         std::ranges::find(study.measures, x.statistic, &Measure::name) != study.measures.end();
     if (!measure && std::ranges::find(known, x.statistic) == known.end())
       t.fail("statistic",
-             fmt::format("\"{}\" is neither a statistic nor a measure of the study; known are {}",
+             fmt::format("\"{}\" is neither a statistic nor a measure of the study; known are {}, waveform",
                          x.statistic, fmt::join(known, ", ")));
     if (measure && t.has("data"))
       t.fail("statistic", fmt::format("\"{}\" is a measure of a run, which a file of a signal cannot "
@@ -303,7 +316,18 @@ Study read_study(const std::filesystem::path& file, Reach reach) {
                               both,
                               study.starts,
                               study.revolutions});
-  if (root.has("calibrate")) study.calibration = read_calibration(root.child("calibrate"), study);
+  if (root.has("calibrate")) {
+    study.calibration = read_calibration(root.child("calibrate"), study);
+    for (const auto& t : study.calibration->targets)
+      if (t.is_waveform())
+        study.measures.push_back({.name = t.measure(),
+                                  .column = study.accelerometer,
+                                  .reduce = Reduce::rms,
+                                  .at = {},
+                                  .waveform = t.data,
+                                  .digest = digest(read_text(t.data)),
+                                  .tolerance = t.tolerance});
+  }
   if (root.has("bifurcation")) study.bifurcation = read_bifurcation(root.child("bifurcation"), study.axes);
   if (root.has("basin")) study.basin = read_basin(root.child("basin"), study.axes);
   if (root.has("continue")) study.continuation = read_continuation(root.child("continue"));

@@ -104,6 +104,10 @@ struct Target {
   int turns = 0;        ///< number of turns of a run and of each segment of the file
   Stretches stretches;  ///< segments whose mean statistic is `value`
   bool is_quantity() const { return statistic.find('.') != std::string::npos; }
+  /// Whether the mean turn of runs is compared with that of `data`, by a measure of the study.
+  bool is_waveform() const { return statistic == "waveform"; }
+  /// Name of the measure that provides the statistic; for others its own name.
+  std::string measure() const { return is_waveform() ? "waveform_" + name : statistic; }
 };
 
 /// Parameters of a calibration (study/calibration/calibrate.hpp).
