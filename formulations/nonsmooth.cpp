@@ -101,7 +101,10 @@ AdaptiveMoreau make_adaptive(const Scene& scene, const System& system, const std
                              RowFacts facts, const State& state) {
   const auto scales = make_scales(scene.mechanism, system, state);
   return {system, MoreauStepper(system, scene.nonsmooth, 0, restitution, facts),
-          motion_norm(system, scales, scene.nonsmooth.step_tolerance), scales};
+          motion_norm(system, scales, scene.nonsmooth.step_tolerance), scales,
+          [&system, options = scene.nonsmooth, restitution, facts, speed = scales.speed] {
+            return std::make_unique<EventDynamics>(system, options, restitution, facts, speed);
+          }};
 }
 
 AutomaticStepper make_automatic(const Scene& scene, const System& system,

@@ -96,6 +96,19 @@ std::unique_ptr<EventDynamics> EventDynamics::twin_of(const System& displaced) c
   return other;
 }
 
+void EventDynamics::take_mode(const Vector& x, std::span<const signed char> modes) {
+  const auto slip = [&](std::size_t i) { return modes[i] == 2 ? 1 : modes[i] == 3 ? -1 : 0; };
+  for (std::size_t k = 0; k < contacts.size(); ++k) {
+    contacts[k].closed = modes[k] != 0;
+    contacts[k].slip = slip(k);
+    contacts[k].resting = false;
+  }
+  for (std::size_t k = 0; k < preloaded.size(); ++k) preloaded[k].slip = slip(contacts.size() + k);
+  motion_.begin_mode();
+  phases.start(system, x.data(), x.data() + system.n());
+  forget_place();
+}
+
 void EventDynamics::take_mode(const EventDynamics& other) {
   for (std::size_t k = 0; k < contacts.size(); ++k) {
     contacts[k].closed = other.contacts[k].closed;

@@ -95,6 +95,9 @@ class EventDynamics : public ModeEquations {
   std::unique_ptr<EventDynamics> twin_of(const System& displaced) const;
   /// Copies the mode of another object.
   void take_mode(const EventDynamics& other);
+  /// Takes the mode at x from another scheme: of each contact and of each joint with friction, 0 open,
+  /// 1 sticking, 2 and 3 sliding with a negative and a positive friction force.
+  void take_mode(const Vector& x, std::span<const signed char> modes);
 
   double contact_loss = 0, stabilisation = 0;  ///< J
 

@@ -14,6 +14,7 @@
 #include <array>
 #include <cmath>
 #include <cstddef>
+#include <limits>
 #include <vector>
 
 #include "formulations/integrators/crossing.hpp"
@@ -102,7 +103,7 @@ class Limits {
     const bool at_limit = std::abs(std::abs(start) - 1) <= slack;
     if (at_limit ? start * rate <= 0 : std::abs(start) <= 1) return {End{1, -1}, End{-1, 1}};
     const int side = start > 0 ? 1 : -1;
-    return {End{side, static_cast<double>(side)}, End{-side, side * INFINITY}};
+    return {End{side, static_cast<double>(side)}, End{-side, side * std::numeric_limits<double>::infinity()}};
   }
   /// Rounding of w: of its terms, and of the time.
   static double noise(const Saturation& w, double t, double rate) {

@@ -8,12 +8,14 @@
 #include "dynamics/planar.hpp"
 #include "formulations/integrators/crossing.hpp"
 #include "formulations/integrators/curve_limit.hpp"
+#include "simulation/force_integral.hpp"
 #include "values/diagnostic.hpp"
 
 namespace freeplay {
 
 AdaptiveMoreau::AdaptiveMoreau(const System& system, MoreauStepper moreau, const ErrorNorm& norm,
-                               const Scales& scales)
+                               const Scales& scales,
+                               std::function<std::unique_ptr<EventDynamics>()> equations)
     : system_(system),
       moreau_(std::move(moreau)),
       tolerance_(norm.tolerance),
@@ -21,7 +23,8 @@ AdaptiveMoreau::AdaptiveMoreau(const System& system, MoreauStepper moreau, const
       pair_(system, norm, scales.speed),
       search_(system, norm.tolerance, scales.length),
       pace_(norm.tolerance, scales),
-      h_(first_step()) {
+      h_(first_step()),
+      equations_(std::move(equations)) {
   moreau_.contacts().slack = 0.1 * norm.tolerance * scales.length;
 }
 
@@ -101,6 +104,63 @@ void AdaptiveMoreau::interpolate(double t, double* q, double* v) const {
   }
 }
 
+void AdaptiveMoreau::watch_forces(bool on) {
+  pair_.watch_forces(on);
+  moreau_.watch_forces(on);
+  if (!on || shown_ || !system_.families().empty()) return;
+  shown_ = equations_();
+  x_.resize(static_cast<std::size_t>(shown_->size()));
+  scratch_ = integrated_ = system_.make_forces();
+  // With all rows in use, which allocates their memory.
+  std::copy_n(q(), system_.n(), x_.begin());
+  std::copy_n(v(), system_.n(), x_.begin() + system_.n());
+  std::ranges::copy(z(), x_.begin() + shown_->state_offset());
+  shown_->take_mode(x_, std::vector<signed char>(shown_->contacts.size() + shown_->preloaded.size(), 1));
+  shown_->report(x_, t(), scratch_);
+}
+
+/// Forces of a smooth step in its mode at t. Returns false if the equations of the mode have no solution.
+bool AdaptiveMoreau::report(double t, Forces& out) {
+  auto& d = *shown_;
+  if (pair_.modes(t).size() != d.contacts.size() + d.preloaded.size())
+    return false;  // no step since a restart
+  const double h = this->t() - t_old(), share = h > 0 ? (t - t_old()) / h : 1;
+  interpolate(t, x_.data(), x_.data() + system_.n());
+  for (std::size_t k = 0; k < pair_.start.z.size(); ++k)
+    x_[static_cast<std::size_t>(d.state_offset()) + k] =
+        pair_.start.z[k] + share * (z()[k] - pair_.start.z[k]);
+  d.take_mode(x_, pair_.modes(t));
+  const long unsolved = d.counts.unreported;
+  d.report(x_, t, out);
+  return d.counts.unreported == unsolved;
+}
+
+void AdaptiveMoreau::forces(double t, Forces& out) {
+  if (shown_ && smooth_step_ && report(t, out)) return;
+  out.clear();
+  if (this->t() > t_old()) out.add(1 / (this->t() - t_old()), pair_.smooth);
+}
+
+void AdaptiveMoreau::add_impulse(double a, double b, Forces& sum) {
+  if (!(b > a)) return;
+  const double share = (b - a) / (t() - t_old());
+  sum.add(share, pair_.smooth);
+  if (!shown_ || !smooth_step_ || !(share < 1 - 1e-12)) return;
+  // The impulse of the whole step is that of its contact problem; the forces distribute it.
+  const auto integrate = [&](double from, double to, Forces& out) {
+    const double middle = std::clamp(pair_.middle_t, from, to);
+    integrate_forces(*this, from, middle, scratch_, out);
+    integrate_forces(*this, middle, to, scratch_, out);
+  };
+  if (integrated_at_ != t()) {
+    integrated_.clear();
+    integrate(t_old(), t(), integrated_);
+    integrated_at_ = t();
+  }
+  sum.add(-share, integrated_);
+  integrate(a, b, sum);
+}
+
 /// Returns a contact that penetrates too deep, and did not at the beginning of the step; −1: none.
 int AdaptiveMoreau::found_inside() const {
   for (int k = 0; k < system_.contacts(); ++k) {
@@ -155,7 +215,7 @@ bool AdaptiveMoreau::smooth_step(double t_end, double rounding) {
   const double from = pair_.start.t;
   // No step crosses a kink of a curve in time or passes over a feature of a curve.
   const double end = std::min({t_end, system_.next_knot(from + rounding),
-                               from + longest_step(system_, moreau_.v()), from + curve_limit()});
+                               from + turning_step(system_, moreau_.v()), from + curve_limit()});
   Attempt a{end, rounding, std::min(h_, end - from)};
   if (!(a.h > 1e-14 * first_step()) && end < t_end)
     return fail(fmt::format(
@@ -238,7 +298,7 @@ AdaptiveMoreau::Outcome AdaptiveMoreau::attempt(Attempt& a, double t_end) {
     if (land_on_onset(a, *onset)) return Outcome::again;
     contact(onset->contact).soft = soft;
     impacting_ = true;
-  } else if (land_on_kink(a, floor)) {
+  } else if (land_on_separation(a, floor) || land_on_kink(a, floor)) {
     return Outcome::again;
   }
   if (error > 1) {
@@ -271,6 +331,15 @@ bool AdaptiveMoreau::land_on_kink(Attempt& a, double floor) {
   if (const auto limit = search_.first_limit(moreau_, pair_); limit && (!t || *limit < *t)) t = limit;
   if (!t || !(*t - from > floor) || !(*t < from + (1 - 1e-3) * a.h)) return false;
   refuse(a, *t - from);
+  ++a.landings;
+  return true;
+}
+
+/// Whether the step is repeated to end where a contact separates.
+bool AdaptiveMoreau::land_on_separation(Attempt& a, double floor) {
+  const double share = pair_.separation();
+  if (a.landings >= 8 || !(share * a.h > floor) || !(share < 1 - 1e-3)) return false;
+  refuse(a, share * a.h);
   ++a.landings;
   return true;
 }

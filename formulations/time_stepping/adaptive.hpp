@@ -19,9 +19,13 @@
 #pragma once
 
 #include <array>
+#include <cmath>
+#include <functional>
+#include <memory>
 #include <optional>
 
 #include "formulations/automatic/handover.hpp"
+#include "formulations/event_driven/event_dynamics.hpp"
 #include "formulations/integrators/methods.hpp"
 #include "formulations/integrators/tolerance.hpp"
 #include "formulations/time_stepping/moreau.hpp"
@@ -33,8 +37,10 @@ namespace freeplay {
 
 class AdaptiveMoreau {
  public:
-  /// `moreau` has no fixed step; `norm`: accepted errors of [q, v].
-  AdaptiveMoreau(const System& system, MoreauStepper moreau, const ErrorNorm& norm, const Scales& scales);
+  /// `moreau` has no fixed step; `norm`: accepted errors of [q, v]; `equations`: makes the equations of
+  /// a mode, which give the forces of smooth steps to observers.
+  AdaptiveMoreau(const System& system, MoreauStepper moreau, const ErrorNorm& norm, const Scales& scales,
+                 std::function<std::unique_ptr<EventDynamics>()> equations);
 
   void start(const State& state, ContactLog& log);
   /// Continues from the state of another scheme, and returns the state to it.
@@ -66,19 +72,12 @@ class AdaptiveMoreau {
   std::span<const double> z() const { return moreau_.z(); }
   std::span<const double> multipliers() const { return moreau_.multipliers(); }
 
-  /// @name Forces: impulses of a step divided by its length; see MoreauStepper
+  /// @name Forces: of smooth steps those of their modes at the states of the path; else, and for
+  /// groups of bodies, impulses of a step divided by its length
   ///@{
-  void watch_forces(bool on) {
-    pair_.watch_forces(on);
-    moreau_.watch_forces(on);
-  }
-  void forces(double, Forces& out) const {
-    out.clear();
-    if (t() > t_old()) out.add(1 / (t() - t_old()), pair_.smooth);
-  }
-  void add_impulse(double a, double b, Forces& sum) const {
-    if (b > a) sum.add((b - a) / (t() - t_old()), pair_.smooth);
-  }
+  void watch_forces(bool on);
+  void forces(double t, Forces& out);
+  void add_impulse(double a, double b, Forces& sum);
   const Forces& before() const { return moreau_.before(); }
   const Forces& within() const { return pair_.within; }
   ///@}
@@ -113,11 +112,13 @@ class AdaptiveMoreau {
   void refuse(Attempt& a, double shorter);
   bool land_on_onset(Attempt& a, const OnsetSearch::Onset& onset);
   bool land_on_kink(Attempt& a, double floor);
+  bool land_on_separation(Attempt& a, double floor);
   bool smooth_step(double t_end, double rounding);
   bool impact_step(double t_end);
   void close_after_impact();
   void settle();
   double curve_limit() const;
+  bool report(double t, Forces& out);
   bool bounce_is_over(const OnsetSearch::Onset& onset) const;
   int found_inside() const;
   bool fail_inside(int contact);
@@ -150,6 +151,11 @@ class AdaptiveMoreau {
     long ended = 0;                              // number of ended bounces
     double ended_time = 0;                       // s, duration of the longest
   } found_;
+  std::function<std::unique_ptr<EventDynamics>()> equations_;
+  std::unique_ptr<EventDynamics> shown_;  // made when forces are first observed
+  std::vector<double> x_;                 // work space: a state of shown_
+  Forces scratch_, integrated_;           // the latter over the step that ends at integrated_at_ (s)
+  double integrated_at_ = NAN;
   std::string failure_;
 };
 

@@ -1,7 +1,9 @@
 #include "formulations/time_stepping/step_modes.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <utility>
 
 namespace freeplay {
 
@@ -48,19 +50,52 @@ double turned_round(const StepData& step, const ContactSet& contacts, const Step
   return rate;
 }
 
-double lifted(const ContactSet& contacts, const StepProblem& problem, const std::vector<double>& first) {
-  double rate = 0;
-  for (std::size_t k = 0; k < contacts.all().size(); ++k) {
-    const auto& c = contacts.all()[k];
+void list_pulls(const StepData& step, const ContactSet& contacts, const StepProblem& problem,
+                std::vector<Pull>& list) {
+  list.clear();
+  for (const auto& c : contacts.all()) {
+    auto& pull = list.emplace_back();
+    if (!c.closed || c.row.normal.size == 0) continue;
     const auto* u = problem.unknown_of(c);
-    if (!c.closed || !u) continue;
-    // Forces at a quarter and three quarters of the two half steps, as impulses over both.
-    const double early = 2 * first[k], late = 2 * u->impulse_n, slope = 2 * (late - early);
-    const double least = std::min(early, late) - 0.25 * std::abs(slope);
-    if (!(early > 0) || !(late > 0) || !(least < 0)) continue;
-    rate = std::max(rate, 0.5 * least * least / std::abs(slope) * problem.D(u->normal, u->normal));
+    pull.pressed = u && u->impulse_n > 0;
+    pull.rate = pull.pressed ? -u->impulse_n * problem.D(u->normal, u->normal)
+                             : c.row.normal.dot(step.v.data()) - c.row.normal.dot(step.v_old.data()) -
+                                   step.length() * c.row.gamma_n;
   }
-  return rate;
+}
+
+Misjudged misjudged(const std::vector<Pull>& whole, const std::vector<Pull>& first,
+                    const std::vector<Pull>& second) {
+  Misjudged found;
+  for (std::size_t k = 0; k < whole.size(); ++k) {
+    // Pulls at a quarter, a half and three quarters of the step, as rates over its whole length, and
+    // the parabola middle + slope x + bend x² through them, x from −½ to ½.
+    const double early = 2 * first[k].rate, middle = whole[k].rate, late = 2 * second[k].rate;
+    const double slope = 2 * (late - early), bend = 8 * (early - 2 * middle + late);
+    const double root = slope * slope - 4 * bend * middle;
+    if (!(root > 0)) continue;
+    // Its zeros, in order, without cancellation.
+    const double q = -0.5 * (slope + std::copysign(std::sqrt(root), slope));
+    std::array<double, 2> zeros{bend != 0 ? q / bend : INFINITY, q != 0 ? middle / q : INFINITY};
+    if (zeros[0] > zeros[1]) std::swap(zeros[0], zeros[1]);
+    const auto total = [&](double x) { return x * (middle + x * (slope / 2 + x * bend / 3)); };
+    const auto missed = [&](const Pull& pull, double from, double to) {
+      double rate = 0;
+      for (const double end : {std::clamp(zeros[0], from, to), std::clamp(zeros[1], from, to), to}) {
+        const double gained = total(end) - total(from);
+        rate += std::max(pull.pressed ? gained : -gained, 0.0);
+        from = end;
+      }
+      // Pulls of one sign are as they were taken; rounding may place a zero at an end.
+      found.rate = std::max(found.rate, rate);
+    };
+    missed(first[k], -0.5, 0);
+    missed(second[k], 0, 0.5);
+    for (const double x : zeros)
+      if (std::abs(x) < 0.5 && slope + 2 * bend * x > 0)
+        found.separation = std::min(found.separation, x + 0.5);
+  }
+  return found;
 }
 
 }  // namespace freeplay

@@ -2,6 +2,7 @@
 // impulses do not show. Adaptive time stepping uses both to estimate the error of a step.
 #pragma once
 
+#include <cmath>
 #include <vector>
 
 #include "formulations/time_stepping/step_problem.hpp"
@@ -17,9 +18,23 @@ void list_modes(const ContactSet& contacts, const StepProblem& problem, std::vec
 /// reversed, and the rate that a stopped contact would have gained because friction cannot hold it.
 double turned_round(const StepData& step, const ContactSet& contacts, const StepProblem& problem);
 
-/// The greatest rate (m/s) of contacts that are pressed on average over the last step and the one
-/// before, with impulses `first`, although by the linear course of the forces they would be in
-/// tension at one end.
-double lifted(const ContactSet& contacts, const StepProblem& problem, const std::vector<double>& first);
+/// What all forces but its own give a closed contact in one step.
+struct Pull {
+  double rate = 0;  ///< m/s, gained by the gap; < 0 presses the contact, whose impulse takes it
+  bool pressed = false;
+};
+/// Lists the pulls of the last step; 0 of contacts that are not closed.
+void list_pulls(const StepData& step, const ContactSet& contacts, const StepProblem& problem,
+                std::vector<Pull>& list);
+
+/// Changes of closed contacts within a step and its two halves, by the parabola through their pulls.
+struct Misjudged {
+  /// m/s, the greatest rate that the halves miss: a contact is pressed, or released, in a part of a
+  /// half that takes it as released, or as pressed, throughout
+  double rate = 0;
+  double separation = INFINITY;  ///< the first one, as a share of the step
+};
+Misjudged misjudged(const std::vector<Pull>& whole, const std::vector<Pull>& first,
+                    const std::vector<Pull>& second);
 
 }  // namespace freeplay

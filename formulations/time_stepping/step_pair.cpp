@@ -3,8 +3,6 @@
 #include <algorithm>
 #include <cmath>
 
-#include "formulations/time_stepping/step_modes.hpp"
-
 namespace freeplay {
 
 StepPair::StepPair(const System& system, const ErrorNorm& norm, double speed_scale)
@@ -13,7 +11,8 @@ StepPair::StepPair(const System& system, const ErrorNorm& norm, double speed_sca
   for (auto* x : {&middle_q, &middle_v, &start.q, &start.v}) x->resize(n);
   for (auto* place : {&start, &whole_})
     place->log = ContactLog(system.contacts());  // with room for its events
-  pressed_first_.resize(static_cast<std::size_t>(system.contacts()));
+  for (auto* pulls : {&pulls_whole_, &pulls_first_, &pulls_second_})
+    pulls->reserve(static_cast<std::size_t>(system.contacts()));
 }
 
 bool StepPair::take(MoreauStepper& moreau, double h) {
@@ -30,19 +29,20 @@ bool StepPair::take(MoreauStepper& moreau, double h) {
   };
   if (!moreau.advance(t, StepReach::closed)) return false;
   turned_ = note(modes_whole_);
+  list_pulls(moreau.data(), moreau.contacts(), moreau.problem(), pulls_whole_);
   moreau.keep(whole_);
   for (auto* sum : {&smooth, &whole_smooth_, &within}) sum->clear();
   add_to(whole_smooth_);
   moreau.go_back(start);
   if (!moreau.advance(middle_t, StepReach::closed)) return false;
-  for (std::size_t k = 0; k < pressed_first_.size(); ++k)
-    pressed_first_[k] = moreau.contacts().all()[k].last_n;
+  list_pulls(moreau.data(), moreau.contacts(), moreau.problem(), pulls_first_);
   turned_ = std::max(turned_, note(modes_first_));
   std::copy_n(moreau.q(), system_.n(), middle_q.begin());
   std::copy_n(moreau.v(), system_.n(), middle_v.begin());
   add_to(smooth);
   if (!moreau.advance(t, StepReach::closed)) return false;
-  lifted_ = lifted(moreau.contacts(), moreau.problem(), pressed_first_);
+  list_pulls(moreau.data(), moreau.contacts(), moreau.problem(), pulls_second_);
+  misjudged_ = misjudged(pulls_whole_, pulls_first_, pulls_second_);
   turned_ = std::max(turned_, note(modes_second_));
   add_to(smooth);
   return true;
@@ -51,18 +51,14 @@ bool StepPair::take(MoreauStepper& moreau, double h) {
 void StepPair::extrapolate(MoreauStepper& moreau) {
   moreau.extrapolate(whole_);
   if (!watching_) return;
-  const auto beyond = [](double& half, double one) { half += (half - one) / 3; };
-  for (std::size_t i = 0; i < smooth.acceleration.size(); ++i)
-    beyond(smooth.acceleration[i], whole_smooth_.acceleration[i]);
-  for (std::size_t i = 0; i < smooth.elements.size(); ++i) {
-    ElementForce more = smooth.elements[i];
-    more.add(-1, whole_smooth_.elements[i]);
-    smooth.elements[i].add(1.0 / 3, more);
-  }
+  smooth.add(1.0 / 3, smooth);
+  smooth.add(-1.0 / 3, whole_smooth_);
 }
 
+/// Both the full step and its halves miss the speed of sliding that reversed within a step, which they
+/// take as reversed throughout, and the rate of a contact that separates or closes within a step.
 double StepPair::error(const MoreauStepper& moreau) const {
-  return std::max(difference(moreau) / (alike() ? 3 : 1), unseen_by_halves());
+  return std::max(difference(moreau) / (alike() ? 3 : 1), unseen(std::max(turned_, misjudged_.rate)));
 }
 
 double StepPair::difference(const MoreauStepper& moreau) const {
@@ -85,16 +81,13 @@ double StepPair::difference(const MoreauStepper& moreau) const {
   return worst < 1e10 ? worst : 1e10;
 }
 
-/// Error that both the full step and its halves have: the speed of sliding that reversed within a
-/// step, which they take as reversed throughout, and the rate of a contact that separates within a
-/// step but is pressed on average.
-double StepPair::unseen_by_halves() const {
-  const double missed = std::max(turned_, lifted_);
-  if (missed == 0) return 0;
-  double speed = missed;
+/// Error estimate of a rate (m/s) that both the full step and its halves miss.
+double StepPair::unseen(double rate) const {
+  if (rate == 0) return 0;
+  double speed = rate;
   for (int i = 0; i < system_.n(); ++i)
     if (!system_.is_angle(i)) speed = std::max(speed, std::abs(start.v[static_cast<std::size_t>(i)]));
-  return missed / (norm_.tolerance * (speed_scale_ + speed));
+  return rate / (norm_.tolerance * (speed_scale_ + speed));
 }
 
 void StepPair::interpolate(const MoreauStepper& moreau, double t, double* q, double* v) const {

@@ -5,10 +5,12 @@
 // itself is the error estimate.
 #pragma once
 
+#include <cmath>
 #include <vector>
 
 #include "formulations/integrators/tolerance.hpp"
 #include "formulations/time_stepping/moreau.hpp"
+#include "formulations/time_stepping/step_modes.hpp"
 
 namespace freeplay {
 
@@ -24,6 +26,9 @@ class StepPair {
   /// Error estimate over the accepted error.
   double error(const MoreauStepper& moreau) const;
   void extrapolate(MoreauStepper& moreau);
+  /// The first separation of a contact, as a share of the step; infinite if there is none, or if
+  /// the step misses less than a thousandth of the accepted error with it.
+  double separation() const { return unseen(misjudged_.rate) > 1e-3 ? misjudged_.separation : INFINITY; }
 
   /// @name Forces of the pair
   ///@{
@@ -32,6 +37,10 @@ class StepPair {
   /// Takes the forces of a single step instead.
   void take_forces(const MoreauStepper& moreau);
   Forces smooth, within;
+  /// Modes at a time within the pair, as list_modes() lists them.
+  const std::vector<signed char>& modes(double t) const {
+    return t < middle_t ? modes_first_ : modes_second_;
+  }
   ///@}
 
   /// @name The path: Hermite cubics through three states
@@ -44,15 +53,16 @@ class StepPair {
 
  private:
   double difference(const MoreauStepper& moreau) const;
-  double unseen_by_halves() const;
+  double unseen(double rate) const;
 
   const System& system_;
   ErrorNorm norm_;
   double speed_scale_;  // m/s
   MoreauStepper::Place whole_;
   std::vector<signed char> modes_whole_, modes_first_, modes_second_;
-  std::vector<double> pressed_first_;  // N s, of the contacts in the first half step
-  double turned_ = 0, lifted_ = 0;     // m/s; see step_modes.hpp
+  std::vector<Pull> pulls_whole_, pulls_first_, pulls_second_;
+  double turned_ = 0;  // m/s; see step_modes.hpp
+  Misjudged misjudged_;
   bool watching_ = false;
   Forces whole_smooth_;
 };

@@ -77,15 +77,17 @@ TEST_CASE("rk4 is of fourth order across damped linear contacts, which jump at t
   scene.penalty.kelvin_stiffness = K;
   scene.penalty.kelvin_damping = D;
   scene.penalty.integrator = Integrator::rk4;
-  std::vector<double> steps{2e-4, 1e-4, 5e-5, 2.5e-5}, errors;
-  for (double h : steps) {
-    scene.penalty.step = h;
+  // The error depends on the length of the last step of a contact, so that many steps are compared.
+  std::vector<double> steps, errors;
+  for (int i = 0; i <= 24; ++i) {
+    steps.push_back(2e-4 * std::pow(2, -i / 8.0));
+    scene.penalty.step = steps.back();
     errors.push_back(std::abs(first_duration(scene) - exact));
   }
   CAPTURE(D, errors);
   const double p = test::observed_order(steps, errors);
-  CHECK(p > 3.8);
-  CHECK(p < 4.2);
+  CHECK(p > 3.7);
+  CHECK(p < 4.3);
 }
 
 TEST_CASE("rk4 across Hertzian contacts is limited to order 5/2 by the onset of the force",

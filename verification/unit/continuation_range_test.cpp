@@ -133,7 +133,7 @@ damping = 0.8
   for (const auto& p : found.points) {
     const double angle = p.orbit.state.q[5];
     CHECK(p.parameter * angle == Approx(weight * std::sin(angle)).margin(1e-7 * weight));
-    if (p.branch == 1) CHECK(p.orbit.stable == p.parameter > weight);
+    if (p.branch == 1) CHECK(p.orbit.stable == (p.parameter > weight));
     if (p.branch > 1) CHECK(p.orbit.stable);
     least = std::min(least, angle);
     greatest = std::max(greatest, angle);

@@ -13,7 +13,8 @@ using namespace freeplay;
 namespace {
 
 /// Turns with the harmonics c plus deviations that follow each other with the correlation r^lag.
-std::vector<Harmonics> turns(std::mt19937_64& engine, const Harmonics& c, int count, double scatter, double r) {
+std::vector<Harmonics> turns(std::mt19937_64& engine, const Harmonics& c, int count, double scatter,
+                             double r) {
   std::normal_distribution<double> normal;
   std::vector<Harmonics> list;
   Harmonics off(c.size());

@@ -21,8 +21,9 @@ std::shared_ptr<const MeasuredTurns> MeasuredFiles::operator()(const Study& stud
     found = entry;
   }
   if (mine) try {
-      made.set_value(std::make_shared<const MeasuredTurns>(turns_of(
-          read_measurement(measure.waveform, drive->speed, ideal_maximum, study.accelerometer), drive->speed)));
+      made.set_value(std::make_shared<const MeasuredTurns>(
+          turns_of(read_measurement(measure.waveform, drive->speed, ideal_maximum, study.accelerometer),
+                   drive->speed)));
     } catch (...) {
       made.set_exception(std::current_exception());
     }
