@@ -14,6 +14,7 @@
 #include <tuple>
 
 #include "io/files/output_file.hpp"
+#include "measure/alignment.hpp"
 #include "mechanism/scene.hpp"
 #include "study/calibration/calibrate.hpp"
 #include "study/runs/case_run.hpp"
@@ -402,6 +403,39 @@ TEST_CASE("a long measured file is divided into segments of the length of a run"
   CHECK(all.measured[0] == Approx(111));
   CHECK(all.targets[0].stretches.count == 1);
   CHECK(all.study.variants[0].revolutions == 12);
+}
+
+TEST_CASE("a waveform is the difference of the mean revolutions of a run and of its file",
+          "[calibrate][waveform][study]") {
+  test::TemporaryFolder folder;
+  std::string csv = "crank_angle,acceleration,uncertainty\n";
+  for (int i = 0; i < 4 * 600; ++i)
+    csv += fmt::format("{},{},0.25\n", 0.6 * i,
+                       20 * std::cos(2 * std::numbers::pi * i / 600) + (i / 600 % 2 == 0 ? 0.5 : -0.5));
+  write_file(folder.path() / "data.csv", csv);
+  const auto study = [&](const std::string& target, const std::string& more = "") {
+    write_file(folder.path() / "study.toml",
+               head(guide()) + more + "[calibrate]\npoints = 5\nrevolutions = 2\n[calibrate.unknowns.c]\n" +
+                   "key = \"joints.gudgeon.clearance\"\nlow = 0.2e-3\nhigh = 1e-3\n" +
+                   "[calibrate.targets.t]\nstatistic = \"waveform\"\n" + target);
+    return read_study(folder.path() / "study.toml");
+  };
+  const auto given = study("data = \"data.csv\"\ntolerance = 0.02\n");
+  REQUIRE(given.measures.size() == 1);
+  CHECK(given.measures[0].name == "waveform_t");
+  const auto plan = plan_calibration(given, {});
+  // The alternating part is an offset, which does not count: only t remains, in w and in its expectation.
+  CHECK(plan.measured[0] == Approx(std::sqrt(2) * 0.02 * 20 / std::sqrt(2)).epsilon(1e-3));
+  const auto run = run_case(given, Case{"", "nonsmooth", {}, 0, 2, given.scene, {}}, {});
+  REQUIRE(run.measured.size() == 1);
+  const auto mean = mean_of(run.metrics.turns);
+  double squares = std::pow(0.02 * 20, 2) / 2;
+  for (std::size_t k = 1; k < mean.size(); ++k) squares += 2 * std::norm(mean[k] - (k == 1 ? 10.0 : 0.0));
+  CHECK(run.measured[0].value == Approx(std::sqrt(squares)).epsilon(1e-3));
+  CHECK_THROWS_WITH(study("value = 3\n"), Contains("data") && Contains("is required for a waveform"));
+  CHECK_THROWS_WITH(
+      study("data = \"data.csv\"\n", "[measure.waveform_t]\ncolumn = \"t\"\nreduce = \"last\"\n"),
+      Contains("waveform_t") && Contains("has defined"));
 }
 
 TEST_CASE("a run compared with a noisy measurement contains its noise", "[calibrate][study]") {
