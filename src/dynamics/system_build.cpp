@@ -29,14 +29,15 @@ double Builder::span() const {
     for (const auto& element : elements)
       std::visit(
           [&](const auto& e) {
-            if constexpr (requires {
-                            e.between;
-                            e.at;
-                          })
-              most = std::max(most,
-                              (position(e.between[1]) - position(e.between[0]) + e.at[1] - e.at[0]).norm());
-            else if constexpr (requires { e.between; })
-              most = std::max(most, (position(e.between[1]) - position(e.between[0])).norm());
+            using Element = std::decay_t<decltype(e)>;
+            Vec2 apart{0, 0};
+            if constexpr (requires { e.between; }) apart = position(e.between[1]) - position(e.between[0]);
+            if constexpr (requires { apart += e.at[1] - e.at[0]; }) apart += e.at[1] - e.at[0];
+            // A place along a plane is no length of the motion.
+            if constexpr (std::is_same_v<Element, PlaneContact>)
+              most = std::max(most, std::abs(e.axis.x() * apart.y() - e.axis.y() * apart.x()));
+            else
+              most = std::max(most, apart.norm());
           },
           element);
   };
