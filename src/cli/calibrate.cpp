@@ -49,7 +49,9 @@ std::string show_unknown(const Estimate& e, const std::string& name, bool decide
 
 /// Unit of a target's statistic or measure; empty: none is stated.
 std::string unit_of_target(const Study& study, std::size_t target) {
-  const auto& name = study.calibration->targets[target].statistic;
+  const auto& of = study.calibration->targets[target];
+  const auto& name = of.statistic;
+  if (of.is_waveform()) return std::string(unit_of(TurnMetrics::rms));
   for (std::size_t m = 0; m < TurnMetrics::count; ++m)
     if (name == TurnMetrics::names()[m]) return std::string(unit_of(static_cast<TurnMetrics::Name>(m)));
   const auto it = std::ranges::find(study.units, name, &std::pair<std::string, std::string>::first);

@@ -432,6 +432,9 @@ TEST_CASE("a waveform is the difference of the mean revolutions of a run and of 
   double squares = std::pow(0.02 * 20, 2) / 2;
   for (std::size_t k = 1; k < mean.size(); ++k) squares += 2 * std::norm(mean[k] - (k == 1 ? 10.0 : 0.0));
   CHECK(run.measured[0].value == Approx(std::sqrt(squares)).epsilon(1e-3));
+  // A file of another crank speed says nothing about a run.
+  const Case faster{"", "nonsmooth", {}, 0, 2, given.scene, {"drives.motor.speed_rpm=300"}};
+  CHECK(std::isnan(run_case(given, faster, {}).measured[0].value));
   CHECK_THROWS_WITH(study("value = 3\n"), Contains("data") && Contains("is required for a waveform"));
   CHECK_THROWS_WITH(
       study("data = \"data.csv\"\n", "[measure.waveform_t]\ncolumn = \"t\"\nreduce = \"last\"\n"),

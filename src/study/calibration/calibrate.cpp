@@ -132,6 +132,7 @@ double measured_statistic(const Study& study, Target& target, const Conduct& con
     if (!(expected.value > 0))
       throw SceneError(fmt::format("{}: a waveform needs at least two revolutions", target.data.string()));
     target.tolerance = expected.deviation;
+    target.stretches.known = true;
     return expected.value;
   }
   target.stretches.count = std::max(1, whole / target.turns);

@@ -1,5 +1,6 @@
 #include "study/runs/measured_files.hpp"
 
+#include "io/scene/open_scene.hpp"
 #include "io/scene/read_section.hpp"
 #include "mechanism/scene.hpp"
 
@@ -10,6 +11,10 @@ std::shared_ptr<const MeasuredTurns> MeasuredFiles::operator()(const Study& stud
   const auto* drive = main_drive(scene.mechanism);
   if (!drive || drive->speed == 0)
     throw error_at(study, {"calibrate"}, "a waveform needs a scene with a drive of prescribed speed");
+  // The file is of one crank speed: that of the study's scene with the target's keys.
+  const auto own = open_scene(study.scene, measure.overrides, study.reach == Reach::anywhere);
+  const auto* measured = main_drive(own->mechanism);
+  if (!measured || measured->speed != drive->speed) return nullptr;
   std::promise<Turns> made;
   std::shared_future<Turns> found;
   bool mine = false;

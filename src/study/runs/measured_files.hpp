@@ -16,8 +16,9 @@ namespace freeplay {
 /// Safe for concurrent use.
 class MeasuredFiles {
  public:
-  /// The turns of the measure's file. `ideal_maximum`: see read_measurement(). Throws SceneError, also if the scene has
-  /// no crank of prescribed speed.
+  /// The turns of the measure's file; null if the scene's crank has another speed than the measured
+  /// one. `ideal_maximum`: see read_measurement(). Throws SceneError, also if the scene has no crank
+  /// of prescribed speed.
   std::shared_ptr<const MeasuredTurns> operator()(const Study& study, const Measure& measure,
                                                   const Scene& scene, double ideal_maximum);
 

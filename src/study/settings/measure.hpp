@@ -16,6 +16,7 @@
 #include <filesystem>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "mechanism/keys.hpp"
 
@@ -47,8 +48,9 @@ struct Measure {
   /// of a reduced column
   ///@{
   std::filesystem::path waveform = {};
-  std::string digest = {};  ///< of the file
-  double tolerance = 0;     ///< relative uncertainty of the file
+  std::string digest = {};                  ///< of the file
+  double tolerance = 0;                     ///< relative uncertainty of the file
+  std::vector<std::string> overrides = {};  ///< keys of the scene with which the file was measured
   ///@}
 };
 

@@ -326,7 +326,8 @@ Study read_study(const std::filesystem::path& file, Reach reach) {
                                   .at = {},
                                   .waveform = t.data,
                                   .digest = digest(read_text(t.data)),
-                                  .tolerance = t.tolerance});
+                                  .tolerance = t.tolerance,
+                                  .overrides = t.overrides});
   }
   if (root.has("bifurcation")) study.bifurcation = read_bifurcation(root.child("bifurcation"), study.axes);
   if (root.has("basin")) study.basin = read_basin(root.child("basin"), study.axes);

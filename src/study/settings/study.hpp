@@ -79,8 +79,10 @@ struct Unknown {
 ///     W share(W) = max(W − w, 0) + min(w, W)/count        (between states, and within one).
 struct Stretches {
   int count = 1;
-  double spread = 0;  ///< w, of the logarithms; 0 for a single segment
+  double spread = 0;   ///< w, of the logarithms; 0 for a single segment
+  bool known = false;  ///< the target's tolerance includes the scatter
   double share(double scatter) const {
+    if (known) return 0;
     if (count < 2 || !(scatter > 0)) return 1.0 / count;
     const double within = std::min(1.0, spread / scatter);
     return 1 - within + within / count;
