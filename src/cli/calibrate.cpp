@@ -161,7 +161,7 @@ nlohmann::json to_json(const Study& study, const CalibrationResult& r, const nlo
     j["targets"][c.targets[i].name] = {{"statistic", c.targets[i].statistic},
                                        {"unit", unit_of_target(study, i)},
                                        {"measured", r.measured[i]},
-                                       {"tolerance", c.targets[i].tolerance},
+                                       {"tolerance", r.tolerance[i]},
                                        {"surface_error_of_logarithm", r.surface_error[i]},
                                        {"spread_of_logarithm", r.surface_spread[i]},
                                        {"points", r.points[i]},
@@ -211,7 +211,7 @@ std::string points_table(const Study& study, const CalibrationResult& r) {
   const auto& c = *study.calibration;
   std::string out = "target,unknown,at,outcome,measured,low,high,target_unit,unknown_unit\n";
   for (const auto& o : r.outcomes) {
-    const double known = std::hypot(c.targets[o.target].tolerance, std::sqrt(r.at_optimum[o.target].scatter));
+    const double known = std::hypot(r.tolerance[o.target], std::sqrt(r.at_optimum[o.target].scatter));
     for (std::size_t j = 0; j < c.unknowns.size(); ++j)
       out += fmt::format("{},{},{},{},{},{},{},{},{}\n", c.targets[o.target].name, c.unknowns[j].name,
                          unscaled(c.unknowns[j], o.xi[static_cast<Eigen::Index>(j)]), o.value,
@@ -290,8 +290,7 @@ int calibrate(const CalibrateRequest& request) {
         "measurement uncertainty {:.3f}\n",
         c.targets[i].name, c.targets[i].statistic, r.surface_error[i], r.surface_spread[i],
         r.points[i] < r.tried ? fmt::format("; {} of {} points", r.points[i], r.tried) : "", "",
-        std::sqrt(r.at_optimum[i].surface),
-        std::hypot(c.targets[i].tolerance, std::sqrt(r.at_optimum[i].scatter)));
+        std::sqrt(r.at_optimum[i].surface), std::hypot(r.tolerance[i], std::sqrt(r.at_optimum[i].scatter)));
   if (!r.refined)
     fmt::print("{}",
                wrapped("note: the error of a surface exceeds half the measurement uncertainty and widens "

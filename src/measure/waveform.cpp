@@ -40,7 +40,11 @@ double waveform_difference(const MeasuredTurns& measured, const std::vector<Harm
   const auto count = std::min(least_count(measured.turns), least_count(model));
   const auto y = mean_of(measured.turns);
   auto x = mean_of(model);
-  if (!measured.datum) x = moved(std::move(x), align(measured.turns, model).phase);
+  if (!measured.datum) {
+    const auto found = align(measured.turns, model);
+    x = moved(std::move(x), found.phase);
+    for (auto& c : x) c *= found.sign;  // a reversed sensor
+  }
   const double size = power(y, count);
   for (std::size_t k = 1; k < count; ++k) x[k] -= y[k];
   return std::sqrt(power(x, count) + tolerance * tolerance * size);

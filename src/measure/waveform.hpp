@@ -8,7 +8,7 @@
 // autocorrelation of the turns (mean_difference.hpp). The term t²‖ȳ‖² in w keeps its logarithm
 // smooth where the motion repeats exactly. The mean of the signal, harmonic 0, is excluded:
 // accelerometers differ in their response to it. A signal without crank angles is aligned with the
-// run first (alignment.hpp).
+// run first, in phase and sign (alignment.hpp).
 #pragma once
 
 #include <vector>

@@ -438,7 +438,7 @@ TEST_CASE("a waveform is the difference of the mean revolutions of a run and of 
   CHECK_THROWS_WITH(study("value = 3\n"), Contains("data") && Contains("is required for a waveform"));
   CHECK_THROWS_WITH(
       study("data = \"data.csv\"\n", "[measure.waveform_t]\ncolumn = \"t\"\nreduce = \"last\"\n"),
-      Contains("waveform_t") && Contains("has defined"));
+      Contains("measure waveform_t already has this name"));
 }
 
 TEST_CASE("a run compared with a noisy measurement contains its noise", "[calibrate][study]") {

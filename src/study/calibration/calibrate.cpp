@@ -544,6 +544,7 @@ CalibrationResult calibrate(CalibrationPlan planned, const Conduct& conduct, con
   const auto n = static_cast<int>(c.unknowns.size());
   CalibrationResult result;
   result.measured = planned.measured;
+  for (const auto& target : planned.targets) result.tolerance.push_back(target.tolerance);
   result.plausibility_checks = planned.plausibility_checks;
   Results results(lock.folder() / "calibrate.db", study, conduct.stop);
   result.sweep = sweep(study, planned.runs, conduct, results, lock, threads, on_progress);

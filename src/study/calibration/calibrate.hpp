@@ -146,7 +146,8 @@ struct CalibrationResult {
     std::size_t x = 0, y = 0;         ///< unknowns
     std::vector<MisfitPoint> points;  ///< x is the outer loop
   };
-  std::vector<double> measured;  ///< of the targets
+  std::vector<double> measured;   ///< of the targets
+  std::vector<double> tolerance;  ///< of their logarithms, as fitted
   /// Leave-one-out error of each surface of ln statistic, root mean square.
   std::vector<double> surface_error;
   std::vector<double> surface_spread;  ///< standard deviation of the outcomes of each surface

@@ -66,7 +66,7 @@ Target quantity_target(Section& t, Target x) {
   return x;
 }
 
-Calibration read_calibration(Section s, const Study& study) {
+Calibration read_calibration(Section s, Study& study) {
   Calibration c;
   c.formulation = families[s.choice("formulation", family_names(), 1)].text;
   c.points = static_cast<int>(s.number("points", count, c.points));
@@ -106,11 +106,18 @@ Calibration read_calibration(Section s, const Study& study) {
     if (x.is_waveform()) {
       if (!t.has("data")) t.fail("data", "is required for a waveform: the measured file");
       if (study.accelerometer.empty()) t.fail("statistic", "\"waveform\" needs the study's accelerometer");
-      if (std::ranges::count(study.measures, x.measure(), &Measure::name) > 0)
-        t.fail("", fmt::format("the measure of a waveform is named {}, which the study has defined",
-                               x.measure()));
       x.data = named_file(t, "data", study);
       x.tolerance = t.number("tolerance", positive, 0.01);
+      add_measure(study,
+                  {.name = x.measure(),
+                   .column = study.accelerometer,
+                   .reduce = Reduce::rms,
+                   .at = {},
+                   .waveform = x.data,
+                   .digest = digest(read_text(x.data)),
+                   .tolerance = x.tolerance,
+                   .overrides = x.overrides},
+                  t);
       t.done("a target");
       c.targets.push_back(x);
       continue;
@@ -316,19 +323,7 @@ Study read_study(const std::filesystem::path& file, Reach reach) {
                               both,
                               study.starts,
                               study.revolutions});
-  if (root.has("calibrate")) {
-    study.calibration = read_calibration(root.child("calibrate"), study);
-    for (const auto& t : study.calibration->targets)
-      if (t.is_waveform())
-        study.measures.push_back({.name = t.measure(),
-                                  .column = study.accelerometer,
-                                  .reduce = Reduce::rms,
-                                  .at = {},
-                                  .waveform = t.data,
-                                  .digest = digest(read_text(t.data)),
-                                  .tolerance = t.tolerance,
-                                  .overrides = t.overrides});
-  }
+  if (root.has("calibrate")) study.calibration = read_calibration(root.child("calibrate"), study);
   if (root.has("bifurcation")) study.bifurcation = read_bifurcation(root.child("bifurcation"), study.axes);
   if (root.has("basin")) study.basin = read_basin(root.child("basin"), study.axes);
   if (root.has("continue")) study.continuation = read_continuation(root.child("continue"));

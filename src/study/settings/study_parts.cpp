@@ -42,6 +42,7 @@ void require_free(const Study& study, const std::string& name, Section& s, const
   };
   other(study.axes, "axis");
   other(study.measures, "measure");
+  other(study.derived, "derived quantity");
 }
 
 /// Requires a name that expressions can contain.
@@ -202,12 +203,14 @@ void read_axes(Section& root, Study& study) {
   study.where = root.text("where", "");
 }
 
+void add_measure(Study& study, Measure measure, Section& s) {
+  require_free(study, measure.name, s, "measure");
+  require_word(measure.name, s, "measure");
+  study.measures.push_back(std::move(measure));
+}
+
 void read_measures(Section& root, Study& study) {
-  for (auto& [name, s] : root.children("measure")) {
-    require_free(study, name, s, "measure");
-    require_word(name, s, "measure");
-    study.measures.push_back(read_measure(name, s));
-  }
+  for (auto& [name, s] : root.children("measure")) add_measure(study, read_measure(name, s), s);
   for (auto& [name, expression] : root.texts("derived")) {
     Section s = root.child("derived");
     require_free(study, name, s, "derived quantity");

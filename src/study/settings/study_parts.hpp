@@ -17,6 +17,8 @@ inline constexpr Range study_count{
 void read_windows(Section& root, Study& study);
 /// Reads the axes, the sampling of drawn axes, and the filter of cells.
 void read_axes(Section& root, Study& study);
+/// Adds a measure with a name that no other column has. Throws SceneError with the position of `s`.
+void add_measure(Study& study, Measure measure, Section& s);
 /// Reads the measures and the derived columns.
 void read_measures(Section& root, Study& study);
 /// Checks all expressions of the study. Throws SceneError for an invalid one.
