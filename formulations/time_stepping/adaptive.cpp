@@ -130,6 +130,8 @@ bool AdaptiveMoreau::report(double t, Forces& out) {
     x_[static_cast<std::size_t>(d.state_offset()) + k] =
         pair_.start.z[k] + share * (z()[k] - pair_.start.z[k]);
   d.take_mode(x_, pair_.modes(t));
+  // A jump of a prescribed acceleration at the end belongs to the next step.
+  if (system_.has_motions()) d.knot = std::nextafter(this->t(), t_old());
   const long unsolved = d.counts.unreported;
   d.report(x_, t, out);
   return d.counts.unreported == unsolved;
@@ -187,6 +189,7 @@ double AdaptiveMoreau::curve_limit() const {
 
 bool AdaptiveMoreau::step(double t_end) {
   auto& start = pair_.start;
+  integrated_at_ = NAN;
   moreau_.keep(start);
   const double usual = pace_.far_exceeded();
   const auto gains = moreau_.extremes().gains;
