@@ -21,14 +21,11 @@ namespace freeplay {
 /// The longest step (s) for bodies that rotate: a cubic through the ends of the step may deviate
 /// from a circular arc by no more than (0.3 rad)⁴/384 = 2e-5 of its radius. `v`: velocities of the
 /// bodies.
-inline double turning_step(const System& system, const double* v) {
+inline double longest_step(const System& system, const double* v) {
   double omega = 0;
+  if (system.contacts() == 0) return INFINITY;
   for (int b = 0; b < system.bodies(); ++b) omega = std::max(omega, std::abs(planar::rate(v, b)));
   return omega > 0 ? system.longest_turn() / omega : INFINITY;
-}
-/// The same where contacts have to be found within the step.
-inline double longest_step(const System& system, const double* v) {
-  return system.contacts() == 0 ? INFINITY : turning_step(system, v);
 }
 
 /// Fraction of the clearance: a contact of rigid bodies found at a greater depth has been missed.

@@ -218,7 +218,7 @@ bool AdaptiveMoreau::smooth_step(double t_end, double rounding) {
   const double from = pair_.start.t;
   // No step crosses a kink of a curve in time or passes over a feature of a curve.
   const double end = std::min({t_end, system_.next_knot(from + rounding),
-                               from + turning_step(system_, moreau_.v()), from + curve_limit()});
+                               from + longest_step(system_, moreau_.v()), from + curve_limit()});
   Attempt a{end, rounding, std::min(h_, end - from)};
   if (!(a.h > 1e-14 * first_step()) && end < t_end)
     return fail(fmt::format(

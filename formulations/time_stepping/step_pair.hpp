@@ -53,6 +53,7 @@ class StepPair {
 
  private:
   double difference(const MoreauStepper& moreau) const;
+  double path_error(const MoreauStepper& moreau) const;
   double unseen(double rate) const;
 
   const System& system_;
