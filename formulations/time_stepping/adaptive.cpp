@@ -107,7 +107,7 @@ void AdaptiveMoreau::interpolate(double t, double* q, double* v) const {
 void AdaptiveMoreau::watch_forces(bool on) {
   pair_.watch_forces(on);
   moreau_.watch_forces(on);
-  if (!on || shown_ || !system_.families().empty()) return;
+  if (!on || shown_) return;
   shown_ = equations_();
   x_.resize(static_cast<std::size_t>(shown_->size()));
   scratch_ = integrated_ = system_.make_forces();

@@ -72,8 +72,8 @@ class AdaptiveMoreau {
   std::span<const double> z() const { return moreau_.z(); }
   std::span<const double> multipliers() const { return moreau_.multipliers(); }
 
-  /// @name Forces: of smooth steps those of their modes at the states of the path; else, and for
-  /// groups of bodies, impulses of a step divided by its length
+  /// @name Forces: of smooth steps those of their modes at the states of the path; of steps over
+  /// impacts, and where a mode has no solution, impulses of a step divided by its length
   ///@{
   void watch_forces(bool on);
   void forces(double t, Forces& out);

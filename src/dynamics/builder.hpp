@@ -25,7 +25,7 @@ class Builder {
   Link joint_link(int joint) const { return free_link(bodies_of(mechanism_.joints[joint]), {}); }
   double longest_arm() const { return s_.longest_arm_; }
   /// The greatest stated distance of bodies that interact (m); if all are at one point, the
-  /// greatest height v²/g or radius of inertia √(J/m) of a body; 1 if all vanish.
+  /// greatest radius of gyration √(J/m) of a body; 1 if all vanish. Planes: along their normal.
   double span() const;
   /// Limits the rotation of any body within a step (rad).
   void limit_turn(double angle) { s_.longest_turn_ = std::min(s_.longest_turn_, angle); }

@@ -44,12 +44,8 @@ double Builder::span() const {
   consider(m.joints);
   consider(m.contacts);
   consider(m.loads);
-  const double g = m.gravity.norm();
-  for (const auto& b : m.bodies) {
-    if (most > 0 && &b == m.bodies.data()) break;
-    const double v = b.velocity.value_or(Vec2{0, 0}).norm();
-    most = std::max({most, g > 0 ? v * v / g : 0, std::sqrt(b.inertia / b.mass)});
-  }
+  if (most > 0) return most;
+  for (const auto& b : m.bodies) most = std::max(most, std::sqrt(b.inertia / b.mass));
   return most > 0 ? most : 1;
 }
 

@@ -91,7 +91,7 @@ struct Identifiability {
   Eigen::MatrixXd sensitivity;
   /// Of each unknown: expected 95 % interval over its range, median over the points ξ_p. The interval
   /// comprises ξ_pj ± 1.96 σ_j with σ_j² = ((JᵀV⁻¹J + w)⁻¹)_jj, and all places η of a space-filling set
-  /// whose statistics cannot be told from those at ξ_p, (y(η) − y(ξ_p))ᵀV(η)⁻¹(y(η) − y(ξ_p)) ≤ 1.96²:
+  /// whose statistics cannot be distinguished from those at ξ_p, (y(η) − y(ξ_p))ᵀV(η)⁻¹(y(η) − y(ξ_p)) ≤ 1.96²:
   /// a curved ridge, or a second minimum, is wider than the linear part.
   std::vector<double> left_open;
   Eigen::MatrixXd correlation;  ///< of the unknowns, from the mean of JᵀV⁻¹J + w

@@ -156,19 +156,20 @@ ResponseSurface::ResponseSurface(const Eigen::MatrixXd& points, const Eigen::Vec
       if (const double w = worth(R, B, lengths_, warps_, r); w > best) best = w, ratio_ = r;
   };
   try_ratios();
+  const auto try_with = [&](const Eigen::VectorXd& lengths, bool rough, std::initializer_list<double> list) {
+    const auto of = correlation(points_, lengths, rough);
+    for (const double r : list)
+      if (const double w = worth(of, B, lengths, warps_, r); w > best) {
+        best = w;
+        ratio_ = r;
+        lengths_ = lengths;
+        rough_ = rough;
+      }
+  };
   // Equal lengths first, from which the single ones are found.
   for (const bool rough : {false, true})
-    for (const double l : lengths_tried) {
-      const Eigen::VectorXd lengths = Eigen::VectorXd::Constant(n, l);
-      const auto of = correlation(points_, lengths, rough);
-      for (const double r : {1.0, 30.0, 1e3, 1e5})
-        if (const double w = worth(of, B, lengths, warps_, r); w > best) {
-          best = w;
-          ratio_ = r;
-          lengths_ = lengths;
-          rough_ = rough;
-        }
-    }
+    for (const double l : lengths_tried)
+      try_with(Eigen::VectorXd::Constant(n, l), rough, {1.0, 30.0, 1e3, 1e5});
   R = correlation(points_, lengths_, rough_);
   // If the quadratic trend is exact, there is no process.
   const bool exact = Kriging(R, 0, c, B, outcomes, least, floor).squares <= freedom_ * least;
@@ -178,14 +179,8 @@ ResponseSurface::ResponseSurface(const Eigen::MatrixXd& points, const Eigen::Vec
       Eigen::VectorXd lengths = lengths_;
       for (const double l : lengths_tried) {
         lengths[j] = l;
-        const auto of = correlation(points_, lengths, rough);
-        for (const double r : {ratio_ > 0 ? ratio_ : 1.0, 3 * (ratio_ > 0 ? ratio_ : 1.0)})
-          if (const double w = worth(of, B, lengths, warps_, r); w > best) {
-            best = w;
-            ratio_ = r;
-            lengths_ = lengths;
-            rough_ = rough;
-          }
+        const double from = ratio_ > 0 ? ratio_ : 1;
+        try_with(lengths, rough, {from, 3 * from});
       }
     }
     R = correlation(points_, lengths_, rough_);
