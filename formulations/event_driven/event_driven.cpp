@@ -203,8 +203,9 @@ std::optional<std::string> EventDriven::choose_ahead(const std::vector<int>& tou
   const auto n = method_.x.size();
   std::vector<std::vector<double>> ahead;
   std::vector<double> slope(n), middle(n);
-  const double delays[] = {1e-3 * span_, 1e-5 * span_, 1e-2 * span_};
+  const double shortest = 1e-5 * span_, delays[] = {1e-3 * span_, shortest, 1e-2 * span_};
   d(method_.x, slope, method_.t);
+  const auto within = search_.clear_of_limits(d, method_.x);
   for (const double delay : delays) {  // midpoint rule
     for (std::size_t i = 0; i < n; ++i) middle[i] = method_.x[i] + 0.5 * delay * slope[i];
     ahead.emplace_back(n);
@@ -217,11 +218,12 @@ std::optional<std::string> EventDriven::choose_ahead(const std::vector<int>& tou
     if (d.locked_up()) continue;
     if (!reason.empty()) return reason;
     const auto next = mode();
-    // Sliding that stops within δ is a later event.
-    bool stops = false;
+    // Sliding that stops within δ is a later event, and so is a force that only then reaches its limit.
+    bool later = false;
     for (std::size_t i = 0; i < next.size(); ++i)
-      stops = stops || (slides[i] != 0 && next[i] != open && next[i] != slides[i]);
-    if (!stops && next != present) return reason;
+      later = later || (slides[i] != 0 && next[i] != open && next[i] != slides[i]) ||
+              (delays[k] > shortest && within[i] && next[i] != present[i]);
+    if (!later && next != present) return reason;
   }
   return {};
 }

@@ -225,10 +225,29 @@ double EventSearch::tolerance_of(const EventDynamics& d, const ModeEvent& event)
       return of_force * d.preloaded[k].bound;
     case ModeEvent::Kind::stick:
       // without friction, µ = 0, the limit is always reached
-      return of_force * std::max(std::abs(d.contacts[k].lambda_t), 1e-3 * d.contacts[k].lambda_n);
+      return std::max({of_force * std::abs(d.contacts[k].lambda_t), of_force * 1e-3 * d.contacts[k].lambda_n,
+                       *d.system.contact_facts(event.index).surface.friction *
+                           d.force_tolerance(d.contacts[k].mobility)});
     default:
-      return d.contacts[k].mobility > 0 ? of_force * d.acceleration_scale() / d.contacts[k].mobility : 0;
+      return d.force_tolerance(d.contacts[k].mobility);
   }
+}
+
+/// Whether the force of each contact and joint is clear of its limits in the present mode: such a
+/// force reaches them later, or not at all.
+std::vector<bool> EventSearch::clear_of_limits(EventDynamics& d, const Vector& x) {
+  constexpr double clear = 100;
+  const auto contacts = d.contacts.size();
+  std::vector<bool> list(contacts + d.preloaded.size());
+  for (std::size_t k = 0; k < list.size(); ++k)
+    list[k] = k < contacts ? d.contacts[k].closed : d.preloaded[k - contacts].slip == 0;
+  watch(d, x, middle_);
+  for (std::size_t i = 0; i < watched_.size(); ++i) {
+    const auto& event = watched_[i];
+    if (!event.is_of_force() || middle_[i] > clear * tolerance_of(d, event)) continue;
+    list[static_cast<std::size_t>(event.index) + (event.kind == ModeEvent::Kind::slide_stick ? contacts : 0)] = false;
+  }
+  return list;
 }
 
 void EventSearch::find_mode_events(EventDynamics& d, const Method& m, ModeEvent& first) {

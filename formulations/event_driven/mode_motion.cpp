@@ -120,10 +120,12 @@ void ModeMotion::hold_rows(ModeEquations& d, const Vector& x) {
 
 void ModeMotion::solve_rows(ModeEquations& d) {
   auto& rows = d.rows;
+  d.held_acceleration = 0;
   if (rows.used() == 0) return;
   rows.fill();
   rows.solve();
   if (!rows.dependent()) return;
+  d.held_acceleration = d.acceleration_scale();
   // Forces are shared in proportion to the bounds. Bounds that depend on reactions are evaluated
   // once, from the forces before.
   for (int i = 0; i < d.coupled.size(); ++i) {
@@ -175,10 +177,15 @@ void ModeMotion::admit(ModeEquations& d, bool of_choice) {
   for (int k = 0; k < d.system.contacts(); ++k) {
     const auto& c = d.contacts[k];
     if (c.unknown < 0) continue;
+    // Of forces that are zero to rounding, as where a contact opens, none would be within the limits.
+    const double zero = 0.3 * d.force_tolerance(rows.K(c.unknown, c.unknown));
+    constants_[n] = zero;
     conditions_(n++, c.unknown) = 1;
     if (c.tangent_unknown < 0) continue;
+    const double mu = *d.system.contact_facts(k).surface.friction;
     for (const int side : {1, -1}) {
-      conditions_(n, c.unknown) = *d.system.contact_facts(k).surface.friction;
+      constants_[n] = mu * zero;
+      conditions_(n, c.unknown) = mu;
       conditions_(n++, c.tangent_unknown) = side;
     }
   }
