@@ -8,7 +8,7 @@ namespace freeplay {
 CoupledFriction::CoupledFriction(const System& system) : which_(system.reactive_frictions()) {
   for (const int k : which_) bounds_.push_back(*system.friction_facts(k).reaction);
   const auto n = static_cast<Eigen::Index>(which_.size());
-  for (auto* x : {&factor_, &force_, &other_, &trial_, &F_, &step_, &far_, &weight_, &image_}) x->setZero(n);
+  for (auto* x : {&factor_, &near_, &force_, &other_, &trial_, &F_, &step_, &far_, &weight_, &image_}) x->setZero(n);
   base_.setZero(2 * n);
   R_.setZero(2 * n, n);
   slope_.setIdentity(n, n);
@@ -121,6 +121,15 @@ CoupledFriction::Outcome CoupledFriction::solve() {
   if (!found) return Outcome::none;
   force_ = other_;
   residual_ = miss(force_) / std::max(scale_, 1e-300);
+  return Outcome::solved;
+}
+
+CoupledFriction::Outcome CoupledFriction::follow_branch() {
+  if (gain() < 1) return solve();
+  other_ = near_;
+  if (!newton(other_)) return solve();
+  force_ = other_;
+  residual_ = scale_ > 0 ? miss(force_) / scale_ : 0;
   return Outcome::solved;
 }
 

@@ -15,7 +15,7 @@
 // in Painlevé's paradox; the mechanism is then self-locking. With several joints, other solutions
 // are sought from distant starting points.
 //
-// Usage: set factor(), base() and column() for the present state, call solve(), read force().
+// Usage: set factor(), base() and column() for the present state, call solve() or follow_branch(), read force().
 #pragma once
 
 #include <vector>
@@ -41,7 +41,12 @@ class CoupledFriction {
   void base(const double* lambda);
   void column(int j, const double* lambda);
   ///@}
+  /// N, initial estimate of f for follow_branch().
+  double& near(int k) { return near_[k]; }
   Outcome solve();
+  /// As solve(). If there may be several solutions, the one that Newton's method finds from near() is
+  /// taken, if it finds one: the branch of a motion that has been chosen.
+  Outcome follow_branch();
   double force(int k) const { return force_[k]; }
   double residual() const { return residual_; }  ///< residual of the last solve()
   /// An upper bound of the spectral radius of K.
@@ -62,7 +67,7 @@ class CoupledFriction {
 
   std::vector<int> which_;
   std::vector<ReactionBound> bounds_;
-  Eigen::VectorXd factor_, base_, force_, other_, trial_, F_, step_, far_;
+  Eigen::VectorXd factor_, base_, near_, force_, other_, trial_, F_, step_, far_;
   Eigen::MatrixXd R_, slope_;
   mutable Eigen::VectorXd weight_, image_;
   DenseLu lu_;

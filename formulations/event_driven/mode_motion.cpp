@@ -12,7 +12,11 @@ bool ModeMotion::solve(ModeEquations& d, const Vector& x, double t) {
   if (d.coupled.size() > 0) {
     if (!is_finite(x)) return false;  // a stage after a failed one
     d.trouble.clear();
-    for (int k = 0; k < d.coupled.size(); ++k) d.preloaded[d.coupled.friction(k)].bound = 0;
+    for (int k = 0; k < d.coupled.size(); ++k) {
+      auto& p = d.preloaded[d.coupled.friction(k)];
+      d.coupled.near(k) = -p.slip * p.bound;
+      p.bound = 0;
+    }
   }
   if (!d.solve_free(x, t)) return false;
   hold_rows(d, x);
@@ -275,7 +279,7 @@ bool ModeMotion::add_coupled(ModeEquations& d) {
   }
   if (held > 0) rows.x = held_forces_;
   if (own == held) return true;
-  if (const auto outcome = coupled.solve(); outcome != CoupledFriction::Outcome::solved) {
+  if (const auto outcome = coupled.follow_branch(); outcome != CoupledFriction::Outcome::solved) {
     d.trouble = words_of(outcome);
     return false;
   }
