@@ -8,7 +8,8 @@ namespace freeplay {
 CoupledFriction::CoupledFriction(const System& system) : which_(system.reactive_frictions()) {
   for (const int k : which_) bounds_.push_back(*system.friction_facts(k).reaction);
   const auto n = static_cast<Eigen::Index>(which_.size());
-  for (auto* x : {&factor_, &near_, &force_, &other_, &trial_, &F_, &step_, &far_, &weight_, &image_}) x->setZero(n);
+  for (auto* x : {&factor_, &near_, &force_, &other_, &trial_, &F_, &step_, &far_, &weight_, &image_})
+    x->setZero(n);
   base_.setZero(2 * n);
   R_.setZero(2 * n, n);
   slope_.setIdentity(n, n);

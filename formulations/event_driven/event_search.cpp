@@ -245,7 +245,8 @@ std::vector<bool> EventSearch::clear_of_limits(EventDynamics& d, const Vector& x
   for (std::size_t i = 0; i < watched_.size(); ++i) {
     const auto& event = watched_[i];
     if (!event.is_of_force() || middle_[i] > clear * tolerance_of(d, event)) continue;
-    list[static_cast<std::size_t>(event.index) + (event.kind == ModeEvent::Kind::slide_stick ? contacts : 0)] = false;
+    list[static_cast<std::size_t>(event.index) +
+         (event.kind == ModeEvent::Kind::slide_stick ? contacts : 0)] = false;
   }
   return list;
 }

@@ -32,10 +32,20 @@ std::string ModeChoice::choose(ModeEquations& d, ModeMotion& motion, const Vecto
   ++d.work.lcp_solves;
   d.trouble.clear();
   const auto solution = settle(d, x, t, candidates);
+  if (d.coupled.size() > 0 && (!solution.solved || may_be_several(d))) {
+    const ModeTrials trials(d, contacts_, slips_, resting_, problem_.scale());
+    const auto trouble = d.trouble;
+    if (const auto found = trials.find(d, motion, x, t); found.size() > 1)
+      return fmt::format("{}: {}; or {}", words_of(CoupledFriction::Outcome::several),
+                         trials.words_of(d, found[0].mode), trials.words_of(d, found[1].mode));
+    else if (found.size() == 1)
+      return trials.take(d, motion, found[0]), "";
+    d.trouble = trouble;
+    if (solution.solved)
+      if (const auto motions = other_motion(d, x, t, candidates); !motions.empty())
+        return fmt::format("{}: {}", words_of(CoupledFriction::Outcome::several), motions);
+  }
   if (!d.trouble.empty()) return d.trouble;
-  if (d.coupled.size() > 0 && solution.solved)
-    if (const auto motions = other_motion(d, x, t, candidates); !motions.empty())
-      return fmt::format("{}: {}", words_of(CoupledFriction::Outcome::several), motions);
   d.work.pivots += solution.pivots;
   d.work.lcp_retries += solution.retries;
   lockup_ = !solution.solved;
@@ -182,21 +192,25 @@ ContactSolution ModeChoice::settle(ModeEquations& d, const Vector& x, double t,
   return solution;
 }
 
-/// Describes the motion found and another one, if other initial bounds lead to one. There is none if
-/// reactions grow less than the friction that they bound, and no contact with friction takes part.
-/// The problem is restored.
-std::string ModeChoice::other_motion(ModeEquations& d, const Vector& x, double t,
-                                     const std::vector<int>& candidates) {
-  const int coupled = d.coupled.size();
+/// Whether the problem may have several solutions. There is one only if reactions grow less than
+/// the friction that they bound, and no contact with friction takes part.
+bool ModeChoice::may_be_several(ModeEquations& d) {
   std::vector<double> a(static_cast<std::size_t>(d.system.n())), l(static_cast<std::size_t>(d.system.rows()));
-  for (int i = 0; i < coupled; ++i) {
+  for (int i = 0; i < d.coupled.size(); ++i) {
     const auto& p = d.preloaded[d.coupled.friction(i)];
     d.saddle.respond(p.row, nullptr, 0, a.data(), l.data());
     d.coupled.factor(i) = d.bound_of(i).coefficient(p.rate);
     d.coupled.column(i, l.data());
   }
   const auto rough = [&](int k) { return d.contacts[k].row.tangent.size > 0; };
-  if (d.coupled.gain() < 1 && std::ranges::none_of(contacts_, rough)) return "";
+  return d.coupled.gain() >= 1 || std::ranges::any_of(contacts_, rough);
+}
+
+/// Describes the motion found and another one, if other initial bounds lead to one. The problem is
+/// restored.
+std::string ModeChoice::other_motion(ModeEquations& d, const Vector& x, double t,
+                                     const std::vector<int>& candidates) {
+  const int coupled = d.coupled.size();
   const auto accelerations = [&] {
     auto list = d.a;
     for (const auto& u : problem_.unknowns)

@@ -6,7 +6,7 @@
 //
 // of the contacts that are closed without relative normal speed and of the joints whose friction is
 // at rest. Friction bounds that depend on reactions are iterated until they agree with them
-// (contact/bound_iteration.hpp).
+// (contact/bound_iteration.hpp); of few contacts and joints all modes are tried (mode_trials.hpp).
 #pragma once
 
 #include <string>
@@ -15,6 +15,7 @@
 #include "formulations/contact/bound_iteration.hpp"
 #include "formulations/contact/contact_problem.hpp"
 #include "formulations/event_driven/mode_motion.hpp"
+#include "formulations/event_driven/mode_trials.hpp"
 
 namespace freeplay {
 
@@ -43,6 +44,7 @@ class ModeChoice {
   void pose_driven(const ModeEquations& d);
   ContactSolution settle(ModeEquations& d, const Vector& x, double t, const std::vector<int>& candidates);
   std::string other_motion(ModeEquations& d, const Vector& x, double t, const std::vector<int>& candidates);
+  bool may_be_several(ModeEquations& d);
   void take(ModeEquations& d);
   std::string present_motion(const ModeEquations& d) const;
   std::string name_of_unknown(const ModeEquations& d, int i) const;
