@@ -72,7 +72,7 @@ void ActiveRows::share(const Eigen::VectorXd& weight) {
 /// x = x₀ + √W Q r with the orthonormal kernel Q of K √W, and the least r.
 bool ActiveRows::share_within(const Eigen::VectorXd& weight, const Eigen::MatrixXd& C,
                               const Eigen::VectorXd& c) {
-  const double unit = std::max(x.cwiseAbs().maxCoeff(), 1e-300), margin = 1e-9;
+  const double unit = std::max(x.cwiseAbs().maxCoeff(), 1e-300), margin = 1e-11;
   Eigen::VectorXd h = -(C * x + c) / unit;
   if (h.maxCoeff() <= 0) return true;
   const Eigen::VectorXd root = weight.cwiseSqrt();

@@ -107,8 +107,8 @@ class ModeEquations {
   ActiveRows rows;
   CoupledFriction coupled;
   Vector a, lambda;  ///< accelerations and multipliers at the last evaluation
-  /// m/s², if active rows depend on each other: the acceleration that their forces take away
-  double held_acceleration = 0;
+  /// N, the greatest of the forces of active rows that depend on each other, otherwise 0
+  double shared_force = 0;
   std::string trouble;
   Work work;
   Extremes extremes;
@@ -167,7 +167,7 @@ class ModeEquations {
   double acceleration_scale() const { return greatest(a.data()); }
   /// Force of a contact (N) that is zero to rounding, for the mobility of its gap (1/kg).
   double force_tolerance(double mobility) const {
-    return mobility > 0 ? 1e-8 * std::max(acceleration_scale(), held_acceleration) / mobility : 0;
+    return 1e-8 * std::max(mobility > 0 ? acceleration_scale() / mobility : 0, shared_force);
   }
   /// ω² times the longest arm (m/s²): if nothing is accelerated, terms of this size cancel in a
   /// contact force.

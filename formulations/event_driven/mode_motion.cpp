@@ -124,12 +124,12 @@ void ModeMotion::hold_rows(ModeEquations& d, const Vector& x) {
 
 void ModeMotion::solve_rows(ModeEquations& d) {
   auto& rows = d.rows;
-  d.held_acceleration = 0;
+  d.shared_force = 0;
   if (rows.used() == 0) return;
   rows.fill();
   rows.solve();
   if (!rows.dependent()) return;
-  d.held_acceleration = d.acceleration_scale();
+  d.shared_force = rows.x.cwiseAbs().maxCoeff();
   // Forces are shared in proportion to the bounds. Bounds that depend on reactions are evaluated
   // once, from the forces before.
   for (int i = 0; i < d.coupled.size(); ++i) {
@@ -162,17 +162,21 @@ void ModeMotion::share_friction(ModeEquations& d) {
   share = (share / share.maxCoeff()).cwiseMax(1e-6);
   d.rows.share(share);
   const Eigen::VectorXd nearest = d.rows.x;
-  for (const bool of_choice : {false, true}) {
-    admit(d, of_choice);
-    if (d.rows.share_within(share, conditions_, constants_) || d.coupled.size() == 0) return;
-  }
+  // Where a contact opens, its forces are zero to rounding, and none may lie within its limits.
+  for (const double zero : {0.0, 0.3 * d.force_tolerance(0)})
+    for (const bool of_choice : {false, true}) {
+      if (of_choice && d.coupled.size() == 0) break;
+      admit(d, of_choice, zero);
+      if (d.rows.share_within(share, conditions_, constants_)) return;
+    }
   d.rows.x = nearest;
 }
 
-/// Conditions of the mode on the forces x of the rows, conditions_ x + constants_ ≥ 0. A bound that
+/// Conditions of the mode on the forces x of the rows, conditions_ x + constants_ ≥ 0; a normal force
+/// counts as positive above −`zero` (N). A bound that
 /// depends on reactions is at least its tangent at any reactions, because the support force is a
 /// norm: at those of the choice of the mode, or at the present ones.
-void ModeMotion::admit(ModeEquations& d, bool of_choice) {
+void ModeMotion::admit(ModeEquations& d, bool of_choice, double zero) {
   const auto& rows = d.rows;
   const auto most = 3 * static_cast<Eigen::Index>(d.contacts.size() + d.preloaded.size());
   conditions_.setZero(most, rows.used());
@@ -181,8 +185,6 @@ void ModeMotion::admit(ModeEquations& d, bool of_choice) {
   for (int k = 0; k < d.system.contacts(); ++k) {
     const auto& c = d.contacts[k];
     if (c.unknown < 0) continue;
-    // Of forces that are zero to rounding, as where a contact opens, none would be within the limits.
-    const double zero = 0.3 * d.force_tolerance(rows.K(c.unknown, c.unknown));
     constants_[n] = zero;
     conditions_(n++, c.unknown) = 1;
     if (c.tangent_unknown < 0) continue;

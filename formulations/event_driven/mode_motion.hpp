@@ -45,7 +45,7 @@ class ModeMotion {
   void hold_rows(ModeEquations& d, const Vector& x);
   void solve_rows(ModeEquations& d);
   void share_friction(ModeEquations& d);
-  void admit(ModeEquations& d, bool of_choice);
+  void admit(ModeEquations& d, bool of_choice, double zero);
   bool passes_pole(ModeEquations& d);
   bool add_coupled(ModeEquations& d);
 
