@@ -327,3 +327,85 @@ TEST_CASE("a wedge below its friction angle holds a block, with contacts or with
       CHECK(run.final_state.q[1] == Approx(2 * foot).margin(6e-9));
     }
 }
+
+TEST_CASE("a block on several feet slides when the push reaches its friction limit",
+          "[analytic][friction-limit]") {
+  // The push P t/T, a little above or below the centre of mass, moves the load from foot to foot before
+  // the block slides at t₀ = T μ m g/P: x = P (T − t₀)³/(6 T m). A pair of feet is relieved just before
+  // t₀ in the first scene, at a fourth of the time in the second one.
+  struct Feet {
+    double m, mu, height, P, lever;
+    std::vector<double> at;
+  };
+  const Feet scenes[] = {{2.7503725527,
+                          0.8197902254,
+                          0.10027254632,
+                          50.1370623397,
+                          0.02432899525,
+                          {-0.2697286404, -0.07676639385, 0.1019087867, 0.2262440477, 0.2697286404}},
+                         {0.60506162594,
+                          0.08630456005,
+                          0.17860930969,
+                          1.0333509811,
+                          -0.11745759696,
+                          {-0.48757445679, 0.0027285602, 0.20775580483, 0.48757445679}}};
+  for (const auto scheme : {Scheme::event_driven, Scheme::automatic})
+    for (const auto& f : scenes) {
+      std::string text = "gravity = [0, -9.81]\n" +
+                         test::body("b", f.m, 0.1 * f.m, fmt::format("position = [0, {}]\n", f.height)) +
+                         fmt::format("[surfaces.s]\nrestitution = 0.5\nfriction = {}\n", f.mu) +
+                         push("b", f.P, f.lever, 1);
+      for (std::size_t i = 0; i < f.at.size(); ++i)
+        text += plane(fmt::format("c{}", i), "ground", "b", {0, 0}, {f.at[i], -f.height}, {1, 0});
+      const auto run = test::simulate(scene_by(text + test::run_for(1, given), scheme), Family::nonsmooth);
+      CAPTURE(f.P, static_cast<int>(scheme), run.ending.reason);
+      REQUIRE(run.ending.status == Ending::Status::finished);
+      const double late = 1 - f.mu * f.m * 9.81 / f.P;
+      CHECK(run.final_state.q[0] == Approx(f.P * late * late * late / (6 * f.m)).epsilon(1e-6));
+      CHECK(run.final_state.q[2] == Approx(0).margin(1e-8));
+    }
+}
+
+TEST_CASE("a wedge under a heavy block takes its only motion, or names two", "[analytic][friction-limit]") {
+  // The block M in its guide (mu_w) rests on the wedge m on its floor guide (mu_f) with a face at the
+  // angle a (mu), and P pushes the wedge. With all three sliding in the direction s of the wedge,
+  //
+  //     s A [N, N_w, N_f, |ẍ|]ᵀ = [0, M g, P, m g]ᵀ
+  //
+  // has at most one solution per choice of signs; statics is a set of inequalities. The first three
+  // scenes have one motion, the third with the face open. In the last one the wedge sticks, or leaves.
+  struct Wedge {
+    double M, m, mu, mu_w, mu_f, P, cosine, sine, acceleration;  // acceleration of the wedge along x
+  };
+  const double two = NAN;
+  const Wedge scenes[] = {
+      {131.286608877, 0.204219328429, 0.191323776485, 0.349879162107, 0.467617511714, -2287.3680723,
+       0.99012325529431, 0.14019964096031, -63.654253195},
+      {155.018807248, 0.195943227345, 0.47454863784, 0.43119962523, 0.319517993555, -3183.16460266,
+       0.99682020440676, 0.079683624958142, -91.498386906},
+      {131.878508099, 0.494174775488, 0.525403853923, 0.551925859784, 0.432116708533, 1158.37866314,
+       0.88016819253255, 0.4746619353329, 1158.37866314 / 0.494174775488 - 0.432116708533 * 9.81},
+      {53.7854063152, 0.701808910912, 0.415321279524, 0.506826409947, 0.546947580795, 247.142679843,
+       0.99544891180631, 0.095296715492409, two}};
+  for (const auto& w : scenes) {
+    const auto text = "gravity = [0, -9.81]\n" + test::body("block", w.M, 0.1 * w.M, "position = [0, 1]\n") +
+                      test::body("wedge", w.m, 0.1 * w.m) + test::guide("wall", "ground", "block", {0, 1}) +
+                      test::guide("floor", "ground", "wedge") +
+                      rub("wall", fmt::format("friction = {}", w.mu_w)) +
+                      rub("floor", fmt::format("friction = {}", w.mu_f)) + push("wedge", w.P, 0) +
+                      plane("face", "wedge", "block", {0, 0}, {0, -1}, {w.cosine, w.sine}) +
+                      fmt::format("[surfaces.s]\nrestitution = 0.1\nfriction = {}\n", w.mu);
+    const auto run =
+        test::simulate(scene_by(text + test::run_for(0.1, given), Scheme::event_driven), Family::nonsmooth);
+    CAPTURE(w.P, run.ending.reason);
+    if (std::isnan(w.acceleration)) {
+      CHECK(run.ending.status != Ending::Status::finished);
+      CHECK(run.ending.reason.find("several motions") != std::string::npos);
+      CHECK(run.ending.reason.find("face sticking") != std::string::npos);
+      CHECK(run.ending.reason.find("; or face") != std::string::npos);
+      continue;
+    }
+    REQUIRE(run.ending.status == Ending::Status::finished);
+    CHECK(run.final_state.q[3] == Approx(w.acceleration * 0.1 * 0.1 / 2).epsilon(1e-6));
+  }
+}
