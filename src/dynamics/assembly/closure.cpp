@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <Eigen/Cholesky>
 #include <Eigen/SparseCholesky>
 #include <algorithm>
 #include <cmath>
@@ -32,25 +33,56 @@ class Residuals {
     visit(q, [&](int, double r, double weight, auto&&) { sum += weight * weight * r * r; });
     return sum / 2;
   }
-  /// JᵀJ + μ D and −Jᵀr, where D is the diagonal of the squared lengths of the coordinates.
-  void normal_equations(const std::vector<double>& q, double damping, Eigen::SparseMatrix<double>& A,
-                        Eigen::VectorXd& b) {
+  /// Computes Jᵀr and JᵀJ at q.
+  void linearise(const std::vector<double>& q) {
+    const int n = system_.n();
+    const bool dense = n <= most_dense;
+    gradient_.setZero(n);
+    if (dense) normal_.setZero(n, n);
     std::vector<Eigen::Triplet<double>> entries;
-    const int rows = system_.rows() + system_.contacts();
-    Eigen::VectorXd r = Eigen::VectorXd::Zero(rows);
     visit(q, [&](int row, double residual, double weight, auto&& each) {
-      r[row] = weight * residual;
+      row_.clear();
       each([&](int column, double value) {
-        if (held_.empty() || !held_[static_cast<std::size_t>(column)])
-          entries.emplace_back(row, column, weight * value);
+        if (!held_.empty() && held_[static_cast<std::size_t>(column)]) return;
+        row_.emplace_back(column, weight * value);
+        gradient_[column] += weight * value * weight * residual;
       });
+      for (const auto& [c, x] : row_) {
+        if (!dense) entries.emplace_back(row, c, x);
+        for (const auto& [d, y] : row_)
+          if (dense) normal_(c, d) += x * y;
+      }
     });
-    Eigen::SparseMatrix<double> J(rows, system_.n());
+    if (dense) return;
+    Eigen::SparseMatrix<double> J(system_.rows() + system_.contacts(), n);
     J.setFromTriplets(entries.begin(), entries.end());
-    A = J.transpose() * J;
+    sparse_normal_ = J.transpose() * J;
+  }
+  /// Solves (JᵀJ + μ D) step = −Jᵀr, where D is the diagonal of the squared lengths of the coordinates.
+  bool solve(double damping, Eigen::VectorXd& step) {
+    const int n = system_.n();
+    const auto damp = [&](auto& A) -> auto& {
+      for (int c = 0; c < n; ++c) A.coeffRef(c, c) += damping * (system_.is_angle(c) ? length_ * length_ : 1);
+      return A;
+    };
+    if (n <= most_dense) {
+      dense_ = normal_;
+      dense_factors_.compute(damp(dense_));
+      step = -dense_factors_.solve(gradient_);
+      return dense_factors_.info() == Eigen::Success;
+    }
+    auto A = sparse_normal_;
+    const Eigen::SimplicialLDLT<Eigen::SparseMatrix<double>> factors(damp(A));
+    if (factors.info() != Eigen::Success) return false;
+    step = -factors.solve(gradient_);
+    return true;
+  }
+  /// Greatest change of a coordinate, as a length, over the mechanism's length.
+  double size_of(const Eigen::VectorXd& step) const {
+    double most = 0;
     for (int c = 0; c < system_.n(); ++c)
-      A.coeffRef(c, c) += damping * (system_.is_angle(c) ? length_ * length_ : 1);
-    b = -(J.transpose() * r);
+      most = std::max(most, std::abs(step[c]) * (system_.is_angle(c) ? 1 : 1 / length_));
+    return most;
   }
 
  private:
@@ -82,6 +114,13 @@ class Residuals {
   Evaluation e_;
   std::vector<double> rest_;
   ContactRow contact_;
+  static constexpr int most_dense = 30;  // unknowns; more are factorised as a sparse matrix
+  std::vector<std::pair<int, double>> row_;
+  Eigen::VectorXd gradient_;
+  Eigen::MatrixXd normal_;  // JᵀJ
+  Eigen::SparseMatrix<double> sparse_normal_;
+  Eigen::MatrixXd dense_;
+  Eigen::LDLT<Eigen::MatrixXd> dense_factors_;
 };
 
 }  // namespace
@@ -89,27 +128,30 @@ class Residuals {
 void best_pose(const System& system, double length, bool hold_drives, std::vector<double>& q, double t,
                const std::vector<char>& held) {
   Residuals residuals(system, length, hold_drives, t, held);
-  Eigen::SparseMatrix<double> A;
-  Eigen::VectorXd b;
+  constexpr double rounding = 1e-14;  // of a step, relative; the next one would be its square
+  Eigen::VectorXd step;
   std::vector<double> trial(q.size());
   double cost = residuals.cost(q), damping = 1e-3;
+  bool moved = true;
   for (int i = 0; i < 200 && cost > 0 && damping < 1e12; ++i) {
-    residuals.normal_equations(q, damping, A, b);
-    const Eigen::SimplicialLDLT<Eigen::SparseMatrix<double>> factors(A);
-    if (factors.info() != Eigen::Success) {
+    if (moved) residuals.linearise(q);
+    moved = false;
+    if (!residuals.solve(damping, step)) {
       damping *= 10;
       continue;
     }
-    const Eigen::VectorXd step = factors.solve(b);
     for (std::size_t c = 0; c < q.size(); ++c) trial[c] = q[c] + step[static_cast<Eigen::Index>(c)];
     const double less = residuals.cost(trial);
+    const bool small = residuals.size_of(step) < rounding;
     if (!(less < cost)) {
+      if (small) break;
       damping *= 10;
       continue;
     }
-    const bool done = cost - less < 1e-14 * cost;
-    q = trial;
+    const bool done = small || cost - less < 1e-14 * cost;
+    std::swap(q, trial);
     cost = less;
+    moved = true;
     damping = std::max(damping / 5, 1e-12);
     if (done) break;
   }
