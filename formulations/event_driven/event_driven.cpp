@@ -205,7 +205,7 @@ std::optional<std::string> EventDriven::choose_ahead(const std::vector<int>& tou
   std::vector<double> slope(n), middle(n);
   const double shortest = 1e-5 * span_, delays[] = {1e-3 * span_, shortest, 1e-2 * span_};
   d(method_.x, slope, method_.t);
-  const auto within = search_.clear_of_limits(d, method_.x);
+  const auto within = search_.clear_of_limits(d, method_.x, last_);
   for (const double delay : delays) {  // midpoint rule
     for (std::size_t i = 0; i < n; ++i) middle[i] = method_.x[i] + 0.5 * delay * slope[i];
     ahead.emplace_back(n);

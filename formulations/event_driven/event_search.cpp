@@ -234,20 +234,22 @@ double EventSearch::tolerance_of(const EventDynamics& d, const ModeEvent& event)
 }
 
 /// Whether the force of each contact and joint is clear of its limits in the present mode: such a
-/// force reaches them later, or not at all.
-std::vector<bool> EventSearch::clear_of_limits(EventDynamics& d, const Vector& x) {
+/// force reaches them later, or not at all. That of the event is not, however far the projection moved it.
+std::vector<bool> EventSearch::clear_of_limits(EventDynamics& d, const Vector& x, const ModeEvent& of) {
   constexpr double clear = 100;
   const auto contacts = d.contacts.size();
   std::vector<bool> list(contacts + d.preloaded.size());
   for (std::size_t k = 0; k < list.size(); ++k)
     list[k] = k < contacts ? d.contacts[k].closed : d.preloaded[k - contacts].slip == 0;
-  watch(d, x, middle_);
-  for (std::size_t i = 0; i < watched_.size(); ++i) {
-    const auto& event = watched_[i];
-    if (!event.is_of_force() || middle_[i] > clear * tolerance_of(d, event)) continue;
+  const auto not_clear = [&](const ModeEvent& event) {
     list[static_cast<std::size_t>(event.index) +
          (event.kind == ModeEvent::Kind::slide_stick ? contacts : 0)] = false;
-  }
+  };
+  watch(d, x, middle_);
+  for (std::size_t i = 0; i < watched_.size(); ++i)
+    if (watched_[i].is_of_force() && !(middle_[i] > clear * tolerance_of(d, watched_[i])))
+      not_clear(watched_[i]);
+  not_clear(of);
   return list;
 }
 

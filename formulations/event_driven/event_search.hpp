@@ -78,8 +78,9 @@ class EventSearch {
   /// begins below zero is measured from there: the projection of closed contacts moved it, or its
   /// impact was merged with that of another contact.
   void mark_gaps(EventDynamics& d, const Method& m, bool begin = false);
-  /// Whether the force of each contact and then of each joint is clear of its limits at x.
-  std::vector<bool> clear_of_limits(EventDynamics& d, const Vector& x);
+  /// Whether the force of each contact and then of each joint is clear of its limits at x, where a
+  /// force reached its limit.
+  std::vector<bool> clear_of_limits(EventDynamics& d, const Vector& x, const ModeEvent& of);
   /// Returns the state at a time within the last step.
   const Vector& at(const Method& m, double t) const;
   /// Greatest possible depth of an undetected contact between the evaluated times, over its
