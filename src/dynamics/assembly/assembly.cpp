@@ -127,6 +127,27 @@ bool close_stated(const Mechanism& mechanism, const System& system, Begun& begun
   return true;
 }
 
+/// Closes another start of m near a pose (other_starts.hpp) to the requested pose, in q, with the `held`
+/// positions of `given` kept (empty: none). Returns its description, empty if no start leads there; adds
+/// their number to `tried`.
+std::string close_elsewhere(const Mechanism& m, const System& system, const std::vector<double>& near,
+                            const std::vector<double>& given, const std::vector<char>& held,
+                            const StopToken& stop, std::vector<double>& q, int& tried) {
+  const OtherStarts others(m, near, length_scale(system));
+  const Closing closing(m, system, stop, held.empty() ? Metric{system.mass()} : Metric{system.mass(), held});
+  tried += others.count();
+  for (int n = 0; n < others.count(); ++n) {
+    if (stop()) throw Interrupted();
+    auto pose = others.pose(n);
+    for (std::size_t c = 0; c < held.size(); ++c)
+      if (held[c]) pose[c] = given[c];
+    if (!closing.close_from(pose) || !mismatch(m, pose).key.empty()) continue;
+    q = pose;
+    return fmt::format("assembled from initial guess {} of {}: {}", n + 1, others.count(), others.what(n));
+  }
+  return "";
+}
+
 /// Assembly of positions: from one start, and from others if that does not close or gives another
 /// pose than the requested one. `begun` is nullptr if only the given start is to be tried, and any
 /// pose and change accepted; otherwise it receives the findings.
@@ -163,26 +184,17 @@ void assemble_positions(const Mechanism& mechanism, const System& system, State&
   for (const bool holds : {true, false}) {
     if (holds ? !any(first.held) : any(first.held) && closed && !free && !first.requested) continue;
     const auto open = holds ? mechanism : without_pose(mechanism);
-    const OtherStarts others(open, closed ? s.q : best, length);
-    const Closing closing(mechanism, system, stop,
-                          holds ? Metric{system.mass(), first.held} : Metric{system.mass()});
-    tried += others.count();
-    for (int n = 0; n < others.count(); ++n) {
-      if (stop()) throw Interrupted();
-      auto q = others.pose(n);
-      for (std::size_t c = 0; holds && c < q.size(); ++c)
-        if (first.held[c]) q[c] = given[c];
-      if (!closing.close_from(q) || !mismatch(mechanism, q).key.empty()) continue;
-      s.q = q;
-      any_pose.unwind_to(given, s.q);
-      begun->other =
-          fmt::format("{}; assembled from initial guess {} of {}: {}",
-                      closed && !wrong.key.empty() ? fmt::format("from the given positions {}", wrong.what)
-                      : any(first.held)            ? "the given positions do not lead to a closed pose"
-                                                   : "the first positions do not lead to a closed pose",
-                      n + 1, others.count(), others.what(n));
-      return;
-    }
+    const auto guess = close_elsewhere(open, system, closed ? s.q : best, given,
+                                       holds ? first.held : std::vector<char>{}, stop, s.q, tried);
+    if (guess.empty()) continue;
+    any_pose.unwind_to(given, s.q);
+    begun->other =
+        fmt::format("{}; {}",
+                    closed && !wrong.key.empty() ? fmt::format("from the given positions {}", wrong.what)
+                    : any(first.held)            ? "the given positions do not lead to a closed pose"
+                                                 : "the first positions do not lead to a closed pose",
+                    guess);
+    return;
   }
   if (!closed) refuse_open(mechanism, system, best, tried);
   if (!wrong.key.empty())
@@ -286,8 +298,10 @@ bool move_ideally(const Mechanism& mechanism, State& s, const StopToken& stop) {
   return true;
 }
 
-/// Positions of the start "given": as stated, and closed to rounding.
-void take_positions(const Mechanism& mechanism, const System& system, State& s, const StopToken& stop) {
+/// Positions of the start "given": as stated, and closed to rounding. Absent ones may need another
+/// initial guess, which `note` then names.
+void take_positions(const Mechanism& mechanism, const System& system, State& s, std::string& note,
+                    const StopToken& stop) {
   // A loaded contact is compressed, by up to a tenth of the clearance or of a disc's radius of
   // curvature; beyond that a run's own results would be doubtful (facade/assess.cpp).
   const double accepted = 1e-6 * length_scale(system);
@@ -296,9 +310,13 @@ void take_positions(const Mechanism& mechanism, const System& system, State& s, 
   if (open.amount > accepted && std::ranges::count(held, 0) > 0) {
     auto q = hung(mechanism, s.q);
     std::vector<double> best;
+    int tried = 0;
     if (Closing(mechanism, system, stop, {system.mass(), held}).close(q, best)) {
       s.q = q;
       open = {};
+    } else if (any(held)) {
+      note = close_elsewhere(mechanism, system, best, s.q, held, stop, s.q, tried);
+      if (!note.empty()) open = {};
     }
   }
   if (open.amount > accepted)
@@ -322,7 +340,7 @@ State assemble(const Mechanism& mechanism, RunOptions::Start start, std::string*
   std::string note;
   Begun begun;
   if (start == Start::given) {
-    take_positions(mechanism, system, s, stop);
+    take_positions(mechanism, system, s, note, stop);
   } else {
     assemble_positions(mechanism, system, s, &begun, stop);
     note = begun.other;

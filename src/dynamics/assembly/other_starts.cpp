@@ -94,10 +94,10 @@ std::optional<Vec2> carried(const Mechanism& m, const std::vector<char>& placed,
 }
 
 /// Attaches all bodies without a stated position that joints connect with placed ones, first the
-/// ground and the bodies of stated position and angle, each to one nearer to them; guides come last,
-/// because they leave a displacement open. The angle of a body is its stated one, that of a joint or
-/// drive, that of a second pin whose place is known, or angle_of(body). It is displaced along a
-/// guide by slide_by(body). Bodies of stated position get such an angle likewise.
+/// ground and the bodies of stated position and angle, each to one nearer to them. The angle of a body
+/// is its stated one, that of a joint or drive, that of a second pin whose place is known, or
+/// angle_of(body); bodies of the last kind wait for the others. Guides come last, because they leave a
+/// displacement open: slide_by(body). Bodies of stated position get such an angle likewise.
 std::vector<double> hang_all(const Mechanism& m, std::vector<double> q, const auto& angle_of,
                              const auto& slide_by) {
   const auto body_at = [&](int b) -> const Body& { return m.bodies[static_cast<std::size_t>(b)]; };
@@ -106,7 +106,8 @@ std::vector<double> hang_all(const Mechanism& m, std::vector<double> q, const au
     placed[b] = m.bodies[b].position && (m.bodies[b].angle || m.bodies[b].point);
   const auto before = [&](int body) { return body == ground || placed[static_cast<std::size_t>(body)]; };
   /// Angle of a body about `from` of its frame at p, from another pin of it that fits so.
-  const auto angle_about = [&](int body, const Vec2& from, const Vec2& p, double fits, double otherwise) {
+  const auto angle_about = [&](int body, const Vec2& from, const Vec2& p, double fits,
+                               double otherwise) -> std::optional<double> {
     for (std::size_t k = 0; k < m.joints.size(); ++k) {
       const auto& joint = m.joints[k];
       const int end = end_in(joint, body);
@@ -122,9 +123,10 @@ std::vector<double> hang_all(const Mechanism& m, std::vector<double> q, const au
       if ((now - line).norm() <= 1e-9 * arm.norm()) return otherwise;  // keeps its digits
       return std::atan2(cross(arm, line), dot(arm, line));
     }
-    return otherwise;
+    return std::nullopt;
   };
-  const auto attach = [&](bool by_guides) {
+  enum class Which { known_angles, any_angle, guides };
+  const auto attach = [&](Which which) {
     bool more = false;
     auto now = placed;
     for (std::size_t k = 0; k < m.joints.size(); ++k) {
@@ -135,16 +137,21 @@ std::vector<double> hang_all(const Mechanism& m, std::vector<double> q, const au
       const int end = before(pair[0]) ? 1 : 0, body = pair[end], hung_on = pair[1 - end];
       const Vec2 slide = slide_of(joint, q);
       const auto& facts = body_at(body);
-      if (now[static_cast<std::size_t>(body)] || (!slide.is_zero() && !facts.position && !by_guides))
+      if (now[static_cast<std::size_t>(body)] ||
+          (!slide.is_zero() && !facts.position && which != Which::guides))
         continue;
-      double relative = 0, angle = facts.angle.value_or(angle_of(body));
-      if (!facts.angle && held_angle(m, static_cast<int>(k), relative))
-        angle =
+      double relative = 0;
+      const double otherwise = angle_of(body);
+      auto known = facts.angle;
+      if (!known && held_angle(m, static_cast<int>(k), relative))
+        known =
             (hung_on == ground ? 0 : planar::angle(q.data(), hung_on)) + (end == 1 ? relative : -relative);
-      else if (!facts.angle && facts.position)
-        angle = angle_about(body, {0, 0}, *facts.position, INFINITY, angle);
-      else if (!facts.angle && std::holds_alternative<RevoluteJoint>(joint))
-        angle = angle_about(body, end_of(joint, end), end_place(joint, 1 - end, q), 1e-6, angle);
+      else if (!known && facts.position)
+        known = angle_about(body, {0, 0}, *facts.position, INFINITY, otherwise).value_or(otherwise);
+      else if (!known && std::holds_alternative<RevoluteJoint>(joint))
+        known = angle_about(body, end_of(joint, end), end_place(joint, 1 - end, q), 1e-6, otherwise);
+      if (!known && which == Which::known_angles) continue;
+      const double angle = known.value_or(otherwise);
       now[static_cast<std::size_t>(body)] = 1;
       more = true;
       if (facts.position) {
@@ -161,7 +168,7 @@ std::vector<double> hang_all(const Mechanism& m, std::vector<double> q, const au
     placed = now;
     return more;
   };
-  while (attach(false) || attach(true)) {
+  while (attach(Which::known_angles) || attach(Which::any_angle) || attach(Which::guides)) {
   }
   return q;
 }

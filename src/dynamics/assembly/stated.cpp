@@ -94,7 +94,8 @@ std::vector<Change> changed_velocities(const Mechanism& m, const std::vector<dou
 }
 
 double speed_scale(const Mechanism& m, const std::vector<double>& v, double length) {
-  double speed = 0;
+  // Speeds of rounding size, as beside stated zeros, are no scale.
+  double speed = 1e-3 * length;  // m/s: in a second a thousandth of the length
   const auto stated = stated_state(m).v;
   for (const auto* list : {&v, &stated})
     for (std::size_t b = 0; b < m.bodies.size(); ++b)

@@ -48,7 +48,7 @@ std::vector<Change> changed_positions(const Mechanism& mechanism, const std::vec
 std::vector<Change> changed_velocities(const Mechanism& mechanism, const std::vector<double>& v,
                                        double length, double speed);
 /// Speed scale (m/s) of a start: the greatest of its velocities, the stated ones and the rates of
-/// drives. Rates of angles are multiplied by the length (m).
+/// drives, and at least 1e-3 lengths (m) per second. Rates of angles are multiplied by the length.
 double speed_scale(const Mechanism& mechanism, const std::vector<double>& v, double length);
 
 /// The greatest changes as text: "bodies.rod.angle by 0.21 rad, bodies.crank.angle by 0.1 rad".
