@@ -81,7 +81,7 @@ int sweep(const SweepRequest& request) {
     return in_shards(divided_sweep(study, request.conduct(), "sweep",
                                    study_arguments(request.scene, request.reach), subject_of(study)),
                      request.shards, folder, request.threads, request.stop);
-  const auto planned = plan(study, request.conduct());
+  const auto planned = plan(study, request.conduct(), request.threads);
   if (request.stop()) return interrupted(Kept::nothing);
   if (request.prune && !std::filesystem::exists(folder / "sweep.db"))
     throw SceneError(fmt::format("{}: has no sweep.db to remove runs from", folder.string()));

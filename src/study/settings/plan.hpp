@@ -16,8 +16,9 @@ struct PlannedRun {
 };
 
 /// All runs of a study, without duplicates. Reads, compiles and assembles each scene, and checks
-/// that it has the joints and instruments that the study names. Throws SceneError. A stop request
-/// ends the planning early; the list is then incomplete.
-std::vector<PlannedRun> plan(const Study& study, const Conduct& conduct);
+/// that it has the joints and instruments that the study names, in `threads` threads (0: all cores).
+/// Throws the SceneError of the first wrong case. A stop request ends the planning early; the list is
+/// then incomplete.
+std::vector<PlannedRun> plan(const Study& study, const Conduct& conduct, int threads = 0);
 
 }  // namespace freeplay
