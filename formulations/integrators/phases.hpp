@@ -53,7 +53,8 @@ class Phases {
         };
         const auto motion = phase.speed ? GapMotion{GapMotion::Shape::straight, 0, course.bend(), 0}
                                         : phase.motion(bounds, piece, up, x1.data());
-        const double noise = phase.speed ? course_rounding * std::max(1.0, course.largest()) : rounding(k);
+        const double noise =
+            phase.speed ? course_rounding * std::max(speed_of(phase), course.largest()) : rounding(k);
         const auto t = first_loss([&](double s) { return left(at(s), s); }, t0, t1, left(x0, t0),
                                   left(x1, t1), motion, noise, unseen);
         if (t && *t < found.t) found = {k, up, *t};
@@ -65,12 +66,8 @@ class Phases {
   template <class Method, class F>
   void land(const System& system, Method& method, F& f, Crossing& c) const {
     const auto& phase = system.phase(c.phase);
-    land_on_gap(method, f, c.t, rounding(c.phase), [&] {
-      auto now = rest(system, c.phase, c.up, method.x);
-      if (phase.speed)  // without the terms of turning axes: Newton's method corrects the rest
-        now.rate = (c.up ? -1 : 1) * phase.at(method.x.data(), method.dxdt.data() + system.n()).value;
-      return now;
-    });
+    if (phase.speed) return land_on_speed(system, method, f, c);
+    land_on_gap(method, f, c.t, rounding(c.phase), [&] { return rest(system, c.phase, c.up, method.x); });
   }
   /// The pieces, for Reading::pieces.
   const Piece* pieces() const { return pieces_.data(); }
@@ -110,6 +107,31 @@ class Phases {
     for (std::size_t j = 1; j < StepCourse::degree; ++j) w[j] = speed(at(StepCourse::time(t0, t1, j)));
     w.back() = speed(x0);
     return {t0, t1, w};
+  }
+  /// Scale of a speed: its greatest kink.
+  static double speed_of(const Phase& phase) {
+    double most = 0;
+    for (const double kink : phase.kinks) most = std::max(most, std::abs(kink));
+    return most > 0 ? most : 1;
+  }
+  /// Secants over the ends of real steps. On a steep piece a speed follows an equilibrium: its rate there
+  /// is that of its error, and an implicit method's interpolation is less accurate than its steps.
+  template <class Method, class F>
+  void land_on_speed(const System& system, Method& method, F& f, Crossing& c) const {
+    if (c.t <= method.t_old) return land_at(method, f, c.t);
+    const double accepted = 1e-15 * speed_of(system.phase(c.phase));
+    double before = method.t_old, value_before = rest(system, c.phase, c.up, method.x_old).value;
+    for (int i = 0; i < 8; ++i) {
+      method.land(f, c.t);
+      const double value = rest(system, c.phase, c.up, method.x).value;
+      const double rate = (value - value_before) / (c.t - before);
+      if (std::abs(value) <= accepted || rate == 0 || !std::isfinite(rate)) return;
+      const double next = c.t - value / rate;
+      if (!(next > method.t_old) || std::abs(next - c.t) <= 2e-16 * c.t) return;
+      if (std::abs(next - c.t) > 0.5 * (c.t - method.t_old)) return;  // grazing: keep the bracketed root
+      before = c.t, value_before = value;
+      c.t = next;
+    }
   }
   static double rounding(const Piece& piece) {
     const auto size = [](double x) { return std::isfinite(x) ? std::abs(x) : 0; };
