@@ -149,3 +149,32 @@ TEST_CASE("kinks in steps: random saturated controllers") {
                      6 * std::sqrt(2 * target * J / limit));
   }
 }
+
+TEST_CASE("a speed follows and leaves a flank of its curve at any size of the mechanism", "[cross][kinks]") {
+  // A spring drives a slider along a falling flank 4e-5 m/s wide until the flank ends. Powers of two
+  // only change exponents. Expected: products of matrix exponentials of the pieces, with borders bisected.
+  const double x = -0.05344602545871351, v = -0.14931813027382967;  // m, m/s
+  for (const double size : {0x1p-20, 1.0, 0x1p10})
+    for (const auto& way : all_ways) {
+      CAPTURE(size, way.name);
+      const double force = std::pow(size, 4), mass = std::pow(size, 3);
+      std::string points;
+      const double knots[][2] = {
+          {-2.366692287207438, -0.01679445185775615},  {0.07094775063382791, -0.01679445185775615},
+          {0.07098486322150457, 0.07484523517265404},  {0.07101667401094172, 0.07484523517265404},
+          {0.07105378659861838, -0.01679445185775615}, {2.366692287207438, -0.01679445185775615}};
+      for (const auto& k : knots) points += fmt::format("[{:.17g}, {:.17g}], ", k[0] * size, k[1] * force);
+      const auto text = fmt::format(
+          "[bodies.it]\nmass = {:.17g}\ninertia = {:.17g}\nvelocity = [{:.17g}, 0]\n[joints.j]\n"
+          "type = \"translational\"\nbetween = [\"ground\", \"it\"]\n[drives.d]\njoint = \"j\"\nforce = \"c\"\n"
+          "against = \"speed\"\n[curves.c]\nshape = \"table\"\npoints = [{}]\n[loads.k]\ntype = \"spring-damper\"\n"
+          "between = [\"ground\", \"it\"]\nat = [[{:.17g}, 0], [0, 0]]\nfree_length = {:.17g}\nstiffness = {:.17g}\n"
+          "[run]\nduration = 1.3639652692102953\nstart = \"given\"\n",
+          0.18299571643338447 * mass, 0.1 * mass * size * size, 0.1688206472886759 * size, points, -5 * size,
+          5 * size, 1.4852204843047074 * mass);
+      const auto run = test::finished(test::scene_by(way, text), way.family);
+      // thousand steps of 1e-8 of the arm; time stepping as above
+      CHECK(run.final_state.q[0] / size == Approx(x).margin(way.stepping() ? 1e-4 : 2e-6).epsilon(0));
+      CHECK(run.final_state.v[0] / size == Approx(v).margin(way.stepping() ? 1e-4 : 2e-6).epsilon(0));
+    }
+}
