@@ -2,12 +2,13 @@
 
 #include <fmt/format.h>
 #include <oneapi/tbb/parallel_for.h>
-#include <oneapi/tbb/task_arena.h>
 
 #include <algorithm>
 #include <atomic>
 #include <exception>
 #include <set>
+
+#include "study/runs/threads.hpp"
 
 namespace freeplay {
 
@@ -18,7 +19,7 @@ std::vector<std::exception_ptr> errors_of(const Study& study, const std::vector<
                                           const Conduct& conduct, int threads) {
   std::vector<std::exception_ptr> errors(all.size());
   std::atomic<std::size_t> failed = all.size();
-  oneapi::tbb::task_arena arena(threads > 0 ? threads : oneapi::tbb::task_arena::automatic);
+  Threads arena(threads);
   arena.execute([&] {
     oneapi::tbb::parallel_for(std::size_t{0}, all.size(), [&](std::size_t i) {
       if (all[i].start != 0 || i > failed || conduct.stop()) return;
