@@ -205,7 +205,7 @@ std::optional<std::string> EventDriven::choose_ahead(const std::vector<int>& tou
   std::vector<double> slope(n), middle(n);
   const double shortest = 1e-5 * span_, delays[] = {1e-3 * span_, shortest, 1e-2 * span_};
   d(method_.x, slope, method_.t);
-  const auto within = search_.clear_of_limits(d, method_.x, last_);
+  const auto clear = search_.clear_of_limits(d, method_.x, last_);
   for (const double delay : delays) {  // midpoint rule
     for (std::size_t i = 0; i < n; ++i) middle[i] = method_.x[i] + 0.5 * delay * slope[i];
     ahead.emplace_back(n);
@@ -222,7 +222,7 @@ std::optional<std::string> EventDriven::choose_ahead(const std::vector<int>& tou
     bool later = false;
     for (std::size_t i = 0; i < next.size(); ++i)
       later = later || (slides[i] != 0 && next[i] != open && next[i] != slides[i]) ||
-              (delays[k] > shortest && within[i] && next[i] != present[i]);
+              (delays[k] > shortest && clear[i] && next[i] != present[i]);
     if (!later && next != present) return reason;
   }
   return {};

@@ -35,11 +35,14 @@ std::string ModeChoice::choose(ModeEquations& d, ModeMotion& motion, const Vecto
   if (d.coupled.size() > 0 && (!solution.solved || may_be_several(d))) {
     const ModeTrials trials(d, contacts_, slips_, resting_, problem_.scale());
     const auto trouble = d.trouble;
-    if (const auto found = trials.find(d, motion, x, t); found.size() > 1)
+    const auto found = trials.find(d, motion, x, t);
+    if (found.size() > 1)
       return fmt::format("{}: {}; or {}", words_of(CoupledFriction::Outcome::several),
                          trials.words_of(d, found[0].mode), trials.words_of(d, found[1].mode));
-    else if (found.size() == 1)
-      return trials.take(d, motion, found[0]), "";
+    if (found.size() == 1) {
+      trials.take(d, motion, found[0]);
+      return "";
+    }
     d.trouble = trouble;
     if (solution.solved)
       if (const auto motions = other_motion(d, x, t, candidates); !motions.empty())

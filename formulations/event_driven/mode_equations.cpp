@@ -66,6 +66,7 @@ void ModeEquations::place(const double* q, double t) {
 }
 
 bool ModeEquations::solve_free(const Vector& x, double t) {
+  shared_force = 0;
   const double *q = x.data(), *v = q + system.n();
   ++work.rhs;
   ++work.factorisations;

@@ -61,6 +61,7 @@ bool ModeMotion::solve_compiled(ModeEquations& d, const Vector& x, double t, Com
   const double *q = x.data(), *v = q + system.n();
   const MotionKernel::At at{t, q, v, q + d.state_offset()};
   d.forget_place();
+  d.shared_force = 0;
   if (!kernel_.motion(system, d.saddle, d.e, at, d.a.data(), d.lambda.data(), found.drive)) return false;
   d.placed(q, t);
   for (auto& c : d.contacts) {
@@ -124,7 +125,6 @@ void ModeMotion::hold_rows(ModeEquations& d, const Vector& x) {
 
 void ModeMotion::solve_rows(ModeEquations& d) {
   auto& rows = d.rows;
-  d.shared_force = 0;
   if (rows.used() == 0) return;
   rows.fill();
   rows.solve();

@@ -16,10 +16,8 @@
 #include <sstream>
 
 #include "dynamics/assembly/assembly.hpp"
-#include "dynamics/system.hpp"
 #include "mechanism/error.hpp"
 #include "mechanism/scene.hpp"
-#include "verification/support/scene_text.hpp"
 #include "verification/support/support.hpp"
 
 using namespace freeplay;
@@ -485,67 +483,4 @@ TEST_CASE("random contradictory starts are refused or reported", "[assembly]") {
   INFO(failures.first);
   CHECK(failures.silent == 0);
   CHECK(failures.refused == 0);
-}
-
-TEST_CASE("a stated rate of rounding size beside rates of zero is no contradiction", "[assembly]") {
-  // Of seed 881702: the guide keeps the angle, and the angular velocity is one of an earlier assembly.
-  const auto scene = [](const char* rate) {
-    return test::body("m", 1, 1, fmt::format("angle = 0\nangular_velocity = {}\n", rate)) +
-           test::guide("g", "ground", "m") + "[run]\nduration = 1\n";
-  };
-  for (const char* rate : {"0", "1.1e-17", "-3e-16"}) {
-    const auto m = parse_scene(scene(rate), "guided").mechanism;
-    std::string note;
-    const auto start = assemble(m, RunOptions::Start::assembled, &note);
-    CHECK(start.v[2] == 0);
-    CHECK(note.empty());
-  }
-  const auto turning = parse_scene(scene("1e-3"), "guided").mechanism;
-  CHECK_THROWS_WITH(assemble(turning, RunOptions::Start::assembled),
-                    Catch::Contains("bodies.m.angular_velocity") && Catch::Contains("joints.g"));
-}
-
-TEST_CASE("positions without angles that the first guess does not close are kept from another guess",
-          "[assembly]") {
-  // Of seed 881701: the rod's centre is stated; crank and slider follow in one of two ways each.
-  const std::string text = R"([bodies.b0]
-mass = 0.217
-inertia = 0.2
-[bodies.b2]
-mass = 3.66
-inertia = 2
-[bodies.b1]
-mass = 0.33
-inertia = 0.72
-position = [7.536248147200598, 0.24712145910770822]
-[joints.j0]
-type = "revolute"
-between = ["b0", "ground"]
-at = [[0.42495699360271721, -0.45143916008777596], [5.7648461334454524, 0.12514142343342258]]
-[joints.j1]
-type = "revolute"
-between = ["b1", "b0"]
-at = [[-0.17971739625434346, -0.80811929769286173], [-0.8526733971141528, 0.78829209766936847]]
-[joints.j2]
-type = "revolute"
-between = ["b2", "b1"]
-at = [[-0.52513667117560792, 0.46359031104203097], [-3.3631301367673521, 3.9813278936360348]]
-[joints.j3]
-type = "translational"
-between = ["ground", "b2"]
-at = [[9.1901717995501286, -2.0117125087809957], [-0.52513667117560792, 0.46359031104203097]]
-axis = [0.65559425695877283, -0.75511334926795892]
-[run]
-duration = 1
-)";
-  const auto m = parse_scene(text, "crank").mechanism;
-  for (const auto from : {RunOptions::Start::given, RunOptions::Start::assembled}) {
-    std::string note;
-    const auto start = assemble(m, from, &note);
-    CHECK(start.q[6] == Approx(7.536248147200598).epsilon(1e-14));
-    CHECK(start.q[7] == Approx(0.24712145910770822).epsilon(1e-13));
-    CHECK(note.find("initial guess") != std::string::npos);
-    const System system(m);
-    CHECK(worst_open_joint(system, start.q).amount < 1e-13);
-  }
 }
