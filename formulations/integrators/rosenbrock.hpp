@@ -96,10 +96,15 @@ class RosenbrockStep {
   /// accepted.
   template <class F>
   bool control(F& f, MethodState& s, double h) {
+    constexpr double shortest = 0.2;  // length of the next step over this one
     make(f, s, h);
+    if (stepper_.damps_growth()) {
+      dt_ = shortest * h;
+      return false;
+    }
     const double ratio = norm_.error(*this, s.x, s.dxdt, error_, h);
     // The error estimate is of third order, proportional to h⁴.
-    dt_ = h * std::clamp(0.9 * std::pow(std::max(ratio, 1e-10), -0.25), 0.2, 5.0);
+    dt_ = h * std::clamp(0.9 * std::pow(std::max(ratio, 1e-10), -0.25), shortest, 5.0);
     return ratio <= 1;
   }
 

@@ -182,4 +182,9 @@ void Rosenbrock4::step(const Problem& p, const double* x, double t, double h, do
   Eigen::Map<Eigen::VectorXd>(error, n) = s.g[stages - 1];
 }
 
+bool Rosenbrock4::damps_growth() const {
+  // The determinant of 4/h − J, reduced to the retained unknowns by positive factors
+  return !storage_->kept.empty() && storage_->factors.sign() < 0;
+}
+
 }  // namespace freeplay

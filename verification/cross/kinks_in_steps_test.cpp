@@ -178,3 +178,26 @@ TEST_CASE("a speed follows and leaves a flank of its curve at any size of the me
       CHECK(run.final_state.v[0] / size == Approx(v).margin(way.stepping() ? 1e-4 : 2e-6).epsilon(0));
     }
 }
+
+TEST_CASE("a speed leaves an equilibrium that becomes unstable", "[cross][kinks]") {
+  // A spring draws a slider along a falling flank 5e-5 m/s wide, until k x is the greatest force, 5 N. The equilibrium
+  // goes on along a rising flank with a rate of growth of 1e5/s: a long implicit step damps that growth, and follows it.
+  // Expected: a harmonic motion, v = 1 m/s, and again a harmonic motion.
+  const std::string text =
+      "gravity = [0, 0]\n[bodies.it]\nmass = 1\ninertia = 1\nvelocity = [1.01, 0]\n[joints.j]\n"
+      "type = \"translational\"\nbetween = [\"ground\", \"it\"]\n[drives.d]\njoint = \"j\"\nforce = \"c\"\n"
+      "against = \"speed\"\n[curves.c]\nshape = \"table\"\n"
+      "points = [[-9, 0], [0.99995, 0], [1, 5], [1.00005, 0], [9, 0]]\n[loads.k]\ntype = \"spring-damper\"\n"
+      "between = [\"ground\", \"it\"]\nat = [[-20, 0], [0, 0]]\nfree_length = 20\nstiffness = 10\n"
+      "[run]\nduration = 0.8\nstart = \"given\"\n";
+  const double omega = std::sqrt(10.0), v0 = 1.01, reached = std::acos(1 / v0) / omega,
+               left = reached + 0.5 - v0 / omega * std::sin(omega * reached), phase = omega * (0.8 - left);
+  for (const auto& way : all_ways) {
+    INFO(way.name);
+    const auto run = test::finished(test::scene_by(way, text), way.family);
+    // 5e-5 of the speed for 0.5 s, and growth from rounding to 1 m/s within 3e-4 s. Adaptive time stepping as above.
+    const double bound = way.stepping() ? 2e-3 : 5e-4;
+    CHECK(std::abs(run.final_state.q[0] - 0.5 * std::cos(phase) - std::sin(phase) / omega) < bound);
+    CHECK(std::abs(run.final_state.v[0] + 0.5 * omega * std::sin(phase) - std::cos(phase)) < 10 * bound);
+  }
+}

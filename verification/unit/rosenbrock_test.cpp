@@ -27,7 +27,8 @@ struct LinearProblem {
   Eigen::MatrixXd A;
   Eigen::VectorXd b;
 
-  Eigen::VectorXd step(const Eigen::VectorXd& x, double h, Eigen::VectorXd& error) const {
+  Eigen::VectorXd step(const Eigen::VectorXd& x, double h, Eigen::VectorXd& error,
+                       bool* damps_growth = nullptr) const {
     Rosenbrock4::Problem problem;
     problem.context = const_cast<LinearProblem*>(this);
     problem.side = [](void* self, const double* y, double* dydt, double t) {
@@ -44,6 +45,7 @@ struct LinearProblem {
     Eigen::VectorXd to(x.size());
     error.resize(x.size());
     method.step(problem, x.data(), 0.3, h, to.data(), error.data());
+    if (damps_growth) *damps_growth = method.damps_growth();
     return to;
   }
 };
@@ -99,6 +101,23 @@ TEST_CASE("rosenbrock4: a step does not depend on the unknowns in which it is wr
     // T has a condition below 100: rounding of 1e-16 becomes 1e-14, times the length of the sums.
     CHECK((inverse * other - to).norm() < 1e-12 * to.norm());
     CHECK((inverse * mixed_error - error).norm() < 1e-12 * to.norm());
+  }
+}
+
+TEST_CASE("rosenbrock4: steps that damp growth are known from the sign of the determinant") {
+  // x'' = 9 x − 2 x' has the rates −1 ± √10; x alone is an integral, x₂ and an integral of both stand beside it.
+  LinearProblem p{Eigen::MatrixXd::Zero(4, 4), Eigen::VectorXd::Zero(4)};
+  p.A(0, 1) = p.A(3, 0) = p.A(3, 2) = 1;
+  p.A(1, 0) = 9;
+  p.A(1, 1) = -2;
+  p.A(2, 2) = -1e4;
+  const double pole = 4 / (std::sqrt(10.0) - 1);
+  for (const double h : {1e-3, 0.99 * pole, 1.01 * pole, 100.0}) {
+    CAPTURE(h);
+    Eigen::VectorXd error;
+    bool damped = false;
+    p.step(Eigen::VectorXd::Ones(4), h, error, &damped);
+    CHECK(damped == (h > pole));
   }
 }
 
