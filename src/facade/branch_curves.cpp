@@ -56,8 +56,7 @@ BifurcationCurve::BifurcationCurve(const Scene& scene, const SecondKey& second, 
 }
 
 BranchSolver BifurcationCurve::solver(int free, double fixed) const {
-  Scene scene = scene_;
-  set_number_key(scene, keys_[1 - free], Family::nonsmooth, fixed);
+  const auto scene = property(scene_, keys_[1 - free], Family::nonsmooth).at(fixed);
   auto setup = start_.solver.setup();
   setup.key = keys_[free];
   setup.from = 0;
@@ -229,9 +228,7 @@ std::optional<BifurcationCurve::Located> BifurcationCurve::locate(const std::vec
   const auto begin = predicted(points, other, near[other]);
   base.point.state = begin.state;
   base.parameter = begin.at * range_[of];
-  Scene scene = scene_;
-  set_number_key(scene, keys_[other], Family::nonsmooth, near[other] * range_[other]);
-  base.model = std::make_shared<BranchModel>(scene, s.setup(), s.periods(), base.parameter);
+  base.model = std::make_shared<BranchModel>(s.varied(), s.setup(), s.periods(), base.parameter);
   auto& map = base.model->map;
   map.take_closed(last.base.model->map);
   if (s.setup().autonomous) map.set_length(begin.length);
@@ -334,7 +331,7 @@ CurvePoint BifurcationCurve::point_of(const Located& p) const {
 
 std::pair<std::vector<CurvePoint>, CurveEnds> BifurcationCurve::follow(
     const std::function<void(const CurvePoint&)>& on_point) {
-  const double second = number_of_key(scene_, second_.key, Family::nonsmooth);
+  const double second = property(scene_, second_.key, Family::nonsmooth).value();
   CurveEnds ends;
   ends.curve = number_;
   ends.kind = start_.kind;

@@ -35,12 +35,6 @@ double map_length(const BranchSetup& setup, int periods, const Scene& scene, con
   return periods * section_period(excitation_of(scene.mechanism, system), setup.period);
 }
 
-Scene with_key(const Scene& given, const BranchSetup& setup, double parameter) {
-  Scene scene = given;
-  set_number_key(scene, setup.key, setup.family, parameter);
-  return scene;
-}
-
 /// Times of onsets after the section, s.
 std::vector<double> onset_times(const BranchMotion& m) {
   std::vector<double> list;
@@ -66,8 +60,8 @@ double length_of(const VectorXd& tangent, Eigen::Index local) {
   return std::hypot(tangent.head(local).norm(), tangent[tangent.size() - 1]);
 }
 
-BranchModel::BranchModel(const Scene& given, const BranchSetup& setup, int periods, double parameter)
-    : scene(with_key(given, setup, parameter)),
+BranchModel::BranchModel(const Parameter& key, const BranchSetup& setup, int periods, double value)
+    : scene(key.at(value)),
       system(scene.mechanism),
       map(scene, system, setup.autonomous ? 1 : map_length(setup, periods, scene, system), setup.autonomous,
           setup.stop, setup.family) {}
@@ -79,7 +73,7 @@ std::vector<int> BranchMotion::sequence() const {
 }
 
 BranchSolver::BranchSolver(const Scene& given, BranchSetup setup, int periods)
-    : given_(given), setup_(std::move(setup)), periods_(periods) {}
+    : varied_(property(given, setup.key, setup.family)), setup_(std::move(setup)), periods_(periods) {}
 
 MapKey BranchSolver::key() const {
   MapKey k{.name = setup_.key};
@@ -92,7 +86,7 @@ MapKey BranchSolver::key() const {
 
 std::shared_ptr<BranchModel> BranchSolver::model(double parameter, const ReturnMap* like,
                                                  double length) const {
-  auto m = std::make_shared<BranchModel>(given_, setup_, periods_, parameter);
+  auto m = std::make_shared<BranchModel>(varied_, setup_, periods_, parameter);
   if (like) m->map.take_closed(*like);
   if (setup_.autonomous) m->map.set_length(length);
   return m;

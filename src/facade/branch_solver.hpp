@@ -18,6 +18,7 @@
 
 #include "dynamics/system.hpp"
 #include "facade/return_map.hpp"
+#include "io/scene/scene_text.hpp"
 #include "mechanism/scene.hpp"
 #include "numerics/dense.hpp"
 
@@ -37,7 +38,7 @@ struct BranchSetup {
 /// The mechanism at one value of the key.
 struct BranchModel {
   /// Throws ModelError or SceneError if the value is not possible.
-  BranchModel(const Scene& given, const BranchSetup& setup, int periods, double parameter);
+  BranchModel(const Parameter& key, const BranchSetup& setup, int periods, double value);
   Scene scene;
   System system;
   ReturnMap map;
@@ -78,6 +79,7 @@ class BranchSolver {
 
   const BranchSetup& setup() const { return setup_; }
   int periods() const { return periods_; }
+  const Parameter& varied() const { return varied_; }
   double scale() const { return scale_; }
   void set_scale(double scale) { scale_ = scale; }
   /// Least number of steps of a motion; see refine().
@@ -134,7 +136,7 @@ class BranchSolver {
   Eigen::MatrixXd system_at(const BranchCondition& c, const BranchModel& model, const ReturnPoint& p) const;
   MapKey key() const;
 
-  Scene given_;
+  Parameter varied_;  // the key
   BranchSetup setup_;
   int periods_;
   double scale_ = 1;  // σ

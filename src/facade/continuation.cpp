@@ -79,8 +79,7 @@ class Continuation {
                       .family = family_of(request_.formulation),
                       .stop = request_.stop};
     const double begin = request_.start.value_or(request_.from);
-    Scene first = scene_;
-    set_number_key(first, setup.key, setup.family, begin);
+    const auto first = property(scene_, setup.key, setup.family).at(begin);
     const System system(first.mechanism);
     setup.autonomous = !excitation_of(first.mechanism, system).any;
     count_ = request_.branches;
@@ -311,7 +310,8 @@ class Continuation {
     BranchMotion base;
     base.parameter = flip.parameter;
     base.point.state = flip.point.state;
-    base.model = std::make_shared<BranchModel>(scene_, solver.setup(), solver.periods(), flip.parameter);
+    base.model =
+        std::make_shared<BranchModel>(solver.varied(), solver.setup(), solver.periods(), flip.parameter);
     auto& map = base.model->map;
     map.take_closed(flip.model->map);
     map.set_length(2 * flip.model->map.length());
@@ -454,7 +454,7 @@ class Continuation {
   /// Follows the curve of a bifurcation over both keys, unless an earlier curve passes through it.
   void follow_curve(CurveStart start) {
     const auto& second = *request_.second;
-    const double at = number_of_key(scene_, second.key, Family::nonsmooth);
+    const double at = property(scene_, second.key, Family::nonsmooth).value();
     const double p = start.parameter / std::abs(request_.to - request_.from),
                  r = at / std::abs(second.to - second.from);
     const auto& list = result_.curve_points;
@@ -486,7 +486,7 @@ class Continuation {
 
 Branches continue_orbit(const Scene& scene, const ContinuationRequest& request) {
   const auto family = family_of(request.formulation);
-  number_of_key(scene, request.key, family);
+  static_cast<void>(property(scene, request.key, family));
   if (!(std::isfinite(request.from) && std::isfinite(request.to)) || request.from == request.to)
     throw ModelError("continue.to", "must differ from continue.from");
   if (request.start && !(*request.start >= std::min(request.from, request.to) &&
@@ -502,7 +502,7 @@ Branches continue_orbit(const Scene& scene, const ContinuationRequest& request) 
         "branches of orbits of time stepping are not available, because its return map has jumps; set "
         "it to \"event-driven\" or \"automatic\"");
   if (const auto& second = request.second) {
-    const double at = number_of_key(scene, second->key, Family::nonsmooth);
+    const double at = property(scene, second->key, Family::nonsmooth).value();
     if (second->key == request.key) throw ModelError("continue.second", "must differ from continue.key");
     if (!(at >= std::min(second->from, second->to) && at <= std::max(second->from, second->to)))
       throw ModelError("continue.second",

@@ -15,8 +15,8 @@
 #include "formulations/differences.hpp"
 #include "formulations/make.hpp"
 #include "formulations/sensitivity.hpp"
+#include "io/scene/scene_text.hpp"
 #include "io/scene/spelling.hpp"
-#include "io/scene/stated_number.hpp"
 #include "io/scene/toml_value.hpp"
 #include "io/scene/write_scene.hpp"
 #include "mechanism/scene.hpp"
@@ -228,7 +228,7 @@ VariedScene derivatives_of(const Scene& scene, const SensitivityRequest& request
 template <class T>
 void set_option(Scene& scene, const std::string& key, T& place, const std::type_identity_t<T>& value,
                 const std::string& text) {
-  if (equals_its_text(scene, to_toml(scene)))
+  if (SceneText(scene).is_original())
     scene.set(key, text);
   else
     place = value;
@@ -279,7 +279,7 @@ class Direction {
       Scene other = scene;
       for (std::size_t i = 0; i < steps_.size(); ++i)
         if (steps_[i] != 0)
-          set_number_key(other, found.keys[i], family, found.key_values[i] + place * steps_[i]);
+          other = property(other, found.keys[i], family).at(found.key_values[i] + place * steps_[i]);
       values_.push_back(derivatives_of(other, plain, 1, most_steps).found);
     }
   }

@@ -11,7 +11,6 @@
 #include <utility>
 
 #include "formulations/differences.hpp"
-#include "io/scene/stated_number.hpp"
 #include "mechanism/error.hpp"
 #include "values/family.hpp"
 
@@ -40,27 +39,8 @@ void require_property(const std::string& name, Family family) {
     throw ModelError(name, "is a numerical setting, not a property of the mechanism");
 }
 
-void set_number(Scene& scene, const std::string& name, double value) {
-  try {
-    scene.set(name, value);
-  } catch (const SceneError&) {
-    // The text may state the fact by another key, as run.revolutions for run.duration: try the canonical text,
-    // which an empty text requests, and report the first error if that fails, too.
-    Scene canonical = scene;
-    canonical.text.clear();
-    try {
-      canonical.set(name, value);
-    } catch (const SceneError&) {
-      canonical.text.clear();
-    }
-    if (canonical.text.empty()) throw;
-    scene = std::move(canonical);
-  }
-}
-
-std::unique_ptr<DisplacedScene> displace(const Scene& scene, const std::string& name, double value) {
-  auto d = std::make_unique<DisplacedScene>(DisplacedScene{scene, nullptr});
-  set_number(d->scene, name, value);
+std::unique_ptr<DisplacedScene> displace(const Parameter& key, double value) {
+  auto d = std::make_unique<DisplacedScene>(DisplacedScene{key.at(value), nullptr});
   d->system = std::make_unique<System>(d->scene.mechanism);
   return d;
 }
@@ -119,22 +99,17 @@ std::optional<double> number_of(std::string_view text) {
   return x;
 }
 
-double number_of_key(const Scene& scene, const std::string& name, Family family) {
+Parameter property(const Scene& scene, const std::string& name, Family family) {
   require_property(name, family);
-  return stated_number(scene, name).value;
-}
-
-void set_number_key(Scene& scene, const std::string& name, Family family, double value) {
-  require_property(name, family);
-  set_number(scene, name, value);
+  return {scene, name};
 }
 
 VariedKey vary(const Scene& scene, const System& system, const VariedStart& from, const std::string& name,
                Family family, DisplacedScenes& displaced, double share) {
-  require_property(name, family);
-  const auto k = stated_number(scene, name);
-  VariedKey v{.name = name, .value = k.value, .start = {}, .refused = {}};
-  const double scale = k.value != 0 ? std::abs(k.value) : k.greatest > 0 ? k.greatest : 1;
+  const auto key = property(scene, name, family);
+  const double value = key.value();
+  VariedKey v{.name = name, .value = value, .start = {}, .refused = {}};
+  const double scale = value != 0 ? std::abs(value) : key.greatest() > 0 ? key.greatest() : 1;
   v.spacing = share * relative_spacing * scale;
   const auto same = [&](const auto& d) {
     const auto& s = *d->system;
@@ -148,8 +123,8 @@ VariedKey vary(const Scene& scene, const System& system, const VariedStart& from
       return is_rounding(wide,
                          difference(ratio * v.spacing, all_of(from.start),
                                     [&](std::size_t i) {
-                                      const auto d = displace(
-                                          scene, name, k.value + difference_places[i] * ratio * v.spacing);
+                                      const auto d =
+                                          displace(key, value + difference_places[i] * ratio * v.spacing);
                                       return from.of(d->scene, *d->system);
                                     }),
                          ratio);
@@ -168,11 +143,11 @@ VariedKey vary(const Scene& scene, const System& system, const VariedStart& from
     std::vector<std::vector<double>> starts;
     try {
       for (const int place : difference_places) {
-        const auto& d = *displaced.emplace_back(displace(scene, name, k.value + place * v.spacing));
+        const auto& d = *displaced.emplace_back(displace(key, value + place * v.spacing));
         if (start.empty()) starts.push_back(from.of(d.scene, *d.system));
       }
     } catch (const ModelError& e) {
-      reason = fmt::format("values beside {} are not possible: {}", k.value, e.message);
+      reason = fmt::format("values beside {} are not possible: {}", value, e.message);
       v.spacing *= 0.1;
       continue;
     }
@@ -209,8 +184,8 @@ VariedKey vary(const Scene& scene, const System& system, const VariedStart& from
     v.systems[i] = displaced[i]->system.get();
     v.scenes[i] = &displaced[i]->scene;
   }
-  v.system_at = [&scene, name, &displaced](double value) {
-    displaced.push_back(displace(scene, name, value));
+  v.system_at = [key, &displaced](double at) {
+    displaced.push_back(displace(key, at));
     return displaced.back()->system.get();
   };
   return v;

@@ -11,6 +11,7 @@
 
 #include "dynamics/system.hpp"
 #include "formulations/sensitivity.hpp"
+#include "io/scene/scene_text.hpp"
 #include "mechanism/scene.hpp"
 #include "values/state.hpp"
 
@@ -45,11 +46,9 @@ inline std::vector<double> all_of(const State& s) {
 /// The finite number that is the whole text, with an optional sign.
 std::optional<double> number_of(std::string_view text);
 
-/// Value of a key with one number. `name`: KEY, or KEY[i] or KEY[i][j] for a number within a list. Throws
-/// ModelError if it is not a number or no property of the mechanism.
-double number_of_key(const Scene& scene, const std::string& name, Family family);
-/// Sets it to another value (SI).
-void set_number_key(Scene& scene, const std::string& name, Family family, double value);
+/// The number `name` (KEY, or KEY[i] or KEY[i][j] within a list) as a property of the mechanism. Throws ModelError if it
+/// is none.
+Parameter property(const Scene& scene, const std::string& name, Family family);
 
 /// Builds the displaced scenes of a key. A key at the end of its range, or one whose start cannot be
 /// assembled beside it, has no derivative. `share`: of the spacing of the displaced values.

@@ -125,7 +125,8 @@ TEST_CASE("random scenes: traced derivatives in contact modes equal general ones
     std::vector<std::string> varied;
     for (const auto& name : names) {
       try {
-        const double value = number_of_key(scene, name, Family::nonsmooth);
+        const auto key = property(scene, name, Family::nonsmooth);
+        const double value = key.value();
         double h = 5e-4 * (value == 0 ? 0.1 : std::abs(value));
         // A point that moves turns the normal of a contact by its displacement over the eccentricity, of which
         // these states may have a small part of the clearance.
@@ -134,8 +135,7 @@ TEST_CASE("random scenes: traced derivatives in contact modes equal general ones
         SystemTangent::Parameter p;
         p.spacing = h;
         for (std::size_t i = 0; i < 4; ++i) {
-          auto beside = scene;
-          set_number_key(beside, name, Family::nonsmooth, value + difference_places[i] * h);
+          const auto beside = key.at(value + difference_places[i] * h);
           systems.push_back(std::make_unique<System>(beside.mechanism));
           p.systems[i] = systems.back().get();
         }

@@ -302,8 +302,7 @@ inline RandomCase with_elements(Draw& r) {
 inline std::vector<double> values_at(const RandomCase& c, const std::string& key, double value,
                                      const std::string& formulation,
                                      const std::vector<std::string>& options = {}) {
-  auto scene = parse_scene(c.text, "random", options);
-  set_number_key(scene, key, family_of(formulation), value);
+  const auto scene = property(parse_scene(c.text, "random", options), key, family_of(formulation)).at(value);
   std::vector<double> values;
   for (const auto& q :
        sensitivities(scene, {.of = c.quantities, .to = {}, .formulation = formulation}).quantities)

@@ -13,6 +13,7 @@
 #include "io/scene/located.hpp"
 #include "io/scene/open_scene.hpp"
 #include "io/scene/read_section.hpp"
+#include "io/scene/scene_text.hpp"
 #include "io/scene/toml_value.hpp"
 #include "mechanism/scene.hpp"
 #include "simulation/clock.hpp"
@@ -63,16 +64,32 @@ bool turns_at_a_speed(const Scene& scene) {
 
 }  // namespace
 
+namespace {
+
+/// Returns f(); a SceneError about a key that the study sets becomes one with its position in the study.
+template <class F>
+auto in_place(const Study& study, F f) try {
+  return f();
+} catch (const SceneError& e) {
+  throw in_study(study, e);
+}
+
+}  // namespace
+
 std::vector<Case> cases(const Study& study) {
   std::vector<Case> all;
   const auto list = cells(study);
-  for (const auto& variant : study.variants)
+  for (const auto& variant : study.variants) {
+    const auto text = in_place(study, [&] {
+      return std::make_shared<const SceneText>(read_text(variant.scene), variant.scene.string(),
+                                               variant.overrides, study.reach == Reach::anywhere);
+    });
     for (const auto& cell : list) {
       Case one{variant.name,        "",
                cell.values,         0,
                variant.revolutions, variant.scene,
                variant.overrides,   variant.sampling,
-               variant.noise};
+               variant.noise,       text};
       one.overrides.insert(one.overrides.end(), cell.overrides.begin(), cell.overrides.end());
       for (const auto& formulation : variant.formulations)
         for (int start = 0; start < variant.starts; ++start) {
@@ -81,69 +98,89 @@ std::vector<Case> cases(const Study& study) {
           all.push_back(one);
         }
     }
+  }
   return all;
 }
 
 namespace {
 
-/// The scene of a case, with the duration of the study and the scene's own start.
-Scene unmoved(const Study& study, const Case& one) try {
-  auto scene = read_scene(one.scene, one.overrides, study.reach == Reach::anywhere);
-  TurnRules rules;
-  set_turn(study, scene, rules);
-  if (study.duration) {
-    scene.run.discard = study.discard_time.value_or(0);
-    scene.run.duration = scene.run.discard + *study.duration;
-  } else if (rules.speed != 0) {
-    const double turn = 2 * std::numbers::pi / std::abs(rules.speed);
-    scene.run.discard = study.discard * turn;
-    scene.run.duration = (study.discard + one.revolutions) * turn;
-  } else if (study.in_periods) {
-    throw error_at(study, {},
-                   fmt::format("revolutions and discard count periods, and {} has no drive with a period: "
-                               "give period, or duration and discard_time (s)",
-                               scene.file.string()));
-  }
-  return scene;
-} catch (const SceneError& e) {
-  throw in_study(study, e);
+/// The scene as its file and the case's overrides state it.
+Scene stated(const Study& study, const Case& one) {
+  if (!one.text) return read_scene(one.scene, one.overrides, study.reach == Reach::anywhere);
+  auto text = *one.text;
+  for (auto i = text.options().size(); i < one.overrides.size(); ++i) text.set(one.overrides[i]);
+  return text.read();
 }
 
-}  // namespace
+/// The scene of a case, with the duration of the study and the scene's own start.
+Scene unmoved(const Study& study, const Case& one) {
+  return in_place(study, [&] {
+    auto scene = stated(study, one);
+    TurnRules rules;
+    set_turn(study, scene, rules);
+    if (study.duration) {
+      scene.run.discard = study.discard_time.value_or(0);
+      scene.run.duration = scene.run.discard + *study.duration;
+    } else if (rules.speed != 0) {
+      const double turn = 2 * std::numbers::pi / std::abs(rules.speed);
+      scene.run.discard = study.discard * turn;
+      scene.run.duration = (study.discard + one.revolutions) * turn;
+    } else if (study.in_periods) {
+      throw error_at(study, {},
+                     fmt::format("revolutions and discard count periods, and {} has no drive with a period: "
+                                 "give period, or duration and discard_time (s)",
+                                 scene.file.string()));
+    }
+    return scene;
+  });
+}
 
-Identity identity(const Study& study, const Case& one, const Conduct& conduct) {
-  auto scene = unmoved(study, one);
+/// As identity(), of the case's scene.
+Identity identity_of(const Study& study, const Case& one, Scene scene, const Conduct& conduct) {
   scene.mechanism.title.clear();  // a run does not depend on it
-  try {
+  return located_in(scene, [&] {
     auto found = identify(scene, one.formulation, study.matched && conduct.matched);
     found.given = settings_text(study) + fmt::format("variant = {}\nvalues = {}\n", toml_quoted(one.variant),
                                                      toml_numbers(one.values));
     if (one.sampling > 0) found.given += fmt::format("sampling = {}\n", toml_number(one.sampling));
     if (one.noise > 0) found.given += fmt::format("noise = {}\n", toml_number(one.noise));
     return found;
-  } catch (const SceneError&) {
-    throw;
-  } catch (const ModelError& e) {
-    throw located(scene, e);
-  }
+  });
 }
 
-void require_runnable(const Study& study, const Case& one, const Conduct& conduct) {
+}  // namespace
+
+Identity identity(const Study& study, const Case& one, const Conduct& conduct) {
+  return identity_of(study, one, unmoved(study, one), conduct);
+}
+
+namespace {
+
+/// The scene with the case's perturbed start.
+Scene moved(const Study& study, const Case& one, const Scene& scene, const Conduct& conduct) {
+  if (!differ(scene, study.perturbation)) return scene;
+  if (scene.run.start == RunOptions::Start::equilibrium)
+    throw SceneError(fmt::format("{}: starts in equilibrium, which cannot be perturbed; use study.play = 0",
+                                 scene.file.string()));
+  return perturbed(scene, (*conduct.poses)(scene, conduct.stop), conduct.stop, study.seed, one.start,
+                   study.perturbation);
+}
+
+}  // namespace
+
+RunnableCase require_runnable(const Study& study, const Case& one, const Conduct& conduct) {
   const auto scene = unmoved(study, one);
+  RunnableCase found{identity_of(study, one, scene, conduct), differ(scene, study.perturbation)};
   TurnRules rules;
   channels(study, scene, rules);
-  try {
-    Simulation simulation(scene, one.formulation,
-                          {.matched = study.matched && conduct.matched, .stop = conduct.stop});
+  located_in(scene, [&] {
+    Simulation simulation(
+        moved(study, one, scene, conduct), one.formulation,
+        {.matched = study.matched && conduct.matched, .stop = conduct.stop, .checked = true});
     set_contacts(study, scene, simulation.layout().contacts, rules);
-    if (differ(scene, study.perturbation) && scene.run.start == RunOptions::Start::equilibrium)
-      (void)scene_of(study, one, conduct);  // throws if it is not possible
     require_columns(study, scene, simulation, counted_time(study, scene));
-  } catch (const SceneError&) {
-    throw;
-  } catch (const ModelError& e) {
-    throw located(scene, e);
-  }
+  });
+  return found;
 }
 
 CountedTime counted_time(const Study& study, const Scene& scene) {
@@ -172,20 +209,6 @@ std::string run_key(Identity all_starts, int start) {
   all_starts.given += fmt::format("start = {}\n", start);
   return all_starts.digest();
 }
-
-namespace {
-
-/// The scene with the case's perturbed start.
-Scene moved(const Study& study, const Case& one, const Scene& scene, const Conduct& conduct) {
-  if (!differ(scene, study.perturbation)) return scene;
-  if (scene.run.start == RunOptions::Start::equilibrium)
-    throw SceneError(fmt::format("{}: starts in equilibrium, which cannot be perturbed; use study.play = 0",
-                                 scene.file.string()));
-  return perturbed(scene, (*conduct.poses)(scene, conduct.stop), conduct.stop, study.seed, one.start,
-                   study.perturbation);
-}
-
-}  // namespace
 
 Scene scene_of(const Study& study, const Case& one, const Conduct& conduct) {
   return moved(study, one, unmoved(study, one), conduct);

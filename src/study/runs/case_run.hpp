@@ -23,6 +23,7 @@ struct Scene;
 class IdealMaxima;
 class MeasuredFiles;
 class NearPoses;
+class SceneText;
 
 /// Specification of one run.
 struct Case {
@@ -35,6 +36,8 @@ struct Case {
   /// Hz, sampling rate at which the acceleration is evaluated; 0: the instrument's own.
   double sampling = 0;
   double noise = 0;  ///< m/s², standard deviation of additional white noise
+  /// Of the scene with the first of these overrides; null: the file is read.
+  std::shared_ptr<const SceneText> text = {};
 };
 
 /// Result of one run.
@@ -85,9 +88,6 @@ bool has_starts(const Study& study, const Case& one);
 /// the comparison, for the message.
 void require_signal(const Study& study, const char* by);
 
-/// Throws SceneError if a case cannot be run: its scene is invalid, cannot be assembled by its
-/// formulation, or lacks something that the study names.
-void require_runnable(const Study& study, const Case& one, const Conduct& conduct);
 /// A case that is ready to start: first the discarded time, then the evaluated one. Refers to the study
 /// and the case. The constructor throws SceneError.
 class CaseRun : public StudyRun {
@@ -115,6 +115,14 @@ CaseResult run_case(const Study& study, const Case& one, const Conduct& conduct)
 /// Identity that all starts of a case share: the scene without its start, the settings of the
 /// study, and the case's row of results. Throws SceneError.
 Identity identity(const Study& study, const Case& one, const Conduct& conduct);
+/// A case that can be run.
+struct RunnableCase {
+  Identity all_starts;
+  bool starts_differ = false;
+};
+/// Throws SceneError if a case cannot be run: its scene is invalid, cannot be assembled by its
+/// formulation, or lacks something that the study names.
+RunnableCase require_runnable(const Study& study, const Case& one, const Conduct& conduct);
 /// Key of a case with this start in the database. Equal keys imply equal bits.
 std::string run_key(Identity all_starts, int start);
 
