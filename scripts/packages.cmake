@@ -1,5 +1,5 @@
 # Settings of the Debian packages, which scripts/package makes with CPack:
-#   component program        freeplay          program, man page, shell completions
+#   component program        freeplay          programs, man page, shell completions
 #   component development    libfreeplay-dev   headers, static libraries, CMake package, freeplay.pc
 #   component python         python3-freeplay  the Python package, only with FREEPLAY_PYTHON
 #   component documentation  freeplay-doc      documentation site and example scenes
@@ -25,7 +25,7 @@ add_custom_target(freeplay-pages
   COMMAND ${PROJECT_SOURCE_DIR}/scripts/shell-pages $<TARGET_FILE:freeplay> ${pages}
   COMMAND gzip -9n ${pages}/freeplay.1
   ${doc_commands}
-  DEPENDS freeplay COMMENT "man page, completions and documentation (${doc_format})" VERBATIM)
+  DEPENDS freeplay freeplay-verify COMMENT "man page, completions and documentation (${doc_format})" VERBATIM)
 foreach(component program documentation)
   install(CODE "if(NOT EXISTS \"${pages}/${doc_format}\")
     message(FATAL_ERROR \"the man page and the documentation do not exist; build the target freeplay-pages first\")

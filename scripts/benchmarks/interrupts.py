@@ -111,6 +111,7 @@ def runs(freeplay, place):
 
 def main(count=20, *only):
     freeplay = program("freeplay")
+    program("freeplay-verify")  # executed for verify and extremes
     with tempfile.TemporaryDirectory() as folder:
         place = Path(folder)
         table = Table("verb and phase", "signals", "median, s", "worst, s")

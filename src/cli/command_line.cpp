@@ -3,10 +3,13 @@
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
+#include <unistd.h>
 
 #include <algorithm>
+#include <cerrno>
 #include <cmath>
 #include <cstdlib>
+#include <cstring>
 #include <filesystem>
 #include <regex>
 
@@ -116,6 +119,22 @@ std::string refusal(const CLI::App& program, const CLI::ParseError& error) {
   return fmt::format("freeplay{}{}: {}\nsee `freeplay help{}{}`\n", verb ? " " : "",
                      verb ? verb->get_name() : "", is_stray ? stray(program, word) : error.what(),
                      verb ? " " : "", verb ? verb->get_name() : "");
+}
+
+/// The verb of the command line, or the verb that its `help` describes; "" if there is none.
+std::string named_verb(int argc, char** argv) {
+  for (int i = 1; i < argc; ++i)
+    if (const std::string word = argv[i]; !word.starts_with('-') && word != "help") return word;
+  return "";
+}
+
+/// Executes the program `name` of this program's folder with the same arguments, in this process.
+/// Returns only if this fails.
+int execute_beside(const char* name, const std::string& verb, char** argv) {
+  const auto program = std::filesystem::read_symlink("/proc/self/exe").replace_filename(name);
+  execv(program.c_str(), argv);
+  fmt::print(stderr, "freeplay {}: needs the program {}: {}\n", verb, program.string(), std::strerror(errno));
+  return 1;
 }
 
 }  // namespace
@@ -258,9 +277,7 @@ Program::Program(StopToken stop)
   app_->set_version_flag("--version", fmt::format("freeplay {} ({})", version, commit));
   app_->set_help_flag("-h,--help", "print this help");
   app_->require_subcommand(0, 1);  // so that a word that is no command is named
-#define VERB(name) name##_verb(*this);
-#include "cli/verbs.def"
-#undef VERB
+  declare_verbs(*this);
   add_help();
 }
 
@@ -270,6 +287,11 @@ Options Program::add(const char* name, const char* what, std::function<int()> ac
   auto* verb = app_->add_subcommand(name, what);
   verb->callback([this, act = std::move(act)] { chosen_ = act; });
   return Options(verb);
+}
+
+void Program::second_program_verb(const char* name, const char* what) {
+  app_->add_subcommand(name, what);
+  in_second_program_.emplace_back(name);
 }
 
 void Program::add_help() {
@@ -291,6 +313,9 @@ void Program::add_help() {
 }
 
 int Program::run(int argc, char** argv) {
+  if (const auto verb = named_verb(argc, argv);
+      std::ranges::find(in_second_program_, verb) != in_second_program_.end())
+    return execute_beside("freeplay-verify", verb, argv);
   try {
     app_->parse(argc, argv);
   } catch (const CLI::CallForHelp&) {

@@ -1,7 +1,7 @@
-// Framework of the program's verbs. src/cli/NAME.cpp contains the options, the help and the
-// implementation of the verb NAME, and verbs.def lists it. The file defines `void
-// NAME_verb(Program&)`, which declares the options and the variables that receive them. main()
-// executes the verb of the command line.
+// Framework of the verbs of the programs freeplay and freeplay-verify. src/cli/NAME.cpp contains the
+// options, the help and the implementation of the verb NAME, and verbs.def lists it. The file
+// defines `void NAME_verb(Program&)`, which declares the options and the variables that receive
+// them. main() executes the verb of the command line.
 //
 // Only command_line.cpp includes CLI11, because it takes seconds to compile.
 #pragma once
@@ -85,7 +85,7 @@ class Options {
   CLI::App* app_;
 };
 
-/// The command line of the program. Owns the requests of all verbs.
+/// The command line of a program. Owns the requests of all verbs.
 class Program {
  public:
   explicit Program(StopToken stop);
@@ -101,6 +101,9 @@ class Program {
     return {add(name, what, [request, act] { return act(*request); }), *request};
   }
 
+  /// Adds a verb for which run() executes the second program, freeplay-verify, instead.
+  void second_program_verb(const char* name, const char* what);
+
   /// Executes the command line; returns the exit status.
   int run(int argc, char** argv);
 
@@ -111,10 +114,16 @@ class Program {
   StopToken stop_;
   std::unique_ptr<CLI::App> app_;
   std::function<int()> chosen_;
+  std::vector<std::string> in_second_program_;
 };
 
+/// Adds the verbs of the program; each program defines it.
+void declare_verbs(Program& program);
+
 #define VERB(name) void name##_verb(Program&);
+#define VERIFICATION_VERB(name, what)              \
+  inline constexpr const char* name##_what = what; \
+  VERB(name)
 #include "cli/verbs.def"
-#undef VERB
 
 }  // namespace freeplay::cli

@@ -21,7 +21,6 @@ std::vector<std::string> verbs() {
   std::vector<std::string> list;
 #define VERB(name) list.emplace_back(#name);
 #include "cli/verbs.def"
-#undef VERB
   return list;
 }
 

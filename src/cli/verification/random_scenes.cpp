@@ -1,4 +1,4 @@
-#include "cli/random_scenes.hpp"
+#include "cli/verification/random_scenes.hpp"
 
 #include <fmt/format.h>
 

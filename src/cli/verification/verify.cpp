@@ -117,7 +117,7 @@ int verify(const VerifyRequest& request) {
 }  // namespace
 
 void verify_verb(Program& program) {
-  auto [options, request] = program.verb("verify", "run the verification suite", verify);
+  auto [options, request] = program.verb("verify", verify_what, verify);
   options.add("names", request.names, "sets of claims; default all");
   options.output(request.output, "result folder");
   options

@@ -10,8 +10,8 @@
 #include "cli/document.hpp"
 #include "cli/ending.hpp"
 #include "cli/progress.hpp"
-#include "cli/random_scenes.hpp"
 #include "cli/verb.hpp"
+#include "cli/verification/random_scenes.hpp"
 #include "facade/run_folder.hpp"
 #include "facade/simulation.hpp"
 #include "io/files/output_file.hpp"
@@ -128,8 +128,7 @@ int extremes(const ExtremesRequest& request) {
 }  // namespace
 
 void extremes_verb(Program& program) {
-  auto [options, request] = program.verb(
-      "extremes", "test both formulations at extreme parameters and write a map of the results", extremes);
+  auto [options, request] = program.verb("extremes", extremes_what, extremes);
   options.output(request.output, "result folder");
   options
       .add("--document", request.document,

@@ -131,8 +131,7 @@ int scaling(const ScalingRequest& request) {
 }  // namespace
 
 void scaling_verb(Program& program) {
-  auto [options, request] = program.verb(
-      "scaling", "measure how the cost of a step grows with the number of bodies and contacts", scaling);
+  auto [options, request] = program.verb("scaling", scaling_what, scaling);
   options.output(request.output, "result folder");
   options.add("--document", request.document, "write scaling.md and its figure into this folder")
       .takes("FOLDER");

@@ -1,0 +1,8 @@
+// Verbs of the program freeplay.
+#include "cli/verb.hpp"
+
+void freeplay::cli::declare_verbs(Program& program) {
+#define VERB(name) name##_verb(program);
+#define VERIFICATION_VERB(name, what) program.second_program_verb(#name, what);
+#include "cli/verbs.def"
+}

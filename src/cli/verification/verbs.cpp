@@ -1,0 +1,8 @@
+// Verbs of the program freeplay-verify, which contains the claims.
+#include "cli/verb.hpp"
+
+void freeplay::cli::declare_verbs(Program& program) {
+#define VERB(name)
+#define VERIFICATION_VERB(name, what) name##_verb(program);
+#include "cli/verbs.def"
+}
