@@ -16,7 +16,7 @@ namespace freeplay::python {
 namespace {
 
 /// A NumPy array that shares the memory of a table; `owner` keeps the memory alive.
-py::tuple shown(const Table& table, const py::object& owner) {
+py::tuple shown(const MemoryTable& table, const py::object& owner) {
   const auto columns = static_cast<py::ssize_t>(table.names.size());
   const auto rows = static_cast<py::ssize_t>(table.rows());
   py::array_t<double> numbers({rows, columns}, table.numbers.data(), owner);
@@ -77,25 +77,25 @@ void bind_record(py::module_& m) {
   py::class_<Record>(m, "Record")
       .def("info", &text_of)
       .def("trajectory",
-           [](const py::object& self) { return shown(self.cast<const Record&>().trajectory.table, self); })
+           [](const py::object& self) { return shown(self.cast<const Record&>().trajectory, self); })
       .def("forces",
            [](const py::object& self) -> py::object {
              const auto& r = self.cast<const Record&>();
              if (!r.has_forces) return py::none();
-             return shown(r.forces.table, self);
+             return shown(r.forces, self);
            })
       .def("events",
            [](const py::object& self) -> py::object {
              const auto& r = self.cast<const Record&>();
              if (!r.has_events) return py::none();
-             return py::make_tuple(shown(r.events.table, self), shown(r.events.joint, self),
-                                   shown(r.events.kind, self));
+             return py::make_tuple(shown(r.events, self), shown(r.events.texts[0], self),
+                                   shown(r.events.texts[1], self));
            })
       .def("signals",
            [](const py::object& self) -> py::object {
              const auto& r = self.cast<const Record&>();
              if (!r.has_signals) return py::none();
-             return py::make_tuple(shown(r.signals.table, self), shown(r.signals.channel, self));
+             return py::make_tuple(shown(r.signals, self), shown(r.signals.texts[0], self));
            })
       .def_property_readonly("formulation", [](const Record& r) { return r.result.formulation; })
       .def_property_readonly("status",

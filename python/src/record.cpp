@@ -11,60 +11,30 @@ namespace py = pybind11;
 namespace freeplay::python {
 namespace {
 
-/// Calls a Python function for each event. The run ends when the function returns True.
-class EventCalls final : public Observer {
+/// Calls a Python function for each row of a table. The run ends when the function returns True.
+class Calls : public TableSink {
  public:
-  EventCalls(const py::object& call, StopFlag& flag) : call_(call), flag_(flag) {}
-  Wants wants() const override { return {.steps = false}; }
-  void event(const Event& e) override {
-    const py::gil_scoped_acquire lock;
-    py::dict d;
-    d["t"] = e.t;
-    d["joint"] = e.joint;
-    d["kind"] = name_of(e.kind);
-    d["crank_angle"] = e.crank_angle;
-    d["v_n_minus"] = e.v_n_minus;
-    d["v_n_plus"] = e.v_n_plus;
-    d["v_t_minus"] = e.v_t_minus;
-    d["v_t_plus"] = e.v_t_plus;
-    d["impulse_n"] = e.impulse_n;
-    d["impulse_t"] = e.impulse_t;
-    d["duration"] = e.duration;
-    d["t_uncertainty"] = e.t_uncertainty;
-    if (call_(d).is(py::bool_(true))) flag_.requested = true;
-  }
-
- private:
-  const py::object& call_;
-  StopFlag& flag_;
-};
-
-/// Calls a Python function for each row of the trajectory. The run ends when the function returns
-/// True.
-class RowCalls final : public Observer, RowSink {
- public:
-  RowCalls(const py::object& call, StopFlag& flag) : call_(call), flag_(flag) {}
-  void begin(const Layout& layout, const State& state) override {
-    {
-      const py::gil_scoped_acquire lock;
-      for (const auto& c : trajectory_columns(layout)) names_.push_back(py::str(c.name()));
-    }
-    rows_.begin(layout, state, true, *this);
-  }
-  void step(const Step& step) override { rows_.step(step, *this); }
+  Calls(const py::object& call, StopFlag& flag) : call_(call), flag_(flag) {}
   /// Releases the names. Must be called with the interpreter lock held before destruction.
   void forget() { names_.clear(); }
-
- private:
-  void row(std::span<const double> numbers) override {
+  void put(std::span<const double> numbers, std::span<const std::string_view> texts) override {
     const py::gil_scoped_acquire lock;
     py::dict d;
-    for (std::size_t i = 0; i < numbers.size(); ++i) d[names_[i]] = numbers[i];
+    for (std::size_t i = 0, number = 0, text = 0; i < columns_.size(); ++i)
+      if (columns_[i].text)
+        d[names_[i]] = py::str(texts[text].data(), texts[text].size()), ++text;
+      else
+        d[names_[i]] = numbers[number++];
     if (call_(d).is(py::bool_(true))) flag_.requested = true;
+  }
+
+ private:
+  void head() override {
+    const py::gil_scoped_acquire lock;
+    for (const auto& column : columns_) names_.push_back(py::str(column.name));
   }
   const py::object& call_;
   StopFlag& flag_;
-  TrajectoryRows rows_;
   std::vector<py::str> names_;
 };
 
@@ -81,8 +51,12 @@ std::unique_ptr<Record> record(Simulation& simulation, const SimulationOptions& 
   WindowStatistics windows(scene.run.discard, scene.run.duration);
   std::optional<FilmStatistics> films;
   if (!scene.mechanism.lubricants.empty()) films.emplace(film_probe(scene), scene.run.discard);
-  EventCalls event_calls(watchers.on_event, flag);
-  RowCalls row_calls(watchers.on_row, flag);
+  TableInto<EventTable, Calls> event_calls(watchers.on_event, flag);
+  TableInto<TrajectoryTable, Calls> row_calls(watchers.on_row, flag);
+  const auto forget = [&] {
+    event_calls.forget();
+    row_calls.forget();
+  };
   kept->has_forces = scene.run.forces;
   kept->has_events = !simulation.layout().contacts.empty();
   kept->has_signals = !simulation.layout().channels.empty();
@@ -107,10 +81,10 @@ std::unique_ptr<Record> record(Simulation& simulation, const SimulationOptions& 
     kept->scene = scene;
     kept->pressed = ctrl_c.pressed();
   } catch (...) {
-    row_calls.forget();
+    forget();
     throw;
   }
-  row_calls.forget();
+  forget();
   return kept;
 }
 

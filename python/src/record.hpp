@@ -21,10 +21,10 @@ struct Record {
   Scene scene;
   Identity identity;
   Result result;
-  TrajectoryTable trajectory;
-  ForcesTable forces;
-  EventsTable events;
-  SignalsTable signals;
+  TableInto<TrajectoryTable, MemoryTable> trajectory;
+  TableInto<ForceTable, MemoryTable> forces;
+  TableInto<EventTable, MemoryTable> events;
+  TableInto<SignalTable, MemoryTable> signals;
   bool has_forces = false, has_events = false, has_signals = false;
   bool pressed = false;  ///< Ctrl-C ended the run
 };

@@ -60,13 +60,8 @@ struct Recorders {
     if (!layout.channels.empty()) add(signals, "signals.csv");
     if (simulation.scene().run.forces) add(forces, "forces.csv");
   }
-  std::vector<FileObserver*> files() {
-    std::vector<FileObserver*> list{&*trajectory};
-    if (events) list.push_back(&*events);
-    if (signals) list.push_back(&*signals);
-    if (forces) list.push_back(&*forces);
-    return list;
-  }
+  std::vector<TableCsv*> files() { return all_of<TableCsv>(); }
+  std::vector<RunTable*> tables() { return all_of<RunTable>(); }
   std::vector<std::string> names() {
     std::vector<std::string> list;
     for (auto* file : files()) list.push_back(file->name());
@@ -76,7 +71,7 @@ struct Recorders {
   void serialize(M& m) {
     std::vector<Observer*> all{&statistics, &windows};
     if (films) all.push_back(&*films);
-    for (auto* file : files()) all.push_back(file);
+    for (auto* table : tables()) all.push_back(table);
     for (auto* observer : all) {
       m.part("observer");
       if constexpr (M::reading)
@@ -92,6 +87,16 @@ struct Recorders {
   std::optional<EventsCsv> events;
   std::optional<SignalsCsv> signals;
   std::optional<ForcesCsv> forces;
+
+ private:
+  template <class Base>
+  std::vector<Base*> all_of() {
+    std::vector<Base*> list{&*trajectory};
+    if (events) list.push_back(&*events);
+    if (signals) list.push_back(&*signals);
+    if (forces) list.push_back(&*forces);
+    return list;
+  }
 };
 
 /// Contents of a checkpoint. The identity determines the run to continue.
@@ -160,7 +165,7 @@ Result drive(Simulation& simulation, const RunPlan& plan, Recorders& recorders) 
   observers.push_back(&recorders.statistics);
   observers.push_back(&recorders.windows);
   if (recorders.films) observers.push_back(&*recorders.films);
-  for (auto* file : recorders.files()) observers.push_back(file);
+  for (auto* table : recorders.tables()) observers.push_back(table);
   observers.push_back(&checkpoints);
 
   auto result = simulation.run({.observers = observers, .most_events = plan.most_events, .stop = plan.stop});
@@ -219,7 +224,7 @@ Result run_scene(const Scene& scene, const RunPlan& plan) {
     std::filesystem::remove(*plan.folder / checkpoint_name);  // of the run that is replaced
     Recorders recorders(simulation, *plan.folder, false);
     if (plan.checkpoint > 0) {
-      for (auto* file : recorders.files()) file->begin(simulation.layout(), simulation.state());
+      for (auto* table : recorders.tables()) table->begin(simulation.layout(), simulation.state());
       write_checkpoint(simulation, plan, recorders);
     }
     return drive(simulation, plan, recorders);

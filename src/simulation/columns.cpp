@@ -15,10 +15,38 @@ std::string Column::name() const {
   return fmt::format("{}.{}{}", owner, part, of == Of::mean ? "_mean" : "");
 }
 
-std::string header_of(const std::vector<Column>& columns) {
-  std::string line;
-  for (const auto& c : columns) line += (line.empty() ? "" : ",") + c.name();
-  return line + "\n";
+void ColumnData::begin(const Layout& layout, const State& state) {
+  q.resize(state.q.size());
+  v.resize(state.v.size());
+  contacts.resize(layout.contacts.size());
+  now.elements.resize(layout.forces.size());
+  now.acceleration.resize(state.v.size());
+  sum = now;
+}
+
+double ColumnData::value(const Column& c, double t) const {
+  switch (c.of) {
+    case Column::Of::time:
+      return t;
+    case Column::Of::position:
+      return q[c.index];
+    case Column::Of::velocity:
+      return v[c.index];
+    case Column::Of::contact:
+      return contacts[c.index].*c.place;
+    case Column::Of::force:
+      return now.elements[c.index].*c.force;
+    case Column::Of::mean:
+      return sum.elements[c.index].*c.force;
+    case Column::Of::acceleration:
+      return now.acceleration[c.index];
+  }
+  throw std::logic_error("no such kind of column");
+}
+
+void ColumnData::row(const std::vector<Column>& columns, double t, std::vector<double>& row) const {
+  row.clear();
+  for (const auto& c : columns) row.push_back(value(c, t));
 }
 
 ForceParts force_parts(ForceElement::Kind kind) {

@@ -31,8 +31,20 @@ struct Column {
 std::vector<Column> trajectory_columns(const Layout& layout);
 /// Columns of forces.csv, t first.
 std::vector<Column> force_columns(const Layout& layout);
-/// The header line of the columns, with its line end.
-std::string header_of(const std::vector<Column>& columns);
+
+/// The data of a run at one time, from which columns are read.
+struct ColumnData {
+  std::vector<double> q, v;
+  std::vector<ContactPlace> contacts;
+  Forces now, sum;  ///< forces, and their impulses since the previous row
+
+  /// Sets the sizes.
+  void begin(const Layout& layout, const State& state);
+  /// Value of a column at the time t (s) of the data; of a mean, the impulse.
+  double value(const Column& column, double t) const;
+  /// Replaces `row` by the values of the columns.
+  void row(const std::vector<Column>& columns, double t, std::vector<double>& row) const;
+};
 
 /// Throws ModelError if two elements have the same name, because columns of forces are found by
 /// name.

@@ -1,86 +1,139 @@
 #include "simulation/table_rows.hpp"
 
-#include "dynamics/planar.hpp"
-
 namespace freeplay {
+namespace {
 
-void TrajectoryRows::begin(const Layout& layout, const State& state, bool fresh, RowSink& sink) {
-  const auto n = state.q.size();
-  q_.resize(n);
-  v_.resize(n);
-  contacts_.resize(layout.contacts.size());
-  if (!fresh) return grid_.go_on_to(layout.end);
-  grid_.begin(state.t, layout.output_step, layout.end, layout.duration);
-  row(state.t, state.q, state.v, layout.start, sink);
+std::vector<ColumnName> names_of(const std::vector<Column>& columns) {
+  std::vector<ColumnName> names;
+  for (const auto& c : columns) names.push_back({c.name()});
+  return names;
 }
 
-void TrajectoryRows::step(const Step& step, RowSink& sink) {
+}  // namespace
+
+bool TableSink::open(std::vector<ColumnName> columns) {
+  columns_ = std::move(columns);
+  const bool fresh = std::exchange(fresh_, false);
+  if (fresh) head();
+  return fresh;
+}
+
+void TrajectoryTable::begin(const Layout& layout, const State& state) {
+  columns_ = trajectory_columns(layout);
+  data_.begin(layout, state);
+  if (!sink_.open(names_of(columns_))) return grid_.go_on_to(layout.end);
+  grid_.begin(state.t, layout.output_step, layout.end, layout.duration);
+  data_.q = state.q;
+  data_.v = state.v;
+  data_.contacts = layout.start;
+  data_.row(columns_, state.t, row_);
+  sink_.put(row_, {});
+}
+
+void TrajectoryTable::step(const Step& step) {
   for (; grid_.next() <= step.t1 && !step.stopped(); grid_.advance()) {
     const double t = grid_.next();
-    step.state(t, q_, v_);
-    step.contacts(t, q_, contacts_);
-    row(t, q_, v_, contacts_, sink);
+    step.state(t, data_.q, data_.v);
+    step.contacts(t, data_.q, data_.contacts);
+    data_.row(columns_, t, row_);
+    sink_.put(row_, {});
   }
 }
 
-void TrajectoryRows::row(double t, std::span<const double> q, std::span<const double> v,
-                         std::span<const ContactPlace> contacts, RowSink& sink) {
-  row_.clear();
-  row_.push_back(t);
-  for (std::size_t b = 0; planar::first(b) < q.size(); ++b)
-    for (const auto& x : {q, v})
-      for (std::size_t c = planar::first(b); c < planar::first(b + 1); ++c) row_.push_back(x[c]);
-  for (const auto& c : contacts) row_.insert(row_.end(), {c.ex, c.ey, c.gap});
-  sink.row(row_);
+void TrajectoryTable::save(MemoryWriter& m) {
+  RunTable::save(m);
+  m(grid_);
+}
+void TrajectoryTable::load(MemoryReader& m) {
+  RunTable::load(m);
+  m(grid_);
 }
 
-void ForceRows::begin(const Layout& layout, const State& state, bool fresh) {
-  columns_.clear();
-  for (const auto& e : layout.forces) columns_.push_back(force_parts(e.kind));
-  if (!fresh) return grid_.go_on_to(layout.end);
-  now_.elements.resize(columns_.size());
-  now_.acceleration.resize(state.v.size());
-  sum_ = now_;
+void ForceTable::begin(const Layout& layout, const State& state) {
+  columns_ = force_columns(layout);
+  if (!sink_.open(names_of(columns_))) return grid_.go_on_to(layout.end);
+  data_.begin(layout, state);
   since_ = state.t;
   grid_.begin(state.t, layout.output_step, layout.end, layout.duration);
 }
 
-void ForceRows::step(const Step& step, RowSink& sink) {
+void ForceTable::step(const Step& step) {
+  auto& sum = data_.sum;
   if (!started_) {  // forces are known after the first step; the first row uses them as means
     started_ = true;
-    step.forces(step.t0, now_);
-    row(step.t0, now_, now_, 1, sink);
+    step.forces(step.t0, data_.now);
+    row(step.t0, data_.now, 1);
   }
-  sum_.add(1, step.before());
+  sum.add(1, step.before());
   double from = step.t0;
   const double h = step.t1 - step.t0;
-  if (h == 0) sum_.add(1, step.within());
+  if (h == 0) sum.add(1, step.within());
   const auto up_to = [&](double t) {
-    step.add_impulse(from, t, sum_);
-    if (h > 0) sum_.add((t - from) / h, step.within());
+    step.add_impulse(from, t, sum);
+    if (h > 0) sum.add((t - from) / h, step.within());
     from = t;
   };
   for (; grid_.next() <= step.t1 && !step.stopped(); grid_.advance()) {
     const double t = grid_.next();
     up_to(t);
-    step.forces(t, now_);
-    row(t, now_, sum_, 1 / (t - since_), sink);
+    step.forces(t, data_.now);
+    row(t, sum, 1 / (t - since_));
     since_ = t;
-    sum_.clear();
+    sum.clear();
   }
   up_to(step.t1);
 }
 
-void ForceRows::row(double t, const Forces& now, const Forces& sum, double share, RowSink& sink) {
-  row_.clear();
-  row_.push_back(t);
-  for (std::size_t i = 0; i < columns_.size(); ++i) {
-    const auto& c = columns_[i];
-    for (const auto& [name, member] : c.now) row_.push_back(now.elements[i].*member);
-    for (const auto& [name, member] : c.mean) row_.push_back(share * (sum.elements[i].*member));
-  }
-  row_.insert(row_.end(), now.acceleration.begin(), now.acceleration.end());
-  sink.row(row_);
+void ForceTable::row(double t, const Forces& means, double share) {
+  data_.row(columns_, t, row_);
+  for (std::size_t i = 0; i < columns_.size(); ++i)
+    if (const auto& c = columns_[i]; c.of == Column::Of::mean)
+      row_[i] = share * (means.elements[c.index].*c.force);
+  sink_.put(row_, {});
+}
+
+void ForceTable::save(MemoryWriter& m) {
+  RunTable::save(m);
+  serialize(m);
+}
+void ForceTable::load(MemoryReader& m) {
+  RunTable::load(m);
+  serialize(m);
+}
+
+void EventTable::begin(const Layout&, const State&) {
+  sink_.open({{"t"},
+              {"joint", true},
+              {"kind", true},
+              {"crank_angle"},
+              {"v_n_minus"},
+              {"v_n_plus"},
+              {"v_t_minus"},
+              {"v_t_plus"},
+              {"impulse_n"},
+              {"impulse_t"},
+              {"duration"},
+              {"t_uncertainty"}});
+}
+
+void EventTable::event(const Event& e) {
+  const double numbers[] = {e.t,        e.crank_angle, e.v_n_minus, e.v_n_plus, e.v_t_minus,
+                            e.v_t_plus, e.impulse_n,   e.impulse_t, e.duration, e.t_uncertainty};
+  const std::string_view texts[] = {e.joint, name_of(e.kind)};
+  sink_.put(numbers, texts);
+}
+
+void SignalTable::begin(const Layout& layout, const State&) {
+  names_ = layout.channels;
+  crank_start_ = layout.crank_start;
+  crank_speed_ = layout.crank_speed;
+  sink_.open({{"channel", true}, {"t"}, {"crank_angle"}, {"value"}});
+}
+
+void SignalTable::sample(std::size_t channel, double t, double value) {
+  const double numbers[] = {t, crank_start_ + crank_speed_ * t, value};
+  const std::string_view texts[] = {names_[channel]};
+  sink_.put(numbers, texts);
 }
 
 }  // namespace freeplay

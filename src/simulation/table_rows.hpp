@@ -1,8 +1,13 @@
-// Rows of a run's tables, for writing to files and for storing in memory: the trajectory, and the
-// forces with their means since the previous row, at multiples of the output step.
+// The tables of a run, row by row, for files, for memory and for functions of users: the trajectory,
+// the forces with their means since the previous row (both at multiples of the output step), the
+// events, and the samples of the instruments. An observer computes each row once; a TableSink
+// receives it.
 #pragma once
 
 #include <span>
+#include <string>
+#include <string_view>
+#include <utility>
 #include <vector>
 
 #include "simulation/columns.hpp"
@@ -11,53 +16,113 @@
 
 namespace freeplay {
 
-/// Receives rows as they are computed; the numbers are valid during the call only.
-class RowSink {
+/// Name of a column of numbers or of texts.
+struct ColumnName {
+  std::string name;
+  bool text = false;
+};
+
+/// Receives a table.
+class TableSink {
  public:
-  virtual void row(std::span<const double> numbers) = 0;
+  /// Begins the table, unless a continued run began it. Returns whether it is new.
+  bool open(std::vector<ColumnName> columns);
+  /// A row: the values of the columns of numbers, and those of the columns of texts. Both are valid
+  /// during the call only.
+  virtual void put(std::span<const double> numbers, std::span<const std::string_view> texts) = 0;
+  /// @name State, for runs that are interrupted and resumed
+  ///@{
+  virtual void save_to(MemoryWriter&) {}
+  virtual void load_from(MemoryReader&) {}
+  ///@}
 
  protected:
-  ~RowSink() = default;
+  ~TableSink() = default;
+  virtual void head() = 0;
+  std::vector<ColumnName> columns_;
+  bool fresh_ = true;  // whether the table has not been begun
+};
+
+/// Base of the observers that compute a table.
+class RunTable : public Observer {
+ public:
+  explicit RunTable(TableSink& sink) : sink_(sink) {}
+  void save(MemoryWriter& m) override { sink_.save_to(m); }
+  void load(MemoryReader& m) override { sink_.load_from(m); }
+
+ protected:
+  TableSink& sink_;
 };
 
 /// Rows of trajectory_columns().
-class TrajectoryRows {
+class TrajectoryTable : public RunTable {
  public:
-  /// `fresh`: the start is the first row; otherwise a run is continued.
-  void begin(const Layout& layout, const State& state, bool fresh, RowSink& sink);
-  void step(const Step& step, RowSink& sink);
-  double next() const { return grid_.next(); }  ///< s, time of the next row
-  template <class M>
-  void serialize(M& m) {
-    m(grid_);
-  }
+  using RunTable::RunTable;
+  double next_row() const { return grid_.next(); }  ///< s, its time
+  void begin(const Layout& layout, const State& state) override;
+  void step(const Step& step) override;
+  void save(MemoryWriter& m) override;
+  void load(MemoryReader& m) override;
 
  private:
-  void row(double t, std::span<const double> q, std::span<const double> v,
-           std::span<const ContactPlace> contacts, RowSink& sink);
   Grid grid_;
-  std::vector<double> q_, v_, row_;
-  std::vector<ContactPlace> contacts_;
+  std::vector<Column> columns_;
+  ColumnData data_;
+  std::vector<double> row_;
 };
 
 /// Rows of force_columns().
-class ForceRows {
+class ForceTable : public RunTable {
  public:
-  void begin(const Layout& layout, const State& state, bool fresh);
-  void step(const Step& step, RowSink& sink);
-  template <class M>
-  void serialize(M& m) {
-    m(grid_, since_, now_, sum_, started_);
-  }
+  using RunTable::RunTable;
+  Wants wants() const override { return {.forces = true}; }
+  void begin(const Layout& layout, const State& state) override;
+  void step(const Step& step) override;
+  void save(MemoryWriter& m) override;
+  void load(MemoryReader& m) override;
 
  private:
-  void row(double t, const Forces& now, const Forces& sum, double share, RowSink& sink);
-  std::vector<ForceParts> columns_;
+  template <class M>
+  void serialize(M& m) {
+    m(grid_, since_, data_.now, data_.sum, started_);
+  }
+  void row(double t, const Forces& means, double share);
+  std::vector<Column> columns_;
   Grid grid_;
   double since_ = 0;  // s, of the last row
-  Forces now_, sum_;
+  ColumnData data_;
   bool started_ = false;  // whether the first row was written
   std::vector<double> row_;
+};
+
+/// Contact events: t, joint, kind, and the numbers of an event.
+class EventTable : public RunTable {
+ public:
+  using RunTable::RunTable;
+  Wants wants() const override { return {.steps = false}; }
+  void begin(const Layout& layout, const State& state) override;
+  void event(const Event& event) override;
+};
+
+/// Samples of the instruments: channel, t, crank_angle, value.
+class SignalTable : public RunTable {
+ public:
+  using RunTable::RunTable;
+  Wants wants() const override { return {.samples = true, .steps = false}; }
+  void begin(const Layout& layout, const State& state) override;
+  void sample(std::size_t channel, double t, double value) override;
+
+ private:
+  std::vector<std::string> names_;
+  double crank_start_ = 0, crank_speed_ = 0;
+};
+
+/// A table with the sink that receives it.
+template <class Table, class Sink>
+class TableInto : public Sink, public Table {
+ public:
+  template <class... X>
+  explicit TableInto(X&&... x) : Sink(std::forward<X>(x)...), Table(static_cast<TableSink&>(*this)) {}
 };
 
 }  // namespace freeplay

@@ -37,9 +37,7 @@ class Sampled final : public Observer {
       : columns_(columns), times_(times), rows_(rows) {}
 
   void begin(const Layout& layout, const State& state) override {
-    q_.resize(state.q.size());
-    v_.resize(state.v.size());
-    contacts_.resize(layout.contacts.size());
+    data_.begin(layout, state);
     for (const auto& c : columns_) places_ |= c.of == Column::Of::contact;
   }
   /// Time (s) before which no step is recorded.
@@ -48,35 +46,22 @@ class Sampled final : public Observer {
     const double slack = this->slack();
     for (; next_ < times_.size() && times_[next_] <= step.t1 + slack; ++next_) {
       const double t = std::clamp(times_[next_], step.t0, step.t1);
-      step.state(t, q_, v_);
-      if (places_) step.contacts(t, q_, contacts_);
-      for (const auto& c : columns_) *rows_++ = value(c, t);
+      step.state(t, data_.q, data_.v);
+      if (places_) step.contacts(t, data_.q, data_.contacts);
+      for (const auto& c : columns_) *rows_++ = data_.value(c, t);
     }
   }
 
  private:
   /// The last time may exceed the end of the last step by rounding.
   double slack() const { return 1e-12 * times_.back(); }
-  double value(const Column& c, double t) const {
-    switch (c.of) {
-      case Column::Of::position:
-        return q_[c.index];
-      case Column::Of::velocity:
-        return v_[c.index];
-      case Column::Of::contact:
-        return contacts_[c.index].*c.place;
-      default:
-        return t;
-    }
-  }
 
   const std::vector<Column>& columns_;
   const std::vector<double>& times_;
   double* rows_;
   std::size_t next_ = 0;
   bool places_ = false;
-  std::vector<double> q_, v_;
-  std::vector<ContactPlace> contacts_;
+  ColumnData data_;
 };
 
 namespace {

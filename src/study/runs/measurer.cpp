@@ -98,12 +98,8 @@ class Measurer::Rows final : public Observer {
   }
 
   void begin(const Layout& layout, const State& state) override {
-    if (q_.empty()) {
-      q_.resize(state.q.size());
-      v_.resize(state.v.size());
-      contacts_.resize(layout.contacts.size());
-      sum_.elements.resize(layout.forces.size());
-      sum_.acceleration.resize(state.v.size());
+    if (data_.q.empty()) {
+      data_.begin(layout, state);
       grid_.begin(state.t, layout.output_step, layout.end, layout.duration);
       boundary_ = time_.from;
     } else {
@@ -115,7 +111,7 @@ class Measurer::Rows final : public Observer {
     while (grid_.next() < time_.from) grid_.advance();
     if (step.t1 < time_.from) return;
     if (begins_ && step.t0 >= time_.from && boundary_ > time_.from) extremes(step, step.t0, true);
-    // sum_ contains the means of this step up to here.
+    // data_.sum contains the means of this step up to here.
     double summed = std::max(step.t0, time_.from);
     if (means_wanted_) begin_sums(step);
     while (!step.stopped()) {
@@ -182,28 +178,13 @@ class Measurer::Rows final : public Observer {
   }
 
   double value(const Column& c, double t) const {
-    switch (c.of) {
-      case Column::Of::time:
-        return t;
-      case Column::Of::position:
-        return q_[c.index];
-      case Column::Of::velocity:
-        return v_[c.index];
-      case Column::Of::contact:
-        return contacts_[c.index].*c.place;
-      case Column::Of::force:
-        return now_.elements[c.index].*c.force;
-      case Column::Of::mean:
-        return sum_.elements[c.index].*c.force / (t - since_);
-      case Column::Of::acceleration:
-        return now_.acceleration[c.index];
-    }
-    return NAN;
+    const double x = data_.value(c, t);
+    return c.of == Column::Of::mean ? x / (t - since_) : x;
   }
   void look(const Step& step, double t, bool forces) {
-    if (state_) step.state(t, q_, v_);
-    if (contacts_wanted_) step.contacts(t, q_, contacts_);
-    if (forces && forces_wanted_) step.forces(t, now_);
+    if (state_) step.state(t, data_.q, data_.v);
+    if (contacts_wanted_) step.contacts(t, data_.q, data_.contacts);
+    if (forces && forces_wanted_) step.forces(t, data_.now);
   }
   void row(const Step& step, double t) {
     look(step, t, true);
@@ -218,7 +199,7 @@ class Measurer::Rows final : public Observer {
       }
     }
     since_ = t;
-    sum_.clear();
+    data_.sum.clear();
   }
   void extremes(const Step& step, double t, bool velocities) {
     look(step, t, !velocities);
@@ -229,13 +210,13 @@ class Measurer::Rows final : public Observer {
   }
   void begin_sums(const Step& step) {
     if (step.t0 < time_.from || boundary_ <= time_.from) return;
-    sum_.add(1, step.before());
-    if (step.t1 == step.t0) sum_.add(1, step.within());
+    data_.sum.add(1, step.before());
+    if (step.t1 == step.t0) data_.sum.add(1, step.within());
   }
   void add_sums(const Step& step, double& from, double t) {
     if (t <= from) return;
-    step.add_impulse(from, t, sum_);
-    sum_.add((t - from) / (step.t1 - step.t0), step.within());
+    step.add_impulse(from, t, data_.sum);
+    data_.sum.add((t - from) / (step.t1 - step.t0), step.within());
     from = t;
   }
 
@@ -246,9 +227,7 @@ class Measurer::Rows final : public Observer {
   Grid grid_;
   long period_ = 0;
   double boundary_ = 0, period_begin_ = 0, since_ = 0;  // s
-  std::vector<double> q_, v_;
-  std::vector<ContactPlace> contacts_;
-  Forces now_, sum_;
+  ColumnData data_;
   std::map<const Track*, double> last_;
   std::map<const Track*, long> sample_period_;
 };
