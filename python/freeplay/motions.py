@@ -36,6 +36,8 @@ class Sensitivities:
     errors: a frame of the same shape; the estimated error of each derivative, inf if a run with other
         settings has none.
     stopped: the reason why the run stopped before its end, or "".
+    influence: (p/Q) dQ/dp, a frame of the same shape: the relative change of a quantity for a relative change
+        of a key. NaN where the value is zero: below 1e-10 of the greatest p dQ/dp.
     """
 
     values: pd.Series
@@ -44,16 +46,7 @@ class Sensitivities:
     reasons: pd.DataFrame
     errors: pd.DataFrame
     stopped: str
-
-    @property
-    def influence(self) -> pd.DataFrame:
-        """(p/Q) dQ/dp: the relative change of a quantity for a relative change of a key.
-
-        NaN where the value is zero: below 1e-10 of the greatest p dQ/dp.
-        """
-        change = self.jacobian.mul(self.keys, axis="columns")
-        nonzero = self.values.where(self.values.abs() > 1e-10 * change.abs().max(axis="columns"))
-        return change.div(nonzero, axis="index")
+    influence: pd.DataFrame
 
 
 def sensitivity(
@@ -78,14 +71,20 @@ def sensitivity(
     found = _searched(
         stop, lambda flag: _freeplay.sensitivities_of(wanted._handle, list(of), list(to), formulation, flag, _here())
     )
-    names, keys = found["names"], found["keys"]
+    quantities, keys = found["quantities"], [key["name"] for key in found["keys"]]
+    names = [q["name"] for q in quantities]
+
+    def frame(part: str) -> pd.DataFrame:
+        return pd.DataFrame([q[part] for q in quantities], index=names, columns=keys)
+
     return Sensitivities(
-        pd.Series(found["values"], index=names, dtype=float),
-        pd.Series(found["key_values"], index=keys, dtype=float),
-        pd.DataFrame(found["derivatives"], index=names, columns=keys, dtype=float),
-        pd.DataFrame(found["reasons"], index=names, columns=keys),
-        pd.DataFrame(found["errors"], index=names, columns=keys, dtype=float),
+        pd.Series([q["value"] for q in quantities], index=names, dtype=float),
+        pd.Series([key["value"] for key in found["keys"]], index=keys, dtype=float),
+        frame("derivatives").astype(float),
+        frame("reasons").fillna(""),
+        frame("error").astype(float),
         found["stopped"],
+        frame("relative_influence").astype(float),
     )
 
 
@@ -188,6 +187,15 @@ class Branches:
     failure: str
 
 
+def _columns(table: Mapping[str, Any], names: Sequence[str]) -> pd.DataFrame:
+    """Columns of a table of the program, with complex multipliers and flags."""
+    frame = pd.DataFrame(table).rename(columns={"period_s": "period"})
+    frame["multiplier"] = frame["multiplier_re"] + 1j * frame["multiplier_im"]
+    if "stable" in frame:
+        frame["stable"] = frame["stable"].astype(bool)
+    return frame[list(names)]
+
+
 def continue_orbit(
     scene: SceneLike,
     key: str,
@@ -270,28 +278,15 @@ def continue_orbit(
     return Branches(
         points,
         orbits,
-        pd.DataFrame(
-            found["bifurcations"],
-            columns=["kind", "parameter", "period", "branch", "joint", "follows", "new_branch"],
-        ),
-        pd.DataFrame(found["ends"], columns=["branch", "points", "begins", "reason"]),
-        pd.DataFrame(
+        _columns(found["bifurcations"], ["kind", "parameter", "period", "branch", "joint", "follows", "new_branch"]),
+        pd.DataFrame(found["ends"], columns=["branch", "points", "begins", "ends"]).rename(columns={"ends": "reason"}),
+        _columns(
             found["curve_points"],
-            columns=[
-                "curve",
-                "kind",
-                "parameter",
-                "second",
-                "period",
-                "periods",
-                "stable",
-                "multiplier",
-                "joint",
-                "residual",
-            ],
+            ["curve", "kind", "parameter", "second", "period", "periods", "stable", "multiplier", "joint", "residual"],
         ),
         pd.DataFrame(
-            found["curves"], columns=["curve", "kind", "points", "parameter", "first_reason", "last_reason"]
+            [[c["curve"], c["kind"], c["points"], c["parameter"], *c["ends"]] for c in found["curves"]],
+            columns=["curve", "kind", "points", "parameter", "first_reason", "last_reason"],
         ),
         found["failure"],
     )
@@ -339,12 +334,15 @@ def lyapunov(
         lambda flag: _freeplay.lyapunov_of(wanted._handle, formulation, batches, transient, flag, _here()),
     )
     return Lyapunov(
-        pd.DataFrame({"value": found["values"], "standard_error": found["errors"], "reason": found["reasons"]}),
-        found["sum"],
-        found["sum_predicted"],
+        pd.DataFrame(
+            [[e["per_s"], e["standard_error_per_s"], e["reason"]] for e in found["exponents"]],
+            columns=["value", "standard_error", "reason"],
+        ),
+        found["sum_per_s"],
+        found["sum_predicted_per_s"],
         found["impacts"],
-        found["transient"],
-        found["duration"],
+        found["transient_s"],
+        found["duration_s"],
         found["stopped"],
         found["failure"],
     )

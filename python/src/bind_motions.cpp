@@ -3,7 +3,7 @@
 #include <pybind11/stl.h>
 
 #include <algorithm>
-#include <complex>
+#include <nlohmann/json.hpp>
 #include <optional>
 #include <string>
 #include <tuple>
@@ -11,11 +11,13 @@
 
 #include "facade/continuation.hpp"
 #include "facade/lyapunov.hpp"
+#include "facade/motion_documents.hpp"
 #include "facade/orbit.hpp"
 #include "facade/sensitivity.hpp"
 #include "mechanism/error.hpp"
 #include "record.hpp"
 #include "stop.hpp"
+#include "tables.hpp"
 
 namespace py = pybind11;
 
@@ -39,6 +41,13 @@ auto interruptible(StopFlag& flag, bool here, bool& pressed, const Work& work) {
   return result;
 }
 
+/// A document as values of Python.
+py::dict result(const nlohmann::json& document, bool pressed) {
+  auto d = object_of(document).cast<py::dict>();
+  d["pressed"] = pressed;
+  return d;
+}
+
 py::dict sensitivities_of(const Scene& scene, const std::vector<std::string>& of,
                           const std::vector<std::string>& to, const std::string& formulation, StopFlag& flag,
                           bool here) {
@@ -46,25 +55,7 @@ py::dict sensitivities_of(const Scene& scene, const std::vector<std::string>& of
   const auto found = interruptible(flag, here, pressed, [&] {
     return sensitivities(scene, {.of = of, .to = to, .formulation = formulation, .stop = flag.token()});
   });
-  py::list names, values, derivatives, reasons, errors;
-  for (const auto& q : found.quantities) {
-    names.append(q.name);
-    values.append(q.value);
-    derivatives.append(q.derivatives);
-    reasons.append(q.reasons);
-    errors.append(q.errors);
-  }
-  py::dict d;
-  d["keys"] = found.keys;
-  d["key_values"] = found.key_values;
-  d["names"] = names;
-  d["values"] = values;
-  d["derivatives"] = derivatives;
-  d["reasons"] = reasons;
-  d["errors"] = errors;
-  d["stopped"] = found.stopped;
-  d["pressed"] = pressed;
-  return d;
+  return result(to_json(found, {}), pressed);
 }
 
 py::dict dict_of(const Orbit& o) {
@@ -102,8 +93,6 @@ py::dict orbit_of(const Scene& scene, const std::string& formulation, int period
   d["pressed"] = pressed;
   return d;
 }
-
-std::string name_of(BifurcationKind kind) { return bifurcation_names[static_cast<std::size_t>(kind)]; }
 
 /// The kinds of curves by their names.
 std::vector<BifurcationKind> kinds_of(const std::vector<std::string>& names) {
@@ -147,7 +136,8 @@ py::dict branches_of(const Scene& scene, const std::string& key, double from, do
     request.stop = flag.token();
     return continue_orbit(scene, request);
   });
-  py::list points, bifurcations, ends, curve_points, curves;
+  BranchTables tables(scene);
+  py::list points;
   for (const auto& p : found.points) {
     auto d = dict_of(p.orbit);
     d["branch"] = p.branch;
@@ -155,25 +145,14 @@ py::dict branches_of(const Scene& scene, const std::string& key, double from, do
     d["parameter"] = p.parameter;
     points.append(d);
   }
-  for (const auto& b : found.bifurcations)
-    bifurcations.append(py::make_tuple(name_of(b.kind), b.at.parameter, b.at.orbit.period, b.at.branch,
-                                       b.joint, b.follows, b.new_branch));
-  for (const auto& e : found.ends) ends.append(py::make_tuple(e.branch, e.points, e.begins, e.reason));
-  for (const auto& c : found.curve_points) {
-    const auto& o = c.orbit;
-    const auto first = o.multipliers.empty() ? std::complex<double>(0) : o.multipliers.front();
-    curve_points.append(py::make_tuple(c.curve, name_of(c.kind), c.parameter, c.second, o.period, o.periods,
-                                       o.stable, first, c.joint, c.residual));
-  }
-  for (const auto& c : found.curves)
-    curves.append(
-        py::make_tuple(c.curve, name_of(c.kind), c.points, c.parameter, c.reasons[0], c.reasons[1]));
+  for (const auto& b : found.bifurcations) tables.add(b);
+  for (const auto& c : found.curve_points) tables.add(c);
   py::dict d;
   d["points"] = points;
-  d["curve_points"] = curve_points;
-  d["curves"] = curves;
-  d["bifurcations"] = bifurcations;
-  d["ends"] = ends;
+  d["curve_points"] = object_of(tables.curves);
+  d["curves"] = object_of(to_json(found.curves));
+  d["bifurcations"] = object_of(tables.bifurcations);
+  d["ends"] = object_of(to_json(found.ends));
   d["failure"] = found.failure;
   d["pressed"] = pressed;
   return d;
@@ -187,26 +166,9 @@ py::dict lyapunov_of(const Scene& scene, const std::string& formulation, int bat
         scene,
         {.formulation = formulation, .batches = batches, .transient = transient, .stop = flag.token()});
   });
-  py::list values, errors, reasons;
-  for (const auto& e : found.exponents) {
-    values.append(e.value);
-    errors.append(e.error);
-    reasons.append(e.reason);
-  }
-  py::dict d;
-  d["values"] = values;
-  d["errors"] = errors;
-  d["reasons"] = reasons;
-  d["errors"] = errors;
-  d["sum"] = found.sum;
-  d["sum_predicted"] = found.predicted;
-  d["impacts"] = found.impacts;
-  d["transient"] = found.transient;
-  d["duration"] = found.duration;
-  d["stopped"] = found.stopped;
-  d["failure"] = found.failure;
-  d["pressed"] = pressed;
-  return d;
+  auto document = to_json(found);
+  document["failure"] = found.failure;
+  return result(document, pressed);
 }
 
 }  // namespace

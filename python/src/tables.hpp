@@ -1,13 +1,19 @@
 // Tables of a run in memory for pandas: the rows of trajectory.csv, forces.csv, events.csv and
-// signals.csv, computed by the same arithmetic as the files.
+// signals.csv, computed by the same arithmetic as the files. Tables and documents of other results as
+// values of Python.
 #pragma once
+
+#include <pybind11/pybind11.h>
 
 #include <cstdint>
 #include <map>
 #include <string>
 #include <vector>
 
+#include <nlohmann/json_fwd.hpp>
+
 #include "simulation/table_rows.hpp"
+#include "values/table.hpp"
 
 namespace freeplay::python {
 
@@ -33,5 +39,10 @@ class MemoryTable : public TableSink {
  private:
   void head() override;
 };
+
+/// A list for each column, by its name.
+pybind11::dict object_of(const Table& table);
+/// Dicts, lists and values. Numbers keep NaN and infinity, which a file has as null.
+pybind11::object object_of(const nlohmann::json& document);
 
 }  // namespace freeplay::python

@@ -5,7 +5,6 @@
 
 #include "cli/ending.hpp"
 #include "cli/progress.hpp"
-#include "cli/shown.hpp"
 #include "cli/verb.hpp"
 #include "cli/wrapped.hpp"
 #include "facade/simulation.hpp"
@@ -13,6 +12,7 @@
 #include "mechanism/error.hpp"
 #include "mechanism/scene.hpp"
 #include "study/comparison/advice.hpp"
+#include "study/comparison/shown.hpp"
 #include "study/runs/perturb.hpp"
 #include "study/verdicts/verdicts.hpp"
 

@@ -21,8 +21,6 @@
 namespace freeplay::cli {
 namespace {
 
-nlohmann::json finite_or_null(double x) { return std::isfinite(x) ? nlohmann::json(x) : nlohmann::json(); }
-
 nlohmann::json document_of(const Study& study, const QuantityFit& f, const nlohmann::json& origin,
                            const std::string& conclusion) {
   const auto& c = *study.calibration;
@@ -33,16 +31,16 @@ nlohmann::json document_of(const Study& study, const QuantityFit& f, const nlohm
                                        {"measured", c.targets[i].value},
                                        {"standard_deviation", t.deviation}};
     fit[t.used ? "fitted" : "predicted"][c.targets[i].name] = {
-        {"value", finite_or_null(t.value)},
-        {"standard_deviation", finite_or_null(t.model_deviation)},
-        {"residual", finite_or_null((t.value - c.targets[i].value) / t.deviation)}};
+        {"value", t.value},
+        {"standard_deviation", t.model_deviation},
+        {"residual", (t.value - c.targets[i].value) / t.deviation}};
   }
   for (std::size_t k = 0; k < c.unknowns.size(); ++k) {
     const auto& e = f.unknowns[k];
-    fit["unknowns"][c.unknowns[k].name] = {{"key", c.unknowns[k].key},     {"value", e.value},
-                                           {"low", finite_or_null(e.low)}, {"high", finite_or_null(e.high)},
-                                           {"unit", c.unknowns[k].unit},   {"open_low", e.open_low},
-                                           {"open_high", e.open_high}};
+    fit["unknowns"][c.unknowns[k].name] = {
+        {"key", c.unknowns[k].key}, {"value", e.value},           {"low", e.low},
+        {"high", e.high},           {"unit", c.unknowns[k].unit}, {"open_low", e.open_low},
+        {"open_high", e.open_high}};
   }
   fit["correlation"] = nlohmann::json::array();
   for (const auto row : f.correlation.rowwise())

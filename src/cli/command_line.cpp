@@ -20,6 +20,7 @@
 #include "io/scene/quantity.hpp"
 #include "io/scene/spelling.hpp"
 #include "study/settings/settings.hpp"
+#include "values/family.hpp"
 #include "version.hpp"
 
 namespace freeplay::cli {
@@ -239,6 +240,9 @@ Option Options::set(std::vector<std::string>& overrides, const char* what) {
 }
 Option Options::output(std::string& folder, const char* what) {
   return add("-o,--output", folder, what).takes("FOLDER");
+}
+Option Options::formulation(std::string& name, const char* what) {
+  return add("--formulation", name, what).one_of(family_names()).shows_default();
 }
 Option Options::accuracy(std::string& level) {
   std::vector<std::string> levels;

@@ -1,10 +1,8 @@
 // freeplay continue: branches of periodic motions over one key of a scene, and their bifurcations.
 #include <fmt/format.h>
-#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <cmath>
-#include <complex>
 #include <filesystem>
 #include <map>
 #include <nlohmann/json.hpp>
@@ -19,8 +17,8 @@
 #include "cli/run_figures.hpp"
 #include "cli/verb.hpp"
 #include "cli/wrapped.hpp"
-#include "dynamics/system.hpp"
 #include "facade/continuation.hpp"
+#include "facade/motion_documents.hpp"
 #include "io/files/input_file.hpp"
 #include "io/files/output_file.hpp"
 #include "io/files/result_set.hpp"
@@ -44,106 +42,37 @@ struct ContinueVerb : Request {
   std::string output;  ///< result folder
 };
 
-double greatest_modulus(const Orbit& o) {
-  return o.multipliers.empty() ? 0 : std::abs(o.multipliers.front());
-}
-std::complex<double> first_multiplier(const Orbit& o) {
-  return o.multipliers.empty() ? std::complex<double>(0) : o.multipliers.front();
-}
-
-/// Phase of an impact in the period of the drive.
-double phase_in(double t, double period) {
-  const double phase = t / period - std::floor(t / period);
-  return phase < 1 ? phase : 0;
-}
-
-std::string kind_name(const Bifurcation& b) { return bifurcation_names[static_cast<std::size_t>(b.kind)]; }
-
-/// Tables of a continuation, row by row.
-struct BranchTables {
-  std::string branch, impacts,
-      bifurcations =
-          "kind,parameter,period_s,branch,point,periods,multiplier_re,multiplier_im,joint,follows,new_branch,"
-          "residual\n";
-
-  std::vector<std::string> columns{"branch",
-                                   "point",
-                                   "parameter",
-                                   "period_s",
-                                   "stable",
-                                   "greatest_modulus",
-                                   "multiplier_re",
-                                   "multiplier_im",
-                                   "periods",
-                                   "impacts",
-                                   "least_speed",
-                                   "least_force",
-                                   "t"};
-
-  /// `states`: number of first-order states.
-  BranchTables(const Scene& scene, int states) {
-    for (const char* part : {"x", "y", "theta", "vx", "vy", "omega"})
-      for (const auto& body : scene.mechanism.bodies)
-        columns.push_back(fmt::format("{}.{}", body.name, part));
-    for (int k = 1; k <= states; ++k) columns.push_back(fmt::format("z{}", k));
-    branch = fmt::format("{}\n", fmt::join(columns, ","));
-    impacts = "branch,point,parameter,stable,t,phase,joint,approach\n";
+/// A table of the results, which grows as NAME.partial, too; that file remains if the process is killed.
+class LiveTable {
+ public:
+  LiveTable(const Table& table, const std::filesystem::path& folder, const char* name)
+      : table_(table), path_(folder / name) {}
+  std::string earlier;  ///< rows of an earlier result
+  void write_new_rows() {
+    if (!file_) {
+      file_.emplace(path_);
+      file_->keep();
+      file_->write(table_.csv_header() + earlier);
+    }
+    file_->write(table_.csv_rows(std::exchange(written_, table_.rows().size())));
+    file_->settle();
   }
-  /// The values of the columns.
-  static std::vector<double> values(const BranchPoint& p) {
-    const auto& o = p.orbit;
-    double slowest = NAN, weakest = NAN;
-    for (const auto& i : o.impacts) slowest = std::isnan(slowest) ? i.speed : std::min(slowest, i.speed);
-    for (const auto& c : o.lasting)
-      weakest = std::isnan(weakest) ? c.least_force : std::min(weakest, c.least_force);
-    const auto first = first_multiplier(o);
-    std::vector<double> list{static_cast<double>(p.branch),
-                             static_cast<double>(p.number),
-                             p.parameter,
-                             o.period,
-                             o.stable ? 1.0 : 0.0,
-                             greatest_modulus(o),
-                             first.real(),
-                             first.imag(),
-                             static_cast<double>(o.periods),
-                             static_cast<double>(o.impacts.size()),
-                             slowest,
-                             weakest,
-                             o.state.t};
-    for (const auto* part_of : {&o.state.q, &o.state.v})
-      for (std::size_t part = 0; part < 3; ++part)
-        for (std::size_t i = part; i < part_of->size(); i += 3) list.push_back((*part_of)[i]);
-    list.insert(list.end(), o.state.z.begin(), o.state.z.end());
-    return list;
+  bool begun() const { return file_.has_value(); }
+  const std::filesystem::path& path() const { return path_; }
+  void remove_partial() {
+    file_.reset();
+    remove_file(path_.string() + ".partial");
   }
-  static std::string row(const BranchPoint& p) { return fmt::format("{}\n", fmt::join(values(p), ",")); }
-  static std::string impact_rows(const BranchPoint& p) {
-    std::string text;
-    for (const auto& i : p.orbit.impacts)
-      text += fmt::format("{},{},{},{},{},{},{},{}\n", p.branch, p.number, p.parameter,
-                          p.orbit.stable ? 1 : 0, i.t, phase_in(i.t, p.orbit.period), i.joint, i.speed);
-    return text;
+  void write_into(const std::filesystem::path& folder) const {
+    write_file(folder / path_.filename(), table_.csv_header() + earlier + table_.csv_rows());
   }
-  static std::string row(const Bifurcation& b) {
-    const auto first = first_multiplier(b.at.orbit);
-    return fmt::format("{},{},{},{},{},{},{},{},{},{},{},{}\n", kind_name(b), b.at.parameter,
-                       b.at.orbit.period, b.at.branch, b.at.number, b.at.orbit.periods, first.real(),
-                       first.imag(), b.joint, b.follows, b.new_branch, b.residual);
-  }
+
+ private:
+  const Table& table_;
+  std::filesystem::path path_;
+  std::optional<OutputFile> file_;
+  std::size_t written_ = 0;  // rows
 };
-
-constexpr const char* curve_head =
-    "curve,kind,parameter,second,period_s,periods,stable,greatest_modulus,multiplier_re,multiplier_im,joint,"
-    "residual\n";
-std::string curve_row(const CurvePoint& c) {
-  const auto first = first_multiplier(c.orbit);
-  return fmt::format("{},{},{},{},{},{},{},{},{},{},{},{}\n", c.curve,
-                     bifurcation_names[static_cast<std::size_t>(c.kind)], c.parameter, c.second,
-                     c.orbit.period, c.orbit.periods, c.orbit.stable ? 1 : 0, greatest_modulus(c.orbit),
-                     first.real(), first.imag(), c.joint, c.residual);
-}
-
-nlohmann::json finite(double x) { return std::isfinite(x) ? nlohmann::json(x) : nlohmann::json(); }
 
 /// An earlier result, with the branches that can go on.
 struct EarlierBranches {
@@ -235,43 +164,19 @@ nlohmann::json continuation_json(const ContinuationPlan& plan, const Branches& f
                                  const EarlierBranches& earlier) {
   nlohmann::json document = {{"key", plan.key},     {"from", plan.from}, {"to", plan.to},
                              {"scale", plan.scale}, {"unit", plan.unit}, {"periods", plan.periods}};
-  auto branches = nlohmann::json::array(), bifurcations = earlier.bifurcations;
-  for (const auto& e : earlier.ends)
-    if (std::ranges::find(found.ends, e.branch, &BranchEnd::branch) == found.ends.end())
-      branches.push_back(
-          {{"branch", e.branch}, {"points", e.points}, {"begins", e.begins}, {"ends", e.reason}});
-  for (const auto& e : found.ends)
-    branches.push_back(
-        {{"branch", e.branch}, {"points", e.points}, {"begins", e.begins}, {"ends", e.reason}});
-  for (const auto& b : found.bifurcations) {
-    auto multipliers = nlohmann::json::array();
-    for (const auto& m : b.at.orbit.multipliers) multipliers.push_back({m.real(), m.imag()});
-    bifurcations.push_back({{"kind", kind_name(b)},
-                            {"parameter", b.at.parameter},
-                            {"period_s", b.at.orbit.period},
-                            {"branch", b.at.branch},
-                            {"joint", b.joint},
-                            {"follows", b.follows},
-                            {"new_branch", b.new_branch},
-                            {"residual", finite(b.residual)},
-                            {"multipliers", multipliers},
-                            {"t", b.at.orbit.state.t},
-                            {"q", b.at.orbit.state.q},
-                            {"v", b.at.orbit.state.v}});
-  }
+  auto ends = earlier.ends;
+  std::erase_if(ends, [&](const BranchEnd& e) {
+    return std::ranges::find(found.ends, e.branch, &BranchEnd::branch) != found.ends.end();
+  });
+  ends.insert(ends.end(), found.ends.begin(), found.ends.end());
+  auto bifurcations = earlier.bifurcations;
+  for (auto& b : to_json(found.bifurcations)) bifurcations.push_back(std::move(b));
   if (plan.second) {
     const auto& second = *plan.second;
-    auto curves = nlohmann::json::array();
-    for (const auto& c : found.curves)
-      curves.push_back({{"curve", c.curve},
-                        {"kind", bifurcation_names[static_cast<std::size_t>(c.kind)]},
-                        {"points", c.points},
-                        {"parameter", c.parameter},
-                        {"ends", {c.reasons[0], c.reasons[1]}}});
     document["second"] = {{"key", second.key},     {"from", second.from}, {"to", second.to},
-                          {"scale", second.scale}, {"unit", second.unit}, {"curves", curves}};
+                          {"scale", second.scale}, {"unit", second.unit}, {"curves", to_json(found.curves)}};
   }
-  document["branches"] = branches;
+  document["branches"] = to_json(ends);
   document["bifurcations"] = bifurcations;
   return document;
 }
@@ -299,13 +204,13 @@ void print(const ContinuationPlan& plan, const Branches& found) {
     fmt::print("{:<9}{:>7} {:>20} {:>14}  {}\n", "kind", "branch", plan.key.substr(plan.key.rfind('.') + 1),
                "period, s", "follows");
   for (const auto& b : found.bifurcations)
-    fmt::print("{:<9}{:>7} {:>20.12g} {:>14.9g}  {}{}\n", kind_name(b), b.at.branch, b.at.parameter,
+    fmt::print("{:<9}{:>7} {:>20.12g} {:>14.9g}  {}{}\n", name_of(b.kind), b.at.branch, b.at.parameter,
                b.at.orbit.period, b.follows,
                b.new_branch > 0 ? fmt::format(" (branch {})", b.new_branch) : std::string());
   for (const auto& c : found.curves)
-    fmt::print("{}", wrapped(fmt::format("curve {}, {} from {:.9g}: {} points; ends: {}; {}\n", c.curve,
-                                         bifurcation_names[static_cast<std::size_t>(c.kind)], c.parameter,
-                                         c.points, c.reasons[0], c.reasons[1])));
+    fmt::print("{}",
+               wrapped(fmt::format("curve {}, {} from {:.9g}: {} points; ends: {}; {}\n", c.curve,
+                                   name_of(c.kind), c.parameter, c.points, c.reasons[0], c.reasons[1])));
 }
 
 int continue_branches(const ContinueVerb& request) try {
@@ -326,33 +231,23 @@ int continue_branches(const ContinueVerb& request) try {
   document["provenance"] = provenance(study);
   document["provenance"]["scene_file"] = study.scene.lexically_normal().string();
   ResultSet set(folder, "continue");
-  BranchTables tables(scene, System(scene.mechanism).states());
+  BranchTables tables(scene);
+  LiveTable branch(tables.branch, folder, "branch.csv"),
+      impacts(tables.impacts, folder, "branch_impacts.csv"),
+      bifurcations(tables.bifurcations, folder, "bifurcations.csv"),
+      curves(tables.curves, folder, "curves.csv");
   EarlierBranches earlier;
   if (!request.from.empty()) {
-    earlier = read_earlier(request.from, plan.key, tables.columns, document["provenance"]);
-    tables.branch += earlier.rows;
-    tables.impacts += earlier.impacts;
-    tables.bifurcations += earlier.marks;
+    earlier = read_earlier(request.from, plan.key, tables.branch.columns(), document["provenance"]);
+    branch.earlier = earlier.rows;
+    impacts.earlier = earlier.impacts;
+    bifurcations.earlier = earlier.marks;
     if (earlier.restarts.empty())
       throw SceneError(
           fmt::format("{}: none of its branches can go on: each ended at a bifurcation", request.from));
   }
-  // Rows so far, which remain if the process is killed.
-  const auto rows = folder / "branch.csv", marks = folder / "bifurcations.csv",
-             curves = folder / "curves.csv", touches = folder / "branch_impacts.csv";
   Branches found;
   {
-    std::optional<OutputFile> live, live_marks, live_curves, live_impacts;
-    const auto append = [](std::optional<OutputFile>& file, const std::filesystem::path& path,
-                           const std::string& head, const std::string& row) {
-      if (!file) {
-        file.emplace(path);
-        file->keep();
-        file->write(head);
-      }
-      file->write(row);
-      file->settle();
-    };
     Progress progress;
     ContinuationRequest what{.formulation = plan.formulation,
                              .key = plan.key,
@@ -366,7 +261,7 @@ int continue_branches(const ContinueVerb& request) try {
                              .follow_doubled = plan.follow_doubled,
                              .most_points = plan.most_points,
                              .second = {},
-                             .events = events_of(study, plan, tables.columns),
+                             .events = events_of(study, plan, tables.branch.columns()),
                              .restarts = earlier.restarts,
                              .branches = earlier.branches,
                              .stop = request.stop};
@@ -374,22 +269,19 @@ int continue_branches(const ContinueVerb& request) try {
       what.second = SecondKey{plan.second->key, plan.second->from, plan.second->to, plan.second->step,
                               plan.second->kinds};
     what.on_point = [&](const BranchPoint& p) {
-      const auto row = BranchTables::row(p);
-      append(live, rows, tables.branch, row);
-      tables.branch += row;
-      const auto impacts = BranchTables::impact_rows(p);
-      append(live_impacts, touches, tables.impacts, impacts);
-      tables.impacts += impacts;
+      tables.add(p);
+      branch.write_new_rows();
+      impacts.write_new_rows();
       progress.show(fmt::format("branch {}, motion {}", p.branch, p.number),
                     std::abs((p.parameter - plan.from) / (plan.to - plan.from)));
     };
     what.on_bifurcation = [&](const Bifurcation& b) {
-      const auto row = BranchTables::row(b);
-      append(live_marks, marks, tables.bifurcations, row);
-      tables.bifurcations += row;
+      tables.add(b);
+      bifurcations.write_new_rows();
     };
     what.on_curve_point = [&](const CurvePoint& c) {
-      append(live_curves, curves, curve_head, curve_row(c));
+      tables.add(c);
+      curves.write_new_rows();
       progress.show(fmt::format("curve {}", c.curve),
                     std::abs((c.second - plan.second->from) / (plan.second->to - plan.second->from)));
     };
@@ -397,34 +289,27 @@ int continue_branches(const ContinueVerb& request) try {
       found = located_in(scene, [&] { return continue_orbit(scene, what); });
     } catch (const Interrupted&) {
       progress.clear();
-      if (!live) throw;
+      if (!branch.begun()) throw;
       fmt::print(
           stderr, "{}",
           wrapped(fmt::format("interrupted; the rows so far are in {}.partial; the same command starts "
                               "again\n",
-                              rows.string())));
+                              branch.path().string())));
       return 1;
     }
     progress.clear();
   }
-  const auto partial = [](std::filesystem::path path) { return path += ".partial"; };
   if (!found.failure.empty()) {
-    for (const auto& path : {rows, marks, touches}) remove_file(partial(path));
+    for (auto* table : {&branch, &impacts, &bifurcations}) table->remove_partial();
     fmt::print(stderr, "{}", wrapped("no periodic motion found at the start: " + found.failure + "\n"));
     return 1;
   }
   document["continue"] = continuation_json(plan, found, earlier);
   write_json(set.place() / "continue.json", document);
-  write_file(set.place() / "branch.csv", tables.branch);
-  write_file(set.place() / "branch_impacts.csv", tables.impacts);
-  write_file(set.place() / "bifurcations.csv", tables.bifurcations);
-  if (plan.second) {
-    std::string text = curve_head;
-    for (const auto& c : found.curve_points) text += curve_row(c);
-    write_file(set.place() / "curves.csv", text);
-  }
+  for (const auto* table : {&branch, &impacts, &bifurcations}) table->write_into(set.place());
+  if (plan.second) curves.write_into(set.place());
   set.commit();
-  for (const auto& path : {rows, marks, curves, touches}) remove_file(partial(path));
+  for (auto* table : {&branch, &impacts, &bifurcations, &curves}) table->remove_partial();
   print(plan, found);
   fmt::print("results in {}\n", folder.string());
   draw_results(folder);

@@ -162,9 +162,7 @@ void ensemble_verb(Program& program) {
   auto [options, request] = program.verb(
       "ensemble", "run perturbed starts of one mechanism: statistics with error bars, and bands", ensemble);
   options.scene(request.scene).required();
-  options.add("--formulation", request.formulation, "penalty or nonsmooth")
-      .one_of(family_names())
-      .shows_default();
+  options.formulation(request.formulation);
   options.set(request.overrides);
   options.add("--starts", request.starts, "how many").between(2, 1'000'000).shows_default();
   options.add("--seed", request.seed, "seed of the random starts").between(0, 2'000'000'000).shows_default();

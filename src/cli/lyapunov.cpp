@@ -15,6 +15,7 @@
 #include "cli/verb.hpp"
 #include "cli/wrapped.hpp"
 #include "facade/identify.hpp"
+#include "facade/motion_documents.hpp"
 #include "io/files/output_file.hpp"
 #include "io/files/result_set.hpp"
 #include "io/files/run_json.hpp"
@@ -32,47 +33,6 @@ struct LyapunovVerb : Request {
   std::optional<double> transient;
   std::string output;  ///< result folder
 };
-
-nlohmann::json finite_or_null(double x) { return std::isfinite(x) ? nlohmann::json(x) : nlohmann::json(); }
-
-nlohmann::json lyapunov_json(const Lyapunov& found) {
-  auto list = nlohmann::json::array();
-  for (const auto& e : found.exponents)
-    list.push_back({{"per_s", finite_or_null(e.value)},
-                    {"standard_error_per_s", finite_or_null(e.error)},
-                    {"per_period", finite_or_null(found.period > 0 ? e.value * found.period : NAN)},
-                    {"reason", e.reason}});
-  return {{"exponents", list},
-          {"period_s", finite_or_null(found.period > 0 ? found.period : NAN)},
-          {"sum_per_s", finite_or_null(found.sum)},
-          {"sum_standard_error_per_s", finite_or_null(found.sum_error)},
-          {"sum_predicted_per_s", finite_or_null(found.predicted)},
-          {"divergence_per_s", finite_or_null(found.divergence)},
-          {"impacts_part_per_s", finite_or_null(found.impact_part)},
-          {"not_predicted", found.unpredicted},
-          {"impacts", found.impacts},
-          {"transient_s", found.transient},
-          {"duration_s", found.duration},
-          {"batches", found.batches},
-          {"cost_over_run", found.cost},
-          {"stopped", found.stopped}};
-}
-
-/// The means from the end of the transient to each time; empty fields where they are −∞ or unknown.
-std::string course_csv(const Lyapunov& found) {
-  std::string text = "t";
-  for (std::size_t i = 1; i <= found.exponents.size(); ++i) text += fmt::format(",exponent_{}", i);
-  text += ",sum,sum_predicted\n";
-  const auto field = [&](double x) { text += std::isfinite(x) ? fmt::format(",{:.17g}", x) : ","; };
-  for (const auto& s : found.course) {
-    text += fmt::format("{:.17g}", s.t);
-    for (const double x : s.exponents) field(x);
-    field(s.sum);
-    field(s.predicted);
-    text += "\n";
-  }
-  return text;
-}
 
 void print_spectrum(const Lyapunov& found) {
   fmt::print("{} Lyapunov exponents over {:.6g} s after {:.6g} s, {} batches, {} contact onsets\n",
@@ -104,11 +64,11 @@ int find_lyapunov(const LyapunovVerb& request) try {
     fmt::print(stderr, "{}", wrapped("no Lyapunov exponents: " + found.failure + "\n"));
     return 1;
   }
-  auto document = lyapunov_json(found);
+  auto document = to_json(found);
   document["formulation"] = request.formulation;
   document["provenance"] = provenance(scene, identify(scene, family_of(request.formulation), std::nullopt));
   write_json(set.place() / "lyapunov.json", document);
-  write_file(set.place() / "lyapunov.csv", course_csv(found));
+  write_file(set.place() / "lyapunov.csv", course_table(found).csv());
   set.commit();
   print_spectrum(found);
   fmt::print("results in {}\n", folder.string());
@@ -126,9 +86,7 @@ void lyapunov_verb(Program& program) {
   auto [options, request] =
       program.verb("lyapunov", "compute the Lyapunov exponents of a motion with impacts", find_lyapunov);
   options.scene(request.scene).required();
-  options.add("--formulation", request.formulation, "penalty or nonsmooth")
-      .one_of(family_names())
-      .shows_default();
+  options.formulation(request.formulation);
   options.add("--batches", request.batches, "number of batches for the standard errors")
       .between(fewest_batches, 10'000)
       .shows_default();

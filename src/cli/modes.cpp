@@ -219,9 +219,7 @@ void modes_verb(Program& program) {
   options.scene(request.scene).required();
   options.set(request.overrides);
   options.allow_outside(request.reach);
-  options.add("--formulation", request.formulation, "penalty: compliant contacts; nonsmooth: rigid contacts")
-      .one_of(family_names())
-      .shows_default();
+  options.formulation(request.formulation, "penalty: compliant contacts; nonsmooth: rigid contacts");
   options.add("--about", request.about, "equilibrium, or the initial state")
       .one_of({"equilibrium", "start"})
       .shows_default();

@@ -18,6 +18,7 @@
 #include "cli/verb.hpp"
 #include "cli/wrapped.hpp"
 #include "facade/identify.hpp"
+#include "facade/motion_documents.hpp"
 #include "facade/run_folder.hpp"
 #include "io/files/result_set.hpp"
 #include "io/files/run_json.hpp"
@@ -36,39 +37,6 @@ struct OrbitVerb : Request {
   std::optional<double> period;
   std::string output;  ///< result folder
 };
-
-/// The state by the names of trajectory.csv, which has the bodies in the mechanism's order.
-nlohmann::json state_json(const Scene& scene, const State& s) {
-  nlohmann::json list = {{"t", s.t}};
-  static constexpr const char* parts[2][3] = {{"x", "y", "theta"}, {"vx", "vy", "omega"}};
-  for (std::size_t i = 0; i < s.q.size(); ++i) {
-    const auto& body = scene.mechanism.bodies[i / 3].name;
-    list[fmt::format("{}.{}", body, parts[0][i % 3])] = s.q[i];
-    list[fmt::format("{}.{}", body, parts[1][i % 3])] = s.v[i];
-  }
-  if (!s.z.empty()) list["first_order_states"] = s.z;
-  return list;
-}
-
-nlohmann::json orbit_json(const Scene& scene, const Orbit& found) {
-  nlohmann::json impacts = nlohmann::json::array(), lasting = impacts, multipliers = impacts;
-  for (const auto& i : found.impacts)
-    impacts.push_back({{"time", i.t}, {"joint", i.joint}, {"speed", i.speed}});
-  for (const auto& c : found.lasting) {
-    lasting.push_back({{"joint", c.joint}, {"least_force", c.least_force}, {"time", c.t}});
-    if (c.v0) lasting.back()["v0"] = *c.v0;
-  }
-  for (const auto& m : found.multipliers) multipliers.push_back({m.real(), m.imag()});
-  return {{"period_s", found.period},
-          {"periods", found.periods},
-          {"residual", found.residual},
-          {"state", state_json(scene, found.state)},
-          {"impacts", impacts},
-          {"lasting", lasting},
-          {"multipliers", multipliers},
-          {"stable", found.stable},
-          {"iterations", found.iterations}};
-}
 
 void print(const Orbit& found) {
   fmt::print("periodic motion of {} x {:.9g} s, {}, residual {:.2g} after {} Newton steps\n", found.periods,
@@ -117,7 +85,7 @@ int find_orbit(const OrbitVerb& request) try {
     fmt::print(stderr, "{}", wrapped("no periodic motion found: " + found.failure + "\n"));
     return 1;
   }
-  auto document = orbit_json(scene, found);
+  auto document = to_json(scene, found);
   document["formulation"] = request.formulation;
   document["settle"] = request.settle;
   if (request.period) document["period_given_s"] = *request.period;
@@ -143,9 +111,7 @@ int find_orbit(const OrbitVerb& request) try {
 void orbit_verb(Program& program) {
   auto [options, request] = program.verb("orbit", "find a periodic motion and its stability", find_orbit);
   options.scene(request.scene).required();
-  options.add("--formulation", request.formulation, "penalty or nonsmooth")
-      .one_of(family_names())
-      .shows_default();
+  options.formulation(request.formulation);
   options.add("--periods", request.periods, "periods of the drive after which the motion repeats")
       .between(1, 100'000)
       .shows_default();

@@ -116,9 +116,7 @@ void poincare_verb(Program& program) {
   auto [options, request] =
       program.verb("poincare", "record the state of a scene on a Poincaré section", poincare);
   options.scene(request.scene).required();
-  options.add("--formulation", request.formulation, "penalty or nonsmooth")
-      .one_of(family_names())
-      .shows_default();
+  options.formulation(request.formulation);
   options.set(request.overrides);
   options
       .add("--section", request.section,

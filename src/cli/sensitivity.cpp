@@ -15,6 +15,7 @@
 #include "cli/verb.hpp"
 #include "cli/wrapped.hpp"
 #include "facade/identify.hpp"
+#include "facade/motion_documents.hpp"
 #include "io/files/result_set.hpp"
 #include "io/files/run_json.hpp"
 #include "io/scene/located.hpp"
@@ -31,22 +32,6 @@ struct SensitivityVerb : Request {
   std::string output;       ///< result folder
   bool no_compile = false;  ///< general path for the variational equations
 };
-
-nlohmann::json number_or_null(double x) { return std::isfinite(x) ? nlohmann::json(x) : nlohmann::json(); }
-
-/// A value below this part of its greatest change p dQ/dp is zero within the error of a run.
-constexpr double rounding_part = 1e-10;
-
-/// (p/Q) dQ/dp, the relative change of the quantity per relative change of the key. NaN without a derivative or if
-/// the value is zero.
-double influence(const Sensitivities& all, const Sensitivity& q, std::size_t key) {
-  double greatest = 0;
-  for (std::size_t i = 0; i < all.keys.size(); ++i)
-    if (const double change = std::abs(q.derivatives[i] * all.key_values[i]); std::isfinite(change))
-      greatest = std::max(greatest, change);
-  return std::abs(q.value) > rounding_part * greatest ? q.derivatives[key] * all.key_values[key] / q.value
-                                                      : NAN;
-}
 
 /// Standard deviations of the keys from KEY=VALUE; keys that are not in `to` are appended there.
 std::vector<double> deviations_of(const std::vector<std::string>& spread, std::vector<std::string>& to) {
@@ -78,36 +63,6 @@ std::vector<double> deviations_of(const std::vector<std::string>& spread, std::v
   return deviations;
 }
 
-nlohmann::json quantity_json(const Sensitivities& all, const Sensitivity& q) {
-  nlohmann::json derivatives = nlohmann::json::object(), influences = derivatives, reasons = derivatives,
-                 errors = derivatives, inexact = nlohmann::json::array();
-  std::string first;
-  double condition = NAN;
-  bool differentiable = true;
-  for (std::size_t i = 0; i < all.keys.size(); ++i) {
-    const bool known = std::isfinite(q.derivatives[i]);
-    derivatives[all.keys[i]] = number_or_null(q.derivatives[i]);
-    influences[all.keys[i]] = number_or_null(influence(all, q, i));
-    errors[all.keys[i]] = number_or_null(q.errors[i]);
-    if (is_inexact(all, q, i)) inexact.push_back(all.keys[i]);
-    differentiable = differentiable && known;
-    condition = std::fmax(condition, std::abs(influence(all, q, i)));  // of those that exist
-    if (q.reasons[i].empty()) continue;
-    reasons[all.keys[i]] = q.reasons[i];
-    if (first.empty()) first = q.reasons[i];
-  }
-  return {{"name", q.name},
-          {"value", number_or_null(q.value)},
-          {"derivatives", derivatives},
-          {"error", errors},
-          {"inexact", inexact},
-          {"relative_influence", influences},
-          {"condition", number_or_null(condition)},
-          {"differentiable", differentiable},
-          {"reason", first},
-          {"reasons", reasons}};
-}
-
 int sensitivity(const SensitivityVerb& request) try {
   const auto scene = read_scene(request.scene, request.overrides);
   const auto folder = result_folder(request.output, default_folder(scene.file, "-sensitivity"));
@@ -122,22 +77,8 @@ int sensitivity(const SensitivityVerb& request) try {
                                  .stop = request.stop,
                                  .compile = request.no_compile ? Compile::never : Compile::automatic});
   });
-  nlohmann::json document;
-  document["quantities"] = nlohmann::json::array();
-  for (const auto& q : all.quantities) {
-    document["quantities"].push_back(quantity_json(all, q));
-    if (!request.spread.empty())
-      document["quantities"].back()["standard_deviation"] =
-          number_or_null(propagated_deviation(q, deviations));
-  }
-  document["keys"] = nlohmann::json::array();
-  for (std::size_t i = 0; i < all.keys.size(); ++i) {
-    document["keys"].push_back({{"name", all.keys[i]}, {"value", all.key_values[i]}});
-    if (!request.spread.empty()) document["keys"].back()["standard_deviation"] = deviations[i];
-  }
+  auto document = to_json(all, request.spread.empty() ? std::vector<double>() : deviations);
   document["formulation"] = request.formulation;
-  document["cost_over_run"] = all.cost;
-  document["stopped"] = all.stopped;
   document["provenance"] = provenance(scene, identify(scene, family_of(request.formulation), std::nullopt));
   write_json(set.place() / "sensitivity.json", document);
   set.commit();
@@ -204,9 +145,7 @@ void sensitivity_verb(Program& program) {
       .takes("KEY=DEVIATION");
   options.flag("--no-compile", request.no_compile,
                "evaluate the variational equations by the general path, as a reference");
-  options.add("--formulation", request.formulation, "penalty or nonsmooth")
-      .one_of(family_names())
-      .shows_default();
+  options.formulation(request.formulation);
   options.set(request.overrides);
   options.output(request.output, "result folder; default out/NAME-sensitivity");
 }

@@ -72,6 +72,7 @@ class Options {
   Option set(std::vector<std::string>& overrides,
              const char* what = "override a key, KEY=VALUE; may be repeated");
   Option output(std::string& folder, const char* what);
+  Option formulation(std::string& name, const char* what = "penalty or nonsmooth");
   Option accuracy(std::string& level);
   /// Style of the figures, for plots::choose_style().
   Option style(std::string& preset_or_file);

@@ -16,6 +16,7 @@
 #include "io/files/result_set.hpp"
 #include "io/files/run_json.hpp"
 #include "plots/drawing/figure.hpp"
+#include "values/table.hpp"
 
 namespace freeplay::cli {
 namespace {
@@ -33,20 +34,13 @@ using verification::Growth;
 const char* unit_of(const Growth& g) { return g.family == Family::penalty ? "right-hand side" : "step"; }
 
 std::string table(const Growth& g, const std::vector<Cost>& costs, bool markdown) {
-  std::string out;
-  const auto line = [&](auto... x) {
-    out += fmt::format(fmt::runtime(markdown ? "| {} | {} | {} | {} | {} | {} | {} | {} |\n"
-                                             : "{:>12}{:>8}{:>11}{:>9}{:>9}{:>8}{:>9}{:>9}\n"),
-                       x...);
-  };
-  line(g.counted, "bodies", fmt::format("µs"), "µs each", "set-up s", "MB", "problems", "pivots");
-  if (markdown) line("---", "---", "---", "---", "---", "---", "---", "---");
+  Table t({g.counted, "bodies", "µs", "µs each", "set-up s", "MB", "problems", "pivots"});
   for (const auto& c : costs)
-    line(c.count, c.bodies, fmt::format("{:.4g}", c.microseconds),
-         fmt::format("{:.3g}", c.microseconds / c.count), fmt::format("{:.2g}", c.setup_s),
-         fmt::format("{:.0f}", c.megabytes), fmt::format("{:.3g}", c.solves),
-         fmt::format("{:.3g}", c.pivots));
-  return out;
+    t.row(c.count, c.bodies, fmt::format("{:.4g}", c.microseconds),
+          fmt::format("{:.3g}", c.microseconds / c.count), fmt::format("{:.2g}", c.setup_s),
+          fmt::format("{:.0f}", c.megabytes), fmt::format("{:.3g}", c.solves),
+          fmt::format("{:.3g}", c.pivots));
+  return markdown ? t.markdown() : t.terminal({-12, 8, 11, 9, 9, 8, 9, 9});
 }
 
 std::string conclusion(const Growth& g, const std::vector<Cost>& costs) {

@@ -53,13 +53,11 @@ nlohmann::json common_json(const SettledRuns& runs, const AttractorPlan& plan) {
   return document;
 }
 
-nlohmann::json number_or_null(double x) { return std::isfinite(x) ? nlohmann::json(x) : nlohmann::json(); }
-
 /// As the list of lyapunov.json.
 nlohmann::json to_json(const AttractorExponent& e, double period) {
-  return {{"per_s", number_or_null(e.value)},
-          {"standard_error_per_s", number_or_null(e.error)},
-          {"per_period", number_or_null(period > 0 ? e.value * period : NAN)},
+  return {{"per_s", e.value},
+          {"standard_error_per_s", e.error},
+          {"per_period", period > 0 ? e.value * period : NAN},
           {"reason", e.reason}};
 }
 

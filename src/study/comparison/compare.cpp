@@ -405,8 +405,7 @@ nlohmann::json to_json(const Comparison& c) {
                       {"pairing",
                        {{"horizon_s", c.pairing.horizon},
                         {"ended_by", c.pairing.ended_by},
-                        {"predicted_horizon_s",
-                         std::isfinite(c.predicted.t) ? nlohmann::json(c.predicted.t) : nlohmann::json()},
+                        {"predicted_horizon_s", c.predicted.t},
                         {"predicted_to_the_end", c.predicted.to_the_end},
                         {"not_predicted", c.predicted.reason},
                         {"pairs", pairs}}}};

@@ -8,47 +8,13 @@
 #include "mechanism/lubricated.hpp"
 #include "mechanism/scene.hpp"
 #include "study/comparison/compare.hpp"
+#include "values/table.hpp"
 
 namespace freeplay {
 namespace {
 
-constexpr int joint_width = 12;  // of the table of pairs, columns
-
-/// A table of text cells, for a terminal or as Markdown.
-class Table {
- public:
-  Table(bool markdown, std::vector<int> widths) : markdown_(markdown), widths_(std::move(widths)) {}
-  void head(const std::vector<std::string>& cells) {
-    row(cells);
-    std::string rule = markdown_ ? "|" : "";
-    for (int w : widths_)
-      rule += markdown_ ? " --- |" : std::string(static_cast<std::size_t>(w - 1), '-') + " ";
-    while (rule.back() == ' ') rule.pop_back();
-    text += rule + "\n";
-  }
-  void row(const std::vector<std::string>& cells) {
-    if (markdown_) text += "|";
-    for (std::size_t i = 0; i < cells.size(); ++i) {
-      if (markdown_)
-        text += " " + cells[i] + " |";
-      else
-        text += i == 0 ? first(cells[i]) : fmt::format("{:>{}} ", cells[i], widths_[i] - 1);
-    }
-    while (!text.empty() && text.back() == ' ') text.pop_back();
-    text += "\n";
-  }
-  std::string text;
-
- private:
-  /// A name that is too wide is printed on a line of its own.
-  std::string first(const std::string& name) const {
-    const auto width = static_cast<std::size_t>(widths_.front());
-    return name.size() < width ? fmt::format("{:<{}}", name, width)
-                               : fmt::format("{}\n{:{}}", name, "", width);
-  }
-  bool markdown_;
-  std::vector<int> widths_;
-};
+constexpr int joint_width = 12;          // of the table of pairs, columns
+constexpr std::size_t shown_pairs = 20;  // on a terminal
 
 std::string number(double x) { return fmt::format("{:.4g}", x); }
 
@@ -145,9 +111,8 @@ std::string tables(const Scene& scene, const Comparison& c, bool markdown) {
                        text_of(scene.penalty.friction));
   if (!c.joints.empty()) out += "\n";
 
-  Table t(markdown, {44, 17, 17});
-  t.head({"", "penalty", "nonsmooth"});
-  const auto line = [&](const std::string& name, auto get) { t.row({name, get(p), get(n)}); };
+  Table t({"", "penalty", "nonsmooth"});
+  const auto line = [&](const std::string& name, auto get) { t.row(name, get(p), get(n)); };
   for (std::size_t k = 0; k < c.joints.size(); ++k) {
     const auto of = [&](auto field) { return [&, field](const Result& r) { return field(r.contacts[k]); }; };
     const auto& name = c.joints[k];
@@ -190,7 +155,7 @@ std::string tables(const Scene& scene, const Comparison& c, bool markdown) {
   line("right-hand sides", [](const auto& r) { return fmt::format("{}", r.work.rhs); });
   line("complementarity problems", [](const auto& r) { return fmt::format("{}", r.work.lcp_solves); });
   line("CPU time, s", [](const auto& r) { return number(r.cpu_seconds); });
-  out += t.text;
+  out += markdown ? t.markdown() : t.terminal({43, 17, 17}, true);
   out += fmt::format("{}{}statistics and energies after {:.4g} s, over {}\n", markdown ? "\n" : "",
                      c.joints.empty() ? "" : "* approach speed above 10 % of the maximum; ",
                      scene.run.discard, about_window(p));
@@ -205,15 +170,10 @@ std::string tables(const Scene& scene, const Comparison& c, bool markdown) {
   out +=
       fmt::format("\n{}Impacts paired up to the horizon t = {:.6g} ms;\n{}\n{}{}", markdown ? "## " : "",
                   1e3 * c.pairing.horizon, c.pairing.ended_by, predicted(c.predicted), markdown ? "\n" : "");
-  Table pairs(markdown, {joint_width, 11, 11, 11, 9, 9, 9, 8});
-  pairs.head({"joint", "t pen. ms", "nonsmooth", "diff us", "v pen.", "nonsm.", "P pen.", "nonsm."});
-  std::size_t shown = 0;
+  Table pairs({"joint", "t pen. ms", "nonsmooth", "diff us", "v pen.", "nonsm.", "P pen.", "nonsm."});
   const std::string* previous = nullptr;
   for (const auto& x : c.pairing.pairs) {
-    if (!markdown && ++shown > 20) {
-      pairs.text += fmt::format("... {} more in comparison.md\n", c.pairing.pairs.size() - 20);
-      break;
-    }
+    if (!markdown && pairs.rows().size() == shown_pairs) break;
     const auto impulse = [](const ContactEvent& e, double value, bool loaded) {
       return e.kind != EventKind::impact ? "lasting" : loaded ? "loaded" : fmt::format("{:.5f}", value);
     };
@@ -222,14 +182,17 @@ std::string tables(const Scene& scene, const Comparison& c, bool markdown) {
     const bool repeated =
         !markdown && name.size() >= std::size_t{joint_width} && previous && *previous == name;
     previous = &name;
-    pairs.row({repeated ? "" : name, fmt::format("{:.5f}", 1e3 * x.penalty.t),
-               fmt::format("{:.5f}", 1e3 * x.nonsmooth.t),
-               fmt::format("{:.2f}", 1e6 * (x.nonsmooth.t - x.penalty.t)),
-               fmt::format("{:.5f}", -x.penalty.v_n_minus), fmt::format("{:.5f}", -x.nonsmooth.v_n_minus),
-               impulse(x.penalty, x.impulse(), x.loaded()),
-               impulse(x.nonsmooth, x.nonsmooth.impulse_n, false)});
+    pairs.row(repeated ? "" : name, fmt::format("{:.5f}", 1e3 * x.penalty.t),
+              fmt::format("{:.5f}", 1e3 * x.nonsmooth.t),
+              fmt::format("{:.2f}", 1e6 * (x.nonsmooth.t - x.penalty.t)),
+              fmt::format("{:.5f}", -x.penalty.v_n_minus), fmt::format("{:.5f}", -x.nonsmooth.v_n_minus),
+              impulse(x.penalty, x.impulse(), x.loaded()),
+              impulse(x.nonsmooth, x.nonsmooth.impulse_n, false));
   }
-  return out + pairs.text + (markdown ? "\n" : "") +
+  out += markdown ? pairs.markdown() + "\n" : pairs.terminal({joint_width - 1, 11, 11, 11, 9, 9, 9, 8}, true);
+  if (const auto all = c.pairing.pairs.size(); pairs.rows().size() < all)
+    out += fmt::format("... {} more in comparison.md\n", all - shown_pairs);
+  return out +
          "v: approach speed, m/s; P: normal impulse, N s, without the "
          "load during the impact (loaded: the load exceeds it)\n";
 }

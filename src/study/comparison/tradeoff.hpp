@@ -7,12 +7,14 @@
 #include <nlohmann/json_fwd.hpp>
 
 #include "study/runs/long_run.hpp"
+#include "values/table.hpp"
 
 namespace freeplay {
 
 /// Measurements on one scene.
 struct TradeoffScene {
   std::string name, title;
+  std::string variant;  ///< title of the variant in the study
   Reference penalty, nonsmooth;
   /// Modelling error of the penalty formulation: the first two contact onsets of its reference
   /// against those of the impact law with the delivered restitution. It is caused by the finite
@@ -38,5 +40,12 @@ std::vector<std::pair<std::string, double>> orders_in_work(const TradeoffScene& 
 
 /// The results of one scene as JSON.
 nlohmann::json to_json(const TradeoffScene& t);
+/// The results of one scene for a terminal.
+std::string tradeoff_text(const TradeoffScene& t);
+/// tradeoff.csv.
+Table tradeoff_table(const std::vector<TradeoffScene>& scenes);
+/// The page tradeoff.md. `figures`: files in its folder figures; `first` of them is shown on top.
+std::string tradeoff_page(const std::vector<TradeoffScene>& scenes, std::vector<std::string> figures,
+                          const std::string& first, const std::string& command, int repeats);
 
 }  // namespace freeplay

@@ -6,9 +6,9 @@
 #include <cmath>
 #include <string>
 
-namespace freeplay::cli {
+namespace freeplay {
 
 /// Two significant digits; a dash if x is not finite.
 inline std::string shown(double x) { return std::isfinite(x) ? fmt::format("{:.1e}", x) : std::string("-"); }
 
-}  // namespace freeplay::cli
+}  // namespace freeplay
