@@ -280,6 +280,12 @@ KeyGrid key_grid(const std::vector<std::string>& titles, double width) {
   return {(titles.size() + columns - 1) / columns, columns};
 }
 
+void add_curve(Figure& figure, Panel& panel, Block block, const Script& how, std::string title) {
+  if (block.empty()) return;
+  panel.curves.push_back({Script().add("DATA index {} {}", figure.blocks.size(), how), std::move(title)});
+  figure.blocks.push_back(std::move(block));
+}
+
 AxisTitle time_title() { return AxisTitle::of({"time t", "time $t$"}, "s"); }
 
 AxisTitle crank_title() { return AxisTitle::of("crank angle", "°"); }

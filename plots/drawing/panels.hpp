@@ -51,6 +51,9 @@ struct PanelStack {
   std::vector<PanelCurve> key = {};  ///< above the grid, of curves in all panels: with lines …
 };
 
+/// Adds a block to the figure and its curve to the panel, unless it has no rows. `how`: using 1:2 with lines.
+void add_curve(Figure& figure, Panel& panel, Block block, const Script& how, std::string title = "");
+
 /// The title of an axis of time, and of the crank angle.
 AxisTitle time_title();
 AxisTitle crank_title();

@@ -28,14 +28,10 @@ struct Trace {
 /// The first accelerometer of the scene of a run; "" if there is none or the scene cannot be read.
 /// Other channels are not accelerations.
 std::string accelerometer(const std::filesystem::path& run) {
-  try {
-    const JsonFile json(run / "run.json");
-    const auto scene = parse_scene(json.text("provenance.scene"), json.text("provenance.scene_file"),
-                                   json.texts("provenance.overrides"));
-    for (const auto& i : scene.instruments)
+  if (!std::filesystem::exists(run / "run.json")) return "";
+  if (const auto scene = scene_in(JsonFile(run / "run.json")))
+    for (const auto& i : scene->instruments)
       if (i.kind == Instrument::Kind::accelerometer) return i.name;
-  } catch (const SceneError&) {
-  }
   return "";
 }
 
@@ -90,9 +86,7 @@ std::vector<std::filesystem::path> draw_acceleration(const std::filesystem::path
     channel = trace.channel;
     least = std::min(least, trace.least), most = std::max(most, trace.most);
     end = std::max(end, end_of(folder / titles[i][0])), start = std::min(start, 0.9 * end);
-    panel.curves.push_back(
-        {Script().add("DATA index {} using 1:2 with lines ls {}", f.blocks.size(), i + 1), titles[i][1]});
-    f.blocks.push_back(trace.block);
+    add_curve(f, panel, trace.block, Script().add("using 1:2 with lines ls {}", i + 1), titles[i][1]);
   }
   if (panel.curves.empty()) return {};
   f.caption = fmt::format("Signal of {}, {}.", channel, turns ? "last whole turn" : "last tenth of the time");

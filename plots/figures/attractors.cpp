@@ -70,20 +70,12 @@ Panel exponent_panel(Figure& f, const std::vector<ShownExponent>& exponents) {
   panel.before.add(
       "set y2range [0:1]\nset arrow 1 from graph 0, first 0 to graph 1, first 0 nohead lc rgb 0x888888 dt 3\n");
   for (const std::size_t k : {0u, 2u, 1u}) {
-    if (known[k].empty()) continue;
-    panel.curves.push_back(
-        {Script().add("DATA index {} using 1:2:3 with yerrorbars pt {} ps {} lw 0.8 lc rgb {}",
-                      f.blocks.size(), branch_marks[k], k == 2 ? 0.6 : 0.3, branch_colours[k]),
-         ""});
-    f.blocks.push_back(known[k]);
+    add_curve(f, panel, known[k],
+              Script().add("using 1:2:3 with yerrorbars pt {} ps {} lw 0.8 lc rgb {}", branch_marks[k],
+                           k == 2 ? 0.6 : 0.3, branch_colours[k]));
   }
-  if (!vanished.empty()) {
-    panel.curves.push_back(
-        {Script().add("DATA index {} using 1:2 axes x1y2 with points pt 11 ps 0.5 lc rgb 0x888888",
-                      f.blocks.size()),
-         "minus infinity (at the bottom)"});
-    f.blocks.push_back(vanished);
-  }
+  add_curve(f, panel, vanished, Script().add("using 1:2 axes x1y2 with points pt 11 ps 0.5 lc rgb 0x888888"),
+            "minus infinity (at the bottom)");
   return panel;
 }
 
@@ -124,25 +116,20 @@ bool add_bifurcation(Figure& f, const std::filesystem::path& folder, const std::
   bool points = false, without = false;
   for (const std::size_t k : {0u, 2u, 1u}) {
     if (blocks[k].empty()) continue;
-    panel.curves.push_back(
-        {Script().add("DATA index {} using 1:2 with points pt {} ps {} lw 0.6 lc rgb {}", f.blocks.size(),
-                      branch_marks[k], k == 2 ? 0.6 : 0.3, branch_colours[k]),
-         ""});
+    add_curve(f, panel, blocks[k],
+              Script().add("using 1:2 with points pt {} ps {} lw 0.6 lc rgb {}", branch_marks[k],
+                           k == 2 ? 0.6 : 0.3, branch_colours[k]));
     panel.curves.push_back(
         {Script().add("keyentry with points pt {} ps 0.8 lc rgb {}", branch_marks[k], branch_colours[k]),
          titles[k]});
-    f.blocks.push_back(blocks[k]);
     points = true;
   }
   // Runs without section points are marked along the bottom, to distinguish them from values
   // without runs.
   for (std::size_t k = 0; k < 3; ++k) {
     if (none[k].empty()) continue;
-    panel.curves.push_back(
-        {Script().add("DATA index {} using 1:2 axes x1y2 with points pt 5 ps 0.3 lc rgb {}", f.blocks.size(),
-                      branch_colours[k]),
-         ""});
-    f.blocks.push_back(none[k]);
+    add_curve(f, panel, none[k],
+              Script().add("using 1:2 axes x1y2 with points pt 5 ps 0.3 lc rgb {}", branch_colours[k]));
     without = true;
   }
   if (f.blocks.empty()) return false;
@@ -221,11 +208,10 @@ std::vector<std::filesystem::path> draw_basin(const std::filesystem::path& folde
       if (const auto cycle = document.text(path + "cycle"); !cycle.empty() && cycle.size() < 60)
         title += ": " + cycle;
     }
-    panel.curves.push_back(
-        {Script().add("DATA index {} using 1:2:3:4 with boxxyerror fs solid noborder lc rgb 0x{:06x}",
-                      f.blocks.size(), colour_of(style, a)),
-         std::move(title)});
-    f.blocks.push_back(block);
+    add_curve(
+        f, panel, block,
+        Script().add("using 1:2:3:4 with boxxyerror fs solid noborder lc rgb 0x{:06x}", colour_of(style, a)),
+        std::move(title));
   }
   add_panels(f, style,
              {.abscissa = {axis_title(document, "basin.x"), {across.least - dx, across.most + dx}},

@@ -148,9 +148,7 @@ std::vector<std::filesystem::path> draw_branch(const std::filesystem::path& fold
               .curves = {}};
   if (column == "phase") panel.axis = {0, 1};
   const auto add = [&](const Block& block, const Script& look, const std::string& title) {
-    if (block.empty()) return;
-    panel.curves.push_back({Script().add("DATA index {} using 1:2 with {}", f.blocks.size(), look), title});
-    f.blocks.push_back(block);
+    add_curve(f, panel, block, Script().add("using 1:2 with {}", look), title);
   };
   add(solid, Script().add("lines lw 2.2 lc rgb C1"), "stable");
   add(dashed, Script().add("lines lw 1.6 dt (6,4) lc rgb C2"), "unstable");

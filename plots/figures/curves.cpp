@@ -47,13 +47,11 @@ std::vector<std::filesystem::path> draw_curves(const std::filesystem::path& fold
       .title = AxisTitle::plain(document.text("continue.second.key"), document.text("continue.second.unit")),
       .axis = axis_of(up.least, up.most),
       .curves = {}};
-  for (std::size_t i = 0; i < blocks.size(); ++i) {
-    if (blocks[i].empty()) continue;
-    panel.curves.push_back(
-        {Script().add("DATA index {} using 1:2 with lines {}", f.blocks.size(), bifurcation_looks[i].line),
-         bifurcation_looks[i].title});
-    f.blocks.push_back(std::move(blocks[i].front()));
-  }
+  for (std::size_t i = 0; i < blocks.size(); ++i)
+    if (!blocks[i].empty())
+      add_curve(f, panel, std::move(blocks[i].front()),
+                Script().add("using 1:2 with lines {}", bifurcation_looks[i].line),
+                bifurcation_looks[i].title);
   const double margin = 0.02 * across.range();
   add_panels(f, style_of(folder),
              {.abscissa = {AxisTitle::plain(document.text("continue.key"), document.text("continue.unit")),

@@ -100,9 +100,7 @@ std::vector<std::filesystem::path> draw_portraits(const std::filesystem::path& f
         .abscissa = Abscissa{plane.place, axis_of(Limits(q).least / plane.place_unit.size,
                                                   Limits(q).most / plane.place_unit.size)}};
     const auto add = [&](Block&& block, const Script& look) {
-      if (block.empty()) return;
-      panel.curves.push_back({Script().add("DATA index {} using 1:2 with {}", f.blocks.size(), look), ""});
-      f.blocks.push_back(std::move(block));
+      add_curve(f, panel, std::move(block), Script().add("using 1:2 with {}", look));
     };
     jumps = jumps || !jump.empty();
     add(std::move(jump), Script().add("linespoints lw 1.4 dt (2,3) lc rgb 0x555555 pt 7 ps 0.6"));
@@ -157,9 +155,7 @@ std::vector<std::filesystem::path> draw_multipliers(const std::filesystem::path&
   Panel panel{
       .title = AxisTitle::of({"Im μ", "Im $\\mu$"}, ""), .axis = axis_of(up.least, up.most), .curves = {}};
   const auto add = [&](Block&& block, const Script& look, const char* title) {
-    if (block.empty()) return;
-    panel.curves.push_back({Script().add("DATA index {} using 1:2 with {}", f.blocks.size(), look), title});
-    f.blocks.push_back(std::move(block));
+    add_curve(f, panel, std::move(block), Script().add("using 1:2 with {}", look), title);
   };
   add(std::move(circle), Script().add("lines lw 1 lc rgb 0x888888"), "unit circle");
   add(std::move(inside), Script().add("points pt 7 ps 1.0 lc rgb C1"), "inside");

@@ -6,6 +6,7 @@
 #include <nlohmann/json.hpp>
 #include <sstream>
 
+#include "io/files/shell_words.hpp"
 #include "values/warning.hpp"
 
 namespace freeplay::report {
@@ -38,64 +39,38 @@ std::string words_of(std::string key) {
   return key;
 }
 
-/// Table of the objects at `path` in the files: one row per key, one column per file.
-json side_by_side(const std::string& title, const std::vector<RunFacts>& runs, const std::string& path,
-                  const std::string& unit) {
+/// Table of objects, one for each file or null: one row per key, one column per file.
+json side_by_side(const std::string& title, const std::vector<RunFacts>& runs,
+                  const std::vector<const json*>& objects, const std::string& unit) {
   json table = {{"title", title}, {"head", json::array({""})}, {"rows", json::array()}};
   std::vector<std::string> keys;
-  for (const auto& run : runs) {
-    table["head"].push_back(run.name);
-    const auto* object = run.json->find(path);
-    if (!object || !object->is_object()) continue;
+  for (const auto& run : runs) table["head"].push_back(run.name);
+  for (const auto* object : objects) {
+    if (!object) continue;
     for (const auto& [key, value] : object->items())
       if (!value.is_structured() && std::ranges::find(keys, key) == keys.end()) keys.push_back(key);
   }
   for (const auto& key : keys) {
     json row = {words_of(key) + unit};
-    for (const auto& run : runs) {
-      const auto* object = run.json->find(path);
-      row.push_back(object && object->is_object() && object->contains(key) ? shown(object->at(key)) : "–");
-    }
+    for (const auto* object : objects)
+      row.push_back(object && object->contains(key) ? shown(object->at(key)) : "–");
     table["rows"].push_back(row);
   }
   return table;
+}
+
+/// The objects at `path` in the files.
+std::vector<const json*> objects_at(const std::vector<RunFacts>& runs, const std::string& path) {
+  std::vector<const json*> list;
+  for (const auto& run : runs) {
+    const auto* object = run.json->find(path);
+    list.push_back(object && object->is_object() ? object : nullptr);
+  }
+  return list;
 }
 
 void add(json& list, json table) {
   if (!table["rows"].empty()) list.push_back(std::move(table));
-}
-
-std::vector<std::string> contacts_of(const std::vector<RunFacts>& runs) {
-  std::vector<std::string> names;
-  for (const auto& run : runs)
-    if (const auto* contacts = run.json->find("contacts"); contacts && contacts->is_object())
-      for (const auto& [name, value] : contacts->items())
-        if (value.is_object() && std::ranges::find(names, name) == names.end()) names.push_back(name);
-  return names;
-}
-
-/// Table of one contact. Its name may contain dots, so that it cannot be part of a path.
-json contact_table(const std::string& name, const std::vector<RunFacts>& runs) {
-  json table = {{"title", "Contact " + name}, {"head", json::array({""})}, {"rows", json::array()}};
-  std::vector<std::string> keys;
-  std::vector<const json*> found;
-  for (const auto& run : runs) {
-    table["head"].push_back(run.name);
-    const auto* contacts = run.json->find("contacts");
-    const bool has =
-        contacts && contacts->is_object() && contacts->contains(name) && contacts->at(name).is_object();
-    found.push_back(has ? &contacts->at(name) : nullptr);
-    if (has)
-      for (const auto& [key, value] : found.back()->items())
-        if (!value.is_structured() && std::ranges::find(keys, key) == keys.end()) keys.push_back(key);
-  }
-  for (const auto& key : keys) {
-    json row = {words_of(key)};
-    for (const auto* contact : found)
-      row.push_back(contact && contact->contains(key) ? shown(contact->at(key)) : "–");
-    table["rows"].push_back(row);
-  }
-  return table;
 }
 
 }  // namespace
@@ -103,17 +78,33 @@ json contact_table(const std::string& name, const std::vector<RunFacts>& runs) {
 json tables(const std::vector<RunFacts>& runs) {
   constexpr std::size_t most = 40;  // limit of contacts
   auto list = json::array();
-  add(list, side_by_side("Energy balance, whole run", runs, "energy_J", ", J"));
-  add(list, side_by_side("Energy after the discarded time", runs, "window.energy_J", ", J"));
-  const auto contacts = contacts_of(runs);
-  for (std::size_t i = 0; i < std::min(most, contacts.size()); ++i)
-    add(list, contact_table(contacts[i], runs));
+  const auto add_at = [&](const char* title, const char* path, const char* unit) {
+    add(list, side_by_side(title, runs, objects_at(runs, path), unit));
+  };
+  add_at("Energy balance, whole run", "energy_J", ", J");
+  add_at("Energy after the discarded time", "window.energy_J", ", J");
+  // Names of contacts may contain dots, so that they cannot be part of a path.
+  const auto all = objects_at(runs, "contacts");
+  std::vector<std::string> contacts;
+  for (const auto* some : all)
+    if (some)
+      for (const auto& [name, value] : some->items())
+        if (value.is_object() && std::ranges::find(contacts, name) == contacts.end())
+          contacts.push_back(name);
+  for (std::size_t i = 0; i < std::min(most, contacts.size()); ++i) {
+    std::vector<const json*> found;
+    for (const auto* some : all) {
+      const auto contact = some ? some->find(contacts[i]) : json::const_iterator();
+      found.push_back(some && contact != some->end() && contact->is_object() ? &*contact : nullptr);
+    }
+    add(list, side_by_side("Contact " + contacts[i], runs, found, ""));
+  }
   if (contacts.size() > most)
     list.push_back({{"title", fmt::format("{} more contacts in run.json", contacts.size() - most)},
                     {"head", json::array()},
                     {"rows", json::array()}});
-  add(list, side_by_side("Computational work", runs, "work", ""));
-  add(list, side_by_side("Cost", runs, "cost", ""));
+  add_at("Computational work", "work", "");
+  add_at("Cost", "cost", "");
   return list;
 }
 
@@ -217,24 +208,11 @@ json provenance_table(const std::vector<RunFacts>& files) {
   return table;
 }
 
-std::string shell_word(const std::string& text) {
-  constexpr std::string_view plain =
-      "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789_-+.,:/=@%";
-  if (!text.empty() && text.find_first_not_of(plain) == text.npos) return text;
-  std::string out = "'";
-  for (const char c : text)
-    if (c == '\'')
-      out += "'\\''";
-    else
-      out += c;
-  return out + "'";
-}
-
 std::string overrides_of(const JsonFile& file) {
   std::string out;
   if (const auto* list = file.find("provenance.overrides"); list && list->is_array())
     for (const auto& one : *list)
-      if (one.is_string()) out += " --set " + shell_word(one.get<std::string>());
+      if (one.is_string()) out += " --set " + shell_words({one.get<std::string>()});
   return out;
 }
 

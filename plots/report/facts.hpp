@@ -27,8 +27,6 @@ nlohmann::json notes(const std::vector<RunFacts>& runs);
 /// Table { title, head, rows } of the provenance of files: version, commit, digests and the like.
 nlohmann::json provenance_table(const std::vector<RunFacts>& files);
 
-/// An argument quoted for a shell.
-std::string shell_word(const std::string& text);
 /// " --set KEY=VALUE" for each override in a file.
 std::string overrides_of(const JsonFile& file);
 

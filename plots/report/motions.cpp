@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "io/files/input_file.hpp"
+#include "io/files/shell_words.hpp"
 #include "plots/report/facts.hpp"
 #include "plots/report/page.hpp"
 
@@ -217,8 +218,8 @@ void add_pictures(const Path& folder, const std::vector<std::pair<const char*, c
 std::string motion_command(const char* verb, const JsonFile& file) {
   const auto scene = file.text_or_empty("provenance.scene_file");
   const auto formulation = file.text_or_empty("formulation");
-  return fmt::format("freeplay {} {}{}{}", verb, scene.empty() ? "SCENE" : shell_word(scene),
-                     formulation.empty() ? "" : " --formulation " + shell_word(formulation),
+  return fmt::format("freeplay {} {}{}{}", verb, scene.empty() ? "SCENE" : shell_words({scene}),
+                     formulation.empty() ? "" : " --formulation " + shell_words({formulation}),
                      overrides_of(file));
 }
 
@@ -229,14 +230,14 @@ std::string orbit_command(const JsonFile& file) {
     if (const auto value = number_of(file, path); value.is_number())
       command += fmt::format(" {} {}", option, value.dump());
   for (const auto& one : list_of(file, "shift.coordinates"))
-    if (one.is_string()) command += " --shift " + shell_word(one.get<std::string>());
+    if (one.is_string()) command += " --shift " + shell_words({one.get<std::string>()});
   return command;
 }
 
 /// The command of `continue`; STUDY stands for a study that the file does not name.
 std::string continue_command(const JsonFile& file) {
   const auto study = file.text_or_empty("provenance.study_file");
-  return "freeplay continue " + (study.empty() ? "STUDY" : shell_word(study));
+  return "freeplay continue " + (study.empty() ? "STUDY" : shell_words({study}));
 }
 
 struct MotionKind {

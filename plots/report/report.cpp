@@ -6,6 +6,7 @@
 #include <list>
 #include <nlohmann/json.hpp>
 
+#include "io/files/shell_words.hpp"
 #include "io/files/visible.hpp"
 #include "mechanism/scene.hpp"
 #include "plots/report/curves.hpp"
@@ -49,9 +50,9 @@ std::vector<std::string> commands(const JsonFile& file, const std::string& formu
   const auto set = overrides_of(file);
   const bool twice = forces_asked && set.find("run.forces=true") == set.npos;
   const std::string forces = twice ? " --forces" : "";
-  if (formulation.empty()) return {"freeplay compare " + shell_word(scene) + set + forces};
-  return {"freeplay run --from run.json",
-          "freeplay run " + shell_word(scene) + " --formulation " + shell_word(formulation) + set + forces};
+  if (formulation.empty()) return {"freeplay compare " + shell_words({scene}) + set + forces};
+  return {"freeplay run --from run.json", "freeplay run " + shell_words({scene}) + " --formulation " +
+                                              shell_words({formulation}) + set + forces};
 }
 
 /// The parts of comparison.md without the verdict, which the page shows on top.

@@ -7,6 +7,7 @@
 #include <nlohmann/json.hpp>
 
 #include "io/files/input_file.hpp"
+#include "io/files/shell_words.hpp"
 #include "measure/turns.hpp"
 #include "mechanism/error.hpp"
 #include "plots/report/facts.hpp"
@@ -56,14 +57,14 @@ std::string output_of(const char* verb, const std::filesystem::path& file,
                                                                 : file.stem().string();
   if (std::string_view(verb) != "sweep") usual += fmt::format("-{}", verb);
   if (in_out && name == usual) return "";
-  return " -o " + shell_word(in_out ? "out/" + name : name);
+  return " -o " + shell_words({in_out ? "out/" + name : name});
 }
 
 /// The command that repeats a study. STUDY stands for its file if an older version wrote the folder.
 std::string command_of(const char* verb, const JsonFile* facts, const std::filesystem::path& folder) {
   const auto file = facts ? facts->text_or_empty("provenance.study_file") : "";
   const auto* outside = facts ? facts->find("provenance.allow_outside") : nullptr;
-  return fmt::format("freeplay {} {}{}{}", verb, file.empty() ? "STUDY" : shell_word(file),
+  return fmt::format("freeplay {} {}{}{}", verb, file.empty() ? "STUDY" : shell_words({file}),
                      outside && outside->is_boolean() && outside->get<bool>() ? " --allow-outside" : "",
                      output_of(verb, file, folder));
 }
@@ -82,7 +83,7 @@ json axis_of(const json& axis) {
     return axis.contains(part) && axis[part].is_string() ? axis[part].get<std::string>() : "";
   };
   for (const char* part : {"name", "unit"}) out[part] = text(part);
-  out["key"] = text("key").empty() ? "" : shell_word(text("key"));
+  out["key"] = text("key").empty() ? "" : shell_words({text("key")});
   if (axis.contains("scale") && axis["scale"].is_number()) out["scale"] = axis["scale"];
   return out;
 }
@@ -137,10 +138,10 @@ void describe_sweep(const std::filesystem::path& folder, std::size_t axes, json&
       std::string set;
       if (variant.contains("overrides") && variant["overrides"].is_array())
         for (const auto& one : variant["overrides"])
-          if (one.is_string()) set += " --set " + shell_word(one.get<std::string>());
+          if (one.is_string()) set += " --set " + shell_words({one.get<std::string>()});
       const auto scene = variant.value("scene", json());
       if (scene.is_string() && name.is_string())
-        document["variants"][name.get<std::string>()] = {{"scene", shell_word(scene.get<std::string>())},
+        document["variants"][name.get<std::string>()] = {{"scene", shell_words({scene.get<std::string>()})},
                                                          {"set", set}};
     }
   document["provenance"] = provenance_table({{"sweep", &facts}});
@@ -248,7 +249,7 @@ json attractors_document(const std::filesystem::path& folder, const std::string&
   document["formulation"] = facts.text_or_empty(kind + ".formulation");
   document["section"] = facts.text_or_empty(kind + ".section");
   const auto scene = facts.text_or_empty("provenance.scene_file");
-  document["scene_file"] = shell_word(scene);
+  document["scene_file"] = shell_words({scene});
   document["overrides"] = overrides_of(facts);
   document["provenance"] = provenance_table({{kind, &facts}});
   document["scene"] =

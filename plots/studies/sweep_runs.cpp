@@ -14,22 +14,12 @@
 #include "mechanism/error.hpp"
 #include "mechanism/scene.hpp"
 #include "plots/tables/columns.hpp"
+#include "plots/tables/run_facts.hpp"
 #include "study/store/database.hpp"
 #include "study/sweep/sweep_document.hpp"
 
 namespace freeplay::plots {
 namespace {
-
-/// The scene of the sweep; null if this program cannot read it.
-std::shared_ptr<const Scene> scene_of_sweep(const JsonFile& document) {
-  try {
-    return std::make_shared<const Scene>(parse_scene(document.text("provenance.scene"),
-                                                     document.text("provenance.scene_file"),
-                                                     document.texts("provenance.overrides")));
-  } catch (const SceneError&) {
-    return nullptr;
-  }
-}
 
 /// Unit of a measure: as the study states it, none for a count, or that of the measured column.
 std::string unit_of_measure(const JsonFile& document, const Scene* scene, const std::string& path) {
@@ -114,7 +104,7 @@ SweepRuns::SweepRuns(const std::filesystem::path& folder) {
     quantities_.push_back({std::string(statistics[i]),
                            std::string(unit_of(static_cast<TurnMetrics::Name>(i))),
                            SweepQuantity::Of::statistic, i});
-  const auto scene = scene_of_sweep(document);
+  const auto scene = scene_in(document);
   std::size_t place = 0;
   for (std::size_t i = 0; i < list_of(document, "sweep.measures").size(); ++i) {
     const auto path = fmt::format("sweep.measures.{}.", i);

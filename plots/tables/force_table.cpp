@@ -9,6 +9,7 @@
 
 #include "io/files/input_file.hpp"
 #include "mechanism/scene.hpp"
+#include "plots/tables/run_facts.hpp"
 #include "values/family.hpp"
 
 namespace freeplay::plots {
@@ -17,16 +18,6 @@ namespace {
 constexpr std::size_t curve_points = 2000;  ///< at most, per curve; further rows are merged
 constexpr std::size_t most_joints = 12;
 constexpr std::size_t most_drives = 6;
-
-/// The scene in a run.json; null if this program cannot read it.
-std::shared_ptr<const Scene> scene_of(const JsonFile& run) {
-  try {
-    return std::make_shared<const Scene>(parse_scene(
-        run.text("provenance.scene"), run.text("provenance.scene_file"), run.texts("provenance.overrides")));
-  } catch (const SceneError&) {
-    return {};
-  }
-}
 
 }  // namespace
 
@@ -57,7 +48,7 @@ ForceTable::ForceTable(const std::filesystem::path& folder) {
 void ForceTable::add(const std::filesystem::path& folder, const char* title, int style) {
   if (!std::filesystem::exists(folder / "forces.csv")) return;
   const JsonFile json(folder / "run.json");
-  if (!scene_) scene_ = scene_of(json);
+  if (!scene_) scene_ = scene_in(json);
   if (json.find("undetermined_reactions"))
     for (const auto& name : json.texts("undetermined_reactions")) undetermined_.insert(name);
   auto run = read_force_run(folder / "forces.csv", title, style);

@@ -15,13 +15,18 @@
 
 namespace freeplay::plots {
 
-std::shared_ptr<const Scene> scene_of_run(const std::filesystem::path& folder) {
-  const JsonFile run(folder / "run.json");
+std::shared_ptr<const Scene> scene_in(const JsonFile& file) {
   try {
-    return std::make_shared<const Scene>(parse_scene(
-        run.text("provenance.scene"), run.text("provenance.scene_file"), run.texts("provenance.overrides")));
+    return std::make_shared<const Scene>(parse_scene(file.text("provenance.scene"),
+                                                     file.text("provenance.scene_file"),
+                                                     file.texts("provenance.overrides")));
   } catch (const SceneError&) {
+    return {};
   }
+}
+
+std::shared_ptr<const Scene> scene_of_run(const std::filesystem::path& folder) {
+  if (auto scene = scene_in(JsonFile(folder / "run.json"))) return scene;
   try {  // the scene was built in code, or refers to missing files: use the setup of the run
     return std::make_shared<const Scene>(read_run(folder / "run.json").setup.scene);
   } catch (const SceneError&) {

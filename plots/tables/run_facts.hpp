@@ -8,12 +8,15 @@
 #include <vector>
 
 namespace freeplay {
+class JsonFile;
 struct Scene;
-}
+}  // namespace freeplay
 
 namespace freeplay::plots {
 
-/// The scene of the run in a folder; null if this program cannot read it.
+/// The scene in the provenance of a result file; null if this program cannot read it.
+std::shared_ptr<const Scene> scene_in(const JsonFile& file);
+/// The scene of the run in a folder, also one that was built in code; null if this program cannot read it.
 std::shared_ptr<const Scene> scene_of_run(const std::filesystem::path& folder);
 
 /// Duration of one turn of the drive whose turns are counted (s); empty if no drive has a
