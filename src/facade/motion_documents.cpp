@@ -120,10 +120,10 @@ json to_json(const Lyapunov& found) {
 }
 
 Table course_table(const Lyapunov& found) {
-  std::vector<std::string> columns{"t"};
-  for (std::size_t i = 1; i <= found.exponents.size(); ++i) columns.push_back(fmt::format("exponent_{}", i));
-  columns.insert(columns.end(), {"sum", "sum_predicted"});
-  Table table(columns);
+  Table table("t");
+  for (std::size_t i = 1; i <= found.exponents.size(); ++i) table.column(fmt::format("exponent_{}", i));
+  table.column("sum");
+  table.column("sum_predicted");
   for (const auto& s : found.course) {
     std::vector<Table::Cell> row{fmt::format("{:.17g}", s.t)};
     const auto field = [&](double x) { row.emplace_back(std::isfinite(x) ? fmt::format("{:.17g}", x) : ""); };
@@ -161,33 +161,22 @@ json to_json(const Sensitivities& all, const std::vector<double>& deviations) {
 const char* name_of(BifurcationKind kind) { return bifurcation_names[static_cast<std::size_t>(kind)]; }
 
 BranchTables::BranchTables(const Scene& scene)
-    : branch([&] {
-        std::vector<std::string> columns{"branch",
-                                         "point",
-                                         "parameter",
-                                         "period_s",
-                                         "stable",
-                                         "greatest_modulus",
-                                         "multiplier_re",
-                                         "multiplier_im",
-                                         "periods",
-                                         "impacts",
-                                         "least_speed",
-                                         "least_force",
-                                         "t"};
-        for (const auto& parts : {planar::names, planar::rate_names})
-          for (const char* part : parts)
-            for (const auto& body : scene.mechanism.bodies)
-              columns.push_back(fmt::format("{}.{}", body.name, part));
-        const int states = System(scene.mechanism).states();
-        for (int k = 1; k <= states; ++k) columns.push_back(fmt::format("z{}", k));
-        return columns;
-      }()),
-      impacts({"branch", "point", "parameter", "stable", "t", "phase", "joint", "approach"}),
-      bifurcations({"kind", "parameter", "period_s", "branch", "point", "periods", "multiplier_re",
-                    "multiplier_im", "joint", "follows", "new_branch", "residual"}),
-      curves({"curve", "kind", "parameter", "second", "period_s", "periods", "stable", "greatest_modulus",
-              "multiplier_re", "multiplier_im", "joint", "residual"}) {}
+    : branch(
+          "branch,point,parameter,period_s,stable,greatest_modulus,multiplier_re,multiplier_im,periods,"
+          "impacts,least_speed,least_force,t"),
+      impacts("branch,point,parameter,stable,t,phase,joint,approach"),
+      bifurcations(
+          "kind,parameter,period_s,branch,point,periods,multiplier_re,multiplier_im,joint,follows,"
+          "new_branch,residual"),
+      curves(
+          "curve,kind,parameter,second,period_s,periods,stable,greatest_modulus,multiplier_re,"
+          "multiplier_im,joint,residual") {
+  for (const auto& parts : {planar::names, planar::rate_names})
+    for (const char* part : parts)
+      for (const auto& body : scene.mechanism.bodies) branch.column(fmt::format("{}.{}", body.name, part));
+  const int states = System(scene.mechanism).states();
+  for (int k = 1; k <= states; ++k) branch.column(fmt::format("z{}", k));
+}
 
 std::vector<double> BranchTables::values(const BranchPoint& p) {
   const auto& o = p.orbit;

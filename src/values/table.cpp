@@ -36,6 +36,13 @@ std::string aligned(const std::vector<std::string>& cells, const std::vector<int
 
 }  // namespace
 
+Table::Table(std::string_view header) {
+  for (std::size_t from = 0, to = 0; to != header.npos; from = to + 1) {
+    to = header.find(',', from);
+    columns_.emplace_back(header.substr(from, to == header.npos ? to : to - from));
+  }
+}
+
 std::string Table::csv_header() const { return fmt::format("{}\n", fmt::join(columns_, ",")); }
 
 std::string Table::csv_rows(std::size_t from) const {

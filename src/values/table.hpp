@@ -22,6 +22,9 @@ class Table {
   using Cell = std::variant<double, std::int64_t, std::string>;
 
   explicit Table(std::vector<std::string> columns) : columns_(std::move(columns)) {}
+  /// From the header of a CSV file.
+  explicit Table(std::string_view header);
+  void column(std::string name) { columns_.push_back(std::move(name)); }
   template <class... X>
   void row(const X&... cells) {
     rows_.push_back({cell(cells)...});

@@ -5,6 +5,8 @@
 #include <algorithm>
 #include <utility>
 
+#include "values/table.hpp"
+
 namespace freeplay::verification {
 
 NameParts parts_of(const Claim& c) {
@@ -65,20 +67,16 @@ class SubjectTable {
   }
 
   std::string markdown() const {
-    std::string head = "| quantity | expected | source |", rule = "| --- | --- | --- |", body;
-    for (const auto& scheme : schemes_) {
-      head += fmt::format(" {} |", scheme.empty() ? "deviation ≤ bound" : escaped(scheme));
-      rule += " --- |";
-    }
+    Table table("quantity,expected,source");
+    for (const auto& scheme : schemes_) table.column(scheme.empty() ? "deviation ≤ bound" : escaped(scheme));
     for (const auto& row : rows_) {
-      body +=
-          fmt::format("| {} | {} | {} |", row.quantity,
-                      row.claim->compared() ? fmt::format("{:.{}g}", row.claim->expected, row.digits) : "",
-                      escaped(row.claim->source));
-      for (const auto& cell : row.cells) body += fmt::format(" {} |", cell);
-      body += "\n";
+      std::vector<Table::Cell> cells{
+          row.quantity, row.claim->compared() ? fmt::format("{:.{}g}", row.claim->expected, row.digits) : "",
+          escaped(row.claim->source)};
+      cells.insert(cells.end(), row.cells.begin(), row.cells.end());
+      table.row(std::move(cells));
     }
-    auto out = head + "\n" + rule + "\n" + body;
+    auto out = table.markdown();
     if (reasons_.size() == 1) out += fmt::format("\nReason of the bounds: {}.\n", reasons_[0]);
     if (reasons_.size() > 1) out += "\nReasons of the bounds:\n\n";
     for (std::size_t i = 0; reasons_.size() > 1 && i < reasons_.size(); ++i)

@@ -22,27 +22,25 @@ std::string calibration_tables(const Study& study, const CalibrationResult& r) {
       "Response surfaces of each statistic's logarithm: a quadratic and a Gaussian process in the scaled "
       "unknowns\n([calibration](study.md#calibration)); their error is that of leave-one-out prediction of "
       "their points. A weak\nprior at the middle of the ranges determines what the targets leave "
-      "undetermined.\n\n| target | statistic | measured | surface's error | outcomes' spread |\n| --- | "
-      "--- | --- | --- | --- |\n";
+      "undetermined.\n\n";
+  Table surfaces("target,statistic,measured,surface's error,outcomes' spread");
   for (std::size_t i = 0; i < c.targets.size(); ++i)
-    out += fmt::format("| {} | {} | {} | {:.3f} | {:.3f} |\n", c.targets[i].name, c.targets[i].statistic,
-                       number(r.measured[i]), r.surface_error[i], r.surface_spread[i]);
+    surfaces.row(c.targets[i].name, c.targets[i].statistic, number(r.measured[i]),
+                 fmt::format("{:.3f}", r.surface_error[i]), fmt::format("{:.3f}", r.surface_spread[i]));
+  out += surfaces.markdown();
   std::vector<std::pair<const Fit*, std::string>> fits = {{&r.all, "to all"}};
   for (std::size_t i = 0; i < r.left_out.size(); ++i)
     fits.emplace_back(&r.left_out[i], "without " + c.targets[i].name);
 
-  std::string head = "| fit |", rule = "| --- |";
-  for (const auto& u : c.unknowns) {
-    head += fmt::format(" {}{} |", u.name, u.unit.empty() ? "" : ", " + u.unit);
-    rule += " --- |";
-  }
-  out += "\nResults of the fits, with 95 % intervals within the ranges:\n\n" + head + "\n" + rule + "\n";
+  Table results("fit");
+  for (const auto& u : c.unknowns) results.column(u.name + (u.unit.empty() ? "" : ", " + u.unit));
   for (const auto& [f, name] : fits) {
-    out += "| " + name + " |";
+    std::vector<Table::Cell> row{name};
     for (std::size_t j = 0; j < f->unknowns.size(); ++j)
-      out += fmt::format(" {}{} |", show(f->unknowns[j]), f->at_bound(j) ? ", **at its bound**" : "");
-    out += "\n";
+      row.emplace_back(show(f->unknowns[j]) + (f->at_bound(j) ? ", **at its bound**" : ""));
+    results.row(std::move(row));
   }
+  out += "\nResults of the fits, with 95 % intervals within the ranges:\n\n" + results.markdown();
   out +=
       "\n**Fitted** (targets of each fit; they do not test the model, but predictions of a fit that misses "
       "them mean little):\n\n| fit | target | measured | surface | runs at the optimum | ratio |\n| --- | "

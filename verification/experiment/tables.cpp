@@ -124,15 +124,15 @@ std::string show(double value, double low, double high) {
 }
 
 std::string summary_table(const Evidence& e) {
-  std::string out = "| id | statement |", rule = "| --- | --- |", counts;
+  Table table("id,statement");
+  std::string counts;
   std::vector<std::vector<Finding>> columns;
   for (const auto& v : e.study.variants) {
     if (!in_full(e, v)) continue;
     const auto first = columns.size();
     for (const auto& formulation : v.formulations) {
       columns.push_back(findings(e, v, formulation));
-      out += fmt::format(" {} {} |", v.name, formulation);
-      rule += " --- |";
+      table.column(fmt::format("{} {}", v.name, formulation));
     }
     std::vector<std::string> hold, fail, differ;
     for (const auto& [id, text] : statements) {
@@ -151,39 +151,37 @@ std::string summary_table(const Evidence& e) {
     counts += fmt::format("- {}, {}: {} hold in both formulations ({}); {} fail in both ({}); differ: {}.\n",
                           v.name, v.title, hold.size(), list(hold), fail.size(), list(fail), list(differ));
   }
-  out += "\n" + rule + "\n";
   for (const auto& [id, text] : statements) {
-    out += fmt::format("| {} | {} |", id, text);
-    for (const auto& column : columns) out += fmt::format(" {} |", verdict(column, id));
-    out += "\n";
+    std::vector<Table::Cell> row{id, text};
+    for (const auto& column : columns) row.emplace_back(verdict(column, id));
+    table.row(std::move(row));
   }
-  return out + "\n" + counts;
+  return table.markdown() + "\n" + counts;
 }
 
 std::string failures_table(const Evidence& e) {
   const auto& base = e.study.variants.front();
   std::vector<Influence> here;
-  std::string out = "| quantity: measured |";
+  Table table("quantity: measured");
   for (const auto& formulation : base.formulations) {
     here.push_back(influence(e, base, formulation));
-    out += fmt::format(" {} {} |", base.name, formulation);
+    table.column(fmt::format("{} {}", base.name, formulation));
   }
-  out += " assumption | its scene |";
-  for (const auto& formulation : base.formulations) out += fmt::format(" there {} |", formulation);
-  out += " shown |\n| --- |";
-  for (std::size_t k = 0; k < 2 * base.formulations.size() + 3; ++k) out += " --- |";
-  out += "\n";
+  table.column("assumption");
+  table.column("its scene");
+  for (const auto& formulation : base.formulations) table.column("there " + formulation);
+  table.column("shown");
   const auto failed = [](const std::string& value) { return value.ends_with("✗"); };
   for (const auto& s : suspects) {
     const auto v = std::ranges::find_if(
         e.study.variants, [&](const Variant& one) { return s.variant && one.name == s.variant; });
-    std::string line = fmt::format("| {} |", s.quantity), there;
+    std::vector<Table::Cell> row{s.quantity}, there;
     std::vector<std::string> mended;
     std::size_t fails = 0;
     for (std::size_t k = 0; k < here.size(); ++k) {
       const auto& formulation = base.formulations[k];
       const auto value = s.value(here[k]);
-      line += fmt::format(" {} |", value);
+      row.emplace_back(value);
       fails += failed(value);
       std::string changed = "–";
       if (v != e.study.variants.end() &&
@@ -191,16 +189,19 @@ std::string failures_table(const Evidence& e) {
         changed = s.value(influence(e, *v, formulation));
         if (failed(value) && !failed(changed)) mended.push_back(formulation);
       }
-      there += fmt::format(" {} |", changed);
+      there.emplace_back(changed);
     }
     const bool tested = v != e.study.variants.end();
     const auto shown = !tested                 ? "no run"
                        : mended.empty()        ? "no"
                        : mended.size() < fails ? fmt::format("by {} only", fmt::join(mended, ", "))
                                                : "yes";
-    out += fmt::format("{} {} | {} |{} {} |\n", line, s.assumption, tested ? s.variant : "–", there, shown);
+    row.insert(row.end(), {s.assumption, tested ? s.variant : "–"});
+    row.insert(row.end(), there.begin(), there.end());
+    row.emplace_back(shown);
+    table.row(std::move(row));
   }
-  return out;
+  return table.markdown();
 }
 
 std::string claims_table(const Evidence& e, const Variant& v) {
@@ -236,9 +237,7 @@ std::string readings_table(const Evidence& e) {
       {"median of turns", TurnMetrics::ratio_median},
       {"95 % of turns below", TurnMetrics::ratio_95},
       {"greatest of the run", TurnMetrics::ratio_max}};
-  std::string out =
-      "| scene | formulation | \"maximum\" is | X7: 3.5 | X6: 4 | X8: 20 | X9 steps |\n"
-      "| --- | --- | --- | --- | --- | --- | --- |\n";
+  Table table("scene,formulation,\"maximum\" is,X7: 3.5,X6: 4,X8: 20,X9 steps");
   for (const auto& v : e.study.variants) {
     if (!in_full(e, v)) continue;
     for (const auto& formulation : v.formulations)
@@ -252,11 +251,10 @@ std::string readings_table(const Evidence& e) {
           if (f.id == "X8") peaks[2] = text;
           if (f.id == "X9") grows += std::stoi(f.measured);
         }
-        out += fmt::format("| {} | {} | {} | {} | {} | {} | {} of 24 |\n", v.name, formulation, name,
-                           peaks[0], peaks[1], peaks[2], grows);
+        table.row(v.name, formulation, name, peaks[0], peaks[1], peaks[2], fmt::format("{} of 24", grows));
       }
   }
-  return out;
+  return table.markdown();
 }
 
 std::string influences_table(const Evidence& e) {
@@ -302,14 +300,10 @@ std::string influences_table(const Evidence& e) {
 }
 
 std::string matrix_table(const Evidence& e, const Variant& v) {
-  std::string peaks =
-      "| clearance | speed | formulation | median peak / ideal | 5 % of turns below | 95 % | greatest | "
-      "loss of contact | return | flight, ms |\n| --- | --- | --- | --- | --- | --- | --- | --- | --- | --- "
-      "|\n";
-  std::string counts =
-      "| clearance | speed | formulation | impacts a turn | flights a turn | lines | their sum, m/s² | "
-      "energy lost, mJ a turn | slowing in flight, m/s² |\n| --- | --- | --- | --- | --- | --- | --- | --- "
-      "| --- |\n";
+  Table peaks({"clearance", "speed", "formulation", "median peak / ideal", "5 % of turns below", "95 %",
+               "greatest", "loss of contact", "return", "flight, ms"});
+  Table counts({"clearance", "speed", "formulation", "impacts a turn", "flights a turn", "lines",
+                "their sum, m/s²", "energy lost, mJ a turn", "slowing in flight, m/s²"});
   using T = TurnMetrics;
   for (double c : e.study.axes[0].values)
     for (double n : e.study.axes[1].values)
@@ -320,17 +314,17 @@ std::string matrix_table(const Evidence& e, const Variant& v) {
           return verification::show(factor * s.mean, factor * s.low, factor * s.high);
         };
         const auto five = of(T::peak_5), median = of(T::peak_median), ratio = of(T::ratio_median);
-        const auto head = fmt::format("| {:.2f} mm | {:.0f} rpm | {} |", 1e3 * c, n, formulation);
-        peaks += fmt::format("{} {} | {} | {} | {} | {:.0f}° | {:.0f}° | {} |\n", head, show(ratio),
-                             number(five.mean * ratio.mean / median.mean), show(of(T::ratio_95)),
-                             number(of(T::ratio_max).greatest), of(T::loss_angle).mean,
-                             of(T::return_angle).mean, scaled(T::flight_duration, 1e3));
-        counts += fmt::format("{} {} | {} | {} | {} | {} | {} |\n", head, show(of(T::impacts_per_turn)),
-                              show(of(T::flights_per_turn)), show(of(T::lines)), show(of(T::lines_total)),
-                              scaled(T::energy_per_turn, 1e3),
-                              std::abs(of(T::deceleration).mean) < 1e-3 ? "0" : show(of(T::deceleration)));
+        const auto clearance = fmt::format("{:.2f} mm", 1e3 * c), speed = fmt::format("{:.0f} rpm", n);
+        peaks.row(clearance, speed, formulation, show(ratio), number(five.mean * ratio.mean / median.mean),
+                  show(of(T::ratio_95)), number(of(T::ratio_max).greatest),
+                  fmt::format("{:.0f}°", of(T::loss_angle).mean),
+                  fmt::format("{:.0f}°", of(T::return_angle).mean), scaled(T::flight_duration, 1e3));
+        counts.row(clearance, speed, formulation, show(of(T::impacts_per_turn)),
+                   show(of(T::flights_per_turn)), show(of(T::lines)), show(of(T::lines_total)),
+                   scaled(T::energy_per_turn, 1e3),
+                   std::abs(of(T::deceleration).mean) < 1e-3 ? "0" : show(of(T::deceleration)));
       }
-  return peaks + "\n" + counts;
+  return peaks.markdown() + "\n" + counts.markdown();
 }
 
 }  // namespace freeplay::verification

@@ -3,6 +3,7 @@
 
 #include <string>
 
+#include "values/table.hpp"
 #include "verification/experiment/flores2011.hpp"
 
 namespace freeplay::verification {

@@ -13,8 +13,8 @@ namespace {
 
 /// Table of a scene's settings, for a terminal or as Markdown.
 std::string settings(const TradeoffScene& t, bool markdown) {
-  Table all({"setting", "events", "state", "energy", "stat.", "steps", "rhs", "pivots", "CPU ms"});
-  Table few({"setting", "events", "state", "energy", "stat.", "rhs", "CPU ms"});  // for 80 columns
+  Table all("setting,events,state,energy,stat.,steps,rhs,pivots,CPU ms");
+  Table few("setting,events,state,energy,stat.,rhs,CPU ms");  // for 80 columns
   for (const auto& m : t.measured) {
     const bool ended = m.ending.status == Ending::Status::finished;
     const bool touches = !t.reference(m.setting.family).touches.empty();
@@ -50,40 +50,41 @@ std::string orders(const TradeoffScene& t) {
                      list.empty() ? "none" : fmt::format("{}", fmt::join(list, ", ")));
 }
 
-/// Row of the summary: error and CPU time of the settings of `--accuracy`.
-std::string summary_row(const TradeoffScene& t) {
-  std::string out = fmt::format("| {} | {} |", t.variant, shown(t.model_error));
+/// Summary: error and CPU time of the settings of `--accuracy`.
+Table summary(const std::vector<TradeoffScene>& scenes) {
+  Table table("scene,model error of penalty");
   for (const auto& family : families)
-    for (const auto& accuracy : accuracies) {
-      const auto label = setting_for(family.value, accuracy.value).label();
-      const auto m = std::ranges::find_if(t.measured, [&](const Measured& one) {
-        return one.setting.family == family.value && one.setting.label() == label;
-      });
-      const bool touches = !t.reference(family.value).touches.empty();
-      out += m == t.measured.end() ? " - |"
-             : m->ending.status != Ending::Status::finished
-                 ? " stopped |"
-                 : fmt::format(" {} in {:.3g} ms |", shown(touches ? m->errors.events : m->errors.state),
-                               1e3 * m->cpu);
-    }
-  return out + "\n";
+    for (const auto& accuracy : accuracies) table.column(fmt::format("{} *{}*", family.text, accuracy.text));
+  for (const auto& t : scenes) {
+    std::vector<Table::Cell> row{t.variant, shown(t.model_error)};
+    for (const auto& family : families)
+      for (const auto& accuracy : accuracies) {
+        const auto label = setting_for(family.value, accuracy.value).label();
+        const auto m = std::ranges::find_if(t.measured, [&](const Measured& one) {
+          return one.setting.family == family.value && one.setting.label() == label;
+        });
+        const bool touches = !t.reference(family.value).touches.empty();
+        row.emplace_back(m == t.measured.end() ? "-"
+                         : m->ending.status != Ending::Status::finished
+                             ? "stopped"
+                             : fmt::format("{} in {:.3g} ms",
+                                           shown(touches ? m->errors.events : m->errors.state),
+                                           1e3 * m->cpu));
+      }
+    table.row(std::move(row));
+  }
+  return table;
 }
 
 /// Beginning of the document: the summary, with the figure of this name.
-std::string page_summary(const std::string& rows, const std::string& figure) {
-  std::string out =
+std::string page_summary(const Table& table, const std::string& figure) {
+  auto out =
       "# Speed against accuracy\n\nThis page compares error and cost of all integrators and schemes on the "
       "scenes of a study, relative to a more accurate\nreference.\n\n## Summary\n\nError and CPU time of the "
       "settings of `--accuracy`. The error is that of contact events (time, approach speed, impulse),\nor of the "
       "velocities in scenes without contact events. The model error of penalty is due to its finite stiffness; "
-      "no\nsetting reduces it.\n\n| scene | model error of penalty |";
-  std::string rule = "| --- | --- |";
-  for (const auto& family : families)
-    for (const auto& accuracy : accuracies) {
-      out += fmt::format(" {} *{}* |", family.text, accuracy.text);
-      rule += " --- |";
-    }
-  out += "\n" + rule + "\n" + rows;
+      "no\nsetting reduces it.\n\n" +
+      table.markdown();
   if (!figure.empty())
     out += fmt::format(
         "\n![{0}](figures/{0})\n*Error over evaluations of the right-hand side and over CPU time, for one scene; "
@@ -130,8 +131,9 @@ std::string tradeoff_text(const TradeoffScene& t) {
 }
 
 Table tradeoff_table(const std::vector<TradeoffScene>& scenes) {
-  Table table({"scene", "formulation", "method", "fineness", "events", "state", "energy", "statistics", "rhs",
-               "cpu_s", "cpu_least_s", "cpu_greatest_s"});
+  Table table(
+      "scene,formulation,method,fineness,events,state,energy,statistics,rhs,cpu_s,cpu_least_s,"
+      "cpu_greatest_s");
   for (const auto& t : scenes)
     for (const auto& m : t.measured)
       if (m.ending.status == Ending::Status::finished)
@@ -143,15 +145,13 @@ Table tradeoff_table(const std::vector<TradeoffScene>& scenes) {
 
 std::string tradeoff_page(const std::vector<TradeoffScene>& scenes, std::vector<std::string> figures,
                           const std::string& first, const std::string& command, int repeats) {
-  std::string rows, text;
-  for (const auto& t : scenes) {
-    rows += summary_row(t);
+  std::string text;
+  for (const auto& t : scenes)
     text += fmt::format("\n## {}\n\n{}\n{}\n{}", t.variant, heading(t), settings(t, true), orders(t));
-  }
   const bool shows_first = std::erase(figures, first) > 0;
   text += "\n## Figures\n";
   for (const auto& name : figures) text += fmt::format("\n![{0}](figures/{0})\n", name);
-  return page_summary(rows, shows_first ? first : "") + page_definitions(command, repeats) + text;
+  return page_summary(summary(scenes), shows_first ? first : "") + page_definitions(command, repeats) + text;
 }
 
 }  // namespace freeplay
