@@ -25,6 +25,7 @@
 #include "study/settings/provenance.hpp"
 #include "study/sweep/sweep_document.hpp"
 #include "study/verdicts/verdicts.hpp"
+#include "values/table.hpp"
 
 namespace freeplay::cli {
 namespace {
@@ -207,29 +208,28 @@ struct CalibrateRequest : Request {
 
 /// calibration.csv: outcomes of all points over each unknown, and the 95 % range of each measured
 /// value.
-std::string points_table(const Study& study, const CalibrationResult& r) {
+Table points_table(const Study& study, const CalibrationResult& r) {
   const auto& c = *study.calibration;
-  std::string out = "target,unknown,at,outcome,measured,low,high,target_unit,unknown_unit\n";
+  Table table("target,unknown,at,outcome,measured,low,high,target_unit,unknown_unit");
   for (const auto& o : r.outcomes) {
     const double known = std::hypot(r.tolerance[o.target], std::sqrt(r.at_optimum[o.target].scatter));
     for (std::size_t j = 0; j < c.unknowns.size(); ++j)
-      out += fmt::format("{},{},{},{},{},{},{},{},{}\n", c.targets[o.target].name, c.unknowns[j].name,
-                         unscaled(c.unknowns[j], o.xi[static_cast<Eigen::Index>(j)]), o.value,
-                         r.measured[o.target], r.measured[o.target] * std::exp(-1.96 * known),
-                         r.measured[o.target] * std::exp(1.96 * known), unit_of_target(study, o.target),
-                         c.unknowns[j].unit);
+      table.row(c.targets[o.target].name, c.unknowns[j].name,
+                unscaled(c.unknowns[j], o.xi[static_cast<Eigen::Index>(j)]), o.value, r.measured[o.target],
+                r.measured[o.target] * std::exp(-1.96 * known), r.measured[o.target] * std::exp(1.96 * known),
+                unit_of_target(study, o.target), c.unknowns[j].unit);
   }
-  return out;
+  return table;
 }
 
 /// misfit.csv: f − min f for each pair of unknowns, minimised over the others.
-std::string misfit_table(const Calibration& c, const CalibrationResult& r) {
-  std::string out = "x_name,y_name,x,y,excess\n";
+Table misfit_table(const Calibration& c, const CalibrationResult& r) {
+  Table table("x_name,y_name,x,y,excess");
   for (const auto& map : r.maps)
     for (const auto& p : map.points)
-      out += fmt::format("{},{},{},{},{}\n", c.unknowns[map.x].name, c.unknowns[map.y].name,
-                         unscaled(c.unknowns[map.x], p.x), unscaled(c.unknowns[map.y], p.y), p.excess);
-  return out;
+      table.row(c.unknowns[map.x].name, c.unknowns[map.y].name, unscaled(c.unknowns[map.x], p.x),
+                unscaled(c.unknowns[map.y], p.y), p.excess);
+  return table;
 }
 
 /// Prints how well the targets determine each unknown, before the fit.
@@ -319,8 +319,8 @@ int calibrate(const CalibrateRequest& request) {
   };
   fit(r.all, "Fitted to all");
   for (std::size_t i = 0; i < r.left_out.size(); ++i) fit(r.left_out[i], "Without " + c.targets[i].name);
-  write_file(folder / "calibration.csv", points_table(study, r));
-  write_file(folder / "misfit.csv", misfit_table(c, r));
+  write_file(folder / "calibration.csv", points_table(study, r).csv());
+  write_file(folder / "misfit.csv", misfit_table(c, r).csv());
   write_json(folder / "calibration.json", to_json(study, r, origin));
   fmt::print("\nresults in {}\n", folder.string());
   for (const auto& path : plots::all(folder, request.stop)) fmt::print("figure: {}\n", path.string());

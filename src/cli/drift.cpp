@@ -12,6 +12,7 @@
 #include "io/files/result_set.hpp"
 #include "io/scene/open_scene.hpp"
 #include "plots/drawing/figure.hpp"
+#include "values/table.hpp"
 
 namespace freeplay::cli {
 namespace {
@@ -32,18 +33,18 @@ int drift(const DriftRequest& request) {
   progress.clear();
   if (request.stop()) return interrupted(Kept::nothing);
   set.commit();
-  fmt::print("{:<12}{:>14}{:>14}{:>14}{:>12}{:>10}\n", "", "greatest m", "greatest rad", "closure J", "rhs",
-             "CPU s");
+  Table table(",greatest m,greatest rad,closure J,rhs,CPU s");
   int status = 0;
   for (const auto& r : runs) {
-    fmt::print("{:<12}{:>14.2g}{:>14.2g}{:>14.2g}{:>12}{:>10.3g}\n", r.stabilisation, r.greatest_length,
-               r.greatest_angle, r.closure, r.rhs, r.cpu_seconds);
+    table.row(r.stabilisation, fmt::format("{:.2g}", r.greatest_length),
+              fmt::format("{:.2g}", r.greatest_angle), fmt::format("{:.2g}", r.closure), r.rhs,
+              fmt::format("{:.3g}", r.cpu_seconds));
     if (r.ending.status == Ending::Status::failed) {
       fmt::print(stderr, "{}: stopped: {}\n", r.stabilisation, r.ending.reason);
       status = 1;
     }
   }
-  fmt::print("results in {}\nfigures:\n", folder.string());
+  fmt::print("{}results in {}\nfigures:\n", table.terminal({12, 14, 14, 14, 12, 10}), folder.string());
   for (const auto& path : plots::all(folder)) fmt::print("  {}\n", path.string());
   return status;
 }

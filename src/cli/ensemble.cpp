@@ -20,6 +20,7 @@
 #include "plots/drawing/figure.hpp"
 #include "study/partition/divided_ensemble.hpp"
 #include "values/family.hpp"
+#include "values/table.hpp"
 
 namespace freeplay::cli {
 namespace {
@@ -47,58 +48,56 @@ std::vector<std::string> arguments_of(const EnsembleVerb& r) {
   return list;
 }
 
-std::string number(double x) { return std::isfinite(x) ? fmt::format("{}", x) : std::string(); }
+/// A number that is not finite is an empty field.
+Table::Cell number(double x) { return std::isfinite(x) ? Table::Cell(x) : Table::Cell(std::string()); }
 
-std::string spread_names() {
-  std::string names = "count,mean,error,low,high,least,greatest";
-  for (const double level : band_levels) names += fmt::format(",q{:02.0f}", 100 * level);
-  return names;
+Table with_spread(const char* columns) {
+  Table table(columns);
+  for (const char* name : {"count", "mean", "error", "low", "high", "least", "greatest"}) table.column(name);
+  for (const double level : band_levels) table.column(fmt::format("q{:02.0f}", 100 * level));
+  return table;
 }
-std::string spread_fields(const Spread& s) {
-  auto text = fmt::format("{}", s.of.count);
+void add(Table& table, std::vector<Table::Cell> row, const Spread& s) {
+  row.push_back(Table::cell(s.of.count));
   for (const double x : {s.of.mean, s.error, s.of.low, s.of.high, s.of.least, s.of.greatest})
-    text += "," + number(x);
-  for (const double x : s.quantile) text += "," + number(x);
-  return text;
+    row.push_back(number(x));
+  for (const double x : s.quantile) row.push_back(number(x));
+  table.row(std::move(row));
 }
 
-std::string statistics_table(const Ensemble& all) {
-  auto csv = "statistic," + spread_names() + "\n";
-  for (std::size_t i = 0; i < all.statistics.size(); ++i)
-    csv += all.statistics[i] + "," + spread_fields(all.spreads[i]) + "\n";
-  return csv;
+Table statistics_table(const Ensemble& all) {
+  auto table = with_spread("statistic");
+  for (std::size_t i = 0; i < all.statistics.size(); ++i) add(table, {all.statistics[i]}, all.spreads[i]);
+  return table;
 }
-std::string runs_table(const Ensemble& all) {
-  std::string csv = "start,finished";
-  for (const auto& name : all.statistics) csv += "," + name;
-  csv += "\n";
+Table runs_table(const Ensemble& all) {
+  Table table("start,finished");
+  for (const auto& name : all.statistics) table.column(name);
   for (std::size_t k = 0; k < all.runs.size(); ++k) {
-    csv += fmt::format("{},{}", k, all.failures[k].empty() ? 1 : 0);
-    for (const double x : all.runs[k]) csv += "," + number(x);
-    csv += "\n";
+    std::vector<Table::Cell> row{Table::cell(k), Table::cell(all.failures[k].empty())};
+    for (const double x : all.runs[k]) row.push_back(number(x));
+    table.row(std::move(row));
   }
-  return csv;
+  return table;
 }
-std::string bands_table(const Ensemble& all) {
-  auto csv = "column,t," + spread_names() + "\n";
+Table bands_table(const Ensemble& all) {
+  auto table = with_spread("column,t");
   for (std::size_t c = 0; c < all.columns.size(); ++c)
     for (std::size_t row = 0; row < all.t.size(); ++row)
-      csv += fmt::format("{},{},{}\n", all.columns[c], all.t[row], spread_fields(all.band(row, c)));
-  return csv;
+      add(table, {all.columns[c], all.t[row]}, all.band(row, c));
+  return table;
 }
 
 /// Prints a selection for a terminal: statistics of contacts and energy, or whatever exists.
 void show(const Ensemble& all) {
-  fmt::print("{:<44}{:>12}{:>11}{:>12}\n", "", "mean", "± (95 %)", "median");
-  int lines = 0;
-  for (std::size_t i = 0; i < all.statistics.size() && lines < 30; ++i) {
+  Table table(",mean,± (95 %),median");
+  for (std::size_t i = 0; i < all.statistics.size() && table.rows().size() < 30; ++i) {
     const auto& s = all.spreads[i];
     if (s.of.least == s.of.greatest || all.statistics[i].size() > 43) continue;
-    fmt::print("{:<44}{:>12.5g}{:>11.2g}{:>12.5g}\n", all.statistics[i], s.of.mean,
-               0.5 * (s.of.high - s.of.low), s.quantile[2]);
-    ++lines;
+    table.row(all.statistics[i], fmt::format("{:.5g}", s.of.mean),
+              fmt::format("{:.2g}", 0.5 * (s.of.high - s.of.low)), fmt::format("{:.5g}", s.quantile[2]));
   }
-  fmt::print("all statistics are in statistics.csv\n\n");
+  fmt::print("{}all statistics are in statistics.csv\n\n", table.terminal({44, 12, 11, 12}));
 }
 
 int ensemble(const EnsembleVerb& request) {
@@ -143,9 +142,9 @@ int ensemble(const EnsembleVerb& request) {
                           {"cpu_seconds", all.cpu_seconds}};
   document["provenance"] = provenance(*scene, identify(*scene, plan.formulation, true));
   write_json(set.place() / "ensemble.json", document);
-  write_file(set.place() / "statistics.csv", statistics_table(all));
-  write_file(set.place() / "starts.csv", runs_table(all));
-  write_file(set.place() / "bands.csv", bands_table(all));
+  write_file(set.place() / "statistics.csv", statistics_table(all).csv());
+  write_file(set.place() / "starts.csv", runs_table(all).csv());
+  write_file(set.place() / "bands.csv", bands_table(all).csv());
   set.commit();
   fmt::print("{} starts, {} finished, in {:.3g} s\n\n", plan.starts, all.finished(), all.wall_seconds);
   show(all);

@@ -20,6 +20,7 @@
 #include "mechanism/laws.hpp"
 #include "mechanism/scene.hpp"
 #include "plots/drawing/figure.hpp"
+#include "values/table.hpp"
 
 namespace freeplay::cli {
 namespace {
@@ -47,19 +48,19 @@ struct LawsRequest : Request {
 };
 
 std::string csv(const char* header, const std::vector<LawCurve>& curves) {
-  std::string text = header;
+  Table table(header);
   for (const auto& curve : curves)
-    for (const auto& [x, y] : curve.points) text += fmt::format("{},{},{}\n", curve.law, x, y);
-  return text;
+    for (const auto& [x, y] : curve.points) table.row(curve.law, x, y);
+  return table.csv();
 }
 
 /// Writes impact_loops.csv (law,delta,force), delivered.csv (law,requested,delivered), friction.csv
 /// (law,speed,coefficient) and laws.json (settings and provenance).
 void write_curves(const Scene& scene, const ImpactSetting& setting, const std::filesystem::path& folder) {
   const auto curves = law_curves(scene, setting);
-  write_file(folder / "impact_loops.csv", csv("law,delta,force\n", curves.impacts));
-  write_file(folder / "delivered.csv", csv("law,requested,delivered\n", curves.delivered));
-  write_file(folder / "friction.csv", csv("law,speed,coefficient\n", curves.friction));
+  write_file(folder / "impact_loops.csv", csv("law,delta,force", curves.impacts));
+  write_file(folder / "delivered.csv", csv("law,requested,delivered", curves.delivered));
+  write_file(folder / "friction.csv", csv("law,speed,coefficient", curves.friction));
   const nlohmann::json document = {{"contact", curves.contact},
                                    {"mass_kg", setting.mass},
                                    {"approach_m_per_s", setting.speed},

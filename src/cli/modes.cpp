@@ -20,6 +20,7 @@
 #include "io/files/run_json.hpp"
 #include "io/scene/located.hpp"
 #include "mechanism/scene.hpp"
+#include "values/table.hpp"
 
 namespace freeplay::cli {
 namespace {
@@ -154,35 +155,35 @@ void print(const Scene& scene, const System& system, const ModesRequest& request
 /// Writes modes.csv, equilibrium.csv and modes.json.
 void write(const Scene& scene, const System& system, const ModesRequest& request, const Found& found,
            const std::filesystem::path& folder) {
-  std::string text = "mode,kind,s_re,s_im,natural_hz,swing_hz,damping_ratio";
-  for (int i = 0; i < system.n(); ++i) {
-    const auto name = coordinate(scene, i);
-    text += "," + name + ".re," + name + ".im";
-  }
-  text += "\n";
+  Table modes("mode,kind,s_re,s_im,natural_hz,swing_hz,damping_ratio"), places("body,x,y,theta"),
+      forces("element,fx,fy,m,fn");
+  for (int i = 0; i < system.n(); ++i)
+    for (const char* part : {".re", ".im"}) modes.column(coordinate(scene, i) + part);
   for (std::size_t i = 0; i < found.modes.modes.size(); ++i) {
     const auto& m = found.modes.modes[i];
-    text += fmt::format("{},{},{},{},{},{},{}", i + 1, word(m.kind), m.s.real(), m.s.imag(), m.natural(),
-                        m.swinging(), m.damping());
-    for (const auto& x : m.shape) text += fmt::format(",{},{}", x.real(), x.imag());
-    text += "\n";
+    std::vector<Table::Cell> row{static_cast<std::int64_t>(i + 1),
+                                 word(m.kind),
+                                 m.s.real(),
+                                 m.s.imag(),
+                                 m.natural(),
+                                 m.swinging(),
+                                 m.damping()};
+    for (const auto& x : m.shape) row.insert(row.end(), {x.real(), x.imag()});
+    modes.row(std::move(row));
   }
-  write_file(folder / "modes.csv", text);
-
-  std::string place = "body,x,y,theta\n", forces = "element,fx,fy,m,fn\n";
   for (std::size_t b = 0; b < scene.mechanism.bodies.size(); ++b) {
     const double* q = found.at.state.q.data();
     const auto at = planar::position(q, b);
-    place +=
-        fmt::format("{},{},{},{}\n", scene.mechanism.bodies[b].name, at.x(), at.y(), planar::angle(q, b));
+    places.row(scene.mechanism.bodies[b].name, at.x(), at.y(), planar::angle(q, b));
   }
-  write_file(folder / "equilibrium.csv", place);
   const auto all = static_forces(system, found.at);
   for (std::size_t i = 0; i < all.elements.size(); ++i) {
     const auto& f = all.elements[i];
-    forces += fmt::format("{},{},{},{},{}\n", system.force_elements()[i].name, f.fx, f.fy, f.m, f.fn);
+    forces.row(system.force_elements()[i].name, f.fx, f.fy, f.m, f.fn);
   }
-  write_file(folder / "static_forces.csv", forces);
+  write_file(folder / "modes.csv", modes.csv());
+  write_file(folder / "equilibrium.csv", places.csv());
+  write_file(folder / "static_forces.csv", forces.csv());
   write_json(folder / "modes.json",
              {{"formulation", request.formulation},
               {"about", request.about},

@@ -15,6 +15,7 @@
 #include "plots/drawing/figure.hpp"
 #include "study/runs/section_run.hpp"
 #include "values/family.hpp"
+#include "values/table.hpp"
 #include "values/warning.hpp"
 
 namespace freeplay::cli {
@@ -41,16 +42,15 @@ std::array<std::size_t, 2> shown(const SectionRun& run, const PoincareRequest& r
   return at;
 }
 
-std::string table(const SectionRun& run) {
-  std::string csv = "t";
-  for (const auto& c : run.plan.columns) csv += "," + c.name;
-  csv += "\n";
+Table table(const SectionRun& run) {
+  Table points("t");
+  for (const auto& c : run.plan.columns) points.column(c.name);
   for (std::size_t i = 0; i < run.size(); ++i) {
-    csv += fmt::format("{}", run.t[i]);
-    for (std::size_t c = 0; c < run.plan.columns.size(); ++c) csv += fmt::format(",{}", run.at(i, c));
-    csv += "\n";
+    std::vector<double> row{run.t[i]};
+    for (std::size_t c = 0; c < run.plan.columns.size(); ++c) row.push_back(run.at(i, c));
+    points.row(row);
   }
-  return csv;
+  return points;
 }
 
 int poincare(const PoincareRequest& request) {
@@ -97,7 +97,7 @@ int poincare(const PoincareRequest& request) {
                          {"notes", run.notes}};
   document["provenance"] = provenance(scene, identity);
   write_json(set.place() / "section.json", document);
-  write_file(set.place() / "section.csv", table(run));
+  write_file(set.place() / "section.csv", table(run).csv());
   set.commit();
   fmt::print("{}: {} points of \"{}\" from {:.6g} s to {:.6g} s\n", request.formulation, run.size(),
              request.section, run.plan.discard, run.plan.until);

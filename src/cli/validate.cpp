@@ -18,17 +18,16 @@
 #include "io/scene/open_scene.hpp"
 #include "io/scene/section.hpp"
 #include "plots/drawing/figure.hpp"
+#include "values/table.hpp"
 
 namespace freeplay::cli {
 namespace {
 
 std::string table(const Validation& v) {
-  std::string out = fmt::format("{:<44}{:>12}{:>12}{:>12}\n", "", "measured", "penalty", "nonsmooth");
+  Table table(",measured,penalty,nonsmooth");
   const auto row = [&](const char* what, double measured, const auto& of) {
     const auto cell = [](double x) { return std::isfinite(x) ? fmt::format("{:.4g}", x) : std::string("-"); };
-    out += fmt::format("{:<44}{:>12}", what, cell(measured));
-    for (const auto& a : v.models) out += fmt::format("{:>12}", cell(of(a)));
-    out += "\n";
+    table.row(what, cell(measured), cell(of(v.models[0])), cell(of(v.models[1])));
   };
   const double none = std::nan("");
   const auto metric = [&](const char* what, TurnMetrics::Name m) {
@@ -58,7 +57,7 @@ std::string table(const Validation& v) {
   row("contact found at (°)", none, [](const Agreement& a) { return a.return_angle; });
   row("signal quiet from (°)", v.quiet.from, [](const Agreement& a) { return a.quiet.from; });
   row("signal quiet to (°)", v.quiet.to, [](const Agreement& a) { return a.quiet.to; });
-  return out;
+  return table.terminal({44, 12, 12, 12});
 }
 
 /// Findings for each formulation, one a line.
@@ -111,12 +110,12 @@ int validate_data(const ValidateRequest& request) {
   document["data"] = request.data;
   document["restitution"] = request.as_given ? "as-given" : "delivered";
   write_json(set.place() / "validation.json", document);
-  std::string csv = "crank_angle,measured,penalty,nonsmooth\n";
+  Table csv("crank_angle,measured,penalty,nonsmooth");
   if (status == 0)
     for (int i = 0; i < mean_bins; ++i)
-      csv += fmt::format("{},{},{},{}\n", (i + 0.5) * 360 / mean_bins, v.measured.mean_turn[i],
-                         v.models[0].mean_turn[i], v.models[1].mean_turn[i]);
-  write_file(set.place() / "overlay.csv", csv);
+      csv.row((i + 0.5) * 360 / mean_bins, v.measured.mean_turn[i], v.models[0].mean_turn[i],
+              v.models[1].mean_turn[i]);
+  write_file(set.place() / "overlay.csv", csv.csv());
   set.commit();
   fmt::print("\nresults in {}\n", folder.string());
   if (status == 0) fmt::print("figures:\n  {}\n", plots::overlay.draw(folder).front().string());

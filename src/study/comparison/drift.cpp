@@ -1,7 +1,5 @@
 #include "study/comparison/drift.hpp"
 
-#include <fmt/format.h>
-
 #include <ctime>
 #include <nlohmann/json.hpp>
 
@@ -12,6 +10,7 @@
 #include "io/scene/located.hpp"
 #include "mechanism/scene.hpp"
 #include "simulation/residuals.hpp"
+#include "values/table.hpp"
 
 namespace freeplay {
 
@@ -21,7 +20,7 @@ std::vector<DriftRun> measure_drift(const Scene& scene, const StopToken& stop,
   constexpr int points = 200;
   const System system(scene.mechanism);
   std::vector<DriftRun> runs;
-  std::string rows = "stabilisation,t,length,angle,closure\n";
+  Table rows("stabilisation,t,length,angle,closure");
   nlohmann::json summary = nlohmann::json::object();
   for (const auto& kind : choices(Stabilisation{})) {
     const std::string name(kind.text);
@@ -41,8 +40,7 @@ std::vector<DriftRun> measure_drift(const Scene& scene, const StopToken& stop,
       system.place(state.t, state.q.data(), e);
       Extremes now;
       keep_residuals(system, e, now);
-      rows += fmt::format("{},{},{},{},{}\n", name, state.t, now.constraint_length, now.constraint_angle,
-                          made.ledger.closure());
+      rows.row(name, state.t, now.constraint_length, now.constraint_angle, made.ledger.closure());
       if (on_progress) on_progress(name, static_cast<double>(i) / points);
     }
     run.cpu_seconds = static_cast<double>(std::clock() - cpu) / CLOCKS_PER_SEC;
@@ -61,7 +59,7 @@ std::vector<DriftRun> measure_drift(const Scene& scene, const StopToken& stop,
     if (stop()) return runs;
   }
   make_folder(folder);
-  write_file(folder / "drift.csv", rows);
+  write_file(folder / "drift.csv", rows.csv());
   write_json(folder / "drift.json", {{"runs", summary}, {"provenance", provenance(scene)}});
   return runs;
 }
