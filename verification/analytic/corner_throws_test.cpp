@@ -6,16 +6,7 @@
 //
 // (on a level floor only rolling remains; the pegs hang above it), and the lost energy was
 // dissipated in contacts.
-#include <fmt/format.h>
-
-#include <array>
-#include <catch2/catch.hpp>
-#include <cmath>
-#include <string>
-#include <vector>
-
-#include "mechanism/scene.hpp"
-#include "verification/support/support.hpp"
+#include "verification/support/rig.hpp"
 
 using namespace freeplay;
 
@@ -41,25 +32,20 @@ Result run(const Throws& s) {
         "angular_velocity = {:.17g}\n",
         i, b.mass, 0.5 * b.mass * R * R, b.x, b.y, b.vx, b.vy, b.spin);
     const auto wall = [&](const char* name, double x, double y, int ax, int ay) {
-      text += fmt::format(
-          "[contacts.{}{}]\ntype = \"plane\"\nbetween = [\"ground\", \"b{}\"]\nat = [[{:.17g}, {:.17g}], [0.0, 0.0]]\n"
-          "axis = [{}.0, {}.0]\nradius = {}\nsurface = \"s\"\n",
-          name, i, i, x, y, ax, ay, R);
+      text += test::plane(
+          fmt::format("{}{}", name, i), "ground", fmt::format("b{}", i), R, "s",
+          fmt::format("at = [[{:.17g}, {:.17g}], [0.0, 0.0]]\naxis = [{}.0, {}.0]\n", x, y, ax, ay));
     };
     wall("floor", 0, -s.height, 1, 0);
     wall("left", -s.width, 0, 0, -1);
     wall("right", s.width, 0, 0, 1);
     wall("lid", 0, s.height, -1, 0);
     for (std::size_t j = 0; j < i; ++j)
-      text += fmt::format(
-          "[contacts.c{}{}]\ntype = \"discs\"\nbetween = [\"b{}\", \"b{}\"]\nradii = [{}, {}]\nsurface = \"s\"\n",
-          j, i, j, i, R, R);
+      text += test::discs(fmt::format("c{}{}", j, i), fmt::format("b{}", j), fmt::format("b{}", i), R, R);
   }
   for (std::size_t k = 0; k < s.pegs.size(); ++k)
-    text += fmt::format(
-        "[contacts.peg{}]\ntype = \"discs\"\nbetween = [\"ground\", \"b{}\"]\nat = [[{:.17g}, {:.17g}], [0.0, 0.0]]\n"
-        "radii = [0.005, {}]\nsurface = \"s\"\n",
-        k, s.pegs[k][0], s.pegs[k][1], s.pegs[k][2], R);
+    text += test::discs(fmt::format("peg{}", k), "ground", fmt::format("b{}", s.pegs[k][0]), 0.005, R, "s",
+                        fmt::format("at = [[{:.17g}, {:.17g}], [0.0, 0.0]]\n", s.pegs[k][1], s.pegs[k][2]));
   text += fmt::format(
       "[surfaces.s]\nrestitution = {:.17g}\nfriction = {:.17g}\n[run]\nduration = {:.17g}\nstart = \"given\"\n",
       s.restitution, s.friction, s.duration);

@@ -1,16 +1,12 @@
 // Impact laws against results derived by hand or by an independent program: three balls in a row,
 // Kane and Levinson's pendulum, and the single impact with slip, stick and slip reversal.
 #include <Eigen/Eigenvalues>
-#include <catch2/catch.hpp>
-
-#include <random>
 
 #include "formulations/contact/impact.hpp"
 #include "formulations/contact/routh.hpp"
-#include "mechanism/scene.hpp"
 #include "verification/references/impact_tables.hpp"
 #include "verification/references/loose_guide.hpp"
-#include "verification/support/support.hpp"
+#include "verification/support/rig.hpp"
 
 using namespace freeplay;
 

@@ -1,23 +1,14 @@
 // Point bodies and rods against closed forms, in both formulations and every scheme; and elements
 // that are refused on a point body.
-#include <fmt/format.h>
-#include <array>
 #include <boost/math/tools/toms748_solve.hpp>
-#include <catch2/catch.hpp>
-#include <cmath>
-#include <fstream>
-#include <numbers>
 
 #include "dynamics/assembly/assembly.hpp"
 #include "dynamics/assembly/equilibrium.hpp"
 #include "dynamics/assembly/modes.hpp"
 #include "dynamics/system.hpp"
-#include "facade/simulation.hpp"
-#include "mechanism/scene.hpp"
 #include "verification/references/cooper_verner.hpp"
 #include "verification/references/pendulum.hpp"
-#include "verification/support/support.hpp"
-#include "verification/support/texts.hpp"
+#include "verification/support/rig.hpp"
 
 using namespace freeplay;
 using Catch::Matchers::Contains;
@@ -142,14 +133,13 @@ TEST_CASE("a point mass on a spring to the ground moves on an ellipse", "[points
 // the sliding speed.
 TEST_CASE("a thrown point mass bounces on a floor with friction", "[points]") {
   const double h = 0.5, e = 0.8, mu = 0.1, vx = 3;
-  const auto text =
-      heavy +
-      fmt::format(
-          "[bodies.ball]\nmass = 0.7\npoint = true\nposition = [0, {}]\nvelocity = [{}, 0]\n"
-          "[contacts.floor]\ntype = \"plane\"\nbetween = [\"ground\", \"ball\"]\naxis = [1, 0]\n"
-          "surface = \"rough\"\n[surfaces.rough]\nrestitution = {}\nfriction = {}\n",
-          h, vx, e, mu) +
-      any;
+  const auto text = heavy +
+                    fmt::format(
+                        "[bodies.ball]\nmass = 0.7\npoint = true\nposition = [0, {}]\n"
+                        "velocity = [{}, 0]\n",
+                        h, vx) +
+                    test::plane("floor", "ground", "ball", 0, "rough", "axis = [1, 0]\n") +
+                    test::surface("rough", e, mu) + any;
   const double v = std::sqrt(2 * g * h), first = std::sqrt(2 * h / g), second = first + 2 * e * v / g;
   for (const auto& way : ways()) {
     if (std::string_view(way.family) == "penalty") continue;  // no stiffness is given
@@ -174,12 +164,8 @@ TEST_CASE("a cradle of two point masses transfers its momentum", "[points]") {
   const double quarter = pendulum_period(pendulum) / 4, t = 1.7 * quarter;
   const auto text = heavy + smooth + point("left", -L * std::sin(amplitude), -L * std::cos(amplitude)) +
                     point("right", 2 * R, -L) + rod("one", "ground", "left", L) +
-                    rod("two", "ground", "right", L) +
-                    fmt::format(
-                        "at = [[{0}, 0], [0, 0]]\n[contacts.balls]\ntype = \"discs\"\nbetween = [\"left\", "
-                        "\"right\"]\nradii = [{1}, {1}]\nsurface = \"smooth\"\n",
-                        2 * R, R) +
-                    any;
+                    rod("two", "ground", "right", L) + fmt::format("at = [[{}, 0], [0, 0]]\n", 2 * R) +
+                    test::discs("balls", "left", "right", R, R, "smooth") + any;
   for (const auto& way : ways()) {
     // Steps and elastic contacts cause a delay by their duration; the impact is instantaneous only
     // in event-driven runs.
@@ -199,12 +185,13 @@ TEST_CASE("a cradle of two point masses transfers its momentum", "[points]") {
 TEST_CASE("a corner contact with a given stiffness has the duration and depth of its spring (penalty)",
           "[points][penalty]") {
   const double m = 0.7, v = 1.2, K = 2e5;
-  const auto text = fmt::format(
-                        "[bodies.ball]\nmass = {}\npoint = true\nposition = [0.1, 0.3]\nvelocity = [0, {}]\n"
-                        "[contacts.wall]\ntype = \"plane\"\nbetween = [\"ground\", \"ball\"]\naxis = [1, 0]\n"
-                        "stiffness = {}\nsurface = \"s\"\n[surfaces.s]\nrestitution = {{}}\n",
-                        m, -v, K) +
-                    "[penalty]\ncontact = \"exact\"\n" + any;
+  const auto text =
+      fmt::format(
+          "[bodies.ball]\nmass = {}\npoint = true\nposition = [0.1, 0.3]\n"
+          "velocity = [0, {}]\n",
+          m, -v) +
+      test::plane("wall", "ground", "ball", 0, "s", fmt::format("axis = [1, 0]\nstiffness = {}\n", K)) +
+      "[surfaces.s]\nrestitution = {}\n" + "[penalty]\ncontact = \"exact\"\n" + any;
   for (const double e : {1.0, 0.6}) {
     INFO("restitution " << e);
     const auto run =
@@ -274,8 +261,7 @@ TEST_CASE("an element that turns a point body or acts off its centre is refused 
   for (
       const auto& [added, said] : std::vector<Case>{
           {pin + "at = [[0, 0], [0.5, 0]]\n", "joints.pin.at: must be [0, 0] on \"p\""},
-          {pin + "clearance = 1e-3\nbearing_radius = 0.01\nsurface = \"rough\"\n",
-           "joints.pin.surface: has friction with a couple on \"p\""},
+          {pin + test::loose(1e-3, 0.01, "rough"), "joints.pin.surface: has friction with a couple on \"p\""},
           {"[joints.guide]\ntype = \"translational\"\nbetween = [\"ground\", \"p\"]\n",
            "joints.guide.between: acts on the angle of \"p\""},
           {"[joints.weld]\ntype = \"rigid\"\nbetween = [\"r\", \"p\"]\n",

@@ -1,17 +1,10 @@
 // The set-valued contact laws against closed forms: the rest of a bouncing ball, a block that stops
 // on a slope, Painlevé's rod. The ball's impacts and time of rest are claims of "closed-forms",
 // energy over elastic impacts of "invariants".
-#include <fmt/format.h>
-#include <catch2/catch.hpp>
-#include <random>
-
-#include "mechanism/scene.hpp"
 #include "verification/references/block_on_slope.hpp"
 #include "verification/references/bouncing_ball.hpp"
 #include "verification/references/friction_oscillator.hpp"
-#include "verification/support/scene_text.hpp"
-#include "verification/support/support.hpp"
-#include "verification/support/ways.hpp"
+#include "verification/support/rig.hpp"
 
 using namespace freeplay;
 
@@ -221,10 +214,9 @@ TEST_CASE("a friction oscillator sticks and slips as in closed form, however sho
         test::guide("rail", "ground", "m") +
         test::spring("sp", "ground", "m", {-10, 0}, {0, 0}, o.k, 10, "damping = 0\n") +
         rub("rail", fmt::format("force = {}", o.bound)) +
-        fmt::format(
-            "[drives.d]\njoint = \"rail\"\nforce = \"h\"\nagainst = \"time\"\n[curves.h]\nshape = "
-            "\"harmonic\"\namplitude = {}\nfrequency = {}\nphase = {}\n",
-            o.amplitude, f, o.phase) +
+        test::drive("d", "rail", "force = \"h\"\nagainst = \"time\"\n") +
+        fmt::format("[curves.h]\nshape = \"harmonic\"\namplitude = {}\nfrequency = {}\nphase = {}\n",
+                    o.amplitude, f, o.phase) +
         test::run_for(end, given);
     auto scene = scene_by(text, Scheme::event_driven);
     scene.nonsmooth.tolerance = 1e-11;

@@ -1,26 +1,17 @@
 // From statistics to verdicts, on synthetic measurements with known verdicts: the verdict of
 // validate, reading of files, means of directions, and the intervals and refusals of calibration.
-#include <fmt/format.h>
 #include <boost/math/distributions/students_t.hpp>
-#include <catch2/catch.hpp>
-
-#include <cmath>
 #include <complex>
-#include <numbers>
-#include <random>
 
-#include "io/files/output_file.hpp"
 #include "measure/alignment.hpp"
 #include "measure/measurement.hpp"
-#include "mechanism/error.hpp"
-#include "mechanism/scene.hpp"
 #include "simulation/statistics.hpp"
 #include "study/calibration/calibrate.hpp"
 #include "study/calibration/validate.hpp"
 #include "study/runs/ideal_turn.hpp"
 #include "study/sweep/intervals.hpp"
 #include "verification/references/slider_crank.hpp"
-#include "verification/support/support.hpp"
+#include "verification/support/rig.hpp"
 
 using namespace freeplay;
 using Catch::Matchers::Contains;

@@ -1,11 +1,8 @@
 // The penalty formulation in its limits: infinite contact stiffness on three mechanisms, and
 // vanishing regularisation of friction on a block.
-#include <fmt/format.h>
-
 #include "formulations/make.hpp"
-#include "mechanism/scene.hpp"
 #include "verification/claims/claim.hpp"
-#include "verification/support/support.hpp"
+#include "verification/support/runs.hpp"
 
 namespace freeplay::verification {
 namespace {

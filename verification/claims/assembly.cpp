@@ -1,16 +1,13 @@
 // Assembly of mechanisms: poses of both branches of a four-bar against Freudenstein's equation, and
 // the branch after turns of the crank, by every scheme.
-#include <fmt/format.h>
-
 #include "dynamics/assembly/assembly.hpp"
 #include "dynamics/assembly/four_bar.hpp"
 #include "dynamics/planar.hpp"
 #include "io/scene/write_scene.hpp"
-#include "mechanism/scene.hpp"
 #include "verification/claims/claim.hpp"
 #include "verification/references/four_bar_pose.hpp"
 #include "verification/references/pendulum.hpp"
-#include "verification/support/support.hpp"
+#include "verification/support/runs.hpp"
 
 namespace freeplay::verification {
 namespace {

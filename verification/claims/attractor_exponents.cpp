@@ -1,11 +1,6 @@
 // Largest Lyapunov exponents of attractors of a bifurcation diagram and of a basin against closed forms.
-#include <fmt/format.h>
-
-#include <cmath>
 #include <complex>
 #include <filesystem>
-#include <string>
-#include <vector>
 
 #include "io/files/output_file.hpp"
 #include "study/attractors/attractor_exponents.hpp"
@@ -16,7 +11,7 @@
 #include "verification/claims/claim.hpp"
 #include "verification/claims/orbit_scenes.hpp"
 #include "verification/references/orbits.hpp"
-#include "verification/support/support.hpp"
+#include "verification/support/runs.hpp"
 
 namespace freeplay::verification {
 namespace {
@@ -46,41 +41,19 @@ double per_period(const SettledRun& run, long double period) {
 std::string impact_rotor(const reference::ImpactOscillator& o, const reference::ImpactOscillator::Motion& m,
                          long double after) {
   const auto number = [](long double x) { return static_cast<double>(x); };
-  return fmt::format(R"([bodies.rotor]
-mass = 1
-inertia = {:.17g}
-angle = {:.17g}
-angular_velocity = {:.17g}
-[joints.axle]
-type = "revolute"
-between = ["ground", "rotor"]
-[loads.spring]
-type = "torsional-spring-damper"
-between = ["ground", "rotor"]
-stiffness = {:.17g}
-damping = {:.17g}
-[contacts.stop]
-type = "angle-stop"
-joint = "axle"
-radius = 0.1
-upper = {:.17g}
-surface = "hard"
-[surfaces.hard]
-restitution = {:.17g}
-[curves.push]
-shape = "harmonic"
-amplitude = {:.17g}
-period = {:.17g}
-phase = {:.17g}
-[drives.shaker]
-joint = "axle"
-torque_curve = "push"
-against = "time"
-)",
-                     number(o.mass), number(o.position(m, after)), number(o.velocity(m, after)),
-                     number(o.stiffness), number(o.damping), number(o.stop), number(o.restitution),
-                     number(o.force), number(2 * std::acos(-1.0L) / o.frequency),
-                     number(m.psi + std::acos(-1.0L) / 2 + o.frequency * after)) +
+  return test::body("rotor", 1, number(o.mass),
+                    fmt::format("angle = {:.17g}\nangular_velocity = {:.17g}\n", number(o.position(m, after)),
+                                number(o.velocity(m, after)))) +
+         test::pin("axle", "ground", "rotor") +
+         test::torsion("spring", "ground", "rotor", number(o.stiffness),
+                       fmt::format("damping = {:.17g}\n", number(o.damping))) +
+         test::stop("stop", "angle-stop", "axle",
+                    fmt::format("radius = 0.1\nupper = {:.17g}\n", number(o.stop)), "hard") +
+         test::surface("hard", number(o.restitution)) +
+         test::harmonic(
+             "push", number(o.force), number(2 * std::acos(-1.0L) / o.frequency),
+             fmt::format("phase = {:.17g}\n", number(m.psi + std::acos(-1.0L) / 2 + o.frequency * after))) +
+         test::drive("shaker", "axle", "torque_curve = \"push\"\nagainst = \"time\"\n") +
          test::run_for(1, "start = \"given\"\n") + scenes::event_driven;
 }
 

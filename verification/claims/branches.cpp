@@ -1,20 +1,12 @@
 // Bifurcations of periodic motions on branches over one key, against closed forms.
-#include <fmt/format.h>
-
-#include <algorithm>
-#include <array>
-#include <cmath>
 #include <complex>
-#include <string>
-#include <utility>
-#include <vector>
 
 #include "facade/continuation.hpp"
-#include "mechanism/scene.hpp"
 #include "verification/claims/claim.hpp"
 #include "verification/claims/orbit_scenes.hpp"
 #include "verification/references/orbits.hpp"
 #include "verification/references/two_mass_oscillator.hpp"
+#include "verification/support/runs.hpp"
 
 namespace freeplay::verification {
 namespace {

@@ -1,16 +1,10 @@
 // Cams with flat-faced and roller followers: contact force, cam torque, and the speed at which the
 // follower lifts off.
-#include <fmt/format.h>
-
-#include <cmath>
-
-#include "facade/simulation.hpp"
 #include "io/scene/open_scene.hpp"
 #include "verification/claims/claim.hpp"
 #include "verification/claims/force_claims.hpp"
 #include "verification/references/cam_follower.hpp"
-#include "verification/support/support.hpp"
-#include "verification/support/ways.hpp"
+#include "verification/support/runs.hpp"
 
 namespace freeplay::verification {
 namespace {
@@ -27,52 +21,21 @@ const Way ways[] = {test::penalty, test::event_driven, test::automatic,
 Scene scene_of(const reference::EccentricCam& c, double speed, double turns, const std::string& follower,
                double height, const std::string& profile, const Way& way, const std::string& friction = "") {
   constexpr double gravity = 9.81;
-  auto scene = parse_scene(fmt::format(R"(
-gravity = [0.0, -9.81]
-[bodies.cam]
-mass = 1.0
-inertia = 1e-3
-angular_velocity = {0:.17g}
-[bodies.follower]
-mass = {1}
-inertia = 1e-4
-position = [0.0, {2}]
-[surfaces.steel]
-young = 2e11
-poisson = 0.3
-restitution = 0.2
-{3}
-[joints.pin]
-type = "revolute"
-between = ["ground", "cam"]
-[joints.guide]
-type = "translational"
-between = ["ground", "follower"]
-at = [[0.0, {2}], [0.0, 0.0]]
-axis = [0.0, 1.0]
-[contacts.lobe]
-type = "cam"
-between = ["cam", "follower"]
-{4}
-{5}
-surface = "steel"
-[drives.motor]
-joint = "pin"
-speed = {0:.17g}
-[loads.spring]
-type = "spring-damper"
-between = ["ground", "follower"]
-at = [[0.0, {6}], [0.0, 0.0]]
-stiffness = {7}
-free_length = 0.5
-preload = {8:.17g}
-[run]
-revolutions = {9}
-start = "given"
-)",
-                                       speed, c.mass, height, friction, follower, profile, height + 0.5,
-                                       c.stiffness, -(c.preload - c.mass * gravity), turns),
-                           "cam");
+  auto scene = parse_scene(
+      "\ngravity = [0.0, -9.81]\n" +
+          test::body("cam", 1.0, 1e-3, fmt::format("angular_velocity = {:.17g}\n", speed)) +
+          test::body("follower", c.mass, 1e-4, fmt::format("position = [0.0, {}]\n", height)) +
+          fmt::format("[surfaces.steel]\nyoung = 2e11\npoisson = 0.3\nrestitution = 0.2\n{}\n", friction) +
+          test::pin("pin", "ground", "cam") +
+          test::guide("guide", "ground", "follower", {0.0, 1.0}, {0.0, height}, {}) +
+          fmt::format("[contacts.lobe]\ntype = \"cam\"\nbetween = [\"cam\", \"follower\"]\n{}\n{}\n"
+                      "surface = \"steel\"\n",
+                      follower, profile) +
+          test::motor("motor", "pin", speed) +
+          test::spring("spring", "ground", "follower", {0.0, height + 0.5}, {}, c.stiffness, 0.5,
+                       fmt::format("preload = {:.17g}\n", -(c.preload - c.mass * gravity))) +
+          fmt::format("[run]\nrevolutions = {}\nstart = \"given\"\n", turns),
+      "cam");
   way.choose(scene);
   return scene;
 }

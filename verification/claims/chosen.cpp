@@ -1,12 +1,10 @@
 // Adaptive time stepping and the automatic scheme, which hands over to it: cost, convergence, and
 // continuity of events, energy and momentum across handovers.
-#include "mechanism/scene.hpp"
 #include "verification/claims/claim.hpp"
 #include "verification/references/bouncing_ball.hpp"
 #include "verification/support/handovers.hpp"
 #include "verification/support/piles.hpp"
-#include "verification/support/support.hpp"
-#include "verification/support/ways.hpp"
+#include "verification/support/runs.hpp"
 
 namespace freeplay::verification {
 namespace {

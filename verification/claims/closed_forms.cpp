@@ -1,8 +1,5 @@
 // Runs against closed-form solutions: pendulum, bouncing ball, block on a slope, ring and journal,
 // contact laws.
-#include <fmt/format.h>
-
-#include "mechanism/scene.hpp"
 #include "verification/claims/claim.hpp"
 #include "verification/references/block_on_slope.hpp"
 #include "verification/references/bouncing_ball.hpp"
@@ -10,7 +7,7 @@
 #include "verification/references/hertz_impact.hpp"
 #include "verification/references/pendulum.hpp"
 #include "verification/references/ring_and_journal.hpp"
-#include "verification/support/support.hpp"
+#include "verification/support/runs.hpp"
 
 namespace freeplay::verification {
 namespace {

@@ -1,19 +1,11 @@
 // Runs with compiled functions against general runs of the same random scenes. Compiled functions
 // repeat the operations of the general evaluation (docs/theory/compiled.md), so all digits must agree.
-#include <fmt/format.h>
-
-#include <algorithm>
 #include <atomic>
-#include <cmath>
 #include <set>
-#include <stdexcept>
-#include <string_view>
-#include <vector>
 
-#include "facade/simulation.hpp"
-#include "mechanism/scene.hpp"
 #include "verification/claims/claim.hpp"
 #include "verification/random_scenes/scene.hpp"
+#include "verification/support/runs.hpp"
 
 namespace freeplay::verification {
 namespace {

@@ -1,22 +1,10 @@
 // Angle and position controllers: linear responses, limit with anti-windup, lag, and limit cycles
 // across backlash. Every scheme against references/feedback.hpp.
-#include <fmt/format.h>
-
-#include <algorithm>
-#include <cmath>
 #include <complex>
-#include <numbers>
-#include <string>
-#include <vector>
 
-#include "facade/simulation.hpp"
-#include "mechanism/scene.hpp"
-#include "simulation/observer.hpp"
 #include "verification/claims/claim.hpp"
 #include "verification/references/feedback.hpp"
-#include "verification/support/scene_text.hpp"
-#include "verification/support/support.hpp"
-#include "verification/support/ways.hpp"
+#include "verification/support/runs.hpp"
 
 namespace freeplay::verification {
 namespace {
@@ -167,16 +155,9 @@ void filtered(Findings& f) {
   const std::string text =
       test::body("rotor", 2.0, 0.05) + test::body("still", 1.0, 0.01, "position = [1.0, 0.0]\n") +
       test::pin("main", "ground", "rotor") + test::pin("other", "ground", "still", {1.0, 0.0}) +
-      R"([drives.hold]
-joint = "other"
-speed = 0
-[drives.motor]
-joint = "main"
-measured = "other"
-target_angle = 0.5
-proportional = 6
-lag = 0.05
-)";
+      test::motor("hold", "other", 0) +
+      "[drives.motor]\njoint = \"main\"\nmeasured = \"other\"\ntarget_angle = 0.5\n"
+      "proportional = 6\nlag = 0.05\n";
   for (const auto& way : control_ways) {
     const auto o = controlled(text, t, way);
     f.within(claim_name(subject, "torque after 0.2 s", way.name), "N m", o.end.z.at(0),
@@ -230,13 +211,10 @@ void dead_zone(Findings& f) {
   const std::string text =
       test::body("motor", 1.0, 0.05) + test::body("table", 1.0, 0.05, "position = [1.0, 0.0]\n") +
       test::pin("shaft", "ground", "motor") + test::pin("axis", "ground", "table", {1.0, 0.0}) +
-      R"([drives.servo]
-joint = "shaft"
-measured = "axis"
-target_angle = -0.03
-proportional = 20
-derivative = 0.4
-[loads.nut]
+      test::drive("servo", "shaft",
+                  "measured = \"axis\"\ntarget_angle = -0.03\nproportional = 20\n"
+                  "derivative = 0.4\n") +
+      R"([loads.nut]
 type = "torsional-bump-stop"
 between = ["table", "motor"]
 lower = -0.01
@@ -288,21 +266,12 @@ void backlash(Findings& f) {
   const std::string text =
       test::body("motor", 1.0, 0.05) + test::body("table", 1.0, 0.05, "position = [0.1, 0.0]\n") +
       test::pin("shaft", "motor", "ground") + test::pin("axis", "ground", "table", {0.1, 0.0}) +
-      fmt::format(R"([joints.mesh]
-type = "gear"
-between = ["motor", "table"]
-pitch_radii = [0.05, 0.05]
-backlash = {}
-surface = "steel"
-[surfaces.steel]
-restitution = 0
-[drives.servo]
-joint = "shaft"
-measured = "axis"
-target_angle = -0.03
-proportional = 20
-derivative = 1
-[loads.shaft_drag]
+      test::gear("mesh", "motor", "table", {0.05, 0.05},
+                 fmt::format("backlash = {}\nsurface = \"steel\"\n", 2 * rb * 0.01)) +
+      test::surface("steel", 0) +
+      test::drive("servo", "shaft",
+                  "measured = \"axis\"\ntarget_angle = -0.03\nproportional = 20\nderivative = 1\n") +
+      R"([loads.shaft_drag]
 type = "torsional-spring-damper"
 between = ["ground", "motor"]
 damping = 0.05
@@ -310,8 +279,7 @@ damping = 0.05
 type = "torsional-spring-damper"
 between = ["ground", "table"]
 damping = 0.05
-)",
-                  2 * rb * 0.01);
+)";
   reference::SwitchedAxis axis;
   axis.J1 = axis.J2 = J, axis.c1 = axis.c2 = 0.05L, axis.kp = 20, axis.kd = 1, axis.b = 0.01L;
   axis.rigid = true;

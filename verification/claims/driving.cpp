@@ -1,22 +1,8 @@
 // Drives of mechanisms: prescribed motions, torques and forces by curves, motors and a speed
 // governor. Each is claimed against a closed form, by every formulation and scheme.
-#include <fmt/format.h>
-
-#include <algorithm>
-#include <cmath>
-#include <numbers>
-#include <stdexcept>
-#include <string>
-#include <vector>
-
-#include "facade/simulation.hpp"
-#include "mechanism/scene.hpp"
-#include "simulation/observer.hpp"
 #include "verification/claims/claim.hpp"
 #include "verification/references/drives.hpp"
-#include "verification/support/scene_text.hpp"
-#include "verification/support/support.hpp"
-#include "verification/support/ways.hpp"
+#include "verification/support/runs.hpp"
 
 namespace freeplay::verification {
 namespace {
@@ -114,13 +100,8 @@ void dc_motors(Findings& f) {
       closure(f, subject, way, o);
     }
   }
-  const auto text = rotor + R"(voltage = 24
-resistance = 1.5
-torque_constant = 0.4
-[drives.hold]
-joint = "main"
-speed = 0
-)";
+  const auto text =
+      rotor + "voltage = 24\nresistance = 1.5\ntorque_constant = 0.4\n" + test::motor("hold", "main", 0);
   for (const auto& way : ways)
     f.at_most(
         claim_name("DC motor at standstill", "torques of motor and holding drive, greatest error", way.name),
@@ -234,24 +215,12 @@ void prescribed(Findings& f) {
 void plates(Findings& f) {
   const char* const subject = "ball on a plate that accelerates downwards";
   const std::string text = "gravity = [0.0, -9.81]\n" + test::body("plate", 5.0, 0.3) +
-                           test::body("ball", 1.0, 0.004, "position = [0.0, 0.1]\n") + R"([surfaces.s]
-young = 2e9
-poisson = 0.3
-restitution = 0.5
-)" + test::guide("guide", "ground", "plate", {0.0, 1.0}) +
-                           R"([contacts.c]
-type = "plane"
-between = ["plate", "ball"]
-axis = [1.0, 0.0]
-radius = 0.1
-surface = "s"
-[curves.v]
-shape = "table"
-points = [[0, 0], [0.5, 1], [1.0, -6]]
-[drives.lift]
-joint = "guide"
-velocity = "v"
-)";
+                           test::body("ball", 1.0, 0.004, "position = [0.0, 0.1]\n") +
+                           test::surface("s", 0.5, "young = 2e9\npoisson = 0.3\n") +
+                           test::guide("guide", "ground", "plate", {0.0, 1.0}) +
+                           test::plane("c", "plate", "ball", 0.1, "s", "axis = [1.0, 0.0]\n") +
+                           "[curves.v]\nshape = \"table\"\npoints = [[0, 0], [0.5, 1], [1.0, -6]]\n" +
+                           test::drive("lift", "guide", "velocity = \"v\"\n");
   for (const auto& way : ways) {
     const auto o = run(text, 0.9, way);
     // Penalty: K δ^1.5 = m (g + a) with K = 4/3 E/(1 − ν²) √R gives δ = 7e-6 m; on release the ball
@@ -283,14 +252,8 @@ dwell = 1.0
 return = 2.0
 rest = 1.283185307179586
 repeat = true
-[drives.turn]
-joint = "main"
-speed = 10.0
-[drives.follower]
-joint = "guide"
-position = "lift"
-of = "main"
-)";
+)" + test::motor("turn", "main", 10.0) +
+                           "[drives.follower]\njoint = \"guide\"\nposition = \"lift\"\nof = \"main\"\n";
   for (const auto& way : ways) {
     const auto o = run(text, 1.0, way, [](double t, const auto&, const auto&, const Forces& now) {
       const double turn = std::fmod(10 * t, 2 * std::numbers::pi);

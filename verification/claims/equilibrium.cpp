@@ -6,6 +6,7 @@
 #include "dynamics/assembly/assembly.hpp"
 #include "formulations/make.hpp"
 #include "verification/references/pendulum.hpp"
+#include "verification/support/scene_text.hpp"
 #include "verification/support/support.hpp"
 
 namespace freeplay::verification::equilibrium_claims {
@@ -25,11 +26,11 @@ Rest rest(const std::string& text, Family family) { return rest(parse_scene(text
 namespace {
 
 std::string pendulum_scene(double angle) {
-  return fmt::format(
-      "gravity = [0, -9.81]\n[bodies.bar]\nmass = 2\ninertia = 0.03\nposition = [{}, {}]\nangle = {}\n"
-      "[joints.pivot]\ntype = \"revolute\"\nbetween = [\"ground\", \"bar\"]\nat = [[0, 0], [-0.3, 0]]\n"
-      "[run]\nduration = 1\nstart = \"equilibrium\"\n",
-      0.3 * std::cos(angle), 0.3 * std::sin(angle), angle);
+  return "gravity = [0, -9.81]\n" +
+         test::body("bar", 2, 0.03,
+                    fmt::format("position = [{}, {}]\nangle = {}\n", 0.3 * std::cos(angle),
+                                0.3 * std::sin(angle), angle)) +
+         test::pin("pivot", "ground", "bar", {}, {-0.3, 0}) + test::run_for(1, "start = \"equilibrium\"\n");
 }
 
 }  // namespace

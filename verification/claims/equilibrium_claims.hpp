@@ -2,17 +2,12 @@
 // scenes.
 #pragma once
 
-#include <cmath>
-#include <numbers>
-#include <string>
-#include <vector>
-
 #include "dynamics/assembly/modes.hpp"
 #include "dynamics/system.hpp"
-#include "mechanism/scene.hpp"
 #include "values/family.hpp"
 #include "verification/claims/claim.hpp"
 #include "verification/references/small_motions.hpp"
+#include "verification/support/runs.hpp"
 
 namespace freeplay::verification::equilibrium_claims {
 

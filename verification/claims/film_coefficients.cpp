@@ -1,19 +1,13 @@
 // Films in steady running: Sommerfeld number, attitude angle, power loss, stiffness, damping and
 // critical mass against closed forms and a published example; small whirl of a journal by every
 // scheme against the linear coefficients; film statistics of runs.
-#include <fmt/format.h>
-
-#include <algorithm>
-#include <cmath>
-#include <numbers>
-
-#include "facade/simulation.hpp"
 #include "formulations/contact/steady_film.hpp"
 #include "formulations/make.hpp"
 #include "simulation/film_statistics.hpp"
 #include "verification/claims/claim.hpp"
 #include "verification/claims/journal_scene.hpp"
 #include "verification/references/journal_coefficients.hpp"
+#include "verification/support/runs.hpp"
 
 namespace freeplay::verification {
 namespace {

@@ -1,15 +1,10 @@
 // Lubricated joints by every scheme: steady running, squeeze and whirl of a journal in its film
 // against closed forms, the limits of very thin and very thick oil, and a mechanism by both
 // formulations.
-#include <fmt/format.h>
-
-#include "facade/simulation.hpp"
-#include "mechanism/scene.hpp"
 #include "verification/claims/claim.hpp"
 #include "verification/claims/journal_scene.hpp"
 #include "verification/references/journal_bearing.hpp"
-#include "verification/support/support.hpp"
-#include "verification/support/ways.hpp"
+#include "verification/support/runs.hpp"
 
 namespace freeplay::verification {
 namespace {

@@ -1,16 +1,10 @@
 // Shared by the parts of the claim set "forces": scenes, ways to run them, and reasons of bounds.
 #pragma once
 
-#include <optional>
-#include <string>
-#include <vector>
-
-#include "facade/simulation.hpp"
-#include "mechanism/scene.hpp"
 #include "verification/claims/claim.hpp"
 #include "verification/claims/force_balance.hpp"
 #include "verification/references/slider_crank_forces.hpp"
-#include "verification/support/support.hpp"
+#include "verification/support/runs.hpp"
 
 namespace freeplay::verification::force_claims {
 

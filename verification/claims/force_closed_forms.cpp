@@ -1,13 +1,7 @@
 // Forces with closed forms: ideal slider-crank, rotor, weld, inclined guide.
-#include <algorithm>
-#include <array>
-#include <cmath>
-
-#include "facade/simulation.hpp"
-#include "mechanism/options.hpp"
 #include "verification/claims/force_claims.hpp"
 #include "verification/references/bearing_load.hpp"
-#include "verification/support/ways.hpp"
+#include "verification/support/runs.hpp"
 
 namespace freeplay::verification::force_claims {
 namespace {

@@ -1,15 +1,8 @@
 // Scenes of the claim set "forces" (forces.cpp), which verifies the forces that a run reports, and
 // functions that run these scenes. force_claims.hpp describes each of them.
-#include <fmt/format.h>
-
-#include <numbers>
-#include <stdexcept>
-
-#include "facade/simulation.hpp"
 #include "io/files/csv.hpp"
-#include "mechanism/options.hpp"
 #include "verification/claims/force_claims.hpp"
-#include "verification/support/ways.hpp"
+#include "verification/support/runs.hpp"
 
 namespace freeplay::verification::force_claims {
 

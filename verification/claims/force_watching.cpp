@@ -1,12 +1,7 @@
 // Observing forces changes no result, and undetermined reactions are listed.
-#include <algorithm>
-#include <cmath>
-#include <numbers>
-
-#include "facade/simulation.hpp"
-#include "mechanism/options.hpp"
 #include "verification/claims/force_claims.hpp"
 #include "verification/references/bearing_load.hpp"
+#include "verification/support/runs.hpp"
 
 namespace freeplay::verification::force_claims {
 namespace {

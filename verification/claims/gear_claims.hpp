@@ -2,17 +2,9 @@
 // sequence of impacts.
 #pragma once
 
-#include <array>
-#include <cmath>
-#include <string>
-#include <vector>
-
-#include "facade/simulation.hpp"
-#include "mechanism/scene.hpp"
 #include "verification/claims/claim.hpp"
 #include "verification/references/gears.hpp"
-#include "verification/support/support.hpp"
-#include "verification/support/ways.hpp"
+#include "verification/support/runs.hpp"
 
 namespace freeplay::verification::gear_claims {
 

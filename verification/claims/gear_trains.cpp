@@ -1,12 +1,8 @@
 // Gears with moving centres, and racks: transmission ratios, and the involute's relation of
 // distance and angles.
 #include "verification/claims/gear_claims.hpp"
-#include "verification/support/scene_text.hpp"
 
-#include <fmt/format.h>
-
-#include <cmath>
-#include <stdexcept>
+#include "verification/support/runs.hpp"
 
 namespace freeplay::verification::gear_claims {
 
@@ -30,10 +26,8 @@ module = 5e-3
 internal = true
 MORE[surfaces.steel]
 restitution = 0.2
-[drives.motor]
-joint = "sun_pin"
-speed = 30.0
-)" + test::run_for(3.0, "start = \"assembled\"\n");
+)" + test::motor("motor", "sun_pin", 30.0) +
+      test::run_for(3.0, "start = \"assembled\"\n");
   const auto with = [&](const std::string& more) {
     auto s = text;
     for (auto at = s.find("MORE"); at != s.npos; at = s.find("MORE")) s.replace(at, 4, more);
@@ -130,9 +124,7 @@ between = ["pinion", "bar"]
 pitch_radius = 0.05
 module = 5e-3
 )" + mesh +
-         R"([surfaces.steel]
-restitution = 0.6
-)" + more;
+         test::surface("steel", 0.6) + more;
 }
 
 }  // namespace

@@ -1,11 +1,8 @@
 // Gear pairs: rattle, and reactions along the line of action. Also the ways to run the scenes of
 // the whole set.
 #include "verification/claims/gear_claims.hpp"
-#include "verification/support/scene_text.hpp"
 
-#include <fmt/format.h>
-
-#include <cmath>
+#include "verification/support/runs.hpp"
 
 namespace freeplay::verification::gear_claims {
 
@@ -83,9 +80,7 @@ between = ["pinion", "wheel"]
 teeth = [20, 40]
 module = 5e-3
 )" + mesh +
-         R"([surfaces.steel]
-restitution = 0.6
-)" + more;
+         test::surface("steel", 0.6) + more;
 }
 
 }  // namespace

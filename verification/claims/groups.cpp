@@ -1,15 +1,7 @@
 // Groups of equal discs: a one-dimensional gas against its closed form, conserved sums of a gas,
 // contact forces in a column.
-#include <fmt/format.h>
-
-#include <algorithm>
-#include <array>
-#include <cmath>
-
-#include "facade/simulation.hpp"
-#include "mechanism/scene.hpp"
-#include "simulation/observer.hpp"
 #include "verification/claims/claim.hpp"
+#include "verification/support/runs.hpp"
 
 namespace freeplay::verification {
 namespace {

@@ -1,12 +1,10 @@
 // Invariants over long runs and over random mechanisms: energy, momentum, constraints, penetration.
 #include <random>
 
-#include "facade/simulation.hpp"
 #include "formulations/make.hpp"
-#include "mechanism/scene.hpp"
 #include "verification/claims/claim.hpp"
 #include "verification/references/hertz_impact.hpp"
-#include "verification/support/support.hpp"
+#include "verification/support/runs.hpp"
 
 namespace freeplay::verification {
 

@@ -1,20 +1,10 @@
 // Friction in ideal joints, bounded by the joint reactions: closed forms of pins and guides, an
 // impact, and a four-bar against independent Newton–Euler equations, by all formulations and
 // schemes.
-#include <fmt/format.h>
-
-#include <algorithm>
-#include <array>
-#include <cmath>
-#include <stdexcept>
-
-#include "facade/simulation.hpp"
-#include "mechanism/scene.hpp"
 #include "verification/claims/claim.hpp"
 #include "verification/references/four_bar_friction.hpp"
 #include "verification/references/joint_friction.hpp"
-#include "verification/support/support.hpp"
-#include "verification/support/ways.hpp"
+#include "verification/support/runs.hpp"
 
 namespace freeplay::verification {
 namespace {

@@ -1,14 +1,8 @@
 // A journal in a lubricated bearing, and the schemes that run it.
 #pragma once
 
-#include <fmt/format.h>
-
-#include <string>
-
-#include "mechanism/scene.hpp"
 #include "verification/references/journal_bearing.hpp"
-#include "verification/support/support.hpp"
-#include "verification/support/ways.hpp"
+#include "verification/support/runs.hpp"
 
 namespace freeplay::verification::journal_scene {
 
@@ -28,36 +22,17 @@ inline std::string name_of(const JournalBearing& b) {
 inline Scene journal(const JournalBearing& b, double mass, double inertia, double omega, double gravity,
                      double duration, Vec2 from = {0, 0}, Vec2 velocity = {0, 0}) {
   return parse_scene(
-      fmt::format(R"(
-gravity = [0, {}]
-[bodies.shaft]
-mass = {}
-inertia = {}
-angular_velocity = {}
-position = [{}, {}]
-velocity = [{}, {}]
-[lubricants.oil]
-viscosity = {}
-film = "{}"
-cavitation = "{}"
-[surfaces.steel]
-young = 2e11
-poisson = 0.3
-restitution = 0.5
-[joints.bearing]
-type = "revolute"
-between = ["ground", "shaft"]
-clearance = {}
-bearing_radius = {}
-bearing_length = {}
-surface = "steel"
-lubricant = "oil"
-[run]
-duration = {}
-)",
-                  -gravity, mass, inertia, omega, from.x(), from.y(), velocity.x(), velocity.y(), b.viscosity,
-                  b.is_short ? "short" : "long", b.cavitated ? "half-sommerfeld" : "none", b.clearance,
-                  b.radius, b.length, duration),
+      fmt::format("\ngravity = [0, {}]\n", -gravity) +
+          test::body("shaft", mass, inertia,
+                     fmt::format("angular_velocity = {}\nposition = [{}, {}]\nvelocity = [{}, {}]\n", omega,
+                                 from.x(), from.y(), velocity.x(), velocity.y())) +
+          fmt::format("[lubricants.oil]\nviscosity = {}\nfilm = \"{}\"\ncavitation = \"{}\"\n", b.viscosity,
+                      b.is_short ? "short" : "long", b.cavitated ? "half-sommerfeld" : "none") +
+          test::surface("steel", 0.5, "young = 2e11\npoisson = 0.3\n") +
+          test::pin("bearing", "ground", "shaft", {}, {},
+                    test::loose(b.clearance, b.radius, "steel") +
+                        fmt::format("bearing_length = {}\nlubricant = \"oil\"\n", b.length)) +
+          test::run_for(duration),
       "journal");
 }
 

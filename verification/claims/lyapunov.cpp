@@ -1,19 +1,11 @@
 // Lyapunov exponents against closed forms, an independent billiard, and the sum rule.
-#include <fmt/format.h>
-
-#include <algorithm>
-#include <cmath>
-#include <string>
-#include <vector>
-
 #include "facade/lyapunov.hpp"
 #include "facade/orbit.hpp"
-#include "mechanism/scene.hpp"
 #include "verification/claims/claim.hpp"
 #include "verification/claims/orbit_scenes.hpp"
 #include "verification/references/lyapunov.hpp"
 #include "verification/references/orbits.hpp"
-#include "verification/support/scene_text.hpp"
+#include "verification/support/runs.hpp"
 
 namespace freeplay::verification {
 namespace {
@@ -31,20 +23,17 @@ std::string scatterer(const std::vector<Place>& centres, long double radius, Pla
       static_cast<double>(at.x), static_cast<double>(at.y), static_cast<double>(velocity.x),
       static_cast<double>(velocity.y));
   for (std::size_t i = 0; i < centres.size(); ++i)
-    text += fmt::format(
-        "[contacts.disc{}]\ntype = \"discs\"\nbetween = [\"ground\", \"ball\"]\nat = [[{:.17g}, {:.17g}], [0, "
-        "0]]\nradii = [{:.17g}, {:.17g}]\nsurface = \"hard\"\n",
-        i + 1, static_cast<double>(centres[i].x), static_cast<double>(centres[i].y),
-        static_cast<double>(radius / 2), static_cast<double>(radius / 2));
+    text += test::discs(fmt::format("disc{}", i + 1), "ground", "ball", static_cast<double>(radius / 2),
+                        static_cast<double>(radius / 2), "hard",
+                        fmt::format("at = [[{:.17g}, {:.17g}], [0, 0]]\n", static_cast<double>(centres[i].x),
+                                    static_cast<double>(centres[i].y)));
   return text + "[surfaces.hard]\nrestitution = 1\n" + test::run_for(static_cast<double>(duration)) +
          scenes::event_driven;
 }
 
 std::string wall(const std::string& name, const char* at, const char* axis) {
-  return fmt::format(
-      "[contacts.{}]\ntype = \"plane\"\nbetween = [\"ground\", \"ball\"]\nat = [[{}], [0, 0]]\naxis = [{}]\n"
-      "surface = \"hard\"\n",
-      name, at, axis);
+  return test::plane(fmt::format("{}", name), "ground", "ball", 0, "hard",
+                     fmt::format("at = [[{}], [0, 0]]\naxis = [{}]\n", at, axis));
 }
 
 double exponent_of(const Lyapunov& found, std::size_t i) {

@@ -1,13 +1,10 @@
 // Published mechanisms.
-#include <fmt/format.h>
-
-#include "mechanism/scene.hpp"
 #include "verification/claims/claim.hpp"
 #include "verification/references/loose_guide.hpp"
 #include "verification/references/loose_guide_flight.hpp"
 #include "verification/references/seven_body.hpp"
 #include "verification/references/slider_crank.hpp"
-#include "verification/support/support.hpp"
+#include "verification/support/runs.hpp"
 
 namespace freeplay::verification {
 namespace {

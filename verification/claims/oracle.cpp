@@ -1,15 +1,12 @@
 // Both formulations against an independent derivation of the paper's slider-crank: two coordinates,
 // integrated in long double, no code shared with the solvers
 // (verification/references/slider_crank_oracle.hpp). Also impact laws against independent results.
-#include <fmt/format.h>
-
 #include "dynamics/assembly/assembly.hpp"
-#include "mechanism/scene.hpp"
 #include "verification/claims/claim.hpp"
 #include "verification/references/delivered_restitution.hpp"
 #include "verification/references/impact_tables.hpp"
 #include "verification/references/slider_crank_oracle.hpp"
-#include "verification/support/support.hpp"
+#include "verification/support/runs.hpp"
 
 namespace freeplay::verification {
 

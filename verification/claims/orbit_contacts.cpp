@@ -1,16 +1,9 @@
 // Periodic motions of penalty runs whose contacts are closed at the section.
-#include <fmt/format.h>
-
-#include <array>
-#include <cmath>
-#include <string>
-#include <vector>
-
 #include "facade/orbit.hpp"
-#include "mechanism/scene.hpp"
 #include "verification/claims/claim.hpp"
 #include "verification/claims/orbit_scenes.hpp"
 #include "verification/references/compliant_table.hpp"
+#include "verification/support/runs.hpp"
 
 namespace freeplay::verification {
 namespace {

@@ -1,15 +1,10 @@
 // Scenes whose periodic motions have closed forms (verification/references/orbits.hpp).
 #pragma once
 
-#include <fmt/format.h>
-
-#include <cmath>
-#include <string>
-
 #include "verification/references/orbits.hpp"
 #include "verification/references/published/woodpecker.hpp"
 #include "verification/references/two_mass_oscillator.hpp"
-#include "verification/support/scene_text.hpp"
+#include "verification/support/runs.hpp"
 
 namespace freeplay::verification {
 
@@ -35,25 +30,11 @@ inline std::string shaken_ball(const reference::ShakenBall& b, long double besid
                                 static_cast<double>(0.05L + b.height(after) * (1 + beside)),
                                 static_cast<double>(b.velocity(after) * (1 + beside)))) +
          test::guide("guide", "ground", "table", {0, 1}) + test::guide("rail", "ground", "ball", {0, 1}) +
-         fmt::format(R"([contacts.pair]
-type = "plane"
-between = ["table", "ball"]
-radius = 0.05
-surface = "hard"
-[surfaces.hard]
-restitution = {:.17g}
-[curves.shake]
-shape = "harmonic"
-amplitude = {:.17g}
-period = {:.17g}
-phase = {:.17g}
-[drives.shaker]
-joint = "guide"
-position = "shake"
-)",
-                     static_cast<double>(b.restitution), static_cast<double>(b.amplitude),
-                     static_cast<double>(b.period() / b.number), static_cast<double>(b.start)) +
-         test::run_for(duration) + event_driven;
+         test::plane("pair", "table", "ball", 0.05, "hard") +
+         test::surface("hard", static_cast<double>(b.restitution)) +
+         test::harmonic("shake", static_cast<double>(b.amplitude), static_cast<double>(b.period() / b.number),
+                        fmt::format("phase = {:.17g}\n", static_cast<double>(b.start))) +
+         test::drive("shaker", "guide", "position = \"shake\"\n") + test::run_for(duration) + event_driven;
 }
 
 /// The bodies rest on the table at the middle of its stroke.
@@ -75,24 +56,10 @@ inline std::string loaded_table(const reference::LoadedTable& b, long double amp
             test::spring("spring", "lower", "upper", {0, 0}, {0, 0}, k, length,
                          fmt::format("damping = {:.17g}\n", static_cast<double>(b.damping)));
   }
-  return text +
-         fmt::format(R"([contacts.pair]
-type = "plane"
-between = ["table", "lower"]
-radius = {:.17g}
-surface = "hard"
-[surfaces.hard]
-restitution = 0.5
-[curves.shake]
-shape = "harmonic"
-amplitude = {:.17g}
-period = {:.17g}
-phase = {:.17g}
-[drives.shaker]
-joint = "guide"
-position = "shake"
-)",
-                     radius, A, static_cast<double>(b.period()), start) +
+  return text + test::plane("pair", "table", "lower", radius, "hard") + test::surface("hard", 0.5) +
+         test::harmonic("shake", A, static_cast<double>(b.period()),
+                        fmt::format("phase = {:.17g}\n", start)) +
+         test::drive("shaker", "guide", "position = \"shake\"\n") +
          test::run_for(1, "start = \"assembled\"\n") + event_driven;
 }
 
@@ -111,25 +78,12 @@ inline std::string impact_oscillator(const reference::ImpactOscillator& o, long 
          test::guide("rail", "ground", "mass") +
          test::spring("spring", "ground", "mass", {-1, 0}, {0, 0}, static_cast<double>(o.stiffness), 1,
                       fmt::format("damping = {:.17g}\n", static_cast<double>(o.damping))) +
-         fmt::format(R"([contacts.stop]
-type = "travel-stop"
-joint = "rail"
-upper = {:.17g}
-surface = "hard"
-[surfaces.hard]
-restitution = {:.17g}
-[curves.force]
-shape = "harmonic"
-amplitude = {:.17g}
-period = {:.17g}
-[drives.shaker]
-joint = "rail"
-force = "force"
-against = "time"
-)",
-                     static_cast<double>(o.stop), static_cast<double>(o.restitution),
-                     static_cast<double>(o.force), static_cast<double>(cycle)) +
-         test::run_for(1) + event_driven;
+         test::stop("stop", "travel-stop", "rail",
+                    fmt::format("upper = {:.17g}\n", static_cast<double>(o.stop)), "hard") +
+         test::surface("hard", static_cast<double>(o.restitution)) +
+         test::harmonic("force", static_cast<double>(o.force), static_cast<double>(cycle)) +
+         test::drive("shaker", "rail", "force = \"force\"\nagainst = \"time\"\n") + test::run_for(1) +
+         event_driven;
 }
 
 /// The scene begins half a period after the impact.
@@ -149,26 +103,13 @@ inline std::string two_mass_oscillator(const reference::TwoMassOscillator& o) {
          test::guide("second_rail", "ground", "second", {1, 0}) +
          test::spring("spring", "ground", "first", {-10, 0}, {0, 0}, number(o.k1), 10, damped(o.d1)) +
          test::spring("coupling", "first", "second", {0, 0}, {0, 0}, number(o.k2), 10, damped(o.d2)) +
-         fmt::format(R"([contacts.stop]
-type = "travel-stop"
-joint = "rail"
-upper = 0
-surface = "hard"
-[surfaces.hard]
-restitution = {:.17g}
-[curves.force]
-shape = "harmonic"
-amplitude = {:.17g}
-period = {:.17g}
-phase = {:.17g}
-[drives.shaker]
-joint = "rail"
-force = "force"
-against = "time"
-)",
-                     number(o.restitution), number(o.force), number(o.period()),
-                     number(m.phase + o.frequency * o.period() / 2)) +
-         test::run_for(1) + event_driven;
+         "[contacts.stop]\ntype = \"travel-stop\"\njoint = \"rail\"\nupper = 0\n"
+         "surface = \"hard\"\n" +
+         test::surface("hard", number(o.restitution)) +
+         test::harmonic("force", number(o.force), number(o.period()),
+                        fmt::format("phase = {:.17g}\n", number(m.phase + o.frequency * o.period() / 2))) +
+         test::drive("shaker", "rail", "force = \"force\"\nagainst = \"time\"\n") + test::run_for(1) +
+         event_driven;
 }
 
 /// The woodpecker toy (cases/published/woodpecker) with its arms divided by `stretch`, inertias and stiffness by
@@ -179,14 +120,9 @@ inline std::string stretched_woodpecker(const reference::Woodpecker& toy) {
                rate = -7.4583 * number(toy.stretch);
   const double L = number(toy.l_M), G = number(toy.l_G);
   const auto edge = [&](const char* name, double height) {
-    return fmt::format(R"([contacts.{}]
-type = "plane"
-between = ["ground", "sleeve"]
-at = [[{:.17g}, 0], [{:.17g}, {:.17g}]]
-axis = [0, -1]
-surface = "edge"
-)",
-                       name, number(toy.r_O), number(toy.r_M), height);
+    return test::plane(fmt::format("{}", name), "ground", "sleeve", 0, "edge",
+                       fmt::format("at = [[{:.17g}, 0], [{:.17g}, {:.17g}]]\naxis = [0, -1]\n",
+                                   number(toy.r_O), number(toy.r_M), height));
   };
   return "gravity = [0, -9.81]\n" +
          test::body("sleeve", number(toy.sleeve), number(toy.J_M),
@@ -202,25 +138,12 @@ type = "slot"
 between = ["ground", "sleeve"]
 axis = [0, 1]
 )" + test::pin("hinge", "sleeve", "bird", {L, 0}, {-G, 0}) +
-         fmt::format(R"([loads.spring]
-type = "torsional-spring-damper"
-between = ["sleeve", "bird"]
-stiffness = {:.17g}
-[contacts.beak]
-type = "plane"
-between = ["ground", "bird"]
-at = [[{:.17g}, 0], [{:.17g}, {:.17g}]]
-axis = [0, -1]
-surface = "beak"
-[surfaces.beak]
-restitution = 0.5
-friction = 0.3
-[surfaces.edge]
-restitution = 0
-friction = 0.3
-)",
-                     number(toy.spring), number(toy.r_beak), -number(toy.l_S), number(toy.h_S)) +
-         edge("lower", -number(toy.h_M)) + edge("upper", number(toy.h_M)) + test::run_for(1) + event_driven;
+         test::torsion("spring", "sleeve", "bird", number(toy.spring)) +
+         test::plane("beak", "ground", "bird", 0, "beak",
+                     fmt::format("at = [[{:.17g}, 0], [{:.17g}, {:.17g}]]\naxis = [0, -1]\n",
+                                 number(toy.r_beak), -number(toy.l_S), number(toy.h_S))) +
+         test::surface("beak", 0.5, 0.3) + test::surface("edge", 0, 0.3) + edge("lower", -number(toy.h_M)) +
+         edge("upper", number(toy.h_M)) + test::run_for(1) + event_driven;
 }
 
 }  // namespace scenes

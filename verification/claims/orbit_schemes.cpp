@@ -1,19 +1,10 @@
 // Periodic motions of time stepping and of the automatic scheme, and a motion that is periodic up to a shift.
-#include <fmt/format.h>
-
-#include <algorithm>
-#include <array>
-#include <cmath>
-#include <string>
-#include <vector>
-
 #include "facade/orbit.hpp"
-#include "mechanism/scene.hpp"
 #include "verification/claims/claim.hpp"
 #include "verification/claims/orbit_scenes.hpp"
 #include "verification/references/orbits.hpp"
 #include "verification/references/published/woodpecker.hpp"
-#include "verification/support/support.hpp"
+#include "verification/support/runs.hpp"
 
 namespace freeplay::verification {
 namespace {

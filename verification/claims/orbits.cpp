@@ -1,17 +1,11 @@
 // Periodic motions and their multipliers against closed forms.
-#include <fmt/format.h>
-
-#include <array>
-#include <cmath>
 #include <complex>
-#include <numbers>
-#include <string>
 
 #include "facade/orbit.hpp"
-#include "mechanism/scene.hpp"
 #include "verification/claims/claim.hpp"
 #include "verification/claims/orbit_scenes.hpp"
 #include "verification/references/orbits.hpp"
+#include "verification/support/runs.hpp"
 
 namespace freeplay::verification {
 namespace {

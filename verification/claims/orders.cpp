@@ -1,12 +1,9 @@
 // Orders of convergence, each bounded from both sides.
-#include <numbers>
-
-#include "mechanism/scene.hpp"
 #include "verification/claims/claim.hpp"
 #include "verification/references/hertz_impact.hpp"
 #include "verification/references/pendulum.hpp"
 #include "verification/references/slider_crank_oracle.hpp"
-#include "verification/support/support.hpp"
+#include "verification/support/runs.hpp"
 
 namespace freeplay::verification {
 namespace {

@@ -1,15 +1,11 @@
 // Promises of runs and comparisons on their files: complete output rows, no false pairs of impacts,
 // and a correct report of matched restitution.
-#include <fmt/format.h>
-
 #include <nlohmann/json.hpp>
 
-#include "facade/simulation.hpp"
-#include "mechanism/scene.hpp"
 #include "simulation/trajectory.hpp"
 #include "study/comparison/compare.hpp"
 #include "verification/claims/claim.hpp"
-#include "verification/support/support.hpp"
+#include "verification/support/runs.hpp"
 
 namespace freeplay::verification {
 namespace {

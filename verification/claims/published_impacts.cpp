@@ -1,12 +1,6 @@
 // Published examples of impacts (cases/published): examples of Siconos, and the woodpecker toy of
 // Glocker. Each run is compared with a reference in minimal coordinates
 // (verification/references/published), and with the published numbers where they are given.
-#include <fmt/format.h>
-
-#include <string>
-#include <vector>
-
-#include "mechanism/scene.hpp"
 #include "verification/claims/claim.hpp"
 #include "verification/references/published/double_pendulum_at_wall.hpp"
 #include "verification/references/published/impacting_stick.hpp"
@@ -14,7 +8,7 @@
 #include "verification/references/published/pendulum_between_stops.hpp"
 #include "verification/references/published/rocking_block.hpp"
 #include "verification/references/published/woodpecker.hpp"
-#include "verification/support/support.hpp"
+#include "verification/support/runs.hpp"
 
 namespace freeplay::verification {
 namespace {

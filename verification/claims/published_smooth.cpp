@@ -1,16 +1,5 @@
 // Published mechanisms without contact: their positions and velocities by each scheme, compared
 // with independent references in minimal coordinates and with the published digits.
-#include <fmt/format.h>
-
-#include <algorithm>
-#include <cmath>
-#include <functional>
-#include <numbers>
-#include <string>
-#include <vector>
-
-#include "facade/simulation.hpp"
-#include "mechanism/scene.hpp"
 #include "verification/claims/claim.hpp"
 #include "verification/references/pendulum.hpp"
 #include "verification/references/published/car_axis.hpp"
@@ -18,8 +7,7 @@
 #include "verification/references/published/iftomm_andrews.hpp"
 #include "verification/references/published/iftomm_four_bars.hpp"
 #include "verification/references/published/planar_mechanics.hpp"
-#include "verification/support/support.hpp"
-#include "verification/support/ways.hpp"
+#include "verification/support/runs.hpp"
 
 namespace freeplay::verification {
 namespace {

@@ -5,16 +5,9 @@
 // times as large. The Poincaré section of every turn is therefore equal in units of the clearance
 // and of rω, also for a chaotic motion. With friction F in the guide this is true at equal F/(m r
 // ω²).
-#include <fmt/format.h>
-
-#include <cmath>
-#include <numbers>
-#include <stdexcept>
-
-#include "mechanism/scene.hpp"
 #include "study/runs/section_run.hpp"
 #include "verification/claims/claim.hpp"
-#include "verification/support/support.hpp"
+#include "verification/support/runs.hpp"
 
 namespace freeplay::verification {
 namespace {

@@ -1,16 +1,7 @@
 // Equilibria with closed contacts, and runs that start at equilibrium.
-#include <fmt/format.h>
-
-#include <algorithm>
-#include <optional>
-#include <stdexcept>
-#include <utility>
-
-#include "facade/simulation.hpp"
 #include "mechanism/mechanism.hpp"
 #include "verification/claims/equilibrium_claims.hpp"
-#include "verification/support/support.hpp"
-#include "verification/support/ways.hpp"
+#include "verification/support/runs.hpp"
 
 namespace freeplay::verification::equilibrium_claims {
 

@@ -1,17 +1,9 @@
 // Derivatives of both formulations against closed forms, their agreement, and published cases in which
 // differentiable simulators give wrong derivatives through impacts.
-#include <fmt/format.h>
-
-#include <cmath>
-#include <string>
-#include <vector>
-
 #include "facade/sensitivity.hpp"
-#include "mechanism/scene.hpp"
 #include "verification/claims/claim.hpp"
 #include "verification/references/sensitivity.hpp"
-#include "verification/support/scene_text.hpp"
-#include "verification/support/support.hpp"
+#include "verification/support/runs.hpp"
 
 namespace freeplay::verification {
 namespace {
@@ -49,15 +41,7 @@ std::string event_scheme(const char* more = "") {
 void dropped_ball(Findings& f) {
   const auto ball = [](double gravity, const char* start, double restitution, double duration) {
     return fmt::format("gravity = [0, {}]\n", gravity) + test::body("ball", 0.3, 3e-4, start) +
-           fmt::format(R"([contacts.table]
-type = "plane"
-between = ["ground", "ball"]
-radius = 0.05
-surface = "hard"
-[surfaces.hard]
-restitution = {}
-)",
-                       restitution) +
+           test::plane("table", "ground", "ball", 0.05, "hard") + test::surface("hard", restitution) +
            test::run_for(duration, "start = \"given\"\n") + event_scheme();
   };
   const auto text = [&](double duration) { return ball(-9.81, "position = [0, 0.55]\n", 0.5, duration); };
@@ -112,13 +96,7 @@ std::string pendulum_at_wall(const std::string& of_wall, const std::string& sche
                                 fmt::format("position = [{:.17g}, {:.17g}]\nangle = {:.17g}\n",
                                             0.25 * std::sin(lean), -0.25 * std::cos(lean), lean)),
                      test::pin("pivot", "ground", "bar", {0, 0}, {0, 0.25})) +
-         R"([contacts.wall]
-type = "angle-stop"
-joint = "pivot"
-lower = 0.0
-radius = 0.25
-surface = "hard"
-)" + of_wall +
+         test::stop("wall", "angle-stop", "pivot", "lower = 0.0\nradius = 0.25\n", "hard") + of_wall +
          "[surfaces.hard]\nrestitution = 0.6\n" + test::run_for(0.9, "start = \"given\"\n") + scheme;
 }
 
@@ -148,16 +126,8 @@ void pendulum_and_wall(Findings& f) {
 void oblique_drop(Findings& f) {
   const auto text = "gravity = [6, -8]\n" +
                     test::body("disc", 0.3, 0.3 * 0.4 * 0.0025, "position = [0, 0.55]\n") +
-                    R"([contacts.plane]
-type = "plane"
-between = ["ground", "disc"]
-radius = 0.05
-surface = "hard"
-[surfaces.hard]
-restitution = 0.8
-friction = 0.1
-)" + test::run_for(0.6, "start = \"given\"\n") +
-                    event_scheme();
+                    test::plane("plane", "ground", "disc", 0.05, "hard") + test::surface("hard", 0.8, 0.1) +
+                    test::run_for(0.6, "start = \"given\"\n") + event_scheme();
   const reference::ObliqueDrop d{0.5L, 6, 8, 0.8L, 0.1L, 0.6L};
   const Case c{
       f, "disc dropped onto an inclined plane",
@@ -173,27 +143,11 @@ friction = 0.1
 }
 
 void sliding_block(Findings& f) {
-  const auto text = R"(gravity = [-3, -9]
-[bodies.block]
-mass = 2
-inertia = 0.01
-position = [0, 0.05]
-velocity = [1.5, 0]
-[contacts.rear]
-type = "plane"
-between = ["ground", "block"]
-at = [[0, 0], [-0.1, -0.05]]
-surface = "wood"
-[contacts.front]
-type = "plane"
-between = ["ground", "block"]
-at = [[0, 0], [0.1, -0.05]]
-surface = "wood"
-[surfaces.wood]
-restitution = 0.3
-friction = 0.5
-)" + test::run_for(0.5, "start = \"given\"\n") +
-                    event_scheme();
+  const auto text =
+      "gravity = [-3, -9]\n" + test::body("block", 2, 0.01, "position = [0, 0.05]\nvelocity = [1.5, 0]\n") +
+      test::plane("rear", "ground", "block", 0, "wood", "at = [[0, 0], [-0.1, -0.05]]\n") +
+      test::plane("front", "ground", "block", 0, "wood", "at = [[0, 0], [0.1, -0.05]]\n") +
+      test::surface("wood", 0.3, 0.5) + test::run_for(0.5, "start = \"given\"\n") + event_scheme();
   const reference::SlidingBlock b{1.5L, 3, 9, 0.5L};
   const Case c{f, "block that slides up a slope and sticks",
                sensitivities(parse_scene(text, "block"), {.of = {"end.block.x"},
@@ -208,14 +162,10 @@ friction = 0.5
 
 std::string two_discs(double e, double mass2) {
   return test::body("one", 1, 0.004, "position = [-0.5, 0]\nvelocity = [1, 0]\n") +
-         test::body("two", mass2, 0.004, "position = [0, 0]\n") + R"([contacts.pair]
-type = "discs"
-between = ["one", "two"]
-radii = [0.1, 0.1]
-surface = "hard"
-[surfaces.hard]
-restitution = )" +
-         fmt::format("{}\n", e) + test::run_for(1, "start = \"given\"\n") + event_scheme();
+         test::body("two", mass2, 0.004, "position = [0, 0]\n") +
+         test::discs("pair", "one", "two", 0.1, 0.1, "hard") +
+         "[surfaces.hard]\nrestitution = " + fmt::format("{}\n", e) +
+         test::run_for(1, "start = \"given\"\n") + event_scheme();
 }
 
 void head_on(Findings& f) {
@@ -266,16 +216,8 @@ void speed_of_rig(Findings& f) {
 
 std::string ball_on_spring(double stiffness, double restitution) {
   return "gravity = [0, -9.81]\n" + test::body("ball", 0.3, 3e-4, "position = [0, 0.55]\n") +
-         fmt::format(R"([contacts.table]
-type = "plane"
-between = ["ground", "ball"]
-radius = 0.05
-stiffness = {}
-surface = "hard"
-[surfaces.hard]
-restitution = {}
-)",
-                     stiffness, restitution) +
+         test::plane("table", "ground", "ball", 0.05, "hard", fmt::format("stiffness = {}\n", stiffness)) +
+         test::surface("hard", restitution) +
          test::run_for(1, "start = \"given\"\n[penalty]\nintegrator = \"dopri5\"\ntolerance = 1e-13\n");
 }
 

@@ -1,34 +1,19 @@
 // Pins in slots, end stops and bump stops: free flight, impacts, and the reactions of joints to
 // impacts.
 #include "verification/claims/gear_claims.hpp"
-#include "verification/support/scene_text.hpp"
 
-#include <fmt/format.h>
-
-#include <cmath>
-#include <stdexcept>
+#include "verification/support/runs.hpp"
 
 namespace freeplay::verification::gear_claims {
 
 void slots(Findings& f) {
   const double r = 0.05, w = 20, phi = 0.7, c = 1e-4;
-  const std::string text = fmt::format(R"([bodies.crank]
-mass = 1.0
-inertia = 0.001
-angle = {0}
-angular_velocity = 20.0
-[bodies.yoke]
-mass = 2.0
-inertia = 0.004
-position = [{1}, 0.0]
-velocity = [{2}, 0.0]
-[joints.main]
-type = "revolute"
-between = ["ground", "crank"]
-[joints.guide]
-type = "translational"
-between = ["ground", "yoke"]
-[joints.pin]
+  const std::string text =
+      test::body("crank", 1.0, 0.001, fmt::format("angle = {}\nangular_velocity = 20.0\n", phi)) +
+      test::body("yoke", 2.0, 0.004,
+                 fmt::format("position = [{}, 0.0]\nvelocity = [{}, 0.0]\n", r * std::cos(phi),
+                             -r * w * std::sin(phi))) +
+      test::pin("main", "ground", "crank") + test::guide("guide", "ground", "yoke") + R"([joints.pin]
 type = "slot"
 between = ["yoke", "crank"]
 at = [[0.0, 0.0], [0.05, 0.0]]
@@ -37,14 +22,8 @@ CLEARANCE[surfaces.steel]
 young = 2e11
 poisson = 0.3
 restitution = 0.6
-[drives.motor]
-joint = "main"
-speed = 20.0
-[run]
-duration = 0.1
-start = "given"
-)",
-                                       phi, r * std::cos(phi), -r * w * std::sin(phi));
+)" + test::motor("motor", "main", 20.0) +
+      test::run_for(0.1, "start = \"given\"\n");
   const auto with = [&](const char* clearance) {
     auto s = text;
     return s.replace(s.find("CLEARANCE"), 9, clearance);
@@ -87,17 +66,10 @@ start = "given"
 }
 
 void stops(Findings& f) {
-  const std::string slide = test::body("block", 2.0, 0.01, "velocity = [1.5, 0.0]\n") +
-                            test::guide("guide", "ground", "block") + R"([contacts.end]
-type = "travel-stop"
-joint = "guide"
-lower = -0.1
-upper = 0.2
-stiffness = 1e11
-surface = "rubber"
-[surfaces.rubber]
-restitution = 0.7
-)" + test::run_for(1, "start = \"given\"\n");
+  const std::string slide =
+      test::body("block", 2.0, 0.01, "velocity = [1.5, 0.0]\n") + test::guide("guide", "ground", "block") +
+      test::stop("end", "travel-stop", "guide", "lower = -0.1\nupper = 0.2\nstiffness = 1e11\n", "rubber") +
+      test::surface("rubber", 0.7) + test::run_for(1, "start = \"given\"\n");
   const double e = 0.7;
   const auto exact = reference::bounces(0.2, 0.3, 1.5, e, 2.0, 4);
   for (const auto& way : ways) {
@@ -113,31 +85,14 @@ restitution = 0.7
   // of the pin.
   const double l = 0.1, Jc = 0.01, JO = Jc + l * l, w = 10, limit = 0.5, er = 0.6, T = 0.06;
   for (const double radius : {JO / l, 0.05}) {
-    const auto text = fmt::format(R"([bodies.rod]
-mass = 1.0
-inertia = 0.01
-position = [0.1, 0.0]
-velocity = [0.0, 1.0]
-angular_velocity = 10.0
-[joints.pin]
-type = "revolute"
-between = ["ground", "rod"]
-at = [[0.0, 0.0], [-0.1, 0.0]]
-[contacts.stop]
-type = "angle-stop"
-joint = "pin"
-upper = 0.5
-radius = {}
-direction = 0.5
-stiffness = 1e12
-surface = "steel"
-[surfaces.steel]
-restitution = 0.6
-[run]
-duration = 0.06
-start = "given"
-)",
-                                  radius);
+    const auto text =
+        test::body("rod", 1.0, 0.01,
+                   "position = [0.1, 0.0]\nvelocity = [0.0, 1.0]\nangular_velocity = 10.0\n") +
+        test::pin("pin", "ground", "rod", {}, {-0.1, 0.0}) +
+        test::stop("stop", "angle-stop", "pin",
+                   fmt::format("upper = 0.5\nradius = {}\ndirection = 0.5\nstiffness = 1e12\n", radius),
+                   "steel") +
+        test::surface("steel", 0.6) + test::run_for(0.06, "start = \"given\"\n");
     for (const auto& way : ways) {
       auto scene = scene_by(text, way);
       if (way.fixed()) scene.nonsmooth.step = 1e-5;
@@ -194,29 +149,23 @@ void bumps(Findings& f) {
   const double k = 2e4, m = 2.0, zeta = 0.3, w0 = std::sqrt(k / m), s = std::sqrt(1 - zeta * zeta), v = 1.5;
   const double lasts = std::atan2(2 * zeta * s, 2 * zeta * zeta - 1) / (s * w0),
                rebound = v * std::exp(-zeta * w0 * lasts);
-  const std::string text = fmt::format(R"([bodies.block]
-mass = 2.0
-inertia = 2.0
-velocity = [1.5, 0.0]
-angular_velocity = 1.5
-[loads.buffer]
+  const std::string text = test::body("block", 2.0, 2.0, "velocity = [1.5, 0.0]\nangular_velocity = 1.5\n") +
+                           fmt::format(R"([loads.buffer]
 type = "bump-stop"
 between = ["ground", "block"]
 upper = 0.02
 lower = -0.3
-stiffness = {0}
-damping = {1}
+stiffness = {}
+damping = {}
 [loads.catch]
 type = "torsional-bump-stop"
 between = ["ground", "block"]
 upper = 0.02
-stiffness = {0}
-damping = {1}
-[run]
-duration = 0.1
-start = "given"
+stiffness = {}
+damping = {}
 )",
-                                       k, 2 * zeta * w0 * m);
+                                       k, 2 * zeta * w0 * m, k, 2 * zeta * w0 * m) +
+                           test::run_for(0.1, "start = \"given\"\n");
   for (const auto& way : ways) {
     const auto run = test::finished(scene_by(text, way), way.family);
     const auto& end = run.final_state;

@@ -1,15 +1,8 @@
 // Nonlinear springs, one-way springs (cables) and bushings: by every scheme against closed forms.
-#include <fmt/format.h>
-
-#include <cmath>
-
-#include "io/scene/open_scene.hpp"
-#include "mechanism/scene.hpp"
-#include "verification/claims/claim.hpp"
 #include "verification/references/springs.hpp"
-#include "verification/support/scene_text.hpp"
-#include "verification/support/support.hpp"
-#include "verification/support/ways.hpp"
+#include "io/scene/open_scene.hpp"
+#include "verification/claims/claim.hpp"
+#include "verification/support/runs.hpp"
 
 namespace freeplay::verification {
 namespace {
@@ -37,21 +30,12 @@ constexpr const char* usual =
 
 /// One mass at (x, 0), velocity (v, 0), on a spring from the origin.
 std::string on_spring(double mass, double x, double v, double duration, const std::string& spring) {
-  return fmt::format(R"(
-[bodies.mass]
-mass = {}
-inertia = 1.0
-position = [{}, 0.0]
-velocity = [{}, 0.0]
-[loads.spring]
-type = "spring-damper"
-between = ["ground", "mass"]
-{}
-[run]
-duration = {}
-start = "given"
-)",
-                     mass, x, v, spring, duration);
+  return test::body("mass", mass, 1.0, fmt::format("position = [{}, 0.0]\nvelocity = [{}, 0.0]\n", x, v)) +
+         fmt::format(
+             "[loads.spring]\ntype = \"spring-damper\"\nbetween = [\"ground\", \"mass\"]\n"
+             "{}\n",
+             spring) +
+         test::run_for(duration, "start = \"given\"\n");
 }
 
 void nonlinear(Findings& f) {
@@ -59,21 +43,9 @@ void nonlinear(Findings& f) {
   const double A = 0.1, k = 200, c = 4e4, m = 0.5, t = 1.3;
   const Bounds bounds{1e-6, 1e-6, 1e-6, usual};
   const auto cubic = on_spring(m, 0.5 + A, 0, t, "stiffness = 200\nfree_length = 0.5\ncubic = 4e4");
-  const auto torsional = fmt::format(R"(
-[bodies.rotor]
-mass = 1.0
-inertia = {}
-angle = {}
-[loads.spring]
-type = "torsional-spring-damper"
-between = ["ground", "rotor"]
-stiffness = {}
-cubic = {}
-[run]
-duration = {}
-start = "given"
-)",
-                                     m, A, k, c, t);
+  const auto torsional = test::body("rotor", 1.0, m, fmt::format("angle = {}\n", A)) +
+                         test::torsion("spring", "ground", "rotor", k, fmt::format("cubic = {}\n", c)) +
+                         test::run_for(t, "start = \"given\"\n");
   for (const auto& way : ways) {
     f.within(claim_name("hardening spring (Duffing)", "extension after 1.3 s", way.name), "m",
              end_of(cubic, way).q[0] - 0.5, reference::duffing(m, k, c, A, t), bounds.of(way),
@@ -118,24 +90,11 @@ void kinked(Findings& f) {
   // A throw of 0.8 m under gravity that a cable ends just below its apex.
   const double u = 0.05, g = 9.81, up = std::sqrt(u * u + 2 * g * 0.8), rate = 1e4;
   const double T = 2 * (up - u) / g + reference::taut_in_throw(u, rate, g);
-  const auto thrown = fmt::format(R"(
-gravity = [0.0, -9.81]
-[bodies.mass]
-mass = 1.0
-inertia = 1.0
-position = [0.0, 0.2]
-velocity = [0.0, {:.17g}]
-[loads.cable]
-type = "spring-damper"
-between = ["ground", "mass"]
-stiffness = 1e8
-free_length = 1.0
-one_way = "pull"
-[run]
-duration = {:.17g}
-start = "given"
-)",
-                                  up, T);
+  const auto thrown =
+      "\ngravity = [0.0, -9.81]\n" +
+      test::body("mass", 1.0, 1.0, fmt::format("position = [0.0, 0.2]\nvelocity = [0.0, {:.17g}]\n", up)) +
+      test::spring("cable", "ground", "mass", {}, {}, 1e8, 1.0, "one_way = \"pull\"\n") +
+      test::run_for(T, "start = \"given\"\n");
   const Bounds bounds{
       1e-6, 1e-5, 0,
       "tolerance 1e-9 of a speed of 2 m/s, a hundred steps; an undetected cable causes an error of 1 m"};
@@ -153,19 +112,10 @@ start = "given"
   }
   const auto soft = on_spring(1, 0, 2, 5, "stiffness = 1e4\nfree_length = 1\none_way = \"pull\"");
   const auto torsional =
-      test::body("rotor", 1.0, 1.0, "angle = 0.0\nangular_velocity = 2.0\n") + R"([loads.upper]
-type = "torsional-spring-damper"
-between = ["ground", "rotor"]
-stiffness = 1e4
-free_angle = 1.0
-one_way = "pull"
-[loads.lower]
-type = "torsional-spring-damper"
-between = ["ground", "rotor"]
-stiffness = 1e4
-free_angle = -1.0
-one_way = "push"
-)" + test::run_for(5.0, "start = \"given\"\n");
+      test::body("rotor", 1.0, 1.0, "angle = 0.0\nangular_velocity = 2.0\n") +
+      test::torsion("upper", "ground", "rotor", 1e4, "free_angle = 1.0\none_way = \"pull\"\n") +
+      test::torsion("lower", "ground", "rotor", 1e4, "free_angle = -1.0\none_way = \"push\"\n") +
+      test::run_for(5.0, "start = \"given\"\n");
   for (const auto& way : ways) {
     const Bounds softer{
         1e-6, 1e-5, 5e-4,
@@ -181,13 +131,10 @@ one_way = "push"
 
 void bushings(Findings& f) {
   const double c = 0.8, s = 0.6, t = 1;  // of the axis
-  const auto text = fmt::format(R"(
-[bodies.block]
-mass = 2.0
-inertia = 0.1
-position = [{:.17g}, {:.17g}]
-angle = 0.3
-[loads.bushing]
+  const auto text = test::body("block", 2.0, 0.1,
+                               fmt::format("position = [{:.17g}, {:.17g}]\nangle = 0.3\n",
+                                           c * 0.02 - s * 0.01, s * 0.02 + c * 0.01)) +
+                    R"([loads.bushing]
 type = "bushing"
 between = ["ground", "block"]
 axis = [0.8, 0.6]
@@ -195,11 +142,7 @@ stiffness = [200.0, 1800.0]
 damping = [4.0, 0.0]
 torsional_stiffness = 14.4
 free_angle = 0.1
-[run]
-duration = 1.0
-start = "given"
-)",
-                                c * 0.02 - s * 0.01, s * 0.02 + c * 0.01);
+)" + test::run_for(1.0, "start = \"given\"\n");
   const double along = reference::damped(2, 200, 4, 0.02, t), across = 0.01 * std::cos(30 * t),
                angle = 0.1 + 0.2 * std::cos(12 * t);
   for (const auto& way : ways) {

@@ -1,20 +1,14 @@
 // Long chaotic runs: means of statistics over runs from perturbed starts, compared between both
 // formulations and between the schemes of the nonsmooth one by Welch's test. Runs with another
 // restitution are the control: the test must detect them.
-#include <fmt/format.h>
 #include <oneapi/tbb/parallel_for.h>
-
-#include <algorithm>
 #include <boost/math/distributions/students_t.hpp>
-#include <cmath>
 
 #include "dynamics/assembly/assembly.hpp"
 #include "dynamics/system.hpp"
-#include "facade/simulation.hpp"
-#include "mechanism/scene.hpp"
 #include "simulation/statistics.hpp"
 #include "verification/claims/claim.hpp"
-#include "verification/support/support.hpp"
+#include "verification/support/runs.hpp"
 
 namespace freeplay::verification {
 namespace {

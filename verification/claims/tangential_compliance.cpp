@@ -1,17 +1,12 @@
 // Tangential compliance of contacts: the force law "mindlin" of the penalty formulation and the
 // impact law "compliant" of the event-driven scheme, on oblique impacts of a sphere.
-#include <fmt/format.h>
-
-#include <cmath>
-
 #include "dynamics/system.hpp"
 #include "formulations/contact/contact_law.hpp"
-#include "mechanism/scene.hpp"
 #include "verification/claims/claim.hpp"
 #include "verification/references/compliant_impact.hpp"
 #include "verification/references/hertz_mindlin_impact.hpp"
 #include "verification/references/maw_barber_fawcett.hpp"
-#include "verification/support/support.hpp"
+#include "verification/support/runs.hpp"
 
 namespace freeplay::verification {
 namespace {

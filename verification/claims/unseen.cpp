@@ -1,15 +1,11 @@
 // Detection of events shorter than an integration step: pegs in free flight, pulses of a table,
 // simultaneous contacts, and friction too steep for an explicit step.
-#include <fmt/format.h>
-
 #include <random>
 
 #include "io/scene/open_scene.hpp"
-#include "mechanism/scene.hpp"
 #include "verification/claims/claim.hpp"
 #include "verification/references/throw_at_peg.hpp"
-#include "verification/support/scene_text.hpp"
-#include "verification/support/support.hpp"
+#include "verification/support/runs.hpp"
 
 namespace freeplay::verification {
 namespace {
@@ -86,24 +82,14 @@ Throws throws(int count) {
 }
 
 Scene rotor(const char* against) {
-  return parse_scene(fmt::format(R"(
-[bodies.rotor]
-mass = 1
-inertia = 0.5
-angular_velocity = 10
-[joints.pin]
-type = "revolute"
-between = ["ground", "rotor"]
-[drives.motor]
-joint = "pin"
-against = "{}"
-torque_table = [[1.0, 0.0], [1.001, 1000.0], [1.002, 0.0]]
-[run]
-duration = 10
-start = "given"
-)",
-                                 against),
-                     "rotor");
+  return parse_scene(
+      test::body("rotor", 1, 0.5, "angular_velocity = 10\n") + test::pin("pin", "ground", "rotor") +
+          test::drive(
+              "motor", "pin",
+              fmt::format("against = \"{}\"\ntorque_table = [[1.0, 0.0], [1.001, 1000.0], [1.002, 0.0]]\n",
+                          against)) +
+          test::run_for(10, "start = \"given\"\n"),
+      "rotor");
 }
 
 /// Greatest error of the final speed over the integrators, relative.
@@ -183,17 +169,9 @@ void at_once(Findings& f) {
 /// 1 mm/s.
 void steep(Findings& f) {
   auto scene = parse_scene(test::body("ball", 0.12, 2e-6, "position = [0, 0.1]\nvelocity = [100, -250]\n") +
-                               R"([surfaces.s]
-young = 5e8
-poisson = 0.3
-restitution = 0.5
-friction = 1
-[contacts.floor]
-type = "plane"
-between = ["ground", "ball"]
-radius = 0.006
-surface = "s"
-)" + test::run_for(2e-3, "start = \"given\"\n") +
+                               test::surface("s", 0.5, "young = 5e8\npoisson = 0.3\nfriction = 1\n") +
+                               test::plane("floor", "ground", "ball", 0.006) +
+                               test::run_for(2e-3, "start = \"given\"\n") +
                                R"([penalty]
 contact = "exact"
 )",

@@ -1,12 +1,5 @@
 // Recommended settings (freeplay advise) on scenes that they were not derived from, against the
 // oracle, a closed form and a table of another program; and the option --accuracy.
-#include <catch2/catch.hpp>
-
-#include <algorithm>
-#include <cmath>
-
-#include "facade/simulation.hpp"
-#include "mechanism/scene.hpp"
 #include "simulation/touches.hpp"
 #include "study/comparison/advice.hpp"
 #include "study/comparison/tradeoff.hpp"
@@ -14,7 +7,7 @@
 #include "verification/references/delivered_restitution.hpp"
 #include "verification/references/loose_guide.hpp"
 #include "verification/references/slider_crank_oracle.hpp"
-#include "verification/support/support.hpp"
+#include "verification/support/rig.hpp"
 
 using namespace freeplay;
 

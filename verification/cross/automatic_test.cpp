@@ -1,19 +1,10 @@
 // The default scheme: event-driven integration with a hand-over to time stepping and back where
 // impacts accumulate. It has no cost where no hand-over is needed, finishes runs that event-driven
 // integration cannot finish, and returns where time stepping costs more.
-#include <fmt/format.h>
-#include <catch2/catch.hpp>
-
-#include <map>
-
-#include "facade/simulation.hpp"
 #include "io/scene/write_scene.hpp"
-#include "mechanism/error.hpp"
-#include "mechanism/scene.hpp"
 #include "values/memory.hpp"
 #include "verification/support/handovers.hpp"
-#include "verification/support/support.hpp"
-#include "verification/support/ways.hpp"
+#include "verification/support/rig.hpp"
 
 using namespace freeplay;
 using Catch::Matchers::Contains;

@@ -1,14 +1,9 @@
 // Gears with backlash on a moving arm. Both centres of the second pair move, so a trial step may
 // bring them within the base circles, where the gap of the flanks has no bound. Such a step is
 // repeated with a shorter length.
-#include <catch2/catch.hpp>
-
-#include <optional>
-
 #include "io/scene/open_scene.hpp"
-#include "mechanism/scene.hpp"
 #include "values/warning.hpp"
-#include "verification/support/support.hpp"
+#include "verification/support/rig.hpp"
 
 using namespace freeplay;
 

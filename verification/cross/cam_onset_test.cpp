@@ -1,19 +1,8 @@
 // First contacts of rollers and flat faces with waved cams, in every scheme, against brute force.
-#include <catch2/catch.hpp>
-
-#include <fmt/format.h>
-
-#include <algorithm>
-#include <cmath>
-#include <random>
-#include <string>
-
+#include "verification/references/cam_onset.hpp"
 #include "dynamics/system.hpp"
 #include "io/scene/open_scene.hpp"
-#include "mechanism/scene.hpp"
-#include "verification/references/cam_onset.hpp"
-#include "verification/support/support.hpp"
-#include "verification/support/ways.hpp"
+#include "verification/support/rig.hpp"
 
 using namespace freeplay;
 
@@ -86,47 +75,33 @@ struct Flight {
       table +=
           fmt::format("[{:.17g}, {:.17g}],\n", 2 * M_PI * static_cast<double>(i) / static_cast<double>(n),
                       size * motion.lift.y[i]);
-    std::string text = fmt::format(
-        R"(
-gravity = [{:.17g}, {:.17g}]
-[bodies.follower]
-mass = {:.17g}
-inertia = {:.17g}
-position = [{:.17g}, {:.17g}]
-velocity = [{:.17g}, {:.17g}]
-angular_velocity = {:.17g}
-[surfaces.steel]
-young = 2e11
-poisson = 0.3
-restitution = 0.5
-[contacts.lobe]
+    std::string text =
+        fmt::format("\ngravity = [{:.17g}, {:.17g}]\n", size * motion.ax, size * motion.ay) +
+        test::body(
+            "follower", mass(), mass() * size * size,
+            fmt::format("position = [{:.17g}, {:.17g}]\nvelocity = [{:.17g}, {:.17g}]\n"
+                        "angular_velocity = {:.17g}\n",
+                        size * motion.x, size * motion.y, size * motion.vx, size * motion.vy, motion.spin)) +
+        test::surface("steel", 0.5, "young = 2e11\npoisson = 0.3\n") +
+        fmt::format(
+            R"([contacts.lobe]
 type = "cam"
 between = ["{}", "follower"]
 surface = "steel"
 base_radius = {:.17g}
 lift_table = [{}]
 {}
-[run]
-duration = {:.17g}
-start = "given"
 )",
-        size * motion.ax, size * motion.ay, mass(), mass() * size * size, size * motion.x, size * motion.y,
-        size * motion.vx, size * motion.vy, motion.spin, fixed ? "ground" : "cam",
-        size * (motion.base - radius), table,
-        motion.flat ? fmt::format("axis = [{:.17g}, {:.17g}]", std::cos(motion.face), std::sin(motion.face))
-                    : fmt::format("follower = \"roller\"\nroller_radius = {:.17g}", size * radius),
-        end);
+            fixed ? "ground" : "cam", size * (motion.base - radius), table,
+            motion.flat
+                ? fmt::format("axis = [{:.17g}, {:.17g}]", std::cos(motion.face), std::sin(motion.face))
+                : fmt::format("follower = \"roller\"\nroller_radius = {:.17g}", size * radius)) +
+        test::run_for(end, "start = \"given\"\n");
     if (!fixed)
-      text += fmt::format(R"([bodies.cam]
-mass = {:.17g}
-inertia = {:.17g}
-angle = {:.17g}
-angular_velocity = {:.17g}
-[joints.pin]
-type = "revolute"
-between = ["ground", "cam"]
-)",
-                          mass(), mass() * size * size, motion.angle, motion.turn);
+      text += test::body(
+                  "cam", mass(), mass() * size * size,
+                  fmt::format("angle = {:.17g}\nangular_velocity = {:.17g}\n", motion.angle, motion.turn)) +
+              test::pin("pin", "ground", "cam");
     if (driven) text += fmt::format("[drives.motor]\njoint = \"pin\"\nspeed = {:.17g}\n", motion.turn);
     return text;
   }

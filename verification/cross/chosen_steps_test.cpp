@@ -1,13 +1,9 @@
 // Moreau–Jean with adaptive steps (step = "automatic", chosen by an error estimate): the order
 // where constraint rows rotate, reversal of sliding on a slope, loose tolerances, and impacts
 // without restitution. The claims of "chosen" contain further cases.
-#include <catch2/catch.hpp>
-
-#include "mechanism/scene.hpp"
 #include "verification/references/block_on_slope.hpp"
 #include "verification/references/pendulum.hpp"
-#include "verification/support/support.hpp"
-#include "verification/support/ways.hpp"
+#include "verification/support/rig.hpp"
 
 using namespace freeplay;
 

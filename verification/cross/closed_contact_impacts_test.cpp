@@ -1,16 +1,7 @@
 // Contact forces of the penalty formulation during lasting contact: impacts on a lasting contact,
 // greatest penetration, a start under load.
-#include <fmt/format.h>
-#include <catch2/catch.hpp>
-
-#include <algorithm>
-#include <cmath>
-
-#include "facade/simulation.hpp"
 #include "formulations/contact/contact_law.hpp"
-#include "mechanism/scene.hpp"
-#include "verification/support/support.hpp"
-#include "verification/support/ways.hpp"
+#include "verification/support/rig.hpp"
 
 using namespace freeplay;
 using Catch::Matchers::Contains;
@@ -29,33 +20,12 @@ Scene lever(const std::vector<double>& areas, const std::vector<std::string>& se
       table += fmt::format(", [{}, {}]", at, torque);
     t += 0.04;
   }
-  return parse_scene(fmt::format(R"(
-[bodies.lever]
-mass = 1.0
-inertia = 0.1
-[joints.pin]
-type = "revolute"
-between = ["ground", "lever"]
-[contacts.stop]
-type = "plane"
-between = ["ground", "lever"]
-at = [[0.0, -0.02], [0.5, 0.0]]
-axis = [1.0, 0.0]
-radius = 0.02
-surface = "steel"
-[surfaces.steel]
-young = 2.07e11
-poisson = 0.3
-restitution = 0.9
-[drives.hammer]
-joint = "pin"
-torque_table = [{}]
-[run]
-duration = {}
-[penalty]
-tolerance = 1e-10
-)",
-                                 table, areas.empty() ? 1e-3 : t - 0.038),
+  return parse_scene(test::body("lever", 1.0, 0.1) + test::pin("pin", "ground", "lever") +
+                         test::plane("stop", "ground", "lever", 0.02, "steel",
+                                     "at = [[0.0, -0.02], [0.5, 0.0]]\naxis = [1.0, 0.0]\n") +
+                         test::surface("steel", 0.9, "young = 2.07e11\npoisson = 0.3\n") +
+                         fmt::format("[drives.hammer]\njoint = \"pin\"\ntorque_table = [{}]\n", table) +
+                         test::run_for(areas.empty() ? 1e-3 : t - 0.038) + "[penalty]\ntolerance = 1e-10\n",
                      "lever.toml", sets);
 }
 

@@ -1,17 +1,12 @@
 // The error estimate of the first contacts of a time-stepping run, against closed forms and the
 // event-driven scheme.
-#include <catch2/catch.hpp>
-
 #include <atomic>
-#include <cmath>
 
 #include "facade/companion.hpp"
 #include "facade/run_folder.hpp"
-#include "io/files/output_file.hpp"
-#include "mechanism/scene.hpp"
 #include "simulation/touches.hpp"
 #include "verification/references/bouncing_ball.hpp"
-#include "verification/support/support.hpp"
+#include "verification/support/rig.hpp"
 
 using namespace freeplay;
 using Catch::Matchers::Contains;

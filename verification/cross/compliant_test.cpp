@@ -1,14 +1,8 @@
 // Springs with kinks, bushings and cams in complete runs: snapshots, the energy ledger, implicit
 // and fixed steps, small and fast scenes.
-#include <catch2/catch.hpp>
-
-#include <cmath>
-
 #include "io/scene/open_scene.hpp"
 #include "verification/cross/snapshot_check.hpp"
-#include "verification/support/scene_text.hpp"
-#include "verification/support/texts.hpp"
-#include "verification/support/ways.hpp"
+#include "verification/support/rig.hpp"
 
 using namespace freeplay;
 using namespace freeplay::snapshots;
@@ -19,15 +13,10 @@ namespace {
 const std::string hung =
     "gravity = [0.0, -9.81]\n" +
     test::body("mass", 1.0, 0.1, "position = [0.3, -0.2]\nvelocity = [0.5, 2.0]\nangular_velocity = 4.0\n") +
-    test::body("rider", 0.4, 0.01, "position = [0.5, -0.2]\nvelocity = [0.5, 2.0]\n") + R"([loads.cable]
-type = "spring-damper"
-between = ["ground", "mass"]
-at = [[0.0, 0.0], [0.05, 0.0]]
-stiffness = 1e5
-damping = 20.0
-free_length = 0.5
-one_way = "pull"
-[loads.buffer]
+    test::body("rider", 0.4, 0.01, "position = [0.5, -0.2]\nvelocity = [0.5, 2.0]\n") +
+    test::spring("cable", "ground", "mass", {}, {0.05, 0.0}, 1e5, 0.5,
+                 "damping = 20.0\none_way = \"pull\"\n") +
+    R"([loads.buffer]
 type = "spring-damper"
 between = ["ground", "mass"]
 at = [[0.0, -0.8], [0.0, 0.0]]
@@ -45,21 +34,13 @@ at = [[0.1, 0.0], [-0.1, 0.0]]
 radial_table = [[0, 0], [1e-3, 5], [3e-3, 40]]
 damping = [2.0, 2.0]
 torsional_stiffness = 20.0
-[run]
-duration = 0.8
-discard = 0.1
-start = "given"
-output_step = 1e-2
-)";
+)" + test::run_for(0.8, "discard = 0.1\nstart = \"given\"\noutput_step = 1e-2\n");
 const std::string cam =
     "gravity = [0.0, -9.81]\n" + test::body("cam", 1.0, 1e-3, "angular_velocity = 60.0\n") +
-    test::body("lever", 0.3, 2e-3, "position = [0.05, 0.0345]\n") + R"([surfaces.steel]
-young = 2e11
-poisson = 0.3
-restitution = 0.4
-friction = 0.1
-)" + test::pin("pin", "ground", "cam") +
-    test::pin("rocker", "ground", "lever", {0.1, 0.0345}, {0.05, 0.0}) + R"([contacts.lobe]
+    test::body("lever", 0.3, 2e-3, "position = [0.05, 0.0345]\n") +
+    test::surface("steel", 0.4, "young = 2e11\npoisson = 0.3\nfriction = 0.1\n") +
+    test::pin("pin", "ground", "cam") + test::pin("rocker", "ground", "lever", {0.1, 0.0345}, {0.05, 0.0}) +
+    R"([contacts.lobe]
 type = "cam"
 between = ["cam", "lever"]
 at = [[0.0, 0.0], [-0.05, 0.0]]
@@ -72,17 +53,8 @@ rise = 1.8
 dwell = 0.3
 return = 1.9
 surface = "steel"
-[loads.spring]
-type = "torsional-spring-damper"
-between = ["ground", "lever"]
-stiffness = 2.0
-free_angle = 0.3
-[run]
-duration = 0.15
-discard = 0.02
-start = "given"
-output_step = 1e-3
-)";
+)" + test::torsion("spring", "ground", "lever", 2.0, "free_angle = 0.3\n") +
+    test::run_for(0.15, "discard = 0.02\nstart = \"given\"\noutput_step = 1e-3\n");
 
 Result run(const std::string& scene, const std::vector<std::string>& set, Family family) {
   const auto result = test::finished(parse_scene(scene, "scene", set), family);
@@ -159,43 +131,25 @@ TEST_CASE("a lever on an eccentric cam has the angle of the tangent to its circl
 
 TEST_CASE("a follower at rest on a dwell stays at rest, on cams of any size", "[compliant]") {
   for (const double size : {1e-4, 1.0, 1e3}) {
-    const auto scene = fmt::format(R"(
-gravity = [0.0, -{0}]
-[bodies.cam]
-mass = 1.0
-inertia = 1.0
-[bodies.follower]
-mass = 1.0
-inertia = 1.0
-position = [0.0, {1}]
-[surfaces.steel]
-young = 2e11
-poisson = 0.3
-restitution = 0.4
-[joints.pin]
-type = "revolute"
-between = ["ground", "cam"]
-[joints.guide]
-type = "translational"
-between = ["ground", "follower"]
-at = [[0.0, {1}], [0.0, 0.0]]
-axis = [0.0, 1.0]
-[contacts.lobe]
+    const auto scene = fmt::format("\ngravity = [0.0, -{}]\n", size) + test::body("cam", 1.0, 1.0) +
+                       test::body("follower", 1.0, 1.0, fmt::format("position = [0.0, {}]\n", 1.3 * size)) +
+                       test::surface("steel", 0.4, "young = 2e11\npoisson = 0.3\n") +
+                       test::pin("pin", "ground", "cam") +
+                       test::guide("guide", "ground", "follower", {0.0, 1.0}, {0.0, 1.3 * size}, {}) +
+                       fmt::format(R"([contacts.lobe]
 type = "cam"
 between = ["cam", "follower"]
 follower = "roller"
-roller_radius = {2}
-base_radius = {0}
-lift = {3}
+roller_radius = {}
+base_radius = {}
+lift = {}
 start = 3.0
 rise = 1.2
 return = 1.2
 surface = "steel"
-[run]
-duration = 5.0
-start = "given"
 )",
-                                   size, 1.3 * size, 0.3 * size, 0.1 * size);
+                                   0.3 * size, size, 0.1 * size) +
+                       test::run_for(5.0, "start = \"given\"\n");
     for (const auto& set :
          {"nonsmooth.scheme=\"event-driven\"", "nonsmooth.scheme=\"automatic\"", "nonsmooth.step=1e-3"}) {
       CAPTURE(size, set);

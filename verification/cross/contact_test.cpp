@@ -1,16 +1,9 @@
 // Penalty contacts in a mechanism: prediction of a free impact with the effective mass, contacts
 // that begin at rest, grazing contacts, and a start inside the wall.
-#include <catch2/catch.hpp>
-
-#include <cmath>
-
-#include "facade/simulation.hpp"
 #include "formulations/contact/contact_law.hpp"
-#include "mechanism/scene.hpp"
 #include "verification/references/delivered_restitution.hpp"
 #include "verification/references/impact_tables.hpp"
-#include "verification/support/support.hpp"
-#include "verification/support/ways.hpp"
+#include "verification/support/rig.hpp"
 
 using namespace freeplay;
 

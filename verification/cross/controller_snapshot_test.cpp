@@ -1,6 +1,7 @@
 // A controlled axis with backlash continues from a snapshot at any step bit for bit, with the
 // integral and the lag of its controller.
 #include "verification/cross/snapshot_check.hpp"
+#include "verification/support/scene_text.hpp"
 
 using namespace freeplay;
 
@@ -10,32 +11,18 @@ namespace {
 std::string controlled_axis() {
   return test::body("motor", 1.0, 0.05) + test::body("table", 1.0, 0.05, "position = [0.1, 0.0]\n") +
          test::pin("shaft", "motor", "ground") + test::pin("axis", "ground", "table", {0.1, 0.0}) +
-         R"([joints.mesh]
-type = "gear"
-between = ["motor", "table"]
-pitch_radii = [0.05, 0.05]
-backlash = 1e-3
-mesh_stiffness = 1e5
-surface = "steel"
-[surfaces.steel]
-restitution = 0.4
-[drives.servo]
-joint = "shaft"
-measured = "axis"
+         test::gear("mesh", "motor", "table", {0.05, 0.05},
+                    "backlash = 1e-3\nmesh_stiffness = 1e5\nsurface = \"steel\"\n") +
+         test::surface("steel", 0.4) + test::drive("servo", "shaft", R"(measured = "axis"
 target_angle = 0.3
 proportional = 20
 derivative = 2
 integral = 40
 torque_limit = 3
 lag = 2e-3
-[run]
-duration = 0.4
-start = "given"
-[penalty]
-contact = "kelvin-voigt"
-kelvin_stiffness = 1e5
-kelvin_damping = 20
-)";
+)") + test::run_for(0.4, "start = \"given\"\n") +
+         "[penalty]\ncontact = \"kelvin-voigt\"\nkelvin_stiffness = 1e5\n"
+         "kelvin_damping = 20\n";
 }
 
 }  // namespace

@@ -1,21 +1,8 @@
 // Steps over curves of time, angle, position and speed. Every recorded row of a run is compared
 // with the closed form, since a step may jump over part of a curve and still agree with it at both
 // ends.
-#include <fmt/format.h>
-#include <catch2/catch.hpp>
-
-#include <cmath>
-#include <numbers>
-#include <string>
-
-#include "facade/simulation.hpp"
-#include "mechanism/scene.hpp"
 #include "verification/references/curve_shapes.hpp"
-#include "verification/support/motion_rows.hpp"
-#include "verification/support/scene_text.hpp"
-#include "verification/support/support.hpp"
-#include "verification/support/texts.hpp"
-#include "verification/support/ways.hpp"
+#include "verification/support/rig.hpp"
 
 using namespace freeplay;
 
@@ -42,24 +29,11 @@ bool doubtful(const Result& run) { return test::notes_of(run).find("warning: ") 
 
 /// A body on a guide along x or y, driven as `drive` says; speed 0: as the drive determines.
 std::string slider(double speed, const std::string& drive) {
-  return fmt::format(R"(
-[bodies.slider]
-mass = 2.0
-inertia = 0.01
-{}
-[joints.guide]
-type = "translational"
-between = ["ground", "slider"]
-axis = [1, 0]
-[drives.it]
-joint = "guide"
-{}
-[run]
-duration = 1.0
-discard = 0
-start = "assembled"
-)",
-                     speed != 0 ? fmt::format("velocity = [{:.17g}, 0.0]", speed) : "", drive);
+  return fmt::format("\n[bodies.slider]\nmass = 2.0\ninertia = 0.01\n{}\n",
+                     speed != 0 ? fmt::format("velocity = [{:.17g}, 0.0]", speed) : "") +
+         test::guide("guide", "ground", "slider") +
+         fmt::format("[drives.it]\njoint = \"guide\"\n{}\n", drive) +
+         test::run_for(1.0, "discard = 0\nstart = \"assembled\"\n");
 }
 
 /// A rotor (J, kg m²) at 10 rad/s at the start, and a follower (m, kg) prescribed over its angle;
@@ -70,14 +44,7 @@ std::string follower(double J, double m, const std::string& more, const std::str
          "[drives.cam]\njoint = \"guide\"\nposition = \"lift\"\nof = \"shaft\"\n" + more +
          "\n[curves.lift]\n" + curve + "\n";
 }
-constexpr const char* motor = R"(
-[drives.motor]
-joint = "shaft"
-speed = 10.0
-[run]
-duration = 0.6
-start = "assembled"
-)";
+const std::string motor = test::motor("motor", "shaft", 10.0) + test::run_for(0.6, "start = \"assembled\"\n");
 
 /// A barrier of 2 J about x = 0.5 m: an opposing force of 200 N at 0.49 m, and the opposite one
 /// behind it.
@@ -122,39 +89,16 @@ TEST_CASE("curves: a ball on a table shaken at 60 to 500 Hz, in every scheme and
     for (const auto& way : schemes) {
       CAPTURE(f, way.name);
       const double w = 2 * pi * f, A = 3 * 9.81 / (w * w);
-      const auto text = fmt::format(R"(
-gravity = [0, -9.81]
-[bodies.table]
-mass = 10.0
-inertia = 1.0
-[bodies.ball]
-mass = 0.1
-inertia = 4e-6
-position = [0, 0.0101]
-[joints.guide]
-type = "translational"
-between = ["ground", "table"]
-axis = [0, 1]
-[contacts.top]
-type = "plane"
-between = ["table", "ball"]
-radius = 0.01
-surface = "hard"
-[surfaces.hard]
-restitution = 0.9
-[drives.shaker]
-joint = "guide"
-position = "shake"
-[curves.shake]
-shape = "harmonic"
-amplitude = {:.17g}
-frequency = {:.17g}
-[run]
-duration = 0.1
-discard = 0
-start = "assembled"
-)",
-                                    A, f);
+      const auto text = "\ngravity = [0, -9.81]\n" + test::body("table", 10.0, 1.0) +
+                        test::body("ball", 0.1, 4e-6, "position = [0, 0.0101]\n") +
+                        test::guide("guide", "ground", "table", {0, 1}) +
+                        test::plane("top", "table", "ball", 0.01, "hard") + test::surface("hard", 0.9) +
+                        test::drive("shaker", "guide", "position = \"shake\"\n") +
+                        fmt::format(
+                            "[curves.shake]\nshape = \"harmonic\"\namplitude = {:.17g}\n"
+                            "frequency = {:.17g}\n",
+                            A, f) +
+                        test::run_for(0.1, "discard = 0\nstart = \"assembled\"\n");
       const auto rows = rows_of(way, text, 1e-5);
       CHECK(rows.run.work.handovers == 0);
       CHECK(rows.worst([&](const auto& r) { return r.q[1] - A * std::sin(w * r.t); }) < 1e-5 * A);
@@ -172,33 +116,21 @@ TEST_CASE("curves: a table with four discs keeps its sine through hand-overs to 
   constexpr double w = 2 * pi * 40, A = 0.9 * 9.81 / (w * w), R = 0.02;
   constexpr double places[][2] = {{-0.0205, 0.0202}, {0.0205, 0.0202}, {0.001, 0.057}, {0.0, 0.098}};
   std::string text = "gravity = [0, -9.81]\n" + test::body("table", 10.0, 1.0) +
-                     test::guide("guide", "ground", "table", {0, 1}) + R"([surfaces.s]
-restitution = 0.5
-friction = 0.8
-[drives.shaker]
-joint = "guide"
-position = "shake"
-)";
+                     test::guide("guide", "ground", "table", {0, 1}) + test::surface("s", 0.5, 0.8) +
+                     "[drives.shaker]\njoint = \"guide\"\nposition = \"shake\"\n";
   for (int i = 0; i < 4; ++i) {
-    text += fmt::format(
-        "[bodies.d{0}]\nmass = 0.1\ninertia = 2e-5\nposition = [{1}, {2}]\n[contacts.top{0}]\ntype = \"plane\"\n"
-        "between = [\"table\", \"d{0}\"]\nradius = {3}\nsurface = \"s\"\n",
-        i, places[i][0], places[i][1], R);
+    text += test::body(fmt::format("d{}", i), 0.1, 2e-5,
+                       fmt::format("position = [{}, {}]\n", places[i][0], places[i][1])) +
+            test::plane(fmt::format("top{}", i), "table", fmt::format("d{}", i), R);
     for (const int side : {-1, 1})
-      text += fmt::format(
-          "[contacts.{0}{1}]\ntype = \"plane\"\nbetween = [\"ground\", \"d{1}\"]\nat = [[{2}, 0.0], [0.0, 0.0]]\n"
-          "axis = [0, {3}]\nradius = {4}\nsurface = \"s\"\n",
-          side < 0 ? "left" : "right", i, 0.042 * side, side, R);
+      text +=
+          test::plane(fmt::format("{}{}", side < 0 ? "left" : "right", i), "ground", fmt::format("d{}", i), R,
+                      "s", fmt::format("at = [[{}, 0.0], [0.0, 0.0]]\naxis = [0, {}]\n", 0.042 * side, side));
     for (int j = 0; j < i; ++j)
-      text += fmt::format(
-          "[contacts.c{0}_{1}]\ntype = \"discs\"\nbetween = [\"d{0}\", \"d{1}\"]\nradii = [{2}, {2}]\n"
-          "surface = \"s\"\n",
-          j, i, R);
+      text += test::discs(fmt::format("c{}_{}", j, i), fmt::format("d{}", j), fmt::format("d{}", i), R, R);
   }
-  text += fmt::format(
-      "[curves.shake]\nshape = \"harmonic\"\namplitude = {:.17g}\nfrequency = 40\n[run]\nduration = 1.0\n"
-      "discard = 0\nstart = \"assembled\"\n",
-      A);
+  text += fmt::format("[curves.shake]\nshape = \"harmonic\"\namplitude = {:.17g}\nfrequency = 40\n", A) +
+          test::run_for(1.0, "discard = 0\nstart = \"assembled\"\n");
   const auto rows = rows_of(test::automatic, text, 1e-4);
   CHECK(rows.run.work.handovers > 0);
   CHECK(rows.run.work.stepped > 0);
@@ -367,45 +299,15 @@ TEST_CASE("curves: a slow drive beside a fast oscillator on a stop causes no han
   // (π + 2θ)/ω.
   constexpr double m = 0.1, k = 1.0106e5, v = 0.45, stop = 2e-4;
   const double w = std::sqrt(k / m), A = v / w, theta = std::asin(stop / A), round = (pi + 2 * theta) / w;
-  const auto rows = rows_of(test::automatic,
-                            fmt::format(R"(
-[bodies.arm]
-mass = 1.0
-inertia = 0.01
-[bodies.mass]
-mass = {}
-inertia = 1e-4
-velocity = [{}, 0]
-[joints.shaft]
-type = "revolute"
-between = ["ground", "arm"]
-[joints.guide]
-type = "translational"
-between = ["ground", "mass"]
-axis = [1, 0]
-[drives.motor]
-joint = "shaft"
-speed = 0.1
-[loads.spring]
-type = "spring-damper"
-between = ["ground", "mass"]
-at = [[-1.0, 0], [0, 0]]
-stiffness = {}
-free_length = 1.0
-[contacts.stop]
-type = "travel-stop"
-joint = "guide"
-upper = {}
-surface = "steel"
-[surfaces.steel]
-restitution = 1.0
-[run]
-duration = 1.0
-discard = 0
-start = "assembled"
-)",
-                                        m, v, k, stop),
-                            1e-4);
+  const auto rows = rows_of(
+      test::automatic,
+      test::body("arm", 1.0, 0.01) + test::body("mass", m, 1e-4, fmt::format("velocity = [{}, 0]\n", v)) +
+          test::pin("shaft", "ground", "arm") + test::guide("guide", "ground", "mass") +
+          test::motor("motor", "shaft", 0.1) +
+          test::spring("spring", "ground", "mass", {-1.0, 0}, {}, k, 1.0) +
+          test::stop("stop", "travel-stop", "guide", fmt::format("upper = {}\n", stop), "steel") +
+          test::surface("steel", 1.0) + test::run_for(1.0, "discard = 0\nstart = \"assembled\"\n"),
+      1e-4);
   CHECK(rows.run.work.handovers == 0);
   // 1e-10 at a scale of 1 m in each of at most 28,000 steps.
   CHECK(rows.worst([&](const auto& r) {
@@ -430,15 +332,10 @@ TEST_CASE("curves: a kink that lies ahead of a step only by rounding counts as p
   std::string points;
   for (const auto& [x, y] : push.points)
     points += fmt::format("{}[{:.17g}, {:.17g}]", points.empty() ? "" : ", ", x, y);
-  const auto scene = parse_scene(fmt::format(R"(
-[bodies.rotor]
-mass = 1.0
-inertia = {:.17g}
-angular_velocity = {:.17g}
-[joints.on]
-type = "revolute"
-between = ["ground", "rotor"]
-[curves.push]
+  const auto scene =
+      parse_scene(test::body("rotor", 1.0, J, fmt::format("angular_velocity = {:.17g}\n", start)) +
+                      test::pin("on", "ground", "rotor") +
+                      fmt::format(R"([curves.push]
 shape = "table"
 points = [{}]
 between = "spline"
@@ -448,14 +345,10 @@ type = "torque"
 body = "rotor"
 torque = 1.0
 factor = "push"
-[run]
-duration = {:.17g}
-start = "given"
-[nonsmooth]
-scheme = "moreau-jean"
 )",
-                                             J, start, points, until),
-                                 "kinks");
+                                  points) +
+                      test::run_for(until, "start = \"given\"\n") + "[nonsmooth]\nscheme = \"moreau-jean\"\n",
+                  "kinks");
   const auto run = test::finished(scene, Family::nonsmooth);
   // The midpoint rule on 1/32 of a piece, extrapolated: far below 1e-5 of the greatest torque over
   // a piece.

@@ -1,15 +1,8 @@
 // Redundant constraints on a determinate motion; the work of drives in adaptive time stepping; a
 // spring whose length passes through zero; kinks of tables over speed. Each case runs by every
 // method, against closed forms.
-#include <fmt/format.h>
-#include <catch2/catch.hpp>
-#include <cmath>
-
-#include "mechanism/scene.hpp"
 #include "values/warning.hpp"
-#include "verification/support/scene_text.hpp"
-#include "verification/support/support.hpp"
-#include "verification/support/ways.hpp"
+#include "verification/support/rig.hpp"
 
 using namespace freeplay;
 using Catch::Matchers::Contains;
@@ -31,10 +24,7 @@ std::string two_motors(double second, const std::string& more = "") {
   return "format = 2\n" + test::body("a", 1, 0.01) + test::body("b", 2, 0.04, "position = [0.3, 0]\n") +
          test::pin("pa", "ground", "a") + test::pin("pb", "ground", "b", {0.3, 0}) +
          "[joints.mesh]\ntype = \"gear\"\nbetween = [\"a\", \"b\"]\npitch_radii = [0.1, 0.2]\n" +
-         fmt::format(
-             "[drives.first]\njoint = \"pa\"\nspeed = 10\n[drives.second]\njoint = \"pb\"\nspeed = {}\n",
-             second) +
-         more + test::run_for(1);
+         test::motor("first", "pa", 10) + test::motor("second", "pb", second) + more + test::run_for(1);
 }
 
 const auto slider = "format = 2\n" + test::body("b", 2, 0.01) + test::guide("guide", "ground", "b");

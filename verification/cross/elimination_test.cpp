@@ -1,15 +1,8 @@
 // Absent elements cost nothing, and elimination of coordinates does not change the motion.
-#include <catch2/catch.hpp>
-
-#include <algorithm>
-#include <cmath>
-#include <vector>
-
 #include "dynamics/assembly/assembly.hpp"
 #include "dynamics/system.hpp"
-#include "mechanism/scene.hpp"
 #include "numerics/saddle_point.hpp"
-#include "verification/support/support.hpp"
+#include "verification/support/rig.hpp"
 
 using namespace freeplay;
 

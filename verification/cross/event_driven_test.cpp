@@ -1,13 +1,8 @@
 // The event-driven scheme on a slider with clearance in its guide, against an independent
 // event-driven program. The claims of "mechanisms" contain its free flight, those of "orders" the
 // order of time stepping across impacts.
-#include <fmt/format.h>
-#include <catch2/catch.hpp>
-
-#include "mechanism/scene.hpp"
 #include "verification/references/loose_guide.hpp"
-#include "verification/support/support.hpp"
-#include "verification/support/ways.hpp"
+#include "verification/support/rig.hpp"
 
 using namespace freeplay;
 

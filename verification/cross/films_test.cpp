@@ -1,14 +1,7 @@
 // Lubricant films in the nonsmooth schemes: extreme parameters, hand-overs to dry contact, several
 // joints. Closed forms are in verification/claims/films.cpp.
-#include <catch2/catch.hpp>
-
-#include <fmt/format.h>
-
-#include "facade/simulation.hpp"
-#include "mechanism/scene.hpp"
 #include "verification/cross/snapshot_check.hpp"
-#include "verification/support/support.hpp"
-#include "verification/support/ways.hpp"
+#include "verification/support/rig.hpp"
 
 using namespace freeplay;
 

@@ -1,16 +1,10 @@
 // Recorded forces, in addition to the claims of the set "forces": the force that an instrument
 // measures at a joint, and the independence of forces from their observation.
-#include <catch2/catch.hpp>
-
-#include <cmath>
-#include <filesystem>
 #include <variant>
 
 #include "dynamics/assembly/assembly.hpp"
-#include "facade/simulation.hpp"
-#include "mechanism/scene.hpp"
 #include "simulation/trajectory.hpp"
-#include "verification/support/support.hpp"
+#include "verification/support/rig.hpp"
 
 using namespace freeplay;
 

@@ -1,32 +1,16 @@
 // Discs declared as one group. Their motion equals that with every contact declared, for either
 // storage of pairs; no contact is missed; forces at rest are those of statics.
-#include <fmt/format.h>
-
-#include <algorithm>
-#include <catch2/catch.hpp>
-#include <cmath>
-#include <map>
-#include <random>
-#include <set>
-
 #include "dynamics/neighbours.hpp"
 #include "dynamics/system.hpp"
 #include "mechanism/group.hpp"
-#include "mechanism/scene.hpp"
 #include "verification/cross/snapshot_check.hpp"
-#include "verification/support/texts.hpp"
-#include "verification/support/ways.hpp"
+#include "verification/support/rig.hpp"
 
 using namespace freeplay;
 
 namespace {
 
-const char* const surface = R"([surfaces.s]
-young = 1e7
-poisson = 0.3
-restitution = 0.4
-friction = 0.3
-)";
+const std::string surface = test::surface("s", 0.4, "young = 1e7\npoisson = 0.3\nfriction = 0.3\n");
 
 /// 12 discs of 0.05 m with initial velocities in a box, three to a row.
 std::vector<Vec2> places() {
@@ -64,17 +48,14 @@ std::string declared(double duration = 0.3) {
                     i, 0.5 * 0.2 * 0.05 * 0.05, list[i].x(), list[i].y());
   for (std::size_t i = 0; i < list.size(); ++i)
     for (std::size_t j = i + 1; j < list.size(); ++j)
-      text += fmt::format(
-          "[contacts.c{0}_{1}]\ntype = \"discs\"\nbetween = [\"d{0}\", \"d{1}\"]\nradii = [0.05, 0.05]\n"
-          "surface = \"s\"\n",
-          i, j);
+      text +=
+          test::discs(fmt::format("c{}_{}", i, j), fmt::format("d{}", i), fmt::format("d{}", j), 0.05, 0.05);
   const std::array<std::array<double, 3>, 3> walls{{{0, 0, -1}, {0, 1, 0}, {0.36, 0, 1}}};
   for (std::size_t w = 0; w < walls.size(); ++w)
     for (std::size_t i = 0; i < list.size(); ++i)
-      text += fmt::format(
-          "[contacts.w{}_{}]\ntype = \"plane\"\nbetween = [\"ground\", \"d{}\"]\nat = [[{}, {}], [0, 0]]\n"
-          "axis = [{}, {}]\nradius = 0.05\nsurface = \"s\"\n",
-          w, i, i, walls[w][0], w == 0 ? 1 : 0, walls[w][1], walls[w][2]);
+      text += test::plane(fmt::format("w{}_{}", w, i), "ground", fmt::format("d{}", i), 0.05, "s",
+                          fmt::format("at = [[{}, {}], [0, 0]]\naxis = [{}, {}]\n", walls[w][0],
+                                      w == 0 ? 1 : 0, walls[w][1], walls[w][2]));
   return text + surface + run_keys(duration, 1e-3);
 }
 

@@ -1,16 +1,7 @@
 // Instruments record the same motion in both formulations and at any step size; their filters agree
 // with closed forms.
-#include <catch2/catch.hpp>
-
-#include <algorithm>
-#include <cmath>
-#include <numbers>
-
-#include "facade/simulation.hpp"
-#include "mechanism/scene.hpp"
 #include "simulation/instrument.hpp"
-#include "verification/support/scene_text.hpp"
-#include "verification/support/support.hpp"
+#include "verification/support/rig.hpp"
 
 using namespace freeplay;
 

@@ -1,21 +1,10 @@
 // Steps of the integrators against closed forms. A force or a prescribed position read from a curve
 // is neither stepped over nor missing in the energy balance, in any integrator.
-#include <fmt/format.h>
-#include <catch2/catch.hpp>
-
 #include <atomic>
-#include <cmath>
-#include <numbers>
 
-#include "facade/simulation.hpp"
 #include "formulations/integrators/adams.hpp"
 #include "formulations/integrators/methods.hpp"
-#include "mechanism/scene.hpp"
-#include "simulation/observer.hpp"
-#include "verification/support/scene_text.hpp"
-#include "verification/support/support.hpp"
-#include "verification/support/texts.hpp"
-#include "verification/support/ways.hpp"
+#include "verification/support/rig.hpp"
 
 using namespace freeplay;
 using Catch::Matchers::Contains;
@@ -28,18 +17,14 @@ const std::vector<std::string> adaptive{"dopri5", "bulirsch_stoer", "adams_bashf
 
 /// A slider of 2 kg on a guide along x, and the elements acting on it.
 Scene slider(const std::string& more, double speed, const std::vector<std::string>& sets) {
-  return parse_scene(fmt::format(R"(
-[bodies.slider]
-mass = 2.0
-inertia = 1.0
-velocity = [{}, 0]
-[joints.guide]
+  return parse_scene(test::body("slider", 2.0, 1.0, fmt::format("velocity = [{}, 0]\n", speed)) +
+                         fmt::format(R"([joints.guide]
 type = "translational"
 between = ["ground", "slider"]
 at = [[0, 0], [0, 0]]
 axis = [1, 0]
 {})",
-                                 speed, more),
+                                     more),
                      "slider.toml", sets);
 }
 
@@ -133,10 +118,9 @@ TEST_CASE("a motion that ends near rest is assessed by the energy that it exchan
   // F = A sin ωt on a mass at rest: v = A/(m ω) (1 − cos ωt), at rest again after each period.
   const double A = 10, m = 2, f = 20, w = 2 * pi * f;
   const auto driven = [&](const std::vector<std::string>& sets) {
-    return slider(fmt::format("[curves.push]\nshape = \"harmonic\"\namplitude = {}\nfrequency = {}\n"
-                              "[drives.push]\njoint = \"guide\"\nforce = \"push\"\n[run]\nduration = {}\n"
-                              "start = \"given\"\n",
-                              A, f, 10 / f),
+    return slider(fmt::format("[curves.push]\nshape = \"harmonic\"\namplitude = {}\nfrequency = {}\n", A, f) +
+                      test::drive("push", "guide", "force = \"push\"\n") +
+                      test::run_for(10 / f, "start = \"given\"\n"),
                   0, sets);
   };
   const auto assess = [&](const Result& run) {
@@ -162,10 +146,9 @@ TEST_CASE("a force that alternates at 3000 Hz is followed for a second", "[integ
   const double A = 10, m = 2, w = 2 * pi * 3000, size = A / (m * w);
   for (const auto* integrator : {"adams_bashforth_moulton", "rosenbrock4"}) {
     const auto run = test::finished(
-        slider(fmt::format("[curves.push]\nshape = \"harmonic\"\namplitude = {}\nfrequency = 3000\n"
-                           "[drives.push]\njoint = \"guide\"\nforce = \"push\"\n[run]\nduration = 1.0\n"
-                           "start = \"given\"\n",
-                           A),
+        slider(fmt::format("[curves.push]\nshape = \"harmonic\"\namplitude = {}\nfrequency = 3000\n", A) +
+                   test::drive("push", "guide", "force = \"push\"\n") +
+                   test::run_for(1.0, "start = \"given\"\n"),
                0, {fmt::format("penalty.integrator={}", integrator)}),
         Family::penalty);
     CAPTURE(integrator, notes_of(run), run.final_state.q[0] / size - 1, run.final_state.v[0] / size);
@@ -180,23 +163,20 @@ TEST_CASE("a force that alternates at 3000 Hz is followed for a second", "[integ
 TEST_CASE("a fixed step settles where large forces balance near rest", "[curves]") {
   // 125 N against a spring of 64 N/m with a damper of 2 N s/m: near rest only rounding remains, 500
   // times below the step of mass/damping that the message used to name.
-  const auto run = test::simulate(parse_scene("gravity = [0, -9.81]\n" + test::body("slider", 0.1059, 1.0) +
-                                                  test::guide("guide", "ground", "slider") + R"([curves.push]
-shape = "ramp"
-from = 28.99
-to = -124.8
-start = 0.3261
-rise = 0.2273
-[drives.push]
-joint = "guide"
-force = "push"
-)" + test::spring("spring", "ground", "slider", {-1, 0}, {0, 0}, 63.63, 1, "damping = 2.224\n") +
-                                                  test::run_for(4.0, "start = \"given\"\n") + R"([nonsmooth]
+  const auto run = test::simulate(
+      parse_scene(
+          "gravity = [0, -9.81]\n" + test::body("slider", 0.1059, 1.0) +
+              test::guide("guide", "ground", "slider") +
+              "[curves.push]\nshape = \"ramp\"\nfrom = 28.99\nto = -124.8\nstart = 0.3261\n"
+              "rise = 0.2273\n" +
+              test::drive("push", "guide", "force = \"push\"\n") +
+              test::spring("spring", "ground", "slider", {-1, 0}, {0, 0}, 63.63, 1, "damping = 2.224\n") +
+              test::run_for(4.0, "start = \"given\"\n") + R"([nonsmooth]
 scheme = "moreau-jean"
 step = 1e-4
 )",
-                                              "slider.toml"),
-                                  Family::nonsmooth);
+          "slider.toml"),
+      Family::nonsmooth);
   CAPTURE(run.ending.reason);
   CHECK(run.ending.status == Ending::Status::finished);
   CHECK(std::abs(run.final_state.v[0]) < 1e-6);

@@ -1,17 +1,7 @@
 // Narrow kinks of forces against speed and of limited controllers: no scheme may pass over them.
 // Every recorded row is compared with a closed form (references/kinked_forces.hpp).
-#include <fmt/format.h>
-#include <catch2/catch.hpp>
-
-#include <cmath>
-#include <random>
-#include <string>
-#include <vector>
-
 #include "verification/references/kinked_forces.hpp"
-#include "verification/support/motion_rows.hpp"
-#include "verification/support/scene_text.hpp"
-#include "verification/support/ways.hpp"
+#include "verification/support/rig.hpp"
 
 using namespace freeplay;
 
@@ -164,14 +154,13 @@ TEST_CASE("a speed follows and leaves a flank of its curve at any size of the me
           {0.07098486322150457, 0.07484523517265404},  {0.07101667401094172, 0.07484523517265404},
           {0.07105378659861838, -0.01679445185775615}, {2.366692287207438, -0.01679445185775615}};
       for (const auto& k : knots) points += fmt::format("[{:.17g}, {:.17g}], ", k[0] * size, k[1] * force);
-      const auto text = fmt::format(
-          "[bodies.it]\nmass = {:.17g}\ninertia = {:.17g}\nvelocity = [{:.17g}, 0]\n[joints.j]\n"
-          "type = \"translational\"\nbetween = [\"ground\", \"it\"]\n[drives.d]\njoint = \"j\"\nforce = \"c\"\n"
-          "against = \"speed\"\n[curves.c]\nshape = \"table\"\npoints = [{}]\n[loads.k]\ntype = \"spring-damper\"\n"
-          "between = [\"ground\", \"it\"]\nat = [[{:.17g}, 0], [0, 0]]\nfree_length = {:.17g}\nstiffness = {:.17g}\n"
-          "[run]\nduration = 1.3639652692102953\nstart = \"given\"\n",
-          0.18299571643338447 * mass, 0.1 * mass * size * size, 0.1688206472886759 * size, points, -5 * size,
-          5 * size, 1.4852204843047074 * mass);
+      const auto text =
+          test::body("it", 0.18299571643338447 * mass, 0.1 * mass * size * size,
+                     fmt::format("velocity = [{:.17g}, 0]\n", 0.1688206472886759 * size)) +
+          test::guide("j", "ground", "it") + test::drive("d", "j", "force = \"c\"\nagainst = \"speed\"\n") +
+          fmt::format("[curves.c]\nshape = \"table\"\npoints = [{}]\n", points) +
+          test::spring("k", "ground", "it", {-5 * size, 0}, {}, 1.4852204843047074 * mass, 5 * size) +
+          test::run_for(1.3639652692102953, "start = \"given\"\n");
       const auto run = test::finished(test::scene_by(way, text), way.family);
       // thousand steps of 1e-8 of the arm; time stepping as above
       CHECK(run.final_state.q[0] / size == Approx(x).margin(way.stepping() ? 1e-4 : 2e-6).epsilon(0));
@@ -184,12 +173,11 @@ TEST_CASE("a speed leaves an equilibrium that becomes unstable", "[cross][kinks]
   // goes on along a rising flank with a rate of growth of 1e5/s: a long implicit step damps that growth, and follows it.
   // Expected: a harmonic motion, v = 1 m/s, and again a harmonic motion.
   const std::string text =
-      "gravity = [0, 0]\n[bodies.it]\nmass = 1\ninertia = 1\nvelocity = [1.01, 0]\n[joints.j]\n"
-      "type = \"translational\"\nbetween = [\"ground\", \"it\"]\n[drives.d]\njoint = \"j\"\nforce = \"c\"\n"
-      "against = \"speed\"\n[curves.c]\nshape = \"table\"\n"
-      "points = [[-9, 0], [0.99995, 0], [1, 5], [1.00005, 0], [9, 0]]\n[loads.k]\ntype = \"spring-damper\"\n"
-      "between = [\"ground\", \"it\"]\nat = [[-20, 0], [0, 0]]\nfree_length = 20\nstiffness = 10\n"
-      "[run]\nduration = 0.8\nstart = \"given\"\n";
+      "gravity = [0, 0]\n" + test::body("it", 1, 1, "velocity = [1.01, 0]\n") +
+      test::guide("j", "ground", "it") + test::drive("d", "j", "force = \"c\"\nagainst = \"speed\"\n") +
+      "[curves.c]\nshape = \"table\"\n"
+      "points = [[-9, 0], [0.99995, 0], [1, 5], [1.00005, 0], [9, 0]]\n" +
+      test::spring("k", "ground", "it", {-20, 0}, {}, 10, 20) + test::run_for(0.8, "start = \"given\"\n");
   const double omega = std::sqrt(10.0), v0 = 1.01, reached = std::acos(1 / v0) / omega,
                left = reached + 0.5 - v0 / omega * std::sin(omega * reached), phase = omega * (0.8 - left);
   for (const auto& way : all_ways) {

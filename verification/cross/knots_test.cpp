@@ -1,15 +1,6 @@
 // Tables over time: the effect of a pulse is its area, however short the pulse, in every integrator
 // and scheme.
-#include <fmt/format.h>
-#include <catch2/catch.hpp>
-
-#include <cmath>
-#include <random>
-
-#include "facade/simulation.hpp"
-#include "mechanism/scene.hpp"
-#include "verification/support/support.hpp"
-#include "verification/support/ways.hpp"
+#include "verification/support/rig.hpp"
 
 using namespace freeplay;
 
@@ -22,20 +13,9 @@ Scene wheel(const Table& table, const std::vector<std::string>& sets) {
   std::string text;
   for (const auto& [t, torque] : table)
     text += fmt::format("{}[{}, {}]", text.empty() ? "" : ", ", t, torque);
-  return parse_scene(fmt::format(R"(
-[bodies.wheel]
-mass = 1.0
-inertia = 0.1
-[joints.axle]
-type = "revolute"
-between = ["ground", "wheel"]
-[drives.motor]
-joint = "axle"
-torque_table = [{}]
-[run]
-duration = 1.0
-)",
-                                 text),
+  return parse_scene(test::body("wheel", 1.0, 0.1) + test::pin("axle", "ground", "wheel") +
+                         fmt::format("[drives.motor]\njoint = \"axle\"\ntorque_table = [{}]\n", text) +
+                         test::run_for(1.0),
                      "wheel.toml", sets);
 }
 

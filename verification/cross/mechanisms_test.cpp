@@ -1,14 +1,8 @@
 // Both formulations and the event-driven scheme on nine mechanisms (four slider-cranks, a big end
 // with clearance, four-bars with clearance in one and two pins, pendulums, a free ring and
 // journal), against the solutions of verification/references/impact_tables.hpp.
-#include <array>
-#include <catch2/catch.hpp>
-#include <cmath>
-
-#include "mechanism/scene.hpp"
 #include "verification/references/impact_tables.hpp"
-#include "verification/support/support.hpp"
-#include "verification/support/ways.hpp"
+#include "verification/support/rig.hpp"
 
 using namespace freeplay;
 

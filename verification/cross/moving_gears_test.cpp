@@ -1,25 +1,11 @@
 // Gears whose centres move, in scenes without positions of bodies: assembly, Willis' equation,
 // balances of energy and torque, and backlash against an independent program.
-#include <fmt/format.h>
-#include <catch2/catch.hpp>
-
-#include <algorithm>
-#include <cmath>
-#include <numbers>
-#include <string>
-#include <vector>
-
 #include "dynamics/assembly/assembly.hpp"
 #include "dynamics/assembly/turn_survey.hpp"
-#include "facade/simulation.hpp"
 #include "io/scene/write_scene.hpp"
-#include "mechanism/scene.hpp"
 #include "verification/claims/gear_claims.hpp"
 #include "verification/references/gears_on_arm.hpp"
-#include "verification/support/scene_text.hpp"
-#include "verification/support/support.hpp"
-#include "verification/support/texts.hpp"
-#include "verification/support/ways.hpp"
+#include "verification/support/rig.hpp"
 
 using namespace freeplay;
 using Catch::Matchers::Contains;
@@ -87,9 +73,7 @@ TEST_CASE("epicyclic trains of two degrees of freedom follow Willis' equation", 
   // rolls in the ring: (ω_p − ω_c) z_p = (ω_r − ω_c) z_r.
   const double ws = 20, wc = -6, T = 1, wr = wc * (1 + 20.0 / 60) - ws * 20.0 / 60;
   const double wp = wc + 3 * (wr - wc);
-  const auto text = epicyclic(fmt::format("[drives.s]\njoint = \"sun_pin\"\nspeed = {}\n[drives.c]\njoint = "
-                                          "\"carrier_pin\"\nspeed = {}\n",
-                                          ws, wc) +
+  const auto text = epicyclic(test::motor("s", "sun_pin", ws) + test::motor("c", "carrier_pin", wc) +
                                   test::run_for(T, "start = \"assembled\"\n"),
                               "ring");
   for (const auto& way : both()) {

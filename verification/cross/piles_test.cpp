@@ -1,20 +1,12 @@
 // Many contacts outside joints: the rest positions of piles of discs in both nonsmooth schemes, and
 // the motions that friction admits. The claims of "complementarity" contain the forces in piles and
 // random piles.
-#include <fmt/format.h>
-
 #include <Eigen/LU>
 
-#include <algorithm>
-#include <catch2/catch.hpp>
-#include <cmath>
-#include <random>
-
 #include "formulations/contact/contact_problem.hpp"
-#include "mechanism/scene.hpp"
 #include "verification/support/piles.hpp"
 #include "verification/support/random_contact.hpp"
-#include "verification/support/support.hpp"
+#include "verification/support/rig.hpp"
 
 using namespace freeplay;
 

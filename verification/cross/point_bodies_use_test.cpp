@@ -1,15 +1,7 @@
 // Point bodies in every use of a run: snapshots and restarts, ensembles, constraint drift,
 // animations, report pages and figures.
-#include <fmt/format.h>
-#include <catch2/catch.hpp>
-
-#include <algorithm>
-#include <cmath>
-#include <fstream>
-#include <nlohmann/json.hpp>
 #include <regex>
 
-#include "io/files/output_file.hpp"
 #include "plots/film/film_drawing.hpp"
 #include "plots/report/page.hpp"
 #include "plots/tables/run_facts.hpp"
@@ -17,7 +9,7 @@
 #include "study/comparison/drift.hpp"
 #include "study/ensemble/ensemble.hpp"
 #include "verification/cross/snapshot_check.hpp"
-#include "verification/support/support.hpp"
+#include "verification/support/rig.hpp"
 
 using namespace freeplay;
 using Catch::Matchers::Contains;
@@ -51,18 +43,8 @@ type = "rod"
 between = ["ground", "right"]
 length = 0.8
 at = [[0.02, 0], [0, 0]]
-[contacts.balls]
-type = "discs"
-between = ["left", "right"]
-radii = [0.01, 0.01]
-surface = "s"
-[surfaces.s]
-young = 2e9
-poisson = 0.3
-restitution = 0.8
-[run]
-duration = 1.5
-)";
+)" + test::discs("balls", "left", "right", 0.01, 0.01) +
+                           test::surface("s", 0.8, "young = 2e9\npoisson = 0.3\n") + test::run_for(1.5);
 
 /// A chain of this number of point masses, its links of 0.1 m at 30° up and down. 40 rows of rods:
 /// the sparse solve.

@@ -1,23 +1,12 @@
 // Recording between an impact and a file: the start of a run, impulses in fast filters, noise,
 // converters, and the order of tables.
-#include <fmt/format.h>
-#include <catch2/catch.hpp>
-
-#include <algorithm>
-#include <cmath>
-#include <numbers>
-#include <set>
 #include <tuple>
 
 #include "facade/run_folder.hpp"
-#include "facade/simulation.hpp"
-#include "io/files/output_file.hpp"
 #include "io/scene/write_scene.hpp"
-#include "mechanism/scene.hpp"
 #include "simulation/instrument.hpp"
 #include "verification/support/columns.hpp"
-#include "verification/support/scene_text.hpp"
-#include "verification/support/support.hpp"
+#include "verification/support/rig.hpp"
 
 using namespace freeplay;
 using Catch::Matchers::Contains;
@@ -48,19 +37,11 @@ Scene thrown(double gap, double bandwidth, std::vector<std::string> sets) {
   for (const char* sensor : {"felt", "force"})
     sets.push_back(fmt::format("instruments.{}.bandwidth={}", sensor, bandwidth));
   return parse_scene(test::body("block", 2.0, 0.01, "velocity = [0.0, -0.5]\n") +
-                         test::body("plate", 0.5, 0.01, "velocity = [0.0, -0.5]\n") + R"([joints.bolt]
-type = "rigid"
-between = ["block", "plate"]
-at = [[0, 0.1], [0, 0]]
-[contacts.wall]
-type = "plane"
-between = ["ground", "block"]
-axis = [1.0, 0.0]
-radius = 0.1
-surface = "steel"
-[surfaces.steel]
-restitution = 0.6
-)" + test::run_for(2e-3, "start = \"given\"\n") +
+                         test::body("plate", 0.5, 0.01, "velocity = [0.0, -0.5]\n") +
+                         "[joints.bolt]\ntype = \"rigid\"\nbetween = [\"block\", \"plate\"]\n"
+                         "at = [[0, 0.1], [0, 0]]\n" +
+                         test::plane("wall", "ground", "block", 0.1, "steel", "axis = [1.0, 0.0]\n") +
+                         test::surface("steel", 0.6) + test::run_for(2e-3, "start = \"given\"\n") +
                          R"([instruments.felt]
 type = "accelerometer"
 body = "block"
@@ -130,19 +111,20 @@ TEST_CASE("event-driven and fixed-step runs under a table over time record finit
   if (sets.size() > 1) sets[1] = "nonsmooth.step=1e-3";
   // Knots on rows, between rows, closer than a row, and one that ends where the pendulum's torque
   // is greatest.
-  const auto scene =
-      parse_scene("gravity = [0.0, -9.81]\n" + test::body("rod", 1.0, 0.1, "position = [0.0, -0.5]\n") +
-                      test::pin("pin", "ground", "rod", {0, 0}, {0, 0.5}) + R"([drives.motor]
-joint = "pin"
-torque_table = [[0.0, 0.0], [0.1, 3.0], [0.30005, -20.0], [0.3000500001, 20.0], [0.4, 0.0], [0.71, 1.0]]
-)" + test::run_for(1.0, "output_step = 5e-5\nforces = true\n") +
-                      R"([instruments.felt]
+  const auto scene = parse_scene(
+      "gravity = [0.0, -9.81]\n" + test::body("rod", 1.0, 0.1, "position = [0.0, -0.5]\n") +
+          test::pin("pin", "ground", "rod", {0, 0}, {0, 0.5}) +
+          test::drive(
+              "motor", "pin",
+              "torque_table = [[0.0, 0.0], [0.1, 3.0], [0.30005, -20.0], [0.3000500001, 20.0], [0.4, 0.0], [0.71, 1.0]]\n") +
+          test::run_for(1.0, "output_step = 5e-5\nforces = true\n") +
+          R"([instruments.felt]
 type = "accelerometer"
 body = "rod"
 bandwidth = 400.0
 sampling = 1000.0
 )",
-                  "table.toml", sets);
+      "table.toml", sets);
   test::TemporaryFolder folder;
   REQUIRE(run_scene(scene, {.formulation = "nonsmooth", .folder = folder.path() / "o"}).ending.status ==
           Ending::Status::finished);
@@ -302,10 +284,7 @@ TEST_CASE("tables made by options follow those of the file, in the order of the 
           "[scene][recording]") {
   const std::string text = test::body("wheel", 1.0, 0.1) + test::body("arm", 1.0, 0.1) +
                            test::pin("axle", "ground", "wheel") + test::pin("pin", "ground", "arm") +
-                           R"([drives.motor]
-joint = "axle"
-speed = 3.0
-[run]
+                           test::motor("motor", "axle", 3.0) + R"([run]
 revolutions = 2
 [instruments.zero]
 type = "encoder"

@@ -1,18 +1,6 @@
 // Followers that leave their cams, by every nonsmooth scheme and in sizes from micrometres to a
 // kilometre, and the forces of automatic steps in motions that they resolve in few steps.
-#include <catch2/catch.hpp>
-
-#include <fmt/format.h>
-
-#include <array>
-#include <cmath>
-#include <random>
-#include <vector>
-
-#include "facade/simulation.hpp"
-#include "mechanism/scene.hpp"
-#include "verification/support/support.hpp"
-#include "verification/support/ways.hpp"
+#include "verification/support/rig.hpp"
 
 using namespace freeplay;
 
@@ -80,33 +68,14 @@ struct Follower {
   }
   double turn() const { return 2 * M_PI / speed; }
   std::string scene() const {
-    return fmt::format(
-        R"(
-gravity = [0, {:.17g}]
-[bodies.cam]
-mass = 1
-inertia = {:.17g}
-angular_velocity = {:.17g}
-[bodies.follower]
-mass = 2
-inertia = {:.17g}
-position = [0, {:.17g}]
-[joints.pin]
-type = "revolute"
-between = ["ground", "cam"]
-[joints.guide]
-type = "translational"
-between = ["ground", "follower"]
-at = [[0, {:.17g}], [0, 0]]
-axis = [0, 1]
-[drives.motor]
-joint = "pin"
-speed = {:.17g}
-[surfaces.steel]
-young = 2e11
-poisson = 0.3
-restitution = {:.17g}
-[contacts.lobe]
+    return fmt::format("\ngravity = [0, {:.17g}]\n", -size * g) +
+           test::body("cam", 1, size * size, fmt::format("angular_velocity = {:.17g}\n", -speed)) +
+           test::body("follower", 2, size * size, fmt::format("position = [0, {:.17g}]\n", size * base)) +
+           test::pin("pin", "ground", "cam") +
+           test::guide("guide", "ground", "follower", {0, 1}, {0, size * base}, {}) +
+           test::motor("motor", "pin", -speed) +
+           test::surface("steel", restitution, "young = 2e11\npoisson = 0.3\n") +
+           fmt::format(R"([contacts.lobe]
 type = "cam"
 between = ["cam", "follower"]
 axis = [-1, 0]
@@ -118,12 +87,9 @@ rise = {:.17g}
 dwell = {:.17g}
 return = {:.17g}
 surface = "steel"
-[run]
-duration = {:.17g}
-start = "given"
 )",
-        -size * g, size * size, -speed, size * size, size * base, size * base, -speed, restitution,
-        size * base, size * lift, M_PI / 2 + 0.3, rise, dwell, fall, landed + 1e-3 * turn());
+                       size * base, size * lift, M_PI / 2 + 0.3, rise, dwell, fall) +
+           test::run_for(landed + 1e-3 * turn(), "start = \"given\"\n");
   }
 };
 
@@ -187,22 +153,10 @@ TEST_CASE("forces of automatic steps follow a driven arm, and give its change of
   // The reaction at the shaft turns with the arm and contains its weight. Steps are limited to 0.3 rad, where the third
   // differences that a parabola omits are 0.3³/64 = 4e-4 of the amplitude.
   const double mass = 0.7, arm = 0.2, speed = 12, g = 9.81;
-  const auto scene = test::scene_by(test::chosen_steps, fmt::format(R"(
-gravity = [0, {}]
-[bodies.arm]
-mass = {}
-inertia = 0.01
-[joints.shaft]
-type = "revolute"
-between = ["ground", "arm"]
-at = [[0, 0], [{}, 0]]
-[drives.motor]
-joint = "shaft"
-speed = {}
-[run]
-duration = 1.3
-)",
-                                                                    -g, mass, -arm, speed));
+  const auto scene = test::scene_by(test::chosen_steps,
+                                    fmt::format("\ngravity = [0, {}]\n", -g) + test::body("arm", mass, 0.01) +
+                                        test::pin("shaft", "ground", "arm", {}, {-arm, 0}) +
+                                        test::motor("motor", "shaft", speed) + test::run_for(1.3));
   Simulation simulation(scene, "nonsmooth");
   ForceRecord record;
   test::finished(simulation, {&record});
@@ -225,22 +179,10 @@ TEST_CASE("automatic steps are limited by the path of the bodies, not by their r
   // A wheel on its centre has no path. A driven arm leaves that of a cubic through two halves of the angle a by
   // a⁴/(16·384) of its length, the accepted 1e-6 at 0.28 rad.
   const auto steps = [](double offset) {
-    const auto run = test::finished(test::chosen_steps, fmt::format(R"(
-gravity = [0, 0]
-[bodies.wheel]
-mass = 1
-inertia = 0.01
-[joints.shaft]
-type = "revolute"
-between = ["ground", "wheel"]
-at = [[0, 0], [{}, 0]]
-[drives.motor]
-joint = "shaft"
-speed = 100
-[run]
-duration = 10
-)",
-                                                                    offset));
+    const auto run =
+        test::finished(test::chosen_steps, "\ngravity = [0, 0]\n" + test::body("wheel", 1, 0.01) +
+                                               test::pin("shaft", "ground", "wheel", {}, {offset, 0}) +
+                                               test::motor("motor", "shaft", 100) + test::run_for(10));
     return static_cast<double>(run.work.steps);
   };
   CHECK(steps(0) < 50);
@@ -252,31 +194,13 @@ TEST_CASE("a point mass at a wall has the same motion in any size", "[chosen][sc
   // arms are zero: the length of the mechanism is its distance from the wall.
   const auto state_of = [](const test::Way& way, double size) {
     const double time = std::sqrt(size);
-    const auto text = fmt::format(R"(
-gravity = [{:.17g}, 0]
-[bodies.ball]
-mass = 1
-inertia = {:.17g}
-position = [{:.17g}, 0]
-[surfaces.wall]
-restitution = 0.9
-young = 2e11
-poisson = 0.3
-[contacts.wall]
-type = "plane"
-between = ["ground", "ball"]
-at = [[0, 0], [0, 0]]
-axis = [0, -1]
-radius = 0
-stiffness = {:.17g}
-surface = "wall"
-[run]
-duration = {:.17g}
-start = "given"
-[penalty]
-contact = "exact"
-)",
-                                  -10.0, 0.4 * size * size, size, 1e4 / size, 3 * time);
+    const auto text =
+        fmt::format("\ngravity = [{:.17g}, 0]\n", -10.0) +
+        test::body("ball", 1, 0.4 * size * size, fmt::format("position = [{:.17g}, 0]\n", size)) +
+        test::surface("wall", 0.9, "young = 2e11\npoisson = 0.3\n") +
+        test::plane("wall", "ground", "ball", 0, "wall",
+                    fmt::format("at = [[0, 0], [0, 0]]\naxis = [0, -1]\nstiffness = {:.17g}\n", 1e4 / size)) +
+        test::run_for(3 * time, "start = \"given\"\n") + "[penalty]\ncontact = \"exact\"\n";
     const auto run = test::finished(way, text);
     return std::array{run.final_state.q[0] / size, run.final_state.v[0] / time,
                       static_cast<double>(run.work.steps), run.contacts[0].lasting_fraction};

@@ -2,23 +2,13 @@
 // and scenes.
 #pragma once
 
-#include <fmt/format.h>
-#include <algorithm>
 #include <bitset>
-#include <catch2/catch.hpp>
-#include <fstream>
-#include <iterator>
-#include <random>
-#include <set>
-#include "facade/simulation.hpp"
-#include "io/files/output_file.hpp"
-#include "mechanism/scene.hpp"
+
 #include "simulation/statistics.hpp"
 #include "simulation/trajectory.hpp"
 #include "values/snapshot.hpp"
 #include "verification/support/piles.hpp"
-#include "verification/support/scene_text.hpp"
-#include "verification/support/support.hpp"
+#include "verification/support/rig.hpp"
 
 namespace freeplay::snapshots {
 
@@ -309,25 +299,14 @@ inline std::string loads() {
   return "gravity = [0.0, -9.81]\n" +
          test::body("block", 1.0, 0.01, "position = [0.0, 0.0]\nvelocity = [0.5, 0.0]\n") +
          test::body("wheel", 1.0, 0.01, "position = [3.0, 0.0]\n") + test::guide("guide", "ground", "block") +
-         test::pin("axle", "ground", "wheel", {3.0, 0.0}) + R"([contacts.stop]
-type = "plane"
-between = ["ground", "block"]
-at = [[0.06, 0.0], [0.05, 0.0]]
-axis = [0.0, 1.0]
-surface = "rubber"
-[surfaces.rubber]
-restitution = 0.6
-friction = 0.2
-[drives.brake]
-joint = "axle"
-torque_table = [[0.0, 0.1], [0.02, 0.5], [0.05, -0.4], [0.07, 0.0]]
-)" + test::spring("spring", "ground", "block", {0.5, 0.0}, {0.0, 0.0}, 400.0, 0.4, "damping = 3.0\n") +
-         R"([loads.bar]
-type = "torsional-spring-damper"
-between = ["ground", "wheel"]
-stiffness = 2.0
-damping = 0.05
-[loads.push]
+         test::pin("axle", "ground", "wheel", {3.0, 0.0}) +
+         test::plane("stop", "ground", "block", 0, "rubber",
+                     "at = [[0.06, 0.0], [0.05, 0.0]]\naxis = [0.0, 1.0]\n") +
+         test::surface("rubber", 0.6, 0.2) +
+         "[drives.brake]\njoint = \"axle\"\n"
+         "torque_table = [[0.0, 0.1], [0.02, 0.5], [0.05, -0.4], [0.07, 0.0]]\n" +
+         test::spring("spring", "ground", "block", {0.5, 0.0}, {0.0, 0.0}, 400.0, 0.4, "damping = 3.0\n") +
+         test::torsion("bar", "ground", "wheel", 2.0, "damping = 0.05\n") + R"([loads.push]
 type = "force"
 body = "wheel"
 at = [0.1, 0.0]
@@ -337,12 +316,8 @@ type = "joint-friction"
 joint = "guide"
 force = 2.0
 regularisation = 1e-3
-[run]
-duration = 0.3
-discard = 0.02
-output_step = 1e-3
-start = "given"
-[penalty]
+)" + test::run_for(0.3, "discard = 0.02\noutput_step = 1e-3\nstart = \"given\"\n") +
+         R"([penalty]
 contact = "kelvin-voigt"
 kelvin_stiffness = 1e6
 kelvin_damping = 30.0

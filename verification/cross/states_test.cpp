@@ -2,15 +2,7 @@
 // form:
 //     T ż = u − z,   J ω̇ = z,   z(0) = 0:
 //     z = u (1 − e^(−t/T)),   ω = (u/J) [t − T (1 − e^(−t/T))]
-#include <catch2/catch.hpp>
-
-#include <cmath>
-
-#include "facade/simulation.hpp"
-#include "mechanism/scene.hpp"
-#include "verification/support/scene_text.hpp"
-#include "verification/support/support.hpp"
-#include "verification/support/ways.hpp"
+#include "verification/support/rig.hpp"
 
 using namespace freeplay;
 
@@ -19,18 +11,12 @@ namespace {
 constexpr double J = 0.2, T = 0.05, u = 3, until = 0.2;
 
 Scene rotor() {
-  auto scene =
-      parse_scene(test::body("rotor", 1, 0.2) + test::pin("shaft", "ground", "rotor") + R"([drives.motor]
-joint = "shaft"
-torque = 3
-lag = 0.05
-[instruments.gauge]
-type = "torque"
-drive = "motor"
-bandwidth = 1e5
-sampling = 1e6
-)" + test::run_for(0.2),
-                  "rotor");
+  auto scene = parse_scene(test::body("rotor", 1, 0.2) + test::pin("shaft", "ground", "rotor") +
+                               test::drive("motor", "shaft", "torque = 3\nlag = 0.05\n") +
+                               "[instruments.gauge]\ntype = \"torque\"\ndrive = \"motor\"\nbandwidth = 1e5\n"
+                               "sampling = 1e6\n" +
+                               test::run_for(0.2),
+                           "rotor");
   scene.penalty.step = 1e-3;  // read by rk4 alone
   return scene;
 }

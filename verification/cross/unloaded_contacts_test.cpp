@@ -1,22 +1,12 @@
 // Bodies that touch without load: columns, rows and grids of beads in flight, whose gaps and gap
 // rates are zero to rounding. The sign of the rounding error must not decide the motion: the same
 // scene from another height, rotated, in other units and in another order moves alike.
-#include <fmt/format.h>
-
-#include <algorithm>
-#include <catch2/catch.hpp>
-#include <cmath>
 #include <numeric>
 #include <span>
-#include <string>
-#include <vector>
 
-#include "mechanism/scene.hpp"
 #include "verification/cross/snapshot_check.hpp"
 #include "verification/references/bead_column.hpp"
-#include "verification/support/support.hpp"
-#include "verification/support/texts.hpp"
-#include "verification/support/ways.hpp"
+#include "verification/support/rig.hpp"
 
 using namespace freeplay;
 using Catch::Matchers::Contains;
@@ -55,9 +45,8 @@ struct Beads {
     std::iota(order.begin(), order.end(), 0);
     if (reversed) std::ranges::reverse(order);
     const auto contact = [&](const std::string& name, const std::string& a, const std::string& b) {
-      return fmt::format(
-          "[contacts.{}]\ntype = \"discs\"\nbetween = [\"{}\", \"{}\"]\nradii = [{:.17g}, {:.17g}]\nsurface = \"s\"\n",
-          name, a, b, radius(), radius());
+      return test::discs(fmt::format("{}", name), fmt::format("{}", a), fmt::format("{}", b), radius(),
+                         radius());
     };
     const double m = mass * scale * scale * scale;
     for (const int k : order) {
@@ -70,19 +59,16 @@ struct Beads {
     for (const int k : order) {
       const int row = k / columns, column = k % columns;
       if (row == 0 && floor)
-        s += fmt::format(
-            "[contacts.f{0}]\ntype = \"plane\"\nbetween = [\"ground\", \"b{0}\"]\naxis = [{1:.17g}, {2:.17g}]\nradius = {3:.17g}\n"
-            "surface = \"s\"\n",
-            k, up.y(), -up.x(), radius());
+        s += test::plane(fmt::format("f{}", k), "ground", fmt::format("b{}", k), radius(), "s",
+                         fmt::format("axis = [{:.17g}, {:.17g}]\n", up.y(), -up.x()));
       if (row > 0)
         s += contact(fmt::format("c{}", k), fmt::format("b{}", k - columns), fmt::format("b{}", k));
       if (column > 0) s += contact(fmt::format("h{}", k), fmt::format("b{}", k - 1), fmt::format("b{}", k));
     }
     return s +
-           fmt::format(
-               "[surfaces.s]\nrestitution = {}\nyoung = {:.17g}\npoisson = {}\n[run]\nduration = {:.17g}\nstart = "
-               "\"given\"\n",
-               restitution, young * scale, poisson, duration * time());
+           test::surface("s", restitution,
+                         fmt::format("young = {:.17g}\npoisson = {}\n", young * scale, poisson)) +
+           test::run_for(duration * time(), "start = \"given\"\n");
   }
   Scene scene() const { return parse_scene(text(), "beads.toml"); }
   /// Displacement and velocity upwards of bead k, in the units of scale 1.
@@ -332,9 +318,8 @@ TEST_CASE("in a grid of touching elastic discs in flight, rounding opens and clo
     disc(k, std::array{0.0, 0.0418, 0.0836}[k % 3], std::array{0.0, 0.0418, 0.0836}[k / 3], 0);
   disc(9, -0.17974, 0, 0.121007986726);
   const auto contact = [&](int a, int b) {
-    text += fmt::format(
-        "[contacts.c{0}_{1}]\ntype = \"discs\"\nbetween = [\"d{0}\", \"d{1}\"]\nradii = [{2}, {2}]\nsurface = \"s\"\n",
-        a, b, radius);
+    text += test::discs(fmt::format("c{}_{}", a, b), fmt::format("d{}", a), fmt::format("d{}", b), radius,
+                        radius);
   };
   for (int k = 0; k < 9; ++k) {
     if (k % 3 < 2) contact(k, k + 1);

@@ -1,31 +1,18 @@
 // Events between the instants at which an integrator evaluates the motion. The set of claims
 // "unseen" contains further cases.
-#include <catch2/catch.hpp>
-
-#include <cmath>
-
 #include "dynamics/system.hpp"
 #include "io/scene/open_scene.hpp"
-#include "mechanism/scene.hpp"
-#include "verification/support/scene_text.hpp"
-#include "verification/support/support.hpp"
+#include "verification/support/rig.hpp"
 
 using namespace freeplay;
 
 namespace {
 
 Scene thrown(double off, double speed) {
-  auto scene = parse_scene(test::body("ball", 0.2, 1e-5) + R"([surfaces.s]
-young = 2e11
-poisson = 0.3
-restitution = 0.6
-[contacts.peg]
-type = "discs"
-between = ["ground", "ball"]
-radii = [0.02, 0.03]
-surface = "s"
-)" + test::run_for(1, "start = \"given\"\n"),
-                           "throw");
+  auto scene = parse_scene(
+      test::body("ball", 0.2, 1e-5) + test::surface("s", 0.6, "young = 2e11\npoisson = 0.3\n") +
+          test::discs("peg", "ground", "ball", 0.02, 0.03) + test::run_for(1, "start = \"given\"\n"),
+      "throw");
   auto& ball = scene.mechanism.bodies[0];
   ball.position = {-0.5, off};
   ball.velocity = {speed, 0};
@@ -57,11 +44,10 @@ TEST_CASE("time stepping reports exactly when bodies may have passed through eac
 
 TEST_CASE("a table over an angle has a kink at each knot and a piece between two knots", "[unseen]") {
   const auto scene =
-      parse_scene(test::body("rotor", 1, 0.5) + test::pin("pin", "ground", "rotor") + R"([drives.motor]
-joint = "pin"
-against = "angle"
-torque_table = [[-1, 0], [0, 1], [1, 2], [2, 0]]
-)" + test::run_for(1),
+      parse_scene(test::body("rotor", 1, 0.5) + test::pin("pin", "ground", "rotor") +
+                      test::drive("motor", "pin",
+                                  "against = \"angle\"\ntorque_table = [[-1, 0], [0, 1], [1, 2], [2, 0]]\n") +
+                      test::run_for(1),
                   "table");
   const System system(scene.mechanism);
   REQUIRE(system.phases() == 1);
@@ -85,18 +71,12 @@ TEST_CASE("a contact of a spinning body with a peg is found at any spin", "[unse
   // A disc of 5 mm on an arm of 1 m touches a fixed one of 5 mm at the top of the circle when the
   // arm is close to vertical: |d| = 2 sin(φ/2) = 0.01, φ short of a right angle.
   for (const double spin : {1.0, 1e3, 1e5}) {
-    auto scene = parse_scene(test::body("arm", 1, 0.5) + test::pin("pin", "ground", "arm") + R"([surfaces.s]
-young = 2e11
-poisson = 0.3
-restitution = 0.5
-[contacts.peg]
-type = "discs"
-between = ["ground", "arm"]
-at = [[0, 1], [1, 0]]
-radii = [0.005, 0.005]
-surface = "s"
-)" + test::run_for(1, "start = \"given\"\n"),
-                             "spin");
+    auto scene =
+        parse_scene(test::body("arm", 1, 0.5) + test::pin("pin", "ground", "arm") +
+                        test::surface("s", 0.5, "young = 2e11\npoisson = 0.3\n") +
+                        test::discs("peg", "ground", "arm", 0.005, 0.005, "s", "at = [[0, 1], [1, 0]]\n") +
+                        test::run_for(1, "start = \"given\"\n"),
+                    "spin");
     scene.mechanism.bodies[0].angular_velocity = spin;
     scene.run.duration = 3 / spin;
     const double exact = (M_PI / 2 - 2 * std::asin(0.005)) / spin;

@@ -1,14 +1,7 @@
 // Impacts of compound mechanisms, rotated, mirrored and in other units of time. All of them must
 // leave the same motion.
-#include <catch2/catch.hpp>
-
-#include <cmath>
-#include <numbers>
-#include <random>
-
-#include "mechanism/scene.hpp"
 #include "verification/random_scenes/transform.hpp"
-#include "verification/support/support.hpp"
+#include "verification/support/rig.hpp"
 
 using namespace freeplay;
 using verification::random_scenes::mirrored;

@@ -2,16 +2,11 @@
 // seed).
 #include <Eigen/Cholesky>
 #include <Eigen/QR>
-#include <catch2/catch.hpp>
-
-#include <random>
 
 #include "dynamics/assembly/assembly.hpp"
 #include "dynamics/system.hpp"
-#include "facade/simulation.hpp"
 #include "formulations/contact/impact.hpp"
-#include "mechanism/scene.hpp"
-#include "verification/support/support.hpp"
+#include "verification/support/rig.hpp"
 
 using namespace freeplay;
 

@@ -1,13 +1,9 @@
 // Impacts with non-unique impulses: a lever on a stop in closed form, and random impacts against
 // their mirror images and in other units of time, with every solver and law.
 #include <Eigen/Core>
-#include <catch2/catch.hpp>
-
-#include <random>
 
 #include "formulations/contact/impact.hpp"
-#include "mechanism/scene.hpp"
-#include "verification/support/support.hpp"
+#include "verification/support/rig.hpp"
 
 using namespace freeplay;
 

@@ -1,17 +1,9 @@
 // Properties of every run: the energy balance, constraints, walls, no allocation in the stepping
 // loop, and memory that does not grow with the length of the run.
-#include <fmt/format.h>
-#include <catch2/catch.hpp>
-
-#include <optional>
-#include <string>
-
-#include "facade/simulation.hpp"
 #include "io/files/csv.hpp"
-#include "mechanism/scene.hpp"
 #include "simulation/statistics.hpp"
 #include "verification/invariants/allocations.hpp"
-#include "verification/support/support.hpp"
+#include "verification/support/rig.hpp"
 
 using namespace freeplay;
 
@@ -215,19 +207,8 @@ TEST_CASE("energy balance, constraints and walls hold in every mechanism", "[inv
 
 TEST_CASE("drives: the work of a prescribed speed equals that of the equivalent torque", "[invariants]") {
   // A flywheel on a torque drive: after t, ω = τ t/J and the drive's work is ½Jω².
-  auto scene = parse_scene(R"(
-[bodies.wheel]
-mass = 3
-inertia = 0.2
-[joints.axle]
-type = "revolute"
-between = ["ground", "wheel"]
-[drives.motor]
-joint = "axle"
-torque = 1.5
-[run]
-duration = 2
-)",
+  auto scene = parse_scene(test::body("wheel", 3, 0.2) + test::pin("axle", "ground", "wheel") +
+                               "[drives.motor]\njoint = \"axle\"\ntorque = 1.5\n" + test::run_for(2),
                            "wheel");
   for (const auto family : {Family::penalty, Family::nonsmooth}) {
     const auto run = test::simulate(scene, family);
@@ -241,22 +222,11 @@ TEST_CASE("set-valued friction stops a preloaded slide permanently; regularised 
           "[friction]") {
   // Mass 2 kg at 0.3 m/s against 15 N: stops after 0.04 s and 6 mm. Then a force of 10 N acts,
   // below the friction limit: it sticks.
-  auto scene = parse_scene(R"(
-[bodies.block]
-mass = 2
-inertia = 1
-velocity = [0.3, 0]
-[joints.guide]
-type = "translational"
-between = ["ground", "block"]
-[loads.rub]
-type = "joint-friction"
-joint = "guide"
-force = 15
-regularisation = 1e-3
-[run]
-duration = 0.2
-)",
+  auto scene = parse_scene(test::body("block", 2, 1, "velocity = [0.3, 0]\n") +
+                               test::guide("guide", "ground", "block") +
+                               "[loads.rub]\ntype = \"joint-friction\"\njoint = \"guide\"\nforce = 15\n"
+                               "regularisation = 1e-3\n" +
+                               test::run_for(0.2),
                            "block");
   const auto final_x = [&](Family family) {
     Simulation f(scene, test::name_of(family));
@@ -283,25 +253,10 @@ duration = 0.2
 
 TEST_CASE("dampers and springs: a damped oscillator against its closed form", "[loads]") {
   // m ẍ + d ẋ + k x = 0 from x₀ at rest.
-  auto scene = parse_scene(R"(
-[bodies.block]
-mass = 1.5
-inertia = 1
-position = [1.02, 0]
-[joints.guide]
-type = "translational"
-between = ["ground", "block"]
-[loads.spring]
-type = "spring-damper"
-between = ["ground", "block"]
-stiffness = 60
-damping = 3
-free_length = 1
-[run]
-duration = 1
-[nonsmooth]
-step = 1e-4
-)",
+  auto scene = parse_scene(test::body("block", 1.5, 1, "position = [1.02, 0]\n") +
+                               test::guide("guide", "ground", "block") +
+                               test::spring("spring", "ground", "block", {}, {}, 60, 1, "damping = 3\n") +
+                               test::run_for(1) + "[nonsmooth]\nstep = 1e-4\n",
                            "oscillator");
   const double sigma = 3 / (2 * 1.5), omega = std::sqrt(60 / 1.5 - sigma * sigma);
   const double expected = 0.02 * std::exp(-sigma) * (std::cos(omega) + sigma / omega * std::sin(omega));
@@ -318,21 +273,9 @@ step = 1e-4
 
 TEST_CASE("a redundant constraint is detected and does not change the motion", "[redundant]") {
   // A slider in two parallel guides: every row of the second depends on the first.
-  const char* one = R"(
-[bodies.slider]
-mass = 2
-inertia = 0.1
-velocity = [1, 0]
-[joints.guide]
-type = "translational"
-between = ["ground", "slider"]
-[loads.push]
-type = "force"
-body = "slider"
-force = [4, 3]
-[run]
-duration = 0.5
-)";
+  const std::string one =
+      test::body("slider", 2, 0.1, "velocity = [1, 0]\n") + test::guide("guide", "ground", "slider") +
+      "[loads.push]\ntype = \"force\"\nbody = \"slider\"\nforce = [4, 3]\n" + test::run_for(0.5);
   const std::string two = std::string(one) +
                           "[joints.guide2]\ntype = \"translational\"\nbetween = [\"ground\", "
                           "\"slider\"]\nat = [[0, 0.1], [0, 0.1]]\n";
@@ -371,20 +314,12 @@ TEST_CASE("friction in the guide does not make a lasting contact chatter", "[fri
 TEST_CASE("a short pulse of a torque table is not stepped over", "[loads]") {
   // 10 N m for 10 ms on 0.1 kg m²: ω = 1 rad/s. Without the pulse there is no motion, so steps have
   // their maximum length.
-  auto scene = parse_scene(R"(
-[bodies.wheel]
-mass = 1
-inertia = 0.1
-[joints.axle]
-type = "revolute"
-between = ["ground", "wheel"]
-[drives.motor]
-joint = "axle"
-torque_table = [[0, 0], [0.5, 0], [0.500001, 10], [0.510001, 10], [0.510002, 0]]
-[run]
-duration = 1
-)",
-                           "pulse");
+  auto scene =
+      parse_scene(test::body("wheel", 1, 0.1) + test::pin("axle", "ground", "wheel") +
+                      "[drives.motor]\njoint = \"axle\"\n"
+                      "torque_table = [[0, 0], [0.5, 0], [0.500001, 10], [0.510001, 10], [0.510002, 0]]\n" +
+                      test::run_for(1),
+                  "pulse");
   const auto run = test::simulate(scene, Family::penalty);
   // The ramps add the effect of a microsecond: 1e-4 of ω.
   CHECK(run.ledger.kinetic == Approx(0.5 * 0.1 * 1.0001 * 1.0001).epsilon(1e-6));

@@ -1,11 +1,6 @@
 // Crash-recovery tests of commands: a kill at any instant loses no finished result.
-#include <fmt/format.h>
-#include <catch2/catch.hpp>
-
-#include <cstdlib>
-
 #include "verification/killed/campaign.hpp"
-#include "verification/support/support.hpp"
+#include "verification/support/rig.hpp"
 
 using namespace freeplay;
 using namespace freeplay::killed;

@@ -1,14 +1,7 @@
 // Two-sided tests of the order across contact events: a free ring and journal without friction,
 // three impacts. The reference is the same formulation with dopri5 at a tolerance of 1e-13, which
 // bulirsch_stoer and adams confirm to 1e-12 s.
-#include <catch2/catch.hpp>
-
-#include <cmath>
-#include <vector>
-
-#include "mechanism/scene.hpp"
-#include "verification/support/scene_text.hpp"
-#include "verification/support/support.hpp"
+#include "verification/support/rig.hpp"
 
 using namespace freeplay;
 

@@ -1,13 +1,9 @@
 // Two-sided tests of the order of the integrators on smooth motion: a compound pendulum released at
 // rest from 60°, against the closed form with elliptic functions.
-#include <catch2/catch.hpp>
-
-#include "facade/simulation.hpp"
-#include "mechanism/scene.hpp"
 #include "numerics/rosenbrock4.hpp"
 #include "verification/references/pendulum.hpp"
 #include "verification/references/seven_body.hpp"
-#include "verification/support/support.hpp"
+#include "verification/support/rig.hpp"
 
 using namespace freeplay;
 

@@ -1,16 +1,9 @@
 // Random scenes without a reference: the generator, the checks, and two hundred scenes.
-#include <algorithm>
-#include <catch2/catch.hpp>
-#include <fstream>
-#include <set>
-
-#include "facade/simulation.hpp"
 #include "io/scene/write_scene.hpp"
-#include "mechanism/scene.hpp"
 #include "verification/random_scenes/judge.hpp"
 #include "verification/random_scenes/page.hpp"
 #include "verification/random_scenes/transform.hpp"
-#include "verification/support/support.hpp"
+#include "verification/support/rig.hpp"
 
 using namespace freeplay;
 using namespace freeplay::verification::random_scenes;

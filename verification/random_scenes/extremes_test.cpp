@@ -1,13 +1,8 @@
 // The map of extreme parameters has no defect: `freeplay extremes` as a test.
 #include <unistd.h>
-#include <algorithm>
-#include <catch2/catch.hpp>
-#include <cmath>
-#include <fstream>
-#include <nlohmann/json.hpp>
 
 #include "verification/random_scenes/extremes/extremes.hpp"
-#include "verification/support/support.hpp"
+#include "verification/support/rig.hpp"
 
 using namespace freeplay;
 using namespace freeplay::verification::random_scenes;

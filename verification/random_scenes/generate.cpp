@@ -1,10 +1,8 @@
 // The kind of scene of each index, and the methods that scenes are run by.
-#include <algorithm>
 #include <sstream>
-#include <stdexcept>
 
-#include "mechanism/scene.hpp"
 #include "verification/random_scenes/kinds/kinds.hpp"
+#include "verification/support/runs.hpp"
 
 namespace freeplay::verification::random_scenes {
 namespace {

@@ -1,15 +1,8 @@
 // Random scenes: their references against closed forms, and runs that earlier versions assessed
 // wrongly.
-#include <fmt/format.h>
-#include <catch2/catch.hpp>
-#include <cmath>
-#include <numbers>
-
-#include "facade/simulation.hpp"
-#include "mechanism/scene.hpp"
 #include "simulation/trajectory.hpp"
 #include "verification/random_scenes/judge.hpp"
-#include "verification/support/support.hpp"
+#include "verification/support/rig.hpp"
 
 using namespace freeplay;
 using namespace freeplay::verification::random_scenes;
@@ -23,35 +16,12 @@ struct BallOnTable {
   double young, restitution, mass, inertia, height, radius;
 };
 std::string ball_on_table(const BallOnTable& b) {
-  return fmt::format(R"(format = 2
-gravity = [0, -9.81]
-[bodies.table]
-mass = 1
-inertia = 1
-[joints.guide]
-type = "translational"
-between = ["ground", "table"]
-axis = [0, 1]
-[curves.y]
-{}
-[drives.shaker]
-joint = "guide"
-position = "y"
-[surfaces.s]
-young = {}
-poisson = 0.3
-restitution = {}
-[bodies.ball]
-mass = {}
-inertia = {}
-position = [0, {}]
-[contacts.c]
-type = "plane"
-between = ["table", "ball"]
-radius = {}
-surface = "s"
-)",
-                     b.curve, b.young, b.restitution, b.mass, b.inertia, b.height, b.radius);
+  return "format = 2\ngravity = [0, -9.81]\n" + test::body("table", 1, 1) +
+         test::guide("guide", "ground", "table", {0, 1}) +
+         fmt::format("[curves.y]\n{}\n[drives.shaker]\njoint = \"guide\"\nposition = \"y\"\n", b.curve) +
+         test::surface("s", b.restitution, fmt::format("young = {}\npoisson = 0.3\n", b.young)) +
+         test::body("ball", b.mass, b.inertia, fmt::format("position = [0, {}]\n", b.height)) +
+         test::plane("c", "table", "ball", b.radius);
 }
 
 }  // namespace
@@ -158,36 +128,15 @@ TEST_CASE("seed, index and kinds determine a random scene", "[random-scenes]") {
 // Speeds that a spring causes from rest are not impacts that raise the energy: adaptive time
 // stepping once stopped here for that reason at 0.14 mm/s.
 TEST_CASE("a block accelerated from rest by a spring rebounds from a frictionless stop", "[random-scenes]") {
-  const auto scene = parse_scene(R"(format = 2
-[bodies.block]
-mass = 0.01875
-inertia = 1
-position = [0.0235, 0]
-[joints.on]
-type = "translational"
-between = ["ground", "block"]
-[contacts.stop]
-type = "travel-stop"
-joint = "on"
-lower = -0.00318
-stiffness = 3e6
-surface = "s"
-[surfaces.s]
-young = 2e11
-poisson = 0.3
-restitution = 0.66
-[loads.spring]
-type = "spring-damper"
-between = ["ground", "block"]
-at = [[-0.435, 0], [0, 0]]
-stiffness = 972
-free_length = 0.435
-[run]
-duration = 0.01
-[nonsmooth]
-scheme = "moreau-jean"
-)",
-                                 "stop");
+  const auto scene =
+      parse_scene("format = 2\n" + test::body("block", 0.01875, 1, "position = [0.0235, 0]\n") +
+                      test::guide("on", "ground", "block") +
+                      "[contacts.stop]\ntype = \"travel-stop\"\njoint = \"on\"\nlower = -0.00318\n"
+                      "stiffness = 3e6\nsurface = \"s\"\n" +
+                      test::surface("s", 0.66, "young = 2e11\npoisson = 0.3\n") +
+                      test::spring("spring", "ground", "block", {-0.435, 0}, {}, 972, 0.435) +
+                      test::run_for(0.01) + "[nonsmooth]\nscheme = \"moreau-jean\"\n",
+                  "stop");
   const auto run = test::simulate(scene, Family::nonsmooth);
   INFO(run.ending.reason);
   REQUIRE(run.ending.status == Ending::Status::finished);
@@ -213,37 +162,18 @@ TEST_CASE("a position prescribed over an angle is correct on both sides of a kno
   for (const auto* way :
        {"[nonsmooth]\nscheme = \"event-driven\"\n", "[nonsmooth]\n", "[penalty]\n",
         "[penalty]\nintegrator = \"dopri5\"\n", "[penalty]\nintegrator = \"rosenbrock4\"\n"}) {
-    const auto scene = parse_scene(std::string(R"(format = 2
-[bodies.rotor]
-mass = 1
-inertia = 1.2e-3
-angle = 0.8
-angular_velocity = 477
-[joints.shaft]
-type = "revolute"
-between = ["ground", "rotor"]
-[curves.y]
+    const auto scene = parse_scene(
+        std::string("format = 2\n" + test::body("rotor", 1, 1.2e-3, "angle = 0.8\nangular_velocity = 477\n") +
+                    test::pin("shaft", "ground", "rotor") + R"([curves.y]
 shape = "table"
 points = [[2.4, -0.05], [3.8, -0.06], [5.1, -0.045], [6.4, 0], [7.7, -0.03], [8.7, 0.01], [9.5, -0.05]]
 between = "spline"
-[bodies.follower]
-mass = 2e-3
-inertia = 1
-position = [0, -0.05]
-[joints.guide]
-type = "translational"
-between = ["ground", "follower"]
-axis = [0, 1]
-[drives.lift]
-joint = "guide"
-position = "y"
-of = "shaft"
-[run]
-duration = 0.03
-start = "given"
-output_step = 5e-5
-)") + way,
-                                   "follower");
+)" + test::body("follower", 2e-3, 1, "position = [0, -0.05]\n") +
+                    test::guide("guide", "ground", "follower", {0, 1}) +
+                    "[drives.lift]\njoint = \"guide\"\nposition = \"y\"\nof = \"shaft\"\n" +
+                    test::run_for(0.03, "start = \"given\"\noutput_step = 5e-5\n")) +
+            way,
+        "follower");
     INFO(way);
     Trajectory rows;
     Simulation simulation(scene, std::string(way).starts_with("[pen") ? "penalty" : "nonsmooth");
@@ -287,14 +217,8 @@ repeat = true)",
                                                 .inertia = 5e-5,
                                                 .height = 0.0084,
                                                 .radius = 0.00838}) +
-                                     R"(
-[run]
-duration = 0.02
-start = "assembled"
-output_step = 1e-5
-[penalty]
-integrator = "bulirsch_stoer"
-)",
+                                     test::run_for(0.02, "start = \"assembled\"\noutput_step = 1e-5\n") +
+                                     "[penalty]\nintegrator = \"bulirsch_stoer\"\n",
                                  "table");
   Trajectory rows;
   const auto run = Simulation(scene, "penalty").run({.observers = {&rows}});
@@ -310,35 +234,14 @@ integrator = "bulirsch_stoer"
 // not converge".
 TEST_CASE("fixed steps follow a damped one-sided spring to rest", "[random-scenes]") {
   const double k = 4008, torque = 3.84, free = -3.65e-4;
-  const auto scene = parse_scene(fmt::format(R"(format = 2
-[bodies.rotor]
-mass = 1
-inertia = 0.3557
-angle = 6e-4
-angular_velocity = -0.8
-[joints.on]
-type = "revolute"
-between = ["ground", "rotor"]
-[loads.pull]
-type = "torque"
-body = "rotor"
-torque = {}
-[loads.spring]
-type = "torsional-spring-damper"
-between = ["ground", "rotor"]
-stiffness = {}
-damping = 29.65
-free_angle = {}
-one_way = "pull"
-[run]
-duration = 1.7
-start = "given"
-[nonsmooth]
-scheme = "moreau-jean"
-step = 3e-4
-)",
-                                             torque, k, free),
-                                 "rotor");
+  const auto scene = parse_scene(
+      "format = 2\n" + test::body("rotor", 1, 0.3557, "angle = 6e-4\nangular_velocity = -0.8\n") +
+          test::pin("on", "ground", "rotor") +
+          fmt::format("[loads.pull]\ntype = \"torque\"\nbody = \"rotor\"\ntorque = {}\n", torque) +
+          test::torsion("spring", "ground", "rotor", k,
+                        fmt::format("damping = 29.65\nfree_angle = {}\none_way = \"pull\"\n", free)) +
+          test::run_for(1.7, "start = \"given\"\n") + "[nonsmooth]\nscheme = \"moreau-jean\"\nstep = 3e-4\n",
+      "rotor");
   const auto run = test::simulate(scene, Family::nonsmooth);
   INFO(run.ending.reason);
   REQUIRE(run.ending.status == Ending::Status::finished);
@@ -358,10 +261,8 @@ TEST_CASE("integrators of every order detect the impacts between touching discs"
     text +=
         i == 0
             ? "[contacts.floor]\ntype = \"plane\"\nbetween = [\"ground\", \"d0\"]\nradius = 0.0068\nsurface = \"s\"\n"
-            : fmt::format(
-                  "[contacts.c{0}]\ntype = \"discs\"\nbetween = [\"d{0}\", \"d{1}\"]\nradii = [0.0068, 0.0068]\n"
-                  "surface = \"s\"\n",
-                  i - 1, i);
+            : test::discs(fmt::format("c{}", i - 1), fmt::format("d{}", i - 1), fmt::format("d{}", i), 0.0068,
+                          0.0068);
   }
   text += "[run]\nduration = 0.05\nstart = \"given\"\n[penalty]\nv0_floor = 8.8e-4\nintegrator = ";
   std::vector<std::vector<double>> rates;
@@ -377,26 +278,21 @@ TEST_CASE("integrators of every order detect the impacts between touching discs"
 // in the arithmetic, and the state was not finite.
 TEST_CASE("a run of adaptive steps ends at its end time when only rounding separates them",
           "[random-scenes]") {
-  const auto scene = parse_scene(ball_on_table({.curve = R"(shape = "ramp"
+  const auto scene = parse_scene(
+      ball_on_table({.curve = R"(shape = "ramp"
 to = 1.08337206028
 start = 2.36232593591
 rise = 0.480174838526
 profile = "polynomial")",
-                                                .young = 2.93351437496e+14,
-                                                .restitution = 1,
-                                                .mass = 2.08217153348,
-                                                .inertia = 4.86140723763e-05,
-                                                .height = 0.131381743105,
-                                                .radius = 0.00763998935741}) +
-                                     R"(
-[run]
-duration = 0.0122776970208
-start = "assembled"
-output_step = 1.22776970208e-05
-[nonsmooth]
-scheme = "moreau-jean"
-)",
-                                 "table");
+                     .young = 2.93351437496e+14,
+                     .restitution = 1,
+                     .mass = 2.08217153348,
+                     .inertia = 4.86140723763e-05,
+                     .height = 0.131381743105,
+                     .radius = 0.00763998935741}) +
+          test::run_for(0.0122776970208, "start = \"assembled\"\noutput_step = 1.22776970208e-05\n") +
+          "[nonsmooth]\nscheme = \"moreau-jean\"\n",
+      "table");
   const auto run = test::simulate(scene, Family::nonsmooth);
   INFO(run.ending.reason);
   REQUIRE(run.ending.status == Ending::Status::finished);

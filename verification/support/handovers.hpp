@@ -9,65 +9,31 @@
 #include "facade/simulation.hpp"
 #include "mechanism/scene.hpp"
 #include "verification/claims/force_balance.hpp"
+#include "verification/support/scene_text.hpp"
 
 namespace freeplay::verification {
 
 /// A four-bar with clearance in three joints, its crank at 28,000 rad/s: the event-driven scheme
 /// reaches a state from which it accepts no step.
-inline const char* loop = R"(
-gravity = [0, -9.81]
-[bodies.crank]
-mass = 0.00993849079612
-inertia = 4.58349671345e-08
-position = [-0.000135001975712, -0.00373930507292]
-angle = -1.60688414586
-[bodies.rod]
-mass = 0.00529047996927
-inertia = 1.91982846489e-07
-position = [0.00212334996309, 0.00289107591905]
-angle = 1.34396548478
-[bodies.rocker]
-mass = 5.49543814665
-inertia = 0.000262957289556
-position = [0.0128411606134, 0.00663038099198]
-angle = 2.46899309098
-[joints.j0]
-type = "revolute"
-between = ["ground", "crank"]
-at = [[0, 0], [-0.00374174130076, 0]]
-[joints.j1]
-type = "revolute"
-between = ["crank", "rod"]
-at = [[0.00374174130076, 0], [-0.0106422991898, 0]]
-clearance = 7.82046015402e-06
-bearing_radius = 5.09613867729e-05
-surface = "s"
-[joints.j2]
-type = "revolute"
-between = ["rod", "rocker"]
-at = [[0.0106422991898, 0], [0.0106422991898, 0]]
-clearance = 7.82046015402e-06
-bearing_radius = 5.09613867729e-05
-surface = "s"
-[joints.j3]
-type = "revolute"
-between = ["ground", "rocker"]
-at = [[0.0211656173492, 0], [-0.0106422991898, 0]]
-clearance = 7.82046015402e-06
-bearing_radius = 5.09613867729e-05
-surface = "s"
-[drives.d0]
-joint = "j0"
-speed = -28263.3592747
-[surfaces.s]
-young = 1.87291937294e+20
-poisson = 0.3
-restitution = 0.487575891412
-friction = 0.5883674586
-[run]
-duration = 1.46593092926e-05
-start = "assembled"
-[nonsmooth]
+inline const std::string loop =
+    "\ngravity = [0, -9.81]\n" +
+    test::body("crank", 0.00993849079612, 4.58349671345e-08,
+               "position = [-0.000135001975712, -0.00373930507292]\nangle = -1.60688414586\n") +
+    test::body("rod", 0.00529047996927, 1.91982846489e-07,
+               "position = [0.00212334996309, 0.00289107591905]\nangle = 1.34396548478\n") +
+    test::body("rocker", 5.49543814665, 0.000262957289556,
+               "position = [0.0128411606134, 0.00663038099198]\nangle = 2.46899309098\n") +
+    test::pin("j0", "ground", "crank", {}, {-0.00374174130076, 0}) +
+    test::pin("j1", "crank", "rod", {0.00374174130076, 0}, {-0.0106422991898, 0},
+              test::loose(7.82046015402e-06, 5.09613867729e-05)) +
+    test::pin("j2", "rod", "rocker", {0.0106422991898, 0}, {0.0106422991898, 0},
+              test::loose(7.82046015402e-06, 5.09613867729e-05)) +
+    test::pin("j3", "ground", "rocker", {0.0211656173492, 0}, {-0.0106422991898, 0},
+              test::loose(7.82046015402e-06, 5.09613867729e-05)) +
+    test::motor("d0", "j0", -28263.3592747) +
+    test::surface("s", 0.487575891412,
+                  "young = 1.87291937294e+20\npoisson = 0.3\nfriction = 0.5883674586\n") +
+    test::run_for(1.46593092926e-05, "start = \"assembled\"\n") + R"([nonsmooth]
 step = 1.32096132348e-08
 [penalty]
 friction_v0 = 0.00966956211246
@@ -78,32 +44,12 @@ beta = 68216.0380167
 )";
 
 /// A disc that falls without restitution between two steep walls, friction 1: it jams.
-inline const char* wedge = R"(
-gravity = [0, -9.81]
-[bodies.d]
-mass = 1.0
-inertia = 0.00125
-position = [0.001, 0.13423855596804396]
-velocity = [0, -0.5]
-[contacts.l]
-type = "plane"
-between = ["ground", "d"]
-axis = [0.7023723340926309, -0.7118097388356455]
-radius = 0.05
-surface = "s"
-[contacts.r]
-type = "plane"
-between = ["ground", "d"]
-axis = [0.7023723340926309, 0.7118097388356455]
-radius = 0.05
-surface = "s"
-[surfaces.s]
-restitution = 0.0
-friction = 1.0
-[run]
-start = "given"
-duration = 1.5
-)";
+inline const std::string wedge =
+    "\ngravity = [0, -9.81]\n" +
+    test::body("d", 1.0, 0.00125, "position = [0.001, 0.13423855596804396]\nvelocity = [0, -0.5]\n") +
+    test::plane("l", "ground", "d", 0.05, "s", "axis = [0.7023723340926309, -0.7118097388356455]\n") +
+    test::plane("r", "ground", "d", 0.05, "s", "axis = [0.7023723340926309, 0.7118097388356455]\n") +
+    test::surface("s", 0.0, 1.0) + test::run_for(1.5, "start = \"given\"\n");
 
 /// The normal impulses of contacts, as the steps report them.
 class Impulses final : public Observer {

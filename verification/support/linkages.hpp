@@ -13,6 +13,7 @@
 #include <vector>
 
 #include "values/vec2.hpp"
+#include "verification/support/scene_text.hpp"
 
 namespace freeplay::verification {
 
@@ -79,10 +80,8 @@ inline std::string random_linkage(std::uint64_t index) {
   joint("pivot", R"("ground", "rocker")", base, -0.5 * rocker);
   play(2);
   const double rpm = 30 * std::pow(20, between(0, 1));
-  return text + fmt::format(
-                    "[drives.motor]\njoint = \"main\"\nspeed_rpm = {:.17g}\n[run]\nrevolutions = 1\n"
-                    "start = \"ideal\"\n",
-                    rpm);
+  return text + test::drive("motor", "main", fmt::format("speed_rpm = {:.17g}\n", rpm)) +
+         "[run]\nrevolutions = 1\nstart = \"ideal\"\n";
 }
 
 }  // namespace freeplay::verification

@@ -8,6 +8,7 @@
 #include <random>
 #include <string>
 #include <vector>
+#include "verification/support/scene_text.hpp"
 
 namespace freeplay::test {
 
@@ -29,10 +30,8 @@ inline std::string pile(const std::vector<Disc>& discs, double width, double lea
     if (random) text += fmt::format("velocity = [{}, {}]\n", u(*random), u(*random));
   }
   const auto wall = [&](const char* name, std::size_t i, double x, double ax, double ay) {
-    text += fmt::format(
-        "[contacts.{}{}]\ntype = \"plane\"\nbetween = [\"ground\", \"d{}\"]\nat = [[{}, 0.0], [0.0, 0.0]]\naxis = "
-        "[{}, {}]\nradius = {}\nsurface = \"s\"\n",
-        name, i, i, x, ax, ay, discs[i].R);
+    text += test::plane(fmt::format("{}{}", name, i), "ground", fmt::format("d{}", i), discs[i].R, "s",
+                        fmt::format("at = [[{}, 0.0], [0.0, 0.0]]\naxis = [{}, {}]\n", x, ax, ay));
   };
   for (std::size_t i = 0; i < discs.size(); ++i) {
     wall("floor", i, 0, 1, 0);
@@ -43,10 +42,7 @@ inline std::string pile(const std::vector<Disc>& discs, double width, double lea
           "[contacts.c{}_{}]\ntype = \"discs\"\nbetween = [\"d{}\", \"d{}\"]\nradii = [{}, {}]\nsurface = \"s\"\n",
           j, i, j, i, discs[j].R, discs[i].R);
   }
-  return text + fmt::format(
-                    "[surfaces.s]\nrestitution = {}\nfriction = {}\n[run]\nduration = {}\nstart = "
-                    "\"given\"\n",
-                    e, mu, duration);
+  return text + test::surface("s", e, mu) + test::run_for(duration, "start = \"given\"\n");
 }
 
 inline std::string random_pile(unsigned seed) {

@@ -37,6 +37,71 @@ std::string spring(const std::string& name, const std::string& i, const std::str
       name, i, j, on_i.x(), on_i.y(), on_j.x(), on_j.y(), stiffness, free_length, keys);
 }
 
+std::string loose(double clearance, double bearing_radius, const std::string& surface) {
+  return fmt::format("clearance = {}\nbearing_radius = {}\nsurface = \"{}\"\n", clearance, bearing_radius,
+                     surface);
+}
+
+namespace {
+
+std::string contact(const std::string& name, const char* type, const std::string& i, const std::string& j,
+                    const std::string& surface, const std::string& keys) {
+  return fmt::format("[contacts.{}]\ntype = \"{}\"\nbetween = [\"{}\", \"{}\"]\nsurface = \"{}\"\n{}", name,
+                     type, i, j, surface, keys);
+}
+
+}  // namespace
+
+std::string plane(const std::string& name, const std::string& i, const std::string& j, double radius,
+                  const std::string& surface, const std::string& keys) {
+  return contact(name, "plane", i, j, surface, radius > 0 ? fmt::format("radius = {}\n", radius) : "") + keys;
+}
+
+std::string discs(const std::string& name, const std::string& i, const std::string& j, double radius_i,
+                  double radius_j, const std::string& surface, const std::string& keys) {
+  return contact(name, "discs", i, j, surface, fmt::format("radii = [{}, {}]\n", radius_i, radius_j)) + keys;
+}
+
+std::string surface(const std::string& name, double restitution, const std::string& keys) {
+  return fmt::format("[surfaces.{}]\nrestitution = {}\n{}", name, restitution, keys);
+}
+
+std::string surface(const std::string& name, double restitution, double friction, const std::string& keys) {
+  return surface(name, restitution, fmt::format("friction = {}\n{}", friction, keys));
+}
+
+std::string drive(const std::string& name, const std::string& joint, const std::string& keys) {
+  return fmt::format("[drives.{}]\njoint = \"{}\"\n{}", name, joint, keys);
+}
+
+std::string motor(const std::string& name, const std::string& joint, double speed, const std::string& keys) {
+  return drive(name, joint, fmt::format("speed = {}\n{}", speed, keys));
+}
+
+std::string harmonic(const std::string& name, double amplitude, double period, const std::string& keys) {
+  return fmt::format("[curves.{}]\nshape = \"harmonic\"\namplitude = {}\nperiod = {}\n{}", name, amplitude,
+                     period, keys);
+}
+
+std::string stop(const std::string& name, const std::string& type, const std::string& joint,
+                 const std::string& keys, const std::string& surface) {
+  return fmt::format("[contacts.{}]\ntype = \"{}\"\njoint = \"{}\"\nsurface = \"{}\"\n{}", name, type, joint,
+                     surface, keys);
+}
+
+std::string torsion(const std::string& name, const std::string& i, const std::string& j, double stiffness,
+                    const std::string& keys) {
+  return fmt::format(
+      "[loads.{}]\ntype = \"torsional-spring-damper\"\nbetween = [\"{}\", \"{}\"]\nstiffness = {}\n{}", name,
+      i, j, stiffness, keys);
+}
+
+std::string gear(const std::string& name, const std::string& i, const std::string& j, Vec2 radii,
+                 const std::string& keys) {
+  return fmt::format("[joints.{}]\ntype = \"gear\"\nbetween = [\"{}\", \"{}\"]\npitch_radii = [{}, {}]\n{}",
+                     name, i, j, radii.x(), radii.y(), keys);
+}
+
 std::string run_for(double duration, const std::string& keys) {
   return fmt::format("[run]\nduration = {}\n{}", duration, keys);
 }

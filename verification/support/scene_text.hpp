@@ -19,6 +19,34 @@ std::string guide(const std::string& name, const std::string& i, const std::stri
 /// A linear spring and damper between points of bodies i and j; `keys`: further lines.
 std::string spring(const std::string& name, const std::string& i, const std::string& j, Vec2 on_i, Vec2 on_j,
                    double stiffness, double free_length, const std::string& keys = "");
+/// Keys of a revolute joint with clearance.
+std::string loose(double clearance, double bearing_radius, const std::string& surface = "s");
+/// A contact of body j with a plane of body i: of a disc, or of a point if the radius is 0.
+std::string plane(const std::string& name, const std::string& i, const std::string& j, double radius,
+                  const std::string& surface = "s", const std::string& keys = "");
+/// A contact of two discs.
+std::string discs(const std::string& name, const std::string& i, const std::string& j, double radius_i,
+                  double radius_j, const std::string& surface = "s", const std::string& keys = "");
+/// [surfaces.name]
+std::string surface(const std::string& name, double restitution, const std::string& keys = "");
+std::string surface(const std::string& name, double restitution, double friction,
+                    const std::string& keys = "");
+/// A drive at a constant speed (rad/s).
+std::string motor(const std::string& name, const std::string& joint, double speed,
+                  const std::string& keys = "");
+/// A drive of any other kind, which the keys determine.
+std::string drive(const std::string& name, const std::string& joint, const std::string& keys);
+/// A harmonic curve of time; the period in seconds.
+std::string harmonic(const std::string& name, double amplitude, double period, const std::string& keys = "");
+/// A "travel-stop" or an "angle-stop" of a joint.
+std::string stop(const std::string& name, const std::string& type, const std::string& joint,
+                 const std::string& keys, const std::string& surface = "s");
+/// A torsional spring and damper.
+std::string torsion(const std::string& name, const std::string& i, const std::string& j, double stiffness,
+                    const std::string& keys = "");
+/// A gear joint with the pitch radii of i and j.
+std::string gear(const std::string& name, const std::string& i, const std::string& j, Vec2 radii,
+                 const std::string& keys = "");
 /// [run] of this duration (s); `keys`: further lines.
 std::string run_for(double duration, const std::string& keys = "");
 

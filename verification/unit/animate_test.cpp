@@ -1,19 +1,11 @@
 // Animations of runs: the instants of the frames, positions in a frame, texts as data, and
 // refusals.
-#include <fmt/format.h>
-#include <catch2/catch.hpp>
-
-#include <algorithm>
-#include <cmath>
-#include <fstream>
 #include <regex>
 
-#include "io/files/output_file.hpp"
-#include "mechanism/error.hpp"
 #include "plots/film/film.hpp"
 #include "plots/film/film_drawing.hpp"
 #include "plots/tables/table.hpp"
-#include "verification/support/support.hpp"
+#include "verification/support/rig.hpp"
 
 using namespace freeplay;
 using namespace freeplay::report;

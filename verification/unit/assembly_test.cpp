@@ -1,14 +1,7 @@
 #include "dynamics/assembly/assembly.hpp"
 
-#include <fmt/format.h>
-#include <catch2/catch.hpp>
-
-#include <cmath>
-
 #include "dynamics/system.hpp"
-#include "mechanism/scene.hpp"
-#include "verification/support/scene_text.hpp"
-#include "verification/support/support.hpp"
+#include "verification/support/rig.hpp"
 
 using namespace freeplay;
 using Catch::Matchers::Contains;
@@ -73,44 +66,17 @@ TEST_CASE("a body that fits its position is not moved by the assembly of another
   const double r1 = 0.0373, r2 = 0.0973, play = 3.36e-4, phase = 1.06, driven = 0.1013;
   const double free = 0.5 * play / (r2 * std::cos(20 * 3.141592653589793 / 180));
   const double angle = phase - driven * r1 / r2 + 0.5 * free;
-  const auto scene = parse_scene(fmt::format(R"(format = 2
-[bodies.one]
-mass = 1
-inertia = 1
-[joints.shaft]
-type = "revolute"
-between = ["ground", "one"]
-[drives.motor]
-joint = "shaft"
-speed = 0.1
-initial_angle = {}
-[bodies.two]
-mass = 1
-inertia = 1e-3
-position = [{}, 0]
-angle = {}
-[joints.second]
-type = "revolute"
-between = ["ground", "two"]
-at = [[{}, 0], [0, 0]]
-[joints.mesh]
-type = "gear"
-between = ["one", "two"]
-pitch_radii = [{}, {}]
-phase = {}
-backlash = {}
-mesh_stiffness = 4000
-surface = "s"
-[surfaces.s]
-young = 2e11
-poisson = 0.3
-restitution = 1
-[run]
-duration = 1
-start = "assembled"
-)",
-                                             driven, r1 + r2, angle, r1 + r2, r1, r2, phase, play),
-                                 "gear");
+  const auto scene = parse_scene(
+      "format = 2\n" + test::body("one", 1, 1) + test::pin("shaft", "ground", "one") +
+          test::motor("motor", "shaft", 0.1, fmt::format("initial_angle = {}\n", driven)) +
+          test::body("two", 1, 1e-3, fmt::format("position = [{}, 0]\nangle = {}\n", r1 + r2, angle)) +
+          test::pin("second", "ground", "two", {r1 + r2, 0}) +
+          test::gear("mesh", "one", "two", {r1, r2},
+                     fmt::format("phase = {}\nbacklash = {}\nmesh_stiffness = 4000\nsurface = \"s\"\n", phase,
+                                 play)) +
+          test::surface("s", 1, "young = 2e11\npoisson = 0.3\n") +
+          test::run_for(1, "start = \"assembled\"\n"),
+      "gear");
   const State s = assemble(scene.mechanism, RunOptions::Start::assembled);
   CHECK(std::abs(s.q[2] - driven) < 1e-14);
   CHECK(std::abs(s.q[5] - angle) < 1e-14);
@@ -141,15 +107,10 @@ TEST_CASE("a mechanism that cannot be assembled is refused with the joint and th
 }
 
 TEST_CASE("contradicting drives are refused", "[assembly]") {
-  const auto scene =
-      parse_scene(test::body("wheel", 1, 0.01) + test::pin("axle", "ground", "wheel") + R"([drives.a]
-joint = "axle"
-speed_rpm = 10
-[drives.b]
-joint = "axle"
-speed_rpm = 20
-)" + test::run_for(1),
-                  "drives");
+  const auto scene = parse_scene(test::body("wheel", 1, 0.01) + test::pin("axle", "ground", "wheel") +
+                                     test::drive("a", "axle", "speed_rpm = 10\n") +
+                                     test::drive("b", "axle", "speed_rpm = 20\n") + test::run_for(1),
+                                 "drives");
   REQUIRE_THROWS_WITH(assemble(scene.mechanism, RunOptions::Start::assembled), Contains("contradict"));
 }
 
@@ -208,20 +169,10 @@ TEST_CASE(
   const auto scene =
       parse_scene(test::body("crank", 1, 0.01, "position = [0.05, 0]\n") +
                       test::body("link", 1, 0.01, "position = [0.2, 0]\n") +
-                      test::pin("axle", "ground", "crank", {0, 0}, {-0.05, 0}) + R"([joints.pin]
-type = "revolute"
-between = ["crank", "link"]
-at = [[0.05, 0], [-0.1, 0]]
-clearance = 1e-3
-bearing_radius = 1e-2
-surface = "s"
-)" + test::pin("anchor", "ground", "link", {0.3005, 0}, {0.1, 0}) +
-                      R"([surfaces.s]
-restitution = 0.5
-[drives.motor]
-joint = "axle"
-speed = 10
-)" + test::run_for(0.001),
+                      test::pin("axle", "ground", "crank", {0, 0}, {-0.05, 0}) +
+                      test::pin("pin", "crank", "link", {0.05, 0}, {-0.1, 0}, test::loose(1e-3, 1e-2)) +
+                      test::pin("anchor", "ground", "link", {0.3005, 0}, {0.1, 0}) + test::surface("s", 0.5) +
+                      test::motor("motor", "axle", 10) + test::run_for(0.001),
                   "locked");
   std::string assumed;
   const State s = assemble(scene.mechanism, RunOptions::Start::assembled, &assumed);

@@ -1,20 +1,12 @@
 // Notes of a run about its own quality: doubtful results are reported with reason, by a measure
 // that the model has, and no others.
-#include <fmt/format.h>
-#include <catch2/catch.hpp>
-
-#include <cmath>
-#include <nlohmann/json.hpp>
-
+#include "facade/assess.hpp"
 #include "dynamics/assembly/assembly.hpp"
 #include "dynamics/system.hpp"
-#include "facade/assess.hpp"
 #include "io/files/run_json.hpp"
-#include "mechanism/scene.hpp"
 #include "values/warning.hpp"
 #include "verification/references/hertz_impact.hpp"
-#include "verification/support/support.hpp"
-#include "verification/support/texts.hpp"
+#include "verification/support/rig.hpp"
 
 using namespace freeplay;
 using Catch::Matchers::Contains;
@@ -26,27 +18,13 @@ constexpr double mass = 0.033, radius = 0.02, height = 0.5, g = 9.81;
 
 /// A ball that falls from a height onto a floor.
 Scene ball(double young, double poisson, double restitution) {
-  return parse_scene(fmt::format(R"(gravity = [0.0, -{}]
-[bodies.ball]
-mass = {}
-inertia = 5.3e-6
-position = [0.0, {}]
-[contacts.floor]
-type = "plane"
-between = ["ground", "ball"]
-radius = {}
-surface = "s"
-[surfaces.s]
-young = {}
-poisson = {}
-restitution = {}
-[run]
-duration = 1.0
-[penalty]
-contact = "exact"
-)",
-                                 g, mass, radius + height, radius, young, poisson, restitution),
-                     "ball");
+  return parse_scene(
+      fmt::format("gravity = [0.0, -{}]\n", g) +
+          test::body("ball", mass, 5.3e-6, fmt::format("position = [0.0, {}]\n", radius + height)) +
+          test::plane("floor", "ground", "ball", radius) +
+          test::surface("s", restitution, fmt::format("young = {}\npoisson = {}\n", young, poisson)) +
+          test::run_for(1.0) + "[penalty]\ncontact = \"exact\"\n",
+      "ball");
 }
 
 }  // namespace

@@ -1,20 +1,9 @@
 // Lyapunov exponents of attractors over a parameter and over starts, and those of penalty runs.
-#include <catch2/catch.hpp>
-
-#include <fmt/format.h>
-
-#include <algorithm>
-#include <cmath>
-#include <fstream>
-#include <numbers>
-
 #include "facade/lyapunov.hpp"
 #include "facade/orbit.hpp"
-#include "mechanism/scene.hpp"
 #include "study/attractors/attractor_exponents.hpp"
 #include "verification/references/orbits.hpp"
-#include "verification/support/support.hpp"
-#include "verification/support/texts.hpp"
+#include "verification/support/rig.hpp"
 
 using namespace freeplay;
 

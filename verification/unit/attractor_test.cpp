@@ -1,22 +1,12 @@
 // Attractors of motions: identified by their section points, over a parameter and over starts, and
 // after an interruption.
-#include <catch2/catch.hpp>
-
-#include <fmt/format.h>
 #include <fmt/ranges.h>
-
 #include <atomic>
-#include <cmath>
-#include <fstream>
-#include <map>
-#include <numbers>
 
-#include "io/files/output_file.hpp"
 #include "study/attractors/attractor_table.hpp"
 #include "verification/references/bouncing_on_table.hpp"
 #include "verification/support/ball_study.hpp"
-#include "verification/support/support.hpp"
-#include "verification/support/texts.hpp"
+#include "verification/support/rig.hpp"
 
 using namespace freeplay;
 

@@ -1,21 +1,8 @@
 // Lyapunov exponents of a basin with two periodic attractors: against closed forms, against a single run from the
 // same start, and divided into shards.
-#include <fmt/format.h>
-#include <catch2/catch.hpp>
-
-#include <array>
-#include <cmath>
-#include <numbers>
-#include <sstream>
-#include <string>
-#include <vector>
-
 #include "facade/lyapunov.hpp"
-#include "io/files/output_file.hpp"
-#include "mechanism/scene.hpp"
 #include "verification/support/ball_study.hpp"
-#include "verification/support/support.hpp"
-#include "verification/support/texts.hpp"
+#include "verification/support/rig.hpp"
 
 using namespace freeplay;
 
@@ -27,41 +14,13 @@ constexpr double inertia = 0.5, damping = 1, restitution = 0.7, frequency = 30;
 constexpr double period_of_torque = 2 * std::numbers::pi / frequency;
 
 std::string stopped_rotor() {
-  return fmt::format(R"([bodies.rotor]
-mass = 1
-inertia = {}
-[joints.axle]
-type = "revolute"
-between = ["ground", "rotor"]
-[loads.spring]
-type = "torsional-spring-damper"
-between = ["ground", "rotor"]
-stiffness = 200
-damping = {}
-[contacts.stop]
-type = "angle-stop"
-joint = "axle"
-radius = 0.1
-upper = 0.02
-surface = "hard"
-[surfaces.hard]
-restitution = {}
-[curves.torque]
-shape = "harmonic"
-amplitude = 4
-period = {:.17g}
-[drives.shaker]
-joint = "axle"
-torque_curve = "torque"
-against = "time"
-[run]
-duration = {:.17g}
-start = "given"
-[nonsmooth]
-scheme = "event-driven"
-tolerance = 1e-10
-)",
-                     inertia, damping, restitution, period_of_torque, 104 * period_of_torque);
+  return test::body("rotor", 1, inertia) + test::pin("axle", "ground", "rotor") +
+         test::torsion("spring", "ground", "rotor", 200, fmt::format("damping = {}\n", damping)) +
+         test::stop("stop", "angle-stop", "axle", "radius = 0.1\nupper = 0.02\n", "hard") +
+         test::surface("hard", restitution) + test::harmonic("torque", 4, period_of_torque) +
+         test::drive("shaker", "axle", "torque_curve = \"torque\"\nagainst = \"time\"\n") +
+         test::run_for(104 * period_of_torque, "start = \"given\"\n") +
+         "[nonsmooth]\nscheme = \"event-driven\"\ntolerance = 1e-10\n";
 }
 
 constexpr const char* rotor_basin = R"(scene = "scene.toml"

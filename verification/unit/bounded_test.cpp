@@ -1,31 +1,20 @@
 // Bounds on the cost of a run: bytes before they are written, the time until Ctrl-C takes effect,
 // memory, and messages when nothing more can be written.
 #include <fcntl.h>
-#include <fmt/format.h>
 #include <sys/wait.h>
 #include <unistd.h>
-
-#include <catch2/catch.hpp>
-
-#include <algorithm>
 #include <chrono>
 #include <csignal>
-#include <fstream>
-#include <nlohmann/json.hpp>
 #include <thread>
 
 #include "dynamics/assembly/assembly.hpp"
 #include "facade/run_folder.hpp"
-#include "facade/simulation.hpp"
 #include "io/files/child.hpp"
 #include "io/files/compiled_object.hpp"
 #include "io/files/folder_lock.hpp"
 #include "io/files/output_estimate.hpp"
-#include "io/files/output_file.hpp"
-#include "mechanism/error.hpp"
-#include "mechanism/scene.hpp"
 #include "verification/support/ball_study.hpp"
-#include "verification/support/support.hpp"
+#include "verification/support/rig.hpp"
 
 using namespace freeplay;
 using Catch::Matchers::Contains;

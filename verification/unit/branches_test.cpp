@@ -1,18 +1,11 @@
 // Assembly of a mechanism: four-bar loops and Grashof's types, the required branch, and starts that
 // are not a pose.
-#include <fmt/format.h>
-#include <catch2/catch.hpp>
-
-#include <cmath>
-
 #include "dynamics/assembly/assembly.hpp"
 #include "dynamics/assembly/four_bar.hpp"
 #include "dynamics/system.hpp"
 #include "io/scene/write_scene.hpp"
-#include "mechanism/scene.hpp"
 #include "verification/references/four_bar_pose.hpp"
-#include "verification/support/support.hpp"
-#include "verification/support/texts.hpp"
+#include "verification/support/rig.hpp"
 
 using namespace freeplay;
 using Catch::Matchers::Contains;
@@ -239,26 +232,10 @@ TEST_CASE("mechanisms of several loops assemble without stated values", "[assemb
 TEST_CASE("given angles without positions are kept: each body is placed on the one before it", "[assembly]") {
   // Two bars, at -30 and -110 degrees; only the angles are given.
   const auto text = [](double first, double second) {
-    return fmt::format(R"([bodies.upper]
-mass = 1
-inertia = 0.1
-angle = {}
-[bodies.lower]
-mass = 2
-inertia = 0.1
-angle = {}
-[joints.pivot]
-type = "revolute"
-between = ["ground", "upper"]
-at = [[1, 2], [-0.15, 0]]
-[joints.elbow]
-type = "revolute"
-between = ["lower", "upper"]
-at = [[-0.125, 0.01], [0.15, 0]]
-[run]
-duration = 1
-)",
-                       first, second);
+    return test::body("upper", 1, 0.1, fmt::format("angle = {}\n", first)) +
+           test::body("lower", 2, 0.1, fmt::format("angle = {}\n", second)) +
+           test::pin("pivot", "ground", "upper", {1, 2}, {-0.15, 0}) +
+           test::pin("elbow", "lower", "upper", {-0.125, 0.01}, {0.15, 0}) + test::run_for(1);
   };
   const double a = -M_PI / 6, b = -110 * M_PI / 180;
   const auto scene = parse_scene(text(a, b), "s.toml");

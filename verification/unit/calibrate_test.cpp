@@ -1,25 +1,13 @@
 // Parts of the calibration, each against a closed form: scatter, surfaces of functions that are not
 // quadratic, correlated targets, open intervals, identifiability. By the command: a rejected fit
 // has no interval.
-#include <fmt/format.h>
-
 #include <boost/math/distributions/students_t.hpp>
-#include <catch2/catch.hpp>
-#include <cmath>
-#include <fstream>
-#include <functional>
-#include <nlohmann/json.hpp>
-#include <numbers>
-#include <random>
 #include <tuple>
 
-#include "io/files/output_file.hpp"
 #include "measure/alignment.hpp"
-#include "mechanism/scene.hpp"
 #include "study/calibration/calibrate.hpp"
 #include "study/runs/case_run.hpp"
-#include "verification/support/support.hpp"
-#include "verification/support/texts.hpp"
+#include "verification/support/rig.hpp"
 
 using namespace freeplay;
 using Catch::Matchers::Contains;
@@ -513,19 +501,13 @@ TEST_CASE("statistics that vary faster than the points of the design do not excl
   // believed between its points rejected the true value.
   test::TemporaryFolder folder;
   const auto place = folder.path().string();
-  write_file(folder.path() / "scene.toml", R"(gravity = [0, 0]
-[bodies.crank]
-mass = 0.5
-inertia = 5e-4
-points = { shaft = [0, 0], pin = [0.05, 0], mass_centre = [0.01, 0] }
-[bodies.rod]
-mass = 0.3
-inertia = 1e-3
-points = { crank = [0, 0], gudgeon = [0.2, 0], mass_centre = [0.08, 0] }
-[bodies.slider]
-mass = 0.4
-inertia = 2e-4
-[joints.shaft]
+  write_file(folder.path() / "scene.toml",
+             "gravity = [0, 0]\n" +
+                 test::body("crank", 0.5, 5e-4,
+                            "points = { shaft = [0, 0], pin = [0.05, 0], mass_centre = [0.01, 0] }\n") +
+                 test::body("rod", 0.3, 1e-3,
+                            "points = { crank = [0, 0], gudgeon = [0.2, 0], mass_centre = [0.08, 0] }\n") +
+                 test::body("slider", 0.4, 2e-4) + R"([joints.shaft]
 type = "revolute"
 between = ["ground", "crank"]
 at = [[0, 0], "shaft"]
@@ -540,20 +522,9 @@ at = ["gudgeon", [0, 0]]
 clearance = 0.25e-3
 bearing_radius = 0.01
 surface = "steel"
-[joints.guide]
-type = "translational"
-between = ["ground", "slider"]
-at = [[0, 0], [0, 0]]
-axis = [1, 0]
-[surfaces.steel]
-young = 207e9
-poisson = 0.3
-restitution = 0.5
-friction = 0.12
-[drives.motor]
-joint = "shaft"
-speed_rpm = 200
-[run]
+)" + test::guide("guide", "ground", "slider") +
+                 test::surface("steel", 0.5, "young = 207e9\npoisson = 0.3\nfriction = 0.12\n") +
+                 test::drive("motor", "shaft", "speed_rpm = 200\n") + R"([run]
 revolutions = 2
 start = "ideal"
 [instruments.acc]

@@ -1,16 +1,8 @@
 // Cams against geometry and finite differences: gaps of profiles with known gaps, contact rows and
 // their rates, the bound that excludes a contact within a step, lift laws, and refused profiles.
-#include <catch2/catch.hpp>
-
-#include <cmath>
-#include <random>
-
 #include "dynamics/system.hpp"
 #include "io/scene/open_scene.hpp"
-#include "mechanism/error.hpp"
-#include "mechanism/scene.hpp"
-#include "verification/support/support.hpp"
-#include "verification/support/texts.hpp"
+#include "verification/support/rig.hpp"
 
 using namespace freeplay;
 
@@ -20,28 +12,12 @@ constexpr double s = 1e-5;
 
 /// Two bodies joined by a cam contact; `keys` are those of the contact.
 Scene pair_of(const std::string& keys, const std::string& bodies = "\"cam\", \"follower\"") {
-  return parse_scene(R"(
-[bodies.cam]
-mass = 1
-inertia = 1
-[bodies.follower]
-mass = 1
-inertia = 1
-position = [0.0, 5.0]
-[surfaces.steel]
-young = 2e11
-poisson = 0.3
-restitution = 0.5
-friction = 0.1
-[contacts.lobe]
-type = "cam"
-between = [)" + bodies + R"(]
+  return parse_scene(test::body("cam", 1, 1) + test::body("follower", 1, 1, "position = [0.0, 5.0]\n") +
+                         test::surface("steel", 0.5, "young = 2e11\npoisson = 0.3\nfriction = 0.1\n") +
+                         "[contacts.lobe]\ntype = \"cam\"\nbetween = [" + bodies + R"(]
 at = [[0.1, -0.2], [0.3, 0.15]]
 surface = "steel"
-)" + keys + R"(
-[run]
-duration = 1
-)",
+)" + keys + "\n" + test::run_for(1),
                      "cam");
 }
 const std::string law =

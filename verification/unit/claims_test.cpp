@@ -1,18 +1,11 @@
 // The list of claims of `freeplay verify` is itself a test; docs/verification/verification.md shows
 // that list. Also the form of names, the verdict of a claim, and the tables of
 // docs/verification/verification.md.
-#include <fmt/format.h>
-#include <algorithm>
-#include <catch2/catch.hpp>
 #include <deque>
-#include <fstream>
-#include <set>
-#include <sstream>
-#include <string>
 
 #include "verification/claims/claim.hpp"
 #include "verification/claims/report_tables.hpp"
-#include "verification/support/support.hpp"
+#include "verification/support/rig.hpp"
 
 using namespace freeplay::verification;
 

@@ -1,17 +1,5 @@
 // The commands on studies and measurements as a user runs them, on small studies.
-#include <fmt/format.h>
-#include <catch2/catch.hpp>
-
-#include <algorithm>
-#include <cmath>
-#include <fstream>
-#include <nlohmann/json.hpp>
-#include <numbers>
-#include <sstream>
-
-#include "io/files/output_file.hpp"
-#include "verification/support/support.hpp"
-#include "verification/support/texts.hpp"
+#include "verification/support/rig.hpp"
 
 using namespace freeplay;
 using Catch::Matchers::Contains;

@@ -1,12 +1,6 @@
 // Cells of the table of compare, from planted results: errors beside values, transients, long names.
-#include <catch2/catch.hpp>
-
-#include <string>
-
-#include "mechanism/scene.hpp"
 #include "study/comparison/compare.hpp"
-#include "verification/support/support.hpp"
-#include "verification/support/texts.hpp"
+#include "verification/support/rig.hpp"
 
 using namespace freeplay;
 using Catch::Matchers::Contains;

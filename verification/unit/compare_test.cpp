@@ -1,13 +1,7 @@
 // Pairing of contacts, the condition "matched" and error bars of compare, on lists of events made
 // by hand.
-#include <catch2/catch.hpp>
-
-#include <cmath>
-#include <nlohmann/json.hpp>
-
-#include "mechanism/scene.hpp"
 #include "study/comparison/compare.hpp"
-#include "verification/support/support.hpp"
+#include "verification/support/rig.hpp"
 
 using namespace freeplay;
 using Catch::Matchers::Contains;

@@ -1,22 +1,13 @@
 // Tables, curves and branches on values in compiled functions. The expected digits are those of the
 // templates with plain numbers, which other tests compare with closed forms.
-#include <catch2/catch.hpp>
-#include <cmath>
-#include <cstdlib>
-#include <optional>
-#include <string>
-#include <vector>
-
-#include "facade/simulation.hpp"
 #include "io/files/compiled_object.hpp"
 #include "io/scene/open_scene.hpp"
 #include "mechanism/cam_profile.hpp"
 #include "mechanism/curve.hpp"
 #include "mechanism/piecewise.hpp"
-#include "mechanism/scene.hpp"
 #include "numerics/choice.hpp"
 #include "numerics/trace.hpp"
-#include "verification/support/support.hpp"
+#include "verification/support/rig.hpp"
 
 using namespace freeplay;
 

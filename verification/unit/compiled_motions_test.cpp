@@ -1,20 +1,14 @@
 // Compiled right-hand sides (dynamics/motion_trace.cpp) against the templates of System and the
 // general solution of the linear system, and whole runs with and without them. The expected digits are
 // those of the general path, which other tests compare with closed forms.
-#include <catch2/catch.hpp>
-#include <cstdlib>
-#include <string>
-
 #include "dynamics/assembly/assembly.hpp"
 #include "dynamics/assembly/redundancy.hpp"
 #include "dynamics/motion_kernel.hpp"
 #include "dynamics/system.hpp"
 #include "dynamics/system_functions.hpp"
-#include "facade/simulation.hpp"
 #include "io/files/compiled_object.hpp"
-#include "mechanism/scene.hpp"
 #include "verification/random_scenes/scene.hpp"
-#include "verification/support/support.hpp"
+#include "verification/support/rig.hpp"
 
 using namespace freeplay;
 namespace rs = freeplay::verification::random_scenes;

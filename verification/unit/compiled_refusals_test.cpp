@@ -2,26 +2,15 @@
 // of another user or of another structure. The expected digits are those of the general evaluation.
 #include <unistd.h>
 
-#include <algorithm>
-#include <catch2/catch.hpp>
-#include <cmath>
-#include <cstdlib>
-#include <filesystem>
-#include <fstream>
-#include <string>
-#include <vector>
-
 #include "dynamics/assembly/assembly.hpp"
 #include "dynamics/system.hpp"
 #include "dynamics/system_functions.hpp"
 #include "facade/compile.hpp"
-#include "facade/simulation.hpp"
 #include "io/files/compiled_object.hpp"
 #include "io/files/digest.hpp"
 #include "io/scene/open_scene.hpp"
-#include "mechanism/scene.hpp"
 #include "numerics/saddle_point.hpp"
-#include "verification/support/support.hpp"
+#include "verification/support/rig.hpp"
 
 using namespace freeplay;
 namespace fs = std::filesystem;
@@ -41,35 +30,11 @@ struct RefusalCache {
 
 /// A slider-crank without a drive, whose rod is as long as its crank: the rows are dependent where
 /// the crank is at 90°.
-const char* const equal_lengths = R"(
-[bodies.crank]
-mass = 1
-inertia = 0.1
-[bodies.rod]
-mass = 2
-inertia = 0.3
-[bodies.slider]
-mass = 3
-inertia = 0.2
-[joints.main]
-type = "revolute"
-between = ["ground", "crank"]
-[joints.pin]
-type = "revolute"
-between = ["crank", "rod"]
-at = [[0.1, 0], [-0.05, 0]]
-[joints.gudgeon]
-type = "revolute"
-between = ["rod", "slider"]
-at = [[0.05, 0], [0, 0]]
-[joints.guide]
-type = "translational"
-between = ["ground", "slider"]
-axis = [1, 0]
-[run]
-duration = 0.1
-start = "given"
-)";
+const std::string equal_lengths =
+    test::body("crank", 1, 0.1) + test::body("rod", 2, 0.3) + test::body("slider", 3, 0.2) +
+    test::pin("main", "ground", "crank") + test::pin("pin", "crank", "rod", {0.1, 0}, {-0.05, 0}) +
+    test::pin("gudgeon", "rod", "slider", {0.05, 0}) + test::guide("guide", "ground", "slider") +
+    test::run_for(0.1, "start = \"given\"\n");
 
 State at_crank_angle(double angle) {
   const double x = 0.1 * std::cos(angle), y = 0.1 * std::sin(angle);
@@ -94,25 +59,13 @@ TEST_CASE("a torque table of time: steps across its knots take the mean, also in
   const RefusalCache cache;
   // The pulse of 1 N m lasts 1 ms, after the middle of a step of 5 ms. The rotor of 0.1 kg m² gains 0.01 rad/s,
   // and none if the table is evaluated at the middle.
-  auto scene = parse_scene(R"(
-[bodies.rotor]
-mass = 1
-inertia = 0.1
-[joints.pin]
-type = "revolute"
-between = ["ground", "rotor"]
-[drives.motor]
-joint = "pin"
-against = "time"
-torque_table = [[0.0131, 0.0], [0.0131001, 1.0], [0.0141, 1.0], [0.0141001, 0.0]]
-[run]
-duration = 0.05
-start = "given"
-[nonsmooth]
-scheme = "moreau-jean"
-step = 5e-3
-)",
-                           "pulse");
+  auto scene = parse_scene(
+      test::body("rotor", 1, 0.1) + test::pin("pin", "ground", "rotor") +
+          test::drive("motor", "pin",
+                      "against = \"time\"\n"
+                      "torque_table = [[0.0131, 0.0], [0.0131001, 1.0], [0.0141, 1.0], [0.0141001, 0.0]]\n") +
+          test::run_for(0.05, "start = \"given\"\n") + "[nonsmooth]\nscheme = \"moreau-jean\"\nstep = 5e-3\n",
+      "pulse");
   const auto compiled = Simulation(scene, "nonsmooth", {.compile = Compile::always}).run();
   CHECK(compiled.compiled.used);
   CHECK(compiled.compiled.general_parts.empty());
@@ -126,27 +79,11 @@ step = 5e-3
 
 TEST_CASE("compiled steps are not refused for a body whose angle stays 0", "[compiled][program]") {
   const RefusalCache cache;
-  const auto scene = parse_scene(R"(
-gravity = [0, -9.81]
-[bodies.ball]
-mass = 1
-inertia = 0.1
-position = [0, 0.2]
-[contacts.table]
-type = "plane"
-between = ["ground", "ball"]
-radius = 0.05
-surface = "s"
-[surfaces.s]
-restitution = 0.5
-[run]
-duration = 0.4
-start = "given"
-[nonsmooth]
-scheme = "moreau-jean"
-step = 1e-3
-)",
-                                 "ball");
+  const auto scene = parse_scene(
+      "\ngravity = [0, -9.81]\n" + test::body("ball", 1, 0.1, "position = [0, 0.2]\n") +
+          test::plane("table", "ground", "ball", 0.05) + test::surface("s", 0.5) +
+          test::run_for(0.4, "start = \"given\"\n") + "[nonsmooth]\nscheme = \"moreau-jean\"\nstep = 1e-3\n",
+      "ball");
   const auto compiled = Simulation(scene, "nonsmooth", {.compile = Compile::always}).run(),
              general = Simulation(scene, "nonsmooth", {.compile = Compile::never}).run();
   CHECK(compiled.compiled.used);

@@ -1,20 +1,15 @@
 // Compiled time steps (dynamics/step_trace.cpp) against the general path of time stepping. The
 // expected digits are those of the general path, which other tests compare with closed forms.
-#include <catch2/catch.hpp>
-#include <cstdlib>
-#include <string>
 #include <variant>
 
 #include "dynamics/assembly/assembly.hpp"
 #include "dynamics/assembly/redundancy.hpp"
 #include "dynamics/system.hpp"
 #include "dynamics/system_functions.hpp"
-#include "facade/simulation.hpp"
 #include "formulations/time_stepping/step_check.hpp"
 #include "io/files/compiled_object.hpp"
-#include "mechanism/scene.hpp"
 #include "verification/random_scenes/scene.hpp"
-#include "verification/support/support.hpp"
+#include "verification/support/rig.hpp"
 
 using namespace freeplay;
 namespace rs = freeplay::verification::random_scenes;

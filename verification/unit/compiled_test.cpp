@@ -1,26 +1,17 @@
 // Compiled mechanisms: their functions against the templates of System, and whole runs with and
 // without them. The expected digits are those of the templates, which other tests compare with closed
 // forms.
-#include <catch2/catch.hpp>
-#include <cmath>
-#include <cstdlib>
-#include <filesystem>
-#include <string>
 #include <variant>
-#include <vector>
 
 #include "dynamics/assembly/assembly.hpp"
 #include "dynamics/assembly/redundancy.hpp"
 #include "dynamics/system.hpp"
 #include "dynamics/system_functions.hpp"
 #include "facade/compile.hpp"
-#include "facade/simulation.hpp"
 #include "io/files/compiled_object.hpp"
-#include "mechanism/error.hpp"
-#include "mechanism/scene.hpp"
 #include "numerics/lane_tape.hpp"
 #include "verification/random_scenes/scene.hpp"
-#include "verification/support/support.hpp"
+#include "verification/support/rig.hpp"
 
 using namespace freeplay;
 namespace rs = freeplay::verification::random_scenes;

@@ -3,14 +3,11 @@
 // frictional map a P-map. Frictionless problems against a convex quadratic program solved by Ipopt.
 #include <IpIpoptApplication.hpp>
 #include <IpTNLP.hpp>
-#include <catch2/catch.hpp>
 
 #include "dynamics/system.hpp"
-#include "facade/simulation.hpp"
-#include "mechanism/scene.hpp"
 #include "numerics/saddle_point.hpp"
 #include "verification/support/random_contact.hpp"
-#include "verification/support/support.hpp"
+#include "verification/support/rig.hpp"
 
 using namespace freeplay;
 using test::Random;

@@ -1,17 +1,9 @@
 // Ends of the range of a continuation, its restart there, events of the user and crossings of branches.
-#include <fmt/format.h>
-
-#include <algorithm>
-#include <catch2/catch.hpp>
-#include <cmath>
-#include <string>
-
 #include "facade/continuation.hpp"
 #include "facade/orbit.hpp"
-#include "mechanism/scene.hpp"
 #include "verification/claims/orbit_scenes.hpp"
 #include "verification/references/orbits.hpp"
-#include "verification/support/scene_text.hpp"
+#include "verification/support/rig.hpp"
 
 using namespace freeplay;
 
@@ -112,13 +104,7 @@ TEST_CASE("branches that cross at a multiplier 1 are followed to both sides", "[
                     test::pin("axle", "ground", "rotor") + "[drives.motor]\njoint = \"axle\"\nspeed = 6.0\n" +
                     test::body("rod", 2, 0.3, "position = [0, 0.5]\n") +
                     test::pin("hinge", "ground", "rod", {}, {0, -0.5}) +
-                    fmt::format(R"([loads.spring]
-type = "torsional-spring-damper"
-between = ["ground", "rod"]
-stiffness = {}
-damping = 0.8
-)",
-                                1.3 * weight) +
+                    test::torsion("spring", "ground", "rod", 1.3 * weight, "damping = 0.8\n") +
                     test::run_for(1, "start = \"given\"\n[nonsmooth]\nscheme = \"event-driven\"\n");
   const auto found = continue_orbit(
       parse_scene(text, "s.toml"),

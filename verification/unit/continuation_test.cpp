@@ -1,18 +1,8 @@
 // Continuation of periodic motions: refusals, ends of branches, and the order of what is reported.
-#include <catch2/catch.hpp>
-#include <cmath>
-#include <filesystem>
-#include <string>
-#include <vector>
-
 #include "facade/continuation.hpp"
-#include "io/files/output_file.hpp"
-#include "mechanism/scene.hpp"
 #include "verification/claims/orbit_scenes.hpp"
 #include "verification/references/orbits.hpp"
-#include "verification/support/scene_text.hpp"
-#include "verification/support/support.hpp"
-#include "verification/support/texts.hpp"
+#include "verification/support/rig.hpp"
 
 using namespace freeplay;
 using Catch::Matchers::Contains;

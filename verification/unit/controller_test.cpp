@@ -1,22 +1,14 @@
 // Controllers: refusals of the reader, canonical text, exact Jacobians at and within the limit, small
 // motions about the target, and the order of a method across the limit.
-#include <catch2/catch.hpp>
-
-#include <cmath>
-#include <random>
-
 #include "dynamics/assembly/assembly.hpp"
 #include "dynamics/assembly/equilibrium.hpp"
 #include "dynamics/assembly/modes.hpp"
 #include "dynamics/system.hpp"
 #include "formulations/penalty/dynamics.hpp"
 #include "io/scene/write_scene.hpp"
-#include "mechanism/scene.hpp"
 #include "verification/references/feedback.hpp"
 #include "verification/support/jacobian_check.hpp"
-#include "verification/support/scene_text.hpp"
-#include "verification/support/support.hpp"
-#include "verification/support/texts.hpp"
+#include "verification/support/rig.hpp"
 
 using namespace freeplay;
 using Catch::Matchers::Contains;
@@ -81,24 +73,18 @@ TEST_CASE("invalid controllers are refused at their place", "[controller]") {
 }
 
 TEST_CASE("the canonical text contains controllers", "[controller]") {
-  const auto scene =
-      parse_scene(controlled_rotor + controlled_block +
-                      "[curves.goal]\nshape = \"ramp\"\nto = 0.2\nrise = 0.1\n" + R"([drives.turn]
-joint = "main"
-target_angle = "goal"
+  const auto scene = parse_scene(controlled_rotor + controlled_block +
+                                     "[curves.goal]\nshape = \"ramp\"\nto = 0.2\nrise = 0.1\n" +
+                                     test::drive("turn", "main", R"(target_angle = "goal"
 proportional = 20
 derivative = 2
 integral = 30
 torque_limit = 4
 lag = 0.01
 tracking_time = 0.3
-[drives.slide]
-joint = "guide"
-measured = "guide"
-target_position = 0.1
-proportional = 200
-)" + half_second,
-                  "s.toml");
+)") + test::drive("slide", "guide", "measured = \"guide\"\ntarget_position = 0.1\nproportional = 200\n") +
+                                     half_second,
+                                 "s.toml");
   CHECK(same_facts(parse_scene(to_toml(scene), "again"), scene));
   const System system(scene.mechanism);
   CHECK(system.states() == 2);
@@ -112,11 +98,8 @@ TEST_CASE("the exact Jacobian is correct with controllers", "[controller][jacobi
                                      test::body("c", 0.4, 0.3) +
                                      test::pin("pin", "ground", "a", {0.1, 0.2}, {0.3, -0.1}) +
                                      test::guide("slide", "a", "b", {0.6, 0.8}, {0.02, 0.03}, {-0.04, 0.05}) +
-                                     test::pin("free", "a", "c", {0.1, 0.0}, {0.2, 0.1}) + R"([curves.wave]
-shape = "harmonic"
-amplitude = 0.7
-period = 2.1
-[drives.place]
+                                     test::pin("free", "a", "c", {0.1, 0.0}, {0.2, 0.1}) +
+                                     test::harmonic("wave", 0.7, 2.1) + R"([drives.place]
 joint = "slide"
 target_position = "wave"
 proportional = 2

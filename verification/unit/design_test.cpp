@@ -1,17 +1,7 @@
 // Choice of a study's points: strata, the first Sobol points against their direction numbers,
 // ranges, keys that vary together, and filters.
-#include <fmt/format.h>
-#include <catch2/catch.hpp>
-
-#include <algorithm>
-#include <cmath>
-#include <set>
-
-#include "io/files/output_file.hpp"
-#include "mechanism/error.hpp"
 #include "study/settings/design.hpp"
-#include "verification/support/support.hpp"
-#include "verification/support/texts.hpp"
+#include "verification/support/rig.hpp"
 
 using namespace freeplay;
 using Catch::Matchers::Contains;

@@ -1,13 +1,5 @@
 // Attractors with Lyapunov exponents computed in shards, and refusals of work that cannot be divided.
-#include <fmt/format.h>
-#include <catch2/catch.hpp>
-
-#include <filesystem>
-#include <string>
-
-#include "io/files/output_file.hpp"
-#include "verification/support/support.hpp"
-#include "verification/support/texts.hpp"
+#include "verification/support/rig.hpp"
 
 using namespace freeplay;
 using Catch::Matchers::Contains;

@@ -1,22 +1,11 @@
 // Drives along curves: files of points, refusals of the reader, the exact Jacobian of curves,
 // motors and governors, and rows within long steps.
-#include <catch2/catch.hpp>
-
-#include <algorithm>
-#include <cmath>
-#include <fstream>
-#include <random>
-
 #include "dynamics/system.hpp"
-#include "facade/simulation.hpp"
 #include "formulations/penalty/dynamics.hpp"
 #include "io/scene/write_scene.hpp"
 #include "mechanism/curve.hpp"
-#include "mechanism/scene.hpp"
 #include "verification/support/jacobian_check.hpp"
-#include "verification/support/scene_text.hpp"
-#include "verification/support/support.hpp"
-#include "verification/support/texts.hpp"
+#include "verification/support/rig.hpp"
 
 using namespace freeplay;
 using Catch::Matchers::Contains;
@@ -164,8 +153,9 @@ TEST_CASE("invalid curves and drives are refused at their place", "[driving]") {
 }
 
 TEST_CASE("the canonical text contains every kind of drive", "[driving]") {
-  const auto scene = parse_scene(rotor + test::body("block", 1, 1, "position = [0.4, 0.3]\n") +
-                                     test::guide("guide", "ground", "block", {0.8, 0.6}) + R"([curves.up]
+  const auto scene = parse_scene(
+      rotor + test::body("block", 1, 1, "position = [0.4, 0.3]\n") +
+          test::guide("guide", "ground", "block", {0.8, 0.6}) + R"([curves.up]
 shape = "ramp"
 to = 3
 rise = 0.2
@@ -173,36 +163,16 @@ rise = 0.2
 shape = "harmonic"
 amplitude = 2
 frequency = 50
-[drives.a]
-joint = "main"
-voltage = "wave"
-resistance = 1
-torque_constant = 0.1
-[drives.b]
-joint = "main"
-target_speed = 3
-integral = 2
-torque_limit = 1
-[drives.c]
-joint = "guide"
-velocity = "up"
-[drives.d]
-joint = "guide"
-force = "wave"
-against = "speed"
-[drives.e]
-joint = "main"
-breakdown_torque = 3
-breakdown_slip = 0.2
-synchronous_speed_rpm = -1500
-[loads.l]
-type = "force"
-body = "rotor"
-force = [1, 0]
-axes = "body"
-factor = "up"
-)" + length,
-                                 "s");
+)" + test::drive("a", "main", "voltage = \"wave\"\nresistance = 1\ntorque_constant = 0.1\n") +
+          test::drive("b", "main", "target_speed = 3\nintegral = 2\ntorque_limit = 1\n") +
+          test::drive("c", "guide", "velocity = \"up\"\n") +
+          test::drive("d", "guide", "force = \"wave\"\nagainst = \"speed\"\n") +
+          test::drive("e", "main",
+                      "breakdown_torque = 3\nbreakdown_slip = 0.2\nsynchronous_speed_rpm = -1500\n") +
+          "[loads.l]\ntype = \"force\"\nbody = \"rotor\"\nforce = [1, 0]\n"
+          "axes = \"body\"\nfactor = \"up\"\n" +
+          length,
+      "s");
   const auto facts = to_toml(scene);
   CHECK(to_toml(parse_scene(facts, "again")) == facts);
   // from the body's position
@@ -211,54 +181,26 @@ factor = "up"
 }
 
 TEST_CASE("the exact Jacobian is correct with curves, motors and governors", "[driving][jacobian]") {
-  const auto scene =
-      parse_scene(test::body("a", 1.5, 0.2) + test::body("b", 0.7, 0.1) + test::body("c", 0.4, 0.3) +
-                      test::pin("pin", "ground", "a", {0.1, 0.2}, {0.3, -0.1}) +
-                      test::guide("slide", "a", "b", {0.6, 0.8}, {0.02, 0.03}, {-0.04, 0.05}) +
-                      test::pin("free", "a", "c", {0.1, 0.0}, {0.2, 0.1}) + R"([curves.wave]
-shape = "harmonic"
-amplitude = 0.7
-period = 2.1
-[curves.bent]
+  const auto scene = parse_scene(
+      test::body("a", 1.5, 0.2) + test::body("b", 0.7, 0.1) + test::body("c", 0.4, 0.3) +
+          test::pin("pin", "ground", "a", {0.1, 0.2}, {0.3, -0.1}) +
+          test::guide("slide", "a", "b", {0.6, 0.8}, {0.02, 0.03}, {-0.04, 0.05}) +
+          test::pin("free", "a", "c", {0.1, 0.0}, {0.2, 0.1}) + test::harmonic("wave", 0.7, 2.1) +
+          R"([curves.bent]
 shape = "table"
 points = [[-9, 1], [-2, 0.3], [0.1, -0.4], [3, 0.5], [9, 2]]
 between = "spline"
-[drives.place]
-joint = "slide"
-position = "wave"
-of = "pin"
-[drives.turn]
-joint = "pin"
-velocity = "bent"
-[drives.motor]
-joint = "free"
-voltage = "wave"
-resistance = 0.7
-torque_constant = 0.3
-inductance = 0.4
-[drives.governor]
-joint = "free"
-target_speed = "bent"
-proportional = 0.4
-integral = 0.6
-[drives.mains]
-joint = "free"
-breakdown_torque = 0.8
-breakdown_slip = 0.6
-synchronous_speed = 2
-[drives.push]
-joint = "slide"
-force = "bent"
-against = "position"
-[drives.rub]
-joint = "slide"
-force = "bent"
-against = "speed"
-[drives.twist]
-joint = "free"
-torque_curve = "wave"
-against = "angle"
-[loads.jet]
+)" + test::drive("place", "slide", "position = \"wave\"\nof = \"pin\"\n") +
+          test::drive("turn", "pin", "velocity = \"bent\"\n") +
+          test::drive("motor", "free",
+                      "voltage = \"wave\"\nresistance = 0.7\ntorque_constant = 0.3\n"
+                      "inductance = 0.4\n") +
+          test::drive("governor", "free", "target_speed = \"bent\"\nproportional = 0.4\nintegral = 0.6\n") +
+          test::drive("mains", "free",
+                      "breakdown_torque = 0.8\nbreakdown_slip = 0.6\nsynchronous_speed = 2\n") +
+          test::drive("push", "slide", "force = \"bent\"\nagainst = \"position\"\n") +
+          test::drive("rub", "slide", "force = \"bent\"\nagainst = \"speed\"\n") +
+          test::drive("twist", "free", "torque_curve = \"wave\"\nagainst = \"angle\"\n") + R"([loads.jet]
 type = "force"
 body = "c"
 at = [0.1, 0.2]
@@ -279,7 +221,7 @@ torque = 0.3
 factor = "bent"
 against = "speed"
 )" + length,
-                  "jacobian");
+      "jacobian");
   const System system(scene.mechanism);
   PenaltyDynamics f(system, scene.penalty, {}, RowFacts{false});
   std::mt19937 engine(7);
@@ -291,23 +233,13 @@ against = "speed"
 }
 
 TEST_CASE("a run with motors continues from a snapshot bit for bit", "[driving]") {
-  const auto scene = parse_scene(rotor + R"([curves.supply]
-shape = "ramp"
-to = 24
-rise = 0.2
-[drives.motor]
-joint = "main"
-voltage = "supply"
-resistance = 1.5
-torque_constant = 0.4
-inductance = 0.01
-[drives.governor]
-joint = "main"
-target_speed = 10
-proportional = 0.1
-integral = 1
-)" + length,
-                                 "s");
+  const auto scene = parse_scene(
+      rotor + "[curves.supply]\nshape = \"ramp\"\nto = 24\nrise = 0.2\n" +
+          test::drive("motor", "main",
+                      "voltage = \"supply\"\nresistance = 1.5\ntorque_constant = 0.4\n"
+                      "inductance = 0.01\n") +
+          test::drive("governor", "main", "target_speed = 10\nproportional = 0.1\nintegral = 1\n") + length,
+      "s");
   for (const auto* formulation : {"penalty", "nonsmooth"}) {
     Simulation whole(scene, formulation), first(scene, formulation), second(scene, formulation);
     REQUIRE(whole.run().ending.status == Ending::Status::finished);
@@ -335,20 +267,10 @@ TEST_CASE("rows between the ends of long steps are as accurate as the ends", "[d
   // A prescribed motion: a 3-4-5 rise of 0.5 rad in 0.4 s, polynomials that a method of high order
   // integrates in a few steps.
   const auto scene = parse_scene(
-      rotor + R"([drives.d]
-joint = "main"
-position = "c"
-[curves.c]
-shape = "rise-dwell-return"
-to = 0.5
-start = 0.1
-rise = 0.4
-dwell = 0.1
-return = 0.2
-[run]
-duration = 1
-[penalty]
-integrator = ")" +
+      rotor + test::drive("d", "main", "position = \"c\"\n") +
+          "[curves.c]\nshape = \"rise-dwell-return\"\nto = 0.5\nstart = 0.1\nrise = 0.4\n"
+          "dwell = 0.1\nreturn = 0.2\n" +
+          test::run_for(1) + "[penalty]\nintegrator = \"" +
           GENERATE(as<std::string>{}, "adams_bashforth_moulton", "bulirsch_stoer", "dopri5", "rosenbrock4") +
           "\"\n",
       "s.toml");
@@ -382,14 +304,9 @@ TEST_CASE("a force and a torque may depend on the angle of another joint", "[dri
   const std::string start = "format = 2\n" + test::body("crank", 1, 0.1, "angle = 0.3\n") +
                             test::body("block", 2, 0.5) + test::body("rotor", 2, 0.5) +
                             test::pin("shaft", "ground", "crank") + test::guide("guide", "ground", "block") +
-                            test::pin("main", "ground", "rotor") + R"([drives.motor]
-joint = "shaft"
-speed = 10
-[curves.gas]
-shape = "harmonic"
-amplitude = 4
-period = "1 turn"
-)" + test::run_for(0.7);
+                            test::pin("main", "ground", "rotor") + test::motor("motor", "shaft", 10) +
+                            "[curves.gas]\nshape = \"harmonic\"\namplitude = 4\nperiod = \"1 turn\"\n" +
+                            test::run_for(0.7);
   const std::string reads = "against = \"angle\"\nof = \"shaft\"\n";
   struct Kind {
     std::string text;

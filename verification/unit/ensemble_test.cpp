@@ -1,22 +1,13 @@
 // Ensembles: each start equals its single run, and bands are the quantiles of the runs.
-#include <catch2/catch.hpp>
-#include <nlohmann/json.hpp>
-
-#include <cmath>
-
 #include "dynamics/system.hpp"
-#include "facade/simulation.hpp"
 #include "io/scene/open_scene.hpp"
-#include "mechanism/error.hpp"
-#include "mechanism/scene.hpp"
 #include "simulation/trajectory.hpp"
 #include "study/ensemble/ensemble.hpp"
 #include "study/ensemble/ensemble_store.hpp"
 #include "study/partition/divided_ensemble.hpp"
 #include "study/partition/merge.hpp"
 #include "study/partition/shard.hpp"
-#include "verification/support/support.hpp"
-#include "verification/support/texts.hpp"
+#include "verification/support/rig.hpp"
 
 using namespace freeplay;
 using Catch::Matchers::Contains;

@@ -1,21 +1,12 @@
 // Special cases of equilibria: refusals and their messages, mirrored and tiny scenes, held drives,
 // and the command.
-#include <catch2/catch.hpp>
-
-#include <fmt/format.h>
-#include <algorithm>
-#include <cmath>
-#include <fstream>
-
 #include "dynamics/assembly/assembly.hpp"
 #include "dynamics/assembly/modes.hpp"
 #include "dynamics/system.hpp"
-#include "facade/simulation.hpp"
 #include "formulations/make.hpp"
-#include "mechanism/scene.hpp"
 #include "study/runs/perturb.hpp"
 #include "verification/random_scenes/scene.hpp"
-#include "verification/support/support.hpp"
+#include "verification/support/rig.hpp"
 
 using namespace freeplay;
 using Catch::Matchers::Contains;
@@ -34,14 +25,13 @@ State begin(const std::string& text, std::string* assumed = nullptr) {
 /// A disc in a ring on a spring, all lengths multiplied by `length`, mirrored at the vertical by
 /// `side`.
 Modes ring(double length, int side, Family family) {
-  const auto scene = parse_scene(
-      fmt::format(
-          "gravity = [{}, {}]\n[bodies.a]\nmass = 1e-3\ninertia = {}\n[joints.pin]\ntype = \"revolute\"\n"
-          "between = [\"ground\", \"a\"]\nat = [[0, 0], [{}, {}]]\nclearance = {}\nbearing_radius = {}\n"
-          "surface = \"s\"\n[surfaces.s]\nyoung = 2e11\npoisson = 0.3\nrestitution = 0.5\n{}",
-          side * 2 * length, -10 * length, 1e-3 * length * length, -side * 0.8 * length, 0.6 * length,
-          0.01 * length, 0.2 * length, run),
-      "test");
+  const auto scene =
+      parse_scene(fmt::format("gravity = [{}, {}]\n", side * 2 * length, -10 * length) +
+                      test::body("a", 1e-3, 1e-3 * length * length) +
+                      test::pin("pin", "ground", "a", {}, {-side * 0.8 * length, 0.6 * length},
+                                test::loose(0.01 * length, 0.2 * length)) +
+                      fmt::format("[surfaces.s]\nyoung = 2e11\npoisson = 0.3\nrestitution = 0.5\n{}", run),
+                  "test");
   const System system(scene.mechanism);
   const auto elastic = compliances(family, scene, system);
   const auto from = assemble(scene.mechanism, RunOptions::Start::assembled);

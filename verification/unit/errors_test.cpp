@@ -1,25 +1,12 @@
 // Error messages: in the program's own words, with their place, in few lines.
-#include <fmt/format.h>
-#include <catch2/catch.hpp>
-
-#include <algorithm>
-#include <cmath>
-#include <fstream>
-#include <sstream>
-
 #include "dynamics/assembly/assembly.hpp"
 #include "dynamics/assembly/closure.hpp"
 #include "dynamics/system.hpp"
-#include "facade/simulation.hpp"
-#include "io/files/output_file.hpp"
 #include "io/scene/section.hpp"
 #include "io/scene/toml_value.hpp"
-#include "mechanism/scene.hpp"
 #include "study/runs/case_run.hpp"
 #include "study/settings/study.hpp"
-#include "verification/support/scene_text.hpp"
-#include "verification/support/support.hpp"
-#include "verification/support/texts.hpp"
+#include "verification/support/rig.hpp"
 
 using namespace freeplay;
 using Catch::Matchers::Contains;

@@ -1,16 +1,10 @@
 // The exact Jacobian of the contact modes of the event-driven scheme against central differences of
 // their right-hand side: open, sticking and sliding in either direction, with every film and
 // without one, on a mechanism with drives, springs, dampers and a preloaded joint.
-#include <catch2/catch.hpp>
-
-#include <random>
-
 #include "dynamics/system.hpp"
-#include "facade/simulation.hpp"
 #include "formulations/event_driven/event_dynamics.hpp"
-#include "mechanism/scene.hpp"
 #include "verification/support/jacobian_check.hpp"
-#include "verification/support/scene_text.hpp"
+#include "verification/support/rig.hpp"
 
 using namespace freeplay;
 
@@ -18,38 +12,15 @@ namespace {
 
 Scene scene_with(const std::string& film) {
   return parse_scene(
-      test::two_bodies() + R"([surfaces.steel]
-restitution = 0.6
-friction = 0.3
-[joints.loose]
-type = "revolute"
-between = ["ground", "b"]
-at = [[0.0, 0.1], [0.2, 0.1]]
-clearance = 0.3
-bearing_radius = 0.6
-bearing_length = 0.2
-surface = "steel"
-)" +
+      test::two_bodies() + test::surface("steel", 0.6, 0.3) +
+          test::pin("loose", "ground", "b", {0.0, 0.1}, {0.2, 0.1},
+                    test::loose(0.3, 0.6, "steel") + "bearing_length = 0.2\n") +
           (film.empty()
                ? ""
                : "lubricant = \"oil\"\n[lubricants.oil]\nviscosity = 0.1\nhand_over = 0.05\n" + film) +
-          R"([drives.motor]
-joint = "pin"
-torque_table = [[0.0, 0.2], [1.0, 1.4]]
-[loads.spring]
-type = "spring-damper"
-between = ["a", "b"]
-at = [[0.3, 0.1], [0.2, -0.3]]
-stiffness = 40
-damping = 3
-free_length = 0.2
-[loads.rub]
-type = "joint-friction"
-joint = "slide"
-force = 5
-[run]
-duration = 1
-)",
+          "[drives.motor]\njoint = \"pin\"\ntorque_table = [[0.0, 0.2], [1.0, 1.4]]\n" +
+          test::spring("spring", "a", "b", {0.3, 0.1}, {0.2, -0.3}, 40, 0.2, "damping = 3\n") +
+          "[loads.rub]\ntype = \"joint-friction\"\njoint = \"slide\"\nforce = 5\n" + test::run_for(1),
       "jacobian");
 }
 

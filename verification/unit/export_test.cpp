@@ -1,14 +1,9 @@
 // freeplay export as a user runs it. verification/python/test_export.py reads the files back by
 // other programs.
 #include <sys/resource.h>
-#include <catch2/catch.hpp>
 #include <csignal>
 
-#include <fstream>
-#include <iterator>
-
-#include "io/files/output_file.hpp"
-#include "verification/support/support.hpp"
+#include "verification/support/rig.hpp"
 
 using namespace freeplay;
 using Catch::Matchers::Contains;

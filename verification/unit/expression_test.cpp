@@ -1,14 +1,6 @@
 // Expressions of a study: their values, undefined values, and refusals with their place.
-#include <fmt/format.h>
-#include <catch2/catch.hpp>
-
-#include <cmath>
-#include <numbers>
-#include <string>
-#include <vector>
-
 #include "study/settings/expression.hpp"
-#include "verification/support/texts.hpp"
+#include "verification/support/rig.hpp"
 
 using namespace freeplay;
 using Catch::Matchers::Contains;

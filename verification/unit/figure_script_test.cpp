@@ -1,19 +1,9 @@
 // Texts passed to gnuplot and to a terminal: their interpretation by gnuplot itself.
-#include <fmt/format.h>
-#include <catch2/catch.hpp>
-
-#include <cstdlib>
-#include <nlohmann/json.hpp>
-#include <random>
-#include <set>
-#include <sstream>
-
 #include "io/files/input_file.hpp"
-#include "io/files/output_file.hpp"
 #include "io/files/visible.hpp"
 #include "plots/drawing/figure.hpp"
 #include "plots/drawing/gnuplot.hpp"
-#include "verification/support/support.hpp"
+#include "verification/support/rig.hpp"
 #include "verification/unit/hostile.hpp"
 
 using namespace freeplay;

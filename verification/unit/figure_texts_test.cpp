@@ -1,25 +1,15 @@
 // Texts of figures on paper: pdftotext states the box of each word of a PDF. No word leaves the
 // page, none overlaps another, and every number and word of the same figure as SVG is a word of the
 // PDF: cairo omits texts outside the page, and pdftotext joins words that touch.
-#include <fmt/format.h>
 #include <fmt/ranges.h>
-#include <catch2/catch.hpp>
-
-#include <algorithm>
 #include <cctype>
-#include <iterator>
-#include <map>
 #include <regex>
-#include <sstream>
-#include <string>
-#include <vector>
 
 #include "io/files/child.hpp"
-#include "io/files/output_file.hpp"
 #include "plots/drawing/figure.hpp"
 #include "verification/support/ball_study.hpp"
+#include "verification/support/rig.hpp"
 #include "verification/support/study_results.hpp"
-#include "verification/support/support.hpp"
 
 using namespace freeplay;
 using Catch::Matchers::Contains;

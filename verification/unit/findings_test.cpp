@@ -1,9 +1,6 @@
 // The verdicts on published findings, on synthetic runs with known verdicts.
-#include <fmt/format.h>
-#include <catch2/catch.hpp>
-
 #include "verification/experiment/flores2011.hpp"
-#include "verification/support/support.hpp"
+#include "verification/support/rig.hpp"
 
 using namespace freeplay;
 using namespace freeplay::verification;

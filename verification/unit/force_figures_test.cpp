@@ -1,17 +1,6 @@
 // Force figures from folders with known forces: the plotted quantities, their abscissa and their
 // range.
-#include <fmt/format.h>
-#include <catch2/catch.hpp>
-
-#include <cmath>
-#include <fstream>
-#include <functional>
-#include <nlohmann/json.hpp>
-#include <numbers>
-#include <sstream>
-
-#include "io/files/output_file.hpp"
-#include "verification/support/support.hpp"
+#include "verification/support/rig.hpp"
 
 using namespace freeplay;
 using Catch::Matchers::Contains;

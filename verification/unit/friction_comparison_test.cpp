@@ -1,14 +1,7 @@
 // Friction laws at the same regularisation speed, against the inverse of each law's formula.
-#include <catch2/catch.hpp>
-
-#include <algorithm>
-#include <cmath>
-#include <string_view>
-
 #include "formulations/contact/friction_comparison.hpp"
 #include "formulations/contact/friction_law.hpp"
-#include "mechanism/options.hpp"
-#include "verification/support/support.hpp"
+#include "verification/support/rig.hpp"
 
 using namespace freeplay;
 using Catch::Matchers::Contains;

@@ -1,22 +1,11 @@
 // Gears, racks, slots and end stops: rows against differences of gaps, bounds against sampled gaps,
 // and refusals of the reader.
-#include <catch2/catch.hpp>
-
-#include <cmath>
-#include <random>
-#include <stdexcept>
-
+#include "verification/references/gears.hpp"
 #include "dynamics/assembly/assembly.hpp"
 #include "dynamics/assembly/meshing.hpp"
 #include "dynamics/system.hpp"
-#include "facade/simulation.hpp"
 #include "io/scene/write_scene.hpp"
-#include "mechanism/error.hpp"
-#include "mechanism/scene.hpp"
-#include "verification/references/gears.hpp"
-#include "verification/support/scene_text.hpp"
-#include "verification/support/texts.hpp"
-#include "verification/support/ways.hpp"
+#include "verification/support/rig.hpp"
 
 using namespace freeplay;
 using Catch::Matchers::Contains;
@@ -26,9 +15,8 @@ namespace {
 /// Two free bodies, with every kind of this file between them; `play`: the backlash of the teeth.
 std::string scene_text(const std::string& play) {
   return "format = 2\n" + test::body("a", 1.5, 0.02) +
-         test::body("b", 0.7, 0.01, "position = [0.32, 0.05]\n") + R"([surfaces.hard]
-restitution = 0.5
-[joints.outer]
+         test::body("b", 0.7, 0.01, "position = [0.32, 0.05]\n") + test::surface("hard", 0.5) +
+         R"([joints.outer]
 type = "gear"
 between = ["a", "b"]
 at = [[0.01, 0.02], [-0.03, 0.01]]
@@ -36,15 +24,10 @@ teeth = [20, 31]
 module = 0.01
 phase = 0.3
 )" + play +
-         R"([joints.inner]
-type = "gear"
-between = ["a", "b"]
-at = [[0.03, -0.02], [0.02, 0.01]]
-pitch_radii = [0.32, 0.13]
-pressure_angle = 0.4
-internal = true
-phase = 1.1
-)" + play +
+         test::gear("inner", "a", "b", {0.32, 0.13},
+                    "at = [[0.03, -0.02], [0.02, 0.01]]\npressure_angle = 0.4\ninternal = true\n"
+                    "phase = 1.1\n") +
+         play +
          R"([joints.rack]
 type = "rack"
 between = ["a", "b"]
@@ -61,36 +44,11 @@ axis = [0.8, -0.6]
 clearance = 1e-3
 pin_radius = 0.01
 surface = "hard"
-[joints.pin]
-type = "revolute"
-between = ["a", "b"]
-at = [[0.1, 0.02], [-0.02, 0.01]]
-clearance = 1e-2
-bearing_radius = 0.03
-surface = "hard"
-[contacts.travel]
-type = "travel-stop"
-joint = "slot"
-lower = -0.1
-upper = 0.4
-surface = "hard"
-[contacts.turn]
-type = "angle-stop"
-joint = "pin"
-lower = -1.0
-upper = 2.0
-radius = 0.05
-direction = 0.7
-surface = "hard"
-[contacts.couple]
-type = "angle-stop"
-joint = "pin"
-upper = 2.0
-radius = 0.05
-surface = "hard"
-[run]
-duration = 1
-)";
+)" + test::pin("pin", "a", "b", {0.1, 0.02}, {-0.02, 0.01}, test::loose(1e-2, 0.03, "hard")) +
+         test::stop("travel", "travel-stop", "slot", "lower = -0.1\nupper = 0.4\n", "hard") +
+         test::stop("turn", "angle-stop", "pin",
+                    "lower = -1.0\nupper = 2.0\nradius = 0.05\ndirection = 0.7\n", "hard") +
+         test::stop("couple", "angle-stop", "pin", "upper = 2.0\nradius = 0.05\n", "hard") + test::run_for(1);
 }
 const char* const with_backlash = "backlash = 1e-3\nsurface = \"hard\"\n";
 
@@ -375,13 +333,9 @@ module = 5e-3
 backlash = 1e-4
 mesh_stiffness = 2e8
 surface = "steel"
-[surfaces.steel]
-restitution = 0.6
-[loads.engine]
-type = "torque"
-body = "pinion"
-torque = 1.0
-)" + test::run_for(0.1, "start = \"given\"\n");
+)" + test::surface("steel", 0.6) +
+                    "[loads.engine]\ntype = \"torque\"\nbody = \"pinion\"\ntorque = 1.0\n" +
+                    test::run_for(0.1, "start = \"given\"\n");
   for (const auto* scheme : {"event-driven", "automatic"}) {
     const auto scene = parse_scene(text, "teeth", {std::string("nonsmooth.scheme=\"") + scheme + "\""});
     Simulation simulation(scene, "nonsmooth");

@@ -2,16 +2,8 @@
 // follows from them.
 #include "facade/growth.hpp"
 
-#include <fmt/format.h>
-
-#include <catch2/catch.hpp>
-#include <cmath>
-#include <string>
-
-#include "mechanism/scene.hpp"
 #include "study/comparison/compare.hpp"
-#include "verification/support/scene_text.hpp"
-#include "verification/support/support.hpp"
+#include "verification/support/rig.hpp"
 
 using namespace freeplay;
 
@@ -22,10 +14,8 @@ constexpr double first_speed = 0.5, wall_distance = 0.2, wall_restitution = 0.8;
 /// A point on a rail between two walls.
 std::string ball_between_walls(double duration) {
   const auto wall = [](const char* name, double at, const char* axis) {
-    return fmt::format(
-        "[contacts.{}]\ntype = \"plane\"\nbetween = [\"ground\", \"ball\"]\nat = [[{:.17g}, 0], [0, 0]]\n"
-        "axis = [{}]\nsurface = \"s\"\nstiffness = 1e8\n",
-        name, at, axis);
+    return test::plane(fmt::format("{}", name), "ground", "ball", 0, "s",
+                       fmt::format("at = [[{:.17g}, 0], [0, 0]]\naxis = [{}]\nstiffness = 1e8\n", at, axis));
   };
   return test::body("ball", 1, 0.01, fmt::format("velocity = [{:.17g}, 0]\n", first_speed)) +
          test::guide("rail", "ground", "ball") + wall("left", 0, "0, -1") +
@@ -37,10 +27,8 @@ std::string ball_between_walls(double duration) {
 /// A disc in a square with a round post: chaotic.
 std::string chaotic_billiard(double slope) {
   const auto wall = [](const char* name, const char* at, const char* axis) {
-    return fmt::format(
-        "[contacts.{}]\ntype = \"plane\"\nbetween = [\"ground\", \"disc\"]\nat = [[{}], [0, 0]]\naxis = [{}]\n"
-        "radius = 0.01\nsurface = \"s\"\n",
-        name, at, axis);
+    return test::plane(fmt::format("{}", name), "ground", "disc", 0.01, "s",
+                       fmt::format("at = [[{}], [0, 0]]\naxis = [{}]\n", at, axis));
   };
   return test::body("disc", 1, 1e-3,
                     fmt::format("position = [0.07, 0.01]\nvelocity = [{:.17g}, 0.8]\n", slope)) +

@@ -1,16 +1,8 @@
 // Help of the program: every command's help within 80 columns, the page made from it, and the
 // suggestions for a misspelt word.
-#include <fmt/format.h>
-#include <catch2/catch.hpp>
-
-#include <algorithm>
-#include <cstdlib>
-#include <filesystem>
-#include <sstream>
-
 #include "io/scene/section.hpp"
 #include "io/scene/spelling.hpp"
-#include "verification/support/support.hpp"
+#include "verification/support/rig.hpp"
 
 using namespace freeplay;
 using Catch::Matchers::Contains;

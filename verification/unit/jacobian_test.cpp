@@ -1,64 +1,29 @@
 // The exact Jacobian of the penalty formulation against central differences of its right-hand side,
 // for every contact law, friction law and film, on a mechanism with loops, drives, springs and
 // dampers.
-#include <catch2/catch.hpp>
-
-#include <random>
-
 #include "dynamics/system.hpp"
 #include "formulations/penalty/dynamics.hpp"
 #include "mechanism/laws.hpp"
-#include "mechanism/scene.hpp"
 #include "verification/support/jacobian_check.hpp"
-#include "verification/support/scene_text.hpp"
+#include "verification/support/rig.hpp"
 
 using namespace freeplay;
 
 namespace {
 
 Scene scene_with(const std::string& penalty, const std::string& lubricant) {
-  return parse_scene(test::two_bodies() + R"([surfaces.steel]
-young = 2e5
-poisson = 0.3
-restitution = 0.6
-friction = 0.3
-[lubricants.oil]
-viscosity = 0.1
-)" + lubricant + R"(
-[joints.loose]
-type = "revolute"
-between = ["ground", "b"]
-at = [[0.0, 0.1], [0.2, 0.1]]
-clearance = 0.3
-bearing_radius = 0.6
-bearing_length = 0.2
-surface = "steel"
-)" + (lubricant.empty() ? "" : "lubricant = \"oil\"\n") +
-                         R"([drives.motor]
-joint = "pin"
-torque_table = [[0.0, 0.2], [1.0, 1.4]]
-[loads.spring]
-type = "spring-damper"
-between = ["a", "b"]
-at = [[0.3, 0.1], [0.2, -0.3]]
-stiffness = 40
-damping = 3
-free_length = 0.2
-[loads.torsion]
-type = "torsional-spring-damper"
-between = ["ground", "b"]
-stiffness = 3
-damping = 0.4
-free_angle = 0.1
-[loads.rub]
-type = "joint-friction"
-joint = "slide"
-force = 5
-regularisation = 10.0
-[run]
-duration = 1
-[penalty]
-)" + penalty,
+  return parse_scene(test::two_bodies() +
+                         test::surface("steel", 0.6, "young = 2e5\npoisson = 0.3\nfriction = 0.3\n") +
+                         "[lubricants.oil]\nviscosity = 0.1\n" + lubricant + "\n" +
+                         test::pin("loose", "ground", "b", {0.0, 0.1}, {0.2, 0.1},
+                                   test::loose(0.3, 0.6, "steel") + "bearing_length = 0.2\n") +
+                         (lubricant.empty() ? "" : "lubricant = \"oil\"\n") +
+                         "[drives.motor]\njoint = \"pin\"\ntorque_table = [[0.0, 0.2], [1.0, 1.4]]\n" +
+                         test::spring("spring", "a", "b", {0.3, 0.1}, {0.2, -0.3}, 40, 0.2, "damping = 3\n") +
+                         test::torsion("torsion", "ground", "b", 3, "damping = 0.4\nfree_angle = 0.1\n") +
+                         "[loads.rub]\ntype = \"joint-friction\"\njoint = \"slide\"\nforce = 5\n"
+                         "regularisation = 10.0\n" +
+                         test::run_for(1) + "[penalty]\n" + penalty,
                      "jacobian");
 }
 

@@ -1,21 +1,12 @@
 // Friction in ideal joints from their reactions: refusals of the reader, the coupled equations
 // against closed forms, detection of cases without a motion, snapshots, and the exact Jacobian.
-#include <catch2/catch.hpp>
-
-#include <cmath>
-#include <random>
-
-#include "facade/simulation.hpp"
 #include "formulations/contact/bound_iteration.hpp"
 #include "formulations/contact/coupled_friction.hpp"
 #include "formulations/penalty/dynamics.hpp"
 #include "io/scene/write_scene.hpp"
-#include "mechanism/scene.hpp"
 #include "verification/cross/snapshot_check.hpp"
 #include "verification/support/jacobian_check.hpp"
-#include "verification/support/scene_text.hpp"
-#include "verification/support/support.hpp"
-#include "verification/support/texts.hpp"
+#include "verification/support/rig.hpp"
 
 using namespace freeplay;
 using Catch::Matchers::Contains;
@@ -31,12 +22,7 @@ type = "joint-friction"
 joint = "j"
 regularisation = 1e-6
 )" + rub +
-         R"(
-[run]
-duration = 0.05
-[penalty]
-integrator = "rosenbrock4"
-)" + more;
+         "\n" + test::run_for(0.05) + "[penalty]\nintegrator = \"rosenbrock4\"\n" + more;
 }
 std::string block(const std::string& rub, const std::string& more = "") {
   return "gravity = [0, -9.81]\n" + test::body("b", 1, 0.005, "velocity = [1, 0]\n") +
@@ -45,10 +31,7 @@ type = "joint-friction"
 joint = "j"
 regularisation = 1e-6
 )" + rub +
-         more + R"(
-[run]
-duration = 0.05
-)";
+         more + "\n" + test::run_for(0.05);
 }
 
 /// The message with which a simulation by the formulation is refused.
@@ -203,15 +186,8 @@ slider_length = 0.05
 static_friction = 0.3
 stribeck_speed = 0.01
 regularisation = 1e-4
-[drives.motor]
-joint = "main"
-torque = 0.05
-[run]
-duration = 0.4
-output_step = 1e-3
-[penalty]
-integrator = "rosenbrock4"
-)";
+)" + test::drive("motor", "main", "torque = 0.05\n") +
+      test::run_for(0.4, "output_step = 1e-3\n") + "[penalty]\nintegrator = \"rosenbrock4\"\n";
   snapshots::check({text, "penalty", {}});
   snapshots::check({text, "nonsmooth", {"nonsmooth.scheme=\"event-driven\""}});
   snapshots::check({text, "nonsmooth", {"nonsmooth.step=1e-3"}});
@@ -234,9 +210,7 @@ joint = "slide"
 friction = 0.3
 slider_length = 0.2
 regularisation = 10.0
-[run]
-duration = 1
-)",
+)" + test::run_for(1),
                                  "jacobian");
   const System system(scene.mechanism);
   std::mt19937 engine(20261122);

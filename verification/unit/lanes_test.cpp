@@ -1,24 +1,12 @@
 // Runs in lanes (formulations/lanes.hpp) against each run alone in the general evaluation. The expected
 // digits are those of the general evaluation, which other tests compare with closed forms.
-#include <fmt/format.h>
-#include <catch2/catch.hpp>
-
-#include <algorithm>
-#include <cmath>
-#include <cstdlib>
-#include <random>
-#include <string>
-#include <vector>
-
 #include "dynamics/lane_functions.hpp"
-#include "facade/simulation.hpp"
 #include "io/files/compiled_object.hpp"
 #include "io/scene/open_scene.hpp"
-#include "mechanism/scene.hpp"
 #include "numerics/lane_tape.hpp"
 #include "numerics/trace.hpp"
 #include "study/ensemble/ensemble.hpp"
-#include "verification/support/support.hpp"
+#include "verification/support/rig.hpp"
 
 using namespace freeplay;
 

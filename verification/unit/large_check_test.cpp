@@ -1,18 +1,11 @@
 // `freeplay check` of thousands of bodies: memory and time grow in proportion to them.
-#include <fmt/format.h>
 #include <sys/wait.h>
-#include <catch2/catch.hpp>
-
 #include <Eigen/Dense>
-#include <cmath>
-#include <cstdlib>
-#include <fstream>
-#include <random>
 
 #include "dynamics/assembly/four_bar.hpp"
 #include "mechanism/mechanism.hpp"
 #include "numerics/rank.hpp"
-#include "verification/support/support.hpp"
+#include "verification/support/rig.hpp"
 
 using namespace freeplay;
 
@@ -28,8 +21,7 @@ std::string pendulums(int count, bool chain, bool clearance_joint) {
     const auto on = chain && i > 0 ? fmt::format("b{}", i - 1) : std::string("ground");
     text += fmt::format(
         "[joints.j{0}]\ntype = \"revolute\"\nbetween = [\"{1}\", \"b{0}\"]\nat = [[{2}, 0], [-0.5, 0]]\n{3}",
-        i, on, chain ? (i > 0 ? 0.5 : 0.0) : i,
-        clearance_joint ? "clearance = 1e-3\nbearing_radius = 0.02\nsurface = \"steel\"\n" : "");
+        i, on, chain ? (i > 0 ? 0.5 : 0.0) : i, clearance_joint ? test::loose(1e-3, 0.02, "steel") : "");
   }
   return text + "[run]\nduration = 0.01\n";
 }

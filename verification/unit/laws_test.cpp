@@ -1,17 +1,10 @@
 // Every contact and friction law: delivered restitution against the bisection of the reference,
 // line contacts against each other and their definitions, friction laws at the ends of their zones.
-#include <catch2/catch.hpp>
-
-#include <algorithm>
-#include <cmath>
-
 #include "formulations/contact/contact_law.hpp"
 #include "formulations/contact/friction_law.hpp"
-#include "mechanism/error.hpp"
 #include "mechanism/laws.hpp"
-#include "mechanism/scene.hpp"
 #include "verification/references/delivered_restitution.hpp"
-#include "verification/support/support.hpp"
+#include "verification/support/rig.hpp"
 
 using namespace freeplay;
 using Catch::Matchers::Contains;

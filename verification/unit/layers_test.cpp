@@ -1,17 +1,6 @@
 // The layers of the source tree: each file includes only its own layer and those below. A planted
 // wrong include shows that the check can fail.
-#include <fmt/format.h>
-
-#include <array>
-#include <catch2/catch.hpp>
-#include <filesystem>
-#include <fstream>
-#include <optional>
-#include <sstream>
-#include <string>
-#include <vector>
-
-#include "verification/support/support.hpp"
+#include "verification/support/rig.hpp"
 
 using namespace freeplay;
 namespace fs = std::filesystem;

@@ -1,15 +1,7 @@
 // Text for a terminal: lines are broken only where necessary, and numbers are under their headings.
-#include <fmt/format.h>
-#include <catch2/catch.hpp>
-
-#include <random>
-#include <sstream>
-
 #include "cli/wrapped.hpp"
-#include "mechanism/scene.hpp"
 #include "study/comparison/compare.hpp"
-#include "verification/support/support.hpp"
-#include "verification/support/texts.hpp"
+#include "verification/support/rig.hpp"
 
 using namespace freeplay;
 using test::lines_of;

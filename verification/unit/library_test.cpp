@@ -1,26 +1,14 @@
 // The library as a user has it: installed, found from a project outside the source tree, with its
 // public headers alone, several simulations in threads; and the program that is installed with it.
-#include <fmt/format.h>
 #include <sys/wait.h>
-#include <catch2/catch.hpp>
-
-#include <algorithm>
 #include <cctype>
-#include <cmath>
 #include <cstdio>
-#include <cstdlib>
 #include <cstring>
-#include <fstream>
-#include <iterator>
-#include <sstream>
 #include <thread>
 
 #include "dynamics/assembly/assembly.hpp"
 #include "freeplay.hpp"
-#include "io/files/output_file.hpp"
-#include "mechanism/scene.hpp"
-#include "verification/support/support.hpp"
-#include "verification/support/texts.hpp"
+#include "verification/support/rig.hpp"
 
 using namespace freeplay;
 using Catch::Matchers::Contains;

@@ -2,18 +2,8 @@
 // scenes with impacts.
 #include "facade/lyapunov.hpp"
 
-#include <fmt/format.h>
-
-#include <algorithm>
-#include <catch2/catch.hpp>
-#include <cmath>
-#include <string>
-#include <vector>
-
-#include "mechanism/scene.hpp"
 #include "verification/random_scenes/numbers.hpp"
-#include "verification/support/scene_text.hpp"
-#include "verification/support/texts.hpp"
+#include "verification/support/rig.hpp"
 
 using namespace freeplay;
 using Catch::Matchers::Contains;
@@ -141,21 +131,9 @@ std::string column_of_balls(Draw& r) {
          test::body("lower", r.between(0.1, 0.5), 3e-4, "position = [0, 0.08]\n") +
          test::body("upper", r.between(0.1, 0.5), 3e-4, "position = [0, 0.25]\n") +
          test::guide("guide", "ground", "table", {0, 1}) + test::guide("rail", "ground", "lower", {0, 1}) +
-         test::guide("mast", "ground", "upper", {0, 1}) +
-         R"([contacts.table]
-type = "plane"
-between = ["table", "lower"]
-radius = 0.05
-surface = "s"
-[contacts.pair]
-type = "discs"
-between = ["lower", "upper"]
-radii = [0.05, 0.04]
-surface = "s"
-[drives.shaker]
-joint = "guide"
-position = "shake"
-)" + surface(r.between(0.85, 0.97)) +
+         test::guide("mast", "ground", "upper", {0, 1}) + test::plane("table", "table", "lower", 0.05) +
+         test::discs("pair", "lower", "upper", 0.05, 0.04) +
+         "[drives.shaker]\njoint = \"guide\"\nposition = \"shake\"\n" + surface(r.between(0.85, 0.97)) +
          shaking(r.between(0.008, 0.015), r.between(0.06, 0.1)) + test::run_for(5) + by_events;
 }
 
@@ -163,10 +141,8 @@ position = "shake"
 /// and the tangent.
 std::string spinning_disc(Draw& r) {
   const auto side = [](const char* name, const char* at, const char* axis) {
-    return fmt::format(
-        "[contacts.{}]\ntype = \"plane\"\nbetween = [\"box\", \"disc\"]\nat = [[{}], [0, 0]]\naxis = [{}]\n"
-        "radius = 0.05\nsurface = \"s\"\n",
-        name, at, axis);
+    return test::plane(fmt::format("{}", name), "box", "disc", 0.05, "s",
+                       fmt::format("at = [[{}], [0, 0]]\naxis = [{}]\n", at, axis));
   };
   return test::body("box", 5, 0.1) +
          test::body("disc", r.between(0.2, 1), r.between(2e-4, 1e-3),

@@ -1,10 +1,5 @@
 // Six common mistakes: each is reported with its line and its cause.
-#include <catch2/catch.hpp>
-
-#include <fstream>
-
-#include "verification/support/support.hpp"
-#include "verification/support/texts.hpp"
+#include "verification/support/rig.hpp"
 
 using namespace freeplay;
 using Catch::Matchers::Contains;

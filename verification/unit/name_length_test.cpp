@@ -1,12 +1,7 @@
 // Names of the greatest permitted length pass through every command that reads result files; longer
 // ones are refused at their place.
-#include <fmt/format.h>
-#include <catch2/catch.hpp>
-
-#include <fstream>
-
 #include "values/name_length.hpp"
-#include "verification/support/support.hpp"
+#include "verification/support/rig.hpp"
 
 using namespace freeplay;
 using Catch::Matchers::StartsWith;

@@ -1,10 +1,6 @@
 // Points of a body by name, in a frame chosen by the author.
-#include <catch2/catch.hpp>
-
 #include "io/scene/write_scene.hpp"
-#include "mechanism/scene.hpp"
-#include "verification/support/support.hpp"
-#include "verification/support/texts.hpp"
+#include "verification/support/rig.hpp"
 
 using namespace freeplay;
 using Catch::Matchers::Contains;
@@ -12,29 +8,15 @@ using Catch::Matchers::Contains;
 namespace {
 
 std::string scene(const std::string& points, const std::string& at, const std::string& load_at = "[0.2, 0]") {
-  return R"([bodies.rod]
-mass = 1
-inertia = 0.1
-)" + points +
-         R"(
-[bodies.mate]
-mass = 1
-inertia = 0.1
-points = { hole = [-0.25, 0.1] }
-[joints.pin]
-type = "revolute"
-between = ["rod", "mate"]
-at = )" + at +
+  return test::body("rod", 1, 0.1) + points + "\n" +
+         test::body("mate", 1, 0.1, "points = { hole = [-0.25, 0.1] }\n") +
+         "[joints.pin]\ntype = \"revolute\"\nbetween = [\"rod\", \"mate\"]\nat = " + at +
          R"(
 [loads.push]
 type = "force"
 body = "rod"
 at = )" + load_at +
-         R"(
-force = [1, 0]
-[run]
-duration = 1
-)";
+         "\nforce = [1, 0]\n" + test::run_for(1);
 }
 const std::string named = "points = { A = [0, 0], B = [\"300 mm\", 0.05], mass_centre = [0.12, 0.01] }";
 

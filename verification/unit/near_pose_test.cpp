@@ -1,14 +1,9 @@
 // Perturbed starts found from an initial guess nearby equal those found from the given positions,
 // to rounding.
-#include <catch2/catch.hpp>
-
-#include <cmath>
-
 #include "io/scene/open_scene.hpp"
-#include "mechanism/scene.hpp"
 #include "study/runs/near_pose.hpp"
 #include "study/runs/perturb.hpp"
-#include "verification/support/support.hpp"
+#include "verification/support/rig.hpp"
 
 using namespace freeplay;
 

@@ -1,12 +1,5 @@
 // Scenes that `freeplay new` writes, and the figure of a pose.
-#include <catch2/catch.hpp>
-
-#include <fstream>
-#include <sstream>
-
-#include "facade/simulation.hpp"
-#include "mechanism/scene.hpp"
-#include "verification/support/support.hpp"
+#include "verification/support/rig.hpp"
 
 using namespace freeplay;
 using Catch::Matchers::Contains;

@@ -1,15 +1,7 @@
 // Observers: the data that they receive, and the independence of a run from them.
-#include <catch2/catch.hpp>
-
-#include <cmath>
-
 #include "facade/run_folder.hpp"
-#include "facade/simulation.hpp"
-#include "io/files/output_file.hpp"
-#include "mechanism/scene.hpp"
 #include "simulation/trajectory.hpp"
-#include "verification/support/scene_text.hpp"
-#include "verification/support/support.hpp"
+#include "verification/support/rig.hpp"
 
 using namespace freeplay;
 
@@ -122,14 +114,10 @@ TEST_CASE("invalid arguments of a run are refused", "[observers]") {
 
 TEST_CASE("columns of forces.csv have unique names", "[observers]") {
   test::TemporaryFolder folder;
-  auto scene = parse_scene(test::body("wheel", 1, 1) + test::pin("axle", "ground", "wheel") + R"([drives.spin]
-joint = "axle"
-torque = 1
-[loads.spin]
-type = "torque"
-body = "wheel"
-torque = 2
-)" + test::run_for(0.01, "forces = true\n"),
+  auto scene = parse_scene(test::body("wheel", 1, 1) + test::pin("axle", "ground", "wheel") +
+                               test::drive("spin", "axle", "torque = 1\n") +
+                               "[loads.spin]\ntype = \"torque\"\nbody = \"wheel\"\ntorque = 2\n" +
+                               test::run_for(0.01, "forces = true\n"),
                            "wheel");
   CHECK_THROWS_WITH(run_scene(scene, {.formulation = "penalty", .folder = folder.path() / "a"}),
                     Catch::Matchers::Contains("loads.spin") && Catch::Matchers::Contains("rename"));

@@ -1,17 +1,10 @@
 // Periodic motions of penalty runs whose contacts are closed at the section.
-#include <fmt/format.h>
-
-#include <catch2/catch.hpp>
-#include <cmath>
 #include <complex>
-#include <string>
-#include <vector>
 
 #include "facade/orbit.hpp"
-#include "facade/simulation.hpp"
 #include "formulations/contact/contact_law.hpp"
-#include "mechanism/scene.hpp"
 #include "verification/claims/orbit_scenes.hpp"
+#include "verification/support/rig.hpp"
 
 using namespace freeplay;
 namespace scenes = freeplay::verification::scenes;

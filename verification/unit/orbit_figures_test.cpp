@@ -1,27 +1,14 @@
 // Figures, plots and report pages of periodic motions, branches and exponents, from known files and from the
 // program.
-#include <fmt/format.h>
-#include <catch2/catch.hpp>
-
-#include <algorithm>
-#include <cmath>
 #include <complex>
-#include <filesystem>
-#include <nlohmann/json.hpp>
-#include <sstream>
-#include <string>
-#include <vector>
 
-#include "io/files/output_file.hpp"
-#include "mechanism/error.hpp"
 #include "plots/drawing/column_plot.hpp"
 #include "plots/drawing/figure.hpp"
 #include "plots/report/page.hpp"
 #include "plots/report/report.hpp"
 #include "verification/claims/orbit_scenes.hpp"
 #include "verification/references/orbits.hpp"
-#include "verification/support/support.hpp"
-#include "verification/support/texts.hpp"
+#include "verification/support/rig.hpp"
 
 using namespace freeplay;
 using Catch::Matchers::Contains;

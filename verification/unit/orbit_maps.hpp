@@ -2,22 +2,13 @@
 // tests of multipliers.
 #pragma once
 
-#include <fmt/format.h>
-
-#include <algorithm>
-#include <cmath>
 #include <complex>
-#include <functional>
-#include <string>
-#include <vector>
 
 #include "facade/orbit.hpp"
-#include "facade/simulation.hpp"
-#include "mechanism/scene.hpp"
 #include "numerics/dense.hpp"
 #include "verification/random_scenes/numbers.hpp"
 #include "verification/references/sensitivity.hpp"
-#include "verification/support/scene_text.hpp"
+#include "verification/support/runs.hpp"
 
 namespace freeplay::verification::maps {
 

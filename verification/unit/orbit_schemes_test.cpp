@@ -1,16 +1,6 @@
 // Periodic motions of time stepping and of the automatic scheme, and motions up to a shift.
-#include <fmt/format.h>
-
-#include <algorithm>
-#include <catch2/catch.hpp>
-#include <cmath>
-#include <string>
-#include <vector>
-
 #include "facade/orbit.hpp"
-#include "mechanism/scene.hpp"
-#include "verification/support/support.hpp"
-#include "verification/support/texts.hpp"
+#include "verification/support/rig.hpp"
 #include "verification/unit/orbit_maps.hpp"
 
 using namespace freeplay;

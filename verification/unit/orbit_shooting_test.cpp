@@ -1,14 +1,9 @@
 // Multiple shooting: unstable motions of several periods from starts at which the map of all periods is far from
 // linear.
-#include <algorithm>
-#include <catch2/catch.hpp>
-#include <cmath>
 #include <cstddef>
-#include <numbers>
 
 #include "facade/orbit.hpp"
-#include "mechanism/scene.hpp"
-#include "verification/support/support.hpp"
+#include "verification/support/rig.hpp"
 
 using namespace freeplay;
 

@@ -1,25 +1,14 @@
 // Periodic motions: refusals, a pendulum of unknown period, and multipliers of random scenes against
 // central differences of the return map.
-#include <fmt/format.h>
-
-#include <algorithm>
-#include <catch2/catch.hpp>
-#include <cmath>
 #include <complex>
-#include <functional>
-#include <string>
-#include <vector>
 
 #include "facade/orbit.hpp"
-#include "facade/simulation.hpp"
-#include "mechanism/scene.hpp"
 #include "numerics/dense.hpp"
 #include "verification/claims/orbit_scenes.hpp"
 #include "verification/random_scenes/numbers.hpp"
 #include "verification/references/orbits.hpp"
 #include "verification/references/sensitivity.hpp"
-#include "verification/support/scene_text.hpp"
-#include "verification/support/texts.hpp"
+#include "verification/support/rig.hpp"
 #include "verification/unit/orbit_maps.hpp"
 
 using namespace freeplay;
@@ -32,22 +21,9 @@ std::string ball_on_table(const std::string& more = "") {
   return "gravity = [0, -9.81]\n" + test::body("table", 1, 0.01) +
          test::body("ball", 0.3, 3e-4, "position = [0, 0.08]\n") +
          test::guide("guide", "ground", "table", {0, 1}) + test::guide("rail", "ground", "ball", {0, 1}) +
-         R"([contacts.pair]
-type = "plane"
-between = ["table", "ball"]
-radius = 0.05
-surface = "hard"
-[surfaces.hard]
-restitution = 0.5
-[curves.shake]
-shape = "harmonic"
-amplitude = 3.2e-3
-frequency = 10
-[drives.shaker]
-joint = "guide"
-position = "shake"
-)" + test::run_for(1) +
-         event_driven + more;
+         test::plane("pair", "table", "ball", 0.05, "hard") + test::surface("hard", 0.5) +
+         "[curves.shake]\nshape = \"harmonic\"\namplitude = 3.2e-3\nfrequency = 10\n" +
+         test::drive("shaker", "guide", "position = \"shake\"\n") + test::run_for(1) + event_driven + more;
 }
 
 std::string refusal(const std::string& text, const OrbitRequest& request,

@@ -1,19 +1,11 @@
 // Files, events, pairing, and the program as a user runs it.
 #include <sys/resource.h>
-#include <catch2/catch.hpp>
 #include <csignal>
 
-#include <algorithm>
-#include <cmath>
-#include <fstream>
-#include <nlohmann/json.hpp>
-
-#include "io/files/output_file.hpp"
 #include "simulation/contact_log.hpp"
 #include "simulation/statistics.hpp"
 #include "study/comparison/compare.hpp"
-#include "verification/support/support.hpp"
-#include "verification/support/texts.hpp"
+#include "verification/support/rig.hpp"
 
 using namespace freeplay;
 using Catch::Matchers::Contains;

@@ -1,20 +1,8 @@
 // User-supplied applied forces: closed forms in both formulations, in world and in body axes; their
 // report.
-#include <fmt/format.h>
-#include <catch2/catch.hpp>
-
-#include <cmath>
-#include <cstdlib>
-#include <fstream>
-#include <numbers>
-
 #include "facade/law_plugin.hpp"
-#include "facade/simulation.hpp"
-#include "io/files/output_file.hpp"
 #include "mechanism/outside.hpp"
-#include "mechanism/scene.hpp"
-#include "verification/support/support.hpp"
-#include "verification/support/ways.hpp"
+#include "verification/support/rig.hpp"
 
 using namespace freeplay;
 using Catch::Matchers::Contains;

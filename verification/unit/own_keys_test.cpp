@@ -1,24 +1,12 @@
 // Keys that only some laws, integrators and schemes read: refused with the others, in a file and as
 // an option; and each key that is read has an effect. The rows of own_keys()
 // (mechanism/options.hpp) list them; here they are derived again from runs.
-#include <fmt/format.h>
-#include <catch2/catch.hpp>
-
-#include <algorithm>
-#include <map>
-#include <set>
-#include <sstream>
-#include <string>
-#include <vector>
-
 #include "io/files/recorded_run.hpp"
 #include "io/scene/schema.hpp"
 #include "io/scene/write_scene.hpp"
-#include "mechanism/scene.hpp"
 #include "verification/support/handovers.hpp"
 #include "verification/support/piles.hpp"
-#include "verification/support/support.hpp"
-#include "verification/support/texts.hpp"
+#include "verification/support/rig.hpp"
 
 using namespace freeplay;
 using Catch::Matchers::Contains;

@@ -1,22 +1,10 @@
 // User-supplied normal forces: a copy of a built-in law gives the motion of the built-in one, in
 // explicit and implicit methods; the provenance reports it; a run is repeated and continued with
 // the same law only.
-#include <fmt/format.h>
-#include <catch2/catch.hpp>
-
-#include <cmath>
-#include <cstdlib>
-#include <fstream>
-
 #include "dynamics/system.hpp"
 #include "facade/law_plugin.hpp"
-#include "facade/simulation.hpp"
 #include "formulations/contact/contact_law.hpp"
-#include "io/files/output_file.hpp"
-#include "mechanism/error.hpp"
-#include "mechanism/scene.hpp"
-#include "verification/support/support.hpp"
-#include "verification/support/ways.hpp"
+#include "verification/support/rig.hpp"
 
 using namespace freeplay;
 using Catch::Matchers::Contains;

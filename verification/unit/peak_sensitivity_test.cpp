@@ -1,17 +1,7 @@
 // Derivatives of peaks of instruments' signals: closed forms at interior peaks, at impacts and at the end of the
 // run, and the low-pass of an accelerometer.
-#include <fmt/format.h>
-
-#include <catch2/catch.hpp>
-#include <cmath>
-#include <string>
-#include <vector>
-
 #include "facade/sensitivity.hpp"
-#include "mechanism/scene.hpp"
-#include "verification/support/scene_text.hpp"
-#include "verification/support/support.hpp"
-#include "verification/support/texts.hpp"
+#include "verification/support/rig.hpp"
 
 using namespace freeplay;
 using Catch::Matchers::Contains;
@@ -23,30 +13,12 @@ constexpr double pi = 3.14159265358979323846;
 /// A ball between two walls at x = −1 and x = right, without friction; it starts at x = 0.
 std::string between_walls(double right, const std::string& velocity, double duration,
                           const std::string& instrument, const std::string& gravity = "[0, 0]") {
-  return "gravity = " + gravity + "\n" +
-         test::body("ball", 0.3, 3e-4, "position = [0, 0]\nvelocity = " + velocity) +
-         fmt::format(R"(
-[contacts.right]
-type = "plane"
-between = ["ground", "ball"]
-at = [[{}, 0], [0, 0]]
-axis = [0, 1]
-radius = 0.05
-stiffness = 1e5
-surface = "hard"
-[contacts.left]
-type = "plane"
-between = ["ground", "ball"]
-at = [[-1, 0], [0, 0]]
-axis = [0, -1]
-radius = 0.05
-stiffness = 1e5
-surface = "hard"
-[surfaces.hard]
-restitution = 0.8
-)",
-                     right) +
-         instrument + test::run_for(duration, "start = \"given\"\n");
+  return "gravity = " + gravity + test::body("ball", 0.3, 3e-4, "position = [0, 0]\nvelocity = " + velocity) +
+         test::plane("right", "ground", "ball", 0.05, "hard",
+                     fmt::format("at = [[{}, 0], [0, 0]]\naxis = [0, 1]\nstiffness = 1e5\n", right)) +
+         test::plane("left", "ground", "ball", 0.05, "hard",
+                     "at = [[-1, 0], [0, 0]]\naxis = [0, -1]\nstiffness = 1e5\n") +
+         test::surface("hard", 0.8) + instrument + test::run_for(duration, "start = \"given\"\n");
 }
 
 const std::string gauge =

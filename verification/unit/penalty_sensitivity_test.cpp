@@ -1,17 +1,9 @@
 // Derivatives of penalty runs: refusals, closed forms of one contact with damping, and random scenes against
 // Richardson-extrapolated differences of whole runs.
-#include <fmt/format.h>
-
-#include <catch2/catch.hpp>
-#include <cmath>
-#include <string>
-#include <vector>
-
 #include "facade/sensitivity.hpp"
 #include "formulations/contact/contact_law.hpp"
-#include "mechanism/scene.hpp"
 #include "verification/references/sensitivity.hpp"
-#include "verification/support/scene_text.hpp"
+#include "verification/support/rig.hpp"
 #include "verification/unit/varied_scenes.hpp"
 
 using namespace freeplay;
@@ -23,26 +15,11 @@ namespace {
 /// A ball of 0.3 kg and radius 0.05 m between two walls without gravity; the first is met after 0.1 m at
 /// 0.8 m/s, the second 0.15 m from there.
 std::string between_walls(const std::string& penalty) {
-  return test::body("ball", 0.3, 3e-4, "position = [0, 0]\nvelocity = [-0.8, 0]\n") + R"([contacts.left]
-type = "plane"
-between = ["ground", "ball"]
-at = [[-0.15, 0], [0, 0]]
-axis = [0, -1]
-radius = 0.05
-surface = "s"
-[contacts.right]
-type = "plane"
-between = ["ground", "ball"]
-at = [[0.1, 0], [0, 0]]
-axis = [0, 1]
-radius = 0.05
-surface = "s"
-[surfaces.s]
-young = 1e8
-poisson = 0.3
-restitution = 0.6
-friction = 0.2
-)" + test::run_for(0.6, "start = \"given\"\n[penalty]\n" + penalty);
+  return test::body("ball", 0.3, 3e-4, "position = [0, 0]\nvelocity = [-0.8, 0]\n") +
+         test::plane("left", "ground", "ball", 0.05, "s", "at = [[-0.15, 0], [0, 0]]\naxis = [0, -1]\n") +
+         test::plane("right", "ground", "ball", 0.05, "s", "at = [[0.1, 0], [0, 0]]\naxis = [0, 1]\n") +
+         test::surface("s", 0.6, "young = 1e8\npoisson = 0.3\nfriction = 0.2\n") +
+         test::run_for(0.6, "start = \"given\"\n[penalty]\n" + penalty);
 }
 
 Sensitivities of(const std::string& text, std::vector<std::string> quantities,

@@ -1,21 +1,10 @@
 // Scenes that cannot run correctly are reported: by `check` and before a run, or by a run that
 // stops with its reason.
-#include <fmt/format.h>
-#include <catch2/catch.hpp>
-
-#include <cmath>
-#include <filesystem>
-#include <fstream>
-#include <numbers>
-#include <optional>
-#include <string>
-
 #include "dynamics/assembly/whole_turn.hpp"
 #include "facade/assess.hpp"
-#include "mechanism/scene.hpp"
 #include "mechanism/sense.hpp"
 #include "simulation/progress.hpp"
-#include "verification/support/support.hpp"
+#include "verification/support/rig.hpp"
 
 using namespace freeplay;
 using Catch::Matchers::Contains;

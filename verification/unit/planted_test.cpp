@@ -1,8 +1,5 @@
 // Links, special files and other names in a received or shared folder: nothing is written through
 // them, and nothing waits for them.
-#include <fmt/format.h>
-#include <catch2/catch.hpp>
-
 #include <fcntl.h>
 #include <sys/socket.h>
 #include <sys/stat.h>
@@ -10,8 +7,7 @@
 #include <unistd.h>
 
 #include "io/files/input_file.hpp"
-#include "io/files/output_file.hpp"
-#include "verification/support/support.hpp"
+#include "verification/support/rig.hpp"
 #include "verification/unit/hostile.hpp"
 
 using namespace freeplay;

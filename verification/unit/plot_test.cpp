@@ -1,24 +1,13 @@
 // Columns of result folders as figures: rows, names, units; and the figures of joints with
 // clearance.
-#include <fmt/format.h>
-#include <catch2/catch.hpp>
-
-#include <cmath>
-#include <fstream>
-#include <nlohmann/json.hpp>
-#include <numbers>
-#include <sstream>
-
 #include "dynamics/planar.hpp"
 #include "io/files/csv.hpp"
-#include "io/files/output_file.hpp"
-#include "mechanism/error.hpp"
 #include "plots/drawing/column_plot.hpp"
 #include "plots/drawing/column_title.hpp"
 #include "plots/drawing/spectrum.hpp"
 #include "plots/tables/clearance_joints.hpp"
 #include "simulation/columns.hpp"
-#include "verification/support/support.hpp"
+#include "verification/support/rig.hpp"
 
 using namespace freeplay;
 using Catch::Matchers::Contains;
@@ -60,19 +49,8 @@ std::size_t count(const std::string& text, const std::string& part) {
   return n;
 }
 
-constexpr const char* crank_scene = R"(
-[bodies.b]
-mass = 1.0
-inertia = 1.0
-[joints.p]
-type = "revolute"
-between = ["ground", "b"]
-[drives.m]
-joint = "p"
-speed = 3.14159265358979
-[run]
-duration = 4.0
-)";
+const std::string crank_scene = test::body("b", 1.0, 1.0) + test::pin("p", "ground", "b") +
+                                test::motor("m", "p", 3.14159265358979) + test::run_for(4.0);
 
 /// b.x = t, b.y = t² at every quarter of a second, forces b.ax = 10 t at every half.
 void write_known(const std::filesystem::path& folder) {
@@ -291,10 +269,7 @@ TEST_CASE("figures of joint clearances show each journal within its circle, seve
   for (const char* corner : {"rear_lower", "rear_upper", "front_lower", "front_upper"})
     header += fmt::format(",g.{0}.ex,g.{0}.ey,g.{0}.gap", corner);
   for (int j = 0; j < 11; ++j) {
-    scene += fmt::format(
-        "[joints.j{}]\ntype = \"revolute\"\nbetween = [\"ground\", \"b\"]\nclearance = 2e-4\n"
-        "bearing_radius = 0.01\nsurface = \"s\"\n",
-        j);
+    scene += test::pin(fmt::format("j{}", j), "ground", "b", {}, {}, test::loose(2e-4, 0.01));
     header += fmt::format(",j{0}.ex,j{0}.ey,j{0}.gap", j);
   }
   scene += "[run]\nduration = 1.0\n";

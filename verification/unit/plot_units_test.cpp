@@ -1,23 +1,13 @@
 // Units, expressions and folding of plotted columns, against values computed by hand; and the
 // choice of a style.
-#include <fmt/format.h>
-#include <catch2/catch.hpp>
-
-#include <cmath>
-#include <nlohmann/json.hpp>
-#include <numbers>
-#include <sstream>
-
-#include "io/files/output_file.hpp"
 #include "io/scene/dimension.hpp"
-#include "mechanism/error.hpp"
 #include "plots/drawing/axis.hpp"
 #include "plots/drawing/panels.hpp"
 #include "plots/drawing/style.hpp"
 #include "plots/tables/columns.hpp"
 #include "study/settings/expression.hpp"
 #include "study/settings/expression_dimension.hpp"
-#include "verification/support/support.hpp"
+#include "verification/support/rig.hpp"
 
 using namespace freeplay;
 using Catch::Matchers::Contains;

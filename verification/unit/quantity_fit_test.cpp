@@ -1,22 +1,9 @@
 // Calibration to quantities of one run: parameters behind times that follow from a closed form or a
 // run are recovered; contradictions, a horizon and errors are reported.
-#include <fmt/format.h>
-
-#include <algorithm>
-#include <array>
-#include <catch2/catch.hpp>
-#include <cmath>
-#include <fstream>
-#include <functional>
-#include <nlohmann/json.hpp>
-
-#include "facade/simulation.hpp"
-#include "io/files/output_file.hpp"
 #include "io/scene/open_scene.hpp"
-#include "mechanism/scene.hpp"
 #include "study/calibration/quantity_fit.hpp"
 #include "verification/references/bouncing_ball.hpp"
-#include "verification/support/support.hpp"
+#include "verification/support/rig.hpp"
 
 using namespace freeplay;
 using Catch::Matchers::Contains;

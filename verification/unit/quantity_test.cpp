@@ -2,15 +2,8 @@
 // their places in a scene.
 #include "io/scene/quantity.hpp"
 
-#include <fmt/format.h>
-#include <catch2/catch.hpp>
-
-#include <numbers>
-
 #include "io/scene/write_scene.hpp"
-#include "mechanism/scene.hpp"
-#include "verification/support/support.hpp"
-#include "verification/support/texts.hpp"
+#include "verification/support/rig.hpp"
 
 using namespace freeplay;
 using Catch::Matchers::Contains;
@@ -26,34 +19,15 @@ double read(std::string_view text, std::string_view unit) {
 std::string wrong(std::string_view text, std::string_view unit) { return read_quantity(text, unit).wrong; }
 
 std::string scene_text(const std::string& clearance) {
-  return R"([bodies.a]
-mass = "500 g"
-inertia = "5 kg cm2"
-[bodies.b]
-mass = 0.5
-inertia = 5e-4
-angle = "60 deg"
-[joints.pivot]
-type = "revolute"
-between = ["ground", "a"]
-[joints.loose]
-type = "revolute"
-between = ["a", "b"]
-at = [["50 mm", 0], [0, "-5 cm"]]
-clearance = )" +
-         clearance + R"(
-bearing_radius = "1 cm"
-surface = "steel"
-[surfaces.steel]
-young = "207 GPa"
-poisson = "30 %"
-[drives.motor]
-joint = "pivot"
-speed = "120 rpm"
-[run]
-duration = "200 ms"
-discard = "0.1 s"
-)";
+  return "[bodies.a]\nmass = \"500 g\"\ninertia = \"5 kg cm2\"\n" +
+         test::body("b", 0.5, 5e-4, "angle = \"60 deg\"\n") + test::pin("pivot", "ground", "a") +
+         "[joints.loose]\ntype = \"revolute\"\nbetween = [\"a\", \"b\"]\n"
+         "at = [[\"50 mm\", 0], [0, \"-5 cm\"]]\nclearance = " +
+         clearance +
+         "\nbearing_radius = \"1 cm\"\nsurface = \"steel\"\n[surfaces.steel]\n"
+         "young = \"207 GPa\"\npoisson = \"30 %\"\n" +
+         test::drive("motor", "pivot", "speed = \"120 rpm\"\n") +
+         "[run]\nduration = \"200 ms\"\ndiscard = \"0.1 s\"\n";
 }
 
 }  // namespace
@@ -169,7 +143,7 @@ TEST_CASE("numbers of a scene may have units, with bit-identical values in SI", 
   CHECK(std::get<RevoluteJoint>(scene.mechanism.joints[1]).at == clearance_joint.at);
 
   CHECK_THAT(test::refusal(scene_text("\"0.1 kg\"")),
-             Contains("s.toml:15:13: joints.loose.clearance: \"0.1 kg\" is a mass, must be a length"));
+             Contains("s.toml:16:13: joints.loose.clearance: \"0.1 kg\" is a mass, must be a length"));
   CHECK_THAT(test::refusal(scene_text("\"-0.1 mm\"")), Contains("must be greater than 0, is -0.0001"));
   CHECK_THAT(test::refusal(scene_text("\"1e30 km\"")), Contains("must be at most 1e+09 m"));
   CHECK_THAT(test::refusal(scene_text("\"small\"")), Contains("must be a number, is a text"));
@@ -182,21 +156,9 @@ TEST_CASE("the discarded part of a run in revolutions may be given as a time", "
 }
 
 TEST_CASE("numbers of a curve may have units that match their use", "[units][driving][scene]") {
-  const std::string start = R"([bodies.rotor]
-mass = 2.0
-inertia = 0.05
-[bodies.block]
-mass = 1
-inertia = 1
-[joints.main]
-type = "revolute"
-between = ["ground", "rotor"]
-[joints.guide]
-type = "translational"
-between = ["ground", "block"]
-[run]
-duration = 0.5
-)";
+  const std::string start = test::body("rotor", 2.0, 0.05) + test::body("block", 1, 1) +
+                            test::pin("main", "ground", "rotor") + test::guide("guide", "ground", "block") +
+                            test::run_for(0.5);
   const auto said = [&](const std::string& curve, const std::string& drive) {
     return test::refusal(start + "[curves.c]\n" + curve + "[drives.d]\n" + drive);
   };

@@ -2,23 +2,10 @@
 // mechanisms are chains, slider-cranks, four-bars, toggles and yokes of bars with random frames;
 // poses follow from closed forms, rates from the null space of rows that this file derives itself.
 // FREEPLAY_STARTS = "seed count" tries others than the few of a normal run.
-#include <fmt/format.h>
 #include <Eigen/Dense>
-#include <catch2/catch.hpp>
-
-#include <algorithm>
-#include <array>
-#include <cmath>
-#include <cstdlib>
-#include <numbers>
-#include <optional>
-#include <random>
-#include <sstream>
 
 #include "dynamics/assembly/assembly.hpp"
-#include "mechanism/error.hpp"
-#include "mechanism/scene.hpp"
-#include "verification/support/support.hpp"
+#include "verification/support/rig.hpp"
 
 using namespace freeplay;
 using Eigen::MatrixXd, Eigen::VectorXd;

@@ -1,14 +1,8 @@
 // Classes of refusals: a misspelt key in every possible place, and studies that cannot be
 // calibrated.
-#include <fmt/format.h>
-#include <catch2/catch.hpp>
-
-#include "io/files/output_file.hpp"
 #include "io/scene/schema.hpp"
-#include "mechanism/scene.hpp"
 #include "study/calibration/calibrate.hpp"
-#include "verification/support/support.hpp"
-#include "verification/support/texts.hpp"
+#include "verification/support/rig.hpp"
 
 using namespace freeplay;
 using Catch::Matchers::Contains;

@@ -1,22 +1,11 @@
 // freeplay run --from: run.json is sufficient to repeat any run byte for byte, and contains all
 // that affects its digits.
-#include <fmt/format.h>
-#include <catch2/catch.hpp>
-
-#include <algorithm>
-#include <map>
-#include <nlohmann/json.hpp>
-
 #include "dynamics/assembly/assembly.hpp"
 #include "facade/run_folder.hpp"
-#include "facade/simulation.hpp"
 #include "io/files/digest.hpp"
-#include "io/files/output_file.hpp"
 #include "io/scene/write_scene.hpp"
-#include "mechanism/scene.hpp"
 #include "study/comparison/compare.hpp"
-#include "verification/support/support.hpp"
-#include "verification/support/texts.hpp"
+#include "verification/support/rig.hpp"
 
 using namespace freeplay;
 using Catch::Matchers::Contains;

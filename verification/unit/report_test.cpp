@@ -2,22 +2,11 @@
 // without results. scripts/report-test checks the page in a browser.
 #include "plots/report/report.hpp"
 
-#include <fmt/format.h>
-#include <catch2/catch.hpp>
-
-#include <algorithm>
-#include <cmath>
-#include <nlohmann/json.hpp>
-#include <random>
-
-#include "io/files/output_file.hpp"
-#include "mechanism/error.hpp"
-#include "mechanism/scene.hpp"
 #include "plots/report/page.hpp"
 #include "plots/report/thinning.hpp"
 #include "plots/tables/table.hpp"
 #include "study/comparison/compare.hpp"
-#include "verification/support/support.hpp"
+#include "verification/support/rig.hpp"
 #include "verification/unit/hostile.hpp"
 
 using namespace freeplay;

@@ -1,11 +1,7 @@
 // Blobs of a study's results are read back as they were stored, to single precision.
-#include <catch2/catch.hpp>
-
-#include <cmath>
-
 #include "study/store/results.hpp"
 #include "study/store/results_tables.hpp"
-#include "verification/support/support.hpp"
+#include "verification/support/rig.hpp"
 
 using namespace freeplay;
 

@@ -1,27 +1,16 @@
 // freeplay run --resume: a run that is killed or interrupted, any number of times and anywhere,
 // finally leaves the files of an undisturbed run, byte for byte.
 #include <fcntl.h>
-#include <fmt/format.h>
 #include <signal.h>
 #include <sys/wait.h>
 #include <unistd.h>
-#include <catch2/catch.hpp>
-
 #include <atomic>
 #include <chrono>
-#include <cstdlib>
-#include <fstream>
-#include <iterator>
-#include <map>
-#include <memory>
-#include <nlohmann/json.hpp>
-#include <random>
 #include <thread>
 
 #include "facade/run_folder.hpp"
-#include "io/files/output_file.hpp"
 #include "io/scene/open_scene.hpp"
-#include "verification/support/support.hpp"
+#include "verification/support/rig.hpp"
 
 using namespace freeplay;
 using Catch::Matchers::Contains;

@@ -1,21 +1,15 @@
 // Implicit steps: the elimination of integrals and of quantities on which nothing depends, and Jacobians of penalty
 // runs by traced equations.
 #include <Eigen/Dense>
-#include <algorithm>
-#include <catch2/catch.hpp>
-#include <cmath>
 #include <cstddef>
-#include <memory>
-#include <random>
-#include <vector>
 
 #include "dynamics/assembly/assembly.hpp"
 #include "dynamics/system.hpp"
 #include "dynamics/system_tracer.hpp"
 #include "formulations/penalty/penalty_steps.hpp"
-#include "mechanism/scene.hpp"
 #include "numerics/rosenbrock4.hpp"
 #include "verification/random_scenes/scene.hpp"
+#include "verification/support/rig.hpp"
 
 using namespace freeplay;
 namespace rs = freeplay::verification::random_scenes;

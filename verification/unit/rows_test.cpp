@@ -1,18 +1,8 @@
 // Times of rows are multiples of the output step by their index, and the last row is exactly at the
 // end time.
-#include <catch2/catch.hpp>
-
-#include <cmath>
-#include <cstdlib>
-#include <string>
-
 #include "facade/run_folder.hpp"
-#include "facade/simulation.hpp"
-#include "mechanism/scene.hpp"
 #include "simulation/trajectory.hpp"
-#include "verification/support/scene_text.hpp"
-#include "verification/support/support.hpp"
-#include "verification/support/texts.hpp"
+#include "verification/support/rig.hpp"
 
 using namespace freeplay;
 

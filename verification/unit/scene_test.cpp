@@ -1,17 +1,9 @@
 // Reading of scenes: the reference scene, overrides, every kind of invalid input with its message,
 // and agreement of docs/reference/scene.md with the schema.
-#include "mechanism/scene.hpp"
-
-#include <catch2/catch.hpp>
-
-#include <fstream>
-#include <numbers>
-
 #include "io/scene/schema.hpp"
 #include "io/scene/write_scene.hpp"
 #include "mechanism/magnitude.hpp"
-#include "verification/support/support.hpp"
-#include "verification/support/texts.hpp"
+#include "verification/support/rig.hpp"
 
 using namespace freeplay;
 using Catch::Matchers::Contains;
@@ -96,15 +88,9 @@ TEST_CASE("overrides set any key", "[scene]") {
 }
 
 TEST_CASE("an override sets one number of a list", "[scene]") {
-  const std::string text = scene() + R"([bodies.c]
-mass = 1
-inertia = 1
-points = { pin = [0.1, 0.2] }
-[joints.named]
-type = "revolute"
-between = ["b", "c"]
-at = [[0.3, 0], "pin"]
-)";
+  const std::string text = scene() + test::body("c", 1, 1, "points = { pin = [0.1, 0.2] }\n") +
+                           "[joints.named]\ntype = \"revolute\"\nbetween = [\"b\", \"c\"]\n"
+                           "at = [[0.3, 0], \"pin\"]\n";
   auto s = parse_scene(text, "s",
                        {"bodies.a.position=[1, 2]", "bodies.a.position[1]=5 mm", "joints.named.at[0][0]=0.4",
                         "joints.named.at[1][1]=0.25", "gravity[1]=-1", "bodies.c.points.pin[0]=0.15"});

@@ -1,23 +1,10 @@
 // Poincaré sections: the exact place of their points within steps, and the independence of a run
 // from its section.
-#include <catch2/catch.hpp>
-
-#include <fmt/format.h>
 #include <boost/math/special_functions/ellint_1.hpp>
 
-#include <cmath>
-#include <fstream>
-#include <iterator>
-#include <numbers>
-
-#include "facade/simulation.hpp"
-#include "io/files/output_file.hpp"
-#include "mechanism/scene.hpp"
 #include "study/runs/section_run.hpp"
 #include "verification/references/bouncing_on_table.hpp"
-#include "verification/support/scene_text.hpp"
-#include "verification/support/support.hpp"
-#include "verification/support/texts.hpp"
+#include "verification/support/rig.hpp"
 
 using namespace freeplay;
 
@@ -38,16 +25,10 @@ const Way ways[] = {{"penalty", "penalty.tolerance=1e-10", 1e-6},
 
 const std::string oscillator =
     test::body("mass", 2.0, 1.0, "position = [0.3, 0.0]\n") + test::guide("guide", "ground", "mass") +
-    test::spring("spring", "ground", "mass", {-1, 0}, {0, 0}, 50.0, 1.0, "damping = 4.0\n") + R"([loads.push]
-type = "force"
-body = "mass"
-force = [3.0, 0.0]
-factor = "wave"
-[curves.wave]
-shape = "harmonic"
-amplitude = 1.0
-period = 2.0
-)" + test::run_for(40, "discard = 30\nstart = \"given\"\n");
+    test::spring("spring", "ground", "mass", {-1, 0}, {0, 0}, 50.0, 1.0, "damping = 4.0\n") +
+    "[loads.push]\ntype = \"force\"\nbody = \"mass\"\nforce = [3.0, 0.0]\n"
+    "factor = \"wave\"\n" +
+    test::harmonic("wave", 1.0, 2.0) + test::run_for(40, "discard = 30\nstart = \"given\"\n");
 
 const std::string swing = "gravity = [0, -9.81]\n" + test::body("bar", 1.0, 0.03, "position = [0.3, 0.0]\n") +
                           test::pin("pivot", "ground", "bar", {0, 0}, {-0.3, 0}) +
@@ -140,7 +121,7 @@ TEST_CASE("a motion that reverses within a step gives two crossings or none", "[
                                         "penalty.tolerance=1e-10", "nonsmooth.tolerance=1e-10"};
   std::string text = oscillator;
   for (const char* gone :
-       {"factor = \"wave\"\n", "[curves.wave]\nshape = \"harmonic\"\namplitude = 1.0\nperiod = 2.0\n"})
+       {"factor = \"wave\"\n", "[curves.wave]\nshape = \"harmonic\"\namplitude = 1\nperiod = 2\n"})
     text.erase(text.find(gone), std::string(gone).size());
   const double omega = 5, inside = std::sqrt(2e-6) / omega;
   for (const char* formulation : {"penalty", "nonsmooth"}) {

@@ -1,13 +1,7 @@
 // Unit plausibility check: implausible units raise a question, and nothing else does.
-#include <catch2/catch.hpp>
-#include <fstream>
-
-#include <algorithm>
-
-#include "mechanism/scene.hpp"
 #include "mechanism/sense.hpp"
 #include "study/calibration/data_units.hpp"
-#include "verification/support/support.hpp"
+#include "verification/support/rig.hpp"
 
 using namespace freeplay;
 using Catch::Matchers::Contains;

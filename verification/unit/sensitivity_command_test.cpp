@@ -1,13 +1,5 @@
 // The command `sensitivity`: zero values and missing derivatives in its result, its figure, and its errors.
-#include <catch2/catch.hpp>
-#include <cmath>
-#include <fstream>
-#include <nlohmann/json.hpp>
-#include <string>
-
-#include "io/files/output_file.hpp"
-#include "verification/support/scene_text.hpp"
-#include "verification/support/support.hpp"
+#include "verification/support/rig.hpp"
 
 using namespace freeplay;
 using Catch::Matchers::Contains;
@@ -17,14 +9,8 @@ namespace {
 /// A ball that is dropped from (0.1, 0.55) with a horizontal speed of −0.25 m/s: x = 0 at the end, after 0.4 s.
 const std::string ball = "gravity = [0, -9.81]\n" +
                          test::body("ball", 0.3, 3e-4, "position = [0.1, 0.55]\nvelocity = [-0.25, 0]\n") +
-                         R"([contacts.table]
-type = "plane"
-between = ["ground", "ball"]
-radius = 0.05
-surface = "hard"
-[surfaces.hard]
-restitution = 0.5
-)" + test::run_for(0.4, "start = \"given\"\n[nonsmooth]\nscheme = \"event-driven\"\n");
+                         test::plane("table", "ground", "ball", 0.05, "hard") + test::surface("hard", 0.5) +
+                         test::run_for(0.4, "start = \"given\"\n[nonsmooth]\nscheme = \"event-driven\"\n");
 
 struct Command {
   test::TemporaryFolder folder;

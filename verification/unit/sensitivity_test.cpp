@@ -2,20 +2,9 @@
 // differences of whole runs.
 #include "facade/sensitivity.hpp"
 
-#include <fmt/format.h>
-
-#include <catch2/catch.hpp>
-#include <cmath>
 #include <cstdint>
-#include <cstdlib>
-#include <string>
-#include <vector>
 
-#include "io/files/output_file.hpp"
-#include "mechanism/scene.hpp"
-#include "verification/support/scene_text.hpp"
-#include "verification/support/support.hpp"
-#include "verification/support/texts.hpp"
+#include "verification/support/rig.hpp"
 #include "verification/unit/varied_scenes.hpp"
 
 using namespace freeplay;
@@ -25,14 +14,9 @@ using Catch::Matchers::Contains;
 namespace {
 
 std::string ball(const std::string& keys, double restitution = 0.5) {
-  return "gravity = [0, -9.81]\n" + test::body("ball", 0.3, 3e-4, keys) + R"([contacts.table]
-type = "plane"
-between = ["ground", "ball"]
-radius = 0.05
-surface = "hard"
-[surfaces.hard]
-restitution = )" +
-         fmt::format("{}\n", restitution) +
+  return "gravity = [0, -9.81]\n" + test::body("ball", 0.3, 3e-4, keys) +
+         test::plane("table", "ground", "ball", 0.05, "hard") +
+         "[surfaces.hard]\nrestitution = " + fmt::format("{}\n", restitution) +
          test::run_for(0.4, "start = \"given\"\n[nonsmooth]\nscheme = \"event-driven\"\n");
 }
 
@@ -47,18 +31,12 @@ std::string crank_with_loose_pin() {
   return "gravity = [0, -9.81]\n" + test::body("crank", 10, 0.4) + test::body("rod", 1.1, 0.02) +
          test::body("slider", 1.3, 1e-3) + test::pin("main", "ground", "crank") +
          test::pin("big", "crank", "rod", {0.05, 0}, {-0.15, 0}) +
-         test::pin("pin", "rod", "slider", {0.15, 0}, {},
-                   "clearance = 1.5e-4\nbearing_radius = 0.011\nsurface = \"s\"\n") +
-         test::guide("guide", "ground", "slider") + R"([surfaces.s]
-young = 1.2e11
-poisson = 0.3
-restitution = 0.35
-friction = 0.0
-[drives.motor]
-joint = "main"
-speed = 34.5
-initial_angle = 3.2
-)" + test::run_for(0.02, "start = \"ideal\"\n[nonsmooth]\nscheme = \"event-driven\"\ntolerance = 1e-12\n");
+         test::pin("pin", "rod", "slider", {0.15, 0}, {}, test::loose(1.5e-4, 0.011)) +
+         test::guide("guide", "ground", "slider") +
+         test::surface("s", 0.35, "young = 1.2e11\npoisson = 0.3\nfriction = 0.0\n") +
+         test::motor("motor", "main", 34.5, "initial_angle = 3.2\n") +
+         test::run_for(0.02,
+                       "start = \"ideal\"\n[nonsmooth]\nscheme = \"event-driven\"\ntolerance = 1e-12\n");
 }
 
 Sensitivities of(const std::string& text, std::vector<std::string> quantities, std::vector<std::string> keys,
@@ -94,12 +72,8 @@ points = { hub = [-0.05, 0.0], tip = [
 type = "revolute"
 between = ["ground", "arm"]
 at = [[0, 0], "hub"]
-[drives.motor]
-joint = "main"
-speed_rpm = 60
-[run]
-revolutions = 1.3
-)";
+)" + test::drive("motor", "main", "speed_rpm = 60\n") +
+                          "[run]\nrevolutions = 1.3\n";
   const double pi = 3.14159265358979323846, phi = 2 * pi * 0.6, dx = -0.05 * std::sin(phi);
   const auto q = of(arm, {"end.arm.x"},
                     {"run.revolutions", "run.duration", "drives.motor.speed", "bodies.arm.points.hub[0]"},
@@ -246,21 +220,12 @@ TEST_CASE("motions without a derivative are refused with the reason", "[sensitiv
   grazing.replace(grazing.find("-9.81"), 5, "8.9999999");
   CHECK_THAT(reason(grazing, "end.ball.y", "initial.ball.vy"), Contains("grazes"));
   // A ball meets two that touch.
-  const std::string cradle = test::body("one", 1, 0.004, "position = [-0.25, 0]\nvelocity = [1, 0]\n") +
-                             test::body("two", 1, 0.004, "position = [0, 0]\n") +
-                             test::body("three", 1, 0.004, "position = [0.2, 0]\n") + R"([contacts.left]
-type = "discs"
-between = ["one", "two"]
-radii = [0.1, 0.1]
-surface = "s"
-[contacts.right]
-type = "discs"
-between = ["two", "three"]
-radii = [0.1, 0.1]
-surface = "s"
-[surfaces.s]
-restitution = 1
-)" + test::run_for(0.1, "start = \"given\"\n[nonsmooth]\nscheme = \"event-driven\"\n");
+  const std::string cradle =
+      test::body("one", 1, 0.004, "position = [-0.25, 0]\nvelocity = [1, 0]\n") +
+      test::body("two", 1, 0.004, "position = [0, 0]\n") +
+      test::body("three", 1, 0.004, "position = [0.2, 0]\n") + test::discs("left", "one", "two", 0.1, 0.1) +
+      test::discs("right", "two", "three", 0.1, 0.1) + test::surface("s", 1) +
+      test::run_for(0.1, "start = \"given\"\n[nonsmooth]\nscheme = \"event-driven\"\n");
   CHECK_THAT(reason(cradle, "end.three.vx", "initial.one.vx"), Contains("depends on the order of impacts"));
 }
 
@@ -272,20 +237,8 @@ TEST_CASE("simultaneous impacts state whether their order matters", "[sensitivit
     return test::body("one", 1, 0.004, "position = [-0.25, 0]\nvelocity = [1, 0]\n") +
            test::body("two", 1, 0.004, "position = [0, 0]\n") +
            test::body("three", 1, 0.004, "position = [0.25, 0]\nvelocity = [-1, 0]\n") +
-           fmt::format(R"([contacts.left]
-type = "discs"
-between = ["one", "two"]
-radii = [0.1, 0.1]
-surface = "s"
-[contacts.right]
-type = "discs"
-between = ["two", "three"]
-radii = [0.1, 0.1]
-surface = "s"
-[surfaces.s]
-restitution = {}
-)",
-                       e) +
+           test::discs("left", "one", "two", 0.1, 0.1) + test::discs("right", "two", "three", 0.1, 0.1) +
+           test::surface("s", e) +
            test::run_for(0.1, "start = \"given\"\n[nonsmooth]\nscheme = \"event-driven\"\n");
   };
   CHECK_THAT(reason(discs(0.5), "end.two.vx", "initial.one.vx"),
@@ -296,12 +249,9 @@ restitution = {}
 TEST_CASE("derivatives about a rest follow small oscillations", "[sensitivity]") {
   // A hanging pendulum at rest needs no steps of its own. d(end.theta)/d(initial.theta) = cos(ω t) and
   // d(end.omega)/d(initial.theta) = −ω sin(ω t), ω² = m g l/(J + m l²).
-  const std::string text =
-      "gravity = [0, -9.81]\n" + test::body("bar", 2, 0.05, "position = [0, -0.4]\n") + R"([joints.pivot]
-type = "revolute"
-between = ["ground", "bar"]
-at = [[0, 0], [0, 0.4]]
-)" + test::run_for(3, "start = \"given\"\n[nonsmooth]\nscheme = \"event-driven\"\n");
+  const std::string text = "gravity = [0, -9.81]\n" + test::body("bar", 2, 0.05, "position = [0, -0.4]\n") +
+                           test::pin("pivot", "ground", "bar", {}, {0, 0.4}) +
+                           test::run_for(3, "start = \"given\"\n[nonsmooth]\nscheme = \"event-driven\"\n");
   const double omega = std::sqrt(2 * 9.81 * 0.4 / (0.05 + 2 * 0.16));
   // The initial rate keeps the constraint: v_x = 0.4 ω.
   const auto s = of(text, {"end.bar.theta", "end.bar.omega"}, {"initial.bar.omega", "initial.bar.vx"});
@@ -345,13 +295,11 @@ TEST_CASE("derivatives jump where a governor leaves its limit", "[sensitivity]")
     return T / J * t * t / 2 + target * s - A / a * (std::exp(a * s) - 1) - B / b * (std::exp(b * s) - 1);
   };
   const auto q =
-      of(test::body("rot", 1, 0.03) + test::pin("a", "ground", "rot", {0, 0}, {0, 0}) + R"([drives.m]
-joint = "a"
-target_speed = 10
-proportional = 0.7
-integral = 3
-torque_limit = 1.8
-)" + test::run_for(1, "start = \"given\"\n[nonsmooth]\nscheme = \"event-driven\"\ntolerance = 1e-12\n"),
+      of(test::body("rot", 1, 0.03) + test::pin("a", "ground", "rot", {0, 0}, {0, 0}) +
+             test::drive("m", "a",
+                         "target_speed = 10\nproportional = 0.7\nintegral = 3\ntorque_limit = 1.8\n") +
+             test::run_for(1,
+                           "start = \"given\"\n[nonsmooth]\nscheme = \"event-driven\"\ntolerance = 1e-12\n"),
          {"end.rot.theta"}, {"drives.m.torque_limit", "drives.m.proportional", "drives.m.target_speed"})
           .quantities[0];
   CHECK(q.value == Approx(static_cast<double>(angle(1.8L, 0.7L, 10))).epsilon(1e-10));
@@ -371,12 +319,9 @@ TEST_CASE("derivatives follow the kinks of a damping table", "[sensitivity]") {
   const auto text = [](const std::string& settings) {
     return test::body("p", 1, 0.05, "angular_velocity = 4\n") +
            test::pin("h", "ground", "p", {0, 0}, {0, 0}) +
-           R"([loads.s]
-type = "torsional-spring-damper"
-between = ["ground", "p"]
-stiffness = 5
-damping_table = [[-6, -0.9], [-3, -0.1], [0, 0], [3, 0.1], [6, 0.9]]
-)" + test::run_for(3, "start = \"given\"\n" + settings);
+           test::torsion("s", "ground", "p", 5,
+                         "damping_table = [[-6, -0.9], [-3, -0.1], [0, 0], [3, 0.1], [6, 0.9]]\n") +
+           test::run_for(3, "start = \"given\"\n" + settings);
   };
   const auto check = [&](const std::string& settings, const std::string& formulation, double bound) {
     const auto s = sensitivities(
@@ -399,17 +344,10 @@ TEST_CASE("derivatives jump where a damped bump stop begins", "[sensitivity]") {
                bend = -(d * rate + k * y) / m;
   const auto check = [&](const std::string& settings, const std::string& formulation, double bound) {
     const auto found = sensitivities(
-        parse_scene(test::body("p", m, 0.01, "velocity = [2, 0]\n") + R"([joints.guide]
-type = "translational"
-between = ["ground", "p"]
-axis = [1, 0]
-[loads.b]
-type = "bump-stop"
-between = ["ground", "p"]
-upper = 0.3
-stiffness = 200
-damping = 5
-)" + test::run_for(T, "start = \"given\"\n" + settings),
+        parse_scene(test::body("p", m, 0.01, "velocity = [2, 0]\n") + test::guide("guide", "ground", "p") +
+                        "[loads.b]\ntype = \"bump-stop\"\nbetween = [\"ground\", \"p\"]\nupper = 0.3\n"
+                        "stiffness = 200\ndamping = 5\n" +
+                        test::run_for(T, "start = \"given\"\n" + settings),
                     "s.toml"),
         {.of = {"end.p.x", "end.p.vx"}, .to = {"loads.b.upper", "initial.p.vx"}, .formulation = formulation});
     const auto &x = found.quantities[0], &vx = found.quantities[1];
@@ -431,14 +369,9 @@ TEST_CASE("an approach far from the origin of a body does not graze", "[sensitiv
   const auto q =
       of("gravity = [0, 9.81]\n" +
              test::body("toy", 1, 1, fmt::format("position = [0, {}]\nvelocity = [0, {:.17g}]\n", h, -v)) +
-             R"([contacts.wall]
-type = "plane"
-between = ["ground", "toy"]
-at = [[0, -250], [0, -250]]
-surface = "s"
-[surfaces.s]
-restitution = 0.5
-)" + test::run_for(0.4, "start = \"given\"\n[nonsmooth]\nscheme = \"event-driven\"\n"),
+             test::plane("wall", "ground", "toy", 0, "s", "at = [[0, -250], [0, -250]]\n") +
+             test::surface("s", 0.5) +
+             test::run_for(0.4, "start = \"given\"\n[nonsmooth]\nscheme = \"event-driven\"\n"),
          {"event.1.t"}, {"initial.toy.y"})
           .quantities[0];
   CHECK(q.derivatives[0] == Approx(1 / r).epsilon(1e-6));
@@ -452,23 +385,13 @@ TEST_CASE("a slider that lies flat does not turn with its clearance", "[sensitiv
              test::pin("m", "ground", "crank", {0, 0}, {0, 0}) +
              test::pin("b", "crank", "rod", {0.05, 0}, {-0.06, 0}) +
              test::pin("p", "rod", "sl", {0.06, 0}, {-0.0013401486540098213, -0.0009039535213918293}) +
-             R"([joints.g]
-type = "translational"
-between = ["ground", "sl"]
-axis = [1, 0]
-clearance = 0.00015946678376041508
+             test::guide("g", "ground", "sl", {1, 0}, {}, {}, R"(clearance = 0.00015946678376041508
 slider_length = 0.05
 slider_height = 0.03
 corner_radius = 0.002
 surface = "s"
-[surfaces.s]
-restitution = 0.584129535553981
-friction = 0.09051812727232932
-[drives.dr]
-joint = "m"
-speed = 43.22501271922221
-initial_angle = 5.059574480650748
-)" +
+)") + test::surface("s", 0.584129535553981, 0.09051812727232932) +
+             test::motor("dr", "m", 43.22501271922221, "initial_angle = 5.059574480650748\n") +
              test::run_for(0.08865372653234961,
                            "start = \"ideal\"\n[nonsmooth]\nscheme = \"event-driven\"\ntolerance = 1e-12\n"),
          {"end.sl.theta", "end.sl.y"}, {"joints.g.clearance"});
@@ -483,31 +406,15 @@ TEST_CASE("rounding errors of an impact are no kink", "[sensitivity]") {
 )" + test::body("crank", 0.157, 0.00013) +
              test::body("coupler", 0.55, 0.0056) + test::body("rocker", 0.47, 0.0035) +
              test::pin("A", "ground", "crank", {0, 0}, {-0.05, 0}) +
-             test::pin("B", "crank", "coupler", {0.05, 0}, {-0.175, 0}) + R"([joints.C]
-type = "revolute"
-between = ["coupler", "rocker"]
-at = [[0.175, 0], [0.15, 0]]
-clearance = 0.00023517451988092238
-bearing_radius = 0.01
-surface = "s"
-)" + test::pin("D", "ground", "rocker", {0.4, 0}, {-0.15, 0}) +
-             R"([surfaces.s]
-restitution = 0.6870795098775833
-friction = 0.4519676818766362
-[drives.m]
-joint = "A"
-speed_rpm = 108.23386826441833
-initial_angle = 0.9973769504320831
-[assembly]
-branch = "open"
-[loads.ts]
-type = "torsional-spring-damper"
-between = ["ground", "rocker"]
-stiffness = 2.2557595586266324
-free_angle = 1.5
-damping = 0.020443186888223733
-cubic = 2.2753225097834573
-)" +
+             test::pin("B", "crank", "coupler", {0.05, 0}, {-0.175, 0}) +
+             test::pin("C", "coupler", "rocker", {0.175, 0}, {0.15, 0},
+                       test::loose(0.00023517451988092238, 0.01)) +
+             test::pin("D", "ground", "rocker", {0.4, 0}, {-0.15, 0}) +
+             test::surface("s", 0.6870795098775833, 0.4519676818766362) +
+             test::drive("m", "A", "speed_rpm = 108.23386826441833\ninitial_angle = 0.9973769504320831\n") +
+             "[assembly]\nbranch = \"open\"\n" +
+             test::torsion("ts", "ground", "rocker", 2.2557595586266324,
+                           "free_angle = 1.5\ndamping = 0.020443186888223733\ncubic = 2.2753225097834573\n") +
              test::run_for(0.17870303117665476,
                            "start = \"ideal\"\n[nonsmooth]\nscheme = \"event-driven\"\ntolerance = 1e-12\n"),
          {"end.coupler.theta"}, {"joints.D.at[0][0]"})
@@ -523,17 +430,9 @@ TEST_CASE("an impact in a pin has one derivative by offsets that displace the jo
   const auto found = sensitivities(
       parse_scene("gravity = [0, -9.81]\n" + test::body("crank", 9.8, 0.43) + test::body("rod", 1.1, 0.019) +
                       test::body("slider", 1.3, 0.001) + test::pin("main", "ground", "crank") +
-                      test::pin("big", "crank", "rod", {0.05, 0}, {-0.15, 0}) + R"([joints.pin]
-type = "revolute"
-between = ["rod", "slider"]
-at = [[0.15, 0], [0, 0]]
-clearance = 1.5e-4
-bearing_radius = 0.011
-surface = "s"
-[surfaces.s]
-restitution = 0.34
-friction = 0
-)" + test::guide("guide", "ground", "slider") +
+                      test::pin("big", "crank", "rod", {0.05, 0}, {-0.15, 0}) +
+                      test::pin("pin", "rod", "slider", {0.15, 0}, {}, test::loose(1.5e-4, 0.011)) +
+                      test::surface("s", 0.34, 0) + test::guide("guide", "ground", "slider") +
                       "[drives.m]\njoint = \"main\"\nspeed = 34.5\ninitial_angle = 3.22\n" +
                       test::spring("sp", "ground", "slider", {1, 0}, {0, 0}, 1540, 0.6, "damping = 13.6\n") +
                       test::run_for(0.004,

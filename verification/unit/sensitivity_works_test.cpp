@@ -1,12 +1,7 @@
 // Derivatives of works and impulses where a key changes forces but not the motion, and where a derivative does not
 // exist because contacts close together or at the end.
-#include <catch2/catch.hpp>
-#include <cmath>
-#include <numbers>
-#include <string>
-
 #include "facade/sensitivity.hpp"
-#include "mechanism/scene.hpp"
+#include "verification/support/rig.hpp"
 
 using namespace freeplay;
 
@@ -14,47 +9,15 @@ namespace {
 
 /// A carriage that moves by a harmonic curve pulls a block over a floor with a post.
 std::string dragged(double height, double duration, double phase) {
-  return R"(format = 2
-gravity = [0, -10]
-[bodies.carriage]
-mass = 1
-inertia = 0.01
-position = [0, 0.5]
-[bodies.block]
-mass = 2
-inertia = 0.01
-position = [0, )" +
-         std::to_string(height) + R"(]
-[joints.rail]
-type = "translational"
-between = ["ground", "carriage"]
-at = [[0, 0.5], [0, 0]]
-[joints.post]
-type = "translational"
-between = ["carriage", "block"]
-axis = [0, 1]
-[contacts.floor]
-type = "plane"
-between = ["ground", "block"]
-radius = 0.05
-surface = "s"
-[surfaces.s]
-restitution = 0.5
-friction = 0.3
-[assembly]
-approximate = true
-[curves.m]
-shape = "harmonic"
-amplitude = 0.1
-period = 1.0
-phase = )" +
-         std::to_string(phase) + R"(
-[drives.d]
-joint = "rail"
-position = "m"
-[run]
-duration = )" +
-         std::to_string(duration) + R"(
+  return "format = 2\ngravity = [0, -10]\n" + test::body("carriage", 1, 0.01, "position = [0, 0.5]\n") +
+         "[bodies.block]\nmass = 2\ninertia = 0.01\nposition = [0, " + std::to_string(height) + "]\n" +
+         test::guide("rail", "ground", "carriage", {1, 0}, {0, 0.5}, {}) +
+         test::guide("post", "carriage", "block", {0, 1}) + test::plane("floor", "ground", "block", 0.05) +
+         test::surface("s", 0.5, 0.3) +
+         "[assembly]\napproximate = true\n[curves.m]\nshape = \"harmonic\"\n"
+         "amplitude = 0.1\nperiod = 1.0\nphase = " +
+         std::to_string(phase) + "\n" + test::drive("d", "rail", "position = \"m\"\n") +
+         "[run]\nduration = " + std::to_string(duration) + R"(
 start = "assembled"
 [nonsmooth]
 scheme = "event-driven"
@@ -102,34 +65,11 @@ TEST_CASE("the mean friction force jumps with the time of a reversal", "[sensiti
 
 TEST_CASE("simultaneous contact events and those at the end have no derivative by a key that parts them",
           "[sensitivity]") {
-  const std::string two = R"(format = 2
-gravity = [0, -10]
-[bodies.a]
-mass = 0.3
-inertia = 3e-4
-position = [0, 0.55]
-[bodies.b]
-mass = 0.5
-inertia = 3e-4
-position = [1, 0.55]
-[contacts.ta]
-type = "plane"
-between = ["ground", "a"]
-radius = 0.05
-surface = "hard"
-[contacts.tb]
-type = "plane"
-between = ["ground", "b"]
-radius = 0.05
-surface = "hard"
-[surfaces.hard]
-restitution = 0.5
-[run]
-duration = 0.5
-start = "given"
-[nonsmooth]
-scheme = "event-driven"
-)";
+  const std::string two =
+      "format = 2\ngravity = [0, -10]\n" + test::body("a", 0.3, 3e-4, "position = [0, 0.55]\n") +
+      test::body("b", 0.5, 3e-4, "position = [1, 0.55]\n") + test::plane("ta", "ground", "a", 0.05, "hard") +
+      test::plane("tb", "ground", "b", 0.05, "hard") + test::surface("hard", 0.5) +
+      test::run_for(0.5, "start = \"given\"\n") + "[nonsmooth]\nscheme = \"event-driven\"\n";
   const auto with = [&](double duration) {
     auto scene = parse_scene(two, "two.toml");
     scene.run.duration = duration;

@@ -1,29 +1,20 @@
 // Result folders used by several processes: one writes, sweeps share; an invalid study changes
 // nothing.
-#include <fmt/format.h>
 #include <signal.h>
 #include <unistd.h>
-#include <catch2/catch.hpp>
-
-#include <algorithm>
 #include <atomic>
 #include <chrono>
 #include <cstdio>
-#include <cstdlib>
-#include <fstream>
-#include <iterator>
 #include <thread>
 
 #include "cli/default_folder.hpp"
 #include "facade/run_folder.hpp"
-#include "io/files/output_file.hpp"
 #include "io/files/result_set.hpp"
 #include "io/scene/open_scene.hpp"
-#include "mechanism/scene.hpp"
 #include "study/sweep/sweep.hpp"
 #include "verification/killed/contents.hpp"
 #include "verification/killed/process.hpp"
-#include "verification/support/support.hpp"
+#include "verification/support/rig.hpp"
 
 using namespace freeplay;
 using Catch::Matchers::Contains;

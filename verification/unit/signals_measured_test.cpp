@@ -1,16 +1,7 @@
 // A measured signal in the long format of signals.csv: the samples of one channel are read as those
 // of a table with a column of accelerations.
-#include <fmt/format.h>
-#include <catch2/catch.hpp>
-
-#include <cmath>
-#include <numbers>
-
-#include "io/files/output_file.hpp"
 #include "measure/measurement.hpp"
-#include "mechanism/error.hpp"
-#include "verification/support/support.hpp"
-#include "verification/support/texts.hpp"
+#include "verification/support/rig.hpp"
 
 using namespace freeplay;
 using Catch::Matchers::Contains;

@@ -1,17 +1,9 @@
 // Runs in a lane of their own (formulations/single_lane.hpp): the digits of the general path, for
 // observers that need all steps, some of them, or none.
-#include <catch2/catch.hpp>
-#include <cmath>
-#include <cstdlib>
-#include <string>
-#include <vector>
-
-#include "facade/simulation.hpp"
-#include "mechanism/scene.hpp"
 #include "simulation/occasional.hpp"
 #include "simulation/statistics.hpp"
 #include "simulation/windows.hpp"
-#include "verification/support/support.hpp"
+#include "verification/support/rig.hpp"
 
 using namespace freeplay;
 

@@ -1,35 +1,16 @@
 // Springs of variable rate and bushings: forces are the gradient of their stored energy, dampers
 // dissipate energy, kinks are listed where the force has them, and invalid springs are refused.
-#include <catch2/catch.hpp>
-
-#include <cmath>
-#include <random>
-
 #include "dynamics/system.hpp"
 #include "io/scene/open_scene.hpp"
-#include "mechanism/error.hpp"
-#include "mechanism/scene.hpp"
-#include "verification/support/texts.hpp"
+#include "verification/support/rig.hpp"
 
 using namespace freeplay;
 
 namespace {
 
 Scene two_on(const std::string& load) {
-  return parse_scene(R"(
-[bodies.a]
-mass = 1
-inertia = 1
-[bodies.b]
-mass = 1
-inertia = 1
-position = [1.0, 0.0]
-[loads.it]
-between = ["a", "b"]
-)" + load + R"(
-[run]
-duration = 1
-)",
+  return parse_scene(test::body("a", 1, 1) + test::body("b", 1, 1, "position = [1.0, 0.0]\n") +
+                         "[loads.it]\nbetween = [\"a\", \"b\"]\n" + load + "\n" + test::run_for(1),
                      "load");
 }
 

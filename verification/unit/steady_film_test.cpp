@@ -2,16 +2,8 @@
 // forms of the coefficients are in verification/claims/film_coefficients.cpp.
 #include "formulations/contact/steady_film.hpp"
 
-#include <fmt/format.h>
-#include <catch2/catch.hpp>
-
-#include <cmath>
-#include <fstream>
-#include <nlohmann/json.hpp>
-
 #include "verification/references/journal_bearing.hpp"
-#include "verification/support/support.hpp"
-#include "verification/support/texts.hpp"
+#include "verification/support/rig.hpp"
 
 using namespace freeplay;
 using Catch::Matchers::Contains;

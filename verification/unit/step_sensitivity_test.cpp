@@ -4,19 +4,9 @@
 // The instant of an impact lies anywhere within its step, so that the error of one run is a sawtooth of the
 // step. The order is that of the root mean square over steps of slightly different length. That of N runs has a
 // standard error of about 1/√(2N): 0.16 in log₂ for N = 20, hence 0.07 in the order over four levels.
-#include <fmt/format.h>
-
-#include <catch2/catch.hpp>
-#include <cmath>
-#include <functional>
-#include <string>
-#include <vector>
-
 #include "facade/sensitivity.hpp"
-#include "mechanism/scene.hpp"
 #include "verification/references/sensitivity.hpp"
-#include "verification/support/scene_text.hpp"
-#include "verification/support/support.hpp"
+#include "verification/support/rig.hpp"
 #include "verification/unit/varied_scenes.hpp"
 
 using namespace freeplay;
@@ -102,14 +92,8 @@ Convergence converge(const RandomCase& c, double coarsest, int phases) {
 
 RandomCase dropped_ball(double duration, std::vector<std::string> of, std::vector<std::string> to) {
   return {"gravity = [0, -9.81]\n" + test::body("ball", 0.3, 3e-4, "position = [0, 0.55]\n") +
-              R"([contacts.table]
-type = "plane"
-between = ["ground", "ball"]
-radius = 0.05
-surface = "hard"
-[surfaces.hard]
-restitution = 0.5
-)" + test::run_for(duration, "start = \"given\"\n"),
+              test::plane("table", "ground", "ball", 0.05, "hard") + test::surface("hard", 0.5) +
+              test::run_for(duration, "start = \"given\"\n"),
           std::move(of), std::move(to)};
 }
 
@@ -160,16 +144,7 @@ TEST_CASE("derivatives of stepped motions with friction and a pivot are of first
   };
   const auto incline = [](double restitution, double duration) {
     return "gravity = [6, -8]\n" + test::body("disc", 0.3, 3e-4, "position = [0, 0.55]\n") +
-           fmt::format(R"([contacts.plane]
-type = "plane"
-between = ["ground", "disc"]
-radius = 0.05
-surface = "hard"
-[surfaces.hard]
-restitution = {}
-friction = 0.1
-)",
-                       restitution) +
+           test::plane("plane", "ground", "disc", 0.05, "hard") + test::surface("hard", restitution, 0.1) +
            test::run_for(duration, "start = \"given\"\n");
   };
   const std::vector<std::string> keys{"surfaces.hard.friction", "surfaces.hard.restitution", "initial.disc.y",
@@ -185,42 +160,22 @@ friction = 0.1
              test::body("bar", 0.8, 0.01,
                         fmt::format("position = [{:.17g}, {:.17g}]\nangle = {:.17g}\n", 0.25 * std::sin(lean),
                                     -0.25 * std::cos(lean), lean)) +
-             test::pin("pivot", "ground", "bar", {0, 0}, {0, 0.25}) + R"([contacts.wall]
-type = "angle-stop"
-joint = "pivot"
-lower = 0.1
-radius = 0.25
-surface = "hard"
-[surfaces.hard]
-restitution = 0.6
-)" + test::run_for(1.2, "start = \"given\"\n"),
+             test::pin("pivot", "ground", "bar", {0, 0}, {0, 0.25}) +
+             "[contacts.wall]\ntype = \"angle-stop\"\njoint = \"pivot\"\nlower = 0.1\n"
+             "radius = 0.25\nsurface = \"hard\"\n" +
+             test::surface("hard", 0.6) + test::run_for(1.2, "start = \"given\"\n"),
          {"event.1.t", "event.2.t", "event.2.v_n_minus", "end.bar.theta", "end.bar.omega"},
          {"surfaces.hard.restitution", "initial.bar.theta", "gravity[1]", "contacts.wall.lower"}},
         2e-3, 15);
-  check("block that slides up a slope and sticks",
-        {R"(gravity = [-3, -9]
-[bodies.block]
-mass = 2
-inertia = 0.01
-position = [0, 0.05]
-velocity = [1.5, 0]
-[contacts.rear]
-type = "plane"
-between = ["ground", "block"]
-at = [[0, 0], [-0.1, -0.05]]
-surface = "wood"
-[contacts.front]
-type = "plane"
-between = ["ground", "block"]
-at = [[0, 0], [0.1, -0.05]]
-surface = "wood"
-[surfaces.wood]
-restitution = 0.3
-friction = 0.5
-)" + test::run_for(0.5, "start = \"given\"\n"),
-         {"end.block.x"},
-         {"initial.block.vx", "surfaces.wood.friction", "gravity[0]"}},
-        1e-2, 3, true);  // parabolas: the instant of the end of sliding is then exact
+  check(
+      "block that slides up a slope and sticks",
+      {"gravity = [-3, -9]\n" + test::body("block", 2, 0.01, "position = [0, 0.05]\nvelocity = [1.5, 0]\n") +
+           test::plane("rear", "ground", "block", 0, "wood", "at = [[0, 0], [-0.1, -0.05]]\n") +
+           test::plane("front", "ground", "block", 0, "wood", "at = [[0, 0], [0.1, -0.05]]\n") +
+           test::surface("wood", 0.3, 0.5) + test::run_for(0.5, "start = \"given\"\n"),
+       {"end.block.x"},
+       {"initial.block.vx", "surfaces.wood.friction", "gravity[0]"}},
+      1e-2, 3, true);  // parabolas: the instant of the end of sliding is then exact
 }
 
 TEST_CASE("the work of a belt on a sliding disc is differentiated through its end of sliding",
@@ -229,26 +184,14 @@ TEST_CASE("the work of a belt on a sliding disc is differentiated through its en
   // belt jumps at the end of sliding.
   const double m = 2, inertia = 0.01, r = 0.05, V = 3, mobility = 1 / m + r * r / inertia;
   const auto s = sensitivities(
-      parse_scene("gravity = [0, -9.81]\n" + test::body("belt", 5, 1, "velocity = [3, 0]\n") +
-                      test::body("disc", m, inertia, "position = [0, 0.05]\n") + R"([joints.guide]
-type = "translational"
-between = ["ground", "belt"]
-axis = [1, 0]
-[contacts.belt]
-type = "plane"
-between = ["belt", "disc"]
-radius = 0.05
-surface = "s"
-[surfaces.s]
-restitution = 0
-friction = 0.3
-[drives.m]
-joint = "guide"
-velocity = "v"
-[curves.v]
-value = 3
-)" + test::run_for(1, "start = \"given\"\n[nonsmooth]\nscheme = \"moreau-jean\"\nstep = 2e-4\n"),
-                  "belt"),
+      parse_scene(
+          "gravity = [0, -9.81]\n" + test::body("belt", 5, 1, "velocity = [3, 0]\n") +
+              test::body("disc", m, inertia, "position = [0, 0.05]\n") +
+              test::guide("guide", "ground", "belt") + test::plane("belt", "belt", "disc", 0.05) +
+              test::surface("s", 0, 0.3) +
+              "[drives.m]\njoint = \"guide\"\nvelocity = \"v\"\n[curves.v]\nvalue = 3\n" +
+              test::run_for(1, "start = \"given\"\n[nonsmooth]\nscheme = \"moreau-jean\"\nstep = 2e-4\n"),
+          "belt"),
       {.of = {"energy.work_of_drives"},
        .to = {"bodies.disc.mass", "bodies.disc.inertia", "surfaces.s.friction"},
        .errors = false});
@@ -316,19 +259,9 @@ TEST_CASE("impacts that steps do not resolve are refused with the reason", "[sen
   const std::string cradle = test::body("one", 1, 0.004, "position = [-0.2501, 0]\nvelocity = [1, 0]\n") +
                              test::body("two", 1, 0.004, "position = [0, 0]\n") +
                              test::body("three", 1, 0.004, "position = [0.2501, 0]\nvelocity = [-1, 0]\n") +
-                             R"([contacts.left]
-type = "discs"
-between = ["one", "two"]
-radii = [0.1, 0.1]
-surface = "s"
-[contacts.right]
-type = "discs"
-between = ["two", "three"]
-radii = [0.1, 0.1]
-surface = "s"
-[surfaces.s]
-restitution = 0.9
-)" + test::run_for(0.1, "start = \"given\"\n");
+                             test::discs("left", "one", "two", 0.1, 0.1) +
+                             test::discs("right", "two", "three", 0.1, 0.1) + test::surface("s", 0.9) +
+                             test::run_for(0.1, "start = \"given\"\n");
   const auto s = by_steps({cradle, {"end.three.vx"}, {"initial.one.vx"}}, 1e-3);
   CHECK(std::isnan(s.quantities[0].derivatives[0]));
   CHECK_THAT(s.quantities[0].reasons[0], Contains("act on each other"));

@@ -1,19 +1,10 @@
 // Unusual scenes: an error states the place and a remedy, a figure shows the actual pose, and a
 // smooth force is not reported as doubtful.
-#include <catch2/catch.hpp>
-
-#include <algorithm>
-#include <cmath>
-#include <fstream>
-
 #include "dynamics/assembly/assembly.hpp"
-#include "facade/simulation.hpp"
 #include "io/scene/located.hpp"
 #include "io/scene/pose_file.hpp"
-#include "mechanism/scene.hpp"
 #include "study/runs/case_run.hpp"
-#include "verification/support/support.hpp"
-#include "verification/support/texts.hpp"
+#include "verification/support/rig.hpp"
 
 using namespace freeplay;
 using Catch::Matchers::Contains;

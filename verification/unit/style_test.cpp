@@ -1,17 +1,9 @@
 // style.toml: reading, refusals, that nothing in it is executed, and that it is kept.
-#include <fmt/format.h>
-#include <catch2/catch.hpp>
-
-#include <fstream>
-#include <iterator>
-#include <nlohmann/json.hpp>
 #include <regex>
 
-#include "io/files/output_file.hpp"
-#include "mechanism/error.hpp"
 #include "plots/drawing/figure.hpp"
 #include "plots/drawing/style.hpp"
-#include "verification/support/support.hpp"
+#include "verification/support/rig.hpp"
 #include "verification/unit/hostile.hpp"
 
 using namespace freeplay;

@@ -2,14 +2,6 @@
 // random scenes against derivatives by dual numbers and differences of the right-hand side.
 #include "dynamics/system_tangent.hpp"
 
-#include <algorithm>
-#include <catch2/catch.hpp>
-#include <cmath>
-#include <memory>
-#include <random>
-#include <string>
-#include <vector>
-
 #include "dynamics/assembly/assembly.hpp"
 #include "dynamics/assembly/redundancy.hpp"
 #include "dynamics/system.hpp"
@@ -18,10 +10,9 @@
 #include "facade/varied_key.hpp"
 #include "formulations/differences.hpp"
 #include "formulations/event_driven/event_dynamics.hpp"
-#include "mechanism/scene.hpp"
 #include "numerics/trace_tangent.hpp"
 #include "verification/random_scenes/scene.hpp"
-#include "verification/support/support.hpp"
+#include "verification/support/rig.hpp"
 
 using namespace freeplay;
 namespace rs = freeplay::verification::random_scenes;

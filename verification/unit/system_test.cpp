@@ -2,15 +2,8 @@
 // derivatives, and forces against the potential. Central differences of step s have errors of s²
 // times third derivatives (here of order 1 to 100 in SI units) plus rounding ε/s; with s = 1e-5
 // both stay below 1e-7.
-#include <catch2/catch.hpp>
-
-#include <map>
-#include <random>
-
 #include "dynamics/system.hpp"
-#include "mechanism/scene.hpp"
-#include "verification/support/scene_text.hpp"
-#include "verification/support/support.hpp"
+#include "verification/support/rig.hpp"
 
 using namespace freeplay;
 
@@ -23,12 +16,9 @@ constexpr double s = 1e-5, bound = 1e-7;
 Scene everything() {
   return parse_scene(
       "gravity = [0.3, -9.81]\n" + test::body("a", 1.5, 0.02) + test::body("b", 0.7, 0.01) +
-          test::body("c", 2.0, 0.05) + R"([surfaces.steel]
-young = 2e11
-poisson = 0.3
-restitution = 0.5
-friction = 0.1
-)" + test::pin("pin_ground", "ground", "a", {0.1, 0.2}, {0.3, -0.1}) +
+          test::body("c", 2.0, 0.05) +
+          test::surface("steel", 0.5, "young = 2e11\npoisson = 0.3\nfriction = 0.1\n") +
+          test::pin("pin_ground", "ground", "a", {0.1, 0.2}, {0.3, -0.1}) +
           test::pin("pin", "a", "b", {-0.2, 0.1}, {0.15, 0.05}) +
           test::pin("pin_back", "c", "ground", {0.12, -0.07}, {0.5, 0.4}) +
           test::guide("slide", "b", "c", {0.6, 0.8}, {0.02, 0.03}, {-0.04, 0.05}, "angle = 0.2\n") +
@@ -47,57 +37,18 @@ type = "rod"
 between = ["ground", "a"]
 at = [[0.3, -0.1], [0, 0]]
 length = 0.9
-[joints.loose]
-type = "revolute"
-between = ["a", "c"]
-at = [[0.11, 0.06], [-0.13, 0.08]]
-clearance = 0.4
-bearing_radius = 0.5
-surface = "steel"
-[joints.loose_ground]
-type = "revolute"
-between = ["ground", "b"]
-at = [[0.0, 0.1], [0.2, 0.1]]
-clearance = 0.3
-bearing_radius = 0.6
-surface = "steel"
-[joints.play]
-type = "translational"
-between = ["b", "c"]
-at = [[0.1, 0.2], [-0.3, 0.1]]
-axis = [0.8, -0.6]
-angle = 0.3
-clearance = 0.1
-slider_length = 0.7
-slider_height = 0.4
-surface = "steel"
-[contacts.wall]
-type = "plane"
-between = ["a", "b"]
-at = [[0.3, 0.2], [-0.1, 0.4]]
-axis = [0.6, -0.8]
-radius = 0.15
-surface = "steel"
-[contacts.discs]
-type = "discs"
-between = ["c", "a"]
-at = [[0.3, 0.2], [-0.1, 0.4]]
-radii = [0.2, 0.5]
-surface = "steel"
-[drives.motor]
-joint = "pin"
-speed_rpm = 90
-)" + test::spring("spring", "a", "c", {0.3, 0.1}, {0.2, -0.3}, 40, 0.2) +
-          R"([loads.torsion]
-type = "torsional-spring-damper"
-between = ["b", "c"]
-stiffness = 3
-free_angle = 0.1
-[loads.rub]
-type = "joint-friction"
-joint = "slide"
-force = 5
-)" + test::run_for(1),
+)" + test::pin("loose", "a", "c", {0.11, 0.06}, {-0.13, 0.08}, test::loose(0.4, 0.5, "steel")) +
+          test::pin("loose_ground", "ground", "b", {0.0, 0.1}, {0.2, 0.1}, test::loose(0.3, 0.6, "steel")) +
+          test::guide("play", "b", "c", {0.8, -0.6}, {0.1, 0.2}, {-0.3, 0.1},
+                      "angle = 0.3\nclearance = 0.1\nslider_length = 0.7\nslider_height = 0.4\n"
+                      "surface = \"steel\"\n") +
+          test::plane("wall", "a", "b", 0.15, "steel",
+                      "at = [[0.3, 0.2], [-0.1, 0.4]]\naxis = [0.6, -0.8]\n") +
+          test::discs("discs", "c", "a", 0.2, 0.5, "steel", "at = [[0.3, 0.2], [-0.1, 0.4]]\n") +
+          "[drives.motor]\njoint = \"pin\"\nspeed_rpm = 90\n" +
+          test::spring("spring", "a", "c", {0.3, 0.1}, {0.2, -0.3}, 40, 0.2) +
+          test::torsion("torsion", "b", "c", 3, "free_angle = 0.1\n") +
+          "[loads.rub]\ntype = \"joint-friction\"\njoint = \"slide\"\nforce = 5\n" + test::run_for(1),
       "everything");
 }
 
@@ -264,16 +215,10 @@ TEST_CASE("the sliding row of a preloaded joint and its second derivative", "[sy
 }
 
 TEST_CASE("a journal at the centre of its bearing has no normal and no contact", "[system]") {
-  const auto scene = parse_scene(test::body("a", 1, 1) + R"([surfaces.s]
-restitution = 0.5
-[joints.j]
-type = "revolute"
-between = ["ground", "a"]
-clearance = 1e-3
-bearing_radius = 1e-2
-surface = "s"
-)" + test::run_for(1),
-                                 "concentric");
+  const auto scene =
+      parse_scene(test::body("a", 1, 1) + test::surface("s", 0.5) +
+                      test::pin("j", "ground", "a", {}, {}, test::loose(1e-3, 1e-2)) + test::run_for(1),
+                  "concentric");
   const System system(scene.mechanism);
   auto e = system.make_evaluation();
   const std::vector<double> zero(3, 0.0);
@@ -360,12 +305,10 @@ TEST_CASE("each element states the rows that it adds to the solver, and their su
 }
 
 TEST_CASE("the crank of a torque-driven mechanism is the joint of the first torque", "[system]") {
-  const std::string text =
-      test::body("crank", 1.0, 0.1) + test::body("arm", 1.0, 0.1) + test::pin("main", "ground", "crank") +
-      test::pin("elbow", "crank", "arm", {1.0, 0.0}) + test::run_for(1.0) + R"([drives.first]
-joint = "elbow"
-torque = 1.0
-)";
+  const std::string text = test::body("crank", 1.0, 0.1) + test::body("arm", 1.0, 0.1) +
+                           test::pin("main", "ground", "crank") +
+                           test::pin("elbow", "crank", "arm", {1.0, 0.0}) + test::run_for(1.0) +
+                           test::drive("first", "elbow", "torque = 1.0\n");
   const std::string speed = "[drives.second]\njoint = \"main\"\nspeed = 2.0\n";
   const std::vector<double> q{0, 0, 0.7, 1, 0, 0.9};
   CHECK(System(parse_scene(text, "torque").mechanism).crank_angle(q.data()) == Approx(0.2));

@@ -1,10 +1,6 @@
 // The parts of time stepping, each alone: the equations of a step on a mechanism given as arrays,
 // control of the step size on given times, and contacts, position correction and records with one
 // ball above a plane.
-#include <catch2/catch.hpp>
-#include <cmath>
-#include <vector>
-
 #include "dynamics/assembly/assembly.hpp"
 #include "dynamics/system.hpp"
 #include "formulations/time_stepping/contact_record.hpp"
@@ -13,9 +9,8 @@
 #include "formulations/time_stepping/position_correction.hpp"
 #include "formulations/time_stepping/step_pace.hpp"
 #include "formulations/time_stepping/step_problem.hpp"
-#include "mechanism/scene.hpp"
 #include "numerics/saddle_point.hpp"
-#include "verification/support/support.hpp"
+#include "verification/support/rig.hpp"
 
 using namespace freeplay;
 

@@ -1,19 +1,8 @@
 // Objects that follow another one (numerics/trace.hpp), and simulations that share compiled functions:
 // the result is the one without sharing, whatever is shared.
-#include <catch2/catch.hpp>
-#include <cmath>
-#include <cstdlib>
-#include <filesystem>
-#include <optional>
-#include <random>
-#include <string>
-#include <vector>
-
 #include "facade/compiled_structures.hpp"
-#include "facade/simulation.hpp"
-#include "mechanism/scene.hpp"
 #include "numerics/trace.hpp"
-#include "verification/support/support.hpp"
+#include "verification/support/rig.hpp"
 
 using namespace freeplay;
 using test::TemporaryFolder;

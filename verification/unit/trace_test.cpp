@@ -3,17 +3,8 @@
 
 #include <sys/stat.h>
 
-#include <catch2/catch.hpp>
-#include <cmath>
-#include <cstdlib>
-#include <filesystem>
-#include <fstream>
-#include <optional>
-#include <string>
-
 #include "io/files/compiled_object.hpp"
-#include "io/files/output_file.hpp"
-#include "verification/support/support.hpp"
+#include "verification/support/rig.hpp"
 
 using namespace freeplay;
 using test::TemporaryFolder;

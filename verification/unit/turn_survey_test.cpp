@@ -1,22 +1,9 @@
 // The survey of a drive's turn against closed forms: ranges of Grashof's four-bars and of
 // slider-cranks, dead centres, transmission angles; undriven motions by name.
-#include <fmt/format.h>
-#include <catch2/catch.hpp>
-
-#include <cmath>
-#include <fstream>
-#include <numbers>
-#include <optional>
-#include <string>
-#include <vector>
-
-#include "dynamics/assembly/assembly.hpp"
 #include "dynamics/assembly/turn_survey.hpp"
+#include "dynamics/assembly/assembly.hpp"
 #include "dynamics/assembly/undriven.hpp"
-#include "io/files/output_file.hpp"
-#include "mechanism/scene.hpp"
-#include "verification/support/scene_text.hpp"
-#include "verification/support/support.hpp"
+#include "verification/support/rig.hpp"
 
 using namespace freeplay;
 using Catch::Matchers::Contains;
@@ -210,21 +197,14 @@ TEST_CASE("check reports the drive's turn within 80 columns", "[program][whole-t
 
 TEST_CASE("a mechanism that its drive locks stops with the reason", "[whole-turn][program]") {
   // Grashof: the longest link 240 mm and the shortest 160 mm exceed the sum of the others: no full turn.
-  const std::string text = R"(gravity = [0, -9.81]
-[bodies.crank]
-mass = 0.3
-inertia = 2e-4
-points = { o = [0, 0], b = [0.16, 0] }
-[bodies.coupler]
-mass = 0.5
-inertia = 3e-3
-points = { b = [0, 0], c = [0.22, 0], mass_centre = [0.11, 0.02] }
-[bodies.rocker]
-mass = 0.4
-inertia = 1.2e-3
-angle = "80 deg"
-points = { d = [0, 0], c = [0.15, 0], mass_centre = [0.075, 0] }
-[joints.A]
+  const std::string text =
+      "gravity = [0, -9.81]\n" + test::body("crank", 0.3, 2e-4, "points = { o = [0, 0], b = [0.16, 0] }\n") +
+      test::body("coupler", 0.5, 3e-3,
+                 "points = { b = [0, 0], c = [0.22, 0], mass_centre = [0.11, 0.02] }\n") +
+      test::body("rocker", 0.4, 1.2e-3,
+                 "angle = \"80 deg\"\n"
+                 "points = { d = [0, 0], c = [0.15, 0], mass_centre = [0.075, 0] }\n") +
+      R"([joints.A]
 type = "revolute"
 between = ["ground", "crank"]
 at = [[0, 0], "o"]
@@ -246,20 +226,10 @@ surface = "steel"
 type = "revolute"
 between = ["ground", "rocker"]
 at = [[0.24, 0.02], "d"]
-[surfaces.steel]
-restitution = 0.6
-friction = 0.08
-[drives.motor]
-joint = "A"
-speed_rpm = 180
-[assembly]
-approximate = true
-[run]
-duration = 0.2
-start = "ideal"
-[nonsmooth]
-scheme = "automatic"
-)";
+)" + test::surface("steel", 0.6, 0.08) +
+      "[drives.motor]\njoint = \"A\"\nspeed_rpm = 180\n[assembly]\n"
+      "approximate = true\n" +
+      test::run_for(0.2, "start = \"ideal\"\n") + "[nonsmooth]\nscheme = \"automatic\"\n";
   test::TemporaryFolder folder;
   const auto scene = folder.path() / "locked.toml";
   write_file(scene, text);
@@ -275,17 +245,11 @@ TEST_CASE("check names a controller whose measured joint turns against the drive
   const auto said = [](const char* between) {
     test::TemporaryFolder folder;
     const auto scene = folder.path() / "axis.toml";
-    write_file(scene, fmt::format(R"([bodies.motor]
-mass = 0.4
-inertia = 1e-4
-[bodies.load]
-mass = 3.0
-inertia = 0.01
-position = [0.04, 0]
-[joints.shaft]
-type = "revolute"
-between = ["ground", "motor"]
-[joints.bearing]
+    write_file(
+        scene,
+        test::body("motor", 0.4, 1e-4) + test::body("load", 3.0, 0.01, "position = [0.04, 0]\n") +
+            test::pin("shaft", "ground", "motor") +
+            fmt::format(R"([joints.bearing]
 type = "revolute"
 between = [{}]
 at = [{}]
@@ -294,18 +258,12 @@ type = "gear"
 between = ["motor", "load"]
 teeth = [20, 60]
 module = 1e-3
-[drives.servo]
-joint = "shaft"
-measured = "bearing"
-target_angle = 1.0
-proportional = 2.0
-[run]
-duration = 1
-start = "given"
 )",
-                                  between,
-                                  std::string(between).starts_with("\"g") ? "[0.04, 0], [0, 0]"
-                                                                          : "[0, 0], [0.04, 0]"));
+                        between,
+                        std::string(between).starts_with("\"g") ? "[0.04, 0], [0, 0]" : "[0, 0], [0.04, 0]") +
+            test::drive("servo", "shaft",
+                        "measured = \"bearing\"\ntarget_angle = 1.0\nproportional = 2.0\n") +
+            test::run_for(1, "start = \"given\"\n"));
     return test::freeplay("check " + scene.string()).out;
   };
   CHECK_THAT(said("\"ground\", \"load\""),

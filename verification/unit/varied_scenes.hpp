@@ -1,20 +1,11 @@
 // Random scenes whose derivatives are compared with Richardson-extrapolated differences of whole runs.
 #pragma once
 
-#include <fmt/format.h>
-
-#include <algorithm>
-#include <catch2/catch.hpp>
-#include <cmath>
-#include <map>
-#include <string>
-#include <vector>
-
 #include "facade/identify.hpp"
 #include "facade/sensitivity.hpp"
 #include "facade/varied_key.hpp"
-#include "mechanism/scene.hpp"
 #include "verification/random_scenes/numbers.hpp"
+#include "verification/support/rig.hpp"
 
 namespace freeplay::test::varied {
 

@@ -1,13 +1,7 @@
 // scripts/walk: the commands of documentation pages are executed in an empty folder and print the
 // output shown.
-#include <fmt/format.h>
-#include <catch2/catch.hpp>
-
-#include <cstdlib>
-
-#include "io/files/output_file.hpp"
 #include "io/scene/section.hpp"
-#include "verification/support/support.hpp"
+#include "verification/support/rig.hpp"
 
 using namespace freeplay;
 

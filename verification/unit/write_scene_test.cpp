@@ -2,25 +2,15 @@
 // finds the differing key, and Scene::set is equivalent to --set.
 #include "io/scene/write_scene.hpp"
 
-#include <fmt/format.h>
-#include <catch2/catch.hpp>
-
-#include <algorithm>
 #include <bit>
-#include <cmath>
 #include <cstdint>
 #include <limits>
-#include <numbers>
-#include <random>
 #include <regex>
-#include <set>
 
 #include "io/files/visible.hpp"
 #include "io/scene/schema.hpp"
 #include "io/scene/toml_value.hpp"
-#include "mechanism/scene.hpp"
-#include "verification/support/support.hpp"
-#include "verification/support/texts.hpp"
+#include "verification/support/rig.hpp"
 
 using namespace freeplay;
 using Catch::Matchers::Contains;

@@ -1,19 +1,8 @@
 // Contents of the files of a run, read as a user reads them: rows of trajectory.csv against the
 // parabola of a throw, names and residuals in run.json, and notes only with reason.
-#include <fmt/format.h>
-#include <catch2/catch.hpp>
-
-#include <cmath>
-#include <fstream>
-#include <nlohmann/json.hpp>
-#include <sstream>
-
 #include "formulations/contact/contact_problem.hpp"
-#include "io/files/output_file.hpp"
-#include "mechanism/scene.hpp"
 #include "verification/support/columns.hpp"
-#include "verification/support/support.hpp"
-#include "verification/support/texts.hpp"
+#include "verification/support/rig.hpp"
 
 using namespace freeplay;
 
@@ -23,27 +12,14 @@ namespace {
 constexpr double from_x = 0.1, from_y = 0.5, angle = 0.2, vx = 1.5, vy = 2, spin = 3, g = 9.81, radius = 0.05;
 
 std::string thrown(const std::string& run) {
-  return fmt::format(R"(gravity = [0.0, -{}]
-[bodies.stone]
-mass = 0.3
-inertia = 1e-4
-position = [{}, {}]
-angle = {}
-velocity = [{}, {}]
-angular_velocity = {}
-[contacts.floor]
-type = "plane"
-between = ["ground", "stone"]
-radius = {}
-surface = "s"
-[surfaces.s]
-young = 1e9
-poisson = 0.3
-restitution = 0.5
-[run]
-start = "given"
-{})",
-                     g, from_x, from_y, angle, vx, vy, spin, radius, run);
+  return fmt::format("gravity = [0.0, -{}]\n", g) +
+         test::body(
+             "stone", 0.3, 1e-4,
+             fmt::format("position = [{}, {}]\nangle = {}\nvelocity = [{}, {}]\nangular_velocity = {}\n",
+                         from_x, from_y, angle, vx, vy, spin)) +
+         test::plane("floor", "ground", "stone", radius) +
+         test::surface("s", 0.5, "young = 1e9\npoisson = 0.3\n") +
+         fmt::format("[run]\nstart = \"given\"\n{}", run);
 }
 
 /// Runs a scene by the program, into a separate folder.

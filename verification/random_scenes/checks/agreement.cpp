@@ -1,14 +1,11 @@
 // Agreement of a run with other runs: a finer tolerance, another method, the same scene
 // transformed.
-#include <algorithm>
-#include <cmath>
-
 #include "dynamics/system.hpp"
-#include "facade/simulation.hpp"
 #include "values/warning.hpp"
 #include "verification/random_scenes/checks/checks.hpp"
 #include "verification/random_scenes/numbers.hpp"
 #include "verification/random_scenes/transform.hpp"
+#include "verification/support/runs.hpp"
 
 namespace freeplay::verification::random_scenes {
 

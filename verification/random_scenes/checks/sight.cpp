@@ -1,18 +1,15 @@
 #include "verification/random_scenes/checks/sight.hpp"
 
-#include <algorithm>
 #include <atomic>
-#include <cmath>
-#include <memory>
 
 #include "dynamics/system.hpp"
 #include "facade/companion.hpp"
-#include "facade/simulation.hpp"
 #include "simulation/clock.hpp"
 #include "simulation/statistics.hpp"
 #include "simulation/touches.hpp"
 #include "verification/claims/force_balance.hpp"
 #include "verification/random_scenes/transform.hpp"
+#include "verification/support/runs.hpp"
 
 namespace freeplay::verification::random_scenes {
 namespace {

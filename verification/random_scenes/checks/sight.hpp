@@ -1,14 +1,10 @@
 // The observed results of a run and of the runs that it is compared with.
 #pragma once
 
-#include <optional>
-#include <string>
-#include <vector>
-
-#include "mechanism/scene.hpp"
 #include "simulation/trajectory.hpp"
 #include "values/result.hpp"
 #include "verification/random_scenes/scene.hpp"
+#include "verification/support/runs.hpp"
 
 namespace freeplay::verification::random_scenes {
 

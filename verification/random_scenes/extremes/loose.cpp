@@ -1,13 +1,7 @@
 // Joints with clearance where the first two contacts of the test rig are not sufficient: two joints
 // in one chain, and a thousand revolutions.
-#include <fmt/format.h>
-
-#include <array>
-#include <cmath>
-
-#include "mechanism/scene.hpp"
 #include "verification/random_scenes/extremes/extremes.hpp"
-#include "verification/support/support.hpp"
+#include "verification/support/runs.hpp"
 
 namespace freeplay::verification::random_scenes {
 namespace {

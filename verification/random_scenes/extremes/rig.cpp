@@ -1,16 +1,10 @@
 // The test rig of the paper along one parameter at a time: its first two contacts against the
 // oracle (two coordinates, no code shared with the solvers).
-#include <fmt/format.h>
-
-#include <cmath>
-#include <numbers>
-
-#include "mechanism/scene.hpp"
 #include "values/warning.hpp"
 #include "verification/random_scenes/extremes/extremes.hpp"
 #include "verification/references/delivered_restitution.hpp"
 #include "verification/references/slider_crank_oracle.hpp"
-#include "verification/support/support.hpp"
+#include "verification/support/runs.hpp"
 
 namespace freeplay::verification::random_scenes {
 namespace {

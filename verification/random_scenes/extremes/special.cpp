@@ -1,14 +1,7 @@
 // Scenes of a special kind: singular positions, redundancy, no motion, long runs, Painlevé.
-#include <fmt/format.h>
-
-#include <cmath>
-#include <numbers>
-#include <optional>
-
-#include "mechanism/scene.hpp"
 #include "verification/random_scenes/extremes/extremes.hpp"
 #include "verification/references/slider_crank.hpp"
-#include "verification/support/support.hpp"
+#include "verification/support/runs.hpp"
 
 namespace freeplay::verification::random_scenes {
 
@@ -53,44 +46,15 @@ Verdict equal_lengths(const Way& way) {
 Verdict parallelogram(const Way& way, bool at_change) {
   const double x = at_change ? 0.05 : 0.0, y = at_change ? 0.0 : 0.05,
                turn = at_change ? 0.0 : std::numbers::pi / 2;
-  const auto text = fmt::format(R"(
-[bodies.crank]
-mass = 1.0
-inertia = 0.01
-position = [{0}, {1}]
-angle = {2}
-[bodies.coupler]
-mass = 1.0
-inertia = 0.01
-position = [{3}, {4}]
-[bodies.rocker]
-mass = 1.0
-inertia = 0.01
-position = [{5}, {1}]
-angle = {2}
-[joints.a]
-type = "revolute"
-between = ["ground", "crank"]
-at = [[0.0, 0.0], [-0.05, 0.0]]
-[joints.b]
-type = "revolute"
-between = ["crank", "coupler"]
-at = [[0.05, 0.0], [-0.15, 0.0]]
-[joints.c]
-type = "revolute"
-between = ["coupler", "rocker"]
-at = [[0.15, 0.0], [0.05, 0.0]]
-[joints.d]
-type = "revolute"
-between = ["ground", "rocker"]
-at = [[0.3, 0.0], [-0.05, 0.0]]
-[drives.motor]
-joint = "a"
-speed_rpm = 60.0
-[run]
-duration = 1.6
-)",
-                                x, y, turn, 2 * x + 0.15, 2 * y, x + 0.3);
+  const auto text =
+      test::body("crank", 1.0, 0.01, fmt::format("position = [{}, {}]\nangle = {}\n", x, y, turn)) +
+      test::body("coupler", 1.0, 0.01, fmt::format("position = [{}, {}]\n", 2 * x + 0.15, 2 * y)) +
+      test::body("rocker", 1.0, 0.01, fmt::format("position = [{}, {}]\nangle = {}\n", x + 0.3, y, turn)) +
+      test::pin("a", "ground", "crank", {}, {-0.05, 0.0}) +
+      test::pin("b", "crank", "coupler", {0.05, 0.0}, {-0.15, 0.0}) +
+      test::pin("c", "coupler", "rocker", {0.15, 0.0}, {0.05, 0.0}) +
+      test::pin("d", "ground", "rocker", {0.3, 0.0}, {-0.05, 0.0}) +
+      "[drives.motor]\njoint = \"a\"\nspeed_rpm = 60.0\n" + test::run_for(1.6);
   auto scene = parse_scene(text, "parallelogram.toml");
   const auto run = simulate(scene, way);
   return within(run, std::abs(run.final_state.q[5]), 1e-4, "coupler turned (rad)");
@@ -98,31 +62,12 @@ duration = 1.6
 
 /// A triangle of three bars on two fixed pins: it cannot move.
 Verdict locked(const Way& way) {
-  const std::string text = R"(
-gravity = [0.0, -9.81]
-[bodies.a]
-mass = 1.0
-inertia = 0.01
-position = [0.5, 0.5]
-[bodies.b]
-mass = 1.0
-inertia = 0.01
-position = [1.5, 0.5]
-[joints.a]
-type = "revolute"
-between = ["ground", "a"]
-at = [[0.0, 0.0], [-0.5, -0.5]]
-[joints.b]
-type = "revolute"
-between = ["ground", "b"]
-at = [[2.0, 0.0], [0.5, -0.5]]
-[joints.top]
-type = "revolute"
-between = ["a", "b"]
-at = [[0.5, 0.5], [-0.5, 0.5]]
-[run]
-duration = 1.0
-)";
+  const std::string text = "\ngravity = [0.0, -9.81]\n" +
+                           test::body("a", 1.0, 0.01, "position = [0.5, 0.5]\n") +
+                           test::body("b", 1.0, 0.01, "position = [1.5, 0.5]\n") +
+                           test::pin("a", "ground", "a", {}, {-0.5, -0.5}) +
+                           test::pin("b", "ground", "b", {2.0, 0.0}, {0.5, -0.5}) +
+                           test::pin("top", "a", "b", {0.5, 0.5}, {-0.5, 0.5}) + test::run_for(1.0);
   const auto scene = parse_scene(text, "truss.toml");
   const auto run = simulate(scene, way);
   return within(run, std::abs(run.final_state.q[0] - 0.5) + std::abs(run.final_state.v[0]), 1e-9,
@@ -131,24 +76,10 @@ duration = 1.0
 
 /// A block that falls in two parallel guides, of which one is redundant.
 Verdict redundant(const Way& way) {
-  const std::string text = R"(
-gravity = [0.0, -9.81]
-[bodies.block]
-mass = 2.0
-inertia = 0.01
-[joints.left]
-type = "translational"
-between = ["ground", "block"]
-at = [[-0.1, 0.0], [-0.1, 0.0]]
-axis = [0.0, 1.0]
-[joints.right]
-type = "translational"
-between = ["ground", "block"]
-at = [[0.1, 0.0], [0.1, 0.0]]
-axis = [0.0, 1.0]
-[run]
-duration = 1.0
-)";
+  const std::string text = "\ngravity = [0.0, -9.81]\n" + test::body("block", 2.0, 0.01) +
+                           test::guide("left", "ground", "block", {0.0, 1.0}, {-0.1, 0.0}, {-0.1, 0.0}) +
+                           test::guide("right", "ground", "block", {0.0, 1.0}, {0.1, 0.0}, {0.1, 0.0}) +
+                           test::run_for(1.0);
   const auto scene = parse_scene(text, "guides.toml");
   const auto run = simulate(scene, way);
   const double t = run.final_state.t;

@@ -6,16 +6,11 @@
 // tangent stiffness 3/2 K √δ_max, δ_max = (5 m v²/(4K))^(2/5) (Hertz): λ = ± i ω. R leaves the unit
 // disc on the imaginary axis at 2√2, on the negative real one at 2.785.
 // Source: Hairer, Nørsett, Wanner, Solving ODEs II, IV.2; Baumgarte, CMAME 1 (1972) 1.
-#include <fmt/format.h>
-
-#include <cmath>
 #include <complex>
-#include <numbers>
 
-#include "mechanism/scene.hpp"
 #include "verification/random_scenes/extremes/extremes.hpp"
 #include "verification/references/slider_crank_oracle.hpp"
-#include "verification/support/support.hpp"
+#include "verification/support/runs.hpp"
 
 namespace freeplay::verification::random_scenes {
 namespace {
