@@ -29,8 +29,9 @@ constexpr Kind kinds[] = {
     {"long", " long "},
     {"process",
      " program killed extremes "
-     "animate_test bounded_test claims-compiled equilibrium_test figure_script_test force_figures_test "
-     "help_test hostile_database_test hostile_folders_test hostile_test large_check_test library_test "
+     "animate_test bounded_test child_test claims-compiled equilibrium_test figure_script_test "
+     "force_figures_test help_test hostile_database_test hostile_folders_test hostile_test "
+     "large_check_test library_test "
      "mistakes_test name_length_test new_test plain_words_test planted_test plot_test "
      "point_bodies_test point_bodies_use_test repeat_test report_test scaling_test section_test "
      "shards_test slurm_test style_test study_test submit_test walk_test written_test "},

@@ -28,7 +28,8 @@ Result run(const Throws& s) {
   for (std::size_t i = 0; i < s.balls.size(); ++i) {
     const auto& b = s.balls[i];
     text += fmt::format(
-        "[bodies.b{}]\nmass = {:.17g}\ninertia = {:.17g}\nposition = [{:.17g}, {:.17g}]\nvelocity = [{:.17g}, {:.17g}]\n"
+        "[bodies.b{}]\nmass = {:.17g}\ninertia = {:.17g}\nposition = [{:.17g}, {:.17g}]\n"
+        "velocity = [{:.17g}, {:.17g}]\n"
         "angular_velocity = {:.17g}\n",
         i, b.mass, 0.5 * b.mass * R * R, b.x, b.y, b.vx, b.vy, b.spin);
     const auto wall = [&](const char* name, double x, double y, int ax, int ay) {
@@ -47,7 +48,8 @@ Result run(const Throws& s) {
     text += test::discs(fmt::format("peg{}", k), "ground", fmt::format("b{}", s.pegs[k][0]), 0.005, R, "s",
                         fmt::format("at = [[{:.17g}, {:.17g}], [0.0, 0.0]]\n", s.pegs[k][1], s.pegs[k][2]));
   text += fmt::format(
-      "[surfaces.s]\nrestitution = {:.17g}\nfriction = {:.17g}\n[run]\nduration = {:.17g}\nstart = \"given\"\n",
+      "[surfaces.s]\nrestitution = {:.17g}\nfriction = {:.17g}\n[run]\nduration = {:.17g}\n"
+      "start = \"given\"\n",
       s.restitution, s.friction, s.duration);
   auto scene = parse_scene(text, "throws");
   scene.nonsmooth.scheme = Scheme::event_driven;

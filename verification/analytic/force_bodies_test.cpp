@@ -22,7 +22,8 @@ using namespace freeplay::reference::derived;
 using freeplay::reference::derived::within;
 
 TEST_CASE(
-    "rotor: bearing load equals the rate of momentum of the centre of mass, its angular momentum and its power",
+    "rotor: bearing load equals the rate of momentum of the centre of mass, "
+    "its angular momentum and its power",
     "[references][forces]") {
   Draw draw(4);
   for (int trial = 0; trial < 60; ++trial) {

@@ -258,38 +258,42 @@ TEST_CASE("an element that turns a point body or acts off its centre is refused 
   struct Case {
     std::string added, said;
   };
-  for (
-      const auto& [added, said] : std::vector<Case>{
-          {pin + "at = [[0, 0], [0.5, 0]]\n", "joints.pin.at: must be [0, 0] on \"p\""},
-          {pin + test::loose(1e-3, 0.01, "rough"), "joints.pin.surface: has friction with a couple on \"p\""},
-          {"[joints.guide]\ntype = \"translational\"\nbetween = [\"ground\", \"p\"]\n",
-           "joints.guide.between: acts on the angle of \"p\""},
-          {"[joints.weld]\ntype = \"rigid\"\nbetween = [\"r\", \"p\"]\n",
-           "joints.weld.between: acts on the angle of \"p\""},
-          {"[joints.slot]\ntype = \"slot\"\nbetween = [\"p\", \"r\"]\n",
-           "joints.slot.between: the slot is on the first body"},
-          {"[contacts.floor]\ntype = \"plane\"\nbetween = [\"ground\", \"p\"]\nradius = 0.1\nsurface = \"rough\"\n",
-           "contacts.floor.surface: has friction with a couple on \"p\""},
-          {"[contacts.two]\ntype = \"discs\"\nbetween = [\"r\", \"p\"]\nradii = [0.1, 0.1]\nsurface = \"rough\"\n",
-           "contacts.two.surface: has friction with a couple on \"p\""},
-          {pin + "[drives.motor]\njoint = \"pin\"\nspeed = 3\n",
-           "drives.motor.joint: acts on the angle of \"p\""},
-          {"[loads.twist]\ntype = \"torque\"\nbody = \"p\"\ntorque = 3\n",
-           "loads.twist.body: acts on the angle of \"p\""},
-          {"[loads.push]\ntype = \"force\"\nbody = \"p\"\nforce = [1, 0]\nat = [0.1, 0]\n",
-           "loads.push.at: must be [0, 0] on \"p\""},
-          {"[loads.push]\ntype = \"force\"\nbody = \"p\"\nforce = [1, 0]\naxes = \"body\"\n",
-           "loads.push.axes: must be \"world\""},
-          {"[loads.coil]\ntype = \"torsional-spring-damper\"\nbetween = [\"r\", \"p\"]\nstiffness = 3\n",
-           "loads.coil.between: acts on the angle of \"p\""},
-          {"[loads.spring]\ntype = \"spring-damper\"\nbetween = [\"r\", \"p\"]\nat = [[0, 0], [0, 0.1]]\nstiffness = 3\n",
-           "loads.spring.at: must be [0, 0] on \"p\""},
-          {"[loads.mount]\ntype = \"bushing\"\nbetween = [\"r\", \"p\"]\nstiffness = [3, 3]\ntorsional_stiffness = 1\n",
-           "loads.mount.torsional_stiffness: acts on the angle of \"p\""},
-          {pin +
-               "[instruments.encoder]\ntype = \"encoder\"\njoint = \"pin\"\ncounts = 360\nsampling = 1000\n",
-           "instruments.encoder.joint: has no angle"},
-      }) {
+  for (const auto& [added, said] : std::vector<Case>{
+           {pin + "at = [[0, 0], [0.5, 0]]\n", "joints.pin.at: must be [0, 0] on \"p\""},
+           {pin + test::loose(1e-3, 0.01, "rough"),
+            "joints.pin.surface: has friction with a couple on \"p\""},
+           {"[joints.guide]\ntype = \"translational\"\nbetween = [\"ground\", \"p\"]\n",
+            "joints.guide.between: acts on the angle of \"p\""},
+           {"[joints.weld]\ntype = \"rigid\"\nbetween = [\"r\", \"p\"]\n",
+            "joints.weld.between: acts on the angle of \"p\""},
+           {"[joints.slot]\ntype = \"slot\"\nbetween = [\"p\", \"r\"]\n",
+            "joints.slot.between: the slot is on the first body"},
+           {"[contacts.floor]\ntype = \"plane\"\nbetween = [\"ground\", \"p\"]\nradius = 0.1\n"
+            "surface = \"rough\"\n",
+            "contacts.floor.surface: has friction with a couple on \"p\""},
+           {"[contacts.two]\ntype = \"discs\"\nbetween = [\"r\", \"p\"]\nradii = [0.1, 0.1]\n"
+            "surface = \"rough\"\n",
+            "contacts.two.surface: has friction with a couple on \"p\""},
+           {pin + "[drives.motor]\njoint = \"pin\"\nspeed = 3\n",
+            "drives.motor.joint: acts on the angle of \"p\""},
+           {"[loads.twist]\ntype = \"torque\"\nbody = \"p\"\ntorque = 3\n",
+            "loads.twist.body: acts on the angle of \"p\""},
+           {"[loads.push]\ntype = \"force\"\nbody = \"p\"\nforce = [1, 0]\nat = [0.1, 0]\n",
+            "loads.push.at: must be [0, 0] on \"p\""},
+           {"[loads.push]\ntype = \"force\"\nbody = \"p\"\nforce = [1, 0]\naxes = \"body\"\n",
+            "loads.push.axes: must be \"world\""},
+           {"[loads.coil]\ntype = \"torsional-spring-damper\"\nbetween = [\"r\", \"p\"]\nstiffness = 3\n",
+            "loads.coil.between: acts on the angle of \"p\""},
+           {"[loads.spring]\ntype = \"spring-damper\"\nbetween = [\"r\", \"p\"]\n"
+            "at = [[0, 0], [0, 0.1]]\nstiffness = 3\n",
+            "loads.spring.at: must be [0, 0] on \"p\""},
+           {"[loads.mount]\ntype = \"bushing\"\nbetween = [\"r\", \"p\"]\nstiffness = [3, 3]\n"
+            "torsional_stiffness = 1\n",
+            "loads.mount.torsional_stiffness: acts on the angle of \"p\""},
+           {pin +
+                "[instruments.encoder]\ntype = \"encoder\"\njoint = \"pin\"\ncounts = 360\nsampling = 1000\n",
+            "instruments.encoder.joint: has no angle"},
+       }) {
     INFO(added);
     CHECK_THAT(test::refusal(bodies + added), StartsWith("s.toml:") && Contains(said));
   }

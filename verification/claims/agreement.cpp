@@ -60,10 +60,10 @@ void friction_limit(Findings& f) {
     scene.penalty.friction_v1 = v1;
     scene.run.duration = 1;
     const double v = -test::simulate(scene, Family::penalty).final_state.v[0];
-    f.relative(
-        claim_name(subject, fmt::format("creep speed at v₁ = {} m/s", v1), "penalty"), "m/s", v,
-        0.1 * v1 + 0.9 * v1 * std::tan(20 * M_PI / 180) / 0.5, 1e-2, "v₀ + (v₁ − v₀) tan α/μ",
-        "the feet still sink at some 1e-6 m/s after 1 s, and their penetration changes the lever arm of friction");
+    f.relative(claim_name(subject, fmt::format("creep speed at v₁ = {} m/s", v1), "penalty"), "m/s", v,
+               0.1 * v1 + 0.9 * v1 * std::tan(20 * M_PI / 180) / 0.5, 1e-2, "v₀ + (v₁ − v₀) tan α/μ",
+               "the feet still sink at some 1e-6 m/s after 1 s, "
+               "and their penetration changes the lever arm of friction");
     speeds.push_back(v1);
     creeps.push_back(v);
   }

@@ -31,11 +31,11 @@ void poses(Findings& f) {
       worst = greatest(worst, apart(planar::angle(s.q.data(), 1), exact.coupler));
       worst = greatest(worst, apart(planar::angle(s.q.data(), 2), exact.rocker));
     }
-    f.at_most(
-        claim_name(open ? "four-bar assembled open" : "four-bar assembled crossed",
-                   "angles of coupler and rocker, greatest error, crank at 5° to 175°"),
-        "rad", worst, 1e-11, "Freudenstein's equation",
-        "loop closure to 1e-14 of the length; angles err by at most 1/sin of the transmission angle, above 30°");
+    f.at_most(claim_name(open ? "four-bar assembled open" : "four-bar assembled crossed",
+                         "angles of coupler and rocker, greatest error, crank at 5° to 175°"),
+              "rad", worst, 1e-11, "Freudenstein's equation",
+              "loop closure to 1e-14 of the length; angles err by at most 1/sin of the transmission angle, "
+              "above 30°");
   }
 }
 

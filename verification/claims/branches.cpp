@@ -135,8 +135,8 @@ void impact_oscillator(Findings& f) {
       [](const BranchPoint& p) { return static_cast<double>(p.orbit.impacts.size()); },
       "impacts on the branch after the grazing impact", 0, source, "counted");
 
-  // Raised from a motion without impact: it begins to touch the stop, where the branch with impact turns back to
-  // the same fold.
+  // Raised from a motion without impact: it begins to touch the stop, where the branch with impact
+  // turns back to the same fold.
   const BranchCase r{
       f, "oscillator with a stop at 20 mm, 30 rad/s, force raised",
       continue_orbit(scene, {.key = "curves.force.amplitude", .from = 1, .to = 6, .settle = 20})};
@@ -243,7 +243,8 @@ void curves(Findings& f) {
   };
   const double period = static_cast<double>(table.period());
   f.at_most(
-      "body with a sprung second one on a shaken table: greatest relative error of the amplitude at which the "
+      "body with a sprung second one on a shaken table: greatest relative error of the amplitude at "
+      "which the "
       "contact lifts off, period raised by 5 % [event-driven]",
       "",
       curve_error(continue_orbit(
@@ -258,7 +259,8 @@ void curves(Findings& f) {
       eight_digits, "forced linear oscillation in closed form", enough_digits);
 }
 
-/// Curves of grazing impacts, from a branch whose impact becomes slow, and from one that begins to touch the stop.
+/// Curves of grazing impacts, from a branch whose impact becomes slow, and from one that begins to
+/// touch the stop.
 void grazing_curves(Findings& f) {
   const reference::ImpactOscillator o{0.5L, 1, 200, 4.9L, 30, 0.02L, 0.7L, 1, false};
   const auto period = static_cast<double>(o.period());
@@ -334,7 +336,8 @@ void torus(Findings& f) {
       "greatest error of the characteristic polynomial along the branch", eight_digits, source, required);
   const auto period = static_cast<double>(o.period());
   f.at_most(
-      "two masses with a stop: greatest relative error of the restitution at which a torus begins, period raised "
+      "two masses with a stop: greatest relative error of the restitution at which a torus begins, "
+      "period raised "
       "by 0.2 % [event-driven]",
       "",
       curve_error(

@@ -112,11 +112,10 @@ void forces(Findings& f) {
   for (const auto& way : ways) {
     const bool soft = way.penalty(), rough = way.fixed();
     const double bound = soft ? 0.02 : rough ? 2e-3 : 1e-7;
-    const char* reason =
-        soft
-            ? "penetration of 1e-6 m over a lift of 1e-2 m, and its remaining oscillation after a quarter turn"
-        : rough ? "the mean force of a step is of first order: h ω = 9e-4, margin of two"
-                : "tolerance 1e-10 per step, margin of 1000";
+    const char* reason = soft    ? "penetration of 1e-6 m over a lift of 1e-2 m, "
+                                   "and its remaining oscillation after a quarter turn"
+                         : rough ? "the mean force of a step is of first order: h ω = 9e-4, margin of two"
+                                 : "tolerance 1e-10 per step, margin of 1000";
     claim("eccentric cam, flat-faced follower", way,
           off(
               scene_of(face, speed, 2, flat, R, eccentric(0.01), way), way, speed,

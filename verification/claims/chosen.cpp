@@ -116,7 +116,8 @@ void at_rest(Findings& f) {
   f.at_most(
       claim_name("bouncing ball", "times of impacts, greatest error over reported uncertainty", adaptive), "",
       beyond, 1, "t_k = t₁ (1 + 2 (e + … + e^{k−1}))",
-      "an impact δ late delays all later ones by up to δ (1 + e)/(1 − e) = 3 δ: three times the sum of the reported "
+      "an impact δ late delays all later ones by up to δ (1 + e)/(1 − e) = 3 δ: three times the sum of "
+      "the reported "
       "uncertainties");
   f.at_most(claim_name("bouncing ball", "time of rest, error over reported uncertainty", adaptive), "",
             std::abs(found.back().t - reference::ball_accumulation_time(ball)) /
@@ -187,9 +188,10 @@ void handovers(Findings& f) {
            "exact; the event-driven scheme alone does not finish the first");
   f.within(name("contact onsets and separations that do not alternate"), "", turns, 0, 0, "0",
            "exact: no event is lost or doubled at a handover");
-  f.at_most(
-      name("impulses of events less those of steps"), "", impulses, 1e-4, "∫ F_N dt and the steps' impacts",
-      "forces of a smooth step are extrapolated, impulses of events are not: 1e-6 per step, some tens of steps");
+  f.at_most(name("impulses of events less those of steps"), "", impulses, 1e-4,
+            "∫ F_N dt and the steps' impacts",
+            "forces of a smooth step are extrapolated, impulses of events are not: 1e-6 per step, "
+            "some tens of steps");
   f.at_most(name("greatest error of the energy balance"), "", energy, 1e-6, "0",
             "energies have the error of the state, at most 1e-6 of its scale per step");
   f.at_most(name("change of each body's momentum less impulses"), "", momentum, 1e-6,

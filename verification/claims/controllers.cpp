@@ -73,7 +73,8 @@ const std::string driven_block = test::body("block", 2.0, 0.05) +
                                  "[drives.motor]\njoint = \"guide\"\n";
 
 const char* const reason =
-    "tolerance 1e-10 per step, margin of 1000; adaptive time steps: 1e-9 per step, some thousand steps; fixed steps: "
+    "tolerance 1e-10 per step, margin of 1000; adaptive time steps: 1e-9 per step, some thousand steps; "
+    "fixed steps: "
     "second order, ten times (h ω)²";
 
 /// Bounds of a quantity of this size; `rate`: the greatest frequency of the motion (rad/s).
@@ -192,7 +193,8 @@ void limited(Findings& f) {
   for (const auto& way : control_ways) {
     const auto o = controlled(
         controlled_rotor +
-            "target_angle = 0.5\nproportional = 20\nderivative = 1\nintegral = 100\ntorque_limit = 3\nlag = 0.01\n",
+            "target_angle = 0.5\nproportional = 20\nderivative = 1\nintegral = 100\ntorque_limit = 3\n"
+            "lag = 0.01\n",
         0.8, way);
     const char* const source = "references/feedback, linear pieces between switches";
     f.within(claim_name(wound, "angle after 0.8 s", way.name), "rad", o.end.q[2],
@@ -246,7 +248,8 @@ damping = 0.2
     Cycle seen(4, -0.03);
     controlled(text, 6, way, &seen, 1e-6);
     const char* const harmonic =
-        "harmonics neglected: the dead zone's third is below a third of the first, and the inertias attenuate it "
+        "harmonics neglected: the dead zone's third is below a third of the first, "
+        "and the inertias attenuate it "
         "ninefold: 4 %, margin of three";
     f.relative(claim_name(subject, "frequency of the limit cycle", way.name), "rad/s", seen.frequency(),
                cycle.omega, 0.12, "describing function of the dead zone", harmonic);
@@ -290,7 +293,8 @@ damping = 0.05
     const auto o = controlled(text, 1.5, way);
     const char* const source = "references/feedback, linear pieces and plastic impacts";
     const char* const why =
-        "tolerance 1e-10 per step and impact, margin of 1e4; adaptive time steps: 1e-9, likewise; fixed steps: an "
+        "tolerance 1e-10 per step and impact, margin of 1e4; adaptive time steps: 1e-9, likewise; "
+        "fixed steps: an "
         "impact up to a step late at 0.5 rad/s, ten impacts of memory";
     const double most = way.fixed() ? 10 * 0.5 * step : way.chosen() ? 1e-5 : 1e-6;
     f.within(claim_name(subject, "angle of the motor after 1.5 s", way.name), "rad", -o.end.q[2],

@@ -74,7 +74,8 @@ const char* const tight = "tolerance 1e-10 per step, margin of 1000";
 /// (m/s² or rad/s²).
 constexpr double answer = 100 * 1e-10 * (2 * 5 * 10 + 5 * 5);
 const char* const stabilised =
-    "Baumgarte acceleration 2αΦ̇ + β²Φ for residuals of 100 tolerances, rates at 10 m/s or 10 rad/s, over the greatest "
+    "Baumgarte acceleration 2αΦ̇ + β²Φ for residuals of 100 tolerances, rates at 10 m/s or 10 rad/s, "
+    "over the greatest "
     "acceleration";
 
 const char* const second_order = "second order: (h/τ)² of the smallest time constant τ, margin of ten";

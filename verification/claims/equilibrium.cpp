@@ -51,7 +51,8 @@ void pendulums(Findings& f) {
   const auto pair = rest(
       "gravity = [0, -9.81]\n[bodies.upper]\nmass = 0.471\ninertia = 0.0035\nangle = -0.8\n"
       "[bodies.lower]\nmass = 0.39\ninertia = 0.002\nangle = 0.3\n"
-      "[joints]\npivot = {type = \"revolute\", between = [\"ground\", \"upper\"], at = [[0, 0], [-0.15, 0]]}\n"
+      "[joints]\npivot = {type = \"revolute\", between = [\"ground\", \"upper\"], at = [[0, 0], [-0.15, "
+      "0]]}\n"
       "elbow = {type = \"revolute\", between = [\"upper\", \"lower\"], at = [[0.15, 0], [-0.125, 0]]}\n"
       "[run]\nduration = 1\n");
   for (const std::size_t i : {0, 1})
@@ -63,9 +64,11 @@ void springs(Findings& f) {
   // Two stretched springs in line: along them k₁ + k₂, across them the tension T (1/l₁ + 1/l₂).
   const auto held = rest(
       "[bodies.mass]\nmass = 3\ninertia = 1\nposition = [0.1, 0.05]\n[loads]\n"
-      "a = {type = \"spring-damper\", between = [\"ground\", \"mass\"], at = [[-1, 0], [0, 0]], stiffness = 200, "
+      "a = {type = \"spring-damper\", between = [\"ground\", \"mass\"], at = [[-1, 0], [0, 0]], "
+      "stiffness = 200, "
       "free_length = 0.8}\n"
-      "b = {type = \"spring-damper\", between = [\"ground\", \"mass\"], at = [[1, 0], [0, 0]], stiffness = 300, "
+      "b = {type = \"spring-damper\", between = [\"ground\", \"mass\"], at = [[1, 0], [0, 0]], "
+      "stiffness = 300, "
       "free_length = 0.6}\n[run]\nduration = 1\n");
   // 200 (1 + x − 0.8) = 300 (1 − x − 0.6)
   const double x = 80.0 / 500, tension = 200 * (0.2 + x);
@@ -80,7 +83,8 @@ void springs(Findings& f) {
   const auto block = rest(
       "gravity = [0, -9.81]\n[bodies.block]\nmass = 4\ninertia = 1\nposition = [0, -0.1]\n"
       "[joints.guide]\ntype = \"translational\"\nbetween = [\"ground\", \"block\"]\naxis = [0, 1]\n[loads]\n"
-      "spring = {type = \"spring-damper\", between = [\"ground\", \"block\"], at = [[0, 1], [0, 0]], stiffness = "
+      "spring = {type = \"spring-damper\", between = [\"ground\", \"block\"], at = [[0, 1], [0, 0]], "
+      "stiffness = "
       "900, damping = 12, free_length = 0.7}\n"
       "pull = {type = \"force\", body = \"block\", force = [3, -20]}\n[run]\nduration = 1\n");
   f.within("block on spring and damper under a constant force: equilibrium position", "m",
@@ -105,7 +109,8 @@ void springs(Findings& f) {
   for (const auto& m : lagged.modes)
     worst = greatest(worst, std::abs((0.5 * m.s * m.s + 0.4 * m.s + 8.0) * (0.05 * m.s + 1.0) - 1.5));
   f.at_most(
-      "rotor on a spring with a lagging torque 3 + 1.5 φ: characteristic polynomial at the computed eigenvalues",
+      "rotor on a spring with a lagging torque 3 + 1.5 φ: characteristic polynomial at the computed "
+      "eigenvalues",
       "N m", worst, 1e-10, "(J s² + d s + k)(τ s + 1) − c = 0", "rounding of terms of 100");
 }
 
@@ -116,7 +121,8 @@ Scene sprung_scene(bool clearance_joint) {
   return parse_scene(
       fmt::format(
           "gravity = [-3, -9.81]\n[bodies.crank]\nmass = 0.5\ninertia = 0.0008\nangle = 0.6\n"
-          "[bodies.rod]\nmass = 0.9\ninertia = 0.007\n[bodies.slider]\nmass = 1.1\ninertia = 0.001\n[joints]\n"
+          "[bodies.rod]\nmass = 0.9\ninertia = 0.007\n[bodies.slider]\nmass = 1.1\ninertia = 0.001\n"
+          "[joints]\n"
           "main = {{type = \"revolute\", between = [\"ground\", \"crank\"], at = [[0, 0], [-0.05, 0]]}}\n"
           "big_end = {{type = \"revolute\", between = [\"crank\", \"rod\"], at = [[0.05, 0], [-0.15, 0]]}}\n"
           "gudgeon = {{type = \"revolute\", between = [\"rod\", \"slider\"], at = [[0.15, 0], [0, 0]]{}}}\n"

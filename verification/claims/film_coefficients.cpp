@@ -113,7 +113,8 @@ void agrees_with_published_example(Findings& f) {
   const auto s = steady_film(law, steady_ratio(law, 525, omega).value_or(NAN), omega);
   const char* const subject = "short bearing of Friswell et al., 525 N at 1500 rpm";
   const char* const source =
-      "Friswell, Penny, Garvey and Lees (2010), p. 177, digits by ROSS (JOSS 5 (2020) 2120), CylindricalBearing";
+      "Friswell, Penny, Garvey and Lees (2010), p. 177, digits by ROSS (JOSS 5 (2020) 2120), "
+      "CylindricalBearing";
   const auto digits = "digits of the published value";
   f.within(claim_name(subject, "eccentricity ratio"), "", s.ratio, 0.266298, 1e-6, source, digits);
   // The book's axes (u, v): load along −v. In ours x = −v and y = u.
@@ -230,7 +231,8 @@ void has_statistics(Findings& f) {
       const auto subject =
           fmt::format("short half-Sommerfeld film, run at ε = 0.8, {} rad/s", static_cast<int>(omega));
       const char* const reason =
-          "it stays at its stable equilibrium within the tolerance, 1e-6 of the clearance, times d ln W/dε < 10";
+          "it stays at its stable equilibrium within the tolerance, 1e-6 of the clearance, "
+          "times d ln W/dε < 10";
       const auto value = [&](const char* name, const char* unit, double found, double expected,
                              const char* source) {
         f.relative(claim_name(subject, name, way.name), unit, found, expected, 1e-5, source, reason);

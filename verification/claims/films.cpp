@@ -110,12 +110,12 @@ void whirls(Findings& f) {
       auto found = scene(T);
       found.nonsmooth.step_tolerance = 1e-11;  // of the clearance; the eccentricity is 1e-4 of it
       found.penalty.tolerance = found.nonsmooth.tolerance = 1e-12;
-      f.at_most(
-          claim_name(fmt::format("{}, half-speed whirl", name_of(b)),
-                     "position error over eccentricity after 0.05 s", way.name),
-          "", apart(by(found, way)), 1e-4,
-          fmt::format("z₀e^(st), s = {:.2f} + {:.2f}i 1/s", s.real(), s.imag()),
-          "adaptive steps: 1e-7 of the eccentricity each, up to a thousand; fixed steps: (ωh)²/24 ω t = 5e-5");
+      f.at_most(claim_name(fmt::format("{}, half-speed whirl", name_of(b)),
+                           "position error over eccentricity after 0.05 s", way.name),
+                "", apart(by(found, way)), 1e-4,
+                fmt::format("z₀e^(st), s = {:.2f} + {:.2f}i 1/s", s.real(), s.imag()),
+                "adaptive steps: 1e-7 of the eccentricity each, up to a thousand; "
+                "fixed steps: (ωh)²/24 ω t = 5e-5");
     }
     std::vector<double> steps{2e-4, 1e-4, 5e-5, 2.5e-5}, errors;
     for (const double h : steps)

@@ -12,7 +12,8 @@ namespace {
 const char* const equations = "Newton–Euler equations, evaluated independently";
 const char* const everything_subject = "scene with one of each element";
 const char* const solved =
-    "rounding of a solution, 1e-16, times the greatest force of the mechanism over the greatest on the body, up "
+    "rounding of a solution, 1e-16, "
+    "times the greatest force of the mechanism over the greatest on the body, up "
     "to 1e5, margin of ten";
 
 struct Bounds {

@@ -46,7 +46,8 @@ void impacts(Findings& f, const char* subject, const Way& way, const std::string
                    fmt::format("times of {} impacts, greatest error over reported uncertainty", exact.size()),
                    scheme),
         "", late, 1, "uniform motion between impacts",
-        "sum of the reported uncertainties (Moreau–Jean: a step each); an impact δ late delays the next by δ (1 + 1/e); "
+        "sum of the reported uncertainties (Moreau–Jean: a step each); "
+        "an impact δ late delays the next by δ (1 + 1/e); "
         "rounding of lengths below 1 m, 1e-15 m over the slowest speed");
 }
 

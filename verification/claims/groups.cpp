@@ -93,7 +93,8 @@ void sums_of_a_gas(Findings& f) {
   const auto before = sums(simulation.state()), after = (simulation.run(), sums(simulation.state()));
   const double scale = 0.2 * 120;  // kg m/s, of all discs at 1 m/s
   f.within(
-      "two colliding groups of 60 discs, e = 1: change of momentum over total mass × 1 m/s [Moreau–Jean, h = 1e-4 s]",
+      "two colliding groups of 60 discs, "
+      "e = 1: change of momentum over total mass × 1 m/s [Moreau–Jean, h = 1e-4 s]",
       "", std::hypot(after[0] - before[0], after[1] - before[1]) / scale, 0, 1e-12,
       "0: impulses of a pair are opposite", "rounding of 6,000 steps and some hundred impacts");
   f.relative("two colliding groups of 60 discs, e = 1: kinetic energy after 0.6 s [Moreau–Jean, h = 1e-4 s]",
@@ -126,7 +127,8 @@ void column(Findings& f) {
   Simulation simulation(
       parse_scene(
           fmt::format(
-              "gravity = [0, -9.81]\n[groups.g]\nmass = 0.3\nradius = 0.1\ngrid = [1, {}]\norigin = [0, 0.1]\n"
+              "gravity = [0, -9.81]\n[groups.g]\nmass = 0.3\nradius = 0.1\ngrid = [1, {}]\n"
+              "origin = [0, 0.1]\n"
               "spacing = [1, 0.2]\nwalls = [[0, 0], [1, 0]]\nsurface = \"s\"\npairs = \"near\"\n"
               "[surfaces.s]\nrestitution = 0.5\nfriction = 0.3\n[run]\nduration = 0.3\nstart = \"given\"\n"
               "[nonsmooth]\nscheme = \"moreau-jean\"\nstep = 1e-3\nlcp_tolerance = 1e-10\n",

@@ -88,7 +88,8 @@ void random_mechanisms(Findings& f) {
   } ways[] = {
       {"penalty", Family::penalty, Scheme::moreau_jean, 1e-6, 1e-8, 0.1,
        "tolerance 1e-9 per step, a thousand steps", "drift of a thousand steps, 1e-9 of 0.5 mm each",
-       "Hertz: 10 kg at 0.1 m/s, after a fall of 0.5 mm, penetrate by 17 µm, of a clearance of 0.2 mm or more"},
+       "Hertz: 10 kg at 0.1 m/s, after a fall of 0.5 mm, penetrate by 17 µm, "
+       "of a clearance of 0.2 mm or more"},
       {"Moreau–Jean, h = 1e-5 s", Family::nonsmooth, Scheme::moreau_jean, 1e-9, 1e-9, 1e-3,
        "rounding of 30000 steps: weight and impulses are constant in a step",
        "one Newton correction per step: (ω h)⁴ l/8, l = 0.3 m, ω = 50 rad/s, with a margin",
@@ -210,10 +211,10 @@ Findings invariants() {
             std::abs(penalty.ledger.closure()), 1e-8, "0", "tolerance 1e-9 of some 10 J of exchanged energy");
   f.at_most(claim_name(slider_crank, "error of the energy balance in two turns", time_stepping), "J",
             std::abs(nonsmooth.ledger.closure()), 1e-9, "0", "rounding: the work of impulses is exact");
-  f.at_most(
-      claim_name(slider_crank, "greatest penetration over clearance", time_stepping), "",
-      nonsmooth.contacts[0].penetration_ratio, 1e-5, "0",
-      "one Newton correction per step: half the square of the relative approach, (0.1 m/s × 1e-5 s/0.25 mm)²/2");
+  f.at_most(claim_name(slider_crank, "greatest penetration over clearance", time_stepping), "",
+            nonsmooth.contacts[0].penetration_ratio, 1e-5, "0",
+            "one Newton correction per step: half the square of the relative approach, "
+            "(0.1 m/s × 1e-5 s/0.25 mm)²/2");
   f.at_most(claim_name(slider_crank, "greatest residual of contact problems", time_stepping), "m/s",
             nonsmooth.extremes.lcp_residual_rate, 1e-11, "0",
             "rounding of 0.1 m/s: contact problems are solved in closed form");

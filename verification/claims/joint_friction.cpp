@@ -1,9 +1,9 @@
 // Friction in ideal joints, bounded by the joint reactions: closed forms of pins and guides, an
 // impact, and a four-bar against independent Newton–Euler equations, by all formulations and
 // schemes.
+#include "verification/references/joint_friction.hpp"
 #include "verification/claims/claim.hpp"
 #include "verification/references/four_bar_friction.hpp"
-#include "verification/references/joint_friction.hpp"
 #include "verification/support/runs.hpp"
 
 namespace freeplay::verification {
@@ -23,8 +23,10 @@ const Way ways[] = {
 std::string one(double spin, const std::string& body, const std::string& joint, const std::string& friction,
                 double duration, const std::string& more = "") {
   return fmt::format(
-      "gravity = [0, -9.81]\n[bodies.b]\nangular_velocity = {}\n{}\n[joints.j]\nbetween = [\"ground\", \"b\"]\n{}\n"
-      "[loads.rub]\ntype = \"joint-friction\"\njoint = \"j\"\nregularisation = 1e-6\n{}\n[run]\nduration = {}\n{}",
+      "gravity = [0, -9.81]\n[bodies.b]\nangular_velocity = {}\n{}\n[joints.j]\n"
+      "between = [\"ground\", \"b\"]\n{}\n"
+      "[loads.rub]\ntype = \"joint-friction\"\njoint = \"j\"\nregularisation = 1e-6\n{}\n[run]\n"
+      "duration = {}\n{}",
       spin, body, joint, friction, duration, more);
 }
 
@@ -53,11 +55,11 @@ void wheels(Findings& f) {
     f.at_most(name("speed after 0.6 s from 3 rad/s, stop at 0.382 s"), "rad/s",
               std::abs(still.final_state.v[2]), way.penalty() ? 1e-6 / 0.02 : 1e-9, "0: the wheel is at rest",
               "penalty: regularisation speed over r; else rounding");
-    f.within(
-        name("angle after 0.6 s from 3 rad/s, stop at 0.382 s"), "rad", still.final_state.q[2], 4.5 / alpha,
-        3e-6, "ω₀²/(2 ω̇)",
-        "penalty: 1e-6/r times the time at rest; fixed steps: ω̇ h² of the step of the stop, 8e-8; adaptive steps: "
-        "tolerance 1e-6");
+    f.within(name("angle after 0.6 s from 3 rad/s, stop at 0.382 s"), "rad", still.final_state.q[2],
+             4.5 / alpha, 3e-6, "ω₀²/(2 ω̇)",
+             "penalty: 1e-6/r times the time at rest; fixed steps: ω̇ h² of the step of the stop, 8e-8; "
+             "adaptive steps: "
+             "tolerance 1e-6");
     const auto none = test::finished(way, one(30, wheel_body, pin, "friction = 0.0\npin_radius = 0.02", 0.5));
     f.within(name("speed after 0.5 s from 30 rad/s, μ = 0"), "rad/s", none.final_state.v[2], 30, 3e-14 * 30,
              "constant speed", "rounding");
@@ -75,15 +77,15 @@ void stribeck(Findings& f) {
     const auto run = test::finished(
         way, one(5, wheel_body, pin,
                  "friction = 0.1\npin_radius = 0.02\nstatic_friction = 0.3\nstribeck_speed = 0.05", T));
-    f.relative(
-        claim_name("wheel on a pin with Stribeck friction", "speed at the time of 1 rad/s", way.name),
-        "rad/s", run.final_state.v[2], 1,
-        way.fixed()    ? 1e-5
-        : way.chosen() ? 1e-4
-                       : 1e-7,
-        "1: time from ∫ J dω/(r m g μ(rω))",
-        "fixed steps: (h/τ)² = 4e-6, τ ≥ 0.05 s being the time of change of μ, margin of two; adaptive steps: tolerance "
-        "over some hundred steps; else 1e-10 per step");
+    f.relative(claim_name("wheel on a pin with Stribeck friction", "speed at the time of 1 rad/s", way.name),
+               "rad/s", run.final_state.v[2], 1,
+               way.fixed()    ? 1e-5
+               : way.chosen() ? 1e-4
+                              : 1e-7,
+               "1: time from ∫ J dω/(r m g μ(rω))",
+               "fixed steps: (h/τ)² = 4e-6, τ ≥ 0.05 s being the time of change of μ, margin of two; "
+               "adaptive steps: tolerance "
+               "over some hundred steps; else 1e-10 per step");
   }
 }
 
@@ -211,7 +213,8 @@ void impacts(Findings& f) {
         claim_name("rod on a pin with friction hitting a wall", "impulse over approach speed", way.name),
         "N s²/m", hit.impulse_n / -hit.v_n_minus, reference::rod_impulse(mu, r, m, l, a, J, e, 1), 1e-4,
         "J_p (1 + e) w = a P − μ r |Λ|",
-        "fixed steps: m l ω² h within the step against m l (1 + e) ω, and (ω h)² of the angle at contact, 1e-7; forces within the "
+        "fixed steps: m l ω² h within the step against m l (1 + e) ω, "
+        "and (ω h)² of the angle at contact, 1e-7; forces within the "
         "step of the impact; margin of 1000");
     f.relative(claim_name("rod on a pin with friction hitting a wall", "separation speed over approach speed",
                           way.name),
@@ -270,8 +273,10 @@ void four_bars(Findings& f) {
     const auto run = test::finished(simulation, {&listener});
     const double bound = way.fixed() ? 1e-4 : way.chosen() ? std::pow(3 * bar.speed * longest, 2) / 24 : 1e-6;
     const char* const why =
-        "time stepping: the mean force of a step differs from that at its middle by (n ω h)²/24 in the n-th harmonic; adaptive "
-        "steps: n = 3 and the longest step; fixed steps: 4e-7, and drift of (ω h)² = 1e-6 at reversals, margin of 100; else "
+        "time stepping: the mean force of a step differs from that at its middle by (n ω h)²/24 in the "
+        "n-th harmonic; adaptive "
+        "steps: n = 3 and the longest step; fixed steps: 4e-7, and drift of (ω h)² = 1e-6 at reversals, "
+        "margin of 100; else "
         "1e-10 per step, of lower order in the dense output";
     const char* const source = "references/four_bar_friction: Newton–Euler equations";
     const auto name = [&](const char* quantity) {

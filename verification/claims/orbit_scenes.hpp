@@ -112,8 +112,9 @@ inline std::string two_mass_oscillator(const reference::TwoMassOscillator& o) {
          event_driven;
 }
 
-/// The woodpecker toy (cases/published/woodpecker) with its arms divided by `stretch`, inertias and stiffness by
-/// its square, and the same clearances: with a small stretch the published model, which is linear in the angles.
+/// The woodpecker toy (cases/published/woodpecker) with its arms divided by `stretch`, inertias and
+/// stiffness by its square, and the same clearances: with a small stretch the published model,
+/// which is linear in the angles.
 inline std::string stretched_woodpecker(const reference::Woodpecker& toy) {
   const auto number = [](long double x) { return static_cast<double>(x); };
   const double a = -0.1034 * number(toy.stretch), b = -0.2788 * number(toy.stretch),

@@ -12,7 +12,8 @@ namespace {
 const reference::ShakenBall table_ball{0.0032L, 20 * reference::ShakenBall::pi(), 9.81L, 0.5L};
 const char* const table_ball_name = "ball on a table that moves by 3.2 mm at 10 Hz";
 const char* const order_reason =
-    "first order; root mean squares of eight steps, whose errors have random phases, are known to a quarter each";
+    "first order; root mean squares of eight steps, whose errors have random phases, "
+    "are known to a quarter each";
 const char* const closed_form = "flight and impact in closed form";
 
 Orbit ball_by(const std::vector<std::string>& options) {
@@ -146,14 +147,14 @@ void pecking_motions(Findings& f) {
          cycle_of({}, 11, 5), 1e-11, 1e-9, 1e-6, "tolerance 1e-12 per step, some thousand steps",
          "second-order terms of the intervals, 1e-9 s, over rounding of events of 1e-18 s");
   const reference::Woodpecker straight{.stretch = 1e-3L};
-  claims(
-      "woodpecker toy, small angles",
-      orbit(parse_scene(scenes::stretched_woodpecker(straight), "toy"),
-            {.settle = 8.7, .period = 0.146, .shift = {"y"}}),
-      cycle_of(straight, 16, 12), 1e-6, 2e-3, 1e-2,
-      "the last intervals of the reference differ by 1e-5 s and falls by 1e-5 m; Aitken's extrapolation of the "
-      "period leaves terms of second order",
-      "the intervals still differ by 1e-4 of the period");
+  claims("woodpecker toy, small angles",
+         orbit(parse_scene(scenes::stretched_woodpecker(straight), "toy"),
+               {.settle = 8.7, .period = 0.146, .shift = {"y"}}),
+         cycle_of(straight, 16, 12), 1e-6, 2e-3, 1e-2,
+         "the last intervals of the reference differ by 1e-5 s and falls by 1e-5 m; "
+         "Aitken's extrapolation of the "
+         "period leaves terms of second order",
+         "the intervals still differ by 1e-4 of the period");
 }
 
 }  // namespace

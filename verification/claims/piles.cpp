@@ -41,7 +41,8 @@ void piles(Findings& f) {
     const bool events = scheme == Scheme::event_driven;
     const char* const by = events ? "event-driven" : "Moreau–Jean, h = 1e-4 s";
     const char* solved =
-        "contact problems are solved to 1e-10 of the greatest rate of a step, a disc's weight is at least 0.1 of "
+        "contact problems are solved to 1e-10 of the greatest rate of a step, "
+        "a disc's weight is at least 0.1 of "
         "it, margin of a thousand";
     LastForces forces;
     force_claims::run(scene_of(test::pile({{R, R + 0.01, R}, {R, 3 * R + 0.02, R}, {R, 5 * R + 0.05, R}},

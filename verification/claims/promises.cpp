@@ -65,7 +65,8 @@ bool called_matched(double tangential) {
 Findings promises() {
   Findings f;
   f.within(
-      "trajectory of a spinning rod: runs of 40 (0.01 to 0.4 s) without 20001 rows, the last at the end [event-driven]",
+      "trajectory of a spinning rod: runs of 40 (0.01 to 0.4 s) without 20001 rows, "
+      "the last at the end [event-driven]",
       "", lost_rows(), 0, 0, "default output step: duration/20000", "exact");
   f.within("pairing of impacts 50 to 900 ms apart after 2 s of flight: false pairs in 4 comparisons", "",
            false_pairs(), 0, 0, "none: the distance exceeds that of probable pairs", "exact");

@@ -146,18 +146,22 @@ std::string document(const std::vector<Verdict>& verdicts) {
       holding += c.holds();
     }
   std::string out = fmt::format(
-      R"(# Verification
-
-Written by `freeplay verify --document docs/verification`; {} of {} claims hold.
-A claim compares a quantity of a run with an expected value from an independent source. Its bound was fixed before the run
-([how to add a claim](../../verification/README.md)).
-
-Claims are grouped by mechanism or problem. A row gives a quantity, its expected value and the source of this value. The columns
-give the deviation of each formulation, scheme or law from the expected value, and its bound; with "rel." both are relative to
-the expected value. Where no value is expected, the quantity itself is bounded. A number in brackets refers to the reason of the
-bound below the table. [verification.csv](verification.csv) lists all claims with expected values and bounds. Run times are those
-of the machine that wrote this page.
-)",
+      "# Verification\n"
+      "\n"
+      "Written by `freeplay verify --document docs/verification`; {} of {} claims hold.\n"
+      "A claim compares a quantity of a run with an expected value from an independent source. Its "
+      "bound was fixed before the run\n"
+      "([how to add a claim](../../verification/README.md)).\n"
+      "\n"
+      "Claims are grouped by mechanism or problem. A row gives a quantity, its expected value and "
+      "the source of this value. The columns\n"
+      "give the deviation of each formulation, scheme or law from the expected value, and its "
+      "bound; with \"rel.\" both are relative to\n"
+      "the expected value. Where no value is expected, the quantity itself is bounded. A number in "
+      "brackets refers to the reason of the\n"
+      "bound below the table. [verification.csv](verification.csv) lists all claims with expected "
+      "values and bounds. Run times are those\n"
+      "of the machine that wrote this page.\n",
       holding, all);
   for (const auto& v : verdicts) {
     out += fmt::format("\n## {}\n\n`freeplay verify {}`, {:.0f} s\n", v.set->title, v.set->name, v.seconds);

@@ -55,13 +55,14 @@ double apart(const std::vector<double>& a, const std::vector<double>& b, std::si
 
 Findings rescaling() {
   Findings f;
-  const char *
-      homogeneous = "0: the equations are homogeneous in the velocities",
-     *exponents =
-         "exact: a factor of 2 changes exponents alone, so that every bit is equal if no scheme has a time or "
-         "speed scale",
-     *fewer =
-         "roundings of 1e-16 differ, and the impacts of the first turn amplify them by some 1e5, margin of 100";
+  const char *homogeneous = "0: the equations are homogeneous in the velocities",
+             *exponents =
+                 "exact: a factor of 2 changes exponents alone, "
+                 "so that every bit is equal if no scheme has a time or "
+                 "speed scale",
+             *fewer =
+                 "roundings of 1e-16 differ, and the impacts of the first turn amplify them by some 1e5, "
+                 "margin of 100";
   const char *subject = "paper's slider-crank with clearance",
              *rubbing = "paper's slider-crank with clearance and guide friction F",
              *doubled = "difference of sections at 200 and 100 rpm, eight turns";

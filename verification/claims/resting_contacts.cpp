@@ -64,14 +64,16 @@ void contacts(Findings& f) {
       f.relative(pin_name("angular frequency on the contact stiffness"), "rad/s", pin.rate(1),
                  reference::hertz_bounce(m, weight, K), 1e-9, "√(1.5 K √δ/m)",
                  "relative rounding of δ, 1e-13, margin of 1e4");
-    const auto disc = rest(
-        fmt::format(
-            "gravity = [0, -10]\n[bodies.disc]\nmass = 2\ninertia = 0.01\nposition = [0.05, 0.3]\n"
-            "[contacts]\nfloor = {{type = \"plane\", between = [\"ground\", \"disc\"], axis = [1, 0], radius = "
-            "0.1, surface = \"steel\"}}\n[loads]\nspring = {{type = \"spring-damper\", between = [\"ground\", "
-            "\"disc\"], at = [[0, -0.4], [0, 0]], stiffness = 500, free_length = 0.2}}\n{}",
-            steel),
-        family);
+    const auto disc =
+        rest(fmt::format(
+                 "gravity = [0, -10]\n[bodies.disc]\nmass = 2\ninertia = 0.01\nposition = [0.05, 0.3]\n"
+                 "[contacts]\nfloor = {{type = \"plane\", between = [\"ground\", \"disc\"], axis = [1, 0], "
+                 "radius = "
+                 "0.1, surface = \"steel\"}}\n[loads]\nspring = {{type = \"spring-damper\", "
+                 "between = [\"ground\", "
+                 "\"disc\"], at = [[0, -0.4], [0, 0]], stiffness = 500, free_length = 0.2}}\n{}",
+                 steel),
+             family);
     // F = m g + k (0.5 − δ − l₀), δ = (F/K)^⅔: each iteration gains six digits.
     double force = 170, sunk = 0;
     for (int i = 0; yields && i < 10; ++i) {
@@ -87,8 +89,10 @@ void contacts(Findings& f) {
     std::string walls;
     for (const char* disc : {"a", "b", "c"})
       walls += fmt::format(
-          "l{0} = {{type = \"plane\", between = [\"ground\", \"{0}\"], axis = [1, -1], radius = 0.1, surface = "
-          "\"steel\"}}\nr{0} = {{type = \"plane\", between = [\"ground\", \"{0}\"], axis = [1, 1], radius = 0.1, "
+          "l{0} = {{type = \"plane\", between = [\"ground\", \"{0}\"], axis = [1, -1], radius = 0.1, "
+          "surface = "
+          "\"steel\"}}\nr{0} = {{type = \"plane\", between = [\"ground\", \"{0}\"], axis = [1, 1], "
+          "radius = 0.1, "
           "surface = \"steel\"}}\n",
           disc);
     const auto trough = rest(
@@ -98,7 +102,8 @@ void contacts(Findings& f) {
             "c = {{mass = 1, inertia = 0.01, position = [0.02, 1.6]}}\n[contacts]\n{}"
             "ab = {{type = \"discs\", between = [\"a\", \"b\"], radii = [0.1, 0.1], surface = \"steel\"}}\n"
             "bc = {{type = \"discs\", between = [\"b\", \"c\"], radii = [0.1, 0.1], surface = \"steel\"}}\n"
-            "ac = {{type = \"discs\", between = [\"a\", \"c\"], radii = [0.1, 0.1], surface = \"steel\"}}\n{}",
+            "ac = {{type = \"discs\", between = [\"a\", \"c\"], radii = [0.1, 0.1], "
+            "surface = \"steel\"}}\n{}",
             walls, steel),
         family);
     const double down = 10 / sqrt(2.0);

@@ -262,8 +262,8 @@ void rigid_limit(Findings& f) {
            1e-3, source, "two contacts of 2e-4 s each, whose duration changes by its order per unit of e");
 }
 
-/// The mean square of errors of one derivative over 20 steps of slightly different length: the instant of an impact
-/// lies anywhere within its step, so that the error is a sawtooth of the step.
+/// The mean square of errors of one derivative over 20 steps of slightly different length: the
+/// instant of an impact lies anywhere within its step, so that the error is a sawtooth of the step.
 double mean_square(const std::string& text, const char* quantity, const char* key, long double exact,
                    double step) {
   constexpr int runs = 20;
@@ -316,8 +316,8 @@ void agreements(Findings& f) {
   const reference::BallDerivatives b{0.5L, 9.81L, 0.5L};
   const auto ball = ball_on_spring(1e5, 0.5);
   const std::string dropped = "ball dropped from 0.5 m, both formulations";
-  // The duration of contact is proportional to K^(-1/2) and does not depend on the speed; its change by gravity
-  // has the order g/(v ω²).
+  // The duration of contact is proportional to K^(-1/2) and does not depend on the speed; its
+  // change by gravity has the order g/(v ω²).
   agreement_of_formulations(f, dropped, ball, "contacts.table.stiffness", "event.2.t", "initial.ball.y",
                             b.time_by_height(2), {1e4, 1e5, 1e6}, -1, "geometric series of flights");
   agreement_of_formulations(f, dropped, ball, "contacts.table.stiffness", "event.3.t",

@@ -131,15 +131,16 @@ void stops(Findings& f) {
       const double px = l * (er * w * std::sin(end)), py = l * (-er * w * std::cos(end) - w);
       const double bx = px - P * std::sin(limit), by = py + P * std::cos(limit);
       const double scale = l * w * (1 + er);
-      f.at_most(
-          name("impulse of the pin, error over m l Δω"), "", std::hypot(pin.fx - bx, pin.fy - by) / scale,
-          way.penalty() ? 2e-3
-          : way.fixed() ? 2e-3
-                        : 1e-8,
-          "momentum of the rod",
-          way.family == Family::nonsmooth && way.step == 0
-              ? "tolerance"
-              : "rotation during a step or a contact, 1e-5 s × 10 rad/s, times P over m l Δω, 10, margin of two");
+      f.at_most(name("impulse of the pin, error over m l Δω"), "",
+                std::hypot(pin.fx - bx, pin.fy - by) / scale,
+                way.penalty() ? 2e-3
+                : way.fixed() ? 2e-3
+                              : 1e-8,
+                "momentum of the rod",
+                way.family == Family::nonsmooth && way.step == 0
+                    ? "tolerance"
+                    : "rotation during a step or a contact, 1e-5 s × 10 rad/s, times P over m l Δω, 10, "
+                      "margin of two");
     }
   }
 }

@@ -117,9 +117,9 @@ void kinked(Findings& f) {
       test::torsion("lower", "ground", "rotor", 1e4, "free_angle = -1.0\none_way = \"push\"\n") +
       test::run_for(5.0, "start = \"given\"\n");
   for (const auto& way : ways) {
-    const Bounds softer{
-        1e-6, 1e-5, 5e-4,
-        "tolerance 1e-9 of a speed, a hundred steps; fixed steps: (ωh)²/2 = 5e-5 of the speed at each of 10 kinks"};
+    const Bounds softer{1e-6, 1e-5, 5e-4,
+                        "tolerance 1e-9 of a speed, a hundred steps; "
+                        "fixed steps: (ωh)²/2 = 5e-5 of the speed at each of 10 kinks"};
     f.within(claim_name("mass on a cable of 1e4 N/m", "position after 5 s", way.name), "m",
              end_of(soft, way).q[0], reference::on_a_cable(1, 1e4, 1, 2, 5), softer.of(way),
              "half a period taut, else free flight: references/springs", softer.reason);

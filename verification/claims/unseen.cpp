@@ -116,12 +116,12 @@ void tables(Findings& f) {
   auto stepped = angle;
   stepped.nonsmooth.scheme = Scheme::moreau_jean;
   stepped.nonsmooth.step = 1e-3;
-  f.at_most(
-      claim_name(by_angle, "speed after 10 s, greatest relative error", "Moreau–Jean, h = 1e-3 s"), "",
-      std::abs(test::simulate(stepped, Family::nonsmooth).final_state.v[2] / expected - 1), 19 * 1e-3 * 0.1,
-      "½ J ω² = ½ J ω₀² + n W",
-      "a step, longer than the pulse, resolves the angle to (h ω)²/2 = 1e-4 of 1e-2 rad swept: a hundredth of each of 19 "
-      "pulses, margin of ten");
+  f.at_most(claim_name(by_angle, "speed after 10 s, greatest relative error", "Moreau–Jean, h = 1e-3 s"), "",
+            std::abs(test::simulate(stepped, Family::nonsmooth).final_state.v[2] / expected - 1),
+            19 * 1e-3 * 0.1, "½ J ω² = ½ J ω₀² + n W",
+            "a step, longer than the pulse, "
+            "resolves the angle to (h ω)²/2 = 1e-4 of 1e-2 rad swept: a hundredth of each of 19 "
+            "pulses, margin of ten");
   const double pulsed = 10 + 1000 * 1e-3 / 0.5;  // the pulse's area over J
   f.at_most(
       claim_name("rotor with a torque pulse of 2 ms", "speed after 10 s, greatest relative error", adaptive),

@@ -48,7 +48,8 @@ TEST_CASE("automatic scheme: without a hand-over a run is bit-identical to event
 }
 
 TEST_CASE(
-    "automatic scheme: a run that event-driven integration cannot finish reports the hand-over and its reason",
+    "automatic scheme: a run that event-driven integration cannot finish reports the hand-over and its "
+    "reason",
     "[automatic]") {
   // That hand-overs lose nothing is a claim of "chosen".
   const auto scene = parse_scene(loop, "loop");

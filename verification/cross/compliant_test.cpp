@@ -108,9 +108,9 @@ TEST_CASE("a lever on an eccentric cam has the angle of the tangent to its circl
   const auto replace = [&](const std::string& from, const std::string& to) {
     text = test::replaced(text, from, to);
   };
-  replace(
-      "law = \"polynomial\"\nlift = 0.006\nstart = 2.0\nrise = 1.8\ndwell = 0.3\nreturn = 1.9",
-      "law = \"harmonic\"\nlift = 0.006\nstart = 1.5707963267948966\nrise = 3.141592653589793\nreturn = 3.141592653589793");
+  replace("law = \"polynomial\"\nlift = 0.006\nstart = 2.0\nrise = 1.8\ndwell = 0.3\nreturn = 1.9",
+          "law = \"harmonic\"\nlift = 0.006\nstart = 1.5707963267948966\nrise = 3.141592653589793\n"
+          "return = 3.141592653589793");
   replace("angular_velocity = 60.0", "angular_velocity = 20.0");
   replace("position = [0.05, 0.0345]", "position = [0.05, 0.0300001]");
   replace("at = [[0.1, 0.0345], [0.05, 0]]", "at = [[0.1, 0.0300001], [0.05, 0]]");

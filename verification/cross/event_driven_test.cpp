@@ -83,7 +83,8 @@ TEST_CASE("a free slider that sticks in its impacts: tangential restitution",
 }
 
 TEST_CASE(
-    "a contact that the projection returns below its friction limit keeps sticking, without a decision on all contacts",
+    "a contact that the projection returns below its friction limit keeps sticking, "
+    "without a decision on all contacts",
     "[event-driven][modes]") {
   // Twenty revolutions of the rig at 40 clearances: its one contact sticks and slides a thousand
   // times each. With the error of a step, 1e-5, the instant of slip lies after or before the

@@ -173,11 +173,11 @@ TEST_CASE("rows of discs that just fit between two walls stay at rest", "[groups
     for (const double h : {1e-3, 1e-4}) {
       CAPTURE(columns, rows, h);
       const auto scene = parse_scene(
-          fmt::format(
-              "gravity = [0, -9.81]\n[groups.g]\nmass = 1\nradius = 0.1\ngrid = [{}, {}]\n"
-              "origin = [0.1, 0.1]\nspacing = [0.2, 0.2]\nwalls = [[0, 3], [0, 0], [{:.17g}, 0], [{:.17g}, 3]]\n"
-              "surface = \"s\"\npairs = \"near\"\n",
-              columns, rows, 0.2 * columns, 0.2 * columns) +
+          fmt::format("gravity = [0, -9.81]\n[groups.g]\nmass = 1\nradius = 0.1\ngrid = [{}, {}]\n"
+                      "origin = [0.1, 0.1]\nspacing = [0.2, 0.2]\nwalls = [[0, 3], [0, 0], [{:.17g}, 0], "
+                      "[{:.17g}, 3]]\n"
+                      "surface = \"s\"\npairs = \"near\"\n",
+                      columns, rows, 0.2 * columns, 0.2 * columns) +
               surface + run_keys(100 * h, h),
           "grid.toml");
       Simulation simulation(scene, "nonsmooth");
@@ -194,7 +194,8 @@ TEST_CASE("rows of discs that just fit between two walls stay at rest", "[groups
 }
 
 TEST_CASE(
-    "a box of discs comes to rest: floor forces balance the weight, wall forces balance, energy only decreases",
+    "a box of discs comes to rest: floor forces balance the weight, wall forces balance, "
+    "energy only decreases",
     "[groups]") {
   const double h = 1e-3, weight = 40 * 0.02 * 9.81;
   const auto scene = parse_scene(

@@ -59,8 +59,10 @@ void check_speed(bool turns, double m, double v, const std::vector<reference::Sp
 
 std::string controlled(const reference::SaturatedAxis& a, double duration) {
   return fmt::format(
-      "[bodies.it]\nmass = 1\ninertia = {:.17g}\nangular_velocity = {:.17g}\n[joints.j]\ntype = \"revolute\"\n"
-      "between = [\"ground\", \"it\"]\n[drives.d]\njoint = \"j\"\nproportional = {:.17g}\nderivative = {:.17g}\n"
+      "[bodies.it]\nmass = 1\ninertia = {:.17g}\nangular_velocity = {:.17g}\n[joints.j]\n"
+      "type = \"revolute\"\n"
+      "between = [\"ground\", \"it\"]\n[drives.d]\njoint = \"j\"\nproportional = {:.17g}\n"
+      "derivative = {:.17g}\n"
       "target_angle = {:.17g}\ntorque_limit = {:.17g}\n[run]\nduration = {:.17g}\nstart = \"given\"\n",
       a.J, a.speed, a.stiffness, a.damping, a.target, a.limit, duration);
 }
@@ -169,9 +171,10 @@ TEST_CASE("a speed follows and leaves a flank of its curve at any size of the me
 }
 
 TEST_CASE("a speed leaves an equilibrium that becomes unstable", "[cross][kinks]") {
-  // A spring draws a slider along a falling flank 5e-5 m/s wide, until k x is the greatest force, 5 N. The equilibrium
-  // goes on along a rising flank with a rate of growth of 1e5/s: a long implicit step damps that growth, and follows it.
-  // Expected: a harmonic motion, v = 1 m/s, and again a harmonic motion.
+  // A spring draws a slider along a falling flank 5e-5 m/s wide, until k x is the greatest force, 5
+  // N. The equilibrium goes on along a rising flank with a rate of growth of 1e5/s: a long implicit
+  // step damps that growth, and follows it. Expected: a harmonic motion, v = 1 m/s, and again a
+  // harmonic motion.
   const std::string text =
       "gravity = [0, 0]\n" + test::body("it", 1, 1, "velocity = [1.01, 0]\n") +
       test::guide("j", "ground", "it") + test::drive("d", "j", "force = \"c\"\nagainst = \"speed\"\n") +
@@ -183,7 +186,8 @@ TEST_CASE("a speed leaves an equilibrium that becomes unstable", "[cross][kinks]
   for (const auto& way : all_ways) {
     INFO(way.name);
     const auto run = test::finished(test::scene_by(way, text), way.family);
-    // 5e-5 of the speed for 0.5 s, and growth from rounding to 1 m/s within 3e-4 s. Adaptive time stepping as above.
+    // 5e-5 of the speed for 0.5 s, and growth from rounding to 1 m/s within 3e-4 s. Adaptive time
+    // stepping as above.
     const double bound = way.stepping() ? 2e-3 : 5e-4;
     CHECK(std::abs(run.final_state.q[0] - 0.5 * std::cos(phase) - std::sin(phase) / omega) < bound);
     CHECK(std::abs(run.final_state.v[0] + 0.5 * omega * std::sin(phase) - std::cos(phase)) < 10 * bound);

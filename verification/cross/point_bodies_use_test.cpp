@@ -55,7 +55,8 @@ std::string chain(int points) {
   for (int i = 0; i < points; ++i) {
     y += i % 2 == 0 ? -0.05 : 0.05;
     text += fmt::format(
-        "[bodies.p{0}]\nmass = 0.1\npoint = true\nposition = [{1:.17g}, {2:.17g}]\n[joints.r{0}]\ntype = \"rod\"\n"
+        "[bodies.p{0}]\nmass = 0.1\npoint = true\nposition = [{1:.17g}, {2:.17g}]\n[joints.r{0}]\n"
+        "type = \"rod\"\n"
         "between = [\"{3}\", \"p{0}\"]\nlength = 0.1\n",
         i, 0.1 * std::sqrt(0.75) * (i + 1), y, before);
     before = fmt::format("p{}", i);
@@ -128,7 +129,8 @@ TEST_CASE("an ensemble places a point body in its bearing and turns none", "[poi
 TEST_CASE("the constraint drift of a point body is that of its rod alone", "[points][drift]") {
   const test::TemporaryFolder folder;
   const auto scene = parse_scene(
-      "gravity = [0, -9.81]\n[bodies.bob]\nmass = 0.7\npoint = true\nposition = [0.8, 0]\n[joints.string]\ntype = "
+      "gravity = [0, -9.81]\n[bodies.bob]\nmass = 0.7\npoint = true\nposition = [0.8, 0]\n"
+      "[joints.string]\ntype = "
       "\"rod\"\nbetween = [\"ground\", \"bob\"]\nlength = 0.8\n[run]\nduration = 1\n",
       "bob.toml", {"penalty.tolerance=1e-7"});
   const auto runs = measure_drift(scene, {}, folder.path(), {});

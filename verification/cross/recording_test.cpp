@@ -114,9 +114,9 @@ TEST_CASE("event-driven and fixed-step runs under a table over time record finit
   const auto scene = parse_scene(
       "gravity = [0.0, -9.81]\n" + test::body("rod", 1.0, 0.1, "position = [0.0, -0.5]\n") +
           test::pin("pin", "ground", "rod", {0, 0}, {0, 0.5}) +
-          test::drive(
-              "motor", "pin",
-              "torque_table = [[0.0, 0.0], [0.1, 3.0], [0.30005, -20.0], [0.3000500001, 20.0], [0.4, 0.0], [0.71, 1.0]]\n") +
+          test::drive("motor", "pin",
+                      "torque_table = [[0.0, 0.0], [0.1, 3.0], [0.30005, -20.0], [0.3000500001, 20.0], [0.4, "
+                      "0.0], [0.71, 1.0]]\n") +
           test::run_for(1.0, "output_step = 5e-5\nforces = true\n") +
           R"([instruments.felt]
 type = "accelerometer"

@@ -123,8 +123,9 @@ struct ForceRecord final : Observer {
 }  // namespace
 
 TEST_CASE("followers leave their cams where the contact force ends, in any size", "[chosen][events]") {
-  // Automatic steps bound the error of the motion. Where the force only just falls below zero, the motion hardly depends
-  // on when the contact ends, so that this time may be off by more than the landing.
+  // Automatic steps bound the error of the motion. Where the force only just falls below zero, the
+  // motion hardly depends on when the contact ends, so that this time may be off by more than the
+  // landing.
   std::mt19937_64 engine(20261128);
   int runs = 0;
   while (runs < 25) {
@@ -150,8 +151,8 @@ TEST_CASE("followers leave their cams where the contact force ends, in any size"
 
 TEST_CASE("forces of automatic steps follow a driven arm, and give its change of momentum",
           "[chosen][forces]") {
-  // The reaction at the shaft turns with the arm and contains its weight. Steps are limited to 0.3 rad, where the third
-  // differences that a parabola omits are 0.3³/64 = 4e-4 of the amplitude.
+  // The reaction at the shaft turns with the arm and contains its weight. Steps are limited to 0.3
+  // rad, where the third differences that a parabola omits are 0.3³/64 = 4e-4 of the amplitude.
   const double mass = 0.7, arm = 0.2, speed = 12, g = 9.81;
   const auto scene = test::scene_by(test::chosen_steps,
                                     fmt::format("\ngravity = [0, {}]\n", -g) + test::body("arm", mass, 0.01) +
@@ -176,8 +177,8 @@ TEST_CASE("forces of automatic steps follow a driven arm, and give its change of
 }
 
 TEST_CASE("automatic steps are limited by the path of the bodies, not by their rotation alone", "[chosen]") {
-  // A wheel on its centre has no path. A driven arm leaves that of a cubic through two halves of the angle a by
-  // a⁴/(16·384) of its length, the accepted 1e-6 at 0.28 rad.
+  // A wheel on its centre has no path. A driven arm leaves that of a cubic through two halves of
+  // the angle a by a⁴/(16·384) of its length, the accepted 1e-6 at 0.28 rad.
   const auto steps = [](double offset) {
     const auto run =
         test::finished(test::chosen_steps, "\ngravity = [0, 0]\n" + test::body("wheel", 1, 0.01) +
@@ -190,8 +191,8 @@ TEST_CASE("automatic steps are limited by the path of the bodies, not by their r
 }
 
 TEST_CASE("a point mass at a wall has the same motion in any size", "[chosen][scaling]") {
-  // Powers of two change exponents only, so that every digit must agree where no scale is absolute. The radius and all
-  // arms are zero: the length of the mechanism is its distance from the wall.
+  // Powers of two change exponents only, so that every digit must agree where no scale is absolute.
+  // The radius and all arms are zero: the length of the mechanism is its distance from the wall.
   const auto state_of = [](const test::Way& way, double size) {
     const double time = std::sqrt(size);
     const auto text =

@@ -36,27 +36,28 @@ TEST_CASE("work of a drive far above the energy within the clearance does not sh
   // A block flies freely between stops of 45 µm on a slide on a curve (scene 758 of the random
   // scenes of seed 555). The work of the drive was once controlled relative to the kinetic energy
   // at 5e-8 m/s, below its own rounding: 3.4 million steps.
-  auto scene = parse_scene(
-      test::body("slide", 1, 1) + test::guide("guide", "ground", "slide") +
-          "[curves.y0]\nshape = \"table\"\n"
-          "points = [[4.08659046251, -7.17720946042e-05], [7.11509827997, 2.84139205512e-05], [9.63888357018, 3.4481712368e-05]]\n" +
-          test::drive("d0", "guide", "velocity = \"y0\"\ninitial = -0.000197497475218\n") +
-          test::body("block", 2.72529801391, 1,
-                     "position = [-0.000164008354758, 0]\nvelocity = [1.23282297184e-05, 0]\n") +
-          test::guide("on", "slide", "block") +
-          test::stop("stop", "travel-stop", "on",
-                     "lower = 0\nupper = 4.52599705303e-05\nstiffness = 65655583.4404\n") +
-          test::surface("s", 0.702169564868, "young = 2e11\npoisson = 0.3\n") +
-          test::spring("spring", "ground", "block", {-0.00623706894109, 0}, {0, 0}, 6.80938359753,
-                       0.00616738781351) +
-          test::run_for(0.512048416053, "start = \"assembled\"\n") + R"([penalty]
+  auto scene =
+      parse_scene(test::body("slide", 1, 1) + test::guide("guide", "ground", "slide") +
+                      "[curves.y0]\nshape = \"table\"\n"
+                      "points = [[4.08659046251, -7.17720946042e-05], [7.11509827997, 2.84139205512e-05], "
+                      "[9.63888357018, 3.4481712368e-05]]\n" +
+                      test::drive("d0", "guide", "velocity = \"y0\"\ninitial = -0.000197497475218\n") +
+                      test::body("block", 2.72529801391, 1,
+                                 "position = [-0.000164008354758, 0]\nvelocity = [1.23282297184e-05, 0]\n") +
+                      test::guide("on", "slide", "block") +
+                      test::stop("stop", "travel-stop", "on",
+                                 "lower = 0\nupper = 4.52599705303e-05\nstiffness = 65655583.4404\n") +
+                      test::surface("s", 0.702169564868, "young = 2e11\npoisson = 0.3\n") +
+                      test::spring("spring", "ground", "block", {-0.00623706894109, 0}, {0, 0}, 6.80938359753,
+                                   0.00616738781351) +
+                      test::run_for(0.512048416053, "start = \"assembled\"\n") + R"([penalty]
 v0_floor = 7.07120172412e-07
 friction_v0 = 7.07120172412e-07
 friction_v1 = 7.07120172412e-06
 alpha = 19.5294032488
 beta = 19.5294032488
 )",
-      "758");
+                  "758");
   for (const auto integrator : {Integrator::adams_bashforth_moulton, Integrator::rosenbrock4}) {
     CAPTURE(static_cast<int>(integrator));
     scene.penalty.integrator = integrator;

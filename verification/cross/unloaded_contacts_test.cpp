@@ -53,7 +53,8 @@ struct Beads {
       const int row = k / columns, column = k % columns;
       const Vec2 at = place(row, column), v = (row == 0 ? speed * time() : 0.0) * up;
       s += fmt::format(
-          "[bodies.b{}]\nmass = {:.17g}\ninertia = {:.17g}\nposition = [{:.17g}, {:.17g}]\nvelocity = [{:.17g}, {:.17g}]\n",
+          "[bodies.b{}]\nmass = {:.17g}\ninertia = {:.17g}\nposition = [{:.17g}, {:.17g}]\n"
+          "velocity = [{:.17g}, {:.17g}]\n",
           k, m, 0.4 * m * radius() * radius(), at.x(), at.y(), v.x(), v.y());
     }
     for (const int k : order) {
@@ -311,7 +312,8 @@ TEST_CASE("in a grid of touching elastic discs in flight, rounding opens and clo
   std::string text;
   const auto disc = [&](int k, double x, double y, double speed) {
     text += fmt::format(
-        "[bodies.d{}]\nmass = 1.1064186423\ninertia = 0.000241647363572\nposition = [{}, {}]\nvelocity = [{}, 0]\n",
+        "[bodies.d{}]\nmass = 1.1064186423\ninertia = 0.000241647363572\nposition = [{}, {}]\n"
+        "velocity = [{}, 0]\n",
         k, x, y, speed);
   };
   for (int k = 0; k < 9; ++k)
@@ -329,7 +331,8 @@ TEST_CASE("in a grid of touching elastic discs in flight, rounding opens and clo
   text +=
       "[surfaces.s]\nyoung = 288618310.439\npoisson = 0.3\nrestitution = 1\n"
       "[run]\nduration = 8.23753321069\nstart = \"given\"\n"
-      "[penalty]\nv0_floor = 0.000121007986726\nfriction_v0 = 0.000121007986726\nfriction_v1 = 0.00121007986726\n"
+      "[penalty]\nv0_floor = 0.000121007986726\nfriction_v0 = 0.000121007986726\n"
+      "friction_v1 = 0.00121007986726\n"
       "alpha = 1.21395565204\nbeta = 1.21395565204\n";
   for (const auto integrator :
        std::span(all_integrators).subspan(1)) {  // rk4 is first: its steps are the user's

@@ -13,26 +13,33 @@ std::string experiment_document(const Study& study, const Results& results, cons
       "# Validation against the experiment of Flores et al. (2011)\n\nThe page compares both formulations "
       "with the statements X1 to X13 of the paper's text about its slider-crank\nrig. Its figures are images "
       "without public data. A failed claim is a result, too.\n\n## Summary\n\nA statement holds if all its "
-      "claims hold; the bounds are in the tables of claims below. \"Maximum\" is relative to the ideal\njoint, "
+      "claims hold; the bounds are in the tables of claims below. \"Maximum\" is relative to the ideal\n"
+      "joint, "
       "at 200 rpm. A fitted statement is no test, and no fitted value is called a prediction.\n\n" +
       summary_table(evidence) +
-      "\n![maximum over clearance](figures/experiment_peaks_clearance.png)\n*\"Maximum\" over the clearance at "
+      "\n![maximum over clearance](figures/experiment_peaks_clearance.png)\n"
+      "*\"Maximum\" over the clearance at "
       "200 rpm, calibrated scene: fitted to the measured points (the paper's figure 10).*\n\n## Failed "
       "statements and physical assumptions\n\nFor each quantity that fails with the paper's settings, the "
       "table names assumptions that can cause the failure, and the\nscene of this page that changes one of "
-      "them. *Shown* is \"yes\" if the quantity then holds in each formulation in which it had\nfailed. Most of "
+      "them. *Shown* is \"yes\" if the quantity then holds in each formulation in which it had\n"
+      "failed. Most of "
       "these scenes have few starts, so that their intervals are wide; [the influences](#influence-of-each-"
       "assumption-on-the-claims)\nlist the peaks that change beyond their intervals. The table contains no "
       "fitted value.\n\n" +
       failures_table(evidence) +
-      "\nNo run of this page tests these assumptions: compliance of crank and rod (all bodies are rigid), play "
-      "of the guide,\nripple of the motor's speed (the motor of the scene drive turns at constant speed behind "
+      "\nNo run of this page tests these assumptions: compliance of crank and rod (all bodies are "
+      "rigid), play "
+      "of the guide,\nripple of the motor's speed (the motor of the scene drive turns at constant speed "
+      "behind "
       "its coupling), and resonance of the\naccelerometer (the scenes change its bandwidth only). A row with "
-      "\"no\" or \"no run\" leaves the cause open.\nA scene that corrects one quantity can worsen others (drive: X7 and X9; "
+      "\"no\" or \"no run\" leaves the cause open.\nA scene that corrects one quantity can worsen "
+      "others (drive: X7 and X9; "
       "guide: X6 and X9 to X11); no scene satisfies all statements.\n\n";
   out += fmt::format(
       "## Source and version\n\nWritten by `freeplay validate {} "
-      "--document docs/verification`, version {}.\nSource of the measurements: P. Flores, C. S. Koshy, H. M. Lankarani, "
+      "--document docs/verification`, version {}.\nSource of the measurements: P. Flores, C. S. Koshy, "
+      "H. M. Lankarani, "
       "J. Ambrósio, J. C. P. Claro,\n\"Numerical and experimental investigation on multibody systems with "
       "revolute clearance joints\",\nNonlinear Dynamics 65 (2011) 383–398.\n\n",
       study.file.string(), version);
@@ -101,12 +108,14 @@ std::string experiment_document(const Study& study, const Results& results, cons
       "thresholds for an impact (X10; here 0.01 m/s) and a dominant line (X11; here 5 % of the greatest "
       "ideal\n  acceleration).\n- X2: the geometry bounds the slider's position by the clearance; this "
       "claim fails only if the joint separates.\n\n## Figures\n\nThe calibrated scene with penalty and "
-      "nonsmooth, as in the paper's figures 5 to 13. Figure 10 is in the summary.\n\n![motion](figures/experiment_motion.png)\nPosition "
+      "nonsmooth, as in the paper's figures 5 to 13. Figure 10 is in the summary.\n\n"
+      "![motion](figures/experiment_motion.png)\nPosition "
       "and acceleration against the crank angle (its figure "
       "5).\n\n![clearances](figures/experiment_clearances.png)\nAcceleration for four clearances at 200 "
       "rpm (6), [spectra](figures/experiment_clearance_spectra.png) "
       "(7).\n\n![speeds](figures/experiment_speeds.png)\nAcceleration for four speeds at 0.25 mm (8), "
-      "[spectra](figures/experiment_speed_spectra.png) (9).\n\n![velocity](figures/experiment_velocity.png)\nSlider velocity "
+      "[spectra](figures/experiment_speed_spectra.png) (9).\n\n"
+      "![velocity](figures/experiment_velocity.png)\nSlider velocity "
       "(11).\n\n![peaks over speed](figures/experiment_peaks_speed.png)\n\"Maximum\" over the speed "
       "(12).\n\n![surface](figures/experiment_surface.png)\n\"Maximum\" over both (13).\n";
   for (const auto& v : study.variants) {

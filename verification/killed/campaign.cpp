@@ -154,7 +154,8 @@ std::vector<Verb> verbs(const Path& folder) {
     return (folder / name).string();
   };
   const std::string head = fmt::format(
-      "scene = \"{}\"\njoint = \"gudgeon\"\naccelerometer = \"accelerometer\"\nrevolutions = 1\ndiscard = 0.5\n",
+      "scene = \"{}\"\njoint = \"gudgeon\"\naccelerometer = \"accelerometer\"\nrevolutions = 1\n"
+      "discard = 0.5\n",
       (source / "cases/flores2011-experiment/guide.toml").string());
   const auto set = [](Words words, const std::string& revolutions) {
     for (const auto& key : {"run.revolutions=" + revolutions, std::string("run.discard=0")}) {

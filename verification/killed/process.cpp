@@ -14,6 +14,8 @@
 #include <stdexcept>
 #include <thread>
 
+#include "verification/support/support.hpp"
+
 namespace freeplay::killed {
 namespace {
 
@@ -22,21 +24,7 @@ using Clock = std::chrono::steady_clock;
 double since(Clock::time_point start) { return std::chrono::duration<double>(Clock::now() - start).count(); }
 
 pid_t start(const Words& words, bool traced) {
-  std::vector<std::string> all{std::string(FREEPLAY_BINARY_DIR) + "/freeplay"};
-  all.insert(all.end(), words.begin(), words.end());
-  std::vector<char*> pointers;
-  for (auto& word : all) pointers.push_back(word.data());
-  pointers.push_back(nullptr);
-  const pid_t id = fork();
-  if (id < 0) throw std::runtime_error("no process");
-  if (id == 0) {
-    const int nowhere = open("/dev/null", O_RDWR);
-    for (const int stream : {0, 1, 2}) dup2(nowhere, stream);
-    if (traced) ptrace(PTRACE_TRACEME, 0, nullptr, nullptr);
-    execv(pointers[0], pointers.data());
-    _exit(127);
-  }
-  return id;
+  return test::start_freeplay(words, traced ? +[] { ptrace(PTRACE_TRACEME, 0, nullptr, nullptr); } : nullptr);
 }
 
 End end_of(pid_t id, Clock::time_point began) {

@@ -54,9 +54,9 @@ TEST_CASE("rk4 keeps its fourth order across events of a linear contact", "[orde
 
 TEST_CASE("rk4 is of fourth order across damped linear contacts, which jump at their onset",
           "[order][events]") {
-  // A mass against a spring and a damper in parallel moves freely from where their force is zero, δ̈ = 0: with a = D/2m,
-  // ω² = K/m − a² and tan ωt = 2aω/(a² − ω²), at the depth v e^(−at) sin ωt/ω with v e^(−at) (a sin ωt/ω − cos ωt). The
-  // duration until zero depth is a phase, as above.
+  // A mass against a spring and a damper in parallel moves freely from where their force is zero,
+  // δ̈ = 0: with a = D/2m, ω² = K/m − a² and tan ωt = 2aω/(a² − ω²), at the depth v e^(−at) sin
+  // ωt/ω with v e^(−at) (a sin ωt/ω − cos ωt). The duration until zero depth is a phase, as above.
   const double m = 2, K = 3e6, D = GENERATE(60.0, 1200.0, 2400.0);
   const double a = D / (2 * m), w = std::sqrt(K / m - a * a), t = std::atan2(2 * a * w, a * a - w * w) / w;
   const double exact = t + std::sin(w * t) / (a * std::sin(w * t) - w * std::cos(w * t));

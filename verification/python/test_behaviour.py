@@ -76,7 +76,9 @@ class Mistakes(unittest.TestCase):
         self.refused(fp.SceneError, lambda: short().set({"joints.gudgeon.clearence": 1e-3}), "clearence")
 
     def test_a_key_that_is_misspelt_when_read(self):
-        self.refused(KeyError, lambda: short()["joints.gudgeon.clearence"], "did you mean joints.gudgeon.clearance")
+        self.refused(
+            KeyError, lambda: short()["joints.gudgeon.clearence"], "did you mean joints.gudgeon.clearance"
+        )
 
     def test_a_formulation_that_there_is_not(self):
         self.refused(ValueError, lambda: fp.run(short(), "penality"), "'penalty' or 'nonsmooth'")
@@ -85,7 +87,8 @@ class Mistakes(unittest.TestCase):
         self.refused(fp.SceneError, lambda: fp.read_scene("nowhere.toml"), "nowhere.toml")
 
     def test_a_mapping_without_a_body(self):
-        wrong = {**PENDULUM, "joints": {"pivot": {**PENDULUM["joints"]["pivot"], "between": ["ground", "leg"]}}}
+        pivot = {**PENDULUM["joints"]["pivot"], "between": ["ground", "leg"]}
+        wrong = {**PENDULUM, "joints": {"pivot": pivot}}
         error = self.refused(fp.SceneError, lambda: fp.Scene(wrong), "leg")
         self.assertEqual(error.key, "joints.pivot.between")
         self.assertIsNone(error.line)  # of a text that nobody wrote
@@ -306,12 +309,15 @@ class Studies(unittest.TestCase):
         ball = {
             "gravity": [0.0, -9.81],
             "bodies": {"ball": {"mass": 0.3, "inertia": 3e-4, "position": [0.0, 0.55]}},
-            "contacts": {"table": {"type": "plane", "between": ["ground", "ball"], "radius": 0.05, "surface": "hard"}},
+            "contacts": {
+                "table": {"type": "plane", "between": ["ground", "ball"], "radius": 0.05, "surface": "hard"}
+            },
             "surfaces": {"hard": {"restitution": 0.5}},
             "run": {"duration": 0.4, "start": "given"},
             "nonsmooth": {"scheme": "event-driven"},
         }
-        found = fp.sensitivity(ball, ["event.1.t", "event.1.v_n_minus"], ["initial.ball.y", "surfaces.hard.restitution"])
+        keys = ["initial.ball.y", "surfaces.hard.restitution"]
+        found = fp.sensitivity(ball, ["event.1.t", "event.1.v_n_minus"], keys)
         # t = sqrt(2 h/g), u = -sqrt(2 g h)
         g, h = 9.81, 0.5
         t, u = (2 * h / g) ** 0.5, -((2 * g * h) ** 0.5)
@@ -338,7 +344,8 @@ class Studies(unittest.TestCase):
             study = Path(folder) / "study.toml"
             (Path(folder) / "scene.toml").write_text(fp.Scene(PENDULUM).to_toml())
             study.write_text(
-                'scene = "scene.toml"\nduration = 0.05\nstarts = 1\n[variants.all]\nformulations = ["nonsmooth"]\n'
+                'scene = "scene.toml"\nduration = 0.05\nstarts = 1\n'
+                '[variants.all]\nformulations = ["nonsmooth"]\n'
                 '[axes.clearance]\nkey = "joints.pivot.clearance"\nvalues = [2e-4, 5e-4, 1e-3]\n'
             )
             found = fp.sweep(study, output=Path(folder) / "out", processes=2)

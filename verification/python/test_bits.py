@@ -1,4 +1,6 @@
-"""Python and the command give the same bits: 20 scenes, both formulations. PYTHONPATH=BUILD/python FREEPLAY=BUILD/freeplay
+"""Python and the command give the same bits: 20 scenes, both formulations.
+
+PYTHONPATH=BUILD/python FREEPLAY=BUILD/freeplay
 python3 -m unittest discover verification/python"""
 
 import json
@@ -49,7 +51,8 @@ class Bits(unittest.TestCase):
         for name, keys in SCENES:
             file = ROOT / name / "scene.toml"
             for formulation in ("penalty", "nonsmooth"):
-                with self.subTest(scene=name, formulation=formulation), tempfile.TemporaryDirectory() as folder:
+                test = self.subTest(scene=name, formulation=formulation)
+                with test, tempfile.TemporaryDirectory() as folder:
                     wanted = self.keys(file, keys)
                     said = subprocess.run(
                         [PROGRAM, "run", str(file), "--formulation", formulation, "-o", folder]
@@ -62,7 +65,8 @@ class Bits(unittest.TestCase):
                         try:
                             here = fp.run(fp.read_scene(file, wanted), formulation)
                         except fp.SceneError as error:
-                            self.assertEqual(said.returncode, 2, said.stderr)  # both refuse, in the same words
+                            # both refuse, in the same words
+                            self.assertEqual(said.returncode, 2, said.stderr)
                             self.assertEqual(said.stderr.strip(), str(error))
                             continue
                     self.assertEqual(here.status == "finished", said.returncode == 0, said.stderr)
@@ -72,7 +76,9 @@ class Bits(unittest.TestCase):
                         if b is None:
                             self.assertIsNone(a)
                         else:
-                            pd.testing.assert_frame_equal(a, b, check_exact=True, check_dtype=False, check_index_type=False)
+                            pd.testing.assert_frame_equal(
+                                a, b, check_exact=True, check_dtype=False, check_index_type=False
+                            )
                     for info in (one := json.loads(json.dumps(here.info)), two := there.info):
                         del info["cost"]  # times and memory
                         del info["provenance"]["commit"]  # for people: the identity has the sources

@@ -1,5 +1,6 @@
-"""`freeplay export` read back by other programs: HDF5 by h5py, bit for bit the tables' numbers; VTK by Python's XML parser,
-and by VTK itself where it is installed. FREEPLAY=BUILD/freeplay python3 -m unittest discover verification/python"""
+"""`freeplay export` read back by other programs: HDF5 by h5py, bit for bit the tables' numbers; VTK
+by Python's XML parser, and by VTK itself where it is installed. FREEPLAY=BUILD/freeplay python3 -m
+unittest discover verification/python"""
 
 import json
 import os
@@ -39,7 +40,8 @@ class Export(unittest.TestCase):
         self.place = Path(keeper.name)
 
     def run_there(self, formulation="nonsmooth", *more):
-        call("run", SCENE, *SHORT, "--formulation", formulation, "--forces", "--no-figures", *more, "-o", self.place / "run")
+        options = ["--formulation", formulation, "--forces", "--no-figures", *more]
+        call("run", SCENE, *SHORT, *options, "-o", self.place / "run")
         return self.place / "run"
 
     def same_table(self, file, group):
@@ -117,7 +119,8 @@ class Export(unittest.TestCase):
             for run in ("penalty", "nonsmooth"):
                 self.same_table(place / run / "trajectory.csv", file[run]["trajectory"])
                 self.same_table(place / run / "events.csv", file[run]["events"])
-            self.assertEqual(file.attrs["comparison.json"], (place / "comparison.json").read_text(encoding="utf-8"))
+            comparison = (place / "comparison.json").read_text(encoding="utf-8")
+            self.assertEqual(file.attrs["comparison.json"], comparison)
         said = call("export", place, "--vtk", status=2).stderr
         self.assertIn("penalty or nonsmooth", said)
 
@@ -142,16 +145,20 @@ class Export(unittest.TestCase):
         self.assertEqual(len(list((self.place / "frames").glob("*.vtp"))), len(series))
         for at in (0, len(series) // 2, len(series) - 1):
             root = xml.parse(self.place / "frames" / series[at].get("file")).getroot()
-            arrays = {a.get("Name"): a for a in root.iter() if a.tag in ("Array", "DataArray") and a.get("Name")}
+            tags = ("Array", "DataArray")
+            arrays = {a.get("Name"): a for a in root.iter() if a.tag in tags and a.get("Name")}
             self.assertEqual(float(arrays["TimeValue"].text), frame["t"][at])
             words = {
-                key: bytes(map(int, arrays[key].text.split())).decode().split("\0")[:-1] for key in ("shapes", "names")
+                key: bytes(map(int, arrays[key].text.split())).decode().split("\0")[:-1]
+                for key in ("shapes", "names")
             }
             points = np.array(root.find(".//Points/DataArray").text.split(), float).reshape(-1, 3)
             verts = list(map(int, root.find(".//Verts/DataArray[@Name='connectivity']").text.split()))
             shape, name = (list(map(int, arrays[key].text.split())) for key in ("shape", "name"))
             masses = {
-                words["names"][name[i]]: points[verts[i]] for i in range(len(verts)) if words["shapes"][shape[i]] == "mass"
+                words["names"][name[i]]: points[verts[i]]
+                for i in range(len(verts))
+                if words["shapes"][shape[i]] == "mass"
             }
             self.assertEqual(set(masses), {"crank", "rod", "slider"})
             for body, place in masses.items():
@@ -166,7 +173,8 @@ class Export(unittest.TestCase):
         found = reader.GetOutput()
         self.assertEqual(reader.GetErrorCode(), 0)
         self.assertEqual(found.GetNumberOfCells(), cells)
-        self.assertEqual([found.GetPoint(i) for i in range(found.GetNumberOfPoints())], [tuple(p) for p in points])
+        corners = [found.GetPoint(i) for i in range(found.GetNumberOfPoints())]
+        self.assertEqual(corners, [tuple(p) for p in points])
         self.assertEqual(found.GetFieldData().GetAbstractArray("shapes").GetValue(0), "link")
 
 

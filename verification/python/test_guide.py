@@ -1,4 +1,5 @@
-"""Every chapter of docs/tutorials/python.md is run, as a script of its own in an empty folder beside the cases."""
+"""Every chapter of docs/tutorials/python.md is run, as a script of its own in an empty folder
+beside the cases."""
 
 import os
 import re
@@ -26,7 +27,9 @@ def chapters(language):
 class Guide(unittest.TestCase):
     def run_there(self, command, folder):
         environment = {**os.environ, "MPLBACKEND": "Agg"}
-        done = subprocess.run(command, cwd=folder, env=environment, capture_output=True, text=True, timeout=300)
+        done = subprocess.run(
+            command, cwd=folder, env=environment, capture_output=True, text=True, timeout=300
+        )
         self.assertEqual(done.returncode, 0, done.stdout + done.stderr)
         return done.stdout
 

@@ -24,7 +24,8 @@ class Plots(unittest.TestCase):
         folder = tempfile.TemporaryDirectory()
         self.addCleanup(folder.cleanup)
         place = Path(folder.name) / "out"
-        done = subprocess.run([PROGRAM, *map(str, words), "-o", str(place)], cwd=folder.name, capture_output=True, text=True)
+        command = [PROGRAM, *map(str, words), "-o", str(place)]
+        done = subprocess.run(command, cwd=folder.name, capture_output=True, text=True)
         self.assertEqual(done.returncode, 0, done.stderr)
         return place
 
@@ -48,7 +49,8 @@ class Plots(unittest.TestCase):
         self.assertAlmostEqual(axes.lines[1].get_ydata()[0], -first["v_n_minus"], delta=1e-9)
 
     def test_poincare(self):
-        place = self.made("poincare", FLORES, "--x", "gudgeon.ex", "--y", "gudgeon.ey", "--periods", 5, "--discard", 1)
+        columns = ["--x", "gudgeon.ex", "--y", "gudgeon.ey"]
+        place = self.made("poincare", FLORES, *columns, "--periods", 5, "--discard", 1)
         axes = plots.poincare(place)
         points = pd.read_csv(place / "section.csv")
         self.assertEqual(len(points), len(axes.lines[0].get_xdata()))
@@ -82,21 +84,25 @@ class Plots(unittest.TestCase):
         study = Path(folder.name) / "study.toml"
         (Path(folder.name) / "scene.toml").write_text(FLORES.read_text())
         study.write_text(
-            'scene = "scene.toml"\n[axes.clearance]\nkey = "joints.gudgeon.clearance"\nvalues = [2e-4, 4e-4]\n'
+            'scene = "scene.toml"\n'
+            '[axes.clearance]\nkey = "joints.gudgeon.clearance"\nvalues = [2e-4, 4e-4]\n'
             '[bifurcation]\ndirection = "both"\nset = ["nonsmooth.step=1e-4"]\ndiscard = 2\nkeep = 3\n'
         )
         place = self.made("bifurcation", study)
         axes = plots.bifurcation(place)
         points = pd.read_csv(place / "bifurcation.csv")
         self.assertEqual(sum(len(line.get_xdata()) for line in axes.lines), len(points))
-        self.assertEqual([text.get_text() for text in axes.get_legend().get_texts()], ["swept downwards", "swept upwards"])
+        entries = [text.get_text() for text in axes.get_legend().get_texts()]
+        self.assertEqual(entries, ["swept downwards", "swept upwards"])
 
     def test_ensemble(self):
-        place = self.made("ensemble", FLORES, "--starts", 4, "--set", "run.revolutions=0.2", "--set", "run.discard=0")
+        short = ["--set", "run.revolutions=0.2", "--set", "run.discard=0"]
+        place = self.made("ensemble", FLORES, "--starts", 4, *short)
         bands = pd.read_csv(place / "bands.csv")
         column = bands["column"].iloc[0]
         axes = plots.ensemble(place, column)
-        self.assertTrue(np.array_equal(axes.lines[0].get_ydata(), bands.loc[bands["column"] == column, "q50"]))
+        median = bands.loc[bands["column"] == column, "q50"]
+        self.assertTrue(np.array_equal(axes.lines[0].get_ydata(), median))
         with self.assertRaisesRegex(KeyError, "there are: " + column):
             plots.ensemble(place, "nothing")
 
@@ -106,7 +112,8 @@ class Plots(unittest.TestCase):
         (Path(folder.name) / "scene.toml").write_text(FLORES.read_text())
         study = Path(folder.name) / "study.toml"
         study.write_text(
-            'scene = "scene.toml"\nrevolutions = 1\ndiscard = 0\nstarts = 2\n[variants.all]\nformulations = ["nonsmooth"]\n'
+            'scene = "scene.toml"\nrevolutions = 1\ndiscard = 0\nstarts = 2\n'
+            '[variants.all]\nformulations = ["nonsmooth"]\n'
             '[axes.clearance]\nkey = "joints.gudgeon.clearance"\nvalues = [2e-4, 4e-4]\n'
             '[measure.last]\ncolumn = "slider.vx"\nreduce = "last"\n'
         )

@@ -150,7 +150,8 @@ std::string noted_of(const std::vector<Row>& rows) {
 std::string page_of(const std::vector<Row>& rows, std::uint64_t seed, int count, double seconds) {
   std::string text = fmt::format(
       "# Random-scene tests without a reference\n\nWritten by `freeplay extremes --random-scenes {0} --seed "
-      "{1} --document docs/verification`. {0} scenes, drawn by a seed\n(verification/random_scenes/): {2}.\nLengths "
+      "{1} --document docs/verification`. {0} scenes, drawn by a seed\n"
+      "(verification/random_scenes/): {2}.\nLengths "
       "from a millimetre to ten metres, speeds over five decades, mass ratios to 1e6, friction to 1.5, "
       "restitution 0 to 1, starts in contact or grazing.\nEach is run by all applicable schemes and "
       "integrators (no restitution of 0 with penalty), in a separate process and without an\nindependent "
@@ -174,7 +175,8 @@ std::string page_of(const std::vector<Row>& rows, std::uint64_t seed, int count,
   if (!any) text += "None.\n";
   return text +
          fmt::format(
-             "\n`freeplay extremes --random-scenes {} --seed {} --only I` writes scene I and tests only it.\n",
+             "\n`freeplay extremes --random-scenes {} --seed {} --only I` writes scene I and tests only "
+             "it.\n",
              count, seed);
 }
 

@@ -258,11 +258,10 @@ TEST_CASE("integrators of every order detect the impacts between touching discs"
   for (int i = 0; i < 3; ++i) {
     text += fmt::format("[bodies.d{}]\nmass = 1.44\ninertia = 3.3e-5\nposition = [0, {}]\n", i,
                         0.02448 + 0.0136 * i);
-    text +=
-        i == 0
-            ? "[contacts.floor]\ntype = \"plane\"\nbetween = [\"ground\", \"d0\"]\nradius = 0.0068\nsurface = \"s\"\n"
-            : test::discs(fmt::format("c{}", i - 1), fmt::format("d{}", i - 1), fmt::format("d{}", i), 0.0068,
-                          0.0068);
+    text += i == 0 ? "[contacts.floor]\ntype = \"plane\"\nbetween = [\"ground\", \"d0\"]\nradius = 0.0068\n"
+                     "surface = \"s\"\n"
+                   : test::discs(fmt::format("c{}", i - 1), fmt::format("d{}", i - 1), fmt::format("d{}", i),
+                                 0.0068, 0.0068);
   }
   text += "[run]\nduration = 0.05\nstart = \"given\"\n[penalty]\nv0_floor = 8.8e-4\nintegrator = ";
   std::vector<std::vector<double>> rates;

@@ -1,7 +1,8 @@
-// A body of mass m on a table at the height A sin(ωt + φ₀), held by gravity on a linear contact K, D. With the
-// displacement z of the body relative to the table, positive away from it,
+// A body of mass m on a table at the height A sin(ωt + φ₀), held by gravity on a linear contact K, D.
+// With the displacement z of the body relative to the table, positive away from it,
 //
-//     m z̈ + D ż + K z = −m g + m A ω² sin(ωt + φ₀),       F = −K z − D ż = m g − Im(m A ω² R e^{i(ωt + φ₀)}),
+//     m z̈ + D ż + K z = −m g + m A ω² sin(ωt + φ₀),
+//     F = −K z − D ż = m g − Im(m A ω² R e^{i(ωt + φ₀)}),
 //     R = (K + iDω)/(K − mω² + iDω),
 //
 // as long as F ≥ 0. Hence the contact is lost at the amplitude g/(ω²|R|): without damping at

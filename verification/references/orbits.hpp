@@ -18,12 +18,12 @@ inline std::array<std::complex<long double>, 2> multipliers(long double trace, l
   return {{greater, determinant / greater}};
 }
 
-/// A body of mass m on a table at the height A sin(ωt + φ₀), which carries a second one of mass M on a spring of
-/// stiffness k with damping d; M = 0: none.
+/// A body of mass m on a table at the height A sin(ωt + φ₀), which carries a second one of mass M
+/// on a spring of stiffness k with damping d; M = 0: none.
 ///
-/// While the contact lasts, M z̈ + d ż + k z = M A ω² sin(ωt + φ₀) for the change z of the spring's length. The
-/// force of the contact is (m + M) g + (m + M) ÿ + M z̈ with the table's height y. It oscillates with the
-/// amplitude A ω² |m + M + M² ω²/(k − M ω² + i d ω)| about (m + M) g.
+/// While the contact lasts, M z̈ + d ż + k z = M A ω² sin(ωt + φ₀) for the change z of the spring's
+/// length. The force of the contact is (m + M) g + (m + M) ÿ + M z̈ with the table's height y. It
+/// oscillates with the amplitude A ω² |m + M + M² ω²/(k − M ω² + i d ω)| about (m + M) g.
 struct LoadedTable {
   long double frequency, gravity;  ///< ω in rad/s
   long double mass, upper = 0, stiffness = 0, damping = 0;

@@ -1,9 +1,11 @@
 #!/usr/bin/env python3
-"""Poisson's law of a single impact with Coulomb friction along it, for the tables of loose_guide.hpp and impact_tables.hpp.
+"""Poisson's law of a single impact with Coulomb friction along it, for the tables of loose_guide.hpp
+and impact_tables.hpp.
 
-In fractions, by Routh's graphical method: in the plane of impulses (P_T, P_N) the point goes up the line of friction until it meets the
-line of sticking (u_T = 0), and then along that or along the line of reversed sliding; it has compressed when it meets the line
-u_N = 0, and has ended at (1 + e) of the height it had there. Nothing of this is shared with formulations/.
+In fractions, by Routh's graphical method: in the plane of impulses (P_T, P_N) the point goes up the
+line of friction until it meets the line of sticking (u_T = 0), and then along that or along the line
+of reversed sliding; it has compressed when it meets the line u_N = 0, and has ended at (1 + e) of the
+height it had there. Nothing of this is shared with formulations/.
 """
 from fractions import Fraction as Q
 from math import cos, pi, sin
@@ -40,12 +42,14 @@ def end_of_impact(mu, e, ut, un, Dnn, Dnt, Dtt):
 
 
 def kane_levinson(e, mu=0.5, l=1.0, inertia=1 / 12):
-    """Two uniform bars of 1 m and 1 kg; angles from the vertical 20 and 30 degrees, rates -0.1 and -0.2 rad/s."""
+    """Two uniform bars of 1 m and 1 kg; angles from the vertical 20 and 30 degrees, rates -0.1 and
+    -0.2 rad/s."""
     a, b, ra, rb = pi / 9, pi / 6, -0.1, -0.2
     m11, m12, m22 = inertia + 0.25 * l * l + l * l, 0.5 * l * l * cos(a - b), inertia + 0.25 * l * l
     det = m11 * m22 - m12 * m12
     inv = [[m22 / det, -m12 / det], [-m12 / det, m11 / det]]
-    up, along = [l * sin(a), l * sin(b)], [l * cos(a), l * cos(b)]  # of the tip: height above the floor and to the right
+    # of the tip: height above the floor and to the right
+    up, along = [l * sin(a), l * sin(b)], [l * cos(a), l * cos(b)]
     form = lambda x, y: sum(x[i] * inv[i][j] * y[j] for i in range(2) for j in range(2))
     rates = [ra, rb]
     un, ut = sum(x * y for x, y in zip(up, rates)), sum(x * y for x, y in zip(along, rates))
@@ -60,7 +64,8 @@ if __name__ == "__main__":
     for row in [(0.3, 0.7, -0.4, -1, 2.5, 1.5, 2.5), (0.2, 0.6, -0.5, -1, 1.75, 1.299038105676658, 3.25),
                 (0.2, 0.6, -1.5, -1, 1.75, 1.299038105676658, 3.25),
                 (0.1, 0.9, -0.2, -1, 1.200961894323342, 0.75, 3.799038105676658),
-                (1, 0.8, 0.3, -1, 1.75, 1.299038105676658, 3.25), (2.5, 0.8, 3, -0.2, 1.535818585470191, 1.149066664678467, 3.464181414529809)]:
+                (1, 0.8, 0.3, -1, 1.75, 1.299038105676658, 3.25),
+                (2.5, 0.8, 3, -0.2, 1.535818585470191, 1.149066664678467, 3.464181414529809)]:
         print(row, *("%.14g" % float(p) for p in end_of_impact(*row)))
     for e in (0.7, 0.5):
         print(e, "%.16g" % kane_levinson(e))

@@ -1,6 +1,6 @@
-// A vibro-impact oscillator with two degrees of freedom, whose periodic motions lose their stability on a torus
-// (systems of this kind: Luo and Xie, J. Sound Vib. 213 (1998) 391). Closed form but for one matrix exponential,
-// in extended precision. Units: SI.
+// A vibro-impact oscillator with two degrees of freedom, whose periodic motions lose their
+// stability on a torus (systems of this kind: Luo and Xie, J. Sound Vib. 213 (1998) 391). Closed
+// form but for one matrix exponential, in extended precision. Units: SI.
 #pragma once
 
 #include <array>
@@ -11,14 +11,16 @@
 
 namespace freeplay::reference {
 
-/// Masses m₁ and m₂ at x₁ and x₂, springs and dampers k₁, d₁ from the ground to m₁ and k₂, d₂ from m₁ to m₂, a force
-/// F sin(Ωt + τ) on m₁, and a stop x₁ ≤ 0 with the restitution e. One impact per period T, at t = 0:
+/// Masses m₁ and m₂ at x₁ and x₂, springs and dampers k₁, d₁ from the ground to m₁ and k₂, d₂ from
+/// m₁ to m₂, a force F sin(Ωt + τ) on m₁, and a stop x₁ ≤ 0 with the restitution e. One impact per
+/// period T, at t = 0:
 ///
 ///     y = e^{At} c + p(t),   y = (x₁, x₂, ẋ₁, ẋ₂),   p: steady oscillation,
 ///     y(0) = J y(T),  J = diag(1, 1, −e, 1)   ⇒   (1 − J e^{AT}) c = (J − 1) p(0),
 ///
-/// and x₁(0) = 0 determines τ. A small change of the state after one impact is multiplied by S e^{AT} up to the
-/// state after the next, with S = J + (f⁺ − J f⁻) nᵀ/ẋ₁⁻, n = (1, 0, 0, 0) and the derivatives f of y.
+/// and x₁(0) = 0 determines τ. A small change of the state after one impact is multiplied by S
+/// e^{AT} up to the state after the next, with S = J + (f⁺ − J f⁻) nᵀ/ẋ₁⁻, n = (1, 0, 0, 0) and the
+/// derivatives f of y.
 struct TwoMassOscillator {
   using Real = long double;
   using Matrix = std::array<std::array<Real, 4>, 4>;

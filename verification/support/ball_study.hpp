@@ -21,10 +21,10 @@ inline void put_ball_study(const std::filesystem::path& folder, const std::strin
                            const std::string& more = {}) {
   std::filesystem::copy_file(source_folder() / "cases/bouncing-ball/scene.toml", folder / "scene.toml",
                              std::filesystem::copy_options::overwrite_existing);
-  write_file(
-      folder / "study.toml",
-      "scene = \"scene.toml\"\nrestitution = \"as-given\"\ndiscard_time = \"0.33 s\"\nduration = \"0.3 s\"\n" +
-          more + "[axes.e]\nkey = \"surfaces.hard.restitution\"\n" + values + "\n");
+  write_file(folder / "study.toml",
+             "scene = \"scene.toml\"\nrestitution = \"as-given\"\ndiscard_time = \"0.33 s\"\n"
+             "duration = \"0.3 s\"\n" +
+                 more + "[axes.e]\nkey = \"surfaces.hard.restitution\"\n" + values + "\n");
 }
 
 struct BallStudy {

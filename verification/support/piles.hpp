@@ -39,7 +39,8 @@ inline std::string pile(const std::vector<Disc>& discs, double width, double lea
     wall("right", i, width, std::sin(lean), std::cos(lean));
     for (std::size_t j = 0; j < i; ++j)
       text += fmt::format(
-          "[contacts.c{}_{}]\ntype = \"discs\"\nbetween = [\"d{}\", \"d{}\"]\nradii = [{}, {}]\nsurface = \"s\"\n",
+          "[contacts.c{}_{}]\ntype = \"discs\"\nbetween = [\"d{}\", \"d{}\"]\nradii = [{}, {}]\n"
+          "surface = \"s\"\n",
           j, i, j, i, discs[j].R, discs[i].R);
   }
   return text + test::surface("s", e, mu) + test::run_for(duration, "start = \"given\"\n");

@@ -1,5 +1,6 @@
 #include "verification/support/support.hpp"
 
+#include <fcntl.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
@@ -93,6 +94,24 @@ Outcome freeplay(const std::string& arguments) {
     return std::string{std::istreambuf_iterator<char>(in), {}};
   };
   return {WIFEXITED(status) ? WEXITSTATUS(status) : 128 + WTERMSIG(status), read(out), read(err)};
+}
+
+pid_t start_freeplay(const std::vector<std::string>& words, void (*prepare)()) {
+  std::vector<std::string> all{std::string(FREEPLAY_BINARY_DIR) + "/freeplay"};
+  all.insert(all.end(), words.begin(), words.end());
+  std::vector<char*> pointers;
+  for (auto& word : all) pointers.push_back(word.data());
+  pointers.push_back(nullptr);
+  const pid_t id = fork();
+  if (id < 0) throw std::runtime_error("no process");
+  if (id == 0) {
+    const int nowhere = open("/dev/null", O_RDWR);
+    for (const int stream : {0, 1, 2}) dup2(nowhere, stream);
+    if (prepare) prepare();
+    execv(pointers[0], pointers.data());
+    _exit(127);
+  }
+  return id;
 }
 
 Surface steel(double restitution) {

@@ -1,6 +1,7 @@
 // Helpers of tests: paths of the scenes, and short ways to run a scene.
 #pragma once
 
+#include <sys/types.h>
 #include <filesystem>
 #include <functional>
 #include <string>
@@ -104,5 +105,8 @@ struct Outcome {
   std::string out, err;
 };
 Outcome freeplay(const std::string& arguments);
+/// Starts it as a process without input and output, which can receive signals. `prepare` is called
+/// in the process before.
+pid_t start_freeplay(const std::vector<std::string>& words, void (*prepare)() = nullptr);
 
 }  // namespace freeplay::test

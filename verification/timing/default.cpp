@@ -66,7 +66,8 @@ int main(int count, char** arguments) {
     dear += finished(automatic) && finished(events) && rhs > 1.2;
     near += away <= 1e-3;
     fmt::print(
-        "{}: {} and {}, right-hand sides {:.3f}, factorisations {:.3f}, touches off by {:.1g}, {} hand-overs for {:.2g} "
+        "{}: {} and {}, right-hand sides {:.3f}, factorisations {:.3f}, touches off by {:.1g}, "
+        "{} hand-overs for {:.2g} "
         "of {:.2g} s\n",
         i, automatic.ending.reason.empty() ? "finished" : automatic.ending.reason,
         events.ending.reason.empty() ? "finished" : events.ending.reason, rhs,
@@ -74,6 +75,7 @@ int main(int count, char** arguments) {
         automatic.work.stepped, scene.run.duration);
   }
   fmt::print(
-      "both finish: {}; of these above 1.2 in right-hand sides: {}; first three contact onsets within 1e-3: {} of {}\n",
+      "both finish: {}; of these above 1.2 in right-hand sides: {}; "
+      "first three contact onsets within 1e-3: {} of {}\n",
       both, dear, near, beyond - first);
 }

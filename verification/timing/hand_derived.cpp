@@ -224,7 +224,8 @@ int main(int count, char** arguments) {
     return ball(std::atof(arguments[2]), std::atof(arguments[3]), std::atof(arguments[4]),
                 std::atof(arguments[5]));
   std::fputs(
-      "usage: nonsmooth DURATION STEP [FOLDER [ROWS]] | penalty CALLS | ball DURATION STEP RESTITUTION DROP\n",
+      "usage: nonsmooth DURATION STEP [FOLDER [ROWS]] | penalty CALLS | ball DURATION STEP RESTITUTION "
+      "DROP\n",
       stderr);
   return 2;
 }

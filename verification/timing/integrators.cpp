@@ -48,7 +48,8 @@ void table(const char* title, Scene scene, std::size_t last) {
   scene.penalty.tolerance = 1e-13;
   const auto exact = measure(scene);
   fmt::print(
-      "\n{}: {} contact onsets by {:.4g} s\n\n| integrator | tolerance or step | right-hand sides | ms | error of "
+      "\n{}: {} contact onsets by {:.4g} s\n\n| integrator | tolerance or step | right-hand sides | ms "
+      "| error of "
       "contact onset 2, s | "
       "of contact onset {}, s |\n| --- | --- | --- | --- | --- | --- |\n",
       title, exact.touches.size(), scene.run.duration, last + 1);

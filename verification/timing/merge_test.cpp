@@ -44,11 +44,14 @@ TEST_CASE("a million runs are merged within two gigabytes", "[.merge]") {
     copy_database(one, files.back());
     test::execute(files.back(), fmt::format(R"(
 PRAGMA synchronous = OFF; PRAGMA foreign_keys = OFF; BEGIN;
-CREATE TEMP TABLE n AS WITH RECURSIVE n(i) AS (SELECT 2 UNION ALL SELECT i + 1 FROM n WHERE i <= {}) SELECT i FROM n;
+CREATE TEMP TABLE n AS WITH RECURSIVE n(i) AS (SELECT 2 UNION ALL SELECT i + 1 FROM n WHERE i <= {})
+  SELECT i FROM n;
 CREATE TEMP TABLE new AS SELECT * FROM runs;
 UPDATE new SET run = NULL;
-INSERT INTO impact_rows SELECT n.i, r.angle, r.approach, r.impulse, r.contact FROM n, impact_rows AS r WHERE r.id = 1;
-INSERT INTO cost_rows SELECT n.i, r.cpu_s, r.steps, r.right_hand_sides, r.pivots FROM n, cost_rows AS r WHERE r.id = 1;
+INSERT INTO impact_rows SELECT n.i, r.angle, r.approach, r.impulse, r.contact
+  FROM n, impact_rows AS r WHERE r.id = 1;
+INSERT INTO cost_rows SELECT n.i, r.cpu_s, r.steps, r.right_hand_sides, r.pivots
+  FROM n, cost_rows AS r WHERE r.id = 1;
 CREATE TEMP TABLE many AS SELECT new.*, n.i AS number FROM n, new;
 UPDATE many SET "run id" = number, run = lower(hex(randomblob(16)));
 ALTER TABLE many DROP COLUMN number;

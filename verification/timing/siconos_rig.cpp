@@ -1,11 +1,11 @@
-// The slider-crank with clearance in its gudgeon pin with Siconos as packaged in Debian, in the two coordinates that
-// verification/references/loose_slider_crank.hpp derives by hand: Moreau–Jean with θ = ½, a relation of gap and sliding
-// that depends on time, Newton's law with Coulomb friction. Not part of the build; scripts/benchmark time-to-accuracy
-// compiles and runs it.
+// The slider-crank with clearance in its gudgeon pin with Siconos as packaged in Debian, in the two
+// coordinates that verification/references/loose_slider_crank.hpp derives by hand: Moreau–Jean with
+// θ = ½, a relation of gap and sliding that depends on time, Newton's law with Coulomb friction.
+// Not part of the build; scripts/benchmark time-to-accuracy compiles and runs it.
 //
 //     siconos_rig DURATION STEP CONTACTS
-//         prints steps and CPU seconds, then the times of the first contact onsets (s), a line each: the step's
-//         beginning and the time in which the gap vanishes with the approach speed there
+//         prints steps and CPU seconds, then the times of the first contact onsets (s), a line each:
+//         the step's beginning and the time in which the gap vanishes with the approach speed there
 #include <Friction_cst.h>
 #include <SolverOptions.h>
 #include <SiconosKernel.hpp>

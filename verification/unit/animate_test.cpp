@@ -123,7 +123,8 @@ TEST_CASE("bodies are drawn at their recorded poses: the rod from the crank pin 
     return std::hypot(p.x() - x, p.y() - y) < 0.05;
   };
   const std::regex link(
-      "<polyline points=\"([-0-9.]+),([-0-9.]+) ([-0-9.]+),([-0-9.]+)\" fill=\"none\" stroke=\"#0072b2\" stroke-width=\"5\"");
+      "<polyline points=\"([-0-9.]+),([-0-9.]+) ([-0-9.]+),([-0-9.]+)\" fill=\"none\" "
+      "stroke=\"#0072b2\" stroke-width=\"5\"");
   std::smatch found;
   REQUIRE(std::regex_search(svg, found, link));
   const Vec2 corner{origin.x() - 0, origin.y() - 34};  // the panel's corner is (0, 34)

@@ -256,12 +256,14 @@ TEST_CASE("basins of a rotor between two stops are bounded by the separatrix of 
     const test::TemporaryFolder folder;
     const auto study = study_of(
         folder,
-        fmt::format(
-            "scene = \"{}\"\n[axes.angle]\nkey = \"bodies.rotor.angle\"\nvalues = [-0.9, -0.5, -0.2, 0.1, 0.4, 0.8]\n"
-            "[axes.speed]\nkey = \"bodies.rotor.angular_velocity\"\nvalues = [-6, -4, -2.1, -0.9, 0.5, 1.8, 3.9, 5.9]\n"
-            "[basin]\nsection = \"every 0.5 s\"\nperiod = 0.5\ndiscard = 8\nkeep = 4\ncolumns = [\"axle.angle\"]\n"
-            "formulation = \"{}\"\n",
-            (test::source_folder() / "cases/bistable-rotor/scene.toml").string(), formulation));
+        fmt::format("scene = \"{}\"\n[axes.angle]\nkey = \"bodies.rotor.angle\"\n"
+                    "values = [-0.9, -0.5, -0.2, 0.1, 0.4, 0.8]\n"
+                    "[axes.speed]\nkey = \"bodies.rotor.angular_velocity\"\n"
+                    "values = [-6, -4, -2.1, -0.9, 0.5, 1.8, 3.9, 5.9]\n"
+                    "[basin]\nsection = \"every 0.5 s\"\nperiod = 0.5\ndiscard = 8\nkeep = 4\n"
+                    "columns = [\"axle.angle\"]\n"
+                    "formulation = \"{}\"\n",
+                    (test::source_folder() / "cases/bistable-rotor/scene.toml").string(), formulation));
     AttractorStore store(folder.path() / "a.db", {});
     const auto runs = settle(study, *study.basin, "basin", basin_chains(study), store, 2, {}, {});
     const auto outcome = told_at_all(runs);

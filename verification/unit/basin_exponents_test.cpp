@@ -1,5 +1,5 @@
-// Lyapunov exponents of a basin with two periodic attractors: against closed forms, against a single run from the
-// same start, and divided into shards.
+// Lyapunov exponents of a basin with two periodic attractors: against closed forms, against a
+// single run from the same start, and divided into shards.
 #include "facade/lyapunov.hpp"
 #include "verification/support/ball_study.hpp"
 #include "verification/support/rig.hpp"
@@ -8,8 +8,9 @@ using namespace freeplay;
 
 namespace {
 
-/// A torsional oscillator with a stop, of verification/references/orbits.hpp (ImpactOscillator): J, c, k, e and the
-/// frequency of the torque. Its steady oscillation and a motion with one impact per period coexist.
+/// A torsional oscillator with a stop, of verification/references/orbits.hpp (ImpactOscillator): J,
+/// c, k, e and the frequency of the torque. Its steady oscillation and a motion with one impact per
+/// period coexist.
 constexpr double inertia = 0.5, damping = 1, restitution = 0.7, frequency = 30;
 constexpr double period_of_torque = 2 * std::numbers::pi / frequency;
 

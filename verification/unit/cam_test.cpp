@@ -21,10 +21,12 @@ surface = "steel"
                      "cam");
 }
 const std::string law =
-    "base_radius = 1.0\nlaw = \"cycloidal\"\nlift = 0.3\nstart = 0.4\nrise = 1.9\ndwell = 0.4\nreturn = 2.2\n";
+    "base_radius = 1.0\nlaw = \"cycloidal\"\nlift = 0.3\nstart = 0.4\nrise = 1.9\ndwell = 0.4\n"
+    "return = 2.2\n";
 const std::string flat = "axis = [-0.8, 0.6]\n", roller = "follower = \"roller\"\nroller_radius = 0.4\n";
 const std::string eccentric =
-    "base_radius = 1.0\nlaw = \"harmonic\"\nlift = 0.5\nstart = 0.4\nrise = 3.14159265358979312\nreturn = 3.14159265358979312\n";
+    "base_radius = 1.0\nlaw = \"harmonic\"\nlift = 0.5\nstart = 0.4\nrise = 3.14159265358979312\n"
+    "return = 3.14159265358979312\n";
 
 struct Random {
   std::mt19937 engine{20260607};

@@ -41,7 +41,8 @@ std::vector<Requested> rows_of(const std::string& table, const std::string& set)
 /// The claims of the set agree with the page within a hundredth.
 void check_page(const std::string& page, const Verdict& verdict) {
   INFO(
-      "docs/verification/verification.md is older than what it shows; make it anew: scripts/pages --make verification");
+      "docs/verification/verification.md is older than what it shows; "
+      "make it anew: scripts/pages --make verification");
   CAPTURE(verdict.set->name);
   const auto old = rows_of(page, verdict.set->name), now = rows_of(requested(verdict), verdict.set->name);
   REQUIRE(now.size() == verdict.findings.claims.size());

@@ -57,8 +57,8 @@ TracedSystem traced_of(const Scene& scene, const System& system) {
 TEST_CASE("a torque table of time: steps across its knots take the mean, also in compiled runs",
           "[compiled][program]") {
   const RefusalCache cache;
-  // The pulse of 1 N m lasts 1 ms, after the middle of a step of 5 ms. The rotor of 0.1 kg m² gains 0.01 rad/s,
-  // and none if the table is evaluated at the middle.
+  // The pulse of 1 N m lasts 1 ms, after the middle of a step of 5 ms. The rotor of 0.1 kg m² gains
+  // 0.01 rad/s, and none if the table is evaluated at the middle.
   auto scene = parse_scene(
       test::body("rotor", 1, 0.1) + test::pin("pin", "ground", "rotor") +
           test::drive("motor", "pin",
@@ -197,7 +197,8 @@ class OtherCompiler {
 };
 
 const char* const one_function =
-    "static int f(const double *k, const double *const *in, double *const *out) { out[0][0] = k[0]; return 0; }\n"
+    "static int f(const double *k, const double *const *in, double *const *out) { out[0][0] = k[0]; "
+    "return 0; }\n"
     "int (*const freeplay_functions[])(const double *, const double *const *, double *const *) = {f, 0};\n";
 
 }  // namespace

@@ -16,8 +16,8 @@ std::size_t count_of(const Branches& found, BifurcationKind kind) {
 }  // namespace
 
 TEST_CASE("a branch ends at the ends of its range also if a step lands there", "[orbit]") {
-  // The forced motion of a loaded table depends linearly on its amplitude, so that steps land where they aim: the
-  // first step is half of the greatest one.
+  // The forced motion of a loaded table depends linearly on its amplitude, so that steps land where
+  // they aim: the first step is half of the greatest one.
   const reference::LoadedTable table{60, 9.81L, 0.3L};
   const auto unit = static_cast<double>(table.liftoff());
   const auto scene = parse_scene(verification::scenes::loaded_table(table, 0.5L * table.liftoff()), "table");
@@ -97,8 +97,8 @@ TEST_CASE("zeros of a quantity of the user are located on a branch", "[orbit]") 
 }
 
 TEST_CASE("branches that cross at a multiplier 1 are followed to both sides", "[orbit]") {
-  // An inverted pendulum on a torsion spring, beside a rotor that gives a period: upright, it buckles where the rate
-  // k of the spring is m g l, into k θ = m g l sin θ.
+  // An inverted pendulum on a torsion spring, beside a rotor that gives a period: upright, it
+  // buckles where the rate k of the spring is m g l, into k θ = m g l sin θ.
   const double weight = 2 * 9.81 * 0.5;
   const auto text = "gravity = [0, -9.81]\n" + test::body("rotor", 1, 0.01, "angular_velocity = 6.0\n") +
                     test::pin("axle", "ground", "rotor") + "[drives.motor]\njoint = \"axle\"\nspeed = 6.0\n" +

@@ -158,10 +158,10 @@ TEST_CASE("axes of a study: lists, ranges, units, several keys", "[design][study
   says("keys = [\"joints.a.clearance\", \"joints.b.clearance\"]\nvalues = [[1, 2], [1]]",
        "must be a list of 2 numbers");
   says("keys = [\"joints.a.clearance\"]\nkey = \"x\"\nvalues = [1]", "and key are given");
-  says(
-      clearance +
-          "values = [1]\n[axes.b]\nkeys = [\"joints.x.clearance\", \"joints.gudgeon.clearance\"]\nvalues = [1]",
-      "joints.gudgeon.clearance is already varied by axis a");
+  says(clearance +
+           "values = [1]\n[axes.b]\nkeys = [\"joints.x.clearance\", \"joints.gudgeon.clearance\"]\n"
+           "values = [1]",
+       "joints.gudgeon.clearance is already varied by axis a");
   says(clearance + "values = [1]\nspacing = \"log\"", "does not apply to an axis without random values");
 }
 

@@ -14,7 +14,8 @@ std::string case_scene(const char* name) {
 std::string ball_study() {
   return fmt::format(
       "scene = \"{}\"\n[axes.strength]\nkey = \"curves.shake.amplitude\"\nvalues = [0.6e-3, 1.065e-3]\n"
-      "[bifurcation]\nsection = \"each touch\"\ncolumns = [\"phase\", \"approach\"]\ndiscard = 60\nkeep = 20\n"
+      "[bifurcation]\nsection = \"each touch\"\ncolumns = [\"phase\", \"approach\"]\ndiscard = 60\n"
+      "keep = 20\n"
       "exponents = true\nset = ['joints.rail.type=\"translational\"', "
       "'joints.rail.between=[\"ground\", \"ball\"]', 'joints.rail.axis=[0, 1]', "
       "'nonsmooth.scheme=\"event-driven\"']\n",

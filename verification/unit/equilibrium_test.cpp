@@ -211,17 +211,22 @@ TEST_CASE("an equilibrium does not depend on the order of the elements in a scen
         "[bodies.lower_arm]\nmass = 0.3\ninertia = 0.004\nposition = [0.2, 0]\n",
         "[bodies.upper_arm]\nmass = 0.3\ninertia = 0.004\nposition = [0.2, 0.05]\n",
         "[bodies.head]\nmass = 1.2\ninertia = 0.003\nposition = [0.48, 0.025]\n",
-        "[joints.base_low]\ntype = \"revolute\"\nbetween = [\"ground\", \"lower_arm\"]\nat = [[0, 0], [-0.2, 0]]\n",
-        "[joints.base_high]\ntype = \"revolute\"\nbetween = [\"ground\", \"upper_arm\"]\nat = [[0, 0.05], [-0.2, 0]]\n",
-        "[joints.head_low]\ntype = \"revolute\"\nbetween = [\"lower_arm\", \"head\"]\nat = [[0.2, 0], [-0.08, "
+        "[joints.base_low]\ntype = \"revolute\"\nbetween = [\"ground\", \"lower_arm\"]\n"
+        "at = [[0, 0], [-0.2, 0]]\n",
+        "[joints.base_high]\ntype = \"revolute\"\nbetween = [\"ground\", \"upper_arm\"]\n"
+        "at = [[0, 0.05], [-0.2, 0]]\n",
+        "[joints.head_low]\ntype = \"revolute\"\nbetween = [\"lower_arm\", \"head\"]\n"
+        "at = [[0.2, 0], [-0.08, "
         "-0.025]]\n",
-        "[joints.head_high]\ntype = \"revolute\"\nbetween = [\"upper_arm\", \"head\"]\nat = [[0.2, 0], [-0.08, "
+        "[joints.head_high]\ntype = \"revolute\"\nbetween = [\"upper_arm\", \"head\"]\n"
+        "at = [[0.2, 0], [-0.08, "
         "0.025]]\nclearance = 1e-4\nbearing_radius = 3e-3\nsurface = \"s\"\n"};
     if (reversed) std::ranges::reverse(blocks);
     std::string all = "gravity = [0, -9.81]\n[surfaces.s]\nyoung = 207e9\npoisson = 0.3\nrestitution = 0.5\n";
     for (const auto& block : blocks) all += block;
     return all +
-           "[loads.balance]\ntype = \"spring-damper\"\nbetween = [\"ground\", \"lower_arm\"]\nat = [[0, 0.2], "
+           "[loads.balance]\ntype = \"spring-damper\"\nbetween = [\"ground\", \"lower_arm\"]\n"
+           "at = [[0, 0.2], "
            "[-0.08, 0]]\nstiffness = 300\nfree_length = 0.0426\n";
   };
   const auto given = begin(text(false)), turned = begin(text(true));

@@ -102,10 +102,9 @@ TEST_CASE("a misspelt key is reported before its consequences", "[scene][errors]
 
 TEST_CASE("an option is quoted as it was typed", "[scene][errors]") {
   const auto scene = flores();
-  CHECK_THAT(
-      refusal(scene, {"joints.gudgen.clearance=1e-3"}),
-      StartsWith(
-          "--set joints.gudgen.clearance=1e-3: joints.gudgen: there is no such joint; did you mean gudgeon?"));
+  CHECK_THAT(refusal(scene, {"joints.gudgen.clearance=1e-3"}),
+             StartsWith("--set joints.gudgen.clearance=1e-3: joints.gudgen: there is no such joint; "
+                        "did you mean gudgeon?"));
   CHECK_THAT(refusal(scene, {"drives.q.crank=true"}),
              StartsWith("--set drives.q.crank=true: drives.q: there is no such drive; there is "));
   CHECK_THAT(refusal(scene, {"bodies.crnk.mass=2"}), Contains("there is no such body; did you mean crank?"));
@@ -162,12 +161,11 @@ TEST_CASE("an invalid setting in a study is reported at its place in the study",
 TEST_CASE("a loop that cannot be closed is reported by the joint and the distance in the best pose",
           "[assembly][errors]") {
   // A rod of 0.3 m between pins 1 m apart: least squares share the missing 0.7 m.
-  CHECK_THAT(
-      not_assembled(rod(0.3, 1)),
-      Contains(
-          "joints.left: cannot be closed: in the best pose found, it stays open by 0.35 m, \"right\" by 0.35 m") ||
-          Contains(
-              "joints.right: cannot be closed: in the best pose found, it stays open by 0.35 m, \"left\" by 0.35 m"));
+  CHECK_THAT(not_assembled(rod(0.3, 1)),
+             Contains("joints.left: cannot be closed: in the best pose found, it stays open by 0.35 m, "
+                      "\"right\" by 0.35 m") ||
+                 Contains("joints.right: cannot be closed: in the best pose found, it stays open by 0.35 m, "
+                          "\"left\" by 0.35 m"));
   // A crank held by its drive where the rod cannot reach: the message names the joints and the
   // required change of the drive.
   const auto driven = [](double angle) {

@@ -99,8 +99,10 @@ TEST_CASE("an invalid expression is refused at its column", "[expression]") {
   says(fmt::format("{:(>100}1{:)>100}", "", ""), "deep; at most that is allowed");
   says(fmt::format("{:->500}1", ""), "deep; at most that is allowed");
   says(
-      "not not not not not not not not not not not not not not not not not not not not x > 1 or not not not not not "
-      "not not not not not not not not not not not not not not not not not not not not not not not not not not x > 1",
+      "not not not not not not not not not not not not not not not not not not not not x > 1 or not not "
+      "not not not "
+      "not not not not not not not not not not not not not not not not not not not not not not not not "
+      "not not x > 1",
       "deep; at most that is allowed");
   // As long as it may be, and as flat, it is read.
   std::string sum = "1";

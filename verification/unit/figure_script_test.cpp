@@ -78,7 +78,8 @@ TEST_CASE("no text acts as markup or format in a figure", "[security][figures]")
     tics.add("{}", i ? plots::Word(", ") : plots::Word("")).add_tic(texts[i], i);
   }
   script.add(
-      "set xrange [0:200]\nset xtics ({}) noenhanced\nset title {} noenhanced\nplot 1 title {} noenhanced\nunset output\n",
+      "set xrange [0:200]\nset xtics ({}) noenhanced\nset title {} noenhanced\n"
+      "plot 1 title {} noenhanced\nunset output\n",
       tics, texts[0], texts[1]);
   write_file(bait.folder / "script.gp", script.text());
   REQUIRE(plots::run_gnuplot(bait.folder, "script.gp").empty());
@@ -122,7 +123,8 @@ TEST_CASE("a figure with hostile texts is drawn, and redrawn by its own script",
     plots::Figure f{.name = plots::file_name("figure", text), .source = "source.json"};
     f.blocks.emplace_back(text).row({1, 2}).row({2, 3});
     f.script.add(
-        "set title {} noenhanced\nset xlabel {} noenhanced\nplot DATA index 0 using 1:2 with lines ls 1 title {} "
+        "set title {} noenhanced\nset xlabel {} noenhanced\nplot DATA index 0 using 1:2 with lines ls 1 "
+        "title {} "
         "noenhanced\n",
         text, text, text);
     const auto made = plots::draw(f, bait.folder);

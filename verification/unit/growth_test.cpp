@@ -32,7 +32,8 @@ std::string chaotic_billiard(double slope) {
   };
   return test::body("disc", 1, 1e-3,
                     fmt::format("position = [0.07, 0.01]\nvelocity = [{:.17g}, 0.8]\n", slope)) +
-         "[contacts.post]\ntype = \"discs\"\nbetween = [\"ground\", \"disc\"]\nradii = [0.03, 0.01]\nsurface = "
+         "[contacts.post]\ntype = \"discs\"\nbetween = [\"ground\", \"disc\"]\nradii = [0.03, 0.01]\n"
+         "surface = "
          "\"s\"\n" +
          wall("left", "-0.1, 0", "0, -1") + wall("right", "0.1, 0", "0, 1") + wall("low", "0, -0.1", "1, 0") +
          wall("high", "0, 0.1", "-1, 0") +

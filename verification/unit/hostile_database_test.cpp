@@ -71,7 +71,8 @@ const std::vector<Attack>& attacks() {
       {"trigger on processes at work",
        sql("CREATE TRIGGER t AFTER INSERT ON sweeps BEGIN DELETE FROM runs; DELETE FROM work; END")},
       {"view that never ends",
-       sql("DROP VIEW IF EXISTS named; CREATE VIEW named AS WITH RECURSIVE c(x) AS (SELECT 1 UNION ALL SELECT x + 1 "
+       sql("DROP VIEW IF EXISTS named; "
+           "CREATE VIEW named AS WITH RECURSIVE c(x) AS (SELECT 1 UNION ALL SELECT x + 1 "
            "FROM c) SELECT x AS run, x AS variant, x AS formulation, x AS start FROM c")},
       {"view of another name", sql("CREATE VIEW more AS SELECT * FROM runs")},
       {"table of another name", sql("CREATE TABLE evil (x TEXT)")},
@@ -93,22 +94,27 @@ const std::vector<Attack>& attacks() {
                                                victim.string())));
        }},
       {"virtual table",
-       sql("PRAGMA writable_schema = ON; INSERT INTO sqlite_master VALUES ('table', 'v', 'v', 0, 'CREATE VIRTUAL "
+       sql("PRAGMA writable_schema = ON; INSERT INTO sqlite_master VALUES ('table', 'v', 'v', 0, "
+           "'CREATE VIRTUAL "
            "TABLE v USING csv(filename=''/etc/passwd'')')")},
       {"generated column", sql("ALTER TABLE work ADD COLUMN g TEXT AS (hex(zeroblob(100000000)))")},
       {"expression index", sql("CREATE INDEX turn_rows_run ON turn_rows(abs(peak))")},
       {"partial index", sql("CREATE INDEX turn_rows_run ON turn_rows(id) WHERE peak > 0")},
       {"default that is an expression",
-       sql("PRAGMA writable_schema = ON; UPDATE sqlite_master SET sql = replace(sql, 'state TEXT', 'state TEXT "
+       sql("PRAGMA writable_schema = ON; UPDATE sqlite_master SET sql = replace(sql, 'state TEXT', "
+           "'state TEXT "
            "DEFAULT (hex(zeroblob(100000000)))') WHERE name = 'work'")},
       {"check that is an expression",
-       sql("PRAGMA writable_schema = ON; UPDATE sqlite_master SET sql = replace(sql, 'state TEXT', 'state TEXT CHECK "
+       sql("PRAGMA writable_schema = ON; UPDATE sqlite_master SET sql = replace(sql, 'state TEXT', "
+           "'state TEXT CHECK "
            "(load_extension(''/tmp/x''))') WHERE name = 'work'")},
       {"two tables of one page",
-       sql("PRAGMA writable_schema = ON; UPDATE sqlite_master SET rootpage = (SELECT rootpage FROM sqlite_master "
+       sql("PRAGMA writable_schema = ON; "
+           "UPDATE sqlite_master SET rootpage = (SELECT rootpage FROM sqlite_master "
            "WHERE name = 'work') WHERE name = 'turn_rows'")},
       {"definition that is a blob",
-       sql("PRAGMA writable_schema = ON; UPDATE sqlite_master SET sql = CAST(sql || x'00' || 'x' AS BLOB) WHERE name = "
+       sql("PRAGMA writable_schema = ON; "
+           "UPDATE sqlite_master SET sql = CAST(sql || x'00' || 'x' AS BLOB) WHERE name = "
            "'work'")},
       {"UTF-16",
        [](P file, P) {
@@ -366,10 +372,10 @@ TEST_CASE("only exact definitions of this program are accepted in a database",
   // From an earlier version: report shows such a sweep.
   CHECK(own("table", "turns", "turns",
             "CREATE TABLE turns (run TEXT REFERENCES runs(run) ON DELETE CASCADE, turn INTEGER, peak REAL)"));
-  CHECK(own(
-      "view", "named", "named",
-      "CREATE VIEW named AS SELECT runs.* FROM runs WHERE runs.run NOT IN (SELECT run FROM work WHERE state = "
-      "'kept')"));
+  CHECK(own("view", "named", "named",
+            "CREATE VIEW named AS SELECT runs.* FROM runs WHERE runs.run NOT IN (SELECT run FROM work WHERE "
+            "state = "
+            "'kept')"));
   for (const auto& wrong :
        {work + ";", work + " STRICT", work + "; DROP TABLE runs", std::string("CREATE TABLE work (run)"),
         std::string("CREATE TABLE work (run TEXT, )"),

@@ -64,7 +64,8 @@ TEST_CASE("hostile texts in the folders of every command", "[security][hostile][
   };
   write_file(bait.folder / "scene.toml", test::rig("\"rig\""));
   const std::string study =
-      "title = \"study\"\nscene = \"scene.toml\"\n[axes.mu]\nkey = \"surfaces.steel.friction\"\nvalues = [0.0, 0.05]\n"
+      "title = \"study\"\nscene = \"scene.toml\"\n[axes.mu]\nkey = \"surfaces.steel.friction\"\n"
+      "values = [0.0, 0.05]\n"
       "[axes.speed]\nkey = \"drives.motor.speed_rpm\"\nvalues = [190, 200]\n";
   write_file(
       bait.folder / "up.toml",

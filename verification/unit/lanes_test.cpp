@@ -55,7 +55,8 @@ class LaneScenes {
   std::string bar(const char* name, double length, const std::string& more = "") {
     const double mass = between(0.1, 2);
     return fmt::format(
-        "[bodies.{}]\nmass = {}\ninertia = {}\n{}points = {{ a = [0, 0], b = [{}, 0], mass_centre = [{}, 0] }}\n",
+        "[bodies.{}]\nmass = {}\ninertia = {}\n{}points = {{ a = [0, 0], b = [{}, 0], "
+        "mass_centre = [{}, 0] }}\n",
         name, mass, mass * length * length / 12, more, length, 0.5 * length);
   }
   std::string pin(const char* name, const std::string& ends, int bit) {
@@ -67,7 +68,8 @@ class LaneScenes {
   }
   std::string driven() {
     return fmt::format(
-        "[drives.motor]\njoint = \"A\"\nspeed = \"{} rpm\"\ninitial_angle = \"{} deg\"\n[run]\nduration = 0.05\n"
+        "[drives.motor]\njoint = \"A\"\nspeed = \"{} rpm\"\ninitial_angle = \"{} deg\"\n[run]\n"
+        "duration = 0.05\n"
         "start = \"ideal\"\n",
         between(100, 600), angle_);
   }
@@ -86,7 +88,8 @@ class LaneScenes {
            "[joints.A]\ntype = \"revolute\"\nbetween = [\"ground\", \"crank\"]\nat = [[0, 0], \"a\"]\n" +
            pin("B", "between = [\"crank\", \"rod\"]\nat = [\"b\", \"a\"]", 0) +
            pin("C", "between = [\"rod\", \"slider\"]\nat = [\"b\", [0, 0]]", 1) +
-           "[joints.guide]\ntype = \"translational\"\nbetween = [\"ground\", \"slider\"]\nat = [[0, 0], [0, 0]]\n"
+           "[joints.guide]\ntype = \"translational\"\nbetween = [\"ground\", \"slider\"]\n"
+           "at = [[0, 0], [0, 0]]\n"
            "axis = [1, 0]\n" +
            (heavy_ ? rope : "") +
            (guided_ ? fmt::format("[loads.guide]\ntype = \"joint-friction\"\njoint = "

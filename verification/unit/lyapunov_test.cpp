@@ -27,7 +27,8 @@ std::string surface(double restitution, const std::string& more = "") {
 std::string dropped(double restitution, double duration) {
   return "gravity = [0, -9.81]\n" + test::body("ball", 0.3, 3e-4, "position = [0, 0.1]\n") +
          test::guide("rail", "ground", "ball", {0, 1}) +
-         "[contacts.floor]\ntype = \"plane\"\nbetween = [\"ground\", \"ball\"]\nradius = 0.05\nsurface = \"s\"\n" +
+         "[contacts.floor]\ntype = \"plane\"\nbetween = [\"ground\", \"ball\"]\nradius = 0.05\n"
+         "surface = \"s\"\n" +
          surface(restitution) + test::run_for(duration) + by_events;
 }
 

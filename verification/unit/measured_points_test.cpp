@@ -13,7 +13,8 @@ namespace {
 struct Points : test::BallStudy {
   Points()
       : BallStudy(
-            "values = [0.5, 0.8]\n[measure.highest]\ncolumn = \"ball.y\"\nreduce = \"max\"\n[derived]\nrise = "
+            "values = [0.5, 0.8]\n[measure.highest]\ncolumn = \"ball.y\"\nreduce = \"max\"\n[derived]\n"
+            "rise = "
             "\"highest - 0.05\"",
             "claims = \"points\"\npoints = \"points.csv\"\nformulations = [\"nonsmooth\"]\n") {}
   test::Outcome validate(const std::string& points) const {

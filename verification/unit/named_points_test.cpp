@@ -79,10 +79,12 @@ TEST_CASE("points of the ground have names like those of bodies", "[points]") {
   // load too, and one moved on the command line.
   const auto text = [](const std::string& fixed, const std::string& at) {
     return fixed +
-           "[bodies.rod]\nmass = 1\ninertia = 1\n[joints.pin]\ntype = \"revolute\"\nbetween = [\"ground\", \"rod\"]\n"
+           "[bodies.rod]\nmass = 1\ninertia = 1\n[joints.pin]\ntype = \"revolute\"\n"
+           "between = [\"ground\", \"rod\"]\n"
            "at = " +
            at +
-           "\n[loads.spring]\ntype = \"spring-damper\"\nbetween = [\"rod\", \"ground\"]\nat = [[0, 0], \"roof\"]\n"
+           "\n[loads.spring]\ntype = \"spring-damper\"\nbetween = [\"rod\", \"ground\"]\n"
+           "at = [[0, 0], \"roof\"]\n"
            "stiffness = 1\n[run]\nduration = 1\n";
   };
   const std::string fixed = "[ground]\npoints = { wall = [\"400 mm\", 0.1], roof = [0, 2] }\n";

@@ -14,8 +14,8 @@ namespace {
 const reference::LoadedTable carried_table{60, 9.81L, 0.3L};
 constexpr double carried_stiffness = 3e3;  // N/m
 
-/// A body that stays on its shaken table, with a contact force that has hysteresis. `share`: of the amplitude at
-/// which it would separate from a rigid carried_table.
+/// A body that stays on its shaken table, with a contact force that has hysteresis. `share`: of the
+/// amplitude at which it would separate from a rigid carried_table.
 Scene carried(long double share) {
   return parse_scene(scenes::loaded_table(carried_table, share * carried_table.liftoff()), "table",
                      {fmt::format("contacts.pair.stiffness={}", carried_stiffness),

@@ -44,9 +44,9 @@ json provenance() {
 
 constexpr double period = 1.01, onset = 0.505;
 
-/// Body a falls with the rate −t from 3 m, and its rate changes by the period at the impact at half of it. Body b
-/// moves as 2 sin(2πt/T) without a jump. The rate of body c rises over two rows after the impact, as by a soft
-/// contact. Rows at every hundredth of a second.
+/// Body a falls with the rate −t from 3 m, and its rate changes by the period at the impact at half
+/// of it. Body b moves as 2 sin(2πt/T) without a jump. The rate of body c rises over two rows after
+/// the impact, as by a soft contact. Rows at every hundredth of a second.
 void write_orbit(const std::filesystem::path& folder, bool stable) {
   make_folder(folder / "motion");
   write_file(folder / "orbit.json",

@@ -204,7 +204,8 @@ inline std::vector<double> map_of(const Scene& scene, const char* formulation, c
   return m.own(s.state());
 }
 
-/// Derivative of the return map by extrapolated central differences over displacements h (m, rad, m/s, rad/s).
+/// Derivative of the return map by extrapolated central differences over displacements h (m, rad,
+/// m/s, rad/s).
 inline Eigen::MatrixXd differenced(const Scene& scene, const char* formulation, const RandomMap& m,
                                    const Orbit& found, double h = 1e-5) {
   const auto centre = m.own(found.state);
@@ -228,8 +229,8 @@ inline Eigen::MatrixXd differenced(const Scene& scene, const char* formulation, 
   return D;
 }
 
-/// Derivative of a return map with jumps: slopes at the centre of cubic polynomials through `count` displacements
-/// within ±h (least squares), and their standard deviations from the residuals.
+/// Derivative of a return map with jumps: slopes at the centre of cubic polynomials through `count`
+/// displacements within ±h (least squares), and their standard deviations from the residuals.
 struct Fitted {
   Eigen::MatrixXd D, deviation;
 };

@@ -1,5 +1,5 @@
-// Multiple shooting: unstable motions of several periods from starts at which the map of all periods is far from
-// linear.
+// Multiple shooting: unstable motions of several periods from starts at which the map of all
+// periods is far from linear.
 #include <cstddef>
 
 #include "facade/orbit.hpp"
@@ -8,10 +8,12 @@
 using namespace freeplay;
 
 TEST_CASE("unstable motions of three periods of a ball on a table", "[orbit]") {
-  // The table moves by A sin(Ωt + φ). Between impacts i and i + 1, a time τ apart, the ball falls from the table with
-  // the speed w_i + e u_i, u_i the approach speed and w_i that of the table:
-  //     A sin(Ωt_i + φ) + (w_i + e u_i) τ − g τ²/2 = A sin(Ωt_{i+1} + φ),   u_{i+1} = w_{i+1} − w_i − e u_i + g τ.
-  // With A = 1.6 mm the motion is chaotic, and the map of three periods alone leads to no motion from these starts.
+  // The table moves by A sin(Ωt + φ). Between impacts i and i + 1, a time τ apart, the ball falls
+  // from the table with the speed w_i + e u_i, u_i the approach speed and w_i that of the table:
+  //     A sin(Ωt_i + φ) + (w_i + e u_i) τ − g τ²/2 = A sin(Ωt_{i+1} + φ),
+  //     u_{i+1} = w_{i+1} − w_i − e u_i + g τ.
+  // With A = 1.6 mm the motion is chaotic, and the map of three periods alone leads to no motion
+  // from these starts.
   auto scene =
       read_scene(test::source_folder() / "cases/ball-on-table/scene.toml", {"curves.shake.amplitude=1.6e-3"});
   scene.nonsmooth.scheme = Scheme::event_driven;

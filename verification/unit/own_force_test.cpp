@@ -153,7 +153,8 @@ TEST_CASE("a plugin with loads only runs in both formulations and is required on
   write_file(
       place("wind.c"),
       "#include <stddef.h>\nint freeplay_law_abi(void) { return 1; }\n"
-      "const char* const* freeplay_loads(void) { static const char* const n[] = {\"hand\", NULL}; return n; }\n"
+      "const char* const* freeplay_loads(void) { static const char* const n[] = {\"hand\", NULL}; "
+      "return n; }\n"
       "void freeplay_load_force(const char* load, double t, const double* r, const double* v, double* f) {\n"
       "  f[0] = load[0] == 'h' ? 3 - 40 * r[0] - 1.5 * v[0] : t, f[1] = 0;\n}\n");
   REQUIRE(std::system(

@@ -86,8 +86,8 @@ Seen seen(const Scene& scene, Family family) {
 }  // namespace
 
 TEST_CASE("keys of [nonsmooth] have an effect in a scheme or are refused", "[scene][own-keys]") {
-  // A pile of discs: impacts, lasting contacts with friction, coupled. A disc in a wedge makes the automatic scheme
-  // hand over.
+  // A pile of discs: impacts, lasting contacts with friction, coupled. A disc in a wedge makes the
+  // automatic scheme hand over.
   const auto pile = test::random_pile(1) + "\n";
   int read = 0, refused = 0;
   for (const auto& way : schemes)

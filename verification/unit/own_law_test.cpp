@@ -120,7 +120,8 @@ TEST_CASE("a plugin is loaded from its file, and its run can be repeated only wi
   REQUIRE(compiled(
       version +
       fmt::format(
-          "#include <math.h>\ndouble freeplay_normal_force(const char* contact, double d, double rate, double v0) "
+          "#include <math.h>\ndouble freeplay_normal_force(const char* contact, double d, double rate, "
+          "double v0) "
           "{{ return contact[0] == 'g' ? {} * d * sqrt(d) * (1 + {} * rate / v0) : NAN; }}\n",
           h.K, h.chi)));
   const auto place = [&](const char* name) { return (folder.path() / name).string(); };

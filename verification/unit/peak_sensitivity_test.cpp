@@ -1,5 +1,5 @@
-// Derivatives of peaks of instruments' signals: closed forms at interior peaks, at impacts and at the end of the
-// run, and the low-pass of an accelerometer.
+// Derivatives of peaks of instruments' signals: closed forms at interior peaks, at impacts and at
+// the end of the run, and the low-pass of an accelerometer.
 #include "facade/sensitivity.hpp"
 #include "verification/support/rig.hpp"
 
@@ -24,7 +24,8 @@ std::string between_walls(double right, const std::string& velocity, double dura
 const std::string gauge =
     "[instruments.gauge]\ntype = \"lvdt\"\nbody = \"ball\"\naxis = [1, 0]\nsampling = 1e4\n";
 const std::string pickup =
-    "[instruments.pickup]\ntype = \"accelerometer\"\nbody = \"ball\"\naxis = [1, 0]\nbandwidth = 200\norder = 2\n"
+    "[instruments.pickup]\ntype = \"accelerometer\"\nbody = \"ball\"\naxis = [1, 0]\nbandwidth = 200\n"
+    "order = 2\n"
     "sampling = 1e4\n";
 
 Sensitivities of(const std::string& text, const std::string& quantity, std::vector<std::string> keys,
@@ -98,8 +99,8 @@ TEST_CASE("two equal peaks have no derivative", "[sensitivity]") {
              Contains("is no instrument of the scene"));
 }
 
-// A jump D of the velocity gives D ω √2 exp(−ωt/√2) sin(ωt/√2) behind a low-pass of second order, with its greatest
-// value D ω exp(−π/4); D = (1 + e) v.
+// A jump D of the velocity gives D ω √2 exp(−ωt/√2) sin(ωt/√2) behind a low-pass of second order,
+// with its greatest value D ω exp(−π/4); D = (1 + e) v.
 TEST_CASE("the peak of an accelerometer's signal has its closed derivatives", "[sensitivity]") {
   const double omega = 2 * pi * 200, peak = omega * std::exp(-pi / 4), e = 0.8, v = 2;
   const auto text = between_walls(0.6, "[2, 0]", 0.5, pickup);
@@ -122,8 +123,9 @@ TEST_CASE("the peak of an accelerometer's signal has its closed derivatives", "[
   CHECK_THAT(clipped.reasons[0], Contains("exceeds the range"));
 }
 
-// Two impacts 0.625 ms apart: the second one turns the signal of the first, h(τ) = ω √2 exp(−ωτ/√2) sin(ωτ/√2), so
-// that the peak is (1 + e) v h(τ) at the second impact, with τ = L/(e v) and L = 1 mm.
+// Two impacts 0.625 ms apart: the second one turns the signal of the first, h(τ) = ω √2 exp(−ωτ/√2)
+// sin(ωτ/√2), so that the peak is (1 + e) v h(τ) at the second impact, with τ = L/(e v) and L = 1
+// mm.
 TEST_CASE("a peak at an impact changes with the instants of the impacts", "[sensitivity]") {
   const double e = 0.8, v = 2, L = 1e-3, tau = L / (e * v), k = 2 * pi * 200 / std::sqrt(2.0);
   const double h = 2 * k * std::exp(-k * tau) * std::sin(k * tau),

@@ -113,9 +113,9 @@ TEST_CASE("derivatives through a damped contact scale like the contact", "[sensi
   }
 }
 
-// F = K δ + D δ̇ ends at the instant at which it vanishes. With ζ = D/(2 √(K m)) = cos φ, the ball leaves with
-// e = exp(−2 φ cot φ) times its speed, and with τ = 2 φ/(ω sin φ), δ(τ) = e v 2 ζ/ω, ω = √(K/m). The derivatives of e
-// and of the end are those of these formulas.
+// F = K δ + D δ̇ ends at the instant at which it vanishes. With ζ = D/(2 √(K m)) = cos φ, the ball
+// leaves with e = exp(−2 φ cot φ) times its speed, and with τ = 2 φ/(ω sin φ), δ(τ) = e v 2 ζ/ω, ω
+// = √(K/m). The derivatives of e and of the end are those of these formulas.
 TEST_CASE("derivatives by the damping of a spring and damper are exact at its release", "[sensitivity]") {
   // An explicit method that repeats steps of tolerance 1e-13 leaves 1e-11 for each of about a hundred steps.
   constexpr double bound = 1e-8;

@@ -188,8 +188,10 @@ TEST_CASE("a run without progress stops; bursts and long runs of ordinary steps 
   // The stepping loop applies the check, and reports the place: a ball in flight above a floor,
   // with steps of 1e-12 of the run.
   const auto scene = parse_scene(
-      "[bodies.ball]\nmass = 1.0\ninertia = 1.0\nposition = [0.0, 1.0]\n[contacts.floor]\ntype = \"plane\"\nbetween = "
-      "[\"ground\", \"ball\"]\nradius = 0.1\nsurface = \"s\"\n[surfaces.s]\nyoung = 2e11\npoisson = 0.3\nrestitution = "
+      "[bodies.ball]\nmass = 1.0\ninertia = 1.0\nposition = [0.0, 1.0]\n[contacts.floor]\n"
+      "type = \"plane\"\nbetween = "
+      "[\"ground\", \"ball\"]\nradius = 0.1\nsurface = \"s\"\n[surfaces.s]\nyoung = 2e11\n"
+      "poisson = 0.3\nrestitution = "
       "0.5\n[run]\nduration = 1.0\n[penalty]\nintegrator = \"rk4\"\nstep = 1e-12\n",
       "s.toml");
   const auto run = test::simulate(scene, Family::penalty);

@@ -127,9 +127,9 @@ TEST_CASE("a planted database is refused", "[security][study]") {
   for (const auto* name : {"sweep.db", "sweep.db-wal", "sweep.db-journal", "sweep.db-shm"}) {
     CAPTURE(name);
     const Place place;
-    write_file(
-        place.bait.folder / "study.toml",
-        "scene = \"scene.toml\"\njoint = \"gudgeon\"\naccelerometer = \"accelerometer\"\nrevolutions = 1\nstarts = 1\n");
+    write_file(place.bait.folder / "study.toml",
+               "scene = \"scene.toml\"\njoint = \"gudgeon\"\naccelerometer = \"accelerometer\"\n"
+               "revolutions = 1\nstarts = 1\n");
     place.link(std::filesystem::path("out") / name, place.bait.victim);
     const auto outcome = test::run_program(place.bait, {"sweep", "study.toml", "-o", "out"});
     CHECK(outcome.status == 1);

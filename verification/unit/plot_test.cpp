@@ -63,10 +63,11 @@ void write_known(const std::filesystem::path& folder) {
   }
   write_file(folder / "trajectory.csv", trajectory);
   write_file(folder / "forces.csv", forces);
-  write_file(
-      folder / "events.csv",
-      "t,joint,kind,crank_angle,v_n_minus,v_n_plus,v_t_minus,v_t_plus,impulse_n,impulse_t,duration,t_uncertainty\n"
-      "0.1,p,impact,0.3,-1,0.5,0,0,3,0,0,0\n0.1,q,impact,0.3,-2,0.5,0,0,4,0,0,0\n0.7,p,impact,2.2,-1,0,0,0,5,0,0,0\n");
+  write_file(folder / "events.csv",
+             "t,joint,kind,crank_angle,v_n_minus,v_n_plus,v_t_minus,v_t_plus,impulse_n,impulse_t,duration,"
+             "t_uncertainty\n"
+             "0.1,p,impact,0.3,-1,0.5,0,0,3,0,0,0\n0.1,q,impact,0.3,-2,0.5,0,0,4,0,0,0\n"
+             "0.7,p,impact,2.2,-1,0,0,0,5,0,0,0\n");
 }
 
 }  // namespace
@@ -263,7 +264,8 @@ TEST_CASE("figures of joint clearances show each journal within its circle, seve
   // A guide along (3, 4)/5 and eleven journals, identified from the scene.
   std::string scene =
       "[bodies.b]\nmass = 1.0\ninertia = 1.0\n[surfaces.s]\nyoung = 2e11\npoisson = 0.3\nrestitution = 0.5\n"
-      "[joints.g]\ntype = \"translational\"\nbetween = [\"ground\", \"b\"]\naxis = [0.6, 0.8]\nclearance = 1e-3\n"
+      "[joints.g]\ntype = \"translational\"\nbetween = [\"ground\", \"b\"]\naxis = [0.6, 0.8]\n"
+      "clearance = 1e-3\n"
       "slider_length = 0.1\nslider_height = 0.05\nsurface = \"s\"\n";
   std::string header = "t,b.x,b.y,b.theta,b.vx,b.vy,b.omega";
   for (const char* corner : {"rear_lower", "rear_upper", "front_lower", "front_upper"})

@@ -19,7 +19,8 @@ namespace {
 void write_turns(const std::filesystem::path& folder) {
   make_folder(folder);
   const std::string scene =
-      "[bodies.b]\nmass = 1.0\ninertia = 1.0\n[joints.p]\ntype = \"revolute\"\nbetween = [\"ground\", \"b\"]\n"
+      "[bodies.b]\nmass = 1.0\ninertia = 1.0\n[joints.p]\ntype = \"revolute\"\n"
+      "between = [\"ground\", \"b\"]\n"
       "[drives.d]\njoint = \"p\"\nspeed_rpm = 60.0\n[run]\nduration = 2.0\n";
   write_file(folder / "run.json", nlohmann::json{{"formulation", "penalty"},
                                                  {"provenance",

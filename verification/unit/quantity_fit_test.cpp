@@ -1,7 +1,7 @@
 // Calibration to quantities of one run: parameters behind times that follow from a closed form or a
 // run are recovered; contradictions, a horizon and errors are reported.
-#include "io/scene/open_scene.hpp"
 #include "study/calibration/quantity_fit.hpp"
+#include "io/scene/open_scene.hpp"
 #include "verification/references/bouncing_ball.hpp"
 #include "verification/support/rig.hpp"
 
@@ -138,9 +138,9 @@ TEST_CASE("intervals of a linear problem are those of its normal equations", "[c
 }
 
 TEST_CASE("a misfit is rejected from the 99 % quantile of its distribution on", "[calibrate]") {
-  // Three times, tₙ = t₁ (1, 1 + 2e, 1 + 2e + 2e²), and two unknowns, t₁ and e. A shift δ of the last one leaves
-  // χ² = (n₃ δ/σ)²/|n|² with one degree of freedom, where n is orthogonal to the derivatives of the times. The
-  // quantile is 6.635.
+  // Three times, tₙ = t₁ (1, 1 + 2e, 1 + 2e + 2e²), and two unknowns, t₁ and e. A shift δ of the
+  // last one leaves χ² = (n₃ δ/σ)²/|n|² with one degree of freedom, where n is orthogonal to the
+  // derivatives of the times. The quantile is 6.635.
   const double e = restitution, t1 = dropped.first_time(), sigma = 1e-6;
   const Eigen::Vector3d n = Eigen::Vector3d(1, 1 + 2 * e, 1 + 2 * e + 2 * e * e)
                                 .cross(Eigen::Vector3d(0, 2 * t1, 2 * t1 + 4 * e * t1))

@@ -1,6 +1,5 @@
 // freeplay run --resume: a run that is killed or interrupted, any number of times and anywhere,
 // finally leaves the files of an undisturbed run, byte for byte.
-#include <fcntl.h>
 #include <signal.h>
 #include <sys/wait.h>
 #include <unistd.h>
@@ -45,14 +44,12 @@ void check_same(const Path& folder, const Path& reference) {
     INFO(name);
     REQUIRE(files.contains(name));
     if (files.at(name) == bytes) continue;
-    const auto [a, b] =
-        std::mismatch(bytes.begin(), bytes.end(), files.at(name).begin(), files.at(name).end());
-    (void)b;
-    FAIL_CHECK(name << " differs from byte " << a - bytes.begin() << " on, of " << bytes.size() << " and "
+    const auto at =
+        static_cast<std::size_t>(std::ranges::mismatch(bytes, files.at(name)).in1 - bytes.begin());
+    FAIL_CHECK(name << " differs from byte " << at << " on, of " << bytes.size() << " and "
                     << files.at(name).size() << ":\n"
-                    << bytes.substr(static_cast<std::size_t>(a - bytes.begin()), 200)
-                    << "\nexpected, and here\n"
-                    << files.at(name).substr(static_cast<std::size_t>(a - bytes.begin()), 200));
+                    << bytes.substr(at, 200) << "\nexpected, and here\n"
+                    << files.at(name).substr(at, 200));
   }
   for (const auto& [name, bytes] : files) {
     INFO(name);
@@ -63,23 +60,7 @@ void check_same(const Path& folder, const Path& reference) {
 /// The program, started as a separate process.
 class Process {
  public:
-  explicit Process(const Words& words) {
-    std::vector<std::string> all{std::string(FREEPLAY_BINARY_DIR) + "/freeplay"};
-    all.insert(all.end(), words.begin(), words.end());
-    std::vector<char*> pointers;
-    for (auto& word : all) pointers.push_back(word.data());
-    pointers.push_back(nullptr);
-    id_ = fork();
-    REQUIRE(id_ >= 0);
-    if (id_ == 0) {
-      // Quiet: its output is not checked here.
-      const int nowhere = open("/dev/null", O_WRONLY);
-      dup2(nowhere, 1);
-      dup2(nowhere, 2);
-      execv(pointers[0], pointers.data());
-      _exit(127);
-    }
-  }
+  explicit Process(const Words& words) : id_(test::start_freeplay(words)) {}
   ~Process() {
     if (id_ > 0) end(SIGKILL);
   }
@@ -100,12 +81,11 @@ class Process {
   void signal(int which) const { ::kill(id_, which); }
 
  private:
-  pid_t id_ = 0;
+  pid_t id_;
   int status_ = -1;
 };
 
 void sleep(double seconds) { std::this_thread::sleep_for(std::chrono::duration<double>(seconds)); }
-
 /// Waits until the folder contains a checkpoint; false: not within ten seconds.
 bool wait_for_checkpoint(const Path& folder) {
   const auto start = Clock::now();
@@ -124,29 +104,28 @@ struct Setup {
   std::vector<const char*> files;
 };
 
-Path rig() { return test::source_folder() / "cases/flores2011/scene.toml"; }
-
 std::vector<Setup> setups() {
-  return {{"penalty, one kind of everything",
-           {rig().string(), "--formulation", "penalty", "--forces", "--set", "run.revolutions=1.5", "--set",
-            "run.discard=0.05", "--set", "run.output_step=2e-5"},
-           {"trajectory.csv", "events.csv", "signals.csv", "forces.csv"}},
-          {"Moreau-Jean",
-           {rig().string(), "--formulation", "nonsmooth", "--forces", "--set", "run.revolutions=5", "--set",
-            "run.discard=0.1", "--set", "run.output_step=5e-5"},
-           {"trajectory.csv", "events.csv", "signals.csv", "forces.csv"}},
-          {"event-driven",
-           {rig().string(), "--formulation", "nonsmooth", "--set", "nonsmooth.scheme=\"event-driven\"",
-            "--set", "run.revolutions=5", "--set", "run.discard=0.1", "--set", "run.output_step=2e-5"},
-           {"trajectory.csv", "events.csv", "signals.csv"}},
-          {"two contacts, no instrument",
-           {test::scene_file("four_bar_two").string(), "--formulation", "nonsmooth", "--forces", "--set",
-            "run.duration=0.6"},
-           {"trajectory.csv", "events.csv", "forces.csv"}},
-          {"point bodies",
-           {test::scene_file("point_on_loose_pin").string(), "--formulation", "penalty", "--forces", "--set",
-            "run.revolutions=1", "--set", "run.output_step=2e-5"},
-           {"trajectory.csv", "events.csv", "signals.csv", "forces.csv"}}};
+  return {
+      {"penalty, one kind of everything",
+       {test::flores().string(), "--formulation", "penalty", "--forces", "--set", "run.revolutions=1.5",
+        "--set", "run.discard=0.05", "--set", "run.output_step=2e-5"},
+       {"trajectory.csv", "events.csv", "signals.csv", "forces.csv"}},
+      {"Moreau-Jean",
+       {test::flores().string(), "--formulation", "nonsmooth", "--forces", "--set", "run.revolutions=5",
+        "--set", "run.discard=0.1", "--set", "run.output_step=5e-5"},
+       {"trajectory.csv", "events.csv", "signals.csv", "forces.csv"}},
+      {"event-driven",
+       {test::flores().string(), "--formulation", "nonsmooth", "--set", "nonsmooth.scheme=\"event-driven\"",
+        "--set", "run.revolutions=5", "--set", "run.discard=0.1", "--set", "run.output_step=2e-5"},
+       {"trajectory.csv", "events.csv", "signals.csv"}},
+      {"two contacts, no instrument",
+       {test::scene_file("four_bar_two").string(), "--formulation", "nonsmooth", "--forces", "--set",
+        "run.duration=0.6"},
+       {"trajectory.csv", "events.csv", "forces.csv"}},
+      {"point bodies",
+       {test::scene_file("point_on_loose_pin").string(), "--formulation", "penalty", "--forces", "--set",
+        "run.revolutions=1", "--set", "run.output_step=2e-5"},
+       {"trajectory.csv", "events.csv", "signals.csv", "forces.csv"}}};
 }
 
 Words run_in(const Path& folder, const Setup& setup, const char* checkpoint = "0.002") {
@@ -283,8 +262,8 @@ TEST_CASE("resume: a stop request during the recording of a step loses no row", 
     int rounds;
   };
   const Kind kinds[] = {
-      {open_scene(rig(), {"run.revolutions=0.05", "run.discard=0", "run.output_step=2e-6", "run.forces=true",
-                          "penalty.tolerance=1e-6"}),
+      {open_scene(test::flores(), {"run.revolutions=0.05", "run.discard=0", "run.output_step=2e-6",
+                                   "run.forces=true", "penalty.tolerance=1e-6"}),
        "penalty", 8},
       {open_scene(test::scene_file("bouncing_ball"),
                   {"nonsmooth.scheme=\"event-driven\"", "run.duration=0.3", "run.output_step=1e-6"}),
@@ -396,7 +375,8 @@ TEST_CASE("resume: a folder that cannot be resumed is refused and stays unchange
 
 TEST_CASE("resume: a run that cannot be moved to its place is not lost", "[resume]") {
   test::TemporaryFolder place;
-  const auto scene = open_scene(rig(), {"run.revolutions=0.1", "run.discard=0", "penalty.tolerance=1e-6"});
+  const auto scene =
+      open_scene(test::flores(), {"run.revolutions=0.1", "run.discard=0", "penalty.tolerance=1e-6"});
   const auto whole = place.path() / "whole", folder = place.path() / "full";
   run_scene(*scene, {.formulation = "penalty", .folder = whole});
   std::atomic<bool> requested{false};
@@ -439,15 +419,14 @@ TEST_CASE("resume: only its own options are accepted", "[resume][program]") {
     CHECK(o.status == 2);
     CHECK_THAT(o.err, Contains("the only other option is --checkpoint"));
   }
-  CHECK(test::freeplay(resume + " " + rig().string()).status == 2);
+  CHECK(test::freeplay(resume + " " + test::flores().string()).status == 2);
   CHECK(test::freeplay("run").status == 2);
   CHECK(test::freeplay(resume + " --checkpoint -1").status == 2);
 }
 
 TEST_CASE("an interruption is reported in the same words by every command", "[resume][program]") {
   test::TemporaryFolder place;
-  const auto source = test::source_folder() / "cases";
-  const auto flores = (source / "flores2011/scene.toml").string();
+  const auto source = test::source_folder() / "cases", flores = test::flores();
   const auto said = [&](const std::string& line) {
     const auto err = place.path() / "err";
     const int status =
@@ -459,12 +438,12 @@ TEST_CASE("an interruption is reported in the same words by every command", "[re
   };
   const auto anew = Catch::Contains("interrupted; the same command starts again, nothing was written"),
              on = Catch::Contains("interrupted; the same command continues");
-  CHECK_THAT(said("poincare " + flores + " --periods 5000 --discard 10"), anew);
-  CHECK_THAT(said("drift " + flores + " --set run.revolutions=5000"), anew);
+  CHECK_THAT(said("poincare " + flores.string() + " --periods 5000 --discard 10"), anew);
+  CHECK_THAT(said("drift " + flores.string() + " --set run.revolutions=5000"), anew);
   CHECK_THAT(said("bifurcation " + (source / "flores2011-attractors/friction.toml").string()), on);
   // It may still be reading its scenes, and then has nothing to resume.
   CHECK_THAT(said("sweep " + (source / "flores2011-experiment/study.toml").string()),
              Catch::StartsWith("interrupted"));
-  CHECK_THAT(said("run " + flores + " --formulation penalty --set run.revolutions=5000"),
+  CHECK_THAT(said("run " + flores.string() + " --formulation penalty --set run.revolutions=5000"),
              Catch::Contains("interrupted: penalty at t = "));
 }

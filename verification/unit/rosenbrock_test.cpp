@@ -1,5 +1,5 @@
-// Implicit steps: the elimination of integrals and of quantities on which nothing depends, and Jacobians of penalty
-// runs by traced equations.
+// Implicit steps: the elimination of integrals and of quantities on which nothing depends, and
+// Jacobians of penalty runs by traced equations.
 #include <Eigen/Dense>
 #include <cstddef>
 
@@ -66,9 +66,10 @@ void press(const System& system, int k, State& at) {
 }  // namespace
 
 TEST_CASE("rosenbrock4: a step does not depend on the unknowns in which it is written") {
-  // With y = T x the steps of dy/dt = T A T⁻¹ y are T times those of dx/dt = A x, for any regular T. A has all kinds
-  // of rows and columns; T A T⁻¹ has none that is special. Coordinates 0 and 1 are integrals of 3 and 4, 4 is one of
-  // 5, 6 is one of itself, 7 and 8 depend on the others only, 8 on nothing but t.
+  // With y = T x the steps of dy/dt = T A T⁻¹ y are T times those of dx/dt = A x, for any regular
+  // T. A has all kinds of rows and columns; T A T⁻¹ has none that is special. Coordinates 0 and 1
+  // are integrals of 3 and 4, 4 is one of 5, 6 is one of itself, 7 and 8 depend on the others only,
+  // 8 on nothing but t.
   std::mt19937 engine(20261127);
   std::uniform_real_distribution<double> uniform(-1, 1);
   constexpr int n = 9;
@@ -99,7 +100,8 @@ TEST_CASE("rosenbrock4: a step does not depend on the unknowns in which it is wr
 }
 
 TEST_CASE("rosenbrock4: steps that damp growth are known from the sign of the determinant") {
-  // x'' = 9 x − 2 x' has the rates −1 ± √10; x alone is an integral, x₂ and an integral of both stand beside it.
+  // x'' = 9 x − 2 x' has the rates −1 ± √10; x alone is an integral, x₂ and an integral of both
+  // stand beside it.
   LinearProblem p{Eigen::MatrixXd::Zero(4, 4), Eigen::VectorXd::Zero(4)};
   p.A(0, 1) = p.A(3, 0) = p.A(3, 2) = 1;
   p.A(1, 0) = 9;

@@ -249,7 +249,9 @@ TEST_CASE("invalid scenes are refused with place, key and remedy", "[scene]") {
 }
 
 TEST_CASE(
-    "docs/reference/scene.md, docs/reference/study.md and docs/reference/figures.md list exactly the keys of the reader, with their units and defaults",
+    "docs/reference/scene.md, "
+    "docs/reference/study.md and docs/reference/figures.md list exactly the keys of the reader, "
+    "with their units and defaults",
     "[scene][docs]") {
   std::size_t listed = 0;
   // Keys of a study or a style stand at the root of its file, and so they do in its page.

@@ -6,7 +6,8 @@ using Catch::Matchers::Contains;
 
 namespace {
 
-/// A ball that is dropped from (0.1, 0.55) with a horizontal speed of −0.25 m/s: x = 0 at the end, after 0.4 s.
+/// A ball that is dropped from (0.1, 0.55) with a horizontal speed of −0.25 m/s: x = 0 at the end,
+/// after 0.4 s.
 const std::string ball = "gravity = [0, -9.81]\n" +
                          test::body("ball", 0.3, 3e-4, "position = [0.1, 0.55]\nvelocity = [-0.25, 0]\n") +
                          test::plane("table", "ground", "ball", 0.05, "hard") + test::surface("hard", 0.5) +

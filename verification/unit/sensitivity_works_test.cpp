@@ -1,5 +1,5 @@
-// Derivatives of works and impulses where a key changes forces but not the motion, and where a derivative does not
-// exist because contacts close together or at the end.
+// Derivatives of works and impulses where a key changes forces but not the motion, and where a
+// derivative does not exist because contacts close together or at the end.
 #include "facade/sensitivity.hpp"
 #include "verification/support/rig.hpp"
 
@@ -33,8 +33,8 @@ Sensitivities of(const std::string& text, std::vector<std::string> quantities,
 }  // namespace
 
 TEST_CASE("the work of friction in a prescribed motion is proportional to its coefficient", "[sensitivity]") {
-  // Neither the motion nor the normal forces depend on μ: the energy lost by friction is μ times a constant, also
-  // across an impact from a drop of 10 mm, and the drive supplies it.
+  // Neither the motion nor the normal forces depend on μ: the energy lost by friction is μ times a
+  // constant, also across an impact from a drop of 10 mm, and the drive supplies it.
   for (const double height : {0.05, 0.06}) {
     const auto all = of(dragged(height, 0.1, 0), {"energy.dissipated_by_friction", "energy.work_of_drives"},
                         {"surfaces.s.friction"});
@@ -49,9 +49,9 @@ TEST_CASE("the work of friction in a prescribed motion is proportional to its co
 }
 
 TEST_CASE("the mean friction force jumps with the time of a reversal", "[sensitivity]") {
-  // The block slides with x = 0.1 sin(2π(t/P) + φ) and turns at t* = P(1/4 − φ/(2π)), here before the end T. Its
-  // friction is −μN before and μN after: ∫ F_T dt = μN (T − 2 t*) up to the sign of the tangent, with derivatives
-  // −2 μN ∂t*/∂p, ∂t*/∂P = 1/4 − φ/(2π), ∂t*/∂φ = −P/(2π).
+  // The block slides with x = 0.1 sin(2π(t/P) + φ) and turns at t* = P(1/4 − φ/(2π)), here before
+  // the end T. Its friction is −μN before and μN after: ∫ F_T dt = μN (T − 2 t*) up to the sign of
+  // the tangent, with derivatives −2 μN ∂t*/∂p, ∂t*/∂P = 1/4 − φ/(2π), ∂t*/∂φ = −P/(2π).
   const double phase = 0.2, end = 0.4, load = 0.3 * 20;
   const auto all = of(dragged(0.05, end, phase), {"mean.floor.ft"}, {"curves.m.period", "curves.m.phase"});
   const auto& q = all.quantities[0];

@@ -36,9 +36,9 @@ struct Cluster {
   Ended run(const std::string& arguments) const {
     const auto began = std::chrono::steady_clock::now();
     const int status = std::system(
-        fmt::format(
-            "cd '{0}' && PATH='{0}/bin':$PATH FREEPLAY_SLURM_SECONDS=1 timeout 50 '{1}/freeplay' {2} >said 2>&1",
-            folder.path().string(), FREEPLAY_BINARY_DIR, arguments)
+        fmt::format("cd '{0}' && PATH='{0}/bin':$PATH FREEPLAY_SLURM_SECONDS=1 timeout 50 '{1}/freeplay' {2} "
+                    ">said 2>&1",
+                    folder.path().string(), FREEPLAY_BINARY_DIR, arguments)
             .c_str());
     std::ifstream in(folder.path() / "said");
     return {WEXITSTATUS(status),

@@ -1,9 +1,10 @@
 // Derivatives of time stepping: first order in the step, against closed forms and event-driven
 // derivatives.
 //
-// The instant of an impact lies anywhere within its step, so that the error of one run is a sawtooth of the
-// step. The order is that of the root mean square over steps of slightly different length. That of N runs has a
-// standard error of about 1/√(2N): 0.16 in log₂ for N = 20, hence 0.07 in the order over four levels.
+// The instant of an impact lies anywhere within its step, so that the error of one run is a
+// sawtooth of the step. The order is that of the root mean square over steps of slightly different
+// length. That of N runs has a standard error of about 1/√(2N): 0.16 in log₂ for N = 20, hence 0.07
+// in the order over four levels.
 #include "facade/sensitivity.hpp"
 #include "verification/references/sensitivity.hpp"
 #include "verification/support/rig.hpp"
@@ -47,8 +48,8 @@ Sensitivities by_events(const RandomCase& c) {
                        {.of = c.quantities, .to = c.keys, .errors = false});
 }
 
-/// Relative errors of all derivatives for steps from `coarsest` on. Derivatives that one of the runs refuses do
-/// not take part, nor those that vanish.
+/// Relative errors of all derivatives for steps from `coarsest` on. Derivatives that one of the
+/// runs refuses do not take part, nor those that vanish.
 Convergence converge(const RandomCase& c, double coarsest, int phases,
                      const std::function<double(std::size_t quantity, std::size_t key)>& expected) {
   std::vector<std::vector<Sensitivities>> runs(levels);
@@ -180,8 +181,8 @@ TEST_CASE("derivatives of stepped motions with friction and a pivot are of first
 
 TEST_CASE("the work of a belt on a sliding disc is differentiated through its end of sliding",
           "[sensitivity]") {
-  // A disc at rest slides on a belt of speed V until it rolls: W = V²/(1/m + r²/I), for any friction. The power of the
-  // belt jumps at the end of sliding.
+  // A disc at rest slides on a belt of speed V until it rolls: W = V²/(1/m + r²/I), for any
+  // friction. The power of the belt jumps at the end of sliding.
   const double m = 2, inertia = 0.01, r = 0.05, V = 3, mobility = 1 / m + r * r / inertia;
   const auto s = sensitivities(
       parse_scene(
@@ -239,8 +240,8 @@ TEST_CASE("derivatives of random stepped scenes are of first order", "[sensitivi
     compared += found.compared;
     if (found.compared == 0) continue;
     ++scenes;
-    // A derivative with an error that does not vanish would keep the error of its scene. Steps shrink to an eighth;
-    // four runs of each leave a factor of two.
+    // A derivative with an error that does not vanish would keep the error of its scene. Steps
+    // shrink to an eighth; four runs of each leave a factor of two.
     CHECK(found.errors.back() < 0.5 * found.errors.front());
     for (std::size_t k = 0; k < means.size(); ++k) means[k] *= found.errors[k];
   }
@@ -267,8 +268,8 @@ TEST_CASE("impacts that steps do not resolve are refused with the reason", "[sen
   CHECK_THAT(s.quantities[0].reasons[0], Contains("act on each other"));
 }
 
-// Impacts are located to step_tolerance times the radius, relative to a bounce of 0.1 m: 1e-7 for 1e-7. Each of the
-// bounces and flights amplifies this by about ten.
+// Impacts are located to step_tolerance times the radius, relative to a bounce of 0.1 m: 1e-7 for
+// 1e-7. Each of the bounces and flights amplifies this by about ten.
 TEST_CASE("derivatives of adaptive time stepping follow the tolerance", "[sensitivity]") {
   const reference::BallDerivatives b{0.5L, 9.81L, 0.5L};
   const auto c =

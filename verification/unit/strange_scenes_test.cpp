@@ -67,7 +67,8 @@ TEST_CASE("a force over position is averaged correctly over a step that hardly m
 TEST_CASE("the figure of a pose shows the end of a bushing and one box for each guide",
           "[figures][strange]") {
   const std::string bushing =
-      "[loads.u]\ntype = \"bushing\"\nbetween = [\"ground\", \"b\"]\nat = [[0, 0], [-0.1, 0]]\nstiffness = [1, 1]\n";
+      "[loads.u]\ntype = \"bushing\"\nbetween = [\"ground\", \"b\"]\nat = [[0, 0], [-0.1, 0]]\n"
+      "stiffness = [1, 1]\n";
   CHECK(rows(block + bushing, "link,b,") == 2);  // from the bushing to the centre of mass
   const std::string yoke =
       "[bodies.c]\nmass = 1\ninertia = 0.01\n[joints.m]\ntype = \"revolute\"\nbetween = "
@@ -91,9 +92,9 @@ TEST_CASE("permission of a study to read files anywhere extends to its scenes", 
             "[curves.c]\nshape = \"table\"\nfile = \"../m.csv\"\n[drives.d]\njoint = \"j\"\nspeed = 10\n"
             "[drives.e]\njoint = \"j\"\ntorque_curve = \"c\"\n" +
             run);
-  write(
-      "inner/study.toml",
-      "title = \"t\"\nscene = \"s.toml\"\nrevolutions = 1\nstarts = 1\nturn = 0\nrestitution = \"as-given\"\n");
+  write("inner/study.toml",
+        "title = \"t\"\nscene = \"s.toml\"\nrevolutions = 1\nstarts = 1\nturn = 0\n"
+        "restitution = \"as-given\"\n");
   for (const auto reach : {Reach::beside, Reach::anywhere}) {
     const auto study = read_study(folder.path() / "inner" / "study.toml", reach);
     const auto one = cases(study).at(0);

@@ -68,7 +68,8 @@ std::vector<std::string> rows_of_file(const std::filesystem::path& file) {
     return std::string(bytes, bytes + sqlite3_column_bytes(s, column));
   };
   each(
-      "SELECT name FROM sqlite_schema WHERE type IN ('table', 'view') AND name NOT LIKE '%\\_rows' ESCAPE '\\' "
+      "SELECT name FROM sqlite_schema WHERE type IN ('table', "
+      "'view') AND name NOT LIKE '%\\_rows' ESCAPE '\\' "
       "AND name NOT LIKE '%\\_blobs' ESCAPE '\\'",
       [&](sqlite3_stmt* s) { names.push_back(text(s, 0)); });
   for (const auto& name : names)
@@ -134,7 +135,8 @@ std::string loose_slider_crank() {
          "[joints.A]\ntype = \"revolute\"\nbetween = [\"ground\", \"crank\"]\nat = [[0, 0], \"a\"]\n"
          "[joints.B]\ntype = \"revolute\"\nbetween = [\"crank\", \"rod\"]\nat = [\"b\", \"a\"]\n" +
          loose_pin("C", "between = [\"rod\", \"slider\"]\nat = [\"b\", [0, 0]]", 4e-4) +
-         "[joints.guide]\ntype = \"translational\"\nbetween = [\"ground\", \"slider\"]\nat = [[0, 0], [0, 0]]\n"
+         "[joints.guide]\ntype = \"translational\"\nbetween = [\"ground\", \"slider\"]\n"
+         "at = [[0, 0], [0, 0]]\n"
          "axis = [1, 0]\n" +
          laned_rest +
          "[instruments.acceleration]\nbody = \"slider\"\naxis = [1, 0]\nbandwidth = 1000\norder = 2\n"
@@ -202,7 +204,8 @@ TEST_CASE("a sweep of accelerations has the same database with and without lanes
   const LanesDesk desk;
   desk.write("slider.toml", loose_slider_crank());
   const auto study = desk.study(
-      "scene = \"slider.toml\"\nformulations = [\"nonsmooth\"]\njoint = \"C\"\naccelerometer = \"acceleration\"\n"
+      "scene = \"slider.toml\"\nformulations = [\"nonsmooth\"]\njoint = \"C\"\n"
+      "accelerometer = \"acceleration\"\n"
       "position = \"position\"\nrevolutions = 1\ndiscard = 1\nstarts = 5\n"
       "[axes.clearance]\nkey = \"joints.C.clearance\"\nvalues = [3e-4]\n");
   const auto lanes = desk.results("always");
@@ -251,9 +254,11 @@ TEST_CASE("a calibration has the same runs and fit with and without lanes",
   const LanesDesk desk;
   desk.write("slider.toml", loose_slider_crank());
   const auto study = desk.study(
-      "scene = \"slider.toml\"\njoint = \"C\"\naccelerometer = \"acceleration\"\nrevolutions = 1\ndiscard = 1\n"
+      "scene = \"slider.toml\"\njoint = \"C\"\naccelerometer = \"acceleration\"\nrevolutions = 1\n"
+      "discard = 1\n"
       "starts = 1\n[calibrate]\nformulation = \"nonsmooth\"\npoints = 5\nstarts = 1\nrevolutions = 1\n"
-      "refinements = 0\n[calibrate.unknowns.clearance]\nkey = \"joints.C.clearance\"\nlow = 2e-4\nhigh = 6e-4\n"
+      "refinements = 0\n[calibrate.unknowns.clearance]\nkey = \"joints.C.clearance\"\nlow = 2e-4\n"
+      "high = 6e-4\n"
       "[calibrate.targets.level]\nstatistic = \"rms\"\nvalue = 12\n");
   const auto fitted = [&](const std::filesystem::path& place) {
     return calibrate(plan_calibration(study, {}), Conduct{}, FolderLock(place, "test"), 1, {});

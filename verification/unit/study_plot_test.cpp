@@ -258,9 +258,9 @@ TEST_CASE("any column of a bifurcation or a basin is drawn", "[figures][study][p
                nlohmann::json{{"provenance", test::study_origin()},
                               {"basin", {{"columns", columns}, {"x", axis("a")}, {"y", axis("b")}}}}
                    .dump());
-    write_file(
-        folder.path() / "basin.csv",
-        "x,y,attractor,period,phase,approach\n1,1,0,1,0.1,3\n2,1,0,1,0.2,4\n1,2,0,1,0.1,5\n2,2,-1,0,nan,nan\n");
+    write_file(folder.path() / "basin.csv",
+               "x,y,attractor,period,phase,approach\n1,1,0,1,0.1,3\n2,1,0,1,0.2,4\n1,2,0,1,0.1,5\n"
+               "2,2,-1,0,nan,nan\n");
     plots::draw_study({.folder = folder.path(), .y = {"approach"}, .x = {}});
     CHECK(blocks_of(folder.path() / "figures/basin_approach.dat")[0] ==
           std::vector<std::vector<double>>{

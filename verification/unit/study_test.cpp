@@ -378,7 +378,8 @@ TEST_CASE("a statistic that is zero within the ranges is refused as a target", "
   const auto text = [](const char* statistic) {
     return study_head +
            "line_share = 1e6\n[calibrate]\npoints = 5\nstarts = 1\nrevolutions = 1\n[calibrate.unknowns.c]\n"
-           "key = \"joints.gudgeon.clearance\"\nlow = 0.2e-3\nhigh = 1e-3\n[calibrate.targets.t]\nstatistic = \"" +
+           "key = \"joints.gudgeon.clearance\"\nlow = 0.2e-3\nhigh = 1e-3\n[calibrate.targets.t]\n"
+           "statistic = \"" +
            statistic + "\"\nvalue = 3\n";
   };
   // No line reaches a million times the ideal: all five outcomes are 0. Formerly they were omitted

@@ -101,7 +101,8 @@ TEST_CASE("a style sets sizes on paper in every format, and is kept", "[figures]
   const auto& place = folder.path();
   write_drift(place);
   const std::string style =
-      "# mine\nwidth = 90\nheight = 60\nfont_size = 9\nformat = [\"pdf\", \"svg\", \"eps\", \"cairolatex\"]\n";
+      "# mine\nwidth = 90\nheight = 60\nfont_size = 9\nformat = [\"pdf\", \"svg\", \"eps\", "
+      "\"cairolatex\"]\n";
   write_style(place, style);
   for (int i = 0; i < 2; ++i) {
     REQUIRE(test::freeplay("figures " + place.string()).status == 0);

@@ -119,8 +119,8 @@ TEST_CASE("random scenes: traced derivatives in contact modes equal general ones
         const auto key = property(scene, name, Family::nonsmooth);
         const double value = key.value();
         double h = 5e-4 * (value == 0 ? 0.1 : std::abs(value));
-        // A point that moves turns the normal of a contact by its displacement over the eccentricity, of which
-        // these states may have a small part of the clearance.
+        // A point that moves turns the normal of a contact by its displacement over the
+        // eccentricity, of which these states may have a small part of the clearance.
         if (name.ends_with(".at[1][0]")) h = std::min(h, 1e-4 * system.contact_facts(0).clearance);
         std::vector<std::unique_ptr<System>> systems;
         SystemTangent::Parameter p;

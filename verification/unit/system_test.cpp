@@ -258,7 +258,8 @@ Scene two_walls(bool long_arm_first) {
   const std::string short_one =
       "[contacts.short]\ntype = \"plane\"\nbetween = [\"ground\", \"a\"]\nradius = 0.01\nsurface = \"s\"\n";
   const std::string long_one =
-      "[contacts.long]\ntype = \"plane\"\nbetween = [\"ground\", \"b\"]\nat = [[0, -9], [3, 0]]\nradius = 0.02\n"
+      "[contacts.long]\ntype = \"plane\"\nbetween = [\"ground\", \"b\"]\nat = [[0, -9], [3, 0]]\n"
+      "radius = 0.02\n"
       "surface = \"s\"\n";
   return parse_scene(
       "[bodies.a]\nmass = 1\ninertia = 1\nposition = [0, 1]\n[bodies.b]\nmass = 1\ninertia = 1\n"

@@ -255,7 +255,8 @@ inline RandomCase with_elements(Draw& r) {
   if (one_way) text += either(0.5) ? "one_way = 'pull'\n" : "one_way = 'push'\n";
   if (either(0.5)) {
     text += toml(
-        "[loads.b]\ntype = '{}'\nbetween = ['ground', 'p']\nlower = {}\nupper = {}\nstiffness = {}\ndamping = {}\n",
+        "[loads.b]\ntype = '{}'\nbetween = ['ground', 'p']\nlower = {}\nupper = {}\nstiffness = {}\n"
+        "damping = {}\n",
         turns ? "torsional-bump-stop" : "bump-stop", rest - r.between(0.2, 0.6) * unit,
         rest + r.between(0.2, 0.6) * unit, r.between(20, 80) * rate, r.between(0.2, 1) * rate);
     c.keys.insert(c.keys.end(), {"loads.b.upper", "loads.b.lower", "loads.b.stiffness", "loads.b.damping"});
@@ -289,6 +290,13 @@ inline RandomCase with_elements(Draw& r) {
   return c;
 }
 
+/// Derivatives of a scene's quantities with respect to keys.
+inline Sensitivities of(const std::string& text, std::vector<std::string> quantities,
+                        std::vector<std::string> keys, const std::vector<std::string>& options = {}) {
+  return sensitivities(parse_scene(text, "s.toml", options),
+                       {.of = std::move(quantities), .to = std::move(keys)});
+}
+
 /// Values of the quantities with another value of one key.
 inline std::vector<double> values_at(const RandomCase& c, const std::string& key, double value,
                                      const std::string& formulation,
@@ -301,8 +309,8 @@ inline std::vector<double> values_at(const RandomCase& c, const std::string& key
   return values;
 }
 
-/// Extrapolated differences of whole runs for one key, with their own errors: truncation by the change between
-/// extrapolations, noise of the runs by the finest one.
+/// Extrapolated differences of whole runs for one key, with their own errors: truncation by the
+/// change between extrapolations, noise of the runs by the finest one.
 struct Differences {
   std::vector<double> slopes, errors;
 };
@@ -346,8 +354,8 @@ struct Compared {
   }
 };
 
-/// Compares the derivatives of `scenes` random cases with respect to one random key each; `bound_of`: relative
-/// bound for a key. `reference`: options of the runs that are differenced.
+/// Compares the derivatives of `scenes` random cases with respect to one random key each;
+/// `bound_of`: relative bound for a key. `reference`: options of the runs that are differenced.
 template <class MakeCase, class BoundOf>
 Compared compare_random(int scenes, unsigned seed, MakeCase make_case, const std::string& formulation,
                         BoundOf bound_of, const std::vector<std::string>& options = {},

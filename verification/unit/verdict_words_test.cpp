@@ -187,11 +187,12 @@ TEST_CASE("validate: each outcome of a measured signal in words", "[verdicts]") 
       "penalty", Outcome::agrees, {}, false, 0.2, 0.5, 12, "the same test finds 1.2 times the clearance"},
       differs{"nonsmooth", Outcome::differs, {"the peaks differ", "b", "c", "d"}, false, 3, 0.5, 12, ""};
   const auto text = verdict({agrees, differs});
-  CHECK(
-      text ==
-      "Nonsmooth differs from the measurement: the peaks differ; b; c. Penalty agrees with the measurement in "
-      "waveform, peaks, their angles and spectrum (mean revolutions: difference 0.2 m/s², 0.5 is explained); the "
-      "same test finds 1.2 times the clearance. Fit the unknown parameters with `freeplay calibrate`.");
+  CHECK(text ==
+        "Nonsmooth differs from the measurement: the peaks differ; b; "
+        "c. Penalty agrees with the measurement in "
+        "waveform, peaks, their angles and spectrum (mean revolutions: difference 0.2 m/s², "
+        "0.5 is explained); the "
+        "same test finds 1.2 times the clearance. Fit the unknown parameters with `freeplay calibrate`.");
   CHECK_THAT(verdict(std::vector{agrees}), !Contains("calibrate"));
   auto faulty = differs;
   faulty.faulty_signal = true;
@@ -220,10 +221,10 @@ TEST_CASE("validate: no agreement without power", "[verdicts]") {
 TEST_CASE("validate: measured points and published findings in words", "[verdicts]") {
   const std::vector<PointsAgreement> models = {{"steel [penalty]", Outcome::differs, 0.08},
                                                {"steel [nonsmooth]", Outcome::agrees, 0.02}};
-  CHECK(
-      verdict(models) ==
-      "With all measured points agree: steel [nonsmooth]; outside the measurement's uncertainty: steel [penalty]. "
-      "The closest is steel [nonsmooth], with a relative rms error of 2 %.");
+  CHECK(verdict(models) ==
+        "With all measured points agree: steel [nonsmooth]; "
+        "outside the measurement's uncertainty: steel [penalty]. "
+        "The closest is steel [nonsmooth], with a relative rms error of 2 %.");
   CHECK_THAT(verdict(std::vector{PointsAgreement{"a", Outcome::undecided, 0.1}}),
              Contains("Unknown without"));
   CHECK(verdict(FindingCount{4, 4, {}}) ==
@@ -296,10 +297,11 @@ TEST_CASE("sweep: range of the statistic, and difference of the formulations", "
              {"c = 2 mm", "penalty", 20, 18, 22},
              {"c = 2 mm", "nonsmooth", 21, 19, 23}};
   // 2 apart of a mean of 11: 18 %; the intervals at 2 mm overlap, those at 1 mm do not.
-  CHECK(
-      verdict(v) ==
-      "All 4 runs finished; peak_max ranges from 10 m/s² (c = 1 mm, penalty) to 21 m/s² (c = 2 mm, nonsmooth). The "
-      "formulations differ in peak_max by at most 2 m/s², 18 % (c = 1 mm); their 95 % intervals overlap in 1 of 2 cells.");
+  CHECK(verdict(v) ==
+        "All 4 runs finished; peak_max ranges from 10 m/s² (c = 1 mm, penalty) to 21 m/s² (c = 2 mm, "
+        "nonsmooth). The "
+        "formulations differ in peak_max by at most 2 m/s², 18 % (c = 1 mm); "
+        "their 95 % intervals overlap in 1 of 2 cells.");
   // No relative difference from zero; cells where both are zero are no cells to compare.
   SweepValues zero{4, 0, "peak_max", "m/s²", {}};
   zero.cells = {{"c = 1 mm", "penalty", 0, 0, 0},

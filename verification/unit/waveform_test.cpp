@@ -58,8 +58,9 @@ TEST_CASE("without crank angles, mean turns are aligned before they are compared
 
 TEST_CASE("the expected difference is that of runs of the measured motion, also with correlated turns",
           "[waveform]") {
-  // Against 400 pairs of independent samples: the mean square within 20 %, because correlation times of independent turns
-  // are estimated as at least 1 and thus on average too long; the spread of the logarithms within a third.
+  // Against 400 pairs of independent samples: the mean square within 20 %, because correlation
+  // times of independent turns are estimated as at least 1 and thus on average too long; the spread
+  // of the logarithms within a third.
   for (const double r : {0.0, 0.5}) {
     std::mt19937_64 engine(17);
     double squares = 0, expected = 0, logs = 0, logs2 = 0, deviation = 0;

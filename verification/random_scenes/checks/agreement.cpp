@@ -305,10 +305,15 @@ std::span<const Check> agreement_checks() {
       {"first touches",
        "positions before the first touch, times and speeds of up to three touches, against the same "
        "way (penalty: its first touch, against event-driven) at a tolerance of 1e-11",
-       "1000 tolerance (C + t); Moreau–Jean 2h + 2h (C + t)/interval, or what the run says of its first touches; its positions "
-       "2h (C + length)/(t since the last kink in time); positions in films also twice what half the step changes",
-       "C is three times what two twins whose facts differ by 1e-6 do to the touch, so it has what impacts and grazing multiply; a "
-       "thousand steps; a touch acts somewhere within its step and is then a fact that differs by h over the flight, and so does a "
+       "1000 tolerance (C + t); Moreau–Jean 2h + 2h (C + t)/interval, "
+       "or what the run says of its first touches; its positions "
+       "2h (C + length)/(t since the last kink in time); "
+       "positions in films also twice what half the step changes",
+       "C is three times what two twins whose facts differ by 1e-6 do to the touch, "
+       "so it has what impacts and grazing multiply; a "
+       "thousand steps; "
+       "a touch acts somewhere within its step and is then a fact that differs by h over the flight, "
+       "and so does a "
        "pulse over its time; a film's squeeze has an order of "
        "its own, of which no fact's twin knows",
        against_reference, paradox},
@@ -321,12 +326,14 @@ std::span<const Check> agreement_checks() {
        "1000 tolerance (C + t); Moreau–Jean h + 2h (C + t)/interval",
        "the same motion; a touch may fall into the next step", mirror, paradox},
       {"units",
-       "lengths, masses and times in units of powers of two, up to 4096 either way, absolute options with them",
+       "lengths, masses and times in units of powers of two, up to 4096 either way, "
+       "absolute options with them",
        "as above", "the same digits but for absolute constants in the program", units, paradox},
       {"order", "bodies, joints, contacts, drives and loads in the opposite order", "as above",
        "asked only while touches are single", order, paradox},
       {"backwards",
-       "where e = 1, µ = 0 and nothing acts but gravity and springs: velocities turned round, as long again, is the start",
+       "where e = 1, µ = 0 and nothing acts but gravity and springs: velocities turned round, "
+       "as long again, is the start",
        "2000 tolerance (C + size)", "two runs; C by a twin whose velocities differ by 1e-6, to and fro",
        backwards, paradox},
   };

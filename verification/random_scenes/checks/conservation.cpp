@@ -184,17 +184,22 @@ std::span<const Check> conservation_checks() {
   static constexpr Check all[] = {
       {"energy balance", "kinetic and potential energy summed from the state, and the balance with them",
        "1e-4 of the greatest term; Moreau–Jean 1e-3",
-       "event-driven's tolerance is 1e-7 where many contacts rest, over a thousand steps; penalty's work integrals are carried "
+       "event-driven's tolerance is 1e-7 where many contacts rest, over a thousand steps; "
+       "penalty's work integrals are carried "
        "along without error control; the midpoint rule's h², and beyond 1e-3 the run says so",
        balance},
       {"losses",
-       "what contacts with their friction, dampers and films took is not negative; nothing where e = 1 and µ = 0",
+       "what contacts with their friction, dampers and films took is not negative; "
+       "nothing where e = 1 and µ = 0",
        "1e-6 of the greatest term; Moreau–Jean 1e-3",
        "the integrators' error; in time stepping the turning of normals within a step, h²", losses,
        "increased the energy"},
       {"momentum", "of mechanisms that nothing acts on from outside, linear and angular",
-       "1e-6 of Σ m‖v‖; for the angular one also depth times friction's impulse (of a contact that lasts μ Σ m‖v‖ (1 + ω t)), Moreau–Jean h v_n Σ m‖v‖ an impact",
-       "the integrators' error; friction acts on two surfaces that are a depth apart; a step's impulses act in its middle, "
+       "1e-6 of Σ m‖v‖; "
+       "for the angular one also depth times friction's impulse (of a contact that lasts μ Σ m‖v‖ (1 + "
+       "ω t)), Moreau–Jean h v_n Σ m‖v‖ an impact",
+       "the integrators' error; friction acts on two surfaces that are a depth apart; "
+       "a step's impulses act in its middle, "
        "where that is h v_n, and positions are brought back by as much",
        momentum},
       {"penetration", "four instants within each step on the dense output, ends of time steps",
@@ -202,11 +207,13 @@ std::span<const Check> conservation_checks() {
        "beyond these the run gives a warning (docs/reference/results.md)", depth},
       {"Newton and Euler", "forces summed anew against accelerations, impulses against changes of momentum",
        "1e-6 of the greatest term, impulses 1e-3; Moreau–Jean's impulses 1e-9",
-       "rounding of solves at mass ratios of 1e6, drift of joints; Gauss points over Hertz's kink; a step is its impulses",
+       "rounding of solves at mass ratios of 1e6, drift of joints; Gauss points over Hertz's kink; "
+       "a step is its impulses",
        newton},
       {"times", "events in their order and within the run, shares of flight, impacts and lasting contact",
        "order to t_uncertainty, 0 to 1 to 1e-3",
-       "a touch that ends an accumulation stands at its end, with the time that was not resolved as its uncertainty",
+       "a touch that ends an accumulation stands at its end, "
+       "with the time that was not resolved as its uncertainty",
        times},
   };
   return all;

@@ -228,7 +228,8 @@ void compare(Comparison& all, const ExpectedRows& e, const Trajectory& rows, con
                  rate = b.speeds * e.V * (1 + (e.X > 0 ? e.sensitivity[k] / e.X : 0)) + 1e-12 * e.V;
     add(all, !(off <= bound), [&] {
       return fmt::format(
-          "coordinate {} at t = {:.6g} s (row {}) is {:.2g} off {:.6g}, above {:.2g}; its motion amounts to {:.2g}",
+          "coordinate {} at t = {:.6g} s (row {}) is {:.2g} off {:.6g}, above {:.2g}; "
+          "its motion amounts to {:.2g}",
           e.coordinate, rows.t(k), k, off, e.x[k], bound, e.X);
     });
     const double beyond = std::max({low - v, v - high, 0.0});
@@ -251,7 +252,8 @@ void compare(Comparison& all, const Prescribed& p, const Trajectory& rows, const
     const double rate = std::max(10 * b.prescribed, b.speeds) * p.rate + 2 * p.bend * b.step + 1e-12 * p.rate;
     add(all, !(off <= bound), [&] {
       return fmt::format(
-          "prescribed coordinate {} at t = {:.6g} s (row {}) is {:.2g} off {:.6g}, above {:.2g}; its motion amounts to {:.2g}",
+          "prescribed coordinate {} at t = {:.6g} s (row {}) is {:.2g} off {:.6g}, above {:.2g}; "
+          "its motion amounts to {:.2g}",
           p.coordinate, rows.t(k), k, off, m.y, bound, p.size);
     });
     if (p.rate > 0)

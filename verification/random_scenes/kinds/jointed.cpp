@@ -149,13 +149,12 @@ void loop(Draw& draw, Draft& out) {
   out.joint("revolute", "crank", "rod", crank.front(), rod.rear(), lines(0));
   if (slider) {
     out.joint("revolute", "rod", "slider", rod.front(), {0, 0}, lines(1));
-    out.joint(
-        "translational", "ground", "slider", {0, 0}, {0, 0},
-        clearance_joint[2]
-            ? toml(
-                  "clearance = {}\nslider_length = {}\nslider_height = {}\ncorner_radius = {}\nsurface = 's'\n",
-                  c, 0.5 * r, 0.3 * r, 0.02 * r)
-            : "");
+    out.joint("translational", "ground", "slider", {0, 0}, {0, 0},
+              clearance_joint[2]
+                  ? toml("clearance = {}\nslider_length = {}\nslider_height = {}\ncorner_radius = {}\n"
+                         "surface = 's'\n",
+                         c, 0.5 * r, 0.3 * r, 0.02 * r)
+                  : "");
   } else {
     out.joint("revolute", "rod", "rocker", rod.front(), third.front(), lines(1));
     out.joint("revolute", "ground", "rocker", {third.body.world(third.rear()).x(), 0}, third.rear(),
@@ -196,12 +195,11 @@ void guide(Draw& draw, Draft& out) {
     frame.inertia = frame.mass * length * length;
     out.body(frame);
   }
-  out.joint(
-      "translational", moving ? "frame" : "ground", "slider", {0, 0}, {0, 0},
-      toml(
-          "axis = {}\n{}clearance = {}\nslider_length = {}\nslider_height = {}\ncorner_radius = {}\nsurface = 's'\n",
-          moving ? Vec2{1, 0} : axis, moving ? "" : toml("angle = {}\n", slope), play, length, height,
-          0.05 * length));
+  out.joint("translational", moving ? "frame" : "ground", "slider", {0, 0}, {0, 0},
+            toml("axis = {}\n{}clearance = {}\nslider_length = {}\nslider_height = {}\ncorner_radius = {}\n"
+                 "surface = 's'\n",
+                 moving ? Vec2{1, 0} : axis, moving ? "" : toml("angle = {}\n", slope), play, length, height,
+                 0.05 * length));
   if (draw.chance(0.6))
     out.load("force", toml("body = 'slider'\nat = {}\nforce = {}\n",
                            Vec2{draw.either_way(length), draw.either_way(height)},

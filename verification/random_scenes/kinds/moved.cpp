@@ -76,11 +76,10 @@ double stop_stiffness(Draft& out, double inertia, double arm_squared, double tim
 
 void spring(Draft& out, const std::string& from, const std::string& to, Vec2 at, double stiffness,
             double free) {
-  out.table(
-      "loads.spring",
-      toml(
-          "type = 'spring-damper'\nbetween = ['{}', '{}']\nat = [{}, [0, 0]]\nstiffness = {}\nfree_length = {}\n",
-          from, to, at, stiffness, free));
+  out.table("loads.spring",
+            toml("type = 'spring-damper'\nbetween = ['{}', '{}']\nat = [{}, [0, 0]]\nstiffness = {}\n"
+                 "free_length = {}\n",
+                 from, to, at, stiffness, free));
 }
 
 /// Adds the reference of a coordinate between walls for both formulations: stiffness over inertia
@@ -192,11 +191,10 @@ void moved_lever(Draw& draw, Draft& out) {
   const auto q = out.body({.name = "arm", .inertia = J, .angle = x, .spin = v});
   joint(out, "pin", 2, "arm", "rotor");
   const double ks = stop_stiffness(out, J, R * R, out.flight * draw.decades(-2, -1.3));
-  out.table(
-      "contacts.stop",
-      toml(
-          "type = 'angle-stop'\njoint = 'pin'\nradius = {}\nlower = 0\nupper = {}\nstiffness = {}\nsurface = 's'\n",
-          R, room, ks));
+  out.table("contacts.stop",
+            toml("type = 'angle-stop'\njoint = 'pin'\nradius = {}\nlower = 0\nupper = {}\nstiffness = {}\n"
+                 "surface = 's'\n",
+                 R, room, ks));
   out.surface(e);
   const double M = exact(draw.chance(0.5) ? J * A * w * w * draw.either_way(0.3) : 0);
   if (M != 0) out.table("loads.push", toml("type = 'torque'\nbody = 'arm'\ntorque = {}\n", M));
@@ -258,9 +256,9 @@ void teeth(Draw& draw, Draft& out) {
   const double ks = stop_stiffness(out, J, base * base, out.flight * draw.decades(-2, -1.3));
   out.table(
       "joints.mesh",
-      toml(
-          "type = 'gear'\nbetween = ['one', 'two']\npitch_radii = [{}, {}]\nphase = {}\nbacklash = {}\nmesh_stiffness = {}\nsurface = 's'\n",
-          r1, r2, phase, play, ks));
+      toml("type = 'gear'\nbetween = ['one', 'two']\npitch_radii = [{}, {}]\nphase = {}\nbacklash = {}\n"
+           "mesh_stiffness = {}\nsurface = 's'\n",
+           r1, r2, phase, play, ks));
   out.surface(e);
   const double rate = distance * std::abs(spin), bend = rate * std::abs(spin);
   for (const std::size_t k : {0U, 1U})

@@ -109,11 +109,10 @@ void touching_row(Draw& draw, Draft& out) {
     if (i == 0) continue;
     // a face of each against a rounded nose of the next; the face is on the right of its body
     if (blocks) {
-      out.table(
-          toml("contacts.c{}_{}", i - 1, i),
-          toml(
-              "type = 'plane'\nbetween = ['d{}', 'd{}']\nat = [[{}, 0], [0, 0]]\naxis = [0, -1]\nradius = {}\nsurface = 's'\n",
-              i - 1, i, R, R));
+      out.table(toml("contacts.c{}_{}", i - 1, i),
+                toml("type = 'plane'\nbetween = ['d{}', 'd{}']\nat = [[{}, 0], [0, 0]]\naxis = [0, -1]\n"
+                     "radius = {}\nsurface = 's'\n",
+                     i - 1, i, R, R));
       stiffness.push_back(K);
     } else {
       discs(out, i - 1, i, R);
