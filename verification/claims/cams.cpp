@@ -22,7 +22,7 @@ Scene scene_of(const reference::EccentricCam& c, double speed, double turns, con
                double height, const std::string& profile, const Way& way, const std::string& friction = "") {
   constexpr double gravity = 9.81;
   auto scene = parse_scene(
-      "\ngravity = [0.0, -9.81]\n" +
+      "gravity = [0.0, -9.81]\n" +
           test::body("cam", 1.0, 1e-3, fmt::format("angular_velocity = {:.17g}\n", speed)) +
           test::body("follower", c.mass, 1e-4, fmt::format("position = [0.0, {}]\n", height)) +
           fmt::format("[surfaces.steel]\nyoung = 2e11\npoisson = 0.3\nrestitution = 0.2\n{}\n", friction) +

@@ -202,9 +202,7 @@ Findings invariants() {
 
   const char *slider_crank = "paper's slider-crank with clearance",
              *time_stepping = "Moreau–Jean, h = 1e-5 s";
-  auto rig = read_scene(test::flores());
-  rig.run.duration = 0.6;
-  rig.run.discard = 0;
+  auto rig = test::read_short(test::flores(), 0.6);
   const auto penalty = test::simulate(rig, Family::penalty),
              nonsmooth = test::simulate(rig, Family::nonsmooth);
   f.at_most(claim_name(slider_crank, "error of the energy balance in two turns", "penalty"), "J",

@@ -22,7 +22,7 @@ inline std::string name_of(const JournalBearing& b) {
 inline Scene journal(const JournalBearing& b, double mass, double inertia, double omega, double gravity,
                      double duration, Vec2 from = {0, 0}, Vec2 velocity = {0, 0}) {
   return parse_scene(
-      fmt::format("\ngravity = [0, {}]\n", -gravity) +
+      fmt::format("gravity = [0, {}]\n", -gravity) +
           test::body("shaft", mass, inertia,
                      fmt::format("angular_velocity = {}\nposition = [{}, {}]\nvelocity = [{}, {}]\n", omega,
                                  from.x(), from.y(), velocity.x(), velocity.y())) +

@@ -47,10 +47,8 @@ void seven_bodies(Findings& f) {
 }
 
 void slider_crank(Findings& f) {
-  auto scene = read_scene(test::flores());
+  auto scene = test::read_short(test::flores(), 0.7);
   scene.mechanism = idealised(scene.mechanism);
-  scene.run.duration = 0.7;
-  scene.run.discard = 0;
   const double speed = 200 * 2 * M_PI / 60;
   const auto exact = reference::slider_crank(0.05, 0.3, speed * 0.7, speed);
   for (const auto family : {Family::penalty, Family::nonsmooth}) {

@@ -66,9 +66,7 @@ void time_stepping(Findings& f, Scene scene, const Impacts& exact) {
 
 Findings oracle() {
   Findings f;
-  auto scene = read_scene(test::flores());
-  scene.run.duration = 0.0119;
-  scene.run.discard = 0;
+  auto scene = test::read_short(test::flores(), 0.0119);
   scene.instruments.clear();
   scene.penalty.tolerance = 1e-12;
   scene.nonsmooth.scheme = Scheme::event_driven;

@@ -77,9 +77,7 @@ void adaptive(Findings& f) {
 }
 
 void across_impacts(Findings& f) {
-  auto scene = read_scene(test::flores());
-  scene.run.duration = 0.0107;
-  scene.run.discard = 0;
+  auto scene = test::read_short(test::flores(), 0.0107);
   scene.instruments.clear();
   scene.nonsmooth.scheme = Scheme::moreau_jean;
   reference::LooseSliderCrank<long double> mechanism;

@@ -91,7 +91,7 @@ void kinked(Findings& f) {
   const double u = 0.05, g = 9.81, up = std::sqrt(u * u + 2 * g * 0.8), rate = 1e4;
   const double T = 2 * (up - u) / g + reference::taut_in_throw(u, rate, g);
   const auto thrown =
-      "\ngravity = [0.0, -9.81]\n" +
+      "gravity = [0.0, -9.81]\n" +
       test::body("mass", 1.0, 1.0, fmt::format("position = [0.0, 0.2]\nvelocity = [0.0, {:.17g}]\n", up)) +
       test::spring("cable", "ground", "mass", {}, {}, 1e8, 1.0, "one_way = \"pull\"\n") +
       test::run_for(T, "start = \"given\"\n");

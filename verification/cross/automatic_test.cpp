@@ -103,9 +103,7 @@ TEST_CASE(
 
 TEST_CASE("automatic scheme: impact laws without time stepping stay with event-driven integration",
           "[automatic]") {
-  auto scene = read_scene(test::scene_file("gudgeon"));
-  scene.run.duration = 0.05;
-  scene.run.discard = 0;
+  auto scene = test::read_short(test::scene_file("gudgeon"), 0.05);
   for (const auto law : {ImpactLaw::energetic, ImpactLaw::poisson}) {
     scene.nonsmooth.impact_law = law;
     const auto automatic = test::simulate(with(scene, std::nullopt), Family::nonsmooth),

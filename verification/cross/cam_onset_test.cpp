@@ -76,7 +76,7 @@ struct Flight {
           fmt::format("[{:.17g}, {:.17g}],\n", 2 * M_PI * static_cast<double>(i) / static_cast<double>(n),
                       size * motion.lift.y[i]);
     std::string text =
-        fmt::format("\ngravity = [{:.17g}, {:.17g}]\n", size * motion.ax, size * motion.ay) +
+        fmt::format("gravity = [{:.17g}, {:.17g}]\n", size * motion.ax, size * motion.ay) +
         test::body(
             "follower", mass(), mass() * size * size,
             fmt::format("position = [{:.17g}, {:.17g}]\nvelocity = [{:.17g}, {:.17g}]\n"

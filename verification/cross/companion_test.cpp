@@ -122,9 +122,7 @@ TEST_CASE("the error estimate covers the error of a bouncing ball, against the c
 }
 
 TEST_CASE("a companion run changes no digit and gives no estimate where it has none", "[companion]") {
-  auto scene = read_scene(test::scene_file("gudgeon"));
-  scene.run.duration = 0.05;
-  scene.run.discard = 0;
+  auto scene = test::read_short(test::scene_file("gudgeon"), 0.05);
   scene.nonsmooth.step = 1e-5;
   const auto alone = run_scene(scene, {.formulation = "nonsmooth"});
   const auto with = run_scene(scene, {.formulation = "nonsmooth", .companion = true});

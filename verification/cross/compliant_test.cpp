@@ -131,7 +131,7 @@ TEST_CASE("a lever on an eccentric cam has the angle of the tangent to its circl
 
 TEST_CASE("a follower at rest on a dwell stays at rest, on cams of any size", "[compliant]") {
   for (const double size : {1e-4, 1.0, 1e3}) {
-    const auto scene = fmt::format("\ngravity = [0.0, -{}]\n", size) + test::body("cam", 1.0, 1.0) +
+    const auto scene = fmt::format("gravity = [0.0, -{}]\n", size) + test::body("cam", 1.0, 1.0) +
                        test::body("follower", 1.0, 1.0, fmt::format("position = [0.0, {}]\n", 1.3 * size)) +
                        test::surface("steel", 0.4, "young = 2e11\npoisson = 0.3\n") +
                        test::pin("pin", "ground", "cam") +

@@ -29,10 +29,9 @@ bool doubtful(const Result& run) { return test::notes_of(run).find("warning: ") 
 
 /// A body on a guide along x or y, driven as `drive` says; speed 0: as the drive determines.
 std::string slider(double speed, const std::string& drive) {
-  return fmt::format("\n[bodies.slider]\nmass = 2.0\ninertia = 0.01\n{}\n",
-                     speed != 0 ? fmt::format("velocity = [{:.17g}, 0.0]", speed) : "") +
-         test::guide("guide", "ground", "slider") +
-         fmt::format("[drives.it]\njoint = \"guide\"\n{}\n", drive) +
+  const auto velocity = speed != 0 ? fmt::format("velocity = [{:.17g}, 0.0]\n", speed) : "";
+  return test::body("slider", 2.0, 0.01, velocity) + test::guide("guide", "ground", "slider") +
+         test::drive("it", "guide", drive + "\n") +
          test::run_for(1.0, "discard = 0\nstart = \"assembled\"\n");
 }
 
@@ -89,7 +88,7 @@ TEST_CASE("curves: a ball on a table shaken at 60 to 500 Hz, in every scheme and
     for (const auto& way : schemes) {
       CAPTURE(f, way.name);
       const double w = 2 * pi * f, A = 3 * 9.81 / (w * w);
-      const auto text = "\ngravity = [0, -9.81]\n" + test::body("table", 10.0, 1.0) +
+      const auto text = "gravity = [0, -9.81]\n" + test::body("table", 10.0, 1.0) +
                         test::body("ball", 0.1, 4e-6, "position = [0, 0.0101]\n") +
                         test::guide("guide", "ground", "table", {0, 1}) +
                         test::plane("top", "table", "ball", 0.01, "hard") + test::surface("hard", 0.9) +

@@ -9,9 +9,7 @@ using namespace freeplay;
 namespace {
 
 Scene event_driven(const std::filesystem::path& file, double duration) {
-  auto scene = read_scene(file);
-  scene.run.duration = duration;
-  scene.run.discard = 0;
+  auto scene = test::read_short(file, duration);
   scene.instruments.clear();
   scene.nonsmooth.scheme = Scheme::event_driven;
   return scene;

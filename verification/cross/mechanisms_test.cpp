@@ -48,9 +48,7 @@ const Way ways[] = {
 TEST_CASE("each method reproduces the event-driven tables of nine mechanisms", "[cross][event-driven]") {
   for (const auto& way : ways)
     for (const auto& table : reference::impact_tables) {
-      auto scene = read_scene(test::scene_file(table.scene), way.keys);
-      scene.run.duration = 0.035;
-      scene.run.discard = 0;
+      auto scene = test::read_short(test::scene_file(table.scene), 0.035, way.keys);
       scene.instruments.clear();
       CAPTURE(way.name, table.scene);
       const auto run = test::finished(scene, way.family);

@@ -68,7 +68,7 @@ struct Follower {
   }
   double turn() const { return 2 * M_PI / speed; }
   std::string scene() const {
-    return fmt::format("\ngravity = [0, {:.17g}]\n", -size * g) +
+    return fmt::format("gravity = [0, {:.17g}]\n", -size * g) +
            test::body("cam", 1, size * size, fmt::format("angular_velocity = {:.17g}\n", -speed)) +
            test::body("follower", 2, size * size, fmt::format("position = [0, {:.17g}]\n", size * base)) +
            test::pin("pin", "ground", "cam") +
@@ -155,7 +155,7 @@ TEST_CASE("forces of automatic steps follow a driven arm, and give its change of
   // rad, where the third differences that a parabola omits are 0.3³/64 = 4e-4 of the amplitude.
   const double mass = 0.7, arm = 0.2, speed = 12, g = 9.81;
   const auto scene = test::scene_by(test::chosen_steps,
-                                    fmt::format("\ngravity = [0, {}]\n", -g) + test::body("arm", mass, 0.01) +
+                                    fmt::format("gravity = [0, {}]\n", -g) + test::body("arm", mass, 0.01) +
                                         test::pin("shaft", "ground", "arm", {}, {-arm, 0}) +
                                         test::motor("motor", "shaft", speed) + test::run_for(1.3));
   Simulation simulation(scene, "nonsmooth");
@@ -196,7 +196,7 @@ TEST_CASE("a point mass at a wall has the same motion in any size", "[chosen][sc
   const auto state_of = [](const test::Way& way, double size) {
     const double time = std::sqrt(size);
     const auto text =
-        fmt::format("\ngravity = [{:.17g}, 0]\n", -10.0) +
+        fmt::format("gravity = [{:.17g}, 0]\n", -10.0) +
         test::body("ball", 1, 0.4 * size * size, fmt::format("position = [{:.17g}, 0]\n", size)) +
         test::surface("wall", 0.9, "young = 2e11\npoisson = 0.3\n") +
         test::plane("wall", "ground", "ball", 0, "wall",

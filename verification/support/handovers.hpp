@@ -16,7 +16,7 @@ namespace freeplay::verification {
 /// A four-bar with clearance in three joints, its crank at 28,000 rad/s: the event-driven scheme
 /// reaches a state from which it accepts no step.
 inline const std::string loop =
-    "\ngravity = [0, -9.81]\n" +
+    "gravity = [0, -9.81]\n" +
     test::body("crank", 0.00993849079612, 4.58349671345e-08,
                "position = [-0.000135001975712, -0.00373930507292]\nangle = -1.60688414586\n") +
     test::body("rod", 0.00529047996927, 1.91982846489e-07,
@@ -45,7 +45,7 @@ beta = 68216.0380167
 
 /// A disc that falls without restitution between two steep walls, friction 1: it jams.
 inline const std::string wedge =
-    "\ngravity = [0, -9.81]\n" +
+    "gravity = [0, -9.81]\n" +
     test::body("d", 1.0, 0.00125, "position = [0.001, 0.13423855596804396]\nvelocity = [0, -0.5]\n") +
     test::plane("l", "ground", "d", 0.05, "s", "axis = [0.7023723340926309, -0.7118097388356455]\n") +
     test::plane("r", "ground", "d", 0.05, "s", "axis = [0.7023723340926309, 0.7118097388356455]\n") +

@@ -15,3 +15,36 @@
 #include "io/files/output_file.hpp"
 #include "verification/support/motion_rows.hpp"
 #include "verification/support/runs.hpp"
+
+namespace freeplay::test {
+
+/// Errors at some steps or tolerances decrease with an order between two bounds.
+template <class ErrorAt>
+void check_order(const std::vector<double>& steps, const ErrorAt& error_at, double least, double greatest) {
+  std::vector<double> errors;
+  for (const double h : steps) errors.push_back(error_at(h));
+  CAPTURE(steps, errors);
+  const double order = observed_order(steps, errors);
+  CHECK(order > least);
+  CHECK(order < greatest);
+}
+
+/// Runs the program, which has to succeed.
+inline Outcome succeeded(const std::string& arguments) {
+  auto outcome = freeplay(arguments);
+  CAPTURE(arguments, outcome.out, outcome.err);
+  REQUIRE(outcome.status == 0);
+  return outcome;
+}
+
+/// Runs the program, which has to refuse its arguments with a message that matches.
+template <class Matcher>
+Outcome refused(const std::string& arguments, const Matcher& message) {
+  auto outcome = freeplay(arguments);
+  CAPTURE(arguments, outcome.out);
+  CHECK(outcome.status == 2);
+  CHECK_THAT(outcome.err, message);
+  return outcome;
+}
+
+}  // namespace freeplay::test

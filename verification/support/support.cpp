@@ -89,11 +89,7 @@ Outcome freeplay(const std::string& arguments) {
   const auto command = fmt::format("{}/freeplay {} >{} 2>{} </dev/null", FREEPLAY_BINARY_DIR, arguments,
                                    out.string(), err.string());
   const int status = std::system(command.c_str());
-  const auto read = [](const std::filesystem::path& p) {
-    std::ifstream in(p);
-    return std::string{std::istreambuf_iterator<char>(in), {}};
-  };
-  return {WIFEXITED(status) ? WEXITSTATUS(status) : 128 + WTERMSIG(status), read(out), read(err)};
+  return {WIFEXITED(status) ? WEXITSTATUS(status) : 128 + WTERMSIG(status), file_text(out), file_text(err)};
 }
 
 pid_t start_freeplay(const std::vector<std::string>& words, void (*prepare)()) {

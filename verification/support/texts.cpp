@@ -31,6 +31,24 @@ std::string replaced(std::string text, const std::string& from, const std::strin
   return text.replace(at, from.size(), to);
 }
 
+std::vector<std::vector<std::vector<double>>> data_blocks(const std::filesystem::path& file) {
+  std::vector<std::vector<std::vector<double>>> blocks;
+  for (const auto& line : lines_of(file_text(file))) {
+    if (line.starts_with("#")) blocks.emplace_back();
+    if (line.empty() || line.starts_with("#")) continue;
+    std::istringstream numbers(line);
+    auto& row = blocks.back().emplace_back();
+    for (double x; numbers >> x;) row.push_back(x);
+  }
+  return blocks;
+}
+
+std::size_t count(const std::string& text, const std::string& part) {
+  std::size_t n = 0;
+  for (auto at = text.find(part); at != text.npos; at = text.find(part, at + part.size())) ++n;
+  return n;
+}
+
 nlohmann::json read_json(const std::filesystem::path& file) { return nlohmann::json::parse(file_text(file)); }
 
 std::string notes_of(const Result& run) {

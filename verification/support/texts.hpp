@@ -20,6 +20,10 @@ std::vector<std::string> lines_of(const std::string& text);
 std::vector<std::string> fields_of(const std::string& line);
 /// `text` with its first `from` replaced. Throws if it contains none.
 std::string replaced(std::string text, const std::string& from, const std::string& to);
+/// The blocks of a figure's data, of rows of numbers, which begin with comments.
+std::vector<std::vector<std::vector<double>>> data_blocks(const std::filesystem::path& file);
+/// How often a part occurs in a text.
+std::size_t count(const std::string& text, const std::string& part);
 nlohmann::json read_json(const std::filesystem::path& file);
 /// The notes of a run, a line each.
 std::string notes_of(const Result& run);

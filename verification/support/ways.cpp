@@ -25,6 +25,14 @@ Scene scene_by(const Way& way, const std::string& text, const std::vector<std::s
   return scene;
 }
 
+Scene read_short(const std::filesystem::path& file, double duration,
+                 const std::vector<std::string>& overrides) {
+  auto scene = read_scene(file, overrides);
+  scene.run.duration = duration;
+  scene.run.discard = 0;
+  return scene;
+}
+
 namespace {
 
 Result checked(Result run) {

@@ -1,6 +1,7 @@
 // Methods to run a scene, and runs that have to finish.
 #pragma once
 
+#include <filesystem>
 #include <optional>
 #include <string>
 #include <vector>
@@ -43,6 +44,9 @@ inline Way fixed_steps(double h, const char* name = "Moreau–Jean") {
 
 /// A scene's text by a method; `more`: options after those of the method.
 Scene scene_by(const Way& way, const std::string& text, const std::vector<std::string>& more = {});
+/// A scene's file with a run of this duration (s) without a discarded part.
+Scene read_short(const std::filesystem::path& file, double duration,
+                 const std::vector<std::string>& overrides = {});
 /// Runs in memory. Throws with the reason if the run does not finish.
 Result finished(const Scene& scene, Family family);
 Result finished(const Way& way, const std::string& text, const std::vector<std::string>& more = {});

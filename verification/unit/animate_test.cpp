@@ -17,9 +17,8 @@ namespace {
 const std::filesystem::path& comparison() {
   static const test::TemporaryFolder folder;
   static const auto outcome =
-      test::freeplay(fmt::format("compare {} --forces --set run.revolutions=0.25 --set run.discard=0 -o {}",
-                                 test::flores().string(), (folder.path() / "two").string()));
-  REQUIRE(outcome.status == 0);
+      test::succeeded(fmt::format("compare {} --forces --set run.revolutions=0.25 --set run.discard=0 -o {}",
+                                  test::flores().string(), (folder.path() / "two").string()));
   static const auto place = folder.path() / "two";
   return place;
 }
@@ -158,10 +157,7 @@ TEST_CASE("a run that cannot be animated is refused, and an older animation is k
   REQUIRE(film_of(comparison(), out.path(), options).frames > 0);
   const auto before = test::file_text(out.path() / "frame_000001.svg");
   const auto refused = [&](const std::string& words, const std::string& why) {
-    const auto outcome = test::freeplay(fmt::format("animate {} -o {}", words, out.path().string()));
-    CAPTURE(words, outcome.err);
-    CHECK(outcome.status == 2);
-    CHECK_THAT(outcome.err, Contains(why));
+    test::refused(fmt::format("animate {} -o {}", words, out.path().string()), Contains(why));
     CHECK(test::file_text(out.path() / "frame_000001.svg") == before);
   };
   const auto folder = comparison().string();

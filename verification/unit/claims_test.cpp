@@ -56,8 +56,7 @@ void check_page(const std::string& page, const Verdict& verdict) {
 }
 
 std::string asked_page() {
-  std::ifstream file(freeplay::test::source_folder() / "docs/verification/verification.csv");
-  return {std::istreambuf_iterator<char>(file), {}};
+  return freeplay::test::file_text(freeplay::test::source_folder() / "docs/verification/verification.csv");
 }
 
 /// Names are unique in a set and complete by themselves: subject and quantity are present, and no

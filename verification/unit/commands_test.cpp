@@ -28,10 +28,8 @@ TEST_CASE("validate accepts a run against itself and detects a different clearan
     }
   write_file(folder.path() / "measured.csv", csv);
   const auto agreement = [&](const std::string& set) {
-    const auto o = test::freeplay("validate " + scene + " --data " + place + "/measured.csv -o " + place +
-                                  "/" + (set.empty() ? "same" : "other") + turns + set);
-    CAPTURE(o.out, o.err);
-    REQUIRE(o.status == 0);
+    const auto o = test::succeeded("validate " + scene + " --data " + place + "/measured.csv -o " + place +
+                                   "/" + (set.empty() ? "same" : "other") + turns + set);
     CHECK_THAT(o.out, Contains("peak ratio, median"));
     return test::read_json(folder.path() / (set.empty() ? "same" : "other") / "validation.json");
   };
@@ -49,11 +47,9 @@ TEST_CASE("figures use the crank's angle and contain the plotted values", "[prog
   for (const char* speed : {"200", "-200"}) {
     CAPTURE(speed);
     test::TemporaryFolder folder;
-    const auto o = test::freeplay("compare " + case_file("guide.toml") +
-                                  " --set run.revolutions=1.3 --set run.discard=0 --set " +
-                                  "drives.motor.speed_rpm=" + speed + " -o " + folder.path().string());
-    CAPTURE(o.err);
-    REQUIRE(o.status == 0);
+    test::succeeded("compare " + case_file("guide.toml") +
+                    " --set run.revolutions=1.3 --set run.discard=0 --set " +
+                    "drives.motor.speed_rpm=" + speed + " -o " + folder.path().string());
     // The last whole revolution of the accelerometer, as in signals.csv: angles on the circle,
     // unrounded values.
     std::ifstream in(folder.path() / "penalty/signals.csv");
@@ -91,10 +87,8 @@ TEST_CASE("tradeoff: finer settings cost more and have less error; statistics ha
                          "[variants.loose]\nset = [\"run.revolutions=0.04\", \"run.discard=0\", "
                          "\"penalty.contact=exact\"]\n",
                          test::source_folder().string()));
-  const auto o = test::freeplay("tradeoff " + place + "/study.toml --allow-outside --repeats 1 -o " + place +
-                                "/out --document " + place + "/doc");
-  CAPTURE(o.err);
-  REQUIRE(o.status == 0);
+  const auto o = test::succeeded("tradeoff " + place + "/study.toml --allow-outside --repeats 1 -o " + place +
+                                 "/out --document " + place + "/doc");
   std::istringstream lines(o.out);
   for (std::string line; std::getline(lines, line);) {
     CAPTURE(line);
@@ -131,8 +125,7 @@ TEST_CASE("validate with a study: calibration, matrix, verdicts, figures, and re
   test::TemporaryFolder folder;
   const auto place = folder.path().string();
   const auto smaller = [&](const char* name, std::vector<std::pair<std::string, std::string>> changes) {
-    std::ifstream in(case_file(name));
-    std::string text((std::istreambuf_iterator<char>(in)), {});
+    std::string text = test::file_text(case_file(name));
     for (const auto& [from, to] : changes) {
       CAPTURE(from);
       REQUIRE(text.find(from) != std::string::npos);
@@ -168,8 +161,7 @@ TEST_CASE("validate with a study: calibration, matrix, verdicts, figures, and re
     CHECK(first["verdicts"][variant]["nonsmooth"].size() > 8);
     CHECK(first["verdicts"][variant]["penalty"].size() > 8);
   }
-  std::ifstream in(folder.path() / "doc/experiment.md");
-  const std::string text((std::istreambuf_iterator<char>(in)), {});
+  const std::string text = test::file_text(folder.path() / "doc/experiment.md");
   for (const char* part : {"X6", "X9", "calibrated", "Fitted", "predicted"}) CHECK_THAT(text, Contains(part));
   // Repeated: all runs exist, the verdicts are the same.
   REQUIRE(test::freeplay(command).status == o.status);
@@ -212,9 +204,7 @@ TEST_CASE("terminal output stays within 80 columns", "[program]") {
   for (const auto& arguments :
        {"check --why " + scene, "check " + case_file("guide.toml"),
         "run --formulation penalty " + scene + brief + place, "compare " + scene + brief + place + "/c"}) {
-    const auto o = test::freeplay(arguments);
-    CAPTURE(arguments);
-    REQUIRE(o.status == 0);
+    const auto o = test::succeeded(arguments);
     std::istringstream lines(o.out);
     for (std::string line; std::getline(lines, line);) {
       CAPTURE(line);

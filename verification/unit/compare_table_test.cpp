@@ -27,12 +27,6 @@ Comparison planted(double revolutions) {
   return c;
 }
 
-std::size_t count(const std::string& text, const std::string& part) {
-  std::size_t n = 0;
-  for (auto at = text.find(part); at != text.npos; at = text.find(part, at + part.size())) ++n;
-  return n;
-}
-
 }  // namespace
 
 TEST_CASE("a value below its standard error is printed with its own digits", "[compare]") {
@@ -87,8 +81,8 @@ TEST_CASE("a long name of a contact is printed once for consecutive pairs", "[co
   // 13 characters do not fit the column of 12.
   c.pairing.pairs = {at(1e-3, 0), at(2e-3, 0), at(3e-3, 1), at(4e-3, 0)};
   const auto scene = read_scene(test::flores());
-  CHECK(count(comparison_table(scene, c, false), "\nmesh.backward\n") == 2);
-  CHECK(count(comparison_table(scene, c, true), "\n| mesh.backward | ") == 3);
+  CHECK(test::count(comparison_table(scene, c, false), "\nmesh.backward\n") == 2);
+  CHECK(test::count(comparison_table(scene, c, true), "\n| mesh.backward | ") == 3);
 }
 
 TEST_CASE("compare ends with status 1 if either formulation stops", "[compare][program]") {

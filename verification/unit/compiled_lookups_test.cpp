@@ -7,17 +7,12 @@
 #include "mechanism/piecewise.hpp"
 #include "numerics/choice.hpp"
 #include "numerics/trace.hpp"
+#include "verification/support/compiled_runs.hpp"
 #include "verification/support/rig.hpp"
 
 using namespace freeplay;
 
 namespace {
-
-struct LookupCacheForTests {
-  LookupCacheForTests() { setenv("XDG_CACHE_HOME", folder.path().c_str(), 1); }
-  ~LookupCacheForTests() { unsetenv("XDG_CACHE_HOME"); }
-  test::TemporaryFolder folder;
-};
 
 const std::vector<double> knots{-1, 0, 0.25, 2};
 const std::vector<double> entries{3, -1, 5, 0.5, 7};
@@ -99,7 +94,7 @@ std::vector<Piecewise> curves() {
 
 TEST_CASE("compiled look-ups, whole numbers and choices have the digits of plain numbers",
           "[compiled][program]") {
-  const LookupCacheForTests cache;
+  const test::CompilerCache cache;
   const auto object = traced_look_ups(1.5);
   CHECK(object.text() == traced_look_ups(0.7).text());  // tables are constants
   const auto compiled = compiled_object(object.text(), 1);
@@ -137,7 +132,7 @@ TEST_CASE("compiled look-ups, whole numbers and choices have the digits of plain
 }
 
 TEST_CASE("compiled curves: values, slopes, and means of steps without a knot", "[compiled][program]") {
-  const LookupCacheForTests cache;
+  const test::CompilerCache cache;
   const auto list = curves();
   TracedObject object;
   for (std::size_t k = 0; k < list.size(); ++k) {
@@ -178,7 +173,7 @@ TEST_CASE("compiled curves: values, slopes, and means of steps without a knot", 
 }
 
 TEST_CASE("a compiled cam profile has the digits of the profile", "[compiled][program]") {
-  const LookupCacheForTests cache;
+  const test::CompilerCache cache;
   std::vector<CamProfile> list;
   for (const auto law : {CamLaw::cycloidal, CamLaw::polynomial, CamLaw::harmonic})
     list.push_back(CamProfile::standard(law, 0.01, 0.4, 1.2, 0.5, 1.7));
@@ -204,7 +199,7 @@ TEST_CASE("a compiled cam profile has the digits of the profile", "[compiled][pr
 }
 
 TEST_CASE("runs with tables, stops, teeth and cams have the digits of general runs", "[compiled][program]") {
-  const LookupCacheForTests cache;
+  const test::CompilerCache cache;
   struct Case {
     const char* scene;
     double duration;
@@ -216,24 +211,18 @@ TEST_CASE("runs with tables, stops, teeth and cams have the digits of general ru
         Case{"ball-on-table/scene", 0.2}})
     for (const char* way : {"penalty", "event-driven", "moreau-jean"}) {
       INFO(c.scene << " " << way);
-      auto scene = read_scene(test::source_folder() / "cases" / (std::string(c.scene) + ".toml"));
+      auto scene =
+          test::read_short(test::source_folder() / "cases" / (std::string(c.scene) + ".toml"), c.duration);
       const bool penalty = way == std::string("penalty");
-      scene.run.duration = c.duration;
-      scene.run.discard = 0;
       scene.nonsmooth.scheme = way == std::string("moreau-jean") ? Scheme::moreau_jean : Scheme::event_driven;
       scene.nonsmooth.step = 1e-4;
-      const auto run = [&](Compile compile) {
-        return Simulation(scene, penalty ? "penalty" : "nonsmooth", {.compile = compile}).run();
-      };
-      const auto compiled = run(Compile::always), general = run(Compile::never);
+      const char* const formulation = penalty ? "penalty" : "nonsmooth";
+      const auto compiled = test::run_as(scene, formulation, Compile::always),
+                 general = test::run_as(scene, formulation, Compile::never);
       CHECK(compiled.compiled.used);
       CHECK(compiled.compiled.general_parts.empty());
       // Five calls or more for each; interpolated states of event location may be refused.
       CHECK(compiled.compiled.refused <= compiled.work.rhs / 2);
-      CHECK(compiled.final_state.q == general.final_state.q);
-      CHECK(compiled.final_state.v == general.final_state.v);
-      CHECK(compiled.work.steps == general.work.steps);
-      CHECK(compiled.events.size() == general.events.size());
-      CHECK(compiled.ledger.closure() == general.ledger.closure());
+      test::check_same_run(compiled, general);
     }
 }

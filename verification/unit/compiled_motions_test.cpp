@@ -5,26 +5,15 @@
 #include "dynamics/assembly/redundancy.hpp"
 #include "dynamics/motion_kernel.hpp"
 #include "dynamics/system.hpp"
-#include "dynamics/system_functions.hpp"
-#include "io/files/compiled_object.hpp"
 #include "verification/random_scenes/scene.hpp"
+#include "verification/support/compiled_runs.hpp"
 #include "verification/support/rig.hpp"
 
 using namespace freeplay;
 namespace rs = freeplay::verification::random_scenes;
 
-namespace {
-
-struct MotionCacheForTests {
-  MotionCacheForTests() { setenv("XDG_CACHE_HOME", folder.path().c_str(), 1); }
-  ~MotionCacheForTests() { unsetenv("XDG_CACHE_HOME"); }
-  test::TemporaryFolder folder;
-};
-
-}  // namespace
-
 TEST_CASE("random scenes: compiled right-hand sides have the digits of general ones", "[compiled][program]") {
-  const MotionCacheForTests cache;
+  const test::CompilerCache cache;
   int whole = 0, contacts = 0, jointed = 0, noticed = 0;
   for (int index = 0; index < 24; ++index) {
     const auto drawn = rs::draw(12, index);
@@ -37,10 +26,7 @@ TEST_CASE("random scenes: compiled right-hand sides have the digits of general o
       const auto traced = trace_system(system, start, facts, scheme);
       if (!traced.motion && !traced.state) continue;
       CHECK(traced.motion == (scheme == TracedFor::event_driven));
-      const auto object = compiled_object(traced.object.text(), traced.object.functions());
-      REQUIRE(object.reason.empty());
-      auto functions = traced.functions(object.table);
-      functions.object = object.library;
+      auto functions = test::compiled(traced);
       ++whole;
       contacts += system.contacts() > 0;
       CHECK(differing_motions(system, functions, start, facts, 3) == 0);
@@ -61,16 +47,14 @@ TEST_CASE("random scenes: compiled right-hand sides have the digits of general o
 
 TEST_CASE("runs with compiled right-hand sides: impacts, two clearances, and friction that sticks",
           "[compiled][program]") {
-  const MotionCacheForTests cache;
+  const test::CompilerCache cache;
   for (const char* name : {"flores2011", "four-bar", "block-on-slope"})
     for (const char* formulation : {"nonsmooth", "penalty"}) {
       const bool stiff = name != std::string("block-on-slope");  // it has no stiffness of its contacts
       if (!stiff && formulation == std::string("penalty")) continue;
       CAPTURE(name, formulation);
-      auto scene = read_scene(test::source_folder() / "cases" / name / "scene.toml");
+      auto scene = test::read_short(test::source_folder() / "cases" / name / "scene.toml", 0.1);
       scene.nonsmooth.scheme = Scheme::event_driven;
-      scene.run.duration = 0.1;
-      scene.run.discard = 0;
       if (name == std::string("four-bar")) {
         auto& joints = scene.mechanism.joints;
         std::get<RevoluteJoint>(joints[1]).clearance = std::get<RevoluteJoint>(joints[2]).clearance;
@@ -80,15 +64,7 @@ TEST_CASE("runs with compiled right-hand sides: impacts, two clearances, and fri
                  b = Simulation(scene, formulation, by_general).run();
       CHECK(a.compiled.used);
       CHECK(a.compiled.refused <= a.work.rhs / 50);
-      CHECK(a.final_state.q == b.final_state.q);
-      CHECK(a.final_state.v == b.final_state.v);
-      CHECK(a.work.rhs == b.work.rhs);
-      CHECK(a.work.factorisations == b.work.factorisations);
-      CHECK(a.work.steps == b.work.steps);
-      CHECK(a.events.size() == b.events.size());
-      CHECK(a.ledger.drive == b.ledger.drive);
-      CHECK(a.ledger.friction == b.ledger.friction);
-      CHECK(a.ledger.closure() == b.ledger.closure());
+      test::check_same_run(a, b);
       Simulation first(scene, formulation, by_compiled), second(scene, formulation, by_general),
           whole(scene, formulation, by_general);
       first.run({.until = 0.05});

@@ -4,29 +4,18 @@
 
 #include "dynamics/assembly/assembly.hpp"
 #include "dynamics/system.hpp"
-#include "dynamics/system_functions.hpp"
 #include "facade/compile.hpp"
 #include "io/files/compiled_object.hpp"
 #include "io/files/digest.hpp"
 #include "io/scene/open_scene.hpp"
 #include "numerics/saddle_point.hpp"
+#include "verification/support/compiled_runs.hpp"
 #include "verification/support/rig.hpp"
 
 using namespace freeplay;
 namespace fs = std::filesystem;
 
 namespace {
-
-struct RefusalCache {
-  RefusalCache() { setenv("XDG_CACHE_HOME", folder.path().c_str(), 1); }
-  ~RefusalCache() { unsetenv("XDG_CACHE_HOME"); }
-  std::vector<fs::path> objects() const {
-    std::vector<fs::path> list;
-    for (const auto& entry : fs::directory_iterator(folder.path() / "freeplay")) list.push_back(entry.path());
-    return list;
-  }
-  test::TemporaryFolder folder;
-};
 
 /// A slider-crank without a drive, whose rod is as long as its crank: the rows are dependent where
 /// the crank is at 90°.
@@ -56,7 +45,7 @@ TracedSystem traced_of(const Scene& scene, const System& system) {
 
 TEST_CASE("a torque table of time: steps across its knots take the mean, also in compiled runs",
           "[compiled][program]") {
-  const RefusalCache cache;
+  const test::CompilerCache cache;
   // The pulse of 1 N m lasts 1 ms, after the middle of a step of 5 ms. The rotor of 0.1 kg m² gains
   // 0.01 rad/s, and none if the table is evaluated at the middle.
   auto scene = parse_scene(
@@ -66,43 +55,37 @@ TEST_CASE("a torque table of time: steps across its knots take the mean, also in
                       "torque_table = [[0.0131, 0.0], [0.0131001, 1.0], [0.0141, 1.0], [0.0141001, 0.0]]\n") +
           test::run_for(0.05, "start = \"given\"\n") + "[nonsmooth]\nscheme = \"moreau-jean\"\nstep = 5e-3\n",
       "pulse");
-  const auto compiled = Simulation(scene, "nonsmooth", {.compile = Compile::always}).run();
+  const auto compiled = test::run_as(scene, "nonsmooth", Compile::always);
   CHECK(compiled.compiled.used);
   CHECK(compiled.compiled.general_parts.empty());
   // One step of ten has knots; it evaluates forces twice or three times.
   CHECK(compiled.compiled.refused >= 1);
   CHECK(compiled.compiled.refused <= 4);
   CHECK(compiled.final_state.v[2] == Approx(0.01).epsilon(1e-9));
-  CHECK(compiled.final_state.v ==
-        Simulation(scene, "nonsmooth", {.compile = Compile::never}).run().final_state.v);
+  CHECK(compiled.final_state.v == test::run_as(scene, "nonsmooth", Compile::never).final_state.v);
 }
 
 TEST_CASE("compiled steps are not refused for a body whose angle stays 0", "[compiled][program]") {
-  const RefusalCache cache;
+  const test::CompilerCache cache;
   const auto scene = parse_scene(
-      "\ngravity = [0, -9.81]\n" + test::body("ball", 1, 0.1, "position = [0, 0.2]\n") +
+      "gravity = [0, -9.81]\n" + test::body("ball", 1, 0.1, "position = [0, 0.2]\n") +
           test::plane("table", "ground", "ball", 0.05) + test::surface("s", 0.5) +
           test::run_for(0.4, "start = \"given\"\n") + "[nonsmooth]\nscheme = \"moreau-jean\"\nstep = 1e-3\n",
       "ball");
-  const auto compiled = Simulation(scene, "nonsmooth", {.compile = Compile::always}).run(),
-             general = Simulation(scene, "nonsmooth", {.compile = Compile::never}).run();
+  const auto compiled = test::run_as(scene, "nonsmooth", Compile::always),
+             general = test::run_as(scene, "nonsmooth", Compile::never);
   CHECK(compiled.compiled.used);
   CHECK(compiled.compiled.refused == 0);
-  CHECK(compiled.final_state.q == general.final_state.q);
-  CHECK(compiled.final_state.v == general.final_state.v);
-  CHECK(compiled.ledger.closure() == general.ledger.closure());
+  test::check_same_run(compiled, general);
 }
 
 TEST_CASE("pivots that degenerate leave the linear system to the general path", "[compiled][program]") {
-  const RefusalCache cache;
+  const test::CompilerCache cache;
   const auto scene = parse_scene(equal_lengths, "equal lengths");
   System system(scene.mechanism);
   const auto traced = trace_system(system, at_crank_angle(1), {});
   REQUIRE(traced.solves);
-  const auto object = compiled_object(traced.object.text(), traced.object.functions());
-  REQUIRE(object.reason.empty());
-  auto functions = traced.functions(object.table);
-  functions.object = object.library;
+  auto functions = test::compiled(traced);
   system.attach(functions);
   const double pi = std::acos(-1.0);
   for (const double angle : {1.0, 1.5, 0.5 * pi - 1e-9}) {
@@ -133,7 +116,7 @@ TEST_CASE("pivots that degenerate leave the linear system to the general path", 
 }
 
 TEST_CASE("an object of another structure under the name of this one is not called", "[compiled][program]") {
-  const RefusalCache cache;
+  const test::CompilerCache cache;
   const auto bar = parse_scene(pendulum(0.5), "bar"), crank = parse_scene(equal_lengths, "crank");
   System pendulum_system(bar.mechanism), crank_system(crank.mechanism);
   const auto of_bar = traced_of(bar, pendulum_system);
@@ -157,7 +140,7 @@ TEST_CASE("an object of another structure under the name of this one is not call
 
 TEST_CASE("objects and cache folders of another user are not used", "[compiled][program]") {
   if (geteuid() != 0) return;  // only root can give files away
-  const RefusalCache cache;
+  const test::CompilerCache cache;
   const auto bar = parse_scene(pendulum(0.5), "bar");
   const System system(bar.mechanism);
   const auto traced = traced_of(bar, system);
@@ -204,7 +187,7 @@ const char* const one_function =
 }  // namespace
 
 TEST_CASE("an object that the compiler left incomplete is not loaded", "[compiled][program]") {
-  const RefusalCache cache;
+  const test::CompilerCache cache;
   // The loader maps pages beyond the end of such a file; reading them would end this process by SIGBUS.
   const OtherCompiler half("truncate -s 5000 object");
   const auto object = compiled_object(one_function, 1);
@@ -214,7 +197,7 @@ TEST_CASE("an object that the compiler left incomplete is not loaded", "[compile
 }
 
 TEST_CASE("a failed compilation is not repeated by the process", "[compiled][program]") {
-  const RefusalCache cache;
+  const test::CompilerCache cache;
   const OtherCompiler failing("exit 1");
   for (const int i : {0, 1}) {
     INFO(i);
@@ -226,7 +209,7 @@ TEST_CASE("a failed compilation is not repeated by the process", "[compiled][pro
 }
 
 TEST_CASE("sealed objects that cannot be loaded are compiled again", "[compiled][program]") {
-  const RefusalCache cache;
+  const test::CompilerCache cache;
   REQUIRE(compiled_object(one_function, 1).library);
   const auto file = cache.objects().at(0);
   constexpr std::size_t seal = 32;
@@ -245,7 +228,7 @@ TEST_CASE("sealed objects that cannot be loaded are compiled again", "[compiled]
 }
 
 TEST_CASE("an empty entry in PATH does not execute tools of the working folder", "[compiled][program]") {
-  const RefusalCache cache;
+  const test::CompilerCache cache;
   const test::TemporaryFolder folder;
   for (const char* tool : {"cc", "as", "ld", "collect2"}) {
     std::ofstream(folder.path() / tool)
@@ -268,7 +251,7 @@ TEST_CASE("an empty entry in PATH does not execute tools of the working folder",
 
 TEST_CASE("a mechanism whose compilation would take too long is not compiled, and the result says so",
           "[compiled][program]") {
-  const RefusalCache cache;
+  const test::CompilerCache cache;
   // 3,000 springs have about 370,000 operations: 110 s, more than half the time limit of 120 s.
   std::string text = "[bodies.b]\nmass = 1\ninertia = 0.1\nposition = [0.1, 0.2]\n";
   for (int i = 0; i < 3000; ++i) {
@@ -291,7 +274,7 @@ TEST_CASE("a mechanism whose compilation would take too long is not compiled, an
 }
 
 TEST_CASE("a run compiles only if its rest can save the time", "[compiled][program]") {
-  const RefusalCache cache;
+  const test::CompilerCache cache;
   const auto bar = parse_scene(pendulum(0.5), "bar");
   const System system(bar.mechanism);
   const double seconds = compile_seconds(traced_of(bar, system).object);

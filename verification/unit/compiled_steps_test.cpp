@@ -5,39 +5,16 @@
 #include "dynamics/assembly/assembly.hpp"
 #include "dynamics/assembly/redundancy.hpp"
 #include "dynamics/system.hpp"
-#include "dynamics/system_functions.hpp"
 #include "formulations/time_stepping/step_check.hpp"
-#include "io/files/compiled_object.hpp"
 #include "verification/random_scenes/scene.hpp"
+#include "verification/support/compiled_runs.hpp"
 #include "verification/support/rig.hpp"
 
 using namespace freeplay;
 namespace rs = freeplay::verification::random_scenes;
 
-namespace {
-
-struct StepCacheForTests {
-  StepCacheForTests() { setenv("XDG_CACHE_HOME", folder.path().c_str(), 1); }
-  ~StepCacheForTests() { unsetenv("XDG_CACHE_HOME"); }
-  test::TemporaryFolder folder;
-};
-
-void check_same_run(const Result& a, const Result& b) {
-  CHECK(a.final_state.q == b.final_state.q);
-  CHECK(a.final_state.v == b.final_state.v);
-  CHECK(a.work.steps == b.work.steps);
-  CHECK(a.work.lcp_solves == b.work.lcp_solves);
-  CHECK(a.events.size() == b.events.size());
-  CHECK(a.ledger.closure() == b.ledger.closure());
-  CHECK(a.ledger.drive == b.ledger.drive);
-  CHECK(a.ledger.friction == b.ledger.friction);
-  CHECK(a.ledger.stabilisation == b.ledger.stabilisation);
-}
-
-}  // namespace
-
 TEST_CASE("random scenes: compiled steps have the digits of general ones", "[compiled][program]") {
-  const StepCacheForTests cache;
+  const test::CompilerCache cache;
   int whole = 0, contacts = 0, noticed = 0;
   for (int index = 0; index < 60; ++index) {
     const auto drawn = rs::draw(11, index);
@@ -48,10 +25,7 @@ TEST_CASE("random scenes: compiled steps have the digits of general ones", "[com
     const RowFacts facts{!redundant_rows(system, start.q).empty(), true};
     const auto traced = trace_system(system, start, facts, TracedFor::fixed_steps);
     if (!traced.steps) continue;
-    const auto object = compiled_object(traced.object.text(), traced.object.functions());
-    REQUIRE(object.reason.empty());
-    auto functions = traced.functions(object.table);
-    functions.object = object.library;
+    auto functions = test::compiled(traced);
     ++whole;
     contacts += system.contacts() > 0;
     CHECK(differing_steps(system, functions, start, facts) == 0);
@@ -66,16 +40,14 @@ TEST_CASE("random scenes: compiled steps have the digits of general ones", "[com
 
 TEST_CASE("runs in compiled steps: impacts, clearances, sticking, dampers, tables, and friction of a joint",
           "[compiled][program]") {
-  const StepCacheForTests cache;
+  const test::CompilerCache cache;
   for (const std::string name :
        {"flores2011/scene", "four-bar/scene", "block-on-slope/scene", "press/scene", "spring-balance/scene",
         "gear-rattle/scene", "flores2011-experiment/guide"}) {
     INFO(name);
-    auto scene = read_scene(test::source_folder() / "cases" / (name + ".toml"));
+    auto scene = test::read_short(test::source_folder() / "cases" / (name + ".toml"), 0.2);
     scene.nonsmooth.scheme = Scheme::moreau_jean;
     scene.nonsmooth.step = 2e-5;
-    scene.run.duration = 0.2;
-    scene.run.discard = 0;
     if (name == "four-bar/scene") {
       auto& joints = scene.mechanism.joints;
       std::get<RevoluteJoint>(joints[1]).clearance = std::get<RevoluteJoint>(joints[2]).clearance;
@@ -86,7 +58,7 @@ TEST_CASE("runs in compiled steps: impacts, clearances, sticking, dampers, table
     const auto found = Simulation(scene, "nonsmooth", by_compiled).run();
     CHECK(found.compiled.used);
     CHECK(found.compiled.refused < found.work.steps / 100);
-    check_same_run(found, Simulation(scene, "nonsmooth", by_general).run());
+    test::check_same_run(found, Simulation(scene, "nonsmooth", by_general).run());
     Simulation first(scene, "nonsmooth", by_compiled), second(scene, "nonsmooth", by_general);
     first.run({.until = 0.1});
     second.restore(first.snapshot());

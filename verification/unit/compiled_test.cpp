@@ -6,33 +6,17 @@
 #include "dynamics/assembly/assembly.hpp"
 #include "dynamics/assembly/redundancy.hpp"
 #include "dynamics/system.hpp"
-#include "dynamics/system_functions.hpp"
 #include "facade/compile.hpp"
-#include "io/files/compiled_object.hpp"
 #include "numerics/lane_tape.hpp"
 #include "verification/random_scenes/scene.hpp"
+#include "verification/support/compiled_runs.hpp"
 #include "verification/support/rig.hpp"
 
 using namespace freeplay;
 namespace rs = freeplay::verification::random_scenes;
 
-namespace {
-
-struct CacheForTests {
-  CacheForTests() { setenv("XDG_CACHE_HOME", folder.path().c_str(), 1); }
-  ~CacheForTests() { unsetenv("XDG_CACHE_HOME"); }
-  test::TemporaryFolder folder;
-};
-
-Result run_as(const Scene& scene, std::string_view formulation, Compile compile) {
-  Simulation simulation(scene, formulation, {.compile = compile});
-  return simulation.run();
-}
-
-}  // namespace
-
 TEST_CASE("random scenes: compiled functions give the digits of the templates", "[compiled][program]") {
-  const CacheForTests cache;
+  const test::CompilerCache cache;
   int compiled = 0, solved = 0;
   for (int index = 0; index < 60; ++index) {
     const auto drawn = rs::draw(7, index);
@@ -44,10 +28,7 @@ TEST_CASE("random scenes: compiled functions give the digits of the templates", 
     const RowFacts facts{!redundant_rows(system, start.q).empty(), true};
     const auto traced = trace_system(system, start, facts);
     if (traced.object.functions() == 0) continue;
-    const auto object = compiled_object(traced.object.text(), traced.object.functions());
-    REQUIRE(object.reason.empty());
-    auto functions = traced.functions(object.table);
-    functions.object = object.library;
+    auto functions = test::compiled(traced);
     ++compiled;
     solved += traced.solves;
     CHECK(differing_quantities(system, functions, start, facts) == 0);
@@ -62,10 +43,8 @@ TEST_CASE("random scenes: compiled functions give the digits of the templates", 
 }
 
 TEST_CASE("runs of compiled mechanisms have the digits of general runs", "[compiled][program]") {
-  const CacheForTests cache;
-  auto scene = read_scene(test::flores());
-  scene.run.duration = 0.1;
-  scene.run.discard = 0;
+  const test::CompilerCache cache;
+  auto scene = test::read_short(test::flores(), 0.1);
   struct Case {
     const char* formulation;
     Integrator integrator = Integrator::adams_bashforth_moulton;
@@ -79,21 +58,17 @@ TEST_CASE("runs of compiled mechanisms have the digits of general runs", "[compi
     scene.penalty.integrator = c.integrator;
     scene.nonsmooth.scheme = c.scheme;
     scene.run.eliminate = c.eliminate;
-    const auto general = run_as(scene, c.formulation, Compile::never);
-    const auto compiled = run_as(scene, c.formulation, Compile::always);
+    const auto general = test::run_as(scene, c.formulation, Compile::never);
+    const auto compiled = test::run_as(scene, c.formulation, Compile::always);
     CHECK(compiled.compiled.reason.empty());
     CHECK(compiled.compiled.used);
     CHECK_FALSE(general.compiled.used);
-    CHECK(compiled.final_state.q == general.final_state.q);
-    CHECK(compiled.final_state.v == general.final_state.v);
-    CHECK(compiled.work.steps == general.work.steps);
-    CHECK(compiled.events.size() == general.events.size());
-    CHECK(compiled.ledger.closure() == general.ledger.closure());
+    test::check_same_run(compiled, general);
   }
 }
 
 TEST_CASE("a snapshot of a compiled run continues in a general one", "[compiled][program]") {
-  const CacheForTests cache;
+  const test::CompilerCache cache;
   auto scene = read_scene(test::flores());
   for (const char* formulation : {"penalty", "nonsmooth"}) {
     scene.nonsmooth.scheme = Scheme::event_driven;
@@ -109,7 +84,7 @@ TEST_CASE("a snapshot of a compiled run continues in a general one", "[compiled]
 }
 
 TEST_CASE("a guard that fails at run time leaves the state to the templates", "[compiled][program]") {
-  const CacheForTests cache;
+  const test::CompilerCache cache;
   // A concentric journal has no normal. The trace is made beside that state, so its guard fails there.
   const auto scene = read_scene(test::flores());
   System system(scene.mechanism);
@@ -133,7 +108,7 @@ TEST_CASE("a guard that fails at run time leaves the state to the templates", "[
 
 TEST_CASE("elements that cannot be traced keep their templates, and the result says so",
           "[compiled][program]") {
-  const CacheForTests cache;
+  const test::CompilerCache cache;
   auto scene = read_scene(test::source_folder() / "cases/cam-follower/scene.toml");
   auto& cam = std::get<CamContact>(scene.mechanism.contacts.at(0));
   cam.follower = CamContact::Follower::roller;  // its place on the cam is found by iteration
@@ -141,11 +116,11 @@ TEST_CASE("elements that cannot be traced keep their templates, and the result s
   cam.roller_radius = 0.01;
   scene.run.duration = 0.01;
   scene.run.discard = 0;
-  const auto compiled = run_as(scene, "penalty", Compile::always),
-             general = run_as(scene, "penalty", Compile::never);
+  const auto compiled = test::run_as(scene, "penalty", Compile::always),
+             general = test::run_as(scene, "penalty", Compile::never);
   REQUIRE(compiled.compiled.general_parts.size() == 1);
   CHECK(compiled.compiled.general_parts[0].starts_with("lobe: "));
-  CHECK(compiled.final_state.q == general.final_state.q);
+  test::check_same_run(compiled, general);
 }
 
 TEST_CASE("FREEPLAY_COMPILE decides where nothing else is asked", "[compiled]") {
@@ -164,12 +139,10 @@ TEST_CASE("without a compiler or a private cache a run takes the general path an
   const test::TemporaryFolder folder;
   const auto run = [&](const std::string& name) {
     const auto out = folder.path() / name;
-    const auto done =
-        test::freeplay("run " + test::flores().string() +
-                       " --formulation penalty --compile --no-figures --set run.revolutions=0.1 "
-                       "--set run.discard=0 -o " +
-                       out.string());
-    CHECK(done.status == 0);
+    test::succeeded("run " + test::flores().string() +
+                    " --formulation penalty --compile --no-figures --set run.revolutions=0.1 "
+                    "--set run.discard=0 -o " +
+                    out.string());
     return test::file_text(out / "run.json");
   };
   const std::string path = std::getenv("PATH"), home = std::getenv("HOME") ? std::getenv("HOME") : "/";

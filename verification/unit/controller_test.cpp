@@ -4,7 +4,6 @@
 #include "dynamics/assembly/equilibrium.hpp"
 #include "dynamics/assembly/modes.hpp"
 #include "dynamics/system.hpp"
-#include "formulations/penalty/dynamics.hpp"
 #include "io/scene/write_scene.hpp"
 #include "verification/references/feedback.hpp"
 #include "verification/support/jacobian_check.hpp"
@@ -117,14 +116,7 @@ integral = 0.8
 tracking_time = 0.6
 torque_limit = )" + limit + "\n" + half_second,
                                  "jacobian");
-  const System system(scene.mechanism);
-  PenaltyDynamics f(system, scene.penalty, {}, RowFacts{false});
-  std::mt19937 engine(7);
-  std::uniform_real_distribution<double> uniform(-1, 1);
-  PenaltyDynamics::Vector x(static_cast<std::size_t>(f.size()));
-  for (auto& y : x) y = uniform(engine);
-  f.phases.start(system, x.data(), x.data() + system.n());
-  CHECK(test::jacobian_error(f, x, 0.4) < 1e-6);
+  CHECK(test::jacobian_error(scene, 7) < 1e-6);
 }
 
 TEST_CASE("modes of a controlled joint are those of its control loop", "[controller][equilibrium]") {
@@ -160,14 +152,9 @@ TEST_CASE("rk4 keeps its fourth order across the limit of a controller", "[contr
                                "derivative = 1.8\ntorque_limit = 5\n[run]\nduration = 0.21\n",
                            "s");
   scene.penalty.integrator = Integrator::rk4;
-  std::vector<double> steps{7e-3, 3.5e-3, 1.75e-3, 0.875e-3}, errors;
-  for (const double h : steps) {
+  const auto error_at = [&](double h) {
     scene.penalty.step = h;
-    errors.push_back(
-        std::abs(test::simulate(scene, Family::penalty).final_state.q[2] - (1 - course.error(0.21))));
-  }
-  CAPTURE(errors);
-  const double p = test::observed_order(steps, errors);
-  CHECK(p > 3.7);
-  CHECK(p < 4.3);
+    return std::abs(test::simulate(scene, Family::penalty).final_state.q[2] - (1 - course.error(0.21)));
+  };
+  test::check_order({7e-3, 3.5e-3, 1.75e-3, 0.875e-3}, error_at, 3.7, 4.3);
 }

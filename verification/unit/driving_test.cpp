@@ -1,7 +1,6 @@
 // Drives along curves: files of points, refusals of the reader, the exact Jacobian of curves,
 // motors and governors, and rows within long steps.
 #include "dynamics/system.hpp"
-#include "formulations/penalty/dynamics.hpp"
 #include "io/scene/write_scene.hpp"
 #include "mechanism/curve.hpp"
 #include "verification/support/jacobian_check.hpp"
@@ -222,14 +221,7 @@ factor = "bent"
 against = "speed"
 )" + length,
       "jacobian");
-  const System system(scene.mechanism);
-  PenaltyDynamics f(system, scene.penalty, {}, RowFacts{false});
-  std::mt19937 engine(7);
-  std::uniform_real_distribution<double> uniform(-1, 1);
-  PenaltyDynamics::Vector x(static_cast<std::size_t>(f.size()));
-  for (auto& y : x) y = uniform(engine);
-  f.phases.start(system, x.data(), x.data() + system.n());
-  CHECK(test::jacobian_error(f, x, 0.4) < 1e-6);
+  CHECK(test::jacobian_error(scene, 7) < 1e-6);
 }
 
 TEST_CASE("a run with motors continues from a snapshot bit for bit", "[driving]") {

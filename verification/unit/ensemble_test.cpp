@@ -1,8 +1,8 @@
 // Ensembles: each start equals its single run, and bands are the quantiles of the runs.
+#include "study/ensemble/ensemble.hpp"
 #include "dynamics/system.hpp"
 #include "io/scene/open_scene.hpp"
 #include "simulation/trajectory.hpp"
-#include "study/ensemble/ensemble.hpp"
 #include "study/ensemble/ensemble_store.hpp"
 #include "study/partition/divided_ensemble.hpp"
 #include "study/partition/merge.hpp"
@@ -94,11 +94,9 @@ TEST_CASE("invalid ensembles are refused in one line", "[study][ensemble]") {
 TEST_CASE("the command ensemble writes statistics, bands and their figure", "[study][ensemble][program]") {
   test::TemporaryFolder folder;
   const auto out = folder.path() / "out";
-  const auto o = test::freeplay("ensemble " + test::flores().string() +
-                                " --starts 4 --rows 20 --set run.revolutions=0.2 --set run.discard=0.05 -o " +
-                                out.string());
-  CAPTURE(o.out, o.err);
-  CHECK(o.status == 0);
+  const auto o = test::succeeded(
+      "ensemble " + test::flores().string() +
+      " --starts 4 --rows 20 --set run.revolutions=0.2 --set run.discard=0.05 -o " + out.string());
   CHECK_THAT(o.out, Contains("4 starts, 4 finished"));
   for (const char* name :
        {"ensemble.json", "statistics.csv", "starts.csv", "bands.csv", "figures/ensemble.pdf"})

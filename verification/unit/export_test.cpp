@@ -13,11 +13,9 @@ namespace {
 /// A short run of the paper's rig.
 std::string made_run(const std::filesystem::path& place) {
   const auto run = place / "run";
-  REQUIRE(test::freeplay(
-              "run " + test::flores().string() +
-              " --formulation nonsmooth --no-figures --set run.revolutions=0.2 --set run.discard=0 -o " +
-              run.string())
-              .status == 0);
+  test::succeeded("run " + test::flores().string() +
+                  " --formulation nonsmooth --no-figures --set run.revolutions=0.2 --set run.discard=0 -o " +
+                  run.string());
   return run.string();
 }
 
@@ -72,7 +70,7 @@ TEST_CASE("equal results give equal bytes of HDF5, and no link is followed on wr
   if (!has_hdf5(run)) return;
   const auto first = test::file_text(folder.path() / "run/results.h5");
   CHECK(first.substr(1, 3) == "HDF");
-  REQUIRE(test::freeplay("export " + run + " --hdf5 " + folder.path().string() + "/again.h5").status == 0);
+  test::succeeded("export " + run + " --hdf5 " + folder.path().string() + "/again.h5");
   CHECK(test::file_text(folder.path() / "again.h5") == first);
   const auto other = folder.path() / "other", link = folder.path() / "link.h5";
   write_file(other, "somebody's");
@@ -88,7 +86,7 @@ TEST_CASE("a full disk leaves the older export unchanged", "[program][export]") 
   test::TemporaryFolder folder;
   const auto run = made_run(folder.path());
   const bool hdf5 = has_hdf5(run);
-  REQUIRE(test::freeplay("export " + run + " --vtk --every 400").status == 0);
+  test::succeeded("export " + run + " --vtk --every 400");
   const auto file = folder.path() / "run/results.h5", series = folder.path() / "run/vtk/mechanism.pvd";
   const auto before = hdf5 ? test::file_text(file) : "", frames = test::file_text(series);
   const auto handler = std::signal(SIGXFSZ, SIG_IGN);

@@ -98,9 +98,7 @@ TEST_CASE("force figures: reactions, bearing loads and torque over the last revo
     write_run(out / run, test::flores(), run == std::string("nonsmooth") ? "nonsmooth" : "penalty", columns,
               2.5 * turn_s, 500, value(10, run == std::string("nonsmooth")));
   }
-  const auto o = test::freeplay("figures " + out.string());
-  CAPTURE(o.out, o.err);
-  REQUIRE(o.status == 0);
+  const auto o = test::succeeded("figures " + out.string());
   CHECK(o.err.empty());
   check_drawn(out, {"reaction_main", "reaction_big_end", "reaction_gudgeon", "reaction_guide",
                     "bearing_load_main", "bearing_load_big_end", "bearing_load_gudgeon", "drive_torque"});
@@ -148,9 +146,7 @@ TEST_CASE("force figures: one run, no drive, four corners, empty columns", "[fig
     if (column.starts_with("guide") && std::fmod(t, 0.02) > 0.01) return 0.0;
     return column.find(".fy") != column.npos ? 5 + std::sin(300 * t) : std::cos(300 * t);
   });
-  const auto o = test::freeplay("figures " + out.string());
-  CAPTURE(o.out, o.err);
-  REQUIRE(o.status == 0);
+  const auto o = test::succeeded("figures " + out.string());
   CHECK(o.err.empty());
   check_drawn(out, {"reaction_main", "reaction_guide", "bearing_load_main"});
   for (const char* name : {"reaction_pin", "bearing_load_pin", "bearing_load_guide", "drive_torque"})
@@ -174,7 +170,7 @@ TEST_CASE("force figures: one run, no drive, four corners, empty columns", "[fig
   document["provenance"]["scene"] = "no scene [";
   write_file(out / "run.json", document.dump());
   std::filesystem::remove_all(out / "figures");
-  CHECK(test::freeplay("figures " + out.string()).status == 0);
+  test::succeeded("figures " + out.string());
   check_drawn(out, {"reaction_main", "reaction_guide"});
 }
 
@@ -185,26 +181,20 @@ TEST_CASE("force figures: broken files are refused, empty ones draw nothing", "[
             [](const std::string&, double) { return 1.0; });
   CHECK_THAT(test::freeplay("figures " + out.string()).err, Contains("no result files to draw"));
   write_file(out / "forces.csv", "");
-  auto o = test::freeplay("figures " + out.string());
-  CHECK(o.status == 2);
-  CHECK_THAT(o.err, Contains("forces.csv: is empty"));
+  test::refused("figures " + out.string(), Contains("forces.csv: is empty"));
   write_file(out / "forces.csv", "t,main.fx_mean,main.fy_mean,main.m_mean\n0,1,2,3\n1,2\n");
-  o = test::freeplay("figures " + out.string());
-  CHECK(o.status == 2);
-  CHECK_THAT(o.err, Contains("forces.csv:3: has 2 fields, the header 4"));
+  test::refused("figures " + out.string(), Contains("forces.csv:3: has 2 fields, the header 4"));
 }
 
 TEST_CASE("force figures: constant reactions that are statically indeterminate", "[figures]") {
   test::TemporaryFolder folder;
   const auto out = folder.path() / "out";
   const auto run =
-      test::freeplay("run " + test::scene_file("twin_guides").string() +
-                     " --formulation penalty --forces --set run.duration=0.01 -o " + out.string());
-  REQUIRE(run.status == 0);
+      test::succeeded("run " + test::scene_file("twin_guides").string() +
+                      " --formulation penalty --forces --set run.duration=0.01 -o " + out.string());
   CHECK_THAT(run.out, Contains("the reactions of guide, second-guide are statically"));
   CHECK(nlohmann::json::parse(test::file_text(out / "run.json"))["undetermined_reactions"].size() == 2);
-  const auto drawn = test::freeplay("figures " + out.string());
-  CHECK(drawn.status == 0);
+  const auto drawn = test::succeeded("figures " + out.string());
   CHECK_THAT(drawn.out, Contains("reaction_guide.pdf"));
   CHECK(std::filesystem::file_size(out / "figures/reaction_guide.png") > 1000);
   CHECK_THAT(test::file_text(out / "figures/reaction_guide.gp"), Contains("statically indeterminate"));

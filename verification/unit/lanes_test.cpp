@@ -6,20 +6,12 @@
 #include "numerics/lane_tape.hpp"
 #include "numerics/trace.hpp"
 #include "study/ensemble/ensemble.hpp"
+#include "verification/support/compiled_runs.hpp"
 #include "verification/support/rig.hpp"
 
 using namespace freeplay;
 
 namespace {
-
-/// A cache of compiled objects; with `none`, a place where there can be none, so that nothing is compiled.
-struct LaneCacheForTests {
-  explicit LaneCacheForTests(bool none = false) {
-    setenv("XDG_CACHE_HOME", none ? "/dev/null" : folder.path().c_str(), 1);
-  }
-  ~LaneCacheForTests() { unsetenv("XDG_CACHE_HOME"); }
-  test::TemporaryFolder folder;
-};
 
 /// Random mechanisms: four-bars and slider-cranks with one to three loose pins, and chains of one to
 /// four bars that hang on loose pins.
@@ -124,38 +116,6 @@ class LaneScenes {
   double sizes_[3], angle_, step_;
 };
 
-void check_same_in_lanes(const Result& a, const Result& b) {
-  CHECK(a.ending.status == b.ending.status);
-  CHECK(a.final_state.t == b.final_state.t);
-  CHECK(a.final_state.q == b.final_state.q);
-  CHECK(a.final_state.v == b.final_state.v);
-  const auto &l = a.ledger, &m = b.ledger;
-  CHECK(std::vector{l.kinetic, l.potential, l.initial, l.drive, l.load, l.contact, l.friction, l.passed,
-                    l.stabilisation} == std::vector{m.kinetic, m.potential, m.initial, m.drive, m.load,
-                                                    m.contact, m.friction, m.passed, m.stabilisation});
-  const auto &w = a.work, &x = b.work;
-  CHECK(std::vector{w.steps, w.rhs, w.factorisations, w.lcp_solves, w.lcp_retries, w.pivots, w.events} ==
-        std::vector{x.steps, x.rhs, x.factorisations, x.lcp_solves, x.lcp_retries, x.pivots, x.events});
-  const auto &e = a.extremes, &f = b.extremes;
-  CHECK(std::vector{e.constraint_length, e.constraint_angle, e.lcp_residual, e.lcp_residual_rate,
-                    e.greatest_gain, e.greatest_kinetic} ==
-        std::vector{f.constraint_length, f.constraint_angle, f.lcp_residual, f.lcp_residual_rate,
-                    f.greatest_gain, f.greatest_kinetic});
-  CHECK(e.shortest_flight == f.shortest_flight);
-  CHECK(e.penetration == f.penetration);
-  CHECK(a.notes == b.notes);
-  REQUIRE(a.events.size() == b.events.size());
-  for (std::size_t i = 0; i < a.events.size(); ++i) {
-    const auto &p = a.events[i], &q = b.events[i];
-    CHECK(p.kind == q.kind);
-    CHECK(p.contact == q.contact);
-    CHECK(std::vector{p.t, p.crank_angle, p.v_n_minus, p.v_n_plus, p.v_t_minus, p.v_t_plus, p.impulse_n,
-                      p.impulse_t, p.duration} == std::vector{q.t, q.crank_angle, q.v_n_minus, q.v_n_plus,
-                                                              q.v_t_minus, q.v_t_plus, q.impulse_n,
-                                                              q.impulse_t, q.duration});
-  }
-}
-
 /// Totals over scenes.
 struct LaneCounts {
   long steps = 0, in_lanes = 0, events = 0;
@@ -183,7 +143,7 @@ void compare_lanes(unsigned seed, int index, double steps, int lanes, LaneCounts
   for (std::size_t i = 0; i < found.size(); ++i) {
     INFO("scene " << index << ", lane " << i);
     Simulation alone(scenes[i], "nonsmooth", {.compile = Compile::never});
-    check_same_in_lanes(found[i], alone.run({.until = all[i].request.until}));
+    test::check_same_run(found[i], alone.run({.until = all[i].request.until}));
     counts.steps += found[i].work.steps;
     counts.events += static_cast<long>(found[i].events.size());
   }
@@ -196,7 +156,7 @@ void compare_lanes(unsigned seed, int index, double steps, int lanes, LaneCounts
 }  // namespace
 
 TEST_CASE("runs in lanes have the digits of runs alone", "[lanes][compiled][program]") {
-  const LaneCacheForTests cache;
+  const test::CompilerCache cache;
   LaneCounts counts;
   for (const int index : {0, 1, 3, 11}) compare_lanes(5, index, 2000, lanes_of_machine(), counts);
   CHECK(counts.laned == 4);
@@ -207,7 +167,7 @@ TEST_CASE("runs in lanes have the digits of runs alone", "[lanes][compiled][prog
 
 TEST_CASE("runs in evaluated lanes have the digits of runs alone", "[lanes][program]") {
   if (!LaneTape::usable()) return;
-  const LaneCacheForTests cache(true);
+  const test::CompilerCache cache(true);
   LaneCounts counts;
   for (const int index : {0, 1}) compare_lanes(5, index, 2000, LaneTape::few - 1, counts);
   for (const int index : {3, 11}) compare_lanes(5, index, 1000, LaneTape::many, counts);
@@ -218,7 +178,7 @@ TEST_CASE("runs in evaluated lanes have the digits of runs alone", "[lanes][prog
 
 TEST_CASE("slider-cranks with friction in the guide: lanes and runs alone", "[lanes][program]") {
   if (!LaneTape::usable()) return;
-  const LaneCacheForTests cache(true);
+  const test::CompilerCache cache(true);
   LaneCounts counts;
   for (const int index : {0, 1, 2, 3, 4, 5}) compare_lanes(7, index, 4000, LaneTape::few - 1, counts, true);
   CHECK(counts.laned >= 4);
@@ -227,7 +187,7 @@ TEST_CASE("slider-cranks with friction in the guide: lanes and runs alone", "[la
 }
 
 TEST_CASE("fifty random scenes with one to four contacts: lanes and runs alone", "[lanes][program][.]") {
-  const LaneCacheForTests cache;
+  const test::CompilerCache cache;
   LaneCounts counts;
   for (int index = 0; index < 50; ++index) compare_lanes(17, index, 20000, lanes_of_machine(), counts);
   UNSCOPED_INFO(fmt::format(
@@ -244,7 +204,7 @@ TEST_CASE("fifty random scenes with one to four contacts: lanes and runs alone",
 }
 
 TEST_CASE("runs of different structures together are runs alone", "[lanes][compiled][program]") {
-  const LaneCacheForTests cache;
+  const test::CompilerCache cache;
   LaneScenes first(5, 0), second(5, 1);
   const std::vector<Scene> scenes{first.scene(), second.scene(), first.scene()};
   std::vector<Simulation> together;
@@ -256,13 +216,13 @@ TEST_CASE("runs of different structures together are runs alone", "[lanes][compi
   const auto found = Simulation::run_together(all, in_lanes);
   CHECK(in_lanes > 0);
   for (std::size_t i = 0; i < scenes.size(); ++i)
-    check_same_in_lanes(found[i],
-                        Simulation(scenes[i], "nonsmooth", {.compile = Compile::never}).run({.until = 0.01}));
+    test::check_same_run(
+        found[i], Simulation(scenes[i], "nonsmooth", {.compile = Compile::never}).run({.until = 0.01}));
 }
 
 TEST_CASE("an ensemble has the same statistics and bands with and without lanes",
           "[lanes][ensemble][compiled][program]") {
-  const LaneCacheForTests cache;
+  const test::CompilerCache cache;
   const auto scene = open_scene(test::flores(), {"run.revolutions=0.2", "run.discard=0.05"});
   const EnsemblePlan plan{.starts = 11, .rows = 11, .threads = 2};
   const auto with = [&](const char* choice) {
@@ -290,7 +250,7 @@ TEST_CASE("an ensemble has the same statistics and bands with and without lanes"
 
 TEST_CASE("functions in lanes: each lane has its constants, choices and guards",
           "[lanes][compiled][program]") {
-  const LaneCacheForTests cache;
+  const test::CompilerCache cache;
   constexpr int lanes = 4;
   const auto object_of = [&](double factor) {
     TracedObject object(lanes);

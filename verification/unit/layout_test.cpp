@@ -54,11 +54,9 @@ TEST_CASE("lines about each contact of a run fit 80 columns", "[layout][program]
   for (const char* words : {"epicyclic-gear/scene.toml --set run.duration=0.02",
                             "lubricated-pin/scene.toml --set run.revolutions=1 --set run.discard=0"}) {
     test::TemporaryFolder folder;
-    const auto made = test::freeplay(fmt::format("run {} --formulation penalty --no-figures -o {}",
-                                                 (test::source_folder() / "cases").string() + "/" + words,
-                                                 (folder.path() / "out").string()));
-    CAPTURE(words, made.err);
-    REQUIRE(made.status == 0);
+    const auto made = test::succeeded(fmt::format("run {} --formulation penalty --no-figures -o {}",
+                                                  (test::source_folder() / "cases").string() + "/" + words,
+                                                  (folder.path() / "out").string()));
     for (const auto& line : lines_of(made.out)) {
       CAPTURE(line);
       if (!line.starts_with("results in ")) CHECK(width(line) <= 80);
@@ -67,9 +65,7 @@ TEST_CASE("lines about each contact of a run fit 80 columns", "[layout][program]
 }
 
 TEST_CASE("the comparison table fits 80 columns, each number under its heading", "[layout]") {
-  auto scene = read_scene(test::flores());
-  scene.run.duration = 0.3;
-  scene.run.discard = 0;
+  auto scene = test::read_short(test::flores(), 0.3);
   test::TemporaryFolder folder;
   const auto c = compare(scene, {}, folder.path());
   const auto lines = lines_of(comparison_table(scene, c, false));

@@ -96,10 +96,7 @@ TEST_CASE("a scene in place of a study is reported, and a study in place of a sc
   std::ofstream(scene_file) << scene();
   std::ofstream(study) << "scene = \"s.toml\"\n";
   const auto said = [&](const std::string& line, const std::string& file, const char* what) {
-    const auto end = test::freeplay(line + " " + file);
-    CAPTURE(line, end.err);
-    CHECK(end.status == 2);
-    CHECK_THAT(end.err, StartsWith(file + ": ") && Contains(what));
+    test::refused(line + " " + file, StartsWith(file + ": ") && Contains(what));
   };
   for (const char* verb : {"sweep", "bifurcation", "basin", "calibrate", "tradeoff"})
     said(verb, scene_file, "is a scene; a study refers to one by scene = \"s.toml\"");

@@ -22,9 +22,7 @@ TEST_CASE("every new scene is commented and runs in both formulations", "[new]")
   for (const auto& kind : kinds()) {
     CAPTURE(kind);
     const auto file = folder.path() / (kind + ".toml");
-    const auto made = test::freeplay("new " + kind + " -o " + file.string());
-    CAPTURE(made.err);
-    REQUIRE(made.status == 0);
+    test::succeeded("new " + kind + " -o " + file.string());
     CHECK(test::file_text(file) ==
           test::file_text(test::source_folder() / "src/cli/templates" / (kind + ".toml")));
     CHECK_THAT(test::file_text(file), Contains("# "));
@@ -43,28 +41,21 @@ TEST_CASE("a new scene never overwrites a file", "[new][errors]") {
   const test::TemporaryFolder folder;
   const auto file = folder.path() / "mine.toml";
   std::ofstream(file) << "mine";
-  auto refused = test::freeplay("new pendulum -o " + file.string());
-  CHECK(refused.status == 2);
-  CHECK_THAT(refused.err, Contains("mine.toml: already exists and is not overwritten"));
+  test::refused("new pendulum -o " + file.string(),
+                Contains("mine.toml: already exists and is not overwritten"));
   CHECK(test::file_text(file) == "mine");
   std::filesystem::create_symlink(folder.path() / "nowhere.toml", folder.path() / "link.toml");
   CHECK(test::freeplay("new pendulum -o " + (folder.path() / "link.toml").string()).status == 2);
   CHECK(!std::filesystem::exists(folder.path() / "nowhere.toml"));
-  refused = test::freeplay("new pendulum -o " + (folder.path() / "no/where.toml").string());
-  CHECK(refused.status == 2);
-  CHECK_THAT(refused.err, Contains("is not a folder"));
-  refused = test::freeplay("new perpetuum-mobile");
-  CHECK(refused.status == 2);
-  CHECK_THAT(refused.err, Contains("four-bar"));
+  test::refused("new pendulum -o " + (folder.path() / "no/where.toml").string(), Contains("is not a folder"));
+  test::refused("new perpetuum-mobile", Contains("four-bar"));
 }
 
 TEST_CASE("check draws the assembled pose, whatever names and titles a scene has", "[pose][figures]") {
   const test::TemporaryFolder folder;
   const auto out = folder.path() / "out";
   const auto check = [&](const std::string& arguments) {
-    const auto outcome = test::freeplay("check " + arguments + " -o " + out.string());
-    CAPTURE(arguments, outcome.err);
-    REQUIRE(outcome.status == 0);
+    const auto outcome = test::succeeded("check " + arguments + " -o " + out.string());
     for (const auto* suffix : {"pdf", "png", "gp", "dat"})
       CHECK(std::filesystem::file_size(out / (std::string("figures/pose.") + suffix)) > 200);
     return outcome.out;

@@ -8,11 +8,9 @@ using namespace freeplay;
 TEST_CASE("an observed run takes the same steps as an unobserved one", "[observers]") {
   for (const char* formulation : {"penalty", "nonsmooth", "event-driven"}) {
     CAPTURE(formulation);
-    auto scene = read_scene(test::flores());
+    auto scene = test::read_short(test::flores(), 0.05);
     if (formulation[0] == 'e') scene.nonsmooth.scheme = Scheme::event_driven;
     const char* name = formulation[0] == 'p' ? "penalty" : "nonsmooth";
-    scene.run.duration = 0.05;
-    scene.run.discard = 0;
     Simulation alone(scene, name), watched(scene, name);
     const auto a = alone.run({.keep_events = false});
     Trajectory path;
@@ -50,9 +48,7 @@ TEST_CASE("an observed run takes the same steps as an unobserved one", "[observe
 }
 
 TEST_CASE("a truncated list of events is marked as such", "[observers]") {
-  auto scene = read_scene(test::flores());
-  scene.run.duration = 0.1;
-  scene.run.discard = 0;
+  auto scene = test::read_short(test::flores(), 0.1);
   const auto whole = Simulation(scene, "nonsmooth").run();
   REQUIRE(whole.events.size() > 6);
   CHECK_FALSE(whole.events_cut());
@@ -67,9 +63,7 @@ TEST_CASE("a truncated list of events is marked as such", "[observers]") {
 TEST_CASE("observers see a run in parts as one run", "[observers]") {
   // Two successive runs differ from one: the step is cut between them. Rows and events continue
   // nevertheless.
-  auto scene = read_scene(test::flores());
-  scene.run.duration = 0.04;
-  scene.run.discard = 0;
+  auto scene = test::read_short(test::flores(), 0.04);
   Simulation simulation(scene, "nonsmooth");
   Trajectory path;
   simulation.run({.until = 0.02, .observers = {&path}});
@@ -98,9 +92,7 @@ TEST_CASE("a run obeys a request to stop", "[observers]") {
 }
 
 TEST_CASE("invalid arguments of a run are refused", "[observers]") {
-  auto scene = read_scene(test::flores());
-  scene.run.duration = 0.01;
-  scene.run.discard = 0;
+  auto scene = test::read_short(test::flores(), 0.01);
   Simulation simulation(scene, "nonsmooth");
   CHECK_THROWS_AS(simulation.run({.until = std::nan("")}), ModelError);
   CHECK_THROWS_AS(simulation.run({.until = -1.0}), ModelError);
@@ -129,9 +121,7 @@ TEST_CASE("columns of forces.csv have unique names", "[observers]") {
 
 TEST_CASE("only one process writes into a folder", "[observers]") {
   test::TemporaryFolder folder;
-  auto scene = read_scene(test::flores());
-  scene.run.duration = 0.01;
-  scene.run.discard = 0;
+  auto scene = test::read_short(test::flores(), 0.01);
   // During the first run's progress a second one requests the same folder.
   int refused = 0;
   const RunPlan second{.formulation = "nonsmooth", .folder = folder.path()};

@@ -18,20 +18,6 @@ namespace {
 
 using Numbers = std::vector<std::vector<double>>;
 
-/// The blocks of a figure's data: rows of numbers.
-std::vector<Numbers> blocks_of(const std::filesystem::path& file) {
-  std::istringstream in(test::file_text(file));
-  std::vector<Numbers> blocks;
-  for (std::string line; std::getline(in, line);) {
-    if (line.starts_with("#")) blocks.emplace_back();
-    if (line.empty() || line.starts_with("#")) continue;
-    std::istringstream numbers(line);
-    auto& row = blocks.back().emplace_back();
-    for (double x; numbers >> x;) row.push_back(x);
-  }
-  return blocks;
-}
-
 json provenance() {
   return {{"version", "0"},
           {"commit", "none"},
@@ -89,7 +75,7 @@ TEST_CASE("the figure of a periodic motion shows its jumps, its section and its 
   REQUIRE(made.size() == 2);
   CHECK(made[0] == folder.path() / "figures/orbit.pdf");
   CHECK(made[1] == folder.path() / "figures/multipliers.pdf");
-  const auto blocks = blocks_of(folder.path() / "figures/orbit.dat");
+  const auto blocks = test::data_blocks(folder.path() / "figures/orbit.dat");
   REQUIRE(blocks.size() == 7);  // of a: jump, curve, section; of b and c: curve, section
   REQUIRE(blocks[0].size() == 2);
   for (std::size_t end = 0; end < 2; ++end) {  // the rows about the onset, symmetric to it
@@ -108,7 +94,7 @@ TEST_CASE("the figure of a periodic motion shows its jumps, its section and its 
   CHECK((script.find("dt (6,4)") == script.npos) == stable);
   CHECK_THAT(script, Contains(stable ? "\"stable\"" : "\"not stable\""));
 
-  const auto multipliers = blocks_of(folder.path() / "figures/multipliers.dat");
+  const auto multipliers = test::data_blocks(folder.path() / "figures/multipliers.dat");
   REQUIRE(multipliers.size() == 3);
   for (const auto& corner : multipliers[0]) CHECK(std::hypot(corner[0], corner[1]) == Approx(1));
   CHECK(multipliers[1] == Numbers{{0.5, 0}});
@@ -118,7 +104,7 @@ TEST_CASE("the figure of a periodic motion shows its jumps, its section and its 
   // The motion is plotted as a run.
   plots::ColumnPlot plot{.folders = {folder.path()}, .x = "a.y", .panels = {{"a.vy"}}, .name = "own"};
   plots::draw_columns(plot);
-  CHECK(blocks_of(folder.path() / "figures/own.dat").at(0).size() == 102);
+  CHECK(test::data_blocks(folder.path() / "figures/own.dat").at(0).size() == 102);
 }
 
 TEST_CASE("the page of a periodic motion has its results, figures and command", "[report][orbit][program]") {
@@ -212,9 +198,7 @@ TEST_CASE("the run of a periodic motion returns to its section and can be repeat
   const test::TemporaryFolder folder;
   const auto place = folder.path().string();
   write_file(folder.path() / "scene.toml", verification::scenes::shaken_ball(ball, 1e-3L));
-  const auto found = test::freeplay("orbit " + place + "/scene.toml --settle 7 -o " + place + "/out");
-  CAPTURE(found.out, found.err);
-  REQUIRE(found.status == 0);
+  test::succeeded("orbit " + place + "/scene.toml --settle 7 -o " + place + "/out");
   std::istringstream in(test::file_text(folder.path() / "out/motion/trajectory.csv"));
   std::string head, line, first, last;
   std::getline(in, head);
@@ -239,10 +223,8 @@ TEST_CASE("the run of a periodic motion returns to its section and can be repeat
   CHECK(std::abs(std::stod(line) - 0.7 - static_cast<double>(ball.impact_time())) < 1e-9);
   CHECK_FALSE(std::getline(events, line));
   const auto again =
-      test::freeplay("run --from " + place + "/out/motion/run.json --no-figures -o " + place + "/again");
-  CAPTURE(again.out, again.err);
-  REQUIRE(again.status == 0);
+      test::succeeded("run --from " + place + "/out/motion/run.json --no-figures -o " + place + "/again");
   CHECK(test::file_text(folder.path() / "again/trajectory.csv") ==
         test::file_text(folder.path() / "out/motion/trajectory.csv"));
-  CHECK(test::freeplay("report " + place + "/out").status == 0);
+  test::succeeded("report " + place + "/out");
 }

@@ -132,24 +132,18 @@ TEST_CASE("a plugin is loaded from its file, and its run can be repeated only wi
           .status == 0);
   CHECK_THAT(test::file_text(place("one") + "/run.json"),
              Contains("law = \\\"law.so\\\"") && Contains("normal forces come from law.so"));
-  auto outcome = test::freeplay("run --no-figures --from " + place("one") + " -o " + place("two"));
-  CHECK(outcome.status == 2);
-  CHECK_THAT(outcome.err, Contains("the run uses normal forces of law.so") && Contains("--law-plugin"));
-  REQUIRE(test::freeplay("run --no-figures --from " + place("one") + " -o " + place("two") +
-                         " --law-plugin " + plugin.string())
-              .status == 0);
+  test::refused("run --no-figures --from " + place("one") + " -o " + place("two"),
+                Contains("the run uses normal forces of law.so") && Contains("--law-plugin"));
+  test::succeeded("run --no-figures --from " + place("one") + " -o " + place("two") + " --law-plugin " +
+                  plugin.string());
   CHECK(test::file_text(place("one") + "/trajectory.csv") ==
         test::file_text(place("two") + "/trajectory.csv"));
 
-  outcome = test::freeplay(run + "--formulation nonsmooth -o " + place("three") + " --law-plugin " +
-                           plugin.string());
-  CHECK(outcome.status == 2);
-  CHECK_THAT(outcome.err, Contains("impact laws have no normal force"));
+  test::refused(run + "--formulation nonsmooth -o " + place("three") + " --law-plugin " + plugin.string(),
+                Contains("impact laws have no normal force"));
   const auto refused = [&](const std::string& why) {
-    const auto said = test::freeplay(run + "--formulation penalty -o " + place("three") + " --law-plugin " +
-                                     plugin.string());
-    CHECK(said.status == 2);
-    CHECK_THAT(said.err, Contains("is not a plugin of contact forces") && Contains(why));
+    test::refused(run + "--formulation penalty -o " + place("three") + " --law-plugin " + plugin.string(),
+                  Contains("is not a plugin of contact forces") && Contains(why));
   };
   REQUIRE(compiled("int freeplay_law_abi(void) { return 2; }\n"));
   refused("freeplay_law_abi() is 2");

@@ -28,27 +28,6 @@ void write_run(const std::filesystem::path& folder, const std::string& scene, do
                  .dump());
 }
 
-/// The blocks of a figure's data: rows of numbers.
-std::vector<std::vector<std::vector<double>>> data_of(const std::filesystem::path& file) {
-  std::istringstream in(test::file_text(file));
-  std::vector<std::vector<std::vector<double>>> blocks;
-  std::string line;
-  while (std::getline(in, line)) {
-    if (line.starts_with("#")) blocks.emplace_back();
-    if (line.empty() || line.starts_with("#")) continue;
-    std::istringstream numbers(line);
-    auto& row = blocks.back().emplace_back();
-    for (double x; numbers >> x;) row.push_back(x);
-  }
-  return blocks;
-}
-
-std::size_t count(const std::string& text, const std::string& part) {
-  std::size_t n = 0;
-  for (std::size_t at = 0; (at = text.find(part, at)) != text.npos; ++at) ++n;
-  return n;
-}
-
 const std::string crank_scene = test::body("b", 1.0, 1.0) + test::pin("p", "ground", "b") +
                                 test::motor("m", "p", 3.14159265358979) + test::run_for(4.0);
 
@@ -149,14 +128,14 @@ TEST_CASE("freeplay plot draws the requested columns and lists the available one
   CHECK_THAT(o.out, Contains("one/figures/mine.pdf"));
   // b.y (m) and b.ax (m/s²) separately, p.fx alone: three panels of two runs.
   const auto script = test::file_text(one / "figures/mine.gp");
-  CHECK(count(script, "\nplot ") == 3);
+  CHECK(test::count(script, "\nplot ") == 3);
   CHECK_THAT(script, Contains("set xlabel \"b:\".' '.'position x'.' '.\"(m)\"") &&
                          Contains("set ylabel \"b:\".' '.'position y'") &&
                          Contains("set ylabel \"p:\".' '.'force F_x'") && Contains("title \"one\"") &&
                          Contains("title \"two\""));
   // The three panels show the same runs: one key names them.
-  CHECK(count(script, "title \"one\"") == 1);
-  const auto data = data_of(one / "figures/mine.dat");
+  CHECK(test::count(script, "title \"one\"") == 1);
+  const auto data = test::data_blocks(one / "figures/mine.dat");
   REQUIRE(data.size() == 6);
   REQUIRE(data[0].size() == 9);
   CHECK(data[0][1] == std::vector{1.25, 1.5625});
@@ -287,7 +266,7 @@ TEST_CASE("figures of joint clearances show each journal within its circle, seve
   }
   write_run(place, scene, 1);
   write_file(place / "trajectory.csv", rows);
-  REQUIRE(test::freeplay("figures " + place.string()).status == 0);
+  test::succeeded("figures " + place.string());
 
   const auto known = plots::clearance_joints(place, plots::scene_of_run(place).get());
   REQUIRE(known.size() == 12);
@@ -304,7 +283,7 @@ TEST_CASE("figures of joint clearances show each journal within its circle, seve
     const auto file = place / "figures" / (name + ".gp");
     if (!std::filesystem::exists(file)) break;
     ++pages;
-    panels += count(test::file_text(file), "\nplot ");
+    panels += test::count(test::file_text(file), "\nplot ");
     const auto png = test::file_text(place / "figures" / (name + ".png"));
     const auto height = 256 * static_cast<unsigned char>(png[22]) + static_cast<unsigned char>(png[23]);
     CHECK(height <= 2300);  // 23 cm at 100 dots each
@@ -314,7 +293,7 @@ TEST_CASE("figures of joint clearances show each journal within its circle, seve
   CHECK(pages == 3);    // four rows of (9 − 1.95)/2 + 2 cm on each
   // The guide's rear end moves from the middle to a twentieth of the distance to the upper wall,
   // its front end stays a quarter below.
-  const auto data = data_of(place / "figures/journal_orbit.dat");
+  const auto data = test::data_blocks(place / "figures/journal_orbit.dat");
   REQUIRE(data.size() > 4);
   REQUIRE(data[0].size() == 11);
   CHECK(data[0].back()[0] == Approx(20));
@@ -330,7 +309,7 @@ TEST_CASE("a run draws its figures without changing its results", "[figures][plo
   const auto line = "run " + test::flores().string() +
                     " --formulation nonsmooth --set run.revolutions=0.05 --set run.discard=0 -o " + out;
   const std::filesystem::path figures = out + "/figures";
-  REQUIRE(test::freeplay(line + " --no-figures").status == 0);
+  test::succeeded(line + " --no-figures");
   CHECK_FALSE(std::filesystem::exists(figures));
   const auto bytes = [&](const char* file) { return test::file_text(std::filesystem::path(out) / file); };
   const std::string before[] = {bytes("trajectory.csv"), bytes("events.csv"), bytes("signals.csv")};
@@ -347,22 +326,21 @@ TEST_CASE("a run draws its figures without changing its results", "[figures][plo
   }
   // A twentieth of a revolution: its first and last part are the same, and are drawn once.
   const auto orbit = test::file_text(figures / "journal_orbit.gp");
-  CHECK(count(orbit, "\nplot ") == 1);
+  CHECK(test::count(orbit, "\nplot ") == 1);
   CHECK_THAT(orbit, Contains("whole run") && !Contains("first turn"));
   CHECK(bytes("trajectory.csv") == before[0]);
   CHECK(bytes("events.csv") == before[1]);
   CHECK(bytes("signals.csv") == before[2]);
 
   // Refused before anything is made: the older run and its figures remain.
-  const auto wrong = test::freeplay(line + " --plot gudgeon.gaps");
-  CHECK(wrong.status == 2);
-  CHECK_THAT(wrong.err, Contains("unknown column gudgeon.gaps; did you mean gudgeon.gap?"));
+  test::refused(line + " --plot gudgeon.gaps",
+                Contains("unknown column gudgeon.gaps; did you mean gudgeon.gap?"));
   CHECK(test::freeplay(line + " --plot gudgeon.fx").status == 2);
   write_file(figures / "style.toml", "fnt = 1\n");
   CHECK(test::freeplay(line).status == 2);
   CHECK(std::filesystem::exists(figures / "motion.png"));
   // Without figures those of the run before are removed; the user's remain.
-  REQUIRE(test::freeplay(line + " --no-figures").status == 0);
+  test::succeeded(line + " --no-figures");
   CHECK_FALSE(std::filesystem::exists(figures / "motion.png"));
   CHECK_FALSE(std::filesystem::exists(figures / "journal_orbit.gp"));
   CHECK(std::filesystem::exists(figures / "plot_gudgeon.gap-slider.vx.pdf"));

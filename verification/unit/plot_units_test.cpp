@@ -183,9 +183,7 @@ TEST_CASE("a style is a preset, a file, or beside the scene", "[figures][style][
   CHECK(*plots::style_of(place).width == 60);
   write_file(place / "wide.toml", "width = 120\n");
   const auto width = [&](const std::string& style) {
-    const auto end = test::freeplay(fmt::format("plot {} --y b.x -o mine --style {}", place.string(), style));
-    CAPTURE(style, end.err);
-    CHECK(end.status == 0);
+    test::succeeded(fmt::format("plot {} --y b.x -o mine --style {}", place.string(), style));
     const auto script = test::file_text(place / "figures/mine.gp");
     return std::stod(script.substr(script.find("WIDTH = ") + 8));
   };
@@ -193,7 +191,6 @@ TEST_CASE("a style is a preset, a file, or beside the scene", "[figures][style][
   CHECK(width("journal-single") == 8.4);
   CHECK(width("journal-double") == 17.4);
   CHECK(width("slides") == 25.4);
-  const auto end = test::freeplay(fmt::format("plot {} --y b.x --style journal-singel", place.string()));
-  CHECK(end.status == 2);
-  CHECK_THAT(end.err, Contains("is neither a file nor a preset; did you mean journal-single?"));
+  test::refused(fmt::format("plot {} --y b.x --style journal-singel", place.string()),
+                Contains("is neither a file nor a preset; did you mean journal-single?"));
 }

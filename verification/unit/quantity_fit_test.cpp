@@ -267,11 +267,8 @@ TEST_CASE("the command calibrates to times of impacts", "[calibrate][program]") 
   const Desk desk;
   const auto place = desk.folder.path().string();
   desk.study(ball_head() + ball_times(5, 1e-6));
-  const auto run = test::freeplay("calibrate " + place + "/study.toml --allow-outside -o " + place + "/out");
-  CAPTURE(run.out, run.err);
-  CHECK(run.status == 0);
-  std::ifstream in(desk.folder.path() / "out/calibration.json");
-  const auto json = nlohmann::json::parse(in);
+  test::succeeded("calibrate " + place + "/study.toml --allow-outside -o " + place + "/out");
+  const auto json = test::read_json(desk.folder.path() / "out/calibration.json");
   CHECK(json["fitted_to_all"]["unknowns"]["restitution"]["value"].get<double>() == Approx(restitution));
   CHECK(json["fitted_to_all"]["fitted"]["event_5_t"]["residual"].get<double>() == Approx(0).margin(1e-3));
 }

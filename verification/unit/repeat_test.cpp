@@ -6,6 +6,7 @@
 #include "io/scene/write_scene.hpp"
 #include "study/comparison/compare.hpp"
 #include "verification/support/rig.hpp"
+#include "verification/support/run_files.hpp"
 
 using namespace freeplay;
 using Catch::Matchers::Contains;
@@ -16,45 +17,19 @@ namespace {
 
 nlohmann::json json_of(const Path& folder) { return test::read_json(folder / "run.json"); }
 
-/// All files of a run by their names, run.json without the cost of the run.
-std::map<std::string, std::string> results_of(const Path& folder) {
-  std::map<std::string, std::string> files;
-  for (const auto& entry : std::filesystem::directory_iterator(folder))
-    if (entry.is_regular_file()) files[entry.path().filename().string()] = test::file_text(entry.path());
-  auto document = json_of(folder);
-  document.erase("cost");
-  files["run.json"] = document.dump(2);
-  return files;
-}
-
-void check_same(const Path& folder, const Path& reference) {
-  const auto files = results_of(folder), expected = results_of(reference);
-  REQUIRE(files.size() == expected.size());
-  for (const auto& [name, bytes] : expected) {
-    INFO(name);
-    REQUIRE(files.contains(name));
-    CHECK(files.at(name).size() == bytes.size());
-    CHECK((files.at(name) == bytes));
-  }
-}
-
 /// Repeats the run of a folder in another one, without output.
 void check_repeats(const Path& folder) {
   const auto again = Path(folder.string() + "-again");
   std::filesystem::remove_all(again);
-  const auto o = test::freeplay("run --from " + (folder / "run.json").string());
-  CAPTURE(o.out, o.err);
-  REQUIRE(o.status == 0);
+  const auto o = test::succeeded("run --from " + (folder / "run.json").string());
   CHECK(o.err.empty());
   CHECK_THAT(o.out, Contains("results in " + again.string()));
-  check_same(again, folder);
+  test::check_same(again, folder);
 }
-
-Path rig() { return test::source_folder() / "cases/flores2011/scene.toml"; }
 
 /// A copy of the rig's scene that the test may change, and its short run.
 Path copied(const Path& folder) {
-  write_file(folder / "scene.toml", test::file_text(rig()));
+  write_file(folder / "scene.toml", test::file_text(test::flores()));
   return folder / "scene.toml";
 }
 const Words short_run{"run.revolutions=0.3", "run.discard=0.05", "run.output_step=1e-4"};
@@ -88,13 +63,10 @@ TEST_CASE("run --from repeats a run of each kind bit for bit", "[repeat][program
   const auto scene = copied(place.path());
   for (const auto& kind : kinds) {
     INFO(kind.name);
-    write_file(scene, test::file_text(rig()));
+    write_file(scene, test::file_text(test::flores()));
     const auto folder = place.path() / kind.name;
-    const auto o =
-        test::freeplay(fmt::format("run {} --formulation {} -o {}{}{}", scene.string(), kind.formulation,
-                                   folder.string(), sets(with(short_run, kind.more)), kind.option));
-    CAPTURE(o.err);
-    REQUIRE(o.status == 0);
+    test::succeeded(fmt::format("run {} --formulation {} -o {}{}{}", scene.string(), kind.formulation,
+                                folder.string(), sets(with(short_run, kind.more)), kind.option));
     REQUIRE(std::filesystem::file_size(folder / "trajectory.csv") > 1000);
     write_file(scene, "no scene any more [");  // only run.json is read
     check_repeats(folder);
@@ -106,11 +78,9 @@ TEST_CASE("run --from repeats the runs of a comparison, including the matched an
   test::TemporaryFolder place;
   const auto scene = copied(place.path());
   const auto folder = place.path() / "compare";
-  const auto o = test::freeplay(fmt::format(
+  test::succeeded(fmt::format(
       "compare {} -o {}{} --forces", scene.string(), folder.string(),
       sets(with(short_run, {"penalty.contact=lankarani-nikravesh", "surfaces.steel.restitution=0.46"}))));
-  CAPTURE(o.err);
-  REQUIRE(o.status == 0);
   std::filesystem::remove(scene);
   const auto matched = json_of(folder / "nonsmooth");
   const double delivered = matched.at("contacts").at("gudgeon").at("restitution_delivered");
@@ -129,7 +99,7 @@ TEST_CASE("run --from repeats the runs of a comparison, including the matched an
 
 TEST_CASE("run --from repeats a scene changed in code, and a given start", "[repeat][program]") {
   test::TemporaryFolder place;
-  auto scene = read_scene(rig(), short_run);
+  auto scene = read_scene(test::flores(), short_run);
   scene.mechanism.title = "Changed \"in code\"\n";
   std::get<RevoluteJoint>(scene.mechanism.joints.at(2)).clearance->radial = 0.4e-3;
   scene.penalty.tolerance = 1e-7;
@@ -157,7 +127,8 @@ TEST_CASE("run --from: another program is reported, damage and further options a
           "[repeat][program]") {
   test::TemporaryFolder place;
   const auto folder = place.path() / "run", file = folder / "run.json", again = place.path() / "again";
-  const auto scene = read_scene(rig(), with(short_run, {"penalty.tolerance=1e-5", "run.revolutions=0.1"}));
+  const auto scene =
+      read_scene(test::flores(), with(short_run, {"penalty.tolerance=1e-5", "run.revolutions=0.1"}));
   run_scene(scene, {.formulation = "penalty", .folder = folder});
   const auto whole = test::file_text(file);
   const auto document = json_of(folder);
@@ -220,12 +191,11 @@ TEST_CASE("run --from: another program is reported, damage and further options a
     CHECK(o.status == 2);
     CHECK_THAT(o.err, Contains("the only other options are -o"));
   }
-  CHECK(repeat(" " + rig().string()).status == 2);
+  CHECK(repeat(" " + test::flores().string()).status == 2);
   CHECK(repeat(" --resume " + folder.string()).status == 2);
   {
-    const auto o = test::freeplay(fmt::format("run --from {} -o {}", folder.string(), folder.string()));
-    CHECK(o.status == 2);
-    CHECK_THAT(o.err, Contains("contains the run to be repeated"));
+    test::refused(fmt::format("run --from {} -o {}", folder.string(), folder.string()),
+                  Contains("contains the run to be repeated"));
     CHECK(test::file_text(file) == whole);
   }
   CHECK_FALSE(std::filesystem::exists(again));
@@ -241,11 +211,11 @@ TEST_CASE("run --from: another program is reported, damage and further options a
   CHECK(std::ranges::count(o.err, '\n') == 1);
   CHECK(test::file_text(again / "trajectory.csv") == test::file_text(folder / "trajectory.csv"));
   write_file(file, whole);
-  check_same(again, folder);  // and its provenance is that of the program that repeated it
+  test::check_same(again, folder);  // and its provenance is that of the program that repeated it
 }
 
 TEST_CASE("an identity depends on values, not on their spelling", "[repeat][scene]") {
-  const auto text = test::file_text(rig());
+  const auto text = test::file_text(test::flores());
   const auto of = [](const Scene& scene, const char* formulation = "penalty", bool matched = false) {
     return Simulation(scene, formulation, {.matched = matched}).identity();
   };
@@ -289,7 +259,7 @@ TEST_CASE("the digest is FNV-1a of 128 bits", "[repeat]") {
 }
 
 TEST_CASE("a scene may state its format; errors state the format it was read in", "[repeat][scene]") {
-  const auto text = test::file_text(rig());
+  const auto text = test::file_text(test::flores());
   const auto message = [&](const std::string& line) { return test::refusal(line + "\n" + text); };
   CHECK(message("format = 1") == "accepted");
   CHECK(message("format = 2") == "accepted");
@@ -315,8 +285,7 @@ TEST_CASE("a scene may state its format; errors state the format it was read in"
   for (const bool stated : {false, true}) {
     const auto file = place.path() / "s.toml", folder = place.path() / "run";
     write_file(file, (stated ? "format = 2\n" : "") + text);
-    const auto o = test::freeplay("check " + file.string());
-    CHECK(o.status == 0);
+    const auto o = test::succeeded("check " + file.string());
     CHECK((o.out.find("not stated in the scene") == o.out.npos) == stated);
     run_scene(read_scene(file, with(short_run, {"run.revolutions=0.1"})),
               {.formulation = "nonsmooth", .folder = folder});

@@ -10,52 +10,17 @@
 #include "facade/run_folder.hpp"
 #include "io/scene/open_scene.hpp"
 #include "verification/support/rig.hpp"
+#include "verification/support/run_files.hpp"
 
 using namespace freeplay;
 using Catch::Matchers::Contains;
+using test::check_same, test::files_of;
 using Path = std::filesystem::path;
 
 namespace {
 
 using Words = std::vector<std::string>;
 using Clock = std::chrono::steady_clock;
-
-/// All files of a folder by their names, except the lock that a killed process leaves.
-std::map<std::string, std::string> files_of(const Path& folder) {
-  std::map<std::string, std::string> files;
-  for (const auto& entry : std::filesystem::directory_iterator(folder))
-    if (entry.is_regular_file() && entry.path().filename() != ".freeplay.lock")
-      files[entry.path().filename().string()] = test::file_text(entry.path());
-  return files;
-}
-
-/// The same without the cost of the run.
-std::map<std::string, std::string> results_of(const Path& folder) {
-  auto files = files_of(folder);
-  auto document = nlohmann::json::parse(files.at("run.json"));
-  document.erase("cost");
-  files["run.json"] = document.dump(2);
-  return files;
-}
-
-void check_same(const Path& folder, const Path& reference) {
-  const auto files = results_of(folder), expected = results_of(reference);
-  for (const auto& [name, bytes] : expected) {
-    INFO(name);
-    REQUIRE(files.contains(name));
-    if (files.at(name) == bytes) continue;
-    const auto at =
-        static_cast<std::size_t>(std::ranges::mismatch(bytes, files.at(name)).in1 - bytes.begin());
-    FAIL_CHECK(name << " differs from byte " << at << " on, of " << bytes.size() << " and "
-                    << files.at(name).size() << ":\n"
-                    << bytes.substr(at, 200) << "\nexpected, and here\n"
-                    << files.at(name).substr(at, 200));
-  }
-  for (const auto& [name, bytes] : files) {
-    INFO(name);
-    CHECK(expected.contains(name));  // no checkpoint, no incomplete file
-  }
-}
 
 /// The program, started as a separate process.
 class Process {
@@ -244,9 +209,7 @@ TEST_CASE("resume: an interrupted run leaves complete files and continues", "[re
       process.end(SIGKILL);
     }
     if (has_checkpoint(folder)) {
-      const auto o = test::freeplay("run --resume " + folder.string());
-      CAPTURE(o.err);
-      CHECK(o.status == 0);
+      const auto o = test::succeeded("run --resume " + folder.string());
       CHECK_THAT(o.out, Contains("results in " + folder.string()));
     }
     check_same(folder, whole);
@@ -414,10 +377,7 @@ TEST_CASE("resume: only its own options are accepted", "[resume][program]") {
   const std::string resume = "run --resume " + place.path().string();
   for (const char* option :
        {" --formulation penalty", " --set run.duration=1", " --accuracy fast", " -o x"}) {
-    const auto o = test::freeplay(resume + option);
-    CAPTURE(o.err);
-    CHECK(o.status == 2);
-    CHECK_THAT(o.err, Contains("the only other option is --checkpoint"));
+    test::refused(resume + option, Contains("the only other option is --checkpoint"));
   }
   CHECK(test::freeplay(resume + " " + test::flores().string()).status == 2);
   CHECK(test::freeplay("run").status == 2);

@@ -233,11 +233,8 @@ TEST_CASE("an invalid section is refused with the valid forms", "[section]") {
 TEST_CASE("a section with more points than can be stored is refused before the run", "[section][errors]") {
   const auto scene = (test::source_folder() / "cases/ball-on-table/scene.toml").string();
   const test::TemporaryFolder folder;
-  const auto run = test::freeplay("poincare " + scene + " --section 'every 1e-9 s' -o " +
-                                  (folder.path() / "out").string());
-  CHECK(run.status == 2);
-  CHECK_THAT(run.err,
-             Catch::Matchers::Contains("--section") && Catch::Matchers::Contains("1000000 are kept"));
+  test::refused("poincare " + scene + " --section 'every 1e-9 s' -o " + (folder.path() / "out").string(),
+                Catch::Matchers::Contains("--section") && Catch::Matchers::Contains("1000000 are kept"));
   CHECK(!std::filesystem::exists(folder.path() / "out"));
 }
 
@@ -258,13 +255,11 @@ TEST_CASE("poincare writes its points, its provenance and a figure, or nothing",
   const test::TemporaryFolder folder;
   const auto out = folder.path() / "out";
   const auto scene = (test::source_folder() / "cases/ball-on-table/scene.toml").string();
-  const auto bad = test::freeplay("poincare " + scene + " --section 'each tuch' -o " + out.string());
-  CHECK(bad.status == 2);
-  CHECK_THAT(bad.err, Catch::Contains("--section: ") && Catch::Contains("is not a section"));
+  test::refused("poincare " + scene + " --section 'each tuch' -o " + out.string(),
+                Catch::Contains("--section: ") && Catch::Contains("is not a section"));
   CHECK_FALSE(std::filesystem::exists(out));
-  const auto good = test::freeplay("poincare " + scene +
-                                   " --section 'each touch' --periods 5 --discard 10 -o " + out.string());
-  CHECK(good.status == 0);
+  const auto good = test::succeeded("poincare " + scene +
+                                    " --section 'each touch' --periods 5 --discard 10 -o " + out.string());
   CHECK_THAT(good.out, Catch::Contains("5 points of \"each touch\""));
   for (const char* file : {"section.csv", "section.json", "figures/poincare.pdf", "figures/poincare.png"})
     CHECK(std::filesystem::exists(out / file));
@@ -274,9 +269,7 @@ TEST_CASE("figures of an empty section state that it is empty", "[section][figur
   const test::TemporaryFolder folder;
   const auto source = test::source_folder() / "cases/ball-on-table/scene.toml";
   const auto script = [&](const std::string& line, const char* file) {
-    const auto end = test::freeplay(line + " -o " + (folder.path() / "out").string());
-    CAPTURE(end.err);
-    REQUIRE(end.status == 0);
+    test::succeeded(line + " -o " + (folder.path() / "out").string());
     return test::file_text(folder.path() / "out/figures" / file);
   };
   const auto said = Catch::Contains("'no point of the section'");

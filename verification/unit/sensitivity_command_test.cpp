@@ -20,10 +20,7 @@ struct Command {
     write_file(folder.path() / "ball.toml", ball);
     return test::freeplay("sensitivity " + place + "/ball.toml -o " + place + "/out " + words);
   }
-  nlohmann::json document() const {
-    std::ifstream in(folder.path() / "out/sensitivity.json");
-    return nlohmann::json::parse(in);
-  }
+  nlohmann::json document() const { return test::read_json(folder.path() / "out/sensitivity.json"); }
 };
 
 }  // namespace

@@ -3,24 +3,15 @@
 #include "simulation/occasional.hpp"
 #include "simulation/statistics.hpp"
 #include "simulation/windows.hpp"
+#include "verification/support/compiled_runs.hpp"
 #include "verification/support/rig.hpp"
 
 using namespace freeplay;
 
 namespace {
 
-struct SingleLaneCache {
-  SingleLaneCache() {
-    setenv("XDG_CACHE_HOME", folder.path().c_str(), 1);
-    if (const char* was = std::getenv("FREEPLAY_COMPILE")) before = was;
-    unsetenv("FREEPLAY_COMPILE");
-  }
-  ~SingleLaneCache() {
-    unsetenv("XDG_CACHE_HOME");
-    if (!before.empty()) setenv("FREEPLAY_COMPILE", before.c_str(), 1);
-  }
-  std::string before;
-  test::TemporaryFolder folder;
+struct SingleLaneCache : test::CompilerCache {
+  test::Environment as_usual{"FREEPLAY_COMPILE", nullptr};
 };
 
 /// Rows at multiples of a time, from few steps.
@@ -52,29 +43,10 @@ struct AllSteps : Observer {
 };
 
 Scene lane_scene(const std::string& name, double duration) {
-  auto scene = read_scene(test::source_folder() / "cases" / name / "scene.toml");
+  auto scene = test::read_short(test::source_folder() / "cases" / name / "scene.toml", duration);
   scene.nonsmooth.scheme = Scheme::moreau_jean;
   scene.nonsmooth.step = 2e-5;
-  scene.run.duration = duration;
-  scene.run.discard = 0;
   return scene;
-}
-
-void check_same_ends(const Result& a, const Result& b) {
-  CHECK(a.final_state.q == b.final_state.q);
-  CHECK(a.final_state.v == b.final_state.v);
-  CHECK(a.work.steps == b.work.steps);
-  CHECK(a.work.lcp_solves == b.work.lcp_solves);
-  CHECK(a.ledger.closure() == b.ledger.closure());
-  CHECK(a.ledger.passed == b.ledger.passed);
-  CHECK(a.extremes.constraint_length == b.extremes.constraint_length);
-  CHECK(a.extremes.lcp_residual == b.extremes.lcp_residual);
-  CHECK(a.extremes.penetration == b.extremes.penetration);
-  REQUIRE(a.events.size() == b.events.size());
-  for (std::size_t i = 0; i < a.events.size(); ++i) {
-    CHECK(a.events[i].t == b.events[i].t);
-    CHECK(a.events[i].impulse_n == b.events[i].impulse_n);
-  }
 }
 
 }  // namespace
@@ -99,8 +71,8 @@ TEST_CASE("a run in its own lane shows few steps, and has the digits of the gene
     const auto expected = run(Compile::never, general), found = run(Compile::always, few),
                shown = run(Compile::always, all);
     CHECK(found.compiled.used);
-    check_same_ends(found, expected);
-    check_same_ends(shown, expected);
+    test::check_same_run(found, expected);
+    test::check_same_run(shown, expected);
     CHECK(found.window->energy == expected.window->energy);
     CHECK(few.rows == general.rows);
     CHECK(all.few.rows == general.rows);
@@ -124,7 +96,7 @@ TEST_CASE("a long run enters its lane when it is compiled, and continues in part
       Simulation(scene, "nonsmooth", {.compile = Compile::never}).run({.observers = {&general}});
   CHECK(found.compiled.used);
   CHECK(found.compiled.from > 1.9);
-  check_same_ends(found, expected);
+  test::check_same_run(found, expected);
   CHECK(few.rows == general.rows);
   CHECK(few.seen < 110'000);
 

@@ -85,10 +85,7 @@ TEST_CASE("licences of all shipped parts are shipped", "[docs]") {
   };
   REQUIRE(of(fmt::format("ldd '{}/freeplay' | awk '$3 ~ /^\\// {{print $3}}' | grep -v san",
                          FREEPLAY_BINARY_DIR)) == 0);
-  const auto text = [&](const std::string& name) {
-    std::ifstream in(out + "/" + name);
-    return std::string{std::istreambuf_iterator<char>(in), {}};
-  };
+  const auto text = [&](const std::string& name) { return test::file_text(out + "/" + name); };
   for (const auto& [package, licence] : {std::pair{"coinor-libipopt1v5", "Public License"},
                                          {"libklu1", "LGPL-2.1"},
                                          {"libmumps-seq-5.5", "CeCILL"},

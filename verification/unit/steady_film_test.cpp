@@ -34,10 +34,8 @@ TEST_CASE("freeplay laws --film reports the steady running of a lubricated joint
   const test::TemporaryFolder folder;
   const auto out = (folder.path() / "film").string();
   const double omega = 1500 * 3.141592653589793 / 30, e = 0.6, load = pin.capacity(e, omega);
-  const auto found = test::freeplay("laws " + pin_scene() + " --film gudgeon --rpm 1500 --load " +
-                                    fmt::format("{}", load) + " -o " + out);
-  CAPTURE(found.err);
-  REQUIRE(found.status == 0);
+  const auto found = test::succeeded("laws " + pin_scene() + " --film gudgeon --rpm 1500 --load " +
+                                     fmt::format("{}", load) + " -o " + out);
   CHECK_THAT(found.out, Contains("eccentricity ratio        0.6\n"));
   const auto j = test::read_json(folder.path() / "film/film.json");
   CHECK(j["eccentricity_ratio"].get<double>() == Approx(e).epsilon(1e-12));
@@ -47,17 +45,14 @@ TEST_CASE("freeplay laws --film reports the steady running of a lubricated joint
 
   // 2000 N at 1500 rpm in other units.
   const auto in_units = [](const std::string& load_and_speed) {
-    const auto text = test::freeplay("laws " + pin_scene() + " --film gudgeon " + load_and_speed);
-    CAPTURE(text.err);
-    CHECK(text.status == 0);
+    const auto text = test::succeeded("laws " + pin_scene() + " --film gudgeon " + load_and_speed);
     return text.out;
   };
   const auto plain = in_units("--load 2000 --rpm 1500");
   CHECK(in_units("--load '2 kN' --rpm '1500 rpm'") == plain);
   CHECK_THAT(plain, Contains("eccentricity ratio"));
 
-  const auto chart = test::freeplay("laws " + pin_scene() + " --film gudgeon -o " + out);
-  REQUIRE(chart.status == 0);
+  test::succeeded("laws " + pin_scene() + " --film gudgeon -o " + out);
   std::ifstream csv(folder.path() / "film/film.csv");
   std::string line;
   int lines = 0;
@@ -84,9 +79,8 @@ TEST_CASE("freeplay laws --film refuses joints without film and loads beyond its
 TEST_CASE("run.json has the statistics of each film", "[program][film]") {
   const test::TemporaryFolder folder;
   const auto out = (folder.path() / "run").string();
-  REQUIRE(test::freeplay("run " + pin_scene() +
-                         " --formulation nonsmooth --set run.revolutions=0.5 --set run.discard=0.1 -o " + out)
-              .status == 0);
+  test::succeeded("run " + pin_scene() +
+                  " --formulation nonsmooth --set run.revolutions=0.5 --set run.discard=0.1 -o " + out);
   const auto film = test::read_json(folder.path() / "run/run.json")["contacts"]["gudgeon"]["film"];
   const double greatest = film["greatest_eccentricity_ratio"], least = film["least_thickness_m"];
   CHECK(greatest > film["mean_eccentricity_ratio"].get<double>());

@@ -105,7 +105,7 @@ TEST_CASE("a style sets sizes on paper in every format, and is kept", "[figures]
       "\"cairolatex\"]\n";
   write_style(place, style);
   for (int i = 0; i < 2; ++i) {
-    REQUIRE(test::freeplay("figures " + place.string()).status == 0);
+    test::succeeded("figures " + place.string());
     CHECK(test::file_text(place / "figures/style.toml") == style);
   }
   const auto figure = [&](const char* suffix) { return place / "figures" / (std::string("drift") + suffix); };
@@ -127,7 +127,7 @@ TEST_CASE("a style sets sizes on paper in every format, and is kept", "[figures]
   }
   // Without it the figure has its default width again, and the height that its panels need.
   remove_file(place / "figures/style.toml");
-  REQUIRE(test::freeplay("figures " + place.string()).status == 0);
+  test::succeeded("figures " + place.string());
   CHECK(pixels(figure(".png")).first == 1600);
   CHECK(pixels(figure(".png")).second > 600);
   CHECK_THAT(test::file_text(figure(".gp")), Contains("SIZE = 7 "));
@@ -208,11 +208,8 @@ TEST_CASE("poses, sections, diagrams and maps follow the style", "[figures][styl
       std::filesystem::create_directories(out / "figures");
       write_file(out / "figures/style.toml",
                  black ? "monochrome = true\n" : "colours = [\"#123456\", \"#654321\"]\n");
-      const auto end = test::freeplay(line + " -o " + out.string());
-      CAPTURE(end.err);
-      REQUIRE(end.status == 0);
-      std::ifstream in(out / "figures" / script);
-      const std::string text{std::istreambuf_iterator<char>(in), {}};
+      const auto end = test::succeeded(line + " -o " + out.string());
+      const std::string text = test::file_text(out / "figures" / script);
       // Colours are those of the style, by name; only greys are added.
       const std::regex colour("rgb '?(#|0x)([0-9a-f]{6})");
       for (auto it = std::sregex_iterator(text.begin(), text.end(), colour); it != std::sregex_iterator();

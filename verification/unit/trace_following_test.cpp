@@ -2,6 +2,7 @@
 // the result is the one without sharing, whatever is shared.
 #include "facade/compiled_structures.hpp"
 #include "numerics/trace.hpp"
+#include "verification/support/compiled_runs.hpp"
 #include "verification/support/rig.hpp"
 
 using namespace freeplay;
@@ -49,12 +50,6 @@ TracedObject recorded(unsigned shared, unsigned own, int operations, double scal
   record_randomly(object, shared + 1, own + 1, operations, scale);
   return object;
 }
-
-struct CacheForFollowing {
-  CacheForFollowing() { setenv("XDG_CACHE_HOME", folder.path().c_str(), 1); }
-  ~CacheForFollowing() { unsetenv("XDG_CACHE_HOME"); }
-  TemporaryFolder folder;
-};
 
 Scene slider_crank(const std::vector<std::string>& changes = {}) {
   std::vector<std::string> all{"run.discard=0", "run.revolutions=0.2"};
@@ -124,7 +119,7 @@ TEST_CASE("constants that coincide in a follower have one slot, as alone", "[com
 
 TEST_CASE("simulations that share compiled functions have the digits of simulations alone",
           "[compiled][program]") {
-  const CacheForFollowing cache;
+  const test::CompilerCache cache;
   const std::vector<Scene> scenes{slider_crank(), slider_crank({"joints.gudgeon.clearance=0.4e-3"}),
                                   slider_crank({"surfaces.steel.friction=0"}),
                                   slider_crank({"bodies.rod.mass=2", "drives.motor.speed_rpm=-150"}),

@@ -4,6 +4,7 @@
 #include <sys/stat.h>
 
 #include "io/files/compiled_object.hpp"
+#include "verification/support/compiled_runs.hpp"
 #include "verification/support/rig.hpp"
 
 using namespace freeplay;
@@ -12,31 +13,12 @@ namespace fs = std::filesystem;
 
 namespace {
 
-/// Sets the cache for the duration of a test.
-struct PrivateCache {
-  PrivateCache() {
-    if (const char* was = std::getenv("XDG_CACHE_HOME")) before = was;
-    setenv("XDG_CACHE_HOME", folder.path().c_str(), 1);
-  }
-  ~PrivateCache() {
-    if (before.empty())
-      unsetenv("XDG_CACHE_HOME");
-    else
-      setenv("XDG_CACHE_HOME", before.c_str(), 1);
-  }
-  fs::path objects() const { return folder.path() / "freeplay"; }
+struct PrivateCache : test::CompilerCache {
   fs::path only_object() const {
-    fs::path found;
-    int count = 0;
-    for (const auto& entry : fs::directory_iterator(objects())) {
-      found = entry.path();
-      ++count;
-    }
-    CHECK(count == 1);
-    return found;
+    const auto all = objects();
+    REQUIRE(all.size() == 1);
+    return all[0];
   }
-  TemporaryFolder folder;
-  std::string before;
 };
 
 template <class T>
@@ -155,7 +137,7 @@ TEST_CASE("the cache of compiled objects: found again, repaired, and private", "
   works(again);
   CHECK(again.cached);
   struct stat facts {};
-  REQUIRE(stat(cache.objects().c_str(), &facts) == 0);
+  REQUIRE(stat(cache.place().c_str(), &facts) == 0);
   CHECK((facts.st_mode & 0777) == 0700);
   const auto file = cache.only_object();
   // Another file under the same name: the loaded object must keep its bytes.
@@ -192,18 +174,18 @@ TEST_CASE("the cache of compiled objects: found again, repaired, and private", "
     CHECK_FALSE(fs::is_symlink(file));
   }
   SECTION("a folder that others may read is not used") {
-    fs::permissions(cache.objects(), fs::perms::group_read | fs::perms::others_read, fs::perm_options::add);
+    fs::permissions(cache.place(), fs::perms::group_read | fs::perms::others_read, fs::perm_options::add);
     CHECK(get().reason.find("is open to other users") != std::string::npos);
   }
   SECTION("a symbolic link in place of the folder is not followed") {
     const auto elsewhere = cache.folder.path() / "elsewhere";
-    fs::rename(cache.objects(), elsewhere);
-    fs::create_directory_symlink(elsewhere, cache.objects());
+    fs::rename(cache.place(), elsewhere);
+    fs::create_directory_symlink(elsewhere, cache.place());
     CHECK(get().reason.find("symbolic link") != std::string::npos);
   }
   SECTION("a file in place of the folder") {
-    fs::remove_all(cache.objects());
-    std::ofstream(cache.objects()) << "x";
+    fs::remove_all(cache.place());
+    std::ofstream(cache.place()) << "x";
     CHECK_FALSE(get().library);
   }
 }

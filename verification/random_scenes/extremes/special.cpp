@@ -62,7 +62,7 @@ Verdict parallelogram(const Way& way, bool at_change) {
 
 /// A triangle of three bars on two fixed pins: it cannot move.
 Verdict locked(const Way& way) {
-  const std::string text = "\ngravity = [0.0, -9.81]\n" +
+  const std::string text = "gravity = [0.0, -9.81]\n" +
                            test::body("a", 1.0, 0.01, "position = [0.5, 0.5]\n") +
                            test::body("b", 1.0, 0.01, "position = [1.5, 0.5]\n") +
                            test::pin("a", "ground", "a", {}, {-0.5, -0.5}) +
@@ -76,7 +76,7 @@ Verdict locked(const Way& way) {
 
 /// A block that falls in two parallel guides, of which one is redundant.
 Verdict redundant(const Way& way) {
-  const std::string text = "\ngravity = [0.0, -9.81]\n" + test::body("block", 2.0, 0.01) +
+  const std::string text = "gravity = [0.0, -9.81]\n" + test::body("block", 2.0, 0.01) +
                            test::guide("left", "ground", "block", {0.0, 1.0}, {-0.1, 0.0}, {-0.1, 0.0}) +
                            test::guide("right", "ground", "block", {0.0, 1.0}, {0.1, 0.0}, {0.1, 0.0}) +
                            test::run_for(1.0);

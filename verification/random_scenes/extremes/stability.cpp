@@ -38,10 +38,8 @@ Verdict baumgarte(double ha, double hb) {
 /// The longest stable step of rk4 for the rig's first impact: approach and effective mass by the
 /// oracle, frictionless.
 double contact_limit() {
-  auto scene = read_scene(test::flores());
+  auto scene = test::read_short(test::flores(), 1e-3);
   scene.penalty.contact = ContactLaw::exact;
-  scene.run.duration = 1e-3;
-  scene.run.discard = 0;
   scene.instruments.clear();
   const double K = test::simulate(scene, Family::penalty).contacts.at(0).model.stiffness;
   reference::OracleOptions<double> options;

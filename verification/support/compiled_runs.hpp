@@ -1,0 +1,98 @@
+// Compiled runs in tests: a cache of their own, and the comparison with general runs.
+#pragma once
+
+#include <catch2/catch.hpp>
+#include <cstdlib>
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "dynamics/system_functions.hpp"
+#include "facade/simulation.hpp"
+#include "io/files/compiled_object.hpp"
+#include "mechanism/scene.hpp"
+#include "verification/support/support.hpp"
+
+namespace freeplay::test {
+
+/// An environment variable that has another value, or none, for the duration of a test.
+class Environment {
+ public:
+  Environment(const char* name, const char* value) : name_(name) {
+    const char* was = std::getenv(name);
+    had_ = was != nullptr;
+    if (had_) before_ = was;
+    set(value);
+  }
+  ~Environment() { set(had_ ? before_.c_str() : nullptr); }
+  Environment(const Environment&) = delete;
+  Environment& operator=(const Environment&) = delete;
+
+ private:
+  void set(const char* value) const { value ? setenv(name_, value, 1) : unsetenv(name_); }
+  const char* name_;
+  bool had_ = false;
+  std::string before_;
+};
+
+/// Compiled objects are kept in a folder of their own; with `none`, nothing can be compiled.
+struct CompilerCache {
+  explicit CompilerCache(bool none = false)
+      : cache("XDG_CACHE_HOME", none ? "/dev/null" : folder.path().c_str()) {}
+  std::filesystem::path place() const { return folder.path() / "freeplay"; }
+  std::vector<std::filesystem::path> objects() const {
+    std::vector<std::filesystem::path> list;
+    for (const auto& entry : std::filesystem::directory_iterator(place())) list.push_back(entry.path());
+    return list;
+  }
+  TemporaryFolder folder;
+  Environment cache;
+};
+
+inline Result run_as(const Scene& scene, std::string_view formulation, Compile compile) {
+  return Simulation(scene, formulation, {.compile = compile}).run();
+}
+
+/// The functions of a traced system, compiled.
+inline SystemFunctions compiled(const TracedSystem& traced) {
+  const auto object = compiled_object(traced.object.text(), traced.object.functions());
+  REQUIRE(object.reason.empty());
+  auto functions = traced.functions(object.table);
+  functions.object = object.library;
+  return functions;
+}
+
+/// Every quantity of the result of a run is bitwise identical.
+inline void check_same_run(const Result& a, const Result& b) {
+  CHECK(a.ending.status == b.ending.status);
+  CHECK(a.final_state.t == b.final_state.t);
+  CHECK(a.final_state.q == b.final_state.q);
+  CHECK(a.final_state.v == b.final_state.v);
+  const auto &l = a.ledger, &m = b.ledger;
+  CHECK(std::vector{l.kinetic, l.potential, l.initial, l.drive, l.load, l.contact, l.friction, l.passed,
+                    l.stabilisation} == std::vector{m.kinetic, m.potential, m.initial, m.drive, m.load,
+                                                    m.contact, m.friction, m.passed, m.stabilisation});
+  const auto &w = a.work, &x = b.work;
+  CHECK(std::vector{w.steps, w.rhs, w.factorisations, w.lcp_solves, w.lcp_retries, w.pivots, w.events} ==
+        std::vector{x.steps, x.rhs, x.factorisations, x.lcp_solves, x.lcp_retries, x.pivots, x.events});
+  const auto &e = a.extremes, &f = b.extremes;
+  CHECK(std::vector{e.constraint_length, e.constraint_angle, e.lcp_residual, e.lcp_residual_rate,
+                    e.greatest_gain, e.greatest_kinetic} ==
+        std::vector{f.constraint_length, f.constraint_angle, f.lcp_residual, f.lcp_residual_rate,
+                    f.greatest_gain, f.greatest_kinetic});
+  CHECK(e.shortest_flight == f.shortest_flight);
+  CHECK(e.penetration == f.penetration);
+  CHECK(a.notes == b.notes);
+  REQUIRE(a.events.size() == b.events.size());
+  for (std::size_t i = 0; i < a.events.size(); ++i) {
+    const auto &p = a.events[i], &q = b.events[i];
+    CHECK(p.kind == q.kind);
+    CHECK(p.contact == q.contact);
+    CHECK(std::vector{p.t, p.crank_angle, p.v_n_minus, p.v_n_plus, p.v_t_minus, p.v_t_plus, p.impulse_n,
+                      p.impulse_t, p.duration} == std::vector{q.t, q.crank_angle, q.v_n_minus, q.v_n_plus,
+                                                              q.v_t_minus, q.v_t_plus, q.impulse_n,
+                                                              q.impulse_t, q.duration});
+  }
+}
+
+}  // namespace freeplay::test
