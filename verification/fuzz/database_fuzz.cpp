@@ -1,6 +1,6 @@
 // A fuzz target for databases of results and shards: any bytes are opened, read completely, merged
 // and opened for writing, or refused with one SceneError or OutputError. An accepted database
-// contains only definitions of this program.
+// contains only tables, indexes and views.
 #include <sqlite3.h>
 
 #include "io/files/output_file.hpp"
@@ -15,8 +15,8 @@ namespace {
 /// Each value of each table and view, as readers take them.
 void read_all(const Database& database) {
   for (const auto& object : database.schema()) {
-    if (!own_definition(object)) std::abort();
     if (object.type == "index") continue;
+    if (object.type != "table" && object.type != "view") std::abort();
     Database::Statement s(database, "SELECT * FROM " + object.name);
     while (s.step())
       for (int c = 0; c < s.columns(); ++c) {

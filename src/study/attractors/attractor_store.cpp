@@ -87,9 +87,8 @@ bool AttractorStore::find(const std::string& key, const Expected& expected, Sett
 void AttractorStore::store(const std::string& key, const SettledRun& run,
                            const std::vector<NamedColumn>& columns) {
   Database::Transaction whole(database_);
-  Statement(database_, "INSERT INTO runs VALUES (?, ?, ?, ?, ?, ?, ?)")
-      .put(key, run.branch, run.values[0], run.values.size() > 1 ? run.values[1] : std::nan(""), run.failure,
-           run.doubt, run.end.t);
+  database_.execute("INSERT INTO runs VALUES (?, ?, ?, ?, ?, ?, ?)", key, run.branch, run.values[0],
+                    run.values.size() > 1 ? run.values[1] : std::nan(""), run.failure, run.doubt, run.end.t);
   Statement points(database_, "INSERT INTO points VALUES (?, ?, ?, ?, ?)");
   for (std::size_t i = 0; i < run.rows.size(); ++i) {
     const auto point = i / columns.size();
@@ -115,15 +114,17 @@ void AttractorStore::begin_exponents() {
 }
 
 std::optional<AttractorExponent> AttractorStore::find_exponent(const std::string& key, long periods) const {
-  Statement s(database_, "SELECT value, error, reason FROM exponents WHERE run = ? AND periods = ?");
-  s.bind(key).bind(periods);
-  if (!s.step()) return {};
-  return AttractorExponent{s.number(0), s.number(1), s.text(2)};
+  const auto found = database_.rows(
+      "SELECT value, error, reason FROM exponents WHERE run = ? AND periods = ?",
+      [](const Statement& s) {
+        return AttractorExponent{s.number(0), s.number(1), s.text(2)};
+      },
+      key, periods);
+  return found.empty() ? std::nullopt : std::optional(found.front());
 }
 
 void AttractorStore::store_exponent(const std::string& key, long periods, const AttractorExponent& e) {
-  Statement(database_, "INSERT INTO exponents VALUES (?, ?, ?, ?, ?)")
-      .put(key, periods, e.value, e.error, e.reason);
+  database_.execute("INSERT INTO exponents VALUES (?, ?, ?, ?, ?)", key, periods, e.value, e.error, e.reason);
 }
 
 }  // namespace freeplay

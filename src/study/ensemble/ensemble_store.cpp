@@ -37,8 +37,8 @@ bool EnsembleStore::find(const std::string& key, StartOutcome& outcome) const {
 
 void EnsembleStore::store(const std::string& key, int start, const StartOutcome& outcome) const {
   Database::Transaction whole(database_);
-  Statement(database_, "INSERT OR REPLACE INTO runs VALUES (?, ?, ?, ?, ?)")
-      .put(key, static_cast<long>(start), outcome.failure, outcome.steps, outcome.rows);
+  database_.execute("INSERT OR REPLACE INTO runs VALUES (?, ?, ?, ?, ?)", key, static_cast<long>(start),
+                    outcome.failure, outcome.steps, std::span<const double>(outcome.rows));
   Statement numbers(database_, "INSERT INTO numbers VALUES (?, ?, ?)");
   for (const auto& [name, value] : outcome.numbers) numbers.put(key, name, value);
   whole.commit();

@@ -83,17 +83,17 @@ class Merging {
     schema_ = shard.schema();
     kind_ = shard.kind();
     db_.execute(fmt::format("PRAGMA user_version = {}", kind_));
+    // Each definition is in this program's text, since the shard was checked when it was opened.
     for (const auto& object : schema_) {
-      const auto own = own_definition(object).value();  // the shard was checked before
       if (object.type != "table") {
-        later_.push_back(own.text);
+        later_.push_back(object.sql);
         continue;
       }
-      db_.execute(own.text);
+      db_.execute(object.sql);
       // A merged database has no active processes, and derived columns are computed from all runs.
       if (object.name == "sweeps" || object.name == "derived") continue;
       Table t{object.name, {}, 0, false};
-      for (const auto& column : own.columns) {
+      for (const auto& column : columns_of(shard, object.name)) {
         numbered_ = numbered_ || (t.called == "runs" && column == "\"run id\"");
         t.by_number = t.by_number || column == "id";
         if (column == "id" || column == "\"run id\"") continue;

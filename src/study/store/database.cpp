@@ -168,7 +168,10 @@ void Database::refuse(const std::string& why) const {
   throw OutputError(what + ", or give another folder with -o");
 }
 
-void Database::execute(const std::string& sql) const { Statement(*this, sql).step(); }
+long Database::number_of(const std::string& sql) const {
+  Statement s(*this, sql);
+  return s.step() ? s.whole(0) : 0;
+}
 
 long Database::last_id() const { return sqlite3_last_insert_rowid(db_); }
 
@@ -198,7 +201,7 @@ int Database::allowed(void* self, int what, const char* first, const char* secon
     case SQLITE_FUNCTION:
       return second && std::string_view(second) == "load_extension" ? SQLITE_DENY : SQLITE_OK;
     case SQLITE_PRAGMA:
-      return named == "user_version" ? SQLITE_OK : SQLITE_DENY;
+      return named == "user_version" || named == "table_info" ? SQLITE_OK : SQLITE_DENY;
     case SQLITE_INSERT:
     case SQLITE_UPDATE:
     case SQLITE_DELETE:
@@ -288,20 +291,16 @@ void Database::configure() {
 }
 
 std::vector<SchemaObject> Database::schema() const {
-  std::vector<SchemaObject> objects;
-  Statement s(*this, "SELECT type, name, tbl_name, sql FROM sqlite_master ORDER BY rowid");
-  while (s.step()) {
-    // Indexes that SQLite makes for UNIQUE or PRIMARY KEY have no definition.
-    if (s.absent(3) && s.text(0) == "index" && s.text(1).starts_with("sqlite_autoindex_")) continue;
-    objects.push_back({s.text(0), s.text(1), s.text(2), s.text(3)});
-  }
-  return objects;
+  // Indexes that SQLite makes for UNIQUE or PRIMARY KEY have no definition.
+  return rows(
+      "SELECT type, name, tbl_name, sql FROM sqlite_master WHERE NOT (type = 'index' AND sql IS NULL "
+      "AND name GLOB 'sqlite_autoindex_*') ORDER BY rowid",
+      [](const Statement& s) {
+        return SchemaObject{s.text(0), s.text(1), s.text(2), s.text(3)};
+      });
 }
 
-long Database::kind() const {
-  Statement s(*this, "PRAGMA user_version");
-  return s.step() ? s.whole(0) : 0;
-}
+long Database::kind() const { return number_of("PRAGMA user_version"); }
 
 void Database::require_own() {
   const auto answer = [this](const char* query) {
@@ -309,14 +308,12 @@ void Database::require_own() {
     return s.step() ? s.text(0) : std::string();
   };
   const auto objects = schema();
-  for (const auto& object : objects)
-    if (!own_definition(object))
-      refuse(fmt::format("it defines the {} {}, which freeplay never creates; remove it",
-                         visible_brief(object.type, 12), visible_brief(object.name, 60)));
+  for (const bool views : {false, true})  // a view is composed of the columns of tables
+    for (const auto& object : objects)
+      if ((object.type == "view") == views && !is_own(*this, object))
+        refuse(fmt::format("it defines the {} {}, which freeplay never creates; remove it",
+                           visible_brief(object.type, 12), visible_brief(object.name, 60)));
   if (answer("PRAGMA encoding") != "UTF-8") refuse("its texts are not UTF-8; repeat its runs");
-  if (std::stod("0" + answer("PRAGMA page_count")) * std::stod("0" + answer("PRAGMA page_size")) >
-      static_cast<double>(most_of_a_database))
-    fail(SQLITE_CORRUPT);
   if (answer("PRAGMA quick_check(1)") != "ok") fail(SQLITE_CORRUPT);
 }
 
@@ -368,12 +365,6 @@ Database::Statement& Database::Statement::bind(long x) {
 Database::Statement& Database::Statement::bind(const std::string& x) {
   sqlite3_bind_text(statement_, ++bound_, x.c_str(), -1, SQLITE_TRANSIENT);
   return *this;
-}
-Database::Statement& Database::Statement::bind(std::span<const float> x) {
-  return bind_bytes(std::as_bytes(x));
-}
-Database::Statement& Database::Statement::bind(std::span<const double> x) {
-  return bind_bytes(std::as_bytes(x));
 }
 Database::Statement& Database::Statement::bind_bytes(std::span<const std::byte> x) {
   if (x.empty())

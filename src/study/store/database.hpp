@@ -10,8 +10,9 @@
 //                      file that is only read is opened read-only
 //     after opening    UTF-8; each definition is one of this program (study/store/schema.hpp);
 //                      consistent pages (quick_check to the first fault: 3 s for a cached gigabyte)
-//     in use           a column has the type that is read, and its texts at most 16 kB; a statement ends after a time that grows with the file: 120 s, and a second
-//                      for each megabyte
+//     in use           a column has the type that is read, and its texts at most 16 kB; a statement
+//                      ends after a time that grows with the file: 120 s, and a second for each
+//                      megabyte
 //
 // The file is not changed before these checks have passed, except that SQLite rolls back an
 // unfinished transaction whose journal is beside the file.
@@ -24,6 +25,7 @@
 #include <filesystem>
 #include <span>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "mechanism/error.hpp"
@@ -59,10 +61,26 @@ class Database {
   Database& operator=(const Database&) = delete;
 
   const std::filesystem::path& file() const { return file_; }
-  /// Executes one statement.
-  void execute(const std::string& sql) const;
+  /// Executes one statement with these values.
+  template <class... X>
+  void execute(const std::string& sql, const X&... values) const {
+    Statement s(*this, sql);
+    (s.bind(values), ...);
+    s.step();
+  }
+  /// of_row(row) for each row of a query with these values; a row is a const Statement&.
+  template <class F, class... X>
+  auto rows(const std::string& sql, F of_row, const X&... values) const {
+    Statement s(*this, sql);
+    (s.bind(values), ...);
+    std::vector<decltype(of_row(std::as_const(s)))> list;
+    while (s.step()) list.push_back(of_row(std::as_const(s)));
+    return list;
+  }
+  /// The number in the first row of a query; 0 without one.
+  long number_of(const std::string& sql) const;
   long last_id() const;  ///< of the last inserted row
-  /// Its tables, indexes and views, in the order of their creation. Each has an own_definition().
+  /// Its tables, indexes and views, in the order of their creation. Each is_own().
   std::vector<SchemaObject> schema() const;
   /// SQLite's user_version, which states the kind of database.
   long kind() const;
@@ -84,9 +102,9 @@ class Database {
     Statement& bind(long x);
     Statement& bind(const std::string& x);
     /// Binds a blob of single-precision numbers, little-endian. An empty list is stored as NULL.
-    Statement& bind(std::span<const float> x);
+    Statement& bind(std::span<const float> x) { return bind_bytes(std::as_bytes(x)); }
     /// Likewise with double precision, bit for bit.
-    Statement& bind(std::span<const double> x);
+    Statement& bind(std::span<const double> x) { return bind_bytes(std::as_bytes(x)); }
     /// Binds a value of another statement's current row unchanged.
     Statement& bind(const Statement& row, int column);
     bool step();

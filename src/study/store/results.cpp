@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "study/store/results_tables.hpp"
+#include "study/store/schema.hpp"
 #include "study/store/work_list.hpp"
 #include "values/warning.hpp"
 
@@ -12,15 +13,6 @@ namespace freeplay {
 namespace {
 
 using Statement = Database::Statement;
-
-/// Creates the view `named` of the runs that the study names. Other runs remain in the database.
-/// `derived`: further columns.
-void make_view(const Database& database, const std::string& columns, const std::string& derived) {
-  database.execute(
-      fmt::format("CREATE VIEW IF NOT EXISTS named AS SELECT {}{} FROM runs{} WHERE runs.run NOT IN "
-                  "(SELECT run FROM work WHERE state = 'kept')",
-                  columns, derived, derived.empty() ? "" : " LEFT JOIN derived ON derived.run = runs.run"));
-}
 
 std::string insert(const char* into, std::size_t columns) {
   std::string marks = "?";
@@ -92,11 +84,13 @@ void put(Inserts& into, const MadeRun& made, const std::vector<std::string>& mea
 }  // namespace
 
 Results::Results(const std::filesystem::path& file, const Study& study, StopToken stop)
-    : RunStore(file, Database::Access::write, results_form(study), stop),
-      axes_(study.axes.size()),
-      shown_(shown_columns(study)) {
+    : RunStore(file, Database::Access::write, results_form(study), stop), axes_(study.axes.size()) {
   for (const auto& m : study.measures) measures_.push_back(m.name);
-  make_view(database_, shown_, "");
+  const auto make = [this](const std::string& view) {
+    database_.execute("CREATE VIEW IF NOT EXISTS " + view);
+  };
+  for (const auto& list : lists_of_runs) make(view_of(database_, list));
+  make(view_of_named(database_));
 }
 
 void Results::store(std::span<const MadeRun> batch) {
@@ -110,10 +104,8 @@ void Results::store(std::span<const MadeRun> batch) {
 }
 
 std::set<std::string> Results::keys() const {
-  std::set<std::string> keys;
-  Statement s(database_, "SELECT run FROM runs");
-  while (s.step()) keys.insert(s.text(0));
-  return keys;
+  const auto keys = database_.rows("SELECT run FROM runs", [](const Statement& s) { return s.text(0); });
+  return {keys.begin(), keys.end()};
 }
 
 std::vector<RunRow> Results::runs(const std::set<std::string>& keys) const {
@@ -135,21 +127,20 @@ std::vector<RunRow> Results::runs(const std::set<std::string>& keys) const {
 }
 
 std::vector<std::array<std::string, 3>> Results::failures() const {
-  std::vector<std::array<std::string, 3>> list;
-  Statement s(database_,
-              "SELECT variant, formulation, reason FROM named WHERE status != 'finished' ORDER BY run");
-  while (s.step()) list.push_back({s.text(0), s.text(1), s.text(2)});
-  return list;
+  return database_.rows(
+      "SELECT variant, formulation, reason FROM named WHERE status != 'finished' ORDER BY run",
+      [](const Statement& s) {
+        return std::array{s.text(0), s.text(1), s.text(2)};
+      });
 }
 
 std::vector<KeptRuns> Results::kept() const {
-  std::vector<KeptRuns> list;
-  Statement s(
-      database_,
+  return database_.rows(
       "SELECT variant, formulation, count(*) FROM runs WHERE run IN (SELECT run FROM work WHERE state = "
-      "'kept') GROUP BY 1, 2 ORDER BY 1, 2");
-  while (s.step()) list.push_back({s.text(0), s.text(1), static_cast<std::size_t>(s.whole(2))});
-  return list;
+      "'kept') GROUP BY 1, 2 ORDER BY 1, 2",
+      [](const Statement& s) {
+        return KeptRuns{s.text(0), s.text(1), static_cast<std::size_t>(s.whole(2))};
+      });
 }
 
 void Results::prune() {
@@ -160,19 +151,21 @@ void Results::prune() {
 }
 
 std::vector<Flight> Results::flights(const std::string& key) const {
-  std::vector<Flight> list;
-  Statement s(database_, "SELECT loss, angle, duration, deceleration FROM flights WHERE run = ?");
-  s.bind(key);
-  while (s.step()) list.push_back({s.number(0), s.number(1), s.number(2), s.number(3)});
-  return list;
+  return database_.rows(
+      "SELECT loss, angle, duration, deceleration FROM flights WHERE run = ?",
+      [](const Statement& s) {
+        return Flight{s.number(0), s.number(1), s.number(2), s.number(3)};
+      },
+      key);
 }
 
 std::vector<CountedImpact> Results::impacts(const std::string& key) const {
-  std::vector<CountedImpact> list;
-  Statement s(database_, "SELECT angle, approach, impulse FROM impacts WHERE run = ?");
-  s.bind(key);
-  while (s.step()) list.push_back({s.number(0), s.number(1), s.number(2)});
-  return list;
+  return database_.rows(
+      "SELECT angle, approach, impulse FROM impacts WHERE run = ?",
+      [](const Statement& s) {
+        return CountedImpact{s.number(0), s.number(1), s.number(2)};
+      },
+      key);
 }
 
 std::vector<double> Results::spectrum(const std::string& key) const {
@@ -210,10 +203,9 @@ std::vector<double> Deriver::operator()(const RunRow& row) const {
 
 void Results::derive(const Study& study) {
   const Deriver derived(study);
-  std::string columns, shown, marks = "?";
+  std::string columns, marks = "?";
   for (const auto& d : study.derived) {
     columns += fmt::format(", \"{}\" REAL", d.name);
-    shown += fmt::format(", derived.\"{}\"", d.name);
     marks += ", ?";
   }
   Database::Transaction whole(database_);
@@ -222,7 +214,7 @@ void Results::derive(const Study& study) {
   database_.execute(fmt::format(
       "CREATE TABLE derived (run TEXT PRIMARY KEY REFERENCES runs(run) ON DELETE CASCADE{}) WITHOUT ROWID",
       columns));
-  make_view(database_, shown_, shown);
+  database_.execute("CREATE VIEW " + view_of_named(database_));
   const auto rows = runs();
   {
     Statement s(database_, fmt::format("INSERT INTO derived VALUES ({})", marks));

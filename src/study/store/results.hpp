@@ -78,7 +78,6 @@ class Results : public RunStore {
  private:
   std::size_t axes_ = 0;
   std::vector<std::string> measures_;  // their names
-  std::string shown_;                  // columns of `runs`
 };
 
 }  // namespace freeplay

@@ -10,19 +10,6 @@
 namespace freeplay {
 namespace {
 
-/// A list of a run: its table, the view that shows it, its columns.
-struct Many {
-  const char *table, *view, *columns;
-};
-constexpr Many of_runs[] = {
-    {"turn_rows", "turns", "turn INTEGER, peak REAL"},
-    {"flight_rows", "flights", "loss REAL, angle REAL, duration REAL, deceleration REAL, contact TEXT"},
-    {"impact_rows", "impacts", "angle REAL, approach REAL, impulse REAL, contact TEXT"},
-    {"measure_rows", "measures", "measure TEXT, number INTEGER, t REAL, value REAL"},
-    {"cost_rows", "costs", "cpu_s REAL, steps INTEGER, right_hand_sides INTEGER, pivots INTEGER"},
-    {"spectrum_blobs", "spectra", "amplitude BLOB"},
-    {"trace_blobs", "traces", "angle BLOB, acceleration BLOB, position BLOB"}};
-
 std::string table_of_runs(const Study& study) {
   std::string columns;
   for (const auto& axis : study.axes) columns += fmt::format("\"{}\" REAL, ", axis.name);
@@ -34,36 +21,16 @@ std::string table_of_runs(const Study& study) {
       columns);
 }
 
-/// The names in a list of columns, each preceded by a comma.
-std::string names_in(const std::string& columns) {
-  std::string names;
-  for (std::size_t at = 0; at < columns.size();
-       at = columns.find(", ", at) == columns.npos ? columns.size() : columns.find(", ", at) + 2)
-    names += ", many." + columns.substr(at, columns.find(' ', at) - at);
-  return names;
-}
-
 }  // namespace
-
-std::string shown_columns(const Study& study) {
-  std::string names = "runs.run, runs.variant, runs.formulation, runs.start";
-  for (const auto& axis : study.axes) names += fmt::format(", runs.\"{}\"", axis.name);
-  for (const auto& name : TurnMetrics::names()) names += fmt::format(", runs.{}", name);
-  for (const auto& measure : study.measures) names += fmt::format(", runs.\"{}\"", measure.name);
-  return names + ", runs.status, runs.reason";
-}
 
 StoreForm results_form(const Study& study) {
   StoreForm form{3, {table_of_runs(study)}};
-  for (const auto& [rows, view, columns] : of_runs) {
+  for (const auto& [rows, view, columns] : lists_of_runs) {
     const bool single = std::string_view(columns).find("BLOB") != std::string_view::npos;
     form.definitions.push_back(
         fmt::format("CREATE TABLE {} (id INTEGER {}REFERENCES runs(\"run id\") ON DELETE CASCADE, {})", rows,
                     single ? "PRIMARY KEY " : "", columns));
     if (!single) form.definitions.push_back(fmt::format("CREATE INDEX {0}_id ON {0}(id)", rows));
-    form.definitions.push_back(fmt::format(
-        "CREATE VIEW {} AS SELECT runs.run AS run{} FROM runs JOIN {} AS many ON many.id = runs.\"run id\"",
-        view, names_in(columns), rows));
   }
   form.definitions.insert(form.definitions.end(), WorkList::definitions.begin(), WorkList::definitions.end());
   return form;

@@ -20,12 +20,9 @@
 
 namespace freeplay {
 
-/// Definitions for a study's axes and measures, without the view `named` and the table `derived`,
-/// which depend on the derived columns.
+/// Definitions for a study's axes and measures, without the views, and without the table `derived`,
+/// which depends on the derived columns.
 StoreForm results_form(const Study& study);
-
-/// The columns of `runs` as queries show them.
-std::string shown_columns(const Study& study);
 
 /// A trace in the form of its blobs.
 struct PackedTrace {

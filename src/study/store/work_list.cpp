@@ -12,9 +12,7 @@ namespace {
 using Statement = Database::Statement;
 
 std::size_t count(const Database& database, const std::string& rows) {
-  Statement s(database, "SELECT count(*) FROM " + rows);
-  s.step();
-  return static_cast<std::size_t>(s.whole(0));
+  return static_cast<std::size_t>(database.number_of("SELECT count(*) FROM " + rows));
 }
 
 }  // namespace
@@ -29,36 +27,32 @@ WorkList::WorkList(const Database& database, const FolderLock& lock, const std::
     Statement s(database_, "INSERT OR IGNORE INTO asked VALUES (?)");
     for (const auto& run : runs) s.put(run);
   }
-  forget_the_dead();
+  lost_ += release(lock_.slot());  // left by an earlier process with this slot
+  release_claims_of_ended_processes();
   if (count(database_, "sweeps") > 0)
     require_the_others_list();
   else
     make_list(runs, earlier);
-  Statement(database_, "INSERT INTO sweeps VALUES (?)").bind(static_cast<long>(lock_.slot())).step();
+  database_.execute("INSERT INTO sweeps VALUES (?)", static_cast<long>(lock_.slot()));
   found_ = count(database_, "asked WHERE run IN (SELECT run FROM runs)");
   marked_ = marked_done();
   kept_ = count(database_, "work WHERE state = 'kept'");
   whole.commit();
 }
 
-void WorkList::forget_the_dead() {
-  std::vector<long> dead{lock_.slot()};  // left by an earlier process with this slot
-  {
-    Statement s(database_, "SELECT seat FROM sweeps UNION SELECT seat FROM work WHERE state = 'claimed'");
-    while (s.step())
-      if (!lock_.taken(static_cast<int>(s.whole(0)))) dead.push_back(s.whole(0));
-  }
-  for (const long slot : dead) {
-    open_again(slot);
-    Statement(database_, "DELETE FROM sweeps WHERE seat = ?").bind(slot).step();
-  }
+void WorkList::release_claims_of_ended_processes() {
+  const auto slots =
+      database_.rows("SELECT seat FROM sweeps UNION SELECT seat FROM work WHERE state = 'claimed'",
+                     [](const Statement& s) { return s.whole(0); });
+  for (const long slot : slots)
+    if (!lock_.taken(static_cast<int>(slot))) lost_ += release(slot);
 }
 
-void WorkList::open_again(long slot) {
-  lost_ += count(database_, fmt::format("work WHERE state = 'claimed' AND seat = {}", slot));
-  Statement(database_, "UPDATE work SET state = 'open', seat = NULL WHERE state = 'claimed' AND seat = ?")
-      .bind(slot)
-      .step();
+std::size_t WorkList::release(long slot) {
+  const auto claimed = count(database_, fmt::format("work WHERE state = 'claimed' AND seat = {}", slot));
+  database_.execute("UPDATE work SET state = 'open', seat = NULL WHERE state = 'claimed' AND seat = ?", slot);
+  database_.execute("DELETE FROM sweeps WHERE seat = ?", slot);
+  return claimed;
 }
 
 void WorkList::require_the_others_list() const {
@@ -88,11 +82,7 @@ void WorkList::make_list(const std::vector<std::string>& runs, Earlier earlier) 
 WorkList::~WorkList() {
   try {
     Database::Transaction whole(database_);
-    const long slot = lock_.slot();
-    Statement(database_, "UPDATE work SET state = 'open', seat = NULL WHERE state = 'claimed' AND seat = ?")
-        .bind(slot)
-        .step();
-    Statement(database_, "DELETE FROM sweeps WHERE seat = ?").bind(slot).step();
+    release(lock_.slot());
     whole.commit();
   } catch (const OutputError&) {
     // The claims end with this process.
@@ -102,21 +92,13 @@ WorkList::~WorkList() {
 std::vector<std::string> WorkList::claim(int most) {
   Database::Transaction whole(database_);
   const auto open = [&] {
-    std::vector<std::string> runs;
-    Statement s(database_, "SELECT run FROM work WHERE state = 'open' LIMIT ?");
-    s.bind(static_cast<long>(most));
-    while (s.step()) runs.push_back(s.text(0));
-    return runs;
+    return database_.rows(
+        "SELECT run FROM work WHERE state = 'open' LIMIT ?", [](const Statement& s) { return s.text(0); },
+        static_cast<long>(most));
   };
   auto runs = open();
   if (runs.empty()) {
-    std::vector<long> dead;
-    {
-      Statement s(database_, "SELECT DISTINCT seat FROM work WHERE state = 'claimed'");
-      while (s.step())
-        if (!lock_.taken(static_cast<int>(s.whole(0)))) dead.push_back(s.whole(0));
-    }
-    for (const long slot : dead) open_again(slot);
+    release_claims_of_ended_processes();
     runs = open();
   }
   Statement claimed(database_, "UPDATE work SET state = 'claimed', seat = ? WHERE run = ?");
@@ -131,8 +113,7 @@ std::size_t WorkList::marked_done() const { return count(database_, "work WHERE 
 std::size_t WorkList::done_now() const { return found_ + marked_done() - marked_; }
 
 bool WorkList::ended() const {
-  Statement s(database_, "SELECT 1 FROM work WHERE state IN ('open', 'claimed') LIMIT 1");
-  return !s.step();
+  return database_.number_of("SELECT EXISTS (SELECT 1 FROM work WHERE state IN ('open', 'claimed'))") == 0;
 }
 
 }  // namespace freeplay

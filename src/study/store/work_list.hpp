@@ -56,8 +56,10 @@ class WorkList {
 
  private:
   void make_list(const std::vector<std::string>& runs, Earlier earlier);
-  void forget_the_dead();
-  void open_again(long slot);
+  void release_claims_of_ended_processes();
+  /// Removes the process with this slot from the lists. Returns the number of its claims, which are
+  /// open again.
+  std::size_t release(long slot);
   std::size_t marked_done() const;
   void require_the_others_list() const;
 

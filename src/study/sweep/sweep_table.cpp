@@ -245,12 +245,9 @@ namespace {
 
 /// The runs that the study names and that have a row in this view.
 std::vector<std::string> named_in(const Results& results, const char* view) {
-  std::vector<std::string> runs;
-  Database::Statement s(
-      results.database(),
-      fmt::format("SELECT run FROM named WHERE run IN (SELECT run FROM {}) ORDER BY run", view));
-  while (s.step()) runs.push_back(s.text(0));
-  return runs;
+  return results.database().rows(
+      fmt::format("SELECT run FROM named WHERE run IN (SELECT run FROM {}) ORDER BY run", view),
+      [](const Database::Statement& row) { return row.text(0); });
 }
 
 }  // namespace
