@@ -1,7 +1,5 @@
 #include "study/attractors/attractor_exponents.hpp"
 
-#include <oneapi/tbb/parallel_for.h>
-
 #include <algorithm>
 #include <cmath>
 #include <map>
@@ -11,7 +9,7 @@
 #include "facade/lyapunov.hpp"
 #include "io/scene/located.hpp"
 #include "mechanism/scene.hpp"
-#include "study/runs/threads.hpp"
+#include "study/runs/run_together.hpp"
 
 namespace freeplay {
 namespace {
@@ -90,33 +88,21 @@ void add_exponents(const Study& study, const AttractorPlan& plan, const std::vec
   store.begin_exponents();
   const auto periods = static_cast<long>(plan.averaged());
   std::mutex mutex;
-  std::size_t done = 0;
-  const auto one = [&](One& attractor) {
-    const auto& run = *attractor.members.front();
+  const auto one = [&](std::size_t i) {
+    const auto& run = *list[i].members.front();
     std::optional<AttractorExponent> exponent;
     {
       const std::lock_guard lock(mutex);
       exponent = store.find_exponent(run.key, periods);
     }
     const bool there = exponent.has_value();
-    if (!there) exponent = exponent_of(study, plan, *attractor.link, run, stop);
+    if (!there) exponent = exponent_of(study, plan, *list[i].link, run, stop);
     const std::lock_guard lock(mutex);
     if (!there) store.store_exponent(run.key, periods, *exponent);
-    for (auto* member : attractor.members) member->exponent = exponent;
-    if (on_progress) on_progress({++done, list.size()});
+    for (auto* member : list[i].members) member->exponent = exponent;
   };
-  Threads arena(threads);
-  arena.execute([&] {
-    oneapi::tbb::parallel_for(
-        oneapi::tbb::blocked_range<std::size_t>(0, list.size(), 1),
-        [&](const auto& range) {
-          for (auto i = range.begin(); i < range.end() && !stop(); ++i) try {
-              one(list[i]);
-            } catch (const Interrupted&) {
-              return;
-            }
-        },
-        oneapi::tbb::simple_partitioner());
+  execute_jobs(threads, list.size(), stop, one, [&](std::size_t done) {
+    if (on_progress) on_progress({done, list.size()});
   });
   runs.interrupted = stop();
 }

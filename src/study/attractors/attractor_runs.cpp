@@ -1,12 +1,8 @@
 #include "study/attractors/attractor_runs.hpp"
 
 #include <fmt/format.h>
-#include <oneapi/tbb/parallel_for.h>
-
-#include <atomic>
 #include <cmath>
 #include <deque>
-#include <exception>
 #include <mutex>
 
 #include "dynamics/assembly/assembly.hpp"
@@ -15,7 +11,6 @@
 #include "io/scene/toml_value.hpp"
 #include "mechanism/scene.hpp"
 #include "study/runs/perturb.hpp"
-#include "study/runs/threads.hpp"
 #include "values/warning.hpp"
 
 namespace freeplay {
@@ -112,15 +107,11 @@ class Settling {
   }
 
   void run(int threads) {
-    Threads arena(threads);
-    const int workers = arena.count();
-    const int most = most_at_a_time(chains_.size(), workers);
     compilation_.runs = total_;
-    arena.execute([&] {
-      oneapi::tbb::parallel_for(
-          oneapi::tbb::blocked_range<int>(0, workers, 1), [&](const auto&) { work(most); },
-          oneapi::tbb::simple_partitioner());
-    });
+    for (std::size_t chain = 0; chain < chains_.size(); ++chain) waiting_.push_back({chain});
+    execute(
+        threads, chains_.size(), stop_, [&] { return next_run(); },
+        [&](StudyRun& run) { keep(static_cast<Run&>(run)); });
     r_.interrupted = stop_();
   }
 
@@ -139,47 +130,24 @@ class Settling {
     std::vector<double> angles_at_end;
   };
 
-  bool stopped() const { return stop_() || failed_; }
-
-  /// Loop of one thread: goes along its chains while there are any.
-  void work(int most) {
-    std::deque<Along> waiting;  // for the next run of their chains
-    std::exception_ptr error;
-    const auto next = [&]() -> std::unique_ptr<StudyRun> {
-      try {
-        while (!stopped()) {
-          if (waiting.empty()) {
-            const auto chain = next_chain_++;
-            if (chain >= chains_.size()) return nullptr;
-            waiting.push_back({chain});
-          }
-          auto along = std::move(waiting.front());
-          waiting.pop_front();
-          if (auto run = next_of(along)) return run;
-        }
-      } catch (const Interrupted&) {  // during an assembly
-      } catch (...) {
-        failed_ = true;  // this thread and the others end their current runs
-        error = std::current_exception();
+  std::unique_ptr<StudyRun> next_run() {
+    while (!stop_()) {
+      Along along;
+      {
+        const std::lock_guard lock(mutex_);
+        if (waiting_.empty()) break;
+        along = std::move(waiting_.front());
+        waiting_.pop_front();
       }
-      return nullptr;
-    };
-    try {
-      run_all(most, next, [&](StudyRun& run) {
-        if (auto along = keep(static_cast<Run&>(run))) waiting.push_back(std::move(*along));
-      });
-    } catch (const Interrupted&) {  // during a compilation
-    } catch (...) {
-      failed_ = true;
-      throw;
+      if (auto run = next_of(along)) return run;
     }
-    if (error) std::rethrow_exception(error);
+    return nullptr;
   }
 
   /// The next run of a chain that is not stored; null at the end of the chain.
   std::unique_ptr<StudyRun> next_of(Along& along) {
     const auto& chain = chains_[along.chain];
-    for (; along.link < chain.links.size() && !stopped(); ++along.link) {
+    for (; along.link < chain.links.size() && !stop_(); ++along.link) {
       const auto& link = chain.links[along.link];
       auto& made = r_.chains[along.chain][along.link];
       auto scene = scene_of(link);
@@ -209,10 +177,10 @@ class Settling {
     return nullptr;
   }
 
-  /// Keeps the result of a run. Returns where its chain goes on; nothing if it was interrupted.
-  std::optional<Along> keep(Run& one) {
+  /// Keeps the result of a run, after which its chain goes on.
+  void keep(Run& one) {
     auto& run = one.made();
-    if (run.ending.status == Ending::Status::interrupted) return {};
+    if (run.ending.status == Ending::Status::interrupted) return;
     auto along = std::move(one.along);
     auto& made = r_.chains[along.chain][along.link];
     made.failure = run.ending.status == Ending::Status::failed ? run.ending.reason : "";
@@ -229,7 +197,8 @@ class Settling {
     hand_over(along, made, one);
     ++along.link;
     finish_one(made, r_.made);
-    return along;
+    const std::lock_guard lock(mutex_);
+    waiting_.push_front(std::move(along));
   }
 
   /// After a failed run, the next value starts from the end of the last finished one.
@@ -265,9 +234,8 @@ class Settling {
   SectionRequest requested_;
   std::size_t total_ = 0, done_ = 0;
   SharedCompilation compilation_;
-  std::atomic<std::size_t> next_chain_{0};
-  std::mutex mutex_;
-  std::atomic<bool> failed_{false};
+  std::mutex mutex_;           // guards the store, the counts of the results, and the following
+  std::deque<Along> waiting_;  // chains, for their next runs: first those that have begun
 };
 
 }  // namespace

@@ -1,13 +1,11 @@
 #include "study/calibration/validate.hpp"
 
 #include <fmt/format.h>
-#include <oneapi/tbb/parallel_for.h>
 
 #include <algorithm>
 #include <cmath>
 #include <cstdlib>
 #include <iterator>
-#include <mutex>
 #include <nlohmann/json.hpp>
 #include <numbers>
 #include <optional>
@@ -18,6 +16,7 @@
 #include "study/calibration/data_units.hpp"
 #include "study/runs/ideal_turn.hpp"
 #include "study/runs/long_run.hpp"
+#include "study/runs/run_together.hpp"
 #include "values/family.hpp"
 
 namespace freeplay {
@@ -150,17 +149,15 @@ Validation validate(const std::filesystem::path& file, const std::vector<std::st
 
   const auto run_all_of = [&](const std::vector<Case>& all, bool trial) {
     std::vector<Agreement> results(all.size());
-    std::mutex guard;
-    std::size_t done = 0;
-    oneapi::tbb::parallel_for(std::size_t{0}, all.size(), [&](std::size_t i) {
+    const auto one = [&](std::size_t i) {
       try {
-        if (!conduct.stop()) results[i] = compared(study, all[i], v, measured.datum, conduct);
+        results[i] = compared(study, all[i], v, measured.datum, conduct);
       } catch (const SceneError& e) {
         if (!trial) throw;
         results[i].ending = {Ending::Status::failed, e.what()};  // impossible with this clearance
       }
-      const std::lock_guard lock(guard);
-      ++done;
+    };
+    execute_jobs(0, all.size(), conduct.stop, one, [&](std::size_t done) {
       if (setup.on_progress)
         setup.on_progress(trial ? "other clearances" : "models",
                           static_cast<double>(done) / static_cast<double>(all.size()));

@@ -2,10 +2,8 @@
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
-#include <oneapi/tbb/parallel_for.h>
 
 #include <algorithm>
-#include <atomic>
 #include <chrono>
 #include <cmath>
 #include <map>
@@ -26,7 +24,6 @@
 #include "study/runs/measurer.hpp"
 #include "study/runs/near_pose.hpp"
 #include "study/runs/run_together.hpp"
-#include "study/runs/threads.hpp"
 
 namespace freeplay {
 
@@ -226,17 +223,6 @@ void noting_errors(StartOutcome& outcome, F f) {
 
 }  // namespace
 
-StartOutcome Starts::make(int start) const {
-  StartOutcome outcome;
-  noting_errors(outcome, [&] {
-    SharedCompilation alone;
-    Run run(*this, start, 0, alone);
-    run.take(run.made.run(run.request()));
-    outcome = std::move(run.outcome);
-  });
-  return outcome;
-}
-
 Ensemble Starts::together(const std::vector<StartOutcome>& outcomes) const {
   Ensemble all;
   for (const auto& c : columns_) all.columns.push_back(c.name());
@@ -264,18 +250,17 @@ void Starts::make_all(const std::vector<int>& starts,
                       const std::function<bool(std::size_t, StartOutcome&)>& find,
                       const std::function<void(std::size_t, StartOutcome&, bool)>& done) const {
   std::mutex guard;
-  std::atomic<std::size_t> next_place{0};
+  std::size_t next_place = 0;
   SharedCompilation compilation;
   compilation.runs = starts.size();
-  Threads arena(plan_.threads);
-  const int workers = arena.count(), most = most_at_a_time(starts.size(), workers);
   const auto next = [&]() -> std::unique_ptr<StudyRun> {
     while (!plan_.stop()) {
-      const auto place = next_place++;
-      if (place >= starts.size()) break;
       StartOutcome outcome;
+      std::size_t place = 0;
       {
         const std::lock_guard lock(guard);
+        place = next_place++;
+        if (place >= starts.size()) break;
         if (find(place, outcome)) {
           if (outcome.failure.empty() && outcome.rows.size() != times_.size() * columns_.size())
             throw SceneError(
@@ -293,21 +278,11 @@ void Starts::make_all(const std::vector<int>& starts,
     }
     return nullptr;
   };
-  arena.execute([&] {
-    oneapi::tbb::parallel_for(
-        oneapi::tbb::blocked_range<int>(0, workers, 1),
-        [&](const auto&) {
-          try {
-            run_all(most, next, [&](StudyRun& made) {
-              auto& run = static_cast<Run&>(made);
-              run.outcome.in_lanes = run.in_lanes;
-              const std::lock_guard lock(guard);
-              done(run.place, run.outcome, false);
-            });
-          } catch (const Interrupted&) {  // during a compilation
-          }
-        },
-        oneapi::tbb::simple_partitioner());
+  execute(plan_.threads, starts.size(), plan_.stop, next, [&](StudyRun& made) {
+    auto& run = static_cast<Run&>(made);
+    run.outcome.in_lanes = run.in_lanes;
+    const std::lock_guard lock(guard);
+    done(run.place, run.outcome, false);
   });
 }
 

@@ -89,10 +89,9 @@ class Starts {
  public:
   /// Refers to the scene, which must not change. Throws as run_ensemble().
   Starts(const Scene& scene, const EnsemblePlan& plan);
-  StartOutcome make(int start) const;
-  /// Runs these starts on the plan's threads, where possible in lanes (docs/theory/compiled.md); each has
-  /// the digits of make(). Calls `find` first, then `done`, also for interrupted
-  /// starts. Both receive the index in the list and are called by one thread at a time.
+  /// Runs these starts on the plan's threads, where possible in lanes (docs/theory/compiled.md).
+  /// Calls `find` first, then `done`, also for interrupted starts. Both receive the index in the
+  /// list and are called by one thread at a time.
   void make_all(const std::vector<int>& starts,
                 const std::function<bool(std::size_t place, StartOutcome& outcome)>& find,
                 const std::function<void(std::size_t place, StartOutcome& outcome, bool found)>& done) const;

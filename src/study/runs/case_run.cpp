@@ -335,8 +335,7 @@ bool CaseRun::take(Result run) {
 
 CaseResult run_case(const Study& study, const Case& one, const Conduct& conduct) {
   CaseRun run(study, one, conduct);
-  while (run.take(run.simulation().run(run.request()))) {
-  }
+  run_alone(run);
   return std::move(run.made());
 }
 

@@ -1,9 +1,6 @@
 #include "study/runs/long_run.hpp"
 
-#include <oneapi/tbb/parallel_for.h>
-
 #include <cmath>
-#include <mutex>
 #include <numbers>
 
 #include "dynamics/contacts.hpp"
@@ -11,6 +8,7 @@
 #include "facade/simulation.hpp"
 #include "mechanism/scene.hpp"
 #include "study/runs/near_pose.hpp"
+#include "study/runs/run_together.hpp"
 
 namespace freeplay {
 namespace {
@@ -59,10 +57,7 @@ std::vector<LongRun> long_runs(const std::vector<Scene>& starts, const std::vect
                                const Conduct& conduct, const std::function<void(double)>& on_progress) {
   const std::size_t n = starts.size(), all = n * settings.size();
   std::vector<Result> runs(all);
-  std::mutex guard;
-  std::size_t done = 0;
-  oneapi::tbb::parallel_for(std::size_t{0}, all, [&](std::size_t i) {
-    if (conduct.stop()) return;
+  const auto one = [&](std::size_t i) {
     auto scene = starts[i % n];
     const auto& setting = settings[i / n];
     setting.apply(scene);
@@ -73,8 +68,8 @@ std::vector<LongRun> long_runs(const std::vector<Scene>& starts, const std::vect
       runs[i].ending = {Ending::Status::failed, e.what()};
     }
     runs[i].events.clear();
-    const std::lock_guard lock(guard);
-    ++done;
+  };
+  execute_jobs(0, all, conduct.stop, one, [&](std::size_t done) {
     if (on_progress) on_progress(static_cast<double>(done) / static_cast<double>(all));
   });
   std::vector<LongRun> results(settings.size());

@@ -1,6 +1,7 @@
-// Runs of a study that one thread makes together, where their mechanisms and schemes allow it
-// (Simulation::run_together). Sweeps, calibrations, attractors and ensembles make all their runs here.
-// Each result is available as soon as its run ends, and has the digits of a run alone.
+// Execution of the runs of a study: by all threads, of which each makes several runs together where their
+// mechanisms and schemes allow it (Simulation::run_together). Sweeps, calibrations, attractors and ensembles
+// make all their runs here. Each result is available as soon as its run ends, and has the digits of a run
+// alone.
 #pragma once
 
 #include <cstddef>
@@ -44,13 +45,24 @@ struct SharedCompilation {
   SimulationOptions options(const Scene& scene, std::string_view formulation);
 };
 
-/// Number of runs that a thread makes at a time, so that no thread waits: the share of each of
-/// `threads`, at most one for each lane.
-int most_at_a_time(std::size_t runs, int threads);
+/// The next run of a study, or null if there is none now. A run that ends may be followed by another one.
+using NextRun = std::function<std::unique_ptr<StudyRun>()>;
+/// Gets a run at its end.
+using RunEnded = std::function<void(StudyRun&)>;
 
-/// Makes all runs that `next` returns until it returns null, at most `most` of them at a time, in this
-/// thread. `done` gets each at its end.
-void run_all(int most, const std::function<std::unique_ptr<StudyRun>()>& next,
-             const std::function<void(StudyRun&)>& done);
+/// Makes one run in this thread.
+void run_alone(StudyRun& run);
+
+/// Makes all runs that `next` returns on `threads` threads (0: all cores), which call both functions. `runs`:
+/// number of runs that are expected. No run is begun after a stop request, which may also interrupt `next`.
+/// After an error no run is begun either, and the error is thrown when the others have ended.
+void execute(int threads, std::size_t runs, const StopToken& stop, const NextRun& next, const RunEnded& done);
+
+/// Calls job(0) … job(jobs − 1) on `threads` threads (0: all cores) until a stop request, which may also
+/// interrupt a job. After each job, calls `on_progress` with the number of jobs done, by one thread at a
+/// time.
+void execute_jobs(int threads, std::size_t jobs, const StopToken& stop,
+                  const std::function<void(std::size_t)>& job,
+                  const std::function<void(std::size_t)>& on_progress = {});
 
 }  // namespace freeplay

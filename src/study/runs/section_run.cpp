@@ -97,7 +97,7 @@ bool SectionSimulation::take(Result result) {
 }
 
 SectionRun SectionSimulation::run() {
-  take(simulation_.run(request()));
+  run_alone(*this);
   return std::move(run_);
 }
 

@@ -1,14 +1,13 @@
 #include "study/settings/plan.hpp"
 
 #include <fmt/format.h>
-#include <oneapi/tbb/parallel_for.h>
 
 #include <algorithm>
 #include <atomic>
 #include <exception>
 #include <set>
 
-#include "study/runs/threads.hpp"
+#include "study/runs/run_together.hpp"
 
 namespace freeplay {
 
@@ -30,20 +29,17 @@ std::vector<Checked> check(const Study& study, const std::vector<Case>& all, con
     while (i + count < all.size() && all[i + count].start > 0) ++count;
     return count;
   };
-  Threads arena(threads);
-  arena.execute([&] {
-    oneapi::tbb::parallel_for(std::size_t{0}, all.size(), [&](std::size_t i) {
-      if (all[i].start != 0 || i > failed || conduct.stop()) return;
-      try {
-        const auto found = require_runnable(study, all[i], conduct);
-        const int starts = found.starts_differ ? starts_of(i) : 1;
-        for (int start = 0; start < starts; ++start)
-          checked[i].keys.push_back(run_key(found.all_starts, start));
-      } catch (...) {
-        checked[i].error = std::current_exception();
-        for (auto first = failed.load(); i < first && !failed.compare_exchange_weak(first, i);) continue;
-      }
-    });
+  execute_jobs(threads, all.size(), conduct.stop, [&](std::size_t i) {
+    if (all[i].start != 0 || i > failed) return;
+    try {
+      const auto found = require_runnable(study, all[i], conduct);
+      const int starts = found.starts_differ ? starts_of(i) : 1;
+      for (int start = 0; start < starts; ++start)
+        checked[i].keys.push_back(run_key(found.all_starts, start));
+    } catch (...) {
+      checked[i].error = std::current_exception();
+      for (auto first = failed.load(); i < first && !failed.compare_exchange_weak(first, i);) continue;
+    }
   });
   return checked;
 }

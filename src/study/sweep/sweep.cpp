@@ -8,19 +8,13 @@
 // stored.
 #include "study/sweep/sweep.hpp"
 
-#include <oneapi/tbb/parallel_for.h>
-
 #include <algorithm>
-#include <atomic>
 #include <chrono>
 #include <deque>
-#include <exception>
 #include <mutex>
 #include <optional>
 #include <thread>
 #include <unordered_map>
-
-#include "study/runs/threads.hpp"
 
 namespace freeplay {
 namespace {
@@ -50,18 +44,13 @@ class Sweep {
   }
 
   SweepSummary run(int threads) {
-    Threads arena(threads);
-    workers_ = arena.count();
     const auto missing = summary_.total - summary_.found;
-    at_a_time_ = most_at_a_time(missing, workers_);
     compilation_.runs = missing;
     try {
-      while (!stopped()) {
-        arena.execute([&] {
-          oneapi::tbb::parallel_for(
-              oneapi::tbb::blocked_range<int>(0, workers_, 1), [&](const auto&) { work(); },
-              oneapi::tbb::simple_partitioner());
-        });
+      while (!conduct_.stop()) {
+        execute(
+            threads, missing, conduct_.stop, [&] { return next_run(); },
+            [&](StudyRun& run) { take(static_cast<Run&>(run)); });
         store_made();
         if (work_->ended()) break;
         // Other processes compute the remaining runs, or have ended before.
@@ -82,7 +71,6 @@ class Sweep {
  private:
   using Clock = std::chrono::steady_clock;
 
-  bool stopped() const { return conduct_.stop() || failed_; }
   double seconds() const { return std::chrono::duration<double>(Clock::now() - began_).count(); }
 
   /// A run with its key.
@@ -94,38 +82,18 @@ class Sweep {
     const Case& what;
   };
 
-  /// Loop of one thread: computes runs while there are any.
-  void work() {
-    std::exception_ptr error;
-    const auto next_run = [&]() -> std::unique_ptr<StudyRun> {
-      if (stopped()) return nullptr;
-      const auto key = next();
-      if (!key) return nullptr;
-      try {
-        return std::make_unique<Run>(*key, study_, *cases_.at(*key), conduct_, compilation_);
-      } catch (const Interrupted&) {  // stopped during an assembly: no run
-        return nullptr;
-      } catch (...) {
-        failed_ = true;  // this thread and the others end their current runs
-        error = std::current_exception();
-        return nullptr;
-      }
-    };
-    try {
-      run_all(at_a_time_, next_run, [&](StudyRun& of_study) {
-        auto& run = static_cast<Run&>(of_study);
-        auto& result = run.made();
-        if (result.ending.status == Ending::Status::interrupted) return;
-        result.metrics.turns = {};  // not stored
-        result.metrics.mean_turn = {};
-        keep({run.key, &run.what, std::move(result)}, run.in_lanes);
-      });
-    } catch (const Interrupted&) {  // during a compilation
-    } catch (...) {
-      failed_ = true;
-      throw;
-    }
-    if (error) std::rethrow_exception(error);
+  std::unique_ptr<StudyRun> next_run() {
+    const auto key = next();
+    if (!key) return nullptr;
+    return std::make_unique<Run>(*key, study_, *cases_.at(*key), conduct_, compilation_);
+  }
+
+  void take(Run& run) {
+    auto& result = run.made();
+    if (result.ending.status == Ending::Status::interrupted) return;
+    result.metrics.turns = {};  // not stored
+    result.metrics.mean_turn = {};
+    keep({run.key, &run.what, std::move(result)}, run.in_lanes);
   }
 
   /// Number of runs that all threads compute in the time of a batch, from the progress so far.
@@ -198,7 +166,6 @@ class Sweep {
   std::unordered_map<std::string, const Case*> cases_;
   std::optional<WorkList> work_;
   SweepSummary summary_;
-  int workers_ = 1, at_a_time_ = 1;
   SharedCompilation compilation_;
   std::mutex mutex_;  // guards the following members and the summary
   std::deque<std::string> claimed_;
@@ -206,7 +173,6 @@ class Sweep {
   std::size_t done_ = 0;                   // by all processes, as far as known
   double stored_at_ = 0, counted_at_ = 0;  // s
   std::mutex database_;                    // locked after mutex_, if both are
-  std::atomic<bool> failed_{false};
   Clock::time_point began_ = Clock::now();
 };
 
