@@ -18,7 +18,6 @@
 #include "mechanism/scene.hpp"
 #include "simulation/clock.hpp"
 #include "study/runs/ideal_turn.hpp"
-#include "study/runs/measured_files.hpp"
 #include "study/runs/near_pose.hpp"
 #include "study/runs/turn_feed.hpp"
 #include "study/settings/design.hpp"
@@ -162,8 +161,8 @@ Scene moved(const Study& study, const Case& one, const Scene& scene, const Condu
   if (scene.run.start == RunOptions::Start::equilibrium)
     throw SceneError(fmt::format("{}: starts in equilibrium, which cannot be perturbed; use study.play = 0",
                                  scene.file.string()));
-  return perturbed(scene, (*conduct.poses)(scene, conduct.stop), conduct.stop, study.seed, one.start,
-                   study.perturbation);
+  return perturbed(scene, near_pose(scene, conduct.stop, *conduct.shared), conduct.stop, study.seed,
+                   one.start, study.perturbation);
 }
 
 }  // namespace
@@ -210,13 +209,31 @@ std::string run_key(Identity all_starts, int start) {
   return all_starts.digest();
 }
 
+namespace {
+
+/// The turns of the file that a measure compares the run with; null if the scene's crank has another speed
+/// than the measured one. `ideal_maximum`: see read_measurement().
+std::shared_ptr<const MeasuredTurns> measured_turns(const Study& study, const Measure& measure,
+                                                    const Scene& scene, double ideal_maximum,
+                                                    const Conduct& conduct) {
+  const auto* drive = main_drive(scene.mechanism);
+  if (!drive || drive->speed == 0)
+    throw error_at(study, {"calibrate"}, "a waveform needs a scene with a drive of prescribed speed");
+  // The file is of one crank speed: that of the study's scene with the target's keys.
+  const auto own = open_scene(study.scene, measure.overrides, study.reach == Reach::anywhere);
+  const auto* measured = main_drive(own->mechanism);
+  if (!measured || measured->speed != drive->speed) return nullptr;
+  return conduct.shared->files({measure.digest, drive->speed}, [&] {
+    return std::make_shared<const MeasuredTurns>(turns_of(
+        read_measurement(measure.waveform, drive->speed, ideal_maximum, study.accelerometer), drive->speed));
+  });
+}
+
+}  // namespace
+
 Scene scene_of(const Study& study, const Case& one, const Conduct& conduct) {
   return moved(study, one, unmoved(study, one), conduct);
 }
-
-std::shared_ptr<IdealMaxima> Conduct::known_of_none() { return std::make_shared<IdealMaxima>(); }
-std::shared_ptr<NearPoses> Conduct::near_none() { return std::make_shared<NearPoses>(); }
-std::shared_ptr<MeasuredFiles> Conduct::read_none() { return std::make_shared<MeasuredFiles>(); }
 
 struct CaseRun::Parts {
   Parts(const Study& s, const Case& one, const Conduct& c, SharedCompilation* compilation)
@@ -236,14 +253,14 @@ struct CaseRun::Parts {
     // The comparison with the ideal mechanism requires a motion whose period does not depend on the
     // clearance.
     rules.ideal_maximum = instruments.channel >= 0 && turns_at_a_speed(scene)
-                              ? (*c.ideals)(s, given, one.formulation, c)
+                              ? ideal_maximum(s, given, one.formulation, c)
                               : std::nan("");
     meter.emplace(rules);
     feed.emplace(*meter, instruments.channel, instruments.lvdt, instruments.every,
                  SampleNoise(one.noise, s.seed, one.start));
     measurer.emplace(s, scene, simulation->layout(), counted_time(s, scene));
     for (const auto& m : s.measures)
-      measured.push_back(m.waveform.empty() ? nullptr : (*c.files)(s, m, scene, rules.ideal_maximum));
+      measured.push_back(m.waveform.empty() ? nullptr : measured_turns(s, m, scene, rules.ideal_maximum, c));
     cpu += thread_seconds();
   }
 

@@ -12,6 +12,7 @@
 #include "measure/turns.hpp"
 #include "study/runs/measurer.hpp"
 #include "study/runs/run_together.hpp"
+#include "study/runs/shared_results.hpp"
 #include "study/settings/study.hpp"
 #include "values/identity.hpp"
 #include "values/result.hpp"
@@ -20,9 +21,6 @@
 namespace freeplay {
 
 struct Scene;
-class IdealMaxima;
-class MeasuredFiles;
-class NearPoses;
 class SceneText;
 
 /// Specification of one run.
@@ -51,23 +49,13 @@ struct CaseResult {
   std::vector<std::string> notes;
 };
 
-/// Options for the runs of a study, and results on ideal mechanisms that they share.
+/// Options for the runs of a study, and results that they share.
 struct Conduct {
   /// Whether impact laws take the delivered restitution if the study requests it.
   bool matched = true;
-  StopToken stop;
-  /// Cache of ideal mechanisms, shared by all copies of this object.
-  std::shared_ptr<IdealMaxima> ideals = known_of_none();
-
-  /// Cache of start poses, shared likewise.
-  std::shared_ptr<NearPoses> poses = near_none();
-
-  /// Cache of measured files, shared likewise.
-  std::shared_ptr<MeasuredFiles> files = read_none();
-
-  static std::shared_ptr<IdealMaxima> known_of_none();
-  static std::shared_ptr<NearPoses> near_none();
-  static std::shared_ptr<MeasuredFiles> read_none();
+  StopToken stop = {};
+  std::shared_ptr<SharedResults> shared =
+      std::make_shared<SharedResults>();  ///< by all copies of this object
 };
 
 /// All cases of a study: variants × cells × formulations × starts. If a scene has no property in

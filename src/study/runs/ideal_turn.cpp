@@ -60,35 +60,15 @@ TurnMetrics ideal_turn(const Study& study, const Scene& scene, const std::string
   return turn_of(study, ideal, rules, formulation, conduct);
 }
 
-double IdealMaxima::operator()(const Study& study, const Scene& scene, const std::string& formulation,
-                               const Conduct& conduct) {
+double ideal_maximum(const Study& study, const Scene& scene, const std::string& formulation,
+                     const Conduct& conduct) {
   TurnRules rules;
   const auto ideal = ideal_scene(study, scene, rules);
   auto identity = identify(ideal, formulation, study.matched && conduct.matched);
   identity.given += "accelerometer = " + study.accelerometer + "\n";
-  std::promise<double> made;
-  std::shared_future<double> found;
-  bool mine = false;
-  {
-    const std::lock_guard lock(mutex_);
-    auto& entry = found_[identity.digest()];
-    if (!entry.valid()) {
-      entry = made.get_future().share();
-      mine = true;
-    }
-    found = entry;
-  }
-  if (mine) try {
-      made.set_value(turn_of(study, ideal, rules, formulation, conduct).value[TurnMetrics::peak_max]);
-    } catch (...) {
-      made.set_exception(std::current_exception());
-    }
-  return found.get();
-}
-
-std::size_t IdealMaxima::made() const {
-  const std::lock_guard lock(mutex_);
-  return found_.size();
+  return conduct.shared->ideal_maxima(identity.digest(), [&] {
+    return turn_of(study, ideal, rules, formulation, conduct).value[TurnMetrics::peak_max];
+  });
 }
 
 }  // namespace freeplay

@@ -5,6 +5,7 @@
 #include "facade/identify.hpp"
 #include "mechanism/error.hpp"
 #include "mechanism/scene.hpp"
+#include "study/runs/shared_results.hpp"
 
 namespace freeplay {
 
@@ -26,18 +27,11 @@ std::vector<double> near_pose(const Scene& scene, const StopToken& stop) {
   }
 }
 
-std::vector<double> NearPoses::operator()(const Scene& scene, const StopToken& stop) {
+std::vector<double> near_pose(const Scene& scene, const StopToken& stop, SharedResults& shared) {
   Scene ideal = scene;
   ideal.mechanism = idealised(scene.mechanism);
   ideal.instruments.clear();
-  const auto key = identify(ideal, "penalty", false).digest();
-  {
-    const std::lock_guard lock(mutex_);
-    if (const auto at = found_.find(key); at != found_.end()) return at->second;
-  }
-  auto q = near_pose(scene, stop);
-  const std::lock_guard lock(mutex_);
-  return found_.emplace(key, std::move(q)).first->second;
+  return shared.poses(identify(ideal, "penalty", false).digest(), [&] { return near_pose(scene, stop); });
 }
 
 }  // namespace freeplay

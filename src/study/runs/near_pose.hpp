@@ -9,9 +9,6 @@
 // instead (src/dynamics/assembly/assembly.hpp).
 #pragma once
 
-#include <map>
-#include <mutex>
-#include <string>
 #include <vector>
 
 #include "values/stop.hpp"
@@ -19,19 +16,13 @@
 namespace freeplay {
 
 struct Scene;
+struct SharedResults;
 
 /// q (m, rad) of the ideal mechanism. Empty if it has degrees of freedom, cannot be closed, or if
 /// the scene prescribes the positions. Throws Interrupted.
 std::vector<double> near_pose(const Scene& scene, const StopToken& stop);
 
-/// Cache of near_pose() for each distinct ideal mechanism. Safe for concurrent use.
-class NearPoses {
- public:
-  std::vector<double> operator()(const Scene& scene, const StopToken& stop);
-
- private:
-  std::mutex mutex_;
-  std::map<std::string, std::vector<double>> found_;  // by the digest of the identity
-};
+/// Likewise, computed once for each distinct ideal mechanism.
+std::vector<double> near_pose(const Scene& scene, const StopToken& stop, SharedResults& shared);
 
 }  // namespace freeplay
