@@ -18,7 +18,7 @@
 #include "plots/drawing/figure.hpp"
 #include "study/attractors/attractor_exponents.hpp"
 #include "study/attractors/attractor_table.hpp"
-#include "study/partition/divided_sweep.hpp"
+#include "study/partition/divided.hpp"
 #include "study/settings/provenance.hpp"
 
 namespace freeplay::cli {

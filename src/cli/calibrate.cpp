@@ -21,7 +21,7 @@
 #include "io/files/run_json.hpp"
 #include "plots/drawing/figure.hpp"
 #include "study/calibration/quantity_fit.hpp"
-#include "study/partition/divided_sweep.hpp"
+#include "study/partition/divided.hpp"
 #include "study/settings/provenance.hpp"
 #include "study/sweep/sweep_document.hpp"
 #include "study/verdicts/verdicts.hpp"

@@ -18,7 +18,7 @@
 #include "io/scene/open_scene.hpp"
 #include "mechanism/scene.hpp"
 #include "plots/drawing/figure.hpp"
-#include "study/partition/divided_ensemble.hpp"
+#include "study/partition/divided.hpp"
 #include "values/family.hpp"
 #include "values/table.hpp"
 

@@ -18,7 +18,7 @@
 #include "io/files/shell_words.hpp"
 #include "io/files/visible.hpp"
 #include "mechanism/error.hpp"
-#include "study/partition/divided_sweep.hpp"
+#include "study/partition/divided.hpp"
 #include "study/partition/merge.hpp"
 #include "study/partition/shard.hpp"
 #include "study/partition/shard_file.hpp"

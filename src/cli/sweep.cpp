@@ -16,7 +16,7 @@
 #include "io/files/output_file.hpp"
 #include "io/files/visible.hpp"
 #include "mechanism/error.hpp"
-#include "study/partition/divided_sweep.hpp"
+#include "study/partition/divided.hpp"
 #include "study/settings/design.hpp"
 #include "study/sweep/sweep.hpp"
 #include "study/sweep/sweep_document.hpp"

@@ -7,7 +7,7 @@
 #include <cstdlib>
 #include <fstream>
 
-#include "study/partition/divided_sweep.hpp"
+#include "study/partition/divided.hpp"
 #include "study/partition/merge.hpp"
 #include "study/partition/shard.hpp"
 #include "study/partition/shard_file.hpp"

@@ -4,7 +4,7 @@
 #include "io/scene/open_scene.hpp"
 #include "simulation/trajectory.hpp"
 #include "study/ensemble/ensemble_store.hpp"
-#include "study/partition/divided_ensemble.hpp"
+#include "study/partition/divided.hpp"
 #include "study/partition/merge.hpp"
 #include "study/partition/shard.hpp"
 #include "verification/support/rig.hpp"

@@ -8,7 +8,7 @@
 #include <nlohmann/json.hpp>
 
 #include "mechanism/error.hpp"
-#include "study/partition/divided_sweep.hpp"
+#include "study/partition/divided.hpp"
 #include "study/partition/merge.hpp"
 #include "study/partition/shard.hpp"
 #include "study/partition/shard_file.hpp"

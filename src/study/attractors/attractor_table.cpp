@@ -20,6 +20,19 @@ void each_run(const SettledRuns& runs, const Classified& classified, auto f) {
       if (!runs.chains[c][i].values.empty()) f(runs.chains[c][i], classified.of[c][i]);
 }
 
+/// Numbers of the attractors, each in the list of its run.
+Classified numbered(const SettledRuns& runs, auto list_of) {
+  Classified classified;
+  for (const auto& chain : runs.chains) {
+    auto& numbers = classified.of.emplace_back();
+    for (const auto& run : chain)
+      numbers.push_back(run.values.empty() || !run.finished()
+                            ? -1
+                            : static_cast<int>(place_among(list_of(run), run.attractor, runs.likeness)));
+  }
+  return classified;
+}
+
 nlohmann::json to_json(const std::vector<NamedColumn>& columns) {
   auto list = nlohmann::json::array();
   for (const auto& c : columns) list.push_back({{"name", c.name}, {"unit", c.unit}});
@@ -61,11 +74,23 @@ nlohmann::json to_json(const AttractorExponent& e, double period) {
           {"reason", e.reason}};
 }
 
-/// Fields of a table's row at its end.
-std::string exponent_fields(const SettledRun& run) {
-  return run.exponent ? fmt::format(",{},{}", run.exponent->value, run.exponent->error) : ",nan,nan";
+/// The first line of a table, after its own columns.
+std::string heading(const SettledRuns& runs, bool exponents) {
+  std::string text;
+  for (const auto& c : runs.columns) text += "," + c.name;
+  return text + (exponents ? ",exponent,exponent_error\n" : "\n");
 }
-constexpr const char* exponent_columns = ",exponent,exponent_error\n";
+
+/// Ends a line of a table: the columns of a point, NaN if there is none, and the exponent.
+std::string line_end(const SettledRuns& runs, const SettledRun& run, std::size_t point, bool exponents) {
+  std::string text;
+  const auto width = runs.columns.size();
+  for (std::size_t j = 0; j < width; ++j)
+    text += fmt::format(",{}", point < run.t.size() ? run.rows[point * width + j] : std::nan(""));
+  if (exponents)
+    text += run.exponent ? fmt::format(",{},{}", run.exponent->value, run.exponent->error) : ",nan,nan";
+  return text + "\n";
+}
 
 /// Text "exponent 1.2 +- 0.1 1/s", in the notation of a terminal.
 std::string exponent_text(const AttractorExponent& e) {
@@ -168,53 +193,30 @@ std::vector<Chain> basin_chains(const Study& study) {
 
 Classified told_at_each_value(const SettledRuns& runs) {
   std::map<double, std::vector<Attractor>> at;
-  Classified classified;
+  auto classified = numbered(
+      runs, [&](const SettledRun& run) -> auto& { return at[run.values[0]]; });
   classified.at_each_value = true;
-  for (const auto& chain : runs.chains) {
-    classified.of.emplace_back();
-    for (const auto& run : chain)
-      classified.of.back().push_back(
-          run.values.empty() || !run.finished()
-              ? -1
-              : static_cast<int>(place_among(at[run.values[0]], run.attractor, runs.likeness)));
-  }
   return classified;
 }
 
 Classified told_at_all(const SettledRuns& runs) {
-  Classified classified;
-  for (const auto& chain : runs.chains) {
-    classified.of.emplace_back();
-    for (const auto& run : chain)
-      classified.of.back().push_back(
-          run.values.empty() || !run.finished()
-              ? -1
-              : static_cast<int>(place_among(classified.list, run.attractor, runs.likeness)));
-  }
+  std::vector<Attractor> list;
+  auto classified = numbered(
+      runs, [&](const SettledRun&) -> auto& { return list; });
+  classified.list = std::move(list);
   return classified;
 }
 
 std::string bifurcation_csv(const Study& study, const SettledRuns& runs, const Classified& classified) {
   const auto& axis = study.axes[study.bifurcation->axis];
-  std::string csv = "branch,value,attractor,period,t";
-  for (const auto& c : runs.columns) csv += "," + c.name;
   const bool exponents = study.bifurcation->exponents;
-  csv += exponents ? exponent_columns : "\n";
+  auto csv = "branch,value,attractor,period,t" + heading(runs, exponents);
   each_run(runs, classified, [&](const SettledRun& run, int attractor) {
-    const auto tail = exponents ? exponent_fields(run) + "\n" : std::string("\n");
-    const auto head =
-        fmt::format("{},{},{},{}", run.branch, run.values[0] * axis.scale, attractor, run.attractor.period);
-    if (run.t.empty()) {  // a row without points shows that it was run
-      csv += head + ",nan";
-      for (std::size_t j = 0; j < runs.columns.size(); ++j) csv += ",nan";
-      csv += tail;
-    }
-    for (std::size_t i = 0; i < run.t.size(); ++i) {
-      csv += fmt::format("{},{}", head, run.t[i]);
-      for (std::size_t j = 0; j < runs.columns.size(); ++j)
-        csv += fmt::format(",{}", run.rows[i * runs.columns.size() + j]);
-      csv += tail;
-    }
+    // A row without points shows that it was run.
+    for (std::size_t i = 0; i < std::max<std::size_t>(run.t.size(), 1); ++i)
+      csv += fmt::format("{},{},{},{},{}", run.branch, run.values[0] * axis.scale, attractor,
+                         run.attractor.period, run.t.empty() ? std::nan("") : run.t[i]) +
+             line_end(runs, run, i, exponents);
   });
   return csv;
 }
@@ -274,17 +276,12 @@ std::string bifurcation_text(const Study& study, const SettledRuns& runs, const 
 
 std::string basin_csv(const Study& study, const SettledRuns& runs, const Classified& classified) {
   const auto &x = study.axes[study.basin->x], &y = study.axes[study.basin->y];
-  std::string csv = "x,y,attractor,period";
-  for (const auto& c : runs.columns) csv += "," + c.name;
   const bool exponents = study.basin->exponents;
-  csv += exponents ? exponent_columns : "\n";
-  const auto width = runs.columns.size();
+  auto csv = "x,y,attractor,period" + heading(runs, exponents);
   each_run(runs, classified, [&](const SettledRun& run, int attractor) {
     csv += fmt::format("{},{},{},{}", run.values[0] * x.scale, run.values[1] * y.scale, attractor,
-                       run.attractor.period);
-    for (std::size_t j = 0; j < width; ++j)
-      csv += fmt::format(",{}", run.t.empty() ? std::nan("") : run.rows[run.rows.size() - width + j]);
-    csv += exponents ? exponent_fields(run) + "\n" : std::string("\n");
+                       run.attractor.period) +
+           line_end(runs, run, run.t.empty() ? 0 : run.t.size() - 1, exponents);
   });
   return csv;
 }

@@ -73,11 +73,7 @@ static Interval of_starts(const std::vector<double>& values, TurnMetrics::Name m
 
 Interval cell(const std::vector<RunRow>& runs, const std::string& variant, const std::string& formulation,
               const std::vector<double>& values, TurnMetrics::Name metric) {
-  std::vector<double> list;
-  for (const auto& r : runs)
-    if (r.variant == variant && r.formulation == formulation && r.values == values)
-      list.push_back(r.metric[metric]);
-  return of_starts(list, metric);
+  return Cells(runs).of(variant, formulation, values, metric);
 }
 
 Cells::Cells(const std::vector<RunRow>& runs) {
