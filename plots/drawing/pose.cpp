@@ -28,7 +28,7 @@ struct Shape {
 };
 
 std::vector<Shape> read(const std::filesystem::path& file) {
-  const Table table(file, {"shape", "name"}, {"x", "y", "a", "b"});
+  const ReadTable table(file, {"shape", "name"}, {"x", "y", "a", "b"});
   std::vector<Shape> list;
   for (std::size_t i = 0; i < table.rows(); ++i)
     list.push_back({table.text("shape")[i], table.text("name")[i], table.column("x")[i], table.column("y")[i],

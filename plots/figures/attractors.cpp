@@ -180,7 +180,7 @@ double half_step(std::vector<double> values) {
 
 std::vector<std::filesystem::path> draw_basin(const std::filesystem::path& folder) {
   const JsonFile document(folder / "basin.json");
-  const Table table(folder / "basin.csv", {}, {"x", "y", "attractor"});
+  const ReadTable table(folder / "basin.csv", {}, {"x", "y", "attractor"});
   const auto &x = table.column("x"), &y = table.column("y"), &attractor = table.column("attractor");
   if (table.rows() == 0) return {};
   std::map<int, double> exponents;  // of the attractors

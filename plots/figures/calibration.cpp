@@ -24,8 +24,8 @@ std::vector<std::string> distinct(const std::vector<std::string>& list) {
 }
 
 std::filesystem::path targets(const std::filesystem::path& folder) {
-  const Table table(folder / "calibration.csv", {}, {"at", "outcome", "measured", "low", "high"},
-                    {"target", "unknown", "target_unit", "unknown_unit"});
+  const ReadTable table(folder / "calibration.csv", {}, {"at", "outcome", "measured", "low", "high"},
+                        {"target", "unknown", "target_unit", "unknown_unit"});
   const auto &target = table.text("target"), &unknown = table.text("unknown");
   const auto rows = distinct(target), columns = distinct(unknown);
   Figure f{.name = "calibration_targets", .source = "calibration.json"};
@@ -65,7 +65,7 @@ std::filesystem::path targets(const std::filesystem::path& folder) {
 }
 
 std::vector<std::filesystem::path> misfit(const std::filesystem::path& folder) {
-  const Table table(folder / "misfit.csv", {}, {"x", "y", "excess"}, {"x_name", "y_name"});
+  const ReadTable table(folder / "misfit.csv", {}, {"x", "y", "excess"}, {"x_name", "y_name"});
   const auto &x = table.column("x"), &y = table.column("y"), &excess = table.column("excess");
   const auto &x_name = table.text("x_name"), &y_name = table.text("y_name");
   Figure f{.name = "calibration_misfit", .source = "calibration.json"};

@@ -13,7 +13,7 @@ namespace freeplay::plots {
 namespace {
 
 std::vector<std::filesystem::path> draw_drift(const std::filesystem::path& folder) {
-  const Table table(folder / "drift.csv", {"stabilisation"}, {"t", "length", "closure"});
+  const ReadTable table(folder / "drift.csv", {"stabilisation"}, {"t", "length", "closure"});
   const auto& kind = table.text("stabilisation");
   const auto &t = table.column("t"), &length = table.column("length"), &closure = table.column("closure");
   // A logarithmic axis cannot show zero: the rounding error of a position replaces it.

@@ -24,7 +24,7 @@ std::vector<std::filesystem::path> draw_ensemble(const std::filesystem::path& fo
 
 bool add_bands(Figure& f, const std::filesystem::path& folder, const std::vector<std::string>& chosen) {
   constexpr const char* quantiles[] = {"q05", "q25", "q50", "q75", "q95"};
-  const Table table(folder / "bands.csv", {"column"}, {"t", "q05", "q25", "q50", "q75", "q95"});
+  const ReadTable table(folder / "bands.csv", {"column"}, {"t", "q05", "q25", "q50", "q75", "q95"});
   const auto& name = table.text("column");
   std::vector<std::string> names;
   for (const auto& n : name)

@@ -102,7 +102,7 @@ class Experiment {
     std::vector<std::string> names{"variant", "formulation"}, numbers{"clearance", "speed"};
     if (!statistic.empty()) names.emplace_back("statistic");
     numbers.insert(numbers.end(), columns.begin(), columns.end());
-    const Table table(folder_ / file, names, numbers);
+    const ReadTable table(folder_ / file, names, numbers);
     const auto &clearance = table.column("clearance"), &speed = table.column("speed");
     Cells cells;
     for (std::size_t i = 0; i < table.rows(); ++i) {
@@ -393,7 +393,7 @@ class Experiment {
 /// The variant of the tables that is drawn: "calibrated" if it exists, otherwise the first; "" for
 /// tables without rows.
 std::string variant_to_draw(const std::filesystem::path& folder) {
-  const Table table(folder / "cells.csv", {"variant"}, {});
+  const ReadTable table(folder / "cells.csv", {"variant"}, {});
   const auto& variants = table.text("variant");
   if (variants.empty()) return "";
   return std::ranges::find(variants, "calibrated") != variants.end() ? "calibrated" : variants.front();

@@ -70,8 +70,8 @@ double place_among(const std::vector<double>& values, double x) {
 }
 
 std::vector<CellPanel> read_panels(const std::filesystem::path& folder) {
-  const Table csv(folder / "extremes.csv", {"formulation", "outcome"}, {"value"}, {"axis", "label"});
-  const Table limits(folder / "limits.csv", {"formulation"}, {"value"}, {"axis"});
+  const ReadTable csv(folder / "extremes.csv", {"formulation", "outcome"}, {"value"}, {"axis", "label"});
+  const ReadTable limits(folder / "limits.csv", {"formulation"}, {"value"}, {"axis"});
   const auto &axis = csv.text("axis"), &label = csv.text("label"), &formulation = csv.text("formulation"),
              &outcome = csv.text("outcome");
   const auto& value = csv.column("value");

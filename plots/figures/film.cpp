@@ -11,8 +11,9 @@ namespace {
 
 std::vector<std::filesystem::path> draw_film(const std::filesystem::path& folder) {
   if (!std::filesystem::exists(folder / "film.csv")) return {};  // of a single load
-  const Table table(folder / "film.csv", {},
-                    {"sommerfeld_number", "K_xx", "K_xy", "K_yx", "K_yy", "C_xx", "C_xy", "C_yx", "C_yy"});
+  const ReadTable table(
+      folder / "film.csv", {},
+      {"sommerfeld_number", "K_xx", "K_xy", "K_yx", "K_yy", "C_xx", "C_xy", "C_yx", "C_yy"});
   Figure f{.name = "film_coefficients", .source = "film.json"};
   f.blocks.emplace_back("Sommerfeld number, magnitudes of K c/W (4) and C cω/W (4)");
   struct Coefficient {

@@ -23,7 +23,7 @@ struct Curves {
 /// One block per law, in the order of the file; x and y scaled.
 Curves read_curves(const std::filesystem::path& file, const std::string& x, const std::string& y, double sx,
                    double sy) {
-  const Table table(file, {"law"}, {x, y});
+  const ReadTable table(file, {"law"}, {x, y});
   const auto& law = table.text("law");
   const auto &a = table.column(x), &b = table.column(y);
   Curves c;

@@ -13,7 +13,7 @@ namespace {
 
 std::vector<std::filesystem::path> draw_overlay(const std::filesystem::path& folder) {
   const std::vector<std::string> curves{"measured", "penalty", "nonsmooth"};
-  const Table table(folder / "overlay.csv", {}, {"crank_angle", "measured", "penalty", "nonsmooth"});
+  const ReadTable table(folder / "overlay.csv", {}, {"crank_angle", "measured", "penalty", "nonsmooth"});
   if (table.rows() == 0) return {};
   const auto& angle = table.column("crank_angle");
   Figure f{.name = "overlay", .source = "validation.json"};

@@ -33,11 +33,11 @@ std::vector<std::filesystem::path> draw_points(const std::filesystem::path& fold
     const auto found = std::ranges::find(panels, quantity, &Panel::quantity);
     return found != panels.end() ? *found : *panels.insert(panels.end(), {quantity, {}, {}});
   };
-  const Table points(folder / "points.csv", {"quantity"}, {axis, "measured", "uncertainty"});
+  const ReadTable points(folder / "points.csv", {"quantity"}, {axis, "measured", "uncertainty"});
   for (std::size_t i = 0; i < points.rows(); ++i)
     panel_of(points.text("quantity")[i]).measured[points.column(axis)[i]] = {
         points.column("measured")[i], 2 * points.column("uncertainty")[i]};
-  const Table runs(folder / "curves.csv", {"quantity", "variant", "formulation"}, {axis, "model"});
+  const ReadTable runs(folder / "curves.csv", {"quantity", "variant", "formulation"}, {axis, "model"});
   std::vector<std::string> variants;
   for (std::size_t i = 0; i < runs.rows(); ++i) {
     const auto &variant = runs.text("variant")[i], &formulation = runs.text("formulation")[i];

@@ -35,7 +35,7 @@ struct Tradeoff {
       throw SceneError(fmt::format("{}: has {} scenes; figures show at most {}",
                                    (folder / "tradeoff.csv").string(), scenes.size(), most_scenes));
   }
-  Table table;
+  ReadTable table;
   JsonFile document;
   std::vector<std::string> scenes, methods;
 };

@@ -80,7 +80,7 @@ std::filesystem::path draw_basin_of(const StudyPlot& plot) {
               .panels = {}};
   for (const auto& name : plot.y) {
     const auto column = known_column(all, name);
-    const Table table(plot.folder / "basin.csv", {}, {"x", "y", column.name});
+    const ReadTable table(plot.folder / "basin.csv", {}, {"x", "y", column.name});
     auto& panel = map.panels.emplace_back(HeatPanel{
         "", name_with_unit(column.name, column.unit), title_of_column(column.name, column.unit), {}});
     for (std::size_t i = 0; i < table.rows(); ++i)

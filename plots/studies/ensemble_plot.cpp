@@ -23,7 +23,7 @@ namespace {
 constexpr std::size_t most_histograms = 4, most_classes = 40;
 
 std::vector<std::string> bands_of_ensemble(const std::filesystem::path& folder) {
-  const Table table(folder / "bands.csv", {"column"}, {});
+  const ReadTable table(folder / "bands.csv", {"column"}, {});
   std::vector<std::string> names;
   for (const auto& name : table.text("column"))
     if (std::ranges::find(names, name) == names.end()) names.push_back(name);

@@ -97,8 +97,8 @@ const std::string& Rows::maybe_label(std::size_t place) const {
   return fields_[place].empty() ? fields_[place] : label(place);
 }
 
-Table::Table(const std::filesystem::path& file, const std::vector<std::string>& names,
-             const std::vector<std::string>& numbers, const std::vector<std::string>& labels) {
+ReadTable::ReadTable(const std::filesystem::path& file, const std::vector<std::string>& names,
+                     const std::vector<std::string>& numbers, const std::vector<std::string>& labels) {
   Rows in(file);
   struct Taken {
     std::size_t place;

@@ -47,10 +47,10 @@ class Rows {
 };
 
 /// Selected columns of a small table, read as a whole. Labels may be empty.
-class Table {
+class ReadTable {
  public:
-  Table(const std::filesystem::path& file, const std::vector<std::string>& names,
-        const std::vector<std::string>& numbers, const std::vector<std::string>& labels = {});
+  ReadTable(const std::filesystem::path& file, const std::vector<std::string>& names,
+            const std::vector<std::string>& numbers, const std::vector<std::string>& labels = {});
   const std::vector<std::string>& text(const std::string& column) const { return texts_.at(column); }
   const std::vector<double>& column(const std::string& column) const { return numbers_.at(column); }
   std::size_t rows() const { return rows_; }

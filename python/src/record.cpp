@@ -51,8 +51,8 @@ std::unique_ptr<Record> record(Simulation& simulation, const SimulationOptions& 
   WindowStatistics windows(scene.run.discard, scene.run.duration);
   std::optional<FilmStatistics> films;
   if (!scene.mechanism.lubricants.empty()) films.emplace(film_probe(scene), scene.run.discard);
-  TableInto<EventTable, Calls> event_calls(watchers.on_event, flag);
-  TableInto<TrajectoryTable, Calls> row_calls(watchers.on_row, flag);
+  RowsInto<EventRows, Calls> event_calls(watchers.on_event, flag);
+  RowsInto<TrajectoryRows, Calls> row_calls(watchers.on_row, flag);
   const auto forget = [&] {
     event_calls.forget();
     row_calls.forget();

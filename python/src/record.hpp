@@ -21,10 +21,10 @@ struct Record {
   Scene scene;
   Identity identity;
   Result result;
-  TableInto<TrajectoryTable, MemoryTable> trajectory;
-  TableInto<ForceTable, MemoryTable> forces;
-  TableInto<EventTable, MemoryTable> events;
-  TableInto<SignalTable, MemoryTable> signals;
+  RowsInto<TrajectoryRows, MemoryTable> trajectory;
+  RowsInto<ForceRows, MemoryTable> forces;
+  RowsInto<EventRows, MemoryTable> events;
+  RowsInto<SignalRows, MemoryTable> signals;
   bool has_forces = false, has_events = false, has_signals = false;
   bool pressed = false;  ///< Ctrl-C ended the run
 };

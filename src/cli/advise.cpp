@@ -19,6 +19,8 @@
 namespace freeplay::cli {
 namespace {
 
+using freeplay::shown;
+
 struct AdviseRequest : Request {
   std::string scene;
   std::vector<std::string> overrides;

@@ -61,7 +61,7 @@ struct Recorders {
     if (simulation.scene().run.forces) add(forces, "forces.csv");
   }
   std::vector<TableCsv*> files() { return all_of<TableCsv>(); }
-  std::vector<RunTable*> tables() { return all_of<RunTable>(); }
+  std::vector<RunRows*> tables() { return all_of<RunRows>(); }
   std::vector<std::string> names() {
     std::vector<std::string> list;
     for (auto* file : files()) list.push_back(file->name());

@@ -18,7 +18,7 @@ bool TableSink::open(std::vector<ColumnName> columns) {
   return fresh;
 }
 
-void TrajectoryTable::begin(const Layout& layout, const State& state) {
+void TrajectoryRows::begin(const Layout& layout, const State& state) {
   columns_ = trajectory_columns(layout);
   data_.begin(layout, state);
   if (!sink_.open(names_of(columns_))) return grid_.go_on_to(layout.end);
@@ -30,7 +30,7 @@ void TrajectoryTable::begin(const Layout& layout, const State& state) {
   sink_.put(row_, {});
 }
 
-void TrajectoryTable::step(const Step& step) {
+void TrajectoryRows::step(const Step& step) {
   for (; grid_.next() <= step.t1 && !step.stopped(); grid_.advance()) {
     const double t = grid_.next();
     step.state(t, data_.q, data_.v);
@@ -40,16 +40,16 @@ void TrajectoryTable::step(const Step& step) {
   }
 }
 
-void TrajectoryTable::save(MemoryWriter& m) {
-  RunTable::save(m);
+void TrajectoryRows::save(MemoryWriter& m) {
+  RunRows::save(m);
   m(grid_);
 }
-void TrajectoryTable::load(MemoryReader& m) {
-  RunTable::load(m);
+void TrajectoryRows::load(MemoryReader& m) {
+  RunRows::load(m);
   m(grid_);
 }
 
-void ForceTable::begin(const Layout& layout, const State& state) {
+void ForceRows::begin(const Layout& layout, const State& state) {
   columns_ = force_columns(layout);
   if (!sink_.open(names_of(columns_))) return grid_.go_on_to(layout.end);
   data_.begin(layout, state);
@@ -57,7 +57,7 @@ void ForceTable::begin(const Layout& layout, const State& state) {
   grid_.begin(state.t, layout.output_step, layout.end, layout.duration);
 }
 
-void ForceTable::step(const Step& step) {
+void ForceRows::step(const Step& step) {
   auto& sum = data_.sum;
   if (!started_) {  // forces are known after the first step; the first row uses them as means
     started_ = true;
@@ -84,7 +84,7 @@ void ForceTable::step(const Step& step) {
   up_to(step.t1);
 }
 
-void ForceTable::row(double t, const Forces& means, double share) {
+void ForceRows::row(double t, const Forces& means, double share) {
   data_.row(columns_, t, row_);
   for (std::size_t i = 0; i < columns_.size(); ++i)
     if (const auto& c = columns_[i]; c.of == Column::Of::mean)
@@ -92,16 +92,16 @@ void ForceTable::row(double t, const Forces& means, double share) {
   sink_.put(row_, {});
 }
 
-void ForceTable::save(MemoryWriter& m) {
-  RunTable::save(m);
+void ForceRows::save(MemoryWriter& m) {
+  RunRows::save(m);
   serialize(m);
 }
-void ForceTable::load(MemoryReader& m) {
-  RunTable::load(m);
+void ForceRows::load(MemoryReader& m) {
+  RunRows::load(m);
   serialize(m);
 }
 
-void EventTable::begin(const Layout&, const State&) {
+void EventRows::begin(const Layout&, const State&) {
   sink_.open({{"t"},
               {"joint", true},
               {"kind", true},
@@ -116,21 +116,21 @@ void EventTable::begin(const Layout&, const State&) {
               {"t_uncertainty"}});
 }
 
-void EventTable::event(const Event& e) {
+void EventRows::event(const Event& e) {
   const double numbers[] = {e.t,        e.crank_angle, e.v_n_minus, e.v_n_plus, e.v_t_minus,
                             e.v_t_plus, e.impulse_n,   e.impulse_t, e.duration, e.t_uncertainty};
   const std::string_view texts[] = {e.joint, name_of(e.kind)};
   sink_.put(numbers, texts);
 }
 
-void SignalTable::begin(const Layout& layout, const State&) {
+void SignalRows::begin(const Layout& layout, const State&) {
   names_ = layout.channels;
   crank_start_ = layout.crank_start;
   crank_speed_ = layout.crank_speed;
   sink_.open({{"channel", true}, {"t"}, {"crank_angle"}, {"value"}});
 }
 
-void SignalTable::sample(std::size_t channel, double t, double value) {
+void SignalRows::sample(std::size_t channel, double t, double value) {
   const double numbers[] = {t, crank_start_ + crank_speed_ * t, value};
   const std::string_view texts[] = {names_[channel]};
   sink_.put(numbers, texts);

@@ -44,9 +44,9 @@ class TableSink {
 };
 
 /// Base of the observers that compute a table.
-class RunTable : public Observer {
+class RunRows : public Observer {
  public:
-  explicit RunTable(TableSink& sink) : sink_(sink) {}
+  explicit RunRows(TableSink& sink) : sink_(sink) {}
   void save(MemoryWriter& m) override { sink_.save_to(m); }
   void load(MemoryReader& m) override { sink_.load_from(m); }
 
@@ -55,9 +55,9 @@ class RunTable : public Observer {
 };
 
 /// Rows of trajectory_columns().
-class TrajectoryTable : public RunTable {
+class TrajectoryRows : public RunRows {
  public:
-  using RunTable::RunTable;
+  using RunRows::RunRows;
   double next_row() const { return grid_.next(); }  ///< s, its time
   void begin(const Layout& layout, const State& state) override;
   void step(const Step& step) override;
@@ -72,9 +72,9 @@ class TrajectoryTable : public RunTable {
 };
 
 /// Rows of force_columns().
-class ForceTable : public RunTable {
+class ForceRows : public RunRows {
  public:
-  using RunTable::RunTable;
+  using RunRows::RunRows;
   Wants wants() const override { return {.forces = true}; }
   void begin(const Layout& layout, const State& state) override;
   void step(const Step& step) override;
@@ -96,18 +96,18 @@ class ForceTable : public RunTable {
 };
 
 /// Contact events: t, joint, kind, and the numbers of an event.
-class EventTable : public RunTable {
+class EventRows : public RunRows {
  public:
-  using RunTable::RunTable;
+  using RunRows::RunRows;
   Wants wants() const override { return {.steps = false}; }
   void begin(const Layout& layout, const State& state) override;
   void event(const Event& event) override;
 };
 
 /// Samples of the instruments: channel, t, crank_angle, value.
-class SignalTable : public RunTable {
+class SignalRows : public RunRows {
  public:
-  using RunTable::RunTable;
+  using RunRows::RunRows;
   Wants wants() const override { return {.samples = true, .steps = false}; }
   void begin(const Layout& layout, const State& state) override;
   void sample(std::size_t channel, double t, double value) override;
@@ -118,11 +118,11 @@ class SignalTable : public RunTable {
 };
 
 /// A table with the sink that receives it.
-template <class Table, class Sink>
-class TableInto : public Sink, public Table {
+template <class Rows, class Sink>
+class RowsInto : public Sink, public Rows {
  public:
   template <class... X>
-  explicit TableInto(X&&... x) : Sink(std::forward<X>(x)...), Table(static_cast<TableSink&>(*this)) {}
+  explicit RowsInto(X&&... x) : Sink(std::forward<X>(x)...), Rows(static_cast<TableSink&>(*this)) {}
 };
 
 }  // namespace freeplay

@@ -4,6 +4,7 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
+#include <string_view>
 
 namespace freeplay {
 namespace {
@@ -36,7 +37,8 @@ std::string aligned(const std::vector<std::string>& cells, const std::vector<int
 
 }  // namespace
 
-Table::Table(std::string_view header) {
+Table::Table(const char* names) {
+  const std::string_view header = names;
   for (std::size_t from = 0, to = 0; to != header.npos; from = to + 1) {
     to = header.find(',', from);
     columns_.emplace_back(header.substr(from, to == header.npos ? to : to - from));

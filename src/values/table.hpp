@@ -9,7 +9,6 @@
 
 #include <cstdint>
 #include <string>
-#include <string_view>
 #include <type_traits>
 #include <utility>
 #include <variant>
@@ -23,7 +22,7 @@ class Table {
 
   explicit Table(std::vector<std::string> columns) : columns_(std::move(columns)) {}
   /// From the header of a CSV file.
-  explicit Table(std::string_view header);
+  explicit Table(const char* names);
   void column(std::string name) { columns_.push_back(std::move(name)); }
   template <class... X>
   void row(const X&... cells) {

@@ -123,3 +123,13 @@ TEST_CASE("a misspelt command, option, word or name is answered with the nearest
     CHECK_THAT(outcome.err, Contains(answer));
   }
 }
+
+TEST_CASE("a verb of freeplay-verify names the program where it is missing", "[help][errors]") {
+  const test::TemporaryFolder folder;
+  const auto program = folder.path() / "freeplay", said = folder.path() / "said";
+  std::filesystem::copy_file(std::filesystem::path(FREEPLAY_BINARY_DIR) / "freeplay", program);
+  CHECK(std::system(fmt::format("'{}' verify cams 2>'{}'", program.string(), said.string()).c_str()) != 0);
+  CHECK(test::file_text(said) ==
+        fmt::format("freeplay verify: needs the program {}-verify: No such file or directory\n",
+                    program.string()));
+}

@@ -123,8 +123,8 @@ TEST_CASE("report page of a comparison: both runs, rows at each event, tables", 
   for (const char* name : {"penalty", "nonsmooth"}) {
     const auto run = std::ranges::find_if(data["runs"], [&](const json& r) { return r["name"] == name; });
     REQUIRE(run != data["runs"].end());
-    const plots::Table rows(comparison() / name / "trajectory.csv", {}, {"t", "slider.x", "gudgeon.ex"});
-    const plots::Table events(comparison() / name / "events.csv", {"joint"}, {"t", "impulse_n"});
+    const plots::ReadTable rows(comparison() / name / "trajectory.csv", {}, {"t", "slider.x", "gudgeon.ex"});
+    const plots::ReadTable events(comparison() / name / "events.csv", {"joint"}, {"t", "impulse_n"});
     REQUIRE(events.rows() > 3);
     CHECK((*run)["events"]["t"].size() == events.rows());
     const auto shown = (*run)["motion"]["t"].get<std::vector<double>>();

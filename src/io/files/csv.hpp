@@ -39,12 +39,12 @@ class TableCsv : public TableSink {
   std::uint64_t from_ = 0;
 };
 
-struct TrajectoryCsv final : TableInto<TrajectoryTable, TableCsv>, Occasional {
-  using TableInto::TableInto;
+struct TrajectoryCsv final : RowsInto<TrajectoryRows, TableCsv>, Occasional {
+  using RowsInto::RowsInto;
   double next() const override { return next_row(); }
 };
-using EventsCsv = TableInto<EventTable, TableCsv>;
-using SignalsCsv = TableInto<SignalTable, TableCsv>;
-using ForcesCsv = TableInto<ForceTable, TableCsv>;
+using EventsCsv = RowsInto<EventRows, TableCsv>;
+using SignalsCsv = RowsInto<SignalRows, TableCsv>;
+using ForcesCsv = RowsInto<ForceRows, TableCsv>;
 
 }  // namespace freeplay
