@@ -37,19 +37,14 @@ struct Drawing {
   struct Cell {
     std::size_t first, count;  ///< range of points
     bool closed;
-    int shape, name;
+    std::size_t shape, name;
   };
   std::vector<Cell> verts, lines;
   std::vector<std::string> shapes, names;
 
-  int place(std::vector<std::string>& list, std::string_view word) {
-    const auto it = std::ranges::find(list, word);
-    if (it != list.end()) return static_cast<int>(it - list.begin());
-    list.emplace_back(word);
-    return static_cast<int>(list.size() - 1);
-  }
   void add(std::vector<Cell>& cells, const PoseShape& of, const std::vector<Vec2>& corners, bool closed) {
-    cells.push_back({points.size(), corners.size(), closed, place(shapes, of.kind), place(names, of.name)});
+    cells.push_back({points.size(), corners.size(), closed, plots::place_in(shapes, of.kind),
+                     plots::place_in(names, of.name)});
     points.insert(points.end(), corners.begin(), corners.end());
   }
 };
@@ -150,7 +145,7 @@ class Frame {
     for (const auto& cell : list) put("{} ", end += cell.count + (cell.closed ? 1 : 0));
     put("\n</DataArray>\n</{}>\n", name);
   }
-  void indices(const char* name, int Drawing::Cell::*member) {
+  void indices(const char* name, std::size_t Drawing::Cell::*member) {
     put("<DataArray type=\"Int32\" Name=\"{}\" format=\"ascii\">\n", name);
     for (const auto* list : {&d_.verts, &d_.lines})
       for (const auto& cell : *list) put("{} ", cell.*member);

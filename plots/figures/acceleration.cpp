@@ -20,8 +20,8 @@ constexpr double turn = 2 * std::numbers::pi;
 
 struct Trace {
   std::string channel;
-  bool turns = false;                         ///< whether the crank angle is known and not constant
-  double least = INFINITY, most = -INFINITY;  ///< m/s²
+  bool turns = false;  ///< whether the crank angle is known and not constant
+  Limits range;        ///< m/s²
   Block block{"angle (degrees) or t (s), acceleration (m/s^2)"};
 };
 
@@ -62,7 +62,7 @@ Trace last_turn(const std::filesystem::path& file) {
     if (channel != trace.channel) return;
     const double along = sense * angle / turn - first;
     if (trace.turns ? along < 0 || along > 1 : t < 0.9 * end) return;
-    trace.least = std::min(trace.least, value), trace.most = std::max(trace.most, value);
+    trace.range.hold(value);
     trace.block.row({trace.turns ? 360 * (sense > 0 ? along : 1 - along) : t, value});
   });
   return trace;
@@ -77,21 +77,22 @@ std::vector<std::filesystem::path> draw_acceleration(const std::filesystem::path
   Panel panel{.title = {}, .axis = {}, .curves = {}};
   std::string channel;
   bool turns = false;
-  double end = 0, start = INFINITY, least = INFINITY, most = -INFINITY;
+  double end = 0, start = INFINITY;
+  Limits up;
   for (int i = 0; i < 3; ++i) {
     if (!std::filesystem::exists(file(titles[i][0]))) continue;
     const auto trace = last_turn(file(titles[i][0]));
     if (i == 0) turns = trace.turns;
     if (trace.block.empty()) continue;
     channel = trace.channel;
-    least = std::min(least, trace.least), most = std::max(most, trace.most);
+    up.hold(trace.range.least), up.hold(trace.range.most);
     end = std::max(end, end_of(folder / titles[i][0])), start = std::min(start, 0.9 * end);
     add_curve(f, panel, trace.block, Script().add("using 1:2 with lines ls {}", i + 1), titles[i][1]);
   }
   if (panel.curves.empty()) return {};
   f.caption = fmt::format("Signal of {}, {}.", channel, turns ? "last whole turn" : "last tenth of the time");
   panel.title = AxisTitle::of({"acceleration a", "acceleration $a$"}, "m/s²");
-  panel.axis = axis_of(least, most);
+  panel.axis = axis_of(up.least, up.most);
   PanelStack stack{.abscissa = turns ? Abscissa{crank_title(), {.low = 0, .high = 360, .turn = true}}
                                      : Abscissa{time_title(), {start, end}},
                    .panels = {std::move(panel)},

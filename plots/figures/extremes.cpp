@@ -37,14 +37,6 @@ struct CellPanel {
   std::vector<std::pair<double, std::size_t>> limits;  ///< position among the columns, row
 };
 
-/// Index of a name in the list. A new name is appended.
-std::size_t place(std::vector<std::string>& list, const std::string& name) {
-  const auto it = std::ranges::find(list, name);
-  if (it != list.end()) return static_cast<std::size_t>(it - list.begin());
-  list.push_back(name);
-  return list.size() - 1;
-}
-
 Script tics(const std::vector<std::string>& names) {
   Script list;
   for (std::size_t i = 0; i < names.size(); ++i) {
@@ -78,15 +70,15 @@ std::vector<CellPanel> read_panels(const std::filesystem::path& folder) {
   std::vector<std::string> names;
   std::vector<CellPanel> panels;
   for (std::size_t i = 0; i < csv.rows(); ++i) {
-    const auto at = place(names, axis[i]);
+    const auto at = place_in(names, axis[i]);
     if (at == panels.size()) panels.push_back({axis[i], {}, {}, {}, {}, {}});
     if (panels.size() > most_panels)
       throw SceneError(
           fmt::format("{}: has more than {} axes", (folder / "extremes.csv").string(), most_panels));
     auto& p = panels[at];
     const bool scene = axis[i] == "scene";
-    const auto x = place(p.columns, scene ? formulation[i] : label[i]),
-               y = place(p.rows, scene ? label[i] : formulation[i]);
+    const auto x = place_in(p.columns, scene ? formulation[i] : label[i]),
+               y = place_in(p.rows, scene ? label[i] : formulation[i]);
     if (!scene && x == p.values.size()) p.values.push_back(value[i]);
     int kind = 0;
     while (kind < 3 && outcome[i] != kinds[kind].name) ++kind;
@@ -96,7 +88,7 @@ std::vector<CellPanel> read_panels(const std::filesystem::path& folder) {
   for (std::size_t i = 0; i < limits.rows(); ++i)
     for (auto& p : panels) {
       const double x = p.name == limits.text("axis")[i] ? place_among(p.values, limit[i]) : NAN;
-      if (std::isfinite(x)) p.limits.push_back({x, place(p.rows, limits.text("formulation")[i])});
+      if (std::isfinite(x)) p.limits.push_back({x, place_in(p.rows, limits.text("formulation")[i])});
     }
   return panels;
 }

@@ -1,9 +1,6 @@
 // The measured mean turn, with those of both formulations over it.
 #include <fmt/format.h>
 
-#include <algorithm>
-#include <cmath>
-
 #include "plots/drawing/figure.hpp"
 #include "plots/drawing/panels.hpp"
 #include "plots/tables/table.hpp"
@@ -21,13 +18,12 @@ std::vector<std::filesystem::path> draw_overlay(const std::filesystem::path& fol
     auto& block = f.blocks.emplace_back(fmt::format("crank angle (deg), {} (m/s^2)", name));
     for (std::size_t i = 0; i < table.rows(); ++i) block.row({angle[i], table.column(name)[i]});
   }
-  double least = INFINITY, most = -INFINITY;
+  Limits up;
   for (const auto& name : curves)
-    for (const double a : table.column(name))
-      if (std::isfinite(a)) least = std::min(least, a), most = std::max(most, a);
+    for (const double a : table.column(name)) up.hold(a);
   f.caption = "Mean turn of the acceleration.";
   Panel panel{.title = AxisTitle::of({"acceleration a", "acceleration $a$"}, "m/s²"),
-              .axis = axis_of(least, most),
+              .axis = axis_of(up.least, up.most),
               .curves = {{Script().add("DATA index 0 using 1:2 with lines lc rgb 0x888888 lw 4"), "measured"},
                          {Script().add("DATA index 1 using 1:2 with lines ls 1"), "penalty"},
                          {Script().add("DATA index 2 using 1:2 with lines ls 2"), "nonsmooth"}}};

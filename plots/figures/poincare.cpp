@@ -22,12 +22,12 @@ struct SectionAxis {
 
 SectionAxis section_axis(const std::string& column, const std::string& si,
                          const std::vector<double>& values) {
-  double least = INFINITY, most = -INFINITY;
-  for (const double v : values) least = std::min(least, v), most = std::max(most, v);
+  Limits range(values);
   constexpr double rounding = 1e-12;  // SI; smaller values of all columns are rounding errors
-  if (values.empty() || std::max(std::abs(least), std::abs(most)) < rounding) least = most = 0;
-  const auto unit = fitting_unit(si, std::max(std::abs(least), std::abs(most)));
-  return {unit, {title_of_column(column, unit.name), axis_of(least / unit.size, most / unit.size)}};
+  if (values.empty() || range.size() < rounding) range.least = range.most = 0;
+  const auto unit = fitting_unit(si, range.size());
+  return {unit,
+          {title_of_column(column, unit.name), axis_of(range.least / unit.size, range.most / unit.size)}};
 }
 
 std::vector<std::filesystem::path> draw_poincare(const std::filesystem::path& folder) {

@@ -10,13 +10,6 @@
 namespace freeplay::report {
 namespace {
 
-std::size_t place_in(std::vector<std::string>& names, const std::string& name) {
-  const auto it = std::ranges::find(names, name);
-  if (it != names.end()) return static_cast<std::size_t>(it - names.begin());
-  names.push_back(name);
-  return names.size() - 1;
-}
-
 /// Orders by impulse, then by approach speed, because the onset of a lasting contact has no impulse
 /// yet.
 bool harder(const Event& a, const Event& b) {
@@ -47,8 +40,8 @@ Events read_events(const std::filesystem::path& folder, std::size_t most) {
       return std::isfinite(x) ? x : 0;
     };
     events.list.push_back({rows.number(t), number(approach), number(impulse), number(duration),
-                           place_in(events.joints, rows.name(joint)),
-                           static_cast<int>(place_in(events.kinds, rows.name(kind)))});
+                           plots::place_in(events.joints, rows.name(joint)),
+                           static_cast<int>(plots::place_in(events.kinds, rows.name(kind)))});
     if (events.list.size() >= 4 * most) keep_hardest(events.list, most);
   }
   keep_hardest(events.list, most);

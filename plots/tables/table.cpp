@@ -119,4 +119,11 @@ ReadTable::ReadTable(const std::filesystem::path& file, const std::vector<std::s
   }
 }
 
+std::size_t place_in(std::vector<std::string>& list, std::string_view text) {
+  const auto it = std::ranges::find(list, text);
+  if (it != list.end()) return static_cast<std::size_t>(it - list.begin());
+  list.emplace_back(text);
+  return list.size() - 1;
+}
+
 }  // namespace freeplay::plots

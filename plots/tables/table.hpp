@@ -61,4 +61,7 @@ class ReadTable {
   std::size_t rows_ = 0;
 };
 
+/// Index of a text in the list, to which a new one is appended.
+std::size_t place_in(std::vector<std::string>& list, std::string_view text);
+
 }  // namespace freeplay::plots

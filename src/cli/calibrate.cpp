@@ -271,11 +271,8 @@ int calibrate(const CalibrateRequest& request) {
   const FolderLock lock(folder, "calibrate");
   settle_result_sets(folder);
   Progress progress;
-  const auto r = freeplay::calibrate(
-      std::move(plan), request.conduct(), lock, request.threads, [&](const SweepProgress& p) {
-        progress.show(fmt::format("{} of {} runs, {:.0f} s left", p.done, p.total, p.seconds_left),
-                      static_cast<double>(p.done) / static_cast<double>(p.total));
-      });
+  const auto r =
+      freeplay::calibrate(std::move(plan), request.conduct(), lock, request.threads, progress.of_runs());
   progress.clear();
   for (const auto& q : r.plausibility_checks) fmt::print(stderr, "{}", wrapped("question: " + q + "\n", 10));
   if (r.sweep.interrupted) return interrupted(Kept::runs);

@@ -15,6 +15,7 @@
 #include "mechanism/error.hpp"
 #include "mechanism/scene.hpp"
 #include "plots/drawing/figure.hpp"
+#include "values/table.hpp"
 
 namespace freeplay::cli {
 namespace {
@@ -45,14 +46,6 @@ void say_bearing(const std::string& joint, const Film& film) {
     fmt::print(
         "The short-bearing film is accurate for L/D up to 0.5; beyond, it overestimates\nthe load that the "
         "film carries, so the eccentricity is underestimated.\n\n");
-}
-
-/// Four coefficients of a matrix as columns or fields.
-std::string four(const SteadyFilm::Matrix& m, const char* form) {
-  std::string text;
-  for (const auto& row : m)
-    for (const double x : row) text += fmt::format(fmt::runtime(form), x);
-  return text;
 }
 
 std::string threshold(const SteadyFilm& s, const char* unit) {
@@ -114,19 +107,22 @@ void print_chart(const Scene& scene, const FilmRequest& request, const Film& fil
   say_bearing(request.joint, film);
   fmt::print("{:>5}{:>10}{:>7}{:>8}{:>7}{:>7}{:>7}{:>7}{:>7}{:>7}{:>7}\n", "ε", "S", "φ, °", "K_xx", "K_xy",
              "K_yx", "K_yy", "C_xx", "C_xy", "C_yx", "C_yy");
-  std::string csv =
+  Table table(
       "eccentricity_ratio,sommerfeld_number,attitude_angle,K_xx,K_xy,K_yx,K_yy,C_xx,C_xy,C_yx,C_yy,"
-      "critical_mass,whirl_frequency_ratio\n";
+      "critical_mass,whirl_frequency_ratio");
   for (int i = 1; i < 100; ++i) {
     const double ratio = 0.01 * i;
     if (ratio > film.ratio(0.0)) break;
     const auto s = steady_film(film, ratio, 1);
     const auto K = s.scaled_stiffness(film.clearance), C = s.scaled_damping(film.clearance);
-    // m c ω²/W with ω = 1 rad/s
-    const auto mass =
-        s.critical_mass ? fmt::format("{}", *s.critical_mass * film.clearance / s.load) : std::string();
-    csv += fmt::format("{},{},{}{}{},{},{}\n", ratio, s.sommerfeld, s.attitude, four(K, ",{}"),
-                       four(C, ",{}"), mass, s.critical_mass ? fmt::format("{}", s.whirl_ratio) : "");
+    std::vector<Table::Cell> row{ratio, s.sommerfeld, s.attitude};
+    for (const auto* m : {&K, &C})
+      for (const auto& line : *m) row.insert(row.end(), line.begin(), line.end());
+    if (s.critical_mass)  // m c ω²/W with ω = 1 rad/s
+      row.insert(row.end(), {*s.critical_mass * film.clearance / s.load, s.whirl_ratio});
+    else
+      row.insert(row.end(), {"", ""});
+    table.row(std::move(row));
     if (i % 10 != 0 && i != 95) continue;
     fmt::print("{:5.2f}{:10.4g}{:7.2f}{:8.3f}{:7.3f}{:7.3f}{:7.3f}{:7.3f}{:7.3f}{:7.3f}{:7.3f}\n", ratio,
                s.sommerfeld, s.attitude * degrees, K[0][0], K[0][1], K[1][0], K[1][1], C[0][0], C[0][1],
@@ -135,7 +131,7 @@ void print_chart(const Scene& scene, const FilmRequest& request, const Film& fil
   fmt::print(
       "\nK in units of W/c, C in W/(cω); x along the load, y at 90° from x in the\ndirection of rotation. "
       "Use --load and --rpm for values in SI units.\n");
-  write_film(request, bearing_json(scene, request.joint, film), csv);
+  write_film(request, bearing_json(scene, request.joint, film), table.csv());
 }
 
 void print_point(const Scene& scene, const FilmRequest& request, const Film& film) {

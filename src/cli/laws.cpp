@@ -25,16 +25,6 @@
 namespace freeplay::cli {
 namespace {
 
-/// Width of UTF-8 text on a terminal, columns (without wide characters).
-int width(std::string_view text) {
-  int n = 0;
-  for (char c : text) n += (c & 0xC0) != 0x80;
-  return n;
-}
-std::string padded(std::string_view text, int to) {
-  return std::string(text) + std::string(static_cast<std::size_t>(std::max(1, to - width(text))), ' ');
-}
-
 struct LawsRequest : Request {
   std::string scene;
   std::optional<double> restitution;
@@ -83,19 +73,18 @@ void print_friction(double v, const PenaltyOptions& options) {
   fmt::print(
       "Friction laws at the same regularisation speed v = {:.4g} m/s, at which\neach has 95 % of its "
       "kinetic friction. Columns: friction over kinetic\nfriction at sliding speeds, and the creep speed "
-      "(m/s) under half of the kinetic\nfriction.\n\n{}{}{:>8}{:>8}{:>8}{:>8}{:>10}\n",
-      v, padded("law", 14), padded("key", 24), "0.1 v", "0.5 v", "v", "2 v", "creep");
+      "(m/s) under half of the kinetic\nfriction.\n\n{:<14}{:<24}{:>8}{:>8}{:>8}{:>8}{:>10}\n",
+      v, "law", "key", "0.1 v", "0.5 v", "v", "2 v", "creep");
   for (const auto& law : friction_laws()) {
     const auto o = regularised(law, options, v);
     if (!o) {
-      fmt::print("{}sticks by a spring: no regularisation speed\n", padded(law.text, 14));
+      fmt::print("{:<14}sticks by a spring: no regularisation speed\n", law.text);
       continue;
     }
     const bool second = law.v1_above_v0;
     fmt::print(
-        "{}{}", padded(law.text, 14),
-        padded(fmt::format("friction_v{} = {:.4g}", second ? 1 : 0, second ? o->friction_v1 : o->friction_v0),
-               24));
+        "{:<14}{:<24}", law.text,
+        fmt::format("friction_v{} = {:.4g}", second ? 1 : 0, second ? o->friction_v1 : o->friction_v0));
     for (const double at : {0.1, 0.5, 1.0, 2.0}) fmt::print("{:>8.4f}", make_friction(*o, 1).steady(at * v));
     fmt::print("{:>10.3g}\n", creep_speed(law, *o, 0.5));
   }
@@ -120,16 +109,16 @@ int print_curves(const LawsRequest& request) {
 
 int print_delivered(double e) {
   if (!(e >= 0 && e <= 1)) throw SceneError(fmt::format("--restitution must be between 0 and 1, is {}", e));
-  fmt::print("Effective restitution of a free impact with input {:.6g}\n\n{}{:>10}{:>12}\n", e,
-             padded("law", 22), "chi", "delivers");
+  fmt::print("Effective restitution of a free impact with input {:.6g}\n\n{:<22}{:>10}{:>12}\n", e, "law",
+             "chi", "delivers");
   for (const auto& law : contact_laws()) {
     if (law.kind != ContactKind::point) continue;
     if (law.positive_restitution && e == 0) {
-      fmt::print("{}{:>10}{:>12}\n", padded(law.text, 22), "infinite", "-");
+      fmt::print("{:<22}{:>10}{:>12}\n", law.text, "infinite", "-");
       continue;
     }
     const double chi = damping_factor(law.law, e);
-    fmt::print("{}{:>10.5f}{:>12.5f}\n", padded(law.text, 22), chi, delivered_restitution(chi));
+    fmt::print("{:<22}{:>10.5f}{:>12.5f}\n", law.text, chi, delivered_restitution(chi));
   }
   fmt::print(
       "\nLine contacts use the damping factor of penalty.damping, exact by default, and\nhave its "
@@ -138,8 +127,7 @@ int print_delivered(double e) {
 }
 
 void print_law(const auto& law) {
-  fmt::print("{}{}\n{}{}\n{}range: {}\n", padded(law.text, 22), law.formula, padded("", 22), law.source,
-             padded("", 22), law.range);
+  fmt::print("{0:<22}{2}\n{1:22}{3}\n{1:22}range: {4}\n", law.text, "", law.formula, law.source, law.range);
 }
 
 int print_list() {
@@ -154,7 +142,7 @@ int print_list() {
       "v₀ = friction_v0, v₁ = friction_v1, μ_s = friction_static μ; docs/theory/friction.md.\n\n");
   for (const auto& law : friction_laws()) {
     print_law(law);
-    fmt::print("{}keys: {}\n", padded("", 22), law.keys);
+    fmt::print("{:22}keys: {}\n", "", law.keys);
   }
   fmt::print(
       "\nGoldsmith's and Dubowsky-Freudenstein's laws are not provided: the argument of\ntheir logarithm "

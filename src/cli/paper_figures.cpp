@@ -66,10 +66,7 @@ int paper_figures(const PaperRequest& request, const Conduct& conduct) {
              request.paper, planned.size(), study.variants.size(), folder.string());
   Progress progress;
   const auto summary =
-      sweep(study, planned, conduct, results, set.lock(), request.threads, [&](const SweepProgress& p) {
-        progress.show(fmt::format("{} of {} runs, {:.0f} s left", p.done, p.total, p.seconds_left),
-                      static_cast<double>(p.done) / static_cast<double>(p.total));
-      });
+      sweep(study, planned, conduct, results, set.lock(), request.threads, progress.of_runs());
   progress.clear();
   if (summary.interrupted) return interrupted(Kept::runs);
   write_sweep_document(study, results, folder);

@@ -21,6 +21,13 @@ class Progress {
     percent_ = percent;
     redraw(fmt::format("\r{:<12} {:>3} %", visible(what), percent));
   }
+  /// A function that shows the progress of a study's runs after a label.
+  auto of_runs(const std::string& label = "") {
+    return [this, label](const auto& p) {
+      show(fmt::format("{}{} of {} runs, {:.0f} s left", label, p.done, p.total, p.seconds_left),
+           static_cast<double>(p.done) / static_cast<double>(p.total));
+    };
+  }
   void clear() {
     if (terminal_) redraw(fmt::format("\r{:60}\r", ""));
   }

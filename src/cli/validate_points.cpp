@@ -167,11 +167,7 @@ int validate_points(const ValidateRequest& request, const Study& study) {
   ResultSet set(folder, "validate-points");
   Progress progress;
   Results results(folder / "sweep.db", study, request.stop);
-  const auto summary =
-      sweep(study, planned, request.conduct(), results, set.lock(), 0, [&](const SweepProgress& p) {
-        progress.show(fmt::format("{} of {} runs, {:.0f} s left", p.done, p.total, p.seconds_left),
-                      static_cast<double>(p.done) / static_cast<double>(p.total));
-      });
+  const auto summary = sweep(study, planned, request.conduct(), results, set.lock(), 0, progress.of_runs());
   progress.clear();
   if (summary.interrupted) return interrupted(Kept::runs);
   write_sweep_document(study, results, folder);

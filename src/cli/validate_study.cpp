@@ -71,15 +71,10 @@ int validate_study(const ValidateRequest& request) {
   if (request.stop()) return interrupted(Kept::nothing);
   ResultSet set(folder, "validate-study");
   Progress progress;
-  const auto show = [&](const char* what) {
-    return [&progress, what](const SweepProgress& p) {
-      progress.show(fmt::format("{}: {} of {} runs, {:.0f} s left", what, p.done, p.total, p.seconds_left),
-                    static_cast<double>(p.done) / static_cast<double>(p.total));
-    };
-  };
   std::optional<CalibrationResult> fit;
   if (planned_fit) {
-    fit = calibrate(std::move(*planned_fit), request.conduct(), set.lock(), all_cores, show("calibration"));
+    fit = calibrate(std::move(*planned_fit), request.conduct(), set.lock(), all_cores,
+                    progress.of_runs("calibration: "));
     progress.clear();
     if (fit->sweep.interrupted) return interrupted(Kept::runs);
     study.variants.push_back(calibrated_variant(study, *fitted, fit->all));
@@ -88,7 +83,7 @@ int validate_study(const ValidateRequest& request) {
   }
   Results results(folder / "sweep.db", study, request.stop);
   const auto summary =
-      sweep(study, planned, request.conduct(), results, set.lock(), all_cores, show("matrix"));
+      sweep(study, planned, request.conduct(), results, set.lock(), all_cores, progress.of_runs("matrix: "));
   progress.clear();
   if (summary.interrupted) return interrupted(Kept::runs);
   write_sweep_document(study, results, folder);
