@@ -7,8 +7,8 @@
 // there the slopes over ±h and ±2h differ by a sixth of the kink. The functions are closed forms at a fixed
 // mode (forces, an impact map, a gap), never a trajectory.
 //
-// Rounding errors violate these equations by an amount that does not depend on h, kinks by one that falls with h,
-// curvature by one that falls faster; is_rounding() compares two spacings.
+// Rounding errors violate these equations by an amount that does not depend on h, kinks by one that falls
+// with h, curvature by one that falls faster; is_rounding() compares two spacings.
 #pragma once
 
 #include <algorithm>
@@ -46,8 +46,8 @@ Difference difference(double h, const std::vector<double>& centre, F value) {
     const double inner = f[2][k] - f[1][k], outer = f[3][k] - f[0][k];
     d.slope[k] = (8 * inner - outer) / (12 * h);
     const double near = f[2][k] - 2 * centre[k] + f[1][k], far = f[3][k] - 2 * centre[k] + f[0][k];
-    // Relative slope changes below 1e-5 are not seen; they do not matter to the digits that count. With 1e-3 in
-    // the second line, the term of fifth order is below 1e-7.
+    // Relative slope changes below 1e-5 are not seen; they do not matter to the digits that count. With 1e-3
+    // in the second line, the term of fifth order is below 1e-7.
     const double turns = std::abs(inner) + std::abs(outer);
     d.excess[k] = std::fmax(std::abs(far - 4 * near) - 1e-5 * turns - 0.02 * std::abs(far),
                             std::abs(outer - 2 * inner) - 1e-3 * turns - 1e-4 * change);
@@ -56,8 +56,8 @@ Difference difference(double h, const std::vector<double>& centre, F value) {
   return d;
 }
 
-/// Whether rounding explains that a difference is not smooth, by one whose spacing is smaller by `ratio`: a kink
-/// would violate the equations there by at most this part.
+/// Whether rounding explains that a difference is not smooth, by one whose spacing is smaller by `ratio`: a
+/// kink would violate the equations there by at most this part.
 inline bool is_rounding(const Difference& wide, const Difference& close, double ratio) {
   for (std::size_t k = 0; k < wide.excess.size(); ++k)
     if (!std::isfinite(close.slope[k]) ||

@@ -21,8 +21,9 @@ struct DormandPrince {
   };
   static constexpr double b[6] = {35.0 / 384, 0, 500.0 / 1113, 125.0 / 192, -2187.0 / 6784, 11.0 / 84};
 
-  /// Weights of the differences from embedded results. Third order: by six stages; all conditions of this order hold,
-  /// since stages 3 and 4 have stage order 2. Fourth order: the seventh stage is at the end of the step.
+  /// Weights of the differences from embedded results. Third order: by six stages; all conditions of this
+  /// order hold, since stages 3 and 4 have stage order 2. Fourth order: the seventh stage is at the end of
+  /// the step.
   static constexpr double third[6] = {b[0] - 7.0 / 72, 0, b[2] - 4.0 / 9, b[3] - 11.0 / 24, b[4], b[5]};
   static constexpr double fourth[7] = {71.0 / 57600,      0,          -71.0 / 16695, 71.0 / 1920,
                                        -17253.0 / 339200, 22.0 / 525, -1.0 / 40};

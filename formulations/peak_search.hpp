@@ -1,6 +1,6 @@
-// Search for peaks of signals along the steps of VariedColumns (varied_peaks.hpp). A step is divided into parts
-// that the low-passes need. Where the rate of a signal changes its sign within a part and the peak may be the
-// greatest, the part is repeated to end there.
+// Search for peaks of signals along the steps of VariedColumns (varied_peaks.hpp). A step is divided into
+// parts that the low-passes need. Where the rate of a signal changes its sign within a part and the peak may
+// be the greatest, the part is repeated to end there.
 #pragma once
 
 #include "formulations/integrators/crossing.hpp"

@@ -64,8 +64,8 @@ inline constexpr std::array energy_quantities{EnergyName{EnergyTerm::kinetic, "k
                                               EnergyName{EnergyTerm::friction, "dissipated_by_friction"},
                                               EnergyName{EnergyTerm::film, "dissipated_in_films"}};
 
-/// The signal of an instrument: Σ weights · positions, or Σ weights · accelerations through a low-pass with these
-/// poles and residues (simulation/instrument.hpp).
+/// The signal of an instrument: Σ weights · positions, or Σ weights · accelerations through a low-pass with
+/// these poles and residues (simulation/instrument.hpp).
 struct PeakChannel {
   std::string name;
   bool filtered = false;
@@ -76,8 +76,8 @@ struct PeakChannel {
 
 /// A quantity whose derivatives are requested.
 struct VariedQuantity {
-  /// event_*: of the contact event with this number, from 1; end, mean: of a column; energy: at the end; peak:
-  /// of an instrument
+  /// event_*: of the contact event with this number, from 1; end, mean: of a column; energy: at the end;
+  /// peak: of an instrument
   enum class Of { event_time, event_rate, event_impulse, end, mean, energy, peak };
   std::string name;
   Of of = Of::end;

@@ -14,13 +14,13 @@ namespace {
 /// Relative distance from the friction limit below which a contact slips; the error of contact problems is
 /// smaller.
 constexpr double limit_error = 1e-6;
-/// A contact that opens for so many steps only, and closes slower than gravity-like accelerations explain, has
-/// not separated: the gap is rounding or the error of a step.
+/// A contact that opens for so many steps only, and closes slower than gravity-like accelerations explain,
+/// has not separated: the gap is rounding or the error of a step.
 constexpr long unresolved_steps = 3;
 constexpr double unresolved_flight = 3;  // steps
 
-/// Direction of sliding at the end of a step; 0: it sticks. Of several contacts that stick, some may be at their
-/// limits.
+/// Direction of sliding at the end of a step; 0: it sticks. Of several contacts that stick, some may be at
+/// their limits.
 int direction(double impulse_t, double limit, double sliding, double none) {
   if (std::abs(impulse_t) < limit * (1 - limit_error) || std::abs(sliding) <= none) return 0;
   return sliding > 0 ? 1 : -1;
@@ -150,7 +150,8 @@ void StepVariation::follow(const Step& s, const Step* next) {
     if (mode_.contacts[k].closed) last_closed_[k] = count_;
 }
 
-/// Projects the columns of the start onto the constraints, with contacts that are closed there without approach.
+/// Projects the columns of the start onto the constraints, with contacts that are closed there without
+/// approach.
 void StepVariation::close_at_start(const Step& s) {
   begin_mode();
   for (const int k : at_start_) {
@@ -164,8 +165,8 @@ void StepVariation::close_at_start(const Step& s) {
   pass(mode_, {{}, s.t_old, s.x_old, s.x_old, none, none, impacts_});
 }
 
-/// Pieces of torque tables and one-way forces at the beginning of a step. Where a force jumps between them, S jumps by
-/// saltation at the state of the crossing, from which it differs by the length of a step at most.
+/// Pieces of torque tables and one-way forces at the beginning of a step. Where a force jumps between them, S
+/// jumps by saltation at the state of the crossing, from which it differs by the length of a step at most.
 void StepVariation::follow_phases(const Vector& x, double t, double h) {
   if (!mode_.phases.any()) return;
   using Kind = ModeEvent::Kind;
@@ -193,7 +194,8 @@ void StepVariation::follow_phases(const Vector& x, double t, double h) {
   mode_.phases = std::move(now);
 }
 
-/// Limits of controllers that the demand has passed in the step before. The rates of their states may jump there.
+/// Limits of controllers that the demand has passed in the step before. The rates of their states may jump
+/// there.
 void StepVariation::follow_limits(const Vector& x, double t, double h) {
   using Kind = ModeEvent::Kind;
   const std::vector<int> none;
@@ -220,8 +222,9 @@ void StepVariation::follow_limits(const Vector& x, double t, double h) {
   }
 }
 
-/// Whether a closed contact without an impulse in a step stays closed: its force presses it, and no flight that the
-/// steps could resolve begins. Steps of other lengths, such as the last one, may leave out an impulse.
+/// Whether a closed contact without an impulse in a step stays closed: its force presses it, and no flight
+/// that the steps could resolve begins. Steps of other lengths, such as the last one, may leave out an
+/// impulse.
 bool StepVariation::stays(const Step& s, int k, const Vector& x, double t) {
   Vector f(size_);
   (*probe_)(x, f, t);
@@ -452,8 +455,8 @@ StepVariation::Vector StepVariation::flow(const Vector& x, double t, double h) {
   return y;
 }
 
-/// The time from t, at most `most` in either direction, at which a value with this rate vanishes on the motion
-/// from x, by Newton's method from tau.
+/// The time from t, at most `most` in either direction, at which a value with this rate vanishes on the
+/// motion from x, by Newton's method from tau.
 template <class Value>
 std::optional<double> StepVariation::root_within(const Vector& x, double t, double most, Value value,
                                                  double tau) {

@@ -7,15 +7,16 @@
 //     Ṡ = f_x S + f_p     from the stepped state, in the mode that the step's impulses show,
 //
 // and at a contact onset to the instant t* at which that motion closes the gap. There S jumps as at an event,
-// with the impact law at that state, and Ṡ continues to the end of the step. The stepped state and this motion
-// differ by O(h³) in a smooth step and by O(h) in a step with an impact; the next step begins at the stepped
-// state, which has no derivative of its own. The error of S is therefore of first order in h; with adaptive
-// steps, of the order of the tolerance that determines the steps over impacts.
+// with the impact law at that state, and Ṡ continues to the end of the step. The stepped state and this
+// motion differ by O(h³) in a smooth step and by O(h) in a step with an impact; the next step begins at the
+// stepped state, which has no derivative of its own. The error of S is therefore of first order in h; with
+// adaptive steps, of the order of the tolerance that determines the steps over impacts.
 //
 // Modes: a contact is closed while its impulses follow each other step by step. If this begins with a contact
 // onset, the accumulation of its bounces is shorter than a step, and the impact is without restitution.
-// Where sliding ends, S jumps by saltation at the instant at which the motion from the beginning of the step ends it.
-// Where a contact closes without approach, S is projected onto the new constraint by the least mass-weighted change.
+// Where sliding ends, S jumps by saltation at the instant at which the motion from the beginning of the step
+// ends it. Where a contact closes without approach, S is projected onto the new constraint by the least
+// mass-weighted change.
 #pragma once
 
 #include <optional>

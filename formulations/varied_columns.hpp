@@ -106,8 +106,8 @@ class VariedColumns {
     f.system.saturations(t, x.data(), x.data() + f.system.n(), x.data() + f.state_offset(), all.data());
     return all[static_cast<std::size_t>(k)].share;
   }
-  /// Distance of the coordinate of a phase from a kink, which is the end of the nominal system's piece, for any system
-  /// of the same structure; NaN if it has other kinks.
+  /// Distance of the coordinate of a phase from a kink, which is the end of the nominal system's piece, for
+  /// any system of the same structure; NaN if it has other kinks.
   template <class State>
   static double from_kink(const System& nominal, const System& system, int k, double kink, const State& x) {
     const auto &a = nominal.phase(k), &b = system.phase(k);
@@ -139,8 +139,8 @@ class VariedColumns {
     if (!integrands_.empty()) s.integrands = integrands()(f, x, t);
     return s;
   }
-  /// Whether accelerations, forces, rates of states or powers jump between the two sides of an event. Forces of a
-  /// prescribed motion may jump alone.
+  /// Whether accelerations, forces, rates of states or powers jump between the two sides of an event. Forces
+  /// of a prescribed motion may jump alone.
   bool jumps(const Side& before, const Side& after) const {
     const auto n = static_cast<std::size_t>(probe_->system.n());
     const auto impulses = static_cast<std::size_t>(probe_->impulse_offset()),
@@ -169,8 +169,8 @@ class VariedColumns {
   }
   void take_sides_of_limit(Dynamics& next, int k, const Vector& x, const Vector& x_after, double t,
                            Side& before, Side& after);
-  /// Depth (m) up to which a contact grazes: one that would separate again within it without an impact. Below it,
-  /// rounding and the curvature of the gap decide whether there is an impact.
+  /// Depth (m) up to which a contact grazes: one that would separate again within it without an impact. Below
+  /// it, rounding and the curvature of the gap decide whether there is an impact.
   template <class State>
   static double grazing_depth(const System& system, int k, const State& x) {
     const auto& facts = system.contact_facts(k);
@@ -184,7 +184,8 @@ class VariedColumns {
       return list;
     };
   }
-  /// The traced equations of the nominal system near a state, with all keys as parameters; null if there are none.
+  /// The traced equations of the nominal system near a state, with all keys as parameters; null if there are
+  /// none.
   std::unique_ptr<SystemTangent> traced(const State& near, SystemTangent::Use use) const;
   bool open(std::size_t c) const { return reasons_[c].empty(); }
   /// Whether steps need not be followed.
@@ -243,7 +244,8 @@ class VariedColumns {
   std::vector<VariedKey> keys_;
   std::unique_ptr<Dynamics> probe_;
   std::vector<Displaced> displaced_;
-  /// The dynamics of another value of a parameter, in the present mode; without it there are no closer values.
+  /// The dynamics of another value of a parameter, in the present mode; without it there are no closer
+  /// values.
   std::function<std::unique_ptr<Dynamics>(const System&)> twin_of_;
   std::vector<int> approaching_;  // contacts of the impact whose derivatives are formed
   std::vector<Vector> S_;         // columns, of the integrated vector
@@ -368,8 +370,8 @@ std::vector<double> VariedColumns<Dynamics>::slopes_at(double t, std::vector<Vec
   return f;
 }
 
-/// Greatest error of coordinates, rates and states in a step, over the greatest derivative of their kind, by the
-/// weights of an embedded formula.
+/// Greatest error of coordinates, rates and states in a step, over the greatest derivative of their kind, by
+/// the weights of an embedded formula.
 template <class Dynamics>
 template <std::size_t stages>
 double VariedColumns<Dynamics>::error_of(const double (&weights)[stages], double h, double speed) const {
@@ -459,8 +461,8 @@ std::vector<double> VariedColumns<Dynamics>::advance_stages(double t_old, const 
   return x;
 }
 
-/// Adds a stage of the quadrature of the integrands and of their derivatives along seeds_. A kink of a continuous
-/// integrand at an instant does not change the derivative of its integral.
+/// Adds a stage of the quadrature of the integrands and of their derivatives along seeds_. A kink of a
+/// continuous integrand at an instant does not change the derivative of its integral.
 template <class Dynamics>
 void VariedColumns<Dynamics>::integrate(double weight, std::size_t stage, const Vector& x, double t) {
   using Of = Column::Of;

@@ -1,6 +1,7 @@
-// Differences of VariedColumns (varied_columns.hpp): derivatives with respect to a parameter at a fixed state, and along
-// a direction of the state at a fixed parameter. Each is a central difference of fourth order of a closed form
-// (differences.hpp), with a spacing that is small against the lengths, speeds and ratios of rates on which it depends.
+// Differences of VariedColumns (varied_columns.hpp): derivatives with respect to a parameter at a fixed
+// state, and along a direction of the state at a fixed parameter. Each is a central difference of fourth
+// order of a closed form (differences.hpp), with a spacing that is small against the lengths, speeds and
+// ratios of rates on which it depends.
 #pragma once
 
 #include "formulations/varied_columns.hpp"
@@ -23,9 +24,9 @@ bool VariedColumns<Dynamics>::displace_closer(std::size_t c) {
   return true;
 }
 
-/// f_p at a fixed state and mode. A parameter that changes no digit of f has no part. If the parameter moves a kink of f
-/// past the state, the values on the other side of it are left out. The second differences about −h, 0 and h of a smooth
-/// function lie on a line up to its fourth derivative, those of a kink do not.
+/// f_p at a fixed state and mode. A parameter that changes no digit of f has no part. If the parameter moves
+/// a kink of f past the state, the values on the other side of it are left out. The second differences about
+/// −h, 0 and h of a smooth function lie on a line up to its fourth derivative, those of a kink do not.
 template <class Dynamics>
 void VariedColumns<Dynamics>::parameter_part(std::size_t c, const Vector& x, double t, const Vector& f,
                                              Vector& out) {
@@ -57,8 +58,8 @@ void VariedColumns<Dynamics>::parameter_part(std::size_t c, const Vector& x, dou
 }
 
 /// The greatest step along (dx, dt) that is small against the lengths, speeds and times over which
-/// functions of the state are curved; 0 if the direction vanishes. Functions are linear in works and impulses: a
-/// direction of these alone takes steps of their own size.
+/// functions of the state are curved; 0 if the direction vanishes. Functions are linear in works and
+/// impulses: a direction of these alone takes steps of their own size.
 template <class Dynamics>
 double VariedColumns<Dynamics>::spacing(const Dynamics& f, const Vector& x, const Vector& dx, double dt,
                                         double speed) const {
@@ -115,8 +116,8 @@ double VariedColumns<Dynamics>::within_rates(double h, Dynamics& f, const Vector
   return h;
 }
 
-/// Of differences at decreasing spacings, none of which is smooth: the widest one whose violation is rounding, else the
-/// last one.
+/// Of differences at decreasing spacings, none of which is smooth: the widest one whose violation is
+/// rounding, else the last one.
 inline Difference smooth_but_rounding(std::vector<Difference>& list, const std::vector<double>& spacings) {
   for (std::size_t i = 0; i + 1 < list.size(); ++i)
     if (is_rounding(list[i], list.back(), spacings[list.size() - 1] / spacings[i])) {
@@ -174,8 +175,9 @@ Difference VariedColumns<Dynamics>::across(std::size_t c, const Function& value,
   return smooth_but_rounding(list, spacings);
 }
 
-/// The right-hand sides on both sides of a controller's limit; `next`: the dynamics after it. The demand is at the limit
-/// within rounding, which decides the side of an evaluation there; they are therefore extrapolated from both sides.
+/// The right-hand sides on both sides of a controller's limit; `next`: the dynamics after it. The demand is
+/// at the limit within rounding, which decides the side of an evaluation there; they are therefore
+/// extrapolated from both sides.
 template <class Dynamics>
 void VariedColumns<Dynamics>::take_sides_of_limit(Dynamics& next, int k, const Vector& x,
                                                   const Vector& x_after, double t, Side& before,
@@ -207,9 +209,9 @@ void VariedColumns<Dynamics>::take_sides_of_limit(Dynamics& next, int k, const V
   after = to;
 }
 
-/// Derivative along (dx, dt) and p together. The two parts alone are larger by length over clearance if a key displaces a
-/// journal that the motion then carries back, and their errors with them. Nothing if the displaced values of p are
-/// farther apart than the state may move.
+/// Derivative along (dx, dt) and p together. The two parts alone are larger by length over clearance if a key
+/// displaces a journal that the motion then carries back, and their errors with them. Nothing if the
+/// displaced values of p are farther apart than the state may move.
 template <class Dynamics>
 std::optional<Difference> VariedColumns<Dynamics>::together(std::size_t c, const Function& value,
                                                             const Vector& centre, const Vector& x, double t,

@@ -10,8 +10,8 @@
 namespace freeplay {
 namespace {
 
-/// Longest part of a step over the time constant of the fastest low-pass: the weights of Dormand and Prince have
-/// an error of about 1e-9 then.
+/// Longest part of a step over the time constant of the fastest low-pass: the weights of Dormand and Prince
+/// have an error of about 1e-9 then.
 constexpr double share_of_constant = 0.1;
 
 }  // namespace

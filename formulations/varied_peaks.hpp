@@ -1,13 +1,13 @@
-// VariedPeaks: peaks of the signals of instruments, the greatest |y| of a run, with derivatives. A signal is a
-// linear function of the positions, or an acceleration a through the low-pass of the instrument
+// VariedPeaks: peaks of the signals of instruments, the greatest |y| of a run, with derivatives. A signal is
+// a linear function of the positions, or an acceleration a through the low-pass of the instrument
 // (simulation/instrument.hpp). With its poles p_k and residues r_k,
 //
 //     ż = p z + a,    y = Σ r z,        Ṡ_z = p S_z + da/dp,
 //     at an event, where the velocity jumps by Δ:  z⁺ = z⁻ + Δ,  S_z⁺ = S_z⁻ + dΔ + (ż⁻ − ż⁺) dt.
 //
-// At an interior peak dy/dt = 0, so that the derivative of the peak is S_y at its fixed time (envelope theorem). At
-// an event it is S_y + ẏ⁻ dt, at the end of the run S_y + ẏ dT/dp. The signal is continuous in time, without noise
-// and resolution. Two peaks of equal height have one-sided derivatives only.
+// At an interior peak dy/dt = 0, so that the derivative of the peak is S_y at its fixed time (envelope
+// theorem). At an event it is S_y + ẏ⁻ dt, at the end of the run S_y + ẏ dT/dp. The signal is continuous in
+// time, without noise and resolution. Two peaks of equal height have one-sided derivatives only.
 #pragma once
 
 #include <array>

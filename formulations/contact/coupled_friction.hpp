@@ -15,7 +15,8 @@
 // in Painlevé's paradox; the mechanism is then self-locking. With several joints, other solutions
 // are sought from distant starting points.
 //
-// Usage: set factor(), base() and column() for the present state, call solve() or follow_branch(), read force().
+// Usage: set factor(), base() and column() for the present state, call solve() or follow_branch(), read
+// force().
 #pragma once
 
 #include <vector>

@@ -243,8 +243,9 @@ bool EventDriven::choose(std::vector<int>& touching) {
   return true;
 }
 
-/// Near a dead centre a joint moves too little for the problem in accelerations to tell stick from slip, while the
-/// force that would hold it grows beyond its limit. If it reaches the limit again and again at one instant, it slips.
+/// Near a dead centre a joint moves too little for the problem in accelerations to tell stick from slip,
+/// while the force that would hold it grows beyond its limit. If it reaches the limit again and again at one
+/// instant, it slips.
 void EventDriven::slip_if_repeated() {
   constexpr int most = 4;
   if (last_.kind != ModeEvent::Kind::slide_stick) return;

@@ -44,8 +44,8 @@ class EventDynamics : public ModeEquations {
                             std::span<Vector> out);
   /// From now on directional() evaluates traced equations where it can (dynamics/system_tangent.hpp).
   void use_tangent(std::shared_ptr<SystemTangent> traced);
-  /// Whether the derivatives of the last directional() along the c-th direction include those with respect to the
-  /// c-th parameter of the SystemTangent.
+  /// Whether the derivatives of the last directional() along the c-th direction include those with respect to
+  /// the c-th parameter of the SystemTangent.
   bool includes_parameter(std::size_t c) const;
   /// Allocates the work space of jacobian(), which otherwise does so at its first call.
   void reserve_jacobian();

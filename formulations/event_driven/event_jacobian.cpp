@@ -164,7 +164,8 @@ void EventDynamics::differentiate(const Vector& x, const Gradient& time, int dir
   }
 }
 
-/// Solves for the derivatives of accelerations and multipliers, and fills a column of dx/dt but for its rates.
+/// Solves for the derivatives of accelerations and multipliers, and fills a column of dx/dt but for its
+/// rates.
 void EventDynamics::respond(const Vector& x, const Slopes& slopes, double* column) {
   const int n = system.n(), m = system.rows(), states = system.states(), used = rows.used();
   auto& d = *tangent_;

@@ -31,8 +31,8 @@ void EventDynamics::use_tangent(std::shared_ptr<SystemTangent> traced) {
 
 bool EventDynamics::includes_parameter(std::size_t c) const { return along_traced_ && traced_->covers(c); }
 
-/// False if the equations have another branch at this state than where they were traced, or if the forces of dependent
-/// rows are shared: how they are shared depends on parameters, too.
+/// False if the equations have another branch at this state than where they were traced, or if the forces of
+/// dependent rows are shared: how they are shared depends on parameters, too.
 bool EventDynamics::differentiate_traced(const Vector& x, double t, std::span<const Vector> directions,
                                          std::span<Vector> out) {
   constexpr int width = TangentTape::width;

@@ -102,7 +102,8 @@ void Variation::pass(const EventDynamics& d, const Passed& p) {
   using Kind = ModeEvent::Kind;
   if (!onsets.empty()) {
     pass_impacts(d, p, onsets, before, after);
-    // Contacts that others keep closed begin without an event of their own, whose time would have a derivative.
+    // Contacts that others keep closed begin without an event of their own, whose time would have a
+    // derivative.
     bool closes = false;
     for (int k = 0; k < d.system.contacts(); ++k)
       closes = closes || (d.contacts[k].closed && !probe_->contacts[k].closed);
@@ -203,8 +204,8 @@ bool Variation::coupled(const Vector& x, double t, const std::vector<int>& ended
   return false;
 }
 
-/// The greatest difference (m/s) between the velocities after the impacts of two contacts one by one, in either
-/// order, until none approaches.
+/// The greatest difference (m/s) between the velocities after the impacts of two contacts one by one, in
+/// either order, until none approaches.
 double Variation::change_by_order(const Passed& p, int a, int b, const std::vector<int>& closed) {
   constexpr int most_impacts = 100;
   const int n = probe_->system.n();

@@ -159,8 +159,8 @@ class PenaltyDynamics {
   const Vector& directional(const Vector& x, double t, std::span<const Vector> directions,
                             std::span<const double> times, std::span<Vector> out);
   /// From now on directional() evaluates traced equations where it can (dynamics/system_tangent.hpp).
-  /// `displaced`: of each parameter, dynamics with the contact laws at difference_places · spacing beside its value;
-  /// null: of none.
+  /// `displaced`: of each parameter, dynamics with the contact laws at difference_places · spacing beside its
+  /// value; null: of none.
   struct DisplacedLaws {
     std::array<PenaltyDynamics*, 4> at{};
     double spacing = 0;
@@ -170,8 +170,8 @@ class PenaltyDynamics {
   void trace_jacobian(const State& near);
   /// Whether the last Jacobian or derivative is by traced equations.
   bool jacobian_is_traced() const;
-  /// Whether the derivatives of the last directional() along the c-th direction include those with respect to the
-  /// c-th parameter.
+  /// Whether the derivatives of the last directional() along the c-th direction include those with respect to
+  /// the c-th parameter.
   bool includes_parameter(std::size_t c) const;
   /// Evaluates the anchors of all closed contacts at x.
   void anchor(const Vector& x, double t, std::vector<ContactAnchor>& out);

@@ -51,7 +51,8 @@ class ExtendedPenalty {
   double gap_rate(int k, const Vector& x, double t);
   double gap_acceleration(int k, const Vector& x, const Vector& slope, double t);
   double effective_mass(int k, const Vector& x, double t) { return f_->effective_mass(row(k, x, t)); }
-  /// w² of a closed contact (contact_law.hpp). Beside an anchor it is a polynomial in the state, which w is not.
+  /// w² of a closed contact (contact_law.hpp). Beside an anchor it is a polynomial in the state, which w is
+  /// not.
   double squared_touch_speed(int k, const Vector& x, double t);
   /// Force (N) of a closed contact before it is clamped at zero.
   double unclamped_force(int k, const Vector& x, double t);

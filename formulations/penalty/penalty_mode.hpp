@@ -1,5 +1,6 @@
-// PenaltyMode: what the force of a contact depends on besides the state (q, v, z). v₀ and the mass are retained
-// from the onset of the contact or from the last impact on it (formulations/contact/contact_law.hpp).
+// PenaltyMode: what the force of a contact depends on besides the state (q, v, z). v₀ and the mass are
+// retained from the onset of the contact or from the last impact on it
+// (formulations/contact/contact_law.hpp).
 #pragma once
 
 namespace freeplay {

@@ -15,9 +15,9 @@ namespace {
 
 /// Least tolerance with which a step is repeated; rounding errors are below it.
 constexpr double least_closure = 1e-11;
-/// Distances from a kink of a contact force at which parts of a step end, over the step. Each part has its stages on
-/// one side of the kink, since their error is a smaller share of a shorter part. In the last part, around the kink,
-/// the weights of the stages give 0.54 to its first half: an error of 0.04 times its length.
+/// Distances from a kink of a contact force at which parts of a step end, over the step. Each part has its
+/// stages on one side of the kink, since their error is a smaller share of a shorter part. In the last part,
+/// around the kink, the weights of the stages give 0.54 to its first half: an error of 0.04 times its length.
 constexpr double kink_shares[] = {3e-3, 9e-6, 2.7e-8};
 /// Number of steps within which a gap is near its zero.
 constexpr double near_steps = 30;

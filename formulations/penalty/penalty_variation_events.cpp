@@ -162,8 +162,8 @@ void PenaltyVariation::jump(const Side& before, const Side& after, const Vector&
   }
 }
 
-/// Derivatives of v₀, which is `speed` or else the floor, and of a new mass. The function has the speed, or its
-/// square.
+/// Derivatives of v₀, which is `speed` or else the floor, and of a new mass. The function has the speed, or
+/// its square.
 void PenaltyVariation::retain(int k, const Vector& x, double t, const Vector& f, const Vector& dt,
                               double speed, const Function& speed_of, bool squared, bool new_mass) {
   const auto& d = run_.dynamics();

@@ -398,8 +398,8 @@ class PenaltyStepper {
   /// greater w than its v₀, or is compressed again. It ends if the load no longer exceeds the
   /// damping, or the contact expands. An impact that differs by less than a hundredth is the same.
   void find_impact_event(int k, Event& first);
-  /// Fixed steps: finds where the force of a closed contact reaches zero, where it is clamped, or leaves zero again. Its
-  /// kink there would limit their order.
+  /// Fixed steps: finds where the force of a closed contact reaches zero, where it is clamped, or leaves zero
+  /// again. Its kink there would limit their order.
   void find_clamp_event(int k, Event& first);
   struct Instant {
     double t = 0;

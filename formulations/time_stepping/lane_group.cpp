@@ -321,8 +321,8 @@ unsigned LaneGroup::press(int contact, unsigned lanes) {
   return lanes & functions_.contacts[k](constants_, contact_in_[k].data(), contact_out_[k].data());
 }
 
-/// The impulse of the joint friction where no contact acts without it; and of a contact that acts with it. Returns
-/// the bits of lanes where it is not the closed one, or where they are not solved.
+/// The impulse of the joint friction where no contact acts without it; and of a contact that acts with it.
+/// Returns the bits of lanes where it is not the closed one, or where they are not solved.
 unsigned LaneGroup::slide(unsigned lanes) {
   if (functions_.slides.empty() || lanes == 0) return 0;
   for (int lane = 0; lane < width_; ++lane) {

@@ -1,6 +1,6 @@
 // Impulses of an ordinary step in a lane (lane_functions.hpp), recorded with Traced numbers: a contact, a
-// joint friction, or both. The operations are those of formulations/contact/ (closed_form.cpp, enumeration.cpp
-// and contact_residual()).
+// joint friction, or both. The operations are those of formulations/contact/ (closed_form.cpp,
+// enumeration.cpp and contact_residual()).
 #pragma once
 
 #include <array>
@@ -47,8 +47,8 @@ struct LaneMode {
   Traced bound;                    ///< N s, of the joint friction
   Traced last_n, last_t, last_s;   ///< N s, in the last step
 };
-/// A contact and a joint friction in the mode of their last impulses: the contact is pressed and slides, or has
-/// no friction, and the joint slides. enumeration() tries this mode first.
+/// A contact and a joint friction in the mode of their last impulses: the contact is pressed and slides, or
+/// has no friction, and the joint slides. enumeration() tries this mode first.
 LaneImpulses with_slide(const LaneMode& m, const Traced& tolerance);
 
 }  // namespace freeplay

@@ -1,8 +1,9 @@
 // Compiled functions of steps of the midpoint rule in lanes (numerics/trace.hpp): trajectories of
 // mechanisms of one structure, side by side. They do ordinary steps only: at most one contact acts,
 // and it was closed before the step and stays closed, with a solution in closed form; no gap is
-// negative at the end, except that of this contact. A bit of the result marks each lane whose step is another one; the single path
-// (formulations/time_stepping/) then makes that step. All digits are those of the single path.
+// negative at the end, except that of this contact. A bit of the result marks each lane whose step is another
+// one; the single path (formulations/time_stepping/) then makes that step. All digits are those of the single
+// path.
 //
 // The functions are those of StepFunctions (system_functions.hpp) with these differences. Below, K is
 // the number of contacts, and records and totals are as in the enumerations.
@@ -23,13 +24,13 @@
 //                out q, gaps, totals, record; all unchanged elsewhere
 //
 // A joint with friction of a given force takes part in each step: middle has its row and γ as further
-// outputs, and contact its row, γ and last impulse as further inputs, and its impulse as output. The contact and
-// the joint then have the mode of their last impulses: both slide, or the contact has no friction. Where no
-// contact acts without impulses:
+// outputs, and contact its row, γ and last impulse as further inputs, and its impulse as output. The contact
+// and the joint then have the mode of their last impulses: both slide, or the contact has no friction. Where
+// no contact acts without impulses:
 //
 //     slide:     impulse of the joint friction,
-//                in h, F, G, its row, γ and last impulse, (6:) γ_n, gaps, normal rows of all contacts, (10:) v,
-//                λ, h f, v₀, whether it is asked for (1 or 0), tolerance, totals
+//                in h, F, G, its row, γ and last impulse, (6:) γ_n, gaps, normal rows of all contacts,
+//                (10:) v, λ, h f, v₀, whether it is asked for (1 or 0), tolerance, totals
 //                out v, λ, h f, totals, impulse; also the gap that each contact would have at the end
 //
 // If one of these gaps is not positive, v, λ, h f, the work and the impulse are unchanged, and the impulse is
@@ -111,7 +112,8 @@ struct TracedLanes {
   int factors = 0;
   std::vector<int> ratios;
   LaneFunctions compiled(const CompiledFunction* table) const;
-  /// The functions without a compiler, if LaneTape::usable(). Their lanes may be others than those of `object`.
+  /// The functions without a compiler, if LaneTape::usable(). Their lanes may be others than those of
+  /// `object`.
   LaneFunctions evaluated(int lanes) const;
 
  private:

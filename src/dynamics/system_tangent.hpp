@@ -1,5 +1,5 @@
-// SystemTangent: derivatives of the equations of motion of a System along several directions of the state and of
-// parameters of the mechanism at once. With the accelerations a, multipliers λ and contact forces held at
+// SystemTangent: derivatives of the equations of motion of a System along several directions of the state and
+// of parameters of the mechanism at once. With the accelerations a, multipliers λ and contact forces held at
 // their values at the state, they are those of
 //
 //     motion:    f − Gᵀλ − M a,   γ − G a,   ż,   powers of drives (Φ_t included), loads and dampers
@@ -75,8 +75,8 @@ class SystemTangent {
     /// The first parameter of the block; −1: the parameters are constant.
     int first_parameter;
   };
-  /// Fills blocks with the entries from `offset` on of the directions from `first` on. Entries of a block without
-  /// a direction are 0.
+  /// Fills blocks with the entries from `offset` on of the directions from `first` on. Entries of a block
+  /// without a direction are 0.
   static void gather(std::span<const std::vector<double>> directions, int first, int offset,
                      std::vector<Block>& blocks);
   enum Power { drive, load, damping, powers };

@@ -32,8 +32,9 @@ constexpr double located = 1e-8;
 constexpr int most_motions = 12;
 /// First arclength at an unknown slope.
 constexpr double first_arclength = 1e-4;
-/// A positive quantity is extrapolated to zero from motions with decreasing shares of it, by a polynomial: its
-/// error is of the order of their product. They begin at these shares of an approach speed and of a force.
+/// A positive quantity is extrapolated to zero from motions with decreasing shares of it, by a polynomial:
+/// its error is of the order of their product. They begin at these shares of an approach speed and of a
+/// force.
 constexpr double top_speed = 5e-2, top_force = 3e-3, level_ratio = 1.4, extrapolation_error = 1e-8;
 constexpr std::size_t most_levels = 6;
 /// A motion is at a level if its share deviates by less than this, relative.
@@ -181,8 +182,8 @@ void BifurcationCurve::set_base(Located& p, BranchMotion m, BranchGuess level) c
   p.base = std::move(m);
 }
 
-/// The motion at which the search for the next bifurcation begins, by a polynomial through those of the last points
-/// of a curve: its values at the value `x` of a key, over its range.
+/// The motion at which the search for the next bifurcation begins, by a polynomial through those of the last
+/// points of a curve: its values at the value `x` of a key, over its range.
 BifurcationCurve::Predicted BifurcationCurve::predicted(const std::vector<Located>& points, std::size_t key,
                                                         double x) const {
   std::vector<const Located*> nodes;
@@ -211,8 +212,8 @@ BifurcationCurve::Predicted BifurcationCurve::predicted(const std::vector<Locate
   return all;
 }
 
-/// The bifurcation near a point of the plane. The search begins at a motion that is predicted from those of the
-/// last points, which have equal values of a positive quantity.
+/// The bifurcation near a point of the plane. The search begins at a motion that is predicted from those of
+/// the last points, which have equal values of a positive quantity.
 std::optional<BifurcationCurve::Located> BifurcationCurve::locate(const std::vector<Located>& points,
                                                                   int free, const Plane& near,
                                                                   std::string& reason) const {

@@ -1,9 +1,10 @@
 // Curves of bifurcations over two keys p₁, p₂ (docs/theory/continuation.md#curves-over-two-keys).
 //
-// A curve is followed in the plane of (p₁/R₁, p₂/R₂) with the ranges R of the keys. From a point, the key that
-// changes more along the curve takes a step; at its new value the bifurcation is located along the branch over
-// the other key, as on a branch over one key: by the zero of a test function, or by motions with small values of
-// a positive quantity (branch_events.hpp). So each point costs a few motions, and a curve can turn in either key.
+// A curve is followed in the plane of (p₁/R₁, p₂/R₂) with the ranges R of the keys. From a point, the key
+// that changes more along the curve takes a step; at its new value the bifurcation is located along the
+// branch over the other key, as on a branch over one key: by the zero of a test function, or by motions with
+// small values of a positive quantity (branch_events.hpp). So each point costs a few motions, and a curve can
+// turn in either key.
 #pragma once
 
 #include <array>
@@ -34,8 +35,8 @@ class BifurcationCurve {
  public:
   /// `scene`: with the value of the second key at the start.
   BifurcationCurve(const Scene& scene, const SecondKey& second, CurveStart start, int number);
-  /// Follows the curve from its start to both sides, and calls `on_point` for each point when it is known. The
-  /// result is ordered along the curve.
+  /// Follows the curve from its start to both sides, and calls `on_point` for each point when it is known.
+  /// The result is ordered along the curve.
   std::pair<std::vector<CurvePoint>, CurveEnds> follow(
       const std::function<void(const CurvePoint&)>& on_point);
 

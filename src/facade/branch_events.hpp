@@ -7,10 +7,10 @@
 //     torus   Π_{i<j} (1 − λ_i λ_j)    and a complex pair there
 //     crossing  det A                  of the system for the next motion, which is regular at a fold
 //
-// Source: Kuznetsov, Elements of Applied Bifurcation Theory, 3rd ed. (2004), section 10.2. A grazing impact is
-// located in its approach speed v: state and key are smooth functions of v, whereas the derivative of the map
-// grows as 1/v (Nordmark, J. Sound Vib. 145 (1991) 279). Lift-off is located in the least force λ of a lasting
-// contact likewise: state and key are smooth functions of λ > 0, and no motion has λ < 0.
+// Source: Kuznetsov, Elements of Applied Bifurcation Theory, 3rd ed. (2004), section 10.2. A grazing impact
+// is located in its approach speed v: state and key are smooth functions of v, whereas the derivative of the
+// map grows as 1/v (Nordmark, J. Sound Vib. 145 (1991) 279). Lift-off is located in the least force λ of a
+// lasting contact likewise: state and key are smooth functions of λ > 0, and no motion has λ < 0.
 #pragma once
 
 #include <cmath>
@@ -94,8 +94,8 @@ struct Vanished {
   double error = 0;  ///< estimated, of the parameter
   State state;       ///< of the section
 };
-/// Extrapolates motions with decreasing values of a quantity to 0. `motions`: the last ones of a branch with the
-/// same sequence.
+/// Extrapolates motions with decreasing values of a quantity to 0. `motions`: the last ones of a branch with
+/// the same sequence.
 Vanished extrapolated(const std::vector<BranchMotion>& motions, const Positive& quantity);
 
 }  // namespace freeplay

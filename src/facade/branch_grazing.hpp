@@ -27,8 +27,8 @@ struct NewContact {
   int contact = 0;
   double speed = 0;  ///< m/s, of approach, at the motion at which it was found
 };
-/// The contact that the branch touches within `distance` after a motion; nullopt if the order of onsets does not
-/// change there by one slow onset.
+/// The contact that the branch touches within `distance` after a motion; nullopt if the order of onsets does
+/// not change there by one slow onset.
 std::optional<NewContact> new_contact_ahead(const BranchSolver& solver, const BranchMotion& m,
                                             double distance);
 

@@ -18,8 +18,8 @@ namespace {
 using Eigen::MatrixXd, Eigen::VectorXd;
 
 constexpr int most_corrections = 12;
-/// Steps with the derivative of an earlier one, each of which reduces the residual at least by this factor. They
-/// have reached its errors if it is below this share of the accepted one.
+/// Steps with the derivative of an earlier one, each of which reduces the residual at least by this factor.
+/// They have reached its errors if it is below this share of the accepted one.
 constexpr int most_simplified = 10;
 constexpr double simplified_reduction = 0.3, reached_share = 1e-2;
 /// A motion is accepted as periodic if its residual is at most this times nonsmooth.tolerance.
@@ -201,9 +201,9 @@ std::optional<BranchMotion> BranchSolver::solve(const BranchCondition& c, const 
       rest[f] = -beside;
       at.state = m.point.state;
       at.length = map.length();
-      // Steps with this derivative are cheap: a run without variational equations costs a small part of one with
-      // them. The next evaluation with derivatives is where they have reached the errors of the map, or no
-      // longer reduce the residual fast.
+      // Steps with this derivative are cheap: a run without variational equations costs a small part of one
+      // with them. The next evaluation with derivatives is where they have reached the errors of the map, or
+      // no longer reduce the residual fast.
       double last = m.point.greatest;
       reached = false;
       for (int i = 0; i <= most_simplified; ++i) {

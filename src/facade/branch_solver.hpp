@@ -105,8 +105,8 @@ class BranchSolver {
                                      std::string& reason) const;
   std::optional<BranchMotion> solve(const BranchCondition& condition, const BranchGuess& guess,
                                     std::string& reason) const;
-  /// The end of a run that begins beside a motion, by u/σ and ξ, without derivatives; nullopt if it cannot begin
-  /// or stops.
+  /// The end of a run that begins beside a motion, by u/σ and ξ, without derivatives; nullopt if it cannot
+  /// begin or stops.
   std::optional<EndState> beside(const BranchMotion& m, const Eigen::VectorXd& u, double xi) const;
   /// The matrix of Newton's method for the next motion along the tangent of a motion.
   Eigen::MatrixXd equations(const BranchMotion& m) const {

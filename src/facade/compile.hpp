@@ -32,8 +32,8 @@ inline constexpr long attaches_after = 2'000;
 /// instructions instead of 8,220 (docs/theory/compiled.md).
 inline constexpr double most_saved = 0.75;
 /// Time (s) that `cc` needs for the functions of an object: 0.1 s, and 0.3 ms for each operation. Mechanisms
-/// of 1 to 128 bodies with 240 to 167,000 operations took 0.15 to 0.55 ms for each on a busy machine, and half
-/// of that on an idle one (GCC 12).
+/// of 1 to 128 bodies with 240 to 167,000 operations took 0.15 to 0.55 ms for each on a busy machine, and
+/// half of that on an idle one (GCC 12).
 double compile_seconds(const TracedObject& object);
 /// Estimates above it are refused: on a busy machine the compilation would reach its time limit.
 inline constexpr double longest_estimate = 0.5 * longest_compilation;

@@ -31,12 +31,12 @@ constexpr double growth = 1.5, reduction = 0.5;
 constexpr int few_iterations = 2, many_iterations = 4;
 /// Cosine of the greatest angle between tangents of successive motions.
 constexpr double least_cosine = 0.9;
-/// Least share of an approach speed or of the least force of a lasting contact that remains after a step, so that
-/// a grazing impact or lift-off is approached in geometric steps; and its share of the greatest one from which
-/// the motion there is extrapolated.
+/// Least share of an approach speed or of the least force of a lasting contact that remains after a step, so
+/// that a grazing impact or lift-off is approached in geometric steps; and its share of the greatest one from
+/// which the motion there is extrapolated.
 constexpr double remaining_share = 0.4, vanishing_share = 1e-3;
-/// Derivatives end at slow impacts whose penetration without the impact would be negligible. A branch that ends
-/// at a speed below this share is extrapolated as well, once its steps are this short.
+/// Derivatives end at slow impacts whose penetration without the impact would be negligible. A branch that
+/// ends at a speed below this share is extrapolated as well, once its steps are this short.
 constexpr double slow_share = 0.05, slow_step = 0.02;
 constexpr std::size_t most_kept = 32;
 /// Most changes of the order of onsets on a branch.
@@ -381,8 +381,8 @@ class Continuation {
     return fmt::format("the impact of {} grazes", joint);
   }
 
-  /// Reports that contact onsets change their order between two motions next to each other. The branch continues
-  /// with the other order; returns a reason if the motions are not near each other.
+  /// Reports that contact onsets change their order between two motions next to each other. The branch
+  /// continues with the other order; returns a reason if the motions are not near each other.
   std::string pass_order(const Begun& b, const BranchMotion& before, const BranchMotion& after, int count) {
     Bifurcation found{
         .kind = BifurcationKind::sequence, .at = point_of(b, before, count), .joint = {}, .follows = {}};
@@ -399,8 +399,8 @@ class Continuation {
     return {};
   }
 
-  /// Reports the contact that a branch begins to touch, and the motions with this impact. Returns the end of the
-  /// branch in words.
+  /// Reports the contact that a branch begins to touch, and the motions with this impact. Returns the end of
+  /// the branch in words.
   std::string begin_contact(Begun& b, const BranchMotion& m, const NewContact& grazed, double step,
                             int count) {
     Bifurcation found{

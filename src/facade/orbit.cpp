@@ -155,7 +155,8 @@ void check_shift(const System& system, const VectorXd& shift, const State& s) {
     throw ModelError("shift", fmt::format("{} changes if the coordinates are shifted together", what));
 }
 
-/// The state of the section, after the periods to settle. Returns the reason of an earlier stop, else nothing.
+/// The state of the section, after the periods to settle. Returns the reason of an earlier stop, else
+/// nothing.
 std::string settle(Simulation& simulation, const System& system, Family family, const OrbitRequest& request,
                    double period, SectionState& section) {
   const double end = simulation.t() + request.settle * period;

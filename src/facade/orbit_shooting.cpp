@@ -19,8 +19,8 @@ using Eigen::MatrixXd, Eigen::VectorXd;
 constexpr int most_shots = 40;
 /// Newton steps are shortened at most to this share.
 constexpr double least_shot = 1e-3;
-/// The search has arrived where the states agree to this multiple of nonsmooth.tolerance; the map of all periods
-/// does the rest.
+/// The search has arrived where the states agree to this multiple of nonsmooth.tolerance; the map of all
+/// periods does the rest.
 constexpr double near_enough = 10;
 constexpr double neutral_directions = 1e-9;
 

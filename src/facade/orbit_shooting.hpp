@@ -2,8 +2,9 @@
 //
 //     P₁(x_k) − x_{k+1} = 0,   k = 1 … N,   x_{N+1} = x₁,
 //
-// with the return map P₁ of one period. An error of a state grows over one period only, so that unstable motions of
-// several periods are found from starts at which the map of all periods is far from linear (docs/theory/orbits.md).
+// with the return map P₁ of one period. An error of a state grows over one period only, so that unstable
+// motions of several periods are found from starts at which the map of all periods is far from linear
+// (docs/theory/orbits.md).
 #pragma once
 
 #include <optional>

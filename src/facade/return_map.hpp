@@ -95,8 +95,8 @@ class ReturnMap {
     constants_ = from.constants_;
     retained_ = from.retained_;
   }
-  /// The contacts that are closed at a state, to rounding and to the errors of the method. In penalty runs: the
-  /// closed contacts whose retained data the motion from there renews. Returns the reason if it fails.
+  /// The contacts that are closed at a state, to rounding and to the errors of the method. In penalty runs:
+  /// the closed contacts whose retained data the motion from there renews. Returns the reason if it fails.
   std::string take_closed(const SectionState& s);
   /// Closed contacts of the section that retain their data in a penalty run.
   const std::vector<int>& constants() const { return constants_; }
@@ -115,8 +115,8 @@ class ReturnMap {
   std::string move(const Eigen::VectorXd& u, SectionState& s) const { return shift(displacement(u), s); }
   /// The map at a state. `steps`: least number of steps; `key`: may be null.
   ReturnPoint at(const SectionState& s, int steps = fewest_map_steps, const MapKey* key = nullptr) const;
-  /// Residual of an exact motion by rounding errors, as ReturnPoint::greatest: rounded coordinates and times, carried
-  /// through the derivative of the map.
+  /// Residual of an exact motion by rounding errors, as ReturnPoint::greatest: rounded coordinates and times,
+  /// carried through the derivative of the map.
   double rounding(const ReturnPoint& p) const;
   /// The map at a state without its derivative.
   ReturnPoint value(const SectionState& s, int steps) const;
@@ -154,8 +154,8 @@ class ReturnMap {
 /// `steps` is then their number. Returns the reason if it always does.
 std::string refine(const ReturnMap& map, ReturnPoint& p, int& steps, const MapKey* key = nullptr);
 
-/// Floquet multipliers, the greatest modulus first, and whether they show a stable motion. Without a drive, one
-/// multiplier belongs to a shift along the motion and is left out of the decision.
+/// Floquet multipliers, the greatest modulus first, and whether they show a stable motion. Without a drive,
+/// one multiplier belongs to a shift along the motion and is left out of the decision.
 struct Multipliers {
   std::vector<std::complex<double>> values;
   bool stable = true;

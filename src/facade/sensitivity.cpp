@@ -127,8 +127,8 @@ VariedQuantity quantity_of(const Scene& scene, const System& system, const Layou
                                      meant(rest, names, "there is")));
 }
 
-/// The peak of a quantity with respect to a key of its instrument, which leaves the motion alone: peaks of the
-/// same motion behind displaced instruments.
+/// The peak of a quantity with respect to a key of its instrument, which leaves the motion alone: peaks of
+/// the same motion behind displaced instruments.
 struct VariedInstrument {
   std::size_t quantity = 0, key = 0;
   std::size_t first = 0;  ///< of its four quantities, one for each displaced value
@@ -258,8 +258,8 @@ Scene coarser(const Scene& scene, Family family, double tolerance, double step) 
   return other;
 }
 
-/// Differences of the quantities along one direction of all keys at once, by runs without derivatives. They have no
-/// part in common with the variational equations: an error of these shows, whatever its cause.
+/// Differences of the quantities along one direction of all keys at once, by runs without derivatives. They
+/// have no part in common with the variational equations: an error of these shows, whatever its cause.
 class Direction {
   /// An event-driven run in place of time stepping may have too many events.
   static constexpr double most_steps = 1e5;
@@ -283,8 +283,8 @@ class Direction {
       values_.push_back(derivatives_of(other, plain, 1, most_steps).found);
     }
   }
-  /// The difference between the derivative of a quantity along the direction and its differences, and the error of
-  /// these; NaN if a run does not reach the quantity or its own end.
+  /// The difference between the derivative of a quantity along the direction and its differences, and the
+  /// error of these; NaN if a run does not reach the quantity or its own end.
   std::pair<double, double> mismatch(const Sensitivities& found, std::size_t q) const {
     if (!std::ranges::all_of(values_, [](const auto& v) { return v.stopped.empty(); })) return {NAN, NAN};
     const auto at = [&](std::size_t i) { return values_[i].quantities[q].value; };

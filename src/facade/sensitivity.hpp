@@ -3,8 +3,9 @@
 //
 // Usage:
 //
-//     const auto s = freeplay::sensitivities(scene, {.of = {"event.1.t", "end.ball.vy"},
-//                                                    .to = {"surfaces.steel.restitution", "initial.ball.y"}});
+//     const auto s = freeplay::sensitivities(
+//         scene,
+//         {.of = {"event.1.t", "end.ball.vy"}, .to = {"surfaces.steel.restitution", "initial.ball.y"}});
 //     s.quantities[0].derivatives[1];  // d(time of the first contact)/d(initial height)
 #pragma once
 
@@ -35,8 +36,8 @@ struct SensitivityRequest {
   Compile compile = Compile::automatic;
 };
 
-/// Runs the scene and returns the quantities with all derivatives and their errors. A derivative that does not exist
-/// is NaN, with a reason. Throws ModelError for an unknown quantity or key and for a scheme without
+/// Runs the scene and returns the quantities with all derivatives and their errors. A derivative that does
+/// not exist is NaN, with a reason. Throws ModelError for an unknown quantity or key and for a scheme without
 /// derivatives.
 Sensitivities sensitivities(const Scene& scene, const SensitivityRequest& request);
 

@@ -113,9 +113,9 @@ class Simulation {
   };
   /// Runs all simulations that `next` returns, with the digits of run(). Fixed time steps of
   /// simulations of one structure for which compilation is requested (SimulationOptions::compile) are made in
-  /// lanes: together, wherever no observer sees them (docs/theory/compiled.md). `next` is asked whenever a lane is empty, and when it had none, again
-  /// after each end of a run. It may return a simulation whose run has ended, for another one. An
-  /// exception of any run leaves all.
+  /// lanes: together, wherever no observer sees them (docs/theory/compiled.md). `next` is asked whenever a
+  /// lane is empty, and when it had none, again after each end of a run. It may return a simulation whose run
+  /// has ended, for another one. An exception of any run leaves all.
   static void run_together(const std::function<std::optional<Together>()>& next);
   /// The same for a list. Returns their results in its order; `in_lanes` counts the steps made in lanes.
   static std::vector<Result> run_together(const std::vector<Together>& all, long& in_lanes);

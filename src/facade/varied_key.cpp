@@ -133,7 +133,8 @@ VariedKey vary(const Scene& scene, const System& system, const VariedStart& from
     }
   };
   // The start is a function of the key alone: its difference keeps the widest spacing over which the start is
-  // nearly linear. The systems are compared at one configuration, where a displaced journal turns its contact.
+  // nearly linear. The systems are compared at one configuration, where a displaced journal turns its
+  // contact.
   std::string reason;
   std::vector<double> start, end;  // derivatives
   bool is_smooth = false;

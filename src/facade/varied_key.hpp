@@ -46,8 +46,8 @@ inline std::vector<double> all_of(const State& s) {
 /// The finite number that is the whole text, with an optional sign.
 std::optional<double> number_of(std::string_view text);
 
-/// The number `name` (KEY, or KEY[i] or KEY[i][j] within a list) as a property of the mechanism. Throws ModelError if it
-/// is none.
+/// The number `name` (KEY, or KEY[i] or KEY[i][j] within a list) as a property of the mechanism. Throws
+/// ModelError if it is none.
 Parameter property(const Scene& scene, const std::string& name, Family family);
 
 /// Builds the displaced scenes of a key. A key at the end of its range, or one whose start cannot be

@@ -24,7 +24,8 @@ struct MeasuredTurns {
   std::vector<Harmonics> turns;
   bool datum = false;  ///< whether crank angles were measured
 };
-/// Throws SceneError as read_measurement() if the signal has less than one turn. `speed`: of the crank (rad/s).
+/// Throws SceneError as read_measurement() if the signal has less than one turn. `speed`: of the crank
+/// (rad/s).
 MeasuredTurns turns_of(const Measurement& measured, double speed);
 
 /// w, in the unit of the signal; NaN if a list is empty. `tolerance`: t.

@@ -24,7 +24,8 @@ inline constexpr std::array magnitudes{
     Magnitude{"", 0, 1e15, "the digits of a double end there"},
     Magnitude{
         "m", 1e-18, 1e9,
-        "a thousandth of an atom's nucleus; at 1e9 m a coordinate is rounded to 1e-7 m, which no clearance bears"},
+        "a thousandth of an atom's nucleus; at 1e9 m a coordinate is rounded to 1e-7 m, which no clearance "
+        "bears"},
     Magnitude{"rad", 0, 1e9, "there an angle is rounded to 1e-7 rad"},
     Magnitude{"m or rad", 0, 1e9, "as lengths and angles"},
     Magnitude{"degrees", 0, 1e9, "as angles in rad"},

@@ -116,8 +116,18 @@ FREEPLAY_WIDE int evaluate(const Step* s, const void* const** addresses) {
   product_less: take(); FREEPLAY_QUADS y[i] = b[i] * c[i] - a[i]; FREEPLAY_NEXT;
   copy: take(); FREEPLAY_QUADS y[i] = a[i]; FREEPLAY_NEXT;
   abs: take(); FREEPLAY_QUADS y[i] = (Quadruple)((Marks)a[i] & 0x7fffffffffffffffLL); FREEPLAY_NEXT;
-  max: take(); FREEPLAY_QUADS { const Marks m = a[i] < b[i]; y[i] = (Quadruple)((m & (Marks)b[i]) | (~m & (Marks)a[i])); } FREEPLAY_NEXT;
-  select: take(); FREEPLAY_QUADS { const Marks m = (Marks)c[i]; y[i] = (Quadruple)((m & (Marks)a[i]) | (~m & (Marks)b[i])); } FREEPLAY_NEXT;
+  max: take();
+    FREEPLAY_QUADS {
+      const Marks m = a[i] < b[i];
+      y[i] = (Quadruple)((m & (Marks)b[i]) | (~m & (Marks)a[i]));
+    }
+    FREEPLAY_NEXT;
+  select: take();
+    FREEPLAY_QUADS {
+      const Marks m = (Marks)c[i];
+      y[i] = (Quadruple)((m & (Marks)a[i]) | (~m & (Marks)b[i]));
+    }
+    FREEPLAY_NEXT;
   less: take(); FREEPLAY_QUADS y[i] = (Quadruple)(a[i] < b[i]); FREEPLAY_NEXT;
   at_most: take(); FREEPLAY_QUADS y[i] = (Quadruple)(a[i] <= b[i]); FREEPLAY_NEXT;
   equal: take(); FREEPLAY_QUADS y[i] = (Quadruple)(a[i] == b[i]); FREEPLAY_NEXT;

@@ -27,9 +27,9 @@ class Rosenbrock4 {
   /// One step of length h from (x, t). The cost of the dense solves grows with the cube of the
   /// number of unknowns on which right-hand sides depend, without integrals of others (dx_i/dt = x_j).
   void step(const Problem& problem, const double* x, double t, double h, double* x_new, double* error);
-  /// Whether J has an odd number of real eigenvalues above 4/h, where h is the length of the last step. The method
-  /// damps such a mode, although the motion leaves its equilibrium within a part of the step, and the estimate
-  /// of the error does not detect that. With 4/h the step has a pole, and below 4/h its modes grow.
+  /// Whether J has an odd number of real eigenvalues above 4/h, where h is the length of the last step. The
+  /// method damps such a mode, although the motion leaves its equilibrium within a part of the step, and the
+  /// estimate of the error does not detect that. With 4/h the step has a pole, and below 4/h its modes grow.
   bool damps_growth() const;
 
  private:

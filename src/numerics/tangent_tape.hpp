@@ -1,7 +1,7 @@
 // TangentTape: evaluates the derivative of a traced function (trace_tangent.hpp) along several directions at
-// once, without a compiler. Operations on numbers are made once. Operations on directions are made for a block
-// of directions at a time, so that reading an operation is a small part of its work. Derivatives are linear in
-// the directions: their operations are sums, products with numbers, and choices.
+// once, without a compiler. Operations on numbers are made once. Operations on directions are made for a
+// block of directions at a time, so that reading an operation is a small part of its work. Derivatives are
+// linear in the directions: their operations are sums, products with numbers, and choices.
 //
 // Usage:
 //

@@ -22,7 +22,8 @@ constexpr std::string_view head =
 
 /// std::upper_bound among n numbers.
 constexpr std::string_view search =
-    "static int locate(const double *k, int n, double x) {\nint i = 0;\nwhile (n > 0) {\nconst int half = n / 2;\n"
+    "static int locate(const double *k, int n, double x) {\nint i = 0;\n"
+    "while (n > 0) {\nconst int half = n / 2;\n"
     "if (x < k[i + half]) n = half; else { i += half + 1; n -= half + 1; }\n}\nreturn i;\n}\n";
 
 std::string number(int i) { return std::to_string(i); }

@@ -37,8 +37,8 @@ struct Sensitivities {
   std::string stopped;
 };
 
-/// Scale of the derivative of a quantity with respect to a key: its size, or a thousandth of the change of the
-/// quantity with the value of any key or of the quantity itself, over the value of this key.
+/// Scale of the derivative of a quantity with respect to a key: its size, or a thousandth of the change of
+/// the quantity with the value of any key or of the quantity itself, over the value of this key.
 inline double derivative_scale(const Sensitivities& all, const Sensitivity& q, std::size_t key) {
   double change = std::isfinite(q.value) ? std::abs(q.value) : 0;
   for (std::size_t i = 0; i < q.derivatives.size(); ++i)

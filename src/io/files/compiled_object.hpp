@@ -34,8 +34,8 @@ struct CompiledObject {
 };
 
 /// Loads the object of a text with `functions` functions, and compiles it first if the cache does not
-/// have it, if `may_compile`. Never throws for a lack of compiler, cache or permission; throws Interrupted on a stop
-/// request.
+/// have it, if `may_compile`. Never throws for a lack of compiler, cache or permission; throws Interrupted on
+/// a stop request.
 CompiledObject compiled_object(const std::string& text, int functions, StopToken stop = {},
                                bool may_compile = true);
 

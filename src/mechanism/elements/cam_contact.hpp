@@ -91,8 +91,8 @@ struct CamContact {
     k.need({"base_radius", "m", "base radius of the cam"}, c.base_radius, positive);
     k.pairs(
         {"lift_table", "rad, m",
-         "[[angle on the cam, lift], ...], increasing within a turn: joined by a periodic cubic spline; in place of "
-         "law, lift, rise, dwell, return"},
+         "[[angle on the cam, lift], ...], increasing within a turn: joined by a periodic cubic spline; "
+         "in place of law, lift, rise, dwell, return"},
         c.table);
     if (k.when(c.table.empty(), {"law", "lift", "start", "rise", "dwell", "return"},
                "cannot be combined with lift_table")) {

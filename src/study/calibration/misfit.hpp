@@ -6,7 +6,8 @@
 //
 // The determinant contains the uncertainty U of the measurement alone. ln det V would add
 // Σ ln(1 + s_i²/U_ii), which depends on the number of runs nearby: the minimum would lie where the
-// surface is well known instead of where the targets are met, and a true value between the runs would be excluded.
+// surface is well known instead of where the targets are met, and a true value between the runs would be
+// excluded.
 //
 // W(ξ) is the covariance of one run (study/calibration/scatter.hpp). The measurement is one
 // realisation of it (p = 1), or the mean of q segments (Stretches::share: p = 1/q for independent
@@ -91,8 +92,8 @@ struct Identifiability {
   Eigen::MatrixXd sensitivity;
   /// Of each unknown: expected 95 % interval over its range, median over the points ξ_p. The interval
   /// comprises ξ_pj ± 1.96 σ_j with σ_j² = ((JᵀV⁻¹J + w)⁻¹)_jj, and all places η of a space-filling set
-  /// whose statistics cannot be distinguished from those at ξ_p, (y(η) − y(ξ_p))ᵀV(η)⁻¹(y(η) − y(ξ_p)) ≤ 1.96²:
-  /// a curved ridge, or a second minimum, is wider than the linear part.
+  /// whose statistics cannot be distinguished from those at ξ_p, (y(η) − y(ξ_p))ᵀV(η)⁻¹(y(η) − y(ξ_p)) ≤
+  /// 1.96²: a curved ridge, or a second minimum, is wider than the linear part.
   std::vector<double> left_open;
   Eigen::MatrixXd correlation;  ///< of the unknowns, from the mean of JᵀV⁻¹J + w
   /// Whether the interval is expected to exclude a substantial part of the range.

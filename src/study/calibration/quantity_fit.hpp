@@ -7,11 +7,11 @@
 // with the weak prior w of Misfit, is minimised by Ipopt with the Gauss-Newton Hessian
 // 2 (JᵀJ + w), J_ij = ∂Q_i/∂ξ_j/σ_i.
 //
-// Contact events are added in the order of their numbers. Let C = (JᵀJ + w)⁻¹ from the events before, of those
-// combinations of unknowns that they determine (JᵀJ ≥ w).
-// Event N is used if the standard deviation √(gᵀCg) of its predicted time t_N, with g = ∂t_N/∂ξ, is
-// at most a quarter of the intervals to its neighbours: beyond this horizon, the N-th event of the
-// model need not be the N-th of the measurement. Later targets are predicted, not fitted.
+// Contact events are added in the order of their numbers. Let C = (JᵀJ + w)⁻¹ from the events before, of
+// those combinations of unknowns that they determine (JᵀJ ≥ w). Event N is used if the standard deviation
+// √(gᵀCg) of its predicted time t_N, with g = ∂t_N/∂ξ, is at most a quarter of the intervals to its
+// neighbours: beyond this horizon, the N-th event of the model need not be the N-th of the measurement. Later
+// targets are predicted, not fitted.
 #pragma once
 
 #include <Eigen/Core>

@@ -7,8 +7,8 @@
 // b = (1, ξ_i, ξ_i ξ_j) is a quadratic trend, z a Gaussian process for deviations from it, and ε
 // the noise of the outcomes. κ is exp(−½d²), or Matérn's (1 + √3 d) exp(−√3 d) (Stein,
 // Interpolation of Spatial Data, 1999) where that is more likely: statistics of contacts have
-// kinks where the order of events changes, and a smooth process underestimates its error there. Each ξ is first transformed by a warp that stretches one end of its
-// range, with u = ½(ξ + 1):
+// kinks where the order of events changes, and a smooth process underestimates its error there. Each ξ is
+// first transformed by a warp that stretches one end of its range, with u = ½(ξ + 1):
 //
 //     a > 0:  u → ln(1 + a u)/ln(1 + a);     a < 0:  likewise from the other end;    a = 0:  u → u.
 //
@@ -45,8 +45,8 @@ namespace freeplay {
 class ResponseSurface {
  public:
   /// Fits a surface. Rows of `points` are ξ. `noise`: relative variances c_p of the noise, empty
-  /// for equal ones. `least_noise`: σ₀², a lower bound of σ²; negative: unknown. Throws std::invalid_argument unless
-  /// there are at least two points more than coefficients.
+  /// for equal ones. `least_noise`: σ₀², a lower bound of σ²; negative: unknown. Throws std::invalid_argument
+  /// unless there are at least two points more than coefficients.
   ResponseSurface(const Eigen::MatrixXd& points, const Eigen::VectorXd& outcomes,
                   const Eigen::VectorXd& noise = {}, double least_noise = -1);
   double operator()(const Eigen::VectorXd& xi) const;

@@ -156,7 +156,8 @@ Pairing pair_impacts(const std::vector<ContactEvent>& penalty, const std::vector
                                joints > 1 ? " of " + name_of_contact(first) : "", why);
       if (p.overlapping)
         p.ended_by += fmt::format(
-            "; it falls within an impact at {} of the penalty run, so that events are not comparable one by one",
+            "; it falls within an impact at {} of the penalty run, so that events are not comparable one by "
+            "one",
             name_of_contact(busy_contact));
       break;
     }

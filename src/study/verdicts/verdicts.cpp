@@ -365,16 +365,16 @@ std::string verdict(const std::vector<ChosenSetting>& settings, double error, co
 
 std::string verdict(const CalibrationValues& v) {
   if (v.rejected)
-    return "Calibration rejected: no values of the unknowns meet all targets within their uncertainties. Check the "
-           "targets' tolerances and the model's assumptions.";
+    return "Calibration rejected: no values of the unknowns meet all targets within their uncertainties. "
+           "Check the targets' tolerances and the model's assumptions.";
   if (!v.settled)
     return "Calibration open: the response surfaces do not predict runs at new points within half of the "
            "measurement's uncertainty, so no value is excluded. Increase calibrate.refinements or narrow the "
            "ranges.";
   if (!v.contradicted.empty())
     return fmt::format(
-        "Calibration rejected: runs at the optimum disagree with the response surface of {}. Use more points or "
-        "narrower ranges.",
+        "Calibration rejected: runs at the optimum disagree with the response surface of {}. Use more points "
+        "or narrower ranges.",
         listed(v.contradicted));
   std::vector<std::string> values, open;
   for (const auto& u : v.unknowns) {
