@@ -21,7 +21,7 @@ constexpr double turn = 2 * std::numbers::pi;
 struct Trace {
   std::string channel;
   bool turns = false;  ///< whether the crank angle is known and not constant
-  Limits range;        ///< m/s²
+  Limits range = {};   ///< m/s²
   Block block{"angle (degrees) or t (s), acceleration (m/s^2)"};
 };
 
