@@ -10,6 +10,7 @@
 #include <cerrno>
 #include <cmath>
 #include <cstring>
+#include <random>
 #include <system_error>
 
 namespace freeplay {
@@ -72,6 +73,12 @@ OutputFile::OutputFile(const std::filesystem::path& path, bool resumed)
   if (resumed) return;
   // Remove a leftover of any type; the new file must not be an existing one.
   if (unlinkat(folder_.number(), partial_.c_str(), 0) != 0 && errno != ENOENT) fail("cannot be written");
+  open_partial(O_CREAT | O_EXCL);
+}
+
+OutputFile::OutputFile(const std::filesystem::path& path, Shared) : OutputFile(path, true) {
+  shared_ = true;
+  partial_ = fmt::format(".{}.{:08x}", name_, std::random_device()());
   open_partial(O_CREAT | O_EXCL);
 }
 
@@ -160,7 +167,14 @@ void OutputFile::commit() {
   std::FILE* file = file_;
   file_ = nullptr;
   const int at = folder_.number();
-  if (std::fclose(file) == 0 && renameat(at, partial_.c_str(), at, name_.c_str()) == 0) return;
+  const bool stored = !shared_ || fsync(fileno(file)) == 0;
+  // A network file system may report failed writes when the file is closed.
+  if (std::fclose(file) == 0 && stored && renameat(at, partial_.c_str(), at, name_.c_str()) == 0) {
+    // Where it is supported, this stores the name of the file.
+    if (const Descriptor folder(shared_ ? openat(at, ".", O_RDONLY | O_DIRECTORY | O_CLOEXEC) : -1); folder)
+      fsync(folder.number());
+    return;
+  }
   const int reason = errno;
   if (!keep_) unlinkat(at, partial_.c_str(), 0);
   errno = reason;

@@ -51,6 +51,10 @@ class OutputFile {
   /// Creates the partial file. `resumed`: go_on_at() follows, and an existing file is kept until
   /// then.
   explicit OutputFile(const std::filesystem::path& path, bool resumed = false);
+  /// For a file that several processes may write at the same time, also on a network file system. Each uses a
+  /// partial name of its own, which begins with a dot, and the file is on the disk before it is renamed.
+  struct Shared {};
+  OutputFile(const std::filesystem::path& path, Shared);
   ~OutputFile();
   OutputFile(const OutputFile&) = delete;
   OutputFile& operator=(const OutputFile&) = delete;
@@ -85,7 +89,7 @@ class OutputFile {
   std::vector<char> buffer_;
   std::size_t used_ = 0;
   std::uint64_t written_ = 0;  // bytes written to the file
-  bool keep_ = false;
+  bool keep_ = false, shared_ = false;
 };
 
 /// Writes a small file at once.
