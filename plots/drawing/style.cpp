@@ -8,8 +8,8 @@
 #include "io/files/child.hpp"
 #include "io/files/input_file.hpp"
 #include "io/files/visible.hpp"
-#include "io/scene/schema.hpp"
-#include "io/scene/section.hpp"
+#include "io/scene/keys_list.hpp"
+#include "io/scene/section_reader.hpp"
 
 namespace freeplay::plots {
 namespace {
@@ -77,55 +77,64 @@ bool installed(const std::string& font) {
   return run_child({.command = {"fc-list", "-q", pattern}, .seconds = 10}).status != 1;
 }
 
-std::string font(Section& s, const std::string& fallback) {
-  if (!s.has("font")) return s.text("font", fallback);
-  const auto name = s.text("font");
+std::string read_font(Section& s, std::string_view key) {
+  const auto name = s.text(key);
   const auto plain = [](char c) {
     return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') || c == ' ' || c == '-';
   };
   if (name.empty() || name.size() > 60 || name.front() == ' ' || name.front() == '-' ||
       !std::ranges::all_of(name, plain))
-    s.fail("font",
-           fmt::format("must be the name of a font's family, letters, digits, spaces and -, is \"{}\"",
-                       visible_brief(name, 40)));
+    s.fail(key, fmt::format("must be the name of a font's family, letters, digits, spaces and -, is \"{}\"",
+                            visible_brief(name, 40)));
   if (!installed(name))
-    s.fail("font",
-           fmt::format("\"{}\" is not installed; `fc-list : family` lists the installed fonts", name));
+    s.fail(key, fmt::format("\"{}\" is not installed; `fc-list : family` lists the installed fonts", name));
   return name;
 }
 
-std::vector<unsigned> colours(Section& s, std::vector<unsigned> fallback) {
-  if (!s.has("colours")) return fallback;
-  if (s.is_text("colours")) {
-    const auto name = s.text("colours");
+std::vector<unsigned> read_colours(Section& s, std::string_view key) {
+  if (s.is_text(key)) {
+    const auto name = s.text(key);
     if (name == "okabe-ito") return {std::begin(okabe_ito), std::end(okabe_ito)};
-    s.fail("colours",
-           fmt::format("\"{0}\" is not a palette, \"okabe-ito\" is; write a colour as a list, [\"{0}\"]",
-                       visible_brief(name, 40)));
+    s.fail(key, fmt::format("\"{0}\" is not a palette, \"okabe-ito\" is; write a colour as a list, [\"{0}\"]",
+                            visible_brief(name, 40)));
   }
-  const auto list = s.names("colours");
+  const auto list = s.names(key);
   if (list.empty() || list.size() > most_colours)
-    s.fail("colours", fmt::format("must be 1 to {} colours, is a list of {}", most_colours, list.size()));
+    s.fail(key, fmt::format("must be 1 to {} colours, is a list of {}", most_colours, list.size()));
   std::vector<unsigned> values;
   for (const auto& name : list) {
     const auto value = colour(name);
     if (!value)
-      s.fail("colours", fmt::format("\"{}\" is not a colour: use \"#rrggbb\" or a name{}",
-                                    visible_brief(name, 40), remedy(name, words(named_colours))));
+      s.fail(key, fmt::format("\"{}\" is not a colour: use \"#rrggbb\" or a name{}", visible_brief(name, 40),
+                              remedy(name, words(named_colours))));
     values.push_back(*value);
   }
   return values;
 }
 
-std::vector<Format> formats(Section& s, std::vector<Format> fallback) {
-  if (!s.has("format")) return fallback;
-  const auto list = s.is_text("format") ? std::vector{s.text("format")} : s.names("format");
-  if (list.empty()) s.fail("format", "must name at least one");
+std::vector<Format> read_formats(Section& s, std::string_view key) {
+  const auto list = s.name_or_names(key);
+  if (list.empty()) s.fail(key, "must name at least one");
   try {
     return formats_named(list);
   } catch (const SceneError& e) {
-    s.fail("format", e.what());
+    s.fail(key, e.what());
   }
+}
+
+double read_page_width(Section& s, std::string_view key) {
+  return sizes[static_cast<std::size_t>(s.choice(key, words(sizes)))].width;
+}
+
+double read_length(Section& s, std::string_view key) { return s.number(Key{key, "mm", ""}, paper); }
+
+/// "\"one-column\" (90 mm), ...", for the documentation.
+std::string sizes_text() {
+  std::string list;
+  for (const auto& size : sizes)
+    list += fmt::format("{}\"{}\" ({}{})", list.empty() ? "" : ", ", size.name, size.width,
+                        list.empty() ? " mm" : "");
+  return list;
 }
 
 }  // namespace
@@ -144,25 +153,50 @@ std::vector<Format> formats_named(const std::vector<std::string>& names) {
   return list;
 }
 
+void Style::keys(auto& k, auto& x) {
+  k.other({"font", "", "installed font family of texts", "\"DejaVu Sans\""}, "text", x.font, read_font);
+  k.take({"font_size", "", "font size on paper, in points of 1/72 in, 4 to 40"}, x.font_size, text_size);
+  k.take({"line_width", "", "factor of the default line widths, 0.2 to 10"}, x.line_width, times);
+  k.other({"colours", "",
+           "of penalty, nonsmooth, the ideal joint and further curves, taken in turn: \"#rrggbb\" or names; "
+           "or \"okabe-ito\""},
+          "text or names", x.colours, read_colours);
+  k.take({"monochrome", "", "black lines, distinguished by dashes and marks"}, x.monochrome);
+  static const auto widths = "width required by a journal: " + sizes_text();
+  k.other({"size", "", widths}, "text", x.width, read_page_width);
+  k.check(!(k.when_given("size") && k.when_given("width")), "width",
+          "is already set by size; give only one of them");
+  k.other({"width", "", "width on paper in mm, or with its unit, \"9 cm\"; or size", "each figure's own"},
+          "number", x.width, read_length);
+  k.other({"height", "", "height on paper in mm, likewise", "each figure's own"}, "number", x.height,
+          read_length);
+  k.other({"format", "",
+           "for papers: \"pdf\", \"svg\", \"eps\", \"cairolatex\"; \"png\" for no other. A PNG is drawn in "
+           "any case",
+           "\"pdf\""},
+          "text or names", x.formats, read_formats);
+}
+
+const Schema& style_schema() {
+  static const Schema schema = [] {
+    KeysList list;
+    list.facts<Style>("style", "a style");
+    return list.schema("style");
+  }();
+  return schema;
+}
+
 namespace {
 
 Style parse_style(const std::string& text, const std::string& name) {
   Style style;
-  const SceneSource source{.name = name};
+  const SceneSource source{.name = name, .schema = &style_schema()};
   const toml::table document = parse_toml(text, name);
   refuse_unknown_keys(document, "style", source);
-  Section s(document, "", "style", source);
-  style.font = font(s, style.font);
-  style.font_size = s.number("font_size", text_size, style.font_size);
-  style.line_width = s.number("line_width", times, style.line_width);
-  style.colours = colours(s, style.colours);
-  style.monochrome = s.flag("monochrome", false);
-  if (s.has("size")) style.width = sizes[s.choice("size", words(sizes))].width;
-  if (s.has("size") && s.has("width")) s.fail("width", "is already set by size; give only one of them");
-  if (s.has("width")) style.width = s.number(Key{"width", "mm", ""}, paper);
-  if (s.has("height")) style.height = s.number(Key{"height", "mm", ""}, paper);
-  style.formats = formats(s, style.formats);
-  s.done("a style");
+  Section section(document, "", "style", source);
+  SectionReader reader(section);
+  Style::keys(reader, style);
+  section.done("a style");
   return style;
 }
 

@@ -14,6 +14,8 @@
 #include <string_view>
 #include <vector>
 
+#include "io/scene/schema.hpp"
+
 namespace freeplay::plots {
 
 enum class Format { pdf, png, svg, eps, cairolatex };
@@ -48,7 +50,11 @@ struct Style {
   bool monochrome = false;              ///< all black; curves differ by dashes and marks
   std::optional<double> width, height;  ///< mm; absent: the size of each figure
   std::vector<Format> formats{Format::pdf};
+
+  static void keys(auto& k, auto& x);
 };
+/// The schema of styles.
+const Schema& style_schema();
 
 /// A style by name, for --style.
 struct StylePreset {

@@ -20,6 +20,8 @@
 #include "mechanism/scene.hpp"
 #include "numerics/saddle_point.hpp"
 #include "plots/drawing/figure.hpp"
+#include "plots/drawing/style.hpp"
+#include "study/settings/study.hpp"
 
 namespace freeplay::cli {
 
@@ -48,10 +50,11 @@ void burdens(const System& system) {
   }
 }
 
-/// Prints all keys of a scene in the form of docs/reference/scene.md.
+/// Prints all keys of scenes, studies and styles in the form of docs/reference/scene.md.
 int list_keys() {
-  for (const auto& k : schema())
-    fmt::print("| `{}` | {} | {} | {} | {} |\n", k.path, k.type, k.unit, k.fallback, k.meaning);
+  for (const auto* schema : {&scene_schema(), &study_schema(), &plots::style_schema()})
+    for (const auto& k : schema->keys())
+      fmt::print("| `{}` | {} | {} | {} | {} |\n", k.path, k.type, k.unit, k.fallback, k.meaning);
   return 0;
 }
 

@@ -30,6 +30,12 @@ struct Key {
   std::string_view fallback = {};
 };
 
+/// A key with the name of its type in the documentation.
+struct TypedKey {
+  Key key;
+  const char* type;
+};
+
 /// The range of a number; `text` completes the sentence "must be ...".
 struct Range {
   bool (*holds)(double);

@@ -187,7 +187,7 @@ TEST_CASE("every key of [run], [penalty] and [nonsmooth] is covered by these tes
                                   "penalty.stabilisation", "penalty.integrator"};  // choices
   for (const auto& [key, value] : values) tested.insert(key);
   for (const auto& row : own_keys(PenaltyOptions{})) tested.insert(fmt::format("penalty.{}", row.name));
-  for (const auto& key : schema()) {
+  for (const auto& key : scene_schema().keys()) {
     CAPTURE(key.path);
     if (key.path.starts_with("penalty.") || key.path.starts_with("nonsmooth."))
       CHECK(tested.contains(std::string(key.path)));

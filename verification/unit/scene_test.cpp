@@ -1,8 +1,14 @@
 // Reading of scenes: the reference scene, overrides, every kind of invalid input with its message,
 // and agreement of docs/reference/scene.md with the schema.
+#include <fstream>
+#include <numbers>
+#include <tuple>
+
 #include "io/scene/schema.hpp"
 #include "io/scene/write_scene.hpp"
 #include "mechanism/magnitude.hpp"
+#include "plots/drawing/style.hpp"
+#include "study/settings/study.hpp"
 #include "verification/support/rig.hpp"
 
 using namespace freeplay;
@@ -255,9 +261,12 @@ TEST_CASE(
     "[scene][docs]") {
   std::size_t listed = 0;
   // Keys of a study or a style stand at the root of its file, and so they do in its page.
-  for (const auto& [file, root] :
-       {std::pair("docs/reference/scene.md", ""), std::pair("docs/reference/study.md", "study."),
-        std::pair("docs/reference/figures.md", "style.")}) {
+  std::size_t keys_of_all = 0;
+  for (const auto& [file, root, schema] :
+       {std::tuple("docs/reference/scene.md", "", &scene_schema()),
+        std::tuple("docs/reference/study.md", "study.", &study_schema()),
+        std::tuple("docs/reference/figures.md", "style.", &plots::style_schema())}) {
+    keys_of_all += schema->keys().size();
     std::ifstream in(test::source_folder() / file);
     REQUIRE(in);
     std::string line;
@@ -268,16 +277,15 @@ TEST_CASE(
       if (!keys || !line.starts_with("| `")) continue;
       const auto path = root + line.substr(3, line.find('`', 3) - 3);
       CAPTURE(line);
-      const auto* key = find_key(path);
+      const auto* key = schema->find(path);
       REQUIRE(key);
-      std::string expected = "| `" + std::string(key->path.substr(std::string_view(root).size())) + "` | " +
-                             std::string(key->type) + " | " + std::string(key->unit) + " | " +
-                             std::string(key->fallback) + " | " + std::string(key->meaning) + " |";
+      const auto expected = "| `" + key->path.substr(std::string_view(root).size()) + "` | " + key->type +
+                            " | " + key->unit + " | " + key->fallback + " | " + key->meaning + " |";
       REQUIRE(line == expected);
       ++listed;
     }
   }
-  REQUIRE(listed == schema().size());
+  REQUIRE(listed == keys_of_all);
 }
 
 TEST_CASE(
@@ -285,10 +293,11 @@ TEST_CASE(
     "[scene][docs][bounded]") {
   const auto page = test::file_text(test::source_folder() / "docs/reference/scene.md");
   for (const auto& m : magnitudes) CHECK_THAT(page, Contains(row_of(m)));
-  for (const auto& key : schema()) {
-    CAPTURE(key.path);
-    CHECK(magnitude_of(key.unit));
-  }
+  for (const auto* schema : {&scene_schema(), &study_schema(), &plots::style_schema()})
+    for (const auto& key : schema->keys()) {
+      CAPTURE(key.path);
+      CHECK(magnitude_of(key.unit));
+    }
   const auto refused = [](const std::string& set, const char* what) {
     CAPTURE(set);
     CHECK_THROWS_WITH(read_scene(test::flores(), {set}), Contains(set) && Contains(what));
@@ -313,8 +322,7 @@ TEST_CASE("every key of the schema is read by some scene", "[scene][docs]") {
   const auto file = test::scene_file("every_key");
   REQUIRE_NOTHROW(read_scene(file));
   const auto lines = test::lines_of(test::file_text(file));
-  for (const auto& key : schema()) {
-    if (!of_scene(key)) continue;
+  for (const auto& key : scene_schema().keys()) {
     const auto name = std::string(key.path.substr(key.path.rfind('.') + 1));
     const auto table =
         key.path.find('.') == key.path.npos ? "" : std::string(key.path.substr(0, key.path.find('.')));

@@ -57,7 +57,7 @@ void KeysList::close() {
       std::size_t count;
     };
     std::vector<Said> said;
-    Row row{fmt::format("{}.{}", table_, first.name), {}, {}, {}, {}};
+    SchemaKey row{fmt::format("{}.{}", table_, first.name), {}, {}, {}, {}};
     for (const auto& e : entries_) {
       if (&e < &entries_[begin_] || e.name != first.name) continue;
       if (row.type.find(e.type) == std::string::npos) append(row.type, e.type, " or ");
@@ -75,6 +75,7 @@ void KeysList::close() {
     }
     rows_.push_back(std::move(row));
   }
+  begin_ = entries_.size();
 }
 
 }  // namespace freeplay

@@ -1,15 +1,20 @@
-// KeysList: the visitor that lists the keys of a scene (mechanism/keys.hpp). It makes one row for
+// KeysList: the visitor that lists the keys of a document (mechanism/keys.hpp). It makes one row for
 // each key, with type, unit, default and meaning; rows of kinds that share a key are merged.
-// io/scene/schema.cpp runs it over all kinds of elements and options to make the schema. It owns
-// the rows until take().
+// scene_schema(), study_schema() and style_schema() run it over all kinds of tables to make a
+// schema. It owns the rows until schema().
 #pragma once
 
 #include <fmt/format.h>
 
+#include <concepts>
+#include <filesystem>
 #include <initializer_list>
+#include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
+#include "io/scene/schema.hpp"
 #include "mechanism/body.hpp"
 #include "mechanism/configuration.hpp"
 #include "mechanism/curve.hpp"
@@ -25,17 +30,21 @@ namespace freeplay {
 /// Visitor of the `keys()` functions that records each key; never reads or writes a value.
 class KeysList {
  public:
-  /// One row of the list: dotted path, type, unit, default and meaning of a key.
-  struct Row {
-    std::string path, type, unit, fallback, meaning;
-  };
-
-  /// Begins a table, such as "bodies.*". `kinds`: the values of `type` that share the table.
-  void open(std::string table, std::vector<std::string> kinds = {}) {
+  /// Begins a table, such as "bodies.*", with its description. `kinds`: the values of `type` that
+  /// share the table.
+  void open(std::string table, std::string what, std::vector<std::string> kinds = {}) {
+    tables_.emplace_back(table, std::move(what));
     table_ = std::move(table);
     kinds_ = std::move(kinds);
     kind_.clear();
-    begin_ = entries_.size();
+  }
+  /// Lists a table that has one kind.
+  template <class X>
+  void facts(std::string table, std::string what) {
+    open(std::move(table), std::move(what));
+    X x;
+    X::keys(*this, x);
+    close();
   }
   void kind(std::string_view word) { kind_ = word; }
   /// Adds the key that selects a kind, as the first row of its table.
@@ -49,46 +58,44 @@ class KeysList {
   void leave_group() { group_.clear(); }
   /// Merges the rows that kinds of the open table share.
   void close();
-  std::vector<Row> take() { return std::move(rows_); }
+  /// The schema of all rows. Their paths begin with `root`.
+  Schema schema(std::string root) { return {std::move(root), std::move(rows_), std::move(tables_)}; }
 
-  template <class X>
-  void need(const Key& key, X& x, const Range& = any_number) {
-    add(key, type_of(x), "required");
+  void need(const Key& key, auto& x, const Range& = any_number) {
+    if constexpr (std::is_enum_v<std::decay_t<decltype(x)>>)
+      add(key, "text", "required", std::string(key.meaning) + words_of(choices(x)));
+    else
+      add(key, type_of(x), "required");
   }
-  template <class X>
-  void take(const Key& key, X& x, const Range& = any_number) {
-    add(key, type_of(x), shown(x));
-  }
+  void take(const Key& key, auto& x, const Range& = any_number) { add(key, type_of(x), shown(x)); }
   template <class E>
   void choose(const Key& key, E& x) {
-    add({key.name, key.unit, {}}, "text", fmt::format("\"{}\"", text_of(x)),
-        std::string(key.meaning) + words_of(choices(x)));
+    add(key, "text", fmt::format("\"{}\"", text_of(x)), std::string(key.meaning) + words_of(choices(x)));
   }
   template <class E>
   void choose(const Key& key, std::optional<E>&) {
-    add({key.name, key.unit, {}, key.fallback}, "text", "–",
-        std::string(key.meaning) + words_of(choices(E{})));
+    add(key, "text", "–", std::string(key.meaning) + words_of(choices(E{})));
   }
   void number_or(std::string_view word, const Key& key, std::optional<double>&, const Range&) {
     add(key, "number or text", fmt::format("\"{}\"", word));
   }
   void flag(const Key& key, bool& x) { take(key, x); }
-  template <class E>
-  void choose_other(const Key& key, E& x) {
-    choose(key, x);
-  }
-  template <class E>
-  void choose_listed(const Key& key, E& x) {
-    add(key, "text", fmt::format("\"{}\"", text_of(x)));
-  }
-  template <class E, class Fits>
-  void choose_some(const Key& key, std::optional<E>&, Fits) {
-    add(key, "text", "–");
-  }
-  template <class G>
-  G* group(std::string_view name, std::optional<G>& x) {
+  void choose_other(const Key& key, auto& x) { choose(key, x); }
+  void choose_listed(const Key& key, auto& x) { add(key, "text", fmt::format("\"{}\"", text_of(x))); }
+  void choose_some(const Key& key, auto&, const auto&) { add(key, "text", "–"); }
+  auto* group(std::string_view name, auto& x) {
     group_ = name;
     return &x.emplace();
+  }
+  auto* given(std::string_view, auto& x) { return &x.emplace(); }
+  /// Lists a subtable, or subtables with names of the author, between the rows of their table.
+  template <class X>
+  void part(const char* name, const char* what, std::optional<X>&) {
+    inside<X>(fmt::format("{}.{}", table_, name), what);
+  }
+  template <class X>
+  void tables(const char* name, const char* what, std::vector<X>&) {
+    inside<X>(fmt::format("{}.{}.*", table_, name), what);
   }
   bool when(bool) const { return true; }
   bool when(bool, std::initializer_list<std::string_view>, const char*) const { return true; }
@@ -100,10 +107,15 @@ class KeysList {
     return true;
   }
   bool when_given(std::string_view) const { return true; }
-  template <class... Pieces>
-  void check(bool, std::string_view, const Pieces&...) const {}
-  template <class Number>
-  void either(const Key& other, const Range&, double (*)(double), const Key& own, const Range&, Number&) {
+  void check(bool, std::string_view, const auto&...) const {}
+  void names(const Key& key, std::vector<std::string>&) { add(key, "names", "[]"); }
+  void texts(const Key& key, auto&) { add(key, "table", "–"); }
+  void axis_of(const Key& key, std::size_t&, std::size_t) { add(key, "text", "required"); }
+  void together(std::initializer_list<TypedKey> keys, auto&, const auto&) {
+    for (const auto& [key, type] : keys) add(key, type, "–");
+  }
+  void other(const Key& key, const char* type, auto&, const auto&) { add(key, type, "–"); }
+  void either(const Key& other, const Range&, double (*)(double), const Key& own, const Range&, auto&) {
     add(other, "number", "–");
     add(own, "number", "–");
   }
@@ -184,19 +196,28 @@ class KeysList {
     std::string name, type, unit, fallback, meaning, kind;
   };
   void add(const Key& key, std::string type, std::string fallback, std::string meaning = {});
+  template <class X>
+  void inside(std::string table, const char* what) {
+    close();
+    const auto outer = std::exchange(table_, {});
+    facts<X>(std::move(table), what);
+    table_ = outer;
+  }
 
   static std::string type_of(double) { return "number"; }
   static std::string type_of(const std::optional<double>&) { return "number"; }
   static std::string type_of(const std::optional<Vec2>&) { return "point"; }
-  static std::string type_of(unsigned) { return "number"; }
-  static std::string type_of(int) { return "number"; }
+  static std::string type_of(std::integral auto) { return "number"; }
+  static std::string type_of(const std::string&) { return "text"; }
+  static std::string type_of(const std::filesystem::path&) { return "text"; }
   static std::string type_of(bool) { return "true or false"; }
   static std::string type_of(const Vec2&) { return "point"; }
   static std::string shown(double x);
   static std::string shown(const std::optional<double>&) { return "–"; }
   static std::string shown(const std::optional<Vec2>&) { return "–"; }
-  static std::string shown(unsigned x) { return fmt::format("{}", x); }
-  static std::string shown(int x) { return fmt::format("{}", x); }
+  static std::string shown(std::integral auto x) { return fmt::format("{}", x); }
+  static std::string shown(const std::string& x) { return fmt::format("\"{}\"", x); }
+  static std::string shown(const std::filesystem::path&) { return "–"; }
   static std::string shown(bool x) { return x ? "true" : "false"; }
   static std::string shown(const Vec2& x) { return fmt::format("[{}, {}]", x.x(), x.y()); }
   template <class Choices>
@@ -215,8 +236,9 @@ class KeysList {
   std::string table_, kind_, group_, only_;
   std::vector<std::string> kinds_;
   std::vector<Entry> entries_;
-  std::size_t begin_ = 0;
-  std::vector<Row> rows_;
+  std::size_t begin_ = 0;  // first entry of the open table
+  std::vector<SchemaKey> rows_;
+  Schema::Tables tables_;
 };
 
 }  // namespace freeplay

@@ -72,8 +72,11 @@ void KeysReader::places(const Key& list, const Key& grid, const Key& origin, con
     if (places.empty()) s_.fail(list.name, "must have at least one point, has none");
     return bounded(list.name, places.size());
   }
-  const Vec2 count = s_.point(grid), step = s_.point(spacing), first = s_.point(origin, {0, 0});
-  const double by = s_.number(stagger, any_number, 0);
+  const Vec2 count = s_.point(grid), step = s_.point(spacing);
+  Vec2 first{0, 0};
+  double by = 0;
+  take(origin, first);
+  take(stagger, by, any_number);
   const auto fits = [](double x) { return x >= 1 && x <= 1e5 && x == std::floor(x); };
   if (!fits(count.x()) || !fits(count.y()))
     s_.fail(grid.name, fmt::format("must be two whole numbers from 1, [columns, rows], is [{:.6g}, {:.6g}]",
@@ -185,8 +188,10 @@ void KeysReader::number_or_curve(const Key& key, CurveOr& x, const Range& range,
 
 /// In revolutions if the length of the run is; a number with its own unit is always a time.
 void KeysReader::part_of_length(const Key& key, double& x) {
-  x = s_.is_text(key.name) ? s_.number(Key{key.name, "s", key.meaning}, non_negative)
-                           : s_.number(key, non_negative, 0) * unit_;
+  x = 0;
+  if (s_.is_text(key.name)) return take(Key{key.name, "s", key.meaning}, x, non_negative);
+  take(key, x, non_negative);
+  x *= unit_;
 }
 
 void KeysReader::unread(std::string_view key, bool laid_aside, std::string_view by, std::string_view chosen,
@@ -245,7 +250,10 @@ Vec2 KeysReader::named_point(std::string_view key, int body, const std::string& 
 }
 
 void KeysReader::point_of(const Key& key, int body, Vec2& at) {
-  at = s_.is_text(key.name) ? named_point(key.name, body, s_.text(key.name)) : s_.point(key, at);
+  if (s_.is_text(key.name))
+    at = named_point(key.name, body, s_.text(key.name));
+  else
+    take(key, at);
 }
 
 void KeysReader::points(const Key& key, std::string_view centre, std::vector<NamedPoint>& list) {
@@ -302,7 +310,8 @@ void KeysReader::angles(const Key& key, std::vector<JointAngle>& list) {
 }
 
 void KeysReader::axis(std::string_view, Vec2& axis) {
-  axis = s_.point("axis", {1, 0});
+  axis = {1, 0};
+  take({"axis", "", ""}, axis);
   if (!(axis.norm() > 0)) s_.fail("axis", "must not be zero");
   // Normalising a unit vector again may change it by a rounding. Keep the vector that to_toml()
   // writes.
@@ -389,8 +398,8 @@ void KeysReader::joint_place(const Key& key, double& place, int joint) {
   const auto axis =
       turned(slider->axis,
              first == ground ? 0 : mechanism_.bodies[static_cast<std::size_t>(first)].angle.value_or(0));
-  place =
-      s_.number(Key{key.name, "m", key.meaning, key.fallback}, any_number, dot(axis, point(1) - point(0)));
+  place = dot(axis, point(1) - point(0));
+  take(Key{key.name, "m", key.meaning, key.fallback}, place, any_number);
 }
 
 void KeysReader::joint_angle(const Key& key, double& angle, int joint) {
@@ -398,7 +407,8 @@ void KeysReader::joint_angle(const Key& key, double& angle, int joint) {
   const auto of = [&](int b) {
     return b == ground ? 0 : mechanism_.bodies[static_cast<std::size_t>(b)].angle.value_or(0);
   };
-  angle = s_.number(key, any_number, of(pair[1]) - of(pair[0]));
+  angle = of(pair[1]) - of(pair[0]);
+  take(key, angle, any_number);
 }
 
 }  // namespace freeplay

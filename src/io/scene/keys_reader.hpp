@@ -1,6 +1,7 @@
 // KeysReader: the visitor that fills the facts and options of a scene from one section of its file
-// (mechanism/keys.hpp). It checks each value and resolves names to indices. Errors are SceneErrors
-// with the position of the key.
+// (mechanism/keys.hpp). To the values of any document (io/scene/section_reader.hpp) it adds those of
+// a mechanism: curves, points, and names of elements, which it resolves to indices. Errors are
+// SceneErrors with the position of the key.
 //
 // Use: read_keys(section, mechanism, x). A reader refers to the section and to the elements read so
 // far; it owns neither.
@@ -15,98 +16,24 @@
 #include <vector>
 
 #include "dynamics/argument.hpp"
-#include "io/scene/section.hpp"
+#include "io/scene/section_reader.hpp"
 #include "mechanism/ground.hpp"
 #include "mechanism/mechanism.hpp"
 #include "mechanism/options.hpp"
 
 namespace freeplay {
 
-/// The words of an enumeration, in the order of its values.
-template <class E>
-std::vector<std::string> words() {
-  std::vector<std::string> list;
-  for (const auto& choice : choices(E{})) list.emplace_back(choice.text);
-  return list;
-}
-
-/// Visitor of the `keys()` functions that reads one section.
-class KeysReader {
+/// Visitor of the `keys()` functions of a scene that reads one section.
+class KeysReader : public SectionReader {
  public:
   /// `fixed`: the ground, whose named points elements may use.
   KeysReader(Section& section, const Mechanism& mechanism, const Ground& fixed)
-      : s_(section), mechanism_(mechanism), fixed_(fixed) {}
+      : SectionReader(section), mechanism_(mechanism), fixed_(fixed) {}
 
-  void need(const Key& key, double& x, const Range& range) { x = s_.number(key, range); }
-  void need(const Key& key, Vec2& x) { x = s_.point(key); }
-  void take(const Key& key, double& x, const Range& range = any_number) { x = s_.number(key, range, x); }
-  void take(const Key& key, std::optional<double>& x, const Range& range) { x = s_.maybe_number(key, range); }
-  void take(const Key& key, Vec2& x) { x = s_.point(key, x); }
-  void take(const Key& key, std::optional<Vec2>& x) {
-    if (s_.has(key.name)) x = s_.point(key);
-  }
-  void take(const Key& key, bool& x) { x = s_.flag(key.name, x); }
-  void flag(const Key& key, bool& x) { take(key, x); }
-  void take(const Key& key, std::string& x) { x = s_.text(key.name, x); }
-  template <class Whole>
-  requires std::is_integral_v<Whole>
-  void take(const Key& key, Whole& x, const Range& range) {
-    x = static_cast<Whole>(s_.number(key, range, static_cast<double>(x)));
-  }
-
-  template <class E>
-  void choose(const Key& key, E& x) {
-    if constexpr (requires { removed_words(E{}); })
-      for (const auto& word : removed_words(E{}))
-        if (s_.has(key.name) && s_.text(key.name) == word.text)
-          s_.fail(key.name, fmt::format("\"{}\" has been removed: {}", word.text, word.instead));
-    x = static_cast<E>(s_.choice(key.name, words<E>(), static_cast<int>(x)));
-    if constexpr (std::is_same_v<E, Argument>) against_ = x;
-  }
-  template <class E>
-  void choose(const Key& key, std::optional<E>& x) {
-    if (s_.has(key.name)) choose(key, x.emplace());
-  }
-  /// Reads a number, or a word that means none.
-  void number_or(std::string_view word, const Key& key, std::optional<double>& x, const Range& range) {
-    x = s_.number_or(word, key, range);
-  }
-  /// Reads a word. The writer omits the first word of such a key, so that older scenes keep their
-  /// canonical text.
-  template <class E>
-  void choose_other(const Key& key, E& x) {
-    choose(key, x);
-  }
-  template <class E>
-  void choose_listed(const Key& key, E& x) {
-    choose(key, x);
-  }
-  /// Reads one of the words whose value satisfies `fits`.
-  template <class E, class Fits>
-  void choose_some(const Key& key, std::optional<E>& x, Fits fits) {
-    if (!s_.has(key.name)) return;
-    std::vector<E> values;
-    std::vector<std::string> texts;
-    for (const auto& choice : choices(E{}))
-      if (fits(choice.value)) {
-        values.push_back(choice.value);
-        texts.emplace_back(choice.text);
-      }
-    x = values[static_cast<std::size_t>(s_.choice(key.name, texts))];
-  }
-
-  template <class G>
-  G* group(std::string_view name, std::optional<G>& x) {
-    if (!s_.has(name)) return nullptr;
-    return &x.emplace();
-  }
-  bool when(bool holds) const { return holds; }
-  /// Keys that are valid under a condition only. If it is false, a given key is refused with `why`.
-  bool when(bool holds, std::initializer_list<std::string_view> keys, const char* why) const {
-    if (!holds)
-      for (const auto key : keys)
-        if (s_.has(key)) s_.fail(key, why);
-    return holds;
+  using SectionReader::choose;
+  void choose(const Key& key, Argument& x) {
+    SectionReader::choose(key, x);
+    against_ = x;
   }
   /// A key that only some choices read. Those choices may be read later, so the value is checked
   /// here and the key's validity in settle().
@@ -114,11 +41,6 @@ class KeysReader {
   bool own(std::string_view name, const O& o) {
     own_.push_back([this, &o, &row = own_key(o, name)] { settle(o, row); });
     return true;
-  }
-  bool when_given(std::string_view name) const { return s_.has(name); }
-  template <class... Pieces>
-  void check(bool holds, std::string_view name, const Pieces&... pieces) const {
-    if (!holds) s_.fail(name, (piece(pieces) + ...));
   }
 
   /// One of two keys for a quantity: `own` gives the value itself, `other` is converted to it.
@@ -214,7 +136,7 @@ class KeysReader {
   /// are read (read_scene.cpp).
   void from_bodies(const Key& key, std::optional<double>& x) {
     x.reset();
-    if (s_.has(key.name)) x = s_.number(key.name, any_number);
+    take(key, x, any_number);
   }
   /// Angle of a joint. If the key is absent, it follows from the angles of the bodies.
   void joint_angle(const Key& key, double& angle, int joint);
@@ -224,8 +146,6 @@ class KeysReader {
   void settle() const;
 
  private:
-  static std::string piece(double x) { return fmt::format("{:.6g}", x); }
-  static std::string piece(const char* text) { return text; }
   /// Refuses a key that is given but not read. A key of the file is noted as unused, not refused,
   /// if an option of the command line replaced the choice that read it.
   template <class O>
@@ -243,7 +163,6 @@ class KeysReader {
   int joint_index(const Key& key);
   Vec2 named_point(std::string_view key, int body, const std::string& name) const;
 
-  Section& s_;
   const Mechanism& mechanism_;
   const Ground& fixed_;
   double unit_ = 1;                          // s, unit of times given in turns

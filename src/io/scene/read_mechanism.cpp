@@ -108,8 +108,8 @@ void refuse_second_control(const Mechanism& m, const Section& s) {
 
 Mechanism read_mechanism(Section& root) {
   Mechanism m;
-  m.title = root.text("title", "");
-  m.gravity = root.point("gravity", {0, 0});
+  if (root.has("title")) m.title = root.text("title");
+  if (root.has("gravity")) m.gravity = root.point("gravity");
   Ground fixed;
   auto frame = root.child("ground");
   read_keys(frame, m, fixed);

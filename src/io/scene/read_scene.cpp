@@ -36,9 +36,8 @@ void refuse_made_in_vain(const toml::table& document, const SceneSource& source)
 std::optional<int> read_format(Section& root) {
   constexpr Range known{[](double x) { return x >= 1 && x <= newest_format && x == static_cast<int>(x); },
                         "1 or 2 (later versions may know more)"};
-  const auto format = root.maybe_number("format", known);
-  if (!format) return std::nullopt;
-  return static_cast<int>(*format);
+  if (!root.has("format")) return std::nullopt;
+  return static_cast<int>(root.number("format", known));
 }
 
 /// Applies the defaults of an older format to absent keys.
@@ -55,8 +54,7 @@ constexpr double most_samples = 1e9;
 Instrument read_instrument(const Mechanism& mechanism, double duration, const std::string& name, Section& s) {
   Instrument i;
   i.name = name;
-  i.kind = static_cast<Instrument::Kind>(
-      s.choice("type", words<Instrument::Kind>(), static_cast<int>(Instrument::Kind::accelerometer)));
+  SectionReader(s).choose({"type", "", ""}, i.kind);
   with_kind(i.kind, [&](auto kind) {
     const Ground nameless;  // instruments cannot name points of the ground
     KeysReader reader(s, mechanism, nameless);

@@ -98,7 +98,7 @@ void SceneSource::refuse_made(const std::string& path) const {
   if (it == made.end()) return;
   const auto dot = path.find('.');
   const auto family = path.substr(0, dot), element = path.substr(dot + 1);
-  const auto what = what_is(family + ".*");
+  const auto what = schema->what_is(family + ".*");
   const auto option =
       std::ranges::find_if(order, [&](const auto& key) { return key.starts_with(path + "."); });
   throw SceneError(fmt::format("--set {}", visible(option == order.end() ? path : overridden.at(*option))),
@@ -114,6 +114,10 @@ std::string Section::full(std::string_view key) const {
   return path_.empty() ? std::string(key) : fmt::format("{}.{}", path_, key);
 }
 
+const SchemaKey* Section::row_of(std::string_view key) const {
+  return source_->schema->find(pattern_.empty() ? std::string(key) : fmt::format("{}.{}", pattern_, key));
+}
+
 void Section::lacks(std::string_view key, const std::string& message) const {
   source_->refuse_made(path_);
   fail(key, message);
@@ -125,8 +129,7 @@ void Section::fail(std::string_view key, const std::string& message) const {
 }
 
 const toml::node* Section::take(std::string_view key) {
-  assert(find_key(pattern_.empty() ? std::string(key) : fmt::format("{}.{}", pattern_, key)) &&
-         "key not in schema");
+  assert(row_of(key) && "key not in schema");
   read_.emplace(key);
   return table_.get(key);
 }
@@ -134,7 +137,7 @@ const toml::node* Section::take(std::string_view key) {
 const toml::node& Section::require(std::string_view key) {
   const auto* node = take(key);
   if (node) return *node;
-  const auto* row = find_key(pattern_.empty() ? std::string(key) : fmt::format("{}.{}", pattern_, key));
+  const auto* row = row_of(key);
   lacks(key, fmt::format("is missing: {}", row ? row->meaning : "required"));
 }
 
@@ -142,9 +145,8 @@ double Section::to_number(const toml::node& node, const Requested& key, Range ra
   auto value = node.value<double>();
   const auto text = node.value_exact<std::string>();
   if (text && begins_with_number(*text)) {
-    const auto* row =
-        find_key(pattern_.empty() ? std::string(key.name) : fmt::format("{}.{}", pattern_, key.name));
-    std::string_view unit = key.unit ? *key.unit : row ? row->unit : "";
+    const auto* row = row_of(key.name);
+    std::string_view unit = key.unit ? *key.unit : row ? std::string_view(row->unit) : "";
     if (const auto comma = unit.find(", "); comma != unit.npos)
       unit = column == 0 ? unit.substr(0, comma) : unit.substr(comma + 2);
     if (unit == "x and y") unit = column == 0 ? "of x" : "of y";
@@ -174,8 +176,7 @@ double Section::to_number(const toml::node& node, const Requested& key, Range ra
 /// Refuses a number outside the plausible range of its unit.
 void Section::require_sense(const toml::node& node, const Requested& key, double x,
                             bool greater_than_zero) const {
-  const auto* row =
-      find_key(pattern_.empty() ? std::string(key.name) : fmt::format("{}.{}", pattern_, key.name));
+  const auto* row = row_of(key.name);
   const auto* bounds = row ? magnitude_of(row->unit) : key.unit ? magnitude_of(*key.unit) : nullptr;
   if (!bounds) return;
   if (const auto wrong = beyond_bounds(*bounds, x, greater_than_zero); !wrong.empty())
@@ -190,16 +191,6 @@ void Section::require_sense(std::string_view key, std::string_view unit, double 
 
 double Section::number(const Requested& key, Range range) { return to_number(require(key.name), key, range); }
 
-double Section::number(const Requested& key, Range range, double fallback) {
-  return maybe_number(key, range).value_or(fallback);
-}
-
-std::optional<double> Section::maybe_number(const Requested& key, Range range) {
-  const auto* node = take(key.name);
-  if (!node) return std::nullopt;
-  return to_number(*node, key, range);
-}
-
 std::optional<double> Section::number_or(std::string_view word, const Requested& key, Range range) {
   const auto* node = take(key.name);
   if (!node) return std::nullopt;
@@ -212,11 +203,10 @@ std::optional<double> Section::number_or(std::string_view word, const Requested&
   return to_number(*node, key, range);
 }
 
-bool Section::flag(std::string_view key, bool fallback) {
-  const auto* node = take(key);
-  if (!node) return fallback;
-  const auto value = node->value_exact<bool>();
-  if (!value) source_->fail(node, full(key), fmt::format("must be true or false, is {}", kind_of(*node)));
+bool Section::flag(std::string_view key) {
+  const auto& node = require(key);
+  const auto value = node.value_exact<bool>();
+  if (!value) source_->fail(&node, full(key), fmt::format("must be true or false, is {}", kind_of(node)));
   return *value;
 }
 
@@ -225,10 +215,6 @@ std::string Section::text(std::string_view key) {
   const auto value = node.value_exact<std::string>();
   if (!value) source_->fail(&node, full(key), fmt::format("must be a text in quotes, is {}", kind_of(node)));
   return *value;
-}
-
-std::string Section::text(std::string_view key, const std::string& fallback) {
-  return has(key) ? text(key) : (take(key), fallback);
 }
 
 Vec2 Section::to_point(const toml::node& node, const Requested& key) const {
@@ -241,11 +227,6 @@ Vec2 Section::to_point(const toml::node& node, const Requested& key) const {
 }
 
 Vec2 Section::point(const Requested& key) { return to_point(require(key.name), key); }
-
-Vec2 Section::point(const Requested& key, Vec2 fallback) {
-  const auto* node = take(key.name);
-  return node ? to_point(*node, key) : fallback;
-}
 
 std::vector<Vec2> Section::points(const Requested& key) { return points(key, nullptr); }
 
@@ -366,8 +347,8 @@ std::vector<std::pair<std::string, std::string>> Section::texts(std::string_view
   return result;
 }
 
-int Section::to_choice(const std::string& value, std::string_view key,
-                       const std::vector<std::string>& choices) const {
+int Section::choice(std::string_view key, const std::vector<std::string>& choices) {
+  const auto value = text(key);
   const auto it = std::ranges::find(choices, value);
   if (it == choices.end()) {
     std::vector<std::string> words;
@@ -378,24 +359,21 @@ int Section::to_choice(const std::string& value, std::string_view key,
   return static_cast<int>(it - choices.begin());
 }
 
-int Section::choice(std::string_view key, const std::vector<std::string>& choices) {
-  return to_choice(text(key), key, choices);
-}
-
-int Section::choice(std::string_view key, const std::vector<std::string>& choices, int fallback) {
-  return has(key) ? choice(key, choices) : (take(key), fallback);
+std::filesystem::path Section::named_file(std::string_view key) {
+  const auto name = text(key);
+  const auto folder = std::filesystem::path(source_->name).parent_path();
+  auto file = folder / name;
+  if (source_->reach == Reach::beside && !lies_below(file, folder))
+    fail(key, fmt::format("{} is outside the {}'s folder; move it there, or pass --allow-outside",
+                          toml_quoted(name), source_->schema->what_is(source_->schema->root()).substr(2)));
+  return file;
 }
 
 std::string Section::named_text(std::string_view key) {
-  const auto name = text(key);
-  const auto folder = std::filesystem::path(source_->name).parent_path();
-  const auto file = folder / name;
-  if (source_->reach == Reach::beside && !lies_below(file, folder))
-    fail(key, fmt::format("{} is outside the scene's folder; move it there, or pass --allow-outside",
-                          toml_quoted(name)));
+  const auto file = named_file(key);
   try {
     auto content = read_file(file, most_of_a_text);
-    source_->files.push_back({name, digest(content)});
+    source_->files.push_back({text(key), digest(content)});
     return content;
   } catch (const SceneError& e) {
     fail(key, e.what());

@@ -18,7 +18,7 @@
 #include <vector>
 
 #include "io/scene/named_file.hpp"
-#include "io/scene/spelling.hpp"  // IWYU pragma: export
+#include "io/scene/schema.hpp"  // IWYU pragma: export
 #include "io/scene/toml.hpp"
 #include "mechanism/error.hpp"
 #include "mechanism/keys.hpp"
@@ -50,6 +50,7 @@ struct SceneSource {
   std::map<std::string, std::vector<std::string>> made = {};
   Reach reach = Reach::beside;               ///< permitted location of named files
   mutable std::vector<ReadFile> files = {};  ///< named files that were read
+  const Schema* schema = &scene_schema();    ///< the keys that it may have
 
   /// Throws SceneError about `path`, with the position of `node` or the option that set it. The
   /// message also names options that set other keys of the same table, which may be the cause.
@@ -59,8 +60,8 @@ struct SceneSource {
   void refuse_made(const std::string& path) const;
 };
 
-/// Refuses the first key that a scene (pattern "") or a study ("study") cannot have. Called before
-/// any key is read, so that a misspelt key is reported before its consequences.
+/// Refuses the first key that a scene (pattern ""), a study ("study") or a style ("style") cannot
+/// have. Called before any key is read, so that a misspelt key is reported before its consequences.
 void refuse_unknown_keys(const toml::table& document, std::string_view pattern, const SceneSource& source);
 
 /// Name of a key to be read, and the unit to which its number is converted: the given one, or else
@@ -85,14 +86,10 @@ class Section {
   bool is_text(std::string_view key) const;
   bool is_list_of_lists(std::string_view key) const;
   double number(const Requested& key, Range range);
-  double number(const Requested& key, Range range, double fallback);
   /// A number, or nullopt for the text `word`.
   std::optional<double> number_or(std::string_view word, const Requested& key, Range range);
-  std::optional<double> maybe_number(const Requested& key, Range range);
   std::string text(std::string_view key);
-  std::string text(std::string_view key, const std::string& fallback);
-  bool flag(std::string_view key, bool fallback);
-  Vec2 point(const Requested& key, Vec2 fallback);
+  bool flag(std::string_view key);
   Vec2 point(const Requested& key);
   /// A list of [x, y] pairs.
   std::vector<Vec2> points(const Requested& key);
@@ -110,7 +107,6 @@ class Section {
   /// A table of points by name.
   std::vector<std::pair<std::string, Vec2>> named_points(const Requested& key);
   /// The value of `key` as an index into `choices`. Messages list the choices.
-  int choice(std::string_view key, const std::vector<std::string>& choices, int fallback);
   int choice(std::string_view key, const std::vector<std::string>& choices);
   /// The subtables of `key` in the order of the file, then those of options in the order of the
   /// command line. Empty if `key` is absent.
@@ -139,8 +135,10 @@ class Section {
     const auto found = source_->given.find({path, of});
     return found == source_->given.end() ? nullptr : &found->second;
   }
-  /// Text of the file that a key names, relative to the scene's folder. Files outside that folder
+  /// The file that a key names, relative to the folder of the document. Files outside that folder
   /// are refused unless SceneSource::reach permits them.
+  std::filesystem::path named_file(std::string_view key);
+  /// Text of such a file.
   std::string named_text(std::string_view key);
 
  private:
@@ -150,9 +148,9 @@ class Section {
   double to_number(const toml::node& node, const Requested& key, Range range, int column = 0) const;
   void require_sense(const toml::node& node, const Requested& key, double x, bool greater_than_zero) const;
   Vec2 to_point(const toml::node& node, const Requested& key) const;
-  int to_choice(const std::string& value, std::string_view key,
-                const std::vector<std::string>& choices) const;
   std::string full(std::string_view key) const;
+  /// Its row of the schema, or nullptr.
+  const SchemaKey* row_of(std::string_view key) const;
 
   const toml::table& table_;
   std::string path_, pattern_;

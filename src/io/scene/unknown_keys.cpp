@@ -22,9 +22,9 @@ struct Unknown {
 bool before(const Unknown& a, const Unknown& b) { return a.node->source().begin < b.node->source().begin; }
 
 /// The first unknown key of `table` and its subtables. `path` is the table's dotted key.
-std::optional<Unknown> first_unknown(const toml::table& table, const std::string& path,
+std::optional<Unknown> first_unknown(const Schema& schema, const toml::table& table, const std::string& path,
                                      std::string_view pattern) {
-  const auto& known = keys_of(pattern);
+  const auto& known = schema.keys_of(pattern);
   const bool names = std::ranges::find(known, "*") != known.end();
   std::optional<Unknown> first;
   for (const auto& [key, node] : table) {
@@ -34,8 +34,8 @@ std::optional<Unknown> first_unknown(const toml::table& table, const std::string
     std::optional<Unknown> found;
     if (!names && std::ranges::find(known, name) == known.end())
       found = Unknown{&node, own, std::string(pattern), name};
-    else if (const auto* sub = node.as_table(); sub && !find_key(below))
-      found = first_unknown(*sub, own, below);
+    else if (const auto* sub = node.as_table(); sub && !schema.find(below))
+      found = first_unknown(schema, *sub, own, below);
     if (found && (!first || before(*found, *first))) first = std::move(found);
   }
   return first;
@@ -43,19 +43,14 @@ std::optional<Unknown> first_unknown(const toml::table& table, const std::string
 
 /// Suggestion for an unknown key: a similar key of the table, else the table to which the key
 /// belongs, else the list of known keys.
-std::string remedy(const Unknown& unknown) {
-  const auto& known = keys_of(unknown.table);
+std::string remedy(const Schema& schema, const Unknown& unknown) {
+  const auto& known = schema.keys_of(unknown.table);
   if (unknown.table == "study" && unknown.name == "study")
     return "; keys of a study are at the root: [axes.NAME], without study";
   if (const auto near = nearest_word(unknown.name, known); !near.empty())
     return fmt::format("; did you mean {}?", near);
-  // "study" or "style"; in a scene, the first name of the path.
-  const auto document = unknown.table.substr(0, unknown.table.find('.'));
-  const auto same = [&](const SchemaKey& key) {
-    return document == "study" || document == "style" ? key.path.starts_with(document + ".") : of_scene(key);
-  };
-  for (const auto& key : schema())
-    if (!unknown.node->is_table() && key.path.ends_with("." + unknown.name) && same(key))
+  for (const auto& key : schema.keys())
+    if (!unknown.node->is_table() && key.path.ends_with("." + unknown.name))
       return fmt::format("; it belongs to {}", key.path.substr(0, key.path.rfind('.')));
   return listed("there are", known);
 }
@@ -80,9 +75,10 @@ void refuse_mistaken(const toml::table& document, std::string_view pattern, cons
 
 void refuse_unknown_keys(const toml::table& document, std::string_view pattern, const SceneSource& source) {
   refuse_mistaken(document, pattern, source);
-  if (const auto unknown = first_unknown(document, "", pattern))
+  if (const auto unknown = first_unknown(*source.schema, document, "", pattern))
     source.fail(unknown->node, unknown->path,
-                fmt::format("is not a key of {}{}", what_is(unknown->table), remedy(*unknown)));
+                fmt::format("is not a key of {}{}", source.schema->what_is(unknown->table),
+                            remedy(*source.schema, *unknown)));
 }
 
 }  // namespace freeplay

@@ -165,11 +165,11 @@ std::vector<Chain> bifurcation_chains(const Study& study) {
     return ChainLink{settings_at(axis, place), {axis.values[place]}, start};
   };
   std::vector<Chain> chains;
-  if (plan.up) {
+  if (plan.up()) {
     chains.push_back({"up", {}});
     for (const auto place : places) chains.back().links.push_back(link(place, -1));
   }
-  if (plan.down) {
+  if (plan.down()) {
     chains.push_back({"down", {}});
     for (auto i = places.size(); i-- > 0;) chains.back().links.push_back(link(places[i], -1));
   }

@@ -19,6 +19,7 @@
 #include <vector>
 
 #include "mechanism/keys.hpp"
+#include "study/settings/setting_values.hpp"
 
 namespace freeplay {
 
@@ -34,6 +35,8 @@ inline constexpr auto reduce_names = complete<Reduce>({{Reduce::mean, "mean"},
                                                        {Reduce::std, "std"},
                                                        {Reduce::quantile, "quantile"},
                                                        {Reduce::count, "count"}});
+
+constexpr const auto& choices(Reduce) { return reduce_names; }
 
 /// A measure as the study states it. It is evaluated by study/runs/measurer.hpp.
 struct Measure {
@@ -52,12 +55,25 @@ struct Measure {
   double tolerance = 0;                     ///< relative uncertainty of the file
   std::vector<std::string> overrides = {};  ///< keys of the scene with which the file was measured
   ///@}
+
+  static void keys(auto& k, auto& x) {
+    k.need({"column", "", "column of trajectory.csv or forces.csv, an instrument, or a number of run.json"},
+           x.column);
+    k.need({"reduce", "", ""}, x.reduce);
+    if (k.when(x.reduce == Reduce::quantile, {"q"}, "applies only to reduce = \"quantile\""))
+      k.need({"q", "", "probability of the quantile, from 0 to 1"}, x.q, zero_to_one);
+    k.other({"each", "", "\"period\": reduced over each period, then their mean"}, "text", x.each_period,
+            [](auto& s, auto key) { return s.choice(key, {"period"}) == 0; });
+    k.take({"at", "",
+            "section: only its points are evaluated; \"every period\", \"JOINT.angle crosses VALUE "
+            "upwards\", \"each touch\"",
+            "–"},
+           x.at);
+    k.check(!x.each_period || x.at.empty(), "each",
+            "and at both select parts of the window; give one of them");
+  }
 };
 
-class Section;
-
-/// Reads [measure.NAME].
-Measure read_measure(const std::string& name, Section& section);
 /// One line that states all of the measure, for identities.
 std::string said(const Measure& measure);
 

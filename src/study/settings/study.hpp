@@ -8,16 +8,20 @@
 #include <filesystem>
 #include <optional>
 #include <string>
+#include <type_traits>
 #include <utility>
 #include <vector>
 
 #include "io/scene/named_file.hpp"
+#include "io/scene/schema.hpp"
 #include "mechanism/error.hpp"
 #include "mechanism/keys.hpp"
 #include "study/attractors/attractor_plan.hpp"
 #include "study/runs/perturb.hpp"
 #include "study/settings/continuation_plan.hpp"
 #include "study/settings/measure.hpp"
+#include "study/settings/setting_values.hpp"
+#include "values/family.hpp"
 
 namespace freeplay {
 
@@ -36,6 +40,28 @@ struct Axis {
     bool logarithmic = false;
   };
   std::optional<Drawn> drawn = {};
+
+  static void keys(auto& k, auto& x) {
+    k.together({{{"key", "", "scene key that varies; or keys"}, "text"},
+                {{"keys", "", "several keys that vary together"}, "names"}},
+               x, read_varied);
+    k.together({{{"values", "",
+                  "values, as texts with units if needed; for several keys also one list per point, [[a, b], "
+                  "...]"},
+                 "numbers"},
+                {{"range", "", "[low, high, n]: n evenly spaced values, in place of a list"}, "numbers"},
+                {{"log_range", "", "[low, high, n]: n values with equal ratios"}, "numbers"}},
+               x, read_values);
+    if (auto* drawn = k.given("low", x.drawn)) {
+      const auto unit = unit_of(x.key);
+      k.need({"low", unit, "least value of an axis with random values", "–"}, drawn->low, any_number);
+      k.need({"high", unit, "greatest value of an axis with random values", "–"}, drawn->high, any_number);
+      k.other({"spacing", "", "distribution of random values; or \"log\"", "\"linear\""}, "text",
+              drawn->logarithmic, read_logarithmic);
+    }
+    k.take({"unit", "", "as shown"}, x.unit);
+    k.take({"scale", "", "displayed value / value of the key"}, x.scale, positive);
+  }
 };
 
 /// Choice of the points of drawn axes (study/settings/design.hpp).
@@ -43,6 +69,7 @@ enum class DrawMethod { random, latin_hypercube, sobol };
 inline constexpr auto draw_names = complete<DrawMethod>({{DrawMethod::random, "random"},
                                                          {DrawMethod::latin_hypercube, "latin-hypercube"},
                                                          {DrawMethod::sobol, "sobol"}});
+constexpr const auto& choices(DrawMethod) { return draw_names; }
 
 /// A derived column: an expression of the other columns of a run and of columns derived before it.
 struct Derived {
@@ -61,6 +88,15 @@ struct Variant {
   /// Hz, sampling rate of the measurement its runs are compared with; 0: the instruments' own.
   double sampling = 0;
   double noise = 0;  ///< m/s², standard deviation of the noise of that measurement's samples
+
+  static void keys(auto& k, auto& x) {
+    k.take({"title", "", "what the variant changes", "its name"}, x.title);
+    k.take({"scene", "", "another scene file", "the study's"}, x.scene);
+    k.names({"set", "", "keys of the scene, KEY=VALUE"}, x.overrides);
+    k.other({"formulations", "", "as in the study", "the study's"}, "names", x.formulations, read_families);
+    k.take({"starts", "", "as in the study", "the study's"}, x.starts, study_count);
+    k.take({"revolutions", "", "as in the study", "the study's"}, x.revolutions, one_or_more);
+  }
 };
 
 /// A parameter that calibration identifies.
@@ -68,6 +104,14 @@ struct Unknown {
   std::string name, key, unit;
   double low = 0, high = 0;
   bool logarithmic = false;
+
+  static void keys(auto& k, auto& x) {
+    k.need({"key", "", "scene key to be fitted"}, x.key);
+    k.need({"low", unit_of(x.key), "least value"}, x.low, any_number);
+    k.need({"high", unit_of(x.key), "greatest value"}, x.high, any_number);
+    k.other({"scale", "", "or \"log\"", "\"linear\""}, "text", x.logarithmic, read_logarithmic);
+    k.take({"unit", "", "as shown"}, x.unit);
+  }
 };
 
 /// Segments of a measured file, each as long as a run; calibration fits to the mean of their
@@ -110,6 +154,22 @@ struct Target {
   bool is_waveform() const { return statistic == "waveform"; }
   /// Name of the measure that provides the statistic; for others its own name.
   std::string measure() const { return is_waveform() ? "waveform_" + name : statistic; }
+
+  static void keys(auto& k, auto& x) {
+    k.names({"set", "", "keys of the scene for this target, KEY=VALUE"}, x.overrides);
+    k.need({"statistic", "",
+            "statistic of a run (docs/reference/study.md lists them), measure of the study, \"waveform\", or "
+            "quantity such as event.1.t"},
+           x.statistic);
+    if (k.when(!x.is_waveform())) k.take({"value", "", "as measured", "–"}, x.value);
+    if (k.when(!x.is_quantity()))
+      k.take({"data", "", "measured file for computing the statistic, in place of value"}, x.data);
+    k.take({"tolerance", "", "relative standard uncertainty of the value; of a waveform 0.01", "0.1"},
+           x.tolerance, positive);
+    if (k.when(x.is_quantity()))
+      k.take({"deviation", "", "standard uncertainty of a quantity in SI units, in place of tolerance", "–"},
+             x.deviation, positive);
+  }
 };
 
 /// Parameters of a calibration (study/calibration/calibrate.hpp).
@@ -120,6 +180,23 @@ struct Calibration {
   bool leave_out = true;  ///< also fit without each target
   std::vector<Unknown> unknowns;
   std::vector<Target> targets;
+
+  static void keys(auto& k, auto& x) {
+    k.other({"formulation", "", "which is fitted", "\"nonsmooth\""}, "text", x.formulation, read_family);
+    k.take({"points", "", "number of points of the space-filling design for the response surface"}, x.points,
+           study_count);
+    k.take({"starts", "", "perturbed starts for each point and target"}, x.starts, study_count);
+    k.take({"revolutions", "",
+            "evaluated revolutions of each run; at most the complete revolutions of a target's file"},
+           x.revolutions, one_or_more);
+    k.take({"refinements", "", "greatest number of refinements where the misfit is small; a whole number"},
+           x.refinements, whole);
+    k.take({"leave_out", "", "also fit without each target and predict it"}, x.leave_out);
+    k.tables("unknowns", "an unknown", x.unknowns);
+    k.tables("targets", "a target", x.targets);
+    k.check(!x.unknowns.empty(), "unknowns", "must name at least one unknown");
+    k.check(!x.targets.empty(), "targets", "must name at least one target");
+  }
 };
 
 /// Contents of a study file.
@@ -136,6 +213,7 @@ struct Study {
   std::filesystem::path points;
   /// Contacts whose flights and impacts are counted; empty: all.
   std::vector<std::string> joints;
+  std::vector<std::string> formulations = family_names();
   std::string accelerometer, position;  ///< instruments; may be empty
   /// Whether the impact law takes the restitution that the penalty law delivers.
   bool matched = true;
@@ -162,10 +240,99 @@ struct Study {
   std::optional<BifurcationPlan> bifurcation;
   std::optional<BasinPlan> basin;
   std::optional<ContinuationPlan> continuation;
+
+  static constexpr Range below_one{[](double x) { return x >= 0 && x < 1; }, "at least 0 and below 1"};
+
+  /// A visitor with a member type `OfRuns` visits only the settings that affect the digits of single
+  /// runs: neither their number nor their evaluation.
+  static void keys(auto& k, auto& x) {
+    constexpr bool all = !requires { typename std::decay_t<decltype(k)>::OfRuns; };
+    if constexpr (all) {
+      k.take({"title", "", "title of the study"}, x.title);
+      k.need({"scene", "", "scene file, relative to the study's"}, x.scene);
+      k.take({"claims", "",
+              "what `validate` compares with: \"flores2011\" (published findings) or \"points\" (measured "
+              "values)",
+              "–"},
+             x.claims);
+      k.take({"points", "",
+              "CSV file with the measured values of claims = \"points\": columns quantity, value, "
+              "uncertainty and the axes"},
+             x.points);
+      k.take(
+          {"fit", "", "study with a calibration that `validate` runs first; adds a variant \"calibrated\""},
+          x.fit);
+    }
+    k.other({"joint", "",
+             "joints and contacts for the statistics of flights and impacts; `validate` and `calibrate` need "
+             "one",
+             "all"},
+            "text or names", x.joints, [](auto& s, auto key) { return s.name_or_names(key); });
+    k.take(
+        {"accelerometer", "", "instrument of the evaluated signal; `validate` and `calibrate` need it", "–"},
+        x.accelerometer);
+    k.take({"position", "", "LVDT with the same sampling", "–"}, x.position);
+    if constexpr (all)
+      k.other({"formulations", "", "\"penalty\", \"nonsmooth\"", "both"}, "names", x.formulations,
+              read_families);
+    k.other({"restitution", "",
+             "restitution of the impact law: \"delivered\" (effective value of the penalty law), or "
+             "\"as-given\" (input)",
+             "\"delivered\""},
+            "text", x.matched, [](auto& s, auto key) {
+              return s.choice(key, {"delivered", "as-given"}) == 0;
+            });
+    if constexpr (all) {
+      k.take({"period", "s",
+              "duration of one revolution; default: that of the drive of prescribed speed, or the period of "
+              "the curves",
+              "the drive's"},
+             x.period, positive);
+      k.take({"revolutions", "", "evaluated periods of each run", "50"}, x.revolutions, one_or_more);
+    }
+    k.take({"discard", "", "discarded periods before those", "2"}, x.discard, non_negative);
+    if constexpr (all) {
+      k.take({"duration", "s", "evaluated duration of each run, in place of revolutions and discard"},
+             x.duration, positive);
+      k.take({"discard_time", "s", "before that", "0"}, x.discard_time, non_negative);
+      k.take({"starts", "", "perturbed starts of each case; 1 if a scene has none", "8"}, x.starts,
+             study_count);
+    }
+    k.take({"seed", "", "seed of the starts and random points; a whole number"}, x.seed, whole);
+    k.take({"turn", "", "range of the random initial crank angle, as a share of a revolution"},
+           x.perturbation.turn, zero_to_one);
+    k.take({"play", "", "range of the random initial offsets, as a share of the clearance"},
+           x.perturbation.play, below_one);
+    k.take({"flight_angle", "degrees", "shortest counted flight, as crank angle"}, x.flight_angle,
+           non_negative);
+    k.take({"impact_speed", "m/s", "least approach speed of counted impacts"}, x.impact_speed, non_negative);
+    k.take({"line_share", "",
+            "least amplitude of dominant spectral lines, as a share of the greatest ideal acceleration"},
+           x.line_share, positive);
+    if constexpr (all) {
+      k.choose({"sample", "", "design of the random values of axes with low and high: "}, x.sampling);
+      if (k.when(x.sampling.has_value(), {"samples"}, "needs sample, the design of the random values"))
+        k.need({"samples", "", "number of random points", "–"}, x.samples, study_count);
+      k.take({"where", "", "condition for running a cell, an expression of the axes", "–"}, x.where);
+      k.tables("axes", "an axis", x.axes);
+      k.tables("measure", "a measure", x.measures);
+      k.texts({"derived", "", "NAME = \"expression of axes, statistics and measures\", any number of them"},
+              x.derived);
+      k.texts({"units", "",
+               "NAME = \"unit\" of measures and derived quantities, as figures show it; default of a "
+               "measure: that of its column"},
+              x.units);
+      k.tables("variants", "a variant", x.variants);
+      k.part("calibrate", "[calibrate]", x.calibration);
+      k.part("bifurcation", "[bifurcation]", x.bifurcation);
+      k.part("basin", "[basin]", x.basin);
+      k.part("continue", "[continue]", x.continuation);
+    }
+  }
 };
 
 /// The settings that affect every run, with the values in force, one line KEY = VALUE each.
-std::string settings_text(Study study);
+std::string settings_text(const Study& study);
 
 /// Names that expressions of a study may contain, in the order of a run's values: axes, and with
 /// `results` also statistics and measures.
@@ -177,6 +344,9 @@ SceneError error_at(const Study& study, const std::vector<std::string>& path, co
 /// Moves an error about a scene key to the position in the study that sets this key; returns other
 /// errors unchanged.
 SceneError in_study(const Study& study, const SceneError& error);
+
+/// The schema of studies.
+const Schema& study_schema();
 
 /// Reads a study. Throws SceneError, also for a named file outside `reach`.
 Study read_study(const std::filesystem::path& file, Reach reach = Reach::anywhere);

@@ -55,10 +55,8 @@ void write_sweep_document(const Study& study, const Results& results, const std:
                              {"scale", a.scale},
                              {"drawn", a.drawn.has_value()}});
   for (const auto& m : study.measures)
-    sweep["measures"].push_back({{"name", m.name},
-                                 {"column", m.column},
-                                 {"reduce", reduce_names[static_cast<std::size_t>(m.reduce)].text},
-                                 {"unit", unit_of(m.name)}});
+    sweep["measures"].push_back(
+        {{"name", m.name}, {"column", m.column}, {"reduce", text_of(m.reduce)}, {"unit", unit_of(m.name)}});
   for (const auto& d : study.derived)
     sweep["derived"].push_back({{"name", d.name}, {"unit", unit_of(d.name)}});
   for (const auto& v : study.variants)

@@ -1,0 +1,273 @@
+#include "study/settings/study_reader.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cctype>
+#include <cmath>
+
+#include "io/scene/keys_list.hpp"
+#include "measure/turns.hpp"
+#include "study/settings/expression.hpp"
+#include "values/family.hpp"
+
+namespace freeplay {
+namespace {
+
+/// Limit of drawn coordinates. Sobol's table has thousands of coordinates and a database a few
+/// thousand columns.
+constexpr long most_drawn = 100;
+
+/// Columns of `runs` that are neither axes nor measures (study/store/results.cpp).
+constexpr const char* fixed_columns[] = {"run", "variant", "formulation", "start", "status", "reason"};
+
+/// SQLite does not distinguish columns that differ only in case.
+std::string lower(std::string text) {
+  for (auto& c : text) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
+  return text;
+}
+
+/// The key of KEY=VALUE.
+std::string key_of(const std::string& override) { return override.substr(0, override.find_first_of(" =")); }
+
+/// The values of [low, high, n].
+std::vector<double> spread(const std::vector<double>& range, bool logarithmic, const char* key, Section& s) {
+  if (range.size() != 3) s.fail(key, fmt::format("must be [low, high, n], has {} numbers", range.size()));
+  const double low = range[0], high = range[1], n = range[2];
+  if (!(high > low)) s.fail(key, fmt::format("high must be greater than low = {}, is {}", low, high));
+  if (logarithmic && low <= 0)
+    s.fail(key, fmt::format("low must be greater than 0 for equal ratios, is {}", low));
+  if (!study_count.holds(n) || n < 2) s.fail(key, fmt::format("n must be a whole number from 2, is {}", n));
+  std::vector<double> values;
+  for (int i = 0; i < static_cast<int>(n); ++i) {
+    // Interpolate from both ends, so that 0.1, …, 0.9 are exactly the doubles of these decimals.
+    values.push_back(logarithmic ? low * std::pow(high / low, i / (n - 1))
+                                 : ((n - 1 - i) * low + i * high) / (n - 1));
+  }
+  values.back() = high;
+  return values;
+}
+
+std::vector<std::string_view> units_of(const Axis& a) {
+  std::vector<std::string_view> units{unit_of(a.key)};
+  for (const auto& other : a.others) units.push_back(unit_of(other));
+  return units;
+}
+
+void read_list(Axis& a, Section& s, const std::vector<std::string_view>& units) {
+  const Key key{"values", units.front(), {}};
+  if (!a.others.empty() && s.is_list_of_lists("values")) {
+    a.other_values.resize(a.others.size());
+    for (const auto& row : s.rows("values", units)) {
+      if (std::ranges::count(a.values, row[0]) > 0)
+        s.fail("values",
+               fmt::format("{} occurs twice for {}, which identifies the cells; put a key with distinct "
+                           "values first",
+                           row[0], a.key));
+      a.values.push_back(row[0]);
+      for (std::size_t k = 0; k < a.others.size(); ++k) a.other_values[k].push_back(row[k + 1]);
+    }
+    return;
+  }
+  a.values = s.numbers(key);
+}
+
+/// Keys that share their values must have the same unit.
+void require_one_unit(const Axis& a, Section& s, const std::vector<std::string_view>& units) {
+  for (std::size_t k = 0; k < a.others.size(); ++k)
+    if (units[k + 1] != units[0])
+      s.fail("keys", fmt::format("{} is in {} and {} in {}, so one value cannot serve both; give pairs, "
+                                 "values = [[a, b], ...]",
+                                 a.key, units[0].empty() ? "no unit" : units[0], a.others[k],
+                                 units[k + 1].empty() ? "no unit" : units[k + 1]));
+}
+
+std::vector<std::string> keys_of(const Axis& axis) {
+  auto keys = axis.others;
+  keys.push_back(axis.key);
+  return keys;
+}
+
+}  // namespace
+
+std::vector<std::string> names_of(const Study& study, bool results) {
+  std::vector<std::string> names;
+  for (const auto& axis : study.axes) names.push_back(axis.name);
+  if (!results) return names;
+  names.insert(names.end(), TurnMetrics::names().begin(), TurnMetrics::names().end());
+  for (const auto& measure : study.measures) names.push_back(measure.name);
+  return names;
+}
+
+std::string read_family(Section& s, std::string_view key) {
+  return families[static_cast<std::size_t>(s.choice(key, family_names()))].text;
+}
+
+std::vector<std::string> read_families(Section& s, std::string_view key) {
+  auto list = s.names(key);
+  for (const auto& name : list)
+    if (!family_named(name))
+      s.fail(key, fmt::format("\"{}\" is unknown; known are \"{}\"", name,
+                              fmt::join(family_names(), "\" and \"")));
+  if (list.empty()) s.fail(key, "must name at least one");
+  return list;
+}
+
+void read_varied(Section& s, Axis& a) {
+  if (!s.has("keys")) return void(a.key = s.text("key"));
+  if (s.has("key")) s.fail("keys", "and key are given; give one of them");
+  a.others = s.names("keys");
+  if (a.others.empty()) s.fail("keys", "must name at least one key of the scene");
+  a.key = a.others.front();
+  a.others.erase(a.others.begin());
+}
+
+void read_values(Section& s, Axis& a) {
+  const auto units = units_of(a);
+  constexpr const char* forms[] = {"values", "range", "log_range", "low"};
+  const auto given = std::ranges::count_if(forms, [&](const char* form) { return s.has(form); });
+  if (given != 1)
+    s.lacks(given == 0 ? "values" : "",
+            given == 0 ? "is missing: give values, range, log_range, or low and high"
+                       : "needs exactly one of values, range, log_range, and low with high");
+  if (s.has("low")) return;
+  if (s.has("values")) return read_list(a, s, units);
+  const char* key = s.has("range") ? "range" : "log_range";
+  a.values = spread(s.numbers(Key{key, units.front(), {}}), s.has("log_range"), key, s);
+}
+
+const Schema& study_schema() {
+  static const Schema schema = [] {
+    KeysList list;
+    list.facts<Study>("study", "a study");
+    return list.schema("study");
+  }();
+  return schema;
+}
+
+void StudyReader::require_free(const std::string& name, const char* what) {
+  const auto own = lower(name);
+  const auto taken = [&](std::string_view column) { return lower(std::string(column)) == own; };
+  const bool column =
+      std::ranges::any_of(TurnMetrics::names(), taken) || std::ranges::any_of(fixed_columns, taken);
+  if (column)
+    s_.fail("", fmt::format("\"{}\" is a column of the results; give the {} another name", name, what));
+  const auto other = [&](const auto& list, const char* kind) {
+    for (const auto& x : list)
+      if (taken(x.name))
+        s_.fail("", fmt::format("{} {} already has this name; give the {} another", kind, x.name, what));
+  };
+  other(study_.axes, "axis");
+  other(study_.measures, "measure");
+  other(study_.derived, "derived quantity");
+}
+
+/// Requires a name that expressions can contain.
+void StudyReader::require_word(const std::string& name, const char* what) {
+  if (!Expression::is_name(name))
+    s_.fail("",
+            fmt::format(
+                "\"{}\": expressions cannot use this name of the {}: it must have letters, digits and _, not "
+                "begin with a digit, and not be one of {}",
+                name, what, fmt::join(Expression::words(), ", ")));
+}
+
+void StudyReader::finish(Axis& a) {
+  require_free(a.name, "axis");
+  if (a.drawn) {
+    if (!study_.sampling)
+      s_.fail("low", "is of an axis with random values, and sample, their design, is missing");
+    const auto& d = *a.drawn;
+    if (d.high <= d.low) s_.fail("high", fmt::format("must be greater than low = {}, is {}", d.low, d.high));
+    if (d.logarithmic && d.low <= 0) s_.fail("low", "must be greater than 0 where spacing is \"log\"");
+  }
+  if (!s_.is_list_of_lists("values")) require_one_unit(a, s_, units_of(a));
+  if (a.other_values.empty() && !a.drawn) a.other_values.assign(a.others.size(), a.values);
+  s_.done(a.drawn ? "an axis with random values" : "an axis without random values");
+  for (const auto& key : keys_of(a))
+    for (const auto& other : study_.axes)
+      if (std::ranges::count(keys_of(other), key) > 0)
+        s_.fail(a.others.empty() ? "key" : "keys",
+                fmt::format("{} is already varied by axis {}", key, other.name));
+}
+
+void StudyReader::finish(Measure& measure) {
+  require_free(measure.name, "measure");
+  require_word(measure.name, "measure");
+}
+
+void StudyReader::texts(const Key& key, std::vector<Derived>& list) {
+  Section section = s_.child(key.name);
+  StudyReader derived(section, study_);
+  for (auto& [name, expression] : s_.texts(key.name)) {
+    derived.require_free(name, "derived quantity");
+    derived.require_word(name, "derived quantity");
+    list.push_back({name, expression});
+  }
+}
+
+void StudyReader::texts(const Key& key, std::vector<std::pair<std::string, std::string>>& units) {
+  units = s_.texts(key.name);
+  for (const auto& [name, unit] : units)
+    if (std::ranges::find(study_.measures, name, &Measure::name) == study_.measures.end() &&
+        std::ranges::find(study_.derived, name, &Derived::name) == study_.derived.end())
+      s_.child(key.name).fail(name, "is neither a measure nor a derived quantity of the study");
+}
+
+void StudyReader::finish(Variant& v) {
+  study_.in_periods |= s_.has("revolutions");
+  if (s_.has("revolutions") && study_.duration)
+    s_.fail("revolutions", "counts periods, but the study's duration is in seconds");
+  study_.starts_given |= s_.has("starts");
+  for (const auto& o : v.overrides)
+    for (const auto& axis : study_.axes)
+      if (std::ranges::count(keys_of(axis), key_of(o)) > 0)
+        s_.fail("set", fmt::format("{} is varied by axis {}", key_of(o), axis.name));
+}
+
+void StudyReader::finish(Study& study) {
+  if ((study.claims == "points") != s_.has("points"))
+    s_.fail("claims", "\"points\" and the key points go together; one of them is missing");
+  study.starts_given |= s_.has("starts");
+  for (const char* key : {"revolutions", "discard"}) {
+    study.in_periods |= s_.has(key);
+    if (s_.has(key) && study.duration)
+      s_.fail(key,
+              "counts periods, but duration is in seconds; give revolutions and discard, or duration and "
+              "discard_time");
+  }
+  if (study.discard_time && !study.duration) s_.fail("discard_time", "needs duration, which is missing");
+  const auto drawn = std::ranges::count_if(study.axes, [](const Axis& a) { return a.drawn.has_value(); });
+  if (study.sampling && drawn == 0)
+    s_.fail("sample", "needs an axis with random values: give one low and high");
+  if (drawn > most_drawn) s_.fail("axes", fmt::format("at most {} can be drawn", most_drawn));
+  if (study.variants.empty())
+    study.variants.push_back({"given",
+                              study.title.empty() ? "the scene without variants" : study.title,
+                              study.scene,
+                              {},
+                              study.formulations,
+                              study.starts,
+                              study.revolutions});
+}
+
+void require_expressions(const Study& study) {
+  try {
+    if (!study.where.empty() &&
+        Expression(study.where, names_of(study, false)).type() != Expression::Type::truth)
+      throw ExpressionError(1, "is a number; `where` needs true or false, such as a < b");
+  } catch (const ExpressionError& e) {
+    throw error_at(study, {"where"}, e.what());
+  }
+  auto names = names_of(study, true);
+  for (const auto& [name, expression] : study.derived) {
+    try {
+      (void)Expression(expression, names);
+    } catch (const ExpressionError& e) {
+      throw error_at(study, {"derived", name}, e.what());
+    }
+    names.push_back(name);
+  }
+}
+
+}  // namespace freeplay
