@@ -18,13 +18,7 @@ const std::vector<std::string> adaptive{"dopri5", "bulirsch_stoer", "adams_bashf
 /// A slider of 2 kg on a guide along x, and the elements acting on it.
 Scene slider(const std::string& more, double speed, const std::vector<std::string>& sets) {
   return parse_scene(test::body("slider", 2.0, 1.0, fmt::format("velocity = [{}, 0]\n", speed)) +
-                         fmt::format(R"([joints.guide]
-type = "translational"
-between = ["ground", "slider"]
-at = [[0, 0], [0, 0]]
-axis = [1, 0]
-{})",
-                                     more),
+                         test::guide("guide", "ground", "slider") + more,
                      "slider.toml", sets);
 }
 
@@ -184,6 +178,6 @@ step = 1e-4
 
 TEST_CASE("fehlberg78 is refused with the name of its replacement", "[errors]") {
   CHECK_THROWS_WITH(slider("[run]\nduration = 1\n[penalty]\nintegrator = \"fehlberg78\"\n", 1, {}),
-                    Contains("slider.toml:14:14: penalty.integrator: \"fehlberg78\" has been removed") &&
+                    Contains("slider.toml:13:14: penalty.integrator: \"fehlberg78\" has been removed") &&
                         Contains("use \"bulirsch_stoer\""));
 }

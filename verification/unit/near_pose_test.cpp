@@ -1,7 +1,7 @@
 // Perturbed starts found from an initial guess nearby equal those found from the given positions,
 // to rounding.
-#include "io/scene/open_scene.hpp"
 #include "study/runs/near_pose.hpp"
+#include "io/scene/open_scene.hpp"
 #include "study/runs/perturb.hpp"
 #include "verification/support/rig.hpp"
 

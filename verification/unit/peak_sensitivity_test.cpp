@@ -13,7 +13,8 @@ constexpr double pi = 3.14159265358979323846;
 /// A ball between two walls at x = −1 and x = right, without friction; it starts at x = 0.
 std::string between_walls(double right, const std::string& velocity, double duration,
                           const std::string& instrument, const std::string& gravity = "[0, 0]") {
-  return "gravity = " + gravity + test::body("ball", 0.3, 3e-4, "position = [0, 0]\nvelocity = " + velocity) +
+  return "gravity = " + gravity + "\n" +
+         test::body("ball", 0.3, 3e-4, "position = [0, 0]\nvelocity = " + velocity + "\n") +
          test::plane("right", "ground", "ball", 0.05, "hard",
                      fmt::format("at = [[{}, 0], [0, 0]]\naxis = [0, 1]\nstiffness = 1e5\n", right)) +
          test::plane("left", "ground", "ball", 0.05, "hard",
