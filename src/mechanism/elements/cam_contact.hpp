@@ -89,11 +89,10 @@ struct CamContact {
     if (k.when(c.follower == Follower::roller, {"roller_radius"}, "is of a roller"))
       k.need({"roller_radius", "m", "radius of the roller"}, c.roller_radius, positive);
     k.need({"base_radius", "m", "base radius of the cam"}, c.base_radius, positive);
-    k.pairs(
-        {"lift_table", "rad, m",
-         "[[angle on the cam, lift], ...], increasing within a turn: joined by a periodic cubic spline; "
-         "in place of law, lift, rise, dwell, return"},
-        c.table);
+    k.pairs({"lift_table", "rad, m",
+             "[[angle on the cam, lift], ...], increasing within a turn: joined by a periodic cubic spline; "
+             "in place of law, lift, rise, dwell, return"},
+            c.table);
     if (k.when(c.table.empty(), {"law", "lift", "start", "rise", "dwell", "return"},
                "cannot be combined with lift_table")) {
       k.choose({"law", "", "of rise and return: "}, c.law);
