@@ -274,25 +274,28 @@ void Scene::set(const std::string& key, const std::string& value) {
 void Scene::set(const std::string& key, double value) { set(key, fmt::format("{}", value)); }
 
 Parameter::Parameter(const Scene& scene, std::string path) : path_(std::move(path)), text_(scene) {
-  const auto place = Path::of(path_);
   const auto canonical = SceneText::canonical(scene);
-  const toml::node* last = nullptr;
-  bool known = false, found = false;
-  for (const auto* s : {&std::as_const(text_), &canonical}) {
-    const auto* node = s->find(place);
-    known = known || s->find({place.key});
-    if (node) last = node;
-    if (!node || !node->is_number()) continue;
+  bool known = false, in_list = true;
+  const auto find_in = [&](const SceneText& text) {
+    const auto place = Path::of(path_);
+    const auto *node = text.find(place), *whole = text.find({place.key});
+    known = known || whole;
+    if (node) in_list = node->is_array();
+    if (!node || !node->is_number()) return false;
     value_ = *node->value<double>();
-    greatest_ = greatest_number(*s->find({place.key}));
-    found = true;
-    break;
-  }
-  if (!found)
-    throw ModelError(path_, !known ? "has no value in this scene; state it there, or correct the name"
-                            : !last || last->is_array()
-                                ? "is not one number of a list; add indices such as [0] or [1][0]"
-                                : "is not one number; name a key with a number");
+    greatest_ = greatest_number(*whole);
+    return true;
+  };
+  // The text of a scene that was changed in code may state the number by another key than the canonical text.
+  const auto is_in_original = [&] {
+    return !text_.is_original() && !scene.text.empty() &&
+           find_in(SceneText(scene.text, scene.file.string(), scene.overrides, scene.outside)) &&
+           same_facts(at(value_), scene);
+  };
+  if (!find_in(text_) && !find_in(canonical) && !is_in_original())
+    throw ModelError(path_, !known    ? "has no value in this scene; state it there, or correct the name"
+                            : in_list ? "is not one number of a list; add indices such as [0] or [1][0]"
+                                      : "is not one number; name a key with a number");
   // The text may state the fact by another key, as run.revolutions for run.duration.
   if (text_.is_original()) try {
       (void)at(value_);
