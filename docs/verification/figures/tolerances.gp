@@ -4,7 +4,7 @@ reset
 if (PASS == 1) set terminal pdfcairo size 16cm,12cm font "DejaVu Sans,7" fontscale 0.75 linewidth 1; set output "tolerances.pdf"
 if (PASS == 2) set terminal pngcairo size 1600,1200 font "DejaVu Sans,7" fontscale 2.64583 linewidth 2; set output "tolerances.png"
 DATA = "tolerances.dat"
-ORIGIN = "freeplay 0.1.0 (6e565931d2), verification"
+ORIGIN = "freeplay 0.1.0 (5eacb589c3), verification"
 CAPTION = ""
 set encoding utf8
 WIDTH = 16; HEIGHT = 12  # cm
