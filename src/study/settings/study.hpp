@@ -25,6 +25,12 @@
 
 namespace freeplay {
 
+/// Range of the drawn values of an axis (Study::sampling).
+struct DrawnRange {
+  double low = 0, high = 0;
+  bool logarithmic = false;
+};
+
 /// A parameter of the study: one key of the scene, or several that vary together, and their values.
 struct Axis {
   std::string name, key;
@@ -34,11 +40,7 @@ struct Axis {
   /// Keys that vary with it, and their values at the same positions.
   std::vector<std::string> others = {};
   std::vector<std::vector<double>> other_values = {};
-  /// Range of drawn values (Study::sampling).
-  struct Drawn {
-    double low = 0, high = 0;
-    bool logarithmic = false;
-  };
+  using Drawn = DrawnRange;
   std::optional<Drawn> drawn = {};
 
   static void keys(auto& k, auto& x) {
