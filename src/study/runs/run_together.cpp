@@ -21,8 +21,8 @@ namespace {
 /// Fixed steps of all runs together above which lanes are worth their compilations.
 constexpr double lanes_after = 1e6;
 
-/// The threads of a study, which may be more than the machine has cores: oneTBB limits them to these, with a
-/// warning, unless it is told.
+/// The threads of a study. If they are more than the cores of the machine, oneTBB's limit is raised: it would
+/// otherwise reduce them to the cores and print a warning.
 class Threads {
  public:
   /// `wanted`: their number; 0: all cores.
