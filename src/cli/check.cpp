@@ -147,10 +147,15 @@ int check(const CheckRequest& request) {
   if (request.units) return list_units();
   if (request.scene.empty()) throw SceneError("scene is required");
   const Scene scene = read_scene(request.scene, request.overrides, request.reach == Reach::anywhere);
-  ask(scene);
+  std::optional<IdealStart> ideal;
+  ask(scene, &ideal);
   const System system(scene.mechanism);
-  std::string assumed;
-  const State start = located_in(scene, [&] { return assemble(scene.mechanism, scene.run.start, &assumed); });
+  if (!ideal || scene.run.start != RunOptions::Start::ideal) {
+    ideal.emplace();
+    ideal->state =
+        located_in(scene, [&] { return assemble(scene.mechanism, scene.run.start, &ideal->assumed); });
+  }
+  const State& start = ideal->state;
   located_in(scene, [&] { require_mesh(scene.mechanism, start.q); });
   const auto redundant = redundant_rows(system, start.q);
   int tangents = 0;
@@ -191,7 +196,7 @@ int check(const CheckRequest& request) {
   if (output.event_bytes > 0)
     line("", fmt::format("and events.csv, {:.0f} bytes per event; the number of events cannot be predicted",
                          output.event_bytes));
-  if (!assumed.empty()) line("start", assumed);
+  if (!ideal->assumed.empty()) line("start", ideal->assumed);
   for (const auto& [what, said] : assembly_report(scene.mechanism, start)) line(what.c_str(), said);
 
   const auto teeth = teeth_at(scene.mechanism, start.q);

@@ -281,8 +281,6 @@ Program::Program(StopToken stop)
   app_->set_version_flag("--version", fmt::format("freeplay {} ({})", version, commit));
   app_->set_help_flag("-h,--help", "print this help");
   app_->require_subcommand(0, 1);  // so that a word that is no command is named
-  declare_verbs(*this);
-  add_help();
 }
 
 Program::~Program() = default;
@@ -317,9 +315,15 @@ void Program::add_help() {
 }
 
 int Program::run(int argc, char** argv) {
-  if (const auto verb = named_verb(argc, argv);
-      std::ranges::find(in_second_program_, verb) != in_second_program_.end())
-    return execute_beside("freeplay-verify", verb, argv);
+  named_ = named_verb(argc, argv);
+  declare_verbs(*this);
+  if (app_->get_subcommands(nullptr).empty()) {
+    named_.clear();
+    declare_verbs(*this);
+  }
+  add_help();
+  if (std::ranges::find(in_second_program_, named_) != in_second_program_.end())
+    return execute_beside("freeplay-verify", named_, argv);
   try {
     app_->parse(argc, argv);
   } catch (const CLI::CallForHelp&) {

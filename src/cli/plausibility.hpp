@@ -39,10 +39,11 @@ inline std::string describe(const Scene& scene, const DeadPoint& dead) {
       key_of(scene.mechanism, dead.open));
 }
 
-/// Prints all questions and notes about a scene.
-inline void ask(const Scene& scene) {
+/// Prints all questions and notes about a scene. `ideal` receives the start of the ideal mechanism if it was
+/// needed.
+inline void ask(const Scene& scene, std::optional<IdealStart>* ideal = nullptr) {
   auto all = plausibility_checks(scene.mechanism);
-  if (const auto dead = dead_point(scene.mechanism, scene.run.duration))
+  if (const auto dead = dead_point(scene.mechanism, scene.run.duration, ideal))
     all.push_back(describe(scene, *dead) + "?");
   if (const auto step = long_step(scene); !step.empty()) all.push_back(step + "?");
   for (const auto& q : all) fmt::print(stderr, "{}", wrapped("question: " + q + "\n", 10));

@@ -10,6 +10,7 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <utility>
 #include <vector>
 
@@ -105,6 +106,9 @@ class Program {
   /// Adds a verb for which run() executes the second program, freeplay-verify, instead.
   void second_program_verb(const char* name, const char* what);
 
+  /// Whether the command line may need the verb: it names this one, or none of the program's.
+  bool declares(std::string_view name) const { return named_.empty() || named_ == name; }
+
   /// Executes the command line; returns the exit status.
   int run(int argc, char** argv);
 
@@ -113,12 +117,13 @@ class Program {
   void add_help();
 
   StopToken stop_;
+  std::string named_;  // the verb of the command line; empty: all are declared
   std::unique_ptr<CLI::App> app_;
   std::function<int()> chosen_;
   std::vector<std::string> in_second_program_;
 };
 
-/// Adds the verbs of the program; each program defines it.
+/// Adds the verbs of the program that it declares; each program defines it.
 void declare_verbs(Program& program);
 
 #define VERB(name) void name##_verb(Program&);

@@ -3,6 +3,7 @@
 
 void freeplay::cli::declare_verbs(Program& program) {
 #define VERB(name)
-#define VERIFICATION_VERB(name, what) name##_verb(program);
+#define VERIFICATION_VERB(name, what) \
+  if (program.declares(#name)) name##_verb(program);
 #include "cli/verbs.def"
 }

@@ -126,12 +126,12 @@ class Residuals {
 }  // namespace
 
 void best_pose(const System& system, double length, bool hold_drives, std::vector<double>& q, double t,
-               const std::vector<char>& held) {
+               const std::vector<char>& held, double damping) {
   Residuals residuals(system, length, hold_drives, t, held);
   constexpr double rounding = 1e-14;  // of a step, relative; the next one would be its square
   Eigen::VectorXd step;
   std::vector<double> trial(q.size());
-  double cost = residuals.cost(q), damping = 1e-3;
+  double cost = residuals.cost(q);
   bool moved = true;
   for (int i = 0; i < 200 && cost > 0 && damping < 1e12; ++i) {
     if (moved) residuals.linearise(q);

@@ -44,7 +44,7 @@ FollowedTurn follow_turn(const System& system, std::vector<double> q, const Foll
   int poses = 0;
   const auto open_at = [&](double t, std::vector<double>& pose) -> std::optional<OpenJoint> {
     ++poses;
-    best_pose(system, how.length, true, pose, t);
+    best_pose(system, how.length, true, pose, t, {}, near_pose);
     const auto open = open_joints(system, pose, how.length, t);
     if (open.empty()) return {};
     double gap = 0;  // the best pose distributes the gap over the joints of the loop
@@ -82,24 +82,26 @@ FollowedTurn follow_turn(const System& system, std::vector<double> q, const Foll
   return turn;
 }
 
-std::optional<DeadPoint> dead_point(const Mechanism& mechanism, double duration) {
+std::optional<DeadPoint> dead_point(const Mechanism& mechanism, double duration,
+                                    std::optional<IdealStart>* start) {
   const auto* drive = main_drive(mechanism);
   if (!drive || drive->speed == 0 || mechanism.bodies.size() > most_followed) return {};
   const auto ideal = idealised(mechanism);
   const System system(ideal);
-  std::vector<double> q;
+  IdealStart found;
   try {
-    q = assemble(ideal, RunOptions::Start::ideal).q;
+    found.state = assemble(ideal, RunOptions::Start::ideal, &found.assumed);
   } catch (const ModelError&) {
     return {};  // the run reports this error
   }
   const double length = std::max(system.longest_arm(), 1e-18), allowed = play(mechanism) + 1e-6 * length;
   const double whole = 2 * std::numbers::pi / std::abs(drive->speed);
-  const auto turn = follow_turn(system, q,
+  const auto turn = follow_turn(system, found.state.q,
                                 {.length = length,
                                  .allowed = allowed,
                                  .interval = std::min(whole, duration) / places,
                                  .intervals = places});
+  if (start) *start = std::move(found);
   if (!turn.open) return {};
   return DeadPoint{turn.t.back(), std::abs(drive->speed) * turn.t.back(), *turn.open};
 }

@@ -6,6 +6,7 @@
 #pragma once
 
 #include <optional>
+#include <string>
 #include <vector>
 
 #include "dynamics/assembly/closure.hpp"
@@ -34,6 +35,9 @@ struct Following {
   double resolution = 1e-3;  ///< to which the end is located, relative to an interval
 };
 
+/// Damping of best_pose() from a pose between or beyond neighbours.
+inline constexpr double near_pose = 1e-8;
+
 /// Follows a mechanism from its closed pose q at t = 0. At most 800 poses are solved for.
 FollowedTurn follow_turn(const System& system, std::vector<double> q, const Following& how);
 
@@ -44,9 +48,16 @@ struct DeadPoint {
   OpenJoint open;    ///< the greatest gap just beyond it
 };
 
+/// A start of the ideal mechanism, as assemble() returns it with what it assumed.
+struct IdealStart {
+  State state;
+  std::string assumed;
+};
+
 /// The first dead point within a turn of the main drive and `duration` (s). Empty if the turn
 /// closes, if no drive has a constant speed, if the ideal mechanism has no start, and for more than
-/// most_followed bodies.
-std::optional<DeadPoint> dead_point(const Mechanism& mechanism, double duration);
+/// most_followed bodies. `start` receives the start from which the turn is followed.
+std::optional<DeadPoint> dead_point(const Mechanism& mechanism, double duration,
+                                    std::optional<IdealStart>* start = nullptr);
 
 }  // namespace freeplay
