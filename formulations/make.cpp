@@ -6,7 +6,7 @@
 #include <stdexcept>
 
 #include "dynamics/system.hpp"
-#include "formulations/contact/film_probe.hpp"
+#include "formulations/contact/steady_film.hpp"
 #include "formulations/nonsmooth.hpp"
 #include "formulations/penalty/penalty.hpp"
 #include "mechanism/laws.hpp"

@@ -5,7 +5,7 @@
 #include <stdexcept>
 
 #include "dynamics/assembly/assembly.hpp"
-#include "dynamics/assembly/redundancy.hpp"
+#include "dynamics/assembly/movable_rows.hpp"
 #include "formulations/automatic/automatic.hpp"
 #include "formulations/integrators/tolerance.hpp"
 #include "formulations/marched.hpp"

@@ -3,7 +3,7 @@
 // cannot: at accumulations of impacts, in modes of many contacts that change repeatedly, and in
 // Painlevé's configurations. It returns to the event-driven scheme once no impact has occurred for
 // a while, with a tenth of the tolerance of the time steps, because the state is not known more
-// accurately than that. policy.hpp has the rules.
+// accurately than that. handover.hpp has the rules.
 //
 // AutomaticStepper owns both schemes, which share one contact log. A handover passes the state,
 // energies, extremes, counts of work and open contacts, so that the only error is each scheme's own
@@ -17,10 +17,10 @@
 #include <utility>
 #include <vector>
 
-#include "formulations/automatic/policy.hpp"
+#include "formulations/automatic/handover.hpp"
 #include "formulations/event_driven/event_driven.hpp"
-#include "formulations/step_variation.hpp"
 #include "formulations/time_stepping/adaptive.hpp"
+#include "formulations/variation/step_variation.hpp"
 
 namespace freeplay {
 

@@ -30,7 +30,7 @@
 #include <optional>
 #include <span>
 
-#include "formulations/contact/impact_laws.hpp"
+#include "formulations/contact/impact.hpp"
 #include "formulations/integrators/crossing.hpp"
 #include "numerics/dense.hpp"
 

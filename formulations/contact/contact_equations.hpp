@@ -7,11 +7,11 @@
 // where b are the rates at the end of a step without these impulses and D = WᵀAW is the Delassus
 // matrix (A maps forces to accelerations with the constraints kept). With tangential restitution,
 // u_T⁺ + e_T u_T⁻ takes the place of u_T⁺. At an impact, e and e_T act on approaching contacts only
-// (newton_impact.cpp); in time steps, e also acts on separating rates (step_problem.cpp). The same
+// (impact.cpp); in time steps, e also acts on separating rates (step_problem.cpp). The same
 // problem in accelerations determines the next contact mode.
 //
 // ContactEquations owns the unknowns, b, and a dense D for small problems. Islands of many contacts
-// store D by rows (sparse_island.hpp), and islands of bodies without joints store velocities
+// store D by rows (island_groups.hpp), and islands of bodies without joints store velocities
 // instead (free_sweeps.hpp). All storages share the residual below. Solvers (solvers.hpp) read the
 // equations and write impulses to `unknowns`.
 #pragma once

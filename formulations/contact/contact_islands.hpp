@@ -2,9 +2,9 @@
 // island (island_groups.hpp).
 //
 // Islands of up to IslandGroups::most_dense unknowns are solved as dense contact problems. Longer
-// islands store D by rows (sparse_island.hpp). Islands of bodies without joints are solved by
+// islands store D by rows (island_groups.hpp). Islands of bodies without joints are solved by
 // sweeps over velocities (free_sweeps.hpp), other islands by Newton's method with band factors
-// (band_newton.hpp). If the band is too wide or these fail, Gauss–Seidel over the rows of D
+// (newton.hpp). If the band is too wide or these fail, Gauss–Seidel over the rows of D
 // follows, and for up to most_whole unknowns the solvers of small problems.
 //
 // It owns the islands of the last solve and keeps the impulses of unchanged islands until clear().
@@ -13,12 +13,12 @@
 #include <span>
 #include <vector>
 
-#include "formulations/contact/band_newton.hpp"
 #include "formulations/contact/contact_problem.hpp"
 #include "formulations/contact/free_sweeps.hpp"
+#include "formulations/contact/gauss_seidel.hpp"
 #include "formulations/contact/island_groups.hpp"
-#include "formulations/contact/sparse_sweeps.hpp"
-#include "numerics/responses.hpp"
+#include "formulations/contact/newton.hpp"
+#include "numerics/saddle_point.hpp"
 
 namespace freeplay {
 

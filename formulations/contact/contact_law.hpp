@@ -2,7 +2,7 @@
 //
 //     F = F_el(δ) (1 + χ δ̇/v₀),     clamped at zero,
 //
-// where F_el is an elastic law (elastic.hpp) and χ(e) the damping factor of a point law
+// where F_el is an elastic law (law.hpp) and χ(e) the damping factor of a point law
 // (laws/NAME.hpp). For a free impact, the coefficient of restitution ê that such a law delivers
 // satisfies
 //
@@ -22,7 +22,7 @@
 #pragma once
 
 #include "dynamics/evaluation.hpp"
-#include "formulations/contact/contact_parts.hpp"
+#include "formulations/contact/law.hpp"
 #include "mechanism/laws.hpp"
 #include "mechanism/options.hpp"
 

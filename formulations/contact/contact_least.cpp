@@ -14,7 +14,7 @@
 #include <cmath>
 
 #include "formulations/contact/contact_least.hpp"
-#include "numerics/least_squares.hpp"
+#include "numerics/complementarity.hpp"
 
 namespace freeplay {
 namespace {

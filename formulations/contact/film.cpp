@@ -1,7 +1,8 @@
 #include "formulations/contact/film.hpp"
 
-#include <algorithm>
 #include <boost/math/tools/toms748_solve.hpp>
+
+#include <algorithm>
 #include <cmath>
 #include <numbers>
 

@@ -28,7 +28,7 @@
 #include <array>
 #include <vector>
 
-#include "formulations/contact/sparse_island.hpp"
+#include "formulations/contact/island_groups.hpp"
 #include "numerics/band_lu.hpp"
 #include "numerics/saddle_point.hpp"
 

@@ -12,7 +12,7 @@
 //   energetic  W_expansion = −e² W_compression,   W the work of the normal impulse in a phase
 //              (Stronge, Proc. R. Soc. Lond. A 431 (1990) 169). Several contacts that D couples
 //              use Poisson's phases, with each contact's ratio of expansion iterated until its
-//              works satisfy this equation (impact_energetic.cpp); Poisson's ratios are used if
+//              works satisfy this equation (impact.cpp); Poisson's ratios are used if
 //              no solution is found.
 //
 //   compliant  contacts of normal and tangential springs with Coulomb friction in series, followed
@@ -27,12 +27,41 @@
 #pragma once
 
 #include <Eigen/Core>
+
 #include <string>
 #include <vector>
 
-#include "formulations/contact/impact_laws.hpp"
+#include "formulations/contact/impact_island.hpp"
+#include "formulations/contact/impact_phases.hpp"
 
 namespace freeplay {
+
+// Interface of impact laws (impact.hpp); each law has its own file. A law gets an island with D and
+// the rates before the impact, sets the impulses of its contacts and adds their works to the
+// island. It returns false if no impulses satisfy it. To add a law: its enumerator and row
+// (ImpactLaw) in src/mechanism/options.hpp, its file, its function here and its case below.
+
+using ImpactContacts = std::vector<ImpactContact>;
+
+/// `phases`: work space for laws that integrate an impact through its phases.
+bool newton_impact(ImpactIsland& island, ImpactPhases& phases, ImpactContacts& contacts);
+bool poisson_impact(ImpactIsland& island, ImpactPhases& phases, ImpactContacts& contacts);
+bool energetic_impact(ImpactIsland& island, ImpactPhases& phases, ImpactContacts& contacts);
+bool compliant_impact(ImpactIsland& island, ImpactPhases& phases, ImpactContacts& contacts);
+
+inline bool impact_by(ImpactLaw law, ImpactIsland& island, ImpactPhases& phases, ImpactContacts& contacts) {
+  switch (law) {
+    case ImpactLaw::newton:
+      return newton_impact(island, phases, contacts);
+    case ImpactLaw::poisson:
+      return poisson_impact(island, phases, contacts);
+    case ImpactLaw::energetic:
+      return energetic_impact(island, phases, contacts);
+    case ImpactLaw::compliant:
+      return compliant_impact(island, phases, contacts);
+  }
+  return false;
+}
 
 /// Solves impacts one by one. An impact uses no initial guess and fills all data that it reads;
 /// only the number of modes left to try passes from one impact to the next.

@@ -1,13 +1,33 @@
 // ImpactIsland: contacts coupled by D in impact at one instant. It holds the input and output of an
-// impact law (impact_laws.hpp): D, the rates before, and the resulting works and summary.
+// impact law (impact.hpp): D, the rates before, and the resulting works and summary.
 #pragma once
 
 #include <Eigen/Core>
+
 #include <vector>
 
 #include "formulations/contact/contact_problem.hpp"
+#include "mechanism/options.hpp"
 
 namespace freeplay {
+
+/// Impact of a single contact, integrated along its normal impulse (Routh, Dynamics of a System of
+/// Rigid Bodies, 1905). By Poisson's law it ends when the impulse of expansion is e times the
+/// impulse of compression (Wang and Mason, J. Appl. Mech. 59 (1992) 635); by the energetic law, when
+/// the work of expansion is e² times the work of compression (Stronge).
+struct RouthImpact {
+  double impulse_n = 0, impulse_t = 0;  ///< N s
+  /// J, of the impulses on the rates during the impact; negative: lost
+  double normal_work = 0, tangential_work = 0;
+  /// False if no impulse ends the approach: the only freedom of the contact cannot change its
+  /// approach rate.
+  bool ended = true;
+};
+
+/// D and the rates before the impact, of one contact; D_TT = 0 without friction. Both rows of D may
+/// depend on one freedom (a lever on a stop): sliding then stops at the very end of compression.
+RouthImpact routh_impact(ImpactLaw law, double Dnn, double Dnt, double Dtt, double u_n, double u_t, double mu,
+                         double e);
 
 /// A contact in impact: its rows of D and u, its coefficients, and its impulses.
 struct ImpactContact {
@@ -45,7 +65,7 @@ struct ImpactIsland {
   bool wedged = false;  ///< no ratios were found that give the works of the contacts
 };
 
-/// Impact of a single contact in its island, integrated along its normal impulse (routh.hpp).
+/// Impact of a single contact in its island, integrated along its normal impulse (impact_island.hpp).
 bool routh_impact(ImpactLaw law, ImpactIsland& island, ImpactContact& c);
 
 }  // namespace freeplay

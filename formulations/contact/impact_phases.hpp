@@ -6,7 +6,7 @@
 // follow from one contact problem. Each such change begins a new piece. Friction therefore always
 // opposes the present sliding and never drives. The path is an assumption, as in any law for
 // simultaneous impacts. For a single contact it equals the path along its normal impulse
-// (routh.hpp).
+// (impact_island.hpp).
 //
 // Poisson's law is compression, followed by expansion with each contact's restitution as its ratio.
 // The energetic law iterates the ratios.

@@ -6,12 +6,13 @@
 #pragma once
 
 #include <Eigen/Core>
+
 #include <array>
 #include <vector>
 
 #include "formulations/contact/contact_equations.hpp"
 #include "mechanism/options.hpp"
-#include "numerics/lcp.hpp"
+#include "numerics/complementarity.hpp"
 
 namespace freeplay {
 
@@ -35,7 +36,7 @@ struct SolverRoom {
   Eigen::MatrixXd factor;  // of D
 };
 
-/// @name A single unknown, in closed form (closed_form.cpp)
+/// @name A single unknown, in closed form (solvers.cpp)
 ///@{
 /// b includes the effect of all other unknowns. Returns false if friction admits no impulse.
 bool solve_one(ContactUnknown& c, double bn, double bt, double Dnn, double Dnt, double Dtt);
@@ -45,10 +46,10 @@ SolverSummary closed_form(ContactEquations& p, double accepted, SolverRoom& room
 ///@}
 
 constexpr int most_for_enumeration = 6;  // 4⁶ cases
-/// enumeration.cpp
+/// solvers.cpp
 SolverSummary enumeration(ContactEquations& p, double accepted, SolverRoom& room);
 
-/// @name Lemke's method on the problem in standard form, and in a copositive form (lemke.cpp)
+/// @name Lemke's method on the problem in standard form, and in a copositive form (solvers.cpp)
 ///@{
 SolverSummary lemke(ContactEquations& p, double accepted, SolverRoom& room);
 SolverSummary copositive_lemke(ContactEquations& p, double accepted, SolverRoom& room);
@@ -74,7 +75,7 @@ SolverSummary gauss_seidel(ContactEquations& p, double accepted, SolverRoom& roo
 SolverSummary mixed_gauss_seidel(ContactEquations& p, double accepted, SolverRoom& room);
 ///@}
 
-/// Proximal-point iteration, for contacts that share their loads (proximal.cpp).
+/// Proximal-point iteration, for contacts that share their loads (solvers.cpp).
 SolverSummary proximal(ContactEquations& p, double accepted, SolverRoom& room);
 
 using Solver = SolverSummary(ContactEquations& p, double accepted, SolverRoom& room);

@@ -20,9 +20,11 @@
 #pragma once
 
 #include <array>
+#include <memory>
 #include <optional>
 
 #include "formulations/contact/film.hpp"
+#include "simulation/film_statistics.hpp"
 
 namespace freeplay {
 
@@ -59,5 +61,11 @@ SteadyFilm steady_film(const Film& film, double ratio, double speed);
 /// ε at which the film carries a load; empty if the load exceeds the capacity at the hand-over
 /// thickness, where dry contact begins to carry.
 std::optional<double> steady_ratio(const Film& film, double load, double speed);
+
+// The films of a mechanism at any state, for statistics (simulation/film_statistics.hpp).
+
+struct Mechanism;
+
+std::unique_ptr<FilmProbe> make_film_probe(const Mechanism& mechanism);
 
 }  // namespace freeplay

@@ -9,7 +9,7 @@
 //
 //   EventSearch    finds the end of a mode (event_search.hpp),
 //   EventImpacts   solves impacts, and ends bounces that accumulate (event_impacts.hpp),
-//   EventPace      checks whether events occur too fast to be resolved (event_pace.hpp).
+//   EventPace      checks whether events occur too fast to be resolved (event_findings.hpp).
 //
 // Contacts whose gaps close within the integration error of each other have simultaneous impacts.
 // Otherwise a slider that lands flat on two corners would have a sequence of single impacts, whose

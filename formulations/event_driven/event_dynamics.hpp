@@ -4,7 +4,7 @@
 //   ModeMotion       dx/dt in the mode (mode_motion.hpp), and its derivative (event_jacobian.cpp),
 //   ModeChoice       the mode after an event (mode_choice.hpp),
 //   ImpactEquations  impulses of an impact (impact_equations.hpp),
-//   ModeProjection   projection onto the constraints of the mode (mode_projection.hpp),
+//   ModeProjection   projection onto the constraints of the mode (event_dynamics.hpp),
 //
 // which it owns, and accumulates the energies that impacts and projections dissipate.
 #pragma once
@@ -18,10 +18,37 @@
 #include "formulations/event_driven/mode_choice.hpp"
 #include "formulations/event_driven/mode_equations.hpp"
 #include "formulations/event_driven/mode_motion.hpp"
-#include "formulations/event_driven/mode_projection.hpp"
+#include "formulations/probe.hpp"
 #include "numerics/dual.hpp"
 
 namespace freeplay {
+
+/// ModeProjection: the least mass-weighted change that projects a state onto the constraints of its
+/// mode,
+///
+///     positions:   G Δq = −Φ,           W_Nᵀ Δq = −g       (closed)
+///     velocities:  G Δv = −(G v + Φ_t),  W_Nᵀ Δv = −W_Nᵀ v (closed),  W_Tᵀ Δv = −W_Tᵀ v (sticking)
+class ModeProjection {
+ public:
+  /// Projects the positions of x, then its velocities; adds the impulses of the latter to
+  /// `impulses`, if given. Returns the change of energy (J).
+  double project(ModeEquations& d, std::vector<double>& x, double t, Forces* impulses);
+
+ private:
+  /// Owner of a row: a contact and which of its rows, or a joint with friction.
+  struct Owner {
+    int contact, friction;
+    bool tangent;
+  };
+  /// Adds to y the least change Δ with G Δ = −residual and, for active rows, W Δ = −b.
+  void move(ModeEquations& d, double* y);
+  void hold_positions(ModeEquations& d, const double* q, const double* v);
+  void hold_velocities(ModeEquations& d, const double* q, const double* v);
+  void enter(ModeEquations& d, const double* q, const double* v, Forces& impulses) const;
+
+  std::vector<double> residual_, change_;
+  std::vector<Owner> owners_;
+};
 
 class SystemTangent;
 
@@ -130,6 +157,63 @@ class EventDynamics : public ModeEquations {
   std::shared_ptr<TracedTangent> traced_room_;
   std::shared_ptr<SystemTangent> traced_;  // null: none
   bool along_traced_ = false;
+};
+
+/// WatchedForces: forces of an event-driven run for observers. It evaluates them with a second
+/// object of the dynamics, so that observation does not change the motion in any digit.
+class WatchedForces {
+ public:
+  void watch(bool on, const EventDynamics& dynamics) {
+    watching_ = on;
+    if (on && !probe_) make_probe(dynamics);
+  }
+  bool watching() const { return watching_; }
+  /// Called before a step.
+  void clear() {
+    if (!watching_) return;
+    before_.clear();
+    within_.clear();
+  }
+  void clear_before() {
+    if (watching_) before_.clear();
+  }
+  /// Forces at x in the mode of the last step, which lasts until the next step begins.
+  void at(const EventDynamics& dynamics, const std::vector<double>& x, double t, Forces& out) {
+    probe_->take_mode(dynamics);
+    probe_->report(x, t, out);
+  }
+  /// Impulses of an impact, before it is accepted.
+  void apply_impact(EventDynamics& dynamics, const std::vector<double>& x,
+                    const std::vector<int>& in_impact) {
+    if (watching_) dynamics.report_impact(x, in_impact, impact_forces_);
+  }
+  void keep_impact() {
+    if (watching_) before_.add(1, impact_forces_);
+  }
+  /// Where the impulses of projections before a step and within it are accumulated; null without
+  /// observers.
+  Forces* impulses_before() { return watching_ ? &before_ : nullptr; }
+  Forces* impulses_within() { return watching_ ? &within_ : nullptr; }
+  const Forces& before() const { return before_; }
+  const Forces& within() const { return within_; }
+  Forces& scratch() { return scratch_; }
+  /// Number of instants at which no forces were found.
+  long unreported() const { return probe_ ? probe_->counts.unreported : 0; }
+
+  template <class M>
+  void serialize(M& m, const EventDynamics& dynamics) {
+    serialize_probe(m, probe_, watching_, [&] { make_probe(dynamics); });
+  }
+
+ private:
+  void make_probe(const EventDynamics& dynamics) {
+    probe_ = dynamics.twin();
+    before_ = within_ = impact_forces_ = scratch_ = dynamics.system.make_forces();
+  }
+
+  bool watching_ = false;
+  std::unique_ptr<EventDynamics> probe_;  // made when forces are first observed
+  Forces before_, within_, impact_forces_, scratch_;
 };
 
 }  // namespace freeplay

@@ -14,10 +14,9 @@
 #include <string>
 #include <vector>
 
+#include "formulations/event_driven/event_dynamics.hpp"
 #include "formulations/event_driven/event_findings.hpp"
-#include "formulations/event_driven/event_pace.hpp"
 #include "formulations/event_driven/event_search.hpp"
-#include "formulations/event_driven/watched_forces.hpp"
 
 namespace freeplay {
 

@@ -21,8 +21,8 @@
 
 #include "formulations/event_driven/event_dynamics.hpp"
 #include "formulations/integrators/crossing.hpp"
-#include "formulations/integrators/limits.hpp"
-#include "formulations/integrators/relieved.hpp"
+#include "formulations/integrators/kinks.hpp"
+#include "formulations/integrators/rosenbrock.hpp"
 
 namespace freeplay {
 

@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "formulations/contact/bound_iteration.hpp"
+#include "formulations/contact/coupled_friction.hpp"
 #include "formulations/contact/impact.hpp"
 #include "formulations/event_driven/mode_equations.hpp"
 

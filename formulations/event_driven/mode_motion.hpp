@@ -4,7 +4,7 @@
 //     M v̇ + Gᵀλ = f + Σ (W_N − s μ W_T) λ_N + Σ W_T λ_T,    G v̇ = γ,
 //     W_Nᵀ v̇ = γ_N (closed),   W_Tᵀ v̇ = γ_T (sticking),   s = sgn u_T (slipping).
 //
-// Slipping friction that its joint's reaction bounds (dynamics/reaction_bound.hpp) is λ_T = −s
+// Slipping friction that its joint's reaction bounds (dynamics/evaluation.hpp) is λ_T = −s
 // μ(|u|) S(λ), solved together with the reactions of the same instant
 // (contact/coupled_friction.hpp).
 #pragma once

@@ -2,7 +2,7 @@
 
 #include <utility>
 
-#include "formulations/peak_search.hpp"
+#include "formulations/variation/peak_search.hpp"
 
 namespace freeplay {
 namespace {

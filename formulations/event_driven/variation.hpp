@@ -28,8 +28,8 @@
 
 #include "formulations/event_driven/event_dynamics.hpp"
 #include "formulations/event_driven/event_impacts.hpp"
-#include "formulations/sensitivity.hpp"
-#include "formulations/varied_columns.hpp"
+#include "formulations/variation/sensitivity.hpp"
+#include "formulations/variation/varied_columns.hpp"
 
 namespace freeplay {
 

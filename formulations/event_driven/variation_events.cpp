@@ -7,7 +7,7 @@
 
 #include "formulations/event_driven/event_impacts.hpp"
 #include "formulations/event_driven/variation.hpp"
-#include "formulations/peak_search.hpp"
+#include "formulations/variation/peak_search.hpp"
 
 namespace freeplay {
 namespace {

@@ -4,7 +4,6 @@
 
 #include "formulations/integrators/methods.hpp"
 #include "formulations/integrators/odeint_memory.hpp"
-#include "formulations/integrators/scaled_side.hpp"
 
 namespace freeplay {
 

@@ -3,7 +3,7 @@
 // An error estimate evaluates a curve only at the stages of a step, and does not detect deviations
 // of a prescribed motion between the ends of the step. With the argument x, its rate ẋ at the
 // beginning, the length L over which y(x) varies on the present stretch
-// (dynamics/curve_reader.hpp), and the rest r of the stretch, a step of length h satisfies
+// (dynamics/phase.hpp), and the rest r of the stretch, a step of length h satisfies
 //
 //     |ẋ| h ≤ L/16        and, where knots are not located,        |ẋ| h ≤ L/32,  r + w/10000,  w/2
 //

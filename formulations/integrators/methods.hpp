@@ -18,12 +18,14 @@
 // method.
 #pragma once
 
-#include <algorithm>
-#include <array>
 #include <boost/numeric/odeint/stepper/controlled_runge_kutta.hpp>
 #include <boost/numeric/odeint/stepper/runge_kutta4.hpp>
 #include <boost/numeric/odeint/stepper/runge_kutta_dopri5.hpp>
+
+#include <algorithm>
+#include <array>
 #include <cmath>
+#include <cstddef>
 #include <functional>
 #include <span>
 #include <vector>
@@ -277,6 +279,80 @@ class Rk4 : public MethodState {
  private:
   boost::numeric::odeint::runge_kutta4<Vector> stepper_;
   double h_;
+};
+
+// A right-hand side in units of its error scales, for methods whose error control has a single
+// absolute tolerance.
+
+/// Components without a scale have
+/// units so large that their error never counts.
+class ScaledSide {
+ public:
+  explicit ScaledSide(ErrorNorm norm) : norm_(std::move(norm)) {}
+  /// Sets the scales at a state: absolute_i + relative_i |x_i|.
+  void measure(const Vector& x) {
+    constexpr double unmeasured = 1e9;
+    scale_.assign(x.size(), unmeasured);
+    for (std::size_t i = 0; i < norm_.absolute.size(); ++i)
+      if (std::isfinite(norm_.absolute[i]))
+        scale_[i] = norm_.absolute[i] + norm_.relative[i] * std::abs(x[i]);
+    x_.resize(x.size());
+    dxdt_.resize(x.size());
+  }
+  void to_scaled(const Vector& x, Vector& y) const {
+    for (std::size_t i = 0; i < x.size(); ++i) y[i] = x[i] / scale_[i];
+  }
+  void from_scaled(const Vector& y, Vector& x) const {
+    for (std::size_t i = 0; i < x.size(); ++i) x[i] = y[i] * scale_[i];
+  }
+  template <class F>
+  void evaluate(F& f, const Vector& y, Vector& dydt, double t) {
+    from_scaled(y, x_);
+    f(x_, dxdt_, t);
+    to_scaled(dxdt_, dydt);
+  }
+  /// The derivative of the last evaluation, in the units of x.
+  const Vector& last() const { return dxdt_; }
+  const Vector& scale() const { return scale_; }
+  double tolerance() const { return norm_.tolerance; }
+  /// Only the scales of the last start are serialized. `size`: of a state.
+  template <class M>
+  void serialize(M& m, std::size_t size) {
+    m(scale_);
+    if constexpr (M::reading) {
+      if (!scale_.empty() && scale_.size() != size)
+        throw MemoryError("the snapshot's integrator has another size, or is damaged");
+      x_.resize(size);
+      dxdt_.resize(size);
+    }
+  }
+
+ private:
+  ErrorNorm norm_;
+  Vector scale_, x_, dxdt_;
+};
+
+// Dormand and Prince's method for columns of derivatives along a motion.
+
+/// Dormand and Prince's coefficients of the six stages of the result of fifth order.
+struct DormandPrince {
+  static constexpr double c[6] = {0, 1.0 / 5, 3.0 / 10, 4.0 / 5, 8.0 / 9, 1};
+  static constexpr double a[6][5] = {
+      {},
+      {1.0 / 5},
+      {3.0 / 40, 9.0 / 40},
+      {44.0 / 45, -56.0 / 15, 32.0 / 9},
+      {19372.0 / 6561, -25360.0 / 2187, 64448.0 / 6561, -212.0 / 729},
+      {9017.0 / 3168, -355.0 / 33, 46732.0 / 5247, 49.0 / 176, -5103.0 / 18656},
+  };
+  static constexpr double b[6] = {35.0 / 384, 0, 500.0 / 1113, 125.0 / 192, -2187.0 / 6784, 11.0 / 84};
+
+  /// Weights of the differences from embedded results. Third order: by six stages; all conditions of this
+  /// order hold, since stages 3 and 4 have stage order 2. Fourth order: the seventh stage is at the end of
+  /// the step.
+  static constexpr double third[6] = {b[0] - 7.0 / 72, 0, b[2] - 4.0 / 9, b[3] - 11.0 / 24, b[4], b[5]};
+  static constexpr double fourth[7] = {71.0 / 57600,      0,          -71.0 / 16695, 71.0 / 1920,
+                                       -17253.0 / 339200, 22.0 / 525, -1.0 / 40};
 };
 
 }  // namespace freeplay

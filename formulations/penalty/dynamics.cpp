@@ -8,7 +8,7 @@
 #include <tuple>
 
 #include "dynamics/planar.hpp"
-#include "formulations/contact/film_force.hpp"
+#include "formulations/contact/film.hpp"
 
 namespace freeplay {
 

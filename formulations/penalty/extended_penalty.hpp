@@ -11,7 +11,7 @@
 #include <vector>
 
 #include "formulations/penalty/dynamics.hpp"
-#include "simulation/columns.hpp"
+#include "simulation/table_rows.hpp"
 
 namespace freeplay {
 

@@ -3,19 +3,16 @@
 #include <fmt/format.h>
 
 #include <cmath>
-#include <memory>
 #include <utility>
-#include <vector>
 
 #include "dynamics/assembly/assembly.hpp"
-#include "dynamics/assembly/redundancy.hpp"
-#include "formulations/contact/film_force.hpp"
+#include "dynamics/assembly/movable_rows.hpp"
+#include "formulations/contact/film.hpp"
 #include "formulations/integrators/adams.hpp"
 #include "formulations/integrators/bulirsch_stoer.hpp"
-#include "formulations/integrators/relieved.hpp"
+#include "formulations/integrators/rosenbrock.hpp"
 #include "formulations/integrators/tolerance.hpp"
 #include "formulations/marched.hpp"
-#include "formulations/penalty/penalty_steps.hpp"
 #include "formulations/penalty/stepper.hpp"
 #include "mechanism/scene.hpp"
 #include "values/diagnostic.hpp"

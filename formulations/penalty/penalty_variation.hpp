@@ -24,8 +24,8 @@
 #include <vector>
 
 #include "formulations/penalty/extended_penalty.hpp"
-#include "formulations/penalty/penalty_steps.hpp"
-#include "formulations/varied_columns.hpp"
+#include "formulations/penalty/penalty.hpp"
+#include "formulations/variation/varied_columns.hpp"
 
 namespace freeplay {
 

@@ -5,7 +5,7 @@
 #include <cmath>
 #include <utility>
 
-#include "formulations/integrators/limits.hpp"
+#include "formulations/integrators/kinks.hpp"
 #include "formulations/penalty/penalty_variation.hpp"
 
 namespace freeplay {

@@ -20,7 +20,7 @@
 
 #include "formulations/integrators/crossing.hpp"
 #include "formulations/integrators/curve_limit.hpp"
-#include "formulations/integrators/limits.hpp"
+#include "formulations/integrators/kinks.hpp"
 #include "formulations/integrators/methods.hpp"
 #include "formulations/penalty/dynamics.hpp"
 #include "formulations/probe.hpp"

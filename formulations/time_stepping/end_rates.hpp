@@ -9,8 +9,8 @@
 
 #include <vector>
 
-#include "formulations/time_stepping/step_forces.hpp"
 #include "formulations/time_stepping/step_problem.hpp"
+#include "formulations/time_stepping/step_results.hpp"
 
 namespace freeplay {
 

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "formulations/contact/film_force.hpp"
+#include "formulations/contact/film.hpp"
 #include "numerics/dual.hpp"
 
 namespace freeplay {

@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "formulations/integrators/crossing.hpp"
-#include "formulations/integrators/limits.hpp"
+#include "formulations/integrators/kinks.hpp"
 #include "formulations/time_stepping/step_pair.hpp"
 
 namespace freeplay {

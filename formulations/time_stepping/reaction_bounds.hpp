@@ -3,7 +3,7 @@
 //
 //     −P_T ∈ μ S(Λ) Sgn(u_T⁺),
 //
-// where Λ are the impulses of the step, including those of impacts (dynamics/reaction_bound.hpp),
+// where Λ are the impulses of the step, including those of impacts (dynamics/evaluation.hpp),
 // and μ is taken at the mean of the sliding speeds at both ends of the step. Bounds and impulses
 // are iterated until they agree (contact/bound_iteration.hpp). If the reactions grow faster than
 // the friction that they bound, other motions are sought; a motion that is not unique is a failure.
@@ -12,7 +12,6 @@
 #include <Eigen/Core>
 #include <vector>
 
-#include "formulations/contact/bound_iteration.hpp"
 #include "formulations/contact/contact_problem.hpp"
 #include "formulations/contact/coupled_friction.hpp"
 

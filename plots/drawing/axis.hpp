@@ -13,7 +13,7 @@
 #include <string_view>
 #include <vector>
 
-#include "plots/drawing/script.hpp"
+#include "plots/drawing/gnuplot.hpp"
 
 namespace freeplay::plots {
 

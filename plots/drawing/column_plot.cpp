@@ -7,8 +7,7 @@
 #include <cmath>
 #include <numbers>
 
-#include "io/files/visible.hpp"
-#include "io/scene/dimension.hpp"
+#include "io/files/escaping.hpp"
 #include "io/scene/quantity.hpp"
 #include "mechanism/error.hpp"
 #include "plots/drawing/axis.hpp"

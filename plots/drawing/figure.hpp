@@ -3,7 +3,7 @@
 // style.toml (default: PDF), and a PNG for viewing. The format cairolatex writes NAME_latex.tex,
 // which a LaTeX document includes by \input, with its PDF and script.
 //
-// The script contains only text that this program wrote (plots/drawing/script.hpp); numbers reach
+// The script contains only text that this program wrote (plots/drawing/gnuplot.hpp); numbers reach
 // gnuplot in the data file. gnuplot runs without start-up files in a folder of its own,
 // figures/NAME.partial; the files are moved to their place when they are complete. The script
 // defines
@@ -22,11 +22,23 @@
 #include <string_view>
 #include <vector>
 
-#include "plots/drawing/script.hpp"
+#include "plots/drawing/gnuplot.hpp"
 #include "plots/drawing/style.hpp"
 #include "values/stop.hpp"
 
 namespace freeplay::plots {
+
+// Facts of a PDF file: title, subject, keywords and program in its document information dictionary
+// (ISO 32000-1, 14.3.3), where pdfinfo and viewers show them.
+
+/// Texts in UTF-8; empty ones are omitted.
+struct PdfFacts {
+  std::string title, subject, keywords, creator;
+};
+
+/// The file with the facts, added by an incremental update (ISO 32000-1, 7.5.6). A file without a
+/// cross-reference table at its end, which other versions of cairo may write, is returned as it is.
+std::string with_facts(const std::string& pdf, const PdfFacts& facts);
 
 /// A block of the data file, which gnuplot addresses by its index: a comment with the names of the
 /// columns, then rows.

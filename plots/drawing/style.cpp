@@ -6,10 +6,10 @@
 #include <charconv>
 
 #include "io/files/child.hpp"
+#include "io/files/escaping.hpp"
 #include "io/files/input_file.hpp"
-#include "io/files/visible.hpp"
 #include "io/scene/keys_list.hpp"
-#include "io/scene/section_reader.hpp"
+#include "io/scene/section.hpp"
 
 namespace freeplay::plots {
 namespace {

@@ -4,6 +4,9 @@
 // velocity is the difference quotient of the position signal,
 //
 //     v_i = (x_{i+1} − x_{i−1}) n/60 · 360/(φ_{i+1} − φ_{i−1}),    n: rpm, φ: degrees of the crank.
+
+#include "plots/figures/experiment.hpp"
+
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -15,7 +18,6 @@
 #include "plots/drawing/figure.hpp"
 #include "plots/drawing/heat_map.hpp"
 #include "plots/drawing/panels.hpp"
-#include "plots/figures/paper.hpp"
 #include "plots/tables/table.hpp"
 #include "values/family.hpp"
 

@@ -8,7 +8,7 @@
 
 #include "plots/drawing/figure.hpp"
 #include "plots/drawing/panels.hpp"
-#include "plots/tables/run_table.hpp"
+#include "plots/tables/run_facts.hpp"
 
 namespace freeplay::plots {
 namespace {

@@ -19,9 +19,8 @@
 #include "plots/drawing/figure.hpp"
 #include "plots/drawing/panels.hpp"
 #include "plots/drawing/style.hpp"
-#include "plots/figures/phase_plane.hpp"
+#include "plots/figures/phase_portrait.hpp"
 #include "plots/tables/run_facts.hpp"
-#include "plots/tables/run_table.hpp"
 
 namespace freeplay::plots {
 namespace {

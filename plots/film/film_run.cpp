@@ -6,7 +6,7 @@
 #include <nlohmann/json.hpp>
 
 #include "mechanism/scene.hpp"
-#include "plots/report/motion.hpp"
+#include "plots/report/run_data.hpp"
 
 namespace freeplay::report {
 namespace {

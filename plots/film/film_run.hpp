@@ -7,7 +7,7 @@
 #include <utility>
 #include <vector>
 
-#include "plots/report/events.hpp"
+#include "plots/report/run_data.hpp"
 #include "plots/tables/run_facts.hpp"
 #include "values/vec2.hpp"
 

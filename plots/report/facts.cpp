@@ -6,7 +6,7 @@
 #include <nlohmann/json.hpp>
 #include <sstream>
 
-#include "io/files/shell_words.hpp"
+#include "io/files/escaping.hpp"
 #include "values/warning.hpp"
 
 namespace freeplay::report {

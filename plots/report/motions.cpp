@@ -9,8 +9,8 @@
 #include <string_view>
 #include <vector>
 
+#include "io/files/escaping.hpp"
 #include "io/files/input_file.hpp"
-#include "io/files/shell_words.hpp"
 #include "plots/report/facts.hpp"
 #include "plots/report/page.hpp"
 

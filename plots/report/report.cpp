@@ -6,15 +6,12 @@
 #include <list>
 #include <nlohmann/json.hpp>
 
-#include "io/files/shell_words.hpp"
-#include "io/files/visible.hpp"
+#include "io/files/escaping.hpp"
 #include "mechanism/scene.hpp"
-#include "plots/report/curves.hpp"
-#include "plots/report/events.hpp"
 #include "plots/report/facts.hpp"
-#include "plots/report/motion.hpp"
 #include "plots/report/motions.hpp"
 #include "plots/report/page.hpp"
+#include "plots/report/run_data.hpp"
 #include "plots/report/study_page.hpp"
 #include "plots/tables/run_facts.hpp"
 

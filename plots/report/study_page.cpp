@@ -6,8 +6,8 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 
+#include "io/files/escaping.hpp"
 #include "io/files/input_file.hpp"
-#include "io/files/shell_words.hpp"
 #include "measure/turns.hpp"
 #include "mechanism/error.hpp"
 #include "plots/report/facts.hpp"

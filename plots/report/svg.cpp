@@ -7,7 +7,7 @@
 #include <cmath>
 #include <iterator>
 
-#include "io/files/visible.hpp"
+#include "io/files/escaping.hpp"
 #include "plots/report/page.hpp"
 
 namespace freeplay::report {

@@ -8,15 +8,15 @@
 #include <nlohmann/json.hpp>
 #include <tuple>
 
+#include "io/files/escaping.hpp"
 #include "io/files/input_file.hpp"
-#include "io/files/visible.hpp"
 #include "io/scene/spelling.hpp"
 #include "mechanism/error.hpp"
 #include "mechanism/scene.hpp"
 #include "plots/tables/columns.hpp"
 #include "plots/tables/run_facts.hpp"
 #include "study/store/database.hpp"
-#include "study/sweep/sweep_document.hpp"
+#include "study/sweep/sweep_table.hpp"
 
 namespace freeplay::plots {
 namespace {

@@ -6,7 +6,7 @@
 #include <utility>
 #include <vector>
 
-#include "study/sweep/intervals.hpp"
+#include "study/store/results.hpp"
 
 namespace freeplay::plots {
 

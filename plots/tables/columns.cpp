@@ -8,8 +8,8 @@
 #include <nlohmann/json.hpp>
 #include <stdexcept>
 
-#include "io/files/visible.hpp"
-#include "io/scene/dimension.hpp"
+#include "io/files/escaping.hpp"
+#include "io/scene/quantity.hpp"
 #include "io/scene/schema.hpp"
 #include "mechanism/scene.hpp"
 #include "plots/tables/run_facts.hpp"

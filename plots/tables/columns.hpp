@@ -11,7 +11,7 @@
 #include <string_view>
 #include <vector>
 
-#include "plots/drawing/script.hpp"
+#include "plots/drawing/gnuplot.hpp"
 
 namespace freeplay {
 class Expression;

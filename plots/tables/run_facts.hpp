@@ -1,6 +1,7 @@
 // Facts that figures read from the run.json of a run: the scene, and the time span to show.
 #pragma once
 
+#include <array>
 #include <filesystem>
 #include <memory>
 #include <optional>
@@ -51,5 +52,21 @@ double end_of(const std::filesystem::path& folder);
 
 /// Time before which the statistics of the run are discarded (s).
 double discard_of(const std::filesystem::path& folder);
+
+// Reads columns of a trajectory in one pass, thinned for paper: if there are more rows than a curve
+// needs, every n-th row.
+
+struct RunTable {
+  std::vector<std::string> bodies;  ///< in the order of the file
+  std::vector<double> t;
+  /// [body][x, y, theta, vx, vy, omega][row]
+  std::vector<std::array<std::vector<double>, 6>> motion;
+};
+
+/// The motion of the first bodies of a run within a time span. About `rows` rows are kept.
+RunTable motion_of(const std::filesystem::path& run, const Span& span, std::size_t most_bodies, long rows);
+
+/// Difference of greatest and least value.
+double range_of(const std::vector<double>& values);
 
 }  // namespace freeplay::plots

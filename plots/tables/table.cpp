@@ -6,7 +6,7 @@
 #include <charconv>
 #include <cmath>
 
-#include "io/files/visible.hpp"
+#include "io/files/escaping.hpp"
 #include "mechanism/error.hpp"
 #include "values/name_length.hpp"
 

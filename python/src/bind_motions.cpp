@@ -17,7 +17,6 @@
 #include "mechanism/error.hpp"
 #include "record.hpp"
 #include "stop.hpp"
-#include "tables.hpp"
 
 namespace py = pybind11;
 

@@ -2,18 +2,16 @@
 #include <pybind11/stl/filesystem.h>
 
 #include "dynamics/assembly/assembly.hpp"
-#include "dynamics/assembly/redundancy.hpp"
+#include "dynamics/assembly/movable_rows.hpp"
 #include "dynamics/system.hpp"
 #include "facade/run_folder.hpp"
 #include "formulations/make.hpp"
 #include "io/files/output_file.hpp"
 #include "io/files/result_set.hpp"
-#include "io/scene/located.hpp"
+#include "io/scene/read_scene.hpp"
 #include "record.hpp"
 #include "study/comparison/compare.hpp"
-#include "study/settings/plan.hpp"
 #include "study/sweep/sweep.hpp"
-#include "study/sweep/sweep_document.hpp"
 #include "study/sweep/sweep_table.hpp"
 #include "values/family.hpp"
 

@@ -3,16 +3,15 @@
 
 #include <cmath>
 
+#include "cli/command_line.hpp"
 #include "cli/ending.hpp"
-#include "cli/progress.hpp"
-#include "cli/verb.hpp"
-#include "cli/wrapped.hpp"
+#include "cli/terminal.hpp"
 #include "facade/simulation.hpp"
-#include "io/scene/open_scene.hpp"
+#include "io/scene/read_scene.hpp"
 #include "mechanism/error.hpp"
 #include "mechanism/scene.hpp"
 #include "study/comparison/advice.hpp"
-#include "study/comparison/shown.hpp"
+#include "study/comparison/settings.hpp"
 #include "study/runs/perturb.hpp"
 #include "study/verdicts/verdicts.hpp"
 

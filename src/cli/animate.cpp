@@ -5,11 +5,10 @@
 #include <filesystem>
 #include <optional>
 
-#include "cli/progress.hpp"
-#include "cli/verb.hpp"
+#include "cli/command_line.hpp"
+#include "cli/terminal.hpp"
 #include "io/files/output_file.hpp"
 #include "io/files/result_set.hpp"
-#include "io/files/run_set.hpp"
 #include "mechanism/error.hpp"
 #include "plots/film/film.hpp"
 

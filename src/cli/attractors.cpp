@@ -5,12 +5,11 @@
 
 #include <nlohmann/json.hpp>
 
-#include "cli/default_folder.hpp"
+#include "cli/command_line.hpp"
 #include "cli/ending.hpp"
-#include "cli/progress.hpp"
+#include "cli/folders.hpp"
 #include "cli/shards.hpp"
-#include "cli/verb.hpp"
-#include "cli/wrapped.hpp"
+#include "cli/terminal.hpp"
 #include "io/files/digest.hpp"
 #include "io/files/output_file.hpp"
 #include "io/files/result_set.hpp"
@@ -19,7 +18,7 @@
 #include "study/attractors/attractor_exponents.hpp"
 #include "study/attractors/attractor_table.hpp"
 #include "study/partition/divided.hpp"
-#include "study/settings/provenance.hpp"
+#include "study/settings/study.hpp"
 
 namespace freeplay::cli {
 namespace {

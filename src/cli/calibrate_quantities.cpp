@@ -10,8 +10,7 @@
 
 #include "cli/calibrate.hpp"
 #include "cli/ending.hpp"
-#include "cli/progress.hpp"
-#include "cli/wrapped.hpp"
+#include "cli/terminal.hpp"
 #include "io/files/folder_lock.hpp"
 #include "io/files/output_file.hpp"
 #include "io/files/result_set.hpp"

@@ -1,9 +1,11 @@
 // Command line by CLI11: makes options and help (help.hpp) from the declarations of the verbs.
-#include <CLI/CLI.hpp>
+
+#include "cli/command_line.hpp"
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 #include <unistd.h>
+#include <CLI/CLI.hpp>
 
 #include <algorithm>
 #include <cerrno>
@@ -15,15 +17,34 @@
 
 #include "cli/help.hpp"
 #include "cli/shards.hpp"
-#include "cli/verb.hpp"
 #include "io/files/identity.hpp"
 #include "io/scene/quantity.hpp"
 #include "io/scene/spelling.hpp"
-#include "study/settings/settings.hpp"
-#include "values/family.hpp"
+#include "study/comparison/settings.hpp"
 #include "version.hpp"
 
 namespace freeplay::cli {
+
+std::vector<std::string> with_accuracy(const std::string& accuracy, const std::vector<Family>& families,
+                                       const std::vector<std::string>& overrides) {
+  std::vector<std::string> list;
+  if (!accuracy.empty()) {
+    const auto level = std::ranges::find(accuracies, accuracy, [](const auto& a) {
+                         return std::string_view(a.text);
+                       })->value;
+    for (const auto family : families) {
+      const auto keys = setting_for(family, level).keys();
+      // The first key selects the scheme or integrator. If the user selects another, the accuracy
+      // class does not apply.
+      const auto choice = keys.front().substr(0, keys.front().find('=') + 1);
+      const auto chooses = [&](const std::string& option) { return option.starts_with(choice); };
+      if (std::ranges::none_of(overrides, chooses)) list.insert(list.end(), keys.begin(), keys.end());
+    }
+  }
+  list.insert(list.end(), overrides.begin(), overrides.end());
+  return list;
+}
+
 namespace {
 
 /// Validator of a number; returns an empty text if `holds`, else the error.

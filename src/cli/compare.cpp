@@ -6,14 +6,12 @@
 #include <cstdio>
 #include <filesystem>
 
-#include "cli/accuracy.hpp"
-#include "cli/default_folder.hpp"
+#include "cli/command_line.hpp"
 #include "cli/ending.hpp"
-#include "cli/progress.hpp"
-#include "cli/verb.hpp"
-#include "cli/wrapped.hpp"
+#include "cli/folders.hpp"
+#include "cli/terminal.hpp"
 #include "io/files/result_set.hpp"
-#include "io/scene/open_scene.hpp"
+#include "io/scene/read_scene.hpp"
 #include "plots/drawing/figure.hpp"
 #include "plots/drawing/style.hpp"
 

@@ -11,26 +11,24 @@
 #include <utility>
 #include <vector>
 
-#include "cli/default_folder.hpp"
+#include "cli/command_line.hpp"
 #include "cli/ending.hpp"
-#include "cli/progress.hpp"
-#include "cli/run_figures.hpp"
-#include "cli/verb.hpp"
-#include "cli/wrapped.hpp"
+#include "cli/figures.hpp"
+#include "cli/folders.hpp"
+#include "cli/terminal.hpp"
 #include "facade/continuation.hpp"
 #include "facade/motion_documents.hpp"
 #include "io/files/input_file.hpp"
 #include "io/files/output_file.hpp"
 #include "io/files/result_set.hpp"
 #include "io/files/run_json.hpp"
-#include "io/scene/located.hpp"
+#include "io/scene/read_scene.hpp"
 #include "mechanism/error.hpp"
 #include "mechanism/scene.hpp"
 #include "plots/tables/table.hpp"
-#include "study/settings/continuation_plan.hpp"
 #include "study/settings/expression.hpp"
-#include "study/settings/provenance.hpp"
 #include "study/settings/study.hpp"
+#include "study/settings/study_parts.hpp"
 #include "values/branch.hpp"
 
 namespace freeplay::cli {

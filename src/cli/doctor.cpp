@@ -7,7 +7,7 @@
 #include <optional>
 #include <regex>
 
-#include "cli/verb.hpp"
+#include "cli/command_line.hpp"
 #include "io/files/child.hpp"
 #include "io/files/identity.hpp"
 #include "mechanism/error.hpp"

@@ -5,12 +5,12 @@
 
 #include <filesystem>
 
-#include "cli/default_folder.hpp"
+#include "cli/command_line.hpp"
 #include "cli/ending.hpp"
-#include "cli/progress.hpp"
-#include "cli/verb.hpp"
+#include "cli/folders.hpp"
+#include "cli/terminal.hpp"
 #include "io/files/result_set.hpp"
-#include "io/scene/open_scene.hpp"
+#include "io/scene/read_scene.hpp"
 #include "plots/drawing/figure.hpp"
 #include "values/table.hpp"
 

@@ -1,5 +1,5 @@
 // freeplay ensemble: runs from perturbed starts of one mechanism, with statistics and bands.
-#include "study/ensemble/ensemble_store.hpp"
+#include "study/ensemble/ensemble.hpp"
 
 #include <fmt/format.h>
 
@@ -7,15 +7,14 @@
 #include <nlohmann/json.hpp>
 #include <optional>
 
-#include "cli/default_folder.hpp"
-#include "cli/progress.hpp"
+#include "cli/command_line.hpp"
+#include "cli/folders.hpp"
 #include "cli/shards.hpp"
-#include "cli/verb.hpp"
-#include "cli/wrapped.hpp"
+#include "cli/terminal.hpp"
 #include "facade/identify.hpp"
 #include "io/files/result_set.hpp"
 #include "io/files/run_json.hpp"
-#include "io/scene/open_scene.hpp"
+#include "io/scene/read_scene.hpp"
 #include "mechanism/scene.hpp"
 #include "plots/drawing/figure.hpp"
 #include "study/partition/divided.hpp"

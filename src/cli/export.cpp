@@ -5,10 +5,9 @@
 #include <filesystem>
 #include <optional>
 
-#include "cli/verb.hpp"
+#include "cli/command_line.hpp"
 #include "io/files/output_file.hpp"
 #include "io/files/result_set.hpp"
-#include "io/files/run_set.hpp"
 #include "mechanism/error.hpp"
 #include "plots/export/export.hpp"
 

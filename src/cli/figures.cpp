@@ -1,18 +1,168 @@
 // freeplay figures: draws the figures of a result folder again, or those of a published paper.
+
+#include "cli/figures.hpp"
+
 #include <fmt/format.h>
+#include <nlohmann/json.hpp>
 
-#include <filesystem>
+#include <algorithm>
 
-#include "cli/paper_figures.hpp"
-#include "cli/verb.hpp"
+#include "cli/ending.hpp"
+#include "cli/folders.hpp"
+#include "cli/terminal.hpp"
+#include "facade/simulation.hpp"
+#include "io/files/folder_lock.hpp"
 #include "io/files/output_file.hpp"
 #include "io/files/result_set.hpp"
-#include "io/files/run_set.hpp"
+#include "io/files/run_json.hpp"
 #include "mechanism/error.hpp"
+#include "mechanism/scene.hpp"
+#include "plots/drawing/column_plot.hpp"
 #include "plots/drawing/figure.hpp"
 #include "plots/drawing/style.hpp"
+#include "plots/figures/experiment.hpp"
+#include "simulation/table_rows.hpp"
+#include "study/settings/study.hpp"
+#include "study/sweep/sweep.hpp"
+#include "study/sweep/sweep_table.hpp"
 
 namespace freeplay::cli {
+namespace {
+
+/// The columns that the run's files will have.
+std::vector<plots::Column> columns_to_be(const Scene& scene, const std::string& formulation) {
+  const Simulation simulation(scene, formulation, {});
+  const auto& layout = simulation.layout();
+  std::vector<plots::Column> list;
+  const auto add = [&](const std::string& name, const char* file) {
+    list.push_back({name, file, "", std::string(plots::unit_of_column(name))});
+  };
+  for (const auto& c : trajectory_columns(layout))
+    if (c.of != Column::Of::time) add(c.name(), "trajectory.csv");
+  if (scene.run.forces)
+    for (const auto& c : force_columns(layout))
+      if (c.of != Column::Of::time) add(c.name(), "forces.csv");
+  for (const auto& c : layout.channels) add(c, "signals.csv");
+  return list;
+}
+
+void require_columns(const RunFigures& figures, const Scene& scene, const std::string& formulation) {
+  if (figures.plot.empty()) return;
+  const auto all = columns_to_be(scene, formulation);
+  for (const auto& list : figures.plot)
+    for (const auto& name : plots::columns_named(list)) {
+      const bool of_events = name.find('.') == name.npos && !plots::unit_of_column(name).empty();
+      if (of_events && name != "t") continue;
+      try {
+        plots::formula_of(name, all);
+      } catch (const SceneError& e) {
+        throw SceneError(fmt::format("--plot: {}{}", e.what(),
+                                     scene.run.forces ? "" : "\n  and those of forces.csv with --forces"));
+      }
+    }
+}
+
+}  // namespace
+
+void require_figures(const RunFigures& figures, const Scene& scene, const std::string& formulation,
+                     const std::filesystem::path& folder) {
+  if (figures.none && figures.plot.empty()) return;
+  plots::style_of(folder, scene.file);
+  require_columns(figures, scene, formulation);
+}
+
+void draw_results(const std::filesystem::path& folder) {
+  try {
+    for (const auto& path : plots::all(folder)) fmt::print("figure: {}\n", path.string());
+  } catch (const OutputError& e) {
+    fmt::print(stderr, "figures: {}\n", e.what());
+  }
+}
+
+void draw_run(const RunFigures& figures, const std::filesystem::path& folder, const StopToken& stop) {
+  const FolderLock lock(folder, "run");
+  plots::remove_of_run(folder);
+  std::vector<std::filesystem::path> made;
+  try {
+    if (!figures.none) made = plots::all(folder, stop);
+  } catch (const OutputError& e) {
+    fmt::print(stderr, "figures: {}\n", e.what());
+  }
+  for (const auto& list : figures.plot) {
+    plots::ColumnPlot what;
+    what.folders = {folder};
+    what.panels = {plots::columns_named(list)};
+    made.push_back(plots::draw_columns(what));
+  }
+  if (made.empty()) return;
+  std::string names;
+  for (const auto& path : made) names += (names.empty() ? "" : ", ") + path.filename().string();
+  fmt::print("{}", wrapped(fmt::format("figures in {}: {}\n", (folder / "figures").string(), names)));
+}
+
+namespace {
+
+/// A file of a paper's study, copied into the program.
+struct PaperFile {
+  const char *paper, *file, *text;
+};
+constexpr PaperFile paper_files[] = {
+#include "papers.inc"
+};
+constexpr const char* study_of_paper = "figures.toml";
+
+void print(const std::vector<std::filesystem::path>& figures) {
+  for (const auto& path : figures) fmt::print("{}\n", path.string());
+}
+
+}  // namespace
+
+std::vector<std::string> papers() {
+  std::vector<std::string> names;
+  for (const auto& one : paper_files)
+    if (std::ranges::find(names, one.paper) == names.end()) names.emplace_back(one.paper);
+  return names;
+}
+
+int paper_figures(const PaperRequest& request, const Conduct& conduct) {
+  const auto folder =
+      result_folder(request.output, std::filesystem::path("out") / ("paper-" + request.paper));
+  if (std::filesystem::exists(folder / "experiment.json")) {
+    const FolderLock lock(folder, "figures");
+    settle_result_sets(folder);
+    print(plots::draw_flores2011(folder, "experiment.json"));
+    return 0;
+  }
+  ResultSet set(folder, "paper");
+  for (const auto& one : paper_files)
+    if (one.paper == request.paper) write_file(folder / one.file, one.text);
+  const auto study = read_study(folder / study_of_paper, Reach::beside);
+  const auto planned = plan(study, conduct);
+  if (conduct.stop()) return interrupted(Kept::nothing);
+  Results results(folder / "sweep.db", study, conduct.stop);
+  fmt::print(stderr,
+             "figures of {}: {} runs of {} variants, without those already stored in {}; takes minutes\n",
+             request.paper, planned.size(), study.variants.size(), folder.string());
+  Progress progress;
+  const auto summary =
+      sweep(study, planned, conduct, results, set.lock(), request.threads, progress.of_runs());
+  progress.clear();
+  if (summary.interrupted) return interrupted(Kept::runs);
+  write_sweep_document(study, results, folder);
+  nlohmann::json document;
+  document["provenance"] = provenance(study);
+  document["paper"] = {{"name", request.paper}, {"runs", summary.total}, {"failed", summary.failed}};
+  write_json(set.place() / "paper.json", document);
+  write_tables(study, results, conduct, set.place());
+  set.commit();
+  fmt::print("{} runs, {} of them new, in {:.0f} s; results in {}\n", summary.total, summary.ran,
+             summary.wall_seconds, folder.string());
+  print(plots::draw_flores2011(folder, "paper.json"));
+  for (const auto& [variant, formulation, reason] : results.failures())
+    fmt::print(stderr, "{}, {}: {}\n", variant, formulation, reason);
+  return results.failures().empty() ? 0 : 1;
+}
+
 namespace {
 
 struct FiguresRequest : Request {

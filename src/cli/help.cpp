@@ -6,7 +6,7 @@
 #include <cctype>
 #include <string_view>
 
-#include "cli/wrapped.hpp"
+#include "cli/terminal.hpp"
 
 namespace freeplay::cli {
 namespace {

@@ -9,9 +9,9 @@
 #include <new>
 #include <system_error>
 
-#include "cli/stop_signal.hpp"
+#include "cli/command_line.hpp"
+#include "cli/ending.hpp"
 #include "cli/terminal.hpp"
-#include "cli/verb.hpp"
 #include "io/files/output_file.hpp"
 #include "mechanism/error.hpp"
 #include "values/snapshot.hpp"

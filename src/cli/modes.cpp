@@ -8,9 +8,9 @@
 #include <nlohmann/json.hpp>
 #include <numbers>
 
-#include "cli/plausibility.hpp"
-#include "cli/verb.hpp"
-#include "cli/wrapped.hpp"
+#include "cli/command_line.hpp"
+#include "cli/scene_report.hpp"
+#include "cli/terminal.hpp"
 #include "dynamics/assembly/assembly.hpp"
 #include "dynamics/planar.hpp"
 #include "dynamics/system.hpp"
@@ -18,7 +18,7 @@
 #include "io/files/output_file.hpp"
 #include "io/files/result_set.hpp"
 #include "io/files/run_json.hpp"
-#include "io/scene/located.hpp"
+#include "io/scene/read_scene.hpp"
 #include "mechanism/scene.hpp"
 #include "values/table.hpp"
 

@@ -3,7 +3,7 @@
 
 #include <algorithm>
 
-#include "cli/verb.hpp"
+#include "cli/command_line.hpp"
 #include "io/files/output_file.hpp"
 #include "mechanism/error.hpp"
 

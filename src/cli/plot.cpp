@@ -6,13 +6,12 @@
 #include <string>
 #include <vector>
 
-#include "cli/default_folder.hpp"
-#include "cli/verb.hpp"
+#include "cli/command_line.hpp"
+#include "cli/folders.hpp"
+#include "io/files/escaping.hpp"
 #include "io/files/folder_lock.hpp"
 #include "io/files/output_file.hpp"
 #include "io/files/result_set.hpp"
-#include "io/files/run_set.hpp"
-#include "io/files/visible.hpp"
 #include "mechanism/error.hpp"
 #include "plots/drawing/column_plot.hpp"
 #include "plots/drawing/figure.hpp"

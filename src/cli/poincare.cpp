@@ -4,11 +4,10 @@
 #include <array>
 #include <nlohmann/json.hpp>
 
-#include "cli/default_folder.hpp"
+#include "cli/command_line.hpp"
 #include "cli/ending.hpp"
-#include "cli/progress.hpp"
-#include "cli/verb.hpp"
-#include "cli/wrapped.hpp"
+#include "cli/folders.hpp"
+#include "cli/terminal.hpp"
 #include "io/files/result_set.hpp"
 #include "io/files/run_json.hpp"
 #include "mechanism/scene.hpp"

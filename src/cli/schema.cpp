@@ -5,8 +5,7 @@
 
 #include <nlohmann/json.hpp>
 
-#include "cli/verb.hpp"
-#include "io/scene/json_schema.hpp"
+#include "cli/command_line.hpp"
 #include "plots/drawing/style.hpp"
 #include "study/settings/study.hpp"
 

@@ -10,15 +10,15 @@
 #include <string>
 #include <vector>
 
-#include "cli/default_folder.hpp"
+#include "cli/command_line.hpp"
 #include "cli/ending.hpp"
-#include "cli/verb.hpp"
-#include "cli/wrapped.hpp"
+#include "cli/folders.hpp"
+#include "cli/terminal.hpp"
 #include "facade/identify.hpp"
 #include "facade/motion_documents.hpp"
 #include "io/files/result_set.hpp"
 #include "io/files/run_json.hpp"
-#include "io/scene/located.hpp"
+#include "io/scene/read_scene.hpp"
 #include "mechanism/scene.hpp"
 #include "plots/drawing/figure.hpp"
 #include "values/family.hpp"

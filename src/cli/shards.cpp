@@ -6,13 +6,11 @@
 #include <charconv>
 #include <cstdlib>
 
-#include "cli/default_folder.hpp"
-#include "cli/progress.hpp"
+#include "cli/ending.hpp"
+#include "cli/folders.hpp"
 #include "cli/slurm.hpp"
-#include "cli/stop_signal.hpp"
-#include "cli/wrapped.hpp"
-#include "io/files/shell_words.hpp"
-#include "io/files/visible.hpp"
+#include "cli/terminal.hpp"
+#include "io/files/escaping.hpp"
 #include "mechanism/error.hpp"
 #include "study/partition/merge.hpp"
 #include "study/partition/shard.hpp"

@@ -5,7 +5,7 @@
 #include <optional>
 #include <string>
 
-#include "cli/verb.hpp"
+#include "cli/command_line.hpp"
 #include "study/partition/division.hpp"
 
 namespace freeplay::cli {

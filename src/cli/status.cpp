@@ -5,12 +5,12 @@
 
 #include <chrono>
 
-#include "cli/default_folder.hpp"
+#include "cli/command_line.hpp"
+#include "cli/folders.hpp"
 #include "cli/shards.hpp"
 #include "cli/slurm.hpp"
-#include "cli/verb.hpp"
-#include "cli/wrapped.hpp"
-#include "io/files/visible.hpp"
+#include "cli/terminal.hpp"
+#include "io/files/escaping.hpp"
 #include "study/partition/merge.hpp"
 #include "study/partition/shard.hpp"
 

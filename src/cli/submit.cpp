@@ -10,19 +10,16 @@
 #include <cmath>
 #include <set>
 
-#include "cli/default_folder.hpp"
+#include "cli/command_line.hpp"
+#include "cli/folders.hpp"
 #include "cli/shards.hpp"
 #include "cli/slurm.hpp"
-#include "cli/slurm_script.hpp"
-#include "cli/verb.hpp"
-#include "io/files/shell_words.hpp"
-#include "io/files/visible.hpp"
+#include "io/files/escaping.hpp"
 #include "mechanism/error.hpp"
 #include "study/partition/divided.hpp"
+#include "study/partition/division.hpp"
 #include "study/partition/merge.hpp"
 #include "study/partition/shard.hpp"
-#include "study/partition/shard_file.hpp"
-#include "study/store/scratch.hpp"
 
 namespace freeplay::cli {
 namespace {

@@ -6,20 +6,18 @@
 #include <cmath>
 #include <map>
 
-#include "cli/default_folder.hpp"
+#include "cli/command_line.hpp"
 #include "cli/ending.hpp"
-#include "cli/progress.hpp"
+#include "cli/folders.hpp"
 #include "cli/shards.hpp"
-#include "cli/verb.hpp"
-#include "cli/wrapped.hpp"
+#include "cli/terminal.hpp"
+#include "io/files/escaping.hpp"
 #include "io/files/folder_lock.hpp"
 #include "io/files/output_file.hpp"
-#include "io/files/visible.hpp"
 #include "mechanism/error.hpp"
 #include "study/partition/divided.hpp"
-#include "study/settings/design.hpp"
+#include "study/settings/study.hpp"
 #include "study/sweep/sweep.hpp"
-#include "study/sweep/sweep_document.hpp"
 #include "study/sweep/sweep_table.hpp"
 #include "study/verdicts/verdicts.hpp"
 

@@ -1,11 +1,7 @@
 #include "cli/terminal.hpp"
 
-#include <unistd.h>
-
 #include <cerrno>
 #include <cstdio>
-
-#include "io/files/visible.hpp"
 
 namespace freeplay::cli {
 namespace {

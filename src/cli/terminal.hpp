@@ -3,7 +3,13 @@
 // line ends and tabs.
 #pragma once
 
+#include <fmt/format.h>
+#include <unistd.h>
+
 #include <string>
+#include <string_view>
+
+#include "io/files/escaping.hpp"
 
 namespace freeplay::cli {
 
@@ -12,5 +18,56 @@ void guard_terminal();
 
 /// Writes to stderr without the guard, for the program's own control characters (progress line).
 void redraw(const std::string& text);
+
+// Wraps text for a terminal of 80 columns.
+
+/// `text` with lines longer than 80 columns (UTF-8 without wide characters) broken at spaces.
+/// Continuation lines are indented by `indent` columns.
+inline std::string wrapped(std::string_view text, std::size_t indent = 2) {
+  std::string out;
+  // `word`: columns since the last space.
+  std::size_t column = 0, space = std::string::npos, word = 0;
+  for (const char c : text) {
+    out += c;
+    if ((c & 0xC0) == 0x80) continue;
+    ++column, ++word;
+    if (c == '\n') column = 0, space = std::string::npos;
+    if (c == ' ' && column > indent + 1) space = out.size() - 1, word = 0;
+    if (column <= 80 || space == std::string::npos) continue;
+    out.replace(space, 1, "\n" + std::string(indent, ' '));
+    column = indent + word;
+    space = std::string::npos;
+  }
+  return out;
+}
+
+// Progress line on a terminal. Prints nothing if stderr is not a terminal.
+
+/// Shows a label and a percentage, and redraws the line when they change.
+class Progress {
+ public:
+  void show(const std::string& what, double done) {
+    const int percent = static_cast<int>(100 * done);
+    if (!terminal_ || (what == what_ && percent == percent_)) return;
+    what_ = what;
+    percent_ = percent;
+    redraw(fmt::format("\r{:<12} {:>3} %", visible(what), percent));
+  }
+  /// A function that shows the progress of a study's runs after a label.
+  auto of_runs(const std::string& label = "") {
+    return [this, label](const auto& p) {
+      show(fmt::format("{}{} of {} runs, {:.0f} s left", label, p.done, p.total, p.seconds_left),
+           static_cast<double>(p.done) / static_cast<double>(p.total));
+    };
+  }
+  void clear() {
+    if (terminal_) redraw(fmt::format("\r{:60}\r", ""));
+  }
+
+ private:
+  const bool terminal_ = isatty(2);
+  std::string what_;
+  int percent_ = -1;
+};
 
 }  // namespace freeplay::cli

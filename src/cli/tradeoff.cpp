@@ -6,17 +6,16 @@
 #include <algorithm>
 #include <nlohmann/json.hpp>
 
-#include "cli/default_folder.hpp"
-#include "cli/document.hpp"
+#include "cli/command_line.hpp"
 #include "cli/ending.hpp"
-#include "cli/progress.hpp"
-#include "cli/verb.hpp"
+#include "cli/folders.hpp"
+#include "cli/terminal.hpp"
 #include "io/files/output_file.hpp"
 #include "io/files/result_set.hpp"
 #include "io/files/run_json.hpp"
-#include "io/scene/open_scene.hpp"
+#include "io/scene/read_scene.hpp"
 #include "plots/drawing/figure.hpp"
-#include "study/settings/provenance.hpp"
+#include "study/settings/study.hpp"
 
 namespace freeplay::cli {
 namespace {

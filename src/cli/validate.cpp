@@ -7,15 +7,14 @@
 #include <nlohmann/json.hpp>
 #include <numbers>
 
-#include "cli/default_folder.hpp"
 #include "cli/ending.hpp"
-#include "cli/progress.hpp"
+#include "cli/folders.hpp"
+#include "cli/terminal.hpp"
 #include "cli/validate.hpp"
-#include "cli/wrapped.hpp"
 #include "io/files/output_file.hpp"
 #include "io/files/result_set.hpp"
 #include "io/files/run_json.hpp"
-#include "io/scene/open_scene.hpp"
+#include "io/scene/read_scene.hpp"
 #include "io/scene/section.hpp"
 #include "plots/drawing/figure.hpp"
 #include "values/table.hpp"

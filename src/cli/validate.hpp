@@ -1,7 +1,7 @@
 // Options of `freeplay validate`, for a scene or a study.
 #pragma once
 
-#include "cli/verb.hpp"
+#include "cli/command_line.hpp"
 
 namespace freeplay {
 struct Study;

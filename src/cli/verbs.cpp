@@ -1,5 +1,5 @@
 // Verbs of the program freeplay.
-#include "cli/verb.hpp"
+#include "cli/command_line.hpp"
 
 void freeplay::cli::declare_verbs(Program& program) {
 #define VERB(name) \

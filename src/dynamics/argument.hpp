@@ -7,7 +7,6 @@
 #include <type_traits>
 #include <utility>
 
-#include "dynamics/curve_reader.hpp"
 #include "dynamics/kinematics.hpp"
 #include "dynamics/phase.hpp"
 #include "mechanism/argument.hpp"

@@ -5,7 +5,7 @@
 namespace freeplay {
 namespace {
 
-/// As in closed_form.cpp.
+/// As in solvers.cpp.
 constexpr double same_freedom = 1e-12;
 
 /// max |x| of residuals of the laws, which must be finite and small.

@@ -1,6 +1,6 @@
 // Impulses of an ordinary step in a lane (lane_functions.hpp), recorded with Traced numbers: a contact, a
-// joint friction, or both. The operations are those of formulations/contact/ (closed_form.cpp,
-// enumeration.cpp and contact_residual()).
+// joint friction, or both. The operations are those of formulations/contact/ (solvers.cpp,
+// solvers.cpp and contact_residual()).
 #pragma once
 
 #include <array>

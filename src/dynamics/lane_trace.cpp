@@ -1,5 +1,5 @@
 // Traces the functions of steps in lanes (lane_functions.hpp). The operations and their order are those
-// of formulations/time_stepping and formulations/contact/closed_form.cpp for the steps that lanes do.
+// of formulations/time_stepping and formulations/contact/solvers.cpp for the steps that lanes do.
 #include <array>
 #include <optional>
 #include <utility>

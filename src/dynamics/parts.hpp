@@ -1,5 +1,5 @@
 // The kinds of constraint row and contact pair that a System consists of. Each kind is a file of
-// rows/ or pairs/ and is listed here once. Drives and loads are in placed.hpp.
+// rows/, pairs.hpp or cam_pairs.hpp and is listed here once. Drives and loads are in elements.hpp.
 #pragma once
 
 #include <string>
@@ -8,12 +8,8 @@
 #include <variant>
 #include <vector>
 
-#include "dynamics/pairs/angle_stop.hpp"
-#include "dynamics/pairs/cam_flat.hpp"
-#include "dynamics/pairs/cam_roller.hpp"
-#include "dynamics/pairs/flank.hpp"
-#include "dynamics/pairs/line.hpp"
-#include "dynamics/pairs/round.hpp"
+#include "dynamics/cam_pairs.hpp"
+#include "dynamics/pairs.hpp"
 #include "dynamics/rows/angle.hpp"
 #include "dynamics/rows/distance.hpp"
 #include "dynamics/rows/mesh.hpp"

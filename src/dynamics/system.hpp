@@ -17,7 +17,7 @@
 //
 // A System owns the constant data of the mechanism and never changes; all quantities that depend on
 // the state are in the Evaluation. No function allocates once an Evaluation is made. The constraint
-// rows, contact pairs, drives and loads are files of rows/, pairs/ and elements/.
+// rows, contact pairs, drives and loads are in rows/, pairs.hpp, cam_pairs.hpp and elements/.
 #pragma once
 
 #include <memory>
@@ -25,7 +25,6 @@
 #include <type_traits>
 #include <vector>
 
-#include "dynamics/curve_reader.hpp"
 #include "dynamics/families.hpp"
 #include "dynamics/parts.hpp"
 #include "dynamics/phase.hpp"
@@ -37,7 +36,7 @@ namespace freeplay {
 
 class Builder;
 struct Mechanism;
-struct PlacedElements;   // dynamics/placed.hpp
+struct PlacedElements;   // dynamics/elements.hpp
 struct SystemFunctions;  // dynamics/system_functions.hpp
 struct SolveFunctions;
 

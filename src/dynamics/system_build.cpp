@@ -6,7 +6,7 @@
 
 #include "dynamics/argument.hpp"
 #include "dynamics/builder.hpp"
-#include "dynamics/placed.hpp"
+#include "dynamics/elements.hpp"
 #include "dynamics/point_bodies.hpp"
 #include "dynamics/system_functions.hpp"
 

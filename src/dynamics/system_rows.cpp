@@ -1,4 +1,4 @@
-// Constraint rows and contact pairs at one state, over all kinds of rows/ and pairs/.
+// Constraint rows and contact pairs at one state, over all kinds of both.
 #include <algorithm>
 #include <cmath>
 

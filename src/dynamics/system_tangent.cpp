@@ -7,7 +7,7 @@
 
 #include "dynamics/planar.hpp"
 #include "dynamics/system_tracer.hpp"
-#include "numerics/trace_tangent.hpp"
+#include "numerics/tangent_tape.hpp"
 
 namespace freeplay {
 namespace {

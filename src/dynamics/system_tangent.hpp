@@ -15,7 +15,7 @@
 // itself has (formulations/event_driven/event_jacobian.cpp).
 //
 // The System is evaluated once with a recording number (numerics/traced.hpp), and the recorded operations are
-// differentiated (numerics/trace_tangent.hpp). Parameters appear as constants of the operations: their
+// differentiated (numerics/tangent_tape.hpp). Parameters appear as constants of the operations: their
 // derivatives by a parameter are differences of fourth order between the traces of displaced systems, formed
 // once. A parameter that changes the operations themselves is not covered.
 //
@@ -43,7 +43,7 @@ class SystemTangent {
   using Block = TangentTape::Block;
 
   /// Systems with displaced values of a parameter, at difference_places · spacing beside its value
-  /// (formulations/differences.hpp); null for a direction that is none of a parameter.
+  /// (formulations/variation/differences.hpp); null for a direction that is none of a parameter.
   struct Parameter {
     std::array<const System*, 4> systems{};
     double spacing = 0;

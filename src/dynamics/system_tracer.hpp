@@ -145,7 +145,7 @@ class SystemTracer {
   /// Records all functions of a step, or throws NotTraceable with none of them in the object.
   void step(TracedObject& object, const SaddlePoint& saddle);
   ///@}
-  /// @name Right-hand sides (system_functions.hpp), in motion_trace.cpp
+  /// @name Right-hand sides (system_functions.hpp), in motion_kernel.cpp
   ///@{
   /// Whether right-hand sides depend on the state alone, and not on pieces of tables and curves.
   static bool points(const System& system);

@@ -7,7 +7,7 @@
 #include <numbers>
 #include <utility>
 
-#include "facade/excitation.hpp"
+#include "facade/periodicity.hpp"
 #include "facade/varied_key.hpp"
 #include "mechanism/error.hpp"
 #include "values/family.hpp"

@@ -8,7 +8,7 @@
 
 #include "dynamics/motion_kernel.hpp"
 #include "dynamics/system_functions.hpp"
-#include "formulations/time_stepping/step_check.hpp"
+#include "formulations/time_stepping/lanes.hpp"
 #include "mechanism/error.hpp"
 
 namespace freeplay {

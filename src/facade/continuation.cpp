@@ -11,11 +11,10 @@
 
 #include "facade/branch_curves.hpp"
 #include "facade/branch_events.hpp"
-#include "facade/branch_grazing.hpp"
 #include "facade/branch_solver.hpp"
-#include "facade/excitation.hpp"
 #include "facade/identify.hpp"
 #include "facade/orbit.hpp"
+#include "facade/periodicity.hpp"
 #include "facade/varied_key.hpp"
 #include "mechanism/error.hpp"
 #include "mechanism/scene.hpp"

@@ -5,7 +5,7 @@
 
 #include "dynamics/system.hpp"
 #include "facade/simulation.hpp"
-#include "formulations/tangent_run.hpp"
+#include "formulations/variation/tangent_run.hpp"
 #include "mechanism/scene.hpp"
 
 namespace freeplay {

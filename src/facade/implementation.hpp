@@ -1,4 +1,4 @@
-// The parts of a Simulation, and a run of it in progress. For simulation.cpp, and for together.cpp,
+// The parts of a Simulation, and a run of it in progress. For simulation.cpp, and for implementation.cpp,
 // which runs several simulations in lanes.
 #pragma once
 
@@ -14,16 +14,25 @@
 #include "dynamics/system.hpp"
 #include "facade/compile.hpp"
 #include "facade/simulation.hpp"
-#include "formulations/single_lane.hpp"
+#include "formulations/time_stepping/lanes.hpp"
 #include "mechanism/scene.hpp"
 #include "simulation/clock.hpp"
 #include "simulation/formulation.hpp"
-#include "simulation/occasional.hpp"
-#include "simulation/sensors.hpp"
+#include "simulation/instrument.hpp"
+#include "simulation/march.hpp"
+#include "simulation/observer.hpp"
 #include "simulation/trajectory.hpp"
-#include "simulation/watch.hpp"
+#include "values/state.hpp"
 
 namespace freeplay {
+
+// The Layout of a simulation: names and sizes of its parts.
+
+struct Scene;
+class System;
+
+/// The layout of a scene's system that starts at this state.
+Layout layout_of(const Scene& scene, const System& system, const State& start);
 
 /// Never moved: formulation and sensors refer to scene, system and layout.
 struct Simulation::Implementation {
@@ -50,7 +59,7 @@ struct Simulation::Implementation {
   /// Compiles the mechanism; the run continues with the same digits. `only_known` and `worth`: as
   /// compile_system().
   void compile_now(const StopToken& stop, bool only_known = false, double worth = longest_estimate);
-  /// Compiles the functions of single_lane.hpp. Null before the mechanism is compiled.
+  /// Compiles the functions of lanes.hpp. Null before the mechanism is compiled.
   const SingleLane* single_lane(const StopToken& stop);
   /// Compiles it if the run is long enough by now, and so is its rest.
   void compile_if_long(const CompileObserver& run);

@@ -9,8 +9,8 @@
 
 #include "io/files/compiled_object.hpp"
 #include "io/files/digest.hpp"
+#include "io/files/escaping.hpp"
 #include "io/files/input_file.hpp"
-#include "io/files/visible.hpp"
 #include "mechanism/error.hpp"
 
 namespace freeplay {

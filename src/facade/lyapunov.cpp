@@ -17,11 +17,10 @@
 #include <vector>
 
 #include "dynamics/system.hpp"
-#include "facade/excitation.hpp"
 #include "facade/identify.hpp"
+#include "facade/periodicity.hpp"
 #include "facade/simulation.hpp"
-#include "formulations/penalty/penalty_tangent_run.hpp"
-#include "formulations/tangent_run.hpp"
+#include "formulations/variation/tangent_run.hpp"
 #include "mechanism/duration.hpp"
 #include "mechanism/scene.hpp"
 #include "numerics/dense.hpp"

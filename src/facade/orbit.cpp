@@ -12,13 +12,12 @@
 #include <vector>
 
 #include "dynamics/system.hpp"
-#include "facade/excitation.hpp"
 #include "facade/identify.hpp"
-#include "facade/orbit_shift.hpp"
 #include "facade/orbit_shooting.hpp"
+#include "facade/periodicity.hpp"
 #include "facade/return_map.hpp"
 #include "facade/simulation.hpp"
-#include "formulations/sensitivity.hpp"
+#include "formulations/variation/sensitivity.hpp"
 #include "mechanism/duration.hpp"
 #include "mechanism/scene.hpp"
 #include "numerics/dense.hpp"

@@ -10,7 +10,7 @@
 #include "dynamics/assembly/projection.hpp"
 #include "dynamics/system.hpp"
 #include "facade/varied_key.hpp"
-#include "formulations/differences.hpp"
+#include "formulations/variation/differences.hpp"
 #include "mechanism/error.hpp"
 #include "values/family.hpp"
 

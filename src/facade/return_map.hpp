@@ -26,7 +26,7 @@
 #include <vector>
 
 #include "formulations/penalty/penalty_mode.hpp"
-#include "formulations/sensitivity.hpp"
+#include "formulations/variation/sensitivity.hpp"
 #include "numerics/dense.hpp"
 #include "values/family.hpp"
 #include "values/state.hpp"

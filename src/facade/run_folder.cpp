@@ -9,20 +9,19 @@
 #include <nlohmann/json.hpp>
 #include <vector>
 
-#include "facade/companion.hpp"
+#include "facade/assess.hpp"
 #include "facade/simulation.hpp"
 #include "formulations/make.hpp"
 #include "io/files/csv.hpp"
 #include "io/files/folder_lock.hpp"
-#include "io/files/recorded_run.hpp"
+#include "io/files/identity.hpp"
+#include "io/files/result_set.hpp"
 #include "io/files/run_json.hpp"
-#include "io/files/run_set.hpp"
 #include "io/files/sealed.hpp"
-#include "io/scene/located.hpp"
+#include "io/scene/read_scene.hpp"
 #include "simulation/film_statistics.hpp"
-#include "simulation/occasional.hpp"
+#include "simulation/observer.hpp"
 #include "simulation/statistics.hpp"
-#include "simulation/windows.hpp"
 #include "values/diagnostic.hpp"
 #include "values/snapshot.hpp"
 
@@ -31,9 +30,10 @@ namespace {
 
 constexpr int checkpoint_version = 5;
 /// Calls the progress function about 200 times a run.
-class Progress final : public Observer, public Occasional {
+class ProgressReport final : public Observer, public Occasional {
  public:
-  Progress(std::function<void(double)> show, double duration) : show_(std::move(show)), duration_(duration) {}
+  ProgressReport(std::function<void(double)> show, double duration)
+      : show_(std::move(show)), duration_(duration) {}
   void step(const Step& step) override {
     if (step.t1 < next_) return;
     next_ = step.t1 + duration_ / 200;
@@ -158,7 +158,7 @@ class Checkpoints final : public Observer, public Occasional {
 
 Result drive(Simulation& simulation, const RunPlan& plan, Recorders& recorders) {
   const auto& folder = *plan.folder;
-  Progress progress(plan.on_progress, simulation.scene().run.duration);
+  ProgressReport progress(plan.on_progress, simulation.scene().run.duration);
   Checkpoints checkpoints(simulation, plan, recorders);
   std::vector<Observer*> observers;
   if (plan.on_progress) observers.push_back(&progress);
@@ -204,7 +204,7 @@ Result run_scene(const Scene& scene, const RunPlan& plan) {
         {.matched = plan.matched, .start = plan.start, .stop = plan.stop, .compile = plan.compile});
     if (!plan.folder) {
       ContactStatistics statistics(scene.run.discard);
-      Progress progress(plan.on_progress, scene.run.duration);
+      ProgressReport progress(plan.on_progress, scene.run.duration);
       std::vector<Observer*> observers{&statistics};
       if (plan.on_progress) observers.push_back(&progress);
       auto result =

@@ -1,6 +1,6 @@
 // Runs that write a result folder. The files grow while the run steps, a checkpoint beside them
 // makes an interrupted run resumable, and the complete files replace those of an earlier run as a
-// whole (io/files/run_set.hpp).
+// whole (io/files/result_set.hpp).
 //
 // run_scene() runs a scene from start to end; resume_run() continues an interrupted run from its
 // checkpoint. Both hold the lock of the folder while they write (io/files/folder_lock.hpp) and keep
@@ -43,7 +43,7 @@ struct RunPlan {
   /// can be resumed in either case.
   double checkpoint = 0;
   /// Whether a time-stepped run is followed by an error estimate of its first contacts
-  /// (facade/companion.hpp). Interrupted runs have none.
+  /// (facade/assess.hpp). Interrupted runs have none.
   bool companion = false;
   std::size_t most_events = 4096;  ///< maximum number of events in Result::events
   /// Limit of the estimated output, bytes: a run whose estimate exceeds it does not begin

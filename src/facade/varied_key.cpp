@@ -10,7 +10,7 @@
 #include <string_view>
 #include <utility>
 
-#include "formulations/differences.hpp"
+#include "formulations/variation/differences.hpp"
 #include "mechanism/error.hpp"
 #include "values/family.hpp"
 

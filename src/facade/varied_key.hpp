@@ -1,5 +1,5 @@
 // A key of a scene as the parameter of variational equations: its value, and the scenes and systems at
-// displaced values beside it (formulations/sensitivity.hpp).
+// displaced values beside it (formulations/variation/sensitivity.hpp).
 #pragma once
 
 #include <functional>
@@ -10,7 +10,7 @@
 #include <vector>
 
 #include "dynamics/system.hpp"
-#include "formulations/sensitivity.hpp"
+#include "formulations/variation/sensitivity.hpp"
 #include "io/scene/scene_text.hpp"
 #include "mechanism/scene.hpp"
 #include "values/state.hpp"

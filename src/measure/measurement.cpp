@@ -13,8 +13,8 @@
 #include <string_view>
 #include <vector>
 
+#include "io/files/escaping.hpp"
 #include "io/files/input_file.hpp"
-#include "io/files/visible.hpp"
 #include "io/scene/points_file.hpp"
 #include "measure/turns.hpp"
 #include "mechanism/error.hpp"

@@ -6,8 +6,6 @@
 
 #include <numbers>
 
-#include "numerics/spline.hpp"
-
 namespace freeplay {
 namespace {
 

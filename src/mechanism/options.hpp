@@ -16,7 +16,7 @@
 
 #include "mechanism/keys.hpp"
 #include "mechanism/laws.hpp"
-#include "mechanism/own_law.hpp"
+#include "mechanism/outside.hpp"
 #include "values/enumerators.hpp"
 
 namespace freeplay {

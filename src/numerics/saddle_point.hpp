@@ -18,14 +18,32 @@
 // A SaddlePoint owns the blocks, their factors and its work vectors. It copies mass and pattern.
 #pragma once
 
+#include <array>
 #include <span>
 #include <vector>
 
 #include "numerics/saddle_block.hpp"
-#include "numerics/solve_functions.hpp"
 #include "numerics/sparse.hpp"
+#include "numerics/trace.hpp"
 
 namespace freeplay {
+
+// Compiled functions of a SaddlePoint (saddle_trace.cpp), for mechanisms whose blocks all have few
+// rows. With the values of G in force and the factors F,
+//
+//     factor:   in G            out F, pivot ratios       fails for small pivots: use the general path
+//     solve:    in F, G, f, r   out a, λ
+//     respond:  in F, G, f      out a, λ                  r = 0
+//
+// The operations and their order are those of the general path.
+
+struct SolveFunctions {
+  CompiledFunction factor = nullptr, solve = nullptr, respond = nullptr;
+  const double* constants = nullptr;
+  bool eliminate = true;    ///< RowFacts::eliminate of the traced SaddlePoint
+  int factors = 0;          ///< entries of F
+  std::vector<int> ratios;  ///< number of pivot ratios of each block
+};
 
 /// Known properties of the rows. Dependent rows are not eliminated.
 struct RowFacts {
@@ -181,6 +199,46 @@ class SaddlePoint {
   const SolveFunctions* functions_ = nullptr;
   bool compiled_ = false;                            // whether the factors in force are those of `functions_`
   std::vector<double> G_values_, factors_, ratios_;  // of compiled factors
+};
+
+/// Responses A w of rows w, where A maps forces to accelerations under the constraints
+/// (saddle_point.hpp). Only nonzero entries are stored: those in the parts of the mechanism that the
+/// row involves, and in coordinates without constraints.
+///
+/// The cost of `row · A w` and `x += P A w` therefore depends on the size of those parts, not on
+/// that of the mechanism. Both give the same bits as full vectors.
+class Responses {
+ public:
+  /// Makes room for `rows` rows.
+  explicit Responses(int rows) : of_(static_cast<std::size_t>(rows)) {}
+  void make_room(int rows) {
+    if (static_cast<std::size_t>(rows) > of_.size()) of_.resize(static_cast<std::size_t>(rows));
+  }
+  /// Sets the saddle point of all calls until the next use(). It must stay at its address
+  /// meanwhile.
+  void use(SaddlePoint& saddle) { saddle_ = &saddle; }
+
+  /// Computes response r: that of `row` + factor·`beside` (null: none), with the present factors of
+  /// the saddle point.
+  void take(int r, const SparseRow& row, const SparseRow* beside = nullptr, double factor = 0);
+  /// row · A w_r.
+  double along(const SparseRow& row, int r) const;
+  /// a += by A w_r.
+  void add(int r, double by, double* a) const;
+
+ private:
+  static constexpr int most = 2 * SparseRow::max_size;
+  struct One {
+    int size = 0;  // of the load w
+    std::array<int, most> column{};
+    std::array<double, most> load{};
+    // Parts involved: at most one for each coordinate, the case without elimination.
+    int parts = 0;
+    std::array<int, most> part{}, begin{};  // begin: first entry of the part in a
+    std::vector<double> a;
+  };
+  SaddlePoint* saddle_ = nullptr;
+  std::vector<One> of_;
 };
 
 }  // namespace freeplay

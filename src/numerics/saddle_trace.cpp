@@ -1,4 +1,4 @@
-// Traces the factorisation and the solution of a SaddlePoint with dense blocks (solve_functions.hpp).
+// Traces the factorisation and the solution of a SaddlePoint with dense blocks (saddle_point.hpp).
 // Operations and their order are those of saddle_block.cpp and saddle_point.cpp; terms that are
 // always zero vanish, so that the elimination is sparse.
 #include <cmath>

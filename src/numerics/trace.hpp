@@ -102,7 +102,7 @@ class TracedObject {
   explicit TracedObject(int lanes = 0, const TracedObject* like = nullptr) : lanes_(lanes) {
     if (like) like_ = like->functions_;
   }
-  /// An object to be differentiated (trace_tangent.hpp): no constant is folded, and each use of one has a
+  /// An object to be differentiated (tangent_tape.hpp): no constant is folded, and each use of one has a
   /// slot of its own, so that the traces of two scenes that differ in parameters have the same slots.
   static TracedObject unshared() {
     TracedObject object;

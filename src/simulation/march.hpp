@@ -1,22 +1,101 @@
 // The stepping loop, one instance for each kind of stepper. A run calls it to the end; runs in lanes
-// (formulations/lanes.hpp) call it for single steps. It makes no virtual call, no allocation
+// (formulations/time_stepping/lanes.hpp) call it for single steps. It makes no virtual call, no allocation
 // and no string, except to show a step to observers.
 #pragma once
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
+#include <span>
 #include <stdexcept>
 #include <string>
 #include <utility>
+#include <vector>
 
 #include "dynamics/system.hpp"
+#include "simulation/contact_log.hpp"
 #include "simulation/formulation.hpp"
-#include "simulation/progress.hpp"
-#include "simulation/watch.hpp"
+#include "simulation/instrument.hpp"
+#include "simulation/observer.hpp"
+#include "values/stop.hpp"
 
 namespace freeplay {
+
+/// Connects the stepping loop with the observers: forwards events, steps and samples, and holds the
+/// stop token.
+class Watch {
+ public:
+  Watch(const Layout& layout, Sensors& sensors, std::vector<Observer*> observers, StopToken stop);
+
+  bool stop() const { return stop_(); }
+  /// Whether any observer or sensor needs the steps.
+  bool any() const { return wants_.steps || wants_.samples; }
+  bool wants_forces() const { return wants_.forces; }
+
+  void begin(const State& state);
+  /// Forwards the final events in the order of time.
+  void drain(ContactLog& log) {
+    if (log.has_pending()) log.drain([this](const ContactEvent& e) { event(e); });
+  }
+  void step(const Step& step);
+  bool wants_samples() const { return wants_.samples; }
+  /// Samples of a step that no observer sees.
+  void sample(const Step& step) { sensors_.step(step, sink_); }
+  void end(const Ending& ending, double t, const ContactLog& log);
+
+ private:
+  void event(const ContactEvent& e);
+
+  const Layout& layout_;
+  Sensors& sensors_;
+  std::vector<Observer*> observers_, of_steps_;  // of_steps_: those that want steps
+  StopToken stop_;
+  Wants wants_;
+  Sensors::Sink sink_;
+  Event event_;  // the event being forwarded
+};
+
+// Detects runs that do not progress. Steps of a stiff or singular motion may become so small that
+// the end is out of reach, although each step is accepted. With windows of N = Progress::window
+// steps and L the length of the run, at most 100 s, a window is too slow if
+//
+//     Δt < share · N · L,        share = 1e-10,
+//
+// that is, if more than 1e10 steps are needed for L: hours at a microsecond a step. A run stops
+// after three such windows in succession. Accumulating impacts and repeated contacts need fewer
+// steps than that. L is limited to 100 s so that a long run of ordinary steps is not stopped.
+
+class Progress {
+ public:
+  static constexpr long window = 1'000'000;
+  static constexpr int most_windows = 3;
+  static constexpr double share = 1e-10, longest = 100;  // 1, s
+
+  /// Begins to observe a run from t to t_end (s).
+  Progress(double t, double t_end) : begin_(t), left_(t_end - t), length_(std::min(left_, longest)) {}
+
+  /// Call it after each step with the time t (s) reached; returns whether the run must stop.
+  bool crawls(double t) {
+    if (++steps_ < window) return false;
+    const double advance = t - begin_;
+    windows_ = advance < share * static_cast<double>(window) * length_ ? windows_ + 1 : 0;
+    pace_ = advance / static_cast<double>(window);
+    steps_ = 0;
+    begin_ = t;
+    return windows_ == most_windows;
+  }
+  double pace() const { return pace_; }  ///< s a step, in the last window
+  /// Steps for the whole run at that pace.
+  double needed() const { return left_ / std::max(pace_, 1e-300); }
+
+ private:
+  double begin_, left_, length_;  // s
+  double pace_ = 0;
+  long steps_ = 0;
+  int windows_ = 0;
+};
 
 /// Geometry of all contacts at a state.
 inline void contact_places(const System& system, Evaluation& e, double t, std::span<const double> q,

@@ -5,8 +5,8 @@
 
 #include "simulation/statistics.hpp"
 #include "study/calibration/calibrate.hpp"
-#include "study/runs/ideal_turn.hpp"
-#include "study/sweep/intervals.hpp"
+#include "study/runs/turns.hpp"
+#include "study/store/results.hpp"
 #include "verification/references/slider_crank.hpp"
 #include "verification/support/rig.hpp"
 

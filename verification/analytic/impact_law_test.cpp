@@ -3,7 +3,7 @@
 #include <Eigen/Eigenvalues>
 
 #include "formulations/contact/impact.hpp"
-#include "formulations/contact/routh.hpp"
+#include "formulations/contact/impact_island.hpp"
 #include "verification/references/impact_tables.hpp"
 #include "verification/references/loose_guide.hpp"
 #include "verification/support/rig.hpp"

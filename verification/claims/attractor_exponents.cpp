@@ -5,7 +5,6 @@
 #include "io/files/output_file.hpp"
 #include "study/attractors/attractor_exponents.hpp"
 #include "study/attractors/attractor_runs.hpp"
-#include "study/attractors/attractor_store.hpp"
 #include "study/attractors/attractor_table.hpp"
 #include "study/settings/study.hpp"
 #include "verification/claims/claim.hpp"

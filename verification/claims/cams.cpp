@@ -1,6 +1,6 @@
 // Cams with flat-faced and roller followers: contact force, cam torque, and the speed at which the
 // follower lifts off.
-#include "io/scene/open_scene.hpp"
+#include "io/scene/read_scene.hpp"
 #include "verification/claims/claim.hpp"
 #include "verification/claims/force_claims.hpp"
 #include "verification/references/cam_follower.hpp"

@@ -1,6 +1,6 @@
 // Nonlinear springs, one-way springs (cables) and bushings: by every scheme against closed forms.
 #include "verification/references/springs.hpp"
-#include "io/scene/open_scene.hpp"
+#include "io/scene/read_scene.hpp"
 #include "verification/claims/claim.hpp"
 #include "verification/support/runs.hpp"
 

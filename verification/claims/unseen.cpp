@@ -2,7 +2,7 @@
 // simultaneous contacts, and friction too steep for an explicit step.
 #include <random>
 
-#include "io/scene/open_scene.hpp"
+#include "io/scene/read_scene.hpp"
 #include "verification/claims/claim.hpp"
 #include "verification/references/throw_at_peg.hpp"
 #include "verification/support/runs.hpp"

@@ -1,7 +1,7 @@
 // Gears with backlash on a moving arm. Both centres of the second pair move, so a trial step may
 // bring them within the base circles, where the gap of the flanks has no bound. Such a step is
 // repeated with a shorter length.
-#include "io/scene/open_scene.hpp"
+#include "io/scene/read_scene.hpp"
 #include "values/warning.hpp"
 #include "verification/support/rig.hpp"
 

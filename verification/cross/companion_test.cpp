@@ -2,7 +2,7 @@
 // event-driven scheme.
 #include <atomic>
 
-#include "facade/companion.hpp"
+#include "facade/assess.hpp"
 #include "facade/run_folder.hpp"
 #include "simulation/touches.hpp"
 #include "verification/references/bouncing_ball.hpp"

@@ -1,6 +1,6 @@
 // Springs with kinks, bushings and cams in complete runs: snapshots, the energy ledger, implicit
 // and fixed steps, small and fast scenes.
-#include "io/scene/open_scene.hpp"
+#include "io/scene/read_scene.hpp"
 #include "verification/cross/snapshot_check.hpp"
 #include "verification/support/rig.hpp"
 

@@ -1,6 +1,6 @@
 // Discs declared as one group. Their motion equals that with every contact declared, for either
 // storage of pairs; no contact is missed; forces at rest are those of statics.
-#include "dynamics/neighbours.hpp"
+#include "dynamics/families.hpp"
 #include "dynamics/system.hpp"
 #include "mechanism/group.hpp"
 #include "verification/cross/snapshot_check.hpp"

@@ -1,7 +1,7 @@
 // Events between the instants at which an integrator evaluates the motion. The set of claims
 // "unseen" contains further cases.
 #include "dynamics/system.hpp"
-#include "io/scene/open_scene.hpp"
+#include "io/scene/read_scene.hpp"
 #include "verification/support/rig.hpp"
 
 using namespace freeplay;

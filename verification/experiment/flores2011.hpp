@@ -8,7 +8,7 @@
 #include <set>
 
 #include "study/calibration/calibrate.hpp"
-#include "study/sweep/intervals.hpp"
+#include "study/store/results.hpp"
 
 namespace freeplay::verification {
 

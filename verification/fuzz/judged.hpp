@@ -13,7 +13,7 @@
 #include <string>
 #include <string_view>
 
-#include "io/files/visible.hpp"
+#include "io/files/escaping.hpp"
 
 namespace freeplay::fuzz {
 

@@ -6,7 +6,7 @@
 #include "dynamics/assembly/assembly.hpp"
 #include "dynamics/system.hpp"
 #include "io/files/digest.hpp"
-#include "io/scene/located.hpp"
+#include "io/scene/read_scene.hpp"
 #include "io/scene/write_scene.hpp"
 #include "mechanism/scene.hpp"
 #include "verification/fuzz/judged.hpp"

@@ -1,7 +1,7 @@
 // Runs that must stop with a reason or be reported as doubtful.
 #include <catch2/catch.hpp>
 
-#include "io/scene/open_scene.hpp"
+#include "io/scene/read_scene.hpp"
 #include "verification/support/support.hpp"
 
 using namespace freeplay;

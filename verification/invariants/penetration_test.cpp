@@ -1,7 +1,7 @@
 // Penetration of contacts stays small for every clearance and speed.
 #include <catch2/catch.hpp>
 
-#include "io/scene/open_scene.hpp"
+#include "io/scene/read_scene.hpp"
 #include "verification/support/support.hpp"
 
 using namespace freeplay;

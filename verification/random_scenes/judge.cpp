@@ -3,7 +3,7 @@
 #include <cmath>
 
 #include "dynamics/elements.hpp"
-#include "facade/companion.hpp"
+#include "facade/assess.hpp"
 #include "verification/random_scenes/judge.hpp"
 #include "verification/random_scenes/numbers.hpp"
 

@@ -9,8 +9,8 @@
 #include <string>
 #include <vector>
 
+#include "io/files/escaping.hpp"
 #include "io/files/output_file.hpp"
-#include "io/files/shell_words.hpp"
 #include "verification/support/support.hpp"
 
 namespace freeplay::test {

@@ -8,9 +8,9 @@
 #include <fstream>
 
 #include "study/partition/divided.hpp"
+#include "study/partition/division.hpp"
 #include "study/partition/merge.hpp"
 #include "study/partition/shard.hpp"
-#include "study/partition/shard_file.hpp"
 #include "verification/support/ball_study.hpp"
 
 using namespace freeplay;

@@ -226,7 +226,7 @@ TEST_CASE("Ctrl-C is obeyed in every phase, and complete files stay complete", "
       CHECK((WIFSIGNALED(status) ? WTERMSIG(status) == signal : WEXITSTATUS(status) == 1));
     }
   CHECK(worst <
-        // 0.75 s are the permitted reaction time (cli/stop_signal.hpp); the rest is for the machine
+        // 0.75 s are the permitted reaction time (cli/ending.hpp); the rest is for the machine
         2);
   for (const auto& entry : std::filesystem::recursive_directory_iterator(out))
     if (entry.path().filename() == "run.json") {

@@ -1,7 +1,7 @@
 // Cams against geometry and finite differences: gaps of profiles with known gaps, contact rows and
 // their rates, the bound that excludes a contact within a step, lift laws, and refused profiles.
 #include "dynamics/system.hpp"
-#include "io/scene/open_scene.hpp"
+#include "io/scene/read_scene.hpp"
 #include "verification/support/rig.hpp"
 
 using namespace freeplay;

@@ -1,8 +1,8 @@
-// Compiled right-hand sides (dynamics/motion_trace.cpp) against the templates of System and the
+// Compiled right-hand sides (dynamics/motion_kernel.cpp) against the templates of System and the
 // general solution of the linear system, and whole runs with and without them. The expected digits are
 // those of the general path, which other tests compare with closed forms.
 #include "dynamics/assembly/assembly.hpp"
-#include "dynamics/assembly/redundancy.hpp"
+#include "dynamics/assembly/movable_rows.hpp"
 #include "dynamics/motion_kernel.hpp"
 #include "dynamics/system.hpp"
 #include "verification/random_scenes/scene.hpp"

@@ -7,7 +7,7 @@
 #include "facade/compile.hpp"
 #include "io/files/compiled_object.hpp"
 #include "io/files/digest.hpp"
-#include "io/scene/open_scene.hpp"
+#include "io/scene/read_scene.hpp"
 #include "numerics/saddle_point.hpp"
 #include "verification/support/compiled_runs.hpp"
 #include "verification/support/rig.hpp"

@@ -3,9 +3,9 @@
 #include <variant>
 
 #include "dynamics/assembly/assembly.hpp"
-#include "dynamics/assembly/redundancy.hpp"
+#include "dynamics/assembly/movable_rows.hpp"
 #include "dynamics/system.hpp"
-#include "formulations/time_stepping/step_check.hpp"
+#include "formulations/time_stepping/lanes.hpp"
 #include "verification/random_scenes/scene.hpp"
 #include "verification/support/compiled_runs.hpp"
 #include "verification/support/rig.hpp"

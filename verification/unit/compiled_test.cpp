@@ -4,7 +4,7 @@
 #include <variant>
 
 #include "dynamics/assembly/assembly.hpp"
-#include "dynamics/assembly/redundancy.hpp"
+#include "dynamics/assembly/movable_rows.hpp"
 #include "dynamics/system.hpp"
 #include "facade/compile.hpp"
 #include "numerics/lane_tape.hpp"

@@ -3,9 +3,9 @@
 // problems and for D stored by rows.
 #include <catch2/catch.hpp>
 
-#include "formulations/contact/band_newton.hpp"
-#include "formulations/contact/sparse_island.hpp"
-#include "formulations/contact/sparse_sweeps.hpp"
+#include "formulations/contact/gauss_seidel.hpp"
+#include "formulations/contact/island_groups.hpp"
+#include "formulations/contact/newton.hpp"
 #include "verification/support/random_contact.hpp"
 
 using namespace freeplay;

@@ -5,7 +5,6 @@
 
 #include "mechanism/curve.hpp"
 #include "mechanism/piecewise.hpp"
-#include "numerics/spline.hpp"
 
 using namespace freeplay;
 

@@ -1,6 +1,6 @@
 // Choice of a study's points: strata, the first Sobol points against their direction numbers,
 // ranges, keys that vary together, and filters.
-#include "study/settings/design.hpp"
+#include "study/settings/study.hpp"
 #include "verification/support/rig.hpp"
 
 using namespace freeplay;

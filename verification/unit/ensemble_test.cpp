@@ -1,9 +1,8 @@
 // Ensembles: each start equals its single run, and bands are the quantiles of the runs.
 #include "study/ensemble/ensemble.hpp"
 #include "dynamics/system.hpp"
-#include "io/scene/open_scene.hpp"
+#include "io/scene/read_scene.hpp"
 #include "simulation/trajectory.hpp"
-#include "study/ensemble/ensemble_store.hpp"
 #include "study/partition/divided.hpp"
 #include "study/partition/merge.hpp"
 #include "study/partition/shard.hpp"

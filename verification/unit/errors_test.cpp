@@ -3,7 +3,7 @@
 #include "dynamics/assembly/closure.hpp"
 #include "dynamics/system.hpp"
 #include "io/scene/section.hpp"
-#include "io/scene/toml_value.hpp"
+#include "io/scene/toml_text.hpp"
 #include "study/runs/case_run.hpp"
 #include "study/settings/study.hpp"
 #include "verification/support/rig.hpp"

@@ -4,7 +4,7 @@
 
 #include <cmath>
 
-#include "formulations/event_driven/event_pace.hpp"
+#include "formulations/event_driven/event_findings.hpp"
 
 using namespace freeplay;
 

@@ -1,6 +1,6 @@
 // Texts passed to gnuplot and to a terminal: their interpretation by gnuplot itself.
+#include "io/files/escaping.hpp"
 #include "io/files/input_file.hpp"
-#include "io/files/visible.hpp"
 #include "plots/drawing/figure.hpp"
 #include "plots/drawing/gnuplot.hpp"
 #include "verification/support/rig.hpp"

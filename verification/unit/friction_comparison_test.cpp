@@ -1,6 +1,6 @@
 // Friction laws at the same regularisation speed, against the inverse of each law's formula.
-#include "formulations/contact/friction_comparison.hpp"
 #include "formulations/contact/friction_law.hpp"
+#include "formulations/contact/law_curves.hpp"
 #include "verification/support/rig.hpp"
 
 using namespace freeplay;

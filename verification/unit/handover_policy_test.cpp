@@ -1,5 +1,5 @@
 // The rules of the automatic scheme for hand-overs, on numbers alone: no scheme runs.
-#include "formulations/automatic/policy.hpp"
+#include "formulations/automatic/handover.hpp"
 
 #include <catch2/catch.hpp>
 

@@ -12,7 +12,7 @@
 #include <nlohmann/json.hpp>
 
 #include "io/files/digest.hpp"
-#include "study/partition/shard_file.hpp"
+#include "study/partition/division.hpp"
 #include "study/store/database.hpp"
 #include "verification/support/ball_study.hpp"
 #include "verification/unit/hostile.hpp"

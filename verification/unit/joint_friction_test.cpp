@@ -1,6 +1,5 @@
 // Friction in ideal joints from their reactions: refusals of the reader, the coupled equations
 // against closed forms, detection of cases without a motion, snapshots, and the exact Jacobian.
-#include "formulations/contact/bound_iteration.hpp"
 #include "formulations/contact/coupled_friction.hpp"
 #include "formulations/penalty/dynamics.hpp"
 #include "io/scene/write_scene.hpp"

@@ -1,8 +1,8 @@
-// Runs in lanes (formulations/lanes.hpp) against each run alone in the general evaluation. The expected
+// Runs in lanes (formulations/time_stepping/lanes.hpp) against each run alone in the general evaluation. The expected
 // digits are those of the general evaluation, which other tests compare with closed forms.
 #include "dynamics/lane_functions.hpp"
 #include "io/files/compiled_object.hpp"
-#include "io/scene/open_scene.hpp"
+#include "io/scene/read_scene.hpp"
 #include "numerics/lane_tape.hpp"
 #include "numerics/trace.hpp"
 #include "study/ensemble/ensemble.hpp"

@@ -4,7 +4,7 @@
 
 #include "dynamics/assembly/four_bar.hpp"
 #include "mechanism/mechanism.hpp"
-#include "numerics/rank.hpp"
+#include "numerics/sparse.hpp"
 #include "verification/support/rig.hpp"
 
 using namespace freeplay;

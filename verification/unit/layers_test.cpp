@@ -83,7 +83,7 @@ TEST_CASE("each file includes only its own layer and those below", "[layers]") {
 }
 
 TEST_CASE("an include that violates the layers is found", "[layers]") {
-  for (const auto& [from, to] : {std::pair{"src/values/state.hpp", "src/numerics/lcp.hpp"},
+  for (const auto& [from, to] : {std::pair{"src/values/state.hpp", "src/numerics/complementarity.hpp"},
                                  {"src/mechanism/curve.hpp", "src/dynamics/phase.hpp"},
                                  {"src/dynamics/system.hpp", "src/simulation/observer.hpp"},
                                  {"src/study/sweep/sweep.cpp", "plots/tables/table.hpp"},

@@ -1,5 +1,5 @@
 // Text for a terminal: lines are broken only where necessary, and numbers are under their headings.
-#include "cli/wrapped.hpp"
+#include "cli/terminal.hpp"
 #include "study/comparison/compare.hpp"
 #include "verification/support/rig.hpp"
 

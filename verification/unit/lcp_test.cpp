@@ -1,6 +1,6 @@
 // Lemke against enumeration: for a P-matrix the solution is unique, and one of the 2ⁿ complementary
 // bases has it.
-#include "numerics/lcp.hpp"
+#include "numerics/complementarity.hpp"
 
 #include <catch2/catch.hpp>
 

@@ -1,5 +1,5 @@
 // Test of equal means: closed forms in one dimension, and its probability of error on random samples.
-#include "measure/mean_difference.hpp"
+#include "measure/waveform.hpp"
 
 #include <catch2/catch.hpp>
 

@@ -1,7 +1,6 @@
 // Perturbed starts found from an initial guess nearby equal those found from the given positions,
 // to rounding.
-#include "study/runs/near_pose.hpp"
-#include "io/scene/open_scene.hpp"
+#include "io/scene/read_scene.hpp"
 #include "study/runs/perturb.hpp"
 #include "verification/support/rig.hpp"
 

@@ -1,6 +1,6 @@
 // The nearest point of a pitch curve against brute force: waved and random tables, standard laws, points
 // on the curve, near it, in hollows, far away and at the cam's centre.
-#include "dynamics/pitch_curve.hpp"
+#include "dynamics/cam_pairs.hpp"
 
 #include <catch2/catch.hpp>
 

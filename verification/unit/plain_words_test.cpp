@@ -1,9 +1,9 @@
 // Scenes that cannot run correctly are reported: by `check` and before a run, or by a run that
 // stops with its reason.
-#include "dynamics/assembly/whole_turn.hpp"
+#include "dynamics/assembly/mobility.hpp"
 #include "facade/assess.hpp"
 #include "mechanism/sense.hpp"
-#include "simulation/progress.hpp"
+#include "simulation/march.hpp"
 #include "verification/support/rig.hpp"
 
 using namespace freeplay;

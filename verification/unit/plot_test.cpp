@@ -4,9 +4,9 @@
 #include "io/files/csv.hpp"
 #include "plots/drawing/column_plot.hpp"
 #include "plots/drawing/column_title.hpp"
-#include "plots/drawing/spectrum.hpp"
+#include "plots/figures/signals.hpp"
 #include "plots/tables/clearance_joints.hpp"
-#include "simulation/columns.hpp"
+#include "simulation/table_rows.hpp"
 #include "verification/support/rig.hpp"
 
 using namespace freeplay;

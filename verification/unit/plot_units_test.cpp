@@ -1,6 +1,6 @@
 // Units, expressions and folding of plotted columns, against values computed by hand; and the
 // choice of a style.
-#include "io/scene/dimension.hpp"
+#include "io/scene/quantity.hpp"
 #include "plots/drawing/axis.hpp"
 #include "plots/drawing/panels.hpp"
 #include "plots/drawing/style.hpp"

@@ -1,5 +1,4 @@
 // Blobs of a study's results are read back as they were stored, to single precision.
-#include "study/store/results_tables.hpp"
 #include "study/store/results.hpp"
 #include "verification/support/rig.hpp"
 

@@ -8,7 +8,7 @@
 #include <thread>
 
 #include "facade/run_folder.hpp"
-#include "io/scene/open_scene.hpp"
+#include "io/scene/read_scene.hpp"
 #include "verification/support/rig.hpp"
 #include "verification/support/run_files.hpp"
 

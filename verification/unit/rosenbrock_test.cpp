@@ -6,7 +6,7 @@
 #include "dynamics/assembly/assembly.hpp"
 #include "dynamics/system.hpp"
 #include "dynamics/system_tracer.hpp"
-#include "formulations/penalty/penalty_steps.hpp"
+#include "formulations/penalty/penalty.hpp"
 #include "numerics/rosenbrock4.hpp"
 #include "verification/random_scenes/scene.hpp"
 #include "verification/support/rig.hpp"

@@ -8,8 +8,7 @@
 #include <Eigen/Dense>
 #include <random>
 
-#include "numerics/rank.hpp"
-#include "numerics/responses.hpp"
+#include "numerics/sparse.hpp"
 
 using namespace freeplay;
 

@@ -1,6 +1,6 @@
 // Unit plausibility check: implausible units raise a question, and nothing else does.
 #include "mechanism/sense.hpp"
-#include "study/calibration/data_units.hpp"
+#include "study/calibration/agreement.hpp"
 #include "verification/support/rig.hpp"
 
 using namespace freeplay;

@@ -9,9 +9,9 @@
 
 #include "mechanism/error.hpp"
 #include "study/partition/divided.hpp"
+#include "study/partition/division.hpp"
 #include "study/partition/merge.hpp"
 #include "study/partition/shard.hpp"
-#include "study/partition/shard_file.hpp"
 #include "study/sweep/sweep.hpp"
 #include "verification/support/ball_study.hpp"
 

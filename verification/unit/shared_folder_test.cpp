@@ -7,10 +7,10 @@
 #include <cstdio>
 #include <thread>
 
-#include "cli/default_folder.hpp"
+#include "cli/folders.hpp"
 #include "facade/run_folder.hpp"
 #include "io/files/result_set.hpp"
-#include "io/scene/open_scene.hpp"
+#include "io/scene/read_scene.hpp"
 #include "study/sweep/sweep.hpp"
 #include "verification/killed/contents.hpp"
 #include "verification/killed/process.hpp"

@@ -1,8 +1,7 @@
-// Runs in a lane of their own (formulations/single_lane.hpp): the digits of the general path, for
+// Runs in a lane of their own (formulations/time_stepping/lanes.hpp): the digits of the general path, for
 // observers that need all steps, some of them, or none.
-#include "simulation/occasional.hpp"
+#include "simulation/observer.hpp"
 #include "simulation/statistics.hpp"
-#include "simulation/windows.hpp"
 #include "verification/support/compiled_runs.hpp"
 #include "verification/support/rig.hpp"
 

@@ -1,7 +1,7 @@
 // Springs of variable rate and bushings: forces are the gradient of their stored energy, dampers
 // dissipate energy, kinks are listed where the force has them, and invalid springs are refused.
 #include "dynamics/system.hpp"
-#include "io/scene/open_scene.hpp"
+#include "io/scene/read_scene.hpp"
 #include "verification/support/rig.hpp"
 
 using namespace freeplay;

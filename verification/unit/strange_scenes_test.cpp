@@ -1,8 +1,8 @@
 // Unusual scenes: an error states the place and a remedy, a figure shows the actual pose, and a
 // smooth force is not reported as doubtful.
 #include "dynamics/assembly/assembly.hpp"
-#include "io/scene/located.hpp"
 #include "io/scene/pose_file.hpp"
+#include "io/scene/read_scene.hpp"
 #include "study/runs/case_run.hpp"
 #include "verification/support/rig.hpp"
 

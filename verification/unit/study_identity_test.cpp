@@ -11,7 +11,7 @@
 #include "io/files/output_file.hpp"
 #include "io/files/run_json.hpp"
 #include "mechanism/error.hpp"
-#include "study/settings/provenance.hpp"
+#include "study/settings/study.hpp"
 #include "study/sweep/sweep.hpp"
 #include "verification/support/study_desk.hpp"
 #include "verification/support/support.hpp"

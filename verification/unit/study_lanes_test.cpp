@@ -1,4 +1,4 @@
-// Studies in lanes (study/runs/run_together.hpp) against the same studies without compilation. The
+// Studies in lanes (study/runs/executor.hpp) against the same studies without compilation. The
 // expected bits are those of the general evaluation, which other tests compare with closed forms.
 #include <fmt/format.h>
 #include <sqlite3.h>
@@ -16,7 +16,6 @@
 #include "study/attractors/attractor_runs.hpp"
 #include "study/attractors/attractor_table.hpp"
 #include "study/calibration/calibrate.hpp"
-#include "study/settings/plan.hpp"
 #include "study/sweep/sweep.hpp"
 #include "verification/support/support.hpp"
 

@@ -12,7 +12,7 @@
 #include "io/files/output_file.hpp"
 #include "mechanism/error.hpp"
 #include "plots/drawing/heat_map.hpp"
-#include "plots/figures/paper.hpp"
+#include "plots/figures/experiment.hpp"
 #include "plots/studies/study_plot.hpp"
 #include "verification/support/ball_study.hpp"
 #include "verification/support/study_desk.hpp"

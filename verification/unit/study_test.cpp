@@ -17,7 +17,7 @@
 #include "study/calibration/calibrate.hpp"
 #include "study/runs/case_run.hpp"
 #include "study/runs/perturb.hpp"
-#include "study/sweep/intervals.hpp"
+#include "study/store/results.hpp"
 #include "verification/support/support.hpp"
 #include "verification/support/texts.hpp"
 

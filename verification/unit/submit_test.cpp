@@ -8,8 +8,8 @@
 #include <fstream>
 #include <nlohmann/json.hpp>
 
+#include "study/partition/division.hpp"
 #include "study/partition/record.hpp"
-#include "study/partition/shard_file.hpp"
 #include "verification/support/ball_study.hpp"
 
 using namespace freeplay;

@@ -3,14 +3,14 @@
 #include "dynamics/system_tangent.hpp"
 
 #include "dynamics/assembly/assembly.hpp"
-#include "dynamics/assembly/redundancy.hpp"
+#include "dynamics/assembly/movable_rows.hpp"
 #include "dynamics/system.hpp"
 #include "dynamics/system_tracer.hpp"
 #include "facade/sensitivity.hpp"
 #include "facade/varied_key.hpp"
-#include "formulations/differences.hpp"
 #include "formulations/event_driven/event_dynamics.hpp"
-#include "numerics/trace_tangent.hpp"
+#include "formulations/variation/differences.hpp"
+#include "numerics/tangent_tape.hpp"
 #include "verification/random_scenes/scene.hpp"
 #include "verification/support/rig.hpp"
 

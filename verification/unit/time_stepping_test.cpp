@@ -3,12 +3,12 @@
 // ball above a plane.
 #include "dynamics/assembly/assembly.hpp"
 #include "dynamics/system.hpp"
-#include "formulations/time_stepping/contact_record.hpp"
 #include "formulations/time_stepping/contact_set.hpp"
-#include "formulations/time_stepping/midpoint.hpp"
+#include "formulations/time_stepping/moreau.hpp"
 #include "formulations/time_stepping/position_correction.hpp"
 #include "formulations/time_stepping/step_pace.hpp"
 #include "formulations/time_stepping/step_problem.hpp"
+#include "formulations/time_stepping/step_results.hpp"
 #include "numerics/saddle_point.hpp"
 #include "verification/support/rig.hpp"
 

@@ -2,7 +2,7 @@
 // slider-cranks, dead centres, transmission angles; undriven motions by name.
 #include "dynamics/assembly/turn_survey.hpp"
 #include "dynamics/assembly/assembly.hpp"
-#include "dynamics/assembly/undriven.hpp"
+#include "dynamics/assembly/mobility.hpp"
 #include "verification/support/rig.hpp"
 
 using namespace freeplay;

@@ -5,7 +5,7 @@
 #include <memory>
 #include <numbers>
 
-#include "simulation/windows.hpp"
+#include "simulation/statistics.hpp"
 
 using namespace freeplay;
 

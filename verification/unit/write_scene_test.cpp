@@ -7,9 +7,9 @@
 #include <limits>
 #include <regex>
 
-#include "io/files/visible.hpp"
+#include "io/files/escaping.hpp"
 #include "io/scene/schema.hpp"
-#include "io/scene/toml_value.hpp"
+#include "io/scene/toml_text.hpp"
 #include "verification/support/rig.hpp"
 
 using namespace freeplay;

@@ -6,7 +6,7 @@
 // models, in: Virtual Nonlinear Multibody Systems (2003).
 #pragma once
 
-#include "formulations/contact/friction_parts.hpp"
+#include "formulations/contact/law.hpp"
 
 namespace freeplay {
 

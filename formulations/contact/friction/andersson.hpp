@@ -8,7 +8,7 @@
 // lubricated contacts, Tribol. Int. 40 (2007) 580.
 #pragma once
 
-#include "formulations/contact/friction_parts.hpp"
+#include "formulations/contact/law.hpp"
 
 namespace freeplay {
 

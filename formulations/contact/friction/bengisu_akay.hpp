@@ -6,7 +6,7 @@
 // systems, J. Sound Vib. 171 (1994) 557.
 #pragma once
 
-#include "formulations/contact/friction_parts.hpp"
+#include "formulations/contact/law.hpp"
 
 namespace freeplay {
 

@@ -6,7 +6,7 @@
 // physically meaningful parameters, J. Comput. Nonlinear Dyn. 11 (2016) 054502.
 #pragma once
 
-#include "formulations/contact/friction_parts.hpp"
+#include "formulations/contact/law.hpp"
 
 namespace freeplay {
 

@@ -10,7 +10,7 @@
 // systems with friction, IEEE Trans. Autom. Control 40 (1995) 419.
 #pragma once
 
-#include "formulations/contact/friction_parts.hpp"
+#include "formulations/contact/law.hpp"
 
 namespace freeplay {
 

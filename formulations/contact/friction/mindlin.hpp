@@ -1,12 +1,12 @@
 // Tangential compliance with slip: a tangential spring in series with Coulomb friction
-// (shear_spring.hpp). Without partial slip the whole contact area sticks or slides. This file has
+// (friction_law.hpp). Without partial slip the whole contact area sticks or slides. This file has
 // the facts of the law, and its coefficient in steady sliding, c = μ.
 // Sources: R. D. Mindlin, H. Deresiewicz, Elastic spheres in contact under varying oblique forces,
 // J. Appl. Mech. 20 (1953) 327 (stiffness); N. Maw, J. R. Barber, J. N. Fawcett, The oblique impact
 // of elastic spheres, Wear 38 (1976) 101 (impacts).
 #pragma once
 
-#include "formulations/contact/friction_parts.hpp"
+#include "formulations/contact/law.hpp"
 
 namespace freeplay {
 

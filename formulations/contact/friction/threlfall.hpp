@@ -7,7 +7,7 @@
 // reference to DRAM, Mech. Mach. Theory 13 (1978) 475.
 #pragma once
 
-#include "formulations/contact/friction_parts.hpp"
+#include "formulations/contact/law.hpp"
 
 namespace freeplay {
 

@@ -1,4 +1,4 @@
-// Line contact law of a journal inside a bearing of length L (elastic.hpp, contact_parts.hpp):
+// Line contact law of a journal inside a bearing of length L (law.hpp, law.hpp):
 //
 //     δ = f [ln(4ΔR/f) + 1],   f = F/(π E* L)
 //
@@ -6,7 +6,7 @@
 // unlubricated elastic components, Engineering Sciences Data Unit, 1978.
 #pragma once
 
-#include "formulations/contact/contact_parts.hpp"
+#include "formulations/contact/law.hpp"
 
 namespace freeplay {
 

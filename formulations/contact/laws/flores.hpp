@@ -6,7 +6,7 @@
 // soft materials in multibody dynamics, Multibody Syst. Dyn. 25 (2011) 357.
 #pragma once
 
-#include "formulations/contact/contact_parts.hpp"
+#include "formulations/contact/law.hpp"
 
 namespace freeplay {
 

@@ -8,7 +8,7 @@
 // Appl. Mech. 79 (2012) 064506.
 #pragma once
 
-#include "formulations/contact/contact_parts.hpp"
+#include "formulations/contact/law.hpp"
 
 namespace freeplay {
 

@@ -6,7 +6,7 @@
 // damping and dwell-time dependent friction, Multibody Syst. Dyn. 11 (2004) 209.
 #pragma once
 
-#include "formulations/contact/contact_parts.hpp"
+#include "formulations/contact/law.hpp"
 
 namespace freeplay {
 

@@ -6,7 +6,7 @@
 // J. Eng. Ind. 99 (1977) 671.
 #pragma once
 
-#include "formulations/contact/contact_parts.hpp"
+#include "formulations/contact/law.hpp"
 
 namespace freeplay {
 

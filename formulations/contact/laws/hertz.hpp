@@ -5,7 +5,7 @@
 // H. Hertz, Über die Berührung fester elastischer Körper, J. reine angew. Math. 92 (1882) 156.
 #pragma once
 
-#include "formulations/contact/contact_parts.hpp"
+#include "formulations/contact/law.hpp"
 
 namespace freeplay {
 

@@ -6,7 +6,7 @@
 // Multibody Syst. Dyn. 35 (2015) 131.
 #pragma once
 
-#include "formulations/contact/contact_parts.hpp"
+#include "formulations/contact/law.hpp"
 
 namespace freeplay {
 

@@ -6,7 +6,7 @@
 // J. Appl. Mech. 42 (1975) 440.
 #pragma once
 
-#include "formulations/contact/contact_parts.hpp"
+#include "formulations/contact/law.hpp"
 
 namespace freeplay {
 

@@ -1,11 +1,11 @@
-// Line contact law of a journal inside a bearing of length L (elastic.hpp, contact_parts.hpp):
+// Line contact law of a journal inside a bearing of length L (law.hpp, law.hpp):
 //
 //     δ = f [ln(4ΔR/f) − 1],   f = F/(π E* L)
 //
 // K. L. Johnson, Contact Mechanics, Cambridge 1985.
 #pragma once
 
-#include "formulations/contact/contact_parts.hpp"
+#include "formulations/contact/law.hpp"
 
 namespace freeplay {
 

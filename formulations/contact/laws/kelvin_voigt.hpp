@@ -6,7 +6,7 @@
 // the delivered restitution depends on the mass: kelvin_voigt_restitution().
 #pragma once
 
-#include "formulations/contact/contact_parts.hpp"
+#include "formulations/contact/law.hpp"
 
 namespace freeplay {
 

@@ -6,7 +6,7 @@
 // analysis of multibody systems, J. Mech. Des. 112 (1990) 369.
 #pragma once
 
-#include "formulations/contact/contact_parts.hpp"
+#include "formulations/contact/law.hpp"
 
 namespace freeplay {
 

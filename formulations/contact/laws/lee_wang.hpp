@@ -6,7 +6,7 @@
 // Des. 105 (1983) 534.
 #pragma once
 
-#include "formulations/contact/contact_parts.hpp"
+#include "formulations/contact/law.hpp"
 
 namespace freeplay {
 

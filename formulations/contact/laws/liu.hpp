@@ -1,4 +1,4 @@
-// Line contact law of a journal inside a bearing of length L (elastic.hpp, contact_parts.hpp):
+// Line contact law of a journal inside a bearing of length L (law.hpp, law.hpp):
 //
 //     F = (π/2) L E* δ √(δ/[2(ΔR + δ)])
 //
@@ -6,7 +6,7 @@
 // Acta Mech. Sin. 21 (2005) 451.
 #pragma once
 
-#include "formulations/contact/contact_parts.hpp"
+#include "formulations/contact/law.hpp"
 
 namespace freeplay {
 

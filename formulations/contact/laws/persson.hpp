@@ -1,4 +1,4 @@
-// Line contact law of a journal inside a bearing of length L (elastic.hpp, contact_parts.hpp):
+// Line contact law of a journal inside a bearing of length L (law.hpp, law.hpp):
 //
 //     F = E* ΔR L π b²(b² + 1)/[2 − ln(b² + 1) − 2b⁴],   b² = δ/(2ΔR + δ)
 //
@@ -7,7 +7,7 @@
 // the overlap, cos ε = ΔR/(ΔR + δ).
 #pragma once
 
-#include "formulations/contact/contact_parts.hpp"
+#include "formulations/contact/law.hpp"
 
 namespace freeplay {
 

@@ -7,7 +7,7 @@
 
 #include <cmath>
 
-#include "formulations/contact/contact_parts.hpp"
+#include "formulations/contact/law.hpp"
 
 namespace freeplay {
 

@@ -7,11 +7,10 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 
-#include "cli/default_folder.hpp"
-#include "cli/document.hpp"
+#include "cli/command_line.hpp"
 #include "cli/ending.hpp"
-#include "cli/progress.hpp"
-#include "cli/verb.hpp"
+#include "cli/folders.hpp"
+#include "cli/terminal.hpp"
 #include "io/files/output_file.hpp"
 #include "io/files/result_set.hpp"
 #include "io/files/run_json.hpp"

@@ -1,5 +1,5 @@
 // Verbs of the program freeplay-verify, which contains the claims.
-#include "cli/verb.hpp"
+#include "cli/command_line.hpp"
 
 void freeplay::cli::declare_verbs(Program& program) {
 #define VERB(name)

@@ -5,10 +5,10 @@
 #include <algorithm>
 #include <filesystem>
 
-#include "cli/default_folder.hpp"
+#include "cli/command_line.hpp"
 #include "cli/ending.hpp"
-#include "cli/progress.hpp"
-#include "cli/verb.hpp"
+#include "cli/folders.hpp"
+#include "cli/terminal.hpp"
 #include "facade/run_folder.hpp"
 #include "io/files/folder_lock.hpp"
 #include "io/files/output_file.hpp"

@@ -18,7 +18,7 @@
 #include "dynamics/system.hpp"
 #include "mechanism/error.hpp"
 #include "mechanism/mechanism.hpp"
-#include "numerics/rank.hpp"
+#include "numerics/sparse.hpp"
 
 namespace freeplay {
 namespace {

@@ -1,17 +1,173 @@
 #include "dynamics/assembly/closing.hpp"
 
+#include <coin/IpIpoptApplication.hpp>
+#include <coin/IpTNLP.hpp>
+
 #include <algorithm>
 #include <cmath>
 #include <functional>
+#include <mutex>
 #include <utility>
 
 #include "dynamics/assembly/assembly.hpp"
-#include "dynamics/assembly/assembly_ipopt.hpp"
 #include "dynamics/assembly/other_starts.hpp"
+#include "dynamics/kinematics.hpp"
 #include "dynamics/planar.hpp"
 #include "dynamics/system.hpp"
 
 namespace freeplay {
+namespace {
+
+/// Variables q; constraints: the chosen rows of Φ = 0, then |e_k|²/c_k² ≤ 1.
+class Assembly : public Ipopt::TNLP {
+ public:
+  using Index = Ipopt::Index;
+  using Number = Ipopt::Number;
+
+  Assembly(const System& system, const std::vector<double>& start, const std::vector<int>& left_out,
+           const Metric& metric, std::vector<double>& q, const StopToken& stop)
+      : system_(system),
+        start_(start),
+        metric_(metric),
+        q_(q),
+        stop_(stop),
+        e_(system.make_evaluation()),
+        zero_(start.size(), 0.0) {
+    for (int k = 0; k < system.rows(); ++k)
+      if (!std::ranges::binary_search(left_out, k)) rows_.push_back(k);
+    heaviest_ = *std::ranges::max_element(metric.weight);
+    const auto& p = system.pattern();
+    int g = 0;
+    for (int k : rows_) {
+      for (int i = p.begin[k]; i < p.begin[k + 1]; ++i) places_.emplace_back(g, p.column[i]);
+      ++g;
+    }
+    for (int k = 0; k < system.contacts(); ++k, ++g)
+      for (int body : system.contact_facts(k).bodies)
+        if (body != ground)
+          for (int c : {3 * body, 3 * body + 1, 3 * body + 2}) places_.emplace_back(g, c);
+  }
+
+  bool get_nlp_info(Index& n, Index& m, Index& nnz_jac, Index& nnz_hessian, IndexStyleEnum& style) override {
+    n = system_.n();
+    m = static_cast<Index>(rows_.size()) + system_.contacts();
+    nnz_jac = static_cast<Index>(places_.size());
+    nnz_hessian = 0;
+    style = C_STYLE;
+    return true;
+  }
+  bool get_bounds_info(Index n, Number* lower, Number* upper, Index m, Number* g_lower,
+                       Number* g_upper) override {
+    std::fill(lower, lower + n, -1e19);
+    std::fill(upper, upper + n, 1e19);
+    for (std::size_t c = 0; c < metric_.held.size(); ++c)
+      if (metric_.held[c]) lower[c] = upper[c] = q_[c];
+    const auto equalities = static_cast<Index>(rows_.size());
+    for (Index k = 0; k < m; ++k) {
+      g_lower[k] = k < equalities ? 0 : -1e19;
+      g_upper[k] = k < equalities ? 0 : 1;
+    }
+    return true;
+  }
+  bool get_starting_point(Index n, bool, Number* x, bool, Number*, Number*, Index, bool, Number*) override {
+    std::copy(q_.begin(), q_.begin() + n, x);
+    return true;
+  }
+  bool eval_f(Index n, const Number* x, bool, Number& value) override {
+    value = 0;
+    for (Index i = 0; i < n; ++i) value += 0.5 * weight(i) * (x[i] - at(start_, i)) * (x[i] - at(start_, i));
+    return true;
+  }
+  bool eval_grad_f(Index n, const Number* x, bool, Number* gradient) override {
+    for (Index i = 0; i < n; ++i) gradient[i] = weight(i) * (x[i] - at(start_, i));
+    return true;
+  }
+  bool eval_g(Index, const Number* x, bool, Index, Number* g) override {
+    system_.place(0, x, e_);
+    for (int k : rows_) *g++ = at(e_.phi, k);
+    for (int k = 0; k < system_.contacts(); ++k) {
+      const auto& facts = system_.contact_facts(k);
+      *g++ = facts.ring ? system_.eccentricity(k, x, e_).squared_norm() / square(facts.clearance)
+                        : 1 - system_.gap(k, x, e_) / facts.clearance;
+    }
+    return true;
+  }
+  bool eval_jac_g(Index, const Number* x, bool, Index, Index, Index* row, Index* column,
+                  Number* values) override {
+    if (!values) {
+      for (auto [r, c] : places_) {
+        *row++ = r;
+        *column++ = c;
+      }
+      return true;
+    }
+    system_.place(0, x, e_);
+    const auto& p = system_.pattern();
+    for (int k : rows_)
+      for (int i = p.begin[k]; i < p.begin[k + 1]; ++i) *values++ = at(e_.G, i);
+    ContactRow contact;
+    for (int k = 0; k < system_.contacts(); ++k) {
+      // Rings: ∂|e|²/∂q = −2|e| W_N, which is smooth and zero where a concentric journal has no
+      // normal.
+      const auto& facts = system_.contact_facts(k);
+      system_.contact(k, x, zero_.data(), e_, contact);
+      const double factor =
+          facts.ring ? -2 * (facts.clearance - contact.gap) / square(facts.clearance) : -1 / facts.clearance;
+      int i = 0;
+      for (int body : facts.bodies)
+        if (body != ground)
+          for (int c = 0; c < 3; ++c, ++i)
+            *values++ = contact.normal.size == 0 ? 0 : factor * contact.normal.value[i];
+    }
+    return true;
+  }
+  void finalize_solution(Ipopt::SolverReturn, Index n, const Number* x, const Number*, const Number*, Index,
+                         const Number*, const Number*, Number, const Ipopt::IpoptData*,
+                         Ipopt::IpoptCalculatedQuantities*) override {
+    q_.assign(x, x + n);
+  }
+  bool intermediate_callback(Ipopt::AlgorithmMode, Index, Number, Number, Number, Number, Number, Number,
+                             Number, Number, Index, const Ipopt::IpoptData*,
+                             Ipopt::IpoptCalculatedQuantities*) override {
+    return !stop_();
+  }
+
+ private:
+  static double square(double x) { return x * x; }
+  static double at(const std::vector<double>& x, int i) { return x[i]; }
+  double weight(int i) const { return at(metric_.weight, i) / heaviest_; }
+
+  const System& system_;
+  const std::vector<double>& start_;
+  const Metric& metric_;
+  std::vector<double>& q_;
+  const StopToken& stop_;
+  Evaluation e_;
+  std::vector<double> zero_;
+  std::vector<int> rows_;
+  std::vector<std::pair<int, int>> places_;  // (constraint, column) of the Jacobian's entries
+  double heaviest_ = 1;
+};
+
+}  // namespace
+
+void least_movement(const System& system, const std::vector<double>& start, const std::vector<int>& left_out,
+                    const Metric& metric, std::vector<double>& q, const StopToken& stop) {
+  static std::mutex one_at_a_time;  // MUMPS, the linear solver of Debian's Ipopt, has global state
+  const std::lock_guard lock(one_at_a_time);
+  Ipopt::SmartPtr<Ipopt::TNLP> problem = new Assembly(system, start, left_out, metric, q, stop);
+  Ipopt::SmartPtr<Ipopt::IpoptApplication> ipopt = IpoptApplicationFactory();
+  ipopt->Options()->SetIntegerValue("print_level", 0);
+  ipopt->Options()->SetStringValue("sb", "yes");
+  ipopt->Options()->SetStringValue("hessian_approximation", "limited-memory");
+  ipopt->Options()->SetNumericValue("tol", 1e-10);
+  ipopt->Options()->SetNumericValue("constr_viol_tol", 1e-11);
+  ipopt->Options()->SetIntegerValue("max_iter", 500);
+  ipopt->Options()->SetStringValue("fixed_variable_treatment", "make_parameter");
+  if (ipopt->Initialize("") != Ipopt::Solve_Succeeded) return;
+  ipopt->OptimizeTNLP(problem);
+  if (stop()) throw Interrupted();
+}
 
 double length_scale(const System& system) {
   double scale = system.longest_arm();

@@ -12,8 +12,8 @@
 #include <string>
 #include <vector>
 
-#include "dynamics/assembly/compliance.hpp"
 #include "dynamics/assembly/equilibrium.hpp"
+#include "dynamics/assembly/statics.hpp"
 
 namespace freeplay {
 

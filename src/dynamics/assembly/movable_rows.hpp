@@ -3,17 +3,28 @@
 //     min ½ xᵀ W x − fᵀ x   subject to   G x = r,   x_c = 0 for each held coordinate c.
 //
 // Held coordinates leave rows that depend on others or have no entry. choose() selects independent
-// rows (numerics/rank.hpp); the caller decides by the residual whether the others are satisfied.
+// rows (numerics/sparse.hpp); the caller decides by the residual whether the others are satisfied.
 #pragma once
 
 #include <memory>
 #include <vector>
 
 #include "numerics/saddle_point.hpp"
+#include "values/state.hpp"
 
 namespace freeplay {
 
+// Reactions that mechanics does not determine.
+
 class System;
+
+/// Indices into System::force_elements() of ideal joints and drives whose reactions are not unique
+/// at a state: some combination z of their rows has Gᵀz = 0, so any multiple of it may be added to
+/// the multipliers.
+std::vector<int> undetermined_elements(const System& system, const State& state);
+
+/// Throws ModelError if such a reaction bounds a friction.
+void refuse_undetermined_friction(const System& system, const State& state);
 
 /// Weights of the coordinates, and which of them are held (empty: none).
 struct Metric {

@@ -2,7 +2,7 @@
 // its loops close, dead centres and transmission angles.
 //
 // The ideal mechanism is followed from its start in both directions of the driven angle φ, in
-// intervals of 5 degrees (whole_turn.hpp). The range ends where a loop cannot close any further.
+// intervals of 5 degrees (mobility.hpp). The range ends where a loop cannot close any further.
 //
 //     dead centre          dσ/dφ = 0, where σ is the angle or position of a joint of the ground
 //                          that is not driven; it reverses there
@@ -15,6 +15,7 @@
 // driven body (Assur groups of class II). An extremum is located by golden section and a parabola.
 #pragma once
 
+#include <array>
 #include <optional>
 #include <string>
 #include <vector>
@@ -23,7 +24,24 @@
 
 namespace freeplay {
 
+// Dyads of a mechanism: two bodies with a common joint J that two bodies of known motion carry, by
+// a pin or a guide each (Assur groups of class II). A massless rod and a guided or pinned body are a
+// dyad, too. Known are the ground, the bodies of prescribed motion, and in turn every body that
+// joints to known bodies fix by three rows, and both bodies of a dyad.
+
 struct Mechanism;
+
+struct Dyad {
+  int joint = -1;                ///< J: index into Mechanism::joints
+  std::array<int, 2> bodies{};   ///< equal for a rod and a body
+  std::array<int, 2> carried{};  ///< the joints that carry them; the rod itself for a rod
+};
+
+/// The dyads of an ideal mechanism, beginning at the ground.
+std::vector<Dyad> dyads(const Mechanism& mechanism);
+
+/// Transmission angle (rad, from 0 to π/2) of a dyad in the pose q (turn_survey.hpp).
+double transmission_angle(const Mechanism& mechanism, const Dyad& dyad, const std::vector<double>& q);
 
 /// An extremum over the turn.
 struct TurnExtreme {

@@ -1,9 +1,8 @@
 // Dynamics of mechanism/elements/cam_contact.hpp, which states the equations.
 #pragma once
 
+#include "dynamics/cam_pairs.hpp"
 #include "dynamics/elements/dynamics.hpp"
-#include "dynamics/pairs/cam_flat.hpp"
-#include "dynamics/pairs/cam_roller.hpp"
 #include "mechanism/elements/cam_contact.hpp"
 
 namespace freeplay {

@@ -9,8 +9,8 @@
 #include <vector>
 
 #include "dynamics/argument.hpp"
-#include "dynamics/curve_reader.hpp"
 #include "dynamics/elements/dynamics.hpp"
+#include "dynamics/phase.hpp"
 #include "mechanism/elements/controller.hpp"
 #include "mechanism/piecewise.hpp"
 #include "numerics/choice.hpp"

@@ -2,8 +2,8 @@
 #pragma once
 
 #include "dynamics/argument.hpp"
-#include "dynamics/curve_reader.hpp"
 #include "dynamics/elements/dynamics.hpp"
+#include "dynamics/phase.hpp"
 #include "mechanism/elements/dc_motor.hpp"
 #include "mechanism/piecewise.hpp"
 #include "numerics/choice.hpp"

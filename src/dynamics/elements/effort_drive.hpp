@@ -2,7 +2,6 @@
 #pragma once
 
 #include "dynamics/argument.hpp"
-#include "dynamics/curve_reader.hpp"
 #include "dynamics/elements/dynamics.hpp"
 #include "dynamics/phase.hpp"
 #include "mechanism/elements/effort_drive.hpp"

@@ -2,7 +2,7 @@
 #pragma once
 
 #include "dynamics/elements/dynamics.hpp"
-#include "dynamics/mesh/involute.hpp"
+#include "dynamics/mesh.hpp"
 #include "mechanism/elements/gear_joint.hpp"
 
 namespace freeplay {

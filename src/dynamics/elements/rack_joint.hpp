@@ -2,7 +2,7 @@
 #pragma once
 
 #include "dynamics/elements/dynamics.hpp"
-#include "dynamics/mesh/rack.hpp"
+#include "dynamics/mesh.hpp"
 #include "mechanism/elements/rack_joint.hpp"
 
 namespace freeplay {

@@ -1,8 +1,8 @@
 // Dynamics of mechanism/elements/torque_drive.hpp, which states the equations.
 #pragma once
 
-#include "dynamics/curve_reader.hpp"
 #include "dynamics/elements/dynamics.hpp"
+#include "dynamics/phase.hpp"
 #include "mechanism/elements/torque_drive.hpp"
 #include "mechanism/piecewise.hpp"
 #include "numerics/choice.hpp"

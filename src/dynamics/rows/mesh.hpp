@@ -1,5 +1,5 @@
 // Toothed bodies without backlash. One row: the carrying flank stays closed, Φ = g of
-// mesh/involute.hpp or mesh/rack.hpp,
+// mesh.hpp,
 //
 //     Φ̇ = u·ḋ + ρ_i ω_i + ρ_j ω_j
 //     γ = −u·(ω_i² r_i − ω_j² r_j) − (other terms of Φ̈ without accelerations)
@@ -7,8 +7,7 @@
 
 #include <array>
 
-#include "dynamics/mesh/involute.hpp"
-#include "dynamics/mesh/rack.hpp"
+#include "dynamics/mesh.hpp"
 
 namespace freeplay {
 

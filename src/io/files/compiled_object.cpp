@@ -20,10 +20,10 @@
 #include <utility>
 #include <vector>
 
+#include "io/files/access.hpp"
 #include "io/files/child.hpp"
-#include "io/files/descriptor.hpp"
 #include "io/files/digest.hpp"
-#include "io/files/visible.hpp"
+#include "io/files/escaping.hpp"
 
 namespace freeplay {
 namespace {

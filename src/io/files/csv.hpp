@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "io/files/output_file.hpp"
-#include "simulation/occasional.hpp"
+#include "simulation/observer.hpp"
 #include "simulation/table_rows.hpp"
 
 namespace freeplay {

@@ -2,15 +2,13 @@
 
 #include <fmt/format.h>
 #include <gnu/libc-version.h>
-
 #include <Eigen/Core>
 
 #include "content.hpp"
 #include "io/files/digest.hpp"
-#include "io/files/recorded_run.hpp"
-#include "io/files/visible.hpp"
+#include "io/files/escaping.hpp"
 #include "io/scene/section.hpp"
-#include "io/scene/toml_value.hpp"
+#include "io/scene/toml_text.hpp"
 #include "io/scene/write_scene.hpp"
 #include "version.hpp"
 

@@ -11,7 +11,7 @@
 #include <string_view>
 #include <vector>
 
-#include "io/files/descriptor.hpp"
+#include "io/files/access.hpp"
 
 namespace freeplay {
 

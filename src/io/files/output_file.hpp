@@ -18,7 +18,7 @@
 #include <string_view>
 #include <vector>
 
-#include "io/files/descriptor.hpp"
+#include "io/files/access.hpp"
 
 namespace freeplay {
 

@@ -6,7 +6,7 @@
 #include "io/scene/points_file.hpp"
 #include "io/scene/quantity.hpp"
 #include "io/scene/spelling.hpp"
-#include "io/scene/toml_value.hpp"
+#include "io/scene/toml_text.hpp"
 
 namespace freeplay {
 namespace {

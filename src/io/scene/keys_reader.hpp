@@ -1,5 +1,5 @@
 // KeysReader: the visitor that fills the facts and options of a scene from one section of its file
-// (mechanism/keys.hpp). To the values of any document (io/scene/section_reader.hpp) it adds those of
+// (mechanism/keys.hpp). To the values of any document (io/scene/section.hpp) it adds those of
 // a mechanism: curves, points, and names of elements, which it resolves to indices. Errors are
 // SceneErrors with the position of the key.
 //
@@ -16,7 +16,7 @@
 #include <vector>
 
 #include "dynamics/argument.hpp"
-#include "io/scene/section_reader.hpp"
+#include "io/scene/section.hpp"
 #include "mechanism/ground.hpp"
 #include "mechanism/mechanism.hpp"
 #include "mechanism/options.hpp"

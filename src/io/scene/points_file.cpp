@@ -10,7 +10,7 @@
 #include <sstream>
 #include <utility>
 
-#include "io/scene/toml_value.hpp"
+#include "io/scene/toml_text.hpp"
 
 namespace freeplay {
 namespace {

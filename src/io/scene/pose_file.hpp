@@ -1,4 +1,4 @@
-// Geometry of a mechanism at one state as a table of shapes. plots/drawing/pose.cpp draws it.
+// Geometry of a mechanism at one state as a table of shapes. plots/figures/pose.cpp draws it.
 //
 //     shape,name,x,y,a,b          m
 //

@@ -3,16 +3,13 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <cstdlib>
 #include <numbers>
-#include <optional>
 #include <vector>
 
-#include "io/files/visible.hpp"
-#include "io/scene/dimension.hpp"
-#include "io/scene/toml_value.hpp"
+#include "io/files/escaping.hpp"
+#include "io/scene/toml_text.hpp"
 
 namespace freeplay {
 namespace {

@@ -1,3 +1,5 @@
+#include "io/scene/read_scene.hpp"
+
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -6,8 +8,6 @@
 #include "dynamics/instruments.hpp"
 #include "dynamics/point_bodies.hpp"
 #include "io/scene/keys_reader.hpp"
-#include "io/scene/located.hpp"
-#include "io/scene/open_scene.hpp"
 #include "io/scene/read_mechanism.hpp"
 #include "io/scene/scene_text.hpp"
 #include "mechanism/scene.hpp"

@@ -8,7 +8,7 @@
 #include <numbers>
 #include <sstream>
 
-#include "io/files/visible.hpp"
+#include "io/files/escaping.hpp"
 #include "io/scene/quantity.hpp"
 #include "io/scene/schema.hpp"
 #include "mechanism/error.hpp"

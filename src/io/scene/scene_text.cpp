@@ -8,9 +8,9 @@
 #include <sstream>
 #include <utility>
 
-#include "io/files/visible.hpp"
-#include "io/scene/located.hpp"
+#include "io/files/escaping.hpp"
 #include "io/scene/quantity.hpp"
+#include "io/scene/read_scene.hpp"
 #include "io/scene/write_scene.hpp"
 
 namespace freeplay {

@@ -1,10 +1,16 @@
 #include "io/scene/schema.hpp"
 
+#include <fmt/format.h>
+#include <nlohmann/json.hpp>
+
 #include <algorithm>
-#include <vector>
+#include <filesystem>
+#include <optional>
 
 #include "dynamics/instruments.hpp"
 #include "io/scene/keys_list.hpp"
+#include "io/scene/section.hpp"
+#include "io/scene/spelling.hpp"
 #include "mechanism/body.hpp"
 #include "mechanism/curve.hpp"
 #include "mechanism/elements.hpp"
@@ -113,6 +119,161 @@ std::string_view unit_of(const std::string& name) {
   const auto comma = unit.find(", ");  // of the columns of a list of points
   if (key == name || comma == unit.npos) return unit;
   return name.ends_with("[0]") ? unit.substr(0, comma) : unit.substr(comma + 2);
+}
+
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+Json of_type(const char* type) { return {{"type", type}}; }
+
+Json list_of(const Json& item) { return {{"type", "array"}, {"items", item}}; }
+
+Json any_of(const std::vector<Json>& choices) {
+  if (choices.size() == 1) return choices.front();
+  return {{"anyOf", choices}};
+}
+
+/// The values of one word of SchemaKey::type. `mixed`: a list may have both points and names.
+std::vector<Json> values_of(std::string_view word, bool mixed) {
+  const auto text = of_type("string"), number = any_of({of_type("number"), text});  // "0.2 mm" has its unit
+  auto point = list_of(number);
+  point["minItems"] = point["maxItems"] = 2;
+  if (word == "number") return {of_type("number"), text};
+  if (word == "numbers") return {list_of(any_of({number, list_of(number)}))};
+  if (word == "point") return {point};
+  if (word == "points") return {list_of(mixed ? any_of({text, point}) : point)};
+  if (word == "names") return {list_of(mixed ? any_of({text, point}) : text)};
+  if (word == "table") return {{{"type", "object"}, {"additionalProperties", any_of({text, point})}}};
+  return {text};  // text, name or file
+}
+
+Json value_of(const SchemaKey& key) {
+  if (key.type == "true or false") return of_type("boolean");
+  const bool mixed = key.type.find("points or names") != key.type.npos;
+  std::vector<Json> choices;
+  constexpr std::string_view between = " or ";
+  for (std::string_view rest = key.type; !rest.empty();) {
+    const auto end = rest.find(between);
+    for (auto& value : values_of(rest.substr(0, end), mixed))
+      if (std::ranges::find(choices, value) == choices.end()) choices.push_back(std::move(value));
+    rest.remove_prefix(end == rest.npos ? rest.size() : end + between.size());
+  }
+  return any_of(choices);
+}
+
+/// Meaning, unit and default of a key.
+std::string description_of(const SchemaKey& key) {
+  const auto unit = key.unit.empty() ? "" : ", in " + key.unit;
+  const auto given = key.fallback == "required" ? "; required"
+                     : key.fallback == "–"      ? ""
+                                                : "; default: " + key.fallback;
+  return key.meaning + unit + given;
+}
+
+Json new_table(std::string_view what) {
+  return {{"type", "object"},
+          {"description", what},
+          {"properties", Json::object()},
+          {"additionalProperties", false}};
+}
+
+/// The subtable `name` of a table; "*" is that of all names chosen by the author.
+Json& subtable(Json& table, const std::string& name, std::string_view what) {
+  auto& place = name == "*" ? table["additionalProperties"] : table["properties"][name];
+  if (!place.is_object()) place = new_table(what);
+  return place;
+}
+
+}  // namespace
+
+nlohmann::ordered_json json_schema(const Schema& schema) {
+  Json document = new_table(schema.what_is(schema.root()));
+  document["$schema"] = "http://json-schema.org/draft-04/schema#";
+  for (const auto& key : schema.keys()) {
+    auto* table = &document;
+    auto begin = schema.root().empty() ? 0 : schema.root().size() + 1;
+    for (auto dot = key.path.find('.', begin); dot != key.path.npos; dot = key.path.find('.', begin)) {
+      table = &subtable(*table, key.path.substr(begin, dot - begin), schema.what_is(key.path.substr(0, dot)));
+      begin = dot + 1;
+    }
+    auto& value = (*table)["properties"][key.path.substr(begin)] = value_of(key);
+    value["description"] = description_of(key);
+  }
+  return document;
+}
+
+// Comparison of a document with the schema before it is read.
+
+namespace {
+
+/// A key that is not in the schema.
+struct Unknown {
+  const toml::node* node;
+  std::string path, table, name;
+};
+
+/// Keys of options are reported before those of the file, since the user has just typed them.
+bool before(const Unknown& a, const Unknown& b) { return a.node->source().begin < b.node->source().begin; }
+
+/// The first unknown key of `table` and its subtables. `path` is the table's dotted key.
+std::optional<Unknown> first_unknown(const Schema& schema, const toml::table& table, const std::string& path,
+                                     std::string_view pattern) {
+  const auto& known = schema.keys_of(pattern);
+  const bool names = std::ranges::find(known, "*") != known.end();
+  std::optional<Unknown> first;
+  for (const auto& [key, node] : table) {
+    const std::string name(key.str());
+    const auto own = path.empty() ? name : fmt::format("{}.{}", path, name);
+    const auto below = pattern.empty() ? name : fmt::format("{}.{}", pattern, names ? "*" : name);
+    std::optional<Unknown> found;
+    if (!names && std::ranges::find(known, name) == known.end())
+      found = Unknown{&node, own, std::string(pattern), name};
+    else if (const auto* sub = node.as_table(); sub && !schema.find(below))
+      found = first_unknown(schema, *sub, own, below);
+    if (found && (!first || before(*found, *first))) first = std::move(found);
+  }
+  return first;
+}
+
+/// Suggestion for an unknown key: a similar key of the table, else the table to which the key
+/// belongs, else the list of known keys.
+std::string remedy(const Schema& schema, const Unknown& unknown) {
+  const auto& known = schema.keys_of(unknown.table);
+  if (unknown.table == "study" && unknown.name == "study")
+    return "; keys of a study are at the root: [axes.NAME], without study";
+  if (const auto near = nearest_word(unknown.name, known); !near.empty())
+    return fmt::format("; did you mean {}?", near);
+  for (const auto& key : schema.keys())
+    if (!unknown.node->is_table() && key.path.ends_with("." + unknown.name))
+      return fmt::format("; it belongs to {}", key.path.substr(0, key.path.rfind('.')));
+  return listed("there are", known);
+}
+
+/// Refuses a scene in place of a study and vice versa, before its first key is reported as
+/// misspelt.
+void refuse_mistaken(const toml::table& document, std::string_view pattern, const SceneSource& source) {
+  const bool scene = document.contains("bodies") || document.contains("joints"),
+             study = document.contains("scene");
+  if (scene == study) return;
+  if (pattern == "study" && scene)
+    throw SceneError(
+        fmt::format("{}: is a scene; a study refers to one by scene = \"{}\": docs/reference/study.md",
+                    source.name, std::filesystem::path(source.name).filename().string()));
+  if (pattern.empty() && study)
+    throw SceneError(fmt::format(
+        "{}: is a study, for freeplay sweep, bifurcation or basin; its key scene gives the scene file",
+        source.name));
+}
+
+}  // namespace
+
+void refuse_unknown_keys(const toml::table& document, std::string_view pattern, const SceneSource& source) {
+  refuse_mistaken(document, pattern, source);
+  if (const auto unknown = first_unknown(*source.schema, document, "", pattern))
+    source.fail(unknown->node, unknown->path,
+                fmt::format("is not a key of {}{}", source.schema->what_is(unknown->table),
+                            remedy(*source.schema, *unknown)));
 }
 
 }  // namespace freeplay

@@ -6,6 +6,8 @@
 // plots/drawing/style.hpp that of styles.
 #pragma once
 
+#include <nlohmann/json_fwd.hpp>
+
 #include <map>
 #include <span>
 #include <string>
@@ -59,5 +61,11 @@ const Schema& scene_schema();
 /// Unit of a scene's key, given with its names as in joints.gudgeon.clearance, or of a number within
 /// its list (joints.pin.at[0][1]); "" for an unknown key.
 std::string_view unit_of(const std::string& name);
+
+// JSON Schema (draft 4) of a kind of document, for editors and validators. The rows of kinds that
+// share a table are merged, so a document that it accepts may still have keys that its choices do
+// not read, or lack required ones: `freeplay check` tells.
+
+nlohmann::ordered_json json_schema(const Schema& schema);
 
 }  // namespace freeplay

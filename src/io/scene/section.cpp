@@ -1,19 +1,17 @@
 #include "io/scene/section.hpp"
 
-#include <fmt/format.h>
-
 #include <algorithm>
 #include <cassert>
 #include <cmath>
 #include <tuple>
 
 #include "io/files/digest.hpp"
+#include "io/files/escaping.hpp"
 #include "io/files/input_file.hpp"
-#include "io/files/visible.hpp"
 #include "io/scene/quantity.hpp"
 #include "io/scene/schema.hpp"
 #include "io/scene/spelling.hpp"
-#include "io/scene/toml_value.hpp"
+#include "io/scene/toml_text.hpp"
 #include "mechanism/magnitude.hpp"
 #include "values/name_length.hpp"
 

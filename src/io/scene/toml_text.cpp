@@ -1,15 +1,49 @@
 // Parses TOML text. Text that the parser toml++ does not handle well is refused beforehand, with
 // its position.
+
+#include "io/scene/toml_text.hpp"
+
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <cctype>
-#include <string_view>
 
 #include "io/files/input_file.hpp"
 #include "io/scene/section.hpp"
 
 namespace freeplay {
+
+std::string toml_quoted(std::string_view text) {
+  std::string out;
+  for (const char c : text) {
+    const auto byte = static_cast<unsigned char>(c);
+    if (c == '"' || c == '\\')
+      out += {'\\', c};
+    else if (c == '\n')
+      out += "\\n";
+    else if (c == '\t')
+      out += "\\t";
+    else if (byte < 0x20 || byte == 0x7f)
+      out += fmt::format("\\u{:04X}", byte);
+    else
+      out += c;
+  }
+  return '"' + out + '"';
+}
+
+std::string toml_number(double x) {
+  auto digits = fmt::format("{}", x);
+  // n: inf and nan, which the reader refuses.
+  if (digits.find_first_of(".en") == digits.npos) digits += ".0";
+  return digits;
+}
+
+std::string toml_numbers(const std::vector<double>& list) {
+  std::string out;
+  for (const double x : list) out += (out.empty() ? "" : ", ") + toml_number(x);
+  return fmt::format("[{}]", out);
+}
+
 namespace {
 
 /// A position in a text. Columns count characters, not bytes.

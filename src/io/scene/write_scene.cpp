@@ -12,7 +12,7 @@
 #include <vector>
 
 #include "dynamics/instruments.hpp"
-#include "io/scene/toml_value.hpp"
+#include "io/scene/toml_text.hpp"
 #include "mechanism/scene.hpp"
 #include "values/family.hpp"
 

@@ -1,5 +1,5 @@
 // End stops of a revolute joint: the angle θ = θ_j − θ_i stays between two limits. Each limit is a
-// contact at a distance `radius` from the joint (pairs/angle_stop.hpp). The joint may have
+// contact at a distance `radius` from the joint (dynamics/pairs.hpp). The joint may have
 // clearance.
 #pragma once
 

@@ -1,9 +1,9 @@
 // A cam on the first body and a follower on the second: one contact, which may separate.
 //
 //     flat      the face touches an outline with the support function base_radius + lift(ψ) in the
-//               direction ψ (pairs/cam_flat.hpp)
+//               direction ψ (dynamics/cam_pairs.hpp)
 //     roller    the roller's centre is on the pitch curve of polar radius base_radius +
-//               roller_radius + lift(φ) (pairs/cam_roller.hpp)
+//               roller_radius + lift(φ) (dynamics/cam_pairs.hpp)
 //
 // Either follower, guided radially, therefore moves by the lift. Angles are measured on the cam
 // from its body's x axis, counterclockwise. The stiffness of penalty contacts is that of the place

@@ -1,4 +1,4 @@
-// External contact of two discs: one contact (pairs/round.hpp).
+// External contact of two discs: one contact (dynamics/pairs.hpp).
 #pragma once
 
 #include <array>

@@ -1,6 +1,6 @@
 // Force F on a point of a body, in axes of the world or of the body; its power is F·v_P. A curve
 // may scale it: F(x) = force·factor(x). A function of the caller may replace it
-// (mechanism/own_force.hpp).
+// (mechanism/outside.hpp).
 #pragma once
 
 #include <array>
@@ -12,7 +12,7 @@
 #include "mechanism/argument.hpp"
 #include "mechanism/body.hpp"
 #include "mechanism/curve.hpp"
-#include "mechanism/own_force.hpp"
+#include "mechanism/outside.hpp"
 #include "values/forces.hpp"
 
 namespace freeplay {

@@ -1,8 +1,8 @@
 // A pair of gears with involute teeth, ideal or with backlash. Other joints hold their centres,
-// which may move (mesh/involute.hpp).
+// which may move (dynamics/mesh.hpp).
 //
 //     ideal          one flank stays closed:               one row
-//     with backlash  two flanks on opposite sides:         two contacts (pairs/flank.hpp)
+//     with backlash  two flanks on opposite sides:         two contacts (dynamics/pairs.hpp)
 #pragma once
 
 #include <array>

@@ -3,7 +3,7 @@
 //
 //     force                  a fixed force: the preload of a translational joint
 //     friction, pin_radius   couple of at most μ r |F|; r pin radius, F joint reaction
-//     friction               μ S of a translational joint's reaction, with S of reaction_bound.hpp
+//     friction               μ S of a translational joint's reaction, with S of evaluation.hpp
 #pragma once
 
 #include <optional>

@@ -1,5 +1,5 @@
 // A disc (or a point) of the second body and a straight wall of the first: one contact
-// (pairs/line.hpp).
+// (dynamics/pairs.hpp).
 #pragma once
 
 #include <algorithm>

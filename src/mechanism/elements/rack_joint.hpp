@@ -1,8 +1,8 @@
 // A gear on the first body and a rack on the second, ideal or with backlash. Another joint guides
-// the rack (mesh/rack.hpp).
+// the rack (dynamics/mesh.hpp).
 //
 //     ideal          one flank stays closed:               one row
-//     with backlash  two flanks on opposite sides:         two contacts (pairs/flank.hpp)
+//     with backlash  two flanks on opposite sides:         two contacts (dynamics/pairs.hpp)
 #pragma once
 
 #include "mechanism/elements/gear_joint.hpp"

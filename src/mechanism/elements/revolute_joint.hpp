@@ -2,7 +2,7 @@
 // second.
 //
 //     ideal            r_j^P − r_i^P = 0:  two rows
-//     with clearance   a circle inside a circle: one contact (pairs/round.hpp), with a film if it
+//     with clearance   a circle inside a circle: one contact (dynamics/pairs.hpp), with a film if it
 //                      names a lubricant
 #pragma once
 

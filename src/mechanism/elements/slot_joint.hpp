@@ -2,7 +2,7 @@
 // of the slot are a travel stop (elements/travel_stop.hpp).
 //
 //     ideal            no offset across the slot:      one row
-//     with clearance   the pin between two walls:      two contacts (pairs/line.hpp)
+//     with clearance   the pin between two walls:      two contacts (dynamics/pairs.hpp)
 #pragma once
 
 #include <array>

@@ -3,7 +3,7 @@
 //
 //     ideal            no offset across the axis, a fixed relative angle:  two rows
 //     with clearance   the four corners of a rectangle between two walls: four contacts
-//                     (pairs/line.hpp)
+//                     (dynamics/pairs.hpp)
 #pragma once
 
 #include <array>

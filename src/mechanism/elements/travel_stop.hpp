@@ -1,5 +1,5 @@
 // End stops of a translational joint or of a pin in a slot: the travel x = a·(r_j − r_i) stays
-// between two limits. Each limit is a contact with a wall across the axis (pairs/line.hpp),
+// between two limits. Each limit is a contact with a wall across the axis (dynamics/pairs.hpp),
 //
 //     g = x − lower,     g = upper − x
 #pragma once

@@ -7,9 +7,9 @@
 #include <utility>
 
 #include "facade/lyapunov.hpp"
-#include "io/scene/located.hpp"
+#include "io/scene/read_scene.hpp"
 #include "mechanism/scene.hpp"
-#include "study/runs/run_together.hpp"
+#include "study/runs/executor.hpp"
 
 namespace freeplay {
 namespace {

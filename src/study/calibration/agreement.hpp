@@ -6,7 +6,7 @@
 //     peak angles   (cos φ, sin φ) of that peak
 //
 // with its error from the scatter of both samples and the file's uncertainty
-// (measure/mean_difference.hpp). A property differs if its difference exceeds both the limit that a
+// (measure/waveform.hpp). A property differs if its difference exceeds both the limit that a
 // right model exceeds with a probability of 1 %, and a least size. Peaks are those of the
 // band-limited signal, so that they do not depend on the instants of the samples.
 #pragma once
@@ -16,13 +16,20 @@
 #include <string>
 #include <vector>
 
-#include "measure/mean_difference.hpp"
 #include "measure/turns.hpp"
-#include "study/sweep/intervals.hpp"
+#include "measure/waveform.hpp"
+#include "study/store/results.hpp"
 #include "study/verdicts/verdicts.hpp"
 #include "values/result.hpp"
 
 namespace freeplay {
+
+// Check of the unit of a measured acceleration. The lowest harmonics of a turn follow the crank and
+// depend little on the clearance, so they are compared with those of the ideal mechanism.
+
+/// Question to the user if the first three harmonics of a measurement (m/s²) agree within a third
+/// with those of the ideal mechanism in another unit, g, cm/s² or mm/s²; else empty.
+std::string unit_plausibility(const TurnMetrics& measured, const TurnMetrics& ideal);
 
 /// Quiet interval of a mean turn: the longest interval with |a| at most 5 % of the greatest ideal
 /// acceleration. A slider without contact and friction produces it, in measurements and in runs.

@@ -15,9 +15,9 @@
 #include "measure/measurement.hpp"
 #include "measure/waveform.hpp"
 #include "mechanism/scene.hpp"
-#include "study/calibration/data_units.hpp"
-#include "study/runs/ideal_turn.hpp"
-#include "study/sweep/intervals.hpp"
+#include "study/calibration/agreement.hpp"
+#include "study/runs/turns.hpp"
+#include "study/store/results.hpp"
 
 namespace freeplay {
 namespace {

@@ -16,7 +16,7 @@
 #include <stdexcept>
 
 #include "facade/sensitivity.hpp"
-#include "io/scene/open_scene.hpp"
+#include "io/scene/read_scene.hpp"
 #include "mechanism/error.hpp"
 #include "mechanism/scene.hpp"
 

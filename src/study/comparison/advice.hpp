@@ -19,7 +19,7 @@
 #include <string>
 #include <vector>
 
-#include "study/runs/long_run.hpp"
+#include "study/comparison/settings.hpp"
 
 namespace freeplay {
 

@@ -7,7 +7,7 @@
 #include "facade/simulation.hpp"
 #include "io/files/output_file.hpp"
 #include "io/files/run_json.hpp"
-#include "io/scene/located.hpp"
+#include "io/scene/read_scene.hpp"
 #include "mechanism/scene.hpp"
 #include "simulation/residuals.hpp"
 #include "values/table.hpp"

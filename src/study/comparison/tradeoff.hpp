@@ -3,10 +3,11 @@
 // scene.
 #pragma once
 
-#include <cmath>
 #include <nlohmann/json_fwd.hpp>
 
-#include "study/runs/long_run.hpp"
+#include <cmath>
+
+#include "study/comparison/settings.hpp"
 #include "values/table.hpp"
 
 namespace freeplay {

@@ -7,10 +7,10 @@
 
 #include "io/files/digest.hpp"
 #include "mechanism/error.hpp"
-#include "study/ensemble/ensemble_store.hpp"
-#include "study/settings/provenance.hpp"
+#include "study/ensemble/ensemble.hpp"
+#include "study/settings/study.hpp"
 #include "study/sweep/sweep.hpp"
-#include "study/sweep/sweep_document.hpp"
+#include "study/sweep/sweep_table.hpp"
 
 namespace freeplay {
 namespace {

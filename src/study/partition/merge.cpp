@@ -11,9 +11,9 @@
 #include "io/files/input_file.hpp"
 #include "io/files/output_file.hpp"
 #include "mechanism/error.hpp"
-#include "study/partition/shard_file.hpp"
+#include "study/partition/division.hpp"
+#include "study/partition/shard.hpp"
 #include "study/store/database.hpp"
-#include "study/store/scratch.hpp"
 
 namespace freeplay {
 namespace {

@@ -1,6 +1,6 @@
 // Computation of one shard of a divided study, by one process. It works in a temporary folder on
 // the node's local disk, because SQLite needs reliable locks, and copies complete files to the
-// shared folder (study/partition/shard_file.hpp):
+// shared folder (study/partition/division.hpp):
 //
 //     while it runs        its progress, and at intervals a copy from which another node continues
 //     when it is stopped   the same at once
@@ -10,9 +10,36 @@
 // seal is valid.
 #pragma once
 
+#include <filesystem>
+#include <memory>
+#include <string>
+
+#include "io/files/folder_lock.hpp"
 #include "study/partition/division.hpp"
 
 namespace freeplay {
+
+// Temporary folder of one process on the node's local disk. It is removed with the object. Folders
+// of killed processes with the same plan are removed when the next process starts; their unlocked
+// lock files identify them (io/files/folder_lock.hpp).
+
+/// Owns a temporary folder and its lock.
+class Scratch {
+ public:
+  /// Creates a folder below `where`. Throws OutputError if that is not writable or has less than 16
+  /// MB of free space.
+  Scratch(const std::filesystem::path& where, const std::string& plan);
+  ~Scratch();
+  Scratch(const Scratch&) = delete;
+  Scratch& operator=(const Scratch&) = delete;
+
+  const FolderLock& lock() const { return *lock_; }
+  const std::filesystem::path& folder() const { return folder_; }
+
+ private:
+  std::filesystem::path folder_;
+  std::unique_ptr<FolderLock> lock_;
+};
 
 /// Specification of the computation.
 struct ShardRequest {

@@ -9,18 +9,15 @@
 
 #include "facade/identify.hpp"
 #include "facade/simulation.hpp"
-#include "io/files/visible.hpp"
-#include "io/scene/located.hpp"
-#include "io/scene/open_scene.hpp"
+#include "io/files/escaping.hpp"
+#include "io/scene/read_scene.hpp"
 #include "io/scene/read_section.hpp"
 #include "io/scene/scene_text.hpp"
-#include "io/scene/toml_value.hpp"
+#include "io/scene/toml_text.hpp"
 #include "mechanism/scene.hpp"
 #include "simulation/clock.hpp"
-#include "study/runs/ideal_turn.hpp"
-#include "study/runs/near_pose.hpp"
-#include "study/runs/turn_feed.hpp"
-#include "study/settings/design.hpp"
+#include "study/runs/perturb.hpp"
+#include "study/runs/turns.hpp"
 
 namespace freeplay {
 namespace {
@@ -60,10 +57,6 @@ bool turns_at_a_speed(const Scene& scene) {
   const auto* drive = main_drive(scene.mechanism);
   return drive && drive->speed != 0;
 }
-
-}  // namespace
-
-namespace {
 
 /// Returns f(); a SceneError about a key that the study sets becomes one with its position in the study.
 template <class F>

@@ -2,19 +2,14 @@
 
 #include <fmt/format.h>
 
-#include <algorithm>
-#include <cmath>
-#include <map>
 #include <optional>
 
 #include "io/scene/read_section.hpp"
 #include "mechanism/scene.hpp"
-#include "simulation/columns.hpp"
 #include "simulation/section.hpp"
 #include "simulation/statistics.hpp"
+#include "simulation/table_rows.hpp"
 #include "simulation/trajectory.hpp"
-#include "simulation/windows.hpp"
-#include "study/runs/reducer.hpp"
 
 namespace freeplay {
 namespace {

@@ -2,7 +2,7 @@
 
 #include <fmt/format.h>
 
-#include "io/scene/located.hpp"
+#include "io/scene/read_scene.hpp"
 #include "mechanism/duration.hpp"
 #include "mechanism/scene.hpp"
 #include "values/diagnostic.hpp"

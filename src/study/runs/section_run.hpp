@@ -2,7 +2,7 @@
 // (simulation/section.hpp).
 //
 // Use: construct a SectionSimulation, which resolves the request and assembles the start; inspect
-// plan(); then call run() once, or have it run with others (study/runs/run_together.hpp). It owns the
+// plan(); then call run() once, or have it run with others (study/runs/executor.hpp). It owns the
 // simulation.
 #pragma once
 
@@ -14,7 +14,7 @@
 #include "facade/simulation.hpp"
 #include "io/scene/read_section.hpp"
 #include "simulation/section.hpp"
-#include "study/runs/run_together.hpp"
+#include "study/runs/executor.hpp"
 
 namespace freeplay {
 

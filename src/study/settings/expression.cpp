@@ -10,7 +10,7 @@
 #include <numbers>
 #include <optional>
 
-#include "io/files/visible.hpp"
+#include "io/files/escaping.hpp"
 #include "io/scene/schema.hpp"
 
 namespace freeplay {

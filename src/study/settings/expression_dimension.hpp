@@ -6,7 +6,7 @@
 
 #include <span>
 
-#include "io/scene/dimension.hpp"
+#include "io/scene/quantity.hpp"
 #include "study/settings/expression.hpp"
 
 namespace freeplay {

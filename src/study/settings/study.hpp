@@ -3,6 +3,8 @@
 // value, which the other folders of src/study evaluate.
 #pragma once
 
+#include <nlohmann/json_fwd.hpp>
+
 #include <algorithm>
 #include <cstdint>
 #include <filesystem>
@@ -12,15 +14,12 @@
 #include <utility>
 #include <vector>
 
-#include "io/scene/named_file.hpp"
+#include "io/files/access.hpp"
 #include "io/scene/schema.hpp"
 #include "mechanism/error.hpp"
 #include "mechanism/keys.hpp"
-#include "study/attractors/attractor_plan.hpp"
 #include "study/runs/perturb.hpp"
-#include "study/settings/continuation_plan.hpp"
-#include "study/settings/measure.hpp"
-#include "study/settings/setting_values.hpp"
+#include "study/settings/study_parts.hpp"
 #include "values/family.hpp"
 
 namespace freeplay {
@@ -66,7 +65,7 @@ struct Axis {
   }
 };
 
-/// Choice of the points of drawn axes (study/settings/design.hpp).
+/// Choice of the points of drawn axes (study/settings/study.hpp).
 enum class DrawMethod { random, latin_hypercube, sobol };
 inline constexpr auto draw_names = complete<DrawMethod>({{DrawMethod::random, "random"},
                                                          {DrawMethod::latin_hypercube, "latin-hypercube"},
@@ -352,5 +351,42 @@ const Schema& study_schema();
 
 /// Reads a study. Throws SceneError, also for a named file outside `reach`.
 Study read_study(const std::filesystem::path& file, Reach reach = Reach::anywhere);
+
+// Design of experiments: points in the unit cube and the parameter combinations (cells) of a study.
+// The points are chosen by one of
+//
+// - random: all coordinates uniform and independent
+// - latin-hypercube: for n points, each of n equal intervals of every coordinate contains one point
+//   at a random position; the intervals are combined by random permutations (McKay, Beckman and
+//   Conover, Technometrics 21 (1979) 239)
+// - sobol: the first n points after the origin of Sobol's sequence in Gray-code order, with the
+//   direction numbers of Joe and Kuo (SIAM J. Sci. Comput. 30 (2008) 2635); deterministic
+//
+// Equal arguments give equal bits on every machine. The functions keep no state.
+
+/// `count` points of `dimensions` coordinates in [0, 1). Sobol's sequence ignores `seed`.
+std::vector<std::vector<double>> unit_points(DrawMethod how, std::size_t dimensions, int count,
+                                             std::uint64_t seed);
+
+/// One combination of the axes' values.
+struct Cell {
+  std::vector<double> values;          ///< one for each axis: the value of its first key
+  std::vector<std::string> overrides;  ///< KEY=VALUE of every key
+};
+
+/// Number of cells before study.where excludes some.
+std::size_t unfiltered(const Study& study);
+
+/// All cells: each drawn point with every combination of the other axes, the first axis varying
+/// fastest, without those that study.where excludes. Throws SceneError if it excludes all.
+std::vector<Cell> cells(const Study& study);
+
+// Provenance of results that were made from a whole study.
+
+/// The provenance of the study's scene, and the study's text for users. The identity contains the
+/// scene, the statements of the study, and a digest of each file that the study names: of scenes by
+/// their canonical text, of studies by their statements, of measured files by their bytes. Throws
+/// SceneError.
+nlohmann::json provenance(const Study& study);
 
 }  // namespace freeplay

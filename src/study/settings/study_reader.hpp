@@ -1,5 +1,5 @@
 // StudyReader: the visitor that fills a study from one section of its file (mechanism/keys.hpp). To
-// the values of any document (io/scene/section_reader.hpp) it adds indices of axes and subtables.
+// the values of any document (io/scene/section.hpp) it adds indices of axes and subtables.
 // After the keys of a table were read, finish() checks what concerns several keys, or
 // other tables. Errors are SceneErrors with the position of the key.
 //
@@ -9,7 +9,7 @@
 #include <string>
 #include <vector>
 
-#include "io/scene/section_reader.hpp"
+#include "io/scene/section.hpp"
 #include "study/settings/study.hpp"
 
 namespace freeplay {

@@ -17,9 +17,9 @@
 #include <string_view>
 #include <thread>
 
+#include "io/files/escaping.hpp"
 #include "io/files/input_file.hpp"
 #include "io/files/output_file.hpp"
-#include "io/files/visible.hpp"
 
 namespace freeplay {
 static_assert(std::endian::native == std::endian::little, "blobs have the lowest byte first");

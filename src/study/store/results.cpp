@@ -1,15 +1,78 @@
 #include "study/store/results.hpp"
 
 #include <fmt/format.h>
+#include <boost/math/distributions/students_t.hpp>
 
+#include <algorithm>
 #include <cmath>
 
-#include "study/store/results_tables.hpp"
 #include "study/store/schema.hpp"
-#include "study/store/work_list.hpp"
 #include "values/warning.hpp"
 
 namespace freeplay {
+namespace {
+
+std::string table_of_runs(const Study& study) {
+  std::string columns;
+  for (const auto& axis : study.axes) columns += fmt::format("\"{}\" REAL, ", axis.name);
+  for (const auto& name : TurnMetrics::names()) columns += fmt::format("{} REAL, ", name);
+  for (const auto& measure : study.measures) columns += fmt::format("\"{}\" REAL, ", measure.name);
+  return fmt::format(
+      "CREATE TABLE runs (run TEXT UNIQUE, variant TEXT, formulation TEXT, start INTEGER, {}"
+      "status TEXT, reason TEXT, \"run id\" INTEGER PRIMARY KEY)",
+      columns);
+}
+
+}  // namespace
+
+StoreForm results_form(const Study& study) {
+  StoreForm form{3, {table_of_runs(study)}};
+  for (const auto& [rows, view, columns] : lists_of_runs) {
+    const bool single = std::string_view(columns).find("BLOB") != std::string_view::npos;
+    form.definitions.push_back(
+        fmt::format("CREATE TABLE {} (id INTEGER {}REFERENCES runs(\"run id\") ON DELETE CASCADE, {})", rows,
+                    single ? "PRIMARY KEY " : "", columns));
+    if (!single) form.definitions.push_back(fmt::format("CREATE INDEX {0}_id ON {0}(id)", rows));
+  }
+  form.definitions.insert(form.definitions.end(), WorkList::definitions.begin(), WorkList::definitions.end());
+  return form;
+}
+
+PackedTrace packed(const std::vector<TracePoint>& trace) {
+  PackedTrace out;
+  const auto n = trace.size();
+  if (n == 0) return out;
+  const double first = trace.front().angle,
+               step = n > 1 ? (trace.back().angle - first) / static_cast<double>(n - 1) : 0;
+  bool even = n > 2, placed = false;
+  for (std::size_t i = 0; i < n; ++i) {
+    even = even && std::abs(trace[i].angle - first - static_cast<double>(i) * step) <= 1e-6 * step;
+    placed = placed || !std::isnan(trace[i].position);
+  }
+  for (std::size_t i = 0; i < n; ++i) {
+    if (!even || i == 0 || i == n - 1) out.angle.push_back(static_cast<float>(trace[i].angle));
+    out.acceleration.push_back(static_cast<float>(trace[i].acceleration));
+    if (placed) out.position.push_back(static_cast<float>(trace[i].position));
+  }
+  return out;
+}
+
+std::vector<TracePoint> unpacked(const PackedTrace& trace) {
+  const auto n = trace.acceleration.size();
+  const bool even = trace.angle.size() != n;
+  // The file may be of unknown origin: inconsistent blobs count as no trace.
+  if ((even && (trace.angle.size() != 2 || n < 2)) || (!trace.position.empty() && trace.position.size() != n))
+    return {};
+  std::vector<TracePoint> out(n);
+  for (std::size_t i = 0; i < n; ++i) {
+    const double share = static_cast<double>(i) / static_cast<double>(std::max<std::size_t>(n - 1, 1));
+    out[i].angle = even ? trace.angle[0] + share * (double(trace.angle[1]) - trace.angle[0]) : trace.angle[i];
+    out[i].acceleration = trace.acceleration[i];
+    out[i].position = trace.position.empty() ? std::nan("") : trace.position[i];
+  }
+  return out;
+}
+
 namespace {
 
 using Statement = Database::Statement;
@@ -230,6 +293,94 @@ void Results::derive(const Study& study) {
 double Results::cpu_seconds() const {
   Statement s(database_, "SELECT sum(cpu_s) FROM costs WHERE run IN (SELECT run FROM named)");
   return s.step() ? s.number(0) : 0;
+}
+
+Interval interval(const std::vector<double>& values) {
+  Interval s;
+  const double nan = std::nan("");
+  s.least = INFINITY;
+  s.greatest = -INFINITY;
+  for (double x : values) {
+    if (!std::isfinite(x)) continue;
+    ++s.count;
+    s.mean += x;
+    s.least = std::min(s.least, x);
+    s.greatest = std::max(s.greatest, x);
+  }
+  if (s.count == 0) return {0, nan, nan, nan, nan, nan};
+  s.mean /= s.count;
+  s.low = s.high = nan;
+  if (s.count < 2) return s;
+  double squares = 0;
+  for (double x : values)
+    if (std::isfinite(x)) squares += (x - s.mean) * (x - s.mean);
+  const double t = boost::math::quantile(boost::math::students_t(s.count - 1), 0.975);
+  const double half = t * std::sqrt(squares / (s.count - 1) / s.count);
+  s.low = s.mean - half;
+  s.high = s.mean + half;
+  return s;
+}
+
+Interval interval_of_directions(const std::vector<double>& degrees) {
+  std::vector<double> known;
+  for (double x : degrees)
+    if (std::isfinite(x)) known.push_back(x);
+  const double mean = mean_angle(known);
+  for (double& x : known) x = half_circle(x - mean);
+  auto s = interval(known);
+  if (s.count == 0) return s;
+  const double half = 0.5 * (s.high - s.low);
+  s.mean = mean;
+  s.low = half < 90 ? mean - half : std::nan("");
+  s.high = half < 90 ? mean + half : std::nan("");
+  s.least += mean;
+  s.greatest += mean;
+  return s;
+}
+
+Interval within_range(Interval s, TurnMetrics::Kind kind) {
+  const double half = 0.5 * (s.high - s.low), x = s.mean;
+  if (std::isnan(half)) return s;
+  if (kind == TurnMetrics::Kind::positive) {
+    s.low = x > 0 ? x * std::exp(-half / x) : 0;
+    s.high = x > 0 ? x * std::exp(half / x) : 0;
+  } else if (kind == TurnMetrics::Kind::share) {
+    const auto at = [x](double e) { return 1 / (1 + (1 - x) / x * std::exp(e)); };
+    const bool inside = x > 0 && x < 1;
+    s.low = inside ? at(half / (x * (1 - x))) : x;
+    s.high = inside ? at(-half / (x * (1 - x))) : x;
+  }
+  return s;
+}
+
+static Interval of_starts(const std::vector<double>& values, TurnMetrics::Name metric) {
+  const auto kind = TurnMetrics::kind(metric);
+  if (kind == TurnMetrics::Kind::direction) return interval_of_directions(values);
+  const auto s = interval(values);
+  return s.low < 0 || (kind == TurnMetrics::Kind::share && s.high > 1) ? within_range(s, kind) : s;
+}
+
+Interval cell(const std::vector<RunRow>& runs, const std::string& variant, const std::string& formulation,
+              const std::vector<double>& values, TurnMetrics::Name metric) {
+  return Cells(runs).of(variant, formulation, values, metric);
+}
+
+Cells::Cells(const std::vector<RunRow>& runs) {
+  for (const auto& r : runs) runs_[{r.variant, r.formulation, r.values}].push_back(&r);
+}
+
+const std::vector<const RunRow*>& Cells::at(const std::string& variant, const std::string& formulation,
+                                            const std::vector<double>& values) const {
+  static const std::vector<const RunRow*> none;
+  const auto found = runs_.find({variant, formulation, values});
+  return found == runs_.end() ? none : found->second;
+}
+
+Interval Cells::of(const std::string& variant, const std::string& formulation,
+                   const std::vector<double>& values, TurnMetrics::Name metric) const {
+  std::vector<double> list;
+  for (const auto* r : at(variant, formulation, values)) list.push_back(r->metric[metric]);
+  return of_starts(list, metric);
 }
 
 }  // namespace freeplay

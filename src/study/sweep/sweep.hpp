@@ -5,12 +5,29 @@
 
 #include <functional>
 #include <set>
+#include <string>
+#include <vector>
 
-#include "study/settings/plan.hpp"
+#include "study/runs/case_run.hpp"
 #include "study/store/results.hpp"
-#include "study/store/work_list.hpp"
+#include "study/store/run_store.hpp"
 
 namespace freeplay {
+
+// Planning of a study: all its runs are made and checked before any result is changed. The list is
+// the input of study/sweep/sweep.hpp.
+
+/// A run and its key in the database.
+struct PlannedRun {
+  std::string key;
+  Case what;
+};
+
+/// All runs of a study, without duplicates. Reads, compiles and assembles each scene, and checks
+/// that it has the joints and instruments that the study names, in `threads` threads (0: all cores).
+/// Throws the SceneError of the first wrong case. A stop request ends the planning early; the list is
+/// then incomplete.
+std::vector<PlannedRun> plan(const Study& study, const Conduct& conduct, int threads = 0);
 
 /// Progress of a sweep, for a callback.
 struct SweepProgress {

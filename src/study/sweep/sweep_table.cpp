@@ -1,15 +1,81 @@
 #include "study/sweep/sweep_table.hpp"
 
 #include <fmt/format.h>
+#include <nlohmann/json.hpp>
 
 #include <algorithm>
 #include <cmath>
 #include <functional>
+#include <utility>
 
 #include "io/files/output_file.hpp"
-#include "study/sweep/intervals.hpp"
+#include "io/files/run_json.hpp"
+#include "mechanism/scene.hpp"
+#include "study/runs/turns.hpp"
+#include "study/settings/study.hpp"
 
 namespace freeplay {
+
+std::string_view unit_of(TurnMetrics::Name name) {
+  switch (name) {
+    case TurnMetrics::peak_5:
+    case TurnMetrics::peak_median:
+    case TurnMetrics::peak_95:
+    case TurnMetrics::peak_max:
+    case TurnMetrics::rms:
+    case TurnMetrics::deceleration:
+    case TurnMetrics::lines_total:
+    case TurnMetrics::line_greatest:
+    case TurnMetrics::mean_turn_rms:
+    case TurnMetrics::mean_turn_peak:
+      return "m/s²";
+    case TurnMetrics::loss_angle:
+    case TurnMetrics::return_angle:
+      return "°";
+    case TurnMetrics::flight_duration:
+      return "s";
+    case TurnMetrics::energy_per_turn:
+      return "J";
+    default:
+      return "";
+  }
+}
+
+void write_sweep_document(const Study& study, const Results& results, const std::filesystem::path& folder,
+                          const std::string& verdict) {
+  const auto unit_of = [&](const std::string& name) {
+    const auto it = std::ranges::find(study.units, name, &std::pair<std::string, std::string>::first);
+    return it == study.units.end() ? nlohmann::json() : nlohmann::json(it->second);
+  };
+  nlohmann::json document;
+  document["provenance"] = provenance(study);
+  document["provenance"]["scene_file"] = study.scene.lexically_normal().string();
+  auto& sweep = document["sweep"];
+  for (const char* list : {"axes", "measures", "derived", "variants"}) sweep[list] = nlohmann::json::array();
+  sweep["title"] = study.title;
+  for (const auto& a : study.axes)
+    sweep["axes"].push_back({{"name", a.name},
+                             {"key", a.key},
+                             {"unit", a.unit},
+                             {"scale", a.scale},
+                             {"drawn", a.drawn.has_value()}});
+  for (const auto& m : study.measures)
+    sweep["measures"].push_back(
+        {{"name", m.name}, {"column", m.column}, {"reduce", text_of(m.reduce)}, {"unit", unit_of(m.name)}});
+  for (const auto& d : study.derived)
+    sweep["derived"].push_back({{"name", d.name}, {"unit", unit_of(d.name)}});
+  for (const auto& v : study.variants)
+    sweep["variants"].push_back(
+        {{"name", v.name}, {"title", v.title}, {"scene", v.scene.string()}, {"overrides", v.overrides}});
+  for (std::size_t m = 0; m < TurnMetrics::count; ++m)
+    if (const auto unit = freeplay::unit_of(static_cast<TurnMetrics::Name>(m)); !unit.empty())
+      sweep["units"][std::string(TurnMetrics::names()[m])] = unit;
+  document["verdict"] = verdict;
+  Database::Transaction alone(results.database());
+  write_json(folder / "sweep.json", document);
+  alone.commit();
+}
+
 namespace {
 
 constexpr std::size_t terminal = 80;  ///< columns
@@ -279,6 +345,51 @@ void write_traces(const Results& results, const std::filesystem::path& file) {
       out.write("\n");
     }
   out.commit();
+}
+
+void write_tables(const Study& study, const Results& results, const Conduct& conduct,
+                  const std::filesystem::path& folder) {
+  std::string axes;
+  for (const auto& a : study.axes) axes += "," + a.name;
+  OutputFile cells(folder / "cells.csv"), traces(folder / "traces.csv"), spectra(folder / "spectra.csv");
+  cells.write(fmt::format("variant,formulation{},statistic,mean,low,high,least,greatest,starts\n", axes));
+  traces.write(fmt::format("variant,formulation{},angle,acceleration,position\n", axes));
+  spectra.write(fmt::format("variant,formulation{},harmonic,amplitude\n", axes));
+  const auto rows = results.runs();
+  const Cells every(rows);
+  std::set<std::pair<std::string, std::vector<double>>> ideals;
+  for (const auto& one : cases(study)) {
+    if (one.start != 0) continue;
+    std::string head;
+    for (double x : one.values) head += fmt::format(",{}", x);
+    const auto line = [&](const std::string& formulation) {
+      return fmt::format("{},{}{}", one.variant, formulation, head);
+    };
+    std::vector<double> mean;
+    int starts = 0;
+    for (const auto* row : every.at(one.variant, one.formulation, one.values)) {
+      if (row->start == 0)
+        for (const auto& p : results.trace(row->key))
+          traces.write(
+              fmt::format("{},{},{},{}\n", line(one.formulation), p.angle, p.acceleration, p.position));
+      const auto spectrum = results.spectrum(row->key);
+      mean.resize(std::max(mean.size(), spectrum.size()));
+      for (std::size_t h = 0; h < spectrum.size(); ++h) mean[h] += spectrum[h];
+      ++starts;
+    }
+    for (std::size_t h = 0; h < mean.size(); ++h)
+      spectra.write(fmt::format("{},{},{}\n", line(one.formulation), h + 1, mean[h] / starts));
+    for (int m = 0; m < TurnMetrics::count; ++m) {
+      const auto s = every.of(one.variant, one.formulation, one.values, static_cast<TurnMetrics::Name>(m));
+      cells.write(fmt::format("{},{},{},{},{},{},{},{}\n", line(one.formulation), TurnMetrics::names()[m],
+                              s.mean, s.low, s.high, s.least, s.greatest, s.count));
+    }
+    if (!ideals.emplace(one.variant, one.values).second) continue;
+    const auto ideal = ideal_turn(study, scene_of(study, one, conduct), "penalty", conduct);
+    for (const auto& p : ideal.last_turn)
+      traces.write(fmt::format("{},{},{},{}\n", line("ideal"), p.angle, p.acceleration, p.position));
+  }
+  for (auto* file : {&cells, &traces, &spectra}) file->commit();
 }
 
 }  // namespace freeplay

@@ -3,12 +3,28 @@
 
 #include <filesystem>
 #include <string>
+#include <string_view>
 #include <vector>
 
+#include "measure/turns.hpp"
 #include "study/store/results.hpp"
 #include "study/verdicts/verdicts.hpp"
 
 namespace freeplay {
+
+// sweep.json: what the database of a sweep does not state, for figures and reports: the provenance
+// of the study, names, units and scales of its axes, measures and derived quantities, its variants,
+// units of the statistics, and the verdict.
+
+struct Study;
+
+/// Unit of a statistic of turns (docs/reference/study.md); "" if it has none.
+std::string_view unit_of(TurnMetrics::Name name);
+
+/// Writes sweep.json beside sweep.db. The write lock of the database keeps processes that share the
+/// folder apart. Throws SceneError if the study's scene cannot be read, and OutputError.
+void write_sweep_document(const Study& study, const Results& results, const std::filesystem::path& folder,
+                          const std::string& verdict = "");
 
 /// Tables with one line for each variant and cell, and means over starts. With an accelerometer:
 /// the accelerations. Otherwise the measures and derived columns, or, without these, the contact
@@ -27,5 +43,13 @@ void write_export(const Study& study, const Results& results, const std::filesys
 /// names.
 void write_spectra(const Results& results, const std::filesystem::path& file);
 void write_traces(const Results& results, const std::filesystem::path& file);
+
+// Results of a study as CSV files, for figures and other programs.
+
+/// Writes cells.csv (each metric of each cell: mean, 95 % confidence interval, range over starts),
+/// traces.csv (the last turn of start 0, and that of the ideal mechanism) and spectra.csv (means
+/// over starts).
+void write_tables(const Study& study, const Results& results, const Conduct& conduct,
+                  const std::filesystem::path& folder);
 
 }  // namespace freeplay

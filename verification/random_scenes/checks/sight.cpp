@@ -3,7 +3,7 @@
 #include <atomic>
 
 #include "dynamics/system.hpp"
-#include "facade/companion.hpp"
+#include "facade/assess.hpp"
 #include "simulation/clock.hpp"
 #include "simulation/statistics.hpp"
 #include "simulation/touches.hpp"

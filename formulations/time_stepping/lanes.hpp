@@ -1,0 +1,79 @@
+// A run in a lane of its own: ordinary fixed steps that no observer sees are made by the functions of
+// steps in lanes (time_stepping/lane_group.hpp) with one lane, which do a whole step at once. The result
+// is that of Formulation::run(), bit for bit.
+#pragma once
+
+#include <functional>
+#include <optional>
+#include <vector>
+
+#include "dynamics/lane_functions.hpp"
+#include "numerics/saddle_point.hpp"
+#include "simulation/formulation.hpp"
+#include "values/state.hpp"
+
+namespace freeplay {
+
+struct SingleLane {
+  LaneFunctions functions;        ///< lanes = 1, or 0: there are none
+  std::vector<double> constants;  ///< of its traced functions (TracedLanes)
+};
+
+/// Runs a formulation to `until` (s). `next_shown`: as for LaneRun. `lane`: asked after each step that
+/// is not in the lane, until it returns something; then its functions are used.
+Ending run_in_single_lane(Formulation& formulation, double until, Watch& watch,
+                          const std::function<double()>& next_shown,
+                          const std::function<const SingleLane*()>& lane);
+
+// Runs of fixed time steps in lanes: several formulations of mechanisms of one structure step together
+// (time_stepping/lane_group.hpp) wherever their steps are ordinary and no observer sees them; all other
+// steps are those of their own run, one after the other. A run that ends leaves its lane to the next
+// one. The results are those of separate runs, bit for bit.
+
+class Step;
+
+/// One run; nothing is owned.
+struct LaneRun {
+  Formulation* formulation;
+  double until;  ///< s
+  Watch* watch;
+  /// Observers need only steps from the last one before this time (s) on. Asked again after each
+  /// step that they have seen.
+  std::function<double()> next_shown;
+  /// If given, it gets each step that is made in a lane, in the order of time and before later steps
+  /// are shown. The step has states, rates and contacts; no energies, multipliers and forces.
+  std::function<void(const Step&)> follow;
+  const std::vector<double>* constants;  ///< of its traced functions (TracedLanes)
+  /// Called at its end with the number of its steps that were made in a lane.
+  std::function<void(const Ending&, long in_lanes)> ended;
+};
+
+/// Whether a formulation may run in lanes, if its mechanism has the functions: time stepping of fixed steps.
+bool fits_lanes(Formulation& formulation);
+
+/// Runs all that `next` returns, each to its end. It is asked whenever a lane is empty, and when it had
+/// none, again after each end of a run.
+void run_in_lanes(const LaneFunctions& functions, const std::function<std::optional<LaneRun>()>& next);
+
+// Compares steps by compiled functions with the general path, before a run uses them.
+
+class System;
+struct LaneFunctions;
+struct SystemFunctions;
+
+/// Number of quantities in which fixed steps by `functions` and without them differ, from a state
+/// and from others near it, at most `states`; a sign of zero is no difference. Detaches all functions.
+long differing_steps(System& system, const SystemFunctions& functions, const State& near, RowFacts facts,
+                     int states = 4);
+
+/// A system in a lane; nothing is owned.
+struct LaneCheck {
+  const System* system;
+  const State* near;                     ///< a state
+  const std::vector<double>* constants;  ///< of its traced functions
+};
+/// The same for steps in lanes against those of each system alone.
+long differing_lanes(const LaneFunctions& functions, const std::vector<LaneCheck>& lanes, RowFacts facts,
+                     int states = 4);
+
+}  // namespace freeplay

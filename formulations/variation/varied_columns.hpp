@@ -1,0 +1,535 @@
+// VariedColumns: what the variational equations of both formulations share. With x the integrated
+// vector, S = dx/dp has one column per parameter, and
+//
+//     Ṡ = f_x S + f_p
+//
+// within a mode. f_x S is exact to rounding (Dynamics::directional). Ṡ is integrated by the stages of
+// Dormand and Prince. Derivatives with respect to p at a fixed state, and those of functions of the
+// state, are differences of fourth order of closed forms at a fixed mode (differences.hpp). For this, each
+// parameter has four systems with displaced values, and closer ones where a kink is within the first. No
+// trajectory is differenced. Where the equations can be traced (trace()), f_p is exact, too, but for the
+// differences of the constants in them. A column ends where there is no derivative, with a reason (refuse()).
+//
+// A Dynamics has the members system, knot, size(), state_offset(), operator() and directional(), and
+// these functions of its namespace (optionally pin() and unpin(), between which it is evaluated beside one
+// state):
+//
+//     take_varied_mode(f, dynamics)        copies the mode
+//     observed(column, f, x, t)            value of a column of trajectory.csv or forces.csv
+//     curved_length(f, x, length)          length (m) and
+//     curved_speed(f, x)                   speed (m/s) over which functions of the state are curved there
+//     further_spacing(f, x, dx)            inverse of the greatest step along dx by other components
+//
+// Subclasses add the events (event_driven/variation.hpp, penalty/penalty_variation.hpp).
+#pragma once
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <functional>
+#include <memory>
+#include <optional>
+#include <span>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "dynamics/system.hpp"
+#include "dynamics/system_tangent.hpp"
+#include "formulations/integrators/crossing.hpp"
+#include "formulations/integrators/methods.hpp"
+#include "formulations/variation/differences.hpp"
+#include "formulations/variation/sensitivity.hpp"
+#include "formulations/variation/varied_peaks.hpp"
+
+namespace freeplay {
+
+template <class Dynamics>
+class VariedColumns {
+ public:
+  using Vector = std::vector<double>;
+  /// A function of the state, evaluated with the dynamics of the nominal or of a displaced system.
+  using Function = std::function<Vector(Dynamics&, const Vector& x, double t)>;
+  using Onset = VariedOnset;
+
+  /// From now on all columns have no derivative, for this reason.
+  void refuse(const std::string& reason) {
+    for (std::size_t c = 0; c < keys_.size(); ++c) refuse(c, reason);
+  }
+  /// The reason why a column has ended; empty if it has not.
+  const std::string& reason(std::size_t c) const { return reasons_[c]; }
+  const std::vector<Onset>& onsets() const { return onsets_; }
+  void forget_onsets() { onsets_.clear(); }
+  /// dx/dp of all columns. A caller may replace them between steps (tangent_run.hpp).
+  std::vector<Vector>& columns() { return S_; }
+  /// Continues with the columns of another object.
+  void take_columns(const VariedColumns& from) {
+    S_ = from.S_;
+    reasons_ = from.reasons_;
+  }
+  /// Ends a column, for this reason.
+  void end_column(std::size_t c, const std::string& reason) { refuse(c, reason); }
+  /// Value and derivatives of a function at the end of the run, at x and t in the present mode of
+  /// `dynamics`.
+  template <class Present>
+  Vector end_derivatives(const Present& dynamics, const Vector& x, double t, const Function& value,
+                         double& now, std::vector<std::string>& reasons);
+  /// dx/dp of all columns at the end of the run, at x and t in the present mode. A column without a
+  /// derivative is zero.
+  template <class Present>
+  std::vector<Vector> end_columns(const Present& dynamics, const Vector& x, double t) {
+    take_mode(dynamics);
+    Vector f(size_);
+    (*probe_)(x, f, t);
+    auto columns = S_;
+    for (std::size_t c = 0; c < keys_.size(); ++c)
+      if (open(c)) add_multiple(columns[c], keys_[c].end_rate, f);
+    return columns;
+  }
+  /// Mean of the i-th integrand from `begin` to `end` (s), and its derivatives at the end of the run. The
+  /// mean of a force includes the impulses of impacts.
+  double mean(std::size_t i, double begin, double end) const { return integrals_[i] / (end - begin); }
+  template <class Present>
+  Vector mean_derivatives(std::size_t i, const Present& dynamics, const Vector& x, double begin, double end);
+  long evaluations() const { return evaluations_; }
+  /// Signals whose peaks are needed; called before the run.
+  void watch_peaks(std::vector<PeakChannel> channels) { peaks_.watch(std::move(channels), keys_.size()); }
+  /// The peak of a signal at the end of the run, at x and t in the present mode of `dynamics`.
+  template <class Present>
+  VariedPeaks::Peak peak(std::size_t i, const Present& dynamics, const Vector& x, double t);
+
+  /// Demand of a controller over its limit.
+  static double demand(const Dynamics& f, int k, const Vector& x, double t) {
+    std::vector<Saturation> all(static_cast<std::size_t>(f.system.limiters()));
+    f.system.saturations(t, x.data(), x.data() + f.system.n(), x.data() + f.state_offset(), all.data());
+    return all[static_cast<std::size_t>(k)].share;
+  }
+  /// Distance of the coordinate of a phase from a kink, which is the end of the nominal system's piece, for
+  /// any system of the same structure; NaN if it has other kinks.
+  template <class State>
+  static double from_kink(const System& nominal, const System& system, int k, double kink, const State& x) {
+    const auto &a = nominal.phase(k), &b = system.phase(k);
+    const double turns = a.period > 0 ? std::floor((kink - a.kinks.front()) / a.period + 1e-9) : 0;
+    const auto place = std::ranges::min_element(
+        a.kinks, {}, [&](double at) { return std::abs(at + turns * a.period - kink); });
+    if (a.kinks.size() != b.kinks.size()) return NAN;
+    return b.at(x.data(), x.data() + system.n()).value -
+           (b.kinks[static_cast<std::size_t>(place - a.kinks.begin())] + turns * b.period);
+  }
+
+ protected:
+  using Displaced = std::array<std::unique_ptr<Dynamics>, 4>;
+  /// `probe`: of the nominal system; `displaced`: null for initial values; `integrands`: columns whose
+  /// means are needed; `length` (m) and `duration` (s): scales over which functions of the state and of
+  /// time are curved.
+  VariedColumns(std::unique_ptr<Dynamics> probe, std::vector<VariedKey> keys,
+                std::vector<Displaced> displaced, std::vector<Column> integrands, double length,
+                double duration);
+  ~VariedColumns() = default;
+
+  /// Right-hand side and integrands on one side of an event.
+  struct Side {
+    Vector f, integrands;
+  };
+  Side side(Dynamics& f, const Vector& x, double t) const {
+    Side s{Vector(x.size()), {}};
+    f(x, s.f, t);
+    if (!integrands_.empty()) s.integrands = integrands()(f, x, t);
+    return s;
+  }
+  /// Whether accelerations, forces, rates of states or powers jump between the two sides of an event. Forces
+  /// of a prescribed motion may jump alone.
+  bool jumps(const Side& before, const Side& after) const {
+    const auto n = static_cast<std::size_t>(probe_->system.n());
+    const auto impulses = static_cast<std::size_t>(probe_->impulse_offset()),
+               contacts = static_cast<std::size_t>(probe_->system.contacts()),
+               states = static_cast<std::size_t>(probe_->system.states()),
+               works = static_cast<std::size_t>(probe_->integral_offset());
+    const auto differ = [](std::span<const double> a, std::span<const double> b) {
+      double scale = 0;
+      for (std::size_t i = 0; i < a.size(); ++i) scale = std::max({scale, std::abs(a[i]), std::abs(b[i])});
+      for (std::size_t i = 0; i < a.size(); ++i)
+        if (!(std::abs(b[i] - a[i]) <= 1e-7 * scale)) return true;
+      return false;
+    };
+    const std::span<const double> f(before.f), g(after.f);
+    const auto in = [&](std::size_t from, std::size_t count) {
+      return differ(f.subspan(from, count), g.subspan(from, count));
+    };
+    const auto flows = static_cast<std::size_t>(probe_->state_offset());
+    for (std::size_t k = flows; k < flows + states; ++k)
+      if (!(std::abs(g[k] - f[k]) <=
+            1e-7 * std::max(std::abs(f[k]), std::abs(g[k])) +
+                1e-12 * probe_->system.state_scale(static_cast<int>(k - flows)) / duration_))
+        return true;
+    return in(n, n) || in(impulses, 2 * contacts) || in(works, f.size() - works) ||
+           differ(before.integrands, after.integrands);
+  }
+  void take_sides_of_limit(Dynamics& next, int k, const Vector& x, const Vector& x_after, double t,
+                           Side& before, Side& after);
+  /// Depth (m) up to which a contact grazes: one that would separate again within it without an impact. Below
+  /// it, rounding and the curvature of the gap decide whether there is an impact.
+  template <class State>
+  static double grazing_depth(const System& system, int k, const State& x) {
+    const auto& facts = system.contact_facts(k);
+    const double size = facts.has_clearance ? facts.clearance : facts.radius;
+    return std::max(1e-6 * size, 1e3 * gap_rounding(system, k, x.data()));
+  }
+  Function integrands() const {
+    return [this](Dynamics& f, const Vector& x, double t) {
+      Vector list;
+      for (const auto& c : integrands_) list.push_back(observed(c, f, x, t));
+      return list;
+    };
+  }
+  /// The traced equations of the nominal system near a state, with all keys as parameters; null if there are
+  /// none.
+  std::unique_ptr<SystemTangent> traced(const State& near, SystemTangent::Use use) const;
+  bool open(std::size_t c) const { return reasons_[c].empty(); }
+  /// Whether steps need not be followed.
+  bool idle() const {
+    return integrands_.empty() && !peaks_.any() &&
+           std::ranges::none_of(reasons_, [](const auto& r) { return r.empty(); });
+  }
+  void refuse(std::size_t c, const std::string& reason) {
+    if (!open(c)) return;
+    reasons_[c] = reason;
+    std::ranges::fill(S_[c], 0.0);
+  }
+  /// Copies the mode to all objects.
+  template <class Present>
+  void take_mode(const Present& dynamics) {
+    take_varied_mode(*probe_, dynamics);
+    each_displaced([&](Dynamics& f) { take_varied_mode(f, dynamics); });
+  }
+  template <class Visit>
+  void each_displaced(Visit visit) {
+    for (auto& list : displaced_)
+      for (auto& f : list)
+        if (f) visit(*f);
+    for (auto& levels : closer_)
+      for (auto& level : levels)
+        for (auto& f : level.dynamics) visit(*f);
+  }
+  /// Before a step from t_old that ends at the knot or before.
+  void take_knot(const System& system, double t_old, double knot);
+  /// Advances S over a step of constant mode, in halves where S varies faster than the motion, as about a
+  /// rest. Returns x at its end.
+  Vector advance_stages(double t_old, const Vector& x_old, double h, int halvings = 0);
+  /// The same, and finds peaks of signals within the step.
+  Vector advance_watched(double t_old, const Vector& x_old, double h);
+  /// A possible peak of signal i at a state; `dt`: of each column, the derivative of the time.
+  void add_peak(std::size_t i, double t, const Vector& x, double rate, const Vector& dt);
+  /// Possible peaks at an event at x, where the rates of signals change.
+  void add_event_peaks(double t, const Vector& x, const Vector& f, const Vector& after, const Vector& f_after,
+                       const Vector& dt);
+  double spacing(const Dynamics& f, const Vector& x, const Vector& dx, double dt, double speed) const;
+  Difference along(Dynamics& f, const Function& value, const Vector& centre, const Vector& x, double t,
+                   const Vector& dx, double dt, double speed);
+  double within_rates(double h, Dynamics& f, const Vector& x, double t, const Vector& dx, double dt);
+  Difference across(std::size_t c, const Function& value, const Vector& centre, const Vector& x, double t);
+  std::optional<Difference> together(std::size_t c, const Function& value, const Vector& centre,
+                                     const Vector& x, double t, const Vector& dx, double dt, double speed);
+  /// Total derivative of a function along column c; ends the column at a kink if `strict`. Rounding errors
+  /// of a smooth function that nearly vanishes can pass for a kink.
+  Vector total(std::size_t c, const Function& value, const Vector& x, double t, const Vector& dx, double dt,
+               double speed, bool strict = true);
+
+  static void add_multiple(Vector& y, double factor, const Vector& x) {
+    for (std::size_t i = 0; i < y.size(); ++i) y[i] += factor * x[i];
+  }
+
+  std::vector<VariedKey> keys_;
+  std::unique_ptr<Dynamics> probe_;
+  std::vector<Displaced> displaced_;
+  /// The dynamics of another value of a parameter, in the present mode; without it there are no closer
+  /// values.
+  std::function<std::unique_ptr<Dynamics>(const System&)> twin_of_;
+  std::vector<int> approaching_;  // contacts of the impact whose derivatives are formed
+  std::vector<Vector> S_;         // columns, of the integrated vector
+  std::vector<std::string> reasons_;
+  std::vector<Onset> onsets_;
+  std::vector<Column> integrands_;
+  Vector integrals_;                    // ∫ of the integrands
+  std::vector<Vector> integral_rates_;  // their derivatives, one list for each column
+  double length_, duration_;
+  std::size_t size_;
+  std::array<Vector, 6> f_;  // of advance_stages()
+  /// s, dt of each column: in advance_stages(), S is the derivative at times that change by it.
+  Vector shifts_;
+  long evaluations_ = 0;
+  VariedPeaks peaks_;
+
+ private:
+  Vector advance_part(double t_old, const Vector& x_old, double h);
+  /// What a step changes, to repeat it.
+  struct Place {
+    std::vector<Vector> S, integral_rates;
+    Vector integrals;
+    std::vector<VariedPeaks::Modes> modes;
+  };
+  Place place() const { return {S_, integral_rates_, integrals_, peaks_.modes}; }
+  void go_back(const Place& p) {
+    S_ = p.S;
+    integral_rates_ = p.integral_rates;
+    integrals_ = p.integrals;
+    peaks_.modes = p.modes;
+  }
+  /// Ratio of the spacings of differences that are tried in turn.
+  static constexpr double ratio = 0.03;
+  /// Displaced dynamics at closer values, where they were needed.
+  struct Closer {
+    double spacing = 0;
+    Displaced dynamics;
+  };
+  bool displace_closer(std::size_t c);
+  Vector slopes_at(double t, std::vector<Vector>& slopes);
+  template <std::size_t stages>
+  double error_of(const double (&weights)[stages], double h, double speed) const;
+  bool varies_fast(const Vector& x_old, double t_old, double h);
+  std::vector<std::vector<Closer>> closer_;
+  void integrate(double weight, std::size_t stage, const Vector& x, double t);
+  void parameter_part(std::size_t c, const Vector& x, double t, const Vector& f, Vector& out);
+
+  Vector stage_, part_;
+  std::array<std::vector<Vector>, 6> slopes_;
+  std::vector<Vector> seeds_, last_slopes_;  // last_slopes_: at the end of a step
+};
+
+template <class Dynamics>
+VariedColumns<Dynamics>::VariedColumns(std::unique_ptr<Dynamics> probe, std::vector<VariedKey> keys,
+                                       std::vector<Displaced> displaced, std::vector<Column> integrands,
+                                       double length, double duration)
+    : keys_(std::move(keys)),
+      probe_(std::move(probe)),
+      displaced_(std::move(displaced)),
+      reasons_(keys_.size()),
+      integrands_(std::move(integrands)),
+      integrals_(integrands_.size()),
+      integral_rates_(keys_.size(), Vector(integrands_.size())),
+      length_(length),
+      duration_(duration),
+      size_(static_cast<std::size_t>(probe_->size())),
+      shifts_(keys_.size()) {
+  const int n = probe_->system.n();
+  for (std::size_t c = 0; c < keys_.size(); ++c) {
+    const auto& key = keys_[c];
+    reasons_[c] = key.refused;
+    auto& column = S_.emplace_back(size_);
+    if (!key.refused.empty()) continue;
+    std::copy_n(key.start.begin(), 2 * n, column.begin());
+    std::copy_n(key.start.begin() + 2 * n, probe_->system.states(), column.begin() + probe_->state_offset());
+  }
+  if (!probe_->system.reactive_frictions().empty())
+    refuse("joint friction depends on the joint's reaction; derivatives of such friction are not available");
+  for (auto& f : f_) f.resize(size_);
+  for (auto& list : slopes_) list.assign(keys_.size(), Vector(size_));
+  last_slopes_ = slopes_[0];
+  seeds_ = S_;
+  closer_.resize(keys_.size());
+}
+
+template <class Dynamics>
+std::unique_ptr<SystemTangent> VariedColumns<Dynamics>::traced(const State& near,
+                                                               SystemTangent::Use use) const {
+  std::vector<SystemTangent::Parameter> parameters;
+  for (const auto& key : keys_) parameters.push_back({key.systems, key.spacing});
+  return SystemTangent::trace(probe_->system, near, parameters, use);
+}
+
+template <class Dynamics>
+void VariedColumns<Dynamics>::take_knot(const System& system, double t_old, double knot) {
+  probe_->knot = knot;
+  each_displaced([&](Dynamics& f) { f.knot = knot; });
+  for (std::size_t c = 0; c < keys_.size(); ++c) {
+    if (keys_[c].systems[2] && keys_[c].systems[2]->next_knot(t_old) != system.next_knot(t_old))
+      refuse(c, fmt::format("t = {:.9g} s: {} moves a knot of a table or curve in time; derivatives with "
+                            "respect to such keys are not available",
+                            t_old, keys_[c].name));
+  }
+}
+
+/// Right-hand side at stage_, and slopes of the columns seeds_ there.
+template <class Dynamics>
+std::vector<double> VariedColumns<Dynamics>::slopes_at(double t, std::vector<Vector>& slopes) {
+  Vector f;
+  if constexpr (requires { probe_->directional(stage_, t, seeds_, shifts_, slopes); })
+    f = probe_->directional(stage_, t, seeds_, shifts_, slopes);
+  else
+    f = probe_->directional(stage_, t, seeds_, slopes);
+  evaluations_ += 1 + static_cast<long>(keys_.size());
+  for (std::size_t c = 0; c < keys_.size(); ++c) {
+    if (!open(c)) continue;
+    if constexpr (requires { probe_->includes_parameter(c); })
+      if (probe_->includes_parameter(c)) continue;
+    parameter_part(c, stage_, t, f, part_);
+    add_multiple(slopes[c], 1, part_);
+  }
+  return f;
+}
+
+/// Greatest error of coordinates, rates and states in a step, over the greatest derivative of their kind, by
+/// the weights of an embedded formula.
+template <class Dynamics>
+template <std::size_t stages>
+double VariedColumns<Dynamics>::error_of(const double (&weights)[stages], double h, double speed) const {
+  constexpr double negligible = 1e-6;  // of lengths and speeds, by a significant change of the key
+  const auto n = static_cast<std::size_t>(probe_->system.n()),
+             states = static_cast<std::size_t>(probe_->system.states()),
+             offset = static_cast<std::size_t>(probe_->state_offset());
+  double greatest = 0;
+  for (std::size_t c = 0; c < keys_.size(); ++c) {
+    if (!open(c)) continue;
+    const double share = negligible / keys_[c].scale();
+    double error[2] = {}, size[2] = {share * length_, share * speed};
+    const auto error_in = [&](std::size_t k) {
+      double e = 0;
+      for (std::size_t i = 0; i < stages; ++i)
+        if (weights[i] != 0) e += weights[i] * (i < slopes_.size() ? slopes_[i] : last_slopes_)[c][k];
+      return std::abs(h * e);
+    };
+    for (std::size_t k = 0; k < 2 * n; ++k) {
+      const auto rate = static_cast<std::size_t>(k >= n);
+      error[rate] = std::max(error[rate], error_in(k));
+      size[rate] = std::max({size[rate], std::abs(S_[c][k]), std::abs(h * slopes_[0][c][k])});
+    }
+    size[0] = std::max(size[0], std::abs(h) * size[1]);
+    greatest = std::max({greatest, error[0] / size[0], error[1] / size[1]});
+    for (std::size_t k = offset; k < offset + states; ++k) {
+      const double least = share * probe_->system.state_scale(static_cast<int>(k - offset));
+      greatest = std::max(
+          greatest, error_in(k) / std::max({least, std::abs(S_[c][k]), std::abs(h * slopes_[0][c][k])}));
+    }
+  }
+  return greatest;
+}
+
+/// Whether the columns vary faster than the step resolves, as about a rest or at a kink of the forces.
+template <class Dynamics>
+bool VariedColumns<Dynamics>::varies_fast(const Vector& x_old, double t_old, double h) {
+  using Stages = DormandPrince;
+  constexpr double accepted = 1e-9;
+  const double speed = curved_speed(*probe_, x_old);
+  if (error_of(Stages::third, h, speed) <= accepted) return false;
+  stage_ = x_old;
+  for (std::size_t i = 0; i < f_.size(); ++i) add_multiple(stage_, h * Stages::b[i], f_[i]);
+  for (std::size_t c = 0; c < keys_.size(); ++c) {
+    seeds_[c] = S_[c];
+    for (std::size_t i = 0; open(c) && i < f_.size(); ++i)
+      add_multiple(seeds_[c], h * Stages::b[i], slopes_[i][c]);
+  }
+  slopes_at(t_old + h, last_slopes_);
+  return error_of(Stages::fourth, h, speed) > accepted;
+}
+
+template <class Dynamics>
+std::vector<double> VariedColumns<Dynamics>::advance_stages(double t_old, const Vector& x_old, double h,
+                                                            int halvings) {
+  using Stages = DormandPrince;
+  constexpr int most_halvings = 24;  // a kink of the forces then has an error of 1e-7 of that of the step
+  const auto integrals = integrals_;
+  const auto rates = integrals_.empty() ? std::vector<Vector>() : integral_rates_;
+  for (std::size_t i = 0; i < f_.size(); ++i) {
+    const double at = t_old + Stages::c[i] * h;
+    stage_ = x_old;
+    for (std::size_t j = 0; j < i; ++j) add_multiple(stage_, h * Stages::a[i][j], f_[j]);
+    for (std::size_t c = 0; c < keys_.size(); ++c) {
+      seeds_[c] = S_[c];
+      if (!open(c)) continue;
+      for (std::size_t j = 0; j < i; ++j) add_multiple(seeds_[c], h * Stages::a[i][j], slopes_[j][c]);
+    }
+    f_[i] = slopes_at(at, slopes_[i]);
+    if (!integrands_.empty() && Stages::b[i] != 0) integrate(h * Stages::b[i], i, stage_, at);
+  }
+  if (halvings < most_halvings && varies_fast(x_old, t_old, h)) {
+    integrals_ = integrals;
+    if (!rates.empty()) integral_rates_ = rates;
+    const auto middle = advance_stages(t_old, x_old, 0.5 * h, halvings + 1);
+    return advance_stages(t_old + 0.5 * h, middle, 0.5 * h, halvings + 1);
+  }
+  for (std::size_t c = 0; c < keys_.size(); ++c) {
+    if (!open(c)) continue;
+    for (std::size_t i = 0; i < f_.size(); ++i) add_multiple(S_[c], h * Stages::b[i], slopes_[i][c]);
+    if (!std::ranges::all_of(S_[c], [](double s) { return std::isfinite(s); }))
+      refuse(c, fmt::format("t = {:.9g} s: the derivative is no longer finite", t_old + h));
+  }
+  auto x = x_old;
+  for (std::size_t i = 0; i < f_.size(); ++i) add_multiple(x, h * Stages::b[i], f_[i]);
+  if (peaks_.any()) peaks_.advance(h, f_, slopes_);
+  return x;
+}
+
+/// Adds a stage of the quadrature of the integrands and of their derivatives along seeds_. A kink of a
+/// continuous integrand at an instant does not change the derivative of its integral.
+template <class Dynamics>
+void VariedColumns<Dynamics>::integrate(double weight, std::size_t stage, const Vector& x, double t) {
+  using Of = Column::Of;
+  const auto n = static_cast<std::size_t>(probe_->system.n());
+  const auto value = integrands();
+  const double speed = curved_speed(*probe_, x);
+  add_multiple(integrals_, weight, value(*probe_, x, t));
+  const auto in_column = [](const Column& c) {
+    return c.of == Of::position || c.of == Of::velocity || c.of == Of::acceleration;
+  };
+  const bool differs = !std::ranges::all_of(integrands_, in_column);
+  for (std::size_t c = 0; c < keys_.size(); ++c) {
+    if (!open(c)) continue;
+    auto slope =
+        differs ? total(c, value, x, t, seeds_[c], shifts_[c], speed, false) : Vector(integrands_.size());
+    for (std::size_t i = 0; i < integrands_.size(); ++i) {
+      const auto& of = integrands_[i];
+      if (in_column(of))
+        slope[i] = of.of == Of::acceleration ? slopes_[stage][c][n + of.index]
+                                             : seeds_[c][of.index + (of.of == Of::velocity ? n : 0)];
+    }
+    add_multiple(integral_rates_[c], weight, slope);
+  }
+}
+
+/// d(I/T) = dI/T + (c(T) − I/T) dT/T, with T the length of the run.
+template <class Dynamics>
+template <class Present>
+std::vector<double> VariedColumns<Dynamics>::mean_derivatives(std::size_t i, const Present& d,
+                                                              const Vector& x, double begin, double end) {
+  take_mode(d);
+  const double length = end - begin, now = observed(integrands_[i], *probe_, x, end);
+  Vector list;
+  for (std::size_t c = 0; c < keys_.size(); ++c)
+    list.push_back(open(c)
+                       ? (integral_rates_[c][i] + (now - integrals_[i] / length) * keys_[c].end_rate) / length
+                       : NAN);
+  return list;
+}
+
+template <class Dynamics>
+template <class Present>
+std::vector<double> VariedColumns<Dynamics>::end_derivatives(const Present& d, const Vector& x, double t,
+                                                             const Function& value, double& now,
+                                                             std::vector<std::string>& reasons) {
+  take_mode(d);
+  reasons = reasons_;
+  now = value(*probe_, x, t)[0];
+  Vector f(size_);
+  (*probe_)(x, f, t);
+  const double speed = curved_speed(*probe_, x);
+  Vector list;
+  for (std::size_t c = 0; c < keys_.size(); ++c) {
+    list.push_back(NAN);
+    if (!open(c)) continue;
+    auto dx = S_[c];
+    add_multiple(dx, keys_[c].end_rate, f);
+    list[c] = total(c, value, x, t, dx, keys_[c].end_rate, speed)[0];
+    // A kink of one quantity does not end the column for the others.
+    if (!open(c)) {
+      reasons[c] = std::exchange(reasons_[c], "");
+      list[c] = NAN;
+    }
+  }
+  return list;
+}
+
+}  // namespace freeplay
+
+#include "formulations/variation/varied_differences.hpp"

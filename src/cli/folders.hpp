@@ -1,0 +1,53 @@
+// Folders that a verb writes: its results, and with the option --document a page of docs/ with its figures.
+#pragma once
+
+#include <filesystem>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "io/files/folder_lock.hpp"
+#include "io/files/input_file.hpp"
+#include "io/files/output_file.hpp"
+
+namespace freeplay::cli {
+
+/// out/NAME, with the name of the file, or of its folder for a file called scene.toml or
+/// study.toml.
+inline std::filesystem::path default_folder(const std::filesystem::path& file, const std::string& suffix) {
+  auto name = file.stem().string();
+  if (name == "scene" || name == "study")
+    name = std::filesystem::absolute(file).lexically_normal().parent_path().filename().string();
+  return std::filesystem::path("out") / (name + suffix);
+}
+
+/// The folder given by -o, or the default. Symbolic links in the path are the user's and are
+/// resolved here; output below the folder follows no link.
+inline std::filesystem::path result_folder(const std::string& requested,
+                                           const std::filesystem::path& otherwise) {
+  return real_folder(requested.empty() ? otherwise : std::filesystem::path(requested));
+}
+
+/// Creates and locks the folder of a document. Returns null if it is the verb's `own` folder, which
+/// is already locked.
+inline std::unique_ptr<FolderLock> lock_document(const std::filesystem::path& place,
+                                                 const std::filesystem::path& own, std::string_view verb) {
+  make_folder(place);
+  if (std::filesystem::equivalent(place, own)) return nullptr;
+  return std::make_unique<FolderLock>(place, verb);
+}
+
+/// Copies the PNG of each figure to place/figures; returns their names.
+inline std::vector<std::string> copy_figures(const std::vector<std::filesystem::path>& figures,
+                                             const std::filesystem::path& place) {
+  make_folder(place / "figures");
+  std::vector<std::string> names;
+  for (auto figure : figures) {
+    figure.replace_extension(".png");
+    write_file(place / "figures" / figure.filename(), read_file(figure, most_of_a_result));
+    names.push_back(figure.filename().string());
+  }
+  return names;
+}
+
+}  // namespace freeplay::cli
