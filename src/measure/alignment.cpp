@@ -75,25 +75,20 @@ double variance_of_mean(const std::vector<double>& x) {
   return n > 1 ? sum / (n * (n - 1)) : NAN;
 }
 
-/// Variances of the gain and the phase that single turns have against x shifted by α, and of their
-/// mean as a curve.
+/// Variances of the gain and the phase that single turns have against x shifted by α.
 struct Scatter {
-  double gain, phase, curve;
+  double gain, phase;
 };
 Scatter scatter(const Weights& w, const std::vector<Harmonics>& turns, const Harmonics& mean,
                 const Harmonics& x, double alpha) {
   const double size = power(w, x), bend = correlation(w, mean, x, alpha).second;
   std::vector<double> gains, phases;
-  double squares = 0;
   for (const auto& turn : turns) {
     const auto c = correlation(w, turn, x, alpha);
     gains.push_back(c.value / size);
     phases.push_back(c.first / bend);
-    for (std::size_t k = 0; k < mean.size(); ++k)
-      squares += (k == 0 ? 1 : 2) * std::norm((k < turn.size() ? turn[k] : 0) - mean[k]);
   }
-  const auto n = static_cast<double>(turns.size());
-  return {variance_of_mean(gains), variance_of_mean(phases), n > 1 ? squares / (n * (n - 1)) : NAN};
+  return {variance_of_mean(gains), variance_of_mean(phases)};
 }
 
 }  // namespace
@@ -143,7 +138,6 @@ Alignment align(const std::vector<Harmonics>& measured, const std::vector<Harmon
   const auto of_measured = scatter(w, measured, M, X, alpha), of_model = scatter(w, model, X, X, 0);
   a.gain_error = std::sqrt(of_measured.gain + a.gain * a.gain * of_model.gain);
   a.phase_error = std::sqrt(of_measured.phase + of_model.phase);
-  a.difference_error = std::sqrt(of_measured.curve + of_model.curve);
   double slope = 0, square = 0;
   for (std::size_t k = 1; k < M.size(); ++k) {
     slope += static_cast<double>(k * k) * std::norm(M[k]);

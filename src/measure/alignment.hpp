@@ -37,9 +37,6 @@ struct Alignment {
   double gain_error = NAN;  ///< standard error; NaN with fewer than two turns of either signal
   /// Standard error of the phase, rad; NaN as above.
   double phase_error = NAN;
-  /// Standard error of the difference of the two mean turns, as root mean square over the turn, in
-  /// the unit of the signal; NaN as above.
-  double difference_error = NAN;
   /// ‖dM/dφ‖/‖M‖, 1/rad, of root mean squares: a relative error of the signal divided by it is an
   /// error of the phase.
   double slope = 0;
