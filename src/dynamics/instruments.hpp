@@ -29,6 +29,5 @@ inline Sensing sensing_of(Instrument::Kind kind) {
   with_kind(kind, [&](auto sensor) { senses = sensor.senses; });
   return senses;
 }
-inline bool measures_force(Instrument::Kind kind) { return sensing_of(kind) == Sensing::force; }
 
 }  // namespace freeplay

@@ -94,7 +94,6 @@ class SaddlePoint {
   void factored_elsewhere(const double* least) {
     for (auto& part : parts_) part.block.factored_elsewhere(*least++);
   }
-  const double* compiled_factors() const { return factors_.data(); }
 
   /// Factorises with new values of G. Returns false if that is impossible (values not finite).
   [[nodiscard]] bool factor(const double* G_values);

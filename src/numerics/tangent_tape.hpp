@@ -64,9 +64,6 @@ class TangentTape {
   [[nodiscard]] bool values(const double* const* in);
   /// Adds the derivatives along a block of directions to the outputs; in[i] is array `first_direction` + i.
   void directions(const Block* const* in, Block* const* out);
-  /// Operations on numbers, and on each block of directions.
-  int value_steps() const { return static_cast<int>(value_steps_.size()); }
-  int block_steps() const { return static_cast<int>(block_steps_.size()); }
 
  private:
   struct ValueStep {

@@ -115,8 +115,6 @@ class TracedObject {
   const std::vector<double>& constants() const { return constants_; }
   int functions() const { return static_cast<int>(functions_.size()); }
   const TracedFunction& function(int i) const { return *functions_[static_cast<std::size_t>(i)]; }
-  /// Number of operations of all functions that their results need.
-  long operations() const;
   /// Whether the last function depends on entries of an input array from this one on.
   bool last_reads_from(int array) const;
   /// Removes the last function.

@@ -101,8 +101,8 @@ class FunctionText {
         outputs_(f.outputs),
         needed_(f.needed()),
         lanes_(lanes) {}
-  /// Appends it; returns the number of operations.
-  long append(std::string& text) const;
+  /// Appends it.
+  void append(std::string& text) const;
 
  private:
   using Node = TracedFunction::Node;
@@ -213,7 +213,7 @@ std::string FunctionText::failing(const Guard& x) const {
   return std::string(x.result ? no : "") + "(" + name_of(x.a) + sign + name_of(x.b) + ")";
 }
 
-long FunctionText::append(std::string& text) const {
+void FunctionText::append(std::string& text) const {
   const int lanes = lanes_;
   const std::string type = lanes > 0 ? "lanes" : "double";
   const char* end = lanes > 0 ? "return bits(bad);\n}\n" : "return 0;\n}\n";
@@ -296,7 +296,6 @@ long FunctionText::append(std::string& text) const {
     }
     text += lanes > 0 ? "return failed;\n}\n" : "return 0;\n}\n";
   }
-  return count;
 }
 
 }  // namespace
@@ -312,13 +311,6 @@ std::string TracedObject::text() const {
   for (const auto& f : functions_) text += f->name + ", ";
   text += "0};\nconst int freeplay_abi = 1;\n";
   return text;
-}
-
-long TracedObject::operations() const {
-  long sum = 0;
-  std::string ignored;
-  for (const auto& f : functions_) sum += FunctionText(*f, lanes_).append(ignored);
-  return sum;
 }
 
 }  // namespace freeplay

@@ -47,11 +47,6 @@ enum class Operation {
   locate,
   pick
 };
-/// Whether the values of an operation are constant between jumps: their derivative is 0.
-constexpr bool is_constant_between_jumps(Operation operation) {
-  return operation == Operation::floor || operation == Operation::round || operation == Operation::locate ||
-         operation == Operation::pick;
-}
 enum class Relation { less, less_equal, equal };
 
 /// Thrown if an evaluation uses a number in a way that no compiled function can follow; what()
