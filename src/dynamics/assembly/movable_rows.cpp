@@ -7,6 +7,7 @@
 #include <numeric>
 
 #include "dynamics/assembly/assembly.hpp"
+#include "dynamics/assembly/projection.hpp"
 #include "dynamics/system.hpp"
 #include "mechanism/error.hpp"
 #include "numerics/dense.hpp"
@@ -19,16 +20,9 @@ namespace {
 std::vector<bool> undetermined_rows(const System& system, const State& state) {
   std::vector<bool> found;
   if (redundant_rows(system, state.q).empty()) return found;
-  auto e = system.make_evaluation();
-  system.place(state.t, state.q.data(), e);
-  // Gᵀ in units of energy: scaled by √m⁻¹ for each coordinate, with rows of unit length.
-  Eigen::MatrixXd Gt = Eigen::MatrixXd::Zero(system.n(), system.rows());
-  const auto& p = system.pattern();
-  for (int k = 0; k < system.rows(); ++k) {
-    for (int i = p.begin[k]; i < p.begin[k + 1]; ++i)
-      Gt(p.column[i], k) = e.G[i] / std::sqrt(system.mass()[p.column[i]]);
+  auto Gt = weighted_rows(system, {}, state);  // in units of energy, with rows of unit length
+  for (int k = 0; k < system.rows(); ++k)
     if (const double length = Gt.col(k).norm(); length > 0) Gt.col(k) /= length;
-  }
   const Eigen::MatrixXd free = kernel(Gt, 1e-9);
   for (int k = 0; k < system.rows(); ++k) found.push_back(free.row(k).cwiseAbs().maxCoeff() > 1e-9);
   return found;
