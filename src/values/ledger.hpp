@@ -3,6 +3,7 @@
 // contain them.
 #pragma once
 
+#include <algorithm>
 #include <cmath>
 #include <string>
 #include <vector>
@@ -39,7 +40,11 @@ struct EnergyLedger {
            damping + film;
   }
   /// The greatest term of the balance, the scale of closure().
-  double scale() const;
+  double scale() const {
+    return std::max({std::abs(kinetic), std::abs(initial), std::abs(drive), std::abs(load), std::abs(contact),
+                     std::abs(friction), std::abs(damping),
+                     std::abs(kinetic + potential + elastic - initial)});
+  }
 
   template <class M>
   void serialize(M& m) {
