@@ -12,7 +12,6 @@
 #include "dynamics/assembly/four_bar.hpp"
 #include "dynamics/assembly/meshing.hpp"
 #include "dynamics/assembly/other_starts.hpp"
-#include "dynamics/assembly/rates.hpp"
 #include "dynamics/assembly/stated.hpp"
 #include "dynamics/planar.hpp"
 #include "dynamics/system.hpp"

@@ -7,7 +7,7 @@
 // Newton's method solves this nonlinear program near closure (closing.hpp), otherwise Ipopt
 // (Wächter and Biegler, Math. Program. 106 (2006) 25); Newton steps reduce the residual to
 // rounding. Absent velocities are the least in the metric of M subject to G v + Φ_t = 0, a linear
-// saddle-point system (rates.hpp).
+// saddle-point system (stated.hpp).
 #pragma once
 
 #include <string>

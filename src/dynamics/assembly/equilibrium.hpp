@@ -24,12 +24,27 @@
 #include <string>
 #include <vector>
 
-#include "dynamics/assembly/rates.hpp"
 #include "dynamics/assembly/statics.hpp"
 #include "values/state.hpp"
 #include "values/stop.hpp"
 
 namespace freeplay {
+
+// Restriction of a symmetric matrix K to the motions that rows C allow. With the weights W of the
+// coordinates,
+//
+//     C Z = 0,    ZᵀWZ = 1,    H = ZᵀKZ.
+
+/// A basis Z of the null space of C, with ZᵀWZ = 1, W = diag(weights).
+Eigen::MatrixXd null_space(const Eigen::MatrixXd& C, const Eigen::VectorXd& weights);
+
+/// Eigenvalues of H = ZᵀKZ with their error bounds from rounding and cancellation; `weights` as in
+/// null_space().
+struct Curvatures {
+  Eigen::VectorXd value, doubt;
+  Eigen::MatrixXd direction;  ///< eigenvectors as columns, in the coordinates q
+};
+Curvatures curvatures(const Eigen::MatrixXd& K, const Eigen::MatrixXd& Z, const Eigen::VectorXd& weights);
 
 // Descent of the potential energy on the manifold Φ = 0 to a point without remaining force:
 // Newton's method in a trust region (see equilibrium.hpp), for given elastic and closed contacts

@@ -5,7 +5,8 @@
 //     2. if no such start satisfies the constraints, the stated values change by the least
 //        mass-weighted amount, and absent ones follow.
 //
-// A change above 1e-9 of a value's scale is reported, above 1 % refused (Configuration::approximate).
+// The velocities satisfy G v + Φ_t = 0 at the positions. A change above 1e-9 of a value's scale is
+// reported, above 1 % refused (Configuration::approximate).
 #pragma once
 
 #include <string>
@@ -57,5 +58,12 @@ std::string listed(const std::vector<Change>& changes);
 /// constraint that the stated values violate; `per`: "" for positions, "/s" for velocities.
 void report_changes(const Mechanism& mechanism, const std::vector<Change>& changes, const OpenJoint& open,
                     const char* per, double limit, std::string& note);
+
+/// Completes the velocities of s at its positions. `stated` ones are kept, or change by the least
+/// mass-weighted amount if they contradict the constraints; the others change least from those in s.
+/// Returns the row that the stated velocities violate most (m/s, rad/s). Throws ModelError if no
+/// velocities satisfy all rows.
+OpenJoint assemble_velocities(const Mechanism& mechanism, const System& system,
+                              const std::vector<char>& stated, State& s);
 
 }  // namespace freeplay
