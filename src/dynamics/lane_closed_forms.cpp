@@ -57,36 +57,18 @@ LaneImpulses with_friction(const std::array<Traced, 3>& D, const Traced& bn0, co
   s.tangent = select(sticks, Pt, select(slips[0], T[0], T[1]));
   need(less(0, s.normal));
   need(less(friction * abs(nt), nn));  // no other motion
-  const Traced u = bt + nt * s.normal + tt * s.tangent, bound = friction * s.normal;
-  const Traced signed_bound = select(less(u, 0), -bound, bound);
-  const std::array<Traced, 3> x{least(abs(nn) * s.normal, bn0 + nn * s.normal + nt * s.tangent - target),
-                                least(abs(u), tt * abs(s.tangent + signed_bound)),
-                                tt * max(0, abs(s.tangent) - bound)};
-  Traced unfinished = zero_if_finite(s.tangent);
-  for (const auto& one : x) {
-    s.residual_rate = max(s.residual_rate, abs(one));
-    unfinished += zero_if_finite(one);
-  }
-  need(holds(unfinished, Relation::equal, 0));
-  const Traced size = max(max(max(Traced(0), abs(bn0)), abs(target)), abs(bt));
-  need(both(less(0, size), at_most(s.residual_rate, tolerance * size)));
-  s.residual = s.residual_rate / size;
+  std::vector residuals{least(abs(nn) * s.normal, bn0 + nn * s.normal + nt * s.tangent - target)};
+  take_friction(residuals, bt + nt * s.normal + tt * s.tangent, tt, s.tangent, friction * s.normal);
+  take_residuals(s, {s.tangent}, residuals, {bn0, target, bt}, tolerance);
   return s;
 }
 
 LaneImpulses frictionless(const Traced& nn, const Traced& bn0, const Traced& target,
                           const Traced& tolerance) {
   LaneImpulses s;
-  const auto need = [&](const Traced& condition) { s.conditions.push_back(condition); };
   s.normal = -(bn0 - target) / nn;
-  need(less(0, s.normal));
-  need(less(0, nn));
-  const Traced x = least(abs(nn) * s.normal, bn0 + nn * s.normal - target);
-  s.residual_rate = max(0, abs(x));
-  need(holds(zero_if_finite(x), Relation::equal, 0));
-  const Traced size = max(max(Traced(0), abs(bn0)), abs(target));
-  need(both(less(0, size), at_most(s.residual_rate, tolerance * size)));
-  s.residual = s.residual_rate / size;
+  s.conditions = {less(0, s.normal), less(0, nn)};
+  take_residuals(s, {}, {least(abs(nn) * s.normal, bn0 + nn * s.normal - target)}, {bn0, target}, tolerance);
   return s;
 }
 
