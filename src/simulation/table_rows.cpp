@@ -155,15 +155,6 @@ void TrajectoryRows::step(const Step& step) {
   }
 }
 
-void TrajectoryRows::save(MemoryWriter& m) {
-  RunRows::save(m);
-  m(grid_);
-}
-void TrajectoryRows::load(MemoryReader& m) {
-  RunRows::load(m);
-  m(grid_);
-}
-
 void ForceRows::begin(const Layout& layout, const State& state) {
   columns_ = force_columns(layout);
   if (!sink_.open(names_of(columns_))) return grid_.go_on_to(layout.end);
@@ -205,15 +196,6 @@ void ForceRows::row(double t, const Forces& means, double share) {
     if (const auto& c = columns_[i]; c.of == Column::Of::mean)
       row_[i] = share * (means.elements[c.index].*c.force);
   sink_.put(row_, {});
-}
-
-void ForceRows::save(MemoryWriter& m) {
-  RunRows::save(m);
-  serialize(m);
-}
-void ForceRows::load(MemoryReader& m) {
-  RunRows::load(m);
-  serialize(m);
 }
 
 void EventRows::begin(const Layout&, const State&) {

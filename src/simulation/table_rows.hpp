@@ -93,10 +93,19 @@ class TableSink {
 class RunRows : public Observer {
  public:
   explicit RunRows(TableSink& sink) : sink_(sink) {}
-  void save(MemoryWriter& m) override { sink_.save_to(m); }
-  void load(MemoryReader& m) override { sink_.load_from(m); }
+  void save(MemoryWriter& m) override { serialize(m); }
+  void load(MemoryReader& m) override { serialize(m); }
 
  protected:
+  /// The sink's state, and values of the observer.
+  template <class M, class... T>
+  void serialize(M& m, T&... values) {
+    if constexpr (M::reading)
+      sink_.load_from(m);
+    else
+      sink_.save_to(m);
+    m(values...);
+  }
   TableSink& sink_;
 };
 
@@ -107,8 +116,8 @@ class TrajectoryRows : public RunRows {
   double next_row() const { return grid_.next(); }  ///< s, its time
   void begin(const Layout& layout, const State& state) override;
   void step(const Step& step) override;
-  void save(MemoryWriter& m) override;
-  void load(MemoryReader& m) override;
+  void save(MemoryWriter& m) override { serialize(m, grid_); }
+  void load(MemoryReader& m) override { serialize(m, grid_); }
 
  private:
   Grid grid_;
@@ -124,14 +133,10 @@ class ForceRows : public RunRows {
   Wants wants() const override { return {.forces = true}; }
   void begin(const Layout& layout, const State& state) override;
   void step(const Step& step) override;
-  void save(MemoryWriter& m) override;
-  void load(MemoryReader& m) override;
+  void save(MemoryWriter& m) override { serialize(m, grid_, since_, data_.now, data_.sum, started_); }
+  void load(MemoryReader& m) override { serialize(m, grid_, since_, data_.now, data_.sum, started_); }
 
  private:
-  template <class M>
-  void serialize(M& m) {
-    m(grid_, since_, data_.now, data_.sum, started_);
-  }
   void row(double t, const Forces& means, double share);
   std::vector<Column> columns_;
   Grid grid_;
