@@ -21,8 +21,12 @@ class Builder {
   Link free_link(const std::array<int, 2>& between, const std::array<Vec2, 2>& at) const {
     return {between[0], between[1], at[0], at[1]};
   }
-  /// The bodies of a joint, with points at their centres of mass.
-  Link joint_link(int joint) const { return free_link(bodies_of(mechanism_.joints[joint]), {}); }
+  /// The bodies of a joint, with its points if it slides, otherwise at their centres of mass.
+  Link joint_link(int joint) const {
+    const auto& on = mechanism_.joints[joint];
+    const auto* slider = std::get_if<TranslationalJoint>(&on);
+    return slider ? free_link(slider->between, slider->at) : free_link(bodies_of(on), {});
+  }
   double longest_arm() const { return s_.longest_arm_; }
   /// The greatest stated distance of bodies that interact (m); if all are at one point, the
   /// greatest radius of gyration √(J/m) of a body; 1 if all vanish. Planes: along their normal.

@@ -46,14 +46,7 @@ struct ControllerDynamics : Facts {
     error_scale = std::max(course.greatest().value, std::abs(from - state(q.data(), v.data()).place));
     if (!(error_scale > 0)) error_scale = slides ? 1e-3 : 1;
   }
-  auto link(auto& b) const {
-    if constexpr (slides) {
-      const auto& on = std::get<Joint>(b.mechanism().joints[this->joint]);
-      return b.free_link(on.between, on.at);
-    } else {
-      return b.joint_link(this->joint);
-    }
-  }
+  auto link(auto& b) const { return b.joint_link(this->joint); }
   bool does_work() const { return true; }
   bool needs_velocity() const { return this->derivative > 0; }
   int states() const { return (this->integral > 0) + this->lag.has_value(); }

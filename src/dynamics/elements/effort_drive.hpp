@@ -44,10 +44,7 @@ struct Dynamics<ForceDrive> : ForceDrive {
     course = force.lay(mechanism.curves);
     axis = std::get<TranslationalJoint>(mechanism.joints[joint]).axis;
   }
-  auto link(auto& b) const {
-    const auto& on = std::get<TranslationalJoint>(b.mechanism().joints[joint]);
-    return b.free_link(on.between, on.at);
-  }
+  auto link(auto& b) const { return b.joint_link(joint); }
   bool does_work() const { return true; }
   bool needs_velocity() const { return against != Argument::time; }
   double next_knot(double t) const { return against == Argument::time ? course.next_knot(t) : INFINITY; }

@@ -9,12 +9,7 @@ namespace freeplay {
 
 template <>
 struct Dynamics<MotionDrive> : MotionDrive {
-  auto link(auto& b) const {
-    const auto& m = b.mechanism();
-    if (!slides(m)) return b.joint_link(joint);
-    const auto& on = std::get<TranslationalJoint>(m.joints[joint]);
-    return b.free_link(on.between, on.at);
-  }
+  auto link(auto& b) const { return b.joint_link(joint); }
   void build(auto& b) const {
     const auto& m = b.mechanism();
     const Vec2* axis = slides(m) ? &std::get<TranslationalJoint>(m.joints[joint]).axis : nullptr;
