@@ -189,25 +189,16 @@ void LaneTape::Call::each_operand(auto f) const {
 class LaneTape::Builder {
  public:
   Builder(std::vector<Call>& calls, const TracedFunction& f)
-      : calls_(calls), nodes_(f.nodes), uses_(nodes_.size()), joined_(nodes_.size()) {
-    const auto needed = f.needed();
+      : calls_(calls), nodes_(f.nodes), uses_(f.uses(2)), joined_(nodes_.size()) {
     for (std::size_t i = 0; i < nodes_.size(); ++i)
-      if (needed[i]) nodes_[i].each_operand([&](int x) { ++item(uses_, x); });
-    const auto keep = [&](int node) { item(uses_, node) += 2; };
-    for (const auto& o : f.outputs) keep(o.node);
-    for (const auto& g : f.guards) {
-      keep(g.a);
-      if (g.b >= 0) keep(g.b);
-    }
-    for (std::size_t i = 0; i < nodes_.size(); ++i)
-      if (needed[i]) join(nodes_[i]);
+      if (uses_[i] > 0) join(nodes_[i]);
     auto guard = f.guards.begin();
     const auto guards_until = [&](std::size_t node) {
       for (; guard != f.guards.end() && static_cast<std::size_t>(guard->after) <= node; ++guard) add(*guard);
     };
     for (std::size_t i = 0; i < nodes_.size(); ++i) {
       guards_until(i);
-      if (needed[i] && !joined_[i]) add(static_cast<int>(i));
+      if (uses_[i] > 0 && !joined_[i]) add(static_cast<int>(i));
     }
     guards_until(nodes_.size());
     order();
@@ -364,10 +355,10 @@ LaneTape::LaneTape(const TracedFunction& f, int lanes)
   rooms_.resize((calls_.size() + outputs_.size() + constants_of_structure) *
                 static_cast<std::size_t>(lanes / 4));
   for (int i = 0; i < constants_of_structure; ++i) std::fill_n(room(i), lanes, i - 1);
-  const auto needed = f.needed();
+  const auto uses = f.uses();
   int inputs = 0, outputs = 0;
   for (std::size_t i = 0; i < nodes_.size(); ++i)
-    if (needed[i] && nodes_[i].operation == Operation::input) inputs = std::max(inputs, nodes_[i].a + 1);
+    if (uses[i] > 0 && nodes_[i].operation == Operation::input) inputs = std::max(inputs, nodes_[i].a + 1);
   for (const auto& o : outputs_) outputs = std::max(outputs, o.array + 1);
   in_.resize(static_cast<std::size_t>(inputs));
   out_.resize(static_cast<std::size_t>(outputs));

@@ -150,13 +150,16 @@ class TangentTape::Builder {
         nodes_(f.nodes),
         constants_(constants),
         first_(first_direction),
-        needed_(f.nodes.size()),
         wide_(f.nodes.size()),
-        uses_(f.nodes.size()),
+        uses_(f.uses()),
         place_(f.nodes.size(), -1) {
-    mark(f);
+    for (std::size_t i = 0; i < nodes_.size(); ++i) {
+      const auto& n = nodes_[i];
+      wide_[i] = n.operation == Operation::input && n.a >= first_;
+      n.each_operand([&](int x) { wide_[i] = wide_[i] || at(wide_, x); });
+    }
     for (std::size_t i = 0; i < nodes_.size(); ++i)
-      if (needed_[i]) add(static_cast<int>(i));
+      if (uses_[i] > 0) add(static_cast<int>(i));
     for (auto g : f.guards) {
       g.a = at(place_, g.a);
       if (g.b >= 0) g.b = at(place_, g.b);
@@ -168,25 +171,6 @@ class TangentTape::Builder {
 
  private:
   using Node = TracedFunction::Node;
-
-  void mark(const TracedFunction& f) {
-    for (std::size_t i = 0; i < nodes_.size(); ++i) {
-      const auto& n = nodes_[i];
-      wide_[i] = n.operation == Operation::input && n.a >= first_;
-      n.each_operand([&](int x) { wide_[i] = wide_[i] || at(wide_, x); });
-    }
-    const auto need = [&](int x) {
-      at(needed_, x) = true;
-      ++at(uses_, x);
-    };
-    for (const auto& o : f.outputs) need(o.node);
-    for (const auto& g : f.guards) {
-      need(g.a);
-      if (g.b >= 0) need(g.b);
-    }
-    for (std::size_t i = nodes_.size(); i-- > 0;)
-      if (needed_[i]) nodes_[i].each_operand(need);
-  }
 
   void add(int i) {
     if (at(wide_, i))
@@ -296,7 +280,7 @@ class TangentTape::Builder {
   const std::vector<Node>& nodes_;
   const std::vector<double>& constants_;
   int first_, blocks_ = 0;
-  std::vector<char> needed_, wide_;
+  std::vector<char> wide_;
   std::vector<int> uses_, place_;
 };
 

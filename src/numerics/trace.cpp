@@ -163,24 +163,24 @@ int TracedObject::slot(double value) {
   return at->second;
 }
 
-std::vector<bool> TracedFunction::needed() const {
-  std::vector<bool> list(nodes.size(), false);
-  const auto mark = [&](int node) { list[static_cast<std::size_t>(node)] = true; };
-  for (const auto& o : outputs) mark(o.node);
+std::vector<int> TracedFunction::uses(int by_result) const {
+  std::vector<int> list(nodes.size(), 0);
+  const auto use = [&](int node, int times) { list[static_cast<std::size_t>(node)] += times; };
+  for (const auto& o : outputs) use(o.node, by_result);
   for (const auto& g : guards) {
-    mark(g.a);
-    if (g.b >= 0) mark(g.b);
+    use(g.a, by_result);
+    if (g.b >= 0) use(g.b, by_result);
   }
   for (std::size_t i = nodes.size(); i-- > 0;)
-    if (list[i]) nodes[i].each_operand(mark);
+    if (list[i] > 0) nodes[i].each_operand([&](int node) { use(node, 1); });
   return list;
 }
 
 bool TracedObject::last_reads_from(int array) const {
   const auto& f = *functions_.back();
-  const auto needed = f.needed();
+  const auto uses = f.uses();
   for (std::size_t i = 0; i < f.nodes.size(); ++i)
-    if (needed[i] && f.nodes[i].operation == Operation::input && f.nodes[i].a >= array) return true;
+    if (uses[i] > 0 && f.nodes[i].operation == Operation::input && f.nodes[i].a >= array) return true;
   return false;
 }
 

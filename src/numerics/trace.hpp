@@ -84,8 +84,9 @@ struct TracedFunction {
   std::vector<Node> nodes;
   std::vector<Guard> guards;
   std::vector<Output> outputs;
-  /// The nodes on which outputs and guards depend.
-  std::vector<bool> needed() const;
+  /// How often operations use each node on which outputs and guards depend; 0 for other nodes. An output
+  /// or guard counts as `by_result` uses.
+  std::vector<int> uses(int by_result = 1) const;
   /// The node of each call of Trace::intern(), in their order. It follows from the calls, so it is not
   /// compared.
   std::vector<int> path;

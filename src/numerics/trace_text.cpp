@@ -99,7 +99,7 @@ class FunctionText {
         nodes_(f.nodes),
         guards_(f.guards),
         outputs_(f.outputs),
-        needed_(f.needed()),
+        uses_(f.uses()),
         lanes_(lanes) {}
   /// Appends it.
   void append(std::string& text) const;
@@ -116,7 +116,7 @@ class FunctionText {
   const std::vector<Node>& nodes_;
   const std::vector<Guard>& guards_;
   const std::vector<TracedFunction::Output>& outputs_;
-  const std::vector<bool> needed_;
+  const std::vector<int> uses_;
   int lanes_;
 };
 
@@ -218,26 +218,25 @@ void FunctionText::append(std::string& text) const {
   const std::string type = lanes > 0 ? "lanes" : "double";
   const char* end = lanes > 0 ? "return bits(bad);\n}\n" : "return 0;\n}\n";
   const auto size = nodes_.size();
-  const auto& needed = needed_;
 
   // The part of each node, and the last part that uses it. Constants belong to no part.
   std::vector<int> part(size, 0), last(size, 0);
   int count = 0;
   for (std::size_t i = 0; i < size; ++i) {
-    if (!needed[i] || nodes_[i].operation == Operation::constant) continue;
+    if (uses_[i] == 0 || nodes_[i].operation == Operation::constant) continue;
     part[i] = last[i] = count++ / longest_part;
   }
   const int parts = count == 0 ? 1 : (count - 1) / longest_part + 1;
   const auto part_at = [&](int node) {  // the part in which the nodes before this one are known
     int p = 0;
     for (int i = 0; i < node; ++i)
-      if (needed[i] && nodes_[i].operation != Operation::constant) p = part[i];
+      if (uses_[i] > 0 && nodes_[i].operation != Operation::constant) p = part[i];
     return p;
   };
   std::vector<int> guard_part(guards_.size());
   const auto use = [&](int node, int by) { last[node] = std::max(last[node], by); };
   for (std::size_t i = 0; i < size; ++i)
-    if (needed[i]) nodes_[i].each_operand([&](int operand) { use(operand, part[i]); });
+    if (uses_[i] > 0) nodes_[i].each_operand([&](int operand) { use(operand, part[i]); });
   for (std::size_t g = 0; g < guards_.size(); ++g) {
     guard_part[g] = parts == 1 ? 0 : part_at(guards_[g].after);
     use(guards_[g].a, guard_part[g]);
@@ -250,7 +249,7 @@ void FunctionText::append(std::string& text) const {
            value + ";\n";
   };
   const auto passed = [&](std::size_t i) {
-    return needed[i] && nodes_[i].operation != Operation::constant && last[i] > part[i];
+    return uses_[i] > 0 && nodes_[i].operation != Operation::constant && last[i] > part[i];
   };
   std::vector<int> place(size, -1);
   int places = 0;
@@ -275,7 +274,7 @@ void FunctionText::append(std::string& text) const {
     };
     for (std::size_t i = 0; i < size; ++i) {
       const int node = static_cast<int>(i);
-      if (!needed[i] || nodes_[i].operation == Operation::constant || part[i] != p) continue;
+      if (uses_[i] == 0 || nodes_[i].operation == Operation::constant || part[i] != p) continue;
       guards_until(node);
       text += define(node, expression(nodes_[i]), false);
       if (passed(i))

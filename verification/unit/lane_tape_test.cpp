@@ -127,10 +127,10 @@ std::optional<std::vector<double>> in_plain_numbers(const TracedFunction& f,
                                                     const std::vector<double>& inputs) {
   std::vector<double> x(f.nodes.size());
   const auto at = [&](int node) { return x[static_cast<std::size_t>(node)]; };
-  const auto needed = f.needed();
+  const auto uses = f.uses();
   for (std::size_t i = 0; i < x.size(); ++i) {
     const auto& n = f.nodes[i];
-    if (!needed[i]) continue;
+    if (uses[i] == 0) continue;
     if (n.operation == Operation::constant)
       x[i] = n.a < 0 ? n.b : constants[static_cast<std::size_t>(n.a)];
     else if (n.operation == Operation::input)
