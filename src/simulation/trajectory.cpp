@@ -74,7 +74,4 @@ void EventList::event(const Event& e) {
   if (events.size() < most_) events.push_back(e);
 }
 
-void EventList::save(MemoryWriter& m) { m(events, seen); }
-void EventList::load(MemoryReader& m) { m(events, seen); }
-
 }  // namespace freeplay

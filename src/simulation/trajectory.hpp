@@ -100,8 +100,8 @@ class EventList final : public Observer {
   long seen = 0;
   Wants wants() const override { return {.steps = false}; }
   void event(const Event& e) override;
-  void save(MemoryWriter& m) override;
-  void load(MemoryReader& m) override;
+  void save(MemoryWriter& m) override { m(events, seen); }
+  void load(MemoryReader& m) override { m(events, seen); }
 
  private:
   std::size_t most_;
