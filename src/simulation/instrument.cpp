@@ -98,22 +98,6 @@ void Channel::begin(double t, bool anew) {
   while (next_sample() <= t) ++index_;
 }
 
-double Channel::measure(const double* x) const {
-  double value = 0;
-  with_kind(settings_.kind, [&](auto kind) {
-    if constexpr (requires { kind.measure(settings_, x); }) value = kind.measure(settings_, x);
-  });
-  return value;
-}
-
-double Channel::measure(const ElementForce& force) const {
-  double value = 0;
-  with_kind(settings_.kind, [&](auto kind) {
-    if constexpr (requires { kind.measure(settings_, force); }) value = kind.measure(settings_, force);
-  });
-  return value;
-}
-
 double Channel::shown(double value) const {
   if (settings_.noise) value += *settings_.noise * normal(stream_, static_cast<std::uint64_t>(index_));
   if (!settings_.resolution)

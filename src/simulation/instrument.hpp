@@ -113,10 +113,15 @@ class Channel {
   double near() const { return 1e-9 / settings_.sampling; }
   double next_sample() const { return static_cast<double>(index_) / settings_.sampling; }
   Sensing sensing() const { return sensing_; }
-  /// The measured function of positions or velocities, before filter, noise and resolution.
-  double measure(const double* x) const;
-  /// The measured component of the force of an element.
-  double measure(const ElementForce& force) const;
+  /// The measured function of positions or velocities, or component of the force of an element, before
+  /// filter, noise and resolution.
+  double measure(const auto& x) const {
+    double value = 0;
+    with_kind(settings_.kind, [&](auto kind) {
+      if constexpr (requires { kind.measure(settings_, x); }) value = kind.measure(settings_, x);
+    });
+    return value;
+  }
   /// Advances to t1. Returns true if a sample is due there, and then goes to the next sample.
   bool feed(double t0, double t1, double v0, double v1);
   /// Applies a jump of the velocity between two intervals.
