@@ -145,12 +145,7 @@ SystemTracer::List SystemTracer::residuals(const EvaluationOf<Traced>& e) const 
 
 void SystemTracer::put_end(Trace& trace, int array, int gaps, const List& q, const EvaluationOf<Traced>& e) {
   trace.outputs(array, residuals(e));
-  const List rest(q.size());
-  for (int k = 0; k < system_.contacts(); ++k) {
-    ContactRowOf<Traced> row;
-    system_.contact(k, q.data(), rest.data(), e, row);
-    trace.output(gaps + k, 0, row.gap);
-  }
+  for (int k = 0; k < system_.contacts(); ++k) trace.output(gaps + k, 0, gap_at(k, q, e));
 }
 
 void SystemTracer::step_end(TracedObject& object, const SaddlePoint& saddle) {

@@ -33,34 +33,18 @@ class SystemTracer {
 
   void place(TracedObject& object) {
     Trace trace(object, "place");
-    const auto t = trace.input(0, 0, at_.t);
-    const auto q = coordinates(trace, 1, at_.q, true);
-    auto e = fresh(trace);
-    system_.place(t, q.data(), e);
-    trace.outputs(0, cosine_ = e.cosine);
-    trace.outputs(1, sine_ = e.sine);
-    trace.outputs(2, e.phi);
-    trace.outputs(3, e.phi_t);
-    trace.outputs(4, G_ = e.G);
-    trace.outputs(5, e.bend);
+    const auto e = placed(trace, nullptr);
+    cosine_ = e.cosine;
+    sine_ = e.sine;
+    G_ = e.G;
     for (std::size_t i = 0; i < G_.size(); ++i)
       fixed_.push_back(G_[i].node == trace.old(4, static_cast<int>(i)).node);
   }
   /// The same with curves on pieces (Reading).
   void place_in_pieces(TracedObject& object) const {
     Trace trace(object, "place_in_pieces");
-    const auto t = trace.input(0, 0, at_.t);
-    const auto q = coordinates(trace, 1, at_.q, true);
     const auto pieces = pieces_at(trace, 2);
-    auto e = fresh(trace);
-    e.pieces = pieces.data();
-    system_.place(t, q.data(), e);
-    trace.outputs(0, e.cosine);
-    trace.outputs(1, e.sine);
-    trace.outputs(2, e.phi);
-    trace.outputs(3, e.phi_t);
-    trace.outputs(4, e.G);
-    trace.outputs(5, e.bend);
+    placed(trace, pieces.data());
   }
   void rate(TracedObject& object) {
     Trace trace(object, "rate");
@@ -170,6 +154,21 @@ class SystemTracer {
 
  private:
   using List = std::vector<Traced>;
+  /// Records the functions `place`.
+  EvaluationOf<Traced> placed(Trace& trace, const PieceOf<Traced>* pieces) const {
+    const auto t = trace.input(0, 0, at_.t);
+    const auto q = coordinates(trace, 1, at_.q, true);
+    auto e = fresh(trace);
+    e.pieces = pieces;
+    system_.place(t, q.data(), e);
+    trace.outputs(0, e.cosine);
+    trace.outputs(1, e.sine);
+    trace.outputs(2, e.phi);
+    trace.outputs(3, e.phi_t);
+    trace.outputs(4, e.G);
+    trace.outputs(5, e.bend);
+    return e;
+  }
   void slide(TracedObject& object, const SaddlePoint& saddle, int contact) const;
   EvaluationOf<Traced> whole_state(Trace& trace, const SaddlePoint& saddle, List& v);
   void step_middle(TracedObject& object, const SaddlePoint& saddle);
