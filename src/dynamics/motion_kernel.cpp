@@ -37,10 +37,7 @@ bool MotionKernel::prepare(const System& system, SaddlePoint& saddle, Evaluation
   out_[13] = first;
   out_[14] = second;
   out_[15] = drive;
-  if (function(functions.constants.data(), in, out_.data()) != 0) {
-    ++functions.refused;
-    return false;
-  }
+  if (!functions.call(function, in, out_.data())) return false;
   saddle.take_compiled(least_.data());
   return true;
 }
@@ -69,10 +66,7 @@ bool MotionKernel::slide(const System& system, int k, const At& at, double facto
                         a,        lambda,   &factor, out_[7], out_[3]};
   double* out[] = {&row.gap, row.normal.value.data(), row.tangent.value.data(), &row.gamma_n, &row.gamma_t, a,
                    lambda,   &found.mobility};
-  if (functions.motion.slides[contact](functions.constants.data(), in, out) != 0) {
-    ++functions.refused;
-    return false;
-  }
+  if (!functions.call(functions.motion.slides[contact], in, out)) return false;
   const auto& pattern = functions.contacts[contact].pattern;
   const auto take_shape = [](SparseRow& to, const SparseRow& from) {
     if (to.size == from.size) return;  // the columns of a pair never change

@@ -271,18 +271,14 @@ bool System::place_compiled(double t, const double* q, Evaluation& e) const {
   if (!function) return false;
   const double* in[] = {&t, q, pieces ? &pieces->low : nullptr};
   double* out[] = {e.cosine.data(), e.sine.data(), e.phi.data(), e.phi_t.data(), e.G.data(), e.bend.data()};
-  if (function(functions_->constants.data(), in, out) == 0) return true;
-  ++functions_->refused;
-  return false;
+  return functions_->call(function, in, out);
 }
 
 bool System::rate_compiled(const double* q, const double* v, Evaluation& e) const {
   if (!functions_->rate) return false;
   const double* in[] = {q, v, e.cosine.data(), e.sine.data(), e.bend.data()};
   double* out[] = {e.gamma.data()};
-  if (functions_->rate(functions_->constants.data(), in, out) == 0) return true;
-  ++functions_->refused;
-  return false;
+  return functions_->call(functions_->rate, in, out);
 }
 
 bool System::forces_compiled(double t, const double* q, const double* v, const double* z, Evaluation& e,
@@ -302,9 +298,7 @@ bool System::forces_compiled(double t, const double* q, const double* v, const d
     in[8] = sweep->mean;
   }
   double* out[] = {e.force.data(), &e.power.drive, &e.power.load, &e.power.damping};
-  if (function(f.constants.data(), in, out) == 0) return true;
-  ++functions_->refused;
-  return false;
+  return functions_->call(function, in, out);
 }
 
 bool System::contact_compiled(int k, const double* q, const double* v, const Evaluation& e,
@@ -320,10 +314,7 @@ bool System::contact_compiled(int k, const double* q, const double* v, const Eva
                    &row.gamma_t,
                    &row.gamma_film,
                    &row.turn};
-  if (contact.function(functions_->constants.data(), in, out) != 0) {
-    ++functions_->refused;
-    return false;
-  }
+  if (!functions_->call(contact.function, in, out)) return false;
   const auto shape = [](SparseRow& to, const SparseRow& from) {
     to.size = from.size;
     to.column = from.column;

@@ -91,6 +91,12 @@ struct SystemFunctions {
   std::shared_ptr<const void> object;  ///< keeps the functions loaded
   long refused = 0;                    ///< calls in which a guard failed
   MotionFunctions motion;
+  /// Calls a function. Returns false if a guard failed.
+  bool call(CompiledFunction function, const double* const* in, double* const* out) {
+    if (function(constants.data(), in, out) == 0) return true;
+    ++refused;
+    return false;
+  }
 };
 
 /// The traced functions of a System, before they are compiled.
