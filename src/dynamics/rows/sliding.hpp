@@ -2,8 +2,7 @@
 // a.
 #pragma once
 
-#include "dynamics/kinematics.hpp"
-#include "numerics/sparse.hpp"
+#include "dynamics/pairs.hpp"
 
 namespace freeplay {
 
@@ -17,16 +16,8 @@ struct SlidingRow {
     const auto a = arms(link, q, e);
     const Vec2Of<T> along = turned(link.i, axis, e);
     row.clear();
-    if (link.i != ground) {
-      row.push(3 * link.i, -along.x());
-      row.push(3 * link.i + 1, -along.y());
-      row.push(3 * link.i + 2, -cross(a.ri, along));
-    }
-    if (link.j != ground) {
-      row.push(3 * link.j, along.x());
-      row.push(3 * link.j + 1, along.y());
-      row.push(3 * link.j + 2, cross(a.rj, along));
-    }
+    push(row, link.i, Vec2Of<T>(-along), T(-cross(a.ri, along)));
+    push(row, link.j, along, T(cross(a.rj, along)));
     const T wi = omega(v, link.i), wj = omega(v, link.j);
     return -(wi * dot(perp(along), relative_velocity(link, a, v)) + wi * wi * dot(along, a.ri) -
              wj * wj * dot(along, a.rj));
