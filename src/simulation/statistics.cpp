@@ -63,12 +63,6 @@ double LogHistogram::quantile(double p) const {
   return 0;
 }
 
-void LogHistogram::add(const LogHistogram& other) {
-  for (std::size_t b = 0; b < count_.size(); ++b) count_[b] += other.count_[b];
-  total_ += other.total_;
-  greatest_ = std::max(greatest_, other.greatest_);
-}
-
 void ContactStatistics::begin(const Layout& layout, const State&) {
   contacts_ = layout.contacts.size();
   const auto all = contacts_ + layout.families.size();

@@ -23,8 +23,6 @@ class LogHistogram {
   double greatest() const { return greatest_; }
   /// The p-quantile; 0 if the histogram is empty.
   double quantile(double p) const;
-  /// Adds the counts of another histogram.
-  void add(const LogHistogram& other);
   template <class M>
   void serialize(M& m) {
     m(count_, total_, greatest_);
