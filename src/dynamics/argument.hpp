@@ -76,6 +76,41 @@ T read_at_angle(const Piecewise& y, const M& m, const Link& link) {
                     [&](const auto* v) { return omega(v, link.j) - omega(v, link.i); });
 }
 
+/// A drive or load with a curve of its argument. Without a `factor` a load has no curve.
+template <class Facts>
+struct CurveDynamics : Facts {
+  Piecewise course = {};  ///< set by prepare()
+  ReadJoint read{this->other.of};
+
+  void prepare(const auto& mechanism) {
+    if (reads()) course = mechanism.curves[this->factor].lay();
+  }
+  bool reads() const {
+    if constexpr (requires { this->factor; })
+      return this->factor >= 0;
+    else
+      return true;
+  }
+  bool does_work() const { return true; }
+  bool needs_velocity() const { return reads() && this->against != Argument::time; }
+  double next_knot(double t) const {
+    return reads() && this->against == Argument::time ? course.next_knot(t) : INFINITY;
+  }
+  std::optional<Phase> phase(const Link& link) const {
+    return reads() ? phase_of(course, this->against, read.or_own(link)) : std::nullopt;
+  }
+  std::optional<CurveReader> reader(const Link& link) const {
+    return reads() ? reader_of(this->name, course, this->against, read.or_own(link)) : std::nullopt;
+  }
+  /// y at the angle or its rate, or at the time.
+  template <class T>
+  T read_turning(const auto& m, const Link& link) const {
+    const Link& at = read.or_own(link);
+    return read_at<T>(course, this->against, m, m.angle(at),
+                      [&](const T* v) { return omega(v, at.j) - omega(v, at.i); });
+  }
+};
+
 /// Geometry of a force along the axis of a sliding joint. The force acts on both bodies at the
 /// second one's point.
 template <class T>

@@ -10,44 +10,27 @@
 namespace freeplay {
 
 template <>
-struct Dynamics<TorqueCurveDrive> : TorqueCurveDrive {
-  Piecewise course = {};  ///< set by prepare()
-  ReadJoint read{other.of};
-
+struct Dynamics<TorqueCurveDrive> : CurveDynamics<TorqueCurveDrive> {
   void prepare(const auto& mechanism) { course = mechanism.curves[curve].lay(); }
   auto link(auto& b) const { return b.joint_link(joint); }
-  bool does_work() const { return true; }
-  bool needs_velocity() const { return against != Argument::time; }
-  double next_knot(double t) const { return against == Argument::time ? course.next_knot(t) : INFINITY; }
-  std::optional<Phase> phase(const Link& link) const { return phase_of(course, against, read.or_own(link)); }
-  std::optional<CurveReader> reader(const Link& link) const {
-    return reader_of(name, course, against, read.or_own(link));
-  }
 
   template <class T>
   void act(const auto& m, const auto& link, const T*, auto& out) const {
-    const Link& at = read.or_own(link);
-    const T torque = read_at<T>(course, against, m, m.angle(at),
-                                [&](const T* v) { return omega(v, at.j) - omega(v, at.i); });
+    const T torque = read_turning<T>(m, link);
     out.couple(link, torque);
     out.power.drive += torque * m.spin(link);
   }
 };
 
 template <>
-struct Dynamics<ForceDrive> : ForceDrive {
-  Piecewise course = {};  ///< set by prepare(), as is the axis
-  Vec2 axis{1, 0};
-  ReadJoint read{other.of};
+struct Dynamics<ForceDrive> : CurveDynamics<ForceDrive> {
+  Vec2 axis{1, 0};  ///< set by prepare()
 
   void prepare(const auto& mechanism) {
     course = force.lay(mechanism.curves);
     axis = std::get<TranslationalJoint>(mechanism.joints[joint]).axis;
   }
   auto link(auto& b) const { return b.joint_link(joint); }
-  bool does_work() const { return true; }
-  bool needs_velocity() const { return against != Argument::time; }
-  double next_knot(double t) const { return against == Argument::time ? course.next_knot(t) : INFINITY; }
   std::optional<Phase> phase(const Link& link) const {
     return phase_of(course, against, read.or_own(link), other.of >= 0 ? nullptr : &axis);
   }

@@ -10,15 +10,8 @@
 namespace freeplay {
 
 template <>
-struct Dynamics<ForceLoad> : ForceLoad {
-  Piecewise course = {};  ///< set by prepare()
-  ReadJoint read{other.of};
-
-  void prepare(const auto& mechanism) {
-    if (factor >= 0) course = mechanism.curves[factor].lay();
-  }
+struct Dynamics<ForceLoad> : CurveDynamics<ForceLoad> {
   auto link(auto& b) const { return b.free_link({ground, body}, {Vec2{0, 0}, at}); }
-  bool does_work() const { return true; }
   bool needs_velocity() const { return own || (factor >= 0 && against != Argument::time); }
   double next_knot(double t) const {
     return !own && factor >= 0 && against == Argument::time ? course.next_knot(t) : INFINITY;
