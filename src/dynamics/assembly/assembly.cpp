@@ -376,11 +376,6 @@ State assemble(const Mechanism& mechanism, RunOptions::Start start, std::string*
   return s;
 }
 
-State assemble(const Mechanism& mechanism, RunOptions::Start start, std::string* assumed,
-               const StopToken& stop) {
-  return assemble(mechanism, start, assumed, stop, {});
-}
-
 void start_from(Mechanism& mechanism, const State& state) {
   for (std::size_t b = 0; b < mechanism.bodies.size(); ++b) {
     auto& body = mechanism.bodies[b];

@@ -37,12 +37,10 @@ class System;
 /// requests, other starts are tried (other_starts.hpp).
 ///
 /// "equilibrium" descends from the assembled pose (equilibrium.hpp) with rigid contacts and reports
-/// its result in `assumed`. Driven parts then move, all others rest.
+/// its result in `assumed`, then with contacts whose elastic force is `elastic`. Driven parts then
+/// move, all others rest.
 State assemble(const Mechanism& mechanism, RunOptions::Start start, std::string* assumed = nullptr,
-               const StopToken& stop = {});
-/// As above, with contacts whose elastic force is `elastic`.
-State assemble(const Mechanism& mechanism, RunOptions::Start start, std::string* assumed,
-               const StopToken& stop, const Compliances& elastic);
+               const StopToken& stop = {}, const Compliances& elastic = {});
 
 /// Sets the bodies' initial positions and velocities to those of a state.
 void start_from(Mechanism& mechanism, const State& state);
