@@ -33,14 +33,7 @@ std::vector<std::vector<Side>> sides_of(const Mechanism& m) {
 
 bool is_driven(const Mechanism& m, int joint) {
   return std::ranges::any_of(m.drives, [&](const Drive& drive) {
-    return std::visit(
-        [&](const auto& d) {
-          if constexpr (requires { d.joint == joint; })
-            return d.joint == joint;
-          else
-            return false;
-        },
-        drive);
+    return std::visit([&](const auto& d) { return d.joint == joint; }, drive);
   });
 }
 

@@ -39,10 +39,7 @@ bool held_angle(const Mechanism& m, int joint, double& angle) {
   for (const auto& drive : m.drives)
     if (std::visit(
             [&](const auto& d) {
-              if constexpr (requires {
-                              d.joint == joint;
-                              d.initial_angle + 0.0;
-                            }) {
+              if constexpr (requires { d.initial_angle + 0.0; }) {
                 if (d.joint != joint) return false;
                 angle = d.initial_angle;
                 return true;
