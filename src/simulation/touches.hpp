@@ -31,23 +31,9 @@ struct OnsetDifference {
 /// infinite if one event is an impact and the other the beginning of a lasting contact.
 double touch_off(const ContactEvent& found, const ContactEvent& reference, double interval);
 
-/// Compares onsets one by one, in the order of the reference. Simultaneous impacts of two contacts
-/// may be in either order: onsets within 1e-6 of their time share the preceding interval.
-class OnsetComparison {
- public:
-  /// Adds an onset of the same contact in both runs.
-  void add(const ContactEvent& found, const ContactEvent& reference);
-  const OnsetDifference& so_far() const { return sum_; }
-  /// The difference of the last onset alone.
-  double last() const { return last_; }
-
- private:
-  OnsetDifference sum_;
-  double before_ = 0, since_ = 0, last_ = 0;
-};
-
 /// Compares the onsets of `found` with those of `reference`, for each contact in their order.
-/// Additional onsets of `found` do not count.
+/// Additional onsets of `found` do not count. Simultaneous impacts of two contacts may be in either
+/// order: onsets within 1e-6 of their time share the preceding interval.
 OnsetDifference onset_difference(const std::vector<ContactEvent>& found,
                                  const std::vector<ContactEvent>& reference);
 
