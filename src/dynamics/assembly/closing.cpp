@@ -149,8 +149,9 @@ class Assembly : public Ipopt::TNLP {
   double heaviest_ = 1;
 };
 
-}  // namespace
-
+/// Moves q to the solution of the program of assembly.hpp, without the rows `left_out` (ascending).
+/// On failure q is Ipopt's last iterate, the point nearest to closure that it found. Polls `stop`
+/// at each iteration and throws Interrupted if it is set.
 void least_movement(const System& system, const std::vector<double>& start, const std::vector<int>& left_out,
                     const Metric& metric, std::vector<double>& q, const StopToken& stop) {
   static std::mutex one_at_a_time;  // MUMPS, the linear solver of Debian's Ipopt, has global state
@@ -168,6 +169,8 @@ void least_movement(const System& system, const std::vector<double>& start, cons
   ipopt->OptimizeTNLP(problem);
   if (stop()) throw Interrupted();
 }
+
+}  // namespace
 
 double length_scale(const System& system) {
   double scale = system.longest_arm();
