@@ -1,6 +1,7 @@
 #include "dynamics/assembly/turn_survey.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <numbers>
 #include <utility>
@@ -30,7 +31,17 @@ int rows_of(const Mechanism& m, int k) {
          }));
 }
 
-/// The search for dyads.
+/// Two bodies with a common joint J that two bodies of known motion carry, by a pin or a guide each. A
+/// massless rod and a guided or pinned body are a dyad, too. Known are the ground, the bodies of
+/// prescribed motion, and in turn every body that joints to known bodies fix by three rows, and both
+/// bodies of a dyad.
+struct Dyad {
+  int joint = -1;                ///< J: index into Mechanism::joints
+  std::array<int, 2> bodies{};   ///< equal for a rod and a body
+  std::array<int, 2> carried{};  ///< the joints that carry them; the rod itself for a rod
+};
+
+/// The search for the dyads of an ideal mechanism, beginning at the ground.
 class Growth {
  public:
   explicit Growth(const Mechanism& m) : m_(m), known_(m.bodies.size(), 0) {}
@@ -91,10 +102,7 @@ class Growth {
   std::vector<Dyad> found_;
 };
 
-}  // namespace
-
-std::vector<Dyad> dyads(const Mechanism& mechanism) { return Growth(mechanism).grow(); }
-
+/// Transmission angle (rad, from 0 to π/2) of a dyad in the pose q.
 double transmission_angle(const Mechanism& m, const Dyad& dyad, const std::vector<double>& q) {
   const auto end_on = [&](int joint, int body) {
     return end_place(joint_of(m, joint), bodies_of(joint_of(m, joint))[0] == body ? 0 : 1, q);
@@ -112,8 +120,6 @@ double transmission_angle(const Mechanism& m, const Dyad& dyad, const std::vecto
   }
   return std::atan2(std::abs(cross(along[0], along[1])), std::abs(dot(along[0], along[1])));
 }
-
-namespace {
 
 constexpr double full_turn = 2 * std::numbers::pi;
 constexpr int intervals = 72;
@@ -276,7 +282,7 @@ std::vector<OutputMotion> outputs_of(const Mechanism& m, const Turn& turn, int d
 
 std::vector<TransmissionAngle> transmission_of(const Mechanism& m, const Turn& turn) {
   std::vector<TransmissionAngle> list;
-  for (const auto& dyad : dyads(m)) {
+  for (const auto& dyad : Growth(m).grow()) {
     if (list.size() == most_examined) break;
     const auto extreme = [&](double sign) {
       const auto f = [&](const auto& q) { return sign * transmission_angle(m, dyad, q); };
