@@ -15,11 +15,6 @@ void take_shape(SparseRow& row, const SparseRow& pattern) {
   row.column = pattern.column;
 }
 
-bool refuse(SystemFunctions& f) {
-  ++f.refused;
-  return false;
-}
-
 }  // namespace
 
 /// Collects the arguments; step_ stays null if rows are eliminated otherwise.
@@ -79,7 +74,7 @@ bool StepKernel::middle(StepData& s, ContactSet& contacts) {
   const double t = s.t_old + 0.5 * h_;
   const double* in[] = {&t, &h_, s.q_old.data(), s.v_old.data()};
   middle_out_[9] = s.v.data();
-  if (f.step.middle(f.solve.constants, in, middle_out_.data()) != 0) return refuse(f);
+  if (!f.call(f.step.middle, in, middle_out_.data())) return false;
   for (std::size_t k = 0; k < rates_.size(); ++k) {
     auto& row = contacts[static_cast<int>(k)].row;
     const auto& pattern = f.contacts[k].pattern;
@@ -106,7 +101,7 @@ bool StepKernel::again(StepData& s, const ContactSet& contacts, const double* v_
     in[12 + 2 * k] = row.tangent.value.data();
     out[4 + k] = &rates_[k].normal;
   }
-  return f.step.again(f.solve.constants, in.data(), out.data()) == 0 || refuse(f);
+  return f.call(f.step.again, in.data(), out.data());
 }
 
 const double* StepKernel::respond(const StepData& s, int contact, const Response& at) {
@@ -132,13 +127,13 @@ bool StepKernel::end(StepData& s) {
   end_in_[3] = s.v_old.data();
   end_in_[4] = s.v.data();
   end_out_[1] = s.q.data();
-  return f.step.end(f.solve.constants, end_in_.data(), end_out_.data()) == 0 || refuse(f);
+  return f.call(f.step.end, end_in_.data(), end_out_.data());
 }
 
 bool StepKernel::reached(StepData& s) {
   auto& f = s.system.functions();
   const double* in[] = {&s.t, s.q.data(), s.q_mid.data(), s.middle.cosine.data(), s.middle.sine.data()};
-  if (f.step.reached(f.solve.constants, in, reached_out_.data()) != 0) return refuse(f);
+  if (!f.call(f.step.reached, in, reached_out_.data())) return false;
   for (const double x : s.q) sum_ += x - x;
   return true;
 }
