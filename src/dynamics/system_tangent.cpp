@@ -14,15 +14,6 @@ namespace {
 
 using List = std::vector<Traced>;
 
-/// Cosines and sines of the angles in q that `takes` selects.
-void turn(const List& q, EvaluationOf<Traced>& e, auto takes) {
-  for (std::size_t b = 0; b < e.cosine.size(); ++b) {
-    if (!takes(static_cast<int>(b))) continue;
-    e.cosine[b] = cos(q[3 * b + 2]);
-    e.sine[b] = sin(q[3 * b + 2]);
-  }
-}
-
 List ones(Trace& trace, int array, int size) {
   return trace.inputs(array, std::vector<double>(static_cast<std::size_t>(size), 1));
 }
@@ -75,7 +66,11 @@ void trace_contact(TracedObject& object, const System& system, const State& at, 
   const auto normal = trace.input(of_contact, 0, 1), sticking = trace.input(of_contact, 1, 0),
              slip = trace.input(of_contact, 2, 1);
   auto e = system.make_evaluation<Traced>();
-  turn(q, e, [&](int b) { return b == facts.bodies[0] || b == facts.bodies[1]; });
+  for (std::size_t b = 0; b < e.cosine.size(); ++b) {
+    if (std::ranges::find(facts.bodies, static_cast<int>(b)) == facts.bodies.end()) continue;
+    e.cosine[b] = cos(q[3 * b + 2]);
+    e.sine[b] = sin(q[3 * b + 2]);
+  }
   ContactRowOf<Traced> row;
   system.contact(k, q.data(), v.data(), e, row);
   std::map<int, Traced> force;
