@@ -4,7 +4,7 @@
 //     G Z = 0,   Zᵀ M Z = 1,      u = (Zᵀ M δq, T Zᵀ M δv, δz/scale),
 //
 // so that a tangent vector has 2f components for f degrees of freedom, and one for each first-order state
-// of elements. T is a constant time. Used by tangent_run.hpp and penalty/penalty_tangent_run.hpp.
+// of elements. T is a constant time. Used by tangent_run.hpp.
 #pragma once
 
 #include <functional>

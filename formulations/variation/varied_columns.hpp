@@ -8,7 +8,7 @@
 // state, are differences of fourth order of closed forms at a fixed mode (differences.hpp). For this, each
 // parameter has four systems with displaced values, and closer ones where a kink is within the first. No
 // trajectory is differenced. Where the equations can be traced (trace()), f_p is exact, too, but for the
-// differences of the constants in them. A column ends where there is no derivative, with a reason (refuse()).
+// differences of the constants in them.
 //
 // A Dynamics has the members system, knot, size(), state_offset(), operator() and directional(), and
 // these functions of its namespace (optionally pin() and unpin(), between which it is evaluated beside one
@@ -46,31 +46,53 @@
 
 namespace freeplay {
 
-template <class Dynamics>
-class VariedColumns {
+/// S, whatever the dynamics. A column ends where there is no derivative, with a reason.
+class DerivativeColumns {
  public:
   using Vector = std::vector<double>;
-  /// A function of the state, evaluated with the dynamics of the nominal or of a displaced system.
-  using Function = std::function<Vector(Dynamics&, const Vector& x, double t)>;
   using Onset = VariedOnset;
 
   /// From now on all columns have no derivative, for this reason.
   void refuse(const std::string& reason) {
     for (std::size_t c = 0; c < keys_.size(); ++c) refuse(c, reason);
   }
+  /// Ends a column, for this reason.
+  void refuse(std::size_t c, const std::string& reason) {
+    if (!open(c)) return;
+    reasons_[c] = reason;
+    std::ranges::fill(S_[c], 0.0);
+  }
   /// The reason why a column has ended; empty if it has not.
   const std::string& reason(std::size_t c) const { return reasons_[c]; }
   const std::vector<Onset>& onsets() const { return onsets_; }
   void forget_onsets() { onsets_.clear(); }
-  /// dx/dp of all columns. A caller may replace them between steps (tangent_run.hpp).
+  /// A caller may replace them between steps (tangent_run.hpp).
   std::vector<Vector>& columns() { return S_; }
   /// Continues with the columns of another object.
-  void take_columns(const VariedColumns& from) {
+  void take_columns(const DerivativeColumns& from) {
     S_ = from.S_;
     reasons_ = from.reasons_;
   }
-  /// Ends a column, for this reason.
-  void end_column(std::size_t c, const std::string& reason) { refuse(c, reason); }
+  long evaluations() const { return evaluations_; }
+
+ protected:
+  explicit DerivativeColumns(std::vector<VariedKey> keys) : keys_(std::move(keys)), reasons_(keys_.size()) {}
+  ~DerivativeColumns() = default;
+  bool open(std::size_t c) const { return reasons_[c].empty(); }
+
+  std::vector<VariedKey> keys_;
+  std::vector<Vector> S_;
+  std::vector<std::string> reasons_;
+  std::vector<Onset> onsets_;
+  long evaluations_ = 0;
+};
+
+template <class Dynamics>
+class VariedColumns : public DerivativeColumns {
+ public:
+  /// A function of the state, evaluated with the dynamics of the nominal or of a displaced system.
+  using Function = std::function<Vector(Dynamics&, const Vector& x, double t)>;
+
   /// Value and derivatives of a function at the end of the run, at x and t in the present mode of
   /// `dynamics`.
   template <class Present>
@@ -93,7 +115,6 @@ class VariedColumns {
   double mean(std::size_t i, double begin, double end) const { return integrals_[i] / (end - begin); }
   template <class Present>
   Vector mean_derivatives(std::size_t i, const Present& dynamics, const Vector& x, double begin, double end);
-  long evaluations() const { return evaluations_; }
   /// Signals whose peaks are needed; called before the run.
   void watch_peaks(std::vector<PeakChannel> channels) { peaks_.watch(std::move(channels), keys_.size()); }
   /// The peak of a signal at the end of the run, at x and t in the present mode of `dynamics`.
@@ -187,16 +208,10 @@ class VariedColumns {
   /// The traced equations of the nominal system near a state, with all keys as parameters; null if there are
   /// none.
   std::unique_ptr<SystemTangent> traced(const State& near, SystemTangent::Use use) const;
-  bool open(std::size_t c) const { return reasons_[c].empty(); }
   /// Whether steps need not be followed.
   bool idle() const {
     return integrands_.empty() && !peaks_.any() &&
            std::ranges::none_of(reasons_, [](const auto& r) { return r.empty(); });
-  }
-  void refuse(std::size_t c, const std::string& reason) {
-    if (!open(c)) return;
-    reasons_[c] = reason;
-    std::ranges::fill(S_[c], 0.0);
   }
   /// Copies the mode to all objects.
   template <class Present>
@@ -241,16 +256,12 @@ class VariedColumns {
     for (std::size_t i = 0; i < y.size(); ++i) y[i] += factor * x[i];
   }
 
-  std::vector<VariedKey> keys_;
   std::unique_ptr<Dynamics> probe_;
   std::vector<Displaced> displaced_;
   /// The dynamics of another value of a parameter, in the present mode; without it there are no closer
   /// values.
   std::function<std::unique_ptr<Dynamics>(const System&)> twin_of_;
   std::vector<int> approaching_;  // contacts of the impact whose derivatives are formed
-  std::vector<Vector> S_;         // columns, of the integrated vector
-  std::vector<std::string> reasons_;
-  std::vector<Onset> onsets_;
   std::vector<Column> integrands_;
   Vector integrals_;                    // ∫ of the integrands
   std::vector<Vector> integral_rates_;  // their derivatives, one list for each column
@@ -259,7 +270,6 @@ class VariedColumns {
   std::array<Vector, 6> f_;  // of advance_stages()
   /// s, dt of each column: in advance_stages(), S is the derivative at times that change by it.
   Vector shifts_;
-  long evaluations_ = 0;
   VariedPeaks peaks_;
 
  private:
@@ -302,10 +312,9 @@ template <class Dynamics>
 VariedColumns<Dynamics>::VariedColumns(std::unique_ptr<Dynamics> probe, std::vector<VariedKey> keys,
                                        std::vector<Displaced> displaced, std::vector<Column> integrands,
                                        double length, double duration)
-    : keys_(std::move(keys)),
+    : DerivativeColumns(std::move(keys)),
       probe_(std::move(probe)),
       displaced_(std::move(displaced)),
-      reasons_(keys_.size()),
       integrands_(std::move(integrands)),
       integrals_(integrands_.size()),
       integral_rates_(keys_.size(), Vector(integrands_.size())),

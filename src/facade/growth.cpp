@@ -7,6 +7,7 @@
 #include "facade/simulation.hpp"
 #include "formulations/variation/tangent_run.hpp"
 #include "mechanism/scene.hpp"
+#include "values/family.hpp"
 
 namespace freeplay {
 namespace {
@@ -32,21 +33,24 @@ Growth growth_of_impact_errors(const Scene& scene, const GrowthRequest& request)
   Simulation simulation(scene, "nonsmooth", {.start = {}, .stop = request.stop});
   const auto& given = simulation.scene();
   const System system(given.mechanism);
-  TangentRun run({.scene = given,
-                  .system = system,
-                  .start = simulation.state(),
-                  .end = request.end,
-                  .restitution = request.restitution,
-                  .stop = request.stop,
-                  .predict = false});
-  run.vary({std::vector<double>(static_cast<std::size_t>(2 * system.n() + system.states()))});
   std::vector<std::size_t> impacts(request.errors.size());
-  run.respond_to([&](int contact) -> Variation::ImpactError {
+  const auto error_of = [&](int contact) -> Variation::ImpactError {
     const auto k = static_cast<std::size_t>(contact);
     if (k >= impacts.size() || request.errors[k].empty()) return {};
     const auto& error = request.errors[k][std::min(impacts[k]++, request.errors[k].size() - 1)];
     return {error.delay, error.excess};
-  });
+  };
+  const auto tangents = make_tangent_run({.scene = given,
+                                          .system = system,
+                                          .start = simulation.state(),
+                                          .end = request.end,
+                                          .restitution = request.restitution,
+                                          .stop = request.stop,
+                                          .predict = false,
+                                          .impact_error = error_of},
+                                         Family::nonsmooth);
+  auto& run = *tangents;
+  run.vary({std::vector<double>(static_cast<std::size_t>(2 * system.n() + system.states()))});
   Growth found;
   std::vector<double> last(static_cast<std::size_t>(system.contacts()), simulation.t());
   while (run.t() < request.end && found.ended.empty()) {

@@ -36,7 +36,7 @@ constexpr int steps_between = 8;
 constexpr int samples_of_batch = 10;
 /// Share of the transient without tangent vectors, until the motion is near its attractor.
 constexpr double plain_share = 0.5;
-/// Tangent vectors begin where Run::may_vary() holds, or at this share of the transient.
+/// Tangent vectors begin where TangentRun::may_vary() holds, or at this share of the transient.
 constexpr double latest_share = 0.8;
 /// Multipliers below this are the errors of the differences at events (1e-12) and of nearly equal zeros.
 constexpr double vanished_multiplier = 1e-6;
@@ -58,12 +58,10 @@ struct Sums {
   double predicted() const { return flow + impacts; }
 };
 
-/// `Run`: TangentRun or PenaltyTangentRun.
-template <class Run>
 class Spectrum {
  public:
   /// `count`: number of vectors; 0: all.
-  Spectrum(Run& run, int count) : run_(run), count_(static_cast<std::size_t>(count)) {}
+  Spectrum(TangentRun& run, int count) : run_(run), count_(static_cast<std::size_t>(count)) {}
 
   void begin() {
     run_.vary(vectors());
@@ -108,7 +106,7 @@ class Spectrum {
     return list;
   }
 
-  Run& run_;
+  TangentRun& run_;
   std::size_t count_;
   Sums sums_;
 };
@@ -121,8 +119,8 @@ double mean_growth(double from, double to, double time) {
 double total(const std::vector<double>& logs) { return std::accumulate(logs.begin(), logs.end(), 0.0); }
 
 /// The exponents from the sums at the ends of the batches; `order`: their places among the vectors.
-template <class Run>
-std::vector<std::size_t> take_exponents(const std::vector<Sums>& ends, const Run& run, Lyapunov& found) {
+std::vector<std::size_t> take_exponents(const std::vector<Sums>& ends, const TangentRun& run,
+                                        Lyapunov& found) {
   const auto& first = ends.front();
   const auto& last = ends.back();
   const double length = last.t - first.t;
@@ -175,8 +173,7 @@ void check(const Scene& scene, const LyapunovRequest& request) {
 
 /// To the end of the transient at `until` (s), where the vectors have aligned. Returns false if the run ends
 /// before.
-template <class Run>
-bool pass_transient(Run& run, Spectrum<Run>& spectrum, double until, double first_step) {
+bool pass_transient(TangentRun& run, Spectrum& spectrum, double until, double first_step) {
   const double begin = run.t();
   const double plain = begin + plain_share * (until - begin), latest = begin + latest_share * (until - begin);
   // The first step determines the mode: contacts that are closed there have no own coordinates.
@@ -190,8 +187,7 @@ bool pass_transient(Run& run, Spectrum<Run>& spectrum, double until, double firs
 }
 
 /// ln|μ| of the multipliers μ of a cycle from here, the greatest first; empty if the run or a vector ends.
-template <class Run>
-std::vector<double> cycle_logs(Run& run, double cycle) {
+std::vector<double> cycle_logs(TangentRun& run, double cycle) {
   const double end = run.t() + cycle;
   const auto Z = run.directions();
   run.vary(run.full());
@@ -208,8 +204,7 @@ std::vector<double> cycle_logs(Run& run, double cycle) {
 }
 
 /// The exponents of a motion that repeats after request.cycle.
-template <class Run>
-void find_cycle_exponents(Run& run, const LyapunovRequest& request, Lyapunov& found) {
+void find_cycle_exponents(TangentRun& run, const LyapunovRequest& request, Lyapunov& found) {
   const double latest = found.transient + request.cycle;
   while (run.t() < found.transient || (!run.may_vary() && run.t() < latest))
     if (!run.step(run.t() < found.transient ? found.transient : latest)) {
@@ -246,15 +241,14 @@ void find_cycle_exponents(Run& run, const LyapunovRequest& request, Lyapunov& fo
   found.cost = run.cost();
 }
 
-template <class Run>
-void find_exponents(Run& run, const LyapunovRequest& request, double end, Lyapunov& found) {
+void find_exponents(TangentRun& run, const LyapunovRequest& request, double end, Lyapunov& found) {
   if (run.full().empty())
     throw ModelError("", "the drives determine the motion of all bodies: it has no degrees of freedom");
   if (request.cycle > 0) {
     find_cycle_exponents(run, request, found);
     return;
   }
-  Spectrum<Run> spectrum(run, request.exponents);
+  Spectrum spectrum(run, request.exponents);
   if (!pass_transient(run, spectrum, found.transient, 1e-6 * end)) {
     found.failure = run.failure();
     return;
@@ -315,13 +309,8 @@ Lyapunov lyapunov(const Scene& scene, const LyapunovRequest& request) {
                               .restitution = {},
                               .stop = request.stop,
                               .predict = request.exponents == 0};
-  if (family_of(request.formulation) == Family::penalty) {
-    PenaltyTangentRun run(plan);
-    find_exponents(run, request, end, found);
-  } else {
-    TangentRun run(plan);
-    find_exponents(run, request, end, found);
-  }
+  const auto run = make_tangent_run(plan, family_of(request.formulation));
+  find_exponents(*run, request, end, found);
   return found;
 }
 
