@@ -4,6 +4,7 @@
 #include <cmath>
 #include <memory>
 #include <stdexcept>
+#include <utility>
 
 #include "dynamics/system_functions.hpp"
 #include "dynamics/system_tracer.hpp"
@@ -15,53 +16,10 @@
 namespace freeplay {
 namespace {
 
-/// Ordinary steps that are worth the way into the lane and out of it.
-constexpr double fewest_lane_steps = 4;
-/// After as many steps, stop requests are looked for.
-constexpr double most_steps = 1000;
-
-}  // namespace
-
-Ending run_in_single_lane(Formulation& formulation, double until, Watch& watch,
-                          const std::function<double()>& next_shown,
-                          const std::function<const SingleLane*()>& lane) {
-  auto* fixed = dynamic_cast<Marched<MoreauStepper>*>(&formulation);
-  if (!fixed) return formulation.run(until, watch);
-  auto& alone = *fixed;
-  auto steps = alone.march(until, watch);
-  const SingleLane* single = nullptr;
-  std::optional<LaneGroup> group;
-  // The last steps are the run's own, since they may be shorter.
-  const auto unseen = [&] {
-    const auto& s = alone.stepper();
-    const double end = std::min(next_shown(), until);
-    return std::min(std::floor((end - s.t()) / s.fixed_length() - 1.01), most_steps);
-  };
-  while (steps.step()) {
-    if (!single) {
-      single = lane();
-      if (!single) continue;
-      if (single->functions.lanes == 1) {
-        group.emplace(single->functions, alone.stepper());
-        group->enter(0, {&alone.stepper(), &single->constants, &alone.passed()});
-      }
-    }
-    if (!group) continue;
-    const double most = unseen();
-    if (most < fewest_lane_steps || !group->ready(0)) continue;
-    group->load(0);
-    group->advance(1, static_cast<long>(most));
-    group->store(0);
-  }
-  return alone.finish(steps, watch);
-}
-
-namespace {
-
 using Laned = Marched<MoreauStepper>;
 
-/// Ordinary steps that are worth the way into a lane and out of it.
-constexpr double fewest_ordinary = 8;
+/// Ordinary steps that are worth the way into one of several lanes and out of it, and into a single one.
+constexpr double fewest_ordinary = 8, fewest_alone = 4;
 /// After as many steps, stop requests are looked for.
 constexpr double most_at_once = 1000;
 /// The same where the steps are recorded; their records stay in the cache.
@@ -143,15 +101,20 @@ struct Lane {
 /// The lanes of one group.
 class Lanes {
  public:
-  Lanes(const LaneFunctions& functions, const std::function<std::optional<LaneRun>()>& next)
-      : functions_(functions), next_(next), lanes_(static_cast<std::size_t>(functions.lanes)) {}
+  using Next = std::function<std::optional<LaneRun>()>;
+  using Single = std::function<const SingleLane*()>;
+
+  Lanes(const LaneFunctions& functions, const Next& next)
+      : functions_(&functions), next_(next), lanes_(static_cast<std::size_t>(functions.lanes)) {}
+  /// A single lane, whose functions may come later.
+  Lanes(const Next& next, const Single& single) : next_(next), single_(&single), lanes_(1) {}
 
   void run() {
     for (;;) {
       unsigned inside = 0;
       double most = most_at_once;
       bool followed = false;
-      for (int i = 0; i < functions_.lanes; ++i) {
+      for (int i = 0; i < static_cast<int>(lanes_.size()); ++i) {
         auto& lane = lanes_[static_cast<std::size_t>(i)];
         while (!lane.inside && (lane.run || enter(i, lane))) walk(i, lane);
         if (!lane.inside) continue;
@@ -163,7 +126,7 @@ class Lanes {
       group_->record(followed ? most_recorded : 0);
       const long bound = followed ? most_recorded : static_cast<long>(most_at_once);
       const unsigned leaving = group_->advance(inside, std::min(static_cast<long>(most), bound));
-      for (int i = 0; i < functions_.lanes; ++i) {
+      for (int i = 0; i < static_cast<int>(lanes_.size()); ++i) {
         auto& lane = lanes_[static_cast<std::size_t>(i)];
         if (!lane.inside) continue;
         const bool leaves = (leaving >> i & 1) != 0;
@@ -185,15 +148,22 @@ class Lanes {
     lane.in_lanes = 0;
     lane.steps = std::make_unique<Laned::Steps>(lane.formulation->march(lane.run->until, *lane.run->watch));
     lane.followed = lane.run->follow ? std::make_unique<LaneStep>(lane.formulation->system()) : nullptr;
-    if (!group_) group_ = std::make_unique<LaneGroup>(functions_, lane.formulation->stepper());
-    group_->enter(i, {&lane.formulation->stepper(), lane.run->constants, &lane.formulation->passed()});
+    if (functions_) join(i, lane, *functions_, *lane.run->constants);
     return true;
+  }
+  void join(int i, Lane& lane, const LaneFunctions& functions, const std::vector<double>& constants) {
+    if (!group_) group_ = std::make_unique<LaneGroup>(functions, lane.formulation->stepper());
+    group_->enter(i, {&lane.formulation->stepper(), &constants, &lane.formulation->passed()});
   }
   /// Steps of a run alone until it may be loaded, or its end.
   void walk(int i, Lane& lane) {
     while (lane.steps->step()) {
+      if (!group_) {
+        if (found_ || !(found_ = (*single_)()) || found_->functions.lanes != 1) continue;
+        join(i, lane, found_->functions, found_->constants);
+      }
       lane.left = lane.unseen();
-      if (!(lane.left >= fewest_ordinary && group_->ready(i))) continue;
+      if (!(lane.left >= (single_ ? fewest_alone : fewest_ordinary) && group_->ready(i))) continue;
       group_->load(i);
       lane.inside = true;
       return;
@@ -204,8 +174,10 @@ class Lanes {
     run.ended(lane.formulation->finish(*lane.steps, *run.watch), lane.in_lanes);
   }
 
-  const LaneFunctions& functions_;
-  const std::function<std::optional<LaneRun>()>& next_;
+  const LaneFunctions* functions_ = nullptr;
+  const Next& next_;
+  const Single* single_ = nullptr;
+  const SingleLane* found_ = nullptr;  // of single_
   std::vector<Lane> lanes_;
   std::unique_ptr<LaneGroup> group_;  // of the first run
   bool none_ = false;                 // whether `next` had none since the last end of a run
@@ -220,6 +192,22 @@ bool fits_lanes(Formulation& formulation) {
 
 void run_in_lanes(const LaneFunctions& functions, const std::function<std::optional<LaneRun>()>& next) {
   Lanes(functions, next).run();
+}
+
+Ending run_in_single_lane(Formulation& formulation, double until, Watch& watch,
+                          const std::function<double()>& next_shown,
+                          const std::function<const SingleLane*()>& lane) {
+  if (!dynamic_cast<Laned*>(&formulation)) return formulation.run(until, watch);
+  Ending ending;
+  std::optional<LaneRun> run = LaneRun{.formulation = &formulation,
+                                       .until = until,
+                                       .watch = &watch,
+                                       .next_shown = next_shown,
+                                       .follow = {},
+                                       .constants = nullptr,
+                                       .ended = [&](const Ending& e, long) { ending = e; }};
+  Lanes([&] { return std::exchange(run, {}); }, lane).run();
+  return ending;
 }
 
 namespace {
