@@ -1,7 +1,6 @@
 #include "formulations/contact/contact_law.hpp"
 
 #include <fmt/format.h>
-#include <boost/math/tools/toms748_solve.hpp>
 
 #include <algorithm>
 #include <cmath>
@@ -12,6 +11,7 @@
 #include "generated/contact_laws.hpp"
 #include "mechanism/error.hpp"
 #include "mechanism/scene.hpp"
+#include "numerics/bracketed_root.hpp"
 
 namespace freeplay {
 namespace {
@@ -154,25 +154,14 @@ double elastic_duration(const ElasticLaw& law, double mass, double speed) {
   double hi = std::min(1e-9, 0.5 * law.limit());
   while (law.energy(hi) < kinetic && 2 * hi < law.limit()) hi *= 2;
   if (!(law.energy(hi) >= kinetic)) return 2 * hi / speed;
-  std::uintmax_t most = 60;
-  const auto [a, b] =
-      boost::math::tools::toms748_solve([&](double d) { return law.energy(d) - kinetic; }, 0.0, hi,
-                                        boost::math::tools::eps_tolerance<double>(40), most);
-  const double depth = 0.5 * (a + b), p = depth * law.force(depth) / kinetic;  // p = n + 1
+  const double depth = bracketed_root([&](double d) { return law.energy(d) - kinetic; }, 0.0, hi, {40, 60}),
+               p = depth * law.force(depth) / kinetic;  // p = n + 1
   return 2 * depth / speed * std::sqrt(pi) * std::tgamma(1 + 1 / p) / std::tgamma(0.5 + 1 / p);
 }
 
 // Damping factors χ(e) and the restitution that they deliver; contact_law.hpp has the equation.
 
 namespace {
-
-template <class F>
-double root(F f, double lo, double hi) {
-  std::uintmax_t iterations = 200;
-  const auto [a, b] =
-      boost::math::tools::toms748_solve(f, lo, hi, boost::math::tools::eps_tolerance<double>(52), iterations);
-  return 0.5 * (a + b);
-}
 
 /// Near e = 1 the terms of the equation cancel. The series of the equation, divided by χ²,
 ///     (1 − e²)/2 − χ(1 + e³)/3 + χ²(1 − e⁴)/4 − χ³(1 + e⁵)/5 + χ⁴(1 − e⁶)/6 = 0,
@@ -206,7 +195,7 @@ double delivered_restitution(double chi) {
   const double log_chi = std::log1p(chi);
   const auto f = [&](double y) { return chi - std::expm1(y) + y - log_chi; };
   // f < 0 at y = ln(1 + χ) − χ − 2 and f > 0 at 0; near χ = 0 the root tends to −χ.
-  const double y = root(f, log_chi - chi - 2, 0);
+  const double y = bracketed_root(f, log_chi - chi - 2, 0, {52, 200});
   return -std::expm1(y) / chi;
 }
 
@@ -224,7 +213,7 @@ double exact_damping_factor(double restitution) {
   while (f(near) <= 0) near *= 0.5;
   double far = -(1 + 1 / e) * 2;
   while (f(far) >= 0) far *= 2;
-  return -std::expm1(root(f, far, near)) / e;
+  return -std::expm1(bracketed_root(f, far, near, {52, 200})) / e;
 }
 
 double damping_factor(ContactLaw law, double restitution) {

@@ -1,11 +1,10 @@
 #include "formulations/contact/film.hpp"
 
-#include <boost/math/tools/toms748_solve.hpp>
-
 #include <algorithm>
 #include <cmath>
 #include <numbers>
 
+#include "numerics/bracketed_root.hpp"
 #include "numerics/dual.hpp"
 
 namespace freeplay {
@@ -114,10 +113,7 @@ Film::Force<T> Film::force(const T& epsilon, const std::type_identity_t<T>& w_r,
     if (tangential == 0) {
       if (radial < 0) return {};
     } else {
-      std::uintmax_t most = 100;
-      const auto [lo, hi] = boost::math::tools::toms748_solve(
-          sign, -pi, pi, boost::math::tools::eps_tolerance<double>(50), most);
-      (tangential > 0 ? a : b) = 0.5 * (lo + hi);
+      (tangential > 0 ? a : b) = bracketed_root(sign, -pi, pi, {50, 100});
     }
   }
   const auto I = long_integrals(a, b, epsilon, w_r, w_t);

@@ -1,14 +1,12 @@
 #include "formulations/contact/steady_film.hpp"
 
-#include <boost/math/tools/toms748_solve.hpp>
-
 #include <cmath>
-#include <cstdint>
 #include <numbers>
 #include <variant>
 
 #include "dynamics/system.hpp"
 #include "mechanism/mechanism.hpp"
+#include "numerics/bracketed_root.hpp"
 #include "numerics/dual.hpp"
 
 namespace freeplay {
@@ -93,10 +91,7 @@ std::optional<double> steady_ratio(const Film& film, double load, double speed) 
   };
   const double most = film.ratio(0.0);
   if (!(excess(most) >= 0)) return std::nullopt;
-  std::uintmax_t steps = 200;
-  const auto [low, high] = boost::math::tools::toms748_solve(
-      excess, 0.0, most, boost::math::tools::eps_tolerance<double>(52), steps);
-  return 0.5 * (low + high);
+  return bracketed_root(excess, 0.0, most, {52, 200});
 }
 
 namespace {

@@ -6,8 +6,6 @@
 // event.
 #pragma once
 
-#include <boost/math/tools/toms748_solve.hpp>
-
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -17,6 +15,7 @@
 #include "dynamics/gap_motion.hpp"
 #include "dynamics/planar.hpp"
 #include "dynamics/system.hpp"
+#include "numerics/bracketed_root.hpp"
 
 namespace freeplay {
 
@@ -102,17 +101,6 @@ inline constexpr double too_deep = 1e-2;
 /// bound is proportional to the square of the step.
 inline constexpr double seen_depth = 1e-6;
 inline constexpr int most_halvings = 4;
-
-/// Root of f between a and b, where f has the opposite signs fa and fb; b if rounding leaves no
-/// interval.
-template <class F>
-double bracketed_root(F f, double a, double b, double fa, double fb) {
-  if (!(a < b)) return b;
-  std::uintmax_t most = 100;
-  const auto [lo, hi] =
-      boost::math::tools::toms748_solve(f, a, b, fa, fb, boost::math::tools::eps_tolerance<double>(50), most);
-  return 0.5 * (lo + hi);
-}
 
 /// First time in [t0, t1] at which `at`, which is positive while a mode lasts, becomes negative; t0
 /// if it was never positive. `start` and `end` are its values at the ends, and `motion` bounds its

@@ -1,9 +1,10 @@
 #include "simulation/section.hpp"
 
 #include <algorithm>
-#include <boost/math/tools/toms748_solve.hpp>
 #include <cmath>
 #include <numbers>
+
+#include "numerics/bracketed_root.hpp"
 
 namespace freeplay {
 namespace {
@@ -107,12 +108,9 @@ void SectionPoints::crossings(const Step& step) {
       step.state(t, q_, v_);
       return rate(v_);
     };
-    std::uintmax_t most = 100;
     const double a = rate_at(step.t0), b = rate_at(step.t1);
     if (a * b < 0) {
-      const auto [low, high] = boost::math::tools::toms748_solve(
-          rate_at, step.t0, step.t1, a, b, boost::math::tools::eps_tolerance<double>(50), most);
-      const double middle = 0.5 * (low + high);
+      const double middle = bracketed_root(rate_at, step.t0, step.t1, a, b);
       const double s = distance_at(step, middle);
       cross(step, step.t0, middle, before, s);
       cross(step, middle, step.t1, s, last_);
@@ -135,10 +133,7 @@ void SectionPoints::cross(const Step& step, double a, double b, double s_a, doub
     const double f_a = f(a), f_b = f(b);
     double at = f_a == 0 ? a : b;
     if (f_a * f_b < 0) {
-      std::uintmax_t most = 100;
-      const auto [low, high] = boost::math::tools::toms748_solve(
-          f, a, b, f_a, f_b, boost::math::tools::eps_tolerance<double>(51), most);
-      at = 0.5 * (low + high);
+      at = bracketed_root(f, a, b, f_a, f_b, {51, 100});
     } else if (f_a * f_b > 0) {
       at = a;  // a projection between two steps moved it across
     }
