@@ -6,7 +6,6 @@
 #include <stdexcept>
 
 #include "dynamics/system.hpp"
-#include "formulations/contact/steady_film.hpp"
 #include "formulations/nonsmooth.hpp"
 #include "formulations/penalty/penalty.hpp"
 #include "mechanism/laws.hpp"
@@ -53,8 +52,6 @@ std::unique_ptr<Formulation> make(Family family, const Scene& scene, const Syste
 Compliances compliances(Family family, const Scene& scene, const System& system) {
   return family == Family::penalty ? penalty_compliances(scene, system) : Compliances{};
 }
-
-std::unique_ptr<FilmProbe> film_probe(const Scene& scene) { return make_film_probe(scene.mechanism); }
 
 std::vector<double> delivered_restitutions(const Scene& scene, const System& system) {
   std::vector<double> e;

@@ -14,7 +14,6 @@ namespace freeplay {
 
 struct Scene;
 class System;
-class FilmProbe;
 
 /// Makes a formulation of a scene, started at `state`. The scene and the system must outlive it.
 /// `restitution`, if not empty, has one value per contact, which the impact law uses in place of
@@ -29,8 +28,5 @@ std::vector<double> delivered_restitutions(const Scene& scene, const System& sys
 /// The static compliance of each contact under a formulation; empty if contacts are rigid. Throws
 /// ModelError like make().
 Compliances compliances(Family family, const Scene& scene, const System& system);
-
-/// The lubricant films of a scene at any state, for FilmStatistics.
-std::unique_ptr<FilmProbe> film_probe(const Scene& scene);
 
 }  // namespace freeplay

@@ -212,10 +212,4 @@ double ContactIslands::D(int row, int column) const {
   return islands_[island_of_row_[row]].entry(local_of_row_[row], local_of_row_[column]);
 }
 
-int ContactIslands::largest() const {
-  std::size_t most = 0;
-  for (int k = 0; k < now_; ++k) most = std::max(most, islands_[k].ids.size());
-  return static_cast<int>(most);
-}
-
 }  // namespace freeplay

@@ -56,7 +56,6 @@ class ContactIslands {
   const ContactProblem& ambiguous() const { return ambiguous_; }
   const std::vector<int>& ambiguous_ids() const { return ambiguous_ids_; }
   int count() const { return now_; }
-  int largest() const;
 
  private:
   bool same(const SparseIsland& island, std::span<const int> id, const std::vector<int>& members) const;

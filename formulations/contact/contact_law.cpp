@@ -229,19 +229,4 @@ double damping_factor(ContactLaw law, double restitution) {
   });
 }
 
-/// m δ̈ + D δ̇ + K δ = 0 from δ = 0. With ζ = D/(2√(Km)) the force vanishes at ω_d
-/// t = atan2(2ζ√(1−ζ²), 2ζ²−1), where the speed has decreased to e^(−ζ ω₀ t). The overdamped
-/// solution has hyperbolic functions instead.
-double kelvin_voigt_restitution(double stiffness, double viscous, double mass) {
-  const double zeta = viscous / (2 * std::sqrt(stiffness * mass));
-  if (zeta == 0) return 1;
-  if (std::abs(zeta - 1) < 1e-9) return std::exp(-2);
-  if (zeta < 1) {
-    const double s = std::sqrt(1 - zeta * zeta);
-    return std::exp(-zeta / s * std::atan2(2 * zeta * s, 2 * zeta * zeta - 1));
-  }
-  const double s = std::sqrt(zeta * zeta - 1);
-  return std::exp(-zeta / s * std::log((zeta + s) / (zeta - s)));
-}
-
 }  // namespace freeplay

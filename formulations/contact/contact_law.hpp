@@ -68,9 +68,6 @@ struct ContactForce {
 double damping_factor(ContactLaw law, double restitution);
 /// ê from χ by the equation above, by a bracketed root search (Boost TOMS 748).
 double delivered_restitution(double chi);
-/// ê of a free impact of mass m (kg) under Kelvin–Voigt with the force clamped at zero; separation
-/// is where F = 0.
-double kelvin_voigt_restitution(double stiffness, double viscous, double mass);
 
 /// The law of one contact from the scene's options. A user-defined law keeps references to both
 /// arguments. Throws ModelError that names a missing key.

@@ -8,7 +8,6 @@
 #include <stdexcept>
 
 #include "numerics/complementarity.hpp"
-#include "values/diagnostic.hpp"
 
 namespace freeplay {
 
@@ -187,8 +186,6 @@ std::string describe_motions(const ContactEquations& problem, const std::functio
   }
   return text;
 }
-
-std::string undecided_note(long count) { return diagnostic<Diagnostic::not_searched>(count, most_for_modes); }
 
 void ContactSolution::count(Work& work, Extremes& extremes) const {
   work.pivots += pivots;

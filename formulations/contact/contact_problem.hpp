@@ -61,9 +61,6 @@ std::vector<ContactModes> doubtful_motions(const ContactEquations& problem, long
 std::string describe_motions(const ContactEquations& problem, const std::function<std::string(int)>& name,
                              const char* unit = "N");
 
-/// The note for `count` problems whose uniqueness was not decided.
-std::string undecided_note(long count);
-
 struct ContactSolution {
   bool solved = true;
   double residual = 0;       ///< relative to the greatest |b|

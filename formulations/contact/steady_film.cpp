@@ -5,7 +5,7 @@
 #include <variant>
 
 #include "dynamics/system.hpp"
-#include "mechanism/mechanism.hpp"
+#include "mechanism/scene.hpp"
 #include "numerics/bracketed_root.hpp"
 #include "numerics/dual.hpp"
 
@@ -158,8 +158,8 @@ class FilmsOfSystem final : public FilmProbe {
 
 }  // namespace
 
-std::unique_ptr<FilmProbe> make_film_probe(const Mechanism& mechanism) {
-  return std::make_unique<FilmsOfSystem>(mechanism);
+std::unique_ptr<FilmProbe> film_probe(const Scene& scene) {
+  return std::make_unique<FilmsOfSystem>(scene.mechanism);
 }
 
 }  // namespace freeplay

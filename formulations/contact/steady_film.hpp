@@ -28,6 +28,8 @@
 
 namespace freeplay {
 
+struct Scene;
+
 struct SteadyFilm {
   /// [i][j], i and j: x along the load, y at 90° in the direction of rotation
   using Matrix = std::array<std::array<double, 2>, 2>;
@@ -62,10 +64,7 @@ SteadyFilm steady_film(const Film& film, double ratio, double speed);
 /// thickness, where dry contact begins to carry.
 std::optional<double> steady_ratio(const Film& film, double load, double speed);
 
-// The films of a mechanism at any state, for statistics (simulation/film_statistics.hpp).
-
-struct Mechanism;
-
-std::unique_ptr<FilmProbe> make_film_probe(const Mechanism& mechanism);
+/// The lubricant films of a scene at any state, for FilmStatistics.
+std::unique_ptr<FilmProbe> film_probe(const Scene& scene);
 
 }  // namespace freeplay

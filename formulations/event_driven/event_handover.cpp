@@ -47,7 +47,8 @@ void EventDriven::add_notes(std::vector<std::string>& notes) const {
     notes.push_back(diagnostic<Diagnostic::poisson_instead>(dynamics_.counts.wedged));
   if (dynamics_.counts.unresolved > 0)
     notes.push_back(diagnostic<Diagnostic::limit_unresolved>(dynamics_.counts.unresolved));
-  if (dynamics_.counts.undecided > 0) notes.push_back(undecided_note(dynamics_.counts.undecided));
+  if (const long count = dynamics_.counts.undecided; count > 0)
+    notes.push_back(diagnostic<Diagnostic::not_searched>(count, most_for_modes));
 }
 
 bool EventDriven::in_contact() const {

@@ -34,7 +34,6 @@ class LaneGroup {
   void enter(int lane, const Member& member);
   /// Whether the next step may be ordinary: no contact has only just closed or opened.
   bool ready(int lane) const;
-  double t(int lane) const { return times_[static_cast<std::size_t>(lane)].t; }
   void load(int lane);
   void store(int lane);
   /// Makes steps of these lanes (a bit for each) until `most` are done or a lane's step is not

@@ -89,7 +89,8 @@ void add_step_notes(const StepDiagnostics& found, const System& system, bool fix
                     std::vector<std::string>& notes) {
   if (!found.motions.empty()) notes.push_back(diagnostic<Diagnostic::several_motions>(found.motions));
   if (found.jams > 0) notes.push_back(diagnostic<Diagnostic::lockup_impulse>(found.jams, found.jam));
-  if (found.undecided > 0) notes.push_back(undecided_note(found.undecided));
+  if (found.undecided > 0)
+    notes.push_back(diagnostic<Diagnostic::not_searched>(found.undecided, most_for_modes));
   if (found.inelastic > 0) notes.push_back(diagnostic<Diagnostic::no_restitution_steps>(found.inelastic));
   if (found.unsettled > 0)
     notes.push_back(diagnostic<Diagnostic::film_iteration>(found.unsettled, finer_key(fixed)));

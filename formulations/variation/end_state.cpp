@@ -239,8 +239,6 @@ EndState by_contact_forces(const SensitivityRun& run) {
 
 }  // namespace
 
-EndState run_end_state(const SensitivityRun& run) { return run_end_state(run, Family::nonsmooth); }
-
 EndState run_end_state(const SensitivityRun& run, Family family) {
   if (family == Family::penalty) return by_contact_forces(run);
   const auto& options = run.scene.nonsmooth;

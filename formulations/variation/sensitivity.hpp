@@ -151,7 +151,5 @@ struct EndState {
 /// Likewise by the scheme of the scene, for the state at the end of the run; the quantities are not
 /// evaluated.
 EndState run_end_state(const SensitivityRun& run, Family family);
-/// The same by the nonsmooth formulation.
-EndState run_end_state(const SensitivityRun& run);
 
 }  // namespace freeplay

@@ -3,7 +3,7 @@
 #include <nlohmann/json.hpp>
 
 #include "facade/assess.hpp"
-#include "formulations/make.hpp"
+#include "formulations/contact/steady_film.hpp"
 #include "simulation/film_statistics.hpp"
 #include "simulation/statistics.hpp"
 

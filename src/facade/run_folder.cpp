@@ -11,7 +11,7 @@
 
 #include "facade/assess.hpp"
 #include "facade/simulation.hpp"
-#include "formulations/make.hpp"
+#include "formulations/contact/steady_film.hpp"
 #include "io/files/csv.hpp"
 #include "io/files/folder_lock.hpp"
 #include "io/files/identity.hpp"

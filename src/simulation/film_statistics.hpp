@@ -3,7 +3,7 @@
 // the ends of the steps.
 //
 // The law of a film belongs to the formulations, so that this observer asks a FilmProbe
-// (film_probe() in formulations/make.hpp) for the films of a state:
+// (film_probe() in formulations/contact/steady_film.hpp) for the films of a state:
 //
 //     FilmStatistics films(film_probe(scene), scene.run.discard);
 //     auto result = simulation.run({.observers = {&films}});

@@ -2,7 +2,6 @@
 // critical mass against closed forms and a published example; small whirl of a journal by every
 // scheme against the linear coefficients; film statistics of runs.
 #include "formulations/contact/steady_film.hpp"
-#include "formulations/make.hpp"
 #include "simulation/film_statistics.hpp"
 #include "verification/claims/claim.hpp"
 #include "verification/claims/journal_scene.hpp"

@@ -179,28 +179,6 @@ TEST_CASE("Pereira's exponent is continuous at its transition, and its limits ar
   CHECK_THAT(run.notes.back(), Contains("outside its valid range"));
 }
 
-TEST_CASE("Kelvin-Voigt: closed form of its restitution against direct integration", "[laws]") {
-  // RK4 with 1e5 steps over a half period: (1e-5 π)⁴ ≪ the linear interpolation of the exit, 1e-9.
-  for (double D : {10.0, 200.0, 900.0, 4000.0}) {
-    const double K = 1e6, m = 0.2, h = 3.2 * std::sqrt(m / K) / 1e5;
-    double d = 0, v = 1, F = D, F_old = F, v_old = v;
-    const auto a = [&](double x, double w) { return -(K * x + D * w) / m; };
-    while (F > 0) {
-      F_old = F;
-      v_old = v;
-      const double k1 = a(d, v), k2 = a(d + h / 2 * v, v + h / 2 * k1),
-                   k3 = a(d + h / 2 * v + h * h / 4 * k1, v + h / 2 * k2),
-                   k4 = a(d + h * v + h * h / 2 * k2, v + h * k3);
-      d += h * v + h * h / 6 * (k1 + k2 + k3);
-      v += h / 6 * (k1 + 2 * k2 + 2 * k3 + k4);
-      F = K * d + D * v;
-    }
-    const double exit = -(v_old + F_old / (F_old - F) * (v - v_old));
-    CAPTURE(D);
-    CHECK(kelvin_voigt_restitution(K, D, m) == Approx(exit).epsilon(1e-7));
-  }
-}
-
 TEST_CASE("friction laws are odd, and continuous at the ends of their zones", "[laws]") {
   PenaltyOptions o;
   o.friction_static = 1.4;

@@ -3,7 +3,7 @@
 //     F = K δ + D δ̇ ≥ 0
 //
 // K and D are from the scene. The force jumps at contact onset, and
-// the delivered restitution depends on the mass: kelvin_voigt_restitution().
+// the delivered restitution depends on the mass.
 #pragma once
 
 #include "formulations/contact/law.hpp"
