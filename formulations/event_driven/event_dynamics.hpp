@@ -54,6 +54,7 @@ class SystemTangent;
 
 class EventDynamics : public ModeEquations {
  public:
+  using Present = EventDynamics;
   /// film_loss: only if there are films.
   enum Integral { drive, load, damping, friction_loss, integrals, film_loss = integrals };
 

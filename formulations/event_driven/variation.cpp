@@ -2,8 +2,6 @@
 
 #include <utility>
 
-#include "formulations/variation/peak_search.hpp"
-
 namespace freeplay {
 namespace {
 

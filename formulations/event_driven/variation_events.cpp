@@ -7,7 +7,6 @@
 
 #include "formulations/event_driven/event_impacts.hpp"
 #include "formulations/event_driven/variation.hpp"
-#include "formulations/variation/peak_search.hpp"
 
 namespace freeplay {
 namespace {

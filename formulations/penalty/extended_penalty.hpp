@@ -18,6 +18,7 @@ namespace freeplay {
 class ExtendedPenalty {
  public:
   using Vector = std::vector<double>;
+  using Present = PenaltyDynamics;
 
   /// `nominal`: the object of the nominal system; null if this is one.
   ExtendedPenalty(std::unique_ptr<PenaltyDynamics> dynamics, double speed_scale,

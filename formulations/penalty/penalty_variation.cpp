@@ -7,7 +7,6 @@
 #include <utility>
 
 #include "formulations/integrators/crossing.hpp"
-#include "formulations/variation/peak_search.hpp"
 #include "mechanism/scene.hpp"
 
 namespace freeplay {

@@ -9,7 +9,6 @@
 #include "formulations/nonsmooth.hpp"
 #include "formulations/penalty/penalty_variation.hpp"
 #include "formulations/time_stepping/adaptive.hpp"
-#include "formulations/variation/peak_search.hpp"
 #include "formulations/variation/step_variation.hpp"
 #include "formulations/variation/varied_run.hpp"
 #include "mechanism/scene.hpp"

@@ -6,8 +6,6 @@
 #include <cmath>
 #include <utility>
 
-#include "formulations/variation/peak_search.hpp"
-
 namespace freeplay {
 namespace {
 

@@ -1,8 +1,10 @@
 // Differences of VariedColumns (varied_columns.hpp): derivatives with respect to a parameter at a fixed
 // state, and along a direction of the state at a fixed parameter. Each is a central difference of fourth
 // order of a closed form (differences.hpp), with a spacing that is small against the lengths, speeds and
-// ratios of rates on which it depends.
+// ratios of rates on which it depends. varied_columns.cpp alone includes these definitions.
 #pragma once
+
+#include <fmt/format.h>
 
 #include "formulations/variation/varied_columns.hpp"
 
