@@ -157,18 +157,6 @@ void PenaltyVariation::end_step() {
   pass();
 }
 
-/// Dormand and Prince's stages of a step of x.
-void PenaltyVariation::stages(const Vector& x, double t, double h, std::array<Vector, 6>& f) {
-  Vector stage;
-  for (std::size_t s = 0; s < f.size(); ++s) {
-    stage = x;
-    for (std::size_t j = 0; j < s; ++j) add_multiple(stage, h * DormandPrince::a[s][j], f[j]);
-    f[s].resize(x.size());
-    (*probe_)(stage, f[s], t + DormandPrince::c[s] * h);
-  }
-  evaluations_ += 6;
-}
-
 /// The time from t at which a contact force reaches or leaves its clamp at zero, a kink of f, in a step from
 /// x to `end`.
 std::optional<double> PenaltyVariation::clamp_within(const Vector& x, double t, double h, const Vector& end) {
@@ -181,14 +169,8 @@ std::optional<double> PenaltyVariation::clamp_within(const Vector& x, double t, 
     const double before = probe_->unclamped_force(k, x, t), after = probe_->unclamped_force(k, last, t + h);
     if (before == 0 || after == 0 || (before < 0) == (after < 0)) continue;
     const double s = bracketed_root(
-        [&](double length) {
-          stages(x, t, length, trial_);
-          auto y = x;
-          for (std::size_t i = 0; i < trial_.size(); ++i)
-            add_multiple(y, length * DormandPrince::b[i], trial_[i]);
-          return probe_->unclamped_force(k, y, t + length);
-        },
-        0.0, h, before, after);
+        [&](double length) { return probe_->unclamped_force(k, flow(x, t, length), t + length); }, 0.0, h,
+        before, after);
     if (s > 1e-6 * h && s < (1 - 1e-6) * h) return s;
   }
   return {};
@@ -260,11 +242,7 @@ int PenaltyVariation::parts(const Vector& x, double t, double h, const Vector& e
   for (int count = 1; count <= most_parts; count *= 2) {
     auto y = x;
     const double length = h / count;
-    for (int i = 0; i < count; ++i) {
-      stages(y, t + i * length, length, trial_);
-      for (std::size_t s = 0; s < trial_.size(); ++s)
-        add_multiple(y, length * DormandPrince::b[s], trial_[s]);
-    }
+    for (int i = 0; i < count; ++i) y = flow(y, t + i * length, length);
     if (error(y, end) <= 10 || (!last.empty() && error(y, last) <= 1)) return count;
     last = std::move(y);
   }

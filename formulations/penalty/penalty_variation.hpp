@@ -17,7 +17,6 @@
 // The depth then has no derivative there, and Y is as smooth as the motion.
 #pragma once
 
-#include <array>
 #include <memory>
 #include <optional>
 #include <string>
@@ -67,7 +66,6 @@ class PenaltyVariation : public VariedColumns<ExtendedPenalty> {
   Vector with_retained(const PenaltyDynamics& d) const;
   void begin(const Scene& scene, double t, bool resumed);
   int parts(const Vector& x, double t, double h, const Vector& end);
-  void stages(const Vector& x, double t, double h, std::array<Vector, 6>& f);
   std::optional<double> clamp_within(const Vector& x, double t, double h, const Vector& end);
   void advance(Vector& x, double t, double h, int count);
   bool choose_shifts(const Vector& x, double t, double h);
@@ -91,7 +89,6 @@ class PenaltyVariation : public VariedColumns<ExtendedPenalty> {
   std::unique_ptr<ExtendedPenalty> after_;        // of the nominal system, in the mode after an event
   Vector retained_;                               // before the step
   std::vector<std::optional<Impulse>> impulses_;  // of the present contacts
-  std::array<Vector, 6> trial_;                   // stages
 };
 
 }  // namespace freeplay

@@ -437,22 +437,6 @@ void StepVariation::pass_impact(const Step& s, const Step* next, const Impact& i
   x = after;
 }
 
-/// x after the time h, which may be negative, in the present mode.
-StepVariation::Vector StepVariation::flow(const Vector& x, double t, double h) {
-  using Stages = DormandPrince;
-  std::array<Vector, 6> f;
-  for (std::size_t i = 0; i < f.size(); ++i) {
-    auto stage = x;
-    for (std::size_t j = 0; j < i; ++j) add_multiple(stage, h * Stages::a[i][j], f[j]);
-    f[i].resize(size_);
-    (*probe_)(stage, f[i], t + Stages::c[i] * h);
-  }
-  evaluations_ += static_cast<long>(f.size());
-  auto y = x;
-  for (std::size_t i = 0; i < f.size(); ++i) add_multiple(y, h * Stages::b[i], f[i]);
-  return y;
-}
-
 /// The time from t, at most `most` in either direction, at which a value with this rate vanishes on the
 /// motion from x, by Newton's method from tau.
 template <class Value>

@@ -76,7 +76,6 @@ class StepVariation : public Variation {
   double pass_onsets(const Step& s, const Step* next, Vector& x);
   bool closes_again(const Step& s, int k);
   void pass_impact(const Step& s, const Step* next, const Impact& impact, bool last, Vector& x);
-  Vector flow(const Vector& x, double t, double h);
   template <class Value>
   std::optional<double> root_within(const Vector& x, double t, double most, Value value, double tau = 0);
   void project_columns(const Vector& x, double t);

@@ -176,6 +176,21 @@ std::vector<double> VariedColumns<Dynamics>::advance_stages(double t_old, const 
   return x;
 }
 
+template <class Dynamics>
+std::vector<double> VariedColumns<Dynamics>::flow(const Vector& x, double t, double h) {
+  using Stages = DormandPrince;
+  for (std::size_t i = 0; i < trial_.size(); ++i) {
+    stage_ = x;
+    for (std::size_t j = 0; j < i; ++j) add_multiple(stage_, h * Stages::a[i][j], trial_[j]);
+    trial_[i].resize(x.size());
+    (*probe_)(stage_, trial_[i], t + Stages::c[i] * h);
+  }
+  evaluations_ += static_cast<long>(trial_.size());
+  auto y = x;
+  for (std::size_t i = 0; i < trial_.size(); ++i) add_multiple(y, h * Stages::b[i], trial_[i]);
+  return y;
+}
+
 /// Adds a stage of the quadrature of the integrands and of their derivatives along seeds_. A kink of a
 /// continuous integrand at an instant does not change the derivative of its integral.
 template <class Dynamics>

@@ -227,7 +227,9 @@ class VariedColumns : public DerivativeColumns {
   /// Advances S over a step of constant mode, in halves where S varies faster than the motion, as about a
   /// rest. Returns x at its end.
   Vector advance_stages(double t_old, const Vector& x_old, double h, int halvings = 0);
-  /// The same, and finds peaks of signals within the step.
+  /// x after the time h, which may be negative, in the present mode, without S.
+  Vector flow(const Vector& x, double t, double h);
+  /// advance_stages() that finds peaks of signals within the step.
   Vector advance_watched(double t_old, const Vector& x_old, double h);
   /// A possible peak of signal i at a state; `dt`: of each column, the derivative of the time.
   void add_peak(std::size_t i, double t, const Vector& x, double rate, const Vector& dt);
@@ -261,7 +263,7 @@ class VariedColumns : public DerivativeColumns {
   std::vector<Vector> integral_rates_;  // their derivatives, one list for each column
   double length_, duration_;
   std::size_t size_;
-  std::array<Vector, 6> f_;  // of advance_stages()
+  std::array<Vector, 6> f_, trial_;  // of advance_stages() and flow()
   /// s, dt of each column: in advance_stages(), S is the derivative at times that change by it.
   Vector shifts_;
   VariedPeaks peaks_;
