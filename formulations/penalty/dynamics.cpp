@@ -376,4 +376,19 @@ PenaltyDynamics::Stored PenaltyDynamics::elastic_energy(const Vector& x, double 
   return sum;
 }
 
+EnergyLedger PenaltyDynamics::ledger(const Vector& x, double t) {
+  const double* w = x.data() + integral_offset();
+  const auto stored = elastic_energy(x, t);
+  EnergyLedger l;
+  l.elastic = stored.all + stored.shear;
+  l.drive = w[drive];
+  l.load = w[load];
+  l.damping = w[damping];
+  l.contact = w[contact_work] - stored.dissipative;
+  l.friction = w[friction_loss] - stored.shear;
+  l.film = w[film_loss];
+  l.stabilisation = w[stabilisation];
+  return l;
+}
+
 }  // namespace freeplay

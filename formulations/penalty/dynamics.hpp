@@ -213,6 +213,7 @@ class PenaltyDynamics {
     double all = 0, dissipative = 0, shear = 0;
   };
   Stored elastic_energy(const Vector& x, double t);
+  EnergyLedger ledger(const Vector& x, double t);
 
   /// Projects x onto Φ = 0 and G v + Φ_t = 0 by the least mass-weighted change, and records the
   /// change of energy.

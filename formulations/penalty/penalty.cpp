@@ -14,6 +14,8 @@
 #include "formulations/integrators/tolerance.hpp"
 #include "formulations/marched.hpp"
 #include "formulations/penalty/stepper.hpp"
+#include "formulations/penalty/stepper_modes.hpp"
+#include "formulations/penalty/stepper_search.hpp"
 #include "mechanism/scene.hpp"
 #include "values/diagnostic.hpp"
 

@@ -1,7 +1,7 @@
 // PenaltyStepper: steps of the penalty formulation. A step of the integration method in the present
 // mode is followed by a search for contact events within it (stepper_search.hpp). If there is one,
 // the step is repeated to end exactly at the first event, and the mode changes there
-// (stepper_modes.hpp).
+// (stepper_modes.hpp). Who makes a stepper includes these two as well.
 //
 // It owns the dynamics, the method, the marks of all contacts and the diagnostics of the run.
 #pragma once
@@ -53,25 +53,7 @@ class PenaltyStepper {
     extremes_.penetration.assign(contacts, 0);
   }
 
-  void start(const State& state, ContactLog& log) {
-    log_ = &log;
-    std::ranges::fill(scratch_, 0);
-    std::ranges::copy(state.q, scratch_.begin());
-    std::ranges::copy(state.v, scratch_.begin() + f_.system().n());
-    std::ranges::copy(state.z, scratch_.begin() + f_.state_offset());
-    for (auto& c : f_.contacts()) c.closed = false;
-    f_.phases.start(f_.system(), state.q.data(), state.v.data());
-    method_.start(f_, state.t, scratch_);
-    f_.place_end(method_.x, state.t);
-    for (int k = 0; k < f_.system().contacts(); ++k) mark_[k].at = sample_end(k);
-    find_unloaded();
-    for (int k = 0; k < f_.system().contacts(); ++k)
-      if (watched(k, mark_[k].at).value < 0 || (mark_[k].at.gap == 0 && mark_[k].at.rate < 0)) close(k);
-    // Energy stored in contacts that are compressed at the start is not work of this run.
-    method_.x[f_.integral_offset() + PenaltyDynamics::contact_work] =
-        f_.elastic_energy(method_.x, state.t).dissipative;
-  }
-
+  void start(const State& state, ContactLog& log);
   /// After start(): closed contacts continue an earlier run, with the data that they retained there.
   void resume(const std::vector<PenaltyMode>& modes);
 
@@ -207,13 +189,7 @@ class PenaltyStepper {
       method_.limit_step(INFINITY);
       restart_ = true;
     }
-    stalled_ = method_.t > method_.t_old ? 0 : stalled_ + 1;
-    if (first.found() && ++paced_ == 5000) {  // many events in a negligible time are no motion
-      if (method_.t - paced_since_ < 1e-9 * ahead(run_end)) stalled_ = most_stalled();
-      paced_ = 0;
-      paced_since_ = method_.t;
-    }
-    return stalled_ < most_stalled();
+    return progresses(first.found(), run_end);
   }
   /// The reason why step() returned false.
   std::string failure() const;
@@ -247,20 +223,7 @@ class PenaltyStepper {
   const ShortContact& short_contact() const { return short_; }
   /// Greatest length of a fixed step over the limit by the curves that it reads.
   double coarse() const { return coarse_; }
-  EnergyLedger integrals() {
-    const double* w = method_.x.data() + f_.integral_offset();
-    EnergyLedger l;
-    const auto stored = f_.elastic_energy(method_.x, method_.t);
-    l.elastic = stored.all + stored.shear;
-    l.drive = w[PenaltyDynamics::drive];
-    l.load = w[PenaltyDynamics::load];
-    l.damping = w[PenaltyDynamics::damping];
-    l.contact = w[PenaltyDynamics::contact_work] - stored.dissipative;
-    l.friction = w[PenaltyDynamics::friction_loss] - stored.shear;
-    l.film = w[PenaltyDynamics::film_loss];
-    l.stabilisation = w[PenaltyDynamics::stabilisation];
-    return l;
-  }
+  EnergyLedger integrals() { return f_.ledger(method_.x, method_.t); }
   /// J, work of drives and of loads.
   std::array<double, 2> outside_work() const {
     const double* w = method_.x.data() + f_.integral_offset();
@@ -283,6 +246,8 @@ class PenaltyStepper {
   /// lasts without any event, only stability requires such short steps, and a hundred million of
   /// them are too many.
   bool creep(double run_end);
+  /// Called after each step; false if many events or steps without length follow each other.
+  bool progresses(bool event, double run_end);
   /// s: the time against which progress is measured, the rest of the run or a thousand times the
   /// characteristic time. A longer run takes more steps, and is no stiffer.
   double ahead(double run_end) const { return std::min(run_end - method_.t, 1000 * pace_); }
@@ -479,6 +444,3 @@ class PenaltyStepper {
 };
 
 }  // namespace freeplay
-
-#include "formulations/penalty/stepper_modes.hpp"
-#include "formulations/penalty/stepper_search.hpp"

@@ -17,6 +17,26 @@ void PenaltyStepper<Method>::apply_impact(int k) {
 }
 
 template <class Method>
+void PenaltyStepper<Method>::start(const State& state, ContactLog& log) {
+  log_ = &log;
+  std::ranges::fill(scratch_, 0);
+  std::ranges::copy(state.q, scratch_.begin());
+  std::ranges::copy(state.v, scratch_.begin() + f_.system().n());
+  std::ranges::copy(state.z, scratch_.begin() + f_.state_offset());
+  for (auto& c : f_.contacts()) c.closed = false;
+  f_.phases.start(f_.system(), state.q.data(), state.v.data());
+  method_.start(f_, state.t, scratch_);
+  f_.place_end(method_.x, state.t);
+  for (int k = 0; k < f_.system().contacts(); ++k) mark_[k].at = sample_end(k);
+  find_unloaded();
+  for (int k = 0; k < f_.system().contacts(); ++k)
+    if (watched(k, mark_[k].at).value < 0 || (mark_[k].at.gap == 0 && mark_[k].at.rate < 0)) close(k);
+  // Energy stored in contacts that are compressed at the start is not work of this run.
+  method_.x[f_.integral_offset() + PenaltyDynamics::contact_work] =
+      f_.elastic_energy(method_.x, state.t).dissipative;
+}
+
+template <class Method>
 void PenaltyStepper<Method>::resume(const std::vector<PenaltyMode>& modes) {
   for (std::size_t k = 0; k < modes.size(); ++k) {
     auto& c = f_.contacts()[k];
@@ -187,6 +207,17 @@ std::string PenaltyStepper<Method>::failure() const {
       "t = {:.9g} s: every step is rejected, however small: the motion may be singular there (such as at "
       "a change point), or penalty.tolerance is below rounding error",
       t_old());
+}
+
+template <class Method>
+bool PenaltyStepper<Method>::progresses(bool event, double run_end) {
+  stalled_ = method_.t > method_.t_old ? 0 : stalled_ + 1;
+  if (event && ++paced_ == 5000) {  // many events in a negligible time are no motion
+    if (method_.t - paced_since_ < 1e-9 * ahead(run_end)) stalled_ = most_stalled();
+    paced_ = 0;
+    paced_since_ = method_.t;
+  }
+  return stalled_ < most_stalled();
 }
 
 template <class Method>
