@@ -19,6 +19,8 @@
 // mass-weighted change.
 #pragma once
 
+#include <algorithm>
+#include <cmath>
 #include <optional>
 #include <utility>
 #include <vector>
@@ -47,6 +49,10 @@ class StepVariation : public Variation {
   const Vector& x() const { return x_; }
 
  private:
+  /// A contact that opens for so many steps only, and closes slower than gravity-like accelerations explain,
+  /// has not separated: the gap is rounding or the error of a step.
+  static constexpr long unresolved_steps = 3;
+  static constexpr double unresolved_flight = 3;  // steps
   struct Contact {
     bool pressed = false;  ///< has an impulse in this step
     bool onset = false;    ///< its first one
@@ -76,8 +82,19 @@ class StepVariation : public Variation {
   double pass_onsets(const Step& s, const Step* next, Vector& x);
   bool closes_again(const Step& s, int k);
   void pass_impact(const Step& s, const Step* next, const Impact& impact, bool last, Vector& x);
+  /// The time from t, at most `most` in either direction, at which a value with this rate vanishes on the
+  /// motion from x, by Newton's method from tau.
   template <class Value>
-  std::optional<double> root_within(const Vector& x, double t, double most, Value value, double tau = 0);
+  std::optional<double> root_within(const Vector& x, double t, double most, Value value, double tau = 0) {
+    for (int i = 0; i < 12; ++i) {
+      const auto [y, rate] = value(tau == 0 ? x : flow(x, t, tau), t + tau);
+      const double change = -y / rate;
+      tau += change;
+      if (!(std::abs(tau) <= most)) return {};
+      if (std::abs(change) <= std::max(1e-8 * most, 1e-15 * duration_)) return tau;
+    }
+    return {};
+  }
   void project_columns(const Vector& x, double t);
   void advance(Vector& x, double& t, double to);
   void record(const Step& s, int k, const std::string& why);
