@@ -196,6 +196,24 @@ double cost_of(long evaluations, long rhs) {
   return rhs > 0 ? static_cast<double>(evaluations) / static_cast<double>(rhs) : 0;
 }
 
+/// The same for the nonsmooth formulation, with the energy lost in contacts (J).
+void take_nonsmooth(const SensitivityRun& run, Variation& variation, const EventDynamics& d,
+                    const std::vector<double>& x, double t, double contact_loss, Sensitivities& all) {
+  take_quantities(
+      run, variation, d, {x, t, "the event begins a lasting contact, which has no impulse at its beginning"},
+      [](EnergyTerm term, EventDynamics& f, const std::vector<double>& y, double) {
+        return summed_energy<EventDynamics>(term, f, y);
+      },
+      [&](Sensitivity& s, const std::vector<std::string>& ended) {
+        s.value = contact_loss;
+        s.reasons = ended;
+        for (std::size_t c = 0; c < ended.size(); ++c)
+          if (ended[c].empty()) s.derivatives[c] = variation.contact_loss()[c];
+        return true;
+      },
+      all);
+}
+
 void run_event_driven(const SensitivityRun& run, Sensitivities& all) {
   VariedRun motion(
       run, integrands_of(run),
@@ -206,20 +224,7 @@ void run_event_driven(const SensitivityRun& run, Sensitivities& all) {
   variation.watch_peaks(channels_of(run));
   all.stopped = motion.go([] {});
   const auto& d = scheme.dynamics();
-  take_quantities(
-      run, variation, d,
-      {scheme.x(), scheme.t(), "the event begins a lasting contact, which has no impulse at its beginning"},
-      [](EnergyTerm term, EventDynamics& f, const std::vector<double>& x, double) {
-        return summed_energy<EventDynamics>(term, f, x);
-      },
-      [&](Sensitivity& s, const std::vector<std::string>& ended) {
-        s.value = d.contact_loss;
-        s.reasons = ended;
-        for (std::size_t c = 0; c < ended.size(); ++c)
-          if (ended[c].empty()) s.derivatives[c] = variation.contact_loss()[c];
-        return true;
-      },
-      all);
+  take_nonsmooth(run, variation, d, scheme.x(), scheme.t(), d.contact_loss, all);
   all.cost = cost_of(variation.evaluations(), scheme.work().rhs);
 }
 
@@ -229,21 +234,8 @@ void run_time_stepping(const SensitivityRun& run, Sensitivities& all) {
     variation.watch_peaks(channels_of(run));
     all.stopped = steps.go();
     const auto& stepper = steps.stepper();
-    take_quantities(
-        run, variation, steps.mode(),
-        {variation.x(), stepper.t(),
-         "the event begins a lasting contact, which has no impulse at its beginning"},
-        [](EnergyTerm term, EventDynamics& f, const std::vector<double>& x, double) {
-          return summed_energy<EventDynamics>(term, f, x);
-        },
-        [&](Sensitivity& s, const std::vector<std::string>& ended) {
-          s.value = stepper.integrals().contact;
-          s.reasons = ended;
-          for (std::size_t c = 0; c < ended.size(); ++c)
-            if (ended[c].empty()) s.derivatives[c] = variation.contact_loss()[c];
-          return true;
-        },
-        all);
+    take_nonsmooth(run, variation, steps.mode(), variation.x(), stepper.t(), stepper.integrals().contact,
+                   all);
     all.cost = cost_of(variation.evaluations(), stepper.work().rhs);
   });
 }

@@ -14,6 +14,7 @@
 #include "formulations/penalty/penalty_variation.hpp"
 #include "formulations/variation/differences.hpp"
 #include "formulations/variation/sensitivity.hpp"
+#include "formulations/variation/varied_run.hpp"
 #include "mechanism/scene.hpp"
 #include "simulation/contact_log.hpp"
 #include "values/family.hpp"
@@ -25,13 +26,6 @@ using Eigen::MatrixXd, Eigen::VectorXd;
 
 /// Change of an approach rate in the differences of an impact law, relative.
 constexpr double small_change = 1e-3;
-
-std::vector<double> surface_restitutions(const System& system) {
-  std::vector<double> list;
-  for (int k = 0; k < system.contacts(); ++k)
-    list.push_back(system.contact_facts(k).surface.restitution.value_or(0));
-  return list;
-}
 
 /// ln|det A| as the sum of the logarithms of the lengths that orthogonalisation leaves; −∞ if a column
 /// has collapsed into the span of those before it.
@@ -107,7 +101,7 @@ class EventTangentRun final : public TangentRun {
  public:
   explicit EventTangentRun(const Plan& plan)
       : TangentRun(plan),
-        restitution_(plan.restitution.empty() ? surface_restitutions(plan.system) : plan.restitution),
+        restitution_(plan.restitution.empty() ? restitution_of(plan.system) : plan.restitution),
         scheme_(make_event_driven(
             plan.scene, plan.system, restitution_,
             {!redundant_rows(plan.system, plan.start.q).empty(), plan.scene.run.eliminate}, plan.start)),
