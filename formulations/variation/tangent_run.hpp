@@ -10,8 +10,8 @@
 //
 // the sum over the contacts in impact, and ln|ü⁺/ü⁻| where the sliding u of a joint with friction is
 // reversed. For a frictionless impact of one contact the second line is 2 ln e. Event-driven runs
-// accumulate these logarithms beside the tangent vectors (Predicted). They do not exist while contacts last, where
-// the motion has fewer coordinates.
+// accumulate these logarithms beside the tangent vectors (Predicted). They do not exist while contacts last,
+// where the motion has fewer coordinates.
 //
 // In penalty runs, the data that a contact retains, v₀ and its mass, and bristles follow from the motion
 // before. They are carried along in the tangent vectors and do not count as coordinates.

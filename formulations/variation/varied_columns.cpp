@@ -259,8 +259,8 @@ std::vector<double> VariedColumns<Dynamics>::end_derivatives(const Present& d, c
 }
 
 // Search for peaks of signals along the steps (varied_peaks.hpp). A step is divided into parts that the
-// low-passes need. Where the rate of a signal changes its sign within a part and the peak may be the greatest,
-// the part is repeated to end there.
+// low-passes need. Where the rate of a signal changes its sign within a part and the peak may be the
+// greatest, the part is repeated to end there.
 
 template <class Dynamics>
 std::vector<double> VariedColumns<Dynamics>::advance_watched(double t, const Vector& x_old, double h) {
