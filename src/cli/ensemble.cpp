@@ -118,11 +118,10 @@ int ensemble(const EnsembleVerb& request) {
   std::optional<EnsembleStore> store;
   if (const auto file = folder / "ensemble.db"; std::filesystem::exists(file))
     store.emplace(file, Database::Access::read, request.stop);
-  const StartKeys keys(*scene, plan);
   Progress progress;
   const auto all = run_ensemble(
       *scene, plan, [&](double done) { progress.show(fmt::format("{} starts", plan.starts), done); },
-      [&](int start, StartOutcome& outcome) { return store && store->find(keys(start), outcome); });
+      store ? &*store : nullptr);
   progress.clear();
   if (all.interrupted) {
     fmt::print("interrupted; nothing was written\n");

@@ -121,14 +121,8 @@ TEST_CASE("an ensemble computed in shards equals the whole ensemble, for any num
   CHECK(merge_shards(study, folder.path(), folder.path() / "scratch").units == 7);
   const EnsembleStore store(folder.path() / "ensemble.db");
   const StartKeys keys(*scene, plan);
-  int found = 0;
-  const auto merged = run_ensemble(*scene, plan, {}, [&](int start, StartOutcome& outcome) {
-    const bool there = store.find(keys(start), outcome);
-    found += there;
-    return there;
-  });
-  CHECK(found == 7);
-  CHECK(merged.cpu_seconds == 0);
+  const auto merged = run_ensemble(*scene, plan, {}, &store);
+  CHECK(merged.cpu_seconds == 0);  // all starts are in the store
   CHECK(merged.steps == whole.steps);
   REQUIRE(merged.statistics == whole.statistics);
   const auto same = [](double a, double b) { return a == b || (std::isnan(a) && std::isnan(b)); };

@@ -244,13 +244,13 @@ Ensemble Starts::together(const std::vector<StartOutcome>& outcomes) const {
   return all;
 }
 
-void Starts::make_all(const std::vector<int>& starts,
-                      const std::function<bool(std::size_t, StartOutcome&)>& find,
+void Starts::make_all(const std::vector<int>& starts, const EnsembleStore* known,
                       const std::function<void(std::size_t, StartOutcome&, bool)>& done) const {
   std::mutex guard;
   std::size_t next_place = 0;
   SharedCompilation compilation;
   compilation.runs = starts.size();
+  const StartKeys keys(scene_, plan_);
   const auto next = [&]() -> std::unique_ptr<StudyRun> {
     while (!plan_.stop()) {
       StartOutcome outcome;
@@ -259,7 +259,7 @@ void Starts::make_all(const std::vector<int>& starts,
         const std::lock_guard lock(guard);
         place = next_place++;
         if (place >= starts.size()) break;
-        if (find(place, outcome)) {
+        if (known && known->find(keys(starts[place]), outcome)) {
           if (outcome.failure.empty() && outcome.rows.size() != times_.size() * columns_.size())
             throw SceneError(
                 fmt::format("ensemble.db: start {} has {} values instead of {}: it is damaged; remove it",
@@ -285,19 +285,17 @@ void Starts::make_all(const std::vector<int>& starts,
 }
 
 Ensemble run_ensemble(const Scene& scene, const EnsemblePlan& plan,
-                      const std::function<void(double)>& on_progress, const KnownStarts& known) {
+                      const std::function<void(double)>& on_progress, const EnsembleStore* known) {
   const auto began = std::chrono::steady_clock::now();
   const Starts starts(scene, plan);
   std::vector<int> list(static_cast<std::size_t>(plan.starts));
   std::iota(list.begin(), list.end(), 0);
   std::vector<StartOutcome> outcomes(list.size());
   int done = 0;
-  starts.make_all(
-      list, [&](std::size_t place, StartOutcome& outcome) { return known && known(list[place], outcome); },
-      [&](std::size_t place, StartOutcome& outcome, bool) {
-        outcomes[place] = std::move(outcome);
-        if (on_progress) on_progress(static_cast<double>(++done) / plan.starts);
-      });
+  starts.make_all(list, known, [&](std::size_t place, StartOutcome& outcome, bool) {
+    outcomes[place] = std::move(outcome);
+    if (on_progress) on_progress(static_cast<double>(++done) / plan.starts);
+  });
   auto all = starts.together(outcomes);
   all.wall_seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - began).count();
   return all;

@@ -82,8 +82,7 @@ struct StartOutcome {
   bool interrupted = false;
 };
 
-/// Provides stored results of starts; returns whether it has this one.
-using KnownStarts = std::function<bool(int start, StartOutcome& outcome)>;
+class EnsembleStore;
 
 /// The starts of a scene: each as a run, and all as an ensemble.
 class Starts {
@@ -91,10 +90,9 @@ class Starts {
   /// Refers to the scene, which must not change. Throws as run_ensemble().
   Starts(const Scene& scene, const EnsemblePlan& plan);
   /// Runs these starts on the plan's threads, where possible in lanes (docs/theory/compiled.md).
-  /// Calls `find` first, then `done`, also for interrupted starts. Both receive the index in the
-  /// list and are called by one thread at a time.
-  void make_all(const std::vector<int>& starts,
-                const std::function<bool(std::size_t place, StartOutcome& outcome)>& find,
+  /// Takes those that `known` has from there; it may be null. Calls `done`, by one thread at a time,
+  /// with the index in the list, also for interrupted starts.
+  void make_all(const std::vector<int>& starts, const EnsembleStore* known,
                 const std::function<void(std::size_t place, StartOutcome& outcome, bool found)>& done) const;
   /// Statistics over all starts, given in their order.
   Ensemble together(const std::vector<StartOutcome>& outcomes) const;
@@ -110,10 +108,10 @@ class Starts {
   std::vector<double> near_;
 };
 
-/// Runs an ensemble. Throws SceneError if starts cannot differ, a column does not exist, or the
-/// stored values exceed two gigabytes.
+/// Runs an ensemble, without the starts that `known` has. Throws SceneError if starts cannot differ,
+/// a column does not exist, or the stored values exceed two gigabytes.
 Ensemble run_ensemble(const Scene& scene, const EnsemblePlan& plan,
-                      const std::function<void(double)>& on_progress, const KnownStarts& known = {});
+                      const std::function<void(double)>& on_progress, const EnsembleStore* known = nullptr);
 
 // Database of an ensemble's starts (study/store/run_store.hpp): tables runs (run, start, failure,
 // steps, rows: a blob of doubles) and numbers (run, name, value).

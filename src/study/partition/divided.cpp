@@ -112,11 +112,7 @@ Division divided_ensemble(const Scene& scene, const EnsemblePlan& plan, std::vec
                 std::size_t done = 0;
                 Starts(scene, own)
                     .make_all(
-                        starts,
-                        [&](std::size_t place, StartOutcome& outcome) {
-                          return store.find(units[place].key, outcome);
-                        },
-                        [&](std::size_t place, const StartOutcome& outcome, bool found) {
+                        starts, &store, [&](std::size_t place, const StartOutcome& outcome, bool found) {
                           if (outcome.interrupted) return;
                           if (!found) store.store(units[place].key, starts[place], outcome);
                           if (!outcome.failure.empty())
