@@ -3,11 +3,11 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <charconv>
 #include <cmath>
 #include <numbers>
 
 #include "io/files/escaping.hpp"
+#include "io/scene/points_file.hpp"
 #include "io/scene/quantity.hpp"
 #include "mechanism/error.hpp"
 #include "plots/drawing/axis.hpp"
@@ -239,8 +239,8 @@ Crossing crossing_of(const std::string& text) {
   auto value = text.substr(equals + 1);
   for (const auto& [end, sense] : {std::pair<std::string_view, int>{":up", 1}, {":down", -1}})
     if (value.ends_with(end)) value.resize(value.size() - end.size()), s.sense = sense;
-  const auto [end, error] = std::from_chars(value.data(), value.data() + value.size(), s.value);
-  if (error != std::errc() || end != value.data() + value.size() || !std::isfinite(s.value)) throw wrong();
+  s.value = number_in(value).value_or(NAN);
+  if (!std::isfinite(s.value)) throw wrong();
   return s;
 }
 

@@ -8,7 +8,6 @@
 #include <nlohmann/json.hpp>
 
 #include <algorithm>
-#include <charconv>
 #include <cmath>
 #include <cstdint>
 #include <fstream>
@@ -20,6 +19,7 @@
 
 #include "io/files/escaping.hpp"
 #include "io/files/input_file.hpp"
+#include "io/scene/points_file.hpp"
 #include "mechanism/error.hpp"
 #include "plots/export/export.hpp"
 #include "plots/tables/columns.hpp"
@@ -159,12 +159,6 @@ bool holds_names(std::string_view column) {
   return column == "joint" || column == "kind" || column == "channel" || column == "name";
 }
 
-bool is_number(const std::string& text) {
-  double x = 0;
-  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), x);
-  return error == std::errc() && end == text.data() + text.size();
-}
-
 void ask(const StopToken& stop) {
   if (stop()) throw Interrupted();
 }
@@ -187,7 +181,7 @@ Found first_reading(const Path& file, const StopToken& stop) {
         continue;
       }
       const auto& text = in.maybe_label(i);
-      if (kinds[i] == Kind::open && !text.empty()) kinds[i] = is_number(text) ? Kind::number : Kind::text;
+      if (kinds[i] == Kind::open && !text.empty()) kinds[i] = number_in(text) ? Kind::number : Kind::text;
       if (kinds[i] == Kind::text) found.widths[i] = std::max(found.widths[i], text.size());
     }
   }

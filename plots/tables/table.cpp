@@ -3,10 +3,10 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <charconv>
 #include <cmath>
 
 #include "io/files/escaping.hpp"
+#include "io/scene/points_file.hpp"
 #include "mechanism/error.hpp"
 #include "values/name_length.hpp"
 
@@ -71,11 +71,9 @@ void Rows::refuse(std::size_t place, const char* must) const {
 }
 
 double Rows::number(std::size_t place) const {
-  const auto& text = fields_[place];
-  double x = 0;
-  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), x);
-  if (error != std::errc() || end != text.data() + text.size()) refuse(place, "a number");
-  return x;
+  const auto x = number_in(fields_[place]);
+  if (!x) refuse(place, "a number");
+  return *x;
 }
 
 double Rows::maybe_number(std::size_t place) const {

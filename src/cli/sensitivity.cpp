@@ -4,7 +4,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <charconv>
 #include <cmath>
 #include <nlohmann/json.hpp>
 #include <string>
@@ -18,6 +17,7 @@
 #include "facade/motion_documents.hpp"
 #include "io/files/result_set.hpp"
 #include "io/files/run_json.hpp"
+#include "io/scene/points_file.hpp"
 #include "io/scene/read_scene.hpp"
 #include "mechanism/scene.hpp"
 #include "plots/drawing/figure.hpp"
@@ -39,12 +39,9 @@ std::vector<double> deviations_of(const std::vector<std::string>& spread, std::v
   std::vector<std::string> given;
   for (const auto& text : spread) {
     const auto equals = text.rfind('=');
-    double value = 0;
-    const char* end = text.data() + text.size();
-    const auto [rest, error] = equals == text.npos
-                                   ? std::from_chars_result{text.data(), std::errc::invalid_argument}
-                                   : std::from_chars(text.data() + equals + 1, end, value);
-    if (error != std::errc() || rest != end || !(value >= 0) || !std::isfinite(value))
+    const double value =
+        equals == text.npos ? NAN : number_in(std::string_view(text).substr(equals + 1)).value_or(NAN);
+    if (!(value >= 0) || !std::isfinite(value))
       throw SceneError(fmt::format(
           "--spread {}: must be KEY=DEVIATION, with a standard deviation of at least 0 in the unit of the key",
           text));

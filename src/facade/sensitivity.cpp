@@ -15,6 +15,7 @@
 #include "formulations/make.hpp"
 #include "formulations/variation/differences.hpp"
 #include "formulations/variation/sensitivity.hpp"
+#include "io/scene/points_file.hpp"
 #include "io/scene/scene_text.hpp"
 #include "io/scene/spelling.hpp"
 #include "io/scene/toml_text.hpp"
@@ -48,13 +49,14 @@ VariedKey initial_value(const Layout& layout, const State& start, const std::str
 VariedQuantity event_quantity(const std::string& name) {
   VariedQuantity q{.name = name, .column = {}};
   const auto first = name.find('.'), second = name.find('.', first + 1);
-  const auto number = number_of(name.substr(first + 1, second - first - 1));
+  const auto number = number_in(name.substr(first + 1, second - first - 1));
   const auto part = second == name.npos ? "" : name.substr(second + 1);
   using Of = VariedQuantity::Of;
   const std::pair<const char*, Of> parts[] = {
       {"t", Of::event_time}, {"v_n_minus", Of::event_rate}, {"impulse_n", Of::event_impulse}};
   const auto found = std::ranges::find_if(parts, [&](const auto& p) { return part == p.first; });
-  if (!number || *number < 1 || *number > 1e9 || *number != std::floor(*number) || found == std::end(parts))
+  if (!number || !(*number >= 1 && *number <= 1e9) || *number != std::floor(*number) ||
+      found == std::end(parts))
     throw ModelError(name, "must be event.N.t, event.N.v_n_minus or event.N.impulse_n with N from 1");
   q.of = found->second;
   q.event = static_cast<std::size_t>(*number);

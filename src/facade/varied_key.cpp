@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <array>
-#include <charconv>
 #include <cmath>
 #include <optional>
 #include <string_view>
@@ -90,14 +89,6 @@ double shift_between(const System& a, const System& b, const State& at, double e
 }
 
 }  // namespace
-
-std::optional<double> number_of(std::string_view text) {
-  if (text.starts_with('+')) text.remove_prefix(1);
-  double x = 0;
-  const auto [rest, error] = std::from_chars(text.data(), text.data() + text.size(), x);
-  if (error != std::errc() || rest != text.data() + text.size() || !std::isfinite(x)) return {};
-  return x;
-}
 
 Parameter property(const Scene& scene, const std::string& name, Family family) {
   require_property(name, family);

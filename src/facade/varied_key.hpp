@@ -43,9 +43,6 @@ inline std::vector<double> all_of(const State& s) {
   return all;
 }
 
-/// The finite number that is the whole text, with an optional sign.
-std::optional<double> number_of(std::string_view text);
-
 /// The number `name` (KEY, or KEY[i] or KEY[i][j] within a list) as a property of the mechanism. Throws
 /// ModelError if it is none.
 Parameter property(const Scene& scene, const std::string& name, Family family);

@@ -4,11 +4,9 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
-#include <charconv>
 #include <cmath>
 #include <numbers>
 #include <set>
-#include <sstream>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -21,20 +19,6 @@
 
 namespace freeplay {
 namespace {
-
-std::string trimmed(const std::string& text) {
-  const auto first = text.find_first_not_of(" \t\r\"");
-  if (first == text.npos) return "";
-  return text.substr(first, text.find_last_not_of(" \t\r\"") - first + 1);
-}
-
-std::vector<std::string> fields(const std::string& line) {
-  std::vector<std::string> list;
-  std::istringstream in(line);
-  for (std::string field; std::getline(in, field, ',');) list.push_back(trimmed(field));
-  if (!line.empty() && line.back() == ',') list.emplace_back();
-  return list;
-}
 
 /// A column of the header, "acceleration" or "acceleration (m/s²)", and the spellings of its unit.
 struct KnownColumn {
@@ -157,11 +141,10 @@ Measurement read_measurement(const std::filesystem::path& file, double speed, do
     if (!choice.takes(list)) continue;
     const auto value = [&](int column) {
       const auto& text = list[column];
-      double x = 0;
-      const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), x);
-      if (error != std::errc() || end != text.data() + text.size() || !std::isfinite(x))
+      const auto x = number_in(text);
+      if (!x || !std::isfinite(*x))
         fail(number, fmt::format("{}: \"{}\" is not a finite number", names[column], text));
-      return x;
+      return *x;
     };
     double time = value(t >= 0 ? t : angle);
     if (angle >= 0) {

@@ -13,9 +13,8 @@
 #include "io/scene/toml_text.hpp"
 
 namespace freeplay {
-namespace {
 
-std::string trimmed(std::string text) {
+std::string trimmed(const std::string& text) {
   const auto first = text.find_first_not_of(" \t\r\"");
   if (first == text.npos) return "";
   return text.substr(first, text.find_last_not_of(" \t\r\"") - first + 1);
@@ -28,6 +27,8 @@ std::vector<std::string> fields(const std::string& line) {
   if (!line.empty() && line.back() == ',') list.emplace_back();
   return list;
 }
+
+namespace {
 
 /// Calls use(number, fields) for each line that is neither empty nor a comment; numbers are from 1.
 template <class Use>
@@ -53,10 +54,10 @@ std::string wrong_separator(const std::string& header) {
   return "";
 }
 
-std::optional<double> number_in(const std::string& field) {
+std::optional<double> number_in(std::string_view text) {
   double x = 0;
-  const auto* end = field.data() + field.size();
-  const auto [stop, error] = std::from_chars(field.data(), end, x);
+  const auto* end = text.data() + text.size();
+  const auto [stop, error] = std::from_chars(text.data(), end, x);
   return error == std::errc() && stop == end ? std::optional(x) : std::nullopt;
 }
 

@@ -5,6 +5,7 @@
 #include <functional>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <utility>
 #include <vector>
 
@@ -27,7 +28,10 @@ struct TextTable {
 TextTable read_text_table(const std::string& text, const std::function<void(const std::string&)>& fail);
 /// Message for a header whose separator is not a comma; empty for any other.
 std::string wrong_separator(const std::string& header);
-/// The number of a field that contains nothing else.
-std::optional<double> number_in(const std::string& field);
+/// The number that is the whole text.
+std::optional<double> number_in(std::string_view text);
+/// A text without spaces and quotes at its ends; the fields of a line, each without them.
+std::string trimmed(const std::string& text);
+std::vector<std::string> fields(const std::string& line);
 
 }  // namespace freeplay
