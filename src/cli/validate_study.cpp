@@ -215,8 +215,7 @@ std::string conclusion(const Study& study, const std::vector<MeasuredQuantity>& 
         for (std::size_t i = 0; i < points.size(); ++i)
           squares += std::pow((a.model[i] - points[i].value) / points[i].value, 2), ++count;
       }
-      models.push_back(
-          {fmt::format("{} [{}]", v.title, formulation), outcome_of(worst), std::sqrt(squares / count)});
+      models.push_back({fmt::format("{} [{}]", v.title, formulation), worst, std::sqrt(squares / count)});
     }
   return verdict(models);
 }

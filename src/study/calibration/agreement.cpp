@@ -185,22 +185,8 @@ Quiet quiet_stretch(const std::vector<double>& mean_turn, double ideal_maximum) 
 }
 
 const char* text_of(Agreement::Verdict verdict) {
-  switch (verdict) {
-    case Agreement::Verdict::agrees:
-      return "agrees";
-    case Agreement::Verdict::differs:
-      return "differs";
-    case Agreement::Verdict::undecided:
-      return "undecided";
-  }
-  throw std::logic_error("no such verdict");
-}
-
-SignalAgreement::Outcome outcome_of(Agreement::Verdict verdict) {
-  using enum SignalAgreement::Outcome;
-  return verdict == Agreement::Verdict::agrees    ? agrees
-         : verdict == Agreement::Verdict::differs ? differs
-                                                  : undecided;
+  constexpr const char* names[] = {"agrees", "differs", "undecided", "stopped"};
+  return names[static_cast<int>(verdict)];
 }
 
 void assess(const TurnMetrics& measured, double uncertainty, bool datum, Agreement& a) {

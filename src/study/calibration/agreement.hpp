@@ -90,7 +90,8 @@ struct Agreement {
   /// `agrees`: no difference beyond doubt. `undecided`: the uncertainty is unknown, or the limit of
   /// the waveform exceeds the measured signal, so that zero would agree too, or the test has no
   /// power (validate.hpp).
-  enum class Verdict { agrees, differs, undecided } verdict = Verdict::undecided;
+  using Verdict = SignalAgreement::Outcome;
+  Verdict verdict = Verdict::undecided;
   int starts = 1;     ///< number of starts that were run, until one did not differ
   std::string power;  ///< which wrong clearances the same test finds, or why it decides nothing
 };
@@ -103,9 +104,7 @@ void assess(const TurnMetrics& measured, double uncertainty, bool datum, Agreeme
 /// and at least least_amplitude of their rms; m/s², else 0. The motion is then not stationary.
 double unsteadiness(const TurnMetrics& turns, double uncertainty);
 
-/// Name of a verdict: "agrees", "differs" or "undecided".
+/// Name of a verdict: "agrees", "differs", "undecided" or "stopped".
 const char* text_of(Agreement::Verdict verdict);
-/// Outcome of a comparison for the verdict in words.
-SignalAgreement::Outcome outcome_of(Agreement::Verdict verdict);
 
 }  // namespace freeplay

@@ -209,8 +209,8 @@ Validation validate(const std::filesystem::path& file, const std::vector<std::st
     if (a.verdict == Agreement::Verdict::agrees) judge_power(own, a);
     const auto& wave = a.properties[Agreement::waveform].difference;
     const bool finished = a.ending.status == Ending::Status::finished;
-    models.push_back({a.formulation, finished ? outcome_of(a.verdict) : SignalAgreement::Outcome::stopped,
-                      a.findings, a.faulty_signal, wave.size, wave.limit, a.rms_measured, a.power});
+    models.push_back({a.formulation, finished ? a.verdict : Agreement::Verdict::stopped, a.findings,
+                      a.faulty_signal, wave.size, wave.limit, a.rms_measured, a.power});
   }
   v.conclusion = verdict(models);
   return v;

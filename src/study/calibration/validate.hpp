@@ -110,7 +110,7 @@ struct PointAgreement {
   int outside = 0;       ///< points that differ by more than two standard uncertainties
   bool decided = false;  ///< whether every point has an uncertainty and a model value
   Agreement::Verdict verdict() const {
-    using enum Agreement::Verdict;
+    using enum SignalAgreement::Outcome;
     return !decided ? undecided : outside == 0 ? agrees : differs;
   }
 };
