@@ -31,7 +31,7 @@ std::vector<PlannedRun> runs_of(const Study& study, const Conduct& conduct, cons
     const auto first = unit.number - static_cast<std::size_t>(one.start);
     if (!known.contains(first)) known[first] = identity(study, all[first], conduct);
     if (run_key(known[first], one.start) != unit.key) throw changed();
-    runs.push_back({unit.key, one});
+    runs.push_back({unit.key, one, unit.number});
   }
   return runs;
 }
@@ -51,19 +51,10 @@ Division divided_sweep(const Study& study, const Conduct& conduct, const char* v
           .subject = std::move(subject),
           .units =
               [&study, conduct] {
-                std::unordered_map<std::string, std::size_t> place;
                 std::vector<Unit> units;
                 const auto planned = plan(study, conduct);
                 if (conduct.stop()) throw Interrupted();
-                // In the list of all cases, a case precedes its duplicates.
-                const auto all = cases(study);
-                std::size_t at = 0;
-                for (const auto& run : planned) {
-                  while (!(all[at].start == run.what.start && all[at].formulation == run.what.formulation &&
-                           all[at].variant == run.what.variant && all[at].values == run.what.values))
-                    ++at;
-                  units.push_back({run.key, at});
-                }
+                for (const auto& run : planned) units.push_back({run.key, run.number});
                 return units;
               },
           .make =

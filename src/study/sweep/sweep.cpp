@@ -76,7 +76,7 @@ std::vector<PlannedRun> plan(const Study& study, const Conduct& conduct, int thr
     const auto start = static_cast<std::size_t>(one.start);
     if (start < of_start->keys.size()) {
       const auto& key = of_start->keys[start];
-      if (seen.insert(key).second) runs.push_back({key, std::move(one)});
+      if (seen.insert(key).second) runs.push_back({key, std::move(one), i});
     } else if (study.starts_given) {
       throw error_at(
           study, {"starts"},

@@ -21,6 +21,7 @@ namespace freeplay {
 struct PlannedRun {
   std::string key;
   Case what;
+  std::size_t number = 0;  ///< in cases()
 };
 
 /// All runs of a study, without duplicates. Reads, compiles and assembles each scene, and checks
