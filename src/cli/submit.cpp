@@ -198,10 +198,10 @@ int submit(const SubmitRequest& requested) {
     return 0;
   }
   std::filesystem::create_directories(place / "log");
-  write_whole(place / "merge.sh", merge);
+  write_file(place / "merge.sh", merge, OutputFile::Shared());
   std::vector<std::string> after;
   if (!array.empty()) {
-    write_whole(place / "array.sh", array);
+    write_file(place / "array.sh", array, OutputFile::Shared());
     const auto job = hand_in(place / "array.sh", {}, request.stop);
     fmt::print("{} shards as job {}\n", lacking.size(), job);
     after = {"--dependency=afterany:" + job};

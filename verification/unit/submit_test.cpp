@@ -86,8 +86,8 @@ TEST_CASE("options that do not fit into a line of a Slurm script are refused", "
 TEST_CASE("an invalid node name does not reach the script", "[security][shards]") {
   const Planned place;
   const auto fail_on = [&](int k, const std::string& host) {
-    write_whole(place.out / fmt::format("shards/{}.state.json", k),
-                nlohmann::json{{"state", "failed"}, {"reason", "scratch is full"}, {"host", host}}.dump());
+    write_file(place.out / fmt::format("shards/{}.state.json", k),
+               nlohmann::json{{"state", "failed"}, {"reason", "scratch is full"}, {"host", host}}.dump());
   };
   fail_on(1, "node7");
   fail_on(2, "node8\n#SBATCH --wrap=touch");
@@ -95,7 +95,7 @@ TEST_CASE("an invalid node name does not reach the script", "[security][shards]"
   CAPTURE(o.err);
   CHECK(o.status == 0);
   CHECK_THAT(o.out, Contains("#SBATCH --exclude=node7\n") && !Contains("wrap"));
-  write_whole(place.out / "shards/1.state.json", "{\"state\": 5, \"host\": []}");
+  write_file(place.out / "shards/1.state.json", "{\"state\": 5, \"host\": []}");
   CHECK(place.submit().status == 0);
 }
 
@@ -105,7 +105,7 @@ TEST_CASE("a plan of another study or with invalid content is refused", "[securi
   const auto study = place.study.string();
   const auto first = place.manifest();
   const auto refused = [&](const nlohmann::json& m) {
-    write_whole(file, m.dump());
+    write_file(file, m.dump());
     for (const auto& o :
          {place.submit(), place.run({"sweep", study, "--shard", "1/2", "-o", place.out.string()}),
           place.run({"sweep", study, "--merge", place.out.string()})}) {
@@ -142,7 +142,7 @@ TEST_CASE("a plan of another study or with invalid content is refused", "[securi
   REQUIRE(mkfifo(file.c_str(), 0600) == 0);  // reading does not wait for a writer
   CHECK(place.submit().status == 2);
   std::filesystem::remove(file);
-  write_whole(file, first.dump());
+  write_file(file, first.dump());
   CHECK(place.submit().status == 0);
   std::filesystem::rename(place.out / "shards", place.folder.path() / "elsewhere");
   std::filesystem::create_directory_symlink(place.folder.path() / "elsewhere", place.out / "shards");

@@ -181,10 +181,4 @@ void OutputFile::commit() {
   fail("cannot be completed");
 }
 
-void write_file(const std::filesystem::path& path, std::string_view text) {
-  OutputFile file(path);
-  file.write(text);
-  file.commit();
-}
-
 }  // namespace freeplay

@@ -92,7 +92,12 @@ class OutputFile {
   bool keep_ = false, shared_ = false;
 };
 
-/// Writes a small file at once.
-void write_file(const std::filesystem::path& path, std::string_view text);
+/// Writes a small file at once. `how`: nothing, or OutputFile::Shared.
+template <class... How>
+void write_file(const std::filesystem::path& path, std::string_view text, How... how) {
+  OutputFile file(path, how...);
+  file.write(text);
+  file.commit();
+}
 
 }  // namespace freeplay

@@ -57,12 +57,6 @@ std::string file_checksum(const std::filesystem::path& file) {
   return fmt::format("{:016x}", checksum(sums));
 }
 
-void write_whole(const std::filesystem::path& file, std::string_view text) {
-  OutputFile out(file, OutputFile::Shared());
-  out.write(text);
-  out.commit();
-}
-
 void copy_whole(const std::filesystem::path& from, const std::filesystem::path& to) {
   const auto source = open_block_file(from);
   std::error_code none;
@@ -174,7 +168,7 @@ Manifest make_plan(const Division& study, const std::filesystem::path& folder, s
   }
   make_folder(place);
   write_file(units_file(folder), text);
-  write_whole(place / "manifest.json", record);
+  write_file(place / "manifest.json", record, OutputFile::Shared());
   return m;
 }
 

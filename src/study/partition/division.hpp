@@ -35,8 +35,6 @@ namespace freeplay {
 /// the file is a regular file of at most most_of_a_database (io/files/input_file.hpp).
 std::string file_checksum(const std::filesystem::path& file);
 
-/// Writes a file atomically. Throws OutputError.
-void write_whole(const std::filesystem::path& file, std::string_view text);
 /// Copies a regular file of at most most_of_a_database atomically, possibly to another file system.
 /// Throws SceneError for any other file, and OutputError if there is not enough space.
 void copy_whole(const std::filesystem::path& from, const std::filesystem::path& to);

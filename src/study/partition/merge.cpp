@@ -209,7 +209,7 @@ MergeSummary merge_shards(const Division& study, const std::filesystem::path& fo
     if (study.finish) study.finish(own.folder());
     for (const char* part : {"-wal", "-shm"}) std::filesystem::remove(database.string() + part);
     copy_whole(growing, database);
-    write_whole(mark, nlohmann::json{{"plan", manifest.plan}}.dump() + "\n");
+    write_file(mark, nlohmann::json{{"plan", manifest.plan}}.dump() + "\n", OutputFile::Shared());
     remove_orphans(place, files);
   }
   summary.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - began).count();

@@ -85,7 +85,7 @@ void write_state(const std::filesystem::path& folder, std::size_t shard, ShardSt
   s.host = host();
   s.job = environment("SLURM_JOB_ID");
   s.when = now();
-  write_whole(state_file(folder, shard), record_text(s));
+  write_file(state_file(folder, shard), record_text(s), OutputFile::Shared());
 }
 
 class Making {
@@ -191,7 +191,7 @@ class Making {
            .host = host()};
     s.file = fmt::format("{}-{}.db", requested_.shard, s.checksum);
     copy_whole(whole, place_ / s.file);
-    write_whole(place_ / fmt::format("{}.json", requested_.shard), record_text(s));
+    write_file(place_ / fmt::format("{}.json", requested_.shard), record_text(s), OutputFile::Shared());
     remove_what_is_left(s.file);
     return s;
   }
