@@ -48,10 +48,10 @@ void clear(const Path& path) {
   if (error) refuse(path, error);
 }
 
-void put_in_place(const Path& folder, const std::string& name) {
+void move(const Path& from, const Path& to) {
   std::error_code error;
-  std::filesystem::rename(half(folder, name), folder / name, error);
-  if (error) refuse(folder / name, error);
+  std::filesystem::rename(from, to, error);
+  if (error) refuse(to, error);
 }
 
 void remove_figures_of_forces(const Path& folder) {
@@ -105,9 +105,9 @@ void settle_run(const Path& folder) {
   if (!status) return;
   if (is_file(half(folder, file_names.front()))) remove_run(folder);
   for (const auto* name : file_names)
-    if (is_file(half(folder, name))) put_in_place(folder, name);
+    if (is_file(half(folder, name))) move(half(folder, name), folder / name);
   if (*status != "interrupted") remove_checkpoint(folder);
-  put_in_place(folder, summary_name);
+  move(half(folder, summary_name), folder / summary_name);
 }
 
 bool holds_finished_run(const Path& folder) {
@@ -177,16 +177,6 @@ const Members& members_of(const std::string& verb) {
 
 Path stage(const Path& folder, const std::string& verb, const char* name) {
   return folder / fmt::format(".{}.{}", verb, name);
-}
-
-[[noreturn]] void fail(const Path& path, const std::string& what, const std::error_code& error) {
-  throw OutputError(fmt::format("{}: {}: {}", path.string(), what, error.message()));
-}
-
-void move(const Path& from, const Path& to) {
-  std::error_code error;
-  std::filesystem::rename(from, to, error);
-  if (error) fail(to, "cannot be put in its place", error);
 }
 
 /// Whether the path is a folder and not a symbolic link; throws for a link.
