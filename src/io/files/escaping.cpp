@@ -92,6 +92,11 @@ std::size_t show(std::string_view text, std::string_view kept, std::string& out)
 
 }  // namespace
 
+std::size_t character_length(std::string_view text) {
+  const auto [there, whole] = extent_of(text);
+  return there == whole ? whole : 0;
+}
+
 std::string visible(std::string_view text, std::string_view kept) {
   std::string out;
   const auto left = show(text, kept, out);

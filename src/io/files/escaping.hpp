@@ -26,6 +26,10 @@ class VisibleStream {
   std::string waiting_;  // at most three bytes
 };
 
+/// Bytes of the UTF-8 character at the beginning of the text; 0 if none is there (RFC 3629: no overlong
+/// form, no surrogate, no code above U+10FFFF).
+std::size_t character_length(std::string_view text);
+
 /// visible(), shortened to about `most` characters.
 std::string visible_brief(std::string_view text, std::size_t most = 120);
 

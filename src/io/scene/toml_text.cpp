@@ -8,6 +8,7 @@
 #include <algorithm>
 #include <cctype>
 
+#include "io/files/escaping.hpp"
 #include "io/files/input_file.hpp"
 #include "io/scene/section.hpp"
 
@@ -67,20 +68,6 @@ Place place_of(std::string_view text, std::size_t byte) {
 
 [[noreturn]] void refuse(const std::string& name, int line, int column, const std::string& why) {
   throw SceneError(fmt::format("{}:{}:{}: not TOML: {}", name, line, column, why));
-}
-
-/// Length of the UTF-8 character at the beginning of the text, or 0 if it is invalid (RFC 3629: no
-/// overlong form, no surrogate, no code above U+10FFFF).
-std::size_t character_length(std::string_view text) {
-  const auto byte = [&](std::size_t i) { return i < text.size() ? static_cast<unsigned char>(text[i]) : 0U; };
-  const auto follows = [&](std::size_t i) { return (byte(i) & 0xC0) == 0x80; };
-  const unsigned first = byte(0), second = byte(1);
-  if (first < 0x80) return 1;
-  if (first < 0xC2 || first > 0xF4 || !follows(1)) return 0;
-  if (first < 0xE0) return 2;
-  if (!follows(2) || (first == 0xE0 && second < 0xA0) || (first == 0xED && second >= 0xA0)) return 0;
-  if (first < 0xF0) return 3;
-  return !follows(3) || (first == 0xF0 && second < 0x90) || (first == 0xF4 && second >= 0x90) ? 0 : 4;
 }
 
 /// Refuses text that is not UTF-8 or contains NUL, as TOML requires.
