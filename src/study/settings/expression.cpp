@@ -119,29 +119,29 @@ class ExpressionReader {
     return at_;
   }
 
+  /// Operands that `next` reads, joined by operators of one rank, from the left.
+  Type joined(Type (ExpressionReader::*next)(), Type wanted,
+              std::initializer_list<std::pair<const char*, Op>> operators) {
+    const auto begin = here();
+    const auto type = (this->*next)();
+    for (bool more = true; more;) {
+      more = false;
+      for (const auto& [name, op] : operators) {
+        if (!(wanted == Type::truth ? take_word(name) : take(name))) continue;
+        want(wanted, type, begin, name);
+        const auto second = here();
+        want(wanted, (this->*next)(), second, name);
+        emit(op);
+        more = true;
+      }
+    }
+    return type;
+  }
   Type alternatives() {
     const Deeper deeper(*this);
-    const auto begin = here();
-    auto type = conditions();
-    while (take_word("or")) {
-      want(Type::truth, type, begin, "or");
-      const auto second = here();
-      want(Type::truth, conditions(), second, "or");
-      emit(Op::either);
-    }
-    return type;
+    return joined(&ExpressionReader::conditions, Type::truth, {{"or", Op::either}});
   }
-  Type conditions() {
-    const auto begin = here();
-    const auto type = condition();
-    while (take_word("and")) {
-      want(Type::truth, type, begin, "and");
-      const auto second = here();
-      want(Type::truth, condition(), second, "and");
-      emit(Op::both);
-    }
-    return type;
-  }
+  Type conditions() { return joined(&ExpressionReader::condition, Type::truth, {{"and", Op::both}}); }
   Type condition() {
     const Deeper deeper(*this);
     if (take_word("not")) {
@@ -174,29 +174,9 @@ class ExpressionReader {
     }
     return std::nullopt;
   }
-  Type sum() {
-    const auto begin = here();
-    const auto type = term();
-    for (;;) {
-      const bool plus = take("+");
-      if (!plus && !take("-")) return type;
-      want(Type::number, type, begin, plus ? "+" : "-");
-      const auto second = here();
-      want(Type::number, term(), second, plus ? "+" : "-");
-      emit(plus ? Op::add : Op::subtract);
-    }
-  }
+  Type sum() { return joined(&ExpressionReader::term, Type::number, {{"+", Op::add}, {"-", Op::subtract}}); }
   Type term() {
-    const auto begin = here();
-    const auto type = sign();
-    for (;;) {
-      const bool times = take("*");
-      if (!times && !take("/")) return type;
-      want(Type::number, type, begin, times ? "*" : "/");
-      const auto second = here();
-      want(Type::number, sign(), second, times ? "*" : "/");
-      emit(times ? Op::multiply : Op::divide);
-    }
+    return joined(&ExpressionReader::sign, Type::number, {{"*", Op::multiply}, {"/", Op::divide}});
   }
   Type sign() {
     const Deeper deeper(*this);
