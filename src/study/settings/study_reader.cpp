@@ -31,9 +31,6 @@ std::string lower(std::string text) {
   return text;
 }
 
-/// The key of KEY=VALUE.
-std::string key_of(const std::string& override) { return override.substr(0, override.find_first_of(" =")); }
-
 /// The values of [low, high, n].
 std::vector<double> spread(const std::vector<double>& range, bool logarithmic, const char* key, Section& s) {
   if (range.size() != 3) s.fail(key, fmt::format("must be [low, high, n], has {} numbers", range.size()));
@@ -90,6 +87,14 @@ std::vector<std::string> keys_of(const Axis& axis) {
   auto keys = axis.others;
   keys.push_back(axis.key);
   return keys;
+}
+
+/// Refuses keys that are varied and also set.
+void refuse_twice_set(Section& s, const std::vector<std::string>& overrides,
+                      const std::vector<std::string>& varied, const std::string& by) {
+  for (const auto& o : overrides)
+    if (const auto key = o.substr(0, o.find_first_of(" =")); std::ranges::count(varied, key) > 0)
+      s.fail("set", fmt::format("{} is varied by {}", key, by));
 }
 
 }  // namespace
@@ -223,10 +228,7 @@ void StudyReader::finish(Variant& v) {
   if (s_.has("revolutions") && study_.duration)
     s_.fail("revolutions", "counts periods, but the study's duration is in seconds");
   study_.starts_given |= s_.has("starts");
-  for (const auto& o : v.overrides)
-    for (const auto& axis : study_.axes)
-      if (std::ranges::count(keys_of(axis), key_of(o)) > 0)
-        s_.fail("set", fmt::format("{} is varied by axis {}", key_of(o), axis.name));
+  for (const auto& axis : study_.axes) refuse_twice_set(s_, v.overrides, keys_of(axis), "axis " + axis.name);
 }
 
 void StudyReader::finish(Study& study) {
@@ -280,14 +282,6 @@ void require_expressions(const Study& study) {
 namespace {
 
 constexpr int most_events = 1000;  // of a fitted run
-
-/// Refuses a key that is varied and also set.
-void refuse_twice_set(Section& s, const std::vector<std::string>& overrides, const std::string& key,
-                      const std::string& by) {
-  for (const auto& set : overrides)
-    if (set.substr(0, set.find_first_of(" =")) == key)
-      s.fail("set", fmt::format("{} is varied by {}", key, by));
-}
 
 }  // namespace
 
@@ -388,11 +382,8 @@ void StudyReader::finish(Calibration& c) {
 }
 
 void StudyReader::refuse_varied(const AttractorPlan& p, std::initializer_list<std::size_t> axes) {
-  for (const auto place : axes) {
-    const auto& axis = study_.axes[place];
-    refuse_twice_set(s_, p.overrides, axis.key, "axis " + axis.name);
-    for (const auto& key : axis.others) refuse_twice_set(s_, p.overrides, key, "axis " + axis.name);
-  }
+  for (const auto place : axes)
+    refuse_twice_set(s_, p.overrides, keys_of(study_.axes[place]), "axis " + study_.axes[place].name);
 }
 
 void StudyReader::finish(ContinuationPlan& p) {
@@ -400,7 +391,7 @@ void StudyReader::finish(ContinuationPlan& p) {
   const auto [low, high] = std::minmax(p.from, p.to);
   if (p.start && !(*p.start >= low && *p.start <= high))
     s_.fail("start", fmt::format("must be from {} to {}", low, high));
-  refuse_twice_set(s_, p.overrides, p.key, "the continuation");
+  refuse_twice_set(s_, p.overrides, {p.key}, "the continuation");
   if (!p.second) return;
   if (p.second->key == p.key) s_.fail("second", "must differ from key");
   if (p.second->from == p.second->to)
