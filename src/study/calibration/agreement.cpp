@@ -9,6 +9,10 @@
 #include <utility>
 
 #include "measure/alignment.hpp"
+#include "measure/measurement.hpp"
+#include "mechanism/scene.hpp"
+#include "study/calibration/misfit.hpp"
+#include "study/runs/turns.hpp"
 
 namespace freeplay {
 
@@ -258,6 +262,62 @@ double unsteadiness(const TurnMetrics& turns, double uncertainty) {
       second(wave.begin() + static_cast<long>(n / 2), wave.end());
   const auto d = difference_of_means(first, second, uncertainty, property_error);
   return d.size > std::max(d.limit, least_amplitude * turns.value[TurnMetrics::mean_turn_rms]) ? d.size : 0;
+}
+
+double measured_statistic(const Study& study, Target& target, const Conduct& conduct,
+                          std::vector<std::string>& plausibility_checks) {
+  Case one{"", study.calibration->formulation, {}, 0, 1, study.scene, target.overrides};
+  const auto scene = scene_of(study, one, conduct);
+  const double speed = main_drive(scene.mechanism)->speed;
+  const auto ideal = ideal_turn(study, scene, study.calibration->formulation, conduct);
+  const auto data =
+      read_measurement(target.data, speed, ideal.value[TurnMetrics::peak_max], study.accelerometer);
+  target.sampling = data.sampling;
+  target.noise = data.uncertainty;
+  TurnRules rules;
+  rules.speed = speed;
+  rules.joint = -1;
+  rules.line_share = study.line_share;
+  rules.ideal_maximum = ideal.value[TurnMetrics::peak_max];
+  const auto between = [&](double from, double to) {
+    TurnMeter meter(rules);
+    for (std::size_t i = 0; i < data.acceleration.size(); ++i)
+      if (data.time[i] >= from && data.time[i] < to) meter.acceleration(data.time[i], data.acceleration[i]);
+    return meter.finish(data.time.back(), std::nan(""));
+  };
+  const auto measured = between(-INFINITY, INFINITY);
+  if (const auto plausibility = unit_plausibility(measured, ideal); !plausibility.empty())
+    plausibility_checks.push_back(fmt::format("{}: {}", target.data.string(), plausibility));
+  // Evaluate segments as long as a run: their mean has the expectation of the runs, even for a
+  // statistic that depends on the number of turns.
+  const auto whole = static_cast<int>(measured.peaks.size());
+  target.turns = std::clamp(static_cast<int>(study.calibration->revolutions), 1, std::max(whole, 1));
+  if (target.is_waveform()) {
+    const auto expected = expected_difference(turns_of(data, speed), target.turns, target.tolerance);
+    if (!(expected.value > 0))
+      throw SceneError(fmt::format("{}: a waveform needs at least two revolutions", target.data.string()));
+    target.tolerance = expected.deviation;
+    target.stretches.known = true;
+    return expected.value;
+  }
+  target.stretches.count = std::max(1, whole / target.turns);
+  const double stretch = target.turns * 2 * std::numbers::pi / std::abs(speed);
+  // With rounded times, a sample at the end of a segment belongs to the next one.
+  const double half = 0.5 / data.sampling;
+  double value = 0, squares = 0;
+  std::vector<double> of;
+  for (int k = 0; k < target.stretches.count; ++k) {
+    const double from = data.time.front() + k * stretch - half;
+    of.push_back(between(from, target.stretches.count > 1 ? from + stretch : INFINITY)
+                     .value[statistic_of(study, target).metric]);
+    value += of.back() / target.stretches.count;
+  }
+  if (!(value > 0))
+    throw SceneError(fmt::format("{}: has no {} (a signal has no contacts, and a logarithm is fitted)",
+                                 target.data.string(), target.statistic));
+  for (const double x : of) squares += std::pow(x / value - 1, 2);
+  if (of.size() > 1) target.stretches.spread = squares / static_cast<double>(of.size() - 1);
+  return value;
 }
 
 }  // namespace freeplay

@@ -31,6 +31,11 @@ namespace freeplay {
 /// with those of the ideal mechanism in another unit, g, cm/s² or mm/s²; else empty.
 std::string unit_plausibility(const TurnMetrics& measured, const TurnMetrics& ideal);
 
+/// Statistic of a measured file, computed like that of a run, with the sampling rate of the file;
+/// and questions about its units.
+double measured_statistic(const Study& study, Target& target, const Conduct& conduct,
+                          std::vector<std::string>& plausibility_checks);
+
 /// Quiet interval of a mean turn: the longest interval with |a| at most 5 % of the greatest ideal
 /// acceleration. A slider without contact and friction produces it, in measurements and in runs.
 /// Degrees; NaN if there is none.

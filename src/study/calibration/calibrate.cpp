@@ -3,53 +3,16 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <boost/math/distributions/binomial.hpp>
 #include <boost/math/distributions/chi_squared.hpp>
 #include <boost/math/distributions/normal.hpp>
 #include <boost/math/distributions/students_t.hpp>
 #include <cmath>
-#include <numbers>
 #include <optional>
 
-#include "facade/simulation.hpp"
-#include "measure/measurement.hpp"
-#include "measure/waveform.hpp"
-#include "mechanism/scene.hpp"
 #include "study/calibration/agreement.hpp"
-#include "study/runs/turns.hpp"
-#include "study/store/results.hpp"
 
 namespace freeplay {
 namespace {
-
-/// A statistic of a run: one of TurnMetrics, or a measure of the study.
-struct Statistic {
-  TurnMetrics::Name metric = TurnMetrics::count;  ///< count: none
-  std::size_t measure = 0;
-  double of(const RunRow& row) const {
-    return metric == TurnMetrics::count ? row.measures.at(measure) : row.metric.at(metric);
-  }
-  /// A measure whose logarithm is fitted is positive.
-  TurnMetrics::Kind kind() const {
-    return metric == TurnMetrics::count ? TurnMetrics::Kind::positive : TurnMetrics::kind(metric);
-  }
-};
-
-Statistic statistic_of(const Study& study, const Target& target) {
-  const auto& names = TurnMetrics::names();
-  const auto measure = std::ranges::find(study.measures, target.measure(), &Measure::name);
-  if (measure != study.measures.end())
-    return {TurnMetrics::count, static_cast<std::size_t>(measure - study.measures.begin())};
-  return {static_cast<TurnMetrics::Name>(std::ranges::find(names, target.statistic) - names.begin())};
-}
-
-/// Name of the runs of a target. Targets with the same scene and sampling share their runs.
-std::string name_of_run(const std::string& what, const Target& target) {
-  std::string name = fmt::format("{} {}", what, fmt::join(target.overrides, " "));
-  if (target.sampling > 0) name += fmt::format(" {} Hz {} turns", target.sampling, target.turns);
-  if (target.noise > 0) name += fmt::format(" +- {} m/s2", target.noise);
-  return name;
-}
 
 /// The study's scene at ξ for one target. A run has as many turns as each segment of a measured
 /// file, because the greatest value of many turns exceeds that of few.
@@ -66,23 +29,17 @@ Variant variant_at(const Study& study, const std::string& what, const Eigen::Vec
             target.turns > 0 ? target.turns : revolutions,
             target.sampling,
             target.noise};
-  for (std::size_t j = 0; j < c.unknowns.size(); ++j)
-    v.overrides.push_back(
-        fmt::format("{}={}", c.unknowns[j].key, unscaled(c.unknowns[j], xi[static_cast<Eigen::Index>(j)])));
+  std::ranges::copy(overrides_at(c, xi), std::back_inserter(v.overrides));
   return v;
 }
 
 /// Values of a statistic, one for each run.
 std::vector<double> outcomes_of(const std::vector<RunRow>& rows, const std::string& variant,
-                                const Statistic& statistic) {
+                                const TargetStatistic& statistic) {
   std::vector<double> list;
   for (const auto& r : rows)
     if (r.variant == variant) list.push_back(statistic.of(r));
   return list;
-}
-
-bool all_positive(const std::vector<double>& list) {
-  return std::ranges::all_of(list, [](double x) { return x > 0; });
 }
 
 Estimate possible(const Interval& s, TurnMetrics::Kind kind) {
@@ -96,228 +53,6 @@ Estimate possible(Estimate e, TurnMetrics::Kind kind) {
     for (double* x : {&e.value, &e.low, &e.high}) *x = std::min(*x, 1.0);
   return e;
 }
-
-/// Statistic of a measured file, computed like that of a run, with the sampling rate of the file;
-/// and questions about its units.
-double measured_statistic(const Study& study, Target& target, const Conduct& conduct,
-                          std::vector<std::string>& plausibility_checks) {
-  Case one{"", study.calibration->formulation, {}, 0, 1, study.scene, target.overrides};
-  const auto scene = scene_of(study, one, conduct);
-  const double speed = main_drive(scene.mechanism)->speed;
-  const auto ideal = ideal_turn(study, scene, study.calibration->formulation, conduct);
-  const auto data =
-      read_measurement(target.data, speed, ideal.value[TurnMetrics::peak_max], study.accelerometer);
-  target.sampling = data.sampling;
-  target.noise = data.uncertainty;
-  TurnRules rules;
-  rules.speed = speed;
-  rules.joint = -1;
-  rules.line_share = study.line_share;
-  rules.ideal_maximum = ideal.value[TurnMetrics::peak_max];
-  const auto between = [&](double from, double to) {
-    TurnMeter meter(rules);
-    for (std::size_t i = 0; i < data.acceleration.size(); ++i)
-      if (data.time[i] >= from && data.time[i] < to) meter.acceleration(data.time[i], data.acceleration[i]);
-    return meter.finish(data.time.back(), std::nan(""));
-  };
-  const auto measured = between(-INFINITY, INFINITY);
-  if (const auto plausibility = unit_plausibility(measured, ideal); !plausibility.empty())
-    plausibility_checks.push_back(fmt::format("{}: {}", target.data.string(), plausibility));
-  // Evaluate segments as long as a run: their mean has the expectation of the runs, even for a
-  // statistic that depends on the number of turns.
-  const auto whole = static_cast<int>(measured.peaks.size());
-  target.turns = std::clamp(static_cast<int>(study.calibration->revolutions), 1, std::max(whole, 1));
-  if (target.is_waveform()) {
-    const auto expected = expected_difference(turns_of(data, speed), target.turns, target.tolerance);
-    if (!(expected.value > 0))
-      throw SceneError(fmt::format("{}: a waveform needs at least two revolutions", target.data.string()));
-    target.tolerance = expected.deviation;
-    target.stretches.known = true;
-    return expected.value;
-  }
-  target.stretches.count = std::max(1, whole / target.turns);
-  const double stretch = target.turns * 2 * std::numbers::pi / std::abs(speed);
-  // With rounded times, a sample at the end of a segment belongs to the next one.
-  const double half = 0.5 / data.sampling;
-  double value = 0, squares = 0;
-  std::vector<double> of;
-  for (int k = 0; k < target.stretches.count; ++k) {
-    const double from = data.time.front() + k * stretch - half;
-    of.push_back(between(from, target.stretches.count > 1 ? from + stretch : INFINITY)
-                     .value[statistic_of(study, target).metric]);
-    value += of.back() / target.stretches.count;
-  }
-  if (!(value > 0))
-    throw SceneError(fmt::format("{}: has no {} (a signal has no contacts, and a logarithm is fitted)",
-                                 target.data.string(), target.statistic));
-  for (const double x : of) squares += std::pow(x / value - 1, 2);
-  if (of.size() > 1) target.stretches.spread = squares / static_cast<double>(of.size() - 1);
-  return value;
-}
-
-/// Runs that several targets share, and their outcomes at each ξ: a row for each start, a column
-/// for each target.
-struct Runs {
-  std::vector<std::size_t> targets;
-  std::vector<int> point;  // numbers of the points whose runs finished
-  std::vector<Eigen::VectorXd> xi;
-  std::vector<Eigen::MatrixXd> outcomes;
-};
-
-/// All outcomes so far, and the misfit that follows from them.
-class Evidence {
- public:
-  Evidence(const Study& study, const Calibration& c, const std::vector<double>& measured)
-      : study_(study), c_(c), measured_(measured) {
-    for (std::size_t i = 0; i < c.targets.size(); ++i) {
-      const auto& target = c.targets[i];
-      const auto same = std::ranges::find_if(runs_, [&](const Runs& r) {
-        return name_of_run("", c.targets[r.targets.front()]) == name_of_run("", target);
-      });
-      if (same == runs_.end())
-        runs_.push_back({{i}, {}, {}, {}});
-      else
-        same->targets.push_back(i);
-      statistics_.push_back(statistic_of(study, target));
-    }
-  }
-
-  const Statistic& statistic(std::size_t target) const { return statistics_[target]; }
-
-  void add(const std::vector<RunRow>& rows, const std::string& point, const Eigen::VectorXd& xi) {
-    tried_.push_back(xi);
-    for (auto& r : runs_) {
-      std::vector<const RunRow*> own;
-      const auto name = name_of_run(point, c_.targets[r.targets.front()]);
-      for (const auto& row : rows)
-        if (row.variant == name) own.push_back(&row);
-      if (own.empty()) continue;  // its runs failed
-      Eigen::MatrixXd outcomes(own.size(), r.targets.size());
-      for (Eigen::Index s = 0; s < outcomes.rows(); ++s)
-        for (Eigen::Index k = 0; k < outcomes.cols(); ++k)
-          outcomes(s, k) =
-              statistics_[r.targets[static_cast<std::size_t>(k)]].of(*own[static_cast<std::size_t>(s)]);
-      r.point.push_back(static_cast<int>(tried_.size()) - 1);
-      r.xi.push_back(xi);
-      r.outcomes.push_back(outcomes);
-    }
-  }
-  int tried() const { return static_cast<int>(tried_.size()); }
-  /// All points, one a row.
-  Eigen::MatrixXd points() const {
-    Eigen::MatrixXd all(tried_.size(), tried_.front().size());
-    for (std::size_t p = 0; p < tried_.size(); ++p)
-      all.row(static_cast<Eigen::Index>(p)) = tried_[p].transpose();
-    return all;
-  }
-  /// Outcomes at one point; none if a run failed or a statistic is not positive there.
-  std::optional<Misfit::Own> own(int point) const {
-    const auto m = static_cast<Eigen::Index>(c_.targets.size());
-    Misfit::Own all{Eigen::VectorXd(m), Eigen::VectorXd(m)};
-    for (const auto& r : runs_) {
-      const auto at = std::ranges::lower_bound(r.point, point);
-      if (at == r.point.end() || *at != point) return {};
-      const auto& outcomes = r.outcomes[static_cast<std::size_t>(at - r.point.begin())];
-      for (std::size_t k = 0; k < r.targets.size(); ++k) {
-        const double mean = outcomes.col(static_cast<Eigen::Index>(k)).mean();
-        if (!(mean > 0)) return {};
-        all.logarithms[static_cast<Eigen::Index>(r.targets[k])] = std::log(mean);
-        all.starts[static_cast<Eigen::Index>(r.targets[k])] = static_cast<double>(outcomes.rows());
-      }
-    }
-    return all;
-  }
-  std::vector<CalibrationResult::Outcome> outcomes() const {
-    std::vector<CalibrationResult::Outcome> all;
-    for (const auto& r : runs_)
-      for (std::size_t k = 0; k < r.targets.size(); ++k)
-        for (std::size_t p = 0; p < r.xi.size(); ++p)
-          all.push_back({r.targets[k], r.xi[p], r.outcomes[p].col(static_cast<Eigen::Index>(k)).mean()});
-    return all;
-  }
-
-  /// Throws SceneError if a statistic is not positive at some point.
-  Misfit misfit(CalibrationResult& result) const {
-    std::vector<std::optional<Observed>> observed(c_.targets.size());
-    std::vector<Scatter> scatter;
-    result.points.assign(c_.targets.size(), 0);
-    result.surface_error.assign(c_.targets.size(), 0);
-    result.surface_spread.assign(c_.targets.size(), 0);
-    for (std::size_t g = 0; g < runs_.size(); ++g) {
-      const auto& r = runs_[g];
-      for (std::size_t k = 0; k < r.targets.size(); ++k) require_positive(r, k);
-      scatter.emplace_back();
-      for (std::size_t p = 0; p < r.xi.size(); ++p) scatter.back().add(r.xi[p], r.outcomes[p]);
-      scatter.back().choose_widths();
-      for (std::size_t k = 0; k < r.targets.size(); ++k) {
-        const auto i = r.targets[k];
-        const auto& target = c_.targets[i];
-        const auto source = std::ranges::find(c_.targets, target.data, &Target::data) - c_.targets.begin();
-        observed[i] = Observed{surface(r, k, scatter.back(), target),
-                               std::log(measured_[i]),
-                               target.tolerance,
-                               target.stretches,
-                               static_cast<int>(g),
-                               static_cast<int>(k),
-                               static_cast<int>(source)};
-        result.points[i] = static_cast<int>(r.xi.size());
-        result.surface_error[i] = observed[i]->surface.error();
-        result.surface_spread[i] = observed[i]->surface.spread();
-      }
-    }
-    std::vector<Observed> list;
-    for (auto& o : observed) list.push_back(std::move(*o));
-    return {std::move(list), std::move(scatter)};
-  }
-
- private:
-  void require_positive(const Runs& r, std::size_t column) const {
-    const auto& target = c_.targets[r.targets[column]];
-    std::vector<std::size_t> without;
-    for (std::size_t p = 0; p < r.xi.size(); ++p)
-      if (!(r.outcomes[p].col(static_cast<Eigen::Index>(column)).mean() > 0)) without.push_back(p);
-    if (without.empty()) return;
-    std::string where;
-    for (std::size_t j = 0; j < c_.unknowns.size(); ++j)
-      where += fmt::format("{}{} = {:.4g}", j > 0 ? ", " : "", c_.unknowns[j].key,
-                           unscaled(c_.unknowns[j], r.xi[without[0]][static_cast<Eigen::Index>(j)]));
-    throw SceneError(fmt::format(
-        "{}: calibrate.targets.{}: at {} of {} points (first: {}) {} is not positive, but its logarithm is "
-        "fitted; narrow the unknowns' ranges or use another statistic",
-        study_.file.string(), target.name, without.size(), r.xi.size(), where, target.statistic));
-  }
-  ResponseSurface surface(const Runs& r, std::size_t column, const Scatter& scatter,
-                          const Target& target) const {
-    const auto n = static_cast<int>(c_.unknowns.size());
-    const auto count = static_cast<Eigen::Index>(r.xi.size());
-    if (count < ResponseSurface::coefficients(n) + 2)
-      throw std::runtime_error(
-          fmt::format("calibration: the runs at {} of {} points failed for {}; {} points are needed",
-                      tried() - count, tried(), target.name, ResponseSurface::coefficients(n) + 2));
-    Eigen::MatrixXd at(count, n);
-    Eigen::VectorXd y(count), noise = Eigen::VectorXd::Ones(count);
-    for (Eigen::Index p = 0; p < count; ++p) {
-      const auto& outcomes = r.outcomes[static_cast<std::size_t>(p)];
-      const auto& xi = r.xi[static_cast<std::size_t>(p)];
-      const auto k = static_cast<Eigen::Index>(column);
-      at.row(p) = xi.transpose();
-      y[p] = std::log(outcomes.col(k).mean());
-      if (scatter.known()) noise[p] = scatter.at(xi).covariance(k, k);
-      noise[p] /= static_cast<double>(outcomes.rows());
-    }
-    // Relative; equal where nothing scatters.
-    const double mean = noise.mean();
-    noise = mean > 0 ? Eigen::VectorXd((noise / mean).cwiseMax(1e-3)) : Eigen::VectorXd::Ones(count);
-    return {at, y, noise, scatter.known() ? mean : -1};
-  }
-
-  const Study& study_;
-  const Calibration& c_;
-  const std::vector<double>& measured_;
-  std::vector<Runs> runs_;
-  std::vector<Statistic> statistics_;
-  std::vector<Eigen::VectorXd> tried_;
-};
 
 /// Greatest s_i² over the variance of the measurement, of all targets.
 double doubt(const Misfit& misfit, const Eigen::VectorXd& xi) {
@@ -352,10 +87,7 @@ Eigen::MatrixXd where_to_refine(const Misfit& misfit, const Search& now, int cou
     if (!next) break;
     chosen.push_back(next->xi);
   }
-  Eigen::MatrixXd points(chosen.size(), now.best.xi.size());
-  for (std::size_t k = 0; k < chosen.size(); ++k)
-    points.row(static_cast<Eigen::Index>(k)) = chosen[k].transpose();
-  return points;
+  return as_rows(chosen);
 }
 
 /// Whether the error of each surface is at most half of the measurement's uncertainty at the optimum and at
@@ -379,19 +111,6 @@ bool fine_enough(const Misfit& misfit, const Search& now, bool rough = true) {
     if (2 * fine < all) return false;
   }
   return true;
-}
-
-/// Forecasts of the targets at one point for the mean of some starts. An error below half of the
-/// measurement's uncertainty does not matter.
-std::vector<Forecast> forecasts(const Misfit& misfit, const Eigen::VectorXd& xi, int starts) {
-  std::vector<Forecast> list;
-  for (std::size_t i = 0; i < misfit.targets().size(); ++i) {
-    const auto& target = misfit.targets()[i];
-    const auto parts = misfit.parts(i, xi);
-    list.push_back({target.surface(xi), parts.surface + parts.run / starts +
-                                            0.25 * (parts.scatter + std::pow(target.tolerance, 2))});
-  }
-  return list;
 }
 
 /// Widens the intervals to all points whose own runs meet the targets although the surfaces differ from
@@ -460,18 +179,6 @@ void separate(Ridge& ridge, const Calibration& c, const std::vector<RunRow>& row
 
 }  // namespace
 
-bool predictions_hold(const std::vector<Forecast>& forecasts, const std::vector<double>& outcomes) {
-  int count = 0, outside = 0;
-  for (std::size_t k = 0; k < outcomes.size(); ++k) {
-    if (!std::isfinite(outcomes[k])) continue;  // the run failed
-    outside += std::abs(outcomes[k] - forecasts[k].value) > 1.96 * std::sqrt(forecasts[k].variance);
-    ++count;
-  }
-  // P(at least `outside`)
-  return outside == 0 ||
-         boost::math::cdf(boost::math::complement(boost::math::binomial(count, 0.05), outside - 1)) > 0.005;
-}
-
 Estimate one_more(std::vector<double> outcomes) {
   std::erase_if(outcomes, [](double x) { return !std::isfinite(x); });
   std::ranges::sort(outcomes);
@@ -487,7 +194,7 @@ Estimate one_more(std::vector<double> outcomes) {
 
 bool contradicts(const std::vector<double>& outcomes, double measured, double tolerance, double surface_error,
                  const Stretches& stretches) {
-  if (outcomes.empty() || !all_positive(outcomes)) return true;
+  if (outcomes.empty() || !std::ranges::all_of(outcomes, [](double x) { return x > 0; })) return true;
   const auto n = static_cast<double>(outcomes.size());
   double mean = 0, squares = 0;
   for (double x : outcomes) mean += std::log(x) / n;
@@ -569,7 +276,7 @@ CalibrationResult calibrate(CalibrationPlan planned, const Conduct& conduct, con
   for (int p = 0; p < c.points; ++p)
     evidence.add(rows, fmt::format("point {:03}", p), points.row(p).transpose());
   const std::vector<bool> every(c.targets.size(), true);
-  auto misfit = evidence.misfit(result);
+  auto misfit = evidence.misfit();
   result.before = identifiability(misfit, points);
 
   // Runs more points, of `starts` starts each, and keeps whether they are as predicted.
@@ -597,7 +304,7 @@ CalibrationResult calibrate(CalibrationPlan planned, const Conduct& conduct, con
     held = true;
     for (std::size_t i = 0; i < c.targets.size(); ++i)
       held = held && predictions_hold(expected[i], outcomes[i]);
-    misfit = evidence.misfit(result);
+    misfit = evidence.misfit();
     return true;
   };
   const auto refine = [&] {
@@ -644,11 +351,8 @@ CalibrationResult calibrate(CalibrationPlan planned, const Conduct& conduct, con
     const auto doubtful = where_to_refine(misfit, now, 4 * n + 4);
     for (const auto row : doubtful.rowwise())
       if (static_cast<int>(list.size()) < 4 * n + 4) add(row.transpose());
-    Eigen::MatrixXd more(list.size(), n);
-    for (std::size_t k = 0; k < list.size(); ++k)
-      more.row(static_cast<Eigen::Index>(k)) = list[k].transpose();
     last = fmt::format("profile {}", round);
-    if (!try_points(last, more, std::max(c.starts, study.starts))) return result;
+    if (!try_points(last, as_rows(list), std::max(c.starts, study.starts))) return result;
   }
   if (!held) result.all.rejected = result.all.rejected && no_run_meets(result.all, misfit, evidence);
   widen(result.all, misfit, evidence, c.unknowns);
@@ -667,8 +371,13 @@ CalibrationResult calibrate(CalibrationPlan planned, const Conduct& conduct, con
     for (std::size_t x = 0; x < y; ++x)
       result.maps.push_back(
           {x, y, misfit_map(misfit, result.all, static_cast<Eigen::Index>(x), static_cast<Eigen::Index>(y))});
-  for (std::size_t i = 0; i < c.targets.size(); ++i)
+  for (std::size_t i = 0; i < c.targets.size(); ++i) {
+    const auto& surface = misfit.targets()[i].surface;
+    result.points.push_back(surface.points());
+    result.surface_error.push_back(surface.error());
+    result.surface_spread.push_back(surface.spread());
     result.at_optimum.push_back(misfit.parts(i, result.all.xi));
+  }
   if (c.targets.size() > 1 && c.leave_out)
     for (std::size_t i = 0; i < c.targets.size(); ++i) {
       auto used = every;

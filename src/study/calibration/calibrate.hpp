@@ -135,12 +135,6 @@ struct MisfitPoint {
 
 /// Result of a calibration.
 struct CalibrationResult {
-  /// Outcome of the runs at a point: the mean over its starts.
-  struct Outcome {
-    std::size_t target = 0;
-    Eigen::VectorXd xi;
-    double value = 0;
-  };
   /// f − min f over two unknowns.
   struct Map {
     std::size_t x = 0, y = 0;         ///< unknowns
@@ -161,10 +155,10 @@ struct CalibrationResult {
       at_optimum;  ///< parts of each target's variance, at the optimum of the fit to all
   /// Whether each surface's error there is at most half of the measurement's uncertainty.
   bool refined = false;
-  std::vector<Outcome> outcomes;  ///< of all points
-  std::vector<Map> maps;          ///< for each pair of unknowns, of the fit to all
-  Fit all;                        ///< fit to all targets
-  std::vector<Fit> left_out;      ///< fit i excludes target i; empty for a single target
+  std::vector<Evidence::Outcome> outcomes;  ///< of all points
+  std::vector<Map> maps;                    ///< for each pair of unknowns, of the fit to all
+  Fit all;                                  ///< fit to all targets
+  std::vector<Fit> left_out;                ///< fit i excludes target i; empty for a single target
   SweepSummary sweep;
   std::vector<std::string> plausibility_checks;  ///< about the units of measured files
 };
@@ -206,15 +200,6 @@ Fit fit(const Misfit& misfit, const std::vector<bool>& used, const std::vector<U
 std::optional<Ridge> ridge_of(const Misfit& misfit, const Fit& fit, const std::vector<Unknown>& unknowns);
 inline constexpr double ridge_ratio = 2.5;
 
-/// Predicted outcome of a run, ln statistic, and the variance of the difference of the outcome.
-struct Forecast {
-  double value = 0, variance = 0;
-};
-/// Whether outcomes are as predicted: not more of them lie outside the 95 % intervals of their forecasts
-/// than happens once in 200 rounds (binomial distribution). The intervals of the unknowns need no more;
-/// errors at jumps of a statistic are not normal.
-bool predictions_hold(const std::vector<Forecast>& forecasts, const std::vector<double>& outcomes);
-
 /// f − min f on a grid over the ranges of two unknowns; x is the outer loop.
 std::vector<MisfitPoint> misfit_map(const Misfit& misfit, const Fit& fit, Eigen::Index x, Eigen::Index y);
 
@@ -230,8 +215,5 @@ bool contradicts(const std::vector<double>& outcomes, double measured, double to
 /// some are 0, the interval of the positive ones is extended to 0, and the value is the median of
 /// all.
 Estimate one_more(std::vector<double> outcomes);
-
-/// Value of an unknown at ξ ∈ [−1, 1].
-double unscaled(const Unknown& unknown, double xi);
 
 }  // namespace freeplay

@@ -1,9 +1,13 @@
 #include "study/calibration/misfit.hpp"
 
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
 #include <algorithm>
 #include <array>
+#include <boost/math/distributions/binomial.hpp>
 #include <cmath>
-#include <optional>
+#include <stdexcept>
 
 namespace freeplay {
 namespace {
@@ -232,6 +236,183 @@ Identifiability identifiability(const Misfit& misfit, const Eigen::MatrixXd& poi
   const Eigen::VectorXd scale = covariance.diagonal().cwiseSqrt().cwiseInverse();
   found.correlation = scale.asDiagonal() * covariance * scale.asDiagonal();
   return found;
+}
+
+std::vector<Forecast> forecasts(const Misfit& misfit, const Eigen::VectorXd& xi, int starts) {
+  std::vector<Forecast> list;
+  for (std::size_t i = 0; i < misfit.targets().size(); ++i) {
+    const auto& target = misfit.targets()[i];
+    const auto parts = misfit.parts(i, xi);
+    list.push_back({target.surface(xi), parts.surface + parts.run / starts +
+                                            0.25 * (parts.scatter + std::pow(target.tolerance, 2))});
+  }
+  return list;
+}
+
+bool predictions_hold(const std::vector<Forecast>& forecasts, const std::vector<double>& outcomes) {
+  int count = 0, outside = 0;
+  for (std::size_t k = 0; k < outcomes.size(); ++k) {
+    if (!std::isfinite(outcomes[k])) continue;  // the run failed
+    outside += std::abs(outcomes[k] - forecasts[k].value) > 1.96 * std::sqrt(forecasts[k].variance);
+    ++count;
+  }
+  // P(at least `outside`)
+  return outside == 0 ||
+         boost::math::cdf(boost::math::complement(boost::math::binomial(count, 0.05), outside - 1)) > 0.005;
+}
+
+std::vector<std::string> overrides_at(const Calibration& c, const Eigen::VectorXd& xi) {
+  std::vector<std::string> list;
+  for (std::size_t j = 0; j < c.unknowns.size(); ++j)
+    list.push_back(
+        fmt::format("{}={}", c.unknowns[j].key, unscaled(c.unknowns[j], xi[static_cast<Eigen::Index>(j)])));
+  return list;
+}
+
+Eigen::MatrixXd as_rows(const std::vector<Eigen::VectorXd>& rows) {
+  Eigen::MatrixXd all(rows.size(), rows.front().size());
+  for (std::size_t p = 0; p < rows.size(); ++p) all.row(static_cast<Eigen::Index>(p)) = rows[p].transpose();
+  return all;
+}
+
+TargetStatistic statistic_of(const Study& study, const Target& target) {
+  const auto& names = TurnMetrics::names();
+  const auto measure = std::ranges::find(study.measures, target.measure(), &Measure::name);
+  if (measure != study.measures.end())
+    return {TurnMetrics::count, static_cast<std::size_t>(measure - study.measures.begin())};
+  return {static_cast<TurnMetrics::Name>(std::ranges::find(names, target.statistic) - names.begin())};
+}
+
+std::string name_of_run(const std::string& what, const Target& target) {
+  std::string name = fmt::format("{} {}", what, fmt::join(target.overrides, " "));
+  if (target.sampling > 0) name += fmt::format(" {} Hz {} turns", target.sampling, target.turns);
+  if (target.noise > 0) name += fmt::format(" +- {} m/s2", target.noise);
+  return name;
+}
+
+Evidence::Evidence(const Study& study, const Calibration& c, const std::vector<double>& measured)
+    : study_(study), c_(c), measured_(measured) {
+  for (std::size_t i = 0; i < c.targets.size(); ++i) {
+    const auto& target = c.targets[i];
+    const auto same = std::ranges::find_if(runs_, [&](const Runs& r) {
+      return name_of_run("", c.targets[r.targets.front()]) == name_of_run("", target);
+    });
+    if (same == runs_.end())
+      runs_.push_back({{i}, {}, {}, {}});
+    else
+      same->targets.push_back(i);
+    statistics_.push_back(statistic_of(study, target));
+  }
+}
+
+void Evidence::add(const std::vector<RunRow>& rows, const std::string& point, const Eigen::VectorXd& xi) {
+  tried_.push_back(xi);
+  for (auto& r : runs_) {
+    std::vector<const RunRow*> own;
+    const auto name = name_of_run(point, c_.targets[r.targets.front()]);
+    for (const auto& row : rows)
+      if (row.variant == name) own.push_back(&row);
+    if (own.empty()) continue;  // its runs failed
+    Eigen::MatrixXd outcomes(own.size(), r.targets.size());
+    for (Eigen::Index s = 0; s < outcomes.rows(); ++s)
+      for (Eigen::Index k = 0; k < outcomes.cols(); ++k)
+        outcomes(s, k) =
+            statistics_[r.targets[static_cast<std::size_t>(k)]].of(*own[static_cast<std::size_t>(s)]);
+    r.point.push_back(static_cast<int>(tried_.size()) - 1);
+    r.xi.push_back(xi);
+    r.outcomes.push_back(outcomes);
+  }
+}
+
+std::optional<Misfit::Own> Evidence::own(int point) const {
+  const auto m = static_cast<Eigen::Index>(c_.targets.size());
+  Misfit::Own all{Eigen::VectorXd(m), Eigen::VectorXd(m)};
+  for (const auto& r : runs_) {
+    const auto at = std::ranges::lower_bound(r.point, point);
+    if (at == r.point.end() || *at != point) return {};
+    const auto& outcomes = r.outcomes[static_cast<std::size_t>(at - r.point.begin())];
+    for (std::size_t k = 0; k < r.targets.size(); ++k) {
+      const double mean = outcomes.col(static_cast<Eigen::Index>(k)).mean();
+      if (!(mean > 0)) return {};
+      all.logarithms[static_cast<Eigen::Index>(r.targets[k])] = std::log(mean);
+      all.starts[static_cast<Eigen::Index>(r.targets[k])] = static_cast<double>(outcomes.rows());
+    }
+  }
+  return all;
+}
+
+std::vector<Evidence::Outcome> Evidence::outcomes() const {
+  std::vector<Outcome> all;
+  for (const auto& r : runs_)
+    for (std::size_t k = 0; k < r.targets.size(); ++k)
+      for (std::size_t p = 0; p < r.xi.size(); ++p)
+        all.push_back({r.targets[k], r.xi[p], r.outcomes[p].col(static_cast<Eigen::Index>(k)).mean()});
+  return all;
+}
+
+Misfit Evidence::misfit() const {
+  std::vector<std::optional<Observed>> observed(c_.targets.size());
+  std::vector<Scatter> scatter;
+  for (std::size_t g = 0; g < runs_.size(); ++g) {
+    const auto& r = runs_[g];
+    for (std::size_t k = 0; k < r.targets.size(); ++k) require_positive(r, k);
+    scatter.emplace_back();
+    for (std::size_t p = 0; p < r.xi.size(); ++p) scatter.back().add(r.xi[p], r.outcomes[p]);
+    scatter.back().choose_widths();
+    for (std::size_t k = 0; k < r.targets.size(); ++k) {
+      const auto i = r.targets[k];
+      const auto& target = c_.targets[i];
+      const auto source = std::ranges::find(c_.targets, target.data, &Target::data) - c_.targets.begin();
+      observed[i] = Observed{surface(r, k, scatter.back(), target),
+                             std::log(measured_[i]),
+                             target.tolerance,
+                             target.stretches,
+                             static_cast<int>(g),
+                             static_cast<int>(k),
+                             static_cast<int>(source)};
+    }
+  }
+  std::vector<Observed> list;
+  for (auto& o : observed) list.push_back(std::move(*o));
+  return {std::move(list), std::move(scatter)};
+}
+
+void Evidence::require_positive(const Runs& r, std::size_t column) const {
+  const auto& target = c_.targets[r.targets[column]];
+  std::vector<std::size_t> without;
+  for (std::size_t p = 0; p < r.xi.size(); ++p)
+    if (!(r.outcomes[p].col(static_cast<Eigen::Index>(column)).mean() > 0)) without.push_back(p);
+  if (without.empty()) return;
+  std::string where;
+  for (std::size_t j = 0; j < c_.unknowns.size(); ++j)
+    where += fmt::format("{}{} = {:.4g}", j > 0 ? ", " : "", c_.unknowns[j].key,
+                         unscaled(c_.unknowns[j], r.xi[without[0]][static_cast<Eigen::Index>(j)]));
+  throw SceneError(fmt::format(
+      "{}: calibrate.targets.{}: at {} of {} points (first: {}) {} is not positive, but its logarithm is "
+      "fitted; narrow the unknowns' ranges or use another statistic",
+      study_.file.string(), target.name, without.size(), r.xi.size(), where, target.statistic));
+}
+
+ResponseSurface Evidence::surface(const Runs& r, std::size_t column, const Scatter& scatter,
+                                  const Target& target) const {
+  const auto n = static_cast<int>(c_.unknowns.size());
+  const auto count = static_cast<Eigen::Index>(r.xi.size());
+  if (count < ResponseSurface::coefficients(n) + 2)
+    throw std::runtime_error(
+        fmt::format("calibration: the runs at {} of {} points failed for {}; {} points are needed",
+                    tried() - count, tried(), target.name, ResponseSurface::coefficients(n) + 2));
+  Eigen::VectorXd y(count), noise = Eigen::VectorXd::Ones(count);
+  for (Eigen::Index p = 0; p < count; ++p) {
+    const auto& outcomes = r.outcomes[static_cast<std::size_t>(p)];
+    const auto k = static_cast<Eigen::Index>(column);
+    y[p] = std::log(outcomes.col(k).mean());
+    if (scatter.known()) noise[p] = scatter.at(r.xi[static_cast<std::size_t>(p)]).covariance(k, k);
+    noise[p] /= static_cast<double>(outcomes.rows());
+  }
+  // Relative; equal where nothing scatters.
+  const double mean = noise.mean();
+  noise = mean > 0 ? Eigen::VectorXd((noise / mean).cwiseMax(1e-3)) : Eigen::VectorXd::Ones(count);
+  return {as_rows(r.xi), y, noise, scatter.known() ? mean : -1};
 }
 
 }  // namespace freeplay

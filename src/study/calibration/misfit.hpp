@@ -25,10 +25,13 @@
 
 #include <Eigen/Dense>
 
+#include <optional>
+#include <string>
 #include <vector>
 
 #include "study/calibration/surface.hpp"
 #include "study/settings/study.hpp"
+#include "study/store/results.hpp"
 
 namespace freeplay {
 
@@ -137,6 +140,85 @@ class Misfit {
  private:
   std::vector<Observed> targets_;
   std::vector<Scatter> scatter_;  // for each set of runs
+};
+
+/// Predicted outcome of a run, ln statistic, and the variance of the difference of the outcome.
+struct Forecast {
+  double value = 0, variance = 0;
+};
+/// Forecasts of the targets at one point for the mean of some starts. An error below half of the
+/// measurement's uncertainty does not matter.
+std::vector<Forecast> forecasts(const Misfit& misfit, const Eigen::VectorXd& xi, int starts);
+/// Whether outcomes are as predicted: not more of them lie outside the 95 % intervals of their forecasts
+/// than happens once in 200 rounds (binomial distribution). The intervals of the unknowns need no more;
+/// errors at jumps of a statistic are not normal.
+bool predictions_hold(const std::vector<Forecast>& forecasts, const std::vector<double>& outcomes);
+
+/// Value of an unknown at ξ ∈ [−1, 1].
+double unscaled(const Unknown& unknown, double xi);
+/// KEY=VALUE of each unknown at ξ.
+std::vector<std::string> overrides_at(const Calibration& calibration, const Eigen::VectorXd& xi);
+/// A matrix with these rows; at least one.
+Eigen::MatrixXd as_rows(const std::vector<Eigen::VectorXd>& rows);
+
+/// A statistic of a run: one of TurnMetrics, or a measure of the study.
+struct TargetStatistic {
+  TurnMetrics::Name metric = TurnMetrics::count;  ///< count: none
+  std::size_t measure = 0;
+  double of(const RunRow& row) const {
+    return metric == TurnMetrics::count ? row.measures.at(measure) : row.metric.at(metric);
+  }
+  /// A measure whose logarithm is fitted is positive.
+  TurnMetrics::Kind kind() const {
+    return metric == TurnMetrics::count ? TurnMetrics::Kind::positive : TurnMetrics::kind(metric);
+  }
+};
+TargetStatistic statistic_of(const Study& study, const Target& target);
+
+/// Name of the runs of a target. Targets with the same scene and sampling share their runs.
+std::string name_of_run(const std::string& what, const Target& target);
+
+/// All outcomes so far, and the misfit that follows from them. Refers to its arguments.
+class Evidence {
+ public:
+  Evidence(const Study& study, const Calibration& c, const std::vector<double>& measured);
+
+  const TargetStatistic& statistic(std::size_t target) const { return statistics_[target]; }
+  void add(const std::vector<RunRow>& rows, const std::string& point, const Eigen::VectorXd& xi);
+  int tried() const { return static_cast<int>(tried_.size()); }
+  /// All points, one a row.
+  Eigen::MatrixXd points() const { return as_rows(tried_); }
+  /// Outcomes at one point; none if a run failed or a statistic is not positive there.
+  std::optional<Misfit::Own> own(int point) const;
+  /// Outcome of the runs at a point: the mean over its starts.
+  struct Outcome {
+    std::size_t target = 0;
+    Eigen::VectorXd xi;
+    double value = 0;
+  };
+  std::vector<Outcome> outcomes() const;
+  /// Throws SceneError if a statistic is not positive at some point.
+  Misfit misfit() const;
+
+ private:
+  /// Runs that several targets share, and their outcomes at each ξ: a row for each start, a column
+  /// for each target.
+  struct Runs {
+    std::vector<std::size_t> targets;
+    std::vector<int> point;  // numbers of the points whose runs finished
+    std::vector<Eigen::VectorXd> xi;
+    std::vector<Eigen::MatrixXd> outcomes;
+  };
+  void require_positive(const Runs& r, std::size_t column) const;
+  ResponseSurface surface(const Runs& r, std::size_t column, const Scatter& scatter,
+                          const Target& target) const;
+
+  const Study& study_;
+  const Calibration& c_;
+  const std::vector<double>& measured_;
+  std::vector<Runs> runs_;
+  std::vector<TargetStatistic> statistics_;
+  std::vector<Eigen::VectorXd> tried_;
 };
 
 /// What targets can determine before any fit: evaluated at the points of the design, from V without

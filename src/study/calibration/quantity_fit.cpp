@@ -9,8 +9,8 @@
 #include <algorithm>
 #include <boost/math/distributions/chi_squared.hpp>
 #include <boost/math/distributions/normal.hpp>
-#include <charconv>
 #include <cmath>
+#include <cstdlib>
 #include <limits>
 #include <map>
 #include <stdexcept>
@@ -29,11 +29,7 @@ using Matrix = Eigen::MatrixXd;
 
 /// N of event.N.PART; 0 for other quantities.
 int event_of(const std::string& quantity) {
-  constexpr std::string_view prefix = "event.";
-  int n = 0;
-  if (quantity.starts_with(prefix))
-    std::from_chars(quantity.data() + prefix.size(), quantity.data() + quantity.size(), n);
-  return n;
+  return quantity.starts_with("event.") ? std::atoi(quantity.c_str() + 6) : 0;
 }
 
 /// Quantities and derivatives at one ξ.
@@ -97,11 +93,8 @@ class Model {
     // One event more: the interval after the last one.
     for (int e = 1; g.events > 0 && e <= g.events + 1; ++e)
       request.of.push_back(fmt::format("event.{}.t", e));
-    for (Index j = 0; j < n; ++j) {
-      const auto& u = c_.unknowns[static_cast<std::size_t>(j)];
-      request.to.push_back(u.key);
-      overrides.push_back(fmt::format("{}={}", u.key, unscaled(u, xi[j])));
-    }
+    for (const auto& u : c_.unknowns) request.to.push_back(u.key);
+    std::ranges::copy(overrides_at(c_, xi), std::back_inserter(overrides));
     const auto scene = open_scene(study_.scene, overrides, study_.reach == Reach::anywhere);
     const auto s = sensitivities(*scene, request);
     on_run_ ? on_run_(++runs_) : void(++runs_);

@@ -62,6 +62,7 @@ class ResponseSurface {
   double noise() const { return noise_; }
   /// Degrees of freedom of σ².
   double freedom() const { return freedom_; }
+  int points() const { return static_cast<int>(points_.rows()); }
   /// Root mean square of the leave-one-out errors.
   double error() const { return error_; }
   /// Standard deviation of the outcomes, the error of a constant surface.
