@@ -432,13 +432,12 @@ std::string verdict(const SweepValues& v) {
     if (pairs == 1 || pair.difference() > greatest.difference()) greatest = pair;
   }
   if (pairs == 0) return text;
-  const auto at_place = greatest.name.empty() ? "" : " (" + greatest.name + ")";
   auto size = fmt::format("in {} by at most {:.3g}{}", v.statistic, greatest.difference(), unit);
   if (greatest.relative() < rounding)
     size = fmt::format("in {} by rounding only", v.statistic);
   else if (greatest.penalty != 0 && greatest.nonsmooth != 0)
     size += ", " + percent(greatest.relative());
-  size += at_place;
+  if (!greatest.name.empty()) size += " (" + greatest.name + ")";
   if (known < pairs)
     return text + fmt::format(
                       " The formulations differ {}; whether that exceeds the scatter of starts is unknown, "
