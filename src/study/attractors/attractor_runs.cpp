@@ -34,11 +34,6 @@ const StoreForm form{
      "CREATE TABLE ends (run TEXT REFERENCES runs(run) ON DELETE CASCADE, part TEXT, place INTEGER, value REAL)",
      "CREATE INDEX ends_run ON ends(run)"}};
 
-constexpr const char* exponent_definitions[] = {
-    "CREATE TABLE exponents (run TEXT REFERENCES runs(run) ON DELETE CASCADE, periods INTEGER, value REAL, "
-    "error REAL, reason TEXT)",
-    "CREATE INDEX exponents_run ON exponents(run)"};
-
 }  // namespace
 
 AttractorStore::AttractorStore(const std::filesystem::path& file, StopToken stop)
@@ -115,10 +110,10 @@ void AttractorStore::store(const std::string& key, const SettledRun& run,
 
 void AttractorStore::begin_exponents() {
   Database::Transaction whole(database_);  // two processes may begin at the same time
-  const auto there = database_.schema();
-  for (const auto* definition : exponent_definitions)
-    if (std::ranges::find(there, definition, &SchemaObject::sql) == there.end())
-      database_.execute(definition);
+  database_.execute(
+      "CREATE TABLE IF NOT EXISTS exponents (run TEXT REFERENCES runs(run) ON DELETE CASCADE, periods "
+      "INTEGER, value REAL, error REAL, reason TEXT)");
+  database_.execute("CREATE INDEX IF NOT EXISTS exponents_run ON exponents(run)");
   whole.commit();
 }
 
