@@ -46,8 +46,14 @@ std::string text_between(const std::string& pdf, std::size_t from, std::string_v
   return to == pdf.npos ? "" : pdf.substr(at + mark.size(), to - at - mark.size());
 }
 
-}  // namespace
+/// Facts of a PDF file: title, subject, keywords and program in its document information dictionary
+/// (ISO 32000-1, 14.3.3), where pdfinfo and viewers show them. Texts in UTF-8; empty ones are omitted.
+struct PdfFacts {
+  std::string title, subject, keywords, creator;
+};
 
+/// The file with the facts, added by an incremental update (ISO 32000-1, 7.5.6). A file without a
+/// cross-reference table at its end, which other versions of cairo may write, is returned as it is.
 std::string with_facts(const std::string& pdf, const PdfFacts& facts) {
   const auto trailer = pdf.rfind("trailer");
   if (trailer == pdf.npos) return pdf;
@@ -71,8 +77,6 @@ std::string with_facts(const std::string& pdf, const PdfFacts& facts) {
       size, object, size + 1, root, table, xref);
   return out;
 }
-
-namespace {
 
 /// The origin of a figure: program, commit, case.
 std::string origin(const Figure& f, const std::filesystem::path& folder) {

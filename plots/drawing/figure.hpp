@@ -28,18 +28,6 @@
 
 namespace freeplay::plots {
 
-// Facts of a PDF file: title, subject, keywords and program in its document information dictionary
-// (ISO 32000-1, 14.3.3), where pdfinfo and viewers show them.
-
-/// Texts in UTF-8; empty ones are omitted.
-struct PdfFacts {
-  std::string title, subject, keywords, creator;
-};
-
-/// The file with the facts, added by an incremental update (ISO 32000-1, 7.5.6). A file without a
-/// cross-reference table at its end, which other versions of cairo may write, is returned as it is.
-std::string with_facts(const std::string& pdf, const PdfFacts& facts);
-
 /// A block of the data file, which gnuplot addresses by its index: a comment with the names of the
 /// columns, then rows.
 class Block {

@@ -2,8 +2,6 @@
 // number of rows and the lengths of the texts, then to write it. A damaged table is thus an error
 // before anything is written.
 
-#include "plots/export/hdf5.hpp"
-
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
@@ -22,6 +20,7 @@
 #include "io/scene/points_file.hpp"
 #include "mechanism/error.hpp"
 #include "plots/export/export.hpp"
+#include "plots/export/hdf5_file.hpp"
 #include "plots/tables/columns.hpp"
 #include "plots/tables/table.hpp"
 #include "version.hpp"
@@ -75,8 +74,8 @@ void set(const File& file, hid_t at, const std::string& key, const Json& value) 
     file.set(at, key, dumped(value));
 }
 
-}  // namespace
-
+/// Writes the members of an object as attributes of the group `at`. Objects in it become subgroups,
+/// lists of numbers or of texts become arrays, and other values become JSON text.
 void mirror(const File& file, hid_t at, const Json& object) {
   for (const auto& [key, value] : object.items())
     if (value.is_object())
@@ -85,6 +84,20 @@ void mirror(const File& file, hid_t at, const Json& object) {
       set(file, at, key, value);
 }
 
+/// Unit by the suffix of a name in result files: "m/s" for greatest_m_per_s; otherwise that of a
+/// column; "" if it has none.
+std::string unit_of(const std::string& name) {
+  constexpr std::string_view error = "_standard_error";
+  if (name.ends_with(error)) return unit_of(name.substr(0, name.size() - error.size()));
+  if (const auto unit = plots::unit_of_column(name); !unit.empty()) return std::string(unit);
+  for (const auto& [end, unit] : endings)
+    if (name.ends_with(end)) return std::string(unit);
+  return "";
+}
+
+/// Writes the statistics of the contacts from run.json, one dataset per field: NaN if a contact has
+/// no such value; standard errors as FIELD_standard_error. A run without contacts writes nothing.
+/// Returns the number of contacts.
 std::size_t statistics(const File& file, hid_t at, const Json& run) {
   const auto contacts = run.find("contacts");
   if (contacts == run.end() || !contacts->is_object() || contacts->empty()) return 0;
@@ -121,15 +134,7 @@ std::size_t statistics(const File& file, hid_t at, const Json& run) {
   return count;
 }
 
-std::string unit_of(const std::string& name) {
-  constexpr std::string_view error = "_standard_error";
-  if (name.ends_with(error)) return unit_of(name.substr(0, name.size() - error.size()));
-  if (const auto unit = plots::unit_of_column(name); !unit.empty()) return std::string(unit);
-  for (const auto& [end, unit] : endings)
-    if (name.ends_with(end)) return std::string(unit);
-  return "";
-}
-
+}  // namespace
 }  // namespace freeplay::hdf5
 
 namespace freeplay {

@@ -2,8 +2,6 @@
 // marked, over the points of a bifurcation diagram if the folder has one. Motions without impacts show the least
 // force of their lasting contacts.
 
-#include "plots/figures/branch.hpp"
-
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
@@ -18,12 +16,28 @@
 
 #include "io/files/input_file.hpp"
 #include "plots/drawing/column_title.hpp"
+#include "plots/drawing/figure.hpp"
 #include "plots/drawing/panels.hpp"
 #include "plots/drawing/style.hpp"
 #include "plots/tables/table.hpp"
 
 namespace freeplay::plots {
 namespace {
+
+/// Titles and looks of the kinds of bifurcations in the figures `branch` and `curves`.
+struct BifurcationLook {
+  const char* kind;  ///< in bifurcations.csv
+  const char* title;
+  Word mark;  ///< of a point
+  Word line;  ///< of a curve over two keys; empty: there is none
+};
+constexpr BifurcationLook bifurcation_looks[] = {
+    {"fold", "fold", "pt 9 ps 1.0 lc rgb C4", "lw 2 lc rgb C4"},
+    {"flip", "period doubling", "pt 7 ps 0.9 lc rgb C5", "lw 2 dt (8,3) lc rgb C5"},
+    {"torus", "torus", "pt 5 ps 0.9 lc rgb C6", "lw 2 dt (2,3) lc rgb C6"},
+    {"grazing", "grazing impact", "pt 2 ps 1.0 lw 2 lc rgb C7", "lw 2 dt (8,3,2,3) lc rgb C7"},
+    {"liftoff", "lift-off", "pt 13 ps 1.1 lc rgb C8", "lw 2.4 lc rgb C8"},
+    {"sequence", "other sequence", "pt 11 ps 1.0 lc rgb C9", ""}};
 
 /// Column of the ordinate: that of the bifurcation diagram if it is one of impacts, else the approach speed; without
 /// impacts, the least force of the lasting contacts.

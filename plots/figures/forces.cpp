@@ -2,27 +2,45 @@
 // diagrams of the revolute joints, both formulations over the ideal mechanism. A driven mechanism
 // is shown over its last whole turn, others over the whole run.
 
-#include "plots/figures/forces.hpp"
-
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
 #include <algorithm>
 #include <cmath>
+#include <filesystem>
 #include <iterator>
 #include <limits>
 #include <optional>
+#include <string>
 #include <tuple>
+#include <vector>
 
 #include "plots/drawing/axis.hpp"
 #include "plots/drawing/figure.hpp"
+#include "plots/drawing/gnuplot.hpp"
 #include "plots/drawing/panels.hpp"
+#include "plots/tables/force_table.hpp"
 
 namespace freeplay::plots {
-
-// Ranges that are robust against impact peaks, and the figure of stacked panels.
-
 namespace {
+
+// Panels of forces: their ranges, and stacked panels of curves over the same angle or time. Impacts
+// cause rare means far beyond all others. Where these would flatten the rest of a curve, the range
+// follows a quantile and the figure states how many points are outside.
+
+/// Range of an axis, in the unit of its quantity.
+struct ForceRange {
+  double low = 0, high = 0;
+  std::vector<std::size_t> outside;  ///< number of points outside, per run
+};
+
+struct ForcePanel {
+  Word quantity;
+  std::string unit;
+  std::string name;          ///< title above the panel
+  std::vector<Values> runs;  ///< per run of the table; empty if the run has no such quantity
+  bool from_zero = false;
+};
 
 /// quantile of the upper end of a range; the lower end is 1 − share
 constexpr double share = 0.99;
@@ -61,8 +79,8 @@ Axis across(const ForceTable& table) {
   return {0, end};
 }
 
-}  // namespace
-
+/// Widens a range about its middle to a length of at least `least`, so that rounding errors do not
+/// fill a panel.
 void widen(ForceRange& range, double least) {
   const double lack = least - (range.high - range.low);
   if (!(lack > 0)) return;
@@ -70,6 +88,8 @@ void widen(ForceRange& range, double least) {
   range.high += 0.5 * lack;
 }
 
+/// Range of one quantity over all runs: the extremes, unless they are more than three times as far
+/// apart as the quantiles.
 ForceRange range_of(const std::vector<Values>& runs) {
   ForceRange range;
   double low = INFINITY, high = -INFINITY, least = INFINITY, most = -INFINITY;
@@ -99,6 +119,7 @@ ForceRange range_of(const std::vector<Values>& runs) {
   return range;
 }
 
+/// Greatest magnitude of the finite values; 0 if there is none.
 double greatest(const std::vector<Values>& runs) {
   double g = 0;
   for (const auto& values : runs)
@@ -107,6 +128,9 @@ double greatest(const std::vector<Values>& runs) {
   return g;
 }
 
+/// Draws stacked panels. The range of each is at least `least` in its unit. Panels without values
+/// are omitted; the path is empty if no panel remains. The caption consists of the heading, the
+/// span, and the number of points outside the ranges.
 std::filesystem::path stack(const ForceTable& table, const std::filesystem::path& folder,
                             const std::string& name, const std::string& heading,
                             std::vector<ForcePanel> panels, double least) {
@@ -148,8 +172,6 @@ std::filesystem::path stack(const ForceTable& table, const std::filesystem::path
   add_panels(f, style_of(folder), std::move(stack));
   return draw(f, folder);
 }
-
-namespace {
 
 constexpr Word force_x{"F_x", "$F_x$"}, force_y{"F_y", "$F_y$"}, force{"|F|", "$|F|$"};
 

@@ -1,8 +1,10 @@
-#include "bind_runs.hpp"
-
+#include <pybind11/pybind11.h>
 #include <pybind11/stl.h>
 #include <pybind11/stl/filesystem.h>
 #include <nlohmann/json.hpp>
+
+#include <memory>
+#include <string>
 
 #include "facade/law_plugin.hpp"
 #include "io/files/digest.hpp"
@@ -10,12 +12,15 @@
 #include "io/files/run_json.hpp"
 #include "io/scene/read_scene.hpp"
 #include "io/scene/write_scene.hpp"
+#include "mechanism/outside.hpp"
 #include "record.hpp"
 
 namespace py = pybind11;
 
 namespace freeplay::python {
 namespace {
+
+// Python functions as user-defined forces of a scene in memory.
 
 /// A Python function owned by a law. A law may be destroyed in any thread, so the destructor
 /// acquires the interpreter lock.
@@ -53,24 +58,19 @@ std::shared_ptr<const Own> own_of(decltype(Own::force) force, const py::function
       Own{force, std::make_shared<Function>(f), visible_brief(name), digest(what)});
 }
 
-}  // namespace
-
+/// Contact law from f(contact, penetration, rate, speed at contact onset), which returns N. `what`
+/// is the text that identifies the function. Exceptions of f propagate out of the run.
 std::shared_ptr<const OwnLaw> law_of(const py::function& f, const std::string& name,
                                      const std::string& what) {
   return own_of<OwnLaw>(call, f, name, what);
 }
 
+/// Force from f(t, place, velocity), which returns two numbers in N; place and velocity are tuples
+/// of two.
 std::shared_ptr<const OwnForce> force_of(const py::function& f, const std::string& name,
                                          const std::string& what) {
   return own_of<OwnForce>(call, f, name, what);
 }
-
-}  // namespace freeplay::python
-
-namespace py = pybind11;
-
-namespace freeplay::python {
-namespace {
 
 /// A NumPy array that shares the memory of a table; `owner` keeps the memory alive.
 py::tuple shown(const MemoryTable& table, const py::object& owner) {

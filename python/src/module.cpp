@@ -1,7 +1,5 @@
 // The compiled module of the Python package freeplay, which python/freeplay/*.py uses.
 
-#include "module.hpp"
-
 #include <pybind11/pybind11.h>
 
 #include "io/files/output_file.hpp"
@@ -23,6 +21,7 @@ void raise(const char* maker, const Given&... given) {
   PyErr_SetObject(reinterpret_cast<PyObject*>(Py_TYPE(error.ptr())), error.ptr());
 }
 
+/// Maps errors of the library to the exceptions of freeplay/errors.py.
 void translate(std::exception_ptr thrown) {
   try {
     if (thrown) std::rethrow_exception(thrown);
@@ -38,14 +37,11 @@ void translate(std::exception_ptr thrown) {
 }
 
 }  // namespace
-
-void register_errors() { py::register_local_exception_translator(translate); }
-
 }  // namespace freeplay::python
 
 PYBIND11_MODULE(_freeplay, m) {
   m.doc() = "Compiled part of the package freeplay. Programs import freeplay.";
-  freeplay::python::register_errors();
+  py::register_local_exception_translator(freeplay::python::translate);
   freeplay::python::bind_runs(m);
   freeplay::python::bind_studies(m);
   freeplay::python::bind_motions(m);

@@ -1,13 +1,13 @@
 // freeplay laws: lists the contact laws, evaluates them for a scene and writes their curves, or
 // reports the steady running of a lubricated joint.
 
-#include "cli/laws.hpp"
-
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
 #include <filesystem>
 #include <numbers>
+#include <optional>
+#include <string>
 
 #include "cli/command_line.hpp"
 #include "cli/folders.hpp"
@@ -32,6 +32,13 @@ namespace freeplay::cli {
 namespace {
 
 constexpr double degrees = 180 / std::numbers::pi;
+
+struct FilmRequest {
+  std::string joint;
+  std::optional<double> load;  ///< N
+  std::optional<double> rpm;   ///< of the journal, in a bearing at rest
+  std::string output;          ///< result folder; empty: no files
+};
 
 Film film_of(const Scene& scene, const std::string& joint) {
   const System system(scene.mechanism);
@@ -180,16 +187,15 @@ void print_point(const Scene& scene, const FilmRequest& request, const Film& fil
   write_film(request, document, "");
 }
 
-}  // namespace
-
+/// Prints the equilibrium and the linear coefficients at a load and a speed, or without them a table
+/// over the eccentricity ratio. With an output folder, film.csv or film.json has all digits.
+/// Throws SceneError if the joint has no film or the film cannot carry the load.
 void report_film(const Scene& scene, const FilmRequest& request) {
   if (request.load.has_value() != request.rpm.has_value())
     throw SceneError("--load and --rpm must be given together");
   const auto film = film_of(scene, request.joint);
   request.load ? print_point(scene, request, film) : print_chart(scene, request, film);
 }
-
-namespace {
 
 struct LawsRequest : Request {
   std::string scene;

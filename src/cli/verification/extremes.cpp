@@ -1,14 +1,14 @@
 // freeplay extremes: tests both formulations at extreme parameters and writes a map of the results.
 // Each cell runs in a process of its own.
 
-#include "cli/verification/extremes.hpp"
-
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
 #include <algorithm>
 #include <chrono>
+#include <filesystem>
 #include <map>
+#include <string>
 
 #include "cli/command_line.hpp"
 #include "cli/ending.hpp"
@@ -29,6 +29,16 @@ namespace freeplay::cli {
 namespace {
 
 using namespace verification::random_scenes;
+
+/// Options of the random-scene tests.
+struct RandomScenesRequest {
+  int count = 0, seed = 1;
+  int only = -1;              ///< test this scene only and write it to a file; −1: all
+  std::string document = {};  ///< folder for random-scenes.md
+  /// Of scenes with a reference for each row; empty: the others, all ways.
+  std::string kinds = {}, way = {};
+  int first = 0;  ///< number of the first scene with a reference for each row
+};
 
 /// Tests one scene: writes its files, and prints a line for each way.
 std::vector<Row> judge_only(const RandomScene& scene, const std::string& way,
@@ -58,8 +68,8 @@ std::string table_file(const std::vector<Row>& rows, std::uint64_t seed) {
   return csv;
 }
 
-}  // namespace
-
+/// Tests random scenes instead of the map; with `kinds`, scenes with a reference for each row. Exit status 1 if
+/// there is a defect. `output`: result folder; empty: the default.
 int random_scenes(const RandomScenesRequest& request, const std::string& output) {
   const verification::random_scenes::Request requested{
       static_cast<std::uint64_t>(request.seed), request.first, request.count, request.kinds, request.way};
@@ -103,8 +113,6 @@ int random_scenes(const RandomScenesRequest& request, const std::string& output)
   return defects == 0 ? 0 : 1;
 }
 
-namespace {
-
 struct ExtremesRequest : Request {
   std::string output;    ///< result folder
   std::string document;  ///< folder for extremes.md and its figure
@@ -112,7 +120,6 @@ struct ExtremesRequest : Request {
 };
 
 int extremes(const ExtremesRequest& request) {
-  using namespace verification::random_scenes;
   if (request.scenes.count > 0) {
     auto requested = request.scenes;
     requested.document = request.document;
