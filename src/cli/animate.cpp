@@ -1,14 +1,11 @@
 // freeplay animate: a film of the motion of a run or a comparison.
 #include <fmt/format.h>
-#include <unistd.h>
 
 #include <filesystem>
-#include <optional>
 
 #include "cli/command_line.hpp"
+#include "cli/folders.hpp"
 #include "cli/terminal.hpp"
-#include "io/files/output_file.hpp"
-#include "io/files/result_set.hpp"
 #include "mechanism/error.hpp"
 #include "plots/film/film.hpp"
 
@@ -22,18 +19,10 @@ struct AnimateRequest : Request {
 };
 
 int animate(const AnimateRequest& request) {
-  const auto folder = real_folder(request.folder);
-  if (!std::filesystem::is_directory(folder)) throw SceneError(request.folder + ": is not a folder");
+  const auto folder = named_results(request.folder);
   const auto place = request.output.empty() ? folder / "animation" : real_folder(request.output);
   if (place == folder) throw SceneError("-o: the animation needs a separate folder");
-  // Results of somebody else may be read where nothing can be written: nobody writes there
-  // meanwhile either.
-  std::optional<FolderLock> lock;
-  if (access(folder.c_str(), W_OK) == 0) {
-    lock.emplace(folder, "animate");
-    settle_result_sets(folder);
-    settle_run(folder);
-  }
+  const auto lock = lock_results(folder, "animate", false);
   Progress progress;
   const auto film = report::make_film(folder, place, request.film, request.stop,
                                       [&](double part) { progress.show("frames", part); });

@@ -1,13 +1,11 @@
 // freeplay export: writes result folders in formats of other programs.
 #include <fmt/format.h>
-#include <unistd.h>
 
 #include <filesystem>
 #include <optional>
 
 #include "cli/command_line.hpp"
-#include "io/files/output_file.hpp"
-#include "io/files/result_set.hpp"
+#include "cli/folders.hpp"
 #include "mechanism/error.hpp"
 #include "plots/export/export.hpp"
 
@@ -36,18 +34,10 @@ std::filesystem::path file_of(const std::string& named, const std::filesystem::p
 
 int export_results(const ExportRequest& request) {
   if (!request.hdf5 && !request.vtk) throw SceneError("give a format: --hdf5 [FILE], --vtk [FOLDER] or both");
-  const auto folder = real_folder(request.folder);
-  if (!std::filesystem::is_directory(folder)) throw SceneError(request.folder + ": is not a folder");
+  const auto folder = named_results(request.folder);
   const auto file = request.hdf5 ? file_of(*request.hdf5, folder) : std::filesystem::path();
   if (request.hdf5) require_hdf5();
-  // A folder of another user may be read-only. No process of this user writes there, so no lock is
-  // needed.
-  std::optional<FolderLock> lock;
-  if (access(folder.c_str(), W_OK) == 0) {
-    lock.emplace(folder, "export");
-    settle_result_sets(folder);
-    settle_run(folder);
-  }
+  const auto lock = lock_results(folder, "export", false);
   if (request.hdf5) {
     const auto done = export_hdf5(folder, file, request.stop);
     fmt::print("{}: {} tables, {} rows\n", file.string(), done.tables, done.rows);

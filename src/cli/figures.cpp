@@ -128,8 +128,7 @@ int paper_figures(const PaperRequest& request, const Conduct& conduct) {
   const auto folder =
       result_folder(request.output, std::filesystem::path("out") / ("paper-" + request.paper));
   if (std::filesystem::exists(folder / "experiment.json")) {
-    const FolderLock lock(folder, "figures");
-    settle_result_sets(folder);
+    const auto lock = lock_results(folder, "figures");
     print(plots::draw_flores2011(folder, "experiment.json"));
     return 0;
   }
@@ -178,11 +177,8 @@ int figures(const FiguresRequest& request) {
     throw SceneError(
         fmt::format("figures: needs a result folder to draw, or --paper {} for the figures of a paper",
                     papers().front()));
-  const auto folder = real_folder(request.folder);
-  if (!std::filesystem::is_directory(folder)) throw SceneError(request.folder + ": is not a folder");
-  const FolderLock lock(folder, "figures");
-  settle_result_sets(folder);
-  settle_run(folder);
+  const auto folder = named_results(request.folder);
+  const auto lock = lock_results(folder, "figures");
   const auto made = plots::all(folder);
   if (made.empty())
     throw SceneError(request.folder +

@@ -1,5 +1,8 @@
-// Folders that a verb writes: its results, and with the option --document a page of docs/ with its figures.
+// Folders of a verb: results that it reads or writes, and with the option --document a page of docs/ with its
+// figures.
 #pragma once
+
+#include <unistd.h>
 
 #include <filesystem>
 #include <memory>
@@ -9,6 +12,8 @@
 #include "io/files/folder_lock.hpp"
 #include "io/files/input_file.hpp"
 #include "io/files/output_file.hpp"
+#include "io/files/result_set.hpp"
+#include "mechanism/error.hpp"
 
 namespace freeplay::cli {
 
@@ -26,6 +31,24 @@ inline std::filesystem::path default_folder(const std::filesystem::path& file, c
 inline std::filesystem::path result_folder(const std::string& requested,
                                            const std::filesystem::path& otherwise) {
   return real_folder(requested.empty() ? otherwise : std::filesystem::path(requested));
+}
+
+/// The folder with results that the user names. Throws SceneError if there is none.
+inline std::filesystem::path named_results(const std::string& name) {
+  auto folder = real_folder(name);
+  if (!std::filesystem::is_directory(folder)) throw SceneError(name + ": is not a folder");
+  return folder;
+}
+
+/// Locks a folder with results and completes replacements in it. If the verb does not write there, a folder
+/// without write permission is read without a lock: no process of this user writes there meanwhile.
+inline std::unique_ptr<FolderLock> lock_results(const std::filesystem::path& folder, std::string_view verb,
+                                                bool writes = true) {
+  if (!writes && access(folder.c_str(), W_OK) != 0) return nullptr;
+  auto lock = std::make_unique<FolderLock>(folder, verb);
+  settle_result_sets(folder);
+  settle_run(folder);
+  return lock;
 }
 
 /// Creates and locks the folder of a document. Returns null if it is the verb's `own` folder, which

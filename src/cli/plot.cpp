@@ -9,9 +9,6 @@
 #include "cli/command_line.hpp"
 #include "cli/folders.hpp"
 #include "io/files/escaping.hpp"
-#include "io/files/folder_lock.hpp"
-#include "io/files/output_file.hpp"
-#include "io/files/result_set.hpp"
 #include "mechanism/error.hpp"
 #include "plots/drawing/column_plot.hpp"
 #include "plots/drawing/figure.hpp"
@@ -82,8 +79,7 @@ int plot_study(const PlotRequest& request, const std::filesystem::path& folder) 
   if (what.y.empty()) throw SceneError("--y: names nothing");
   if (!request.style.empty()) plots::choose_style(request.style);
   what.formats = plots::formats_named(plots::columns_named(request.format));
-  const FolderLock lock(folder, "plot");
-  settle_result_sets(folder);
+  const auto lock = lock_results(folder, "plot");
   fmt::print("{}\n", plots::draw_study(what).string());
   return 0;
 }
@@ -94,10 +90,7 @@ int plot(const PlotRequest& request) {
   if (const auto folder = folder_of_study(request.folders.front()); !folder.empty())
     return plot_study(request, folder);
   plots::ColumnPlot what;
-  for (const auto& folder : request.folders) {
-    what.folders.push_back(real_folder(folder));
-    if (!std::filesystem::is_directory(what.folders.back())) throw SceneError(folder + ": is not a folder");
-  }
+  for (const auto& folder : request.folders) what.folders.push_back(named_results(folder));
   if (!request.x.empty()) what.x = request.x;
   for (const auto& list : request.y) what.panels.push_back(plots::columns_named(list));
   what.units = request.units;
@@ -108,9 +101,7 @@ int plot(const PlotRequest& request) {
   what.name = request.name;
   what.formats = plots::formats_named(plots::columns_named(request.format));
   if (!request.style.empty()) plots::choose_style(request.style);
-  const FolderLock lock(what.folders.front(), "plot");
-  settle_result_sets(what.folders.front());
-  settle_run(what.folders.front());
+  const auto lock = lock_results(what.folders.front(), "plot");
   fmt::print("{}\n", plots::draw_columns(what).string());
   return 0;
 }

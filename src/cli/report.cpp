@@ -2,14 +2,11 @@
 #include "plots/report/report.hpp"
 
 #include <fmt/format.h>
-#include <unistd.h>
 
 #include <filesystem>
-#include <optional>
 
 #include "cli/command_line.hpp"
-#include "io/files/output_file.hpp"
-#include "io/files/result_set.hpp"
+#include "cli/folders.hpp"
 #include "mechanism/error.hpp"
 
 namespace freeplay::cli {
@@ -21,8 +18,7 @@ struct ReportRequest : Request {
 };
 
 int make_report(const ReportRequest& request) {
-  const auto folder = real_folder(request.folder);
-  if (!std::filesystem::is_directory(folder)) throw SceneError(request.folder + ": is not a folder");
+  const auto folder = named_results(request.folder);
   std::filesystem::path file = folder / "report.html";
   if (!request.output.empty()) {
     const std::filesystem::path requested(request.output);
@@ -32,13 +28,7 @@ int make_report(const ReportRequest& request) {
                        "report.html");
     file = real_folder(requested.has_parent_path() ? requested.parent_path() : ".") / requested.filename();
   }
-  // The results of a folder that cannot be written are read as they are.
-  std::optional<FolderLock> lock;
-  if (file.parent_path() == folder || access(folder.c_str(), W_OK) == 0) {
-    lock.emplace(folder, "report");
-    settle_result_sets(folder);
-    settle_run(folder);
-  }
+  const auto lock = lock_results(folder, "report", file.parent_path() == folder);
   const auto page = report::report_page(folder);
   make_folder(file.parent_path());
   write_file(file, page);
