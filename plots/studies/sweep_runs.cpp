@@ -13,7 +13,6 @@
 #include "io/scene/spelling.hpp"
 #include "mechanism/error.hpp"
 #include "mechanism/scene.hpp"
-#include "plots/tables/columns.hpp"
 #include "plots/tables/run_facts.hpp"
 #include "study/store/database.hpp"
 #include "study/sweep/sweep_table.hpp"
@@ -63,8 +62,7 @@ std::string name_with_unit(const std::string& name, const std::string& unit) {
   return unit.empty() ? name : fmt::format("{} ({})", name, unit);
 }
 
-std::string unknown_name(const char* what, const std::string& name,
-                         const std::vector<std::pair<std::string, std::vector<std::string>>>& lists) {
+std::string unknown_name(const char* what, const std::string& name, const NamesByKind& lists) {
   std::vector<std::string> all;
   for (const auto& [kind, names] : lists) all.insert(all.end(), names.begin(), names.end());
   auto said = fmt::format("unknown {} {}", what, visible_brief(name, 60));
@@ -72,17 +70,7 @@ std::string unknown_name(const char* what, const std::string& name,
     said += "; a study is plotted by names, not by expressions; a sweep may define one in [derived]";
   else if (const auto near = nearest_word(name, all); !near.empty())
     said += fmt::format("; did you mean {}?", near);
-  for (const auto& [kind, names] : lists) {
-    if (names.empty()) continue;
-    said += fmt::format("\n  {}:", kind);
-    std::size_t width = kind.size() + 3;
-    for (const auto& one : names) {
-      if (width + one.size() + 1 > 78) said += "\n   ", width = 3;
-      said += " " + one;
-      width += one.size() + 1;
-    }
-  }
-  return said;
+  return said + listed_names(lists);
 }
 
 SweepRuns::SweepRuns(const std::filesystem::path& folder) {

@@ -6,6 +6,7 @@
 #include <utility>
 #include <vector>
 
+#include "plots/tables/columns.hpp"
 #include "study/store/results.hpp"
 
 namespace freeplay::plots {
@@ -61,9 +62,7 @@ class SweepRuns {
 /// "name (unit)", or the name without a unit.
 std::string name_with_unit(const std::string& name, const std::string& unit);
 
-/// "unknown WHAT name", with the most similar name, and the list of all names in lines of at most
-/// 78 characters. `lists`: names by kind.
-std::string unknown_name(const char* what, const std::string& name,
-                         const std::vector<std::pair<std::string, std::vector<std::string>>>& lists);
+/// "unknown WHAT name", with the most similar name, and the list of all names.
+std::string unknown_name(const char* what, const std::string& name, const NamesByKind& lists);
 
 }  // namespace freeplay::plots

@@ -198,7 +198,41 @@ std::string without_forces(const std::string& text, const std::vector<Column>& a
   return "";
 }
 
+/// Message for an unknown column: a similar name, and the list of all names.
+std::string no_column(const std::string& name, const std::vector<Column>& all) {
+  std::vector<std::string> names;
+  for (const auto& c : all) names.push_back(c.name);
+  const auto near = nearest_word(name, names);
+  std::string said = fmt::format("unknown column {}", visible_brief(name, 60));
+  if (const auto remark = without_forces(name, all); !remark.empty())
+    said += remark;
+  else if (!near.empty())
+    said += fmt::format("; did you mean {}?", near);
+  NamesByKind lists;
+  for (const char* file : {"", "trajectory.csv", "forces.csv", signal_file, event_file}) {
+    auto& list = lists.emplace_back(*file ? file : "everywhere", std::vector<std::string>()).second;
+    for (const auto& c : all)
+      if (c.file == file) list.push_back(c.name);
+  }
+  return said + listed_names(lists);
+}
+
 }  // namespace
+
+std::string listed_names(const NamesByKind& lists) {
+  std::string said;
+  for (const auto& [kind, names] : lists) {
+    if (names.empty()) continue;
+    said += fmt::format("\n  {}:", kind);
+    std::size_t width = kind.size() + 3;
+    for (const auto& one : names) {
+      if (width + one.size() + 1 > 78) said += "\n   ", width = 3;
+      said += " " + one;
+      width += one.size() + 1;
+    }
+  }
+  return said;
+}
 
 ColumnFormula formula_of(const std::string& text, const std::vector<Column>& all) {
   if (const auto it = std::ranges::find(all, text, &Column::name); it != all.end())
@@ -237,32 +271,6 @@ ColumnFormula formula_of(const std::string& text, const std::vector<Column>& all
 std::string_view unit_of_instrument(const Scene& scene, std::string_view name) {
   const auto it = std::ranges::find(scene.instruments, name, &Instrument::name);
   return it == scene.instruments.end() ? "" : unit_of(it->kind);
-}
-
-std::string no_column(const std::string& name, const std::vector<Column>& all) {
-  std::vector<std::string> names;
-  for (const auto& c : all) names.push_back(c.name);
-  const auto near = nearest_word(name, names);
-  std::string said = fmt::format("unknown column {}", visible_brief(name, 60));
-  if (const auto remark = without_forces(name, all); !remark.empty())
-    said += remark;
-  else if (!near.empty())
-    said += fmt::format("; did you mean {}?", near);
-  constexpr std::size_t widest = 1000;
-  for (const char* file : {"", "trajectory.csv", "forces.csv", signal_file, event_file}) {
-    std::size_t width = widest;
-    for (const auto& c : all) {
-      if (c.file != file) continue;
-      if (width == widest) {
-        said += fmt::format("\n  {}:", c.file.empty() ? "everywhere" : c.file);
-        width = c.file.size() + 3;
-      }
-      if (width + c.name.size() + 1 > 78) said += "\n   ", width = 3;
-      said += " " + c.name;
-      width += c.name.size() + 1;
-    }
-  }
-  return said;
 }
 
 struct RunColumns::Series {

@@ -9,6 +9,7 @@
 #include <span>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 #include "plots/drawing/gnuplot.hpp"
@@ -109,7 +110,8 @@ class RunColumns {
   std::vector<Column> all_;
 };
 
-/// Message for an unknown column: a similar name, or the list of all names.
-std::string no_column(const std::string& name, const std::vector<Column>& all);
+using NamesByKind = std::vector<std::pair<std::string, std::vector<std::string>>>;
+/// A list of names for a message: a line for each kind that has names, broken at 78 characters.
+std::string listed_names(const NamesByKind& lists);
 
 }  // namespace freeplay::plots
