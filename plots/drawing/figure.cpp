@@ -358,10 +358,6 @@ void remove_of_run(const std::filesystem::path& folder) {
   for (const auto& path : old) remove_file(path);
 }
 
-std::vector<std::filesystem::path> all(const std::filesystem::path& folder) {
-  return all(folder, StopToken{});
-}
-
 std::vector<std::filesystem::path> all(const std::filesystem::path& folder, const StopToken& stop) {
   const Drawing* const drawings[] = {
 #define FIGURES(name) &(name),

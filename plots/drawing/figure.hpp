@@ -71,9 +71,6 @@ std::string safe_name(std::string_view of);
 /// two to five tics, on a narrow figure at most three.
 double tic_step(double range, bool narrow = false);
 
-/// gnuplot format of the tics of a logarithmic axis.
-inline constexpr Word powers = powers_of_ten;
-
 /// Width of the figure with this style (cm).
 double width_of(const Figure& figure, const Style& style);
 /// Whether the figure has room for at most about 60 letters per line, like one column of a journal.
@@ -97,8 +94,7 @@ struct Drawing {
 
 /// Draws all figures that the result files of a folder allow. A stop request ends the loop after
 /// the current figure. If figures fail, the others are drawn before the first OutputError is thrown.
-std::vector<std::filesystem::path> all(const std::filesystem::path& folder);
-std::vector<std::filesystem::path> all(const std::filesystem::path& folder, const StopToken& stop);
+std::vector<std::filesystem::path> all(const std::filesystem::path& folder, const StopToken& stop = {});
 
 /// Removes the figures that all() has drawn of a single run in the folder. Files of the user
 /// remain: style.toml and figures of chosen columns.

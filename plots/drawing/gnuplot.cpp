@@ -60,8 +60,6 @@ std::string marked_literal(std::string_view text) {
   return in_quotes(out);
 }
 
-std::string tic_literal(std::string_view text) { return in_quotes(doubled(visible_brief(text, most_shown))); }
-
 std::string in_tex(std::string_view text) {
   std::string out;
   for (const char c : visible_brief(text, most_shown)) {
@@ -96,7 +94,7 @@ double finite(double x) {
 }
 
 Script& Script::add_tic(std::string_view text, double at) {
-  text_ += fmt::format("{} {:.12g}", tic_literal(text), finite(at));
+  text_ += fmt::format("{} {:.12g}", in_quotes(doubled(visible_brief(text, most_shown))), finite(at));
   tex_ += fmt::format("{} {:.12g}", in_quotes(doubled(in_tex(text))), at);
   return *this;
 }

@@ -42,10 +42,6 @@ inline constexpr Word powers_of_ten{"'10^{%T}'", "'$10^{%T}$'"};
 /// within double quotes. Commands that use the text switch off markup (noenhanced).
 std::string literal(std::string_view text);
 
-/// A literal for a tic of an axis. gnuplot reads such a text as a number format, so each % is
-/// doubled.
-std::string tic_literal(std::string_view text);
-
 /// A text for LaTeX without special characters of TeX (in_tex), and the same in gnuplot's double
 /// quotes (tex_literal).
 std::string in_tex(std::string_view text);
@@ -104,7 +100,7 @@ class Script {
     tex_ += fmt::format(command, tex_place(values)...);
     return *this;
   }
-  /// Appends a tic of an axis.
+  /// Appends a tic of an axis. gnuplot reads its text as a number format, so each % is doubled.
   Script& add_tic(std::string_view text, double at);
   template <class I>
   requires counts<I> Script& add_tic(std::string_view text, I at) {

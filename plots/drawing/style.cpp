@@ -15,6 +15,11 @@ namespace freeplay::plots {
 namespace {
 
 /// Column widths from the publishers' pages for authors.
+struct PageSize {
+  std::string_view name;
+  double width;  ///< mm
+  std::string_view source;
+};
 constexpr PageSize sizes[] = {
     {"one-column", 90, "Elsevier, artwork sizing: single column"},
     {"one-and-a-half-column", 140, "Elsevier: 1.5 column"},
@@ -139,8 +144,6 @@ std::string sizes_text() {
 
 }  // namespace
 
-std::span<const PageSize> page_sizes() { return sizes; }
-
 std::vector<Format> formats_named(const std::vector<std::string>& names) {
   std::vector<Format> list;
   for (const auto& name : names) {
@@ -225,6 +228,11 @@ std::optional<Style>& chosen_style() {
   return style;
 }
 
+/// A style by name, for --style.
+struct StylePreset {
+  std::string_view name;
+  std::string_view text;  ///< of a style.toml
+};
 constexpr StylePreset presets[] = {
     {"journal-single", "size = \"springer-one-column\"\nfont_size = 8\n"},
     {"journal-double", "size = \"springer-two-column\"\nfont_size = 8\n"},
@@ -232,8 +240,6 @@ constexpr StylePreset presets[] = {
 };
 
 }  // namespace
-
-std::span<const StylePreset> style_presets() { return presets; }
 
 void choose_style(const std::string& preset_or_file) {
   const auto preset = std::ranges::find(presets, preset_or_file, &StylePreset::name);

@@ -9,7 +9,6 @@
 #include <array>
 #include <filesystem>
 #include <optional>
-#include <span>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -29,14 +28,6 @@ inline constexpr std::array format_names{FormatFacts{Format::pdf, "pdf"}, Format
                                          FormatFacts{Format::svg, "svg"}, FormatFacts{Format::eps, "eps"},
                                          FormatFacts{Format::cairolatex, "cairolatex"}};
 
-/// A width that journals require.
-struct PageSize {
-  std::string_view name;
-  double width;  ///< mm
-  std::string_view source;
-};
-std::span<const PageSize> page_sizes();
-
 struct Style {
   /// pt, for which the margins of the figures are chosen
   static constexpr double usual_font_size = 7;
@@ -55,13 +46,6 @@ struct Style {
 };
 /// The schema of styles.
 const Schema& style_schema();
-
-/// A style by name, for --style.
-struct StylePreset {
-  std::string_view name;
-  std::string_view text;  ///< of a style.toml
-};
-std::span<const StylePreset> style_presets();
 
 /// Draws all figures of this process in the style of a preset or a file, as --style requests.
 /// Throws SceneError for an invalid style, and for a name that is neither.

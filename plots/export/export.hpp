@@ -37,8 +37,4 @@ Exported export_hdf5(const std::filesystem::path& folder, const std::filesystem:
 Exported export_vtk(const std::filesystem::path& folder, const std::filesystem::path& place, int every,
                     StopToken stop);
 
-/// Limit of the files of one series. A request for more is an error that suggests a value of
-/// `every`.
-inline constexpr std::size_t most_frames = 20'000;
-
 }  // namespace freeplay

@@ -164,6 +164,8 @@ std::vector<std::size_t> places_of(const Rows& rows, const Mechanism& m) {
   return places;
 }
 
+constexpr std::size_t most_frames = 20'000;
+
 /// Number of frames. An additional pass over the trajectory finds it before any file is written.
 std::size_t frames_of(const Path& trajectory, int every, const StopToken& stop) {
   Rows rows(trajectory);

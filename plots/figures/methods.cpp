@@ -79,7 +79,7 @@ std::vector<std::filesystem::path> draw_scaling(const std::filesystem::path& fol
   f.script.add(
       "set logscale xy\nset format y {}\nset xlabel 'Joints, links or bodies'\n"
       "set ylabel 'Processor time per step (µs)'\nset key top left\nplot ",
-      powers);
+      powers_of_ten);
   for (std::size_t i = 0; i < names.size(); ++i)
     f.script.add(
         "{0}DATA index {1} using 1:2 with linespoints lw 1.5 pt 7 ps 0.5 lc rgb C{2} title {3} noenhanced, "
@@ -191,7 +191,7 @@ std::vector<std::filesystem::path> draw_tradeoff(const std::filesystem::path& fo
         "set multiplot layout 1,2 margins X(1.8),1-X(0.4),Y(3.1),1-Y(0.5) spacing X(1.6),0\nset logscale xy\nset format "
         "{}\nset key at "
         "screen 0.5,Y(0.35) center bottom vertical maxrows 4 font SMALL\nset ylabel {}\n",
-        powers, touches ? "Error of contact events (relative)" : "Error of velocities (relative)");
+        powers_of_ten, touches ? "Error of contact events (relative)" : "Error of velocities (relative)");
     const auto omitted = left_out(t, name);
     for (const bool time : {false, true})
       if (!add_panel(t, name, touches, time, model_error, omitted, f)) break;

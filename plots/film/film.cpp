@@ -39,6 +39,8 @@ double round_above(double x) {
   return power * (x <= power ? 1 : x <= 2 * power ? 2 : x <= 5 * power ? 5 : 10);
 }
 
+constexpr std::size_t most_frames = 20'000;
+
 /// Determines start, end, speed and number of frames of the film.
 Film plan(const std::vector<FilmRun>& runs, const FilmOptions& requested) {
   double begin = INFINITY, end = -INFINITY;

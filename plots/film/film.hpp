@@ -30,8 +30,6 @@ struct Film {
   bool without_ffmpeg = false;  ///< frames instead of a film, because ffmpeg is missing
 };
 
-inline constexpr std::size_t most_frames = 20'000;
-
 /// Makes the film of a run or a comparison from its result folder. The files replace those of an
 /// earlier film in `place`. `progress` is called with the completed fraction. Throws SceneError for
 /// other folders and for times outside the run, OutputError, and Interrupted on a stop request.

@@ -23,11 +23,10 @@ constexpr double far = 4000;  // px, outside every panel
 }  // namespace
 
 std::string_view run_colour(std::size_t r) { return of_runs[std::min(r, of_runs.size() - 1)]; }
-std::string_view body_colour(int body) {
+std::string_view ShapePainter::of(int body) const {
+  if (!colour.empty()) return colour;
   return body < 0 ? soft : of_bodies[static_cast<std::size_t>(body) % of_bodies.size()];
 }
-
-std::string_view ShapePainter::of(int body) const { return colour.empty() ? body_colour(body) : colour; }
 
 Vec2 ShapePainter::place(const FilmShape& s) const {
   return pixel(run.pose(s.body, at).place(s.points.front()));

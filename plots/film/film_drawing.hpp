@@ -18,7 +18,6 @@ namespace freeplay::report {
 inline constexpr std::string_view ink = "#1b1f24", soft = "#5b6570", accent = "#0b62b5",
                                   force_colour = "#c0162c";
 std::string_view run_colour(std::size_t r);
-std::string_view body_colour(int body);
 
 struct ShapePainter {
   Svg& svg;

@@ -8,9 +8,6 @@
 
 namespace freeplay::report {
 
-/// Upper limit of the size of a page in bytes. Tables are thinned to meet it.
-inline constexpr double most_of_a_page = 5e6;
-
 /// End of the start transient, s: the discarded time, or, without one, the first quarter of a turn
 /// or the first tenth of the run, whichever is shorter. 0 for a motion without turns, whose start
 /// is not a transient.

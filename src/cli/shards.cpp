@@ -18,6 +18,15 @@
 namespace freeplay::cli {
 namespace {
 
+/// Exit status of a process that was stopped and can be continued by the same command.
+constexpr int stopped_status = 75;
+
+/// Default number of threads: those that Slurm assigned to the task, else 0, all cores.
+int threads_of(int requested) {
+  const char* given = std::getenv("SLURM_CPUS_PER_TASK");
+  return requested > 0 || !given ? requested : std::max(std::atoi(given), 0);
+}
+
 std::pair<std::size_t, std::size_t> read_shard(const std::string& text) {
   std::size_t k = 0, n = 0;
   const char* const end = text.data() + text.size();
@@ -133,11 +142,6 @@ std::vector<std::string> study_arguments(const std::string& file, Reach reach) {
   std::vector<std::string> list{std::filesystem::absolute(file).lexically_normal().string()};
   if (reach == Reach::anywhere) list.emplace_back("--allow-outside");
   return list;
-}
-
-int threads_of(int requested) {
-  const char* given = std::getenv("SLURM_CPUS_PER_TASK");
-  return requested > 0 || !given ? requested : std::max(std::atoi(given), 0);
 }
 
 }  // namespace freeplay::cli

@@ -27,9 +27,6 @@ bool divides(const std::string& option);
 /// Why a verb without these options cannot be divided, and what to do instead.
 std::string why_undivided(const std::string& verb);
 
-/// Exit status of a process that was stopped and can be continued by the same command.
-inline constexpr int stopped_status = 75;
-
 /// Executes the options; returns the exit status. `folder`: of the results, unless --merge names
 /// one.
 int in_shards(const Division& study, const ShardOptions& requested, const std::filesystem::path& folder,
@@ -41,8 +38,5 @@ std::filesystem::path scratch_folder(const std::string& requested);
 /// The study's arguments in a plan, with an absolute path, because jobs may have another working
 /// folder.
 std::vector<std::string> study_arguments(const std::string& file, Reach reach);
-
-/// Default number of threads: those that Slurm assigned to the task, else 0, all cores.
-int threads_of(int requested);
 
 }  // namespace freeplay::cli

@@ -62,9 +62,10 @@ format = ["svg", "cairolatex", "svg"]
   CHECK(*style.width == Approx(90));
   CHECK(*style.height == 60);
   CHECK(style.formats == std::vector{plots::Format::svg, plots::Format::cairolatex});
-  for (const auto& size : plots::page_sizes()) {
-    write_style(place, fmt::format("size = \"{}\"\n", size.name));
-    CHECK(*plots::style_of(place).width == size.width);
+  for (const auto& [size, width] :
+       {std::pair{"one-column", 90.0}, {"ieee-two-column", 181.9}, {"slide", 254.0}}) {
+    write_style(place, fmt::format("size = \"{}\"\n", size));
+    CHECK(*plots::style_of(place).width == width);
   }
   const std::pair<const char*, const char*> wrong[] = {
       {"fnt = 3", "style.toml:1:7: fnt: is not a key of a style; did you mean font?"},
