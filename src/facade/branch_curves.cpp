@@ -17,15 +17,10 @@ namespace {
 
 using Eigen::VectorXd;
 
-/// Steps in the plane of both keys, each over its range: default, first and least one over the greatest.
-constexpr double default_step = 0.02, first_share = 0.1, least_share = 1e-3;
-constexpr double growth = 1.5, reduction = 0.5;
-/// Steps grow and shrink according to the iterations of Newton's method for the first motion of a point.
-constexpr int few_iterations = 2, many_iterations = 4;
+/// Steps in the plane of both keys, each over its range: first and least one over the greatest.
+constexpr double first_share = 0.1, least_share = 1e-3;
 /// Points from which the next one is predicted.
 constexpr std::size_t most_nodes = 3;
-/// Cosine of the greatest angle between successive chords.
-constexpr double least_cosine = 0.9;
 constexpr int most_points = 1000;  // to each side
 /// A zero is located if the arclength changes by less than this; most motions for it.
 constexpr double located = 1e-8;
@@ -40,8 +35,6 @@ constexpr std::size_t most_levels = 6;
 /// A motion is at a level if its share deviates by less than this, relative.
 constexpr double near_level = 0.2;
 constexpr int most_tries = 6;
-/// Least share of the quantity that remains after a step.
-constexpr double remaining_share = 0.4;
 
 }  // namespace
 
@@ -124,7 +117,7 @@ std::optional<BranchMotion> BifurcationCurve::at_level(const BranchSolver& solve
                                                        double level, double& slope,
                                                        std::string& reason) const {
   for (int tries = 0; tries < most_tries; ++tries) {
-    const double f = test(solver, m), step = (std::max(level, remaining_share * f) - f) / slope;
+    const double f = test(solver, m), step = (std::max(level, BranchStep::remaining_share * f) - f) / slope;
     auto next = along(solver, m, step, reason);
     if (!next) return next;
     const double value = test(solver, *next), found = (value - f) / step;
@@ -260,7 +253,7 @@ std::vector<BifurcationCurve::Located> BifurcationCurve::follow_to(
     std::string& reason) const {
   std::vector<Located> points{from};
   Plane direction{0, side};
-  const double greatest = second_.step ? *second_.step / range_[1] : default_step;
+  const double greatest = second_.step ? *second_.step / range_[1] : BranchStep::greatest;
   double step = first_share * greatest;
   while (points.size() < most_points) {
     const auto& last = points.back();
@@ -294,13 +287,13 @@ std::vector<BifurcationCurve::Located> BifurcationCurve::follow_to(
       chord = {next->at[0] - last.at[0], next->at[1] - last.at[1]};
       size = std::hypot(chord[0], chord[1]);
       const double cosine = (chord[0] * direction[0] + chord[1] * direction[1]) / size;
-      if (points.size() > 1 && cosine < least_cosine) {
+      if (points.size() > 1 && cosine < BranchStep::least_cosine) {
         reason = "the curve turns too fast";
         next.reset();
       }
     }
     if (!next) {
-      step *= reduction;
+      step *= BranchStep::reduction;
       if (step > least_share * greatest) continue;
       return points;
     }
@@ -311,8 +304,7 @@ std::vector<BifurcationCurve::Located> BifurcationCurve::follow_to(
       reason = ends;
       return points;
     }
-    if (points.back().iterations <= few_iterations) step = std::min(greatest, growth * step);
-    if (points.back().iterations >= many_iterations) step *= reduction;
+    step = std::min(greatest, BranchStep::after(step, points.back().iterations));
   }
   reason = fmt::format("{} points", most_points);
   return points;

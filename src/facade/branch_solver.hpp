@@ -72,6 +72,21 @@ struct BranchGuess {
   double length = 0;  ///< s, N T; of no effect if the drives determine it
 };
 
+/// Steps along a branch, and along a curve of bifurcations.
+struct BranchStep {
+  static constexpr double greatest = 0.02;  ///< default, over the range of a key
+  static constexpr double reduction = 0.5;  ///< factor after a failure
+  /// Cosine of the greatest angle between tangents of successive motions, or between successive chords.
+  static constexpr double least_cosine = 0.9;
+  /// Least share of an approach speed or of the least force of a lasting contact that remains after a step, so
+  /// that a grazing impact or lift-off is approached in geometric steps.
+  static constexpr double remaining_share = 0.4;
+  /// The step after one whose motion needed `iterations` of Newton's method.
+  static double after(double step, int iterations) {
+    return iterations <= 2 ? 1.5 * step : iterations >= 4 ? reduction * step : step;
+  }
+};
+
 class BranchSolver {
  public:
   /// `periods`: N.

@@ -25,15 +25,8 @@ namespace {
 
 /// Shortest step, relative to the greatest one; below it the branch ends.
 constexpr double least_step = 1e-8;
-/// Steps grow and shrink by these factors, according to the number of Newton iterations.
-constexpr double growth = 1.5, reduction = 0.5;
-constexpr int few_iterations = 2, many_iterations = 4;
-/// Cosine of the greatest angle between tangents of successive motions.
-constexpr double least_cosine = 0.9;
-/// Least share of an approach speed or of the least force of a lasting contact that remains after a step, so
-/// that a grazing impact or lift-off is approached in geometric steps; and its share of the greatest one from
-/// which the motion there is extrapolated.
-constexpr double remaining_share = 0.4, vanishing_share = 1e-3;
+/// Share of the greatest approach speed or force below which a vanishing one is extrapolated to 0.
+constexpr double vanishing_share = 1e-3;
 /// Derivatives end at slow impacts whose penetration without the impact would be negligible. A branch that
 /// ends at a speed below this share is extrapolated as well, once its steps are this short.
 constexpr double slow_share = 0.05, slow_step = 0.02;
@@ -52,7 +45,6 @@ constexpr double crossing_slope = 10;
 constexpr int most_branches = 12;
 /// Where the tangent has a smaller part along the key, steps are bounded by the state.
 constexpr double least_share_of_key = 0.2;
-constexpr double default_step = 0.02;  // of the range
 /// Distance from the chords of a curve, over the ranges of both keys, within which a bifurcation is on it.
 constexpr double same_curve = 2e-3;
 
@@ -147,7 +139,7 @@ class Continuation {
   /// Arclength along which the key changes by the greatest step.
   double greatest_step(const BranchMotion& m) const {
     const double share =
-        request_.step ? *request_.step / std::abs(request_.to - request_.from) : default_step;
+        request_.step ? *request_.step / std::abs(request_.to - request_.from) : BranchStep::greatest;
     return share / std::max(std::abs(m.tangent_key()), least_share_of_key);
   }
   BranchPoint point_of(const Begun& b, const BranchMotion& m, int number) const {
@@ -183,7 +175,7 @@ class Continuation {
       auto next = b.solver.along(base, step, reason);
       if (next) reason = unsuitable(base, *next);
       if (!reason.empty()) {
-        step *= reduction;
+        step *= BranchStep::reduction;
         const auto least = least_positive(base);
         const bool slowing =
             least.kind == BifurcationKind::grazing && least.share < slow_share && falling(last, least);
@@ -219,10 +211,8 @@ class Continuation {
       for (auto& e : events)
         if (e.distance <= reach) report(b, e, count);
       add(point_of(b, *next, count++));
-      if (next->iterations <= few_iterations) step = step * growth;
-      if (next->iterations >= many_iterations) step *= reduction;
+      step = std::min(BranchStep::after(step, next->iterations), greatest_step(*next));
       base = std::move(*next);
-      step = std::min(step, greatest_step(base));
       if (last.size() >= most_kept) last.erase(last.begin());
       last.push_back(base);
       if (!ends.empty()) break;
@@ -241,7 +231,7 @@ class Continuation {
     const auto was = positive_quantities(base), now = positive_quantities(next);
     if (was.size() != now.size()) return "a lasting contact separates, or a contact begins to last";
     for (std::size_t i = 0; i < was.size(); ++i)
-      if (now[i].value < remaining_share * was[i].value)
+      if (now[i].value < BranchStep::remaining_share * was[i].value)
         return fmt::format("the {} of {} comes to 0",
                            was[i].kind == BifurcationKind::grazing ? "approach speed" : "least force",
                            contact_name(base, was[i]));
@@ -250,7 +240,7 @@ class Continuation {
     const auto ahead = next.model->map.displacement(next.tangent.head(f));
     const double cosine =
         base.tangent.head(f).dot(base.model->map.local(ahead)) + base.tangent_key() * next.tangent_key();
-    if (cosine < least_cosine) return "the tangent of the branch turns too fast";
+    if (cosine < BranchStep::least_cosine) return "the tangent of the branch turns too fast";
     return {};
   }
 
