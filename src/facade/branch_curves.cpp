@@ -5,7 +5,6 @@
 #include <algorithm>
 #include <cmath>
 #include <deque>
-#include <memory>
 
 #include "facade/varied_key.hpp"
 #include "mechanism/error.hpp"
@@ -35,6 +34,8 @@ constexpr std::size_t most_levels = 6;
 /// A motion is at a level if its share deviates by less than this, relative.
 constexpr double near_level = 0.2;
 constexpr int most_tries = 6;
+/// Distance from the chords of a curve, over the ranges of both keys, within which a bifurcation is on it.
+constexpr double same_curve = 2e-3;
 
 }  // namespace
 
@@ -222,10 +223,8 @@ std::optional<BifurcationCurve::Located> BifurcationCurve::locate(const std::vec
   const auto begin = predicted(points, other, near[other]);
   base.point.state = begin.state;
   base.parameter = begin.at * range_[of];
-  base.model = std::make_shared<BranchModel>(s.varied(), s.setup(), s.periods(), base.parameter);
+  base.model = s.model(base.parameter, &last.base.model->map, begin.length);
   auto& map = base.model->map;
-  map.take_closed(last.base.model->map);
-  if (s.setup().autonomous) map.set_length(begin.length);
   reason = map.shift(std::vector<double>(last.base.point.starts.front().size()), base.point.state);
   if (!reason.empty()) return {};
   map.chart(base.point.state);
@@ -320,6 +319,21 @@ CurvePoint BifurcationCurve::point_of(const Located& p) const {
                .residual = p.residual * (is_positive() && p.free == 1 ? range_[0] / range_[1] : 1)};
   if (is_positive()) c.joint = contact_name(p.motion, start_.quantity);
   return c;
+}
+
+bool BifurcationCurve::begins_on(const std::vector<CurvePoint>& list) const {
+  const double p = start_.parameter / range_[0],
+               r = property(scene_, second_.key, Family::nonsmooth).value() / range_[1];
+  for (std::size_t i = 1; i < list.size(); ++i) {
+    if (list[i].kind != start_.kind || list[i].curve != list[i - 1].curve) continue;
+    const auto place = [&](const CurvePoint& c) {
+      return Eigen::Vector2d(c.parameter / range_[0] - p, c.second / range_[1] - r);
+    };
+    const auto a = place(list[i - 1]), chord = Eigen::Vector2d(place(list[i]) - a);
+    const double share = std::clamp(-a.dot(chord) / chord.squaredNorm(), 0.0, 1.0);
+    if ((a + share * chord).norm() < same_curve) return true;
+  }
+  return false;
 }
 
 std::pair<std::vector<CurvePoint>, CurveEnds> BifurcationCurve::follow(

@@ -35,6 +35,8 @@ class BifurcationCurve {
  public:
   /// `scene`: with the value of the second key at the start.
   BifurcationCurve(const Scene& scene, const SecondKey& second, CurveStart start, int number);
+  /// Whether a curve of the list passes through the start.
+  bool begins_on(const std::vector<CurvePoint>& list) const;
   /// Follows the curve from its start to both sides, and calls `on_point` for each point when it is known.
   /// The result is ordered along the curve.
   std::pair<std::vector<CurvePoint>, CurveEnds> follow(

@@ -25,6 +25,8 @@ constexpr double jump_share = 0.1;
 constexpr std::size_t most_extrapolated = 6;
 /// Least ratio of their approach speeds or forces.
 constexpr double least_ratio = 1.25;
+/// Distances from a grazing impact at which the motions that follow are searched, relative to the range.
+constexpr double distances_beside[] = {1e-4, 1e-3, 1e-2};
 
 /// Multipliers without that of a shift along the motion.
 std::vector<std::complex<double>> decisive(const BranchSolver& solver, const BranchMotion& m) {
@@ -177,12 +179,33 @@ std::optional<BranchEvent> reach_key(const BranchSolver& solver, const BranchMot
   return locate(solver, base, distance, beside(base), beside(next), beside);
 }
 
-VectorXd doubling_direction(const BranchMotion& flip) {
+std::optional<BranchMotion> doubled_motion(const BranchSolver& solver, const BranchMotion& flip) {
   const auto eigen = general_eigen(flip.point.map);
   Eigen::Index nearest = 0;
   for (Eigen::Index i = 1; i < eigen.values.size(); ++i)
     if (std::abs(eigen.values[i] + 1.0) < std::abs(eigen.values[nearest] + 1.0)) nearest = i;
-  return eigen.vectors.col(nearest).real().normalized();
+  const VectorXd direction = eigen.vectors.col(nearest).real().normalized();
+  BranchMotion base;
+  base.parameter = flip.parameter;
+  base.point.state = flip.point.state;
+  base.model = solver.model(flip.parameter, &flip.model->map, 2 * flip.model->map.length());
+  auto& map = base.model->map;
+  map.chart(base.point.state);
+  base.tangent = VectorXd::Zero(flip.tangent.size());
+  base.tangent.head(map.size()) = map.local(flip.model->map.displacement(direction)).normalized();
+  for (const double amplitude : first_amplitudes) {
+    std::string reason;
+    auto m = solver.along(base, amplitude, reason);
+    if (!m || m->sequence().size() != 2 * flip.sequence().size()) continue;
+    const auto half = m->model->map.until(m->point.state, m->point.state.t + 0.5 * m->model->map.length(),
+                                          solver.steps(), nullptr);
+    if (!half.failure.empty()) continue;
+    auto change = list_of({half.end.state, half.end.contacts});
+    const auto start = list_of(m->point.state);
+    for (std::size_t i = 0; i < change.size(); ++i) change[i] -= start[i];
+    if (!(m->model->map.local(change).norm() < 0.1 * amplitude * solver.scale())) return m;
+  }
+  return {};
 }
 
 double greatest_speed(const BranchMotion& m) {
@@ -289,6 +312,17 @@ Vanished extrapolated(const std::vector<BranchMotion>& motions, const Positive& 
   for (std::size_t i = 0; i < g.state.z.size(); ++i)
     g.state.z[i] = at_zero([&](const BranchMotion& m) { return m.point.state.z[i]; });
   return g;
+}
+
+std::optional<BranchMotion> motion_beside(const BranchSolver& solver, const BranchMotion& m,
+                                          const Vanished& g, double side, const std::vector<int>& sequence) {
+  for (const double share : distances_beside) {
+    std::string reason;
+    const double key = g.parameter + side * solver.setup().range() * share;
+    auto motion = solver.at_key(m, {{g.state, m.point.state.contacts}, key, g.period}, reason);
+    if (motion && motion->sequence() == sequence) return motion;
+  }
+  return {};
 }
 
 namespace {

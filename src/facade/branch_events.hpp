@@ -57,8 +57,10 @@ Eigen::VectorXd crossing_direction(const BranchSolver& solver, const BranchMotio
 std::optional<BranchEvent> reach_key(const BranchSolver& solver, const BranchMotion& base, double distance,
                                      const BranchMotion& next, double value);
 
-/// The tangent of the branch of doubled period at a flip, in coordinates of the motion.
-Eigen::VectorXd doubling_direction(const BranchMotion& flip);
+/// Amplitudes of the first motion of doubled period or of a crossing branch, in units of the tangent.
+inline constexpr double first_amplitudes[] = {1e-2, 3e-2, 1e-3};
+/// The first motion of doubled period beside a flip, by a solver of motions of this period.
+std::optional<BranchMotion> doubled_motion(const BranchSolver& solver, const BranchMotion& flip);
 
 /// Greatest rate of a coordinate or gap rate of an onset during a motion, the unit of approach speeds.
 double greatest_speed(const BranchMotion& m);
@@ -97,6 +99,10 @@ struct Vanished {
 /// Extrapolates motions with decreasing values of a quantity to 0. `motions`: the last ones of a branch with
 /// the same sequence.
 Vanished extrapolated(const std::vector<BranchMotion>& motions, const Positive& quantity);
+/// The motion with this sequence of onsets beside one whose quantity vanishes, at a greater value of the key if
+/// `side` is 1, at a smaller one if it is −1; `m`: the last motion before.
+std::optional<BranchMotion> motion_beside(const BranchSolver& solver, const BranchMotion& m,
+                                          const Vanished& g, double side, const std::vector<int>& sequence);
 
 // The branch of motions with a new impact, where a motion begins to touch a contact.
 //

@@ -94,13 +94,15 @@ class BranchSolver {
 
   const BranchSetup& setup() const { return setup_; }
   int periods() const { return periods_; }
-  const Parameter& varied() const { return varied_; }
   double scale() const { return scale_; }
   void set_scale(double scale) { scale_ = scale; }
   /// Least number of steps of a motion; see refine().
   void set_steps(int steps) { steps_ = steps; }
   int steps() const { return steps_; }
 
+  /// The mechanism at a value of the key. `like`: with the same closed contacts; null: none. `length`: as
+  /// BranchGuess::length.
+  std::shared_ptr<BranchModel> model(double parameter, const ReturnMap* like, double length) const;
   /// The first motion of a branch near a state, with the section moved to the middle of the longest interval
   /// without a contact onset. Its tangent points to increasing values of the key if `rising`; the scale σ is
   /// set such that both parts of the tangent have equal lengths. Returns nullopt and the reason if there is
@@ -136,8 +138,6 @@ class BranchSolver {
   std::string recentre(BranchMotion& m) const;
 
  private:
-  /// `like`: with the same closed contacts; null: none
-  std::shared_ptr<BranchModel> model(double parameter, const ReturnMap* like, double length) const;
   /// A run from a guess without derivatives.
   struct Residual {
     SectionState start;     // projected onto the constraints

@@ -35,18 +35,11 @@ constexpr std::size_t most_kept = 32;
 constexpr int most_changes = 20;
 /// The section is moved if a contact onset comes nearer than this share of the period.
 constexpr double least_margin = 0.02;
-/// Distance from a bifurcation at which the motions that follow are searched, relative to the range.
-constexpr double beside[] = {1e-4, 1e-3, 1e-2};
-/// Amplitudes of the first motion of doubled period or of a crossing branch, in
-/// units of the tangent.
-constexpr double doubled_amplitudes[] = {1e-2, 3e-2, 1e-3};
-/// Its greatest distance along the present branch, over the amplitude.
+/// Greatest distance of the first motion of a crossing branch along the present branch, over the amplitude.
 constexpr double crossing_slope = 10;
 constexpr int most_branches = 12;
 /// Where the tangent has a smaller part along the key, steps are bounded by the state.
 constexpr double least_share_of_key = 0.2;
-/// Distance from the chords of a curve, over the ranges of both keys, within which a bifurcation is on it.
-constexpr double same_curve = 2e-3;
 
 /// A branch that is still to be followed.
 struct Begun {
@@ -83,13 +76,11 @@ class Continuation {
                               .period = request_.period,
                               .stop = request_.stop},
                              section);
-    if (!found.failure.empty()) {
-      result_.failure = fmt::format("{} = {:.9g}: {}", setup.key, begin, found.failure);
-      return std::move(result_);
-    }
     BranchSolver solver(scene_, setup, request_.periods);
-    std::string reason;
-    auto motion = solver.begin(section, begin, found.period * found.periods, setup.to > setup.from, reason);
+    std::string reason = found.failure;
+    std::optional<BranchMotion> motion;
+    if (reason.empty())
+      motion = solver.begin(section, begin, found.period * found.periods, setup.to > setup.from, reason);
     if (!motion) {
       result_.failure = fmt::format("{} = {:.9g}: {}", setup.key, begin, reason);
       return std::move(result_);
@@ -262,9 +253,13 @@ class Continuation {
     if (e.kind == BifurcationKind::flip) {
       found.follows = "a motion of doubled period";
       if (b.doublings < request_.follow_doubled && count_ < most_branches) {
-        if (auto doubled = double_period(b, e.motion)) {
-          found.new_branch = doubled->number;
-          branches_.push_back(std::move(*doubled));
+        BranchSolver solver(scene_, b.solver.setup(), 2 * b.solver.periods());
+        solver.set_scale(b.solver.scale());
+        solver.set_steps(b.solver.steps());
+        if (auto doubled = doubled_motion(solver, e.motion)) {
+          found.new_branch = ++count_;
+          branches_.push_back({std::move(solver), std::move(*doubled),
+                               fmt::format("flip at {:.9g}", e.motion.parameter), count_, b.doublings + 1});
         }
       }
     }
@@ -277,7 +272,7 @@ class Continuation {
     BranchMotion base = at;
     base.tangent = crossing_direction(b.solver, at);
     for (const double side : {1.0, -1.0})
-      for (const double amplitude : doubled_amplitudes) {
+      for (const double amplitude : first_amplitudes) {
         std::string reason;
         auto m = count_ < most_branches ? b.solver.along(base, side * amplitude, reason) : std::nullopt;
         if (!m || std::abs(b.solver.distance(at, *m)) > crossing_slope * amplitude) continue;
@@ -288,41 +283,6 @@ class Continuation {
                              ++count_, b.doublings});
         break;
       }
-  }
-
-  /// The first motion of the branch of doubled period.
-  std::optional<Begun> double_period(const Begun& b, const BranchMotion& flip) {
-    BranchSolver solver(scene_, b.solver.setup(), 2 * b.solver.periods());
-    solver.set_scale(b.solver.scale());
-    solver.set_steps(b.solver.steps());
-    auto direction = flip.model->map.displacement(doubling_direction(flip));
-    BranchMotion base;
-    base.parameter = flip.parameter;
-    base.point.state = flip.point.state;
-    base.model =
-        std::make_shared<BranchModel>(solver.varied(), solver.setup(), solver.periods(), flip.parameter);
-    auto& map = base.model->map;
-    map.take_closed(flip.model->map);
-    map.set_length(2 * flip.model->map.length());
-    map.chart(base.point.state);
-    const auto f = map.size();
-    base.tangent = Eigen::VectorXd::Zero(flip.tangent.size());
-    base.tangent.head(f) = map.local(direction).normalized();
-    for (const double amplitude : doubled_amplitudes) {
-      std::string reason;
-      auto m = solver.along(base, amplitude, reason);
-      if (!m || m->sequence().size() != 2 * flip.sequence().size()) continue;
-      const auto half = m->model->map.until(m->point.state, m->point.state.t + 0.5 * m->model->map.length(),
-                                            solver.steps(), nullptr);
-      if (!half.failure.empty()) continue;
-      auto change = list_of({half.end.state, half.end.contacts});
-      const auto start = list_of(m->point.state);
-      for (std::size_t i = 0; i < change.size(); ++i) change[i] -= start[i];
-      if (m->model->map.local(change).norm() < 0.1 * amplitude * solver.scale()) continue;
-      return Begun{std::move(solver), std::move(*m), fmt::format("flip at {:.9g}", flip.parameter), ++count_,
-                   b.doublings + 1};
-    }
-    return {};
   }
 
   /// Reports a grazing impact or a lift-off. Returns the end of the branch in words.
@@ -341,9 +301,8 @@ class Continuation {
     if (quantity.kind == BifurcationKind::grazing) return graze(b, m, g, quantity.index, std::move(found));
     found.at.orbit.lasting[quantity.index].least_force = 0;
     found.follows = "the contact separates for a part of the motion";
-    const auto joint = found.joint;
-    add(std::move(found));
-    return fmt::format("{} lifts off", joint);
+    add(found);
+    return fmt::format("{} lifts off", found.joint);
   }
 
   /// Reports a grazing impact and the motions without it. Returns the end of the branch in words.
@@ -352,11 +311,10 @@ class Continuation {
     found.at.orbit.impacts[onset].speed = 0;
     auto without = m.sequence();
     without.erase(without.begin() + static_cast<std::ptrdiff_t>(onset));
-    const double range = b.solver.setup().range();
     // The side of the motions with the impact: the slope of the key at speed 0.
     const double with_impact = m.parameter > g.parameter ? 1 : -1;
     for (const double side : {-with_impact, with_impact}) {
-      auto motion = beside_grazing(b.solver, m, g, side * range, without);
+      auto motion = motion_beside(b.solver, m, g, side, without);
       if (!motion) continue;
       if (motion->tangent_key() * side < 0) motion->tangent = -motion->tangent;
       found.follows =
@@ -365,9 +323,8 @@ class Continuation {
       break;
     }
     if (found.follows.empty()) found.follows = "no motion without this impact is found nearby";
-    const auto joint = found.joint;
-    add(std::move(found));
-    return fmt::format("the impact of {} grazes", joint);
+    add(found);
+    return fmt::format("the impact of {} grazes", found.joint);
   }
 
   /// Reports that contact onsets change their order between two motions next to each other. The branch
@@ -407,9 +364,8 @@ class Continuation {
     } else {
       found.follows = "no motion with this impact is found nearby";
     }
-    const auto joint = found.joint;
-    add(std::move(found));
-    return fmt::format("it begins to touch {}", joint);
+    add(found);
+    return fmt::format("it begins to touch {}", found.joint);
   }
 
   /// Begins a branch at a grazing impact.
@@ -418,18 +374,6 @@ class Continuation {
     found.new_branch = ++count_;
     branches_.push_back({b.solver, std::move(motion), fmt::format("grazing at {:.9g}", found.at.parameter),
                          found.new_branch, b.doublings});
-  }
-
-  std::optional<BranchMotion> beside_grazing(const BranchSolver& solver, const BranchMotion& m,
-                                             const Vanished& g, double side,
-                                             const std::vector<int>& without) const {
-    for (const double share : beside) {
-      std::string reason;
-      auto motion =
-          solver.at_key(m, {{g.state, m.point.state.contacts}, g.parameter + side * share, g.period}, reason);
-      if (motion && motion->sequence() == without) return motion;
-    }
-    return {};
   }
 
   void keep_curve(CurveStart start) {
@@ -442,22 +386,9 @@ class Continuation {
 
   /// Follows the curve of a bifurcation over both keys, unless an earlier curve passes through it.
   void follow_curve(CurveStart start) {
-    const auto& second = *request_.second;
-    const double at = property(scene_, second.key, Family::nonsmooth).value();
-    const double p = start.parameter / std::abs(request_.to - request_.from),
-                 r = at / std::abs(second.to - second.from);
-    const auto& list = result_.curve_points;
-    for (std::size_t i = 1; i < list.size(); ++i) {
-      if (list[i].kind != start.kind || list[i].curve != list[i - 1].curve) continue;
-      const auto place = [&](const CurvePoint& c) {
-        return Eigen::Vector2d(c.parameter / std::abs(request_.to - request_.from) - p,
-                               c.second / std::abs(second.to - second.from) - r);
-      };
-      const auto a = place(list[i - 1]), chord = Eigen::Vector2d(place(list[i]) - a);
-      const double share = std::clamp(-a.dot(chord) / chord.squaredNorm(), 0.0, 1.0);
-      if ((a + share * chord).norm() < same_curve) return;
-    }
-    BifurcationCurve curve(scene_, second, std::move(start), static_cast<int>(result_.curves.size()) + 1);
+    BifurcationCurve curve(scene_, *request_.second, std::move(start),
+                           static_cast<int>(result_.curves.size()) + 1);
+    if (curve.begins_on(result_.curve_points)) return;
     auto [points, ends] = curve.follow(request_.on_curve_point);
     for (auto& point : points) result_.curve_points.push_back(std::move(point));
     result_.curves.push_back(std::move(ends));
@@ -471,17 +402,22 @@ class Continuation {
   int count_ = 0;
 };
 
+/// Requires a range and a step of a key, whose settings have names with this beginning.
+void require_steps(const std::string& settings, double from, double to, const std::optional<double>& step) {
+  if (!(std::isfinite(from) && std::isfinite(to)) || from == to)
+    throw ModelError(settings + "to", fmt::format("must differ from {}from", settings));
+  if (step && !(*step > 0)) throw ModelError(settings + "step", "must be greater than 0");
+}
+
 }  // namespace
 
 Branches continue_orbit(const Scene& scene, const ContinuationRequest& request) {
   const auto family = family_of(request.formulation);
   static_cast<void>(property(scene, request.key, family));
-  if (!(std::isfinite(request.from) && std::isfinite(request.to)) || request.from == request.to)
-    throw ModelError("continue.to", "must differ from continue.from");
+  require_steps("continue.", request.from, request.to, request.step);
   if (request.start && !(*request.start >= std::min(request.from, request.to) &&
                          *request.start <= std::max(request.from, request.to)))
     throw ModelError("continue.start", "must be within continue.from and continue.to");
-  if (request.step && !(*request.step > 0)) throw ModelError("continue.step", "must be greater than 0");
   if (family == Family::penalty && (request.second || !request.restarts.empty()))
     throw ModelError(request.second ? "continue.second" : "continue.formulation",
                      "curves over two keys and branches of an earlier result need the nonsmooth formulation");
@@ -498,10 +434,7 @@ Branches continue_orbit(const Scene& scene, const ContinuationRequest& request) 
                        fmt::format("{} = {:.9g} in the scene; it must be from continue.second_from to "
                                    "continue.second_to",
                                    second->key, at));
-    if (!(std::isfinite(second->from) && std::isfinite(second->to)) || second->from == second->to)
-      throw ModelError("continue.second_to", "must differ from continue.second_from");
-    if (second->step && !(*second->step > 0))
-      throw ModelError("continue.second_step", "must be greater than 0");
+    require_steps("continue.second_", second->from, second->to, second->step);
   }
   return Continuation(scene, request).run();
 }
