@@ -23,14 +23,6 @@
 namespace freeplay::cli {
 namespace {
 
-struct AttractorsRequest : Request {
-  std::string study;  ///< study file
-  Reach reach = Reach::beside;
-  std::string output;  ///< result folder
-  int threads = 0;     ///< 0: all cores
-  ShardOptions shards;
-};
-
 /// The parts in which the two verbs differ.
 struct Verb {
   const char* name;  ///< also the name of its table in the study, and of its files
@@ -53,7 +45,7 @@ std::string key_of(const Chain& chain) {
 
 /// Division of the study. Units are chains, because the runs of a chain depend on each other.
 Division divided(const Study& study, const AttractorPlan& plan, const Verb& verb,
-                 const AttractorsRequest& request) {
+                 const StudyRequest& request) {
   return {.verb = verb.name,
           .arguments = study_arguments(request.study, request.reach),
           .subject = subject_of(study),
@@ -87,7 +79,7 @@ Division divided(const Study& study, const AttractorPlan& plan, const Verb& verb
               }};
 }
 
-int attractors(const AttractorsRequest& request, const Verb& verb) {
+int attractors(const StudyRequest& request, const Verb& verb) {
   const auto study = read_study(request.study, request.reach);
   const auto* plan = verb.plan(study);
   if (!plan)
@@ -152,16 +144,12 @@ constexpr Verb basin_parts{
     basin_csv,    basin_json,
     basin_text};
 
-int bifurcation(const AttractorsRequest& request) { return attractors(request, bifurcation_parts); }
-int basin(const AttractorsRequest& request) { return attractors(request, basin_parts); }
+int bifurcation(const StudyRequest& request) { return attractors(request, bifurcation_parts); }
+int basin(const StudyRequest& request) { return attractors(request, basin_parts); }
 
-void declare(Program& program, const Verb& verb, const char* what, int (*act)(const AttractorsRequest&)) {
+void declare(Program& program, const Verb& verb, const char* what, int (*act)(const StudyRequest&)) {
   auto [options, request] = program.verb(verb.name, what, act);
-  options.add("study", request.study, "study file").required();
-  options.output(request.output, "result folder; default out/NAME-VERB");
-  options.allow_outside(request.reach);
-  options.threads(request.threads);
-  declare_shards(options, request.shards);
+  declare_study(options, request, "study file", "result folder; default out/NAME-VERB");
 }
 
 }  // namespace

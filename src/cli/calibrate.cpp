@@ -197,14 +197,6 @@ nlohmann::json to_json(const Study& study, const CalibrationResult& r, const nlo
 
 namespace {
 
-struct CalibrateRequest : Request {
-  std::string scene;  ///< study file
-  Reach reach = Reach::beside;
-  std::string output;  ///< result folder
-  int threads = 0;     ///< 0: all cores
-  ShardOptions shards;
-};
-
 /// calibration.csv: outcomes of all points over each unknown, and the 95 % range of each measured
 /// value.
 Table points_table(const Study& study, const CalibrationResult& r) {
@@ -251,8 +243,8 @@ void print_identifiability(const Calibration& c, const CalibrationResult& r) {
                    c.unknowns[k].name, c.unknowns[j].name, x);
 }
 
-int calibrate(const CalibrateRequest& request) {
-  const auto study = read_study(request.scene, request.reach);
+int calibrate(const StudyRequest& request) {
+  const auto study = read_study(request.study, request.reach);
   const bool quantities = study.calibration && fits_quantities(*study.calibration);
   if (!quantities) require_signal(study, "calibrate");
   const auto folder = result_folder(request.output, default_folder(study.file, ""));
@@ -264,7 +256,7 @@ int calibrate(const CalibrateRequest& request) {
   // The points; fits follow after the merge, by the verb without these options.
   if (request.shards.requested())
     return in_shards(divided_sweep(plan.study, request.conduct(), "calibrate",
-                                   study_arguments(request.scene, request.reach), subject_of(study)),
+                                   study_arguments(request.study, request.reach), subject_of(study)),
                      request.shards, folder, request.threads, request.stop);
   make_folder(folder);
   const FolderLock lock(folder, "calibrate");
@@ -330,11 +322,7 @@ int calibrate(const CalibrateRequest& request) {
 void calibrate_verb(Program& program) {
   auto [options, request] =
       program.verb("calibrate", "fit unknown parameters of a study to measured statistics", calibrate);
-  options.add("study", request.scene, "study file with [calibrate]").required();
-  options.output(request.output, "result folder; default out/NAME");
-  options.allow_outside(request.reach);
-  options.threads(request.threads);
-  declare_shards(options, request.shards);
+  declare_study(options, request, "study file with [calibrate]", "result folder; default out/NAME");
 }
 
 }  // namespace freeplay::cli

@@ -109,6 +109,14 @@ void declare_shards(Options& options, ShardOptions& into) {
   shard.excludes(merge);
 }
 
+void declare_study(Options& options, StudyRequest& into, const char* file, const char* output) {
+  options.add("study", into.study, file).required();
+  options.output(into.output, output);
+  options.allow_outside(into.reach);
+  options.threads(into.threads);
+  declare_shards(options, into.shards);
+}
+
 bool divides(const std::string& option) {
   return option == "--plan" || option == "--shard" || option == "--merge";
 }

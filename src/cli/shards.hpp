@@ -1,4 +1,4 @@
-// Options of the verbs whose studies can be divided: --plan N, --shard k/N, --merge DIR
+// Options of the verbs that make the runs of a study, which can be divided: --plan N, --shard k/N, --merge DIR
 // (study/partition/division.hpp).
 #pragma once
 
@@ -19,8 +19,18 @@ struct ShardOptions {
   bool requested() const { return plan > 0 || !shard.empty() || !merge.empty(); }
 };
 
-/// Declares the options.
+/// Options of a study's verb.
+struct StudyRequest : Request {
+  std::string study;  ///< file
+  Reach reach = Reach::beside;
+  std::string output;  ///< result folder
+  int threads = 0;     ///< 0: all cores
+  ShardOptions shards;
+};
+
+/// Declares the options. `file`, `output`: their meanings in the help.
 void declare_shards(Options& options, ShardOptions& into);
+void declare_study(Options& options, StudyRequest& into, const char* file, const char* output);
 
 /// Whether an option divides the work of a verb.
 bool divides(const std::string& option);

@@ -29,15 +29,10 @@ std::string left(double seconds) {
   return fmt::format("{:.0f} min", seconds / 60);
 }
 
-struct SweepRequest : Request {
-  std::string scene;  ///< study file
-  Reach reach = Reach::beside;
-  std::string output;           ///< result folder
-  int threads = 0;              ///< 0: all cores
+struct SweepRequest : StudyRequest {
   std::string table;            ///< CSV file in the result folder for all named runs; empty: none
   std::string spectra, traces;  ///< likewise for spectra and traces
-  ShardOptions shards;
-  bool prune = false;  ///< delete the runs that the study does not name, and execute none
+  bool prune = false;           ///< delete the runs that the study does not name, and execute none
 };
 
 /// Prints which runs the study does not name, and deletes them.
@@ -73,11 +68,11 @@ int sweep(const SweepRequest& request) {
   require_plain("--export", request.table);
   require_plain("--spectra", request.spectra);
   require_plain("--traces", request.traces);
-  const auto study = read_study(request.scene, request.reach);
+  const auto study = read_study(request.study, request.reach);
   const auto folder = result_folder(request.output, default_folder(study.file, ""));
   if (request.shards.requested())
     return in_shards(divided_sweep(study, request.conduct(), "sweep",
-                                   study_arguments(request.scene, request.reach), subject_of(study)),
+                                   study_arguments(request.study, request.reach), subject_of(study)),
                      request.shards, folder, request.threads, request.stop);
   const auto planned = plan(study, request.conduct(), request.threads);
   if (request.stop()) return interrupted(Kept::nothing);
@@ -142,11 +137,7 @@ void sweep_verb(Program& program) {
                                          "run a parameter study on all cores, skipping runs already "
                                          "stored",
                                          sweep);
-  options.add("study", request.scene, "study file").required();
-  options.output(request.output, "result folder; default out/NAME");
-  options.allow_outside(request.reach);
-  options.threads(request.threads);
-  declare_shards(options, request.shards);
+  declare_study(options, request, "study file", "result folder; default out/NAME");
   options
       .add("--export", request.table,
            "write the runs of the study as a table NAME.csv into the result folder")
