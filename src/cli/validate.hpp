@@ -3,10 +3,6 @@
 
 #include "cli/command_line.hpp"
 
-namespace freeplay {
-struct Study;
-}
-
 namespace freeplay::cli {
 
 /// Options of the verb.
@@ -24,7 +20,5 @@ struct ValidateRequest : Request {
 
 /// Validates a study; returns the exit status.
 int validate_study(const ValidateRequest& request);
-/// Compares a study with its measured points (claims = "points").
-int validate_points(const ValidateRequest& request, const Study& study);
 
 }  // namespace freeplay::cli

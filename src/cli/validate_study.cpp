@@ -42,107 +42,8 @@ Variant calibrated_variant(const Study& study, const Study& fitted, const Fit& f
   return v;
 }
 
-}  // namespace
-
-int validate_study(const ValidateRequest& request) {
-  auto study = read_study(request.scene, request.reach);
-  if (study.claims == "points") return validate_points(request, study);
-  require_signal(study, "validate");
-  if (study.claims != "flores2011")
-    throw SceneError(
-        fmt::format("{}: claims must be \"flores2011\" or \"points\"; for a measured signal use `freeplay "
-                    "validate SCENE --data FILE`",
-                    request.scene));
-  if (study.axes.size() != 2)
-    throw SceneError(
-        fmt::format("{}: axes: claims = \"flores2011\" need two axes, clearance and speed", request.scene));
-  if (!request.overrides.empty()) throw SceneError("validate: --set needs a scene with --data");
-  const auto folder = result_folder(request.output, default_folder(study.file, ""));
-  // Check that both studies can be run, before any run or change of results.
-  auto planned = plan(study, request.conduct());
-  nlohmann::json document;
-  document["provenance"] = provenance(study);
-  std::optional<Study> fitted;
-  std::optional<CalibrationPlan> planned_fit;
-  nlohmann::json origin_of_fit;
-  if (!study.fit.empty()) {
-    fitted = read_study(study.fit, request.reach);
-    origin_of_fit = provenance(*fitted);
-    planned_fit = plan_calibration(*fitted, request.conduct());
-  }
-  if (request.stop()) return interrupted(Kept::nothing);
-  ResultSet set(folder, "validate-study");
-  Progress progress;
-  std::optional<CalibrationResult> fit;
-  if (planned_fit) {
-    fit = calibrate(std::move(*planned_fit), request.conduct(), set.lock(), all_cores,
-                    progress.of_runs("calibration: "));
-    progress.clear();
-    if (fit->sweep.interrupted) return interrupted(Kept::runs);
-    study.variants.push_back(calibrated_variant(study, *fitted, fit->all));
-    planned = plan(study, request.conduct());
-    write_json(set.place() / "calibration.json", to_json(*fitted, *fit, origin_of_fit));
-  }
-  Results results(folder / "sweep.db", study, request.stop);
-  const auto summary =
-      sweep(study, planned, request.conduct(), results, set.lock(), all_cores, progress.of_runs("matrix: "));
-  progress.clear();
-  if (summary.interrupted) return interrupted(Kept::runs);
-  write_sweep_document(study, results, folder);
-  const auto runs = results.runs();
-  FindingCount count;
-  for (const auto& v : study.variants)
-    for (const auto& formulation : v.formulations) {
-      fmt::print("{}, {}\n", v.title, formulation);
-      for (const auto& f :
-           verification::flores2011(study, results, runs, v.name, formulation, TurnMetrics::ratio_95,
-                                    verification::fitted_findings(v.name, fitted ? &*fitted : nullptr))) {
-        fmt::print("  {:<6}{:<4} {}\n             {}; bound: {}\n",
-                   f.assessed ? f.holds ? "holds" : "FAILS"
-                   : f.fitted ? "fitted"
-                              : "-",
-                   f.id, f.claim, f.measured, f.bound);
-        document["verdicts"][v.name][formulation].push_back({{"id", f.id},
-                                                             {"claim", f.claim},
-                                                             {"measured", f.measured},
-                                                             {"bound", f.bound},
-                                                             {"judged", f.assessed},
-                                                             {"fitted", f.fitted},
-                                                             {"holds", f.holds}});
-        count.assessed += f.assessed;
-        count.holding += f.assessed && f.holds;
-        if (f.assessed && !f.holds)
-          count.failing.push_back(fmt::format("{} in {}, {}", f.id, v.name, formulation));
-      }
-      fmt::print("\n");
-    }
-  const auto conclusion = verdict(count);
-  document["verdict"] = conclusion;
-  write_json(set.place() / "experiment.json", document);
-  write_tables(study, results, request.conduct(), set.place());
-  const auto text =
-      verification::experiment_document(study, results, fitted ? &*fitted : nullptr, fit ? &*fit : nullptr,
-                                        fmt::format("{} ({})", version, commit));
-  const auto place = request.document.empty() ? std::filesystem::path() : real_folder(request.document);
-  if (place.empty()) write_file(set.place() / "experiment.md", text);
-  if (request.stop()) return interrupted(Kept::runs);
-  set.commit();
-  const auto figures = plots::all(folder);
-  if (!place.empty()) {
-    const auto lock = lock_document(place, folder, "validate");
-    write_file(place / "experiment.md", text);
-    copy_figures(figures, place);
-  }
-  fmt::print("{} runs, {} made in {:.0f} s; results in {}\n", summary.total, summary.ran,
-             summary.wall_seconds, folder.string());
-  fmt::print("\n{}", wrapped(conclusion + "\n", 0));
-  return count.failing.empty() ? 0 : 1;
-}
-
-// freeplay validate STUDY with claims = "points": makes missing runs, and compares a quantity of
-// each variant with measured values at single points of the axes.
-
-namespace {
+// claims = "points": makes missing runs, and compares a quantity of each variant with measured values at single
+// points of the axes.
 
 /// A table for each quantity, with a row for each variant and formulation.
 std::string table(const std::vector<MeasuredQuantity>& measured, const std::vector<PointAgreement>& all) {
@@ -276,8 +177,6 @@ void write_curves(const Study& study, const std::vector<MeasuredQuantity>& measu
   write_file(file, csv);
 }
 
-}  // namespace
-
 int validate_points(const ValidateRequest& request, const Study& study) {
   const auto measured = read_measured_points(study);
   const auto folder = result_folder(request.output, default_folder(study.file, ""));
@@ -307,6 +206,103 @@ int validate_points(const ValidateRequest& request, const Study& study) {
   fmt::print("\n{}", wrapped(said + "\n", 0));
   // Rows without a model have a failed run.
   return std::ranges::all_of(all, [](const auto& a) { return std::isfinite(a.rms); }) ? 0 : 1;
+}
+
+}  // namespace
+
+int validate_study(const ValidateRequest& request) {
+  auto study = read_study(request.scene, request.reach);
+  if (study.claims == "points") return validate_points(request, study);
+  require_signal(study, "validate");
+  if (study.claims != "flores2011")
+    throw SceneError(
+        fmt::format("{}: claims must be \"flores2011\" or \"points\"; for a measured signal use `freeplay "
+                    "validate SCENE --data FILE`",
+                    request.scene));
+  if (study.axes.size() != 2)
+    throw SceneError(
+        fmt::format("{}: axes: claims = \"flores2011\" need two axes, clearance and speed", request.scene));
+  if (!request.overrides.empty()) throw SceneError("validate: --set needs a scene with --data");
+  const auto folder = result_folder(request.output, default_folder(study.file, ""));
+  // Check that both studies can be run, before any run or change of results.
+  auto planned = plan(study, request.conduct());
+  nlohmann::json document;
+  document["provenance"] = provenance(study);
+  std::optional<Study> fitted;
+  std::optional<CalibrationPlan> planned_fit;
+  nlohmann::json origin_of_fit;
+  if (!study.fit.empty()) {
+    fitted = read_study(study.fit, request.reach);
+    origin_of_fit = provenance(*fitted);
+    planned_fit = plan_calibration(*fitted, request.conduct());
+  }
+  if (request.stop()) return interrupted(Kept::nothing);
+  ResultSet set(folder, "validate-study");
+  Progress progress;
+  std::optional<CalibrationResult> fit;
+  if (planned_fit) {
+    fit = calibrate(std::move(*planned_fit), request.conduct(), set.lock(), all_cores,
+                    progress.of_runs("calibration: "));
+    progress.clear();
+    if (fit->sweep.interrupted) return interrupted(Kept::runs);
+    study.variants.push_back(calibrated_variant(study, *fitted, fit->all));
+    planned = plan(study, request.conduct());
+    write_json(set.place() / "calibration.json", to_json(*fitted, *fit, origin_of_fit));
+  }
+  Results results(folder / "sweep.db", study, request.stop);
+  const auto summary =
+      sweep(study, planned, request.conduct(), results, set.lock(), all_cores, progress.of_runs("matrix: "));
+  progress.clear();
+  if (summary.interrupted) return interrupted(Kept::runs);
+  write_sweep_document(study, results, folder);
+  const auto runs = results.runs();
+  FindingCount count;
+  for (const auto& v : study.variants)
+    for (const auto& formulation : v.formulations) {
+      fmt::print("{}, {}\n", v.title, formulation);
+      for (const auto& f :
+           verification::flores2011(study, results, runs, v.name, formulation, TurnMetrics::ratio_95,
+                                    verification::fitted_findings(v.name, fitted ? &*fitted : nullptr))) {
+        fmt::print("  {:<6}{:<4} {}\n             {}; bound: {}\n",
+                   f.assessed ? f.holds ? "holds" : "FAILS"
+                   : f.fitted ? "fitted"
+                              : "-",
+                   f.id, f.claim, f.measured, f.bound);
+        document["verdicts"][v.name][formulation].push_back({{"id", f.id},
+                                                             {"claim", f.claim},
+                                                             {"measured", f.measured},
+                                                             {"bound", f.bound},
+                                                             {"judged", f.assessed},
+                                                             {"fitted", f.fitted},
+                                                             {"holds", f.holds}});
+        count.assessed += f.assessed;
+        count.holding += f.assessed && f.holds;
+        if (f.assessed && !f.holds)
+          count.failing.push_back(fmt::format("{} in {}, {}", f.id, v.name, formulation));
+      }
+      fmt::print("\n");
+    }
+  const auto conclusion = verdict(count);
+  document["verdict"] = conclusion;
+  write_json(set.place() / "experiment.json", document);
+  write_tables(study, results, request.conduct(), set.place());
+  const auto text =
+      verification::experiment_document(study, results, fitted ? &*fitted : nullptr, fit ? &*fit : nullptr,
+                                        fmt::format("{} ({})", version, commit));
+  const auto place = request.document.empty() ? std::filesystem::path() : real_folder(request.document);
+  if (place.empty()) write_file(set.place() / "experiment.md", text);
+  if (request.stop()) return interrupted(Kept::runs);
+  set.commit();
+  const auto figures = plots::all(folder);
+  if (!place.empty()) {
+    const auto lock = lock_document(place, folder, "validate");
+    write_file(place / "experiment.md", text);
+    copy_figures(figures, place);
+  }
+  fmt::print("{} runs, {} made in {:.0f} s; results in {}\n", summary.total, summary.ran,
+             summary.wall_seconds, folder.string());
+  fmt::print("\n{}", wrapped(conclusion + "\n", 0));
+  return count.failing.empty() ? 0 : 1;
 }
 
 }  // namespace freeplay::cli
