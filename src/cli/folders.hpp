@@ -73,4 +73,16 @@ inline std::vector<std::string> copy_figures(const std::vector<std::filesystem::
   return names;
 }
 
+/// Writes a page with its figures into the folder that --document names; nothing if that is empty. `own`: the
+/// verb's folder, which is locked.
+inline void write_page(const std::string& document, const std::filesystem::path& own, std::string_view verb,
+                       const char* name, const std::string& text,
+                       const std::vector<std::filesystem::path>& figures = {}) {
+  if (document.empty()) return;
+  const auto place = real_folder(document);
+  const auto lock = lock_document(place, own, verb);
+  if (!figures.empty()) copy_figures(figures, place);
+  write_file(place / name, text);
+}
+
 }  // namespace freeplay::cli

@@ -289,16 +289,10 @@ int validate_study(const ValidateRequest& request) {
   const auto text =
       verification::experiment_document(study, results, fitted ? &*fitted : nullptr, fit ? &*fit : nullptr,
                                         fmt::format("{} ({})", version, commit));
-  const auto place = request.document.empty() ? std::filesystem::path() : real_folder(request.document);
-  if (place.empty()) write_file(set.place() / "experiment.md", text);
+  if (request.document.empty()) write_file(set.place() / "experiment.md", text);
   if (request.stop()) return interrupted(Kept::runs);
   set.commit();
-  const auto figures = plots::all(folder);
-  if (!place.empty()) {
-    const auto lock = lock_document(place, folder, "validate");
-    write_file(place / "experiment.md", text);
-    copy_figures(figures, place);
-  }
+  write_page(request.document, folder, "validate", "experiment.md", text, plots::all(folder));
   fmt::print("{} runs, {} made in {:.0f} s; results in {}\n", summary.total, summary.ran,
              summary.wall_seconds, folder.string());
   fmt::print("\n{}", wrapped(conclusion + "\n", 0));

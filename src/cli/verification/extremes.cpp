@@ -21,6 +21,7 @@
 #include "io/files/result_set.hpp"
 #include "io/files/run_json.hpp"
 #include "plots/drawing/figure.hpp"
+#include "values/table.hpp"
 #include "verification/random_scenes/extremes/extremes.hpp"
 #include "verification/random_scenes/page.hpp"
 #include "verification/support/support.hpp"
@@ -56,16 +57,22 @@ std::vector<Row> judge_only(const RandomScene& scene, const std::string& way,
   return rows;
 }
 
-std::string table_file(const std::vector<Row>& rows, std::uint64_t seed) {
-  std::string csv = "seed,index,kind,way,outcome,check,detail\n";
-  for (const auto& r : rows) {
-    auto detail = r.verdict.detail;
-    std::ranges::replace(detail, ',', ';');
-    csv += fmt::format("{},{},{},{},{},{},{}\n", seed, r.index, r.kind, r.way,
-                       name_of(r.verdict.outcome, Suite::agreement),
-                       r.verdict.check.empty() ? "-" : r.verdict.check, detail.empty() ? "-" : detail);
-  }
-  return csv;
+/// A text as a field of CSV.
+std::string field(std::string text) {
+  std::ranges::replace(text, ',', ';');
+  return text.empty() ? "-" : text;
+}
+std::string without_commas(std::string text) {
+  std::erase(text, ',');
+  return text;
+}
+
+Table table_of_rows(const std::vector<Row>& rows, std::uint64_t seed) {
+  Table table("seed,index,kind,way,outcome,check,detail");
+  for (const auto& r : rows)
+    table.row(seed, r.index, r.kind, r.way, name_of(r.verdict.outcome, Suite::agreement),
+              r.verdict.check.empty() ? "-" : r.verdict.check, field(r.verdict.detail));
+  return table;
 }
 
 /// Tests random scenes instead of the map; with `kinds`, scenes with a reference for each row. Exit status 1 if
@@ -91,7 +98,7 @@ int random_scenes(const RandomScenesRequest& request, const std::string& output)
   const auto suite = known ? Suite::rows : Suite::agreement;
   const auto defect = [&](const Row& r) { return is_defect(r.verdict.outcome, suite); };
   const auto defects = std::ranges::count_if(rows, defect);
-  if (!known) write_file(folder / "strangers.csv", table_file(rows, requested.seed));
+  if (!known) write_file(folder / "strangers.csv", table_of_rows(rows, requested.seed).csv());
   if (all) {
     const auto text = table_of(rows, suite) + "\n" +
                       (known ? defects_by_kind(rows) : refusals_of(rows) + "\n" + noted_of(rows));
@@ -104,11 +111,9 @@ int random_scenes(const RandomScenesRequest& request, const std::string& output)
                    r.verdict.detail, requested.count, requested.seed, r.index);
     fmt::print("{} random scenes of seed {}, {} runs tested in {:.0f} s: {} defects\nresults in {}\n",
                requested.count, requested.seed, rows.size(), seconds, defects, folder.string());
-    if (!known && !request.document.empty()) {
-      const auto place = real_folder(request.document);
-      const auto document = lock_document(place, folder, "extremes");
-      write_file(place / "random-scenes.md", page_of(rows, requested.seed, requested.count, seconds));
-    }
+    if (!known && !request.document.empty())
+      write_page(request.document, folder, "extremes", "random-scenes.md",
+                 page_of(rows, requested.seed, requested.count, seconds));
   }
   return defects == 0 ? 0 : 1;
 }
@@ -132,7 +137,8 @@ int extremes(const ExtremesRequest& request) {
   const auto folder = result_folder(request.output, "out/extremes");
   ResultSet set(folder, "extremes");
   Progress progress;
-  std::string csv = "axis,label,value,formulation,outcome,detail\n", axis;
+  Table table("axis,label,value,formulation,outcome,detail"), limit_table("axis,formulation,value");
+  std::string axis;
   nlohmann::json list = nlohmann::json::array();
   int defects = 0;
   std::map<Outcome, int> counts;
@@ -160,13 +166,8 @@ int extremes(const ExtremesRequest& request) {
                           name_of(c.verdict.outcome, Suite::map), c.verdict.detail);
     ++counts[c.verdict.outcome];
     defects += is_defect(c.verdict.outcome, Suite::map);
-    auto detail = c.verdict.detail, label = c.label, name = c.axis;
-    std::ranges::replace(detail, ',', ';');
-    if (detail.empty()) detail = "-";
-    std::erase(label, ',');
-    std::erase(name, ',');
-    csv += fmt::format("{},{},{},{},{},{}\n", name, label, c.value, c.formulation,
-                       name_of(c.verdict.outcome, Suite::map), detail);
+    table.row(without_commas(c.axis), without_commas(c.label), c.value, c.formulation,
+              name_of(c.verdict.outcome, Suite::map), field(c.verdict.detail));
     list.push_back({{"axis", c.axis},
                     {"label", c.label},
                     {"value", c.value},
@@ -175,40 +176,29 @@ int extremes(const ExtremesRequest& request) {
                     {"detail", c.verdict.detail}});
   }
   nlohmann::json limits = nlohmann::json::array();
-  std::string limit_csv = "axis,formulation,value\n";
   for (const auto& l : predicted_limits()) {
     limits.push_back(
         {{"axis", l.axis}, {"formulation", l.formulation}, {"value", l.value}, {"source", l.source}});
-    auto name = l.axis;
-    std::erase(name, ',');
-    limit_csv += fmt::format("{},{},{}\n", name, l.formulation, l.value);
+    limit_table.row(without_commas(l.axis), l.formulation, l.value);
   }
   auto origin = provenance();
   origin["scene_file"] = "extremes";
-  write_file(set.place() / "extremes.json",
-             nlohmann::json{{"provenance", origin}, {"cells", list}, {"limits", limits}}.dump(
-                 1, ' ', false, nlohmann::json::error_handler_t::replace) +
-                 "\n");
-  write_file(set.place() / "extremes.csv", csv);
-  write_file(set.place() / "limits.csv", limit_csv);
+  write_json(set.place() / "extremes.json", {{"provenance", origin}, {"cells", list}, {"limits", limits}});
+  write_file(set.place() / "extremes.csv", table.csv());
+  write_file(set.place() / "limits.csv", limit_table.csv());
   set.commit();
   fmt::print("\n{} cells: {} right, {} degraded with a warning, {} refused; {} defects\nresults in {}\n",
              cells.size(), counts[Outcome::right], counts[Outcome::doubted], counts[Outcome::refused],
              defects, folder.string());
   const auto figures = plots::all(folder);
   for (const auto& path : figures) fmt::print("  {}\n", path.string());
-  if (!request.document.empty()) {
-    text += fmt::format(
-        "\n{} cells: {} right, {} degraded with a warning, {} refused, {} defects.\n\nPredicted limits, "
-        "drawn in the map:\n\n",
-        cells.size(), counts[Outcome::right], counts[Outcome::doubted], counts[Outcome::refused], defects);
-    for (const auto& l : predicted_limits())
-      text += fmt::format("- {}, {}: {:.3g} ({}).\n", l.axis, l.formulation, l.value, l.source);
-    const auto place = real_folder(request.document);
-    const auto lock = lock_document(place, folder, "extremes");
-    copy_figures(figures, place);
-    write_file(place / "extremes.md", text);
-  }
+  text += fmt::format(
+      "\n{} cells: {} right, {} degraded with a warning, {} refused, {} defects.\n\nPredicted limits, "
+      "drawn in the map:\n\n",
+      cells.size(), counts[Outcome::right], counts[Outcome::doubted], counts[Outcome::refused], defects);
+  for (const auto& l : predicted_limits())
+    text += fmt::format("- {}, {}: {:.3g} ({}).\n", l.axis, l.formulation, l.value, l.source);
+  write_page(request.document, folder, "extremes", "extremes.md", text, figures);
   return defects == 0 ? 0 : 1;
 }
 

@@ -105,19 +105,13 @@ int scaling(const ScalingRequest& request) {
   }
   auto origin = provenance();
   origin["scene_file"] = "scaling";
-  write_file(set.place() / "scaling.json",
-             nlohmann::json{{"provenance", origin}, {"scenes", list}}.dump(1) + "\n");
+  write_json(set.place() / "scaling.json", {{"provenance", origin}, {"scenes", list}});
   write_file(set.place() / "scaling.csv", csv);
   set.commit();
   fmt::print("results in {}\n", folder.string());
   const auto figures = plots::all(folder);
   for (const auto& path : figures) fmt::print("  {}\n", path.string());
-  if (!request.document.empty()) {
-    const auto place = real_folder(request.document);
-    const auto lock = lock_document(place, folder, "scaling");
-    copy_figures(figures, place);
-    write_file(place / "scaling.md", text);
-  }
+  write_page(request.document, folder, "scaling", "scaling.md", text, figures);
   return 0;
 }
 

@@ -98,11 +98,11 @@ int verify(const VerifyRequest& request) {
   const FolderLock lock(folder, "verify");
   settle_result_sets(folder);
   const auto origin = provenance();
-  const nlohmann::json document{
-      {"provenance",
-       {{"version", origin["version"]}, {"commit", origin["commit"]}, {"scene_file", "verification"}}},
-      {"sets", to_json(verdicts)}};
-  write_file(folder / "verification.json", document.dump(1) + "\n");
+  write_json(
+      folder / "verification.json",
+      {{"provenance",
+        {{"version", origin["version"]}, {"commit", origin["commit"]}, {"scene_file", "verification"}}},
+       {"sets", to_json(verdicts)}});
   if (!request.document.empty()) {
     draw_curves(verdicts, folder);
     write_file(folder / "verification.md", verification::document(verdicts));
