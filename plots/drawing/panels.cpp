@@ -305,4 +305,9 @@ void add_panels(Figure& f, const Style& style, PanelStack stack) {
   grid.add(f.script);
 }
 
+std::filesystem::path draw_panels(Figure& f, const std::filesystem::path& folder, PanelStack stack) {
+  add_panels(f, style_of(folder), std::move(stack));
+  return draw(f, folder);
+}
+
 }  // namespace freeplay::plots

@@ -60,6 +60,8 @@ AxisTitle crank_title();
 
 /// Adds the commands to the script of the figure and sets its size.
 void add_panels(Figure& figure, const Style& style, PanelStack stack);
+/// The same, and draws the figure of the folder in its style; returns the path.
+std::filesystem::path draw_panels(Figure& figure, const std::filesystem::path& folder, PanelStack stack);
 
 /// Rows of a key whose titles are above a plot of this width (letters), and its columns.
 struct KeyGrid {

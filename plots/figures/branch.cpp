@@ -18,7 +18,6 @@
 #include "plots/drawing/column_title.hpp"
 #include "plots/drawing/figure.hpp"
 #include "plots/drawing/panels.hpp"
-#include "plots/drawing/style.hpp"
 #include "plots/tables/table.hpp"
 
 namespace freeplay::plots {
@@ -174,12 +173,11 @@ std::vector<std::filesystem::path> draw_branch(const std::filesystem::path& fold
       add(it->second, Script().add("points {}", m.mark), m.title);
   const double margin = across.range() > 0 ? 0.02 * across.range() : 1;
   const auto key = document.text("continue.key");
-  add_panels(f, style_of(folder),
-             {.abscissa = {AxisTitle::plain(key, document.text("continue.unit")),
-                           {across.least - margin, across.most + margin}},
-              .panels = {std::move(panel)},
-              .each = 7.5});
-  return {draw(f, folder)};
+  return {draw_panels(f, folder,
+                      {.abscissa = {AxisTitle::plain(key, document.text("continue.unit")),
+                                    {across.least - margin, across.most + margin}},
+                       .panels = {std::move(panel)},
+                       .each = 7.5})};
 }
 
 }  // namespace
@@ -225,12 +223,12 @@ std::vector<std::filesystem::path> draw_curves(const std::filesystem::path& fold
                 Script().add("using 1:2 with lines {}", bifurcation_looks[i].line),
                 bifurcation_looks[i].title);
   const double margin = 0.02 * across.range();
-  add_panels(f, style_of(folder),
-             {.abscissa = {AxisTitle::plain(document.text("continue.key"), document.text("continue.unit")),
-                           {across.least - margin, across.most + margin}},
-              .panels = {std::move(panel)},
-              .each = 7.5});
-  return {draw(f, folder)};
+  return {draw_panels(
+      f, folder,
+      {.abscissa = {AxisTitle::plain(document.text("continue.key"), document.text("continue.unit")),
+                    {across.least - margin, across.most + margin}},
+       .panels = {std::move(panel)},
+       .each = 7.5})};
 }
 
 }  // namespace

@@ -60,8 +60,7 @@ std::filesystem::path targets(const std::filesystem::path& folder) {
       f.blocks.push_back(points);
       f.blocks.push_back(measured);
     }
-  add_panels(f, style_of(folder), std::move(stack));
-  return draw(f, folder);
+  return draw_panels(f, folder, std::move(stack));
 }
 
 std::vector<std::filesystem::path> misfit(const std::filesystem::path& folder) {
@@ -105,8 +104,7 @@ std::vector<std::filesystem::path> misfit(const std::filesystem::path& folder) {
                     {Script().add("$near{} using 1:2 with lines lw 1.5 lc rgb C1", k), keyed ? "68 %" : ""}},
          .abscissa = Abscissa{AxisTitle::plain(p.x, ""), {p.across.least, p.across.most}}});
   }
-  add_panels(f, style_of(folder), std::move(stack));
-  return {draw(f, folder)};
+  return {draw_panels(f, folder, std::move(stack))};
 }
 
 std::vector<std::filesystem::path> draw_calibration(const std::filesystem::path& folder) {

@@ -169,8 +169,7 @@ std::filesystem::path stack(const ForceTable& table, const std::filesystem::path
                                   k == 0 && runs.size() > 1 ? runs[r].title : ""});
     stack.panels.push_back(std::move(panel));
   }
-  add_panels(f, style_of(folder), std::move(stack));
-  return draw(f, folder);
+  return draw_panels(f, folder, std::move(stack));
 }
 
 constexpr Word force_x{"F_x", "$F_x$"}, force_y{"F_y", "$F_y$"}, force{"|F|", "$|F|$"};

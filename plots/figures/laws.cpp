@@ -191,11 +191,11 @@ std::vector<std::filesystem::path> draw_film(const std::filesystem::path& folder
         {Script().add("DATA index 0 using 1:{} with lines ls {}", k + 2, k % 4 + 1), all[k].name,
          all[k].symbol});
   for (std::size_t k = 0; k < 2; ++k) panels[k].axis = decades_of(up[k].least, up[k].most);
-  add_panels(f, style_of(folder),
-             {.abscissa = {AxisTitle::of("Sommerfeld number", ""), decades_of(across.least, across.most)},
-              .panels = {panels[0], panels[1]},
-              .each = 5.0});
-  return {draw(f, folder)};
+  return {draw_panels(
+      f, folder,
+      {.abscissa = {AxisTitle::of("Sommerfeld number", ""), decades_of(across.least, across.most)},
+       .panels = {panels[0], panels[1]},
+       .each = 5.0})};
 }
 
 }  // namespace

@@ -45,12 +45,11 @@ std::vector<std::filesystem::path> draw_drift(const std::filesystem::path& folde
                           column == 2 ? names[i] : ""});
     return p;
   };
-  add_panels(f, style_of(folder),
-             {.abscissa = {time_title(), {time.least, time.most}},
-              .panels = {panel(AxisTitle::of("constraint error", "m"), lengths, 2),
-                         panel(AxisTitle::of("error of energy", "J"), closures, 3)},
-              .each = 4.6});
-  return {draw(f, folder)};
+  return {draw_panels(f, folder,
+                      {.abscissa = {time_title(), {time.least, time.most}},
+                       .panels = {panel(AxisTitle::of("constraint error", "m"), lengths, 2),
+                                  panel(AxisTitle::of("error of energy", "J"), closures, 3)},
+                       .each = 4.6})};
 }
 
 }  // namespace

@@ -68,8 +68,7 @@ std::vector<std::filesystem::path> draw_motion(const std::filesystem::path& fold
     const double middle = 0.5 * (axis.low + axis.high);
     axis.low = middle - 0.1 * other, axis.high = middle + 0.1 * other;
   }
-  add_panels(f, style_of(folder), std::move(stack));
-  return {draw(f, folder)};
+  return {draw_panels(f, folder, std::move(stack))};
 }
 
 }  // namespace

@@ -18,7 +18,6 @@
 #include "plots/drawing/axis.hpp"
 #include "plots/drawing/figure.hpp"
 #include "plots/drawing/panels.hpp"
-#include "plots/drawing/style.hpp"
 #include "plots/figures/phase_portrait.hpp"
 #include "plots/tables/run_facts.hpp"
 
@@ -118,8 +117,7 @@ std::vector<std::filesystem::path> draw_portraits(const std::filesystem::path& f
     stack.key.push_back(
         {Script().add("with linespoints lw 1.4 dt (2,3) lc rgb 0x555555 pt 7 ps 0.6"), "impact"});
   stack.key.push_back({Script().add("with points pt 6 ps 1.1 lw 1.5 lc rgb 0x000000"), "section"});
-  add_panels(f, style_of(folder), std::move(stack));
-  return {draw(f, folder)};
+  return {draw_panels(f, folder, std::move(stack))};
 }
 
 std::vector<std::complex<double>> multipliers_in(const JsonFile& document) {
@@ -159,12 +157,12 @@ std::vector<std::filesystem::path> draw_multipliers(const std::filesystem::path&
   add(std::move(circle), Script().add("lines lw 1 lc rgb 0x888888"), "unit circle");
   add(std::move(inside), Script().add("points pt 7 ps 1.0 lc rgb C1"), "inside");
   add(std::move(outside), Script().add("points pt 9 ps 1.1 lc rgb C2"), "on or outside");
-  add_panels(f, style_of(folder),
-             {.abscissa = {AxisTitle::of({"Re μ", "Re $\\mu$"}, ""), axis_of(across.least, across.most)},
-              .panels = {std::move(panel)},
-              .each = 6.0,
-              .equal_scales = true});
-  return {draw(f, folder)};
+  return {
+      draw_panels(f, folder,
+                  {.abscissa = {AxisTitle::of({"Re μ", "Re $\\mu$"}, ""), axis_of(across.least, across.most)},
+                   .panels = {std::move(panel)},
+                   .each = 6.0,
+                   .equal_scales = true})};
 }
 
 std::vector<std::filesystem::path> draw_orbit(const std::filesystem::path& folder) {

@@ -72,8 +72,7 @@ std::vector<std::filesystem::path> draw_paired_impacts(const std::filesystem::pa
       .panels = {std::move(speed), std::move(shares)},
       .each = number == 1 ? 2.6 : 3.8};
   if (rounded > 0) f.caption = fmt::format("Differences below {:g}, not drawn: {}.", rounding, rounded);
-  add_panels(f, style_of(folder), std::move(stack));
-  return {draw(f, folder)};
+  return {draw_panels(f, folder, std::move(stack))};
 }
 
 }  // namespace

@@ -168,8 +168,7 @@ std::vector<std::filesystem::path> draw_poincare(const std::filesystem::path& fo
                                            ""}}}},
                    .each = 8.4};
   f.blocks.push_back(std::move(block));
-  add_panels(f, style_of(folder), std::move(stack));
-  return {draw(f, folder)};
+  return {draw_panels(f, folder, std::move(stack))};
 }
 
 }  // namespace

@@ -143,8 +143,7 @@ std::vector<std::filesystem::path> draw_acceleration(const std::filesystem::path
                                      : Abscissa{time_title(), {start, end}},
                    .panels = {std::move(panel)},
                    .each = 6.5};
-  add_panels(f, style_of(folder), std::move(stack));
-  return {draw(f, folder)};
+  return {draw_panels(f, folder, std::move(stack))};
 }
 
 }  // namespace
@@ -200,8 +199,7 @@ std::filesystem::path stacked(const char* name, const std::filesystem::path& fol
          .name = channels.size() > 1 || length == 1 ? channel : ""});
     f.blocks.push_back(std::move(block));
   }
-  add_panels(f, style_of(folder), std::move(stack));
-  return draw(f, folder);
+  return draw_panels(f, folder, std::move(stack));
 }
 
 std::vector<std::filesystem::path> spectra(const std::filesystem::path& folder,

@@ -36,11 +36,10 @@ std::vector<std::filesystem::path> draw_overlay(const std::filesystem::path& fol
               .curves = {{Script().add("DATA index 0 using 1:2 with lines lc rgb 0x888888 lw 4"), "measured"},
                          {Script().add("DATA index 1 using 1:2 with lines ls 1"), "penalty"},
                          {Script().add("DATA index 2 using 1:2 with lines ls 2"), "nonsmooth"}}};
-  add_panels(f, style_of(folder),
-             {.abscissa = {crank_title(), {.low = 0, .high = 360, .turn = true}},
-              .panels = {std::move(panel)},
-              .each = 6.5});
-  return {draw(f, folder)};
+  return {draw_panels(f, folder,
+                      {.abscissa = {crank_title(), {.low = 0, .high = 360, .turn = true}},
+                       .panels = {std::move(panel)},
+                       .each = 6.5})};
 }
 
 }  // namespace

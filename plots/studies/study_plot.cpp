@@ -165,8 +165,7 @@ std::filesystem::path draw_ensemble_of(const StudyPlot& plot) {
                                  plot.y.size(), most_histograms));
   PanelStack stack{.abscissa = {}, .panels = {}, .each = 4.0};
   for (const auto& name : plot.y) stack.panels.push_back(histogram(f, plot.folder, name));
-  add_panels(f, style_of(plot.folder), std::move(stack));
-  return draw(f, plot.folder);
+  return draw_panels(f, plot.folder, std::move(stack));
 }
 
 // Chosen columns of a bifurcation diagram over its parameter, and of a basin over its grid.

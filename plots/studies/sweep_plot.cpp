@@ -122,7 +122,6 @@ std::filesystem::path sweep_curves(const StudyPlot& plot, const SweepRuns& runs,
       .name = name_of_plot(plot, "sweep", "_" + axis.name), .source = "sweep.json", .formats = plot.formats};
   f.caption = fmt::format("{} over {}.", fmt::join(plot.y, ", "), axis.name);
   const bool keyed = groups.list().size() > 1;
-  const auto style = style_of(plot.folder);
   auto across = axis_at(abscissae);
   if (across.low == across.high)
     across = axis_of(across.low, across.high);
@@ -175,8 +174,7 @@ std::filesystem::path sweep_curves(const StudyPlot& plot, const SweepRuns& runs,
                                                                           : axis_of(ends.least, ends.most);
     stack.panels.push_back(std::move(panel));
   }
-  add_panels(f, style, std::move(stack));
-  return draw(f, plot.folder);
+  return draw_panels(f, plot.folder, std::move(stack));
 }
 
 std::filesystem::path sweep_map(const StudyPlot& plot, const SweepRuns& runs, std::size_t x, std::size_t y) {
