@@ -221,14 +221,7 @@ std::vector<std::filesystem::path> draw_basin(const std::filesystem::path& folde
   return {draw(f, folder)};
 }
 
-}  // namespace
-
-const Drawing bifurcation{{"bifurcation.json"}, draw_bifurcation};
-const Drawing basin{{"basin.json"}, draw_basin};
-
 // Convergence of the Lyapunov exponents: their means from the end of the transient to each time.
-
-namespace {
 
 /// Curves beyond this number are not distinguished; the file has all.
 constexpr int most_exponents = 9;
@@ -272,6 +265,8 @@ std::vector<std::filesystem::path> draw_lyapunov(const std::filesystem::path& fo
 
 }  // namespace
 
+const Drawing bifurcation{{"bifurcation.json"}, draw_bifurcation};
+const Drawing basin{{"basin.json"}, draw_basin};
 const Drawing lyapunov{{"lyapunov.json"}, draw_lyapunov};
 
 }  // namespace freeplay::plots

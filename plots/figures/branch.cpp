@@ -180,13 +180,7 @@ std::vector<std::filesystem::path> draw_branch(const std::filesystem::path& fold
                        .each = 7.5})};
 }
 
-}  // namespace
-
-const Drawing branch{{"continue.json"}, draw_branch};
-
 // Curves of bifurcations over two keys: the first key along the abscissa, the second one along the ordinate.
-
-namespace {
 
 std::vector<std::filesystem::path> draw_curves(const std::filesystem::path& folder) {
   const JsonFile document(folder / "continue.json");
@@ -233,6 +227,7 @@ std::vector<std::filesystem::path> draw_curves(const std::filesystem::path& fold
 
 }  // namespace
 
+const Drawing branch{{"continue.json"}, draw_branch};
 const Drawing curves{{"curves.csv"}, draw_curves};
 
 }  // namespace freeplay::plots

@@ -151,13 +151,7 @@ std::vector<std::filesystem::path> draw_laws(const std::filesystem::path& folder
   return {impact_loops(folder), delivered_restitution(folder), friction_laws(folder)};
 }
 
-}  // namespace
-
-const Drawing laws{{"laws.json"}, draw_laws};
-
 // Stiffness and damping of a lubricated joint in steady running over the Sommerfeld number.
-
-namespace {
 
 std::vector<std::filesystem::path> draw_film(const std::filesystem::path& folder) {
   if (!std::filesystem::exists(folder / "film.csv")) return {};  // of a single load
@@ -200,6 +194,7 @@ std::vector<std::filesystem::path> draw_film(const std::filesystem::path& folder
 
 }  // namespace
 
+const Drawing laws{{"laws.json"}, draw_laws};
 const Drawing film{{"film.csv"}, draw_film};
 
 }  // namespace freeplay::plots

@@ -52,14 +52,8 @@ std::vector<std::filesystem::path> draw_drift(const std::filesystem::path& folde
                        .each = 4.6})};
 }
 
-}  // namespace
-
-const Drawing drift{{"drift.json"}, draw_drift};
-
 // Processor time per step over the size of the mechanism, with the slopes predicted by the
 // algorithms.
-
-namespace {
 
 std::vector<std::filesystem::path> draw_scaling(const std::filesystem::path& folder) {
   Rows rows(folder / "scaling.csv");
@@ -88,14 +82,8 @@ std::vector<std::filesystem::path> draw_scaling(const std::filesystem::path& fol
   return {draw(f, folder)};
 }
 
-}  // namespace
-
-const Drawing scaling{{"scaling.csv"}, draw_scaling};
-
 // Work–precision diagrams: error over evaluations of the right-hand side and over CPU time, one
 // figure per scene of a trade-off. A line marks the model error of the penalty formulation.
-
-namespace {
 
 constexpr Word method_colours[] = {"C1", "C4", "C9", "C6", "C2", "C5", "C8", "C3", "C7"};
 constexpr std::size_t most_scenes = 64;  ///< at most; one figure per scene
@@ -202,6 +190,8 @@ std::vector<std::filesystem::path> draw_tradeoff(const std::filesystem::path& fo
 
 }  // namespace
 
+const Drawing drift{{"drift.json"}, draw_drift};
+const Drawing scaling{{"scaling.csv"}, draw_scaling};
 const Drawing tradeoff{{"tradeoff.json"}, draw_tradeoff};
 
 }  // namespace freeplay::plots

@@ -113,13 +113,7 @@ std::vector<std::filesystem::path> draw_phase_portrait(const std::filesystem::pa
   return {draw(f, folder)};
 }
 
-}  // namespace
-
-const Drawing phase_portrait{{"run.json"}, draw_phase_portrait};
-
 // Points of a Poincaré section in the plane of two columns.
-
-namespace {
 
 /// One axis of the section, in a fitting unit.
 struct SectionAxis {
@@ -173,6 +167,7 @@ std::vector<std::filesystem::path> draw_poincare(const std::filesystem::path& fo
 
 }  // namespace
 
+const Drawing phase_portrait{{"run.json"}, draw_phase_portrait};
 const Drawing poincare{{"section.json"}, draw_poincare};
 
 }  // namespace freeplay::plots

@@ -146,12 +146,6 @@ std::vector<std::filesystem::path> draw_acceleration(const std::filesystem::path
   return {draw_panels(f, folder, std::move(stack))};
 }
 
-}  // namespace
-
-const Drawing acceleration{{"comparison.json"}, draw_acceleration};
-
-namespace {
-
 constexpr std::size_t most_channels = 6, most_points = 8000;
 constexpr double most_samples = 1 << 18;  ///< at most, per spectrum
 
@@ -259,6 +253,7 @@ std::vector<std::filesystem::path> draw_signals(const std::filesystem::path& fol
 
 }  // namespace
 
+const Drawing acceleration{{"comparison.json"}, draw_acceleration};
 const Drawing signals{{"run.json"}, draw_signals};
 
 }  // namespace freeplay::plots

@@ -42,14 +42,8 @@ std::vector<std::filesystem::path> draw_overlay(const std::filesystem::path& fol
                        .each = 6.5})};
 }
 
-}  // namespace
-
-const Drawing overlay{{"validation.json"}, draw_overlay};
-
 // Measured points of a study with their uncertainty, and the values of each variant there, over the
 // first axis: a panel for each quantity. Lines are nonsmooth, dashes penalty.
-
-namespace {
 
 std::vector<std::filesystem::path> draw_points(const std::filesystem::path& folder) {
   const JsonFile document(folder / "points.json");
@@ -120,6 +114,7 @@ std::vector<std::filesystem::path> draw_points(const std::filesystem::path& fold
 
 }  // namespace
 
+const Drawing overlay{{"validation.json"}, draw_overlay};
 const Drawing points{{"points.json"}, draw_points};
 
 }  // namespace freeplay::plots

@@ -8,6 +8,10 @@
 #include <string>
 #include <vector>
 
+namespace freeplay {
+struct Scene;
+}
+
 namespace freeplay::report {
 
 struct Event {
@@ -36,17 +40,9 @@ nlohmann::json to_json(const Events& events);
 /// about `most` numbers in all. Throws SceneError for invalid tables.
 nlohmann::json curves(const std::filesystem::path& folder, long most);
 
-}  // namespace freeplay::report
-
 // The motion of a run as frames for a page: poses of the bodies, positions within the clearance of
 // joints, contact forces. A long run has every n-th row, the rows before and after each selected
 // event, and the first and last row.
-
-namespace freeplay {
-struct Scene;
-}
-
-namespace freeplay::report {
 
 /// Number of values per frame of the run in a folder.
 long numbers_of_frame(const std::filesystem::path& folder, const Scene* scene);

@@ -17,8 +17,9 @@
 // laws and contact forces share.
 
 namespace freeplay {
+struct Scene;
 struct SpeedDrive;
-}
+}  // namespace freeplay
 
 namespace freeplay::plots {
 
@@ -56,14 +57,6 @@ void keep_last_turn(ForceRun& run, const SpeedDrive* drive);
 
 /// Merges each `count` consecutive intervals into one.
 void merge(ForceRun& run, std::size_t count);
-
-}  // namespace freeplay::plots
-
-namespace freeplay {
-struct Scene;
-}
-
-namespace freeplay::plots {
 
 /// Suffixes of force columns: corners of a guide with clearance, sides of a slot with clearance.
 inline constexpr const char* guide_corners[] = {"rear_lower",  "rear_upper", "front_lower",

@@ -60,11 +60,6 @@ py::object object_of(const nlohmann::json& j) {
   return py::none();
 }
 
-}  // namespace freeplay::python
-
-namespace py = pybind11;
-
-namespace freeplay::python {
 namespace {
 
 /// Calls a Python function for each row of a table. The run ends when the function returns True.

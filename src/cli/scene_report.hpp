@@ -53,15 +53,7 @@ inline void ask(const Scene& scene, std::optional<IdealStart>* ideal = nullptr) 
   for (const auto& key : scene.idle) fmt::print(stderr, "{}", wrapped("note: " + key + "\n", 6));
 }
 
-}  // namespace freeplay::cli
-
 // The result of an assembly as text, for `freeplay check`.
-
-namespace freeplay {
-struct Mechanism;
-}
-
-namespace freeplay::cli {
 
 /// Rows of a table, name and text: mobility (3n − rank G, with and without drives) and undriven
 /// motions, four-bar loops with Grashof's condition and branch, the turn of the drive
