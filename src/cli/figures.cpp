@@ -7,6 +7,7 @@
 
 #include <algorithm>
 
+#include "cli/command_line.hpp"
 #include "cli/ending.hpp"
 #include "cli/folders.hpp"
 #include "cli/terminal.hpp"
@@ -115,8 +116,7 @@ void print(const std::vector<std::filesystem::path>& figures) {
   for (const auto& path : figures) fmt::print("{}\n", path.string());
 }
 
-}  // namespace
-
+/// Papers whose figures can be drawn.
 std::vector<std::string> papers() {
   std::vector<std::string> names;
   for (const auto& one : paper_files)
@@ -124,6 +124,15 @@ std::vector<std::string> papers() {
   return names;
 }
 
+struct PaperRequest {
+  std::string paper;   ///< one of papers()
+  std::string output;  ///< result folder; empty: out/paper-NAME
+  int threads = 0;     ///< 0: all cores
+};
+
+/// Makes the missing runs of the paper's study in the result folder and draws the figures by their
+/// numbers in the paper. A folder with the results of `validate` is drawn as it is, without runs.
+/// Returns the exit status.
 int paper_figures(const PaperRequest& request, const Conduct& conduct) {
   const auto folder =
       result_folder(request.output, std::filesystem::path("out") / ("paper-" + request.paper));
@@ -161,8 +170,6 @@ int paper_figures(const PaperRequest& request, const Conduct& conduct) {
     fmt::print(stderr, "{}, {}: {}\n", variant, formulation, reason);
   return results.failures().empty() ? 0 : 1;
 }
-
-namespace {
 
 struct FiguresRequest : Request {
   std::string folder;

@@ -1,12 +1,10 @@
-// Figures drawn from completed result files: those of a run by `freeplay run`, those of other verbs, and those of
-// published papers with the runs that they need.
+// Figures drawn from completed result files: those of a run by `freeplay run`, and those of other verbs.
 #pragma once
 
 #include <filesystem>
 #include <string>
 #include <vector>
 
-#include "cli/command_line.hpp"
 #include "values/stop.hpp"
 
 namespace freeplay {
@@ -35,19 +33,5 @@ void draw_run(const RunFigures& figures, const std::filesystem::path& folder, co
 /// Draws the figures of a result folder and prints their paths. If they cannot be drawn, prints the reason: the
 /// results remain.
 void draw_results(const std::filesystem::path& folder);
-
-/// Papers whose figures can be drawn.
-std::vector<std::string> papers();
-
-struct PaperRequest {
-  std::string paper;   ///< one of papers()
-  std::string output;  ///< result folder; empty: out/paper-NAME
-  int threads = 0;     ///< 0: all cores
-};
-
-/// Makes the missing runs of the paper's study in the result folder and draws the figures by their
-/// numbers in the paper. A folder with the results of `validate` is drawn as it is, without runs.
-/// Returns the exit status.
-int paper_figures(const PaperRequest& request, const Conduct& conduct);
 
 }  // namespace freeplay::cli
