@@ -7,6 +7,7 @@
 
 #include "cli/command_line.hpp"
 #include "cli/ending.hpp"
+#include "cli/figures.hpp"
 #include "cli/folders.hpp"
 #include "cli/shards.hpp"
 #include "cli/terminal.hpp"
@@ -14,7 +15,6 @@
 #include "io/files/output_file.hpp"
 #include "io/files/result_set.hpp"
 #include "io/files/run_json.hpp"
-#include "plots/drawing/figure.hpp"
 #include "study/attractors/attractor_exponents.hpp"
 #include "study/attractors/attractor_table.hpp"
 #include "study/partition/divided.hpp"
@@ -118,8 +118,8 @@ int attractors(const StudyRequest& request, const Verb& verb) {
   write_json(set.place() / fmt::format("{}.json", verb.name), document);
   write_file(set.place() / fmt::format("{}.csv", verb.name), verb.csv(study, runs, classified));
   set.commit();
-  fmt::print("{}results in {}\n", wrapped(verb.text(study, runs, classified)), folder.string());
-  for (const auto& path : plots::all(folder)) fmt::print("figure: {}\n", path.string());
+  fmt::print("{}", wrapped(verb.text(study, runs, classified)));
+  draw_results(folder, Undrawn::is_error);
   int status = 0;
   for (const auto& chain : runs.chains)
     for (const auto& run : chain)

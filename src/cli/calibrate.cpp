@@ -12,13 +12,13 @@
 #include "cli/calibrate.hpp"
 #include "cli/command_line.hpp"
 #include "cli/ending.hpp"
+#include "cli/figures.hpp"
 #include "cli/folders.hpp"
 #include "cli/shards.hpp"
 #include "cli/terminal.hpp"
 #include "io/files/output_file.hpp"
 #include "io/files/result_set.hpp"
 #include "io/files/run_json.hpp"
-#include "plots/drawing/figure.hpp"
 #include "study/calibration/quantity_fit.hpp"
 #include "study/partition/divided.hpp"
 #include "study/settings/study.hpp"
@@ -310,8 +310,8 @@ int calibrate(const StudyRequest& request) {
   write_file(folder / "calibration.csv", points_table(study, r).csv());
   write_file(folder / "misfit.csv", misfit_table(c, r).csv());
   write_json(folder / "calibration.json", to_json(study, r, origin));
-  fmt::print("\nresults in {}\n", folder.string());
-  for (const auto& path : plots::all(folder, request.stop)) fmt::print("figure: {}\n", path.string());
+  fmt::print("\n");
+  draw_results(folder, Undrawn::is_error, request.stop);
   const bool holds = r.all.holds();
   fmt::print(holds ? stdout : stderr, "\n{}", wrapped(conclusion(c, r) + "\n", 0));
   return holds ? 0 : 1;

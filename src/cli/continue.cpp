@@ -309,8 +309,7 @@ int continue_branches(const ContinueVerb& request) try {
   set.commit();
   for (auto* table : {&branch, &impacts, &bifurcations, &curves}) table->remove_partial();
   print(plan, found);
-  fmt::print("results in {}\n", folder.string());
-  draw_results(folder);
+  draw_results(folder, Undrawn::is_reported);
   return 0;
 } catch (const Interrupted&) {
   return interrupted(Kept::nothing);

@@ -8,6 +8,7 @@
 #include <optional>
 
 #include "cli/command_line.hpp"
+#include "cli/figures.hpp"
 #include "cli/folders.hpp"
 #include "cli/shards.hpp"
 #include "cli/terminal.hpp"
@@ -16,7 +17,6 @@
 #include "io/files/run_json.hpp"
 #include "io/scene/read_scene.hpp"
 #include "mechanism/scene.hpp"
-#include "plots/drawing/figure.hpp"
 #include "study/partition/divided.hpp"
 #include "values/family.hpp"
 #include "values/table.hpp"
@@ -146,8 +146,7 @@ int ensemble(const EnsembleVerb& request) {
   set.commit();
   fmt::print("{} starts, {} finished, in {:.3g} s\n\n", plan.starts, all.finished(), all.wall_seconds);
   show(all);
-  fmt::print("results in {}\n", folder.string());
-  for (const auto& path : plots::all(folder)) fmt::print("figure: {}\n", path.string());
+  draw_results(folder, Undrawn::is_error);
   for (std::size_t k = 0; k < all.failures.size(); ++k)
     if (!all.failures[k].empty()) fmt::print(stderr, "start {}: {}\n", k, all.failures[k]);
   return all.finished() == all.failures.size() ? 0 : 1;

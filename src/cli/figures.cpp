@@ -72,12 +72,12 @@ void require_figures(const RunFigures& figures, const Scene& scene, const std::s
   require_columns(figures, scene, formulation);
 }
 
-void draw_results(const std::filesystem::path& folder) {
-  try {
-    for (const auto& path : plots::all(folder)) fmt::print("figure: {}\n", path.string());
-  } catch (const OutputError& e) {
-    fmt::print(stderr, "figures: {}\n", e.what());
-  }
+void draw_results(const std::filesystem::path& folder, Undrawn undrawn, const StopToken& stop) try {
+  fmt::print("results in {}\n", folder.string());
+  for (const auto& path : plots::all(folder, stop)) fmt::print("figure: {}\n", path.string());
+} catch (const OutputError& e) {
+  if (undrawn == Undrawn::is_error) throw;
+  fmt::print(stderr, "figures: {}\n", e.what());
 }
 
 void draw_run(const RunFigures& figures, const std::filesystem::path& folder, const StopToken& stop) {

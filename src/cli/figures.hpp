@@ -30,8 +30,9 @@ void require_figures(const RunFigures& figures, const Scene& scene, const std::s
 /// requested.
 void draw_run(const RunFigures& figures, const std::filesystem::path& folder, const StopToken& stop);
 
-/// Draws the figures of a result folder and prints their paths. If they cannot be drawn, prints the reason: the
-/// results remain.
-void draw_results(const std::filesystem::path& folder);
+/// If figures cannot be drawn: prints the reason, as the results remain, or fails.
+enum class Undrawn { is_reported, is_error };
+/// Prints the path of a result folder, draws its figures and prints their paths.
+void draw_results(const std::filesystem::path& folder, Undrawn undrawn, const StopToken& stop = {});
 
 }  // namespace freeplay::cli

@@ -71,8 +71,7 @@ int find_lyapunov(const LyapunovVerb& request) try {
   write_file(set.place() / "lyapunov.csv", course_table(found).csv());
   set.commit();
   print_spectrum(found);
-  fmt::print("results in {}\n", folder.string());
-  draw_results(folder);
+  draw_results(folder, Undrawn::is_reported);
   if (found.stopped.empty()) return 0;
   fmt::print(stderr, "{}", wrapped("the run ended early: " + found.stopped + "\n"));
   return 1;

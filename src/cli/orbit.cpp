@@ -99,8 +99,7 @@ int find_orbit(const OrbitVerb& request) try {
   print(found);
   if (!request.shift.empty())
     fmt::print("shift of {} per motion: {:.9g}\n", fmt::join(request.shift, ", "), found.shift);
-  fmt::print("results in {}\n", folder.string());
-  draw_results(folder);
+  draw_results(folder, Undrawn::is_reported);
   return 0;
 } catch (const Interrupted&) {
   return interrupted(Kept::nothing);

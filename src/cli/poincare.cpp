@@ -6,12 +6,12 @@
 
 #include "cli/command_line.hpp"
 #include "cli/ending.hpp"
+#include "cli/figures.hpp"
 #include "cli/folders.hpp"
 #include "cli/terminal.hpp"
 #include "io/files/result_set.hpp"
 #include "io/files/run_json.hpp"
 #include "mechanism/scene.hpp"
-#include "plots/drawing/figure.hpp"
 #include "study/runs/section_run.hpp"
 #include "values/family.hpp"
 #include "values/table.hpp"
@@ -102,8 +102,7 @@ int poincare(const PoincareRequest& request) {
              request.section, run.plan.discard, run.plan.until);
   for (const auto& note : run.notes)
     fmt::print("{}", wrapped((is_warning(note) ? "" : "note: ") + note + "\n"));
-  fmt::print("results in {}\n", folder.string());
-  for (const auto& path : plots::all(folder)) fmt::print("figure: {}\n", path.string());
+  draw_results(folder, Undrawn::is_error);
   if (run.ending.status == Ending::Status::finished) return 0;
   fmt::print(stderr, "{}: stopped: {}\n", request.formulation, run.ending.reason);
   return 1;

@@ -11,6 +11,7 @@
 
 #include "cli/command_line.hpp"
 #include "cli/ending.hpp"
+#include "cli/figures.hpp"
 #include "cli/folders.hpp"
 #include "cli/terminal.hpp"
 #include "facade/identify.hpp"
@@ -20,7 +21,6 @@
 #include "io/scene/points_file.hpp"
 #include "io/scene/read_scene.hpp"
 #include "mechanism/scene.hpp"
-#include "plots/drawing/figure.hpp"
 #include "values/family.hpp"
 
 namespace freeplay::cli {
@@ -105,8 +105,7 @@ int sensitivity(const SensitivityVerb& request) try {
     fmt::print(
         "INEXACT: the error exceeds 1e-4 of the derivative's scale, or a run with other settings has no "
         "derivative;\nuse a smaller tolerance or step\n");
-  fmt::print("results in {}\n", folder.string());
-  for (const auto& path : plots::all(folder)) fmt::print("figure: {}\n", path.string());
+  draw_results(folder, Undrawn::is_error);
   if (all.stopped.empty()) {
     if (std::ranges::any_of(all.quantities, [](const auto& q) { return std::isfinite(q.value); })) return 0;
     fmt::print(stderr, "the run reaches none of the quantities\n");
