@@ -80,7 +80,7 @@ bool is_narrow(const Figure& figure, const Style& style);
 /// OutputError if gnuplot fails, SceneError for an invalid style.toml.
 std::filesystem::path draw(const Figure& figure, const std::filesystem::path& folder);
 
-/// Figures of one kind. Each kind has its own file under plots/ and one line in figures.def.
+/// Figures of one kind. Each kind has one line in figures.def.
 struct Drawing {
   std::vector<const char*> needs;  ///< result files; drawn if the folder has any of them
   /// Draws the figures of a folder and returns their paths; empty if the folder has nothing to

@@ -14,13 +14,7 @@ namespace {
 
 using nlohmann::json;
 
-std::string shown(const json& value) {
-  if (value.is_number_float()) return fmt::format("{:.6g}", value.get<double>());
-  if (value.is_number_integer()) return fmt::format("{}", value.get<std::int64_t>());
-  if (value.is_boolean()) return value.get<bool>() ? "yes" : "no";
-  if (value.is_string()) return value.get<std::string>();
-  return value.is_null() ? "–" : "";
-}
+std::string shown(const json& value) { return value.is_structured() ? "" : text_of(value, 6); }
 
 /// The words of a key such as greatest_impulse_N_s, with its unit after a comma.
 std::string words_of(std::string key) {
@@ -74,6 +68,14 @@ void add(json& list, json table) {
 }
 
 }  // namespace
+
+std::string text_of(const json& value, int digits) {
+  if (value.is_number_float()) return fmt::format("{:.{}g}", value.get<double>(), digits);
+  if (value.is_number_integer()) return fmt::format("{}", value.get<std::int64_t>());
+  if (value.is_boolean()) return value.get<bool>() ? "yes" : "no";
+  if (value.is_string()) return value.get<std::string>();
+  return "–";
+}
 
 json tables(const std::vector<RunFacts>& runs) {
   constexpr std::size_t most = 40;  // limit of contacts

@@ -17,6 +17,9 @@ struct RunFacts {
   const JsonFile* json;
 };
 
+/// A value of a file with up to `digits` digits; "–" if there is none.
+std::string text_of(const nlohmann::json& value, int digits);
+
 /// Tables { title, head, rows }: energy ledgers side by side, statistics of contacts, work and
 /// cost.
 nlohmann::json tables(const std::vector<RunFacts>& runs);

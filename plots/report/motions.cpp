@@ -23,14 +23,7 @@ using Path = std::filesystem::path;
 constexpr std::size_t most_table_rows = 1000;          // of a table
 constexpr std::uint64_t most_of_a_picture = 4u << 20;  // bytes
 
-/// A value of the files as text with up to nine digits; "–" if there is none.
-std::string nine_digits(const json& value) {
-  if (value.is_number_float()) return fmt::format("{:.9g}", value.get<double>());
-  if (value.is_number_integer()) return fmt::format("{}", value.get<std::int64_t>());
-  if (value.is_boolean()) return value.get<bool>() ? "yes" : "no";
-  if (value.is_string()) return value.get<std::string>();
-  return "–";
-}
+std::string nine_digits(const json& value) { return text_of(value, 9); }
 
 /// Whether the last part of a path names an error, which has few digits.
 bool is_error(std::string_view path) {

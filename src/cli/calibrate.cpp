@@ -60,15 +60,6 @@ std::string unit_of_target(const Study& study, std::size_t target) {
 
 nlohmann::json json_of(const Estimate& e) { return {{"value", e.value}, {"low", e.low}, {"high", e.high}}; }
 
-nlohmann::json rows_of(const Eigen::MatrixXd& m) {
-  auto rows = nlohmann::json::array();
-  for (Eigen::Index i = 0; i < m.rows(); ++i) {
-    rows.push_back(nlohmann::json::array());
-    for (Eigen::Index j = 0; j < m.cols(); ++j) rows.back().push_back(m(i, j));
-  }
-  return rows;
-}
-
 nlohmann::json json_of(const Study& study, const Fit& f) {
   nlohmann::json j;
   const auto& c = *study.calibration;
@@ -152,6 +143,12 @@ std::string conclusion(const Calibration& c, const CalibrationResult& r) {
 }
 
 }  // namespace
+
+nlohmann::json rows_of(const Eigen::MatrixXd& m) {
+  auto rows = nlohmann::json::array();
+  for (const auto row : m.rowwise()) rows.push_back(std::vector<double>(row.begin(), row.end()));
+  return rows;
+}
 
 nlohmann::json to_json(const Study& study, const CalibrationResult& r, const nlohmann::json& origin) {
   nlohmann::json j;

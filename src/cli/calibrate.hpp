@@ -1,6 +1,7 @@
 // Parts of the verb calibrate: its result as calibration.json, and fits to quantities of one run.
 #pragma once
 
+#include <Eigen/Core>
 #include <filesystem>
 #include <nlohmann/json_fwd.hpp>
 
@@ -12,6 +13,9 @@ struct CalibrationResult;
 }  // namespace freeplay
 
 namespace freeplay::cli {
+
+/// A list for each row.
+nlohmann::json rows_of(const Eigen::MatrixXd& matrix);
 
 /// `origin`: provenance of the study.
 nlohmann::json to_json(const Study& study, const CalibrationResult& result, const nlohmann::json& origin);

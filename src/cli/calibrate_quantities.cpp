@@ -41,9 +41,7 @@ nlohmann::json document_of(const Study& study, const QuantityFit& f, const nlohm
         {"high", e.high},           {"unit", c.unknowns[k].unit}, {"open_low", e.open_low},
         {"open_high", e.open_high}};
   }
-  fit["correlation"] = nlohmann::json::array();
-  for (const auto row : f.correlation.rowwise())
-    fit["correlation"].push_back(std::vector<double>(row.begin(), row.end()));
+  fit["correlation"] = rows_of(f.correlation);
   fit["chi_squared"] = f.squares;
   fit["degrees_of_freedom"] = f.degrees;
   fit["holds"] = f.holds();
