@@ -201,23 +201,6 @@ class Simulation::Group {
 
 void Simulation::run_together(const std::function<std::optional<Together>()>& next) { Group(next).run(); }
 
-std::vector<Result> Simulation::run_together(const std::vector<Together>& all, long& in_lanes) {
-  std::vector<Result> results(all.size());
-  std::size_t next = 0;
-  run_together([&]() -> std::optional<Together> {
-    if (next == all.size()) return {};
-    auto one = all[next];
-    one.ended = [&, place = next](Result result, long steps) {
-      in_lanes += steps;
-      if (all[place].ended) all[place].ended(result, steps);
-      results[place] = std::move(result);
-    };
-    ++next;
-    return one;
-  });
-  return results;
-}
-
 int Simulation::most_together() { return std::max(lanes_of_machine(), LaneTape::many); }
 
 }  // namespace freeplay

@@ -117,8 +117,6 @@ class Simulation {
   /// lane is empty, and when it had none, again after each end of a run. It may return a simulation whose run
   /// has ended, for another one. An exception of any run leaves all.
   static void run_together(const std::function<std::optional<Together>()>& next);
-  /// The same for a list. Returns their results in its order; `in_lanes` counts the steps made in lanes.
-  static std::vector<Result> run_together(const std::vector<Together>& all, long& in_lanes);
   /// Greatest number of simulations that run_together() can step together on this machine.
   static int most_together();
 
