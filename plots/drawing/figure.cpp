@@ -73,7 +73,8 @@ std::string with_facts(const std::string& pdf, const PdfFacts& facts) {
   out += ">>\nendobj\n";
   const auto xref = out.size();
   out += fmt::format(
-      "xref\n{0} 1\n{1:010} 00000 n \ntrailer\n<< /Size {2} /Root {3}R /Info {0} 0 R /Prev {4} >>\nstartxref\n{5}\n%%EOF\n",
+      "xref\n{0} 1\n{1:010} 00000 n \ntrailer\n"
+      "<< /Size {2} /Root {3}R /Info {0} 0 R /Prev {4} >>\nstartxref\n{5}\n%%EOF\n",
       size, object, size + 1, root, table, xref);
   return out;
 }
@@ -218,7 +219,8 @@ std::string latex_script(const Figure& f, const Style& style) {
   data.add("{}", f.name + ".dat");
   Script script;
   script.add(
-      "# Draw again: run gnuplot on this file, in its own folder. Then \\input the .tex in a LaTeX document.\n");
+      "# Draw again: run gnuplot on this file, in its own folder. "
+      "Then \\input the .tex in a LaTeX document.\n");
   script.add("set terminal {}\n", terminal(t, paper, style));
   // no texts for TeX
   const auto files = fmt::format("set output {}\nDATA = {}\n", name.text(), data.text());

@@ -165,7 +165,8 @@ void add_heat_map(Figure& f, const HeatMap& map, const Style& style) {
     Script what;
     if (map.grid)
       what.add(
-          "DATA index {0} using (0.5*(${1}+${2})):(0.5*(${3}+${4})):{1}:{2}:{3}:{4}:3 with boxxyerror fs solid noborder lc palette",
+          "DATA index {0} using (0.5*(${1}+${2})):(0.5*(${3}+${4})):{1}:{2}:{3}:{4}:3 with boxxyerror fs "
+          "solid noborder lc palette",
           f.blocks.size(), last + 1, last + 2, last + 3, last + 4);
     else
       what.add("DATA index {} using 1:2:3 with points pt 7 ps 1.2 lc palette", f.blocks.size());

@@ -209,9 +209,12 @@ void Grid::add(Script& script) const {
   if (!stack_.key.empty()) {
     const auto key = top_key();
     script.add(
-        "set lmargin at screen X({0:.4g})\nset rmargin at screen 1 - X({0:.4g})\nset tmargin at screen 1\nset bmargin at screen 0\n"
-        "unset border\nunset tics\nset xrange [0:1]\nset yrange [0:1]\nset key at screen 0.5, screen 1 - Y({1:.4g}) center top "
-        "horizontal maxcols {2} maxrows {3} samplen 2 spacing 1\n{4}set border\nset xtics nomirror\nset ytics nomirror\n",
+        "set lmargin at screen X({0:.4g})\nset rmargin at screen 1 - X({0:.4g})\nset tmargin at screen "
+        "1\nset bmargin at screen 0\n"
+        "unset border\nunset tics\nset xrange [0:1]\nset yrange [0:1]\nset key at screen 0.5, screen 1 - "
+        "Y({1:.4g}) center top "
+        "horizontal maxcols {2} maxrows {3} samplen 2 spacing 1\n{4}set border\nset xtics nomirror\nset "
+        "ytics nomirror\n",
         edge, 0.1, key.columns, key.rows, curves_of(stack_.key, letters_in(width_) - sample, true));
   }
   double down = top(), right = 0;
@@ -226,14 +229,16 @@ void Grid::add(Script& script) const {
     right += sides_[k].left + (k > 0 ? sides_[k - 1].right : 0);
     script.add(
         "set lmargin at screen X({0:.4g}) + {1}*ACROSS\nset rmargin at screen X({0:.4g}) + {2}*ACROSS\n"
-        "set tmargin at screen 1 - Y({3:.4g}) - {4}*PANEL\nset bmargin at screen 1 - Y({3:.4g}) - {5}*PANEL\n",
+        "set tmargin at screen 1 - Y({3:.4g}) - {4}*PANEL\nset bmargin at screen 1 - Y({3:.4g}) - "
+        "{5}*PANEL\n",
         right, k, k + 1, down, row, row + 1);
     const double name_top = down - band.above + pad(band);
     const double key_top = name_top + (band.named ? name_line : 0);
     const auto key = key_of(i);
     if (key.rows > 0)
       script.add(
-          "set key at graph 0.5, screen 1 - Y({:.4g}) - {}*PANEL center top horizontal maxcols {} maxrows {} samplen 2 spacing 1\n",
+          "set key at graph 0.5, screen 1 - Y({:.4g}) - {}*PANEL center top horizontal maxcols {} maxrows "
+          "{} samplen 2 spacing 1\n",
           key_top, row, key.columns, key.rows);
     else
       script.add("unset key\n");
@@ -257,7 +262,8 @@ void Grid::add(Script& script) const {
       script.add("unset ylabel\n");
     if (barred(i))
       script.add(
-          "set colorbox user origin screen X({:.4g}) + {}*ACROSS, screen 1 - Y({:.4g}) - {}*PANEL size screen X({}), screen PANEL\n"
+          "set colorbox user origin screen X({:.4g}) + {}*ACROSS, screen 1 - Y({:.4g}) - {}*PANEL size "
+          "screen X({}), screen PANEL\n"
           "set cblabel {} offset 0.8\n",
           right + bar_gap, k + 1, down, row + 1, bar, panel.colours->title.label(letters_in(height_)));
     else if (panel.colours)

@@ -98,12 +98,15 @@ Drawing drawn(const std::vector<PoseShape>& shapes, double size) {
 class Frame {
  public:
   Frame(const Drawing& d, double t) : d_(d) {
-    put("<?xml version=\"1.0\"?>\n<VTKFile type=\"PolyData\" version=\"1.0\" byte_order=\"LittleEndian\">\n<PolyData>\n");
-    put("<FieldData>\n<DataArray type=\"Float64\" Name=\"TimeValue\" NumberOfTuples=\"1\" format=\"ascii\">{}</DataArray>\n",
+    put("<?xml version=\"1.0\"?>\n<VTKFile type=\"PolyData\" version=\"1.0\" "
+        "byte_order=\"LittleEndian\">\n<PolyData>\n");
+    put("<FieldData>\n<DataArray type=\"Float64\" Name=\"TimeValue\" NumberOfTuples=\"1\" "
+        "format=\"ascii\">{}</DataArray>\n",
         t);
     words("shapes", d.shapes);
     words("names", d.names);
-    put("</FieldData>\n<Piece NumberOfPoints=\"{}\" NumberOfVerts=\"{}\" NumberOfLines=\"{}\" NumberOfStrips=\"0\" "
+    put("</FieldData>\n<Piece NumberOfPoints=\"{}\" NumberOfVerts=\"{}\" NumberOfLines=\"{}\" "
+        "NumberOfStrips=\"0\" "
         "NumberOfPolys=\"0\">\n",
         d.points.size(), d.verts.size(), d.lines.size());
     put("<Points>\n<DataArray type=\"Float64\" NumberOfComponents=\"3\" format=\"ascii\">\n");
@@ -164,6 +167,7 @@ std::vector<std::size_t> places_of(const Rows& rows, const Mechanism& m) {
   return places;
 }
 
+/// More are refused with the advice to take fewer rows or images per second.
 constexpr std::size_t most_frames = 20'000;
 
 /// Number of frames. An additional pass over the trajectory finds it before any file is written.
@@ -198,7 +202,8 @@ Exported export_vtk(const Path& folder, const Path& place, int every, StopToken 
   ResultSet set(place, "export");
   OutputFile series(set.place() / "mechanism.pvd");
   series.write(
-      "<?xml version=\"1.0\"?>\n<VTKFile type=\"Collection\" version=\"0.1\" byte_order=\"LittleEndian\">\n<Collection>\n");
+      "<?xml version=\"1.0\"?>\n<VTKFile type=\"Collection\" version=\"0.1\" "
+      "byte_order=\"LittleEndian\">\n<Collection>\n");
   State state;
   state.q.resize(places.size());
   double size = -1;

@@ -69,7 +69,8 @@ Panel exponent_panel(Figure& f, const std::vector<ShownExponent>& exponents) {
   }
   Panel panel{.title = AxisTitle::plain("Exponent", "1/s"), .axis = axis_of(up.least, up.most), .curves = {}};
   panel.before.add(
-      "set y2range [0:1]\nset arrow 1 from graph 0, first 0 to graph 1, first 0 nohead lc rgb 0x888888 dt 3\n");
+      "set y2range [0:1]\nset arrow 1 from graph 0, first 0 to graph 1, first 0 nohead lc rgb 0x888888 dt "
+      "3\n");
   for (const std::size_t k : {0u, 2u, 1u}) {
     add_curve(f, panel, known[k],
               Script().add("using 1:2:3 with yerrorbars pt {} ps {} lw 0.8 lc rgb {}", branch_marks[k],

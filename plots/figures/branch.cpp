@@ -1,6 +1,6 @@
 // Branches of periodic motions over one key: stable motions as full lines, unstable ones dashed, bifurcations
-// marked, over the points of a bifurcation diagram if the folder has one. Motions without impacts show the least
-// force of their lasting contacts.
+// marked, over the points of a bifurcation diagram if the folder has one. Motions without impacts show the
+// least force of their lasting contacts.
 
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
@@ -38,8 +38,8 @@ constexpr BifurcationLook bifurcation_looks[] = {
     {"liftoff", "lift-off", "pt 13 ps 1.1 lc rgb C8", "lw 2.4 lc rgb C8"},
     {"sequence", "other sequence", "pt 11 ps 1.0 lc rgb C9", ""}};
 
-/// Column of the ordinate: that of the bifurcation diagram if it is one of impacts, else the approach speed; without
-/// impacts, the least force of the lasting contacts.
+/// Column of the ordinate: that of the bifurcation diagram if it is one of impacts, else the approach speed;
+/// without impacts, the least force of the lasting contacts.
 std::string ordinate(const std::filesystem::path& folder) {
   if (!Rows(folder / "branch_impacts.csv").next()) return "least_force";
   if (!std::filesystem::exists(folder / "bifurcation.json")) return "approach";

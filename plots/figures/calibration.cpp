@@ -89,8 +89,10 @@ std::vector<std::filesystem::path> misfit(const std::filesystem::path& folder) {
   f.script.add("set contour base\nunset surface\n");
   for (std::size_t k = 0; k < panels.size(); ++k)
     f.script.add(
-        "set cntrparam levels discrete 5.99\nset table $wide{}\nsplot DATA index {} using 1:2:3\nunset table\n"
-        "set cntrparam levels discrete 2.30\nset table $near{}\nsplot DATA index {} using 1:2:3\nunset table\n",
+        "set cntrparam levels discrete 5.99\nset table $wide{}\nsplot DATA index {} using 1:2:3\nunset "
+        "table\n"
+        "set cntrparam levels discrete 2.30\nset table $near{}\nsplot DATA index {} using 1:2:3\nunset "
+        "table\n",
         k, k, k, k);
   f.script.add("unset contour\nset surface\n");
   PanelStack stack{.abscissa = {}, .panels = {}, .each = 4.4, .columns = 2};

@@ -119,7 +119,8 @@ std::vector<std::filesystem::path> draw_extremes(const std::filesystem::path& fo
   const double all = std::max(filled[0], filled[1]) + top + bottom;
   f.height_cm = unit * all;
   f.script.add(
-      "set multiplot\nset key at screen 0.5, screen 1-Y(0.15) center top vertical maxrows {} {}\nset tics scale 0 "
+      "set multiplot\nset key at screen 0.5, screen 1-Y(0.15) center top vertical maxrows {} {}\nset tics "
+      "scale 0 "
       "font SMALL\n",
       one ? 2 : 1, one ? Word("font SMALL") : Word(""));
   double down[2] = {top, top};

@@ -90,7 +90,7 @@ void widen(ForceRange& range, double least) {
 
 /// Range of one quantity over all runs: the extremes, unless they are more than three times as far
 /// apart as the quantiles.
-ForceRange range_of(const std::vector<Values>& runs) {
+ForceRange common_range(const std::vector<Values>& runs) {
   ForceRange range;
   double low = INFINITY, high = -INFINITY, least = INFINITY, most = -INFINITY;
   for (const auto& values : runs) {
@@ -150,7 +150,7 @@ std::filesystem::path stack(const ForceTable& table, const std::filesystem::path
                                                : 2.6};
   for (std::size_t k = 0; k < panels.size(); ++k) {
     const auto& p = panels[k];
-    auto range = range_of(p.runs);
+    auto range = common_range(p.runs);
     widen(range, least);
     if (p.from_zero) range.low = 0;
     if (const auto outside = note(range, runs); !outside.empty())
@@ -223,7 +223,7 @@ std::filesystem::path bearing_load(const ForceTable& table, const std::filesyste
                                    const std::string& name) {
   const auto& runs = table.runs();
   const auto x = table.columns(name, ".fx"), y = table.columns(name, ".fy");
-  auto across = range_of(x), up = range_of(y);
+  auto across = common_range(x), up = common_range(y);
   // The range contains the origin; both axes have the same scale.
   for (auto* range : {&across, &up}) {
     const double margin = 0.06 * (range->high - range->low);
@@ -264,7 +264,8 @@ std::filesystem::path bearing_load(const ForceTable& table, const std::filesyste
   f.caption = fmt::format("{}; {}.", table.heading(name), table.extent());
   const double tics = with_tics({across.low, across.high}, 8, side / scale / letter_width).step;
   f.script.add(
-      "set multiplot layout {},{} margins X(1.75),1-X(0.45),Y(1.2),1-Y({}) spacing X(1.9),Y({})\nset size ratio -1\n"
+      "set multiplot layout {},{} margins X(1.75),1-X(0.45),Y(1.2),1-Y({}) spacing X(1.9),Y({})\nset size "
+      "ratio -1\n"
       "set xrange [{:.5g}:{:.5g}]\nset yrange [{:.5g}:{:.5g}]\nset xlabel {}\n"
       "set xtics {:.6g}\nset ytics {:.6g}\nset ylabel {}\nset xzeroaxis ls 4\nset yzeroaxis ls 4\n"
       "set key at screen 0.5,1-Y(0.1) center top\nset title offset 0,-0.6\n",

@@ -61,7 +61,8 @@ Script axes_of(const Row& row) {
   const bool journal = row.joint->kind == ClearanceJoint::Kind::journal;
   if (journal)
     return script.add(
-        "set xrange [-1.2:1.2]\nset yrange [-1.2:1.2]\nset xtics 1\nset mxtics 2\nset grid xtics mxtics ytics mytics\n"
+        "set xrange [-1.2:1.2]\nset yrange [-1.2:1.2]\nset xtics 1\nset mxtics 2\nset grid xtics mxtics "
+        "ytics mytics\n"
         "set xlabel '{}' offset 0,0.6\nset parametric\nset trange [0:2*pi]\nset samples 200\n",
         Word("e_x/c", "$e_x/c$"));
   double low = INFINITY, high = -INFINITY;
@@ -69,10 +70,13 @@ Script axes_of(const Row& row) {
   const double margin = std::max(0.06 * (high - low), 1e-6 * std::max(std::abs(low), std::abs(high)) + 1e-12);
   const bool placed = !row.joint->frame_name.empty();
   return script.add(
-      "unset parametric\nset xrange [{0:.6g}:{1:.6g}]\nset yrange [-1.35:1.35]\nset xtics {2:.3g}\nunset mxtics\nset grid xtics nomxtics ytics nomytics\n"
+      "unset parametric\nset xrange [{0:.6g}:{1:.6g}]\nset yrange [-1.35:1.35]\nset xtics {2:.3g}\nunset "
+      "mxtics\nset grid xtics nomxtics ytics nomytics\n"
       "set xlabel '{3}' offset 0,0.6\n"
-      "set object 1 rectangle from graph 0, first 1 to graph 1, graph 1 fc rgb 0xdddddd fs solid 1 noborder behind\n"
-      "set object 2 rectangle from graph 0, graph 0 to graph 1, first -1 fc rgb 0xdddddd fs solid 1 noborder behind\n",
+      "set object 1 rectangle from graph 0, first 1 to graph 1, graph 1 fc rgb 0xdddddd fs solid 1 "
+      "noborder behind\n"
+      "set object 2 rectangle from graph 0, graph 0 to graph 1, first -1 fc rgb 0xdddddd fs solid 1 "
+      "noborder behind\n",
       low - margin, high + margin, tic_step(high - low + 2 * margin),
       placed ? Word("along (mm)") : Word("time (ms)"));
 }
@@ -125,7 +129,8 @@ std::filesystem::path page(const std::vector<Row>& rows, std::size_t first, std:
       const double x = scale * left + static_cast<double>(column) * (cell + scale * gap_between),
                    y = down + scale * above(broken);
       f.script.add(
-          "unset object 1\nunset object 2\n{}set lmargin at screen {:.5f}\nset rmargin at screen {:.5f}\nset tmargin at screen "
+          "unset object 1\nunset object 2\n{}set lmargin at screen {:.5f}\nset rmargin at screen "
+          "{:.5f}\nset tmargin at screen "
           "{:.5f}\nset bmargin at screen {:.5f}\n",
           axes_of(row), x / width, (x + cell) / width, 1 - y / f.height_cm, 1 - (y + cell) / f.height_cm);
       if (column == 0)
@@ -142,7 +147,8 @@ std::filesystem::path page(const std::vector<Row>& rows, std::size_t first, std:
             broken ? 2.45 : 1.55);
       const auto& panel = row.panels[p];
       f.script.add(
-          "set label 4 {}.{}.{} at graph 0, graph 1 offset 0,{} font SMALL tc rgb 0x555555 noenhanced\n{}unset label "
+          "set label 4 {}.{}.{} at graph 0, graph 1 offset 0,{} font SMALL tc rgb 0x555555 "
+          "noenhanced\n{}unset label "
           "3\n",
           panel.run + ",", broken ? Word("\"\\n\"") : Word("' '"), panel.span, broken ? 1.4 : 0.5,
           plot_of(row, panel, f));

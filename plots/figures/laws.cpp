@@ -84,7 +84,8 @@ struct Legend {
     const auto n = static_cast<double>(panels);
     return Script().add(
         "B = Y({0}); S = Y({1}); H = (1 - Y(0.9) - B - {2}*S)/{3}\n"
-        "set key at screen X(0.9), screen B + {4}*(H + S) - Y(1.25) left top vertical Left reverse maxrows {5} samplen 2 "
+        "set key at screen X(0.9), screen B + {4}*(H + S) - Y(1.25) left top vertical Left reverse "
+        "maxrows {5} samplen 2 "
         "font SMALL\n",
         1.6 + height(), 2.4 + height(), n - 1, n, n - 1 - static_cast<double>(k), rows);
   }
@@ -105,7 +106,8 @@ std::filesystem::path impact_loops(const std::filesystem::path& folder) {
   f.caption = fmt::format("Impacts of {:.4g} kg at {:.4g} m/s, given e = {:.3g}.", facts.number("mass_kg"),
                           facts.number("approach_m_per_s"), facts.number("restitution_asked"));
   f.script.add(
-      "set multiplot layout {},1 margins X(1.7),1-X({}),Y({}),1-Y(0.9) spacing 0,Y({})\n{}set xlabel '{}'\nset ylabel "
+      "set multiplot layout {},1 margins X(1.7),1-X({}),Y({}),1-Y(0.9) spacing 0,Y({})\n{}set xlabel "
+      "'{}'\nset ylabel "
       "'{}'\nset xrange [0:*]\nset yrange [0:*]\nset title 'point contacts'\n",
       panels, key.below ? 0.5 : 4.6, key.below ? 1.6 + key.height() : 1.15, 2.4 + key.height(), key.at(0),
       Word("penetration δ (µm)", "penetration $\\delta$ (µm)"),
@@ -140,7 +142,8 @@ std::filesystem::path friction_laws(const std::filesystem::path& folder) {
   const auto c = read_curves(folder / "friction.csv", "speed", "coefficient", 1e3, 1);
   Figure f{.name = "friction_laws", .blocks = c.blocks, .source = "laws.json"};
   f.script.add(
-      "set key bottom right Left reverse\nset autoscale xfix\nset yrange [*<-1.1:1.1<*]\nset xlabel 'sliding speed (mm/s)'\nset ylabel "
+      "set key bottom right Left reverse\nset autoscale xfix\nset yrange [*<-1.1:1.1<*]\nset xlabel "
+      "'sliding speed (mm/s)'\nset ylabel "
       "'{}'\n",
       Word("friction force F_T/(µF_N)", "friction force $F_T/(\\mu F_N)$"));
   plot(c, any, f.script);

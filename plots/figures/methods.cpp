@@ -175,7 +175,8 @@ std::vector<std::filesystem::path> draw_tradeoff(const std::filesystem::path& fo
     const auto* model = t.document.find("scenes." + name + ".model_error_of_penalty");
     const double model_error = touches && model && model->is_number() ? model->get<double>() : 0;
     f.script.add(
-        "set multiplot layout 1,2 margins X(1.8),1-X(0.4),Y(3.1),1-Y(0.5) spacing X(1.6),0\nset logscale xy\nset format "
+        "set multiplot layout 1,2 margins X(1.8),1-X(0.4),Y(3.1),1-Y(0.5) spacing X(1.6),0\nset logscale "
+        "xy\nset format "
         "{}\nset key at "
         "screen 0.5,Y(0.35) center bottom vertical maxrows 4 font SMALL\nset ylabel {}\n",
         powers_of_ten, touches ? "Error of contact events (relative)" : "Error of velocities (relative)");

@@ -1,5 +1,5 @@
-// A periodic motion: phase portraits of the bodies with the jumps at impacts and the section, full lines if the
-// motion is stable, else dashed ones; and its Floquet multipliers beside the unit circle.
+// A periodic motion: phase portraits of the bodies with the jumps at impacts and the section, full lines if
+// the motion is stable, else dashed ones; and its Floquet multipliers beside the unit circle.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -26,8 +26,9 @@ namespace {
 
 constexpr std::size_t portrait_bodies = 9;
 constexpr long portrait_rows = 20'000;
-/// A change of the rate between two rows about an impact is drawn as a jump from this share of its range on, and if
-/// it is this multiple of the changes before and after it: contact forces of several rows are part of the curve.
+/// A change of the rate between two rows about an impact is drawn as a jump from this share of its range on,
+/// and if it is this multiple of the changes before and after it: contact forces of several rows are part of
+/// the curve.
 constexpr double least_jump = 0.02, least_ratio = 3;
 /// Multipliers within this distance of the unit circle do not count as inside (docs/theory/orbits.md).
 constexpr double beside_circle = 1e-5;

@@ -82,7 +82,8 @@ std::vector<std::filesystem::path> draw_phase_portrait(const std::filesystem::pa
       style.height ? 0.1 * *style.height : scale * (0.55 + 1.2 + lines * square + (lines - 1) * 1.75);
   f.sized = true;
   f.script.add(
-      "set multiplot layout {},{} margins X(1.75),1-X(0.35),Y(1.2),1-Y(0.55) spacing X(2.05),Y(1.75)\nunset key\nset title offset 0,-0.7\n",
+      "set multiplot layout {},{} margins X(1.75),1-X(0.35),Y(1.2),1-Y(0.55) spacing "
+      "X(2.05),Y(1.75)\nunset key\nset title offset 0,-0.7\n",
       rows, columns);
   for (std::size_t p = 0; p < panels.size(); ++p) {
     const auto& [body, k] = panels[p];
@@ -100,7 +101,8 @@ std::vector<std::filesystem::path> draw_phase_portrait(const std::filesystem::pa
     const double margin = 0.05 * (most - least) / x_unit.size;
     const Axis x{least / x_unit.size - margin, most / x_unit.size + margin};
     f.script.add(
-        "{}{}set title {} noenhanced\nset xlabel {}\nset ylabel {}\nplot DATA index {} using 1:2 with lines lw 0.8 lc rgb C{}\n",
+        "{}{}set title {} noenhanced\nset xlabel {}\nset ylabel {}\nplot DATA index {} using 1:2 with "
+        "lines lw 0.8 lc rgb C{}\n",
         commands(with_tics(x, 6, cell / letter_width), "x"),
         commands(
             with_tics(axis_of(slowest / y_unit.size, fastest / y_unit.size), square / (1.45 * line_height)),

@@ -9,8 +9,8 @@
 
 namespace freeplay::plots {
 
-/// The coordinate to draw: 0 x, 1 y, 2 angle; −1 if none of them moves. It is the angle, or x or y if the body
-/// rotates fully or not at all. `m`: x, y, theta, vx, vy, omega of the rows.
+/// The coordinate to draw: 0 x, 1 y, 2 angle; −1 if none of them moves. It is the angle, or x or y if the
+/// body rotates fully or not at all. `m`: x, y, theta, vx, vy, omega of the rows.
 int phase_coordinate(const std::array<std::vector<double>, 6>& m);
 
 /// The values of a coordinate k (0 x, 1 y, 2 angle) and its rate in fitting units, with their titles.

@@ -280,7 +280,8 @@ std::vector<std::filesystem::path> draw_pose(const std::filesystem::path& folder
   f.height_cm = style.height ? 0.1 * *style.height
                              : std::clamp(2.6 * unit + (f.width_cm - 2.5 * unit) * tall / wide, 6.0, 18.0);
   f.script.add(
-      "set size ratio -1\nset clip two\nset xrange [{}:{}]\nset yrange [{}:{}]\nset xlabel 'x (m)'\nset ylabel 'y (m)'\n"
+      "set size ratio -1\nset clip two\nset xrange [{}:{}]\nset yrange [{}:{}]\nset xlabel 'x (m)'\nset "
+      "ylabel 'y (m)'\n"
       "unset key\nset xtics {}\nset ytics {}\n",
       frame.left - 3 * u, frame.right + 3 * u, frame.low - 3 * u, frame.high + 3 * u,
       with_tics({frame.left - 3 * u, frame.right + 3 * u}, 8, (f.width_cm / unit - 2.5) / letter_width).step,

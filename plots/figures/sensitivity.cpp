@@ -46,14 +46,16 @@ std::vector<std::filesystem::path> draw_sensitivity(const std::filesystem::path&
     }
     if (block.empty()) continue;
     plot.add(
-        "{}DATA index {} using ($2/2):1:(abs($2)/2):3 with boxxyerror fs solid 0.8 lc rgb {} title {} noenhanced",
+        "{}DATA index {} using ($2/2):1:(abs($2)/2):3 with boxxyerror fs solid 0.8 lc rgb {} title {} "
+        "noenhanced",
         plot.empty() ? Word("plot ") : Word(", "), f.blocks.size(), bar_colours[q],
         document.text(at + ".name"));
     f.blocks.push_back(block);
   }
   if (plot.empty()) return {};
   f.script.add(
-      "set xlabel 'Relative influence (p/Q) dQ/dp'\nset yrange [{}:-0.6]\nset ytics ({}) font SMALL noenhanced\n"
+      "set xlabel 'Relative influence (p/Q) dQ/dp'\nset yrange [{}:-0.6]\nset ytics ({}) font SMALL "
+      "noenhanced\n"
       "set arrow 1 from 0, graph 0 to 0, graph 1 nohead lc rgb 0x888888\n"
       // In columns of this height: gnuplot drops entries that do not fit its own choice.
       "set key outside top center vertical maxrows {} font SMALL\n{}\n",

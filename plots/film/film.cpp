@@ -39,6 +39,7 @@ double round_above(double x) {
   return power * (x <= power ? 1 : x <= 2 * power ? 2 : x <= 5 * power ? 5 : 10);
 }
 
+/// More are refused with the advice to take fewer rows or images per second.
 constexpr std::size_t most_frames = 20'000;
 
 /// Determines start, end, speed and number of frames of the film.

@@ -1,5 +1,5 @@
-// The parts of a page about periodic motions (orbit.json), their branches (continue.json) and Lyapunov exponents
-// (lyapunov.json): tables of their results, and their figures as pictures.
+// The parts of a page about periodic motions (orbit.json), their branches (continue.json) and Lyapunov
+// exponents (lyapunov.json): tables of their results, and their figures as pictures.
 #pragma once
 
 #include <filesystem>

@@ -1,5 +1,5 @@
-// The data of a run for a page: its events (all, or the hardest if there are too many), the columns of its tables as
-// curves, and its motion.
+// The data of a run for a page: its events (all, or the hardest if there are too many), the columns of its
+// tables as curves, and its motion.
 #pragma once
 
 #include <nlohmann/json_fwd.hpp>

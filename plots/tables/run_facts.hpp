@@ -41,7 +41,8 @@ struct RunFolder {
   std::string title;  ///< penalty, nonsmooth, ideal joint
   int style;          ///< its line style: 1, 2, 3
 };
-/// The runs with a trajectory: the folder itself, the runs of a comparison in it, or that of a periodic motion.
+/// The runs with a trajectory: the folder itself, the runs of a comparison in it, or that of a periodic
+/// motion.
 std::vector<RunFolder> runs_in(const std::filesystem::path& folder);
 
 /// JSON file with the provenance of a folder of runs_in().

@@ -61,8 +61,10 @@ UnderWay::~UnderWay() { --under_way; }
 void refuse_forked() {
   if (slip_forced)
     throw std::runtime_error(
-        "this process was forked from one that had runs or threads of freeplay under way: their locks are copied as they "
-        "stood and would never open; start processes by spawn, for example multiprocessing.get_context(\"spawn\")");
+        "this process was forked from one that had runs or threads of freeplay under way: their locks are "
+        "copied as they "
+        "stood and would never open; start processes by spawn, for example "
+        "multiprocessing.get_context(\"spawn\")");
 }
 
 }  // namespace freeplay::python

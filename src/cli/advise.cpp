@@ -81,7 +81,8 @@ void promise(const Advice& advice, double error) {
     text +=
         advice.promised() <= error
             ? fmt::format(
-                  "measured: these statistics of the whole run within {:.2g} % (difference and two standard errors)\n",
+                  "measured: these statistics of the whole run within {:.2g} % (difference and two "
+                  "standard errors)\n",
                   100 * advice.promised())
             : fmt::format("not shown: {:.3g} % for these statistics; their sampling error allows {:.2g} %\n",
                           100 * error, 100 * advice.promised());

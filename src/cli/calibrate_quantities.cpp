@@ -58,7 +58,8 @@ nlohmann::json document_of(const Study& study, const QuantityFit& f, const nlohm
 std::string conclusion_of(const Calibration& c, const QuantityFit& f) {
   if (f.rejected)
     return fmt::format(
-        "Rejected: the model cannot meet the fitted targets within their uncertainties (chi-squared {:.3g}, {} "
+        "Rejected: the model cannot meet the fitted targets within their uncertainties (chi-squared "
+        "{:.3g}, {} "
         "degrees of freedom).",
         f.squares, f.degrees);
   std::vector<std::string> open, missed;

@@ -87,8 +87,8 @@ std::string rows_of(const std::filesystem::path& file) {
   return text.substr(std::min(text.find('\n') + 1, text.size()));
 }
 
-/// Reads the result folder of a continuation. Branches go on that ended with the range of the key or with their
-/// number of motions; of an interrupted one, the last branch.
+/// Reads the result folder of a continuation. Branches go on that ended with the range of the key or with
+/// their number of motions; of an interrupted one, the last branch.
 EarlierBranches read_earlier(const std::filesystem::path& folder, const std::string& key,
                              const std::vector<std::string>& columns, const nlohmann::json& provenance) {
   EarlierBranches all;

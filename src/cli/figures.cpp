@@ -137,7 +137,8 @@ int paper_figures(const PaperRequest& request, const Conduct& conduct) {
   const auto folder =
       result_folder(request.output, std::filesystem::path("out") / ("paper-" + request.paper));
   if (std::filesystem::exists(folder / "experiment.json")) {
-    const auto lock = lock_results(folder, "figures");
+    const FolderLock lock(folder, "figures");
+    settle_result_sets(folder);
     print(plots::draw_flores2011(folder, "experiment.json"));
     return 0;
   }

@@ -81,8 +81,8 @@ inline void write_page(const std::string& document, const std::filesystem::path&
   if (document.empty()) return;
   const auto place = real_folder(document);
   const auto lock = lock_document(place, own, verb);
-  if (!figures.empty()) copy_figures(figures, place);
   write_file(place / name, text);
+  if (!figures.empty()) copy_figures(figures, place);
 }
 
 }  // namespace freeplay::cli

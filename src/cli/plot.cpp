@@ -79,7 +79,8 @@ int plot_study(const PlotRequest& request, const std::filesystem::path& folder) 
   if (what.y.empty()) throw SceneError("--y: names nothing");
   if (!request.style.empty()) plots::choose_style(request.style);
   what.formats = plots::formats_named(plots::columns_named(request.format));
-  const auto lock = lock_results(folder, "plot");
+  const FolderLock lock(folder, "plot");
+  settle_result_sets(folder);
   fmt::print("{}\n", plots::draw_study(what).string());
   return 0;
 }
@@ -112,21 +113,21 @@ void plot_verb(Program& program) {
   auto [options, request] =
       program.verb("plot", "plot columns of result folders, or measures of a study", plot);
   options
-      .add(
-          "folder", request.folders,
-          "folders made by run, compare or orbit, plotted together; or one of sweep, ensemble, bifurcation or basin")
+      .add("folder", request.folders,
+           "folders made by run, compare or orbit, plotted together; or one of sweep, ensemble, "
+           "bifurcation or basin")
       .required();
   options
-      .add(
-          "--x,--over", request.x,
-          "abscissa: a column or an expression of columns; default t. Of a sweep: one axis for curves, two for "
-          "a map, AXIS,AXIS")
+      .add("--x,--over", request.x,
+           "abscissa: a column or an expression of columns; default t. Of a sweep: one axis for curves, "
+           "two for "
+           "a map, AXIS,AXIS")
       .takes("COLUMN");
   options
-      .add(
-          "--y", request.y,
-          "columns or expressions of one panel; each --y adds a panel; of a study measures; a wrong name lists "
-          "all")
+      .add("--y", request.y,
+           "columns or expressions of one panel; each --y adds a panel; of a study measures; a wrong name "
+           "lists "
+           "all")
       .takes("COLUMN[,COLUMN...]")
       .required()
       .one_each();

@@ -1,5 +1,5 @@
-// What a verb says about a scene before it runs: questions and notes about implausible values, on stderr, which do
-// not stop a run or change its exit status; and the facts of the assembled mechanism.
+// What a verb says about a scene before it runs: questions and notes about implausible values, on stderr,
+// which do not stop a run or change its exit status; and the facts of the assembled mechanism.
 #pragma once
 
 #include <fmt/format.h>

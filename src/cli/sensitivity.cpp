@@ -43,7 +43,8 @@ std::vector<double> deviations_of(const std::vector<std::string>& spread, std::v
         equals == text.npos ? NAN : number_in(std::string_view(text).substr(equals + 1)).value_or(NAN);
     if (!(value >= 0) || !std::isfinite(value))
       throw SceneError(fmt::format(
-          "--spread {}: must be KEY=DEVIATION, with a standard deviation of at least 0 in the unit of the key",
+          "--spread {}: must be KEY=DEVIATION, with a standard deviation of at least 0 in the unit of the "
+          "key",
           text));
     const auto key = text.substr(0, equals);
     if (std::ranges::find(given, key) != given.end())
@@ -135,9 +136,9 @@ void sensitivity_verb(Program& program) {
           "keys of the scene with one number, as surfaces.steel.restitution or gravity[1], or initial.COLUMN")
       .takes("KEY");
   options
-      .add(
-          "--spread", request.spread,
-          "standard deviations of keys, in their units, for first-order standard deviations of the quantities")
+      .add("--spread", request.spread,
+           "standard deviations of keys, in their units, for first-order standard deviations of the "
+           "quantities")
       .takes("KEY=DEVIATION");
   options.flag("--no-compile", request.no_compile,
                "evaluate the variational equations by the general path, as a reference");

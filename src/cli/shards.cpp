@@ -123,7 +123,8 @@ bool divides(const std::string& option) {
 
 std::string why_undivided(const std::string& verb) {
   if (verb == "continue")
-    return "a continuation cannot be divided, because each motion of a branch starts from the one before; divide "
+    return "a continuation cannot be divided, because each "
+           "motion of a branch starts from the one before; divide "
            "a chart by one study file for each branch (docs/how-to/cluster.md)";
   if (verb == "tradeoff")
     return "tradeoff cannot be divided, because it measures cost on one otherwise idle machine";

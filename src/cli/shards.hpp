@@ -1,5 +1,5 @@
-// Options of the verbs that make the runs of a study, which can be divided: --plan N, --shard k/N, --merge DIR
-// (study/partition/division.hpp).
+// Options of the verbs that make the runs of a study, which can be divided: --plan N, --shard k/N, --merge
+// DIR (study/partition/division.hpp).
 #pragma once
 
 #include <optional>

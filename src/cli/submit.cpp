@@ -94,7 +94,8 @@ void require_slurm(StopToken stop) {
   if (said && !said->well) throw std::runtime_error("sbatch --version: " + visible(said->errors));
   if (!said)
     throw SceneError(
-        "--slurm: Slurm is not installed here (no sbatch); docs/how-to/cluster.md shows how to run shards without "
+        "--slurm: Slurm is not installed here (no sbatch); docs/how-to/cluster.md shows how to run shards "
+        "without "
         "it");
 }
 
@@ -170,7 +171,8 @@ int submit(const SubmitRequest& requested) {
     if (time.empty()) time = minutes(3 * expected + p.greatest + request.job.lead + 60);
     const auto m = make_plan(division, folder, n);
     fmt::print(
-        "pilot: {} of {} units, {:.3g} s each (at most {:.3g} s); {} shards of about {:.3g} s, time limit {} min\n",
+        "pilot: {} of {} units, {:.3g} s each (at most {:.3g} s); {} shards of about {:.3g} s, time limit "
+        "{} min\n",
         p.made, units, p.unit, p.greatest, m.shards, expected, time);
   }
   const auto m = read_manifest(folder);

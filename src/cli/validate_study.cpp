@@ -42,8 +42,8 @@ Variant calibrated_variant(const Study& study, const Study& fitted, const Fit& f
   return v;
 }
 
-// claims = "points": makes missing runs, and compares a quantity of each variant with measured values at single
-// points of the axes.
+// claims = "points": makes missing runs, and compares a quantity of each variant with measured values at
+// single points of the axes.
 
 /// A table for each quantity, with a row for each variant and formulation.
 std::string table(const std::vector<MeasuredQuantity>& measured, const std::vector<PointAgreement>& all) {
@@ -291,6 +291,7 @@ int validate_study(const ValidateRequest& request) {
                                         fmt::format("{} ({})", version, commit));
   if (request.document.empty()) write_file(set.place() / "experiment.md", text);
   if (request.stop()) return interrupted(Kept::runs);
+  if (!request.document.empty()) real_folder(request.document);  // refused before the results are replaced
   set.commit();
   write_page(request.document, folder, "validate", "experiment.md", text, plots::all(folder));
   fmt::print("{} runs, {} made in {:.0f} s; results in {}\n", summary.total, summary.ran,

@@ -99,8 +99,8 @@ struct Vanished {
 /// Extrapolates motions with decreasing values of a quantity to 0. `motions`: the last ones of a branch with
 /// the same sequence.
 Vanished extrapolated(const std::vector<BranchMotion>& motions, const Positive& quantity);
-/// The motion with this sequence of onsets beside one whose quantity vanishes, at a greater value of the key if
-/// `side` is 1, at a smaller one if it is −1; `m`: the last motion before.
+/// The motion with this sequence of onsets beside one whose quantity vanishes, at a greater value of the key
+/// if `side` is 1, at a smaller one if it is −1; `m`: the last motion before.
 std::optional<BranchMotion> motion_beside(const BranchSolver& solver, const BranchMotion& m,
                                           const Vanished& g, double side, const std::vector<int>& sequence);
 

@@ -78,8 +78,8 @@ struct BranchStep {
   static constexpr double reduction = 0.5;  ///< factor after a failure
   /// Cosine of the greatest angle between tangents of successive motions, or between successive chords.
   static constexpr double least_cosine = 0.9;
-  /// Least share of an approach speed or of the least force of a lasting contact that remains after a step, so
-  /// that a grazing impact or lift-off is approached in geometric steps.
+  /// Least share of an approach speed or of the least force of a lasting contact that remains after a step,
+  /// so that a grazing impact or lift-off is approached in geometric steps.
   static constexpr double remaining_share = 0.4;
   /// The step after one whose motion needed `iterations` of Newton's method.
   static double after(double step, int iterations) {

@@ -29,8 +29,8 @@ Layout layout_of(const Scene& scene, const System& system, const State& start) {
   return l;
 }
 
-// Runs of several simulations in lanes (formulations/time_stepping/lanes.hpp): sorts them by the structure of their
-// mechanisms, compiles the functions of lanes, and divides the time of the thread among the runs.
+// Runs of several simulations in lanes (formulations/time_stepping/lanes.hpp): sorts them by the structure of
+// their mechanisms, compiles the functions of lanes, and divides the time of the thread among the runs.
 
 /// Divides the CPU time of a thread equally among the runs that are in progress.
 class SharedClock {

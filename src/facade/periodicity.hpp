@@ -1,5 +1,5 @@
-// Periodicity of a mechanism: the period of its explicit dependence on time, which is one turn of a drive with
-// constant speed or the period of a curve against time, and shifts that leave the mechanism unchanged.
+// Periodicity of a mechanism: the period of its explicit dependence on time, which is one turn of a drive
+// with constant speed or the period of a curve against time, and shifts that leave the mechanism unchanged.
 #pragma once
 
 #include <optional>

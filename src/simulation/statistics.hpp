@@ -131,6 +131,7 @@ class ContactStatistics final : public Observer {
 // Batches are assumed to be independent. If the motion is correlated over more than one batch, the
 // true error is greater.
 
+/// Statistics of a run's window with standard errors.
 class WindowStatistics final : public Observer, public Occasional {
  public:
   static constexpr int fewest = 4;  ///< batches needed for a standard error

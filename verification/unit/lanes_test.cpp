@@ -1,5 +1,5 @@
-// Runs in lanes (formulations/time_stepping/lanes.hpp) against each run alone in the general evaluation. The expected
-// digits are those of the general evaluation, which other tests compare with closed forms.
+// Runs in lanes (formulations/time_stepping/lanes.hpp) against each run alone in the general evaluation. The
+// expected digits are those of the general evaluation, which other tests compare with closed forms.
 #include "dynamics/lane_functions.hpp"
 #include "io/files/compiled_object.hpp"
 #include "io/scene/read_scene.hpp"

@@ -62,8 +62,14 @@ format = ["svg", "cairolatex", "svg"]
   CHECK(*style.width == Approx(90));
   CHECK(*style.height == 60);
   CHECK(style.formats == std::vector{plots::Format::svg, plots::Format::cairolatex});
-  for (const auto& [size, width] :
-       {std::pair{"one-column", 90.0}, {"ieee-two-column", 181.9}, {"slide", 254.0}}) {
+  for (const auto& [size, width] : {std::pair{"one-column", 90.0},
+                                    {"one-and-a-half-column", 140.0},
+                                    {"two-column", 190.0},
+                                    {"springer-one-column", 84.0},
+                                    {"springer-two-column", 174.0},
+                                    {"ieee-one-column", 88.9},
+                                    {"ieee-two-column", 181.9},
+                                    {"slide", 254.0}}) {
     write_style(place, fmt::format("size = \"{}\"\n", size));
     CHECK(*plots::style_of(place).width == width);
   }

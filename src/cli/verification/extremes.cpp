@@ -75,8 +75,8 @@ Table table_of_rows(const std::vector<Row>& rows, std::uint64_t seed) {
   return table;
 }
 
-/// Tests random scenes instead of the map; with `kinds`, scenes with a reference for each row. Exit status 1 if
-/// there is a defect. `output`: result folder; empty: the default.
+/// Tests random scenes instead of the map; with `kinds`, scenes with a reference for each row. Exit status 1
+/// if there is a defect. `output`: result folder; empty: the default.
 int random_scenes(const RandomScenesRequest& request, const std::string& output) {
   const verification::random_scenes::Request requested{
       static_cast<std::uint64_t>(request.seed), request.first, request.count, request.kinds, request.way};
@@ -143,7 +143,8 @@ int extremes(const ExtremesRequest& request) {
   int defects = 0;
   std::map<Outcome, int> counts;
   std::string text =
-      "# Extreme parameters\n\nWritten by `freeplay extremes --document docs/verification`. Each cell is a scene with "
+      "# Extreme parameters\n\nWritten by `freeplay extremes --document docs/verification`. Each cell is "
+      "a scene with "
       "extreme parameters, run in a separate process:\n*right*: within a bound of a reference (the paper's "
       "rig along an axis: its first two contact events against an independent solution),\n*degraded*: "
       "outside the bound, with a warning or a note of Painlevé's paradox; *refused*: stopped with a "

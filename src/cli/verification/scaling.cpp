@@ -68,7 +68,8 @@ int scaling(const ScalingRequest& request) {
   std::string csv =
       "scene,count,bodies,microseconds,predicted,setup_s,megabytes,units,solves,pivots,lasting\n";
   std::string text = fmt::format(
-      "# Cost against size\n\nWritten by `freeplay scaling --document docs/verification`: the fastest of {} runs, each "
+      "# Cost against size\n\nWritten by `freeplay scaling --document docs/verification`: the fastest of "
+      "{} runs, each "
       "in a separate process with one thread. *µs*: processor time of a step or a right-hand side; *each*: "
       "divided by the number of elements; *set-up*: time from the scene to the first step; *MB*: peak "
       "memory of the process; *problems*: contact problems per step; *pivots*: pivots, sweeps or Newton "

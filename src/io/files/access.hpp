@@ -1,6 +1,6 @@
-// Access to files: which ones a scene or study may name, and folders opened without following links. A file of
-// unknown origin must not make this program read arbitrary files, so by default only files in its folder or below
-// may be named.
+// Access to files: which ones a scene or study may name, and folders opened without following links. A file
+// of unknown origin must not make this program read arbitrary files, so by default only files in its folder
+// or below may be named.
 #pragma once
 
 #include <filesystem>

@@ -1,6 +1,6 @@
 // Escaping of texts. visible(), for text of unknown origin, replaces control characters, direction marks and
-// invisible characters, which could move a cursor, recolour a terminal, reorder a line or hide in it: terminal
-// output, figures and messages use it. shell_words() quotes words for a POSIX shell.
+// invisible characters, which could move a cursor, recolour a terminal, reorder a line or hide in it:
+// terminal output, figures and messages use it. shell_words() quotes words for a POSIX shell.
 #pragma once
 
 #include <string>
@@ -26,8 +26,8 @@ class VisibleStream {
   std::string waiting_;  // at most three bytes
 };
 
-/// Bytes of the UTF-8 character at the beginning of the text; 0 if none is there (RFC 3629: no overlong
-/// form, no surrogate, no code above U+10FFFF).
+/// Bytes of the UTF-8 character at the beginning of the text, which is not empty; 0 if none is there (RFC
+/// 3629: no overlong form, no surrogate, no code above U+10FFFF).
 std::size_t character_length(std::string_view text);
 
 /// visible(), shortened to about `most` characters.

@@ -38,20 +38,20 @@ std::optional<std::string> status_in(const Path& file) {
   }
 }
 
-[[noreturn]] void refuse(const Path& path, const std::error_code& error) {
-  throw OutputError(fmt::format("{}: cannot be replaced: {}", path.string(), error.message()));
+[[noreturn]] void refuse(const Path& path, const std::error_code& error, const char* what) {
+  throw OutputError(fmt::format("{}: cannot be {}: {}", path.string(), what, error.message()));
 }
 
 void clear(const Path& path) {
   std::error_code error;
   std::filesystem::remove(path, error);
-  if (error) refuse(path, error);
+  if (error) refuse(path, error, "replaced");
 }
 
 void move(const Path& from, const Path& to) {
   std::error_code error;
   std::filesystem::rename(from, to, error);
-  if (error) refuse(to, error);
+  if (error) refuse(to, error, "put in its place");
 }
 
 void remove_figures_of_forces(const Path& folder) {

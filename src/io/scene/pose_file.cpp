@@ -64,8 +64,8 @@ class PoseShapes {
       if (joint || !slides) corner(x.between[1], x.at[1]);
     }
   }
-  /// Draws a body as a polygon through its corners (named points and points of elements), ordered around their mean. A body with one
-  /// corner extends to its centre of mass.
+  /// Draws a body as a polygon through its corners (named points and points of elements), ordered around
+  /// their mean. A body with one corner extends to its centre of mass.
   void link(int body) {
     auto list = corners_[static_cast<std::size_t>(body)];
     const auto& name = m_.bodies[static_cast<std::size_t>(body)].name;

@@ -17,7 +17,8 @@ struct Scene;
 std::shared_ptr<const Scene> open_scene(const std::filesystem::path& file,
                                         const std::vector<std::string>& overrides = {}, bool outside = false);
 
-/// An error that names only a key, with the position of the key in the scene file: "FILE:LINE:COL: key: message".
+/// An error that names only a key, with the position of the key in the scene file: "FILE:LINE:COL: key:
+/// message".
 SceneError located(const Scene& scene, const ModelError& error);
 
 /// Returns f(); a ModelError from f becomes a SceneError with its position.

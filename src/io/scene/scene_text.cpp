@@ -16,8 +16,8 @@
 namespace freeplay {
 namespace {
 
-/// Alternative spellings of facts, each pair in one table. The first key is removed from a canonical text when the
-/// second is set.
+/// Alternative spellings of facts, each pair in one table. The first key is removed from a canonical text
+/// when the second is set.
 constexpr std::pair<std::string_view, std::string_view> spellings[] = {
     {"drives.*.speed", "drives.*.speed_rpm"},
     {"drives.*.torque_table", "drives.*.torque"},

@@ -1,7 +1,8 @@
-// SceneText: what a scene's file and options state, as a parsed document, and Parameter: a stated number by its path.
-// One rule holds for all ways to set a key (--set, Scene::set(), axes of studies, unknowns of calibrations, keys of
-// sensitivities and of branches): the stated value is set, and the scene is read again. All that follows from the
-// value (unit axes, radii, durations in turns, positions relative to named points) is thereby derived again.
+// SceneText: what a scene's file and options state, as a parsed document, and Parameter: a stated number by
+// its path. One rule holds for all ways to set a key (--set, Scene::set(), axes of studies, unknowns of
+// calibrations, keys of sensitivities and of branches): the stated value is set, and the scene is read again.
+// All that follows from the value (unit axes, radii, durations in turns, positions relative to named points)
+// is thereby derived again.
 //
 //     SceneText(text, name, {"joints.pin.clearance=1e-3"}).read()    a scene
 //     Parameter(scene, "joints.pin.at[0][1]").at(0.2)                the scene with another value
@@ -55,8 +56,9 @@ class SceneText {
   bool is_original() const { return original_; }
   /// The options that were set, KEY=VALUE.
   const std::vector<std::string>& options() const { return options_; }
-  /// Sets KEY=VALUE. A value that is not valid TOML is taken as a text. A list that the document does not have, or in
-  /// which a name or a grid stands for numbers, becomes that of the canonical text. Throws SceneError.
+  /// Sets KEY=VALUE. A value that is not valid TOML is taken as a text. A list that the document does not
+  /// have, or in which a name or a grid stands for numbers, becomes that of the canonical text. Throws
+  /// SceneError.
   void set(const std::string& given);
   /// The scene with one more option; see Scene::set(). Throws SceneError.
   Scene with(const std::string& key, const std::string& value) const;
@@ -88,7 +90,8 @@ class Parameter {
   /// Throws ModelError if the scene states no such number.
   Parameter(const Scene& scene, std::string path);
   const std::string& path() const { return path_; }
-  /// SI; as the text states it, or as the canonical text does if the text states it with a unit or by another key.
+  /// SI; as the text states it, or as the canonical text does if the text states it with a unit or by another
+  /// key.
   double value() const { return value_; }
   /// The greatest absolute number of its list.
   double greatest() const { return greatest_; }

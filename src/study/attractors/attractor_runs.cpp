@@ -27,12 +27,20 @@ constexpr double greatest_value = 1e45;  // as of forces, the greatest of all pl
 
 const StoreForm form{
     2,
-    {"CREATE TABLE runs (run TEXT PRIMARY KEY, branch TEXT, x REAL, y REAL, failure TEXT, doubt TEXT, t_end REAL)",
-     "CREATE TABLE points (run TEXT REFERENCES runs(run) ON DELETE CASCADE, point INTEGER, t REAL, name TEXT, "
+    {"CREATE TABLE runs (run TEXT PRIMARY KEY, branch TEXT, x REAL, y REAL, failure TEXT, doubt TEXT, "
+     "t_end REAL)",
+     "CREATE TABLE points (run TEXT REFERENCES runs(run) ON DELETE CASCADE, point INTEGER, t REAL, name "
+     "TEXT, "
      "value REAL)",
      "CREATE INDEX points_run ON points(run)",
-     "CREATE TABLE ends (run TEXT REFERENCES runs(run) ON DELETE CASCADE, part TEXT, place INTEGER, value REAL)",
+     "CREATE TABLE ends (run TEXT REFERENCES runs(run) ON DELETE CASCADE, part TEXT, place INTEGER, value "
+     "REAL)",
      "CREATE INDEX ends_run ON ends(run)"}};
+
+constexpr const char* exponent_definitions[] = {
+    "CREATE TABLE exponents (run TEXT REFERENCES runs(run) ON DELETE CASCADE, periods INTEGER, value REAL, "
+    "error REAL, reason TEXT)",
+    "CREATE INDEX exponents_run ON exponents(run)"};
 
 }  // namespace
 
@@ -110,10 +118,10 @@ void AttractorStore::store(const std::string& key, const SettledRun& run,
 
 void AttractorStore::begin_exponents() {
   Database::Transaction whole(database_);  // two processes may begin at the same time
-  database_.execute(
-      "CREATE TABLE IF NOT EXISTS exponents (run TEXT REFERENCES runs(run) ON DELETE CASCADE, periods "
-      "INTEGER, value REAL, error REAL, reason TEXT)");
-  database_.execute("CREATE INDEX IF NOT EXISTS exponents_run ON exponents(run)");
+  const auto there = database_.schema();
+  for (const auto* definition : exponent_definitions)
+    if (std::ranges::find(there, definition, &SchemaObject::sql) == there.end())
+      database_.execute(definition);
   whole.commit();
 }
 

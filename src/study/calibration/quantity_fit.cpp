@@ -9,8 +9,8 @@
 #include <algorithm>
 #include <boost/math/distributions/chi_squared.hpp>
 #include <boost/math/distributions/normal.hpp>
+#include <charconv>
 #include <cmath>
-#include <cstdlib>
 #include <limits>
 #include <map>
 #include <stdexcept>
@@ -29,7 +29,9 @@ using Matrix = Eigen::MatrixXd;
 
 /// N of event.N.PART; 0 for other quantities.
 int event_of(const std::string& quantity) {
-  return quantity.starts_with("event.") ? std::atoi(quantity.c_str() + 6) : 0;
+  int n = 0;
+  if (quantity.starts_with("event.")) std::from_chars(&quantity[6], quantity.data() + quantity.size(), n);
+  return n;
 }
 
 /// Quantities and derivatives at one ξ.
@@ -55,7 +57,6 @@ class Model {
       g.events = std::max(g.events, event_of(c_.targets[i].statistic));
     }
   }
-
   std::size_t group(std::size_t target) const { return group_[target]; }
   int runs() const { return runs_; }
 

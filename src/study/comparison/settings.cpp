@@ -272,10 +272,10 @@ std::vector<LongRun> long_runs(const std::vector<Scene>& starts, const std::vect
     }
     r.lost.push_back((run.ledger.contact + run.ledger.friction) / run.t_end);
     double flight = 0, impacts = 0;
-    const auto count = static_cast<double>(run.contacts.size());
     for (const auto& c : run.contacts)
-      impacts += c.impacts_per_revolution / count, flight += c.flight_fraction / count;
+      impacts += c.impacts_per_revolution / static_cast<double>(run.contacts.size());
     r.impacts.push_back(impacts);
+    for (const auto& c : run.contacts) flight += c.flight_fraction / static_cast<double>(run.contacts.size());
     r.flight.push_back(flight);
   }
   return results;

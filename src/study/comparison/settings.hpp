@@ -1,5 +1,5 @@
-// Numerical settings: the integration methods and finenesses that `freeplay tradeoff` and `advise` compare, and
-// their cost and error on a scene, by single events against a reference run and by statistics over starts
+// Numerical settings: the integration methods and finenesses that `freeplay tradeoff` and `advise` compare,
+// and their cost and error on a scene, by single events against a reference run and by statistics over starts
 // (docs/verification/tradeoff.md).
 #pragma once
 

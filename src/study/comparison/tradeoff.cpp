@@ -157,7 +157,8 @@ std::string settings(const TradeoffScene& t, bool markdown) {
 
 std::string heading(const TradeoffScene& t) {
   return fmt::format(
-      "Evaluated on {} contact events up to {:.4g} s (penalty) and {} up to {:.4g} s\n(nonsmooth); references "
+      "Evaluated on {} contact events up to {:.4g} s (penalty) and {} up to {:.4g} s\n(nonsmooth); "
+      "references "
       "accurate to {} and {}.\nModel error of penalty (finite K, no numerics; two contact events): {}.\n"
       "Energy lost scatters by {} over starts.\n",
       t.penalty.touches.size(), t.penalty.horizon, t.nonsmooth.touches.size(), t.nonsmooth.horizon,
@@ -203,13 +204,16 @@ std::string page_summary(const Table& table, const std::string& figure) {
   auto out =
       "# Speed against accuracy\n\nThis page compares error and cost of all integrators and schemes on the "
       "scenes of a study, relative to a more accurate\nreference.\n\n## Summary\n\nError and CPU time of the "
-      "settings of `--accuracy`. The error is that of contact events (time, approach speed, impulse),\nor of the "
-      "velocities in scenes without contact events. The model error of penalty is due to its finite stiffness; "
+      "settings of `--accuracy`. The error is that of contact events (time, approach speed, impulse),\nor "
+      "of the "
+      "velocities in scenes without contact events. The model error of penalty is due to its finite "
+      "stiffness; "
       "no\nsetting reduces it.\n\n" +
       table.markdown();
   if (!figure.empty())
     out += fmt::format(
-        "\n![{0}](figures/{0})\n*Error over evaluations of the right-hand side and over CPU time, for one scene; "
+        "\n![{0}](figures/{0})\n*Error over evaluations of the right-hand side and over CPU time, for one "
+        "scene; "
         "the other scenes are at the end.*\n",
         figure);
   return out;

@@ -234,7 +234,8 @@ void require_same(const Manifest& m, const Division& study, const std::filesyste
   };
   if (const auto here = program_identity(); m.program != here)
     throw SceneError(fmt::format(
-        "{}: was planned by another program or for other processors ({}); run the program of the plan, or plan anew: {}",
+        "{}: was planned by another program or for other processors ({}); run the program of the plan, or "
+        "plan anew: {}",
         shards_folder(folder).string(), difference(m.program, here), again()));
   if (m.verb != study.verb || m.arguments != study.arguments || m.subject != study.subject)
     throw SceneError(
