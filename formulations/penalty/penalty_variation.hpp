@@ -43,7 +43,7 @@ class PenaltyVariation : public VariedColumns<ExtendedPenalty> {
   /// After a step: advances S, and passes the event at its end, if there is one.
   void end_step();
   /// Also leaves out the impulses of the present contacts.
-  void forget_onsets() {
+  void forget_onsets() override {
     VariedColumns::forget_onsets();
     for (auto& impulse : impulses_) impulse.reset();
   }

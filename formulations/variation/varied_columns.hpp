@@ -63,7 +63,7 @@ class DerivativeColumns {
   /// The reason why a column has ended; empty if it has not.
   const std::string& reason(std::size_t c) const { return reasons_[c]; }
   const std::vector<Onset>& onsets() const { return onsets_; }
-  void forget_onsets() { onsets_.clear(); }
+  virtual void forget_onsets() { onsets_.clear(); }
   /// A caller may replace them between steps (tangent_run.hpp).
   std::vector<Vector>& columns() { return S_; }
   /// Continues with the columns of another object.

@@ -16,7 +16,7 @@ struct RootSearch {
 /// Root of f between a and b, where f has the opposite signs fa and fb; b if rounding leaves no interval.
 template <class F>
 double bracketed_root(F f, double a, double b, double fa, double fb, RootSearch search = {}) {
-  if (!(a < b)) return b;
+  if (a >= b) return b;
   const boost::math::tools::eps_tolerance<double> close(search.bits);
   const auto [lo, hi] = boost::math::tools::toms748_solve(f, a, b, fa, fb, close, search.most);
   return 0.5 * (lo + hi);
