@@ -126,13 +126,14 @@ class Residuals {
 }  // namespace
 
 void best_pose(const System& system, double length, bool hold_drives, std::vector<double>& q, double t,
-               const std::vector<char>& held, double damping) {
+               const std::vector<char>& held) {
   Residuals residuals(system, length, hold_drives, t, held);
   constexpr double rounding = 1e-14;  // of a step, relative; the next one would be its square
   Eigen::VectorXd step;
   std::vector<double> trial(q.size());
   double cost = residuals.cost(q);
   bool moved = true;
+  double damping = 1e-3;  // Levenberg-Marquardt, relative to the squared lengths of the coordinates
   for (int i = 0; i < 200 && cost > 0 && damping < 1e12; ++i) {
     if (moved) residuals.linearise(q);
     moved = false;

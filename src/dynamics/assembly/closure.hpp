@@ -32,10 +32,9 @@ std::vector<OpenJoint> open_joints(const System& system, const std::vector<doubl
                                    double t = 0);
 
 /// Moves q to the nearest local optimum, at time t (s) of the drives; `held` coordinates (empty: none)
-/// keep their values. `damping`: of the first iteration (Levenberg-Marquardt), relative to the squared
-/// lengths of the coordinates; less where q is near the optimum.
+/// keep their values.
 void best_pose(const System& system, double length, bool hold_drives, std::vector<double>& q, double t = 0,
-               const std::vector<char>& held = {}, double damping = 1e-3);
+               const std::vector<char>& held = {});
 
 /// For example "stays open by 0.35 m".
 std::string describe(const OpenJoint& open);

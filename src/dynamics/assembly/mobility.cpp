@@ -49,7 +49,7 @@ FollowedTurn follow_turn(const System& system, std::vector<double> q, const Foll
   int poses = 0;
   const auto open_at = [&](double t, std::vector<double>& pose) -> std::optional<OpenJoint> {
     ++poses;
-    best_pose(system, how.length, true, pose, t, {}, near_optimum);
+    best_pose(system, how.length, true, pose, t);
     const auto open = open_joints(system, pose, how.length, t);
     if (open.empty()) return {};
     double gap = 0;  // the best pose distributes the gap over the joints of the loop

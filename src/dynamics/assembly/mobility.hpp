@@ -36,9 +36,6 @@ struct Following {
   double resolution = 1e-3;  ///< to which the end is located, relative to an interval
 };
 
-/// Damping of best_pose() from a pose between or beyond neighbours.
-inline constexpr double near_optimum = 1e-8;
-
 /// Follows a mechanism from its closed pose q at t = 0. At most 800 poses are solved for.
 FollowedTurn follow_turn(const System& system, std::vector<double> q, const Following& how);
 

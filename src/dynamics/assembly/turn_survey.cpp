@@ -193,7 +193,7 @@ class Turn {
     const double share = (at - angle(low)) / (angle(low + 1) - angle(low));
     auto q = pose(low);
     for (std::size_t c = 0; c < q.size(); ++c) q[c] += share * (pose(low + 1)[c] - q[c]);
-    best_pose(system_, length_, true, q, (at - start_) / speed_, {}, near_optimum);
+    best_pose(system_, length_, true, q, (at - start_) / speed_);
     return q;
   }
 
