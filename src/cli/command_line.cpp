@@ -145,7 +145,7 @@ std::string refusal(const CLI::App& program, const CLI::ParseError& error) {
 
 /// The verb of the command line, or the verb that its `help` describes; "" if there is none.
 std::string named_verb(int argc, char** argv) {
-  for (int i = 1; i < argc; ++i)
+  for (int i = 1; i < argc && argv[i] != std::string("--"); ++i)
     if (const std::string word = argv[i]; !word.starts_with('-') && word != "help") return word;
   return "";
 }

@@ -124,6 +124,12 @@ TEST_CASE("a misspelt command, option, word or name is answered with the nearest
   }
 }
 
+TEST_CASE("the program's overview lists every verb, whatever words follow an end of options", "[help]") {
+  const auto overview = test::freeplay("help").out;
+  for (const auto& verb : verbs()) CHECK_THAT(overview, Contains("\n  " + verb + " "));
+  CHECK(test::freeplay("-- check").err == overview);
+}
+
 TEST_CASE("a verb of freeplay-verify names the program where it is missing", "[help][errors]") {
   const test::TemporaryFolder folder;
   const auto program = folder.path() / "freeplay", said = folder.path() / "said";
