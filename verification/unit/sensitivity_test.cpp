@@ -191,7 +191,8 @@ TEST_CASE("an offset of a pin across its rod has the derivative of the twin offs
 }
 
 TEST_CASE("quantities and keys without derivatives are refused", "[sensitivity]") {
-  CHECK_THAT(refusal("event.0.t", "bodies.ball.mass"), Contains("event.0.t: must be event.N.t"));
+  for (const auto* event : {"event.0.t", "event.-2294967296.t", "event.+1.t", "event.1e10.t"})
+    CHECK_THAT(refusal(event, "bodies.ball.mass"), Contains(std::string(event) + ": must be event.N.t"));
   CHECK_THAT(refusal("end.ball.q", "bodies.ball.mass"), Contains("is no column of trajectory.csv"));
   CHECK_THAT(refusal("peak.a", "bodies.ball.mass"), Contains("peak.a: \"a\" is no instrument"));
   CHECK_THAT(refusal("energy.lost", "bodies.ball.mass"), Contains("dissipated_in_contacts"));
