@@ -33,8 +33,10 @@ int write_new(const NewRequest& request) {
   if (!std::filesystem::is_directory(folder))
     throw SceneError(fmt::format("{}: is not a folder", folder.string()));
   write_file(folder / named.filename(), chosen->text);
-  fmt::print("{}\nlook at it:  freeplay check {} -o out/pose\nrun it:      freeplay compare {}\n",
-             named.string(), named.string(), named.string());
+  fmt::print(
+      "{0}\nlook at it:  freeplay check {0} -o out/pose\nrun it:      freeplay compare {0}\n"
+      "edit it:     freeplay schema scene > {1}   completion in editors\n",
+      named.string(), named.parent_path().append("scene.schema.json").string());
   return 0;
 }
 
