@@ -5,7 +5,7 @@
 #include <memory>
 #include <vector>
 
-#include "dynamics/assembly/statics.hpp"
+#include "dynamics/assembly/compliance.hpp"
 #include "simulation/formulation.hpp"
 #include "values/family.hpp"
 #include "values/state.hpp"

@@ -1,4 +1,5 @@
-// Data that one nonsmooth scheme passes to another in the middle of a run.
+// Handover between the nonsmooth schemes: the data that one passes to another in the middle of a run, and the
+// rules of when.
 #pragma once
 
 #include <algorithm>

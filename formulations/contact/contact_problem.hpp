@@ -1,7 +1,7 @@
 // ContactProblem: a contact problem (contact_equations.hpp) together with the solvers that are
 // tried on it (solvers.hpp), in an order that depends on its size and on nonsmooth.solver. It
 // chooses the least impulses where several solutions exist (contact_least.hpp) and checks
-// uniqueness (contact_modes.hpp).
+// uniqueness (find_modes()).
 //
 // Usage: fill `rows`, D, b and `unknowns`, then call solve(), which writes the impulses to
 // `unknowns` and returns a ContactSolution.

@@ -77,7 +77,7 @@ struct Film {
 //
 //     (F_N, F_T, T) = s(g) (−F_r(ε, w), F_t(ε, w), −shear(ε) (ω_j − ω_i)),     w = (−ġ, w_t),
 //
-// where s is the weight of the film at the gap g (film.hpp): 1 down to the hand-over thickness, 0
+// where s is the weight of the film at the gap g (Film): 1 down to the hand-over thickness, 0
 // where dry contact begins.
 
 /// Forces and couple of a film, and the power that it dissipates (W).

@@ -65,7 +65,7 @@ struct ImpactIsland {
   bool wedged = false;  ///< no ratios were found that give the works of the contacts
 };
 
-/// Impact of a single contact in its island, integrated along its normal impulse (impact_island.hpp).
+/// Impact of a single contact in its island, integrated along its normal impulse (RouthImpact).
 bool routh_impact(ImpactLaw law, ImpactIsland& island, ImpactContact& c);
 
 }  // namespace freeplay

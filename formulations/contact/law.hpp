@@ -20,7 +20,7 @@
 
 namespace freeplay {
 
-/// The facts and the equation of a law. law.hpp and law.hpp define the
+/// The facts and the equation of a law. The interfaces of contact and of friction laws below name the
 /// required members.
 template <auto law>
 struct Law;

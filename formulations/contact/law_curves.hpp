@@ -12,6 +12,9 @@
 
 namespace freeplay {
 
+struct PenaltyOptions;
+struct Scene;
+
 // Friction laws at the same regularisation speed, for comparison. The keys friction_v0 and
 // friction_v1 have another meaning in each law, so that equal keys do not give equally steep laws.
 // Here the regularisation speed v_r is the sliding speed at which a law first reaches 95 % of the
@@ -20,8 +23,6 @@ namespace freeplay {
 //     c(v_r) = 0.95 μ,
 //
 // the value of Threlfall's law at its v₀. Laws that stick by a spring have no such speed.
-
-struct PenaltyOptions;
 
 /// Share of the kinetic friction at the regularisation speed.
 inline constexpr double regularised_share = 0.95;
@@ -39,12 +40,10 @@ std::optional<double> regularisation_speed(const FrictionLawFacts& law, const Pe
 /// contact under such a load creeps at it.
 double creep_speed(const FrictionLawFacts& law, const PenaltyOptions& options, double share);
 
-struct Scene;
-
 struct ImpactSetting {
   double mass = 1;     ///< kg
   double speed = 0.1;  ///< m/s, approach speed
-  /// m/s: friction laws with this regularisation speed (law_curves.hpp); empty: with the
+  /// m/s: friction laws with this regularisation speed (regularised()); empty: with the
   /// keys of the scene
   std::optional<double> regularisation = {};
 };

@@ -1,4 +1,4 @@
-// Newton's method on contact and friction laws written as projections,
+// Newton's method on contact and friction laws written as projections, and for long islands BandNewton,
 //
 //     F_N = P_N − (P_N − ρ_N (u_N − target_N))⁺,
 //     F_T = P_T − clamp(P_T − ρ_T (u_T − target_T), ±(bound + μ P_N)),
@@ -59,7 +59,7 @@ void project_on_laws(const std::vector<ContactUnknown>& unknowns, Row& row, bool
   }
 }
 
-/// BandNewton: Newton's method on the projections (newton.hpp) for an island of many contacts,
+/// BandNewton: Newton's method on the projections for an island of many contacts,
 /// started from the given impulses. The Jacobian is factorised as a band matrix, in the order of a
 /// breadth-first walk over the island (Cuthill and McKee, Proc. 24th ACM Conf. (1969) 157), so that
 /// the cost along a chain of bodies is linear. It owns the band matrix and its work vectors.

@@ -36,7 +36,7 @@ struct SolverRoom {
   Eigen::MatrixXd factor;  // of D
 };
 
-/// @name A single unknown, in closed form (solvers.cpp)
+/// @name A single unknown, in closed form
 ///@{
 /// b includes the effect of all other unknowns. Returns false if friction admits no impulse.
 bool solve_one(ContactUnknown& c, double bn, double bt, double Dnn, double Dnt, double Dtt);
@@ -46,10 +46,10 @@ SolverSummary closed_form(ContactEquations& p, double accepted, SolverRoom& room
 ///@}
 
 constexpr int most_for_enumeration = 6;  // 4⁶ cases
-/// solvers.cpp
+/// Tries all modes of a small problem.
 SolverSummary enumeration(ContactEquations& p, double accepted, SolverRoom& room);
 
-/// @name Lemke's method on the problem in standard form, and in a copositive form (solvers.cpp)
+/// @name Lemke's method on the problem in standard form, and in a copositive form
 ///@{
 SolverSummary lemke(ContactEquations& p, double accepted, SolverRoom& room);
 SolverSummary copositive_lemke(ContactEquations& p, double accepted, SolverRoom& room);
@@ -75,7 +75,7 @@ SolverSummary gauss_seidel(ContactEquations& p, double accepted, SolverRoom& roo
 SolverSummary mixed_gauss_seidel(ContactEquations& p, double accepted, SolverRoom& room);
 ///@}
 
-/// Proximal-point iteration, for contacts that share their loads (solvers.cpp).
+/// Proximal-point iteration, for contacts that share their loads.
 SolverSummary proximal(ContactEquations& p, double accepted, SolverRoom& room);
 
 using Solver = SolverSummary(ContactEquations& p, double accepted, SolverRoom& room);

@@ -3,7 +3,7 @@
 // and slip are located on the dense output, and the last step is repeated to end there. The
 // accelerations then determine the new mode, and integration starts anew. If lubricant films limit
 // the explicit steps to their own decay time, Rosenbrock's implicit method of fourth order takes
-// over (integrators/relieved.hpp).
+// over (integrators/rosenbrock.hpp).
 //
 // The scheme owns the dynamics of the present mode and the integration method. Its parts are
 //

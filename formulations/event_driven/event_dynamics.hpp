@@ -4,7 +4,7 @@
 //   ModeMotion       dx/dt in the mode (mode_motion.hpp), and its derivative (event_jacobian.cpp),
 //   ModeChoice       the mode after an event (mode_choice.hpp),
 //   ImpactEquations  impulses of an impact (impact_equations.hpp),
-//   ModeProjection   projection onto the constraints of the mode (event_dynamics.hpp),
+//   ModeProjection   projection onto the constraints of the mode (below),
 //
 // which it owns, and accumulates the energies that impacts and projections dissipate.
 #pragma once

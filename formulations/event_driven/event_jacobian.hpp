@@ -1,4 +1,4 @@
-// Work space of the derivatives of a mode's right-hand side (event_jacobian.cpp, event_jacobian.cpp).
+// Work space of the derivatives of a mode's right-hand side (event_jacobian.cpp).
 #pragma once
 
 #include <tuple>

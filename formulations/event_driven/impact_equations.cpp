@@ -80,7 +80,7 @@ void ImpactEquations::pose(ModeEquations& d, const Vector& x, const Impact& impa
 /// Rates of an impact without collision. Closed contacts get an approach rate as small as is
 /// significant compared with the sliding speed to be stopped; contacts that separate faster keep
 /// their rates. If contacts share freedoms, the rates are replaced by the nearest rates of an
-/// actual motion, because for other rates the laws need not have a solution (contact/lemke.cpp).
+/// actual motion, because for other rates the laws need not have a solution (contact/solvers.cpp).
 void ImpactEquations::press(ModeEquations& d) {
   auto& rows = d.rows;
   auto rates = rows.b.head(rows.used());

@@ -1,7 +1,7 @@
 // ImpactEquations: impulses of an impact at fixed positions. It sets up the rows of the closed
 // contacts and of the joints whose friction depends on their reactions, with the rates before the
 // impact, and solves them by an impact law (contact/impact.hpp). The bounds of joint friction are
-// iterated until they agree with the reaction impulses (contact/bound_iteration.hpp).
+// iterated until they agree with the reaction impulses (contact/coupled_friction.hpp).
 #pragma once
 
 #include <string>

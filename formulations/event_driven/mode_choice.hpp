@@ -6,7 +6,7 @@
 //
 // of the contacts that are closed without relative normal speed and of the joints whose friction is
 // at rest. Friction bounds that depend on reactions are iterated until they agree with them
-// (contact/bound_iteration.hpp); of few contacts and joints all modes are tried (mode_choice.hpp).
+// (contact/coupled_friction.hpp); of few contacts and joints all modes are tried (ModeTrials).
 #pragma once
 
 #include <string>
@@ -19,7 +19,7 @@
 namespace freeplay {
 
 /// ModeTrials: all modes of a few contacts and joints, tried one by one. A mode holds if the motion
-/// that it gives (mode_motion.hpp) satisfies the complementarity conditions of mode_choice.hpp.
+/// that it gives (mode_motion.hpp) satisfies the complementarity conditions above.
 /// Friction bounds that depend on reactions may grow faster than these, so that no iteration finds
 /// them, or that several motions are possible.
 class ModeTrials {

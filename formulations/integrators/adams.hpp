@@ -1,5 +1,5 @@
 // The predictor-corrector method of Adams, Bashforth and Moulton with variable order (up to 8) and
-// step (adams.hpp); cubic Hermite interpolation between steps. A step to an event is made by
+// step (AdamsHistory); cubic Hermite interpolation between steps. A step to an event is made by
 // Fehlberg's 7(8), because the history is discarded there anyway.
 #pragma once
 

@@ -27,7 +27,7 @@ namespace freeplay {
 ///     w = Σ c_k T_k(s),  s = 2 (t − t0)/h − 1,      |ẅ| ≤ (2/h)² Σ |c_k| k² (k² − 1)/3,
 ///
 /// which is exact where the dense output is a polynomial (dopri5: degree 4, Hermite: 3) and w is
-/// linear in the state. First crossings of a value follow by first_loss() (crossing.hpp).
+/// linear in the state. First crossings of a value follow by first_loss().
 class StepCourse {
  public:
   static constexpr std::size_t degree = 8;

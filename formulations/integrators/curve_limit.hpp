@@ -14,7 +14,7 @@
 // the limit, or beyond a knot of a speed by more than w/100.
 //
 // Every scheme locates knots in time (System::next_knot()). Integrators with Phases
-// (integrators/phases.hpp) locate knots of angles, positions and speeds.
+// (integrators/kinks.hpp) locate knots of angles, positions and speeds.
 #pragma once
 
 #include <algorithm>

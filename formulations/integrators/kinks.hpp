@@ -1,3 +1,5 @@
+// Kinks of forces within a step: Phases and Limits.
+//
 // Phases: angles, distances and speeds at which tables and one-way forces have kinks. It keeps the
 // present piece of each, and finds the first crossing of a kink in a step. A method that samples a
 // table only at its stages may pass over whole pulses. Each table is therefore restricted to its

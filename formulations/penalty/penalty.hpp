@@ -6,18 +6,19 @@
 #include <string>
 #include <vector>
 
-#include "dynamics/assembly/statics.hpp"
+#include "dynamics/assembly/compliance.hpp"
 #include "formulations/integrators/methods.hpp"
 #include "formulations/penalty/dynamics.hpp"
 #include "simulation/formulation.hpp"
 
 namespace freeplay {
 
-// PenaltySteps: a penalty run step by step, with the data that its variational equations need
-// (penalty_variation.hpp), whatever its integrator.
-
+struct ContactFacts;
 struct Scene;
+class System;
 
+/// PenaltySteps: a penalty run step by step, with the data that its variational equations need
+/// (penalty_variation.hpp), whatever its integrator.
 class PenaltySteps {
  public:
   virtual ~PenaltySteps() = default;
@@ -52,9 +53,6 @@ PenaltyParts make_penalty_parts(const Scene& scene, const System& system, const 
 /// Dynamics of a displaced scene of the same structure as `nominal`.
 std::unique_ptr<PenaltyDynamics> displaced_penalty(const PenaltyDynamics& nominal, const Scene& scene,
                                                    const System& system, const State& state);
-
-struct ContactFacts;
-class System;
 
 /// Makes the penalty formulation of a scene, started at `state`. Throws ModelError if a surface
 /// lacks data for its contact force.

@@ -96,7 +96,7 @@ void ContactSet::start(StepData& s, ImpulseResponses& responses) {
   auto& list = near_->neighbours;
   list.find(s.q.data(), list.advised(2 * step_ * list.fastest(s.v.data())));
   give_slots(s.q.data(), s, responses);
-  for (const int k : seated()) contacts_[k].t_left = contacts_[k].gap > 0 ? s.t : -INFINITY;
+  for (const int k : slot_contacts()) contacts_[k].t_left = contacts_[k].gap > 0 ? s.t : -INFINITY;
 }
 
 void ContactSet::look_at_rows(StepData& s, ImpulseResponses& responses) {

@@ -129,7 +129,7 @@ class ContactSet {
   const StepContact& operator[](int k) const { return contacts_[k]; }
   /// Indices in the order of contact problems: the system's contacts, then pairs in their order.
   const std::vector<int>& live() const { return live_; }
-  std::span<const int> seated() const { return std::span(live_).subspan(numbered()); }
+  std::span<const int> slot_contacts() const { return std::span(live_).subspan(numbered()); }
 
   /// @name Contacts that take part
   ///@{

@@ -14,6 +14,10 @@
 
 namespace freeplay {
 
+class Step;
+class System;
+struct SystemFunctions;
+
 struct SingleLane {
   LaneFunctions functions;        ///< lanes = 1, or 0: there are none
   std::vector<double> constants;  ///< of its traced functions (TracedLanes)
@@ -29,8 +33,6 @@ Ending run_in_single_lane(Formulation& formulation, double until, Watch& watch,
 // (time_stepping/lane_group.hpp) wherever their steps are ordinary and no observer sees them; all other
 // steps are those of their own run, one after the other. A run that ends leaves its lane to the next
 // one. The results are those of separate runs, bit for bit.
-
-class Step;
 
 /// One run; nothing is owned.
 struct LaneRun {
@@ -56,10 +58,6 @@ bool fits_lanes(Formulation& formulation);
 void run_in_lanes(const LaneFunctions& functions, const std::function<std::optional<LaneRun>()>& next);
 
 // Compares steps by compiled functions with the general path, before a run uses them.
-
-class System;
-struct LaneFunctions;
-struct SystemFunctions;
 
 /// Number of quantities in which fixed steps by `functions` and without them differ, from a state
 /// and from others near it, at most `states`; a sign of zero is no difference. Detaches all functions.

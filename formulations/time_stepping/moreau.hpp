@@ -3,7 +3,7 @@
 // everything evaluated at (q_m, t + h/2):
 //
 //     M (v⁺ − v) + GᵀΛ = h f + W P
-//     G v⁺ + Φ_t = (h/2) γ                                     moreau.hpp
+//     G v⁺ + Φ_t = (h/2) γ                                     MidpointTerms
 //     0 ≤ u_N⁺ + e u_N⁻ ⊥ P_N ≥ 0,   −P_T ∈ μ P_N Sgn(u_T⁺)    step_problem.hpp, contact_set.hpp
 //     q⁺ = q_m + (h/2) v⁺
 //

@@ -5,7 +5,7 @@
 //
 // where Λ are the impulses of the step, including those of impacts (dynamics/evaluation.hpp),
 // and μ is taken at the mean of the sliding speeds at both ends of the step. Bounds and impulses
-// are iterated until they agree (contact/bound_iteration.hpp). If the reactions grow faster than
+// are iterated until they agree (contact/coupled_friction.hpp). If the reactions grow faster than
 // the friction that they bound, other motions are sought; a motion that is not unique is a failure.
 #pragma once
 

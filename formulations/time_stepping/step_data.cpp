@@ -1,7 +1,6 @@
 #include "formulations/time_stepping/step_data.hpp"
 
 #include <algorithm>
-#include <cmath>
 
 #include "dynamics/system_functions.hpp"
 #include "formulations/time_stepping/contact_set.hpp"

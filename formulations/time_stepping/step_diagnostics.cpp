@@ -54,7 +54,7 @@ void StepResolution::assess_passage(const StepData& s, const ContactSet& contact
   for (const int k : passing_)
     for (const auto* v : {&s.v_old, &s.v})
       if (const double share = s.system.passage(k, v->data(), h); share > passage.share) passage = {share, k};
-  for (const int k : contacts.seated())
+  for (const int k : contacts.slot_contacts())
     for (const auto* v : {&s.v_old, &s.v})
       if (const double share = System::passage(contacts.shape(k), v->data(), h); share > passage.share)
         passage = {share, contacts.told_as(k)};

@@ -93,7 +93,7 @@ class StepPair {
   MoreauStepper::Place whole_;
   std::vector<signed char> modes_whole_, modes_first_, modes_second_;
   std::vector<Pull> pulls_whole_, pulls_first_, pulls_second_;
-  double turned_ = 0;  // m/s; see step_pair.hpp
+  double turned_ = 0;  // m/s; see turned_round()
   Misjudged misjudged_;
   bool watching_ = false;
   Forces whole_smooth_;

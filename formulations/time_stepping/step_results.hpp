@@ -1,3 +1,5 @@
+// Results of a step: contact events (ContactRecord), forces (StepForces), energies (account_step()).
+//
 // ContactRecord: derives contact events from a step's impulses, and the velocity change by the
 // step's impacts, which sensors measure. The time of a contact onset is the time at which the gap
 // closes; a separation is at the end of the last step with an impulse.

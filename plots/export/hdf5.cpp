@@ -15,7 +15,6 @@
 #include <tuple>
 #include <utility>
 
-#include "io/files/escaping.hpp"
 #include "io/files/input_file.hpp"
 #include "io/scene/points_file.hpp"
 #include "mechanism/error.hpp"

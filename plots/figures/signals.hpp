@@ -1,4 +1,4 @@
-// Amplitude spectrum of a sampled signal with a Hann window w:
+// Spectrum of the signals of a run: amplitudes with a Hann window w,
 //
 //     A(k f_s/N) = 2 |Σ w_n (s_n − s̄) exp(−2πi kn/N)| / Σ w_n,    w_n = sin²(πn/N)
 //

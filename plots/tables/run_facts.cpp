@@ -7,8 +7,8 @@
 #include <cmath>
 #include <numbers>
 
-#include "io/files/identity.hpp"
 #include "io/files/input_file.hpp"
+#include "io/files/recorded_run.hpp"
 #include "mechanism/scene.hpp"
 #include "plots/tables/table.hpp"
 #include "values/family.hpp"

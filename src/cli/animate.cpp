@@ -1,8 +1,6 @@
 // freeplay animate: a film of the motion of a run or a comparison.
 #include <fmt/format.h>
 
-#include <filesystem>
-
 #include "cli/command_line.hpp"
 #include "cli/folders.hpp"
 #include "cli/terminal.hpp"

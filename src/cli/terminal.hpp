@@ -1,4 +1,4 @@
-// Standard output and error of the program. Printed names and titles may be of unknown origin, so
+// Terminal: guard of standard output and error, wrapped text, progress line. Printed names and titles may be of unknown origin, so
 // all output passes through a guard that escapes control characters and direction marks, except
 // line ends and tabs.
 #pragma once

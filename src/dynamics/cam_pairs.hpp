@@ -1,3 +1,5 @@
+// Contact pairs of cams: their pitch curve (PitchCurve), flat follower (CamFlatPair), roller (CamRollerPair).
+//
 // The closed curve p(φ) = r(φ) e(φ), r = offset + h(φ), of a cam profile in polar form, and its
 // nearest point to a point c. With ρ = |c|, half the squared distance and its derivatives are
 //
@@ -157,7 +159,7 @@ struct CamFlatPair {
 //     v_T = τ·w − R (ω_j − ω_i)
 //     v̇_T = τ·d̈ − α_i u·d − 2 ω_i u·w + ω_i² τ·d − (τ·w)(u·w)/(ρ + g) − R (α_j − α_i)
 //
-// The nearest point is that of the whole curve (dynamics/cam_pairs.hpp). It is unique, and these
+// The nearest point is that of the whole curve (PitchCurve). It is unique, and these
 // derivatives hold, while g is less than the least radius of curvature of concave places. Farther
 // away the nearest point may change, and ġ drops there.
 

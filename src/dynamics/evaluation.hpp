@@ -1,5 +1,5 @@
-// Interface of contacts and joint friction to the formulations: constant facts, and rows at one
-// state.
+// Interface of contacts and joint friction to the formulations: names, constant facts, bounds of
+// friction, and rows at one state.
 //
 // For contact k with velocities v and accelerations a,
 //

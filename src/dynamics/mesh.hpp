@@ -1,3 +1,5 @@
+// Meshes of involute teeth: of two wheels, and of a wheel and a rack.
+//
 // One flank of two wheels with involute teeth, at the present distance of the wheels. Signed base
 // radii are R_i = r_b,i and R_j = κ r_b,j with κ = +1 for external gears and −1 if wheel i is a
 // ring with internal teeth; S = R_i + R_j. Let d = r_j − r_i have length a and the direction
@@ -100,8 +102,8 @@ struct InvoluteMesh : InvoluteFlank {
 
 // One flank of a wheel i and a rack: straight teeth on body j along an axis A, with the wheel on
 // its left. The flanks are at the pressure angle α at any distance. With d = r_j − r_i to a point
-// of the rack's pitch line, r the wheel's pitch radius, r_b = r cos α, and σ as in
-// dynamics/mesh.hpp (+1: the wheel turning counterclockwise pushes the rack along A),
+// of the rack's pitch line, r the wheel's pitch radius, r_b = r cos α, and σ as
+// above (+1: the wheel turning counterclockwise pushes the rack along A),
 //
 //     u = σ cos α A − sin α perp A      (the force on the rack; it turns with body j)
 //     g = b/2 − r sin α − sin α perp A·d + σ (cos α A·d − r_b (θ_i − θ_j) − φ₀)

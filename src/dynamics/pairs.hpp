@@ -1,4 +1,5 @@
-// Common functions of the kinds of contact pair.
+// Kinds of contact pair, each with its gap and rates: two circles, a disc and a wall, the stop of an angle, a
+// tooth flank. Pairs of cams are in cam_pairs.hpp.
 #pragma once
 
 #include "dynamics/evaluation.hpp"

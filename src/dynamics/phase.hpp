@@ -11,7 +11,6 @@
 
 #include <cmath>
 #include <string>
-#include <utility>
 #include <vector>
 
 #include "dynamics/gap_motion.hpp"

@@ -14,7 +14,6 @@ namespace freeplay {
 
 // Traces a System (system_functions.hpp), and compares compiled functions with its templates.
 
-/// Coordinates that one constraint row alone holds at a constant value, at rest: their values.
 std::vector<std::optional<double>> still_coordinates(const System& system, const State& at) {
   std::vector<std::optional<double>> still(static_cast<std::size_t>(system.n()));
   const auto& p = system.pattern();
@@ -25,8 +24,6 @@ std::vector<std::optional<double>> still_coordinates(const System& system, const
   return still;
 }
 
-/// A state near another one, so that no comparison at it is a tie: journals are not concentric and
-/// nothing is at rest. Still coordinates stay.
 State moved(const System& system, const State& from, const std::vector<std::optional<double>>& still,
             unsigned seed, double size) {
   std::minstd_rand random(seed);

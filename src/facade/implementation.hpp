@@ -1,5 +1,5 @@
-// The parts of a Simulation, and a run of it in progress. For simulation.cpp, and for implementation.cpp,
-// which runs several simulations in lanes.
+// The parts of a Simulation, and a run of it in progress. implementation.cpp also runs several
+// simulations in lanes (Simulation::run_together()).
 #pragma once
 
 #include <algorithm>
@@ -27,9 +27,6 @@
 namespace freeplay {
 
 // The Layout of a simulation: names and sizes of its parts.
-
-struct Scene;
-class System;
 
 /// The layout of a scene's system that starts at this state.
 Layout layout_of(const Scene& scene, const System& system, const State& start);

@@ -11,7 +11,7 @@
 //     void freeplay_load_force(const char* load, double t, const double place[2],
 //                              const double velocity[2], double force[2]);
 //
-// mechanism/outside.hpp and mechanism/outside.hpp specify arguments, units and conditions of the
+// mechanism/outside.hpp specifies arguments, units and conditions of the
 // functions. A plugin runs with the rights of this process, so it is loaded only if the user
 // requests it (`--law-plugin`).
 #pragma once

@@ -17,7 +17,7 @@
 #include "facade/periodicity.hpp"
 #include "facade/return_map.hpp"
 #include "facade/simulation.hpp"
-#include "formulations/variation/sensitivity.hpp"
+#include "formulations/variation/end_state.hpp"
 #include "mechanism/duration.hpp"
 #include "mechanism/scene.hpp"
 #include "numerics/dense.hpp"

@@ -26,6 +26,7 @@
 #include <vector>
 
 #include "formulations/penalty/penalty_mode.hpp"
+#include "formulations/variation/end_state.hpp"
 #include "formulations/variation/sensitivity.hpp"
 #include "numerics/dense.hpp"
 #include "values/family.hpp"

@@ -14,7 +14,7 @@
 #include "formulations/contact/steady_film.hpp"
 #include "io/files/csv.hpp"
 #include "io/files/folder_lock.hpp"
-#include "io/files/identity.hpp"
+#include "io/files/recorded_run.hpp"
 #include "io/files/result_set.hpp"
 #include "io/files/run_json.hpp"
 #include "io/files/sealed.hpp"

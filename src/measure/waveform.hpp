@@ -5,7 +5,7 @@
 //     w = √(‖x̄ − ȳ‖² + t²‖ȳ‖²),     E w² = tr V_x + tr V_y + 2 t²‖ȳ‖²
 //
 // for runs of the measured motion, where V are the covariances of the means with the
-// autocorrelation of the turns (waveform.hpp). The term t²‖ȳ‖² in w keeps its logarithm
+// autocorrelation of the turns (difference_of_means()). The term t²‖ȳ‖² in w keeps its logarithm
 // smooth where the motion repeats exactly. The mean of the signal, harmonic 0, is excluded:
 // accelerometers differ in their response to it. A signal without crank angles is aligned with the
 // run first, in phase and sign (alignment.hpp).

@@ -16,10 +16,11 @@
 
 #include "mechanism/keys.hpp"
 #include "mechanism/laws.hpp"
-#include "mechanism/outside.hpp"
 #include "values/enumerators.hpp"
 
 namespace freeplay {
+
+struct OwnLaw;  // mechanism/outside.hpp
 
 /// A key that is read only under some choices of other keys. The reader refuses the key under any
 /// other choice, the canonical text of a scene omits it there, and docs/reference/scene.md names

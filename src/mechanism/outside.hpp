@@ -16,7 +16,7 @@ namespace freeplay {
 
 // A normal contact force from code outside the program: from a compiled plugin or from a function
 // of the caller. It replaces penalty.contact. A scene file cannot name it: the caller adds it to
-// the scene (outside.hpp), and the provenance of the results records it.
+// the scene (put()), and the provenance of the results records it.
 
 /// A law of the normal force that the caller implements.
 struct OwnLaw {
@@ -34,7 +34,7 @@ struct OwnLaw {
 
 // An applied force from code outside the program: from a compiled plugin or from a function of the
 // caller. It replaces the force of a load of type "force". A scene file cannot name it: the caller
-// adds it to the scene (outside.hpp), and the provenance of the results records it.
+// adds it to the scene (put()), and the provenance of the results records it.
 
 /// A load force that the caller implements.
 struct OwnForce {

@@ -201,7 +201,7 @@ class SaddlePoint {
 };
 
 /// Responses A w of rows w, where A maps forces to accelerations under the constraints
-/// (saddle_point.hpp). Only nonzero entries are stored: those in the parts of the mechanism that the
+/// (SaddlePoint). Only nonzero entries are stored: those in the parts of the mechanism that the
 /// row involves, and in coordinates without constraints.
 ///
 /// The cost of `row · A w` and `x += P A w` therefore depends on the size of those parts, not on

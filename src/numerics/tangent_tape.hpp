@@ -1,4 +1,4 @@
-// TangentTape: evaluates the derivative of a traced function (tangent_tape.hpp) along several directions at
+// TangentTape: evaluates the derivative of a traced function (append_tangent()) along several directions at
 // once, without a compiler. Operations on numbers are made once. Operations on directions are made for a
 // block of directions at a time, so that reading an operation is a small part of its work. Derivatives are
 // linear in the directions: their operations are sums, products with numbers, and choices.

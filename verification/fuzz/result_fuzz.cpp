@@ -1,7 +1,7 @@
 // A fuzz target for result files: run.json states how to repeat its run, or is refused; tables of
 // numbers are read or refused.
-#include "io/files/identity.hpp"
 #include "io/files/output_file.hpp"
+#include "io/files/recorded_run.hpp"
 #include "mechanism/error.hpp"
 #include "plots/tables/force_table.hpp"
 #include "verification/fuzz/judged.hpp"

@@ -1,7 +1,7 @@
 // Keys that only some laws, integrators and schemes read: refused with the others, in a file and as
 // an option; and each key that is read has an effect. The rows of own_keys()
 // (mechanism/options.hpp) list them; here they are derived again from runs.
-#include "io/files/identity.hpp"
+#include "io/files/recorded_run.hpp"
 #include "io/scene/schema.hpp"
 #include "io/scene/write_scene.hpp"
 #include "verification/support/handovers.hpp"

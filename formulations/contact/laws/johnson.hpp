@@ -1,4 +1,4 @@
-// Line contact law of a journal inside a bearing of length L (law.hpp, law.hpp):
+// Line contact law of a journal inside a bearing of length L (law.hpp):
 //
 //     δ = f [ln(4ΔR/f) − 1],   f = F/(π E* L)
 //

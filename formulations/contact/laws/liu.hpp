@@ -1,4 +1,4 @@
-// Line contact law of a journal inside a bearing of length L (law.hpp, law.hpp):
+// Line contact law of a journal inside a bearing of length L (law.hpp):
 //
 //     F = (π/2) L E* δ √(δ/[2(ΔR + δ)])
 //

@@ -1,4 +1,4 @@
-// Line contact law of a journal inside a bearing of length L (law.hpp, law.hpp):
+// Line contact law of a journal inside a bearing of length L (law.hpp):
 //
 //     F = [(0.965ΔR + 0.0965) L E*/ΔR] δⁿ,   n = Y ΔR^(−0.005),   lengths in mm, F in N, E* in MPa,
 //

@@ -1,4 +1,4 @@
-// Line contact law of a journal inside a bearing of length L (law.hpp, law.hpp):
+// Line contact law of a journal inside a bearing of length L (law.hpp):
 //
 //     F = E* ΔR L π b²(b² + 1)/[2 − ln(b² + 1) − 2b⁴],   b² = δ/(2ΔR + δ)
 //

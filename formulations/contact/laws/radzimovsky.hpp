@@ -1,4 +1,4 @@
-// Line contact law of a journal inside a bearing of length L (law.hpp, law.hpp):
+// Line contact law of a journal inside a bearing of length L (law.hpp):
 //
 //     δ = f [⅔ + ln(4R_i/b) + ln(4R_j/b)] = f [ln(4ΔR/f) + ⅔ − ln 4],   f = F/(π E* L),
 //

@@ -14,7 +14,7 @@
 #include <vector>
 
 #include "dynamics/assembly/closure.hpp"
-#include "dynamics/assembly/statics.hpp"
+#include "dynamics/assembly/compliance.hpp"
 #include "mechanism/options.hpp"
 #include "values/state.hpp"
 #include "values/stop.hpp"

@@ -11,22 +11,12 @@
 
 #include <Eigen/Core>
 
-#include <functional>
 #include <vector>
 
+#include "dynamics/assembly/compliance.hpp"
 #include "dynamics/system.hpp"
 
 namespace freeplay {
-
-// Elastic force of contacts under a constant load, as a formulation models it.
-
-/// A default-constructed Compliance is rigid.
-struct Compliance {
-  /// F_el (N), its derivative (N/m) and its energy (J) at a penetration δ > 0 (m).
-  std::function<double(double)> force, slope, energy;
-  explicit operator bool() const { return force != nullptr; }
-};
-using Compliances = std::vector<Compliance>;  ///< one for each contact; empty: all are rigid
 
 /// A mechanism at rest at one position.
 struct AtRest {

@@ -7,6 +7,7 @@
 #include "content.hpp"
 #include "io/files/digest.hpp"
 #include "io/files/escaping.hpp"
+#include "io/files/recorded_run.hpp"
 #include "io/scene/section.hpp"
 #include "io/scene/toml_text.hpp"
 #include "io/scene/write_scene.hpp"

@@ -6,9 +6,9 @@
 #include <sstream>
 #include <stdexcept>
 
-#include "io/files/identity.hpp"
 #include "io/files/input_file.hpp"
 #include "io/files/output_file.hpp"
+#include "io/files/recorded_run.hpp"
 #include "io/scene/section.hpp"
 #include "io/scene/write_scene.hpp"
 #include "version.hpp"

@@ -1,5 +1,5 @@
 // Execution of runs that determine attractors. Runs that are stored
-// (study/attractors/attractor_runs.hpp) are not repeated.
+// (AttractorStore) are not repeated.
 //
 // A chain is a sequence of runs, each of which may start where the one before ended. The positions
 // and velocities of the bodies are projected onto the constraints of the next value

@@ -7,7 +7,6 @@
 #include <boost/math/distributions/normal.hpp>
 #include <boost/math/distributions/students_t.hpp>
 #include <cmath>
-#include <optional>
 
 #include "study/calibration/agreement.hpp"
 

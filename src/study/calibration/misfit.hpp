@@ -9,7 +9,7 @@
 // surface is well known instead of where the targets are met, and a true value between the runs would be
 // excluded.
 //
-// W(ξ) is the covariance of one run (study/calibration/misfit.hpp). The measurement is one
+// W(ξ) is the covariance of one run (Scatter). The measurement is one
 // realisation of it (p = 1), or the mean of q segments (Stretches::share: p = 1/q for independent
 // segments, up to 1 if the motion stays in one state). s_i(ξ) is the standard error of the surface,
 // with the correlations ρ of W, because the surfaces are fitted to the same runs. Statistics of

@@ -100,7 +100,7 @@ struct Measured {
   Ending ending;
   Errors errors;
   Work work;
-  /// Deviation of long runs' statistics in standard errors (study/comparison/settings.hpp); infinite if
+  /// Deviation of long runs' statistics in standard errors (LongRun); infinite if
   /// one failed.
   double statistics = NAN;
   /// s, time of the last contact onset up to which the error was within the bound of `advise`.

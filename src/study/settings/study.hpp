@@ -65,7 +65,7 @@ struct Axis {
   }
 };
 
-/// Choice of the points of drawn axes (study/settings/study.hpp).
+/// Choice of the points of drawn axes (unit_points()).
 enum class DrawMethod { random, latin_hypercube, sobol };
 inline constexpr auto draw_names = complete<DrawMethod>({{DrawMethod::random, "random"},
                                                          {DrawMethod::latin_hypercube, "latin-hypercube"},

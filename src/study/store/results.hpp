@@ -1,9 +1,8 @@
-// Results: the database of a sweep. results.hpp defines its tables, run_store.hpp the list
+// Results: the database of a sweep. results_form() defines its tables, run_store.hpp the list
 // of its runs. study/sweep/sweep.hpp stores runs; figures, tables and claims read them by runs()
 // and the functions for lists of one run. A Results object owns the open database.
 #pragma once
 
-#include <functional>
 #include <map>
 #include <set>
 #include <span>

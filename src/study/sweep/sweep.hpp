@@ -15,7 +15,7 @@
 namespace freeplay {
 
 // Planning of a study: all its runs are made and checked before any result is changed. The list is
-// the input of study/sweep/sweep.hpp.
+// the input of sweep().
 
 /// A run and its key in the database.
 struct PlannedRun {

@@ -16,8 +16,6 @@ namespace freeplay {
 // of the study, names, units and scales of its axes, measures and derived quantities, its variants,
 // units of the statistics, and the verdict.
 
-struct Study;
-
 /// Unit of a statistic of turns (docs/reference/study.md); "" if it has none.
 std::string_view unit_of(TurnMetrics::Name name);
 
