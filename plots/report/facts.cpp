@@ -7,6 +7,7 @@
 #include <sstream>
 
 #include "io/files/escaping.hpp"
+#include "values/table.hpp"
 #include "values/warning.hpp"
 
 namespace freeplay::report {
@@ -36,21 +37,21 @@ std::string words_of(std::string key) {
 /// Table of objects, one for each file or null: one row per key, one column per file.
 json side_by_side(const std::string& title, const std::vector<RunFacts>& runs,
                   const std::vector<const json*>& objects, const std::string& unit) {
-  json table = {{"title", title}, {"head", json::array({""})}, {"rows", json::array()}};
+  Table table("");
   std::vector<std::string> keys;
-  for (const auto& run : runs) table["head"].push_back(run.name);
+  for (const auto& run : runs) table.column(run.name);
   for (const auto* object : objects) {
     if (!object) continue;
     for (const auto& [key, value] : object->items())
       if (!value.is_structured() && std::ranges::find(keys, key) == keys.end()) keys.push_back(key);
   }
   for (const auto& key : keys) {
-    json row = {words_of(key) + unit};
+    std::vector<Table::Cell> row{words_of(key) + unit};
     for (const auto* object : objects)
-      row.push_back(object && object->contains(key) ? shown(object->at(key)) : "–");
-    table["rows"].push_back(row);
+      row.emplace_back(object && object->contains(key) ? shown(object->at(key)) : "–");
+    table.row(std::move(row));
   }
-  return table;
+  return page_table(title, table);
 }
 
 /// The objects at `path` in the files.
@@ -75,6 +76,15 @@ std::string text_of(const json& value, int digits) {
   if (value.is_boolean()) return value.get<bool>() ? "yes" : "no";
   if (value.is_string()) return value.get<std::string>();
   return "–";
+}
+
+json page_table(const std::string& title, const Table& table) {
+  auto rows = json::array();
+  for (const auto& row : table.rows()) {
+    auto& cells = rows.emplace_back(json::array());
+    for (const auto& cell : row) std::visit([&](const auto& x) { cells.push_back(x); }, cell);
+  }
+  return {{"title", title}, {"head", table.columns()}, {"rows", std::move(rows)}};
 }
 
 json tables(const std::vector<RunFacts>& runs) {
@@ -102,9 +112,7 @@ json tables(const std::vector<RunFacts>& runs) {
     add(list, side_by_side("Contact " + contacts[i], runs, found, ""));
   }
   if (contacts.size() > most)
-    list.push_back({{"title", fmt::format("{} more contacts in run.json", contacts.size() - most)},
-                    {"head", json::array()},
-                    {"rows", json::array()}});
+    list.push_back(page_table(fmt::format("{} more contacts in run.json", contacts.size() - most), Table()));
   add_at("Computational work", "work", "");
   add_at("Cost", "cost", "");
   return list;
@@ -183,31 +191,32 @@ json notes(const std::vector<RunFacts>& runs) {
 }
 
 json provenance_table(const std::vector<RunFacts>& files) {
-  json table = {{"title", "Provenance"}, {"head", json::array({""})}, {"rows", json::array()}};
-  for (const auto& file : files) table["head"].push_back(file.name);
+  Table table("");
+  for (const auto& file : files) table.column(file.name);
   for (const auto& [path, what] : {std::pair{"provenance.version", "freeplay"},
                                    {"provenance.commit", "commit"},
                                    {"provenance.identity.digest", "digest of the identity"},
                                    {"provenance.scene_file", "scene"},
                                    {"provenance.format_note", "format"}}) {
-    json row = {what};
+    std::vector<Table::Cell> row{what};
     bool said = false;
     for (const auto& file : files) {
-      row.push_back(file.json->text_or_empty(path));
-      said = said || !row.back().get_ref<const std::string&>().empty();
+      auto text = file.json->text_or_empty(path);
+      said = said || !text.empty();
+      row.emplace_back(std::move(text));
     }
-    if (said) table["rows"].push_back(row);
+    if (said) table.row(std::move(row));
   }
-  json made = {"program"};
+  std::vector<Table::Cell> made{"program"};
   for (const auto& file : files) {
     std::string text;
     if (const auto* lines = file.json->find("provenance.identity.program"); lines && lines->is_array())
       for (const auto& line : *lines)
         if (line.is_string()) text += (text.empty() ? "" : ", ") + line.get<std::string>();
-    made.push_back(text);
+    made.emplace_back(std::move(text));
   }
-  table["rows"].push_back(made);
-  return table;
+  table.row(std::move(made));
+  return page_table("Provenance", table);
 }
 
 std::string overrides_of(const JsonFile& file) {

@@ -13,6 +13,7 @@
 #include "io/files/input_file.hpp"
 #include "plots/report/facts.hpp"
 #include "plots/report/page.hpp"
+#include "values/table.hpp"
 
 namespace freeplay::report {
 namespace {
@@ -55,31 +56,29 @@ json list_of(const JsonFile& file, const std::string& path) {
 /// Table of the list at `path`: a column for each pair of title and key.
 json list_table(const std::string& title, const json& list,
                 const std::vector<std::pair<std::string, const char*>>& columns) {
-  json table = {{"title", title}, {"head", json::array()}, {"rows", json::array()}};
-  for (const auto& column : columns) table["head"].push_back(column.first);
+  Table table;
+  for (const auto& column : columns) table.column(column.first);
   for (const auto& one : list) {
-    if (table["rows"].size() == most_table_rows) {
-      table["title"] = fmt::format("{}, the first {} of {}", title, most_table_rows, list.size());
-      break;
-    }
-    auto row = json::array();
-    for (const auto& column : columns) row.push_back(part(one, column.second));
-    table["rows"].push_back(row);
+    if (table.rows().size() == most_table_rows)
+      return page_table(fmt::format("{}, the first {} of {}", title, most_table_rows, list.size()), table);
+    std::vector<Table::Cell> row;
+    for (const auto& column : columns) row.emplace_back(part(one, column.second));
+    table.row(std::move(row));
   }
-  return table;
+  return page_table(title, table);
 }
 
 /// Table of values of the file with their names; without those that it lacks.
 json value_table(const std::string& title, const JsonFile& file,
                  const std::vector<std::pair<std::string, const char*>>& values) {
-  json table = {{"title", title}, {"head", json::array()}, {"rows", json::array()}};
+  Table table;
   for (const auto& [name, path] : values) {
     const auto* value = file.find(path);
     if (!value || value->is_null()) continue;
     if (const auto text = is_error(path) ? error_digits(*value) : nine_digits(*value); !text.empty())
-      table["rows"].push_back({name, text});
+      table.row(name, text);
   }
-  return table;
+  return page_table(title, table);
 }
 
 /// Adds a table that is not empty; a wide one has the width of the page.
@@ -90,15 +89,13 @@ void add_table(json& document, json table, bool wide = false) {
 
 /// Multipliers, which are pairs of numbers in the file, with their moduli.
 json multipliers_table(const json& list) {
-  json table = {{"title", "Floquet multipliers"},
-                {"head", {"real part", "imaginary part", "modulus"}},
-                {"rows", json::array()}};
+  Table table("real part,imaginary part,modulus");
   for (const auto& m : list)
     if (m.is_array() && m.size() == 2 && m[0].is_number() && m[1].is_number() &&
-        table["rows"].size() < most_table_rows)
-      table["rows"].push_back({nine_digits(m[0]), nine_digits(m[1]),
-                               nine_digits(std::hypot(m[0].get<double>(), m[1].get<double>()))});
-  return table;
+        table.rows().size() < most_table_rows)
+      table.row(nine_digits(m[0]), nine_digits(m[1]),
+                nine_digits(std::hypot(m[0].get<double>(), m[1].get<double>())));
+  return page_table("Floquet multipliers", table);
 }
 
 void add_orbit(const JsonFile& file, json& document) {

@@ -20,7 +20,7 @@ class Table {
  public:
   using Cell = std::variant<double, std::int64_t, std::string>;
 
-  explicit Table(std::vector<std::string> columns) : columns_(std::move(columns)) {}
+  explicit Table(std::vector<std::string> columns = {}) : columns_(std::move(columns)) {}
   /// From the header of a CSV file.
   explicit Table(const char* names);
   void column(std::string name) { columns_.push_back(std::move(name)); }
