@@ -1,7 +1,5 @@
 #include "io/scene/pose_file.hpp"
 
-#include <fmt/format.h>
-
 #include <algorithm>
 #include <cmath>
 #include <nlohmann/json.hpp>
@@ -11,6 +9,7 @@
 #include "io/files/output_file.hpp"
 #include "io/files/run_json.hpp"
 #include "mechanism/scene.hpp"
+#include "values/table.hpp"
 
 namespace freeplay {
 namespace {
@@ -200,10 +199,10 @@ std::vector<PoseShape> pose_shapes(const Scene& scene, const std::vector<double>
 }
 
 std::string pose_table(const Scene& scene, const State& state) {
-  std::string table = "shape,name,x,y,a,b\n";
+  Table table("shape,name,x,y,a,b");
   for (const auto& s : pose_shapes(scene, state.q))
-    table += fmt::format("{},{},{},{},{},{}\n", s.kind, s.name, s.at.x(), s.at.y(), s.more.x(), s.more.y());
-  return table;
+    table.row(s.kind, s.name, s.at.x(), s.at.y(), s.more.x(), s.more.y());
+  return table.csv();
 }
 
 void write_pose(const Scene& scene, const State& state, const std::filesystem::path& folder) {

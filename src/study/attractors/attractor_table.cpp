@@ -10,6 +10,8 @@
 #include <optional>
 #include <set>
 
+#include "values/table.hpp"
+
 namespace freeplay {
 namespace {
 
@@ -74,22 +76,24 @@ nlohmann::json to_json(const AttractorExponent& e, double period) {
           {"reason", e.reason}};
 }
 
-/// The first line of a table, after its own columns.
-std::string heading(const SettledRuns& runs, bool exponents) {
-  std::string text;
-  for (const auto& c : runs.columns) text += "," + c.name;
-  return text + (exponents ? ",exponent,exponent_error\n" : "\n");
+/// A table with its own columns, those of a point, and the exponent.
+Table table_of(const char* columns, const SettledRuns& runs, bool exponents) {
+  Table table(columns);
+  for (const auto& c : runs.columns) table.column(c.name);
+  if (exponents) table.column("exponent"), table.column("exponent_error");
+  return table;
 }
 
-/// Ends a line of a table: the columns of a point, NaN if there is none, and the exponent.
-std::string line_end(const SettledRuns& runs, const SettledRun& run, std::size_t point, bool exponents) {
-  std::string text;
+/// Adds a row that begins with `cells`. Of an absent point or exponent, the columns are NaN.
+void add_row(Table& table, std::vector<Table::Cell> cells, const SettledRuns& runs, const SettledRun& run,
+             std::size_t point, bool exponents) {
   const auto width = runs.columns.size();
   for (std::size_t j = 0; j < width; ++j)
-    text += fmt::format(",{}", point < run.t.size() ? run.rows[point * width + j] : std::nan(""));
+    cells.emplace_back(point < run.t.size() ? run.rows[point * width + j] : std::nan(""));
   if (exponents)
-    text += run.exponent ? fmt::format(",{},{}", run.exponent->value, run.exponent->error) : ",nan,nan";
-  return text + "\n";
+    for (const auto part : {&AttractorExponent::value, &AttractorExponent::error})
+      cells.emplace_back(run.exponent ? (*run.exponent).*part : std::nan(""));
+  table.row(std::move(cells));
 }
 
 /// Text "exponent 1.2 +- 0.1 1/s", in the notation of a terminal.
@@ -210,15 +214,16 @@ Classified told_at_all(const SettledRuns& runs) {
 std::string bifurcation_csv(const Study& study, const SettledRuns& runs, const Classified& classified) {
   const auto& axis = study.axes[study.bifurcation->axis];
   const bool exponents = study.bifurcation->exponents;
-  auto csv = "branch,value,attractor,period,t" + heading(runs, exponents);
+  auto table = table_of("branch,value,attractor,period,t", runs, exponents);
   each_run(runs, classified, [&](const SettledRun& run, int attractor) {
     // A row without points shows that it was run.
     for (std::size_t i = 0; i < std::max<std::size_t>(run.t.size(), 1); ++i)
-      csv += fmt::format("{},{},{},{},{}", run.branch, run.values[0] * axis.scale, attractor,
-                         run.attractor.period, run.t.empty() ? std::nan("") : run.t[i]) +
-             line_end(runs, run, i, exponents);
+      add_row(table,
+              {run.branch, run.values[0] * axis.scale, attractor, run.attractor.period,
+               run.t.empty() ? std::nan("") : run.t[i]},
+              runs, run, i, exponents);
   });
-  return csv;
+  return table.csv();
 }
 
 nlohmann::json bifurcation_json(const Study& study, const SettledRuns& runs, const Classified& classified) {
@@ -277,13 +282,12 @@ std::string bifurcation_text(const Study& study, const SettledRuns& runs, const 
 std::string basin_csv(const Study& study, const SettledRuns& runs, const Classified& classified) {
   const auto &x = study.axes[study.basin->x], &y = study.axes[study.basin->y];
   const bool exponents = study.basin->exponents;
-  auto csv = "x,y,attractor,period" + heading(runs, exponents);
+  auto table = table_of("x,y,attractor,period", runs, exponents);
   each_run(runs, classified, [&](const SettledRun& run, int attractor) {
-    csv += fmt::format("{},{},{},{}", run.values[0] * x.scale, run.values[1] * y.scale, attractor,
-                       run.attractor.period) +
-           line_end(runs, run, run.t.empty() ? 0 : run.t.size() - 1, exponents);
+    add_row(table, {run.values[0] * x.scale, run.values[1] * y.scale, attractor, run.attractor.period}, runs,
+            run, run.t.empty() ? 0 : run.t.size() - 1, exponents);
   });
-  return csv;
+  return table.csv();
 }
 
 nlohmann::json basin_json(const Study& study, const SettledRuns& runs, const Classified& classified) {
