@@ -41,17 +41,18 @@ std::string calibration_tables(const Study& study, const CalibrationResult& r) {
     results.row(std::move(row));
   }
   out += "\nResults of the fits, with 95 % intervals within the ranges:\n\n" + results.markdown();
-  out +=
-      "\n**Fitted** (targets of each fit; they do not test the model, but predictions of a fit that misses "
-      "them mean little):\n\n| fit | target | measured | surface | runs at the optimum | ratio |\n| --- | "
-      "--- | --- | --- | --- | --- |\n";
+  Table targets("fit,target,measured,surface,runs at the optimum,ratio");
   for (const auto& [f, name] : fits)
     for (std::size_t i = 0; i < c.targets.size(); ++i)
       if (f->used[i])
-        out += fmt::format("| {} | {} | {} | {} | {} | {:.2f}{} |\n", name, c.targets[i].name,
-                           number(r.measured[i]), show(f->on_surface[i]), show(f->run_again[i]),
-                           factor(f->run_again[i].value, r.measured[i]),
-                           f->contradicted[i] ? ", **contradicted**" : "");
+        targets.row(name, c.targets[i].name, number(r.measured[i]), show(f->on_surface[i]),
+                    show(f->run_again[i]),
+                    fmt::format("{:.2f}{}", factor(f->run_again[i].value, r.measured[i]),
+                                f->contradicted[i] ? ", **contradicted**" : ""));
+  out +=
+      "\n**Fitted** (targets of each fit; they do not test the model, but predictions of a fit that misses "
+      "them mean little):\n\n" +
+      targets.markdown();
   out += fmt::format(
       "\n**Predicted** (each from the fit without it). At the optimum: mean and interval over starts. "
       "Within the\nfit's uncertainty: prediction interval from {} runs at random points of it, which must "

@@ -54,9 +54,10 @@ std::string experiment_document(const Study& study, const Results& results, cons
       "the mean over starts, also where\nfew skewed values push them below zero. The impact law uses the "
       "effective restitution of the contact law.\n\n",
       study.revolutions, study.discard, study.starts, study.perturbation.play, study.seed);
-  out += "| scene | description | starts × revolutions |\n| --- | --- | --- |\n";
+  Table scenes("scene,description,starts × revolutions");
   for (const auto& v : study.variants)
-    out += fmt::format("| {} | {} | {} × {:g} |\n", v.name, v.title, v.starts, v.revolutions);
+    scenes.row(v.name, v.title, fmt::format("{} × {:g}", v.starts, v.revolutions));
+  out += scenes.markdown();
   if (calibration)
     out +=
         "\nCalibrated: the optimum of the fit to all targets (below); penalty uses the exact law, whose "

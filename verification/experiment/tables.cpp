@@ -205,31 +205,30 @@ std::string failures_table(const Evidence& e) {
 }
 
 std::string claims_table(const Evidence& e, const Variant& v) {
-  std::string out = "| id | claim |", rule = "| --- | --- |";
+  Table table("id,claim"), fitted("id,claim");
   std::vector<std::vector<Finding>> columns;
   for (const auto& formulation : v.formulations) {
     columns.push_back(findings(e, v, formulation));
-    out += fmt::format(" {} | verdict |", formulation);
-    rule += " --- | --- |";
+    table.column(formulation);
+    table.column("verdict");
+    fitted.column(formulation);
   }
-  out += " bound |\n" + rule + " --- |\n";
-  std::string fitted;
+  table.column("bound");
   for (std::size_t i = 0; i < columns[0].size(); ++i) {
     const auto& f = columns[0][i];
-    auto& to = f.fitted ? fitted : out;
-    to += fmt::format("| {} | {} |", f.id, f.claim);
-    for (const auto& column : columns)
-      to += f.fitted ? fmt::format(" {} |", column[i].measured)
-                     : fmt::format(" {} | {} |", column[i].measured, verdict(column[i]));
-    to += f.fitted ? "\n" : fmt::format(" {} |\n", f.bound);
+    std::vector<Table::Cell> row{f.id, f.claim};
+    for (const auto& column : columns) {
+      row.emplace_back(column[i].measured);
+      if (!f.fitted) row.emplace_back(verdict(column[i]));
+    }
+    if (!f.fitted) row.emplace_back(f.bound);
+    (f.fitted ? fitted : table).row(std::move(row));
   }
-  if (!fitted.empty())
-    out += fmt::format(
-        "\n**Fitted**, therefore without a verdict: {} was fitted to these; the other formulation uses its "
-        "values.\n\n| id | claim | {} |\n| --- | --- |{}\n{}",
-        e.calibration->calibration->formulation, fmt::join(v.formulations, " | "),
-        v.formulations.size() == 2 ? " --- | --- |" : " --- |", fitted);
-  return out;
+  if (fitted.rows().empty()) return table.markdown();
+  return fmt::format(
+      "{}\n**Fitted**, therefore without a verdict: {} was fitted to these; the other formulation uses its "
+      "values.\n\n{}",
+      table.markdown(), e.calibration->calibration->formulation, fitted.markdown());
 }
 
 std::string readings_table(const Evidence& e) {
