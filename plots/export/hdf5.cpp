@@ -31,10 +31,6 @@ using Json = nlohmann::json;
 
 constexpr std::size_t most_in_array = 4096;
 
-constexpr std::pair<std::string_view, std::string_view> endings[] = {
-    {"_m_per_s", "m/s"}, {"_N_s", "N s"}, {"_m", "m"}, {"_s", "s"},
-    {"_J", "J"},         {"_rad", "rad"}, {"_N", "N"}, {"_Hz", "Hz"}};
-
 std::string dumped(const Json& value) { return value.dump(-1, ' ', false, Json::error_handler_t::replace); }
 
 bool is_text(const Json& value) {
@@ -83,15 +79,13 @@ void mirror(const File& file, hid_t at, const Json& object) {
       set(file, at, key, value);
 }
 
-/// Unit by the suffix of a name in result files: "m/s" for greatest_m_per_s; otherwise that of a
-/// column; "" if it has none.
+/// Unit of a column, otherwise by the suffix of a name in result files: "m/s" for greatest_m_per_s; "" if it
+/// has none.
 std::string unit_of(const std::string& name) {
   constexpr std::string_view error = "_standard_error";
   if (name.ends_with(error)) return unit_of(name.substr(0, name.size() - error.size()));
   if (const auto unit = plots::unit_of_column(name); !unit.empty()) return std::string(unit);
-  for (const auto& [end, unit] : endings)
-    if (name.ends_with(end)) return std::string(unit);
-  return "";
+  return plots::number_of_run(name.substr(name.rfind('.') + 1)).unit;
 }
 
 /// Writes the statistics of the contacts from run.json, one dataset per field: NaN if a contact has

@@ -7,6 +7,7 @@
 #include <sstream>
 
 #include "io/files/escaping.hpp"
+#include "plots/tables/columns.hpp"
 #include "values/table.hpp"
 #include "values/warning.hpp"
 
@@ -18,20 +19,9 @@ using nlohmann::json;
 std::string shown(const json& value) { return value.is_structured() ? "" : text_of(value, 6); }
 
 /// The words of a key such as greatest_impulse_N_s, with its unit after a comma.
-std::string words_of(std::string key) {
-  for (const auto& [end, unit] : {std::pair{"_N_s", "N s"},
-                                  {"_m_per_s", "m/s"},
-                                  {"_KiB", "KiB"},
-                                  {"_J", "J"},
-                                  {"_rad", "rad"},
-                                  {"_m", "m"},
-                                  {"_s", "s"}})
-    if (key.ends_with(end)) {
-      key = key.substr(0, key.size() - std::string_view(end).size()) + ", " + unit;
-      break;
-    }
-  std::ranges::replace(key, '_', ' ');
-  return key;
+std::string words_of(const std::string& key) {
+  const auto number = plots::number_of_run(key);
+  return number.words + (number.unit.empty() ? "" : ", " + number.unit);
 }
 
 /// Table of objects, one for each file or null: one row per key, one column per file.

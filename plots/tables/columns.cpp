@@ -133,7 +133,7 @@ ColumnQuantity quantity_of_column(const std::string& column) {
 RunNumber number_of_run(const std::string& path) {
   constexpr std::pair<std::string_view, std::string_view> endings[] = {
       {"_rad_per_s", "rad/s"}, {"_m_per_s", "m/s"}, {"_N_s", "N s"}, {"_J", "J"}, {"_N", "N"}, {"_W", "W"},
-      {"_rad", "rad"},         {"_m", "m"},         {"_s", "s"}};
+      {"_rad", "rad"},         {"_KiB", "KiB"},     {"_Hz", "Hz"},   {"_m", "m"}, {"_s", "s"}};
   const auto dot = path.rfind('.');
   RunNumber number{dot == path.npos ? "" : path.substr(0, dot), path.substr(dot + 1), ""};
   // The unit ends the name, or that of its table.
