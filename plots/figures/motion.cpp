@@ -23,10 +23,10 @@ std::vector<std::filesystem::path> draw_motion(const std::filesystem::path& fold
   const double end = end_of(folder);
   const auto turn = turn_of(scene.get());
   const Span span = turn && end > 5 * *turn ? last_part(turn, end, 2) : Span{0, end, "whole run"};
-  const auto table = motion_of(folder, span, most_bodies, most_rows);
-  if (table.t.size() < 2 || table.bodies.empty()) return {};
+  const auto motion = motion_of(folder, span, most_bodies, most_rows);
+  if (motion.t.size() < 2 || motion.bodies.empty()) return {};
   const bool round = std::ranges::any_of(
-      table.motion, [](const auto& body) { return range_of(body[2]) > 2 * std::numbers::pi; });
+      motion.coordinates, [](const auto& body) { return range_of(body[2]) > 2 * std::numbers::pi; });
 
   Figure f{.name = "motion", .source = "run.json"};
   if (span.name != "whole run") f.caption = fmt::format("Motion of the bodies: {}.", span.name);
@@ -34,27 +34,27 @@ std::vector<std::filesystem::path> draw_motion(const std::filesystem::path& fold
   const AxisTitle titles[] = {
       AxisTitle::of("x", "m"), AxisTitle::of("y", "m"),
       round ? AxisTitle::of({"ω", "$\\omega$"}, "rad/s") : AxisTitle::of({"θ", "$\\theta$"}, "rad")};
-  for (std::size_t b = 0; b < table.bodies.size(); ++b) {
-    Block block(
-        fmt::format("{}: t (s), x (m), y (m), {}", table.bodies[b], round ? "omega (rad/s)" : "theta (rad)"));
-    const auto& m = table.motion[b];
-    for (std::size_t i = 0; i < table.t.size(); ++i)
-      block.row({table.t[i], m[0][i], m[1][i], m[columns[2]][i]});
+  for (std::size_t b = 0; b < motion.bodies.size(); ++b) {
+    Block block(fmt::format("{}: t (s), x (m), y (m), {}", motion.bodies[b],
+                            round ? "omega (rad/s)" : "theta (rad)"));
+    const auto& m = motion.coordinates[b];
+    for (std::size_t i = 0; i < motion.t.size(); ++i)
+      block.row({motion.t[i], m[0][i], m[1][i], m[columns[2]][i]});
     f.blocks.push_back(std::move(block));
   }
-  PanelStack stack{.abscissa = {time_title(), {table.t.front(), std::max(table.t.back(), span.to)}},
+  PanelStack stack{.abscissa = {time_title(), {motion.t.front(), std::max(motion.t.back(), span.to)}},
                    .panels = {},
                    .each = 3.2};
   double extent[] = {0, 0, 0};
   for (std::size_t k = 0; k < 3; ++k) {
     Panel panel{.title = titles[k], .axis = {}, .curves = {}};
     double least = INFINITY, most = -INFINITY;
-    for (std::size_t b = 0; b < table.bodies.size(); ++b) {
-      const auto [low, high] = std::ranges::minmax(table.motion[b][columns[k]]);
+    for (std::size_t b = 0; b < motion.bodies.size(); ++b) {
+      const auto [low, high] = std::ranges::minmax(motion.coordinates[b][columns[k]]);
       least = std::min(least, low), most = std::max(most, high);
       panel.curves.push_back({Script().add("DATA index {} using 1:{} with lines lw 1.2 lc rgb C{} dt {}", b,
                                            k + 2, 1 + b, dashes[b % std::size(dashes)]),
-                              k == 0 ? table.bodies[b] : ""});
+                              k == 0 ? motion.bodies[b] : ""});
     }
     panel.axis = axis_of(least, most);
     extent[k] = most - least;

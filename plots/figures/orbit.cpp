@@ -53,31 +53,31 @@ std::vector<std::filesystem::path> draw_portraits(const std::filesystem::path& f
                                                   const JsonFile& document) {
   const auto run = folder / "motion";
   if (!std::filesystem::exists(run / "trajectory.csv")) return {};
-  const auto table = motion_of(run, {-INFINITY, INFINITY, ""}, portrait_bodies, portrait_rows);
-  if (table.t.size() < 3) return {};
+  const auto motion = motion_of(run, {-INFINITY, INFINITY, ""}, portrait_bodies, portrait_rows);
+  if (motion.t.size() < 3) return {};
   const auto onsets = onsets_of(document);
   const bool is_stable = shows_stable(document);
-  const double rounding = 1e-9 * (table.t.back() - table.t.front());
+  const double rounding = 1e-9 * (motion.t.back() - motion.t.front());
   const auto has_onset = [&](double from, double to) {
     const auto first = std::ranges::lower_bound(onsets, from - rounding);
     return first != onsets.end() && *first <= to + rounding;
   };
   Figure f{.name = "orbit", .source = "orbit.json"};
-  f.caption = fmt::format("Phase portraits of a periodic motion, {:.6g} to {:.6g} s, {}.", table.t.front(),
-                          table.t.back(), is_stable ? "stable" : "not stable");
+  f.caption = fmt::format("Phase portraits of a periodic motion, {:.6g} to {:.6g} s, {}.", motion.t.front(),
+                          motion.t.back(), is_stable ? "stable" : "not stable");
   PanelStack stack{.abscissa = {AxisTitle::of("", ""), {}}, .panels = {}, .columns = 3};
   bool jumps = false;
-  for (std::size_t b = 0; b < table.bodies.size(); ++b) {
-    const int coordinate = phase_coordinate(table.motion[b]);
+  for (std::size_t b = 0; b < motion.bodies.size(); ++b) {
+    const int coordinate = phase_coordinate(motion.coordinates[b]);
     if (coordinate < 0) continue;
     const auto k = static_cast<std::size_t>(coordinate);
-    const auto &q = table.motion[b][k], &v = table.motion[b][3 + k];
-    const auto plane = phase_plane(table.motion[b], k);
+    const auto &q = motion.coordinates[b][k], &v = motion.coordinates[b][3 + k];
+    const auto plane = phase_plane(motion.coordinates[b], k);
     const auto at = [&](std::size_t i) -> std::vector<double> {
       return {q[i] / plane.place_unit.size, v[i] / plane.rate_unit.size};
     };
     const auto columns =
-        fmt::format("{} ({}), {} ({})", table.bodies[b], plane.place.unit, "rate", plane.rate.unit);
+        fmt::format("{} ({}), {} ({})", motion.bodies[b], plane.place.unit, "rate", plane.rate.unit);
     Block curve("curve: " + columns), jump("jumps: " + columns), section("section: " + columns);
     const auto change = [&](std::size_t i) { return i + 1 < v.size() ? std::abs(v[i + 1] - v[i]) : 0; };
     const auto jumps_after = [&](std::size_t i) {
@@ -86,7 +86,7 @@ std::vector<std::filesystem::path> draw_portraits(const std::filesystem::path& f
     };
     for (std::size_t i = 0; i < q.size(); ++i) {
       curve.row(at(i));
-      if (i + 1 == q.size() || !jumps_after(i) || !has_onset(table.t[i], table.t[i + 1])) continue;
+      if (i + 1 == q.size() || !jumps_after(i) || !has_onset(motion.t[i], motion.t[i + 1])) continue;
       curve.gap();
       jump.row(at(i)).row(at(i + 1)).gap();
     }
@@ -95,7 +95,7 @@ std::vector<std::filesystem::path> draw_portraits(const std::filesystem::path& f
         .title = plane.rate,
         .axis = axis_of(Limits(v).least / plane.rate_unit.size, Limits(v).most / plane.rate_unit.size),
         .curves = {},
-        .name = table.bodies[b],
+        .name = motion.bodies[b],
         .abscissa = Abscissa{plane.place, axis_of(Limits(q).least / plane.place_unit.size,
                                                   Limits(q).most / plane.place_unit.size)}};
     const auto add = [&](Block&& block, const Script& look) {

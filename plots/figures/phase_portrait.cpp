@@ -50,14 +50,14 @@ std::vector<std::filesystem::path> draw_phase_portrait(const std::filesystem::pa
   if (std::filesystem::exists(folder / "comparison.json") || runs_in(folder).empty()) return {};
   const double end = end_of(folder), discard = discard_of(folder);
   const Span span{discard < end ? discard : 0, end, ""};
-  const auto table = motion_of(folder, span, bodies_drawn, rows_drawn);
-  if (table.t.size() < 3) return {};
+  const auto motion = motion_of(folder, span, bodies_drawn, rows_drawn);
+  if (motion.t.size() < 3) return {};
   struct Panel {
     std::size_t body, coordinate;
   };
   std::vector<Panel> panels;
-  for (std::size_t b = 0; b < table.bodies.size(); ++b)
-    if (const int k = phase_coordinate(table.motion[b]); k >= 0)
+  for (std::size_t b = 0; b < motion.bodies.size(); ++b)
+    if (const int k = phase_coordinate(motion.coordinates[b]); k >= 0)
       panels.push_back({b, static_cast<std::size_t>(k)});
   if (panels.empty()) return {};
 
@@ -87,10 +87,10 @@ std::vector<std::filesystem::path> draw_phase_portrait(const std::filesystem::pa
       rows, columns);
   for (std::size_t p = 0; p < panels.size(); ++p) {
     const auto& [body, k] = panels[p];
-    const auto &q = table.motion[body][k], &v = table.motion[body][3 + k];
-    const auto plane = phase_plane(table.motion[body], k);
+    const auto &q = motion.coordinates[body][k], &v = motion.coordinates[body][3 + k];
+    const auto plane = phase_plane(motion.coordinates[body], k);
     const auto &x_unit = plane.place_unit, &y_unit = plane.rate_unit;
-    Block block(fmt::format("{}: {} ({}), rate ({})", table.bodies[body],
+    Block block(fmt::format("{}: {} ({}), rate ({})", motion.bodies[body],
                             k == 2   ? "theta"
                             : k == 1 ? "y"
                                      : "x",
@@ -107,7 +107,7 @@ std::vector<std::filesystem::path> draw_phase_portrait(const std::filesystem::pa
         commands(
             with_tics(axis_of(slowest / y_unit.size, fastest / y_unit.size), square / (1.45 * line_height)),
             "y"),
-        shortened(table.bodies[body], static_cast<std::size_t>(cell / letter_width) + 6),
+        shortened(motion.bodies[body], static_cast<std::size_t>(cell / letter_width) + 6),
         plane.place.label(99), plane.rate.label(99), p, 1 + body);
     f.blocks.push_back(std::move(block));
   }

@@ -14,6 +14,7 @@
 #include "plots/report/thinning.hpp"
 #include "plots/tables/clearance_joints.hpp"
 #include "plots/tables/columns.hpp"
+#include "plots/tables/run_facts.hpp"
 #include "plots/tables/table.hpp"
 
 namespace freeplay::report {
@@ -191,13 +192,6 @@ struct Series {
   }
 };
 
-std::vector<std::string> bodies_in(const plots::Rows& rows) {
-  std::vector<std::string> list;
-  for (const auto& name : rows.names())
-    if (name.ends_with(".omega")) list.push_back(name.substr(0, name.size() - 6));
-  return list;
-}
-
 /// Joints, contacts and loads with a force at the instants of the rows (not only means) in a table
 /// of forces.
 std::vector<std::string> forces_in(const plots::Rows& rows) {
@@ -289,7 +283,7 @@ json shapes_of(const Scene& scene, const std::vector<std::string>& bodies, const
 
 long numbers_of_frame(const std::filesystem::path& folder, const Scene* scene) {
   const plots::Rows rows(folder / "trajectory.csv");
-  std::size_t count = 1 + 3 * bodies_in(rows).size();
+  std::size_t count = 1 + 3 * plots::bodies_in(rows).size();
   for (const auto& joint : plots::clearance_joints(folder, scene)) count += columns_of(joint).size();
   if (std::filesystem::exists(folder / "forces.csv"))
     count += 2 * forces_in(plots::Rows(folder / "forces.csv")).size();
@@ -302,7 +296,7 @@ json motion(const std::filesystem::path& folder, const Scene* scene, long most,
   const auto choice = choose(file, most, times);
   const auto clearance_joint = plots::clearance_joints(folder, scene);
   plots::Rows rows(file);
-  const auto bodies = bodies_in(rows);
+  const auto bodies = plots::bodies_in(rows);
   Series poses, play, arrows;
   for (const auto& body : bodies)
     for (const char* part : {".x", ".y", ".theta"}) poses.names.push_back(body + part);

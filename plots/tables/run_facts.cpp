@@ -97,13 +97,14 @@ double discard_of(const std::filesystem::path& folder) {
   return discard && discard->is_number() ? discard->get<double>() : 0;
 }
 
-namespace {
+std::vector<std::string> bodies_in(const Rows& rows) {
+  std::vector<std::string> list;
+  for (const auto& name : rows.names())
+    if (name.ends_with(".omega")) list.push_back(name.substr(0, name.size() - 6));
+  return list;
+}
 
-constexpr const char* coordinates[] = {".x", ".y", ".theta", ".vx", ".vy", ".omega"};
-
-}  // namespace
-
-RunTable motion_of(const std::filesystem::path& run, const Span& span, std::size_t most_bodies, long rows) {
+BodyMotion motion_of(const std::filesystem::path& run, const Span& span, std::size_t most_bodies, long rows) {
   const auto file = run / "trajectory.csv";
   long count = 0;
   {
@@ -111,27 +112,24 @@ RunTable motion_of(const std::filesystem::path& run, const Span& span, std::size
     const auto t = in.place("t");
     while (in.next()) count += span.holds(in.number(t));
   }
-  RunTable table;
   Rows in(file);
   const auto t = in.place("t");
-  std::vector<std::array<std::size_t, 6>> places;
-  for (const auto& name : in.names()) {
-    if (!name.ends_with(".omega") || table.bodies.size() == most_bodies) continue;
-    const auto body = name.substr(0, name.size() - 6);
-    auto& list = places.emplace_back();
-    for (std::size_t i = 0; i < list.size(); ++i) list[i] = in.place(body + coordinates[i]);
-    table.bodies.push_back(body);
-  }
-  table.motion.resize(table.bodies.size());
+  BodyMotion motion{bodies_in(in), {}, {}};
+  motion.bodies.resize(std::min(motion.bodies.size(), most_bodies));
+  std::vector<std::size_t> places;
+  for (const auto& body : motion.bodies)
+    for (const char* part : {".x", ".y", ".theta", ".vx", ".vy", ".omega"})
+      places.push_back(in.place(body + part));
+  motion.coordinates.resize(motion.bodies.size());
   const long each = 1 + count / rows;
   for (long seen = 0; in.next();) {
     const double time = in.number(t);
     if (!span.holds(time) || seen++ % each != 0) continue;
-    table.t.push_back(time);
-    for (std::size_t b = 0; b < places.size(); ++b)
-      for (std::size_t i = 0; i < 6; ++i) table.motion[b][i].push_back(in.number(places[b][i]));
+    motion.t.push_back(time);
+    for (std::size_t i = 0; i < places.size(); ++i)
+      motion.coordinates[i / 6][i % 6].push_back(in.number(places[i]));
   }
-  return table;
+  return motion;
 }
 
 double range_of(const std::vector<double>& values) {

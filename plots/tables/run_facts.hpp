@@ -15,6 +15,8 @@ struct Scene;
 
 namespace freeplay::plots {
 
+class Rows;
+
 /// The scene in the provenance of a result file; null if this program cannot read it.
 std::shared_ptr<const Scene> scene_in(const JsonFile& file);
 /// The scene of the run in a folder, also one that was built in code; null if this program cannot read it.
@@ -54,18 +56,19 @@ double end_of(const std::filesystem::path& folder);
 /// Time before which the statistics of the run are discarded (s).
 double discard_of(const std::filesystem::path& folder);
 
-// Reads columns of a trajectory in one pass, thinned for paper: if there are more rows than a curve
-// needs, every n-th row.
-
-struct RunTable {
+/// Coordinates of bodies in a trajectory, thinned for paper: if there are more rows than a curve needs, every
+/// n-th row.
+struct BodyMotion {
   std::vector<std::string> bodies;  ///< in the order of the file
   std::vector<double> t;
   /// [body][x, y, theta, vx, vy, omega][row]
-  std::vector<std::array<std::vector<double>, 6>> motion;
+  std::vector<std::array<std::vector<double>, 6>> coordinates;
 };
 
+/// The names before .omega in the header of a trajectory.
+std::vector<std::string> bodies_in(const Rows& rows);
 /// The motion of the first bodies of a run within a time span. About `rows` rows are kept.
-RunTable motion_of(const std::filesystem::path& run, const Span& span, std::size_t most_bodies, long rows);
+BodyMotion motion_of(const std::filesystem::path& run, const Span& span, std::size_t most_bodies, long rows);
 
 /// Difference of greatest and least value.
 double range_of(const std::vector<double>& values);
