@@ -88,7 +88,7 @@ using nlohmann::json;
 constexpr long fewest = 60, greatest = 4000;  // limits of the number of values per curve
 
 json curves_of(const std::string& file, long rows, const std::vector<std::string>& names,
-               const ThinnedTable& table) {
+               const Thinning& table) {
   json out = {{"file", file}, {"rows", rows}, {"t", numbers(table.t(), 8)}, {"columns", json::array()}};
   for (std::size_t k = 0; k < names.size(); ++k)
     out["columns"].push_back(
@@ -112,7 +112,7 @@ json table(const std::filesystem::path& file, long most) {
   for (std::size_t i = 0; i < rows.names().size(); ++i)
     if (i != t) names.push_back(rows.names()[i]), places.push_back(i);
   const long count = rows_of(file);
-  ThinnedTable thinned(count, names.size(), most);
+  Thinning thinned(count, names.size(), most);
   std::vector<double> values(names.size());
   while (rows.next()) {
     for (std::size_t k = 0; k < names.size(); ++k) values[k] = rows.maybe_number(places[k]);
@@ -140,8 +140,8 @@ std::vector<std::pair<std::string, long>> channels_in(const std::filesystem::pat
 
 void signals(const std::filesystem::path& file, long most, json& out) {
   const auto channels = channels_in(file);
-  std::map<std::string, ThinnedTable, std::less<>> tables;
-  for (const auto& [name, count] : channels) tables.emplace(name, ThinnedTable(count, 1, most));
+  std::map<std::string, Thinning, std::less<>> tables;
+  for (const auto& [name, count] : channels) tables.emplace(name, Thinning(count, 1, most));
   plots::Rows rows(file);
   const auto channel = rows.place("channel"), t = rows.place("t"), value = rows.place("value");
   while (rows.next()) {

@@ -38,7 +38,7 @@ json sparkline(Statement& of_run, const std::string& run) {
   auto list = json::array();
   if (!of_run.step()) return list;
   const auto values = of_run.floats(0);
-  ThinnedTable thinned(static_cast<long>(values.size()), 1, values_of_a_sparkline);
+  Thinning thinned(static_cast<long>(values.size()), 1, values_of_a_sparkline);
   for (std::size_t i = 0; i < values.size(); ++i) {
     const double y = values[i];
     thinned.take(static_cast<double>(i), {&y, 1});

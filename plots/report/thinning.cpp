@@ -18,12 +18,12 @@ double rounded(double x, int digits) {
   return out == 0 ? 0 : out;  // avoids −0
 }
 
-ThinnedTable::ThinnedTable(long rows, std::size_t columns, long most) : columns_(columns) {
+Thinning::Thinning(long rows, std::size_t columns, long most) : columns_(columns) {
   const long buckets = std::max(1L, most / 2);
   each_ = rows <= most ? 1 : std::max(1L, (rows + buckets - 1) / buckets);
 }
 
-void ThinnedTable::take(double t, std::span<const double> values) {
+void Thinning::take(double t, std::span<const double> values) {
   if (whole()) {
     t_.push_back(t);
     for (std::size_t k = 0; k < columns_.size(); ++k) columns_[k].values.push_back(values[k]);
@@ -43,7 +43,7 @@ void ThinnedTable::take(double t, std::span<const double> values) {
   if (++filled_ == each_) close();
 }
 
-void ThinnedTable::close() {
+void Thinning::close() {
   const double length = to_ - from_;
   t_.push_back(from_ + 0.25 * length);
   t_.push_back(from_ + 0.75 * length);
@@ -56,7 +56,7 @@ void ThinnedTable::close() {
   filled_ = 0;
 }
 
-void ThinnedTable::finish() {
+void Thinning::finish() {
   if (filled_ > 0) close();
 }
 

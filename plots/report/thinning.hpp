@@ -17,10 +17,10 @@ namespace freeplay::report {
 /// Rounds x to the given number of significant digits, to save space.
 double rounded(double x, int digits);
 
-class ThinnedTable {
+class Thinning {
  public:
   /// A table of `rows` rows. About `most` values per column are kept, at least two.
-  ThinnedTable(long rows, std::size_t columns, long most);
+  Thinning(long rows, std::size_t columns, long most);
   /// Adds the next row.
   void take(double t, std::span<const double> values);
   /// To be called after the last row.

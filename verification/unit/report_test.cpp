@@ -42,7 +42,7 @@ TEST_CASE("a thinned table keeps the extremes of every segment, a short table al
   std::mt19937_64 random(GENERATE(1u, 2u, 3u));
   const long rows = std::uniform_int_distribution<long>(2000, 300'000)(random), most = 1000;
   std::normal_distribution<double> noise;
-  report::ThinnedTable table(rows, 2, most);
+  report::Thinning table(rows, 2, most);
   std::vector<double> all;
   for (long i = 0; i < rows; ++i) {
     double y = noise(random);
@@ -70,14 +70,14 @@ TEST_CASE("a thinned table keeps the extremes of every segment, a short table al
     REQUIRE(t[2 * b + 1] <= 1e-3 * static_cast<double>(to - 1));
     REQUIRE(table.column(1)[2 * b] == -kept[2 * b]);
   }
-  report::ThinnedTable whole(500, 1, most);
+  report::Thinning whole(500, 1, most);
   for (std::size_t i = 0; i < 500; ++i) whole.take(static_cast<double>(i), {&all[i], 1});
   whole.finish();
   CHECK(whole.column(0) == std::vector<double>(all.begin(), all.begin() + 500));
 }
 
 TEST_CASE("non-finite numbers are skipped in thinning, and null where a segment has no others", "[report]") {
-  report::ThinnedTable table(8, 1, 4);
+  report::Thinning table(8, 1, 4);
   for (const double y :
        {std::nan(""), 3.0, 1.0, std::nan(""), std::nan(""), std::nan(""), std::nan(""), std::nan("")})
     table.take(0, {&y, 1});
