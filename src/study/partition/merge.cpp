@@ -68,7 +68,7 @@ class Merging {
  private:
   using Statement = Database::Statement;
 
-  struct Table {
+  struct CopiedTable {
     std::string called, columns;  // without the integer of the run
     int count = 0;                // number of columns
     bool by_number = false;
@@ -92,7 +92,7 @@ class Merging {
       db_.execute(object.sql);
       // A merged database has no active processes, and derived columns are computed from all runs.
       if (object.name == "sweeps" || object.name == "derived") continue;
-      Table t{object.name, {}, 0, false};
+      CopiedTable t{object.name, {}, 0, false};
       for (const auto& column : columns_of(shard, object.name)) {
         numbered_ = numbered_ || (t.called == "runs" && column == "\"run id\"");
         t.by_number = t.by_number || column == "id";
@@ -117,7 +117,7 @@ class Merging {
   std::filesystem::path first_;  // first shard
   std::vector<SchemaObject> schema_;
   long kind_ = 0;
-  std::vector<Table> tables_;
+  std::vector<CopiedTable> tables_;
   std::vector<std::string> later_;  // indexes and views; indexes are created faster after the rows
   bool numbered_ = false;
 };
