@@ -85,14 +85,14 @@ std::vector<std::filesystem::path> draw_branch(const std::filesystem::path& fold
         up.hold(points.number(y));
       }
   }
+  const ReadTable events(folder / "bifurcations.csv", {"kind"}, {"parameter", "branch", "point"});
+  const auto motion_after = [&](std::size_t event) {
+    return std::pair(static_cast<int>(events.column("branch")[event]),
+                     static_cast<int>(events.column("point")[event]));
+  };
   std::map<std::pair<int, int>, double> located;  // bifurcations by the motion that follows
-  {
-    Rows list(folder / "bifurcations.csv");
-    const auto where = list.place("parameter"), of = list.place("branch"), number = list.place("point");
-    while (list.next())
-      located[{static_cast<int>(list.number(of)), static_cast<int>(list.number(number))}] =
-          scale * list.number(where);
-  }
+  for (std::size_t k = 0; k < events.rows(); ++k)
+    located[motion_after(k)] = scale * events.column("parameter")[k];
   Block solid("stable: parameter, " + column), dashed("unstable: parameter, " + column);
   // The i-th impact of successive motions is a curve; it ends where the number of impacts, the stability or
   // the circle of phases is passed.
@@ -124,22 +124,16 @@ std::vector<std::filesystem::path> draw_branch(const std::filesystem::path& fold
     }
   }
   std::map<std::string, Block> found;
-  Rows events(folder / "bifurcations.csv");
-  const auto kind = events.place("kind"), where = events.place("parameter"), of = events.place("branch"),
-             number = events.place("point");
-  while (events.next()) {
+  for (std::size_t k = 0; k < events.rows(); ++k) {
     // The motions beside the bifurcation give its ordinate.
-    const double x = scale * events.number(where);
-    const auto next =
-        motions.find({static_cast<int>(events.number(of)), static_cast<int>(events.number(number))});
-    auto before =
-        next == motions.end()
-            ? motions.find({static_cast<int>(events.number(of)), static_cast<int>(events.number(number)) - 1})
-            : std::prev(next);
+    const double x = scale * events.column("parameter")[k];
+    const auto [of, number] = motion_after(k);
+    const auto next = motions.find({of, number});
+    const auto before = next == motions.end() ? motions.find({of, number - 1}) : std::prev(next);
     if (before == motions.end()) continue;
-    auto& block = found.try_emplace(events.name(kind), Block(events.name(kind) + ": parameter, " + column))
-                      .first->second;
-    if (forces && events.name(kind) == "liftoff") {
+    const auto& kind = events.text("kind")[k];
+    auto& block = found.try_emplace(kind, Block(kind + ": parameter, " + column)).first->second;
+    if (forces && kind == "liftoff") {
       block.row({x, 0.0});
       across.hold(x);
       up.hold(0);
