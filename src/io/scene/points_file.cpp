@@ -28,20 +28,17 @@ std::vector<std::string> fields(const std::string& line) {
   return list;
 }
 
-namespace {
+TextRows::TextRows(const std::string& text) : in_(text.starts_with("\xEF\xBB\xBF") ? text.substr(3) : text) {}
 
-/// Calls use(number, fields) for each line that is neither empty nor a comment; numbers are from 1.
-template <class Use>
-void for_each_line(const std::string& text, const Use& use) {
-  std::istringstream in(text.starts_with("\xEF\xBB\xBF") ? text.substr(3) : text);
-  long number = 0;
-  for (std::string line; std::getline(in, line);) {
-    ++number;
-    if (!trimmed(line).empty() && line[0] != '#') use(number, fields(line));
+bool TextRows::next() {
+  for (std::string line; std::getline(in_, line);) {
+    ++number_;
+    if (trimmed(line).empty() || line[0] == '#') continue;
+    fields_ = freeplay::fields(line);
+    return true;
   }
+  return false;
 }
-
-}  // namespace
 
 std::string wrong_separator(const std::string& header) {
   if (header.find(',') != header.npos) return "";
@@ -61,61 +58,46 @@ std::optional<double> number_in(std::string_view text) {
   return error == std::errc() && stop == end ? std::optional(x) : std::nullopt;
 }
 
-TextTable read_text_table(const std::string& text, const std::function<void(const std::string&)>& fail) {
-  TextTable table;
-  for_each_line(text, [&](long number, std::vector<std::string> list) {
-    if (table.header.empty()) {
-      table.header = std::move(list);
-      return;
-    }
-    table.rows.push_back(std::move(list));
-    table.line.push_back(number);
-  });
-  if (table.header.size() == 1)
-    if (const auto what = wrong_separator(table.header.front()); !what.empty()) fail(what);
-  if (table.header.empty()) fail("has no header with the names of its columns");
-  return table;
-}
-
 std::vector<std::pair<double, double>> read_points(const std::string& text,
                                                    const std::vector<std::string>& columns,
                                                    const std::function<void(const std::string&)>& fail) {
-  std::vector<std::string> header;
-  std::array<std::size_t, 2> place{0, 1};
+  TextRows rows(text);
   std::vector<std::pair<double, double>> points;
-  for_each_line(text, [&](long number, const std::vector<std::string>& list) {
-    if (header.empty()) {
-      header = list;
-      if (header.size() == 1)
-        if (const auto what = wrong_separator(header.front()); !what.empty())
-          fail(fmt::format("line {}: {}", number, what));
-      if (header.size() < 2) fail(fmt::format("line {}: expected a header of at least two columns", number));
-      if (std::ranges::all_of(header, [](const std::string& field) { return number_in(field).has_value(); }))
-        fail(fmt::format("line {}: expected a header with the names of the columns, found numbers", number));
-      for (std::size_t i = 0; i < columns.size(); ++i) {
-        const auto found = std::ranges::find(header, columns[i]);
-        if (found == header.end()) {
-          std::string names;
-          for (const auto& name : header) names += (names.empty() ? "" : ", ") + toml_quoted(name);
-          fail(fmt::format("has no column {}; there are: {}", toml_quoted(columns[i]), names));
-        }
-        place[i] = static_cast<std::size_t>(found - header.begin());
-      }
-      return;
+  if (!rows.next()) return points;
+  const auto header = rows.fields();
+  if (header.size() == 1)
+    if (const auto what = wrong_separator(header.front()); !what.empty())
+      fail(fmt::format("line {}: {}", rows.number(), what));
+  if (header.size() < 2)
+    fail(fmt::format("line {}: expected a header of at least two columns", rows.number()));
+  if (std::ranges::all_of(header, [](const std::string& field) { return number_in(field).has_value(); }))
+    fail(fmt::format("line {}: expected a header with the names of the columns, found numbers",
+                     rows.number()));
+  std::array<std::size_t, 2> place{0, 1};
+  for (std::size_t i = 0; i < columns.size(); ++i) {
+    const auto found = std::ranges::find(header, columns[i]);
+    if (found == header.end()) {
+      std::string names;
+      for (const auto& name : header) names += (names.empty() ? "" : ", ") + toml_quoted(name);
+      fail(fmt::format("has no column {}; there are: {}", toml_quoted(columns[i]), names));
     }
+    place[i] = static_cast<std::size_t>(found - header.begin());
+  }
+  while (rows.next()) {
+    const auto& list = rows.fields();
     if (list.size() != header.size())
-      fail(fmt::format("line {} has {} fields, the header {}", number, list.size(), header.size()));
+      fail(fmt::format("line {} has {} fields, the header {}", rows.number(), list.size(), header.size()));
     std::array<double, 2> point{};
     for (std::size_t i = 0; i < 2; ++i) {
       const auto& field = list[place[i]];
       const auto x = number_in(field);
       if (!x || !std::isfinite(*x))
-        fail(fmt::format("line {}: {}: {} is not a finite number", number, header[place[i]],
+        fail(fmt::format("line {}: {}: {} is not a finite number", rows.number(), header[place[i]],
                          toml_quoted(field)));
       point[i] = *x;
     }
     points.emplace_back(point[0], point[1]);
-  });
+  }
   return points;
 }
 

@@ -4,6 +4,7 @@
 
 #include <functional>
 #include <optional>
+#include <sstream>
 #include <string>
 #include <string_view>
 #include <utility>
@@ -17,15 +18,22 @@ std::vector<std::pair<double, double>> read_points(const std::string& text,
                                                    const std::vector<std::string>& columns,
                                                    const std::function<void(const std::string&)>& fail);
 
-/// A CSV text with a header: its fields without spaces and quotes. Empty lines and lines that begin
-/// with # are left out.
-struct TextTable {
-  std::vector<std::string> header;
-  std::vector<std::vector<std::string>> rows;
-  std::vector<long> line;  ///< number of each row's line in the text, from 1
+/// Reads the lines of a CSV text as fields without spaces and quotes. Empty lines and lines that begin with #
+/// are left out.
+class TextRows {
+ public:
+  explicit TextRows(const std::string& text);
+  /// Advances to the next row; false after the last one. The header is the first row.
+  bool next();
+  const std::vector<std::string>& fields() const { return fields_; }
+  /// Number of the row's line in the text, from 1.
+  long number() const { return number_; }
+
+ private:
+  std::istringstream in_;
+  std::vector<std::string> fields_;
+  long number_ = 0;
 };
-/// Reads the whole text; `fail` throws an error if it has no header.
-TextTable read_text_table(const std::string& text, const std::function<void(const std::string&)>& fail);
 /// Message for a header whose separator is not a comma; empty for any other.
 std::string wrong_separator(const std::string& header);
 /// The number that is the whole text.

@@ -311,12 +311,16 @@ std::vector<MeasuredQuantity> read_measured_points(const Study& study) {
         throw error_at(study, {"axes", axis.name}, "is the name of another column; rename the axis");
   if (!study.fit.empty()) throw error_at(study, {"fit"}, "does not go with claims = \"points\"");
   const auto fail = [&](const std::string& what) { throw SceneError(fmt::format("{}: {}", file, what)); };
-  const auto table = read_text_table(read_text(study.points), fail);
+  TextRows rows(read_text(study.points));
+  if (!rows.next()) fail("has no header with the names of its columns");
+  const auto header = rows.fields();
+  if (header.size() == 1)
+    if (const auto what = wrong_separator(header.front()); !what.empty()) fail(what);
   const auto column = [&](const std::string& name) {
-    return static_cast<std::size_t>(std::ranges::find(table.header, name) - table.header.begin());
+    return static_cast<std::size_t>(std::ranges::find(header, name) - header.begin());
   };
   const auto needed = [&](const std::string& name) {
-    if (column(name) == table.header.size()) fail(fmt::format("line 1: the column {} is missing", name));
+    if (column(name) == header.size()) fail(fmt::format("line 1: the column {} is missing", name));
     return column(name);
   };
   const auto quantity = needed("quantity"), value = needed("value"), uncertainty = column("uncertainty");
@@ -327,18 +331,18 @@ std::vector<MeasuredQuantity> read_measured_points(const Study& study) {
   for (const auto& one : cases(study)) cells.push_back(one.values);
 
   std::vector<MeasuredQuantity> list;
-  for (std::size_t i = 0; i < table.rows.size(); ++i) {
-    const auto& row = table.rows[i];
+  while (rows.next()) {
+    const auto& row = rows.fields();
     const auto at_line = [&](const std::string& what) {
-      fail(fmt::format("line {}: {}", table.line[i], what));
+      fail(fmt::format("line {}: {}", rows.number(), what));
     };
     const auto number = [&](std::size_t k) {
       const auto x = number_in(row[k]);
-      if (!x || !std::isfinite(*x)) at_line(fmt::format("{} must be a number", table.header[k]));
+      if (!x || !std::isfinite(*x)) at_line(fmt::format("{} must be a number", header[k]));
       return *x;
     };
-    if (row.size() != table.header.size())
-      at_line(fmt::format("has {} fields, the header has {}", row.size(), table.header.size()));
+    if (row.size() != header.size())
+      at_line(fmt::format("has {} fields, the header has {}", row.size(), header.size()));
     const auto& name = row[quantity];
     if (std::ranges::find(known, name) == known.end())
       at_line(fmt::format("the study has no measure or derived column \"{}\"; it has {}", name,
