@@ -95,8 +95,7 @@ struct Tradeoff {
               {"events", "state", "rhs", "cpu_s"}),
         document(folder / "tradeoff.json") {
     const auto collect = [&](const char* column, std::vector<std::string>& list) {
-      for (const auto& name : table.text(column))
-        if (std::ranges::find(list, name) == list.end()) list.push_back(name);
+      for (const auto& name : table.text(column)) place_in(list, name);
     };
     collect("scene", scenes);
     collect("method", methods);

@@ -72,7 +72,7 @@ std::vector<std::filesystem::path> draw_points(const std::filesystem::path& fold
   for (std::size_t i = 0; i < runs.rows(); ++i) {
     const auto &variant = runs.text("variant")[i], &formulation = runs.text("formulation")[i];
     auto& curves = panel_of(runs.text("quantity")[i]).curves;
-    if (std::ranges::find(variants, variant) == variants.end()) variants.push_back(variant);
+    place_in(variants, variant);
     auto curve = std::ranges::find_if(
         curves, [&](const Curve& c) { return c.variant == variant && c.formulation == formulation; });
     if (curve == curves.end()) curve = curves.insert(curves.end(), {variant, formulation, {}});

@@ -65,8 +65,7 @@ constexpr std::size_t most_histograms = 4, most_classes = 40;
 std::vector<std::string> bands_of_ensemble(const std::filesystem::path& folder) {
   const ReadTable table(folder / "bands.csv", {"column"}, {});
   std::vector<std::string> names;
-  for (const auto& name : table.text("column"))
-    if (std::ranges::find(names, name) == names.end()) names.push_back(name);
+  for (const auto& name : table.text("column")) place_in(names, name);
   return names;
 }
 

@@ -294,9 +294,7 @@ RunColumns::RunColumns(const std::filesystem::path& folder) : folder_(folder), s
   Rows rows(folder / signal_file);
   const auto channel = rows.place("channel");
   std::vector<std::string> seen;
-  for (long i = 0; i < 100'000 && rows.next(); ++i)
-    if (const auto& name = rows.name(channel); std::ranges::find(seen, name) == seen.end())
-      seen.push_back(name);
+  for (long i = 0; i < 100'000 && rows.next(); ++i) place_in(seen, rows.name(channel));
   for (const auto& name : seen) {
     Column c{name, signal_file, name, ""};
     if (scene_)

@@ -147,7 +147,7 @@ std::vector<std::string> ForceTable::joints() const {
       auto name = column.substr(0, column.size() - 2);
       for (const auto* corner : guide_corners)
         if (name.ends_with(std::string(".") + corner)) name.resize(name.size() - std::strlen(corner) - 1);
-      if (std::ranges::find(list, name) == list.end()) list.push_back(name);
+      place_in(list, name);
     }
   if (list.size() > most_joints) {
     std::stable_partition(list.begin(), list.end(),
