@@ -54,7 +54,7 @@ py::dict sensitivities_of(const Scene& scene, const std::vector<std::string>& of
   const auto found = interruptible(flag, here, pressed, [&] {
     return sensitivities(scene, {.of = of, .to = to, .formulation = formulation, .stop = flag.token()});
   });
-  return result(to_json(found, {}), pressed);
+  return result(to_json(found, {}, formulation), pressed);
 }
 
 py::dict dict_of(const Orbit& o) {
@@ -165,7 +165,7 @@ py::dict lyapunov_of(const Scene& scene, const std::string& formulation, int bat
         scene,
         {.formulation = formulation, .batches = batches, .transient = transient, .stop = flag.token()});
   });
-  auto document = to_json(found);
+  auto document = to_json(found, formulation);
   document["failure"] = found.failure;
   return result(document, pressed);
 }

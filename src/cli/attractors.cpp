@@ -90,9 +90,8 @@ int attractors(const StudyRequest& request, const Verb& verb) {
   if (request.shards.requested())
     return in_shards(divided(study, *plan, verb, request), request.shards, folder, request.threads,
                      request.stop);
-  nlohmann::json document;  // before the runs, since it reads the scene as the study names it
-  document["provenance"] = provenance(study);
-  document["provenance"]["scene_file"] = study.scene.lexically_normal().string();
+  auto origin = provenance(study);  // before the runs, since it reads the scene as the study names it
+  origin["scene_file"] = study.scene.lexically_normal().string();
   ResultSet set(folder, verb.name);
   AttractorStore store(folder / fmt::format("{}.db", verb.name), request.stop);
   Progress progress;
@@ -114,8 +113,8 @@ int attractors(const StudyRequest& request, const Verb& verb) {
     progress.clear();
     if (runs.interrupted) return interrupted(Kept::runs);
   }
-  document[verb.name] = verb.json(study, runs, classified);
-  write_json(set.place() / fmt::format("{}.json", verb.name), document);
+  write_json(set.place() / fmt::format("{}.json", verb.name),
+             {{verb.name, verb.json(study, runs, classified)}}, origin);
   write_file(set.place() / fmt::format("{}.csv", verb.name), verb.csv(study, runs, classified));
   set.commit();
   fmt::print("{}", wrapped(verb.text(study, runs, classified)));

@@ -64,10 +64,8 @@ int find_lyapunov(const LyapunovVerb& request) try {
     fmt::print(stderr, "{}", wrapped("no Lyapunov exponents: " + found.failure + "\n"));
     return 1;
   }
-  auto document = to_json(found);
-  document["formulation"] = request.formulation;
-  document["provenance"] = provenance(scene, identify(scene, family_of(request.formulation), std::nullopt));
-  write_json(set.place() / "lyapunov.json", document);
+  write_json(set.place() / "lyapunov.json", to_json(found, request.formulation),
+             provenance(scene, identify(scene, family_of(request.formulation), std::nullopt)));
   write_file(set.place() / "lyapunov.csv", course_table(found).csv());
   set.commit();
   print_spectrum(found);

@@ -73,27 +73,19 @@ int find_orbit(const OrbitVerb& request) try {
   const auto scene = read_scene(request.scene, request.overrides);
   const auto folder = result_folder(request.output, default_folder(scene.file, "-orbit"));
   ResultSet set(folder, "orbit");  // before the work, which a locked folder would waste
-  const auto found = located_in(scene, [&] {
-    return orbit(scene, {.formulation = request.formulation,
-                         .periods = request.periods,
-                         .settle = request.settle,
-                         .period = request.period,
-                         .shift = request.shift,
-                         .stop = request.stop});
-  });
+  const OrbitRequest which{.formulation = request.formulation,
+                           .periods = request.periods,
+                           .settle = request.settle,
+                           .period = request.period,
+                           .shift = request.shift,
+                           .stop = request.stop};
+  const auto found = located_in(scene, [&] { return orbit(scene, which); });
   if (!found.failure.empty()) {
     fmt::print(stderr, "{}", wrapped("no periodic motion found: " + found.failure + "\n"));
     return 1;
   }
-  auto document = to_json(scene, found);
-  document["formulation"] = request.formulation;
-  document["settle"] = request.settle;
-  if (request.period) document["period_given_s"] = *request.period;
-  document["provenance"] = provenance(scene, identify(scene, family_of(request.formulation), std::nullopt));
-  if (!request.shift.empty()) document["shift"] = {{"coordinates", request.shift}, {"change", found.shift}};
-  if (found.moved > 0) document["section_moved_s"] = found.moved;
-  if (found.step_error > 0) document["step_error"] = found.step_error;
-  write_json(set.place() / "orbit.json", document);
+  write_json(set.place() / "orbit.json", to_json(scene, which, found),
+             provenance(scene, identify(scene, family_of(request.formulation), std::nullopt)));
   run_motion(scene, found, request, set.place() / "motion");
   set.commit();
   print(found);

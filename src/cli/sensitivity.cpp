@@ -75,10 +75,9 @@ int sensitivity(const SensitivityVerb& request) try {
                                  .stop = request.stop,
                                  .compile = request.no_compile ? Compile::never : Compile::automatic});
   });
-  auto document = to_json(all, request.spread.empty() ? std::vector<double>() : deviations);
-  document["formulation"] = request.formulation;
-  document["provenance"] = provenance(scene, identify(scene, family_of(request.formulation), std::nullopt));
-  write_json(set.place() / "sensitivity.json", document);
+  write_json(set.place() / "sensitivity.json",
+             to_json(all, request.spread.empty() ? std::vector<double>() : deviations, request.formulation),
+             provenance(scene, identify(scene, family_of(request.formulation), std::nullopt)));
   set.commit();
   for (const auto& q : all.quantities) {
     fmt::print("{}{}{}\n", q.name,

@@ -9,6 +9,7 @@
 
 #include "dynamics/planar.hpp"
 #include "dynamics/system.hpp"
+#include "facade/orbit.hpp"
 #include "facade/sensitivity.hpp"
 #include "mechanism/scene.hpp"
 
@@ -77,7 +78,7 @@ json quantity_json(const Sensitivities& all, const Sensitivity& q) {
 
 }  // namespace
 
-json to_json(const Scene& scene, const Orbit& found) {
+json to_json(const Scene& scene, const OrbitRequest& request, const Orbit& found) {
   json impacts = json::array(), lasting = impacts;
   for (const auto& i : found.impacts)
     impacts.push_back({{"time", i.t}, {"joint", i.joint}, {"speed", i.speed}});
@@ -85,18 +86,25 @@ json to_json(const Scene& scene, const Orbit& found) {
     lasting.push_back({{"joint", c.joint}, {"least_force", c.least_force}, {"time", c.t}});
     if (c.v0) lasting.back()["v0"] = *c.v0;
   }
-  return {{"period_s", found.period},
-          {"periods", found.periods},
-          {"residual", found.residual},
-          {"state", state_json(scene, found.state)},
-          {"impacts", impacts},
-          {"lasting", lasting},
-          {"multipliers", multipliers_json(found)},
-          {"stable", found.stable},
-          {"iterations", found.iterations}};
+  json document = {{"period_s", found.period},
+                   {"periods", found.periods},
+                   {"residual", found.residual},
+                   {"state", state_json(scene, found.state)},
+                   {"impacts", impacts},
+                   {"lasting", lasting},
+                   {"multipliers", multipliers_json(found)},
+                   {"stable", found.stable},
+                   {"iterations", found.iterations},
+                   {"formulation", request.formulation},
+                   {"settle", request.settle}};
+  if (request.period) document["period_given_s"] = *request.period;
+  if (!request.shift.empty()) document["shift"] = {{"coordinates", request.shift}, {"change", found.shift}};
+  if (found.moved > 0) document["section_moved_s"] = found.moved;
+  if (found.step_error > 0) document["step_error"] = found.step_error;
+  return document;
 }
 
-json to_json(const Lyapunov& found) {
+json to_json(const Lyapunov& found, const std::string& formulation) {
   auto list = json::array();
   for (const auto& e : found.exponents)
     list.push_back({{"per_s", e.value},
@@ -116,7 +124,8 @@ json to_json(const Lyapunov& found) {
           {"duration_s", found.duration},
           {"batches", found.batches},
           {"cost_over_run", found.cost},
-          {"stopped", found.stopped}};
+          {"stopped", found.stopped},
+          {"formulation", formulation}};
 }
 
 Table course_table(const Lyapunov& found) {
@@ -145,7 +154,8 @@ double influence(const Sensitivities& all, const Sensitivity& q, std::size_t key
                                                       : NAN;
 }
 
-json to_json(const Sensitivities& all, const std::vector<double>& deviations) {
+json to_json(const Sensitivities& all, const std::vector<double>& deviations,
+             const std::string& formulation) {
   auto quantities = json::array(), keys = json::array();
   for (const auto& q : all.quantities) {
     quantities.push_back(quantity_json(all, q));
@@ -155,7 +165,11 @@ json to_json(const Sensitivities& all, const std::vector<double>& deviations) {
     keys.push_back({{"name", all.keys[i]}, {"value", all.key_values[i]}});
     if (!deviations.empty()) keys.back()["standard_deviation"] = deviations[i];
   }
-  return {{"quantities", quantities}, {"keys", keys}, {"cost_over_run", all.cost}, {"stopped", all.stopped}};
+  return {{"quantities", quantities},
+          {"keys", keys},
+          {"cost_over_run", all.cost},
+          {"stopped", all.stopped},
+          {"formulation", formulation}};
 }
 
 const char* name_of(BifurcationKind kind) { return bifurcation_names[static_cast<std::size_t>(kind)]; }

@@ -12,13 +12,16 @@
 
 namespace freeplay {
 
+struct OrbitRequest;
 struct Scene;
 
+// Documents are without their provenance.
+
 /// orbit.json.
-nlohmann::json to_json(const Scene& scene, const Orbit& orbit);
+nlohmann::json to_json(const Scene& scene, const OrbitRequest& request, const Orbit& orbit);
 
 /// lyapunov.json.
-nlohmann::json to_json(const Lyapunov& found);
+nlohmann::json to_json(const Lyapunov& found, const std::string& formulation);
 /// lyapunov.csv: the means from the end of the transient to each time; empty fields where they are −∞ or
 /// unknown.
 Table course_table(const Lyapunov& found);
@@ -27,7 +30,8 @@ Table course_table(const Lyapunov& found);
 /// derivative or if the value is zero.
 double influence(const Sensitivities& all, const Sensitivity& quantity, std::size_t key);
 /// sensitivity.json. `deviations`: standard deviations of the keys (SI); empty: none were given.
-nlohmann::json to_json(const Sensitivities& all, const std::vector<double>& deviations);
+nlohmann::json to_json(const Sensitivities& all, const std::vector<double>& deviations,
+                       const std::string& formulation);
 
 /// The tables of a continuation: branch.csv, branch_impacts.csv, bifurcations.csv and curves.csv.
 struct BranchTables {

@@ -244,4 +244,9 @@ void write_json(const std::filesystem::path& path, const nlohmann::json& documen
   write_file(path, document.dump(1, ' ', false, nlohmann::json::error_handler_t::replace) + "\n");
 }
 
+void write_json(const std::filesystem::path& path, nlohmann::json document, const nlohmann::json& origin) {
+  document["provenance"] = origin;
+  write_json(path, document);
+}
+
 }  // namespace freeplay

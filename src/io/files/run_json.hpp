@@ -28,5 +28,7 @@ std::string format_note(const Scene& scene);
 
 /// Writes a document as a file. Bytes in texts that are not UTF-8 are replaced.
 void write_json(const std::filesystem::path& path, const nlohmann::json& document);
+/// Likewise, with the provenance as the document's section of this name.
+void write_json(const std::filesystem::path& path, nlohmann::json document, const nlohmann::json& provenance);
 
 }  // namespace freeplay

@@ -207,7 +207,7 @@ std::string pose_table(const Scene& scene, const State& state) {
 
 void write_pose(const Scene& scene, const State& state, const std::filesystem::path& folder) {
   write_file(folder / "pose.csv", pose_table(scene, state));
-  write_json(folder / "pose.json", {{"title", scene.mechanism.title}, {"provenance", provenance(scene)}});
+  write_json(folder / "pose.json", {{"title", scene.mechanism.title}}, provenance(scene));
 }
 
 }  // namespace freeplay

@@ -60,7 +60,7 @@ std::vector<DriftRun> measure_drift(const Scene& scene, const StopToken& stop,
   }
   make_folder(folder);
   write_file(folder / "drift.csv", rows.csv());
-  write_json(folder / "drift.json", {{"runs", summary}, {"provenance", provenance(scene)}});
+  write_json(folder / "drift.json", {{"runs", summary}}, provenance(scene));
   return runs;
 }
 
