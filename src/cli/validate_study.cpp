@@ -126,8 +126,7 @@ int validate_study(const ValidateRequest& request) {
   const auto folder = result_folder(request.output, default_folder(study.file, ""));
   // Check that both studies can be run, before any run or change of results.
   auto planned = plan(study, request.conduct());
-  nlohmann::json document;
-  document["provenance"] = provenance(study);
+  const auto origin = provenance(study);
   std::optional<Study> fitted;
   std::optional<CalibrationPlan> planned_fit;
   nlohmann::json origin_of_fit;
@@ -155,36 +154,18 @@ int validate_study(const ValidateRequest& request) {
   progress.clear();
   if (summary.interrupted) return interrupted(Kept::runs);
   write_sweep_document(study, results, folder);
-  const auto runs = results.runs();
-  FindingCount count;
-  for (const auto& v : study.variants)
-    for (const auto& formulation : v.formulations) {
-      fmt::print("{}, {}\n", v.title, formulation);
-      for (const auto& f :
-           verification::flores2011(study, results, runs, v.name, formulation, TurnMetrics::ratio_95,
-                                    verification::fitted_findings(v.name, fitted ? &*fitted : nullptr))) {
-        fmt::print("  {:<6}{:<4} {}\n             {}; bound: {}\n",
-                   f.assessed ? f.holds ? "holds" : "FAILS"
-                   : f.fitted ? "fitted"
-                              : "-",
-                   f.id, f.claim, f.measured, f.bound);
-        document["verdicts"][v.name][formulation].push_back({{"id", f.id},
-                                                             {"claim", f.claim},
-                                                             {"measured", f.measured},
-                                                             {"bound", f.bound},
-                                                             {"judged", f.assessed},
-                                                             {"fitted", f.fitted},
-                                                             {"holds", f.holds}});
-        count.assessed += f.assessed;
-        count.holding += f.assessed && f.holds;
-        if (f.assessed && !f.holds)
-          count.failing.push_back(fmt::format("{} in {}, {}", f.id, v.name, formulation));
-      }
-      fmt::print("\n");
-    }
-  const auto conclusion = verdict(count);
-  document["verdict"] = conclusion;
-  write_json(set.place() / "experiment.json", document);
+  const auto found = verification::all_findings(study, results, results.runs(), fitted ? &*fitted : nullptr);
+  for (const auto& of : found) {
+    fmt::print("{}, {}\n", of.title, of.formulation);
+    for (const auto& f : of.findings)
+      fmt::print("  {:<6}{:<4} {}\n             {}; bound: {}\n",
+                 f.assessed ? f.holds ? "holds" : "FAILS"
+                 : f.fitted ? "fitted"
+                            : "-",
+                 f.id, f.claim, f.measured, f.bound);
+    fmt::print("\n");
+  }
+  write_json(set.place() / "experiment.json", verification::to_json(found), origin);
   write_tables(study, results, request.conduct(), set.place());
   const auto text =
       verification::experiment_document(study, results, fitted ? &*fitted : nullptr, fit ? &*fit : nullptr,
@@ -196,7 +177,8 @@ int validate_study(const ValidateRequest& request) {
   write_page(request.document, folder, "validate", "experiment.md", text, plots::all(folder));
   fmt::print("{} runs, {} made in {:.0f} s; results in {}\n", summary.total, summary.ran,
              summary.wall_seconds, folder.string());
-  fmt::print("\n{}", wrapped(conclusion + "\n", 0));
+  const auto count = verification::count(found);
+  fmt::print("\n{}", wrapped(verdict(count) + "\n", 0));
   return count.failing.empty() ? 0 : 1;
 }
 

@@ -1,9 +1,48 @@
-// Writes docs/verification/experiment.md, all that a referee needs, from the results alone.
+// experiment.json, and docs/verification/experiment.md, all that a referee needs, from the results alone.
 #include <fmt/format.h>
+
+#include <nlohmann/json.hpp>
 
 #include "verification/experiment/tables.hpp"
 
 namespace freeplay::verification {
+
+std::vector<VariantFindings> all_findings(const Study& study, const Results& results,
+                                          const std::vector<RunRow>& runs, const Study* calibration) {
+  std::vector<VariantFindings> all;
+  for (const auto& v : study.variants)
+    for (const auto& formulation : v.formulations)
+      all.push_back({v.name, v.title, formulation,
+                     flores2011(study, results, runs, v.name, formulation, TurnMetrics::ratio_95,
+                                fitted_findings(v.name, calibration))});
+  return all;
+}
+
+FindingCount count(const std::vector<VariantFindings>& all) {
+  FindingCount count;
+  for (const auto& of : all)
+    for (const auto& f : of.findings) {
+      count.assessed += f.assessed;
+      count.holding += f.assessed && f.holds;
+      if (f.assessed && !f.holds)
+        count.failing.push_back(fmt::format("{} in {}, {}", f.id, of.variant, of.formulation));
+    }
+  return count;
+}
+
+nlohmann::json to_json(const std::vector<VariantFindings>& all) {
+  nlohmann::json document = {{"verdict", verdict(count(all))}};
+  for (const auto& of : all)
+    for (const auto& f : of.findings)
+      document["verdicts"][of.variant][of.formulation].push_back({{"id", f.id},
+                                                                  {"claim", f.claim},
+                                                                  {"measured", f.measured},
+                                                                  {"bound", f.bound},
+                                                                  {"judged", f.assessed},
+                                                                  {"fitted", f.fitted},
+                                                                  {"holds", f.holds}});
+  return document;
+}
 
 std::string experiment_document(const Study& study, const Results& results, const Study* calibration_study,
                                 const CalibrationResult* calibration, const std::string& version) {

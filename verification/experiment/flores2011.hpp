@@ -5,10 +5,12 @@
 // quantities of X5 and X13 were settled after the first runs had been seen.
 #pragma once
 
+#include <nlohmann/json_fwd.hpp>
 #include <set>
 
 #include "study/calibration/calibrate.hpp"
 #include "study/store/results.hpp"
+#include "study/verdicts/verdicts.hpp"
 
 namespace freeplay::verification {
 
@@ -27,6 +29,18 @@ std::vector<Finding> flores2011(const Study& study, const Results& results, cons
                                 TurnMetrics::Name statistic, const std::set<std::string>& fitted);
 /// The targets that a variant was fitted to: those of the calibration, if it is the calibrated one.
 std::set<std::string> fitted_findings(const std::string& variant, const Study* calibration);
+
+/// The findings on a variant in one formulation.
+struct VariantFindings {
+  std::string variant, title, formulation;
+  std::vector<Finding> findings;
+};
+/// Those on all variants, with the 95 % quantile of the peaks as "maximum". `calibration` may be null.
+std::vector<VariantFindings> all_findings(const Study& study, const Results& results,
+                                          const std::vector<RunRow>& runs, const Study* calibration);
+FindingCount count(const std::vector<VariantFindings>& all);
+/// experiment.json, without provenance.
+nlohmann::json to_json(const std::vector<VariantFindings>& all);
 
 /// The cells of the matrix in which the formulations' median peaks agree.
 struct Cells {
