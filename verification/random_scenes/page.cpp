@@ -59,7 +59,9 @@ std::string justification(const std::string& kind) {
   return {};
 }
 
-std::string table_of(const std::vector<Row>& rows, Suite suite) {
+namespace {
+
+std::string outcomes_of(const std::vector<Row>& rows, Suite suite) {
   std::string text = "| way | runs |", line = "| --- | --- |";
   const auto column = [&](std::string name) {
     for (auto& c : name) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
@@ -147,6 +149,21 @@ std::string noted_of(const std::vector<Row>& rows) {
   return text;
 }
 
+}  // namespace
+
+std::string summary_of(const std::vector<Row>& rows, Suite suite) {
+  return outcomes_of(rows, suite) + "\n" +
+         (suite == Suite::rows ? defects_by_kind(rows) : refusals_of(rows) + "\n" + noted_of(rows));
+}
+
+Table table_of(const std::vector<Row>& rows, std::uint64_t seed) {
+  Table table("seed,index,kind,way,outcome,check,detail");
+  for (const auto& r : rows)
+    table.row(seed, r.index, r.kind, r.way, name_of(r.verdict.outcome, Suite::agreement),
+              r.verdict.check.empty() ? "-" : r.verdict.check, field(r.verdict.detail));
+  return table;
+}
+
 std::string page_of(const std::vector<Row>& rows, std::uint64_t seed, int count, double seconds) {
   std::string text = fmt::format(
       "# Random-scene tests without a reference\n\nWritten by `freeplay extremes --random-scenes {0} --seed "
@@ -160,7 +177,7 @@ std::string page_of(const std::vector<Row>& rows, std::uint64_t seed, int count,
       "warning), *hung* (over {3:.0f} s of CPU) and *crashed* are defects. Wall time {4:.0f} s.\n\n",
       count, seed, fmt::format("{}", fmt::join(kinds(Suite::agreement), ", ")), run_limit(Suite::agreement),
       seconds);
-  text += table_of(rows, Suite::agreement) +
+  text += outcomes_of(rows, Suite::agreement) +
           "\n## Checks\n\n| check | what is compared | bound | why |\n| --- | --- | --- | --- |\n";
   for (const auto& c : checks())
     text += fmt::format("| {} | {} | {} | {} |\n", c.name, c.asks, c.bound, c.why);

@@ -2,6 +2,8 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+
 #include "values/result.hpp"
 #include "values/warning.hpp"
 
@@ -13,6 +15,11 @@ const char* name_of(Outcome outcome, Suite suite) {
       {"right", "warned", "", "refused", "HUNG", "SILENT", "CRASHED"},
       {"right", "doubted", "falsely doubted", "refused", "slow", "SILENT", "CRASHED"}};
   return names[static_cast<int>(suite)][static_cast<int>(outcome)];
+}
+
+std::string field(std::string detail) {
+  std::ranges::replace(detail, ',', ';');
+  return detail.empty() ? "-" : detail;
 }
 
 Verdict beyond_bound(const Result& run, const std::string& what, std::string_view noted) {

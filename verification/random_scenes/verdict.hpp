@@ -41,6 +41,9 @@ struct Verdict {
   double cpu = 0;  ///< s, of the run itself
 };
 
+/// A verdict's detail as a field of CSV.
+std::string field(std::string detail);
+
 /// What a run that misses a bound by `what` amounts to: doubted if a note is a warning or contains
 /// `noted` (unless that is empty), else silent; a run that also failed is refused or silent.
 Verdict beyond_bound(const Result& run, const std::string& what, std::string_view noted = {});

@@ -7,7 +7,6 @@
 #include <algorithm>
 #include <chrono>
 #include <filesystem>
-#include <map>
 #include <string>
 
 #include "cli/command_line.hpp"
@@ -21,7 +20,6 @@
 #include "io/files/result_set.hpp"
 #include "io/files/run_json.hpp"
 #include "plots/drawing/figure.hpp"
-#include "values/table.hpp"
 #include "verification/random_scenes/extremes/extremes.hpp"
 #include "verification/random_scenes/page.hpp"
 #include "verification/support/support.hpp"
@@ -57,24 +55,6 @@ std::vector<Row> judge_only(const RandomScene& scene, const std::string& way,
   return rows;
 }
 
-/// A text as a field of CSV.
-std::string field(std::string text) {
-  std::ranges::replace(text, ',', ';');
-  return text.empty() ? "-" : text;
-}
-std::string without_commas(std::string text) {
-  std::erase(text, ',');
-  return text;
-}
-
-Table table_of_rows(const std::vector<Row>& rows, std::uint64_t seed) {
-  Table table("seed,index,kind,way,outcome,check,detail");
-  for (const auto& r : rows)
-    table.row(seed, r.index, r.kind, r.way, name_of(r.verdict.outcome, Suite::agreement),
-              r.verdict.check.empty() ? "-" : r.verdict.check, field(r.verdict.detail));
-  return table;
-}
-
 /// Tests random scenes instead of the map; with `kinds`, scenes with a reference for each row. Exit status 1
 /// if there is a defect. `output`: result folder; empty: the default.
 int random_scenes(const RandomScenesRequest& request, const std::string& output) {
@@ -98,10 +78,9 @@ int random_scenes(const RandomScenesRequest& request, const std::string& output)
   const auto suite = known ? Suite::rows : Suite::agreement;
   const auto defect = [&](const Row& r) { return is_defect(r.verdict.outcome, suite); };
   const auto defects = std::ranges::count_if(rows, defect);
-  if (!known) write_file(folder / "strangers.csv", table_of_rows(rows, requested.seed).csv());
+  if (!known) write_file(folder / "strangers.csv", table_of(rows, requested.seed).csv());
   if (all) {
-    const auto text = table_of(rows, suite) + "\n" +
-                      (known ? defects_by_kind(rows) : refusals_of(rows) + "\n" + noted_of(rows));
+    const auto text = summary_of(rows, suite);
     if (known) write_file(folder / "random_scenes.md", text);
     fmt::print("{}\n", text);
     for (const auto& r : rows)
@@ -137,20 +116,7 @@ int extremes(const ExtremesRequest& request) {
   const auto folder = result_folder(request.output, "out/extremes");
   ResultSet set(folder, "extremes");
   Progress progress;
-  Table table("axis,label,value,formulation,outcome,detail"), limit_table("axis,formulation,value");
   std::string axis;
-  nlohmann::json list = nlohmann::json::array();
-  int defects = 0;
-  std::map<Outcome, int> counts;
-  std::string text =
-      "# Extreme parameters\n\nWritten by `freeplay extremes --document docs/verification`. Each cell is "
-      "a scene with "
-      "extreme parameters, run in a separate process:\n*right*: within a bound of a reference (the paper's "
-      "rig along an axis: its first two contact events against an independent solution),\n*degraded*: "
-      "outside the bound, with a warning or a note of Painlevé's paradox; *refused*: stopped with a "
-      "reason. A wrong result without a warning, a hang or a crash is a defect and fails the "
-      "suite.\n\n![map](figures/extremes.png)\n\nCells that are not right:\n\n| axis | value | formulation "
-      "| outcome | message | \n| --- | --- | --- | --- | --- |\n";
   for (std::size_t i = 0; i < cells.size(); ++i) {
     auto& c = cells[i];
     if (request.stop()) return interrupted(Kept::nothing);
@@ -162,45 +128,18 @@ int extremes(const ExtremesRequest& request) {
     fmt::print("  {:<32}{:<14}{}\n", c.label, c.formulation, name_of(c.verdict.outcome, Suite::map));
     if (c.verdict.outcome != Outcome::right) fmt::print("      {}\n", c.verdict.detail);
     std::fflush(stdout);
-    if (c.verdict.outcome != Outcome::right)
-      text += fmt::format("| {} | {} | {} | {} | {} |\n", c.axis, c.label, c.formulation,
-                          name_of(c.verdict.outcome, Suite::map), c.verdict.detail);
-    ++counts[c.verdict.outcome];
-    defects += is_defect(c.verdict.outcome, Suite::map);
-    table.row(without_commas(c.axis), without_commas(c.label), c.value, c.formulation,
-              name_of(c.verdict.outcome, Suite::map), field(c.verdict.detail));
-    list.push_back({{"axis", c.axis},
-                    {"label", c.label},
-                    {"value", c.value},
-                    {"formulation", c.formulation},
-                    {"outcome", name_of(c.verdict.outcome, Suite::map)},
-                    {"detail", c.verdict.detail}});
-  }
-  nlohmann::json limits = nlohmann::json::array();
-  for (const auto& l : predicted_limits()) {
-    limits.push_back(
-        {{"axis", l.axis}, {"formulation", l.formulation}, {"value", l.value}, {"source", l.source}});
-    limit_table.row(without_commas(l.axis), l.formulation, l.value);
   }
   auto origin = provenance();
   origin["scene_file"] = "extremes";
-  write_json(set.place() / "extremes.json", {{"provenance", origin}, {"cells", list}, {"limits", limits}});
-  write_file(set.place() / "extremes.csv", table.csv());
-  write_file(set.place() / "limits.csv", limit_table.csv());
+  write_json(set.place() / "extremes.json", to_json(cells), origin);
+  write_file(set.place() / "extremes.csv", table_of(cells).csv());
+  write_file(set.place() / "limits.csv", limits_table().csv());
   set.commit();
-  fmt::print("\n{} cells: {} right, {} degraded with a warning, {} refused; {} defects\nresults in {}\n",
-             cells.size(), counts[Outcome::right], counts[Outcome::doubted], counts[Outcome::refused],
-             defects, folder.string());
+  fmt::print("\n{}; {} defects\nresults in {}\n", totals(cells), defects(cells), folder.string());
   const auto figures = plots::all(folder);
   for (const auto& path : figures) fmt::print("  {}\n", path.string());
-  text += fmt::format(
-      "\n{} cells: {} right, {} degraded with a warning, {} refused, {} defects.\n\nPredicted limits, "
-      "drawn in the map:\n\n",
-      cells.size(), counts[Outcome::right], counts[Outcome::doubted], counts[Outcome::refused], defects);
-  for (const auto& l : predicted_limits())
-    text += fmt::format("- {}, {}: {:.3g} ({}).\n", l.axis, l.formulation, l.value, l.source);
-  write_page(request.document, folder, "extremes", "extremes.md", text, figures);
-  return defects == 0 ? 0 : 1;
+  write_page(request.document, folder, "extremes", "extremes.md", page_of(cells), figures);
+  return defects(cells) == 0 ? 0 : 1;
 }
 
 }  // namespace

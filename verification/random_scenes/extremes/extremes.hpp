@@ -4,9 +4,11 @@
 #pragma once
 
 #include <functional>
+#include <nlohmann/json_fwd.hpp>
 #include <string>
 #include <vector>
 
+#include "values/table.hpp"
 #include "verification/random_scenes/verdict.hpp"
 
 namespace freeplay {
@@ -46,5 +48,20 @@ Scene ideal_rig();  ///< the paper's rig, without clearance or instruments
 
 /// Assesses a cell in a child process; `seconds` is its time limit.
 Verdict judge_apart(const Cell& cell, double seconds);
+
+// Results of the map: the contents of its files, and its page.
+
+/// The number of cells with each outcome that is no defect, in words.
+std::string totals(const std::vector<Cell>& cells);
+int defects(const std::vector<Cell>& cells);
+
+/// extremes.json, without provenance: the cells and the predicted limits.
+nlohmann::json to_json(const std::vector<Cell>& cells);
+/// extremes.csv.
+Table table_of(const std::vector<Cell>& cells);
+/// limits.csv.
+Table limits_table();
+/// docs/verification/extremes.md.
+std::string page_of(const std::vector<Cell>& cells);
 
 }  // namespace freeplay::verification::random_scenes
