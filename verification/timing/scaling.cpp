@@ -5,6 +5,7 @@
 
 #include <cmath>
 #include <limits>
+#include <nlohmann/json.hpp>
 #include <sstream>
 #include <stdexcept>
 
@@ -52,6 +53,16 @@ std::string run_once(const Growth& growth, int count) {
                      static_cast<double>(work.pivots) / static_cast<double>(std::max(1L, work.lcp_solves)),
                      result.contacts.empty() ? 0 : lasting / static_cast<double>(result.contacts.size()),
                      result.ending.status == Ending::Status::finished ? "" : result.ending.reason);
+}
+
+const char* unit_of(const Growth& g) { return g.family == Family::penalty ? "right-hand side" : "step"; }
+
+/// Predicted cost for sizes from fit_from on; empty for smaller ones.
+std::string predicted(const Growth& g, const std::vector<Cost>& costs, const Cost& c) {
+  for (const auto& first : costs)
+    if (first.count >= g.fit_from && c.count >= first.count)
+      return fmt::format("{:.6g}", first.microseconds * std::pow(double(c.count) / first.count, g.predicted));
+  return "";
 }
 
 }  // namespace
@@ -130,6 +141,71 @@ double exponent(const Growth& growth, const std::vector<Cost>& costs) {
       cost.push_back(c.microseconds);
     }
   return count.size() < 2 ? std::nan("") : test::observed_order(count, cost);
+}
+
+Table cost_table(const Measured& measured) {
+  const auto& [g, costs] = measured;
+  Table t({g.counted, "bodies", "µs", "µs each", "set-up s", "MB", "problems", "pivots"});
+  for (const auto& c : costs)
+    t.row(c.count, c.bodies, fmt::format("{:.4g}", c.microseconds),
+          fmt::format("{:.3g}", c.microseconds / c.count), fmt::format("{:.2g}", c.setup_s),
+          fmt::format("{:.0f}", c.megabytes), fmt::format("{:.3g}", c.solves),
+          fmt::format("{:.3g}", c.pivots));
+  return t;
+}
+
+std::string conclusion(const Measured& measured) {
+  const auto& [g, costs] = measured;
+  const double found = exponent(g, costs);
+  std::string text = std::isnan(found)
+                         ? fmt::format("No exponent: it needs at least {} {}.\n", g.fit_from, g.counted)
+                         : fmt::format("Exponent from {} {} on: {:.2f}; predicted {:g}, for {}.\n",
+                                       g.fit_from, g.counted, found, g.predicted, g.reason);
+  for (const auto& c : costs)
+    if (!c.ending.empty()) text += fmt::format("The run with {} failed: {}\n", c.count, c.ending);
+  return text;
+}
+
+nlohmann::json to_json(const std::vector<Measured>& all) {
+  auto list = nlohmann::json::array();
+  for (const auto& [g, costs] : all) {
+    const double found = exponent(g, costs);
+    list.push_back({{"scene", g.name},
+                    {"what", g.what},
+                    {"counted", g.counted},
+                    {"unit", unit_of(g)},
+                    {"fit_from", g.fit_from},
+                    {"predicted_exponent", g.predicted},
+                    {"exponent", std::isnan(found) ? nlohmann::json() : nlohmann::json(found)}});
+  }
+  return {{"scenes", list}};
+}
+
+Table scaling_table(const std::vector<Measured>& all) {
+  Table table("scene,count,bodies,microseconds,predicted,setup_s,megabytes,units,solves,pivots,lasting");
+  const auto digits = [](double x) { return fmt::format("{:.6g}", x); };
+  for (const auto& [g, costs] : all)
+    for (const auto& c : costs)
+      table.row(g.name, c.count, c.bodies, digits(c.microseconds), predicted(g, costs, c), digits(c.setup_s),
+                fmt::format("{:.1f}", c.megabytes), c.units, digits(c.solves), digits(c.pivots),
+                digits(c.lasting));
+  return table;
+}
+
+std::string scaling_page(const std::vector<Measured>& all, int repetitions) {
+  std::string text = fmt::format(
+      "# Cost against size\n\nWritten by `freeplay scaling --document docs/verification`: the fastest of "
+      "{} runs, each "
+      "in a separate process with one thread. *µs*: processor time of a step or a right-hand side; *each*: "
+      "divided by the number of elements; *set-up*: time from the scene to the first step; *MB*: peak "
+      "memory of the process; *problems*: contact problems per step; *pivots*: pivots, sweeps or Newton "
+      "steps per problem. Times depend on the machine; exponents and counts do "
+      "not.\n\n![cost](figures/scaling.png)\n",
+      repetitions);
+  for (const auto& m : all)
+    text += fmt::format("\n## {}\n\n{}, {}; µs a {}.\n\n{}\n{}", m.growth.name, m.growth.what,
+                        name_of(m.growth.family), unit_of(m.growth), cost_table(m).markdown(), conclusion(m));
+  return text;
 }
 
 }  // namespace freeplay::verification

@@ -3,12 +3,14 @@
 #pragma once
 
 #include <functional>
+#include <nlohmann/json_fwd.hpp>
 #include <string>
 #include <vector>
 
 #include "mechanism/scene.hpp"
 #include "simulation/formulation.hpp"
 #include "values/stop.hpp"
+#include "values/table.hpp"
 
 namespace freeplay::verification {
 
@@ -53,5 +55,22 @@ Cost measure(const Growth& growth, int count, int repetitions);
 /// Slope of log cost over log count from growth.fit_from on, least squares; NaN with fewer than two
 /// sizes.
 double exponent(const Growth& growth, const std::vector<Cost>& costs);
+
+/// A family with the costs of its sizes.
+struct Measured {
+  Growth growth;
+  std::vector<Cost> costs = {};
+};
+
+/// The costs of a family for a reader, and the exponent in words.
+Table cost_table(const Measured& measured);
+std::string conclusion(const Measured& measured);
+
+/// scaling.json, without provenance.
+nlohmann::json to_json(const std::vector<Measured>& all);
+/// scaling.csv.
+Table scaling_table(const std::vector<Measured>& all);
+/// docs/verification/scaling.md. `repetitions`: of each measurement.
+std::string scaling_page(const std::vector<Measured>& all, int repetitions);
 
 }  // namespace freeplay::verification
