@@ -111,8 +111,9 @@ struct Verdict {
 };
 Verdict assess(const ClaimSet& set);
 
-std::string table(const Verdict& verdict);                     ///< for a terminal of 80 columns
-nlohmann::json to_json(const std::vector<Verdict>& verdicts);  ///< verification.json
+std::string table(const Verdict& verdict);  ///< for a terminal of 80 columns
+/// verification.json, without provenance
+nlohmann::json to_json(const std::vector<Verdict>& verdicts);
 /// docs/verification/verification.md
 std::string document(const std::vector<Verdict>& verdicts);
 
@@ -120,6 +121,8 @@ std::string document(const std::vector<Verdict>& verdicts);
 /// and bounds of the claims of a set, without measured values.
 std::string requested(const Verdict& verdict);
 inline constexpr const char* asked_columns = "set,judged,expected,bound,unit,quantity\n";
+/// The whole file.
+std::string requested(const std::vector<Verdict>& verdicts);
 
 // The sets of claims. The set "forces" has its parts in force_*.cpp, "gears" in gear_*.cpp and
 // slots_and_stops.cpp.

@@ -127,7 +127,13 @@ nlohmann::json to_json(const std::vector<Verdict>& verdicts) {
                         {"failure", v.failure},
                         {"claims", claims}});
   }
-  return document;
+  return {{"sets", document}};
+}
+
+std::string requested(const std::vector<Verdict>& verdicts) {
+  std::string text = asked_columns;
+  for (const auto& v : verdicts) text += requested(v);
+  return text;
 }
 
 std::string requested(const Verdict& verdict) {

@@ -98,17 +98,12 @@ int verify(const VerifyRequest& request) {
   const FolderLock lock(folder, "verify");
   settle_result_sets(folder);
   const auto origin = provenance();
-  write_json(
-      folder / "verification.json",
-      {{"provenance",
-        {{"version", origin["version"]}, {"commit", origin["commit"]}, {"scene_file", "verification"}}},
-       {"sets", to_json(verdicts)}});
+  write_json(folder / "verification.json", to_json(verdicts),
+             {{"version", origin["version"]}, {"commit", origin["commit"]}, {"scene_file", "verification"}});
   if (!request.document.empty()) {
     draw_curves(verdicts, folder);
     write_file(folder / "verification.md", verification::document(verdicts));
-    std::string rows = asked_columns;
-    for (const auto& v : verdicts) rows += requested(v);
-    write_file(folder / "verification.csv", rows);
+    write_file(folder / "verification.csv", requested(verdicts));
   }
   fmt::print("results in {}\n", folder.string());
   return all ? 0 : 1;
