@@ -12,6 +12,7 @@
 #include "cli/command_line.hpp"
 #include "cli/folders.hpp"
 #include "dynamics/system.hpp"
+#include "facade/law_documents.hpp"
 #include "formulations/contact/contact_law.hpp"
 #include "formulations/contact/film.hpp"
 #include "formulations/contact/friction_law.hpp"
@@ -26,7 +27,6 @@
 #include "mechanism/laws.hpp"
 #include "mechanism/scene.hpp"
 #include "plots/drawing/figure.hpp"
-#include "values/table.hpp"
 
 namespace freeplay::cli {
 namespace {
@@ -72,45 +72,13 @@ std::string threshold(const SteadyFilm& s, const char* unit) {
   return fmt::format("{:.5g} {}, whirl at {:.4g} of the speed", *s.critical_mass, unit, s.whirl_ratio);
 }
 
-/// The bearing, and the source of its numbers.
-nlohmann::json bearing_json(const Scene& scene, const std::string& joint, const Film& film) {
-  return {{"joint", joint},
-          {"film", film.kind == Film::Kind::short_bearing ? "short" : "long"},
-          {"cavitation", film.cavitated ? "half-sommerfeld" : "none"},
-          {"viscosity_Pa_s", film.viscosity},
-          {"bearing_length_m", film.length},
-          {"bearing_radius_m", film.radius},
-          {"clearance_m", film.clearance},
-          {"provenance", provenance(scene)}};
-}
-
-nlohmann::json steady_json(const SteadyFilm& s, double clearance) {
-  nlohmann::json j = {{"load_N", s.load},
-                      {"speed_rad_per_s", s.speed},
-                      {"sommerfeld_number", s.sommerfeld},
-                      {"eccentricity_ratio", s.ratio},
-                      {"attitude_angle_rad", s.attitude},
-                      {"least_thickness_m", s.thickness},
-                      {"power_loss_W", s.loss},
-                      {"stiffness_N_per_m", s.stiffness},
-                      {"damping_N_s_per_m", s.damping},
-                      {"stiffness_times_c_over_W", s.scaled_stiffness(clearance)},
-                      {"damping_times_c_omega_over_W", s.scaled_damping(clearance)},
-                      {"critical_mass_kg", nullptr},
-                      {"whirl_frequency_ratio", nullptr}};
-  if (s.critical_mass) {
-    j["critical_mass_kg"] = *s.critical_mass;
-    if (*s.critical_mass > 0) j["whirl_frequency_ratio"] = s.whirl_ratio;
-  }
-  return j;
-}
-
 /// Writes film.json, and film.csv with its figure if there is a table.
-void write_film(const FilmRequest& request, const nlohmann::json& document, const std::string& csv) {
+void write_film(const Scene& scene, const FilmRequest& request, const nlohmann::json& document,
+                const std::string& csv) {
   if (request.output.empty()) return;
   const auto folder = real_folder(request.output);
   ResultSet set(folder, "film");
-  write_json(set.place() / "film.json", document);
+  write_json(set.place() / "film.json", document, provenance(scene));
   if (!csv.empty()) write_file(set.place() / "film.csv", csv);
   set.commit();
   fmt::print("all digits in {}\n", (folder / (csv.empty() ? "film.json" : "film.csv")).string());
@@ -119,37 +87,24 @@ void write_film(const FilmRequest& request, const nlohmann::json& document, cons
   for (const auto& path : plots::all(folder)) fmt::print("  {}\n", path.string());
 }
 
-/// Table over the eccentricity ratio. The dimensionless quantities depend on the shape of the
-/// bearing only, not on the speed.
+/// Table over the eccentricity ratio.
 void print_chart(const Scene& scene, const FilmRequest& request, const Film& film) {
   say_bearing(request.joint, film);
   fmt::print("{:>5}{:>10}{:>7}{:>8}{:>7}{:>7}{:>7}{:>7}{:>7}{:>7}{:>7}\n", "ε", "S", "φ, °", "K_xx", "K_xy",
              "K_yx", "K_yy", "C_xx", "C_xy", "C_yx", "C_yy");
-  Table table(
-      "eccentricity_ratio,sommerfeld_number,attitude_angle,K_xx,K_xy,K_yx,K_yy,C_xx,C_xy,C_yx,C_yy,"
-      "critical_mass,whirl_frequency_ratio");
-  for (int i = 1; i < 100; ++i) {
-    const double ratio = 0.01 * i;
-    if (ratio > film.ratio(0.0)) break;
-    const auto s = steady_film(film, ratio, 1);
+  const auto chart = film_chart(film);
+  for (std::size_t i = 0; i < chart.size(); ++i) {
+    if ((i + 1) % 10 != 0 && i + 1 != 95) continue;
+    const auto& s = chart[i];
     const auto K = s.scaled_stiffness(film.clearance), C = s.scaled_damping(film.clearance);
-    std::vector<Table::Cell> row{ratio, s.sommerfeld, s.attitude};
-    for (const auto* m : {&K, &C})
-      for (const auto& line : *m) row.insert(row.end(), line.begin(), line.end());
-    if (s.critical_mass)  // m c ω²/W with ω = 1 rad/s
-      row.insert(row.end(), {*s.critical_mass * film.clearance / s.load, s.whirl_ratio});
-    else
-      row.insert(row.end(), {"", ""});
-    table.row(std::move(row));
-    if (i % 10 != 0 && i != 95) continue;
-    fmt::print("{:5.2f}{:10.4g}{:7.2f}{:8.3f}{:7.3f}{:7.3f}{:7.3f}{:7.3f}{:7.3f}{:7.3f}{:7.3f}\n", ratio,
+    fmt::print("{:5.2f}{:10.4g}{:7.2f}{:8.3f}{:7.3f}{:7.3f}{:7.3f}{:7.3f}{:7.3f}{:7.3f}{:7.3f}\n", s.ratio,
                s.sommerfeld, s.attitude * degrees, K[0][0], K[0][1], K[1][0], K[1][1], C[0][0], C[0][1],
                C[1][0], C[1][1]);
   }
   fmt::print(
       "\nK in units of W/c, C in W/(cω); x along the load, y at 90° from x in the\ndirection of rotation. "
       "Use --load and --rpm for values in SI units.\n");
-  write_film(request, bearing_json(scene, request.joint, film), table.csv());
+  write_film(scene, request, film_json(request.joint, film), film_table(film, chart).csv());
 }
 
 void print_point(const Scene& scene, const FilmRequest& request, const Film& film) {
@@ -182,9 +137,7 @@ void print_point(const Scene& scene, const FilmRequest& request, const Film& fil
   fmt::print("\n");
   line("critical mass per bearing", threshold(s, "kg"));
   fmt::print("\nx along the load, y at 90° from x in the direction of rotation.\n");
-  auto document = bearing_json(scene, request.joint, film);
-  document.update(steady_json(s, film.clearance));
-  write_film(request, document, "");
+  write_film(scene, request, film_json(request.joint, film, &s), "");
 }
 
 /// Prints the equilibrium and the linear coefficients at a load and a speed, or without them a table
@@ -209,26 +162,14 @@ struct LawsRequest : Request {
   std::string output;                    ///< result folder
 };
 
-std::string csv(const char* header, const std::vector<LawCurve>& curves) {
-  Table table(header);
-  for (const auto& curve : curves)
-    for (const auto& [x, y] : curve.points) table.row(curve.law, x, y);
-  return table.csv();
-}
-
-/// Writes impact_loops.csv (law,delta,force), delivered.csv (law,requested,delivered), friction.csv
-/// (law,speed,coefficient) and laws.json (settings and provenance).
+/// Writes impact_loops.csv, delivered.csv, friction.csv and laws.json.
 void write_curves(const Scene& scene, const ImpactSetting& setting, const std::filesystem::path& folder) {
   const auto curves = law_curves(scene, setting);
-  write_file(folder / "impact_loops.csv", csv("law,delta,force", curves.impacts));
-  write_file(folder / "delivered.csv", csv("law,requested,delivered", curves.delivered));
-  write_file(folder / "friction.csv", csv("law,speed,coefficient", curves.friction));
-  const nlohmann::json document = {{"contact", curves.contact},
-                                   {"mass_kg", setting.mass},
-                                   {"approach_m_per_s", setting.speed},
-                                   {"restitution_asked", curves.restitution},
-                                   {"provenance", provenance(scene)}};
-  write_json(folder / "laws.json", document);
+  const LawTables tables(curves);
+  write_file(folder / "impact_loops.csv", tables.impacts.csv());
+  write_file(folder / "delivered.csv", tables.delivered.csv());
+  write_file(folder / "friction.csv", tables.friction.csv());
+  write_json(folder / "laws.json", to_json(curves, setting), provenance(scene));
 }
 
 /// The requested regularisation speed, or that of the law in force; else 1 mm/s.
