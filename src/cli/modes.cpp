@@ -1,5 +1,5 @@
 // freeplay modes: equilibrium of a mechanism, its stability, and its natural frequencies.
-#include "dynamics/assembly/modes.hpp"
+#include "facade/small_motions.hpp"
 
 #include <fmt/format.h>
 
@@ -11,16 +11,13 @@
 #include "cli/command_line.hpp"
 #include "cli/scene_report.hpp"
 #include "cli/terminal.hpp"
-#include "dynamics/assembly/assembly.hpp"
 #include "dynamics/planar.hpp"
 #include "dynamics/system.hpp"
-#include "formulations/make.hpp"
 #include "io/files/output_file.hpp"
 #include "io/files/result_set.hpp"
 #include "io/files/run_json.hpp"
 #include "io/scene/read_scene.hpp"
 #include "mechanism/scene.hpp"
-#include "values/table.hpp"
 
 namespace freeplay::cli {
 namespace {
@@ -32,42 +29,6 @@ struct ModesRequest : Request {
   std::string output;           ///< result folder; empty: no files
 };
 
-/// Results of the verb.
-struct Found {
-  Equilibrium at;
-  Modes modes;
-  double left = 0;  ///< N, unbalanced force when linearised about the start
-};
-
-Found find(const Scene& scene, const System& system, Family family, bool at_start, const StopToken& stop) {
-  using Start = RunOptions::Start;
-  const auto elastic = compliances(family, scene, system);
-  const bool rests = scene.run.start == Start::equilibrium;
-  const auto from = assemble(scene.mechanism, rests ? Start::assembled : scene.run.start, nullptr, stop);
-  Found found;
-  found.at = at_start ? as_it_stands(system, from, elastic, found.left)
-                      : find_equilibrium(scene.mechanism, system, from.q, elastic, stop);
-  found.modes = find_modes(system, found.at, elastic);
-  return found;
-}
-
-std::string coordinate(const Scene& scene, int i) {
-  return scene.mechanism.bodies[planar::body_of(i)].name + "." + planar::name(i % planar::coordinates);
-}
-
-const char* word(Mode::Kind kind) {
-  switch (kind) {
-    case Mode::Kind::swing:
-      return "swing";
-    case Mode::Kind::decay:
-      return "decay";
-    case Mode::Kind::growth:
-      return "growth";
-    default:
-      return "free";
-  }
-}
-
 /// The coordinates that move most in a mode; angles are multiplied by a length.
 std::string shape(const Scene& scene, const Mode& m, double length) {
   const auto size = [&](int i) { return std::abs(m.shape[i]) * (i % planar::coordinates == 2 ? length : 1); };
@@ -78,7 +39,7 @@ std::string shape(const Scene& scene, const Mode& m, double length) {
   for (std::size_t i = 0; i < std::min<std::size_t>(4, order.size()) && size(order[i]) > 1e-3; ++i) {
     const auto x = m.shape[order[i]];
     const bool turned = std::abs(x.imag()) > 1e-6 * std::abs(x);
-    text += (i > 0 ? ", " : "") + coordinate(scene, order[i]) +
+    text += (i > 0 ? ", " : "") + coordinate_name(scene, order[i]) +
             fmt::format(" {:.4g}", turned ? std::abs(x) : x.real());
     if (turned) text += fmt::format(" at {:.0f}°", std::arg(x) * 180 / std::numbers::pi);
   }
@@ -128,10 +89,10 @@ std::vector<std::string> left_out(const Scene& scene, const System& system, cons
   return list;
 }
 
-void print(const Scene& scene, const System& system, const ModesRequest& request, const Found& found) {
+void print(const Scene& scene, const System& system, const SmallMotions& found) {
   const auto& at = found.at;
   fmt::print("{}\n\n", scene.mechanism.title.empty() ? scene.file.string() : scene.mechanism.title);
-  if (request.about == "equilibrium")
+  if (!found.about_start)
     fmt::print("{}", wrapped(fmt::format("equilibrium, {}; reached by descent in {} steps\n", describe(at),
                                          at.steps)));
   else
@@ -144,7 +105,7 @@ void print(const Scene& scene, const System& system, const ModesRequest& request
                        "{} small motion{}, {} formulation; mode shapes scaled to 1 m, angles in rad times "
                        "{:.4g} m\n\n",
                        found.modes.modes.size(), found.modes.modes.size() == 1 ? "" : "s",
-                       request.formulation, found.modes.length)));
+                       name_of(found.family), found.modes.length)));
   for (std::size_t i = 0; i < found.modes.modes.size(); ++i)
     print_mode(scene, i + 1, found.modes.modes[i], found.modes.length);
   const auto out = left_out(scene, system, found.at);
@@ -152,60 +113,22 @@ void print(const Scene& scene, const System& system, const ModesRequest& request
   for (const auto& what : out) fmt::print("{}", wrapped("  " + what + "\n", 4));
 }
 
-/// Writes modes.csv, equilibrium.csv and modes.json.
-void write(const Scene& scene, const System& system, const ModesRequest& request, const Found& found,
-           const std::filesystem::path& folder) {
-  Table modes("mode,kind,s_re,s_im,natural_hz,swing_hz,damping_ratio"), places("body,x,y,theta"),
-      forces("element,fx,fy,m,fn");
-  for (int i = 0; i < system.n(); ++i)
-    for (const char* part : {".re", ".im"}) modes.column(coordinate(scene, i) + part);
-  for (std::size_t i = 0; i < found.modes.modes.size(); ++i) {
-    const auto& m = found.modes.modes[i];
-    std::vector<Table::Cell> row{static_cast<std::int64_t>(i + 1),
-                                 word(m.kind),
-                                 m.s.real(),
-                                 m.s.imag(),
-                                 m.natural(),
-                                 m.swinging(),
-                                 m.damping()};
-    for (const auto& x : m.shape) row.insert(row.end(), {x.real(), x.imag()});
-    modes.row(std::move(row));
-  }
-  for (std::size_t b = 0; b < scene.mechanism.bodies.size(); ++b) {
-    const double* q = found.at.state.q.data();
-    const auto at = planar::position(q, b);
-    places.row(scene.mechanism.bodies[b].name, at.x(), at.y(), planar::angle(q, b));
-  }
-  const auto all = static_forces(system, found.at);
-  for (std::size_t i = 0; i < all.elements.size(); ++i) {
-    const auto& f = all.elements[i];
-    forces.row(system.force_elements()[i].name, f.fx, f.fy, f.m, f.fn);
-  }
-  write_file(folder / "modes.csv", modes.csv());
-  write_file(folder / "equilibrium.csv", places.csv());
-  write_file(folder / "static_forces.csv", forces.csv());
-  write_json(folder / "modes.json",
-             {{"formulation", request.formulation},
-              {"about", request.about},
-              {"stability", request.about == "equilibrium" ? describe(found.at) : "not judged"},
-              {"unanswered_N", found.left},
-              {"steps", found.at.steps},
-              {"arm_m", found.modes.length},
-              {"provenance", provenance(scene)}});
-}
-
 int modes(const ModesRequest& request) {
   const Scene scene = read_scene(request.scene, request.overrides, request.reach == Reach::anywhere);
   ask(scene);
   const System system(scene.mechanism);
   const auto family = family_named(request.formulation).value();
-  const auto found =
-      located_in(scene, [&] { return find(scene, system, family, request.about == "start", request.stop); });
-  print(scene, system, request, found);
+  const auto found = located_in(
+      scene, [&] { return small_motions(scene, system, family, request.about == "start", request.stop); });
+  print(scene, system, found);
   if (!request.output.empty()) {
     const auto folder = real_folder(request.output);
     ResultSet set(folder, "modes");
-    write(scene, system, request, found, set.place());
+    const SmallMotionTables tables(scene, system, found);
+    write_file(set.place() / "modes.csv", tables.modes.csv());
+    write_file(set.place() / "equilibrium.csv", tables.positions.csv());
+    write_file(set.place() / "static_forces.csv", tables.forces.csv());
+    write_json(set.place() / "modes.json", to_json(found), provenance(scene));
     set.commit();
     fmt::print("\nresults in {}\n", folder.string());
   }
