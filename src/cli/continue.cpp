@@ -158,27 +158,6 @@ EarlierBranches read_earlier(const std::filesystem::path& folder, const std::str
   return all;
 }
 
-nlohmann::json continuation_json(const ContinuationPlan& plan, const Branches& found,
-                                 const EarlierBranches& earlier) {
-  nlohmann::json document = {{"key", plan.key},     {"from", plan.from}, {"to", plan.to},
-                             {"scale", plan.scale}, {"unit", plan.unit}, {"periods", plan.periods}};
-  auto ends = earlier.ends;
-  std::erase_if(ends, [&](const BranchEnd& e) {
-    return std::ranges::find(found.ends, e.branch, &BranchEnd::branch) != found.ends.end();
-  });
-  ends.insert(ends.end(), found.ends.begin(), found.ends.end());
-  auto bifurcations = earlier.bifurcations;
-  for (auto& b : to_json(found.bifurcations)) bifurcations.push_back(std::move(b));
-  if (plan.second) {
-    const auto& second = *plan.second;
-    document["second"] = {{"key", second.key},     {"from", second.from}, {"to", second.to},
-                          {"scale", second.scale}, {"unit", second.unit}, {"curves", to_json(found.curves)}};
-  }
-  document["branches"] = to_json(ends);
-  document["bifurcations"] = bifurcations;
-  return document;
-}
-
 /// The expressions of the study as functions of motions.
 std::vector<BranchQuantity> events_of(const Study& study, const ContinuationPlan& plan,
                                       const std::vector<std::string>& columns) {
@@ -225,9 +204,8 @@ int continue_branches(const ContinueVerb& request) try {
     }
   }();
   const auto folder = result_folder(request.output, default_folder(study.file, "-continue"));
-  nlohmann::json document;
-  document["provenance"] = provenance(study);
-  document["provenance"]["scene_file"] = study.scene.lexically_normal().string();
+  auto origin = provenance(study);
+  origin["scene_file"] = study.scene.lexically_normal().string();
   ResultSet set(folder, "continue");
   BranchTables tables(scene);
   LiveTable branch(tables.branch, folder, "branch.csv"),
@@ -236,7 +214,7 @@ int continue_branches(const ContinueVerb& request) try {
       curves(tables.curves, folder, "curves.csv");
   EarlierBranches earlier;
   if (!request.from.empty()) {
-    earlier = read_earlier(request.from, plan.key, tables.branch.columns(), document["provenance"]);
+    earlier = read_earlier(request.from, plan.key, tables.branch.columns(), origin);
     branch.earlier = earlier.rows;
     impacts.earlier = earlier.impacts;
     bifurcations.earlier = earlier.marks;
@@ -302,8 +280,7 @@ int continue_branches(const ContinueVerb& request) try {
     fmt::print(stderr, "{}", wrapped("no periodic motion found at the start: " + found.failure + "\n"));
     return 1;
   }
-  document["continue"] = continuation_json(plan, found, earlier);
-  write_json(set.place() / "continue.json", document);
+  write_json(set.place() / "continue.json", to_json(plan, found, earlier.ends, earlier.bifurcations), origin);
   for (const auto* table : {&branch, &impacts, &bifurcations}) table->write_into(set.place());
   if (plan.second) curves.write_into(set.place());
   set.commit();

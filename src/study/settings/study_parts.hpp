@@ -4,6 +4,7 @@
 #pragma once
 
 #include <filesystem>
+#include <nlohmann/json_fwd.hpp>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -267,5 +268,9 @@ struct ContinuationPlan {
     if (auto* second = k.given("second", x.second)) SecondKeyPlan::keys(k, *second);
   }
 };
+
+/// continue.json, without provenance. The lists: of an earlier result whose branches go on.
+nlohmann::json to_json(const ContinuationPlan& plan, const Branches& found, std::vector<BranchEnd> ends,
+                       nlohmann::json bifurcations);
 
 }  // namespace freeplay
