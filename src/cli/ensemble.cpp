@@ -3,7 +3,6 @@
 
 #include <fmt/format.h>
 
-#include <cmath>
 #include <nlohmann/json.hpp>
 #include <optional>
 
@@ -47,46 +46,6 @@ std::vector<std::string> arguments_of(const EnsembleVerb& r) {
   return list;
 }
 
-/// A number that is not finite is an empty field.
-Table::Cell number(double x) { return std::isfinite(x) ? Table::Cell(x) : Table::Cell(std::string()); }
-
-Table with_spread(const char* columns) {
-  Table table(columns);
-  for (const char* name : {"count", "mean", "error", "low", "high", "least", "greatest"}) table.column(name);
-  for (const double level : band_levels) table.column(fmt::format("q{:02.0f}", 100 * level));
-  return table;
-}
-void add(Table& table, std::vector<Table::Cell> row, const Spread& s) {
-  row.push_back(Table::cell(s.of.count));
-  for (const double x : {s.of.mean, s.error, s.of.low, s.of.high, s.of.least, s.of.greatest})
-    row.push_back(number(x));
-  for (const double x : s.quantile) row.push_back(number(x));
-  table.row(std::move(row));
-}
-
-Table statistics_table(const Ensemble& all) {
-  auto table = with_spread("statistic");
-  for (std::size_t i = 0; i < all.statistics.size(); ++i) add(table, {all.statistics[i]}, all.spreads[i]);
-  return table;
-}
-Table runs_table(const Ensemble& all) {
-  Table table("start,finished");
-  for (const auto& name : all.statistics) table.column(name);
-  for (std::size_t k = 0; k < all.runs.size(); ++k) {
-    std::vector<Table::Cell> row{Table::cell(k), Table::cell(all.failures[k].empty())};
-    for (const double x : all.runs[k]) row.push_back(number(x));
-    table.row(std::move(row));
-  }
-  return table;
-}
-Table bands_table(const Ensemble& all) {
-  auto table = with_spread("column,t");
-  for (std::size_t c = 0; c < all.columns.size(); ++c)
-    for (std::size_t row = 0; row < all.t.size(); ++row)
-      add(table, {all.columns[c], all.t[row]}, all.band(row, c));
-  return table;
-}
-
 /// Prints a selection for a terminal: statistics of contacts and energy, or whatever exists.
 void show(const Ensemble& all) {
   Table table(",mean,± (95 %),median");
@@ -127,19 +86,8 @@ int ensemble(const EnsembleVerb& request) {
     fmt::print("interrupted; nothing was written\n");
     return 1;
   }
-  nlohmann::json document;
-  document["ensemble"] = {{"formulation", plan.formulation},
-                          {"starts", plan.starts},
-                          {"finished", all.finished()},
-                          {"seed", plan.seed},
-                          {"turn", plan.how.turn},
-                          {"play", plan.how.play},
-                          {"steps", all.steps},
-                          {"steps_in_lanes", all.in_lanes},
-                          {"wall_seconds", all.wall_seconds},
-                          {"cpu_seconds", all.cpu_seconds}};
-  document["provenance"] = provenance(*scene, identify(*scene, plan.formulation, true));
-  write_json(set.place() / "ensemble.json", document);
+  write_json(set.place() / "ensemble.json", to_json(plan, all),
+             provenance(*scene, identify(*scene, plan.formulation, true)));
   write_file(set.place() / "statistics.csv", statistics_table(all).csv());
   write_file(set.place() / "starts.csv", runs_table(all).csv());
   write_file(set.place() / "bands.csv", bands_table(all).csv());

@@ -1,7 +1,6 @@
 // freeplay poincare: the state of a scene at the points of a Poincaré section.
 #include <fmt/format.h>
 
-#include <array>
 #include <nlohmann/json.hpp>
 
 #include "cli/command_line.hpp"
@@ -14,7 +13,6 @@
 #include "mechanism/scene.hpp"
 #include "study/runs/section_run.hpp"
 #include "values/family.hpp"
-#include "values/table.hpp"
 #include "values/warning.hpp"
 
 namespace freeplay::cli {
@@ -28,29 +26,6 @@ struct PoincareRequest : Request {
   std::optional<double> periods, discard;
   std::string output;  ///< result folder
 };
-
-/// The two columns of the figure: the requested ones, or the defaults of the section.
-std::array<std::size_t, 2> shown(const SectionRun& run, const PoincareRequest& request) {
-  std::array<std::size_t, 2> at{};
-  for (std::size_t i = 0; i < 2; ++i) {
-    const auto& requested = i == 0 ? request.x : request.y;
-    const auto& name = requested.empty() ? run.plan.shown[i] : requested;
-    for (std::size_t c = 0; c < run.plan.columns.size(); ++c)
-      if (run.plan.columns[c].name == name) at[i] = c;
-  }
-  return at;
-}
-
-Table table(const SectionRun& run) {
-  Table points("t");
-  for (const auto& c : run.plan.columns) points.column(c.name);
-  for (std::size_t i = 0; i < run.size(); ++i) {
-    std::vector<double> row{run.t[i]};
-    for (std::size_t c = 0; c < run.plan.columns.size(); ++c) row.push_back(run.at(i, c));
-    points.row(row);
-  }
-  return points;
-}
 
 int poincare(const PoincareRequest& request) {
   const auto scene = read_scene(request.scene, request.overrides);
@@ -80,23 +55,9 @@ int poincare(const PoincareRequest& request) {
   const auto run = simulation.run();
   progress.clear();
   if (run.ending.status == Ending::Status::interrupted) return interrupted(Kept::nothing);
-  const auto axes = shown(run, request);
-  nlohmann::json document;
-  document["section"] = {{"asked", request.section},
-                         {"formulation", request.formulation},
-                         {"points", run.size()},
-                         {"period_s", run.plan.period},
-                         {"from_s", run.plan.discard},
-                         {"to_s", run.plan.until},
-                         {"x", run.plan.columns[axes[0]].name},
-                         {"x_unit", run.plan.columns[axes[0]].unit},
-                         {"y", run.plan.columns[axes[1]].name},
-                         {"y_unit", run.plan.columns[axes[1]].unit},
-                         {"ending", run.ending.reason},
-                         {"notes", run.notes}};
-  document["provenance"] = provenance(scene, identity);
-  write_json(set.place() / "section.json", document);
-  write_file(set.place() / "section.csv", table(run).csv());
+  write_json(set.place() / "section.json", to_json(run, requested, {request.x, request.y}),
+             provenance(scene, identity));
+  write_file(set.place() / "section.csv", section_table(run).csv());
   set.commit();
   fmt::print("{}: {} points of \"{}\" from {:.6g} s to {:.6g} s\n", request.formulation, run.size(),
              request.section, run.plan.discard, run.plan.until);

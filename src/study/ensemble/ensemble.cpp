@@ -8,6 +8,7 @@
 #include <cmath>
 #include <memory>
 #include <mutex>
+#include <nlohmann/json.hpp>
 #include <numeric>
 #include <optional>
 #include <set>
@@ -299,6 +300,68 @@ Ensemble run_ensemble(const Scene& scene, const EnsemblePlan& plan,
   auto all = starts.together(outcomes);
   all.wall_seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - began).count();
   return all;
+}
+
+// Contents of the result files.
+
+namespace {
+
+/// A number that is not finite is an empty field.
+Table::Cell number(double x) { return std::isfinite(x) ? Table::Cell(x) : Table::Cell(std::string()); }
+
+Table with_spread(const char* columns) {
+  Table table(columns);
+  for (const char* name : {"count", "mean", "error", "low", "high", "least", "greatest"}) table.column(name);
+  for (const double level : band_levels) table.column(fmt::format("q{:02.0f}", 100 * level));
+  return table;
+}
+void add(Table& table, std::vector<Table::Cell> row, const Spread& s) {
+  row.push_back(Table::cell(s.of.count));
+  for (const double x : {s.of.mean, s.error, s.of.low, s.of.high, s.of.least, s.of.greatest})
+    row.push_back(number(x));
+  for (const double x : s.quantile) row.push_back(number(x));
+  table.row(std::move(row));
+}
+
+}  // namespace
+
+nlohmann::json to_json(const EnsemblePlan& plan, const Ensemble& all) {
+  return {{"ensemble",
+           {{"formulation", plan.formulation},
+            {"starts", plan.starts},
+            {"finished", all.finished()},
+            {"seed", plan.seed},
+            {"turn", plan.how.turn},
+            {"play", plan.how.play},
+            {"steps", all.steps},
+            {"steps_in_lanes", all.in_lanes},
+            {"wall_seconds", all.wall_seconds},
+            {"cpu_seconds", all.cpu_seconds}}}};
+}
+
+Table statistics_table(const Ensemble& all) {
+  auto table = with_spread("statistic");
+  for (std::size_t i = 0; i < all.statistics.size(); ++i) add(table, {all.statistics[i]}, all.spreads[i]);
+  return table;
+}
+
+Table runs_table(const Ensemble& all) {
+  Table table("start,finished");
+  for (const auto& name : all.statistics) table.column(name);
+  for (std::size_t k = 0; k < all.runs.size(); ++k) {
+    std::vector<Table::Cell> row{Table::cell(k), Table::cell(all.failures[k].empty())};
+    for (const double x : all.runs[k]) row.push_back(number(x));
+    table.row(std::move(row));
+  }
+  return table;
+}
+
+Table bands_table(const Ensemble& all) {
+  auto table = with_spread("column,t");
+  for (std::size_t c = 0; c < all.columns.size(); ++c)
+    for (std::size_t row = 0; row < all.t.size(); ++row)
+      add(table, {all.columns[c], all.t[row]}, all.band(row, c));
+  return table;
 }
 
 namespace {

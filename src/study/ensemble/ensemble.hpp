@@ -10,6 +10,7 @@
 #include <cstdint>
 #include <functional>
 #include <map>
+#include <nlohmann/json_fwd.hpp>
 #include <string>
 #include <vector>
 
@@ -18,6 +19,7 @@
 #include "study/store/results.hpp"
 #include "study/store/run_store.hpp"
 #include "values/stop.hpp"
+#include "values/table.hpp"
 
 namespace freeplay {
 
@@ -112,6 +114,13 @@ class Starts {
 /// a column does not exist, or the stored values exceed two gigabytes.
 Ensemble run_ensemble(const Scene& scene, const EnsemblePlan& plan,
                       const std::function<void(double)>& on_progress, const EnsembleStore* known = nullptr);
+
+/// ensemble.json, without provenance.
+nlohmann::json to_json(const EnsemblePlan& plan, const Ensemble& all);
+/// statistics.csv, starts.csv and bands.csv. A number that is not finite is an empty field.
+Table statistics_table(const Ensemble& all);
+Table runs_table(const Ensemble& all);
+Table bands_table(const Ensemble& all);
 
 // Database of an ensemble's starts (study/store/run_store.hpp): tables runs (run, start, failure,
 // steps, rows: a blob of doubles) and numbers (run, name, value).

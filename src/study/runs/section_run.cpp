@@ -2,6 +2,9 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <nlohmann/json.hpp>
+
 #include "io/scene/read_scene.hpp"
 #include "mechanism/duration.hpp"
 #include "mechanism/scene.hpp"
@@ -99,6 +102,41 @@ bool SectionSimulation::take(Result result) {
 SectionRun SectionSimulation::run() {
   run_alone(*this);
   return std::move(run_);
+}
+
+nlohmann::json to_json(const SectionRun& run, const SectionRequest& request,
+                       const std::array<std::string, 2>& shown) {
+  const auto column = [&](std::size_t i) -> const NamedColumn& {
+    const auto& list = run.plan.columns;
+    const auto at =
+        std::ranges::find(list, shown[i].empty() ? run.plan.shown[i] : shown[i], &NamedColumn::name);
+    return at == list.end() ? list.front() : *at;
+  };
+  const auto &x = column(0), &y = column(1);
+  return {{"section",
+           {{"asked", request.section},
+            {"formulation", request.formulation},
+            {"points", run.size()},
+            {"period_s", run.plan.period},
+            {"from_s", run.plan.discard},
+            {"to_s", run.plan.until},
+            {"x", x.name},
+            {"x_unit", x.unit},
+            {"y", y.name},
+            {"y_unit", y.unit},
+            {"ending", run.ending.reason},
+            {"notes", run.notes}}}};
+}
+
+Table section_table(const SectionRun& run) {
+  Table points("t");
+  for (const auto& c : run.plan.columns) points.column(c.name);
+  for (std::size_t i = 0; i < run.size(); ++i) {
+    std::vector<double> row{run.t[i]};
+    for (std::size_t c = 0; c < run.plan.columns.size(); ++c) row.push_back(run.at(i, c));
+    points.row(row);
+  }
+  return points;
 }
 
 }  // namespace freeplay

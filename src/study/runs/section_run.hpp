@@ -6,7 +6,9 @@
 // simulation.
 #pragma once
 
+#include <array>
 #include <memory>
+#include <nlohmann/json_fwd.hpp>
 #include <optional>
 #include <string>
 #include <vector>
@@ -15,6 +17,7 @@
 #include "io/scene/read_section.hpp"
 #include "simulation/section.hpp"
 #include "study/runs/executor.hpp"
+#include "values/table.hpp"
 
 namespace freeplay {
 
@@ -56,6 +59,12 @@ struct SectionRun {
     return rows[point * plan.columns.size() + column];
   }
 };
+
+/// section.json, without provenance. `shown`: columns x and y of the figure; empty: those of the plan.
+nlohmann::json to_json(const SectionRun& run, const SectionRequest& request,
+                       const std::array<std::string, 2>& shown);
+/// section.csv.
+Table section_table(const SectionRun& run);
 
 /// A section run that is ready to start. Throws SceneError if the scene cannot be run or does not
 /// suit the request, and Interrupted on a stop request during assembly.
