@@ -104,17 +104,9 @@ int validate_data(const ValidateRequest& request) {
       fmt::print(stderr, "{}: stopped: {}\n", a.formulation, a.ending.reason);
       status = 1;
     }
-  auto document = to_json(v);
-  document["provenance"] = provenance(*open_scene(request.scene, request.overrides));
-  document["data"] = request.data;
-  document["restitution"] = request.as_given ? "as-given" : "delivered";
-  write_json(set.place() / "validation.json", document);
-  Table csv("crank_angle,measured,penalty,nonsmooth");
-  if (status == 0)
-    for (int i = 0; i < mean_bins; ++i)
-      csv.row((i + 0.5) * 360 / mean_bins, v.measured.mean_turn[i], v.models[0].mean_turn[i],
-              v.models[1].mean_turn[i]);
-  write_file(set.place() / "overlay.csv", csv.csv());
+  write_json(set.place() / "validation.json", to_json(v, request.data, !request.as_given),
+             provenance(*open_scene(request.scene, request.overrides)));
+  write_file(set.place() / "overlay.csv", overlay_table(v).csv());
   set.commit();
   fmt::print("\nresults in {}\n", folder.string());
   if (status == 0) fmt::print("figures:\n  {}\n", plots::overlay.draw(folder).front().string());

@@ -214,7 +214,7 @@ Validation validate(const std::filesystem::path& file, const std::vector<std::st
   return v;
 }
 
-nlohmann::json to_json(const Validation& v) {
+nlohmann::json to_json(const Validation& v, const std::string& data, bool matched) {
   nlohmann::json models = nlohmann::json::object();
   const auto of = [](const Interval& x) {
     return nlohmann::json{{"value", x.mean}, {"low", x.low}, {"high", x.high}};
@@ -275,7 +275,19 @@ nlohmann::json to_json(const Validation& v) {
           {"remarks", v.remarks},
           {"models", models},
           {"other_clearances", trials},
-          {"verdict", v.conclusion}};
+          {"verdict", v.conclusion},
+          {"data", data},
+          {"restitution", matched ? "delivered" : "as-given"}};
+}
+
+Table overlay_table(const Validation& v) {
+  Table table("crank_angle,measured,penalty,nonsmooth");
+  if (std::ranges::all_of(v.models,
+                          [](const auto& a) { return a.ending.status == Ending::Status::finished; }))
+    for (int i = 0; i < mean_bins; ++i)
+      table.row((i + 0.5) * 360 / mean_bins, v.measured.mean_turn[i], v.models[0].mean_turn[i],
+                v.models[1].mean_turn[i]);
+  return table;
 }
 
 }  // namespace freeplay

@@ -14,6 +14,7 @@
 #include "measure/measurement.hpp"
 #include "study/calibration/agreement.hpp"
 #include "study/runs/case_run.hpp"
+#include "values/table.hpp"
 
 namespace freeplay {
 
@@ -65,7 +66,9 @@ struct ValidateSetup {
 Validation validate(const std::filesystem::path& file, const std::vector<std::string>& overrides,
                     const std::filesystem::path& data, const ValidateSetup& setup, const Conduct& conduct);
 
-/// The result as JSON, without provenance.
-nlohmann::json to_json(const Validation& v);
+/// validation.json, without provenance. `matched`: the nonsmooth model had the delivered restitution.
+nlohmann::json to_json(const Validation& v, const std::string& data, bool matched);
+/// overlay.csv: the mean revolutions; empty unless both models finished.
+Table overlay_table(const Validation& v);
 
 }  // namespace freeplay
