@@ -158,10 +158,9 @@ int paper_figures(const PaperRequest& request, const Conduct& conduct) {
   progress.clear();
   if (summary.interrupted) return interrupted(Kept::runs);
   write_sweep_document(study, results, folder);
-  nlohmann::json document;
-  document["provenance"] = provenance(study);
-  document["paper"] = {{"name", request.paper}, {"runs", summary.total}, {"failed", summary.failed}};
-  write_json(set.place() / "paper.json", document);
+  write_json(set.place() / "paper.json",
+             {{"paper", {{"name", request.paper}, {"runs", summary.total}, {"failed", summary.failed}}}},
+             provenance(study));
   write_tables(study, results, conduct, set.place());
   set.commit();
   fmt::print("{} runs, {} of them new, in {:.0f} s; results in {}\n", summary.total, summary.ran,

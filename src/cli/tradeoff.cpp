@@ -33,9 +33,8 @@ int tradeoff(const TradeoffRequest& request) {
   const auto folder = result_folder(request.output, default_folder(study.file, ""));
   std::vector<std::shared_ptr<const Scene>> scenes;  // read all before any run
   for (const auto& v : study.variants) scenes.push_back(open_scene(v.scene, v.overrides));
-  nlohmann::json document;
-  document["provenance"] = provenance(study);
-  document["provenance"]["scene_file"] = study.file.string();
+  auto origin = provenance(study);
+  origin["scene_file"] = study.file.string();
   ResultSet set(folder, "tradeoff");
   std::vector<TradeoffScene> measured;
   Progress progress;
@@ -47,14 +46,13 @@ int tradeoff(const TradeoffRequest& request) {
     progress.clear();
     if (request.stop()) return interrupted(Kept::nothing);
     t.name = v.name;
+    t.file = v.scene;
     t.variant = v.title;
     fmt::print("{}", tradeoff_text(t));
     std::fflush(stdout);
-    document["scenes"][v.name] = to_json(t);
-    document["scenes"][v.name]["scene_file"] = v.scene.lexically_normal().string();
     measured.push_back(std::move(t));
   }
-  write_json(set.place() / "tradeoff.json", document);
+  write_json(set.place() / "tradeoff.json", to_json(measured), origin);
   write_file(set.place() / "tradeoff.csv", tradeoff_table(measured).csv());
   set.commit();
   const auto figures = plots::all(folder);

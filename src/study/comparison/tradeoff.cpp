@@ -96,7 +96,9 @@ std::vector<std::pair<std::string, double>> orders_in_work(const TradeoffScene& 
   return orders;
 }
 
-nlohmann::json to_json(const TradeoffScene& t) {
+namespace {
+
+nlohmann::json scene_json(const TradeoffScene& t) {
   const auto reference = [](const Reference& r) {
     return nlohmann::json{{"touches", r.touches.size()},
                           {"horizon_s", r.horizon},
@@ -122,11 +124,20 @@ nlohmann::json to_json(const TradeoffScene& t) {
                     {"factorisations", m.work.factorisations},
                     {"pivots", m.work.pivots}});
   return {{"title", t.title},
+          {"scene_file", t.file.lexically_normal().string()},
           {"reference_penalty", reference(t.penalty)},
           {"reference_nonsmooth", reference(t.nonsmooth)},
           {"model_error_of_penalty", t.model_error},
           {"sampling_error_of_dissipated", t.sampling_error},
           {"settings", list}};
+}
+
+}  // namespace
+
+nlohmann::json to_json(const std::vector<TradeoffScene>& scenes) {
+  nlohmann::json document;
+  for (const auto& t : scenes) document["scenes"][t.name] = scene_json(t);
+  return document;
 }
 
 // The texts of `freeplay tradeoff`: the tables of its scenes, and the page docs/verification/tradeoff.md.

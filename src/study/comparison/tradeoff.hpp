@@ -6,6 +6,7 @@
 #include <nlohmann/json_fwd.hpp>
 
 #include <cmath>
+#include <filesystem>
 
 #include "study/comparison/settings.hpp"
 #include "values/table.hpp"
@@ -15,7 +16,8 @@ namespace freeplay {
 /// Measurements on one scene.
 struct TradeoffScene {
   std::string name, title;
-  std::string variant;  ///< title of the variant in the study
+  std::string variant;         ///< title of the variant in the study
+  std::filesystem::path file;  ///< of its scene
   Reference penalty, nonsmooth;
   /// Modelling error of the penalty formulation: the first two contact onsets of its reference
   /// against those of the impact law with the delivered restitution. It is caused by the finite
@@ -39,8 +41,8 @@ TradeoffScene trade_off(const Scene& scene, const Conduct& conduct, int repeats,
 /// line (correlation of the logarithms below 0.9).
 std::vector<std::pair<std::string, double>> orders_in_work(const TradeoffScene& t);
 
-/// The results of one scene as JSON.
-nlohmann::json to_json(const TradeoffScene& t);
+/// tradeoff.json, without provenance.
+nlohmann::json to_json(const std::vector<TradeoffScene>& scenes);
 /// The results of one scene for a terminal.
 std::string tradeoff_text(const TradeoffScene& t);
 /// tradeoff.csv.
